@@ -1,0 +1,57 @@
+// The whole path of one comparison, without sockets or threads: two files as bytes in, the outcome out.
+// HTTP and the command line both go through here, so that they give the same JSON.
+//
+//   read_mesh x2 -> validate -> measure -> Comparison (-> to_json, api/response.h)
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <string>
+
+#include "api/formats/format.h"
+#include "engine/hausdorff.h"
+#include "engine/result.h"
+
+namespace meshgauge::api {
+
+struct MeshInput {
+  std::string part;                  // "a" or "b": names the input in messages
+  std::span<const std::byte> bytes;  // must outlive compare()
+  std::string filename;              // hint for the format, may be empty
+  std::string media_type;            // hint for the format, may be empty
+};
+
+struct MeshFacts {
+  Format format = Format::obj;
+  std::size_t bytes = 0;
+  std::string sha256;  // of the bytes as sent, 64 lower-case hex digits
+  std::size_t vertices = 0;
+  std::size_t triangles = 0;
+  std::size_t degenerate = 0;
+  Box bbox;
+  double diagonal = 0;
+  ReadNotes notes;
+};
+
+struct StageTimes {  // milliseconds of wall time; the engine's own stages are in Outcome::timings
+  double queue = 0;
+  double read_a = 0;
+  double read_b = 0;
+  double total = 0;
+};
+
+struct Comparison {
+  std::string id;  // unguessable, 32 hex digits
+  Options options; // as run
+  Outcome outcome;
+  MeshFacts a;
+  MeshFacts b;
+  StageTimes times;
+};
+
+// `control` carries the deadline and the cancellation of the whole job, reading included. An Error is
+// about the input; running out of time while measuring is an Outcome. Thread safe.
+Result<Comparison> compare(const MeshInput& a, const MeshInput& b, const Options& options,
+                           const ReadLimits& limits, Control& control);
+
+}  // namespace meshgauge::api

@@ -1,0 +1,59 @@
+// One function for every mesh file: read_mesh(bytes, hints, limits). One reader a format behind it.
+//
+// What every reader promises (docs/formats.md):
+//   * coordinates are the file's own numbers: text correctly rounded (bit-equal to strtod), binary exact;
+//   * counts are checked against the bytes that remain before anything is allocated;
+//   * NaN, infinity, trailing rubbish in a number and an index out of range are refused, with line or byte;
+//   * polygons are fan-triangulated from their first corner; degenerate triangles are kept;
+//   * nothing outside the bytes is ever opened.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "engine/mesh.h"
+#include "engine/result.h"
+
+namespace meshgauge::api {
+
+enum class Format { obj, stl, ply, gltf, glb };
+
+std::string_view to_string(Format format);  // "obj", "stl", "ply", "gltf", "glb"
+
+struct ReadLimits {
+  std::size_t max_vertices = 200'000'000;
+  std::size_t max_triangles = 100'000'000;
+  std::size_t max_expanded_bytes = std::size_t{4} << 30;  // of a gzip-compressed file, once expanded
+};
+
+// What was done to the file beyond reading it; all of it is told in the result.
+struct ReadNotes {
+  bool gzip = false;                // the file was gzip-compressed
+  std::size_t polygons = 0;         // faces of more than three corners, fan-triangulated
+  std::size_t skipped_primitives = 0;  // points and lines, which have no surface
+};
+
+struct ReadHints {
+  std::string_view part;        // "a" or "b", for messages
+  std::string_view filename;    // may be empty
+  std::string_view media_type;  // may be empty
+};
+
+struct ReadMesh {
+  Mesh mesh;
+  Format format = Format::obj;
+  ReadNotes notes;
+};
+
+// The format by content first, then by file name and media type. nullopt: none is recognised.
+std::optional<Format> detect_format(std::span<const std::byte> bytes, const ReadHints& hints);
+
+// Reads a whole file. An Error names part, line or byte. Guarantee: the mesh passes validate() within `limits`.
+// Thread safe, no global state.
+Result<ReadMesh> read_mesh(std::span<const std::byte> bytes, const ReadHints& hints, const ReadLimits& limits);
+
+}  // namespace meshgauge::api

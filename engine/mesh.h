@@ -1,0 +1,78 @@
+// Mesh: a triangle soup as two flat arrays. No manifoldness, orientation or connectivity is assumed;
+// a degenerate triangle is the segment or the point it spans; a vertex that no triangle uses is not
+// part of the surface.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "engine/result.h"
+
+namespace meshgauge {
+
+using Vec3 = Eigen::Vector3d;
+using Triangle = std::array<std::uint32_t, 3>;  // indices into Mesh::positions
+
+// Largest |coordinate| accepted. Distances stay below 2*sqrt(3)*2^1020 < 2^1022, so no result overflows.
+inline constexpr double kMaxCoordinate = 0x1p1020;
+
+struct Mesh {
+  std::vector<Vec3> positions;  // the file's own unit
+  std::vector<Triangle> triangles;
+};
+
+// Borrowed arrays; must outlive the call they are given to.
+struct MeshView {
+  std::span<const Vec3> positions;
+  std::span<const Triangle> triangles;
+
+  MeshView() = default;
+  MeshView(std::span<const Vec3> p, std::span<const Triangle> t) : positions(p), triangles(t) {}
+  MeshView(const Mesh& mesh) : positions(mesh.positions), triangles(mesh.triangles) {}  // NOLINT(google-explicit-constructor)
+
+  const Vec3& corner(std::size_t triangle, int i) const {
+    return positions[triangles[triangle][static_cast<std::size_t>(i)]];
+  }
+};
+
+struct Box {
+  Vec3 low = Vec3::Constant(std::numeric_limits<double>::infinity());
+  Vec3 high = Vec3::Constant(-std::numeric_limits<double>::infinity());
+
+  void extend(const Vec3& p) {
+    low = low.cwiseMin(p);
+    high = high.cwiseMax(p);
+  }
+  void extend(const Box& b) {
+    low = low.cwiseMin(b.low);
+    high = high.cwiseMax(b.high);
+  }
+};
+
+struct MeshLimits {
+  std::size_t max_vertices = std::size_t{1} << 30;
+  std::size_t max_triangles = std::size_t{1} << 30;
+};
+
+// Checks what measure() relies on: at least one triangle, every index in range, every coordinate that
+// a triangle uses finite and at most kMaxCoordinate, counts within `limits`. `part` ("a", "b") goes
+// into the message. Linear time.
+Result<Done> validate(MeshView mesh, const MeshLimits& limits, std::string_view part);
+
+// Box of the surface: of the vertices that triangles use. Precondition: validated.
+Box bounding_box(MeshView mesh);
+
+// Length of the diagonal of bounding_box(mesh), in the file's unit, rounded to nearest; without overflow.
+double diagonal(MeshView mesh);
+
+// Triangles of zero area: a repeated index, a repeated position, or (within rounding) collinear corners.
+std::size_t count_degenerate(MeshView mesh);
+
+}  // namespace meshgauge
