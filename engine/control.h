@@ -51,11 +51,11 @@ class Control {
     return Interruption::none;
   }
 
+  // Whether anybody is watching and enough time has passed; report() then tells.
+  bool report_due() const { return callback_ && Clock::now() >= next_report_; }
   void report(const Progress& progress) {
     if (!callback_) return;
-    const auto now = Clock::now();
-    if (now < next_report_) return;
-    next_report_ = now + interval_;
+    next_report_ = Clock::now() + interval_;
     callback_(progress);
   }
 

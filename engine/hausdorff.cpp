@@ -1,24 +1,206 @@
 #include "engine/hausdorff.h"
 
+#include <array>
+#include <chrono>
+#include <memory>
+
+#include "engine/bounds/four_point.h"
+#include "engine/certify.h"
+#include "engine/reduction.h"
+#include "engine/rounding.h"
+#include "engine/traversal.h"
+
 namespace meshgauge {
+namespace {
+
+// Adds the time of its scope to a stage.
+class StageClock {
+ public:
+  explicit StageClock(double& total_ms) : total_ms_(total_ms) {}
+  StageClock(const StageClock&) = delete;
+  StageClock& operator=(const StageClock&) = delete;
+  ~StageClock() {
+    total_ms_ += std::chrono::duration<double, std::milli>(Control::Clock::now() - start_).count();
+  }
+
+ private:
+  double& total_ms_;
+  Control::Clock::time_point start_ = Control::Clock::now();
+};
+
+Stop to_stop(Interruption interruption) {
+  return interruption == Interruption::timeout ? Stop::timeout : Stop::cancelled;
+}
+
+// One of the two meshes, moved into the unit frame.
+struct Side {
+  std::vector<Vec3> positions;
+  MeshView mesh;
+  std::unique_ptr<Bvh> tree;
+
+  Side(MeshView original, const Frame& frame) {
+    positions.reserve(original.positions.size());
+    for (const Vec3& p : original.positions) positions.push_back(frame.to_frame(p));
+    mesh = MeshView(positions, original.triangles);
+  }
+};
+
+class Measurement final : public Monitor {
+ public:
+  Measurement(MeshView a, MeshView b, const Options& options, Control& control)
+      : options_(options), control_(control), frame_(joint_box(a, b)), a_(a, frame_), b_(b, frame_) {
+    outcome_.diagonal_a = diagonal(a);
+    const Tolerance& t = options.tolerance;
+    const double width = std::max(t.absolute.value_or(0), t.diagonal.value_or(0) * outcome_.diagonal_a);
+    goal_.width = frame_.length_to_frame(width);
+    goal_.relative = t.relative.value_or(0);
+    if (options.max_distance) goal_.gate = frame_.length_to_frame(*options.max_distance);
+    if (options.direction != Direction::b_to_a) open(outcome_.a_to_b, a_, b_);
+    if (options.direction != Direction::a_to_b) open(outcome_.b_to_a, b_, a_);
+  }
+
+  Outcome run() {
+    auto stop = build();
+    if (!stop && outcome_.a_to_b) stop = measure(*outcome_.a_to_b, a_, b_);
+    if (!stop && outcome_.b_to_a) stop = measure(*outcome_.b_to_a, b_, a_);
+    conclude(stop);
+    return std::move(outcome_);
+  }
+
+  std::optional<Stop> pulse(const Search& search) override {
+    if (const auto why = control_.check(); why != Interruption::none) return to_stop(why);
+    if (search.above_gate() && fails_gate(search)) return Stop::gate_decided;
+    if (control_.report_due()) report(search);
+    return std::nullopt;
+  }
+
+ private:
+  static Box joint_box(MeshView a, MeshView b) {
+    Box box = bounding_box(a);
+    box.extend(bounding_box(b));
+    return box;
+  }
+
+  // The interval before any work: every point of `from` is within the far corner's distance of any point of `to`.
+  void open(std::optional<Directed>& directed, const Side& from, const Side& to) {
+    directed.emplace();
+    directed->culling.triangles = from.mesh.triangles.size();
+    directed->culling.survivors = directed->culling.triangles;
+    const double upper = farthest_of_box(bounding_box(from.mesh), to.mesh.corner(0, 0));
+    directed->bounds.upper =
+        rounding::scale_up(rounding::add_up(upper, rounding::kDistanceSlack), frame_.exponent());
+    floor_ = rounding::kDistanceSlack;
+  }
+
+  std::optional<Stop> build() {
+    const StageClock clock(outcome_.timings.build);
+    stage_ = "build";
+    for (Side* side : {&a_, &b_}) {
+      side->tree = std::make_unique<Bvh>(side->mesh, control_);
+      if (const auto why = side->tree->interruption(); why != Interruption::none) return to_stop(why);
+    }
+    return std::nullopt;
+  }
+
+  std::optional<Stop> measure(Directed& directed, const Side& from, const Side& to) {
+    Search search(*from.tree, *to.tree, goal_, lower_, *this);
+    search.set_witness_rounding(frame_.rounding_of_points());
+    running_ = &directed;
+    FourPoint bound(*to.tree, search.work());
+    auto stop = staged("traverse", outcome_.timings.traverse, [&] { return traverse(search, bound); });
+    if (!stop) {
+      stop = staged("reduce", outcome_.timings.reduce,
+                    [&] { return reduce(search, bound, options_.max_memory_bytes); });
+    }
+    const StageClock clock(outcome_.timings.certify);
+    stage_ = "certify";
+    directed.bounds = certify(search, frame_);
+    directed.culling = search.culling();
+    directed.work = search.work();
+    lower_ = std::max(lower_, search.lower());
+    floor_ = std::max(floor_, search.slack() + rounding::kSmallestGap);
+    return stop;
+  }
+
+  template <class Work>
+  std::optional<Stop> staged(const char* name, double& total_ms, Work&& work) {
+    const StageClock clock(total_ms);
+    stage_ = name;
+    return work();
+  }
+
+  // Certifying costs one query, so it is asked for only when the lower bound has moved.
+  bool fails_gate(const Search& search) {
+    if (search.lower() == last_gate_lower_) return false;
+    last_gate_lower_ = search.lower();
+    return certify(search, frame_).lower > *options_.max_distance;
+  }
+
+  void report(const Search& search) {
+    const Bounds before = running_->bounds;
+    running_->bounds = certify(search, frame_);
+    merge();
+    control_.report({outcome_.lower, outcome_.upper, stage_});
+    running_->bounds = before;
+  }
+
+  void merge() {
+    outcome_.lower = 0;
+    outcome_.upper = 0;
+    for (const auto* directed : {&outcome_.a_to_b, &outcome_.b_to_a}) {
+      if (!*directed) continue;
+      outcome_.lower = std::max(outcome_.lower, (*directed)->bounds.lower);
+      outcome_.upper = std::max(outcome_.upper, (*directed)->bounds.upper);
+    }
+  }
+
+  void conclude(std::optional<Stop> stop) {
+    merge();
+    outcome_.precision_floor = rounding::scale_up(floor_, frame_.exponent());
+    outcome_.met_by = rule_met();
+    if (outcome_.met_by) {
+      outcome_.stop = Stop::converged;
+    } else if (gate_decided()) {
+      outcome_.stop = Stop::gate_decided;
+    } else {
+      outcome_.stop = stop.value_or(Stop::precision_floor);
+    }
+  }
+
+  std::optional<Rule> rule_met() const {
+    const double width = outcome_.upper - outcome_.lower;
+    const Tolerance& t = options_.tolerance;
+    if (t.absolute && width <= *t.absolute) return Rule::absolute;
+    if (t.diagonal && width <= *t.diagonal * outcome_.diagonal_a) return Rule::diagonal;
+    if (t.relative && width <= *t.relative * outcome_.lower) return Rule::relative;
+    return std::nullopt;
+  }
+
+  bool gate_decided() const {
+    const auto& limit = options_.max_distance;
+    return limit && (outcome_.upper <= *limit || outcome_.lower > *limit);
+  }
+
+  const Options& options_;
+  Control& control_;
+  Frame frame_;
+  Side a_;
+  Side b_;
+  Goal goal_;
+  Outcome outcome_;
+  Directed* running_ = nullptr;
+  const char* stage_ = "";
+  double lower_ = 0;             // largest computed distance of the directions done; frame units
+  double floor_ = 0;             // frame units
+  double last_gate_lower_ = -1;  // of the last attempt to fail the gate
+};
+
+}  // namespace
 
 const char* version() { return MESHGAUGE_VERSION; }
 
-// Placeholder while the house is built: the trivial interval [0, diagonal of both].
-Outcome measure(MeshView a, MeshView b, const Options& options, Control&) {
-  Outcome outcome;
-  Box box = bounding_box(a);
-  box.extend(bounding_box(b));
-  outcome.stop = Stop::timeout;
-  outcome.upper = (box.high - box.low).norm() * 1.0000001;
-  outcome.diagonal_a = diagonal(a);
-  Directed directed;
-  directed.bounds.upper = outcome.upper;
-  directed.culling = {a.triangles.size(), a.triangles.size()};
-  if (options.direction != Direction::b_to_a) outcome.a_to_b = directed;
-  directed.culling = {b.triangles.size(), b.triangles.size()};
-  if (options.direction != Direction::a_to_b) outcome.b_to_a = directed;
-  return outcome;
+Outcome measure(MeshView a, MeshView b, const Options& options, Control& control) {
+  return Measurement(a, b, options, control).run();
 }
 
 }  // namespace meshgauge

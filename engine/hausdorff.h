@@ -59,7 +59,7 @@ struct Witness {
 struct Bounds {
   double lower = 0;
   double upper = 0;
-  Witness witness;
+  std::optional<Witness> witness;  // none only when the work ended before any point was measured
 };
 
 struct Culling {

@@ -1,0 +1,26 @@
+// The paper's bound (section 4): at most four candidate triangles for a piece.
+//
+// Statement. Let L be the triangles of B that own the points nearest to the piece's three corners and to its
+// centroid. Then h(piece, B) <= min over T in L of max over corners v of d(v, T)   (eq. 8-10).
+// Proof. For any T of B, d(., B) <= d(., T) on the piece, and d(., T) is convex because T is, so its maximum over the
+// piece is attained at a corner. The minimum over any set of T keeps the inequality.
+#pragma once
+
+#include "engine/bounds/piece.h"
+#include "engine/hausdorff.h"
+
+namespace meshgauge {
+
+class FourPoint final : public PieceBound {
+ public:
+  FourPoint(const Bvh& target, Work& work) : target_(target), work_(work) {}
+
+  Corner measure(const Vec3& p, const Piece& parent) override;
+  double upper(const Piece& piece) override;
+
+ private:
+  const Bvh& target_;
+  Work& work_;
+};
+
+}  // namespace meshgauge

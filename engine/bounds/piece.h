@@ -1,0 +1,52 @@
+// A piece of A: a triangle of A or a part of one, and the interface by which a strategy bounds its distance to B.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+
+#include "engine/nearest.h"
+
+namespace meshgauge {
+
+struct Corner {
+  Vec3 point = Vec3::Zero();             // unit frame
+  double distance = 0;                   // d(point, B), computed
+  std::uint32_t slot = Nearest::kNone;   // triangle of B that is nearest, as a slot of B's tree
+};
+
+struct Piece {
+  std::array<Corner, 3> corners;
+  double upper = 0;            // of h(piece, B), computed: without slack
+  std::uint32_t triangle = 0;  // of A
+  std::uint32_t depth = 0;     // subdivisions since the whole triangle
+};
+
+// What distinguishes the paper's strategies. One object a search; not thread safe.
+class PieceBound {
+ public:
+  PieceBound() = default;
+  PieceBound(const PieceBound&) = delete;
+  PieceBound& operator=(const PieceBound&) = delete;
+  virtual ~PieceBound() = default;
+
+  // d(p, B) for p, a new corner of a part of `parent`.
+  virtual Corner measure(const Vec3& p, const Piece& parent) = 0;
+
+  // An upper bound of h(piece, B), computed from the piece's corners: rounding.h R3 and R4 give its slack.
+  virtual double upper(const Piece& piece) = 0;
+};
+
+// eq. 9: max over the piece's corners v of d(v, T), for one triangle T of B. d(., T) is convex, so its maximum over
+// the piece is at a corner: this bounds h(piece, T) and so h(piece, B). Returns early, with something not below
+// `limit`, once the result cannot be below `limit`.
+inline double farthest_corner(const Piece& piece, const PreparedTriangle& triangle, double limit) {
+  double farthest = 0;
+  for (const Corner& corner : piece.corners) {
+    farthest = std::max(farthest, distance(triangle, corner.point));
+    if (farthest >= limit) break;
+  }
+  return farthest;
+}
+
+}  // namespace meshgauge

@@ -1,0 +1,37 @@
+#include "engine/certify.h"
+
+#include "engine/rounding.h"
+
+namespace meshgauge {
+namespace {
+
+// r >= d(w, triangle).
+double distance_above(MeshView mesh, std::uint32_t triangle, const Vec3& w) {
+  const Vec3 &a = mesh.corner(triangle, 0), &b = mesh.corner(triangle, 1), &c = mesh.corner(triangle, 2);
+  if (w == a || w == b || w == c) return 0;
+  const Preparation prepared = prepare(a, b, c);
+  return rounding::add_up(distance(prepared.triangle, w), rounding::kDistanceSlack + prepared.residual);
+}
+
+}  // namespace
+
+Bounds certify(const Search& search, const Frame& frame) {
+  const Candidate& candidate = search.candidate();
+  Witness witness;
+  witness.triangle_a = candidate.triangle;
+  witness.point_a = frame.from_frame(candidate.point);
+  const Vec3 w = frame.to_frame(witness.point_a);
+
+  std::uint64_t tests = 0;
+  const Nearest found = nearest(search.to(), w, tests);
+  witness.triangle_b = search.to().triangle(found.slot);
+  witness.point_b = frame.from_frame(found.point);
+
+  const double off = distance_above(search.from().mesh(), candidate.triangle, w);
+  const double lower = rounding::subtract_down(certified_distance_below(search.to(), w), off);
+  const double upper = rounding::add_up(search.upper(), search.upper_slack());
+  // Both are bounds of the same number; a computed lower bound above the upper one cannot happen.
+  return {rounding::scale_down(lower, frame.exponent()), rounding::scale_up(upper, frame.exponent()), witness};
+}
+
+}  // namespace meshgauge

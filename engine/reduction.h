@@ -1,0 +1,15 @@
+// The reduction (paper, Algorithm 3): split the piece with the largest upper bound in four, until a rule holds.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+
+#include "engine/search.h"
+
+namespace meshgauge {
+
+// Works until search.reached_goal(), or returns the reason why not: the monitor's, or Stop::budget when the pieces that
+// wait need more than `max_bytes`.
+std::optional<Stop> reduce(Search& search, PieceBound& bound, std::size_t max_bytes);
+
+}  // namespace meshgauge

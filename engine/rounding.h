@@ -1,0 +1,79 @@
+// The sole home of error bounds and outward rounding. Every certified number of the engine gets its
+// slack from here; each constant is derived below, and docs/design.md walks through the same steps.
+//
+// Setting. All computing happens in the unit frame of engine/frame.h: every coordinate of both meshes is at
+// most 1 in magnitude, so two points are at most 2*sqrt(3) < 3.47 apart. u = 2^-53: each operation of
+// IEEE double arithmetic, rounded to nearest, returns x(1+d) with |d| <= u, or errs by at most 2^-1075 where
+// the result is subnormal. (d1..dk multiply to 1+t with |t| <= k*u + O(u^2); the O(u^2) is far below the
+// room that rounding each constant up to an integer leaves.)
+//
+// (R1) Length. |p-q| from the rounded differences of stored p and q: 3 factors for each square, 2 for the sum,
+//      halved by the root, 1 for the root: (1+t), |t| <= 3.5u. Squares below 2^-1022 may lose 3 * 2^-1075, which
+//      the root turns into less than 2^-536. In all at most 3.5u * 3.47 + 2^-536 < 13u.
+//
+// (R2) Closest point. closest_point() (engine/triangle.h) picks (x,y) in the triangle's plane frame and returns
+//      q = a + x*e1 + y*e2.
+//      Forming q: rounding of x*e1 (|x| <= 3.47), y*e2 (|y| <= 3.01, the height of a triangle over its longest
+//      edge), and two sums of points whose coordinates stay below 1.01 (error u*1.01*sqrt(3) each):
+//      u * (3.47 + 3.01 + 3.5) < 10u.
+//      (x,y) against the flat triangle F = (0,0), (length,0), (cx,cy): exact on the base; on a side, at most
+//      3 roundings of numbers <= 3.47: < 11u. Inside, each of the two side tests is off by at most
+//      2u(|x|+|y|) < 14u of distance to the side's line; the angle at c is the largest, at least 60 degrees, so the
+//      point is within 14u / sin 30 = 28u of F. (At a and b the sharp angles do no harm: the base test y <= 0 is
+//      exact, and with y > 0 and x < 0 or x > length a side test has no cancellation.)
+//      F against the true triangle T: the map (x,y) -> a + x*e1 + y*e2 is affine, so the image of F is within
+//      max(|a + length*e1 - b|, |a + cx*e1 + cy*e2 - c|) of T. That maximum is not estimated but measured when the
+//      triangle is prepared: the residual, with the 10u + 6u of measuring it (kResidualSlack).
+//      So q is within 38u + residual of T.
+//
+// (R3) Distance from above. d(p,T) <= fl|p-q| + (13 + 38)u + residual: kDistanceSlack = 64u.
+//      This holds for whatever q the code chose: a poor choice makes the bound wide, never wrong.
+//
+// (R4) Subdivision. A midpoint fl((a+b)/2) is within u per coordinate of the midpoint of the rounded a and b, < 2u as
+//      a vector. After k levels a rounded corner is within 2u*k of the corner of the exact piece. d(.,T) is convex
+//      and 1-Lipschitz, so an upper bound taken at rounded corners needs 2u*k more: kMidpointSlack a level.
+//
+// (R5) Distance from below. For any vector n != 0 and any triangle T, d(w,T) >= min over corners v of (w-v).n / |n|
+//      (the plane through the lowest corner separates). Rounding of a dot product of three terms with rounded
+//      differences: 4u * |w-v| |n| <= 14u |n|. With | |n| - 1 | <= 4u, leaving out the division costs
+//      4u * 3.47 < 14u. kSeparationSlack = 32u.
+//
+// (R6) Box distance: R1 on clamped differences: kBoxSlack = 16u.
+#pragma once
+
+#include <cstdint>
+
+namespace meshgauge::rounding {
+
+inline constexpr double kUnit = 0x1p-53;  // u
+
+inline constexpr double kDistanceSlack = 64 * kUnit;    // R3, without the residual
+inline constexpr double kResidualSlack = 16 * kUnit;    // R2
+inline constexpr double kMidpointSlack = 2 * kUnit;     // R4, a level
+inline constexpr double kSeparationSlack = 32 * kUnit;  // R5
+inline constexpr double kBoxSlack = 16 * kUnit;         // R6
+
+// Pieces shorter than this are not split: their own size is below what rounding hides.
+inline constexpr double kSmallestPiece = 0x1p-50;
+
+// More levels than any piece is ever split: a coordinate has 53 bits, and a level halves every edge.
+inline constexpr std::uint32_t kDepthAllowance = 128;
+
+// The search itself stops at this gap between its computed U and L, whatever tolerance was asked for.
+// At least kSmallestPiece, so that unsplittable pieces end the search instead of being asked for again.
+inline constexpr double kSmallestGap = 0x1p-49;
+
+// Slack of an upper bound computed at the corners of pieces: R3 + R4, for triangles of the given residual.
+inline double upper_slack(double residual, std::uint32_t max_depth) {
+  return kDistanceSlack + residual + kMidpointSlack * max_depth;
+}
+
+// x * 2^exponent, rounded towards +infinity or towards zero. x >= 0 and finite, the result is finite.
+double scale_up(double x, int exponent);
+double scale_down(double x, int exponent);
+
+// A number >= a + b; a number <= a - b, at least 0. For finite arguments.
+double add_up(double a, double b);
+double subtract_down(double a, double b);
+
+}  // namespace meshgauge::rounding

@@ -1,0 +1,115 @@
+// The state of one direction of a measurement while it runs: from mesh A to mesh B, in the unit frame.
+//
+// lower() <= (up to slack) h(A,B) <= upper() + slack holds at every moment between two calls.
+#pragma once
+
+#include <algorithm>
+#include <optional>
+#include <vector>
+
+#include "engine/bounds/piece.h"
+#include "engine/hausdorff.h"
+
+namespace meshgauge {
+
+// Where the largest distance so far was seen. Frame coordinates.
+struct Candidate {
+  Vec3 point = Vec3::Zero();
+  double distance = -1;  // computed
+  std::uint32_t triangle = 0;
+  bool is_vertex = true;  // of A, hence exactly on A
+};
+
+// Every point of the box is within this of b (eq. 4/5 for any point b of B).
+inline double farthest_of_box(const Box& box, const Vec3& b) {
+  return (b - box.low).cwiseAbs().cwiseMax((box.high - b).cwiseAbs()).norm();
+}
+
+// When a search may end. All in frame units; `slack` is what certifying will cost the interval.
+struct Goal {
+  double width = 0;     // the absolute and the diagonal rule: upper - lower <= width
+  double relative = 0;  // the relative rule
+  std::optional<double> gate;
+
+  // The computed gap upper - lower at which a rule will hold after certifying; never below rounding::kSmallestGap.
+  double gap(double lower, double slack) const;
+};
+
+class Search;
+
+// Looks at a search after each of its steps: the clock, the caller's patience, the gate.
+class Monitor {
+ public:
+  Monitor() = default;
+  Monitor(const Monitor&) = delete;
+  Monitor& operator=(const Monitor&) = delete;
+  virtual ~Monitor() = default;
+  // A reason to stop now, if there is one.
+  virtual std::optional<Stop> pulse(const Search& search) = 0;
+};
+
+class Search {
+ public:
+  // Measures one vertex of A, so that there is a candidate from the start. `start_lower`: distances up to this are of no
+  // interest (the other direction has reached it already).
+  Search(const Bvh& from, const Bvh& to, const Goal& goal, double start_lower, Monitor& monitor);
+
+  const Bvh& from() const { return from_; }
+  const Bvh& to() const { return to_; }
+  std::optional<Stop> pulse() const { return monitor_.pulse(*this); }
+  Work& work() { return work_; }
+  const Work& work() const { return work_; }
+  Culling& culling() { return culling_; }
+  const Culling& culling() const { return culling_; }
+  const Goal& goal() const { return goal_; }
+
+  double lower() const { return lower_; }
+  double upper() const;
+  const Candidate& candidate() const { return candidate_; }
+
+  // What certifying will take from the lower and add to the upper bound, as far as is known now.
+  double lower_slack() const;
+  double upper_slack() const;
+  double slack() const { return lower_slack() + upper_slack(); }
+  // How far the reported witness may lie from the computed one, because the file's own frame is coarser.
+  void set_witness_rounding(double rounding) { witness_rounding_ = rounding; }
+
+  // A sample of A at distance `corner.distance` from B.
+  void saw(const Corner& corner, std::uint32_t triangle, bool is_vertex);
+
+  // Pieces and nodes with upper bounds at or below this need not be followed.
+  double cull_below() const;
+  // Forgets a piece; its bound stays in upper().
+  void drop(double upper) { dropped_ = std::max(dropped_, upper); }
+
+  // The pieces that wait for reduction: a max-heap by upper bound.
+  void push(const Piece& piece);
+  Piece pop();
+  bool empty() const { return heap_.empty(); }
+  double top() const { return heap_.front().upper; }
+  std::size_t heap_bytes() const { return heap_.size() * sizeof(Piece); }
+
+  // Bound of what has not been looked at yet: only the traversal sets it, to 0 when it is through.
+  void set_unvisited(double upper) { unvisited_ = upper; }
+
+  // No rule needs more work.
+  bool reached_goal() const;
+  // The computed lower bound is above the gate by more than any slack: worth certifying.
+  bool above_gate() const { return goal_.gate && lower_ - lower_slack() > *goal_.gate; }
+
+ private:
+  const Bvh& from_;
+  const Bvh& to_;
+  Goal goal_;
+  Monitor& monitor_;
+  double lower_;
+  double unvisited_;
+  double dropped_ = 0;
+  double witness_rounding_ = 0;
+  Candidate candidate_;
+  std::vector<Piece> heap_;
+  Work work_;
+  Culling culling_;
+};
+
+}  // namespace meshgauge

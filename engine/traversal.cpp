@@ -1,0 +1,103 @@
+#include "engine/traversal.h"
+
+#include <vector>
+
+namespace meshgauge {
+namespace {
+
+struct OpenNode {
+  std::uint32_t node;
+  double upper;  // of h(node, B)
+};
+
+class Traversal {
+ public:
+  Traversal(Search& search, PieceBound& bound)
+      : search_(search), bound_(bound), cache_(search.from().mesh().positions.size()) {}
+
+  std::optional<Stop> run() {
+    open_.push_back({Bvh::kRoot, search_.upper()});
+    while (!open_.empty()) {
+      const auto stop = search_.pulse();
+      if (stop) {
+        search_.set_unvisited(unvisited_upper());
+        return stop;
+      }
+      const OpenNode entry = open_.back();
+      open_.pop_back();
+      visit(entry);
+    }
+    search_.set_unvisited(0);
+    return std::nullopt;
+  }
+
+ private:
+  // The larger bound is visited first: it is the likelier to raise the lower bound.
+  void visit(const OpenNode& entry) {
+    if (entry.upper <= search_.cull_below()) return search_.drop(entry.upper);
+    const Bvh::Node& node = search_.from().nodes()[entry.node];
+    if (node.is_leaf()) {
+      for (std::uint32_t slot = node.first; slot < node.first + node.count; ++slot) {
+        visit_triangle(search_.from().triangle(slot), entry.upper);
+      }
+      return;
+    }
+    OpenNode near{node.first, std::min(entry.upper, node_upper(node.first))};
+    OpenNode far{node.first + 1, std::min(entry.upper, node_upper(node.first + 1))};
+    if (near.upper > far.upper) std::swap(near, far);
+    open_.push_back(near);
+    open_.push_back(far);
+  }
+
+  // eq. 4/5: with b the point of B nearest to the box's centre, every point of the box is within the distance
+  // from b to the farthest corner of the box, and h(node, B) is at most that.
+  double node_upper(std::uint32_t node) {
+    const Box& box = search_.from().nodes()[node].box;
+    ++search_.work().nearest_queries;
+    const Vec3 b = nearest(search_.to(), (box.low + box.high) * 0.5, search_.work().triangle_tests).point;
+    return farthest_of_box(box, b);
+  }
+
+  void visit_triangle(std::uint32_t triangle, double node_upper) {
+    Piece piece;
+    piece.triangle = triangle;
+    for (int i = 0; i < 3; ++i) {
+      const Corner& corner = measure_vertex(search_.from().mesh().triangles[triangle][static_cast<std::size_t>(i)]);
+      piece.corners[static_cast<std::size_t>(i)] = corner;
+      search_.saw(corner, triangle, true);  // eq. 6
+    }
+    piece.upper = std::min(node_upper, bound_.upper(piece));
+    if (piece.upper <= search_.cull_below()) return search_.drop(piece.upper);
+    ++search_.culling().survivors;
+    search_.push(piece);
+  }
+
+  const Corner& measure_vertex(std::uint32_t vertex) {
+    Corner& corner = cache_[vertex];
+    if (corner.slot != Nearest::kNone) {
+      ++search_.work().cache_hits;
+      return corner;
+    }
+    ++search_.work().nearest_queries;
+    const Vec3& p = search_.from().mesh().positions[vertex];
+    const Nearest found = nearest(search_.to(), p, search_.work().triangle_tests);
+    return corner = {p, found.distance, found.slot};
+  }
+
+  double unvisited_upper() const {
+    double upper = 0;
+    for (const OpenNode& entry : open_) upper = std::max(upper, entry.upper);
+    return upper;
+  }
+
+  Search& search_;
+  PieceBound& bound_;
+  std::vector<Corner> cache_;
+  std::vector<OpenNode> open_;
+};
+
+}  // namespace
+
+std::optional<Stop> traverse(Search& search, PieceBound& bound) { return Traversal(search, bound).run(); }
+
+}  // namespace meshgauge
