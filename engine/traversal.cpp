@@ -20,7 +20,7 @@ class Traversal {
     while (!open_.empty()) {
       const auto stop = search_.pulse();
       if (stop) {
-        search_.set_unvisited(unvisited_upper());
+        account_for_unvisited();
         return stop;
       }
       const OpenNode entry = open_.back();
@@ -84,10 +84,25 @@ class Traversal {
     return corner = {p, found.distance, found.slot};
   }
 
-  double unvisited_upper() const {
+  void account_for_unvisited() {
     double upper = 0;
-    for (const OpenNode& entry : open_) upper = std::max(upper, entry.upper);
-    return upper;
+    for (const OpenNode& entry : open_) {
+      upper = std::max(upper, entry.upper);
+      search_.culling().survivors += triangles_below(entry.node);
+    }
+    search_.set_unvisited(upper);
+  }
+
+  std::size_t triangles_below(std::uint32_t root) const {
+    std::size_t count = 0;
+    std::vector<std::uint32_t> stack{root};
+    while (!stack.empty()) {
+      const Bvh::Node& node = search_.from().nodes()[stack.back()];
+      stack.pop_back();
+      count += node.count;
+      if (!node.is_leaf()) stack.insert(stack.end(), {node.first, node.first + 1});
+    }
+    return count;
   }
 
   Search& search_;

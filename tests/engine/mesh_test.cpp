@@ -1,0 +1,69 @@
+#include "engine/mesh.h"
+
+#include <doctest/doctest.h>
+
+#include "shapes.h"
+
+using namespace meshgauge;
+
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInf = std::numeric_limits<double>::infinity();
+
+Error refusal(const Mesh& mesh, const MeshLimits& limits = {}) {
+  const auto result = validate(mesh, limits, "a");
+  REQUIRE_FALSE(result.ok());
+  return result.error();
+}
+
+}  // namespace
+
+TEST_CASE("validate names the part, the place and the defect") {
+  Mesh mesh = shapes::cube();
+  CHECK(validate(mesh, {}, "a").ok());
+
+  mesh.positions[5].y() = kNan;
+  CHECK(refusal(mesh).code == ErrorCode::non_finite_vertex);
+  CHECK(refusal(mesh).message == "vertex 5 of 'a' is NaN");
+  CHECK(refusal(mesh).where == "vertex 5");
+  mesh.positions[5].y() = -kInf;
+  CHECK(refusal(mesh).message == "vertex 5 of 'a' is infinite");
+  mesh.positions[5].y() = 1e308;
+  CHECK(refusal(mesh).code == ErrorCode::coordinate_too_large);
+  mesh.positions[5].y() = 0;
+
+  mesh.triangles[3][1] = 8;
+  CHECK(refusal(mesh).code == ErrorCode::index_out_of_range);
+  CHECK(refusal(mesh).message == "triangle 3 of 'a' uses vertex 8 of 8");
+  mesh.triangles.clear();
+  CHECK(refusal(mesh).code == ErrorCode::empty_mesh);
+}
+
+TEST_CASE("validate holds to the limits") {
+  CHECK(refusal(shapes::cube(), {7, 100}).code == ErrorCode::too_large);
+  CHECK(refusal(shapes::cube(), {100, 11}).code == ErrorCode::too_large);
+  CHECK(validate(shapes::cube(), {8, 12}, "a").ok());
+}
+
+TEST_CASE("a vertex that no triangle uses is not part of the surface") {
+  Mesh mesh = shapes::cube();
+  mesh.positions.emplace_back(kNan, 1e300, kInf);
+  CHECK(validate(mesh, {}, "a").ok());
+  CHECK(diagonal(mesh) == doctest::Approx(std::sqrt(3.0)));
+}
+
+TEST_CASE("degenerate triangles are counted") {
+  Mesh mesh = shapes::triangle({0, 0, 0}, {1, 0, 0}, {0, 1, 0});
+  CHECK(count_degenerate(mesh) == 0);
+  mesh.positions.emplace_back(3, 0, 0);
+  mesh.triangles.push_back({0, 1, 3});  // collinear
+  mesh.triangles.push_back({0, 0, 2});  // repeated index
+  CHECK(count_degenerate(mesh) == 2);
+  CHECK(count_degenerate(shapes::scaled(mesh, 1e-200)) == 2);
+  CHECK(count_degenerate(shapes::scaled(mesh, 1e200)) == 2);
+}
+
+TEST_CASE("the diagonal does not overflow") {
+  CHECK(diagonal(shapes::triangle({-1e300, 0, 0}, {1e300, 0, 0}, {0, 0, 0})) == 2e300);
+}
