@@ -5,6 +5,8 @@
 #include <memory>
 
 #include "engine/bounds/four_point.h"
+#include "engine/bounds/n_point.h"
+#include "engine/bounds/triangle_set.h"
 #include "engine/certify.h"
 #include "engine/reduction.h"
 #include "engine/rounding.h"
@@ -44,6 +46,18 @@ struct Side {
     mesh = MeshView(positions, original.triangles);
   }
 };
+
+std::unique_ptr<PieceBound> make_bound(const Options& options, Search& search) {
+  switch (options.strategy) {
+    case Strategy::n_point:
+      return std::make_unique<NPoint>(search.to(), stencil_level(options.points).value_or(0), search.work());
+    case Strategy::triangle_set:
+      return std::make_unique<TriangleSet>(search);
+    case Strategy::four_point:
+      break;
+  }
+  return std::make_unique<FourPoint>(search.to(), search.work());
+}
 
 class Measurement final : public Monitor {
  public:
@@ -106,12 +120,9 @@ class Measurement final : public Monitor {
     Search search(*from.tree, *to.tree, goal_, lower_, *this);
     search.set_witness_rounding(frame_.rounding_of_points());
     running_ = &directed;
-    FourPoint bound(*to.tree, search.work());
-    auto stop = staged("traverse", outcome_.timings.traverse, [&] { return traverse(search, bound); });
-    if (!stop) {
-      stop = staged("reduce", outcome_.timings.reduce,
-                    [&] { return reduce(search, bound, options_.max_memory_bytes); });
-    }
+    const auto bound = make_bound(options_, search);
+    auto stop = staged("traverse", outcome_.timings.traverse, [&] { return traverse(search, *bound); });
+    if (!stop) stop = staged("reduce", outcome_.timings.reduce, [&] { return reduce(search, *bound, options_); });
     const StageClock clock(outcome_.timings.certify);
     stage_ = "certify";
     directed.bounds = certify(search, frame_);
@@ -131,9 +142,11 @@ class Measurement final : public Monitor {
 
   // Certifying costs one query, so it is asked for only when the lower bound has moved.
   bool fails_gate(const Search& search) {
-    if (search.lower() == last_gate_lower_) return false;
-    last_gate_lower_ = search.lower();
-    return certify(search, frame_).lower > *options_.max_distance;
+    if (search.lower() != gate_checked_at_) {
+      gate_checked_at_ = search.lower();
+      gate_failed_ = certify(search, frame_).lower > *options_.max_distance;
+    }
+    return gate_failed_;
   }
 
   void report(const Search& search) {
@@ -192,10 +205,13 @@ class Measurement final : public Monitor {
   const char* stage_ = "";
   double lower_ = 0;             // largest computed distance of the directions done; frame units
   double floor_ = 0;             // frame units
-  double last_gate_lower_ = -1;  // of the last attempt to fail the gate
+  double gate_checked_at_ = -1;  // computed lower bound when the gate was last tried
+  bool gate_failed_ = false;
 };
 
 }  // namespace
+
+bool is_stencil(int points) { return stencil_level(points).has_value(); }
 
 const char* version() { return MESHGAUGE_VERSION; }
 

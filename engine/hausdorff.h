@@ -10,6 +10,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <optional>
 
 #include "engine/control.h"
@@ -19,8 +20,11 @@ namespace meshgauge {
 
 enum class Direction { symmetric, a_to_b, b_to_a };
 
+// How a piece of the mesh is bounded from above; engine/bounds/ has one file each.
 enum class Strategy {
-  four_point,  // the paper's: candidates are the owners of the points nearest to 3 corners and centroid
+  four_point,    // the paper's: candidates are the owners of the points nearest to 3 corners and centroid
+  n_point,       // the same with Options::points samples a piece
+  triangle_set,  // Tang, Lee, Kim 2009: all triangles that can matter, found once for a triangle
 };
 
 // Stop rules (paper section 5.1); the first that holds ends the work. All in the meshes' unit.
@@ -35,15 +39,20 @@ struct Options {
   Tolerance tolerance{std::nullopt, 1e-6, 0.01};
   std::optional<double> max_distance;  // the gate: stop as soon as U <= max_distance or L > max_distance
   Strategy strategy = Strategy::four_point;
-  std::size_t max_memory_bytes = std::size_t{512} << 20;  // of the reduction's heap; when spent: Stop::budget
+  int points = 4;                                         // n_point only: 4, 10, 31, 109, 409 or 1585
+  std::size_t max_memory_bytes = std::size_t{512} << 20;  // of the waiting pieces; when spent: Stop::budget
+  std::uint64_t max_work_items = std::numeric_limits<std::uint64_t>::max();  // pieces split; when spent: Stop::budget
 };
+
+// Whether `points` is one of the stencils of n_point.
+bool is_stencil(int points);
 
 enum class Stop {
   converged,        // a rule of Options::tolerance holds
   gate_decided,     // max_distance is decided
   timeout,          // the deadline came first
   cancelled,        // Control::cancel came first
-  budget,           // the memory budget is spent
+  budget,           // a budget is spent: memory or work items
   precision_floor,  // the tolerance is below what rounding allows; the interval is as tight as it gets
 };
 
@@ -106,7 +115,7 @@ struct Outcome {
   Timings timings;
 };
 
-// Precondition: both meshes pass validate(). Never fails: out of time, memory or patience it returns the
+// Precondition: both meshes pass validate(), is_stencil(options.points) for n_point. Never fails: out of time, memory or patience it returns the
 // interval reached. One thread. Deterministic: same input and options, same bits, unless interrupted.
 Outcome measure(MeshView a, MeshView b, const Options& options, Control& control);
 

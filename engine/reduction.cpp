@@ -61,11 +61,12 @@ class Reduction {
 
 }  // namespace
 
-std::optional<Stop> reduce(Search& search, PieceBound& bound, std::size_t max_bytes) {
+std::optional<Stop> reduce(Search& search, PieceBound& bound, const Options& options) {
   Reduction reduction(search, bound);
   while (!search.empty() && !search.reached_goal()) {
     if (const auto stop = search.pulse()) return stop;
-    if (search.heap_bytes() > max_bytes) return Stop::budget;
+    const bool out_of_memory = search.heap_bytes() + bound.memory_bytes() > options.max_memory_bytes;
+    if (out_of_memory || search.work().subdivisions >= options.max_work_items) return Stop::budget;
     reduction.split(search.pop());
   }
   return std::nullopt;

@@ -16,10 +16,7 @@ double Goal::gap(double lower, double slack) const {
 Search::Search(const Bvh& from, const Bvh& to, const Goal& goal, double start_lower, Monitor& monitor)
     : from_(from), to_(to), goal_(goal), monitor_(monitor), lower_(start_lower), unvisited_(farthest_of_box(from.nodes()[Bvh::kRoot].box, to.mesh().corner(0, 0))) {
   culling_.triangles = from.mesh().triangles.size();
-  const Vec3& p = from.mesh().corner(0, 0);
-  const Nearest found = nearest(to, p, work_.triangle_tests);
-  ++work_.nearest_queries;
-  saw({p, found.distance, found.slot}, 0, true);
+  saw(nearest_corner(to, from.mesh().corner(0, 0), work_), 0, true);
 }
 
 double Search::upper() const {

@@ -78,10 +78,7 @@ class Traversal {
       ++search_.work().cache_hits;
       return corner;
     }
-    ++search_.work().nearest_queries;
-    const Vec3& p = search_.from().mesh().positions[vertex];
-    const Nearest found = nearest(search_.to(), p, search_.work().triangle_tests);
-    return corner = {p, found.distance, found.slot};
+    return corner = nearest_corner(search_.to(), search_.from().mesh().positions[vertex], search_.work());
   }
 
   void account_for_unvisited() {

@@ -7,7 +7,6 @@
 #pragma once
 
 #include "engine/bounds/piece.h"
-#include "engine/hausdorff.h"
 
 namespace meshgauge {
 

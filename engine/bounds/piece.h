@@ -4,7 +4,10 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <limits>
+#include <span>
 
+#include "engine/hausdorff.h"
 #include "engine/nearest.h"
 
 namespace meshgauge {
@@ -35,7 +38,17 @@ class PieceBound {
 
   // An upper bound of h(piece, B), computed from the piece's corners: rounding.h R3 and R4 give its slack.
   virtual double upper(const Piece& piece) = 0;
+
+  // What the strategy itself keeps in memory; counts towards Options::max_memory_bytes.
+  virtual std::size_t memory_bytes() const { return 0; }
 };
+
+// A query for a point's nearest triangle, counted.
+inline Corner nearest_corner(const Bvh& target, const Vec3& p, Work& work) {
+  ++work.nearest_queries;
+  const Nearest found = nearest(target, p, work.triangle_tests);
+  return {p, found.distance, found.slot};
+}
 
 // eq. 9: max over the piece's corners v of d(v, T), for one triangle T of B. d(., T) is convex, so its maximum over
 // the piece is at a corner: this bounds h(piece, T) and so h(piece, B). Returns early, with something not below
@@ -47,6 +60,18 @@ inline double farthest_corner(const Piece& piece, const PreparedTriangle& triang
     if (farthest >= limit) break;
   }
   return farthest;
+}
+
+// eq. 8: min over the candidates T of max over corners v of d(v, T). The minimum over any set of triangles of B bounds
+// h(piece, B), because each one does.
+inline double least_farthest(const Piece& piece, const Bvh& target, std::span<const std::uint32_t> candidates,
+                             Work& work) {
+  double least = std::numeric_limits<double>::infinity();
+  for (const std::uint32_t slot : candidates) {
+    work.triangle_tests += 3;
+    least = std::min(least, farthest_corner(piece, target.prepared(slot), least));
+  }
+  return least;
 }
 
 }  // namespace meshgauge
