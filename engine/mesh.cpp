@@ -1,5 +1,6 @@
 #include "engine/mesh.h"
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 
@@ -21,6 +22,19 @@ Result<Done> check_vertex(const Vec3& p, std::uint32_t index, std::string_view p
     }
   }
   return Done{};
+}
+
+// One pass over each array without a branch, which the compiler vectorises: true for nearly every mesh. A vertex
+// that no triangle uses may make it false for a mesh that is valid.
+bool surely_valid(MeshView mesh) {
+  std::uint32_t highest = 0;
+  for (const Triangle& t : mesh.triangles) highest = std::max({highest, t[0], t[1], t[2]});
+  if (highest >= mesh.positions.size()) return false;
+  bool bad = false;
+  for (const Vec3& p : mesh.positions) {
+    for (int k = 0; k < 3; ++k) bad |= !(std::abs(p[k]) <= kMaxCoordinate);  // true for NaN
+  }
+  return !bad;
 }
 
 // Collinear within rounding: the area is at most 2^-50 of the longest edge squared.
@@ -55,6 +69,7 @@ Result<Done> validate(MeshView mesh, const MeshLimits& limits, std::string_view 
                      std::to_string(limits.max_triangles),
                  std::string(part), ""};
   }
+  if (surely_valid(mesh)) return Done{};
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     for (const std::uint32_t index : mesh.triangles[t]) {
       if (index >= mesh.positions.size()) {

@@ -20,9 +20,9 @@
 
 namespace meshgauge::api {
 
-enum class Format { obj, stl, ply, gltf, glb };
+enum class Format { obj, stl, ply, off, gltf, glb };
 
-std::string_view to_string(Format format);  // "obj", "stl", "ply", "gltf", "glb"
+std::string_view to_string(Format format);  // "obj", "stl", "ply", "off", "gltf", "glb"
 
 struct ReadLimits {
   std::size_t max_vertices = 200'000'000;
@@ -32,8 +32,8 @@ struct ReadLimits {
 
 // What was done to the file beyond reading it; all of it is told in the result.
 struct ReadNotes {
-  bool gzip = false;                // the file was gzip-compressed
-  std::size_t polygons = 0;         // faces of more than three corners, fan-triangulated
+  bool gzip = false;                   // the file was gzip-compressed
+  std::size_t polygons = 0;            // faces of more than three corners, fan-triangulated
   std::size_t skipped_primitives = 0;  // points and lines, which have no surface
 };
 

@@ -1,0 +1,186 @@
+#include "api/formats/detect.h"
+
+#include <algorithm>
+#include <array>
+#include <string>
+
+#include "api/formats/gzip.h"
+#include "api/formats/off.h"
+#include "api/formats/ply_header.h"
+#include "api/formats/source.h"
+#include "api/formats/stl.h"
+#include "api/formats/text.h"
+
+namespace meshgauge::api {
+namespace {
+
+using std::string_view_literals::operator""sv;
+
+struct Signature {
+  std::string_view bytes;
+  std::string_view what;
+};
+constexpr Signature kForeign[] = {
+    {"\x89PNG"sv, "is a PNG image, not a mesh"},
+    {"\xFF\xD8\xFF"sv, "is a JPEG image, not a mesh"},
+    {"GIF8"sv, "is a GIF image, not a mesh"},
+    {"%PDF"sv, "is a PDF document, not a mesh"},
+    {"DRACO"sv, "is a bare Draco file (.drc), which is not supported"},
+    {"\x1F\x8B"sv, "is gzip inside gzip, which is not supported"},
+    {"BZh"sv, "is compressed by bzip2, which is not supported; gzip is"},
+    {"\xFD\x37zXZ"sv, "is compressed by xz, which is not supported; gzip is"},
+    {"\x28\xB5\x2F\xFD"sv, "is compressed by zstd, which is not supported; gzip is"},
+    {"7z\xBC\xAF"sv, "is a 7z archive, not a mesh"},
+    {"Rar!"sv, "is a RAR archive, not a mesh"},
+    {"Kaydara FBX"sv, "is an FBX file, which is not supported"},
+    {"BLENDER"sv, "is a Blender file, which is not supported"},
+};
+
+struct Name {
+  std::string_view name;  // a file name extension, or a media type
+  Format format;
+};
+constexpr Name kExtensions[] = {{"obj", Format::obj}, {"stl", Format::stl},   {"ply", Format::ply},
+                                {"off", Format::off}, {"gltf", Format::gltf}, {"glb", Format::glb}};
+constexpr Name kMediaTypes[] = {{"model/obj", Format::obj},
+                                {"text/prs.wavefront-obj", Format::obj},
+                                {"model/stl", Format::stl},
+                                {"application/sla", Format::stl},
+                                {"model/x.stl-binary", Format::stl},
+                                {"model/x.stl-ascii", Format::stl},
+                                {"application/vnd.ms-pki.stl", Format::stl},
+                                {"model/ply", Format::ply},
+                                {"application/x-ply", Format::ply},
+                                {"model/gltf+json", Format::gltf},
+                                {"model/gltf-binary", Format::glb}};
+
+std::string_view as_text(std::span<const std::byte> bytes) {
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
+std::string_view beginning(std::span<const std::byte> bytes, std::size_t count) {
+  return as_text(bytes.first(std::min(bytes.size(), count)));
+}
+
+bool ends_with_word(std::string_view text, std::string_view lower_case) {
+  return text.size() >= lower_case.size() && same_word(text.substr(text.size() - lower_case.size()), lower_case);
+}
+
+std::string_view without_gz(std::string_view filename) {
+  return ends_with_word(filename, ".gz") ? filename.substr(0, filename.size() - 3) : filename;
+}
+
+std::optional<Format> format_by_name(std::string_view filename) {
+  filename = without_gz(filename);
+  const std::size_t dot = filename.rfind('.');
+  if (dot == std::string_view::npos) return std::nullopt;
+  for (const Name& known : kExtensions) {
+    if (same_word(filename.substr(dot + 1), known.name)) return known.format;
+  }
+  return std::nullopt;
+}
+
+std::optional<Format> format_by_media_type(std::string_view media_type) {
+  media_type = media_type.substr(0, media_type.find(';'));
+  while (media_type.ends_with(' ')) media_type.remove_suffix(1);
+  for (const Name& known : kMediaTypes) {
+    if (same_word(media_type, known.name)) return known.format;
+  }
+  return std::nullopt;
+}
+
+std::optional<Format> format_by_hints(const ReadHints& hints) {
+  if (const auto format = format_by_name(hints.filename)) return format;
+  return format_by_media_type(hints.media_type);
+}
+
+// True when the first statement is one of OBJ's.
+bool looks_like_obj(std::string_view text) {
+  constexpr std::string_view kStatements[] = {"v", "vn", "vt", "vp",     "f",      "l",  "p",
+                                              "o", "g",  "s",  "mtllib", "usemtl", "mg", "cstype"};
+  const char* const end = text.data() + text.size();
+  const char* p = text.data() + (text.starts_with("\xEF\xBB\xBF") ? 3 : 0);
+  for (p = skip_spaces(p, end); p != end && *p == '#'; p = skip_spaces(p, end)) p = skip_line(p, end);
+  const std::string_view word = word_at(p, end);
+  return word.data() + word.size() != end && std::ranges::find(kStatements, word) != std::end(kStatements);
+}
+
+std::optional<Format> format_by_content(std::span<const std::byte> bytes) {
+  constexpr std::size_t kEnough = std::size_t{64} << 10U;  // for the comments at the start of an OBJ
+  const std::string_view start = beginning(bytes, kEnough);
+  if (start.starts_with("glTF")) return Format::glb;
+  if (is_ply(start)) return Format::ply;
+  if (!off_keyword(start).empty()) return Format::off;
+  if (is_binary_stl(bytes)) return Format::stl;
+  if (looks_like_obj(start)) return Format::obj;
+  const char* p = start.data() + (start.starts_with("\xEF\xBB\xBF") ? 3 : 0);
+  p = skip_spaces(p, start.data() + start.size());
+  const std::string_view word = word_at(p, start.data() + start.size());
+  if (word.starts_with('{')) return Format::gltf;
+  if (same_word(word, "solid")) return Format::stl;
+  return std::nullopt;
+}
+
+bool is_web_page(std::string_view start) {
+  const char* p = skip_spaces(start.data(), start.data() + start.size());
+  start.remove_prefix(static_cast<std::size_t>(p - start.data()));
+  return same_word(start.substr(0, 9), "<!doctype") || same_word(start.substr(0, 5), "<html");
+}
+
+// By its byte order mark, or because every other byte of its beginning is NUL.
+bool is_utf16(std::string_view start) {
+  if (start.starts_with("\xFF\xFE") || start.starts_with("\xFE\xFF")) return true;
+  if (start.size() < 8) return false;
+  const auto nul_at = [&](std::size_t parity) {
+    for (std::size_t i = 0; i < 8; ++i) {
+      if ((start[i] == '\0') != (i % 2 == parity)) return false;
+    }
+    return true;
+  };
+  return nul_at(0) || nul_at(1);
+}
+
+bool is_text_format(Format format) { return format == Format::obj || format == Format::off || format == Format::gltf; }
+
+std::optional<std::string> zip_kind(std::string_view start, std::string_view filename) {
+  if (!start.starts_with("PK\x03\x04") && !start.starts_with("PK\x05\x06")) return std::nullopt;
+  const bool is_3mf = ends_with_word(without_gz(filename), ".3mf") || start.find("3D/") != std::string_view::npos ||
+                      start.find("[Content_Types].xml") != std::string_view::npos;
+  if (is_3mf) return "is a 3MF file: 3MF is not supported";
+  return "is a zip archive, not a mesh";
+}
+
+std::optional<std::string> foreign_kind(std::span<const std::byte> bytes, const ReadHints& hints) {
+  if (bytes.empty()) return "is an empty file";
+  const std::string_view start = beginning(bytes, 4096);
+  if (auto zip = zip_kind(start, hints.filename)) return zip;
+  for (const Signature& foreign : kForeign) {
+    if (start.starts_with(foreign.bytes)) return std::string(foreign.what);
+  }
+  if (is_web_page(start)) return "is a web page (HTML), not a mesh";
+  if (is_utf16(start)) return "is text in UTF-16, which is not supported; UTF-8 is";
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::optional<Error> refuse_foreign(std::span<const std::byte> bytes, const ReadHints& hints) {
+  if (auto kind = foreign_kind(bytes, hints)) {
+    const ErrorCode code = bytes.empty() ? ErrorCode::empty_mesh : ErrorCode::unsupported_format;
+    return about(hints.part, code, *kind);
+  }
+  const auto by_name = format_by_hints(hints);
+  const bool binary = beginning(bytes, 4096).find('\0') != std::string_view::npos;
+  if (binary && by_name && is_text_format(*by_name) && !format_by_content(bytes)) {
+    return about(hints.part, ErrorCode::unsupported_format,
+                 "holds binary data, not " + std::string(to_string(*by_name)) + " as its name says");
+  }
+  return std::nullopt;
+}
+
+std::optional<Format> detect_format(std::span<const std::byte> bytes, const ReadHints& hints) {
+  if (const auto format = format_by_content(bytes)) return format;
+  return format_by_hints(hints);
+}
+
+}  // namespace meshgauge::api

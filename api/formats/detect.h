@@ -1,0 +1,15 @@
+// Which format a file is, and in what words a file that is no mesh is refused. detect_format() is in format.h.
+#pragma once
+
+#include <optional>
+#include <span>
+
+#include "api/formats/format.h"
+
+namespace meshgauge::api {
+
+// Why `bytes`, a file or its beginning, cannot be a mesh that is read here: a web page, an image, an archive,
+// text in UTF-16, Draco, binary data under the name of a text format. nullopt: it may be one.
+std::optional<Error> refuse_foreign(std::span<const std::byte> bytes, const ReadHints& hints);
+
+}  // namespace meshgauge::api

@@ -1,0 +1,78 @@
+#include "api/formats/format.h"
+
+#include <utility>
+
+#include "api/formats/detect.h"
+#include "api/formats/gzip.h"
+#include "api/formats/obj.h"
+#include "api/formats/off.h"
+#include "api/formats/ply.h"
+#include "api/formats/source.h"
+#include "api/formats/stl.h"
+
+namespace meshgauge::api {
+namespace {
+
+Result<ReadMesh> read_as(Format format, const Source& source) {
+  switch (format) {
+    case Format::obj:
+      return read_obj(source);
+    case Format::stl:
+      return read_stl(source);
+    case Format::ply:
+      return read_ply(source);
+    case Format::off:
+      return read_off(source);
+    case Format::gltf:
+    case Format::glb:
+      break;
+  }
+  return about(source.part, ErrorCode::unsupported_format, "is glTF, which is not supported");
+}
+
+Result<ReadMesh> read_expanded(std::span<const std::byte> bytes, const ReadHints& hints, const ReadLimits& limits) {
+  if (auto error = refuse_foreign(bytes, hints)) return std::move(*error);
+  const auto format = detect_format(bytes, hints);
+  if (!format) {
+    return about(hints.part, ErrorCode::unsupported_format,
+                 "is of no known format; OBJ, STL, PLY, OFF, glTF and GLB are read");
+  }
+  auto read = read_as(*format, Source{bytes, hints.part, limits});
+  if (!read) return read;
+  const MeshLimits mesh_limits{limits.max_vertices, limits.max_triangles};
+  if (auto ok = validate(read->mesh, mesh_limits, hints.part); !ok) return std::move(ok).error();
+  return read;
+}
+
+}  // namespace
+
+std::string_view to_string(Format format) {
+  switch (format) {
+    case Format::obj:
+      return "obj";
+    case Format::stl:
+      return "stl";
+    case Format::ply:
+      return "ply";
+    case Format::off:
+      return "off";
+    case Format::gltf:
+      return "gltf";
+    case Format::glb:
+      break;
+  }
+  return "glb";
+}
+
+Result<ReadMesh> read_mesh(std::span<const std::byte> bytes, const ReadHints& hints, const ReadLimits& limits) {
+  if (!is_gzip(bytes)) return read_expanded(bytes, hints, limits);
+  const auto expanded = expand_gzip(bytes, hints.part, limits, [&](std::span<const std::byte> beginning) {
+    return refuse_foreign(beginning, hints);
+  });
+  if (!expanded) return expanded.error();
+  auto read = read_expanded(expanded->bytes(), hints, limits);
+  if (read) read->notes.gzip = true;
+  return read;
+}
+
+}  // namespace meshgauge::api

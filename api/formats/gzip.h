@@ -1,0 +1,37 @@
+// gzip around a mesh file of any format.
+#pragma once
+
+#include <cstddef>
+#include <cstdlib>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string_view>
+
+#include "api/formats/format.h"
+
+namespace meshgauge::api {
+
+bool is_gzip(std::span<const std::byte> bytes);
+
+struct Freed {
+  void operator()(std::byte* p) const { std::free(p); }
+};
+
+struct Expanded {
+  std::unique_ptr<std::byte, Freed> data;
+  std::size_t size = 0;
+  std::span<const std::byte> bytes() const { return {data.get(), size}; }
+};
+
+// Shown the first expanded bytes before the rest is expanded; an Error ends it there.
+using FirstLook = std::function<std::optional<Error>(std::span<const std::byte> beginning)>;
+
+// Expands all members. Refused: a truncated or damaged file (CRC and length are checked), bytes after the last
+// member, more than `limits.max_expanded_bytes`, and, beyond the first 64 MiB, more than 200 times the compressed
+// size: no mesh of numbers compresses so well, and it bounds the time and the memory by what was sent.
+Result<Expanded> expand_gzip(std::span<const std::byte> bytes, std::string_view part, const ReadLimits& limits,
+                             const FirstLook& first_look);
+
+}  // namespace meshgauge::api

@@ -1,0 +1,277 @@
+#include "api/formats/obj.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "api/formats/fan.h"
+#include "api/formats/room.h"
+#include "api/formats/text.h"
+
+namespace meshgauge::api {
+namespace {
+
+// How many vertices and triangles to make room for, from small windows spread over the file. Only a hint: one
+// allocation of the right size instead of twenty that double, each with its copy and its page faults.
+struct Estimate {
+  std::size_t vertices = 0;
+  std::size_t faces = 0;
+};
+
+Estimate estimate(std::string_view text) {
+  constexpr std::size_t kWindows = 64;
+  constexpr std::size_t kWindowBytes = 4096;
+  if (text.size() < kWindows * kWindowBytes) return {};
+  Estimate found;
+  for (std::size_t i = 0; i < kWindows; ++i) {
+    const char* p = text.data() + (text.size() - kWindowBytes) / kWindows * i;
+    for (const char* const end = p + kWindowBytes - 2; p < end; ++p) {
+      found.vertices += is_newline(*p) && p[1] == 'v' && is_blank(p[2]);
+      found.faces += is_newline(*p) && p[1] == 'f' && is_blank(p[2]);
+    }
+  }
+  const double scale = 1.04 * static_cast<double>(text.size()) / static_cast<double>(kWindows * kWindowBytes);
+  return {static_cast<std::size_t>(static_cast<double>(found.vertices) * scale),
+          static_cast<std::size_t>(static_cast<double>(found.faces) * scale)};
+}
+
+// Each reading function takes a place in the text and gives the place after what it read, or nullptr once
+// error_ says what is wrong.
+class ObjReader {
+ public:
+  explicit ObjReader(const Source& source)
+      : source_(source), end_(source.end()), vertex_limit_(vertex_limit(source)), fan_(out_.mesh.triangles) {
+    out_.format = Format::obj;
+  }
+
+  Result<ReadMesh> read();
+
+ private:
+  const char* statement(const char* p);
+  const char* vertex(const char* p);
+  const char* vertex_extras(const char* p);
+  const char* face(const char* p);
+  const char* plain_triangle(const char* p);
+  const char* corner(const char* p);
+  const char* texture_and_normal(const char* p, const char* token);
+  const char* other(const char* p);
+  const char* pass_over(const char* p, bool continues);
+  const char* resolve(std::int64_t index, const char* place);
+
+  const char* end_of_continuation(const char* p) const;
+  const char* blanks(const char* p) const;
+  bool at_line_end(const char* p) const { return p == end_ || is_newline(*p); }
+  bool at_token_end(const char* p) const {
+    return at_line_end(p) || is_blank(*p) || (*p == '\\' && end_of_continuation(p) != nullptr);
+  }
+  const char* fail(const char* place, ErrorCode code, const std::string& what);
+  const char* bad_number(const char* p);
+  const char* binary_data(const char* p) { return fail(p, ErrorCode::unreadable_mesh, "binary data in a text file"); }
+
+  const Source& source_;
+  const char* end_;
+  std::size_t vertex_limit_;
+  ReadMesh out_;
+  Fan fan_;
+  // The highest index so far that named a vertex not yet read, and where.
+  std::size_t highest_forward_ = 0;
+  const char* highest_forward_place_ = nullptr;
+  std::optional<Error> error_;
+};
+
+const char* ObjReader::fail(const char* place, ErrorCode code, const std::string& what) {
+  error_ = at_line(source_, place, code, what);
+  return nullptr;
+}
+
+const char* ObjReader::bad_number(const char* p) {
+  if (at_line_end(p)) return fail(p, ErrorCode::unreadable_mesh, "a vertex needs three coordinates");
+  return fail(p, ErrorCode::unreadable_mesh, quoted(word_at(p, end_)) + " is not a number");
+}
+
+// The start of the next line when p is a backslash that ends its line; else nullptr.
+const char* ObjReader::end_of_continuation(const char* p) const {
+  if (++p == end_ || !is_newline(*p)) return nullptr;
+  return p + (*p == '\r' && p + 1 != end_ && p[1] == '\n' ? 2 : 1);
+}
+
+const char* ObjReader::blanks(const char* p) const {
+  for (;;) {
+    p = skip_blanks(p, end_);
+    if (p == end_ || *p != '\\') [[likely]]
+      return p;
+    const char* next = end_of_continuation(p);
+    if (next == nullptr) return p;
+    p = next;
+  }
+}
+
+const char* ObjReader::vertex(const char* p) {
+  Vec3 position;
+  for (int k = 0; k < 3; ++k) {
+    p = blanks(p);
+    const char* next = parse_number(p, end_, position[k]);
+    if (next == nullptr || !at_token_end(next)) return bad_number(p);
+    if (!std::isfinite(position[k])) {
+      return fail(p, ErrorCode::non_finite_vertex, "the coordinate " + quoted(word_at(p, end_)) + " is not finite");
+    }
+    p = next;
+  }
+  if (out_.mesh.positions.size() == vertex_limit_) {
+    error_ = too_many(source_, "vertices", vertex_limit_);
+    return nullptr;
+  }
+  out_.mesh.positions.push_back(position);
+  return at_line_end(p) ? p : vertex_extras(p);
+}
+
+// A weight, a colour, or both. They do not move the surface, but a line of other things is a broken line.
+const char* ObjReader::vertex_extras(const char* p) {
+  constexpr int kMost = 4;
+  for (int count = 0;; ++count) {
+    p = blanks(p);
+    if (at_line_end(p) || *p == '#') return pass_over(p, false);
+    if (count == kMost) return fail(p, ErrorCode::unreadable_mesh, "a vertex has more than seven numbers");
+    double ignored = 0;
+    const char* next = parse_number(p, end_, ignored);
+    if (next == nullptr || !at_token_end(next)) return bad_number(p);
+    p = next;
+  }
+}
+
+// One space and an index of a vertex already read, three times, and the line's end: the bulk of most files, read
+// at twice the speed of face(). nullptr, and nothing done, when the line has anything else.
+const char* ObjReader::plain_triangle(const char* p) {
+  constexpr std::ptrdiff_t kMostDigits = 9;
+  constexpr std::ptrdiff_t kLongest = 3 * (1 + kMostDigits) + 1;
+  if (end_ - p < kLongest) return nullptr;
+  const std::size_t known = out_.mesh.positions.size();
+  Triangle triangle;
+  for (std::uint32_t& corner : triangle) {
+    if (*p++ != ' ') return nullptr;
+    std::uint32_t index = 0;
+    const char* const first = p;
+    for (; is_digit(*p) && p - first < kMostDigits; ++p) index = index * 10 + static_cast<std::uint32_t>(*p - '0');
+    corner = index - 1;  // 0 wraps around, beyond any vertex
+    if (corner >= known) return nullptr;
+  }
+  if (!is_newline(*p)) return nullptr;
+  out_.mesh.triangles.push_back(triangle);
+  return p;
+}
+
+const char* ObjReader::face(const char* p) {
+  if (out_.mesh.triangles.size() < source_.limits.max_triangles) {
+    if (const char* next = plain_triangle(p)) return next;
+  }
+  const char* const line = p;
+  fan_.begin();
+  for (p = blanks(p); !at_line_end(p) && *p != '#'; p = blanks(p)) {
+    p = corner(p);
+    if (p == nullptr) return nullptr;
+  }
+  if (fan_.corners() == 0) return fail(line, ErrorCode::unreadable_mesh, "a face without corners");
+  out_.notes.skipped_primitives += fan_.corners() < 3;
+  out_.notes.polygons += fan_.corners() > 3;
+  if (out_.mesh.triangles.size() > source_.limits.max_triangles) {
+    error_ = too_many(source_, "triangles", source_.limits.max_triangles);
+    return nullptr;
+  }
+  return pass_over(p, false);
+}
+
+const char* ObjReader::corner(const char* p) {
+  std::int64_t index = 0;
+  const char* next = parse_integer(p, end_, index);
+  if (next == nullptr) return fail(p, ErrorCode::unreadable_mesh, quoted(word_at(p, end_)) + " is not an index");
+  if (!at_token_end(next)) {
+    next = texture_and_normal(next, p);
+    if (next == nullptr) return nullptr;
+  }
+  return resolve(index, p) == nullptr ? nullptr : next;
+}
+
+// "/t", "//n", "/t/n", and the same with nothing after a slash.
+const char* ObjReader::texture_and_normal(const char* p, const char* token) {
+  for (int slashes = 0; slashes < 2 && p != end_ && *p == '/'; ++slashes) {
+    std::int64_t ignored = 0;
+    const char* next = parse_integer(++p, end_, ignored);
+    if (next != nullptr) p = next;
+  }
+  if (at_token_end(p)) return p;
+  return fail(token, ErrorCode::unreadable_mesh, quoted(word_at(token, end_)) + " is not an index");
+}
+
+const char* ObjReader::resolve(std::int64_t index, const char* place) {
+  const auto count = static_cast<std::int64_t>(out_.mesh.positions.size());
+  if (index == 0) return fail(place, ErrorCode::index_out_of_range, "index 0: indices count from 1");
+  const std::int64_t resolved = index > 0 ? index - 1 : count + index;
+  if (resolved < 0 || resolved >= static_cast<std::int64_t>(vertex_limit_)) {
+    return fail(
+        place, ErrorCode::index_out_of_range,
+        "index " + quoted(word_at(place, end_)) + " names no vertex; " + std::to_string(count) + " are known here");
+  }
+  if (resolved >= count && static_cast<std::size_t>(resolved) >= highest_forward_) {
+    highest_forward_ = static_cast<std::size_t>(resolved);
+    highest_forward_place_ = place;
+  }
+  fan_.add(static_cast<std::uint32_t>(resolved));
+  return place;
+}
+
+// To the end of the statement, refusing binary data on the way.
+const char* ObjReader::pass_over(const char* p, bool continues) {
+  for (; p != end_ && !is_newline(*p); ++p) {
+    if (*p == '\0') return binary_data(p);
+    if (*p != '\\' || !continues) continue;
+    if (const char* next = end_of_continuation(p)) p = next - 1;
+  }
+  return p;
+}
+
+const char* ObjReader::other(const char* p) {
+  if (*p == '#') return pass_over(p, false);
+  if (*p == '\\' && end_of_continuation(p) != nullptr) return blanks(p);
+  // A word that is not known is passed over, as is usual. Anything else is what remains of a broken line, and to
+  // pass over that would silently lose a part of the mesh.
+  if (!is_letter(*p)) {
+    if (static_cast<unsigned char>(*p) < ' ') return binary_data(p);
+    return fail(p, ErrorCode::unreadable_mesh, quoted(word_at(p, end_)) + " does not begin an OBJ statement");
+  }
+  out_.notes.skipped_primitives += (*p == 'l' || *p == 'p') && p + 1 != end_ && is_blank(p[1]);
+  return pass_over(p, true);
+}
+
+const char* ObjReader::statement(const char* p) {
+  const bool one_letter = p + 1 == end_ || is_space(p[1]) || p[1] == '\\';
+  if (*p == 'v' && one_letter) return vertex(p + 1);
+  if (*p == 'f' && one_letter) return face(p + 1);
+  if (word_at(p, end_) == "fo") return face(p + 2);  // the face of the format's first versions
+  return other(p);
+}
+
+Result<ReadMesh> ObjReader::read() {
+  const Estimate expected = estimate(source_.text());
+  reserve_room(out_.mesh.positions, std::min(expected.vertices, vertex_limit_));
+  reserve_room(out_.mesh.triangles, std::min(expected.faces, source_.limits.max_triangles));
+
+  const char* p = source_.begin();
+  if (source_.text().starts_with("\xEF\xBB\xBF")) p += 3;
+  for (p = skip_spaces(p, end_); p != end_; p = skip_spaces(p, end_)) {
+    p = statement(p);
+    if (p == nullptr) return std::move(*error_);
+  }
+  if (highest_forward_place_ != nullptr && highest_forward_ >= out_.mesh.positions.size()) {
+    return at_line(source_, highest_forward_place_, ErrorCode::index_out_of_range,
+                   "index " + std::to_string(highest_forward_ + 1) + ", but the file has " +
+                       std::to_string(out_.mesh.positions.size()) + " vertices");
+  }
+  return std::move(out_);
+}
+
+}  // namespace
+
+Result<ReadMesh> read_obj(const Source& source) { return ObjReader(source).read(); }
+
+}  // namespace meshgauge::api

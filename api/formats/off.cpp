@@ -1,0 +1,162 @@
+#include "api/formats/off.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "api/formats/fan.h"
+#include "api/formats/room.h"
+#include "api/formats/text.h"
+
+namespace meshgauge::api {
+namespace {
+
+// One line of numbers at a time: what follows the numbers that are read (edge counts, colours) is passed over.
+class OffReader {
+ public:
+  OffReader(const Source& source, const char* body)
+      : source_(source), p_(body), end_(source.end()), fan_(out_.mesh.triangles) {
+    out_.format = Format::off;
+  }
+
+  Result<ReadMesh> read();
+
+ private:
+  bool next_line();
+  bool integer(std::int64_t& value);
+  bool coordinate(double& value);
+  bool counts();
+  bool vertex();
+  bool face();
+  bool fail(ErrorCode code, const std::string& what) {
+    error_ = at_line(source_, p_, code, what);
+    return false;
+  }
+  bool bad(std::string_view word, const std::string& kind) {
+    return fail(ErrorCode::unreadable_mesh,
+                word.empty() ? "the line ends where " + kind + " is expected" : quoted(word) + " is not " + kind);
+  }
+  std::string_view word() {
+    p_ = skip_blanks(p_, end_);
+    return word_at(p_, end_);
+  }
+
+  const Source& source_;
+  const char* p_;
+  const char* end_;
+  std::int64_t vertex_count_ = 0;
+  std::int64_t face_count_ = 0;
+  ReadMesh out_;
+  Fan fan_;
+  std::optional<Error> error_;
+};
+
+// To the next line that holds more than a comment.
+bool OffReader::next_line() {
+  for (p_ = skip_spaces(p_, end_); p_ != end_ && *p_ == '#'; p_ = skip_spaces(p_, end_)) p_ = skip_line(p_, end_);
+  return p_ != end_ || fail(ErrorCode::unreadable_mesh, "truncated: the counts announce more lines");
+}
+
+bool OffReader::integer(std::int64_t& value) {
+  const std::string_view text = word();
+  if (parse_integer(p_, end_, value) != p_ + text.size()) return bad(text, "an integer");
+  p_ += text.size();
+  return true;
+}
+
+bool OffReader::coordinate(double& value) {
+  const std::string_view text = word();
+  if (parse_number(p_, end_, value) != p_ + text.size()) return bad(text, "a number");
+  if (!std::isfinite(value)) {
+    return fail(ErrorCode::non_finite_vertex, "the coordinate " + quoted(text) + " is not finite");
+  }
+  p_ += text.size();
+  return true;
+}
+
+bool OffReader::counts() {
+  if (!next_line() || !integer(vertex_count_) || !integer(face_count_)) return false;
+  // A vertex takes at least "0 0 0\n", a face "0\n".
+  const std::int64_t remaining = end_ - p_ + 1;
+  if (vertex_count_ < 0 || vertex_count_ > remaining / 6 || face_count_ < 0 || face_count_ > remaining / 2) {
+    return fail(ErrorCode::unreadable_mesh, std::to_string(vertex_count_) + " vertices and " +
+                                                std::to_string(face_count_) + " faces do not fit into the file");
+  }
+  p_ = skip_line(p_, end_);
+  return true;
+}
+
+bool OffReader::vertex() {
+  if (!next_line()) return false;
+  Vec3 position;
+  for (int k = 0; k < 3; ++k) {
+    if (!coordinate(position[k])) return false;
+  }
+  out_.mesh.positions.push_back(position);
+  p_ = skip_line(p_, end_);
+  return true;
+}
+
+bool OffReader::face() {
+  std::int64_t corners = 0;
+  if (!next_line() || !integer(corners)) return false;
+  if (corners < 0) return fail(ErrorCode::unreadable_mesh, "a negative number of corners");
+  fan_.begin();
+  for (std::int64_t i = 0; i < corners; ++i) {
+    std::int64_t index = 0;
+    if (!integer(index)) return false;
+    if (index < 0 || index >= vertex_count_) {
+      return fail(ErrorCode::index_out_of_range,
+                  "index " + std::to_string(index) + ", but there are " + std::to_string(vertex_count_) + " vertices");
+    }
+    fan_.add(static_cast<std::uint32_t>(index));
+  }
+  out_.notes.skipped_primitives += corners < 3;
+  out_.notes.polygons += corners > 3;
+  p_ = skip_line(p_, end_);
+  return out_.mesh.triangles.size() <= source_.limits.max_triangles ||
+         fail(ErrorCode::too_large, "more triangles than the limit of " + std::to_string(source_.limits.max_triangles));
+}
+
+Result<ReadMesh> OffReader::read() {
+  if (!counts()) return std::move(*error_);
+  if (static_cast<std::uint64_t>(vertex_count_) > vertex_limit(source_)) {
+    return too_many(source_, "vertices", vertex_limit(source_));
+  }
+  reserve_room(out_.mesh.positions, static_cast<std::size_t>(vertex_count_));
+  reserve_room(out_.mesh.triangles, static_cast<std::size_t>(face_count_));
+  for (std::int64_t i = 0; i < vertex_count_; ++i) {
+    if (!vertex()) return std::move(*error_);
+  }
+  for (std::int64_t i = 0; i < face_count_; ++i) {
+    if (!face()) return std::move(*error_);
+  }
+  return std::move(out_);
+}
+
+}  // namespace
+
+std::string_view off_keyword(std::string_view text) {
+  const std::string_view word = word_at(text.data(), text.data() + std::min<std::size_t>(text.size(), 16));
+  return word.size() >= 3 && word.size() <= 8 && word.ends_with("OFF") ? word : std::string_view();
+}
+
+Result<ReadMesh> read_off(const Source& source) {
+  const std::string_view keyword = off_keyword(source.text());
+  const char* body = source.begin() + keyword.size();
+  if (keyword.empty()) {
+    return at_line(source, source.begin(), ErrorCode::unreadable_mesh, "an OFF file begins with 'OFF'");
+  }
+  if (keyword != "OFF" && keyword != "COFF") {
+    return about(source.part, ErrorCode::unsupported_format,
+                 "is of the kind " + quoted(keyword) + ", which is not supported; OFF and COFF are");
+  }
+  const char* next = skip_blanks(body, source.end());
+  if (same_word(word_at(next, source.end()), "binary")) {
+    return about(source.part, ErrorCode::unsupported_format, "is a binary OFF, which is not supported");
+  }
+  return OffReader(source, body).read();
+}
+
+}  // namespace meshgauge::api

@@ -1,0 +1,12 @@
+// PLY 1.0: ASCII, binary little endian and binary big endian.
+#pragma once
+
+#include "api/formats/source.h"
+
+namespace meshgauge::api {
+
+// Reads the elements "vertex" (x, y, z of any type) and "face" (vertex_indices or vertex_index, a list of any
+// integer type), wherever they stand; other elements and properties are passed over. Linear time.
+Result<ReadMesh> read_ply(const Source& source);
+
+}  // namespace meshgauge::api

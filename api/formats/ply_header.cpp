@@ -1,0 +1,184 @@
+#include "api/formats/ply_header.h"
+
+#include <algorithm>
+#include <optional>
+#include <utility>
+
+#include "api/formats/text.h"
+
+namespace meshgauge::api {
+namespace {
+
+// More than any exporter writes; keeps a header from becoming the bulk of the memory.
+constexpr std::size_t kMostElements = 100;
+constexpr std::size_t kMostProperties = 1000;  // of one element
+
+struct TypeName {
+  std::string_view name;
+  PlyType type;
+};
+constexpr TypeName kTypeNames[] = {
+    {"char", PlyType::int8},      {"int8", PlyType::int8},       {"uchar", PlyType::uint8},
+    {"uint8", PlyType::uint8},    {"short", PlyType::int16},     {"int16", PlyType::int16},
+    {"ushort", PlyType::uint16},  {"uint16", PlyType::uint16},   {"int", PlyType::int32},
+    {"int32", PlyType::int32},    {"uint", PlyType::uint32},     {"uint32", PlyType::uint32},
+    {"float", PlyType::float32},  {"float32", PlyType::float32}, {"double", PlyType::float64},
+    {"float64", PlyType::float64}};
+
+std::optional<PlyType> type_named(std::string_view name) {
+  const auto* found = std::ranges::find(kTypeNames, name, &TypeName::name);
+  if (found == std::end(kTypeNames)) return std::nullopt;
+  return found->type;
+}
+
+bool has_named(const auto& things, std::string_view name) {
+  return std::ranges::any_of(things, [name](const auto& thing) { return thing.name == name; });
+}
+
+class HeaderReader {
+ public:
+  explicit HeaderReader(const Source& source) : source_(source), p_(source.begin()), end_(source.end()) {}
+
+  Result<PlyHeader> read();
+
+ private:
+  bool next_line();
+  std::string_view word();
+  Result<Done> statement(std::string_view keyword);
+  Result<Done> format();
+  Result<Done> element();
+  Result<Done> property();
+  Result<PlyType> type(std::string_view name) const;
+  Error fail(const std::string& what) const {
+    return at_line(source_, line_, ErrorCode::unreadable_mesh, "PLY header: " + what);
+  }
+
+  const Source& source_;
+  const char* p_;  // the start of the next line
+  const char* end_;
+  const char* line_ = nullptr;  // the start of this line
+  const char* word_ = nullptr;  // the rest of this line
+  const char* line_end_ = nullptr;
+  bool format_seen_ = false;
+  PlyHeader header_;
+};
+
+// False at the end of the file, and where no line end follows: a header line is never the last thing in a file.
+bool HeaderReader::next_line() {
+  line_ = word_ = p_;
+  line_end_ = skip_line(p_, end_);
+  if (line_end_ == end_) return false;
+  p_ = line_end_ + 1;
+  // Where lines end by \r alone, a \n after the header belongs to the data.
+  const bool cr_only = source_.text().starts_with("ply\r") && !source_.text().starts_with("ply\r\n");
+  if (*line_end_ == '\r' && p_ != end_ && *p_ == '\n' && !cr_only) ++p_;
+  return true;
+}
+
+std::string_view HeaderReader::word() {
+  word_ = skip_spaces(word_, line_end_);
+  const std::string_view found = word_at(word_, line_end_);
+  word_ += found.size();
+  return found;
+}
+
+Result<PlyType> HeaderReader::type(std::string_view name) const {
+  if (const auto found = type_named(name)) return *found;
+  return fail(quoted(name) + " is not a type");
+}
+
+Result<Done> HeaderReader::format() {
+  const std::string_view encoding = word();
+  const std::string_view version = word();
+  if (encoding == "ascii") {
+    header_.encoding = PlyEncoding::ascii;
+  } else if (encoding == "binary_little_endian") {
+    header_.encoding = PlyEncoding::little_endian;
+  } else if (encoding == "binary_big_endian") {
+    header_.encoding = PlyEncoding::big_endian;
+  } else {
+    return fail("format " + quoted(encoding) + " is not known");
+  }
+  if (version != "1.0") return fail("version " + quoted(version) + " is not read, only 1.0");
+  format_seen_ = true;
+  return Done{};
+}
+
+Result<Done> HeaderReader::element() {
+  PlyElement element;
+  element.name = word();
+  const std::string_view count = word();
+  std::int64_t value = 0;
+  if (parse_integer(count.data(), count.data() + count.size(), value) != count.data() + count.size() || value < 0) {
+    return fail(quoted(count) + " is not a count of elements");
+  }
+  if (has_named(header_.elements, element.name)) return fail("a second element " + quoted(element.name));
+  if (header_.elements.size() == kMostElements) return fail("more than 100 elements");
+  element.count = static_cast<std::uint64_t>(value);
+  header_.elements.push_back(std::move(element));
+  return Done{};
+}
+
+Result<Done> HeaderReader::property() {
+  if (header_.elements.empty()) return fail("a property before any element");
+  PlyProperty property;
+  std::string_view type_name = word();
+  if (type_name == "list") {
+    property.is_list = true;
+    const auto count_type = type(word());
+    if (!count_type) return count_type.error();
+    if (!is_integer(*count_type)) return fail("the length of a list must be of an integer type");
+    property.count_type = *count_type;
+    type_name = word();
+  }
+  const auto value_type = type(type_name);
+  if (!value_type) return value_type.error();
+  property.type = *value_type;
+  property.name = word();
+  if (property.name.empty()) return fail("a property without a name");
+  std::vector<PlyProperty>& properties = header_.elements.back().properties;
+  if (has_named(properties, property.name)) return fail("a second property " + quoted(property.name));
+  if (properties.size() == kMostProperties) return fail("more than 1000 properties of one element");
+  properties.push_back(std::move(property));
+  return Done{};
+}
+
+Result<Done> HeaderReader::statement(std::string_view keyword) {
+  if (keyword == "comment" || keyword == "obj_info" || keyword.empty()) return Done{};
+  if (keyword == "format") return format();
+  if (keyword == "element") return element();
+  if (keyword == "property") return property();
+  return fail(quoted(keyword) + " is not a header keyword");
+}
+
+Result<PlyHeader> HeaderReader::read() {
+  next_line();  // "ply"
+  while (next_line()) {
+    const std::string_view keyword = word();
+    if (keyword == "end_header") {
+      if (!format_seen_) return fail("no format before end_header");
+      header_.body = p_;
+      return std::move(header_);
+    }
+    if (auto ok = statement(keyword); !ok) return std::move(ok).error();
+  }
+  return fail("the file ends before end_header");
+}
+
+}  // namespace
+
+bool PlyElement::has_list() const { return std::ranges::any_of(properties, &PlyProperty::is_list); }
+
+std::size_t PlyElement::least_bytes() const {
+  std::size_t bytes = 0;
+  for (const PlyProperty& property : properties) {
+    bytes += size_of(property.is_list ? property.count_type : property.type);
+  }
+  return bytes;
+}
+
+bool is_ply(std::string_view text) { return text.size() > 3 && text.starts_with("ply") && is_space(text[3]); }
+
+Result<PlyHeader> read_ply_header(const Source& source) { return HeaderReader(source).read(); }
+
+}  // namespace meshgauge::api

@@ -1,0 +1,54 @@
+#include "api/formats/source.h"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+namespace meshgauge::api {
+namespace {
+
+// Lines end by \n, \r\n or \r alone, as the readers take them.
+std::size_t line_number(const Source& source, const char* place) {
+  std::size_t line = 1;
+  for (const char* p = source.begin(); p < place; ++p) {
+    line += *p == '\n' || (*p == '\r' && (p + 1 == source.end() || p[1] != '\n'));
+  }
+  return line;
+}
+
+}  // namespace
+
+Error at(const Source& source, std::string where, ErrorCode code, const std::string& what) {
+  std::string message = where + " of '" + std::string(source.part) + "': " + what;
+  return Error{code, std::move(message), std::string(source.part), std::move(where)};
+}
+
+Error at_line(const Source& source, const char* place, ErrorCode code, const std::string& what) {
+  return at(source, "line " + std::to_string(line_number(source, place)), code, what);
+}
+
+Error at_byte(const Source& source, std::size_t offset, ErrorCode code, const std::string& what) {
+  return at(source, "byte " + std::to_string(offset), code, what);
+}
+
+Error about(std::string_view part, ErrorCode code, const std::string& what) {
+  return Error{code, "'" + std::string(part) + "' " + what, std::string(part), ""};
+}
+
+std::string quoted(std::string_view text) {
+  constexpr std::size_t kLongest = 32;
+  std::string out = "'";
+  for (const char c : text.substr(0, kLongest)) out += (c >= ' ' && c <= '~') ? c : '?';
+  return out + (text.size() > kLongest ? "...'" : "'");
+}
+
+Error too_many(const Source& source, std::string_view things, std::size_t limit) {
+  return about(source.part, ErrorCode::too_large,
+               "has more " + std::string(things) + " than the limit of " + std::to_string(limit));
+}
+
+std::size_t vertex_limit(const Source& source) {
+  return std::min<std::size_t>(source.limits.max_vertices, std::numeric_limits<std::uint32_t>::max());
+}
+
+}  // namespace meshgauge::api

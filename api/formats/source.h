@@ -1,0 +1,37 @@
+// What a reader is given, and how it names the place of a defect.
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "api/formats/format.h"
+
+namespace meshgauge::api {
+
+// One file on its way through a reader, already expanded. Borrowed; outlives the reader.
+struct Source {
+  std::span<const std::byte> bytes;
+  std::string_view part;
+  const ReadLimits& limits;
+
+  const char* begin() const { return reinterpret_cast<const char*>(bytes.data()); }
+  const char* end() const { return begin() + bytes.size(); }
+  std::string_view text() const { return {begin(), bytes.size()}; }
+};
+
+// Errors about a part: "line 12 of 'a': ...", "byte 84 of 'a': ...", "accessor 3 of 'a': ...", "'a' is empty".
+Error at(const Source& source, std::string where, ErrorCode code, const std::string& what);
+Error at_line(const Source& source, const char* place, ErrorCode code, const std::string& what);
+Error at_byte(const Source& source, std::size_t offset, ErrorCode code, const std::string& what);
+Error about(std::string_view part, ErrorCode code, const std::string& what);
+
+// A piece of the file for a message: in single quotes, at most 32 characters, printable ASCII only.
+std::string quoted(std::string_view text);
+
+// The first counts beyond the limits end a reader early; indices are 32 bits wide.
+Error too_many(const Source& source, std::string_view things, std::size_t limit);
+std::size_t vertex_limit(const Source& source);
+
+}  // namespace meshgauge::api

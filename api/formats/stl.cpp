@@ -1,0 +1,207 @@
+#include "api/formats/stl.h"
+
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <utility>
+
+#include "api/formats/room.h"
+#include "api/formats/text.h"
+
+namespace meshgauge::api {
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "binary STL is read as the machine's own floats");
+
+constexpr std::size_t kHeaderBytes = 84;
+constexpr std::size_t kFacetBytes = 50;
+constexpr std::size_t kNormalBytes = 12;
+
+std::size_t facet_count(std::span<const std::byte> bytes) {
+  std::uint32_t count = 0;
+  std::memcpy(&count, bytes.data() + 80, sizeof count);
+  return count;
+}
+
+// ASCII when it starts with "solid" and its beginning is text: a binary file's header may say "solid" as well,
+// but its count and its normals hold bytes that no text has.
+bool is_ascii(std::string_view text) {
+  const char* p = skip_spaces(text.data(), text.data() + text.size());
+  const std::string_view beginning(p, std::min<std::size_t>(1024, static_cast<std::size_t>(text.end() - p)));
+  if (beginning.size() < 5 || !same_word(beginning.substr(0, 5), "solid")) return false;
+  for (const char c : beginning) {
+    if (static_cast<unsigned char>(c) < ' ' && !is_space(c)) return false;
+  }
+  return true;
+}
+
+Error non_finite(const Source& source, std::size_t facet, const float* coordinates) {
+  std::size_t k = 0;
+  while (std::isfinite(coordinates[k])) ++k;
+  return at_byte(source, kHeaderBytes + facet * kFacetBytes + kNormalBytes + k * sizeof(float),
+                 ErrorCode::non_finite_vertex, "a coordinate of facet " + std::to_string(facet) + " is not finite");
+}
+
+Result<Done> check_binary_size(const Source& source) {
+  const std::size_t size = source.bytes.size();
+  if (size < kHeaderBytes) {
+    return at_byte(source, size, ErrorCode::unreadable_mesh,
+                   "truncated: a binary STL needs 84 bytes of header and a count");
+  }
+  const std::size_t count = facet_count(source.bytes);
+  const std::size_t expected = kHeaderBytes + kFacetBytes * count;
+  if (size == expected) return Done{};
+  const std::string should = "the count of " + std::to_string(count) + " facets asks for " + std::to_string(expected) +
+                             " bytes, the file has " + std::to_string(size);
+  if (size < expected) return at_byte(source, size, ErrorCode::unreadable_mesh, "truncated: " + should);
+  return at_byte(source, expected, ErrorCode::unreadable_mesh, "left-over bytes: " + should);
+}
+
+Result<ReadMesh> read_binary(const Source& source) {
+  if (auto ok = check_binary_size(source); !ok) return std::move(ok).error();
+  const std::size_t count = facet_count(source.bytes);
+  if (count > source.limits.max_triangles) return too_many(source, "triangles", source.limits.max_triangles);
+  if (count > vertex_limit(source) / 3) return too_many(source, "vertices", vertex_limit(source));
+
+  ReadMesh out;
+  out.format = Format::stl;
+  reserve_room(out.mesh.positions, 3 * count);
+  reserve_room(out.mesh.triangles, count);
+  out.mesh.positions.resize(3 * count);  // Vec3 has no initial value: this writes nothing
+  const std::byte* facet = source.bytes.data() + kHeaderBytes + kNormalBytes;
+  double* position = out.mesh.positions.data()->data();
+  for (std::size_t i = 0; i < count; ++i, facet += kFacetBytes, position += 9) {
+    std::array<float, 9> coordinates;
+    std::memcpy(coordinates.data(), facet, sizeof coordinates);
+    float nothing = 0;  // stays zero, unless a coordinate is NaN or infinite
+    for (std::size_t k = 0; k < 9; ++k) {
+      position[k] = static_cast<double>(coordinates[k]);
+      nothing += coordinates[k] * 0.0F;
+    }
+    if (!(nothing == 0)) return non_finite(source, i, coordinates.data());
+    const auto first = static_cast<std::uint32_t>(3 * i);
+    out.mesh.triangles.push_back({first, first + 1, first + 2});
+  }
+  return out;
+}
+
+class AsciiReader {
+ public:
+  explicit AsciiReader(const Source& source) : source_(source), p_(source.begin()), end_(source.end()) {
+    out_.format = Format::stl;
+  }
+
+  Result<ReadMesh> read();
+
+ private:
+  Result<Done> solid();
+  Result<Done> facet();
+  Result<Done> vertex();
+  Result<double> coordinate();
+
+  bool next_is(std::string_view word) {
+    p_ = skip_spaces(p_, end_);
+    return same_word(word_at(p_, end_), word);
+  }
+  bool take(std::string_view word) {
+    const bool here = next_is(word);
+    if (here) p_ += word.size();
+    return here;
+  }
+  bool at_end() { return (p_ = skip_spaces(p_, end_)) == end_; }
+  void to_line_end() { p_ = skip_line(p_, end_); }
+  Error expected(std::string_view what);
+
+  const Source& source_;
+  const char* p_;
+  const char* end_;
+  ReadMesh out_;
+};
+
+Error AsciiReader::expected(std::string_view what) {
+  if (at_end()) {
+    return at_line(source_, p_, ErrorCode::unreadable_mesh, "truncated: the file ends before " + quoted(what));
+  }
+  return at_line(source_, p_, ErrorCode::unreadable_mesh,
+                 "expected " + quoted(what) + ", found " + quoted(word_at(p_, end_)));
+}
+
+Result<double> AsciiReader::coordinate() {
+  p_ = skip_spaces(p_, end_);
+  const std::string_view word = word_at(p_, end_);
+  if (word.empty()) return expected("a coordinate");
+  double value = 0;
+  if (parse_number(p_, end_, value) != p_ + word.size()) {
+    return at_line(source_, p_, ErrorCode::unreadable_mesh, quoted(word) + " is not a number");
+  }
+  if (!std::isfinite(value)) {
+    return at_line(source_, p_, ErrorCode::non_finite_vertex, "the coordinate " + quoted(word) + " is not finite");
+  }
+  p_ += word.size();
+  return value;
+}
+
+Result<Done> AsciiReader::vertex() {
+  if (!take("vertex")) return expected("vertex");
+  Vec3 position;
+  for (int k = 0; k < 3; ++k) {
+    const auto value = coordinate();
+    if (!value) return value.error();
+    position[k] = *value;
+  }
+  out_.mesh.positions.push_back(position);
+  return Done{};
+}
+
+Result<Done> AsciiReader::facet() {
+  if (!take("facet")) return expected("facet' or 'endsolid");
+  to_line_end();  // the normal, often wrong and never used
+  for (const std::string_view word : {"outer", "loop"}) {
+    if (!take(word)) return expected(word);
+  }
+  const auto first = static_cast<std::uint32_t>(out_.mesh.positions.size());
+  for (int corner = 0; corner < 3; ++corner) {
+    if (auto ok = vertex(); !ok) return ok;
+  }
+  for (const std::string_view word : {"endloop", "endfacet"}) {
+    if (!take(word)) return expected(word);
+  }
+  if (out_.mesh.triangles.size() == source_.limits.max_triangles) {
+    return too_many(source_, "triangles", source_.limits.max_triangles);
+  }
+  if (out_.mesh.positions.size() > vertex_limit(source_)) {
+    return too_many(source_, "vertices", vertex_limit(source_));
+  }
+  out_.mesh.triangles.push_back({first, first + 1, first + 2});
+  return Done{};
+}
+
+Result<Done> AsciiReader::solid() {
+  if (!take("solid")) return expected("solid");
+  to_line_end();  // its name
+  while (!take("endsolid")) {
+    if (auto ok = facet(); !ok) return ok;
+  }
+  to_line_end();
+  return Done{};
+}
+
+Result<ReadMesh> AsciiReader::read() {
+  while (!at_end()) {
+    if (auto ok = solid(); !ok) return std::move(ok).error();
+  }
+  return std::move(out_);
+}
+
+}  // namespace
+
+bool is_binary_stl(std::span<const std::byte> bytes) {
+  return bytes.size() >= kHeaderBytes && bytes.size() == kHeaderBytes + kFacetBytes * facet_count(bytes);
+}
+
+Result<ReadMesh> read_stl(const Source& source) {
+  if (!is_binary_stl(source.bytes) && is_ascii(source.text())) return AsciiReader(source).read();
+  return read_binary(source);
+}
+
+}  // namespace meshgauge::api

@@ -1,0 +1,79 @@
+// Numbers and words of the text formats. All functions read [p, end) and never beyond.
+#pragma once
+
+#include <charconv>
+#include <cstdint>
+#include <string_view>
+#include <system_error>
+
+namespace meshgauge::api {
+
+inline bool is_blank(char c) { return c == ' ' || c == '\t'; }
+inline bool is_newline(char c) { return c == '\n' || c == '\r'; }
+inline bool is_space(char c) { return is_blank(c) || is_newline(c) || c == '\v' || c == '\f'; }
+inline bool is_digit(char c) { return c >= '0' && c <= '9'; }
+inline bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
+
+inline const char* skip_blanks(const char* p, const char* end) {
+  while (p != end && is_blank(*p)) ++p;
+  return p;
+}
+
+inline const char* skip_spaces(const char* p, const char* end) {
+  while (p != end && is_space(*p)) ++p;
+  return p;
+}
+
+inline const char* skip_line(const char* p, const char* end) {
+  while (p != end && !is_newline(*p)) ++p;
+  return p;
+}
+
+// The characters up to the next space.
+inline std::string_view word_at(const char* p, const char* end) {
+  const char* q = p;
+  while (q != end && !is_space(*q)) ++q;
+  return {p, static_cast<std::size_t>(q - p)};
+}
+
+// Lower case by ASCII alone, whatever the locale.
+inline bool same_word(std::string_view text, std::string_view lower_case) {
+  if (text.size() != lower_case.size()) return false;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i] >= 'A' && text[i] <= 'Z' ? static_cast<char>(text[i] - 'A' + 'a') : text[i];
+    if (c != lower_case[i]) return false;
+  }
+  return true;
+}
+
+// strtod's value for a number that from_chars reports as out of range: infinity, a denormal or zero.
+double out_of_range_value(const char* first, const char* last);
+
+// The longest decimal number at p, correctly rounded: bit-equal to strtod in the C locale. Returns the place
+// after it, or nullptr when there is none. "nan", "inf" and numbers beyond the range give a non-finite value,
+// for the caller to refuse; so is what follows the number.
+inline const char* parse_number(const char* p, const char* end, double& value) {
+  // strtod takes one leading '+', from_chars takes none.
+  if (p != end && *p == '+' && ++p != end && (*p == '-' || *p == '+')) return nullptr;
+  const auto [next, fault] = std::from_chars(p, end, value);
+  if (fault == std::errc{}) return next;
+  if (fault != std::errc::result_out_of_range) return nullptr;
+  value = out_of_range_value(p, next);
+  return next;
+}
+
+// An integer with an optional '-'. A value of more digits than 64 bits hold comes back saturated.
+inline const char* parse_integer(const char* p, const char* end, std::int64_t& value) {
+  const bool negative = p != end && *p == '-';
+  p += negative;
+  if (p == end || !is_digit(*p)) return nullptr;
+  constexpr std::int64_t kSaturated = std::int64_t{1} << 58;
+  std::int64_t magnitude = 0;
+  for (; p != end && is_digit(*p); ++p) {
+    magnitude = magnitude < kSaturated ? magnitude * 10 + (*p - '0') : kSaturated;
+  }
+  value = negative ? -magnitude : magnitude;
+  return p;
+}
+
+}  // namespace meshgauge::api

@@ -1,0 +1,82 @@
+// What the tests of the readers share: texts as files, files of the corpus, outcomes in one line.
+#pragma once
+
+#include <array>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <optional>
+#include <sstream>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "api/formats/format.h"
+
+namespace meshgauge::api::test {
+
+inline std::span<const std::byte> bytes_of(std::string_view text) {
+  return std::as_bytes(std::span<const char>(text.data(), text.size()));
+}
+
+inline Result<ReadMesh> read(std::string_view content, std::string_view filename, const ReadLimits& limits = {}) {
+  // A copy of exactly the content, so that a sanitizer sees every read beyond it.
+  const std::vector<char> exact(content.begin(), content.end());
+  return read_mesh(std::as_bytes(std::span<const char>(exact)), ReadHints{"a", filename, ""}, limits);
+}
+
+// The message of the refusal; empty when it was read.
+inline std::string refusal(std::string_view content, std::string_view filename) {
+  auto result = read(content, filename);
+  return result ? std::string() : result.error().message;
+}
+
+inline std::optional<ErrorCode> code(std::string_view content, std::string_view filename) {
+  auto result = read(content, filename);
+  if (result) return std::nullopt;
+  return result.error().code;
+}
+
+inline bool contains(std::string_view text, std::string_view piece) {
+  return text.find(piece) != std::string_view::npos;
+}
+
+template <class T>
+std::string raw(T value) {
+  std::string out(sizeof value, '\0');
+  std::memcpy(out.data(), &value, sizeof value);
+  return out;
+}
+
+// The corpus' folder, if there is one.
+inline std::optional<std::filesystem::path> corpus() {
+  const char* set = std::getenv("MESHGAUGE_CORPUS");
+  const std::filesystem::path path = set != nullptr ? set : MESHGAUGE_SOURCE_DIR "/../shared/corpus";
+  if (!std::filesystem::is_directory(path)) return std::nullopt;
+  return path;
+}
+
+inline std::string file_content(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::ostringstream content;
+  content << file.rdbuf();
+  return std::move(content).str();
+}
+
+// The rows of a table of tabs, without its heading.
+inline std::vector<std::vector<std::string>> table(const std::filesystem::path& path) {
+  std::vector<std::vector<std::string>> rows;
+  std::ifstream file(path);
+  for (std::string line; std::getline(file, line);) {
+    if (line.empty() || line[0] == '#') continue;
+    std::vector<std::string> cells;
+    std::istringstream stream(line);
+    for (std::string cell; std::getline(stream, cell, '\t');) cells.push_back(cell);
+    rows.push_back(std::move(cells));
+  }
+  return rows;
+}
+
+}  // namespace meshgauge::api::test

@@ -1,0 +1,81 @@
+#include "api/formats/format.h"
+
+#include <doctest/doctest.h>
+
+#include "api/formats/detect.h"
+#include "tests/api/formats/files.h"
+
+namespace meshgauge::api::test {
+namespace {
+
+const std::string kObj = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+
+std::optional<Format> detected(std::string_view content, std::string_view filename, std::string_view media_type = "") {
+  return detect_format(bytes_of(content), ReadHints{"a", filename, media_type});
+}
+
+std::string with_nuls(std::string_view text) {
+  std::string out;
+  for (const char c : text) out += c == '0' ? '\0' : c;
+  return out;
+}
+
+}  // namespace
+
+TEST_CASE("format: content goes before the name, the name before the media type") {
+  CHECK(detected(kObj, "m.stl", "model/stl") == Format::obj);
+  CHECK(detected("# comment\n\n g part\n", "") == Format::obj);
+  CHECK(detected("ply\nformat", "m.obj") == Format::ply);
+  CHECK(detected("OFF\n1 1 1", "") == Format::off);
+  CHECK(detected("glTF....", "m.obj") == Format::glb);
+  CHECK(detected(" {\"asset\"", "") == Format::gltf);
+  CHECK(detected("\xEF\xBB\xBF{}", "") == Format::gltf);
+  CHECK(detected("solid x\nfacet", "") == Format::stl);
+  CHECK(detected("??", "a.b/M.STL.gz", "model/obj") == Format::stl);
+  CHECK(detected("??", "scan.PlY") == Format::ply);
+  CHECK(detected("??", "noname", "model/gltf-binary; v=2") == Format::glb);
+  CHECK(detected("??", "obj", "Model/OBJ") == Format::obj);
+  CHECK(detected("??", "m.obj.txt", "text/plain") == std::nullopt);
+}
+
+TEST_CASE("format: every format has its own name") {
+  for (const Format format : {Format::obj, Format::stl, Format::ply, Format::off, Format::gltf, Format::glb}) {
+    CHECK(detected("??", "m." + std::string(to_string(format))) == format);
+  }
+}
+
+TEST_CASE("format: files that are no meshes are refused by their own name") {
+  CHECK(contains(refusal("", "m.obj"), "'a' is an empty file"));
+  CHECK(contains(refusal("<!DOCTYPE html><html>", "m.stl"), "web page"));
+  CHECK(contains(refusal(" \n<HTML lang=en>", "m.stl"), "web page"));
+  CHECK(contains(refusal("\x89PNG\r\n\x1A\n", "m.obj"), "PNG"));
+  CHECK(contains(refusal("PK\x03\x04....", "m.stl"), "zip archive"));
+  CHECK(contains(refusal("PK\x03\x04....", "m.3mf"), "3MF is not supported"));
+  CHECK(contains(refusal("PK\x03\x04..[Content_Types].xml", ""), "3MF is not supported"));
+  CHECK(contains(refusal("DRACO\x02\x02", "m.drc"), "Draco"));
+  CHECK(contains(refusal("\xFF\xFE" + with_nuls("v0 0"), "m.obj"), "UTF-16"));
+  CHECK(contains(refusal(with_nuls("v0 010203040"), "m.obj"), "UTF-16"));
+  CHECK(contains(refusal(with_nuls("0v0 01020304"), "m.obj"), "UTF-16"));
+  CHECK(contains(refusal(with_nuls("##0\x01\x02 #0\x01##"), "m.obj"), "binary data"));
+  CHECK(contains(refusal("hello", "m.txt"), "no known format"));
+  CHECK(contains(refusal("hello", ""), "no known format"));
+  CHECK(code("hello world", "m.obj") == ErrorCode::empty_mesh);
+  CHECK(code("hello", "") == ErrorCode::unsupported_format);
+}
+
+TEST_CASE("format: messages are printable ASCII whatever the file holds") {
+  const std::string message = refusal(kObj + "v 1 2 \xFF\xC3\x28\x7F\x01\"'\n", "m.obj");
+  CHECK(contains(message, "is not a number"));
+  for (const char c : message) CHECK((c >= ' ' && c <= '~'));
+}
+
+TEST_CASE("format: the part is named in every refusal") {
+  const ReadHints hints{"b", "m.obj", ""};
+  auto result = read_mesh(bytes_of("v 1 2\n"), hints, {});
+  REQUIRE(!result.ok());
+  CHECK(result.error().part == "b");
+  CHECK(result.error().where == "line 1");
+  CHECK(contains(result.error().message, "line 1 of 'b'"));
+}
+
+}  // namespace meshgauge::api::test

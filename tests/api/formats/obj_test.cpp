@@ -1,0 +1,302 @@
+#include "api/formats/obj.h"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <cstdio>
+#include <random>
+
+#include <tiny_obj_loader.h>
+
+#include "tests/api/formats/files.h"
+
+namespace meshgauge::api::test {
+namespace {
+
+const std::string kCorners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n";
+
+Mesh mesh_of(const std::string& text) {
+  auto result = read(text, "m.obj");
+  INFO((result ? "" : result.error().message));
+  REQUIRE(result.ok());
+  return std::move(result->mesh);
+}
+
+Vec3 first_vertex(const std::string& numbers) {
+  return mesh_of("v " + numbers + "\n" + kCorners + "f 1 2 3\n").positions.at(0);
+}
+
+std::string refused_vertex(const std::string& numbers) {
+  return refusal(kCorners + "v " + numbers + "\nf 1 2 3\n", "m.obj");
+}
+
+void check_same(const Mesh& a, const Mesh& b) {
+  CHECK(a.positions == b.positions);
+  CHECK(a.triangles == b.triangles);
+}
+
+// Decimal numbers of every length and exponent, as exporters and as attackers write them.
+class Decimals {
+ public:
+  std::string next() {
+    switch (pick(6)) {
+      case 0:
+        return printed("%.6f", uniform(-1000, 1000));
+      case 1:
+        return printed("%.17g", any_double());
+      case 2:
+        return printed("%.9g", static_cast<double>(static_cast<float>(uniform(-1, 1))));
+      case 3:
+        return sign() + digits(1 + pick(5)) + "." + digits(1 + pick(40)) + "e" + std::to_string(pick(600) - 300);
+      case 4:
+        return sign() + "." + digits(1 + pick(25));
+      default:
+        return sign() + digits(1 + pick(30)) + (pick(2) == 0 ? "." : "");
+    }
+  }
+
+  int pick(int count) { return std::uniform_int_distribution<int>(0, count - 1)(random_); }
+
+ private:
+  double uniform(double low, double high) { return std::uniform_real_distribution<double>(low, high)(random_); }
+  double any_double() {
+    for (;;) {
+      const auto value = std::bit_cast<double>(std::uniform_int_distribution<std::uint64_t>()(random_));
+      if (std::abs(value) <= kMaxCoordinate) return value;
+    }
+  }
+  std::string sign() { return std::array<std::string, 3>{"", "-", "+"}[static_cast<std::size_t>(pick(3))]; }
+  std::string digits(int count) {
+    std::string out;
+    for (; count > 0; --count) out += static_cast<char>('0' + pick(10));
+    return out;
+  }
+  static std::string printed(const char* format, double value) {
+    char text[400];
+    std::snprintf(text, sizeof text, format, value);
+    return text;
+  }
+
+  std::mt19937_64 random_{7};
+};
+
+bool same_bits(double a, double b) { return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b); }
+
+// How many doubles lie between a and b.
+std::int64_t steps_apart(double a, double b) {
+  const auto line = [](double x) {
+    const auto bits = std::bit_cast<std::int64_t>(x);
+    return bits < 0 ? std::numeric_limits<std::int64_t>::min() - bits : bits;
+  };
+  return std::abs(line(a) - line(b));
+}
+
+// tinyobjloader's triangles in the order of the file.
+Mesh by_tinyobj(const std::string& text) {
+  tinyobj::ObjReader reader;
+  tinyobj::ObjReaderConfig config;
+  config.triangulate = false;
+  REQUIRE(reader.ParseFromString(text, "", config));
+  Mesh mesh;
+  const auto& numbers = reader.GetAttrib().vertices;
+  for (std::size_t i = 0; i + 2 < numbers.size(); i += 3) {
+    mesh.positions.emplace_back(numbers[i], numbers[i + 1], numbers[i + 2]);
+  }
+  for (const auto& shape : reader.GetShapes()) {
+    std::size_t first = 0;
+    for (const std::size_t corners : shape.mesh.num_face_vertices) {
+      const auto index = [&](std::size_t k) {
+        return static_cast<std::uint32_t>(shape.mesh.indices[first + k].vertex_index);
+      };
+      for (std::size_t k = 2; k < corners; ++k) mesh.triangles.push_back({index(0), index(k - 1), index(k)});
+      first += corners;
+    }
+  }
+  return mesh;
+}
+
+void check_against_tinyobj(const std::string& text) {
+  const Mesh ours = mesh_of(text);
+  const Mesh theirs = by_tinyobj(text);
+  CHECK(ours.triangles == theirs.triangles);
+  REQUIRE(ours.positions.size() == theirs.positions.size());
+  std::int64_t most = 0;
+  for (std::size_t i = 0; i < ours.positions.size(); ++i) {
+    for (int k = 0; k < 3; ++k) most = std::max(most, steps_apart(ours.positions[i][k], theirs.positions[i][k]));
+  }
+  CHECK(most <= 4);
+}
+
+}  // namespace
+
+TEST_CASE("obj: every way to write a face gives the same triangle") {
+  const Mesh plain = mesh_of(kCorners + "f 1 2 3\n");
+  CHECK(plain.positions.size() == 4);
+  CHECK(plain.triangles == std::vector<Triangle>{{0, 1, 2}});
+  for (const char* face :
+       {"f 1/1 2/2 3/3", "f 1//1 2//2 3//3", "f 1/1/1 2/2/2 3/3/3", "f 1/7/-9 2// 3/", "f -4 -3 -2", "f\t1  2 \t3 ",
+        "f 1 \\\n 2 \\\r\n 3", "f 1 2 3 # the first", "fo 1 2 3", "  f 1 2 3", "f 000001 2 3"}) {
+    CAPTURE(std::string(face));
+    check_same(mesh_of(kCorners + face + "\n"), plain);
+    check_same(mesh_of(kCorners + face), plain);
+  }
+}
+
+TEST_CASE("obj: line ends, byte order mark and continuation lines") {
+  const Mesh plain = mesh_of(kCorners + "f 1 2 3\nf 1 2 4\n");
+  std::string text = kCorners + "f 1 2 3\nf 1 2 4";
+  for (const char* line_end : {"\n", "\r\n", "\r", "\n\n", "\r\n \t\r\n"}) {
+    std::string other;
+    for (const char c : text) other += c == '\n' ? std::string(line_end) : std::string(1, c);
+    check_same(mesh_of(other), plain);
+    check_same(mesh_of("\xEF\xBB\xBF" + other + line_end), plain);
+  }
+  check_same(mesh_of("v 0 \\\n0 0\nv 1 0\\\n 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1\\\n 2 4\\\n"), plain);
+}
+
+TEST_CASE("obj: statements that are not faces or vertices are passed over") {
+  const Mesh plain = mesh_of(kCorners + "f 1 2 3\n");
+  check_same(mesh_of("# f 1 2 3 \\\n" + kCorners +
+                     "mtllib ../../etc/passwd\ng a f 1 2 3\no f\nusemtl \\\nf 9 9 9\nvn 0 0 1\nvt nan\ns off\n"
+                     "call x\ncurv2 1\nf 1 2 3\n#"),
+             plain);
+}
+
+TEST_CASE("obj: polygons become fans, lines and points are counted") {
+  const auto result = read(kCorners + "v 1 1 1\nf 1 2 3 4 5\nl 1 2\np 1\nf 1 2\nf 3 4 5\nf 1 1 2\n", "m.obj");
+  REQUIRE(result.ok());
+  CHECK(result->mesh.triangles == std::vector<Triangle>{{0, 1, 2}, {0, 2, 3}, {0, 3, 4}, {2, 3, 4}, {0, 0, 1}});
+  CHECK(result->notes.polygons == 1);
+  CHECK(result->notes.skipped_primitives == 3);
+  CHECK(result->format == Format::obj);
+}
+
+TEST_CASE("obj: weights and colours do not move a vertex") {
+  const Vec3 expected(1, 2, 3);
+  for (const char* extras : {"", " 1", " .5 .5 .5", " 1 .5 .5 1e0", " 0.1 # colour"}) {
+    CHECK(first_vertex("1 2 3" + std::string(extras)) == expected);
+  }
+  CHECK(contains(refused_vertex("1 2 3 4 5 6 7 8"), "more than seven"));
+  CHECK(contains(refused_vertex("1 2 3 red"), "'red' is not a number"));
+}
+
+TEST_CASE("obj: numbers are bit-equal to strtod") {
+  Decimals decimals;
+  std::string text;
+  std::vector<std::string> numbers;
+  for (int i = 0; i < 30'000; ++i) {
+    numbers.push_back(decimals.next());
+    text += (i % 3 == 0 ? "\nv " : " ") + numbers.back();
+  }
+  for (const char* edge : {"1e-400", "-1e-400", "4.9e-324", "2.2250738585072011e-308", "1e-320", "2e-324", "+0", "-0",
+                           "9007199254740993", "0.1", "1.7976931348623157e307"}) {
+    numbers.insert(numbers.end(), 3, edge);
+    text += std::string("\nv ") + edge + " " + edge + " " + edge;
+  }
+  const Mesh mesh = mesh_of(text + "\nf 1 2 3\n");
+  std::size_t different = 0;
+  for (std::size_t i = 0; i < numbers.size(); ++i) {
+    const double expected = std::strtod(numbers[i].c_str(), nullptr);
+    different += !same_bits(mesh.positions[i / 3][static_cast<int>(i % 3)], expected);
+  }
+  CHECK(different == 0);
+}
+
+TEST_CASE("obj: the same triangles as tinyobjloader, coordinates within 4 ulp") {
+  Decimals decimals;
+  std::mt19937_64 random(3);
+  std::string text;
+  for (int i = 0; i < 3000; ++i) {
+    char line[200];
+    std::uniform_real_distribution<double> any(-1000, 1000);
+    std::snprintf(line, sizeof line, "v %.12g %.15f %.17g\n", any(random), any(random), any(random));
+    text += line;
+  }
+  for (int i = 0; i < 3000; ++i) {
+    text += "f";
+    for (int corner = 3 + decimals.pick(4); corner > 0; --corner) {
+      text += " " + std::to_string(decimals.pick(2) == 0 ? 1 + decimals.pick(3000) : -1 - decimals.pick(3000));
+      if (i % 3 == 1) text += "//1";
+    }
+    text += i % 10 == 0 ? "\ng part\n" : "\n";
+  }
+  check_against_tinyobj(text);
+  const auto root = corpus();
+  if (!root) return;
+  for (const char* file : {"fuze.obj", "fuze_negative.obj", "real/spider.obj", "real/tube.obj", "real/Cray_left.obj"}) {
+    CAPTURE(std::string(file));
+    check_against_tinyobj(file_content(*root / "formats" / file));
+  }
+}
+
+TEST_CASE("obj: bad numbers are refused with their line") {
+  for (const char* bad : {"1,5 2 3", "1.0.0 2 3", "1 2-3 4", "1 2 4e", "1 2 0x10", "1 2 --3", "1 2 +-3", "1 2 ++3",
+                          "1 2 e5", "1 2 .", "1 2 3.1+e2", "a b c", "1 2 3f", "1 2 3\\4"}) {
+    CAPTURE(std::string(bad));
+    const std::string message = refused_vertex(bad);
+    CHECK(contains(message, "line 5 of 'a'"));
+    CHECK(contains(message, "is not a number"));
+  }
+  CHECK(contains(refused_vertex("1 2"), "three coordinates"));
+  CHECK(contains(refused_vertex(""), "three coordinates"));
+}
+
+TEST_CASE("obj: coordinates that are not finite are refused, used or not") {
+  for (const char* bad : {"nan 0 0", "0 inf 0", "0 0 -inf", "0 0 1e999", "-1e400 0 0", "0 0 NAN", "0 infinity 0"}) {
+    CAPTURE(std::string(bad));
+    const std::string text = kCorners + "v " + bad + "\nf 1 2 3\n";
+    CHECK(code(text, "m.obj") == ErrorCode::non_finite_vertex);
+    CHECK(contains(refusal(text, "m.obj"), "line 5 of 'a'"));
+  }
+  CHECK(code("v 1e308 0 0\n" + kCorners + "f 1 2 3\n", "m.obj") == ErrorCode::coordinate_too_large);
+}
+
+TEST_CASE("obj: bad indices are refused with their line") {
+  for (const char* bad : {"f 1 2 5", "f 1 2 0", "f 1 2 -5", "f 1 2 99999999999999999999", "f 1 2 4294967297",
+                          "f -9223372036854775808 1 2", "f 5// 1 2"}) {
+    CAPTURE(std::string(bad));
+    CHECK(code(kCorners + bad, "m.obj") == ErrorCode::index_out_of_range);
+    CHECK(contains(refusal(kCorners + bad + "\nf 1 2 3", "m.obj"), "line 5 of 'a'"));
+  }
+  for (const char* bad :
+       {"f 1.0 2 3", "f a b c", "f 1/2/3/4 2 3", "f 1 2 3x", "f 1|2|3", "f 1 2 /3", "f", "f 1 2 +3"}) {
+    CAPTURE(std::string(bad));
+    CHECK(code(kCorners + bad, "m.obj") == ErrorCode::unreadable_mesh);
+    CHECK(contains(refusal(kCorners + bad + "\nf 1 2 3", "m.obj"), "line 5 of 'a'"));
+  }
+}
+
+TEST_CASE("obj: faces may stand before their vertices; negative indices count from their own line") {
+  CHECK(mesh_of("f 1 2 3\nf 2 3 4\n" + kCorners).triangles == std::vector<Triangle>{{0, 1, 2}, {1, 2, 3}});
+  CHECK(contains(refusal("f 1 2 3\nf 2 3 5\n" + kCorners, "m.obj"), "line 2 of 'a'"));
+  CHECK(contains(refusal("f -1 2 3\n" + kCorners, "m.obj"), "line 1 of 'a'"));
+}
+
+TEST_CASE("obj: the rest of a broken line is refused") {
+  CHECK(contains(refusal(kCorners + "1 2 3\nf 1 2 3\n", "m.obj"), "line 5 of 'a': '1' does not begin"));
+  CHECK(contains(refusal(kCorners + std::string("\0\0\n", 3) + "f 1 2 3\n", "m.obj"), "line 5 of 'a': binary data"));
+  CHECK(contains(refusal(kCorners + std::string("g \0\n", 4) + "f 1 2 3\n", "m.obj"), "line 5 of 'a': binary data"));
+}
+
+TEST_CASE("obj: the limits of vertices and triangles hold") {
+  ReadLimits limits;
+  limits.max_vertices = 4;
+  limits.max_triangles = 2;
+  CHECK(read(kCorners + "f 1 2 3 4", "m.obj", limits).ok());
+  auto faces = read(kCorners + "f 1 2 3 4\nf 1 2 3", "m.obj", limits);
+  REQUIRE(!faces.ok());
+  CHECK(faces.error().code == ErrorCode::too_large);
+  auto vertices = read(kCorners + "v 1 1 1\nf 1 2 3", "m.obj", limits);
+  REQUIRE(!vertices.ok());
+  CHECK(vertices.error().code == ErrorCode::too_large);
+}
+
+TEST_CASE("obj: long lines and long numbers take linear time") {
+  std::string text = kCorners + "f";
+  for (int i = 0; i < 300'000; ++i) text += i % 2 == 0 ? " 1" : " 2";
+  CHECK(mesh_of(text).triangles.size() == 299'998);
+  CHECK(first_vertex("0." + std::string(1'000'000, '0') + "1 1 2").x() == 0);
+  CHECK(first_vertex(std::string(100'000, '0') + "1.5 1 2").x() == 1.5);
+}
+
+}  // namespace meshgauge::api::test

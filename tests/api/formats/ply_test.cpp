@@ -1,0 +1,184 @@
+#include "api/formats/ply.h"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <limits>
+
+#include "tests/api/formats/files.h"
+
+namespace meshgauge::api::test {
+namespace {
+
+std::string header(const std::string& format, const std::string& elements) {
+  return "ply\nformat " + format + " 1.0\ncomment made by a test\n" + elements + "end_header\n";
+}
+
+const std::string kVertices = "element vertex 4\nproperty float x\nproperty float y\nproperty float z\n";
+const std::string kFaces = "element face 2\nproperty list uchar int vertex_indices\n";
+const std::string kAsciiBody = "0 0 0\n1 0 0\n0 1 0\n0 0 1.5\n3 0 1 2\n4 0 1 2 3\n";
+
+template <class T>
+std::string ordered(T value, bool big) {
+  std::string bytes = raw(value);
+  if (big) std::ranges::reverse(bytes);
+  return bytes;
+}
+
+template <class Number, class Count, class Index>
+std::string binary_body(bool big) {
+  std::string body;
+  for (const double c : {0., 0., 0., 1., 0., 0., 0., 1., 0., 0., 0., 1.5}) body += ordered(static_cast<Number>(c), big);
+  for (const int length : {3, 4}) {
+    body += ordered(static_cast<Count>(length), big);
+    for (int i = 0; i < length; ++i) body += ordered(static_cast<Index>(i), big);
+  }
+  return body;
+}
+
+std::string replaced(std::string text, const std::string& from, const std::string& to) {
+  const std::size_t at = text.find(from);
+  REQUIRE(at != std::string::npos);
+  return text.replace(at, from.size(), to);
+}
+
+void check_mesh(const std::string& file) {
+  auto result = read(file, "m.ply");
+  INFO((result ? "" : result.error().message));
+  REQUIRE(result.ok());
+  CHECK(result->format == Format::ply);
+  REQUIRE(result->mesh.positions.size() == 4);
+  CHECK(result->mesh.positions[1] == Vec3(1, 0, 0));
+  CHECK(result->mesh.positions[3] == Vec3(0, 0, 1.5));
+  CHECK(result->mesh.triangles == std::vector<Triangle>{{0, 1, 2}, {0, 1, 2}, {0, 2, 3}});
+  CHECK(result->notes.polygons == 1);
+}
+
+const std::string kAscii = header("ascii", kVertices + kFaces) + kAsciiBody;
+const std::string kLittle =
+    header("binary_little_endian", kVertices + kFaces) + binary_body<float, std::uint8_t, std::int32_t>(false);
+
+}  // namespace
+
+TEST_CASE("ply: all encodings and types give the same mesh") {
+  check_mesh(kAscii);
+  check_mesh(kLittle);
+  check_mesh(header("binary_big_endian", kVertices + kFaces) + binary_body<float, std::uint8_t, std::int32_t>(true));
+  std::string vertices = kVertices;
+  while (contains(vertices, "float ")) vertices = replaced(vertices, "float ", "double ");
+  const std::string faces = replaced(kFaces, "list uchar int", "list uint16 uint8");
+  check_mesh(header("binary_little_endian", vertices + faces) +
+             binary_body<double, std::uint16_t, std::uint8_t>(false));
+  check_mesh(header("binary_big_endian", vertices + faces) + binary_body<double, std::uint16_t, std::uint8_t>(true));
+  const std::string singular = replaced(kFaces, "list uchar int vertex_indices", "list int uint vertex_index");
+  check_mesh(header("binary_big_endian", vertices + singular) + binary_body<double, std::int32_t, std::uint32_t>(true));
+}
+
+TEST_CASE("ply: line ends of the header and of the text") {
+  std::string crlf;
+  std::string cr;
+  for (const char c : kAscii) {
+    crlf += c == '\n' ? std::string("\r\n") : std::string(1, c);
+    cr += c == '\n' ? '\r' : c;
+  }
+  check_mesh(crlf);
+  check_mesh(cr);
+  check_mesh(replaced(kLittle, "end_header\n", "end_header\r\n"));
+  check_mesh(replaced(kAscii, "ascii 1.0", "ascii 1.0   "));
+  check_mesh(kAscii + "\n \n");
+  check_mesh(kLittle + "\n");
+}
+
+TEST_CASE("ply: other elements and properties are passed over") {
+  const std::string extra =
+      "element camera 2\nproperty list uchar double m\nproperty short s\nelement none 4000000000\n";
+  check_mesh(header("ascii", extra + kVertices + kFaces) + "0 1\n2 nan x 5\n" + kAsciiBody);
+  const std::string records = ordered<std::uint8_t>(0, true) + ordered<std::int16_t>(1, true) +
+                              ordered<std::uint8_t>(1, true) + ordered(0.5, true) + ordered<std::int16_t>(1, true);
+  check_mesh(header("binary_big_endian", extra + kVertices + kFaces) + records +
+             binary_body<float, std::uint8_t, std::int32_t>(true));
+  const std::string coloured = replaced(kVertices, "property float z\n", "property uchar red\nproperty float z\n");
+  check_mesh(header("ascii", coloured + kFaces) +
+             "0 0 7 0\n1 0 7 0\n0 1 7 0\n0 0 7 1.5 9 9 9\n3 0 1 2 255 0 0\n4 0 1 2 3\n");
+  check_mesh(header("ascii", replaced(kFaces, "face 2", "face 2") + kVertices) +
+             "3 0 1 2\n4 0 1 2 3\n0 0 0\n1 0 0\n0 1 0\n0 0 1.5\n");
+}
+
+TEST_CASE("ply: malformed headers are refused with their line") {
+  const auto broken = [](const std::string& from, const std::string& to) {
+    return refusal(replaced(kAscii, from, to), "m.ply");
+  };
+  CHECK(contains(broken("ascii 1.0", "ascii 2.0"), "line 2 of 'a': PLY header: version '2.0'"));
+  CHECK(contains(broken("ascii 1.0", "utf8 1.0"), "format 'utf8' is not known"));
+  CHECK(contains(broken("format ascii 1.0\n", ""), "no format"));
+  CHECK(contains(broken("vertex 4", "vertex -4"), "line 4 of 'a': PLY header: '-4' is not a count"));
+  CHECK(contains(broken("vertex 4", "vertex"), "is not a count"));
+  CHECK(contains(broken("vertex 4", "vertex 4e0"), "is not a count"));
+  CHECK(contains(broken("property float x", "property real x"), "'real' is not a type"));
+  CHECK(contains(broken("property float x", "property float"), "without a name"));
+  CHECK(contains(broken("property float x", "property float y"), "a second property 'y'"));
+  CHECK(contains(broken("property float x", "shape float x"), "'shape' is not a header keyword"));
+  CHECK(contains(broken("list uchar int", "list float int"), "must be of an integer type"));
+  CHECK(contains(broken("element face 2", "element vertex 2"), "a second element 'vertex'"));
+  CHECK(contains(broken("element vertex 4\n", ""), "a property before any element"));
+  CHECK(contains(broken("end_header\n", ""), "is not a header keyword"));
+  CHECK(contains(broken("property float z\n", ""), "has no property 'z'"));
+  CHECK(contains(broken("property float z\n", "property list uchar float z\n"), "is a list"));
+  CHECK(contains(broken("list uchar int", "list uchar float"), "is not of an integer type"));
+  CHECK(contains(broken("vertex_indices", "corners"), "no list 'vertex_indices'"));
+  CHECK(code(header("ascii", kVertices) + "0 0 0\n1 0 0\n0 1 0\n0 0 1\n", "m.ply") == ErrorCode::empty_mesh);
+  CHECK(code(header("ascii", kFaces), "m.ply") == ErrorCode::empty_mesh);
+  CHECK(code(header("ascii", kVertices + "element tristrips 1\nproperty list int int vertex_indices\n"), "m.ply") ==
+        ErrorCode::unsupported_format);
+}
+
+TEST_CASE("ply: malformed text is refused with its line") {
+  const auto broken = [](const std::string& from, const std::string& to) {
+    return refusal(replaced(kAscii, from, to), "m.ply");
+  };
+  CHECK(contains(broken("0 0 1.5\n", "0 0\n"), "line 14 of 'a': the line ends before"));
+  CHECK(contains(broken("0 0 1.5\n", "0 0 1,5\n"), "line 14 of 'a': '1,5' is not a number"));
+  CHECK(contains(broken("3 0 1 2\n", "3 0 1 4\n"), "line 15 of 'a': index 4, but there are 4 vertices"));
+  CHECK(contains(broken("3 0 1 2\n", "3 0 1 -1\n"), "line 15 of 'a': index -1"));
+  CHECK(contains(broken("3 0 1 2\n", "3 0 1 1.0\n"), "'1.0' is not an integer"));
+  CHECK(contains(broken("3 0 1 2\n", "-3 0 1 2\n"), "-3 is not a length"));
+  CHECK(contains(broken("4 0 1 2 3\n", ""), "truncated"));
+  CHECK(contains(broken("4 0 1 2 3\n", "4 0 1 2 3\n3 0 1 2\n"), "line 17 of 'a': left-over text"));
+  CHECK(code(replaced(kAscii, "0 0 1.5", "0 0 inf"), "m.ply") == ErrorCode::non_finite_vertex);
+  CHECK(code(replaced(kAscii, "0 0 1.5", "0 nan 1.5"), "m.ply") == ErrorCode::non_finite_vertex);
+}
+
+TEST_CASE("ply: malformed bytes are refused with their place") {
+  const std::size_t body = kLittle.size() - 4 * 12 - 1 - 12 - 1 - 16;
+  const auto patched = [&](std::size_t at, const std::string& bytes) {
+    return std::string(kLittle).replace(body + at, bytes.size(), bytes);
+  };
+  CHECK(contains(refusal(patched(53, raw(std::int32_t{4})), "m.ply"), "index 4, but there are 4 vertices"));
+  CHECK(contains(refusal(patched(53, raw(std::int32_t{-1})), "m.ply"), "index -1"));
+  CHECK(contains(refusal(kLittle.substr(0, kLittle.size() - 1), "m.ply"),
+                 "truncated: 4 bytes are needed here, 3 remain"));
+  const std::string nan = patched(8, raw(std::numeric_limits<float>::quiet_NaN()));
+  CHECK(code(nan, "m.ply") == ErrorCode::non_finite_vertex);
+  CHECK(contains(refusal(nan, "m.ply"), "byte " + std::to_string(body + 8) + " of 'a'"));
+  CHECK(contains(refusal(kLittle + "more", "m.ply"), "4 left-over bytes"));
+  for (const char* count : {"3", "4294967295", "18446744073709551615", "99999999999999999999999"}) {
+    CHECK(contains(refusal(replaced(kLittle, "face 2", "face " + std::string(count)), "m.ply"), "truncated"));
+  }
+}
+
+TEST_CASE("ply: the limits of vertices and triangles hold") {
+  ReadLimits limits;
+  limits.max_vertices = 3;
+  auto vertices = read(kAscii, "m.ply", limits);
+  REQUIRE(!vertices.ok());
+  CHECK(vertices.error().code == ErrorCode::too_large);
+  limits = {};
+  limits.max_triangles = 2;
+  for (const std::string& file : {kAscii, kLittle}) {
+    auto triangles = read(file, "m.ply", limits);
+    REQUIRE(!triangles.ok());
+    CHECK(triangles.error().code == ErrorCode::too_large);
+  }
+}
+
+}  // namespace meshgauge::api::test
