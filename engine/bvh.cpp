@@ -86,8 +86,7 @@ Split best_split(const std::vector<Item>& items, const std::vector<std::uint32_t
 std::uint32_t partition(const std::vector<Item>& items, std::vector<std::uint32_t>& order, const Range& range) {
   Box centres;
   for (std::uint32_t i = range.begin; i < range.end; ++i) centres.extend(items[order[i]].centre);
-  const Split split =
-      range.depth < kHeuristicDepth ? best_split(items, order, range, centres) : Split{0, -1, 0, 0};
+  const Split split = range.depth < kHeuristicDepth ? best_split(items, order, range, centres) : Split{0, -1, 0, 0};
   const auto begin = order.begin() + range.begin;
   const auto end = order.begin() + range.end;
   if (split.bin >= 0) {

@@ -2,8 +2,8 @@
 //
 // x -> (x - centre) * 2^-exponent, axis by axis. The scaling is by a power of two. The centre of an axis is 0 unless
 // the meshes lie far from 0 there (all of one sign, and at least their own width away); then x and centre are
-// within a factor of two of each other and the subtraction is exact (Sterbenz). So the map is an exact similarity, but for
-// numbers that the scaling pushes below 2^-1022, which err by at most 2^-1075 in the frame: far below every slack.
+// within a factor of two of each other and the subtraction is exact (Sterbenz). So the map is an exact similarity, but
+// for numbers that the scaling pushes below 2^-1022, which err by at most 2^-1075 in the frame: far below every slack.
 // A part at offset 1e6 is therefore measured with the precision of its own size, not of its offset, and scaling all
 // input by a power of two changes no bit of the computation.
 #pragma once
@@ -21,8 +21,8 @@ class Frame {
   // Rounded to the nearest representable point.
   Vec3 from_frame(const Vec3& p) const;
 
-  // A point taken from the frame to the file's coordinates and back moves by at most this, in frame units: half an ulp of
-  // an offset coordinate on each axis. Next to nothing unless the meshes lie far from 0.
+  // A point taken from the frame to the file's coordinates and back moves by at most this, in frame units: half an ulp
+  // of an offset coordinate on each axis. Next to nothing unless the meshes lie far from 0.
   double rounding_of_points() const;
 
   // Lengths: file unit = frame unit * 2^exponent.

@@ -21,9 +21,7 @@ class StageClock {
   explicit StageClock(double& total_ms) : total_ms_(total_ms) {}
   StageClock(const StageClock&) = delete;
   StageClock& operator=(const StageClock&) = delete;
-  ~StageClock() {
-    total_ms_ += std::chrono::duration<double, std::milli>(Control::Clock::now() - start_).count();
-  }
+  ~StageClock() { total_ms_ += std::chrono::duration<double, std::milli>(Control::Clock::now() - start_).count(); }
 
  private:
   double& total_ms_;
@@ -101,8 +99,7 @@ class Measurement final : public Monitor {
     directed->culling.triangles = from.mesh.triangles.size();
     directed->culling.survivors = directed->culling.triangles;
     const double upper = farthest_of_box(bounding_box(from.mesh), to.mesh.corner(0, 0));
-    directed->bounds.upper =
-        rounding::scale_up(rounding::add_up(upper, rounding::kDistanceSlack), frame_.exponent());
+    directed->bounds.upper = rounding::scale_up(rounding::add_up(upper, rounding::kDistanceSlack), frame_.exponent());
     floor_ = rounding::kDistanceSlack;
   }
 

@@ -115,8 +115,9 @@ struct Outcome {
   Timings timings;
 };
 
-// Precondition: both meshes pass validate(), is_stencil(options.points) for n_point. Never fails: out of time, memory or patience it returns the
-// interval reached. One thread. Deterministic: same input and options, same bits, unless interrupted.
+// Precondition: both meshes pass validate(), is_stencil(options.points) for n_point. Never fails: out of time, memory
+// or patience it returns the interval reached. One thread. Deterministic: same input and options, same bits, unless
+// interrupted.
 Outcome measure(MeshView a, MeshView b, const Options& options, Control& control);
 
 const char* version();  // of the engine, "0.1.0"

@@ -14,7 +14,12 @@ double Goal::gap(double lower, double slack) const {
 }
 
 Search::Search(const Bvh& from, const Bvh& to, const Goal& goal, double start_lower, Monitor& monitor)
-    : from_(from), to_(to), goal_(goal), monitor_(monitor), lower_(start_lower), unvisited_(farthest_of_box(from.nodes()[Bvh::kRoot].box, to.mesh().corner(0, 0))) {
+    : from_(from),
+      to_(to),
+      goal_(goal),
+      monitor_(monitor),
+      lower_(start_lower),
+      unvisited_(farthest_of_box(from.nodes()[Bvh::kRoot].box, to.mesh().corner(0, 0))) {
   culling_.triangles = from.mesh().triangles.size();
   saw(nearest_corner(to, from.mesh().corner(0, 0), work_), 0, true);
 }

@@ -50,8 +50,8 @@ class Monitor {
 
 class Search {
  public:
-  // Measures one vertex of A, so that there is a candidate from the start. `start_lower`: distances up to this are of no
-  // interest (the other direction has reached it already).
+  // Measures one vertex of A, so that there is a candidate from the start. `start_lower`: distances up to this are of
+  // no interest (the other direction has reached it already).
   Search(const Bvh& from, const Bvh& to, const Goal& goal, double start_lower, Monitor& monitor);
 
   const Bvh& from() const { return from_; }

@@ -2,8 +2,8 @@
 //
 // The corners are renamed so that ab is the longest edge; e1 is the direction of ab, e2 the direction from the line ab
 // to c. With the longest edge as the base the computation is accurate to a few units of rounding for slivers
-// of any width: the position along ab is well conditioned, and the position across is measured from the foot on ab, so the
-// direction e2, which is ill conditioned in a sliver, is only multiplied by small numbers or errs in second order.
+// of any width: the position along ab is well conditioned, and the position across is measured from the foot on ab, so
+// the direction e2, which is ill conditioned in a sliver, is only multiplied by small numbers or errs in second order.
 // (The usual barycentric formulas lose all digits on slivers 1e-8 wide; every published code shows it.)
 #pragma once
 

@@ -54,8 +54,8 @@ double triangle_distance(const CornersAndFrame& s, const CornersAndFrame& t) {
   for (const auto& [i, j] : kEdges) {
     if (pierces(s.corners[i], s.corners[j], t.prepared) || pierces(t.corners[i], t.corners[j], s.prepared)) return 0;
     for (const auto& [k, l] : kEdges) {
-      best_sq = std::min(best_sq, segments_sq(s.corners[i], s.corners[j] - s.corners[i], t.corners[k],
-                                              t.corners[l] - t.corners[k]));
+      best_sq = std::min(
+          best_sq, segments_sq(s.corners[i], s.corners[j] - s.corners[i], t.corners[k], t.corners[l] - t.corners[k]));
     }
   }
   return std::sqrt(best_sq);

@@ -24,7 +24,9 @@ void check_frame(const Vec3& low, const Vec3& high) {
   std::uniform_real_distribution<double> uniform(0, 1);
   double largest = 0;
   for (int i = 0; i < 1000; ++i) {
-    const Vec3 p = i == 0 ? low : i == 1 ? high : Vec3(low + uniform(random) * (high - low)).cwiseMin(high).cwiseMax(low);
+    const Vec3 p = i == 0   ? low
+                   : i == 1 ? high
+                            : Vec3(low + uniform(random) * (high - low)).cwiseMin(high).cwiseMax(low);
     const Vec3 q = frame.to_frame(p);
     largest = std::max(largest, q.cwiseAbs().maxCoeff());
     CHECK(q.cwiseAbs().maxCoeff() < 1);

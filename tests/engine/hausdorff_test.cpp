@@ -146,6 +146,25 @@ TEST_CASE("each stop rule stops by itself") {
   }
 }
 
+TEST_CASE("every strategy and stencil gives intervals that meet") {
+  std::mt19937_64 random(7);
+  for (int i = 0; i < 20; ++i) {
+    const Mesh a = shapes::soup(6, random), b = i % 2 ? shapes::soup(6, random) : shapes::sphere(5);
+    const Outcome fine = run(a, b, absolute(1e-7, Direction::symmetric));
+    for (const auto strategy : {Strategy::four_point, Strategy::n_point, Strategy::triangle_set}) {
+      for (const int points : {10, 31, 109}) {
+        Options options = absolute(1e-3, Direction::symmetric);
+        options.strategy = strategy;
+        options.points = points;
+        const Outcome out = run(a, b, options);
+        CHECK(out.stop == Stop::converged);
+        CHECK(out.lower <= fine.upper);
+        CHECK(out.upper >= fine.lower);
+      }
+    }
+  }
+}
+
 TEST_CASE("the gate is decided as soon as the interval leaves it") {
   const Mesh a = shapes::sphere(24, 1), b = shapes::sphere(7, 1.1);
   const Outcome fine = run(a, b, absolute(1e-7));
@@ -218,6 +237,18 @@ TEST_CASE("deadline and memory budget are reasons to stop, with an interval") {
   const Outcome out = run(a, b, options);
   CHECK(out.stop == Stop::budget);
   check_holds(out, 0);
+
+  options.max_memory_bytes = std::size_t{1} << 30;
+  options.max_work_items = 10;
+  const Outcome few = run(a, b, options);
+  CHECK(few.stop == Stop::budget);
+  CHECK(few.a_to_b->work.subdivisions == 10);
+  check_holds(few, 0);
+
+  options.strategy = Strategy::triangle_set;  // its sets of candidates count, too
+  options.max_work_items = 1'000'000;
+  options.max_memory_bytes = 1 << 20;
+  CHECK(run(a, b, options).stop == Stop::budget);
 }
 
 TEST_CASE("progress only ever tells valid intervals") {
