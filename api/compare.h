@@ -41,17 +41,18 @@ struct StageTimes {  // milliseconds of wall time; the engine's own stages are i
 };
 
 struct Comparison {
-  std::string id;  // unguessable, 32 hex digits
-  Options options; // as run
+  std::string id;   // unguessable, 32 hex digits
+  Options options;  // as run
   Outcome outcome;
   MeshFacts a;
   MeshFacts b;
   StageTimes times;
+  std::string units;  // label of the gate's unit, as sent; compare() leaves it to its caller
 };
 
 // `control` carries the deadline and the cancellation of the whole job, reading included. An Error is
 // about the input; running out of time while measuring is an Outcome. Thread safe.
-Result<Comparison> compare(const MeshInput& a, const MeshInput& b, const Options& options,
-                           const ReadLimits& limits, Control& control);
+Result<Comparison> compare(const MeshInput& a, const MeshInput& b, const Options& options, const ReadLimits& limits,
+                           Control& control);
 
 }  // namespace meshgauge::api

@@ -1,0 +1,57 @@
+// The names that enums of the engine have in JSON and as flags. One table an enum: a new value is one new row.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "engine/hausdorff.h"
+
+namespace meshgauge::api {
+
+template <class Enum>
+struct Name {
+  Enum value;
+  std::string_view text;
+};
+
+inline constexpr Name<Direction> kDirections[] = {
+    {Direction::symmetric, "symmetric"}, {Direction::a_to_b, "a_to_b"}, {Direction::b_to_a, "b_to_a"}};
+
+inline constexpr Name<Strategy> kStrategies[] = {
+    {Strategy::four_point, "four_point"}, {Strategy::n_point, "n_point"}, {Strategy::triangle_set, "triangle_set"}};
+
+inline constexpr Name<Stop> kStops[] = {{Stop::converged, "converged"}, {Stop::gate_decided, "gate_decided"},
+                                        {Stop::timeout, "timeout"},     {Stop::cancelled, "cancelled"},
+                                        {Stop::budget, "budget"},       {Stop::precision_floor, "precision_floor"}};
+
+inline constexpr Name<Rule> kRules[] = {
+    {Rule::absolute, "absolute"}, {Rule::diagonal, "diagonal"}, {Rule::relative, "relative"}};
+
+// Precondition: the table names every value of the enum.
+template <class Enum, std::size_t N>
+std::string_view name_of(const Name<Enum> (&table)[N], Enum value) {
+  for (const auto& row : table) {
+    if (row.value == value) return row.text;
+  }
+  return "";
+}
+
+template <class Enum, std::size_t N>
+std::optional<Enum> value_of(const Name<Enum> (&table)[N], std::string_view text) {
+  for (const auto& row : table) {
+    if (row.text == text) return row.value;
+  }
+  return std::nullopt;
+}
+
+// "one, two, three": for messages and help texts.
+template <class Enum, std::size_t N>
+std::string list_of(const Name<Enum> (&table)[N]) {
+  std::string list;
+  for (const auto& row : table) list.append(list.empty() ? "" : ", ").append(row.text);
+  return list;
+}
+
+}  // namespace meshgauge::api

@@ -1,0 +1,92 @@
+#include "api/problem.h"
+
+#include <nlohmann/json.hpp>
+
+namespace meshgauge::api {
+namespace {
+
+constexpr ProblemRow kTable[] = {
+    {ProblemKind::malformed_request, "malformed-request", "The request is malformed", 400},
+    {ProblemKind::not_found, "not-found", "There is nothing at this path", 404},
+    {ProblemKind::method_not_allowed, "method-not-allowed", "This path does not take this method", 405},
+    {ProblemKind::request_timeout, "request-timeout", "The request came too slowly", 408},
+    {ProblemKind::length_required, "length-required", "The length of the body is missing", 411},
+    {ProblemKind::too_large, "too-large", "Something is larger than the limit", 413},
+    {ProblemKind::uri_too_long, "uri-too-long", "The request target is too long", 414},
+    {ProblemKind::unsupported_media_type, "unsupported-media-type", "The body's type or coding is not read", 415},
+    {ProblemKind::head_too_large, "head-too-large", "The request's head is too large", 431},
+    {ProblemKind::not_implemented, "not-implemented", "The method or transfer coding is not implemented", 501},
+    {ProblemKind::http_version, "http-version", "The HTTP version is not spoken", 505},
+    {ProblemKind::overloaded, "overloaded", "The service is at its limit", 503},
+    {ProblemKind::shutting_down, "shutting-down", "The service is shutting down", 503},
+    {ProblemKind::invalid_request, "invalid-request", "The options are invalid", 422},
+    {ProblemKind::unsupported_format, "unsupported-format", "The file is of a kind that is not read", 415},
+    {ProblemKind::unreadable_mesh, "unreadable-mesh", "The mesh file is malformed", 422},
+    {ProblemKind::empty_mesh, "empty-mesh", "The mesh has no triangles", 422},
+    {ProblemKind::non_finite_vertex, "non-finite-vertex", "A coordinate is NaN or infinite", 422},
+    {ProblemKind::index_out_of_range, "index-out-of-range", "A face names a vertex that does not exist", 422},
+    {ProblemKind::coordinate_too_large, "coordinate-too-large", "A coordinate is too large to measure", 422},
+    {ProblemKind::out_of_time, "out-of-time", "The time was over before both meshes were read", 503},
+    {ProblemKind::internal, "internal", "The service failed", 500},
+};
+
+const ProblemRow& row_of(ProblemKind kind) {
+  for (const ProblemRow& row : kTable) {
+    if (row.kind == kind) return row;
+  }
+  return std::end(kTable)[-1];
+}
+
+ProblemKind kind_of(ErrorCode code) {
+  switch (code) {
+    case ErrorCode::invalid_request:
+      return ProblemKind::invalid_request;
+    case ErrorCode::unsupported_format:
+      return ProblemKind::unsupported_format;
+    case ErrorCode::unreadable_mesh:
+      return ProblemKind::unreadable_mesh;
+    case ErrorCode::empty_mesh:
+      return ProblemKind::empty_mesh;
+    case ErrorCode::non_finite_vertex:
+      return ProblemKind::non_finite_vertex;
+    case ErrorCode::index_out_of_range:
+      return ProblemKind::index_out_of_range;
+    case ErrorCode::coordinate_too_large:
+      return ProblemKind::coordinate_too_large;
+    case ErrorCode::too_large:
+      return ProblemKind::too_large;
+    case ErrorCode::out_of_time:
+      return ProblemKind::out_of_time;
+    case ErrorCode::internal:
+      return ProblemKind::internal;
+  }
+  return ProblemKind::internal;
+}
+
+}  // namespace
+
+std::span<const ProblemRow> problem_table() { return kTable; }
+
+int Problem::status() const { return row_of(kind).status; }
+
+std::string Problem::type() const { return "urn:meshgauge:problem:" + std::string(row_of(kind).slug); }
+
+Problem to_problem(const Error& error) {
+  Problem problem{kind_of(error.code), error.message, {}};
+  if (!error.part.empty() || !error.where.empty()) problem.errors = {{error.part, error.where, error.message}};
+  return problem;
+}
+
+std::string to_json(const Problem& problem) {
+  nlohmann::ordered_json json{{"type", problem.type()},
+                              {"title", row_of(problem.kind).title},
+                              {"status", problem.status()},
+                              {"detail", problem.detail},
+                              {"errors", nlohmann::ordered_json::array()}};
+  for (const ProblemItem& item : problem.errors) {
+    json["errors"].push_back({{"part", item.part}, {"where", item.where}, {"message", item.message}});
+  }
+  return json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+}
+
+}  // namespace meshgauge::api

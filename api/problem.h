@@ -1,0 +1,72 @@
+// RFC 9457 problem documents: the one shape of every answer that is not a result.
+//
+//   {"type": "urn:meshgauge:problem:unreadable-mesh", "title", "status", "detail", "errors": [{"part", "where",
+//   "message"}]}
+//
+// `type` is stable; openapi.yaml lists the same kinds.
+#pragma once
+
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "engine/result.h"
+
+namespace meshgauge::api {
+
+enum class ProblemKind {
+  malformed_request,  // not HTTP, not multipart, a part missing, unknown or twice
+  not_found,
+  method_not_allowed,
+  request_timeout,  // the head or the body came too slowly
+  length_required,
+  too_large,
+  uri_too_long,
+  unsupported_media_type,  // of the request: Content-Type, Content-Encoding
+  head_too_large,
+  not_implemented,  // a method or transfer coding that is not known here
+  http_version,
+  overloaded,  // the queue, the connections or the bytes of all uploads are at their limit
+  shutting_down,
+  invalid_request,
+  unsupported_format,
+  unreadable_mesh,
+  empty_mesh,
+  non_finite_vertex,
+  index_out_of_range,
+  coordinate_too_large,
+  out_of_time,
+  internal,
+};
+
+struct ProblemRow {
+  ProblemKind kind;
+  std::string_view slug;  // ends the type URN
+  std::string_view title;
+  int status;  // HTTP
+};
+
+std::span<const ProblemRow> problem_table();  // every kind, once
+
+struct ProblemItem {
+  std::string part;  // "a", "b", "options"; may be empty
+  std::string where;
+  std::string message;
+};
+
+struct Problem {
+  ProblemKind kind = ProblemKind::internal;
+  std::string detail;
+  std::vector<ProblemItem> errors;
+
+  int status() const;
+  std::string type() const;
+};
+
+Problem to_problem(const Error& error);
+
+// Any bytes may stand in the strings: what is not UTF-8 becomes U+FFFD.
+std::string to_json(const Problem& problem);
+
+}  // namespace meshgauge::api

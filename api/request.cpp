@@ -1,0 +1,261 @@
+#include "api/request.h"
+
+#include <cmath>
+#include <set>
+#include <span>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "api/names.h"
+
+namespace meshgauge::api {
+namespace {
+
+using Json = nlohmann::json;
+
+constexpr std::size_t kMaxDepth = 16;
+
+Error refused(std::string_view where, std::string message) {
+  return Error{ErrorCode::invalid_request, std::move(message), "options", std::string(where)};
+}
+
+// Foreign text in a message: short, and on one line.
+std::string in_quotes(std::string_view text) {
+  std::string out = "'";
+  for (const char c : text.substr(0, 64)) out += static_cast<unsigned char>(c) < 0x20 ? '?' : c;
+  return out + (text.size() > 64 ? "...'" : "'");
+}
+
+std::string shown(const Json& value) {
+  if (value.is_structured()) return value.is_array() ? "an array" : "an object";
+  if (value.is_string()) return in_quotes(value.get_ref<const std::string&>());
+  return value.dump();
+}
+
+// Looks at the document before it is built: a tree of unbounded depth overflows the stack when it is
+// copied or destroyed, and of a duplicate key the library silently keeps the last.
+class Filter : public nlohmann::json_sax<Json> {
+ public:
+  std::string defect;
+  std::string where;
+
+  bool null() override { return true; }
+  bool boolean(bool) override { return true; }
+  bool number_integer(number_integer_t) override { return true; }
+  bool number_unsigned(number_unsigned_t) override { return true; }
+  bool number_float(number_float_t, const string_t&) override { return true; }
+  bool string(string_t&) override { return true; }
+  bool binary(binary_t&) override { return true; }
+  bool start_object(std::size_t) override { return open(); }
+  bool start_array(std::size_t) override { return open(); }
+  bool end_object() override { return close(); }
+  bool end_array() override { return close(); }
+
+  bool key(string_t& key) override {
+    if (keys_.back().insert(key).second) return true;
+    where = "key " + in_quotes(key);
+    defect = "the key " + in_quotes(key) + " stands twice in one object";
+    return false;
+  }
+
+  bool parse_error(std::size_t position, const std::string&, const nlohmann::detail::exception& error) override {
+    const std::string_view text = error.what();
+    const std::size_t tag = text.find("] ");  // "[json.exception.parse_error.101] parse error at ..."
+    where = "byte " + std::to_string(position);
+    defect = "not JSON: " + std::string(tag == std::string_view::npos ? text : text.substr(tag + 2));
+    return false;
+  }
+
+ private:
+  bool open() {
+    keys_.emplace_back();
+    if (keys_.size() <= kMaxDepth) return true;
+    defect = "nested deeper than " + std::to_string(kMaxDepth) + " levels";
+    return false;
+  }
+
+  bool close() {
+    keys_.pop_back();
+    return true;
+  }
+
+  std::vector<std::set<std::string>> keys_;
+};
+
+std::string text_of(double x) {
+  if (std::isnan(x)) return "NaN";
+  if (std::isinf(x)) return "infinite";
+  const bool whole = std::nearbyint(x) == x && std::abs(x) < 1e15;
+  return whole ? std::to_string(static_cast<std::int64_t>(x)) : Json(x).dump();
+}
+
+std::string described(const Range& range) {
+  if (range.integer) return "an integer from " + text_of(range.low) + " to " + text_of(range.high);
+  return "a finite number of at least " + text_of(range.low);
+}
+
+struct Reading {
+  Request& request;
+  const RequestLimits& limits;
+  bool points_given = false;
+};
+
+using Reader = Result<Done> (*)(const Json& value, const std::string& pointer, Reading& reading);
+
+struct Field {
+  std::string_view key;
+  Reader read;
+};
+
+std::string keys_of(std::span<const Field> fields) {
+  std::string list;
+  for (const Field& field : fields) list.append(list.empty() ? "" : ", ").append(field.key);
+  return list;
+}
+
+const Field* find(std::span<const Field> fields, std::string_view key) {
+  for (const Field& field : fields) {
+    if (field.key == key) return &field;
+  }
+  return nullptr;
+}
+
+Result<Done> read_object(const Json& value, const std::string& pointer, std::span<const Field> fields,
+                         Reading& reading) {
+  const std::string name = pointer.empty() ? "the document" : pointer;
+  if (!value.is_object()) return refused(pointer, name + " must be an object, not " + shown(value));
+  for (const auto& [key, member] : value.items()) {
+    const Field* field = find(fields, key);
+    if (!field) return refused(pointer + "/" + key, "unknown option " + in_quotes(key) + "; known: " + keys_of(fields));
+    if (auto read = field->read(member, pointer + "/" + std::string(field->key), reading); !read) return read;
+  }
+  return Done{};
+}
+
+Result<double> read_number(const Json& value, const Range& range, const std::string& pointer) {
+  if (range.integer ? value.is_number_integer() : value.is_number()) {
+    return in_range(value.get<double>(), range, pointer);
+  }
+  return refused(pointer, pointer + " must be " + described(range) + ", not " + shown(value));
+}
+
+template <class Enum, std::size_t N>
+Result<Done> read_name(const Name<Enum> (&table)[N], const Json& value, const std::string& pointer, Enum& out) {
+  if (value.is_string()) {
+    if (const auto found = value_of(table, value.get_ref<const std::string&>())) return out = *found, Done{};
+  }
+  return refused(pointer, pointer + " must be one of " + list_of(table) + ", not " + shown(value));
+}
+
+template <std::optional<double> Tolerance::*rule>
+Result<Done> read_rule(const Json& value, const std::string& pointer, Reading& reading) {
+  auto number = read_number(value, kToleranceRange, pointer);
+  if (!number) return number.error();
+  reading.request.options.tolerance.*rule = *number;
+  return Done{};
+}
+
+Result<Done> read_tolerance(const Json& value, const std::string& pointer, Reading& reading) {
+  static constexpr Field kFields[] = {{"absolute", read_rule<&Tolerance::absolute>},
+                                      {"diagonal", read_rule<&Tolerance::diagonal>},
+                                      {"relative", read_rule<&Tolerance::relative>}};
+  reading.request.options.tolerance = Tolerance{};
+  if (auto read = read_object(value, pointer, kFields, reading); !read) return read;
+  if (value.empty()) return refused(pointer, pointer + " must have at least one of " + keys_of(kFields));
+  return Done{};
+}
+
+Result<Done> read_max_distance(const Json& value, const std::string& pointer, Reading& reading) {
+  auto number = read_number(value, kMaxDistanceRange, pointer);
+  if (!number) return number.error();
+  reading.request.options.max_distance = *number;
+  return Done{};
+}
+
+Result<Done> read_units(const Json& value, const std::string& pointer, Reading& reading) {
+  if (!value.is_string() || value.get_ref<const std::string&>().size() > kMaxUnitsBytes) {
+    return refused(pointer, pointer + " must be a string of at most " + std::to_string(kMaxUnitsBytes) + " bytes");
+  }
+  reading.request.units = value.get<std::string>();
+  return Done{};
+}
+
+Result<Done> read_gate(const Json& value, const std::string& pointer, Reading& reading) {
+  static constexpr Field kFields[] = {{"max_distance", read_max_distance}, {"units", read_units}};
+  if (auto read = read_object(value, pointer, kFields, reading); !read) return read;
+  if (!value.contains("max_distance")) return refused(pointer, pointer + " needs max_distance");
+  return Done{};
+}
+
+Result<Done> read_direction(const Json& value, const std::string& pointer, Reading& reading) {
+  return read_name(kDirections, value, pointer, reading.request.options.direction);
+}
+
+Result<Done> read_strategy(const Json& value, const std::string& pointer, Reading& reading) {
+  return read_name(kStrategies, value, pointer, reading.request.options.strategy);
+}
+
+Result<Done> read_points(const Json& value, const std::string& pointer, Reading& reading) {
+  if (!value.is_number()) return refused(pointer, pointer + " must be a number, not " + shown(value));
+  auto points = as_points(value.get<double>(), pointer);
+  if (!points) return points.error();
+  reading.request.options.points = *points;
+  reading.points_given = true;
+  return Done{};
+}
+
+Result<Done> read_timeout(const Json& value, const std::string& pointer, Reading& reading) {
+  const Range range{kTimeoutMsRange.low, static_cast<double>(reading.limits.max_timeout.count()), true};
+  auto number = read_number(value, range, pointer);
+  if (!number) return number.error();
+  reading.request.timeout = std::chrono::milliseconds(static_cast<std::int64_t>(*number));
+  return Done{};
+}
+
+Result<Done> read_threads(const Json& value, const std::string& pointer, Reading& reading) {
+  auto number = read_number(value, kThreadsRange, pointer);
+  if (!number) return number.error();
+  reading.request.threads = static_cast<int>(*number);
+  return Done{};
+}
+
+constexpr Field kOptions[] = {
+    {"direction", read_direction}, {"tolerance", read_tolerance}, {"gate", read_gate},      {"strategy", read_strategy},
+    {"points", read_points},       {"timeout_ms", read_timeout},  {"threads", read_threads}};
+
+}  // namespace
+
+Result<double> in_range(double value, const Range& range, std::string_view name) {
+  const bool whole = !range.integer || std::nearbyint(value) == value;
+  if (value >= range.low && value <= range.high && whole) return value;  // false for NaN
+  return refused(name, std::string(name) + " must be " + described(range) + ", not " + text_of(value));
+}
+
+Result<int> as_points(double value, std::string_view name) {
+  const int points = value >= 1 && value <= 1e6 && std::nearbyint(value) == value ? static_cast<int>(value) : 0;
+  if (is_stencil(points)) return points;
+  return refused(name, std::string(name) + " must be one of 4, 10, 31, 109, 409, 1585, not " + text_of(value));
+}
+
+Result<Done> check_points(bool points_given, Strategy strategy, std::string_view name) {
+  if (!points_given || strategy == Strategy::n_point) return Done{};
+  return refused(name, std::string(name) + " goes with the strategy n_point only");
+}
+
+Result<Request> parse_options(std::string_view json, const RequestLimits& limits) {
+  if (json.size() > kMaxOptionsBytes) {
+    return Error{ErrorCode::too_large, "'options' is larger than " + std::to_string(kMaxOptionsBytes) + " bytes",
+                 "options", ""};
+  }
+  Filter filter;
+  if (!Json::sax_parse(json, &filter)) return refused(filter.where, "'options' is refused: " + filter.defect);
+  Request request;
+  request.timeout = limits.default_timeout;
+  Reading reading{request, limits};
+  if (auto read = read_object(Json::parse(json), "", kOptions, reading); !read) return read.error();
+  if (auto ok = check_points(reading.points_given, request.options.strategy, "/points"); !ok) return ok.error();
+  return request;
+}
+
+}  // namespace meshgauge::api

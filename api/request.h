@@ -1,0 +1,55 @@
+// What a caller may ask for: the options of a comparison, from JSON or from flags, under one table of ranges.
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <limits>
+#include <string>
+#include <string_view>
+
+#include "engine/hausdorff.h"
+#include "engine/result.h"
+
+namespace meshgauge::api {
+
+// Inclusive at both ends; NaN is in no range.
+struct Range {
+  double low = 0;
+  double high = std::numeric_limits<double>::max();
+  bool integer = false;
+};
+
+inline constexpr Range kToleranceRange{};    // absolute, diagonal, relative; 0: as tight as rounding allows
+inline constexpr Range kMaxDistanceRange{};  // of the gate, in the meshes' unit
+inline constexpr Range kThreadsRange{1, 64, true};
+inline constexpr Range kTimeoutMsRange{1, 180'000, true};  // a service may set a smaller end
+inline constexpr std::size_t kMaxUnitsBytes = 32;
+inline constexpr std::size_t kMaxOptionsBytes = std::size_t{64} << 10;
+
+// `name` is a JSON pointer or a flag and comes back in the message and in Error::where.
+Result<double> in_range(double value, const Range& range, std::string_view name);
+
+// The number of samples that n_point takes of a piece.
+Result<int> as_points(double value, std::string_view name);
+
+// A number of samples means something to n_point only.
+Result<Done> check_points(bool points_given, Strategy strategy, std::string_view name);
+
+struct Request {
+  Options options;
+  std::chrono::milliseconds timeout{30'000};  // of the whole job: waiting, reading, measuring
+  int threads = 1;                            // at most; the strategies of today use one
+  std::string units;                          // the gate's label, echoed; no meaning here
+};
+
+struct RequestLimits {
+  std::chrono::milliseconds default_timeout{30'000};
+  std::chrono::milliseconds max_timeout{180'000};
+};
+
+// The `options` document: an object of at most 64 KiB, nested at most 16 deep; every field is optional.
+// Refused, with the JSON pointer in Error::where: a syntax error (where: "byte N"), a duplicate or unknown
+// key, a wrong type, a value out of range. When `tolerance` is given, only the rules in it apply.
+Result<Request> parse_options(std::string_view json, const RequestLimits& limits = {});
+
+}  // namespace meshgauge::api

@@ -1,0 +1,157 @@
+#include "api/response.h"
+
+#include <array>
+#include <cstdio>
+#include <optional>
+
+#include <nlohmann/json.hpp>
+
+#include "api/gate.h"
+#include "api/names.h"
+
+namespace meshgauge::api {
+namespace {
+
+using Json = nlohmann::ordered_json;  // writes a number that is not finite as null
+
+Json json_of(const Vec3& p) { return {p.x(), p.y(), p.z()}; }
+
+Json interval(double lower, double upper) { return {{"lower", lower}, {"upper", upper}}; }
+
+Json json_of(const std::optional<Witness>& witness) {
+  if (!witness) return nullptr;
+  return {{"point_a", json_of(witness->point_a)},
+          {"triangle_a", witness->triangle_a},
+          {"point_b", json_of(witness->point_b)},
+          {"triangle_b", witness->triangle_b}};
+}
+
+Json json_of(const Culling& culling) {
+  return {{"triangles", culling.triangles}, {"survivors", culling.survivors}, {"rate", culling.rate()}};
+}
+
+Json json_of(const Work& work) {
+  return {{"nearest_queries", work.nearest_queries},
+          {"cache_hits", work.cache_hits},
+          {"triangle_tests", work.triangle_tests},
+          {"subdivisions", work.subdivisions},
+          {"max_depth", work.max_depth},
+          {"peak_heap", work.peak_heap}};
+}
+
+Json json_of(const std::optional<Directed>& directed) {
+  if (!directed) return nullptr;
+  Json json = interval(directed->bounds.lower, directed->bounds.upper);
+  json["witness"] = json_of(directed->bounds.witness);
+  json["culling"] = json_of(directed->culling);
+  json["work"] = json_of(directed->work);
+  return json;
+}
+
+Json asked(const Tolerance& tolerance) {
+  Json json = Json::object();
+  if (tolerance.absolute) json["absolute"] = *tolerance.absolute;
+  if (tolerance.diagonal) json["diagonal"] = *tolerance.diagonal;
+  if (tolerance.relative) json["relative"] = *tolerance.relative;
+  return json;
+}
+
+// 0/0 counts as 0: an interval without width satisfies every rule. x/0 is infinite, so null.
+double ratio(double width, double of) { return width == 0 ? 0 : width / of; }
+
+Json json_of(const Tolerance& tolerance, const Outcome& outcome) {
+  const double width = outcome.upper - outcome.lower;
+  return {{"asked", asked(tolerance)},
+          {"reached",
+           {{"absolute", width},
+            {"diagonal", ratio(width, outcome.diagonal_a)},
+            {"relative", ratio(width, outcome.lower)}}},
+          {"met_by", outcome.met_by ? Json(name_of(kRules, *outcome.met_by)) : Json(nullptr)}};
+}
+
+struct Stage {
+  const char* name;
+  double ms;
+};
+
+std::array<Stage, 8> stages(const Comparison& comparison) {
+  const StageTimes& times = comparison.times;
+  const Timings& engine = comparison.outcome.timings;
+  return {{{"queue", times.queue},
+           {"read_a", times.read_a},
+           {"read_b", times.read_b},
+           {"build", engine.build},
+           {"traverse", engine.traverse},
+           {"reduce", engine.reduce},
+           {"certify", engine.certify},
+           {"total", times.total}}};
+}
+
+Json timings(const Comparison& comparison) {
+  Json json;
+  for (const Stage& stage : stages(comparison)) json[stage.name] = stage.ms;
+  return json;
+}
+
+Json json_of(const MeshFacts& facts) {
+  return {{"format", to_string(facts.format)},
+          {"bytes", facts.bytes},
+          {"sha256", facts.sha256},
+          {"vertices", facts.vertices},
+          {"triangles", facts.triangles},
+          {"degenerate", facts.degenerate},
+          {"bbox", {{"low", json_of(facts.bbox.low)}, {"high", json_of(facts.bbox.high)}}},
+          {"diagonal", facts.diagonal},
+          {"gzip", facts.notes.gzip},
+          {"polygons", facts.notes.polygons},
+          {"skipped_primitives", facts.notes.skipped_primitives}};
+}
+
+Json gate(const Comparison& comparison) {
+  if (!comparison.options.max_distance) return nullptr;
+  return {{"max_distance", *comparison.options.max_distance},
+          {"units", comparison.units.empty() ? Json(nullptr) : Json(comparison.units)}};
+}
+
+Json verdict_of(const Comparison& comparison) {
+  const auto found = verdict(comparison.outcome, comparison.options.max_distance);
+  return found ? Json(to_string(*found)) : Json(nullptr);
+}
+
+Json engine(const Options& options) {
+  return {
+      {"version", version()}, {"strategy", name_of(kStrategies, options.strategy)}, {"simd", "scalar"}, {"threads", 1}};
+}
+
+}  // namespace
+
+std::string to_json(const Comparison& comparison) {
+  const Outcome& outcome = comparison.outcome;
+  Json json{{"id", comparison.id},
+            {"status", name_of(kStops, outcome.stop)},
+            {"verdict", verdict_of(comparison)},
+            {"gate", gate(comparison)},
+            {"direction", name_of(kDirections, comparison.options.direction)},
+            {"distance", interval(outcome.lower, outcome.upper)},
+            {"a_to_b", json_of(outcome.a_to_b)},
+            {"b_to_a", json_of(outcome.b_to_a)},
+            {"tolerance", json_of(comparison.options.tolerance, outcome)},
+            {"precision_floor", outcome.precision_floor},
+            {"timings_ms", timings(comparison)},
+            {"meshes", {{"a", json_of(comparison.a)}, {"b", json_of(comparison.b)}}},
+            {"engine", engine(comparison.options)},
+            {"statistics", nullptr}};
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+std::string to_server_timing(const Comparison& comparison) {
+  std::string header;
+  for (const Stage& stage : stages(comparison)) {
+    char entry[64];
+    std::snprintf(entry, sizeof entry, "%s%s;dur=%.3f", header.empty() ? "" : ", ", stage.name, stage.ms);
+    header += entry;
+  }
+  return header;
+}
+
+}  // namespace meshgauge::api

@@ -1,0 +1,16 @@
+// The result of a comparison as JSON: the same bytes from HTTP and from the command line.
+#pragma once
+
+#include <string>
+
+#include "api/compare.h"
+
+namespace meshgauge::api {
+
+// Compact, keys in a fixed order. Numbers round-trip; what is not finite is null.
+std::string to_json(const Comparison& comparison);
+
+// The stage times as the value of a Server-Timing header: "queue;dur=0.1, read_a;dur=12.3, ...".
+std::string to_server_timing(const Comparison& comparison);
+
+}  // namespace meshgauge::api

@@ -1,0 +1,16 @@
+// One function a subcommand: declares its flags and, when it is the one called, runs it and stores the exit code.
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+namespace meshgauge::cli {
+
+inline constexpr int kExitResult = 0;
+inline constexpr int kExitUnhealthy = 1;
+inline constexpr int kExitError = 3;  // bad flags, unreadable input, a failure
+
+void add_compare(CLI::App& app, int& exit_code);
+void add_health(CLI::App& app, int& exit_code);
+void add_serve(CLI::App& app, int& exit_code);
+
+}  // namespace meshgauge::cli

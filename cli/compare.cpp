@@ -1,0 +1,171 @@
+#include "api/compare.h"
+
+#include <signal.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cstdio>
+#include <memory>
+#include <optional>
+
+#include "api/names.h"
+#include "api/request.h"
+#include "api/response.h"
+#include "cli/commands.h"
+#include "cli/mapped_file.h"
+#include "cli/report.h"
+
+namespace meshgauge::cli {
+namespace {
+
+struct Flags {
+  std::string a;
+  std::string b;
+  std::string direction = "symmetric";
+  std::string strategy = "four_point";
+  std::optional<double> absolute, diagonal, relative, max_distance, points;
+  double timeout_ms = 30'000;
+  double threads = 1;
+  bool json = false;
+};
+
+Error bad_flag(const std::string& name, const std::string& value, const std::string& known) {
+  return Error{ErrorCode::invalid_request, name + " must be one of " + known + ", not '" + value + "'", "", name};
+}
+
+template <class Enum, std::size_t N>
+Result<Done> set_name(const api::Name<Enum> (&table)[N], const std::string& name, const std::string& text, Enum& out) {
+  const auto found = api::value_of(table, text);
+  if (!found) return bad_flag(name, text, api::list_of(table));
+  return out = *found, Done{};
+}
+
+Result<Done> set_number(const std::optional<double>& value, const api::Range& range, const char* name,
+                        std::optional<double>& out) {
+  if (!value) return Done{};
+  auto checked = api::in_range(*value, range, name);
+  if (!checked) return checked.error();
+  return out = *checked, Done{};
+}
+
+Result<Done> set_tolerance(const Flags& flags, Tolerance& tolerance) {
+  if (!flags.absolute && !flags.diagonal && !flags.relative) return Done{};
+  tolerance = {};
+  if (auto ok = set_number(flags.absolute, api::kToleranceRange, "--absolute", tolerance.absolute); !ok) return ok;
+  if (auto ok = set_number(flags.diagonal, api::kToleranceRange, "--diagonal", tolerance.diagonal); !ok) return ok;
+  return set_number(flags.relative, api::kToleranceRange, "--relative", tolerance.relative);
+}
+
+Result<Done> set_points(const Flags& flags, Options& options) {
+  if (flags.points) {
+    auto points = api::as_points(*flags.points, "--points");
+    if (!points) return points.error();
+    options.points = *points;
+  }
+  return api::check_points(flags.points.has_value(), options.strategy, "--points");
+}
+
+Result<api::Request> to_request(const Flags& flags) {
+  api::Request request;
+  Options& options = request.options;
+  if (auto ok = set_name(api::kDirections, "--direction", flags.direction, options.direction); !ok) return ok.error();
+  if (auto ok = set_name(api::kStrategies, "--strategy", flags.strategy, options.strategy); !ok) return ok.error();
+  if (auto ok = set_points(flags, options); !ok) return ok.error();
+  if (auto ok = set_tolerance(flags, options.tolerance); !ok) return ok.error();
+  if (auto ok = set_number(flags.max_distance, api::kMaxDistanceRange, "--max-distance", options.max_distance); !ok) {
+    return ok.error();
+  }
+  auto timeout = api::in_range(flags.timeout_ms, api::kTimeoutMsRange, "--timeout-ms");
+  if (!timeout) return timeout.error();
+  request.timeout = std::chrono::milliseconds(static_cast<std::int64_t>(*timeout));
+  auto threads = api::in_range(flags.threads, api::kThreadsRange, "--threads");
+  if (!threads) return threads.error();
+  request.threads = static_cast<int>(*threads);
+  return request;
+}
+
+int fail(const Error& error) {
+  std::fprintf(stderr, "meshgauge: %s\n", error.message.c_str());
+  return kExitError;
+}
+
+// While it lives, Ctrl-C and SIGTERM cancel the job; a second one ends the process.
+class Interrupts {
+ public:
+  explicit Interrupts(Control& control) {
+    job.store(&control);
+    struct sigaction action {};
+    action.sa_handler = [](int) {
+      if (Control* running = job.load()) running->cancel();
+    };
+    action.sa_flags = static_cast<int>(SA_RESETHAND);
+    sigaction(SIGINT, &action, nullptr);
+    sigaction(SIGTERM, &action, nullptr);
+  }
+  ~Interrupts() { job.store(nullptr); }
+  Interrupts(const Interrupts&) = delete;
+  Interrupts& operator=(const Interrupts&) = delete;
+
+ private:
+  static inline std::atomic<Control*> job{nullptr};
+};
+
+// One line on a terminal that follows the interval, and is gone when the work is done.
+void show_progress(Control& control) {
+  using std::chrono::milliseconds;
+  control.watch(
+      [](const Progress& progress) {
+        std::fprintf(stderr, "\r\033[K%-9s %s .. %s", progress.stage, shortest(progress.lower).c_str(),
+                     shortest(progress.upper).c_str());
+        std::fflush(stderr);
+      },
+      milliseconds(100));
+}
+
+Result<api::Comparison> measure_files(const Flags& flags, const api::Request& request) {
+  auto a = MappedFile::open(flags.a);
+  if (!a) return a.error();
+  auto b = MappedFile::open(flags.b);
+  if (!b) return b.error();
+  Control control(Control::Clock::now() + request.timeout);
+  const Interrupts interrupts(control);
+  const bool terminal = isatty(STDERR_FILENO) != 0;
+  if (terminal) show_progress(control);
+  auto comparison = api::compare({"a", a->bytes(), flags.a, ""}, {"b", b->bytes(), flags.b, ""}, request.options,
+                                 api::ReadLimits{}, control);
+  if (terminal) std::fputs("\r\033[K", stderr);
+  return comparison;
+}
+
+int run(const Flags& flags) {
+  const auto request = to_request(flags);
+  if (!request) return fail(request.error());
+  const auto comparison = measure_files(flags, *request);
+  if (!comparison) return fail(comparison.error());
+  const std::string text = flags.json ? api::to_json(*comparison) + "\n" : to_table(*comparison);
+  const bool written = std::fwrite(text.data(), 1, text.size(), stdout) == text.size() && std::fflush(stdout) == 0;
+  return written ? kExitResult : fail({ErrorCode::internal, "the result could not be written", "", ""});
+}
+
+}  // namespace
+
+void add_compare(CLI::App& app, int& exit_code) {
+  CLI::App& command = *app.add_subcommand("compare", "Measure the distance between two mesh files");
+  const auto flags = std::make_shared<Flags>();
+  command.add_option("A", flags->a, "Mesh file: OBJ, STL, PLY, glTF or GLB, also gzip-compressed")->required();
+  command.add_option("B", flags->b, "The mesh file to compare with")->required();
+  command.add_option("--direction", flags->direction, api::list_of(api::kDirections))->capture_default_str();
+  command.add_option("--absolute", flags->absolute, "Stop when upper - lower is at most this");
+  command.add_option("--diagonal", flags->diagonal, "Stop when upper - lower is at most this part of A's diagonal");
+  command.add_option("--relative", flags->relative, "Stop when upper - lower is at most this part of lower");
+  command.add_option("--max-distance", flags->max_distance, "Gate: stop when the distance is known to pass or fail");
+  command.add_option("--strategy", flags->strategy, api::list_of(api::kStrategies))->capture_default_str();
+  command.add_option("--points", flags->points, "Samples a piece, for the strategy n_point: 4, 10, 31, 109, 409, 1585");
+  command.add_option("--timeout-ms", flags->timeout_ms, "Stop after this time, with the interval reached")
+      ->capture_default_str();
+  command.add_option("--threads", flags->threads, "At most so many threads")->capture_default_str();
+  command.add_flag("--json", flags->json, "Print the result as JSON");
+  command.callback([flags, &exit_code] { exit_code = run(*flags); });
+}
+
+}  // namespace meshgauge::cli

@@ -1,0 +1,84 @@
+#include "cli/report.h"
+
+#include <charconv>
+#include <cstdarg>
+#include <cstdio>
+
+#include "api/gate.h"
+#include "api/names.h"
+
+namespace meshgauge::cli {
+namespace {
+
+using api::Comparison;
+
+__attribute__((format(printf, 2, 3))) void append(std::string& out, const char* format, ...) {
+  char line[512];
+  va_list arguments;
+  va_start(arguments, format);
+  std::vsnprintf(line, sizeof line, format, arguments);
+  va_end(arguments);
+  out += line;
+}
+
+std::string text(const Vec3& p) {
+  return "(" + shortest(p.x()) + ", " + shortest(p.y()) + ", " + shortest(p.z()) + ")";
+}
+
+std::string reason(const Outcome& outcome) {
+  std::string text(api::name_of(api::kStops, outcome.stop));
+  if (outcome.met_by) text += " (" + std::string(api::name_of(api::kRules, *outcome.met_by)) + " tolerance)";
+  return text;
+}
+
+void add_mesh(std::string& out, const char* name, const api::MeshFacts& mesh) {
+  append(out, "%-9s %s, %zu triangles (%zu degenerate), %zu vertices, diagonal %s\n", name,
+         std::string(api::to_string(mesh.format)).c_str(), mesh.triangles, mesh.degenerate, mesh.vertices,
+         shortest(mesh.diagonal).c_str());
+}
+
+void add_direction(std::string& out, const char* name, const std::optional<Directed>& directed) {
+  if (!directed) return;
+  append(out, "%-9s %s .. %s, culled %.2f %% (%zu of %zu triangles left)\n", name,
+         shortest(directed->bounds.lower).c_str(), shortest(directed->bounds.upper).c_str(),
+         100 * directed->culling.rate(), directed->culling.survivors, directed->culling.triangles);
+  if (const auto& witness = directed->bounds.witness) {
+    append(out, "  witness %s on triangle %u\n", text(witness->point_a).c_str(), witness->triangle_a);
+    append(out, "  nearest %s on triangle %u\n", text(witness->point_b).c_str(), witness->triangle_b);
+  }
+}
+
+void add_times(std::string& out, const Comparison& comparison) {
+  const Timings& engine = comparison.outcome.timings;
+  append(out, "time      %.1f ms: read a %.1f, read b %.1f, build %.1f, traverse %.1f, reduce %.1f, certify %.1f\n",
+         comparison.times.total, comparison.times.read_a, comparison.times.read_b, engine.build, engine.traverse,
+         engine.reduce, engine.certify);
+}
+
+}  // namespace
+
+std::string shortest(double x) {
+  char digits[32];
+  const auto end = std::to_chars(digits, digits + sizeof digits, x).ptr;
+  return {digits, end};
+}
+
+std::string to_table(const Comparison& comparison) {
+  const Outcome& outcome = comparison.outcome;
+  std::string out;
+  append(out, "distance  %s .. %s, %s\n", shortest(outcome.lower).c_str(), shortest(outcome.upper).c_str(),
+         std::string(api::name_of(api::kDirections, comparison.options.direction)).c_str());
+  append(out, "width     %s, %s\n", shortest(outcome.upper - outcome.lower).c_str(), reason(outcome).c_str());
+  if (const auto verdict = api::verdict(outcome, comparison.options.max_distance)) {
+    append(out, "verdict   %s (at most %s)\n", std::string(api::to_string(*verdict)).c_str(),
+           shortest(*comparison.options.max_distance).c_str());
+  }
+  add_direction(out, "a to b", outcome.a_to_b);
+  add_direction(out, "b to a", outcome.b_to_a);
+  add_mesh(out, "mesh a", comparison.a);
+  add_mesh(out, "mesh b", comparison.b);
+  add_times(out, comparison);
+  return out;
+}
+
+}  // namespace meshgauge::cli

@@ -1,0 +1,14 @@
+// A comparison as a table for people.
+#pragma once
+
+#include <string>
+
+#include "api/compare.h"
+
+namespace meshgauge::cli {
+
+std::string to_table(const api::Comparison& comparison);
+
+std::string shortest(double x);  // the shortest digits that read back as x
+
+}  // namespace meshgauge::cli

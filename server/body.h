@@ -1,0 +1,51 @@
+// The body of a request as it streams in: bounded, under one absolute deadline, never in memory as a whole.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string_view>
+
+#include "api/problem.h"
+#include "server/connection.h"
+#include "server/head.h"
+
+namespace meshgauge::server {
+
+class Body {
+ public:
+  using Refusal = std::optional<api::Problem>;
+  using Receive = std::function<Refusal(std::string_view piece)>;
+
+  // Borrows both. The deadline starts with read().
+  Body(Connection& connection, const Head& head, std::uint64_t max_bytes, std::chrono::milliseconds time);
+
+  // Hands the whole body to `receive`, piece by piece, until its end or the first refusal. Invites a client that
+  // sent Expect: 100-continue; one whose body is never read is never invited. Once.
+  Refusal read(const Receive& receive);
+
+  bool consumed() const { return consumed_; }        // nothing of it is left on the connection
+  std::uint64_t bytes() const { return bytes_; }     // received so far
+  bool client_lost() const { return client_lost_; }  // nobody is there to hear the refusal
+
+ private:
+  Refusal read_sized(std::uint64_t left, const Receive& receive);
+  Refusal read_chunked(const Receive& receive);
+  Refusal read_chunk_size(std::uint64_t& size);
+  Refusal read_line(std::string_view& line);
+  Refusal expect_crlf();
+  Refusal read_trailers();
+  Refusal more();
+
+  Connection& connection_;
+  const Head& head_;
+  std::uint64_t max_bytes_;
+  std::chrono::milliseconds time_;
+  Clock::time_point deadline_;
+  std::uint64_t bytes_ = 0;
+  bool consumed_;
+  bool client_lost_ = false;
+};
+
+}  // namespace meshgauge::server

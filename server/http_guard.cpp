@@ -1,0 +1,210 @@
+#include "server/http_guard.h"
+
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <exception>
+
+#include "api/digest.h"
+
+namespace meshgauge::server {
+namespace {
+
+using api::Problem;
+using api::ProblemKind;
+using std::chrono::milliseconds;
+
+constexpr int kBacklog = 1024;  // the library's own is 5: a burst would be refused by the kernel
+constexpr milliseconds kWriteTime{30'000};
+constexpr milliseconds kLinger{1000};
+constexpr milliseconds kRefusalLinger{50};
+
+milliseconds ms(std::uint64_t count) { return milliseconds(static_cast<std::int64_t>(count)); }
+
+// What the library reads from: a request line of our own making, never the socket.
+class GuardedStream final : public httplib::Stream {
+ public:
+  GuardedStream(Connection& connection, std::string request)
+      : connection_(connection), request_(std::move(request)), deadline_(Clock::now() + kWriteTime) {}
+
+  bool is_readable() const override { return read_ < request_.size(); }
+  bool is_writable() const override { return !broken_; }
+
+  ssize_t read(char* out, size_t size) override {
+    const std::size_t n = request_.copy(out, size, read_);
+    read_ += n;
+    return static_cast<ssize_t>(n);
+  }
+
+  ssize_t write(const char* bytes, size_t size) override {
+    if (!started_) deadline_ = Clock::now() + kWriteTime;  // the time of a response, however slowly it is taken
+    started_ = true;
+    broken_ = broken_ || connection_.write({bytes, size}, deadline_) != Io::ok;
+    return broken_ ? -1 : static_cast<ssize_t>(size);
+  }
+
+  void get_remote_ip_and_port(std::string&, int&) const override {}
+  void get_local_ip_and_port(std::string&, int&) const override {}
+  socket_t socket() const override { return connection_.fd(); }
+
+  bool broken() const { return broken_; }
+
+ private:
+  Connection& connection_;
+  std::string request_;
+  std::size_t read_ = 0;
+  Clock::time_point deadline_;
+  bool started_ = false;
+  bool broken_ = false;
+};
+
+void hand_over(const Response& from, httplib::Response& to) {
+  to.status = from.status;
+  for (const auto& [name, value] : from.headers) to.set_header(name, value);
+  to.set_content(from.body, from.content_type);
+}
+
+}  // namespace
+
+// The request that this thread is serving: the library's handlers have no room for it.
+struct HttpGuard::Current {
+  Exchange& exchange;
+  const Refusal& refusal;
+  bool close;  // the connection ends with this response
+};
+thread_local HttpGuard::Current* HttpGuard::current = nullptr;
+
+HttpGuard::HttpGuard(const Settings& settings, Handler handle, Handler log)
+    : settings_(settings), handle_(std::move(handle)), log_(std::move(log)) {
+  new_task_queue = [this] { return pool_ = new IoPool(settings_.io_threads, settings_.max_pending_connections); };
+  set_tcp_nodelay(true);  // else each response waits for the client's delayed acknowledgement
+  set_socket_options([](socket_t socket) {
+    const int yes = 1;  // the library's default, SO_REUSEPORT, would let two services share a port unnoticed
+    ::setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
+  });
+  set_pre_routing_handler([this](const httplib::Request&, httplib::Response& response) {
+    this->handle(*current);
+    hand_over(current->exchange.response, response);
+    return HandlerResponse::Handled;
+  });
+  // The last word on a response, after the library has added headers of its own.
+  set_post_routing_handler([](const httplib::Request&, httplib::Response& response) {
+    for (const char* name : {"Keep-Alive", "Accept-Ranges", "Connection"}) response.headers.erase(name);
+    if (current->close) response.set_header("Connection", "close");
+  });
+}
+
+std::optional<int> HttpGuard::bind() {
+  int port = static_cast<int>(settings_.port);
+  if (port == 0) {
+    port = bind_to_any_port(settings_.host);
+  } else if (!bind_to_port(settings_.host, port)) {
+    port = -1;
+  }
+  if (port < 0 || ::listen(svr_sock_, kBacklog) != 0) return std::nullopt;
+  return port;
+}
+
+bool HttpGuard::run() { return listen_after_bind() || stopping_.load(); }
+
+void HttpGuard::stop() {
+  stopping_.store(true);
+  httplib::Server::stop();
+}
+
+void HttpGuard::abort() { aborted_.store(true); }
+
+bool HttpGuard::process_and_close_socket(socket_t socket) {
+  if (IoPool::role() != IoPool::Role::drop) {
+    Connection connection(socket, aborted_);
+    try {
+      serve(connection);
+    } catch (const std::exception&) {  // out of memory between two requests: this connection is lost, no other
+    }
+    connection.linger(IoPool::role() == IoPool::Role::serve ? kLinger : kRefusalLinger);
+  }
+  ::close(socket);
+  return true;
+}
+
+void HttpGuard::serve(Connection& connection) {
+  if (IoPool::role() == IoPool::Role::refuse) {
+    respond(connection, Head{}, Problem{ProblemKind::overloaded, "all connections are in use", {}});
+    return;
+  }
+  while (serve_one(connection)) {
+  }
+}
+
+// An idle connection gives its thread to one that waits.
+bool HttpGuard::wanted_elsewhere() const { return stopping_.load() || pool_->has_pending(); }
+
+bool HttpGuard::serve_one(Connection& connection) {
+  if (connection.buffered().empty()) {
+    const auto idle_until = Clock::now() + ms(settings_.keep_alive_ms);
+    if (connection.fill(idle_until, [this] { return wanted_elsewhere(); }) != Io::ok) return false;
+  }
+  Head head;
+  const Refusal refusal = read_head(connection, Clock::now() + ms(settings_.head_timeout_ms), head);
+  return respond(connection, head, refusal);
+}
+
+HttpGuard::Refusal HttpGuard::read_head(Connection& connection, Clock::time_point deadline, Head& head) const {
+  for (;;) {
+    while (connection.buffered().starts_with("\r\n")) connection.consume(2);  // RFC 9112 section 2.2
+    const std::string_view buffered = connection.buffered();
+    const std::size_t end = buffered.substr(0, kMaxHeadBytes).find("\r\n\r\n");
+    if (end != std::string_view::npos) {
+      const std::string text(buffered.substr(0, end + 4));
+      connection.consume(text.size());
+      return parse_head(text, settings_.max_request_bytes, head);
+    }
+    if (auto refusal = check_incomplete(buffered)) return refusal;
+    switch (connection.fill(deadline)) {
+      case Io::ok:
+        break;
+      case Io::timeout:
+        return Problem{ProblemKind::request_timeout, "the request's head came too slowly", {}};
+      case Io::closed:
+        return Problem{ProblemKind::malformed_request, "the connection ended before the head did", {}};
+    }
+  }
+}
+
+// A template, so that only the call that this version of the library has is compiled.
+template <class Stream>
+void HttpGuard::process(Stream& stream) {
+  bool closed = false;
+  if constexpr (requires { this->process_request(stream, false, closed, nullptr); }) {
+    process_request(stream, false, closed, nullptr);
+  } else {
+    process_request(stream, "", 0, "", 0, false, closed, nullptr);
+  }
+}
+
+bool HttpGuard::respond(Connection& connection, const Head& head, const Refusal& refusal) {
+  Body body(connection, head, settings_.max_request_bytes, ms(settings_.body_timeout_ms));
+  Exchange exchange(api::random_id(), head, body, connection);
+  GuardedStream stream(connection, (head.method == "HEAD" ? "HEAD" : "GET") + std::string(" / HTTP/1.1\r\n\r\n"));
+  Current serving{exchange, refusal, refusal.has_value() || !head.keep_alive};
+  current = &serving;
+  process(stream);
+  current = nullptr;
+  log_(exchange);
+  return !serving.close && !stream.broken();
+}
+
+void HttpGuard::handle(Current& serving) const {
+  Exchange& exchange = serving.exchange;
+  try {
+    serving.refusal ? answer(exchange, *serving.refusal) : handle_(exchange);
+  } catch (const std::exception& error) {
+    exchange.failure = error.what();
+    answer(exchange, Problem{ProblemKind::internal, "the service failed; its log has more under " + exchange.id, {}});
+  }
+  exchange.response.headers.emplace_back("X-Request-Id", exchange.id);
+  // What is left of a body would be taken for the next request.
+  serving.close = serving.close || stopping_.load() || !exchange.body.consumed();
+}
+
+}  // namespace meshgauge::server

@@ -1,0 +1,57 @@
+// The HTTP library behind a guard: all that is known of its weak sides stays in this file.
+//
+// cpp-httplib listens, accepts, writes responses and (later) streams. It never sees a byte from a client: a
+// head is read and judged by server/head, a body by server/body, and the library is given a request line only.
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "api/problem.h"
+#include "server/exchange.h"
+#include "server/http_library.h"
+#include "server/io_pool.h"
+#include "server/settings.h"
+
+namespace meshgauge::server {
+
+class HttpGuard final : private httplib::Server {
+ public:
+  using Handler = std::function<void(Exchange&)>;
+
+  // Called on the I/O threads: `handle` for every request that is let through (it may throw: 500), `log` for every
+  // request that was answered.
+  HttpGuard(const Settings& settings, Handler handle, Handler log);
+
+  std::optional<int> bind();  // the port; nullopt when the address cannot be had
+  bool run();                 // serves until stop(); false when listening failed
+  void stop();                // no new connections; run() returns when the running requests have their answers
+  void abort();               // every wait for a client ends now
+
+ private:
+  using Refusal = std::optional<api::Problem>;
+  struct Current;
+
+  bool process_and_close_socket(socket_t socket) override;
+  void serve(Connection& connection);
+  bool serve_one(Connection& connection);
+  Refusal read_head(Connection& connection, Clock::time_point deadline, Head& head) const;
+  bool respond(Connection& connection, const Head& head, const Refusal& refusal);
+  template <class Stream>
+  void process(Stream& stream);
+  void handle(Current& serving) const;
+  bool wanted_elsewhere() const;
+
+  const Settings settings_;
+  const Handler handle_;
+  const Handler log_;
+  IoPool* pool_ = nullptr;  // owned by the library while it listens
+  std::atomic<bool> stopping_{false};
+  std::atomic<bool> aborted_{false};
+  static thread_local Current* current;
+};
+
+}  // namespace meshgauge::server

@@ -1,0 +1,30 @@
+// Method and path to handler, by plain comparison: a regular expression on a hostile path can overflow the stack.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "server/exchange.h"
+
+namespace meshgauge::server {
+
+class Router {
+ public:
+  using Action = std::function<void(Exchange&)>;
+
+  void add(std::string method, std::string path, Action action);
+
+  // Runs the action, or answers 404, or 405 with Allow. HEAD goes where GET goes.
+  void operator()(Exchange& exchange) const;
+
+ private:
+  struct Route {
+    std::string method;
+    std::string path;
+    Action action;
+  };
+  std::vector<Route> routes_;
+};
+
+}  // namespace meshgauge::server

@@ -1,0 +1,115 @@
+#include "server/service.h"
+
+#include <signal.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+
+#include "server/log.h"
+#include "server/openapi.h"
+
+namespace meshgauge::server {
+namespace {
+
+constexpr std::chrono::milliseconds kTick{50};
+
+void send(Exchange& exchange, std::string text, const char* type) {
+  exchange.response = {200, type, std::move(text), {}};
+}
+
+Result<Done> check_temp_dir(const std::string& directory) {
+  const int file = open_unnamed_file(directory);
+  if (file < 0) {
+    return Error{ErrorCode::invalid_request, "--temp-dir '" + directory + "' takes no files: " + std::strerror(errno),
+                 "", ""};
+  }
+  ::close(file);
+  return Done{};
+}
+
+sigset_t ending_signals() {
+  sigset_t set;
+  sigemptyset(&set);
+  sigaddset(&set, SIGTERM);
+  sigaddset(&set, SIGINT);
+  return set;
+}
+
+bool signalled_within(std::chrono::milliseconds time) {
+  const sigset_t set = ending_signals();
+  const timespec wait{0, time.count() * 1'000'000};
+  return sigtimedwait(&set, nullptr, &wait) > 0;
+}
+
+}  // namespace
+
+Service::Service(const Settings& settings, Compare compare)
+    : settings_(settings),
+      comparisons_(settings, std::move(compare)),
+      guard_(
+          settings, [this](Exchange& exchange) { router_(exchange); }, log_request) {
+  add_routes();
+}
+
+Service::~Service() {
+  shutdown([] { return true; });
+}
+
+void Service::add_routes() {
+  router_.add("GET", "/", [](Exchange& e) {
+    send(e, std::string("meshgauge ") + version() + "\nPOST /v1/comparisons, described by /openapi.yaml\n",
+         "text/plain");
+  });
+  router_.add("GET", "/healthz", [](Exchange& e) {
+    send(e, std::string(R"({"status":"ok","version":")") + version() + "\"}", "application/json");
+  });
+  router_.add("GET", "/openapi.yaml", [](Exchange& e) { send(e, std::string(openapi_yaml()), "application/yaml"); });
+  router_.add("POST", "/v1/comparisons", [this](Exchange& e) { comparisons_.create(e); });
+}
+
+Result<int> Service::start() {
+  if (auto ok = check_temp_dir(settings_.temp_dir); !ok) return ok.error();
+  const auto port = guard_.bind();
+  if (!port) {
+    return Error{
+        ErrorCode::internal,
+        "cannot listen on " + settings_.host + ":" + std::to_string(settings_.port) + ": " + std::strerror(errno), "",
+        ""};
+  }
+  ended_.store(false);
+  listener_ = std::thread([this] {
+    guard_.run();
+    ended_.store(true);
+  });
+  return *port;
+}
+
+void Service::shutdown(const std::function<bool()>& hurry) {
+  if (!listener_.joinable()) return;
+  comparisons_.refuse_new();
+  guard_.stop();
+  while (!ended_.load() && !hurry()) std::this_thread::sleep_for(kTick);
+  comparisons_.cancel_all();
+  guard_.abort();
+  listener_.join();
+}
+
+Result<Done> run_until_signal(const Settings& settings) {
+  const sigset_t signals = ending_signals();
+  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+  Service service(settings);
+  const auto port = service.start();
+  if (!port) return port.error();
+  log_event("listening", settings.host + ":" + std::to_string(*port));
+  while (service.listening() && !signalled_within(kTick)) {
+  }
+  if (!service.listening()) return Error{ErrorCode::internal, "the listening socket failed", "", ""};
+  log_event("stopping", "no new work is taken");
+  const auto grace_end = Clock::now() + std::chrono::milliseconds(settings.grace_ms);
+  service.shutdown([&] { return Clock::now() >= grace_end || signalled_within(std::chrono::milliseconds(0)); });
+  log_event("stopped", "every request was answered");
+  return Done{};
+}
+
+}  // namespace meshgauge::server

@@ -1,0 +1,52 @@
+#include "server/settings.h"
+
+#include <algorithm>
+#include <limits>
+#include <thread>
+
+#include "api/request.h"
+
+namespace meshgauge::server {
+namespace {
+
+constexpr std::uint64_t kMostThreads = 4096;
+constexpr std::uint64_t kSpareIoThreads = 2;  // so that health checks and refusals are always answered
+
+Error refused(std::string message) { return Error{ErrorCode::invalid_request, std::move(message), "", ""}; }
+
+Result<Done> check_threads(const Settings& s) {
+  if (s.workers > kMostThreads || s.queue > kMostThreads || s.io_threads > kMostThreads) {
+    return refused("--workers, --queue and --io-threads must be at most " + std::to_string(kMostThreads));
+  }
+  if (s.io_threads >= s.workers + s.queue + kSpareIoThreads) return Done{};
+  return refused("--io-threads must be at least --workers + --queue + " + std::to_string(kSpareIoThreads) + " (" +
+                 std::to_string(s.workers + s.queue + kSpareIoThreads) + "), since every waiting request holds one");
+}
+
+Result<Done> check_times(const Settings& s) {
+  const auto most = static_cast<std::uint64_t>(api::kTimeoutMsRange.high);
+  if (s.max_timeout_ms < 1 || s.max_timeout_ms > most) {
+    return refused("--max-timeout-ms must be from 1 to " + std::to_string(most));
+  }
+  if (s.default_timeout_ms < 1 || s.default_timeout_ms > s.max_timeout_ms) {
+    return refused("--default-timeout-ms must be from 1 to --max-timeout-ms");
+  }
+  constexpr std::uint64_t kHour = 3'600'000;
+  if (std::max({s.head_timeout_ms, s.body_timeout_ms, s.keep_alive_ms, s.grace_ms}) > kHour) {
+    return refused("--head-timeout-ms, --body-timeout-ms, --keep-alive-ms and --grace-ms must be at most 3600000");
+  }
+  return Done{};
+}
+
+}  // namespace
+
+Result<Settings> checked(Settings s) {
+  if (s.port > std::numeric_limits<std::uint16_t>::max()) return refused("--port must be at most 65535");
+  if (s.workers == 0) s.workers = std::max(1U, std::thread::hardware_concurrency());
+  if (auto ok = check_threads(s); !ok) return ok.error();
+  if (auto ok = check_times(s); !ok) return ok.error();
+  if (s.max_part_bytes > s.max_request_bytes) return refused("--max-part-bytes must be at most --max-request-bytes");
+  return s;
+}
+
+}  // namespace meshgauge::server
