@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "api/formats/detect.h"
+#include "api/formats/gltf.h"
 #include "api/formats/gzip.h"
 #include "api/formats/obj.h"
 #include "api/formats/off.h"
@@ -27,7 +28,7 @@ Result<ReadMesh> read_as(Format format, const Source& source) {
     case Format::glb:
       break;
   }
-  return about(source.part, ErrorCode::unsupported_format, "is glTF, which is not supported");
+  return read_gltf(source, format);
 }
 
 Result<ReadMesh> read_expanded(std::span<const std::byte> bytes, const ReadHints& hints, const ReadLimits& limits) {

@@ -87,7 +87,7 @@ const char* ObjReader::fail(const char* place, ErrorCode code, const std::string
 
 const char* ObjReader::bad_number(const char* p) {
   if (at_line_end(p)) return fail(p, ErrorCode::unreadable_mesh, "a vertex needs three coordinates");
-  return fail(p, ErrorCode::unreadable_mesh, quoted(word_at(p, end_)) + " is not a number");
+  return fail(p, ErrorCode::unreadable_mesh, in_quotes(word_at(p, end_)) + " is not a number");
 }
 
 // The start of the next line when p is a backslash that ends its line; else nullptr.
@@ -114,7 +114,7 @@ const char* ObjReader::vertex(const char* p) {
     const char* next = parse_number(p, end_, position[k]);
     if (next == nullptr || !at_token_end(next)) return bad_number(p);
     if (!std::isfinite(position[k])) {
-      return fail(p, ErrorCode::non_finite_vertex, "the coordinate " + quoted(word_at(p, end_)) + " is not finite");
+      return fail(p, ErrorCode::non_finite_vertex, "the coordinate " + in_quotes(word_at(p, end_)) + " is not finite");
     }
     p = next;
   }
@@ -184,7 +184,7 @@ const char* ObjReader::face(const char* p) {
 const char* ObjReader::corner(const char* p) {
   std::int64_t index = 0;
   const char* next = parse_integer(p, end_, index);
-  if (next == nullptr) return fail(p, ErrorCode::unreadable_mesh, quoted(word_at(p, end_)) + " is not an index");
+  if (next == nullptr) return fail(p, ErrorCode::unreadable_mesh, in_quotes(word_at(p, end_)) + " is not an index");
   if (!at_token_end(next)) {
     next = texture_and_normal(next, p);
     if (next == nullptr) return nullptr;
@@ -200,7 +200,7 @@ const char* ObjReader::texture_and_normal(const char* p, const char* token) {
     if (next != nullptr) p = next;
   }
   if (at_token_end(p)) return p;
-  return fail(token, ErrorCode::unreadable_mesh, quoted(word_at(token, end_)) + " is not an index");
+  return fail(token, ErrorCode::unreadable_mesh, in_quotes(word_at(token, end_)) + " is not an index");
 }
 
 const char* ObjReader::resolve(std::int64_t index, const char* place) {
@@ -210,7 +210,7 @@ const char* ObjReader::resolve(std::int64_t index, const char* place) {
   if (resolved < 0 || resolved >= static_cast<std::int64_t>(vertex_limit_)) {
     return fail(
         place, ErrorCode::index_out_of_range,
-        "index " + quoted(word_at(place, end_)) + " names no vertex; " + std::to_string(count) + " are known here");
+        "index " + in_quotes(word_at(place, end_)) + " names no vertex; " + std::to_string(count) + " are known here");
   }
   if (resolved >= count && static_cast<std::size_t>(resolved) >= highest_forward_) {
     highest_forward_ = static_cast<std::size_t>(resolved);
@@ -237,7 +237,7 @@ const char* ObjReader::other(const char* p) {
   // pass over that would silently lose a part of the mesh.
   if (!is_letter(*p)) {
     if (static_cast<unsigned char>(*p) < ' ') return binary_data(p);
-    return fail(p, ErrorCode::unreadable_mesh, quoted(word_at(p, end_)) + " does not begin an OBJ statement");
+    return fail(p, ErrorCode::unreadable_mesh, in_quotes(word_at(p, end_)) + " does not begin an OBJ statement");
   }
   out_.notes.skipped_primitives += (*p == 'l' || *p == 'p') && p + 1 != end_ && is_blank(p[1]);
   return pass_over(p, true);

@@ -35,7 +35,7 @@ class OffReader {
   }
   bool bad(std::string_view word, const std::string& kind) {
     return fail(ErrorCode::unreadable_mesh,
-                word.empty() ? "the line ends where " + kind + " is expected" : quoted(word) + " is not " + kind);
+                word.empty() ? "the line ends where " + kind + " is expected" : in_quotes(word) + " is not " + kind);
   }
   std::string_view word() {
     p_ = skip_blanks(p_, end_);
@@ -69,7 +69,7 @@ bool OffReader::coordinate(double& value) {
   const std::string_view text = word();
   if (parse_number(p_, end_, value) != p_ + text.size()) return bad(text, "a number");
   if (!std::isfinite(value)) {
-    return fail(ErrorCode::non_finite_vertex, "the coordinate " + quoted(text) + " is not finite");
+    return fail(ErrorCode::non_finite_vertex, "the coordinate " + in_quotes(text) + " is not finite");
   }
   p_ += text.size();
   return true;
@@ -150,7 +150,7 @@ Result<ReadMesh> read_off(const Source& source) {
   }
   if (keyword != "OFF" && keyword != "COFF") {
     return about(source.part, ErrorCode::unsupported_format,
-                 "is of the kind " + quoted(keyword) + ", which is not supported; OFF and COFF are");
+                 "is of the kind " + in_quotes(keyword) + ", which is not supported; OFF and COFF are");
   }
   const char* next = skip_blanks(body, source.end());
   if (same_word(word_at(next, source.end()), "binary")) {

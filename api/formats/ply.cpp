@@ -180,7 +180,7 @@ bool BodyReader<Values>::element(const PlyElement& element) {
   if (element.properties.empty()) return true;  // records of no bytes, however many
   if (element.count > values_.most_records(element)) {
     return values_.fail(ErrorCode::unreadable_mesh, "truncated: " + std::to_string(element.count) +
-                                                        " records of element " + quoted(element.name) +
+                                                        " records of element " + in_quotes(element.name) +
                                                         " do not fit into what remains");
   }
   if (element.name == "vertex") return vertices(element);

@@ -84,7 +84,7 @@ std::string_view HeaderReader::word() {
 
 Result<PlyType> HeaderReader::type(std::string_view name) const {
   if (const auto found = type_named(name)) return *found;
-  return fail(quoted(name) + " is not a type");
+  return fail(in_quotes(name) + " is not a type");
 }
 
 Result<Done> HeaderReader::format() {
@@ -97,9 +97,9 @@ Result<Done> HeaderReader::format() {
   } else if (encoding == "binary_big_endian") {
     header_.encoding = PlyEncoding::big_endian;
   } else {
-    return fail("format " + quoted(encoding) + " is not known");
+    return fail("format " + in_quotes(encoding) + " is not known");
   }
-  if (version != "1.0") return fail("version " + quoted(version) + " is not read, only 1.0");
+  if (version != "1.0") return fail("version " + in_quotes(version) + " is not read, only 1.0");
   format_seen_ = true;
   return Done{};
 }
@@ -110,9 +110,9 @@ Result<Done> HeaderReader::element() {
   const std::string_view count = word();
   std::int64_t value = 0;
   if (parse_integer(count.data(), count.data() + count.size(), value) != count.data() + count.size() || value < 0) {
-    return fail(quoted(count) + " is not a count of elements");
+    return fail(in_quotes(count) + " is not a count of elements");
   }
-  if (has_named(header_.elements, element.name)) return fail("a second element " + quoted(element.name));
+  if (has_named(header_.elements, element.name)) return fail("a second element " + in_quotes(element.name));
   if (header_.elements.size() == kMostElements) return fail("more than 100 elements");
   element.count = static_cast<std::uint64_t>(value);
   header_.elements.push_back(std::move(element));
@@ -137,7 +137,7 @@ Result<Done> HeaderReader::property() {
   property.name = word();
   if (property.name.empty()) return fail("a property without a name");
   std::vector<PlyProperty>& properties = header_.elements.back().properties;
-  if (has_named(properties, property.name)) return fail("a second property " + quoted(property.name));
+  if (has_named(properties, property.name)) return fail("a second property " + in_quotes(property.name));
   if (properties.size() == kMostProperties) return fail("more than 1000 properties of one element");
   properties.push_back(std::move(property));
   return Done{};
@@ -148,7 +148,7 @@ Result<Done> HeaderReader::statement(std::string_view keyword) {
   if (keyword == "format") return format();
   if (keyword == "element") return element();
   if (keyword == "property") return property();
-  return fail(quoted(keyword) + " is not a header keyword");
+  return fail(in_quotes(keyword) + " is not a header keyword");
 }
 
 Result<PlyHeader> HeaderReader::read() {

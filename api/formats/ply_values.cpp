@@ -35,16 +35,16 @@ bool PlyText::next_word() {
 bool PlyText::number(PlyType /*type*/, double& value) {
   if (!next_word()) return false;
   if (parse_number(word_.data(), p_, value) != p_) {
-    return fail(ErrorCode::unreadable_mesh, quoted(word_) + " is not a number");
+    return fail(ErrorCode::unreadable_mesh, in_quotes(word_) + " is not a number");
   }
   return std::isfinite(value) ||
-         fail(ErrorCode::non_finite_vertex, "the coordinate " + quoted(word_) + " is not finite");
+         fail(ErrorCode::non_finite_vertex, "the coordinate " + in_quotes(word_) + " is not finite");
 }
 
 bool PlyText::integer(PlyType /*type*/, std::int64_t& value) {
   if (!next_word()) return false;
   if (parse_integer(word_.data(), p_, value) == p_) return true;
-  return fail(ErrorCode::unreadable_mesh, quoted(word_) + " is not an integer");
+  return fail(ErrorCode::unreadable_mesh, in_quotes(word_) + " is not an integer");
 }
 
 bool PlyText::skip(PlyType /*type*/, std::uint64_t count) {

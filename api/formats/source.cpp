@@ -35,12 +35,13 @@ Error about(std::string_view part, ErrorCode code, const std::string& what) {
   return Error{code, "'" + std::string(part) + "' " + what, std::string(part), ""};
 }
 
-std::string quoted(std::string_view text) {
-  constexpr std::size_t kLongest = 32;
-  std::string out = "'";
-  for (const char c : text.substr(0, kLongest)) out += (c >= ' ' && c <= '~') ? c : '?';
-  return out + (text.size() > kLongest ? "...'" : "'");
+std::string printable(std::string_view text, std::size_t longest) {
+  std::string out(text.substr(0, longest));
+  for (char& c : out) c = c >= ' ' && c <= '~' ? c : '?';
+  return text.size() > longest ? out + "..." : out;
 }
+
+std::string in_quotes(std::string_view text) { return "'" + printable(text, 32) + "'"; }
 
 Error too_many(const Source& source, std::string_view things, std::size_t limit) {
   return about(source.part, ErrorCode::too_large,

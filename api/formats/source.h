@@ -27,8 +27,10 @@ Error at_line(const Source& source, const char* place, ErrorCode code, const std
 Error at_byte(const Source& source, std::size_t offset, ErrorCode code, const std::string& what);
 Error about(std::string_view part, ErrorCode code, const std::string& what);
 
-// A piece of the file for a message: in single quotes, at most 32 characters, printable ASCII only.
-std::string quoted(std::string_view text);
+// A piece of the file for a message: at most so many characters of it, printable ASCII only. in_quotes() puts at most
+// 32 into single quotes.
+std::string printable(std::string_view text, std::size_t longest);
+std::string in_quotes(std::string_view text);
 
 // The first counts beyond the limits end a reader early; indices are 32 bits wide.
 Error too_many(const Source& source, std::string_view things, std::size_t limit);

@@ -120,10 +120,10 @@ class AsciiReader {
 
 Error AsciiReader::expected(std::string_view what) {
   if (at_end()) {
-    return at_line(source_, p_, ErrorCode::unreadable_mesh, "truncated: the file ends before " + quoted(what));
+    return at_line(source_, p_, ErrorCode::unreadable_mesh, "truncated: the file ends before " + in_quotes(what));
   }
   return at_line(source_, p_, ErrorCode::unreadable_mesh,
-                 "expected " + quoted(what) + ", found " + quoted(word_at(p_, end_)));
+                 "expected " + in_quotes(what) + ", found " + in_quotes(word_at(p_, end_)));
 }
 
 Result<double> AsciiReader::coordinate() {
@@ -132,10 +132,10 @@ Result<double> AsciiReader::coordinate() {
   if (word.empty()) return expected("a coordinate");
   double value = 0;
   if (parse_number(p_, end_, value) != p_ + word.size()) {
-    return at_line(source_, p_, ErrorCode::unreadable_mesh, quoted(word) + " is not a number");
+    return at_line(source_, p_, ErrorCode::unreadable_mesh, in_quotes(word) + " is not a number");
   }
   if (!std::isfinite(value)) {
-    return at_line(source_, p_, ErrorCode::non_finite_vertex, "the coordinate " + quoted(word) + " is not finite");
+    return at_line(source_, p_, ErrorCode::non_finite_vertex, "the coordinate " + in_quotes(word) + " is not finite");
   }
   p_ += word.size();
   return value;
