@@ -27,7 +27,7 @@ Bounds certify(const Search& search, const Frame& frame) {
   witness.triangle_b = search.to().triangle(found.slot);
   witness.point_b = frame.from_frame(found.point);
 
-  const double off = distance_above(search.from().mesh(), candidate.triangle, w);
+  const double off = distance_above(search.from(), candidate.triangle, w);
   const double lower = rounding::subtract_down(certified_distance_below(search.to(), w), off);
   const double upper = rounding::add_up(search.upper(), search.upper_slack());
   // Both are bounds of the same number; a computed lower bound above the upper one cannot happen.

@@ -4,12 +4,14 @@
 #include <chrono>
 #include <memory>
 
+#include "engine/bisection.h"
 #include "engine/bounds/four_point.h"
 #include "engine/bounds/n_point.h"
 #include "engine/bounds/triangle_set.h"
 #include "engine/certify.h"
 #include "engine/reduction.h"
 #include "engine/rounding.h"
+#include "engine/sweep.h"
 #include "engine/traversal.h"
 
 namespace meshgauge {
@@ -52,6 +54,7 @@ std::unique_ptr<PieceBound> make_bound(const Options& options, Search& search) {
     case Strategy::triangle_set:
       return std::make_unique<TriangleSet>(search);
     case Strategy::four_point:
+    case Strategy::automatic:
       break;
   }
   return std::make_unique<FourPoint>(search.to(), search.work());
@@ -103,10 +106,17 @@ class Measurement final : public Monitor {
     floor_ = rounding::kDistanceSlack;
   }
 
+  // `auto` goes over the mesh measured from by itself; the paper's traversal needs a tree there, too.
+  bool needs_tree(const Side& side) const {
+    if (options_.strategy != Strategy::automatic) return true;
+    return options_.direction == Direction::symmetric || (&side == &b_) == (options_.direction == Direction::a_to_b);
+  }
+
   std::optional<Stop> build() {
     const StageClock clock(outcome_.timings.build);
     stage_ = "build";
     for (Side* side : {&a_, &b_}) {
+      if (!needs_tree(*side)) continue;
       side->tree = std::make_unique<Bvh>(side->mesh, control_);
       if (const auto why = side->tree->interruption(); why != Interruption::none) return to_stop(why);
     }
@@ -114,12 +124,10 @@ class Measurement final : public Monitor {
   }
 
   std::optional<Stop> measure(Directed& directed, const Side& from, const Side& to) {
-    Search search(*from.tree, *to.tree, goal_, lower_, *this);
+    Search search(from.mesh, *to.tree, goal_, lower_, *this);
     search.set_witness_rounding(frame_.rounding_of_points());
     running_ = &directed;
-    const auto bound = make_bound(options_, search);
-    auto stop = staged("traverse", outcome_.timings.traverse, [&] { return traverse(search, *bound); });
-    if (!stop) stop = staged("reduce", outcome_.timings.reduce, [&] { return reduce(search, *bound, options_); });
+    const auto stop = options_.strategy == Strategy::automatic ? run_auto(search) : run_paper(search, *from.tree);
     const StageClock clock(outcome_.timings.certify);
     stage_ = "certify";
     directed.bounds = certify(search, frame_);
@@ -127,6 +135,19 @@ class Measurement final : public Monitor {
     directed.work = search.work();
     lower_ = std::max(lower_, search.lower());
     floor_ = std::max(floor_, search.slack() + rounding::kSmallestGap);
+    return stop;
+  }
+
+  std::optional<Stop> run_auto(Search& search) {
+    auto stop = staged("traverse", outcome_.timings.traverse, [&] { return sweep(search); });
+    if (!stop) stop = staged("reduce", outcome_.timings.reduce, [&] { return bisect(search, options_); });
+    return stop;
+  }
+
+  std::optional<Stop> run_paper(Search& search, const Bvh& from) {
+    const auto bound = make_bound(options_, search);
+    auto stop = staged("traverse", outcome_.timings.traverse, [&] { return traverse(search, from, *bound); });
+    if (!stop) stop = staged("reduce", outcome_.timings.reduce, [&] { return reduce(search, *bound, options_); });
     return stop;
   }
 

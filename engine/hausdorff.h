@@ -22,6 +22,7 @@ enum class Direction { symmetric, a_to_b, b_to_a };
 
 // How a piece of the mesh is bounded from above; engine/bounds/ has one file each.
 enum class Strategy {
+  automatic,     // the default and the fastest: certificates, overlay and Lipschitz bounds, bisection
   four_point,    // the paper's: candidates are the owners of the points nearest to 3 corners and centroid
   n_point,       // the same with Options::points samples a piece
   triangle_set,  // Tang, Lee, Kim 2009: all triangles that can matter, found once for a triangle
@@ -38,7 +39,7 @@ struct Options {
   Direction direction = Direction::symmetric;
   Tolerance tolerance{std::nullopt, 1e-6, 0.01};
   std::optional<double> max_distance;  // the gate: stop as soon as U <= max_distance or L > max_distance
-  Strategy strategy = Strategy::four_point;
+  Strategy strategy = Strategy::automatic;
   int points = 4;                                         // n_point only: 4, 10, 31, 109, 409 or 1585
   std::size_t max_memory_bytes = std::size_t{512} << 20;  // of the waiting pieces; when spent: Stop::budget
   std::uint64_t max_work_items = std::numeric_limits<std::uint64_t>::max();  // pieces split; when spent: Stop::budget

@@ -76,17 +76,19 @@ double certified_distance_below(const std::array<Vec3, 3>& corners, const Prepar
 
 }  // namespace
 
-Nearest nearest(const Bvh& tree, const Vec3& p, std::uint64_t& triangle_tests) {
+Nearest nearest(const Bvh& tree, const Vec3& p, std::uint64_t& triangle_tests, std::uint32_t hint) {
   Nearest best;
   double best_sq = std::numeric_limits<double>::infinity();
-  const auto visit = [&](const Bvh::Node& leaf) {
-    triangle_tests += leaf.count;
-    for (std::uint32_t slot = leaf.first; slot < leaf.first + leaf.count; ++slot) {
-      const Vec3 q = closest_point(tree.prepared(slot), p);
-      const double d_sq = (p - q).squaredNorm();
-      if (d_sq < best_sq) best_sq = d_sq, best.slot = slot, best.point = q;
-    }
+  const auto attempt = [&](std::uint32_t slot) {
+    ++triangle_tests;
+    const Vec3 q = closest_point(tree.prepared(slot), p);
+    const double d_sq = (p - q).squaredNorm();
+    if (d_sq < best_sq) best_sq = d_sq, best.slot = slot, best.point = q;
   };
+  const auto visit = [&](const Bvh::Node& leaf) {
+    for (std::uint32_t slot = leaf.first; slot < leaf.first + leaf.count; ++slot) attempt(slot);
+  };
+  if (hint != Nearest::kNone) attempt(hint);
   descend(tree, p, visit, [&](double box_sq) { return box_sq >= best_sq; });
   best.distance = std::sqrt(best_sq);
   return best;

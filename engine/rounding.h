@@ -39,6 +39,8 @@
 //      4u * 3.47 < 14u. kSeparationSlack = 32u.
 //
 // (R6) Box distance: R1 on clamped differences: kBoxSlack = 16u.
+//
+// (R7) Overlay. Derived where it is used, in engine/bounds/overlay.h: kOverlayOffset = kOverlaySlack = 128u.
 #pragma once
 
 #include <cstdint>
@@ -52,12 +54,15 @@ inline constexpr double kResidualSlack = 16 * kUnit;    // R2
 inline constexpr double kMidpointSlack = 2 * kUnit;     // R4, a level
 inline constexpr double kSeparationSlack = 32 * kUnit;  // R5
 inline constexpr double kBoxSlack = 16 * kUnit;         // R6
+inline constexpr double kOverlayOffset = 128 * kUnit;   // R7
+inline constexpr double kOverlaySlack = 128 * kUnit;    // R7
 
 // Pieces shorter than this are not split: their own size is below what rounding hides.
 inline constexpr double kSmallestPiece = 0x1p-50;
 
-// More levels than any piece is ever split: a coordinate has 53 bits, and a level halves every edge.
-inline constexpr std::uint32_t kDepthAllowance = 128;
+// More levels than any piece is ever split: a coordinate has 53 bits, and three bisections of the longest edge
+// halve a piece.
+inline constexpr std::uint32_t kDepthAllowance = 256;
 
 // The search itself stops at this gap between its computed U and L, whatever tolerance was asked for.
 // At least kSmallestPiece, so that unsplittable pieces end the search instead of being asked for again.

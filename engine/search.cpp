@@ -13,25 +13,31 @@ double Goal::gap(double lower, double slack) const {
   return std::max(rounding::kSmallestGap, std::max(width, relative * std::max(0.0, lower - slack)) - slack);
 }
 
-Search::Search(const Bvh& from, const Bvh& to, const Goal& goal, double start_lower, Monitor& monitor)
+Search::Search(MeshView from, const Bvh& to, const Goal& goal, double start_lower, Monitor& monitor)
     : from_(from),
       to_(to),
       goal_(goal),
       monitor_(monitor),
       lower_(start_lower),
-      unvisited_(farthest_of_box(from.nodes()[Bvh::kRoot].box, to.mesh().corner(0, 0))) {
-  culling_.triangles = from.mesh().triangles.size();
-  saw(nearest_corner(to, from.mesh().corner(0, 0), work_), 0, true);
+      unvisited_(farthest_of_box(bounding_box(from), to.mesh().corner(0, 0))) {
+  culling_.triangles = from.triangles.size();
+  saw(nearest_corner(to, from.corner(0, 0), work_), 0, true);
 }
 
 double Search::upper() const {
-  return std::max({lower_, dropped_, unvisited_, heap_.empty() ? 0.0 : heap_.front().upper});
+  double waiting = 0;
+  if (is_heap_) {
+    waiting = waiting_.empty() ? 0.0 : waiting_.front().upper;
+  } else {
+    for (const Piece& piece : waiting_) waiting = std::max(waiting, piece.upper);
+  }
+  return std::max({lower_, dropped_, unvisited_, waiting});
 }
 
 double Search::lower_slack() const {
   const bool interior = !candidate_.is_vertex;
   return rounding::kSeparationSlack + rounding::kDistanceSlack + to_.residual() +
-         (interior ? rounding::kDistanceSlack + from_.residual() + 2 * witness_rounding_ : 0.0);
+         (interior ? rounding::kDistanceSlack + 2 * rounding::kResidualSlack + 2 * witness_rounding_ : 0.0);
 }
 
 double Search::upper_slack() const { return rounding::upper_slack(to_.residual(), work_.max_depth); }
@@ -49,15 +55,15 @@ double Search::cull_below() const {
 }
 
 void Search::push(const Piece& piece) {
-  heap_.push_back(piece);
-  std::push_heap(heap_.begin(), heap_.end(), less_upper);
-  work_.peak_heap = std::max(work_.peak_heap, heap_.size());
+  waiting_.push_back(piece);
+  if (is_heap_) std::push_heap(waiting_.begin(), waiting_.end(), less_upper);
+  work_.peak_heap = std::max(work_.peak_heap, waiting_.size());
 }
 
 Piece Search::pop() {
-  std::pop_heap(heap_.begin(), heap_.end(), less_upper);
-  const Piece piece = heap_.back();
-  heap_.pop_back();
+  if (is_heap_) std::pop_heap(waiting_.begin(), waiting_.end(), less_upper);
+  const Piece piece = waiting_.back();
+  waiting_.pop_back();
   return piece;
 }
 

@@ -52,9 +52,9 @@ class Search {
  public:
   // Measures one vertex of A, so that there is a candidate from the start. `start_lower`: distances up to this are of
   // no interest (the other direction has reached it already).
-  Search(const Bvh& from, const Bvh& to, const Goal& goal, double start_lower, Monitor& monitor);
+  Search(MeshView from, const Bvh& to, const Goal& goal, double start_lower, Monitor& monitor);
 
-  const Bvh& from() const { return from_; }
+  MeshView from() const { return from_; }
   const Bvh& to() const { return to_; }
   std::optional<Stop> pulse() const { return monitor_.pulse(*this); }
   Work& work() { return work_; }
@@ -79,15 +79,18 @@ class Search {
 
   // Pieces and nodes with upper bounds at or below this need not be followed.
   double cull_below() const;
+  // The same for strategy `auto`, which stops following what is within the tolerance already.
+  double cull_within_tolerance() const { return std::max(cull_below(), lower_ + goal_.gap(lower_, slack())); }
   // Forgets a piece; its bound stays in upper().
   void drop(double upper) { dropped_ = std::max(dropped_, upper); }
 
-  // The pieces that wait for reduction: a max-heap by upper bound.
+  // The pieces that wait for reduction: a max-heap by upper bound, or a stack once depth_first() was called.
   void push(const Piece& piece);
   Piece pop();
-  bool empty() const { return heap_.empty(); }
-  double top() const { return heap_.front().upper; }
-  std::size_t heap_bytes() const { return heap_.size() * sizeof(Piece); }
+  bool empty() const { return waiting_.empty(); }
+  std::size_t waiting() const { return waiting_.size(); }
+  std::size_t waiting_bytes() const { return waiting_.size() * sizeof(Piece); }
+  void depth_first() { is_heap_ = false; }
 
   // Bound of what has not been looked at yet: only the traversal sets it, to 0 when it is through.
   void set_unvisited(double upper) { unvisited_ = upper; }
@@ -98,7 +101,7 @@ class Search {
   bool above_gate() const { return goal_.gate && lower_ - lower_slack() > *goal_.gate; }
 
  private:
-  const Bvh& from_;
+  MeshView from_;
   const Bvh& to_;
   Goal goal_;
   Monitor& monitor_;
@@ -107,7 +110,8 @@ class Search {
   double dropped_ = 0;
   double witness_rounding_ = 0;
   Candidate candidate_;
-  std::vector<Piece> heap_;
+  std::vector<Piece> waiting_;
+  bool is_heap_ = true;
   Work work_;
   Culling culling_;
 };

@@ -12,8 +12,8 @@ struct OpenNode {
 
 class Traversal {
  public:
-  Traversal(Search& search, PieceBound& bound)
-      : search_(search), bound_(bound), cache_(search.from().mesh().positions.size()) {}
+  Traversal(Search& search, const Bvh& from, PieceBound& bound)
+      : search_(search), from_(from), bound_(bound), cache_(search.from().positions.size()) {}
 
   std::optional<Stop> run() {
     open_.push_back({Bvh::kRoot, search_.upper()});
@@ -35,10 +35,10 @@ class Traversal {
   // The larger bound is visited first: it is the likelier to raise the lower bound.
   void visit(const OpenNode& entry) {
     if (entry.upper <= search_.cull_below()) return search_.drop(entry.upper);
-    const Bvh::Node& node = search_.from().nodes()[entry.node];
+    const Bvh::Node& node = from_.nodes()[entry.node];
     if (node.is_leaf()) {
       for (std::uint32_t slot = node.first; slot < node.first + node.count; ++slot) {
-        visit_triangle(search_.from().triangle(slot), entry.upper);
+        visit_triangle(from_.triangle(slot), entry.upper);
       }
       return;
     }
@@ -52,7 +52,7 @@ class Traversal {
   // eq. 4/5: with b the point of B nearest to the box's centre, every point of the box is within the distance
   // from b to the farthest corner of the box, and h(node, B) is at most that.
   double node_upper(std::uint32_t node) {
-    const Box& box = search_.from().nodes()[node].box;
+    const Box& box = from_.nodes()[node].box;
     ++search_.work().nearest_queries;
     const Vec3 b = nearest(search_.to(), (box.low + box.high) * 0.5, search_.work().triangle_tests).point;
     return farthest_of_box(box, b);
@@ -62,7 +62,7 @@ class Traversal {
     Piece piece;
     piece.triangle = triangle;
     for (int i = 0; i < 3; ++i) {
-      const Corner& corner = measure_vertex(search_.from().mesh().triangles[triangle][static_cast<std::size_t>(i)]);
+      const Corner& corner = measure_vertex(search_.from().triangles[triangle][static_cast<std::size_t>(i)]);
       piece.corners[static_cast<std::size_t>(i)] = corner;
       search_.saw(corner, triangle, true);  // eq. 6
     }
@@ -78,7 +78,7 @@ class Traversal {
       ++search_.work().cache_hits;
       return corner;
     }
-    return corner = nearest_corner(search_.to(), search_.from().mesh().positions[vertex], search_.work());
+    return corner = nearest_corner(search_.to(), search_.from().positions[vertex], search_.work());
   }
 
   void account_for_unvisited() {
@@ -94,7 +94,7 @@ class Traversal {
     std::size_t count = 0;
     std::vector<std::uint32_t> stack{root};
     while (!stack.empty()) {
-      const Bvh::Node& node = search_.from().nodes()[stack.back()];
+      const Bvh::Node& node = from_.nodes()[stack.back()];
       stack.pop_back();
       count += node.count;
       if (!node.is_leaf()) stack.insert(stack.end(), {node.first, node.first + 1});
@@ -103,6 +103,7 @@ class Traversal {
   }
 
   Search& search_;
+  const Bvh& from_;
   PieceBound& bound_;
   std::vector<Corner> cache_;
   std::vector<OpenNode> open_;
@@ -110,6 +111,8 @@ class Traversal {
 
 }  // namespace
 
-std::optional<Stop> traverse(Search& search, PieceBound& bound) { return Traversal(search, bound).run(); }
+std::optional<Stop> traverse(Search& search, const Bvh& from, PieceBound& bound) {
+  return Traversal(search, from, bound).run();
+}
 
 }  // namespace meshgauge

@@ -43,10 +43,10 @@ class PieceBound {
   virtual std::size_t memory_bytes() const { return 0; }
 };
 
-// A query for a point's nearest triangle, counted.
-inline Corner nearest_corner(const Bvh& target, const Vec3& p, Work& work) {
+// A query for a point's nearest triangle, counted. `hint`: see nearest().
+inline Corner nearest_corner(const Bvh& target, const Vec3& p, Work& work, std::uint32_t hint = Nearest::kNone) {
   ++work.nearest_queries;
-  const Nearest found = nearest(target, p, work.triangle_tests);
+  const Nearest found = nearest(target, p, work.triangle_tests, hint);
   return {p, found.distance, found.slot};
 }
 

@@ -28,7 +28,7 @@ struct Fixture {
         b(std::move(b_in)),
         from(a, control),
         to(b, control),
-        search(from, to, Goal{}, 0, monitor) {}
+        search(a, to, Goal{}, 0, monitor) {}
 
   Piece piece(std::uint32_t triangle) {
     Piece p;

@@ -1,0 +1,33 @@
+// Which triangles of a mesh share an edge. Corners at the same position count as one vertex, so that unwelded meshes
+// have neighbours too; any number of triangles may meet in an edge.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "engine/mesh.h"
+
+namespace meshgauge {
+
+class Adjacency {
+ public:
+  // Triangle t's edge i joins its corners i and i+1 (mod 3).
+  struct Edge {
+    std::uint32_t triangle;
+    std::uint32_t edge;
+  };
+
+  explicit Adjacency(MeshView mesh);
+
+  // The next triangle around that edge, in a ring: follow it until it comes back. Itself if there is no other.
+  Edge next_around(std::uint32_t triangle, std::uint32_t edge) const {
+    const std::uint32_t half_edge = next_[3 * std::size_t{triangle} + edge];
+    return {half_edge / 3, half_edge % 3};
+  }
+
+ private:
+  std::vector<std::uint32_t> next_;  // by half-edge 3*triangle + edge
+};
+
+}  // namespace meshgauge

@@ -1,0 +1,59 @@
+// Convex polygons in a plane, as the overlay bound needs them: few corners, no allocation.
+#pragma once
+
+#include <array>
+#include <cassert>
+#include <cstddef>
+
+#include <Eigen/Core>
+
+namespace meshgauge {
+
+using Vec2 = Eigen::Vector2d;
+
+// Points x with inward . (x - origin) >= 0; `inward` is a unit vector.
+struct HalfPlane {
+  Vec2 origin;
+  Vec2 inward;
+
+  double distance(const Vec2& x) const { return inward.dot(x - origin); }
+  HalfPlane flipped() const { return {origin, -inward}; }
+};
+
+// The half-plane to the left of a -> b. Precondition: a != b.
+inline HalfPlane left_of(const Vec2& a, const Vec2& b) {
+  const Vec2 d = b - a;
+  return {a, Vec2(-d.y(), d.x()) / d.norm()};
+}
+
+struct Polygon {
+  // A cut adds one corner to a convex polygon. Rounded corners may be out of convex position by a little, and then a cut can
+  // multiply their number by up to 1.5: from 3, six cuts give at most 28.
+  static constexpr std::size_t kMaxCorners = 28;
+  std::array<Vec2, kMaxCorners> corners;
+  std::size_t size = 0;
+
+  void add(const Vec2& p) {
+    assert(size < kMaxCorners);
+    corners[size++] = p;
+  }
+  Vec2 centre() const {
+    Vec2 sum = Vec2::Zero();
+    for (std::size_t i = 0; i < size; ++i) sum += corners[i];
+    return sum / static_cast<double>(size);
+  }
+};
+
+// What lies within the half-plane moved outwards by `offset` (inwards if negative). Segments and points are polygons, too.
+inline Polygon clip(const Polygon& polygon, const HalfPlane& half, double offset) {
+  Polygon out;
+  for (std::size_t i = 0; i < polygon.size; ++i) {
+    const Vec2 &a = polygon.corners[i], &b = polygon.corners[(i + 1) % polygon.size];
+    const double da = half.distance(a) + offset, db = half.distance(b) + offset;
+    if (da >= 0) out.add(a);
+    if ((da < 0) != (db < 0)) out.add(a + (da / (da - db)) * (b - a));
+  }
+  return out;
+}
+
+}  // namespace meshgauge

@@ -1,0 +1,14 @@
+// An order of triangles in which neighbours in the list are mostly neighbours in space.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "engine/mesh.h"
+
+namespace meshgauge {
+
+// The indices of the mesh's triangles along a Morton (Z-order) curve through their centroids. Unit frame. Linear time.
+std::vector<std::uint32_t> morton_order(MeshView mesh);
+
+}  // namespace meshgauge

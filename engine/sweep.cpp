@@ -1,0 +1,132 @@
+#include "engine/sweep.h"
+
+#include <vector>
+
+#include "engine/bounds/lipschitz.h"
+#include "engine/morton.h"
+
+namespace meshgauge {
+namespace {
+
+constexpr std::size_t kPulseEvery = 64;  // triangles, some 0.1 ms at most
+
+class Sweep {
+ public:
+  explicit Sweep(Search& search) : search_(search), vertices_(search.from().positions.size()) {}
+
+  std::optional<Stop> run() {
+    const std::vector<std::uint32_t> order = morton_order(search_.from());
+    if (const auto stop = sample(order)) return stop;
+    for (std::size_t i = 0; i < order.size(); ++i) {
+      if (i % kPulseEvery == 0) {
+        if (const auto stop = search_.pulse()) {
+          search_.culling().survivors = survivors_.size() + order.size() - i;
+          for (const Piece& piece : survivors_) search_.push(piece);
+          return stop;
+        }
+      }
+      visit(order[i]);
+    }
+    hand_over();
+    search_.set_unvisited(0);
+    return std::nullopt;
+  }
+
+ private:
+  struct Vertex {
+    double distance = -1;                 // negative: not measured
+    std::uint32_t slot = Nearest::kNone;  // nearest if measured, else one that a neighbour used
+  };
+
+  std::optional<Stop> sample(const std::vector<std::uint32_t>& order) {
+    const std::size_t count = std::min(order.size(), 64 + order.size() / 64);
+    for (std::size_t k = 0; k < count; ++k) {
+      if (k % kPulseEvery == 0) {
+        if (const auto stop = search_.pulse()) return stop;
+      }
+      const std::uint32_t t = order[k * order.size() / count];
+      measure(search_.from().triangles[t][0], t);
+    }
+    return std::nullopt;
+  }
+
+  void visit(std::uint32_t t) {
+    const Triangle& triangle = search_.from().triangles[t];
+    Piece piece;
+    piece.triangle = t;
+    for (std::size_t i = 0; i < 3; ++i) piece.corners[i].point = search_.from().positions[triangle[i]];
+    if (culled_by_neighbours(piece, triangle)) return;
+    for (std::size_t i = 0; i < 3; ++i) piece.corners[i] = measure(triangle[i], t);
+    piece.upper = std::min(lipschitz_upper(piece), owners_upper(piece));
+    if (piece.upper <= search_.cull_within_tolerance()) return search_.drop(piece.upper);
+    const Vec3 centroid = (piece.corners[0].point + piece.corners[1].point + piece.corners[2].point) / 3;
+    last_ = nearest_corner(search_.to(), centroid, search_.work(), piece.corners[0].slot).slot;
+    piece.upper = std::min(piece.upper, certificate(piece, last_, piece.upper));
+    if (piece.upper <= search_.cull_within_tolerance()) return search_.drop(piece.upper);
+    survivors_.push_back(piece);
+  }
+
+  bool culled_by_neighbours(const Piece& piece, const Triangle& triangle) {
+    const std::array hints{last_, vertices_[triangle[0]].slot, vertices_[triangle[1]].slot, vertices_[triangle[2]].slot};
+    const double limit = search_.cull_within_tolerance();
+    for (auto it = hints.begin(); it != hints.end(); ++it) {
+      if (*it == Nearest::kNone || std::find(hints.begin(), it, *it) != it) continue;
+      const double upper = certificate(piece, *it, std::nextafter(limit, 10.0));
+      if (upper > limit) continue;
+      search_.drop(upper);
+      last_ = *it;
+      for (const std::uint32_t v : triangle) {
+        if (vertices_[v].distance < 0) vertices_[v].slot = *it;
+      }
+      return true;
+    }
+    return false;
+  }
+
+  double certificate(const Piece& piece, std::uint32_t slot, double limit) {
+    search_.work().triangle_tests += 3;
+    return farthest_corner(piece, search_.to().prepared(slot), limit);
+  }
+
+  double owners_upper(const Piece& piece) {
+    const auto& [a, b, c] = piece.corners;
+    return least_farthest(piece, search_.to(), std::array{a.slot, b.slot, c.slot}, search_.work());
+  }
+
+  Corner measure(std::uint32_t v, std::uint32_t triangle) {
+    Vertex& vertex = vertices_[v];
+    const Vec3& p = search_.from().positions[v];
+    if (vertex.distance >= 0) {
+      ++search_.work().cache_hits;
+      return {p, vertex.distance, vertex.slot};
+    }
+    const Corner corner = nearest_corner(search_.to(), p, search_.work(), vertex.slot != Nearest::kNone ? vertex.slot : last_);
+    vertex = {corner.distance, corner.slot};
+    last_ = corner.slot;
+    search_.saw(corner, triangle, true);
+    return corner;
+  }
+
+  // The lower bound has risen since the first of them survived.
+  void hand_over() {
+    for (const Piece& piece : survivors_) {
+      if (piece.upper <= search_.cull_within_tolerance()) {
+        search_.drop(piece.upper);
+      } else {
+        ++search_.culling().survivors;
+        search_.push(piece);
+      }
+    }
+  }
+
+  Search& search_;
+  std::vector<Vertex> vertices_;
+  std::vector<Piece> survivors_;
+  std::uint32_t last_ = Nearest::kNone;  // triangle of B that served last
+};
+
+}  // namespace
+
+std::optional<Stop> sweep(Search& search) { return Sweep(search).run(); }
+
+}  // namespace meshgauge
