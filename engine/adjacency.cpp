@@ -45,8 +45,8 @@ std::vector<std::uint32_t> weld(std::span<const Vec3> positions) {
   std::vector<std::uint32_t> vertex(positions.size());
   IndexTable table(positions.size());
   for (std::uint32_t i = 0; i < positions.size(); ++i) {
-    const auto seen = table.find_or_store(hash_of(positions[i]), i,
-                                          [&](std::uint32_t j) { return positions[j] == positions[i]; });
+    const auto seen =
+        table.find_or_store(hash_of(positions[i]), i, [&](std::uint32_t j) { return positions[j] == positions[i]; });
     vertex[i] = seen == kNone ? i : seen;
   }
   return vertex;

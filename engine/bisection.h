@@ -1,7 +1,7 @@
 // The second phase of strategy `auto`: bisect the longest edge of what survives, with every bound there is.
 //
-// Best first while the lower bound moves, because only that finds it quickly; depth first once it has settled, because the order no longer
-// matters and a stack is cheaper and flat.
+// Best first while the lower bound moves, because only that finds it quickly; depth first once it has settled, because
+// the order no longer matters and a stack is cheaper and flat.
 #pragma once
 
 #include <optional>
@@ -10,8 +10,8 @@
 
 namespace meshgauge {
 
-// Works until nothing is left that could exceed the lower bound by more than the tolerance, or returns the reason why not: the
-// monitor's, or Stop::budget as in reduction.h.
+// Works until nothing is left that could exceed the lower bound by more than the tolerance, or returns the reason why
+// not: the monitor's, or Stop::budget as in reduction.h.
 std::optional<Stop> bisect(Search& search, const Options& options);
 
 }  // namespace meshgauge

@@ -67,7 +67,8 @@ class Sweep {
   }
 
   bool culled_by_neighbours(const Piece& piece, const Triangle& triangle) {
-    const std::array hints{last_, vertices_[triangle[0]].slot, vertices_[triangle[1]].slot, vertices_[triangle[2]].slot};
+    const std::array hints{last_, vertices_[triangle[0]].slot, vertices_[triangle[1]].slot,
+                           vertices_[triangle[2]].slot};
     const double limit = search_.cull_within_tolerance();
     for (auto it = hints.begin(); it != hints.end(); ++it) {
       if (*it == Nearest::kNone || std::find(hints.begin(), it, *it) != it) continue;
@@ -100,7 +101,8 @@ class Sweep {
       ++search_.work().cache_hits;
       return {p, vertex.distance, vertex.slot};
     }
-    const Corner corner = nearest_corner(search_.to(), p, search_.work(), vertex.slot != Nearest::kNone ? vertex.slot : last_);
+    const Corner corner =
+        nearest_corner(search_.to(), p, search_.work(), vertex.slot != Nearest::kNone ? vertex.slot : last_);
     vertex = {corner.distance, corner.slot};
     last_ = corner.slot;
     search_.saw(corner, triangle, true);

@@ -1,7 +1,8 @@
 // The first phase of strategy `auto`: over the triangles of A in Morton order, most are culled without a query.
 //
 //  * A sparse sample of A's vertices is measured first: it gives most of the final lower bound.
-//  * To cull a triangle any triangle T of B will do with max over corners d(v,T) <= lower + tolerance (eq. 9), not the nearest: the ones
+//  * To cull a triangle any triangle T of B will do with max over corners d(v,T) <= lower + tolerance (eq. 9), not the
+//  nearest: the ones
 //    that neighbours used are tried before anything is queried.
 //  * A query starts from the distance to a triangle that a neighbour found: most of the tree is never entered.
 #pragma once
@@ -12,8 +13,8 @@
 
 namespace meshgauge {
 
-// Leaves in `search` the triangles of A that survive, each with its bounds. Returns the reason when it was stopped early; what it
-// had not visited then stays accounted for in search.upper().
+// Leaves in `search` the triangles of A that survive, each with its bounds. Returns the reason when it was stopped
+// early; what it had not visited then stays accounted for in search.upper().
 std::optional<Stop> sweep(Search& search);
 
 }  // namespace meshgauge

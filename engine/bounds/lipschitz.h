@@ -2,11 +2,10 @@
 //
 // Statement. Let p_i be the corners of a piece P and R the radius of the smallest circle around it. Then
 // h(P,B) <= max d(p_i,B) + R.
-// Proof. Let m be the circle's centre and x in P, a convex combination of the corners: sum w_i (p_i - x) = 0, so for some i
-// (p_i - x).(m - x) <= 0, and then |p_i - m|^2 >= |p_i - x|^2 + |x - m|^2. So |p_i - x| <= |p_i - m| <= R, and d(.,B) is
-// 1-Lipschitz.
-// Rounding: the result errs by a few units relative to R <= 2, which kDistanceSlack leaves room for: the distances themselves
-// need 51u of its 64u (rounding.h, R3).
+// Proof. Let m be the circle's centre and x in P, a convex combination of the corners: sum w_i (p_i - x) = 0, so for
+// some i (p_i - x).(m - x) <= 0, and then |p_i - m|^2 >= |p_i - x|^2 + |x - m|^2. So |p_i - x| <= |p_i - m| <= R, and
+// d(.,B) is 1-Lipschitz. Rounding: the result errs by a few units relative to R <= 2, which kDistanceSlack leaves room
+// for: the distances themselves need 51u of its 64u (rounding.h, R3).
 #pragma once
 
 #include <algorithm>
@@ -16,14 +15,15 @@
 
 namespace meshgauge {
 
-// R: half of the longest edge if the angle opposite is obtuse or right, else the circumradius. The computed value may be
-// some units of rounding too small.
+// R: half of the longest edge if the angle opposite is obtuse or right, else the circumradius. The computed value may
+// be some units of rounding too small.
 inline double enclosing_radius(const Vec3& a, const Vec3& b, const Vec3& c) {
   double x = (b - a).squaredNorm(), y = (c - b).squaredNorm(), z = (a - c).squaredNorm();
   if (x < y) std::swap(x, y);
   if (x < z) std::swap(x, z);
   if (x >= y + z) return 0.5 * std::sqrt(x);
-  // 16 area^2 = 4yz - (y+z-x)^2; well conditioned, because the angle opposite the longest edge is within 60..90 degrees.
+  // 16 area^2 = 4yz - (y+z-x)^2; well conditioned, because the angle opposite the longest edge is within 60..90
+  // degrees.
   const double area_sq_16 = 4 * y * z - (y + z - x) * (y + z - x);
   const double half = 0.5 * std::sqrt(x);  // R is never below this, nor above 2/sqrt(3) times this
   if (!(area_sq_16 > 0)) return 1.1547005383792517 * half;

@@ -8,11 +8,20 @@ namespace {
 
 constexpr double kOffset = rounding::kOverlayOffset;
 
-Polygon polygon_of(const std::array<Vec2, 3>& triangle) {
-  return {{triangle[0], triangle[1], triangle[2]}, 3};
-}
+// A vertex of B seen in the piece's plane.
+struct Seen {
+  Vec2 at;                  // its image
+  double off_sq = 0;        // squared distance from the image to the vertex
+  unsigned outside_of = 0;  // bit i: surely outside of the piece's side i
+};
 
 }  // namespace
+
+// One triangle of B seen in the piece's plane.
+struct Overlay::Image {
+  std::uint32_t triangle = 0;
+  std::array<Seen, 3> corners;
+};
 
 // The piece's plane: the images of B's triangles in it, and the way back.
 struct Overlay::View {
@@ -20,67 +29,85 @@ struct Overlay::View {
   Polygon piece;
   std::array<HalfPlane, 3> sides;
   Vec2 start = Vec2::Zero();  // y0
-  double limit = 0;
-  double farthest = 0;  // the bound so far
+  double limit_sq = 0;
+  double farthest_sq = 0;  // the bound so far
 
-  // One triangle of B, seen in the plane.
-  struct Image {
-    std::array<Vec2, 3> corners;
-    std::array<HalfPlane, 3> sides;  // of edge i, from corner i to i+1, towards the inside
-    bool thin = false;               // not trusted: some corner is within kOffset of the opposite side's line
-  };
-
-  explicit View(const PreparedTriangle& prepared) : frame(prepared) {
-    piece = polygon_of({Vec2(0, 0), Vec2(frame.length, 0), Vec2(frame.cx, frame.cy)});
+  View(const PreparedTriangle& prepared, double limit) : frame(prepared), limit_sq(limit > 0 ? limit * limit : 0) {
+    piece = Polygon{{Vec2(0, 0), Vec2(frame.length, 0), Vec2(frame.cx, frame.cy)}, 3};
     for (std::size_t i = 0; i < 3; ++i) sides[i] = left_of(piece.corners[i], piece.corners[(i + 1) % 3]);
   }
 
-  Vec2 image(const Vec3& p) const { return {(p - frame.a).dot(frame.e1), (p - frame.a).dot(frame.e2)}; }
   Vec3 point(const Vec2& x) const { return frame.a + x.x() * frame.e1 + x.y() * frame.e2; }
 
-  Image image(MeshView mesh, std::uint32_t triangle) const {
-    Image out;
-    for (std::size_t i = 0; i < 3; ++i) out.corners[i] = image(mesh.corner(triangle, static_cast<int>(i)));
-    for (std::size_t i = 0; i < 3; ++i) {
-      const Vec2 &a = out.corners[i], &b = out.corners[(i + 1) % 3];
-      if (a == b) {
-        out.thin = true;
-        return out;
-      }
-      out.sides[i] = left_of(a, b);
-      const double apex = out.sides[i].distance(out.corners[(i + 2) % 3]);
-      if (apex < 0) out.sides[i] = out.sides[i].flipped();
-      out.thin = out.thin || std::abs(apex) <= kOffset;
+  Seen look_at(const Vec3& p) const {
+    const Vec3 ap = p - frame.a;
+    const Vec2 at(ap.dot(frame.e1), ap.dot(frame.e2));
+    Seen seen{at, (ap - at.x() * frame.e1 - at.y() * frame.e2).squaredNorm(), 0};
+    for (unsigned i = 0; i < 3; ++i) {
+      if (sides[i].surely_outside(at, kOffset)) seen.outside_of |= 1U << i;
     }
-    return out;
+    return seen;
   }
 
-  Polygon common(const Image& image, double offset) const {
+  Image look_at(MeshView mesh, std::uint32_t triangle) const {
+    Image image{triangle, {}};
+    for (std::size_t i = 0; i < 3; ++i) image.corners[i] = look_at(mesh.corner(triangle, static_cast<int>(i)));
+    return image;
+  }
+
+  // The inner side of the image's edge; none if the image is too thin to tell.
+  static std::optional<HalfPlane> inner_side(const Image& image, std::uint32_t edge) {
+    const HalfPlane side = left_of(image.corners[edge].at, image.corners[(edge + 1) % 3].at);
+    const Vec2& apex = image.corners[(edge + 2) % 3].at;
+    if (side.surely_inside(apex, kOffset)) return side;
+    if (side.surely_outside(apex, kOffset)) return side.flipped();
+    return std::nullopt;
+  }
+
+  // What the image and the piece have in common; none if the image is too thin to tell.
+  std::optional<Polygon> common(const Image& image, double offset) const {
     Polygon polygon = piece;
-    for (const HalfPlane& side : image.sides) polygon = clip(polygon, side, offset);
+    for (std::uint32_t edge = 0; edge < 3; ++edge) {
+      const auto side = inner_side(image, edge);
+      if (!side) return std::nullopt;
+      polygon = clip(polygon, *side, offset);
+    }
     return polygon;
   }
 
-  // A point that is surely in both, if there is one.
+  // Finds y0 where the image and the piece surely overlap.
   bool set_start(const Image& image) {
-    Polygon polygon = common(image, -kOffset);
-    for (const HalfPlane& side : sides) polygon = clip(polygon, side, -kOffset);
-    if (polygon.size < 3) return false;
-    start = polygon.centre();
+    auto polygon = common(image, -kOffset);
+    if (!polygon) return false;
+    for (const HalfPlane& side : sides) *polygon = clip(*polygon, side, -kOffset);
+    if (polygon->size < 3) return false;
+    start = polygon->centre();
     return true;
   }
 
-  double farthest_from(const PreparedTriangle& triangle, const Polygon& polygon, Work& work) const {
-    double most = 0;
+  // Takes the polygon's corners into the bound, as distances from T. False: beyond the limit.
+  bool add(const PreparedTriangle& triangle, const Polygon& polygon, Work& work) {
     work.triangle_tests += polygon.size;
-    for (std::size_t i = 0; i < polygon.size && most <= limit; ++i) {
-      most = std::max(most, distance(triangle, point(polygon.corners[i])));
+    for (std::size_t i = 0; i < polygon.size; ++i) {
+      const Vec3 p = point(polygon.corners[i]);
+      farthest_sq = std::max(farthest_sq, (p - closest_point(triangle, p)).squaredNorm());
+      if (farthest_sq > limit_sq) return false;
     }
-    return most;
+    return true;
   }
 
-  bool meets_piece(const Vec2& a, const Vec2& b) const {
-    Polygon edge{{a, b}, 2};
+  // Takes the whole image into the bound, if it is within the limit.
+  bool add_whole(const Image& image) {
+    const double most = std::max({image.corners[0].off_sq, image.corners[1].off_sq, image.corners[2].off_sq});
+    if (most > limit_sq) return false;
+    farthest_sq = std::max(farthest_sq, most);
+    return true;
+  }
+
+  bool meets_piece(const Seen& a, const Seen& b) const {
+    if (a.outside_of & b.outside_of) return false;
+    if (a.outside_of == 0 || b.outside_of == 0) return true;
+    Polygon edge{{a.at, b.at}, 2};
     for (const HalfPlane& side : sides) edge = clip(edge, side, kOffset);
     return edge.size > 0;
   }
@@ -89,11 +116,9 @@ struct Overlay::View {
   Polygon shadow(const HalfPlane& side, const Vec2& a, const Vec2& b) const {
     Polygon polygon = clip(piece, side.flipped(), kOffset);
     for (const auto& [through, other] : {std::pair(a, b), std::pair(b, a)}) {
-      if (through == start) continue;
-      HalfPlane flank = left_of(start, through);
-      const double where = flank.distance(other);
-      if (std::abs(where) <= kOffset) continue;
-      polygon = clip(polygon, where > 0 ? flank : flank.flipped(), kOffset);
+      const HalfPlane flank = left_of(start, through);
+      if (flank.surely_inside(other, kOffset)) polygon = clip(polygon, flank, kOffset);
+      if (flank.surely_outside(other, kOffset)) polygon = clip(polygon, flank.flipped(), kOffset);
     }
     return polygon;
   }
@@ -107,65 +132,72 @@ Overlay::Overlay(const Bvh& target)
   for (std::uint32_t slot = 0; slot < slot_of_.size(); ++slot) slot_of_[target.triangle(slot)] = slot;
 }
 
+Overlay::~Overlay() = default;
+
 std::optional<double> Overlay::upper(const Piece& piece, double limit, std::size_t max_visits, Work& work) {
   const auto& [p0, p1, p2] = piece.corners;
   const Preparation prepared = prepare(p0.point, p1.point, p2.point);
   if (prepared.residual > 32 * rounding::kUnit || prepared.triangle.cy <= 4 * kOffset) return std::nullopt;
 
-  View view(prepared.triangle);
-  view.limit = limit - rounding::kOverlaySlack;
+  View view(prepared.triangle, limit - rounding::kOverlaySlack);
   open_.clear();
   ++flood_;
   for (const Corner& corner : piece.corners) {
     const std::uint32_t t = target_.triangle(corner.slot);
-    const View::Image image = view.image(target_.mesh(), t);
-    if (image.thin || !view.set_start(image)) continue;
+    const Image image = view.look_at(target_.mesh(), t);
+    if (!view.set_start(image)) continue;
     visited_in_[t] = flood_;
-    open_.push_back(t);
+    open_.push_back(image);
     break;
   }
   if (open_.empty()) return std::nullopt;
 
-  std::size_t visits = 0;
-  while (!open_.empty()) {
-    if (++visits > max_visits) return std::nullopt;
-    const std::uint32_t t = open_.back();
+  for (std::size_t visits = 0; !open_.empty(); ++visits) {
+    if (visits == max_visits) return std::nullopt;
+    const Image image = open_.back();
     open_.pop_back();
-    if (!visit(view, t, work)) return std::nullopt;
+    if (!visit(view, image, work)) return std::nullopt;
   }
-  return view.farthest + rounding::kOverlaySlack;
+  return std::sqrt(view.farthest_sq) + rounding::kOverlaySlack;
 }
 
-// Bounds the part of the piece that t lies over, and goes on to its neighbours. False: the bound fails.
-bool Overlay::visit(View& view, std::uint32_t t, Work& work) {
-  const MeshView mesh = target_.mesh();
-  const PreparedTriangle& triangle = target_.prepared(slot_of_[t]);
-  const View::Image image = view.image(mesh, t);
-  if (image.thin) return false;
-  view.farthest = std::max(view.farthest, view.farthest_from(triangle, view.common(image, kOffset), work));
-  if (view.farthest > view.limit) return false;
-
+// Bounds the part of the piece that the image lies over, and goes on to the neighbours. False: the bound fails.
+bool Overlay::visit(View& view, const Image& image, Work& work) {
+  const PreparedTriangle& triangle = target_.prepared(slot_of_[image.triangle]);
+  if (!view.add_whole(image)) {
+    const auto polygon = view.common(image, kOffset);
+    if (!polygon || !view.add(triangle, *polygon, work)) return false;
+  }
   for (std::uint32_t edge = 0; edge < 3; ++edge) {
-    const Vec2 &a = image.corners[edge], &b = image.corners[(edge + 1) % 3];
-    const HalfPlane& side = image.sides[edge];
-    if (!view.meets_piece(a, b) || cross(view, t, edge, side)) continue;
-    if (side.distance(view.start) < -kOffset) continue;  // cannot be crossed outwards
-    view.farthest = std::max(view.farthest, view.farthest_from(triangle, view.shadow(side, a, b), work));
-    if (view.farthest > view.limit) return false;
+    const Seen &a = image.corners[edge], &b = image.corners[(edge + 1) % 3];
+    if (!view.meets_piece(a, b)) continue;
+    const auto side = View::inner_side(image, edge);
+    if (!side) return false;
+    if (cross(view, image, edge, *side)) continue;
+    if (side->surely_outside(view.start, kOffset)) continue;  // cannot be crossed outwards
+    if (!view.add(triangle, view.shadow(*side, a.at, b.at), work)) return false;
   }
   return true;
 }
 
-// Goes into the first neighbour across t's edge that lies beyond it. False: there is none, the edge is blocked.
-bool Overlay::cross(const View& view, std::uint32_t t, std::uint32_t edge, const HalfPlane& side) {
-  for (Adjacency::Edge n = adjacency_.next_around(t, edge); n.triangle != t || n.edge != edge;
+// Goes into the first neighbour across the edge that lies beyond it. False: there is none, the edge is blocked.
+bool Overlay::cross(const View& view, const Image& image, std::uint32_t edge, const HalfPlane& side) {
+  const MeshView mesh = target_.mesh();
+  for (Adjacency::Edge n = adjacency_.next_around(image.triangle, edge); n.triangle != image.triangle || n.edge != edge;
        n = adjacency_.next_around(n.triangle, n.edge)) {
-    const Vec2 apex = view.image(target_.mesh().corner(n.triangle, static_cast<int>((n.edge + 2) % 3)));
-    if (!(side.distance(apex) < -kOffset)) continue;
-    if (visited_in_[n.triangle] != flood_) {
-      visited_in_[n.triangle] = flood_;
-      open_.push_back(n.triangle);
+    const Seen apex = view.look_at(mesh.corner(n.triangle, static_cast<int>((n.edge + 2) % 3)));
+    if (!side.surely_outside(apex.at, kOffset)) continue;
+    if (visited_in_[n.triangle] == flood_) return true;
+    Image next{n.triangle, {}};
+    next.corners[n.edge] = image.corners[(edge + 1) % 3];
+    next.corners[(n.edge + 1) % 3] = image.corners[edge];
+    next.corners[(n.edge + 2) % 3] = apex;
+    if (mesh.corner(n.triangle, static_cast<int>(n.edge)) !=
+        mesh.corner(image.triangle, static_cast<int>((edge + 1) % 3))) {
+      std::swap(next.corners[n.edge], next.corners[(n.edge + 1) % 3]);  // the two are oriented alike
     }
+    visited_in_[n.triangle] = flood_;
+    open_.push_back(next);
     return true;
   }
   return false;

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cassert>
+#include <cmath>
 #include <cstddef>
 
 #include <Eigen/Core>
@@ -11,24 +12,31 @@ namespace meshgauge {
 
 using Vec2 = Eigen::Vector2d;
 
-// Points x with inward . (x - origin) >= 0; `inward` is a unit vector.
+// Points x with inward . (x - origin) >= 0. `inward` is not a unit vector: dividing by its length is left out, and
+// distances are compared after multiplying the other side by `scale` instead, which is between the length and sqrt(2)
+// times it.
 struct HalfPlane {
   Vec2 origin;
   Vec2 inward;
+  double scale;
 
-  double distance(const Vec2& x) const { return inward.dot(x - origin); }
-  HalfPlane flipped() const { return {origin, -inward}; }
+  // Signed distance times the length of `inward`.
+  double weighted_distance(const Vec2& x) const { return inward.dot(x - origin); }
+  // At least `offset` inside; at least `offset` outside. Both err towards no for offsets above the rounding of 32u.
+  bool surely_inside(const Vec2& x, double offset) const { return weighted_distance(x) > offset * scale; }
+  bool surely_outside(const Vec2& x, double offset) const { return weighted_distance(x) < -offset * scale; }
+  HalfPlane flipped() const { return {origin, -inward, scale}; }
 };
 
-// The half-plane to the left of a -> b. Precondition: a != b.
+// The half-plane to the left of a -> b. For a = b every point counts as on the line.
 inline HalfPlane left_of(const Vec2& a, const Vec2& b) {
   const Vec2 d = b - a;
-  return {a, Vec2(-d.y(), d.x()) / d.norm()};
+  return {a, Vec2(-d.y(), d.x()), std::abs(d.x()) + std::abs(d.y())};
 }
 
 struct Polygon {
-  // A cut adds one corner to a convex polygon. Rounded corners may be out of convex position by a little, and then a cut can
-  // multiply their number by up to 1.5: from 3, six cuts give at most 28.
+  // A cut adds one corner to a convex polygon. Rounded corners may be out of convex position by a little, and then a
+  // cut can multiply their number by up to 1.5: from 3, six cuts give at most 28.
   static constexpr std::size_t kMaxCorners = 28;
   std::array<Vec2, kMaxCorners> corners;
   std::size_t size = 0;
@@ -44,12 +52,14 @@ struct Polygon {
   }
 };
 
-// What lies within the half-plane moved outwards by `offset` (inwards if negative). Segments and points are polygons, too.
+// What lies within the half-plane moved outwards by 1 to sqrt(2) times `offset` (inwards if negative). Segments and
+// points are polygons, too.
 inline Polygon clip(const Polygon& polygon, const HalfPlane& half, double offset) {
   Polygon out;
   for (std::size_t i = 0; i < polygon.size; ++i) {
     const Vec2 &a = polygon.corners[i], &b = polygon.corners[(i + 1) % polygon.size];
-    const double da = half.distance(a) + offset, db = half.distance(b) + offset;
+    const double da = half.weighted_distance(a) + offset * half.scale;
+    const double db = half.weighted_distance(b) + offset * half.scale;
     if (da >= 0) out.add(a);
     if ((da < 0) != (db < 0)) out.add(a + (da / (da - db)) * (b - a));
   }
