@@ -51,7 +51,9 @@ class Bisection {
  private:
   void treat(const Piece& piece) {
     if (piece.upper <= search_.cull_within_tolerance()) return search_.drop(piece.upper);
-    if (const auto upper = overlay_upper(piece)) return search_.drop(*upper);
+    if (const auto upper = overlay_upper(piece)) {
+      return *upper > search_.cull_within_tolerance() ? search_.drop_unresolved(*upper) : search_.drop(*upper);
+    }
     const Longest longest = longest_edge(piece);
     if (longest.length < rounding::kSmallestPiece) return search_.drop(std::min(piece.upper, lipschitz_upper(piece)));
     split(piece, longest.edge);
@@ -62,7 +64,8 @@ class Bisection {
       if (search_.waiting() < kWorthAdjacency) return std::nullopt;
       overlay_.emplace(search_.to());
     }
-    return overlay_->upper(piece, search_.cull_within_tolerance(), kMaxVisits, search_.work());
+    const double limit = std::max(search_.cull_within_tolerance(), search_.lower() + rounding::kOverlayGap);
+    return overlay_->upper(piece, limit, kMaxVisits, search_.work());
   }
 
   void split(const Piece& piece, std::size_t edge) {

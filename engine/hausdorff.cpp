@@ -134,7 +134,7 @@ class Measurement final : public Monitor {
     directed.culling = search.culling();
     directed.work = search.work();
     lower_ = std::max(lower_, search.lower());
-    floor_ = std::max(floor_, search.slack() + rounding::kSmallestGap);
+    floor_ = std::max(floor_, search.slack() + search.unresolved_gap());
     return stop;
   }
 

@@ -68,6 +68,11 @@ inline constexpr std::uint32_t kDepthAllowance = 256;
 // At least kSmallestPiece, so that unsplittable pieces end the search instead of being asked for again.
 inline constexpr double kSmallestGap = 0x1p-49;
 
+// What the overlay bound is asked to resolve at least. Its outward offsets grow at sharp corners, so that even for a piece that lies on
+// B it is well above kOverlaySlack; without this, equal surfaces under a tolerance of zero would be bisected down to
+// kSmallestPiece all over.
+inline constexpr double kOverlayGap = 0x1p-40;
+
 // Slack of an upper bound computed at the corners of pieces: R3 + R4, for triangles of the given residual.
 inline double upper_slack(double residual, std::uint32_t max_depth) {
   return kDistanceSlack + residual + kMidpointSlack * max_depth;

@@ -1,7 +1,5 @@
 #include "engine/search.h"
 
-#include "engine/rounding.h"
-
 namespace meshgauge {
 namespace {
 

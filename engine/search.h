@@ -9,6 +9,7 @@
 
 #include "engine/bounds/piece.h"
 #include "engine/hausdorff.h"
+#include "engine/rounding.h"
 
 namespace meshgauge {
 
@@ -83,6 +84,13 @@ class Search {
   double cull_within_tolerance() const { return std::max(cull_below(), lower_ + goal_.gap(lower_, slack())); }
   // Forgets a piece; its bound stays in upper().
   void drop(double upper) { dropped_ = std::max(dropped_, upper); }
+  // The same for a piece whose bound is above what was asked for, but which rounding does not let be resolved further.
+  void drop_unresolved(double upper) {
+    unresolved_gap_ = std::max(unresolved_gap_, upper - lower_);
+    drop(upper);
+  }
+  // The gap that rounding alone can leave between the computed bounds.
+  double unresolved_gap() const { return unresolved_gap_; }
 
   // The pieces that wait for reduction: a max-heap by upper bound, or a stack once depth_first() was called.
   void push(const Piece& piece);
@@ -108,6 +116,7 @@ class Search {
   double lower_;
   double unvisited_;
   double dropped_ = 0;
+  double unresolved_gap_ = rounding::kSmallestGap;
   double witness_rounding_ = 0;
   Candidate candidate_;
   std::vector<Piece> waiting_;

@@ -19,12 +19,25 @@ Options absolute(double eps, Direction direction = Direction::a_to_b) {
   return with({eps, std::nullopt, std::nullopt}, direction);
 }
 
-Outcome run(const Mesh& a, const Mesh& b, const Options& options) {
-  Control control(Control::Clock::now() + std::chrono::seconds(60));
+Outcome run_one(const Mesh& a, const Mesh& b, const Options& options, std::chrono::milliseconds time) {
+  Control control(Control::Clock::now() + time);
   const Outcome outcome = measure(a, b, options, control);
   CHECK(outcome.lower <= outcome.upper);
   CHECK(outcome.lower >= 0);
   CHECK(std::isfinite(outcome.upper));
+  return outcome;
+}
+
+// The outcome of `auto`, whose interval meets that of the paper's strategies, be they finished or not.
+Outcome run(const Mesh& a, const Mesh& b, const Options& options) {
+  const Outcome outcome = run_one(a, b, options, std::chrono::seconds(60));
+  for (const auto strategy : {Strategy::four_point, Strategy::triangle_set}) {
+    Options other = options;
+    other.strategy = strategy;
+    const Outcome check = run_one(a, b, other, std::chrono::milliseconds(100));
+    CHECK(outcome.lower <= check.upper);
+    CHECK(outcome.upper >= check.lower);
+  }
   return outcome;
 }
 
@@ -97,6 +110,13 @@ TEST_CASE("h = 0 without identity: a subset, and a plane cut otherwise") {
   const Outcome recut = run(shapes::grid(12), shapes::grid(12, 1, 0, true), absolute(1e-3));
   CHECK(recut.stop == Stop::converged);
   check_holds(recut, 0);
+
+  // Under a relative rule only `auto` gets to the floor: by the overlay.
+  Control control(Control::Clock::now() + std::chrono::seconds(60));
+  const Outcome floor = measure(shapes::grid(12), shapes::grid(11), with({std::nullopt, std::nullopt, 0.01}), control);
+  CHECK(floor.stop == Stop::precision_floor);
+  CHECK(floor.upper <= floor.precision_floor);
+  CHECK(floor.upper < 1e-11);
 }
 
 TEST_CASE("one triangle each, and degenerate ones on either side") {
@@ -233,6 +253,7 @@ TEST_CASE("deadline and memory budget are reasons to stop, with an interval") {
   CHECK(measure(a, b, absolute(1e-9), late).stop == Stop::timeout);
 
   Options options = absolute(1e-7);
+  options.strategy = Strategy::four_point;
   options.max_memory_bytes = 1 << 20;
   const Outcome out = run(a, b, options);
   CHECK(out.stop == Stop::budget);
