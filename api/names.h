@@ -19,8 +19,10 @@ struct Name {
 inline constexpr Name<Direction> kDirections[] = {
     {Direction::symmetric, "symmetric"}, {Direction::a_to_b, "a_to_b"}, {Direction::b_to_a, "b_to_a"}};
 
-inline constexpr Name<Strategy> kStrategies[] = {
-    {Strategy::four_point, "four_point"}, {Strategy::n_point, "n_point"}, {Strategy::triangle_set, "triangle_set"}};
+inline constexpr Name<Strategy> kStrategies[] = {{Strategy::automatic, "auto"},
+                                                 {Strategy::four_point, "four_point"},
+                                                 {Strategy::n_point, "n_point"},
+                                                 {Strategy::triangle_set, "triangle_set"}};
 
 inline constexpr Name<Stop> kStops[] = {{Stop::converged, "converged"}, {Stop::gate_decided, "gate_decided"},
                                         {Stop::timeout, "timeout"},     {Stop::cancelled, "cancelled"},

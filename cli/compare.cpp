@@ -22,7 +22,7 @@ struct Flags {
   std::string a;
   std::string b;
   std::string direction = "symmetric";
-  std::string strategy = "four_point";
+  std::string strategy = "auto";
   std::optional<double> absolute, diagonal, relative, max_distance, points;
   double timeout_ms = 30'000;
   double threads = 1;

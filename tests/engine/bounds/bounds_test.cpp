@@ -24,11 +24,7 @@ struct Fixture {
   Patient monitor;
   Search search;
   Fixture(Mesh a_in, Mesh b_in)
-      : a(std::move(a_in)),
-        b(std::move(b_in)),
-        from(a, control),
-        to(b, control),
-        search(a, to, Goal{}, 0, monitor) {}
+      : a(std::move(a_in)), b(std::move(b_in)), from(a, control), to(b, control), search(a, to, Goal{}, 0, monitor) {}
 
   Piece piece(std::uint32_t triangle) {
     Piece p;

@@ -8,9 +8,9 @@ using namespace meshgauge;
 
 TEST_CASE("the enclosing radius of known triangles") {
   const Vec3 o(0, 0, 0), x(1, 0, 0);
-  CHECK(enclosing_radius(o, x, {0, 1, 0}) == doctest::Approx(std::sqrt(0.5)));                       // right
+  CHECK(enclosing_radius(o, x, {0, 1, 0}) == doctest::Approx(std::sqrt(0.5)));                      // right
   CHECK(enclosing_radius(o, x, {0.5, std::sqrt(0.75), 0}) == doctest::Approx(1 / std::sqrt(3.0)));  // equilateral
-  CHECK(enclosing_radius(o, x, {0.5, 0.1, 0}) == doctest::Approx(0.5));                              // obtuse
+  CHECK(enclosing_radius(o, x, {0.5, 0.1, 0}) == doctest::Approx(0.5));                             // obtuse
   CHECK(enclosing_radius(o, o, x) == doctest::Approx(0.5));
   CHECK(enclosing_radius(o, o, o) == 0);
 }

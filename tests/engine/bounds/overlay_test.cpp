@@ -23,7 +23,8 @@ struct Tally {
 };
 
 // Whatever the overlay says, no sample of the piece lies above it.
-void check_piece(Overlay& overlay, const Bvh& tree, const Piece& piece, double limit, std::mt19937_64& random, Tally& tally) {
+void check_piece(Overlay& overlay, const Bvh& tree, const Piece& piece, double limit, std::mt19937_64& random,
+                 Tally& tally) {
   Work work;
   ++tally.attempts;
   const auto upper = overlay.upper(piece, limit, 64, work);
@@ -103,7 +104,8 @@ TEST_CASE("no sample lies above the overlay bound: sheets with holes, folds, dou
   for (int round = 0; round < 60; ++round) {
     for (const std::uint32_t n : {1U, 3U, 8U}) {
       for (const double height : {0.0, 0.01, 0.3}) {
-        for (const Mesh& mesh : {sheet(n, height, 0.0, random), sheet(n, height, 0.2, random), crumpled(n, height, random)}) {
+        for (const Mesh& mesh :
+             {sheet(n, height, 0.0, random), sheet(n, height, 0.2, random), crumpled(n, height, random)}) {
           const Tally tally = attack(mesh, random(), 40, std::max(height, 0.01));
           all.attempts += tally.attempts;
           all.bounded += tally.bounded;
@@ -133,7 +135,7 @@ TEST_CASE("a plane cut otherwise is bounded by rounding alone, welded or not") {
     const auto upper = overlay.upper(piece_of(tree, {0, 0, 0}, {1, 0, 0}, {0.3, 1, 0}), 1e-9, 64, work);
     REQUIRE(upper);
     CHECK(*upper <= rounding::kOverlayGap);
-    CHECK_FALSE(overlay.upper(piece_of(tree, {0, 0, 0}, {1, 0, 0}, {0.3, 1, 0}), 1e-9, 10, work));  // too many visits
+    CHECK_FALSE(overlay.upper(piece_of(tree, {0, 0, 0}, {1, 0, 0}, {0.3, 1, 0}), 1e-9, 10, work));    // too many visits
     CHECK_FALSE(overlay.upper(piece_of(tree, {0, 0, 0}, {1.1, 0, 0}, {0.3, 1, 0}), 1e-9, 64, work));  // over the border
     CHECK_FALSE(overlay.upper(piece_of(tree, {0, 0, 0.1}, {1, 0, 0.1}, {0.3, 1, 0.1}), 0.099, 64, work));  // too high
     CHECK(overlay.upper(piece_of(tree, {0, 0, 0.1}, {1, 0, 0.1}, {0.3, 1, 0.1}), 0.101, 64, work));
