@@ -34,6 +34,8 @@ constexpr Signature kForeign[] = {
     {"Rar!"sv, "is a RAR archive, not a mesh"},
     {"Kaydara FBX"sv, "is an FBX file, which is not supported"},
     {"BLENDER"sv, "is a Blender file, which is not supported"},
+    {"ISO-10303-21"sv, "is a STEP file, which is not supported"},
+    {"<?xml"sv, "is an XML file (COLLADA, X3D, AMF or another), which is not supported"},
 };
 
 struct Name {

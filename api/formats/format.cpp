@@ -1,5 +1,6 @@
 #include "api/formats/format.h"
 
+#include <new>
 #include <utility>
 
 #include "api/formats/detect.h"
@@ -45,6 +46,16 @@ Result<ReadMesh> read_expanded(std::span<const std::byte> bytes, const ReadHints
   return read;
 }
 
+Result<ReadMesh> read_gzip(std::span<const std::byte> bytes, const ReadHints& hints, const ReadLimits& limits) {
+  const auto expanded = expand_gzip(bytes, hints.part, limits, [&](std::span<const std::byte> beginning) {
+    return refuse_foreign(beginning, hints);
+  });
+  if (!expanded) return expanded.error();
+  auto read = read_expanded(expanded->bytes(), hints, limits);
+  if (read) read->notes.gzip = true;
+  return read;
+}
+
 }  // namespace
 
 std::string_view to_string(Format format) {
@@ -66,14 +77,11 @@ std::string_view to_string(Format format) {
 }
 
 Result<ReadMesh> read_mesh(std::span<const std::byte> bytes, const ReadHints& hints, const ReadLimits& limits) {
-  if (!is_gzip(bytes)) return read_expanded(bytes, hints, limits);
-  const auto expanded = expand_gzip(bytes, hints.part, limits, [&](std::span<const std::byte> beginning) {
-    return refuse_foreign(beginning, hints);
-  });
-  if (!expanded) return expanded.error();
-  auto read = read_expanded(expanded->bytes(), hints, limits);
-  if (read) read->notes.gzip = true;
-  return read;
+  try {
+    return is_gzip(bytes) ? read_gzip(bytes, hints, limits) : read_expanded(bytes, hints, limits);
+  } catch (const std::bad_alloc&) {
+    return out_of_memory(hints.part);
+  }
 }
 
 }  // namespace meshgauge::api

@@ -301,7 +301,7 @@ Result<ReadMesh> read_gltf(const Source& source, Format format) {
     if (read) read->format = format;
     return read;
   } catch (const std::bad_alloc&) {
-    return about(source.part, ErrorCode::too_large, "needs more memory than there is");
+    return out_of_memory(source.part);
   } catch (const std::exception& fault) {
     return about(source.part, ErrorCode::unreadable_mesh, "is not a valid glTF: " + printable(fault.what(), 200));
   }

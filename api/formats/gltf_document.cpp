@@ -13,9 +13,11 @@ namespace {
 using nlohmann::json;
 
 constexpr int kDeepest = 64;
-// A value of JSON costs up to a few hundred bytes once it is a node or an accessor of tinygltf.
+// An object of JSON, even "{}", costs half a kilobyte once it is a node or an accessor of tinygltf. Real ones are
+// tens of characters long, so the memory stays in proportion to the file.
 constexpr std::size_t kMostValues = 4'000'000;
-constexpr std::size_t kMostObjects = 1'000'000;
+constexpr std::size_t kMostObjects = 500'000;
+constexpr std::size_t kLeastObjectBytes = 12;  // on average, beyond the first thousand
 
 enum class Kind { index, size, flag, text, numbers, indices, texts, object, objects };
 
@@ -214,6 +216,7 @@ bool Checker::object(const json& in, std::span<const Field> fields, const Path& 
 
 // Depth and number of values by the brackets and commas outside of strings, before any parser sees the text.
 Result<Done> check_size(const Source& source, std::string_view text) {
+  const std::size_t most_objects = std::min(kMostObjects, 1000 + text.size() / kLeastObjectBytes);
   int depth = 0;
   std::size_t values = 0;
   std::size_t objects = 0;
@@ -228,7 +231,7 @@ Result<Done> check_size(const Source& source, std::string_view text) {
     depth -= *p == '}' || *p == ']';
     values += *p == ',' || *p == '[' || *p == '{';
     objects += *p == '{';
-    if (depth > kDeepest || values > kMostValues || objects > kMostObjects) {
+    if (depth > kDeepest || values > kMostValues || objects > most_objects) {
       return at_byte(source, static_cast<std::size_t>(p - source.begin()), ErrorCode::unreadable_mesh,
                      depth > kDeepest ? "glTF: JSON nested deeper than 64" : "glTF: too many values in the JSON");
     }

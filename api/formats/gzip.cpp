@@ -113,7 +113,7 @@ Result<Expanded> Inflater::run(const FirstLook& first_look) {
   bool looked = false;
   while (!done_) {
     if (out_.size == capacity_ && !grow()) {
-      return about(part_, ErrorCode::too_large, "expands to more than the memory at hand");
+      return out_of_memory(part_);
     }
     if (auto error = step()) return std::move(*error);
     if (!looked && (done_ || out_.size >= kFirstBytes)) {

@@ -35,6 +35,10 @@ Error about(std::string_view part, ErrorCode code, const std::string& what) {
   return Error{code, "'" + std::string(part) + "' " + what, std::string(part), ""};
 }
 
+Error out_of_memory(std::string_view part) {
+  return about(part, ErrorCode::too_large, "needs more memory than there is");
+}
+
 std::string printable(std::string_view text, std::size_t longest) {
   std::string out(text.substr(0, longest));
   for (char& c : out) c = c >= ' ' && c <= '~' ? c : '?';

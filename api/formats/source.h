@@ -26,6 +26,7 @@ Error at(const Source& source, std::string where, ErrorCode code, const std::str
 Error at_line(const Source& source, const char* place, ErrorCode code, const std::string& what);
 Error at_byte(const Source& source, std::size_t offset, ErrorCode code, const std::string& what);
 Error about(std::string_view part, ErrorCode code, const std::string& what);
+Error out_of_memory(std::string_view part);
 
 // A piece of the file for a message: at most so many characters of it, printable ASCII only. in_quotes() puts at most
 // 32 into single quotes.

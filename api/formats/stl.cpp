@@ -65,6 +65,7 @@ Result<ReadMesh> read_binary(const Source& source) {
 
   ReadMesh out;
   out.format = Format::stl;
+  if (count == 0) return out;
   reserve_room(out.mesh.positions, 3 * count);
   reserve_room(out.mesh.triangles, count);
   out.mesh.positions.resize(3 * count);  // Vec3 has no initial value: this writes nothing

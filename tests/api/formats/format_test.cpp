@@ -52,6 +52,7 @@ TEST_CASE("format: files that are no meshes are refused by their own name") {
   CHECK(contains(refusal("PK\x03\x04....", "m.stl"), "zip archive"));
   CHECK(contains(refusal("PK\x03\x04....", "m.3mf"), "3MF is not supported"));
   CHECK(contains(refusal("PK\x03\x04..[Content_Types].xml", ""), "3MF is not supported"));
+  CHECK(contains(refusal("<?xml version=\"1.0\"?><COLLADA>", "m.dae"), "XML file"));
   CHECK(contains(refusal("DRACO\x02\x02", "m.drc"), "Draco"));
   CHECK(contains(refusal("\xFF\xFE" + with_nuls("v0 0"), "m.obj"), "UTF-16"));
   CHECK(contains(refusal(with_nuls("v0 010203040"), "m.obj"), "UTF-16"));

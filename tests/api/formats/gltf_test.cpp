@@ -355,7 +355,7 @@ TEST_CASE("gltf: JSON that is deep, long or broken is refused") {
   CHECK(contains(refusal(deep, "m.gltf"), "nested deeper than 64"));
   CHECK(contains(refusal(container(chunk("JSON", deep, ' ')), ""), "nested deeper than 64"));
   std::string many = R"({"nodes":[{})";
-  for (int i = 0; i < 1'000'001; ++i) many += ",{}";
+  for (int i = 0; i < 100'000; ++i) many += ",{}";
   CHECK(contains(refusal(many + "]}", "m.gltf"), "too many values"));
   json in_string = tetrahedron();
   in_string["asset"]["generator"] = std::string(100, '[') + "\\\"{{{{";
