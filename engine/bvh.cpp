@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
+#include <span>
 
 namespace meshgauge {
 namespace {
@@ -15,9 +15,23 @@ constexpr int kBins = 16;
 constexpr std::uint32_t kHeuristicDepth = 44;
 constexpr std::size_t kCheckEvery = std::size_t{1} << 14;  // triangles between two looks at the clock, about 2 ms
 
+using Vec3f = Eigen::Array3f;
+
+struct FloatBox {
+  Vec3f low = Vec3f::Constant(std::numeric_limits<float>::infinity());
+  Vec3f high = Vec3f::Constant(-std::numeric_limits<float>::infinity());
+  void extend(const FloatBox& b) {
+    low = low.min(b.low);
+    high = high.max(b.high);
+  }
+};
+
+// A triangle while it is sorted into the tree. In float: this decides only where to split, never what a box holds.
+// Moved around as a whole, so that the passes over a range read memory in order.
 struct Item {
-  Box box;
-  Vec3 centre;
+  FloatBox box;
+  std::uint32_t triangle;
+  float centre(int axis) const { return box.low[axis] + box.high[axis]; }  // twice the centre
 };
 
 struct Range {
@@ -29,94 +43,115 @@ struct Range {
 };
 
 // Half of the surface, plus a trace of the size so that collinear input is split sensibly too.
-double half_area(const Box& box) {
-  const Vec3 d = box.high - box.low;
-  return d.x() * d.y() + d.y() * d.z() + d.z() * d.x() + 1e-6 * d.sum();
+float half_area(const FloatBox& box) {
+  const Vec3f d = box.high - box.low;
+  return d[0] * d[1] + d[1] * d[2] + d[2] * d[0] + 1e-6F * (d[0] + d[1] + d[2]);
+}
+
+int longest_axis(const FloatBox& box) {
+  const Vec3f d = box.high - box.low;
+  return d[0] >= d[1] && d[0] >= d[2] ? 0 : d[1] >= d[2] ? 1 : 2;
 }
 
 struct Split {
   int axis = 0;
   int bin = -1;  // items of bins below this go left; -1: no useful split
-  double low = 0;
-  double scale = 0;
-  int bin_of(const Vec3& centre) const {
-    return std::clamp(static_cast<int>((centre[axis] - low) * scale), 0, kBins - 1);
+  float low = 0;
+  float scale = 0;
+  int bin_of(const Item& item) const {
+    return std::clamp(static_cast<int>((item.centre(axis) - low) * scale), 0, kBins - 1);
   }
 };
 
+FloatBox box_of_centres(std::span<const Item> items) {
+  FloatBox box;
+  for (const Item& item : items) {
+    const Vec3f centre = item.box.low + item.box.high;
+    box.extend({centre, centre});
+  }
+  return box;
+}
+
 // The cheapest of kBins-1 cuts along the longest axis of the centres, by the surface area heuristic.
-Split best_split(const std::vector<Item>& items, const std::vector<std::uint32_t>& order, const Range& range,
-                 const Box& centres) {
+Split best_split(std::span<const Item> items, const FloatBox& centres) {
   Split split;
-  const Vec3 extent = centres.high - centres.low;
-  extent.maxCoeff(&split.axis);
+  split.axis = longest_axis(centres);
   split.low = centres.low[split.axis];
-  split.scale = kBins / extent[split.axis];
+  split.scale = kBins / (centres.high[split.axis] - split.low);
   if (!std::isfinite(split.scale)) return split;  // all centres (almost) in one point
 
-  std::array<Box, kBins> boxes;
+  std::array<FloatBox, kBins> boxes;
   std::array<std::uint32_t, kBins> counts{};
-  for (std::uint32_t i = range.begin; i < range.end; ++i) {
-    const Item& item = items[order[i]];
-    const auto bin = static_cast<std::size_t>(split.bin_of(item.centre));
+  for (const Item& item : items) {
+    const auto bin = static_cast<std::size_t>(split.bin_of(item));
     boxes[bin].extend(item.box);
     ++counts[bin];
   }
-  std::array<double, kBins> right_cost{};
-  Box right;
+  std::array<float, kBins> right_cost{};
+  FloatBox right;
   std::uint32_t right_count = 0;
   for (std::size_t b = kBins - 1; b > 0; --b) {
     right.extend(boxes[b]);
     right_count += counts[b];
-    right_cost[b] = right_count ? half_area(right) * right_count : 0;
+    right_cost[b] = right_count ? half_area(right) * static_cast<float>(right_count) : 0;
   }
-  Box left;
+  FloatBox left;
   std::uint32_t left_count = 0;
-  double best = std::numeric_limits<double>::infinity();
+  float best = std::numeric_limits<float>::infinity();
   for (std::size_t b = 1; b < kBins; ++b) {
     left.extend(boxes[b - 1]);
     left_count += counts[b - 1];
-    if (left_count == 0 || left_count == range.size()) continue;
-    const double cost = half_area(left) * left_count + right_cost[b];
+    if (left_count == 0 || left_count == items.size()) continue;
+    const float cost = half_area(left) * static_cast<float>(left_count) + right_cost[b];
     if (cost < best) best = cost, split.bin = static_cast<int>(b);
   }
   return split;
 }
 
-std::uint32_t partition(const std::vector<Item>& items, std::vector<std::uint32_t>& order, const Range& range) {
-  Box centres;
-  for (std::uint32_t i = range.begin; i < range.end; ++i) centres.extend(items[order[i]].centre);
-  const Split split = range.depth < kHeuristicDepth ? best_split(items, order, range, centres) : Split{0, -1, 0, 0};
-  const auto begin = order.begin() + range.begin;
-  const auto end = order.begin() + range.end;
+// How many of the items go left, after moving them to the front.
+std::size_t partition(std::span<Item> items, std::uint32_t depth) {
+  const FloatBox centres = box_of_centres(items);
+  const Split split = depth < kHeuristicDepth ? best_split(items, centres) : Split{};
   if (split.bin >= 0) {
     const auto middle =
-        std::partition(begin, end, [&](std::uint32_t i) { return split.bin_of(items[i].centre) < split.bin; });
-    return static_cast<std::uint32_t>(middle - order.begin());
+        std::partition(items.begin(), items.end(), [&](const Item& item) { return split.bin_of(item) < split.bin; });
+    return static_cast<std::size_t>(middle - items.begin());
   }
-  int axis = 0;
-  (centres.high - centres.low).maxCoeff(&axis);
-  const auto middle = begin + (end - begin) / 2;
-  std::nth_element(begin, middle, end, [&](std::uint32_t i, std::uint32_t j) {
-    return std::pair(items[i].centre[axis], i) < std::pair(items[j].centre[axis], j);
-  });
-  return static_cast<std::uint32_t>(middle - order.begin());
+  const int axis = longest_axis(centres);
+  const std::size_t middle = items.size() / 2;
+  std::nth_element(items.begin(), items.begin() + static_cast<std::ptrdiff_t>(middle), items.end(),
+                   [&](const Item& i, const Item& j) {
+                     return std::pair(i.centre(axis), i.triangle) < std::pair(j.centre(axis), j.triangle);
+                   });
+  return middle;
+}
+
+std::vector<Item> items_of(MeshView mesh) {
+  std::vector<Item> items(mesh.triangles.size());
+  for (std::uint32_t t = 0; t < items.size(); ++t) {
+    for (int k = 0; k < 3; ++k) {
+      const Vec3f p = mesh.corner(t, k).cast<float>();
+      items[t].box.extend({p, p});
+    }
+    items[t].triangle = t;
+  }
+  return items;
 }
 
 }  // namespace
 
 Bvh::Bvh(MeshView mesh, Control& control) : mesh_(mesh) {
-  const auto n = static_cast<std::uint32_t>(mesh.triangles.size());
-  std::vector<Item> items(n);
-  for (std::uint32_t i = 0; i < n; ++i) {
-    for (int k = 0; k < 3; ++k) items[i].box.extend(mesh.corner(i, k));
-    items[i].centre = (items[i].box.low + items[i].box.high) * 0.5;
-  }
-  order_.resize(n);
-  std::iota(order_.begin(), order_.end(), 0U);
+  split(control);
+  if (interruption_ == Interruption::none) prepare_all(control);
+  if (interruption_ == Interruption::none) fit_boxes();
+}
+
+// Top down. Children come after their parent in nodes_.
+void Bvh::split(Control& control) {
+  std::vector<Item> items = items_of(mesh_);
+  const auto n = static_cast<std::uint32_t>(items.size());
   nodes_.reserve(n);
   nodes_.emplace_back();
-
   std::vector<Range> open{{kRoot, 0, n, 0}};
   std::size_t since_check = 0;
   while (!open.empty()) {
@@ -126,15 +161,13 @@ Bvh::Bvh(MeshView mesh, Control& control) : mesh_(mesh) {
       since_check = 0;
       if (interruption_ = control.check(); interruption_ != Interruption::none) return;
     }
-    Box box;
-    for (std::uint32_t i = range.begin; i < range.end; ++i) box.extend(items[order_[i]].box);
-    nodes_[range.node].box = box;
     if (range.size() <= kLeafSize) {
       nodes_[range.node].first = range.begin;
       nodes_[range.node].count = range.size();
       continue;
     }
-    const std::uint32_t middle = partition(items, order_, range);
+    const auto left_size = partition(std::span(items).subspan(range.begin, range.size()), range.depth);
+    const std::uint32_t middle = range.begin + static_cast<std::uint32_t>(left_size);
     const auto left = static_cast<std::uint32_t>(nodes_.size());
     nodes_[range.node].first = left;
     nodes_.emplace_back();
@@ -142,16 +175,34 @@ Bvh::Bvh(MeshView mesh, Control& control) : mesh_(mesh) {
     open.push_back({left + 1, middle, range.end, range.depth + 1});
     open.push_back({left, range.begin, middle, range.depth + 1});
   }
+  order_.reserve(n);
+  for (const Item& item : items) order_.push_back(item.triangle);
+}
 
-  prepared_.reserve(n);
-  for (std::uint32_t slot = 0; slot < n; ++slot) {
+void Bvh::prepare_all(Control& control) {
+  prepared_.reserve(order_.size());
+  for (std::uint32_t slot = 0; slot < order_.size(); ++slot) {
     if (slot % kCheckEvery == kCheckEvery - 1) {
       if (interruption_ = control.check(); interruption_ != Interruption::none) return;
     }
     const std::uint32_t t = order_[slot];
-    const Preparation done = prepare(mesh.corner(t, 0), mesh.corner(t, 1), mesh.corner(t, 2));
+    const Preparation done = prepare(mesh_.corner(t, 0), mesh_.corner(t, 1), mesh_.corner(t, 2));
     prepared_.push_back(done.triangle);
     residual_ = std::max(residual_, done.residual);
+  }
+}
+
+// Bottom up, from the vertices themselves: exact.
+void Bvh::fit_boxes() {
+  for (auto node = nodes_.rbegin(); node != nodes_.rend(); ++node) {
+    if (!node->is_leaf()) {
+      node->box = nodes_[node->first].box;
+      node->box.extend(nodes_[node->first + 1].box);
+      continue;
+    }
+    for (std::uint32_t slot = node->first; slot < node->first + node->count; ++slot) {
+      for (int k = 0; k < 3; ++k) node->box.extend(mesh_.corner(order_[slot], k));
+    }
   }
 }
 

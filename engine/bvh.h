@@ -42,6 +42,10 @@ class Bvh {
   double residual() const { return residual_; }
 
  private:
+  void split(Control& control);
+  void prepare_all(Control& control);
+  void fit_boxes();
+
   MeshView mesh_;
   std::vector<Node> nodes_;
   std::vector<std::uint32_t> order_;
