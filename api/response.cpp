@@ -119,8 +119,11 @@ Json verdict_of(const Comparison& comparison) {
 }
 
 Json engine(const Options& options) {
-  return {
-      {"version", version()}, {"strategy", name_of(kStrategies, options.strategy)}, {"simd", "scalar"}, {"threads", 1}};
+  return {{"version", version()},
+          {"strategy", name_of(kStrategies, options.strategy)},
+          {"points", options.strategy == Strategy::n_point ? Json(options.points) : Json(nullptr)},
+          {"simd", "scalar"},
+          {"threads", 1}};
 }
 
 }  // namespace

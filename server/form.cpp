@@ -33,6 +33,7 @@ FormReceiver::Refusal FormReceiver::begin(const PartHead& part) {
   if (part.name == "options") {
     if (options_seen_) return twice(part.name);
     options_seen_ = true;
+    form_.options.clear();
     return std::nullopt;
   }
   if (part.name != "a" && part.name != "b") {
@@ -63,7 +64,6 @@ FormReceiver::Refusal FormReceiver::end() { return upload_ ? upload_->finish() :
 FormReceiver::Refusal FormReceiver::check_complete() const {
   if (!form_.a.upload) return missing("a");
   if (!form_.b.upload) return missing("b");
-  if (!options_seen_) return missing("options");
   return std::nullopt;
 }
 

@@ -1,4 +1,4 @@
-// The parts of a comparison as they stream in: a, b and options, each exactly once, within their limits.
+// The parts of a comparison as they stream in: a and b exactly once, options at most once, within their limits.
 #pragma once
 
 #include <memory>
@@ -18,7 +18,7 @@ struct MeshPart {
 struct Form {
   MeshPart a;
   MeshPart b;
-  std::string options;
+  std::string options = "{}";  // when the part is not sent
 };
 
 class FormReceiver final : public MultipartSink {

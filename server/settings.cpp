@@ -1,6 +1,7 @@
 #include "server/settings.h"
 
 #include <algorithm>
+#include <cstdlib>
 #include <limits>
 #include <thread>
 
@@ -39,6 +40,11 @@ Result<Done> check_times(const Settings& s) {
 }
 
 }  // namespace
+
+std::string default_temp_dir() {
+  const char* given = std::getenv("TMPDIR");
+  return given && *given ? given : "/tmp";
+}
 
 Result<Settings> checked(Settings s) {
   if (s.port > std::numeric_limits<std::uint16_t>::max()) return refused("--port must be at most 65535");

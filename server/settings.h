@@ -3,12 +3,13 @@
 #pragma once
 
 #include <cstdint>
-#include <filesystem>
 #include <string>
 
 #include "engine/result.h"
 
 namespace meshgauge::server {
+
+std::string default_temp_dir();  // TMPDIR or /tmp; whether it takes files is seen when the service starts
 
 struct Settings {
   std::string host = "127.0.0.1";
@@ -30,7 +31,7 @@ struct Settings {
   std::uint64_t max_triangles = 50'000'000;
   std::uint64_t max_expanded_bytes = std::uint64_t{2} << 30;
   std::uint64_t max_heap_bytes = std::uint64_t{512} << 20;
-  std::string temp_dir = std::filesystem::temp_directory_path().string();
+  std::string temp_dir = default_temp_dir();
 };
 
 struct SettingText {

@@ -1,0 +1,84 @@
+#include "api/compare.h"
+
+#include <string>
+#include <string_view>
+
+#include <doctest/doctest.h>
+
+#include "api/digest.h"
+
+using namespace meshgauge;
+
+namespace {
+
+constexpr std::string_view kSquare = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n";
+constexpr std::string_view kRaised = "v 0 0 2\nv 1 0 2\nv 1 1 2\nv 0 1 2\nf 1 2 3\nf 1 3 4\n";
+
+std::span<const std::byte> bytes_of(std::string_view text) {
+  return std::as_bytes(std::span(text.data(), text.size()));
+}
+
+Result<api::Comparison> compared(std::string_view a, std::string_view b, Control& control, Options options = {}) {
+  return api::compare({"a", bytes_of(a), "a.obj", ""}, {"b", bytes_of(b), "b.obj", ""}, options, {}, control);
+}
+
+}  // namespace
+
+TEST_CASE("compare: two parallel squares") {
+  Control control;
+  Options options;
+  options.tolerance = {1e-9, std::nullopt, std::nullopt};
+  const auto result = compared(kSquare, kRaised, control, options);
+  REQUIRE(result.ok());
+  CHECK(result->outcome.lower <= 2.0);
+  CHECK(result->outcome.upper >= 2.0);
+  CHECK(result->outcome.upper - result->outcome.lower <= 1e-9);
+  CHECK(result->id.size() == 32);
+  CHECK(result->a.triangles == 2);
+  CHECK(result->a.vertices == 4);
+  CHECK(result->a.notes.polygons == 1);
+  CHECK(result->a.bytes == kSquare.size());
+  CHECK(result->a.sha256 == api::sha256_hex(bytes_of(kSquare)));
+  CHECK(result->b.bbox.low == Vec3(0, 0, 2));
+  CHECK(result->times.total >= result->times.read_a);
+}
+
+TEST_CASE("compare: a mesh without shared vertices is welded") {
+  Control control;
+  const std::string soup = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3\nf 4 5 6\n";
+  const auto result = compared(soup, kSquare, control);
+  REQUIRE(result.ok());
+  CHECK(result->a.vertices == 4);
+  CHECK(result->outcome.lower == 0);
+}
+
+TEST_CASE("compare: an error names the part") {
+  Control control;
+  const auto result = compared(kSquare, "v 0 0 0\nv 1 0 nan\nv 0 1 0\nf 1 2 3\n", control);
+  REQUIRE(!result.ok());
+  CHECK(result.error().part == "b");
+}
+
+TEST_CASE("compare: no time for reading is an error, no time for measuring is not") {
+  Control late(Control::Clock::now() - std::chrono::seconds(1));
+  const auto unread = compared(kSquare, kRaised, late);
+  REQUIRE(!unread.ok());
+  CHECK(unread.error().code == ErrorCode::out_of_time);
+
+  Control control;
+  control.cancel_at_check(4);  // after those before a, before b and before measuring
+  const auto cut_short = compared(kSquare, kRaised, control);
+  REQUIRE(cut_short.ok());
+  CHECK(cut_short->outcome.stop == Stop::cancelled);
+  CHECK(cut_short->outcome.upper >= 2.0);
+}
+
+TEST_CASE("compare: each comparison has an id of its own") {
+  Control control;
+  CHECK(compared(kSquare, kSquare, control)->id != compared(kSquare, kSquare, control)->id);
+}
+
+TEST_CASE("digest: SHA-256 of the standard's examples") {
+  CHECK(api::sha256_hex({}) == "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
+  CHECK(api::sha256_hex(bytes_of("abc")) == "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+}

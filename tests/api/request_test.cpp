@@ -1,0 +1,143 @@
+#include "api/request.h"
+
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include <doctest/doctest.h>
+
+using namespace meshgauge;
+using api::parse_options;
+
+namespace {
+
+Error refusal(const std::string& json, const api::RequestLimits& limits = {}) {
+  const auto parsed = parse_options(json, limits);
+  REQUIRE_MESSAGE(!parsed.ok(), json);
+  CHECK(parsed.error().part == "options");
+  return parsed.error();
+}
+
+}  // namespace
+
+TEST_CASE("request: an empty document gives the defaults") {
+  const auto parsed = parse_options("{}");
+  REQUIRE(parsed.ok());
+  CHECK(parsed->options.direction == Direction::symmetric);
+  CHECK(parsed->options.strategy == Strategy::four_point);
+  CHECK(parsed->options.tolerance.relative == 0.01);
+  CHECK(parsed->options.tolerance.diagonal == 1e-6);
+  CHECK(!parsed->options.tolerance.absolute);
+  CHECK(!parsed->options.max_distance);
+  CHECK(parsed->timeout.count() == 30'000);
+  CHECK(parsed->threads == 1);
+}
+
+TEST_CASE("request: every field arrives") {
+  const auto parsed = parse_options(R"({"direction": "b_to_a", "tolerance": {"absolute": 0.25, "diagonal": 0.5,
+      "relative": 1e-3}, "gate": {"max_distance": 2, "units": "mm"}, "strategy": "n_point", "points": 31,
+      "timeout_ms": 12345, "threads": 7})");
+  REQUIRE(parsed.ok());
+  CHECK(parsed->options.direction == Direction::b_to_a);
+  CHECK(parsed->options.tolerance.absolute == 0.25);
+  CHECK(parsed->options.tolerance.diagonal == 0.5);
+  CHECK(parsed->options.tolerance.relative == 1e-3);
+  CHECK(parsed->options.max_distance == 2.0);
+  CHECK(parsed->units == "mm");
+  CHECK(parsed->options.strategy == Strategy::n_point);
+  CHECK(parsed->options.points == 31);
+  CHECK(parsed->timeout.count() == 12345);
+  CHECK(parsed->threads == 7);
+}
+
+TEST_CASE("request: a tolerance that is given stands alone") {
+  const auto parsed = parse_options(R"({"tolerance": {"absolute": 0}})");
+  REQUIRE(parsed.ok());
+  CHECK(parsed->options.tolerance.absolute == 0.0);
+  CHECK(!parsed->options.tolerance.diagonal);
+  CHECK(!parsed->options.tolerance.relative);
+}
+
+TEST_CASE("request: unknown keys are refused with the known ones") {
+  CHECK(refusal(R"({"tolerence": {}})").where == "/tolerence");
+  CHECK(refusal(R"({"tolerence": {}})").message.find("tolerance") != std::string::npos);
+  CHECK(refusal(R"({"tolerance": {"abs": 1}})").where == "/tolerance/abs");
+  CHECK(refusal(R"({"gate": {"max_distance": 1, "unit": "mm"}})").where == "/gate/unit");
+}
+
+TEST_CASE("request: duplicate keys are refused at every level") {
+  CHECK(refusal(R"({"threads": 1, "threads": 2})").message.find("'threads' stands twice") != std::string::npos);
+  CHECK(refusal(R"({"gate": {"max_distance": 1, "max_distance": 2}})").message.find("twice") != std::string::npos);
+}
+
+TEST_CASE("request: wrong types are named by their place") {
+  CHECK(refusal(R"([])").message.find("must be an object, not an array") != std::string::npos);
+  CHECK(refusal(R"("x")").message.find("must be an object") != std::string::npos);
+  CHECK(refusal(R"({"direction": 1})").where == "/direction");
+  CHECK(refusal(R"({"direction": "up"})").message.find("symmetric, a_to_b, b_to_a") != std::string::npos);
+  CHECK(refusal(R"({"strategy": null})").where == "/strategy");
+  CHECK(refusal(R"({"tolerance": 0.1})").where == "/tolerance");
+  CHECK(refusal(R"({"tolerance": {}})").where == "/tolerance");
+  CHECK(refusal(R"({"tolerance": {"relative": "0.1"}})").where == "/tolerance/relative");
+  CHECK(refusal(R"({"gate": {}})").where == "/gate");
+  CHECK(refusal(R"({"gate": {"max_distance": 1, "units": 5}})").where == "/gate/units");
+  CHECK(refusal(R"({"timeout_ms": 1.5})").where == "/timeout_ms");
+  CHECK(refusal(R"({"threads": true})").where == "/threads");
+}
+
+TEST_CASE("request: numbers out of range are refused") {
+  CHECK(refusal(R"({"tolerance": {"absolute": -1e-9}})").where == "/tolerance/absolute");
+  CHECK(refusal(R"({"tolerance": {"absolute": 1e999}})").where.starts_with("byte "));
+  CHECK(refusal(R"({"gate": {"max_distance": -1}})").where == "/gate/max_distance");
+  CHECK(refusal(R"({"timeout_ms": 0})").where == "/timeout_ms");
+  CHECK(refusal(R"({"timeout_ms": 180001})").where == "/timeout_ms");
+  CHECK(refusal(R"({"timeout_ms": 99999999999999999999})").where == "/timeout_ms");
+  CHECK(refusal(R"({"threads": 0})").where == "/threads");
+  CHECK(refusal(R"({"threads": 65})").where == "/threads");
+  CHECK(refusal(R"({"threads": -1})").where == "/threads");
+  CHECK(refusal(R"({"strategy": "n_point", "points": 5})").where == "/points");
+  CHECK(refusal(R"({"points": 10})").message.find("n_point") != std::string::npos);
+}
+
+TEST_CASE("request: a service may allow less time") {
+  const api::RequestLimits limits{std::chrono::milliseconds(100), std::chrono::milliseconds(1000)};
+  CHECK(parse_options("{}", limits)->timeout.count() == 100);
+  CHECK(parse_options(R"({"timeout_ms": 1000})", limits).ok());
+  CHECK(refusal(R"({"timeout_ms": 1001})", limits).message.find("from 1 to 1000") != std::string::npos);
+}
+
+TEST_CASE("request: what is not JSON is refused with the byte") {
+  CHECK(refusal("").where.starts_with("byte "));
+  CHECK(refusal("{").where.starts_with("byte "));
+  CHECK(refusal("{} {}").where.starts_with("byte "));
+  CHECK(refusal(R"({"threads": NaN})").where.starts_with("byte "));
+  CHECK(refusal("{\"threads\": 1,}").where.starts_with("byte "));
+  CHECK(refusal("{\"gate\": {\"units\": \"\xff\"}}").where.starts_with("byte "));
+  CHECK(refusal(std::string("{}\0", 3)).where.starts_with("byte "));
+}
+
+TEST_CASE("request: depth and size are bounded") {
+  CHECK(refusal(std::string(20'000, '[')).message.find("nested deeper than 16") != std::string::npos);
+  std::string deep = "0";
+  for (int i = 0; i < 17; ++i) deep = "{\"x\":" + deep + "}";
+  CHECK(refusal(deep).message.find("nested deeper than 16") != std::string::npos);
+  const auto large = parse_options("{" + std::string(api::kMaxOptionsBytes, ' ') + "}");
+  REQUIRE(!large.ok());
+  CHECK(large.error().code == ErrorCode::too_large);
+}
+
+TEST_CASE("request: a long or wild key comes back short and on one line") {
+  const Error error = refusal("{\"" + std::string(1000, 'k') + "\\n\": 1}");
+  CHECK(error.message.size() < 300);
+  CHECK(refusal(R"({"a\nb": 1})").message.find('\n') == std::string::npos);
+}
+
+TEST_CASE("request: ranges refuse what is not a number") {
+  CHECK(!api::in_range(std::nan(""), api::kToleranceRange, "--absolute").ok());
+  CHECK(!api::in_range(std::numeric_limits<double>::infinity(), api::kToleranceRange, "--absolute").ok());
+  CHECK(!api::in_range(1.5, api::kThreadsRange, "--threads").ok());
+  CHECK(api::in_range(64, api::kThreadsRange, "--threads").value() == 64);
+  CHECK(!api::as_points(std::nan(""), "--points").ok());
+  CHECK(!api::as_points(1e300, "--points").ok());
+  CHECK(api::as_points(1585, "--points").value() == 1585);
+}

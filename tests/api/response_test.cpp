@@ -1,0 +1,105 @@
+#include "api/response.h"
+
+#include <limits>
+#include <string>
+
+#include <doctest/doctest.h>
+#include <nlohmann/json.hpp>
+
+using namespace meshgauge;
+using nlohmann::json;
+
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+api::Comparison sample() {
+  api::Comparison comparison;
+  comparison.id = "0123456789abcdef0123456789abcdef";
+  Directed directed;
+  directed.bounds = {0.1, 0.3, Witness{Vec3(1, 2, 3), 4, Vec3(5, 6, 7), 8}};
+  directed.culling = {10, 5};
+  comparison.outcome.a_to_b = directed;
+  comparison.outcome.lower = 0.1;
+  comparison.outcome.upper = 0.3;
+  comparison.outcome.diagonal_a = 2;
+  comparison.outcome.met_by = Rule::relative;
+  comparison.a.bbox.extend(Vec3(0, 0, 0));
+  comparison.b.bbox.extend(Vec3(0, 0, 0));
+  return comparison;
+}
+
+json rendered(const api::Comparison& comparison) { return json::parse(to_json(comparison)); }
+
+}  // namespace
+
+TEST_CASE("response: one field for each thing that was found out") {
+  const json result = rendered(sample());
+  CHECK(result["status"] == "converged");
+  CHECK(result["direction"] == "symmetric");
+  CHECK(result["distance"] == json{{"lower", 0.1}, {"upper", 0.3}});
+  CHECK(result["a_to_b"]["witness"] ==
+        json{{"point_a", {1, 2, 3}}, {"triangle_a", 4}, {"point_b", {5, 6, 7}}, {"triangle_b", 8}});
+  CHECK(result["a_to_b"]["culling"] == json{{"triangles", 10}, {"survivors", 5}, {"rate", 0.5}});
+  CHECK(result["b_to_a"].is_null());
+  CHECK(result["verdict"].is_null());
+  CHECK(result["gate"].is_null());
+  CHECK(result["statistics"].is_null());
+  CHECK(result["tolerance"]["asked"] == json{{"diagonal", 1e-6}, {"relative", 0.01}});
+  CHECK(result["tolerance"]["met_by"] == "relative");
+  CHECK(result["tolerance"]["reached"]["diagonal"].get<double>() == doctest::Approx(0.1));
+  CHECK(result["tolerance"]["reached"]["relative"].get<double>() == doctest::Approx(2.0));
+}
+
+TEST_CASE("response: numbers round-trip") {
+  api::Comparison comparison = sample();
+  comparison.outcome.lower = 0x1.fffffffffffffp-3;
+  comparison.outcome.upper = 0.1 + 0.2;
+  const json result = rendered(comparison);
+  CHECK(result["distance"]["lower"].get<double>() == 0x1.fffffffffffffp-3);
+  CHECK(result["distance"]["upper"].get<double>() == 0.1 + 0.2);
+}
+
+TEST_CASE("response: nothing is infinite or NaN") {
+  api::Comparison comparison = sample();
+  comparison.outcome.lower = 0;
+  comparison.outcome.upper = kInfinity;
+  comparison.outcome.a_to_b->bounds = {0, kInfinity, std::nullopt};
+  const json result = rendered(comparison);
+  CHECK(result["distance"]["upper"].is_null());
+  CHECK(result["a_to_b"]["upper"].is_null());
+  CHECK(result["a_to_b"]["witness"].is_null());
+  CHECK(result["tolerance"]["reached"] == json{{"absolute", nullptr}, {"diagonal", nullptr}, {"relative", nullptr}});
+}
+
+TEST_CASE("response: an interval without width meets every rule, also at 0") {
+  api::Comparison comparison = sample();
+  comparison.outcome.lower = comparison.outcome.upper = comparison.outcome.diagonal_a = 0;
+  CHECK(rendered(comparison)["tolerance"]["reached"] == json{{"absolute", 0.0}, {"diagonal", 0.0}, {"relative", 0.0}});
+}
+
+TEST_CASE("response: the gate comes back with its verdict") {
+  api::Comparison comparison = sample();
+  comparison.options.max_distance = 0.3;
+  comparison.units = "mm";
+  const json result = rendered(comparison);
+  CHECK(result["verdict"] == "pass");
+  CHECK(result["gate"] == json{{"max_distance", 0.3}, {"units", "mm"}});
+}
+
+TEST_CASE("response: the samples a piece are told for n_point alone") {
+  api::Comparison comparison = sample();
+  CHECK(rendered(comparison)["engine"]["points"].is_null());
+  comparison.options.strategy = Strategy::n_point;
+  comparison.options.points = 31;
+  CHECK(rendered(comparison)["engine"]["strategy"] == "n_point");
+  CHECK(rendered(comparison)["engine"]["points"] == 31);
+}
+
+TEST_CASE("response: the stages as a Server-Timing header") {
+  api::Comparison comparison = sample();
+  comparison.times = {1.5, 2, 3, 10};
+  CHECK(api::to_server_timing(comparison) ==
+        "queue;dur=1.500, read_a;dur=2.000, read_b;dur=3.000, build;dur=0.000, traverse;dur=0.000, "
+        "reduce;dur=0.000, certify;dur=0.000, total;dur=10.000");
+}

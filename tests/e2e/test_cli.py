@@ -1,0 +1,157 @@
+"""The command line: exit codes, and the JSON that HTTP gives."""
+
+import json
+import os
+import re
+import signal
+import subprocess
+import tempfile
+import time
+import unittest
+from pathlib import Path
+
+from harness import BINARY, ENVIRONMENT, RAISED, ROOT, SLOW, SQUARE, Server, validate
+
+
+class Cli(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+        self.a = self.file("a.obj", SQUARE)
+        self.b = self.file("b.obj", RAISED)
+
+    def file(self, name, data):
+        path = Path(self.folder.name) / name
+        path.write_bytes(data)
+        return str(path)
+
+    def run_cli(self, *arguments, environment=None):
+        return subprocess.run([BINARY, *arguments], capture_output=True, text=True, timeout=120,
+                              env={**ENVIRONMENT, **(environment or {})})
+
+    def fails(self, *arguments, saying):
+        result = self.run_cli(*arguments)
+        self.assertEqual(result.returncode, 3, arguments)
+        self.assertIn(saying, result.stderr)
+        self.assertEqual(result.stdout, "")
+
+    def test_json_is_the_result_of_the_service(self):
+        result = self.run_cli("compare", self.a, self.b, "--json", "--absolute", "1e-9", "--max-distance", "2.5")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        document = json.loads(result.stdout)
+        validate(document, "Comparison")
+        self.assertLessEqual(document["distance"]["lower"], 2)
+        self.assertGreaterEqual(document["distance"]["upper"], 2)
+        self.assertEqual(document["verdict"], "pass")
+        self.assertEqual(document["tolerance"]["asked"], {"absolute": 1e-9})
+        self.assertEqual(result.stderr, "")
+
+    def test_the_same_bytes_over_http(self):
+        server = Server()
+        self.addCleanup(server.stop)
+        over_http = server.compare(options={"tolerance": {"relative": 1e-3}}).json()
+        local = json.loads(self.run_cli("compare", self.a, self.b, "--json", "--relative", "1e-3").stdout)
+        for document in (over_http, local):
+            del document["id"], document["timings_ms"]
+        self.assertEqual(over_http, local)
+
+    def test_table_for_people(self):
+        result = self.run_cli("compare", self.a, self.b, "--max-distance", "0.5")
+        self.assertEqual(result.returncode, 0)
+        for line in ("distance", "verdict   fail", "a to b", "witness", "mesh a", "time"):
+            self.assertIn(line, result.stdout)
+
+    def test_each_strategy_and_direction(self):
+        for strategy in ("four_point", "n_point", "triangle_set"):
+            for direction in ("symmetric", "a_to_b", "b_to_a"):
+                result = self.run_cli("compare", self.a, self.b, "--json", "--strategy", strategy, "--direction", direction)
+                document = json.loads(result.stdout)
+                validate(document, "Comparison")
+                self.assertEqual(document["engine"]["strategy"], strategy)
+                self.assertEqual(document["a_to_b"] is None, direction == "b_to_a")
+                self.assertEqual(document["b_to_a"] is None, direction == "a_to_b")
+
+    def test_bad_flags(self):
+        pair = ("compare", self.a, self.b)
+        self.fails(*pair, "--absolute", "nan", saying="--absolute must be")
+        self.fails(*pair, "--absolute", "-1", saying="--absolute must be")
+        self.fails(*pair, "--relative", "inf", saying="--relative must be")
+        self.fails(*pair, "--max-distance", "-0.5", saying="--max-distance must be")
+        self.fails(*pair, "--timeout-ms", "0", saying="from 1 to 180000")
+        self.fails(*pair, "--threads", "1.5", saying="from 1 to 64")
+        self.fails(*pair, "--threads", "many", saying="--threads")
+        self.fails(*pair, "--strategy", "best", saying="four_point")
+        self.fails(*pair, "--direction", "up", saying="symmetric, a_to_b, b_to_a")
+        self.fails(*pair, "--points", "10", saying="n_point")
+        self.fails(*pair, "--unknown", saying="--unknown")
+        self.fails("compare", self.a, saying="B")
+        self.fails("frobnicate", saying="subcommand")
+        self.fails(saying="subcommand")
+
+    def test_bad_files(self):
+        self.fails("compare", self.a, self.folder.name, saying="is not a regular file")
+        self.fails("compare", self.a, "/dev/zero", saying="is not a regular file")
+        self.fails("compare", self.a, self.folder.name + "/none.obj", saying="No such file")
+        self.fails("compare", self.a, self.file("empty.obj", b""), saying="'b'")
+        self.fails("compare", self.a, self.file("nan.obj", SQUARE.replace(b"v 1 1 0", b"v nan 1 0")), saying="line 3")
+        fifo = self.folder.name + "/pipe"
+        os.mkfifo(fifo)
+        self.fails("compare", self.a, fifo, saying="is not a regular file")
+
+    def test_a_result_that_cannot_be_written_is_an_error(self):
+        with open("/dev/full", "w") as full:
+            result = subprocess.run([BINARY, "compare", self.a, self.b], stdout=full, stderr=subprocess.PIPE, text=True)
+        self.assertEqual(result.returncode, 3)
+        self.assertIn("could not be written", result.stderr)
+
+    def test_timeout_is_a_result(self):
+        a, b = self.file("1.obj", SLOW["a"]), self.file("2.obj", SLOW["b"])
+        result = self.run_cli("compare", a, b, "--strategy", "four_point", "--absolute", "0", "--timeout-ms", "300", "--json")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        document = json.loads(result.stdout)
+        self.assertEqual(document["status"], "timeout")
+        self.assertLessEqual(document["distance"]["lower"], document["distance"]["upper"])
+
+    def test_ctrl_c_prints_the_interval_reached(self):
+        a, b = self.file("1.obj", SLOW["a"]), self.file("2.obj", SLOW["b"])
+        process = subprocess.Popen([BINARY, "compare", a, b, "--strategy", "four_point", "--absolute", "0", "--timeout-ms", "100000", "--json"],
+                                   stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=ENVIRONMENT)
+        time.sleep(1)
+        process.send_signal(signal.SIGINT)
+        out, _ = process.communicate(timeout=60)
+        self.assertEqual(process.returncode, 0)
+        document = json.loads(out)
+        validate(document, "Comparison")
+        self.assertEqual(document["status"], "cancelled")
+
+    def test_version_and_help(self):
+        version = self.run_cli("--version")
+        self.assertEqual(version.returncode, 0)
+        self.assertRegex(version.stdout, r"^meshgauge \d+\.\d+\.\d+\n$")
+        self.assertEqual(self.run_cli("compare", "--help").returncode, 0)
+
+    def test_health(self):
+        server = Server()
+        self.assertEqual(self.run_cli("health", "--port", str(server.port)).returncode, 0)
+        self.assertEqual(self.run_cli("health", environment={"MESHGAUGE_PORT": str(server.port)}).returncode, 0)
+        server.stop()
+        self.assertEqual(self.run_cli("health", "--port", str(server.port)).returncode, 1)
+
+    def test_settings_are_flags_variables_and_documented(self):
+        help_text = self.run_cli("serve", "--help").stdout
+        flags = dict(re.findall(r"^ +--([\w-]+).*?\(Env:(\w+)\)", help_text, re.MULTILINE))
+        self.assertGreater(len(flags), 15)
+        rows = dict(re.findall(r"^\| `--([\w-]+)` \| `(\w+)` \|", (ROOT / "docs" / "settings.md").read_text(), re.MULTILINE))
+        self.assertEqual(rows, flags)
+        for flag, variable in flags.items():
+            self.assertEqual(variable, "MESHGAUGE_" + flag.replace("-", "_").upper())
+
+    def test_bad_settings(self):
+        self.fails("serve", "--port", "70000", saying="--port")
+        self.fails("serve", "--port", "0", "--queue", "500", saying="--io-threads must be at least")
+        self.fails("serve", "--port", "0", "--temp-dir", "/nonexistent", saying="--temp-dir")
+        self.fails("serve", "--host", "no such host", "--port", "0", saying="cannot listen")
+
+
+if __name__ == "__main__":
+    unittest.main()

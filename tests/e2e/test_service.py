@@ -1,0 +1,264 @@
+"""The service as a well-meaning client sees it."""
+
+import json
+import signal
+import threading
+import time
+import unittest
+
+from harness import (RAISED, ROOT, SLOW, SLOW_OPTIONS, SQUARE, Server, ServerCase, check, flat_grid, comparison, multipart, post_head,
+                     read_answer, until, validate)
+
+
+class Comparisons(ServerCase):
+    def test_a_comparison(self):
+        answer = self.server.compare(options={"tolerance": {"absolute": 1e-6}, "gate": {"max_distance": 3, "units": "mm"}})
+        self.assertEqual(answer.status, 200)
+        result = answer.json()
+        self.assertEqual(result["verdict"], "pass")
+        self.assertEqual(result["gate"], {"max_distance": 3, "units": "mm"})
+        self.assertLessEqual(result["distance"]["lower"], 2)
+        self.assertGreaterEqual(result["distance"]["upper"], 2)
+
+    def test_it_converges(self):
+        result = self.server.compare(options={"tolerance": {"absolute": 1e-6}}).json()
+        self.assertEqual(result["status"], "converged")
+        self.assertAlmostEqual(result["distance"]["lower"], 2, delta=1e-6)
+        witness = result["a_to_b"]["witness"]
+        self.assertAlmostEqual(sum((x - y) ** 2 for x, y in zip(witness["point_a"], witness["point_b"])) ** 0.5, 2)
+
+    def test_identical_meshes_end(self):
+        result = self.server.compare(b=SQUARE, options={"tolerance": {"relative": 0.01}}).json()
+        self.assertEqual(result["distance"]["lower"], 0)
+        self.assertIn(result["status"], ("converged", "precision_floor"))
+
+    def test_options_may_be_left_out(self):
+        body = multipart([("a", SQUARE), ("b", RAISED)])
+        result = self.server.raw(post_head(len(body)) + body).json()
+        self.assertEqual(result["tolerance"]["asked"], {"relative": 0.01, "diagonal": 1e-6})
+
+    def test_the_example_of_the_description_is_valid(self):
+        operation = ServerDocument.document(self.server)["paths"]["/v1/comparisons"]["post"]
+        validate(operation["responses"]["200"]["content"]["application/json"]["example"], "Comparison")
+
+    def test_timeout_is_200(self):
+        answer = self.server.compare(**SLOW, options={**SLOW_OPTIONS, "timeout_ms": 400})
+        self.assertEqual(answer.status, 200)
+        self.assertEqual(answer.json()["status"], "timeout")
+        self.assertLessEqual(answer.json()["distance"]["lower"], answer.json()["distance"]["upper"])
+
+    def test_no_time_to_read_is_a_problem(self):
+        answer = self.server.compare(a=flat_grid(200), b=flat_grid(200), options={"timeout_ms": 1})
+        self.refused(answer, 503, "out-of-time")
+
+    def test_a_connection_serves_many_requests(self):
+        body = comparison()
+        with self.server.connect() as connection:
+            stream = connection.makefile("rb")
+            for _ in range(20):
+                connection.sendall(post_head(len(body)) + body)
+                answer = check(read_answer(stream))
+                self.assertEqual(answer.status, 200)
+                self.assertNotIn("connection", answer.headers)
+
+    def test_pipelined_requests_are_answered_in_order(self):
+        request = b"GET /healthz HTTP/1.1\r\nHost: t\r\n\r\n"
+        with self.server.connect() as connection:
+            connection.sendall(request + b"\r\n" + request + b"GET /none HTTP/1.1\r\nHost: t\r\n\r\n")
+            stream = connection.makefile("rb")
+            self.assertEqual([check(read_answer(stream)).status for _ in range(3)], [200, 200, 404])
+
+    def test_chunked_bodies(self):
+        body = comparison()
+        chunks = b"".join(b"%x\r\n%s\r\n" % (len(body[i:i + 99]), body[i:i + 99]) for i in range(0, len(body), 99))
+        head = post_head(0).replace(b"Content-Length: 0", b"Transfer-Encoding: chunked")
+        with self.server.connect() as connection:
+            stream = connection.makefile("rb")
+            for _ in range(3):
+                connection.sendall(head + chunks + b"0\r\n\r\n")
+                self.assertEqual(check(read_answer(stream)).status, 200)
+
+    def test_a_client_that_waits_for_100_is_invited(self):
+        body = comparison()
+        with self.server.connect() as connection:
+            connection.sendall(post_head(len(body), "Expect: 100-continue\r\n"))
+            stream = connection.makefile("rb")
+            self.assertEqual(stream.readline(), b"HTTP/1.1 100 Continue\r\n")
+            stream.readline()
+            connection.sendall(body)
+            self.assertEqual(check(read_answer(stream)).status, 200)
+
+    def test_who_is_refused_is_not_invited(self):
+        with self.server.connect() as connection:
+            connection.sendall(post_head(1 << 40, "Expect: 100-continue\r\n"))
+            self.assertTrue(connection.makefile("rb").readline().startswith(b"HTTP/1.1 413 "))
+
+    def test_other_paths_and_methods(self):
+        self.assertEqual(self.server.get("/").status, 200)
+        self.assertEqual(self.server.get("/healthz", "HEAD").status, 200)
+        self.refused(self.server.get("/v1"), 404, "not-found")
+        self.refused(self.server.get("/v1/comparisons/"), 404, "not-found")
+        self.refused(self.server.get("/%2e%2e/etc/passwd"), 404, "not-found")
+        self.assertEqual(self.server.get("/v1/comparisons").headers["allow"], "POST")
+        self.refused(self.server.get("/healthz", "DELETE"), 405, "method-not-allowed")
+        self.refused(self.server.get("*", "OPTIONS"), 404, "not-found")
+        self.assertEqual(self.server.get("/healthz", "OPTIONS").headers["allow"], "GET, HEAD")
+
+    def test_a_range_is_ignored(self):
+        ranges = "Range: bytes=" + ",".join("0-" for _ in range(100)) + "\r\n"
+        answer = self.server.get("/openapi.yaml", extra=ranges)
+        self.assertEqual(answer.status, 200)
+        self.assertEqual(answer.body, (ROOT / "openapi.yaml").read_bytes())
+
+
+class ServerDocument:
+    @staticmethod
+    def document(server):
+        import yaml
+        return yaml.safe_load(server.get("/openapi.yaml").body)
+
+
+class Crowd(unittest.TestCase):
+    def test_64_clients_on_a_queue_of_8(self):
+        server = Server("--queue", "8", "--workers", "2")
+        self.addCleanup(server.stop)
+        body = comparison(**SLOW, options={**SLOW_OPTIONS, "timeout_ms": 4000})
+        answers, times = [None] * 64, [0.0] * 64
+        gate = threading.Barrier(64)
+
+        def client(i):
+            with server.connect(120) as connection:
+                gate.wait()
+                start = time.monotonic()
+                try:
+                    connection.sendall(post_head(len(body)) + body)
+                except OSError:
+                    pass  # refused while sending
+                answers[i] = check(read_answer(connection.makefile("rb")))
+                times[i] = time.monotonic() - start
+
+        threads = [threading.Thread(target=client, args=(i,)) for i in range(64)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        refused = [i for i in range(64) if answers[i].status == 503 and "overloaded" in answers[i].json()["type"]]
+        # Whoever was let in has an answer; who had waited all its time in the queue is told so.
+        served = [i for i in range(64) if i not in refused]
+        self.assertEqual(len(served), 10)
+        for i in served:
+            self.assertTrue(answers[i].status == 200 or "out-of-time" in answers[i].json()["type"])
+        self.assertGreaterEqual(sum(answers[i].status == 200 for i in served), 2)
+        # At once: before any of those that were let in had its answer.
+        self.assertLess(max(times[i] for i in refused), min(times[i] for i in served))
+        self.assertEqual(server.compare().status, 200)
+
+    def test_more_connections_than_threads(self):
+        server = Server("--queue", "1", "--workers", "1", "--io-threads", "4", "--max-pending-connections", "2",
+                        "--head-timeout-ms", "60000")
+        self.addCleanup(server.stop)
+        idle = [server.connect() for _ in range(30)]
+        for connection in idle:
+            connection.sendall(b"GET /healthz HTTP/1.1\r\n")
+        answers = []
+        for connection in idle:
+            connection.settimeout(0.5)
+            try:
+                answers.append(check(read_answer(connection.makefile("rb"))))
+            except (TimeoutError, OSError):
+                answers.append(None)
+        refused = [answer for answer in answers if answer is not None]
+        self.assertGreaterEqual(len(refused), 20)
+        self.assertTrue(all(answer.status == 503 for answer in refused))
+        for connection in idle:
+            connection.close()
+        until(lambda: server.get("/healthz").status == 200)
+
+    def test_an_idle_connection_gives_way(self):
+        server = Server("--queue", "1", "--workers", "1", "--io-threads", "4", "--keep-alive-ms", "600000")
+        self.addCleanup(server.stop)
+        idle = [server.connect() for _ in range(4)]
+        for connection in idle:
+            connection.sendall(b"GET /healthz HTTP/1.1\r\nHost: t\r\n\r\n")
+            self.assertEqual(read_answer(connection.makefile("rb")).status, 200)
+        self.assertEqual(server.get("/healthz").status, 200)
+        for connection in idle:
+            connection.close()
+
+    def test_a_client_that_goes_away_frees_its_worker(self):
+        server = Server("--queue", "0", "--workers", "1")
+        self.addCleanup(server.stop)
+        body = comparison(**SLOW, options=SLOW_OPTIONS)
+        with server.connect() as connection:
+            connection.sendall(post_head(len(body)) + body)
+            until(lambda: server.compare().status == 503)
+        until(lambda: server.compare().status == 200)
+        until(lambda: any('"status":200' in line and "reduce" in line for line in server.log))
+
+
+class End(unittest.TestCase):
+    def busy_server(self, *flags):
+        server = Server("--workers", "1", *flags)
+        body = comparison(**SLOW, options=SLOW_OPTIONS)
+        answers = []
+
+        def client():
+            with server.connect(120) as connection:
+                connection.sendall(post_head(len(body)) + body)
+                answers.append(check(read_answer(connection.makefile("rb"))))
+
+        threads = [threading.Thread(target=client) for _ in range(2)]
+        for thread in threads:
+            thread.start()
+        time.sleep(1.5)
+        return server, threads, answers
+
+    def test_sigterm_answers_everybody(self):
+        server, threads, answers = self.busy_server("--grace-ms", "500")
+        self.assertEqual(server.stop(), 0)
+        for thread in threads:
+            thread.join()
+        by_status = {answer.status: answer.json() for answer in answers}
+        self.assertEqual(set(by_status), {200, 503})
+        self.assertEqual(by_status[200]["status"], "cancelled")
+        self.assertEqual(by_status[503]["type"], "urn:meshgauge:problem:shutting-down")
+
+    def test_a_second_signal_ends_the_grace(self):
+        server, threads, answers = self.busy_server("--grace-ms", "100000")
+        server.process.send_signal(signal.SIGTERM)
+        until(lambda: any('"stopping"' in line for line in server.log))
+        self.assertEqual(server.stop(signal.SIGINT), 0)
+        for thread in threads:
+            thread.join()
+        self.assertEqual(len(answers), 2)
+
+    def test_idle_and_dribbling_connections_do_not_delay_the_end(self):
+        server = Server("--grace-ms", "300")
+        connections = [server.connect() for _ in range(3)]
+        connections[1].sendall(b"GET / HT")
+        connections[2].sendall(post_head(1000) + b"--XX")
+        time.sleep(0.2)
+        self.assertEqual(server.stop(timeout=20), 0)
+        for connection in connections:
+            connection.close()
+
+    def test_log_lines_are_json(self):
+        server = Server()
+        server.compare()
+        server.get("/no\"such")
+        self.assertEqual(server.stop(), 0)
+        lines = [json.loads(line) for line in server.log]
+        requests = [line for line in lines if line["event"] == "request"]
+        self.assertEqual([line["status"] for line in requests], [200, 404])
+        self.assertEqual(requests[0]["triangles"], {"a": 2, "b": 2})
+        self.assertGreater(requests[0]["bytes"], 100)
+        self.assertEqual(lines[-1]["event"], "stopped")
+
+    def test_settings_from_the_environment(self):
+        server = Server(environment={"MESHGAUGE_MAX_PART_BYTES": "10"})
+        self.assertEqual(server.compare().status, 413)
+        self.assertEqual(server.stop(), 0)
+
+
+if __name__ == "__main__":
+    unittest.main()

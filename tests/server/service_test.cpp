@@ -1,0 +1,201 @@
+// The service against a stand-in for the comparison: what the queue, the limits and the disconnects do.
+#include "server/service.h"
+
+#include <atomic>
+#include <future>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include <doctest/doctest.h>
+#include <nlohmann/json.hpp>
+
+#include "server/http_library.h"
+
+using namespace meshgauge;
+using nlohmann::json;
+using server::Service;
+using server::Settings;
+
+namespace {
+
+Settings small() {
+  Settings settings;
+  settings.port = 0;
+  settings.workers = 1;
+  settings.queue = 1;
+  settings.io_threads = 8;
+  settings.max_part_bytes = 1000;
+  settings.max_request_bytes = 3000;
+  return server::checked(settings).value();
+}
+
+// Runs until it is released or cancelled, and counts.
+struct Stub {
+  std::atomic<int> running{0};
+  std::atomic<int> cancelled{0};
+  std::atomic<bool> released{false};
+
+  server::Compare compare() {
+    return [this](const api::MeshInput& a, const api::MeshInput&, const Options& options, const api::ReadLimits&,
+                  Control& control) -> Result<api::Comparison> {
+      ++running;
+      while (!released && control.check() == Interruption::none)
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      cancelled += control.check() == Interruption::cancelled;
+      api::Comparison comparison;
+      comparison.options = options;
+      comparison.a.bytes = a.bytes.size();
+      comparison.a.bbox.extend(Vec3::Zero());
+      comparison.b.bbox.extend(Vec3::Zero());
+      return comparison;
+    };
+  }
+};
+
+httplib::MultipartFormDataItems form(const std::string& a = "mesh a", const std::string& options = "{}") {
+  return {{"a", a, "a.obj", ""}, {"b", "mesh b", "b.obj", ""}, {"options", options, "", "application/json"}};
+}
+
+httplib::Result post(int port, const httplib::MultipartFormDataItems& items = form()) {
+  httplib::Client client("127.0.0.1", port);
+  return client.Post("/v1/comparisons", items);
+}
+
+bool eventually(const std::function<bool()>& condition) {
+  for (int i = 0; i < 20'000; ++i) {
+    if (condition()) return true;
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  return false;
+}
+
+}  // namespace
+
+TEST_CASE("service: a comparison is answered with what was compared") {
+  Stub stub;
+  stub.released = true;
+  Service service(small(), stub.compare());
+  const int port = service.start().value();
+  const auto response = post(port, form("0123456789", R"({"gate": {"max_distance": 1, "units": "mm"}})"));
+  REQUIRE(response);
+  CHECK(response->status == 200);
+  const json result = json::parse(response->body);
+  CHECK(result["meshes"]["a"]["bytes"] == 10);
+  CHECK(result["gate"]["units"] == "mm");
+  CHECK(result["id"] == response->get_header_value("X-Request-Id"));
+  CHECK(response->get_header_value("Server-Timing").starts_with("queue;dur="));
+}
+
+TEST_CASE("service: a full queue answers 503 at once, and whoever was let in is served") {
+  Stub stub;
+  Service service(small(), stub.compare());
+  const int port = service.start().value();
+  std::atomic<int> refused{0};
+  std::vector<std::future<int>> clients;
+  for (int i = 0; i < 6; ++i) {
+    clients.push_back(std::async(std::launch::async, [&] {
+      const auto response = post(port);
+      const bool polite = response->has_header("Retry-After") &&
+                          response->get_header_value("Content-Type") == "application/problem+json";
+      refused += response->status == 503 && polite;
+      return response->status;
+    }));
+  }
+  // One runs, one waits; neither ends before the others are refused.
+  CHECK(eventually([&] { return refused == 4; }));
+  stub.released = true;
+  int served = 0;
+  for (auto& client : clients) served += client.get() == 200;
+  CHECK(served == 2);
+  CHECK(post(port)->status == 200);
+}
+
+TEST_CASE("service: health is answered while every worker is busy") {
+  Stub stub;
+  Service service(small(), stub.compare());
+  const int port = service.start().value();
+  auto busy = std::async(std::launch::async, [port] { return post(port)->status; });
+  REQUIRE(eventually([&] { return stub.running == 1; }));
+  httplib::Client client("127.0.0.1", port);
+  CHECK(client.Get("/healthz")->status == 200);
+  stub.released = true;
+  CHECK(busy.get() == 200);
+}
+
+TEST_CASE("service: a client that goes away cancels its job") {
+  Stub stub;
+  Service service(small(), stub.compare());
+  const int port = service.start().value();
+  {
+    httplib::Client client("127.0.0.1", port);
+    client.set_read_timeout(0, 200'000);
+    CHECK(!client.Post("/v1/comparisons", form()));
+  }
+  CHECK(eventually([&] { return stub.cancelled == 1; }));
+  stub.released = true;
+  CHECK(post(port)->status == 200);
+}
+
+TEST_CASE("service: limits of a part, of the options and of all uploads") {
+  Stub stub;
+  stub.released = true;
+  Settings settings = small();
+  settings.max_upload_bytes = 500;
+  Service service(settings, stub.compare());
+  const int port = service.start().value();
+  CHECK(post(port, form(std::string(1001, 'x')))->status == 413);
+  CHECK(post(port, form(std::string(3001, 'x')))->status == 413);
+  CHECK(post(port, form(std::string(900, 'x')))->status == 503);
+  CHECK(post(port, form(std::string(100, 'x')))->status == 200);
+  CHECK(post(port, form("x", R"({"unknown": 1})"))->status == 422);
+}
+
+TEST_CASE("service: parts are a, b and options, each once") {
+  Stub stub;
+  stub.released = true;
+  Service service(small(), stub.compare());
+  const int port = service.start().value();
+  const auto detail = [&](const httplib::MultipartFormDataItems& items) {
+    const auto response = post(port, items);
+    CHECK(response->status == 400);
+    return json::parse(response->body)["detail"].get<std::string>();
+  };
+  CHECK(detail({{"a", "x", "", ""}}) == "the part 'b' is missing");
+  CHECK(detail({{"b", "x", "", ""}}) == "the part 'a' is missing");
+  CHECK(detail({{"a", "x", "", ""}, {"a", "x", "", ""}}) == "the part 'a' was sent twice");
+  CHECK(detail({{"a", "x", "", ""}, {"c", "x", "", ""}}).starts_with("unknown part 'c'"));
+  CHECK(detail({{"options", "{}", "", ""}, {"options", "{}", "", ""}}) == "the part 'options' was sent twice");
+  CHECK(post(port, {{"b", "x", "", ""}, {"a", "x", "", ""}})->status == 200);
+}
+
+TEST_CASE("service: what an exception says stays inside") {
+  Service service(small(), [](auto&&...) -> Result<api::Comparison> { throw std::runtime_error("secret path"); });
+  const int port = service.start().value();
+  const auto response = post(port);
+  CHECK(response->status == 500);
+  CHECK(response->body.find("secret") == std::string::npos);
+  CHECK(json::parse(response->body)["type"] == "urn:meshgauge:problem:internal");
+  CHECK(post(port)->status == 500);
+}
+
+TEST_CASE("service: the end cancels what runs and answers it") {
+  Stub stub;
+  auto service = std::make_unique<Service>(small(), stub.compare());
+  const int port = service->start().value();
+  auto running = std::async(std::launch::async, [port] { return post(port)->status; });
+  REQUIRE(eventually([&] { return stub.running == 1; }));
+  service.reset();
+  CHECK(running.get() == 200);
+  CHECK(stub.cancelled == 1);
+  CHECK(!post(port));
+}
+
+TEST_CASE("service: an address that is taken is an error") {
+  Service first(small());
+  Settings settings = small();
+  settings.port = static_cast<std::uint64_t>(first.start().value());
+  Service second(settings);
+  CHECK(!second.start().ok());
+}

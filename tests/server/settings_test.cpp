@@ -1,0 +1,32 @@
+#include "server/settings.h"
+
+#include <doctest/doctest.h>
+
+using namespace meshgauge;
+using server::checked;
+using server::Settings;
+
+TEST_CASE("settings: the defaults hold together") {
+  const auto settings = checked(Settings{});
+  REQUIRE(settings.ok());
+  CHECK(settings->workers >= 1);
+}
+
+TEST_CASE("settings: what contradicts itself is refused") {
+  const auto refused = [](auto change) {
+    Settings settings;
+    settings.workers = 2;
+    change(settings);
+    return !checked(settings).ok();
+  };
+  CHECK(!refused([](Settings&) {}));
+  CHECK(refused([](Settings& s) { s.port = 65536; }));
+  CHECK(refused([](Settings& s) { s.queue = 64; }));
+  CHECK(refused([](Settings& s) { s.queue = ~std::uint64_t{0}; }));
+  CHECK(refused([](Settings& s) { s.io_threads = 1'000'000; }));
+  CHECK(refused([](Settings& s) { s.max_timeout_ms = 180'001; }));
+  CHECK(refused([](Settings& s) { s.default_timeout_ms = 180'000, s.max_timeout_ms = 1000; }));
+  CHECK(refused([](Settings& s) { s.default_timeout_ms = 0; }));
+  CHECK(refused([](Settings& s) { s.grace_ms = ~std::uint64_t{0}; }));
+  CHECK(refused([](Settings& s) { s.max_part_bytes = s.max_request_bytes + 1; }));
+}
