@@ -107,6 +107,8 @@ std::optional<int> HttpGuard::bind() {
 
 bool HttpGuard::run() { return listen_after_bind() || stopping_.load(); }
 
+bool HttpGuard::running() const { return is_running(); }
+
 void HttpGuard::stop() {
   stopping_.store(true);
   httplib::Server::stop();

@@ -28,6 +28,7 @@ class HttpGuard final : private httplib::Server {
 
   std::optional<int> bind();  // the port; nullopt when the address cannot be had
   bool run();                 // serves until stop(); false when listening failed
+  bool running() const;       // run() has come as far as to be stopped: the library forgets a stop() before that
   void stop();                // no new connections; run() returns when the running requests have their answers
   void abort();               // every wait for a client ends now
 

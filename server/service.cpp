@@ -82,6 +82,7 @@ Result<int> Service::start() {
     guard_.run();
     ended_.store(true);
   });
+  while (!guard_.running() && !ended_.load()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
   return *port;
 }
 
