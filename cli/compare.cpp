@@ -21,8 +21,8 @@ namespace {
 struct Flags {
   std::string a;
   std::string b;
-  std::string direction = "symmetric";
-  std::string strategy = "auto";
+  std::string direction{api::name_of(api::kDirections, Options{}.direction)};
+  std::string strategy{api::name_of(api::kStrategies, Options{}.strategy)};
   std::optional<double> absolute, diagonal, relative, max_distance, points;
   double timeout_ms = 30'000;
   double threads = 1;

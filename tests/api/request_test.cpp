@@ -24,7 +24,7 @@ TEST_CASE("request: an empty document gives the defaults") {
   const auto parsed = parse_options("{}");
   REQUIRE(parsed.ok());
   CHECK(parsed->options.direction == Direction::symmetric);
-  CHECK(parsed->options.strategy == Strategy::four_point);
+  CHECK(parsed->options.strategy == Strategy::automatic);
   CHECK(parsed->options.tolerance.relative == 0.01);
   CHECK(parsed->options.tolerance.diagonal == 1e-6);
   CHECK(!parsed->options.tolerance.absolute);

@@ -1,5 +1,6 @@
 """Starts the built binary, talks to it over plain sockets, and checks every answer against openapi.yaml."""
 
+import atexit
 import json
 import os
 import re
@@ -94,11 +95,12 @@ class Server:
     def __init__(self, *flags, environment=None):
         self.process = subprocess.Popen(
             [BINARY, "serve", "--port", "0", *flags], stderr=subprocess.PIPE, env={**ENVIRONMENT, **(environment or {})})
+        atexit.register(self.process.kill)  # a test that fails half-way must not leave it behind
         self.log = []
         first = json.loads(self.process.stderr.readline())
         assert first["event"] == "listening", first
         self.port = int(first["detail"].rsplit(":", 1)[1])
-        self.reader = threading.Thread(target=self._read_log)
+        self.reader = threading.Thread(target=self._read_log, daemon=True)
         self.reader.start()
 
     def _read_log(self):

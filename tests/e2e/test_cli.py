@@ -10,7 +10,7 @@ import time
 import unittest
 from pathlib import Path
 
-from harness import BINARY, ENVIRONMENT, RAISED, ROOT, SLOW, SQUARE, Server, validate
+from harness import BINARY, ENVIRONMENT, OPENAPI, RAISED, ROOT, SLOW, SQUARE, Server, validate
 
 
 class Cli(unittest.TestCase):
@@ -62,7 +62,7 @@ class Cli(unittest.TestCase):
             self.assertIn(line, result.stdout)
 
     def test_each_strategy_and_direction(self):
-        for strategy in ("four_point", "n_point", "triangle_set"):
+        for strategy in OPENAPI["components"]["schemas"]["Strategy"]["enum"]:
             for direction in ("symmetric", "a_to_b", "b_to_a"):
                 result = self.run_cli("compare", self.a, self.b, "--json", "--strategy", strategy, "--direction", direction)
                 document = json.loads(result.stdout)
@@ -70,6 +70,10 @@ class Cli(unittest.TestCase):
                 self.assertEqual(document["engine"]["strategy"], strategy)
                 self.assertEqual(document["a_to_b"] is None, direction == "b_to_a")
                 self.assertEqual(document["b_to_a"] is None, direction == "a_to_b")
+
+    def test_the_strategies_are_those_of_the_description(self):
+        strategies = ", ".join(OPENAPI["components"]["schemas"]["Strategy"]["enum"])
+        self.assertIn(strategies, self.run_cli("compare", "--help").stdout)
 
     def test_bad_flags(self):
         pair = ("compare", self.a, self.b)
