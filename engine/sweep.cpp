@@ -1,5 +1,6 @@
 #include "engine/sweep.h"
 
+#include <algorithm>
 #include <vector>
 
 #include "engine/bounds/lipschitz.h"
@@ -8,24 +9,35 @@
 namespace meshgauge {
 namespace {
 
-constexpr std::size_t kPulseEvery = 64;  // triangles, some 0.1 ms at most
+constexpr std::size_t kBlockSize = 64;  // triangles; some 0.1 ms at most
+
+// Neighbouring triangles, looked at together first.
+struct Block {
+  std::size_t begin = 0;  // in Morton order
+  std::size_t end = 0;
+  double upper = 0;  // of h(block, B), computed
+};
 
 class Sweep {
  public:
-  explicit Sweep(Search& search) : search_(search), vertices_(search.from().positions.size()) {}
+  explicit Sweep(Search& search)
+      : search_(search), order_(morton_order(search.from())), vertices_(search.from().positions.size()) {}
 
   std::optional<Stop> run() {
-    const std::vector<std::uint32_t> order = morton_order(search_.from());
-    if (const auto stop = sample(order)) return stop;
-    for (std::size_t i = 0; i < order.size(); ++i) {
-      if (i % kPulseEvery == 0) {
-        if (const auto stop = search_.pulse()) {
-          search_.culling().survivors = survivors_.size() + order.size() - i;
-          for (const Piece& piece : survivors_) search_.push(piece);
-          return stop;
-        }
+    if (const auto stop = bound_blocks()) return give_up(stop);
+    // Largest bound first: what is not visited yet is bounded by the block at hand, and soon the rest can be dropped at
+    // once.
+    std::sort(blocks_.begin(), blocks_.end(), [](const Block& a, const Block& b) {
+      return std::pair(-a.upper, a.begin) < std::pair(-b.upper, b.begin);
+    });
+    for (std::size_t i = 0; i < blocks_.size(); ++i) {
+      search_.set_unvisited(blocks_[i].upper);
+      if (const auto stop = search_.pulse()) return give_up(stop);
+      if (blocks_[i].upper <= search_.cull_within_tolerance()) {
+        search_.drop(blocks_[i].upper);
+        break;
       }
-      visit(order[i]);
+      for (std::size_t k = blocks_[i].begin; k < blocks_[i].end; ++k) visit(order_[k]);
     }
     hand_over();
     search_.set_unvisited(0);
@@ -38,22 +50,38 @@ class Sweep {
     std::uint32_t slot = Nearest::kNone;  // nearest if measured, else one that a neighbour used
   };
 
-  std::optional<Stop> sample(const std::vector<std::uint32_t>& order) {
-    const std::size_t count = std::min(order.size(), 64 + order.size() / 64);
-    for (std::size_t k = 0; k < count; ++k) {
-      if (k % kPulseEvery == 0) {
-        if (const auto stop = search_.pulse()) return stop;
+  // eq. 4/5 for each block's box, and the distance of one of its vertices: that sample gives most of the final lower
+  // bound.
+  std::optional<Stop> bound_blocks() {
+    for (std::size_t begin = 0; begin < order_.size(); begin += kBlockSize) {
+      if (const auto stop = search_.pulse()) return stop;
+      Block block{begin, std::min(begin + kBlockSize, order_.size()), 0};
+      Box box;
+      for (std::size_t k = block.begin; k < block.end; ++k) {
+        for (int i = 0; i < 3; ++i) box.extend(search_.from().corner(order_[k], i));
       }
-      const std::uint32_t t = order[k * order.size() / count];
-      measure(search_.from().triangles[t][0], t);
+      measure(search_.from().triangles[order_[begin]][0], order_[begin]);
+      ++search_.work().nearest_queries;
+      const Vec3 centre = (box.low + box.high) * 0.5;
+      const Nearest found = nearest(search_.to(), centre, search_.work().triangle_tests, last_);
+      block.upper = farthest_of_box(box, found.point);
+      blocks_.push_back(block);
     }
     return std::nullopt;
+  }
+
+  // Stopped early: what was visited waits as it is, the rest stays unvisited.
+  std::optional<Stop> give_up(std::optional<Stop> stop) {
+    search_.culling().survivors = survivors_.size() + (order_.size() - visited_);
+    for (const Piece& piece : survivors_) search_.push(piece);
+    return stop;
   }
 
   void visit(std::uint32_t t) {
     const Triangle& triangle = search_.from().triangles[t];
     Piece piece;
     piece.triangle = t;
+    ++visited_;
     for (std::size_t i = 0; i < 3; ++i) piece.corners[i].point = search_.from().positions[triangle[i]];
     if (culled_by_neighbours(piece, triangle)) return;
     for (std::size_t i = 0; i < 3; ++i) piece.corners[i] = measure(triangle[i], t);
@@ -122,6 +150,9 @@ class Sweep {
   }
 
   Search& search_;
+  std::vector<std::uint32_t> order_;
+  std::vector<Block> blocks_;
+  std::size_t visited_ = 0;  // triangles
   std::vector<Vertex> vertices_;
   std::vector<Piece> survivors_;
   std::uint32_t last_ = Nearest::kNone;  // triangle of B that served last

@@ -1,6 +1,9 @@
-// The first phase of strategy `auto`: over the triangles of A in Morton order, most are culled without a query.
+// The first phase of strategy `auto`: most triangles of A are culled without a query.
 //
-//  * A sparse sample of A's vertices is measured first: it gives most of the final lower bound.
+//  * A is cut into blocks of 64 triangles along a Morton curve. One vertex of each is measured first: this sparse
+//  sample gives
+//    most of the final lower bound. Each block's box is bounded (eq. 4/5); the blocks are visited from the largest
+//    bound down, and the first that is small enough ends the sweep.
 //  * To cull a triangle any triangle T of B will do with max over corners d(v,T) <= lower + tolerance (eq. 9), not the
 //  nearest: the ones
 //    that neighbours used are tried before anything is queried.
