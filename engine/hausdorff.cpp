@@ -187,7 +187,9 @@ class Measurement final : public Monitor {
 
   void conclude(std::optional<Stop> stop) {
     merge();
-    outcome_.precision_floor = rounding::scale_up(floor_, frame_.exponent());
+    // Scaling the two ends outwards may cost one subnormal each.
+    outcome_.precision_floor =
+        rounding::scale_up(floor_, frame_.exponent()) + 2 * std::numeric_limits<double>::denorm_min();
     outcome_.met_by = rule_met();
     if (outcome_.met_by) {
       outcome_.stop = Stop::converged;
