@@ -14,28 +14,26 @@
 namespace meshgauge::api {
 namespace {
 
-using std::string_view_literals::operator""sv;
-
 struct Signature {
   std::string_view bytes;
   std::string_view what;
 };
 constexpr Signature kForeign[] = {
-    {"\x89PNG"sv, "is a PNG image, not a mesh"},
-    {"\xFF\xD8\xFF"sv, "is a JPEG image, not a mesh"},
-    {"GIF8"sv, "is a GIF image, not a mesh"},
-    {"%PDF"sv, "is a PDF document, not a mesh"},
-    {"DRACO"sv, "is a bare Draco file (.drc), which is not supported"},
-    {"\x1F\x8B"sv, "is gzip inside gzip, which is not supported"},
-    {"BZh"sv, "is compressed by bzip2, which is not supported; gzip is"},
-    {"\xFD\x37zXZ"sv, "is compressed by xz, which is not supported; gzip is"},
-    {"\x28\xB5\x2F\xFD"sv, "is compressed by zstd, which is not supported; gzip is"},
-    {"7z\xBC\xAF"sv, "is a 7z archive, not a mesh"},
-    {"Rar!"sv, "is a RAR archive, not a mesh"},
-    {"Kaydara FBX"sv, "is an FBX file, which is not supported"},
-    {"BLENDER"sv, "is a Blender file, which is not supported"},
-    {"ISO-10303-21"sv, "is a STEP file, which is not supported"},
-    {"<?xml"sv, "is an XML file (COLLADA, X3D, AMF or another), which is not supported"},
+    {"\x89PNG", "is a PNG image, not a mesh"},
+    {"\xFF\xD8\xFF", "is a JPEG image, not a mesh"},
+    {"GIF8", "is a GIF image, not a mesh"},
+    {"%PDF", "is a PDF document, not a mesh"},
+    {"DRACO", "is a bare Draco file (.drc), which is not supported"},
+    {"\x1F\x8B", "is gzip inside gzip, which is not supported"},
+    {"BZh", "is compressed by bzip2, which is not supported; gzip is"},
+    {"\xFD\x37zXZ", "is compressed by xz, which is not supported; gzip is"},
+    {"\x28\xB5\x2F\xFD", "is compressed by zstd, which is not supported; gzip is"},
+    {"7z\xBC\xAF", "is a 7z archive, not a mesh"},
+    {"Rar!", "is a RAR archive, not a mesh"},
+    {"Kaydara FBX", "is an FBX file, which is not supported"},
+    {"BLENDER", "is a Blender file, which is not supported"},
+    {"ISO-10303-21", "is a STEP file, which is not supported"},
+    {"<?xml", "is an XML file (COLLADA, X3D, AMF or another), which is not supported"},
 };
 
 struct Name {

@@ -156,8 +156,8 @@ Result<std::vector<int>> Scene::roots() const {
 
 // A node has at most one parent; so each is visited once, and neither a cycle nor a doubling ladder goes on.
 Result<Done> Scene::push(const std::vector<int>& nodes, const std::string& where, const Transform& parent) {
-  for (auto node = nodes.rbegin(); node != nodes.rend(); ++node) {
-    const auto index = static_cast<std::size_t>(*node);
+  for (std::size_t i = nodes.size(); i-- > 0;) {  // the last one in is visited first
+    const auto index = static_cast<std::size_t>(nodes[i]);
     if (index >= visited_.size()) return fail(source_, where, item("nodes", index) + " does not exist");
     if (visited_[index]) {
       return fail(source_, item("nodes", index), "used twice: several parents, or a cycle of nodes");

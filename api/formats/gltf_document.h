@@ -25,6 +25,6 @@ struct GltfDocument {
 // another mesh without a word; it also recurses as deep as the JSON nests. Therefore nothing reaches it unchecked:
 // depth and number of values first, then JSON, types, integer ranges, the version, the extensions and the URIs.
 // Of a key that stands twice in an object, the last counts.
-Result<GltfDocument> check_gltf(const Source& source, std::string_view json);
+Result<GltfDocument> check_gltf(const Source& source, std::string_view text);
 
 }  // namespace meshgauge::api

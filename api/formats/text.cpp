@@ -1,8 +1,7 @@
 #include "api/formats/text.h"
 
-#include <locale.h>
-#include <stdlib.h>
-
+#include <clocale>
+#include <cstdlib>
 #include <string>
 
 namespace meshgauge::api {

@@ -2,13 +2,9 @@
 #pragma once
 
 #include <array>
-#include <cstdlib>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <optional>
-#include <sstream>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -50,33 +46,12 @@ std::string raw(T value) {
   return out;
 }
 
-// The corpus' folder, if there is one.
-inline std::optional<std::filesystem::path> corpus() {
-  const char* set = std::getenv("MESHGAUGE_CORPUS");
-  const std::filesystem::path path = set != nullptr ? set : MESHGAUGE_SOURCE_DIR "/../shared/corpus";
-  if (!std::filesystem::is_directory(path)) return std::nullopt;
-  return path;
-}
+// The corpus' folder, if there is one: $MESHGAUGE_CORPUS, or beside the project.
+std::optional<std::filesystem::path> corpus();
 
-inline std::string file_content(const std::filesystem::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::ostringstream content;
-  content << file.rdbuf();
-  return std::move(content).str();
-}
+std::string file_content(const std::filesystem::path& path);
 
 // The rows of a table of tabs, without its heading.
-inline std::vector<std::vector<std::string>> table(const std::filesystem::path& path) {
-  std::vector<std::vector<std::string>> rows;
-  std::ifstream file(path);
-  for (std::string line; std::getline(file, line);) {
-    if (line.empty() || line[0] == '#') continue;
-    std::vector<std::string> cells;
-    std::istringstream stream(line);
-    for (std::string cell; std::getline(stream, cell, '\t');) cells.push_back(cell);
-    rows.push_back(std::move(cells));
-  }
-  return rows;
-}
+std::vector<std::vector<std::string>> table(const std::filesystem::path& path);
 
 }  // namespace meshgauge::api::test

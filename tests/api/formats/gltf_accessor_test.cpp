@@ -1,0 +1,113 @@
+#include "api/formats/gltf_accessor.h"
+
+#include <doctest/doctest.h>
+
+#include <limits>
+
+#include "tests/api/formats/gltf_files.h"
+
+namespace meshgauge::api::test {
+
+TEST_CASE("gltf: indices of 8, 16 and 32 bits; strides") {
+  const Mesh expected = mesh_of(glb(tetrahedron()));
+  const std::string vertices = tetrahedron_data().substr(0, 48);
+  std::string data = vertices + raw_all<std::uint8_t>(kIndices);
+  json document = tetrahedron();
+  document["buffers"][0]["byteLength"] = 60;
+  document["bufferViews"][1]["byteLength"] = 12;
+  document["accessors"][1]["componentType"] = 5121;
+  CHECK(mesh_of(glb(document, data)).triangles == expected.triangles);
+  data = vertices + raw_all<std::uint32_t>(kIndices);
+  document["buffers"][0]["byteLength"] = 96;
+  document["bufferViews"][1]["byteLength"] = 48;
+  document["accessors"][1]["componentType"] = 5125;
+  CHECK(mesh_of(glb(document, data)).triangles == expected.triangles);
+
+  std::string spread;  // a normal after each vertex, and something before the first
+  for (std::size_t i = 0; i < 4; ++i) spread += std::string(8, 'n') + data.substr(12 * i, 12);
+  document["buffers"][0]["byteLength"] = 80;
+  document["bufferViews"][0] = {{"buffer", 0}, {"byteLength", 80}, {"byteStride", 20}};
+  document["accessors"][0]["byteOffset"] = 8;
+  document["meshes"][0]["primitives"][0].erase("indices");
+  document["meshes"][0]["primitives"][0]["mode"] = 5;
+  document["accessors"].erase(1);
+  document["bufferViews"].erase(1);
+  CHECK(mesh_of(glb(document, spread)).positions == expected.positions);
+  document["accessors"][0]["byteOffset"] = 12;
+  CHECK(contains(refusal(glb(document, spread), ""), "4 elements reach beyond bufferViews[0]"));
+}
+
+TEST_CASE("gltf: sparse accessors, over data and over nothing") {
+  json document = tetrahedron();
+  // Vertex 2 (the index at byte 50) takes the place of vertex 1 (the value at byte 12).
+  document["accessors"][0]["sparse"] = {{"count", 1},
+                                        {"indices", {{"bufferView", 1}, {"byteOffset", 2}, {"componentType", 5123}}},
+                                        {"values", {{"bufferView", 0}, {"byteOffset", 12}}}};
+  CHECK(mesh_of(glb(document)).positions == std::vector<Vec3>{{0, 0, 0}, {1, 0, 0}, {1, 0, 0}, {0, 0, 1}});
+  document["accessors"][0].erase("bufferView");
+  CHECK(mesh_of(glb(document)).positions == std::vector<Vec3>{{0, 0, 0}, {0, 0, 0}, {1, 0, 0}, {0, 0, 0}});
+  json& sparse = document["accessors"][0]["sparse"];
+  sparse["count"] = 5;
+  CHECK(contains(refusal(glb(document), ""), "more sparse elements than elements"));
+  sparse["count"] = 1;
+  sparse["values"]["byteOffset"] = 40;
+  CHECK(contains(refusal(glb(document), ""), "1 elements reach beyond bufferViews[0]"));
+  sparse["values"]["byteOffset"] = 0;
+  sparse["indices"]["bufferView"] = 0;
+  sparse["indices"]["byteOffset"] = 14;  // half of the float 1
+  CHECK(contains(refusal(glb(document), ""), "sparse index 16256 is out of range"));
+  sparse["indices"]["componentType"] = 5126;
+  CHECK(contains(refusal(glb(document), ""), "sparse indices must be unsigned integers"));
+}
+
+TEST_CASE("gltf: quantized positions by KHR_mesh_quantization") {
+  const auto data = raw_all<std::int16_t>(std::array{0, 0, 0, 32767, 0, 0, 0, -32768, 0});
+  json document = tetrahedron();
+  document["buffers"][0]["byteLength"] = 18;
+  document["bufferViews"] = {{{"buffer", 0}, {"byteLength", 18}}};
+  document["accessors"] = {
+      {{"bufferView", 0}, {"componentType", 5122}, {"count", 3}, {"type", "VEC3"}, {"normalized", true}}};
+  document["meshes"][0]["primitives"][0].erase("indices");
+  CHECK(contains(refusal(glb(document, data), ""), "with KHR_mesh_quantization"));
+  document["extensionsUsed"] = {"KHR_mesh_quantization"};
+  CHECK(mesh_of(glb(document, data)).positions == std::vector<Vec3>{{0, 0, 0}, {1, 0, 0}, {0, -1, 0}});
+  document["extensionsRequired"] = {"KHR_mesh_quantization"};
+  document["accessors"][0].erase("normalized");
+  CHECK(mesh_of(glb(document, data)).positions == std::vector<Vec3>{{0, 0, 0}, {32767, 0, 0}, {0, -32768, 0}});
+}
+
+TEST_CASE("gltf: offsets, lengths and counts are checked without overflow") {
+  const double huge = 0x1p53;
+  CHECK(contains(refused("/bufferViews/0/byteLength", 73), "reaches beyond its buffer of 72 bytes"));
+  CHECK(contains(refused("/bufferViews/0/byteOffset", huge), "reaches beyond its buffer"));
+  CHECK(contains(refused("/accessors/0/byteOffset", huge), "reach beyond bufferViews[0]"));
+  CHECK(contains(refused("/accessors/1/count", huge), "reach beyond bufferViews[1]"));
+  CHECK(contains(refused("/accessors/1/count", 13), "13 elements reach beyond bufferViews[1]"));
+  CHECK(contains(refused("/accessors/0/count", 357'913'942), "vertices"));  // times 12 is 2^32 + 8
+  CHECK(contains(refused("/bufferViews/0/byteStride", 8), "less than an element of 12 bytes"));
+  CHECK(contains(refused("/bufferViews/0/byteStride", 16), "4 elements reach beyond bufferViews[0]"));
+  CHECK(contains(refused("/buffers/0/byteLength", 73), "byteLength is 73, but there are 72 bytes"));
+  CHECK(contains(refused("/accessors/0/type", "VEC2"), "POSITION must be of type VEC3"));
+  CHECK(contains(refused("/accessors/0/componentType", 5123), "POSITION must be of float"));
+  CHECK(contains(refused("/accessors/1/componentType", 5126), "indices must be of type SCALAR"));
+  json zeros = tetrahedron();
+  zeros["accessors"][0].erase("bufferView");
+  CHECK(mesh_of(glb(zeros)).positions[3] == Vec3(0, 0, 0));
+  zeros["accessors"][0]["count"] = 100'000'000;
+  CHECK(contains(refusal(glb(zeros), ""), "100000000 elements without a bufferView"));
+}
+
+TEST_CASE("gltf: indices out of range and coordinates that are not finite are refused") {
+  std::string data = tetrahedron_data();
+  data.replace(70, 2, raw(std::uint16_t{4}));
+  CHECK(code(glb(tetrahedron(), data), "") == ErrorCode::index_out_of_range);
+  CHECK(contains(refusal(glb(tetrahedron(), data), ""), "index 4 at place 11, but there are 4 vertices"));
+  data = tetrahedron_data();
+  data.replace(44, 4, raw(std::numeric_limits<float>::infinity()));
+  CHECK(code(glb(tetrahedron(), data), "") == ErrorCode::non_finite_vertex);
+  json document = tetrahedron();
+  document["nodes"][0]["scale"] = {1e308, 1, 1};
+  CHECK(code(glb(document), "") == ErrorCode::coordinate_too_large);
+}
+
+}  // namespace meshgauge::api::test
