@@ -19,6 +19,7 @@ class Inflater {
  public:
   Inflater(std::span<const std::byte> bytes, std::string_view part, const ReadLimits& limits)
       : input_(bytes), part_(part) {
+    // The inner bound keeps the product within 64 bits.
     const std::size_t by_ratio = std::max(kFreeOfRatio, kMostRatio * std::min(bytes.size(), kFreeOfRatio * kMostRatio));
     limit_ = std::min(limits.max_expanded_bytes, by_ratio);
     constexpr int kGzipOnly = 15 + 16;
