@@ -54,8 +54,8 @@ oracle::Circumstances circumstances_of(const Attempt& attempt) {
 std::optional<Violation> judge_progress(const Attempt& attempt, const Observed& seen, oracle::Judge& judge) {
   const Progress& tightest = seen.tightest;
   if (tightest.lower > seen.outcome.upper) {
-    return Violation{"progress", format("lower %.17g was reported, the end says upper %.17g", tightest.lower,
-                                        seen.outcome.upper)};
+    return Violation{"progress",
+                     format("lower %.17g was reported, the end says upper %.17g", tightest.lower, seen.outcome.upper)};
   }
   if (std::isinf(tightest.upper)) return std::nullopt;
   const oracle::Ratio largest_sq = judge.largest_seen_sq(attempt.options.direction);

@@ -99,8 +99,8 @@ void Campaign::show(const Pair& pair, const Attempt& attempt, std::uint64_t seed
   const Pair small = fails(pair) ? shrink(pair, fails, kShrinkPatience) : pair;
   if (fails(small)) std::printf("shrunk: %s\n", detail.c_str());
   std::printf("--- a.obj\n%s--- b.obj\n%s---\n", to_obj(small.a).c_str(), to_obj(small.b).c_str());
-  std::printf("  %s\n  again: fuzz_certify --pairs 1 --seed %llu\n\n",
-              command_line(attempt, "a.obj", "b.obj").c_str(), static_cast<unsigned long long>(seed));
+  std::printf("  %s\n  again: fuzz_certify --pairs 1 --seed %llu\n\n", command_line(attempt, "a.obj", "b.obj").c_str(),
+              static_cast<unsigned long long>(seed));
   std::fflush(stdout);
 }
 

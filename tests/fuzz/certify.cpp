@@ -1,12 +1,19 @@
 // fuzz_certify: attacks the engine with small pairs of meshes and checks every answer by exact arithmetic.
+#include <algorithm>
+#include <string>
+#include <thread>
+#include <vector>
+
 #include <CLI/CLI.hpp>
 
 #include "fuzz/campaign.h"
 
 int main(int argc, char** argv) {
   meshgauge::fuzz::Settings settings;
-  CLI::App app("Attacks the engine with random and adversarial pairs; an exact oracle checks every answer. "
-               "Exits 1 at the first violation, after shrinking it.");
+  settings.threads = std::max(1U, std::thread::hardware_concurrency());
+  CLI::App app(
+      "Attacks the engine with random and adversarial pairs; an exact oracle checks every answer. "
+      "Exits 1 at the first violation, after shrinking it.");
   app.add_option("--seconds", settings.seconds, "stop after this time; 0: no limit")->check(CLI::NonNegativeNumber);
   app.add_option("--pairs", settings.pairs, "stop after this many pairs; 0: no limit");
   app.add_option("--seed", settings.seed, "pair i is made from seed + i")->capture_default_str();

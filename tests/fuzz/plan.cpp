@@ -31,12 +31,23 @@ Tolerance Plan::tolerance(double diagonal) {
   const double eps = dice_.chance(0.15) ? 0 : dice_.power(-18, 1);
   Tolerance t;
   switch (dice_.below(6)) {
-    case 0: t.absolute = std::min(eps * diagonal, std::numeric_limits<double>::max()); break;
-    case 1: t.diagonal = eps; break;
-    case 2: t.relative = eps; break;
-    case 3: t.diagonal = eps, t.relative = dice_.power(-6, 0); break;
-    case 4: break;  // none: as tight as rounding allows
-    default: t = Options{}.tolerance; break;
+    case 0:
+      t.absolute = std::min(eps * diagonal, std::numeric_limits<double>::max());
+      break;
+    case 1:
+      t.diagonal = eps;
+      break;
+    case 2:
+      t.relative = eps;
+      break;
+    case 3:
+      t.diagonal = eps, t.relative = dice_.power(-6, 0);
+      break;
+    case 4:
+      break;  // none: as tight as rounding allows
+    default:
+      t = Options{}.tolerance;
+      break;
   }
   return t;
 }
@@ -67,12 +78,23 @@ double Plan::limit_near(const Outcome& outcome) {
   const double values[] = {outcome.lower, outcome.upper, outcome.lower / 2 + outcome.upper / 2};
   double limit = dice_.pick(values);
   switch (dice_.below(6)) {
-    case 0: break;
-    case 1: limit = std::nextafter(limit, 0.0); break;
-    case 2: limit = std::nextafter(limit, std::numeric_limits<double>::infinity()); break;
-    case 3: limit *= 1 + dice_.sign() * dice_.power(-16, 0); break;
-    case 4: limit *= dice_.power(-3, 3); break;
-    default: limit = dice_.chance(0.5) ? 0 : 0x1p1023; break;
+    case 0:
+      break;
+    case 1:
+      limit = std::nextafter(limit, 0.0);
+      break;
+    case 2:
+      limit = std::nextafter(limit, std::numeric_limits<double>::infinity());
+      break;
+    case 3:
+      limit *= 1 + dice_.sign() * dice_.power(-16, 0);
+      break;
+    case 4:
+      limit *= dice_.power(-3, 3);
+      break;
+    default:
+      limit = dice_.chance(0.5) ? 0 : 0x1p1023;
+      break;
   }
   return std::clamp(limit, 0.0, std::numeric_limits<double>::max());
 }

@@ -31,7 +31,8 @@ Mesh lattice_soup(Dice& dice, std::uint32_t n, int size) {
 Mesh sheet(Dice& dice, int w, int h, double height) {
   Mesh mesh;
   for (int j = 0; j <= h; ++j) {
-    for (int i = 0; i <= w; ++i) mesh.positions.emplace_back(double(i) / w, double(j) / h, height * dice.uniform(-1, 1));
+    for (int i = 0; i <= w; ++i)
+      mesh.positions.emplace_back(double(i) / w, double(j) / h, height * dice.uniform(-1, 1));
   }
   for (int j = 0; j < h; ++j) {
     for (int i = 0; i < w; ++i) {
@@ -155,13 +156,26 @@ void degenerate(Dice& dice, Mesh& mesh) {
   for (Triangle& t : mesh.triangles) {
     Vec3 &a = mesh.positions[t[0]], &b = mesh.positions[t[1]], &c = mesh.positions[t[2]];
     switch (dice.below(7)) {
-      case 0: t[dice.below(3)] = t[dice.below(3)]; break;
-      case 1: t = {t[1], t[1], t[1]}; break;
-      case 2: c = a; break;
-      case 3: b = a, c = a; break;
-      case 4: c = (a + b) * 0.5; break;
-      case 5: c = a + dice.uniform(-2, 2) * (b - a); break;
-      default: break;
+      case 0:
+        t[dice.below(3)] = t[dice.below(3)];
+        break;
+      case 1:
+        t = {t[1], t[1], t[1]};
+        break;
+      case 2:
+        c = a;
+        break;
+      case 3:
+        b = a, c = a;
+        break;
+      case 4:
+        c = (a + b) * 0.5;
+        break;
+      case 5:
+        c = a + dice.uniform(-2, 2) * (b - a);
+        break;
+      default:
+        break;
     }
   }
 }
@@ -210,10 +224,14 @@ void make_touching(Dice& dice, Pair& pair) {
     const Triangle& t = pair.b.triangles[dice.below(static_cast<std::uint32_t>(pair.b.triangles.size()))];
     const Vec3 &a = pair.b.positions[t[0]], &b = pair.b.positions[t[1]], &c = pair.b.positions[t[2]];
     switch (dice.below(4)) {
-      case 0: return a;
-      case 1: return (a + b) * 0.5;
-      case 2: return a * 0.5 + b * 0.25 + c * 0.25;
-      default: return dice.lattice(8);
+      case 0:
+        return a;
+      case 1:
+        return (a + b) * 0.5;
+      case 2:
+        return a * 0.5 + b * 0.25 + c * 0.25;
+      default:
+        return dice.lattice(8);
     }
   };
   for (std::uint32_t i = some(dice); i > 0; --i) {
@@ -256,12 +274,23 @@ void make_fan(Dice& dice, Pair& pair) {
 }
 
 constexpr Kind kKinds[] = {
-    {"soup", make_soup},           {"lattice", make_lattice},       {"slivers", make_slivers},
-    {"coplanar", make_coplanar},   {"identical", make_identical},   {"subset", make_subset},
-    {"one ulp apart", make_ulp},   {"recut", make_recut},           {"split", make_split},
-    {"duplicates", make_duplicates}, {"degenerate", make_degenerate}, {"medial", make_medial},
-    {"needles", make_needles},     {"near-parallel", make_near_parallel}, {"touching", make_touching},
-    {"sheets", make_sheets},       {"fan", make_fan},
+    {"soup", make_soup},
+    {"lattice", make_lattice},
+    {"slivers", make_slivers},
+    {"coplanar", make_coplanar},
+    {"identical", make_identical},
+    {"subset", make_subset},
+    {"one ulp apart", make_ulp},
+    {"recut", make_recut},
+    {"split", make_split},
+    {"duplicates", make_duplicates},
+    {"degenerate", make_degenerate},
+    {"medial", make_medial},
+    {"needles", make_needles},
+    {"near-parallel", make_near_parallel},
+    {"touching", make_touching},
+    {"sheets", make_sheets},
+    {"fan", make_fan},
 };
 
 }  // namespace

@@ -76,7 +76,8 @@ class Shrinker {
   bool simplify(Mesh Pair::*side, std::size_t v, int k) {
     const double x = (pair_.*side).positions[v][k];
     if (!std::isfinite(x)) return false;
-    for (const double simpler : {0.0, 1.0, std::round(x), to_bits(x, 4), to_bits(x, 8), to_bits(x, 16), to_bits(x, 32)}) {
+    for (const double simpler :
+         {0.0, 1.0, std::round(x), to_bits(x, 4), to_bits(x, 8), to_bits(x, 16), to_bits(x, 32)}) {
       if (simpler == x) return false;
       Pair candidate = pair_;
       (candidate.*side).positions[v][k] = simpler;

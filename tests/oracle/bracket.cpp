@@ -69,8 +69,7 @@ class Search {
   }
 
   static Ratio worst_corner_sq(const std::array<Vertex, 3>& corners, std::size_t t) {
-    return std::max(
-        {corners[0]->to_triangle_sq[t], corners[1]->to_triangle_sq[t], corners[2]->to_triangle_sq[t]});
+    return std::max({corners[0]->to_triangle_sq[t], corners[1]->to_triangle_sq[t], corners[2]->to_triangle_sq[t]});
   }
 
   const Surface& to_;

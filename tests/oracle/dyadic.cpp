@@ -27,7 +27,8 @@ double Ratio::approximate_root() const {
   if (numerator.sign() == 0) return 0;
   // An even power of two is taken out first, so that the root overflows and underflows only if it must.
   const long half = (numerator.magnitude() - denominator.magnitude()) / 2;
-  const double quotient = numerator.approximate(-numerator.magnitude()) / denominator.approximate(-denominator.magnitude());
+  const double quotient =
+      numerator.approximate(-numerator.magnitude()) / denominator.approximate(-denominator.magnitude());
   const long rest = numerator.magnitude() - denominator.magnitude() - 2 * half;
   return std::ldexp(std::sqrt(std::ldexp(quotient, static_cast<int>(rest))), static_cast<int>(half));
 }

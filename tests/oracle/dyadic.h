@@ -1,5 +1,5 @@
-// Dyadic: exact numbers mantissa * 2^exponent with integers of any size. Every finite double is one, and sums, differences
-// and products of them are. Ratio: a quotient of two.
+// Dyadic: exact numbers mantissa * 2^exponent with integers of any size. Every finite double is one, and sums,
+// differences and products of them are. Ratio: a quotient of two.
 #pragma once
 
 #include <cmath>

@@ -11,7 +11,8 @@ namespace {
 
 using Flat = std::array<Vec3, 3>;
 
-// Both surfaces seen from a corner of the first and scaled to about unit size. Rounded: proposals are all that comes of it.
+// Both surfaces seen from a corner of the first and scaled to about unit size. Rounded: proposals are all that comes of
+// it.
 class Frame {
  public:
   Frame(const Surface& from, const Surface& to) : origin_(from.front()[0]) {

@@ -14,8 +14,8 @@ struct Proposal {
   Weights weights;
 };
 
-// Points of `from` that look far from `to`: best-first bisection up to `max_points` measured points, then a climb from the
-// best few. At least the three corners of some triangle.
+// Points of `from` that look far from `to`: best-first bisection up to `max_points` measured points, then a climb from
+// the best few. At least the three corners of some triangle.
 std::vector<Proposal> propose_farthest(const Surface& from, const Surface& to, std::size_t max_points);
 
 struct Farthest {
@@ -26,8 +26,9 @@ struct Farthest {
 // The farthest of the points proposed. Precondition: both surfaces have a triangle.
 Farthest farthest_sample(const Surface& from, const Surface& to, std::size_t max_points);
 
-// Both in exact arithmetic: sqrt(lower_sq) <= h(from, to) <= sqrt(upper_sq). Best first over pieces of `from`, each bounded by
-// the least over triangles T of `to` of its corners' largest distance to T; at most `max_splits` splits in four.
+// Both in exact arithmetic: sqrt(lower_sq) <= h(from, to) <= sqrt(upper_sq). Best first over pieces of `from`, each
+// bounded by the least over triangles T of `to` of its corners' largest distance to T; at most `max_splits` splits in
+// four.
 struct Bracket {
   Ratio lower_sq;
   Ratio upper_sq;

@@ -189,16 +189,16 @@ std::optional<Violation> Judge::judge_directed(Side& side, const Directed& direc
 std::optional<Violation> Judge::judge_upper(Side& side, const Bounds& bounds) {
   const Farthest& seen = farthest(side);
   if (!root_at_most(seen.distance_sq, bounds.upper)) {
-    return violation("upper", "upper %.17g, but a sample on triangle %zu (weights %.17g %.17g) is at %.17g", bounds.upper,
-                     seen.where.triangle, seen.where.weights.first, seen.where.weights.second,
+    return violation("upper", "upper %.17g, but a sample on triangle %zu (weights %.17g %.17g) is at %.17g",
+                     bounds.upper, seen.where.triangle, seen.where.weights.first, seen.where.weights.second,
                      seen.distance_sq.approximate_root());
   }
   if (effort_.max_splits == 0) return std::nullopt;
   const Bracket& exact = bracket(side);
   if (exact.lower_sq > exact.upper_sq) return violation("bracket", "the oracle contradicts itself");
   if (root_at_most(exact.lower_sq, bounds.upper) && root_at_least(exact.upper_sq, bounds.lower)) return std::nullopt;
-  return violation("bracket", "[%.17g, %.17g] does not meet the exact bracket [%.17g, %.17g]", bounds.lower, bounds.upper,
-                   exact.lower_sq.approximate_root(), exact.upper_sq.approximate_root());
+  return violation("bracket", "[%.17g, %.17g] does not meet the exact bracket [%.17g, %.17g]", bounds.lower,
+                   bounds.upper, exact.lower_sq.approximate_root(), exact.upper_sq.approximate_root());
 }
 
 std::optional<Violation> Judge::judge_witness(Side& side, const Bounds& bounds, const Witness& witness) const {
@@ -230,8 +230,8 @@ std::optional<Violation> Judge::judge_points(Side& side, const Witness& witness)
   const Ratio apart{dot(a - b, a - b), 1.0};
   const Ratio& to_b = distance_to_sq(side, witness.point_a);
   if (apart > to_b && difference_at_least(apart, to_b, point_tolerance_)) {
-    return violation("witness", "point_b is at %.17g, but the nearest point is at %.17g, allowed %g", apart.approximate_root(),
-                     to_b.approximate_root(), point_tolerance_);
+    return violation("witness", "point_b is at %.17g, but the nearest point is at %.17g, allowed %g",
+                     apart.approximate_root(), to_b.approximate_root(), point_tolerance_);
   }
   return std::nullopt;
 }

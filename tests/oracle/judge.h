@@ -24,8 +24,8 @@ struct Circumstances {
 };
 
 struct Effort {
-  std::size_t max_points = 400;     // of the search for farthest points, a direction
-  std::size_t max_splits = 0;       // of the exact bracket, a direction; 0: no bracket
+  std::size_t max_points = 400;  // of the search for farthest points, a direction
+  std::size_t max_splits = 0;    // of the exact bracket, a direction; 0: no bracket
 };
 
 // One pair of valid meshes. What is learnt for one outcome serves the next.
