@@ -1,9 +1,12 @@
 // The README's example of the engine as a library, and its check: exit 0 when the interval is right.
+#include <chrono>
 #include <cstdio>
 
 #include "engine/hausdorff.h"
 
-int main() {
+namespace {
+
+int measure_two_triangles() {
   const meshgauge::Mesh a{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}}};
   const meshgauge::Mesh b{{{0, 0, 0.5}, {1, 0, 0.5}, {0, 1, 0.5}}, {{0, 1, 2}}};
   for (const auto* mesh : {&a, &b}) {
@@ -12,7 +15,7 @@ int main() {
   }
 
   meshgauge::Options options;
-  options.tolerance = {1e-9, {}, {}};  // absolute, diagonal, relative
+  options.tolerance = {.absolute = 1e-9, .diagonal = {}, .relative = {}};
   meshgauge::Control control(meshgauge::Control::Clock::now() + std::chrono::seconds(10));
   const meshgauge::Outcome outcome = meshgauge::measure(a, b, options, control);
   std::printf("meshgauge %s: the distance is in [%.17g, %.17g]\n", meshgauge::version(), outcome.lower, outcome.upper);
@@ -20,3 +23,7 @@ int main() {
   const bool right = outcome.lower <= 0.5 && 0.5 <= outcome.upper && outcome.upper - outcome.lower <= 1e-9;
   return right && outcome.stop == meshgauge::Stop::converged ? 0 : 1;
 }
+
+}  // namespace
+
+int main() { return measure_two_triangles(); }

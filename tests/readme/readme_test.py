@@ -1,0 +1,202 @@
+#!/usr/bin/env python3
+"""Holds README.md to what the program does.
+
+  readme_test.py BUILD_DIR            the README's request gets the README's response; its table of settings is that of
+                                      `meshgauge serve --help`; its C++ is that of tests/consumer/main.cpp
+  readme_test.py BUILD_DIR --update   writes the response and the table anew
+"""
+
+import contextlib
+import json
+import math
+import os
+import pathlib
+import re
+import signal
+import socket
+import subprocess
+import sys
+import time
+import urllib.request
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+README = ROOT / "README.md"
+ADDRESS = "127.0.0.1:8080"
+VARYING = {"id", "timings_ms", "simd", "threads", "culling", "work", "witness", "version"}  # shape is compared, value is not
+
+
+def fail(message):
+    sys.exit(f"README.md: {message}")
+
+
+def block(text, language, beginning):
+    """The body of the first ```language block that holds `beginning`, and its span."""
+    for found in re.finditer(rf"^```{language}\n(.*?)^```$", text, re.M | re.S):
+        if beginning in found[1]:
+            return found[1], found.span(1)
+    fail(f"no ```{language} block with {beginning!r}")
+
+
+# --- the request and its response -------------------------------------------------------------------------------------
+
+
+def request_of(readme):
+    body, _ = block(readme, "sh", "curl ")
+    return next(line for line in body.splitlines() if line.startswith("curl "))
+
+
+@contextlib.contextmanager
+def service(build):
+    """A running service; gives its address."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        address = f"127.0.0.1:{probe.getsockname()[1]}"
+    command = [build / "meshgauge", "serve", "--port", address.split(":")[1]]
+    server = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    try:
+        wait_until_healthy(server, address)
+        yield address
+    finally:
+        server.send_signal(signal.SIGTERM)
+        _, log = server.communicate(timeout=60)
+    if server.returncode != 0:
+        fail(f"the service ended with {server.returncode}:\n{log}")
+
+
+def wait_until_healthy(server, address):
+    for _ in range(600):
+        with contextlib.suppress(OSError):
+            urllib.request.urlopen(f"http://{address}/healthz", timeout=5).close()
+            return
+        if server.poll() is not None:
+            return
+        time.sleep(0.05)
+
+
+def ask(request, build):
+    with service(build) as address:
+        line = request.replace(ADDRESS, address).replace("@build/", f"@{build}/")
+        done = subprocess.run(["sh", "-c", line], capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        fail(f"{request!r} failed: {done.stderr}")
+    try:
+        answer = json.loads(done.stdout)
+    except json.JSONDecodeError:
+        fail(f"{request!r} gave no JSON but {done.stdout!r}")
+    if "distance" not in answer:
+        fail(f"{request!r} gave no result but {done.stdout}")
+    return answer
+
+
+def same(shown, got, path="response"):
+    """Fails unless both have the same members and types, and the same values where they do not vary from run to run."""
+    number = (int, float)
+    if not (isinstance(shown, number) and isinstance(got, number)) and type(shown) is not type(got):
+        fail(f"{path} is {got!r}, not {shown!r}")
+    if isinstance(shown, dict):
+        if list(shown) != list(got):
+            fail(f"{path} has the members {list(got)}, not {list(shown)}")
+        for key in shown:
+            if key in VARYING:
+                same_shape(shown[key], got[key], f"{path}.{key}")
+            else:
+                same(shown[key], got[key], f"{path}.{key}")
+    elif isinstance(shown, list):
+        if len(shown) != len(got):
+            fail(f"{path} has {len(got)} elements, not {len(shown)}")
+        for i, (s, g) in enumerate(zip(shown, got)):
+            same(s, g, f"{path}[{i}]")
+    elif isinstance(shown, float):
+        # Another compiler may round otherwise; the last digits are all that may differ.
+        if not math.isclose(shown, got, rel_tol=1e-9, abs_tol=1e-12):
+            fail(f"{path} is {got!r}, not {shown!r}")
+    elif shown != got:
+        fail(f"{path} is {got!r}, not {shown!r}")
+
+
+def same_shape(shown, got, path):
+    if isinstance(shown, dict):
+        if not isinstance(got, dict) or list(shown) != list(got):
+            fail(f"{path} is {got!r}, which has not the members {list(shown)}")
+        for key in shown:
+            same_shape(shown[key], got[key], f"{path}.{key}")
+    elif isinstance(shown, (str, list)) != isinstance(got, (str, list)):
+        fail(f"{path} is {got!r}, not like {shown!r}")
+
+
+def laid_out(value, indent="", width=112):
+    """JSON with a line break only where a line gets too long."""
+    line = json.dumps(value)
+    if len(indent) + len(line) <= width or not isinstance(value, dict):
+        return line
+    inner = indent + "  "
+    members = [f"{inner}{json.dumps(k)}: {laid_out(v, inner, width - len(k) - 4)}" for k, v in value.items()]
+    return "{\n" + ",\n".join(members) + "\n" + indent + "}"
+
+
+# --- the settings ------------------------------------------------------------------------------------------------------
+
+
+def settings_of(build):
+    """[(flag, default, meaning)] from `meshgauge serve --help`."""
+    environment = {k: v for k, v in os.environ.items() if not k.startswith("MESHGAUGE_")} | {"TMPDIR": "/tmp"}
+    text = subprocess.run([build / "meshgauge", "serve", "--help"], env=environment, capture_output=True, text=True,
+                          check=True).stdout
+    found = re.findall(r"^ +(--[a-z-]+) \w+=?(\S*) \(Env:(\w+)\)\s+(.*)$", text, re.M)
+    for flag, _, variable, _ in found:
+        if variable != "MESHGAUGE_" + flag[2:].replace("-", "_").upper():
+            fail(f"{flag} has the variable {variable}")
+    if len(found) != len(re.findall(r"^ +--", text, re.M)):
+        fail(f"the help has flags that are not understood:\n{text}")
+    return [(flag, default, meaning.strip()) for flag, default, _, meaning in found]
+
+
+TABLE = re.compile(r"(?<=^\| flag \| default \| meaning \|\n\|---\|---\|---\|\n)(?:\|.*\n)+", re.M)
+
+
+def rows_of(readme):
+    table = TABLE.search(readme) or fail("no table of settings")
+    return [tuple(cell.strip(" `") for cell in re.split(r"(?<!\\)\|", row)[1:4]) for row in table[0].splitlines()]
+
+
+def check_settings(readme, build):
+    shown, real = rows_of(readme), settings_of(build)
+    for row in real:
+        if row not in shown:
+            fail(f"the table of settings has not {row}")
+    for row in shown:
+        if row not in real:
+            fail(f"the table of settings has {row}, which `meshgauge serve --help` has not")
+
+
+# --- all of it ---------------------------------------------------------------------------------------------------------
+
+
+def check(build):
+    readme = README.read_text()
+    request = request_of(readme)
+    if request.replace(ADDRESS, "%s") not in (ROOT / "dev").read_text():
+        fail(f"./dev run prints another line than {request!r}")
+    example = block(readme, "cpp", "meshgauge::measure")[0]
+    if example not in (ROOT / "tests/consumer/main.cpp").read_text().replace("\n  ", "\n"):
+        fail("the C++ is not the one that tests/consumer/main.cpp compiles")
+    check_settings(readme, build)
+    shown = json.loads(block(readme, "json", '"distance"')[0])
+    got = ask(request, build)
+    same(shown, got)
+    print(f"README.md holds: {request}\n{json.dumps(got['distance'])}")
+
+
+def update(build):
+    readme = README.read_text()
+    got = ask(request_of(readme), build)
+    _, (start, end) = block(readme, "json", '"distance"')
+    readme = readme[:start] + laid_out(got) + "\n" + readme[end:]
+    rows = "".join(f"| `{flag}` | `{default}` | {meaning} |\n" for flag, default, meaning in settings_of(build))
+    README.write_text(TABLE.sub(lambda _: rows, readme))
+
+
+if __name__ == "__main__":
+    if len(sys.argv) < 2 or sys.argv[2:] not in ([], ["--update"]):
+        sys.exit(__doc__)
+    (update if sys.argv[2:] else check)(pathlib.Path(sys.argv[1]).resolve())
