@@ -21,8 +21,11 @@ import urllib.request
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 README = ROOT / "README.md"
+# The defaults are what the README speaks of, whatever is set where the test runs.
+ENVIRONMENT = {k: v for k, v in os.environ.items() if not k.startswith("MESHGAUGE_")} | {"TMPDIR": "/tmp"}
 ADDRESS = "127.0.0.1:8080"
-VARYING = {"id", "timings_ms", "simd", "threads", "culling", "work", "witness", "version"}  # shape is compared, value is not
+# What another version of the engine, another machine or another run may change: the shape is compared, the value is not.
+VARYING = {"id", "timings_ms", "engine", "distance", "a_to_b", "b_to_a", "reached", "precision_floor"}
 
 
 def fail(message):
@@ -52,7 +55,7 @@ def service(build):
         probe.bind(("127.0.0.1", 0))
         address = f"127.0.0.1:{probe.getsockname()[1]}"
     command = [build / "meshgauge", "serve", "--port", address.split(":")[1]]
-    server = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    server = subprocess.Popen(command, env=ENVIRONMENT, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
     try:
         wait_until_healthy(server, address)
         yield address
@@ -114,6 +117,16 @@ def same(shown, got, path="response"):
         fail(f"{path} is {got!r}, not {shown!r}")
 
 
+def overlap(shown, got):
+    """Two intervals that both hold the true distance have it in common, and each is as narrow as asked."""
+    (lower, upper), (low, high) = ((r["distance"]["lower"], r["distance"]["upper"]) for r in (shown, got))
+    if not 0 < lower <= upper or not 0 < low <= high or upper < low or high < lower:
+        fail(f"the distance is [{low!r}, {high!r}], not [{lower!r}, {upper!r}]")
+    for response in (shown, got):
+        if response["tolerance"]["reached"]["relative"] > response["tolerance"]["asked"]["relative"]:
+            fail(f"the tolerance is not met: {response['tolerance']}")
+
+
 def same_shape(shown, got, path):
     if isinstance(shown, dict):
         if not isinstance(got, dict) or list(shown) != list(got):
@@ -139,8 +152,7 @@ def laid_out(value, indent="", width=112):
 
 def settings_of(build):
     """[(flag, default, meaning)] from `meshgauge serve --help`."""
-    environment = {k: v for k, v in os.environ.items() if not k.startswith("MESHGAUGE_")} | {"TMPDIR": "/tmp"}
-    text = subprocess.run([build / "meshgauge", "serve", "--help"], env=environment, capture_output=True, text=True,
+    text = subprocess.run([build / "meshgauge", "serve", "--help"], env=ENVIRONMENT, capture_output=True, text=True,
                           check=True).stdout
     found = re.findall(r"^ +(--[a-z-]+) \w+=?(\S*) \(Env:(\w+)\)\s+(.*)$", text, re.M)
     for flag, _, variable, _ in found:
@@ -184,6 +196,7 @@ def check(build):
     shown = json.loads(block(readme, "json", '"distance"')[0])
     got = ask(request, build)
     same(shown, got)
+    overlap(shown, got)
     print(f"README.md holds: {request}\n{json.dumps(got['distance'])}")
 
 
