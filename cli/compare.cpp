@@ -93,21 +93,21 @@ int fail(const Error& error) {
 class Interrupts {
  public:
   explicit Interrupts(Control& control) {
-    job.store(&control);
+    job_.store(&control);
     struct sigaction action {};
     action.sa_handler = [](int) {
-      if (Control* running = job.load()) running->cancel();
+      if (Control* running = job_.load()) running->cancel();
     };
     action.sa_flags = static_cast<int>(SA_RESETHAND);
     sigaction(SIGINT, &action, nullptr);
     sigaction(SIGTERM, &action, nullptr);
   }
-  ~Interrupts() { job.store(nullptr); }
+  ~Interrupts() { job_.store(nullptr); }
   Interrupts(const Interrupts&) = delete;
   Interrupts& operator=(const Interrupts&) = delete;
 
  private:
-  static inline std::atomic<Control*> job{nullptr};
+  static inline std::atomic<Control*> job_{nullptr};
 };
 
 // One line on a terminal that follows the interval, and is gone when the work is done.

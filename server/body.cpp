@@ -31,7 +31,6 @@ Body::Refusal Body::read(const Receive& receive) {
   // A client that is sending already needs no invitation.
   if (head_.expects_continue && connection_.buffered().empty() &&
       connection_.write("HTTP/1.1 100 Continue\r\n\r\n", deadline_) != Io::ok) {
-    client_lost_ = true;
     return malformed("the connection ended before the body did");
   }
   auto refusal = head_.chunked ? read_chunked(receive) : read_sized(*head_.content_length, receive);
@@ -49,7 +48,6 @@ Body::Refusal Body::more() {
     case Io::closed:
       break;
   }
-  client_lost_ = true;
   return malformed("the connection ended before the body did");
 }
 

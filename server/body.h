@@ -25,9 +25,8 @@ class Body {
   // sent Expect: 100-continue; one whose body is never read is never invited. Once.
   Refusal read(const Receive& receive);
 
-  bool consumed() const { return consumed_; }        // nothing of it is left on the connection
-  std::uint64_t bytes() const { return bytes_; }     // received so far
-  bool client_lost() const { return client_lost_; }  // nobody is there to hear the refusal
+  bool consumed() const { return consumed_; }     // nothing of it is left on the connection
+  std::uint64_t bytes() const { return bytes_; }  // received so far
 
  private:
   Refusal read_sized(std::uint64_t left, const Receive& receive);
@@ -45,7 +44,6 @@ class Body {
   Clock::time_point deadline_;
   std::uint64_t bytes_ = 0;
   bool consumed_;
-  bool client_lost_ = false;
 };
 
 }  // namespace meshgauge::server

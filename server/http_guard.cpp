@@ -72,7 +72,7 @@ struct HttpGuard::Current {
   const Refusal& refusal;
   bool close;  // the connection ends with this response
 };
-thread_local HttpGuard::Current* HttpGuard::current = nullptr;
+thread_local HttpGuard::Current* HttpGuard::current_ = nullptr;
 
 HttpGuard::HttpGuard(const Settings& settings, Handler handle, Handler log)
     : settings_(settings), handle_(std::move(handle)), log_(std::move(log)) {
@@ -83,14 +83,14 @@ HttpGuard::HttpGuard(const Settings& settings, Handler handle, Handler log)
     ::setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
   });
   set_pre_routing_handler([this](const httplib::Request&, httplib::Response& response) {
-    this->handle(*current);
-    hand_over(current->exchange.response, response);
+    this->handle(*current_);
+    hand_over(current_->exchange.response, response);
     return HandlerResponse::Handled;
   });
   // The last word on a response, after the library has added headers of its own.
   set_post_routing_handler([](const httplib::Request&, httplib::Response& response) {
     for (const char* name : {"Keep-Alive", "Accept-Ranges", "Connection"}) response.headers.erase(name);
-    if (current->close) response.set_header("Connection", "close");
+    if (current_->close) response.set_header("Connection", "close");
   });
 }
 
@@ -189,9 +189,9 @@ bool HttpGuard::respond(Connection& connection, const Head& head, const Refusal&
   Exchange exchange(api::random_id(), head, body, connection);
   GuardedStream stream(connection, (head.method == "HEAD" ? "HEAD" : "GET") + std::string(" / HTTP/1.1\r\n\r\n"));
   Current serving{exchange, refusal, refusal.has_value() || !head.keep_alive};
-  current = &serving;
+  current_ = &serving;
   process(stream);
-  current = nullptr;
+  current_ = nullptr;
   log_(exchange);
   return !serving.close && !stream.broken();
 }

@@ -52,7 +52,7 @@ class HttpGuard final : private httplib::Server {
   IoPool* pool_ = nullptr;  // owned by the library while it listens
   std::atomic<bool> stopping_{false};
   std::atomic<bool> aborted_{false};
-  static thread_local Current* current;
+  static thread_local Current* current_;
 };
 
 }  // namespace meshgauge::server
