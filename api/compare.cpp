@@ -30,7 +30,7 @@ MeshFacts facts_of(const MeshInput& input, const ReadMesh& read) {
   facts.triangles = read.mesh.triangles.size();
   facts.degenerate = count_degenerate(read.mesh);
   facts.bbox = bounding_box(read.mesh);
-  facts.diagonal = diagonal(read.mesh);
+  facts.diagonal = diagonal(facts.bbox);
   facts.notes = read.notes;
   return facts;
 }

@@ -1,7 +1,7 @@
 #include "engine/adjacency.h"
 
 #include <bit>
-#include <cstring>
+#include <random>
 
 namespace meshgauge {
 namespace {
@@ -35,19 +35,29 @@ class IndexTable {
   std::vector<std::uint32_t> slots_;
 };
 
+// Drawn once a process, so that nobody can make a mesh whose vertices collide. The result does not depend on it.
+std::uint64_t seed() {
+  static const std::uint64_t value = (std::uint64_t{std::random_device{}()} << 32) | std::random_device{}();
+  return value;
+}
+
 std::uint64_t hash_of(const Vec3& p) {
-  std::uint64_t hash = 0;
+  std::uint64_t hash = seed();
   for (int k = 0; k < 3; ++k) hash = mix(hash ^ std::bit_cast<std::uint64_t>(p[k] + 0.0));  // -0 equals 0
   return hash;
 }
 
-std::vector<std::uint32_t> weld(std::span<const Vec3> positions) {
-  std::vector<std::uint32_t> vertex(positions.size());
-  IndexTable table(positions.size());
-  for (std::uint32_t i = 0; i < positions.size(); ++i) {
-    const auto seen =
-        table.find_or_store(hash_of(positions[i]), i, [&](std::uint32_t j) { return positions[j] == positions[i]; });
-    vertex[i] = seen == kNone ? i : seen;
+// For each vertex that triangles use, the first one at its position. The others may be anything, NaN too.
+std::vector<std::uint32_t> weld(MeshView mesh) {
+  std::vector<std::uint32_t> vertex(mesh.positions.size(), kNone);
+  IndexTable table(std::min(mesh.positions.size(), 3 * mesh.triangles.size()));
+  for (const Triangle& triangle : mesh.triangles) {
+    for (const std::uint32_t i : triangle) {
+      if (vertex[i] != kNone) continue;
+      const Vec3& p = mesh.positions[i];
+      const auto seen = table.find_or_store(hash_of(p), i, [&](std::uint32_t j) { return mesh.positions[j] == p; });
+      vertex[i] = seen == kNone ? i : seen;
+    }
   }
   return vertex;
 }
@@ -55,7 +65,7 @@ std::vector<std::uint32_t> weld(std::span<const Vec3> positions) {
 }  // namespace
 
 Adjacency::Adjacency(MeshView mesh) : next_(3 * mesh.triangles.size()) {
-  const std::vector<std::uint32_t> vertex = weld(mesh.positions);
+  const std::vector<std::uint32_t> vertex = weld(mesh);
   const auto ends = [&](std::uint32_t half_edge) {
     const Triangle& t = mesh.triangles[half_edge / 3];
     const std::uint32_t a = vertex[t[half_edge % 3]], b = vertex[t[(half_edge + 1) % 3]];
@@ -65,7 +75,7 @@ Adjacency::Adjacency(MeshView mesh) : next_(3 * mesh.triangles.size()) {
   for (std::uint32_t h = 0; h < next_.size(); ++h) {
     next_[h] = h;
     const auto key = ends(h);
-    const std::uint64_t hash = mix((std::uint64_t{key.first} << 32) | key.second);
+    const std::uint64_t hash = mix(seed() ^ ((std::uint64_t{key.first} << 32) | key.second));
     const auto first = table.find_or_store(hash, h, [&](std::uint32_t g) { return ends(g) == key; });
     if (first != kNone) std::swap(next_[h], next_[first]);  // into the ring, behind its first
   }

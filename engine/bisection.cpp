@@ -27,7 +27,7 @@ Longest longest_edge(const Piece& piece) {
 
 class Bisection {
  public:
-  Bisection(Search& search, const Options& options) : search_(search), options_(options) {}
+  explicit Bisection(Search& search) : search_(search) {}
 
   std::optional<Stop> run() {
     std::size_t since_rise = 0;
@@ -35,8 +35,7 @@ class Bisection {
     bool deep = false;
     while (!search_.empty()) {
       if (const auto stop = search_.pulse()) return stop;
-      const bool out_of_memory = search_.waiting_bytes() > options_.max_memory_bytes;
-      if (out_of_memory || search_.work().subdivisions >= options_.max_work_items) return Stop::budget;
+      if (search_.over_budget()) return Stop::budget;
       treat(search_.pop());
       since_rise = search_.lower() > last_lower ? 0 : since_rise + 1;
       last_lower = search_.lower();
@@ -90,12 +89,11 @@ class Bisection {
   }
 
   Search& search_;
-  const Options& options_;
   std::optional<Overlay> overlay_;
 };
 
 }  // namespace
 
-std::optional<Stop> bisect(Search& search, const Options& options) { return Bisection(search, options).run(); }
+std::optional<Stop> bisect(Search& search) { return Bisection(search).run(); }
 
 }  // namespace meshgauge

@@ -11,7 +11,7 @@
 namespace meshgauge {
 
 // Works until nothing is left that could exceed the lower bound by more than the tolerance, or returns the reason why
-// not: the monitor's, or Stop::budget as in reduction.h.
-std::optional<Stop> bisect(Search& search, const Options& options);
+// not: the monitor's.
+std::optional<Stop> bisect(Search& search);
 
 }  // namespace meshgauge

@@ -108,22 +108,38 @@ Split best_split(std::span<const Item> items, const FloatBox& centres) {
   return split;
 }
 
-// How many of the items go left, after moving them to the front.
-std::size_t partition(std::span<Item> items, std::uint32_t depth) {
-  const FloatBox centres = box_of_centres(items);
-  const Split split = depth < kHeuristicDepth ? best_split(items, centres) : Split{};
-  if (split.bin >= 0) {
-    const auto middle =
-        std::partition(items.begin(), items.end(), [&](const Item& item) { return split.bin_of(item) < split.bin; });
-    return static_cast<std::size_t>(middle - items.begin());
-  }
-  const int axis = longest_axis(centres);
+// Splits at the median of the true centres: for ranges that float cannot tell apart, far from the frame's centre.
+std::size_t split_at_median(MeshView mesh, std::span<Item> items) {
+  const auto centre = [&](const Item& item) {
+    return Vec3(mesh.corner(item.triangle, 0) + mesh.corner(item.triangle, 1) + mesh.corner(item.triangle, 2));
+  };
+  Box box;
+  for (const Item& item : items) box.extend(centre(item));
+  int axis = 0;
+  (box.high - box.low).maxCoeff(&axis);
   const std::size_t middle = items.size() / 2;
   std::nth_element(items.begin(), items.begin() + static_cast<std::ptrdiff_t>(middle), items.end(),
                    [&](const Item& i, const Item& j) {
-                     return std::pair(i.centre(axis), i.triangle) < std::pair(j.centre(axis), j.triangle);
+                     return std::pair(centre(i)[axis], i.triangle) < std::pair(centre(j)[axis], j.triangle);
                    });
   return middle;
+}
+
+// Bins would be narrower than a few units of float.
+bool too_fine_for_float(const FloatBox& centres) {
+  const float magnitude = centres.low.abs().max(centres.high.abs()).maxCoeff();
+  return (centres.high - centres.low).maxCoeff() < magnitude * (8 * kBins * std::numeric_limits<float>::epsilon());
+}
+
+// How many of the items go left, after moving them to the front.
+std::size_t partition(MeshView mesh, std::span<Item> items, std::uint32_t depth) {
+  const FloatBox centres = box_of_centres(items);
+  if (depth >= kHeuristicDepth || too_fine_for_float(centres)) return split_at_median(mesh, items);
+  const Split split = best_split(items, centres);
+  if (split.bin < 0) return split_at_median(mesh, items);
+  const auto middle =
+      std::partition(items.begin(), items.end(), [&](const Item& item) { return split.bin_of(item) < split.bin; });
+  return static_cast<std::size_t>(middle - items.begin());
 }
 
 std::vector<Item> items_of(MeshView mesh) {
@@ -166,7 +182,7 @@ void Bvh::split(Control& control) {
       nodes_[range.node].count = range.size();
       continue;
     }
-    const auto left_size = partition(std::span(items).subspan(range.begin, range.size()), range.depth);
+    const auto left_size = partition(mesh_, std::span(items).subspan(range.begin, range.size()), range.depth);
     const std::uint32_t middle = range.begin + static_cast<std::uint32_t>(left_size);
     const auto left = static_cast<std::uint32_t>(nodes_.size());
     nodes_[range.node].first = left;

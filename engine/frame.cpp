@@ -37,7 +37,8 @@ Vec3 Frame::from_frame(const Vec3& p) const {
 }
 
 double Frame::rounding_of_points() const {
-  return rounding::kUnit * 2 * (length_to_frame(centre_.cwiseAbs().maxCoeff()) + 1);
+  const double subnormal = length_to_frame(2 * std::numeric_limits<double>::denorm_min());
+  return rounding::kUnit * 2 * (length_to_frame(centre_.cwiseAbs().maxCoeff()) + 1) + subnormal;
 }
 
 double Frame::length_to_frame(double length) const { return std::ldexp(length, -exponent_); }

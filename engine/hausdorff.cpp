@@ -37,10 +37,12 @@ Stop to_stop(Interruption interruption) {
 // One of the two meshes, moved into the unit frame.
 struct Side {
   std::vector<Vec3> positions;
+  Box box;  // the map to the frame is monotonic, so it takes the box along
   MeshView mesh;
   std::unique_ptr<Bvh> tree;
 
-  Side(MeshView original, const Frame& frame) {
+  Side(MeshView original, const Box& original_box, const Frame& frame)
+      : box{frame.to_frame(original_box.low), frame.to_frame(original_box.high)} {
     positions.reserve(original.positions.size());
     for (const Vec3& p : original.positions) positions.push_back(frame.to_frame(p));
     mesh = MeshView(positions, original.triangles);
@@ -63,8 +65,10 @@ std::unique_ptr<PieceBound> make_bound(const Options& options, Search& search) {
 class Measurement final : public Monitor {
  public:
   Measurement(MeshView a, MeshView b, const Options& options, Control& control)
-      : options_(options), control_(control), frame_(joint_box(a, b)), a_(a, frame_), b_(b, frame_) {
-    outcome_.diagonal_a = diagonal(a);
+      : Measurement(a, bounding_box(a), b, bounding_box(b), options, control) {}
+  Measurement(MeshView a, const Box& box_a, MeshView b, const Box& box_b, const Options& options, Control& control)
+      : options_(options), control_(control), frame_(joint(box_a, box_b)), a_(a, box_a, frame_), b_(b, box_b, frame_) {
+    outcome_.diagonal_a = diagonal(box_a);
     const Tolerance& t = options.tolerance;
     const double width = std::max(t.absolute.value_or(0), t.diagonal.value_or(0) * outcome_.diagonal_a);
     goal_.width = frame_.length_to_frame(width);
@@ -89,10 +93,11 @@ class Measurement final : public Monitor {
     return std::nullopt;
   }
 
+  bool interrupted() override { return control_.check() != Interruption::none; }
+
  private:
-  static Box joint_box(MeshView a, MeshView b) {
-    Box box = bounding_box(a);
-    box.extend(bounding_box(b));
+  static Box joint(Box box, const Box& other) {
+    box.extend(other);
     return box;
   }
 
@@ -101,7 +106,7 @@ class Measurement final : public Monitor {
     directed.emplace();
     directed->culling.triangles = from.mesh.triangles.size();
     directed->culling.survivors = directed->culling.triangles;
-    const double upper = farthest_of_box(bounding_box(from.mesh), to.mesh.corner(0, 0));
+    const double upper = farthest_of_box(from.box, to.mesh.corner(0, 0));
     directed->bounds.upper = rounding::scale_up(rounding::add_up(upper, rounding::kDistanceSlack), frame_.exponent());
     floor_ = rounding::kDistanceSlack;
   }
@@ -124,7 +129,8 @@ class Measurement final : public Monitor {
   }
 
   std::optional<Stop> measure(Directed& directed, const Side& from, const Side& to) {
-    Search search(from.mesh, *to.tree, goal_, lower_, *this);
+    Search search(from.mesh, from.box, *to.tree, goal_, lower_, *this);
+    search.set_budget(options_);
     search.set_witness_rounding(frame_.rounding_of_points());
     running_ = &directed;
     const auto stop = options_.strategy == Strategy::automatic ? run_auto(search) : run_paper(search, *from.tree);
@@ -140,14 +146,14 @@ class Measurement final : public Monitor {
 
   std::optional<Stop> run_auto(Search& search) {
     auto stop = staged("traverse", outcome_.timings.traverse, [&] { return sweep(search); });
-    if (!stop) stop = staged("reduce", outcome_.timings.reduce, [&] { return bisect(search, options_); });
+    if (!stop) stop = staged("reduce", outcome_.timings.reduce, [&] { return bisect(search); });
     return stop;
   }
 
   std::optional<Stop> run_paper(Search& search, const Bvh& from) {
     const auto bound = make_bound(options_, search);
     auto stop = staged("traverse", outcome_.timings.traverse, [&] { return traverse(search, from, *bound); });
-    if (!stop) stop = staged("reduce", outcome_.timings.reduce, [&] { return reduce(search, *bound, options_); });
+    if (!stop) stop = staged("reduce", outcome_.timings.reduce, [&] { return reduce(search, *bound); });
     return stop;
   }
 

@@ -90,8 +90,9 @@ Box bounding_box(MeshView mesh) {
   return box;
 }
 
-double diagonal(MeshView mesh) {
-  const Box box = bounding_box(mesh);
+double diagonal(MeshView mesh) { return diagonal(bounding_box(mesh)); }
+
+double diagonal(const Box& box) {
   const Vec3 size = box.high - box.low;
   return std::hypot(size.x(), size.y(), size.z());
 }

@@ -70,7 +70,9 @@ Result<Done> validate(MeshView mesh, const MeshLimits& limits, std::string_view 
 // Box of the surface: of the vertices that triangles use. Precondition: validated.
 Box bounding_box(MeshView mesh);
 
-// Length of the diagonal of bounding_box(mesh), in the file's unit, rounded to nearest; without overflow.
+// Length of the box's diagonal; of that of bounding_box(mesh). In the file's unit, rounded to nearest; without
+// overflow.
+double diagonal(const Box& box);
 double diagonal(MeshView mesh);
 
 // Triangles of zero area: a repeated index, a repeated position, or (within rounding) collinear corners.

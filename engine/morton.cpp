@@ -32,8 +32,7 @@ void radix_sort(std::vector<Keyed>& items) {
 
 }  // namespace
 
-std::vector<std::uint32_t> morton_order(MeshView mesh) {
-  const Box box = bounding_box(mesh);
+std::vector<std::uint32_t> morton_order(MeshView mesh, const Box& box) {
   const double size = std::max((box.high - box.low).maxCoeff(), 0x1p-500);
   std::vector<Keyed> items(mesh.triangles.size());
   for (std::uint32_t t = 0; t < items.size(); ++t) {

@@ -8,7 +8,8 @@
 
 namespace meshgauge {
 
-// The indices of the mesh's triangles along a Morton (Z-order) curve through their centroids. Unit frame. Linear time.
-std::vector<std::uint32_t> morton_order(MeshView mesh);
+// The indices of the mesh's triangles along a Morton (Z-order) curve through their centroids. Unit frame; `box` is the
+// mesh's. Linear time.
+std::vector<std::uint32_t> morton_order(MeshView mesh, const Box& box);
 
 }  // namespace meshgauge

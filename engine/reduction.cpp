@@ -61,12 +61,11 @@ class Reduction {
 
 }  // namespace
 
-std::optional<Stop> reduce(Search& search, PieceBound& bound, const Options& options) {
+std::optional<Stop> reduce(Search& search, PieceBound& bound) {
   Reduction reduction(search, bound);
   while (!search.empty() && !search.reached_goal()) {
     if (const auto stop = search.pulse()) return stop;
-    const bool out_of_memory = search.waiting_bytes() + bound.memory_bytes() > options.max_memory_bytes;
-    if (out_of_memory || search.work().subdivisions >= options.max_work_items) return Stop::budget;
+    if (search.over_budget(bound.memory_bytes())) return Stop::budget;
     reduction.split(search.pop());
   }
   return std::nullopt;

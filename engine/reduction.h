@@ -7,8 +7,7 @@
 
 namespace meshgauge {
 
-// Works until search.reached_goal(), or returns the reason why not: the monitor's, or Stop::budget when the pieces that
-// wait need more than options.max_memory_bytes or options.max_work_items have been split.
-std::optional<Stop> reduce(Search& search, PieceBound& bound, const Options& options);
+// Works until search.reached_goal(), or returns the reason why not: the monitor's, or Stop::budget.
+std::optional<Stop> reduce(Search& search, PieceBound& bound);
 
 }  // namespace meshgauge

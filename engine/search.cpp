@@ -11,13 +11,15 @@ double Goal::gap(double lower, double slack) const {
   return std::max(rounding::kSmallestGap, std::max(width, relative * std::max(0.0, lower - slack)) - slack);
 }
 
-Search::Search(MeshView from, const Bvh& to, const Goal& goal, double start_lower, Monitor& monitor)
+Search::Search(MeshView from, const Box& from_box, const Bvh& to, const Goal& goal, double start_lower,
+               Monitor& monitor)
     : from_(from),
+      from_box_(from_box),
       to_(to),
       goal_(goal),
       monitor_(monitor),
       lower_(start_lower),
-      unvisited_(farthest_of_box(bounding_box(from), to.mesh().corner(0, 0))) {
+      unvisited_(farthest_of_box(from_box, to.mesh().corner(0, 0))) {
   culling_.triangles = from.triangles.size();
   saw(nearest_corner(to, from.corner(0, 0), work_), 0, true);
 }
@@ -32,10 +34,16 @@ double Search::upper() const {
   return std::max({lower_, dropped_, unvisited_, waiting});
 }
 
-double Search::lower_slack() const {
-  const bool interior = !candidate_.is_vertex;
+double Search::lower_slack() const { return lower_slack(!candidate_.is_vertex); }
+
+double Search::lower_slack(bool interior) const {
   return rounding::kSeparationSlack + rounding::kDistanceSlack + to_.residual() +
          (interior ? rounding::kDistanceSlack + 2 * rounding::kResidualSlack + 2 * witness_rounding_ : 0.0);
+}
+
+double Search::slack_to_come() const {
+  constexpr std::uint32_t kDepthToCome = 64;
+  return lower_slack(true) + rounding::upper_slack(to_.residual(), work_.max_depth + kDepthToCome);
 }
 
 double Search::upper_slack() const { return rounding::upper_slack(to_.residual(), work_.max_depth); }
@@ -63,6 +71,21 @@ Piece Search::pop() {
   const Piece piece = waiting_.back();
   waiting_.pop_back();
   return piece;
+}
+
+void Search::keep_above(double limit) {
+  std::erase_if(waiting_, [&](const Piece& piece) {
+    if (piece.upper > limit) return false;
+    drop(piece.upper);
+    return true;
+  });
+  if (is_heap_) std::make_heap(waiting_.begin(), waiting_.end(), less_upper);
+}
+
+bool Search::over_budget(std::size_t others_bytes) const {
+  if (!budget_) return false;
+  const std::size_t bytes = waiting_.capacity() * sizeof(Piece) + others_bytes;
+  return bytes > budget_->max_memory_bytes || work_.subdivisions >= budget_->max_work_items;
 }
 
 bool Search::reached_goal() const {

@@ -45,19 +45,23 @@ class Monitor {
   Monitor(const Monitor&) = delete;
   Monitor& operator=(const Monitor&) = delete;
   virtual ~Monitor() = default;
-  // A reason to stop now, if there is one.
+  // Between two steps, when the search's bounds hold: a reason to stop now, if there is one.
   virtual std::optional<Stop> pulse(const Search& search) = 0;
+  // In the middle of a step: whether the next pulse will tell to stop. Nobody looks at the bounds.
+  virtual bool interrupted() = 0;
 };
 
 class Search {
  public:
-  // Measures one vertex of A, so that there is a candidate from the start. `start_lower`: distances up to this are of
-  // no interest (the other direction has reached it already).
-  Search(MeshView from, const Bvh& to, const Goal& goal, double start_lower, Monitor& monitor);
+  // Measures one vertex of A, so that there is a candidate from the start. `from_box` is A's. `start_lower`: distances
+  // up to this are of no interest (the other direction has reached it already).
+  Search(MeshView from, const Box& from_box, const Bvh& to, const Goal& goal, double start_lower, Monitor& monitor);
 
   MeshView from() const { return from_; }
+  const Box& from_box() const { return from_box_; }
   const Bvh& to() const { return to_; }
   std::optional<Stop> pulse() const { return monitor_.pulse(*this); }
+  bool interrupted() const { return monitor_.interrupted(); }
   Work& work() { return work_; }
   const Work& work() const { return work_; }
   Culling& culling() { return culling_; }
@@ -80,25 +84,32 @@ class Search {
 
   // Pieces and nodes with upper bounds at or below this need not be followed.
   double cull_below() const;
-  // The same for strategy `auto`, which stops following what is within the tolerance already.
-  double cull_within_tolerance() const { return std::max(cull_below(), lower_ + goal_.gap(lower_, slack())); }
+  // The same for strategy `auto`, which stops following what is within the tolerance already. With more slack than is
+  // known now, because it may grow after something was dropped.
+  double cull_within_tolerance() const { return std::max(cull_below(), lower_ + goal_.gap(lower_, slack_to_come())); }
   // Forgets a piece; its bound stays in upper().
   void drop(double upper) { dropped_ = std::max(dropped_, upper); }
   // The same for a piece whose bound is above what was asked for, but which rounding does not let be resolved further.
   void drop_unresolved(double upper) {
-    unresolved_gap_ = std::max(unresolved_gap_, upper - lower_);
+    unresolved_ = std::max(unresolved_, upper);
     drop(upper);
   }
-  // The gap that rounding alone can leave between the computed bounds.
-  double unresolved_gap() const { return unresolved_gap_; }
+  // The gap between the computed bounds that the search does not resolve any further.
+  double unresolved_gap() const { return std::max(rounding::kSmallestGap, unresolved_ - lower_); }
 
   // The pieces that wait for reduction: a max-heap by upper bound, or a stack once depth_first() was called.
   void push(const Piece& piece);
   Piece pop();
   bool empty() const { return waiting_.empty(); }
   std::size_t waiting() const { return waiting_.size(); }
-  std::size_t waiting_bytes() const { return waiting_.size() * sizeof(Piece); }
   void depth_first() { is_heap_ = false; }
+  // Drops the pieces whose bounds are at most `limit`; a heap stays a heap.
+  void keep_above(double limit);
+
+  // Memory for waiting pieces, and pieces split, from which on pulses should end the search. `others_bytes` is what a
+  // strategy keeps besides.
+  void set_budget(const Options& options) { budget_ = &options; }
+  bool over_budget(std::size_t others_bytes = 0) const;
 
   // Bound of what has not been looked at yet: only the traversal sets it, to 0 when it is through.
   void set_unvisited(double upper) { unvisited_ = upper; }
@@ -109,14 +120,19 @@ class Search {
   bool above_gate() const { return goal_.gate && lower_ - lower_slack() > *goal_.gate; }
 
  private:
+  double lower_slack(bool interior) const;
+  double slack_to_come() const;
+
   MeshView from_;
+  Box from_box_;
   const Bvh& to_;
   Goal goal_;
   Monitor& monitor_;
   double lower_;
   double unvisited_;
   double dropped_ = 0;
-  double unresolved_gap_ = rounding::kSmallestGap;
+  double unresolved_ = 0;
+  const Options* budget_ = nullptr;
   double witness_rounding_ = 0;
   Candidate candidate_;
   std::vector<Piece> waiting_;

@@ -21,7 +21,9 @@ struct Block {
 class Sweep {
  public:
   explicit Sweep(Search& search)
-      : search_(search), order_(morton_order(search.from())), vertices_(search.from().positions.size()) {}
+      : search_(search),
+        order_(morton_order(search.from(), search.from_box())),
+        vertices_(search.from().positions.size()) {}
 
   std::optional<Stop> run() {
     if (const auto stop = bound_blocks()) return give_up(stop);
@@ -33,13 +35,15 @@ class Sweep {
     for (std::size_t i = 0; i < blocks_.size(); ++i) {
       search_.set_unvisited(blocks_[i].upper);
       if (const auto stop = search_.pulse()) return give_up(stop);
+      if (search_.over_budget()) return give_up(Stop::budget);
       if (blocks_[i].upper <= search_.cull_within_tolerance()) {
         search_.drop(blocks_[i].upper);
         break;
       }
-      for (std::size_t k = blocks_[i].begin; k < blocks_[i].end; ++k) visit(order_[k]);
+      for (std::size_t k = blocks_[i].begin; k < blocks_[i].end; ++k) visit(order_[k], blocks_[i].upper);
     }
-    hand_over();
+    search_.keep_above(search_.cull_within_tolerance());  // the lower bound has risen since the first of them survived
+    search_.culling().survivors = search_.waiting();
     search_.set_unvisited(0);
     return std::nullopt;
   }
@@ -70,14 +74,13 @@ class Sweep {
     return std::nullopt;
   }
 
-  // Stopped early: what was visited waits as it is, the rest stays unvisited.
+  // Stopped early: the rest stays unvisited.
   std::optional<Stop> give_up(std::optional<Stop> stop) {
-    search_.culling().survivors = survivors_.size() + (order_.size() - visited_);
-    for (const Piece& piece : survivors_) search_.push(piece);
+    search_.culling().survivors = search_.waiting() + (order_.size() - visited_);
     return stop;
   }
 
-  void visit(std::uint32_t t) {
+  void visit(std::uint32_t t, double block_upper) {
     const Triangle& triangle = search_.from().triangles[t];
     Piece piece;
     piece.triangle = t;
@@ -85,13 +88,13 @@ class Sweep {
     for (std::size_t i = 0; i < 3; ++i) piece.corners[i].point = search_.from().positions[triangle[i]];
     if (culled_by_neighbours(piece, triangle)) return;
     for (std::size_t i = 0; i < 3; ++i) piece.corners[i] = measure(triangle[i], t);
-    piece.upper = std::min(lipschitz_upper(piece), owners_upper(piece));
+    piece.upper = std::min({block_upper, lipschitz_upper(piece), owners_upper(piece)});
     if (piece.upper <= search_.cull_within_tolerance()) return search_.drop(piece.upper);
     const Vec3 centroid = (piece.corners[0].point + piece.corners[1].point + piece.corners[2].point) / 3;
     last_ = nearest_corner(search_.to(), centroid, search_.work(), piece.corners[0].slot).slot;
     piece.upper = std::min(piece.upper, certificate(piece, last_, piece.upper));
     if (piece.upper <= search_.cull_within_tolerance()) return search_.drop(piece.upper);
-    survivors_.push_back(piece);
+    search_.push(piece);
   }
 
   bool culled_by_neighbours(const Piece& piece, const Triangle& triangle) {
@@ -137,24 +140,11 @@ class Sweep {
     return corner;
   }
 
-  // The lower bound has risen since the first of them survived.
-  void hand_over() {
-    for (const Piece& piece : survivors_) {
-      if (piece.upper <= search_.cull_within_tolerance()) {
-        search_.drop(piece.upper);
-      } else {
-        ++search_.culling().survivors;
-        search_.push(piece);
-      }
-    }
-  }
-
   Search& search_;
   std::vector<std::uint32_t> order_;
   std::vector<Block> blocks_;
   std::size_t visited_ = 0;  // triangles
   std::vector<Vertex> vertices_;
-  std::vector<Piece> survivors_;
   std::uint32_t last_ = Nearest::kNone;  // triangle of B that served last
 };
 

@@ -18,7 +18,8 @@ class Traversal {
   std::optional<Stop> run() {
     open_.push_back({Bvh::kRoot, search_.upper()});
     while (!open_.empty()) {
-      const auto stop = search_.pulse();
+      auto stop = search_.pulse();
+      if (!stop && search_.over_budget(bound_.memory_bytes())) stop = Stop::budget;
       if (stop) {
         account_for_unvisited();
         return stop;

@@ -4,8 +4,11 @@
 // h(P,B) <= max d(p_i,B) + R.
 // Proof. Let m be the circle's centre and x in P, a convex combination of the corners: sum w_i (p_i - x) = 0, so for
 // some i (p_i - x).(m - x) <= 0, and then |p_i - m|^2 >= |p_i - x|^2 + |x - m|^2. So |p_i - x| <= |p_i - m| <= R, and
-// d(.,B) is 1-Lipschitz. Rounding: the result errs by a few units relative to R <= 2, which kDistanceSlack leaves room
-// for: the distances themselves need 51u of its 64u (rounding.h, R3).
+// d(.,B) is 1-Lipschitz.
+//
+// Rounding. The computed R errs by less than 32u relative: 5u for each square, which the well conditioned area
+// amplifies by no more than 4. kRoundUp = 1 + 64u covers it. The final sum errs by 4u, for which kDistanceSlack has
+// room: the distances themselves need 51u of its 64u (rounding.h, R3).
 #pragma once
 
 #include <algorithm>
@@ -32,7 +35,8 @@ inline double enclosing_radius(const Vec3& a, const Vec3& b, const Vec3& c) {
 
 inline double lipschitz_upper(const Piece& piece) {
   const auto& [a, b, c] = piece.corners;
-  return std::max({a.distance, b.distance, c.distance}) + enclosing_radius(a.point, b.point, c.point);
+  constexpr double kRoundUp = 1 + 0x1p-47;
+  return std::max({a.distance, b.distance, c.distance}) + kRoundUp * enclosing_radius(a.point, b.point, c.point);
 }
 
 }  // namespace meshgauge

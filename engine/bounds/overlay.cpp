@@ -8,6 +8,9 @@ namespace {
 
 constexpr double kOffset = rounding::kOverlayOffset;
 
+// Triangles tried around one edge. An edge with more is taken as blocked, which is always safe.
+constexpr int kMaxAround = 16;
+
 // A vertex of B seen in the piece's plane.
 struct Seen {
   Vec2 at;                  // its image
@@ -141,7 +144,10 @@ std::optional<double> Overlay::upper(const Piece& piece, double limit, std::size
 
   View view(prepared.triangle, limit - rounding::kOverlaySlack);
   open_.clear();
-  ++flood_;
+  if (++flood_ == 0) {  // the counter has come round: old marks would look new
+    std::fill(visited_in_.begin(), visited_in_.end(), 0);
+    flood_ = 1;
+  }
   for (const Corner& corner : piece.corners) {
     const std::uint32_t t = target_.triangle(corner.slot);
     const Image image = view.look_at(target_.mesh(), t);
@@ -183,7 +189,9 @@ bool Overlay::visit(View& view, const Image& image, Work& work) {
 // Goes into the first neighbour across the edge that lies beyond it. False: there is none, the edge is blocked.
 bool Overlay::cross(const View& view, const Image& image, std::uint32_t edge, const HalfPlane& side) {
   const MeshView mesh = target_.mesh();
-  for (Adjacency::Edge n = adjacency_.next_around(image.triangle, edge); n.triangle != image.triangle || n.edge != edge;
+  int tried = 0;
+  for (Adjacency::Edge n = adjacency_.next_around(image.triangle, edge);
+       (n.triangle != image.triangle || n.edge != edge) && ++tried <= kMaxAround;
        n = adjacency_.next_around(n.triangle, n.edge)) {
     const Seen apex = view.look_at(mesh.corner(n.triangle, static_cast<int>((n.edge + 2) % 3)));
     if (!side.surely_outside(apex.at, kOffset)) continue;

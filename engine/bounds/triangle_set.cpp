@@ -20,10 +20,11 @@ CornersAndFrame with_frame(const Vec3& a, const Vec3& b, const Vec3& c) {
 }  // namespace
 
 Corner TriangleSet::measure(const Vec3& p, const Piece& parent) {
-  const Slots& slots = set_of(parent);
-  search_.work().triangle_tests += slots.size();
+  const Slots* slots = set_of(parent);
+  if (!slots) return nearest_corner(search_.to(), p, search_.work());
+  search_.work().triangle_tests += slots->size();
   Corner corner{p, std::numeric_limits<double>::infinity(), Nearest::kNone};
-  for (const std::uint32_t slot : slots) {
+  for (const std::uint32_t slot : *slots) {
     const double d = distance(search_.to().prepared(slot), p);
     if (d < corner.distance) corner.distance = d, corner.slot = slot;
   }
@@ -31,21 +32,23 @@ Corner TriangleSet::measure(const Vec3& p, const Piece& parent) {
 }
 
 double TriangleSet::upper(const Piece& piece) {
-  if (piece.depth > 0) return least_farthest(piece, search_.to(), set_of(piece), search_.work());
-  return least_farthest(piece, search_.to(), collect(piece), search_.work());
+  if (piece.depth == 0) return least_farthest(piece, search_.to(), collect(piece).slots, search_.work());
+  if (const Slots* slots = set_of(piece)) return least_farthest(piece, search_.to(), *slots, search_.work());
+  const auto& [a, b, c] = piece.corners;
+  return least_farthest(piece, search_.to(), std::array{a.slot, b.slot, c.slot}, search_.work());
 }
 
-const TriangleSet::Slots& TriangleSet::set_of(const Piece& piece) {
-  const auto [it, is_new] = sets_.try_emplace(piece.triangle);
-  if (is_new) {
-    it->second = collect(piece);
-    it->second.shrink_to_fit();
-    memory_bytes_ += it->second.size() * sizeof(std::uint32_t) + sizeof(*it);
-  }
-  return it->second;
+const TriangleSet::Slots* TriangleSet::set_of(const Piece& piece) {
+  if (const auto it = sets_.find(piece.triangle); it != sets_.end()) return &it->second;
+  if (piece.depth > 0) return nullptr;
+  Collected found = collect(piece);
+  if (!found.complete) return nullptr;
+  found.slots.shrink_to_fit();
+  memory_bytes_ += found.slots.size() * sizeof(std::uint32_t) + sizeof(*sets_.begin());
+  return &sets_.emplace(piece.triangle, std::move(found.slots)).first->second;
 }
 
-TriangleSet::Slots TriangleSet::collect(const Piece& whole) {
+TriangleSet::Collected TriangleSet::collect(const Piece& whole) {
   const auto& [a, b, c] = whole.corners;
   Slots slots{a.slot, b.slot, c.slot};
   const double reach = least_farthest(whole, search_.to(), slots, search_.work()) + kSetMargin;
@@ -65,7 +68,7 @@ TriangleSet::Slots TriangleSet::collect(const Piece& whole) {
     }
     if ((tests += node.count) >= kPulseEvery) {
       tests = 0;
-      if (search_.pulse()) break;
+      if (search_.interrupted()) return {std::move(slots), false};
     }
     for (std::uint32_t slot = node.first; slot < node.first + node.count; ++slot) {
       const std::uint32_t t = search_.to().triangle(slot);
@@ -77,7 +80,7 @@ TriangleSet::Slots TriangleSet::collect(const Piece& whole) {
   }
   std::sort(slots.begin(), slots.end());
   slots.erase(std::unique(slots.begin(), slots.end()), slots.end());
-  return slots;
+  return {std::move(slots), true};
 }
 
 }  // namespace meshgauge

@@ -30,10 +30,15 @@ class TriangleSet final : public PieceBound {
  private:
   using Slots = std::vector<std::uint32_t>;
 
-  // L for a whole triangle of A. Gives up, incomplete, when the search is to stop.
-  Slots collect(const Piece& whole);
-  // L for the triangle that `piece` is a part of, kept from its first splitting on.
-  const Slots& set_of(const Piece& piece);
+  struct Collected {
+    Slots slots;
+    bool complete;
+  };
+
+  // L for a whole triangle of A. Incomplete when the search is to stop: good for a bound still, not for distances.
+  Collected collect(const Piece& whole);
+  // L for the triangle that `piece` is a part of, kept from its first splitting on; null if that was interrupted.
+  const Slots* set_of(const Piece& piece);
 
   Search& search_;
   std::unordered_map<std::uint32_t, Slots> sets_;  // by triangle of A

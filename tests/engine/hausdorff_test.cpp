@@ -2,6 +2,8 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
+
 #include "shapes.h"
 
 using namespace meshgauge;
@@ -272,21 +274,77 @@ TEST_CASE("deadline and memory budget are reasons to stop, with an interval") {
   CHECK(run(a, b, options).stop == Stop::budget);
 }
 
-TEST_CASE("progress only ever tells valid intervals") {
-  const Mesh a = shapes::sphere(40, 1), b = shapes::sphere(23, 1.03);
-  const Outcome fine = run(a, b, absolute(1e-6));
-  Control control;
-  int reports = 0;
-  control.watch(
-      [&](const Progress& progress) {
-        ++reports;
-        CHECK(progress.lower <= fine.upper);
-        CHECK(progress.upper >= fine.lower);
-        CHECK(progress.stage != nullptr);
-      },
-      std::chrono::milliseconds(0));
-  const Outcome out = measure(a, b, absolute(1e-6), control);
-  CHECK(reports > 10);
-  CHECK(out.lower == fine.lower);
-  CHECK(out.upper == fine.upper);
+TEST_CASE("progress only ever tells valid intervals, whatever the strategy") {
+  // A ring with one large triangle across the hole of the other: what is left to the end is not what comes first.
+  Mesh ring = shapes::grid(24);
+  std::erase_if(ring.triangles, [&](const Triangle& t) {
+    return (ring.positions[t[0]] - Vec3(0.5, 0.5, 0)).cwiseAbs().maxCoeff() < 0.3;
+  });
+  Mesh across = ring;
+  const auto n = static_cast<std::uint32_t>(across.positions.size());
+  across.positions.insert(across.positions.end(), {Vec3(0.1, 0.1, 0), Vec3(0.9, 0.1, 0), Vec3(0.1, 0.9, 0)});
+  across.triangles.push_back({n, n + 1, n + 2});
+  Mesh bowl = shapes::sphere(24);
+  std::erase_if(bowl.triangles, [&](const Triangle& t) { return bowl.positions[t[0]].z() > 0; });
+  const Mesh lid = shapes::triangle({-0.8, -0.5, -0.3}, {0.8, -0.5, -0.3}, {0, 0.8, -0.3});
+
+  const std::pair<Mesh, Mesh> pairs[] = {{across, ring}, {lid, bowl}, {shapes::sphere(24), shapes::sphere(11, 1.03)}};
+  for (const auto& [a, b] : pairs) {
+    const Outcome fine = run(a, b, absolute(1e-5));
+    for (const auto strategy : {Strategy::automatic, Strategy::four_point, Strategy::n_point, Strategy::triangle_set}) {
+      Options options = absolute(1e-3);
+      options.strategy = strategy;
+      Control control;
+      int reports = 0;
+      control.watch(
+          [&](const Progress& progress) {
+            ++reports;
+            CHECK(progress.lower <= fine.upper);
+            CHECK(progress.upper >= fine.lower);
+          },
+          std::chrono::milliseconds(0));
+      const Outcome watched = measure(a, b, options, control);
+      CHECK(reports > 3);
+      Control alone;
+      const Outcome unwatched = measure(a, b, options, alone);
+      CHECK(watched.lower == unwatched.lower);
+      CHECK(watched.upper == unwatched.upper);
+    }
+  }
+}
+
+TEST_CASE("a stray triangle far away does not make the rest slow or wrong") {
+  Mesh a = shapes::sphere(40), b = shapes::sphere(40, 1.01);
+  std::mt19937_64 random(8);
+  std::shuffle(b.triangles.begin(), b.triangles.end(), random);
+  for (Mesh* mesh : {&a, &b}) {
+    const auto n = static_cast<std::uint32_t>(mesh->positions.size());
+    for (Vec3& p : mesh->positions) p += Vec3(1e8, 1e8, 1e8);
+    mesh->positions.emplace_back(-1e8, -1e8, -1e8);
+    mesh->triangles.push_back({n, n, n});
+  }
+  const Outcome out = run_one(a, b, with({std::nullopt, std::nullopt, 0.01}), std::chrono::seconds(60));
+  CHECK(out.lower == doctest::Approx(0.01).epsilon(0.02));
+  const auto pairs = a.triangles.size() * b.triangles.size();
+  CHECK(out.a_to_b->work.triangle_tests < pairs / 20);
+}
+
+TEST_CASE("vertices that no triangle uses cost nothing, not even when they are NaN") {
+  const Mesh a = shapes::grid(12);
+  Mesh b = shapes::grid(11);
+  b.positions.resize(b.positions.size() + 300'000, Vec3::Constant(std::numeric_limits<double>::quiet_NaN()));
+  const Outcome out = run_one(a, b, absolute(1e-6), std::chrono::seconds(60));
+  CHECK(out.stop == Stop::converged);
+}
+
+TEST_CASE("the memory budget holds for the first phase, too") {
+  const Mesh a = shapes::grid(60), b = shapes::moved(shapes::grid(61, 1, 0, true), {0, 0, 1e-3});
+  for (const auto strategy : {Strategy::automatic, Strategy::four_point}) {
+    Options options = absolute(1e-12);
+    options.strategy = strategy;
+    options.max_memory_bytes = 100'000;
+    const Outcome out = run_one(a, b, options, std::chrono::seconds(60));
+    CHECK(out.stop == Stop::budget);
+    check_holds(out, 1e-3);
+  }
 }

@@ -12,7 +12,7 @@ TEST_CASE("the order is a permutation that keeps neighbours together") {
   std::mt19937_64 random(41);
   Mesh mesh = shapes::grid(64);
   std::shuffle(mesh.triangles.begin(), mesh.triangles.end(), random);
-  const auto order = morton_order(mesh);
+  const auto order = morton_order(mesh, bounding_box(mesh));
   auto sorted = order;
   std::sort(sorted.begin(), sorted.end());
   for (std::uint32_t i = 0; i < sorted.size(); ++i) REQUIRE(sorted[i] == i);
@@ -24,8 +24,9 @@ TEST_CASE("the order is a permutation that keeps neighbours together") {
 }
 
 TEST_CASE("one triangle, and triangles all in one place") {
-  CHECK(morton_order(shapes::triangle({0, 0, 0}, {0, 0, 0}, {0, 0, 0})).size() == 1);
+  const Mesh point = shapes::triangle({0, 0, 0}, {0, 0, 0}, {0, 0, 0});
+  CHECK(morton_order(point, bounding_box(point)).size() == 1);
   Mesh mesh = shapes::triangle({0, 0, 0}, {1, 0, 0}, {0, 1, 0});
   mesh.triangles.resize(100, mesh.triangles[0]);
-  CHECK(morton_order(mesh).size() == 100);
+  CHECK(morton_order(mesh, bounding_box(mesh)).size() == 100);
 }

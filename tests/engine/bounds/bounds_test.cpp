@@ -15,6 +15,7 @@ namespace {
 
 class Patient final : public Monitor {
   std::optional<Stop> pulse(const Search&) override { return std::nullopt; }
+  bool interrupted() override { return false; }
 };
 
 struct Fixture {
@@ -24,7 +25,11 @@ struct Fixture {
   Patient monitor;
   Search search;
   Fixture(Mesh a_in, Mesh b_in)
-      : a(std::move(a_in)), b(std::move(b_in)), from(a, control), to(b, control), search(a, to, Goal{}, 0, monitor) {}
+      : a(std::move(a_in)),
+        b(std::move(b_in)),
+        from(a, control),
+        to(b, control),
+        search(a, bounding_box(a), to, Goal{}, 0, monitor) {}
 
   Piece piece(std::uint32_t triangle) {
     Piece p;
