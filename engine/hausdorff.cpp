@@ -132,6 +132,7 @@ class Measurement final : public Monitor {
     Search search(from.mesh, from.box, *to.tree, goal_, lower_, *this);
     search.set_budget(options_);
     search.set_witness_rounding(frame_.rounding_of_points());
+    search.set_output_rounding(frame_.length_to_frame(2 * std::numeric_limits<double>::denorm_min()));
     running_ = &directed;
     const auto stop = options_.strategy == Strategy::automatic ? run_auto(search) : run_paper(search, *from.tree);
     const StageClock clock(outcome_.timings.certify);
@@ -193,9 +194,7 @@ class Measurement final : public Monitor {
 
   void conclude(std::optional<Stop> stop) {
     merge();
-    // Scaling the two ends outwards may cost one subnormal each.
-    outcome_.precision_floor =
-        rounding::scale_up(floor_, frame_.exponent()) + 2 * std::numeric_limits<double>::denorm_min();
+    outcome_.precision_floor = rounding::scale_up(floor_, frame_.exponent());
     outcome_.met_by = rule_met();
     if (outcome_.met_by) {
       outcome_.stop = Stop::converged;

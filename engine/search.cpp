@@ -43,7 +43,7 @@ double Search::lower_slack(bool interior) const {
 
 double Search::slack_to_come() const {
   constexpr std::uint32_t kDepthToCome = 64;
-  return lower_slack(true) + rounding::upper_slack(to_.residual(), work_.max_depth + kDepthToCome);
+  return output_rounding_ + lower_slack(true) + rounding::upper_slack(to_.residual(), work_.max_depth + kDepthToCome);
 }
 
 double Search::upper_slack() const { return rounding::upper_slack(to_.residual(), work_.max_depth); }

@@ -75,9 +75,11 @@ class Search {
   // What certifying will take from the lower and add to the upper bound, as far as is known now.
   double lower_slack() const;
   double upper_slack() const;
-  double slack() const { return lower_slack() + upper_slack(); }
+  double slack() const { return lower_slack() + upper_slack() + output_rounding_; }
   // How far the reported witness may lie from the computed one, because the file's own frame is coarser.
   void set_witness_rounding(double rounding) { witness_rounding_ = rounding; }
+  // What scaling both bounds back to the file's unit, outwards, costs: nothing unless the results are subnormal.
+  void set_output_rounding(double rounding) { output_rounding_ = rounding; }
 
   // A sample of A at distance `corner.distance` from B.
   void saw(const Corner& corner, std::uint32_t triangle, bool is_vertex);
@@ -134,6 +136,7 @@ class Search {
   double unresolved_ = 0;
   const Options* budget_ = nullptr;
   double witness_rounding_ = 0;
+  double output_rounding_ = 0;
   Candidate candidate_;
   std::vector<Piece> waiting_;
   bool is_heap_ = true;
