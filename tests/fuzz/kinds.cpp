@@ -1,4 +1,4 @@
-#include "fuzz/shapes.h"
+#include "fuzz/kinds.h"
 
 #include <algorithm>
 #include <limits>
@@ -273,6 +273,18 @@ void make_fan(Dice& dice, Pair& pair) {
   add_triangle(pair.a, flatten(a), flatten(b), flatten(c));
 }
 
+// Enough triangles that there are several blocks, leaves and levels of a tree.
+void make_many(Dice& dice, Pair& pair) {
+  const auto many = [&] {
+    if (dice.chance(0.5)) return sheet(dice, dice.between(4, 14), dice.between(4, 12), dice.power(-6, 0));
+    return soup(dice, 40 + dice.below(160));
+  };
+  const std::uint32_t which = dice.below(4);
+  pair.a = which == 0 ? small_sheet(dice, 0.1) : many();
+  pair.b = which == 1 || which == 2 ? soup(dice, some(dice)) : many();
+  if (dice.chance(0.2)) pair.b = pair.a;
+}
+
 constexpr Kind kKinds[] = {
     {"soup", make_soup},
     {"lattice", make_lattice},
@@ -291,6 +303,7 @@ constexpr Kind kKinds[] = {
     {"touching", make_touching},
     {"sheets", make_sheets},
     {"fan", make_fan},
+    {"many", make_many},
 };
 
 }  // namespace
