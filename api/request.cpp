@@ -188,6 +188,25 @@ Result<Done> read_gate(const Json& value, const std::string& pointer, Reading& r
   return Done{};
 }
 
+Result<Done> read_work_items(const Json& value, const std::string& pointer, Reading& reading) {
+  auto number = read_number(value, kWorkItemsRange, pointer);
+  if (!number) return number.error();
+  reading.request.options.max_work_items = static_cast<std::uint64_t>(*number);
+  return Done{};
+}
+
+Result<Done> read_memory_bytes(const Json& value, const std::string& pointer, Reading& reading) {
+  auto number = read_number(value, kMemoryBytesRange, pointer);
+  if (!number) return number.error();
+  reading.request.options.max_memory_bytes = static_cast<std::size_t>(*number);
+  return Done{};
+}
+
+Result<Done> read_budget(const Json& value, const std::string& pointer, Reading& reading) {
+  static constexpr Field kFields[] = {{"work_items", read_work_items}, {"memory_bytes", read_memory_bytes}};
+  return read_object(value, pointer, kFields, reading);
+}
+
 Result<Done> read_direction(const Json& value, const std::string& pointer, Reading& reading) {
   return read_name(kDirections, value, pointer, reading.request.options.direction);
 }
@@ -220,9 +239,10 @@ Result<Done> read_threads(const Json& value, const std::string& pointer, Reading
   return Done{};
 }
 
-constexpr Field kOptions[] = {
-    {"direction", read_direction}, {"tolerance", read_tolerance}, {"gate", read_gate},      {"strategy", read_strategy},
-    {"points", read_points},       {"timeout_ms", read_timeout},  {"threads", read_threads}};
+constexpr Field kOptions[] = {{"direction", read_direction}, {"tolerance", read_tolerance},
+                              {"gate", read_gate},           {"strategy", read_strategy},
+                              {"points", read_points},       {"timeout_ms", read_timeout},
+                              {"threads", read_threads},     {"budget", read_budget}};
 
 }  // namespace
 

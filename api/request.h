@@ -22,7 +22,9 @@ struct Range {
 inline constexpr Range kToleranceRange{};    // absolute, diagonal, relative; 0: as tight as rounding allows
 inline constexpr Range kMaxDistanceRange{};  // of the gate, in the meshes' unit
 inline constexpr Range kThreadsRange{1, 64, true};
-inline constexpr Range kTimeoutMsRange{1, 180'000, true};  // a service may set a smaller end
+inline constexpr Range kWorkItemsRange{1, 1e15, true};            // pieces split
+inline constexpr Range kMemoryBytesRange{1 << 20, 0x1p40, true};  // of waiting pieces; a service may grant less
+inline constexpr Range kTimeoutMsRange{1, 180'000, true};         // a service may set a smaller end
 inline constexpr std::size_t kMaxUnitsBytes = 32;
 inline constexpr std::size_t kMaxOptionsBytes = std::size_t{64} << 10;
 

@@ -23,7 +23,7 @@ struct Flags {
   std::string b;
   std::string direction{api::name_of(api::kDirections, Options{}.direction)};
   std::string strategy{api::name_of(api::kStrategies, Options{}.strategy)};
-  std::optional<double> absolute, diagonal, relative, max_distance, points;
+  std::optional<double> absolute, diagonal, relative, max_distance, points, work_items, memory_bytes;
   double timeout_ms = 30'000;
   double threads = 1;
   bool json = false;
@@ -65,6 +65,15 @@ Result<Done> set_points(const Flags& flags, Options& options) {
   return api::check_points(flags.points.has_value(), options.strategy, "--points");
 }
 
+Result<Done> set_budget(const Flags& flags, Options& options) {
+  std::optional<double> work_items, memory_bytes;
+  if (auto ok = set_number(flags.work_items, api::kWorkItemsRange, "--work-items", work_items); !ok) return ok;
+  if (auto ok = set_number(flags.memory_bytes, api::kMemoryBytesRange, "--memory-bytes", memory_bytes); !ok) return ok;
+  if (work_items) options.max_work_items = static_cast<std::uint64_t>(*work_items);
+  if (memory_bytes) options.max_memory_bytes = static_cast<std::size_t>(*memory_bytes);
+  return Done{};
+}
+
 Result<api::Request> to_request(const Flags& flags) {
   api::Request request;
   Options& options = request.options;
@@ -72,6 +81,7 @@ Result<api::Request> to_request(const Flags& flags) {
   if (auto ok = set_name(api::kStrategies, "--strategy", flags.strategy, options.strategy); !ok) return ok.error();
   if (auto ok = set_points(flags, options); !ok) return ok.error();
   if (auto ok = set_tolerance(flags, options.tolerance); !ok) return ok.error();
+  if (auto ok = set_budget(flags, options); !ok) return ok.error();
   if (auto ok = set_number(flags.max_distance, api::kMaxDistanceRange, "--max-distance", options.max_distance); !ok) {
     return ok.error();
   }
@@ -163,6 +173,8 @@ void add_compare(CLI::App& app, int& exit_code) {
   command.add_option("--points", flags->points, "Samples a piece, for the strategy n_point: 4, 10, 31, 109, 409, 1585");
   command.add_option("--timeout-ms", flags->timeout_ms, "Stop after this time, with the interval reached")
       ->capture_default_str();
+  command.add_option("--work-items", flags->work_items, "Stop after splitting so many pieces");
+  command.add_option("--memory-bytes", flags->memory_bytes, "Stop when the waiting pieces need more than this");
   command.add_option("--threads", flags->threads, "At most so many threads")->capture_default_str();
   command.add_flag("--json", flags->json, "Print the result as JSON");
   command.callback([flags, &exit_code] { exit_code = run(*flags); });

@@ -1,5 +1,6 @@
 #include "server/comparisons.h"
 
+#include <algorithm>
 #include <exception>
 #include <future>
 
@@ -85,7 +86,8 @@ std::shared_ptr<Comparisons::Job> Comparisons::start(JobQueue::Slot slot, Form f
   const auto job = std::make_shared<Job>();
   job->form = std::move(form);
   job->request = std::move(request);
-  job->request.options.max_memory_bytes = settings_.max_heap_bytes;
+  std::size_t& memory_bytes = job->request.options.max_memory_bytes;
+  memory_bytes = std::min<std::size_t>(memory_bytes, settings_.max_heap_bytes);
   job->id = id;
   job->submitted = Clock::now();
   job->control.set_deadline(job->submitted + job->request.timeout);

@@ -36,7 +36,7 @@ TEST_CASE("request: an empty document gives the defaults") {
 TEST_CASE("request: every field arrives") {
   const auto parsed = parse_options(R"({"direction": "b_to_a", "tolerance": {"absolute": 0.25, "diagonal": 0.5,
       "relative": 1e-3}, "gate": {"max_distance": 2, "units": "mm"}, "strategy": "n_point", "points": 31,
-      "timeout_ms": 12345, "threads": 7})");
+      "timeout_ms": 12345, "threads": 7, "budget": {"work_items": 1000, "memory_bytes": 2097152}})");
   REQUIRE(parsed.ok());
   CHECK(parsed->options.direction == Direction::b_to_a);
   CHECK(parsed->options.tolerance.absolute == 0.25);
@@ -48,6 +48,8 @@ TEST_CASE("request: every field arrives") {
   CHECK(parsed->options.points == 31);
   CHECK(parsed->timeout.count() == 12345);
   CHECK(parsed->threads == 7);
+  CHECK(parsed->options.max_work_items == 1000);
+  CHECK(parsed->options.max_memory_bytes == 2097152);
 }
 
 TEST_CASE("request: a tolerance that is given stands alone") {
@@ -93,6 +95,9 @@ TEST_CASE("request: numbers out of range are refused") {
   CHECK(refusal(R"({"timeout_ms": 180001})").where == "/timeout_ms");
   CHECK(refusal(R"({"timeout_ms": 99999999999999999999})").where == "/timeout_ms");
   CHECK(refusal(R"({"threads": 0})").where == "/threads");
+  CHECK(refusal(R"({"budget": {"work_items": 0}})").where == "/budget/work_items");
+  CHECK(refusal(R"({"budget": {"memory_bytes": 1000}})").where == "/budget/memory_bytes");
+  CHECK(refusal(R"({"budget": {"time": 1}})").where == "/budget/time");
   CHECK(refusal(R"({"threads": 65})").where == "/threads");
   CHECK(refusal(R"({"threads": -1})").where == "/threads");
   CHECK(refusal(R"({"strategy": "n_point", "points": 5})").where == "/points");
