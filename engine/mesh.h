@@ -35,8 +35,8 @@ struct MeshView {
 
   MeshView() = default;
   MeshView(std::span<const Vec3> p, std::span<const Triangle> t) : positions(p), triangles(t) {}
-  MeshView(const Mesh& mesh)
-      : positions(mesh.positions), triangles(mesh.triangles) {}  // NOLINT(google-explicit-constructor)
+  // NOLINTNEXTLINE(google-explicit-constructor): a mesh is a view wherever one is asked for
+  MeshView(const Mesh& mesh) : positions(mesh.positions), triangles(mesh.triangles) {}
 
   const Vec3& corner(std::size_t triangle, int i) const {
     return positions[triangles[triangle][static_cast<std::size_t>(i)]];
