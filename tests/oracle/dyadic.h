@@ -38,7 +38,7 @@ class Dyadic {
     return Dyadic(a.mantissa_ * b.mantissa_, a.exponent_ + b.exponent_);
   }
   friend std::strong_ordering operator<=>(const Dyadic& a, const Dyadic& b) { return (a - b).sign() <=> 0; }
-  friend bool operator==(const Dyadic& a, const Dyadic& b) { return (a <=> b) == 0; }
+  friend bool operator==(const Dyadic& a, const Dyadic& b) { return std::is_eq(a <=> b); }
 
  private:
   Dyadic(mpz_class mantissa, long exponent) : mantissa_(std::move(mantissa)), exponent_(exponent) {}
@@ -62,7 +62,7 @@ struct Ratio {
   friend std::strong_ordering operator<=>(const Ratio& a, const Ratio& b) {
     return a.numerator * b.denominator <=> b.numerator * a.denominator;
   }
-  friend bool operator==(const Ratio& a, const Ratio& b) { return (a <=> b) == 0; }
+  friend bool operator==(const Ratio& a, const Ratio& b) { return std::is_eq(a <=> b); }
 };
 
 }  // namespace meshgauge::oracle

@@ -80,7 +80,8 @@ bool root_at_most(const Ratio& sq, double bound) {
 
 // With x, y the squares: sqrt(x) >= bound + sqrt(y)  <=>  x - y - bound^2 >= 2 bound sqrt(y)
 //   <=>  the left side is >= 0 and its square is >= 4 bound^2 y.
-bool difference_at_least(const Ratio& x, const Ratio& y, double bound) {
+bool difference_at_least(const Ratio& large_sq, const Ratio& small_sq, double bound) {
+  const Ratio &x = large_sq, &y = small_sq;
   const Dyadic bound_sq = Dyadic(bound) * Dyadic(bound);
   const Dyadic common = x.denominator * y.denominator;
   const Dyadic left = x.numerator * y.denominator - y.numerator * x.denominator - bound_sq * common;

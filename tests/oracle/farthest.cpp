@@ -33,6 +33,7 @@ class Frame {
 
   std::vector<Flat> flatten(const Surface& surface) const {
     std::vector<Flat> flat;
+    flat.reserve(surface.size());
     for (const Corners& t : surface) flat.push_back({flatten(t[0]), flatten(t[1]), flatten(t[2])});
     return flat;
   }
@@ -103,6 +104,7 @@ class Proposer {
                       [&](std::size_t i, std::size_t j) { return nearest_[i] > nearest_[j]; });
     order.resize(count);
     std::vector<Proposal> best;
+    best.reserve(count + kClimbs);
     for (const std::size_t i : order) best.push_back(points_[i]);
     for (std::size_t i = 0; i < std::min<std::size_t>(kClimbs, count); ++i) best.push_back(climb(best[i]));
     return best;
