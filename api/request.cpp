@@ -268,7 +268,7 @@ Result<Request> parse_options(std::string_view json, const RequestLimits& limits
     return Error{ErrorCode::too_large, "'options' is larger than " + std::to_string(kMaxOptionsBytes) + " bytes",
                  "options", ""};
   }
-  if (const std::size_t nul = json.find('\0'); nul != json.npos) {  // the parser would take it for the end
+  if (const std::size_t nul = json.find('\0'); nul != std::string_view::npos) {  // the parser would take it for the end
     return refused("byte " + std::to_string(nul), "'options' is refused: not JSON: a NUL byte");
   }
   Filter filter;
