@@ -131,6 +131,7 @@ class Measurement final : public Monitor {
   std::optional<Stop> measure(Directed& directed, const Side& from, const Side& to) {
     Search search(from.mesh, from.box, *to.tree, goal_, lower_, *this);
     search.set_budget(options_);
+    search.set_start_slack(lower_slack_);
     search.set_witness_rounding(frame_.rounding_of_points());
     search.set_output_rounding(frame_.length_to_frame(2 * std::numeric_limits<double>::denorm_min()));
     running_ = &directed;
@@ -141,6 +142,7 @@ class Measurement final : public Monitor {
     directed.culling = search.culling();
     directed.work = search.work();
     lower_ = std::max(lower_, search.lower());
+    lower_slack_ = search.lower_slack();
     floor_ = std::max(floor_, search.slack() + search.unresolved_gap());
     return stop;
   }
@@ -229,6 +231,7 @@ class Measurement final : public Monitor {
   Directed* running_ = nullptr;
   const char* stage_ = "";
   double lower_ = 0;             // largest computed distance of the directions done; frame units
+  double lower_slack_ = 0;       // what certifying takes from it
   double floor_ = 0;             // frame units
   double gate_checked_at_ = -1;  // computed lower bound when the gate was last tried
   bool gate_failed_ = false;

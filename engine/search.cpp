@@ -37,8 +37,9 @@ double Search::upper() const {
 double Search::lower_slack() const { return lower_slack(!candidate_.is_vertex); }
 
 double Search::lower_slack(bool interior) const {
-  return rounding::kSeparationSlack + rounding::kDistanceSlack + to_.residual() +
-         (interior ? rounding::kDistanceSlack + 2 * rounding::kResidualSlack + 2 * witness_rounding_ : 0.0);
+  const double point = rounding::kSeparationSlack + rounding::kDistanceSlack + to_.residual();
+  const double off = rounding::kDistanceSlack + 2 * rounding::kResidualSlack + 2 * witness_rounding_;
+  return std::max(start_slack_, interior ? point + off : point);
 }
 
 double Search::slack_to_come() const {

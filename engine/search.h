@@ -78,6 +78,9 @@ class Search {
   double slack() const { return lower_slack() + upper_slack() + output_rounding_; }
   // How far the reported witness may lie from the computed one, because the file's own frame is coarser.
   void set_witness_rounding(double rounding) { witness_rounding_ = rounding; }
+  // What certifying takes from the lower bound that the search started with: the other direction's witness may cost
+  // more.
+  void set_start_slack(double slack) { start_slack_ = slack; }
   // What scaling both bounds back to the file's unit, outwards, costs: nothing unless the results are subnormal.
   void set_output_rounding(double rounding) { output_rounding_ = rounding; }
 
@@ -137,6 +140,7 @@ class Search {
   const Options* budget_ = nullptr;
   double witness_rounding_ = 0;
   double output_rounding_ = 0;
+  double start_slack_ = 0;
   Candidate candidate_;
   std::vector<Piece> waiting_;
   bool is_heap_ = true;
