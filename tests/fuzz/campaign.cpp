@@ -11,10 +11,14 @@ namespace {
 
 constexpr auto kShrinkPatience = std::chrono::seconds(20);
 
+// Exact brackets measure every corner to every triangle.
+bool is_small(const Pair& pair) { return pair.a.triangles.size() * pair.b.triangles.size() <= 300; }
+
 // Most pairs are searched a little, a share of them hard, and a few are bracketed in exact arithmetic.
-oracle::Effort effort_for(Dice& dice) {
+oracle::Effort effort_for(const Pair& pair, Dice& dice) {
   const double x = dice.unit();
-  return {x < 0.05 ? std::size_t{4000} : std::size_t{250}, x < 0.02 ? std::size_t{40} : std::size_t{0}};
+  return {x < 0.05 ? std::size_t{4000} : std::size_t{250},
+          x < 0.02 && is_small(pair) ? std::size_t{40} : std::size_t{0}};
 }
 
 }  // namespace
@@ -53,7 +57,7 @@ void Campaign::work() {
 void Campaign::treat(std::uint64_t seed) {
   const Pair pair = generate(seed);
   Dice dice(~seed);
-  oracle::Judge judge(pair.a, pair.b, effort_for(dice));
+  oracle::Judge judge(pair.a, pair.b, effort_for(pair, dice));
   for (const Method& method : methods()) {
     Dice own(dice.bits());  // so that leaving out a method changes nothing for the others
     if (!settings_.strategy.empty() && settings_.strategy != method.name) continue;
@@ -90,7 +94,7 @@ void Campaign::show(const Pair& pair, const Attempt& attempt, std::uint64_t seed
   std::fflush(stdout);
   std::string detail = violation.detail;
   const auto fails = [&](const Pair& smaller) {
-    oracle::Judge judge(smaller.a, smaller.b, {1000, 20});
+    oracle::Judge judge(smaller.a, smaller.b, {1000, is_small(smaller) ? std::size_t{20} : std::size_t{0}});
     const auto found = attack(smaller, attempt, judge).violation;
     if (!found || found->check != violation.check) return false;
     detail = found->detail;

@@ -125,6 +125,7 @@ Attempt Plan::disturbed(const Pair& pair, const Attempt& plain, const Observed& 
     default:
       attempt.what = "twice";
       attempt.twice = true;
+      attempt.deadline.reset();  // a clock is not repeatable
       break;
   }
   return attempt;
