@@ -1,10 +1,11 @@
 #!/usr/bin/python3
 """Breaks the engine on purpose, one line at a time, and expects the tests to notice.
 
-usage: run.py [--build DIR] [--only TEXT] [--markdown]
+usage: run.py [--check] [--only TEXT] [--markdown]
 
 Each mutation replaces one exact piece of text in a copy of the sources, builds engine_tests and fuzz_certify, and runs them. A
-mutation that survives, does not compile or no longer applies makes the run fail. docs/mutations.md records the last full run.
+mutation that survives or does not compile makes the run fail; so does, before anything is built, one of the whole list that no
+longer applies. docs/mutations.md records the last full run.
 """
 import argparse
 import pathlib
@@ -89,11 +90,22 @@ def build_tree(source, build, configure):
     return run(["ninja", "-C", str(build), "engine_tests", "fuzz_certify"])
 
 
+def places(root, name, text):
+    return (root / name).read_text().count(text)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("--check", action="store_true", help="only see whether every mutation still applies")
     parser.add_argument("--only", default="", help="only mutations whose description holds this text")
     parser.add_argument("--markdown", action="store_true", help="print the table of docs/mutations.md")
     args = parser.parse_args()
+    stale = ["does not apply (%d places): %s" % (places(ROOT, name, text), what)
+             for what, name, text, _ in MUTATIONS if places(ROOT, name, text) != 1]
+    if stale:
+        sys.exit("\n".join(stale))
+    if args.check:
+        return print("%d mutations apply" % len(MUTATIONS))
     failures = 0
     with tempfile.TemporaryDirectory() as folder:
         source, build = pathlib.Path(folder) / "source", pathlib.Path(folder) / "build"
@@ -106,14 +118,11 @@ def main():
                 continue
             path = source / name
             original = path.read_text()
-            if original.count(text) != 1:
-                verdict = "DOES NOT APPLY (%d places)" % original.count(text)
-            else:
-                path.write_text(original.replace(text, replacement))
-                built = build_tree(source, build, False)
-                verdict = "DOES NOT COMPILE" if built.returncode else caught_by(build) or "SURVIVES"
-                path.write_text(original)
-            failures += verdict.isupper() or verdict.startswith("DOES NOT")
+            path.write_text(original.replace(text, replacement))
+            built = build_tree(source, build, False)
+            verdict = "DOES NOT COMPILE" if built.returncode else caught_by(build) or "SURVIVES"
+            path.write_text(original)
+            failures += verdict.isupper()
             print("| %s | `%s` | %s |" % (what, name, verdict) if args.markdown else "%-40s %s" % (verdict, what), flush=True)
     sys.exit(1 if failures else 0)
 
