@@ -97,6 +97,15 @@ class CorpusPairs(unittest.TestCase):
             return problems + ([] if result["status"] == "converged" else [f"{pair.name}: {result['status']}"])
         self.over(self.pairs, check)
 
+    def test_triangle_set_where_its_published_code_is_wrong(self):
+        # Coplanar triangles that overlap. So do half/cycloidal and the remesh the other way, but half a minute each.
+        def check(pair):
+            result = pair.compare("--direction", "a_to_b", "--diagonal", "1e-6", "--strategy", "triangle_set")
+            problems = self.interval_problems(pair, result, lambda r: 1e-6 * r["meshes"]["a"]["diagonal"])
+            return problems + ([] if result["status"] == "converged" else [f"{pair.name}: {result['status']}"])
+        names = {"half/snail", "half/conrod", "remesh/tw107100_sf-tw107100"}
+        self.over([pair for pair in self.pairs if pair.name in names], check)
+
     def test_relative_rule_and_symmetric_direction(self):
         def check(pair):
             result = pair.compare("--direction", "symmetric", "--relative", "0.01", "--absolute", "1e-9")
