@@ -1,0 +1,145 @@
+#include "engine/bounds/tightness.h"
+
+#include <doctest/doctest.h>
+
+#include "engine/bounds/four_point.h"
+#include "engine/bounds/n_point.h"
+#include "engine/bounds/triangle_set.h"
+#include "shapes.h"
+
+using namespace meshgauge;
+
+namespace {
+
+class Patient final : public Monitor {
+  std::optional<Stop> pulse(const Search&) override { return std::nullopt; }
+  bool interrupted() override { return false; }
+};
+
+struct Fixture {
+  Mesh a, b;
+  Control control;
+  Bvh to;
+  Patient monitor;
+  Search search;
+  Fixture(Mesh a_in, Mesh b_in)
+      : a(std::move(a_in)), b(std::move(b_in)), to(b, control), search(a, bounding_box(a), to, Goal{}, 0, monitor) {}
+
+  Piece piece(std::uint32_t triangle = 0) {
+    Piece p;
+    p.triangle = triangle;
+    for (std::size_t i = 0; i < 3; ++i) {
+      p.corners[i] = nearest_corner(to, a.positions[a.triangles[triangle][i]], search.work());
+    }
+    return p;
+  }
+
+  double of(PieceBound&& bound, const Piece& p) { return tightness(best_upper(p, to), bound.upper(p), to); }
+  double of_four_point(const Piece& p) { return of(FourPoint(to, search.work()), p); }
+  double of_n_point(int points, const Piece& p) {
+    return of(NPoint(to, stencil_level(points).value(), search.work()), p);
+  }
+  double of_triangle_set(const Piece& p) { return of(TriangleSet(search), p); }
+};
+
+// A triangle that stands on its tip: every point above its tip's height is nearest to the tip.
+void add_spike(Mesh& mesh, const Vec3& tip) {
+  const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+  mesh.positions.insert(mesh.positions.end(), {tip, tip + Vec3(0.01, 0, -1), tip + Vec3(0, 0.01, -1)});
+  mesh.triangles.push_back({first, first + 1, first + 2});
+}
+
+// A lid a quarter above the triangle (0,0) (1,0) (0,1), and a spike an eighth below each of its four points.
+Fixture lid_and_spikes() {
+  Mesh b = shapes::triangle({-1, -1, 0.25}, {3, -1, 0.25}, {-1, 3, 0.25});
+  for (const auto& [x, y] :
+       {std::pair(0.0, 0.0), std::pair(1.0, 0.0), std::pair(0.0, 1.0), std::pair(1 / 3.0, 1 / 3.0)})
+    add_spike(b, {x, y, -0.125});
+  return {shapes::triangle({0, 0, 0}, {1, 0, 0}, {0, 1, 0}), std::move(b)};
+}
+
+}  // namespace
+
+TEST_CASE("tightness of a pair made by hand: the spikes hide the lid from four points, not from ten") {
+  Fixture f = lid_and_spikes();
+  const Piece piece = f.piece();
+  CHECK(best_upper(piece, f.to) == doctest::Approx(0.25).epsilon(1e-14));
+  // The best that the four points see is the spike of the centroid, sqrt(5)/3 from the farther corners.
+  const double four = std::sqrt(5.0 / 9 + 1.0 / 64);
+  CHECK(FourPoint(f.to, f.search.work()).upper(piece) == doctest::Approx(four).epsilon(1e-14));
+  CHECK(f.of_four_point(piece) == doctest::Approx(0.25 / four).epsilon(1e-14));
+  CHECK(f.of_n_point(4, piece) == f.of_four_point(piece));
+  CHECK(f.of_n_point(10, piece) == 1);
+  CHECK(f.of_triangle_set(piece) == 1);
+}
+
+TEST_CASE("best_upper is the least over all triangles, each looked at in the mesh's own order") {
+  std::mt19937_64 random(21);
+  for (int round = 0; round < 30; ++round) {
+    Fixture f(shapes::scaled(shapes::soup(2, random), 0.4), shapes::soup(50, random));
+    const Piece piece = f.piece(1);
+    const MeshView b = f.b;
+    double least = std::numeric_limits<double>::infinity();
+    for (std::uint32_t t = 0; t < 50; ++t) {
+      const PreparedTriangle triangle = prepare(b.corner(t, 0), b.corner(t, 1), b.corner(t, 2)).triangle;
+      double farthest = 0;
+      for (const Corner& corner : piece.corners) farthest = std::max(farthest, distance(triangle, corner.point));
+      least = std::min(least, farthest);
+    }
+    CHECK(best_upper(piece, f.to) == least);
+  }
+}
+
+TEST_CASE("tightness is in (0,1], never falls from stencil to stencil, and is 1 for triangle_set") {
+  std::mt19937_64 random(22);
+  int loose = 0, gained = 0;
+  for (int round = 0; round < 80; ++round) {
+    Fixture f(shapes::scaled(shapes::soup(4, random), round % 2 ? 0.5 : 0.05), shapes::soup(60, random));
+    for (std::uint32_t t = 0; t < 4; ++t) {
+      const Piece piece = f.piece(t);
+      CHECK(f.of_triangle_set(piece) == 1);
+      double before = f.of_four_point(piece);
+      CHECK(before > 0);
+      loose += before < 1;
+      for (const int points : {4, 10, 31, 109, 409}) {
+        const double ratio = f.of_n_point(points, piece);
+        CHECK(ratio >= before);
+        CHECK(ratio <= 1);
+        gained += ratio > before;
+        before = ratio;
+      }
+    }
+  }
+  CHECK(loose > 30);
+  CHECK(gained > 30);
+}
+
+TEST_CASE("on a closed surface, where triangles share the points nearest to samples") {
+  std::mt19937_64 random(23);
+  Fixture f(shapes::scaled(shapes::soup(200, random), 0.5), shapes::sphere(8, 0.5));
+  std::array<double, 4> sums{};
+  for (std::uint32_t t = 0; t < 200; ++t) {
+    const Piece piece = f.piece(t);
+    CHECK(f.of_triangle_set(piece) == 1);
+    for (std::size_t level = 0; level < sums.size(); ++level) {
+      const double ratio = f.of_n_point(std::array{4, 10, 31, 109}[level], piece);
+      CHECK(ratio > 0);
+      CHECK(ratio <= 1);
+      sums[level] += ratio;
+    }
+  }
+  CHECK(std::is_sorted(sums.begin(), sums.end()));
+  CHECK(sums.front() < 199);
+}
+
+TEST_CASE("a bound that rounding cannot tell from 0 has lost nothing") {
+  Fixture same(shapes::sphere(6), shapes::sphere(6));
+  for (std::uint32_t t = 0; t < same.a.triangles.size(); ++t) {
+    const Piece piece = same.piece(t);
+    CHECK(same.of_four_point(piece) == 1);
+    CHECK(same.of_triangle_set(piece) == 1);
+  }
+  CHECK(tightness(0, 0, same.to) == 1);
+  CHECK(tightness(0, 0x1p-51, same.to) == 1);
+  CHECK(tightness(0, 0.5, same.to) == 0);
+}
