@@ -1,0 +1,134 @@
+// Micro-benchmarks of the engine (Google Benchmark): ./dev bench micro [--benchmark_filter=REGEX ...]
+//
+// build/N         the tree over N triangles
+// nearest_*/N     one closest-point query in a tree of N: `cold` in random order without a hint, `hinted` along a walk
+// over the
+//                 surface, each query starting from the triangle that the last one found
+// measure_*/N     measure() end to end on N against N triangles at 1e-4 of the diagonal: `near` two meshes of one
+// shape, `same` a
+//                 mesh against itself, `far` two that do not touch. Counts the memory held beside both meshes.
+#include <benchmark/benchmark.h>
+
+#include <cmath>
+#include <random>
+#include <vector>
+
+#include "counted_memory.h"
+#include "engine/bvh.h"
+#include "engine/hausdorff.h"
+#include "engine/nearest.h"
+#include "shapes.h"
+
+namespace {
+
+using namespace meshgauge;
+
+// About n triangles: a sphere of unit radius with bumps; `phase` turns the bumps, so that two phases are near, but not
+// the same.
+Mesh bumpy(std::int64_t n, double phase = 0) {
+  const auto rings = static_cast<std::uint32_t>(std::lround(std::sqrt(static_cast<double>(n) / 4)));
+  Mesh mesh = shapes::scaled(shapes::sphere(rings), 0.9);  // in the unit frame, as Bvh wants it
+  for (Vec3& p : mesh.positions) {
+    p *= 1 + 0.05 * std::sin(7 * p.x() + phase) * std::cos(5 * p.y()) * std::sin(6 * p.z() + phase);
+  }
+  return mesh;
+}
+
+void per_triangle(benchmark::State& state, std::size_t triangles) {
+  state.counters["triangles"] = static_cast<double>(triangles);
+  state.counters["ns_per_triangle"] =
+      benchmark::Counter(static_cast<double>(triangles) * 1e-9,
+                         benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
+}
+
+void build(benchmark::State& state) {
+  const Mesh mesh = bumpy(state.range(0));
+  Control control;
+  for (auto _ : state) {
+    const Bvh tree(mesh, control);
+    benchmark::DoNotOptimize(&tree);
+  }
+  per_triangle(state, mesh.triangles.size());
+}
+
+// Points near the surface: its vertices, moved by up to 1 % of the radius.
+std::vector<Vec3> queries_near(const Mesh& mesh, std::size_t count) {
+  std::mt19937_64 random(1);
+  std::uniform_int_distribution<std::size_t> vertex(0, mesh.positions.size() - 1);
+  std::uniform_real_distribution<double> offset(-0.01, 0.01);
+  std::vector<Vec3> points;
+  while (points.size() < count) {
+    points.push_back(mesh.positions[vertex(random)] + Vec3(offset(random), offset(random), offset(random)));
+  }
+  return points;
+}
+
+void nearest_cold(benchmark::State& state) {
+  const Mesh mesh = bumpy(state.range(0));
+  Control control;
+  const Bvh tree(mesh, control);
+  const std::vector<Vec3> points = queries_near(mesh, 1 << 14);
+  std::uint64_t tests = 0, done = 0;
+  for (auto _ : state) benchmark::DoNotOptimize(nearest(tree, points[done++ % points.size()], tests));
+  state.counters["triangle_tests"] = static_cast<double>(tests) / static_cast<double>(done);
+}
+
+void nearest_hinted(benchmark::State& state) {
+  const Mesh mesh = bumpy(state.range(0));
+  const Mesh other = bumpy(state.range(0), 0.1);  // its vertices come ring by ring: a walk
+  Control control;
+  const Bvh tree(mesh, control);
+  std::uint64_t tests = 0, done = 0;
+  std::uint32_t hint = Nearest::kNone;
+  for (auto _ : state) {
+    const Nearest found = nearest(tree, other.positions[done++ % other.positions.size()], tests, hint);
+    hint = found.slot;
+    benchmark::DoNotOptimize(found);
+  }
+  state.counters["triangle_tests"] = static_cast<double>(tests) / static_cast<double>(done);
+}
+
+void measure_pair(benchmark::State& state, const Mesh& a, const Mesh& b) {
+  Options options;
+  options.direction = Direction::a_to_b;
+  options.tolerance = {std::nullopt, 1e-4, std::nullopt};
+  const std::size_t meshes = bench::held_bytes();
+  bench::reset_peak();
+  Stop stop = Stop::converged;
+  for (auto _ : state) {
+    Control control;
+    stop = measure(a, b, options, control).stop;
+  }
+  if (stop != Stop::converged && stop != Stop::precision_floor) state.SkipWithError("did not converge");
+  const std::size_t triangles = a.triangles.size() + b.triangles.size();
+  per_triangle(state, triangles);
+  state.counters["bytes_per_triangle"] =
+      static_cast<double>(bench::peak_bytes() - meshes) / static_cast<double>(triangles);
+}
+
+void measure_near(benchmark::State& state) { measure_pair(state, bumpy(state.range(0)), bumpy(state.range(0), 0.1)); }
+
+void measure_same(benchmark::State& state) {
+  const Mesh mesh = bumpy(state.range(0));
+  measure_pair(state, mesh, mesh);
+}
+
+void measure_far(benchmark::State& state) {
+  measure_pair(state, bumpy(state.range(0)), shapes::moved(bumpy(state.range(0)), {5, 0, 0}));
+}
+
+// Sizes from 1e3 to `most` triangles.
+void sizes(benchmark::internal::Benchmark* benchmark, std::int64_t most) {
+  benchmark->RangeMultiplier(10)->Range(1'000, most)->Unit(benchmark::kMicrosecond);
+}
+
+BENCHMARK(build)->Apply([](auto* b) { sizes(b, 1'000'000); });
+BENCHMARK(nearest_cold)->RangeMultiplier(10)->Range(1'000, 1'000'000);
+BENCHMARK(nearest_hinted)->RangeMultiplier(10)->Range(1'000, 1'000'000);
+BENCHMARK(measure_near)->Apply([](auto* b) { sizes(b, 1'000'000); });
+BENCHMARK(measure_same)->Apply([](auto* b) { sizes(b, 1'000'000); });
+BENCHMARK(measure_far)->Apply([](auto* b) { sizes(b, 1'000'000); });
+
+}  // namespace
+
+BENCHMARK_MAIN();

@@ -1,0 +1,1 @@
+"""The harness of ./dev bench. Standard library, and matplotlib for the plots alone."""

@@ -1,0 +1,114 @@
+"""What is measured: how each contender is called, and what it answers.
+
+A contender is named STRATEGY[@THREADS][+SIMD]: `auto`, `auto@2`, `four_point`, `auto+scalar`; and `cgal`, the peer.
+"""
+import dataclasses
+import hashlib
+import json
+import math
+import pathlib
+import re
+
+FINISHED = ("converged", "precision_floor", "gate_decided")
+STAGES = ("build", "traverse", "reduce", "certify")
+_NAME = re.compile(r"(?P<strategy>[a-z_]+)(?:@(?P<threads>\d+))?(?:\+(?P<simd>[a-z0-9_]+))?")
+
+
+@dataclasses.dataclass(frozen=True)
+class Limits:
+    seconds: float = 60.0
+    bytes: int = 6 << 30
+
+    def text(self):
+        return f"{self.seconds:g}s {self.bytes / (1 << 30):g}GiB"
+
+
+@dataclasses.dataclass(frozen=True)
+class Job:
+    """One measurement: everything but the repetition."""
+    experiment: str
+    pair: object
+    contender: str
+    tolerance: float  # of A's diagonal
+    gate: str = ""  # "2h" or "h/2": what max_distance is
+    max_distance: float = math.nan
+    series: str = ""  # a contender that fails in a series is not given what comes after
+
+
+class Programs:
+    """The executables of one build folder."""
+
+    def __init__(self, build):
+        build = pathlib.Path(build)
+        self.meshgauge = build / "meshgauge"
+        self.cgal = build / "tests/bench/bench_cgal"
+        self.launch = build / "tests/bench/bench_launch"
+        self.tightness = build / "tests/bench/bench_tightness"
+        self._hashes = {}
+
+    def of(self, contender):
+        return self.cgal if contender == "cgal" else self.meshgauge
+
+    def hash_of(self, contender):
+        path = self.of(contender)
+        if path not in self._hashes:
+            self._hashes[path] = hashlib.sha256(path.read_bytes()).hexdigest()[:16]
+        return self._hashes[path]
+
+    def has(self, contender):
+        return self.of(contender).exists()
+
+
+def is_name(text):
+    return text == "cgal" or _NAME.fullmatch(text) is not None
+
+
+def command(job, programs, limits):
+    a, b = str(job.pair.a), str(job.pair.b)
+    if job.contender == "cgal":
+        return [str(programs.cgal), a, b, repr(job.tolerance), repr(limits.seconds)]
+    name = _NAME.fullmatch(job.contender)
+    flags = ["--json", "--direction", "a_to_b", "--diagonal", repr(job.tolerance), "--strategy", name["strategy"],
+             "--threads", name["threads"] or "1", "--timeout-ms", str(int(1000 * limits.seconds)),
+             "--memory-bytes", str(limits.bytes)]
+    if name["simd"]:
+        flags += ["--simd", name["simd"]]
+    if not math.isnan(job.max_distance):
+        flags += ["--max-distance", repr(job.max_distance)]
+    return [str(programs.meshgauge), "compare", a, b, *flags]
+
+
+def outcome(job, stdout, stderr, report):
+    """The fields of a run's row that the contender itself answers for."""
+    try:
+        answer = json.loads(stdout)
+    except ValueError:
+        return {"status": _failure(stderr, report)}
+    return _of_cgal(answer) if job.contender == "cgal" else _of_meshgauge(answer)
+
+
+def _failure(stderr, report):
+    if report["killed"]:
+        return "timeout"
+    if "bad_alloc" in stderr or "not enough memory" in stderr:
+        return "memory"
+    return "crash" if report["signal"] else "error"
+
+
+def _of_cgal(answer):
+    if answer["status"] != "converged":
+        return {"status": answer["status"]}
+    return {"status": "converged", "seconds": answer["seconds"], "prepare": answer["prepare_seconds"],
+            "lower": answer["distance"], "upper": answer["distance"], "diagonal": answer["diagonal"], "threads": 1,
+            "triangles_a": answer["faces_a"], "triangles_b": answer["faces_b"]}
+
+
+def _of_meshgauge(answer):
+    times = {stage: answer["timings_ms"][stage] / 1000 for stage in (*STAGES, "read_a", "read_b", "total")}
+    directed, engine, meshes = answer["a_to_b"], answer["engine"], answer["meshes"]
+    return {"status": answer["status"], "seconds": sum(times[stage] for stage in STAGES), **times,
+            "lower": answer["distance"]["lower"], "upper": answer["distance"]["upper"],
+            "diagonal": meshes["a"]["diagonal"], "verdict": answer["verdict"] or "",
+            "triangles_a": meshes["a"]["triangles"], "triangles_b": meshes["b"]["triangles"],
+            "survivors": directed["culling"]["survivors"], "queries": directed["work"]["nearest_queries"],
+            "subdivisions": directed["work"]["subdivisions"], "threads": engine["threads"], "simd": engine["simd"]}

@@ -1,0 +1,122 @@
+"""What `./dev bench` measures: each experiment is a list of rounds, a round is a list of jobs that are interleaved.
+
+An experiment is planned when its turn comes, so that it can use what earlier ones found.
+"""
+import dataclasses
+import fnmatch
+
+from .contenders import FINISHED, Job
+
+# name: what it shows
+EXPERIMENTS = {
+    "pairs": "every pair, every contender, both tolerances",
+    "gate": "a limit of 2h and of h/2, against converging",
+    "growth": "time and memory against triangles",
+    "zero": "h = 0: identical and re-triangulated meshes",
+    "tolerance": "time against tolerance",
+    "threads": "time against threads",
+    "placement": "a mesh against itself, displaced",
+    "resolution": "one mesh against others of all resolutions",
+    "reading": "end to end on large files of every format",
+}
+
+
+@dataclasses.dataclass(frozen=True)
+class Profile:
+    """How much of each experiment."""
+    tolerances: tuple = (1e-4, 1e-6)
+    sizes: tuple = tuple(1000 * 2**k for k in range(11))  # 1e3 .. 1e6 triangles
+    zero_sizes: tuple = tuple(1000 * 2**k for k in range(9))
+    tolerance_series: tuple = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
+    tolerance_size: int = 32_000
+    displacements: tuple = (0.0, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.03, 0.05, 0.07, 0.09, 0.3, 1.0)
+    placement_size: int = 32_000
+    resolutions: tuple = tuple(1000 * 2**k for k in range(8))
+    resolution_of: int = 128_000
+    reading_size: int = 1_000_000
+    reading_formats: tuple = (".obj", ".obj.gz", ".stl", ".ply", ".glb")
+    thread_sizes: tuple = (64_000, 256_000, 1_024_000)
+    most_triangles_of_tightness: int = 40_000
+
+
+QUICK = Profile(sizes=(1000, 2000), zero_sizes=(1000, 2000), tolerance_series=(1e-2, 1e-4), tolerance_size=1000,
+                displacements=(0.0, 1e-3, 0.1), placement_size=1000, resolutions=(500, 1000), resolution_of=2000, reading_size=2000,
+                thread_sizes=(2000,), tolerances=(1e-4,))
+
+
+class Plan:
+    def __init__(self, profile, pairs, made, names, cores, runs):
+        """`names`: the contenders; `runs`: the store, of what is known already."""
+        self.profile, self.pairs, self.made = profile, pairs, made
+        self.names, self.cores, self.runs = names, cores, runs
+
+    def rounds(self, experiment):
+        return getattr(self, "_" + experiment)()
+
+    def _series(self, experiment, pairs, tolerances, names=None, series=True):
+        """Sorted from easy to hard."""
+        return [[Job(experiment, pair, name, tolerance, series=experiment + "/" + pair.kind if series else "")
+                 for name in names or self.single()] for tolerance in tolerances for pair in pairs]
+
+    def single(self):
+        """The contenders on one thread."""
+        return [name for name in self.names if "@" not in name]
+
+    def own(self):
+        return [name for name in self.names if name.startswith("auto")] or ["auto"]
+
+    def _pairs(self):
+        return self._series("pairs", self.pairs, self.profile.tolerances, self.names, series=False)
+
+    def _gate(self):
+        rounds = []
+        for pair in self.pairs:
+            h, diagonal = self._distance(pair)
+            if h is None or h <= 1e-5 * diagonal:
+                continue  # a limit of 0 is no gate
+            limits = (("", float("nan")), ("2h", 2 * h), ("h/2", h / 2))
+            rounds.append([Job("gate", pair, "auto", 1e-4, gate, limit) for gate, limit in limits])
+        return rounds
+
+    def _distance(self, pair):
+        """h as well as it is known from the runs of `pairs`, and A's diagonal."""
+        found = [row for row in self.runs.rows if row["pair"] == pair.name and row["experiment"] == "pairs" and
+                 row["contender"].startswith("auto") and row["status"] in FINISHED]
+        if not found:
+            return None, None
+        best = min(found, key=lambda row: row["upper"] - row["lower"])
+        return (best["lower"] + best["upper"]) / 2, best["diagonal"]
+
+    def _growth(self):
+        return self._series("growth", [self.made.near(n) for n in self.profile.sizes], [1e-4], self.names)
+
+    def _zero(self):
+        sizes = self.profile.zero_sizes
+        pairs = [self.made.same(n) for n in sizes] + [self.made.retriangulated(n) for n in sizes]
+        return self._series("zero", pairs, [1e-6])
+
+    def _tolerance(self):
+        pairs = [self.made.near(self.profile.tolerance_size)]
+        pairs += [pair for pair in self.pairs if fnmatch.fnmatch(pair.name, "remesh/tw107100-tw107100_sf")]
+        return [[dataclasses.replace(job, series="tolerance/" + job.pair.name) for job in jobs]
+                for jobs in self._series("tolerance", pairs, self.profile.tolerance_series)]
+
+    def _threads(self):
+        counts = sorted({self.cores, *(2**k for k in range(self.cores.bit_length() + 1))})
+        names = ["auto" if count == 1 else f"auto@{count}" for count in counts]
+        large = ("decimate-half/armadillo_voxel1M*", "remesh/arm_voxel", "remesh/tw107100-tw107100_sf", "half/armadillo")
+        pairs = [self.made.near(n) for n in self.profile.thread_sizes]
+        pairs += [pair for pair in self.pairs if any(fnmatch.fnmatch(pair.name, glob) for glob in large)]
+        return self._series("threads", pairs, [1e-6], names, series=False)
+
+    def _placement(self):
+        pairs = [self.made.placed(self.profile.placement_size, d) for d in self.profile.displacements]
+        return self._series("placement", pairs, [1e-4], series=False)
+
+    def _resolution(self):
+        pairs = [self.made.resolution(n, self.profile.resolution_of) for n in self.profile.resolutions]
+        return self._series("resolution", pairs, [1e-4], series=False)
+
+    def _reading(self):
+        pairs = [self.made.in_format(self.profile.reading_size, suffix) for suffix in self.profile.reading_formats]
+        return self._series("reading", pairs, [1e-4], self.own(), series=False)

@@ -1,0 +1,146 @@
+"""From runs to figures: repetitions reduced to one, ratios pair by pair."""
+import collections
+import dataclasses
+import math
+import statistics
+
+from .contenders import FINISHED, STAGES
+
+
+@dataclasses.dataclass
+class Result:
+    """A contender on a pair: the fastest of its repetitions."""
+    rows: list
+
+    def __post_init__(self):
+        self.best = min(self.rows, key=lambda row: math.inf if row["seconds"] is None else row["seconds"])
+        self.status = next((row["status"] for row in self.rows if row["status"] not in FINISHED), self.best["status"])
+        self.finished = self.status in FINISHED
+
+    def __getitem__(self, name):
+        return self.best[name]
+
+    @property
+    def seconds(self):
+        return self.best["seconds"]
+
+    @property
+    def spread(self):
+        """How much slower the slowest repetition was."""
+        return max(row["seconds"] for row in self.rows) / self.seconds - 1
+
+    def least(self, name):
+        return min(row[name] for row in self.rows)
+
+    def peak_bytes(self):
+        return max(row["peak_bytes"] for row in self.rows)
+
+    def stages(self):
+        return [self.best[stage] for stage in STAGES]
+
+    def is_wrong(self):
+        """Whether its interval misses the reference's: neither can be proved right by it, but one of them is wrong."""
+        low, high = self.best["reference_lower"], self.best["reference_upper"]
+        if not self.finished or low is None or self.best["gate"]:
+            return False
+        slack = self.best["tolerance"] * self.best["diagonal"] if self.best["contender"] == "cgal" else 0
+        return self.best["lower"] - slack > high or self.best["upper"] + slack < low
+
+
+def select(rows):
+    """{(experiment, pair, tolerance, gate): {contender: Result}}; of each the newest program, meshes and limits."""
+    groups = collections.defaultdict(list)
+    for row in rows:
+        groups[row["experiment"], row["pair"], row["tolerance"], row["gate"], row["contender"]].append(row)
+    found = collections.defaultdict(dict)
+    for (*case, contender), group in groups.items():
+        newest = [group[-1][name] for name in ("program", "meshes", "limits")]
+        found[tuple(case)][contender] = Result([row for row in group if [row[k] for k in ("program", "meshes", "limits")] == newest])
+    return dict(found)
+
+
+class Results:
+    def __init__(self, rows):
+        self.rows = rows
+        self.cases = select(rows)
+
+    def of(self, experiment, tolerance=None):
+        """[(pair, tolerance, gate, {contender: Result})]"""
+        return [(pair, tol, gate, by_name) for (name, pair, tol, gate), by_name in self.cases.items()
+                if name == experiment and tolerance in (None, tol)]
+
+    def tolerances(self, experiment="pairs"):
+        return sorted({tol for name, _, tol, _ in self.cases if name == experiment}, reverse=True)
+
+    def contenders(self, experiment="pairs"):
+        names = {name for case, by_name in self.cases.items() if case[0] == experiment for name in by_name}
+        order = ("auto", "four_point", "triangle_set", "cgal")
+        return sorted(names, key=lambda name: (order.index(name.split("@")[0]) if name.split("@")[0] in order else 99, name))
+
+    def ratios(self, experiment, tolerance, fast, slow):
+        return Ratios([(pair, by_name[fast], by_name[slow]) for pair, _, _, by_name in self.of(experiment, tolerance)
+                       if fast in by_name and slow in by_name])
+
+
+def triangles(by_name):
+    """Of both meshes. The peer drops degenerate ones, so the larger count is the files'."""
+    counts = [result["triangles_a"] + result["triangles_b"] for result in by_name.values() if result["triangles_a"] is not None]
+    return int(max(counts)) if counts else 0
+
+
+def height(by_name):
+    """h as a part of A's diagonal, as well as it is known."""
+    found = [result for result in by_name.values() if result["upper"] is not None and result["contender"] != "cgal"]
+    if not found:
+        return math.nan
+    best = min(found, key=lambda result: result["upper"] - result["lower"])
+    return (best["upper"] + best["lower"]) / 2 / best["diagonal"]
+
+
+class Ratios:
+    """seconds(slow) / seconds(fast), pair by pair, where both finish."""
+
+    def __init__(self, triples):
+        self.triples = triples
+        self.both = [(pair, fast, slow) for pair, fast, slow in triples if fast.finished and slow.finished]
+        self.values = {pair: slow.seconds / fast.seconds for pair, fast, slow in self.both}
+
+    def __bool__(self):
+        return bool(self.values)
+
+    def geometric_mean(self):
+        return statistics.geometric_mean(self.values.values())
+
+    def mean(self):
+        return statistics.fmean(self.values.values())
+
+    def median(self):
+        return statistics.median(self.values.values())
+
+    def least(self):
+        return min(self.values.items(), key=lambda item: item[1])
+
+    def most(self):
+        return max(self.values.items(), key=lambda item: item[1])
+
+    def winnings(self):
+        """The part of the pairs that either finishes on which `fast` wins; who alone finishes, wins."""
+        wins = sum(value > 1 for value in self.values.values())
+        alone = [(fast.finished, slow.finished) for _, fast, slow in self.triples]
+        only_fast, either = alone.count((True, False)), sum(a or b for a, b in alone)
+        return (wins + only_fast) / either if either else math.nan
+
+    def below(self, ratio):
+        return sorted((value, pair) for pair, value in self.values.items() if value < ratio)
+
+
+def slope(points):
+    """Of the straight line through (log x, log y): the exponent of growth."""
+    logs = [(math.log(x), math.log(y)) for x, y in points]
+    return statistics.linear_regression(*zip(*logs)).slope if len(logs) > 1 else math.nan
+
+
+def doublings(points):
+    """[(x, factor)]: how much y grows when x doubles, between neighbours in x."""
+    points = sorted(points)
+    return [(x1, (y1 / y0) ** (math.log(2) / math.log(x1 / x0))) for (x0, y0), (x1, y1) in zip(points, points[1:]) if x1 > x0]
