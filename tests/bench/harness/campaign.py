@@ -48,18 +48,35 @@ class Campaign:
         return any(row["status"] not in contenders.FINISHED or row["seconds"] > SLOW_SECONDS for row in known.values())
 
     def _identity(self, job):
-        return {"experiment": job.experiment, "pair": job.pair.name,
-                "meshes": pairs.content_hash(job.pair.a) + pairs.content_hash(job.pair.b), "contender": job.contender,
-                "program": self.programs.hash_of(job.contender), "tolerance": job.tolerance, "gate": job.gate,
-                "limits": self.limits.text()}
+        return {
+            "experiment": job.experiment,
+            "pair": job.pair.name,
+            "meshes": pairs.content_hash(job.pair.a) + pairs.content_hash(job.pair.b),
+            "contender": job.contender,
+            "program": self.programs.hash_of(job.contender),
+            "tolerance": job.tolerance,
+            "gate": job.gate,
+            "limits": self.limits.text(),
+        }
 
     def _measure(self, job):
         lower, upper = job.pair.reference or (None, None)
-        row = {"session": self.session, "kind": job.pair.kind, "at": job.pair.at, "reference_lower": lower, "reference_upper": upper,
-               "max_distance": None if math.isnan(job.max_distance) else job.max_distance, "load": os.getloadavg()[0]}
+        row = {
+            "session": self.session,
+            "kind": job.pair.kind,
+            "at": job.pair.at,
+            "reference_lower": lower,
+            "reference_upper": upper,
+            "max_distance": None if math.isnan(job.max_distance) else job.max_distance,
+            "load": os.getloadavg()[0],
+        }
         stdout, stderr, report = launch(self.programs, contenders.command(job, self.programs, self.limits), self.limits)
-        row.update(wall=report["wall_seconds"], user=report["user_seconds"], system=report["system_seconds"],
-                   peak_bytes=report["peak_bytes"])
+        row.update(
+            wall=report["wall_seconds"],
+            user=report["user_seconds"],
+            system=report["system_seconds"],
+            peak_bytes=report["peak_bytes"],
+        )
         row.update(contenders.outcome(job, stdout, stderr, report))
         return row
 
@@ -68,8 +85,13 @@ def launch(programs, command, limits):
     """(stdout, stderr, report of bench_launch)"""
     with tempfile.TemporaryDirectory(prefix="bench") as folder:
         report = os.path.join(folder, "report.json")
-        done = subprocess.run([str(programs.launch), str(limits.seconds + KILL_AFTER_SECONDS), str(limits.bytes), report, *command],
-                              capture_output=True, text=True, errors="replace", check=False)
+        done = subprocess.run(
+            [str(programs.launch), str(limits.seconds + KILL_AFTER_SECONDS), str(limits.bytes), report, *command],
+            capture_output=True,
+            text=True,
+            errors="replace",
+            check=False,
+        )
         if done.returncode != 0:
             raise SystemExit(f"bench: bench_launch failed: {done.stderr.strip()}")
         with open(report, encoding="utf-8") as file:

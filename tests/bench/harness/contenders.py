@@ -26,6 +26,7 @@ class Limits:
 @dataclasses.dataclass(frozen=True)
 class Job:
     """One measurement: everything but the repetition."""
+
     experiment: str
     pair: object
     contender: str
@@ -68,9 +69,21 @@ def command(job, programs, limits):
     if job.contender == "cgal":
         return [str(programs.cgal), a, b, repr(job.tolerance), repr(limits.seconds)]
     name = _NAME.fullmatch(job.contender)
-    flags = ["--json", "--direction", "a_to_b", "--diagonal", repr(job.tolerance), "--strategy", name["strategy"],
-             "--threads", name["threads"] or "1", "--timeout-ms", str(int(1000 * limits.seconds)),
-             "--memory-bytes", str(limits.bytes)]
+    flags = [
+        "--json",
+        "--direction",
+        "a_to_b",
+        "--diagonal",
+        repr(job.tolerance),
+        "--strategy",
+        name["strategy"],
+        "--threads",
+        name["threads"] or "1",
+        "--timeout-ms",
+        str(int(1000 * limits.seconds)),
+        "--memory-bytes",
+        str(limits.bytes),
+    ]
     if name["simd"]:
         flags += ["--simd", name["simd"]]
     if not math.isnan(job.max_distance):
@@ -98,17 +111,35 @@ def _failure(stderr, report):
 def _of_cgal(answer):
     if answer["status"] != "converged":
         return {"status": answer["status"]}
-    return {"status": "converged", "seconds": answer["seconds"], "prepare": answer["prepare_seconds"],
-            "lower": answer["distance"], "upper": answer["distance"], "diagonal": answer["diagonal"], "threads": 1,
-            "triangles_a": answer["faces_a"], "triangles_b": answer["faces_b"]}
+    return {
+        "status": "converged",
+        "seconds": answer["seconds"],
+        "prepare": answer["prepare_seconds"],
+        "lower": answer["distance"],
+        "upper": answer["distance"],
+        "diagonal": answer["diagonal"],
+        "threads": 1,
+        "triangles_a": answer["faces_a"],
+        "triangles_b": answer["faces_b"],
+    }
 
 
 def _of_meshgauge(answer):
     times = {stage: answer["timings_ms"][stage] / 1000 for stage in (*STAGES, "read_a", "read_b", "total")}
     directed, engine, meshes = answer["a_to_b"], answer["engine"], answer["meshes"]
-    return {"status": answer["status"], "seconds": sum(times[stage] for stage in STAGES), **times,
-            "lower": answer["distance"]["lower"], "upper": answer["distance"]["upper"],
-            "diagonal": meshes["a"]["diagonal"], "verdict": answer["verdict"] or "",
-            "triangles_a": meshes["a"]["triangles"], "triangles_b": meshes["b"]["triangles"],
-            "survivors": directed["culling"]["survivors"], "queries": directed["work"]["nearest_queries"],
-            "subdivisions": directed["work"]["subdivisions"], "threads": engine["threads"], "simd": engine["simd"]}
+    return {
+        "status": answer["status"],
+        "seconds": sum(times[stage] for stage in STAGES),
+        **times,
+        "lower": answer["distance"]["lower"],
+        "upper": answer["distance"]["upper"],
+        "diagonal": meshes["a"]["diagonal"],
+        "verdict": answer["verdict"] or "",
+        "triangles_a": meshes["a"]["triangles"],
+        "triangles_b": meshes["b"]["triangles"],
+        "survivors": directed["culling"]["survivors"],
+        "queries": directed["work"]["nearest_queries"],
+        "subdivisions": directed["work"]["subdivisions"],
+        "threads": engine["threads"],
+        "simd": engine["simd"],
+    }

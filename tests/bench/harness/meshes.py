@@ -1,4 +1,4 @@
-"""Meshes that the harness makes, so that the curves need no corpus. The same bytes on every machine with the same libm."""
+"""Meshes that the harness makes, so that the curves need no corpus."""
 import array
 import gzip
 import json
@@ -11,13 +11,16 @@ DIRECTION = (0.48, 0.6, 0.64)  # of displacements; a unit vector
 def torus(triangles, phase=0.0, shift=0.0):
     """A bumpy torus of about so many triangles, regular in its two angles: no poles, no slivers.
 
-    `phase` turns the bumps, so that two tori are near each other and not the same; `shift` moves the grid by that part of a cell.
+    `phase` turns the bumps, so that two tori are near each other and not the same; `shift` moves the grid by that
+    part of a cell.
     """
     across = max(3, round(math.sqrt(triangles / 4)))
     along = 2 * across
     step_u, step_v = 2 * math.pi / along, 2 * math.pi / across
-    rows = [(math.cos((j + shift) * step_v), math.sin((j + shift) * step_v), math.cos(5 * (j + shift) * step_v))
-            for j in range(across)]
+    rows = [
+        (math.cos((j + shift) * step_v), math.sin((j + shift) * step_v), math.cos(5 * (j + shift) * step_v))
+        for j in range(across)
+    ]
     points = []
     for i in range(along):
         u = (i + shift) * step_u
@@ -65,10 +68,13 @@ def moved(mesh, part_of_diagonal):
 
 # --- files ---
 
+
 def _ply(points, faces):
-    head = ("ply\nformat binary_little_endian 1.0\n"
-            f"element vertex {len(points)}\nproperty double x\nproperty double y\nproperty double z\n"
-            f"element face {len(faces)}\nproperty list uchar uint vertex_indices\nend_header\n")
+    head = (
+        "ply\nformat binary_little_endian 1.0\n"
+        f"element vertex {len(points)}\nproperty double x\nproperty double y\nproperty double z\n"
+        f"element face {len(faces)}\nproperty list uchar uint vertex_indices\nend_header\n"
+    )
     pack = struct.Struct("<BIII").pack
     return head.encode() + _doubles(points) + b"".join(pack(3, *face) for face in faces)
 
@@ -96,26 +102,38 @@ def _glb(points, faces):
     low, high = ([pick(floats[k::3]) for k in range(3)] for pick in (min, max))
     document = {
         "asset": {"version": "2.0"},
-        "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
+        "scene": 0,
+        "scenes": [{"nodes": [0]}],
+        "nodes": [{"mesh": 0}],
         "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
         "buffers": [{"byteLength": len(body)}],
-        "bufferViews": [{"buffer": 0, "byteLength": 4 * len(floats)},
-                        {"buffer": 0, "byteOffset": 4 * len(floats), "byteLength": 4 * len(indices)}],
-        "accessors": [{"bufferView": 0, "componentType": 5126, "count": len(points), "type": "VEC3", "min": low, "max": high},
-                      {"bufferView": 1, "componentType": 5125, "count": len(indices), "type": "SCALAR"}]}
+        "bufferViews": [
+            {"buffer": 0, "byteLength": 4 * len(floats)},
+            {"buffer": 0, "byteOffset": 4 * len(floats), "byteLength": 4 * len(indices)},
+        ],
+        "accessors": [
+            {"bufferView": 0, "componentType": 5126, "count": len(points), "type": "VEC3", "min": low, "max": high},
+            {"bufferView": 1, "componentType": 5125, "count": len(indices), "type": "SCALAR"},
+        ],
+    }
     text = json.dumps(document).encode()
     text += b" " * (-len(text) % 4)
     chunks = struct.pack("<II", len(text), 0x4E4F534A) + text + struct.pack("<II", len(body), 0x004E4942) + body
     return struct.pack("<III", 0x46546C67, 2, 12 + len(chunks)) + chunks
 
 
-WRITERS = {".ply": _ply, ".obj": _obj, ".stl": _stl, ".glb": _glb,
-           ".obj.gz": lambda *mesh: gzip.compress(_obj(*mesh), 6, mtime=0)}
+WRITERS = {
+    ".ply": _ply,
+    ".obj": _obj,
+    ".stl": _stl,
+    ".glb": _glb,
+    ".obj.gz": lambda *mesh: gzip.compress(_obj(*mesh), 6, mtime=0),
+}
 
 
 def write(mesh, path):
     """By the suffix of `path`. Complete or absent: a stopped run leaves no half mesh behind."""
-    suffix = path.name[path.name.index("."):]
+    suffix = next(suffix for suffix in WRITERS if path.name.endswith(suffix))
     path.parent.mkdir(parents=True, exist_ok=True)
     half = path.with_name("half-written." + path.name)
     half.write_bytes(WRITERS[suffix](*mesh))

@@ -45,20 +45,25 @@ class Listed:
         self.references = {row[0]: (float(row[2]), float(row[3])) for row in _rows(folder / "reference.tsv")}
 
     def pairs(self):
-        return [Pair(name, kind, self.folder / a, self._second(name, b), _displacement(name), self.references.get(name))
-                for name, a, b, kind, *_ in self.rows]
+        return [
+            Pair(name, kind, self.folder / a, self._second(name, b), _displacement(name), self.references.get(name))
+            for name, a, b, kind, *_ in self.rows
+        ]
 
     def _second(self, name, text):
         """`gen:PROGRAM MESH ARGUMENT` is made by FOLDER/scripts/PROGRAM.py, once."""
         if not text.startswith("gen:"):
             return self.folder / text
-        program, mesh, argument = text[len("gen:"):].split()
+        program, mesh, argument = text[len("gen:") :].split()
         out = self.made / (name.replace("/", "_") + ".obj")
         if not out.exists():
             out.parent.mkdir(parents=True, exist_ok=True)
             half = out.with_name("half-written." + out.name)
-            subprocess.run([sys.executable, self.folder / "scripts" / (program + ".py"), self.folder / mesh, argument, half],
-                           check=True, stdout=subprocess.DEVNULL)
+            subprocess.run(
+                [sys.executable, self.folder / "scripts" / (program + ".py"), self.folder / mesh, argument, half],
+                check=True,
+                stdout=subprocess.DEVNULL,
+            )
             half.rename(out)
         return out
 
@@ -99,8 +104,10 @@ class Made:
 
     def torus(self, triangles, other=False, suffix=".ply"):
         """`other`: the one next to it, of another triangulation."""
-        return self._file(f"torus_{'b' if other else 'a'}_{triangles}{suffix}",
-                          lambda: meshes.torus(triangles, 0.2, 0.5) if other else meshes.torus(triangles))
+        return self._file(
+            f"torus_{'b' if other else 'a'}_{triangles}{suffix}",
+            lambda: meshes.torus(triangles, 0.2, 0.5) if other else meshes.torus(triangles),
+        )
 
     def near(self, triangles):
         return Pair(f"made/near_{triangles}", "near", self.torus(triangles), self.torus(triangles, True), triangles)
@@ -115,14 +122,25 @@ class Made:
         return Pair(f"made/retriangulated_{triangles}", "retriangulated", a, b, triangles, (0.0, 0.0))
 
     def placed(self, triangles, displacement):
-        b = self._file(f"torus_{triangles}_moved_{displacement:g}.ply",
-                       lambda: meshes.moved(meshes.torus(triangles), displacement))
+        b = self._file(
+            f"torus_{triangles}_moved_{displacement:g}.ply", lambda: meshes.moved(meshes.torus(triangles), displacement)
+        )
         return Pair(f"made/torus_d{displacement:g}", "placement", self.torus(triangles), b, displacement)
 
     def resolution(self, triangles_a, triangles_b):
-        return Pair(f"made/torus_{triangles_a}_of_{triangles_b}", "resolution", self.torus(triangles_a),
-                    self.torus(triangles_b, True), triangles_a)
+        return Pair(
+            f"made/torus_{triangles_a}_of_{triangles_b}",
+            "resolution",
+            self.torus(triangles_a),
+            self.torus(triangles_b, True),
+            triangles_a,
+        )
 
     def in_format(self, triangles, suffix):
-        return Pair(f"made/read{suffix}", suffix[1:], self.torus(triangles, False, suffix),
-                    self.torus(triangles, True, suffix), triangles)
+        return Pair(
+            f"made/read{suffix}",
+            suffix[1:],
+            self.torus(triangles, False, suffix),
+            self.torus(triangles, True, suffix),
+            triangles,
+        )

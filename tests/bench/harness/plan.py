@@ -24,6 +24,7 @@ EXPERIMENTS = {
 @dataclasses.dataclass(frozen=True)
 class Profile:
     """How much of each experiment."""
+
     tolerances: tuple = (1e-4, 1e-6)
     sizes: tuple = tuple(1000 * 2**k for k in range(11))  # 1e3 .. 1e6 triangles
     zero_sizes: tuple = tuple(1000 * 2**k for k in range(9))
@@ -36,12 +37,24 @@ class Profile:
     reading_size: int = 1_000_000
     reading_formats: tuple = (".obj", ".obj.gz", ".stl", ".ply", ".glb")
     thread_sizes: tuple = (64_000, 256_000, 1_024_000)
-    most_triangles_of_tightness: int = 40_000
+    most_bytes_of_tightness: int = 2 << 20  # of both files
+    tightness_sample: int = 500  # triangles
 
 
-QUICK = Profile(sizes=(1000, 2000), zero_sizes=(1000, 2000), tolerance_series=(1e-2, 1e-4), tolerance_size=1000,
-                displacements=(0.0, 1e-3, 0.1), placement_size=1000, resolutions=(500, 1000), resolution_of=2000, reading_size=2000,
-                thread_sizes=(2000,), tolerances=(1e-4,))
+QUICK = Profile(
+    sizes=(1000, 2000),
+    zero_sizes=(1000, 2000),
+    tolerance_series=(1e-2, 1e-4),
+    tolerance_size=1000,
+    displacements=(0.0, 1e-3, 0.1),
+    placement_size=1000,
+    resolutions=(500, 1000),
+    resolution_of=2000,
+    reading_size=2000,
+    thread_sizes=(2000,),
+    tolerances=(1e-4,),
+    tightness_sample=20,
+)
 
 
 class Plan:
@@ -55,8 +68,14 @@ class Plan:
 
     def _series(self, experiment, pairs, tolerances, names=None, series=True):
         """Sorted from easy to hard."""
-        return [[Job(experiment, pair, name, tolerance, series=experiment + "/" + pair.kind if series else "")
-                 for name in names or self.single()] for tolerance in tolerances for pair in pairs]
+        return [
+            [
+                Job(experiment, pair, name, tolerance, series=experiment + "/" + pair.kind if series else "")
+                for name in names or self.single()
+            ]
+            for tolerance in tolerances
+            for pair in pairs
+        ]
 
     def single(self):
         """The contenders on one thread."""
@@ -80,8 +99,14 @@ class Plan:
 
     def _distance(self, pair):
         """h as well as it is known from the runs of `pairs`, and A's diagonal."""
-        found = [row for row in self.runs.rows if row["pair"] == pair.name and row["experiment"] == "pairs" and
-                 row["contender"].startswith("auto") and row["status"] in FINISHED]
+        found = [
+            row
+            for row in self.runs.rows
+            if row["pair"] == pair.name
+            and row["experiment"] == "pairs"
+            and row["contender"].startswith("auto")
+            and row["status"] in FINISHED
+        ]
         if not found:
             return None, None
         best = min(found, key=lambda row: row["upper"] - row["lower"])
@@ -98,13 +123,20 @@ class Plan:
     def _tolerance(self):
         pairs = [self.made.near(self.profile.tolerance_size)]
         pairs += [pair for pair in self.pairs if fnmatch.fnmatch(pair.name, "remesh/tw107100-tw107100_sf")]
-        return [[dataclasses.replace(job, series="tolerance/" + job.pair.name) for job in jobs]
-                for jobs in self._series("tolerance", pairs, self.profile.tolerance_series)]
+        return [
+            [dataclasses.replace(job, series="tolerance/" + job.pair.name) for job in jobs]
+            for jobs in self._series("tolerance", pairs, self.profile.tolerance_series)
+        ]
 
     def _threads(self):
         counts = sorted({self.cores, *(2**k for k in range(self.cores.bit_length() + 1))})
         names = ["auto" if count == 1 else f"auto@{count}" for count in counts]
-        large = ("decimate-half/armadillo_voxel1M*", "remesh/arm_voxel", "remesh/tw107100-tw107100_sf", "half/armadillo")
+        large = (
+            "decimate-half/armadillo_voxel1M*",
+            "remesh/arm_voxel",
+            "remesh/tw107100-tw107100_sf",
+            "half/armadillo",
+        )
         pairs = [self.made.near(n) for n in self.profile.thread_sizes]
         pairs += [pair for pair in self.pairs if any(fnmatch.fnmatch(pair.name, glob) for glob in large)]
         return self._series("threads", pairs, [1e-6], names, series=False)

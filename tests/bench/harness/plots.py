@@ -1,28 +1,51 @@
 """The pictures of docs/benchmarks.md, as SVG that is the same for the same figures."""
 import math
+import re
 import statistics
 
 import matplotlib
+
 matplotlib.use("svg")
 from matplotlib import pyplot  # noqa: E402
 
 from .contenders import STAGES  # noqa: E402
 from .results import triangles  # noqa: E402
 
-matplotlib.rcParams.update({
-    "svg.hashsalt": "meshgauge", "svg.fonttype": "none", "font.size": 9, "axes.grid": True, "grid.alpha": 0.3,
-    "axes.spines.top": False, "axes.spines.right": False, "figure.constrained_layout.use": True, "lines.markersize": 4,
-    "font.family": "sans-serif", "figure.facecolor": "white"})
+matplotlib.rcParams.update(
+    {
+        "svg.hashsalt": "meshgauge",
+        "svg.fonttype": "none",
+        "font.size": 9,
+        "axes.grid": True,
+        "grid.alpha": 0.3,
+        "axes.spines.top": False,
+        "axes.spines.right": False,
+        "figure.constrained_layout.use": True,
+        "lines.markersize": 4,
+        "font.family": "sans-serif",
+        "figure.facecolor": "white",
+    }
+)
 COLOURS = {"auto": "#0060a8", "four_point": "#d55e00", "triangle_set": "#7a7a00", "cgal": "#7b3fa0"}
 MARKERS = {"auto": "o", "four_point": "s", "triangle_set": "^", "cgal": "D"}
-STAGE_COLOURS = {"read_a": "#bbbbbb", "read_b": "#888888", "build": "#e69f00", "traverse": "#56b4e9", "reduce": "#009e73",
-                 "certify": "#cc79a7"}
+STAGE_COLOURS = {
+    "read_a": "#bbbbbb",
+    "read_b": "#888888",
+    "build": "#e69f00",
+    "traverse": "#56b4e9",
+    "reduce": "#009e73",
+    "certify": "#cc79a7",
+}
 
 
 def _style(name):
     base = name.split("@")[0].split("+")[0]
-    return {"color": COLOURS.get(base, "#444444"), "marker": MARKERS.get(base, "x"), "linestyle": "--" if "@" in name else "-",
-            "label": name}
+    return {
+        "color": COLOURS.get(base, "#444444"),
+        "marker": MARKERS.get(base, "x"),
+        "linestyle": "--" if "@" in name else "-",
+        "label": name,
+    }
 
 
 def _save(figure, path):
@@ -41,7 +64,11 @@ def _ones(axis, value=1.0):
 
 def speedup_by_size(results, path, fast, rivals):
     """The paper's Figures 3 and 4: a point a pair."""
-    found = [(rival, tolerance, results.ratios("pairs", tolerance, fast, rival)) for rival in rivals for tolerance in results.tolerances()]
+    found = [
+        (rival, tolerance, results.ratios("pairs", tolerance, fast, rival))
+        for rival in rivals
+        for tolerance in results.tolerances()
+    ]
     found = [entry for entry in found if entry[2]]
     if not found:
         return False
@@ -50,10 +77,21 @@ def speedup_by_size(results, path, fast, rivals):
     figure, axes = _panels(len(shown))
     for rival, tolerance, ratios in found:
         axis = axes[shown.index(rival)]
-        axis.scatter([sizes[pair, tolerance] for pair in ratios.values], list(ratios.values.values()), s=9, alpha=0.7,
-                     label=f"{tolerance:g}: geometric mean {ratios.geometric_mean():.3g}x")
+        axis.scatter(
+            [sizes[pair, tolerance] for pair in ratios.values],
+            list(ratios.values.values()),
+            s=9,
+            alpha=0.7,
+            label=f"{tolerance:g}: geometric mean {ratios.geometric_mean():.3g}x",
+        )
     for rival, axis in zip(shown, axes):
-        axis.set(xscale="log", yscale="log", xlabel="triangles of both meshes", ylabel="speed-up", title=f"{fast} over {rival}")
+        axis.set(
+            xscale="log",
+            yscale="log",
+            xlabel="triangles of both meshes",
+            ylabel="speed-up",
+            title=f"{fast} over {rival}",
+        )
         _ones(axis)
         axis.legend(fontsize=7)
     return _save(figure, path) or True
@@ -61,7 +99,11 @@ def speedup_by_size(results, path, fast, rivals):
 
 def speedup_histogram(results, path, fast, rivals):
     """The paper's Figure 5, on a logarithmic axis."""
-    found = [(rival, tolerance, results.ratios("pairs", tolerance, fast, rival)) for rival in rivals for tolerance in results.tolerances()]
+    found = [
+        (rival, tolerance, results.ratios("pairs", tolerance, fast, rival))
+        for rival in rivals
+        for tolerance in results.tolerances()
+    ]
     found = [entry for entry in found if entry[2]]
     if not found:
         return False
@@ -71,7 +113,11 @@ def speedup_histogram(results, path, fast, rivals):
     edges = [2.0**k for k in range(math.floor(min(logs)), math.ceil(max(logs)) + 2)]
     for rival, axis in zip(shown, axes):
         entries = [(tolerance, ratios) for name, tolerance, ratios in found if name == rival]
-        axis.hist([list(ratios.values.values()) for _, ratios in entries], edges, label=[f"{tolerance:g}" for tolerance, _ in entries])
+        axis.hist(
+            [list(ratios.values.values()) for _, ratios in entries],
+            edges,
+            label=[f"{tolerance:g}" for tolerance, _ in entries],
+        )
         axis.set(xlabel="speed-up", ylabel="pairs", title=f"{fast} over {rival}")
         axis.set_xscale("log", base=2)
         axis.axvline(1, color="black", linewidth=0.8)
@@ -79,12 +125,16 @@ def speedup_histogram(results, path, fast, rivals):
     return _save(figure, path) or True
 
 
-def _curves(axis, results, experiment, key, keep=lambda row: True, names=None):
-    """A line a contender; an open mark where it did not finish is left out."""
+def _curves(axis, results, experiment, key, keep=lambda row: True):
+    """A line a contender, of what it finished."""
     drawn = False
-    for name in names or results.contenders(experiment):
-        points = sorted((key(result, by_name), result.seconds) for _, _, _, by_name in results.of(experiment)
-                        for result in [by_name.get(name)] if result and result.finished and keep(result))
+    for name in results.contenders(experiment):
+        points = sorted(
+            (key(result, by_name), result.seconds)
+            for _, _, _, by_name in results.of(experiment)
+            for result in [by_name.get(name)]
+            if result and result.finished and keep(result)
+        )
         if points:
             axis.plot(*zip(*points), **_style(name))
             drawn = True
@@ -93,20 +143,29 @@ def _curves(axis, results, experiment, key, keep=lambda row: True, names=None):
 
 def scaling_triangles(results, path):
     """Time and memory against triangles, with straight growth beside."""
-    figure, (near, same, flat, memory) = _panels(4)
+    figure, axes = pyplot.subplots(2, 2, figsize=(8.4, 6.4))
+    near, memory, same, flat = axes.flat
     size = lambda result, by_name: triangles(by_name)
     drawn = _curves(near, results, "growth", size)
     drawn |= _curves(same, results, "zero", size, lambda row: row["kind"] == "same")
     drawn |= _curves(flat, results, "zero", size, lambda row: row["kind"] == "retriangulated")
     for name in results.contenders("growth"):
-        points = sorted((triangles(by_name), by_name[name].peak_bytes() / 2**20) for _, _, _, by_name in results.of("growth")
-                        if name in by_name and by_name[name].finished)
+        points = sorted(
+            (triangles(by_name), by_name[name].peak_bytes() / 2**20)
+            for _, _, _, by_name in results.of("growth")
+            if name in by_name and by_name[name].finished
+        )
         if points:
             memory.plot(*zip(*points), **_style(name))
     titles = ("near meshes, 1e-4 of the diagonal", "identical, 1e-6", "re-triangulated plane, 1e-6", "near meshes")
     for axis, title in zip((near, same, flat, memory), titles):
-        axis.set(xscale="log", yscale="log", xlabel="triangles of both meshes", title=title,
-                 ylabel="peak memory of the process, MiB" if axis is memory else "seconds")
+        axis.set(
+            xscale="log",
+            yscale="log",
+            xlabel="triangles of both meshes",
+            title=title,
+            ylabel="peak memory of the process, MiB" if axis is memory else "seconds",
+        )
         if axis.lines:
             _linear_growth(axis)
             axis.legend(fontsize=7)
@@ -124,7 +183,13 @@ def scaling_tolerance(results, path):
         return False
     figure, axes = _panels(len(pairs))
     for pair, axis in zip(pairs, axes):
-        _curves(axis, results, "tolerance", lambda result, _: result["tolerance"], lambda row, pair=pair: row["pair"] == pair)
+        _curves(
+            axis,
+            results,
+            "tolerance",
+            lambda result, _: result["tolerance"],
+            lambda row, pair=pair: row["pair"] == pair,
+        )
         axis.set(xscale="log", yscale="log", xlabel="tolerance, part of the diagonal", ylabel="seconds", title=pair)
         axis.invert_xaxis()
         axis.legend(fontsize=7)
@@ -140,8 +205,12 @@ def scaling_threads(results, path):
         if not one or not one.finished:
             continue
         counts = {int(name.partition("@")[2] or 1): result for name, result in by_name.items() if result.finished}
-        axis.plot(sorted(counts), [one.seconds / counts[n].seconds for n in sorted(counts)], marker="o",
-                  label=f"{pair}, {one.seconds:.2g} s")
+        axis.plot(
+            sorted(counts),
+            [one.seconds / counts[n].seconds for n in sorted(counts)],
+            marker="o",
+            label=f"{pair}, {one.seconds:.2g} s",
+        )
         most = max(most, *counts)
     if not axis.lines:
         pyplot.close(figure)
@@ -154,18 +223,30 @@ def scaling_threads(results, path):
 
 def placement(results, path):
     """The paper's Figure 8: above, the time of each stage against the displacement; below, the culling rate."""
-    found = [(by_name, experiment) for experiment in ("placement", "pairs") for _, tolerance, _, by_name in results.of(experiment)
-             if next(iter(by_name.values()))["kind"] == "placement" and tolerance == 1e-4]
+    found = [
+        (by_name, experiment)
+        for experiment in ("placement", "pairs")
+        for _, tolerance, _, by_name in results.of(experiment)
+        if next(iter(by_name.values()))["kind"] == "placement" and tolerance == 1e-4
+    ]
     shapes = sorted({_shape(by_name) for by_name, _ in found})
-    names = [name for name in ("auto", "four_point", "triangle_set", "cgal") if any(name in by_name for by_name, _ in found)]
+    names = [
+        name for name in ("auto", "four_point", "triangle_set", "cgal") if any(name in by_name for by_name, _ in found)
+    ]
     if not shapes:
         return False
     figure, axes = pyplot.subplots(2, len(shapes), figsize=(3.4 * len(shapes), 5.4), squeeze=False, sharex="col")
     for column, shape in enumerate(shapes):
         time, culling = axes[0][column], axes[1][column]
         for name in names:
-            runs = sorted(((by_name[name]["at"], by_name[name]) for by_name, _ in found if _shape(by_name) == shape and name in by_name
-                           and by_name[name].finished), key=lambda run: run[0])
+            runs = sorted(
+                (
+                    (by_name[name]["at"], by_name[name])
+                    for by_name, _ in found
+                    if _shape(by_name) == shape and name in by_name and by_name[name].finished
+                ),
+                key=lambda run: run[0],
+            )
             if not runs:
                 continue
             at = [d for d, _ in runs]
@@ -175,12 +256,25 @@ def placement(results, path):
             time.plot(at, [run["traverse"] for _, run in runs], color=COLOURS[name], linewidth=0.8, linestyle="--")
             time.plot(at, [run["reduce"] for _, run in runs], color=COLOURS[name], linewidth=0.8, linestyle=":")
             culling.plot(at, [100 * (1 - run["survivors"] / run["triangles_a"]) for _, run in runs], **_style(name))
-        smallest = min((by_name[name]["at"] for by_name, _ in found if _shape(by_name) == shape for name in by_name
-                        if by_name[name]["at"]), default=1e-4)
+        smallest = min(
+            (
+                by_name[name]["at"]
+                for by_name, _ in found
+                if _shape(by_name) == shape
+                for name in by_name
+                if by_name[name]["at"]
+            ),
+            default=1e-4,
+        )
         for axis in (time, culling):
             axis.set_xscale("symlog", linthresh=smallest)
         time.set(yscale="log", title=shape, ylabel="seconds (dashed: traverse, dotted: reduce)" if not column else "")
-        culling.set(xlabel="displacement d, part of the diagonal", ylabel="culling rate, %" if not column else "", ylim=(-3, 103))
+        time.set_ylim(bottom=1e-5)  # less is no stage
+        culling.set(
+            xlabel="displacement d, part of the diagonal",
+            ylabel="culling rate, %" if not column else "",
+            ylim=(-3, 103),
+        )
         time.legend(fontsize=7)
     return _save(figure, path) or True
 
@@ -191,17 +285,23 @@ def _shape(by_name):
 
 def resolution(results, path):
     """The paper's Figure 9: a mesh of each resolution against one fine one."""
-    found = [by_name for experiment in ("resolution", "pairs") for _, tolerance, _, by_name in results.of(experiment)
-             if next(iter(by_name.values()))["kind"] == "resolution" and tolerance == 1e-4]
-    shape = lambda by_name: next(iter(by_name.values()))["pair"].rpartition("_dec" if "_dec" in next(iter(by_name.values()))["pair"] else "_of")[0].rstrip("0123456789").rstrip("_")
-    shapes = sorted({shape(by_name) for by_name in found})
+    found = [
+        by_name
+        for experiment in ("resolution", "pairs")
+        for _, tolerance, _, by_name in results.of(experiment)
+        if next(iter(by_name.values()))["kind"] == "resolution" and tolerance == 1e-4
+    ]
+    shapes = sorted({_base(by_name) for by_name in found})
     if not shapes:
         return False
     figure, axes = _panels(len(shapes), 3.2, 3.4)
     for name_of_shape, axis in zip(shapes, axes):
         for name in ("auto", "four_point", "triangle_set", "cgal"):
-            points = sorted((by_name[name]["triangles_a"], by_name[name].seconds) for by_name in found
-                            if shape(by_name) == name_of_shape and name in by_name and by_name[name].finished)
+            points = sorted(
+                (by_name[name]["triangles_a"], by_name[name].seconds)
+                for by_name in found
+                if _base(by_name) == name_of_shape and name in by_name and by_name[name].finished
+            )
             if points:
                 axis.plot(*zip(*points), **_style(name))
         axis.set(xscale="log", yscale="log", xlabel="triangles of A", ylabel="seconds", title=name_of_shape)
@@ -209,9 +309,19 @@ def resolution(results, path):
     return _save(figure, path) or True
 
 
+def _base(by_name):
+    """res/bunny_dec2 -> res/bunny, made/torus_1000_of_2000 -> made/torus"""
+    return re.sub(r"_dec\d+$|_\d+_of_\d+$", "", next(iter(by_name.values()))["pair"])
+
+
 def reading(results, path):
     """Where the time of `compare` goes on large files."""
-    runs = [(run["kind"], name, run) for _, _, _, by_name in results.of("reading") for name, run in by_name.items() if run.finished]
+    runs = [
+        (run["kind"], name, run)
+        for _, _, _, by_name in results.of("reading")
+        for name, run in by_name.items()
+        if run.finished
+    ]
     if not runs:
         return False
     figure, (axis,) = _panels(1, 0.6 + 0.32 * len(runs), 6.5)
@@ -241,7 +351,7 @@ def tightness(rows, path):
         value = statistics.fmean(value for _, value in points)
         axis.scatter([cost], [value], color=COLOURS["four_point" if "point" in label else "triangle_set"], zorder=3)
         axis.annotate(label, (cost, value), textcoords="offset points", xytext=(4, 4), fontsize=7)
-    axis.set(xscale="log", xlabel="seconds a bound", ylabel="tightness (true distance / bound)")
+    axis.set(xscale="log", xlabel="seconds a bound", ylabel="tightness (best bound / bound)")
     return _save(figure, path) or True
 
 

@@ -34,7 +34,7 @@ class Progress:
     def _draw(self, text):
         filled = 24 * self.done // max(1, self.total)
         line = f"[{'#' * filled}{'-' * (24 - filled)}] {self._count()}  {text}"
-        print("\r\033[K" + line[:shutil.get_terminal_size().columns - 1], end="", file=self.stream, flush=True)
+        print("\r\033[K" + line[: shutil.get_terminal_size().columns - 1], end="", file=self.stream, flush=True)
 
 
 def _clock(seconds):

@@ -10,6 +10,7 @@ from .contenders import FINISHED, STAGES
 @dataclasses.dataclass
 class Result:
     """A contender on a pair: the fastest of its repetitions."""
+
     rows: list
 
     def __post_init__(self):
@@ -55,7 +56,9 @@ def select(rows):
     found = collections.defaultdict(dict)
     for (*case, contender), group in groups.items():
         newest = [group[-1][name] for name in ("program", "meshes", "limits")]
-        found[tuple(case)][contender] = Result([row for row in group if [row[k] for k in ("program", "meshes", "limits")] == newest])
+        found[tuple(case)][contender] = Result(
+            [row for row in group if [row[k] for k in ("program", "meshes", "limits")] == newest]
+        )
     return dict(found)
 
 
@@ -66,8 +69,11 @@ class Results:
 
     def of(self, experiment, tolerance=None):
         """[(pair, tolerance, gate, {contender: Result})]"""
-        return [(pair, tol, gate, by_name) for (name, pair, tol, gate), by_name in self.cases.items()
-                if name == experiment and tolerance in (None, tol)]
+        return [
+            (pair, tol, gate, by_name)
+            for (name, pair, tol, gate), by_name in self.cases.items()
+            if name == experiment and tolerance in (None, tol)
+        ]
 
     def tolerances(self, experiment="pairs"):
         return sorted({tol for name, _, tol, _ in self.cases if name == experiment}, reverse=True)
@@ -75,16 +81,27 @@ class Results:
     def contenders(self, experiment="pairs"):
         names = {name for case, by_name in self.cases.items() if case[0] == experiment for name in by_name}
         order = ("auto", "four_point", "triangle_set", "cgal")
-        return sorted(names, key=lambda name: (order.index(name.split("@")[0]) if name.split("@")[0] in order else 99, name))
+        return sorted(
+            names, key=lambda name: (order.index(name.split("@")[0]) if name.split("@")[0] in order else 99, name)
+        )
 
     def ratios(self, experiment, tolerance, fast, slow):
-        return Ratios([(pair, by_name[fast], by_name[slow]) for pair, _, _, by_name in self.of(experiment, tolerance)
-                       if fast in by_name and slow in by_name])
+        return Ratios(
+            [
+                (pair, by_name[fast], by_name[slow])
+                for pair, _, _, by_name in self.of(experiment, tolerance)
+                if fast in by_name and slow in by_name
+            ]
+        )
 
 
 def triangles(by_name):
     """Of both meshes. The peer drops degenerate ones, so the larger count is the files'."""
-    counts = [result["triangles_a"] + result["triangles_b"] for result in by_name.values() if result["triangles_a"] is not None]
+    counts = [
+        result["triangles_a"] + result["triangles_b"]
+        for result in by_name.values()
+        if result["triangles_a"] is not None
+    ]
     return int(max(counts)) if counts else 0
 
 
@@ -143,4 +160,8 @@ def slope(points):
 def doublings(points):
     """[(x, factor)]: how much y grows when x doubles, between neighbours in x."""
     points = sorted(points)
-    return [(x1, (y1 / y0) ** (math.log(2) / math.log(x1 / x0))) for (x0, y0), (x1, y1) in zip(points, points[1:]) if x1 > x0]
+    return [
+        (x1, (y1 / y0) ** (math.log(2) / math.log(x1 / x0)))
+        for (x0, y0), (x1, y1) in zip(points, points[1:])
+        if x1 > x0
+    ]

@@ -5,11 +5,56 @@ import os
 
 # What makes two runs the same measurement; with `repetition`, the same run.
 KEY = ("experiment", "pair", "meshes", "contender", "program", "tolerance", "gate", "limits")
-COLUMNS = (*KEY, "repetition", "session", "kind", "at", "triangles_a", "triangles_b", "status", "seconds", "build", "traverse",
-           "reduce", "certify", "read_a", "read_b", "total", "prepare", "wall", "user", "system", "peak_bytes", "diagonal", "lower",
-           "upper", "reference_lower", "reference_upper", "max_distance", "verdict", "survivors", "queries", "subdivisions",
-           "threads", "simd", "load")
-_TEXTS = {"experiment", "pair", "meshes", "contender", "program", "gate", "limits", "session", "kind", "status", "verdict", "simd"}
+COLUMNS = (
+    *KEY,
+    "repetition",
+    "session",
+    "kind",
+    "at",
+    "triangles_a",
+    "triangles_b",
+    "status",
+    "seconds",
+    "build",
+    "traverse",
+    "reduce",
+    "certify",
+    "read_a",
+    "read_b",
+    "total",
+    "prepare",
+    "wall",
+    "user",
+    "system",
+    "peak_bytes",
+    "diagonal",
+    "lower",
+    "upper",
+    "reference_lower",
+    "reference_upper",
+    "max_distance",
+    "verdict",
+    "survivors",
+    "queries",
+    "subdivisions",
+    "threads",
+    "simd",
+    "load",
+)
+_TEXTS = {
+    "experiment",
+    "pair",
+    "meshes",
+    "contender",
+    "program",
+    "gate",
+    "limits",
+    "session",
+    "kind",
+    "status",
+    "verdict",
+    "simd",
+}
 
 
 def _parsed(row):
@@ -46,7 +91,9 @@ class Store:
         with self.path.open(newline="") as file:
             reader = csv.DictReader(file)
             if tuple(reader.fieldnames or ()) != COLUMNS:
-                raise SystemExit(f"bench: {self.path} has other columns than this version writes; move it away or use --fresh")
+                raise SystemExit(
+                    f"bench: {self.path} has other columns than this version writes; move it away or use --fresh"
+                )
             self.rows = [_parsed(row) for row in reader]
 
     def add(self, row):

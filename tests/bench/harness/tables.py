@@ -1,4 +1,4 @@
-"""The Markdown tables of docs/benchmarks.md, each by its name."""
+"""The Markdown tables of docs/benchmarks.md that are about the pairs, each by its name."""
 import collections
 import statistics
 
@@ -14,9 +14,21 @@ def machine(results, sessions):
     for facts in sessions:
         if facts["session"] in used:
             load = max(row["load"] for row in results.rows if row["session"] == facts["session"])
-            rows.append((facts["session"], facts["processor"], facts["cores"], facts["memory"], facts["kernel"], facts["commit"],
-                         facts["cgal"], f"{load:.1f}"))
-    return text.table(("session (UTC)", "processor", "cores", "memory", "kernel", "commit", "CGAL", "largest load"), rows)
+            rows.append(
+                (
+                    facts["session"],
+                    facts["processor"],
+                    facts["cores"],
+                    facts["memory"],
+                    facts["kernel"],
+                    facts["commit"],
+                    facts["cgal"],
+                    f"{load:.1f}",
+                )
+            )
+    return text.table(
+        ("session (UTC)", "processor", "cores", "memory", "kernel", "commit", "CGAL", "largest load"), rows
+    )
 
 
 def mixed(results):
@@ -38,28 +50,74 @@ def finished(results):
             runs = [by_name[name] for _, _, _, by_name in results.of("pairs", tolerance) if name in by_name]
             count = collections.Counter(run.status for run in runs if not run.finished)
             done = [run for run in runs if run.finished]
-            rows.append((f"{tolerance:g}", f"`{name}`", len(runs), text.percent(len(done) / len(runs)), count.pop("timeout", 0),
-                         count.pop("memory", 0), sum(count.values()), sum(run.is_wrong() for run in done),
-                         text.seconds(statistics.geometric_mean(run.seconds for run in done)) if done else "–",
-                         text.seconds(sum(run.seconds for run in done)), text.percent(statistics.median(run.spread for run in done))
-                         if done else "–"))
-    return text.table(("tolerance", "contender", "pairs", "finished", "over time", "over memory", "other end", "misses the reference",
-                       "geometric mean", "sum", "spread of repetitions"), rows)
+            rows.append(
+                (
+                    f"{tolerance:g}",
+                    f"`{name}`",
+                    len(runs),
+                    text.percent(len(done) / len(runs)),
+                    count.pop("timeout", 0),
+                    count.pop("memory", 0),
+                    sum(count.values()),
+                    sum(run.is_wrong() for run in done),
+                    text.seconds(statistics.geometric_mean(run.seconds for run in done)) if done else "–",
+                    text.seconds(sum(run.seconds for run in done)),
+                    text.percent(statistics.median(run.spread for run in done)) if done else "–",
+                )
+            )
+    return text.table(
+        (
+            "tolerance",
+            "contender",
+            "pairs",
+            "finished",
+            "over time",
+            "over memory",
+            "other end",
+            "misses the reference",
+            "geometric mean",
+            "sum",
+            "spread of repetitions",
+        ),
+        rows,
+    )
 
 
 def speedups(results):
     rows = []
     for tolerance in results.tolerances():
-        for rival in [name for name in results.contenders() if name != "auto"]:
+        for rival in [name for name in results.contenders() if not name.startswith("auto")]:
             ratios = results.ratios("pairs", tolerance, "auto", rival)
             if not ratios:
                 continue
             (least_pair, least), (most_pair, most) = ratios.least(), ratios.most()
-            rows.append((f"{tolerance:g}", f"`{rival}`", len(ratios.values), text.ratio(ratios.geometric_mean()), text.ratio(ratios.median()),
-                         f"{text.ratio(least)} ({least_pair})", f"{text.ratio(most)} ({most_pair})", len(ratios.below(1)),
-                         sum(fast.finished and not slow.finished for _, fast, slow in ratios.triples)))
-    return text.table(("tolerance", "over", "pairs both finish", "geometric mean", "median", "least", "most", "losses",
-                       "only `auto` finishes"), rows)
+            rows.append(
+                (
+                    f"{tolerance:g}",
+                    f"`{rival}`",
+                    len(ratios.values),
+                    text.ratio(ratios.geometric_mean()),
+                    text.ratio(ratios.median()),
+                    f"{text.ratio(least)} ({least_pair})",
+                    f"{text.ratio(most)} ({most_pair})",
+                    len(ratios.below(1)),
+                    sum(fast.finished and not slow.finished for _, fast, slow in ratios.triples),
+                )
+            )
+    return text.table(
+        (
+            "tolerance",
+            "over",
+            "pairs both finish",
+            "geometric mean",
+            "median",
+            "least",
+            "most",
+            "losses",
+            "only `auto` finishes",
+        ),
+        rows,
+    )
 
 
 def by_kind(results):
@@ -71,8 +129,13 @@ def by_kind(results):
         for kind, found in sorted(cases.items()):
             cells = []
             for rival in RIVALS:
-                ratios = Ratios([(pair, by_name["auto"], by_name[rival]) for pair, by_name in found
-                                 if "auto" in by_name and rival in by_name])
+                ratios = Ratios(
+                    [
+                        (pair, by_name["auto"], by_name[rival])
+                        for pair, by_name in found
+                        if "auto" in by_name and rival in by_name
+                    ]
+                )
                 cells.append(text.ratio(ratios.geometric_mean()) if ratios else "–")
             rows.append((kind, f"{tolerance:g}", len(found), *cells))
     return text.table(("kind", "tolerance", "pairs", *(f"over `{rival}`" for rival in RIVALS)), rows)
@@ -91,22 +154,59 @@ def losses(results):
                     continue
                 auto = by_name["auto"]
                 stages = " + ".join(text.seconds(stage) for stage in auto.stages()[:3])
-                rows.append((pair, f"{tolerance:g}", f"`{rival}`", text.ratio(value), text.count(triangles(by_name)),
-                             f"{height(by_name):.1e}", text.seconds(by_name[rival].seconds), text.seconds(auto.seconds), stages))
+                rows.append(
+                    (
+                        pair,
+                        f"{tolerance:g}",
+                        f"`{rival}`",
+                        text.ratio(value),
+                        text.count(triangles(by_name)),
+                        f"{height(by_name):.1e}",
+                        text.seconds(by_name[rival].seconds),
+                        text.seconds(auto.seconds),
+                        stages,
+                    )
+                )
     if not rows and results.of("pairs"):
         return "None."
-    return text.table(("pair", "tolerance", "rival", "speed-up", "triangles", "h / diagonal", "rival", "`auto`",
-                       "of that build + traverse + reduce"), rows)
+    return text.table(
+        (
+            "pair",
+            "tolerance",
+            "rival",
+            "speed-up",
+            "triangles",
+            "h / diagonal",
+            "rival",
+            "`auto`",
+            "of that build + traverse + reduce",
+        ),
+        rows,
+    )
 
 
 def failures(results):
-    rows = [(pair, f"{tolerance:g}", f"`{name}`", "misses the reference" if result.finished else result.status,
-             text.count(triangles(by_name)), f"{height(by_name):.1e}", text.seconds(by_name["auto"].seconds) if "auto" in by_name else "–")
-            for tolerance in results.tolerances() for pair, _, _, by_name in results.of("pairs", tolerance)
-            for name, result in by_name.items() if not result.finished or result.is_wrong()]
+    rows = [
+        (
+            pair,
+            f"{tolerance:g}",
+            f"`{name}`",
+            "misses the reference" if result.finished else result.status,
+            text.count(triangles(by_name)),
+            f"{height(by_name):.1e}",
+            text.seconds(by_name["auto"].seconds) if "auto" in by_name else "–",
+        )
+        for tolerance in results.tolerances()
+        for pair, _, _, by_name in results.of("pairs", tolerance)
+        for name, result in by_name.items()
+        if not result.finished or result.is_wrong()
+    ]
     if not rows and results.of("pairs"):
         return "None."
-    return text.table(("pair", "tolerance", "contender", "end", "triangles", "h / diagonal", "`auto`"), sorted(rows, key=lambda r: r[2]))
+    return text.table(
+        ("pair", "tolerance", "contender", "end", "triangles", "h / diagonal", "`auto`"),
+        sorted(rows, key=lambda r: r[2]),
+    )
 
 
 def table1(results):
@@ -117,77 +217,35 @@ def table1(results):
         if not ratios:
             continue
         parts = [sum(run.finished for run in column) / len(ratios.triples) for column in list(zip(*ratios.triples))[1:]]
-        rows.append((f"{tolerance:g}", len(ratios.triples), text.percent(parts[0]), text.percent(parts[1]), text.ratio(ratios.mean()),
-                     text.ratio(ratios.geometric_mean()), text.ratio(ratios.most()[1]), text.percent(ratios.winnings())))
-    return text.table(("tolerance", "pairs", "`four_point` finished", "`triangle_set` finished", "mean speed-up", "geometric mean", "most",
-                       "winnings of `four_point`"), rows)
+        rows.append(
+            (
+                f"{tolerance:g}",
+                len(ratios.triples),
+                text.percent(parts[0]),
+                text.percent(parts[1]),
+                text.ratio(ratios.mean()),
+                text.ratio(ratios.geometric_mean()),
+                text.ratio(ratios.most()[1]),
+                text.percent(ratios.winnings()),
+            )
+        )
+    return text.table(
+        (
+            "tolerance",
+            "pairs",
+            "`four_point` finished",
+            "`triangle_set` finished",
+            "mean speed-up",
+            "geometric mean",
+            "most",
+            "winnings of `four_point`",
+        ),
+        rows,
+    )
 
 
-def gate(results):
-    rows = []
-    for kind in ("2h", "h/2"):
-        values = targets.gate_ratios(results, kind)
-        if values:
-            pair, least = min(values.items(), key=lambda item: item[1])
-            rows.append((kind, len(values), text.ratio(statistics.geometric_mean(values.values())), text.ratio(statistics.median(values.values())),
-                         f"{text.ratio(least)} ({pair})", sum(value < 1 for value in values.values())))
-    return text.table(("limit", "decisions", "geometric mean", "median", "least", "slower than converging"), rows)
-
-
-def _by_size(results, experiment, kind=None):
-    names = results.contenders(experiment)
-    cases = sorted(((triangles(by_name), by_name) for _, _, _, by_name in results.of(experiment)
-                    if kind in (None, next(iter(by_name.values()))["kind"])), key=lambda case: case[0])
-    rows = [(text.count(n), *(_time(by_name.get(name)) for name in names)) for n, by_name in cases]
-    return text.table(("triangles of both", *(f"`{name}`" for name in names)), rows)
-
-
-def _time(result):
+def time_of(result):
     return "–" if result is None else text.seconds(result.seconds) if result.finished else result.status
-
-
-def growth(results):
-    return _by_size(results, "growth")
-
-
-def zero(results):
-    return "Identical meshes:\n\n" + _by_size(results, "zero", "same") + "\n\nRe-triangulated planes:\n\n" + \
-        _by_size(results, "zero", "retriangulated")
-
-
-def memory(results):
-    rows = []
-    for name in results.contenders("growth"):
-        points = targets.series(results, "growth", name, "peak_bytes")
-        large = [point for point in points if point[0] >= 50_000]
-        if large:
-            rows.append((f"`{name}`", text.count(large[-1][0]), f"{large[-1][1] / (1 << 20):.0f} MiB",
-                         f"{targets.bytes_per_triangle(large):.0f}"))
-    return text.table(("contender", "triangles of the largest pair", "peak memory there", "bytes a triangle"), rows)
-
-
-def reading(results):
-    rows = []
-    for _, _, _, by_name in results.of("reading"):
-        for name, run in by_name.items():
-            if run.finished:
-                read = run["read_a"] + run["read_b"]
-                rows.append((run["kind"], f"`{name}`", text.count(triangles(by_name)), text.seconds(run["read_a"]), text.seconds(run["read_b"]),
-                             *(text.seconds(stage) for stage in run.stages()), text.seconds(run["total"]), text.percent(read / run["total"])))
-    return text.table(("format", "contender", "triangles of both", "read_a", "read_b", "build", "traverse", "reduce", "certify", "total",
-                       "reading"), rows)
-
-
-def micro(report):
-    """Of Google Benchmark's JSON."""
-    rows = []
-    for run in report.get("benchmarks", []):
-        if run.get("run_type") == "iteration" and "error_occurred" not in run:
-            factor = {"ns": 1e-9, "us": 1e-6, "ms": 1e-3, "s": 1}[run["time_unit"]]
-            per, held = run.get("ns_per_triangle"), run.get("bytes_per_triangle")
-            rows.append((f"`{run['name']}`", text.seconds(run["real_time"] * factor), f"{1e9 * per:.1f} ns" if per else "–",
-                         f"{held:.0f}" if held else "–"))
-    return text.table(("benchmark", "time", "a triangle", "bytes a triangle"), rows)
 
 
 def all_pairs(results):
@@ -199,7 +257,23 @@ def all_pairs(results):
         for pair, _, _, by_name in results.of("pairs", tolerance):
             auto = by_name.get("auto")
             interval = f"{auto['lower']:.6g} .. {auto['upper']:.6g}" if auto and auto["upper"] is not None else "–"
-            rows.append((pair, text.count(triangles(by_name)), f"{height(by_name):.1e}", *(_time(by_name.get(name)) for name in names), interval))
-        parts.append(f"## Tolerance {tolerance:g} of the diagonal\n\n" + text.table(
-            ("pair", "triangles", "h / diagonal", *(f"`{name}`" for name in names), "interval of `auto`"), rows))
-    return "# Every pair\n\nMade by `./dev bench report`; [benchmarks.md](../benchmarks.md) says how.\n\n" + "\n\n".join(parts) + "\n"
+            rows.append(
+                (
+                    pair,
+                    text.count(triangles(by_name)),
+                    f"{height(by_name):.1e}",
+                    *(time_of(by_name.get(name)) for name in names),
+                    interval,
+                )
+            )
+        parts.append(
+            f"## Tolerance {tolerance:g} of the diagonal\n\n"
+            + text.table(
+                ("pair", "triangles", "h / diagonal", *(f"`{name}`" for name in names), "interval of `auto`"), rows
+            )
+        )
+    return (
+        "# Every pair\n\nMade by `./dev bench report`; [benchmarks.md](../benchmarks.md) says how.\n\n"
+        + "\n\n".join(parts)
+        + "\n"
+    )

@@ -14,13 +14,25 @@ def rows(results):
     """[(what, target, measured, met or None)]"""
     found = []
     for tolerance in results.tolerances():
-        found += _against_cgal(results, tolerance) + _finishing(results, tolerance) + _against_four_point(results, tolerance)
-    return found + _threads(results) + _zero(results) + _growth(results) + _memory(results) + _gate(results) + _reference(results)
+        found += (
+            _against_cgal(results, tolerance) + _finishing(results, tolerance) + _against_four_point(results, tolerance)
+        )
+    return (
+        found
+        + _threads(results)
+        + _zero(results)
+        + _growth(results)
+        + _memory(results)
+        + _gate(results)
+        + _reference(results)
+    )
 
 
 def table(results):
     verdicts = {True: "met", False: "**missed**", None: "–"}
-    return text.table(("what", "target", "measured", "verdict"), [(*row[:3], verdicts[row[3]]) for row in rows(results)])
+    return text.table(
+        ("what", "target", "measured", "verdict"), [(*row[:3], verdicts[row[3]]) for row in rows(results)]
+    )
 
 
 def _against_cgal(results, tolerance):
@@ -30,11 +42,24 @@ def _against_cgal(results, tolerance):
     mean = ratios.geometric_mean()
     sizes = {pair: triangles(by_name) for pair, _, _, by_name in results.of("pairs", tolerance)}
     large = {pair: value for pair, value in ratios.values.items() if sizes[pair] > LARGE}
-    found = [(f"`auto` against CGAL at {tolerance:g}, {len(ratios.values)} pairs, geometric mean", "≥ 20x", text.ratio(mean), mean >= 20)]
+    found = [
+        (
+            f"`auto` against CGAL at {tolerance:g}, {len(ratios.values)} pairs, geometric mean",
+            "≥ 20x",
+            text.ratio(mean),
+            mean >= 20,
+        )
+    ]
     if large:
         pair, least = min(large.items(), key=lambda item: item[1])
-        found.append((f"the same, least on {len(large)} pairs of more than 2,000 triangles", "≥ 3x", f"{text.ratio(least)} ({pair})",
-                      least >= 3))
+        found.append(
+            (
+                f"the same, least on {len(large)} pairs of more than 2,000 triangles",
+                "≥ 3x",
+                f"{text.ratio(least)} ({pair})",
+                least >= 3,
+            )
+        )
     return found
 
 
@@ -54,22 +79,34 @@ def _against_four_point(results, tolerance):
 
 
 def _threads(results):
-    ratios = [(slow.seconds / fast.seconds, fast["threads"]) for experiment in ("pairs", "threads", "growth")
-              for _, _, _, by_name in results.of(experiment) for fast, slow in [(by_name.get("auto@2"), by_name.get("auto"))]
-              if fast and slow and fast.finished and slow.finished and slow.seconds > LONG_SECONDS]
+    ratios = [
+        (slow.seconds / fast.seconds, fast["threads"])
+        for experiment in ("pairs", "threads", "growth")
+        for _, _, _, by_name in results.of(experiment)
+        for fast, slow in [(by_name.get("auto@2"), by_name.get("auto"))]
+        if fast and slow and fast.finished and slow.finished and slow.seconds > LONG_SECONDS
+    ]
     if not ratios:
         return []
     mean = statistics.geometric_mean(value for value, _ in ratios)
     note = "" if all(used == 2 for _, used in ratios) else " (the engine used one)"
-    return [(f"two threads against one, {len(ratios)} jobs above 50 ms, geometric mean", "≥ 1.7x",
-             f"{text.ratio(mean)}, least {text.ratio(min(ratios)[0])}{note}", mean >= 1.7)]
+    return [
+        (
+            f"two threads against one, {len(ratios)} jobs above 50 ms, geometric mean",
+            "≥ 1.7x",
+            f"{text.ratio(mean)}, least {text.ratio(min(ratios)[0])}{note}",
+            mean >= 1.7,
+        )
+    ]
 
 
 def series(results, experiment, name, field="seconds", kind=None):
     """[(triangles, value)] of a contender in an experiment of made meshes."""
-    return sorted((triangles(by_name), by_name[name].seconds if field == "seconds" else by_name[name].peak_bytes())
-                  for _, _, _, by_name in results.of(experiment)
-                  if name in by_name and by_name[name].finished and kind in (None, by_name[name]["kind"]))
+    return sorted(
+        (triangles(by_name), by_name[name].seconds if field == "seconds" else by_name[name].peak_bytes())
+        for _, _, _, by_name in results.of(experiment)
+        if name in by_name and by_name[name].finished and kind in (None, by_name[name]["kind"])
+    )
 
 
 def _zero(results):
@@ -80,8 +117,14 @@ def _zero(results):
             continue
         exponent = slope(points)
         n, value = min(points, key=lambda point: abs(math.log(point[0] / 8000)))
-        found.append((f"h = 0, {label}: exponent of time against triangles", "linear (≤ 1.1)",
-                      f"{exponent:.2f}; {text.seconds(value)} for {text.count(n)} triangles", exponent <= 1.1))
+        found.append(
+            (
+                f"h = 0, {label}: exponent of time against triangles",
+                "linear (≤ 1.1)",
+                f"{exponent:.2f}; {text.seconds(value)} for {text.count(n)} triangles",
+                exponent <= 1.1,
+            )
+        )
     return found
 
 
@@ -91,8 +134,14 @@ def _growth(results):
     if not factors:
         return []
     worst, at = max(factors)
-    return [("doubling both meshes, most of the neighbours above 5 ms", "≤ 2.2x", f"{text.ratio(worst)} (to {text.count(at)} triangles)",
-             worst <= 2.2)]
+    return [
+        (
+            "doubling both meshes, most of the neighbours above 5 ms",
+            "≤ 2.2x",
+            f"{text.ratio(worst)} (to {text.count(at)} triangles)",
+            worst <= 2.2,
+        )
+    ]
 
 
 def bytes_per_triangle(points):
@@ -105,14 +154,26 @@ def _memory(results):
     value = bytes_per_triangle(points)
     if math.isnan(value):
         return []
-    return [("memory of the whole process a triangle, files and meshes included", "≤ 200 bytes", f"{value:.0f} bytes", value <= 200)]
+    return [
+        (
+            "memory of the whole process a triangle, files and meshes included",
+            "≤ 200 bytes",
+            f"{value:.0f} bytes",
+            value <= 200,
+        )
+    ]
 
 
 def gate_ratios(results, gate):
     """{pair: seconds of converging / seconds until the gate is decided}"""
-    converging = {pair: by_name["auto"] for pair, _, kind, by_name in results.of("gate") if kind == "" and "auto" in by_name}
-    return {pair: converging[pair].seconds / by_name["auto"].seconds for pair, _, kind, by_name in results.of("gate")
-            if kind == gate and pair in converging and converging[pair].finished and by_name["auto"].finished}
+    converging = {
+        pair: by_name["auto"] for pair, _, kind, by_name in results.of("gate") if kind == "" and "auto" in by_name
+    }
+    return {
+        pair: converging[pair].seconds / by_name["auto"].seconds
+        for pair, _, kind, by_name in results.of("gate")
+        if kind == gate and pair in converging and converging[pair].finished and by_name["auto"].finished
+    }
 
 
 def _gate(results):
@@ -120,16 +181,39 @@ def _gate(results):
     if not values:
         return []
     mean = statistics.geometric_mean(values)
-    wrong = [pair for pair, _, gate, by_name in results.of("gate") if gate and by_name["auto"].finished
-             and by_name["auto"]["verdict"] != {"2h": "pass", "h/2": "fail"}[gate]]
+    wrong = [
+        pair
+        for pair, _, gate, by_name in results.of("gate")
+        if gate and by_name["auto"].finished and by_name["auto"]["verdict"] != {"2h": "pass", "h/2": "fail"}[gate]
+    ]
     measured = text.ratio(mean) + (", wrong verdict: " + ", ".join(wrong) if wrong else "")
-    return [(f"gates at 2h and h/2 against converging to 1e-4, {len(values)} decisions, geometric mean", "≥ 2x", measured,
-             mean >= 2 and not wrong)]
+    return [
+        (
+            f"gates at 2h and h/2 against converging to 1e-4, {len(values)} decisions, geometric mean",
+            "≥ 2x",
+            measured,
+            mean >= 2 and not wrong,
+        )
+    ]
 
 
 def _reference(results):
-    runs = [(pair, result) for pair, _, _, by_name in results.of("pairs") for name, result in by_name.items()
-            if name.startswith("auto") and result["reference_lower"] is not None and result.finished]
+    runs = [
+        (pair, result)
+        for pair, _, _, by_name in results.of("pairs")
+        for name, result in by_name.items()
+        if name.startswith("auto") and result["reference_lower"] is not None and result.finished
+    ]
     wrong = sorted({pair for pair, result in runs if result.is_wrong()})
-    return [("intervals of `auto` that meet reference.tsv", "all",
-             f"{len(runs) - len(wrong)} of {len(runs)}" + (": not " + ", ".join(wrong) if wrong else ""), not wrong)] if runs else []
+    return (
+        [
+            (
+                "intervals of `auto` that meet reference.tsv",
+                "all",
+                f"{len(runs) - len(wrong)} of {len(runs)}" + (": not " + ", ".join(wrong) if wrong else ""),
+                not wrong,
+            )
+        ]
+        if runs
+        else []
+    )

@@ -1,0 +1,127 @@
+"""Renders docs/benchmarks.md: the prose is written by hand, what stands between two markers is made of the figures.
+
+    <!-- figures: NAME -->
+    ...
+    <!-- end -->
+"""
+import csv
+import re
+import sys
+
+from . import series_tables, side, store, tables, targets
+from .results import Results
+
+MARKED = re.compile(r"(<!-- figures: (\w+) -->\n)(?:(?!<!--).)*(<!-- end -->)", re.DOTALL)
+PAGE = side.ROOT / "docs/benchmarks.md"
+
+
+def fragments(results, folder, sessions):
+    made = {
+        name: (lambda make=make: make(results))
+        for name, make in {
+            "targets": targets.table,
+            "mixed": tables.mixed,
+            "finished": tables.finished,
+            "speedups": tables.speedups,
+            "by_kind": tables.by_kind,
+            "losses": tables.losses,
+            "failures": tables.failures,
+            "table1": tables.table1,
+            "gate": series_tables.gate,
+            "growth": series_tables.growth,
+            "zero": series_tables.zero,
+            "memory": series_tables.memory,
+            "reading": series_tables.reading,
+        }.items()
+    }
+    made["machine"] = lambda: tables.machine(results, sessions)
+    made["micro"] = lambda: series_tables.micro(side.micro_report(folder))
+    return made
+
+
+def fill(page, made):
+    def replace(match):
+        if match[2] not in made:
+            raise SystemExit(f"bench: docs/benchmarks.md asks for figures that nothing makes: {match[2]}")
+        return match[1] + made[match[2]]() + "\n" + match[3]
+
+    return MARKED.sub(replace, page)
+
+
+def render(folder, to):
+    """From the runs in `folder`: TO/benchmarks.md, and pictures, every pair and every result in TO/benchmarks/."""
+    runs = store.Store(folder).open()
+    if not runs.rows:
+        raise SystemExit(f"bench: no runs in {folder}")
+    results = Results(runs.rows)
+    aside = to / "benchmarks"
+    aside.mkdir(parents=True, exist_ok=True)
+    (to / "benchmarks.md").write_text(fill(PAGE.read_text(), fragments(results, folder, runs.sessions())))
+    (aside / "pairs.md").write_text(tables.all_pairs(results))
+    _write_results(results, aside / "results.csv")
+    _draw(results, folder, aside)
+    print(f"bench: {to / 'benchmarks.md'}", file=sys.stderr)
+    return results
+
+
+RESULT_COLUMNS = (
+    "experiment",
+    "pair",
+    "contender",
+    "tolerance",
+    "gate",
+    "status",
+    "repetitions",
+    "seconds",
+    "spread",
+    "build",
+    "traverse",
+    "reduce",
+    "read_a",
+    "read_b",
+    "wall",
+    "user",
+    "peak_bytes",
+    "triangles_a",
+    "triangles_b",
+    "lower",
+    "upper",
+    "threads",
+    "simd",
+)
+
+
+def _write_results(results, path):
+    """Every result, its times to four digits; runs.csv, where the runs are, has all."""
+    with path.open("w", newline="") as file:
+        writer = csv.DictWriter(file, RESULT_COLUMNS, lineterminator="\n", extrasaction="ignore")
+        writer.writeheader()
+        for by_name in results.cases.values():
+            for result in by_name.values():
+                row = result.best | {
+                    "status": result.status,
+                    "repetitions": len(result.rows),
+                    "peak_bytes": result.peak_bytes(),
+                    "spread": result.spread if result.finished else None,
+                }
+                writer.writerow({name: _short(name, row[name]) for name in RESULT_COLUMNS})
+
+
+def _short(name, value):
+    return (
+        f"{value:.12g}"
+        if name in ("lower", "upper", "peak_bytes", "triangles_a", "triangles_b") and value is not None
+        else f"{value:.4g}"
+        if isinstance(value, float)
+        else value
+    )
+
+
+def _draw(results, folder, aside):
+    try:
+        from . import plots
+    except ImportError:
+        print("bench: no matplotlib, no pictures (./dev setup bench)", file=sys.stderr)
+        return
+    drawn = plots.all_of(results, side.tightness_rows(folder), aside)
+    print(f"bench: {len(drawn)} pictures in {aside}", file=sys.stderr)

@@ -1,0 +1,215 @@
+"""The harness of ./dev bench: that it measures, resumes and reports. Not how fast anything is.
+
+MESHGAUGE_BUILD is the build folder.
+"""
+import json
+import math
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+from harness import campaign, contenders, meshes, page, pairs, results, store, tables, targets
+
+HERE = pathlib.Path(__file__).resolve().parent
+BUILD = pathlib.Path(os.environ.get("MESHGAUGE_BUILD", HERE.parents[1] / "build"))
+
+
+def row(**values):
+    """A finished run of `auto` in 1 s, but for `values`."""
+    base = dict.fromkeys(store.COLUMNS)
+    base.update(
+        experiment="pairs",
+        pair="p",
+        meshes="m",
+        contender="auto",
+        program="1",
+        tolerance=1e-4,
+        gate="",
+        limits="60s",
+        repetition=0.0,
+        session="s",
+        kind="k",
+        at=0.0,
+        status="converged",
+        seconds=1.0,
+        build=0.5,
+        traverse=0.25,
+        reduce=0.25,
+        certify=0.0,
+        triangles_a=2000.0,
+        triangles_b=2000.0,
+        lower=1.0,
+        upper=1.001,
+        diagonal=10.0,
+        peak_bytes=1e6,
+        load=0.0,
+    )
+    return base | values
+
+
+class Folder(unittest.TestCase):
+    def setUp(self):
+        temporary = tempfile.TemporaryDirectory()
+        self.addCleanup(temporary.cleanup)
+        self.folder = pathlib.Path(temporary.name)
+
+
+class Stored(Folder):
+    def test_what_was_added_is_read_again(self):
+        added = store.Store(self.folder).open().add(row(lower=0.1, simd="avx2", user=1e-9))
+        again = store.Store(self.folder).open()
+        self.assertEqual(again.rows, [added])
+        self.assertEqual((added["lower"], added["simd"], added["user"], added["prepare"]), (0.1, "avx2", 1e-9, None))
+        self.assertIn(0, again.done()[store.key_of(added)])
+
+    def test_a_torn_line_is_dropped(self):
+        store.Store(self.folder).open().add(row())
+        with (self.folder / "runs.csv").open("a") as file:
+            file.write("pairs,q,m,au")
+        again = store.Store(self.folder).open()
+        again.add(row(pair="r"))
+        self.assertEqual([r["pair"] for r in store.Store(self.folder).open().rows], ["p", "r"])
+
+
+class Reduced(unittest.TestCase):
+    def results(self):
+        runs = []
+        for pair, auto, cgal in (("a", 1, 8), ("b", 2, 4), ("c", 4, 2)):
+            runs += [
+                row(pair=pair, seconds=float(auto)),
+                row(pair=pair, seconds=auto + 1.0, repetition=1.0),
+                row(pair=pair, contender="cgal", seconds=float(cgal)),
+            ]
+        runs.append(row(pair="d"))
+        runs.append(row(pair="d", contender="cgal", status="timeout", seconds=None))
+        return results.Results(runs)
+
+    def test_ratios(self):
+        ratios = self.results().ratios("pairs", 1e-4, "auto", "cgal")
+        self.assertEqual(ratios.values, {"a": 8, "b": 2, "c": 0.5})
+        self.assertAlmostEqual(ratios.geometric_mean(), 2)
+        self.assertEqual((ratios.median(), ratios.least(), ratios.most()), (2, ("c", 0.5), ("a", 8)))
+        self.assertEqual((ratios.below(1), ratios.winnings()), ([(0.5, "c")], 0.75))
+
+    def test_targets_losses_and_failures_are_named(self):
+        found = self.results()
+        self.assertIn("2.00x | **missed**", targets.table(found))
+        self.assertIn("| c | 0.0001 | `cgal` | 0.500x", tables.losses(found))
+        self.assertIn("| d | 0.0001 | `cgal` | timeout", tables.failures(found))
+
+    def test_one_failed_repetition_is_a_failure(self):
+        self.assertFalse(results.Result([row(), row(status="crash", seconds=None)]).finished)
+
+    def test_the_newest_program_counts(self):
+        found = results.Results([row(seconds=1.0), row(seconds=5.0, program="2")])
+        self.assertEqual(found.cases["pairs", "p", 1e-4, ""]["auto"].seconds, 5)
+
+    def test_an_interval_that_misses_the_reference(self):
+        near = {"reference_lower": 1.002, "reference_upper": 1.003}
+        self.assertTrue(results.Result([row(**near)]).is_wrong())
+        self.assertFalse(results.Result([row(**near | {"upper": 1.0025})]).is_wrong())
+        # The peer's number is good to its tolerance, here 0.001.
+        self.assertFalse(results.Result([row(contender="cgal", **near, upper=1.0015, lower=1.0015)]).is_wrong())
+
+    def test_growth(self):
+        points = [(1000, 1.0), (2000, 2.0), (8000, 8.0)]
+        self.assertAlmostEqual(results.slope(points), 1)
+        self.assertEqual([round(factor, 9) for _, factor in results.doublings(points)], [2, 2])
+        self.assertAlmostEqual(targets.bytes_per_triangle([(10, 1500), (20, 2500)]), 100)
+
+
+class Meshes(Folder):
+    def test_a_torus_is_closed(self):
+        points, faces = meshes.torus(500)
+        edges = [edge for a, b, c in faces for edge in ((a, b), (b, c), (c, a))]
+        self.assertEqual(len(edges), len(set(edges)))
+        self.assertEqual(set(edges), {(b, a) for a, b in edges})
+        self.assertEqual({i for face in faces for i in face}, set(range(len(points))))
+
+    def test_every_format_is_the_same_mesh(self):
+        a = self.folder / "a.ply"
+        meshes.write(meshes.torus(500), a)
+        for suffix in meshes.WRITERS:
+            b = self.folder / ("b" + suffix)
+            meshes.write(meshes.torus(500), b)
+            done = subprocess.run(
+                [BUILD / "meshgauge", "compare", a, b, "--json"], capture_output=True, text=True, check=True
+            )
+            answer = json.loads(done.stdout)
+            self.assertEqual(answer["meshes"]["b"]["triangles"], answer["meshes"]["a"]["triangles"])
+            self.assertLess(answer["distance"]["lower"], 1e-6)
+
+    def test_pairs_of_a_folder(self):
+        for name in ("one/b.obj", "one/a.obj", "two/a.stl", "two/b.ply.gz", "lonely/a.obj"):
+            (self.folder / name).parent.mkdir(exist_ok=True)
+            (self.folder / name).touch()
+        found = pairs.in_folder(self.folder, self.folder)
+        self.assertEqual(
+            [(pair.name, pair.a.name, pair.b.name) for pair in found],
+            [("one", "a.obj", "b.obj"), ("two", "a.stl", "b.ply.gz")],
+        )
+
+
+class Launched(unittest.TestCase):
+    def launch(self, code, seconds=60, size=6 << 30):
+        limits = contenders.Limits(seconds - campaign.KILL_AFTER_SECONDS, size)
+        return campaign.launch(contenders.Programs(BUILD), [sys.executable, "-S", "-c", code], limits)
+
+    def test_it_tells_what_the_command_took(self):
+        ballast = bytearray(200 << 20)  # of this process: not to be counted
+        stdout, _, report = self.launch("print(sum(range(3000000)))")
+        self.assertEqual(
+            (stdout.strip(), report["exit"], report["signal"], report["killed"]), ("4499998500000", 0, 0, False)
+        )
+        self.assertLess(report["peak_bytes"], len(ballast) / 2)
+        self.assertGreater(report["wall_seconds"] + report["user_seconds"], 0)
+
+    def test_peak_memory(self):
+        _, _, report = self.launch("bytearray(300 << 20)")
+        self.assertGreater(report["peak_bytes"], 300 << 20)
+        self.assertLess(report["peak_bytes"], 400 << 20)
+
+    def test_limits(self):
+        _, _, report = self.launch("import time; time.sleep(60)", seconds=0.2)
+        self.assertTrue(report["killed"])
+        _, stderr, report = self.launch("bytearray(1 << 30)", size=1 << 29)
+        self.assertIn("MemoryError", stderr)
+        self.assertNotEqual(report["exit"], 0)
+
+
+class EndToEnd(Folder):
+    def bench(self, *flags):
+        command = [sys.executable, HERE / "run.py", "--quick", "--build", BUILD, "--out", self.folder / "out", *flags]
+        done = subprocess.run(command, capture_output=True, text=True, check=False)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return store.Store(self.folder / "out").open().rows
+
+    def test_it_measures_goes_on_and_reports(self):
+        flags = ("--contenders", "auto,four_point", "--experiments", "pairs,gate,growth,placement,reading")
+        rows = self.bench(*flags)
+        self.assertEqual({r["experiment"] for r in rows}, {"pairs", "gate", "growth", "placement", "reading"})
+        self.assertLessEqual({r["status"] for r in rows}, set(contenders.FINISHED))
+        for r in rows:
+            self.assertLessEqual(r["lower"], r["upper"])
+            self.assertGreater(r["seconds"], 0)
+            self.assertGreater(r["peak_bytes"], 1 << 20)
+            self.assertFalse(math.isnan(r["wall"]))
+        verdicts = {(r["gate"], r["verdict"]) for r in rows if r["gate"]}
+        self.assertEqual(verdicts, {("2h", "pass"), ("h/2", "fail")})
+        self.assertEqual(self.bench(*flags), rows)  # nothing is left to measure
+        written = (self.folder / "out/benchmarks.md").read_text()
+        self.assertIn("| `auto` finishes at 0.0001 | every pair | 5 of 5 | met |", written)
+        self.assertTrue((self.folder / "out/benchmarks/results.csv").exists())
+
+    def test_every_marker_of_the_page_has_its_figures(self):
+        made = page.fragments(results.Results([row()]), self.folder, [])
+        filled = page.fill(page.PAGE.read_text(), made)
+        self.assertEqual({name for _, name, _ in page.MARKED.findall(filled)}, set(made))
+        self.assertEqual(page.fill(filled, made), filled)
+
+
+if __name__ == "__main__":
+    unittest.main()
