@@ -45,6 +45,9 @@ def row(**values):
         upper=1.001,
         diagonal=10.0,
         peak_bytes=1e6,
+        wall=1.1,
+        user=1.0,
+        system=0.1,
         load=0.0,
     )
     return base | values

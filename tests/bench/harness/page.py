@@ -22,6 +22,7 @@ def fragments(results, folder, sessions):
             "targets": targets.table,
             "mixed": tables.mixed,
             "finished": tables.finished,
+            "process": tables.process,
             "speedups": tables.speedups,
             "by_kind": tables.by_kind,
             "losses": tables.losses,

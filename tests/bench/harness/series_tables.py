@@ -112,12 +112,12 @@ def micro(report):
     for run in report.get("benchmarks", []):
         if run.get("run_type") == "iteration" and "error_occurred" not in run:
             factor = {"ns": 1e-9, "us": 1e-6, "ms": 1e-3, "s": 1}[run["time_unit"]]
-            per, held = run.get("ns_per_triangle"), run.get("bytes_per_triangle")
+            per, held = run.get("per_triangle"), run.get("bytes_per_triangle")
             rows.append(
                 (
                     f"`{run['name']}`",
                     text.seconds(run["real_time"] * factor),
-                    f"{1e9 * per:.1f} ns" if per else "–",
+                    text.seconds(per) if per else "–",
                     f"{held:.0f}" if held else "–",
                 )
             )

@@ -83,6 +83,30 @@ def finished(results):
     )
 
 
+def process(results):
+    """What the whole process took, reading included, on the pairs that every contender finishes."""
+    rows = []
+    for tolerance in results.tolerances():
+        names = results.contenders()
+        cases = [by_name for _, _, _, by_name in results.of("pairs", tolerance)]
+        shared = [case for case in cases if all(name in case and case[name].finished for name in names)]
+        for name in names if shared else ():
+            runs = [case[name] for case in shared]
+            peaks = [run.peak_bytes() / (1 << 20) for run in runs]
+            rows.append(
+                (
+                    f"{tolerance:g}",
+                    f"`{name}`",
+                    len(runs),
+                    *(text.seconds(sum(run.least(field) for run in runs)) for field in ("wall", "user", "system")),
+                    f"{statistics.median(peaks):.0f} MiB",
+                    f"{max(peaks):.0f} MiB",
+                )
+            )
+    header = ("tolerance", "contender", "pairs", "wall", "user", "system", "median peak memory", "largest")
+    return text.table(header, rows)
+
+
 def speedups(results):
     rows = []
     for tolerance in results.tolerances():

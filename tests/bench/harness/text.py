@@ -5,8 +5,8 @@ import math
 def seconds(value):
     if value is None or math.isnan(value):
         return "–"
-    for factor, unit in ((1, "s"), (1e3, "ms"), (1e6, "µs")):
-        if value * factor >= 1 or unit == "µs":
+    for factor, unit in ((1, "s"), (1e3, "ms"), (1e6, "µs"), (1e9, "ns")):
+        if value * factor >= 1 or unit == "ns":
             return f"{rounded(value * factor)} {unit}"
     return ""
 
