@@ -218,7 +218,7 @@ def failures(results):
             "misses the reference" if result.finished else result.status,
             text.count(triangles(by_name)),
             f"{height(by_name):.1e}",
-            text.seconds(by_name["auto"].seconds) if "auto" in by_name else "–",
+            time_of(by_name.get("auto")),
         )
         for tolerance in results.tolerances()
         for pair, _, _, by_name in results.of("pairs", tolerance)
