@@ -4,8 +4,8 @@
 
 #include <array>
 #include <cstdint>
-#include <vector>
 
+#include "engine/large_array.h"
 #include "engine/mesh.h"
 
 namespace meshgauge {
@@ -27,7 +27,7 @@ class Adjacency {
   }
 
  private:
-  std::vector<std::uint32_t> next_;  // by half-edge 3*triangle + edge
+  LargeArray<std::uint32_t> next_;  // by half-edge 3*triangle + edge
 };
 
 }  // namespace meshgauge

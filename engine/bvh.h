@@ -1,14 +1,19 @@
 // A tree of axis-aligned boxes over the triangles of one mesh, in the unit frame.
 //
-// Flat: nodes in one array, children side by side; triangles prepared and stored in leaf order. The boxes are exact:
-// minima and maxima of stored coordinates.
+// Flat and wide: nodes of eight children in one array, leaves of eight prepared triangles in another
+// (engine/kernels/layout.h). Each leaf is eight triangles in a row, and the nodes above are split by the surface area
+// heuristic: the mesh should be an OrderedMesh, or the tree is valid but slow.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
 #include <vector>
 
 #include "engine/control.h"
+#include "engine/crew.h"
+#include "engine/kernels/kernels.h"
+#include "engine/large_array.h"
 #include "engine/mesh.h"
 #include "engine/triangle.h"
 
@@ -16,47 +21,42 @@ namespace meshgauge {
 
 class Bvh {
  public:
-  struct Node {
-    Box box;
-    std::uint32_t first = 0;  // leaf: first slot; inner: left child, the right one follows it
-    std::uint32_t count = 0;  // leaf: number of slots; inner: 0
-    bool is_leaf() const { return count != 0; }
-  };
-
   static constexpr std::uint32_t kRoot = 0;
-  static constexpr std::size_t kMaxDepth = 80;  // no path is longer: room for the stacks of queries
 
-  // Builds over `mesh`, which must outlive the tree and have a triangle. Stops when `control` says so:
-  // then interruption() tells why and the tree must not be used. Deterministic. O(n log n).
-  Bvh(MeshView mesh, Control& control);
+  // Builds over `mesh`, which must outlive the tree and have a triangle. Stops when `control` says so: then complete() is
+  // false and the tree must not be used. The same tree whatever the crew and the kernels. O(n log n).
+  Bvh(MeshView mesh, const Kernels& kernels, Control& control, Crew& crew);
 
   MeshView mesh() const { return mesh_; }
-  Interruption interruption() const { return interruption_; }
-  const std::vector<Node>& nodes() const { return nodes_; }
+  bool complete() const { return !nodes_.empty(); }
+  const Kernels& kernels() const { return *kernels_; }
+  TreeView view() const { return {nodes_.data(), blocks_.data()}; }
 
-  // Slots are triangles in leaf order.
-  const PreparedTriangle& prepared(std::uint32_t slot) const { return prepared_[slot]; }
-  std::uint32_t triangle(std::uint32_t slot) const { return order_[slot]; }
+  const LargeArray<WideNode>& nodes() const { return nodes_; }
+  // A box that holds all that is below the child; node.child[lane] must not be kNone.
+  static Box child_box(const WideNode& node, std::size_t lane);
+
+  // Triangle t is lane t % 8 of block t / 8.
+  PreparedTriangle prepared(std::uint32_t triangle) const;
+  FlatTriangle flat(std::uint32_t triangle) const;
+  // The triangles of a block.
+  static std::uint32_t block_begin(std::uint32_t block) { return block * static_cast<std::uint32_t>(kLanes); }
+  std::uint32_t block_end(std::uint32_t block) const {
+    return std::min(block_begin(block) + static_cast<std::uint32_t>(kLanes), static_cast<std::uint32_t>(mesh_.triangles.size()));
+  }
 
   // Largest residual of the prepared triangles (rounding.h, R2).
   double residual() const { return residual_; }
 
  private:
-  void split(Control& control);
-  void prepare_all(Control& control);
-  void fit_boxes();
+  std::vector<Box> prepare_blocks(Control& control, Crew& crew);
+  void fit_boxes(std::span<const Box> block_boxes);
 
   MeshView mesh_;
-  std::vector<Node> nodes_;
-  std::vector<std::uint32_t> order_;
-  std::vector<PreparedTriangle> prepared_;
+  const Kernels* kernels_;
+  LargeArray<WideNode> nodes_;
+  LargeArray<TriangleBlock> blocks_;
   double residual_ = 0;
-  Interruption interruption_ = Interruption::none;
 };
-
-// Squared distance from p to the box, 0 inside; rounded (rounding.h, R6).
-inline double distance_sq(const Box& box, const Vec3& p) {
-  return (box.low - p).cwiseMax(p - box.high).cwiseMax(Vec3::Zero()).squaredNorm();
-}
 
 }  // namespace meshgauge

@@ -24,7 +24,7 @@ Bounds certify(const Search& search, const Frame& frame) {
 
   std::uint64_t tests = 0;
   const Nearest found = nearest(search.to(), w, tests);
-  witness.triangle_b = search.to().triangle(found.slot);
+  witness.triangle_b = found.slot;
   witness.point_b = frame.from_frame(found.point);
 
   const double off = distance_above(search.from(), candidate.triangle, w);

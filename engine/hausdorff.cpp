@@ -9,6 +9,9 @@
 #include "engine/bounds/n_point.h"
 #include "engine/bounds/triangle_set.h"
 #include "engine/certify.h"
+#include "engine/crew.h"
+#include "engine/kernels/kernels.h"
+#include "engine/ordered_mesh.h"
 #include "engine/reduction.h"
 #include "engine/rounding.h"
 #include "engine/sweep.h"
@@ -34,21 +37,6 @@ Stop to_stop(Interruption interruption) {
   return interruption == Interruption::timeout ? Stop::timeout : Stop::cancelled;
 }
 
-// One of the two meshes, moved into the unit frame.
-struct Side {
-  std::vector<Vec3> positions;
-  Box box;  // the map to the frame is monotonic, so it takes the box along
-  MeshView mesh;
-  std::unique_ptr<Bvh> tree;
-
-  Side(MeshView original, const Box& original_box, const Frame& frame)
-      : box{frame.to_frame(original_box.low), frame.to_frame(original_box.high)} {
-    positions.reserve(original.positions.size());
-    for (const Vec3& p : original.positions) positions.push_back(frame.to_frame(p));
-    mesh = MeshView(positions, original.triangles);
-  }
-};
-
 std::unique_ptr<PieceBound> make_bound(const Options& options, Search& search) {
   switch (options.strategy) {
     case Strategy::n_point:
@@ -67,7 +55,15 @@ class Measurement final : public Monitor {
   Measurement(MeshView a, MeshView b, const Options& options, Control& control)
       : Measurement(a, bounding_box(a), b, bounding_box(b), options, control) {}
   Measurement(MeshView a, const Box& box_a, MeshView b, const Box& box_b, const Options& options, Control& control)
-      : options_(options), control_(control), frame_(joint(box_a, box_b)), a_(a, box_a, frame_), b_(b, box_b, frame_) {
+      : options_(options),
+        control_(control),
+        kernels_(find_kernels(options.simd)),
+        crew_(options.strategy == Strategy::automatic ? std::max(options.threads, 1U) : 1),
+        frame_(joint(box_a, box_b)),
+        a_{a, box_a},
+        b_{b, box_b} {
+    outcome_.simd = kernels_->name;
+    outcome_.threads = static_cast<unsigned>(crew_.size());
     outcome_.diagonal_a = diagonal(box_a);
     const Tolerance& t = options.tolerance;
     const double width = std::max(t.absolute.value_or(0), t.diagonal.value_or(0) * outcome_.diagonal_a);
@@ -96,6 +92,14 @@ class Measurement final : public Monitor {
   bool interrupted() override { return control_.check() != Interruption::none; }
 
  private:
+  // One of the two meshes.
+  struct Side {
+    MeshView given;
+    Box box;  // in the file's unit
+    std::unique_ptr<OrderedMesh> ordered = nullptr;
+    std::unique_ptr<Bvh> tree = nullptr;
+  };
+
   static Box joint(Box box, const Box& other) {
     box.extend(other);
     return box;
@@ -104,9 +108,10 @@ class Measurement final : public Monitor {
   // The interval before any work: every point of `from` is within the far corner's distance of any point of `to`.
   void open(std::optional<Directed>& directed, const Side& from, const Side& to) {
     directed.emplace();
-    directed->culling.triangles = from.mesh.triangles.size();
+    directed->culling.triangles = from.given.triangles.size();
     directed->culling.survivors = directed->culling.triangles;
-    const double upper = farthest_of_box(from.box, to.mesh.corner(0, 0));
+    const Box box{frame_.to_frame(from.box.low), frame_.to_frame(from.box.high)};
+    const double upper = farthest_of_box(box, frame_.to_frame(to.given.corner(0, 0)));
     directed->bounds.upper = rounding::scale_up(rounding::add_up(upper, rounding::kDistanceSlack), frame_.exponent());
     floor_ = rounding::kDistanceSlack;
   }
@@ -121,15 +126,17 @@ class Measurement final : public Monitor {
     const StageClock clock(outcome_.timings.build);
     stage_ = "build";
     for (Side* side : {&a_, &b_}) {
+      side->ordered = std::make_unique<OrderedMesh>(side->given, side->box, frame_, control_, crew_);
+      if (!side->ordered->complete()) return to_stop(control_.check());
       if (!needs_tree(*side)) continue;
-      side->tree = std::make_unique<Bvh>(side->mesh, control_);
-      if (const auto why = side->tree->interruption(); why != Interruption::none) return to_stop(why);
+      side->tree = std::make_unique<Bvh>(side->ordered->view(), *kernels_, control_, crew_);
+      if (!side->tree->complete()) return to_stop(control_.check());
     }
     return std::nullopt;
   }
 
   std::optional<Stop> measure(Directed& directed, const Side& from, const Side& to) {
-    Search search(from.mesh, from.box, *to.tree, goal_, lower_, *this);
+    Search search(from.ordered->view(), from.ordered->box, *to.tree, goal_, lower_, *this);
     search.set_budget(options_);
     search.set_start_slack(lower_slack_);
     search.set_witness_rounding(frame_.rounding_of_points());
@@ -139,6 +146,8 @@ class Measurement final : public Monitor {
     const StageClock clock(outcome_.timings.certify);
     stage_ = "certify";
     directed.bounds = certify(search, frame_);
+    directed.bounds.witness->triangle_a = from.ordered->original[directed.bounds.witness->triangle_a];
+    directed.bounds.witness->triangle_b = to.ordered->original[directed.bounds.witness->triangle_b];
     directed.culling = search.culling();
     directed.work = search.work();
     lower_ = std::max(lower_, search.lower());
@@ -223,6 +232,8 @@ class Measurement final : public Monitor {
 
   const Options& options_;
   Control& control_;
+  const Kernels* kernels_;
+  Crew crew_;
   Frame frame_;
   Side a_;
   Side b_;
@@ -240,6 +251,15 @@ class Measurement final : public Monitor {
 }  // namespace
 
 bool is_stencil(int points) { return stencil_level(points).has_value(); }
+
+std::span<const std::string_view> supported_simd() {
+  static const std::vector<std::string_view> names = [] {
+    std::vector<std::string_view> result;
+    for (const Kernels& kernels : supported_kernels()) result.emplace_back(kernels.name);
+    return result;
+  }();
+  return names;
+}
 
 const char* version() { return MESHGAUGE_VERSION; }
 

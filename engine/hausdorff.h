@@ -12,6 +12,8 @@
 #include <cstdint>
 #include <limits>
 #include <optional>
+#include <span>
+#include <string_view>
 
 #include "engine/control.h"
 #include "engine/mesh.h"
@@ -43,7 +45,12 @@ struct Options {
   int points = 4;                                         // n_point only: 4, 10, 31, 109, 409 or 1585
   std::size_t max_memory_bytes = std::size_t{512} << 20;  // of the waiting pieces; when spent: Stop::budget
   std::uint64_t max_work_items = std::numeric_limits<std::uint64_t>::max();  // pieces split; when spent: Stop::budget
+  unsigned threads = 1;            // of this job, at least 1; more than one for `automatic` only
+  std::string_view simd = "auto";  // the instruction set: one of supported_simd(), or "auto" for the fastest
 };
+
+// The instruction sets of this processor, the fastest first; the last one is "scalar". They give the same bits.
+std::span<const std::string_view> supported_simd();
 
 // Whether `points` is one of the stencils of n_point.
 bool is_stencil(int points);
@@ -113,12 +120,15 @@ struct Outcome {
   std::optional<Directed> b_to_a;  // witness.point_a lies on mesh b here: always "the mesh measured from"
   double precision_floor = 0;      // width of the interval that rounding alone can cause, in the meshes' unit
   double diagonal_a = 0;
+  std::string_view simd;  // the instruction set that was used
+  unsigned threads = 1;   // at most this many were
   Timings timings;
 };
 
-// Precondition: both meshes pass validate(), is_stencil(options.points) for n_point. Never fails: out of time, memory
-// or patience it returns the interval reached. One thread. Deterministic: same input and options, same bits, unless
-// interrupted.
+// Precondition: both meshes pass validate(), is_stencil(options.points) for n_point,
+// options.simd is supported. Never fails: out of time, memory
+// or patience it returns the interval reached. With one thread deterministic: same input and options, same bits, unless
+// interrupted, whatever the instruction set. With more the interval may differ within what was asked for.
 Outcome measure(MeshView a, MeshView b, const Options& options, Control& control);
 
 const char* version();  // of the engine, "0.1.0"

@@ -6,38 +6,11 @@
 
 #include <Eigen/Geometry>
 
+#include "engine/kernels/walk.h"
 #include "engine/rounding.h"
 
 namespace meshgauge {
 namespace {
-
-struct Entry {
-  std::uint32_t node;
-  double distance_sq;
-};
-
-// Visits leaves in the order of their boxes, nearest first within a node; `visit(node)` may lower the limit that
-// `beyond(distance_sq)` compares with.
-template <class Visit, class Beyond>
-void descend(const Bvh& tree, const Vec3& p, Visit&& visit, Beyond&& beyond) {
-  std::array<Entry, Bvh::kMaxDepth + 2> stack;
-  std::size_t size = 0;
-  stack[size++] = {Bvh::kRoot, distance_sq(tree.nodes()[Bvh::kRoot].box, p)};
-  while (size > 0) {
-    const Entry entry = stack[--size];
-    if (beyond(entry.distance_sq)) continue;
-    const Bvh::Node& node = tree.nodes()[entry.node];
-    if (node.is_leaf()) {
-      visit(node);
-      continue;
-    }
-    Entry near{node.first, distance_sq(tree.nodes()[node.first].box, p)};
-    Entry far{node.first + 1, distance_sq(tree.nodes()[node.first + 1].box, p)};
-    if (far.distance_sq < near.distance_sq) std::swap(near, far);
-    if (!beyond(far.distance_sq)) stack[size++] = far;
-    stack[size++] = near;
-  }
-}
 
 // The separating-plane bound for one direction: min over corners of (w-v).n / |n|, without slack (R5).
 double separation(const std::array<Vec3, 3>& corners, const Vec3& w, const Vec3& n) {
@@ -77,34 +50,25 @@ double certified_distance_below(const std::array<Vec3, 3>& corners, const Prepar
 }  // namespace
 
 Nearest nearest(const Bvh& tree, const Vec3& p, std::uint64_t& triangle_tests, std::uint32_t hint) {
-  Nearest best;
-  double best_sq = std::numeric_limits<double>::infinity();
-  const auto attempt = [&](std::uint32_t slot) {
+  Closest best{std::numeric_limits<double>::infinity(), Nearest::kNone};
+  if (hint != Nearest::kNone) {
     ++triangle_tests;
-    const Vec3 q = closest_point(tree.prepared(slot), p);
-    const double d_sq = (p - q).squaredNorm();
-    if (d_sq < best_sq) best_sq = d_sq, best.slot = slot, best.point = q;
-  };
-  const auto visit = [&](const Bvh::Node& leaf) {
-    for (std::uint32_t slot = leaf.first; slot < leaf.first + leaf.count; ++slot) attempt(slot);
-  };
-  if (hint != Nearest::kNone) attempt(hint);
-  descend(tree, p, visit, [&](double box_sq) { return box_sq >= best_sq; });
-  best.distance = std::sqrt(best_sq);
-  return best;
+    best = {(p - closest_point(tree.prepared(hint), p)).squaredNorm(), hint};
+  }
+  best = tree.kernels().nearest(tree.view(), p.data(), best, triangle_tests);
+  const Vec3 point = closest_point(tree.prepared(best.slot), p);
+  return {(p - point).norm(), best.slot, point};
 }
 
-// Triangles of a skipped box are farther than sqrt(box_sq) - kBoxSlack >= limit.
 double certified_distance_below(const Bvh& tree, const Vec3& p) {
   double limit = std::numeric_limits<double>::infinity();
-  const auto visit = [&](const Bvh::Node& leaf) {
-    for (std::uint32_t slot = leaf.first; slot < leaf.first + leaf.count; ++slot) {
-      const std::uint32_t t = tree.triangle(slot);
+  walk(tree.view(), p.data(), limit, [&](std::uint32_t block) {
+    for (std::uint32_t t = tree.block_begin(block); t < tree.block_end(block); ++t) {
       const std::array corners{tree.mesh().corner(t, 0), tree.mesh().corner(t, 1), tree.mesh().corner(t, 2)};
-      limit = std::min(limit, certified_distance_below(corners, tree.prepared(slot), p));
+      limit = std::min(limit, certified_distance_below(corners, tree.prepared(t), p));
     }
-  };
-  descend(tree, p, visit, [&](double box_sq) { return std::sqrt(box_sq) - rounding::kBoxSlack >= limit; });
+    return limit * limit;  // not subject to underflow: a positive limit is at least an ulp of kSeparationSlack
+  });
   return limit;
 }
 

@@ -25,4 +25,14 @@ double subtract_down(double a, double b) {
   return std::max(0.0, std::nextafter(a - b, -std::numeric_limits<double>::infinity()));
 }
 
+float float_up(double x) {
+  const auto f = static_cast<float>(x);
+  return static_cast<double>(f) < x ? std::nextafter(f, std::numeric_limits<float>::infinity()) : f;
+}
+
+float float_down(double x) {
+  const auto f = static_cast<float>(x);
+  return static_cast<double>(f) > x ? std::nextafter(f, -std::numeric_limits<float>::infinity()) : f;
+}
+
 }  // namespace meshgauge::rounding

@@ -38,7 +38,13 @@
 //      differences: 4u * |w-v| |n| <= 14u |n|. With | |n| - 1 | <= 4u, leaving out the division costs
 //      4u * 3.47 < 14u. kSeparationSlack = 32u.
 //
-// (R6) Box distance: R1 on clamped differences: kBoxSlack = 16u.
+// (R6) Boxes in single precision. A tree's node holds its children's boxes as offsets from an origin o, rounded outwards and
+//      wider by pad_k = 2^-22 E_k on axis k, E_k the largest |offset|. A query takes s_k = float(p_k - o_k). With t_k >= 0
+//      the distance of p_k to the child's true interval, |p_k - o_k| <= t_k + E_k, so s_k errs by at most
+//      2^-23.9 (t_k + E_k) + 2^-149 and the gap to the stored interval, max(low - s_k, s_k - high, 0), is computed as at most
+//      (t_k (1 + 2^-23.9) + 2^-149)(1 + 2^-24). Squared and summed in single precision: at most d^2 (1 + 2^-21) + 2^-140, d
+//      the true distance of p to the box. So a box whose computed square is above best^2 (1 + 2^-18) + 2^-100, that sum
+//      itself rounded to float, is farther than `best`: box_limit() in engine/kernels/kernels.h.
 //
 // (R7) Overlay. Derived where it is used, in engine/bounds/overlay.h: kOverlayOffset = kOverlaySlack = 128u.
 #pragma once
@@ -53,7 +59,7 @@ inline constexpr double kDistanceSlack = 64 * kUnit;    // R3, without the resid
 inline constexpr double kResidualSlack = 16 * kUnit;    // R2
 inline constexpr double kMidpointSlack = 2 * kUnit;     // R4, a level
 inline constexpr double kSeparationSlack = 32 * kUnit;  // R5
-inline constexpr double kBoxSlack = 16 * kUnit;         // R6
+inline constexpr double kOffsetPad = 0x1p-22;           // R6, relative
 inline constexpr double kOverlayOffset = 128 * kUnit;   // R7
 inline constexpr double kOverlaySlack = 128 * kUnit;    // R7
 
@@ -85,5 +91,9 @@ double scale_down(double x, int exponent);
 // A number >= a + b; a number <= a - b, at least 0. For finite arguments.
 double add_up(double a, double b);
 double subtract_down(double a, double b);
+
+// The nearest float >= x; the nearest float <= x. |x| below the largest float.
+float float_up(double x);
+float float_down(double x);
 
 }  // namespace meshgauge::rounding

@@ -4,7 +4,6 @@
 #include <vector>
 
 #include "engine/bounds/lipschitz.h"
-#include "engine/morton.h"
 
 namespace meshgauge {
 namespace {
@@ -13,7 +12,7 @@ constexpr std::size_t kBlockSize = 64;  // triangles; some 0.1 ms at most
 
 // Neighbouring triangles, looked at together first.
 struct Block {
-  std::size_t begin = 0;  // in Morton order
+  std::size_t begin = 0;  // in the order
   std::size_t end = 0;
   double upper = 0;  // of h(block, B), computed
 };
@@ -22,7 +21,6 @@ class Sweep {
  public:
   explicit Sweep(Search& search)
       : search_(search),
-        order_(morton_order(search.from(), search.from_box())),
         vertices_(search.from().positions.size()) {}
 
   std::optional<Stop> run() {
@@ -40,7 +38,7 @@ class Sweep {
         search_.drop(blocks_[i].upper);
         break;
       }
-      for (std::size_t k = blocks_[i].begin; k < blocks_[i].end; ++k) visit(order_[k], blocks_[i].upper);
+      for (std::size_t k = blocks_[i].begin; k < blocks_[i].end; ++k) visit(static_cast<std::uint32_t>(k), blocks_[i].upper);
     }
     search_.keep_above(search_.cull_within_tolerance());  // the lower bound has risen since the first of them survived
     search_.culling().survivors = search_.waiting();
@@ -57,14 +55,14 @@ class Sweep {
   // eq. 4/5 for each block's box, and the distance of one of its vertices: that sample gives most of the final lower
   // bound.
   std::optional<Stop> bound_blocks() {
-    for (std::size_t begin = 0; begin < order_.size(); begin += kBlockSize) {
+    for (std::size_t begin = 0; begin < search_.from().triangles.size(); begin += kBlockSize) {
       if (const auto stop = search_.pulse()) return stop;
-      Block block{begin, std::min(begin + kBlockSize, order_.size()), 0};
+      Block block{begin, std::min(begin + kBlockSize, search_.from().triangles.size()), 0};
       Box box;
       for (std::size_t k = block.begin; k < block.end; ++k) {
-        for (int i = 0; i < 3; ++i) box.extend(search_.from().corner(order_[k], i));
+        for (int i = 0; i < 3; ++i) box.extend(search_.from().corner(static_cast<std::uint32_t>(k), i));
       }
-      measure(search_.from().triangles[order_[begin]][0], order_[begin]);
+      measure(search_.from().triangles[static_cast<std::uint32_t>(begin)][0], static_cast<std::uint32_t>(begin));
       ++search_.work().nearest_queries;
       const Vec3 centre = (box.low + box.high) * 0.5;
       const Nearest found = nearest(search_.to(), centre, search_.work().triangle_tests, last_);
@@ -76,7 +74,7 @@ class Sweep {
 
   // Stopped early: the rest stays unvisited.
   std::optional<Stop> give_up(std::optional<Stop> stop) {
-    search_.culling().survivors = search_.waiting() + (order_.size() - visited_);
+    search_.culling().survivors = search_.waiting() + (search_.from().triangles.size() - visited_);
     return stop;
   }
 
@@ -141,7 +139,6 @@ class Sweep {
   }
 
   Search& search_;
-  std::vector<std::uint32_t> order_;
   std::vector<Block> blocks_;
   std::size_t visited_ = 0;  // triangles
   std::vector<Vertex> vertices_;

@@ -1,6 +1,6 @@
 // The first phase of strategy `auto`: most triangles of A are culled without a query.
 //
-//  * A is cut into blocks of 64 triangles along a Morton curve. One vertex of each is measured first: this sparse
+//  * A is cut into blocks of 64 triangles along a space-filling curve. One vertex of each is measured first: this sparse
 //  sample gives
 //    most of the final lower bound. Each block's box is bounded (eq. 4/5); the blocks are visited from the largest
 //    bound down, and the first that is small enough ends the sweep.
@@ -16,7 +16,7 @@
 
 namespace meshgauge {
 
-// Leaves in `search` the triangles of A that survive, each with its bounds. Returns the reason when it was stopped
+// A should be an OrderedMesh. Leaves in `search` the triangles of A that survive, each with its bounds. Returns the reason when it was stopped
 // early; what it had not visited then stays accounted for in search.upper().
 std::optional<Stop> sweep(Search& search);
 

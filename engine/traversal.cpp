@@ -1,13 +1,15 @@
 #include "engine/traversal.h"
 
+#include <algorithm>
+#include <iterator>
 #include <vector>
 
 namespace meshgauge {
 namespace {
 
 struct OpenNode {
-  std::uint32_t node;
-  double upper;  // of h(node, B)
+  std::uint32_t child;  // as in WideNode: a node or a block
+  double upper;         // of h(node, B)
 };
 
 class Traversal {
@@ -36,24 +38,26 @@ class Traversal {
   // The larger bound is visited first: it is the likelier to raise the lower bound.
   void visit(const OpenNode& entry) {
     if (entry.upper <= search_.cull_below()) return search_.drop(entry.upper);
-    const Bvh::Node& node = from_.nodes()[entry.node];
-    if (node.is_leaf()) {
-      for (std::uint32_t slot = node.first; slot < node.first + node.count; ++slot) {
-        visit_triangle(from_.triangle(slot), entry.upper);
+    if (entry.child & WideNode::kLeaf) {
+      const std::uint32_t block = entry.child & ~WideNode::kLeaf;
+      for (std::uint32_t t = from_.block_begin(block); t < from_.block_end(block); ++t) {
+        visit_triangle(t, entry.upper);
       }
       return;
     }
-    OpenNode near{node.first, std::min(entry.upper, node_upper(node.first))};
-    OpenNode far{node.first + 1, std::min(entry.upper, node_upper(node.first + 1))};
-    if (near.upper > far.upper) std::swap(near, far);
-    open_.push_back(near);
-    open_.push_back(far);
+    const WideNode& node = from_.nodes()[entry.child];
+    const auto first = static_cast<std::ptrdiff_t>(open_.size());
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+      if (node.child[lane] == WideNode::kNone) continue;
+      open_.push_back({node.child[lane], std::min(entry.upper, box_upper(Bvh::child_box(node, lane)))});
+    }
+    std::stable_sort(open_.begin() + first, open_.end(),
+                     [](const OpenNode& a, const OpenNode& b) { return a.upper < b.upper; });
   }
 
   // eq. 4/5: with b the point of B nearest to the box's centre, every point of the box is within the distance
   // from b to the farthest corner of the box, and h(node, B) is at most that.
-  double node_upper(std::uint32_t node) {
-    const Box& box = from_.nodes()[node].box;
+  double box_upper(const Box& box) {
     ++search_.work().nearest_queries;
     const Vec3 b = nearest(search_.to(), (box.low + box.high) * 0.5, search_.work().triangle_tests).point;
     return farthest_of_box(box, b);
@@ -86,19 +90,25 @@ class Traversal {
     double upper = 0;
     for (const OpenNode& entry : open_) {
       upper = std::max(upper, entry.upper);
-      search_.culling().survivors += triangles_below(entry.node);
+      search_.culling().survivors += triangles_below(entry.child);
     }
     search_.set_unvisited(upper);
   }
 
-  std::size_t triangles_below(std::uint32_t root) const {
+  std::size_t triangles_below(std::uint32_t top) const {
     std::size_t count = 0;
-    std::vector<std::uint32_t> stack{root};
+    std::vector<std::uint32_t> stack{top};
     while (!stack.empty()) {
-      const Bvh::Node& node = from_.nodes()[stack.back()];
+      const std::uint32_t child = stack.back();
       stack.pop_back();
-      count += node.count;
-      if (!node.is_leaf()) stack.insert(stack.end(), {node.first, node.first + 1});
+      if (child == WideNode::kNone) continue;
+      if (child & WideNode::kLeaf) {
+        const std::uint32_t block = child & ~WideNode::kLeaf;
+        count += from_.block_end(block) - from_.block_begin(block);
+      } else {
+        const auto& children = from_.nodes()[child].child;
+        stack.insert(stack.end(), std::begin(children), std::end(children));
+      }
     }
     return count;
   }

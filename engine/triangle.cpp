@@ -1,15 +1,9 @@
 #include "engine/triangle.h"
 
+#include "engine/kernels/layout.h"
 #include "engine/rounding.h"
 
 namespace meshgauge {
-namespace {
-
-// Lengths below this are taken as zero, so that no square underflows; the residual accounts for it.
-constexpr double kNegligible = 0x1p-400;
-
-}  // namespace
-
 Preparation prepare(const Vec3& a0, const Vec3& b0, const Vec3& c0) {
   const double ab = (b0 - a0).squaredNorm();
   const double bc = (c0 - b0).squaredNorm();
@@ -23,7 +17,7 @@ Preparation prepare(const Vec3& a0, const Vec3& b0, const Vec3& c0) {
 
   PreparedTriangle t{a, Vec3::Zero(), Vec3::Zero()};
   t.length = (b - a).norm();
-  if (t.length < kNegligible) {
+  if (t.length < kNegligibleLength) {
     t.length = 0;
   } else {
     t.e1 = (b - a) / t.length;
@@ -32,7 +26,7 @@ Preparation prepare(const Vec3& a0, const Vec3& b0, const Vec3& c0) {
     Vec3 across = ac - ac.dot(t.e1) * t.e1;
     across -= across.dot(t.e1) * t.e1;  // once more: orthogonal to rounding even where `across` is tiny
     t.cy = across.norm();
-    if (t.cy < kNegligible) {
+    if (t.cy < kNegligibleLength) {
       t.cy = 0;
     } else {
       t.e2 = across / t.cy;

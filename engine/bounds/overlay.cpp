@@ -130,10 +130,7 @@ struct Overlay::View {
 Overlay::Overlay(const Bvh& target)
     : target_(target),
       adjacency_(target.mesh()),
-      slot_of_(target.mesh().triangles.size()),
-      visited_in_(target.mesh().triangles.size(), 0) {
-  for (std::uint32_t slot = 0; slot < slot_of_.size(); ++slot) slot_of_[target.triangle(slot)] = slot;
-}
+      visited_in_(target.mesh().triangles.size(), 0) {}
 
 Overlay::~Overlay() = default;
 
@@ -149,7 +146,7 @@ std::optional<double> Overlay::upper(const Piece& piece, double limit, std::size
     flood_ = 1;
   }
   for (const Corner& corner : piece.corners) {
-    const std::uint32_t t = target_.triangle(corner.slot);
+    const std::uint32_t t = corner.slot;
     const Image image = view.look_at(target_.mesh(), t);
     if (!view.set_start(image)) continue;
     visited_in_[t] = flood_;
@@ -169,7 +166,7 @@ std::optional<double> Overlay::upper(const Piece& piece, double limit, std::size
 
 // Bounds the part of the piece that the image lies over, and goes on to the neighbours. False: the bound fails.
 bool Overlay::visit(View& view, const Image& image, Work& work) {
-  const PreparedTriangle& triangle = target_.prepared(slot_of_[image.triangle]);
+  const PreparedTriangle triangle = target_.prepared(image.triangle);
   if (!view.add_whole(image)) {
     const auto polygon = view.common(image, kOffset);
     if (!polygon || !view.add(triangle, *polygon, work)) return false;

@@ -69,7 +69,6 @@ class Overlay {
 
   const Bvh& target_;
   Adjacency adjacency_;
-  std::vector<std::uint32_t> slot_of_;     // by triangle
   std::vector<std::uint32_t> visited_in_;  // by triangle: the number of the flood that saw it last
   std::uint32_t flood_ = 0;
   std::vector<Image> open_;

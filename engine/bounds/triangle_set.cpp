@@ -56,26 +56,29 @@ TriangleSet::Collected TriangleSet::collect(const Piece& whole) {
   const CornersAndFrame s = with_frame(a.point, b.point, c.point);
   Box box;
   for (const Vec3& v : s.corners) box.extend(v);
+  const Bvh& to = search_.to();
   std::vector<std::uint32_t> open{Bvh::kRoot};
   std::size_t tests = 0;
   while (!open.empty()) {
-    const Bvh::Node& node = search_.to().nodes()[open.back()];
+    const std::uint32_t child = open.back();
     open.pop_back();
-    if (std::sqrt(box_distance_sq(box, node.box)) > reach) continue;
-    if (!node.is_leaf()) {
-      open.insert(open.end(), {node.first, node.first + 1});
+    if (!(child & WideNode::kLeaf)) {
+      const WideNode& node = to.nodes()[child];
+      for (std::size_t lane = 0; lane < kLanes; ++lane) {
+        if (node.child[lane] == WideNode::kNone) continue;
+        if (std::sqrt(box_distance_sq(box, Bvh::child_box(node, lane))) <= reach) open.push_back(node.child[lane]);
+      }
       continue;
     }
-    if ((tests += node.count) >= kPulseEvery) {
+    if ((tests += kLanes) >= kPulseEvery) {
       tests = 0;
       if (search_.interrupted()) return {std::move(slots), false};
     }
-    for (std::uint32_t slot = node.first; slot < node.first + node.count; ++slot) {
-      const std::uint32_t t = search_.to().triangle(slot);
-      const MeshView mesh = search_.to().mesh();
-      const CornersAndFrame other{{mesh.corner(t, 0), mesh.corner(t, 1), mesh.corner(t, 2)},
-                                  search_.to().prepared(slot)};
-      if (triangle_distance(s, other) <= reach) slots.push_back(slot);
+    const std::uint32_t block = child & ~WideNode::kLeaf;
+    for (std::uint32_t t = to.block_begin(block); t < to.block_end(block); ++t) {
+      const CornersAndFrame other{{to.mesh().corner(t, 0), to.mesh().corner(t, 1), to.mesh().corner(t, 2)},
+                                  to.prepared(t)};
+      if (triangle_distance(s, other) <= reach) slots.push_back(t);
     }
   }
   std::sort(slots.begin(), slots.end());

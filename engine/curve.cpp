@@ -1,0 +1,178 @@
+#include "engine/curve.h"
+
+#include <algorithm>
+#include <array>
+#include <span>
+#include <vector>
+
+namespace meshgauge {
+namespace {
+
+constexpr unsigned kBits = 10;                              // of a cell's number, an axis
+constexpr std::size_t kBatch = 256;                         // centres turned into codes at once
+constexpr std::size_t kCheckEvery = std::size_t{1} << 16;   // items between two looks at the clock, about 1 ms
+constexpr std::size_t kFewEnough = 8;                       // items of one cell that need no order of their own
+constexpr std::size_t kWorthRadix = 2048;                   // items from which counting beats comparing
+constexpr double kSmallestBox = 0x1p-1010;                  // what is smaller has no cells
+constexpr int kMaxDepth = 128;                              // cells within cells; 1024^128 is beyond double
+
+struct Item {
+  std::uint32_t code;
+  std::uint32_t triangle;
+};
+
+using Cells = std::array<std::array<std::uint32_t, kBatch>, 3>;
+using Codes = std::array<std::uint32_t, kBatch>;
+
+// 10 bits spread to every third place.
+std::uint32_t spread(std::uint32_t x) {
+  x = (x | (x << 16)) & 0x030000FF;
+  x = (x | (x << 8)) & 0x0300F00F;
+  x = (x | (x << 4)) & 0x030C30C3;
+  return (x | (x << 2)) & 0x09249249;
+}
+
+// J. Skilling, "Programming the Hilbert curve" (2004), without branches, for many points at once.
+void hilbert_codes(Cells& cells, Codes& codes) {
+  auto& [x, y, z] = cells;
+  for (unsigned bit = kBits - 1; bit > 0; --bit) {
+    const std::uint32_t below = (1U << bit) - 1;
+    for (std::size_t i = 0; i < kBatch; ++i) {
+      x[i] ^= below & (0U - ((x[i] >> bit) & 1U));
+      for (auto* other : {&y, &z}) {
+        std::uint32_t& o = (*other)[i];
+        const std::uint32_t set = 0U - ((o >> bit) & 1U);
+        const std::uint32_t swap = (x[i] ^ o) & below & ~set;
+        x[i] ^= (below & set) ^ swap;
+        o ^= swap;
+      }
+    }
+  }
+  for (std::size_t i = 0; i < kBatch; ++i) {
+    const std::uint32_t gy = y[i] ^ x[i];
+    const std::uint32_t gz = z[i] ^ gy;
+    std::uint32_t flip = gz >> 1;  // bit j: parity of the bits of gz above j
+    flip ^= flip >> 1;
+    flip ^= flip >> 2;
+    flip ^= flip >> 4;
+    flip ^= flip >> 8;
+    codes[i] = (spread(x[i] ^ flip) << 2) | (spread(gy ^ flip) << 1) | spread(gz ^ flip);
+  }
+}
+
+// Three times the centre. Rounding only moves a triangle along the curve.
+Vec3 centre(MeshView mesh, std::uint32_t triangle) {
+  return mesh.corner(triangle, 0) + mesh.corner(triangle, 1) + mesh.corner(triangle, 2);
+}
+
+// Numbers the cells of `box` that the items' centres are in.
+void encode(MeshView mesh, const Box& box, std::span<Item> items) {
+  const double size = std::max((box.high - box.low).maxCoeff(), kSmallestBox);
+  const double cells_per_unit = (1U << kBits) / size;
+  Cells cells{};
+  Codes codes;
+  for (std::size_t begin = 0; begin < items.size(); begin += kBatch) {
+    const std::size_t count = std::min(kBatch, items.size() - begin);
+    for (std::size_t i = 0; i < count; ++i) {
+      const Vec3 offset = (centre(mesh, items[begin + i].triangle) - box.low) * cells_per_unit;
+      for (std::size_t k = 0; k < 3; ++k) {
+        cells[k][i] = static_cast<std::uint32_t>(std::clamp(offset[static_cast<int>(k)], 0.0, (1 << kBits) - 1.0));
+      }
+    }
+    hilbert_codes(cells, codes);
+    for (std::size_t i = 0; i < count; ++i) items[begin + i].code = codes[i];
+  }
+}
+
+// Stable, by 10 bits at a time. False: told to stop.
+bool radix_sort(LargeArray<Item>& items, Control& control) {
+  constexpr std::uint32_t kBuckets = 1U << kBits;
+  LargeArray<Item> other(items.size());
+  for (unsigned shift = 0; shift < 3 * kBits; shift += kBits) {
+    const auto bucket = [&](const Item& item) { return (item.code >> shift) & (kBuckets - 1); };
+    std::array<std::uint32_t, kBuckets + 1> start{};
+    for (const Item& item : items) ++start[bucket(item) + 1];
+    for (std::size_t b = 0; b < kBuckets; ++b) start[b + 1] += start[b];
+    for (std::size_t begin = 0; begin < items.size(); begin += kCheckEvery) {
+      if (control.check() != Interruption::none) return false;
+      const std::size_t end = std::min(begin + kCheckEvery, items.size());
+      for (std::size_t i = begin; i < end; ++i) other[start[bucket(items[i])]++] = items[i];
+    }
+    items.swap(other);
+  }
+  return true;
+}
+
+Box box_of_centres(MeshView mesh, std::span<const Item> items) {
+  Box box;
+  for (const Item& item : items) box.extend(centre(mesh, item.triangle));
+  return box;
+}
+
+struct Cell {
+  std::size_t begin, end;
+  int depth;
+};
+
+// The runs of equal codes that are too long to be left as they are.
+void find_crowded(std::span<const Item> items, const Cell& within, std::vector<Cell>& crowded) {
+  for (std::size_t begin = within.begin; begin < within.end;) {
+    std::size_t end = begin + 1;
+    while (end < within.end && items[end].code == items[begin].code) ++end;
+    if (end - begin > kFewEnough) crowded.push_back({begin, end, within.depth + 1});
+    begin = end;
+  }
+}
+
+bool sort_by_code(std::span<Item> items, Control& control) {
+  if (items.size() < kWorthRadix) {
+    std::sort(items.begin(), items.end(), [](const Item& a, const Item& b) {
+      return std::pair(a.code, a.triangle) < std::pair(b.code, b.triangle);
+    });
+    return control.check() == Interruption::none;
+  }
+  LargeArray<Item> copy(items.begin(), items.end());
+  if (!radix_sort(copy, control)) return false;
+  std::copy(copy.begin(), copy.end(), items.begin());
+  return true;
+}
+
+// Orders what shares a cell by a curve through its own box.
+bool refine(MeshView mesh, LargeArray<Item>& items, Control& control) {
+  std::vector<Cell> crowded;
+  find_crowded(items, {0, items.size(), 0}, crowded);
+  while (!crowded.empty()) {
+    const Cell cell = crowded.back();
+    crowded.pop_back();
+    const auto inside = std::span(items).subspan(cell.begin, cell.end - cell.begin);
+    const Box box = box_of_centres(mesh, inside);
+    if (!((box.high - box.low).maxCoeff() > kSmallestBox) || cell.depth > kMaxDepth) continue;
+    encode(mesh, box, inside);
+    if (!sort_by_code(inside, control)) return false;
+    find_crowded(items, cell, crowded);
+  }
+  return true;
+}
+
+}  // namespace
+
+LargeArray<std::uint32_t> curve_order(MeshView mesh, const Box& box, Control& control, Crew& crew) {
+  LargeArray<Item> items(mesh.triangles.size());
+  const Box of_centres{3 * box.low, 3 * box.high};
+  const std::size_t rounds = (items.size() + kCheckEvery * crew.size() - 1) / (kCheckEvery * crew.size());
+  for (std::size_t round = 0; round < rounds; ++round) {
+    if (control.check() != Interruption::none) return {};
+    crew.run(crew.size(), [&](std::size_t, std::size_t task) {
+      const std::size_t begin = std::min((round * crew.size() + task) * kCheckEvery, items.size());
+      const std::size_t end = std::min(begin + kCheckEvery, items.size());
+      for (std::size_t i = begin; i < end; ++i) items[i].triangle = static_cast<std::uint32_t>(i);
+      encode(mesh, of_centres, std::span(items).subspan(begin, end - begin));
+    });
+  }
+  if (!radix_sort(items, control) || !refine(mesh, items, control)) return {};
+  LargeArray<std::uint32_t> order(items.size());
+  for (std::size_t i = 0; i < items.size(); ++i) order[i] = items[i].triangle;
+  return order;
+}
+
+}  // namespace meshgauge

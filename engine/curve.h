@@ -1,0 +1,18 @@
+// The triangles of a mesh along a space-filling curve, so that neighbours in the order are neighbours in space.
+#pragma once
+
+#include <cstdint>
+
+#include "engine/control.h"
+#include "engine/crew.h"
+#include "engine/large_array.h"
+#include "engine/mesh.h"
+
+namespace meshgauge {
+
+// All triangles, by the place of their centres on a Hilbert curve through `box` (that of the mesh), 1024 cells an axis;
+// what shares a cell is ordered the same way within its own box, and so on. Deterministic, whatever the crew. Linear
+// time. Empty when `control` says to stop.
+LargeArray<std::uint32_t> curve_order(MeshView mesh, const Box& box, Control& control, Crew& crew);
+
+}  // namespace meshgauge

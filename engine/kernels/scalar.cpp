@@ -1,0 +1,118 @@
+#include "engine/kernels/scalar.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <tuple>
+
+#include "engine/kernels/flat.h"
+#include "engine/kernels/walk.h"
+
+namespace meshgauge {
+namespace {
+
+double clamp01(double s) { return s < 0 ? 0 : s > 1 ? 1 : s; }
+
+// closest_point() of engine/triangle.h without branches, as the SIMD kernels do it, and the distance to it squared.
+double distance_sq(const FlatTriangle& t, double px, double py, double pz) {
+  const double ax = px - t.a[0], ay = py - t.a[1], az = pz - t.a[2];
+  const double x = ax * t.e1[0] + ay * t.e1[1] + az * t.e1[2];
+  const double rx = ax - x * t.e1[0], ry = ay - x * t.e1[1], rz = az - x * t.e1[2];
+  const double y = rx * t.e2[0] + ry * t.e2[1] + rz * t.e2[2];
+  const double dx = t.length - t.cx;
+  const double back = t.length - x;
+
+  const double s_ac = clamp01((x * t.cx + y * t.cy) / (t.cx * t.cx + t.cy * t.cy));
+  const double s_bc = clamp01((back * dx + y * t.cy) / (dx * dx + t.cy * t.cy));
+  const double ac_x = s_ac * t.cx, ac_y = s_ac * t.cy;
+  const double bc_x = t.length - s_bc * dx, bc_y = s_bc * t.cy;
+  const double ac_sq = (ac_x - x) * (ac_x - x) + (ac_y - y) * (ac_y - y);
+  const double bc_sq = (bc_x - x) * (bc_x - x) + (bc_y - y) * (bc_y - y);
+  const bool beyond_ac = t.cx * y - t.cy * x > 0;
+  const bool beyond_bc = dx * y - t.cy * back > 0;
+  const bool use_ac = beyond_ac && !(beyond_bc && bc_sq < ac_sq);
+  const bool use_bc = beyond_bc && !use_ac;
+  double qx = use_ac ? ac_x : use_bc ? bc_x : x;
+  double qy = use_ac ? ac_y : use_bc ? bc_y : y;
+  if (y <= 0) {
+    const double base = x < 0 ? 0 : x;
+    qx = base > t.length ? t.length : base;
+    qy = 0;
+  }
+  const double gx = ax - (qx * t.e1[0] + qy * t.e2[0]);
+  const double gy = ay - (qx * t.e1[1] + qy * t.e2[1]);
+  const double gz = az - (qx * t.e1[2] + qy * t.e2[2]);
+  return gx * gx + gy * gy + gz * gz;
+}
+
+struct P {
+  double x, y, z;
+};
+P at(const PointBlock& block, std::size_t i) { return {block.at[0][i], block.at[1][i], block.at[2][i]}; }
+P operator-(const P& a, const P& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+P operator+(const P& a, const P& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
+P operator*(double s, const P& a) { return {s * a.x, s * a.y, s * a.z}; }
+P operator/(const P& a, double s) { return {a.x / s, a.y / s, a.z / s}; }
+double dot(const P& a, const P& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+double length(const P& a) { return std::sqrt(dot(a, a)); }
+
+double prepare(const PointBlock corners[3], TriangleBlock& out) {
+  double residual = 0;
+  for (std::size_t i = 0; i < kLanes; ++i) {
+    P a = at(corners[0], i), b = at(corners[1], i), c = at(corners[2], i);
+    const double ab = dot(b - a, b - a), bc = dot(c - b, c - b), ca = dot(a - c, a - c);
+    if (bc > ab && bc >= ca) {
+      std::tie(a, b, c) = std::tuple(b, c, a);
+    } else if (ca > ab && ca > bc) {
+      std::tie(a, b, c) = std::tuple(c, a, b);
+    }
+    double base = length(b - a);
+    P e1 = (b - a) / base;
+    if (base < kNegligibleLength) base = 0, e1 = {0, 0, 0};
+    const P ac = c - a;
+    const double along = dot(ac, e1);
+    const double cx = along < 0 ? 0 : along > base ? base : along;
+    P across = ac - along * e1;
+    across = across - dot(across, e1) * e1;  // once more: orthogonal to rounding even where `across` is tiny
+    double cy = length(across);
+    P e2 = across / cy;
+    if (cy < kNegligibleLength) cy = 0, e2 = {0, 0, 0};
+    residual = std::max({residual, length(a + base * e1 - b), length(a + cx * e1 + cy * e2 - c)});
+    store({{a.x, a.y, a.z}, {e1.x, e1.y, e1.z}, {e2.x, e2.y, e2.z}, base, cx, cy}, out, i);
+  }
+  return residual;
+}
+
+Closest nearest(const TreeView& tree, const double p[3], Closest best, std::uint64_t& tests) {
+  walk(tree, p, best.distance_sq, [&](std::uint32_t block) {
+    tests += kLanes;
+    for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
+      const double d_sq = distance_sq(flat(tree.blocks[block], lane), p[0], p[1], p[2]);
+      if (d_sq < best.distance_sq) best = {d_sq, block * static_cast<std::uint32_t>(kLanes) + lane};
+    }
+    return best.distance_sq;
+  });
+  return best;
+}
+
+void distances_sq(const FlatTriangle& triangle, const PointBlock& points, double out[kLanes]) {
+  for (std::size_t i = 0; i < kLanes; ++i) {
+    out[i] = distance_sq(triangle, points.at[0][i], points.at[1][i], points.at[2][i]);
+  }
+}
+
+void farthest_sq(const FlatTriangle& triangle, const PointBlock corners[3], double out[kLanes]) {
+  distances_sq(triangle, corners[0], out);
+  std::array<double, kLanes> other;
+  for (std::size_t k = 1; k < 3; ++k) {
+    distances_sq(triangle, corners[k], other.data());
+    for (std::size_t i = 0; i < kLanes; ++i) out[i] = std::max(out[i], other[i]);
+  }
+}
+
+}  // namespace
+
+Kernels scalar_kernels() { return {"scalar", prepare, nearest, distances_sq, farthest_sq}; }
+
+}  // namespace meshgauge
