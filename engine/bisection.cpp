@@ -1,8 +1,12 @@
 #include "engine/bisection.h"
 
+#include <algorithm>
+#include <deque>
+
 #include "engine/bounds/lipschitz.h"
 #include "engine/bounds/overlay.h"
 #include "engine/rounding.h"
+#include "engine/worker.h"
 
 namespace meshgauge {
 namespace {
@@ -10,6 +14,9 @@ namespace {
 constexpr std::size_t kSettled = 256;       // pieces without a new lower bound, after which the search goes depth first
 constexpr std::size_t kMaxVisits = 64;      // triangles of B over one piece
 constexpr std::size_t kWorthAdjacency = 8;  // pieces waiting from which the overlay pays for its adjacency
+constexpr std::size_t kTasksARound = 16;    // for each thread, between two pulses
+constexpr std::size_t kPiecesATask = 16;    // taken from the pile at once
+constexpr std::size_t kStepsATask = 256;    // pieces treated by a task at most, some 0.3 ms; the rest goes back to the pile
 
 struct Longest {
   std::size_t edge = 0;  // from corner `edge` to the next
@@ -25,54 +32,40 @@ Longest longest_edge(const Piece& piece) {
   return best;
 }
 
-class Bisection {
+// One thread's part in the bisection.
+class Bisector {
  public:
-  explicit Bisection(Search& search) : search_(search) {}
+  explicit Bisector(Search& search) : worker_(search) {}
 
-  std::optional<Stop> run() {
-    std::size_t since_rise = 0;
-    double last_lower = search_.lower();
-    bool deep = false;
-    while (!search_.empty()) {
-      if (const auto stop = search_.pulse()) return stop;
-      if (search_.over_budget()) return Stop::budget;
-      treat(search_.pop());
-      since_rise = search_.lower() > last_lower ? 0 : since_rise + 1;
-      last_lower = search_.lower();
-      if (!deep && since_rise > kSettled) {
-        deep = true;
-        search_.depth_first();
-      }
-    }
-    return std::nullopt;
-  }
+  Worker& worker() { return worker_; }
+  bool has_overlay() const { return overlay_.has_value(); }
+  void adopt_overlay(const Adjacency& adjacency) { overlay_.emplace(worker_.to(), adjacency); }
 
- private:
   void treat(const Piece& piece) {
-    if (piece.upper <= search_.cull_within_tolerance()) return search_.drop(piece.upper);
+    if (piece.upper <= worker_.cull_within_tolerance()) return worker_.drop(piece.upper);
     if (const auto upper = overlay_upper(piece)) {
-      return *upper > search_.cull_within_tolerance() ? search_.drop_unresolved(*upper) : search_.drop(*upper);
+      return *upper > worker_.cull_within_tolerance() ? worker_.drop_unresolved(*upper) : worker_.drop(*upper);
     }
     const Longest longest = longest_edge(piece);
-    if (longest.length < rounding::kSmallestPiece) return search_.drop(std::min(piece.upper, lipschitz_upper(piece)));
+    if (longest.length < rounding::kSmallestPiece) return worker_.drop(std::min(piece.upper, lipschitz_upper(piece)));
     split(piece, longest.edge);
   }
 
+ private:
   std::optional<double> overlay_upper(const Piece& piece) {
-    if (!overlay_) {
-      if (search_.waiting() < kWorthAdjacency) return std::nullopt;
-      overlay_.emplace(search_.to());
-    }
-    const double limit = std::max(search_.cull_within_tolerance(), search_.lower() + rounding::kOverlayGap);
-    return overlay_->upper(piece, limit, kMaxVisits, search_.work());
+    if (!overlay_ || piece.overlay_failed) return std::nullopt;
+    const double limit = std::max(worker_.cull_within_tolerance(), worker_.lower() + rounding::kOverlayGap);
+    const auto& [a, b, c] = piece.corners;
+    return overlay_->attempt(piece, std::array{a.slot, b.slot, c.slot}, limit, kMaxVisits, worker_.work()).upper;
   }
 
   void split(const Piece& piece, std::size_t edge) {
-    ++search_.work().subdivisions;
-    search_.work().max_depth = std::max(search_.work().max_depth, piece.depth + 1);
+    Work& work = worker_.work();
+    ++work.subdivisions;
+    work.max_depth = std::max(work.max_depth, piece.depth + 1);
     const Corner &a = piece.corners[edge], &b = piece.corners[(edge + 1) % 3], &c = piece.corners[(edge + 2) % 3];
-    const Corner middle = nearest_corner(search_.to(), (a.point + b.point) * 0.5, search_.work(), a.slot);
-    search_.saw(middle, piece.triangle, false);
+    const Corner middle = nearest_corner(worker_.to(), (a.point + b.point) * 0.5, work, a.slot);
+    worker_.saw(middle, piece.triangle, false);
     add({a, middle, c}, piece);
     add({middle, b, c}, piece);
   }
@@ -80,20 +73,107 @@ class Bisection {
   void add(const std::array<Corner, 3>& corners, const Piece& parent) {
     Piece part{corners, parent.upper, parent.triangle, parent.depth + 1};
     part.upper = std::min(part.upper, lipschitz_upper(part));
-    if (part.upper > search_.cull_within_tolerance()) {
+    if (part.upper > worker_.cull_within_tolerance()) {
       const std::array owners{corners[0].slot, corners[1].slot, corners[2].slot};
-      part.upper = std::min(part.upper, least_farthest(part, search_.to(), owners, search_.work()));
+      part.upper = std::min(part.upper, least_farthest(part, worker_.to(), owners, worker_.work()));
     }
-    if (part.upper <= search_.cull_within_tolerance()) return search_.drop(part.upper);
-    search_.push(part);
+    if (part.upper <= worker_.cull_within_tolerance()) return worker_.drop(part.upper);
+    worker_.push(part);
+  }
+
+  Worker worker_;
+  std::optional<Overlay> overlay_;
+};
+
+class Bisection {
+ public:
+  Bisection(Search& search, std::optional<Adjacency>& adjacency) : search_(search), adjacency_(adjacency) {
+    for (std::size_t i = 0; i < search.crew().size(); ++i) bisectors_.emplace_back(search);
+  }
+
+  std::optional<Stop> run() {
+    if (const auto stop = best_first()) return stop;
+    search_.depth_first();
+    return depth_first();
+  }
+
+ private:
+  // Until the lower bound has settled.
+  std::optional<Stop> best_first() {
+    std::size_t since_rise = 0;
+    double last_lower = search_.lower();
+    while (!search_.empty() && since_rise <= kSettled) {
+      if (const auto stop = reason_to_stop()) return stop;
+      if (overlay_pays()) adopt_overlay();
+      bisectors_[0].treat(search_.pop());
+      search_.absorb(bisectors_[0].worker());
+      since_rise = search_.lower() > last_lower ? 0 : since_rise + 1;
+      last_lower = search_.lower();
+    }
+    return std::nullopt;
+  }
+
+  // In rounds: some of the pieces are handed out, and what is left of them comes back.
+  std::optional<Stop> depth_first() {
+    std::vector<Piece> taken;
+    while (!search_.empty()) {
+      if (const auto stop = reason_to_stop()) return stop;
+      if (overlay_pays()) adopt_overlay();
+      taken.clear();
+      const std::size_t count = std::min(search_.waiting(), search_.crew().size() * kTasksARound * kPiecesATask);
+      for (std::size_t i = 0; i < count; ++i) taken.push_back(search_.pop());
+      const std::size_t tasks = (count + kPiecesATask - 1) / kPiecesATask;
+      const std::size_t steps = steps_a_task(tasks);
+      search_.crew().run(tasks, [&](std::size_t w, std::size_t task) {
+        const std::size_t begin = task * kPiecesATask;
+        work_at(bisectors_[w], std::span(taken).subspan(begin, std::min(kPiecesATask, count - begin)), steps);
+      });
+      for (Bisector& bisector : bisectors_) search_.absorb(bisector.worker());
+    }
+    return std::nullopt;
+  }
+
+  // Depth first in each of the pieces. What is not done in time stays with the worker, to be handed in.
+  static void work_at(Bisector& bisector, std::span<const Piece> pieces, std::size_t steps) {
+    Worker& worker = bisector.worker();
+    const std::size_t others = worker.waiting();  // left by the tasks before
+    for (const Piece& piece : pieces) {
+      worker.push(piece);
+      while (worker.waiting() > others && steps > 0 && !worker.interrupted()) {
+        --steps;
+        bisector.treat(worker.pop());
+      }
+    }
+  }
+
+  // A budget of work items is not overdrawn by a round.
+  std::size_t steps_a_task(std::size_t tasks) const {
+    const std::uint64_t left = search_.work_items_left();
+    return static_cast<std::size_t>(std::clamp<std::uint64_t>(left / tasks, 1, kStepsATask));
+  }
+
+  std::optional<Stop> reason_to_stop() const {
+    if (const auto stop = search_.pulse()) return stop;
+    return search_.over_budget() ? std::optional(Stop::budget) : std::nullopt;
+  }
+
+  bool overlay_pays() const {
+    return !bisectors_[0].has_overlay() && (adjacency_ || search_.waiting() >= kWorthAdjacency);
+  }
+  void adopt_overlay() {
+    if (!adjacency_) adjacency_.emplace(search_.to().mesh());
+    for (Bisector& bisector : bisectors_) bisector.adopt_overlay(*adjacency_);
   }
 
   Search& search_;
-  std::optional<Overlay> overlay_;
+  std::optional<Adjacency>& adjacency_;
+  std::deque<Bisector> bisectors_;  // one a thread
 };
 
 }  // namespace
 
-std::optional<Stop> bisect(Search& search) { return Bisection(search).run(); }
+std::optional<Stop> bisect(Search& search, std::optional<Adjacency>& adjacency) {
+  return Bisection(search, adjacency).run();
+}
 
 }  // namespace meshgauge

@@ -1,17 +1,18 @@
 // The second phase of strategy `auto`: bisect the longest edge of what survives, with every bound there is.
 //
 // Best first while the lower bound moves, because only that finds it quickly; depth first once it has settled, because
-// the order no longer matters and a stack is cheaper and flat.
+// the order no longer matters: all threads then work at stacks of their own, and memory stays flat.
 #pragma once
 
 #include <optional>
 
+#include "engine/adjacency.h"
 #include "engine/search.h"
 
 namespace meshgauge {
 
 // Works until nothing is left that could exceed the lower bound by more than the tolerance, or returns the reason why
-// not: the monitor's.
-std::optional<Stop> bisect(Search& search);
+// not. `adjacency` is that of B, if it was made already.
+std::optional<Stop> bisect(Search& search, std::optional<Adjacency>& adjacency);
 
 }  // namespace meshgauge

@@ -19,7 +19,8 @@ struct Progress {
 
 enum class Interruption { none, timeout, cancelled };
 
-// One per job. cancel() may be called from any thread; everything else belongs to the job's thread.
+// One per job. cancel() may be called from any thread, check() from the job's own threads; everything else belongs to the
+// thread that runs the job.
 class Control {
  public:
   using Clock = std::chrono::steady_clock;
@@ -41,12 +42,12 @@ class Control {
 
   // For tests: the n-th check from now reports a cancellation.
   void cancel_at_check(std::uint64_t n) { cancel_at_ = n; }
-  std::uint64_t checks() const { return checks_; }
+  std::uint64_t checks() const { return checks_.load(std::memory_order_relaxed); }
 
   // The engine asks this at least every 10 ms of work, and ends at once on anything but `none`.
   Interruption check() {
-    ++checks_;
-    if (checks_ >= cancel_at_ || cancelled_.load(std::memory_order_relaxed)) return Interruption::cancelled;
+    const std::uint64_t count = checks_.fetch_add(1, std::memory_order_relaxed) + 1;
+    if (count >= cancel_at_ || cancelled_.load(std::memory_order_relaxed)) return Interruption::cancelled;
     if (deadline_ && Clock::now() >= *deadline_) return Interruption::timeout;
     return Interruption::none;
   }
@@ -62,7 +63,7 @@ class Control {
  private:
   std::optional<Clock::time_point> deadline_;
   std::atomic<bool> cancelled_{false};
-  std::uint64_t checks_ = 0;
+  std::atomic<std::uint64_t> checks_{0};
   std::uint64_t cancel_at_ = std::numeric_limits<std::uint64_t>::max();
   std::function<void(const Progress&)> callback_;
   std::chrono::milliseconds interval_{100};

@@ -136,7 +136,7 @@ class Measurement final : public Monitor {
   }
 
   std::optional<Stop> measure(Directed& directed, const Side& from, const Side& to) {
-    Search search(from.ordered->view(), from.ordered->box, *to.tree, goal_, lower_, *this);
+    Search search(from.ordered->view(), from.ordered->box, *to.tree, goal_, lower_, *this, crew_);
     search.set_budget(options_);
     search.set_start_slack(lower_slack_);
     search.set_witness_rounding(frame_.rounding_of_points());
@@ -157,8 +157,9 @@ class Measurement final : public Monitor {
   }
 
   std::optional<Stop> run_auto(Search& search) {
-    auto stop = staged("traverse", outcome_.timings.traverse, [&] { return sweep(search); });
-    if (!stop) stop = staged("reduce", outcome_.timings.reduce, [&] { return bisect(search); });
+    std::optional<Adjacency> adjacency;  // of the mesh measured to, once it pays
+    auto stop = staged("traverse", outcome_.timings.traverse, [&] { return sweep(search, adjacency); });
+    if (!stop) stop = staged("reduce", outcome_.timings.reduce, [&] { return bisect(search, adjacency); });
     return stop;
   }
 
@@ -249,6 +250,16 @@ class Measurement final : public Monitor {
 };
 
 }  // namespace
+
+Work& Work::operator+=(const Work& other) {
+  nearest_queries += other.nearest_queries;
+  cache_hits += other.cache_hits;
+  triangle_tests += other.triangle_tests;
+  subdivisions += other.subdivisions;
+  max_depth = std::max(max_depth, other.max_depth);
+  peak_heap = std::max(peak_heap, other.peak_heap);
+  return *this;
+}
 
 bool is_stencil(int points) { return stencil_level(points).has_value(); }
 

@@ -94,6 +94,8 @@ struct Work {
   std::uint64_t subdivisions = 0;    // pieces split in the reduction
   std::uint32_t max_depth = 0;       // deepest subdivision
   std::size_t peak_heap = 0;         // most pieces waiting at once
+
+  Work& operator+=(const Work& other);  // of two parts of one job
 };
 
 // One direction. In a symmetric measurement the second direction is followed only as far as it can

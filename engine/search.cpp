@@ -1,5 +1,7 @@
 #include "engine/search.h"
 
+#include "engine/worker.h"
+
 namespace meshgauge {
 namespace {
 
@@ -12,12 +14,13 @@ double Goal::gap(double lower, double slack) const {
 }
 
 Search::Search(MeshView from, const Box& from_box, const Bvh& to, const Goal& goal, double start_lower,
-               Monitor& monitor)
+               Monitor& monitor, Crew& crew)
     : from_(from),
       from_box_(from_box),
       to_(to),
       goal_(goal),
       monitor_(monitor),
+      crew_(crew),
       lower_(start_lower),
       unvisited_(farthest_of_box(from_box, to.mesh().corner(0, 0))) {
   culling_.triangles = from.triangles.size();
@@ -31,7 +34,7 @@ double Search::upper() const {
   } else {
     for (const Piece& piece : waiting_) waiting = std::max(waiting, piece.upper);
   }
-  return std::max({lower_, dropped_, unvisited_, waiting});
+  return std::max({lower(), dropped_, unvisited_, waiting});
 }
 
 double Search::lower_slack() const { return lower_slack(!candidate_.is_vertex); }
@@ -42,9 +45,9 @@ double Search::lower_slack(bool interior) const {
   return std::max(start_slack_, interior ? point + off : point);
 }
 
+// With the slack of a depth that is never reached: what was dropped early must be within the tolerance in the end.
 double Search::slack_to_come() const {
-  constexpr std::uint32_t kDepthToCome = 64;
-  return output_rounding_ + lower_slack(true) + rounding::upper_slack(to_.residual(), work_.max_depth + kDepthToCome);
+  return output_rounding_ + lower_slack(true) + rounding::upper_slack(to_.residual(), rounding::kDepthAllowance);
 }
 
 double Search::upper_slack() const { return rounding::upper_slack(to_.residual(), work_.max_depth); }
@@ -52,13 +55,13 @@ double Search::upper_slack() const { return rounding::upper_slack(to_.residual()
 void Search::saw(const Corner& corner, std::uint32_t triangle, bool is_vertex) {
   if (corner.distance <= candidate_.distance) return;
   candidate_ = Candidate{corner.point, corner.distance, triangle, is_vertex};
-  lower_ = std::max(lower_, corner.distance);
+  raise_lower(corner.distance);
 }
 
 double Search::cull_below() const {
-  if (!goal_.gate) return lower_;
+  if (!goal_.gate) return lower();
   // With the slack of a depth that is never reached, so that what was dropped stays below the gate later on.
-  return std::max(lower_, *goal_.gate - rounding::upper_slack(to_.residual(), rounding::kDepthAllowance));
+  return std::max(lower(), *goal_.gate - rounding::upper_slack(to_.residual(), rounding::kDepthAllowance));
 }
 
 void Search::push(const Piece& piece) {
@@ -83,6 +86,17 @@ void Search::keep_above(double limit) {
   if (is_heap_) std::make_heap(waiting_.begin(), waiting_.end(), less_upper);
 }
 
+void Search::absorb(Worker& worker) {
+  if (worker.candidate_.distance > candidate_.distance) candidate_ = worker.candidate_;
+  drop(worker.dropped_);
+  unresolved_ = std::max(unresolved_, worker.unresolved_);
+  work_ += worker.work_;
+  for (const Piece& piece : worker.pieces_) push(piece);
+  worker.dropped_ = worker.unresolved_ = 0;
+  worker.work_ = Work{};
+  worker.pieces_.clear();
+}
+
 bool Search::over_budget(std::size_t others_bytes) const {
   if (!budget_) return false;
   const std::size_t bytes = waiting_.capacity() * sizeof(Piece) + others_bytes;
@@ -91,7 +105,7 @@ bool Search::over_budget(std::size_t others_bytes) const {
 
 bool Search::reached_goal() const {
   const double now = upper();
-  return now <= cull_below() || now - lower_ <= goal_.gap(lower_, slack());
+  return now <= cull_below() || now - lower() <= goal_.gap(lower(), slack());
 }
 
 }  // namespace meshgauge

@@ -1,13 +1,16 @@
 // The state of one direction of a measurement while it runs: from mesh A to mesh B, in the unit frame.
 //
-// lower() <= (up to slack) h(A,B) <= upper() + slack holds at every moment between two calls.
+// lower() <= (up to slack) h(A,B) <= upper() + slack holds at every moment between two calls, but for what Workers have
+// not handed in yet.
 #pragma once
 
 #include <algorithm>
+#include <atomic>
 #include <optional>
 #include <vector>
 
 #include "engine/bounds/piece.h"
+#include "engine/crew.h"
 #include "engine/hausdorff.h"
 #include "engine/rounding.h"
 
@@ -37,6 +40,7 @@ struct Goal {
 };
 
 class Search;
+class Worker;
 
 // Looks at a search after each of its steps: the clock, the caller's patience, the gate.
 class Monitor {
@@ -47,7 +51,7 @@ class Monitor {
   virtual ~Monitor() = default;
   // Between two steps, when the search's bounds hold: a reason to stop now, if there is one.
   virtual std::optional<Stop> pulse(const Search& search) = 0;
-  // In the middle of a step: whether the next pulse will tell to stop. Nobody looks at the bounds.
+  // In the middle of a step, on any thread: whether the next pulse will tell to stop. Nobody looks at the bounds.
   virtual bool interrupted() = 0;
 };
 
@@ -55,11 +59,13 @@ class Search {
  public:
   // Measures one vertex of A, so that there is a candidate from the start. `from_box` is A's. `start_lower`: distances
   // up to this are of no interest (the other direction has reached it already).
-  Search(MeshView from, const Box& from_box, const Bvh& to, const Goal& goal, double start_lower, Monitor& monitor);
+  Search(MeshView from, const Box& from_box, const Bvh& to, const Goal& goal, double start_lower, Monitor& monitor,
+         Crew& crew);
 
   MeshView from() const { return from_; }
   const Box& from_box() const { return from_box_; }
   const Bvh& to() const { return to_; }
+  Crew& crew() const { return crew_; }
   std::optional<Stop> pulse() const { return monitor_.pulse(*this); }
   bool interrupted() const { return monitor_.interrupted(); }
   Work& work() { return work_; }
@@ -68,7 +74,7 @@ class Search {
   const Culling& culling() const { return culling_; }
   const Goal& goal() const { return goal_; }
 
-  double lower() const { return lower_; }
+  double lower() const { return lower_.load(std::memory_order_relaxed); }
   double upper() const;
   const Candidate& candidate() const { return candidate_; }
 
@@ -84,14 +90,24 @@ class Search {
   // What scaling both bounds back to the file's unit, outwards, costs: nothing unless the results are subnormal.
   void set_output_rounding(double rounding) { output_rounding_ = rounding; }
 
+  // A number that is known to be a (computed) distance attained: any thread may say so, before its candidate is handed
+  // in.
+  void raise_lower(double distance) {
+    double known = lower();
+    while (distance > known && !lower_.compare_exchange_weak(known, distance, std::memory_order_relaxed)) {
+    }
+  }
   // A sample of A at distance `corner.distance` from B.
   void saw(const Corner& corner, std::uint32_t triangle, bool is_vertex);
 
   // Pieces and nodes with upper bounds at or below this need not be followed.
   double cull_below() const;
   // The same for strategy `auto`, which stops following what is within the tolerance already. With more slack than is
-  // known now, because it may grow after something was dropped.
-  double cull_within_tolerance() const { return std::max(cull_below(), lower_ + goal_.gap(lower_, slack_to_come())); }
+  // known now, because it may grow after something was dropped. Any thread may ask.
+  double cull_within_tolerance() const {
+    const double lower_now = lower();
+    return std::max(cull_below(), lower_now + goal_.gap(lower_now, slack_to_come()));
+  }
   // Forgets a piece; its bound stays in upper().
   void drop(double upper) { dropped_ = std::max(dropped_, upper); }
   // The same for a piece whose bound is above what was asked for, but which rounding does not let be resolved further.
@@ -100,7 +116,7 @@ class Search {
     drop(upper);
   }
   // The gap between the computed bounds that the search does not resolve any further.
-  double unresolved_gap() const { return std::max(rounding::kSmallestGap, unresolved_ - lower_); }
+  double unresolved_gap() const { return std::max(rounding::kSmallestGap, unresolved_ - lower()); }
 
   // The pieces that wait for reduction: a max-heap by upper bound, or a stack once depth_first() was called.
   void push(const Piece& piece);
@@ -115,14 +131,21 @@ class Search {
   // strategy keeps besides.
   void set_budget(const Options& options) { budget_ = &options; }
   bool over_budget(std::size_t others_bytes = 0) const;
+  std::uint64_t work_items_left() const {
+    return budget_ ? budget_->max_work_items - std::min(budget_->max_work_items, work_.subdivisions)
+                   : std::numeric_limits<std::uint64_t>::max();
+  }
 
   // Bound of what has not been looked at yet: only the traversal sets it, to 0 when it is through.
   void set_unvisited(double upper) { unvisited_ = upper; }
 
+  // Takes over what a worker has found, and leaves it empty.
+  void absorb(Worker& worker);
+
   // No rule needs more work.
   bool reached_goal() const;
   // The computed lower bound is above the gate by more than any slack: worth certifying.
-  bool above_gate() const { return goal_.gate && lower_ - lower_slack() > *goal_.gate; }
+  bool above_gate() const { return goal_.gate && lower() - lower_slack() > *goal_.gate; }
 
  private:
   double lower_slack(bool interior) const;
@@ -133,7 +156,8 @@ class Search {
   const Bvh& to_;
   Goal goal_;
   Monitor& monitor_;
-  double lower_;
+  Crew& crew_;
+  std::atomic<double> lower_;
   double unvisited_;
   double dropped_ = 0;
   double unresolved_ = 0;

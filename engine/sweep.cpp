@@ -1,27 +1,67 @@
 #include "engine/sweep.h"
 
 #include <algorithm>
+#include <atomic>
+#include <deque>
 #include <vector>
 
 #include "engine/bounds/lipschitz.h"
+#include "engine/rounding.h"
+#include "engine/worker.h"
 
 namespace meshgauge {
 namespace {
 
-constexpr std::size_t kBlockSize = 64;  // triangles; some 0.1 ms at most
+constexpr std::size_t kBlockSize = 64;        // triangles; some 0.1 ms at most
+constexpr std::size_t kBlocksARound = 16;     // for each thread, between two pulses: about 1 ms
+constexpr std::size_t kMaxVisits = 64;        // triangles of B over one of A
+constexpr std::size_t kAdjacencyShare = 8;    // triangles of B that one failed certificate is as dear as, in adjacency
+constexpr std::size_t kWorthAdjacency = 64;   // failed certificates before which it is never made
 
 // Neighbouring triangles, looked at together first.
 struct Block {
-  std::size_t begin = 0;  // in the order
+  std::size_t begin = 0;  // triangles of A
   std::size_t end = 0;
   double upper = 0;  // of h(block, B), computed
+  bool visited = false;
+};
+
+// What is known of a vertex of A. Two threads may measure a vertex of two blocks at once: both are right.
+class Vertex {
+ public:
+  bool measured() const { return distance_.load(std::memory_order_acquire) >= 0; }
+  double distance() const { return distance_.load(std::memory_order_relaxed); }
+  // Nearest if measured, else one that a neighbour used, or kNone.
+  std::uint32_t slot() const { return slot_.load(std::memory_order_relaxed); }
+  void set(double distance, std::uint32_t slot) {
+    slot_.store(slot, std::memory_order_relaxed);
+    distance_.store(distance, std::memory_order_release);
+  }
+  void suggest(std::uint32_t slot) {
+    if (!measured()) slot_.store(slot, std::memory_order_relaxed);
+  }
+
+ private:
+  std::atomic<double> distance_{-1};
+  std::atomic<std::uint32_t> slot_{Nearest::kNone};
+};
+
+// One thread's part in the sweep.
+struct Sweeper {
+  Worker worker;
+  std::optional<Overlay> overlay;
+  std::uint32_t last = Nearest::kNone;  // triangle of B that served last
+  std::size_t uncertified = 0;          // triangles of A that no certificate culled
+
+  explicit Sweeper(Search& search) : worker(search) {}
 };
 
 class Sweep {
  public:
-  explicit Sweep(Search& search)
-      : search_(search),
-        vertices_(search.from().positions.size()) {}
+  Sweep(Search& search, std::optional<Adjacency>& adjacency)
+      : search_(search), adjacency_(adjacency), vertices_(search.from().positions.size()) {
+    for (std::size_t i = 0; i < search.crew().size(); ++i) sweepers_.emplace_back(search);
+  }
 
   std::optional<Stop> run() {
     if (const auto stop = bound_blocks()) return give_up(stop);
@@ -30,15 +70,23 @@ class Sweep {
     std::sort(blocks_.begin(), blocks_.end(), [](const Block& a, const Block& b) {
       return std::pair(-a.upper, a.begin) < std::pair(-b.upper, b.begin);
     });
-    for (std::size_t i = 0; i < blocks_.size(); ++i) {
-      search_.set_unvisited(blocks_[i].upper);
+    const std::size_t round = kBlocksARound * search_.crew().size();
+    for (std::size_t begin = 0; begin < blocks_.size(); begin += round) {
+      search_.set_unvisited(blocks_[begin].upper);
       if (const auto stop = search_.pulse()) return give_up(stop);
       if (search_.over_budget()) return give_up(Stop::budget);
-      if (blocks_[i].upper <= search_.cull_within_tolerance()) {
-        search_.drop(blocks_[i].upper);
+      if (blocks_[begin].upper <= search_.cull_within_tolerance()) {
+        search_.drop(blocks_[begin].upper);
         break;
       }
-      for (std::size_t k = blocks_[i].begin; k < blocks_[i].end; ++k) visit(static_cast<std::uint32_t>(k), blocks_[i].upper);
+      if (adjacency_pays()) adopt_overlay();
+      const std::size_t end = std::min(begin + round, blocks_.size());
+      search_.crew().run(end - begin, [&](std::size_t w, std::size_t i) { visit(sweepers_[w], blocks_[begin + i]); });
+      hand_in();
+      // A round ends early only when the search is to stop: then the next pulse says why.
+      if (!std::all_of(blocks_.begin() + diff(begin), blocks_.begin() + diff(end), [](const Block& b) { return b.visited; })) {
+        return give_up(search_.pulse());
+      }
     }
     search_.keep_above(search_.cull_within_tolerance());  // the lower bound has risen since the first of them survived
     search_.culling().survivors = search_.waiting();
@@ -47,106 +95,160 @@ class Sweep {
   }
 
  private:
-  struct Vertex {
-    double distance = -1;                 // negative: not measured
-    std::uint32_t slot = Nearest::kNone;  // nearest if measured, else one that a neighbour used
-  };
+  static std::ptrdiff_t diff(std::size_t i) { return static_cast<std::ptrdiff_t>(i); }
+
+  void hand_in() {
+    for (Sweeper& sweeper : sweepers_) search_.absorb(sweeper.worker);
+  }
 
   // eq. 4/5 for each block's box, and the distance of one of its vertices: that sample gives most of the final lower
   // bound.
   std::optional<Stop> bound_blocks() {
-    for (std::size_t begin = 0; begin < search_.from().triangles.size(); begin += kBlockSize) {
+    const std::size_t triangles = search_.from().triangles.size();
+    blocks_.resize((triangles + kBlockSize - 1) / kBlockSize);
+    const std::size_t round = 8 * kBlocksARound * search_.crew().size();
+    for (std::size_t begin = 0; begin < blocks_.size(); begin += round) {
       if (const auto stop = search_.pulse()) return stop;
-      Block block{begin, std::min(begin + kBlockSize, search_.from().triangles.size()), 0};
-      Box box;
-      for (std::size_t k = block.begin; k < block.end; ++k) {
-        for (int i = 0; i < 3; ++i) box.extend(search_.from().corner(static_cast<std::uint32_t>(k), i));
-      }
-      measure(search_.from().triangles[static_cast<std::uint32_t>(begin)][0], static_cast<std::uint32_t>(begin));
-      ++search_.work().nearest_queries;
-      const Vec3 centre = (box.low + box.high) * 0.5;
-      const Nearest found = nearest(search_.to(), centre, search_.work().triangle_tests, last_);
-      block.upper = farthest_of_box(box, found.point);
-      blocks_.push_back(block);
+      search_.crew().run(std::min(round, blocks_.size() - begin), [&](std::size_t w, std::size_t i) {
+        const std::size_t first = (begin + i) * kBlockSize;
+        blocks_[begin + i] = Block{first, std::min(first + kBlockSize, triangles), 0};
+        bound(sweepers_[w], blocks_[begin + i]);
+      });
+      hand_in();
     }
     return std::nullopt;
   }
 
-  // Stopped early: the rest stays unvisited.
-  std::optional<Stop> give_up(std::optional<Stop> stop) {
-    search_.culling().survivors = search_.waiting() + (search_.from().triangles.size() - visited_);
-    return stop;
+  void bound(Sweeper& sweeper, Block& block) {
+    Box box;
+    for (std::size_t t = block.begin; t < block.end; ++t) {
+      for (int i = 0; i < 3; ++i) box.extend(search_.from().corner(t, i));
+    }
+    const auto first = static_cast<std::uint32_t>(block.begin);
+    measure(sweeper, search_.from().triangles[first][0], first);
+    const Vec3 centre = (box.low + box.high) * 0.5;
+    Work& work = sweeper.worker.work();
+    ++work.nearest_queries;
+    block.upper = farthest_of_box(box, nearest(search_.to(), centre, work.triangle_tests, sweeper.last).point);
   }
 
-  void visit(std::uint32_t t, double block_upper) {
+  // Stopped early: the rest stays unvisited.
+  std::optional<Stop> give_up(std::optional<Stop> stop) {
+    std::size_t unvisited = 0;
+    for (const Block& block : blocks_) unvisited += block.visited ? 0 : block.end - block.begin;
+    search_.culling().survivors = search_.waiting() + unvisited;
+    return stop.value_or(Stop::cancelled);
+  }
+
+  bool adjacency_pays() const {
+    if (adjacency_) return !sweepers_[0].overlay;
+    std::size_t uncertified = 0;
+    for (const Sweeper& sweeper : sweepers_) uncertified += sweeper.uncertified;
+    return uncertified >= std::max(kWorthAdjacency, search_.to().mesh().triangles.size() / kAdjacencyShare);
+  }
+  void adopt_overlay() {
+    if (!adjacency_) adjacency_.emplace(search_.to().mesh());
+    for (Sweeper& sweeper : sweepers_) sweeper.overlay.emplace(search_.to(), *adjacency_);
+  }
+
+  void visit(Sweeper& sweeper, Block& block) {
+    if (block.upper <= search_.cull_within_tolerance()) {
+      sweeper.worker.drop(block.upper);
+    } else {
+      for (std::size_t t = block.begin; t < block.end; ++t) {
+        if (sweeper.worker.interrupted()) return;
+        visit(sweeper, static_cast<std::uint32_t>(t), block.upper);
+      }
+    }
+    block.visited = true;
+  }
+
+  void visit(Sweeper& sweeper, std::uint32_t t, double block_upper) {
+    Worker& worker = sweeper.worker;
     const Triangle& triangle = search_.from().triangles[t];
     Piece piece;
     piece.triangle = t;
-    ++visited_;
     for (std::size_t i = 0; i < 3; ++i) piece.corners[i].point = search_.from().positions[triangle[i]];
-    if (culled_by_neighbours(piece, triangle)) return;
-    for (std::size_t i = 0; i < 3; ++i) piece.corners[i] = measure(triangle[i], t);
-    piece.upper = std::min({block_upper, lipschitz_upper(piece), owners_upper(piece)});
-    if (piece.upper <= search_.cull_within_tolerance()) return search_.drop(piece.upper);
-    const Vec3 centroid = (piece.corners[0].point + piece.corners[1].point + piece.corners[2].point) / 3;
-    last_ = nearest_corner(search_.to(), centroid, search_.work(), piece.corners[0].slot).slot;
-    piece.upper = std::min(piece.upper, certificate(piece, last_, piece.upper));
-    if (piece.upper <= search_.cull_within_tolerance()) return search_.drop(piece.upper);
-    search_.push(piece);
+    if (culled_by_neighbours(sweeper, piece, triangle)) return;
+    ++sweeper.uncertified;
+    for (std::size_t i = 0; i < 3; ++i) piece.corners[i] = measure(sweeper, triangle[i], t);
+    piece.upper = std::min({block_upper, lipschitz_upper(piece), owners_upper(worker, piece)});
+    if (piece.upper <= worker.cull_within_tolerance()) return worker.drop(piece.upper);
+    if (covered(sweeper, piece)) return;
+    worker.push(piece);
   }
 
-  bool culled_by_neighbours(const Piece& piece, const Triangle& triangle) {
-    const std::array hints{last_, vertices_[triangle[0]].slot, vertices_[triangle[1]].slot,
-                           vertices_[triangle[2]].slot};
-    const double limit = search_.cull_within_tolerance();
+  // Tries what costs more: the overlay bound, and the triangle nearest to the centroid. Notes in `piece` what it learns.
+  bool covered(Sweeper& sweeper, Piece& piece) {
+    Worker& worker = sweeper.worker;
+    const auto& [a, b, c] = piece.corners;
+    if (sweeper.overlay && overlaid(sweeper, piece, std::array{a.slot, b.slot, c.slot})) return true;
+    if (piece.overlay_failed) return false;
+    sweeper.last = nearest_corner(search_.to(), (a.point + b.point + c.point) / 3, worker.work(), a.slot).slot;
+    piece.upper = std::min(piece.upper, certificate(worker, piece, sweeper.last, piece.upper));
+    if (piece.upper <= worker.cull_within_tolerance()) return worker.drop(piece.upper), true;
+    return sweeper.overlay && overlaid(sweeper, piece, std::array{sweeper.last});
+  }
+
+  bool overlaid(Sweeper& sweeper, Piece& piece, std::span<const std::uint32_t> starts) {
+    Worker& worker = sweeper.worker;
+    const double limit = worker.cull_within_tolerance();
+    const Overlay::Attempt attempt = sweeper.overlay->attempt(piece, starts, limit, kMaxVisits, worker.work());
+    piece.overlay_failed = attempt.started && !attempt.upper;
+    if (attempt.upper) worker.drop(*attempt.upper);
+    return attempt.upper.has_value();
+  }
+
+  bool culled_by_neighbours(Sweeper& sweeper, const Piece& piece, const Triangle& triangle) {
+    const std::array hints{sweeper.last, vertices_[triangle[0]].slot(), vertices_[triangle[1]].slot(),
+                           vertices_[triangle[2]].slot()};
+    const double limit = sweeper.worker.cull_within_tolerance();
     for (auto it = hints.begin(); it != hints.end(); ++it) {
       if (*it == Nearest::kNone || std::find(hints.begin(), it, *it) != it) continue;
-      const double upper = certificate(piece, *it, std::nextafter(limit, 10.0));
+      const double upper = certificate(sweeper.worker, piece, *it, std::nextafter(limit, 10.0));
       if (upper > limit) continue;
-      search_.drop(upper);
-      last_ = *it;
-      for (const std::uint32_t v : triangle) {
-        if (vertices_[v].distance < 0) vertices_[v].slot = *it;
-      }
+      sweeper.worker.drop(upper);
+      sweeper.last = *it;
+      for (const std::uint32_t v : triangle) vertices_[v].suggest(*it);
       return true;
     }
     return false;
   }
 
-  double certificate(const Piece& piece, std::uint32_t slot, double limit) {
-    search_.work().triangle_tests += 3;
+  double certificate(Worker& worker, const Piece& piece, std::uint32_t slot, double limit) {
+    worker.work().triangle_tests += 3;
     return farthest_corner(piece, search_.to().prepared(slot), limit);
   }
 
-  double owners_upper(const Piece& piece) {
+  double owners_upper(Worker& worker, const Piece& piece) {
     const auto& [a, b, c] = piece.corners;
-    return least_farthest(piece, search_.to(), std::array{a.slot, b.slot, c.slot}, search_.work());
+    return least_farthest(piece, search_.to(), std::array{a.slot, b.slot, c.slot}, worker.work());
   }
 
-  Corner measure(std::uint32_t v, std::uint32_t triangle) {
+  Corner measure(Sweeper& sweeper, std::uint32_t v, std::uint32_t triangle) {
     Vertex& vertex = vertices_[v];
     const Vec3& p = search_.from().positions[v];
-    if (vertex.distance >= 0) {
-      ++search_.work().cache_hits;
-      return {p, vertex.distance, vertex.slot};
+    if (vertex.measured()) {
+      ++sweeper.worker.work().cache_hits;
+      return {p, vertex.distance(), vertex.slot()};
     }
-    const Corner corner =
-        nearest_corner(search_.to(), p, search_.work(), vertex.slot != Nearest::kNone ? vertex.slot : last_);
-    vertex = {corner.distance, corner.slot};
-    last_ = corner.slot;
-    search_.saw(corner, triangle, true);
+    const std::uint32_t hint = vertex.slot() != Nearest::kNone ? vertex.slot() : sweeper.last;
+    const Corner corner = nearest_corner(search_.to(), p, sweeper.worker.work(), hint);
+    vertex.set(corner.distance, corner.slot);
+    sweeper.last = corner.slot;
+    sweeper.worker.saw(corner, triangle, true);
     return corner;
   }
 
   Search& search_;
+  std::optional<Adjacency>& adjacency_;
   std::vector<Block> blocks_;
-  std::size_t visited_ = 0;  // triangles
   std::vector<Vertex> vertices_;
-  std::uint32_t last_ = Nearest::kNone;  // triangle of B that served last
+  std::deque<Sweeper> sweepers_;  // one a thread
 };
 
 }  // namespace
 
-std::optional<Stop> sweep(Search& search) { return Sweep(search).run(); }
+std::optional<Stop> sweep(Search& search, std::optional<Adjacency>& adjacency) { return Sweep(search, adjacency).run(); }
 
 }  // namespace meshgauge

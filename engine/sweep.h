@@ -1,23 +1,24 @@
 // The first phase of strategy `auto`: most triangles of A are culled without a query.
 //
 //  * A is cut into blocks of 64 triangles along a space-filling curve. One vertex of each is measured first: this sparse
-//  sample gives
-//    most of the final lower bound. Each block's box is bounded (eq. 4/5); the blocks are visited from the largest
-//    bound down, and the first that is small enough ends the sweep.
+//    sample gives most of the final lower bound. Each block's box is bounded (eq. 4/5); the blocks are visited from the
+//    largest bound down, and the first that is small enough ends the sweep.
 //  * To cull a triangle any triangle T of B will do with max over corners d(v,T) <= lower + tolerance (eq. 9), not the
-//  nearest: the ones
-//    that neighbours used are tried before anything is queried.
+//    nearest: the one that served last is tried on eight triangles of A at once, then those that neighbours used.
+//  * What they do not cull the overlay bound often does, without a query, once B's adjacency pays.
 //  * A query starts from the distance to a triangle that a neighbour found: most of the tree is never entered.
 #pragma once
 
 #include <optional>
 
+#include "engine/bounds/overlay.h"
 #include "engine/search.h"
 
 namespace meshgauge {
 
-// A should be an OrderedMesh. Leaves in `search` the triangles of A that survive, each with its bounds. Returns the reason when it was stopped
-// early; what it had not visited then stays accounted for in search.upper().
-std::optional<Stop> sweep(Search& search);
+// A should be an OrderedMesh. Leaves in `search` the triangles of A that survive, each with its bounds, and in
+// `adjacency` that of B, if it was made. Returns the reason when it was stopped early; what it had not visited then
+// stays accounted for in search.upper(). On all threads of the search's crew.
+std::optional<Stop> sweep(Search& search, std::optional<Adjacency>& adjacency);
 
 }  // namespace meshgauge

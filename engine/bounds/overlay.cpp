@@ -1,5 +1,8 @@
 #include "engine/bounds/overlay.h"
 
+#include <algorithm>
+#include <bit>
+
 #include "engine/bounds/polygon.h"
 #include "engine/rounding.h"
 
@@ -36,7 +39,7 @@ struct Overlay::View {
   double farthest_sq = 0;  // the bound so far
 
   View(const PreparedTriangle& prepared, double limit) : frame(prepared), limit_sq(limit > 0 ? limit * limit : 0) {
-    piece = Polygon{{Vec2(0, 0), Vec2(frame.length, 0), Vec2(frame.cx, frame.cy)}, 3};
+    piece = Polygon{Vec2(0, 0), Vec2(frame.length, 0), Vec2(frame.cx, frame.cy)};
     for (std::size_t i = 0; i < 3; ++i) sides[i] = left_of(piece.corners[i], piece.corners[(i + 1) % 3]);
   }
 
@@ -110,7 +113,7 @@ struct Overlay::View {
   bool meets_piece(const Seen& a, const Seen& b) const {
     if (a.outside_of & b.outside_of) return false;
     if (a.outside_of == 0 || b.outside_of == 0) return true;
-    Polygon edge{{a.at, b.at}, 2};
+    Polygon edge{a.at, b.at};
     for (const HalfPlane& side : sides) edge = clip(edge, side, kOffset);
     return edge.size > 0;
   }
@@ -127,41 +130,43 @@ struct Overlay::View {
   }
 };
 
-Overlay::Overlay(const Bvh& target)
-    : target_(target),
-      adjacency_(target.mesh()),
-      visited_in_(target.mesh().triangles.size(), 0) {}
+void SeenTriangles::start(std::size_t most) {
+  const std::size_t size = std::bit_ceil(2 * most + 2);
+  if (entries_.size() < size || ++flood_ == 0) {  // too small, or the counter has come round: old marks would look new
+    entries_.assign(std::max(size, entries_.size()), 0);
+    flood_ = 1;
+  }
+}
+
+Overlay::Overlay(const Bvh& target, const Adjacency& adjacency) : target_(target), adjacency_(adjacency) {}
 
 Overlay::~Overlay() = default;
 
-std::optional<double> Overlay::upper(const Piece& piece, double limit, std::size_t max_visits, Work& work) {
+Overlay::Attempt Overlay::attempt(const Piece& piece, std::span<const std::uint32_t> starts, double limit,
+                                  std::size_t max_visits, Work& work) {
   const auto& [p0, p1, p2] = piece.corners;
   const Preparation prepared = prepare(p0.point, p1.point, p2.point);
-  if (prepared.residual > 32 * rounding::kUnit || prepared.triangle.cy <= 4 * kOffset) return std::nullopt;
+  if (prepared.residual > 32 * rounding::kUnit || prepared.triangle.cy <= 4 * kOffset) return {true, std::nullopt};
 
   View view(prepared.triangle, limit - rounding::kOverlaySlack);
   open_.clear();
-  if (++flood_ == 0) {  // the counter has come round: old marks would look new
-    std::fill(visited_in_.begin(), visited_in_.end(), 0);
-    flood_ = 1;
-  }
-  for (const Corner& corner : piece.corners) {
-    const std::uint32_t t = corner.slot;
+  seen_.start(3 * max_visits + 1);  // each visit opens three at most
+  for (const std::uint32_t t : starts) {
     const Image image = view.look_at(target_.mesh(), t);
     if (!view.set_start(image)) continue;
-    visited_in_[t] = flood_;
+    seen_.add(t);
     open_.push_back(image);
     break;
   }
-  if (open_.empty()) return std::nullopt;
+  if (open_.empty()) return {};
 
   for (std::size_t visits = 0; !open_.empty(); ++visits) {
-    if (visits == max_visits) return std::nullopt;
+    if (visits == max_visits) return {true, std::nullopt};
     const Image image = open_.back();
     open_.pop_back();
-    if (!visit(view, image, work)) return std::nullopt;
+    if (!visit(view, image, work)) return {true, std::nullopt};
   }
-  return std::sqrt(view.farthest_sq) + rounding::kOverlaySlack;
+  return {true, std::sqrt(view.farthest_sq) + rounding::kOverlaySlack};
 }
 
 // Bounds the part of the piece that the image lies over, and goes on to the neighbours. False: the bound fails.
@@ -192,7 +197,7 @@ bool Overlay::cross(const View& view, const Image& image, std::uint32_t edge, co
        n = adjacency_.next_around(n.triangle, n.edge)) {
     const Seen apex = view.look_at(mesh.corner(n.triangle, static_cast<int>((n.edge + 2) % 3)));
     if (!side.surely_outside(apex.at, kOffset)) continue;
-    if (visited_in_[n.triangle] == flood_) return true;
+    if (seen_.holds(n.triangle)) return true;
     Image next{n.triangle, {}};
     next.corners[n.edge] = image.corners[(edge + 1) % 3];
     next.corners[(n.edge + 1) % 3] = image.corners[edge];
@@ -201,7 +206,7 @@ bool Overlay::cross(const View& view, const Image& image, std::uint32_t edge, co
         mesh.corner(image.triangle, static_cast<int>((edge + 1) % 3))) {
       std::swap(next.corners[n.edge], next.corners[(n.edge + 1) % 3]);  // the two are oriented alike
     }
-    visited_in_[n.triangle] = flood_;
+    seen_.add(n.triangle);
     open_.push_back(next);
     return true;
   }

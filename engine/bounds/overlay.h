@@ -42,6 +42,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "engine/adjacency.h"
@@ -50,15 +51,44 @@
 
 namespace meshgauge {
 
+// Triangles seen by one flood: a small open-addressed table, emptied by starting the next flood.
+class SeenTriangles {
+ public:
+  // Room for `most` triangles.
+  void start(std::size_t most);
+  bool holds(std::uint32_t triangle) const { return entries_[place_of(triangle)] == entry(triangle); }
+  void add(std::uint32_t triangle) { entries_[place_of(triangle)] = entry(triangle); }
+
+ private:
+  std::uint64_t entry(std::uint32_t triangle) const { return (std::uint64_t{flood_} << 32) | triangle; }
+  // Where it is, or the free place where it would be.
+  std::size_t place_of(std::uint32_t triangle) const {
+    std::size_t i = triangle & (entries_.size() - 1);
+    while (entries_[i] >> 32 == flood_ && entries_[i] != entry(triangle)) i = (i + 1) & (entries_.size() - 1);
+    return i;
+  }
+
+  std::vector<std::uint64_t> entries_;  // number of the flood and the triangle
+  std::uint32_t flood_ = 0;
+};
+
+// One a thread.
 class Overlay {
  public:
-  // `target` must outlive this. Builds the adjacency of its mesh: linear time, 0.3 to 1 us a triangle.
-  explicit Overlay(const Bvh& target);
+  // `adjacency` is that of the target's mesh; both must outlive this.
+  Overlay(const Bvh& target, const Adjacency& adjacency);
   ~Overlay();
 
-  // An upper bound of h(piece, B) if it is at most `limit`; otherwise, or when more than `max_visits` triangles lie
-  // over the piece, none: the attempt then ends as soon as that is known. `work` counts point-triangle distances.
-  std::optional<double> upper(const Piece& piece, double limit, std::size_t max_visits, Work& work);
+  struct Attempt {
+    bool started = false;         // one of the starts lies over the piece
+    std::optional<double> upper;  // of h(piece, B), if it is at most the limit
+  };
+
+  // Tries to show that h(piece, B) is at most `limit`, and ends as soon as that fails, or when more than `max_visits`
+  // triangles lie over the piece. The flood begins in the first of `starts`, triangles of B, that lies over the piece.
+  // `work` counts point-triangle distances.
+  Attempt attempt(const Piece& piece, std::span<const std::uint32_t> starts, double limit, std::size_t max_visits,
+                  Work& work);
 
  private:
   struct View;
@@ -68,9 +98,8 @@ class Overlay {
   bool cross(const View& view, const Image& image, std::uint32_t edge, const HalfPlane& side);
 
   const Bvh& target_;
-  Adjacency adjacency_;
-  std::vector<std::uint32_t> visited_in_;  // by triangle: the number of the flood that saw it last
-  std::uint32_t flood_ = 0;
+  const Adjacency& adjacency_;
+  SeenTriangles seen_;
   std::vector<Image> open_;
 };
 

@@ -5,6 +5,7 @@
 #include <cassert>
 #include <cmath>
 #include <cstddef>
+#include <initializer_list>
 
 #include <Eigen/Core>
 
@@ -34,12 +35,25 @@ inline HalfPlane left_of(const Vec2& a, const Vec2& b) {
   return {a, Vec2(-d.y(), d.x()), std::abs(d.x()) + std::abs(d.y())};
 }
 
+// Copied without what lies beyond its last corner: it is copied a lot.
 struct Polygon {
   // A cut adds one corner to a convex polygon. Rounded corners may be out of convex position by a little, and then a
   // cut can multiply their number by up to 1.5: from 3, six cuts give at most 28.
   static constexpr std::size_t kMaxCorners = 28;
   std::array<Vec2, kMaxCorners> corners;
   std::size_t size = 0;
+
+  Polygon() {}  // NOLINT(modernize-use-equals-default): that one would fill the corners with zeros first
+  Polygon(std::initializer_list<Vec2> points) {
+    for (const Vec2& p : points) add(p);
+  }
+  Polygon(const Polygon& other) : size(other.size) { copy_corners(other); }
+  Polygon& operator=(const Polygon& other) {
+    size = other.size;
+    copy_corners(other);
+    return *this;
+  }
+  ~Polygon() = default;
 
   void add(const Vec2& p) {
     assert(size < kMaxCorners);
@@ -49,6 +63,11 @@ struct Polygon {
     Vec2 sum = Vec2::Zero();
     for (std::size_t i = 0; i < size; ++i) sum += corners[i];
     return sum / static_cast<double>(size);
+  }
+
+ private:
+  void copy_corners(const Polygon& other) {
+    for (std::size_t i = 0; i < other.size; ++i) corners[i] = other.corners[i];
   }
 };
 

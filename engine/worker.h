@@ -1,0 +1,68 @@
+// What one thread finds while it searches a part of A, until it hands it in: Search::absorb().
+//
+// The lower bound alone is shared at once; everything else stays with its thread.
+#pragma once
+
+#include <vector>
+
+#include "engine/search.h"
+
+namespace meshgauge {
+
+class Worker {
+ public:
+  explicit Worker(Search& search) : search_(search) {}
+
+  const Search& search() const { return search_; }
+  MeshView from() const { return search_.from(); }
+  const Bvh& to() const { return search_.to(); }
+  Work& work() { return work_; }
+
+  // As those of Search.
+  double lower() const { return search_.lower(); }
+  double cull_within_tolerance() const { return search_.cull_within_tolerance(); }
+  void saw(const Corner& corner, std::uint32_t triangle, bool is_vertex) {
+    if (corner.distance <= candidate_.distance || corner.distance <= search_.lower()) return;
+    candidate_ = Candidate{corner.point, corner.distance, triangle, is_vertex};
+    search_.raise_lower(corner.distance);
+  }
+  void drop(double upper) { dropped_ = std::max(dropped_, upper); }
+  void drop_unresolved(double upper) {
+    unresolved_ = std::max(unresolved_, upper);
+    drop(upper);
+  }
+
+  // The pieces to be handed in; the last one pushed is popped first.
+  void push(const Piece& piece) { pieces_.push_back(piece); }
+  Piece pop() {
+    const Piece piece = pieces_.back();
+    pieces_.pop_back();
+    return piece;
+  }
+  std::size_t waiting() const { return pieces_.size(); }
+
+  // Whether the search is to end. Looks at the clock after every 0.1 ms of work or so.
+  bool interrupted() {
+    if (work_.triangle_tests - tests_at_look_ < kTestsBetweenLooks && work_.triangle_tests >= tests_at_look_) {
+      return interrupted_;
+    }
+    tests_at_look_ = work_.triangle_tests;
+    interrupted_ = interrupted_ || search_.interrupted();
+    return interrupted_;
+  }
+
+ private:
+  friend void Search::absorb(Worker&);
+  static constexpr std::uint64_t kTestsBetweenLooks = 1 << 14;
+
+  Search& search_;
+  Candidate candidate_;
+  double dropped_ = 0;
+  double unresolved_ = 0;
+  std::vector<Piece> pieces_;
+  Work work_;
+  std::uint64_t tests_at_look_ = 0;
+  bool interrupted_ = false;
+};
+
+}  // namespace meshgauge
