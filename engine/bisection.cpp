@@ -13,7 +13,8 @@ namespace {
 
 constexpr std::size_t kSettled = 256;       // pieces without a new lower bound, after which the search goes depth first
 constexpr std::size_t kMaxVisits = 64;      // triangles of B over one piece
-constexpr std::size_t kWorthAdjacency = 8;  // pieces waiting from which the overlay pays for its adjacency
+constexpr std::size_t kWorthAdjacency = 8;  // pieces waiting or split from which the overlay may pay for its adjacency
+constexpr std::size_t kAdjacencyShare = 256;  // triangles of B that one such piece is as dear as, in adjacency
 constexpr std::size_t kTasksARound = 16;    // for each thread, between two pulses
 constexpr std::size_t kPiecesATask = 16;    // taken from the pile at once
 constexpr std::size_t kStepsATask = 256;    // pieces treated by a task at most, some 0.3 ms; the rest goes back to the pile
@@ -43,35 +44,46 @@ class Bisector {
 
   void treat(const Piece& piece) {
     if (piece.upper <= worker_.cull_within_tolerance()) return worker_.drop(piece.upper);
-    if (const auto upper = overlay_upper(piece)) {
-      return *upper > worker_.cull_within_tolerance() ? worker_.drop_unresolved(*upper) : worker_.drop(*upper);
+    Overlay::Attempt overlay;
+    if (overlay_ && !piece.overlay_failed) overlay = attempt(piece);
+    if (overlay.upper) {
+      return *overlay.upper > worker_.cull_within_tolerance() ? worker_.drop_unresolved(*overlay.upper)
+                                                              : worker_.drop(*overlay.upper);
     }
     const Longest longest = longest_edge(piece);
     if (longest.length < rounding::kSmallestPiece) return worker_.drop(std::min(piece.upper, lipschitz_upper(piece)));
-    split(piece, longest.edge);
+    split(piece, longest.edge, overlay.too_far);
   }
 
  private:
-  std::optional<double> overlay_upper(const Piece& piece) {
-    if (!overlay_ || piece.overlay_failed) return std::nullopt;
+  Overlay::Attempt attempt(const Piece& piece) {
     const double limit = std::max(worker_.cull_within_tolerance(), worker_.lower() + rounding::kOverlayGap);
     const auto& [a, b, c] = piece.corners;
-    return overlay_->attempt(piece, std::array{a.slot, b.slot, c.slot}, limit, kMaxVisits, worker_.work()).upper;
+    return overlay_->attempt(piece, std::array{a.slot, b.slot, c.slot}, limit, kMaxVisits, worker_.work());
   }
 
-  void split(const Piece& piece, std::size_t edge) {
+  // `too_far`: where the overlay bound of the whole piece failed; the half that holds it would fail there again.
+  void split(const Piece& piece, std::size_t edge, const std::optional<Vec3>& too_far) {
     Work& work = worker_.work();
     ++work.subdivisions;
     work.max_depth = std::max(work.max_depth, piece.depth + 1);
     const Corner &a = piece.corners[edge], &b = piece.corners[(edge + 1) % 3], &c = piece.corners[(edge + 2) % 3];
     const Corner middle = nearest_corner(worker_.to(), (a.point + b.point) * 0.5, work, a.slot);
     worker_.saw(middle, piece.triangle, false);
-    add({a, middle, c}, piece);
-    add({middle, b, c}, piece);
+    const bool at_a = too_far && beside(*too_far, a.point, middle.point, c.point);
+    add({a, middle, c}, piece, at_a);
+    add({middle, b, c}, piece, too_far && !at_a);
   }
 
-  void add(const std::array<Corner, 3>& corners, const Piece& parent) {
-    Piece part{corners, parent.upper, parent.triangle, parent.depth + 1};
+  // On a's side of the line middle-c, in the plane of the three.
+  static bool beside(const Vec3& p, const Vec3& a, const Vec3& middle, const Vec3& c) {
+    const Vec3 line = c - middle, to_a = a - middle;
+    const Vec3 across = to_a * line.squaredNorm() - line * line.dot(to_a);
+    return (p - middle).dot(across) > 0;
+  }
+
+  void add(const std::array<Corner, 3>& corners, const Piece& parent, bool overlay_failed) {
+    Piece part{corners, parent.upper, parent.triangle, parent.depth + 1, overlay_failed};
     part.upper = std::min(part.upper, lipschitz_upper(part));
     if (part.upper > worker_.cull_within_tolerance()) {
       const std::array owners{corners[0].slot, corners[1].slot, corners[2].slot};
@@ -158,7 +170,9 @@ class Bisection {
   }
 
   bool overlay_pays() const {
-    return !bisectors_[0].has_overlay() && (adjacency_ || search_.waiting() >= kWorthAdjacency);
+    if (bisectors_[0].has_overlay()) return false;
+    const std::uint64_t pieces = search_.waiting() + search_.work().subdivisions;
+    return adjacency_ || pieces >= std::max(kWorthAdjacency, search_.to().mesh().triangles.size() / kAdjacencyShare);
   }
   void adopt_overlay() {
     if (!adjacency_) adjacency_.emplace(search_.to().mesh());

@@ -33,11 +33,11 @@ std::uint32_t spread(std::uint32_t x) {
 }
 
 // J. Skilling, "Programming the Hilbert curve" (2004), without branches, for many points at once.
-void hilbert_codes(Cells& cells, Codes& codes) {
+void hilbert_codes(Cells& cells, std::size_t count, Codes& codes) {
   auto& [x, y, z] = cells;
   for (unsigned bit = kBits - 1; bit > 0; --bit) {
     const std::uint32_t below = (1U << bit) - 1;
-    for (std::size_t i = 0; i < kBatch; ++i) {
+    for (std::size_t i = 0; i < count; ++i) {
       x[i] ^= below & (0U - ((x[i] >> bit) & 1U));
       for (auto* other : {&y, &z}) {
         std::uint32_t& o = (*other)[i];
@@ -48,7 +48,7 @@ void hilbert_codes(Cells& cells, Codes& codes) {
       }
     }
   }
-  for (std::size_t i = 0; i < kBatch; ++i) {
+  for (std::size_t i = 0; i < count; ++i) {
     const std::uint32_t gy = y[i] ^ x[i];
     const std::uint32_t gz = z[i] ^ gy;
     std::uint32_t flip = gz >> 1;  // bit j: parity of the bits of gz above j
@@ -69,7 +69,7 @@ Vec3 centre(MeshView mesh, std::uint32_t triangle) {
 void encode(MeshView mesh, const Box& box, std::span<Item> items) {
   const double size = std::max((box.high - box.low).maxCoeff(), kSmallestBox);
   const double cells_per_unit = (1U << kBits) / size;
-  Cells cells{};
+  Cells cells;
   Codes codes;
   for (std::size_t begin = 0; begin < items.size(); begin += kBatch) {
     const std::size_t count = std::min(kBatch, items.size() - begin);
@@ -79,7 +79,7 @@ void encode(MeshView mesh, const Box& box, std::span<Item> items) {
         cells[k][i] = static_cast<std::uint32_t>(std::clamp(offset[static_cast<int>(k)], 0.0, (1 << kBits) - 1.0));
       }
     }
-    hilbert_codes(cells, codes);
+    hilbert_codes(cells, count, codes);
     for (std::size_t i = 0; i < count; ++i) items[begin + i].code = codes[i];
   }
 }

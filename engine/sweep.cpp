@@ -46,12 +46,40 @@ class Vertex {
   std::atomic<std::uint32_t> slot_{Nearest::kNone};
 };
 
+// How often something succeeded of late.
+class Record {
+ public:
+  void note(bool success) { rate_ += ((success ? 1.0F : 0.0F) - rate_) / 16; }
+  // Also now and then when it is not, to see whether that has changed.
+  bool promising() { return rate_ > 0.5F || ++asked_ % 64 == 0; }
+
+ private:
+  float rate_ = 0;
+  unsigned asked_ = 0;
+};
+
+// A few triangles of B, each once.
+class Hints {
+ public:
+  void add(std::uint32_t slot) {
+    const auto end = slots_.begin() + size_;
+    if (slot != Nearest::kNone && std::find(slots_.begin(), end, slot) == end) slots_[static_cast<std::size_t>(size_++)] = slot;
+  }
+  std::span<const std::uint32_t> span() const { return {slots_.data(), static_cast<std::size_t>(size_)}; }
+
+ private:
+  std::array<std::uint32_t, 4> slots_;
+  std::ptrdiff_t size_ = 0;
+};
+
 // One thread's part in the sweep.
 struct Sweeper {
   Worker worker;
   std::optional<Overlay> overlay;
   std::uint32_t last = Nearest::kNone;  // triangle of B that served last
   std::size_t uncertified = 0;          // triangles of A that no certificate culled
+  Record centroids;                     // whether the triangle nearest to the centroid culled
+  Record overlays;                      // whether the overlay bound did
 
   explicit Sweeper(Search& search) : worker(search) {}
 };
@@ -169,47 +197,65 @@ class Sweep {
     Piece piece;
     piece.triangle = t;
     for (std::size_t i = 0; i < 3; ++i) piece.corners[i].point = search_.from().positions[triangle[i]];
+    piece.upper = block_upper;
     if (culled_by_neighbours(sweeper, piece, triangle)) return;
     ++sweeper.uncertified;
+    // Without measuring the corners first, if that has worked of late.
+    const bool centroid_first = sweeper.centroids.promising();
+    if (centroid_first && owned_by_centroid(sweeper, piece)) return;
+    if (!centroid_first && sweeper.overlays.promising() && overlaid(sweeper, piece, hints(sweeper, triangle).span())) return;
+
     for (std::size_t i = 0; i < 3; ++i) piece.corners[i] = measure(sweeper, triangle[i], t);
-    piece.upper = std::min({block_upper, lipschitz_upper(piece), owners_upper(worker, piece)});
+    const auto& [a, b, c] = piece.corners;
+    const std::array owners{a.slot, b.slot, c.slot};
+    piece.upper = std::min({piece.upper, lipschitz_upper(piece), least_farthest(piece, search_.to(), owners, worker.work())});
     if (piece.upper <= worker.cull_within_tolerance()) return worker.drop(piece.upper);
-    if (covered(sweeper, piece)) return;
+    if (overlaid(sweeper, piece, owners)) return;
+    if (!centroid_first && !piece.overlay_failed && owned_by_centroid(sweeper, piece)) return;
+    if (overlaid(sweeper, piece, std::array{sweeper.last})) return;
     worker.push(piece);
   }
 
-  // Tries what costs more: the overlay bound, and the triangle nearest to the centroid. Notes in `piece` what it learns.
-  bool covered(Sweeper& sweeper, Piece& piece) {
+  // By the triangle of B that is nearest to the centroid.
+  bool owned_by_centroid(Sweeper& sweeper, Piece& piece) {
     Worker& worker = sweeper.worker;
     const auto& [a, b, c] = piece.corners;
-    if (sweeper.overlay && overlaid(sweeper, piece, std::array{a.slot, b.slot, c.slot})) return true;
-    if (piece.overlay_failed) return false;
-    sweeper.last = nearest_corner(search_.to(), (a.point + b.point + c.point) / 3, worker.work(), a.slot).slot;
+    sweeper.last = nearest_corner(search_.to(), (a.point + b.point + c.point) / 3, worker.work(), sweeper.last).slot;
     piece.upper = std::min(piece.upper, certificate(worker, piece, sweeper.last, piece.upper));
-    if (piece.upper <= worker.cull_within_tolerance()) return worker.drop(piece.upper), true;
-    return sweeper.overlay && overlaid(sweeper, piece, std::array{sweeper.last});
+    const bool culled = piece.upper <= worker.cull_within_tolerance();
+    if (culled) worker.drop(piece.upper);
+    sweeper.centroids.note(culled);
+    return culled;
   }
 
+  // By the overlay bound, if it has not failed on the piece before.
   bool overlaid(Sweeper& sweeper, Piece& piece, std::span<const std::uint32_t> starts) {
+    if (!sweeper.overlay || piece.overlay_failed) return false;
     Worker& worker = sweeper.worker;
     const double limit = worker.cull_within_tolerance();
     const Overlay::Attempt attempt = sweeper.overlay->attempt(piece, starts, limit, kMaxVisits, worker.work());
     piece.overlay_failed = attempt.started && !attempt.upper;
+    if (attempt.started) sweeper.overlays.note(attempt.upper.has_value());
     if (attempt.upper) worker.drop(*attempt.upper);
     return attempt.upper.has_value();
   }
 
+  // The triangles of B that neighbours used, each once.
+  Hints hints(const Sweeper& sweeper, const Triangle& triangle) const {
+    Hints hints;
+    hints.add(sweeper.last);
+    for (const std::uint32_t v : triangle) hints.add(vertices_[v].slot());
+    return hints;
+  }
+
   bool culled_by_neighbours(Sweeper& sweeper, const Piece& piece, const Triangle& triangle) {
-    const std::array hints{sweeper.last, vertices_[triangle[0]].slot(), vertices_[triangle[1]].slot(),
-                           vertices_[triangle[2]].slot()};
     const double limit = sweeper.worker.cull_within_tolerance();
-    for (auto it = hints.begin(); it != hints.end(); ++it) {
-      if (*it == Nearest::kNone || std::find(hints.begin(), it, *it) != it) continue;
-      const double upper = certificate(sweeper.worker, piece, *it, std::nextafter(limit, 10.0));
+    for (const std::uint32_t hint : hints(sweeper, triangle).span()) {
+      const double upper = certificate(sweeper.worker, piece, hint, std::nextafter(limit, 10.0));
       if (upper > limit) continue;
       sweeper.worker.drop(upper);
-      sweeper.last = *it;
-      for (const std::uint32_t v : triangle) vertices_[v].suggest(*it);
+      sweeper.last = hint;
+      for (const std::uint32_t v : triangle) vertices_[v].suggest(hint);
       return true;
     }
     return false;
@@ -218,11 +264,6 @@ class Sweep {
   double certificate(Worker& worker, const Piece& piece, std::uint32_t slot, double limit) {
     worker.work().triangle_tests += 3;
     return farthest_corner(piece, search_.to().prepared(slot), limit);
-  }
-
-  double owners_upper(Worker& worker, const Piece& piece) {
-    const auto& [a, b, c] = piece.corners;
-    return least_farthest(piece, search_.to(), std::array{a.slot, b.slot, c.slot}, worker.work());
   }
 
   Corner measure(Sweeper& sweeper, std::uint32_t v, std::uint32_t triangle) {

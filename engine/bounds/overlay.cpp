@@ -37,6 +37,7 @@ struct Overlay::View {
   Vec2 start = Vec2::Zero();  // y0
   double limit_sq = 0;
   double farthest_sq = 0;  // the bound so far
+  std::optional<Vec3> too_far;
 
   View(const PreparedTriangle& prepared, double limit) : frame(prepared), limit_sq(limit > 0 ? limit * limit : 0) {
     piece = Polygon{Vec2(0, 0), Vec2(frame.length, 0), Vec2(frame.cx, frame.cy)};
@@ -97,7 +98,10 @@ struct Overlay::View {
     for (std::size_t i = 0; i < polygon.size; ++i) {
       const Vec3 p = point(polygon.corners[i]);
       farthest_sq = std::max(farthest_sq, (p - closest_point(triangle, p)).squaredNorm());
-      if (farthest_sq > limit_sq) return false;
+      if (farthest_sq > limit_sq) {
+        too_far = p;
+        return false;
+      }
     }
     return true;
   }
@@ -146,7 +150,7 @@ Overlay::Attempt Overlay::attempt(const Piece& piece, std::span<const std::uint3
                                   std::size_t max_visits, Work& work) {
   const auto& [p0, p1, p2] = piece.corners;
   const Preparation prepared = prepare(p0.point, p1.point, p2.point);
-  if (prepared.residual > 32 * rounding::kUnit || prepared.triangle.cy <= 4 * kOffset) return {true, std::nullopt};
+  if (prepared.residual > 32 * rounding::kUnit || prepared.triangle.cy <= 4 * kOffset) return {true, std::nullopt, std::nullopt};
 
   View view(prepared.triangle, limit - rounding::kOverlaySlack);
   open_.clear();
@@ -161,12 +165,12 @@ Overlay::Attempt Overlay::attempt(const Piece& piece, std::span<const std::uint3
   if (open_.empty()) return {};
 
   for (std::size_t visits = 0; !open_.empty(); ++visits) {
-    if (visits == max_visits) return {true, std::nullopt};
+    if (visits == max_visits) return {true, std::nullopt, std::nullopt};
     const Image image = open_.back();
     open_.pop_back();
-    if (!visit(view, image, work)) return {true, std::nullopt};
+    if (!visit(view, image, work)) return {true, std::nullopt, view.too_far};
   }
-  return {true, std::sqrt(view.farthest_sq) + rounding::kOverlaySlack};
+  return {true, std::sqrt(view.farthest_sq) + rounding::kOverlaySlack, std::nullopt};
 }
 
 // Bounds the part of the piece that the image lies over, and goes on to the neighbours. False: the bound fails.

@@ -82,6 +82,7 @@ class Overlay {
   struct Attempt {
     bool started = false;         // one of the starts lies over the piece
     std::optional<double> upper;  // of h(piece, B), if it is at most the limit
+    std::optional<Vec3> too_far;  // where it failed: the attempt would fail again for a part that holds this point
   };
 
   // Tries to show that h(piece, B) is at most `limit`, and ends as soon as that fails, or when more than `max_visits`

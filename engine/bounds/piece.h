@@ -23,7 +23,7 @@ struct Piece {
   double upper = 0;            // of h(piece, B), computed: without slack
   std::uint32_t triangle = 0;  // of A
   std::uint32_t depth = 0;     // subdivisions since the whole triangle
-  bool overlay_failed = false;  // the overlay bound was tried and is not to be tried again on the whole piece
+  bool overlay_failed = false;  // the overlay bound cannot succeed, or is not worth trying again
 };
 
 // What distinguishes the paper's strategies. One object a search; not thread safe.
