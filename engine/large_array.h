@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdlib>
 #include <new>
 #include <utility>
 #include <vector>
@@ -26,16 +25,13 @@ struct LargeAllocator {
   explicit LargeAllocator(const LargeAllocator<U>&) noexcept {}
 
   T* allocate(std::size_t count) {
-    const std::size_t alignment = count * sizeof(T) >= 2 * kHugePage ? kHugePage : kLine;
-    const std::size_t bytes = (count * sizeof(T) + alignment - 1) / alignment * alignment;
-    void* const memory = std::aligned_alloc(alignment, bytes);
-    if (!memory) throw std::bad_alloc();
+    void* const memory = ::operator new(count * sizeof(T), alignment_of(count));
 #ifdef __linux__
-    if (alignment == kHugePage) madvise(memory, bytes, MADV_HUGEPAGE);  // a wish: without it all works, slower
+    if (alignment_of(count) == std::align_val_t{kHugePage}) madvise(memory, count * sizeof(T), MADV_HUGEPAGE);  // a wish: without it all works, slower
 #endif
     return static_cast<T*>(memory);
   }
-  void deallocate(T* memory, std::size_t) noexcept { std::free(memory); }
+  void deallocate(T* memory, std::size_t count) noexcept { ::operator delete(memory, alignment_of(count)); }
 
   template <class U>
   void construct(U* at) noexcept {
@@ -44,6 +40,10 @@ struct LargeAllocator {
   template <class U, class... Args>
   void construct(U* at, Args&&... args) {
     ::new (static_cast<void*>(at)) U(std::forward<Args>(args)...);
+  }
+
+  static std::align_val_t alignment_of(std::size_t count) {
+    return std::align_val_t{count * sizeof(T) >= 2 * kHugePage ? kHugePage : kLine};
   }
 
   bool operator==(const LargeAllocator&) const noexcept { return true; }

@@ -183,8 +183,9 @@ class Sweep {
     if (block.upper <= search_.cull_within_tolerance()) {
       sweeper.worker.drop(block.upper);
     } else {
+      const std::size_t pieces = sweeper.worker.waiting();
       for (std::size_t t = block.begin; t < block.end; ++t) {
-        if (sweeper.worker.interrupted()) return;
+        if (sweeper.worker.interrupted()) return sweeper.worker.forget_beyond(pieces);
         visit(sweeper, static_cast<std::uint32_t>(t), block.upper);
       }
     }

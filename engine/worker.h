@@ -40,6 +40,8 @@ class Worker {
     return piece;
   }
   std::size_t waiting() const { return pieces_.size(); }
+  // Only the first `count` stay: for what else is known of the others.
+  void forget_beyond(std::size_t count) { pieces_.resize(count); }
 
   // Whether the search is to end. Looks at the clock after every 0.1 ms of work or so.
   bool interrupted() {

@@ -12,7 +12,11 @@
 namespace meshgauge {
 namespace {
 
-double clamp01(double s) { return s < 0 ? 0 : s > 1 ? 1 : s; }
+// As the instructions do it: never -0.
+double clamp(double s, double most) {
+  const double positive = s > 0 ? s : 0;
+  return positive < most ? positive : most;
+}
 
 // closest_point() of engine/triangle.h without branches, as the SIMD kernels do it, and the distance to it squared.
 double distance_sq(const FlatTriangle& t, double px, double py, double pz) {
@@ -23,8 +27,8 @@ double distance_sq(const FlatTriangle& t, double px, double py, double pz) {
   const double dx = t.length - t.cx;
   const double back = t.length - x;
 
-  const double s_ac = clamp01((x * t.cx + y * t.cy) / (t.cx * t.cx + t.cy * t.cy));
-  const double s_bc = clamp01((back * dx + y * t.cy) / (dx * dx + t.cy * t.cy));
+  const double s_ac = clamp((x * t.cx + y * t.cy) / (t.cx * t.cx + t.cy * t.cy), 1);
+  const double s_bc = clamp((back * dx + y * t.cy) / (dx * dx + t.cy * t.cy), 1);
   const double ac_x = s_ac * t.cx, ac_y = s_ac * t.cy;
   const double bc_x = t.length - s_bc * dx, bc_y = s_bc * t.cy;
   const double ac_sq = (ac_x - x) * (ac_x - x) + (ac_y - y) * (ac_y - y);
@@ -36,8 +40,7 @@ double distance_sq(const FlatTriangle& t, double px, double py, double pz) {
   double qx = use_ac ? ac_x : use_bc ? bc_x : x;
   double qy = use_ac ? ac_y : use_bc ? bc_y : y;
   if (y <= 0) {
-    const double base = x < 0 ? 0 : x;
-    qx = base > t.length ? t.length : base;
+    qx = clamp(x, t.length);
     qy = 0;
   }
   const double gx = ax - (qx * t.e1[0] + qy * t.e2[0]);
@@ -72,7 +75,7 @@ double prepare(const PointBlock corners[3], TriangleBlock& out) {
     if (base < kNegligibleLength) base = 0, e1 = {0, 0, 0};
     const P ac = c - a;
     const double along = dot(ac, e1);
-    const double cx = along < 0 ? 0 : along > base ? base : along;
+    const double cx = clamp(along, base);
     P across = ac - along * e1;
     across = across - dot(across, e1) * e1;  // once more: orthogonal to rounding even where `across` is tiny
     double cy = length(across);

@@ -32,6 +32,7 @@
 #include "engine/bounds/n_point.h"
 #include "engine/bounds/tightness.h"
 #include "engine/bounds/triangle_set.h"
+#include "engine/ordered_mesh.h"
 #include "engine/frame.h"
 
 namespace {
@@ -76,7 +77,9 @@ struct Bounded {
 class Bench {
  public:
   Bench(const Mesh& a, const Mesh& b, std::size_t sample)
-      : to_(b, control_), search_(a, bounding_box(a), to_, Goal{}, 0, monitor_) {
+      : ordered_(b, bounding_box(b), Frame{}, control_, crew_),
+        to_(ordered_.view(), *find_kernels("auto"), control_, crew_),
+        search_(a, bounding_box(a), to_, Goal{}, 0, monitor_, crew_) {
     const std::size_t n = std::min(sample, a.triangles.size());
     for (std::size_t i = 0; i < n; ++i) {
       Piece& piece = pieces_.emplace_back();
@@ -128,6 +131,8 @@ class Bench {
   }
 
   Control control_;
+  Crew crew_{1};
+  OrderedMesh ordered_;
   Bvh to_;
   Patient monitor_;
   Search search_;

@@ -2,39 +2,54 @@
 
 #include <doctest/doctest.h>
 
+#include <cstring>
+
 #include "shapes.h"
+#include "tree.h"
 
 using namespace meshgauge;
 
 namespace {
 
-// Every triangle is in exactly one leaf, every box holds what is below it, and no path is too long.
+bool holds(const Box& box, const Vec3& p) {
+  return (p.array() >= box.low.array()).all() && (p.array() <= box.high.array()).all();
+}
+
+void check_block(const Bvh& tree, std::uint32_t block, const std::vector<Box>& boxes, std::vector<int>& seen) {
+  for (std::uint32_t t = Bvh::block_begin(block); t < tree.block_end(block); ++t) {
+    ++seen[t];
+    for (const Box& box : boxes) {
+      for (int k = 0; k < 3; ++k) CHECK(holds(box, tree.mesh().corner(t, k)));
+    }
+  }
+}
+
+// Every triangle is in exactly one leaf, every box on the way to it holds it, and no path is too long.
 void check_tree(const Mesh& mesh) {
-  Control control;
-  const Bvh tree(mesh, control);
-  REQUIRE(tree.interruption() == Interruption::none);
+  const Bvh tree = tree_of(mesh);
+  REQUIRE(tree.complete());
   std::vector<int> seen(mesh.triangles.size());
   struct Entry {
     std::uint32_t node;
-    std::size_t depth;
-    Box outer;
+    std::vector<Box> boxes;  // on the way
   };
-  std::vector<Entry> stack{{Bvh::kRoot, 1, tree.nodes()[Bvh::kRoot].box}};
+  std::vector<Entry> stack{{Bvh::kRoot, {}}};
   while (!stack.empty()) {
     const Entry entry = stack.back();
     stack.pop_back();
-    const Bvh::Node& node = tree.nodes()[entry.node];
-    REQUIRE(entry.depth <= Bvh::kMaxDepth);
-    CHECK((node.box.low.array() >= entry.outer.low.array()).all());
-    CHECK((node.box.high.array() <= entry.outer.high.array()).all());
-    for (std::uint32_t slot = node.first; slot < node.first + node.count; ++slot) {
-      const std::uint32_t t = tree.triangle(slot);
-      ++seen[t];
-      for (int k = 0; k < 3; ++k) CHECK(distance_sq(node.box, mesh.positions[mesh.triangles[t][std::size_t(k)]]) == 0);
-    }
-    if (!node.is_leaf()) {
-      stack.push_back({node.first, entry.depth + 1, node.box});
-      stack.push_back({node.first + 1, entry.depth + 1, node.box});
+    REQUIRE(entry.boxes.size() < kMaxTreeDepth);
+    const WideNode& node = tree.nodes()[entry.node];
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+      const std::uint32_t child = node.child[lane];
+      if (child == WideNode::kNone) continue;
+      std::vector<Box> boxes = entry.boxes;
+      boxes.push_back(Bvh::child_box(node, lane));
+      if (child & WideNode::kLeaf) {
+        check_block(tree, child & ~WideNode::kLeaf, boxes, seen);
+      } else {
+        REQUIRE(child > entry.node);
+        stack.push_back({child, boxes});
+      }
     }
   }
   for (const int count : seen) REQUIRE(count == 1);
@@ -48,23 +63,43 @@ TEST_CASE("a tree holds every triangle once, within its boxes") {
   std::mt19937_64 random(3);
   check_tree(shapes::soup(1000, random));
   check_tree(shapes::triangle({0, 0, 0}, {1, 0, 0}, {0, 1, 0}));
+  check_tree(shapes::moved(shapes::scaled(shapes::soup(300, random), 1e-9), {1, 1, 1}));
+  check_tree(shapes::scaled(shapes::soup(300, random), 1e-300));
 }
 
 TEST_CASE("a thousand equal triangles, and sizes in geometric progression, give a tree of bounded depth") {
   Mesh equal, shrinking;
-  for (std::uint32_t i = 0; i < 1000; ++i) {
+  for (std::uint32_t i = 0; i < 8000; ++i) {
     for (Mesh* mesh : {&equal, &shrinking}) mesh->triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
     equal.positions.insert(equal.positions.end(), {Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0)});
-    const double s = std::pow(0.5, i);
+    const double s = std::pow(0.9, i);
     shrinking.positions.insert(shrinking.positions.end(), {Vec3(s, 0, 0), Vec3(s, s, 0), Vec3(s, 0, s)});
   }
   check_tree(equal);
   check_tree(shrinking);
 }
 
+TEST_CASE("the same tree for any number of threads and any instruction set") {
+  const Mesh mesh = shapes::sphere(100);
+  const Bvh tree = tree_of(mesh);
+  for (const Kernels& kernels : supported_kernels()) {
+    Control control;
+    Crew crew(3);
+    const Bvh other(mesh, kernels, control, crew);
+    REQUIRE(other.nodes().size() == tree.nodes().size());
+    CHECK(std::memcmp(other.nodes().data(), tree.nodes().data(), tree.nodes().size() * sizeof(WideNode)) == 0);
+    CHECK(other.residual() == tree.residual());
+    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+      const FlatTriangle a = tree.flat(t), b = other.flat(t);
+      REQUIRE(std::memcmp(&a, &b, sizeof a) == 0);
+    }
+  }
+}
+
 TEST_CASE("building stops when it is told to") {
   Control control;
   control.cancel();
   const Mesh mesh = shapes::sphere(150);
-  CHECK(Bvh(mesh, control).interruption() == Interruption::cancelled);
+  Crew crew(1);
+  CHECK_FALSE(Bvh(mesh, *find_kernels("auto"), control, crew).complete());
 }

@@ -4,21 +4,21 @@
 
 #include "engine/rounding.h"
 #include "shapes.h"
+#include "tree.h"
 
 using namespace meshgauge;
 
 namespace {
 
-void check_queries(const Mesh& mesh, int queries, std::mt19937_64& random) {
-  Control control;
-  const Bvh tree(mesh, control);
+void check_queries(const Mesh& mesh, const Kernels& kernels, int queries, std::mt19937_64& random) {
+  const Bvh tree = tree_of(mesh, kernels);
   std::uniform_real_distribution<double> uniform(-1, 1);
   for (int i = 0; i < queries; ++i) {
     Vec3 p(uniform(random), uniform(random), uniform(random));
     if (i % 3 == 0) p = mesh.positions[static_cast<std::size_t>(i) % mesh.positions.size()];
     double brute = std::numeric_limits<double>::infinity();
-    for (std::uint32_t slot = 0; slot < mesh.triangles.size(); ++slot) {
-      brute = std::min(brute, distance(tree.prepared(slot), p));
+    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+      brute = std::min(brute, distance(tree.prepared(t), p));
     }
     std::uint64_t tests = 0;
     const Nearest found = nearest(tree, p, tests);
@@ -37,9 +37,11 @@ void check_queries(const Mesh& mesh, int queries, std::mt19937_64& random) {
 
 TEST_CASE("nearest and its certified lower bound agree with brute force") {
   std::mt19937_64 random(4);
-  check_queries(shapes::sphere(12, 0.8), 300, random);
-  check_queries(shapes::soup(200, random), 300, random);
-  check_queries(shapes::cube(0.5), 300, random);
-  check_queries(shapes::triangle({0, 0, 0}, {0, 0, 0}, {0, 0, 0}), 10, random);
-  check_queries(shapes::triangle({0, 0, 0}, {1, 0, 0}, {0.5, 1e-9, 0}), 300, random);
+  for (const Kernels& kernels : supported_kernels()) {
+    check_queries(shapes::sphere(12, 0.8), kernels, 300, random);
+    check_queries(shapes::soup(200, random), kernels, 300, random);
+    check_queries(shapes::cube(0.5), kernels, 300, random);
+    check_queries(shapes::triangle({0, 0, 0}, {0, 0, 0}, {0, 0, 0}), kernels, 10, random);
+    check_queries(shapes::triangle({0, 0, 0}, {1, 0, 0}, {0.5, 1e-9, 0}), kernels, 300, random);
+  }
 }

@@ -61,6 +61,8 @@ Options Plan::options(double diagonal) {
   o.direction = dice_.pick(kDirections);
   o.tolerance = tolerance(diagonal);
   o.max_work_items = work_items(dice_, o.points);
+  o.simd = supported_simd()[dice_.below(static_cast<std::uint32_t>(supported_simd().size()))];
+  if (o.strategy == Strategy::automatic && dice_.chance(0.3)) o.threads = dice_.chance(0.5) ? 2 : 4;
   return o;
 }
 
@@ -126,6 +128,7 @@ Attempt Plan::disturbed(const Pair& pair, const Attempt& plain, const Observed& 
       attempt.what = "twice";
       attempt.twice = true;
       attempt.deadline.reset();  // a clock is not repeatable
+      attempt.options.threads = 1;
       break;
   }
   return attempt;
@@ -140,6 +143,7 @@ std::string command_line(const Attempt& attempt, const std::string& a, const std
   for (const Method& method : methods()) {
     if (method.strategy == o.strategy) line += std::string(" --strategy ") + method.name;
   }
+  line += " --threads " + std::to_string(o.threads) + " --simd " + std::string(o.simd);
   if (o.strategy == Strategy::n_point) line += " --points " + std::to_string(o.points);
   const auto flag = [&](const char* name, const std::optional<double>& value) {
     char text[64];

@@ -8,6 +8,7 @@
 #include "engine/bounds/triangle_set.h"
 #include "engine/rounding.h"
 #include "shapes.h"
+#include "tree.h"
 
 using namespace meshgauge;
 
@@ -20,16 +21,16 @@ class Patient final : public Monitor {
 
 struct Fixture {
   Mesh a, b;
-  Control control;
   Bvh from, to;
   Patient monitor;
+  Crew crew{1};
   Search search;
   Fixture(Mesh a_in, Mesh b_in)
       : a(std::move(a_in)),
         b(std::move(b_in)),
-        from(a, control),
-        to(b, control),
-        search(a, bounding_box(a), to, Goal{}, 0, monitor) {}
+        from(tree_of(a)),
+        to(tree_of(b)),
+        search(a, bounding_box(a), to, Goal{}, 0, monitor, crew) {}
 
   Piece piece(std::uint32_t triangle) {
     Piece p;

@@ -4,6 +4,7 @@
 
 #include "engine/rounding.h"
 #include "shapes.h"
+#include "tree.h"
 
 using namespace meshgauge;
 
@@ -17,6 +18,11 @@ Piece piece_of(const Bvh& tree, const Vec3& a, const Vec3& b, const Vec3& c) {
   return piece;
 }
 
+std::optional<double> bounded(Overlay& overlay, const Piece& piece, double limit, std::size_t max_visits, Work& work) {
+  const auto& [a, b, c] = piece.corners;
+  return overlay.attempt(piece, std::array{a.slot, b.slot, c.slot}, limit, max_visits, work).upper;
+}
+
 struct Tally {
   int attempts = 0;
   int bounded = 0;
@@ -27,7 +33,7 @@ void check_piece(Overlay& overlay, const Bvh& tree, const Piece& piece, double l
                  Tally& tally) {
   Work work;
   ++tally.attempts;
-  const auto upper = overlay.upper(piece, limit, 64, work);
+  const auto upper = bounded(overlay, piece, limit, 64, work);
   if (!upper) return;
   ++tally.bounded;
   CHECK(*upper <= limit);
@@ -46,9 +52,9 @@ void check_piece(Overlay& overlay, const Bvh& tree, const Piece& piece, double l
 Tally attack(const Mesh& mesh, std::uint64_t seed, int pieces, double height) {
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> uniform(0, 1);
-  Control control;
-  const Bvh tree(mesh, control);
-  Overlay overlay(tree);
+  const Bvh tree = tree_of(mesh);
+  const Adjacency adjacency(mesh);
+  Overlay overlay(tree, adjacency);
   Tally tally;
   for (int i = 0; i < pieces; ++i) {
     const double size = std::pow(10.0, -2 * uniform(random));
@@ -128,17 +134,17 @@ TEST_CASE("no sample lies above the overlay bound: soups and closed shapes") {
 TEST_CASE("a plane cut otherwise is bounded by rounding alone, welded or not") {
   for (const bool welded : {true, false}) {
     const Mesh fine = welded ? shapes::grid(5) : unwelded(shapes::grid(5));
-    Control control;
-    const Bvh tree(fine, control);
-    Overlay overlay(tree);
+    const Bvh tree = tree_of(fine);
+    const Adjacency adjacency(fine);
+    Overlay overlay(tree, adjacency);
     Work work;
-    const auto upper = overlay.upper(piece_of(tree, {0, 0, 0}, {1, 0, 0}, {0.3, 1, 0}), 1e-9, 64, work);
+    const auto upper = bounded(overlay, piece_of(tree, {0, 0, 0}, {1, 0, 0}, {0.3, 1, 0}), 1e-9, 64, work);
     REQUIRE(upper);
     CHECK(*upper <= rounding::kOverlayGap);
-    CHECK_FALSE(overlay.upper(piece_of(tree, {0, 0, 0}, {1, 0, 0}, {0.3, 1, 0}), 1e-9, 10, work));    // too many visits
-    CHECK_FALSE(overlay.upper(piece_of(tree, {0, 0, 0}, {1.1, 0, 0}, {0.3, 1, 0}), 1e-9, 64, work));  // over the border
-    CHECK_FALSE(overlay.upper(piece_of(tree, {0, 0, 0.1}, {1, 0, 0.1}, {0.3, 1, 0.1}), 0.099, 64, work));  // too high
-    CHECK(overlay.upper(piece_of(tree, {0, 0, 0.1}, {1, 0, 0.1}, {0.3, 1, 0.1}), 0.101, 64, work));
+    CHECK_FALSE(bounded(overlay, piece_of(tree, {0, 0, 0}, {1, 0, 0}, {0.3, 1, 0}), 1e-9, 10, work));    // too many visits
+    CHECK_FALSE(bounded(overlay, piece_of(tree, {0, 0, 0}, {1.1, 0, 0}, {0.3, 1, 0}), 1e-9, 64, work));  // over the border
+    CHECK_FALSE(bounded(overlay, piece_of(tree, {0, 0, 0.1}, {1, 0, 0.1}, {0.3, 1, 0.1}), 0.099, 64, work));  // too high
+    CHECK(bounded(overlay, piece_of(tree, {0, 0, 0.1}, {1, 0, 0.1}, {0.3, 1, 0.1}), 0.101, 64, work));
   }
 }
 
@@ -148,11 +154,11 @@ TEST_CASE("a hole under the piece is not overlooked") {
     const Vec3 centre = (mesh.positions[t[0]] + mesh.positions[t[1]] + mesh.positions[t[2]]) / 3;
     return (centre - Vec3(0.5, 0.5, 0)).norm() < 0.2;
   });
-  Control control;
-  const Bvh tree(mesh, control);
-  Overlay overlay(tree);
+  const Bvh tree = tree_of(mesh);
+  const Adjacency adjacency(mesh);
+  Overlay overlay(tree, adjacency);
   Work work;
   const Piece piece = piece_of(tree, {0.05, 0.05, 0}, {0.95, 0.05, 0}, {0.5, 0.95, 0});
-  CHECK_FALSE(overlay.upper(piece, 0.05, 500, work));
-  CHECK(overlay.upper(piece, 0.9, 500, work));
+  CHECK_FALSE(bounded(overlay, piece, 0.05, 500, work));
+  CHECK(bounded(overlay, piece, 0.9, 500, work));
 }

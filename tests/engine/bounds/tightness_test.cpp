@@ -6,6 +6,7 @@
 #include "engine/bounds/n_point.h"
 #include "engine/bounds/triangle_set.h"
 #include "shapes.h"
+#include "tree.h"
 
 using namespace meshgauge;
 
@@ -18,12 +19,12 @@ class Patient final : public Monitor {
 
 struct Fixture {
   Mesh a, b;
-  Control control;
   Bvh to;
   Patient monitor;
+  Crew crew{1};
   Search search;
   Fixture(Mesh a_in, Mesh b_in)
-      : a(std::move(a_in)), b(std::move(b_in)), to(b, control), search(a, bounding_box(a), to, Goal{}, 0, monitor) {}
+      : a(std::move(a_in)), b(std::move(b_in)), to(tree_of(b)), search(a, bounding_box(a), to, Goal{}, 0, monitor, crew) {}
 
   Piece piece(std::uint32_t triangle = 0) {
     Piece p;

@@ -1,0 +1,167 @@
+// Every instruction set against the reference, bit by bit, and the reference against the plain functions.
+#include "engine/kernels/kernels.h"
+
+#include <doctest/doctest.h>
+
+#include <bit>
+#include <cstring>
+
+#include "engine/nearest.h"
+#include "engine/rounding.h"
+#include "shapes.h"
+#include "tree.h"
+
+using namespace meshgauge;
+
+namespace {
+
+constexpr int kRounds = 3000;
+
+// Points and triangles of every kind that hurts: slivers, segments, points, tiny, equal corners, far corners.
+class Dice {
+ public:
+  explicit Dice(std::uint64_t seed) : random_(seed) {}
+
+  double coordinate() {
+    switch (random_() % 8) {
+      case 0:
+        return 0;
+      case 1:
+        return 1;
+      case 2:
+        return std::ldexp(uniform_(random_), -static_cast<int>(random_() % 1000));
+      default:
+        return uniform_(random_);
+    }
+  }
+  PointBlock points() {
+    PointBlock block;
+    for (auto& axis : block.at) {
+      for (double& x : axis) x = coordinate();
+    }
+    return block;
+  }
+  std::array<PointBlock, 3> triangles() {
+    std::array<PointBlock, 3> corners{points(), points(), points()};
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+      const auto copy = [&](std::size_t to, double blend) {
+        for (int k = 0; k < 3; ++k) {
+          corners[to].at[k][lane] = corners[0].at[k][lane] + blend * (corners[1].at[k][lane] - corners[0].at[k][lane]);
+        }
+      };
+      switch (random_() % 6) {
+        case 0:
+          copy(2, 0.25);  // a sliver, as flat as rounding allows
+          break;
+        case 1:
+          copy(2, 0);  // a segment
+          break;
+        case 2:
+          copy(1, 0), copy(2, 0);  // a point
+          break;
+        default:
+          break;
+      }
+    }
+    return corners;
+  }
+
+ private:
+  std::mt19937_64 random_;
+  std::uniform_real_distribution<double> uniform_{-1, 1};
+};
+
+template <class T>
+bool same_bits(const T& a, const T& b) {
+  return std::memcmp(&a, &b, sizeof a) == 0;
+}
+
+const Kernels& reference() { return *find_kernels("scalar"); }
+
+Vec3 point(const PointBlock& block, std::size_t lane) {
+  return {block.at[0][lane], block.at[1][lane], block.at[2][lane]};
+}
+
+FlatTriangle flat_of(const PreparedTriangle& t) {
+  return {{t.a[0], t.a[1], t.a[2]}, {t.e1[0], t.e1[1], t.e1[2]}, {t.e2[0], t.e2[1], t.e2[2]}, t.length, t.cx, t.cy};
+}
+
+}  // namespace
+
+TEST_CASE("the list of instruction sets ends with the reference, and each is found by its name") {
+  const auto all = supported_kernels();
+  REQUIRE_FALSE(all.empty());
+  CHECK(std::string_view(all.back().name) == "scalar");
+  for (const Kernels& kernels : all) CHECK(find_kernels(kernels.name) == &kernels);
+  CHECK(find_kernels("auto") == &all.front());
+  CHECK(find_kernels("abacus") == nullptr);
+}
+
+TEST_CASE("prepare: the same bits everywhere, within the residual of the corners") {
+  Dice dice(61);
+  for (int round = 0; round < kRounds; ++round) {
+    const auto corners = dice.triangles();
+    TriangleBlock expected{};
+    const double residual = reference().prepare(corners.data(), expected);
+    for (const Kernels& kernels : supported_kernels()) {
+      TriangleBlock block{};
+      REQUIRE(same_bits(kernels.prepare(corners.data(), block), residual));
+      REQUIRE(same_bits(block, expected));
+    }
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+      const Preparation one = prepare(point(corners[0], lane), point(corners[1], lane), point(corners[2], lane));
+      CHECK(one.residual <= residual + 2 * rounding::kResidualSlack + 8 * rounding::kUnit);
+      CHECK(expected.length[lane] == doctest::Approx(one.triangle.length).epsilon(1e-14));
+      CHECK(std::abs(expected.cy[lane] - one.triangle.cy) < 1e-15);
+    }
+  }
+}
+
+TEST_CASE("distances: the same bits everywhere, and those of closest_point() within rounding") {
+  Dice dice(62);
+  for (int round = 0; round < kRounds; ++round) {
+    const auto corners = dice.triangles();
+    const PreparedTriangle t = prepare(point(corners[0], 0), point(corners[1], 0), point(corners[2], 0)).triangle;
+    const std::array<PointBlock, 3> others{dice.points(), dice.points(), dice.points()};
+    std::array<double, kLanes> expected, farthest;
+    reference().distances_sq(flat_of(t), others[0], expected.data());
+    reference().farthest_sq(flat_of(t), others.data(), farthest.data());
+    for (const Kernels& kernels : supported_kernels()) {
+      std::array<double, kLanes> got;
+      kernels.distances_sq(flat_of(t), others[0], got.data());
+      REQUIRE(same_bits(got, expected));
+      kernels.farthest_sq(flat_of(t), others.data(), got.data());
+      REQUIRE(same_bits(got, farthest));
+    }
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+      const auto d = [&](std::size_t i) { return distance(t, point(others[i], lane)); };
+      CHECK(std::abs(std::sqrt(expected[lane]) - d(0)) < 8 * rounding::kDistanceSlack);
+      CHECK(std::abs(std::sqrt(farthest[lane]) - std::max({d(0), d(1), d(2)})) < 8 * rounding::kDistanceSlack);
+    }
+  }
+}
+
+TEST_CASE("nearest: the same triangle and bits everywhere, with and without a hint") {
+  std::mt19937_64 random(63);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  for (const Mesh& mesh : {shapes::sphere(30, 0.8), shapes::soup(2000, random), shapes::cube(0.5)}) {
+    const Bvh tree = tree_of(mesh);
+    for (int i = 0; i < 500; ++i) {
+      Vec3 p(uniform(random), uniform(random), uniform(random));
+      if (i % 4 == 0) p = mesh.positions[random() % mesh.positions.size()];
+      const auto hint = static_cast<std::uint32_t>(random() % mesh.triangles.size());
+      const double hint_sq = (p - closest_point(tree.prepared(hint), p)).squaredNorm();
+      for (const Closest start : {Closest{std::numeric_limits<double>::infinity(), Nearest::kNone}, Closest{hint_sq, hint}}) {
+        std::uint64_t expected_tests = 0;
+        const Closest expected = reference().nearest(tree.view(), p.data(), start, expected_tests);
+        for (const Kernels& kernels : supported_kernels()) {
+          std::uint64_t tests = 0;
+          const Closest found = kernels.nearest(tree.view(), p.data(), start, tests);
+          REQUIRE(found.slot == expected.slot);
+          REQUIRE(same_bits(found.distance_sq, expected.distance_sq));
+          REQUIRE(tests == expected_tests);
+        }
+      }
+    }
+  }
+}
