@@ -91,7 +91,7 @@ TEST_CASE("best_upper is the least over all triangles, each looked at in the mes
   }
 }
 
-TEST_CASE("tightness is in (0,1], never falls from stencil to stencil, and is 1 for triangle_set") {
+TEST_CASE("tightness is in 0 to 1, never falls from stencil to stencil, and is 1 for triangle_set") {
   std::mt19937_64 random(22);
   int loose = 0, gained = 0;
   for (int round = 0; round < 80; ++round) {

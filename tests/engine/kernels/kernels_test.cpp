@@ -117,7 +117,7 @@ TEST_CASE("prepare: the same bits everywhere, within the residual of the corners
   }
 }
 
-TEST_CASE("distances: the same bits everywhere, and those of closest_point() within rounding") {
+TEST_CASE("distances: the same bits everywhere, and those of closest_point within rounding") {
   Dice dice(62);
   for (int round = 0; round < kRounds; ++round) {
     const auto corners = dice.triangles();
