@@ -235,7 +235,7 @@ Result<Done> read_timeout(const Json& value, const std::string& pointer, Reading
 Result<Done> read_threads(const Json& value, const std::string& pointer, Reading& reading) {
   auto number = read_number(value, kThreadsRange, pointer);
   if (!number) return number.error();
-  reading.request.threads = static_cast<int>(*number);
+  reading.request.options.threads = static_cast<unsigned>(*number);
   return Done{};
 }
 
@@ -256,6 +256,22 @@ Result<int> as_points(double value, std::string_view name) {
   const int points = value >= 1 && value <= 1e6 && std::nearbyint(value) == value ? static_cast<int>(value) : 0;
   if (is_stencil(points)) return points;
   return refused(name, std::string(name) + " must be one of 4, 10, 31, 109, 409, 1585, not " + text_of(value));
+}
+
+Result<std::string_view> as_simd(std::string_view value, std::string_view name) {
+  const auto all = supported_simd();
+  if (value == "auto") return all.front();
+  for (const std::string_view supported : all) {
+    if (value == supported) return supported;
+  }
+  return refused(name,
+                 std::string(name) + " must be one of " + simd_names() + " on this processor, not " + in_quotes(value));
+}
+
+std::string simd_names() {
+  std::string list = "auto";
+  for (const std::string_view name : supported_simd()) list.append(", ").append(name);
+  return list;
 }
 
 Result<Done> check_points(bool points_given, Strategy strategy, std::string_view name) {

@@ -19,10 +19,10 @@ struct Range {
   bool integer = false;
 };
 
-inline constexpr Range kToleranceRange{};    // absolute, diagonal, relative; 0: as tight as rounding allows
-inline constexpr Range kMaxDistanceRange{};  // of the gate, in the meshes' unit
-inline constexpr Range kThreadsRange{1, 64, true};
-inline constexpr Range kWorkItemsRange{1, 1e15, true};            // pieces split
+inline constexpr Range kToleranceRange{};               // absolute, diagonal, relative; 0: as tight as rounding allows
+inline constexpr Range kMaxDistanceRange{};             // of the gate, in the meshes' unit
+inline constexpr Range kThreadsRange{1, 64, true};      // of one job; a service may grant fewer
+inline constexpr Range kWorkItemsRange{1, 1e15, true};  // pieces split
 inline constexpr Range kMemoryBytesRange{1 << 20, 0x1p40, true};  // of waiting pieces; a service may grant less
 inline constexpr Range kTimeoutMsRange{1, 180'000, true};         // a service may set a smaller end
 inline constexpr std::size_t kMaxUnitsBytes = 32;
@@ -34,13 +34,19 @@ Result<double> in_range(double value, const Range& range, std::string_view name)
 // The number of samples that n_point takes of a piece.
 Result<int> as_points(double value, std::string_view name);
 
+// The instruction set of this name, or the fastest for "auto", as Options::simd takes it: refused, with the list of
+// those that there are, when this processor cannot run it.
+Result<std::string_view> as_simd(std::string_view value, std::string_view name);
+
+// "auto, avx2, sse4, scalar": what as_simd() takes on this processor.
+std::string simd_names();
+
 // A number of samples means something to n_point only.
 Result<Done> check_points(bool points_given, Strategy strategy, std::string_view name);
 
 struct Request {
   Options options;
   std::chrono::milliseconds timeout{30'000};  // of the whole job: waiting, reading, measuring
-  int threads = 1;                            // at most; the strategies of today use one
   std::string units;                          // the gate's label, echoed; no meaning here
 };
 

@@ -118,12 +118,12 @@ Json verdict_of(const Comparison& comparison) {
   return found ? Json(to_string(*found)) : Json(nullptr);
 }
 
-Json engine(const Options& options) {
+Json engine(const Options& options, const Outcome& outcome) {
   return {{"version", version()},
           {"strategy", name_of(kStrategies, options.strategy)},
           {"points", options.strategy == Strategy::n_point ? Json(options.points) : Json(nullptr)},
-          {"simd", "scalar"},
-          {"threads", 1}};
+          {"simd", outcome.simd},
+          {"threads", outcome.threads}};
 }
 
 }  // namespace
@@ -142,7 +142,7 @@ std::string to_json(const Comparison& comparison) {
             {"precision_floor", outcome.precision_floor},
             {"timings_ms", timings(comparison)},
             {"meshes", {{"a", json_of(comparison.a)}, {"b", json_of(comparison.b)}}},
-            {"engine", engine(comparison.options)},
+            {"engine", engine(comparison.options, outcome)},
             {"statistics", nullptr}};
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }

@@ -3,10 +3,12 @@
 #include <signal.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cstdio>
 #include <memory>
 #include <optional>
+#include <thread>
 
 #include "api/names.h"
 #include "api/request.h"
@@ -25,7 +27,8 @@ struct Flags {
   std::string strategy{api::name_of(api::kStrategies, Options{}.strategy)};
   std::optional<double> absolute, diagonal, relative, max_distance, points, work_items, memory_bytes;
   double timeout_ms = 30'000;
-  double threads = 1;
+  double threads = 0;
+  std::string simd = "auto";
   bool json = false;
 };
 
@@ -74,6 +77,17 @@ Result<Done> set_budget(const Flags& flags, Options& options) {
   return Done{};
 }
 
+Result<Done> set_machine(const Flags& flags, Options& options) {
+  auto threads = api::in_range(flags.threads, {0, api::kThreadsRange.high, true}, "--threads");
+  if (!threads) return threads.error();
+  const auto most = static_cast<unsigned>(api::kThreadsRange.high);
+  options.threads = static_cast<unsigned>(*threads);
+  if (options.threads == 0) options.threads = std::clamp(std::thread::hardware_concurrency(), 1U, most);
+  auto simd = api::as_simd(flags.simd, "--simd");
+  if (!simd) return simd.error();
+  return options.simd = *simd, Done{};
+}
+
 Result<api::Request> to_request(const Flags& flags) {
   api::Request request;
   Options& options = request.options;
@@ -85,12 +99,10 @@ Result<api::Request> to_request(const Flags& flags) {
   if (auto ok = set_number(flags.max_distance, api::kMaxDistanceRange, "--max-distance", options.max_distance); !ok) {
     return ok.error();
   }
+  if (auto ok = set_machine(flags, options); !ok) return ok.error();
   auto timeout = api::in_range(flags.timeout_ms, api::kTimeoutMsRange, "--timeout-ms");
   if (!timeout) return timeout.error();
   request.timeout = std::chrono::milliseconds(static_cast<std::int64_t>(*timeout));
-  auto threads = api::in_range(flags.threads, api::kThreadsRange, "--threads");
-  if (!threads) return threads.error();
-  request.threads = static_cast<int>(*threads);
   return request;
 }
 
@@ -175,7 +187,9 @@ void add_compare(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   command.add_option("--work-items", flags->work_items, "Stop after splitting so many pieces");
   command.add_option("--memory-bytes", flags->memory_bytes, "Stop when the waiting pieces need more than this");
-  command.add_option("--threads", flags->threads, "At most so many threads")->capture_default_str();
+  command.add_option("--threads", flags->threads, "At most so many threads; 0: one for each processor")
+      ->capture_default_str();
+  command.add_option("--simd", flags->simd, "Instruction set: " + api::simd_names())->capture_default_str();
   command.add_flag("--json", flags->json, "Print the result as JSON");
   command.callback([flags, &exit_code] { exit_code = run(*flags); });
 }

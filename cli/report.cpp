@@ -55,6 +55,13 @@ void add_times(std::string& out, const Comparison& comparison) {
          engine.reduce, engine.certify);
 }
 
+void add_engine(std::string& out, const Comparison& comparison) {
+  const Outcome& outcome = comparison.outcome;
+  append(out, "engine    %s, %s, %u %s\n",
+         std::string(api::name_of(api::kStrategies, comparison.options.strategy)).c_str(),
+         std::string(outcome.simd).c_str(), outcome.threads, outcome.threads == 1 ? "thread" : "threads");
+}
+
 }  // namespace
 
 std::string shortest(double x) {
@@ -77,6 +84,7 @@ std::string to_table(const Comparison& comparison) {
   add_direction(out, "b to a", outcome.b_to_a);
   add_mesh(out, "mesh a", comparison.a);
   add_mesh(out, "mesh b", comparison.b);
+  add_engine(out, comparison);
   add_times(out, comparison);
   return out;
 }

@@ -48,6 +48,7 @@ Comparisons::Comparisons(const Settings& settings, Compare compare)
     : settings_(settings),
       compare_(std::move(compare)),
       budget_(settings.max_upload_bytes),
+      threads_(settings.workers),
       jobs_(settings.workers, settings.queue) {}
 
 void Comparisons::create(Exchange& exchange) {
@@ -88,6 +89,7 @@ std::shared_ptr<Comparisons::Job> Comparisons::start(JobQueue::Slot slot, Form f
   job->request = std::move(request);
   std::size_t& memory_bytes = job->request.options.max_memory_bytes;
   memory_bytes = std::min<std::size_t>(memory_bytes, settings_.max_heap_bytes);
+  job->request.options.simd = settings_.simd;
   job->id = id;
   job->submitted = Clock::now();
   job->control.set_deadline(job->submitted + job->request.timeout);
@@ -97,7 +99,7 @@ std::shared_ptr<Comparisons::Job> Comparisons::start(JobQueue::Slot slot, Form f
 }
 
 // The job's edge: whatever is thrown ends here.
-void Comparisons::run(Job& job, JobQueue::Slot slot) const {
+void Comparisons::run(Job& job, JobQueue::Slot slot) {
   try {
     auto result = measure(job);
     { const JobQueue::Slot done = std::move(slot); }
@@ -108,10 +110,13 @@ void Comparisons::run(Job& job, JobQueue::Slot slot) const {
   }
 }
 
-Result<api::Comparison> Comparisons::measure(Job& job) const {
+Result<api::Comparison> Comparisons::measure(Job& job) {
   const auto started = Clock::now();
-  auto result = compare_(input_of("a", job.form.a), input_of("b", job.form.b), job.request.options,
-                         read_limits(settings_), job.control);
+  Options& options = job.request.options;
+  const ThreadBudget::Loan loan = threads_.lend(options.threads);
+  options.threads = loan.threads();
+  auto result =
+      compare_(input_of("a", job.form.a), input_of("b", job.form.b), options, read_limits(settings_), job.control);
   if (result) {
     result->id = job.id;
     result->units = job.request.units;

@@ -12,6 +12,7 @@
 #include "server/form.h"
 #include "server/job_queue.h"
 #include "server/settings.h"
+#include "server/thread_budget.h"
 #include "server/upload.h"
 
 namespace meshgauge::server {
@@ -34,13 +35,14 @@ class Comparisons {
 
   std::optional<api::Problem> receive(Exchange& exchange, Form& form);
   std::shared_ptr<Job> start(JobQueue::Slot slot, Form form, api::Request request, const std::string& id);
-  void run(Job& job, JobQueue::Slot slot) const;
-  Result<api::Comparison> measure(Job& job) const;
+  void run(Job& job, JobQueue::Slot slot);
+  Result<api::Comparison> measure(Job& job);
   void respond(Exchange& exchange, const Result<api::Comparison>& result) const;
 
   const Settings settings_;
   const Compare compare_;
-  ByteBudget budget_;  // outlives the jobs
+  ByteBudget budget_;     // outlives the jobs
+  ThreadBudget threads_;  // likewise
   std::atomic<bool> draining_{false};
   JobQueue jobs_;
 };

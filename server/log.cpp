@@ -46,6 +46,10 @@ void log_request(const Exchange& exchange) {
   write_line(json);
 }
 
+void log_listening(const std::string& address, const std::string& simd) {
+  write_line({{"time", utc_now()}, {"event", "listening"}, {"detail", address}, {"simd", simd}});
+}
+
 void log_event(const std::string& event, const std::string& detail) {
   write_line({{"time", utc_now()}, {"event", event}, {"detail", detail}});
 }

@@ -8,6 +8,7 @@
 namespace meshgauge::server {
 
 void log_request(const Exchange& exchange);
+void log_listening(const std::string& address, const std::string& simd);  // the instruction set in use
 void log_event(const std::string& event, const std::string& detail);
 
 }  // namespace meshgauge::server

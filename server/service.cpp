@@ -102,7 +102,7 @@ Result<Done> run_until_signal(const Settings& settings) {
   Service service(settings);
   const auto port = service.start();
   if (!port) return port.error();
-  log_event("listening", settings.host + ":" + std::to_string(*port));
+  log_listening(settings.host + ":" + std::to_string(*port), settings.simd);
   while (service.listening() && !signalled_within(kTick)) {
   }
   if (!service.listening()) return Error{ErrorCode::internal, "the listening socket failed", "", ""};

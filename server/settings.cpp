@@ -52,6 +52,9 @@ Result<Settings> checked(Settings s) {
   if (auto ok = check_threads(s); !ok) return ok.error();
   if (auto ok = check_times(s); !ok) return ok.error();
   if (s.max_part_bytes > s.max_request_bytes) return refused("--max-part-bytes must be at most --max-request-bytes");
+  const auto simd = api::as_simd(s.simd, "--simd");
+  if (!simd) return simd.error();
+  s.simd = *simd;
   return s;
 }
 

@@ -32,6 +32,7 @@ struct Settings {
   std::uint64_t max_expanded_bytes = std::uint64_t{2} << 30;
   std::uint64_t max_heap_bytes = std::uint64_t{512} << 20;
   std::string temp_dir = default_temp_dir();
+  std::string simd = "auto";
 };
 
 struct SettingText {
@@ -63,9 +64,11 @@ void for_each_setting(Settings& s, Visit visit) {
   visit({"max_expanded_bytes", "Largest gzip-compressed mesh file, once expanded"}, s.max_expanded_bytes);
   visit({"max_heap_bytes", "Memory of one comparison's search, beside its meshes and trees"}, s.max_heap_bytes);
   visit({"temp_dir", "Directory for uploads, as files without a name"}, s.temp_dir);
+  visit({"simd", "Instruction set: avx512, avx2, sse4, neon or scalar; auto: the fastest that the processor has"},
+        s.simd);
 }
 
-// Fills in `workers` and refuses values that contradict each other.
+// Fills in `workers` and `simd` and refuses what this processor cannot run, and values that contradict each other.
 Result<Settings> checked(Settings settings);
 
 }  // namespace meshgauge::server

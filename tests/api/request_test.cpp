@@ -30,7 +30,8 @@ TEST_CASE("request: an empty document gives the defaults") {
   CHECK(!parsed->options.tolerance.absolute);
   CHECK(!parsed->options.max_distance);
   CHECK(parsed->timeout.count() == 30'000);
-  CHECK(parsed->threads == 1);
+  CHECK(parsed->options.threads == 1);
+  CHECK(parsed->options.simd == "auto");
 }
 
 TEST_CASE("request: every field arrives") {
@@ -47,7 +48,7 @@ TEST_CASE("request: every field arrives") {
   CHECK(parsed->options.strategy == Strategy::n_point);
   CHECK(parsed->options.points == 31);
   CHECK(parsed->timeout.count() == 12345);
-  CHECK(parsed->threads == 7);
+  CHECK(parsed->options.threads == 7);
   CHECK(parsed->options.max_work_items == 1000);
   CHECK(parsed->options.max_memory_bytes == 2097152);
 }
@@ -65,6 +66,7 @@ TEST_CASE("request: unknown keys are refused with the known ones") {
   CHECK(refusal(R"({"tolerence": {}})").message.find("tolerance") != std::string::npos);
   CHECK(refusal(R"({"tolerance": {"abs": 1}})").where == "/tolerance/abs");
   CHECK(refusal(R"({"gate": {"max_distance": 1, "unit": "mm"}})").where == "/gate/unit");
+  CHECK(refusal(R"({"simd": "scalar"})").where == "/simd");  // the operator's choice, not the client's
 }
 
 TEST_CASE("request: duplicate keys are refused at every level") {
@@ -135,6 +137,21 @@ TEST_CASE("request: a long or wild key comes back short and on one line") {
   const Error error = refusal("{\"" + std::string(1000, 'k') + "\\n\": 1}");
   CHECK(error.message.size() < 300);
   CHECK(refusal(R"({"a\nb": 1})").message.find('\n') == std::string::npos);
+}
+
+TEST_CASE("request: an instruction set is one of this processor's") {
+  CHECK(api::as_simd("auto", "--simd").value() == supported_simd().front());
+  for (const std::string_view name : supported_simd()) {
+    CHECK(api::as_simd(name, "--simd").value() == name);
+    CHECK(api::simd_names().find(name) != std::string::npos);
+  }
+  for (const std::string name : {"", "abacus", "AVX2", "auto, scalar"}) {
+    const auto refused = api::as_simd(name, "--simd");
+    REQUIRE(!refused.ok());
+    CHECK(refused.error().where == "--simd");
+    CHECK(refused.error().message ==
+          "--simd must be one of " + api::simd_names() + " on this processor, not '" + name + "'");
+  }
 }
 
 TEST_CASE("request: ranges refuse what is not a number") {

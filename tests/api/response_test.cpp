@@ -23,6 +23,8 @@ api::Comparison sample() {
   comparison.outcome.lower = 0.1;
   comparison.outcome.upper = 0.3;
   comparison.outcome.diagonal_a = 2;
+  comparison.outcome.simd = "neon";
+  comparison.outcome.threads = 3;
   comparison.outcome.met_by = Rule::relative;
   comparison.a.bbox.extend(Vec3(0, 0, 0));
   comparison.b.bbox.extend(Vec3(0, 0, 0));
@@ -94,6 +96,14 @@ TEST_CASE("response: the samples a piece are told for n_point alone") {
   comparison.options.points = 31;
   CHECK(rendered(comparison)["engine"]["strategy"] == "n_point");
   CHECK(rendered(comparison)["engine"]["points"] == 31);
+}
+
+TEST_CASE("response: the engine is told as it ran, not as it was asked") {
+  api::Comparison comparison = sample();
+  comparison.options.simd = "auto";
+  comparison.options.threads = 64;
+  CHECK(rendered(comparison)["engine"]["simd"] == "neon");
+  CHECK(rendered(comparison)["engine"]["threads"] == 3);
 }
 
 TEST_CASE("response: the stages as a Server-Timing header") {

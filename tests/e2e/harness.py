@@ -2,6 +2,7 @@
 
 import atexit
 import json
+import math
 import os
 import re
 import signal
@@ -31,6 +32,15 @@ def flat_grid(n):
         for i in range(n):
             a = j * (n + 1) + i + 1
             lines.append("f %d %d %d\nf %d %d %d" % (a, a + 1, a + n + 2, a, a + n + 2, a + n + 1))
+    return ("\n".join(lines) + "\n").encode()
+
+
+def wavy_grid(n, height):
+    """The same square and squares, bent to waves of this height."""
+    lines = ["v %r %r %r" % (x / n, y / n, height * math.sin(5 * x / n) * math.cos(7 * y / n))
+             for y in range(n + 1) for x in range(n + 1)]
+    corners = [y * (n + 1) + x + 1 for y in range(n) for x in range(n)]
+    lines += ["f %d %d %d\nf %d %d %d" % (c, c + 1, c + n + 2, c, c + n + 2, c + n + 1) for c in corners]
     return ("\n".join(lines) + "\n").encode()
 
 
@@ -97,9 +107,9 @@ class Server:
             [BINARY, "serve", "--port", "0", *flags], stderr=subprocess.PIPE, env={**ENVIRONMENT, **(environment or {})})
         atexit.register(self.process.kill)  # a test that fails half-way must not leave it behind
         self.log = []
-        first = json.loads(self.process.stderr.readline())
-        assert first["event"] == "listening", first
-        self.port = int(first["detail"].rsplit(":", 1)[1])
+        self.started = json.loads(self.process.stderr.readline())
+        assert self.started["event"] == "listening", self.started
+        self.port = int(self.started["detail"].rsplit(":", 1)[1])
         self.reader = threading.Thread(target=self._read_log, daemon=True)
         self.reader.start()
 

@@ -10,7 +10,7 @@ import time
 import unittest
 from pathlib import Path
 
-from harness import BINARY, ENVIRONMENT, OPENAPI, RAISED, SLOW, SQUARE, Server, validate
+from harness import BINARY, ENVIRONMENT, OPENAPI, RAISED, SLOW, SQUARE, Server, validate, wavy_grid
 
 
 class Cli(unittest.TestCase):
@@ -50,7 +50,7 @@ class Cli(unittest.TestCase):
         server = Server()
         self.addCleanup(server.stop)
         over_http = server.compare(options={"tolerance": {"relative": 1e-3}}).json()
-        local = json.loads(self.run_cli("compare", self.a, self.b, "--json", "--relative", "1e-3").stdout)
+        local = json.loads(self.run_cli("compare", self.a, self.b, "--json", "--relative", "1e-3", "--threads", "1").stdout)
         for document in (over_http, local):
             del document["id"], document["timings_ms"]
         self.assertEqual(over_http, local)
@@ -58,7 +58,7 @@ class Cli(unittest.TestCase):
     def test_table_for_people(self):
         result = self.run_cli("compare", self.a, self.b, "--max-distance", "0.5")
         self.assertEqual(result.returncode, 0)
-        for line in ("distance", "verdict   fail", "a to b", "witness", "mesh a", "time"):
+        for line in ("distance", "verdict   fail", "a to b", "witness", "mesh a", "engine    auto, ", "time"):
             self.assertIn(line, result.stdout)
 
     def test_each_strategy_and_direction(self):
@@ -75,6 +75,56 @@ class Cli(unittest.TestCase):
         strategies = ", ".join(OPENAPI["components"]["schemas"]["Strategy"]["enum"])
         self.assertIn(strategies, self.run_cli("compare", "--help").stdout)
 
+    def instruction_sets(self):
+        """Those of this processor, as the refusal of one that there is not names them."""
+        refusal = self.run_cli("compare", self.a, self.b, "--simd", "abacus").stderr
+        auto, *names = re.fullmatch(r"meshgauge: --simd must be one of (.*) on this processor, not 'abacus'\n",
+                                    refusal)[1].split(", ")
+        self.assertEqual((auto, names[-1]), ("auto", "scalar"))
+        return names
+
+    def test_every_instruction_set_gives_the_same_bits(self):
+        pair = (self.file("fine.obj", wavy_grid(30, 0.1)), self.file("coarse.obj", wavy_grid(23, 0.103)))
+        results = {}
+        for name in ["auto", *self.instruction_sets()]:
+            result = self.run_cli("compare", *pair, "--json", "--relative", "1e-6", "--threads", "1", "--simd", name)
+            self.assertEqual(result.returncode, 0, result.stderr)
+            results[name] = document = json.loads(result.stdout)
+            validate(document, "Comparison")
+            self.assertEqual(document["engine"]["threads"], 1)
+            if name != "auto":
+                self.assertEqual(document["engine"]["simd"], name)
+            for part in ("distance", "a_to_b", "b_to_a"):
+                self.assertEqual(document[part], results["auto"][part], name)
+        self.assertEqual(results["auto"]["engine"]["simd"], self.instruction_sets()[0])
+        self.assertGreater(results["auto"]["a_to_b"]["work"]["subdivisions"], 0)
+
+    def test_an_instruction_set_of_another_processor_is_refused(self):
+        known = OPENAPI["components"]["schemas"]["Comparison"]["properties"]["engine"]["properties"]["simd"]["enum"]
+        others = set(known) - set(self.instruction_sets())
+        self.assertGreater(len(others), 0)  # nothing has both avx2 and neon
+        for name in others:
+            self.fails("compare", self.a, self.b, "--simd", name, saying="on this processor, not '%s'" % name)
+
+    def test_threads(self):
+        pair = (self.file("fine.obj", wavy_grid(60, 0.1)), self.file("coarse.obj", wavy_grid(47, 0.103)))
+
+        def run(*flags):
+            result = self.run_cli("compare", *pair, "--json", "--relative", "1e-4", *flags)
+            self.assertEqual(result.returncode, 0, result.stderr)
+            document = json.loads(result.stdout)
+            self.assertEqual(document["status"], "converged")
+            return document
+
+        one, three = run("--threads", "1"), run("--threads", "3")
+        self.assertEqual([one["engine"]["threads"], three["engine"]["threads"]], [1, 3])
+        self.assertLessEqual(one["distance"]["lower"], three["distance"]["upper"])
+        self.assertLessEqual(three["distance"]["lower"], one["distance"]["upper"])
+        processors = min(len(os.sched_getaffinity(0)), 64)
+        self.assertEqual(run("--threads", "0")["engine"]["threads"], processors)
+        self.assertEqual(run()["engine"]["threads"], processors)
+        self.assertEqual(run("--threads", "3", "--strategy", "four_point")["engine"]["threads"], 1)
+
     def test_bad_flags(self):
         pair = ("compare", self.a, self.b)
         self.fails(*pair, "--absolute", "nan", saying="--absolute must be")
@@ -82,7 +132,9 @@ class Cli(unittest.TestCase):
         self.fails(*pair, "--relative", "inf", saying="--relative must be")
         self.fails(*pair, "--max-distance", "-0.5", saying="--max-distance must be")
         self.fails(*pair, "--timeout-ms", "0", saying="from 1 to 180000")
-        self.fails(*pair, "--threads", "1.5", saying="from 1 to 64")
+        self.fails(*pair, "--threads", "1.5", saying="from 0 to 64")
+        self.fails(*pair, "--threads", "65", saying="from 0 to 64")
+        self.fails(*pair, "--threads", "-1", saying="from 0 to 64")
         self.fails(*pair, "--threads", "many", saying="--threads")
         self.fails(*pair, "--strategy", "best", saying="four_point")
         self.fails(*pair, "--direction", "up", saying="symmetric, a_to_b, b_to_a")
@@ -148,10 +200,20 @@ class Cli(unittest.TestCase):
         for flag, variable in flags.items():
             self.assertEqual(variable, "MESHGAUGE_" + flag.replace("-", "_").upper())
 
+    def test_an_operator_forces_the_instruction_set(self):
+        for server in (Server("--simd", "scalar"), Server(environment={"MESHGAUGE_SIMD": "scalar"})):
+            self.addCleanup(server.stop)
+            self.assertEqual(server.started["simd"], "scalar")
+            self.assertEqual(server.compare().json()["engine"]["simd"], "scalar")
+        server = Server()
+        self.addCleanup(server.stop)
+        self.assertEqual(server.started["simd"], self.instruction_sets()[0])
+
     def test_bad_settings(self):
         self.fails("serve", "--port", "70000", saying="--port")
         self.fails("serve", "--port", "0", "--queue", "500", saying="--io-threads must be at least")
         self.fails("serve", "--port", "0", "--temp-dir", "/nonexistent", saying="--temp-dir")
+        self.fails("serve", "--port", "0", "--simd", "abacus", saying="--simd must be one of auto, ")
         self.fails("serve", "--host", "no such host", "--port", "0", saying="cannot listen")
 
 

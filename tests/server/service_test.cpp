@@ -46,6 +46,8 @@ struct Stub {
       cancelled += control.check() == Interruption::cancelled;
       api::Comparison comparison;
       comparison.options = options;
+      comparison.outcome.simd = options.simd;
+      comparison.outcome.threads = options.threads;
       comparison.a.bytes = a.bytes.size();
       comparison.a.bbox.extend(Vec3::Zero());
       comparison.b.bbox.extend(Vec3::Zero());
@@ -150,6 +152,33 @@ TEST_CASE("service: limits of a part, of the options and of all uploads") {
   CHECK(post(port, form(std::string(900, 'x')))->status == 503);
   CHECK(post(port, form(std::string(100, 'x')))->status == 200);
   CHECK(post(port, form("x", R"({"unknown": 1})"))->status == 422);
+}
+
+TEST_CASE("service: a comparison gets the threads that are idle, and the operator's instruction set") {
+  Stub stub;
+  Settings settings = small();
+  settings.workers = 3;
+  settings.queue = 0;
+  settings.simd = "scalar";
+  Service service(settings, stub.compare());
+  const int port = service.start().value();
+  const auto engine = [port](const std::string& options) {
+    return json::parse(post(port, form("mesh a", options))->body)["engine"];
+  };
+  auto first = std::async(std::launch::async, [&] { return engine(R"({"threads": 2})"); });
+  REQUIRE(eventually([&] { return stub.running == 1; }));
+  auto second = std::async(std::launch::async, [&] { return engine(R"({"threads": 64})"); });
+  REQUIRE(eventually([&] { return stub.running == 2; }));
+  auto third = std::async(std::launch::async, [&] { return engine(R"({"threads": 64})"); });
+  REQUIRE(eventually([&] { return stub.running == 3; }));
+  stub.released = true;
+  const json first_engine = first.get();
+  CHECK(first_engine["threads"] == 2);
+  CHECK(first_engine["simd"] == "scalar");
+  CHECK(second.get()["threads"] == 1);  // the last idle one
+  CHECK(third.get()["threads"] == 1);   // its own worker's
+  CHECK(engine(R"({"threads": 64})")["threads"] == 3);
+  CHECK(engine("{}")["threads"] == 1);
 }
 
 TEST_CASE("service: parts are a, b and options, each once") {

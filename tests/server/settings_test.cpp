@@ -2,6 +2,8 @@
 
 #include <doctest/doctest.h>
 
+#include "engine/hausdorff.h"
+
 using namespace meshgauge;
 using server::checked;
 using server::Settings;
@@ -10,6 +12,17 @@ TEST_CASE("settings: the defaults hold together") {
   const auto settings = checked(Settings{});
   REQUIRE(settings.ok());
   CHECK(settings->workers >= 1);
+  CHECK(settings->simd == supported_simd().front());
+}
+
+TEST_CASE("settings: an instruction set can be forced, and must be one of this processor's") {
+  Settings settings;
+  settings.simd = "scalar";
+  CHECK(checked(settings)->simd == "scalar");
+  settings.simd = "abacus";
+  const auto refused = checked(settings);
+  REQUIRE(!refused.ok());
+  CHECK(refused.error().message.starts_with("--simd must be one of auto, "));
 }
 
 TEST_CASE("settings: what contradicts itself is refused") {

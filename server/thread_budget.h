@@ -1,0 +1,55 @@
+// The threads of idle workers, lent to comparisons that can use more than one. Thread safe.
+//
+// A comparison keeps what it was lent until its end, and whoever comes meanwhile gets at least the thread of its own
+// worker: never more than twice as many threads compute as there are workers.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <mutex>
+#include <utility>
+
+namespace meshgauge::server {
+
+class ThreadBudget {
+ public:
+  class Loan {
+   public:
+    Loan(Loan&& other) noexcept : budget_(std::exchange(other.budget_, nullptr)), threads_(other.threads_) {}
+    Loan& operator=(Loan&&) = delete;
+    ~Loan() {
+      if (budget_) budget_->take_back(threads_);
+    }
+
+    unsigned threads() const { return threads_; }
+
+   private:
+    friend class ThreadBudget;
+    Loan(ThreadBudget* budget, unsigned threads) : budget_(budget), threads_(threads) {}
+    ThreadBudget* budget_;
+    unsigned threads_;
+  };
+
+  explicit ThreadBudget(std::uint64_t workers) : workers_(workers) {}
+
+  // At least 1, at most `asked` and what is not lent. Called by a worker, for the job that it begins.
+  Loan lend(unsigned asked) {
+    const std::lock_guard lock(mutex_);
+    const std::uint64_t idle = workers_ - std::min(workers_, lent_);
+    const auto threads = static_cast<unsigned>(std::max<std::uint64_t>(1, std::min<std::uint64_t>(asked, idle)));
+    lent_ += threads;
+    return {this, threads};
+  }
+
+ private:
+  void take_back(unsigned threads) {
+    const std::lock_guard lock(mutex_);
+    lent_ -= threads;
+  }
+
+  const std::uint64_t workers_;
+  std::mutex mutex_;
+  std::uint64_t lent_ = 0;
+};
+
+}  // namespace meshgauge::server
