@@ -1,5 +1,6 @@
 """The service as a well-meaning client sees it."""
 
+import contextlib
 import json
 import signal
 import threading
@@ -7,7 +8,7 @@ import time
 import unittest
 
 from harness import (RAISED, ROOT, SLOW, SLOW_OPTIONS, SQUARE, Server, ServerCase, check, flat_grid, comparison, multipart, post_head,
-                     read_answer, until, validate)
+                     read_answer, until, validate, wavy_grid)
 
 
 class Comparisons(ServerCase):
@@ -26,6 +27,14 @@ class Comparisons(ServerCase):
         self.assertAlmostEqual(result["distance"]["lower"], 2, delta=1e-6)
         witness = result["a_to_b"]["witness"]
         self.assertAlmostEqual(sum((x - y) ** 2 for x, y in zip(witness["point_a"], witness["point_b"])) ** 0.5, 2)
+
+    def test_threads_are_granted_as_far_as_workers_are_idle(self):
+        for workers, granted in (("1", 1), ("3", 3)):
+            server = Server("--workers", workers)
+            self.addCleanup(server.stop)
+            result = server.compare(wavy_grid(30, 0.1), wavy_grid(23, 0.103), {"threads": 64}).json()
+            self.assertEqual(result["status"], "converged")
+            self.assertEqual(result["engine"]["threads"], granted)
 
     def test_identical_meshes_end(self):
         result = self.server.compare(b=SQUARE, options={"tolerance": {"relative": 0.01}}).json()
@@ -189,9 +198,20 @@ class Crowd(unittest.TestCase):
         server = Server("--queue", "0", "--workers", "1")
         self.addCleanup(server.stop)
         body = comparison(**SLOW, options=SLOW_OPTIONS)
-        with server.connect() as connection:
-            connection.sendall(post_head(len(body)) + body)
-            until(lambda: server.compare().status == 503)
+        connections = []
+
+        def holds_the_worker():
+            """A small comparison is refused. When it came first, it was the slow one: that is sent again."""
+            connections.append(server.connect())
+            with contextlib.suppress(ConnectionResetError, BrokenPipeError):
+                connections[-1].sendall(post_head(len(body)) + body)
+                if server.compare().status == 503:
+                    return True
+            connections.pop().close()
+            return False
+
+        until(holds_the_worker)
+        connections.pop().close()
         until(lambda: server.compare().status == 200)
         until(lambda: any('"status":200' in line and "reduce" in line for line in server.log))
 
