@@ -249,6 +249,26 @@ TEST_CASE("whenever it is interrupted, the interval holds") {
   }
 }
 
+// Triangles so large and so mixed that one block of them takes longer than the time between two looks at the clock.
+TEST_CASE("interrupted in the middle of a block, the interval holds") {
+  std::mt19937_64 random(17);
+  const Mesh a = shapes::soup(300, random), b = shapes::scaled(shapes::soup(300, random), 0.75);
+  for (const unsigned threads : {1U, 3U}) {
+    Options options = absolute(1e-3);
+    options.threads = threads;
+    options.max_work_items = 2000;
+    Control counter;
+    const Outcome fine = measure(a, b, options, counter);
+    for (std::uint64_t k = 1; k < std::min<std::uint64_t>(counter.checks(), 60); ++k) {
+      Control control;
+      control.cancel_at_check(k);
+      const Outcome out = measure(a, b, options, control);
+      CHECK(out.lower <= fine.upper);
+      CHECK(out.upper >= fine.lower);
+    }
+  }
+}
+
 TEST_CASE("deadline and memory budget are reasons to stop, with an interval") {
   const Mesh a = shapes::grid(40), b = shapes::grid(40, 1, 0, true);
   Control late(Control::Clock::now());

@@ -1,14 +1,16 @@
 #!/usr/bin/python3
 """Breaks the engine on purpose, one line at a time, and expects the tests to notice.
 
-usage: run.py [--check] [--only TEXT] [--markdown]
+usage: run.py [--check] [--only TEXT ...] [--markdown]
 
 Each mutation replaces one exact piece of text in a copy of the sources, builds engine_tests and fuzz_certify, and runs them. A
 mutation that survives or does not compile makes the run fail; so does, before anything is built, one of the whole list that no
 longer applies. docs/mutations.md records the last full run.
 """
 import argparse
+import collections
 import pathlib
+import re
 import shutil
 import subprocess
 import sys
@@ -26,6 +28,9 @@ MUTATIONS = [
     ("no slack for midpoints", "engine/rounding.h", "kMidpointSlack = 2 * kUnit", "kMidpointSlack = 0 * kUnit"),
     ("the overlay's half-planes are not moved", "engine/rounding.h",
      "kOverlayOffset = 128 * kUnit", "kOverlayOffset = 0 * kUnit"),
+    ("the boxes in single precision are not padded", "engine/rounding.h", "kOffsetPad = 0x1p-22", "kOffsetPad = 0"),
+    ("boxes are passed over a little too soon", "engine/kernels/kernels.h",
+     "best_sq * (1 + 0x1p-18) + 0x1p-100", "best_sq * (1 - 0x1p-10)"),
     # dropped slacks and outward rounding
     ("the upper bound without its slack", "engine/rounding.h",
      "return kDistanceSlack + residual + kMidpointSlack * max_depth;", "return 0 * (residual + max_depth);"),
@@ -38,21 +43,31 @@ MUTATIONS = [
     # culling and accounting
     ("the cull forgets what it drops", "engine/search.h",
      "void drop(double upper) { dropped_ = std::max(dropped_, upper); }", "void drop(double) {}"),
-    ("what the overlay could not resolve is forgotten", "engine/search.h", "    drop(upper);\n", "    (void)upper;\n"),
+    ("what the overlay could not resolve is forgotten", "engine/worker.h", "    drop(upper);\n", "    (void)upper;\n"),
+    ("a worker forgets what it drops", "engine/worker.h",
+     "void drop(double upper) { dropped_ = std::max(dropped_, upper); }", "void drop(double) {}"),
+    ("what a worker dropped is lost when it is handed in", "engine/search.cpp", "  drop(worker.dropped_);\n", ""),
     ("the cull takes twice the tolerance", "engine/search.h",
-     "lower_ + goal_.gap(lower_, slack_to_come())", "lower_ + 2 * goal_.gap(lower_, slack_to_come())"),
+     "lower_now + goal_.gap(lower_now, slack_to_come())", "lower_now + 2 * goal_.gap(lower_now, slack_to_come())"),
     ("off by one: the last triangle of a leaf of A is skipped", "engine/traversal.cpp",
-     "slot < node.first + node.count; ++slot", "slot + 1 < node.first + node.count; ++slot"),
+     "t < from_.block_end(block); ++t", "t + 1 < from_.block_end(block); ++t"),
+    ("off by one: the last triangle of a block of A is skipped", "engine/sweep.cpp",
+     "t < block.end; ++t) {\n        if (", "t + 1 < block.end; ++t) {\n        if ("),
     ("off by one: the last triangle of a leaf of B is skipped", "engine/nearest.cpp",
-     "slot < leaf.first + leaf.count; ++slot) attempt(slot)", "slot + 1 < leaf.first + leaf.count; ++slot) attempt(slot)"),
+     "t < tree.block_end(block); ++t", "t + 1 < tree.block_end(block); ++t"),
+    ("off by one: a kernel skips the last lane", "engine/kernels/simd.cpp",
+     "lane < kLanes32; ++lane", "lane + 1 < kLanes32; ++lane"),
     ("an interrupted traversal forgets the open nodes", "engine/traversal.cpp",
      "search_.set_unvisited(upper);", "search_.set_unvisited(0 * upper);"),
     ("an interrupted sweep forgets the rest", "engine/sweep.cpp",
-     "search_.set_unvisited(blocks_[i].upper);", "search_.set_unvisited(0);"),
+     "search_.set_unvisited(blocks_[begin].upper);", "search_.set_unvisited(0);"),
+    ("an interrupted block counts as visited", "engine/sweep.cpp",
+     "if (sweeper.worker.interrupted()) return sweeper.worker.forget_beyond(pieces);",
+     "if (sweeper.worker.interrupted()) { sweeper.worker.forget_beyond(pieces); break; }"),
     ("the sweep drops the rest but forgets its bound", "engine/sweep.cpp",
-     "        search_.drop(blocks_[i].upper);\n        break;", "        break;"),
+     "search_.drop(blocks_[begin].upper);", ""),
     ("one of four parts is lost", "engine/reduction.cpp", "    add({ab, bc, ca}, piece);\n", ""),
-    ("one of two halves is lost", "engine/bisection.cpp", "    add({middle, b, c}, piece);\n", ""),
+    ("one of two halves is lost", "engine/bisection.cpp", "    add({middle, b, c}, piece, too_far && !at_a);\n", ""),
     # bounds
     ("the bound of a piece looks at two corners", "engine/bounds/piece.h",
      "  for (const Corner& corner : piece.corners) {\n    farthest",
@@ -69,16 +84,31 @@ def run(command, **kwargs):
     return subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False, **kwargs)
 
 
-def caught_by(build):
-    """The first test that fails, or None."""
-    for command in (["tests/fuzz/fuzz_certify", "--seconds", SECONDS, "--threads", "1"], ["tests/engine/engine_tests"]):
+def caught_by(build, in_full=False):
+    """The first test that fails and what it says, or None. In full: a campaign goes on after its first violation."""
+    fuzz = ["tests/fuzz/fuzz_certify", "--seconds", SECONDS, "--threads", "1"] + ["--keep-going"] * in_full
+    for command, figures in ((fuzz, figures_of_campaign), (["tests/engine/engine_tests"], figures_of_tests)):
         name = pathlib.Path(command[0]).name
         try:
-            if run([str(build / command[0])] + command[1:], cwd=build, timeout=600).returncode != 0:
-                return name
+            done = run([str(build / command[0])] + command[1:], cwd=build, timeout=600)
         except subprocess.TimeoutExpired:
-            return name + " (does not end)"
+            return name, "", "does not end"
+        if done.returncode != 0:
+            return name, *figures(done.stdout)
     return None
+
+
+def figures_of_campaign(text):
+    """How many pairs, and how many violations of each kind."""
+    violations = collections.Counter()
+    for count, kind in re.findall(r"^(\d+) violations of (\w+)", text, re.M):
+        violations[kind] += int(count)
+    pairs = re.findall(r"(\d+) pairs ", text)
+    return f"{int(pairs[-1]):,}" if pairs else "", ", ".join(f"{n:,} {kind}" for kind, n in violations.most_common())
+
+
+def figures_of_tests(text):
+    return "", "; ".join(dict.fromkeys(re.findall(r"^TEST CASE:  (.*)$", text, re.M)))
 
 
 def build_tree(source, build, configure):
@@ -97,7 +127,7 @@ def places(root, name, text):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--check", action="store_true", help="only see whether every mutation still applies")
-    parser.add_argument("--only", default="", help="only mutations whose description holds this text")
+    parser.add_argument("--only", action="append", metavar="TEXT", help="only mutations whose description holds this text")
     parser.add_argument("--markdown", action="store_true", help="print the table of docs/mutations.md")
     args = parser.parse_args()
     stale = ["does not apply (%d places): %s" % (places(ROOT, name, text), what)
@@ -114,16 +144,17 @@ def main():
         if done.returncode != 0 or caught_by(build):
             sys.exit("the tests fail without any mutation\n" + done.stdout[-3000:])
         for what, name, text, replacement in MUTATIONS:
-            if args.only not in what:
+            if args.only and not any(text in what for text in args.only):
                 continue
             path = source / name
             original = path.read_text()
             path.write_text(original.replace(text, replacement))
             built = build_tree(source, build, False)
-            verdict = "DOES NOT COMPILE" if built.returncode else caught_by(build) or "SURVIVES"
+            verdict = ("DOES NOT COMPILE", "", "") if built.returncode else caught_by(build, args.markdown)
             path.write_text(original)
-            failures += verdict.isupper()
-            print("| %s | `%s` | %s |" % (what, name, verdict) if args.markdown else "%-40s %s" % (verdict, what), flush=True)
+            verdict = verdict or ("SURVIVES", "", "")
+            failures += verdict[0].isupper()
+            print("| %s | %s |" % (what, " | ".join(verdict)) if args.markdown else "%-20s %s" % (verdict[0], what), flush=True)
     sys.exit(1 if failures else 0)
 
 
