@@ -1,52 +1,13 @@
 #include "engine/adjacency.h"
 
 #include <algorithm>
-#include <bit>
-#include <random>
+
+#include "engine/index_table.h"
 
 namespace meshgauge {
 namespace {
 
-constexpr std::uint32_t kNone = ~std::uint32_t{0};
-
-std::uint64_t mix(std::uint64_t x) {
-  x ^= x >> 32;
-  x *= 0xd6e8feb86659fd93U;
-  x ^= x >> 32;
-  x *= 0xd6e8feb86659fd93U;
-  return x ^ (x >> 32);
-}
-
-// Open addressing over indices: maps a key to the index first seen with it.
-class IndexTable {
- public:
-  explicit IndexTable(std::size_t expected) : slots_(std::bit_ceil(2 * expected + 2), kNone) {}
-
-  // The index stored under an equal key, or kNone after storing `index`.
-  template <class Equal>
-  std::uint32_t find_or_store(std::uint64_t hash, std::uint32_t index, Equal&& equal) {
-    const std::size_t mask = slots_.size() - 1;
-    for (std::size_t i = hash & mask;; i = (i + 1) & mask) {
-      if (slots_[i] == kNone) return slots_[i] = index, kNone;
-      if (equal(slots_[i])) return slots_[i];
-    }
-  }
-
- private:
-  LargeArray<std::uint32_t> slots_;
-};
-
-// Drawn once a process, so that nobody can make a mesh whose vertices collide. The result does not depend on it.
-std::uint64_t seed() {
-  static const std::uint64_t value = (std::uint64_t{std::random_device{}()} << 32) | std::random_device{}();
-  return value;
-}
-
-std::uint64_t hash_of(const Vec3& p) {
-  std::uint64_t hash = seed();
-  for (int k = 0; k < 3; ++k) hash = mix(hash ^ std::bit_cast<std::uint64_t>(p[k] + 0.0));  // -0 equals 0
-  return hash;
-}
+constexpr std::uint32_t kNone = IndexTable::kNone;
 
 // For each vertex that triangles use, the first one at its position. The others may be anything, NaN too.
 LargeArray<std::uint32_t> weld(MeshView mesh) {

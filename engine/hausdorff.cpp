@@ -142,7 +142,7 @@ class Measurement final : public Monitor {
     search.set_witness_rounding(frame_.rounding_of_points());
     search.set_output_rounding(frame_.length_to_frame(2 * std::numeric_limits<double>::denorm_min()));
     running_ = &directed;
-    const auto stop = options_.strategy == Strategy::automatic ? run_auto(search) : run_paper(search, *from.tree);
+    const auto stop = options_.strategy == Strategy::automatic ? run_auto(search, from, to) : run_paper(search, *from.tree);
     const StageClock clock(outcome_.timings.certify);
     stage_ = "certify";
     directed.bounds = certify(search, frame_);
@@ -156,9 +156,11 @@ class Measurement final : public Monitor {
     return stop;
   }
 
-  std::optional<Stop> run_auto(Search& search) {
+  std::optional<Stop> run_auto(Search& search, const Side& from, const Side& to) {
     std::optional<Adjacency> adjacency;  // of the mesh measured to, once it pays
-    auto stop = staged("traverse", outcome_.timings.traverse, [&] { return sweep(search, adjacency); });
+    auto stop = staged("traverse", outcome_.timings.traverse, [&] {
+      return sweep(search, *from.ordered, *to.ordered, adjacency);
+    });
     if (!stop) stop = staged("reduce", outcome_.timings.reduce, [&] { return bisect(search, adjacency); });
     return stop;
   }

@@ -7,6 +7,7 @@
 
 #include "engine/bounds/lipschitz.h"
 #include "engine/rounding.h"
+#include "engine/twins.h"
 #include "engine/worker.h"
 
 namespace meshgauge {
@@ -16,6 +17,7 @@ constexpr std::size_t kBlockSize = 64;        // triangles; some 0.1 ms at most
 constexpr std::size_t kBlocksARound = 16;     // for each thread, between two pulses: about 1 ms
 constexpr std::size_t kMaxVisits = 64;        // triangles of B over one of A
 constexpr std::size_t kAdjacencyShare = 8;    // triangles of B that one failed certificate is as dear as, in adjacency
+constexpr std::size_t kTouchingShare = 8;     // one vertex of so many on B itself: the meshes share triangles
 constexpr std::size_t kWorthAdjacency = 64;   // failed certificates before which it is never made
 
 // Neighbouring triangles, looked at together first.
@@ -49,7 +51,10 @@ class Vertex {
 // How often something succeeded of late.
 class Record {
  public:
-  void note(bool success) { rate_ += ((success ? 1.0F : 0.0F) - rate_) / 16; }
+  bool note(bool success) {
+    rate_ += ((success ? 1.0F : 0.0F) - rate_) / 16;
+    return success;
+  }
   // Also now and then when it is not, to see whether that has changed.
   bool promising() { return rate_ > 0.5F || ++asked_ % 64 == 0; }
 
@@ -80,19 +85,22 @@ struct Sweeper {
   std::size_t uncertified = 0;          // triangles of A that no certificate culled
   Record centroids;                     // whether the triangle nearest to the centroid culled
   Record overlays;                      // whether the overlay bound did
+  Record twins;                         // whether the triangle of the same number did
+  Record successors;                    // whether the one behind the last one did
 
   explicit Sweeper(Search& search) : worker(search) {}
 };
 
 class Sweep {
  public:
-  Sweep(Search& search, std::optional<Adjacency>& adjacency)
-      : search_(search), adjacency_(adjacency), vertices_(search.from().positions.size()) {
+  Sweep(Search& search, const OrderedMesh& from, const OrderedMesh& to, std::optional<Adjacency>& adjacency)
+      : search_(search), from_(from), to_(to), adjacency_(adjacency), vertices_(search.from().positions.size()) {
     for (std::size_t i = 0; i < search.crew().size(); ++i) sweepers_.emplace_back(search);
   }
 
   std::optional<Stop> run() {
     if (const auto stop = bound_blocks()) return give_up(stop);
+    twins_ = touching_ * kTouchingShare >= blocks_.size() ? twins_by_position(from_, to_) : twins_by_number(from_, to_);
     // Largest bound first: what is not visited yet is bounded by the block at hand, and soon the rest can be dropped at
     // once.
     std::sort(blocks_.begin(), blocks_.end(), [](const Block& a, const Block& b) {
@@ -153,7 +161,7 @@ class Sweep {
       for (int i = 0; i < 3; ++i) box.extend(search_.from().corner(t, i));
     }
     const auto first = static_cast<std::uint32_t>(block.begin);
-    measure(sweeper, search_.from().triangles[first][0], first);
+    if (measure(sweeper, search_.from().triangles[first][0], first).distance == 0) ++touching_;
     const Vec3 centre = (box.low + box.high) * 0.5;
     Work& work = sweeper.worker.work();
     ++work.nearest_queries;
@@ -199,7 +207,7 @@ class Sweep {
     piece.triangle = t;
     for (std::size_t i = 0; i < 3; ++i) piece.corners[i].point = search_.from().positions[triangle[i]];
     piece.upper = block_upper;
-    if (culled_by_neighbours(sweeper, piece, triangle)) return;
+    if (culled_by_guess(sweeper, piece, triangle)) return;
     ++sweeper.uncertified;
     // Without measuring the corners first, if that has worked of late.
     const bool centroid_first = sweeper.centroids.promising();
@@ -249,17 +257,31 @@ class Sweep {
     return hints;
   }
 
-  bool culled_by_neighbours(Sweeper& sweeper, const Piece& piece, const Triangle& triangle) {
-    const double limit = sweeper.worker.cull_within_tolerance();
+  // By a triangle of B that can be guessed without a query.
+  bool culled_by_guess(Sweeper& sweeper, const Piece& piece, const Triangle& triangle) {
+    const std::uint32_t twin = twins_.empty() ? kNoTwin : twins_[piece.triangle];
+    if (twin != kNoTwin && sweeper.twins.promising()) {
+      if (sweeper.twins.note(certified(sweeper, piece, triangle, twin))) return true;
+    }
+    const std::uint32_t next = sweeper.last + 1;  // B lies along a curve like A's; kNone has no successor
+    if (next < search_.to().mesh().triangles.size() && sweeper.successors.promising()) {
+      if (sweeper.successors.note(certified(sweeper, piece, triangle, next))) return true;
+    }
     for (const std::uint32_t hint : hints(sweeper, triangle).span()) {
-      const double upper = certificate(sweeper.worker, piece, hint, std::nextafter(limit, 10.0));
-      if (upper > limit) continue;
-      sweeper.worker.drop(upper);
-      sweeper.last = hint;
-      for (const std::uint32_t v : triangle) vertices_[v].suggest(hint);
-      return true;
+      if (certified(sweeper, piece, triangle, hint)) return true;
     }
     return false;
+  }
+
+  // Whether that triangle of B alone shows that the piece, a whole triangle of A, can be dropped.
+  bool certified(Sweeper& sweeper, const Piece& piece, const Triangle& triangle, std::uint32_t slot) {
+    const double limit = sweeper.worker.cull_within_tolerance();
+    const double upper = certificate(sweeper.worker, piece, slot, std::nextafter(limit, 10.0));
+    if (upper > limit) return false;
+    sweeper.worker.drop(upper);
+    sweeper.last = slot;
+    for (const std::uint32_t v : triangle) vertices_[v].suggest(slot);
+    return true;
   }
 
   double certificate(Worker& worker, const Piece& piece, std::uint32_t slot, double limit) {
@@ -283,14 +305,21 @@ class Sweep {
   }
 
   Search& search_;
+  const OrderedMesh& from_;
+  const OrderedMesh& to_;
+  LargeArray<std::uint32_t> twins_;  // by triangle of A; or empty
   std::optional<Adjacency>& adjacency_;
   std::vector<Block> blocks_;
+  std::atomic<std::size_t> touching_{0};  // blocks whose first vertex lies on B
   std::vector<Vertex> vertices_;
   std::deque<Sweeper> sweepers_;  // one a thread
 };
 
 }  // namespace
 
-std::optional<Stop> sweep(Search& search, std::optional<Adjacency>& adjacency) { return Sweep(search, adjacency).run(); }
+std::optional<Stop> sweep(Search& search, const OrderedMesh& from, const OrderedMesh& to,
+                          std::optional<Adjacency>& adjacency) {
+  return Sweep(search, from, to, adjacency).run();
+}
 
 }  // namespace meshgauge

@@ -4,7 +4,8 @@
 //    sample gives most of the final lower bound. Each block's box is bounded (eq. 4/5); the blocks are visited from the
 //    largest bound down, and the first that is small enough ends the sweep.
 //  * To cull a triangle any triangle T of B will do with max over corners d(v,T) <= lower + tolerance (eq. 9), not the
-//    nearest: the one that served last is tried on eight triangles of A at once, then those that neighbours used.
+//    nearest. Tried are its twin (engine/twins.h), the one behind the one that served last, and those that neighbours
+//    used.
 //  * What they do not cull the overlay bound often does, without a query, once B's adjacency pays.
 //  * A query starts from the distance to a triangle that a neighbour found: most of the tree is never entered.
 #pragma once
@@ -12,13 +13,15 @@
 #include <optional>
 
 #include "engine/bounds/overlay.h"
+#include "engine/ordered_mesh.h"
 #include "engine/search.h"
 
 namespace meshgauge {
 
-// A should be an OrderedMesh. Leaves in `search` the triangles of A that survive, each with its bounds, and in
+// `from` and `to` are the search's meshes. Leaves in `search` the triangles of A that survive, each with its bounds, and in
 // `adjacency` that of B, if it was made. Returns the reason when it was stopped early; what it had not visited then
 // stays accounted for in search.upper(). On all threads of the search's crew.
-std::optional<Stop> sweep(Search& search, std::optional<Adjacency>& adjacency);
+std::optional<Stop> sweep(Search& search, const OrderedMesh& from, const OrderedMesh& to,
+                          std::optional<Adjacency>& adjacency);
 
 }  // namespace meshgauge

@@ -10,6 +10,8 @@ namespace meshgauge {
 namespace {
 
 constexpr double kOffset = rounding::kOverlayOffset;
+// Of where an edge is cut, relative to its length: four roundings.
+constexpr double kParameterSlack = 8 * rounding::kUnit;
 
 // Triangles tried around one edge. An edge with more is taken as blocked, which is always safe.
 constexpr int kMaxAround = 16;
@@ -71,24 +73,32 @@ struct Overlay::View {
     return std::nullopt;
   }
 
-  // What the image and the piece have in common; none if the image is too thin to tell.
-  std::optional<Polygon> common(const Image& image, double offset) const {
-    Polygon polygon = piece;
+  // The inner sides of the image's three edges; none if it is too thin to tell.
+  static std::optional<std::array<HalfPlane, 3>> inner_sides(const Image& image) {
+    std::array<HalfPlane, 3> result;
     for (std::uint32_t edge = 0; edge < 3; ++edge) {
       const auto side = inner_side(image, edge);
       if (!side) return std::nullopt;
-      polygon = clip(polygon, *side, offset);
+      result[edge] = *side;
     }
+    return result;
+  }
+
+  // What the image with these inner sides and the piece have in common.
+  Polygon common(const std::array<HalfPlane, 3>& inner, double offset) const {
+    Polygon polygon = piece;
+    for (const HalfPlane& side : inner) clip(polygon, side, offset);
     return polygon;
   }
 
   // Finds y0 where the image and the piece surely overlap.
   bool set_start(const Image& image) {
-    auto polygon = common(image, -kOffset);
-    if (!polygon) return false;
-    for (const HalfPlane& side : sides) *polygon = clip(*polygon, side, -kOffset);
-    if (polygon->size < 3) return false;
-    start = polygon->centre();
+    const auto inner = inner_sides(image);
+    if (!inner) return false;
+    Polygon polygon = common(*inner, -kOffset);
+    for (const HalfPlane& side : sides) clip(polygon, side, -kOffset);
+    if (polygon.size < 3) return false;
+    start = polygon.centre();
     return true;
   }
 
@@ -117,18 +127,19 @@ struct Overlay::View {
   bool meets_piece(const Seen& a, const Seen& b) const {
     if (a.outside_of & b.outside_of) return false;
     if (a.outside_of == 0 || b.outside_of == 0) return true;
-    Polygon edge{a.at, b.at};
-    for (const HalfPlane& side : sides) edge = clip(edge, side, kOffset);
-    return edge.size > 0;
+    Interval common;
+    for (const HalfPlane& side : sides) common.clip(side, a.at, b.at, kOffset);
+    return !common.empty && common.from <= common.to + kParameterSlack;
   }
 
   // P beyond the edge a-b with inside `side`, within the wedge from y0.
   Polygon shadow(const HalfPlane& side, const Vec2& a, const Vec2& b) const {
-    Polygon polygon = clip(piece, side.flipped(), kOffset);
+    Polygon polygon = piece;
+    clip(polygon, side.flipped(), kOffset);
     for (const auto& [through, other] : {std::pair(a, b), std::pair(b, a)}) {
       const HalfPlane flank = left_of(start, through);
-      if (flank.surely_inside(other, kOffset)) polygon = clip(polygon, flank, kOffset);
-      if (flank.surely_outside(other, kOffset)) polygon = clip(polygon, flank.flipped(), kOffset);
+      if (flank.surely_inside(other, kOffset)) clip(polygon, flank, kOffset);
+      if (flank.surely_outside(other, kOffset)) clip(polygon, flank.flipped(), kOffset);
     }
     return polygon;
   }
@@ -175,19 +186,16 @@ Overlay::Attempt Overlay::attempt(const Piece& piece, std::span<const std::uint3
 
 // Bounds the part of the piece that the image lies over, and goes on to the neighbours. False: the bound fails.
 bool Overlay::visit(View& view, const Image& image, Work& work) {
-  const PreparedTriangle triangle = target_.prepared(image.triangle);
-  if (!view.add_whole(image)) {
-    const auto polygon = view.common(image, kOffset);
-    if (!polygon || !view.add(triangle, *polygon, work)) return false;
-  }
+  const auto inner = View::inner_sides(image);
+  if (!inner) return false;
+  const bool whole = view.add_whole(image);
+  if (!whole && !view.add(target_.prepared(image.triangle), view.common(*inner, kOffset), work)) return false;
   for (std::uint32_t edge = 0; edge < 3; ++edge) {
     const Seen &a = image.corners[edge], &b = image.corners[(edge + 1) % 3];
-    if (!view.meets_piece(a, b)) continue;
-    const auto side = View::inner_side(image, edge);
-    if (!side) return false;
-    if (cross(view, image, edge, *side)) continue;
-    if (side->surely_outside(view.start, kOffset)) continue;  // cannot be crossed outwards
-    if (!view.add(triangle, view.shadow(*side, a.at, b.at), work)) return false;
+    const HalfPlane& side = (*inner)[edge];
+    if (!view.meets_piece(a, b) || cross(view, image, edge, side)) continue;
+    if (side.surely_outside(view.start, kOffset)) continue;  // cannot be crossed outwards
+    if (!view.add(target_.prepared(image.triangle), view.shadow(side, a.at, b.at), work)) return false;
   }
   return true;
 }

@@ -1,6 +1,7 @@
 // Convex polygons in a plane, as the overlay bound needs them: few corners, no allocation.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cassert>
 #include <cmath>
@@ -71,18 +72,41 @@ struct Polygon {
   }
 };
 
-// What lies within the half-plane moved outwards by 1 to sqrt(2) times `offset` (inwards if negative). Segments and
-// points are polygons, too.
-inline Polygon clip(const Polygon& polygon, const HalfPlane& half, double offset) {
-  Polygon out;
+// Leaves what lies within the half-plane moved outwards by 1 to sqrt(2) times `offset` (inwards if negative).
+inline void clip(Polygon& polygon, const HalfPlane& half, double offset) {
+  std::array<double, Polygon::kMaxCorners> inside;  // distance, weighted
+  bool any = false, all = true;
   for (std::size_t i = 0; i < polygon.size; ++i) {
-    const Vec2 &a = polygon.corners[i], &b = polygon.corners[(i + 1) % polygon.size];
-    const double da = half.weighted_distance(a) + offset * half.scale;
-    const double db = half.weighted_distance(b) + offset * half.scale;
+    inside[i] = half.weighted_distance(polygon.corners[i]) + offset * half.scale;
+    any = any || inside[i] >= 0;
+    all = all && inside[i] >= 0;
+  }
+  if (all) return;
+  Polygon out;
+  for (std::size_t i = 0; any && i < polygon.size; ++i) {
+    const std::size_t next = i + 1 == polygon.size ? 0 : i + 1;
+    const Vec2 &a = polygon.corners[i], &b = polygon.corners[next];
+    const double da = inside[i], db = inside[next];
     if (da >= 0) out.add(a);
     if ((da < 0) != (db < 0)) out.add(a + (da / (da - db)) * (b - a));
   }
-  return out;
+  polygon = out;
 }
+
+// The part of a segment a..b that half-planes leave, as an interval of the parameter: 0 at a, 1 at b.
+struct Interval {
+  double from = 0;
+  double to = 1;
+  bool empty = false;
+
+  // Keeps what lies within the half-plane moved outwards by 1 to sqrt(2) times `offset`.
+  void clip(const HalfPlane& half, const Vec2& a, const Vec2& b, double offset) {
+    const double da = half.weighted_distance(a) + offset * half.scale;
+    const double db = half.weighted_distance(b) + offset * half.scale;
+    if (da < 0 && db < 0) empty = true;
+    if (da < 0 && db >= 0) from = std::max(from, da / (da - db));
+    if (da >= 0 && db < 0) to = std::min(to, da / (da - db));
+  }
+};
 
 }  // namespace meshgauge
