@@ -9,19 +9,32 @@ namespace {
 
 constexpr std::uint32_t kNone = IndexTable::kNone;
 
-// For each vertex that triangles use, the first one at its position. The others may be anything, NaN too.
-LargeArray<std::uint32_t> weld(MeshView mesh) {
-  LargeArray<std::uint32_t> vertex(mesh.positions.size(), kNone);
+constexpr std::size_t kAskEvery = std::size_t{1} << 17;  // triangles or vertices, about 3 ms
+
+// Calls visit(i) for each i below `count`. False: interrupted.
+template <class Visit>
+bool each(std::size_t count, const Interrupted& interrupted, Visit&& visit) {
+  for (std::size_t begin = 0; begin < count; begin += kAskEvery) {
+    if (begin > 0 && interrupted()) return false;
+    const std::size_t end = std::min(begin + kAskEvery, count);
+    for (std::size_t i = begin; i < end; ++i) visit(static_cast<std::uint32_t>(i));
+  }
+  return true;
+}
+
+// Puts into `vertex`, for each vertex that triangles use, the first one at its position. The others may be anything, NaN
+// too.
+bool weld(MeshView mesh, const Interrupted& interrupted, LargeArray<std::uint32_t>& vertex) {
+  vertex.assign(mesh.positions.size(), kNone);
   IndexTable table(std::min(mesh.positions.size(), 3 * mesh.triangles.size()));
-  for (const Triangle& triangle : mesh.triangles) {
-    for (const std::uint32_t i : triangle) {
+  return each(mesh.triangles.size(), interrupted, [&](std::uint32_t t) {
+    for (const std::uint32_t i : mesh.triangles[t]) {
       if (vertex[i] != kNone) continue;
       const Vec3& p = mesh.positions[i];
       const auto seen = table.find_or_store(hash_of(p), i, [&](std::uint32_t j) { return mesh.positions[j] == p; });
       vertex[i] = seen == kNone ? i : seen;
     }
-  }
-  return vertex;
+  });
 }
 
 // A half-edge, filed under the lower of its two (welded) ends.
@@ -36,40 +49,47 @@ struct Files {
   LargeArray<Filed> entries;
 };
 
-Files file_by_lower_end(MeshView mesh, const LargeArray<std::uint32_t>& vertex) {
+bool file_by_lower_end(MeshView mesh, const LargeArray<std::uint32_t>& vertex, const Interrupted& interrupted,
+                       Files& files) {
   const auto for_each = [&](auto&& visit) {
-    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+    return each(mesh.triangles.size(), interrupted, [&](std::uint32_t t) {
       for (std::uint32_t i = 0; i < 3; ++i) {
         const std::uint32_t a = vertex[mesh.triangles[t][i]], b = vertex[mesh.triangles[t][(i + 1) % 3]];
         visit(std::min(a, b), Filed{std::max(a, b), 3 * t + i});
       }
-    }
+    });
   };
-  Files files{LargeArray<std::uint32_t>(vertex.size() + 1, 0), LargeArray<Filed>(3 * mesh.triangles.size())};
-  for_each([&](std::uint32_t v, Filed) { ++files.begin[v + 1]; });
+  files.begin.assign(vertex.size() + 1, 0);
+  files.entries.resize(3 * mesh.triangles.size());
+  if (!for_each([&](std::uint32_t v, Filed) { ++files.begin[v + 1]; })) return false;
   for (std::size_t v = 1; v < files.begin.size(); ++v) files.begin[v] += files.begin[v - 1];
   LargeArray<std::uint32_t> end(files.begin.begin(), files.begin.end() - 1);
-  for_each([&](std::uint32_t v, Filed entry) { files.entries[end[v]++] = entry; });
-  return files;
+  return for_each([&](std::uint32_t v, Filed entry) { files.entries[end[v]++] = entry; });
+}
+
+// Links the half-edges first..last, which share their lower end, into a ring for each higher end.
+void link(Filed* first, Filed* last, LargeArray<std::uint32_t>& next_around) {
+  std::sort(first, last, [](const Filed& a, const Filed& b) {
+    return std::pair(a.higher_end, a.half_edge) < std::pair(b.higher_end, b.half_edge);
+  });
+  for (Filed* entry = first; entry != last;) {
+    Filed* next = entry + 1;
+    while (next != last && next->higher_end == entry->higher_end) ++next;
+    for (Filed* e = entry; e + 1 != next; ++e) next_around[e->half_edge] = (e + 1)->half_edge;
+    next_around[(next - 1)->half_edge] = entry->half_edge;
+    entry = next;
+  }
 }
 
 }  // namespace
 
-Adjacency::Adjacency(MeshView mesh) : next_(3 * mesh.triangles.size()) {
-  Files files = file_by_lower_end(mesh, weld(mesh));
-  for (std::size_t v = 0; v + 1 < files.begin.size(); ++v) {
-    const auto first = files.entries.begin() + files.begin[v], last = files.entries.begin() + files.begin[v + 1];
-    std::sort(first, last, [](const Filed& a, const Filed& b) {
-      return std::pair(a.higher_end, a.half_edge) < std::pair(b.higher_end, b.half_edge);
-    });
-    for (auto entry = first; entry != last;) {
-      auto next = entry + 1;
-      while (next != last && next->higher_end == entry->higher_end) ++next;
-      for (auto e = entry; e + 1 != next; ++e) next_[e->half_edge] = (e + 1)->half_edge;
-      next_[(next - 1)->half_edge] = entry->half_edge;  // the ring is closed
-      entry = next;
-    }
-  }
+Adjacency::Adjacency(MeshView mesh, const Interrupted& interrupted) : next_(3 * mesh.triangles.size()) {
+  LargeArray<std::uint32_t> vertex;
+  Files files;
+  if (!weld(mesh, interrupted, vertex) || !file_by_lower_end(mesh, vertex, interrupted, files)) return;
+  complete_ = each(mesh.positions.size(), interrupted, [&](std::uint32_t v) {
+    link(files.entries.data() + files.begin[v], files.entries.data() + files.begin[v + 1], next_);
+  });
 }
 
 }  // namespace meshgauge

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 
+#include "engine/control.h"
 #include "engine/large_array.h"
 #include "engine/mesh.h"
 
@@ -18,7 +19,10 @@ class Adjacency {
     std::uint32_t edge;
   };
 
-  explicit Adjacency(MeshView mesh);
+  // Linear time, 0.05 us a triangle. When `interrupted` says so it stops: then complete() is false, and this must not be
+  // used.
+  explicit Adjacency(MeshView mesh, const Interrupted& interrupted = never_interrupted);
+  bool complete() const { return complete_; }
 
   // The next triangle around that edge, in a ring: follow it until it comes back. Itself if there is no other.
   Edge next_around(std::uint32_t triangle, std::uint32_t edge) const {
@@ -28,6 +32,7 @@ class Adjacency {
 
  private:
   LargeArray<std::uint32_t> next_;  // by half-edge 3*triangle + edge
+  bool complete_ = false;
 };
 
 }  // namespace meshgauge

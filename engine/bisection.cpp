@@ -175,7 +175,7 @@ class Bisection {
     return adjacency_ || pieces >= std::max(kWorthAdjacency, search_.to().mesh().triangles.size() / kAdjacencyShare);
   }
   void adopt_overlay() {
-    if (!adjacency_) adjacency_.emplace(search_.to().mesh());
+    if (!search_.make_adjacency(adjacency_)) return;
     for (Bisector& bisector : bisectors_) bisector.adopt_overlay(*adjacency_);
   }
 

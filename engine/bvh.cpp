@@ -10,7 +10,8 @@
 namespace meshgauge {
 namespace {
 
-constexpr std::size_t kBlocksATask = 512;  // about 0.2 ms
+constexpr std::size_t kBlocksATask = 512;                     // about 0.2 ms
+constexpr std::size_t kNodesACheck = std::size_t{1} << 13;  // about 2 ms
 
 // Offsets of a box from `origin` in single precision, wider by `pad` than it is, on one axis: rounding.h R6.
 void store_offsets(const Box& box, int axis, double origin, double pad, WideNode& node, std::size_t lane) {
@@ -29,7 +30,7 @@ Bvh::Bvh(MeshView mesh, const Kernels& kernels, Control& control, Crew& crew) : 
   const std::vector<Box> block_boxes = prepare_blocks(control, crew);
   if (block_boxes.empty()) return;
   nodes_ = split_wide(block_boxes, control);
-  fit_boxes(block_boxes);
+  if (!fit_boxes(block_boxes, control)) nodes_.clear();
 }
 
 // Empty: told to stop.
@@ -64,10 +65,11 @@ std::vector<Box> Bvh::prepare_blocks(Control& control, Crew& crew) {
   return boxes;
 }
 
-// Bottom up: children come after their parent in nodes_.
-void Bvh::fit_boxes(std::span<const Box> block_boxes) {
+// Bottom up: children come after their parent in nodes_. False: told to stop.
+bool Bvh::fit_boxes(std::span<const Box> block_boxes, Control& control) {
   std::vector<Box> node_boxes(nodes_.size());
   for (std::size_t n = nodes_.size(); n-- > 0;) {
+    if (n % kNodesACheck == kNodesACheck - 1 && control.check() != Interruption::none) return false;
     WideNode& node = nodes_[n];
     std::array<const Box*, kLanes> boxes{};
     for (std::size_t lane = 0; lane < kLanes; ++lane) {
@@ -89,6 +91,7 @@ void Bvh::fit_boxes(std::span<const Box> block_boxes) {
     }
     for (int k = 0; k < 3; ++k) node.origin[k] = origin[k];
   }
+  return true;
 }
 
 // The offsets are outside of the exact ones, and adding rounds monotonically: no coordinate below is left out.

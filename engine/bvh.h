@@ -50,7 +50,7 @@ class Bvh {
 
  private:
   std::vector<Box> prepare_blocks(Control& control, Crew& crew);
-  void fit_boxes(std::span<const Box> block_boxes);
+  bool fit_boxes(std::span<const Box> block_boxes, Control& control);
 
   MeshView mesh_;
   const Kernels* kernels_;

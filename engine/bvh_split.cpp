@@ -13,7 +13,7 @@ constexpr int kBins = 16;
 // Below this depth splits are at the median: the surface area heuristic may peel off a leaf at a time on hostile input
 // (sizes in geometric progression), and a path must fit kMaxTreeDepth.
 constexpr std::uint32_t kHeuristicDepth = 56;
-constexpr std::size_t kCheckEvery = std::size_t{1} << 15;  // items between two looks at the clock, about 2 ms
+constexpr std::size_t kCheckEvery = std::size_t{1} << 15;  // items between two looks at the clock, less than 1 ms
 
 using Vec3f = Eigen::Array3f;
 
@@ -165,11 +165,8 @@ class Splitter {
     while (!open.empty()) {
       const Task task = open.back();
       open.pop_back();
-      if ((since_check_ += 3 * task.range.size()) >= kCheckEvery) {
-        since_check_ = 0;
-        if (control.check() != Interruption::none) return {};
-      }
-      fill(task, open);
+      fill(task, control, open);
+      if (interrupted_) return {};
     }
     return std::move(nodes_);
   }
@@ -183,16 +180,17 @@ class Splitter {
 
   // Splits the child with the largest surface until there are eight children or none would need more than one node; then
   // dissolves the smallest into their leaves as long as there is room.
-  void fill(const Task& task, std::vector<Task>& open) {
+  void fill(const Task& task, Control& control, std::vector<Task>& open) {
     std::array<Range, kLanes> children{task.range};
     std::size_t count = 1;
     const auto split = [&](Range& range) {
+      look_at_clock(range.size(), control);
       const std::size_t left = partition(leaves_, part(range), task.depth);
       const auto middle = range.begin + static_cast<std::uint32_t>(left);
       children[count++] = measured(middle, range.end);
       range = measured(range.begin, middle);
     };
-    while (count < kLanes) {
+    while (count < kLanes && !interrupted_) {
       Range& widest = *std::max_element(children.begin(), children.begin() + count, narrower);
       if (widest.size() <= kLanes) break;
       split(widest);
@@ -219,6 +217,11 @@ class Splitter {
     }
   }
 
+  void look_at_clock(std::size_t items, Control& control) {
+    if ((since_check_ += items) < kCheckEvery) return;
+    since_check_ = 0;
+    interrupted_ = control.check() != Interruption::none;
+  }
   // Ranges that fit a node need not be split.
   static bool narrower(const Range& a, const Range& b) {
     return std::pair(a.size() > kLanes, a.area) < std::pair(b.size() > kLanes, b.area);
@@ -238,6 +241,7 @@ class Splitter {
   std::vector<Item> items_;
   LargeArray<WideNode> nodes_;
   std::size_t since_check_ = 0;
+  bool interrupted_ = false;
 };
 
 }  // namespace

@@ -19,6 +19,10 @@ struct Progress {
 
 enum class Interruption { none, timeout, cancelled };
 
+// Asked in the middle of long passes: whether to give up.
+using Interrupted = std::function<bool()>;
+inline bool never_interrupted() { return false; }
+
 // One per job. cancel() may be called from any thread, check() from the job's own threads; everything else belongs to the
 // thread that runs the job.
 class Control {

@@ -86,6 +86,12 @@ void Search::keep_above(double limit) {
   if (is_heap_) std::make_heap(waiting_.begin(), waiting_.end(), less_upper);
 }
 
+bool Search::make_adjacency(std::optional<Adjacency>& adjacency) const {
+  if (!adjacency) adjacency.emplace(to_.mesh(), [this] { return interrupted(); });
+  if (!adjacency->complete()) adjacency.reset();
+  return adjacency.has_value();
+}
+
 void Search::absorb(Worker& worker) {
   if (worker.candidate_.distance > candidate_.distance) candidate_ = worker.candidate_;
   drop(worker.dropped_);

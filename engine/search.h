@@ -9,6 +9,7 @@
 #include <optional>
 #include <vector>
 
+#include "engine/adjacency.h"
 #include "engine/bounds/piece.h"
 #include "engine/crew.h"
 #include "engine/hausdorff.h"
@@ -138,6 +139,9 @@ class Search {
 
   // Bound of what has not been looked at yet: only the traversal sets it, to 0 when it is through.
   void set_unvisited(double upper) { unvisited_ = upper; }
+
+  // Makes the adjacency of B if it is not there yet. False: interrupted, none is there.
+  bool make_adjacency(std::optional<Adjacency>& adjacency) const;
 
   // Takes over what a worker has found, and leaves it empty.
   void absorb(Worker& worker);

@@ -100,7 +100,8 @@ class Sweep {
 
   std::optional<Stop> run() {
     if (const auto stop = bound_blocks()) return give_up(stop);
-    twins_ = touching_ * kTouchingShare >= blocks_.size() ? twins_by_position(from_, to_) : twins_by_number(from_, to_);
+    const Interrupted interrupted = [this] { return search_.interrupted(); };
+    twins_ = touching_ * kTouchingShare >= blocks_.size() ? twins_by_position(from_, to_, interrupted) : twins_by_number(from_, to_);
     // Largest bound first: what is not visited yet is bounded by the block at hand, and soon the rest can be dropped at
     // once.
     std::sort(blocks_.begin(), blocks_.end(), [](const Block& a, const Block& b) {
@@ -183,7 +184,7 @@ class Sweep {
     return uncertified >= std::max(kWorthAdjacency, search_.to().mesh().triangles.size() / kAdjacencyShare);
   }
   void adopt_overlay() {
-    if (!adjacency_) adjacency_.emplace(search_.to().mesh());
+    if (!search_.make_adjacency(adjacency_)) return;
     for (Sweeper& sweeper : sweepers_) sweeper.overlay.emplace(search_.to(), *adjacency_);
   }
 

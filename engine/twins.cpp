@@ -7,6 +7,8 @@
 namespace meshgauge {
 namespace {
 
+constexpr std::size_t kAskEvery = std::size_t{1} << 16;  // triangles, about 3 ms
+
 LargeArray<std::uint64_t> vertex_hashes(const OrderedMesh& mesh) {
   LargeArray<std::uint64_t> hashes;
   hashes.reserve(mesh.positions.size());
@@ -41,17 +43,20 @@ LargeArray<std::uint32_t> twins_by_number(const OrderedMesh& from, const Ordered
   return twins;
 }
 
-LargeArray<std::uint32_t> twins_by_position(const OrderedMesh& from, const OrderedMesh& to) {
+LargeArray<std::uint32_t> twins_by_position(const OrderedMesh& from, const OrderedMesh& to,
+                                            const Interrupted& interrupted) {
+  LargeArray<std::uint32_t> twins;
   IndexTable table(to.triangles.size());
   const LargeArray<std::uint64_t> to_hashes = vertex_hashes(to), from_hashes = vertex_hashes(from);
   for (std::uint32_t t = 0; t < to.triangles.size(); ++t) {
+    if (t % kAskEvery == kAskEvery - 1 && interrupted()) return twins;
     table.find_or_store(hash_of(to.triangles[t], to_hashes), t, [&](std::uint32_t other) {
       return same_corners(to, to.triangles[t], to, to.triangles[other]);
     });
   }
-  LargeArray<std::uint32_t> twins;
   twins.reserve(from.triangles.size());
   for (const Triangle& triangle : from.triangles) {
+    if (twins.size() % kAskEvery == kAskEvery - 1 && interrupted()) return {};
     twins.push_back(table.find(hash_of(triangle, from_hashes), [&](std::uint32_t other) {
       return same_corners(from, triangle, to, to.triangles[other]);
     }));
