@@ -1,0 +1,127 @@
+// One job on several threads: the interval holds, converges and decides as it does on one.
+#include <doctest/doctest.h>
+
+#include <cmath>
+
+#include "engine/hausdorff.h"
+#include "shapes.h"
+
+using namespace meshgauge;
+
+namespace {
+
+// A bumpy sphere; two phases lie near each other, so that there is much to bisect.
+Mesh bumpy(std::uint32_t rings, double phase) {
+  Mesh mesh = shapes::sphere(rings);
+  for (Vec3& p : mesh.positions) {
+    p *= 1 + 0.05 * std::sin(7 * p.x() + phase) * std::cos(5 * p.y()) * std::sin(6 * p.z() + phase);
+  }
+  return mesh;
+}
+
+struct Setup {
+  Mesh a = bumpy(60, 0), b = bumpy(50, 0.05);
+  Options options;
+
+  Setup() {
+    options.direction = Direction::a_to_b;
+    options.tolerance = {std::nullopt, 1e-5, std::nullopt};
+  }
+  Outcome run(unsigned threads, Control& control) const {
+    Options o = options;
+    o.threads = threads;
+    return measure(a, b, o, control);
+  }
+  Outcome run(unsigned threads) const {
+    Control control;
+    return run(threads, control);
+  }
+};
+
+constexpr unsigned kThreads[] = {1, 2, 4};
+
+}  // namespace
+
+TEST_CASE("the same distance on any number of threads") {
+  Setup setup;
+  for (const Direction direction : {Direction::a_to_b, Direction::b_to_a, Direction::symmetric}) {
+    setup.options.direction = direction;
+    const Outcome one = setup.run(1);
+    REQUIRE(one.stop == Stop::converged);
+    for (const unsigned threads : kThreads) {
+      const Outcome outcome = setup.run(threads);
+      CHECK(outcome.stop == Stop::converged);
+      CHECK(outcome.threads == threads);
+      CHECK(outcome.lower <= one.upper);
+      CHECK(one.lower <= outcome.upper);
+    }
+  }
+}
+
+TEST_CASE("one thread gives the same bits every time, on every instruction set") {
+  Setup setup;
+  const Outcome first = setup.run(1);
+  for (const std::string_view simd : supported_simd()) {
+    setup.options.simd = simd;
+    const Outcome again = setup.run(1);
+    CHECK(again.simd == simd);
+    CHECK(again.lower == first.lower);
+    CHECK(again.upper == first.upper);
+    CHECK(again.a_to_b->work.subdivisions == first.a_to_b->work.subdivisions);
+    CHECK(again.a_to_b->work.triangle_tests == first.a_to_b->work.triangle_tests);
+    CHECK(again.a_to_b->bounds.witness->point_a == first.a_to_b->bounds.witness->point_a);
+  }
+}
+
+TEST_CASE("a gate is decided alike on any number of threads") {
+  Setup setup;
+  const Outcome known = setup.run(1);
+  for (const double factor : {0.5, 0.99, 1.01, 2.0}) {
+    setup.options.max_distance = known.upper * factor;
+    for (const unsigned threads : kThreads) {
+      const Outcome outcome = setup.run(threads);
+      CHECK((outcome.upper <= *setup.options.max_distance) == (factor > 1));
+      CHECK((outcome.lower > *setup.options.max_distance) == (factor < 1));
+    }
+  }
+}
+
+TEST_CASE("cancelled at any check, or out of a budget, the interval holds on any number of threads") {
+  Setup setup;
+  const Outcome known = setup.run(1);
+  for (const unsigned threads : kThreads) {
+    for (std::uint64_t check = 1; check < 400; check += 1 + check / 3) {
+      Control control;
+      control.cancel_at_check(check);
+      const Outcome outcome = setup.run(threads, control);
+      CHECK(outcome.lower <= known.upper);
+      CHECK(known.lower <= outcome.upper);
+    }
+    for (const std::uint64_t items : {0U, 1U, 100U, 1000U}) {
+      setup.options.max_work_items = items;
+      const Outcome outcome = setup.run(threads);
+      CHECK(outcome.lower <= known.upper);
+      CHECK(known.lower <= outcome.upper);
+      CHECK(outcome.a_to_b->culling.survivors <= outcome.a_to_b->culling.triangles);
+    }
+    setup.options.max_work_items = Options{}.max_work_items;
+  }
+}
+
+TEST_CASE("progress on several threads only ever tells what holds") {
+  const Setup setup;
+  const Outcome known = setup.run(1);
+  for (const unsigned threads : kThreads) {
+    Control control;
+    int reports = 0;
+    control.watch(
+        [&](const Progress& progress) {
+          ++reports;
+          CHECK(progress.lower <= known.upper);
+          CHECK(known.lower <= progress.upper);
+        },
+        std::chrono::milliseconds(0));
+    setup.run(threads, control);
+    CHECK(reports > 0);
+  }
+}
