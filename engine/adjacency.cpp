@@ -22,8 +22,8 @@ bool each(std::size_t count, const Interrupted& interrupted, Visit&& visit) {
   return true;
 }
 
-// Puts into `vertex`, for each vertex that triangles use, the first one at its position. The others may be anything, NaN
-// too.
+// Puts into `vertex`, for each vertex that triangles use, the first one at its position. The others may be anything,
+// NaN too.
 bool weld(MeshView mesh, const Interrupted& interrupted, LargeArray<std::uint32_t>& vertex) {
   vertex.assign(mesh.positions.size(), kNone);
   IndexTable table(std::min(mesh.positions.size(), 3 * mesh.triangles.size()));

@@ -19,8 +19,8 @@ class Adjacency {
     std::uint32_t edge;
   };
 
-  // Linear time, 0.05 us a triangle. When `interrupted` says so it stops: then complete() is false, and this must not be
-  // used.
+  // Linear time, 0.05 us a triangle. When `interrupted` says so it stops: then complete() is false, and this must not
+  // be used.
   explicit Adjacency(MeshView mesh, const Interrupted& interrupted = never_interrupted);
   bool complete() const { return complete_; }
 

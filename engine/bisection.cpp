@@ -15,9 +15,10 @@ constexpr std::size_t kSettled = 256;       // pieces without a new lower bound,
 constexpr std::size_t kMaxVisits = 64;      // triangles of B over one piece
 constexpr std::size_t kWorthAdjacency = 8;  // pieces waiting or split from which the overlay may pay for its adjacency
 constexpr std::size_t kAdjacencyShare = 256;  // triangles of B that one such piece is as dear as, in adjacency
-constexpr std::size_t kTasksARound = 16;    // for each thread, between two pulses
-constexpr std::size_t kPiecesATask = 16;    // taken from the pile at once
-constexpr std::size_t kStepsATask = 256;    // pieces treated by a task at most, some 0.3 ms; the rest goes back to the pile
+constexpr std::size_t kTasksARound = 16;      // for each thread, between two pulses
+constexpr std::size_t kPiecesATask = 16;      // taken from the pile at once
+constexpr std::size_t kStepsATask =
+    256;  // pieces treated by a task at most, some 0.3 ms; the rest goes back to the pile
 
 struct Longest {
   std::size_t edge = 0;  // from corner `edge` to the next
@@ -132,10 +133,12 @@ class Bisection {
       if (const auto stop = reason_to_stop()) return stop;
       if (overlay_pays()) adopt_overlay();
       taken.clear();
-      const std::size_t count = std::min(search_.waiting(), search_.crew().size() * kTasksARound * kPiecesATask);
+      const std::uint64_t left = search_.work_items_left();  // not to be overdrawn
+      const std::size_t count = static_cast<std::size_t>(std::min<std::uint64_t>(
+          {search_.waiting(), search_.crew().size() * kTasksARound * kPiecesATask, std::max<std::uint64_t>(left, 1)}));
       for (std::size_t i = 0; i < count; ++i) taken.push_back(search_.pop());
       const std::size_t tasks = (count + kPiecesATask - 1) / kPiecesATask;
-      const std::size_t steps = steps_a_task(tasks);
+      const auto steps = static_cast<std::size_t>(std::clamp<std::uint64_t>(left / tasks, 1, kStepsATask));
       search_.crew().run(tasks, [&](std::size_t w, std::size_t task) {
         const std::size_t begin = task * kPiecesATask;
         work_at(bisectors_[w], std::span(taken).subspan(begin, std::min(kPiecesATask, count - begin)), steps);
@@ -156,12 +159,6 @@ class Bisection {
         bisector.treat(worker.pop());
       }
     }
-  }
-
-  // A budget of work items is not overdrawn by a round.
-  std::size_t steps_a_task(std::size_t tasks) const {
-    const std::uint64_t left = search_.work_items_left();
-    return static_cast<std::size_t>(std::clamp<std::uint64_t>(left / tasks, 1, kStepsATask));
   }
 
   std::optional<Stop> reason_to_stop() const {

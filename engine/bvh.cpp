@@ -10,7 +10,7 @@
 namespace meshgauge {
 namespace {
 
-constexpr std::size_t kBlocksATask = 512;                     // about 0.2 ms
+constexpr std::size_t kBlocksATask = 512;                   // about 0.2 ms
 constexpr std::size_t kNodesACheck = std::size_t{1} << 13;  // about 2 ms
 
 // Offsets of a box from `origin` in single precision, wider by `pad` than it is, on one axis: rounding.h R6.
@@ -90,6 +90,7 @@ bool Bvh::fit_boxes(std::span<const Box> block_boxes, Control& control) {
       }
     }
     for (int k = 0; k < 3; ++k) node.origin[k] = origin[k];
+    node.reach = rounding::float_up(reach.maxCoeff());
   }
   return true;
 }
@@ -104,14 +105,14 @@ Box Bvh::child_box(const WideNode& node, std::size_t lane) {
   return box;
 }
 
-FlatTriangle Bvh::flat(std::uint32_t triangle) const {
-  return meshgauge::flat(blocks_[triangle / kLanes], triangle % kLanes);
-}
-
 PreparedTriangle Bvh::prepared(std::uint32_t triangle) const {
-  const FlatTriangle t = flat(triangle);
-  return {Vec3(t.a[0], t.a[1], t.a[2]), Vec3(t.e1[0], t.e1[1], t.e1[2]), Vec3(t.e2[0], t.e2[1], t.e2[2]), t.length,
-          t.cx, t.cy};
+  const FlatTriangle t = flat(blocks_[triangle / kLanes], triangle % kLanes);
+  return {Vec3(t.a[0], t.a[1], t.a[2]),
+          Vec3(t.e1[0], t.e1[1], t.e1[2]),
+          Vec3(t.e2[0], t.e2[1], t.e2[2]),
+          t.length,
+          t.cx,
+          t.cy};
 }
 
 }  // namespace meshgauge

@@ -23,8 +23,8 @@ class Bvh {
  public:
   static constexpr std::uint32_t kRoot = 0;
 
-  // Builds over `mesh`, which must outlive the tree and have a triangle. Stops when `control` says so: then complete() is
-  // false and the tree must not be used. The same tree whatever the crew and the kernels. O(n log n).
+  // Builds over `mesh`, which must outlive the tree and have a triangle. Stops when `control` says so: then complete()
+  // is false and the tree must not be used. The same tree whatever the crew and the kernels. O(n log n).
   Bvh(MeshView mesh, const Kernels& kernels, Control& control, Crew& crew);
 
   MeshView mesh() const { return mesh_; }
@@ -38,11 +38,11 @@ class Bvh {
 
   // Triangle t is lane t % 8 of block t / 8.
   PreparedTriangle prepared(std::uint32_t triangle) const;
-  FlatTriangle flat(std::uint32_t triangle) const;
   // The triangles of a block.
   static std::uint32_t block_begin(std::uint32_t block) { return block * static_cast<std::uint32_t>(kLanes); }
   std::uint32_t block_end(std::uint32_t block) const {
-    return std::min(block_begin(block) + static_cast<std::uint32_t>(kLanes), static_cast<std::uint32_t>(mesh_.triangles.size()));
+    return std::min(block_begin(block) + static_cast<std::uint32_t>(kLanes),
+                    static_cast<std::uint32_t>(mesh_.triangles.size()));
   }
 
   // Largest residual of the prepared triangles (rounding.h, R2).

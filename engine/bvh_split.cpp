@@ -178,8 +178,8 @@ class Splitter {
     std::uint32_t depth;  // of the node, in nodes
   };
 
-  // Splits the child with the largest surface until there are eight children or none would need more than one node; then
-  // dissolves the smallest into their leaves as long as there is room.
+  // Splits the child with the largest surface until there are eight children or none would need more than one node;
+  // then dissolves the smallest into their leaves as long as there is room.
   void fill(const Task& task, Control& control, std::vector<Task>& open) {
     std::array<Range, kLanes> children{task.range};
     std::size_t count = 1;

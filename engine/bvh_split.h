@@ -11,9 +11,9 @@
 
 namespace meshgauge {
 
-// Nodes over leaves with these boxes, with children but without boxes: child[lane] is set, the rest is not. Parents come
-// before their children, node 0 is the root, no path is longer than kMaxTreeDepth. By the surface area heuristic, from
-// the top down. Empty when `control` says to stop.
+// Nodes over leaves with these boxes, with children but without boxes: child[lane] is set, the rest is not. Parents
+// come before their children, node 0 is the root, no path is longer than kMaxTreeDepth. By the surface area heuristic,
+// from the top down. Empty when `control` says to stop.
 LargeArray<WideNode> split_wide(std::span<const Box> leaves, Control& control);
 
 }  // namespace meshgauge

@@ -15,7 +15,7 @@ double distance_above(MeshView mesh, std::uint32_t triangle, const Vec3& w) {
 
 }  // namespace
 
-Bounds certify(const Search& search, const Frame& frame) {
+Certifier::Known Certifier::lower_bound(const Search& search, const Frame& frame) {
   const Candidate& candidate = search.candidate();
   Witness witness;
   witness.triangle_a = candidate.triangle;
@@ -29,9 +29,18 @@ Bounds certify(const Search& search, const Frame& frame) {
 
   const double off = distance_above(search.from(), candidate.triangle, w);
   const double lower = rounding::subtract_down(certified_distance_below(search.to(), w), off);
+  return {candidate.point, candidate.triangle, lower, witness};
+}
+
+// Both are bounds of the same number; a computed lower bound above the upper one cannot happen.
+Bounds Certifier::certify(const Search& search, const Frame& frame) {
+  const Candidate& candidate = search.candidate();
+  if (!known_ || known_->candidate != candidate.point || known_->triangle != candidate.triangle) {
+    known_ = lower_bound(search, frame);
+  }
   const double upper = rounding::add_up(search.upper(), search.upper_slack());
-  // Both are bounds of the same number; a computed lower bound above the upper one cannot happen.
-  return {rounding::scale_down(lower, frame.exponent()), rounding::scale_up(upper, frame.exponent()), witness};
+  return {rounding::scale_down(known_->lower, frame.exponent()), rounding::scale_up(upper, frame.exponent()),
+          known_->witness};
 }
 
 }  // namespace meshgauge

@@ -23,8 +23,8 @@ enum class Interruption { none, timeout, cancelled };
 using Interrupted = std::function<bool()>;
 inline bool never_interrupted() { return false; }
 
-// One per job. cancel() may be called from any thread, check() from the job's own threads; everything else belongs to the
-// thread that runs the job.
+// One per job. cancel() may be called from any thread, check() from the job's own threads; everything else belongs to
+// the thread that runs the job.
 class Control {
  public:
   using Clock = std::chrono::steady_clock;

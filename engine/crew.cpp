@@ -1,5 +1,7 @@
 #include "engine/crew.h"
 
+#include <algorithm>
+#include <system_error>
 #include <utility>
 
 namespace meshgauge {
@@ -18,9 +20,7 @@ void Crew::run(std::size_t tasks, const std::function<void(std::size_t, std::siz
     for (std::size_t task = 0; task < tasks; ++task) work(0, task);
     return;
   }
-  while (helpers_.size() + 1 < size_) {
-    helpers_.emplace_back([this, worker = helpers_.size() + 1] { help(worker); });
-  }
+  start_helpers(std::min(size_, tasks) - 1);
   {
     const std::lock_guard lock(mutex_);
     work_ = &work;
@@ -36,8 +36,16 @@ void Crew::run(std::size_t tasks, const std::function<void(std::size_t, std::siz
   if (error_) std::rethrow_exception(std::exchange(error_, nullptr));
 }
 
-void Crew::help(std::size_t worker) {
-  std::size_t seen = 0;
+// Where the system gives no more threads, those that there are do the work.
+void Crew::start_helpers(std::size_t count) try {
+  while (helpers_.size() < count) {
+    helpers_.emplace_back([this, worker = helpers_.size() + 1, seen = round_] { help(worker, seen); });
+  }
+} catch (const std::system_error&) {
+}
+
+// `seen`: the last round that is none of this helper's business.
+void Crew::help(std::size_t worker, std::size_t seen) {
   std::unique_lock lock(mutex_);
   for (;;) {
     begin_.wait(lock, [&] { return leave_ || round_ != seen; });

@@ -17,7 +17,8 @@ namespace meshgauge {
 
 class Crew {
  public:
-  // `size` >= 1 threads, the caller's included. Helpers are started by the first run() that needs them.
+  // `size` >= 1 threads, the caller's included. Helpers are started by the first run() that needs
+  // them; where the system refuses, there are fewer.
   explicit Crew(std::size_t size) : size_(size) {}
   Crew(const Crew&) = delete;
   Crew& operator=(const Crew&) = delete;
@@ -31,7 +32,8 @@ class Crew {
   void run(std::size_t tasks, const std::function<void(std::size_t worker, std::size_t task)>& work);
 
  private:
-  void help(std::size_t worker);
+  void start_helpers(std::size_t count);
+  void help(std::size_t worker, std::size_t seen);
   void take_tasks(std::size_t worker);
 
   const std::size_t size_;

@@ -8,13 +8,13 @@
 namespace meshgauge {
 namespace {
 
-constexpr unsigned kBits = 10;                              // of a cell's number, an axis
-constexpr std::size_t kBatch = 256;                         // centres turned into codes at once
-constexpr std::size_t kCheckEvery = std::size_t{1} << 16;   // items between two looks at the clock, about 1 ms
-constexpr std::size_t kFewEnough = 8;                       // items of one cell that need no order of their own
-constexpr std::size_t kWorthRadix = 2048;                   // items from which counting beats comparing
-constexpr double kSmallestBox = 0x1p-1010;                  // what is smaller has no cells
-constexpr int kMaxDepth = 128;                              // cells within cells; 1024^128 is beyond double
+constexpr unsigned kBits = 10;                             // of a cell's number, an axis
+constexpr std::size_t kBatch = 256;                        // centres turned into codes at once
+constexpr std::size_t kCheckEvery = std::size_t{1} << 16;  // items between two looks at the clock, about 1 ms
+constexpr std::size_t kFewEnough = 8;                      // items of one cell that need no order of their own
+constexpr std::size_t kWorthRadix = 2048;                  // items from which counting beats comparing
+constexpr double kSmallestBox = 0x1p-1010;                 // what is smaller has no cells
+constexpr int kMaxDepth = 8;                               // cells within cells: 1024^8 is beyond what double resolves
 
 struct Item {
   std::uint32_t code;
@@ -159,11 +159,11 @@ bool refine(MeshView mesh, LargeArray<Item>& items, Control& control) {
 LargeArray<std::uint32_t> curve_order(MeshView mesh, const Box& box, Control& control, Crew& crew) {
   LargeArray<Item> items(mesh.triangles.size());
   const Box of_centres{3 * box.low, 3 * box.high};
-  const std::size_t rounds = (items.size() + kCheckEvery * crew.size() - 1) / (kCheckEvery * crew.size());
-  for (std::size_t round = 0; round < rounds; ++round) {
+  const std::size_t tasks = (items.size() + kCheckEvery - 1) / kCheckEvery;
+  for (std::size_t done = 0; done < tasks; done += crew.size()) {
     if (control.check() != Interruption::none) return {};
-    crew.run(crew.size(), [&](std::size_t, std::size_t task) {
-      const std::size_t begin = std::min((round * crew.size() + task) * kCheckEvery, items.size());
+    crew.run(std::min(crew.size(), tasks - done), [&](std::size_t, std::size_t task) {
+      const std::size_t begin = (done + task) * kCheckEvery;
       const std::size_t end = std::min(begin + kCheckEvery, items.size());
       for (std::size_t i = begin; i < end; ++i) items[i].triangle = static_cast<std::uint32_t>(i);
       encode(mesh, of_centres, std::span(items).subspan(begin, end - begin));

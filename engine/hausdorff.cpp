@@ -40,7 +40,8 @@ Stop to_stop(Interruption interruption) {
 std::unique_ptr<PieceBound> make_bound(const Options& options, Search& search) {
   switch (options.strategy) {
     case Strategy::n_point:
-      return std::make_unique<NPoint>(search.to(), stencil_level(options.points).value_or(0), search.work());
+      return std::make_unique<NPoint>(search.to(), stencil_level(options.points).value_or(0), search.work(),
+                                      [&search] { return search.interrupted(); });
     case Strategy::triangle_set:
       return std::make_unique<TriangleSet>(search);
     case Strategy::four_point:
@@ -142,10 +143,14 @@ class Measurement final : public Monitor {
     search.set_witness_rounding(frame_.rounding_of_points());
     search.set_output_rounding(frame_.length_to_frame(2 * std::numeric_limits<double>::denorm_min()));
     running_ = &directed;
-    const auto stop = options_.strategy == Strategy::automatic ? run_auto(search, from, to) : run_paper(search, *from.tree);
+    certifier_ = Certifier();
+    const auto stop =
+        options_.strategy == Strategy::automatic ? run_auto(search, from, to) : run_paper(search, *from.tree);
     const StageClock clock(outcome_.timings.certify);
     stage_ = "certify";
-    directed.bounds = certify(search, frame_);
+    const double opened = directed.bounds.upper;
+    directed.bounds = certifier_.certify(search, frame_);
+    directed.bounds.upper = std::min(directed.bounds.upper, opened);
     directed.bounds.witness->triangle_a = from.ordered->original[directed.bounds.witness->triangle_a];
     directed.bounds.witness->triangle_b = to.ordered->original[directed.bounds.witness->triangle_b];
     directed.culling = search.culling();
@@ -158,9 +163,8 @@ class Measurement final : public Monitor {
 
   std::optional<Stop> run_auto(Search& search, const Side& from, const Side& to) {
     std::optional<Adjacency> adjacency;  // of the mesh measured to, once it pays
-    auto stop = staged("traverse", outcome_.timings.traverse, [&] {
-      return sweep(search, *from.ordered, *to.ordered, adjacency);
-    });
+    auto stop = staged("traverse", outcome_.timings.traverse,
+                       [&] { return sweep(search, *from.ordered, *to.ordered, adjacency); });
     if (!stop) stop = staged("reduce", outcome_.timings.reduce, [&] { return bisect(search, adjacency); });
     return stop;
   }
@@ -183,14 +187,15 @@ class Measurement final : public Monitor {
   bool fails_gate(const Search& search) {
     if (search.lower() != gate_checked_at_) {
       gate_checked_at_ = search.lower();
-      gate_failed_ = certify(search, frame_).lower > *options_.max_distance;
+      gate_failed_ = certifier_.certify(search, frame_).lower > *options_.max_distance;
     }
     return gate_failed_;
   }
 
   void report(const Search& search) {
     const Bounds before = running_->bounds;
-    running_->bounds = certify(search, frame_);
+    running_->bounds = certifier_.certify(search, frame_);
+    running_->bounds.upper = std::min(running_->bounds.upper, before.upper);
     merge();
     control_.report({outcome_.lower, outcome_.upper, stage_});
     running_->bounds = before;
@@ -244,9 +249,10 @@ class Measurement final : public Monitor {
   Outcome outcome_;
   Directed* running_ = nullptr;
   const char* stage_ = "";
-  double lower_ = 0;             // largest computed distance of the directions done; frame units
-  double lower_slack_ = 0;       // what certifying takes from it
-  double floor_ = 0;             // frame units
+  double lower_ = 0;        // largest computed distance of the directions done; frame units
+  double lower_slack_ = 0;  // what certifying takes from it
+  double floor_ = 0;        // frame units
+  Certifier certifier_;
   double gate_checked_at_ = -1;  // computed lower bound when the gate was last tried
   bool gate_failed_ = false;
 };

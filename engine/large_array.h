@@ -27,7 +27,8 @@ struct LargeAllocator {
   T* allocate(std::size_t count) {
     void* const memory = ::operator new(count * sizeof(T), alignment_of(count));
 #ifdef __linux__
-    if (alignment_of(count) == std::align_val_t{kHugePage}) madvise(memory, count * sizeof(T), MADV_HUGEPAGE);  // a wish: without it all works, slower
+    if (alignment_of(count) == std::align_val_t{kHugePage})
+      madvise(memory, count * sizeof(T), MADV_HUGEPAGE);  // a wish: without it all works, slower
 #endif
     return static_cast<T*>(memory);
   }

@@ -100,6 +100,7 @@ void Search::absorb(Worker& worker) {
   for (const Piece& piece : worker.pieces_) push(piece);
   worker.dropped_ = worker.unresolved_ = 0;
   worker.work_ = Work{};
+  worker.next_look_ = Worker::kTestsBetweenLooks;
   worker.pieces_.clear();
 }
 

@@ -13,19 +13,22 @@
 namespace meshgauge {
 namespace {
 
-constexpr std::size_t kBlockSize = 64;        // triangles; some 0.1 ms at most
-constexpr std::size_t kBlocksARound = 16;     // for each thread, between two pulses: about 1 ms
-constexpr std::size_t kMaxVisits = 64;        // triangles of B over one of A
-constexpr std::size_t kAdjacencyShare = 8;    // triangles of B that one failed certificate is as dear as, in adjacency
-constexpr std::size_t kTouchingShare = 8;     // one vertex of so many on B itself: the meshes share triangles
-constexpr std::size_t kWorthAdjacency = 64;   // failed certificates before which it is never made
+constexpr std::size_t kBlockSize = 64;           // triangles; some 0.1 ms at most
+constexpr std::size_t kBlocksARound = 16;        // for each thread, between two pulses: about 1 ms
+constexpr std::uint64_t kTestsARound = 1 << 19;  // and no more point-triangle distances: about 10 ms
+constexpr std::size_t kBlocksWorthThreads = 16;  // fewer are done before a thread has started
+constexpr std::size_t kMaxVisits = 64;           // triangles of B over one of A
+constexpr std::size_t kAdjacencyShare = 8;   // triangles of B that one failed certificate is as dear as, in adjacency
+constexpr std::size_t kTouchingShare = 8;    // one vertex of so many on B itself: the meshes share triangles
+constexpr std::size_t kWorthAdjacency = 64;  // failed certificates before which it is never made
 
 // Neighbouring triangles, looked at together first.
 struct Block {
   std::size_t begin = 0;  // triangles of A
   std::size_t end = 0;
-  double upper = 0;  // of h(block, B), computed
-  bool visited = false;
+  double upper = 0;      // of h(block, B), computed
+  bool bounded = false;  // `upper` is known
+  bool visited = false;  // its triangles are dropped or wait as pieces
 };
 
 // What is known of a vertex of A. Two threads may measure a vertex of two blocks at once: both are right.
@@ -68,7 +71,8 @@ class Hints {
  public:
   void add(std::uint32_t slot) {
     const auto end = slots_.begin() + size_;
-    if (slot != Nearest::kNone && std::find(slots_.begin(), end, slot) == end) slots_[static_cast<std::size_t>(size_++)] = slot;
+    if (slot != Nearest::kNone && std::find(slots_.begin(), end, slot) == end)
+      slots_[static_cast<std::size_t>(size_++)] = slot;
   }
   std::span<const std::uint32_t> span() const { return {slots_.data(), static_cast<std::size_t>(size_)}; }
 
@@ -101,14 +105,17 @@ class Sweep {
   std::optional<Stop> run() {
     if (const auto stop = bound_blocks()) return give_up(stop);
     const Interrupted interrupted = [this] { return search_.interrupted(); };
-    twins_ = touching_ * kTouchingShare >= blocks_.size() ? twins_by_position(from_, to_, interrupted) : twins_by_number(from_, to_);
+    twins_ = touching_ * kTouchingShare >= blocks_.size() ? twins_by_position(from_, to_, interrupted)
+                                                          : twins_by_number(from_, to_);
     // Largest bound first: what is not visited yet is bounded by the block at hand, and soon the rest can be dropped at
     // once.
     std::sort(blocks_.begin(), blocks_.end(), [](const Block& a, const Block& b) {
       return std::pair(-a.upper, a.begin) < std::pair(-b.upper, b.begin);
     });
     const std::size_t round = kBlocksARound * search_.crew().size();
-    for (std::size_t begin = 0; begin < blocks_.size(); begin += round) {
+    for (std::size_t begin = 0;;) {
+      while (begin < blocks_.size() && blocks_[begin].visited) ++begin;
+      if (begin == blocks_.size()) break;
       search_.set_unvisited(blocks_[begin].upper);
       if (const auto stop = search_.pulse()) return give_up(stop);
       if (search_.over_budget()) return give_up(Stop::budget);
@@ -118,12 +125,7 @@ class Sweep {
       }
       if (adjacency_pays()) adopt_overlay();
       const std::size_t end = std::min(begin + round, blocks_.size());
-      search_.crew().run(end - begin, [&](std::size_t w, std::size_t i) { visit(sweepers_[w], blocks_[begin + i]); });
-      hand_in();
-      // A round ends early only when the search is to stop: then the next pulse says why.
-      if (!std::all_of(blocks_.begin() + diff(begin), blocks_.begin() + diff(end), [](const Block& b) { return b.visited; })) {
-        return give_up(search_.pulse());
-      }
+      run_tasks(end - begin, [&](Sweeper& sweeper, std::size_t i) { visit(sweeper, blocks_[begin + i]); });
     }
     search_.keep_above(search_.cull_within_tolerance());  // the lower bound has risen since the first of them survived
     search_.culling().survivors = search_.waiting();
@@ -132,9 +134,18 @@ class Sweep {
   }
 
  private:
-  static std::ptrdiff_t diff(std::size_t i) { return static_cast<std::ptrdiff_t>(i); }
-
-  void hand_in() {
+  // On all threads if it is worth it; then everything is handed in. One that has done enough leaves the rest to the
+  // next round, so that somebody looks at the search in time.
+  template <class Work>
+  void run_tasks(std::size_t count, Work&& work) {
+    const auto task = [&](std::size_t w, std::size_t i) {
+      if (sweepers_[w].worker.work().triangle_tests < kTestsARound) work(sweepers_[w], i);
+    };
+    if (blocks_.size() < kBlocksWorthThreads) {
+      for (std::size_t i = 0; i < count; ++i) task(0, i);
+    } else {
+      search_.crew().run(count, task);
+    }
     for (Sweeper& sweeper : sweepers_) search_.absorb(sweeper.worker);
   }
 
@@ -142,21 +153,21 @@ class Sweep {
   // bound.
   std::optional<Stop> bound_blocks() {
     const std::size_t triangles = search_.from().triangles.size();
-    blocks_.resize((triangles + kBlockSize - 1) / kBlockSize);
-    const std::size_t round = 8 * kBlocksARound * search_.crew().size();
-    for (std::size_t begin = 0; begin < blocks_.size(); begin += round) {
-      if (const auto stop = search_.pulse()) return stop;
-      search_.crew().run(std::min(round, blocks_.size() - begin), [&](std::size_t w, std::size_t i) {
-        const std::size_t first = (begin + i) * kBlockSize;
-        blocks_[begin + i] = Block{first, std::min(first + kBlockSize, triangles), 0};
-        bound(sweepers_[w], blocks_[begin + i]);
-      });
-      hand_in();
+    for (std::size_t first = 0; first < triangles; first += kBlockSize) {
+      blocks_.push_back(Block{first, std::min(first + kBlockSize, triangles)});
     }
-    return std::nullopt;
+    const std::size_t round = 8 * kBlocksARound * search_.crew().size();
+    for (std::size_t begin = 0;;) {
+      while (begin < blocks_.size() && blocks_[begin].bounded) ++begin;
+      if (const auto stop = search_.pulse()) return stop;
+      if (begin == blocks_.size()) return std::nullopt;
+      run_tasks(std::min(round, blocks_.size() - begin),
+                [&](Sweeper& sweeper, std::size_t i) { bound(sweeper, blocks_[begin + i]); });
+    }
   }
 
   void bound(Sweeper& sweeper, Block& block) {
+    if (block.bounded || sweeper.worker.interrupted()) return;
     Box box;
     for (std::size_t t = block.begin; t < block.end; ++t) {
       for (int i = 0; i < 3; ++i) box.extend(search_.from().corner(t, i));
@@ -167,6 +178,7 @@ class Sweep {
     Work& work = sweeper.worker.work();
     ++work.nearest_queries;
     block.upper = farthest_of_box(box, nearest(search_.to(), centre, work.triangle_tests, sweeper.last).point);
+    block.bounded = true;
   }
 
   // Stopped early: the rest stays unvisited.
@@ -174,7 +186,7 @@ class Sweep {
     std::size_t unvisited = 0;
     for (const Block& block : blocks_) unvisited += block.visited ? 0 : block.end - block.begin;
     search_.culling().survivors = search_.waiting() + unvisited;
-    return stop.value_or(Stop::cancelled);
+    return stop;
   }
 
   bool adjacency_pays() const {
@@ -189,6 +201,7 @@ class Sweep {
   }
 
   void visit(Sweeper& sweeper, Block& block) {
+    if (block.visited) return;
     if (block.upper <= search_.cull_within_tolerance()) {
       sweeper.worker.drop(block.upper);
     } else {
@@ -213,12 +226,16 @@ class Sweep {
     // Without measuring the corners first, if that has worked of late.
     const bool centroid_first = sweeper.centroids.promising();
     if (centroid_first && owned_by_centroid(sweeper, piece)) return;
-    if (!centroid_first && sweeper.overlays.promising() && overlaid(sweeper, piece, hints(sweeper, triangle).span())) return;
+    if (!centroid_first && sweeper.overlays.promising()) {
+      const Hints known = hints(sweeper, triangle);
+      if (overlaid(sweeper, piece, known.span())) return;
+    }
 
     for (std::size_t i = 0; i < 3; ++i) piece.corners[i] = measure(sweeper, triangle[i], t);
     const auto& [a, b, c] = piece.corners;
     const std::array owners{a.slot, b.slot, c.slot};
-    piece.upper = std::min({piece.upper, lipschitz_upper(piece), least_farthest(piece, search_.to(), owners, worker.work())});
+    piece.upper =
+        std::min({piece.upper, lipschitz_upper(piece), least_farthest(piece, search_.to(), owners, worker.work())});
     if (piece.upper <= worker.cull_within_tolerance()) return worker.drop(piece.upper);
     if (overlaid(sweeper, piece, owners)) return;
     if (!centroid_first && !piece.overlay_failed && owned_by_centroid(sweeper, piece)) return;
@@ -268,10 +285,9 @@ class Sweep {
     if (next < search_.to().mesh().triangles.size() && sweeper.successors.promising()) {
       if (sweeper.successors.note(certified(sweeper, piece, triangle, next))) return true;
     }
-    for (const std::uint32_t hint : hints(sweeper, triangle).span()) {
-      if (certified(sweeper, piece, triangle, hint)) return true;
-    }
-    return false;
+    const Hints known = hints(sweeper, triangle);
+    return std::any_of(known.span().begin(), known.span().end(),
+                       [&](std::uint32_t hint) { return certified(sweeper, piece, triangle, hint); });
   }
 
   // Whether that triangle of B alone shows that the piece, a whole triangle of A, can be dropped.

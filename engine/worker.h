@@ -45,11 +45,9 @@ class Worker {
 
   // Whether the search is to end. Looks at the clock after every 0.1 ms of work or so.
   bool interrupted() {
-    if (work_.triangle_tests - tests_at_look_ < kTestsBetweenLooks && work_.triangle_tests >= tests_at_look_) {
-      return interrupted_;
-    }
-    tests_at_look_ = work_.triangle_tests;
-    interrupted_ = interrupted_ || search_.interrupted();
+    if (interrupted_ || work_.triangle_tests < next_look_) return interrupted_;
+    next_look_ = work_.triangle_tests + kTestsBetweenLooks;
+    interrupted_ = search_.interrupted();
     return interrupted_;
   }
 
@@ -63,7 +61,7 @@ class Worker {
   double unresolved_ = 0;
   std::vector<Piece> pieces_;
   Work work_;
-  std::uint64_t tests_at_look_ = 0;
+  std::uint64_t next_look_ = kTestsBetweenLooks;  // at the clock, in tests
   bool interrupted_ = false;
 };
 

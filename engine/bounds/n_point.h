@@ -17,7 +17,8 @@ std::optional<int> stencil_level(int points);
 
 class NPoint final : public PieceBound {
  public:
-  NPoint(const Bvh& target, int level, Work& work);
+  // Once `interrupted`, bounds are made of fewer samples: looser, but valid.
+  NPoint(const Bvh& target, int level, Work& work, Interrupted interrupted = never_interrupted);
 
   Corner measure(const Vec3& p, const Piece& parent) override;
   double upper(const Piece& piece) override;
@@ -26,6 +27,7 @@ class NPoint final : public PieceBound {
   const Bvh& target_;
   std::vector<Vec3> weights_;  // barycentric, of the samples other than the corners
   Work& work_;
+  Interrupted interrupted_;
   std::vector<std::uint32_t> owners_;  // of the piece at hand
 };
 

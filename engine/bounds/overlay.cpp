@@ -41,7 +41,7 @@ struct Overlay::View {
   double farthest_sq = 0;  // the bound so far
   std::optional<Vec3> too_far;
 
-  View(const PreparedTriangle& prepared, double limit) : frame(prepared), limit_sq(limit > 0 ? limit * limit : 0) {
+  View(const PreparedTriangle& prepared, double limit) : frame(prepared), limit_sq(limit * limit) {
     piece = Polygon{Vec2(0, 0), Vec2(frame.length, 0), Vec2(frame.cx, frame.cy)};
     for (std::size_t i = 0; i < 3; ++i) sides[i] = left_of(piece.corners[i], piece.corners[(i + 1) % 3]);
   }
@@ -161,8 +161,10 @@ Overlay::Attempt Overlay::attempt(const Piece& piece, std::span<const std::uint3
                                   std::size_t max_visits, Work& work) {
   const auto& [p0, p1, p2] = piece.corners;
   const Preparation prepared = prepare(p0.point, p1.point, p2.point);
-  if (prepared.residual > 32 * rounding::kUnit || prepared.triangle.cy <= 4 * kOffset) return {true, std::nullopt, std::nullopt};
+  if (prepared.residual > 32 * rounding::kUnit || prepared.triangle.cy <= 4 * kOffset)
+    return {true, std::nullopt, std::nullopt};
 
+  if (!(limit > rounding::kOverlaySlack)) return {true, std::nullopt, std::nullopt};  // what is added alone is more
   View view(prepared.triangle, limit - rounding::kOverlaySlack);
   open_.clear();
   seen_.start(3 * max_visits + 1);  // each visit opens three at most
@@ -186,6 +188,7 @@ Overlay::Attempt Overlay::attempt(const Piece& piece, std::span<const std::uint3
 
 // Bounds the part of the piece that the image lies over, and goes on to the neighbours. False: the bound fails.
 bool Overlay::visit(View& view, const Image& image, Work& work) {
+  ++work.triangle_tests;
   const auto inner = View::inner_sides(image);
   if (!inner) return false;
   const bool whole = view.add_whole(image);

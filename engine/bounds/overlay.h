@@ -29,8 +29,8 @@
 //  point is within
 //    12u of the edge it is on, so after the at most 3 cuts the computed polygon, widened by 36u, contains the exact one
 //    if kOffset >= 36u + 32u. kOffset = 128u.
-//  * "Meets P" clips the edge by P's sides moved outwards, and where it is cut errs by 4u of its length: towards yes. "Strictly on the other side" asks for
-//  kOffset on both
+//  * "Meets P" clips the edge by P's sides moved outwards, and where it is cut errs by 4u of its length: towards yes.
+//  "Strictly on the other side" asks for kOffset on both
 //    sides: errs towards no. A triangle whose image is thinner than that is not trusted: the attempt ends.
 //  * y0 is taken from a polygon clipped by half-planes moved *inwards*, so it is in P and in pi(T0) exactly. "Beyond"
 //  asks for kOffset.

@@ -20,9 +20,9 @@ struct Corner {
 
 struct Piece {
   std::array<Corner, 3> corners;
-  double upper = 0;            // of h(piece, B), computed: without slack
-  std::uint32_t triangle = 0;  // of A
-  std::uint32_t depth = 0;     // subdivisions since the whole triangle
+  double upper = 0;             // of h(piece, B), computed: without slack
+  std::uint32_t triangle = 0;   // of A
+  std::uint32_t depth = 0;      // subdivisions since the whole triangle
   bool overlay_failed = false;  // the overlay bound cannot succeed, or is not worth trying again
 };
 

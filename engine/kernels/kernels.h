@@ -27,21 +27,14 @@ struct Closest {
 struct Kernels {
   const char* name;  // "scalar", "sse4", "avx2", "avx512", "neon"
 
-  // Prepares eight triangles with the corners corners[0..2], as prepare() of engine/triangle.h does one, and returns the
-  // largest distance between a prepared corner and the given one, computed (rounding.h R2).
+  // Prepares eight triangles with the corners corners[0..2], as prepare() of engine/triangle.h does one, and returns
+  // the largest distance between a prepared corner and the given one, computed (rounding.h R2).
   double (*prepare)(const PointBlock corners[3], TriangleBlock& out);
 
   // The triangle closest to p among those closer than `best`, or `best` itself. `tests` is raised by the number of
   // point-triangle distances computed. Every triangle that is closer than the result by more than rounding is found:
   // boxes are passed over only when rounding.h R6 says that they are farther.
   Closest (*nearest)(const TreeView& tree, const double p[3], Closest best, std::uint64_t& tests);
-
-  // Squared distances of eight points to one triangle.
-  void (*distances_sq)(const FlatTriangle& triangle, const PointBlock& points, double out[kLanes]);
-
-  // For each of eight pieces with the corners corners[0..2], eq. 9: the largest squared distance of a corner to the
-  // triangle.
-  void (*farthest_sq)(const FlatTriangle& triangle, const PointBlock corners[3], double out[kLanes]);
 };
 
 // What this processor can run, the fastest first; always ends with `scalar`. Constant after the first call; thread
@@ -55,11 +48,20 @@ const Kernels* find_kernels(std::string_view name);
 inline constexpr std::size_t kMaxTreeDepth = 96;
 inline constexpr std::size_t kMaxStack = kMaxTreeDepth * (kLanes - 1) + 2;
 
-// A squared distance in single precision above this is of a box that is farther than sqrt(best_sq): rounding.h R6.
+// From this many times a node's reach on its boxes are compared in double: far away, single precision cannot tell them
+// apart.
+inline constexpr float kFar = 32;
+
+// Lower bounds of the squared distance to a box from the computed one, in single and in double precision; and the limit
+// in single precision above which a computed one is of a box farther than sqrt(best_sq): rounding.h R6. Empty lanes
+// have infinite distances, which are above every limit.
+inline double below_near(float computed_sq) { return static_cast<double>(computed_sq) * (1 - 0x1p-18) - 0x1p-100; }
+inline double below_far(double computed_sq) { return computed_sq * (1 - 0x1p-48) - 0x1p-1000; }
 inline constexpr float kNoLimit = 0x1p126F;
-inline float box_limit(double best_sq) {
-  const double limit = best_sq * (1 + 0x1p-18) + 0x1p-100;
+inline float near_limit(double best_sq) {
+  const double limit = best_sq * (1 + 0x1p-17) + 0x1p-99;
   return limit < kNoLimit ? static_cast<float>(limit) : kNoLimit;
 }
+inline double far_limit(double best_sq) { return best_sq < kNoLimit ? best_sq : static_cast<double>(kNoLimit); }
 
 }  // namespace meshgauge

@@ -18,6 +18,7 @@ struct alignas(64) WideNode {
   float high[3][kLanes];
   double origin[3];
   std::uint32_t child[kLanes];
+  float reach;  // no coordinate below is farther from the origin, along an axis
 };
 
 // Eight prepared triangles (engine/triangle.h). Lanes beyond the last triangle repeat it.
@@ -30,7 +31,7 @@ struct alignas(64) TriangleBlock {
   double cy[kLanes];
 };
 
-// One of them, to be laid beside many points.
+// One of them.
 struct FlatTriangle {
   double a[3];
   double e1[3];

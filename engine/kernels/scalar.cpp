@@ -99,23 +99,8 @@ Closest nearest(const TreeView& tree, const double p[3], Closest best, std::uint
   return best;
 }
 
-void distances_sq(const FlatTriangle& triangle, const PointBlock& points, double out[kLanes]) {
-  for (std::size_t i = 0; i < kLanes; ++i) {
-    out[i] = distance_sq(triangle, points.at[0][i], points.at[1][i], points.at[2][i]);
-  }
-}
-
-void farthest_sq(const FlatTriangle& triangle, const PointBlock corners[3], double out[kLanes]) {
-  distances_sq(triangle, corners[0], out);
-  std::array<double, kLanes> other;
-  for (std::size_t k = 1; k < 3; ++k) {
-    distances_sq(triangle, corners[k], other.data());
-    for (std::size_t i = 0; i < kLanes; ++i) out[i] = std::max(out[i], other[i]);
-  }
-}
-
 }  // namespace
 
-Kernels scalar_kernels() { return {"scalar", prepare, nearest, distances_sq, farthest_sq}; }
+Kernels scalar_kernels() { return {"scalar", prepare, nearest}; }
 
 }  // namespace meshgauge

@@ -23,12 +23,10 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 using Doubles = hn::CappedTag<double, kLanes>;
 using Floats = hn::CappedTag<float, kLanes>;
-using Integers = hn::CappedTag<std::uint32_t, kLanes>;
 using D = hn::Vec<Doubles>;
 using F = hn::Vec<Floats>;
 constexpr Doubles kDoubles;
 constexpr Floats kFloats;
-constexpr Integers kIntegers;
 
 constexpr std::uint32_t kLanes32 = static_cast<std::uint32_t>(kLanes);
 
@@ -50,21 +48,10 @@ Triangles load(const TriangleBlock& block, std::size_t i) {
   return t;
 }
 
-Triangles spread(const FlatTriangle& flat) {
-  Triangles t;
-  for (int k = 0; k < 3; ++k) {
-    t.a[k] = hn::Set(kDoubles, flat.a[k]);
-    t.e1[k] = hn::Set(kDoubles, flat.e1[k]);
-    t.e2[k] = hn::Set(kDoubles, flat.e2[k]);
-  }
-  t.length = hn::Set(kDoubles, flat.length);
-  t.cx = hn::Set(kDoubles, flat.cx);
-  t.cy = hn::Set(kDoubles, flat.cy);
-  return t;
-}
-
 // No MulAdd: a fused operation rounds once where the reference rounds twice.
-D dot(const D x[3], const D y[3]) { return hn::Add(hn::Add(hn::Mul(x[0], y[0]), hn::Mul(x[1], y[1])), hn::Mul(x[2], y[2])); }
+D dot(const D x[3], const D y[3]) {
+  return hn::Add(hn::Add(hn::Mul(x[0], y[0]), hn::Mul(x[1], y[1])), hn::Mul(x[2], y[2]));
+}
 D square(D x) { return hn::Mul(x, x); }
 D clamp01(D s) { return hn::Min(hn::Max(s, hn::Zero(kDoubles)), hn::Set(kDoubles, 1.0)); }
 
@@ -99,41 +86,76 @@ D distance_sq(const Triangles& t, D px, D py, D pz) {
   return dot(gap, gap);
 }
 
-F box_gap(const WideNode& node, int k, std::size_t i, F p) {
-  return hn::Max(hn::Max(hn::Sub(hn::Load(kFloats, node.low[k] + i), p), hn::Sub(p, hn::Load(kFloats, node.high[k] + i))),
-                 hn::Zero(kFloats));
-}
+F gap(F low, F high, F p) { return hn::Max(hn::Max(hn::Sub(low, p), hn::Sub(p, high)), hn::Zero(kFloats)); }
+D gap(D low, D high, D p) { return hn::Max(hn::Max(hn::Sub(low, p), hn::Sub(p, high)), hn::Zero(kDoubles)); }
 
 struct Entry {
-  float distance_sq;
+  double distance_sq;
   std::uint32_t child;
 };
 
-// Lays the children within `limit` on the stack: in the order of their lanes, but for the nearest, which changes places
-// with the last.
-std::size_t push_children(const WideNode& node, const double p[3], float limit, Entry* stack, std::size_t size) {
-  const F x = hn::Set(kFloats, static_cast<float>(p[0] - node.origin[0]));
-  const F y = hn::Set(kFloats, static_cast<float>(p[1] - node.origin[1]));
-  const F z = hn::Set(kFloats, static_cast<float>(p[2] - node.origin[2]));
-  HWY_ALIGN float distances[kLanes];
+// The lanes whose computed squared distance is within the limit, as bits, and lower bounds of all.
+unsigned near_children(const WideNode& node, const float p[3], float limit, double below[kLanes]) {
+  const F x = hn::Set(kFloats, p[0]), y = hn::Set(kFloats, p[1]), z = hn::Set(kFloats, p[2]);
+  HWY_ALIGN float computed_sq[kLanes];
   unsigned within = 0;
   for (std::size_t i = 0; i < kLanes; i += hn::Lanes(kFloats)) {
-    const F gx = box_gap(node, 0, i, x), gy = box_gap(node, 1, i, y), gz = box_gap(node, 2, i, z);
+    const F gx = gap(hn::Load(kFloats, node.low[0] + i), hn::Load(kFloats, node.high[0] + i), x);
+    const F gy = gap(hn::Load(kFloats, node.low[1] + i), hn::Load(kFloats, node.high[1] + i), y);
+    const F gz = gap(hn::Load(kFloats, node.low[2] + i), hn::Load(kFloats, node.high[2] + i), z);
     const F sum = hn::Add(hn::Add(hn::Mul(gx, gx), hn::Mul(gy, gy)), hn::Mul(gz, gz));
-    hn::Store(sum, kFloats, distances + i);
+    hn::Store(sum, kFloats, computed_sq + i);
     HWY_ALIGN std::uint8_t bits[8] = {};
     hn::StoreMaskBits(kFloats, hn::Le(sum, hn::Set(kFloats, limit)), bits);
     within |= static_cast<unsigned>(bits[0]) << i;
   }
+  for (unsigned left = within; left != 0; left &= left - 1) {
+    const int lane = __builtin_ctz(left);
+    below[lane] = below_near(computed_sq[lane]);
+  }
+  return within;
+}
+
+unsigned far_children(const WideNode& node, const double p[3], double limit, double below[kLanes]) {
+  using HalfFloats = hn::Rebind<float, Doubles>;
+  constexpr HalfFloats kHalf;
+  const auto wide = [&](const float* values) { return hn::PromoteTo(kDoubles, hn::Load(kHalf, values)); };
+  const D x = hn::Set(kDoubles, p[0]), y = hn::Set(kDoubles, p[1]), z = hn::Set(kDoubles, p[2]);
+  HWY_ALIGN double computed_sq[kLanes];
+  unsigned within = 0;
+  for (std::size_t i = 0; i < kLanes; i += hn::Lanes(kDoubles)) {
+    const D gx = gap(wide(node.low[0] + i), wide(node.high[0] + i), x);
+    const D gy = gap(wide(node.low[1] + i), wide(node.high[1] + i), y);
+    const D gz = gap(wide(node.low[2] + i), wide(node.high[2] + i), z);
+    hn::Store(hn::Add(hn::Add(hn::Mul(gx, gx), hn::Mul(gy, gy)), hn::Mul(gz, gz)), kDoubles, computed_sq + i);
+  }
+  for (unsigned lane = 0; lane < kLanes32; ++lane) {
+    below[lane] = below_far(computed_sq[lane]);
+    within |= below[lane] <= limit ? 1U << lane : 0U;
+  }
+  return within;
+}
+
+// See the reference, walk.h.
+std::size_t push_children(const WideNode& node, const double p[3], double best_sq, Entry* stack, std::size_t size) {
+  const double local[3] = {p[0] - node.origin[0], p[1] - node.origin[1], p[2] - node.origin[2]};
+  const float local_float[3] = {static_cast<float>(local[0]), static_cast<float>(local[1]),
+                                static_cast<float>(local[2])};
+  const float far = kFar * node.reach;
+  const bool is_far = local_float[0] > far || local_float[0] < -far || local_float[1] > far || local_float[1] < -far ||
+                      local_float[2] > far || local_float[2] < -far;
+  HWY_ALIGN double below[kLanes];
+  unsigned within = is_far ? far_children(node, local, far_limit(best_sq), below)
+                           : near_children(node, local_float, near_limit(best_sq), below);
   if (within == 0) return size;
   std::size_t nearest = size;
-  float least = kNoLimit;
+  double least = below[__builtin_ctz(within)];
   for (; within != 0; within &= within - 1) {
-    const auto lane = static_cast<std::size_t>(__builtin_ctz(within));
-    const bool nearer = distances[lane] < least;
-    least = nearer ? distances[lane] : least;
+    const int lane = __builtin_ctz(within);
+    const bool nearer = below[lane] < least;
+    least = nearer ? below[lane] : least;
     nearest = nearer ? size : nearest;
-    stack[size].distance_sq = distances[lane];
+    stack[size].distance_sq = below[lane];
     stack[size].child = node.child[lane];
     ++size;
   }
@@ -161,18 +183,16 @@ Closest nearest(const TreeView& tree, const double p[3], Closest best, std::uint
   Entry stack[kMaxStack];
   std::size_t size = 0;
   stack[size++] = Entry{0, 0};
-  float limit = box_limit(best.distance_sq);
   while (size > 0) {
     const Entry entry = stack[--size];
-    if (entry.distance_sq > limit) continue;
+    if (entry.distance_sq > best.distance_sq) continue;
     if (entry.child & WideNode::kLeaf) {
       const std::uint32_t number = entry.child & ~WideNode::kLeaf;
       tests += kLanes;
       closest_of_block(tree.blocks[number], number, p, best);
       if (best.distance_sq == 0) break;
-      limit = box_limit(best.distance_sq);
     } else {
-      size = push_children(tree.nodes[entry.child], p, limit, stack, size);
+      size = push_children(tree.nodes[entry.child], p, best.distance_sq, stack, size);
     }
   }
   return best;
@@ -184,7 +204,8 @@ struct Points {
 };
 
 Points load(const PointBlock& block, std::size_t i) {
-  return {hn::Load(kDoubles, block.at[0] + i), hn::Load(kDoubles, block.at[1] + i), hn::Load(kDoubles, block.at[2] + i)};
+  return {hn::Load(kDoubles, block.at[0] + i), hn::Load(kDoubles, block.at[1] + i),
+          hn::Load(kDoubles, block.at[2] + i)};
 }
 void store(const Points& p, double to[3][kLanes], std::size_t i) {
   hn::Store(p.x, kDoubles, to[0] + i);
@@ -248,35 +269,11 @@ double prepare(const PointBlock corners[3], TriangleBlock& out) {
   return residual;
 }
 
-void distances_sq(const FlatTriangle& triangle, const PointBlock& points, double out[kLanes]) {
-  const Triangles t = spread(triangle);
-  for (std::size_t i = 0; i < kLanes; i += hn::Lanes(kDoubles)) {
-    hn::StoreU(distance_sq(t, hn::Load(kDoubles, points.at[0] + i), hn::Load(kDoubles, points.at[1] + i),
-                           hn::Load(kDoubles, points.at[2] + i)),
-               kDoubles, out + i);
-  }
-}
-
-void farthest_sq(const FlatTriangle& triangle, const PointBlock corners[3], double out[kLanes]) {
-  const Triangles t = spread(triangle);
-  for (std::size_t i = 0; i < kLanes; i += hn::Lanes(kDoubles)) {
-    D most = hn::Zero(kDoubles);
-    for (int k = 0; k < 3; ++k) {
-      most = hn::Max(most, distance_sq(t, hn::Load(kDoubles, corners[k].at[0] + i),
-                                       hn::Load(kDoubles, corners[k].at[1] + i),
-                                       hn::Load(kDoubles, corners[k].at[2] + i)));
-    }
-    hn::StoreU(most, kDoubles, out + i);
-  }
-}
-
 }  // namespace
 
 void fill(Kernels& kernels) {
   kernels.prepare = prepare;
   kernels.nearest = nearest;
-  kernels.distances_sq = distances_sq;
-  kernels.farthest_sq = farthest_sq;
 }
 
 }  // namespace HWY_NAMESPACE

@@ -3,63 +3,78 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <utility>
 
 #include "engine/kernels/kernels.h"
 
 namespace meshgauge {
 
 struct WalkEntry {
-  float distance_sq;
+  double distance_sq;  // at least so far: rounding.h R6
   std::uint32_t child;
 };
 
-inline float box_distance_sq(const WideNode& node, std::size_t lane, const std::array<float, 3>& p) {
-  float sum = 0;
+// Squared distance of p, as an offset from the node's origin, to a child's box, computed.
+template <class Number>
+Number box_distance_sq(const WideNode& node, std::size_t lane, const std::array<Number, 3>& p) {
+  Number sum = 0;
   for (std::size_t k = 0; k < 3; ++k) {
-    const float gap = std::max(std::max(node.low[k][lane] - p[k], p[k] - node.high[k][lane]), 0.0F);
+    const Number low = node.low[k][lane], high = node.high[k][lane];
+    const Number gap = std::max(std::max(low - p[k], p[k] - high), Number{0});
     sum += gap * gap;
   }
   return sum;
 }
 
-// Lays the children within `limit` on the stack: in the order of their lanes, but for the nearest, which changes places
-// with the last.
-inline std::size_t push_children(const WideNode& node, const std::array<float, 3>& p, float limit, WalkEntry* stack,
+// Lays the children that may be closer than sqrt(best_sq) on the stack: in the order of their lanes, but for the
+// nearest, which changes places with the last.
+inline std::size_t push_children(const WideNode& node, const double p[3], double best_sq, WalkEntry* stack,
                                  std::size_t size) {
-  std::size_t nearest = size;
+  std::array<double, 3> local;
+  std::array<float, 3> local_float;
+  bool far = false;
+  for (std::size_t k = 0; k < 3; ++k) {
+    local[k] = p[k] - node.origin[k];
+    local_float[k] = static_cast<float>(local[k]);
+    far = far || std::abs(local_float[k]) > kFar * node.reach;
+  }
   const std::size_t bottom = size;
+  std::size_t nearest = size;
+  const auto push = [&](double distance_sq, std::uint32_t child) {
+    if (size > bottom && distance_sq < stack[nearest].distance_sq) nearest = size;
+    stack[size++] = {distance_sq, child};
+  };
   for (std::size_t lane = 0; lane < kLanes; ++lane) {
-    const WalkEntry entry{box_distance_sq(node, lane, p), node.child[lane]};
-    if (!(entry.distance_sq <= limit)) continue;
-    if (size > bottom && entry.distance_sq < stack[nearest].distance_sq) nearest = size;
-    stack[size++] = entry;
+    if (far) {
+      const double computed_sq = box_distance_sq(node, lane, local);
+      if (below_far(computed_sq) <= far_limit(best_sq)) push(below_far(computed_sq), node.child[lane]);
+    } else {
+      const float computed_sq = box_distance_sq(node, lane, local_float);
+      if (computed_sq <= near_limit(best_sq)) push(below_near(computed_sq), node.child[lane]);
+    }
   }
   if (size > bottom) std::swap(stack[nearest], stack[size - 1]);
   return size;
 }
 
 // Depth first, the nearest child first. `visit(block)` returns the squared distance beyond which nothing is of interest
-// any more; what is passed over is farther than that (rounding.h R6). Ends when it is 0.
+// any more; what is passed over is farther than that. Ends when it is 0.
 template <class Visit>
-void walk(const TreeView& tree, const double p[3], double limit_sq, Visit&& visit) {
+void walk(const TreeView& tree, const double p[3], double best_sq, Visit&& visit) {
   std::array<WalkEntry, kMaxStack> stack;
   std::size_t size = 0;
   stack[size++] = {0, 0};
-  float limit = box_limit(limit_sq);
   while (size > 0) {
     const WalkEntry entry = stack[--size];
-    if (entry.distance_sq > limit) continue;
+    if (entry.distance_sq > best_sq) continue;
     if (entry.child & WideNode::kLeaf) {
-      limit_sq = visit(entry.child & ~WideNode::kLeaf);
-      if (limit_sq == 0) return;
-      limit = box_limit(limit_sq);
+      best_sq = visit(entry.child & ~WideNode::kLeaf);
+      if (best_sq == 0) return;
     } else {
-      const WideNode& node = tree.nodes[entry.child];
-      std::array<float, 3> local;
-      for (std::size_t k = 0; k < 3; ++k) local[k] = static_cast<float>(p[k] - node.origin[k]);
-      size = push_children(node, local, limit, stack.data(), size);
+      size = push_children(tree.nodes[entry.child], p, best_sq, stack.data(), size);
     }
   }
 }

@@ -32,8 +32,8 @@
 #include "engine/bounds/n_point.h"
 #include "engine/bounds/tightness.h"
 #include "engine/bounds/triangle_set.h"
-#include "engine/ordered_mesh.h"
 #include "engine/frame.h"
+#include "engine/ordered_mesh.h"
 
 namespace {
 

@@ -90,7 +90,7 @@ TEST_CASE("the same tree for any number of threads and any instruction set") {
     CHECK(std::memcmp(other.nodes().data(), tree.nodes().data(), tree.nodes().size() * sizeof(WideNode)) == 0);
     CHECK(other.residual() == tree.residual());
     for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
-      const FlatTriangle a = tree.flat(t), b = other.flat(t);
+      const PreparedTriangle a = tree.prepared(t), b = other.prepared(t);
       REQUIRE(std::memcmp(&a, &b, sizeof a) == 0);
     }
   }

@@ -36,9 +36,10 @@ TEST_CASE("one thread takes the tasks in order") {
 TEST_CASE("what a task throws reaches the caller, and the crew goes on") {
   for (const std::size_t size : {1UL, 2UL, 4UL}) {
     Crew crew(size);
-    CHECK_THROWS_AS(crew.run(100, [](std::size_t, std::size_t task) {
-                      if (task == 20) throw std::runtime_error("task 20");
-                    }),
+    CHECK_THROWS_AS(crew.run(100,
+                             [](std::size_t, std::size_t task) {
+                               if (task == 20) throw std::runtime_error("task 20");
+                             }),
                     std::runtime_error);
     std::atomic<int> count{0};
     crew.run(100, [&](std::size_t, std::size_t) { ++count; });

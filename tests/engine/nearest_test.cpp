@@ -45,3 +45,20 @@ TEST_CASE("nearest and its certified lower bound agree with brute force") {
     check_queries(shapes::triangle({0, 0, 0}, {1, 0, 0}, {0.5, 1e-9, 0}), kernels, 300, random);
   }
 }
+
+TEST_CASE("however far away, not all triangles are looked at") {
+  for (const double size : {1.0, 1e-2, 1e-4, 1e-6}) {
+    const Mesh mesh = shapes::moved(shapes::scaled(shapes::sphere(100), size / 4), {0.7, 0.7, 0.7});
+    const Bvh tree = tree_of(mesh);
+    std::mt19937_64 random(5);
+    std::uniform_real_distribution<double> uniform(-1, 0);
+    for (const Kernels& kernels : supported_kernels()) {
+      std::uint64_t tests = 0;
+      for (int i = 0; i < 100; ++i) {
+        const Vec3 p(uniform(random), uniform(random), uniform(random));
+        kernels.nearest(tree.view(), p.data(), {std::numeric_limits<double>::infinity(), Nearest::kNone}, tests);
+      }
+      CHECK(tests < 100 * 2000);  // of 40,000 triangles, all about as far
+    }
+  }
+}

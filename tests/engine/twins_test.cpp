@@ -58,7 +58,8 @@ TEST_CASE("twins by position are the same triangles, stirred and in part, and no
       if (twins[t] == kNoTwin) continue;
       ++found;
       std::array<Vec3, 3> p, q;
-      for (std::size_t i = 0; i < 3; ++i) p[i] = a.positions[a.triangles[t][i]], q[i] = b.positions[b.triangles[twins[t]][i]];
+      for (std::size_t i = 0; i < 3; ++i)
+        p[i] = a.positions[a.triangles[t][i]], q[i] = b.positions[b.triangles[twins[t]][i]];
       CHECK(std::is_permutation(p.begin(), p.end(), q.begin()));
     }
     CHECK(found == part.triangles.size());
@@ -66,7 +67,8 @@ TEST_CASE("twins by position are the same triangles, stirred and in part, and no
 }
 
 TEST_CASE("no twins: equal corners are counted, not just met") {
-  const Mesh a = shapes::triangle({0, 0, 0}, {1, 0, 0}, {1, 0, 0}), b = shapes::triangle({0, 0, 0}, {0, 0, 0}, {1, 0, 0});
+  const Mesh a = shapes::triangle({0, 0, 0}, {1, 0, 0}, {1, 0, 0}),
+             b = shapes::triangle({0, 0, 0}, {0, 0, 0}, {1, 0, 0});
   CHECK(twins_by_position(ordered(a), ordered(b))[0] == kNoTwin);
   CHECK(twins_by_position(ordered(a), ordered(a))[0] == 0);
 }

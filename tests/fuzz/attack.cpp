@@ -66,7 +66,8 @@ std::optional<Violation> judge_progress(const Attempt& attempt, const Observed& 
 
 std::optional<Violation> judge_repetition(const Pair& pair, const Attempt& attempt, const Observed& seen) {
   Attempt other = attempt;
-  other.options.simd = attempt.options.simd == supported_simd().front() ? supported_simd().back() : supported_simd().front();
+  other.options.simd =
+      attempt.options.simd == supported_simd().front() ? supported_simd().back() : supported_simd().front();
   const Observed again = run(pair, other);
   if (same(seen.outcome, again.outcome)) return std::nullopt;
   return Violation{"repeat", format("[%.17g, %.17g], then [%.17g, %.17g]", seen.outcome.lower, seen.outcome.upper,

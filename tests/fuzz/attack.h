@@ -28,8 +28,8 @@ struct Attempt {
   std::optional<std::chrono::microseconds> deadline;
   std::optional<std::uint64_t> cancel_at;  // the check that reports a cancellation
   bool watched = false;                    // follow every progress report
-  bool twice = false;                      // a second run, with another instruction set, must give the same bits; without
-                                           // a deadline, on one thread
+  bool twice = false;  // a second run, with another instruction set, must give the same bits; without
+                       // a deadline, on one thread
 };
 
 struct Observed {

@@ -141,9 +141,12 @@ TEST_CASE("a plane cut otherwise is bounded by rounding alone, welded or not") {
     const auto upper = bounded(overlay, piece_of(tree, {0, 0, 0}, {1, 0, 0}, {0.3, 1, 0}), 1e-9, 64, work);
     REQUIRE(upper);
     CHECK(*upper <= rounding::kOverlayGap);
-    CHECK_FALSE(bounded(overlay, piece_of(tree, {0, 0, 0}, {1, 0, 0}, {0.3, 1, 0}), 1e-9, 10, work));    // too many visits
-    CHECK_FALSE(bounded(overlay, piece_of(tree, {0, 0, 0}, {1.1, 0, 0}, {0.3, 1, 0}), 1e-9, 64, work));  // over the border
-    CHECK_FALSE(bounded(overlay, piece_of(tree, {0, 0, 0.1}, {1, 0, 0.1}, {0.3, 1, 0.1}), 0.099, 64, work));  // too high
+    CHECK_FALSE(
+        bounded(overlay, piece_of(tree, {0, 0, 0}, {1, 0, 0}, {0.3, 1, 0}), 1e-9, 10, work));  // too many visits
+    CHECK_FALSE(
+        bounded(overlay, piece_of(tree, {0, 0, 0}, {1.1, 0, 0}, {0.3, 1, 0}), 1e-9, 64, work));  // over the border
+    CHECK_FALSE(
+        bounded(overlay, piece_of(tree, {0, 0, 0.1}, {1, 0, 0.1}, {0.3, 1, 0.1}), 0.099, 64, work));  // too high
     CHECK(bounded(overlay, piece_of(tree, {0, 0, 0.1}, {1, 0, 0.1}, {0.3, 1, 0.1}), 0.101, 64, work));
   }
 }

@@ -24,7 +24,10 @@ struct Fixture {
   Crew crew{1};
   Search search;
   Fixture(Mesh a_in, Mesh b_in)
-      : a(std::move(a_in)), b(std::move(b_in)), to(tree_of(b)), search(a, bounding_box(a), to, Goal{}, 0, monitor, crew) {}
+      : a(std::move(a_in)),
+        b(std::move(b_in)),
+        to(tree_of(b)),
+        search(a, bounding_box(a), to, Goal{}, 0, monitor, crew) {}
 
   Piece piece(std::uint32_t triangle = 0) {
     Piece p;

@@ -82,10 +82,6 @@ Vec3 point(const PointBlock& block, std::size_t lane) {
   return {block.at[0][lane], block.at[1][lane], block.at[2][lane]};
 }
 
-FlatTriangle flat_of(const PreparedTriangle& t) {
-  return {{t.a[0], t.a[1], t.a[2]}, {t.e1[0], t.e1[1], t.e1[2]}, {t.e2[0], t.e2[1], t.e2[2]}, t.length, t.cx, t.cy};
-}
-
 }  // namespace
 
 TEST_CASE("the list of instruction sets ends with the reference, and each is found by its name") {
@@ -117,30 +113,6 @@ TEST_CASE("prepare: the same bits everywhere, within the residual of the corners
   }
 }
 
-TEST_CASE("distances: the same bits everywhere, and those of closest_point within rounding") {
-  Dice dice(62);
-  for (int round = 0; round < kRounds; ++round) {
-    const auto corners = dice.triangles();
-    const PreparedTriangle t = prepare(point(corners[0], 0), point(corners[1], 0), point(corners[2], 0)).triangle;
-    const std::array<PointBlock, 3> others{dice.points(), dice.points(), dice.points()};
-    std::array<double, kLanes> expected, farthest;
-    reference().distances_sq(flat_of(t), others[0], expected.data());
-    reference().farthest_sq(flat_of(t), others.data(), farthest.data());
-    for (const Kernels& kernels : supported_kernels()) {
-      std::array<double, kLanes> got;
-      kernels.distances_sq(flat_of(t), others[0], got.data());
-      REQUIRE(same_bits(got, expected));
-      kernels.farthest_sq(flat_of(t), others.data(), got.data());
-      REQUIRE(same_bits(got, farthest));
-    }
-    for (std::size_t lane = 0; lane < kLanes; ++lane) {
-      const auto d = [&](std::size_t i) { return distance(t, point(others[i], lane)); };
-      CHECK(std::abs(std::sqrt(expected[lane]) - d(0)) < 8 * rounding::kDistanceSlack);
-      CHECK(std::abs(std::sqrt(farthest[lane]) - std::max({d(0), d(1), d(2)})) < 8 * rounding::kDistanceSlack);
-    }
-  }
-}
-
 TEST_CASE("nearest: the same triangle and bits everywhere, with and without a hint") {
   std::mt19937_64 random(63);
   std::uniform_real_distribution<double> uniform(-1, 1);
@@ -151,7 +123,8 @@ TEST_CASE("nearest: the same triangle and bits everywhere, with and without a hi
       if (i % 4 == 0) p = mesh.positions[random() % mesh.positions.size()];
       const auto hint = static_cast<std::uint32_t>(random() % mesh.triangles.size());
       const double hint_sq = (p - closest_point(tree.prepared(hint), p)).squaredNorm();
-      for (const Closest start : {Closest{std::numeric_limits<double>::infinity(), Nearest::kNone}, Closest{hint_sq, hint}}) {
+      for (const Closest start :
+           {Closest{std::numeric_limits<double>::infinity(), Nearest::kNone}, Closest{hint_sq, hint}}) {
         std::uint64_t expected_tests = 0;
         const Closest expected = reference().nearest(tree.view(), p.data(), start, expected_tests);
         for (const Kernels& kernels : supported_kernels()) {
