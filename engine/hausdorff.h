@@ -127,10 +127,10 @@ struct Outcome {
   Timings timings;
 };
 
-// Precondition: both meshes pass validate(), is_stencil(options.points) for n_point,
-// options.simd is supported. Never fails: out of time, memory
-// or patience it returns the interval reached. With one thread deterministic: same input and options, same bits, unless
-// interrupted, whatever the instruction set. With more the interval may differ within what was asked for.
+// Precondition: both meshes pass validate(), is_stencil(options.points) for n_point, options.simd is supported. Out of
+// time, budget or patience it returns the interval reached; std::bad_alloc is all it throws. With one thread
+// deterministic: same input and options, same bits, unless interrupted, whatever the instruction set. With more the
+// interval may differ within what was asked for, never a verdict that was given.
 Outcome measure(MeshView a, MeshView b, const Options& options, Control& control);
 
 const char* version();  // of the engine, "0.1.0"

@@ -12,7 +12,7 @@ struct Nearest {
   static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
   double distance = std::numeric_limits<double>::infinity();  // to `point`, computed; rounding.h R3
-  std::uint32_t slot = kNone;                                 // of the triangle that owns `point`
+  std::uint32_t slot = kNone;                                 // the triangle that owns `point`, in the tree's mesh
   Vec3 point = Vec3::Zero();
 
   bool known() const { return slot != kNone; }
@@ -20,7 +20,7 @@ struct Nearest {
 
 // The point of the tree's mesh closest to p. `triangle_tests` counts point-triangle distances. The returned
 // distance is an upper bound of d(p, mesh) within rounding::kDistanceSlack + residual whatever happens, and in
-// practice within the same of being equal to it. `hint` is a slot that may be near: the closer it is, the less of the
+// practice within the same of being equal to it. `hint` is a triangle that may be near: the closer it is, the less of the
 // tree is entered. Thread safe.
 Nearest nearest(const Bvh& tree, const Vec3& p, std::uint64_t& triangle_tests, std::uint32_t hint = Nearest::kNone);
 

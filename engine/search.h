@@ -137,7 +137,7 @@ class Search {
                    : std::numeric_limits<std::uint64_t>::max();
   }
 
-  // Bound of what has not been looked at yet: only the traversal sets it, to 0 when it is through.
+  // Bound of what has not been looked at yet: the first phase sets it, to 0 when it is through.
   void set_unvisited(double upper) { unvisited_ = upper; }
 
   // Makes the adjacency of B if it is not there yet. False: interrupted, none is there.

@@ -15,7 +15,7 @@ namespace meshgauge {
 struct Corner {
   Vec3 point = Vec3::Zero();            // unit frame
   double distance = 0;                  // d(point, B), computed
-  std::uint32_t slot = Nearest::kNone;  // triangle of B that is nearest, as a slot of B's tree
+  std::uint32_t slot = Nearest::kNone;  // triangle of B, in its tree's mesh, that is nearest
 };
 
 struct Piece {

@@ -18,7 +18,7 @@ struct TreeView {
   const TriangleBlock* blocks;
 };
 
-// The closest triangle so far. Slot s is lane s % kLanes of block s / kLanes.
+// The closest triangle so far: number s is lane s % kLanes of block s / kLanes.
 struct Closest {
   double distance_sq;
   std::uint32_t slot;
