@@ -41,15 +41,15 @@
 // (R6) Boxes. A tree's node holds its children's boxes as offsets in single precision from an origin o, rounded
 // outwards
 //      and wider by pad_k = 2^-22 E_k on axis k, E_k the largest |offset|. With t_k >= 0 the distance of p_k to the
-//      child's true interval, |p_k - o_k| <= t_k + E_k. Near: a query takes s_k = float(p_k - o_k), which errs by at
-//      most 2^-23.9 (t_k + E_k) + 2^-149; so the gap to the stored interval, max(low - s_k, s_k - high, 0), is computed
-//      as at most (t_k (1 + 2^-23.9) + 2^-149)(1 + 2^-24). Squared and summed in single precision: at most d^2 (1 +
-//      2^-21) + 2^-140, d the true distance of p to the box. Hence computed * (1 - 2^-18) - 2^-100 <= d^2; and what is
-//      computed above best^2 (1 + 2^-17) + 2^-99, that sum itself rounded to single precision, is of a box farther than
-//      `best`. Far (single precision cannot tell such boxes apart): the same in double. s_k = p_k - o_k errs by u (t_k
-//      + E_k), far less than the pad takes care of; the rest is at most 12 roundings and underflows of 2^-1074:
-//      computed * (1 - 2^-48) - 2^-1000 <= d^2.
-//      (engine/kernels/kernels.h: below_near, near_limit, below_far.)
+//      child's true interval, |p_k - o_k| <= t_k + E_k.
+//      Near: a query takes s_k = float(p_k - o_k), which errs by at most 2^-23.9 (t_k + E_k) + 2^-149; so the gap to
+//      the stored interval, max(low - s_k, s_k - high, 0), is computed as at most (t_k (1 + 2^-23.9) + 2^-149)(1 +
+//      2^-24). Squared and summed in single precision: at most d^2 (1 + 2^-21) + 2^-140, d the true distance of p to
+//      the box. So what is computed above best^2 (1 + 2^-18) + 2^-100, that sum itself rounded to single precision, is
+//      of a box farther than `best`. Far (single precision cannot tell such boxes apart): the same in double. s_k = p_k
+//      - o_k errs by u (t_k + E_k), far less than the pad takes care of; the rest is at most 12 roundings and
+//      underflows of 2^-1074, so that the limit is best^2 (1 + 2^-48) + 2^-1000. Rounded to single precision such a
+//      square may be held against the near limit, too. (engine/kernels/kernels.h: near_limit, far_limit.)
 //
 // (R7) Overlay. Derived where it is used, in engine/bounds/overlay.h: kOverlayOffset = kOverlaySlack = 128u.
 #pragma once

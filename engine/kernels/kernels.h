@@ -52,16 +52,16 @@ inline constexpr std::size_t kMaxStack = kMaxTreeDepth * (kLanes - 1) + 2;
 // apart.
 inline constexpr float kFar = 32;
 
-// Lower bounds of the squared distance to a box from the computed one, in single and in double precision; and the limit
-// in single precision above which a computed one is of a box farther than sqrt(best_sq): rounding.h R6. Empty lanes
-// have infinite distances, which are above every limit.
-inline double below_near(float computed_sq) { return static_cast<double>(computed_sq) * (1 - 0x1p-18) - 0x1p-100; }
-inline double below_far(double computed_sq) { return computed_sq * (1 - 0x1p-48) - 0x1p-1000; }
+// A squared distance to a box, computed in single or in double precision, that is above this is of a box farther than
+// sqrt(best_sq): rounding.h R6. Empty lanes have infinite distances, which are above every limit.
 inline constexpr float kNoLimit = 0x1p126F;
 inline float near_limit(double best_sq) {
-  const double limit = best_sq * (1 + 0x1p-17) + 0x1p-99;
+  const double limit = best_sq * (1 + 0x1p-18) + 0x1p-100;
   return limit < kNoLimit ? static_cast<float>(limit) : kNoLimit;
 }
-inline double far_limit(double best_sq) { return best_sq < kNoLimit ? best_sq : static_cast<double>(kNoLimit); }
+inline double far_limit(double best_sq) {
+  const double limit = best_sq * (1 + 0x1p-48) + 0x1p-1000;
+  return limit < kNoLimit ? limit : static_cast<double>(kNoLimit);
+}
 
 }  // namespace meshgauge

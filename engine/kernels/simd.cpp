@@ -90,72 +90,22 @@ F gap(F low, F high, F p) { return hn::Max(hn::Max(hn::Sub(low, p), hn::Sub(p, h
 D gap(D low, D high, D p) { return hn::Max(hn::Max(hn::Sub(low, p), hn::Sub(p, high)), hn::Zero(kDoubles)); }
 
 struct Entry {
-  double distance_sq;
+  float distance_sq;
   std::uint32_t child;
 };
 
-// The lanes whose computed squared distance is within the limit, as bits, and lower bounds of all.
-unsigned near_children(const WideNode& node, const float p[3], float limit, double below[kLanes]) {
-  const F x = hn::Set(kFloats, p[0]), y = hn::Set(kFloats, p[1]), z = hn::Set(kFloats, p[2]);
-  HWY_ALIGN float computed_sq[kLanes];
-  unsigned within = 0;
-  for (std::size_t i = 0; i < kLanes; i += hn::Lanes(kFloats)) {
-    const F gx = gap(hn::Load(kFloats, node.low[0] + i), hn::Load(kFloats, node.high[0] + i), x);
-    const F gy = gap(hn::Load(kFloats, node.low[1] + i), hn::Load(kFloats, node.high[1] + i), y);
-    const F gz = gap(hn::Load(kFloats, node.low[2] + i), hn::Load(kFloats, node.high[2] + i), z);
-    const F sum = hn::Add(hn::Add(hn::Mul(gx, gx), hn::Mul(gy, gy)), hn::Mul(gz, gz));
-    hn::Store(sum, kFloats, computed_sq + i);
-    HWY_ALIGN std::uint8_t bits[8] = {};
-    hn::StoreMaskBits(kFloats, hn::Le(sum, hn::Set(kFloats, limit)), bits);
-    within |= static_cast<unsigned>(bits[0]) << i;
-  }
-  for (unsigned left = within; left != 0; left &= left - 1) {
-    const int lane = __builtin_ctz(left);
-    below[lane] = below_near(computed_sq[lane]);
-  }
-  return within;
-}
-
-unsigned far_children(const WideNode& node, const double p[3], double limit, double below[kLanes]) {
-  using HalfFloats = hn::Rebind<float, Doubles>;
-  constexpr HalfFloats kHalf;
-  const auto wide = [&](const float* values) { return hn::PromoteTo(kDoubles, hn::Load(kHalf, values)); };
-  const D x = hn::Set(kDoubles, p[0]), y = hn::Set(kDoubles, p[1]), z = hn::Set(kDoubles, p[2]);
-  HWY_ALIGN double computed_sq[kLanes];
-  unsigned within = 0;
-  for (std::size_t i = 0; i < kLanes; i += hn::Lanes(kDoubles)) {
-    const D gx = gap(wide(node.low[0] + i), wide(node.high[0] + i), x);
-    const D gy = gap(wide(node.low[1] + i), wide(node.high[1] + i), y);
-    const D gz = gap(wide(node.low[2] + i), wide(node.high[2] + i), z);
-    hn::Store(hn::Add(hn::Add(hn::Mul(gx, gx), hn::Mul(gy, gy)), hn::Mul(gz, gz)), kDoubles, computed_sq + i);
-  }
-  for (unsigned lane = 0; lane < kLanes32; ++lane) {
-    below[lane] = below_far(computed_sq[lane]);
-    within |= below[lane] <= limit ? 1U << lane : 0U;
-  }
-  return within;
-}
-
-// See the reference, walk.h.
-std::size_t push_children(const WideNode& node, const double p[3], double best_sq, Entry* stack, std::size_t size) {
-  const double local[3] = {p[0] - node.origin[0], p[1] - node.origin[1], p[2] - node.origin[2]};
-  const float local_float[3] = {static_cast<float>(local[0]), static_cast<float>(local[1]),
-                                static_cast<float>(local[2])};
-  const float far = kFar * node.reach;
-  const bool is_far = local_float[0] > far || local_float[0] < -far || local_float[1] > far || local_float[1] < -far ||
-                      local_float[2] > far || local_float[2] < -far;
-  HWY_ALIGN double below[kLanes];
-  unsigned within = is_far ? far_children(node, local, far_limit(best_sq), below)
-                           : near_children(node, local_float, near_limit(best_sq), below);
-  if (within == 0) return size;
+// Lays the lanes that are set in `within`, not 0, on the stack; see the reference, walk.h.
+template <class Number>
+std::size_t push(const WideNode& node, unsigned within, const Number distances_sq[kLanes], Entry* stack,
+                 std::size_t size) {
   std::size_t nearest = size;
-  double least = below[__builtin_ctz(within)];
+  Number least = distances_sq[__builtin_ctz(within)];
   for (; within != 0; within &= within - 1) {
     const int lane = __builtin_ctz(within);
-    const bool nearer = below[lane] < least;
-    least = nearer ? below[lane] : least;
+    const bool nearer = distances_sq[lane] < least;
+    least = nearer ? distances_sq[lane] : least;
     nearest = nearer ? size : nearest;
-    stack[size].distance_sq = below[lane];
+    stack[size].distance_sq = static_cast<float>(distances_sq[lane]);
     stack[size].child = node.child[lane];
     ++size;
   }
@@ -163,6 +113,48 @@ std::size_t push_children(const WideNode& node, const double p[3], double best_s
   stack[size - 1] = stack[nearest];
   stack[nearest] = last;
   return size;
+}
+
+// In double. Seldom needed.
+HWY_NOINLINE std::size_t push_far_children(const WideNode& node, const double p[3], double limit, Entry* stack,
+                                           std::size_t size) {
+  constexpr hn::Rebind<float, Doubles> kHalf;
+  const auto wide = [&](const float* values) { return hn::PromoteTo(kDoubles, hn::Load(kHalf, values)); };
+  const D x = hn::Set(kDoubles, p[0]), y = hn::Set(kDoubles, p[1]), z = hn::Set(kDoubles, p[2]);
+  HWY_ALIGN double distances_sq[kLanes];
+  unsigned within = 0;
+  for (std::size_t i = 0; i < kLanes; i += hn::Lanes(kDoubles)) {
+    const D gx = gap(wide(node.low[0] + i), wide(node.high[0] + i), x);
+    const D gy = gap(wide(node.low[1] + i), wide(node.high[1] + i), y);
+    const D gz = gap(wide(node.low[2] + i), wide(node.high[2] + i), z);
+    hn::Store(hn::Add(hn::Add(hn::Mul(gx, gx), hn::Mul(gy, gy)), hn::Mul(gz, gz)), kDoubles, distances_sq + i);
+  }
+  for (unsigned lane = 0; lane < kLanes32; ++lane) within |= distances_sq[lane] <= limit ? 1U << lane : 0U;
+  return within == 0 ? size : push(node, within, distances_sq, stack, size);
+}
+
+std::size_t push_children(const WideNode& node, const double p[3], double best_sq, float limit, Entry* stack,
+                          std::size_t size) {
+  const double local[3] = {p[0] - node.origin[0], p[1] - node.origin[1], p[2] - node.origin[2]};
+  const auto fx = static_cast<float>(local[0]), fy = static_cast<float>(local[1]), fz = static_cast<float>(local[2]);
+  const float far = kFar * node.reach;
+  if (fx > far || fx < -far || fy > far || fy < -far || fz > far || fz < -far) {
+    return push_far_children(node, local, far_limit(best_sq), stack, size);
+  }
+  const F x = hn::Set(kFloats, fx), y = hn::Set(kFloats, fy), z = hn::Set(kFloats, fz);
+  HWY_ALIGN float distances_sq[kLanes];
+  unsigned within = 0;
+  for (std::size_t i = 0; i < kLanes; i += hn::Lanes(kFloats)) {
+    const F gx = gap(hn::Load(kFloats, node.low[0] + i), hn::Load(kFloats, node.high[0] + i), x);
+    const F gy = gap(hn::Load(kFloats, node.low[1] + i), hn::Load(kFloats, node.high[1] + i), y);
+    const F gz = gap(hn::Load(kFloats, node.low[2] + i), hn::Load(kFloats, node.high[2] + i), z);
+    const F sum = hn::Add(hn::Add(hn::Mul(gx, gx), hn::Mul(gy, gy)), hn::Mul(gz, gz));
+    hn::Store(sum, kFloats, distances_sq + i);
+    HWY_ALIGN std::uint8_t bits[8] = {};
+    hn::StoreMaskBits(kFloats, hn::Le(sum, hn::Set(kFloats, limit)), bits);
+    within |= static_cast<unsigned>(bits[0]) << i;
+  }
+  return within == 0 ? size : push(node, within, distances_sq, stack, size);
 }
 
 void closest_of_block(const TriangleBlock& block, std::uint32_t number, const double p[3], Closest& best) {
@@ -183,16 +175,18 @@ Closest nearest(const TreeView& tree, const double p[3], Closest best, std::uint
   Entry stack[kMaxStack];
   std::size_t size = 0;
   stack[size++] = Entry{0, 0};
+  float limit = near_limit(best.distance_sq);
   while (size > 0) {
     const Entry entry = stack[--size];
-    if (entry.distance_sq > best.distance_sq) continue;
+    if (entry.distance_sq > limit) continue;
     if (entry.child & WideNode::kLeaf) {
       const std::uint32_t number = entry.child & ~WideNode::kLeaf;
       tests += kLanes;
       closest_of_block(tree.blocks[number], number, p, best);
       if (best.distance_sq == 0) break;
+      limit = near_limit(best.distance_sq);
     } else {
-      size = push_children(tree.nodes[entry.child], p, best.distance_sq, stack, size);
+      size = push_children(tree.nodes[entry.child], p, best.distance_sq, limit, stack, size);
     }
   }
   return best;

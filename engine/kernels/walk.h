@@ -13,11 +13,11 @@
 namespace meshgauge {
 
 struct WalkEntry {
-  double distance_sq;  // at least so far: rounding.h R6
+  float distance_sq;
   std::uint32_t child;
 };
 
-// Squared distance of p, as an offset from the node's origin, to a child's box, computed.
+// Squared distance of p, as an offset from the node's origin, to a child's box.
 template <class Number>
 Number box_distance_sq(const WideNode& node, std::size_t lane, const std::array<Number, 3>& p) {
   Number sum = 0;
@@ -29,8 +29,25 @@ Number box_distance_sq(const WideNode& node, std::size_t lane, const std::array<
   return sum;
 }
 
-// Lays the children that may be closer than sqrt(best_sq) on the stack: in the order of their lanes, but for the
-// nearest, which changes places with the last.
+// Lays the children within `limit` on the stack: in the order of their lanes, but for the nearest, which changes places
+// with the last.
+template <class Number>
+std::size_t push_within(const WideNode& node, const std::array<Number, 3>& p, Number limit, WalkEntry* stack,
+                        std::size_t size) {
+  const std::size_t bottom = size;
+  std::size_t nearest = size;
+  Number least = 0;
+  for (std::size_t lane = 0; lane < kLanes; ++lane) {
+    const Number distance_sq = box_distance_sq(node, lane, p);
+    if (!(distance_sq <= limit)) continue;
+    if (size == bottom || distance_sq < least) least = distance_sq, nearest = size;
+    stack[size++] = {static_cast<float>(distance_sq), node.child[lane]};
+  }
+  if (size > bottom) std::swap(stack[nearest], stack[size - 1]);
+  return size;
+}
+
+// The children that may be closer than sqrt(best_sq).
 inline std::size_t push_children(const WideNode& node, const double p[3], double best_sq, WalkEntry* stack,
                                  std::size_t size) {
   std::array<double, 3> local;
@@ -41,23 +58,8 @@ inline std::size_t push_children(const WideNode& node, const double p[3], double
     local_float[k] = static_cast<float>(local[k]);
     far = far || std::abs(local_float[k]) > kFar * node.reach;
   }
-  const std::size_t bottom = size;
-  std::size_t nearest = size;
-  const auto push = [&](double distance_sq, std::uint32_t child) {
-    if (size > bottom && distance_sq < stack[nearest].distance_sq) nearest = size;
-    stack[size++] = {distance_sq, child};
-  };
-  for (std::size_t lane = 0; lane < kLanes; ++lane) {
-    if (far) {
-      const double computed_sq = box_distance_sq(node, lane, local);
-      if (below_far(computed_sq) <= far_limit(best_sq)) push(below_far(computed_sq), node.child[lane]);
-    } else {
-      const float computed_sq = box_distance_sq(node, lane, local_float);
-      if (computed_sq <= near_limit(best_sq)) push(below_near(computed_sq), node.child[lane]);
-    }
-  }
-  if (size > bottom) std::swap(stack[nearest], stack[size - 1]);
-  return size;
+  if (far) return push_within(node, local, far_limit(best_sq), stack, size);
+  return push_within(node, local_float, near_limit(best_sq), stack, size);
 }
 
 // Depth first, the nearest child first. `visit(block)` returns the squared distance beyond which nothing is of interest
@@ -69,7 +71,7 @@ void walk(const TreeView& tree, const double p[3], double best_sq, Visit&& visit
   stack[size++] = {0, 0};
   while (size > 0) {
     const WalkEntry entry = stack[--size];
-    if (entry.distance_sq > best_sq) continue;
+    if (entry.distance_sq > near_limit(best_sq)) continue;
     if (entry.child & WideNode::kLeaf) {
       best_sq = visit(entry.child & ~WideNode::kLeaf);
       if (best_sq == 0) return;
