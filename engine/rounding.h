@@ -38,8 +38,7 @@
 //      differences: 4u * |w-v| |n| <= 14u |n|. With | |n| - 1 | <= 4u, leaving out the division costs
 //      4u * 3.47 < 14u. kSeparationSlack = 32u.
 //
-// (R6) Boxes. A tree's node holds its children's boxes as offsets in single precision from an origin o, rounded
-// outwards
+// (R6) Boxes. A tree's node holds its children's boxes as offsets from an origin o, in float, rounded outwards
 //      and wider by pad_k = 2^-22 E_k on axis k, E_k the largest |offset|. With t_k >= 0 the distance of p_k to the
 //      child's true interval, |p_k - o_k| <= t_k + E_k.
 //      Near: a query takes s_k = float(p_k - o_k), which errs by at most 2^-23.9 (t_k + E_k) + 2^-149; so the gap to

@@ -56,7 +56,7 @@ MUTATIONS = [
     ("off by one: the last triangle of a leaf of B is skipped", "engine/nearest.cpp",
      "t < tree.block_end(block); ++t", "t + 1 < tree.block_end(block); ++t"),
     ("off by one: a kernel skips the last lane", "engine/kernels/simd.cpp",
-     "lane < kLanes32; ++lane", "lane + 1 < kLanes32; ++lane"),
+     "for (std::uint32_t lane = 0; lane < kLanes32; ++lane) {", "for (std::uint32_t lane = 0; lane + 1 < kLanes32; ++lane) {"),
     ("an interrupted traversal forgets the open nodes", "engine/traversal.cpp",
      "search_.set_unvisited(upper);", "search_.set_unvisited(0 * upper);"),
     ("an interrupted sweep forgets the rest", "engine/sweep.cpp",
@@ -74,7 +74,7 @@ MUTATIONS = [
      "  for (const Corner& corner : {piece.corners[0], piece.corners[1]}) {\n    farthest"),
     ("the Lipschitz radius is too small", "engine/bounds/lipschitz.h", "+ kRoundUp * enclosing", "+ 0.9 * enclosing"),
     ("shadows are not bounded", "engine/bounds/overlay.cpp",
-     "    if (!view.add(triangle, view.shadow(*side, a.at, b.at), work)) return false;\n", "    (void)triangle;\n"),
+     "    if (!view.add(target_.prepared(image.triangle), view.shadow(side, a.at, b.at), work)) return false;\n", ""),
     ("the flood enters neighbours that fold back", "engine/bounds/overlay.cpp",
      "if (!side.surely_outside(apex.at, kOffset)) continue;", "(void)side;"),
 ]
