@@ -137,7 +137,7 @@ class Bisection {
       const std::size_t count = static_cast<std::size_t>(std::min<std::uint64_t>(
           {search_.waiting(), search_.crew().size() * kTasksARound * kPiecesATask, std::max<std::uint64_t>(left, 1)}));
       for (std::size_t i = 0; i < count; ++i) taken.push_back(search_.pop());
-      const std::size_t tasks = (count + kPiecesATask - 1) / kPiecesATask;
+      const std::size_t tasks = 1 + (count - 1) / kPiecesATask;
       const auto steps = static_cast<std::size_t>(std::clamp<std::uint64_t>(left / tasks, 1, kStepsATask));
       search_.crew().run(tasks, [&](std::size_t w, std::size_t task) {
         const std::size_t begin = task * kPiecesATask;

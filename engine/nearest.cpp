@@ -63,7 +63,7 @@ Nearest nearest(const Bvh& tree, const Vec3& p, std::uint64_t& triangle_tests, s
 double certified_distance_below(const Bvh& tree, const Vec3& p) {
   double limit = std::numeric_limits<double>::infinity();
   walk(tree.view(), p.data(), limit, [&](std::uint32_t block) {
-    for (std::uint32_t t = tree.block_begin(block); t < tree.block_end(block); ++t) {
+    for (std::uint32_t t = Bvh::block_begin(block); t < tree.block_end(block); ++t) {
       const std::array corners{tree.mesh().corner(t, 0), tree.mesh().corner(t, 1), tree.mesh().corner(t, 2)};
       limit = std::min(limit, certified_distance_below(corners, tree.prepared(t), p));
     }

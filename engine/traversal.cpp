@@ -40,7 +40,7 @@ class Traversal {
     if (entry.upper <= search_.cull_below()) return search_.drop(entry.upper);
     if (entry.child & WideNode::kLeaf) {
       const std::uint32_t block = entry.child & ~WideNode::kLeaf;
-      for (std::uint32_t t = from_.block_begin(block); t < from_.block_end(block); ++t) {
+      for (std::uint32_t t = Bvh::block_begin(block); t < from_.block_end(block); ++t) {
         visit_triangle(t, entry.upper);
       }
       return;
@@ -104,7 +104,7 @@ class Traversal {
       if (child == WideNode::kNone) continue;
       if (child & WideNode::kLeaf) {
         const std::uint32_t block = child & ~WideNode::kLeaf;
-        count += from_.block_end(block) - from_.block_begin(block);
+        count += from_.block_end(block) - Bvh::block_begin(block);
       } else {
         const auto& children = from_.nodes()[child].child;
         stack.insert(stack.end(), std::begin(children), std::end(children));

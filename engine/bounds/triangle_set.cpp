@@ -75,7 +75,7 @@ TriangleSet::Collected TriangleSet::collect(const Piece& whole) {
       if (search_.interrupted()) return {std::move(slots), false};
     }
     const std::uint32_t block = child & ~WideNode::kLeaf;
-    for (std::uint32_t t = to.block_begin(block); t < to.block_end(block); ++t) {
+    for (std::uint32_t t = Bvh::block_begin(block); t < to.block_end(block); ++t) {
       const CornersAndFrame other{{to.mesh().corner(t, 0), to.mesh().corner(t, 1), to.mesh().corner(t, 2)},
                                   to.prepared(t)};
       if (triangle_distance(s, other) <= reach) slots.push_back(t);
