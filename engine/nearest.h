@@ -20,8 +20,8 @@ struct Nearest {
 
 // The point of the tree's mesh closest to p. `triangle_tests` counts point-triangle distances. The returned
 // distance is an upper bound of d(p, mesh) within rounding::kDistanceSlack + residual whatever happens, and in
-// practice within the same of being equal to it. `hint` is a triangle that may be near: the closer it is, the less of the
-// tree is entered. Thread safe.
+// practice within the same of being equal to it. `hint` is a triangle that may be near: the closer it is, the less of
+// the tree is entered. Thread safe.
 Nearest nearest(const Bvh& tree, const Vec3& p, std::uint64_t& triangle_tests, std::uint32_t hint = Nearest::kNone);
 
 // Distance from p to one prepared triangle, computed; R3 again.

@@ -111,11 +111,6 @@ class Search {
   }
   // Forgets a piece; its bound stays in upper().
   void drop(double upper) { dropped_ = std::max(dropped_, upper); }
-  // The same for a piece whose bound is above what was asked for, but which rounding does not let be resolved further.
-  void drop_unresolved(double upper) {
-    unresolved_ = std::max(unresolved_, upper);
-    drop(upper);
-  }
   // The gap between the computed bounds that the search does not resolve any further.
   double unresolved_gap() const { return std::max(rounding::kSmallestGap, unresolved_ - lower()); }
 

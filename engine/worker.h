@@ -27,6 +27,7 @@ class Worker {
     search_.raise_lower(corner.distance);
   }
   void drop(double upper) { dropped_ = std::max(dropped_, upper); }
+  // For a piece whose bound is above what was asked for, but which rounding does not let be resolved further.
   void drop_unresolved(double upper) {
     unresolved_ = std::max(unresolved_, upper);
     drop(upper);

@@ -1,5 +1,6 @@
 // Micro-benchmarks of the engine (Google Benchmark): ./dev bench micro [--benchmark_filter=REGEX ...]
 //
+// kernel_*/SET    the kernels of one instruction set: eight triangles prepared; a cold query among 100,000
 // build/N         the tree over N triangles
 // nearest_*/N     one closest-point query in a tree of N: `cold` in random order without a hint, `hinted` along a walk
 // over the
@@ -9,8 +10,12 @@
 //                 mesh against itself, `far` two that do not touch. Counts the memory held beside both meshes.
 #include <benchmark/benchmark.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 #include <random>
+#include <string>
 #include <vector>
 
 #include "counted_memory.h"
@@ -131,6 +136,33 @@ void measure_far(benchmark::State& state) {
   measure_pair(state, bumpy(state.range(0)), shapes::moved(bumpy(state.range(0)), {5, 0, 0}));
 }
 
+// The kernels of one instruction set.
+void kernel_prepare(benchmark::State& state, const Kernels* kernels) {
+  std::array<PointBlock, 3> corners;
+  std::mt19937_64 random(1);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  for (PointBlock& block : corners) {
+    for (auto& axis : block.at) std::generate(std::begin(axis), std::end(axis), [&] { return uniform(random); });
+  }
+  TriangleBlock out;
+  for (auto _ : state) benchmark::DoNotOptimize(kernels->prepare(corners.data(), out));
+  state.counters["per_triangle"] =
+      benchmark::Counter(kLanes, benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
+}
+
+void kernel_nearest(benchmark::State& state, const Kernels* kernels) {
+  const Mesh mesh = bumpy(100'000);
+  const Ordered ordered(mesh);
+  const std::vector<Vec3> points = queries_near(mesh, 1 << 14);
+  std::uint64_t tests = 0, done = 0;
+  for (auto _ : state) {
+    const Closest start{std::numeric_limits<double>::infinity(), Nearest::kNone};
+    benchmark::DoNotOptimize(
+        kernels->nearest(ordered.tree.view(), points[done++ % points.size()].data(), start, tests));
+  }
+  state.counters["triangle_tests"] = static_cast<double>(tests) / static_cast<double>(done);
+}
+
 // Sizes from 1e3 to `most` triangles.
 void sizes(benchmark::internal::Benchmark* benchmark, std::int64_t most) {
   benchmark->RangeMultiplier(10)->Range(1'000, most)->Unit(benchmark::kMicrosecond)->UseRealTime();
@@ -145,4 +177,13 @@ BENCHMARK(measure_far)->Apply([](auto* b) { sizes(b, 1'000'000); });
 
 }  // namespace
 
-BENCHMARK_MAIN();
+int main(int argc, char** argv) {
+  for (const Kernels& kernels : supported_kernels()) {
+    const std::string name = kernels.name;
+    benchmark::RegisterBenchmark(("kernel_prepare/" + name).c_str(), kernel_prepare, &kernels);
+    benchmark::RegisterBenchmark(("kernel_nearest/" + name).c_str(), kernel_nearest, &kernels);
+  }
+  benchmark::Initialize(&argc, argv);
+  if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;
+  benchmark::RunSpecifiedBenchmarks();
+}
