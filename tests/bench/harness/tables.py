@@ -48,6 +48,8 @@ def finished(results):
     for tolerance in results.tolerances():
         for name in results.contenders():
             runs = [by_name[name] for _, _, _, by_name in results.of("pairs", tolerance) if name in by_name]
+            if not runs:
+                continue
             count = collections.Counter(run.status for run in runs if not run.finished)
             done = [run for run in runs if run.finished]
             rows.append(

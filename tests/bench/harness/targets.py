@@ -181,12 +181,16 @@ def _gate(results):
     if not values:
         return []
     mean = statistics.geometric_mean(values)
-    wrong = [
-        pair
+    verdicts = [
+        (pair, gate, by_name["auto"]["verdict"])
         for pair, _, gate, by_name in results.of("gate")
-        if gate and by_name["auto"].finished and by_name["auto"]["verdict"] != {"2h": "pass", "h/2": "fail"}[gate]
+        if gate and by_name["auto"].finished
     ]
-    measured = text.ratio(mean) + (", wrong verdict: " + ", ".join(wrong) if wrong else "")
+    wrong = [pair for pair, gate, verdict in verdicts if verdict == {"2h": "fail", "h/2": "pass"}[gate]]
+    undecided = [f"{pair} at {gate}" for pair, gate, verdict in verdicts if verdict == "undecided"]
+    measured = text.ratio(mean) + (", wrong verdict: " + ", ".join(wrong) if wrong else ", no wrong verdict")
+    if undecided:
+        measured += ", the tolerance reached first: " + ", ".join(undecided)
     return [
         (
             f"gates at 2h and h/2 against converging to 1e-4, {len(values)} decisions, geometric mean",
