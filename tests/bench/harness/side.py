@@ -85,7 +85,7 @@ def session_facts():
         "processor": _processor(),
         "cores": cores(),
         "memory": _memory(),
-        "kernel": platform.release(),
+        "kernel": platform.release().split("-")[0],
         "commit": _commit(),
         "cgal": _cgal(),
         "arguments": sys.argv[1:],
