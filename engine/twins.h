@@ -15,8 +15,8 @@ inline constexpr std::uint32_t kNoTwin = ~std::uint32_t{0};
 // mesh has more than twice as many triangles as the other: then they are hardly copies. Linear time.
 LargeArray<std::uint32_t> twins_by_number(const OrderedMesh& from, const OrderedMesh& to);
 
-// For each triangle of `from` one of `to` with corners at the same positions, in any order, or kNoTwin. Linear time,
-// 0.05 us a triangle. Empty when `interrupted` says to stop.
+// For each triangle of `from` one of `to` with corners at the same positions, in any order, or kNoTwin. Linear time.
+// Empty when `interrupted` says to stop.
 LargeArray<std::uint32_t> twins_by_position(const OrderedMesh& from, const OrderedMesh& to,
                                             const Interrupted& interrupted = never_interrupted);
 

@@ -13,8 +13,6 @@ class Worker {
  public:
   explicit Worker(Search& search) : search_(search) {}
 
-  const Search& search() const { return search_; }
-  MeshView from() const { return search_.from(); }
   const Bvh& to() const { return search_.to(); }
   Work& work() { return work_; }
 

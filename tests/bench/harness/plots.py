@@ -62,14 +62,19 @@ def _ones(axis, value=1.0):
     axis.axhline(value, color="black", linewidth=0.8)
 
 
-def speedup_by_size(results, path, fast, rivals):
-    """The paper's Figures 3 and 4: a point a pair."""
-    found = [
+def _speedups(results, fast, rivals):
+    """(rival, tolerance, ratios) of those that were measured."""
+    every = [
         (rival, tolerance, results.ratios("pairs", tolerance, fast, rival))
         for rival in rivals
         for tolerance in results.tolerances()
     ]
-    found = [entry for entry in found if entry[2]]
+    return [entry for entry in every if entry[2]]
+
+
+def speedup_by_size(results, path, fast, rivals):
+    """The paper's Figures 3 and 4: a point a pair."""
+    found = _speedups(results, fast, rivals)
     if not found:
         return False
     sizes = {(pair, tol): triangles(by_name) for pair, tol, _, by_name in results.of("pairs")}
@@ -99,12 +104,7 @@ def speedup_by_size(results, path, fast, rivals):
 
 def speedup_histogram(results, path, fast, rivals):
     """The paper's Figure 5, on a logarithmic axis."""
-    found = [
-        (rival, tolerance, results.ratios("pairs", tolerance, fast, rival))
-        for rival in rivals
-        for tolerance in results.tolerances()
-    ]
-    found = [entry for entry in found if entry[2]]
+    found = _speedups(results, fast, rivals)
     if not found:
         return False
     shown = sorted({rival for rival, _, _ in found}, key=rivals.index)

@@ -5,38 +5,15 @@
 #include "engine/bounds/four_point.h"
 #include "engine/bounds/n_point.h"
 #include "engine/bounds/triangle_set.h"
+#include "patient_search.h"
 #include "shapes.h"
-#include "tree.h"
 
 using namespace meshgauge;
 
 namespace {
 
-class Patient final : public Monitor {
-  std::optional<Stop> pulse(const Search&) override { return std::nullopt; }
-  bool interrupted() override { return false; }
-};
-
-struct Fixture {
-  Mesh a, b;
-  Bvh to;
-  Patient monitor;
-  Crew crew{1};
-  Search search;
-  Fixture(Mesh a_in, Mesh b_in)
-      : a(std::move(a_in)),
-        b(std::move(b_in)),
-        to(tree_of(b)),
-        search(a, bounding_box(a), to, Goal{}, 0, monitor, crew) {}
-
-  Piece piece(std::uint32_t triangle = 0) {
-    Piece p;
-    p.triangle = triangle;
-    for (std::size_t i = 0; i < 3; ++i) {
-      p.corners[i] = nearest_corner(to, a.positions[a.triangles[triangle][i]], search.work());
-    }
-    return p;
-  }
+struct Fixture : PatientSearch {
+  using PatientSearch::PatientSearch;
 
   double of(PieceBound&& bound, const Piece& p) { return tightness(best_upper(p, to), bound.upper(p), to); }
   double of_four_point(const Piece& p) { return of(FourPoint(to, search.work()), p); }

@@ -1,0 +1,40 @@
+// A search from one mesh to another that nobody ever stops, for tests of what works inside of one.
+#pragma once
+
+#include <utility>
+
+#include "engine/search.h"
+#include "tree.h"
+
+namespace meshgauge {
+
+class Patient final : public Monitor {
+  std::optional<Stop> pulse(const Search&) override { return std::nullopt; }
+  bool interrupted() override { return false; }
+};
+
+struct PatientSearch {
+  Mesh a, b;
+  Bvh to;
+  Patient monitor;
+  Crew crew{1};
+  Search search;
+
+  PatientSearch(Mesh a_in, Mesh b_in)
+      : a(std::move(a_in)),
+        b(std::move(b_in)),
+        to(tree_of(b)),
+        search(a, bounding_box(a), to, Goal{}, 0, monitor, crew) {}
+
+  // A whole triangle of a, with its corners measured.
+  Piece piece(std::uint32_t triangle = 0) {
+    Piece p;
+    p.triangle = triangle;
+    for (std::size_t i = 0; i < 3; ++i) {
+      p.corners[i] = nearest_corner(to, a.positions[a.triangles[triangle][i]], search.work());
+    }
+    return p;
+  }
+};
+
+}  // namespace meshgauge
