@@ -1,6 +1,7 @@
 #include "engine/adjacency.h"
 
 #include <algorithm>
+#include <atomic>
 
 #include "engine/index_table.h"
 
@@ -10,6 +11,7 @@ namespace {
 constexpr std::uint32_t kNone = IndexTable::kNone;
 
 constexpr std::size_t kAskEvery = std::size_t{1} << 17;  // triangles or vertices, about 3 ms
+constexpr std::size_t kRange = std::size_t{1} << 12;     // vertices
 
 // Calls visit(i) for each i below `count`. False: interrupted.
 template <class Visit>
@@ -22,19 +24,43 @@ bool each(std::size_t count, const Interrupted& interrupted, Visit&& visit) {
   return true;
 }
 
-// Puts into `vertex`, for each vertex that triangles use, the first one at its position. The others may be anything,
-// NaN too.
-bool weld(MeshView mesh, const Interrupted& interrupted, LargeArray<std::uint32_t>& vertex) {
-  vertex.assign(mesh.positions.size(), kNone);
-  IndexTable table(std::min(mesh.positions.size(), 3 * mesh.triangles.size()));
-  return each(mesh.triangles.size(), interrupted, [&](std::uint32_t t) {
-    for (const std::uint32_t i : mesh.triangles[t]) {
-      if (vertex[i] != kNone) continue;
-      const Vec3& p = mesh.positions[i];
-      const auto seen = table.find_or_store(hash_of(p), i, [&](std::uint32_t j) { return mesh.positions[j] == p; });
-      vertex[i] = seen == kNone ? i : seen;
+// Calls visit(first, last) for ranges that make up [0, count), on all threads. False: interrupted.
+template <class Visit>
+bool each_range(std::size_t count, Crew& crew, const Interrupted& interrupted, Visit&& visit) {
+  std::atomic<bool> complete{true};
+  crew.run((count + kRange - 1) / kRange, [&](std::size_t, std::size_t range) {
+    if (!complete || interrupted()) {
+      complete = false;
+    } else {
+      visit(range * kRange, std::min((range + 1) * kRange, count));
     }
   });
+  return complete;
+}
+
+// Puts into `vertex`, for each vertex, the first one at its position. Every thread has a table for its share of the
+// hashes.
+bool weld(MeshView mesh, Crew& crew, const Interrupted& interrupted, LargeArray<std::uint32_t>& vertex) {
+  const std::span<const Vec3> positions = mesh.positions;
+  vertex.resize(positions.size());
+  LargeArray<std::uint64_t> hashes(positions.size());
+  const bool hashed = each_range(positions.size(), crew, interrupted, [&](std::size_t first, std::size_t last) {
+    for (std::size_t v = first; v < last; ++v) hashes[v] = hash_of(positions[v]);
+  });
+  if (!hashed) return false;
+  std::atomic<bool> complete{true};
+  crew.run(crew.size(), [&](std::size_t, std::size_t share) {
+    const auto is_mine = [&](std::uint64_t hash) { return (hash >> 32) % crew.size() == share; };
+    IndexTable table(static_cast<std::size_t>(std::count_if(hashes.begin(), hashes.end(), is_mine)));
+    const bool done = each(positions.size(), interrupted, [&](std::uint32_t v) {
+      if (!is_mine(hashes[v])) return;
+      const auto seen =
+          table.find_or_store(hashes[v], v, [&](std::uint32_t u) { return positions[u] == positions[v]; });
+      vertex[v] = seen == kNone ? v : seen;
+    });
+    if (!done) complete = false;
+  });
+  return complete;
 }
 
 // A half-edge, filed under the lower of its two (welded) ends.
@@ -83,12 +109,14 @@ void link(Filed* first, Filed* last, LargeArray<std::uint32_t>& next_around) {
 
 }  // namespace
 
-Adjacency::Adjacency(MeshView mesh, const Interrupted& interrupted) : next_(3 * mesh.triangles.size()) {
+Adjacency::Adjacency(MeshView mesh, Crew& crew, const Interrupted& interrupted) : next_(3 * mesh.triangles.size()) {
   LargeArray<std::uint32_t> vertex;
   Files files;
-  if (!weld(mesh, interrupted, vertex) || !file_by_lower_end(mesh, vertex, interrupted, files)) return;
-  complete_ = each(mesh.positions.size(), interrupted, [&](std::uint32_t v) {
-    link(files.entries.data() + files.begin[v], files.entries.data() + files.begin[v + 1], next_);
+  if (!weld(mesh, crew, interrupted, vertex) || !file_by_lower_end(mesh, vertex, interrupted, files)) return;
+  complete_ = each_range(mesh.positions.size(), crew, interrupted, [&](std::size_t first, std::size_t last) {
+    for (std::size_t v = first; v < last; ++v) {
+      link(files.entries.data() + files.begin[v], files.entries.data() + files.begin[v + 1], next_);
+    }
   });
 }
 

@@ -29,7 +29,7 @@ void store_empty(WideNode& node, std::size_t lane) {
 Bvh::Bvh(MeshView mesh, const Kernels& kernels, Control& control, Crew& crew) : mesh_(mesh), kernels_(&kernels) {
   const std::vector<Box> block_boxes = prepare_blocks(control, crew);
   if (block_boxes.empty()) return;
-  nodes_ = split_wide(block_boxes, control);
+  nodes_ = split_wide(block_boxes, control, crew);
   if (!fit_boxes(block_boxes, control)) nodes_.clear();
 }
 

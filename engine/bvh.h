@@ -6,6 +6,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -38,6 +39,10 @@ class Bvh {
 
   // Triangle t is lane t % 8 of block t / 8.
   PreparedTriangle prepared(std::uint32_t triangle) const;
+  // The largest computed distance of the points from it: rounding.h R3. For `points` see Kernels.
+  double farthest(const PointBlock& points, std::uint32_t triangle) const {
+    return std::sqrt(kernels_->farthest_sq(blocks_[triangle / kLanes], triangle % kLanes, points));
+  }
   // The triangles of a block.
   static std::uint32_t block_begin(std::uint32_t block) { return block * static_cast<std::uint32_t>(kLanes); }
   std::uint32_t block_end(std::uint32_t block) const {

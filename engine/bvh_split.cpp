@@ -13,6 +13,7 @@ constexpr int kBins = 16;
 // Below this depth splits are at the median: the surface area heuristic may peel off a leaf at a time on hostile input
 // (sizes in geometric progression), and a path must fit kMaxTreeDepth.
 constexpr std::uint32_t kHeuristicDepth = 56;
+constexpr std::size_t kTreeATask = 1024;                   // leaves, about 0.2 ms
 constexpr std::size_t kCheckEvery = std::size_t{1} << 15;  // items between two looks at the clock, less than 1 ms
 
 using Vec3f = Eigen::Array3f;
@@ -153,38 +154,65 @@ float half_area(std::span<const Item> items) {
   return half_area(box);
 }
 
+// A node to be made.
+struct Task {
+  std::uint32_t node;
+  Range range;
+  std::uint32_t depth;  // of the node, in nodes
+};
+
+// Makes nodes over a range of the leaves; touches no other.
 class Splitter {
  public:
-  explicit Splitter(std::span<const Box> leaves) : leaves_(leaves), items_(items_of(leaves)) {}
+  // `items` are those of all leaves. Tasks of at most `smallest` of them are put aside.
+  Splitter(std::span<const Box> leaves, std::span<Item> items, std::size_t smallest, Control& control)
+      : leaves_(leaves), items_(items), smallest_(smallest), control_(control) {}
 
-  LargeArray<WideNode> run(Control& control) {
-    const auto all = static_cast<std::uint32_t>(items_.size());
-    nodes_.reserve(all / 4 + 1);
+  // The root is node 0. False: told to stop.
+  bool run(const Range& range, std::uint32_t depth) {
+    nodes_.reserve(range.size() / 4 + 1);
     nodes_.emplace_back();
-    std::vector<Task> open{{0, {0, all, 0}, 0}};
-    while (!open.empty()) {
+    std::vector<Task> open{{0, range, depth}};
+    while (!open.empty() && !interrupted_) {
       const Task task = open.back();
       open.pop_back();
-      fill(task, control, open);
-      if (interrupted_) return {};
+      if (task.range.size() > smallest_) {
+        fill(task, open);
+      } else {
+        put_aside_.push_back(task);
+      }
     }
-    return std::move(nodes_);
+    return !interrupted_;
   }
 
- private:
-  struct Task {
-    std::uint32_t node;
-    Range range;
-    std::uint32_t depth;  // of the node, in nodes
-  };
+  const std::vector<Task>& put_aside() const { return put_aside_; }
 
+  // Takes over the nodes of a tree made for a task that was put aside.
+  void attach(const Task& task, const LargeArray<WideNode>& tree) {
+    const auto base = static_cast<std::uint32_t>(nodes_.size() - 1);  // its node 0 has its place already
+    for (std::size_t n = 0; n < tree.size(); ++n) {
+      WideNode node = tree[n];
+      for (std::uint32_t& child : node.child) {
+        if (child != WideNode::kNone && !(child & WideNode::kLeaf)) child += base;
+      }
+      if (n == 0) {
+        nodes_[task.node] = node;
+      } else {
+        nodes_.push_back(node);
+      }
+    }
+  }
+
+  LargeArray<WideNode> take_nodes() { return std::move(nodes_); }
+
+ private:
   // Splits the child with the largest surface until there are eight children or none would need more than one node;
   // then dissolves the smallest into their leaves as long as there is room.
-  void fill(const Task& task, Control& control, std::vector<Task>& open) {
+  void fill(const Task& task, std::vector<Task>& open) {
     std::array<Range, kLanes> children{task.range};
     std::size_t count = 1;
     const auto split = [&](Range& range) {
-      look_at_clock(range.size(), control);
+      look_at_clock(range.size());
       const std::size_t left = partition(leaves_, part(range), task.depth);
       const auto middle = range.begin + static_cast<std::uint32_t>(left);
       children[count++] = measured(middle, range.end);
@@ -217,10 +245,10 @@ class Splitter {
     }
   }
 
-  void look_at_clock(std::size_t items, Control& control) {
+  void look_at_clock(std::size_t items) {
     if ((since_check_ += items) < kCheckEvery) return;
     since_check_ = 0;
-    interrupted_ = control.check() != Interruption::none;
+    interrupted_ = control_.check() != Interruption::none;
   }
   // Ranges that fit a node need not be split.
   static bool narrower(const Range& a, const Range& b) {
@@ -230,7 +258,7 @@ class Splitter {
   static bool easier_to_dissolve(const Range& a, const Range& b) {
     return std::pair(a.size() == 1, a.size()) < std::pair(b.size() == 1, b.size());
   }
-  std::span<Item> part(const Range& range) { return std::span(items_).subspan(range.begin, range.size()); }
+  std::span<Item> part(const Range& range) { return items_.subspan(range.begin, range.size()); }
   Range measured(std::uint32_t begin, std::uint32_t end) {
     Range range{begin, end, 0};
     range.area = half_area(part(range));
@@ -238,14 +266,34 @@ class Splitter {
   }
 
   std::span<const Box> leaves_;
-  std::vector<Item> items_;
+  std::span<Item> items_;
+  std::size_t smallest_;
+  Control& control_;
   LargeArray<WideNode> nodes_;
+  std::vector<Task> put_aside_;
   std::size_t since_check_ = 0;
   bool interrupted_ = false;
 };
 
 }  // namespace
 
-LargeArray<WideNode> split_wide(std::span<const Box> leaves, Control& control) { return Splitter(leaves).run(control); }
+// The large nodes one after the other, then the trees below them, at once.
+LargeArray<WideNode> split_wide(std::span<const Box> leaves, Control& control, Crew& crew) {
+  std::vector<Item> items = items_of(leaves);
+  Splitter top(leaves, items, kTreeATask, control);
+  if (!top.run({0, static_cast<std::uint32_t>(items.size()), 0}, 0)) return {};
+  std::vector<LargeArray<WideNode>> trees(top.put_aside().size());
+  crew.run(trees.size(), [&](std::size_t, std::size_t i) {
+    if (control.check() != Interruption::none) return;
+    const Task& task = top.put_aside()[i];
+    Splitter below(leaves, items, 0, control);
+    if (below.run(task.range, task.depth)) trees[i] = below.take_nodes();
+  });
+  for (std::size_t i = 0; i < trees.size(); ++i) {
+    if (trees[i].empty()) return {};
+    top.attach(top.put_aside()[i], trees[i]);
+  }
+  return top.take_nodes();
+}
 
 }  // namespace meshgauge

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "engine/control.h"
+#include "engine/crew.h"
 #include "engine/kernels/layout.h"
 #include "engine/large_array.h"
 #include "engine/mesh.h"
@@ -13,7 +14,7 @@ namespace meshgauge {
 
 // Nodes over leaves with these boxes, with children but without boxes: child[lane] is set, the rest is not. Parents
 // come before their children, node 0 is the root, no path is longer than kMaxTreeDepth. By the surface area heuristic,
-// from the top down. Empty when `control` says to stop.
-LargeArray<WideNode> split_wide(std::span<const Box> leaves, Control& control);
+// from the top down. The same whatever the crew. Empty when `control` says to stop.
+LargeArray<WideNode> split_wide(std::span<const Box> leaves, Control& control, Crew& crew);
 
 }  // namespace meshgauge

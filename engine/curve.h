@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 
 #include "engine/control.h"
 #include "engine/crew.h"
@@ -10,9 +11,10 @@
 
 namespace meshgauge {
 
-// All triangles, by the place of their centres on a Hilbert curve through `box` (that of the mesh), 1024 cells an axis;
-// what shares a cell is ordered the same way within its own box, and so on. Deterministic, whatever the crew. Linear
-// time. Empty when `control` says to stop.
-LargeArray<std::uint32_t> curve_order(MeshView mesh, const Box& box, Control& control, Crew& crew);
+// The `chosen` triangles, or all if none are, by the place of their centres on a Hilbert curve through `box` (that of
+// the mesh), 1024 cells an axis; what shares a cell is ordered the same way within its own box, and so on.
+// Deterministic, whatever the crew. Linear time. Empty when `control` says to stop.
+LargeArray<std::uint32_t> curve_order(MeshView mesh, std::span<const std::uint32_t> chosen, const Box& box,
+                                      Control& control, Crew& crew);
 
 }  // namespace meshgauge

@@ -16,9 +16,12 @@
 #include "engine/rounding.h"
 #include "engine/sweep.h"
 #include "engine/traversal.h"
+#include "engine/twins.h"
 
 namespace meshgauge {
 namespace {
+
+constexpr std::size_t kWorthThreads = std::size_t{1} << 14;  // triangles; the start of a thread takes as long as 500
 
 // Adds the time of its scope to a stage.
 class StageClock {
@@ -54,18 +57,17 @@ std::unique_ptr<PieceBound> make_bound(const Options& options, Search& search) {
 class Measurement final : public Monitor {
  public:
   Measurement(MeshView a, MeshView b, const Options& options, Control& control)
-      : Measurement(a, bounding_box(a), b, bounding_box(b), options, control) {}
-  Measurement(MeshView a, const Box& box_a, MeshView b, const Box& box_b, const Options& options, Control& control)
       : options_(options),
         control_(control),
         kernels_(find_kernels(options.simd)),
         crew_(options.strategy == Strategy::automatic ? std::max(options.threads, 1U) : 1),
-        frame_(joint(box_a, box_b)),
-        a_{a, box_a},
-        b_{b, box_b} {
+        a_{a},
+        b_{b} {
+    on_both_sides([](Side& side, Crew&) { side.box = bounding_box(side.given); });
+    frame_ = Frame(joint(a_.box, b_.box));
     outcome_.simd = kernels_->name;
     outcome_.threads = static_cast<unsigned>(crew_.size());
-    outcome_.diagonal_a = diagonal(box_a);
+    outcome_.diagonal_a = diagonal(a_.box);
     const Tolerance& t = options.tolerance;
     const double width = std::max(t.absolute.value_or(0), t.diagonal.value_or(0) * outcome_.diagonal_a);
     goal_.width = frame_.length_to_frame(width);
@@ -77,8 +79,9 @@ class Measurement final : public Monitor {
 
   Outcome run() {
     auto stop = build();
-    if (!stop && outcome_.a_to_b) stop = measure(*outcome_.a_to_b, a_, b_);
-    if (!stop && outcome_.b_to_a) stop = measure(*outcome_.b_to_a, b_, a_);
+    for (Course& course : courses_) {
+      if (!stop && !course.settled) stop = measure(course);
+    }
     conclude(stop);
     return std::move(outcome_);
   }
@@ -96,10 +99,33 @@ class Measurement final : public Monitor {
   // One of the two meshes.
   struct Side {
     MeshView given;
-    Box box;  // in the file's unit
+    Box box = {};  // in the file's unit
     std::unique_ptr<OrderedMesh> ordered = nullptr;
     std::unique_ptr<Bvh> tree = nullptr;
   };
+
+  // One direction.
+  struct Course {
+    Directed& result;
+    Side& from;
+    Side& to;
+    bool settled = false;                         // nothing is left to measure
+    std::unique_ptr<OrderedMesh> rest = nullptr;  // what of `from` is not in `to` as it is, where that is worth it
+  };
+
+  // Calls work(side, crew) for both sides, at once where they are large enough, each with its share of the threads.
+  template <class Work>
+  void on_both_sides(const Work& work) {
+    const std::array sides{&a_, &b_};
+    if (crew_.size() == 1 || a_.given.triangles.size() + b_.given.triangles.size() < kWorthThreads) {
+      for (Side* side : sides) work(*side, crew_);
+    } else {
+      crew_.run(sides.size(), [&](std::size_t, std::size_t i) {
+        Crew half(std::max<std::size_t>(crew_.size() / 2, 1));
+        work(*sides[i], half);
+      });
+    }
+  }
 
   static Box joint(Box box, const Box& other) {
     box.extend(other);
@@ -107,8 +133,9 @@ class Measurement final : public Monitor {
   }
 
   // The interval before any work: every point of `from` is within the far corner's distance of any point of `to`.
-  void open(std::optional<Directed>& directed, const Side& from, const Side& to) {
+  void open(std::optional<Directed>& directed, Side& from, Side& to) {
     directed.emplace();
+    courses_.push_back({*directed, from, to});
     directed->culling.triangles = from.given.triangles.size();
     directed->culling.survivors = directed->culling.triangles;
     const Box box{frame_.to_frame(from.box.low), frame_.to_frame(from.box.high)};
@@ -117,18 +144,29 @@ class Measurement final : public Monitor {
     floor_ = rounding::kDistanceSlack;
   }
 
-  // `auto` goes over the mesh measured from by itself; the paper's traversal needs a tree there, too.
+  bool is_auto() const { return options_.strategy == Strategy::automatic; }
+  // The paper's traversal needs two trees; `auto` goes over the mesh measured from by itself.
   bool needs_tree(const Side& side) const {
-    if (options_.strategy != Strategy::automatic) return true;
-    return options_.direction == Direction::symmetric || (&side == &b_) == (options_.direction == Direction::a_to_b);
+    return !is_auto() || std::any_of(courses_.begin(), courses_.end(),
+                                     [&](const Course& course) { return &course.to == &side && !course.settled; });
+  }
+  bool needs_order(const Side& side) const {
+    return needs_tree(side) || std::any_of(courses_.begin(), courses_.end(), [&](const Course& course) {
+             return &course.from == &side && !course.settled && !course.rest;
+           });
   }
 
   std::optional<Stop> build() {
     const StageClock clock(outcome_.timings.build);
     stage_ = "build";
+    if (is_auto()) {
+      for (Course& course : courses_) leave_out_shared(course);
+    }
+    on_both_sides([this](Side& side, Crew& crew) {
+      if (needs_order(side)) side.ordered = order(side, {}, crew);
+    });
+    if (const auto why = control_.check(); why != Interruption::none) return to_stop(why);
     for (Side* side : {&a_, &b_}) {
-      side->ordered = std::make_unique<OrderedMesh>(side->given, side->box, frame_, control_, crew_);
-      if (!side->ordered->complete()) return to_stop(control_.check());
       if (!needs_tree(*side)) continue;
       side->tree = std::make_unique<Bvh>(side->ordered->view(), *kernels_, control_, crew_);
       if (!side->tree->complete()) return to_stop(control_.check());
@@ -136,24 +174,49 @@ class Measurement final : public Monitor {
     return std::nullopt;
   }
 
-  std::optional<Stop> measure(Directed& directed, const Side& from, const Side& to) {
-    Search search(from.ordered->view(), from.ordered->box, *to.tree, goal_, lower_, *this, crew_);
+  std::unique_ptr<OrderedMesh> order(const Side& side, std::span<const std::uint32_t> chosen, Crew& crew) {
+    return std::make_unique<OrderedMesh>(side.given, chosen, side.box, frame_, control_, crew);
+  }
+
+  // A triangle that `to` has, too, is at distance 0 and needs no measuring.
+  void leave_out_shared(Course& course) {
+    const auto twins =
+        shared_triangles(course.from.given, course.to.given, course.to.box, [this] { return interrupted(); });
+    if (twins.empty()) return;
+    std::vector<std::uint32_t> rest;
+    for (std::uint32_t t = 0; t < twins.size(); ++t) {
+      if (twins[t] == kNoTwin) rest.push_back(t);
+    }
+    if (!rest.empty()) {
+      course.rest = order(course.from, rest, crew_);
+      return;
+    }
+    const Vec3& point = course.from.given.corner(0, 0);
+    course.result.bounds = {0, 0, Witness{point, 0, point, twins[0]}};
+    course.result.culling.survivors = 0;
+    course.settled = true;
+  }
+
+  std::optional<Stop> measure(Course& course) {
+    Directed& directed = course.result;
+    const OrderedMesh& from = course.rest ? *course.rest : *course.from.ordered;
+    const OrderedMesh& to = *course.to.ordered;
+    Search search(from.view(), from.box, *course.to.tree, goal_, lower_, *this, crew_);
     search.set_budget(options_);
     search.set_start_slack(lower_slack_);
     search.set_witness_rounding(frame_.rounding_of_points());
     search.set_output_rounding(frame_.length_to_frame(2 * std::numeric_limits<double>::denorm_min()));
     running_ = &directed;
     certifier_ = Certifier();
-    const auto stop =
-        options_.strategy == Strategy::automatic ? run_auto(search, from, to) : run_paper(search, *from.tree);
+    const auto stop = is_auto() ? run_auto(search, from, to) : run_paper(search, *course.from.tree);
     const StageClock clock(outcome_.timings.certify);
     stage_ = "certify";
     const double opened = directed.bounds.upper;
     directed.bounds = certifier_.certify(search, frame_);
     directed.bounds.upper = std::min(directed.bounds.upper, opened);
-    directed.bounds.witness->triangle_a = from.ordered->original[directed.bounds.witness->triangle_a];
-    directed.bounds.witness->triangle_b = to.ordered->original[directed.bounds.witness->triangle_b];
-    directed.culling = search.culling();
+    directed.bounds.witness->triangle_a = from.original[directed.bounds.witness->triangle_a];
+    directed.bounds.witness->triangle_b = to.original[directed.bounds.witness->triangle_b];
+    directed.culling.survivors = search.culling().survivors;
     directed.work = search.work();
     lower_ = std::max(lower_, search.lower());
     lower_slack_ = search.lower_slack();
@@ -161,10 +224,9 @@ class Measurement final : public Monitor {
     return stop;
   }
 
-  std::optional<Stop> run_auto(Search& search, const Side& from, const Side& to) {
+  std::optional<Stop> run_auto(Search& search, const OrderedMesh& from, const OrderedMesh& to) {
     std::optional<Adjacency> adjacency;  // of the mesh measured to, once it pays
-    auto stop = staged("traverse", outcome_.timings.traverse,
-                       [&] { return sweep(search, *from.ordered, *to.ordered, adjacency); });
+    auto stop = staged("traverse", outcome_.timings.traverse, [&] { return sweep(search, from, to, adjacency); });
     if (!stop) stop = staged("reduce", outcome_.timings.reduce, [&] { return bisect(search, adjacency); });
     return stop;
   }
@@ -242,9 +304,10 @@ class Measurement final : public Monitor {
   Control& control_;
   const Kernels* kernels_;
   Crew crew_;
-  Frame frame_;
   Side a_;
   Side b_;
+  std::vector<Course> courses_;
+  Frame frame_;
   Goal goal_;
   Outcome outcome_;
   Directed* running_ = nullptr;

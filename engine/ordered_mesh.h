@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 
 #include "engine/control.h"
 #include "engine/crew.h"
@@ -18,9 +19,10 @@ struct OrderedMesh {
   LargeArray<Triangle> triangles;      // along a space-filling curve (engine/curve.h)
   LargeArray<std::uint32_t> original;  // by triangle: its index in the caller's mesh
 
-  // `original_box` is that of the surface of `mesh`. O(n). When `control` says to stop, what is made has no triangles
-  // and must not be used.
-  OrderedMesh(MeshView mesh, const Box& original_box, const Frame& frame, Control& control, Crew& crew);
+  // Of the `chosen` triangles of `mesh`, or of all if none are. `original_box` holds the surface of `mesh`. O(n). When
+  // `control` says to stop, what is made has no triangles and must not be used.
+  OrderedMesh(MeshView mesh, std::span<const std::uint32_t> chosen, const Box& original_box, const Frame& frame,
+              Control& control, Crew& crew);
 
   MeshView view() const { return {positions, triangles}; }
   bool complete() const { return !triangles.empty(); }

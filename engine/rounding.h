@@ -28,6 +28,9 @@
 //
 // (R3) Distance from above. d(p,T) <= fl|p-q| + (13 + 38)u + residual: kDistanceSlack = 64u.
 //      This holds for whatever q the code chose: a poor choice makes the bound wide, never wrong.
+//      The kernels measure from a: fl|(p-a) - (x*e1 + y*e2)|. Rounding: p-a and the last difference 3.47u each, x*e1
+//      and y*e2 as in R2, their sum 3.47u, and 2.5u * 3.47 for the length: in all less than 26u instead of 10u + 13u,
+//      and (26 + 28)u < 64u.
 //
 // (R4) Subdivision. A midpoint fl((a+b)/2) is within u per coordinate of the midpoint of the rounded a and b, < 2u as
 //      a vector. After k levels a rounded corner is within 2u*k of the corner of the exact piece. d(.,T) is convex

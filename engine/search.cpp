@@ -58,10 +58,10 @@ void Search::saw(const Corner& corner, std::uint32_t triangle, bool is_vertex) {
   raise_lower(corner.distance);
 }
 
-double Search::cull_below() const {
-  if (!goal_.gate) return lower();
+double Search::cull_below(double lower) const {
+  if (!goal_.gate) return lower;
   // With the slack of a depth that is never reached, so that what was dropped stays below the gate later on.
-  return std::max(lower(), *goal_.gate - rounding::upper_slack(to_.residual(), rounding::kDepthAllowance));
+  return std::max(lower, *goal_.gate - rounding::upper_slack(to_.residual(), rounding::kDepthAllowance));
 }
 
 void Search::push(const Piece& piece) {
@@ -87,7 +87,7 @@ void Search::keep_above(double limit) {
 }
 
 bool Search::make_adjacency(std::optional<Adjacency>& adjacency) const {
-  if (!adjacency) adjacency.emplace(to_.mesh(), [this] { return interrupted(); });
+  if (!adjacency) adjacency.emplace(to_.mesh(), crew_, [this] { return interrupted(); });
   if (!adjacency->complete()) adjacency.reset();
   return adjacency.has_value();
 }

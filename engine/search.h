@@ -102,12 +102,13 @@ class Search {
   void saw(const Corner& corner, std::uint32_t triangle, bool is_vertex);
 
   // Pieces and nodes with upper bounds at or below this need not be followed.
-  double cull_below() const;
+  double cull_below() const { return cull_below(lower()); }
   // The same for strategy `auto`, which stops following what is within the tolerance already. With more slack than is
   // known now, because it may grow after something was dropped. Any thread may ask.
-  double cull_within_tolerance() const {
-    const double lower_now = lower();
-    return std::max(cull_below(), lower_now + goal_.gap(lower_now, slack_to_come()));
+  double cull_within_tolerance() const { return cull_within_tolerance(lower()); }
+  // If `lower` were the lower bound. Depends on nothing else that changes.
+  double cull_within_tolerance(double lower) const {
+    return std::max(cull_below(lower), lower + goal_.gap(lower, slack_to_come()));
   }
   // Forgets a piece; its bound stays in upper().
   void drop(double upper) { dropped_ = std::max(dropped_, upper); }
@@ -147,6 +148,7 @@ class Search {
   bool above_gate() const { return goal_.gate && lower() - lower_slack() > *goal_.gate; }
 
  private:
+  double cull_below(double lower) const;
   double lower_slack(bool interior) const;
   double slack_to_come() const;
 

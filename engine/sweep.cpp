@@ -19,7 +19,6 @@ constexpr std::uint64_t kTestsARound = 1 << 19;  // and no more point-triangle d
 constexpr std::size_t kBlocksWorthThreads = 16;  // fewer are done before a thread has started
 constexpr std::size_t kMaxVisits = 64;           // triangles of B over one of A
 constexpr std::size_t kAdjacencyShare = 8;   // triangles of B that one failed certificate is as dear as, in adjacency
-constexpr std::size_t kTouchingShare = 8;    // one vertex of so many on B itself: the meshes share triangles
 constexpr std::size_t kWorthAdjacency = 64;  // failed certificates before which it is never made
 
 // Neighbouring triangles, looked at together first.
@@ -104,9 +103,7 @@ class Sweep {
 
   std::optional<Stop> run() {
     if (const auto stop = bound_blocks()) return give_up(stop);
-    const Interrupted interrupted = [this] { return search_.interrupted(); };
-    twins_ = touching_ * kTouchingShare >= blocks_.size() ? twins_by_position(from_, to_, interrupted)
-                                                          : twins_by_number(from_, to_);
+    twins_ = twins_by_number(from_, to_);
     // Largest bound first: what is not visited yet is bounded by the block at hand, and soon the rest can be dropped at
     // once.
     std::sort(blocks_.begin(), blocks_.end(), [](const Block& a, const Block& b) {
@@ -173,7 +170,7 @@ class Sweep {
       for (int i = 0; i < 3; ++i) box.extend(search_.from().corner(t, i));
     }
     const auto first = static_cast<std::uint32_t>(block.begin);
-    if (measure(sweeper, search_.from().triangles[first][0], first).distance == 0) ++touching_;
+    measure(sweeper, search_.from().triangles[first][0], first);
     const Vec3 centre = (box.low + box.high) * 0.5;
     Work& work = sweeper.worker.work();
     ++work.nearest_queries;
@@ -221,11 +218,12 @@ class Sweep {
     piece.triangle = t;
     for (std::size_t i = 0; i < 3; ++i) piece.corners[i].point = search_.from().positions[triangle[i]];
     piece.upper = block_upper;
-    if (culled_by_guess(sweeper, piece, triangle)) return;
+    const Certificate certificate(piece.corners, search_.to());
+    if (culled_by_guess(sweeper, certificate, t)) return;
     ++sweeper.uncertified;
     // Without measuring the corners first, if that has worked of late.
     const bool centroid_first = sweeper.centroids.promising();
-    if (centroid_first && owned_by_centroid(sweeper, piece)) return;
+    if (centroid_first && owned_by_centroid(sweeper, piece, certificate)) return;
     if (!centroid_first && sweeper.overlays.promising()) {
       const Hints known = hints(sweeper, triangle);
       if (overlaid(sweeper, piece, known.span())) return;
@@ -238,17 +236,17 @@ class Sweep {
         std::min({piece.upper, lipschitz_upper(piece), least_farthest(piece, search_.to(), owners, worker.work())});
     if (piece.upper <= worker.cull_within_tolerance()) return worker.drop(piece.upper);
     if (overlaid(sweeper, piece, owners)) return;
-    if (!centroid_first && !piece.overlay_failed && owned_by_centroid(sweeper, piece)) return;
+    if (!centroid_first && !piece.overlay_failed && owned_by_centroid(sweeper, piece, certificate)) return;
     if (overlaid(sweeper, piece, std::array{sweeper.last})) return;
     worker.push(piece);
   }
 
   // By the triangle of B that is nearest to the centroid.
-  bool owned_by_centroid(Sweeper& sweeper, Piece& piece) {
+  bool owned_by_centroid(Sweeper& sweeper, Piece& piece, const Certificate& certificate) {
     Worker& worker = sweeper.worker;
     const auto& [a, b, c] = piece.corners;
     sweeper.last = nearest_corner(search_.to(), (a.point + b.point + c.point) / 3, worker.work(), sweeper.last).slot;
-    piece.upper = std::min(piece.upper, certificate(worker, piece, sweeper.last, piece.upper));
+    piece.upper = std::min(piece.upper, certificate(sweeper.last, worker.work()));
     const bool culled = piece.upper <= worker.cull_within_tolerance();
     if (culled) worker.drop(piece.upper);
     sweeper.centroids.note(culled);
@@ -276,34 +274,29 @@ class Sweep {
   }
 
   // By a triangle of B that can be guessed without a query.
-  bool culled_by_guess(Sweeper& sweeper, const Piece& piece, const Triangle& triangle) {
-    const std::uint32_t twin = twins_.empty() ? kNoTwin : twins_[piece.triangle];
+  bool culled_by_guess(Sweeper& sweeper, const Certificate& certificate, std::uint32_t t) {
+    const Triangle& triangle = search_.from().triangles[t];
+    const std::uint32_t twin = twins_.empty() ? kNoTwin : twins_[t];
     if (twin != kNoTwin && sweeper.twins.promising()) {
-      if (sweeper.twins.note(certified(sweeper, piece, triangle, twin))) return true;
+      if (sweeper.twins.note(certified(sweeper, certificate, triangle, twin))) return true;
     }
     const std::uint32_t next = sweeper.last + 1;  // B lies along a curve like A's; kNone has no successor
     if (next < search_.to().mesh().triangles.size() && sweeper.successors.promising()) {
-      if (sweeper.successors.note(certified(sweeper, piece, triangle, next))) return true;
+      if (sweeper.successors.note(certified(sweeper, certificate, triangle, next))) return true;
     }
     const Hints known = hints(sweeper, triangle);
     return std::any_of(known.span().begin(), known.span().end(),
-                       [&](std::uint32_t hint) { return certified(sweeper, piece, triangle, hint); });
+                       [&](std::uint32_t hint) { return certified(sweeper, certificate, triangle, hint); });
   }
 
-  // Whether that triangle of B alone shows that the piece, a whole triangle of A, can be dropped.
-  bool certified(Sweeper& sweeper, const Piece& piece, const Triangle& triangle, std::uint32_t slot) {
-    const double limit = sweeper.worker.cull_within_tolerance();
-    const double upper = certificate(sweeper.worker, piece, slot, std::nextafter(limit, 10.0));
-    if (upper > limit) return false;
+  // Whether that triangle of B alone shows that `triangle` of A can be dropped.
+  bool certified(Sweeper& sweeper, const Certificate& certificate, const Triangle& triangle, std::uint32_t slot) {
+    const double upper = certificate(slot, sweeper.worker.work());
+    if (upper > sweeper.worker.cull_within_tolerance()) return false;
     sweeper.worker.drop(upper);
     sweeper.last = slot;
     for (const std::uint32_t v : triangle) vertices_[v].suggest(slot);
     return true;
-  }
-
-  double certificate(Worker& worker, const Piece& piece, std::uint32_t slot, double limit) {
-    worker.work().triangle_tests += 3;
-    return farthest_corner(piece, search_.to().prepared(slot), limit);
   }
 
   Corner measure(Sweeper& sweeper, std::uint32_t v, std::uint32_t triangle) {
@@ -327,7 +320,6 @@ class Sweep {
   LargeArray<std::uint32_t> twins_;  // by triangle of A; or empty
   std::optional<Adjacency>& adjacency_;
   std::vector<Block> blocks_;
-  std::atomic<std::size_t> touching_{0};  // blocks whose first vertex lies on B
   std::vector<Vertex> vertices_;
   std::deque<Sweeper> sweepers_;  // one a thread
 };

@@ -1,6 +1,8 @@
 #include "engine/twins.h"
 
 #include <algorithm>
+#include <bit>
+#include <vector>
 
 #include "engine/index_table.h"
 
@@ -8,27 +10,58 @@ namespace meshgauge {
 namespace {
 
 constexpr std::size_t kAskEvery = std::size_t{1} << 16;  // triangles, about 3 ms
+constexpr std::size_t kSample = 64;                      // triangles
 
-LargeArray<std::uint64_t> vertex_hashes(const OrderedMesh& mesh) {
-  LargeArray<std::uint64_t> hashes;
-  hashes.reserve(mesh.positions.size());
-  for (const Vec3& p : mesh.positions) hashes.push_back(hash_of(p));
-  return hashes;
-}
-
-// The same for any order of the corners.
-std::uint64_t hash_of(const Triangle& t, const LargeArray<std::uint64_t>& vertices) {
-  return mix(vertices[t[0]] + vertices[t[1]] + vertices[t[2]]);
-}
-
-bool same_corners(const OrderedMesh& a, const Triangle& s, const OrderedMesh& b, const Triangle& t) {
-  const auto equal = [&](std::size_t i, std::size_t j) { return a.positions[s[i]] == b.positions[t[j]]; };
-  for (std::size_t j = 0; j < 3; ++j) {
+bool same_corners(MeshView a, std::size_t s, MeshView b, std::size_t t) {
+  const auto equal = [&](int i, int j) { return a.corner(s, i) == b.corner(t, j); };
+  for (int j = 0; j < 3; ++j) {
     if (!equal(0, j)) continue;
-    const std::size_t k = (j + 1) % 3, l = (j + 2) % 3;
+    const int k = (j + 1) % 3, l = (j + 2) % 3;
     if ((equal(1, k) && equal(2, l)) || (equal(1, l) && equal(2, k))) return true;
   }
   return false;
+}
+
+// The same for any order of the corners.
+std::uint64_t triangle_hash(MeshView mesh, std::size_t t) {
+  return mix(hash_of(mesh.corner(t, 0)) + hash_of(mesh.corner(t, 1)) + hash_of(mesh.corner(t, 2)));
+}
+
+// One coordinate is enough to tell most positions from the few of a sample.
+std::uint64_t quick_hash_of(const Vec3& p) { return mix(std::bit_cast<std::uint64_t>(p.x() + 0.0) ^ hash_seed()); }
+
+bool holds(const Box& box, const Vec3& p) {
+  return (p.array() >= box.low.array()).all() && (p.array() <= box.high.array()).all();
+}
+
+// Whether all corners of at least every other triangle of a sample are positions of `to`, which need not be used there.
+bool seems_shared(MeshView from, MeshView to, const Box& to_box) {
+  const std::size_t step = from.triangles.size() / kSample + 1;
+  std::vector<Vec3> corners;
+  std::size_t inside = 0;
+  for (std::size_t t = 0; t < from.triangles.size(); t += step) {
+    for (int i = 0; i < 3; ++i) corners.push_back(from.corner(t, i));
+    if (holds(to_box, corners.back())) ++inside;
+  }
+  const std::size_t enough = (corners.size() / 3 + 1) / 2;
+  if (inside < enough) return false;
+  IndexTable table(corners.size());
+  std::vector<std::uint32_t> first_equal(corners.size());
+  for (std::uint32_t i = 0; i < corners.size(); ++i) {
+    const auto is_equal = [&](std::uint32_t j) { return corners[j] == corners[i]; };
+    const std::uint32_t known = table.find_or_store(quick_hash_of(corners[i]), i, is_equal);
+    first_equal[i] = known == IndexTable::kNone ? i : known;
+  }
+  std::vector<bool> found(corners.size());
+  for (const Vec3& p : to.positions) {
+    const std::uint32_t i = table.find(quick_hash_of(p), [&](std::uint32_t j) { return corners[j] == p; });
+    if (i != IndexTable::kNone) found[i] = true;
+  }
+  std::size_t shared = 0;
+  for (std::size_t i = 0; i < corners.size(); i += 3) {
+    if (found[first_equal[i]] && found[first_equal[i + 1]] && found[first_equal[i + 2]]) ++shared;
+  }
+  return shared >= enough;
 }
 
 }  // namespace
@@ -43,23 +76,31 @@ LargeArray<std::uint32_t> twins_by_number(const OrderedMesh& from, const Ordered
   return twins;
 }
 
-LargeArray<std::uint32_t> twins_by_position(const OrderedMesh& from, const OrderedMesh& to,
-                                            const Interrupted& interrupted) {
+LargeArray<std::uint32_t> shared_triangles(MeshView from, MeshView to, const Box& to_box,
+                                           const Interrupted& interrupted) {
   LargeArray<std::uint32_t> twins;
-  IndexTable table(to.triangles.size());
-  const LargeArray<std::uint64_t> to_hashes = vertex_hashes(to), from_hashes = vertex_hashes(from);
-  for (std::uint32_t t = 0; t < to.triangles.size(); ++t) {
-    if (t % kAskEvery == kAskEvery - 1 && interrupted()) return twins;
-    table.find_or_store(hash_of(to.triangles[t], to_hashes), t, [&](std::uint32_t other) {
-      return same_corners(to, to.triangles[t], to, to.triangles[other]);
-    });
-  }
+  if (!seems_shared(from, to, to_box)) return twins;
+  // As long as the numbers agree no table is needed.
   twins.reserve(from.triangles.size());
-  for (const Triangle& triangle : from.triangles) {
-    if (twins.size() % kAskEvery == kAskEvery - 1 && interrupted()) return {};
-    twins.push_back(table.find(hash_of(triangle, from_hashes), [&](std::uint32_t other) {
-      return same_corners(from, triangle, to, to.triangles[other]);
-    }));
+  const std::size_t both = std::min(from.triangles.size(), to.triangles.size());
+  for (std::uint32_t t = 0; t < both && same_corners(from, t, to, t); ++t) twins.push_back(t);
+  if (twins.size() == from.triangles.size()) return twins;
+
+  IndexTable table(to.triangles.size());
+  LargeArray<std::uint64_t> hashes(to.triangles.size());
+  const auto is_equal = [&](std::uint64_t hash, MeshView mesh, std::size_t t) {
+    return
+        [&, hash, mesh, t](std::uint32_t other) { return hashes[other] == hash && same_corners(mesh, t, to, other); };
+  };
+  for (std::uint32_t t = 0; t < to.triangles.size(); ++t) {
+    if (t % kAskEvery == kAskEvery - 1 && interrupted()) return {};
+    hashes[t] = triangle_hash(to, t);
+    table.find_or_store(hashes[t], t, is_equal(hashes[t], to, t));
+  }
+  for (std::size_t t = twins.size(); t < from.triangles.size(); ++t) {
+    if (t % kAskEvery == kAskEvery - 1 && interrupted()) return {};
+    const std::uint64_t hash = triangle_hash(from, t);
+    twins.push_back(table.find(hash, is_equal(hash, from, t)));
   }
   return twins;
 }

@@ -1,9 +1,10 @@
-// Guesses at which triangle of B lies under a triangle of A: a mesh is often compared with a copy of itself that was
-// moved, smoothed, rounded, cut or stirred. A wrong guess costs time, nothing else.
+// Which triangle of B lies under a triangle of A: a mesh is often compared with a copy of itself that was moved,
+// smoothed, rounded, cut or stirred.
 #pragma once
 
 #include <cstdint>
 
+#include "engine/control.h"
 #include "engine/large_array.h"
 #include "engine/ordered_mesh.h"
 
@@ -11,13 +12,15 @@ namespace meshgauge {
 
 inline constexpr std::uint32_t kNoTwin = ~std::uint32_t{0};
 
-// For each triangle of `from` the one of `to` that had the same number in the caller's meshes, or kNoTwin. Empty if one
-// mesh has more than twice as many triangles as the other: then they are hardly copies. Linear time.
+// A guess: for each triangle of `from` the one of `to` that had the same number in the caller's meshes, or kNoTwin.
+// Empty if one mesh has more than twice as many triangles as the other: then they are hardly copies. Linear time.
 LargeArray<std::uint32_t> twins_by_number(const OrderedMesh& from, const OrderedMesh& to);
 
-// For each triangle of `from` one of `to` with corners at the same positions, in any order, or kNoTwin. Linear time.
-// Empty when `interrupted` says to stop.
-LargeArray<std::uint32_t> twins_by_position(const OrderedMesh& from, const OrderedMesh& to,
-                                            const Interrupted& interrupted = never_interrupted);
+// No guess: for each triangle of `from` one of `to` with the same three corners, in any order, or kNoTwin. All its
+// points are at distance 0 from `to`, exactly. `to_box` is the box of `to`. Empty if a sample of `from` shows that less
+// than half of it is in `to`, or when `interrupted` says to stop. Linear time; next to none if the sample is not in
+// `to`.
+LargeArray<std::uint32_t> shared_triangles(MeshView from, MeshView to, const Box& to_box,
+                                           const Interrupted& interrupted);
 
 }  // namespace meshgauge

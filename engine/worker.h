@@ -18,7 +18,11 @@ class Worker {
 
   // As those of Search.
   double lower() const { return search_.lower(); }
-  double cull_within_tolerance() const { return search_.cull_within_tolerance(); }
+  double cull_within_tolerance() {
+    const double lower_now = lower();
+    if (lower_now != limit_of_) limit_ = search_.cull_within_tolerance(lower_now), limit_of_ = lower_now;
+    return limit_;
+  }
   void saw(const Corner& corner, std::uint32_t triangle, bool is_vertex) {
     if (corner.distance <= candidate_.distance || corner.distance <= search_.lower()) return;
     candidate_ = Candidate{corner.point, corner.distance, triangle, is_vertex};
@@ -62,6 +66,8 @@ class Worker {
   Work work_;
   std::uint64_t next_look_ = kTestsBetweenLooks;  // at the clock, in tests
   bool interrupted_ = false;
+  double limit_of_ = -1;  // the lower bound for which
+  double limit_ = 0;      // is what cull_within_tolerance() says
 };
 
 }  // namespace meshgauge

@@ -51,27 +51,36 @@ inline Corner nearest_corner(const Bvh& target, const Vec3& p, Work& work, std::
   return {p, found.distance, found.slot};
 }
 
-// eq. 9: max over the piece's corners v of d(v, T), for one triangle T of B. d(., T) is convex, so its maximum over
-// the piece is at a corner: this bounds h(piece, T) and so h(piece, B). Returns early, with something not below
-// `limit`, once the result cannot be below `limit`.
-inline double farthest_corner(const Piece& piece, const PreparedTriangle& triangle, double limit) {
-  double farthest = 0;
-  for (const Corner& corner : piece.corners) {
-    farthest = std::max(farthest, distance(triangle, corner.point));
-    if (farthest >= limit) break;
+// eq. 9: max over the piece's corners v of d(v, T), for triangles T of B. d(., T) is convex, so its maximum over the
+// piece is at a corner: this bounds h(piece, T) and so h(piece, B).
+class Certificate {
+ public:
+  Certificate(const std::array<Corner, 3>& corners, const Bvh& target) : target_(target) {
+    for (int k = 0; k < 3; ++k) {
+      double* const at = corners_.at[k];
+      at[0] = at[3] = at[4] = at[5] = at[6] = at[7] = corners[0].point[k];
+      at[1] = corners[1].point[k];
+      at[2] = corners[2].point[k];
+    }
   }
-  return farthest;
-}
+
+  double operator()(std::uint32_t slot, Work& work) const {
+    work.triangle_tests += 3;
+    return target_.farthest(corners_, slot);
+  }
+
+ private:
+  const Bvh& target_;
+  PointBlock corners_;
+};
 
 // eq. 8: min over the candidates T of max over corners v of d(v, T). The minimum over any set of triangles of B bounds
 // h(piece, B), because each one does.
 inline double least_farthest(const Piece& piece, const Bvh& target, std::span<const std::uint32_t> candidates,
                              Work& work) {
+  const Certificate certificate(piece.corners, target);
   double least = std::numeric_limits<double>::infinity();
-  for (const std::uint32_t slot : candidates) {
-    work.triangle_tests += 3;
-    least = std::min(least, farthest_corner(piece, target.prepared(slot), least));
-  }
+  for (const std::uint32_t slot : candidates) least = std::min(least, certificate(slot, work));
   return least;
 }
 

@@ -35,6 +35,10 @@ struct Kernels {
   // point-triangle distances computed. Every triangle that is closer than the result by more than rounding is found:
   // boxes are passed over only when rounding.h R6 says that they are farther.
   Closest (*nearest)(const TreeView& tree, const double p[3], Closest best, std::uint64_t& tests);
+
+  // The largest squared distance of the points from the triangle in that lane (rounding.h R3). All lanes of `points`
+  // hold one, but only the first half of them counts: the others repeat some of those.
+  double (*farthest_sq)(const TriangleBlock& block, std::size_t lane, const PointBlock& points);
 };
 
 // What this processor can run, the fastest first; always ends with `scalar`. Constant after the first call; thread

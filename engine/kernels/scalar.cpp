@@ -99,8 +99,17 @@ Closest nearest(const TreeView& tree, const double p[3], Closest best, std::uint
   return best;
 }
 
+double farthest_sq(const TriangleBlock& block, std::size_t lane, const PointBlock& points) {
+  const FlatTriangle triangle = flat(block, lane);
+  double farthest = 0;
+  for (std::size_t i = 0; i < kLanes / 2; ++i) {
+    farthest = std::max(farthest, distance_sq(triangle, points.at[0][i], points.at[1][i], points.at[2][i]));
+  }
+  return farthest;
+}
+
 }  // namespace
 
-Kernels scalar_kernels() { return {"scalar", prepare, nearest}; }
+Kernels scalar_kernels() { return {"scalar", prepare, nearest, farthest_sq}; }
 
 }  // namespace meshgauge

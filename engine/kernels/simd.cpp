@@ -171,6 +171,33 @@ void closest_of_block(const TriangleBlock& block, std::uint32_t number, const do
   }
 }
 
+// The triangle in that lane, in all lanes.
+Triangles spread(const TriangleBlock& block, std::size_t lane) {
+  Triangles t;
+  for (int k = 0; k < 3; ++k) {
+    t.a[k] = hn::Set(kDoubles, block.a[k][lane]);
+    t.e1[k] = hn::Set(kDoubles, block.e1[k][lane]);
+    t.e2[k] = hn::Set(kDoubles, block.e2[k][lane]);
+  }
+  t.length = hn::Set(kDoubles, block.length[lane]);
+  t.cx = hn::Set(kDoubles, block.cx[lane]);
+  t.cy = hn::Set(kDoubles, block.cy[lane]);
+  return t;
+}
+
+double farthest_sq(const TriangleBlock& block, std::size_t lane, const PointBlock& points) {
+  const Triangles triangle = spread(block, lane);
+  HWY_ALIGN double d_sq[kLanes];
+  for (std::size_t i = 0; i < kLanes / 2; i += hn::Lanes(kDoubles)) {
+    hn::Store(distance_sq(triangle, hn::Load(kDoubles, points.at[0] + i), hn::Load(kDoubles, points.at[1] + i),
+                          hn::Load(kDoubles, points.at[2] + i)),
+              kDoubles, d_sq + i);
+  }
+  double farthest = 0;
+  for (std::size_t i = 0; i < kLanes / 2; ++i) farthest = d_sq[i] > farthest ? d_sq[i] : farthest;
+  return farthest;
+}
+
 Closest nearest(const TreeView& tree, const double p[3], Closest best, std::uint64_t& tests) {
   Entry stack[kMaxStack];
   std::size_t size = 0;
@@ -268,6 +295,7 @@ double prepare(const PointBlock corners[3], TriangleBlock& out) {
 void fill(Kernels& kernels) {
   kernels.prepare = prepare;
   kernels.nearest = nearest;
+  kernels.farthest_sq = farthest_sq;
 }
 
 }  // namespace HWY_NAMESPACE

@@ -63,7 +63,7 @@ void build(benchmark::State& state) {
   Crew crew(1);
   const Box box = bounding_box(mesh);
   for (auto _ : state) {
-    const OrderedMesh ordered(mesh, box, Frame(box), control, crew);
+    const OrderedMesh ordered(mesh, {}, box, Frame(box), control, crew);
     const Bvh tree(ordered.view(), *find_kernels("auto"), control, crew);
     benchmark::DoNotOptimize(&tree);
   }

@@ -77,7 +77,7 @@ struct Bounded {
 class Bench {
  public:
   Bench(const Mesh& a, const Mesh& b, std::size_t sample)
-      : ordered_(b, bounding_box(b), Frame{}, control_, crew_),
+      : ordered_(b, {}, bounding_box(b), Frame{}, control_, crew_),
         to_(ordered_.view(), *find_kernels("auto"), control_, crew_),
         search_(a, bounding_box(a), to_, Goal{}, 0, monitor_, crew_) {
     const std::size_t n = std::min(sample, a.triangles.size());

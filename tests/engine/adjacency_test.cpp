@@ -31,7 +31,8 @@ TEST_CASE("in a closed surface every edge has two triangles, welded or not") {
     soup.triangles.push_back({3 * t, 3 * t + 1, 3 * t + 2});
   }
   for (const Mesh& mesh : {cube, soup}) {
-    const Adjacency adjacency(mesh);
+    Crew crew(1);
+    const Adjacency adjacency(mesh, crew);
     for (std::uint32_t t = 0; t < 12; ++t) {
       for (std::uint32_t e = 0; e < 3; ++e) CHECK(ring(adjacency, t, e).size() == 2);
     }
@@ -42,7 +43,8 @@ TEST_CASE("borders, fins, and zeros of either sign") {
   Mesh mesh = shapes::triangle({0, 0, 0}, {1, 0, 0}, {0, 1, 0});
   mesh.positions.insert(mesh.positions.end(), {Vec3(0, 0, 1), Vec3(0, -1, 0), Vec3(-0.0, 0, -0.0)});
   mesh.triangles = {{0, 1, 2}, {1, 0, 3}, {5, 1, 4}};  // three around the edge 0-1, one of them by a copy with -0
-  const Adjacency adjacency(mesh);
+  Crew crew(1);
+  const Adjacency adjacency(mesh, crew);
   CHECK(ring(adjacency, 0, 0) == std::set<std::uint32_t>{0, 1, 2});
   CHECK(ring(adjacency, 2, 0) == std::set<std::uint32_t>{0, 1, 2});
   CHECK(ring(adjacency, 0, 1) == std::set<std::uint32_t>{0});

@@ -13,7 +13,7 @@ namespace {
 LargeArray<std::uint32_t> order_of(const Mesh& mesh, std::size_t threads = 1) {
   Control control;
   Crew crew(threads);
-  return curve_order(mesh, bounding_box(mesh), control, crew);
+  return curve_order(mesh, {}, bounding_box(mesh), control, crew);
 }
 
 void check_permutation(const LargeArray<std::uint32_t>& order, std::size_t size) {
@@ -81,6 +81,6 @@ TEST_CASE("ordering stops when it is told to") {
   for (const std::uint64_t check : {1UL, 2UL, 3UL}) {
     Control control;
     control.cancel_at_check(check);
-    CHECK(curve_order(mesh, bounding_box(mesh), control, crew).empty());
+    CHECK(curve_order(mesh, {}, bounding_box(mesh), control, crew).empty());
   }
 }

@@ -14,7 +14,7 @@ TEST_CASE("an ordered mesh has the same triangles, in the frame, and no vertex t
     const Frame frame(box);
     Control control;
     Crew crew(1);
-    const OrderedMesh ordered(mesh, box, frame, control, crew);
+    const OrderedMesh ordered(mesh, {}, box, frame, control, crew);
     REQUIRE(ordered.complete());
     REQUIRE(ordered.triangles.size() == mesh.triangles.size());
     CHECK(ordered.positions.size() < mesh.positions.size());
@@ -36,5 +36,5 @@ TEST_CASE("laying out stops when it is told to") {
   Control control;
   Crew crew(1);
   control.cancel();
-  CHECK_FALSE(OrderedMesh(mesh, bounding_box(mesh), Frame(bounding_box(mesh)), control, crew).complete());
+  CHECK_FALSE(OrderedMesh(mesh, {}, bounding_box(mesh), Frame(bounding_box(mesh)), control, crew).complete());
 }

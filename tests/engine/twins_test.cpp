@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <numeric>
 
+#include "engine/hausdorff.h"
 #include "shapes.h"
 
 using namespace meshgauge;
@@ -14,7 +15,11 @@ namespace {
 OrderedMesh ordered(const Mesh& mesh) {
   Control control;
   Crew crew(1);
-  return {mesh, bounding_box(mesh), Frame{}, control, crew};
+  return {mesh, {}, bounding_box(mesh), Frame{}, control, crew};
+}
+
+LargeArray<std::uint32_t> shared(const Mesh& from, const Mesh& to) {
+  return shared_triangles(from, to, bounding_box(to), never_interrupted);
 }
 
 // The same triangles, in another order and each beginning at another corner, some turned over.
@@ -46,29 +51,110 @@ TEST_CASE("twins by number: fewer on the other side, and far fewer") {
   CHECK(twins_by_number(ordered(mesh), a).empty());
 }
 
-TEST_CASE("twins by position are the same triangles, stirred and in part, and nothing else") {
+TEST_CASE("shared triangles are the same, stirred and in part, and nothing else") {
   std::mt19937_64 random(72);
   for (const Mesh& mesh : {shapes::sphere(20), shapes::soup(400, random), shapes::grid(10)}) {
     Mesh part = stirred(mesh, random);
-    part.triangles.resize(part.triangles.size() / 2);
-    const OrderedMesh a = ordered(mesh), b = ordered(part);
-    const auto twins = twins_by_position(a, b);
+    part.triangles.resize(part.triangles.size() * 3 / 4);
+    const auto twins = shared(mesh, part);
+    REQUIRE(twins.size() == mesh.triangles.size());
     std::size_t found = 0;
     for (std::uint32_t t = 0; t < twins.size(); ++t) {
       if (twins[t] == kNoTwin) continue;
       ++found;
       std::array<Vec3, 3> p, q;
-      for (std::size_t i = 0; i < 3; ++i)
-        p[i] = a.positions[a.triangles[t][i]], q[i] = b.positions[b.triangles[twins[t]][i]];
+      for (std::size_t i = 0; i < 3; ++i) {
+        p[i] = mesh.positions[mesh.triangles[t][i]];
+        q[i] = part.positions[part.triangles[twins[t]][i]];
+      }
       CHECK(std::is_permutation(p.begin(), p.end(), q.begin()));
     }
     CHECK(found == part.triangles.size());
   }
 }
 
-TEST_CASE("no twins: equal corners are counted, not just met") {
+TEST_CASE("shared triangles: an exact copy needs no search, and one that ends early is found to its end") {
+  const Mesh mesh = shapes::sphere(20);
+  Mesh longer = mesh;
+  longer.triangles.push_back({0, 1, 1});
+  const auto all = shared(mesh, mesh);
+  const auto without_last = shared(longer, mesh);
+  REQUIRE(all.size() == mesh.triangles.size());
+  REQUIRE(without_last.size() == longer.triangles.size());
+  for (std::uint32_t t = 0; t < all.size(); ++t) CHECK((all[t] == t && without_last[t] == t));
+  CHECK(without_last.back() == kNoTwin);
+}
+
+TEST_CASE("shared triangles: meshes that have little in common are told by a sample") {
+  const Mesh mesh = shapes::sphere(20);
+  Mesh few = mesh;
+  few.triangles.resize(few.triangles.size() / 3);
+  few.positions.resize(few.positions.size() / 3);
+  for (Triangle& t : few.triangles)
+    for (std::uint32_t& v : t) v %= static_cast<std::uint32_t>(few.positions.size());
+  CHECK(shared(mesh, few).empty());
+  CHECK(shared(mesh, shapes::moved(mesh, {1e-9, 0, 0})).empty());
+}
+
+TEST_CASE("shared triangles: equal corners are counted, not just met") {
   const Mesh a = shapes::triangle({0, 0, 0}, {1, 0, 0}, {1, 0, 0}),
              b = shapes::triangle({0, 0, 0}, {0, 0, 0}, {1, 0, 0});
-  CHECK(twins_by_position(ordered(a), ordered(b))[0] == kNoTwin);
-  CHECK(twins_by_position(ordered(a), ordered(a))[0] == 0);
+  CHECK(shared(a, b)[0] == kNoTwin);
+  CHECK(shared(a, a)[0] == 0);
+}
+
+TEST_CASE("meshes with the same triangles are at distance zero, exactly, in every direction") {
+  std::mt19937_64 random(73);
+  for (const Mesh& mesh : {shapes::sphere(20), shapes::soup(400, random)}) {
+    Mesh copy = stirred(mesh, random);
+    for (const Direction direction : {Direction::a_to_b, Direction::b_to_a, Direction::symmetric}) {
+      Options options;
+      options.direction = direction;
+      Control control;
+      const Outcome outcome = measure(mesh, copy, options, control);
+      CHECK(outcome.lower == 0);
+      CHECK(outcome.upper == 0);
+      CHECK(outcome.stop == Stop::converged);
+      for (const auto* directed : {&outcome.a_to_b, &outcome.b_to_a}) {
+        if (!*directed) continue;
+        const MeshView from = directed == &outcome.a_to_b ? mesh : copy, to = directed == &outcome.a_to_b ? copy : mesh;
+        const Witness& witness = (*directed)->bounds.witness.value();
+        CHECK(witness.point_a == from.corner(witness.triangle_a, 0));
+        CHECK(witness.point_b == witness.point_a);
+        bool is_corner = false;
+        for (int i = 0; i < 3; ++i) is_corner |= to.corner(witness.triangle_b, i) == witness.point_b;
+        CHECK(is_corner);
+        CHECK((*directed)->culling.rate() == 1);
+      }
+    }
+  }
+}
+
+TEST_CASE("what is left of a copy is measured as the whole would be") {
+  std::mt19937_64 random(74);
+  const Mesh mesh = shapes::sphere(30);
+  Mesh moved = stirred(mesh, random);
+  for (std::size_t i = 0; i < moved.positions.size() / 4; ++i) moved.positions[i] *= 1.01;
+  Mesh extra = moved;
+  extra.positions.push_back({0, 0, 5});
+  extra.triangles.push_back({0, 1, static_cast<std::uint32_t>(extra.positions.size() - 1)});
+  for (const auto& [a, b] : {std::pair(mesh, moved), std::pair(moved, mesh), std::pair(extra, moved)}) {
+    for (const Direction direction : {Direction::a_to_b, Direction::symmetric}) {
+      Options options;
+      options.direction = direction;
+      options.tolerance = {std::nullopt, 1e-6, std::nullopt};
+      options.threads = direction == Direction::symmetric ? 2 : 1;
+      Control control;
+      const Outcome outcome = measure(a, b, options, control);
+      options.strategy = Strategy::four_point;
+      const Outcome paper = measure(a, b, options, control);
+      CHECK(outcome.stop == Stop::converged);
+      CHECK(outcome.lower <= paper.upper);
+      CHECK(paper.lower <= outcome.upper);
+      CHECK(outcome.lower > 0);
+      const Witness& witness = outcome.a_to_b->bounds.witness.value();
+      CHECK(witness.triangle_a < a.triangles.size());
+      CHECK(outcome.a_to_b->culling.triangles == a.triangles.size());
+    }
+  }
 }

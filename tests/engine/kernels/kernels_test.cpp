@@ -1,5 +1,6 @@
 // Every instruction set against the reference, bit by bit, and the reference against the plain functions.
 #include "engine/kernels/kernels.h"
+#include "engine/kernels/flat.h"
 
 #include <doctest/doctest.h>
 
@@ -135,6 +136,43 @@ TEST_CASE("nearest: the same triangle and bits everywhere, with and without a hi
           REQUIRE(tests == expected_tests);
         }
       }
+    }
+  }
+}
+
+TEST_CASE("farthest: the same bits everywhere, and what the closest points say") {
+  Dice dice(64);
+  std::mt19937_64 random(65);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  for (int round = 0; round < kRounds; ++round) {
+    const auto corners = dice.triangles();
+    TriangleBlock block{};
+    reference().prepare(corners.data(), block);
+    PointBlock points{};
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+      for (int k = 0; k < 3; ++k) {
+        points.at[k][lane] = lane < kLanes / 2 ? uniform(random) : points.at[k][lane - kLanes / 2];
+        if (round % 4 == 0 && lane == 1) points.at[k][lane] = corners[1].at[k][lane];
+      }
+    }
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+      const double expected = reference().farthest_sq(block, lane, points);
+      for (const Kernels& kernels : supported_kernels()) {
+        REQUIRE(same_bits(kernels.farthest_sq(block, lane, points), expected));
+      }
+      const FlatTriangle f = flat(block, lane);
+      const PreparedTriangle t{Vec3(f.a[0], f.a[1], f.a[2]),
+                               Vec3(f.e1[0], f.e1[1], f.e1[2]),
+                               Vec3(f.e2[0], f.e2[1], f.e2[2]),
+                               f.length,
+                               f.cx,
+                               f.cy};
+      double farthest = 0;
+      for (std::size_t i = 0; i < kLanes / 2; ++i) {
+        const Vec3 p = point(points, i);
+        farthest = std::max(farthest, (p - closest_point(t, p)).norm());
+      }
+      CHECK(std::abs(std::sqrt(expected) - farthest) <= rounding::kDistanceSlack);
     }
   }
 }
