@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <vector>
 
 #include "engine/index_table.h"
 
@@ -38,24 +39,39 @@ bool each_range(std::size_t count, Crew& crew, const Interrupted& interrupted, V
   return complete;
 }
 
-// Puts into `vertex`, for each vertex, the first one at its position. Every thread has a table for its share of the
-// hashes.
+// The hashes of the mesh's positions, and how many of them each thread is to file: every one has a share of the hashes.
+struct Hashes {
+  LargeArray<std::uint64_t> of_position;
+  std::vector<std::atomic<std::size_t>> counts;  // by share
+
+  std::size_t share_of(std::size_t v) const { return ((of_position[v] >> 32) * counts.size()) >> 32; }
+};
+
+bool hash_positions(MeshView mesh, Crew& crew, const Interrupted& interrupted, Hashes& hashes) {
+  hashes.of_position.resize(mesh.positions.size());
+  return each_range(mesh.positions.size(), crew, interrupted, [&](std::size_t first, std::size_t last) {
+    std::vector<std::size_t> counts(hashes.counts.size());
+    for (std::size_t v = first; v < last; ++v) {
+      hashes.of_position[v] = hash_of(mesh.positions[v]);
+      ++counts[hashes.share_of(v)];
+    }
+    for (std::size_t share = 0; share < counts.size(); ++share) hashes.counts[share] += counts[share];
+  });
+}
+
+// Puts into `vertex`, for each vertex, the first one at its position.
 bool weld(MeshView mesh, Crew& crew, const Interrupted& interrupted, LargeArray<std::uint32_t>& vertex) {
+  Hashes hashes{{}, std::vector<std::atomic<std::size_t>>(crew.size())};
+  if (!hash_positions(mesh, crew, interrupted, hashes)) return false;
   const std::span<const Vec3> positions = mesh.positions;
   vertex.resize(positions.size());
-  LargeArray<std::uint64_t> hashes(positions.size());
-  const bool hashed = each_range(positions.size(), crew, interrupted, [&](std::size_t first, std::size_t last) {
-    for (std::size_t v = first; v < last; ++v) hashes[v] = hash_of(positions[v]);
-  });
-  if (!hashed) return false;
   std::atomic<bool> complete{true};
   crew.run(crew.size(), [&](std::size_t, std::size_t share) {
-    const auto is_mine = [&](std::uint64_t hash) { return (hash >> 32) % crew.size() == share; };
-    IndexTable table(static_cast<std::size_t>(std::count_if(hashes.begin(), hashes.end(), is_mine)));
+    IndexTable table(hashes.counts[share]);
     const bool done = each(positions.size(), interrupted, [&](std::uint32_t v) {
-      if (!is_mine(hashes[v])) return;
+      if (hashes.share_of(v) != share) return;
       const auto seen =
-          table.find_or_store(hashes[v], v, [&](std::uint32_t u) { return positions[u] == positions[v]; });
+          table.find_or_store(hashes.of_position[v], v, [&](std::uint32_t u) { return positions[u] == positions[v]; });
       vertex[v] = seen == kNone ? v : seen;
     });
     if (!done) complete = false;

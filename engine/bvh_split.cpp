@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "engine/kernels/kernels.h"
 
@@ -290,8 +291,8 @@ LargeArray<WideNode> split_wide(std::span<const Box> leaves, Control& control, C
     if (below.run(task.range, task.depth)) trees[i] = below.take_nodes();
   });
   for (std::size_t i = 0; i < trees.size(); ++i) {
-    if (trees[i].empty()) return {};
-    top.attach(top.put_aside()[i], trees[i]);
+    if (trees[i].empty() || control.check() != Interruption::none) return {};
+    top.attach(top.put_aside()[i], std::exchange(trees[i], {}));
   }
   return top.take_nodes();
 }

@@ -160,11 +160,17 @@ class Measurement final : public Monitor {
     const StageClock clock(outcome_.timings.build);
     stage_ = "build";
     if (is_auto()) {
-      for (Course& course : courses_) leave_out_shared(course);
+      for (Course& course : courses_) {
+        leave_out_shared(course);
+        if (const auto why = control_.check(); why != Interruption::none) return to_stop(why);
+      }
     }
-    on_both_sides([this](Side& side, Crew& crew) {
-      if (needs_order(side)) side.ordered = order(side, {}, crew);
-    });
+    if (needs_order(a_) && needs_order(b_)) {
+      on_both_sides([this](Side& side, Crew& crew) { side.ordered = order(side, {}, crew); });
+    } else if (needs_order(a_) || needs_order(b_)) {
+      Side& side = needs_order(a_) ? a_ : b_;
+      side.ordered = order(side, {}, crew_);
+    }
     if (const auto why = control_.check(); why != Interruption::none) return to_stop(why);
     for (Side* side : {&a_, &b_}) {
       if (!needs_tree(*side)) continue;
@@ -184,6 +190,7 @@ class Measurement final : public Monitor {
         shared_triangles(course.from.given, course.to.given, course.to.box, [this] { return interrupted(); });
     if (twins.empty()) return;
     std::vector<std::uint32_t> rest;
+    rest.reserve(static_cast<std::size_t>(std::count(twins.begin(), twins.end(), kNoTwin)));
     for (std::uint32_t t = 0; t < twins.size(); ++t) {
       if (twins[t] == kNoTwin) rest.push_back(t);
     }
@@ -216,7 +223,7 @@ class Measurement final : public Monitor {
     directed.bounds.upper = std::min(directed.bounds.upper, opened);
     directed.bounds.witness->triangle_a = from.original[directed.bounds.witness->triangle_a];
     directed.bounds.witness->triangle_b = to.original[directed.bounds.witness->triangle_b];
-    directed.culling.survivors = search.culling().survivors;
+    directed.culling.survivors = search.survivors();
     directed.work = search.work();
     lower_ = std::max(lower_, search.lower());
     lower_slack_ = search.lower_slack();

@@ -18,6 +18,7 @@ struct OrderedMesh {
   LargeArray<Vec3> positions;          // of the vertices that triangles use, in the order of their first use
   LargeArray<Triangle> triangles;      // along a space-filling curve (engine/curve.h)
   LargeArray<std::uint32_t> original;  // by triangle: its index in the caller's mesh
+  std::size_t given;                   // triangles of the caller's mesh
 
   // Of the `chosen` triangles of `mesh`, or of all if none are. `original_box` holds the surface of `mesh`. O(n). When
   // `control` says to stop, what is made has no triangles and must not be used.

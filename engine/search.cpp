@@ -23,7 +23,6 @@ Search::Search(MeshView from, const Box& from_box, const Bvh& to, const Goal& go
       crew_(crew),
       lower_(start_lower),
       unvisited_(farthest_of_box(from_box, to.mesh().corner(0, 0))) {
-  culling_.triangles = from.triangles.size();
   saw(nearest_corner(to, from.corner(0, 0), work_), 0, true);
 }
 

@@ -71,8 +71,8 @@ class Search {
   bool interrupted() const { return monitor_.interrupted(); }
   Work& work() { return work_; }
   const Work& work() const { return work_; }
-  Culling& culling() { return culling_; }
-  const Culling& culling() const { return culling_; }
+  // Triangles of A that the traversal could not cull.
+  std::size_t& survivors() { return survivors_; }
   const Goal& goal() const { return goal_; }
 
   double lower() const { return lower_.load(std::memory_order_relaxed); }
@@ -170,7 +170,7 @@ class Search {
   std::vector<Piece> waiting_;
   bool is_heap_ = true;
   Work work_;
-  Culling culling_;
+  std::size_t survivors_ = 0;
 };
 
 }  // namespace meshgauge

@@ -125,7 +125,7 @@ class Sweep {
       run_tasks(end - begin, [&](Sweeper& sweeper, std::size_t i) { visit(sweeper, blocks_[begin + i]); });
     }
     search_.keep_above(search_.cull_within_tolerance());  // the lower bound has risen since the first of them survived
-    search_.culling().survivors = search_.waiting();
+    search_.survivors() = search_.waiting();
     search_.set_unvisited(0);
     return std::nullopt;
   }
@@ -182,7 +182,7 @@ class Sweep {
   std::optional<Stop> give_up(std::optional<Stop> stop) {
     std::size_t unvisited = 0;
     for (const Block& block : blocks_) unvisited += block.visited ? 0 : block.end - block.begin;
-    search_.culling().survivors = search_.waiting() + unvisited;
+    search_.survivors() = search_.waiting() + unvisited;
     return stop;
   }
 

@@ -73,7 +73,7 @@ class Traversal {
     }
     piece.upper = std::min(node_upper, bound_.upper(piece));
     if (piece.upper <= search_.cull_below()) return search_.drop(piece.upper);
-    ++search_.culling().survivors;
+    ++search_.survivors();
     search_.push(piece);
   }
 
@@ -90,7 +90,7 @@ class Traversal {
     double upper = 0;
     for (const OpenNode& entry : open_) {
       upper = std::max(upper, entry.upper);
-      search_.culling().survivors += triangles_below(entry.child);
+      search_.survivors() += triangles_below(entry.child);
     }
     search_.set_unvisited(upper);
   }

@@ -13,13 +13,14 @@ namespace meshgauge {
 inline constexpr std::uint32_t kNoTwin = ~std::uint32_t{0};
 
 // A guess: for each triangle of `from` the one of `to` that had the same number in the caller's meshes, or kNoTwin.
-// Empty if one mesh has more than twice as many triangles as the other: then they are hardly copies. Linear time.
+// `to` is of all its triangles. Empty if one of the caller's meshes has more than twice as many triangles as the other:
+// then they are hardly copies. Linear time.
 LargeArray<std::uint32_t> twins_by_number(const OrderedMesh& from, const OrderedMesh& to);
 
 // No guess: for each triangle of `from` one of `to` with the same three corners, in any order, or kNoTwin. All its
-// points are at distance 0 from `to`, exactly. `to_box` is the box of `to`. Empty if a sample of `from` shows that less
-// than half of it is in `to`, or when `interrupted` says to stop. Linear time; next to none if the sample is not in
-// `to`.
+// points are at distance 0 from `to`, exactly. Where numbers agree, only twins of the same number are looked for.
+// `to_box` is the box of `to`. Empty if a sample of `from` shows that less than half of it is in `to`, or when
+// `interrupted` says to stop. Linear time; next to none if the sample is not in `to`.
 LargeArray<std::uint32_t> shared_triangles(MeshView from, MeshView to, const Box& to_box,
                                            const Interrupted& interrupted);
 

@@ -20,8 +20,8 @@ class Worker {
   double lower() const { return search_.lower(); }
   double cull_within_tolerance() {
     const double lower_now = lower();
-    if (lower_now != limit_of_) limit_ = search_.cull_within_tolerance(lower_now), limit_of_ = lower_now;
-    return limit_;
+    if (lower_now != known_limit_.lower) known_limit_ = {lower_now, search_.cull_within_tolerance(lower_now)};
+    return known_limit_.limit;
   }
   void saw(const Corner& corner, std::uint32_t triangle, bool is_vertex) {
     if (corner.distance <= candidate_.distance || corner.distance <= search_.lower()) return;
@@ -66,8 +66,12 @@ class Worker {
   Work work_;
   std::uint64_t next_look_ = kTestsBetweenLooks;  // at the clock, in tests
   bool interrupted_ = false;
-  double limit_of_ = -1;  // the lower bound for which
-  double limit_ = 0;      // is what cull_within_tolerance() says
+
+  struct Limit {
+    double lower;
+    double limit;  // what cull_within_tolerance() says for it
+  };
+  Limit known_limit_{-1, 0};
 };
 
 }  // namespace meshgauge

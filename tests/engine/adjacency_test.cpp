@@ -2,6 +2,7 @@
 
 #include <doctest/doctest.h>
 
+#include <random>
 #include <set>
 
 #include "shapes.h"
@@ -48,4 +49,31 @@ TEST_CASE("borders, fins, and zeros of either sign") {
   CHECK(ring(adjacency, 0, 0) == std::set<std::uint32_t>{0, 1, 2});
   CHECK(ring(adjacency, 2, 0) == std::set<std::uint32_t>{0, 1, 2});
   CHECK(ring(adjacency, 0, 1) == std::set<std::uint32_t>{0});
+}
+
+TEST_CASE("the same rings whatever the crew, and none when interrupted") {
+  std::mt19937_64 random(91);
+  Mesh mesh = shapes::sphere(80);
+  for (Triangle& t : mesh.triangles) {
+    for (std::uint32_t& v : t) {
+      if (random() % 4 != 0) continue;
+      const Vec3 copy = mesh.positions[v];
+      v = static_cast<std::uint32_t>(mesh.positions.size());
+      mesh.positions.push_back(copy);
+    }
+  }
+  Crew one(1);
+  const Adjacency alone(mesh, one);
+  for (const std::size_t size : {2U, 3U, 7U}) {
+    Crew crew(size);
+    const Adjacency together(mesh, crew);
+    REQUIRE(together.complete());
+    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+      for (std::uint32_t e = 0; e < 3; ++e) {
+        const auto a = alone.next_around(t, e), b = together.next_around(t, e);
+        CHECK((a.triangle == b.triangle && a.edge == b.edge));
+      }
+    }
+    CHECK_FALSE(Adjacency(mesh, crew, [] { return true; }).complete());
+  }
 }

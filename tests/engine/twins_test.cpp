@@ -53,7 +53,9 @@ TEST_CASE("twins by number: fewer on the other side, and far fewer") {
 
 TEST_CASE("shared triangles are the same, stirred and in part, and nothing else") {
   std::mt19937_64 random(72);
-  for (const Mesh& mesh : {shapes::sphere(20), shapes::soup(400, random), shapes::grid(10)}) {
+  Mesh wall = shapes::grid(10);  // in a plane x = const
+  for (Vec3& p : wall.positions) std::swap(p.x(), p.z());
+  for (const Mesh& mesh : {shapes::sphere(20), shapes::soup(400, random), shapes::grid(10), wall}) {
     Mesh part = stirred(mesh, random);
     part.triangles.resize(part.triangles.size() * 3 / 4);
     const auto twins = shared(mesh, part);
@@ -73,7 +75,7 @@ TEST_CASE("shared triangles are the same, stirred and in part, and nothing else"
   }
 }
 
-TEST_CASE("shared triangles: an exact copy needs no search, and one that ends early is found to its end") {
+TEST_CASE("shared triangles: where the numbers agree they are enough") {
   const Mesh mesh = shapes::sphere(20);
   Mesh longer = mesh;
   longer.triangles.push_back({0, 1, 1});
@@ -126,6 +128,28 @@ TEST_CASE("meshes with the same triangles are at distance zero, exactly, in ever
         CHECK(is_corner);
         CHECK((*directed)->culling.rate() == 1);
       }
+    }
+  }
+}
+
+TEST_CASE("a copy with a moved part, cancelled at every check: the interval holds") {
+  std::mt19937_64 random(75);
+  const Mesh mesh = shapes::sphere(120);
+  Mesh moved = mesh;
+  for (std::size_t i = 0; i < moved.positions.size() / 8; ++i) moved.positions[i] *= 1.01;
+  for (const Mesh& b : {moved, stirred(moved, random)}) {
+    Options options;
+    options.tolerance = {std::nullopt, 1e-3, std::nullopt};
+    options.threads = 2;
+    Control patient;
+    const Outcome whole = measure(mesh, b, options, patient);
+    CHECK(whole.stop == Stop::converged);
+    for (std::uint64_t k = 1; k <= patient.checks(); k += 1 + k / 20) {
+      Control control;
+      control.cancel_at_check(k);
+      const Outcome outcome = measure(mesh, b, options, control);
+      CHECK(outcome.lower <= whole.upper);
+      CHECK(whole.lower <= outcome.upper);
     }
   }
 }
