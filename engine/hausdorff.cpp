@@ -63,6 +63,7 @@ class Measurement final : public Monitor {
         crew_(options.strategy == Strategy::automatic ? std::max(options.threads, 1U) : 1),
         a_{a},
         b_{b} {
+    const StageClock clock(outcome_.timings.build);
     on_both_sides([](Side& side, Crew&) { side.box = bounding_box(side.given); });
     frame_ = Frame(joint(a_.box, b_.box));
     outcome_.simd = kernels_->name;

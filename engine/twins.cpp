@@ -11,7 +11,7 @@ namespace {
 constexpr std::size_t kAskEvery = std::size_t{1} << 13;  // triangles or positions, 5 ms at most
 constexpr std::size_t kSample = 64;                      // triangles
 
-bool same_corners(MeshView a, std::size_t s, MeshView b, std::size_t t) {
+bool same_corners(const MeshView& a, std::size_t s, const MeshView& b, std::size_t t) {
   const auto equal = [&](int i, int j) { return a.corner(s, i) == b.corner(t, j); };
   for (int j = 0; j < 3; ++j) {
     if (!equal(0, j)) continue;
@@ -73,7 +73,7 @@ bool seems_shared(MeshView from, MeshView to, const Box& to_box, const Interrupt
   return shared >= enough;
 }
 
-bool same_number(MeshView a, MeshView b, std::size_t t) { return t < b.triangles.size() && same_corners(a, t, b, t); }
+bool same_number(const MeshView& a, const MeshView& b, std::size_t t) { return t < b.triangles.size() && same_corners(a, t, b, t); }
 
 // Whether every other triangle of a sample has its twin under its own number.
 bool numbers_agree(MeshView from, MeshView to) {
