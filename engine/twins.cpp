@@ -73,7 +73,9 @@ bool seems_shared(MeshView from, MeshView to, const Box& to_box, const Interrupt
   return shared >= enough;
 }
 
-bool same_number(const MeshView& a, const MeshView& b, std::size_t t) { return t < b.triangles.size() && same_corners(a, t, b, t); }
+bool same_number(const MeshView& a, const MeshView& b, std::size_t t) {
+  return t < b.triangles.size() && same_corners(a, t, b, t);
+}
 
 // Whether every other triangle of a sample has its twin under its own number.
 bool numbers_agree(MeshView from, MeshView to) {
