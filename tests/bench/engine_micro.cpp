@@ -47,7 +47,7 @@ struct Ordered {
   OrderedMesh mesh;
   Bvh tree;
   explicit Ordered(const Mesh& given)
-      : mesh(given, bounding_box(given), Frame(bounding_box(given)), control, crew),
+      : mesh(given, {}, bounding_box(given), Frame(bounding_box(given)), control, crew),
         tree(mesh.view(), *find_kernels("auto"), control, crew) {}
 };
 
