@@ -24,7 +24,8 @@ std::vector<std::string> notes_of(const MeshFacts& mesh) {
                     "; all lengths are in millimetres");
   }
   add_count(notes, "faces of more than three corners, split as fans from their first corner", mesh.notes.polygons);
-  add_count(notes, "points, lines, faces of fewer than three corners and joins of strips, left out for want of a surface",
+  add_count(notes,
+            "points, lines, faces of fewer than three corners and joins of strips, left out for want of a surface",
             mesh.notes.skipped_primitives);
   add_count(notes, "objects outside of the build or the scene, left out", mesh.notes.unused_objects);
   add_count(notes, "vertices joined with another of exactly the same position", mesh.welded_vertices);
