@@ -39,8 +39,10 @@ Result<Loaded> load(const MeshInput& input, const ReadLimits& limits) {
   auto read = read_mesh(input.bytes, {input.part, input.filename, input.media_type}, limits);
   if (!read) return read.error();
   // Formats without indices repeat every corner; shared vertices save the engine most of its queries.
-  if (read->mesh.positions.size() == 3 * read->mesh.triangles.size()) weld(read->mesh);
+  const bool repeats_corners = read->mesh.positions.size() == 3 * read->mesh.triangles.size();
+  const std::size_t welded = repeats_corners ? weld(read->mesh) : 0;
   MeshFacts facts = facts_of(input, *read);
+  facts.welded_vertices = welded;
   return Loaded{std::move(read->mesh), std::move(facts)};
 }
 

@@ -30,6 +30,7 @@ struct MeshFacts {
   std::size_t degenerate = 0;
   Box bbox;
   double diagonal = 0;
+  std::size_t welded_vertices = 0;  // joined with another of the same position, where the format repeats corners
   ReadNotes notes;
 };
 

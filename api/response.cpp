@@ -8,6 +8,7 @@
 
 #include "api/gate.h"
 #include "api/names.h"
+#include "api/notes.h"
 
 namespace meshgauge::api {
 namespace {
@@ -93,8 +94,17 @@ Json timings(const Comparison& comparison) {
   return json;
 }
 
+Json name_or_null(const auto& named) { return named ? Json(to_string(*named)) : Json(nullptr); }
+
+Json mismatch(const ReadNotes& notes) {
+  if (!notes.filename_says && !notes.media_type_says) return nullptr;
+  return {{"file_name", name_or_null(notes.filename_says)}, {"media_type", name_or_null(notes.media_type_says)}};
+}
+
 Json json_of(const MeshFacts& facts) {
   return {{"format", to_string(facts.format)},
+          {"format_mismatch", mismatch(facts.notes)},
+          {"unit", name_or_null(facts.notes.unit)},
           {"bytes", facts.bytes},
           {"sha256", facts.sha256},
           {"vertices", facts.vertices},
@@ -104,7 +114,10 @@ Json json_of(const MeshFacts& facts) {
           {"diagonal", facts.diagonal},
           {"gzip", facts.notes.gzip},
           {"polygons", facts.notes.polygons},
-          {"skipped_primitives", facts.notes.skipped_primitives}};
+          {"skipped_primitives", facts.notes.skipped_primitives},
+          {"unused_objects", facts.notes.unused_objects},
+          {"welded_vertices", facts.welded_vertices},
+          {"notes", notes_of(facts)}};
 }
 
 Json gate(const Comparison& comparison) {

@@ -174,7 +174,8 @@ int run(const Flags& flags) {
 void add_compare(CLI::App& app, int& exit_code) {
   CLI::App& command = *app.add_subcommand("compare", "Measure the distance between two mesh files");
   const auto flags = std::make_shared<Flags>();
-  command.add_option("A", flags->a, "Mesh file: OBJ, STL, PLY, glTF or GLB, also gzip-compressed")->required();
+  command.add_option("A", flags->a, "Mesh file: OBJ, STL, PLY, OFF, glTF, GLB or 3MF, also gzip-compressed")
+      ->required();
   command.add_option("B", flags->b, "The mesh file to compare with")->required();
   command.add_option("--direction", flags->direction, api::list_of(api::kDirections))->capture_default_str();
   command.add_option("--absolute", flags->absolute, "Stop when upper - lower is at most this");

@@ -6,6 +6,7 @@
 
 #include "api/gate.h"
 #include "api/names.h"
+#include "api/notes.h"
 
 namespace meshgauge::cli {
 namespace {
@@ -35,6 +36,7 @@ void add_mesh(std::string& out, const char* name, const api::MeshFacts& mesh) {
   append(out, "%-9s %s, %zu triangles (%zu degenerate), %zu vertices, diagonal %s\n", name,
          std::string(api::to_string(mesh.format)).c_str(), mesh.triangles, mesh.degenerate, mesh.vertices,
          shortest(mesh.diagonal).c_str());
+  for (const std::string& note : api::notes_of(mesh)) append(out, "  %s\n", note.c_str());
 }
 
 void add_direction(std::string& out, const char* name, const std::optional<Directed>& directed) {

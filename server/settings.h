@@ -61,7 +61,7 @@ void for_each_setting(Settings& s, Visit visit) {
   visit({"max_upload_bytes", "Bytes of all uploads together, received or being measured"}, s.max_upload_bytes);
   visit({"max_vertices", "Largest mesh, in vertices"}, s.max_vertices);
   visit({"max_triangles", "Largest mesh, in triangles"}, s.max_triangles);
-  visit({"max_expanded_bytes", "Largest gzip-compressed mesh file, once expanded"}, s.max_expanded_bytes);
+  visit({"max_expanded_bytes", "Largest gzip-compressed or 3MF mesh file, once expanded"}, s.max_expanded_bytes);
   visit({"max_heap_bytes", "Memory of one comparison's search, beside its meshes and trees"}, s.max_heap_bytes);
   visit({"temp_dir", "Directory for uploads, as files without a name"}, s.temp_dir);
   visit({"simd", "Instruction set: avx512, avx2, sse4, neon or scalar; auto: the fastest that the processor has"},

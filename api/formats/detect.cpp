@@ -10,6 +10,7 @@
 #include "api/formats/source.h"
 #include "api/formats/stl.h"
 #include "api/formats/text.h"
+#include "api/formats/zip.h"
 
 namespace meshgauge::api {
 namespace {
@@ -40,8 +41,9 @@ struct Name {
   std::string_view name;  // a file name extension, or a media type
   Format format;
 };
-constexpr Name kExtensions[] = {{"obj", Format::obj}, {"stl", Format::stl},   {"ply", Format::ply},
-                                {"off", Format::off}, {"gltf", Format::gltf}, {"glb", Format::glb}};
+constexpr Name kExtensions[] = {{"obj", Format::obj},     {"stl", Format::stl},   {"ply", Format::ply},
+                                {"off", Format::off},     {"gltf", Format::gltf}, {"glb", Format::glb},
+                                {"3mf", Format::three_mf}};
 constexpr Name kMediaTypes[] = {{"model/obj", Format::obj},
                                 {"text/prs.wavefront-obj", Format::obj},
                                 {"model/stl", Format::stl},
@@ -52,7 +54,9 @@ constexpr Name kMediaTypes[] = {{"model/obj", Format::obj},
                                 {"model/ply", Format::ply},
                                 {"application/x-ply", Format::ply},
                                 {"model/gltf+json", Format::gltf},
-                                {"model/gltf-binary", Format::glb}};
+                                {"model/gltf-binary", Format::glb},
+                                {"model/3mf", Format::three_mf},
+                                {"application/vnd.ms-3mfdocument", Format::three_mf}};
 
 std::string_view as_text(std::span<const std::byte> bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
@@ -68,25 +72,6 @@ bool ends_with_word(std::string_view text, std::string_view lower_case) {
 
 std::string_view without_gz(std::string_view filename) {
   return ends_with_word(filename, ".gz") ? filename.substr(0, filename.size() - 3) : filename;
-}
-
-std::optional<Format> format_by_name(std::string_view filename) {
-  filename = without_gz(filename);
-  const std::size_t dot = filename.rfind('.');
-  if (dot == std::string_view::npos) return std::nullopt;
-  for (const Name& known : kExtensions) {
-    if (same_word(filename.substr(dot + 1), known.name)) return known.format;
-  }
-  return std::nullopt;
-}
-
-std::optional<Format> format_by_media_type(std::string_view media_type) {
-  media_type = media_type.substr(0, media_type.find(';'));
-  while (media_type.ends_with(' ')) media_type.remove_suffix(1);
-  for (const Name& known : kMediaTypes) {
-    if (same_word(media_type, known.name)) return known.format;
-  }
-  return std::nullopt;
 }
 
 std::optional<Format> format_by_hints(const ReadHints& hints) {
@@ -109,6 +94,7 @@ std::optional<Format> format_by_content(std::span<const std::byte> bytes) {
   constexpr std::size_t kEnough = std::size_t{64} << 10U;  // for the comments at the start of an OBJ
   const std::string_view start = beginning(bytes, kEnough);
   if (start.starts_with("glTF")) return Format::glb;
+  if (is_zip(start)) return Format::three_mf;
   if (is_ply(start)) return Format::ply;
   if (!off_keyword(start).empty()) return Format::off;
   if (is_binary_stl(bytes)) return Format::stl;
@@ -142,18 +128,9 @@ bool is_utf16(std::string_view start) {
 
 bool is_text_format(Format format) { return format == Format::obj || format == Format::off || format == Format::gltf; }
 
-std::optional<std::string> zip_kind(std::string_view start, std::string_view filename) {
-  if (!start.starts_with("PK\x03\x04") && !start.starts_with("PK\x05\x06")) return std::nullopt;
-  const bool is_3mf = ends_with_word(without_gz(filename), ".3mf") || start.find("3D/") != std::string_view::npos ||
-                      start.find("[Content_Types].xml") != std::string_view::npos;
-  if (is_3mf) return "is a 3MF file: 3MF is not supported";
-  return "is a zip archive, not a mesh";
-}
-
-std::optional<std::string> foreign_kind(std::span<const std::byte> bytes, const ReadHints& hints) {
+std::optional<std::string> foreign_kind(std::span<const std::byte> bytes) {
   if (bytes.empty()) return "is an empty file";
   const std::string_view start = beginning(bytes, 4096);
-  if (auto zip = zip_kind(start, hints.filename)) return zip;
   for (const Signature& foreign : kForeign) {
     if (start.starts_with(foreign.bytes)) return std::string(foreign.what);
   }
@@ -164,8 +141,27 @@ std::optional<std::string> foreign_kind(std::span<const std::byte> bytes, const 
 
 }  // namespace
 
+std::optional<Format> format_by_name(std::string_view filename) {
+  filename = without_gz(filename);
+  const std::size_t dot = filename.rfind('.');
+  if (dot == std::string_view::npos) return std::nullopt;
+  for (const Name& known : kExtensions) {
+    if (same_word(filename.substr(dot + 1), known.name)) return known.format;
+  }
+  return std::nullopt;
+}
+
+std::optional<Format> format_by_media_type(std::string_view media_type) {
+  media_type = media_type.substr(0, media_type.find(';'));
+  while (media_type.ends_with(' ')) media_type.remove_suffix(1);
+  for (const Name& known : kMediaTypes) {
+    if (same_word(media_type, known.name)) return known.format;
+  }
+  return std::nullopt;
+}
+
 std::optional<Error> refuse_foreign(std::span<const std::byte> bytes, const ReadHints& hints) {
-  if (auto kind = foreign_kind(bytes, hints)) {
+  if (auto kind = foreign_kind(bytes)) {
     const ErrorCode code = bytes.empty() ? ErrorCode::empty_mesh : ErrorCode::unsupported_format;
     return about(hints.part, code, *kind);
   }

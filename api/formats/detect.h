@@ -3,10 +3,15 @@
 
 #include <optional>
 #include <span>
+#include <string_view>
 
 #include "api/formats/format.h"
 
 namespace meshgauge::api {
+
+// What the name of a file (`.gz` taken off) or a media type says. nullopt: nothing of a mesh.
+std::optional<Format> format_by_name(std::string_view filename);
+std::optional<Format> format_by_media_type(std::string_view media_type);
 
 // Why `bytes`, a file or its beginning, cannot be a mesh that is read here: a web page, an image, an archive,
 // text in UTF-16, Draco, binary data under the name of a text format. nullopt: it may be one.

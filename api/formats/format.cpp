@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "api/formats/detect.h"
+#include "api/formats/expansion.h"
 #include "api/formats/gltf.h"
 #include "api/formats/gzip.h"
 #include "api/formats/obj.h"
@@ -11,6 +12,7 @@
 #include "api/formats/ply.h"
 #include "api/formats/source.h"
 #include "api/formats/stl.h"
+#include "api/formats/three_mf.h"
 
 namespace meshgauge::api {
 namespace {
@@ -25,6 +27,8 @@ Result<ReadMesh> read_as(Format format, const Source& source) {
       return read_ply(source);
     case Format::off:
       return read_off(source);
+    case Format::three_mf:
+      return read_3mf(source);
     case Format::gltf:
     case Format::glb:
       break;
@@ -32,17 +36,24 @@ Result<ReadMesh> read_as(Format format, const Source& source) {
   return read_gltf(source, format);
 }
 
+void note_contradictions(const ReadHints& hints, ReadMesh& read) {
+  const auto other = [&](std::optional<Format> said) { return said == read.format ? std::nullopt : said; };
+  read.notes.filename_says = other(format_by_name(hints.filename));
+  read.notes.media_type_says = other(format_by_media_type(hints.media_type));
+}
+
 Result<ReadMesh> read_expanded(std::span<const std::byte> bytes, const ReadHints& hints, const ReadLimits& limits) {
   if (auto error = refuse_foreign(bytes, hints)) return std::move(*error);
   const auto format = detect_format(bytes, hints);
   if (!format) {
     return about(hints.part, ErrorCode::unsupported_format,
-                 "is of no known format; OBJ, STL, PLY, OFF, glTF and GLB are read");
+                 "is of no known format; OBJ, STL, PLY, OFF, glTF, GLB and 3MF are read");
   }
   auto read = read_as(*format, Source{bytes, hints.part, limits});
   if (!read) return read;
   const MeshLimits mesh_limits{limits.max_vertices, limits.max_triangles};
   if (auto ok = validate(read->mesh, mesh_limits, hints.part); !ok) return std::move(ok).error();
+  note_contradictions(hints, *read);
   return read;
 }
 
@@ -51,7 +62,10 @@ Result<ReadMesh> read_gzip(std::span<const std::byte> bytes, const ReadHints& hi
     return refuse_foreign(beginning, hints);
   });
   if (!expanded) return expanded.error();
-  auto read = read_expanded(expanded->bytes(), hints, limits);
+  // A 3MF in gzip expands twice, but not farther from what was sent than either alone may.
+  ReadLimits what_is_left = limits;
+  what_is_left.max_expanded_bytes = expansion_limit(bytes.size(), limits);
+  auto read = read_expanded(expanded->bytes(), hints, what_is_left);
   if (read) read->notes.gzip = true;
   return read;
 }
@@ -71,9 +85,16 @@ std::string_view to_string(Format format) {
     case Format::gltf:
       return "gltf";
     case Format::glb:
+      return "glb";
+    case Format::three_mf:
       break;
   }
-  return "glb";
+  return "3mf";
+}
+
+std::string_view to_string(LengthUnit unit) {
+  constexpr std::string_view kNames[] = {"micron", "millimeter", "centimeter", "inch", "foot", "meter"};
+  return kNames[static_cast<std::size_t>(unit)];
 }
 
 Result<ReadMesh> read_mesh(std::span<const std::byte> bytes, const ReadHints& hints, const ReadLimits& limits) {

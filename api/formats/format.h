@@ -20,21 +20,31 @@
 
 namespace meshgauge::api {
 
-enum class Format { obj, stl, ply, off, gltf, glb };
+enum class Format { obj, stl, ply, off, gltf, glb, three_mf };
 
-std::string_view to_string(Format format);  // "obj", "stl", "ply", "off", "gltf", "glb"
+std::string_view to_string(Format format);  // "obj", "stl", "ply", "off", "gltf", "glb", "3mf"
+
+// The units that a 3MF may be in.
+enum class LengthUnit { micron, millimeter, centimeter, inch, foot, meter };
+
+std::string_view to_string(LengthUnit unit);  // "micron", "millimeter", ...: the words of the 3MF standard
 
 struct ReadLimits {
   std::size_t max_vertices = 200'000'000;
   std::size_t max_triangles = 100'000'000;
-  std::size_t max_expanded_bytes = std::size_t{4} << 30;  // of a gzip-compressed file, once expanded
+  std::size_t max_expanded_bytes = std::size_t{4} << 30;  // of a gzip-compressed file or a 3MF, once expanded
 };
 
 // What was done to the file beyond reading it; all of it is told in the result.
 struct ReadNotes {
   bool gzip = false;                   // the file was gzip-compressed
   std::size_t polygons = 0;            // faces of more than three corners, fan-triangulated
-  std::size_t skipped_primitives = 0;  // points and lines, which have no surface
+  std::size_t skipped_primitives = 0;  // points, lines, joins of strips: they have no surface
+  std::size_t unused_objects = 0;      // objects of a 3MF outside of its build, meshes of a glTF outside of its scene
+  std::optional<LengthUnit> unit;      // the file names its unit; the coordinates are in millimetres then
+  // What the hints say, where the content is of another format.
+  std::optional<Format> filename_says;
+  std::optional<Format> media_type_says;
 };
 
 struct ReadHints {

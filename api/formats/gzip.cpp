@@ -6,22 +6,17 @@
 
 #include <zlib.h>
 
-#include "api/formats/source.h"
+#include "api/formats/expansion.h"
 
 namespace meshgauge::api {
 namespace {
 
 constexpr std::size_t kFirstBytes = std::size_t{64} << 10U;
-constexpr std::size_t kFreeOfRatio = std::size_t{64} << 20U;
-constexpr std::size_t kMostRatio = 200;
 
 class Inflater {
  public:
   Inflater(std::span<const std::byte> bytes, std::string_view part, const ReadLimits& limits)
-      : input_(bytes), part_(part) {
-    // The inner bound keeps the product within 64 bits.
-    const std::size_t by_ratio = std::max(kFreeOfRatio, kMostRatio * std::min(bytes.size(), kFreeOfRatio * kMostRatio));
-    limit_ = std::min(limits.max_expanded_bytes, by_ratio);
+      : input_(bytes), part_(part), limit_(expansion_limit(bytes.size(), limits)) {
     constexpr int kGzipOnly = 15 + 16;
     ready_ = inflateInit2(&stream_, kGzipOnly) == Z_OK;
   }
@@ -45,7 +40,7 @@ class Inflater {
 
   std::span<const std::byte> input_;
   std::string_view part_;
-  std::size_t limit_ = 0;
+  std::size_t limit_;
   std::size_t read_ = 0;  // of the input, handed to zlib so far
   std::size_t capacity_ = 0;
   bool ready_ = false;
@@ -94,11 +89,7 @@ std::optional<Error> Inflater::step() {
   stream_.avail_out = static_cast<uInt>(room);
   const int status = inflate(&stream_, Z_NO_FLUSH);
   out_.size += room - stream_.avail_out;
-  if (out_.size > limit_) {
-    return about(part_, ErrorCode::too_large,
-                 "expands to more than " + std::to_string(limit_) + " bytes, from " + std::to_string(input_.size()) +
-                     " bytes of gzip");
-  }
+  if (out_.size > limit_) return expands_too_far(part_, limit_, input_.size(), "gzip");
   if (status == Z_STREAM_END) return end_of_member();
   if (status == Z_OK) return std::nullopt;
   if (status == Z_BUF_ERROR) {

@@ -29,8 +29,7 @@ struct Expanded {
 using FirstLook = std::function<std::optional<Error>(std::span<const std::byte> beginning)>;
 
 // Expands all members. Refused: a truncated or damaged file (CRC and length are checked), bytes after the last
-// member, more than `limits.max_expanded_bytes`, and, beyond the first 64 MiB, more than 200 times the compressed
-// size: no mesh of numbers compresses so well, and it bounds the time and the memory by what was sent.
+// member, more than expansion_limit() allows.
 Result<Expanded> expand_gzip(std::span<const std::byte> bytes, std::string_view part, const ReadLimits& limits,
                              const FirstLook& first_look);
 

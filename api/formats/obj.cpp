@@ -6,35 +6,12 @@
 #include <utility>
 
 #include "api/formats/fan.h"
+#include "api/formats/obj_estimate.h"
 #include "api/formats/room.h"
 #include "api/formats/text.h"
 
 namespace meshgauge::api {
 namespace {
-
-// How many vertices and triangles to make room for, from small windows spread over the file. Only a hint: one
-// allocation of the right size instead of twenty that double, each with its copy and its page faults.
-struct Estimate {
-  std::size_t vertices = 0;
-  std::size_t faces = 0;
-};
-
-Estimate estimate(std::string_view text) {
-  constexpr std::size_t kWindows = 64;
-  constexpr std::size_t kWindowBytes = 4096;
-  if (text.size() < kWindows * kWindowBytes) return {};
-  Estimate found;
-  for (std::size_t i = 0; i < kWindows; ++i) {
-    const char* p = text.data() + (text.size() - kWindowBytes) / kWindows * i;
-    for (const char* const end = p + kWindowBytes - 2; p < end; ++p) {
-      found.vertices += is_newline(*p) && p[1] == 'v' && is_blank(p[2]);
-      found.faces += is_newline(*p) && p[1] == 'f' && is_blank(p[2]);
-    }
-  }
-  const double scale = 1.04 * static_cast<double>(text.size()) / static_cast<double>(kWindows * kWindowBytes);
-  return {static_cast<std::size_t>(static_cast<double>(found.vertices) * scale),
-          static_cast<std::size_t>(static_cast<double>(found.faces) * scale)};
-}
 
 // Each reading function takes a place in the text and gives the place after what it read, or nullptr once
 // error_ says what is wrong.
@@ -170,14 +147,14 @@ const char* ObjReader::face(const char* p) {
   for (p = blanks(p); !at_line_end(p) && *p != '#'; p = blanks(p)) {
     p = corner(p);
     if (p == nullptr) return nullptr;
+    if (out_.mesh.triangles.size() > source_.limits.max_triangles) {
+      error_ = too_many(source_, "triangles", source_.limits.max_triangles);
+      return nullptr;
+    }
   }
   if (fan_.corners() == 0) return fail(line, ErrorCode::unreadable_mesh, "a face without corners");
   out_.notes.skipped_primitives += fan_.corners() < 3;
   out_.notes.polygons += fan_.corners() > 3;
-  if (out_.mesh.triangles.size() > source_.limits.max_triangles) {
-    error_ = too_many(source_, "triangles", source_.limits.max_triangles);
-    return nullptr;
-  }
   return pass_over(p, false);
 }
 
@@ -252,7 +229,7 @@ const char* ObjReader::statement(const char* p) {
 }
 
 Result<ReadMesh> ObjReader::read() {
-  const Estimate expected = estimate(source_.text());
+  const ObjEstimate expected = estimate_obj(source_.text());
   reserve_room(out_.mesh.positions, std::min(expected.vertices, vertex_limit_));
   reserve_room(out_.mesh.triangles, std::min(expected.faces, source_.limits.max_triangles));
 

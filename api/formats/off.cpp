@@ -12,11 +12,35 @@
 namespace meshgauge::api {
 namespace {
 
+// How many numbers the line of a vertex has at least, beyond its coordinates. Colours are of three or four.
+struct Kind {
+  int normal = 0;
+  int colour = 0;
+  int texture = 0;
+  int extras() const { return normal + colour + texture; }
+};
+
+// nullopt: a prefix that is not known, or stands twice.
+std::optional<Kind> kind_of(std::string_view keyword) {
+  Kind kind;
+  std::string_view prefixes = keyword.substr(0, keyword.size() - 3);
+  const auto take = [&](std::string_view prefix, int numbers, int& extra) {
+    if (!prefixes.starts_with(prefix) || extra != 0) return false;
+    prefixes.remove_prefix(prefix.size());
+    extra = numbers;
+    return true;
+  };
+  while (!prefixes.empty()) {
+    if (!take("N", 3, kind.normal) && !take("C", 3, kind.colour) && !take("ST", 2, kind.texture)) return std::nullopt;
+  }
+  return kind;
+}
+
 // One line of numbers at a time: what follows the numbers that are read (edge counts, colours) is passed over.
 class OffReader {
  public:
-  OffReader(const Source& source, const char* body)
-      : source_(source), p_(body), end_(source.end()), fan_(out_.mesh.triangles) {
+  OffReader(const Source& source, const char* body, const Kind& kind)
+      : source_(source), p_(body), end_(source.end()), extras_(kind.extras()), fan_(out_.mesh.triangles) {
     out_.format = Format::off;
   }
 
@@ -29,6 +53,7 @@ class OffReader {
   bool counts();
   bool vertex();
   bool face();
+  bool end_of_file();
   bool fail(ErrorCode code, const std::string& what) {
     error_ = at_line(source_, p_, code, what);
     return false;
@@ -36,6 +61,9 @@ class OffReader {
   bool bad(std::string_view word, const std::string& kind) {
     return fail(ErrorCode::unreadable_mesh,
                 word.empty() ? "the line ends where " + kind + " is expected" : in_quotes(word) + " is not " + kind);
+  }
+  void skip_comments() {
+    for (p_ = skip_spaces(p_, end_); p_ != end_ && *p_ == '#'; p_ = skip_spaces(p_, end_)) p_ = skip_line(p_, end_);
   }
   std::string_view word() {
     p_ = skip_blanks(p_, end_);
@@ -45,6 +73,7 @@ class OffReader {
   const Source& source_;
   const char* p_;
   const char* end_;
+  int extras_;
   std::int64_t vertex_count_ = 0;
   std::int64_t face_count_ = 0;
   ReadMesh out_;
@@ -54,7 +83,7 @@ class OffReader {
 
 // To the next line that holds more than a comment.
 bool OffReader::next_line() {
-  for (p_ = skip_spaces(p_, end_); p_ != end_ && *p_ == '#'; p_ = skip_spaces(p_, end_)) p_ = skip_line(p_, end_);
+  skip_comments();
   return p_ != end_ || fail(ErrorCode::unreadable_mesh, "truncated: the counts announce more lines");
 }
 
@@ -93,6 +122,12 @@ bool OffReader::vertex() {
   for (int k = 0; k < 3; ++k) {
     if (!coordinate(position[k])) return false;
   }
+  // They are not used, but on a line of their own they would be taken for the next vertex.
+  for (int i = 0; i < extras_; ++i) {
+    const std::string_view extra = word();
+    if (extra.empty() || extra.starts_with('#')) return bad({}, "a normal, colour or texture coordinate");
+    p_ += extra.size();
+  }
   out_.mesh.positions.push_back(position);
   p_ = skip_line(p_, end_);
   return true;
@@ -111,12 +146,21 @@ bool OffReader::face() {
                   "index " + std::to_string(index) + ", but there are " + std::to_string(vertex_count_) + " vertices");
     }
     fan_.add(static_cast<std::uint32_t>(index));
+    if (out_.mesh.triangles.size() > source_.limits.max_triangles) {
+      error_ = too_many(source_, "triangles", source_.limits.max_triangles);
+      return false;
+    }
   }
   out_.notes.skipped_primitives += corners < 3;
   out_.notes.polygons += corners > 3;
   p_ = skip_line(p_, end_);
-  return out_.mesh.triangles.size() <= source_.limits.max_triangles ||
-         fail(ErrorCode::too_large, "more triangles than the limit of " + std::to_string(source_.limits.max_triangles));
+  return true;
+}
+
+bool OffReader::end_of_file() {
+  skip_comments();
+  return p_ == end_ || fail(ErrorCode::unreadable_mesh, "left-over lines after the " + std::to_string(face_count_) +
+                                                            " faces that the counts announce");
 }
 
 Result<ReadMesh> OffReader::read() {
@@ -132,6 +176,7 @@ Result<ReadMesh> OffReader::read() {
   for (std::int64_t i = 0; i < face_count_; ++i) {
     if (!face()) return std::move(*error_);
   }
+  if (!end_of_file()) return std::move(*error_);
   return std::move(out_);
 }
 
@@ -139,7 +184,9 @@ Result<ReadMesh> OffReader::read() {
 
 std::string_view off_keyword(std::string_view text) {
   const std::string_view word = word_at(text.data(), text.data() + std::min<std::size_t>(text.size(), 16));
-  return word.size() >= 3 && word.size() <= 8 && word.ends_with("OFF") ? word : std::string_view();
+  if (!word.ends_with("OFF") || word.size() > 9) return {};
+  const std::string_view prefixes = word.substr(0, word.size() - 3);
+  return prefixes.find_first_not_of("STCN4n") == std::string_view::npos ? word : std::string_view();
 }
 
 Result<ReadMesh> read_off(const Source& source) {
@@ -148,15 +195,17 @@ Result<ReadMesh> read_off(const Source& source) {
   if (keyword.empty()) {
     return at_line(source, source.begin(), ErrorCode::unreadable_mesh, "an OFF file begins with 'OFF'");
   }
-  if (keyword != "OFF" && keyword != "COFF") {
+  const auto kind = kind_of(keyword);
+  if (!kind) {
     return about(source.part, ErrorCode::unsupported_format,
-                 "is of the kind " + in_quotes(keyword) + ", which is not supported; OFF and COFF are");
+                 "is of the kind " + in_quotes(keyword) +
+                     ", which is not supported; OFF with any of the prefixes ST, C and N is");
   }
   const char* next = skip_blanks(body, source.end());
   if (same_word(word_at(next, source.end()), "binary")) {
     return about(source.part, ErrorCode::unsupported_format, "is a binary OFF, which is not supported");
   }
-  return OffReader(source, body).read();
+  return OffReader(source, body, *kind).read();
 }
 
 }  // namespace meshgauge::api

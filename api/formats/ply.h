@@ -5,8 +5,8 @@
 
 namespace meshgauge::api {
 
-// Reads the elements "vertex" (x, y, z of any type) and "face" (vertex_indices or vertex_index, a list of any
-// integer type), wherever they stand; other elements and properties are passed over. Linear time.
+// Reads the elements "vertex" (x, y, z of any type), "face" and "tristrips" (vertex_indices or vertex_index, a list of
+// any integer type; -1 ends a strip), wherever they stand; other elements and properties are passed over. Linear time.
 Result<ReadMesh> read_ply(const Source& source);
 
 }  // namespace meshgauge::api

@@ -1,6 +1,7 @@
 // Room for large arrays.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <vector>
 
@@ -14,6 +15,13 @@ template <class T>
 void reserve_room(std::vector<T>& array, std::size_t count) {
   array.reserve(count);
   advise_huge_pages(array.data(), array.capacity() * sizeof(T));
+}
+
+// Room for `more` at the end. Where the array has to grow it at least doubles, so that many small additions take
+// linear time together.
+template <class T>
+void reserve_more(std::vector<T>& array, std::size_t more) {
+  if (more > array.capacity() - array.size()) reserve_room(array, std::max(array.size() + more, 2 * array.capacity()));
 }
 
 }  // namespace meshgauge::api

@@ -49,7 +49,19 @@ TEST_CASE("compare: a mesh without shared vertices is welded") {
   const auto result = compared(soup, kSquare, control);
   REQUIRE(result.ok());
   CHECK(result->a.vertices == 4);
+  CHECK(result->a.welded_vertices == 2);
+  CHECK(result->b.welded_vertices == 0);
   CHECK(result->outcome.lower == 0);
+}
+
+TEST_CASE("compare: a name and a media type that contradict the content are told") {
+  Control control;
+  const auto result = api::compare({"a", bytes_of(kSquare), "a.stl", "model/obj"},
+                                   {"b", bytes_of(kRaised), "", "model/ply"}, {}, {}, control);
+  REQUIRE(result.ok());
+  CHECK(result->a.notes.filename_says == api::Format::stl);
+  CHECK(result->a.notes.media_type_says == std::nullopt);
+  CHECK(result->b.notes.media_type_says == api::Format::ply);
 }
 
 TEST_CASE("compare: an error names the part") {

@@ -106,6 +106,37 @@ TEST_CASE("response: the engine is told as it ran, not as it was asked") {
   CHECK(rendered(comparison)["engine"]["threads"] == 3);
 }
 
+TEST_CASE("response: what was done to a mesh, as numbers and as words") {
+  api::Comparison comparison = sample();
+  const json plain = rendered(comparison)["meshes"]["a"];
+  CHECK(plain["format"] == "obj");
+  CHECK(plain["format_mismatch"].is_null());
+  CHECK(plain["unit"].is_null());
+  CHECK(plain["notes"] == json::array());
+
+  comparison.a.format = api::Format::three_mf;
+  comparison.a.degenerate = 1;
+  comparison.a.welded_vertices = 2;
+  comparison.a.notes.gzip = true;
+  comparison.a.notes.polygons = 3;
+  comparison.a.notes.skipped_primitives = 4;
+  comparison.a.notes.unused_objects = 5;
+  comparison.a.notes.unit = api::LengthUnit::foot;
+  comparison.a.notes.media_type_says = api::Format::glb;
+  const json mesh = rendered(comparison)["meshes"]["a"];
+  CHECK(mesh["format"] == "3mf");
+  CHECK(mesh["format_mismatch"] == json{{"file_name", nullptr}, {"media_type", "glb"}});
+  CHECK(mesh["unit"] == "foot");
+  CHECK(mesh["gzip"] == true);
+  CHECK(mesh["degenerate"] == 1);
+  CHECK(mesh["welded_vertices"] == 2);
+  CHECK(mesh["polygons"] == 3);
+  CHECK(mesh["skipped_primitives"] == 4);
+  CHECK(mesh["unused_objects"] == 5);
+  CHECK(mesh["notes"].size() == 7);
+  CHECK(rendered(comparison)["meshes"]["b"] == plain);
+}
+
 TEST_CASE("response: the stages as a Server-Timing header") {
   api::Comparison comparison = sample();
   comparison.times = {1.5, 2, 3, 10};

@@ -1,86 +1,43 @@
-// Times read_mesh on a binary STL of 100 MB and an OBJ of about 104 MB, both of 2 M triangles and made here, next
-// to the plainest readers that fill the same Mesh from the same mapped file and check nothing. Prints the median
-// seconds of each and their ratio.
+// Times read_mesh on a file of about 100 MB of every format, each made here, and for STL and OBJ the plainest readers
+// that fill the same Mesh and check nothing. Each reading is a process of its own, so that all pay for their pages and
+// each has its own peak of memory. Prints medians as a table.
+//
+//   readers_bench [REPETITIONS]
+//   readers_bench read|plain FILE     one reading: its seconds and the most KiB that were resident
 #include <fcntl.h>
 #include <sys/mman.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <charconv>
 #include <chrono>
-#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
-#include <functional>
+#include <fstream>
 #include <iostream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "api/formats/format.h"
 #include "api/formats/weld.h"
+#include "mesh_files.h"
 
 namespace {
 
 using meshgauge::Mesh;
 using meshgauge::Vec3;
 namespace api = meshgauge::api;
+namespace bench = meshgauge::bench;
 
-constexpr std::uint32_t kSide = 1000;  // a height field of kSide x kSide squares, two triangles each
+constexpr std::uint32_t kSide = 1000;
+constexpr std::uint32_t kShortSide = 400;  // of ASCII STL, which takes eight times as many bytes a triangle
 
-// Coordinates of 16 digits, as double precision exporters write them.
-Vec3 grid_point(std::uint32_t i, std::uint32_t j) {
-  const double x = 0.1234567891 * i + 1.0 / 3;
-  const double y = 0.1234567891 * j + 1.0 / 7;
-  return {x, y, std::sin(x) * std::cos(y)};
-}
-
-std::uint32_t grid_index(std::uint32_t i, std::uint32_t j) { return i * (kSide + 1) + j; }
-
-Mesh grid() {
-  Mesh mesh;
-  for (std::uint32_t i = 0; i <= kSide; ++i) {
-    for (std::uint32_t j = 0; j <= kSide; ++j) mesh.positions.push_back(grid_point(i, j));
-  }
-  for (std::uint32_t i = 0; i < kSide; ++i) {
-    for (std::uint32_t j = 0; j < kSide; ++j) {
-      mesh.triangles.push_back({grid_index(i, j), grid_index(i + 1, j), grid_index(i + 1, j + 1)});
-      mesh.triangles.push_back({grid_index(i, j), grid_index(i + 1, j + 1), grid_index(i, j + 1)});
-    }
-  }
-  return mesh;
-}
-
-void write_stl(const Mesh& mesh, const std::filesystem::path& path) {
-  std::vector<char> bytes(84 + 50 * mesh.triangles.size());
-  const auto count = static_cast<std::uint32_t>(mesh.triangles.size());
-  std::memcpy(bytes.data() + 80, &count, sizeof count);
-  char* facet = bytes.data() + 84;
-  for (const auto& triangle : mesh.triangles) {
-    for (std::size_t corner = 0; corner < 3; ++corner) {
-      const Eigen::Vector3f p = mesh.positions[triangle[corner]].cast<float>();
-      std::memcpy(facet + 12 * (corner + 1), p.data(), 12);
-    }
-    facet += 50;
-  }
-  std::FILE* file = std::fopen(path.c_str(), "wb");
-  std::fwrite(bytes.data(), 1, bytes.size(), file);
-  std::fclose(file);
-}
-
-void write_obj(const Mesh& mesh, const std::filesystem::path& path) {
-  std::FILE* file = std::fopen(path.c_str(), "wb");
-  for (const Vec3& p : mesh.positions) std::fprintf(file, "v %.16g %.16g %.16g\n", p.x(), p.y(), p.z());
-  for (const auto& t : mesh.triangles) std::fprintf(file, "f %u %u %u\n", t[0] + 1, t[1] + 1, t[2] + 1);
-  std::fclose(file);
-}
-
-// A file, mapped anew for every reading, so that each pays for its page faults.
 class Mapped {
  public:
-  explicit Mapped(const std::filesystem::path& path) : size_(std::filesystem::file_size(path)) {
+  explicit Mapped(const bench::Path& path) : size_(std::filesystem::file_size(path)) {
     const int file = open(path.c_str(), O_RDONLY);
     data_ = mmap(nullptr, size_, PROT_READ, MAP_PRIVATE, file, 0);
     close(file);
@@ -144,60 +101,114 @@ Mesh by_read_mesh(std::span<const std::byte> bytes) {
   return std::move(result->mesh);
 }
 
-using Reader = std::function<Mesh(std::span<const std::byte>)>;
+double seconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
 
-double seconds(const Reader& reader, const std::filesystem::path& path, std::size_t triangles) {
+long peak_resident_kib() {
+  std::ifstream status("/proc/self/status");
+  for (std::string line; std::getline(status, line);) {
+    if (line.starts_with("VmHWM:")) return std::atol(line.c_str() + 6);
+  }
+  return 0;
+}
+
+int read_once(const std::string& reader, const bench::Path& path) {
   const auto start = std::chrono::steady_clock::now();
   const Mapped file(path);
-  const Mesh mesh = reader(file.bytes());
-  const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
-  if (mesh.triangles.size() != triangles) std::exit(1);
-  return taken.count();
+  const bool plain = reader == "plain";
+  const Mesh mesh = !plain                       ? by_read_mesh(file.bytes())
+                    : path.extension() == ".stl" ? plain_stl(file.bytes())
+                                                 : plain_obj(file.bytes());
+  std::printf("%.6f %ld %zu\n", seconds_since(start), peak_resident_kib(), mesh.triangles.size());
+  return 0;
 }
 
-double median(std::vector<double> times) {
-  std::ranges::sort(times);
-  return times[times.size() / 2];
+struct Reading {
+  double seconds = 0;
+  long kib = 0;
+  std::size_t triangles = 0;
+};
+
+Reading in_a_process(const std::string& reader, const bench::Path& path) {
+  const std::string self = std::filesystem::read_symlink("/proc/self/exe").string();
+  std::FILE* out = popen(("'" + self + "' " + reader + " '" + path.string() + "'").c_str(), "r");
+  Reading reading;
+  const int fields = std::fscanf(out, "%lf %ld %zu", &reading.seconds, &reading.kib, &reading.triangles);
+  if (pclose(out) != 0 || fields != 3) std::exit(1);
+  return reading;
 }
 
-void compare(const std::string& name, const std::filesystem::path& path, const Reader& plain, std::size_t triangles,
-             int repetitions) {
-  std::vector<double> plain_times;
-  std::vector<double> our_times;
-  for (int i = 0; i <= repetitions; ++i) {
-    const double theirs = seconds(plain, path, triangles);
-    const double ours = seconds(by_read_mesh, path, triangles);
-    if (i == 0) continue;  // brings the file into memory
-    plain_times.push_back(theirs);
-    our_times.push_back(ours);
+Reading median_of(const std::string& reader, const bench::Path& path, int repetitions) {
+  std::vector<Reading> readings;
+  in_a_process(reader, path);  // brings the file into memory
+  for (int i = 0; i < repetitions; ++i) readings.push_back(in_a_process(reader, path));
+  const auto middle = readings.begin() + repetitions / 2;
+  std::ranges::nth_element(readings, middle, {}, &Reading::seconds);
+  return *middle;
+}
+
+void print_row(const char* name, const bench::Path& path, bool has_plain, int repetitions) {
+  const double megabytes = static_cast<double>(std::filesystem::file_size(path)) / 1e6;
+  const Reading ours = median_of("read", path, repetitions);
+  std::printf("| %s | %.1f | %.2f | %.3f | %.0f | %.0f |", name, megabytes, static_cast<double>(ours.triangles) / 1e6,
+              ours.seconds, megabytes / ours.seconds, static_cast<double>(ours.kib) * 1024 / 1e6);
+  if (has_plain) {
+    const Reading plain = median_of("plain", path, repetitions);
+    std::printf(" %.3f s, %.2f times |\n", plain.seconds, ours.seconds / plain.seconds);
+  } else {
+    std::printf(" |\n");
   }
-  std::printf("%s %.1f MB: read_mesh %.4f s, plain %.4f s, ratio %.2f (medians of %d)\n", name.c_str(),
-              static_cast<double>(std::filesystem::file_size(path)) / 1e6, median(our_times), median(plain_times),
-              median(our_times) / median(plain_times), repetitions);
+  std::fflush(stdout);
 }
 
-void time_weld(const std::filesystem::path& path) {
+void time_weld(const bench::Path& path) {
   const Mapped file(path);
   Mesh mesh = by_read_mesh(file.bytes());
   const auto start = std::chrono::steady_clock::now();
   const std::size_t gone = api::weld(mesh);
-  const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
-  std::printf("weld of the STL: %.4f s, %zu of %zu vertices went\n", taken.count(), gone, gone + mesh.positions.size());
+  std::printf("\nweld of the binary STL: %.3f s, %zu of %zu vertices went\n", seconds_since(start), gone,
+              gone + mesh.positions.size());
+}
+
+struct Row {
+  const char* name;
+  const char* file;
+  void (*write)(const Mesh&, const bench::Path&);
+  std::uint32_t side = kSide;
+  bool has_plain = false;
+};
+constexpr Row kRows[] = {{"STL, binary", "binary.stl", bench::write_stl, kSide, true},
+                         {"STL, ASCII", "ascii.stl", bench::write_ascii_stl, kShortSide},
+                         {"OBJ", "grid.obj", bench::write_obj, kSide, true},
+                         {"PLY, binary, double", "binary.ply", bench::write_binary_ply},
+                         {"PLY, ASCII", "ascii.ply", bench::write_ascii_ply},
+                         {"OFF", "grid.off", bench::write_off},
+                         {"GLB", "grid.glb", bench::write_glb},
+                         {"glTF, data URI", "grid.gltf", bench::write_gltf},
+                         {"3MF", "grid.3mf", bench::write_3mf}};
+
+void run(const bench::Path& folder, int repetitions) {
+  std::printf(
+      "| format | MB | million triangles | s | MB/s | peak MB | plain reader |\n|---|--:|--:|--:|--:|--:|---|\n");
+  for (const Row& row : kRows) {
+    row.write(bench::grid(row.side), folder / row.file);
+    print_row(row.name, folder / row.file, row.has_plain, repetitions);
+  }
+  for (const auto& [name, file] : {std::pair("STL, binary, gzip", "binary.stl"), std::pair("OBJ, gzip", "grid.obj")}) {
+    const bench::Path compressed = folder / (std::string(file) + ".gz");
+    bench::write_gzip(folder / file, compressed);
+    print_row(name, compressed, false, repetitions);
+  }
+  time_weld(folder / "binary.stl");
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  const int repetitions = argc > 1 ? std::atoi(argv[1]) : 9;
+  if (argc == 3) return read_once(argv[1], argv[2]);
   const auto folder = std::filesystem::temp_directory_path() / ("readers_bench_" + std::to_string(getpid()));
   std::filesystem::create_directories(folder);
-  const auto stl = folder / "grid.stl";
-  const auto obj = folder / "grid.obj";
-  const Mesh mesh = grid();
-  write_stl(mesh, stl);
-  write_obj(mesh, obj);
-  compare("binary STL", stl, plain_stl, mesh.triangles.size(), repetitions);
-  compare("OBJ", obj, plain_obj, mesh.triangles.size(), repetitions);
-  time_weld(stl);
+  run(folder, argc > 1 ? std::max(1, std::atoi(argv[1])) : 9);
   std::filesystem::remove_all(folder);
 }

@@ -36,10 +36,13 @@ TEST_CASE("format: content goes before the name, the name before the media type"
   CHECK(detected("??", "noname", "model/gltf-binary; v=2") == Format::glb);
   CHECK(detected("??", "obj", "Model/OBJ") == Format::obj);
   CHECK(detected("??", "m.obj.txt", "text/plain") == std::nullopt);
+  CHECK(detected("PK\x03\x04", "m.obj", "") == Format::three_mf);
+  CHECK(detected("??", "part", "model/3mf") == Format::three_mf);
 }
 
 TEST_CASE("format: every format has its own name") {
-  for (const Format format : {Format::obj, Format::stl, Format::ply, Format::off, Format::gltf, Format::glb}) {
+  for (const Format format :
+       {Format::obj, Format::stl, Format::ply, Format::off, Format::gltf, Format::glb, Format::three_mf}) {
     CHECK(detected("??", "m." + std::string(to_string(format))) == format);
   }
 }
@@ -50,8 +53,6 @@ TEST_CASE("format: files that are no meshes are refused by their own name") {
   CHECK(contains(refusal(" \n<HTML lang=en>", "m.stl"), "web page"));
   CHECK(contains(refusal("\x89PNG\r\n\x1A\n", "m.obj"), "PNG"));
   CHECK(contains(refusal("PK\x03\x04....", "m.stl"), "zip archive"));
-  CHECK(contains(refusal("PK\x03\x04....", "m.3mf"), "3MF is not supported"));
-  CHECK(contains(refusal("PK\x03\x04..[Content_Types].xml", ""), "3MF is not supported"));
   CHECK(contains(refusal("<?xml version=\"1.0\"?><COLLADA>", "m.dae"), "XML file"));
   CHECK(contains(refusal("DRACO\x02\x02", "m.drc"), "Draco"));
   CHECK(contains(refusal("\xFF\xFE" + with_nuls("v0 0"), "m.obj"), "UTF-16"));
@@ -62,6 +63,24 @@ TEST_CASE("format: files that are no meshes are refused by their own name") {
   CHECK(contains(refusal("hello", ""), "no known format"));
   CHECK(code("hello world", "m.obj") == ErrorCode::empty_mesh);
   CHECK(code("hello", "") == ErrorCode::unsupported_format);
+}
+
+TEST_CASE("format: a name or a media type that contradicts the content is noted") {
+  const auto notes = [](std::string_view filename, std::string_view media_type) {
+    auto result = read_mesh(bytes_of(kObj), ReadHints{"a", filename, media_type}, {});
+    REQUIRE(result.ok());
+    CHECK(result->format == Format::obj);
+    return result->notes;
+  };
+  CHECK(notes("m.stl", "").filename_says == Format::stl);
+  CHECK(notes("m.PLY.gz", "model/obj").filename_says == Format::ply);
+  CHECK(notes("m.obj", "model/gltf-binary; q=1").media_type_says == Format::glb);
+  for (const char* name : {"m.obj", "M.OBJ.gz", "m", "m.txt", ""}) {
+    for (const char* type : {"", "application/octet-stream", "Model/OBJ"}) {
+      CHECK(notes(name, type).filename_says == std::nullopt);
+      CHECK(notes(name, type).media_type_says == std::nullopt);
+    }
+  }
 }
 
 TEST_CASE("format: messages are printable ASCII whatever the file holds") {

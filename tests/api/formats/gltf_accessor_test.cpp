@@ -76,6 +76,33 @@ TEST_CASE("gltf: quantized positions by KHR_mesh_quantization") {
   CHECK(mesh_of(glb(document, data)).positions == std::vector<Vec3>{{0, 0, 0}, {32767, 0, 0}, {0, -32768, 0}});
 }
 
+TEST_CASE("gltf: quantized positions of every type, normalised or not") {
+  struct Type {
+    int name;
+    std::string bytes;  // of the most, 0 and the least
+    double most;
+    double least;
+  };
+  const auto triple = [](auto most, auto least) { return raw(most) + raw(decltype(most){0}) + raw(least); };
+  for (const Type& type : {Type{5120, triple(std::int8_t{127}, std::int8_t{-128}), 127, -128},
+                           Type{5121, triple(std::uint8_t{255}, std::uint8_t{0}), 255, 0},
+                           Type{5122, triple(std::int16_t{32767}, std::int16_t{-32768}), 32767, -32768},
+                           Type{5123, triple(std::uint16_t{65535}, std::uint16_t{0}), 65535, 0}}) {
+    CAPTURE(type.name);
+    const std::string padded = type.bytes + std::string((4 - type.bytes.size() % 4) % 4, 'p');
+    const std::string data = padded + padded + padded;
+    json document = tetrahedron();
+    document["extensionsRequired"] = {"KHR_mesh_quantization"};
+    document["buffers"][0]["byteLength"] = data.size();
+    document["bufferViews"] = {{{"buffer", 0}, {"byteLength", data.size()}, {"byteStride", data.size() / 3}}};
+    document["accessors"] = {{{"bufferView", 0}, {"componentType", type.name}, {"count", 3}, {"type", "VEC3"}}};
+    document["meshes"][0]["primitives"][0].erase("indices");
+    CHECK(mesh_of(glb(document, data)).positions[2] == Vec3(type.most, 0, type.least));
+    document["accessors"][0]["normalized"] = true;
+    CHECK(mesh_of(glb(document, data)).positions[2] == Vec3(1, 0, type.least < 0 ? -1 : 0));
+  }
+}
+
 TEST_CASE("gltf: offsets, lengths and counts are checked without overflow") {
   const double huge = 0x1p53;
   CHECK(contains(refused("/bufferViews/0/byteLength", 73), "reaches beyond its buffer of 72 bytes"));

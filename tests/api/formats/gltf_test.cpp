@@ -92,6 +92,13 @@ TEST_CASE("gltf: every mode of triangles; points and lines are counted") {
   json& primitives = document["meshes"][0]["primitives"];
   primitives[0] = {{"attributes", {{"POSITION", 0}}}, {"mode", 5}};
   CHECK(mesh_of(glb(document)).triangles == std::vector<Triangle>{{0, 1, 2}, {1, 3, 2}});
+  json joined = document;
+  joined["meshes"][0]["primitives"][0]["indices"] = 1;
+  joined["accessors"][1]["count"] = 9;  // 0 2 1 0 1 3 1 2 3, where 1 0 1 and 1 3 1 are joins
+  const auto strip = read(glb(joined), "");
+  REQUIRE(strip.ok());
+  CHECK(strip->mesh.triangles == std::vector<Triangle>{{0, 2, 1}, {2, 0, 1}, {0, 3, 1}, {3, 2, 1}, {1, 2, 3}});
+  CHECK(strip->notes.skipped_primitives == 2);
   primitives[0]["mode"] = 6;
   CHECK(mesh_of(glb(document)).triangles == std::vector<Triangle>{{0, 1, 2}, {0, 2, 3}});
   primitives.push_back(primitives[0]);
@@ -107,6 +114,26 @@ TEST_CASE("gltf: every mode of triangles; points and lines are counted") {
   CHECK(contains(refusal(glb(document), ""), "mode 7 does not exist"));
   primitives[0]["mode"] = 4;
   CHECK(contains(refusal(glb(document), ""), "4 corners are no whole number of triangles"));
+}
+
+TEST_CASE("gltf: meshes outside of the scene are counted") {
+  json document = tetrahedron();
+  CHECK(read(glb(document), "")->notes.unused_objects == 0);
+  document["meshes"].push_back(document["meshes"][0]);
+  document["nodes"].push_back({{"mesh", 1}});
+  CHECK(read(glb(document), "")->notes.unused_objects == 1);
+  document["scenes"][0]["nodes"] = {0, 1};
+  CHECK(read(glb(document), "")->notes.unused_objects == 0);
+}
+
+// Where each instance made room for itself alone, this took minutes.
+TEST_CASE("gltf: a hundred thousand instances") {
+  json document = tetrahedron();
+  for (int i = 1; i < 100'000; ++i) {
+    document["nodes"].push_back({{"mesh", 0}});
+    document["scenes"][0]["nodes"].push_back(i);
+  }
+  CHECK(mesh_of(glb(document)).triangles.size() == 400'000);
 }
 
 TEST_CASE("gltf: references that lead nowhere are refused") {

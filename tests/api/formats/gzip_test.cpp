@@ -2,28 +2,13 @@
 
 #include <doctest/doctest.h>
 
-#include <zlib.h>
-
 #include "tests/api/formats/files.h"
+#include "tests/api/formats/zip_files.h"
 
 namespace meshgauge::api::test {
 namespace {
 
 const std::string kObj = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
-
-std::string compressed(std::string_view text) {
-  z_stream stream{};
-  REQUIRE(deflateInit2(&stream, 9, Z_DEFLATED, 15 + 16, 8, Z_DEFAULT_STRATEGY) == Z_OK);
-  std::string out(deflateBound(&stream, text.size()) + 32, '\0');
-  stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(text.data()));
-  stream.avail_in = static_cast<uInt>(text.size());
-  stream.next_out = reinterpret_cast<Bytef*>(out.data());
-  stream.avail_out = static_cast<uInt>(out.size());
-  REQUIRE(deflate(&stream, Z_FINISH) == Z_STREAM_END);
-  out.resize(stream.total_out);
-  deflateEnd(&stream);
-  return out;
-}
 
 std::string repeated(char c, std::size_t count) {
   std::string out;
@@ -39,7 +24,7 @@ Result<Expanded> expand(std::string_view content, const ReadLimits& limits = {})
 
 TEST_CASE("gzip: a compressed file of any name is read and noted") {
   for (const char* name : {"m.obj.gz", "m.obj", "", "m.gz"}) {
-    auto result = read(compressed(kObj), name);
+    auto result = read(gzipped(kObj), name);
     REQUIRE(result.ok());
     CHECK(result->notes.gzip);
     CHECK(result->format == Format::obj);
@@ -50,13 +35,13 @@ TEST_CASE("gzip: a compressed file of any name is read and noted") {
 TEST_CASE("gzip: several members are one file, larger than any buffer") {
   std::string text = kObj;
   while (text.size() < 1'000'000) text += "v 0.125 0.25 " + std::to_string(text.size()) + "\n";
-  const auto expanded = expand(compressed(text.substr(0, 500'001)) + compressed("") + compressed(text.substr(500'001)));
+  const auto expanded = expand(gzipped(text.substr(0, 500'001)) + gzipped("") + gzipped(text.substr(500'001)));
   REQUIRE(expanded.ok());
   CHECK(std::string_view(reinterpret_cast<const char*>(expanded->data.get()), expanded->size) == text);
 }
 
 TEST_CASE("gzip: truncated and damaged files are refused at every place") {
-  const std::string whole = compressed(kObj);
+  const std::string whole = gzipped(kObj);
   for (std::size_t length = 2; length < whole.size(); ++length) {
     const std::string message = refusal(whole.substr(0, length), "m.obj");
     CAPTURE(length);
@@ -70,31 +55,31 @@ TEST_CASE("gzip: truncated and damaged files are refused at every place") {
   CHECK(contains(refusal(wrong_length, "m.obj"), "damaged gzip data: incorrect length check"));
   CHECK(contains(refusal(whole + "tail", "m.obj"), "left-over bytes after the gzip data"));
   CHECK(contains(refusal(whole + whole.substr(0, 12), "m.obj"), "truncated"));
-  CHECK(contains(refusal(compressed(whole), "m.obj"), "gzip inside gzip"));
-  CHECK(contains(refusal(compressed(""), "m.obj"), "empty file"));
+  CHECK(contains(refusal(gzipped(whole), "m.obj"), "gzip inside gzip"));
+  CHECK(contains(refusal(gzipped(""), "m.obj"), "empty file"));
 }
 
 TEST_CASE("gzip: the expanded size is limited") {
   ReadLimits limits;
   limits.max_expanded_bytes = kObj.size();
-  CHECK(expand(compressed(kObj), limits).ok());
+  CHECK(expand(gzipped(kObj), limits).ok());
   --limits.max_expanded_bytes;
-  auto refused = expand(compressed(kObj), limits);
+  auto refused = expand(gzipped(kObj), limits);
   REQUIRE(!refused.ok());
   CHECK(refused.error().code == ErrorCode::too_large);
   CHECK(contains(refused.error().message, "expands to more than " + std::to_string(kObj.size() - 1) + " bytes"));
 }
 
 TEST_CASE("gzip: a bomb ends at the limit of its ratio") {
-  const auto result = expand(compressed(repeated('\n', 80'000'000)));
+  const auto result = expand(gzipped(repeated('\n', 80'000'000)));
   REQUIRE(!result.ok());
   CHECK(result.error().code == ErrorCode::too_large);
 }
 
 TEST_CASE("gzip: what is no mesh is refused by its first bytes") {
-  const std::string message = refusal(compressed(repeated('\0', 10'000'000)), "m.obj.gz");
+  const std::string message = refusal(gzipped(repeated('\0', 10'000'000)), "m.obj.gz");
   CHECK(contains(message, "binary data"));
-  CHECK(contains(refusal(compressed("<html>" + std::string(1'000'000, ' ')), "m.stl.gz"), "web page"));
+  CHECK(contains(refusal(gzipped("<html>" + std::string(1'000'000, ' ')), "m.stl.gz"), "web page"));
 }
 
 }  // namespace meshgauge::api::test

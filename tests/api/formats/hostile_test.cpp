@@ -2,9 +2,12 @@
 // a message; what is read holds together. Run under a sanitizer, this is a small fuzzer.
 #include <doctest/doctest.h>
 
+#include <algorithm>
+#include <initializer_list>
 #include <random>
 
 #include "tests/api/formats/files.h"
+#include "tests/api/formats/zip_files.h"
 
 namespace meshgauge::api::test {
 namespace {
@@ -66,9 +69,22 @@ std::vector<Sample> samples() {
            "ply\nformat ascii 1.0\ncomment c\nelement vertex 3\nproperty float x\nproperty float y\n"
            "property float z\nelement face 1\nproperty list uchar int vertex_index\nend_header\n"
            "0 0 0\n1 0 0\n0 1 0.5\n3 0 1 2\n"},
+          {"s.ply",
+           "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+           "element tristrips 1\nproperty list int int vertex_indices\nend_header\n"
+           "0 0 0\n1 0 0\n0 1 0.5\n7 0 1 2 -1 2 1 0\n"},
+          {"n.off", "STCNOFF\n3 1 3\n0 0 0 0 0 1 9 9 9 .5 .5\n1 0 0 0 0 1 9 9 9 1 1\n0 1 0 0 0 1 9 9 9 0 0\n3 0 1 2\n"},
+          {"m.3mf", package(model(triangle_object(1) + "<object id=\"2\"><components><component objectid=\"1\" "
+                                                       "transform=\"1 0 0 0 1 0 0 0 1 0 0 1\"/></components></object>",
+                                  "<item objectid=\"2\"/><item objectid=\"1\"/>", "unit=\"inch\""))},
+          {"m.obj.gz", gzipped("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")},
           {"m.off", "OFF # kind\n3 1 3\n0 0 0\n1 0 0\n0 1e-1 0\n3 0 1 2 0.5 0.5 0.5\n"},
           {"m.glb", glb()},
           {"m.gltf", glb().substr(20, glb().find("BIN") - 24)}};
+}
+
+bool is_one_of(const std::string& name, std::initializer_list<std::string_view> names) {
+  return std::ranges::find(names, name) != names.end();
 }
 
 void check_sound(const std::string& content, const std::string& name) {
@@ -108,10 +124,28 @@ TEST_CASE("hostile: a file cut at any length is read or refused") {
 
 TEST_CASE("hostile: a binary file that is cut is never read") {
   for (const Sample& sample : samples()) {
-    if (sample.name != "m.stl" && sample.name != "m.ply" && sample.name != "m.glb") continue;
+    if (!is_one_of(sample.name, {"m.stl", "m.ply", "m.glb", "m.3mf", "m.obj.gz"})) continue;
     for (std::size_t length = 0; length < sample.content.size(); ++length) {
       CAPTURE(length);
       CHECK(!read(sample.content.substr(0, length), sample.name).ok());
+    }
+  }
+}
+
+// Where the format has a count, a size or a checksum to go by, one changed bit is noticed or leaves all triangles.
+TEST_CASE("hostile: each bit changed is read or refused, and never with fewer triangles where that can be told") {
+  for (const Sample& sample : samples()) {
+    CAPTURE(sample.name);
+    const auto whole = read(sample.content, sample.name);
+    const bool counts = is_one_of(sample.name, {"m.stl", "m.3mf", "m.obj.gz"});
+    for (std::size_t i = 0; i < 8 * sample.content.size(); ++i) {
+      std::string content = sample.content;
+      content[i / 8] = static_cast<char>(content[i / 8] ^ (1 << (i % 8)));
+      check_sound(content, sample.name);
+      if (!counts) continue;
+      const auto changed = read(content, sample.name);
+      CAPTURE(i);
+      if (changed) CHECK(changed->mesh.triangles == whole->mesh.triangles);
     }
   }
 }

@@ -31,6 +31,37 @@ TEST_CASE("off: comments, blank lines, colours and a count on the first line") {
       "3\r\n");
 }
 
+TEST_CASE("off: normals, colours and texture coordinates of vertices are passed over") {
+  const auto with = [](const std::string& keyword, const std::string& extras) {
+    std::string text = keyword + "\n4 2 0\n";
+    for (const char* vertex : {"0 0 0", "1 0 0", "0 1 0", "0 0 1.5"}) text += vertex + (" " + extras) + "\n";
+    return text + "3 0 1 2\n4 0 1 2 3\n";
+  };
+  check_mesh(with("NOFF", "0 0 nan"));
+  check_mesh(with("COFF", "0.5 0.5 0.5"));
+  check_mesh(with("STOFF", "0.25 0.75 # a comment"));
+  check_mesh(with("CNOFF", "0 0 1 255 0 0 255"));
+  check_mesh(with("STCNOFF", "0 0 1 255 0 0 255 0.5 0.5"));
+  check_mesh(with("NCSTOFF", "0 0 1 255 0 0 255 0.5 0.5"));
+  const std::string expected = "line 3 of 'a': the line ends where a normal, colour or texture coordinate is expected";
+  CHECK(contains(refusal(with("NOFF", "0 1"), "m.off"), expected));
+  CHECK(contains(refusal(with("NOFF", "0 1 # 0"), "m.off"), expected));
+  CHECK(contains(refusal(with("STNOFF", "0 0 1 0.5"), "m.off"), expected));
+}
+
+TEST_CASE("off: the limits of vertices and triangles hold") {
+  ReadLimits limits;
+  limits.max_triangles = 2;
+  auto triangles = read(kOff, "m.off", limits);
+  REQUIRE(!triangles.ok());
+  CHECK(triangles.error().code == ErrorCode::too_large);
+  limits = {};
+  limits.max_vertices = 3;
+  auto vertices = read(kOff, "m.off", limits);
+  REQUIRE(!vertices.ok());
+  CHECK(vertices.error().code == ErrorCode::too_large);
+}
+
 TEST_CASE("off: malformed files are refused with their line") {
   const auto broken = [](const std::string& from, const std::string& to) {
     std::string text = kOff;
@@ -46,7 +77,9 @@ TEST_CASE("off: malformed files are refused with their line") {
   CHECK(contains(broken("3 0 1 2", "3 0 1 4"), "line 7 of 'a': index 4"));
   CHECK(contains(broken("3 0 1 2", "3 0 1"), "line 7 of 'a': the line ends"));
   CHECK(contains(broken("3 0 1 2", "-3 0 1 2"), "negative"));
-  for (const char* kind : {"4OFF", "NOFF", "STOFF", "nOFF"}) {
+  CHECK(contains(broken("4 2 0", "4 1 0"), "line 8 of 'a': left-over lines after the 1 faces"));
+  check_mesh(kOff + "# the end\n\n");
+  for (const char* kind : {"4OFF", "nOFF", "4nOFF", "NNOFF", "SOFF", "STCN4nOFF"}) {
     CHECK(contains(broken("OFF", kind), "'" + std::string(kind) + "', which is not supported"));
   }
   CHECK(contains(refusal("OFF BINARY\n" + kOff, "m.off"), "binary OFF"));

@@ -104,6 +104,38 @@ TEST_CASE("ply: other elements and properties are passed over") {
              "3 0 1 2\n4 0 1 2 3\n0 0 0\n1 0 0\n0 1 0\n0 0 1.5\n");
 }
 
+TEST_CASE("ply: triangle strips, several in one list") {
+  const std::string strips = "element tristrips 1\nproperty list int int vertex_indices\n";
+  const std::string vertices = "0 0 0\n1 0 0\n0 1 0\n0 0 1.5\n";
+  // Two strips, the second of two that are joined by a corner twice; what is left of two more has no surface.
+  const std::string list = "15 0 1 2 3 -1 3 2 0 0 1 1 -1 0 1 -1\n";
+  const std::vector<Triangle> expected = {{0, 1, 2}, {1, 3, 2}, {3, 2, 0}};
+  const auto ascii = read(header("ascii", kVertices + strips) + vertices + list, "m.ply");
+  REQUIRE(ascii.ok());
+  CHECK(ascii->mesh.triangles == expected);
+  CHECK(ascii->notes.skipped_primitives == 3 + 1);
+  CHECK(ascii->notes.polygons == 0);
+
+  std::string body = binary_body<float, std::uint8_t, std::int32_t>(true).substr(0, 4 * 12);
+  body += ordered<std::int32_t>(15, true);
+  for (const std::int32_t i : {0, 1, 2, 3, -1, 3, 2, 0, 0, 1, 1, -1, 0, 1, -1}) body += ordered(i, true);
+  const auto binary = read(header("binary_big_endian", kVertices + strips) + body, "m.ply");
+  REQUIRE(binary.ok());
+  CHECK(binary->mesh.triangles == expected);
+
+  const auto both = read(header("ascii", kVertices + kFaces + strips) + kAsciiBody + list, "m.ply");
+  REQUIRE(both.ok());
+  CHECK(both->mesh.triangles.size() == 3 + 3);
+  CHECK(contains(refusal(header("ascii", kVertices + strips) + vertices + "3 0 1 -2\n", "m.ply"), "index -2"));
+  CHECK(contains(refusal(header("ascii", kVertices + strips) + vertices + "3 0 1 4\n", "m.ply"), "index 4, but"));
+  CHECK(code(header("ascii", kVertices + strips) + vertices + "3 0 1 -1\n", "m.ply") == ErrorCode::empty_mesh);
+  ReadLimits limits;
+  limits.max_triangles = 2;
+  auto limited = read(header("ascii", kVertices + strips) + vertices + list, "m.ply", limits);
+  REQUIRE(!limited.ok());
+  CHECK(limited.error().code == ErrorCode::too_large);
+}
+
 TEST_CASE("ply: malformed headers are refused with their line") {
   const auto broken = [](const std::string& from, const std::string& to) {
     return refusal(replaced(kAscii, from, to), "m.ply");
@@ -128,8 +160,8 @@ TEST_CASE("ply: malformed headers are refused with their line") {
   CHECK(contains(broken("vertex_indices", "corners"), "no list 'vertex_indices'"));
   CHECK(code(header("ascii", kVertices) + "0 0 0\n1 0 0\n0 1 0\n0 0 1\n", "m.ply") == ErrorCode::empty_mesh);
   CHECK(code(header("ascii", kFaces), "m.ply") == ErrorCode::empty_mesh);
-  CHECK(code(header("ascii", kVertices + "element tristrips 1\nproperty list int int vertex_indices\n"), "m.ply") ==
-        ErrorCode::unsupported_format);
+  CHECK(contains(refusal(header("ascii", kVertices + "element tristrips 1\nproperty int strip\n"), "m.ply"),
+                 "element 'tristrips' has no list 'vertex_indices'"));
 }
 
 TEST_CASE("ply: malformed text is refused with its line") {

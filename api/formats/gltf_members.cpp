@@ -1,0 +1,220 @@
+#include "api/formats/gltf_members.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <utility>
+
+#include <nlohmann/json.hpp>
+
+namespace meshgauge::api {
+namespace {
+
+using nlohmann::json;
+
+enum class Kind { index, size, flag, text, numbers, indices, texts, object, objects };
+
+// A member that is read; what is not named here is dropped. `members` for objects, `count` for numbers.
+struct Field {
+  std::string_view name;
+  Kind kind = Kind::index;
+  bool required = false;
+  std::size_t count = 0;
+  std::span<const Field> members = {};
+};
+
+constexpr Field kAsset[] = {{"version", Kind::text, true}};
+constexpr Field kScene[] = {{"nodes", Kind::indices}};
+constexpr Field kNode[] = {{"mesh", Kind::index},
+                           {"children", Kind::indices},
+                           {"matrix", Kind::numbers, false, 16},
+                           {"rotation", Kind::numbers, false, 4},
+                           {"scale", Kind::numbers, false, 3},
+                           {"translation", Kind::numbers, false, 3}};
+constexpr Field kAttributes[] = {{"POSITION", Kind::index}};
+constexpr Field kPrimitive[] = {
+    {"attributes", Kind::object, true, 0, kAttributes}, {"indices", Kind::index}, {"mode", Kind::index}};
+constexpr Field kMesh[] = {{"primitives", Kind::objects, true, 0, kPrimitive}};
+constexpr Field kSparseIndices[] = {
+    {"bufferView", Kind::index, true}, {"byteOffset", Kind::index}, {"componentType", Kind::index, true}};
+constexpr Field kSparseValues[] = {{"bufferView", Kind::index, true}, {"byteOffset", Kind::index}};
+constexpr Field kSparse[] = {{"count", Kind::index, true},
+                             {"indices", Kind::object, true, 0, kSparseIndices},
+                             {"values", Kind::object, true, 0, kSparseValues}};
+constexpr Field kAccessor[] = {{"bufferView", Kind::index},
+                               {"byteOffset", Kind::size},
+                               {"componentType", Kind::index, true},
+                               {"count", Kind::size, true},
+                               {"type", Kind::text, true},
+                               {"normalized", Kind::flag},
+                               {"sparse", Kind::object, false, 0, kSparse}};
+constexpr Field kBufferView[] = {{"buffer", Kind::index, true},
+                                 {"byteOffset", Kind::size},
+                                 {"byteLength", Kind::size, true},
+                                 {"byteStride", Kind::size}};
+constexpr Field kBuffer[] = {{"byteLength", Kind::size, true}, {"uri", Kind::text}};
+constexpr Field kRoot[] = {{"asset", Kind::object, true, 0, kAsset},
+                           {"extensionsUsed", Kind::texts},
+                           {"extensionsRequired", Kind::texts},
+                           {"scene", Kind::index},
+                           {"scenes", Kind::objects, false, 0, kScene},
+                           {"nodes", Kind::objects, false, 0, kNode},
+                           {"meshes", Kind::objects, false, 0, kMesh},
+                           {"accessors", Kind::objects, false, 0, kAccessor},
+                           {"bufferViews", Kind::objects, false, 0, kBufferView},
+                           {"buffers", Kind::objects, false, 0, kBuffer}};
+
+// Where in the document; made into words only for an error.
+struct Path {
+  const Path* parent = nullptr;
+  std::string_view name;
+  std::size_t index = std::numeric_limits<std::size_t>::max();
+
+  std::string words() const {
+    std::string out = parent == nullptr ? "" : parent->words();
+    if (!name.empty()) out += (out.empty() ? "" : ".") + std::string(name);
+    if (index != std::numeric_limits<std::size_t>::max()) out += "[" + std::to_string(index) + "]";
+    return out;
+  }
+};
+
+class Checker {
+ public:
+  explicit Checker(const Source& source) : source_(source) {}
+
+  // Writes the known members of `in` to `out`; false with error() set when one is not as it must be.
+  bool object(const json& in, std::span<const Field> fields, const Path& path, json& out);
+  Error error() { return std::move(*error_); }
+
+ private:
+  bool value(const json& in, const Field& field, const Path& path, json& out);
+  bool integer(const json& in, double most, const Path& path, json& out);
+  bool numbers(const json& in, std::size_t count, const Path& path, json& out);
+  bool objects(const json& in, std::span<const Field> fields, const Path& path, json& out);
+  bool indices(const json& in, const Path& path, json& out);
+  bool texts(const json& in, const Path& path, json& out);
+  bool unsupported_extension(const json& in, const Path& path);
+  bool fail(const Path& path, const std::string& what, ErrorCode code = ErrorCode::unreadable_mesh) {
+    const std::string where = path.words();
+    error_ = at(source_, where.empty() ? "the glTF" : where, code, what);
+    return false;
+  }
+
+  const Source& source_;
+  std::optional<Error> error_;
+};
+
+// Integers may be written as 24.0, which JSON does not tell from 24.
+bool Checker::integer(const json& in, double most, const Path& path, json& out) {
+  const double number = in.is_number() ? in.get<double>() : -1;
+  if (number < 0 || number > most || number != std::floor(number)) {
+    return fail(path, "expected an integer from 0 to " + std::to_string(static_cast<std::uint64_t>(most)));
+  }
+  out = static_cast<std::uint64_t>(number);
+  return true;
+}
+
+bool Checker::numbers(const json& in, std::size_t count, const Path& path, json& out) {
+  const bool ok = in.is_array() && in.size() == count && std::ranges::all_of(in, [](const json& number) {
+                    return number.is_number() && std::isfinite(number.get<double>());
+                  });
+  if (!ok) return fail(path, "expected an array of " + std::to_string(count) + " numbers");
+  out = in;
+  return true;
+}
+
+bool Checker::indices(const json& in, const Path& path, json& out) {
+  if (!in.is_array()) return fail(path, "expected an array of indices");
+  out = json::array();
+  for (const json& item : in) {
+    json& copy = out.emplace_back();
+    if (!integer(item, std::numeric_limits<std::int32_t>::max(), {&path, "", out.size() - 1}, copy)) return false;
+  }
+  return true;
+}
+
+bool Checker::texts(const json& in, const Path& path, json& out) {
+  if (!in.is_array() || !std::ranges::all_of(in, [](const json& item) { return item.is_string(); })) {
+    return fail(path, "expected an array of strings");
+  }
+  out = in;
+  return true;
+}
+
+bool Checker::objects(const json& in, std::span<const Field> fields, const Path& path, json& out) {
+  if (!in.is_array()) return fail(path, "expected an array of objects");
+  out = json::array();
+  for (const json& item : in) {
+    json& copy = out.emplace_back();
+    if (!object(item, fields, {&path, "", out.size() - 1}, copy)) return false;
+  }
+  return true;
+}
+
+bool Checker::value(const json& in, const Field& field, const Path& path, json& out) {
+  switch (field.kind) {
+    case Kind::index:
+      return integer(in, std::numeric_limits<std::int32_t>::max(), path, out);
+    case Kind::size:
+      return integer(in, 0x1p53, path, out);
+    case Kind::numbers:
+      return numbers(in, field.count, path, out);
+    case Kind::indices:
+      return indices(in, path, out);
+    case Kind::texts:
+      return texts(in, path, out);
+    case Kind::object:
+      return object(in, field.members, path, out);
+    case Kind::objects:
+      return objects(in, field.members, path, out);
+    case Kind::flag:
+      if (!in.is_boolean()) return fail(path, "expected true or false");
+      break;
+    case Kind::text:
+      if (!in.is_string()) return fail(path, "expected a string");
+      break;
+  }
+  out = in;
+  return true;
+}
+
+// Extensions that put the geometry elsewhere. They can be used without being required, and what stands in their
+// place is then nothing, or another mesh.
+bool Checker::unsupported_extension(const json& in, const Path& path) {
+  const auto extensions = in.find("extensions");
+  if (extensions == in.end() || !extensions->is_object()) return false;
+  for (const char* name : {"KHR_draco_mesh_compression", "EXT_meshopt_compression", "EXT_mesh_gpu_instancing"}) {
+    if (!extensions->contains(name)) continue;
+    fail(path, "the extension " + std::string(name) + " is not supported", ErrorCode::unsupported_format);
+    return true;
+  }
+  return false;
+}
+
+bool Checker::object(const json& in, std::span<const Field> fields, const Path& path, json& out) {
+  if (!in.is_object()) return fail(path, "expected an object");
+  if (unsupported_extension(in, path)) return false;
+  out = json::object();
+  for (const Field& field : fields) {
+    const Path member{&path, field.name};
+    const auto found = in.find(field.name);
+    if (found == in.end()) {
+      if (field.required) return fail(member, "missing");
+      continue;
+    }
+    if (!value(*found, field, member, out[std::string(field.name)])) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+Result<json> take_gltf_members(const Source& source, const json& document) {
+  Checker checker(source);
+  json members;
+  if (!checker.object(document, kRoot, Path{}, members)) return checker.error();
+  return members;
+}
+
+}  // namespace meshgauge::api

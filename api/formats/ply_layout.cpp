@@ -1,0 +1,67 @@
+#include "api/formats/ply_layout.h"
+
+#include <algorithm>
+
+namespace meshgauge::api {
+namespace {
+
+const PlyElement* find_element(const PlyHeader& header, std::string_view name) {
+  const auto found = std::ranges::find(header.elements, name, &PlyElement::name);
+  return found == header.elements.end() ? nullptr : &*found;
+}
+
+const PlyProperty* find_property(const PlyElement& element, std::string_view name) {
+  const auto found = std::ranges::find(element.properties, name, &PlyProperty::name);
+  return found == element.properties.end() ? nullptr : &*found;
+}
+
+Error header_error(const Source& source, ErrorCode code, const std::string& what) {
+  return at(source, "the PLY header", code, what);
+}
+
+Result<Done> check_coordinates(const Source& source, const PlyElement& vertex) {
+  for (const std::string name : {"x", "y", "z"}) {
+    const PlyProperty* property = find_property(vertex, name);
+    if (property == nullptr) {
+      return header_error(source, ErrorCode::unreadable_mesh, "element 'vertex' has no property '" + name + "'");
+    }
+    if (property->is_list) {
+      return header_error(source, ErrorCode::unreadable_mesh, "property '" + name + "' is a list");
+    }
+  }
+  return Done{};
+}
+
+// The list of corners of an element; nullptr where there is no such element.
+Result<const PlyProperty*> find_corners(const Source& source, const PlyHeader& header, const std::string& name) {
+  const PlyElement* element = find_element(header, name);
+  if (element == nullptr) return nullptr;
+  const PlyProperty* corners = find_property(*element, "vertex_indices");
+  if (corners == nullptr) corners = find_property(*element, "vertex_index");
+  if (corners == nullptr || !corners->is_list) {
+    return header_error(source, ErrorCode::unreadable_mesh, "element '" + name + "' has no list 'vertex_indices'");
+  }
+  if (!is_integer(corners->type)) {
+    return header_error(source, ErrorCode::unreadable_mesh, "'" + corners->name + "' is not of an integer type");
+  }
+  return corners;
+}
+
+}  // namespace
+
+Result<PlyLayout> find_layout(const Source& source, const PlyHeader& header) {
+  PlyLayout layout;
+  layout.vertex = find_element(header, "vertex");
+  if (layout.vertex == nullptr) return header_error(source, ErrorCode::empty_mesh, "no element 'vertex'");
+  if (auto ok = check_coordinates(source, *layout.vertex); !ok) return std::move(ok).error();
+  const auto faces = find_corners(source, header, "face");
+  if (!faces) return faces.error();
+  const auto strips = find_corners(source, header, "tristrips");
+  if (!strips) return strips.error();
+  layout.face_corners = *faces;
+  layout.strip_corners = *strips;
+  if (*faces != nullptr || *strips != nullptr) return layout;
+  return header_error(source, ErrorCode::empty_mesh, "neither an element 'face' nor 'tristrips', so no triangles");
+}
+
+}  // namespace meshgauge::api

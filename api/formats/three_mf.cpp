@@ -1,0 +1,178 @@
+#include "api/formats/three_mf.h"
+
+#include <algorithm>
+#include <set>
+#include <utility>
+
+#include "api/formats/room.h"
+#include "api/formats/three_mf_attributes.h"
+#include "api/formats/three_mf_model.h"
+#include "api/formats/xml.h"
+
+namespace meshgauge::api {
+namespace {
+
+using Transform = std::optional<Eigen::Affine3d>;
+
+constexpr const char* kRelationships = "_rels/.rels";
+constexpr int kDeepest = 64;
+constexpr std::size_t kMostPlaced = 1'000'000;
+
+// Finds the root model in the relationships of the package.
+class RootFinder : public XmlHandler {
+ public:
+  std::optional<XmlDefect> start(std::string_view name, const XmlAttributes& attributes) override {
+    if (name != "http://schemas.openxmlformats.org/package/2006/relationships\nRelationship") return std::nullopt;
+    const char* type = attributes.find("Type");
+    if (type == nullptr || type != std::string_view("http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel")) {
+      return std::nullopt;
+    }
+    const char* target = attributes.find("Target");
+    const char* mode = attributes.find("TargetMode");
+    if (target == nullptr) return malformed("a relationship without a target");
+    if (mode != nullptr && mode == std::string_view("External")) {
+      return XmlDefect{ErrorCode::unsupported_format, "the model " + in_quotes(target) + " is outside of the file"};
+    }
+    if (!root_.empty()) return malformed("a second root model, " + in_quotes(target));
+    root_ = part_name(target);
+    return std::nullopt;
+  }
+
+  const std::string& root() const { return root_; }
+
+ private:
+  std::string root_;
+};
+
+Result<std::string> find_root(const Source& source, ZipArchive& archive) {
+  if (!archive.has(kRelationships)) {
+    return about(source.part, ErrorCode::unsupported_format,
+                 "is a zip archive, not a mesh: a 3MF would hold '_rels/.rels'");
+  }
+  RootFinder finder;
+  if (auto ok = read_xml(source, archive, kRelationships, finder); !ok) return std::move(ok).error();
+  if (finder.root().empty()) {
+    return about(source.part, ErrorCode::unsupported_format, "is a package of another kind, without a 3D model in it");
+  }
+  return finder.root();
+}
+
+Result<MfDocument> read_models(const Source& source, ZipArchive& archive, std::string_view root) {
+  MfDocument document;
+  document.part_named(root);
+  for (std::size_t part = 0; part < document.parts.size(); ++part) {
+    if (auto ok = read_3mf_model(source, archive, part, document); !ok) return std::move(ok).error();
+  }
+  return document;
+}
+
+// A position in millimetres. By two whole numbers, of which one is 1 but for inches, so that it is rounded once or not
+// at all.
+Vec3 in_millimetres(const Vec3& position, LengthUnit unit) {
+  constexpr double kFactors[][2] = {{1, 1000}, {1, 1}, {10, 1}, {254, 10}, {3048, 10}, {1000, 1}};
+  const auto& [times, over] = kFactors[static_cast<std::size_t>(unit)];
+  return position * times / over;
+}
+
+Transform combined(const Transform& outer, const Transform& inner) {
+  if (!outer) return inner;
+  return inner ? Transform(*outer * *inner) : outer;
+}
+
+// Copies what the build shows into one mesh.
+class Placer {
+ public:
+  Placer(const Source& source, const MfDocument& document) : source_(source), document_(document) {
+    out_.format = Format::three_mf;
+    out_.notes.unit = document.unit;
+  }
+
+  Result<ReadMesh> run();
+
+ private:
+  Result<Done> place(const MfPlacement& placement, std::size_t user, const Transform& outer);
+  Result<Done> copy(const MfObject& object, const Transform& to_world);
+  Error fail(const MfKey& object, const std::string& what) const {
+    return at(source_, printable(document_.parts[object.first], 100) + ", object " + std::to_string(object.second),
+              ErrorCode::unreadable_mesh, what);
+  }
+
+  const Source& source_;
+  const MfDocument& document_;
+  std::vector<MfKey> open_;  // the objects that hold the one at hand
+  std::set<MfKey> shown_;
+  std::size_t placed_ = 0;
+  ReadMesh out_;
+};
+
+Result<Done> Placer::place(const MfPlacement& placement, std::size_t user, const Transform& outer) {
+  const MfKey key{placement.part, placement.object};
+  const auto found = document_.objects.find(key);
+  if (found == document_.objects.end()) {
+    return fail(key, "does not exist, but " + printable(document_.parts[user], 100) + " places it");
+  }
+  if (std::ranges::find(open_, key) != open_.end()) return fail(key, "a component of itself");
+  if (open_.size() == kDeepest) return fail(key, "components nested deeper than 64");
+  if (++placed_ > kMostPlaced) {
+    return about(source_.part, ErrorCode::too_large, "places more than 1000000 objects and components");
+  }
+  shown_.insert(key);
+  const Transform to_world = combined(outer, placement.transform);
+  if (auto ok = copy(found->second, to_world); !ok) return ok;
+  open_.push_back(key);
+  for (const MfPlacement& component : found->second.components) {
+    if (auto ok = place(component, key.first, to_world); !ok) return ok;
+  }
+  open_.pop_back();
+  return Done{};
+}
+
+Result<Done> Placer::copy(const MfObject& object, const Transform& to_world) {
+  std::vector<Vec3>& positions = out_.mesh.positions;
+  std::vector<Triangle>& triangles = out_.mesh.triangles;
+  if (object.triangles > source_.limits.max_triangles - triangles.size()) {
+    return too_many(source_, "triangles", source_.limits.max_triangles);
+  }
+  if (object.vertices > vertex_limit(source_) - positions.size()) {
+    return too_many(source_, "vertices", vertex_limit(source_));
+  }
+  const auto first = static_cast<std::uint32_t>(positions.size());
+  reserve_more(positions, object.vertices);
+  reserve_more(triangles, object.triangles);
+  for (std::size_t i = 0; i < object.vertices; ++i) {
+    const Vec3& local = document_.positions[object.first_vertex + i];
+    positions.push_back(in_millimetres(to_world ? Vec3(*to_world * local) : local, document_.unit));
+  }
+  for (std::size_t i = 0; i < object.triangles; ++i) {
+    const Triangle& local = document_.triangles[object.first_triangle + i];
+    triangles.push_back({first + local[0], first + local[1], first + local[2]});
+  }
+  return Done{};
+}
+
+Result<ReadMesh> Placer::run() {
+  for (const MfPlacement& item : document_.build) {
+    if (auto ok = place(item, 0, std::nullopt); !ok) return std::move(ok).error();
+  }
+  out_.notes.unused_objects = document_.objects.size() - shown_.size();
+  if (out_.mesh.triangles.empty() && !document_.triangles.empty()) {
+    return about(source_.part, ErrorCode::empty_mesh,
+                 "has no triangles: its build shows none of its " + std::to_string(document_.objects.size()) +
+                     " objects, or empty ones");
+  }
+  return std::move(out_);
+}
+
+}  // namespace
+
+Result<ReadMesh> read_3mf(const Source& source) {
+  auto archive = ZipArchive::open(source);
+  if (!archive) return std::move(archive).error();
+  const auto root = find_root(source, *archive);
+  if (!root) return root.error();
+  const auto document = read_models(source, *archive, *root);
+  if (!document) return document.error();
+  return Placer(source, *document).run();
+}
+
+}  // namespace meshgauge::api

@@ -1,0 +1,188 @@
+#include "api/formats/xml.h"
+
+#include <chrono>
+#include <cstdint>
+#include <cstdlib>
+#include <exception>
+#include <memory>
+#include <new>
+#include <type_traits>
+#include <utility>
+
+#include <expat.h>
+#include <malloc.h>
+
+namespace meshgauge::api {
+namespace {
+
+constexpr int kDeepest = 64;
+// expat reads a tag again from its beginning with every piece of it that comes, so long ones would take quadratic time.
+constexpr XML_Index kLongestTag = XML_Index{1} << 20U;
+// expat keeps every name that it meets, with a few dozen bytes each.
+constexpr std::size_t kMostHeld = std::size_t{64} << 20U;
+
+// What the parser of this thread holds; there is one at a time.
+thread_local std::size_t held = 0;
+
+bool may_take(std::size_t bytes) { return held <= kMostHeld && bytes <= kMostHeld - held; }
+
+void* counted_malloc(std::size_t bytes) {
+  void* block = may_take(bytes) ? std::malloc(bytes) : nullptr;
+  if (block != nullptr) held += malloc_usable_size(block);
+  return block;
+}
+
+void counted_free(void* block) {
+  if (block != nullptr) held -= malloc_usable_size(block);
+  std::free(block);
+}
+
+void* counted_realloc(void* block, std::size_t bytes) {
+  const std::size_t before = block == nullptr ? 0 : malloc_usable_size(block);
+  if (bytes > before && !may_take(bytes - before)) return nullptr;
+  void* moved = std::realloc(block, bytes);
+  if (moved != nullptr) held += malloc_usable_size(moved) - before;
+  return moved;
+}
+
+// Another one each time, so that no document can be made whose names all collide; expat itself would ask the system.
+unsigned long unforeseen(const void* address) {
+  const auto now = static_cast<std::uint64_t>(std::chrono::steady_clock::now().time_since_epoch().count());
+  return ((now ^ reinterpret_cast<std::uintptr_t>(address)) * 0x9E3779B97F4A7C15U) | 1U;
+}
+
+class XmlReader {
+ public:
+  XmlReader(const Source& source, const std::string& name, XmlHandler& handler);
+
+  std::optional<Error> feed(std::string_view piece, bool is_last);
+
+ private:
+  struct Free {
+    void operator()(XML_Parser parser) const { XML_ParserFree(parser); }
+  };
+
+  // expat is C: no exception may pass through it, and it may still tell of the end of an element where it was stopped.
+  template <class Step>
+  void step(const Step& step) {
+    if (defect_ || no_memory_) return;
+    try {
+      defect_ = step();
+    } catch (const std::exception&) {
+      no_memory_ = true;  // nothing else is thrown
+    }
+    if (defect_ || no_memory_) XML_StopParser(parser_.get(), XML_FALSE);
+  }
+
+  std::optional<XmlDefect> start(const char* name, const char** attributes);
+  Error here(ErrorCode code, const std::string& what) const;
+  Error fault() const;
+
+  static void XMLCALL on_start(void* self, const char* name, const char** attributes);
+  static void XMLCALL on_end(void* self, const char* name);
+  static void XMLCALL on_prefix(void* self, const char* prefix, const char* name_space);
+  static void XMLCALL on_document_type(void* self, const char* name, const char* system, const char* public_id,
+                                       int has_internal_subset);
+
+  const Source& source_;
+  const std::string& name_;
+  XmlHandler& handler_;
+  std::unique_ptr<std::remove_pointer_t<XML_Parser>, Free> parser_;
+  XML_Index fed_ = 0;
+  int depth_ = 0;
+  std::optional<XmlDefect> defect_;
+  bool no_memory_ = false;
+};
+
+XmlReader::XmlReader(const Source& source, const std::string& name, XmlHandler& handler)
+    : source_(source), name_(name), handler_(handler) {
+  constexpr char kSeparator[] = {kXmlSeparator, '\0'};
+  constexpr XML_Memory_Handling_Suite kMemory{counted_malloc, counted_realloc, counted_free};
+  parser_.reset(XML_ParserCreate_MM(nullptr, &kMemory, kSeparator));
+  if (!parser_) throw std::bad_alloc();
+  XML_SetHashSalt(parser_.get(), unforeseen(this));
+  XML_SetUserData(parser_.get(), this);
+  XML_SetElementHandler(parser_.get(), on_start, on_end);
+  XML_SetStartNamespaceDeclHandler(parser_.get(), on_prefix);
+  XML_SetStartDoctypeDeclHandler(parser_.get(), on_document_type);
+}
+
+void XmlReader::on_start(void* self, const char* name, const char** attributes) {
+  XmlReader& reader = *static_cast<XmlReader*>(self);
+  reader.step([&] { return reader.start(name, attributes); });
+}
+
+void XmlReader::on_end(void* self, const char* /*name*/) {
+  XmlReader& reader = *static_cast<XmlReader*>(self);
+  reader.step([&]() -> std::optional<XmlDefect> {
+    --reader.depth_;
+    reader.handler_.end();
+    return std::nullopt;
+  });
+}
+
+void XmlReader::on_prefix(void* self, const char* prefix, const char* name_space) {
+  XmlReader& reader = *static_cast<XmlReader*>(self);
+  reader.step([&]() -> std::optional<XmlDefect> {
+    // No prefix: the namespace of names without one. No namespace: the end of it.
+    reader.handler_.declare(prefix == nullptr ? "" : prefix, name_space == nullptr ? "" : name_space);
+    return std::nullopt;
+  });
+}
+
+void XmlReader::on_document_type(void* self, const char* /*name*/, const char* /*system*/, const char* /*public_id*/,
+                                 int /*has_internal_subset*/) {
+  static_cast<XmlReader*>(self)->step([]() -> std::optional<XmlDefect> {
+    return XmlDefect{ErrorCode::unreadable_mesh, "a document type (DTD), which is not allowed here"};
+  });
+}
+
+std::optional<XmlDefect> XmlReader::start(const char* name, const char** attributes) {
+  if (++depth_ > kDeepest) return XmlDefect{ErrorCode::unreadable_mesh, "XML nested deeper than 64"};
+  return handler_.start(name, XmlAttributes(attributes));
+}
+
+Error XmlReader::here(ErrorCode code, const std::string& what) const {
+  const std::string line = ", line " + std::to_string(XML_GetCurrentLineNumber(parser_.get()));
+  return at(source_, printable(name_, 100) + line, code, what);
+}
+
+Error XmlReader::fault() const {
+  const XML_Error code = XML_GetErrorCode(parser_.get());
+  if (code == XML_ERROR_NO_MEMORY) {
+    return here(ErrorCode::too_large, "the XML has too many different names to be held in 64 MiB");
+  }
+  return here(ErrorCode::unreadable_mesh, std::string("not valid XML: ") + XML_ErrorString(code));
+}
+
+std::optional<Error> XmlReader::feed(std::string_view piece, bool is_last) {
+  fed_ += static_cast<XML_Index>(piece.size());
+  const XML_Status status = XML_Parse(parser_.get(), piece.data(), static_cast<int>(piece.size()), is_last ? 1 : 0);
+  if (no_memory_) return out_of_memory(source_.part);
+  if (defect_) return here(defect_->code, defect_->what);
+  if (status != XML_STATUS_OK) return fault();
+  const XML_Index reached = XML_GetCurrentByteIndex(parser_.get());
+  if (reached >= 0 && !is_last && fed_ - reached > kLongestTag) {
+    return here(ErrorCode::too_large, "a tag or a comment of more than 1 MiB");
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+const char* XmlAttributes::find(std::string_view name) const {
+  for (const char* const* pair = pairs_; *pair != nullptr; pair += 2) {
+    if (*pair == name) return pair[1];
+  }
+  return nullptr;
+}
+
+Result<Done> read_xml(const Source& source, ZipArchive& archive, const std::string& name, XmlHandler& handler) {
+  XmlReader reader(source, name, handler);
+  auto ok = archive.read(name, [&](std::string_view piece) { return reader.feed(piece, false); });
+  if (!ok) return ok;
+  if (auto error = reader.feed({}, true)) return std::move(*error);
+  return Done{};
+}
+
+}  // namespace meshgauge::api

@@ -1,0 +1,174 @@
+#include "api/formats/zip.h"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+#include <vector>
+
+#include <minizip/unzip.h>
+
+#include "api/formats/expansion.h"
+
+namespace meshgauge::api {
+namespace {
+
+constexpr std::size_t kMostEntries = 10'000;
+constexpr std::size_t kLongestName = 1024;
+constexpr std::size_t kPieceBytes = std::size_t{64} << 10U;
+
+ZipMemory& as_memory(void* file) { return *static_cast<ZipMemory*>(file); }
+
+void* open_memory(void* memory, const void* /*path*/, int /*mode*/) { return memory; }
+
+uLong read_memory(void* /*opaque*/, void* file, void* to, uLong count) {
+  ZipMemory& memory = as_memory(file);
+  const auto rest = memory.bytes.subspan(memory.at);
+  const std::size_t most = std::min<std::size_t>(count, rest.size());
+  std::copy_n(rest.begin(), most, static_cast<std::byte*>(to));
+  memory.at += most;
+  memory.short_read = most < count;
+  return most;
+}
+
+uLong write_nothing(void* /*opaque*/, void* /*file*/, const void* /*from*/, uLong /*count*/) { return 0; }
+
+// Offsets come from the archive: any may lead anywhere.
+long seek_memory(void* /*opaque*/, void* file, ZPOS64_T offset, int origin) {
+  ZipMemory& memory = as_memory(file);
+  std::size_t base = 0;
+  if (origin == ZLIB_FILEFUNC_SEEK_CUR) base = memory.at;
+  if (origin == ZLIB_FILEFUNC_SEEK_END) base = memory.bytes.size();
+  if (offset > memory.bytes.size() - base) return -1;
+  memory.at = base + offset;
+  return 0;
+}
+
+ZPOS64_T tell_memory(void* /*opaque*/, void* file) { return as_memory(file).at; }
+
+int close_nothing(void* /*opaque*/, void* /*file*/) { return 0; }
+
+// minizip asks after a read that came to the end. Without an error it would go on with a byte that it never got.
+int error_of(void* /*opaque*/, void* file) { return as_memory(file).short_read ? 1 : 0; }
+
+}  // namespace
+
+bool is_zip(std::string_view text) { return text.starts_with("PK\x03\x04") || text.starts_with("PK\x05\x06"); }
+
+void ZipArchive::Close::operator()(void* file) const { unzClose(file); }
+
+ZipArchive::ZipArchive(const Source& source)
+    : source_(&source),
+      memory_(std::make_unique<ZipMemory>(ZipMemory{source.bytes})),
+      limit_(expansion_limit(source.bytes.size(), source.limits)),
+      left_(limit_) {
+  zlib_filefunc64_def calls{open_memory, read_memory,   write_nothing, tell_memory,
+                            seek_memory, close_nothing, error_of,      memory_.get()};
+  file_.reset(unzOpen2_64("", &calls));
+}
+
+// Names in such packages are ASCII, and their case does not count.
+std::string ZipArchive::key_of(std::string_view name) {
+  std::string key(name);
+  for (char& c : key) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  return key;
+}
+
+Error ZipArchive::fail(std::string_view name, ErrorCode code, const std::string& what) const {
+  return at(*source_, printable(name, 100), code, what);
+}
+
+Result<ZipArchive> ZipArchive::open(const Source& source) {
+  ZipArchive archive(source);
+  if (!archive.file_) {
+    return about(source.part, ErrorCode::unreadable_mesh,
+                 "is a zip archive without a directory at its end: truncated or damaged");
+  }
+  if (auto ok = archive.read_directory(); !ok) return std::move(ok).error();
+  return archive;
+}
+
+Result<Done> ZipArchive::read_directory() {
+  unz_global_info64 info{};
+  unzGetGlobalInfo64(file_.get(), &info);
+  if (info.number_entry == 0) return Done{};
+  int status = unzGoToFirstFile(file_.get());
+  for (; status == UNZ_OK; status = unzGoToNextFile(file_.get())) {
+    if (entries_.size() == kMostEntries) {
+      return about(source_->part, ErrorCode::too_large, "is a zip archive of more than 10000 entries");
+    }
+    if (auto ok = add_entry(); !ok) return ok;
+  }
+  if (status == UNZ_END_OF_LIST_OF_FILE) return Done{};
+  return about(source_->part, ErrorCode::unreadable_mesh,
+               "is a zip archive with a damaged directory, after " + std::to_string(entries_.size()) + " entries");
+}
+
+Result<Done> ZipArchive::add_entry() {
+  unz_file_info64 info{};
+  std::array<char, kLongestName> name{};
+  unz64_file_pos place{};
+  const bool told =
+      unzGetCurrentFileInfo64(file_.get(), &info, name.data(), name.size(), nullptr, 0, nullptr, 0) == UNZ_OK &&
+      unzGetFilePos64(file_.get(), &place) == UNZ_OK;
+  if (!told || info.size_filename > name.size()) {
+    return about(source_->part, ErrorCode::unreadable_mesh,
+                 "is a zip archive with a damaged entry, or a name of more than 1024 bytes");
+  }
+  const std::string_view whole(name.data(), info.size_filename);
+  const Entry entry{place.pos_in_zip_directory, place.num_of_file, info.uncompressed_size, info.compression_method,
+                    info.flag};
+  if (!entries_.try_emplace(key_of(whole), entry).second) {
+    return fail(whole, ErrorCode::unreadable_mesh, "stands twice in the zip archive");
+  }
+  return Done{};
+}
+
+Result<Done> ZipArchive::check(std::string_view name, const Entry& entry) const {
+  constexpr unsigned long kEncrypted = 0x2041;  // by any of three ways
+  if ((entry.flags & kEncrypted) != 0) return fail(name, ErrorCode::unsupported_format, "encrypted");
+  if (entry.method != 0 && entry.method != Z_DEFLATED) {
+    return fail(name, ErrorCode::unsupported_format,
+                "compressed by method " + std::to_string(entry.method) + "; deflate is read");
+  }
+  return Done{};
+}
+
+Result<Done> ZipArchive::read(std::string_view name, const Sink& sink) {
+  const auto found = entries_.find(key_of(name));
+  if (found == entries_.end()) return fail(name, ErrorCode::unreadable_mesh, "missing from the zip archive");
+  const Entry& entry = found->second;
+  if (auto ok = check(name, entry); !ok) return ok;
+  const unz64_file_pos place{entry.directory_offset, entry.number};
+  if (unzGoToFilePos64(file_.get(), &place) != UNZ_OK || unzOpenCurrentFile(file_.get()) != UNZ_OK) {
+    return fail(name, ErrorCode::unreadable_mesh, "the entry of the zip archive and its directory do not agree");
+  }
+  auto ok = expand(name, entry, sink);
+  const int closed = unzCloseCurrentFile(file_.get());
+  if (ok && closed != UNZ_OK) return fail(name, ErrorCode::unreadable_mesh, "damaged: its CRC is another");
+  return ok;
+}
+
+Result<Done> ZipArchive::expand(std::string_view name, const Entry& entry, const Sink& sink) {
+  std::vector<char> piece(kPieceBytes);
+  std::uint64_t expanded = 0;
+  for (;;) {
+    const int count = unzReadCurrentFile(file_.get(), piece.data(), kPieceBytes);
+    if (count == 0) break;
+    if (count < 0) {
+      return fail(name, ErrorCode::unreadable_mesh,
+                  "damaged or truncated after " + std::to_string(expanded) + " expanded bytes");
+    }
+    const auto bytes = static_cast<std::size_t>(count);
+    if (bytes > left_) return expands_too_far(source_->part, limit_, source_->bytes.size(), "zip");
+    left_ -= bytes;
+    expanded += bytes;
+    if (auto error = sink({piece.data(), bytes})) return std::move(*error);
+  }
+  // minizip compares the CRC only where all the bytes came.
+  if (expanded == entry.bytes) return Done{};
+  return fail(
+      name, ErrorCode::unreadable_mesh,
+      "truncated: " + std::to_string(entry.bytes) + " bytes are announced, " + std::to_string(expanded) + " came");
+}
+
+}  // namespace meshgauge::api

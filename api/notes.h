@@ -1,0 +1,15 @@
+// What was done to a mesh beyond reading it, in words.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "api/compare.h"
+
+namespace meshgauge::api {
+
+// One sentence each, with its count where there is one; nothing for what did not happen. The rules are those of
+// docs/formats.md.
+std::vector<std::string> notes_of(const MeshFacts& mesh);
+
+}  // namespace meshgauge::api

@@ -1,0 +1,39 @@
+// Compressed files made by the tests: gzip; zip archives, field by field, so that each can be a lie; 3MF packages.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace meshgauge::api::test {
+
+std::string gzipped(std::string_view content);
+
+struct ZipEntry {
+  std::string name;
+  std::string content;
+  std::uint16_t method = 8;    // 0: stored, 8: deflated
+  std::uint16_t flags = 0;     // 1: encrypted
+  std::uint32_t size_lie = 0;  // added to the size that is announced
+  std::uint32_t crc_lie = 0;   // added to the CRC
+};
+
+std::string zip(const std::vector<ZipEntry>& entries, const std::string& comment = "");
+
+// The same with the records of Zip64 at its end, which announce `count` entries.
+std::string zip64(const std::vector<ZipEntry>& entries, std::uint64_t count);
+
+// The relationships that name `target` as the root model.
+std::string relationships(const std::string& target = "/3D/3dmodel.model");
+
+// A model of the core namespace; `attributes` are more ones of its root element.
+std::string model(const std::string& resources, const std::string& build, const std::string& attributes = "");
+
+// An object of one mesh: the triangle (0 0 0) (1 0 0) (0 1 0).
+std::string triangle_object(int id);
+
+// A 3MF of one model, and of more parts.
+std::string package(const std::string& model, std::vector<ZipEntry> more = {});
+
+}  // namespace meshgauge::api::test

@@ -1,0 +1,167 @@
+"""Mesh files over HTTP: their notes in the result, and every file of the corpus."""
+
+import glob
+import io
+import os
+import pathlib
+import re
+import time
+import unittest
+import zipfile
+
+from harness import ROOT, SQUARE, ServerCase, post_head
+
+CORPUS = pathlib.Path(os.environ.get("MESHGAUGE_CORPUS", ROOT.parent / "shared" / "corpus"))
+MOST_SECONDS = float(os.environ.get("MESHGAUGE_TEST_SECONDS", "5"))  # for one answer; a sanitizer's build takes longer
+MOST_KB = 64 * 1024
+
+MODEL = """<?xml version="1.0"?>
+<model xmlns="http://schemas.microsoft.com/3dmanufacturing/core/2015/02" unit="%s"><resources><object id="1"><mesh>
+<vertices><vertex x="0" y="0" z="0"/><vertex x="1" y="0" z="0"/><vertex x="1" y="1" z="0"/><vertex x="0" y="1" z="0"/></vertices>
+<triangles><triangle v1="0" v2="1" v3="2"/><triangle v1="0" v2="2" v3="3"/></triangles></mesh></object></resources>
+<build><item objectid="1"/></build></model>"""
+RELATIONSHIPS = """<Relationships xmlns="http://schemas.openxmlformats.org/package/2006/relationships"><Relationship Id="r"
+Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel" Target="/3D/m.model"/></Relationships>"""
+
+
+def square_3mf(unit):
+    package = io.BytesIO()
+    with zipfile.ZipFile(package, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("_rels/.rels", RELATIONSHIPS)
+        archive.writestr("3D/m.model", MODEL % unit)
+    return package.getvalue()
+
+
+class FormatCase(ServerCase):
+    def compare(self, a, b, options=b"{}"):
+        """Both are content, file name and perhaps a media type."""
+        body = b""
+        for part, (content, name, *media_type) in (("a", a), ("b", b)):
+            kind = b"Content-Type: %s\r\n" % media_type[0].encode() if media_type else b""
+            body += (b'--XXboundaryXX\r\nContent-Disposition: form-data; name="%s"; filename="%s"\r\n%s\r\n%s\r\n'
+                     % (part.encode(), name.encode(), kind, content))
+        body += b'--XXboundaryXX\r\nContent-Disposition: form-data; name="options"\r\n\r\n%s\r\n--XXboundaryXX--\r\n' % options
+        return self.server.raw(post_head(len(body)) + body)
+
+
+class Notes(FormatCase):
+    def test_a_name_or_a_media_type_that_contradicts_the_content(self):
+        result = self.compare((SQUARE, "a.stl", "model/obj"), (SQUARE, "b", "model/gltf-binary")).json()
+        a, b = result["meshes"]["a"], result["meshes"]["b"]
+        self.assertEqual((a["format"], a["format_mismatch"]), ("obj", {"file_name": "stl", "media_type": None}))
+        self.assertEqual((b["format"], b["format_mismatch"]), ("obj", {"file_name": None, "media_type": "glb"}))
+        self.assertEqual(a["notes"], ["the file name says stl, the content is obj and was read as that"])
+        result = self.compare((SQUARE, "a.obj", "model/obj"), (SQUARE, "b.obj", "application/octet-stream")).json()
+        self.assertEqual([result["meshes"][part]["format_mismatch"] for part in "ab"], [None, None])
+
+    def test_a_3mf_is_measured_in_millimetres(self):
+        inches = self.compare((square_3mf("inch"), "a.3mf"), (SQUARE, "b.obj")).json()
+        self.assertEqual(inches["meshes"]["a"]["unit"], "inch")
+        self.assertEqual(inches["meshes"]["a"]["bbox"]["high"], [25.4, 25.4, 0])
+        self.assertIsNone(inches["meshes"]["b"]["unit"])
+        millimetres = self.compare((square_3mf("millimeter"), "a.3mf"), (SQUARE, "b.obj")).json()
+        self.assertEqual(millimetres["distance"]["lower"], 0)
+        self.assertLessEqual(millimetres["distance"]["upper"], 1e-5)
+
+    def test_polygons_points_and_degenerate_triangles(self):
+        mesh = SQUARE + b"f 1 2 3 4\np 1\nl 1 2\nf 1 2\nf 1 1 2\n"
+        a = self.compare((mesh, "a.obj"), (SQUARE, "b.obj")).json()["meshes"]["a"]
+        self.assertEqual((a["polygons"], a["skipped_primitives"], a["degenerate"], a["welded_vertices"]), (1, 3, 1, 0))
+        self.assertEqual(len(a["notes"]), 3)
+
+
+def table(path):
+    lines = path.read_text().splitlines()
+    return [line.split("\t") for line in lines if line and not line.startswith("#")]
+
+
+def other_answers():
+    """The files that docs/formats.md says are answered otherwise than the index asks."""
+    text = (ROOT / "docs" / "formats.md").read_text().split("## Where the readers answer otherwise", 1)[1]
+    files = set()
+    for pattern in re.findall(r"^\| (`.*?`) \|", text, re.M):
+        for name in re.findall(r"`(.*?)`", pattern):
+            head, braces, tail = re.fullmatch(r"(.*?)(?:\{(.*)\}(.*))?", name).groups()
+            files |= {head + middle + tail for middle in braces.split(",")} if braces else {head}
+    return files
+
+
+def resident_kb(pid):
+    """Of the process and of those that it started."""
+    total = int(re.search(r"VmRSS:\s+(\d+)", pathlib.Path(f"/proc/{pid}/status").read_text())[1])
+    for children in glob.glob(f"/proc/{pid}/task/*/children"):
+        total += sum(resident_kb(int(child)) for child in pathlib.Path(children).read_text().split())
+    return total
+
+
+@unittest.skipUnless((CORPUS / "formats" / "INDEX.tsv").exists(), "no corpus: set MESHGAUGE_CORPUS")
+class Corpus(FormatCase):
+    def ask(self, file, other, options=b"{}"):
+        start = time.monotonic()
+        answer = self.compare((file.read_bytes(), file.name), (other.read_bytes(), other.name), options)
+        seconds = time.monotonic() - start
+        self.assertIsNotNone(answer, file)
+        self.assertLess(seconds, MOST_SECONDS, file)
+        type(self).slowest = max(type(self).slowest, (seconds, file.name))
+        return answer
+
+    def rows(self, folder):
+        return [row for row in table(CORPUS / folder / "INDEX.tsv") if "not an input" not in row[2]]
+
+    def check_row(self, folder, row, answer):
+        """Accepted or refused as the index asks, or as docs/formats.md lists."""
+        accepted = answer.status == 200
+        if not accepted:
+            self.assertIn(answer.status, (413, 415, 422), row)
+            problem = answer.json()
+            self.assertEqual([error["part"] for error in problem["errors"]], ["a"], row)
+            self.assertIn("'a'", problem["detail"])
+        asked = row[2]
+        agrees = (any(word in asked for word in ("accept", "documented choice", "finite answer")) if accepted
+                  else "422" in asked or "413" in asked)
+        self.assertEqual(agrees, f"{folder}/{row[0]}" not in other_answers(), (row[0], asked, answer.body[:300]))
+
+    def within(self, told, mesh):
+        """How far the index lets a surface be from another."""
+        size = max(abs(x) for corner in ("low", "high") for x in mesh["bbox"][corner])
+        try:
+            return float(told)
+        except ValueError:
+            return size * (1e-9 if "1e-9" in told else 2 ** -19 if "after the shift" in told else 2 ** -21)
+
+    def test_every_file_gives_the_answer_of_its_index(self):
+        type(self).slowest = (0, "")
+        cube = CORPUS / "formats" / "unit_cube.obj"
+        self.ask(cube, cube)
+        before = resident_kb(self.server.process.pid)
+        for folder in ("formats", "malformed"):
+            for row in self.rows(folder):
+                self.check_row(folder, row, self.ask(CORPUS / folder / row[0], cube))
+        kept = self.kept_after(before)
+        print(f"slowest answer {self.slowest[0]:.2f} s ({self.slowest[1]}), {kept / 1024:.1f} MB more resident than before")
+
+    def kept_after(self, before):
+        """What is resident beyond `before` once it is back within the bound."""
+        end = time.monotonic() + 30
+        while (kept := resident_kb(self.server.process.pid) - before) > MOST_KB:
+            self.assertLess(time.monotonic(), end, f"{kept} KB more resident than at the start")
+            time.sleep(0.1)
+        return kept
+
+    def test_the_same_surface_as_named(self):
+        type(self).slowest = (0, "")
+        for row in self.rows("formats"):
+            if len(row) < 6 or not row[4]:
+                continue
+            answer = self.ask(CORPUS / "formats" / row[0], CORPUS / "formats" / row[4], b'{"tolerance": {"diagonal": 1e-6}}')
+            if answer.status != 200:
+                continue  # test_every_file_... has looked at it
+            result = answer.json()
+            allowed = 3 ** 0.5 * self.within(row[5], result["meshes"]["b"])
+            self.assertEqual(result["status"], "converged", row)
+            self.assertLessEqual(result["distance"]["lower"], allowed, row)
+            self.assertLessEqual(result["distance"]["upper"], allowed + 1e-6 * result["meshes"]["a"]["diagonal"], row)
+
+
+if __name__ == "__main__":
+    unittest.main()
