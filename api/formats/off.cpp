@@ -23,6 +23,7 @@ class OffReader {
   Result<ReadMesh> read();
 
  private:
+  bool skip_comments();
   bool next_line();
   bool integer(std::int64_t& value);
   bool coordinate(double& value);
@@ -52,10 +53,14 @@ class OffReader {
   std::optional<Error> error_;
 };
 
-// To the next line that holds more than a comment.
-bool OffReader::next_line() {
+// To the next line that holds more than a comment; false at the end of the file.
+bool OffReader::skip_comments() {
   for (p_ = skip_spaces(p_, end_); p_ != end_ && *p_ == '#'; p_ = skip_spaces(p_, end_)) p_ = skip_line(p_, end_);
-  return p_ != end_ || fail(ErrorCode::unreadable_mesh, "truncated: the counts announce more lines");
+  return p_ != end_;
+}
+
+bool OffReader::next_line() {
+  return skip_comments() || fail(ErrorCode::unreadable_mesh, "truncated: the counts announce more lines");
 }
 
 bool OffReader::integer(std::int64_t& value) {
@@ -101,7 +106,7 @@ bool OffReader::vertex() {
 bool OffReader::face() {
   std::int64_t corners = 0;
   if (!next_line() || !integer(corners)) return false;
-  if (corners < 0) return fail(ErrorCode::unreadable_mesh, "a negative number of corners");
+  if (corners < 1) return fail(ErrorCode::unreadable_mesh, std::to_string(corners) + " is not a number of corners");
   fan_.begin();
   for (std::int64_t i = 0; i < corners; ++i) {
     std::int64_t index = 0;
@@ -131,6 +136,10 @@ Result<ReadMesh> OffReader::read() {
   }
   for (std::int64_t i = 0; i < face_count_; ++i) {
     if (!face()) return std::move(*error_);
+  }
+  // A count that is too low would silently lose faces, or take a vertex for one.
+  if (skip_comments()) {
+    return at_line(source_, p_, ErrorCode::unreadable_mesh, "left-over text: the counts announce fewer lines");
   }
   return std::move(out_);
 }

@@ -46,6 +46,11 @@ std::string raw(T value) {
   return out;
 }
 
+std::string base64(std::string_view data);
+
+// As a gzip file of one member.
+std::string compressed(std::string_view text);
+
 // The corpus' folder, if there is one: $MESHGAUGE_CORPUS, or beside the project.
 std::optional<std::filesystem::path> corpus();
 
