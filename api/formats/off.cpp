@@ -136,7 +136,7 @@ bool OffReader::vertex() {
 bool OffReader::face() {
   std::int64_t corners = 0;
   if (!next_line() || !integer(corners)) return false;
-  if (corners < 0) return fail(ErrorCode::unreadable_mesh, "a negative number of corners");
+  if (corners < 1) return fail(ErrorCode::unreadable_mesh, std::to_string(corners) + " is not a number of corners");
   fan_.begin();
   for (std::int64_t i = 0; i < corners; ++i) {
     std::int64_t index = 0;

@@ -104,6 +104,8 @@ template <class Values>
 bool BodyReader<Values>::face(const PlyProperty& property) {
   std::int64_t length = 0;
   if (!list_length(property, length)) return false;
+  // Bytes that are out of step show as empty faces first: a count of vertices that is too high, for one.
+  if (length == 0) return values_.fail(ErrorCode::unreadable_mesh, "a face without corners");
   fan_.begin();
   for (std::int64_t corner = 0; corner < length; ++corner) {
     std::int64_t index = 0;

@@ -3,9 +3,23 @@
 #include <cstdlib>
 #include <fstream>
 #include <sstream>
+#include <stdexcept>
 #include <utility>
 
 namespace meshgauge::api::test {
+
+std::string base64(std::string_view data) {
+  const char* const letters = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string out;
+  for (std::size_t i = 0; i < data.size(); i += 3) {
+    unsigned bits = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      bits = bits << 8U | (i + k < data.size() ? static_cast<unsigned char>(data[i + k]) : 0U);
+    }
+    for (unsigned k = 0; k < 4; ++k) out += i + k > data.size() ? '=' : letters[bits >> (18 - 6 * k) & 63U];
+  }
+  return out;
+}
 
 std::optional<std::filesystem::path> corpus() {
   const char* set = std::getenv("MESHGAUGE_CORPUS");

@@ -46,6 +46,8 @@ std::string raw(T value) {
   return out;
 }
 
+std::string base64(std::string_view data);
+
 // The corpus' folder, if there is one: $MESHGAUGE_CORPUS, or beside the project.
 std::optional<std::filesystem::path> corpus();
 

@@ -8,19 +8,6 @@ namespace meshgauge::api::test {
 
 namespace {
 
-std::string base64(const std::string& data) {
-  const char* const letters = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string out;
-  for (std::size_t i = 0; i < data.size(); i += 3) {
-    unsigned bits = 0;
-    for (std::size_t k = 0; k < 3; ++k) {
-      bits = bits << 8U | (i + k < data.size() ? static_cast<unsigned char>(data[i + k]) : 0U);
-    }
-    for (unsigned k = 0; k < 4; ++k) out += i + k > data.size() ? '=' : letters[bits >> (18 - 6 * k) & 63U];
-  }
-  return out;
-}
-
 // The four vertices of the tetrahedron under a node.
 std::vector<Vec3> placed(const json& node) {
   json document = tetrahedron();

@@ -6,8 +6,6 @@
 #include <cstdio>
 #include <random>
 
-#include <tiny_obj_loader.h>
-
 #include "tests/api/formats/files.h"
 
 namespace meshgauge::api::test {
@@ -55,9 +53,8 @@ class Decimals {
     }
   }
 
-  int pick(int count) { return std::uniform_int_distribution<int>(0, count - 1)(random_); }
-
  private:
+  int pick(int count) { return std::uniform_int_distribution<int>(0, count - 1)(random_); }
   double uniform(double low, double high) { return std::uniform_real_distribution<double>(low, high)(random_); }
   double any_double() {
     for (;;) {
@@ -81,51 +78,6 @@ class Decimals {
 };
 
 bool same_bits(double a, double b) { return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b); }
-
-// How many doubles lie between a and b.
-std::int64_t steps_apart(double a, double b) {
-  const auto line = [](double x) {
-    const auto bits = std::bit_cast<std::int64_t>(x);
-    return bits < 0 ? std::numeric_limits<std::int64_t>::min() - bits : bits;
-  };
-  return std::abs(line(a) - line(b));
-}
-
-// tinyobjloader's triangles in the order of the file.
-Mesh by_tinyobj(const std::string& text) {
-  tinyobj::ObjReader reader;
-  tinyobj::ObjReaderConfig config;
-  config.triangulate = false;
-  REQUIRE(reader.ParseFromString(text, "", config));
-  Mesh mesh;
-  const auto& numbers = reader.GetAttrib().vertices;
-  for (std::size_t i = 0; i + 2 < numbers.size(); i += 3) {
-    mesh.positions.emplace_back(numbers[i], numbers[i + 1], numbers[i + 2]);
-  }
-  for (const auto& shape : reader.GetShapes()) {
-    std::size_t first = 0;
-    for (const std::size_t corners : shape.mesh.num_face_vertices) {
-      const auto index = [&](std::size_t k) {
-        return static_cast<std::uint32_t>(shape.mesh.indices[first + k].vertex_index);
-      };
-      for (std::size_t k = 2; k < corners; ++k) mesh.triangles.push_back({index(0), index(k - 1), index(k)});
-      first += corners;
-    }
-  }
-  return mesh;
-}
-
-void check_against_tinyobj(const std::string& text) {
-  const Mesh ours = mesh_of(text);
-  const Mesh theirs = by_tinyobj(text);
-  CHECK(ours.triangles == theirs.triangles);
-  REQUIRE(ours.positions.size() == theirs.positions.size());
-  std::int64_t most = 0;
-  for (std::size_t i = 0; i < ours.positions.size(); ++i) {
-    for (int k = 0; k < 3; ++k) most = std::max(most, steps_apart(ours.positions[i][k], theirs.positions[i][k]));
-  }
-  CHECK(most <= 4);
-}
 
 }  // namespace
 
@@ -200,33 +152,6 @@ TEST_CASE("obj: numbers are bit-equal to strtod") {
     different += !same_bits(mesh.positions[i / 3][static_cast<int>(i % 3)], expected);
   }
   CHECK(different == 0);
-}
-
-TEST_CASE("obj: the same triangles as tinyobjloader, coordinates within 4 ulp") {
-  Decimals decimals;
-  std::mt19937_64 random(3);
-  std::string text;
-  for (int i = 0; i < 3000; ++i) {
-    char line[200];
-    std::uniform_real_distribution<double> any(-1000, 1000);
-    std::snprintf(line, sizeof line, "v %.12g %.15f %.17g\n", any(random), any(random), any(random));
-    text += line;
-  }
-  for (int i = 0; i < 3000; ++i) {
-    text += "f";
-    for (int corner = 3 + decimals.pick(4); corner > 0; --corner) {
-      text += " " + std::to_string(decimals.pick(2) == 0 ? 1 + decimals.pick(3000) : -1 - decimals.pick(3000));
-      if (i % 3 == 1) text += "//1";
-    }
-    text += i % 10 == 0 ? "\ng part\n" : "\n";
-  }
-  check_against_tinyobj(text);
-  const auto root = corpus();
-  if (!root) return;
-  for (const char* file : {"fuze.obj", "fuze_negative.obj", "real/spider.obj", "real/tube.obj", "real/Cray_left.obj"}) {
-    CAPTURE(std::string(file));
-    check_against_tinyobj(file_content(*root / "formats" / file));
-  }
 }
 
 TEST_CASE("obj: bad numbers are refused with their line") {

@@ -174,6 +174,7 @@ TEST_CASE("ply: malformed text is refused with its line") {
   CHECK(contains(broken("3 0 1 2\n", "3 0 1 -1\n"), "line 15 of 'a': index -1"));
   CHECK(contains(broken("3 0 1 2\n", "3 0 1 1.0\n"), "'1.0' is not an integer"));
   CHECK(contains(broken("3 0 1 2\n", "-3 0 1 2\n"), "-3 is not a length"));
+  CHECK(contains(broken("3 0 1 2\n", "0\n"), "line 15 of 'a': a face without corners"));
   CHECK(contains(broken("4 0 1 2 3\n", ""), "truncated"));
   CHECK(contains(broken("4 0 1 2 3\n", "4 0 1 2 3\n3 0 1 2\n"), "line 17 of 'a': left-over text"));
   CHECK(code(replaced(kAscii, "0 0 1.5", "0 0 inf"), "m.ply") == ErrorCode::non_finite_vertex);

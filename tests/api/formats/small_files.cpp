@@ -1,0 +1,224 @@
+#include "tests/api/formats/small_files.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <sstream>
+
+#include "tests/api/formats/files.h"
+#include "tests/api/formats/zip_files.h"
+
+namespace meshgauge::api::test {
+namespace {
+
+// --- text -----------------------------------------------------------------------------------------------------------
+
+// Every index below 10: of a number that is cut to its first digits, nobody could tell.
+const std::string kObj =
+    "# part\nv 0 0 0 1\nv 1.5e-3 +2 .5\nv -1 2. 3\nv 0 0 1\nvn 0 0 1\ng a b\nf 1//1 2/3/4 -2\nf 1 2 3 4\nl 1 2\n"
+    "v 0 1 0.25\nf 5 3 2\n";
+const std::string kContinuedObj =
+    "v 0 0 0\r\nv 1 0 0\r\nv 0 1 0\r\nv 0 0 1\r\no x\\\r\ny\r\nf 1 2 \\\r\n3\r\nf 1 2 3 \\\r\n4\r\nf 4 3 2\r\n";
+const std::string kAsciiStl =
+    "solid x\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1e0 0 0\nvertex 0 1 -0\nendloop\nendfacet\n"
+    "endsolid x\n";
+const std::string kVertexLines = "0 0 0\n1 0 0\n0 1e-1 0\n0 0 1.5\n";
+const std::string kAllOff =
+    "STCNOFF\n3 1 3\n0 0 0 0 0 1 9 9 9 .5 .5\n1 0 0 0 0 1 9 9 9 1 1\n0 1 0 0 0 1 9 9 9 0 0\n3 0 1 2\n";
+const std::string kFaceLines = "3 0 1 2\n4 0 1 2 3\n3 1 2 3\n";
+
+std::string lower(std::string text) {
+  for (char& c : text) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  return text;
+}
+
+// By the words of each line, as the format is told in a sentence: "f" and three corners or more.
+std::size_t triangles_of_obj(std::string_view left) {
+  std::string joined(left);
+  for (const std::string_view continued : {"\\\r\n", "\\\n", "\\\r"}) {
+    for (std::size_t at = 0; (at = joined.find(continued, at)) != std::string::npos;) {
+      joined.replace(at, continued.size(), " ");
+    }
+  }
+  std::size_t triangles = 0;
+  std::istringstream lines(joined);
+  for (std::string line; std::getline(lines, line);) {
+    std::istringstream words(line);
+    std::string word;
+    words >> word;
+    if (word != "f") continue;
+    std::size_t corners = 0;
+    while (words >> word) ++corners;
+    triangles += corners < 3 ? 0 : corners - 2;
+  }
+  return triangles;
+}
+
+std::size_t triangles_of_stl(std::string_view left) {
+  std::size_t triangles = 0;
+  const std::string text = lower(std::string(left));
+  for (std::size_t at = 0; (at = text.find("endfacet", at)) != std::string::npos; ++at) ++triangles;
+  return triangles;
+}
+
+// --- bytes ----------------------------------------------------------------------------------------------------------
+
+template <class T>
+std::string in_order(T value, bool big_endian) {
+  std::string out = raw(value);
+  if (big_endian) std::ranges::reverse(out);
+  return out;
+}
+
+std::string binary_stl(std::string header) {
+  header.resize(80, '\0');
+  std::string out = header + raw(std::uint32_t{2});
+  for (int facet = 0; facet < 2; ++facet) {
+    for (int k = 0; k < 12; ++k) out += raw(static_cast<float>(k * k - 2 * facet) * 0.25F);
+    out += "\xAB\xCD";  // as colours use them
+  }
+  return out;
+}
+
+std::string ply(const std::string& encoding, const std::string& body) {
+  return "ply\nformat " + encoding +
+         " 1.0\ncomment c\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
+         "element face 3\nproperty list uchar int vertex_indices\nend_header\n" +
+         body;
+}
+
+std::string binary_ply(bool big_endian) {
+  std::string body;
+  for (const float c : {0.F, 0.F, 0.F, 1.F, 0.F, 0.F, 0.F, 0.1F, 0.F, 0.F, 0.F, 1.5F}) body += in_order(c, big_endian);
+  const std::vector<std::vector<std::int32_t>> faces = {{0, 1, 2}, {0, 1, 2, 3}, {1, 2, 3}};
+  for (const auto& face : faces) {
+    body += static_cast<char>(face.size());
+    for (const std::int32_t index : face) body += in_order(index, big_endian);
+  }
+  return ply(big_endian ? "binary_big_endian" : "binary_little_endian", body);
+}
+
+// A strip of two triangles, then one of one.
+std::string strips_ply() {
+  return "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
+         "element tristrips 1\nproperty list int int vertex_indices\nend_header\n" +
+         kVertexLines + "8 0 1 2 3 -1 2 1 0\n";
+}
+
+// Other elements and properties around those that are read, and coordinates of two types.
+std::string mixed_ply() {
+  std::string out =
+      "ply\nformat binary_little_endian 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty double z\n"
+      "element other 1\nproperty list uchar short s\nelement face 2\nproperty list uchar int vertex_indices\n"
+      "end_header\n";
+  for (int i = 0; i < 3; ++i) out += raw(static_cast<float>(i)) + raw(static_cast<float>(i * i)) + raw(0.5 * i);
+  out += "\x02" + std::string(4, 's');
+  for (int face = 0; face < 2; ++face) {
+    out += '\x03';
+    for (const std::int32_t i : {0, 1, 2}) out += raw(i);
+  }
+  return out;
+}
+
+// --- glTF -----------------------------------------------------------------------------------------------------------
+
+// A tetrahedron: four vertices of float (bytes 0 to 47), twelve indices of 16 bits (48 to 71).
+std::string tetrahedron_data() {
+  std::string data;
+  for (const float c : {0.F, 0.F, 0.F, 1.F, 0.F, 0.F, 0.F, 1.F, 0.F, 0.F, 0.F, 1.F}) data += raw(c);
+  for (const int i : {0, 2, 1, 0, 1, 3, 1, 2, 3, 2, 0, 3}) data += raw(static_cast<std::uint16_t>(i));
+  return data;
+}
+
+std::string tetrahedron_json(const std::string& uri) {
+  return R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],"meshes":[{"primitives":)"
+         R"([{"attributes":{"POSITION":0},"indices":1}]}],"buffers":[{"byteLength":72)" +
+         uri +
+         R"(}],"bufferViews":[{"buffer":0,"byteLength":48},{"buffer":0,"byteOffset":48,"byteLength":24}],"accessors":[)"
+         R"({"bufferView":0,"componentType":5126,"count":4,"type":"VEC3"},)"
+         R"({"bufferView":1,"componentType":5123,"count":12,"type":"SCALAR"}]})";
+}
+
+std::string embedded_gltf() {
+  return tetrahedron_json(R"(,"uri":"data:application/octet-stream;base64,)" + base64(tetrahedron_data()) + '"');
+}
+
+std::string glb(std::string json, std::string data) {
+  while (json.size() % 4 != 0) json += ' ';
+  while (data.size() % 4 != 0) data += '\0';
+  const std::string chunks = raw(static_cast<std::uint32_t>(json.size())) + "JSON" + json +
+                             raw(static_cast<std::uint32_t>(data.size())) + std::string("BIN\0", 4) + data;
+  return "glTF" + raw(std::uint32_t{2}) + raw(static_cast<std::uint32_t>(12 + chunks.size())) + chunks;
+}
+
+// Nested nodes, a transform, a sparse accessor.
+std::string sparse_glb() {
+  std::string data;
+  for (int k = 0; k < 9; ++k) data += raw(static_cast<float>(k * k));
+  for (const int i : {0, 1, 2, 0}) data += raw(static_cast<std::uint16_t>(i));
+  return glb(
+      R"({"asset":{"version":"2.0"},"scenes":[{"nodes":[0]}],"nodes":[{"children":[1],"scale":[2,2,2]},{"mesh":0}],)"
+      R"("meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1}]}],"buffers":[{"byteLength":44}],)"
+      R"("bufferViews":[{"buffer":0,"byteLength":36},{"buffer":0,"byteOffset":36,"byteLength":6}],"accessors":[)"
+      R"({"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","sparse":{"count":1,"indices":)"
+      R"({"bufferView":1,"componentType":5123},"values":{"bufferView":0}}},)"
+      R"({"bufferView":1,"componentType":5123,"count":3,"type":"SCALAR"}]})",
+      data);
+}
+
+// A strip of five corners of 8 bits over interleaved vertices of 16 bits, normalised.
+std::string strip_glb() {
+  std::string data;
+  for (const int c : {0, 0, 0, 0, 9, 0, 0, 0, 0, 9, 0, 0, 9, 9, 1, 0, 0, 5, 5, 0})
+    data += raw(static_cast<std::uint16_t>(c));
+  for (const int i : {0, 1, 2, 3, 4}) data += raw(static_cast<std::uint8_t>(i));
+  return glb(
+      R"({"asset":{"version":"2.0"},"extensionsRequired":["KHR_mesh_quantization"],"scenes":[{"nodes":[0]}],)"
+      R"("nodes":[{"mesh":0}],"meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1,"mode":5}]}],)"
+      R"("buffers":[{"byteLength":45}],"bufferViews":[{"buffer":0,"byteLength":40,"byteStride":8},)"
+      R"({"buffer":0,"byteOffset":40,"byteLength":5}],"accessors":[{"bufferView":0,"componentType":5123,"count":5,)"
+      R"("normalized":true,"type":"VEC3"},{"bufferView":1,"componentType":5121,"count":5,"type":"SCALAR"}]})",
+      data);
+}
+
+}  // namespace
+
+std::string small_model() {
+  return model(triangle_object(1) +
+                   "<object id=\"2\"><components><component objectid=\"1\" "
+                   "transform=\"1 0 0 0 1 0 0 0 1 0 0 1\"/></components></object>",
+               "<item objectid=\"2\"/><item objectid=\"1\"/>", "unit=\"inch\"");
+}
+
+std::vector<SmallFile> small_files() {
+  const std::string two_solids = kAsciiStl + "SOLID Y" + kAsciiStl.substr(7);
+  return {
+      {"plain.obj", kObj, 5, 4, 1, 2, triangles_of_obj},
+      {"continued.obj", kContinuedObj, 4, 4, 2, 2, triangles_of_obj},
+      {"binary.stl", binary_stl("made by a test"), 6, 2},
+      {"solid.stl", binary_stl("solid x"), 6, 2},
+      {"ascii.stl", kAsciiStl, 3, 1, 3},
+      {"solids.stl", two_solids, 6, 2, 3, 0, triangles_of_stl},
+      {"ascii.ply", ply("ascii", kVertexLines + kFaceLines), 4, 4, 1, 2},
+      {"little.ply", binary_ply(false), 4, 4},
+      {"big.ply", binary_ply(true), 4, 4},
+      {"mixed.ply", mixed_ply(), 3, 2},
+      {"strips.ply", strips_ply(), 4, 3, 1, 3},
+      {"plain.off", "OFF # kind\n4 3 0\n" + kVertexLines + kFaceLines, 4, 4, 1, 2},
+      {"colour.off", "COFF\n3 1 3\n0 0 0 9 0 0 1\n1 0 0 0 9 0 1\n0 1 0 0 0 9 1\n3 0 1 2 0.5 0.5 0.5\n", 3, 1, 13},
+      {"all.off", kAllOff, 3, 1, 1},
+      {"embedded.gltf", embedded_gltf(), 4, 4},
+      {"plain.glb", glb(tetrahedron_json(""), tetrahedron_data()), 4, 4},
+      {"sparse.glb", sparse_glb(), 3, 1},
+      {"strip.glb", strip_glb(), 5, 3, 0, 3},  // one corner fewer is a shorter strip, one twice a join
+      {"instances.3mf", package(small_model()), 6, 2},
+      {"plain.obj.gz", gzipped(kObj), 5, 4},
+      {"binary.stl.gz", gzipped(binary_stl("made by a test")), 6, 2},
+  };
+}
+
+std::string format_of(const SmallFile& file) {
+  const std::string name = file.name.ends_with(".gz") ? file.name.substr(0, file.name.size() - 3) : file.name;
+  return name.substr(name.rfind('.') + 1);
+}
+
+}  // namespace meshgauge::api::test

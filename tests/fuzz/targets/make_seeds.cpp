@@ -1,0 +1,100 @@
+// Writes what fuzzing starts from: make_seeds FOLDER writes FOLDER/TARGET/NAME. Mesh files are those of
+// tests/api/formats/small_files.cpp, so that a new format needs nothing here.
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include "tests/api/formats/files.h"
+#include "tests/api/formats/small_files.h"
+
+namespace {
+
+namespace fs = std::filesystem;
+using meshgauge::api::test::raw;
+using meshgauge::api::test::SmallFile;
+
+class Seeds {
+ public:
+  explicit Seeds(fs::path folder) : folder_(std::move(folder)) {}
+
+  void write(const std::string& target, const std::string& name, const std::string& content) {
+    fs::create_directories(folder_ / target);
+    std::ofstream file(folder_ / target / name, std::ios::binary);
+    file << content;
+    good_ = good_ && file.flush().good();
+  }
+  bool good() const { return good_; }
+
+ private:
+  fs::path folder_;
+  bool good_ = true;
+};
+
+// The JSON of a GLB and, behind a NUL, its data: what targets/glb.cpp puts together.
+std::string taken_apart(const std::string& glb) {
+  const std::size_t bin = glb.find(std::string("BIN\0", 4));
+  return glb.substr(20, bin - 4 - 20) + '\0' + glb.substr(bin + 4);
+}
+
+void write_meshes(Seeds& seeds) {
+  for (const SmallFile& file : meshgauge::api::test::small_files()) {
+    const std::string format = format_of(file);
+    const bool is_gzip = file.name.ends_with(".gz");
+    seeds.write(is_gzip ? "gzip" : format, file.name, file.content);
+    seeds.write("detect", file.name, file.content);
+    if (!is_gzip) seeds.write("gzip", file.name, file.content);
+    if (format == "obj" && !is_gzip) seeds.write("obj_tinyobj", file.name, file.content);
+    if (format == "glb") seeds.write("glb", file.name + ".parts", taken_apart(file.content));
+  }
+  seeds.write("3mf", "model.xml", meshgauge::api::test::small_model());
+  std::string floats;
+  for (int i = 0; i < 45; ++i) floats += raw(0.1F * static_cast<float>(i * i - 100));
+  seeds.write("stl_admesh", "floats", floats);
+}
+
+std::string part(const std::string& head, const std::string& data) {
+  return "--XX\r\nContent-Disposition: form-data; " + head + "\r\n\r\n" + data + "\r\n";
+}
+
+void write_bodies(Seeds& seeds) {
+  const std::string type = "multipart/form-data; boundary=XX\n";
+  const std::string file = R"(name="a"; filename="x\"y.obj")"
+                           "\r\nContent-Type: model/obj";
+  const std::string whole = part(file, "v 0 0 0\r\n--X\r\n") + part(R"(name="b")", "") + part("name=options", "{}");
+  seeds.write("multipart", "form", type + whole + "--XX--\r\n");
+  seeds.write("multipart", "open", type + whole + "--XX\r\n");
+  seeds.write("multipart", "quoted", "Multipart/Form-Data; charset=utf-8; boundary=\"a b\"\n--a b--\r\nepilogue");
+  seeds.write("multipart", "large", type + part(R"(name="a")", std::string(1200, 'x')) + "--XX--");
+  seeds.write("body", "chunked", "c5\r\nhello\r\n1;ext=\"x\"\r\n \r\n005\r\nworld\r\n0\r\nTrailer: x\r\n\r\nNEXT");
+  seeds.write("body", "sized", "\x05helloNEXT");
+  seeds.write("body", "too_large", "cffffffff\r\n");
+}
+
+void write_requests(Seeds& seeds) {
+  seeds.write("head", "get", "GET /healthz?x=1 HTTP/1.1\r\nHost: x\r\nConnection: keep-alive, close\r\n\r\n");
+  seeds.write("head", "post",
+              "POST http://host:80/v1/comparisons HTTP/1.1\r\nHost: x\r\nContent-Type: multipart/form-data; "
+              "boundary=XX\r\nContent-Length: 12\r\nExpect: 100-continue\r\n\r\n");
+  seeds.write("head", "chunked", "POST / HTTP/1.1\r\nHost: x\r\nTransfer-Encoding: Chunked\r\n\r\n");
+  seeds.write("head", "old", "OPTIONS * HTTP/1.0\r\nContent-Encoding: identity\r\n\r\n");
+  seeds.write("head", "incomplete", "GET / HTTP/1.1\nHost: x\n\n");
+  seeds.write("options", "empty", "{}");
+  seeds.write("options", "all",
+              R"({"direction": "b_to_a", "tolerance": {"absolute": 0.25, "diagonal": 0.5, "relative": 1e-3},)"
+              R"( "gate": {"max_distance": 2, "units": "mm"}, "strategy": "n_point", "points": 31, "timeout_ms": 90,)"
+              R"( "threads": 7, "budget": {"work_items": 1000, "memory_bytes": 2097152}})");
+  seeds.write("options", "wrong", R"({"threads": 1, "threads": [{"\u0000": -0.0e+1}], "strategy": null})");
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc != 2) return std::fprintf(stderr, "usage: make_seeds FOLDER\n"), 1;
+  Seeds seeds{fs::path(argv[1])};
+  write_meshes(seeds);
+  write_bodies(seeds);
+  write_requests(seeds);
+  if (!seeds.good()) return std::fprintf(stderr, "%s cannot be written\n", argv[1]), 1;
+  return 0;
+}
