@@ -71,7 +71,6 @@ TEST_CASE("off: malformed files are refused with their line") {
   CHECK(contains(broken("4 2 0", "4 2000000 0"), "line 2 of 'a': 4 vertices and 2000000 faces do not fit"));
   CHECK(contains(broken("4 2 0", "-4 2 0"), "do not fit"));
   CHECK(contains(broken("4 2 0", "4 3 0"), "truncated"));
-  CHECK(contains(broken("4 2 0", "4 1 0"), "line 8 of 'a': left-over text: the counts announce fewer lines"));
   CHECK(contains(broken("4 2 0", "3 2 0"), "line 6 of 'a': 0 is not a number of corners"));
   CHECK(contains(broken("4 2 0", "4"), "the line ends where an integer is expected"));
   CHECK(contains(broken("1.5", "1,5"), "line 6 of 'a': '1,5' is not a number"));
