@@ -1,0 +1,91 @@
+#include "server/sandbox/protocol.h"
+
+#include <string>
+
+#include <doctest/doctest.h>
+
+using namespace meshgauge;
+using namespace meshgauge::server::sandbox;
+
+namespace {
+
+const Reply kMesh = Arrays{api::Format::ply, {true, 5, 7}, 1'000'000'000'000, 12};
+const Reply kError = Error{ErrorCode::non_finite_vertex, "line 3 of 'a': no", "a", "line 3"};
+
+}  // namespace
+
+TEST_CASE("protocol: what is sent is what is read") {
+  const auto mesh = decode_reply(encode(kMesh));
+  REQUIRE((mesh && *mesh));
+  CHECK((*mesh)->format == api::Format::ply);
+  CHECK((*mesh)->notes.gzip);
+  CHECK((*mesh)->notes.polygons == 5);
+  CHECK((*mesh)->notes.skipped_primitives == 7);
+  CHECK((*mesh)->vertices == 1'000'000'000'000);
+  CHECK((*mesh)->triangles == 12);
+
+  const auto error = decode_reply(encode(kError));
+  REQUIRE((error && !*error));
+  CHECK(error->error().code == ErrorCode::non_finite_vertex);
+  CHECK(error->error().message == "line 3 of 'a': no");
+  CHECK(error->error().part == "a");
+  CHECK(error->error().where == "line 3");
+
+  const auto request = decode_request(encode(Request{9, {1, 2, 3}, "a", "x.obj", "model/obj"}));
+  REQUIRE(request);
+  CHECK(request->input_bytes == 9);
+  CHECK(request->limits.max_vertices == 1);
+  CHECK(request->limits.max_triangles == 2);
+  CHECK(request->limits.max_expanded_bytes == 3);
+  CHECK(request->part == "a");
+  CHECK(request->filename == "x.obj");
+  CHECK(request->media_type == "model/obj");
+
+  const auto bounds = decode_bounds(encode(Bounds{1, 2, 3, 4, false}));
+  REQUIRE(bounds);
+  CHECK(bounds->memory_bytes == 1);
+  CHECK(bounds->input_bytes == 2);
+  CHECK(bounds->output_bytes == 3);
+  CHECK(bounds->cpu_seconds == 4);
+  CHECK(!bounds->filter);
+}
+
+TEST_CASE("protocol: a message that is cut or longer is none") {
+  for (const Reply& reply : {kMesh, kError}) {
+    const std::string whole = encode(reply);
+    for (std::size_t length = 0; length < whole.size(); ++length) CHECK(!decode_reply(whole.substr(0, length)));
+    CHECK(!decode_reply(whole + '\0'));
+  }
+  const std::string request = encode(Request{9, {1, 2, 3}, "a", "x.obj", ""});
+  for (std::size_t length = 0; length < request.size(); ++length) CHECK(!decode_request(request.substr(0, length)));
+}
+
+TEST_CASE("protocol: no byte of an answer gets an enumeration, a flag or a text out of its range") {
+  for (const Reply& reply : {kMesh, kError}) {
+    const std::string whole = encode(reply);
+    for (std::size_t i = 0; i < whole.size(); ++i) {
+      for (int value = 0; value < 256; ++value) {
+        std::string changed = whole;
+        changed[i] = static_cast<char>(value);
+        const auto decoded = decode_reply(changed);
+        if (!decoded) continue;
+        if (*decoded) {
+          CHECK((*decoded)->format <= api::Format::glb);
+        } else {
+          CHECK(decoded->error().code <= ErrorCode::internal);
+          CHECK(decoded->error().message.size() <= whole.size());
+        }
+      }
+    }
+  }
+}
+
+TEST_CASE("protocol: texts that are too long are cut, a hint at its beginning") {
+  const auto request = decode_request(encode(Request{0, {}, "a", std::string(9000, 'x') + ".obj", ""}));
+  REQUIRE(request);
+  CHECK(request->filename.size() == 1024);
+  CHECK(request->filename.ends_with("x.obj"));
+  const auto error = decode_reply(encode(Reply(Error{ErrorCode::internal, std::string(9000, 'x'), "", ""})));
+  REQUIRE(error);
+  CHECK(error->error().message.size() == 4096);
+}
