@@ -41,7 +41,6 @@ sandbox::PoolSettings pool_settings(const Settings& settings, const std::vector<
   sandbox::Bounds bounds;
   bounds.memory_bytes = settings.parser_memory_bytes;
   bounds.input_bytes = settings.max_part_bytes;
-  bounds.output_bytes = largest_mesh_bytes(settings);
   bounds.cpu_seconds = settings.max_timeout_ms / 1000 + 2;  // a second net: the deadline comes first
   return {command, settings.parsers, bounds};
 }

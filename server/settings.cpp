@@ -48,8 +48,10 @@ Result<Done> check_times(const Settings& s) {
 // What a reader may need for a file at all limits: the expanded file, and each array once more while it grows or while
 // vertices are welded. A file that is not compressed is mapped, and does not count.
 std::uint64_t memory_of_a_parser(const Settings& s) {
+  const std::uint64_t arrays = std::min(s.max_vertices, kMostElements) * sizeof(Vec3) +
+                               std::min(s.max_triangles, kMostElements) * sizeof(Triangle);
   const std::uint64_t expanded = std::min(s.max_expanded_bytes, kMostParserMemory);
-  return std::min(expanded + 2 * largest_mesh_bytes(s) + kBesideArrays, kMostParserMemory);
+  return std::min(expanded + 2 * arrays + kBesideArrays, kMostParserMemory);
 }
 
 Result<Done> check_parsers(const Settings& s) {
@@ -64,11 +66,6 @@ Result<Done> check_parsers(const Settings& s) {
 std::string default_temp_dir() {
   const char* given = std::getenv("TMPDIR");
   return given && *given ? given : "/tmp";
-}
-
-std::uint64_t largest_mesh_bytes(const Settings& s) {
-  return std::min(s.max_vertices, kMostElements) * sizeof(Vec3) +
-         std::min(s.max_triangles, kMostElements) * sizeof(Triangle);
 }
 
 Result<Settings> checked(Settings s) {

@@ -66,16 +66,15 @@ void for_each_setting(Settings& s, Visit visit) {
   visit({"max_expanded_bytes", "Largest gzip-compressed or 3MF mesh file, once expanded"}, s.max_expanded_bytes);
   visit({"max_heap_bytes", "Memory of one comparison's search, beside its meshes and trees"}, s.max_heap_bytes);
   visit({"parsers", "Files read at the same time, each by a process of its own; 0: one for each worker"}, s.parsers);
-  visit({"parser_memory_bytes", "Memory of such a process; 0: what the limits on files ask for"}, s.parser_memory_bytes);
+  visit({"parser_memory_bytes", "Memory of such a process; 0: what the limits on files ask for"},
+        s.parser_memory_bytes);
   visit({"temp_dir", "Directory for uploads, as files without a name"}, s.temp_dir);
   visit({"simd", "Instruction set: avx512, avx2, sse4, neon or scalar; auto: the fastest that the processor has"},
         s.simd);
 }
 
-// Fills in `workers`, `parsers`, `parser_memory_bytes` and `simd`, and refuses what this processor cannot run, and values
-// that contradict each other.
+// Fills in `workers`, `parsers`, `parser_memory_bytes` and `simd`, and refuses what this processor cannot run, and
+// values that contradict each other.
 Result<Settings> checked(Settings settings);
-
-std::uint64_t largest_mesh_bytes(const Settings& settings);  // of its arrays
 
 }  // namespace meshgauge::server

@@ -10,8 +10,8 @@ namespace meshgauge::server::sandbox {
 
 // The descriptors that a worker has, beside 0 to 2, which lead nowhere.
 inline constexpr int kChannel = 3;
-inline constexpr int kInput = 4;   // read-only
-inline constexpr int kOutput = 5;  // may be written to, not mapped to be written to
+inline constexpr int kInput = 4;   // the file, read-only
+inline constexpr int kWindow = 5;  // the shared memory for its arrays
 
 // A sanitizer lives on calls and on address space that a worker must not have, so such builds leave out the filter and
 // the limits of memory and of descriptors.
@@ -21,17 +21,18 @@ inline constexpr bool kSanitized = true;
 inline constexpr bool kSanitized = false;
 #endif
 
-// No new privileges, no core file, not to be traced, dead when its parent dies; memory, processor time, descriptors
-// and the size of files within `bounds`. False when the kernel refuses one of them.
+// No new privileges, no core file, not to be traced, dead when its parent dies; memory and processor time within
+// `bounds`; no further descriptors or processes, nothing written to any file. False when the kernel refuses one of
+// them.
 bool limit_resources(const Bounds& bounds);
 
 // From here on any system call kills the process but: getting and returning private memory that cannot be executed,
-// reading the clock, waking a thread, receiving and sending on kChannel, writing to kOutput, and ending.
+// mapping kWindow, reading the clock, waking a thread, receiving and sending on kChannel, and ending.
 // Gives 0 or the errno that says why it is not so.
 int forbid_calls();
 
-// Tries forbid_calls() in a process of its own. Empty: a forbidden call kills; else a clause that says why the filter is
-// not in force. For a process without threads that may wait for its children.
+// Tries forbid_calls() in a process of its own. Empty: a forbidden call kills; else a clause that says why the filter
+// is not in force. For a process without threads that may wait for its children.
 std::string why_calls_are_not_forbidden();
 
 }  // namespace meshgauge::server::sandbox

@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "server/sandbox/memory_file.h"
+
 namespace meshgauge::server::sandbox {
 namespace {
 
@@ -70,11 +72,10 @@ Result<std::vector<std::string>> Pool::start() {
   auto unfiltered = nursery_.start();
   if (!unfiltered) return std::move(unfiltered).error();
   settings_.bounds.filter = unfiltered->empty();
-  seals_ = seals_are_known();
   refill();
   std::vector<std::string> lacks;
   if (!unfiltered->empty()) lacks.push_back("seccomp is not in force: " + *unfiltered);
-  if (!seals_) lacks.emplace_back("files in memory cannot be sealed");
+  if (!seals_are_known()) lacks.emplace_back("files in memory cannot be sealed");
   return lacks;
 }
 
@@ -83,8 +84,8 @@ Result<api::LoadedMesh> Pool::load(const api::MeshInput& input, const api::ReadL
   if (turn.why() != Interruption::none) return api::not_in_time(turn.why(), "'" + input.part + "' was read");
   auto worker = take();
   if (!worker) return Error{ErrorCode::internal, "there is no process to read '" + input.part + "'", "", ""};
-  Reading reading(std::move(*worker), input, limits, seals_);
-  reading.begin();
+  Reading reading(std::move(*worker), input, limits);
+  if (!reading.begin()) return Error{ErrorCode::internal, "'" + input.part + "' could not be handed over", "", ""};
   refill();  // while that one works
   Outcome outcome = reading.finish(control);
   count(outcome.end);

@@ -64,7 +64,6 @@ class Pool {
 
   PoolSettings settings_;
   const Log log_;
-  bool seals_ = true;
   mutable std::mutex mutex_;  // guards what follows
   std::condition_variable turn_free_;
   std::size_t busy_ = 0;

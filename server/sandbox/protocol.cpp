@@ -145,7 +145,6 @@ std::string encode(const Bounds& bounds) {
   return Writer()
       .number(bounds.memory_bytes)
       .number(bounds.input_bytes)
-      .number(bounds.output_bytes)
       .number(bounds.cpu_seconds)
       .number(bounds.filter ? 1 : 0)
       .take();
@@ -181,7 +180,6 @@ std::optional<Bounds> decode_bounds(std::string_view message) {
   Bounds bounds;
   bounds.memory_bytes = reader.number();
   bounds.input_bytes = reader.number();
-  bounds.output_bytes = reader.number();
   bounds.cpu_seconds = reader.number();
   bounds.filter = reader.number(1) == 1;
   if (!reader.complete()) return std::nullopt;

@@ -3,8 +3,8 @@
 // range, every text an end, and no byte may be left.
 //
 //   server  -> spawner  Bounds, with the ends of two channels: fork a worker with these limits
-//   server  -> worker   Request, with the input and an empty output
-//   worker  -> server   Reply; on success the output holds the arrays
+//   server  -> worker   Request, with the input and the window (window.h)
+//   worker  -> server   Reply; on success the arrays come through the window
 #pragma once
 
 #include <cstdint>
@@ -21,7 +21,6 @@ namespace meshgauge::server::sandbox {
 struct Bounds {
   std::uint64_t memory_bytes = 0;  // private memory that it can write to
   std::uint64_t input_bytes = 0;   // the largest file it is given, which it maps
-  std::uint64_t output_bytes = 0;  // the largest arrays it may hand back
   std::uint64_t cpu_seconds = 0;
   bool filter = true;  // whether the filter of system calls must be in force (confine.h)
 };
@@ -34,7 +33,7 @@ struct Request {
   std::string media_type;
 };
 
-// The output is the positions and then the triangles, without a gap.
+// What comes through the window: the positions, then the triangles.
 struct Arrays {
   api::Format format = api::Format::obj;
   api::ReadNotes notes;

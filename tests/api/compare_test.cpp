@@ -93,8 +93,8 @@ TEST_CASE("compare: meshes come from the loader that is given") {
     parts += input.part;
     return input.part == "a" ? api::load(input, limits, job) : api::not_in_time(Interruption::cancelled, "it was read");
   };
-  const auto result = api::compare_by(load, {"a", bytes_of(kSquare), "", ""}, {"b", bytes_of(kSquare), "", ""}, {}, {},
-                                      control);
+  const auto result =
+      api::compare_by(load, {"a", bytes_of(kSquare), "", ""}, {"b", bytes_of(kSquare), "", ""}, {}, {}, control);
   CHECK(parts == "ab");
   REQUIRE(!result.ok());
   CHECK(result.error().message == "cancelled before it was read");

@@ -21,6 +21,7 @@
 #include "server/sandbox/channel.h"
 #include "server/sandbox/confine.h"
 #include "server/sandbox/spawner.h"
+#include "server/sandbox/window.h"
 
 namespace {
 
@@ -36,7 +37,8 @@ Error survived(const std::string& what) { return Error{ErrorCode::internal, what
   for (volatile unsigned turn = 0;;) turn = turn + 1;
 }
 
-// --- ends that are none ------------------------------------------------------------------------------------------------
+// --- ends that are none
+// ------------------------------------------------------------------------------------------------
 
 Error loop() { for_ever(); }
 
@@ -51,7 +53,8 @@ Error stop() { std::abort(); }
 
 Error leave() { ::_exit(0); }
 
-// --- memory ------------------------------------------------------------------------------------------------------------
+// --- memory
+// ------------------------------------------------------------------------------------------------------------
 
 // As a reader does that means no harm.
 Error greedy() {
@@ -77,7 +80,8 @@ Error hoard() {
   return survived(std::to_string(taken));
 }
 
-// --- calls that are forbidden ------------------------------------------------------------------------------------------
+// --- calls that are forbidden
+// ------------------------------------------------------------------------------------------
 
 template <class Call>
 Error attempt(Call call) {
@@ -104,31 +108,41 @@ Error write_log() {
   return attempt([] { return ::write(STDERR_FILENO, "{}\n", 3); });
 }
 Error make_code() {
-  return attempt([] {
-    return ::mmap(nullptr, 4096, PROT_READ | PROT_WRITE | PROT_EXEC, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
-  });
+  return attempt(
+      [] { return ::mmap(nullptr, 4096, PROT_READ | PROT_WRITE | PROT_EXEC, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0); });
 }
-Error share_output() {
-  return attempt([] { return ::mmap(nullptr, 4096, PROT_READ | PROT_WRITE, MAP_SHARED, kOutput, 0); });
+Error write_input() {
+  return attempt([] { return ::mmap(nullptr, 4096, PROT_READ | PROT_WRITE, MAP_SHARED, kInput, 0); });
 }
-Error shorten_output() {
-  return attempt([] { return ::ftruncate(kOutput, 1); });
+Error write_file() {
+  return attempt([] { return ::write(kWindow, "x", 1); });
+}
+Error make_code_of_window() {
+  return attempt([] { return ::mmap(nullptr, 4096, PROT_READ | PROT_EXEC, MAP_SHARED, kWindow, 0); });
+}
+Error shorten_window() {
+  return attempt([] { return ::ftruncate(kWindow, 1); });
 }
 Error outlive_parent() {
   return attempt([] { return ::prctl(PR_SET_PDEATHSIG, 0); });
 }
 
-// --- lies --------------------------------------------------------------------------------------------------------------
+// --- lies
+// --------------------------------------------------------------------------------------------------------------
 
 const Mesh kTriangle{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}}};
 
+std::byte* window() {
+  static void* const start = ::mmap(nullptr, kWindowBytes, PROT_READ | PROT_WRITE, MAP_SHARED, kWindow, 0);
+  if (start == MAP_FAILED) std::abort();
+  return static_cast<std::byte*>(start);
+}
+
 void put(const Mesh& mesh) {
-  const auto write_all = [](const auto& array) {
-    const auto bytes = std::as_bytes(std::span(array));
-    if (::write(kOutput, bytes.data(), bytes.size()) != static_cast<ssize_t>(bytes.size())) std::abort();
-  };
-  write_all(mesh.positions);
-  write_all(mesh.triangles);
+  std::uint64_t slot = 0;
+  for (const auto bytes : {std::as_bytes(std::span(mesh.positions)), std::as_bytes(std::span(mesh.triangles))}) {
+    if (!bytes.empty()) std::memcpy(window() + slot_of(slot++), bytes.data(), bytes.size());
+  }
 }
 
 [[noreturn]] void say(const std::string& message) {
@@ -159,17 +173,26 @@ Error no_triangles() {
   say(claim(3, 0));
 }
 
-Error too_few() {
-  put(kTriangle);
-  say(claim(3, 1'000'000));
-}
-
 Error nothing() { say(claim(0, 0)); }
+
+Error too_many() { say(claim(std::uint64_t{1} << 40, 1)); }
 
 // 24 times this many overflows to 24 times 3.
 Error overflow() {
   put(kTriangle);
   say(claim((std::uint64_t{1} << 61) + 3, 1));
+}
+
+// A million triangles, of which the first slots are all that ever comes.
+Error too_few() {
+  put(kTriangle);
+  say(claim(3, 1'000'000));
+}
+
+Error too_few_and_gone() {
+  put(kTriangle);
+  send_message(kChannel, claim(3, 1'000'000));
+  ::_exit(0);
 }
 
 Error format() {
@@ -199,37 +222,37 @@ Error long_message() {
   for_ever();
 }
 
-// Along with a true answer, the input and the output themselves, for the server to keep.
+Error many_messages() {
+  put(kTriangle);
+  send_message(kChannel, claim(3, 1));
+  for (;;) send_message(kChannel, claim(3, 1));
+}
+
+// Along with a true answer, the input and the window themselves, for the server to keep.
 Error descriptors() {
   put(kTriangle);
-  send_message(kChannel, claim(3, 1), {kInput, kOutput});
+  send_message(kChannel, claim(3, 1), {kInput, kWindow});
   for_ever();
 }
 
-// --- changing what was handed over ---------------------------------------------------------------------------------------
+// --- changing what was handed over
+// -------------------------------------------------------------------------------------
 
+// Bytes that are a coordinate and an index at times, and at times neither.
 Error scribble() {
   put(kTriangle);
   send_message(kChannel, claim(3, 1));
-  for (;;) {
-    [[maybe_unused]] const ssize_t written = ::write(kOutput, "scribble", 8);
+  for (unsigned char value = 0;; ++value) {
+    std::memset(window(), value, 72);
+    std::memset(window() + kSlotBytes, value, 12);
   }
-}
-
-// Only where no filter forbids the mapping.
-Error scribble_through_mapping() {
-  put(kTriangle);
-  void* const output = ::mmap(nullptr, 84, PROT_READ | PROT_WRITE, MAP_SHARED, kOutput, 0);
-  if (output == MAP_FAILED) return survived("no mapping");
-  send_message(kChannel, claim(3, 1));
-  for (unsigned char value = 0;; ++value) std::memset(output, value, 84);
 }
 
 Error shorten_for_ever() {
   put(kTriangle);
   send_message(kChannel, claim(3, 1));
   for (;;) {
-    [[maybe_unused]] const int shortened = ::ftruncate(kOutput, 0);
+    [[maybe_unused]] const int shortened = ::ftruncate(kWindow, 0);
   }
 }
 
@@ -252,23 +275,27 @@ constexpr Misdeed kMisdeeds[] = {
     {"kill parent", kill_parent},
     {"write log", write_log},
     {"make code", make_code},
-    {"share output", share_output},
-    {"shorten output", shorten_output},
+    {"make code of window", make_code_of_window},
+    {"write input", write_input},
+    {"write file", write_file},
+    {"shorten window", shorten_window},
     {"outlive parent", outlive_parent},
     {"wrong index", wrong_index},
     {"not finite", not_finite},
     {"no triangles", no_triangles},
-    {"too few", too_few},
     {"nothing", nothing},
+    {"too many", too_many},
     {"overflow", overflow},
+    {"too few", too_few},
+    {"too few and gone", too_few_and_gone},
     {"format", format},
     {"error code", error_code},
     {"other part", other_part},
     {"rubbish", rubbish},
     {"long message", long_message},
+    {"many messages", many_messages},
     {"descriptors", descriptors},
     {"scribble", scribble},
-    {"scribble through mapping", scribble_through_mapping},
     {"shorten for ever", shorten_for_ever},
 };
 

@@ -41,11 +41,10 @@ TEST_CASE("protocol: what is sent is what is read") {
   CHECK(request->filename == "x.obj");
   CHECK(request->media_type == "model/obj");
 
-  const auto bounds = decode_bounds(encode(Bounds{1, 2, 3, 4, false}));
+  const auto bounds = decode_bounds(encode(Bounds{1, 2, 4, false}));
   REQUIRE(bounds);
   CHECK(bounds->memory_bytes == 1);
   CHECK(bounds->input_bytes == 2);
-  CHECK(bounds->output_bytes == 3);
   CHECK(bounds->cpu_seconds == 4);
   CHECK(!bounds->filter);
 }

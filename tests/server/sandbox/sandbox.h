@@ -40,11 +40,10 @@ inline std::string hostile_program() { return beside_this_program("sandbox_hosti
 
 struct Sandbox {
   explicit Sandbox(std::vector<std::string> command = {hostile_program()}, std::size_t parsers = 2)
-      : pool({std::move(command), parsers, {kMemoryMiB << 20, 1 << 20, 64 << 20, 100, true}},
-             [this](const std::string& detail) {
-               const std::lock_guard lock(mutex);
-               log += detail + "\n";
-             }) {}
+      : pool({std::move(command), parsers, {kMemoryMiB << 20, 1 << 20, 100, true}}, [this](const std::string& detail) {
+          const std::lock_guard lock(mutex);
+          log += detail + "\n";
+        }) {}
 
   void start() { REQUIRE(pool.start().ok()); }
 
