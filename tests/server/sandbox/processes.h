@@ -24,7 +24,8 @@ inline std::vector<Process> all_processes() {
     const std::string name = entry.path().filename();
     if (name.find_first_not_of("0123456789") != std::string::npos) continue;
     std::ifstream file(entry.path() / "stat");
-    const std::string text{std::istreambuf_iterator<char>(file), {}};
+    std::string text;
+    std::getline(file, text);                 // nothing of a process that has just gone
     const std::size_t end = text.rfind(')');  // of the command's name, which may hold anything
     if (end == std::string::npos || end + 4 > text.size()) continue;
     all.push_back({std::stoi(name), std::stoi(text.substr(end + 4)), text[end + 2]});
