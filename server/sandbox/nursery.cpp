@@ -54,7 +54,7 @@ class SpawnSettings {
     sigset_t none;
     sigemptyset(&none);
     posix_spawnattr_setsigmask(&attributes, &none);
-    // A session of its own: a terminal's signals are for the server.
+    // A session and a group of its own: a terminal's signals are for the server.
     posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSID);
   }
   SpawnSettings(const SpawnSettings&) = delete;
@@ -118,8 +118,9 @@ std::optional<Worker> Nursery::spawn(const Bounds& bounds) {
 void Nursery::stop() {
   control_.close();
   if (pid_ < 0) return;
-  ::kill(pid_, SIGKILL);  // its workers die with it
-  while (::waitpid(pid_, nullptr, 0) < 0 && errno == EINTR) {
+  ::kill(-pid_, SIGKILL);  // it leads a group, of which its workers are
+  // Itself; and its workers, if this is process 1, to which orphans fall.
+  while (::waitpid(-pid_, nullptr, 0) > 0 || errno == EINTR) {
   }
   pid_ = -1;
 }

@@ -79,6 +79,20 @@ bool is_format(std::uint64_t number) {
     case api::Format::off:
     case api::Format::gltf:
     case api::Format::glb:
+    case api::Format::three_mf:
+      return true;
+  }
+  return false;
+}
+
+bool is_unit(std::uint64_t number) {
+  switch (static_cast<api::LengthUnit>(number)) {
+    case api::LengthUnit::micron:
+    case api::LengthUnit::millimeter:
+    case api::LengthUnit::centimeter:
+    case api::LengthUnit::inch:
+    case api::LengthUnit::foot:
+    case api::LengthUnit::meter:
       return true;
   }
   return false;
@@ -104,27 +118,50 @@ bool is_error_code(std::uint64_t number) {
 // Wide enough for every enumerator, and no cast to an enumeration loses a digit.
 constexpr std::uint64_t kMostEnumerator = 255;
 
-void put(Writer& writer, const api::ReadNotes& notes) {
-  static_assert(sizeof notes == 3 * sizeof(std::size_t), "a new note must be sent, and read in take_notes()");
-  writer.number(notes.gzip ? 1 : 0).number(notes.polygons).number(notes.skipped_primitives);
+// Nothing is 0, an enumerator the number behind its own.
+template <class Enumeration>
+std::uint64_t number_of(std::optional<Enumeration> value) {
+  return value ? static_cast<std::uint64_t>(*value) + 1 : 0;
 }
 
-api::ReadNotes take_notes(Reader& reader) {
-  api::ReadNotes notes;
+template <class Enumeration>
+bool take(Reader& reader, bool (*is_one)(std::uint64_t), std::optional<Enumeration>& value) {
+  const std::uint64_t number = reader.number(kMostEnumerator);
+  if (number == 0) return true;
+  value = static_cast<Enumeration>(number - 1);
+  return is_one(number - 1);
+}
+
+void put(Writer& writer, const api::ReadNotes& notes) {
+  static_assert(sizeof notes == 64, "a new note must be sent, and taken in take_notes()");
+  writer.number(notes.gzip ? 1 : 0)
+      .number(notes.polygons)
+      .number(notes.skipped_primitives)
+      .number(notes.welded_vertices)
+      .number(notes.unused_objects)
+      .number(number_of(notes.unit))
+      .number(number_of(notes.filename_says))
+      .number(number_of(notes.media_type_says));
+}
+
+bool take_notes(Reader& reader, api::ReadNotes& notes) {
   notes.gzip = reader.number(1) == 1;
   notes.polygons = reader.number();
   notes.skipped_primitives = reader.number();
-  return notes;
+  notes.welded_vertices = reader.number();
+  notes.unused_objects = reader.number();
+  return take(reader, is_unit, notes.unit) && take(reader, is_format, notes.filename_says) &&
+         take(reader, is_format, notes.media_type_says);
 }
 
 std::optional<Reply> take_mesh(Reader& reader) {
   Arrays arrays;
   const std::uint64_t format = reader.number(kMostEnumerator);
   arrays.format = static_cast<api::Format>(format);
-  arrays.notes = take_notes(reader);
+  if (!is_format(format) || !take_notes(reader, arrays.notes)) return std::nullopt;
   arrays.vertices = reader.number();
   arrays.triangles = reader.number();
-  if (!reader.complete() || !is_format(format)) return std::nullopt;
+  if (!reader.complete()) return std::nullopt;
   return arrays;
 }
 

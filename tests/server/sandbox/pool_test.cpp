@@ -36,6 +36,11 @@ void check_same(const Result<api::LoadedMesh>& here, const Result<api::LoadedMes
   CHECK(here->notes.gzip == there->notes.gzip);
   CHECK(here->notes.polygons == there->notes.polygons);
   CHECK(here->notes.skipped_primitives == there->notes.skipped_primitives);
+  CHECK(here->notes.welded_vertices == there->notes.welded_vertices);
+  CHECK(here->notes.unused_objects == there->notes.unused_objects);
+  CHECK(here->notes.unit == there->notes.unit);
+  CHECK(here->notes.filename_says == there->notes.filename_says);
+  CHECK(here->notes.media_type_says == there->notes.media_type_says);
   CHECK(here->sha256 == there->sha256);
 }
 

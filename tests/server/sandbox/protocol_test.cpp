@@ -9,7 +9,19 @@ using namespace meshgauge::server::sandbox;
 
 namespace {
 
-const Reply kMesh = Arrays{api::Format::ply, {true, 5, 7}, 1'000'000'000'000, 12};
+api::ReadNotes notes() {
+  api::ReadNotes notes;
+  notes.gzip = true;
+  notes.polygons = 5;
+  notes.skipped_primitives = 7;
+  notes.welded_vertices = 11;
+  notes.unused_objects = 13;
+  notes.unit = api::LengthUnit::inch;
+  notes.filename_says = api::Format::obj;
+  return notes;
+}
+
+const Reply kMesh = Arrays{api::Format::ply, notes(), 1'000'000'000'000, 12};
 const Reply kError = Error{ErrorCode::non_finite_vertex, "line 3 of 'a': no", "a", "line 3"};
 
 }  // namespace
@@ -21,6 +33,11 @@ TEST_CASE("protocol: what is sent is what is read") {
   CHECK((*mesh)->notes.gzip);
   CHECK((*mesh)->notes.polygons == 5);
   CHECK((*mesh)->notes.skipped_primitives == 7);
+  CHECK((*mesh)->notes.welded_vertices == 11);
+  CHECK((*mesh)->notes.unused_objects == 13);
+  CHECK((*mesh)->notes.unit == api::LengthUnit::inch);
+  CHECK((*mesh)->notes.filename_says == api::Format::obj);
+  CHECK(!(*mesh)->notes.media_type_says);
   CHECK((*mesh)->vertices == 1'000'000'000'000);
   CHECK((*mesh)->triangles == 12);
 
@@ -69,7 +86,10 @@ TEST_CASE("protocol: no byte of an answer gets an enumeration, a flag or a text 
         const auto decoded = decode_reply(changed);
         if (!decoded) continue;
         if (*decoded) {
-          CHECK((*decoded)->format <= api::Format::glb);
+          CHECK((*decoded)->format <= api::Format::three_mf);
+          CHECK((*decoded)->notes.unit.value_or(api::LengthUnit::micron) <= api::LengthUnit::meter);
+          CHECK((*decoded)->notes.filename_says.value_or(api::Format::obj) <= api::Format::three_mf);
+          CHECK((*decoded)->notes.media_type_says.value_or(api::Format::obj) <= api::Format::three_mf);
         } else {
           CHECK(decoded->error().code <= ErrorCode::internal);
           CHECK(decoded->error().message.size() <= whole.size());
