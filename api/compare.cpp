@@ -5,7 +5,6 @@
 #include <new>
 
 #include "api/digest.h"
-#include "api/formats/weld.h"
 
 namespace meshgauge::api {
 namespace {
@@ -16,71 +15,57 @@ double ms_since(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 }
 
-struct Loaded {
-  Mesh mesh;
+MeshFacts facts_of(const MeshInput& input, const LoadedMesh& loaded) {
   MeshFacts facts;
-};
-
-MeshFacts facts_of(const MeshInput& input, const ReadMesh& read) {
-  MeshFacts facts;
-  facts.format = read.format;
+  facts.format = loaded.format;
   facts.bytes = input.bytes.size();
-  facts.sha256 = sha256_hex(input.bytes);
-  facts.vertices = read.mesh.positions.size();
-  facts.triangles = read.mesh.triangles.size();
-  facts.degenerate = count_degenerate(read.mesh);
-  facts.bbox = bounding_box(read.mesh);
+  facts.sha256 = loaded.sha256;
+  facts.vertices = loaded.mesh.positions.size();
+  facts.triangles = loaded.mesh.triangles.size();
+  facts.degenerate = count_degenerate(loaded.mesh);
+  facts.bbox = bounding_box(loaded.mesh);
   facts.diagonal = diagonal(facts.bbox);
-  facts.notes = read.notes;
+  facts.notes = loaded.notes;
   return facts;
-}
-
-Result<Loaded> load(const MeshInput& input, const ReadLimits& limits) {
-  auto read = read_mesh(input.bytes, {input.part, input.filename, input.media_type}, limits);
-  if (!read) return read.error();
-  // Formats without indices repeat every corner; shared vertices save the engine most of its queries.
-  const bool repeats_corners = read->mesh.positions.size() == 3 * read->mesh.triangles.size();
-  const std::size_t welded = repeats_corners ? weld(read->mesh) : 0;
-  MeshFacts facts = facts_of(input, *read);
-  facts.welded_vertices = welded;
-  return Loaded{std::move(read->mesh), std::move(facts)};
 }
 
 // Before both meshes are known there is no interval to give.
 Result<Done> in_time(Control& control, const std::string& what) {
-  switch (control.check()) {
-    case Interruption::none:
-      return Done{};
-    case Interruption::timeout:
-      return Error{ErrorCode::out_of_time, "the time was over before " + what, "", ""};
-    case Interruption::cancelled:
-      break;
-  }
-  return Error{ErrorCode::out_of_time, "cancelled before " + what, "", ""};
+  const Interruption why = control.check();
+  if (why == Interruption::none) return Done{};
+  return not_in_time(why, what);
 }
 
-Result<Loaded> load_in_time(const MeshInput& input, const ReadLimits& limits, Control& control, double& ms) {
+struct Side {
+  LoadedMesh loaded;
+  MeshFacts facts;
+};
+
+Result<Side> load_side(const Load& load, const MeshInput& input, const ReadLimits& limits, Control& control,
+                       double& ms) {
   const auto start = Clock::now();
   if (auto ok = in_time(control, "'" + input.part + "' was read"); !ok) return ok.error();
-  auto loaded = load(input, limits);
+  auto loaded = load(input, limits, control);
+  if (!loaded) return std::move(loaded).error();
+  MeshFacts facts = facts_of(input, *loaded);
   ms = ms_since(start);
-  return loaded;
+  return Side{std::move(*loaded), std::move(facts)};
 }
 
-Result<Comparison> run(const MeshInput& a, const MeshInput& b, const Options& options, const ReadLimits& limits,
-                       Control& control) {
+Result<Comparison> run(const Load& load, const MeshInput& a, const MeshInput& b, const Options& options,
+                       const ReadLimits& limits, Control& control) {
   const auto start = Clock::now();
   Comparison comparison;
   comparison.id = random_id();
   comparison.options = options;
-  auto loaded_a = load_in_time(a, limits, control, comparison.times.read_a);
-  if (!loaded_a) return loaded_a.error();
-  auto loaded_b = load_in_time(b, limits, control, comparison.times.read_b);
-  if (!loaded_b) return loaded_b.error();
+  auto side_a = load_side(load, a, limits, control, comparison.times.read_a);
+  if (!side_a) return side_a.error();
+  auto side_b = load_side(load, b, limits, control, comparison.times.read_b);
+  if (!side_b) return side_b.error();
   if (auto ok = in_time(control, "both meshes were read"); !ok) return ok.error();
-  comparison.outcome = measure(loaded_a->mesh, loaded_b->mesh, options, control);
-  comparison.a = std::move(loaded_a->facts);
-  comparison.b = std::move(loaded_b->facts);
+  comparison.outcome = measure(side_a->loaded.mesh, side_b->loaded.mesh, options, control);
+  comparison.a = std::move(side_a->facts);
+  comparison.b = std::move(side_b->facts);
   comparison.times.total = ms_since(start);
   return comparison;
 }
@@ -89,8 +74,13 @@ Result<Comparison> run(const MeshInput& a, const MeshInput& b, const Options& op
 
 Result<Comparison> compare(const MeshInput& a, const MeshInput& b, const Options& options, const ReadLimits& limits,
                            Control& control) {
+  return compare_by(&api::load, a, b, options, limits, control);
+}
+
+Result<Comparison> compare_by(const Load& load, const MeshInput& a, const MeshInput& b, const Options& options,
+                              const ReadLimits& limits, Control& control) {
   try {
-    return run(a, b, options, limits, control);
+    return run(load, a, b, options, limits, control);
   } catch (const std::bad_alloc&) {
     return Error{ErrorCode::internal, "not enough memory for this comparison", "", ""};
   } catch (const std::exception&) {

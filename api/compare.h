@@ -1,25 +1,18 @@
 // The whole path of one comparison, without sockets or threads: two files as bytes in, the outcome out.
 // HTTP and the command line both go through here, so that they give the same JSON.
 //
-//   read_mesh x2 -> validate -> measure -> Comparison (-> to_json, api/response.h)
+//   load x2 (api/load.h: read_mesh, weld, digest) -> measure -> Comparison (-> to_json, api/response.h)
 #pragma once
 
 #include <cstddef>
-#include <span>
 #include <string>
 
 #include "api/formats/format.h"
+#include "api/load.h"
 #include "engine/hausdorff.h"
 #include "engine/result.h"
 
 namespace meshgauge::api {
-
-struct MeshInput {
-  std::string part;                  // "a" or "b": names the input in messages
-  std::span<const std::byte> bytes;  // must outlive compare()
-  std::string filename;              // hint for the format, may be empty
-  std::string media_type;            // hint for the format, may be empty
-};
 
 struct MeshFacts {
   Format format = Format::obj;
@@ -30,7 +23,6 @@ struct MeshFacts {
   std::size_t degenerate = 0;
   Box bbox;
   double diagonal = 0;
-  std::size_t welded_vertices = 0;  // joined with another of the same position, where the format repeats corners
   ReadNotes notes;
 };
 
@@ -55,5 +47,9 @@ struct Comparison {
 // about the input; running out of time while measuring is an Outcome. Thread safe.
 Result<Comparison> compare(const MeshInput& a, const MeshInput& b, const Options& options, const ReadLimits& limits,
                            Control& control);
+
+// The same with meshes that `load` gets, instead of api::load().
+Result<Comparison> compare_by(const Load& load, const MeshInput& a, const MeshInput& b, const Options& options,
+                              const ReadLimits& limits, Control& control);
 
 }  // namespace meshgauge::api

@@ -28,7 +28,7 @@ std::vector<std::string> notes_of(const MeshFacts& mesh) {
             "points, lines, faces of fewer than three corners and joins of strips, left out for want of a surface",
             mesh.notes.skipped_primitives);
   add_count(notes, "objects outside of the build or the scene, left out", mesh.notes.unused_objects);
-  add_count(notes, "vertices joined with another of exactly the same position", mesh.welded_vertices);
+  add_count(notes, "vertices joined with another of exactly the same position", mesh.notes.welded_vertices);
   add_count(notes, "triangles without area, kept as the segment or the point they span", mesh.degenerate);
   return notes;
 }

@@ -116,7 +116,7 @@ Json json_of(const MeshFacts& facts) {
           {"polygons", facts.notes.polygons},
           {"skipped_primitives", facts.notes.skipped_primitives},
           {"unused_objects", facts.notes.unused_objects},
-          {"welded_vertices", facts.welded_vertices},
+          {"welded_vertices", facts.notes.welded_vertices},
           {"notes", notes_of(facts)}};
 }
 

@@ -9,8 +9,11 @@ inline constexpr int kExitResult = 0;
 inline constexpr int kExitUnhealthy = 1;
 inline constexpr int kExitError = 3;  // bad flags, unreadable input, a failure
 
+inline constexpr const char* kSandboxCommand = "sandbox";
+
 void add_compare(CLI::App& app, int& exit_code);
 void add_health(CLI::App& app, int& exit_code);
+void add_sandbox(CLI::App& app, int& exit_code);
 void add_serve(CLI::App& app, int& exit_code);
 
 }  // namespace meshgauge::cli

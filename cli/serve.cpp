@@ -17,7 +17,7 @@ int fail(const Error& error) {
 int run(const server::Settings& asked) {
   const auto settings = server::checked(asked);
   if (!settings) return fail(settings.error());
-  const auto ended = server::run_until_signal(*settings);
+  const auto ended = server::run_until_signal(*settings, {"/proc/self/exe", kSandboxCommand});
   return ended ? kExitResult : fail(ended.error());
 }
 

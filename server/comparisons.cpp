@@ -29,7 +29,7 @@ api::ReadLimits read_limits(const Settings& settings) {
 }
 
 api::MeshInput input_of(const std::string& part, const MeshPart& mesh) {
-  return {part, mesh.upload->bytes(), mesh.head.filename, mesh.head.content_type};
+  return {part, mesh.upload->bytes(), mesh.head.filename, mesh.head.content_type, mesh.upload->file()};
 }
 
 }  // namespace

@@ -17,7 +17,7 @@
 
 namespace meshgauge::server {
 
-// api::compare, or what a test puts in its place.
+// api::compare_by() with meshes from the sandbox, or what a test puts in its place.
 using Compare =
     std::function<Result<api::Comparison>(const api::MeshInput& a, const api::MeshInput& b, const Options& options,
                                           const api::ReadLimits& limits, Control& control)>;

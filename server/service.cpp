@@ -8,6 +8,7 @@
 
 #include "server/log.h"
 #include "server/openapi.h"
+#include "server/sandbox/pool.h"
 
 namespace meshgauge::server {
 namespace {
@@ -34,6 +35,23 @@ sigset_t ending_signals() {
   sigaddset(&set, SIGTERM);
   sigaddset(&set, SIGINT);
   return set;
+}
+
+sandbox::PoolSettings pool_settings(const Settings& settings, const std::vector<std::string>& command) {
+  sandbox::Bounds bounds;
+  bounds.memory_bytes = settings.parser_memory_bytes;
+  bounds.input_bytes = settings.max_part_bytes;
+  bounds.cpu_seconds = settings.max_timeout_ms / 1000 + 2;  // a second net: the deadline comes first
+  return {command, settings.parsers, bounds};
+}
+
+// What `pool` reads is measured as what api::load() reads.
+Compare comparing_by(sandbox::Pool& pool) {
+  const api::Load load = [&pool](const api::MeshInput& input, const api::ReadLimits& limits, Control& control) {
+    return pool.load(input, limits, control);
+  };
+  return [load](const api::MeshInput& a, const api::MeshInput& b, const Options& options, const api::ReadLimits& limits,
+                Control& control) { return api::compare_by(load, a, b, options, limits, control); };
 }
 
 bool signalled_within(std::chrono::milliseconds time) {
@@ -96,19 +114,24 @@ void Service::shutdown(const std::function<bool()>& hurry) {
   listener_.join();
 }
 
-Result<Done> run_until_signal(const Settings& settings) {
+Result<Done> run_until_signal(const Settings& settings, const std::vector<std::string>& parser) {
   const sigset_t signals = ending_signals();
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
-  Service service(settings);
+  sandbox::Pool pool(pool_settings(settings, parser), [](const std::string& detail) { log_event("sandbox", detail); });
+  const auto lacks = pool.start();
+  if (!lacks) return lacks.error();
+  Service service(settings, comparing_by(pool));
   const auto port = service.start();
   if (!port) return port.error();
   log_listening(settings.host + ":" + std::to_string(*port), settings.simd);
+  for (const std::string& lack : *lacks) log_event("sandbox", lack + "; uploads are read with less protection");
   while (service.listening() && !signalled_within(kTick)) {
   }
   if (!service.listening()) return Error{ErrorCode::internal, "the listening socket failed", "", ""};
   log_event("stopping", "no new work is taken");
   const auto grace_end = Clock::now() + std::chrono::milliseconds(settings.grace_ms);
   service.shutdown([&] { return Clock::now() >= grace_end || signalled_within(std::chrono::milliseconds(0)); });
+  log_event("sandbox", to_string(pool.counters()));
   log_event("stopped", "every request was answered");
   return Done{};
 }

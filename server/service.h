@@ -5,7 +5,9 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <string>
 #include <thread>
+#include <vector>
 
 #include "engine/result.h"
 #include "server/comparisons.h"
@@ -18,7 +20,7 @@ namespace meshgauge::server {
 class Service {
  public:
   // Precondition: settings come from checked().
-  explicit Service(const Settings& settings, Compare compare = api::compare);
+  Service(const Settings& settings, Compare compare);
   ~Service();  // as shutdown() without grace
   Service(const Service&) = delete;
   Service& operator=(const Service&) = delete;
@@ -44,7 +46,8 @@ class Service {
 };
 
 // Serves until SIGTERM or SIGINT; a second one ends the grace. An Error when it could not start or go on listening.
-// Blocks both signals in the calling thread and those it starts.
-Result<Done> run_until_signal(const Settings& settings);
+// Blocks both signals in the calling thread and those it starts. Uploads are read by processes that `parser` makes: a
+// program and its arguments that calls sandbox::run_spawner().
+Result<Done> run_until_signal(const Settings& settings, const std::vector<std::string>& parser);
 
 }  // namespace meshgauge::server

@@ -6,12 +6,18 @@
 #include <thread>
 
 #include "api/request.h"
+#include "engine/mesh.h"
 
 namespace meshgauge::server {
 namespace {
 
 constexpr std::uint64_t kMostThreads = 4096;
 constexpr std::uint64_t kSpareIoThreads = 2;  // so that health checks and refusals are always answered
+
+constexpr std::uint64_t kMostElements = std::uint64_t{1} << 32;  // an index has 32 bits
+constexpr std::uint64_t kMostParserMemory = std::uint64_t{1} << 46;
+constexpr std::uint64_t kLeastParserMemory = std::uint64_t{32} << 20;  // a program with no file
+constexpr std::uint64_t kBesideArrays = std::uint64_t{256} << 20;      // the program, and what a reader notes down
 
 Error refused(std::string message) { return Error{ErrorCode::invalid_request, std::move(message), "", ""}; }
 
@@ -39,6 +45,22 @@ Result<Done> check_times(const Settings& s) {
   return Done{};
 }
 
+// What a reader may need for a file at all limits: the expanded file, and each array once more while it grows or while
+// vertices are welded. A file that is not compressed is mapped, and does not count.
+std::uint64_t memory_of_a_parser(const Settings& s) {
+  const std::uint64_t arrays = std::min(s.max_vertices, kMostElements) * sizeof(Vec3) +
+                               std::min(s.max_triangles, kMostElements) * sizeof(Triangle);
+  const std::uint64_t expanded = std::min(s.max_expanded_bytes, kMostParserMemory);
+  return std::min(expanded + 2 * arrays + kBesideArrays, kMostParserMemory);
+}
+
+Result<Done> check_parsers(const Settings& s) {
+  if (s.parsers > kMostThreads) return refused("--parsers must be at most " + std::to_string(kMostThreads));
+  if (s.parser_memory_bytes >= kLeastParserMemory && s.parser_memory_bytes <= kMostParserMemory) return Done{};
+  return refused("--parser-memory-bytes must be from " + std::to_string(kLeastParserMemory) + " to " +
+                 std::to_string(kMostParserMemory));
+}
+
 }  // namespace
 
 std::string default_temp_dir() {
@@ -51,6 +73,9 @@ Result<Settings> checked(Settings s) {
   if (s.workers == 0) s.workers = std::max(1U, std::thread::hardware_concurrency());
   if (auto ok = check_threads(s); !ok) return ok.error();
   if (auto ok = check_times(s); !ok) return ok.error();
+  if (s.parsers == 0) s.parsers = s.workers;
+  if (s.parser_memory_bytes == 0) s.parser_memory_bytes = memory_of_a_parser(s);
+  if (auto ok = check_parsers(s); !ok) return ok.error();
   if (s.max_part_bytes > s.max_request_bytes) return refused("--max-part-bytes must be at most --max-request-bytes");
   const auto simd = api::as_simd(s.simd, "--simd");
   if (!simd) return simd.error();

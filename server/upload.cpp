@@ -24,6 +24,11 @@ bool write_all(int file, std::string_view bytes) {
   return true;
 }
 
+// Whoever is given this one cannot change the file. None where /proc is not to be seen.
+Descriptor reopened_to_read(int file) {
+  return Descriptor(::open(("/proc/self/fd/" + std::to_string(file)).c_str(), O_RDONLY | O_CLOEXEC));
+}
+
 std::string_view text(const std::vector<std::byte>& bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
@@ -84,6 +89,7 @@ Upload::Refusal Upload::finish() {
   bytes_ = memory_;
   if (file_ < 0) return std::nullopt;
   void* start = ::mmap(nullptr, size_, PROT_READ, MAP_PRIVATE, file_, 0);
+  read_only_ = reopened_to_read(file_);
   close_file();  // the mapping keeps the file
   if (start == MAP_FAILED) return not_stored();
   mapped_ = true;

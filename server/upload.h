@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "api/problem.h"
+#include "server/sandbox/descriptor.h"
 
 namespace meshgauge::server {
 
@@ -43,6 +44,7 @@ class Upload {
   Refusal finish();  // makes bytes() available
   std::span<const std::byte> bytes() const { return bytes_; }
   std::uint64_t size() const { return size_; }
+  int file() const { return read_only_.get(); }  // a descriptor of the same bytes; -1: they are in memory alone
 
  private:
   Refusal spill(std::string_view piece);
@@ -55,6 +57,7 @@ class Upload {
   std::uint64_t size_ = 0;
   std::span<const std::byte> bytes_;
   bool mapped_ = false;
+  Descriptor read_only_;
 };
 
 // A file in `directory` that no name leads to and that is gone with its descriptor; -1 and errno when it fails.

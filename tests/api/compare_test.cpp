@@ -49,8 +49,8 @@ TEST_CASE("compare: a mesh without shared vertices is welded") {
   const auto result = compared(soup, kSquare, control);
   REQUIRE(result.ok());
   CHECK(result->a.vertices == 4);
-  CHECK(result->a.welded_vertices == 2);
-  CHECK(result->b.welded_vertices == 0);
+  CHECK(result->a.notes.welded_vertices == 2);
+  CHECK(result->b.notes.welded_vertices == 0);
   CHECK(result->outcome.lower == 0);
 }
 
@@ -85,6 +85,21 @@ TEST_CASE("compare: no time for reading is an error, no time for measuring is no
   CHECK(cut_short->outcome.upper >= 2.0);
 }
 
+TEST_CASE("compare: meshes come from the loader that is given") {
+  Control control;
+  std::string parts;
+  const api::Load load = [&](const api::MeshInput& input, const api::ReadLimits& limits, Control& job) {
+    CHECK(&job == &control);
+    parts += input.part;
+    return input.part == "a" ? api::load(input, limits, job) : api::not_in_time(Interruption::cancelled, "it was read");
+  };
+  const auto result =
+      api::compare_by(load, {"a", bytes_of(kSquare), "", ""}, {"b", bytes_of(kSquare), "", ""}, {}, {}, control);
+  CHECK(parts == "ab");
+  REQUIRE(!result.ok());
+  CHECK(result.error().message == "cancelled before it was read");
+}
+
 TEST_CASE("compare: each comparison has an id of its own") {
   Control control;
   CHECK(compared(kSquare, kSquare, control)->id != compared(kSquare, kSquare, control)->id);
@@ -92,5 +107,8 @@ TEST_CASE("compare: each comparison has an id of its own") {
 
 TEST_CASE("digest: SHA-256 of the standard's examples") {
   CHECK(api::sha256_hex({}) == "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
+  api::Sha256 pieces;
+  for (const std::string_view piece : {"", "a", "bc"}) pieces.update(bytes_of(piece));
+  CHECK(pieces.hex() == api::sha256_hex(bytes_of("abc")));
   CHECK(api::sha256_hex(bytes_of("abc")) == "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
 }

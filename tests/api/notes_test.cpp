@@ -20,7 +20,7 @@ TEST_CASE("notes: a sentence for each thing that was done") {
   api::MeshFacts mesh;
   mesh.format = api::Format::three_mf;
   mesh.degenerate = 1;
-  mesh.welded_vertices = 2;
+  mesh.notes.welded_vertices = 2;
   mesh.notes.polygons = 3;
   mesh.notes.skipped_primitives = 4;
   mesh.notes.unused_objects = 5;

@@ -116,7 +116,7 @@ TEST_CASE("response: what was done to a mesh, as numbers and as words") {
 
   comparison.a.format = api::Format::three_mf;
   comparison.a.degenerate = 1;
-  comparison.a.welded_vertices = 2;
+  comparison.a.notes.welded_vertices = 2;
   comparison.a.notes.gzip = true;
   comparison.a.notes.polygons = 3;
   comparison.a.notes.skipped_primitives = 4;

@@ -102,9 +102,10 @@ def post_head(length, extra=""):
 
 
 class Server:
-    def __init__(self, *flags, environment=None):
+    def __init__(self, *flags, environment=None, program=(BINARY,), user=None):
         self.process = subprocess.Popen(
-            [BINARY, "serve", "--port", "0", *flags], stderr=subprocess.PIPE, env={**ENVIRONMENT, **(environment or {})})
+            [*program, "serve", "--port", "0", *flags], stderr=subprocess.PIPE, env={**ENVIRONMENT, **(environment or {})},
+            user=user)
         atexit.register(self.process.kill)  # a test that fails half-way must not leave it behind
         self.log = []
         self.started = json.loads(self.process.stderr.readline())

@@ -1,5 +1,6 @@
 """Mesh files over HTTP: their notes in the result, and every file of the corpus."""
 
+import contextlib
 import glob
 import io
 import os
@@ -88,9 +89,11 @@ def other_answers():
 
 def resident_kb(pid):
     """Of the process and of those that it started."""
-    total = int(re.search(r"VmRSS:\s+(\d+)", pathlib.Path(f"/proc/{pid}/status").read_text())[1])
-    for children in glob.glob(f"/proc/{pid}/task/*/children"):
-        total += sum(resident_kb(int(child)) for child in pathlib.Path(children).read_text().split())
+    total = 0
+    with contextlib.suppress(FileNotFoundError, ProcessLookupError, TypeError):  # one may end while it is looked at
+        total += int(re.search(r"VmRSS:\s+(\d+)", pathlib.Path(f"/proc/{pid}/status").read_text())[1])
+        for children in glob.glob(f"/proc/{pid}/task/*/children"):
+            total += sum(resident_kb(int(child)) for child in pathlib.Path(children).read_text().split())
     return total
 
 

@@ -222,9 +222,9 @@ TEST_CASE("service: the end cancels what runs and answers it") {
 }
 
 TEST_CASE("service: an address that is taken is an error") {
-  Service first(small());
+  Service first(small(), api::compare);
   Settings settings = small();
   settings.port = static_cast<std::uint64_t>(first.start().value());
-  Service second(settings);
+  Service second(settings, api::compare);
   CHECK(!second.start().ok());
 }

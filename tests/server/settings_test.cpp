@@ -13,6 +13,20 @@ TEST_CASE("settings: the defaults hold together") {
   REQUIRE(settings.ok());
   CHECK(settings->workers >= 1);
   CHECK(settings->simd == supported_simd().front());
+  CHECK(settings->parsers == settings->workers);
+}
+
+TEST_CASE("settings: a parser's memory follows the limits on files, or is what it is set to") {
+  Settings settings;
+  settings.max_vertices = 1'000'000;
+  settings.max_triangles = 2'000'000;
+  settings.max_expanded_bytes = 3'000'000;
+  CHECK(checked(settings)->parser_memory_bytes == 3'000'000 + 2 * 48'000'000 + (256 << 20));
+  settings.parser_memory_bytes = 100'000'000;
+  CHECK(checked(settings)->parser_memory_bytes == 100'000'000);
+  settings.parser_memory_bytes = 0;
+  settings.max_vertices = settings.max_triangles = settings.max_expanded_bytes = ~std::uint64_t{0};
+  CHECK(checked(settings).ok());
 }
 
 TEST_CASE("settings: an instruction set can be forced, and must be one of this processor's") {
@@ -41,5 +55,8 @@ TEST_CASE("settings: what contradicts itself is refused") {
   CHECK(refused([](Settings& s) { s.default_timeout_ms = 180'000, s.max_timeout_ms = 1000; }));
   CHECK(refused([](Settings& s) { s.default_timeout_ms = 0; }));
   CHECK(refused([](Settings& s) { s.grace_ms = ~std::uint64_t{0}; }));
+  CHECK(refused([](Settings& s) { s.parsers = 5000; }));
+  CHECK(refused([](Settings& s) { s.parser_memory_bytes = 1000; }));
+  CHECK(refused([](Settings& s) { s.parser_memory_bytes = ~std::uint64_t{0}; }));
   CHECK(refused([](Settings& s) { s.max_part_bytes = s.max_request_bytes + 1; }));
 }

@@ -1,5 +1,7 @@
 #include "server/upload.h"
 
+#include <unistd.h>
+
 #include <filesystem>
 #include <string>
 
@@ -58,4 +60,19 @@ TEST_CASE("upload: a directory that takes no files is told") {
   REQUIRE(refusal.has_value());
   CHECK(refusal->kind == api::ProblemKind::internal);
   CHECK(server::open_unnamed_file("/nonexistent") < 0);
+}
+
+TEST_CASE("upload: what is in a file can be read by its descriptor, and not written") {
+  ByteBudget budget(1 << 30);
+  Upload small(budget, kTemp);
+  REQUIRE(!small.append("small"));
+  REQUIRE(!small.finish());
+  CHECK(small.file() == -1);
+  Upload large(budget, kTemp);
+  REQUIRE(!large.append(std::string(1 << 20, 'x')));
+  REQUIRE(!large.finish());
+  std::string back(2 << 20, '?');
+  CHECK(::pread(large.file(), back.data(), back.size(), 0) == 1 << 20);
+  CHECK(back.substr(0, 1 << 20) == text_of(large));
+  CHECK(::write(large.file(), "y", 1) < 0);
 }

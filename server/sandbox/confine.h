@@ -1,0 +1,38 @@
+// What a worker may still do, and how much of it. Both are for a process that just forked and has one thread; neither
+// can be undone.
+#pragma once
+
+#include <string>
+
+#include "server/sandbox/protocol.h"
+
+namespace meshgauge::server::sandbox {
+
+// The descriptors that a worker has, beside 0 to 2, which lead nowhere.
+inline constexpr int kChannel = 3;
+inline constexpr int kInput = 4;   // the file, read-only
+inline constexpr int kWindow = 5;  // the shared memory for its arrays
+
+// A sanitizer lives on calls and on address space that a worker must not have, so such builds leave out the filter and
+// the limits of memory and of descriptors.
+#ifdef MESHGAUGE_SANITIZED
+inline constexpr bool kSanitized = true;
+#else
+inline constexpr bool kSanitized = false;
+#endif
+
+// No new privileges, no core file, not to be traced, dead when its parent dies; memory and processor time within
+// `bounds`; no further descriptors or processes, nothing written to any file. False when the kernel refuses one of
+// them.
+bool limit_resources(const Bounds& bounds);
+
+// From here on any system call kills the process but: getting and returning private memory that cannot be executed,
+// mapping kWindow, reading the clock, waking a thread, receiving and sending on kChannel, and ending.
+// Gives 0 or the errno that says why it is not so.
+int forbid_calls();
+
+// Tries forbid_calls() in a process of its own. Empty: a forbidden call kills; else a clause that says why the filter
+// is not in force. For a process without threads that may wait for its children.
+std::string why_calls_are_not_forbidden();
+
+}  // namespace meshgauge::server::sandbox

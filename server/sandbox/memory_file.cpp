@@ -1,0 +1,55 @@
+#include "server/sandbox/memory_file.h"
+
+#include <fcntl.h>
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <cerrno>
+
+namespace meshgauge::server::sandbox {
+namespace {
+
+constexpr unsigned kNoExecSeal = 0x0008U;  // MFD_NOEXEC_SEAL of Linux 6.3, which the C library may not know yet
+constexpr int kSizeSeals = F_SEAL_SHRINK | F_SEAL_GROW | F_SEAL_SEAL;
+
+Descriptor memory_file() {
+  constexpr unsigned kFlags = MFD_CLOEXEC | MFD_ALLOW_SEALING;
+  const int file = ::memfd_create("meshgauge", kFlags | kNoExecSeal);
+  if (file >= 0 || errno != EINVAL) return Descriptor(file);
+  return Descriptor(::memfd_create("meshgauge", kFlags));
+}
+
+bool seal(const Descriptor& file, int seals) { return ::fcntl(file.get(), F_ADD_SEALS, seals) == 0; }
+
+bool write_all(const Descriptor& file, std::span<const std::byte> bytes) {
+  while (!bytes.empty()) {
+    const ssize_t n = ::write(file.get(), bytes.data(), bytes.size());
+    if (n < 0 && errno == EINTR) continue;
+    if (n <= 0) return false;
+    bytes = bytes.subspan(static_cast<std::size_t>(n));
+  }
+  return true;
+}
+
+}  // namespace
+
+bool seals_are_known() {
+  const Descriptor file = memory_file();
+  return file && seal(file, kSizeSeals | F_SEAL_WRITE);
+}
+
+Descriptor sealed_copy(std::span<const std::byte> bytes) {
+  Descriptor file = memory_file();
+  if (!file || !write_all(file, bytes)) return Descriptor();
+  seal(file, kSizeSeals | F_SEAL_WRITE);
+  return file;
+}
+
+SizedFile file_of_size(std::size_t bytes) {
+  SizedFile sized{memory_file(), false};
+  if (!sized.file || ::ftruncate(sized.file.get(), static_cast<off_t>(bytes)) != 0) return {};
+  sized.fixed = seal(sized.file, kSizeSeals);
+  return sized;
+}
+
+}  // namespace meshgauge::server::sandbox

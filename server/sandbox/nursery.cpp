@@ -1,0 +1,128 @@
+#include "server/sandbox/nursery.h"
+
+#include <fcntl.h>
+#include <signal.h>
+#include <spawn.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <string_view>
+
+#include "server/sandbox/spawner.h"
+
+namespace meshgauge::server::sandbox {
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr milliseconds kStartTime{10'000};
+
+Error not_started(const std::string& why) {
+  return Error{ErrorCode::internal, "the process that reads uploads could not be started: " + why, "", ""};
+}
+
+std::vector<char*> pointers(std::vector<std::string>& texts) {
+  std::vector<char*> all;
+  for (std::string& text : texts) all.push_back(text.data());
+  all.push_back(nullptr);
+  return all;
+}
+
+// Of the server's environment only what the program needs to be loaded: the rest may hold secrets.
+std::vector<std::string> environment() {
+  std::vector<std::string> kept;
+  for (char** variable = environ; *variable != nullptr; ++variable) {
+    const std::string_view text(*variable);
+    const std::string_view name = text.substr(0, text.find('='));
+    if (name.starts_with("LD_") || name.ends_with("SAN_OPTIONS")) kept.emplace_back(text);
+  }
+  return kept;
+}
+
+class SpawnSettings {
+ public:
+  explicit SpawnSettings(int control) {
+    posix_spawn_file_actions_init(&actions);
+    posix_spawn_file_actions_adddup2(&actions, control, kControl);
+    posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
+    posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
+    posix_spawn_file_actions_addclosefrom_np(&actions, kControl + 1);
+    posix_spawnattr_init(&attributes);
+    sigset_t none;
+    sigemptyset(&none);
+    posix_spawnattr_setsigmask(&attributes, &none);
+    // A session and a group of its own: a terminal's signals are for the server.
+    posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSID);
+  }
+  SpawnSettings(const SpawnSettings&) = delete;
+  SpawnSettings& operator=(const SpawnSettings&) = delete;
+  ~SpawnSettings() {
+    posix_spawn_file_actions_destroy(&actions);
+    posix_spawnattr_destroy(&attributes);
+  }
+
+  posix_spawn_file_actions_t actions{};
+  posix_spawnattr_t attributes{};
+};
+
+}  // namespace
+
+bool Worker::gone() const { return readable(channel_.get(), milliseconds(0)); }
+
+std::optional<int> Worker::end(milliseconds time) {
+  ::shutdown(life_.get(), SHUT_WR);
+  if (!readable(life_.get(), time)) return std::nullopt;
+  const auto news = receive_message(life_.get(), 0);
+  int status = 0;
+  if (!news || news->bytes.size() != sizeof status) return std::nullopt;
+  std::memcpy(&status, news->bytes.data(), sizeof status);
+  return status;
+}
+
+Result<std::string> Nursery::start() {
+  stop();
+  auto control = open_channel();
+  if (!control) return not_started(std::strerror(errno));
+  const SpawnSettings settings(control->theirs.get());
+  std::vector<std::string> arguments = command_;
+  std::vector<std::string> variables = environment();
+  const int failed = ::posix_spawn(&pid_, command_.front().c_str(), &settings.actions, &settings.attributes,
+                                   pointers(arguments).data(), pointers(variables).data());
+  if (failed != 0) {
+    pid_ = -1;
+    return not_started(std::strerror(failed));
+  }
+  control_ = std::move(control->ours);
+  control->theirs.close();
+  const bool spoke = readable(control_.get(), kStartTime);
+  const auto hello = spoke ? receive_message(control_.get(), 0) : std::nullopt;
+  if (!hello) {
+    stop();
+    return not_started(spoke ? "it ended at once" : "it does not answer");
+  }
+  return hello->bytes == " " ? std::string() : hello->bytes;
+}
+
+std::optional<Worker> Nursery::spawn(const Bounds& bounds) {
+  if (!control_) return std::nullopt;
+  auto channel = open_channel();
+  auto life = open_channel();
+  if (!channel || !life) return std::nullopt;
+  if (!send_message(control_.get(), encode(bounds), {channel->theirs.get(), life->theirs.get()})) return std::nullopt;
+  return Worker(std::move(channel->ours), std::move(life->ours));
+}
+
+void Nursery::stop() {
+  control_.close();
+  if (pid_ < 0) return;
+  ::kill(-pid_, SIGKILL);  // it leads a group, of which its workers are
+  // Itself; and its workers, if this is process 1, to which orphans fall.
+  while (::waitpid(-pid_, nullptr, 0) > 0 || errno == EINTR) {
+  }
+  pid_ = -1;
+}
+
+}  // namespace meshgauge::server::sandbox

@@ -1,0 +1,75 @@
+// The processes in which uploads are read: an api::Load that trusts no file. Each file is read by a process of its own,
+// made beforehand, which may compute and nothing else and ends with it; whatever it does costs that one reading.
+#pragma once
+
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "api/load.h"
+#include "server/sandbox/nursery.h"
+#include "server/sandbox/reading.h"
+
+namespace meshgauge::server::sandbox {
+
+struct PoolSettings {
+  std::vector<std::string> command;  // a program and its arguments that calls run_spawner() (spawner.h)
+  std::size_t parsers = 1;           // files read at a time; as many processes more are kept ready
+  Bounds bounds;                     // of each process; `filter` is filled in by start()
+};
+
+// Since start(). Every process that was given a file is in one of the last six.
+struct Counters {
+  std::uint64_t started = 0;  // processes
+  std::uint64_t read = 0;
+  std::uint64_t out_of_memory = 0;
+  std::uint64_t crashed = 0;
+  std::uint64_t untrue = 0;
+  std::uint64_t overdue = 0;
+  std::uint64_t cancelled = 0;
+};
+
+std::string to_string(const Counters& counters);  // for the log
+
+// Thread safe.
+class Pool {
+ public:
+  using Log = std::function<void(const std::string& detail)>;
+
+  // `log` is told of every reading that did not end well.
+  Pool(PoolSettings settings, Log log);
+
+  // Makes the first processes. Gives what this machine lacks for a full confinement, a clause each. Called once, before
+  // load().
+  Result<std::vector<std::string>> start();
+
+  // An api::Load. A worker that crashed, broke a rule or lied is the Error unreadable_mesh, one that needed too much
+  // memory is too_large; when `control` says to stop, the worker is killed within 10 ms and the Error is out_of_time.
+  Result<api::LoadedMesh> load(const api::MeshInput& input, const api::ReadLimits& limits, Control& control);
+
+  Counters counters() const;
+
+ private:
+  class Turn;
+
+  std::optional<Worker> take();
+  std::optional<Worker> make();
+  void refill();
+  void count(End end);
+
+  PoolSettings settings_;
+  const Log log_;
+  mutable std::mutex mutex_;  // guards what follows
+  std::condition_variable turn_free_;
+  std::size_t busy_ = 0;
+  Nursery nursery_;
+  std::deque<Worker> idle_;
+  Counters counters_;
+};
+
+}  // namespace meshgauge::server::sandbox

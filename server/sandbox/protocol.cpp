@@ -1,0 +1,252 @@
+#include "server/sandbox/protocol.h"
+
+#include <algorithm>
+#include <cstring>
+#include <utility>
+
+namespace meshgauge::server::sandbox {
+namespace {
+
+constexpr std::size_t kMostHint = 1024;
+constexpr std::size_t kMostText = 4096;
+constexpr std::uint64_t kMesh = 1;
+constexpr std::uint64_t kError = 2;
+
+class Writer {
+ public:
+  Writer& number(std::uint64_t value) {
+    bytes_.append(reinterpret_cast<const char*>(&value), sizeof value);
+    return *this;
+  }
+  Writer& text(std::string_view value) {
+    number(value.size());
+    bytes_ += value;
+    return *this;
+  }
+  std::string take() { return std::move(bytes_); }
+
+ private:
+  std::string bytes_;
+};
+
+// After the first thing that is not there all others are zero, and complete() is false.
+class Reader {
+ public:
+  explicit Reader(std::string_view bytes) : rest_(bytes) {}
+
+  std::uint64_t number() {
+    std::uint64_t value = 0;
+    const std::string_view bytes = take(sizeof value);
+    if (!bytes.empty()) std::memcpy(&value, bytes.data(), sizeof value);
+    return value;
+  }
+  // Of the numbers 0 to `most`.
+  std::uint64_t number(std::uint64_t most) {
+    const std::uint64_t value = number();
+    if (value <= most) return value;
+    ok_ = false;
+    return 0;
+  }
+  std::string text(std::size_t most) {
+    const std::uint64_t size = number(most);
+    return std::string(take(size));
+  }
+  bool complete() const { return ok_ && rest_.empty(); }
+
+ private:
+  std::string_view take(std::uint64_t size) {
+    if (!ok_ || size > rest_.size()) {
+      ok_ = false;
+      return {};
+    }
+    const std::string_view taken = rest_.substr(0, size);
+    rest_.remove_prefix(size);
+    return taken;
+  }
+
+  std::string_view rest_;
+  bool ok_ = true;
+};
+
+std::string_view end_of(std::string_view hint) { return hint.substr(hint.size() - std::min(hint.size(), kMostHint)); }
+
+// A switch, so that the compiler asks for an enumerator that is new.
+bool is_format(std::uint64_t number) {
+  switch (static_cast<api::Format>(number)) {
+    case api::Format::obj:
+    case api::Format::stl:
+    case api::Format::ply:
+    case api::Format::off:
+    case api::Format::gltf:
+    case api::Format::glb:
+    case api::Format::three_mf:
+      return true;
+  }
+  return false;
+}
+
+bool is_unit(std::uint64_t number) {
+  switch (static_cast<api::LengthUnit>(number)) {
+    case api::LengthUnit::micron:
+    case api::LengthUnit::millimeter:
+    case api::LengthUnit::centimeter:
+    case api::LengthUnit::inch:
+    case api::LengthUnit::foot:
+    case api::LengthUnit::meter:
+      return true;
+  }
+  return false;
+}
+
+bool is_error_code(std::uint64_t number) {
+  switch (static_cast<ErrorCode>(number)) {
+    case ErrorCode::invalid_request:
+    case ErrorCode::unsupported_format:
+    case ErrorCode::unreadable_mesh:
+    case ErrorCode::empty_mesh:
+    case ErrorCode::non_finite_vertex:
+    case ErrorCode::index_out_of_range:
+    case ErrorCode::coordinate_too_large:
+    case ErrorCode::too_large:
+    case ErrorCode::out_of_time:
+    case ErrorCode::internal:
+      return true;
+  }
+  return false;
+}
+
+// Wide enough for every enumerator, and no cast to an enumeration loses a digit.
+constexpr std::uint64_t kMostEnumerator = 255;
+
+// Nothing is 0, an enumerator the number behind its own.
+template <class Enumeration>
+std::uint64_t number_of(std::optional<Enumeration> value) {
+  return value ? static_cast<std::uint64_t>(*value) + 1 : 0;
+}
+
+template <class Enumeration>
+bool take(Reader& reader, bool (*is_one)(std::uint64_t), std::optional<Enumeration>& value) {
+  const std::uint64_t number = reader.number(kMostEnumerator);
+  if (number == 0) return true;
+  value = static_cast<Enumeration>(number - 1);
+  return is_one(number - 1);
+}
+
+void put(Writer& writer, const api::ReadNotes& notes) {
+  static_assert(sizeof notes == 64, "a new note must be sent, and taken in take_notes()");
+  writer.number(notes.gzip ? 1 : 0)
+      .number(notes.polygons)
+      .number(notes.skipped_primitives)
+      .number(notes.welded_vertices)
+      .number(notes.unused_objects)
+      .number(number_of(notes.unit))
+      .number(number_of(notes.filename_says))
+      .number(number_of(notes.media_type_says));
+}
+
+bool take_notes(Reader& reader, api::ReadNotes& notes) {
+  notes.gzip = reader.number(1) == 1;
+  notes.polygons = reader.number();
+  notes.skipped_primitives = reader.number();
+  notes.welded_vertices = reader.number();
+  notes.unused_objects = reader.number();
+  return take(reader, is_unit, notes.unit) && take(reader, is_format, notes.filename_says) &&
+         take(reader, is_format, notes.media_type_says);
+}
+
+std::optional<Reply> take_mesh(Reader& reader) {
+  Arrays arrays;
+  const std::uint64_t format = reader.number(kMostEnumerator);
+  arrays.format = static_cast<api::Format>(format);
+  if (!is_format(format) || !take_notes(reader, arrays.notes)) return std::nullopt;
+  arrays.vertices = reader.number();
+  arrays.triangles = reader.number();
+  if (!reader.complete()) return std::nullopt;
+  return arrays;
+}
+
+std::optional<Reply> take_error(Reader& reader) {
+  Error error;
+  const std::uint64_t code = reader.number(kMostEnumerator);
+  error.code = static_cast<ErrorCode>(code);
+  error.message = reader.text(kMostText);
+  error.part = reader.text(kMostText);
+  error.where = reader.text(kMostText);
+  if (!reader.complete() || !is_error_code(code)) return std::nullopt;
+  return error;
+}
+
+}  // namespace
+
+std::string encode(const Bounds& bounds) {
+  return Writer()
+      .number(bounds.memory_bytes)
+      .number(bounds.input_bytes)
+      .number(bounds.cpu_seconds)
+      .number(bounds.filter ? 1 : 0)
+      .take();
+}
+
+std::string encode(const Request& request) {
+  return Writer()
+      .number(request.input_bytes)
+      .number(request.limits.max_vertices)
+      .number(request.limits.max_triangles)
+      .number(request.limits.max_expanded_bytes)
+      .text(end_of(request.part))
+      .text(end_of(request.filename))
+      .text(end_of(request.media_type))
+      .take();
+}
+
+std::string encode(const Reply& reply) {
+  Writer writer;
+  if (reply) {
+    writer.number(kMesh).number(static_cast<std::uint64_t>(reply->format));
+    put(writer, reply->notes);
+    return writer.number(reply->vertices).number(reply->triangles).take();
+  }
+  const Error& error = reply.error();
+  writer.number(kError).number(static_cast<std::uint64_t>(error.code));
+  for (const std::string_view text : {error.message, error.part, error.where}) writer.text(text.substr(0, kMostText));
+  return writer.take();
+}
+
+std::optional<Bounds> decode_bounds(std::string_view message) {
+  Reader reader(message);
+  Bounds bounds;
+  bounds.memory_bytes = reader.number();
+  bounds.input_bytes = reader.number();
+  bounds.cpu_seconds = reader.number();
+  bounds.filter = reader.number(1) == 1;
+  if (!reader.complete()) return std::nullopt;
+  return bounds;
+}
+
+std::optional<Request> decode_request(std::string_view message) {
+  Reader reader(message);
+  Request request;
+  request.input_bytes = reader.number();
+  request.limits.max_vertices = reader.number();
+  request.limits.max_triangles = reader.number();
+  request.limits.max_expanded_bytes = reader.number();
+  request.part = reader.text(kMostHint);
+  request.filename = reader.text(kMostHint);
+  request.media_type = reader.text(kMostHint);
+  if (!reader.complete()) return std::nullopt;
+  return request;
+}
+
+std::optional<Reply> decode_reply(std::string_view message) {
+  Reader reader(message);
+  switch (reader.number()) {
+    case kMesh:
+      return take_mesh(reader);
+    case kError:
+      return take_error(reader);
+    default:
+      return std::nullopt;
+  }
+}
+
+}  // namespace meshgauge::server::sandbox

@@ -1,0 +1,146 @@
+#include "server/sandbox/reading.h"
+
+#include <string.h>
+#include <sys/wait.h>
+
+#include <algorithm>
+#include <memory>
+#include <utility>
+
+#include "api/formats/source.h"
+#include "engine/large_array.h"
+#include "server/sandbox/channel.h"
+
+namespace meshgauge::server::sandbox {
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr milliseconds kTick{10};
+constexpr milliseconds kEndTime{5000};  // for a process that was killed to be gone
+constexpr std::size_t kDigestBytes = std::size_t{1} << 20;
+
+// The server's own copy of a mesh.
+struct Copy {
+  Copy(std::size_t vertices, std::size_t count) : positions(vertices), triangles(count) {}
+
+  LargeArray<Vec3> positions;
+  LargeArray<Triangle> triangles;
+};
+static_assert(sizeof(Vec3) == 3 * sizeof(double) && sizeof(Triangle) == 3 * sizeof(std::uint32_t));
+
+std::string describe(std::optional<int> status) {
+  if (!status) return "was lost";
+  if (WIFSIGNALED(*status)) {
+    const int signal = WTERMSIG(*status);
+    const char* const name = ::sigdescr_np(signal);
+    return "was ended by signal " + std::to_string(signal) + " (" + (name ? name : "unknown") + ")";
+  }
+  return "ended with exit code " + std::to_string(WEXITSTATUS(*status));
+}
+
+Error unreadable(const std::string& part, const std::string& why) {
+  return api::about(part, ErrorCode::unreadable_mesh, "could not be read: " + why);
+}
+
+}  // namespace
+
+Reading::Reading(Worker worker, const api::MeshInput& input, const api::ReadLimits& limits)
+    : worker_(std::move(worker)), input_(input), limits_(limits), rest_(input.bytes) {}
+
+bool Reading::begin() {
+  window_ = Window::open();
+  const Descriptor copy = input_.file < 0 ? sealed_copy(input_.bytes) : Descriptor();
+  const int file = input_.file < 0 ? copy.get() : input_.file;
+  if (!window_ || file < 0) return false;
+  const Request request{input_.bytes.size(), limits_, input_.part, input_.filename, input_.media_type};
+  send_message(worker_.channel(), encode(request), {file, window_->file()});  // to a dead one: finish() sees it
+  return true;
+}
+
+Outcome Reading::finish(Control& control) {
+  if (const Interruption why = await_message(control); why != Interruption::none) return interrupted(why);
+  const auto message = receive_message(worker_.channel(), 0);
+  if (!message) return crashed();
+  auto reply = decode_reply(message->bytes);
+  if (!reply) return untrue("gave an answer that has no meaning");
+  if (!*reply) return refused(std::move(reply->error()));
+  Outcome outcome = take_mesh(**reply, control);
+  if (!outcome.mesh) return outcome;
+  if (const Interruption why = digest_rest(control); why != Interruption::none) return interrupted(why);
+  outcome.mesh->sha256 = sha256_.hex();
+  return outcome;
+}
+
+// The worker may lie about the numbers, but within the limits of any mesh; it may give any bytes, and change them until
+// they are copied; and it may stop.
+Outcome Reading::take_mesh(const Arrays& arrays, Control& control) {
+  if (arrays.vertices > limits_.max_vertices || arrays.triangles > limits_.max_triangles) {
+    return untrue("gave more than the limits allow");
+  }
+  const auto copy = std::make_shared<Copy>(arrays.vertices, arrays.triangles);
+  const auto positions = std::as_writable_bytes(std::span(copy->positions));
+  const auto triangles = std::as_writable_bytes(std::span(copy->triangles));
+  const std::uint64_t count = count_pieces(positions.size(), triangles.size());
+  Interruption why = Interruption::none;
+  const bool complete = for_each_piece(positions, triangles, [&](std::uint64_t number, std::span<std::byte> piece) {
+    if (number >= kSlots) {
+      why = await_message(control);
+      if (why != Interruption::none || !receive_message(worker_.channel(), 0)) return false;
+    }
+    if (!window_->copy(number, piece)) return false;
+    return number + kSlots >= count || send_message(worker_.channel(), kTurn);
+  });
+  if (why != Interruption::none) return interrupted(why);
+  if (!complete) return crashed();
+  const MeshView mesh(copy->positions, copy->triangles);
+  const auto valid = validate(mesh, {limits_.max_vertices, limits_.max_triangles}, input_.part);
+  if (!valid) return untrue("gave an invalid mesh: " + valid.error().message);
+  return {End::read, "", api::LoadedMesh{mesh, arrays.format, arrays.notes, "", copy}};
+}
+
+// None: a message can be received, or the worker is gone.
+Interruption Reading::await_message(Control& control) {
+  for (;;) {
+    if (const Interruption why = control.check(); why != Interruption::none) return why;
+    if (readable(worker_.channel(), rest_.empty() ? kTick : milliseconds(0))) return Interruption::none;
+    digest_piece();
+  }
+}
+
+Interruption Reading::digest_rest(Control& control) {
+  while (!rest_.empty()) {
+    if (const Interruption why = control.check(); why != Interruption::none) return why;
+    digest_piece();
+  }
+  return Interruption::none;
+}
+
+void Reading::digest_piece() {
+  const auto piece = rest_.first(std::min(rest_.size(), kDigestBytes));
+  sha256_.update(piece);
+  rest_ = rest_.subspan(piece.size());
+}
+
+// What a reader says against the file: its words, but about no other part.
+Outcome Reading::refused(Error error) const {
+  if (!error.part.empty()) error.part = input_.part;
+  const bool memory = error.message == api::out_of_memory(input_.part).message;
+  return {memory ? End::out_of_memory : End::read, memory ? "ran out of memory" : "", std::move(error)};
+}
+
+Outcome Reading::crashed() {
+  return {End::crashed, describe(worker_.end(kEndTime)), unreadable(input_.part, "its reader ended abnormally")};
+}
+
+Outcome Reading::untrue(const std::string& how) const {
+  return {End::untrue, how, unreadable(input_.part, "its reader gave no valid mesh")};
+}
+
+Outcome Reading::interrupted(Interruption why) const {
+  const bool late = why == Interruption::timeout;
+  return {late ? End::overdue : End::cancelled, late ? "was killed at the deadline" : "was killed: cancelled",
+          api::not_in_time(why, "'" + input_.part + "' was read")};
+}
+
+}  // namespace meshgauge::server::sandbox

@@ -1,0 +1,61 @@
+// One file in one worker, as the server sees it: hand it over, wait, take what comes back, and only then look at it.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+
+#include "api/digest.h"
+#include "api/load.h"
+#include "server/sandbox/nursery.h"
+#include "server/sandbox/protocol.h"
+#include "server/sandbox/window.h"
+
+namespace meshgauge::server::sandbox {
+
+// How a reading ended.
+enum class End {
+  read,           // with a mesh, or with what a reader has to say against the file
+  out_of_memory,  // the reader ran into the limit of its memory and said so
+  crashed,        // the worker was gone before it had given all
+  untrue,         // what it gave is not what a reader gives
+  overdue,        // killed at the deadline
+  cancelled,      // killed because nobody wants the mesh any more
+};
+
+struct Outcome {
+  End end = End::read;
+  std::string how;  // a clause for the log: "the reader of 'a' ..."; empty when there is nothing to say
+  Result<api::LoadedMesh> mesh;
+};
+
+class Reading {
+ public:
+  // Borrows `input` and `limits`.
+  Reading(Worker worker, const api::MeshInput& input, const api::ReadLimits& limits);
+
+  bool begin();  // hands the file over, does not wait; false: memory or descriptors ran out
+
+  // Precondition: begin() gave true. Waits for the mesh and takes the digest of the file meanwhile. Asks `control`
+  // every 10 ms at least; whatever it gives, the worker is gone or about to go. Throws std::bad_alloc.
+  Outcome finish(Control& control);
+
+ private:
+  Outcome take_mesh(const Arrays& arrays, Control& control);
+  Interruption await_message(Control& control);
+  Interruption digest_rest(Control& control);
+  void digest_piece();
+  Outcome refused(Error error) const;
+  Outcome crashed();
+  Outcome untrue(const std::string& how) const;
+  Outcome interrupted(Interruption why) const;
+
+  Worker worker_;
+  const api::MeshInput& input_;
+  const api::ReadLimits& limits_;
+  std::optional<Window> window_;
+  api::Sha256 sha256_;
+  std::span<const std::byte> rest_;  // of the input, still to be digested
+};
+
+}  // namespace meshgauge::server::sandbox

@@ -1,0 +1,18 @@
+// The process that makes the workers. The server starts it by executing its own program anew (nursery.h), so it and its
+// workers have nothing of the server's memory and another layout of addresses; and it has one thread, so it may fork.
+//
+// It never sees a byte of a file. It ends when the server closes its end of the control channel or dies, and its
+// workers with it; a worker is killed when the server closes that worker's second channel.
+#pragma once
+
+#include "server/sandbox/worker.h"
+
+namespace meshgauge::server::sandbox {
+
+inline constexpr int kControl = 3;  // the channel on which a spawner is told what to fork
+
+// Says on kControl why calls cannot be forbidden (a blank when they can), then forks a worker for every message.
+// Gives the exit code of the process: 0, or 3 when kControl is no channel, that is when a person started it.
+int run_spawner(Read read);
+
+}  // namespace meshgauge::server::sandbox

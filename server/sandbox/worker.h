@@ -1,0 +1,19 @@
+// The child's side of the sandbox: a process that reads one mesh file and ends.
+#pragma once
+
+#include <span>
+
+#include "api/formats/format.h"
+#include "server/sandbox/protocol.h"
+
+namespace meshgauge::server::sandbox {
+
+// What a worker does with the bytes: api::read_part, or what a test puts in its place.
+using Read = Result<api::ReadMesh> (*)(std::span<const std::byte> bytes, const api::ReadHints& hints,
+                                       const api::ReadLimits& limits);
+
+// Confines this process, waits for its one Request on kChannel, answers it, and ends. For a process that just forked,
+// has one thread and no other descriptors than 0 to kChannel; `parent` is the process that must outlive it.
+[[noreturn]] void run_worker(Read read, const Bounds& bounds, int parent);
+
+}  // namespace meshgauge::server::sandbox

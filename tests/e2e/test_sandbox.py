@@ -1,0 +1,218 @@
+"""The processes in which the service reads uploads: what happens to them, and what that costs."""
+
+import os
+import shutil
+import signal
+import struct
+import subprocess
+import tempfile
+import time
+import unittest
+
+from harness import BINARY, RAISED, SQUARE, Server, check, comparison, post_head, read_answer, until
+
+WITHOUT = os.environ.get("MESHGAUGE_WITHOUT")
+SANITIZED = os.environ.get("MESHGAUGE_SANITIZED") == "1"
+
+
+def processes():
+    """{pid: (parent, state, start)} of the whole machine."""
+    found = {}
+    for name in filter(str.isdigit, os.listdir("/proc")):
+        try:
+            with open("/proc/%s/stat" % name) as file:
+                fields = file.read().rsplit(")", 1)[1].split()
+        except OSError:
+            continue
+        found[int(name)] = (int(fields[1]), fields[0], int(fields[19]))
+    return found
+
+
+def workers(server):
+    """The pids of the processes that read, in the order in which they take files."""
+    found = processes()
+    spawners = [pid for pid, (parent, _, _) in found.items() if parent == server.process.pid]
+    return sorted((pid for pid, (parent, state, _) in found.items() if parent in spawners and state != "Z"),
+                  key=lambda pid: (found[pid][2], pid))
+
+
+def family(server):
+    """The server, the spawner and the workers."""
+    spawners = [pid for pid, (parent, _, _) in processes().items() if parent == server.process.pid]
+    return [server.process.pid] + spawners + workers(server)
+
+
+def alive(pids):
+    found = processes()
+    return [pid for pid in pids if pid in found and found[pid][1] != "Z"]
+
+
+def open_files(server):
+    return len(os.listdir("/proc/%d/fd" % server.process.pid))
+
+
+class Held:
+    """A comparison whose first file is held by a worker that was stopped."""
+
+    def __init__(self, server, options=b"{}"):
+        until(lambda: len(workers(server)) >= 2)
+        before = workers(server)
+        self.worker = next(pid for pid in before if processes()[pid][1] != "T")
+        os.kill(self.worker, signal.SIGSTOP)
+        until(lambda: processes()[self.worker][1] == "T")
+        self.connection = server.connect()
+        body = comparison(options=options)
+        self.connection.sendall(post_head(len(body)) + body)
+        until(lambda: len(workers(server)) > len(before))  # one more is made when one is taken
+
+    def answer(self):
+        with self.connection:
+            return check(read_answer(self.connection.makefile("rb")))
+
+
+class Workers(unittest.TestCase):
+    def server(self, *flags, **more):
+        server = Server("--workers", "2", *flags, **more)
+        self.addCleanup(server.stop)
+        return server
+
+    def unreadable(self, answer):
+        self.assertEqual(answer.status, 422, answer.body)
+        problem = answer.json()
+        self.assertEqual(problem["type"], "urn:meshgauge:problem:unreadable-mesh")
+        self.assertEqual([error["part"] for error in problem["errors"]], ["a"])
+        self.assertIn("ended abnormally", problem["detail"])
+
+    def test_one_that_is_killed_costs_its_request_alone(self):
+        server = self.server()
+        held = Held(server)
+        for _ in range(5):
+            self.assertEqual(server.compare().status, 200)
+        self.assertEqual(server.get("/healthz").status, 200)
+        os.kill(held.worker, signal.SIGKILL)
+        self.unreadable(held.answer())
+        self.assertEqual(server.compare().status, 200)
+        until(lambda: any('"sandbox"' in line and "signal 9" in line for line in server.log))
+
+    def test_one_that_is_too_slow_is_killed_at_the_deadline(self):
+        server = self.server()
+        held = Held(server, {"timeout_ms": 700})
+        answer = held.answer()
+        self.assertEqual(answer.status, 503)
+        self.assertEqual(answer.json()["type"], "urn:meshgauge:problem:out-of-time")
+        until(lambda: not alive([held.worker]))
+        self.assertEqual(server.compare().status, 200)
+
+    def test_one_whose_client_leaves_is_killed(self):
+        server = self.server("--queue", "0")
+        held = [Held(server), Held(server)]
+        self.assertEqual(server.compare().status, 503)
+        for one in held:
+            one.connection.close()
+        until(lambda: not alive([one.worker for one in held]))
+        until(lambda: server.compare().status == 200)
+
+    def test_sigterm_ends_them_all(self):
+        server = self.server("--grace-ms", "300")
+        held = Held(server)
+        pids = family(server)
+        self.assertEqual(server.stop(), 0)
+        self.assertEqual(held.answer().json()["type"], "urn:meshgauge:problem:shutting-down")
+        self.assertEqual(alive(pids), [])
+
+    def test_a_signal_to_all_is_the_server_s_to_answer(self):
+        """A supervisor may send SIGTERM to every process: what runs is still read."""
+        server = self.server("--grace-ms", "100000")
+        held = Held(server)
+        pids = family(server)
+        for pid in pids:
+            os.kill(pid, signal.SIGTERM)
+        time.sleep(0.2)
+        os.kill(held.worker, signal.SIGCONT)
+        self.assertEqual(held.answer().status, 200)
+        self.assertEqual(server.stop(), 0)
+        self.assertEqual(alive(pids), [])
+
+    def test_none_outlives_a_server_that_is_killed(self):
+        server = self.server()
+        held = Held(server)
+        pids = family(server)
+        self.assertGreaterEqual(len(pids), 5)
+        self.assertEqual(server.stop(signal.SIGKILL), -signal.SIGKILL)
+        until(lambda: not alive(pids))
+        held.connection.close()
+
+    def test_they_are_one_use_and_leave_nothing_behind(self):
+        server = self.server()
+        large = SQUARE + b"#" * 1_000_000
+        self.assertEqual(server.compare(large, large).status, 200)
+        until(lambda: len(workers(server)) == 2)
+        first, files = workers(server), open_files(server)
+        for i in range(10):
+            self.assertEqual(server.compare(large if i % 2 else SQUARE).status, 200)
+            self.assertEqual(server.compare(b=b"v 0 0 nan\n").status, 422)
+        until(lambda: len(workers(server)) == 2 and open_files(server) == files)
+        self.assertEqual(set(first) & set(workers(server)), set())
+        self.assertEqual([pid for pid, (parent, state, _) in processes().items()
+                          if state == "Z" and parent in family(server)], [])
+        self.assertEqual(server.stop(), 0)
+        self.assertTrue(any("; 42 read, 0 out of memory, 0 crashed, " in line for line in server.log), server.log)
+
+    @unittest.skipIf(SANITIZED, "a sanitizer needs more memory than any limit")
+    def test_memory_is_limited(self):
+        server = self.server("--parser-memory-bytes", str(48 << 20))
+        self.assertEqual(server.compare().status, 200)
+        triangles = 400_000  # 20 MB of file, 34 MB of arrays, and as much again to weld them
+        stl = b"\0" * 80 + struct.pack("<I", triangles) + struct.pack("<12fH", *range(12), 0) * triangles
+        answer = server.compare(a=stl)
+        self.assertEqual(answer.status, 413, answer.body)
+        self.assertEqual(answer.json()["errors"][0]["part"], "a")
+        self.assertEqual(server.compare().status, 200)
+
+    @unittest.skipIf(os.geteuid() != 0, "only root can become somebody else")
+    def test_a_user_without_rights(self):
+        folder = tempfile.TemporaryDirectory()  # the one of the build may be closed to others
+        self.addCleanup(folder.cleanup)
+        os.chmod(folder.name, 0o755)
+        server = self.server(program=[shutil.copy(BINARY, folder.name)], user=65534)
+        self.assertEqual(server.compare(SQUARE + b"#" * 1_000_000, RAISED).status, 200)
+
+        def confined(pid):
+            with open("/proc/%d/status" % pid) as file:
+                text = file.read()
+            return "NoNewPrivs:\t1\n" in text and ("Seccomp:\t2\n" in text) != SANITIZED
+
+        until(lambda: all(map(confined, workers(server))))
+
+
+@unittest.skipUnless(WITHOUT, "MESHGAUGE_WITHOUT names no program")
+class Lacks(unittest.TestCase):
+    """Machines that cannot do all of it say so, and serve."""
+
+    def lacking(self, what):
+        server = Server(program=[WITHOUT, what, BINARY])
+        self.addCleanup(server.stop)
+        self.assertEqual(server.compare(SQUARE + b"#" * 1_000_000, RAISED).status, 200)
+        self.assertEqual(server.compare(a=b"v 0 0 nan\n").status, 422)
+        return server
+
+    def test_no_seccomp(self):
+        server = self.lacking("seccomp")
+        until(lambda: any("seccomp is not in force" in line for line in server.log))
+
+    def test_no_seals(self):
+        server = self.lacking("seals")
+        until(lambda: any("files in memory cannot be sealed" in line for line in server.log))
+
+
+class ByHand(unittest.TestCase):
+    def test_the_command_is_not_for_people(self):
+        done = subprocess.run([BINARY, "sandbox"], stdin=subprocess.DEVNULL, capture_output=True, check=False)
+        self.assertEqual(done.returncode, 3)
+        self.assertIn(b"the server's own", done.stderr)
+        listed = subprocess.run([BINARY, "--help"], capture_output=True, check=True).stdout
+        self.assertNotIn(b"sandbox", listed)
+
+
+if __name__ == "__main__":
+    unittest.main()

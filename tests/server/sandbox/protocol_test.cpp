@@ -1,0 +1,110 @@
+#include "server/sandbox/protocol.h"
+
+#include <string>
+
+#include <doctest/doctest.h>
+
+using namespace meshgauge;
+using namespace meshgauge::server::sandbox;
+
+namespace {
+
+api::ReadNotes notes() {
+  api::ReadNotes notes;
+  notes.gzip = true;
+  notes.polygons = 5;
+  notes.skipped_primitives = 7;
+  notes.welded_vertices = 11;
+  notes.unused_objects = 13;
+  notes.unit = api::LengthUnit::inch;
+  notes.filename_says = api::Format::obj;
+  return notes;
+}
+
+const Reply kMesh = Arrays{api::Format::ply, notes(), 1'000'000'000'000, 12};
+const Reply kError = Error{ErrorCode::non_finite_vertex, "line 3 of 'a': no", "a", "line 3"};
+
+}  // namespace
+
+TEST_CASE("protocol: what is sent is what is read") {
+  const auto mesh = decode_reply(encode(kMesh));
+  REQUIRE((mesh && *mesh));
+  CHECK((*mesh)->format == api::Format::ply);
+  CHECK((*mesh)->notes.gzip);
+  CHECK((*mesh)->notes.polygons == 5);
+  CHECK((*mesh)->notes.skipped_primitives == 7);
+  CHECK((*mesh)->notes.welded_vertices == 11);
+  CHECK((*mesh)->notes.unused_objects == 13);
+  CHECK((*mesh)->notes.unit == api::LengthUnit::inch);
+  CHECK((*mesh)->notes.filename_says == api::Format::obj);
+  CHECK(!(*mesh)->notes.media_type_says);
+  CHECK((*mesh)->vertices == 1'000'000'000'000);
+  CHECK((*mesh)->triangles == 12);
+
+  const auto error = decode_reply(encode(kError));
+  REQUIRE((error && !*error));
+  CHECK(error->error().code == ErrorCode::non_finite_vertex);
+  CHECK(error->error().message == "line 3 of 'a': no");
+  CHECK(error->error().part == "a");
+  CHECK(error->error().where == "line 3");
+
+  const auto request = decode_request(encode(Request{9, {1, 2, 3}, "a", "x.obj", "model/obj"}));
+  REQUIRE(request);
+  CHECK(request->input_bytes == 9);
+  CHECK(request->limits.max_vertices == 1);
+  CHECK(request->limits.max_triangles == 2);
+  CHECK(request->limits.max_expanded_bytes == 3);
+  CHECK(request->part == "a");
+  CHECK(request->filename == "x.obj");
+  CHECK(request->media_type == "model/obj");
+
+  const auto bounds = decode_bounds(encode(Bounds{1, 2, 4, false}));
+  REQUIRE(bounds);
+  CHECK(bounds->memory_bytes == 1);
+  CHECK(bounds->input_bytes == 2);
+  CHECK(bounds->cpu_seconds == 4);
+  CHECK(!bounds->filter);
+}
+
+TEST_CASE("protocol: a message that is cut or longer is none") {
+  for (const Reply& reply : {kMesh, kError}) {
+    const std::string whole = encode(reply);
+    for (std::size_t length = 0; length < whole.size(); ++length) CHECK(!decode_reply(whole.substr(0, length)));
+    CHECK(!decode_reply(whole + '\0'));
+  }
+  const std::string request = encode(Request{9, {1, 2, 3}, "a", "x.obj", ""});
+  for (std::size_t length = 0; length < request.size(); ++length) CHECK(!decode_request(request.substr(0, length)));
+}
+
+TEST_CASE("protocol: no byte of an answer gets an enumeration, a flag or a text out of its range") {
+  for (const Reply& reply : {kMesh, kError}) {
+    const std::string whole = encode(reply);
+    for (std::size_t i = 0; i < whole.size(); ++i) {
+      for (int value = 0; value < 256; ++value) {
+        std::string changed = whole;
+        changed[i] = static_cast<char>(value);
+        const auto decoded = decode_reply(changed);
+        if (!decoded) continue;
+        if (*decoded) {
+          CHECK((*decoded)->format <= api::Format::three_mf);
+          CHECK((*decoded)->notes.unit.value_or(api::LengthUnit::micron) <= api::LengthUnit::meter);
+          CHECK((*decoded)->notes.filename_says.value_or(api::Format::obj) <= api::Format::three_mf);
+          CHECK((*decoded)->notes.media_type_says.value_or(api::Format::obj) <= api::Format::three_mf);
+        } else {
+          CHECK(decoded->error().code <= ErrorCode::internal);
+          CHECK(decoded->error().message.size() <= whole.size());
+        }
+      }
+    }
+  }
+}
+
+TEST_CASE("protocol: texts that are too long are cut, a hint at its beginning") {
+  const auto request = decode_request(encode(Request{0, {}, "a", std::string(9000, 'x') + ".obj", ""}));
+  REQUIRE(request);
+  CHECK(request->filename.size() == 1024);
+  CHECK(request->filename.ends_with("x.obj"));
+  const auto error = decode_reply(encode(Reply(Error{ErrorCode::internal, std::string(9000, 'x'), "", ""})));
+  REQUIRE(error);
+  CHECK(error->error().message.size() == 4096);
+}
