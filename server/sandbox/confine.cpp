@@ -93,12 +93,13 @@ bool limit_resources(const Bounds& bounds) {
 int forbid_calls() {
   if (kSanitized) return ENOTSUP;
   Filter filter;
-  for (const int call : {SCMP_SYS(brk), SCMP_SYS(munmap), SCMP_SYS(mremap), SCMP_SYS(madvise), SCMP_SYS(futex),
-                         SCMP_SYS(clock_gettime), SCMP_SYS(exit), SCMP_SYS(exit_group)}) {
+  for (const int call : {SCMP_SYS(brk), SCMP_SYS(munmap), SCMP_SYS(mremap), SCMP_SYS(futex), SCMP_SYS(clock_gettime),
+                         SCMP_SYS(exit), SCMP_SYS(exit_group)}) {
     filter.allow(call);
   }
   filter.allow(SCMP_SYS(mmap), {masked(2, PROT_EXEC, 0), masked(3, MAP_TYPE, MAP_PRIVATE)});
   filter.allow(SCMP_SYS(mmap), {masked(2, PROT_EXEC, 0), masked(3, MAP_TYPE, MAP_SHARED), equal(4, kWindow)});
+  for (const int advice : {MADV_HUGEPAGE, MADV_DONTNEED}) filter.allow(SCMP_SYS(madvise), {equal(2, advice)});
   filter.allow(SCMP_SYS(recvmsg), {equal(0, kChannel)});
   filter.allow(SCMP_SYS(sendmsg), {equal(0, kChannel)});
   return filter.load();

@@ -106,6 +106,9 @@ Result<std::string> Nursery::start() {
   return hello->bytes == " " ? std::string() : hello->bytes;
 }
 
+// After its first word the spawner says nothing: there is something to read when its end is closed.
+bool Nursery::gone() const { return !control_ || readable(control_.get(), milliseconds(0)); }
+
 std::optional<Worker> Nursery::spawn(const Bounds& bounds) {
   if (!control_) return std::nullopt;
   auto channel = open_channel();

@@ -45,6 +45,9 @@ class Nursery {
   // run_spawner() says: why calls cannot be forbidden, empty when they can.
   Result<std::string> start();
 
+  // The spawner is not running.
+  bool gone() const;
+
   // Orders a worker; it may be asked at once and answers when it is there. nullopt: the spawner is not running, or no
   // descriptors are left.
   std::optional<Worker> spawn(const Bounds& bounds);

@@ -107,7 +107,8 @@ std::optional<Worker> Pool::take() {
     if (!worker.gone()) return worker;
   }
   auto worker = make();
-  if (worker || !nursery_.start()) return worker;
+  // A spawner that lives, and could not be asked for want of descriptors, has workers that others wait for.
+  if (worker || !nursery_.gone() || !nursery_.start()) return worker;
   return make();
 }
 
