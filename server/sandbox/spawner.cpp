@@ -61,8 +61,7 @@ void ask_to_be_killed_first() {
 bool Spawner::prepare() {
   // Ctrl-C and a supervisor's SIGTERM are for the server, which ends this process when its own work is done.
   for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGPIPE}) ::signal(signal, SIG_IGN);
-  ::signal(SIGCHLD,
-           SIG_DFL);  // ignored, which whoever started the server may have left behind, no child could be waited for
+  ::signal(SIGCHLD, SIG_DFL);  // were it ignored, as the server may have been started, no child could be waited for
   const rlimit no_core{0, 0};
   ::setrlimit(RLIMIT_CORE, &no_core);
   ask_to_be_killed_first();
