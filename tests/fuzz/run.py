@@ -7,6 +7,7 @@ code 1 when something was found.
 """
 import argparse
 import concurrent.futures
+import contextlib
 import dataclasses
 import os
 import pathlib
@@ -92,9 +93,11 @@ def last_number(pattern, log, otherwise=0):
 def minimised(target, finding):
     """The smallest input that still breaks the target; a time-out or too much memory stays as it is."""
     smaller = finding.with_name(finding.name + ".min")
-    subprocess.run([target.program, *LIMITS, "-minimize_crash=1", f"-max_total_time={MINIMISE_SECONDS}",
-                    f"-exact_artifact_path={smaller}", finding],
-                   env=environment(), capture_output=True, check=False)
+    # Each step that succeeds starts its time anew: the last one is ended.
+    with contextlib.suppress(subprocess.TimeoutExpired):
+        subprocess.run([target.program, *LIMITS, "-minimize_crash=1", f"-max_total_time={MINIMISE_SECONDS}",
+                        f"-exact_artifact_path={smaller}", finding],
+                       env=environment(), capture_output=True, check=False, timeout=3 * MINIMISE_SECONDS)
     return smaller if smaller.exists() else finding
 
 
