@@ -27,6 +27,11 @@ enum class ProblemKind {
   head_too_large,
   not_implemented,  // a method or transfer coding that is not known here
   http_version,
+  digest_mismatch,         // the bytes are not those that their name says
+  idempotency_key_reused,  // with another request
+  unknown_mesh,            // a comparison names one that is not stored
+  not_ready,
+  storage_full,
   overloaded,  // the queue, the connections or the bytes of all uploads are at their limit
   shutting_down,
   invalid_request,

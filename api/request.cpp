@@ -1,5 +1,6 @@
 #include "api/request.h"
 
+#include <algorithm>
 #include <cmath>
 #include <set>
 #include <span>
@@ -239,6 +240,21 @@ Result<Done> read_threads(const Json& value, const std::string& pointer, Reading
   return Done{};
 }
 
+Result<Json> parse_document(std::string_view json, const std::string& part) {
+  const std::string quoted = "'" + part + "'";
+  if (json.size() > kMaxOptionsBytes) {
+    return Error{ErrorCode::too_large, quoted + " is larger than " + std::to_string(kMaxOptionsBytes) + " bytes", part,
+                 ""};
+  }
+  if (const std::size_t nul = json.find('\0'); nul != std::string_view::npos) {  // the parser would take it for the end
+    return Error{ErrorCode::invalid_request, quoted + " is refused: not JSON: a NUL byte", part,
+                 "byte " + std::to_string(nul)};
+  }
+  Filter filter;
+  if (Json::sax_parse(json, &filter)) return Json::parse(json);
+  return Error{ErrorCode::invalid_request, quoted + " is refused: " + filter.defect, part, filter.where};
+}
+
 constexpr Field kOptions[] = {{"direction", read_direction}, {"tolerance", read_tolerance},
                               {"gate", read_gate},           {"strategy", read_strategy},
                               {"points", read_points},       {"timeout_ms", read_timeout},
@@ -280,21 +296,49 @@ Result<Done> check_points(bool points_given, Strategy strategy, std::string_view
 }
 
 Result<Request> parse_options(std::string_view json, const RequestLimits& limits) {
-  if (json.size() > kMaxOptionsBytes) {
-    return Error{ErrorCode::too_large, "'options' is larger than " + std::to_string(kMaxOptionsBytes) + " bytes",
-                 "options", ""};
-  }
-  if (const std::size_t nul = json.find('\0'); nul != std::string_view::npos) {  // the parser would take it for the end
-    return refused("byte " + std::to_string(nul), "'options' is refused: not JSON: a NUL byte");
-  }
-  Filter filter;
-  if (!Json::sax_parse(json, &filter)) return refused(filter.where, "'options' is refused: " + filter.defect);
+  auto document = parse_document(json, "options");
+  if (!document) return document.error();
   Request request;
   request.timeout = limits.default_timeout;
   Reading reading{request, limits};
-  if (auto read = read_object(Json::parse(json), "", kOptions, reading); !read) return read.error();
+  if (auto read = read_object(*document, "", kOptions, reading); !read) return read.error();
   if (auto ok = check_points(reading.points_given, request.options.strategy, "/points"); !ok) return ok.error();
   return request;
+}
+
+bool is_mesh_id(std::string_view text) {
+  return text.size() == 64 && std::all_of(text.begin(), text.end(), [](char c) {
+           return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f');
+         });
+}
+
+Result<StoredPair> parse_stored_pair(std::string_view json) {
+  const auto refused_body = [](const std::string& where, std::string message) {
+    return Error{ErrorCode::invalid_request, std::move(message), "body", where};
+  };
+  const auto document = parse_document(json, "body");
+  if (!document) return document.error();
+  if (!document->is_object()) return refused_body("", "the document must be an object, not " + shown(*document));
+  StoredPair pair;
+  for (const auto& [key, member] : document->items()) {
+    const std::string pointer = "/" + key;
+    if (key == "options") {
+      pair.options = member.dump(-1, ' ', false, Json::error_handler_t::replace);
+      continue;
+    }
+    if (key != "a" && key != "b") {
+      return refused_body(pointer, "unknown member " + in_quotes(key) + "; known: a, b, options");
+    }
+    if (!member.is_string() || !is_mesh_id(member.get_ref<const std::string&>())) {
+      return refused_body(pointer, pointer + " must be the id of a stored mesh, 64 lower-case hex digits, not " +
+                                       shown(member));
+    }
+    (key == "a" ? pair.a : pair.b) = member.get<std::string>();
+  }
+  for (const char* key : {"a", "b"}) {
+    if (!document->contains(key)) return refused_body(std::string("/") + key, std::string("/") + key + " is missing");
+  }
+  return pair;
 }
 
 }  // namespace meshgauge::api

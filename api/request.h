@@ -60,4 +60,16 @@ struct RequestLimits {
 // key, a wrong type, a value out of range. When `tolerance` is given, only the rules in it apply.
 Result<Request> parse_options(std::string_view json, const RequestLimits& limits = {});
 
+// A comparison of two stored meshes, as a document: {"a": id, "b": id, "options": {...}}, the last one optional.
+struct StoredPair {
+  std::string a;  // the meshes' ids: 64 lower-case hex digits
+  std::string b;
+  std::string options = "{}";  // for parse_options()
+};
+
+// Refused as by parse_options().
+Result<StoredPair> parse_stored_pair(std::string_view json);
+
+bool is_mesh_id(std::string_view text);
+
 }  // namespace meshgauge::api

@@ -1,6 +1,7 @@
 // One request and what becomes of it: what a handler is given, and what the log line tells.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <utility>
@@ -23,6 +24,9 @@ struct Response {
   int status = 200;
   std::string content_type;
   std::string body;
+  // Instead of a body: appends the next piece, if there is one within 100 ms, and says whether there are more to come.
+  // Called on the connection's thread until then, or until the client is gone.
+  std::function<bool(std::string& piece)> stream;
   std::vector<std::pair<std::string, std::string>> headers;  // more than Content-Type and Content-Length
 };
 
@@ -30,7 +34,9 @@ struct Exchange {
   Exchange(std::string unique_id, const Head& request_head, Body& request_body, Connection& client)
       : id(std::move(unique_id)), head(request_head), body(request_body), connection(client) {}
 
-  std::string id;  // unguessable; also the id of the result
+  std::string id;  // unguessable; also the id of a comparison that it begins
+  std::string route;    // as the router knows it; empty: none
+  std::string segment;  // what stands for the {} of the route
   const Head& head;
   Body& body;
   Connection& connection;

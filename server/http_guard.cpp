@@ -6,6 +6,7 @@
 #include <exception>
 
 #include "api/digest.h"
+#include "server/event_stream.h"
 
 namespace meshgauge::server {
 namespace {
@@ -82,8 +83,7 @@ HttpGuard::HttpGuard(const Settings& settings, Handler handle, Handler log)
     const int yes = 1;  // the library's default, SO_REUSEPORT, would let two services share a port unnoticed
     ::setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
   });
-  set_pre_routing_handler([this](const httplib::Request&, httplib::Response& response) {
-    this->handle(*current_);
+  set_pre_routing_handler([](const httplib::Request&, httplib::Response& response) {
     hand_over(current_->exchange.response, response);
     return HandlerResponse::Handled;
   });
@@ -187,13 +187,20 @@ void HttpGuard::process(Stream& stream) {
 bool HttpGuard::respond(Connection& connection, const Head& head, const Refusal& refusal) {
   Body body(connection, head, settings_.max_request_bytes, ms(settings_.body_timeout_ms));
   Exchange exchange(api::random_id(), head, body, connection);
-  GuardedStream stream(connection, (head.method == "HEAD" ? "HEAD" : "GET") + std::string(" / HTTP/1.1\r\n\r\n"));
   Current serving{exchange, refusal, refusal.has_value() || !head.keep_alive};
+  handle(serving);
+  const bool sent = exchange.response.stream ? send_stream(connection, exchange.response) : send(connection, serving);
+  log_(exchange);
+  return sent && !serving.close;
+}
+
+bool HttpGuard::send(Connection& connection, Current& serving) {
+  const bool no_body = serving.exchange.head.method == "HEAD";
+  GuardedStream stream(connection, (no_body ? "HEAD" : "GET") + std::string(" / HTTP/1.1\r\n\r\n"));
   current_ = &serving;
   process(stream);
   current_ = nullptr;
-  log_(exchange);
-  return !serving.close && !stream.broken();
+  return !stream.broken();
 }
 
 void HttpGuard::handle(Current& serving) const {
@@ -206,7 +213,7 @@ void HttpGuard::handle(Current& serving) const {
   }
   exchange.response.headers.emplace_back("X-Request-Id", exchange.id);
   // What is left of a body would be taken for the next request.
-  serving.close = serving.close || stopping_.load() || !exchange.body.consumed();
+  serving.close = serving.close || stopping_.load() || !exchange.body.consumed() || exchange.response.stream;
 }
 
 }  // namespace meshgauge::server

@@ -41,6 +41,7 @@ class HttpGuard final : private httplib::Server {
   bool serve_one(Connection& connection);
   Refusal read_head(Connection& connection, Clock::time_point deadline, Head& head) const;
   bool respond(Connection& connection, const Head& head, const Refusal& refusal);
+  bool send(Connection& connection, Current& serving);
   template <class Stream>
   void process(Stream& stream);
   void handle(Current& serving) const;

@@ -1,4 +1,5 @@
 // Method and path to handler, by plain comparison: a regular expression on a hostile path can overflow the stack.
+// "/v1/comparisons/{}/events" takes any one segment, not empty, for its {}.
 #pragma once
 
 #include <functional>
@@ -15,7 +16,8 @@ class Router {
 
   void add(std::string method, std::string path, Action action);
 
-  // Runs the action, or answers 404, or 405 with Allow. HEAD goes where GET goes.
+  // Runs the action, with what stood for the {} in exchange.segment, or answers 404, or 405 with Allow. HEAD goes where
+  // GET goes.
   void operator()(Exchange& exchange) const;
 
  private:

@@ -1,0 +1,48 @@
+#include "server/event_stream.h"
+
+#include <chrono>
+#include <cstdio>
+
+namespace meshgauge::server {
+namespace {
+
+constexpr std::chrono::seconds kPieceTime{30};
+constexpr std::chrono::seconds kSilence{15};  // proxies close a connection that says nothing for longer
+
+std::string head_of(const Response& response) {
+  std::string head = "HTTP/1.1 " + std::to_string(response.status) + " OK\r\nContent-Type: " + response.content_type;
+  for (const auto& [name, value] : response.headers) head += "\r\n" + name + ": " + value;
+  return head + "\r\nTransfer-Encoding: chunked\r\nConnection: close\r\n\r\n";
+}
+
+std::string chunk_of(std::string_view piece) {
+  char size[20];
+  std::snprintf(size, sizeof size, "%zx\r\n", piece.size());
+  return size + std::string(piece) + "\r\n";
+}
+
+}  // namespace
+
+bool send_stream(Connection& connection, const Response& response) {
+  const auto write = [&](const std::string& bytes) {
+    return connection.write(bytes, Clock::now() + kPieceTime) == Io::ok;
+  };
+  if (!write(head_of(response))) return false;
+  auto last = Clock::now();
+  for (bool more = true; more;) {
+    std::string piece;
+    more = response.stream(piece);
+    if (connection.peer_gone()) return false;
+    if (piece.empty() && Clock::now() - last > kSilence) piece = ": still here\n\n";
+    if (piece.empty()) continue;
+    if (!write(chunk_of(piece))) return false;
+    last = Clock::now();
+  }
+  return write("0\r\n\r\n");
+}
+
+std::string event(std::string_view name, std::string_view data) {
+  return "event: " + std::string(name) + "\ndata: " + std::string(data) + "\n\n";
+}
+
+}  // namespace meshgauge::server

@@ -1,0 +1,124 @@
+#include "server/jobs/scheduler.h"
+
+#include <algorithm>
+
+namespace meshgauge::server {
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr double kShareOfTheLast = 0.1;
+
+milliseconds handicap(std::uint64_t bytes) {
+  const auto most = static_cast<std::uint64_t>(Scheduler::kMostHandicap.count());
+  return milliseconds(static_cast<std::int64_t>(std::min(bytes / Scheduler::kBytesPerMs, most)));
+}
+
+double ms_since(Scheduler::Clock::time_point start) {
+  return std::chrono::duration<double, std::milli>(Scheduler::Clock::now() - start).count();
+}
+
+}  // namespace
+
+Scheduler::Slot::~Slot() {
+  if (scheduler_) scheduler_->release(kind_);
+}
+
+Scheduler::Scheduler(const Limits& limits) : limits_(limits) {
+  for (std::size_t i = 0; i < limits.workers; ++i) workers_.emplace_back([this] { work(); });
+}
+
+Scheduler::~Scheduler() {
+  {
+    const std::lock_guard lock(mutex_);
+    ending_ = true;
+  }
+  ready_.notify_all();
+  for (std::thread& worker : workers_) worker.join();
+}
+
+std::optional<Scheduler::Slot> Scheduler::admit(Kind kind) {
+  const std::lock_guard lock(mutex_);
+  std::size_t& taken = kind == Kind::awaited ? awaited_ : durable_;
+  if (taken >= (kind == Kind::awaited ? limits_.awaited : limits_.durable)) return std::nullopt;
+  ++taken;
+  return Slot(this, kind);
+}
+
+Scheduler::Slot Scheduler::admit_again() {
+  const std::lock_guard lock(mutex_);
+  ++durable_;
+  return {this, Kind::durable};
+}
+
+void Scheduler::release(Kind kind) {
+  const std::lock_guard lock(mutex_);
+  --(kind == Kind::awaited ? awaited_ : durable_);
+}
+
+void Scheduler::submit(Slot slot, Task task) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (cancelled_) task.control->cancel();
+    const auto turn = Clock::now() + handicap(task.bytes);
+    waiting_.push_back({std::move(slot), std::move(task), turn});
+  }
+  ready_.notify_one();
+}
+
+void Scheduler::cancel_all() {
+  const std::lock_guard lock(mutex_);
+  cancelled_ = true;
+  for (const Entry& entry : waiting_) entry.task.control->cancel();
+  for (Control* control : running_) control->cancel();
+}
+
+Scheduler::Figures Scheduler::figures() const {
+  const std::lock_guard lock(mutex_);
+  return {waiting_.size(), running_.size(), awaited_, durable_};
+}
+
+std::chrono::milliseconds Scheduler::expected_wait() const {
+  const std::lock_guard lock(mutex_);
+  const double before = static_cast<double>(waiting_.size()) + 1;
+  return milliseconds(static_cast<std::int64_t>(mean_ms_ * before / static_cast<double>(limits_.workers)));
+}
+
+// Precondition: mutex_ is held and something waits.
+Scheduler::Entry Scheduler::take_next() {
+  const auto running = [this](const Entry& entry) {
+    const auto found = running_of_.find(entry.task.owner);
+    return found == running_of_.end() ? std::size_t{0} : found->second;
+  };
+  const auto next = std::min_element(waiting_.begin(), waiting_.end(), [&](const Entry& a, const Entry& b) {
+    return std::pair(running(a), a.turn) < std::pair(running(b), b.turn);
+  });
+  Entry entry = std::move(*next);
+  waiting_.erase(next);
+  return entry;
+}
+
+void Scheduler::work() {
+  std::unique_lock lock(mutex_);
+  for (;;) {
+    ready_.wait(lock, [&] { return ending_ || !waiting_.empty(); });
+    if (waiting_.empty()) return;
+    {
+      Entry entry = take_next();
+      Control* const control = entry.task.control.get();
+      running_.push_back(control);
+      ++running_of_[entry.task.owner];
+      lock.unlock();
+      const auto start = Clock::now();
+      entry.task.work(std::move(entry.slot));
+      lock.lock();
+      mean_ms_ += kShareOfTheLast * (ms_since(start) - mean_ms_);
+      std::erase(running_, control);
+      if (--running_of_[entry.task.owner] == 0) running_of_.erase(entry.task.owner);
+      lock.unlock();  // what the job owns, files among it, goes without holding up the others
+    }
+    lock.lock();
+  }
+}
+
+}  // namespace meshgauge::server

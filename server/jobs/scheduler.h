@@ -1,0 +1,109 @@
+// The compute workers: a fixed pool behind bounded queues, apart from the threads that serve connections.
+//
+// A slot is taken before a request's body is read and held until its job has run, so that whoever was let in is also
+// served. There are two kinds, each with its bound: clients that wait for their answer, and durable jobs.
+//
+// Order. A job's turn is the time it was submitted plus what its bytes are expected to cost, at most kMostHandicap; the
+// earliest turn runs first. So a small job overtakes the large ones that came shortly before it, and none is overtaken
+// by anything that comes more than kMostHandicap after it. Between owners, the one with the fewest running jobs is next.
+#pragma once
+
+#include <condition_variable>
+#include <functional>
+#include <list>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "engine/control.h"
+
+namespace meshgauge::server {
+
+class Scheduler {
+ public:
+  using Clock = std::chrono::steady_clock;
+
+  static constexpr std::chrono::milliseconds kMostHandicap{30'000};
+  static constexpr std::uint64_t kBytesPerMs = 10'000;  // read and measured, a low guess
+
+  enum class Kind { awaited, durable };
+
+  struct Limits {
+    std::size_t workers = 1;
+    std::size_t awaited = 1;  // slots, of jobs that run or wait
+    std::size_t durable = 1;
+  };
+
+  class Slot {
+   public:
+    Slot(Slot&& other) noexcept : scheduler_(std::exchange(other.scheduler_, nullptr)), kind_(other.kind_) {}
+    Slot& operator=(Slot&&) = delete;
+    ~Slot();
+
+   private:
+    friend class Scheduler;
+    Slot(Scheduler* scheduler, Kind kind) : scheduler_(scheduler), kind_(kind) {}
+    Scheduler* scheduler_;
+    Kind kind_;
+  };
+
+  struct Task {
+    std::string owner;
+    std::uint64_t bytes = 0;  // to be read
+    std::shared_ptr<Control> control;
+    // Must not throw. Gives the slot back before it tells anyone its result: who has an answer may come again.
+    std::function<void(Slot)> work;
+  };
+
+  struct Figures {
+    std::size_t waiting = 0;
+    std::size_t running = 0;
+    std::size_t awaited_slots = 0;  // taken
+    std::size_t durable_slots = 0;
+  };
+
+  explicit Scheduler(const Limits& limits);
+  ~Scheduler();  // runs what was submitted, then ends the workers
+  Scheduler(const Scheduler&) = delete;
+  Scheduler& operator=(const Scheduler&) = delete;
+
+  std::optional<Slot> admit(Kind kind);  // nullopt: all are taken
+  Slot admit_again();                    // for a durable job that was let in before a restart: there is always a slot
+  void submit(Slot slot, Task task);     // never blocks
+  void cancel_all();                     // what runs, waits or is still to be submitted
+
+  Figures figures() const;
+  // How long a job that came now would wait, by what the last ones took.
+  std::chrono::milliseconds expected_wait() const;
+
+ private:
+  struct Entry {
+    Slot slot;
+    Task task;
+    Clock::time_point turn;
+  };
+
+  void work();
+  Entry take_next();
+  void release(Kind kind);
+
+  const Limits limits_;
+  mutable std::mutex mutex_;
+  std::condition_variable ready_;
+  std::size_t awaited_ = 0;
+  std::size_t durable_ = 0;
+  std::list<Entry> waiting_;
+  std::map<std::string, std::size_t> running_of_;  // by owner; none of 0
+  std::vector<Control*> running_;
+  double mean_ms_ = 0;  // of what a job took, the last ones counting most
+  bool cancelled_ = false;
+  bool ending_ = false;
+  std::vector<std::thread> workers_;
+};
+
+}  // namespace meshgauge::server
