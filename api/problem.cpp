@@ -62,6 +62,8 @@ ProblemKind kind_of(ErrorCode code) {
       return ProblemKind::too_large;
     case ErrorCode::out_of_time:
       return ProblemKind::out_of_time;
+    case ErrorCode::storage_full:
+    case ErrorCode::storage_unavailable:
     case ErrorCode::internal:
       return ProblemKind::internal;
   }

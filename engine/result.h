@@ -20,6 +20,8 @@ enum class ErrorCode {
   coordinate_too_large,  // beyond kMaxCoordinate: distances could overflow
   too_large,             // over a stated limit of bytes, vertices or triangles
   out_of_time,           // the deadline passed before there was anything to bound
+  storage_full,          // what is to be kept finds no room; passes by itself when there is some
+  storage_unavailable,   // it cannot be written or read: a read-only disk, an I/O error, a lock; may pass
   internal,              // our own bug, or the machine's failure (a file that cannot be opened)
 };
 

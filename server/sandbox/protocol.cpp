@@ -111,6 +111,9 @@ bool is_error_code(std::uint64_t number) {
     case ErrorCode::out_of_time:
     case ErrorCode::internal:
       return true;
+    case ErrorCode::storage_full:  // a worker stores nothing
+    case ErrorCode::storage_unavailable:
+      return false;
   }
   return false;
 }

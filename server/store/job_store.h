@@ -1,0 +1,178 @@
+// The jobs that must outlive a crash, and the results that are kept: what the service asks of a database.
+//
+//   queued --claim--> running --finish--> done | failed | cancelled --forget, sweep--> gone
+//      ^                 |
+//      +---hand_back-----+   (recover: the same for jobs whose worker is dead)
+//
+// Fencing: claim() hands out a token (worker, tries). Whatever a worker writes about its job names that token, and is
+// stored only as long as it is the newest: a worker that was thought dead and comes back can change nothing.
+//
+// Every call is thread safe, and its effect is durable when it returns (record() and touch_mesh() say otherwise).
+// Errors: ErrorCode::storage_full (no room; passes by itself when there is some), storage_unavailable (read-only,
+// locked, I/O error: may pass), internal (damaged, or our own bug). After an error nothing of the call is stored,
+// except that a failed commit may show up after a crash: all calls may be repeated with the same arguments.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "engine/result.h"
+#include "server/store/blob_store.h"
+
+namespace meshgauge::server::store {
+
+// Milliseconds since 1970: what the database keeps, and what documents show.
+using TimePoint = std::chrono::sys_time<std::chrono::milliseconds>;
+inline TimePoint now() { return std::chrono::floor<std::chrono::milliseconds>(std::chrono::system_clock::now()); }
+
+// Now, and until when a job is kept that the call ends.
+struct Moment {
+  TimePoint now;
+  TimePoint keep_until;
+};
+
+// A job that was begun this often without an end is given up, because it is likely to be what kills its workers.
+inline constexpr unsigned kMaxTries = 5;
+
+enum class JobState { queued, running, done, failed, cancelled };
+inline bool has_ended(JobState state) { return state >= JobState::done; }
+
+struct JobKey {
+  std::string owner;  // "" when the service has no keys
+  std::string id;     // nobody can guess it
+  bool operator==(const JobKey&) const = default;
+};
+
+struct NewJob {
+  JobKey key;
+  std::string mesh_a, mesh_b;   // ids of blobs of the same owner
+  std::string hints;            // JSON text that the store does not look into: file names, media types
+  std::string options;          // likewise
+  std::uint64_t cost = 0;       // bytes to read: what the order of claim_next() goes by
+  std::string idempotency_key;  // empty: none. One job of an owner has it
+  std::string fingerprint;      // of what was asked for; the same key with another one is a conflict
+  std::string trace;            // traceparent, or empty
+  TimePoint created{};
+  TimePoint expires_if_never_run{};  // sweep_jobs() fails it when it is still queued then
+};
+
+struct Progress {
+  double lower = 0;
+  double upper = 0;  // may be infinity
+  std::string stage;
+  bool operator==(const Progress&) const = default;
+};
+
+struct Job : NewJob {
+  JobState state = JobState::queued;
+  unsigned tries = 0;  // how often it was claimed
+  bool cancel_requested = false;
+  std::optional<TimePoint> started;   // of the newest try
+  std::optional<TimePoint> finished;  // when it has ended
+  std::optional<TimePoint> expires;   // likewise
+  std::optional<Progress> progress;   // as of the newest heartbeat
+  std::string document;               // JSON text: the result, or empty
+  std::string problem;                // JSON text, or empty. A job given up by the store has last_error alone
+  std::string last_error;             // why the newest try that failed did
+};
+
+struct Token {
+  JobKey key;
+  std::string worker;
+  unsigned tries = 0;
+};
+
+struct Claimed {
+  Token token;
+  Job job;  // as it is now: running
+};
+
+struct Inserted {
+  Job job;                // the new one, or the one that was there
+  bool existed = false;   // the idempotency key or the id is taken: nothing was stored
+  bool conflict = false;  // ... by a job with another fingerprint
+};
+
+enum class Heartbeat {
+  go_on,
+  cancel,  // somebody asked for it: end soon, by finish()
+  lost,    // the token is no longer the newest: end, nothing will be stored
+};
+
+struct Ending {
+  JobState state = JobState::done;  // done, failed or cancelled
+  std::string document;
+  std::string problem;
+  TimePoint finished{};
+  TimePoint expires{};
+};
+
+struct Counts {
+  std::uint64_t queued = 0, running = 0, done = 0, failed = 0, cancelled = 0;
+  std::uint64_t unrecorded = 0;       // given to record(), not yet durable
+  std::uint64_t dropped_records = 0;  // ... and given up since the start, because there were too many of them
+};
+
+struct SweptJobs {
+  std::uint64_t expired = 0;   // ended, and their time was over
+  std::uint64_t over_cap = 0;  // ended, the oldest beyond the number that is kept
+  std::uint64_t given_up = 0;  // queued for too long: failed now
+};
+
+class JobStore {
+ public:
+  virtual ~JobStore() = default;
+
+  virtual Result<Inserted> insert(const NewJob& job) = 0;
+
+  // queued -> running. nullopt: not queued (any more), or unknown.
+  virtual Result<std::optional<Claimed>> claim(const JobKey& key, const std::string& worker, TimePoint now,
+                                               TimePoint lease_until) = 0;
+  // The same for a worker that knows no id. First the owners with the fewest running jobs; of theirs the smallest job,
+  // where each second of waiting outweighs kBytesOfOneSecond of size, so that none waits for ever.
+  virtual Result<std::optional<Claimed>> claim_next(const std::string& worker, TimePoint now,
+                                                    TimePoint lease_until) = 0;
+  static constexpr std::int64_t kBytesOfOneSecond = 50'000'000;
+
+  virtual Result<Heartbeat> heartbeat(const Token& token, TimePoint lease_until, const Progress& progress) = 0;
+  // running -> ended. false: the token is no longer the newest, nothing is stored. True again when it is repeated.
+  virtual Result<bool> finish(const Token& token, const Ending& ending) = 0;
+  // running -> queued; -> failed after kMaxTries, without a problem but with `last_error`; -> cancelled when that was
+  // asked for. With an empty `last_error` the job is not to blame (the service shuts down), and the try does not count
+  // towards kMaxTries. Says the new state; nullopt: the token is no longer the newest.
+  virtual Result<std::optional<JobState>> hand_back(const Token& token, const std::string& last_error,
+                                                    Moment moment) = 0;
+  // queued -> cancelled at once; running: its next heartbeat says so. The state after it; nullopt: unknown.
+  virtual Result<std::optional<JobState>> request_cancel(const JobKey& key, Moment moment) = 0;
+
+  // Keeps a job that has ended and was never in the store. Returns at once; get() knows it from then on. It is
+  // durable a little later, flush() waits for that. While nothing can be written the newest are held, the oldest
+  // dropped.
+  virtual void record(Job ended) = 0;
+  // Until all that record() and touch_mesh() were given before is durable; the error that kept it from that.
+  virtual Result<Done> flush() = 0;
+
+  virtual Result<std::optional<Job>> get(const JobKey& key) = 0;
+  virtual Result<std::optional<Job>> find_idempotent(const std::string& owner, const std::string& idempotency_key) = 0;
+  // Ended jobs only. false: there is none of that key, or it has not ended.
+  virtual Result<bool> forget(const JobKey& key) = 0;
+
+  // At the start, and from time to time where several processes work on one store. Running jobs whose lease is over, or
+  // whose worker's name starts with `dead_workers` ("" is the start of every name), are handed back, with `why` as
+  // their last error. Says all jobs that are queued then, oldest first.
+  virtual Result<std::vector<Job>> recover(const std::optional<std::string>& dead_workers, const std::string& why,
+                                           Moment moment) = 0;
+
+  virtual Result<Counts> counts() = 0;
+  // What jobs that have not ended and meshes refer to: BlobStore::remove_unused() must leave it. In no order, each
+  // once.
+  virtual Result<std::vector<BlobKey>> used_blobs() = 0;
+  // Removes ended jobs whose time is over, and the oldest beyond `max_kept` of them.
+  virtual Result<SweptJobs> sweep_jobs(Moment moment, std::uint64_t max_kept) = 0;
+  virtual Result<Done> check() = 0;  // that something can be written, by writing it
+};
+
+}  // namespace meshgauge::server::store
