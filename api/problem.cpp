@@ -17,11 +17,13 @@ constexpr ProblemRow kTable[] = {
     {ProblemKind::head_too_large, "head-too-large", "The request's head is too large", 431},
     {ProblemKind::not_implemented, "not-implemented", "The method or transfer coding is not implemented", 501},
     {ProblemKind::http_version, "http-version", "The HTTP version is not spoken", 505},
+    {ProblemKind::quota_exceeded, "quota-exceeded", "The key has no room left", 403},
     {ProblemKind::digest_mismatch, "digest-mismatch", "The bytes are not those of the name", 422},
     {ProblemKind::idempotency_key_reused, "idempotency-key-reused", "The key was used for another request", 422},
     {ProblemKind::unknown_mesh, "unknown-mesh", "A mesh of the comparison is not stored", 422},
     {ProblemKind::not_ready, "not-ready", "The service cannot take work", 503},
     {ProblemKind::storage_full, "storage-full", "The service has no room to keep this", 507},
+    {ProblemKind::storage_unavailable, "storage-unavailable", "The service cannot keep anything at the moment", 503},
     {ProblemKind::overloaded, "overloaded", "The service is at its limit", 503},
     {ProblemKind::shutting_down, "shutting-down", "The service is shutting down", 503},
     {ProblemKind::invalid_request, "invalid-request", "The options are invalid", 422},
@@ -63,7 +65,9 @@ ProblemKind kind_of(ErrorCode code) {
     case ErrorCode::out_of_time:
       return ProblemKind::out_of_time;
     case ErrorCode::storage_full:
+      return ProblemKind::storage_full;
     case ErrorCode::storage_unavailable:
+      return ProblemKind::storage_unavailable;
     case ErrorCode::internal:
       return ProblemKind::internal;
   }

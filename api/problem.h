@@ -29,9 +29,11 @@ enum class ProblemKind {
   http_version,
   digest_mismatch,         // the bytes are not those that their name says
   idempotency_key_reused,  // with another request
+  quota_exceeded,
   unknown_mesh,            // a comparison names one that is not stored
   not_ready,
   storage_full,
+  storage_unavailable,
   overloaded,  // the queue, the connections or the bytes of all uploads are at their limit
   shutting_down,
   invalid_request,

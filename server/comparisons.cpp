@@ -1,11 +1,15 @@
 #include "server/comparisons.h"
 
 #include <algorithm>
-#include <exception>
-#include <future>
+#include <utility>
 
-#include "api/response.h"
+#include <nlohmann/json.hpp>
+
+#include "server/event_stream.h"
+#include "server/form.h"
+#include "server/jobs/job_document.h"
 #include "server/multipart.h"
+#include "server/parameters.h"
 
 namespace meshgauge::server {
 namespace {
@@ -14,127 +18,235 @@ using api::Problem;
 using api::ProblemKind;
 using std::chrono::milliseconds;
 
-constexpr milliseconds kTick{20};  // how soon a client that went away is noticed
+constexpr milliseconds kTick{20};        // how soon a client that went away is noticed
+constexpr milliseconds kEventGap{100};   // between two events of a stream
+constexpr std::size_t kMostKeyBytes = 255;
 
-double ms_between(Clock::time_point start, Clock::time_point end) {
-  return std::chrono::duration<double, std::milli>(end - start).count();
+Problem not_found() { return {ProblemKind::not_found, "there is no comparison of this id, or not any more", {}}; }
+
+store::JobKey key_of(const Exchange& exchange) { return {exchange.owner, exchange.segment}; }
+
+std::optional<Problem> read_idempotency_key(const Head& head, std::string& key) {
+  const auto count = std::count_if(head.headers.begin(), head.headers.end(),
+                                   [](const auto& header) { return header.first == "idempotency-key"; });
+  if (count == 0) return std::nullopt;
+  key = head.header("idempotency-key");
+  const bool visible = std::all_of(key.begin(), key.end(), [](char c) { return c > 0x20 && c < 0x7F; });
+  if (count == 1 && !key.empty() && key.size() <= kMostKeyBytes && visible) return std::nullopt;
+  return Problem{ProblemKind::malformed_request, "Idempotency-Key must be there once, with 1 to 255 visible characters",
+                 {}};
 }
 
-api::RequestLimits request_limits(const Settings& settings) {
-  return {milliseconds(settings.default_timeout_ms), milliseconds(settings.max_timeout_ms)};
-}
-
-api::ReadLimits read_limits(const Settings& settings) {
-  return {settings.max_vertices, settings.max_triangles, settings.max_expanded_bytes};
-}
-
-api::MeshInput input_of(const std::string& part, const MeshPart& mesh) {
-  return {part, mesh.upload->bytes(), mesh.head.filename, mesh.head.content_type, mesh.upload->file()};
+// A problem document that is stored as text.
+void answer_stored(Exchange& exchange, const std::string& problem) {
+  const auto json = nlohmann::json::parse(problem, nullptr, false);
+  if (json.is_discarded()) return answer(exchange, {ProblemKind::internal, "the comparison failed", {}});
+  answer(exchange, {ProblemKind::internal, "", {}});  // its headers
+  exchange.response.status = json.value("status", 500);
+  exchange.problem = json.value("type", "");
+  exchange.response.body = problem;
 }
 
 }  // namespace
 
-// Shared: the worker may still hold it when the connection's thread has its answer.
-struct Comparisons::Job {
-  Form form;
-  api::Request request;
-  std::string id;
-  Clock::time_point submitted;
-  Control control;
-  std::promise<Result<api::Comparison>> result;
+// What a POST asks for.
+struct Comparisons::Asked {
+  Preferences preferences;
+  Clock::time_point since = Clock::now();
+  Submission submission;
 };
 
-Comparisons::Comparisons(const Settings& settings, Compare compare)
-    : settings_(settings),
-      compare_(std::move(compare)),
-      budget_(settings.max_upload_bytes),
-      threads_(settings.workers),
-      jobs_(settings.workers, settings.queue) {}
+// A connection that may be held for long without work of its client's. There are only so many.
+class Comparisons::Seat {
+ public:
+  explicit Seat(Comparisons& all) : all_(all), taken_(++all.seats_ <= all.settings_.max_event_streams) {}
+  ~Seat() { --all_.seats_; }
+  Seat(const Seat&) = delete;
+  Seat& operator=(const Seat&) = delete;
+
+  bool taken() const { return taken_; }
+
+ private:
+  Comparisons& all_;
+  const bool taken_;
+};
+
+Comparisons::Comparisons(const Settings& settings, Jobs& jobs, store::MeshIndex& meshes, store::BlobStore& blobs)
+    : settings_(settings), jobs_(jobs), meshes_(meshes), blobs_(blobs), budget_(settings.max_upload_bytes) {}
 
 void Comparisons::create(Exchange& exchange) {
   if (draining_.load()) return answer(exchange, {ProblemKind::shutting_down, "no new work is taken", {}});
-  auto slot = jobs_.admit();
+  Asked asked;
+  asked.preferences = preferences(exchange.head);
+  Submission& submission = asked.submission;
+  submission.key = {exchange.owner, exchange.id};
+  if (auto refusal = refuse_query(exchange)) return answer(exchange, *refusal);
+  if (auto refusal = read_idempotency_key(exchange.head, submission.idempotency_key)) return answer(exchange, *refusal);
+  submission.durable = asked.preferences.wait || !submission.idempotency_key.empty();
+  // Somebody waits for a job without a preference, and holds a connection.
+  auto slot = jobs_.admit(asked.preferences.wait ? Jobs::Kind::durable : Jobs::Kind::awaited);
   if (!slot) {
-    return answer(exchange, {ProblemKind::overloaded, "all workers are busy and the queue is full; try again", {}});
+    const Problem full{ProblemKind::overloaded, "all workers are busy and the queue is full; try again", {}};
+    return answer(exchange, full, jobs_.expected_wait());
   }
-  Form form;
-  if (auto refusal = receive(exchange, form)) return answer(exchange, *refusal);
-  auto request = api::parse_options(form.options, request_limits(settings_));
-  if (!request) return answer(exchange, api::to_problem(request.error()));
-  const auto job = start(std::move(*slot), std::move(form), std::move(*request), exchange.id);
-  auto result = job->result.get_future();
-  while (result.wait_for(kTick) != std::future_status::ready) {
-    if (exchange.connection.peer_gone()) job->control.cancel();
-  }
-  respond(exchange, result.get());
+  if (auto refusal = receive(exchange, asked)) return answer(exchange, *refusal);
+  auto submitted = jobs_.submit(std::move(*slot), std::move(submission));
+  if (const auto* problem = std::get_if<Problem>(&submitted)) return answer(exchange, *problem);
+  if (const auto* job = std::get_if<std::shared_ptr<LiveJob>>(&submitted)) return wait(exchange, **job, asked);
+  respond(exchange, std::get<JobView>(submitted), asked);
 }
 
-std::optional<Problem> Comparisons::receive(Exchange& exchange, Form& form) {
-  if (!exchange.head.query.empty()) {
-    return Problem{ProblemKind::malformed_request, "this path takes no query parameters", {}};
-  }
+std::optional<Problem> Comparisons::receive(Exchange& exchange, Asked& asked) {
+  std::string_view type = exchange.head.header("content-type");
+  const bool ids = take_kind(type) == "application/json";
+  if (auto refusal = ids ? receive_ids(exchange, asked) : receive_form(exchange, asked)) return refusal;
+  auto request = api::parse_options(asked.submission.options, request_limits(settings_));
+  if (!request) return api::to_problem(request.error());
+  asked.submission.request = std::move(*request);
+  return std::nullopt;
+}
+
+std::optional<Problem> Comparisons::receive_form(Exchange& exchange, Asked& asked) {
   std::string boundary;
   if (auto refusal = find_boundary(exchange.head.header("content-type"), boundary)) return refusal;
+  Form form;
   FormReceiver receiver(form, settings_, budget_);
   MultipartParser parser(boundary, receiver);
   if (auto refusal = exchange.body.read([&](std::string_view piece) { return parser.feed(piece); })) return refusal;
   if (auto refusal = parser.finish()) return refusal;
-  return receiver.check_complete();
+  if (auto refusal = receiver.check_complete()) return refusal;
+  asked.submission.options = std::move(form.options);
+  asked.submission.a = source_of("a", std::move(form.a));
+  asked.submission.b = source_of("b", std::move(form.b));
+  return std::nullopt;
 }
 
-std::shared_ptr<Comparisons::Job> Comparisons::start(JobQueue::Slot slot, Form form, api::Request request,
-                                                     const std::string& id) {
-  const auto job = std::make_shared<Job>();
-  job->form = std::move(form);
-  job->request = std::move(request);
-  std::size_t& memory_bytes = job->request.options.max_memory_bytes;
-  memory_bytes = std::min<std::size_t>(memory_bytes, settings_.max_heap_bytes);
-  job->request.options.simd = settings_.simd;
-  job->id = id;
-  job->submitted = Clock::now();
-  job->control.set_deadline(job->submitted + job->request.timeout);
-  jobs_.submit(std::move(slot), {std::shared_ptr<Control>(job, &job->control),
-                                 [this, job](JobQueue::Slot held) { run(*job, std::move(held)); }});
-  return job;
+std::optional<Problem> Comparisons::receive_ids(Exchange& exchange, Asked& asked) {
+  std::string text;
+  const auto refusal = exchange.body.read([&](std::string_view piece) -> std::optional<Problem> {
+    if (text.size() + piece.size() > api::kMaxOptionsBytes) {
+      return Problem{ProblemKind::too_large,
+                     "the body is larger than " + std::to_string(api::kMaxOptionsBytes) + " bytes", {}};
+    }
+    text.append(piece);
+    return std::nullopt;
+  });
+  if (refusal) return refusal;
+  auto pair = api::parse_stored_pair(text);
+  if (!pair) return api::to_problem(pair.error());
+  asked.submission.options = std::move(pair->options);
+  if (auto missing = open_mesh(exchange.owner, "a", pair->a, asked.submission.a)) return missing;
+  return open_mesh(exchange.owner, "b", pair->b, asked.submission.b);
 }
 
-// The job's edge: whatever is thrown ends here.
-void Comparisons::run(Job& job, JobQueue::Slot slot) {
-  try {
-    auto result = measure(job);
-    { const JobQueue::Slot done = std::move(slot); }
-    job.result.set_value(std::move(result));
-  } catch (...) {
-    { const JobQueue::Slot done = std::move(slot); }
-    job.result.set_exception(std::current_exception());
+std::optional<Problem> Comparisons::open_mesh(const std::string& owner, const std::string& part, const std::string& id,
+                                              MeshSource& source) {
+  const store::BlobKey key{owner, id};
+  const auto row = meshes_.get_mesh(key);
+  if (!row) return api::to_problem(row.error());
+  auto blob = *row ? blobs_.open(key) : Result<std::optional<store::Blob>>(std::optional<store::Blob>());
+  if (!blob) return api::to_problem(blob.error());
+  if (!*blob) {
+    const std::string what = "the mesh '" + part + "' is not stored; send it by PUT /v1/meshes/" + id;
+    return Problem{ProblemKind::unknown_mesh, what, {{part, "/" + part, what}}};
   }
+  const auto now = store::now();
+  meshes_.touch_mesh(key, now, now + std::chrono::seconds(settings_.mesh_ttl_s));
+  source = source_of(part, std::move(**blob), id);
+  source.input.filename = (*row)->file_name;
+  source.input.media_type = (*row)->media_type;
+  return std::nullopt;
 }
 
-Result<api::Comparison> Comparisons::measure(Job& job) {
-  const auto started = Clock::now();
-  Options& options = job.request.options;
-  const ThreadBudget::Loan loan = threads_.lend(options.threads);
-  options.threads = loan.threads();
-  auto result =
-      compare_(input_of("a", job.form.a), input_of("b", job.form.b), options, read_limits(settings_), job.control);
-  if (result) {
-    result->id = job.id;
-    result->units = job.request.units;
-    result->times.queue = ms_between(job.submitted, started);
-    result->times.total += result->times.queue;
+// A client that goes away ends its comparison, unless it was promised that it will be done.
+void Comparisons::wait(Exchange& exchange, LiveJob& job, const Asked& asked) {
+  std::optional<Clock::time_point> until;
+  std::optional<Seat> seat;
+  if (asked.preferences.wait) {
+    seat.emplace(*this);
+    until = seat->taken() ? asked.since + *asked.preferences.wait : Clock::now();
   }
-  return result;
+  while (!job.wait_for_end(kTick)) {
+    if (until && Clock::now() >= *until) break;
+    if (!exchange.connection.peer_gone()) continue;
+    if (job.durable) break;
+    job.control.cancel();
+  }
+  respond(exchange, job.view(), asked);
 }
 
-void Comparisons::respond(Exchange& exchange, const Result<api::Comparison>& result) const {
-  if (!result) {
-    const bool ended = draining_.load() && result.error().code == ErrorCode::out_of_time;
-    return answer(exchange, ended ? Problem{ProblemKind::shutting_down, result.error().message, {}}
-                                  : api::to_problem(result.error()));
+void Comparisons::respond(Exchange& exchange, const JobView& job, const Asked& asked) const {
+  Response& response = exchange.response;
+  if (!asked.preferences.applied.empty()) {
+    response.headers.emplace_back("Preference-Applied", asked.preferences.applied);
   }
-  exchange.stages = to_server_timing(*result);
-  exchange.triangles = MeshSizes{result->a.triangles, result->b.triangles};
-  exchange.response = {200, "application/json", to_json(*result), {{"Server-Timing", exchange.stages}}};
+  if (asked.submission.durable) response.headers.emplace_back("Location", "/v1/comparisons/" + job.row.key.id);
+  if (!store::has_ended(job.row.state)) {
+    if (job.handed_back && !asked.preferences.wait) {
+      return answer(exchange, {ProblemKind::shutting_down, "the comparison will run when the service is back", {}});
+    }
+    response.status = 202;
+    response.content_type = "application/json";
+    response.body = to_json(job);
+    return;
+  }
+  exchange.stages = job.stages;
+  exchange.triangles = job.triangles;
+  if (job.row.document.empty()) return answer_stored(exchange, job.row.problem);
+  response.content_type = "application/json";
+  response.body = job.row.document;
+  if (!job.stages.empty()) response.headers.emplace_back("Server-Timing", job.stages);
+}
+
+void Comparisons::get(Exchange& exchange) {
+  if (auto refusal = refuse_query(exchange)) return answer(exchange, *refusal);
+  const auto job = jobs_.get(key_of(exchange));
+  if (!job) return answer(exchange, api::to_problem(job.error()));
+  if (!*job) return answer(exchange, not_found());
+  exchange.response.content_type = "application/json";
+  exchange.response.body = to_json(**job);
+}
+
+void Comparisons::remove(Exchange& exchange) {
+  if (auto refusal = refuse_query(exchange)) return answer(exchange, *refusal);
+  const auto removed = jobs_.remove(key_of(exchange));
+  if (!removed) return answer(exchange, api::to_problem(removed.error()));
+  if (*removed == Jobs::Deleted::unknown) return answer(exchange, not_found());
+  if (*removed == Jobs::Deleted::asked_to_end) return get(exchange);
+  exchange.response.status = 204;
+}
+
+void Comparisons::events(Exchange& exchange) {
+  if (auto refusal = refuse_query(exchange)) return answer(exchange, *refusal);
+  const auto key = key_of(exchange);
+  const auto first = jobs_.get(key);
+  if (!first) return answer(exchange, api::to_problem(first.error()));
+  if (!*first) return answer(exchange, not_found());
+  if (exchange.head.minor_version == 0) {
+    return answer(exchange, {ProblemKind::http_version, "events are sent over HTTP/1.1 only", {}});
+  }
+  const auto seat = std::make_shared<Seat>(*this);
+  if (!seat->taken()) return answer(exchange, {ProblemKind::overloaded, "as many clients watch as may", {}});
+  exchange.response.content_type = "text/event-stream";
+  if (exchange.head.method == "HEAD") return;
+  exchange.response.stream = [this, key, seat, job = jobs_.live(key), seen = ~std::uint64_t{0},
+                              next = Clock::time_point()](std::string& piece) mutable {
+    if (job) {
+      std::this_thread::sleep_until(std::min(next, Clock::now() + kEventGap));
+      job->wait_for_change(seen, kEventGap);
+      const auto version = job->version();
+      const auto view = job->view();
+      const bool over = store::has_ended(view.row.state) || view.handed_back;
+      if (!over && version == seen) return true;
+      seen = version;
+      next = Clock::now() + kEventGap;
+      piece = over ? event("end", to_json(view)) : event("progress", progress_json(view));
+      return !over;
+    }
+    const auto last = jobs_.get(key);
+    piece = last && *last ? event("end", to_json(**last)) : event("end", "null");
+    return false;
+  };
 }
 
 }  // namespace meshgauge::server

@@ -1,50 +1,54 @@
-// POST /v1/comparisons: admit -> receive -> parse -> run on a worker -> respond.
+// /v1/comparisons and what is below it.
+//
+// POST: admit -> receive -> parse -> submit -> wait -> respond. What happens between the last three is server/jobs.
 #pragma once
 
 #include <atomic>
-#include <functional>
 #include <memory>
 #include <optional>
+#include <string>
 
-#include "api/compare.h"
 #include "api/request.h"
 #include "server/exchange.h"
-#include "server/form.h"
-#include "server/job_queue.h"
+#include "server/jobs/jobs.h"
+#include "server/prefer.h"
 #include "server/settings.h"
-#include "server/thread_budget.h"
 #include "server/upload.h"
 
 namespace meshgauge::server {
 
-// api::compare_by() with meshes from the sandbox, or what a test puts in its place.
-using Compare =
-    std::function<Result<api::Comparison>(const api::MeshInput& a, const api::MeshInput& b, const Options& options,
-                                          const api::ReadLimits& limits, Control& control)>;
-
 class Comparisons {
  public:
-  Comparisons(const Settings& settings, Compare compare);
+  // Borrows both.
+  Comparisons(const Settings& settings, Jobs& jobs, store::MeshIndex& meshes, store::BlobStore& blobs);
 
-  void create(Exchange& exchange);  // may throw: out of memory
+  // Each may throw: out of memory.
+  void create(Exchange& exchange);
+  void get(Exchange& exchange);
+  void remove(Exchange& exchange);
+  void events(Exchange& exchange);
+
   void refuse_new() { draining_.store(true); }
-  void cancel_all() { jobs_.cancel_all(); }
 
  private:
-  struct Job;
+  struct Asked;
+  class Seat;
 
-  std::optional<api::Problem> receive(Exchange& exchange, Form& form);
-  std::shared_ptr<Job> start(JobQueue::Slot slot, Form form, api::Request request, const std::string& id);
-  void run(Job& job, JobQueue::Slot slot);
-  Result<api::Comparison> measure(Job& job);
-  void respond(Exchange& exchange, const Result<api::Comparison>& result) const;
+  std::optional<api::Problem> receive(Exchange& exchange, Asked& asked);
+  std::optional<api::Problem> receive_form(Exchange& exchange, Asked& asked);
+  std::optional<api::Problem> receive_ids(Exchange& exchange, Asked& asked);
+  std::optional<api::Problem> open_mesh(const std::string& owner, const std::string& part, const std::string& id,
+                                        MeshSource& source);
+  void wait(Exchange& exchange, LiveJob& job, const Asked& asked);
+  void respond(Exchange& exchange, const JobView& job, const Asked& asked) const;
 
   const Settings settings_;
-  const Compare compare_;
-  ByteBudget budget_;     // outlives the jobs
-  ThreadBudget threads_;  // likewise
+  Jobs& jobs_;
+  store::MeshIndex& meshes_;
+  store::BlobStore& blobs_;
+  ByteBudget budget_;
   std::atomic<bool> draining_{false};
-  JobQueue jobs_;
+  std::atomic<std::size_t> seats_{0};
 };
 
 }  // namespace meshgauge::server

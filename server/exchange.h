@@ -1,6 +1,7 @@
 // One request and what becomes of it: what a handler is given, and what the log line tells.
 #pragma once
 
+#include <chrono>
 #include <functional>
 #include <optional>
 #include <string>
@@ -35,6 +36,7 @@ struct Exchange {
       : id(std::move(unique_id)), head(request_head), body(request_body), connection(client) {}
 
   std::string id;  // unguessable; also the id of a comparison that it begins
+  std::string owner;    // the key that the request came with; empty: the service has no keys
   std::string route;    // as the router knows it; empty: none
   std::string segment;  // what stands for the {} of the route
   const Head& head;
@@ -49,7 +51,12 @@ struct Exchange {
   std::optional<MeshSizes> triangles;
 };
 
-// Makes the answer of this exchange a problem document.
+// Makes the answer of this exchange a problem document. A 503 says to come again in a second.
 void answer(Exchange& exchange, const api::Problem& problem);
+// ... or in so long.
+void answer(Exchange& exchange, const api::Problem& problem, std::chrono::milliseconds retry_after);
+
+// Refuses a query where none means anything: an option that is misspelt or misplaced must not pass unnoticed.
+std::optional<api::Problem> refuse_query(const Exchange& exchange);
 
 }  // namespace meshgauge::server

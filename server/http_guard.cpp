@@ -62,7 +62,7 @@ class GuardedStream final : public httplib::Stream {
 void hand_over(const Response& from, httplib::Response& to) {
   to.status = from.status;
   for (const auto& [name, value] : from.headers) to.set_header(name, value);
-  to.set_content(from.body, from.content_type);
+  if (!from.content_type.empty()) to.set_content(from.body, from.content_type);
 }
 
 }  // namespace

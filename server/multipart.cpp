@@ -1,5 +1,6 @@
 #include "server/multipart.h"
 
+#include "server/parameters.h"
 #include "server/text.h"
 
 namespace meshgauge::server {
@@ -14,41 +15,8 @@ constexpr std::size_t kMaxBoundaryBytes = 70;  // RFC 2046 section 5.1.1
 
 Problem malformed(const std::string& what) { return Problem{ProblemKind::malformed_request, what, {}}; }
 
-// The value of a parameter: a token, or a quoted string with backslash escapes. Takes it off `rest`.
-std::optional<std::string> take_value(std::string_view& rest) {
-  std::string value;
-  if (!rest.starts_with('"')) {
-    value = trimmed(next(rest, ";"));
-    return is_token(value) ? std::optional(value) : std::nullopt;
-  }
-  for (std::size_t i = 1; i < rest.size(); ++i) {
-    if (rest[i] == '"') {
-      rest.remove_prefix(i + 1);
-      return trimmed(next(rest, ";")).empty() ? std::optional(value) : std::nullopt;
-    }
-    if (rest[i] == '\\' && i + 1 < rest.size()) ++i;
-    value += rest[i];
-  }
-  return std::nullopt;
-}
-
-// Calls visit(name, value) for each "; name=value"; false when the list is malformed.
-template <class Visit>
-bool for_each_parameter(std::string_view rest, Visit visit) {
-  while (!(rest = trimmed(rest)).empty()) {
-    const std::size_t equals = rest.find('=');
-    if (equals == std::string_view::npos || !is_token(rest.substr(0, equals))) return false;
-    const std::string name = lower(rest.substr(0, equals));
-    rest.remove_prefix(equals + 1);
-    const auto value = take_value(rest);
-    if (!value) return false;
-    visit(name, *value);
-  }
-  return true;
-}
-
 bool read_disposition(std::string_view value, PartHead& part) {
-  if (lower(trimmed(next(value, ";"))) != "form-data") return false;
+  if (take_kind(value) != "form-data") return false;
   return for_each_parameter(value, [&](const std::string& name, const std::string& text) {
     if (name == "name") part.name = text;
     if (name == "filename") part.filename = text;
@@ -72,7 +40,7 @@ Refusal parse_part_head(std::string_view text, PartHead& part) {
 }  // namespace
 
 Refusal find_boundary(std::string_view content_type, std::string& boundary) {
-  if (lower(trimmed(next(content_type, ";"))) != "multipart/form-data") {
+  if (take_kind(content_type) != "multipart/form-data") {
     return Problem{ProblemKind::unsupported_media_type,
                    "Content-Type must be multipart/form-data, with the parts a, b and options",
                    {}};

@@ -4,21 +4,12 @@
 #include <charconv>
 #include <string_view>
 
+#include "server/text.h"
+
 namespace meshgauge::server {
 namespace {
 
 constexpr std::int64_t kMostSeconds = 3600;
-
-std::string_view trimmed(std::string_view text) {
-  const std::size_t begin = text.find_first_not_of(" \t");
-  if (begin == std::string_view::npos) return {};
-  return text.substr(begin, text.find_last_not_of(" \t") - begin + 1);
-}
-
-bool same_name(std::string_view a, std::string_view b) {
-  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
-                    [](char x, char y) { return (x | 0x20) == (y | 0x20); });
-}
 
 std::optional<std::int64_t> seconds_of(std::string_view value) {
   value = trimmed(value);
@@ -37,13 +28,10 @@ struct Found {
 };
 
 void take(std::string_view preference, Found& found) {
-  preference = trimmed(preference.substr(0, preference.find(';')));  // parameters mean nothing to either
-  const std::size_t equals = preference.find('=');
-  const std::string_view name = trimmed(preference.substr(0, equals));
-  if (same_name(name, "respond-async")) found.respond_async = true;
-  if (same_name(name, "wait") && equals != std::string_view::npos && !found.wait) {
-    found.wait = seconds_of(preference.substr(equals + 1));
-  }
+  preference = next(preference, ";");  // parameters mean nothing to either
+  const std::string name = lower(trimmed(next(preference, "=")));
+  if (name == "respond-async") found.respond_async = true;
+  if (name == "wait" && !found.wait) found.wait = seconds_of(preference);
 }
 
 }  // namespace
@@ -52,11 +40,7 @@ Preferences preferences(const Head& head) {
   Found found;
   for (const auto& [name, value] : head.headers) {
     if (name != "prefer") continue;
-    for (std::string_view rest = value; !rest.empty();) {
-      const std::size_t comma = rest.find(',');
-      take(rest.substr(0, comma), found);
-      rest = comma == std::string_view::npos ? std::string_view() : rest.substr(comma + 1);
-    }
+    for (std::string_view rest = value; !rest.empty();) take(next(rest, ","), found);
   }
   Preferences result;
   if (found.respond_async) result.applied = "respond-async";

@@ -5,14 +5,14 @@
 #include <limits>
 #include <thread>
 
-#include "api/request.h"
 #include "engine/mesh.h"
 
 namespace meshgauge::server {
 namespace {
 
 constexpr std::uint64_t kMostThreads = 4096;
-constexpr std::uint64_t kSpareIoThreads = 2;  // so that health checks and refusals are always answered
+constexpr std::uint64_t kLeastSpareThreads = 2;  // so that health checks and refusals are always answered
+constexpr std::uint64_t kSpareThreads = 16;
 
 constexpr std::uint64_t kMostElements = std::uint64_t{1} << 32;  // an index has 32 bits
 constexpr std::uint64_t kMostParserMemory = std::uint64_t{1} << 46;
@@ -21,13 +21,18 @@ constexpr std::uint64_t kBesideArrays = std::uint64_t{256} << 20;      // the pr
 
 Error refused(std::string message) { return Error{ErrorCode::invalid_request, std::move(message), "", ""}; }
 
+// Of connections that wait for something else than their client.
+std::uint64_t held_threads(const Settings& s) { return s.workers + s.queue + s.max_event_streams; }
+
 Result<Done> check_threads(const Settings& s) {
-  if (s.workers > kMostThreads || s.queue > kMostThreads || s.io_threads > kMostThreads) {
-    return refused("--workers, --queue and --io-threads must be at most " + std::to_string(kMostThreads));
+  if (std::max({s.workers, s.queue, s.max_event_streams, s.io_threads}) > kMostThreads) {
+    return refused("--workers, --queue, --max-event-streams and --io-threads must be at most " +
+                   std::to_string(kMostThreads));
   }
-  if (s.io_threads >= s.workers + s.queue + kSpareIoThreads) return Done{};
-  return refused("--io-threads must be at least --workers + --queue + " + std::to_string(kSpareIoThreads) + " (" +
-                 std::to_string(s.workers + s.queue + kSpareIoThreads) + "), since every waiting request holds one");
+  if (s.io_threads >= held_threads(s) + kLeastSpareThreads) return Done{};
+  return refused("--io-threads must be at least --workers + --queue + --max-event-streams + " +
+                 std::to_string(kLeastSpareThreads) + " (" + std::to_string(held_threads(s) + kLeastSpareThreads) +
+                 "), since every waiting request holds one");
 }
 
 Result<Done> check_times(const Settings& s) {
@@ -68,9 +73,17 @@ std::string default_temp_dir() {
   return given && *given ? given : "/tmp";
 }
 
+api::RequestLimits request_limits(const Settings& s) {
+  using std::chrono::milliseconds;
+  return {milliseconds(s.default_timeout_ms), milliseconds(s.max_timeout_ms)};
+}
+
+api::ReadLimits read_limits(const Settings& s) { return {s.max_vertices, s.max_triangles, s.max_expanded_bytes}; }
+
 Result<Settings> checked(Settings s) {
   if (s.port > std::numeric_limits<std::uint16_t>::max()) return refused("--port must be at most 65535");
   if (s.workers == 0) s.workers = std::max(1U, std::thread::hardware_concurrency());
+  if (s.io_threads == 0) s.io_threads = held_threads(s) + kSpareThreads;
   if (auto ok = check_threads(s); !ok) return ok.error();
   if (auto ok = check_times(s); !ok) return ok.error();
   if (s.parsers == 0) s.parsers = s.workers;

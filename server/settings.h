@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <string>
 
+#include "api/formats/format.h"
+#include "api/request.h"
 #include "engine/result.h"
 
 namespace meshgauge::server {
@@ -16,7 +18,9 @@ struct Settings {
   std::uint64_t port = 8080;
   std::uint64_t workers = 0;  // 0: one for each processor
   std::uint64_t queue = 32;
-  std::uint64_t io_threads = 64;
+  std::uint64_t max_queued_jobs = 1000;
+  std::uint64_t max_event_streams = 16;
+  std::uint64_t io_threads = 0;  // 0: as many as the settings above ask for
   std::uint64_t max_pending_connections = 256;
   std::uint64_t default_timeout_ms = 30'000;
   std::uint64_t max_timeout_ms = 180'000;
@@ -33,6 +37,11 @@ struct Settings {
   std::uint64_t max_heap_bytes = std::uint64_t{512} << 20;
   std::uint64_t parsers = 0;              // 0: as many as workers
   std::uint64_t parser_memory_bytes = 0;  // 0: what the limits on files allow
+  std::string data_dir = ".meshgauge";
+  std::uint64_t result_ttl_s = 86'400;
+  std::uint64_t max_kept_results = 100'000;
+  std::uint64_t mesh_ttl_s = 7 * 86'400;
+  std::uint64_t max_stored_bytes = std::uint64_t{16} << 30;
   std::string temp_dir = default_temp_dir();
   std::string simd = "auto";
 };
@@ -49,7 +58,11 @@ void for_each_setting(Settings& s, Visit visit) {
   visit({"port", "Port to listen on; 0 takes a free one"}, s.port);
   visit({"workers", "Comparisons that run at the same time; 0: one for each processor"}, s.workers);
   visit({"queue", "Comparisons that may upload or wait beside those that run; beyond that: 503"}, s.queue);
-  visit({"io_threads", "Threads that serve connections; at least workers + queue + 2"}, s.io_threads);
+  visit({"max_queued_jobs", "Comparisons that nobody waits for which may be queued or run; beyond that: 503"},
+        s.max_queued_jobs);
+  visit({"max_event_streams", "Clients that may watch a comparison, or wait for one as long as they prefer"},
+        s.max_event_streams);
+  visit({"io_threads", "Threads that serve connections; 0: as many as the settings above ask for"}, s.io_threads);
   visit({"max_pending_connections", "Connections that may wait for an I/O thread; beyond that: 503"},
         s.max_pending_connections);
   visit({"default_timeout_ms", "Time of a comparison that names none"}, s.default_timeout_ms);
@@ -68,12 +81,22 @@ void for_each_setting(Settings& s, Visit visit) {
   visit({"parsers", "Files read at the same time, each by a process of its own; 0: one for each worker"}, s.parsers);
   visit({"parser_memory_bytes", "Memory of such a process; 0: what the limits on files ask for"},
         s.parser_memory_bytes);
+  visit({"data_dir", "Directory for what is kept: meshes, jobs and results; made when it is missing"}, s.data_dir);
+  visit({"result_ttl_s", "Time a result is kept, in seconds"}, s.result_ttl_s);
+  visit({"max_kept_results", "Results that are kept; beyond that the oldest go"}, s.max_kept_results);
+  visit({"mesh_ttl_s", "Time a stored mesh is kept after its last use, in seconds"}, s.mesh_ttl_s);
+  visit({"max_stored_bytes", "Meshes that one key may store, in bytes; all of them when there are no keys"},
+        s.max_stored_bytes);
   visit({"temp_dir", "Directory for uploads, as files without a name"}, s.temp_dir);
   visit({"simd", "Instruction set: avx512, avx2, sse4, neon or scalar; auto: the fastest that the processor has"},
         s.simd);
 }
 
-// Fills in `workers`, `parsers`, `parser_memory_bytes` and `simd`, and refuses what this processor cannot run, and
+// Of one request, and of one mesh file.
+api::RequestLimits request_limits(const Settings& settings);
+api::ReadLimits read_limits(const Settings& settings);
+
+// Fills in `workers`, `io_threads`, `parsers`, `parser_memory_bytes` and `simd`, and refuses what this processor cannot run, and
 // values that contradict each other.
 Result<Settings> checked(Settings settings);
 

@@ -28,13 +28,14 @@ Scheduler::Scheduler(const Limits& limits) : limits_(limits) {
   for (std::size_t i = 0; i < limits.workers; ++i) workers_.emplace_back([this] { work(); });
 }
 
-Scheduler::~Scheduler() {
+void Scheduler::end() {
   {
     const std::lock_guard lock(mutex_);
     ending_ = true;
   }
   ready_.notify_all();
   for (std::thread& worker : workers_) worker.join();
+  workers_.clear();
 }
 
 std::optional<Scheduler::Slot> Scheduler::admit(Kind kind) {

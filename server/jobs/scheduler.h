@@ -68,7 +68,7 @@ class Scheduler {
   };
 
   explicit Scheduler(const Limits& limits);
-  ~Scheduler();  // runs what was submitted, then ends the workers
+  ~Scheduler() { end(); }
   Scheduler(const Scheduler&) = delete;
   Scheduler& operator=(const Scheduler&) = delete;
 
@@ -76,6 +76,7 @@ class Scheduler {
   Slot admit_again();                    // for a durable job that was let in before a restart: there is always a slot
   void submit(Slot slot, Task task);     // never blocks
   void cancel_all();                     // what runs, waits or is still to be submitted
+  void end();                            // runs what was submitted, then ends the workers; nothing may be submitted then
 
   Figures figures() const;
   // How long a job that came now would wait, by what the last ones took.

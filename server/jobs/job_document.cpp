@@ -1,0 +1,88 @@
+#include "server/jobs/job_document.h"
+
+#include <cstdio>
+#include <ctime>
+
+#include <nlohmann/json.hpp>
+
+#include "api/problem.h"
+
+namespace meshgauge::server {
+namespace {
+
+using Json = nlohmann::ordered_json;  // writes a number that is not finite as null
+
+Json time_or_null(const std::optional<store::TimePoint>& time) { return time ? Json(to_text(*time)) : Json(nullptr); }
+
+Json json_of(const std::optional<store::Progress>& progress) {
+  if (!progress) return nullptr;
+  return {{"lower", progress->lower}, {"upper", progress->upper}, {"stage", progress->stage}};
+}
+
+std::string problem_of(const store::Job& row) {
+  if (!row.problem.empty()) return row.problem;
+  if (row.state != store::JobState::failed) return "null";
+  return api::to_json(api::Problem{api::ProblemKind::internal, "given up: " + row.last_error, {}});
+}
+
+}  // namespace
+
+std::string to_text(store::TimePoint time) {
+  const auto day = std::chrono::floor<std::chrono::days>(time);
+  const std::chrono::year_month_day date(day);
+  const std::chrono::hh_mm_ss clock(time - day);
+  char text[40];
+  std::snprintf(text, sizeof text, "%04d-%02u-%02uT%02d:%02d:%02d.%03dZ", static_cast<int>(date.year()),
+                static_cast<unsigned>(date.month()), static_cast<unsigned>(date.day()),
+                static_cast<int>(clock.hours().count()), static_cast<int>(clock.minutes().count()),
+                static_cast<int>(clock.seconds().count()), static_cast<int>(clock.subseconds().count()));
+  return text;
+}
+
+std::string to_string(store::JobState state) {
+  switch (state) {
+    case store::JobState::queued:
+      return "queued";
+    case store::JobState::running:
+      return "running";
+    case store::JobState::done:
+      return "done";
+    case store::JobState::failed:
+      return "failed";
+    case store::JobState::cancelled:
+      return "cancelled";
+  }
+  return "";
+}
+
+std::string to_json(const JobView& job) {
+  const store::Job& row = job.row;
+  const Json head{{"id", row.key.id},
+                  {"state", to_string(row.state)},
+                  {"created", to_text(row.created)},
+                  {"started", time_or_null(row.started)},
+                  {"finished", time_or_null(row.finished)},
+                  {"expires", time_or_null(row.expires)},
+                  {"tries", row.tries},
+                  {"progress", json_of(row.progress)}};
+  // The last two are documents already, and may be large.
+  std::string text = head.dump();
+  text.pop_back();
+  return text + ",\"result\":" + (row.document.empty() ? "null" : row.document) + ",\"problem\":" + problem_of(row) +
+         "}";
+}
+
+std::string progress_json(const JobView& job) {
+  const store::Job& row = job.row;
+  const auto since = row.finished.value_or(store::now()) - row.started.value_or(row.created);
+  Json json{{"state", to_string(row.state)}};
+  const store::Progress none{0, std::numeric_limits<double>::infinity(), ""};
+  const store::Progress& progress = row.progress ? *row.progress : none;
+  json["lower"] = progress.lower;
+  json["upper"] = progress.upper;
+  json["stage"] = progress.stage.empty() ? Json(nullptr) : Json(progress.stage);
+  json["elapsed_ms"] = since.count();
+  return json.dump();
+}
+
+}  // namespace meshgauge::server

@@ -1,0 +1,20 @@
+// A job as its owner sees it: GET /v1/comparisons/{id}, and the body of a 202.
+#pragma once
+
+#include <string>
+
+#include "server/jobs/live_job.h"
+
+namespace meshgauge::server {
+
+std::string to_json(const JobView& job);
+
+// The interval as it stands, one line: the data of a `progress` event.
+std::string progress_json(const JobView& job);
+
+std::string to_string(store::JobState state);
+
+// 2026-03-01T12:00:00.000Z (RFC 3339).
+std::string to_text(store::TimePoint time);
+
+}  // namespace meshgauge::server

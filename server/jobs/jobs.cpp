@@ -1,0 +1,408 @@
+#include "server/jobs/jobs.h"
+
+#include <algorithm>
+#include <cassert>
+#include <exception>
+#include <utility>
+
+#include "api/digest.h"
+#include "api/response.h"
+#include "server/log.h"
+
+namespace meshgauge::server {
+namespace {
+
+using api::Problem;
+using api::ProblemKind;
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+using store::JobState;
+
+constexpr milliseconds kProgressInterval{100};
+constexpr seconds kRetryInterval{1};
+constexpr seconds kSweepInterval{30};
+constexpr seconds kCancelTime{1};
+constexpr seconds kUnusedBlobs{600};  // longer than any upload takes from its bytes to its row
+constexpr seconds kLease{365L * 24 * 3600};  // one process works on these stores: it is alive, or recover() knows
+
+double ms_between(LiveJob::Clock::time_point start, LiveJob::Clock::time_point end) {
+  return std::chrono::duration<double, std::milli>(end - start).count();
+}
+
+// What two requests of one idempotency key must agree in.
+std::string fingerprint_of(const std::string& a, const std::string& b, const std::string& options) {
+  const std::string all = a + "\n" + b + "\n" + options;
+  return api::sha256_hex(std::as_bytes(std::span(all)));
+}
+
+store::NewJob row_of(const Submission& submission, store::TimePoint now, seconds ttl) {
+  store::NewJob row;
+  row.key = submission.key;
+  row.mesh_a = submission.a.id;
+  row.mesh_b = submission.b.id;
+  row.hints = hints_of(submission.a, submission.b);
+  row.options = submission.options;
+  row.cost = submission.a.input.bytes.size() + submission.b.input.bytes.size();
+  row.idempotency_key = submission.idempotency_key;
+  if (!row.idempotency_key.empty()) row.fingerprint = fingerprint_of(row.mesh_a, row.mesh_b, row.options);
+  row.trace = submission.trace;
+  row.created = now;
+  row.expires_if_never_run = now + ttl;
+  return row;
+}
+
+// Of what is repeated, or made good by the next start.
+void log_failure(const auto& result) {
+  if (!result) log_event("store", result.error().message);
+}
+
+bool stopped_by_cancel(const Result<api::Comparison>& result) {
+  return result ? result->outcome.stop == Stop::cancelled : result.error().code == ErrorCode::out_of_time;
+}
+
+}  // namespace
+
+Jobs::Jobs(const Settings& settings, Compare compare, Stores stores)
+    : settings_(settings),
+      compare_(std::move(compare)),
+      stores_(stores),
+      worker_(api::random_id()),
+      threads_(settings.workers),
+      scheduler_({settings.workers, settings.workers + settings.queue, settings.max_queued_jobs}) {
+  maintenance_ = std::thread([this] { maintain(); });
+}
+
+Jobs::~Jobs() {
+  stop();
+  {
+    const std::lock_guard lock(mutex_);
+    ending_ = true;
+  }
+  wake_.notify_all();
+  maintenance_.join();
+  scheduler_.end();
+  for (const Parked& parked : parked_) drop(*parked.job);
+  if (auto kept = stores_.jobs.flush(); !kept) log_event("store", "results are lost: " + kept.error().message);
+}
+
+void Jobs::stop() {
+  stopping_.store(true);
+  scheduler_.cancel_all();
+}
+
+Result<Done> Jobs::recover() {
+  const auto now = store::now();
+  auto rows = stores_.jobs.recover("", "the service ended while it ran", {now, now + seconds(settings_.result_ttl_s)});
+  if (!rows) return rows.error();
+  for (const store::Job& row : *rows) {
+    if (auto done = revive(row); !done) return done.error();
+  }
+  return Done{};
+}
+
+// A job whose meshes are gone, or that this version does not understand, fails when it runs.
+Result<Done> Jobs::revive(const store::Job& row) {
+  MeshSource a{{"a", {}, "", "", -1}, nullptr, row.mesh_a};
+  MeshSource b{{"b", {}, "", "", -1}, nullptr, row.mesh_b};
+  for (MeshSource* source : {&a, &b}) {
+    auto blob = stores_.blobs.open({row.key.owner, source->id});
+    if (!blob) return blob.error();
+    if (*blob) *source = source_of(source->input.part, std::move(**blob), source->id);
+  }
+  set_hints(row.hints, a, b);
+  auto request = api::parse_options(row.options, request_limits(settings_));
+  if (!request) a.holder = nullptr;
+  const auto job = std::make_shared<LiveJob>(row, request ? std::move(*request) : api::Request{}, std::move(a), std::move(b),
+                                       true);
+  register_live(job);
+  enqueue(job, scheduler_.admit_again());
+  return Done{};
+}
+
+Jobs::Submitted Jobs::submit(Scheduler::Slot slot, Submission submission) {
+  if (submission.durable) {
+    if (auto problem = keep_blobs(submission)) return *problem;
+  }
+  auto row = row_of(submission, store::now(), seconds(settings_.result_ttl_s));
+  submission.request.options.simd = settings_.simd;
+  std::size_t& memory_bytes = submission.request.options.max_memory_bytes;
+  memory_bytes = std::min<std::size_t>(memory_bytes, settings_.max_heap_bytes);
+  const auto job = std::make_shared<LiveJob>(std::move(row), std::move(submission.request), std::move(submission.a),
+                                       std::move(submission.b), submission.durable);
+  if (job->durable) return insert(job, std::move(slot));
+  register_live(job);
+  enqueue(job, std::move(slot));
+  return job;
+}
+
+// So that they are there when the job runs, be it after a crash.
+std::optional<Problem> Jobs::keep_blobs(Submission& submission) {
+  const std::string& owner = submission.key.owner;
+  const auto stored = stores_.meshes.stored_bytes(owner);
+  if (!stored) return api::to_problem(stored.error());
+  std::uint64_t bytes = *stored + bytes_of_jobs(owner);
+  for (const MeshSource* source : {&submission.a, &submission.b}) {
+    if (source->id.empty()) bytes += source->input.bytes.size();
+  }
+  if (bytes > settings_.max_stored_bytes) {
+    return Problem{ProblemKind::quota_exceeded,
+                   "stored meshes and those of waiting comparisons would be larger than the limit of " +
+                       std::to_string(settings_.max_stored_bytes) + " bytes",
+                   {}};
+  }
+  for (MeshSource* source : {&submission.a, &submission.b}) {
+    if (auto problem = keep_blob(owner, *source)) return problem;
+  }
+  return std::nullopt;
+}
+
+std::uint64_t Jobs::bytes_of_jobs(const std::string& owner) const {
+  const std::lock_guard lock(mutex_);
+  std::uint64_t bytes = 0;
+  for (const auto& [id, job] : live_) {
+    if (job->durable && job->key.owner == owner) bytes += job->bytes;
+  }
+  return bytes;
+}
+
+std::optional<Problem> Jobs::keep_blob(const std::string& owner, MeshSource& source) {
+  if (!source.id.empty()) {
+    const auto renewed = stores_.blobs.renew({owner, source.id});
+    if (!renewed) return api::to_problem(renewed.error());
+    if (*renewed) return std::nullopt;
+    return Problem{ProblemKind::unknown_mesh, "the mesh '" + source.input.part + "' was deleted meanwhile", {}};
+  }
+  source.id = api::sha256_hex(source.input.bytes);
+  const auto put = stores_.blobs.put({owner, source.id}, source.input.bytes);
+  if (!put) return api::to_problem(put.error());
+  return std::nullopt;
+}
+
+// The job is known here before it is in the store: whoever repeats its idempotency key finds it.
+Jobs::Submitted Jobs::insert(const std::shared_ptr<LiveJob>& job, Scheduler::Slot slot) {
+  register_live(job);
+  const auto inserted = stores_.jobs.insert(job->view().row);
+  if (inserted && !inserted->existed) {
+    enqueue(job, std::move(slot));
+    return job;
+  }
+  forget_live(*job);
+  if (!inserted) return api::to_problem(inserted.error());
+  if (inserted->conflict) {
+    return Problem{ProblemKind::idempotency_key_reused,
+                   "this Idempotency-Key was used for another comparison; take a new one", {}};
+  }
+  if (auto first = live(inserted->job.key)) return first;
+  auto view = get(inserted->job.key);  // it has ended since, or it waits for another start
+  if (!view) return api::to_problem(view.error());
+  if (*view) return std::move(**view);
+  return Problem{ProblemKind::storage_unavailable, "the comparison of this Idempotency-Key was removed just now", {}};
+}
+
+void Jobs::register_live(const std::shared_ptr<LiveJob>& job) {
+  const std::lock_guard lock(mutex_);
+  live_[job->key.id] = job;
+}
+
+void Jobs::forget_live(const LiveJob& job) {
+  const std::lock_guard lock(mutex_);
+  live_.erase(job.key.id);
+}
+
+std::shared_ptr<LiveJob> Jobs::live(const store::JobKey& key) const {
+  const std::lock_guard lock(mutex_);
+  const auto found = live_.find(key.id);
+  return found != live_.end() && found->second->key == key ? found->second : nullptr;
+}
+
+void Jobs::enqueue(const std::shared_ptr<LiveJob>& job, Scheduler::Slot slot) {
+  job->control.set_deadline(job->submitted + job->request.timeout);
+  job->control.watch(
+      [watched = job.get()](const Progress& p) { watched->progressed({p.lower, p.upper, p.stage}); },
+      kProgressInterval);
+  scheduler_.submit(std::move(slot), {job->key.owner, job->bytes, std::shared_ptr<Control>(job, &job->control),
+                                      [this, job](Scheduler::Slot held) { run(job, std::move(held)); }});
+}
+
+// The job's edge: whatever is thrown ends here.
+void Jobs::run(const std::shared_ptr<LiveJob>& job, Scheduler::Slot slot) {
+  if (job->durable) {
+    const Begun begun = begin(*job);
+    if (begun == Begun::later) return park({job, std::move(slot), std::nullopt});
+    if (begun == Begun::not_ours) return leave_to_its_end(*job);
+  } else {
+    job->started(1, store::now());
+  }
+  JobView last;
+  try {
+    last = concluded(*job, measure(*job));
+  } catch (const std::exception& error) {
+    log_event("job_failed", job->key.id + ": " + error.what());
+    last = concluded(*job, Error{ErrorCode::internal, "the comparison failed unexpectedly", "", ""});
+  }
+  job->a.holder = job->b.holder = nullptr;
+  { const Scheduler::Slot done = std::move(slot); }
+  conclude({job, std::nullopt, std::move(last)});
+}
+
+// queued -> running in the store.
+Jobs::Begun Jobs::begin(LiveJob& job) {
+  if (stopping_.load()) return Begun::not_ours;
+  const auto now = store::now();
+  auto claimed = stores_.jobs.claim(job.key, worker_, now, now + kLease);
+  if (!claimed) return Begun::later;
+  if (!*claimed) return Begun::not_ours;
+  job.token = (*claimed)->token;
+  job.started((*claimed)->job.tries, now);
+  return Begun::yes;
+}
+
+Result<api::Comparison> Jobs::measure(LiveJob& job) {
+  if (!job.a.holder || !job.b.holder) {
+    return Error{ErrorCode::internal, "what this comparison needs was removed before it could run", "", ""};
+  }
+  const auto start = LiveJob::Clock::now();
+  Options& options = job.request.options;
+  const ThreadBudget::Loan loan = threads_.lend(options.threads);
+  options.threads = loan.threads();
+  auto result = compare_(job.a.input, job.b.input, options, read_limits(settings_), job.control);
+  if (result) {
+    result->id = job.key.id;
+    result->units = job.request.units;
+    result->times.queue = ms_between(job.submitted, start);
+    result->times.total += result->times.queue;
+  }
+  return result;
+}
+
+JobView Jobs::concluded(const LiveJob& job, const Result<api::Comparison>& result) const {
+  JobView last = job.view();
+  last.row.finished = store::now();
+  last.row.expires = *last.row.finished + seconds(settings_.result_ttl_s);
+  const bool cancelled = stopped_by_cancel(result) && last.row.cancel_requested;
+  if (result) {
+    last.row.state = cancelled ? JobState::cancelled : JobState::done;
+    last.row.document = to_json(*result);
+    last.stages = to_server_timing(*result);
+    last.triangles = MeshSizes{result->a.triangles, result->b.triangles};
+  } else {
+    const Problem problem = api::to_problem(result.error());
+    last.row.state = cancelled ? JobState::cancelled : JobState::failed;
+    last.row.problem = to_json(problem);
+  }
+  return last;
+}
+
+// Whatever ends a durable job that nobody asked to end is the end of this process: another one will run it.
+void Jobs::conclude(Parked ended) {
+  LiveJob& job = *ended.job;
+  const store::Job& row = ended.last->row;
+  const bool interrupted = stopping_.load() && job.control.check() == Interruption::cancelled && !row.cancel_requested;
+  if (job.durable && interrupted) {
+    if (row.progress) log_failure(stores_.jobs.heartbeat(*job.token, store::now() + kLease, *row.progress));
+    log_failure(stores_.jobs.hand_back(*job.token, "", {store::now(), *row.expires}));
+    return drop(job);
+  }
+  if (!job.durable) {
+    stores_.jobs.record(row);
+  } else {
+    const auto stored =
+        stores_.jobs.finish(*job.token, {row.state, row.document, row.problem, *row.finished, *row.expires});
+    if (!stored) return park(std::move(ended));
+    if (!*stored) log_event("store", "job " + job.key.id + " was taken over by another worker");
+  }
+  forget_live(job);
+  job.ended(std::move(*ended.last));
+}
+
+// This process will not run it: the next one finds it in the store.
+void Jobs::drop(LiveJob& job) {
+  forget_live(job);
+  job.handed_back();
+}
+
+// Of a job that was not to be claimed: it has ended by itself, or this process stops.
+void Jobs::leave_to_its_end(LiveJob& job) {
+  const auto row = stores_.jobs.get(job.key);
+  if (!row || !*row || !store::has_ended((*row)->state)) return drop(job);
+  JobView last;
+  last.row = **row;
+  forget_live(job);
+  job.ended(std::move(last));
+}
+
+void Jobs::park(Parked parked) {
+  if (stopping_.load()) return drop(*parked.job);
+  if (!std::exchange(parked.told, true)) log_event("store", "job " + parked.job->key.id + " waits for the store");
+  const std::lock_guard lock(mutex_);
+  parked_.push_back(std::move(parked));
+}
+
+Result<std::optional<JobView>> Jobs::get(const store::JobKey& key) {
+  if (const auto job = live(key)) return std::optional(job->view());
+  auto row = stores_.jobs.get(key);
+  if (!row) return row.error();
+  if (!*row) return std::optional<JobView>();
+  JobView view;
+  view.row = std::move(**row);
+  return std::optional(std::move(view));
+}
+
+Result<Jobs::Deleted> Jobs::remove(const store::JobKey& key) {
+  const auto job = live(key);
+  if (!job || job->durable) {
+    const auto forgotten = stores_.jobs.forget(key);
+    if (!forgotten) return forgotten.error();
+    if (*forgotten) return Deleted::forgotten;
+    const auto now = store::now();
+    const auto state = stores_.jobs.request_cancel(key, {now, now + seconds(settings_.result_ttl_s)});
+    if (!state) return state.error();
+    if (!*state) return Deleted::unknown;
+    if (job && **state == JobState::cancelled) leave_to_its_end(*job);
+  }
+  if (job) {
+    job->cancel();
+    job->wait_for_end(kCancelTime);
+  }
+  return Deleted::asked_to_end;
+}
+
+void Jobs::maintain() {
+  auto next_sweep = LiveJob::Clock::now() + kSweepInterval;
+  std::unique_lock lock(mutex_);
+  while (!wake_.wait_for(lock, kRetryInterval, [&] { return ending_; })) {
+    lock.unlock();
+    retry_parked();
+    if (LiveJob::Clock::now() >= next_sweep) {
+      sweep();
+      next_sweep = LiveJob::Clock::now() + kSweepInterval;
+    }
+    lock.lock();
+  }
+}
+
+void Jobs::retry_parked() {
+  std::vector<Parked> parked;
+  {
+    const std::lock_guard lock(mutex_);
+    parked.swap(parked_);
+  }
+  for (Parked& waiting : parked) {
+    if (waiting.last) {
+      conclude(std::move(waiting));
+    } else {
+      enqueue(waiting.job, std::move(*waiting.slot));
+    }
+  }
+}
+
+void Jobs::sweep() {
+  const auto now = store::now();
+  log_failure(stores_.jobs.sweep_jobs({now, now + seconds(settings_.result_ttl_s)}, settings_.max_kept_results));
+  log_failure(stores_.meshes.sweep_meshes(now));
+  const auto used = stores_.jobs.used_blobs();
+  log_failure(used);
+  if (used) log_failure(stores_.blobs.remove_unused(*used, kUnusedBlobs));
+}
+
+}  // namespace meshgauge::server

@@ -1,0 +1,136 @@
+// Every comparison that this service runs, whoever waits for it: from its submission to what is kept of it.
+//
+//   submit -> (durable: blobs and row are stored) -> scheduler -> run on a worker -> (durable: finish; else: record)
+//
+// A durable job was promised to be done: it is in the store before anybody is told so, runs again after a crash, and
+// nobody's going away ends it. Any other job lives in this process, and only its end is kept.
+//
+// Thread safe.
+#pragma once
+
+#include <atomic>
+#include <condition_variable>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <variant>
+#include <vector>
+
+#include "api/compare.h"
+#include "server/jobs/live_job.h"
+#include "server/jobs/scheduler.h"
+#include "server/settings.h"
+#include "server/store/blob_store.h"
+#include "server/store/job_store.h"
+#include "server/store/mesh_index.h"
+#include "server/thread_budget.h"
+
+namespace meshgauge::server {
+
+// api::compare_by() with meshes from the sandbox, or what a test puts in its place.
+using Compare =
+    std::function<Result<api::Comparison>(const api::MeshInput& a, const api::MeshInput& b, const Options& options,
+                                          const api::ReadLimits& limits, Control& control)>;
+
+struct Stores {
+  store::JobStore& jobs;
+  store::MeshIndex& meshes;
+  store::BlobStore& blobs;
+};
+
+struct Submission {
+  store::JobKey key;
+  api::Request request;
+  std::string options;  // the JSON that `request` was read from
+  MeshSource a;
+  MeshSource b;
+  bool durable = false;
+  std::string idempotency_key;  // durable only; empty: none
+  std::string trace;
+};
+
+class Jobs {
+ public:
+  using Kind = Scheduler::Kind;
+  // What a submission became: a job to wait for, one that has ended already (its idempotency key was seen before), or
+  // a refusal.
+  using Submitted = std::variant<std::shared_ptr<LiveJob>, JobView, api::Problem>;
+
+  // Borrows the stores.
+  Jobs(const Settings& settings, Compare compare, Stores stores);
+  ~Jobs();  // as stop()
+  Jobs(const Jobs&) = delete;
+  Jobs& operator=(const Jobs&) = delete;
+
+  // Begins what was left undone before this start. Called once, first.
+  Result<Done> recover();
+
+  std::optional<Scheduler::Slot> admit(Kind kind) { return scheduler_.admit(kind); }
+  Submitted submit(Scheduler::Slot slot, Submission submission);
+
+  // nullopt: this owner has no such job.
+  Result<std::optional<JobView>> get(const store::JobKey& key);
+  std::shared_ptr<LiveJob> live(const store::JobKey& key) const;  // null: it does not wait or run here
+  // Asks a job that has not ended to end, and waits a second for that; forgets one that has.
+  enum class Deleted { unknown, asked_to_end, forgotten };
+  Result<Deleted> remove(const store::JobKey& key);
+
+  Scheduler::Figures figures() const { return scheduler_.figures(); }
+  std::chrono::milliseconds expected_wait() const { return scheduler_.expected_wait(); }
+
+  // Ends what runs and waits: awaited jobs with the interval they have reached, durable ones go back to the store.
+  void stop();
+
+ private:
+  // A job that waits for the store, to begin (without `last`) or to end.
+  struct Parked {
+    std::shared_ptr<LiveJob> job;
+    std::optional<Scheduler::Slot> slot;
+    std::optional<JobView> last;
+    bool told = false;  // the log knows
+  };
+  enum class Begun { yes, not_ours, later };
+
+  Result<Done> revive(const store::Job& row);
+  std::optional<api::Problem> keep_blobs(Submission& submission);
+  std::uint64_t bytes_of_jobs(const std::string& owner) const;
+  std::optional<api::Problem> keep_blob(const std::string& owner, MeshSource& source);
+  Submitted insert(const std::shared_ptr<LiveJob>& job, Scheduler::Slot slot);
+  void enqueue(const std::shared_ptr<LiveJob>& job, Scheduler::Slot slot);
+
+  void run(const std::shared_ptr<LiveJob>& job, Scheduler::Slot slot);
+  Begun begin(LiveJob& job);
+  Result<api::Comparison> measure(LiveJob& job);
+  JobView concluded(const LiveJob& job, const Result<api::Comparison>& result) const;
+  void conclude(Parked ended);
+  bool finish(const LiveJob& job, const store::Job& row);
+  void drop(LiveJob& job);
+  void leave_to_its_end(LiveJob& job);
+
+  void register_live(const std::shared_ptr<LiveJob>& job);
+  void forget_live(const LiveJob& job);
+  void park(Parked parked);
+  void maintain();
+  void retry_parked();
+  void sweep();
+
+  const Settings settings_;
+  const Compare compare_;
+  const Stores stores_;
+  const std::string worker_;  // this process, in tokens
+  ThreadBudget threads_;
+  std::atomic<bool> stopping_{false};
+  mutable std::mutex mutex_;  // guards what follows, but the scheduler
+  std::map<std::string, std::shared_ptr<LiveJob>> live_;  // by id
+  std::vector<Parked> parked_;                            // what the store could not be told yet
+  std::condition_variable wake_;
+  bool ending_ = false;
+  std::thread maintenance_;
+  Scheduler scheduler_;
+};
+
+}  // namespace meshgauge::server

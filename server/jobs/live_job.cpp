@@ -1,0 +1,83 @@
+#include "server/jobs/live_job.h"
+
+#include <utility>
+
+namespace meshgauge::server {
+
+LiveJob::LiveJob(store::NewJob job, api::Request job_request, MeshSource mesh_a, MeshSource mesh_b, bool is_durable)
+    : key(job.key),
+      bytes(job.cost),
+      durable(is_durable),
+      request(std::move(job_request)),
+      a(std::move(mesh_a)),
+      b(std::move(mesh_b)) {
+  static_cast<store::NewJob&>(view_.row) = std::move(job);
+}
+
+JobView LiveJob::view() const {
+  const std::lock_guard lock(mutex_);
+  return view_;
+}
+
+std::uint64_t LiveJob::version() const {
+  const std::lock_guard lock(mutex_);
+  return version_;
+}
+
+bool LiveJob::wait_for_end(std::chrono::milliseconds time) const {
+  std::unique_lock lock(mutex_);
+  return changed_.wait_for(lock, time, [&] { return over(); });
+}
+
+void LiveJob::wait_for_change(std::uint64_t since, std::chrono::milliseconds time) const {
+  std::unique_lock lock(mutex_);
+  changed_.wait_for(lock, time, [&] { return version_ != since; });
+}
+
+void LiveJob::cancel() {
+  change([](JobView& view) { view.row.cancel_requested = true; });
+  control.cancel();
+}
+
+bool LiveJob::cancel_requested() const {
+  const std::lock_guard lock(mutex_);
+  return view_.row.cancel_requested;
+}
+
+void LiveJob::started(unsigned tries, store::TimePoint when) {
+  change([&](JobView& view) {
+    view.row.state = store::JobState::running;
+    view.row.tries = tries;
+    view.row.started = when;
+  });
+}
+
+void LiveJob::progressed(const store::Progress& progress) {
+  change([&](JobView& view) { view.row.progress = progress; });
+}
+
+void LiveJob::ended(JobView last) {
+  change([&](JobView& view) {
+    if (!over()) view = std::move(last);
+  });
+}
+
+void LiveJob::handed_back() {
+  change([this](JobView& view) {
+    if (over()) return;
+    view.row.state = store::JobState::queued;
+    view.handed_back = true;
+  });
+}
+
+template <class Change>
+void LiveJob::change(const Change& how) {
+  {
+    const std::lock_guard lock(mutex_);
+    how(view_);
+    ++version_;
+  }
+  changed_.notify_all();
+}
+
+}  // namespace meshgauge::server

@@ -1,0 +1,71 @@
+// A job of this process, from its submission to its end: what its worker tells, and what those who wait are told.
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+
+#include "api/request.h"
+#include "engine/control.h"
+#include "server/exchange.h"
+#include "server/jobs/mesh_source.h"
+#include "server/store/job_store.h"
+
+namespace meshgauge::server {
+
+// A job as it stands.
+struct JobView {
+  store::Job row;               // `document` and `problem` when it has ended
+  bool handed_back = false;            // this process will not run it: it stops; the next one will
+  std::string stages;                  // as in Server-Timing; this and what follows: of a job that ended in this process
+  std::optional<MeshSizes> triangles;
+};
+
+class LiveJob {
+ public:
+  using Clock = std::chrono::steady_clock;
+
+  LiveJob(store::NewJob job, api::Request job_request, MeshSource mesh_a, MeshSource mesh_b, bool is_durable);
+
+  const store::JobKey key;
+  const std::uint64_t bytes;  // of both files
+  const bool durable;         // in the store since before it was accepted
+  const Clock::time_point submitted = Clock::now();
+  api::Request request;  // the worker's, as are the sources
+  MeshSource a;
+  MeshSource b;
+  Control control;
+  std::optional<store::Token> token;  // the worker's: since the store let it begin
+
+  JobView view() const;
+  std::uint64_t version() const;  // grows with every change
+
+  // Waits until the job has ended, was handed back, or changed since `version`; at most `time`.
+  bool wait_for_end(std::chrono::milliseconds time) const;
+  void wait_for_change(std::uint64_t since, std::chrono::milliseconds time) const;
+
+  void cancel();  // by its owner: it ends as cancelled
+  bool cancel_requested() const;
+
+  // What happened, told by the worker.
+  void started(unsigned tries, store::TimePoint when);
+  void progressed(const store::Progress& progress);
+  void ended(JobView last);  // this and handed_back(): the first one counts
+  void handed_back();
+
+ private:
+  bool over() const { return store::has_ended(view_.row.state) || view_.handed_back; }
+  template <class Change>
+  void change(const Change& how);
+
+  mutable std::mutex mutex_;
+  mutable std::condition_variable changed_;
+  JobView view_;
+  std::uint64_t version_ = 0;
+};
+
+}  // namespace meshgauge::server

@@ -1,0 +1,45 @@
+#include "server/jobs/mesh_source.h"
+
+#include <utility>
+
+#include <nlohmann/json.hpp>
+
+namespace meshgauge::server {
+namespace {
+
+using Json = nlohmann::json;
+
+Json hints_of(const MeshSource& source) {
+  return {{"file_name", source.input.filename}, {"media_type", source.input.media_type}};
+}
+
+void set_hints(const Json& hints, MeshSource& source) {
+  source.input.filename = hints.value("file_name", "");
+  source.input.media_type = hints.value("media_type", "");
+}
+
+}  // namespace
+
+MeshSource source_of(const std::string& part, MeshPart mesh) {
+  const std::shared_ptr<const Upload> upload = std::move(mesh.upload);
+  return {{part, upload->bytes(), mesh.head.filename, mesh.head.content_type, upload->file()}, upload, ""};
+}
+
+MeshSource source_of(const std::string& part, store::Blob blob, const std::string& id) {
+  const auto held = std::make_shared<const store::Blob>(std::move(blob));
+  return {{part, held->bytes(), "", "", held->file()}, held, id};
+}
+
+std::string hints_of(const MeshSource& a, const MeshSource& b) {
+  const Json hints{{"a", hints_of(a)}, {"b", hints_of(b)}};
+  return hints.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+void set_hints(const std::string& hints, MeshSource& a, MeshSource& b) {
+  const Json json = Json::parse(hints, nullptr, false);
+  if (!json.is_object()) return;
+  set_hints(json.value("a", Json::object()), a);
+  set_hints(json.value("b", Json::object()), b);
+}
+
+}  // namespace meshgauge::server

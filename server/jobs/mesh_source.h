@@ -1,0 +1,26 @@
+// The bytes of one mesh of a comparison, wherever they are: an upload, or a blob of the store.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "api/load.h"
+#include "server/form.h"
+#include "server/store/blob_store.h"
+
+namespace meshgauge::server {
+
+struct MeshSource {
+  api::MeshInput input;                // borrows from what `holder` keeps
+  std::shared_ptr<const void> holder;  // of the bytes and their descriptor
+  std::string id;                      // of the stored mesh; empty: never stored
+};
+
+MeshSource source_of(const std::string& part, MeshPart mesh);
+MeshSource source_of(const std::string& part, store::Blob blob, const std::string& id);
+
+// What is known of two sources beside their bytes, as JSON for the store's `hints`, and back.
+std::string hints_of(const MeshSource& a, const MeshSource& b);
+void set_hints(const std::string& hints, MeshSource& a, MeshSource& b);
+
+}  // namespace meshgauge::server
