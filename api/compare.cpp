@@ -15,15 +15,17 @@ double ms_since(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 }
 
-MeshFacts facts_of(const MeshInput& input, const LoadedMesh& loaded) {
+// Wrong if `control` says to stop meanwhile; then in_time() says so before anybody looks.
+MeshFacts facts_of(const MeshInput& input, const LoadedMesh& loaded, Control& control) {
+  const Interrupted interrupted = [&control] { return control.check() != Interruption::none; };
   MeshFacts facts;
   facts.format = loaded.format;
   facts.bytes = input.bytes.size();
   facts.sha256 = loaded.sha256;
   facts.vertices = loaded.mesh.positions.size();
   facts.triangles = loaded.mesh.triangles.size();
-  facts.degenerate = count_degenerate(loaded.mesh);
-  facts.bbox = bounding_box(loaded.mesh);
+  facts.degenerate = count_degenerate(loaded.mesh, interrupted);
+  facts.bbox = bounding_box(loaded.mesh, interrupted);
   facts.diagonal = diagonal(facts.bbox);
   facts.notes = loaded.notes;
   return facts;
@@ -47,7 +49,7 @@ Result<Side> load_side(const Load& load, const MeshInput& input, const ReadLimit
   if (auto ok = in_time(control, "'" + input.part + "' was read"); !ok) return ok.error();
   auto loaded = load(input, limits, control);
   if (!loaded) return std::move(loaded).error();
-  MeshFacts facts = facts_of(input, *loaded);
+  MeshFacts facts = facts_of(input, *loaded, control);
   ms = ms_since(start);
   return Side{std::move(*loaded), std::move(facts)};
 }

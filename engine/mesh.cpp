@@ -7,6 +7,18 @@
 namespace meshgauge {
 namespace {
 
+constexpr std::size_t kBlock = std::size_t{1} << 17;  // elements; a few ms where each is a walk through memory
+
+// Calls each(first, end) for one block after the other. Between two it asks `interrupted`: false when that says so.
+template <class Each>
+bool in_blocks(std::size_t count, const Interrupted& interrupted, Each each) {
+  for (std::size_t first = 0; first < count; first += kBlock) {
+    if (first > 0 && interrupted()) return false;
+    each(first, std::min(first + kBlock, count));
+  }
+  return true;
+}
+
 Error defect(ErrorCode code, std::string_view part, std::string where, const std::string& what) {
   return Error{code, where + " of '" + std::string(part) + "' " + what, std::string(part), std::move(where)};
 }
@@ -25,16 +37,35 @@ Result<Done> check_vertex(const Vec3& p, std::uint32_t index, std::string_view p
 }
 
 // One pass over each array without a branch, which the compiler vectorises: true for nearly every mesh. A vertex
-// that no triangle uses may make it false for a mesh that is valid.
-bool surely_valid(MeshView mesh) {
+// that no triangle uses may make it false for a mesh that is valid, and so may an interruption.
+bool surely_valid(MeshView mesh, const Interrupted& interrupted) {
   std::uint32_t highest = 0;
-  for (const Triangle& t : mesh.triangles) highest = std::max({highest, t[0], t[1], t[2]});
-  if (highest >= mesh.positions.size()) return false;
+  const bool all_indices = in_blocks(mesh.triangles.size(), interrupted, [&](std::size_t first, std::size_t end) {
+    std::uint32_t high = 0;
+    for (const Triangle& t : mesh.triangles.subspan(first, end - first)) high = std::max({high, t[0], t[1], t[2]});
+    highest = std::max(highest, high);
+  });
+  if (!all_indices || highest >= mesh.positions.size()) return false;
   bool bad = false;
-  for (const Vec3& p : mesh.positions) {
-    for (int k = 0; k < 3; ++k) bad |= !(std::abs(p[k]) <= kMaxCoordinate);  // true for NaN
+  const bool all_positions = in_blocks(mesh.positions.size(), interrupted, [&](std::size_t first, std::size_t end) {
+    bool bad_here = false;
+    for (const Vec3& p : mesh.positions.subspan(first, end - first)) {
+      for (int k = 0; k < 3; ++k) bad_here |= !(std::abs(p[k]) <= kMaxCoordinate);  // true for NaN
+    }
+    bad |= bad_here;
+  });
+  return all_positions && !bad;
+}
+
+Result<Done> check_triangle(MeshView mesh, std::size_t triangle, std::string_view part) {
+  for (const std::uint32_t index : mesh.triangles[triangle]) {
+    if (index >= mesh.positions.size()) {
+      return defect(ErrorCode::index_out_of_range, part, "triangle " + std::to_string(triangle),
+                    "uses vertex " + std::to_string(index) + " of " + std::to_string(mesh.positions.size()));
+    }
+    if (auto ok = check_vertex(mesh.positions[index], index, part); !ok) return ok;
   }
-  return !bad;
+  return Done{};
 }
 
 // Collinear within rounding: the area is at most 2^-50 of the longest edge squared.
@@ -52,7 +83,7 @@ bool is_degenerate(const Vec3& a, const Vec3& b, const Vec3& c) {
 
 }  // namespace
 
-Result<Done> validate(MeshView mesh, const MeshLimits& limits, std::string_view part) {
+Result<Done> validate(MeshView mesh, const MeshLimits& limits, std::string_view part, const Interrupted& interrupted) {
   const std::string quoted = "'" + std::string(part) + "'";
   if (mesh.triangles.empty()) {
     return Error{ErrorCode::empty_mesh, quoted + " has no triangles", std::string(part), ""};
@@ -69,24 +100,22 @@ Result<Done> validate(MeshView mesh, const MeshLimits& limits, std::string_view 
                      std::to_string(limits.max_triangles),
                  std::string(part), ""};
   }
-  if (surely_valid(mesh)) return Done{};
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    for (const std::uint32_t index : mesh.triangles[t]) {
-      if (index >= mesh.positions.size()) {
-        return defect(ErrorCode::index_out_of_range, part, "triangle " + std::to_string(t),
-                      "uses vertex " + std::to_string(index) + " of " + std::to_string(mesh.positions.size()));
-      }
-      if (auto ok = check_vertex(mesh.positions[index], index, part); !ok) return ok;
-    }
-  }
-  return Done{};
+  if (surely_valid(mesh, interrupted)) return Done{};
+  Result<Done> valid = Done{};
+  const bool all = in_blocks(mesh.triangles.size(), interrupted, [&](std::size_t first, std::size_t end) {
+    for (std::size_t t = first; t < end && valid.ok(); ++t) valid = check_triangle(mesh, t, part);
+  });
+  if (valid.ok() && !all) return Error{ErrorCode::out_of_time, "interrupted before " + quoted + " was checked", "", ""};
+  return valid;
 }
 
-Box bounding_box(MeshView mesh) {
+Box bounding_box(MeshView mesh, const Interrupted& interrupted) {
   Box box;
-  for (const Triangle& t : mesh.triangles) {
-    for (const std::uint32_t index : t) box.extend(mesh.positions[index]);
-  }
+  in_blocks(mesh.triangles.size(), interrupted, [&](std::size_t first, std::size_t end) {
+    for (const Triangle& t : mesh.triangles.subspan(first, end - first)) {
+      for (const std::uint32_t index : t) box.extend(mesh.positions[index]);
+    }
+  });
   return box;
 }
 
@@ -97,11 +126,13 @@ double diagonal(const Box& box) {
   return std::hypot(size.x(), size.y(), size.z());
 }
 
-std::size_t count_degenerate(MeshView mesh) {
+std::size_t count_degenerate(MeshView mesh, const Interrupted& interrupted) {
   std::size_t count = 0;
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    count += is_degenerate(mesh.corner(t, 0), mesh.corner(t, 1), mesh.corner(t, 2));
-  }
+  in_blocks(mesh.triangles.size(), interrupted, [&](std::size_t first, std::size_t end) {
+    for (std::size_t t = first; t < end; ++t) {
+      count += is_degenerate(mesh.corner(t, 0), mesh.corner(t, 1), mesh.corner(t, 2));
+    }
+  });
   return count;
 }
 

@@ -13,6 +13,7 @@
 
 #include <Eigen/Core>
 
+#include "engine/control.h"
 #include "engine/result.h"
 
 namespace meshgauge {
@@ -64,18 +65,21 @@ struct MeshLimits {
 
 // Checks what measure() relies on: at least one triangle, every index in range, every coordinate that
 // a triangle uses finite and at most kMaxCoordinate, counts within `limits`. `part` ("a", "b") goes
-// into the message. Linear time.
-Result<Done> validate(MeshView mesh, const MeshLimits& limits, std::string_view part);
+// into the message. Linear time; `interrupted` is asked every 131,072 elements, as in the functions below, and when it
+// says so the Error is out_of_time.
+Result<Done> validate(MeshView mesh, const MeshLimits& limits, std::string_view part,
+                      const Interrupted& interrupted = never_interrupted);
 
-// Box of the surface: of the vertices that triangles use. Precondition: validated.
-Box bounding_box(MeshView mesh);
+// Box of the surface: of the vertices that triangles use; of some of them if interrupted. Precondition: validated.
+Box bounding_box(MeshView mesh, const Interrupted& interrupted = never_interrupted);
 
 // Length of the box's diagonal; of that of bounding_box(mesh). In the file's unit, rounded to nearest; without
 // overflow.
 double diagonal(const Box& box);
 double diagonal(MeshView mesh);
 
-// Triangles of zero area: a repeated index, a repeated position, or (within rounding) collinear corners.
-std::size_t count_degenerate(MeshView mesh);
+// Triangles of zero area: a repeated index, a repeated position, or (within rounding) collinear corners. Too few if
+// interrupted.
+std::size_t count_degenerate(MeshView mesh, const Interrupted& interrupted = never_interrupted);
 
 }  // namespace meshgauge

@@ -73,6 +73,19 @@ bool readable(int socket, std::chrono::milliseconds time) {
   return ready > 0;
 }
 
+bool readable(int socket, std::chrono::milliseconds time, const Interrupted& interrupted) {
+  const auto end = Control::Clock::now() + time;
+  while (!readable(socket, kTick)) {
+    if (interrupted() || Control::Clock::now() >= end) return false;
+  }
+  return true;
+}
+
+bool closed(int socket) {
+  pollfd look{socket, 0, 0};
+  return ::poll(&look, 1, kTick.count()) > 0 && (look.revents & POLLHUP) != 0;
+}
+
 std::optional<Message> receive_message(int socket, std::size_t files) {
   Message message;
   message.bytes.resize(kMaxMessageBytes);

@@ -5,6 +5,7 @@
 #include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
+#include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -15,6 +16,7 @@
 #include <memory>
 #include <vector>
 
+#include <linux/capability.h>
 #include <seccomp.h>
 
 namespace meshgauge::server::sandbox {
@@ -24,15 +26,22 @@ namespace {
 constexpr std::uint64_t kProgramBytes = std::uint64_t{1} << 30;
 constexpr std::uint64_t kMost = std::uint64_t{1} << 60;  // so that no sum overflows
 constexpr std::uint64_t kStackBytes = std::uint64_t{8} << 20;
-constexpr int kWentThrough = 255;  // the probe's exit code for a forbidden call that was carried out
+
+// Exit codes of the probe, beside the errno of a filter that is refused.
+constexpr int kUnlimited = 254;    // a limit was refused
+constexpr int kWentThrough = 255;  // a forbidden call was carried out
+
+template <class Resource>
+bool limit(Resource resource, std::uint64_t soft, std::uint64_t hard) {
+  rlimit now{};
+  if (::getrlimit(resource, &now) != 0) return false;
+  const rlimit both{std::min<rlim_t>(soft, now.rlim_max), std::min<rlim_t>(hard, now.rlim_max)};
+  return ::setrlimit(resource, &both) == 0;
+}
 
 template <class Resource>
 bool limit(Resource resource, std::uint64_t most) {
-  rlimit now{};
-  if (::getrlimit(resource, &now) != 0) return false;
-  const rlim_t value = std::min<rlim_t>(most, now.rlim_max);
-  const rlimit both{value, value};
-  return ::setrlimit(resource, &both) == 0;
+  return limit(resource, most, most);
 }
 
 bool limit_memory(const Bounds& bounds) {
@@ -81,11 +90,36 @@ scmp_arg_cmp masked(unsigned argument, int mask, int value) {
   return {argument, SCMP_CMP_MASKED_EQ, static_cast<scmp_datum_t>(mask), static_cast<scmp_datum_t>(value)};
 }
 
+// What the end of the probe says.
+Trial judge(int status) {
+  if (WIFSIGNALED(status)) {
+    if (WTERMSIG(status) == SIGSYS) return {};
+    return {"a trial was ended by signal " + std::to_string(WTERMSIG(status)), ""};
+  }
+  if (WEXITSTATUS(status) == kUnlimited) return {"the limits of a process cannot be set", ""};
+  if (kSanitized) return {"", "a build with sanitizers leaves it out"};
+  if (WEXITSTATUS(status) == kWentThrough) return {"", "a call that it forbids went through"};
+  return {"", std::strerror(WEXITSTATUS(status))};
+}
+
 }  // namespace
+
+bool drop_capabilities() {
+  // The bounding set needs a right to be reduced; who has none to lose loses nothing by keeping it.
+  for (unsigned long capability = 0; ::prctl(PR_CAPBSET_READ, capability) >= 0; ++capability) {
+    ::prctl(PR_CAPBSET_DROP, capability);
+  }
+  __user_cap_header_struct header{_LINUX_CAPABILITY_VERSION_3, 0};
+  __user_cap_data_struct sets[_LINUX_CAPABILITY_U32S_3] = {};
+  ::syscall(SYS_capset, &header, sets);  // the ambient set shrinks with these
+  return ::syscall(SYS_capget, &header, sets) == 0 &&
+         std::ranges::all_of(sets, [](const auto& set) { return (set.permitted | set.inheritable) == 0; });
+}
 
 bool limit_resources(const Bounds& bounds) {
   return ::prctl(PR_SET_PDEATHSIG, SIGKILL) == 0 && ::prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) == 0 &&
-         ::prctl(PR_SET_DUMPABLE, 0) == 0 && limit(RLIMIT_CORE, 0) && limit(RLIMIT_CPU, bounds.cpu_seconds) &&
+         ::prctl(PR_SET_DUMPABLE, 0) == 0 && limit(RLIMIT_CORE, 0) &&
+         limit(RLIMIT_CPU, bounds.cpu_seconds, bounds.cpu_seconds + 1) &&
          (kSanitized || (limit_memory(bounds) && limit(RLIMIT_FSIZE, 0) && limit(RLIMIT_NOFILE, kWindow + 1) &&
                          limit(RLIMIT_NPROC, 0)));
 }
@@ -105,21 +139,19 @@ int forbid_calls() {
   return filter.load();
 }
 
-std::string why_calls_are_not_forbidden() {
-  if (kSanitized) return "a build with sanitizers leaves it out";
+Trial try_confinement(const Bounds& bounds) {
   const pid_t probe = ::fork();
-  if (probe < 0) return std::string("no process to try it in: ") + std::strerror(errno);
+  if (probe < 0) return {std::string("no process can be made: ") + std::strerror(errno), ""};
   if (probe == 0) {
+    if (!limit_resources(bounds)) ::_exit(kUnlimited);
     const int refused = forbid_calls();
     if (refused != 0) ::_exit(refused);
     [[maybe_unused]] const int socket = ::socket(AF_UNIX, SOCK_STREAM, 0);
     ::_exit(kWentThrough);
   }
   int status = 0;
-  if (::waitpid(probe, &status, 0) != probe) return std::string("its trial was lost: ") + std::strerror(errno);
-  if (WIFSIGNALED(status) && WTERMSIG(status) == SIGSYS) return "";
-  if (WIFEXITED(status) && WEXITSTATUS(status) != kWentThrough) return std::strerror(WEXITSTATUS(status));
-  return "a call that it forbids went through";
+  if (::waitpid(probe, &status, 0) != probe) return {std::string("a trial was lost: ") + std::strerror(errno), ""};
+  return judge(status);
 }
 
 }  // namespace meshgauge::server::sandbox

@@ -1,5 +1,4 @@
-// What a worker may still do, and how much of it. Both are for a process that just forked and has one thread; neither
-// can be undone.
+// What a worker may still do, and how much of it: for a process that has one thread, and not to be undone.
 #pragma once
 
 #include <string>
@@ -21,9 +20,13 @@ inline constexpr bool kSanitized = true;
 inline constexpr bool kSanitized = false;
 #endif
 
+// The rights beyond those of its user, as root's: none are left, to this process and to those that it makes or becomes.
+// False when it still has one.
+bool drop_capabilities();
+
 // No new privileges, no core file, not to be traced, dead when its parent dies; memory and processor time within
 // `bounds`; no further descriptors or processes, nothing written to any file. False when the kernel refuses one of
-// them.
+// them. When the time is over it is SIGXCPU that ends the process, and not SIGKILL, which would be somebody else's.
 bool limit_resources(const Bounds& bounds);
 
 // From here on any system call kills the process but: getting and returning private memory that cannot be executed,
@@ -31,8 +34,8 @@ bool limit_resources(const Bounds& bounds);
 // Gives 0 or the errno that says why it is not so.
 int forbid_calls();
 
-// Tries forbid_calls() in a process of its own. Empty: a forbidden call kills; else a clause that says why the filter
-// is not in force. For a process without threads that may wait for its children.
-std::string why_calls_are_not_forbidden();
+// Tries the last two in a process of its own, which then makes a forbidden call. For a process without threads that may
+// wait for its children.
+Trial try_confinement(const Bounds& bounds);
 
 }  // namespace meshgauge::server::sandbox

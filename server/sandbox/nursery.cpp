@@ -10,6 +10,7 @@
 #include <cerrno>
 #include <cstring>
 #include <string_view>
+#include <thread>
 
 #include "server/sandbox/spawner.h"
 
@@ -19,6 +20,7 @@ namespace {
 using std::chrono::milliseconds;
 
 constexpr milliseconds kStartTime{10'000};
+constexpr milliseconds kEndTime{1'000};  // for what was killed to be gone; then it is left to the next time
 
 Error not_started(const std::string& why) {
   return Error{ErrorCode::internal, "the process that reads uploads could not be started: " + why, "", ""};
@@ -69,13 +71,21 @@ class SpawnSettings {
   posix_spawnattr_t attributes{};
 };
 
+// All processes of a group are: its leader; and its workers, if this is process 1, to which orphans fall.
+bool all_gone(pid_t group) {
+  pid_t ended = 0;
+  do {
+    ended = ::waitpid(-group, nullptr, WNOHANG);
+  } while (ended > 0);
+  return ended < 0;
+}
+
 }  // namespace
 
 bool Worker::gone() const { return readable(channel_.get(), milliseconds(0)); }
 
-std::optional<int> Worker::end(milliseconds time) {
-  ::shutdown(life_.get(), SHUT_WR);
-  if (!readable(life_.get(), time)) return std::nullopt;
+std::optional<int> Worker::status(milliseconds time, const Interrupted& interrupted) const {
+  if (!readable(life_.get(), time, interrupted)) return std::nullopt;
   const auto news = receive_message(life_.get(), 0);
   int status = 0;
   if (!news || news->bytes.size() != sizeof status) return std::nullopt;
@@ -83,8 +93,8 @@ std::optional<int> Worker::end(milliseconds time) {
   return status;
 }
 
-Result<std::string> Nursery::start() {
-  stop();
+Result<std::string> Nursery::start(const Bounds& bounds, const Interrupted& interrupted) {
+  stop(interrupted);
   auto control = open_channel();
   if (!control) return not_started(std::strerror(errno));
   const SpawnSettings settings(control->theirs.get());
@@ -98,13 +108,21 @@ Result<std::string> Nursery::start() {
   }
   control_ = std::move(control->ours);
   control->theirs.close();
-  const bool spoke = readable(control_.get(), kStartTime);
-  const auto hello = spoke ? receive_message(control_.get(), 0) : std::nullopt;
-  if (!hello) {
-    stop();
-    return not_started(spoke ? "it ended at once" : "it does not answer");
-  }
-  return hello->bytes == " " ? std::string() : hello->bytes;
+  send_message(control_.get(), encode(bounds));  // to a dead one: hear() hears nothing
+  auto unfiltered = hear(interrupted);
+  if (!unfiltered) stop(interrupted);
+  return unfiltered;
+}
+
+// The first word of a spawner.
+Result<std::string> Nursery::hear(const Interrupted& interrupted) {
+  if (!readable(control_.get(), kStartTime, interrupted)) return not_started("it does not answer");
+  const auto message = receive_message(control_.get(), 0);
+  if (!message) return not_started("it ended at once");
+  auto trial = decode_trial(message->bytes);
+  if (!trial) return not_started("it is another program");
+  if (!trial->limits.empty()) return not_started(trial->limits);
+  return std::move(trial->filter);
 }
 
 // After its first word the spawner says nothing: there is something to read when its end is closed.
@@ -119,14 +137,18 @@ std::optional<Worker> Nursery::spawn(const Bounds& bounds) {
   return Worker(std::move(channel->ours), std::move(life->ours));
 }
 
-void Nursery::stop() {
+void Nursery::stop(const Interrupted& interrupted) {
   control_.close();
-  if (pid_ < 0) return;
-  ::kill(-pid_, SIGKILL);  // it leads a group, of which its workers are
-  // Itself; and its workers, if this is process 1, to which orphans fall.
-  while (::waitpid(-pid_, nullptr, 0) > 0 || errno == EINTR) {
+  if (pid_ > 0) {
+    ::kill(-pid_, SIGKILL);  // it leads a group, of which its workers are
+    killed_.push_back(pid_);
+    pid_ = -1;
   }
-  pid_ = -1;
+  const auto end = Control::Clock::now() + kEndTime;
+  while (std::erase_if(killed_, all_gone), !killed_.empty()) {
+    if (interrupted() || Control::Clock::now() >= end) return;
+    std::this_thread::sleep_for(milliseconds(1));
+  }
 }
 
 }  // namespace meshgauge::server::sandbox

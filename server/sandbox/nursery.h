@@ -23,9 +23,9 @@ class Worker {
 
   bool gone() const;  // it has ended, or has said something unasked: of no use either way
 
-  // Kills it and waits until it is no more, within `time`. Gives its wait status (waitpid), of its own end if it came
-  // first; nullopt when that is not known in time, or when the spawner could not make it or ended before it.
-  std::optional<int> end(std::chrono::milliseconds time);
+  // Waits until it has ended, and does not make it. Gives its wait status (waitpid); nullopt when that is not known
+  // within `time` or until `interrupted` says so, or when the spawner could not make it or ended before it.
+  std::optional<int> status(std::chrono::milliseconds time, const Interrupted& interrupted) const;
 
  private:
   Descriptor channel_;
@@ -41,9 +41,10 @@ class Nursery {
   Nursery(const Nursery&) = delete;
   Nursery& operator=(const Nursery&) = delete;
 
-  // Starts the spawner, in place of one that ran before. May be called while there are other threads. Gives what
-  // run_spawner() says: why calls cannot be forbidden, empty when they can.
-  Result<std::string> start();
+  // Starts the spawner, in place of one that ran before, and has it try `bounds`. May be called while there are other
+  // threads. Gives why calls cannot be forbidden, empty when they can. Takes ten seconds at most, and 10 ms from when
+  // `interrupted` says so.
+  Result<std::string> start(const Bounds& bounds, const Interrupted& interrupted = never_interrupted);
 
   // The spawner is not running.
   bool gone() const;
@@ -53,11 +54,13 @@ class Nursery {
   std::optional<Worker> spawn(const Bounds& bounds);
 
  private:
-  void stop();
+  Result<std::string> hear(const Interrupted& interrupted);
+  void stop(const Interrupted& interrupted = never_interrupted);
 
   const std::vector<std::string> command_;
   Descriptor control_;
   pid_t pid_ = -1;
+  std::vector<pid_t> killed_;  // groups that were killed and are not all gone: the kernel may take its time
 };
 
 }  // namespace meshgauge::server::sandbox

@@ -1,5 +1,8 @@
 #include "server/sandbox/pool.h"
 
+#include <algorithm>
+#include <exception>
+#include <new>
 #include <utility>
 
 #include "server/sandbox/memory_file.h"
@@ -7,7 +10,9 @@
 namespace meshgauge::server::sandbox {
 namespace {
 
-constexpr std::chrono::milliseconds kTick{10};
+// Between two attempts to start a spawner, of which the first failed; doubled by each that fails.
+constexpr std::chrono::milliseconds kLeastPause{50};
+constexpr std::chrono::milliseconds kMostPause{1000};
 
 std::uint64_t Counters::*counter_of(End end) {
   switch (end) {
@@ -22,9 +27,13 @@ std::uint64_t Counters::*counter_of(End end) {
     case End::overdue:
       return &Counters::overdue;
     case End::cancelled:
+      return &Counters::cancelled;
+    case End::lost:
+      return &Counters::lost;
+    case End::failed:
       break;
   }
-  return &Counters::cancelled;
+  return &Counters::failed;
 }
 
 }  // namespace
@@ -33,7 +42,8 @@ std::string to_string(const Counters& c) {
   return std::to_string(c.started) + " processes started; " + std::to_string(c.read) + " read, " +
          std::to_string(c.out_of_memory) + " out of memory, " + std::to_string(c.crashed) + " crashed, " +
          std::to_string(c.untrue) + " untrue, " + std::to_string(c.overdue) + " overdue, " +
-         std::to_string(c.cancelled) + " cancelled";
+         std::to_string(c.cancelled) + " cancelled, " + std::to_string(c.lost) + " lost, " + std::to_string(c.failed) +
+         " failed";
 }
 
 // One of the readings that may go on at a time.
@@ -69,7 +79,7 @@ Pool::Pool(PoolSettings settings, Log log)
     : settings_(std::move(settings)), log_(std::move(log)), nursery_(settings_.command) {}
 
 Result<std::vector<std::string>> Pool::start() {
-  auto unfiltered = nursery_.start();
+  auto unfiltered = nursery_.start(settings_.bounds);
   if (!unfiltered) return std::move(unfiltered).error();
   settings_.bounds.filter = unfiltered->empty();
   refill();
@@ -80,17 +90,35 @@ Result<std::vector<std::string>> Pool::start() {
 }
 
 Result<api::LoadedMesh> Pool::load(const api::MeshInput& input, const api::ReadLimits& limits, Control& control) {
-  const Turn turn(*this, control);
-  if (turn.why() != Interruption::none) return api::not_in_time(turn.why(), "'" + input.part + "' was read");
-  auto worker = take();
-  if (!worker) return Error{ErrorCode::internal, "there is no process to read '" + input.part + "'", "", ""};
-  Reading reading(std::move(*worker), input, limits);
-  if (!reading.begin()) return Error{ErrorCode::internal, "'" + input.part + "' could not be handed over", "", ""};
-  refill();  // while that one works
-  Outcome outcome = reading.finish(control);
-  count(outcome.end);
-  if (!outcome.how.empty()) log_("the reader of '" + input.part + "' " + outcome.how);
+  Outcome outcome = [&] {
+    try {
+      return read(input, limits, control);
+    } catch (const std::bad_alloc&) {
+      return failed(input.part, "did not get through: the service ran out of memory");
+    } catch (const std::exception& e) {
+      return failed(input.part, std::string("did not get through: ") + e.what());
+    }
+  }();
+  note(outcome, input.part);
   return std::move(outcome.mesh);
+}
+
+Outcome Pool::read(const api::MeshInput& input, const api::ReadLimits& limits, Control& control) {
+  const Turn turn(*this, control);
+  if (turn.why() != Interruption::none) return interrupted(turn.why(), input.part, "was still waited for");
+  Outcome outcome = read_once(input, limits, control);
+  if (outcome.end != End::lost) return outcome;
+  note(outcome, input.part);
+  return read_once(input, limits, control);
+}
+
+Outcome Pool::read_once(const api::MeshInput& input, const api::ReadLimits& limits, Control& control) {
+  auto taken = take(input.part, control);
+  if (auto* const instead = std::get_if<Outcome>(&taken)) return std::move(*instead);
+  Reading reading(std::get<Worker>(std::move(taken)), input, limits);
+  if (!reading.begin()) return failed(input.part, "could not be given it: memory or descriptors ran out");
+  refill();  // while that one works
+  return reading.finish(control);
 }
 
 Counters Pool::counters() const {
@@ -98,38 +126,89 @@ Counters Pool::counters() const {
   return counters_;
 }
 
-// Somebody, or the kernel, may have killed one that was waiting.
-std::optional<Worker> Pool::take() {
-  const std::lock_guard lock(mutex_);
+// Nobody waits longer than for one attempt to start the spawner that began after it came.
+std::variant<Worker, Outcome> Pool::take(const std::string& part, Control& control) {
+  std::unique_lock lock(mutex_);
+  const std::uint64_t failed_before = failed_starts_;
+  for (;;) {
+    if (auto worker = ready()) return std::move(*worker);
+    if (failed_starts_ != failed_before) return failed(part, "is not there: " + why_not_started_);
+    // A spawner that lives, and could not be asked for want of descriptors, has workers that others wait for.
+    if (!starting_ && !nursery_.gone()) return failed(part, "is not there: no process could be ordered");
+    if (const Interruption why = control.check(); why != Interruption::none) {
+      return interrupted(why, part, "was still waited for");
+    }
+    if (!starting_ && Control::Clock::now() >= next_start_) {
+      start_anew(lock, control);
+    } else {
+      started_.wait_for(lock, kTick);
+    }
+  }
+}
+
+// Somebody, or the kernel, may have killed one that was waiting; those of a dead spawner are about to die.
+std::optional<Worker> Pool::ready() {
+  if (starting_) return std::nullopt;
+  if (nursery_.gone()) idle_.clear();
   while (!idle_.empty()) {
     Worker worker = std::move(idle_.front());
     idle_.pop_front();
     if (!worker.gone()) return worker;
   }
-  auto worker = make();
-  // A spawner that lives, and could not be asked for want of descriptors, has workers that others wait for.
-  if (worker || !nursery_.gone() || !nursery_.start()) return worker;
   return make();
 }
 
 std::optional<Worker> Pool::make() {
+  if (starting_) return std::nullopt;
   auto worker = nursery_.spawn(settings_.bounds);
   if (worker) ++counters_.started;
   return worker;
+}
+
+// One whose reading is interrupted leaves the start to another: that is no failure.
+void Pool::start_anew(std::unique_lock<std::mutex>& lock, Control& control) {
+  bool given_up = false;
+  starting_ = true;
+  lock.unlock();
+  std::string why_not = try_start([&] { return given_up = control.check() != Interruption::none; });
+  lock.lock();
+  starting_ = false;
+  if (why_not.empty()) {
+    pause_ = std::chrono::milliseconds(0);
+  } else if (!given_up) {
+    ++failed_starts_;
+    why_not_started_ = std::move(why_not);
+    pause_ = std::clamp(2 * pause_, kLeastPause, kMostPause);
+    next_start_ = Control::Clock::now() + pause_;
+  }
+  started_.notify_all();
+}
+
+// Why not; empty when the spawner runs.
+std::string Pool::try_start(const Interrupted& interrupted) {
+  try {
+    const auto started = nursery_.start(settings_.bounds, interrupted);
+    return started ? "" : started.error().message;
+  } catch (const std::bad_alloc&) {
+    return "memory ran out";
+  }
 }
 
 void Pool::refill() {
   const std::lock_guard lock(mutex_);
   while (idle_.size() < settings_.parsers) {
     auto worker = make();
-    if (!worker) return;  // take() starts anew
+    if (!worker) return;  // take() sees to it
     idle_.push_back(std::move(*worker));
   }
 }
 
-void Pool::count(End end) {
-  const std::lock_guard lock(mutex_);
-  ++(counters_.*counter_of(end));
+void Pool::note(const Outcome& outcome, const std::string& part) {
+  {
+    const std::lock_guard lock(mutex_);
+    ++(counters_.*counter_of(outcome.end));
+  }
+  if (!outcome.how.empty()) log_("the reader of '" + part + "' " + outcome.how);
 }
 
 }  // namespace meshgauge::server::sandbox

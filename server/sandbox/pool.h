@@ -2,6 +2,7 @@
 // made beforehand, which may compute and nothing else and ends with it; whatever it does costs that one reading.
 #pragma once
 
+#include <chrono>
 #include <condition_variable>
 #include <cstdint>
 #include <deque>
@@ -9,6 +10,7 @@
 #include <mutex>
 #include <optional>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "api/load.h"
@@ -23,7 +25,8 @@ struct PoolSettings {
   Bounds bounds;                     // of each process; `filter` is filled in by start()
 };
 
-// Since start(). Every process that was given a file is in one of the last six.
+// Since start(). Every load() is in one of the last eight; in `lost` and in another, or twice in it, if its file was
+// read a second time.
 struct Counters {
   std::uint64_t started = 0;  // processes
   std::uint64_t read = 0;
@@ -32,6 +35,8 @@ struct Counters {
   std::uint64_t untrue = 0;
   std::uint64_t overdue = 0;
   std::uint64_t cancelled = 0;
+  std::uint64_t lost = 0;
+  std::uint64_t failed = 0;
 };
 
 std::string to_string(const Counters& counters);  // for the log
@@ -49,7 +54,9 @@ class Pool {
   Result<std::vector<std::string>> start();
 
   // An api::Load. A worker that crashed, broke a rule or lied is the Error unreadable_mesh, one that needed too much
-  // memory is too_large; when `control` says to stop, the worker is killed within 10 ms and the Error is out_of_time.
+  // memory is too_large. One that ended through no doing of its file is replaced, once; when that does not help, or a
+  // process cannot be had, the Error is internal. When `control` says to stop, whatever is going on, it is out_of_time
+  // within 10 ms.
   Result<api::LoadedMesh> load(const api::MeshInput& input, const api::ReadLimits& limits, Control& control);
 
   Counters counters() const;
@@ -57,17 +64,28 @@ class Pool {
  private:
   class Turn;
 
-  std::optional<Worker> take();
+  Outcome read(const api::MeshInput& input, const api::ReadLimits& limits, Control& control);
+  Outcome read_once(const api::MeshInput& input, const api::ReadLimits& limits, Control& control);
+  std::variant<Worker, Outcome> take(const std::string& part, Control& control);
+  std::optional<Worker> ready();
   std::optional<Worker> make();
+  void start_anew(std::unique_lock<std::mutex>& lock, Control& control);
+  std::string try_start(const Interrupted& interrupted);
   void refill();
-  void count(End end);
+  void note(const Outcome& outcome, const std::string& part);
 
-  PoolSettings settings_;
+  PoolSettings settings_;  // does not change after start()
   const Log log_;
-  mutable std::mutex mutex_;  // guards what follows
+  mutable std::mutex mutex_;  // guards what follows; held by nobody who waits
   std::condition_variable turn_free_;
   std::size_t busy_ = 0;
-  Nursery nursery_;
+  Nursery nursery_;        // its spawner's life; belongs to the thread that starts it anew
+  bool starting_ = false;  // there is such a thread
+  std::condition_variable started_;
+  std::uint64_t failed_starts_ = 0;
+  std::string why_not_started_;  // the last time
+  std::chrono::milliseconds pause_{0};
+  Control::Clock::time_point next_start_{};
   std::deque<Worker> idle_;
   Counters counters_;
 };

@@ -98,9 +98,9 @@ bool is_unit(std::uint64_t number) {
   return false;
 }
 
+// The codes that a reader gives.
 bool is_error_code(std::uint64_t number) {
   switch (static_cast<ErrorCode>(number)) {
-    case ErrorCode::invalid_request:
     case ErrorCode::unsupported_format:
     case ErrorCode::unreadable_mesh:
     case ErrorCode::empty_mesh:
@@ -108,11 +108,12 @@ bool is_error_code(std::uint64_t number) {
     case ErrorCode::index_out_of_range:
     case ErrorCode::coordinate_too_large:
     case ErrorCode::too_large:
-    case ErrorCode::out_of_time:
     case ErrorCode::internal:
       return true;
     case ErrorCode::storage_full:  // a worker stores nothing
     case ErrorCode::storage_unavailable:
+    case ErrorCode::invalid_request:
+    case ErrorCode::out_of_time:
       return false;
   }
   return false;
@@ -190,6 +191,12 @@ std::string encode(const Bounds& bounds) {
       .take();
 }
 
+std::string encode(const Trial& trial) {
+  Writer writer;
+  for (const std::string_view text : {trial.limits, trial.filter}) writer.text(text.substr(0, kMostText));
+  return writer.take();
+}
+
 std::string encode(const Request& request) {
   return Writer()
       .number(request.input_bytes)
@@ -224,6 +231,15 @@ std::optional<Bounds> decode_bounds(std::string_view message) {
   bounds.filter = reader.number(1) == 1;
   if (!reader.complete()) return std::nullopt;
   return bounds;
+}
+
+std::optional<Trial> decode_trial(std::string_view message) {
+  Reader reader(message);
+  Trial trial;
+  trial.limits = reader.text(kMostText);
+  trial.filter = reader.text(kMostText);
+  if (!reader.complete()) return std::nullopt;
+  return trial;
 }
 
 std::optional<Request> decode_request(std::string_view message) {

@@ -1,5 +1,6 @@
 #include "server/sandbox/reading.h"
 
+#include <signal.h>
 #include <string.h>
 #include <sys/wait.h>
 
@@ -10,14 +11,14 @@
 #include "api/formats/source.h"
 #include "engine/large_array.h"
 #include "server/sandbox/channel.h"
+#include "server/sandbox/worker.h"
 
 namespace meshgauge::server::sandbox {
 namespace {
 
 using std::chrono::milliseconds;
 
-constexpr milliseconds kTick{10};
-constexpr milliseconds kEndTime{5000};  // for a process that was killed to be gone
+constexpr milliseconds kEndTime{5000};  // for a process that has closed its channel to be gone
 constexpr std::size_t kDigestBytes = std::size_t{1} << 20;
 
 // The server's own copy of a mesh.
@@ -30,7 +31,7 @@ struct Copy {
 static_assert(sizeof(Vec3) == 3 * sizeof(double) && sizeof(Triangle) == 3 * sizeof(std::uint32_t));
 
 std::string describe(std::optional<int> status) {
-  if (!status) return "was lost";
+  if (!status) return "ended, or was never made, unseen";
   if (WIFSIGNALED(*status)) {
     const int signal = WTERMSIG(*status);
     const char* const name = ::sigdescr_np(signal);
@@ -39,11 +40,28 @@ std::string describe(std::optional<int> status) {
   return "ended with exit code " + std::to_string(WEXITSTATUS(*status));
 }
 
+// SIGKILL comes from outside, since a worker is not ended by the server before its status is known.
+bool was_lost(std::optional<int> status) {
+  if (!status) return true;
+  if (WIFSIGNALED(*status)) return WTERMSIG(*status) == SIGKILL;
+  return WEXITSTATUS(*status) == kNotConfined || WEXITSTATUS(*status) == kNotAsked;
+}
+
 Error unreadable(const std::string& part, const std::string& why) {
   return api::about(part, ErrorCode::unreadable_mesh, "could not be read: " + why);
 }
 
 }  // namespace
+
+Outcome interrupted(Interruption why, const std::string& part, const std::string& how) {
+  const bool late = why == Interruption::timeout;
+  return {late ? End::overdue : End::cancelled, how + (late ? " at the deadline" : ": cancelled"),
+          api::not_in_time(why, "'" + part + "' was read")};
+}
+
+Outcome failed(const std::string& part, const std::string& how) {
+  return {End::failed, how, Error{ErrorCode::internal, "the service could not read '" + part + "'", "", ""}};
+}
 
 Reading::Reading(Worker worker, const api::MeshInput& input, const api::ReadLimits& limits)
     : worker_(std::move(worker)), input_(input), limits_(limits), rest_(input.bytes) {}
@@ -59,15 +77,15 @@ bool Reading::begin() {
 }
 
 Outcome Reading::finish(Control& control) {
-  if (const Interruption why = await_message(control); why != Interruption::none) return interrupted(why);
+  if (const Interruption why = await_message(control); why != Interruption::none) return killed(why);
   const auto message = receive_message(worker_.channel(), 0);
-  if (!message) return crashed();
+  if (!message) return broken_off(control);
   auto reply = decode_reply(message->bytes);
   if (!reply) return untrue("gave an answer that has no meaning");
   if (!*reply) return refused(std::move(reply->error()));
   Outcome outcome = take_mesh(**reply, control);
   if (!outcome.mesh) return outcome;
-  if (const Interruption why = digest_rest(control); why != Interruption::none) return interrupted(why);
+  if (const Interruption why = digest_rest(control); why != Interruption::none) return killed(why);
   outcome.mesh->sha256 = sha256_.hex();
   return outcome;
 }
@@ -91,10 +109,14 @@ Outcome Reading::take_mesh(const Arrays& arrays, Control& control) {
     if (!window_->copy(number, piece)) return false;
     return number + kSlots >= count || send_message(worker_.channel(), kTurn);
   });
-  if (why != Interruption::none) return interrupted(why);
-  if (!complete) return crashed();
+  if (why != Interruption::none) return killed(why);
+  if (!complete) return broken_off(control);
   const MeshView mesh(copy->positions, copy->triangles);
-  const auto valid = validate(mesh, {limits_.max_vertices, limits_.max_triangles}, input_.part);
+  const auto valid = validate(mesh, {limits_.max_vertices, limits_.max_triangles}, input_.part, [&] {
+    why = control.check();
+    return why != Interruption::none;
+  });
+  if (why != Interruption::none) return killed(why);
   if (!valid) return untrue("gave an invalid mesh: " + valid.error().message);
   return {End::read, "", api::LoadedMesh{mesh, arrays.format, arrays.notes, "", copy}};
 }
@@ -122,25 +144,37 @@ void Reading::digest_piece() {
   rest_ = rest_.subspan(piece.size());
 }
 
-// What a reader says against the file: its words, but about no other part.
+// What a reader says against the file: its words, but about no other part. Or that it failed.
 Outcome Reading::refused(Error error) const {
   if (!error.part.empty()) error.part = input_.part;
+  if (error.code == ErrorCode::internal) {
+    const std::string how = "failed: " + error.message;
+    return {End::failed, how, std::move(error)};
+  }
   const bool memory = error.message == api::out_of_memory(input_.part).message;
   return {memory ? End::out_of_memory : End::read, memory ? "ran out of memory" : "", std::move(error)};
 }
 
-Outcome Reading::crashed() {
-  return {End::crashed, describe(worker_.end(kEndTime)), unreadable(input_.part, "its reader ended abnormally")};
+// Nothing that has a meaning comes any more. If the worker has ended, its status tells who is to blame.
+Outcome Reading::broken_off(Control& control) const {
+  if (!closed(worker_.channel())) return untrue("broke off");
+  Interruption why = Interruption::none;
+  const auto status = worker_.status(kEndTime, [&] {
+    why = control.check();
+    return why != Interruption::none;
+  });
+  if (why != Interruption::none) return killed(why);
+  if (!was_lost(status)) {
+    return {End::crashed, describe(status), unreadable(input_.part, "its reader ended abnormally")};
+  }
+  return {End::lost, describe(status) + ", which its file did not do",
+          Error{ErrorCode::internal, "the process that read '" + input_.part + "' was lost", "", ""}};
 }
 
 Outcome Reading::untrue(const std::string& how) const {
   return {End::untrue, how, unreadable(input_.part, "its reader gave no valid mesh")};
 }
 
-Outcome Reading::interrupted(Interruption why) const {
-  const bool late = why == Interruption::timeout;
-  return {late ? End::overdue : End::cancelled, late ? "was killed at the deadline" : "was killed: cancelled",
-          api::not_in_time(why, "'" + input_.part + "' was read")};
-}
+Outcome Reading::killed(Interruption why) const { return interrupted(why, input_.part, "was killed"); }
 
 }  // namespace meshgauge::server::sandbox

@@ -17,10 +17,12 @@ namespace meshgauge::server::sandbox {
 enum class End {
   read,           // with a mesh, or with what a reader has to say against the file
   out_of_memory,  // the reader ran into the limit of its memory and said so
-  crashed,        // the worker was gone before it had given all
+  crashed,        // the worker ended before it had given all: by what it did
   untrue,         // what it gave is not what a reader gives
-  overdue,        // killed at the deadline
-  cancelled,      // killed because nobody wants the mesh any more
+  overdue,        // at the deadline
+  cancelled,      // nobody wants the mesh any more
+  lost,           // the worker ended, or never began, through no doing of its file: another may read it
+  failed,         // the service, or the reader by its own account, could not do its part
 };
 
 struct Outcome {
@@ -28,6 +30,10 @@ struct Outcome {
   std::string how;  // a clause for the log: "the reader of 'a' ..."; empty when there is nothing to say
   Result<api::LoadedMesh> mesh;
 };
+
+// What comes of a reading that is not to go on; `how` it stood: "was killed".
+Outcome interrupted(Interruption why, const std::string& part, const std::string& how);
+Outcome failed(const std::string& part, const std::string& how);
 
 class Reading {
  public:
@@ -37,7 +43,7 @@ class Reading {
   bool begin();  // hands the file over, does not wait; false: memory or descriptors ran out
 
   // Precondition: begin() gave true. Waits for the mesh and takes the digest of the file meanwhile. Asks `control`
-  // every 10 ms at least; whatever it gives, the worker is gone or about to go. Throws std::bad_alloc.
+  // every 10 ms at least; with the reading the worker goes. Throws std::bad_alloc, and std::length_error for as much.
   Outcome finish(Control& control);
 
  private:
@@ -46,9 +52,9 @@ class Reading {
   Interruption digest_rest(Control& control);
   void digest_piece();
   Outcome refused(Error error) const;
-  Outcome crashed();
+  Outcome broken_off(Control& control) const;
   Outcome untrue(const std::string& how) const;
-  Outcome interrupted(Interruption why) const;
+  Outcome killed(Interruption why) const;
 
   Worker worker_;
   const api::MeshInput& input_;

@@ -65,19 +65,22 @@ bool Spawner::prepare() {
   const rlimit no_core{0, 0};
   ::setrlimit(RLIMIT_CORE, &no_core);
   ask_to_be_killed_first();
-  const std::string why = why_calls_are_not_forbidden();
+  const auto order = receive_message(kControl, 0);
+  const auto bounds = order ? decode_bounds(order->bytes) : std::nullopt;
+  if (!bounds) return false;
+  const Trial trial = drop_capabilities() ? try_confinement(*bounds) : Trial{"capabilities cannot be given up", ""};
   sigset_t child_ended;
   sigemptyset(&child_ended);
   sigaddset(&child_ended, SIGCHLD);
   ::sigprocmask(SIG_BLOCK, &child_ended, nullptr);
   ended_ = Descriptor(::signalfd(-1, &child_ended, SFD_CLOEXEC | SFD_NONBLOCK));
-  return ended_ && send_message(kControl, why.empty() ? " " : why);
+  return ended_ && send_message(kControl, encode(trial));
 }
 
 // Of the spawner's descriptors a worker keeps its channel. Each is closed by its number: close_range() is not to be had
 // everywhere.
 void Spawner::become_worker(const Bounds& bounds, int channel, int life, int parent) {
-  if (::dup2(channel, kChannel) < 0) ::_exit(1);  // in place of kControl
+  if (::dup2(channel, kChannel) < 0) ::_exit(kNotConfined);  // in place of kControl
   ::close(channel);
   ::close(life);
   ::close(ended_.get());

@@ -11,8 +11,9 @@ namespace meshgauge::server::sandbox {
 
 inline constexpr int kControl = 3;  // the channel on which a spawner is told what to fork
 
-// Says on kControl why calls cannot be forbidden (a blank when they can), then forks a worker for every message.
-// Gives the exit code of the process: 0, or 3 when kControl is no channel, that is when a person started it.
+// Gives up its capabilities, is told Bounds on kControl and answers with its Trial of them, then forks a worker for
+// every message. Gives the exit code of the process: 0, or 3 when kControl is no channel, that is when a person started
+// it.
 int run_spawner(Read read);
 
 }  // namespace meshgauge::server::sandbox

@@ -16,10 +16,6 @@
 namespace meshgauge::server::sandbox {
 namespace {
 
-constexpr int kNotConfined = 1;  // exit codes: seen in the server's log
-constexpr int kNotAsked = 2;
-constexpr int kNotTaken = 3;
-
 bool confine(const Bounds& bounds, int parent) {
   if (!kSanitized && ::dup2(STDIN_FILENO, STDERR_FILENO) < 0) return false;  // /dev/null, to read from alone
   if (!limit_resources(bounds)) return false;

@@ -8,6 +8,11 @@
 
 namespace meshgauge::server::sandbox {
 
+// Exit codes, as the server sees them. One of the first two says nothing about the file, which was not looked at.
+inline constexpr int kNotConfined = 70;
+inline constexpr int kNotAsked = 71;  // or not in words that have a meaning
+inline constexpr int kNotTaken = 72;  // the mesh could not be handed over
+
 // What a worker does with the bytes: api::read_part, or what a test puts in its place.
 using Read = Result<api::ReadMesh> (*)(std::span<const std::byte> bytes, const api::ReadHints& hints,
                                        const api::ReadLimits& limits);

@@ -100,6 +100,23 @@ TEST_CASE("compare: meshes come from the loader that is given") {
   CHECK(result.error().message == "cancelled before it was read");
 }
 
+TEST_CASE("compare: what is told of a large mesh is not gathered to its end after a cancellation") {
+  Mesh mesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {}};
+  mesh.triangles.assign(300'000, {0, 1, 2});
+  std::string parts;
+  const api::Load load = [&](const api::MeshInput& input, const api::ReadLimits&, Control&) -> Result<api::LoadedMesh> {
+    parts += input.part;
+    return api::LoadedMesh{mesh, api::Format::obj, {}, "", nullptr};
+  };
+  Control control;
+  control.cancel_at_check(2);
+  const auto result = api::compare_by(load, {"a", {}, "", ""}, {"b", {}, "", ""}, {}, {}, control);
+  REQUIRE(!result.ok());
+  CHECK(result.error().code == ErrorCode::out_of_time);
+  CHECK(parts == "a");
+  CHECK(control.checks() == 4);  // before a, in each of two passes, before b
+}
+
 TEST_CASE("compare: each comparison has an id of its own") {
   Control control;
   CHECK(compared(kSquare, kSquare, control)->id != compared(kSquare, kSquare, control)->id);

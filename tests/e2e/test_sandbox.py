@@ -13,6 +13,16 @@ from harness import BINARY, RAISED, SQUARE, Server, check, comparison, post_head
 
 WITHOUT = os.environ.get("MESHGAUGE_WITHOUT")
 SANITIZED = os.environ.get("MESHGAUGE_SANITIZED") == "1"
+NAMESPACES = os.geteuid() == 0 and subprocess.run(
+    ["unshare", "--mount", "mount", "-t", "tmpfs", "none", "/mnt"], capture_output=True, check=False).returncode == 0
+# Every file system read-only but for one in memory, $1; then $2 with the rest as its arguments, as nobody.
+READ_ONLY = (
+    "uploads=$1; shift\n"
+    "awk '{print $5}' /proc/self/mountinfo | while read -r mount; do\n"
+    "  case $mount in /proc*|/sys*|/dev*) ;; *) mount -o remount,bind,ro \"$mount\" ;; esac\n"
+    "done\n"
+    "mount -t tmpfs -o mode=1777,size=64m tmpfs \"$uploads\"\n"
+    "exec setpriv --reuid 65534 --regid 65534 --clear-groups \"$@\"\n")
 
 
 def processes():
@@ -47,8 +57,21 @@ def alive(pids):
     return [pid for pid in pids if pid in found and found[pid][1] != "Z"]
 
 
+def confined(pid):
+    with open("/proc/%d/status" % pid) as file:
+        lines = file.read().splitlines()
+    rights = ["CapInh", "CapPrm", "CapEff", "CapAmb"]
+    return ("NoNewPrivs:\t1" in lines and ("Seccomp:\t2" in lines) != SANITIZED
+            and all("%s:\t%016x" % (name, 0) in lines for name in rights))
+
+
 def open_files(server):
     return len(os.listdir("/proc/%d/fd" % server.process.pid))
+
+
+def stop(worker):
+    os.kill(worker, signal.SIGSTOP)
+    until(lambda: processes()[worker][1] == "T")
 
 
 class Held:
@@ -58,8 +81,7 @@ class Held:
         until(lambda: len(workers(server)) >= 2)
         before = workers(server)
         self.worker = next(pid for pid in before if processes()[pid][1] != "T")
-        os.kill(self.worker, signal.SIGSTOP)
-        until(lambda: processes()[self.worker][1] == "T")
+        stop(self.worker)
         self.connection = server.connect()
         body = comparison(options=options)
         self.connection.sendall(post_head(len(body)) + body)
@@ -83,16 +105,49 @@ class Workers(unittest.TestCase):
         self.assertEqual([error["part"] for error in problem["errors"]], ["a"])
         self.assertIn("ended abnormally", problem["detail"])
 
-    def test_one_that_is_killed_costs_its_request_alone(self):
+    def logged(self, server, what):
+        until(lambda: any('"sandbox"' in line and what in line for line in server.log))
+
+    def test_one_that_crashes_costs_its_request_alone(self):
         server = self.server()
         held = Held(server)
         for _ in range(5):
             self.assertEqual(server.compare().status, 200)
         self.assertEqual(server.get("/healthz").status, 200)
-        os.kill(held.worker, signal.SIGKILL)
+        os.kill(held.worker, signal.SIGSEGV)
+        os.kill(held.worker, signal.SIGCONT)
         self.unreadable(held.answer())
         self.assertEqual(server.compare().status, 200)
-        until(lambda: any('"sandbox"' in line and "signal 9" in line for line in server.log))
+        self.logged(server, "ended with" if SANITIZED else "signal 11")
+
+    def test_one_that_is_killed_is_replaced(self):
+        server = self.server()
+        held = Held(server)
+        os.kill(held.worker, signal.SIGKILL)
+        self.assertEqual(held.answer().status, 200)
+        self.logged(server, "signal 9")
+
+    def test_two_that_are_killed_are_a_failure_of_the_service(self):
+        server = self.server()
+        until(lambda: len(workers(server)) == 2)
+        second = workers(server)[1]
+        stop(second)
+        held = Held(server)
+        os.kill(held.worker, signal.SIGKILL)
+        until(lambda: held.worker not in workers(server) and len(workers(server)) == 3)  # the second was taken
+        os.kill(second, signal.SIGKILL)
+        answer = held.answer()
+        self.assertEqual(answer.status, 500, answer.body)
+        self.assertEqual(answer.json()["type"], "urn:meshgauge:problem:internal")
+        self.assertEqual(answer.json()["errors"], [])
+        self.assertEqual(server.compare().status, 200)
+
+    def test_a_spawner_that_is_killed_is_started_anew(self):
+        server = self.server()
+        pids = family(server)
+        os.kill(pids[1], signal.SIGKILL)
+        self.assertEqual(server.compare().status, 200)
+        until(lambda: alive(pids) == [server.process.pid])
 
     def test_one_that_is_too_slow_is_killed_at_the_deadline(self):
         server = self.server()
@@ -176,12 +231,25 @@ class Workers(unittest.TestCase):
         os.chmod(folder.name, 0o755)
         server = self.server(program=[shutil.copy(BINARY, folder.name)], user=65534)
         self.assertEqual(server.compare(SQUARE + b"#" * 1_000_000, RAISED).status, 200)
+        until(lambda: all(map(confined, workers(server))))
 
-        def confined(pid):
-            with open("/proc/%d/status" % pid) as file:
-                text = file.read()
-            return "NoNewPrivs:\t1\n" in text and ("Seccomp:\t2\n" in text) != SANITIZED
-
+    @unittest.skipUnless(NAMESPACES, "only root can mount")
+    def test_a_user_without_rights_where_nothing_can_be_written_but_uploads(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        os.chmod(folder.name, 0o755)
+        binary = shutil.copy(BINARY, folder.name)
+        uploads = os.path.join(folder.name, "uploads")
+        os.mkdir(uploads)
+        server = self.server("--temp-dir", uploads,
+                             program=["unshare", "--mount", "sh", "-ec", READ_ONLY, "sh", uploads, binary])
+        with open("/proc/%d/status" % server.process.pid) as file:
+            self.assertIn("Uid:\t65534\t65534\t65534\t65534\n", file.read())
+        with open("/proc/%d/mounts" % server.process.pid) as file:
+            writable = [line.split()[1] for line in file if "rw" in line.split()[3].split(",")]
+        self.assertEqual([path for path in writable if not path.startswith(("/proc", "/sys", "/dev"))], [uploads])
+        self.assertEqual(server.compare(SQUARE + b"#" * 1_000_000, RAISED).status, 200)
+        self.assertEqual(server.compare(a=b"v 0 0 nan\n").status, 422)
         until(lambda: all(map(confined, workers(server))))
 
 

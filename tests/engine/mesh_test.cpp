@@ -67,3 +67,38 @@ TEST_CASE("degenerate triangles are counted") {
 TEST_CASE("the diagonal does not overflow") {
   CHECK(diagonal(shapes::triangle({-1e300, 0, 0}, {1e300, 0, 0}, {0, 0, 0})) == 2e300);
 }
+
+// 300,000 triangles and vertices: three blocks, between which two questions are asked.
+TEST_CASE("a long pass over a mesh ends when it is interrupted") {
+  Mesh mesh;
+  for (std::uint32_t i = 0; i < 300'000; ++i) {
+    mesh.positions.emplace_back(i % 2, i % 3, 0);
+    mesh.triangles.push_back({i, 0, 0});
+  }
+  const std::size_t questions = 2;
+  std::size_t asked = 0;
+  const Interrupted patient = [&asked] { return ++asked == 0; };
+  const Interrupted impatient = [&asked] { return ++asked > 0; };
+  CHECK(validate(mesh, {}, "a", patient).ok());
+  CHECK(asked == 2 * questions);
+  CHECK(count_degenerate(mesh, patient) == 300'000);
+  CHECK(asked == 3 * questions);
+  CHECK(bounding_box(mesh, patient).high == Vec3(1, 2, 0));
+  CHECK(asked == 4 * questions);
+
+  const auto stopped = validate(mesh, {}, "a", impatient);
+  REQUIRE(!stopped.ok());
+  CHECK(stopped.error().code == ErrorCode::out_of_time);
+  CHECK(stopped.error().message == "interrupted before 'a' was checked");
+  const std::size_t counted = count_degenerate(mesh, impatient);
+  CHECK(counted > 0);
+  CHECK(counted < 300'000);
+  mesh.positions.front().z() = -1;  // of the first block, and of the others
+  mesh.positions.back().z() = 1;    // of the last alone
+  CHECK(bounding_box(mesh, impatient).high.z() == 0);
+
+  mesh.positions.back().z() = kNan;
+  asked = 0;
+  CHECK(validate(mesh, {}, "a", patient).error().message == "vertex 299999 of 'a' is NaN");
+  CHECK(asked == 3 * questions);
+}

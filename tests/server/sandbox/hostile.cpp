@@ -1,5 +1,11 @@
 // A spawner whose workers do what their file tells them to: what a reader might try that a file has taken over. A file
 // that names no misdeed is read as a mesh.
+//
+//   sandbox_hostile             does all that is asked of it
+//   sandbox_hostile forks N     cannot make more than N processes
+//   sandbox_hostile hangs FILE  says nothing if there is such a file when it starts
+//   sandbox_hostile ends FILE   ends at once if there is
+#include <dlfcn.h>
 #include <fcntl.h>
 #include <signal.h>
 #include <sys/mman.h>
@@ -7,6 +13,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <cstdlib>
 #include <cstring>
 #include <limits>
@@ -38,7 +45,6 @@ Error survived(const std::string& what) { return Error{ErrorCode::internal, what
 }
 
 // --- ends that are none
-// ------------------------------------------------------------------------------------------------
 
 Error loop() { for_ever(); }
 
@@ -53,8 +59,15 @@ Error stop() { std::abort(); }
 
 Error leave() { ::_exit(0); }
 
+Error unconfined() { ::_exit(kNotConfined); }
+
+// Only where calls are not forbidden.
+Error close_and_live() {
+  ::close(kChannel);
+  for_ever();
+}
+
 // --- memory
-// ------------------------------------------------------------------------------------------------------------
 
 // As a reader does that means no harm.
 Error greedy() {
@@ -81,7 +94,6 @@ Error hoard() {
 }
 
 // --- calls that are forbidden
-// ------------------------------------------------------------------------------------------
 
 template <class Call>
 Error attempt(Call call) {
@@ -128,7 +140,6 @@ Error outlive_parent() {
 }
 
 // --- lies
-// --------------------------------------------------------------------------------------------------------------
 
 const Mesh kTriangle{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}}};
 
@@ -177,6 +188,9 @@ Error nothing() { say(claim(0, 0)); }
 
 Error too_many() { say(claim(std::uint64_t{1} << 40, 1)); }
 
+// More than there are addresses.
+Error far_too_many() { say(claim(std::uint64_t{1} << 44, 1)); }
+
 // 24 times this many overflows to 24 times 3.
 Error overflow() {
   put(kTriangle);
@@ -208,6 +222,10 @@ Error error_code() {
   say(message);
 }
 
+Error out_of_time() { say(encode(Reply(Error{ErrorCode::out_of_time, "the time was over", "", ""}))); }
+
+Error bad_request() { say(encode(Reply(Error{ErrorCode::invalid_request, "an option is unknown", "options", ""}))); }
+
 Error other_part() { say(encode(Reply(Error{ErrorCode::empty_mesh, "of another part", "b\r\nX: y", ""}))); }
 
 Error rubbish() { say(std::string(5000, '\xFF')); }
@@ -228,15 +246,16 @@ Error many_messages() {
   for (;;) send_message(kChannel, claim(3, 1));
 }
 
-// Along with a true answer, the input and the window themselves, for the server to keep.
+// Along with a true answer, the input and the window themselves, for the server to keep. The kernel may refuse, as long
+// as others of this user send descriptors too.
 Error descriptors() {
   put(kTriangle);
-  send_message(kChannel, claim(3, 1), {kInput, kWindow});
+  while (!send_message(kChannel, claim(3, 1), {kInput, kWindow})) {
+  }
   for_ever();
 }
 
 // --- changing what was handed over
-// -------------------------------------------------------------------------------------
 
 // Bytes that are a coordinate and an index at times, and at times neither.
 Error scribble() {
@@ -266,6 +285,8 @@ constexpr Misdeed kMisdeeds[] = {
     {"crash", crash},
     {"stop", stop},
     {"leave", leave},
+    {"unconfined", unconfined},
+    {"close and live", close_and_live},
     {"greedy", greedy},
     {"hoard", hoard},
     {"open file", open_file},
@@ -285,11 +306,14 @@ constexpr Misdeed kMisdeeds[] = {
     {"no triangles", no_triangles},
     {"nothing", nothing},
     {"too many", too_many},
+    {"far too many", far_too_many},
     {"overflow", overflow},
     {"too few", too_few},
     {"too few and gone", too_few_and_gone},
     {"format", format},
     {"error code", error_code},
+    {"out of time", out_of_time},
+    {"bad request", bad_request},
     {"other part", other_part},
     {"rubbish", rubbish},
     {"long message", long_message},
@@ -308,6 +332,21 @@ Result<api::ReadMesh> read(std::span<const std::byte> bytes, const api::ReadHint
   return api::read_part(bytes, hints, limits);
 }
 
+int g_forks_left = std::numeric_limits<int>::max();
+
 }  // namespace
 
-int main() { return run_spawner(read); }
+// In place of the C library's.
+extern "C" pid_t fork() noexcept {
+  if (g_forks_left-- > 0) return reinterpret_cast<pid_t (*)()>(::dlsym(RTLD_NEXT, "fork"))();
+  errno = EAGAIN;
+  return -1;
+}
+
+int main(int argc, char** argv) {
+  const std::string_view mode = argc > 2 ? argv[1] : "";
+  if (mode == "forks") g_forks_left = std::atoi(argv[2]);
+  if (mode == "ends" && ::access(argv[2], F_OK) == 0) return 1;
+  while (mode == "hangs" && ::access(argv[2], F_OK) == 0) ::pause();
+  return run_spawner(read);
+}

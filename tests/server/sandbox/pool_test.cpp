@@ -152,4 +152,11 @@ TEST_CASE("pool: a program that makes no workers is told") {
     REQUIRE(!lacks.ok());
     CHECK(lacks.error().message.starts_with("the process that reads uploads could not be started: "));
   }
+  Sandbox unlimited({beside_this_program("without"), "limits", hostile_program()});
+  CHECK(unlimited.pool.start().error().message ==
+        "the process that reads uploads could not be started: the limits of a process cannot be set");
+  Sandbox childless({hostile_program(), "forks", "0"});
+  CHECK(
+      childless.pool.start().error().message ==
+      "the process that reads uploads could not be started: no process can be made: Resource temporarily unavailable");
 }

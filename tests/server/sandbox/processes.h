@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -15,7 +16,8 @@ namespace meshgauge::server::sandbox {
 struct Process {
   pid_t pid = 0;
   pid_t parent = 0;
-  char state = '?';  // R: runs, S: waits, Z: has ended and nobody asked
+  char state = '?';         // R: runs, S: waits, Z: has ended and nobody asked
+  unsigned long ticks = 0;  // of processor time, a hundredth of a second each
 };
 
 inline std::vector<Process> all_processes() {
@@ -27,8 +29,13 @@ inline std::vector<Process> all_processes() {
     std::string text;
     std::getline(file, text);                 // nothing of a process that has just gone
     const std::size_t end = text.rfind(')');  // of the command's name, which may hold anything
-    if (end == std::string::npos || end + 4 > text.size()) continue;
-    all.push_back({std::stoi(name), std::stoi(text.substr(end + 4)), text[end + 2]});
+    if (end == std::string::npos) continue;
+    std::istringstream fields(text.substr(end + 1));
+    Process process{std::stoi(name)};
+    std::string skipped;
+    fields >> process.state >> process.parent;
+    for (int field = 5; field < 14; ++field) fields >> skipped;
+    if (fields >> process.ticks) all.push_back(process);
   }
   return all;
 }
@@ -37,6 +44,15 @@ inline std::vector<Process> children_of(pid_t parent) {
   std::vector<Process> all = all_processes();
   std::erase_if(all, [parent](const Process& p) { return p.parent != parent; });
   return all;
+}
+
+// The line of /proc/PID/status that begins with `name`, without it.
+inline std::string status_line(pid_t pid, const std::string& name) {
+  std::ifstream file("/proc/" + std::to_string(pid) + "/status");
+  for (std::string line; std::getline(file, line);) {
+    if (line.starts_with(name + ":\t")) return line.substr(name.size() + 2);
+  }
+  return "";
 }
 
 inline std::vector<Process> spawners() { return children_of(::getpid()); }

@@ -64,6 +64,20 @@ TEST_CASE("protocol: what is sent is what is read") {
   CHECK(bounds->input_bytes == 2);
   CHECK(bounds->cpu_seconds == 4);
   CHECK(!bounds->filter);
+
+  const auto trial = decode_trial(encode(Trial{"no limits", ""}));
+  REQUIRE(trial);
+  CHECK(trial->limits == "no limits");
+  CHECK(trial->filter.empty());
+}
+
+TEST_CASE("protocol: an error that is the server's to find is none of a reader") {
+  for (const ErrorCode code : {ErrorCode::unsupported_format, ErrorCode::too_large, ErrorCode::internal}) {
+    CHECK(decode_reply(encode(Reply(Error{code, "x", "", ""}))));
+  }
+  for (const ErrorCode code : {ErrorCode::invalid_request, ErrorCode::out_of_time}) {
+    CHECK(!decode_reply(encode(Reply(Error{code, "x", "", ""}))));
+  }
 }
 
 TEST_CASE("protocol: a message that is cut or longer is none") {

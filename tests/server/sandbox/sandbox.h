@@ -39,11 +39,13 @@ inline std::string beside_this_program(const std::string& name) {
 inline std::string hostile_program() { return beside_this_program("sandbox_hostile"); }
 
 struct Sandbox {
-  explicit Sandbox(std::vector<std::string> command = {hostile_program()}, std::size_t parsers = 2)
-      : pool({std::move(command), parsers, {kMemoryMiB << 20, 1 << 20, 100, true}}, [this](const std::string& detail) {
-          const std::lock_guard lock(mutex);
-          log += detail + "\n";
-        }) {}
+  explicit Sandbox(std::vector<std::string> command = {hostile_program()}, std::size_t parsers = 2,
+                   std::uint64_t cpu_seconds = 100)
+      : pool({std::move(command), parsers, {kMemoryMiB << 20, 1 << 20, cpu_seconds, true}},
+             [this](const std::string& detail) {
+               const std::lock_guard lock(mutex);
+               log += detail + "\n";
+             }) {}
 
   void start() { REQUIRE(pool.start().ok()); }
 
@@ -81,9 +83,10 @@ class Endless {
   std::future<Result<api::LoadedMesh>> reading_;
 };
 
+// The workers that have computed for a while: not one that was just made.
 inline std::vector<Process> running() {
   auto all = workers();
-  std::erase_if(all, [](const Process& p) { return p.state != 'R'; });
+  std::erase_if(all, [](const Process& p) { return p.state != 'R' || p.ticks < 5; });
   return all;
 }
 

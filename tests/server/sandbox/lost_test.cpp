@@ -1,0 +1,233 @@
+// Readings whose worker ends, or is not to be had, through no doing of their file; and spawners that do not come back.
+// What is to last is held up by a file in the way, so none of these depends on how fast the machine is.
+#include <fcntl.h>
+#include <signal.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+
+#include <cstdlib>
+
+#include "server/sandbox/sandbox.h"
+
+using namespace meshgauge;
+using namespace meshgauge::server;
+using namespace meshgauge::server::sandbox;
+
+using std::chrono::milliseconds;
+
+namespace {
+
+constexpr char kKilled[] = "the reader of 'a' was ended by signal 9 (Killed), which its file did not do\n";
+
+// Waits for a worker that computes and is not `other`.
+pid_t running_but(pid_t other) {
+  pid_t found = -1;
+  REQUIRE(eventually([&] {
+    for (const Process& process : running()) {
+      if (process.pid != other) found = process.pid;
+    }
+    return found > 0;
+  }));
+  return found;
+}
+
+void check_failed(const Result<api::LoadedMesh>& read, std::string_view message) {
+  REQUIRE(!read.ok());
+  CHECK(read.error().code == ErrorCode::internal);
+  CHECK(read.error().message == message);
+  CHECK(read.error().part.empty());
+}
+
+constexpr char kLost[] = "the process that read 'a' was lost";
+constexpr char kNotRead[] = "the service could not read 'a'";
+
+// A file that keeps the spawner of a pool from coming back, from lay() on.
+class Obstacle {
+ public:
+  Obstacle() {
+    REQUIRE(::mkdtemp(folder_) != nullptr);
+    path_ = std::string(folder_) + "/obstacle";
+  }
+  Obstacle(const Obstacle&) = delete;
+  Obstacle& operator=(const Obstacle&) = delete;
+  ~Obstacle() { std::filesystem::remove_all(folder_); }
+
+  const std::string& path() const { return path_; }
+  void lay() const { REQUIRE(Descriptor(::open(path_.c_str(), O_CREAT | O_WRONLY | O_CLOEXEC, 0600))); }
+  void lift() const { std::filesystem::remove(path_); }
+
+ private:
+  char folder_[32] = "/tmp/meshgauge-test.XXXXXX";
+  std::string path_;
+};
+
+void kill_spawner() {
+  REQUIRE(spawners().size() == 1);
+  const pid_t spawner = spawners().front().pid;
+  ::kill(spawner, SIGKILL);
+  REQUIRE(eventually([=] { return status_line(spawner, "State").starts_with("Z"); }));
+  REQUIRE(eventually([] { return running().empty(); }));
+}
+
+// As long as it lives this process can open nothing.
+class NoDescriptors {
+ public:
+  NoDescriptors() {
+    const Descriptor lowest(::open("/dev/null", O_RDONLY | O_CLOEXEC));
+    REQUIRE(::getrlimit(RLIMIT_NOFILE, &before_) == 0);
+    const rlimit none{static_cast<rlim_t>(lowest.get()), before_.rlim_max};
+    REQUIRE(::setrlimit(RLIMIT_NOFILE, &none) == 0);
+  }
+  NoDescriptors(const NoDescriptors&) = delete;
+  NoDescriptors& operator=(const NoDescriptors&) = delete;
+  ~NoDescriptors() { ::setrlimit(RLIMIT_NOFILE, &before_); }
+
+ private:
+  rlimit before_{};
+};
+
+}  // namespace
+
+TEST_CASE("lost: a file whose worker is killed is read by another") {
+  Sandbox sandbox;
+  sandbox.start();
+  Endless endless(sandbox);
+  const pid_t first = running_but(0);
+  REQUIRE(::kill(first, SIGKILL) == 0);
+  running_but(first);
+  endless.control().cancel();
+  CHECK(endless.result().error().code == ErrorCode::out_of_time);
+  CHECK(sandbox.logged() == std::string(kKilled) + "the reader of 'a' was killed: cancelled\n");
+  CHECK(sandbox.pool.counters().lost == 1);
+  CHECK(sandbox.pool.counters().cancelled == 1);
+  CHECK(sandbox.works());
+}
+
+TEST_CASE("lost: a file that loses two workers has failed, and nobody says that it is to blame") {
+  Sandbox sandbox;
+  sandbox.start();
+  Endless endless(sandbox);
+  const pid_t first = running_but(0);
+  REQUIRE(::kill(first, SIGKILL) == 0);
+  REQUIRE(::kill(running_but(first), SIGKILL) == 0);
+  check_failed(endless.result(), kLost);
+  CHECK(sandbox.logged() == std::string(kKilled) + kKilled);
+  CHECK(sandbox.pool.counters().lost == 2);
+  CHECK(sandbox.works());
+}
+
+TEST_CASE("lost: a worker that dies with its spawner is replaced with it") {
+  Sandbox sandbox;
+  sandbox.start();
+  Endless endless(sandbox);
+  const pid_t first = running_but(0);
+  const pid_t spawner = spawners().front().pid;
+  REQUIRE(::kill(spawner, SIGKILL) == 0);
+  running_but(first);
+  endless.control().cancel();
+  CHECK(endless.result().error().code == ErrorCode::out_of_time);
+  CHECK(sandbox.pool.counters().cancelled == 1);
+  CHECK(sandbox.works());
+  REQUIRE(eventually([] { return spawners().size() == 1; }));
+  CHECK(spawners().front().pid != spawner);
+}
+
+TEST_CASE("lost: a worker that could not be confined says nothing about its file") {
+  Sandbox sandbox;
+  sandbox.start();
+  check_failed(sandbox.read("unconfined"), kLost);
+  CHECK(sandbox.pool.counters().lost == 2);
+  CHECK(sandbox.works());
+}
+
+TEST_CASE("lost: a worker that could not be made says nothing about its file") {
+  Sandbox sandbox({hostile_program(), "forks", "4"}, 1);  // one to try, one at the start, and two more
+  sandbox.start();
+  for (int i = 0; i < 3; ++i) CHECK(sandbox.works());
+  check_failed(sandbox.read(kTriangle), kLost);
+  CHECK(sandbox.pool.counters().read == 3);
+  CHECK(sandbox.pool.counters().lost == 2);
+  CHECK(sandbox.logged().find("was never made") != std::string::npos);
+}
+
+TEST_CASE("lost: while a spawner does not come back everybody still looks at the clock") {
+  const Obstacle obstacle;
+  Sandbox sandbox({hostile_program(), "hangs", obstacle.path()});
+  sandbox.start();
+  obstacle.lay();
+  kill_spawner();
+  Endless endless(sandbox);  // starts a spawner, in vain
+  pid_t hung = -1;
+  REQUIRE(eventually([&] {
+    const auto all = spawners();
+    if (all.size() == 1 && all.front().state == 'S') hung = all.front().pid;
+    return hung > 0;
+  }));
+  CHECK(sandbox.pool.counters().read == 0);
+  Control late(Control::Clock::now() + milliseconds(50));
+  CHECK(sandbox.read(kTriangle, late).error().message == "the time was over before 'a' was read");
+  REQUIRE(spawners().size() == 1);
+  CHECK(spawners().front().pid == hung);  // all that went on while it was waited for
+  endless.control().cancel();
+  CHECK(endless.result().error().message == "cancelled before 'a' was read");
+  CHECK(sandbox.pool.counters().overdue == 1);
+  CHECK(sandbox.pool.counters().cancelled == 1);
+  CHECK(sandbox.pool.counters().failed == 0);
+  obstacle.lift();
+  CHECK(sandbox.works());
+}
+
+TEST_CASE("lost: a spawner that ends at once is started again, but not at every turn") {
+  const Obstacle obstacle;
+  Sandbox sandbox({hostile_program(), "ends", obstacle.path()});
+  sandbox.start();
+  obstacle.lay();
+  kill_spawner();
+  const auto start = Control::Clock::now();
+  std::string log;
+  for (int i = 0; i < 4; ++i) {
+    check_failed(sandbox.read(kTriangle), kNotRead);
+    log += "the reader of 'a' is not there: the process that reads uploads could not be started: it ended at once\n";
+  }
+  CHECK(Control::Clock::now() - start >= milliseconds(50 + 100 + 200));
+  CHECK(sandbox.logged() == log);
+  CHECK(sandbox.pool.counters().failed == 4);
+  obstacle.lift();
+  CHECK(sandbox.works());
+}
+
+TEST_CASE("lost: many that wait for a spawner are told when it does not come, and served when it does") {
+  const Obstacle obstacle;
+  Sandbox sandbox({hostile_program(), "ends", obstacle.path()}, 4);
+  sandbox.start();
+  obstacle.lay();
+  kill_spawner();
+  for (const bool there : {false, true}) {
+    if (there) obstacle.lift();
+    std::vector<std::future<bool>> readings;
+    for (int i = 0; i < 8; ++i) readings.push_back(std::async(std::launch::async, [&] { return sandbox.works(); }));
+    for (auto& reading : readings) CHECK(reading.get() == there);
+  }
+  CHECK(sandbox.pool.counters().failed == 8);
+  CHECK(sandbox.pool.counters().read == 8);
+  CHECK(spawners().size() == 1);
+}
+
+TEST_CASE("lost: a service that has no memory or no descriptor left counts and tells it once") {
+  Sandbox sandbox;
+  sandbox.start();
+  REQUIRE(eventually([] { return workers().size() == 2; }));
+  {
+    const NoDescriptors none;
+    check_failed(sandbox.read(kTriangle), kNotRead);
+  }
+  CHECK(sandbox.pool.counters().failed == 1);
+  CHECK(sandbox.logged() == "the reader of 'a' could not be given it: memory or descriptors ran out\n");
+  if (!kSanitized) {  // whose allocators end the process
+    Control control;
+    check_failed(sandbox.read("far too many", control, {std::uint64_t{1} << 50, 10, 1000}), kNotRead);
+    CHECK(sandbox.pool.counters().failed == 2);
+    CHECK(sandbox.logged().ends_with("the reader of 'a' did not get through: the service ran out of memory\n"));
+  }
+  CHECK(sandbox.works());
+}
