@@ -1,30 +1,18 @@
 // The whole path of one comparison, without sockets or threads: two files as bytes in, the outcome out.
 // HTTP and the command line both go through here, so that they give the same JSON.
 //
-//   load x2 (api/load.h: read_mesh, weld, digest) -> measure -> Comparison (-> to_json, api/response.h)
+//   load x2 (api/load.h: read_mesh, weld, digest) -> prepare x2 -> measure -> Comparison (-> to_json, api/response.h)
 #pragma once
 
-#include <cstddef>
 #include <string>
 
 #include "api/formats/format.h"
 #include "api/load.h"
+#include "api/prepared_mesh.h"
 #include "engine/hausdorff.h"
 #include "engine/result.h"
 
 namespace meshgauge::api {
-
-struct MeshFacts {
-  Format format = Format::obj;
-  std::size_t bytes = 0;
-  std::string sha256;  // of the bytes as sent, 64 lower-case hex digits
-  std::size_t vertices = 0;
-  std::size_t triangles = 0;
-  std::size_t degenerate = 0;
-  Box bbox;
-  double diagonal = 0;
-  ReadNotes notes;
-};
 
 struct StageTimes {  // milliseconds of wall time; the engine's own stages are in Outcome::timings
   double queue = 0;
@@ -51,5 +39,9 @@ Result<Comparison> compare(const MeshInput& a, const MeshInput& b, const Options
 // The same with meshes that `load` gets, instead of api::load().
 Result<Comparison> compare_by(const Load& load, const MeshInput& a, const MeshInput& b, const Options& options,
                               const ReadLimits& limits, Control& control);
+
+// The same with meshes that may have been loaded, measured and kept before; then read_a and read_b are next to nothing,
+// and so is the engine's build.
+Result<Comparison> compare_prepared(const GetMesh& a, const GetMesh& b, const Options& options, Control& control);
 
 }  // namespace meshgauge::api

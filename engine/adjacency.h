@@ -24,6 +24,7 @@ class Adjacency {
   // `interrupted`, asked on any thread, says so it stops: then complete() is false, and this must not be used.
   Adjacency(MeshView mesh, Crew& crew, const Interrupted& interrupted = never_interrupted);
   bool complete() const { return complete_; }
+  std::size_t bytes() const { return sizeof *this + bytes_of(next_); }
 
   // The next triangle around that edge, in a ring: follow it until it comes back. Itself if there is no other.
   Edge next_around(std::uint32_t triangle, std::uint32_t edge) const {

@@ -100,7 +100,7 @@ class Bisector {
 
 class Bisection {
  public:
-  Bisection(Search& search, std::optional<Adjacency>& adjacency) : search_(search), adjacency_(adjacency) {
+  explicit Bisection(Search& search) : search_(search) {
     for (std::size_t i = 0; i < search.crew().size(); ++i) bisectors_.emplace_back(search);
   }
 
@@ -169,22 +169,20 @@ class Bisection {
   bool overlay_pays() const {
     if (bisectors_[0].has_overlay()) return false;
     const std::uint64_t pieces = search_.waiting() + search_.work().subdivisions;
-    return adjacency_ || pieces >= std::max(kWorthAdjacency, search_.to().mesh().triangles.size() / kAdjacencyShare);
+    return search_.adjacency() ||
+           pieces >= std::max(kWorthAdjacency, search_.to().mesh().triangles.size() / kAdjacencyShare);
   }
   void adopt_overlay() {
-    if (!search_.make_adjacency(adjacency_)) return;
-    for (Bisector& bisector : bisectors_) bisector.adopt_overlay(*adjacency_);
+    if (!search_.take_adjacency()) return;
+    for (Bisector& bisector : bisectors_) bisector.adopt_overlay(*search_.adjacency());
   }
 
   Search& search_;
-  std::optional<Adjacency>& adjacency_;
   std::deque<Bisector> bisectors_;  // one a thread
 };
 
 }  // namespace
 
-std::optional<Stop> bisect(Search& search, std::optional<Adjacency>& adjacency) {
-  return Bisection(search, adjacency).run();
-}
+std::optional<Stop> bisect(Search& search) { return Bisection(search).run(); }
 
 }  // namespace meshgauge

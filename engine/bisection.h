@@ -6,13 +6,12 @@
 
 #include <optional>
 
-#include "engine/adjacency.h"
 #include "engine/search.h"
 
 namespace meshgauge {
 
 // Works until nothing is left that could exceed the lower bound by more than the tolerance, or returns the reason why
-// not. `adjacency` is that of B, if it was made already.
-std::optional<Stop> bisect(Search& search, std::optional<Adjacency>& adjacency);
+// not.
+std::optional<Stop> bisect(Search& search);
 
 }  // namespace meshgauge

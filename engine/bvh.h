@@ -30,6 +30,7 @@ class Bvh {
 
   MeshView mesh() const { return mesh_; }
   bool complete() const { return !nodes_.empty(); }
+  std::size_t bytes() const { return sizeof *this + bytes_of(nodes_) + bytes_of(blocks_); }
   const Kernels& kernels() const { return *kernels_; }
   TreeView view() const { return {nodes_.data(), blocks_.data()}; }
 

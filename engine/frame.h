@@ -1,11 +1,15 @@
 // The unit frame: both meshes moved and scaled, exactly, so that every coordinate is at most 1 in magnitude.
 //
 // x -> (x - centre) * 2^-exponent, axis by axis. The scaling is by a power of two. The centre of an axis is 0 unless
-// the meshes lie far from 0 there (all of one sign, and at least their own width away); then x and centre are
-// within a factor of two of each other and the subtraction is exact (Sterbenz). So the map is an exact similarity, but
-// for numbers that the scaling pushes below 2^-1022, which err by at most 2^-1075 in the frame: far below every slack.
-// A part at offset 1e6 is therefore measured with the precision of its own size, not of its offset, and scaling all
-// input by a power of two changes no bit of the computation.
+// the meshes lie far from 0 there (all of one sign, and at least as far away as they are wide on their widest axis);
+// then x and centre are within a factor of two of each other and the subtraction is exact (Sterbenz). So the map is an
+// exact similarity, but for numbers that the scaling pushes below 2^-1022, which err by at most 2^-1075 in the frame:
+// far below every slack. A part at offset 1e6 is therefore measured with the precision of its own size, not of its
+// offset, and scaling all input by a power of two changes no bit of the computation.
+//
+// Exponent and centres are coarse: meshes whose joint boxes differ by little have the same frame, but for few that lie
+// beside a limit, and what was made of a mesh in its frame serves again (engine/prepared.h). That centres are not the
+// best there are costs at most two bits of the precision.
 #pragma once
 
 #include "engine/mesh.h"
@@ -28,6 +32,8 @@ class Frame {
   // Lengths: file unit = frame unit * 2^exponent.
   int exponent() const { return exponent_; }
   double length_to_frame(double length) const;  // rounded to nearest, may overflow to infinity or underflow to 0
+
+  bool operator==(const Frame&) const = default;
 
  private:
   Vec3 centre_ = Vec3::Zero();

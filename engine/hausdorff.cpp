@@ -12,6 +12,7 @@
 #include "engine/crew.h"
 #include "engine/kernels/kernels.h"
 #include "engine/ordered_mesh.h"
+#include "engine/prepared.h"
 #include "engine/reduction.h"
 #include "engine/rounding.h"
 #include "engine/sweep.h"
@@ -56,7 +57,7 @@ std::unique_ptr<PieceBound> make_bound(const Options& options, Search& search) {
 
 class Measurement final : public Monitor {
  public:
-  Measurement(MeshView a, MeshView b, const Options& options, Control& control)
+  Measurement(const Prepared& a, const Prepared& b, const Options& options, Control& control)
       : options_(options),
         control_(control),
         kernels_(find_kernels(options.simd)),
@@ -64,11 +65,12 @@ class Measurement final : public Monitor {
         a_{a},
         b_{b} {
     const StageClock clock(outcome_.timings.build);
-    on_both_sides([](Side& side, Crew&) { side.box = bounding_box(side.given); });
-    frame_ = Frame(joint(a_.box, b_.box));
+    on_both_sides([](Side& side, Crew&) { (void)side.mesh.box(); });
+    frame_ = Frame(joint(a.box(), b.box()));
+    for (Side* side : {&a_, &b_}) side->framed = side->mesh.in(frame_, *kernels_);
     outcome_.simd = kernels_->name;
     outcome_.threads = static_cast<unsigned>(crew_.size());
-    outcome_.diagonal_a = diagonal(a_.box);
+    outcome_.diagonal_a = diagonal(a.box());
     const Tolerance& t = options.tolerance;
     const double width = std::max(t.absolute.value_or(0), t.diagonal.value_or(0) * outcome_.diagonal_a);
     goal_.width = frame_.length_to_frame(width);
@@ -99,10 +101,12 @@ class Measurement final : public Monitor {
  private:
   // One of the two meshes.
   struct Side {
-    MeshView given;
-    Box box = {};  // in the file's unit
-    std::unique_ptr<OrderedMesh> ordered = nullptr;
-    std::unique_ptr<Bvh> tree = nullptr;
+    const Prepared& mesh;
+    std::shared_ptr<Framed> framed = nullptr;  // what follows is its
+    const OrderedMesh* ordered = nullptr;
+    const Bvh* tree = nullptr;
+
+    MeshView given() const { return mesh.mesh(); }
   };
 
   // One direction.
@@ -118,7 +122,7 @@ class Measurement final : public Monitor {
   template <class Work>
   void on_both_sides(const Work& work) {
     const std::array sides{&a_, &b_};
-    if (crew_.size() == 1 || a_.given.triangles.size() + b_.given.triangles.size() < kWorthThreads) {
+    if (crew_.size() == 1 || a_.given().triangles.size() + b_.given().triangles.size() < kWorthThreads) {
       for (Side* side : sides) work(*side, crew_);
     } else {
       crew_.run(sides.size(), [&](std::size_t, std::size_t i) {
@@ -137,10 +141,10 @@ class Measurement final : public Monitor {
   void open(std::optional<Directed>& directed, Side& from, Side& to) {
     directed.emplace();
     courses_.push_back({*directed, from, to});
-    directed->culling.triangles = from.given.triangles.size();
+    directed->culling.triangles = from.given().triangles.size();
     directed->culling.survivors = directed->culling.triangles;
-    const Box box{frame_.to_frame(from.box.low), frame_.to_frame(from.box.high)};
-    const double upper = farthest_of_box(box, frame_.to_frame(to.given.corner(0, 0)));
+    const Box box{frame_.to_frame(from.mesh.box().low), frame_.to_frame(from.mesh.box().high)};
+    const double upper = farthest_of_box(box, frame_.to_frame(to.given().corner(0, 0)));
     directed->bounds.upper = rounding::scale_up(rounding::add_up(upper, rounding::kDistanceSlack), frame_.exponent());
     floor_ = rounding::kDistanceSlack;
   }
@@ -166,29 +170,24 @@ class Measurement final : public Monitor {
         if (const auto why = control_.check(); why != Interruption::none) return to_stop(why);
       }
     }
+    const auto order = [this](Side& side, Crew& crew) { side.ordered = side.framed->order(control_, crew); };
     if (needs_order(a_) && needs_order(b_)) {
-      on_both_sides([this](Side& side, Crew& crew) { side.ordered = order(side, {}, crew); });
+      on_both_sides(order);
     } else if (needs_order(a_) || needs_order(b_)) {
-      Side& side = needs_order(a_) ? a_ : b_;
-      side.ordered = order(side, {}, crew_);
+      order(needs_order(a_) ? a_ : b_, crew_);
     }
     if (const auto why = control_.check(); why != Interruption::none) return to_stop(why);
     for (Side* side : {&a_, &b_}) {
       if (!needs_tree(*side)) continue;
-      side->tree = std::make_unique<Bvh>(side->ordered->view(), *kernels_, control_, crew_);
-      if (!side->tree->complete()) return to_stop(control_.check());
+      side->tree = side->framed->tree(control_, crew_);
+      if (!side->tree) return to_stop(control_.check());
     }
     return std::nullopt;
   }
 
-  std::unique_ptr<OrderedMesh> order(const Side& side, std::span<const std::uint32_t> chosen, Crew& crew) {
-    return std::make_unique<OrderedMesh>(side.given, chosen, side.box, frame_, control_, crew);
-  }
-
   // A triangle that `to` has, too, is at distance 0 and needs no measuring.
   void leave_out_shared(Course& course) {
-    const auto twins =
-        shared_triangles(course.from.given, course.to.given, course.to.box, [this] { return interrupted(); });
+    const auto twins = shared_triangles(course.from.given(), course.to.mesh, [this] { return interrupted(); });
     if (twins.empty()) return;
     std::vector<std::uint32_t> rest;
     rest.reserve(static_cast<std::size_t>(std::count(twins.begin(), twins.end(), kNoTwin)));
@@ -196,10 +195,11 @@ class Measurement final : public Monitor {
       if (twins[t] == kNoTwin) rest.push_back(t);
     }
     if (!rest.empty()) {
-      course.rest = order(course.from, rest, crew_);
+      course.rest =
+          std::make_unique<OrderedMesh>(course.from.given(), rest, course.from.mesh.box(), frame_, control_, crew_);
       return;
     }
-    const Vec3& point = course.from.given.corner(0, 0);
+    const Vec3& point = course.from.given().corner(0, 0);
     course.result.bounds = {0, 0, Witness{point, 0, point, twins[0]}};
     course.result.culling.survivors = 0;
     course.settled = true;
@@ -216,6 +216,8 @@ class Measurement final : public Monitor {
     search.set_output_rounding(frame_.length_to_frame(2 * std::numeric_limits<double>::denorm_min()));
     running_ = &directed;
     certifier_ = Certifier();
+    search.set_adjacency_source(
+        [this, &course] { return course.to.framed->adjacency(crew_, [this] { return interrupted(); }); });
     const auto stop = is_auto() ? run_auto(search, from, to) : run_paper(search, *course.from.tree);
     const StageClock clock(outcome_.timings.certify);
     stage_ = "certify";
@@ -233,9 +235,8 @@ class Measurement final : public Monitor {
   }
 
   std::optional<Stop> run_auto(Search& search, const OrderedMesh& from, const OrderedMesh& to) {
-    std::optional<Adjacency> adjacency;  // of the mesh measured to, once it pays
-    auto stop = staged("traverse", outcome_.timings.traverse, [&] { return sweep(search, from, to, adjacency); });
-    if (!stop) stop = staged("reduce", outcome_.timings.reduce, [&] { return bisect(search, adjacency); });
+    auto stop = staged("traverse", outcome_.timings.traverse, [&] { return sweep(search, from, to); });
+    if (!stop) stop = staged("reduce", outcome_.timings.reduce, [&] { return bisect(search); });
     return stop;
   }
 
@@ -353,8 +354,12 @@ std::span<const std::string_view> supported_simd() {
 
 const char* version() { return MESHGAUGE_VERSION; }
 
-Outcome measure(MeshView a, MeshView b, const Options& options, Control& control) {
+Outcome measure(const Prepared& a, const Prepared& b, const Options& options, Control& control) {
   return Measurement(a, b, options, control).run();
+}
+
+Outcome measure(MeshView a, MeshView b, const Options& options, Control& control) {
+  return measure(Prepared(a), Prepared(b), options, control);
 }
 
 }  // namespace meshgauge

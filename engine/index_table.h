@@ -48,6 +48,8 @@ class IndexTable {
     return kNone;
   }
 
+  std::size_t bytes() const { return bytes_of(slots_); }
+
  private:
   template <class Equal>
   std::size_t place_of(std::uint64_t hash, Equal&& equal) const {

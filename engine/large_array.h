@@ -53,4 +53,9 @@ struct LargeAllocator {
 template <class T>
 using LargeArray = std::vector<T, LargeAllocator<T>>;
 
+template <class T>
+std::size_t bytes_of(const LargeArray<T>& array) {
+  return array.capacity() * sizeof(T);
+}
+
 }  // namespace meshgauge

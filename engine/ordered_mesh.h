@@ -27,6 +27,7 @@ struct OrderedMesh {
 
   MeshView view() const { return {positions, triangles}; }
   bool complete() const { return !triangles.empty(); }
+  std::size_t bytes() const { return sizeof *this + bytes_of(positions) + bytes_of(triangles) + bytes_of(original); }
 };
 
 }  // namespace meshgauge

@@ -85,10 +85,9 @@ void Search::keep_above(double limit) {
   if (is_heap_) std::make_heap(waiting_.begin(), waiting_.end(), less_upper);
 }
 
-bool Search::make_adjacency(std::optional<Adjacency>& adjacency) const {
-  if (!adjacency) adjacency.emplace(to_.mesh(), crew_, [this] { return interrupted(); });
-  if (!adjacency->complete()) adjacency.reset();
-  return adjacency.has_value();
+bool Search::take_adjacency() {
+  if (!adjacency_) adjacency_ = adjacency_source_();
+  return adjacency_ != nullptr;
 }
 
 void Search::absorb(Worker& worker) {

@@ -6,7 +6,9 @@
 
 #include <algorithm>
 #include <atomic>
+#include <functional>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "engine/adjacency.h"
@@ -136,8 +138,11 @@ class Search {
   // Bound of what has not been looked at yet: the first phase sets it, to 0 when it is through.
   void set_unvisited(double upper) { unvisited_ = upper; }
 
-  // Makes the adjacency of B if it is not there yet. False: interrupted, none is there.
-  bool make_adjacency(std::optional<Adjacency>& adjacency) const;
+  // That of B, from the moment on when it was worth its time; null before.
+  const Adjacency* adjacency() const { return adjacency_; }
+  // Gets it from `source`, which gives null when it was interrupted. False: then.
+  bool take_adjacency();
+  void set_adjacency_source(std::function<const Adjacency*()> source) { adjacency_source_ = std::move(source); }
 
   // Takes over what a worker has found, and leaves it empty.
   void absorb(Worker& worker);
@@ -158,6 +163,8 @@ class Search {
   Goal goal_;
   Monitor& monitor_;
   Crew& crew_;
+  std::function<const Adjacency*()> adjacency_source_;
+  const Adjacency* adjacency_ = nullptr;
   std::atomic<double> lower_;
   double unvisited_;
   double dropped_ = 0;

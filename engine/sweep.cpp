@@ -96,8 +96,8 @@ struct Sweeper {
 
 class Sweep {
  public:
-  Sweep(Search& search, const OrderedMesh& from, const OrderedMesh& to, std::optional<Adjacency>& adjacency)
-      : search_(search), from_(from), to_(to), adjacency_(adjacency), vertices_(search.from().positions.size()) {
+  Sweep(Search& search, const OrderedMesh& from, const OrderedMesh& to)
+      : search_(search), from_(from), to_(to), vertices_(search.from().positions.size()) {
     for (std::size_t i = 0; i < search.crew().size(); ++i) sweepers_.emplace_back(search);
   }
 
@@ -187,14 +187,14 @@ class Sweep {
   }
 
   bool adjacency_pays() const {
-    if (adjacency_) return !sweepers_[0].overlay;
+    if (search_.adjacency()) return !sweepers_[0].overlay;
     std::size_t uncertified = 0;
     for (const Sweeper& sweeper : sweepers_) uncertified += sweeper.uncertified;
     return uncertified >= std::max(kWorthAdjacency, search_.to().mesh().triangles.size() / kAdjacencyShare);
   }
   void adopt_overlay() {
-    if (!search_.make_adjacency(adjacency_)) return;
-    for (Sweeper& sweeper : sweepers_) sweeper.overlay.emplace(search_.to(), *adjacency_);
+    if (!search_.take_adjacency()) return;
+    for (Sweeper& sweeper : sweepers_) sweeper.overlay.emplace(search_.to(), *search_.adjacency());
   }
 
   void visit(Sweeper& sweeper, Block& block) {
@@ -318,7 +318,6 @@ class Sweep {
   const OrderedMesh& from_;
   const OrderedMesh& to_;
   LargeArray<std::uint32_t> twins_;  // by triangle of A; or empty
-  std::optional<Adjacency>& adjacency_;
   std::vector<Block> blocks_;
   std::vector<Vertex> vertices_;
   std::deque<Sweeper> sweepers_;  // one a thread
@@ -326,9 +325,8 @@ class Sweep {
 
 }  // namespace
 
-std::optional<Stop> sweep(Search& search, const OrderedMesh& from, const OrderedMesh& to,
-                          std::optional<Adjacency>& adjacency) {
-  return Sweep(search, from, to, adjacency).run();
+std::optional<Stop> sweep(Search& search, const OrderedMesh& from, const OrderedMesh& to) {
+  return Sweep(search, from, to).run();
 }
 
 }  // namespace meshgauge

@@ -7,6 +7,7 @@
 #include "engine/control.h"
 #include "engine/large_array.h"
 #include "engine/ordered_mesh.h"
+#include "engine/prepared.h"
 
 namespace meshgauge {
 
@@ -19,9 +20,8 @@ LargeArray<std::uint32_t> twins_by_number(const OrderedMesh& from, const Ordered
 
 // No guess: for each triangle of `from` one of `to` with the same three corners, in any order, or kNoTwin. All its
 // points are at distance 0 from `to`, exactly. Where numbers agree, only twins of the same number are looked for.
-// `to_box` is the box of `to`. Empty if a sample of `from` shows that less than half of it is in `to`, or when
-// `interrupted` says to stop. Linear time; next to none if the sample is not in `to`.
-LargeArray<std::uint32_t> shared_triangles(MeshView from, MeshView to, const Box& to_box,
-                                           const Interrupted& interrupted);
+// Empty if a sample of `from` shows that less than half of it is in `to`, or when `interrupted` says to stop. Linear
+// time; next to none if the sample is not in `to`. The same whatever the use of `to`.
+LargeArray<std::uint32_t> shared_triangles(MeshView from, const Prepared& to, const Interrupted& interrupted);
 
 }  // namespace meshgauge

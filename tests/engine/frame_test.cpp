@@ -58,6 +58,45 @@ TEST_CASE("a single point has a frame") {
   CHECK(frame.from_frame(Vec3::Zero()) == Vec3(3, 4, 5));
 }
 
+TEST_CASE("the unit frame is exact on thin axes and at every limit of a centre") {
+  for (const double widest : {0.5, 0.8, 0.854, 0.8555, 0.99, 1.0, 1.3, 1.7, 1.75}) {
+    for (const double thin : {0.0, 1e-9, 0.3}) {
+      for (double low = 0.9; low < 6; low += 0.0625 + low / 64) {
+        check_frame({-low - widest, low, low + 0.01}, {-low, low + thin * widest, low + 0.01 + thin});
+        check_frame({0, low, 1e9}, {widest, low + thin, 1e9 + thin});
+      }
+    }
+  }
+}
+
+// A baseline and its candidates: what is in the joint box is the baseline and, at times, a little more.
+TEST_CASE("boxes that differ by little have the same frame, near 0 and far away") {
+  std::mt19937_64 random(6);
+  std::uniform_real_distribution<double> uniform(0, 1);
+  for (const double off : {0.0, 5.0, 1000.0, 1e6, 1e9}) {
+    int same = 0;
+    constexpr int kPairs = 2000;
+    for (int i = 0; i < kPairs; ++i) {
+      const auto point = [&] { return Vec3(uniform(random), uniform(random), uniform(random)); };
+      const double size = std::exp2(8 * uniform(random));
+      const Vec3 low = Vec3::Constant(off * size) + size * point(), high = low + size * (point() + Vec3::Constant(0.2));
+      const Box box = box_of(low, high);
+      Box more = box;
+      more.extend(Vec3(low - 0.001 * size * point()));
+      more.extend(Vec3(high + 0.001 * size * point()));
+      same += Frame(box) == Frame(more) ? 1 : 0;
+    }
+    CHECK(same > kPairs * 0.98);
+  }
+  for (const double size : {0.25, 1.0, 2.0, 100.0}) {
+    for (const double off : {0.0, 10.0, 1000.0, 1.5e6}) {
+      const Vec3 low = Vec3::Constant(off), high = Vec3::Constant(off + size);
+      const Box more = box_of(low - Vec3::Constant(1e-3 * size), high + Vec3::Constant(1e-3 * size));
+      CHECK(Frame(box_of(low, high)) == Frame(more));
+    }
+  }
+}
+
 TEST_CASE("lengths are scaled outwards") {
   const double tiny = 5e-324;
   CHECK(rounding::scale_up(1.0, -1080) == tiny);

@@ -19,7 +19,9 @@ OrderedMesh ordered(const Mesh& mesh) {
 }
 
 LargeArray<std::uint32_t> shared(const Mesh& from, const Mesh& to) {
-  return shared_triangles(from, to, bounding_box(to), never_interrupted);
+  const auto once = shared_triangles(from, Prepared(to), never_interrupted);
+  CHECK(shared_triangles(from, Prepared(to, Prepared::Use::often), never_interrupted) == once);
+  return once;
 }
 
 // The same triangles, in another order and each beginning at another corner, some turned over.

@@ -1,0 +1,66 @@
+// What is where in a mesh, by exact coordinates: positions and whole triangles. -0 equals 0.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "engine/control.h"
+#include "engine/index_table.h"
+#include "engine/large_array.h"
+#include "engine/mesh.h"
+
+namespace meshgauge {
+
+// The positions of a mesh, whether a triangle uses them or not.
+class PositionIndex {
+ public:
+  // Borrows `mesh`. Linear time; told to stop, it is not complete() and must not be used.
+  PositionIndex(MeshView mesh, const Interrupted& interrupted);
+  bool complete() const { return complete_; }
+
+  bool holds(const Vec3& p) const;
+  std::size_t bytes() const { return table_.bytes(); }
+
+ private:
+  MeshView mesh_;
+  IndexTable table_;
+  bool complete_;
+};
+
+// The triangles of a mesh by their three corners, in any order.
+class TriangleIndex {
+ public:
+  static constexpr std::uint32_t kNone = IndexTable::kNone;
+
+  // As PositionIndex.
+  TriangleIndex(MeshView mesh, const Interrupted& interrupted);
+  bool complete() const { return complete_; }
+
+  // The first triangle of the mesh with the corners of `from`'s triangle t, or kNone.
+  std::uint32_t find(MeshView from, std::size_t t) const;
+  std::size_t bytes() const { return table_.bytes() + bytes_of(hashes_); }
+
+ private:
+  auto is_equal(std::uint64_t hash, MeshView from, std::size_t t) const;
+
+  MeshView mesh_;
+  IndexTable table_;
+  LargeArray<std::uint64_t> hashes_;  // by triangle
+  bool complete_;
+};
+
+// Whether triangle s of a has the corners of triangle t of b, in any order, each as often.
+bool same_corners(MeshView a, std::size_t s, MeshView b, std::size_t t);
+
+// Calls visit(i) for each i below `count`. False: interrupted, which is asked every 5 ms at most.
+template <class Visit>
+bool each_unless(const Interrupted& interrupted, std::size_t count, Visit&& visit) {
+  constexpr std::size_t kAskEvery = std::size_t{1} << 13;
+  for (std::size_t i = 0; i < count; ++i) {
+    if (i % kAskEvery == kAskEvery - 1 && interrupted()) return false;
+    visit(static_cast<std::uint32_t>(i));
+  }
+  return true;
+}
+
+}  // namespace meshgauge

@@ -1,0 +1,94 @@
+#include "engine/prepared.h"
+
+#include <algorithm>
+
+namespace meshgauge {
+namespace {
+
+// `made` if it is complete.
+template <class T>
+std::unique_ptr<const T> if_complete(std::unique_ptr<const T> made) {
+  if (!made->complete()) made.reset();
+  return made;
+}
+
+template <class T>
+std::size_t bytes_if_made(const Made<T>& made) {
+  const T* known = made.peek();
+  return known ? known->bytes() : 0;
+}
+
+Interrupted asking(Control& control) {
+  return [&control] { return control.check() != Interruption::none; };
+}
+
+}  // namespace
+
+const OrderedMesh* Framed::order(Control& control, Crew& crew) {
+  return order_.get(asking(control), [&] {
+    return if_complete(
+        std::make_unique<const OrderedMesh>(given_, std::span<const std::uint32_t>(), box_, frame_, control, crew));
+  });
+}
+
+const Bvh* Framed::tree(Control& control, Crew& crew) {
+  const OrderedMesh* ordered = order(control, crew);
+  if (!ordered) return nullptr;
+  return tree_.get(asking(control),
+                   [&] { return if_complete(std::make_unique<const Bvh>(ordered->view(), kernels_, control, crew)); });
+}
+
+const Adjacency* Framed::adjacency(Crew& crew, const Interrupted& interrupted) {
+  return adjacency_.get(interrupted, [&] {
+    return if_complete(std::make_unique<const Adjacency>(order_.peek()->view(), crew, interrupted));
+  });
+}
+
+std::size_t Framed::bytes() const {
+  return sizeof *this + bytes_if_made(order_) + bytes_if_made(tree_) + bytes_if_made(adjacency_);
+}
+
+const Box& Prepared::box() const {
+  std::call_once(box_made_, [this] { box_ = bounding_box(mesh_); });
+  return box_;
+}
+
+std::size_t Prepared::bytes() const {
+  std::size_t bytes = sizeof *this + mesh_.positions.size_bytes() + mesh_.triangles.size_bytes() +
+                      bytes_if_made(positions_) + bytes_if_made(triangles_);
+  const std::lock_guard lock(mutex_);
+  for (const auto& framed : frames_) bytes += framed->bytes();
+  return bytes;
+}
+
+std::shared_ptr<Framed> Prepared::in(const Frame& frame, const Kernels& kernels) const {
+  const Box& of_mesh = box();
+  std::shared_ptr<Framed> replaced;  // dies after the lock is given back
+  const std::lock_guard lock(mutex_);
+  auto found = std::find_if(frames_.begin(), frames_.end(), [&](const auto& framed) {
+    return &framed->kernels() == &kernels && framed->frame() == frame;
+  });
+  if (found == frames_.end()) {
+    auto made = std::make_shared<Framed>(mesh_, of_mesh, frame, kernels);
+    if (frames_.size() < kFrames) {
+      frames_.push_back(std::move(made));
+    } else {
+      replaced = std::exchange(frames_.back(), std::move(made));
+    }
+    found = frames_.end() - 1;
+  }
+  std::rotate(frames_.begin(), found, found + 1);
+  return frames_.front();
+}
+
+const PositionIndex* Prepared::positions(const Interrupted& interrupted) const {
+  return positions_.get(interrupted,
+                        [&] { return if_complete(std::make_unique<const PositionIndex>(mesh_, interrupted)); });
+}
+
+const TriangleIndex* Prepared::triangles(const Interrupted& interrupted) const {
+  return triangles_.get(interrupted,
+                        [&] { return if_complete(std::make_unique<const TriangleIndex>(mesh_, interrupted)); });
+}
+
+}  // namespace meshgauge

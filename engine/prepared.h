@@ -1,0 +1,93 @@
+// A mesh with all that measuring makes of it, so that a mesh that is measured again and again is prepared once.
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <mutex>
+#include <vector>
+
+#include "engine/adjacency.h"
+#include "engine/bvh.h"
+#include "engine/control.h"
+#include "engine/crew.h"
+#include "engine/frame.h"
+#include "engine/hausdorff.h"
+#include "engine/kernels/kernels.h"
+#include "engine/made.h"
+#include "engine/mesh.h"
+#include "engine/mesh_index.h"
+#include "engine/ordered_mesh.h"
+
+namespace meshgauge {
+
+// A mesh in one frame, and what is made of it there. Each part is made by the first who needs it and is the same
+// whoever makes it, on however many threads. Null: `control` (or `interrupted`) said to stop. Thread safe.
+class Framed {
+ public:
+  Framed(MeshView given, const Box& box, const Frame& frame, const Kernels& kernels)
+      : given_(given), box_(box), frame_(frame), kernels_(kernels) {}
+
+  const Frame& frame() const { return frame_; }
+  const Kernels& kernels() const { return kernels_; }
+
+  const OrderedMesh* order(Control& control, Crew& crew);
+  const Bvh* tree(Control& control, Crew& crew);
+  // Precondition: order() has given one.
+  const Adjacency* adjacency(Crew& crew, const Interrupted& interrupted);
+
+  std::size_t bytes() const;  // of what is made
+
+ private:
+  const MeshView given_;
+  const Box box_;
+  const Frame frame_;
+  const Kernels& kernels_;
+  Made<OrderedMesh> order_;
+  Made<Bvh> tree_;
+  Made<Adjacency> adjacency_;
+};
+
+// Immutable, as far as can be seen but for the time a measurement takes: everything is made when it is first needed,
+// and kept. Any number of measurements may use it at once; one that is interrupted leaves nothing half made.
+//
+// Orders, trees and adjacencies are those of a frame (engine/frame.h), which depends on both meshes. Frames are coarse
+// so that nearly equal partners lead to the same one; those of the last kFrames are kept.
+class Prepared {
+ public:
+  static constexpr std::size_t kFrames = 2;
+
+  // `once`: what pays only from the second measurement on is not made.
+  enum class Use { once, often };
+
+  // `mesh` passes validate(); it is kept alive by `arrays`, or by the caller.
+  explicit Prepared(MeshView mesh, Use use = Use::once, std::shared_ptr<const void> arrays = nullptr)
+      : mesh_(mesh), use_(use), arrays_(std::move(arrays)) {}
+
+  MeshView mesh() const { return mesh_; }
+  Use use() const { return use_; }
+  const Box& box() const;     // as bounding_box()
+  std::size_t bytes() const;  // of the mesh and of all that is kept with it now
+
+  // For measure(). The parts of this mesh in that frame. Whoever holds them may use them as long as the mesh lives,
+  // also when they are no longer kept here.
+  std::shared_ptr<Framed> in(const Frame& frame, const Kernels& kernels) const;
+  // Null: interrupted.
+  const PositionIndex* positions(const Interrupted& interrupted) const;
+  const TriangleIndex* triangles(const Interrupted& interrupted) const;
+
+ private:
+  const MeshView mesh_;
+  const Use use_;
+  const std::shared_ptr<const void> arrays_;
+  mutable std::once_flag box_made_;
+  mutable Box box_;
+  mutable Made<PositionIndex> positions_;
+  mutable Made<TriangleIndex> triangles_;
+  mutable std::mutex mutex_;                             // guards what follows
+  mutable std::vector<std::shared_ptr<Framed>> frames_;  // the last one used first
+};
+
+// As measure() of two meshes, with the same bits on one thread, whatever was made of them before.
+Outcome measure(const Prepared& a, const Prepared& b, const Options& options, Control& control);
+
+}  // namespace meshgauge
