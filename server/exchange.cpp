@@ -1,6 +1,17 @@
 #include "server/exchange.h"
 
+#include <algorithm>
+
 namespace meshgauge::server {
+namespace {
+
+void add_missing(Response& response, const char* name, const char* value) {
+  const bool there = std::any_of(response.headers.begin(), response.headers.end(),
+                                 [&](const auto& header) { return header.first == name; });
+  if (!there) response.headers.emplace_back(name, value);
+}
+
+}  // namespace
 
 void answer(Exchange& exchange, const api::Problem& problem) {
   Response& response = exchange.response;
@@ -9,6 +20,15 @@ void answer(Exchange& exchange, const api::Problem& problem) {
   response.body = to_json(problem);
   if (problem.status() == 503) response.headers.emplace_back("Retry-After", "1");
   exchange.problem = problem.type();
+}
+
+void add_security_headers(Response& response) {
+  add_missing(response, "X-Content-Type-Options", "nosniff");
+  add_missing(response, "Cache-Control", "no-store");
+  add_missing(response, "Referrer-Policy", "no-referrer");
+  if (!response.content_type.starts_with("text/html")) return;
+  add_missing(response, "Content-Security-Policy",
+              "default-src 'none'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'");
 }
 
 }  // namespace meshgauge::server

@@ -19,6 +19,8 @@ struct MeshSizes {
   std::size_t b = 0;
 };
 
+inline constexpr int kNoContent = 204;
+
 struct Response {
   int status = 200;
   std::string content_type;
@@ -30,7 +32,8 @@ struct Exchange {
   Exchange(std::string unique_id, const Head& request_head, Body& request_body, Connection& client)
       : id(std::move(unique_id)), head(request_head), body(request_body), connection(client) {}
 
-  std::string id;  // unguessable; also the id of the result
+  std::string id;     // unguessable; also the id of the result
+  std::string owner;  // the id of the key that asks; empty: no key, everything stored under it is everybody's
   const Head& head;
   Body& body;
   Connection& connection;
@@ -45,5 +48,9 @@ struct Exchange {
 
 // Makes the answer of this exchange a problem document.
 void answer(Exchange& exchange, const api::Problem& problem);
+
+// What every answer tells a browser: not to guess types, not to keep it, and, of a page that says nothing else, to load
+// and to run nothing. A header that is there already stays.
+void add_security_headers(Response& response);
 
 }  // namespace meshgauge::server

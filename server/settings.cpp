@@ -7,6 +7,7 @@
 
 #include "api/request.h"
 #include "engine/mesh.h"
+#include "server/access/cors.h"
 
 namespace meshgauge::server {
 namespace {
@@ -70,6 +71,8 @@ std::string default_temp_dir() {
 
 Result<Settings> checked(Settings s) {
   if (s.port > std::numeric_limits<std::uint16_t>::max()) return refused("--port must be at most 65535");
+  if (s.tls_certificate.empty() != s.tls_key.empty()) return refused("--tls-certificate and --tls-key need each other");
+  if (const auto cors = Cors::parse(s.cors_origins); !cors) return cors.error();
   if (s.workers == 0) s.workers = std::max(1U, std::thread::hardware_concurrency());
   if (auto ok = check_threads(s); !ok) return ok.error();
   if (auto ok = check_times(s); !ok) return ok.error();
