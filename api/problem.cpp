@@ -7,6 +7,9 @@ namespace {
 
 constexpr ProblemRow kTable[] = {
     {ProblemKind::malformed_request, "malformed-request", "The request is malformed", 400},
+    {ProblemKind::unauthorized, "unauthorized", "A key is needed", 401},
+    {ProblemKind::forbidden, "forbidden", "The key does not allow this", 403},
+    {ProblemKind::quota_exceeded, "quota-exceeded", "The key's storage is full", 403},
     {ProblemKind::not_found, "not-found", "There is nothing at this path", 404},
     {ProblemKind::method_not_allowed, "method-not-allowed", "This path does not take this method", 405},
     {ProblemKind::request_timeout, "request-timeout", "The request came too slowly", 408},
@@ -15,6 +18,7 @@ constexpr ProblemRow kTable[] = {
     {ProblemKind::uri_too_long, "uri-too-long", "The request target is too long", 414},
     {ProblemKind::unsupported_media_type, "unsupported-media-type", "The body's type or coding is not read", 415},
     {ProblemKind::head_too_large, "head-too-large", "The request's head is too large", 431},
+    {ProblemKind::too_many_requests, "too-many-requests", "The key is at its limit", 429},
     {ProblemKind::not_implemented, "not-implemented", "The method or transfer coding is not implemented", 501},
     {ProblemKind::http_version, "http-version", "The HTTP version is not spoken", 505},
     {ProblemKind::quota_exceeded, "quota-exceeded", "The key has no room left", 403},

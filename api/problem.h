@@ -17,6 +17,9 @@ namespace meshgauge::api {
 
 enum class ProblemKind {
   malformed_request,  // not HTTP, not multipart, a part missing, unknown or twice
+  unauthorized,       // no key, or not one that counts
+  forbidden,          // the key's scopes do not allow this
+  quota_exceeded,     // of what the key may store
   not_found,
   method_not_allowed,
   request_timeout,  // the head or the body came too slowly
@@ -25,7 +28,8 @@ enum class ProblemKind {
   uri_too_long,
   unsupported_media_type,  // of the request: Content-Type, Content-Encoding
   head_too_large,
-  not_implemented,  // a method or transfer coding that is not known here
+  too_many_requests,  // of one key: its rate, or its jobs at the same time
+  not_implemented,    // a method or transfer coding that is not known here
   http_version,
   digest_mismatch,         // the bytes are not those that their name says
   idempotency_key_reused,  // with another request

@@ -2,12 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <set>
 #include <span>
-#include <vector>
 
 #include <nlohmann/json.hpp>
 
+#include "api/json_filter.h"
 #include "api/names.h"
 
 namespace meshgauge::api {
@@ -15,74 +14,9 @@ namespace {
 
 using Json = nlohmann::json;
 
-constexpr std::size_t kMaxDepth = 16;
-
 Error refused(std::string_view where, std::string message) {
   return Error{ErrorCode::invalid_request, std::move(message), "options", std::string(where)};
 }
-
-// Foreign text in a message: short, and on one line.
-std::string in_quotes(std::string_view text) {
-  std::string out = "'";
-  for (const char c : text.substr(0, 64)) out += static_cast<unsigned char>(c) < 0x20 ? '?' : c;
-  return out + (text.size() > 64 ? "...'" : "'");
-}
-
-std::string shown(const Json& value) {
-  if (value.is_structured()) return value.is_array() ? "an array" : "an object";
-  if (value.is_string()) return in_quotes(value.get_ref<const std::string&>());
-  return value.dump();
-}
-
-// Looks at the document before it is built: a tree of unbounded depth overflows the stack when it is
-// copied or destroyed, and of a duplicate key the library silently keeps the last.
-class Filter : public nlohmann::json_sax<Json> {
- public:
-  std::string defect;
-  std::string where;
-
-  bool null() override { return true; }
-  bool boolean(bool) override { return true; }
-  bool number_integer(number_integer_t) override { return true; }
-  bool number_unsigned(number_unsigned_t) override { return true; }
-  bool number_float(number_float_t, const string_t&) override { return true; }
-  bool string(string_t&) override { return true; }
-  bool binary(binary_t&) override { return true; }
-  bool start_object(std::size_t) override { return open(); }
-  bool start_array(std::size_t) override { return open(); }
-  bool end_object() override { return close(); }
-  bool end_array() override { return close(); }
-
-  bool key(string_t& key) override {
-    if (keys_.back().insert(key).second) return true;
-    where = "key " + in_quotes(key);
-    defect = "the key " + in_quotes(key) + " stands twice in one object";
-    return false;
-  }
-
-  bool parse_error(std::size_t position, const std::string&, const nlohmann::detail::exception& error) override {
-    const std::string_view text = error.what();
-    const std::size_t tag = text.find("] ");  // "[json.exception.parse_error.101] parse error at ..."
-    where = "byte " + std::to_string(position);
-    defect = "not JSON: " + std::string(tag == std::string_view::npos ? text : text.substr(tag + 2));
-    return false;
-  }
-
- private:
-  bool open() {
-    keys_.emplace_back();
-    if (keys_.size() <= kMaxDepth) return true;
-    defect = "nested deeper than " + std::to_string(kMaxDepth) + " levels";
-    return false;
-  }
-
-  bool close() {
-    keys_.pop_back();
-    return true;
-  }
-
-  std::vector<std::set<std::string>> keys_;
-};
 
 std::string text_of(double x) {
   if (std::isnan(x)) return "NaN";
@@ -128,7 +62,7 @@ Result<Done> read_object(const Json& value, const std::string& pointer, std::spa
   if (!value.is_object()) return refused(pointer, name + " must be an object, not " + shown(value));
   for (const auto& [key, member] : value.items()) {
     const Field* field = find(fields, key);
-    if (!field) return refused(pointer + "/" + key, "unknown option " + in_quotes(key) + "; known: " + keys_of(fields));
+    if (!field) return refused(pointer + "/" + key, "unknown option " + shown_text(key) + "; known: " + keys_of(fields));
     if (auto read = field->read(member, pointer + "/" + std::string(field->key), reading); !read) return read;
   }
   return Done{};
@@ -250,7 +184,7 @@ Result<Json> parse_document(std::string_view json, const std::string& part) {
     return Error{ErrorCode::invalid_request, quoted + " is refused: not JSON: a NUL byte", part,
                  "byte " + std::to_string(nul)};
   }
-  Filter filter;
+  JsonFilter filter;
   if (Json::sax_parse(json, &filter)) return Json::parse(json);
   return Error{ErrorCode::invalid_request, quoted + " is refused: " + filter.defect, part, filter.where};
 }
@@ -281,7 +215,7 @@ Result<std::string_view> as_simd(std::string_view value, std::string_view name) 
     if (value == supported) return supported;
   }
   return refused(name,
-                 std::string(name) + " must be one of " + simd_names() + " on this processor, not " + in_quotes(value));
+                 std::string(name) + " must be one of " + simd_names() + " on this processor, not " + shown_text(value));
 }
 
 std::string simd_names() {

@@ -13,6 +13,7 @@ inline constexpr const char* kSandboxCommand = "sandbox";
 
 void add_compare(CLI::App& app, int& exit_code);
 void add_health(CLI::App& app, int& exit_code);
+void add_keys(CLI::App& app, int& exit_code);
 void add_sandbox(CLI::App& app, int& exit_code);
 void add_serve(CLI::App& app, int& exit_code);
 

@@ -1,25 +1,36 @@
 #include <cstdio>
 #include <memory>
+#include <string_view>
 
 #include "cli/commands.h"
+#include "cli/setting_flags.h"
 #include "server/http_library.h"
 
 namespace meshgauge::cli {
 namespace {
 
-struct Flags {
-  std::string host = "127.0.0.1";
-  int port = 8080;
-};
-
-int run(const Flags& flags) {
-  httplib::Client client(flags.host, flags.port);
+// The certificate is not looked at: nothing secret is sent, and a port is asked, not somebody by name.
+httplib::Result ask(const server::Settings& settings, bool tls) {
+  const std::string scheme = tls ? "https://" : "http://";
+  const bool v6 = settings.host.find(':') != std::string::npos;
+  httplib::Client client(scheme + (v6 ? "[" + settings.host + "]" : settings.host) + ":" +
+                         std::to_string(settings.port));
+  client.enable_server_certificate_verification(false);
   client.set_connection_timeout(2);
   client.set_read_timeout(5);
-  const auto response = client.Get("/healthz");
+  return client.Get("/healthz");
+}
+
+int run(const Result<server::Settings>& settings, bool https) {
+  if (!settings) {
+    std::fprintf(stderr, "meshgauge: %s\n", settings.error().message.c_str());
+    return kExitError;
+  }
+  const auto response = ask(*settings, https || !settings->tls_certificate.empty());
   if (response && response->status == 200) return kExitResult;
   const std::string what = response ? "status " + std::to_string(response->status) : to_string(response.error());
-  std::fprintf(stderr, "meshgauge: %s:%d is not healthy: %s\n", flags.host.c_str(), flags.port, what.c_str());
+  std::fprintf(stderr, "meshgauge: %s:%d is not healthy: %s\n", settings->host.c_str(),
+               static_cast<int>(settings->port), what.c_str());
   return kExitUnhealthy;
 }
 
@@ -27,13 +38,11 @@ int run(const Flags& flags) {
 
 void add_health(CLI::App& app, int& exit_code) {
   CLI::App& command = *app.add_subcommand("health", "Ask a running service whether it is alive: exit 0 or 1");
-  const auto flags = std::make_shared<Flags>();
-  command.add_option("--host", flags->host, "Its address")->envname("MESHGAUGE_HOST")->capture_default_str();
-  command.add_option("--port", flags->port, "Its port")
-      ->envname("MESHGAUGE_PORT")
-      ->check(CLI::Range(1, 65535))
-      ->capture_default_str();
-  command.callback([flags, &exit_code] { exit_code = run(*flags); });
+  const auto settings = add_settings(
+      command, [](std::string_view name) { return name == "host" || name == "port" || name == "tls_certificate"; });
+  const auto https = std::make_shared<bool>(false);
+  command.add_flag("--https", *https, "Ask by TLS, as with --tls-certificate; the certificate is not checked");
+  command.callback([settings, https, &exit_code] { exit_code = run(settings(), *https); });
 }
 
 }  // namespace meshgauge::cli

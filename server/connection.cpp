@@ -22,6 +22,8 @@ int ms_until(Clock::time_point deadline) {
 
 bool again(int error) { return error == EAGAIN || error == EWOULDBLOCK || error == EINTR; }
 
+short events_of(Transport::Step wants) { return wants == Transport::Step::wants_write ? POLLOUT : POLLIN; }
+
 }  // namespace
 
 void Connection::consume(std::size_t n) {
@@ -44,50 +46,70 @@ Io Connection::wait(short events, Clock::time_point deadline, const std::functio
   }
 }
 
+Io Connection::first_byte(char& byte, Clock::time_point deadline, const std::function<bool()>& give_up) const {
+  if (const Io io = wait(POLLIN, deadline, give_up); io != Io::ok) return io;
+  return ::recv(fd_, &byte, 1, MSG_DONTWAIT | MSG_PEEK) == 1 ? Io::ok : Io::closed;
+}
+
+Io Connection::secure(std::unique_ptr<Transport> transport, Clock::time_point deadline) {
+  transport_ = std::move(transport);
+  for (;;) {
+    const Transport::Step step = transport_->handshake();
+    if (step == Transport::Step::done) return Io::ok;
+    if (step == Transport::Step::closed) return Io::closed;
+    if (Clock::now() >= deadline) return Io::timeout;  // also when bytes keep coming
+    if (const Io io = wait(events_of(step), deadline, nullptr); io != Io::ok) return io;
+  }
+}
+
 Io Connection::fill(Clock::time_point deadline, const std::function<bool()>& give_up) {
   buffer_.erase(0, start_);
   start_ = 0;
   const std::size_t kept = buffer_.size();
+  buffer_.resize(kept + kPiece);
+  std::size_t got = 0;
+  const Io io = read(buffer_.data() + kept, got, deadline, give_up);
+  buffer_.resize(kept + got);
+  return io;
+}
+
+// At most kPiece bytes.
+Io Connection::read(char* out, std::size_t& got, Clock::time_point deadline, const std::function<bool()>& give_up) {
   for (;;) {
     if (Clock::now() >= deadline) return Io::timeout;  // also when bytes keep coming
-    if (const Io io = wait(POLLIN, deadline, give_up); io != Io::ok) return io;
-    buffer_.resize(kept + kPiece);
-    const ssize_t n = ::recv(fd_, buffer_.data() + kept, kPiece, MSG_DONTWAIT);
-    const int error = errno;
-    buffer_.resize(kept + static_cast<std::size_t>(std::max<ssize_t>(n, 0)));
-    if (n > 0) return Io::ok;
-    if (n == 0 || !again(error)) return Io::closed;
+    const Transport::Moved moved = transport_->read(out, kPiece);
+    got = moved.bytes;
+    if (moved.step == Transport::Step::done) return Io::ok;
+    if (moved.step == Transport::Step::closed) return Io::closed;
+    if (const Io io = wait(events_of(moved.step), deadline, give_up); io != Io::ok) return io;
   }
 }
 
 Io Connection::write(std::string_view bytes, Clock::time_point deadline) {
   while (!bytes.empty()) {
-    const ssize_t n = ::send(fd_, bytes.data(), bytes.size(), MSG_DONTWAIT | MSG_NOSIGNAL);
-    if (n > 0) {
-      bytes.remove_prefix(static_cast<std::size_t>(n));
-      continue;
-    }
-    if (n < 0 && !again(errno)) return Io::closed;
-    if (const Io io = wait(POLLOUT, deadline, nullptr); io != Io::ok) return io;
+    const Transport::Moved moved = transport_->write(bytes);
+    bytes.remove_prefix(moved.bytes);
+    if (moved.step == Transport::Step::done) continue;
+    if (moved.step == Transport::Step::closed) return Io::closed;
+    if (const Io io = wait(events_of(moved.step), deadline, nullptr); io != Io::ok) return io;
   }
   return Io::ok;
 }
 
-bool Connection::peer_gone() const {
-  pollfd entry{fd_, POLLRDHUP, 0};
-  return ::poll(&entry, 1, 0) > 0;  // POLLHUP and POLLERR are always reported
-}
-
+// The bytes that are drained are of no interest: under TLS they stay encrypted.
 void Connection::linger(milliseconds time) {
-  ::shutdown(fd_, SHUT_WR);
+  transport_->end();
   constexpr std::size_t kMost = std::size_t{16} << 20;
   const auto deadline = Clock::now() + time;
-  buffer_.clear();
   start_ = 0;
-  for (std::size_t drained = 0; drained < kMost && fill(deadline) == Io::ok;) {
-    drained += buffered().size();
-    consume(buffered().size());
+  buffer_.resize(kPiece);
+  for (std::size_t drained = 0; drained < kMost && Clock::now() < deadline;) {
+    if (wait(POLLIN, deadline, nullptr) != Io::ok) break;
+    const ssize_t n = ::recv(fd_, buffer_.data(), buffer_.size(), MSG_DONTWAIT);
+    if (n == 0 || (n < 0 && !again(errno))) break;
+    drained += static_cast<std::size_t>(std::max<ssize_t>(n, 0));
   }
+  buffer_.clear();
 }
 
 }  // namespace meshgauge::server

@@ -6,8 +6,11 @@
 #include <chrono>
 #include <cstddef>
 #include <functional>
+#include <memory>
 #include <string>
 #include <string_view>
+
+#include "server/transport.h"
 
 namespace meshgauge::server {
 
@@ -18,9 +21,17 @@ enum class Io { ok, closed, timeout };
 class Connection {
  public:
   // Borrows the socket; `aborted` ends every wait as if its deadline had passed.
-  Connection(int fd, const std::atomic<bool>& aborted) : fd_(fd), aborted_(aborted) {}
+  Connection(int fd, const std::atomic<bool>& aborted)
+      : fd_(fd), aborted_(aborted), transport_(std::make_unique<PlainTransport>(fd)) {}
   Connection(const Connection&) = delete;
   Connection& operator=(const Connection&) = delete;
+
+  // Waits for the peer's first byte, which stays unread: at the start it tells TLS from a request. Before anything
+  // else.
+  Io first_byte(char& byte, Clock::time_point deadline, const std::function<bool()>& give_up) const;
+
+  // From now on the connection speaks through `transport`, once its handshake is done.
+  Io secure(std::unique_ptr<Transport> transport, Clock::time_point deadline);
 
   std::string_view buffered() const { return std::string_view(buffer_).substr(start_); }
   void consume(std::size_t n);  // precondition: n <= buffered().size()
@@ -30,8 +41,8 @@ class Connection {
 
   Io write(std::string_view bytes, Clock::time_point deadline);
 
-  // The client has closed its side (or half of it), or the connection is broken.
-  bool peer_gone() const;
+  // The client has closed its side (or half of it), or the connection is broken. By the thread that reads and writes.
+  bool peer_gone() { return transport_->peer_gone(); }
 
   // Ends our side and lets the client read the last response: closing with unread bytes would reset the
   // connection and take the response with it. At most `time` and 16 MiB.
@@ -40,10 +51,12 @@ class Connection {
   int fd() const { return fd_; }
 
  private:
+  Io read(char* out, std::size_t& got, Clock::time_point deadline, const std::function<bool()>& give_up);
   Io wait(short events, Clock::time_point deadline, const std::function<bool()>& give_up) const;
 
   int fd_;
   const std::atomic<bool>& aborted_;
+  std::unique_ptr<Transport> transport_;
   std::string buffer_;
   std::size_t start_ = 0;
 };

@@ -3,6 +3,15 @@
 #include <algorithm>
 
 namespace meshgauge::server {
+namespace {
+
+void add_missing(Response& response, const char* name, const char* value) {
+  const bool there = std::any_of(response.headers.begin(), response.headers.end(),
+                                 [&](const auto& header) { return header.first == name; });
+  if (!there) response.headers.emplace_back(name, value);
+}
+
+}  // namespace
 
 void answer(Exchange& exchange, const api::Problem& problem) { answer(exchange, problem, std::chrono::seconds(1)); }
 
@@ -21,6 +30,15 @@ void answer(Exchange& exchange, const api::Problem& problem, std::chrono::millis
 std::optional<api::Problem> refuse_query(const Exchange& exchange) {
   if (exchange.head.query.empty()) return std::nullopt;
   return api::Problem{api::ProblemKind::malformed_request, "this path takes no query parameters", {}};
+}
+
+void add_security_headers(Response& response) {
+  add_missing(response, "X-Content-Type-Options", "nosniff");
+  add_missing(response, "Cache-Control", "no-store");
+  add_missing(response, "Referrer-Policy", "no-referrer");
+  if (!response.content_type.starts_with("text/html")) return;
+  add_missing(response, "Content-Security-Policy",
+              "default-src 'none'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'");
 }
 
 }  // namespace meshgauge::server

@@ -21,6 +21,8 @@ struct MeshSizes {
   std::size_t b = 0;
 };
 
+inline constexpr int kNoContent = 204;
+
 struct Response {
   int status = 200;
   std::string content_type;
@@ -35,8 +37,8 @@ struct Exchange {
   Exchange(std::string unique_id, const Head& request_head, Body& request_body, Connection& client)
       : id(std::move(unique_id)), head(request_head), body(request_body), connection(client) {}
 
-  std::string id;  // unguessable; also the id of a comparison that it begins
-  std::string owner;    // the key that the request came with; empty: the service has no keys
+  std::string id;       // unguessable; also the id of a comparison that it begins
+  std::string owner;    // the id of the key that asks; empty: no key, everything stored under it is everybody's
   std::string route;    // as the router knows it; empty: none
   std::string segment;  // what stands for the {} of the route
   const Head& head;
@@ -58,5 +60,9 @@ void answer(Exchange& exchange, const api::Problem& problem, std::chrono::millis
 
 // Refuses a query where none means anything: an option that is misspelt or misplaced must not pass unnoticed.
 std::optional<api::Problem> refuse_query(const Exchange& exchange);
+
+// What every answer tells a browser: not to guess types, not to keep it, and, of a page that says nothing else, to load
+// and to run nothing. A header that is there already stays.
+void add_security_headers(Response& response);
 
 }  // namespace meshgauge::server

@@ -126,7 +126,8 @@ std::size_t count(const Head& head, std::string_view name) {
 }
 
 Refusal check_unique(const Head& head) {
-  for (const char* name : {"content-length", "transfer-encoding", "content-type", "host", "expect"}) {
+  for (const char* name :
+       {"content-length", "transfer-encoding", "content-type", "host", "expect", "authorization", "origin"}) {
     if (count(head, name) > 1) return malformed("the header '" + std::string(name) + "' stands there twice");
   }
   if (count(head, "content-length") + count(head, "transfer-encoding") > 1) {

@@ -1,5 +1,6 @@
 #include "server/http_guard.h"
 
+#include <netinet/in.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -19,6 +20,7 @@ constexpr int kBacklog = 1024;  // the library's own is 5: a burst would be refu
 constexpr milliseconds kWriteTime{30'000};
 constexpr milliseconds kLinger{1000};
 constexpr milliseconds kRefusalLinger{50};
+constexpr milliseconds kRefusalHandshake{250};  // one thread refuses all: a slow client is left without an answer
 
 milliseconds ms(std::uint64_t count) { return milliseconds(static_cast<std::int64_t>(count)); }
 
@@ -62,7 +64,7 @@ class GuardedStream final : public httplib::Stream {
 void hand_over(const Response& from, httplib::Response& to) {
   to.status = from.status;
   for (const auto& [name, value] : from.headers) to.set_header(name, value);
-  if (!from.content_type.empty()) to.set_content(from.body, from.content_type);
+  if (from.status != kNoContent) to.set_content(from.body, from.content_type);
 }
 
 }  // namespace
@@ -75,8 +77,8 @@ struct HttpGuard::Current {
 };
 thread_local HttpGuard::Current* HttpGuard::current_ = nullptr;
 
-HttpGuard::HttpGuard(const Settings& settings, Handler handle, Handler log)
-    : settings_(settings), handle_(std::move(handle)), log_(std::move(log)) {
+HttpGuard::HttpGuard(const Settings& settings, Handler handle, Handler log, const Tls* tls)
+    : settings_(settings), handle_(std::move(handle)), log_(std::move(log)), tls_(tls) {
   new_task_queue = [this] { return pool_ = new IoPool(settings_.io_threads, settings_.max_pending_connections); };
   set_tcp_nodelay(true);  // else each response waits for the client's delayed acknowledgement
   set_socket_options([](socket_t socket) {
@@ -90,6 +92,7 @@ HttpGuard::HttpGuard(const Settings& settings, Handler handle, Handler log)
   // The last word on a response, after the library has added headers of its own.
   set_post_routing_handler([](const httplib::Request&, httplib::Response& response) {
     for (const char* name : {"Keep-Alive", "Accept-Ranges", "Connection"}) response.headers.erase(name);
+    if (response.status == kNoContent) response.headers.erase("Content-Length");  // RFC 9110 section 8.6
     if (current_->close) response.set_header("Connection", "close");
   });
 }
@@ -103,6 +106,19 @@ std::optional<int> HttpGuard::bind() {
   }
   if (port < 0 || ::listen(svr_sock_, kBacklog) != 0) return std::nullopt;
   return port;
+}
+
+bool HttpGuard::bound_to_loopback() const {
+  sockaddr_storage address{};
+  socklen_t size = sizeof address;
+  if (::getsockname(svr_sock_, reinterpret_cast<sockaddr*>(&address), &size) != 0) return false;
+  if (address.ss_family == AF_INET) {
+    const auto& v4 = reinterpret_cast<const sockaddr_in&>(address);
+    return ntohl(v4.sin_addr.s_addr) >> 24 == IN_LOOPBACKNET;
+  }
+  if (address.ss_family != AF_INET6) return false;
+  const in6_addr& v6 = reinterpret_cast<const sockaddr_in6&>(address).sin6_addr;
+  return IN6_IS_ADDR_LOOPBACK(&v6) || (IN6_IS_ADDR_V4MAPPED(&v6) && v6.s6_addr[12] == IN_LOOPBACKNET);
 }
 
 bool HttpGuard::run() { return listen_after_bind() || stopping_.load(); }
@@ -120,13 +136,28 @@ bool HttpGuard::process_and_close_socket(socket_t socket) {
   if (IoPool::role() != IoPool::Role::drop) {
     Connection connection(socket, aborted_);
     try {
-      serve(connection);
+      if (secure(connection)) serve(connection);
     } catch (const std::exception&) {  // out of memory between two requests: this connection is lost, no other
     }
     connection.linger(IoPool::role() == IoPool::Role::serve ? kLinger : kRefusalLinger);
   }
   ::close(socket);
   return true;
+}
+
+// The handshake has the time of a head, from its first byte on. A client that does not speak TLS is told so.
+bool HttpGuard::secure(Connection& connection) {
+  if (!tls_) return true;
+  const bool refusing = IoPool::role() == IoPool::Role::refuse;
+  const auto idle_until = Clock::now() + (refusing ? kRefusalHandshake : ms(settings_.keep_alive_ms));
+  char first = 0;
+  if (connection.first_byte(first, idle_until, [this] { return wanted_elsewhere(); }) != Io::ok) return false;
+  if (first >= 'A' && first <= 'Z') {  // of a method
+    respond(connection, Head{}, Problem{ProblemKind::malformed_request, "this port speaks TLS: use https", {}});
+    return false;
+  }
+  const auto deadline = Clock::now() + (refusing ? kRefusalHandshake : ms(settings_.head_timeout_ms));
+  return connection.secure(tls_->accept(connection.fd()), deadline) == Io::ok;
 }
 
 void HttpGuard::serve(Connection& connection) {
@@ -212,6 +243,7 @@ void HttpGuard::handle(Current& serving) const {
     answer(exchange, Problem{ProblemKind::internal, "the service failed; its log has more under " + exchange.id, {}});
   }
   exchange.response.headers.emplace_back("X-Request-Id", exchange.id);
+  add_security_headers(exchange.response);
   // What is left of a body would be taken for the next request.
   serving.close = serving.close || stopping_.load() || !exchange.body.consumed() || exchange.response.stream;
 }

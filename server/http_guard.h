@@ -15,6 +15,7 @@
 #include "server/http_library.h"
 #include "server/io_pool.h"
 #include "server/settings.h"
+#include "server/tls.h"
 
 namespace meshgauge::server {
 
@@ -23,20 +24,22 @@ class HttpGuard final : private httplib::Server {
   using Handler = std::function<void(Exchange&)>;
 
   // Called on the I/O threads: `handle` for every request that is let through (it may throw: 500), `log` for every
-  // request that was answered.
-  HttpGuard(const Settings& settings, Handler handle, Handler log);
+  // request that was answered. With `tls`, which must outlive the guard, it speaks TLS alone.
+  HttpGuard(const Settings& settings, Handler handle, Handler log, const Tls* tls);
 
-  std::optional<int> bind();  // the port; nullopt when the address cannot be had
-  bool run();                 // serves until stop(); false when listening failed
-  bool running() const;       // run() has come as far as to be stopped: the library forgets a stop() before that
-  void stop();                // no new connections; run() returns when the running requests have their answers
-  void abort();               // every wait for a client ends now
+  std::optional<int> bind();       // the port; nullopt when the address cannot be had
+  bool bound_to_loopback() const;  // after bind(): nobody but this machine can reach the port
+  bool run();                      // serves until stop(); false when listening failed
+  bool running() const;            // run() has come as far as to be stopped: the library forgets a stop() before that
+  void stop();                     // no new connections; run() returns when the running requests have their answers
+  void abort();                    // every wait for a client ends now
 
  private:
   using Refusal = std::optional<api::Problem>;
   struct Current;
 
   bool process_and_close_socket(socket_t socket) override;
+  bool secure(Connection& connection);
   void serve(Connection& connection);
   bool serve_one(Connection& connection);
   Refusal read_head(Connection& connection, Clock::time_point deadline, Head& head) const;
@@ -50,6 +53,7 @@ class HttpGuard final : private httplib::Server {
   const Settings settings_;
   const Handler handle_;
   const Handler log_;
+  const Tls* const tls_;
   IoPool* pool_ = nullptr;  // owned by the library while it listens
   std::atomic<bool> stopping_{false};
   std::atomic<bool> aborted_{false};

@@ -39,6 +39,7 @@ void log_request(const Exchange& exchange) {
             {"path", exchange.head.path},
             {"status", exchange.response.status},
             {"bytes", exchange.body.bytes()}};
+  if (!exchange.owner.empty()) json["key"] = exchange.owner;
   if (!exchange.problem.empty()) json["problem"] = exchange.problem;
   if (!exchange.failure.empty()) json["failure"] = exchange.failure;
   if (exchange.triangles) json["triangles"] = {{"a", exchange.triangles->a}, {"b", exchange.triangles->b}};

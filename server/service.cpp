@@ -29,11 +29,12 @@ Result<Done> check_temp_dir(const std::string& directory) {
   return Done{};
 }
 
-sigset_t ending_signals() {
+sigset_t awaited_signals() {
   sigset_t set;
   sigemptyset(&set);
   sigaddset(&set, SIGTERM);
   sigaddset(&set, SIGINT);
+  sigaddset(&set, SIGHUP);
   return set;
 }
 
@@ -54,19 +55,34 @@ Compare comparing_by(sandbox::Pool& pool) {
                 Control& control) { return api::compare_by(load, a, b, options, limits, control); };
 }
 
-bool signalled_within(std::chrono::milliseconds time) {
-  const sigset_t set = ending_signals();
+enum class Signal { none, end, reload };
+
+Signal signalled_within(std::chrono::milliseconds time) {
+  const sigset_t set = awaited_signals();
   const timespec wait{0, time.count() * 1'000'000};
-  return sigtimedwait(&set, nullptr, &wait) > 0;
+  siginfo_t info{};
+  const int signal = sigtimedwait(&set, &info, &wait);
+  if (signal <= 0) return Signal::none;
+  return signal == SIGHUP && info.si_code != SI_KERNEL ? Signal::reload
+                                                       : Signal::end;  // the kernel's: a terminal closed
+}
+
+std::optional<Tls> tls_of(const Settings& settings) {
+  if (settings.tls_certificate.empty()) return std::nullopt;
+  return std::optional<Tls>(std::in_place, settings.tls_certificate, settings.tls_key);
 }
 
 }  // namespace
 
 Service::Service(const Settings& settings, Compare compare)
     : settings_(settings),
+      access_(settings.keys_file),
+      entrance_(access_, Cors::parse(settings.cors_origins).value()),
+      tls_(tls_of(settings)),
       comparisons_(settings, std::move(compare)),
       guard_(
-          settings, [this](Exchange& exchange) { router_(exchange); }, log_request) {
+          settings, [this](Exchange& exchange) { entrance_(exchange, router_); }, log_request,
+          tls_ ? &*tls_ : nullptr) {
   add_routes();
 }
 
@@ -88,6 +104,7 @@ void Service::add_routes() {
 
 Result<int> Service::start() {
   if (auto ok = check_temp_dir(settings_.temp_dir); !ok) return ok.error();
+  if (auto ok = load_secrets(); !ok) return ok.error();
   const auto port = guard_.bind();
   if (!port) {
     return Error{
@@ -95,6 +112,7 @@ Result<int> Service::start() {
         "cannot listen on " + settings_.host + ":" + std::to_string(settings_.port) + ": " + std::strerror(errno), "",
         ""};
   }
+  if (auto ok = check_openness(); !ok) return ok.error();
   ended_.store(false);
   listener_ = std::thread([this] {
     guard_.run();
@@ -102,6 +120,35 @@ Result<int> Service::start() {
   });
   while (!guard_.running() && !ended_.load()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
   return *port;
+}
+
+Result<Done> Service::load_secrets() {
+  if (auto loaded = access_.reload(); !loaded) return loaded.error();
+  if (!tls_) return Done{};
+  if (auto loaded = tls_->reload(); !loaded) return loaded.error();
+  return Done{};
+}
+
+// Asked of the socket, since a name can stand for any address.
+Result<Done> Service::check_openness() const {
+  if (access_.has_keys() || settings_.public_without_keys || guard_.bound_to_loopback()) return Done{};
+  return Error{ErrorCode::invalid_request,
+               "other machines can reach " + settings_.host +
+                   ": give --keys-file, or say --public-without-keys to serve everybody (MESHGAUGE_KEYS_FILE, "
+                   "MESHGAUGE_PUBLIC_WITHOUT_KEYS=true)",
+               "", ""};
+}
+
+void Service::reload() {
+  if (access_.has_keys()) {
+    const auto keys = access_.reload();
+    log_event("reload", keys ? "keys: " + std::to_string(*keys) : keys.error().message + "; the old keys stay in force");
+  }
+  if (tls_) {
+    const auto end = tls_->reload();
+    log_event("reload", end ? "certificate valid until " + *end : end.error().message + "; the old certificate stays");
+  }
+  if (!access_.has_keys() && !tls_) log_event("reload", "there are no keys and no certificate to read");
 }
 
 void Service::shutdown(const std::function<bool()>& hurry) {
@@ -115,7 +162,7 @@ void Service::shutdown(const std::function<bool()>& hurry) {
 }
 
 Result<Done> run_until_signal(const Settings& settings, const std::vector<std::string>& parser) {
-  const sigset_t signals = ending_signals();
+  const sigset_t signals = awaited_signals();
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
   sandbox::Pool pool(pool_settings(settings, parser), [](const std::string& detail) { log_event("sandbox", detail); });
   const auto lacks = pool.start();
@@ -125,12 +172,18 @@ Result<Done> run_until_signal(const Settings& settings, const std::vector<std::s
   if (!port) return port.error();
   log_listening(settings.host + ":" + std::to_string(*port), settings.simd);
   for (const std::string& lack : *lacks) log_event("sandbox", lack + "; uploads are read with less protection");
-  while (service.listening() && !signalled_within(kTick)) {
+  if (!settings.keys_file.empty() && settings.tls_certificate.empty()) {
+    log_event("access", "keys are sent in the clear unless a proxy in front speaks TLS");
+  }
+  for (Signal signal = Signal::none; service.listening() && signal != Signal::end;) {
+    signal = signalled_within(kTick);
+    if (signal == Signal::reload) service.reload();
   }
   if (!service.listening()) return Error{ErrorCode::internal, "the listening socket failed", "", ""};
   log_event("stopping", "no new work is taken");
   const auto grace_end = Clock::now() + std::chrono::milliseconds(settings.grace_ms);
-  service.shutdown([&] { return Clock::now() >= grace_end || signalled_within(std::chrono::milliseconds(0)); });
+  service.shutdown(
+      [&] { return Clock::now() >= grace_end || signalled_within(std::chrono::milliseconds(0)) == Signal::end; });
   log_event("sandbox", to_string(pool.counters()));
   log_event("stopped", "every request was answered");
   return Done{};

@@ -10,10 +10,13 @@
 #include <vector>
 
 #include "engine/result.h"
+#include "server/access/access.h"
+#include "server/access/entrance.h"
 #include "server/comparisons.h"
 #include "server/http_guard.h"
 #include "server/router.h"
 #include "server/settings.h"
+#include "server/tls.h"
 
 namespace meshgauge::server {
 
@@ -28,6 +31,9 @@ class Service {
   // Listens and serves on threads of its own; returns the port. An Error says why it cannot.
   Result<int> start();
 
+  // Reads keys, certificate and its key anew, and logs what became of it; what cannot be used leaves the old ones.
+  void reload();
+
   bool listening() const { return !ended_.load(); }
 
   // Takes no new work, lets running requests finish until `hurry` says so (asked every 50 ms), then cancels them:
@@ -36,8 +42,13 @@ class Service {
 
  private:
   void add_routes();
+  Result<Done> load_secrets();
+  Result<Done> check_openness() const;
 
   const Settings settings_;
+  Access access_;
+  const Entrance entrance_;
+  std::optional<Tls> tls_;
   Comparisons comparisons_;
   Router router_;
   HttpGuard guard_;
@@ -45,9 +56,10 @@ class Service {
   std::atomic<bool> ended_{true};
 };
 
-// Serves until SIGTERM or SIGINT; a second one ends the grace. An Error when it could not start or go on listening.
-// Blocks both signals in the calling thread and those it starts. Uploads are read by processes that `parser` makes: a
-// program and its arguments that calls sandbox::run_spawner().
+// Serves until SIGTERM or SIGINT, or until its terminal is closed; a second one ends the grace. SIGHUP by anyone else
+// is for Service::reload(). An Error when it could not start or go on listening. Blocks these signals in the calling
+// thread and those it starts. Uploads are read by processes that `parser` makes: a program and its arguments that calls
+// sandbox::run_spawner().
 Result<Done> run_until_signal(const Settings& settings, const std::vector<std::string>& parser);
 
 }  // namespace meshgauge::server

@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "engine/mesh.h"
+#include "server/access/cors.h"
 
 namespace meshgauge::server {
 namespace {
@@ -82,6 +83,8 @@ api::ReadLimits read_limits(const Settings& s) { return {s.max_vertices, s.max_t
 
 Result<Settings> checked(Settings s) {
   if (s.port > std::numeric_limits<std::uint16_t>::max()) return refused("--port must be at most 65535");
+  if (s.tls_certificate.empty() != s.tls_key.empty()) return refused("--tls-certificate and --tls-key need each other");
+  if (const auto cors = Cors::parse(s.cors_origins); !cors) return cors.error();
   if (s.workers == 0) s.workers = std::max(1U, std::thread::hardware_concurrency());
   if (s.io_threads == 0) s.io_threads = held_threads(s) + kSpareThreads;
   if (auto ok = check_threads(s); !ok) return ok.error();

@@ -1,5 +1,6 @@
-// Everything an operator may set, with its default. Each field is a flag of `meshgauge serve` and an
-// environment variable of the same name: max_part_bytes is --max-part-bytes and MESHGAUGE_MAX_PART_BYTES.
+// Everything an operator may set, with its default. Each field is a flag of `meshgauge serve`, an environment variable
+// and a line of a file, of the same name: max_part_bytes is --max-part-bytes, MESHGAUGE_MAX_PART_BYTES and
+// max_part_bytes.
 #pragma once
 
 #include <cstdint>
@@ -16,6 +17,11 @@ std::string default_temp_dir();  // TMPDIR or /tmp; whether it takes files is se
 struct Settings {
   std::string host = "127.0.0.1";
   std::uint64_t port = 8080;
+  std::string tls_certificate;
+  std::string tls_key;
+  std::string keys_file;
+  bool public_without_keys = false;
+  std::string cors_origins;
   std::uint64_t workers = 0;  // 0: one for each processor
   std::uint64_t queue = 32;
   std::uint64_t max_queued_jobs = 1000;
@@ -51,11 +57,18 @@ struct SettingText {
   const char* help;
 };
 
-// Calls visit(SettingText, field) for every setting, in the order of the documentation.
-template <class Visit>
-void for_each_setting(Settings& s, Visit visit) {
+// Calls visit(SettingText, field) for every setting, in the order of the documentation. `s`: Settings, const or not.
+template <class SomeSettings, class Visit>
+void for_each_setting(SomeSettings& s, Visit visit) {
   visit({"host", "Address to listen on"}, s.host);
   visit({"port", "Port to listen on; 0 takes a free one"}, s.port);
+  visit({"tls_certificate", "PEM file of a certificate and its chain: the port then speaks TLS alone"},
+        s.tls_certificate);
+  visit({"tls_key", "PEM file of the certificate's key, without a passphrase"}, s.tls_key);
+  visit({"keys_file", "JSON file of bearer keys; empty: no request needs one"}, s.keys_file);
+  visit({"public_without_keys", "Start without keys on an address that other machines can reach"},
+        s.public_without_keys);
+  visit({"cors_origins", "Origins of web pages that may read answers, separated by commas"}, s.cors_origins);
   visit({"workers", "Comparisons that run at the same time; 0: one for each processor"}, s.workers);
   visit({"queue", "Comparisons that may upload or wait beside those that run; beyond that: 503"}, s.queue);
   visit({"max_queued_jobs", "Comparisons that nobody waits for which may be queued or run; beyond that: 503"},

@@ -1,0 +1,58 @@
+#include "api/json_filter.h"
+
+namespace meshgauge::api {
+
+bool JsonFilter::value() {
+  if (!levels_.empty()) ++levels_.back().values;
+  return true;
+}
+
+bool JsonFilter::open(bool array) {
+  value();
+  levels_.push_back({array, 0, {}, {}});
+  if (levels_.size() <= kMaxDepth) return true;
+  defect = "nested deeper than " + std::to_string(kMaxDepth) + " levels";
+  return false;
+}
+
+bool JsonFilter::close() {
+  levels_.pop_back();
+  return true;
+}
+
+bool JsonFilter::key(string_t& key) {
+  Level& level = levels_.back();
+  level.key = key.substr(0, 64);
+  if (level.keys.insert(key).second) return true;
+  where = pointer();
+  defect = "the key " + shown_text(key) + " stands twice in one object";
+  return false;
+}
+
+bool JsonFilter::parse_error(std::size_t position, const std::string&, const nlohmann::detail::exception& error) {
+  const std::string_view text = error.what();
+  const std::size_t tag = text.find("] ");  // "[json.exception.parse_error.101] parse error at ..."
+  where = "byte " + std::to_string(position);
+  defect = "not JSON: " + std::string(tag == std::string_view::npos ? text : text.substr(tag + 2));
+  return false;
+}
+
+std::string JsonFilter::pointer() const {
+  std::string pointer;
+  for (const Level& level : levels_) pointer += "/" + (level.array ? std::to_string(level.values - 1) : level.key);
+  return pointer;
+}
+
+std::string shown_text(std::string_view text) {
+  std::string out = "'";
+  for (const char c : text.substr(0, 64)) out += static_cast<unsigned char>(c) < 0x20 ? '?' : c;
+  return out + (text.size() > 64 ? "...'" : "'");
+}
+
+std::string shown(const nlohmann::json& value) {
+  if (value.is_structured()) return value.is_array() ? "an array" : "an object";
+  if (value.is_string()) return shown_text(value.get_ref<const std::string&>());
+  return value.dump();
+}
+
+}  // namespace meshgauge::api

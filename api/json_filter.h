@@ -1,0 +1,58 @@
+// A first look at a JSON document from outside, before it is built: a tree of unbounded depth overflows the stack when
+// it is copied or destroyed, and of a duplicate key the library silently keeps the last.
+#pragma once
+
+#include <cstddef>
+#include <set>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+namespace meshgauge::api {
+
+// For nlohmann::json::sax_parse(), once. After it has returned false, `defect` says what is wrong and `where` where: a
+// JSON pointer, or "byte N" of what is not JSON.
+class JsonFilter : public nlohmann::json_sax<nlohmann::json> {
+ public:
+  static constexpr std::size_t kMaxDepth = 16;
+
+  std::string defect;
+  std::string where;
+
+  bool null() override { return value(); }
+  bool boolean(bool) override { return value(); }
+  bool number_integer(number_integer_t) override { return value(); }
+  bool number_unsigned(number_unsigned_t) override { return value(); }
+  bool number_float(number_float_t, const string_t&) override { return value(); }
+  bool string(string_t&) override { return value(); }
+  bool binary(binary_t&) override { return value(); }
+  bool start_object(std::size_t) override { return open(false); }
+  bool start_array(std::size_t) override { return open(true); }
+  bool end_object() override { return close(); }
+  bool end_array() override { return close(); }
+  bool key(string_t& key) override;
+  bool parse_error(std::size_t position, const std::string&, const nlohmann::detail::exception& error) override;
+
+ private:
+  struct Level {
+    bool array;
+    std::size_t values = 0;  // seen so far, of an array
+    std::string key;         // the last one, of an object
+    std::set<std::string> keys;
+  };
+
+  bool value();
+  bool open(bool array);
+  bool close();
+  std::string pointer() const;
+
+  std::vector<Level> levels_;
+};
+
+// Foreign text in a message: short, and on one line.
+std::string shown_text(std::string_view text);
+std::string shown(const nlohmann::json& value);
+
+}  // namespace meshgauge::api

@@ -1,0 +1,196 @@
+#include "server/access/access.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "server/access/bucket.h"
+#include "server/access/token.h"
+
+namespace meshgauge::server {
+
+using api::Problem;
+using api::ProblemKind;
+
+class Account {
+ public:
+  Account(const Allowance& allowance, Bucket::Time now)
+      : allowance_(allowance), bucket_(allowance.requests_per_minute, allowance.burst, now) {}
+
+  void change(const Allowance& allowance, Bucket::Time now) {
+    const std::lock_guard lock(mutex_);
+    allowance_ = allowance;
+    bucket_.change(allowance.requests_per_minute, allowance.burst, now);
+  }
+
+  // Seconds until there is room in the rate; nullopt: there was.
+  std::optional<std::chrono::duration<double>> begin_request(Bucket::Time now) {
+    const std::lock_guard lock(mutex_);
+    if (bucket_.take(now)) return std::nullopt;
+    return bucket_.wait();
+  }
+
+  // The limit when it is reached.
+  std::optional<std::uint64_t> take_job() {
+    const std::lock_guard lock(mutex_);
+    if (jobs_ >= allowance_.max_jobs) return allowance_.max_jobs;
+    ++jobs_;
+    return std::nullopt;
+  }
+
+  void adopt_job() {
+    const std::lock_guard lock(mutex_);
+    ++jobs_;
+  }
+
+  void give_job() {
+    const std::lock_guard lock(mutex_);
+    --jobs_;
+  }
+
+  // The limit when it would be passed.
+  std::optional<std::uint64_t> hold(std::uint64_t bytes, const std::function<std::uint64_t()>& stored) {
+    const std::lock_guard lock(mutex_);
+    const std::uint64_t limit = allowance_.max_storage_bytes;
+    const std::uint64_t used = held_ + std::min(stored(), limit);  // held_ is at most the sum of what was let in
+    if (used > limit || bytes > limit - used) return limit;
+    held_ += bytes;
+    return std::nullopt;
+  }
+
+  void release(std::uint64_t bytes) {
+    const std::lock_guard lock(mutex_);
+    held_ -= bytes;
+  }
+
+ private:
+  std::mutex mutex_;
+  Allowance allowance_;
+  Bucket bucket_;
+  std::uint64_t jobs_ = 0;
+  std::uint64_t held_ = 0;
+};
+
+namespace {
+
+// RFC 6750 section 3: why, in words for machines; none when there was no key at all.
+Denial unauthorized(const char* detail, bool presented) {
+  return {{ProblemKind::unauthorized, detail, {}},
+          {{"WWW-Authenticate",
+            std::string(R"(Bearer realm="meshgauge")") + (presented ? R"(, error="invalid_token")" : "")}}};
+}
+
+Denial too_many(std::string detail, std::chrono::duration<double> wait) {
+  const auto seconds = std::max(1L, static_cast<long>(std::ceil(wait.count())));
+  return {{ProblemKind::too_many_requests, std::move(detail), {}}, {{"Retry-After", std::to_string(seconds)}}};
+}
+
+// Between authentication and now the key was taken out of the file.
+Denial gone() { return unauthorized("the key is not known any more", true); }
+
+}  // namespace
+
+JobSlot::~JobSlot() {
+  if (account_) account_->give_job();
+}
+
+StorageHold::~StorageHold() {
+  if (account_) account_->release(bytes_);
+}
+
+Access::Access(std::string keys_file, AccessClocks clocks)
+    : keys_file_(std::move(keys_file)), clocks_(std::move(clocks)), keys_(std::make_shared<std::vector<Key>>()) {}
+
+Result<std::size_t> Access::reload() {
+  if (!has_keys()) return std::size_t{0};
+  auto loaded = load_keys(keys_file_);
+  if (!loaded) return loaded.error();
+  const auto now = clocks_.steady();
+  const std::lock_guard lock(mutex_);
+  std::map<std::string, std::shared_ptr<Account>> accounts;
+  for (const Key& key : *loaded) {
+    const auto known = accounts_.find(key.id);
+    if (known != accounts_.end()) known->second->change(key.allowance, now);
+    accounts[key.id] = known != accounts_.end() ? known->second : std::make_shared<Account>(key.allowance, now);
+  }
+  accounts_ = std::move(accounts);
+  keys_ = std::make_shared<const std::vector<Key>>(std::move(*loaded));
+  return keys_->size();
+}
+
+std::shared_ptr<const std::vector<Key>> Access::keys() const {
+  const std::lock_guard lock(mutex_);
+  return keys_;
+}
+
+std::shared_ptr<Account> Access::account_of(const std::string& owner) const {
+  const std::lock_guard lock(mutex_);
+  const auto found = accounts_.find(owner);
+  return found == accounts_.end() ? nullptr : found->second;
+}
+
+std::variant<Caller, Denial> Access::authenticate(const Head& head) const {
+  if (!has_keys()) return Caller{"", {true, true}};
+  const std::string_view token = bearer_token(head);
+  if (token.empty()) return unauthorized("send a key: Authorization: Bearer <token>", false);
+  const std::string digest = token_sha256(token.substr(0, kMaxTokenBytes + 1));
+  const auto all = keys();
+  const Key* match = nullptr;
+  for (const Key& key : *all) {  // to the end, whichever it is
+    for (const std::string& known : key.sha256) {
+      if (same_digest(known, digest)) match = &key;
+    }
+  }
+  const bool counts = match && !match->disabled && (!match->expires || clocks_.system() < *match->expires);
+  if (!counts) return unauthorized("the key is unknown, disabled or expired", true);
+  return Caller{match->id, match->scopes};
+}
+
+std::optional<Denial> Access::require(const Caller& caller, Scope scope) {
+  if (scope == Scope::compare ? caller.scopes.compare : caller.scopes.metrics) return std::nullopt;
+  const std::string name = scope == Scope::compare ? "compare" : "metrics";
+  return Denial{
+      {ProblemKind::forbidden, "this needs a key with the scope '" + name + "'", {}},
+      {{"WWW-Authenticate", R"(Bearer realm="meshgauge", error="insufficient_scope", scope=")" + name + "\""}}};
+}
+
+std::optional<Denial> Access::begin_request(const std::string& owner) {
+  if (!has_keys()) return std::nullopt;
+  const auto account = account_of(owner);
+  if (!account) return gone();
+  const auto wait = account->begin_request(clocks_.steady());
+  if (!wait) return std::nullopt;
+  return too_many("the key's requests come faster than its requests_per_minute", *wait);
+}
+
+std::variant<JobSlot, Denial> Access::take_job(const std::string& owner) {
+  if (!has_keys()) return JobSlot{};
+  auto account = account_of(owner);
+  if (!account) return gone();
+  if (const auto limit = account->take_job()) {
+    return too_many("the key has " + std::to_string(*limit) + " comparisons queued or running, its max_jobs",
+                    std::chrono::seconds(1));
+  }
+  return JobSlot(std::move(account));
+}
+
+JobSlot Access::adopt_job(const std::string& owner) {
+  auto account = account_of(owner);
+  if (account) account->adopt_job();
+  return JobSlot(std::move(account));
+}
+
+std::variant<StorageHold, Denial> Access::hold_storage(const std::string& owner, std::uint64_t bytes,
+                                                       const std::function<std::uint64_t()>& stored) {
+  if (!has_keys()) return StorageHold{};
+  auto account = account_of(owner);
+  if (!account) return gone();
+  if (const auto limit = account->hold(bytes, stored)) {
+    return Denial{{ProblemKind::quota_exceeded,
+                   "the key may store " + std::to_string(*limit) + " bytes, and with this it would be more",
+                   {}},
+                  {}};
+  }
+  return StorageHold(std::move(account), bytes);
+}
+
+}  // namespace meshgauge::server

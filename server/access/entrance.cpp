@@ -1,0 +1,39 @@
+#include "server/access/entrance.h"
+
+#include <algorithm>
+#include <array>
+
+namespace meshgauge::server {
+namespace {
+
+// What says nothing about anybody's work. All else needs a key, also a path that there is not.
+constexpr std::array<std::string_view, 5> kOpen{"/", "/docs", "/healthz", "/openapi.yaml", "/readyz"};
+constexpr std::string_view kOpenFolder = "/docs/";
+
+}  // namespace
+
+std::optional<Scope> scope_of_path(std::string_view path) {
+  if (path.starts_with(kOpenFolder) || std::find(kOpen.begin(), kOpen.end(), path) != kOpen.end()) return std::nullopt;
+  return path == "/metrics" ? Scope::metrics : Scope::compare;
+}
+
+bool Entrance::admit(Exchange& exchange) const {
+  const auto scope = scope_of_path(exchange.head.path);
+  if (!scope) return true;
+  const auto caller = access_.authenticate(exchange.head);
+  if (const auto* denial = std::get_if<Denial>(&caller)) return answer(exchange, *denial), false;
+  const auto& who = std::get<Caller>(caller);
+  exchange.owner = who.owner;
+  // The rate first: a key that may not do this must not ask without end.
+  if (const auto denial = access_.begin_request(who.owner)) return answer(exchange, *denial), false;
+  if (const auto denial = Access::require(who, *scope)) return answer(exchange, *denial), false;
+  return true;
+}
+
+void answer(Exchange& exchange, const Denial& denial) {
+  answer(exchange, denial.problem);
+  auto& headers = exchange.response.headers;
+  headers.insert(headers.end(), denial.headers.begin(), denial.headers.end());
+}
+
+}  // namespace meshgauge::server

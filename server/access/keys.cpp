@@ -1,0 +1,221 @@
+#include "server/access/keys.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <set>
+#include <span>
+
+#include <nlohmann/json.hpp>
+
+#include "api/json_filter.h"
+#include "server/access/utc.h"
+#include "server/text.h"
+
+namespace meshgauge::server {
+namespace {
+
+using Json = nlohmann::json;
+
+constexpr std::size_t kMaxTokensOfKey = 4;
+
+Error refused(const std::string& where, const std::string& what) {
+  return Error{ErrorCode::invalid_request, (where.empty() ? "" : where + ": ") + what, "", where};
+}
+
+Error wrong(const std::string& pointer, const char* expected, const Json& value) {
+  return refused(pointer, std::string("must be ") + expected + ", not " + api::shown(value));
+}
+
+using Reader = Result<Done> (*)(const Json& value, const std::string& pointer, Key& key);
+
+Result<Done> read_id(const Json& value, const std::string& pointer, Key& key) {
+  if (!value.is_string()) return wrong(pointer, "a text", value);
+  key.id = value.get<std::string>();
+  const auto ok = check_key_id(key.id);
+  return ok ? ok : refused(pointer, ok.error().message);
+}
+
+bool is_digest(const Json& value) {
+  if (!value.is_string()) return false;
+  const auto& text = value.get_ref<const std::string&>();
+  return text.size() == 64 &&
+         std::all_of(text.begin(), text.end(), [](char c) { return is_digit(c) || (c >= 'a' && c <= 'f'); });
+}
+
+Result<Done> read_sha256(const Json& value, const std::string& pointer, Key& key) {
+  const Json list = value.is_array() ? value : Json::array({value});
+  if (list.empty() || list.size() > kMaxTokensOfKey)
+    return refused(pointer, "must be one digest, or an array of 1 to 4");
+  for (const Json& digest : list) {
+    if (!is_digest(digest)) return wrong(pointer, "the SHA-256 of a token, 64 lower-case hex digits", digest);
+    key.sha256.push_back(digest.get<std::string>());
+  }
+  return Done{};
+}
+
+Result<Done> read_scopes(const Json& value, const std::string& pointer, Key& key) {
+  if (!value.is_array() || value.empty()) return wrong(pointer, R"(an array of "compare" and "metrics")", value);
+  key.scopes = {};
+  for (std::size_t i = 0; i < value.size(); ++i) {
+    const auto scope = value[i].is_string() ? scope_of(value[i].get_ref<const std::string&>()) : std::nullopt;
+    if (!scope) return wrong(pointer + "/" + std::to_string(i), R"("compare" or "metrics")", value[i]);
+    (*scope == Scope::compare ? key.scopes.compare : key.scopes.metrics) = true;
+  }
+  return Done{};
+}
+
+Result<std::uint64_t> read_integer(const Json& value, const std::string& pointer, std::uint64_t low,
+                                   std::uint64_t high) {
+  const bool fits =
+      value.is_number_unsigned() && value.get<std::uint64_t>() >= low && value.get<std::uint64_t>() <= high;
+  if (fits) return value.get<std::uint64_t>();
+  return wrong(pointer, ("an integer from " + std::to_string(low) + " to " + std::to_string(high)).c_str(), value);
+}
+
+template <std::uint64_t Allowance::*Field, std::uint64_t Low, std::uint64_t High>
+Result<Done> read_limit(const Json& value, const std::string& pointer, Key& key) {
+  const auto number = read_integer(value, pointer, Low, High);
+  if (!number) return number.error();
+  key.allowance.*Field = *number;
+  return Done{};
+}
+
+Result<Done> read_expires(const Json& value, const std::string& pointer, Key& key) {
+  if (value.is_null()) return Done{};
+  if (value.is_string()) key.expires = parse_utc(value.get_ref<const std::string&>());
+  return key.expires ? Result<Done>(Done{}) : wrong(pointer, "a time like 2027-01-31T12:00:00Z, or null", value);
+}
+
+Result<Done> read_disabled(const Json& value, const std::string& pointer, Key& key) {
+  if (!value.is_boolean()) return wrong(pointer, "true or false", value);
+  key.disabled = value.get<bool>();
+  return Done{};
+}
+
+struct Field {
+  std::string_view name;
+  Reader read;
+};
+
+constexpr Field kFields[] = {
+    {"id", read_id},
+    {"sha256", read_sha256},
+    {"scopes", read_scopes},
+    {"requests_per_minute", read_limit<&Allowance::requests_per_minute, 1, 100'000'000>},
+    {"burst", read_limit<&Allowance::burst, 1, 1'000'000>},
+    {"max_jobs", read_limit<&Allowance::max_jobs, 1, 100'000>},
+    {"max_storage_bytes", read_limit<&Allowance::max_storage_bytes, 0, std::uint64_t{1} << 50>},
+    {"expires", read_expires},
+    {"disabled", read_disabled}};
+
+std::string known_fields() {
+  std::string list;
+  for (const Field& field : kFields) list.append(list.empty() ? "" : ", ").append(field.name);
+  return list;
+}
+
+Result<Key> read_key(const Json& entry, const std::string& pointer) {
+  if (!entry.is_object()) return wrong(pointer, "an object", entry);
+  Key key;
+  for (const auto& [name, value] : entry.items()) {
+    const auto* field = std::find_if(std::begin(kFields), std::end(kFields),
+                                     [&, wanted = std::string_view(name)](const Field& f) { return f.name == wanted; });
+    if (field == std::end(kFields)) {
+      return refused(pointer, "unknown field " + api::shown_text(name) + "; known: " + known_fields());
+    }
+    if (auto ok = field->read(value, pointer + "/" + std::string(field->name), key); !ok) return ok.error();
+  }
+  if (key.id.empty()) return refused(pointer, "the field 'id' is missing");
+  if (key.sha256.empty()) return refused(pointer, "the field 'sha256' is missing");
+  return key;
+}
+
+Result<std::vector<Key>> read_all(const Json& document) {
+  if (!document.is_object() || document.size() != 1 || !document.contains("keys") || !document["keys"].is_array()) {
+    return refused("", "must be an object with the one field 'keys', an array");
+  }
+  const Json& entries = document["keys"];
+  if (entries.size() > kMaxKeys) return refused("/keys", "there may be " + std::to_string(kMaxKeys) + " keys at most");
+  std::vector<Key> keys;
+  std::set<std::string> ids;
+  std::set<std::string> digests;
+  for (std::size_t i = 0; i < entries.size(); ++i) {
+    const std::string pointer = "/keys/" + std::to_string(i);
+    auto key = read_key(entries[i], pointer);
+    if (!key) return key.error();
+    if (!ids.insert(key->id).second) return refused(pointer + "/id", "another key is called '" + key->id + "' as well");
+    for (const std::string& digest : key->sha256) {
+      if (!digests.insert(digest).second) return refused(pointer + "/sha256", "this token is there twice");
+    }
+    keys.push_back(std::move(*key));
+  }
+  return keys;
+}
+
+// A JSON library counts bytes; whoever wrote the file counts lines.
+std::string line_of(std::string_view text, std::string_view where) {
+  if (!where.starts_with("byte ")) return std::string(where);
+  const std::size_t byte = std::min<std::size_t>(std::stoull(std::string(where.substr(5))), text.size());
+  return "line " + std::to_string(1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(byte), '\n'));
+}
+
+}  // namespace
+
+Result<std::vector<Key>> parse_keys(std::string_view json) {
+  if (json.size() > kMaxKeysFileBytes)
+    return refused("", "larger than " + std::to_string(kMaxKeysFileBytes) + " bytes");
+  if (json.find('\0') != std::string_view::npos) return refused("", "not JSON: a NUL byte");  // else taken for the end
+  api::JsonFilter filter;
+  if (!Json::sax_parse(json, &filter)) return refused(line_of(json, filter.where), filter.defect);
+  return read_all(Json::parse(json));
+}
+
+Result<std::vector<Key>> load_keys(const std::string& file) {
+  const auto failed = [&](const std::string& why) {
+    return Error{ErrorCode::invalid_request, "--keys-file '" + file + "': " + why, "", ""};
+  };
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream) return failed(std::strerror(errno));
+  std::string text(kMaxKeysFileBytes + 1, '\0');
+  stream.read(text.data(), static_cast<std::streamsize>(text.size()));
+  if (stream.bad() || (stream.fail() && !stream.eof())) return failed("cannot be read");
+  text.resize(static_cast<std::size_t>(stream.gcount()));
+  auto keys = parse_keys(text);
+  return keys ? keys : failed(keys.error().message);
+}
+
+Result<Done> check_key_id(std::string_view id) {
+  const bool allowed = !id.empty() && id.size() <= 64 && std::all_of(id.begin(), id.end(), [](char c) {
+    return is_digit(c) || (lower(c) >= 'a' && lower(c) <= 'z') || c == '-' || c == '_' || c == '.';
+  });
+  if (allowed) return Done{};
+  return Error{ErrorCode::invalid_request, "an id has 1 to 64 of A-Z, a-z, 0-9, '-', '_' and '.'", "", ""};
+}
+
+std::optional<Scope> scope_of(std::string_view name) {
+  if (name == "compare") return Scope::compare;
+  if (name == "metrics") return Scope::metrics;
+  return std::nullopt;
+}
+
+std::string to_json(const Key& key) {
+  nlohmann::ordered_json scopes = nlohmann::ordered_json::array();
+  if (key.scopes.compare) scopes.push_back("compare");
+  if (key.scopes.metrics) scopes.push_back("metrics");
+  nlohmann::ordered_json json{
+      {"id", key.id},
+      {"sha256", key.sha256.size() == 1 ? nlohmann::ordered_json(key.sha256[0]) : nlohmann::ordered_json(key.sha256)},
+      {"scopes", scopes},
+      {"requests_per_minute", key.allowance.requests_per_minute},
+      {"burst", key.allowance.burst},
+      {"max_jobs", key.allowance.max_jobs},
+      {"max_storage_bytes", key.allowance.max_storage_bytes},
+      {"expires", nullptr},
+      {"disabled", key.disabled}};
+  if (key.expires) json["expires"] = to_utc(*key.expires);
+  return json.dump();
+}
+
+}  // namespace meshgauge::server
