@@ -44,12 +44,25 @@ struct Comparisons::Job {
   std::promise<Result<api::Comparison>> result;
 };
 
-Comparisons::Comparisons(const Settings& settings, Compare compare)
+Comparisons::Comparisons(const Settings& settings, Compare compare, Metrics& metrics)
     : settings_(settings),
       compare_(std::move(compare)),
+      metrics_(metrics),
       budget_(settings.max_upload_bytes),
       threads_(settings.workers),
-      jobs_(settings.workers, settings.queue) {}
+      jobs_(settings.workers, settings.queue) {
+  watch_levels();
+}
+
+void Comparisons::watch_levels() {
+  const auto fixed = [](std::uint64_t n) { return [n] { return static_cast<double>(n); }; };
+  metrics_.watch(Level::queue_depth, [this] { return static_cast<double>(jobs_.load().waiting); });
+  metrics_.watch(Level::jobs_running, [this] { return static_cast<double>(jobs_.load().running); });
+  metrics_.watch(Level::upload_bytes, [this] { return static_cast<double>(budget_.used()); });
+  metrics_.watch(Level::queue_limit, fixed(settings_.queue));
+  metrics_.watch(Level::workers, fixed(settings_.workers));
+  metrics_.watch(Level::upload_limit_bytes, fixed(settings_.max_upload_bytes));
+}
 
 void Comparisons::create(Exchange& exchange) {
   if (draining_.load()) return answer(exchange, {ProblemKind::shutting_down, "no new work is taken", {}});
@@ -105,13 +118,15 @@ void Comparisons::run(Job& job, JobQueue::Slot slot) {
     { const JobQueue::Slot done = std::move(slot); }
     job.result.set_value(std::move(result));
   } catch (...) {
+    metrics_.job_failed(Problem{}.type(), job.request.options.strategy);
     { const JobQueue::Slot done = std::move(slot); }
     job.result.set_exception(std::current_exception());
   }
 }
 
 Result<api::Comparison> Comparisons::measure(Job& job) {
-  const auto started = Clock::now();
+  const double waited_ms = ms_between(job.submitted, Clock::now());
+  metrics_.job_started(waited_ms / 1000);
   Options& options = job.request.options;
   const ThreadBudget::Loan loan = threads_.lend(options.threads);
   options.threads = loan.threads();
@@ -120,8 +135,11 @@ Result<api::Comparison> Comparisons::measure(Job& job) {
   if (result) {
     result->id = job.id;
     result->units = job.request.units;
-    result->times.queue = ms_between(job.submitted, started);
-    result->times.total += result->times.queue;
+    result->times.queue = waited_ms;
+    result->times.total += waited_ms;
+    metrics_.job_ended(*result);
+  } else {
+    metrics_.job_failed(api::to_problem(result.error()).type(), options.strategy);
   }
   return result;
 }
@@ -132,9 +150,8 @@ void Comparisons::respond(Exchange& exchange, const Result<api::Comparison>& res
     return answer(exchange, ended ? Problem{ProblemKind::shutting_down, result.error().message, {}}
                                   : api::to_problem(result.error()));
   }
-  exchange.stages = to_server_timing(*result);
-  exchange.triangles = MeshSizes{result->a.triangles, result->b.triangles};
-  exchange.response = {200, "application/json", to_json(*result), {{"Server-Timing", exchange.stages}}};
+  note(exchange, *result);
+  exchange.response = {200, "application/json", to_json(*result), {{"Server-Timing", to_server_timing(*result)}}};
 }
 
 }  // namespace meshgauge::server

@@ -11,6 +11,7 @@
 #include "server/exchange.h"
 #include "server/form.h"
 #include "server/job_queue.h"
+#include "server/observe/metrics.h"
 #include "server/settings.h"
 #include "server/thread_budget.h"
 #include "server/upload.h"
@@ -24,7 +25,7 @@ using Compare =
 
 class Comparisons {
  public:
-  Comparisons(const Settings& settings, Compare compare);
+  Comparisons(const Settings& settings, Compare compare, Metrics& metrics);  // which must outlive them
 
   void create(Exchange& exchange);  // may throw: out of memory
   void refuse_new() { draining_.store(true); }
@@ -34,6 +35,7 @@ class Comparisons {
   struct Job;
 
   std::optional<api::Problem> receive(Exchange& exchange, Form& form);
+  void watch_levels();
   std::shared_ptr<Job> start(JobQueue::Slot slot, Form form, api::Request request, const std::string& id);
   void run(Job& job, JobQueue::Slot slot);
   Result<api::Comparison> measure(Job& job);
@@ -41,6 +43,7 @@ class Comparisons {
 
   const Settings settings_;
   const Compare compare_;
+  Metrics& metrics_;
   ByteBudget budget_;     // outlives the jobs
   ThreadBudget threads_;  // likewise
   std::atomic<bool> draining_{false};

@@ -11,4 +11,10 @@ void answer(Exchange& exchange, const api::Problem& problem) {
   exchange.problem = problem.type();
 }
 
+void note(Exchange& exchange, const api::Comparison& comparison) {
+  const auto stages = api::stages(comparison);
+  exchange.stages.assign(stages.begin(), stages.end());
+  exchange.triangles = MeshSizes{comparison.a.triangles, comparison.b.triangles};
+}
+
 }  // namespace meshgauge::server

@@ -40,6 +40,7 @@ class GuardedStream final : public httplib::Stream {
     if (!started_) deadline_ = Clock::now() + kWriteTime;  // the time of a response, however slowly it is taken
     started_ = true;
     broken_ = broken_ || connection_.write({bytes, size}, deadline_) != Io::ok;
+    if (!broken_) written_ += size;
     return broken_ ? -1 : static_cast<ssize_t>(size);
   }
 
@@ -48,6 +49,7 @@ class GuardedStream final : public httplib::Stream {
   socket_t socket() const override { return connection_.fd(); }
 
   bool broken() const { return broken_; }
+  std::uint64_t written() const { return written_; }
 
  private:
   Connection& connection_;
@@ -56,6 +58,19 @@ class GuardedStream final : public httplib::Stream {
   Clock::time_point deadline_;
   bool started_ = false;
   bool broken_ = false;
+  std::uint64_t written_ = 0;
+};
+
+// One more for as long as it lives.
+class Counted {
+ public:
+  explicit Counted(std::atomic<std::uint64_t>& count) : count_(count) { ++count_; }
+  ~Counted() { --count_; }
+  Counted(const Counted&) = delete;
+  Counted& operator=(const Counted&) = delete;
+
+ private:
+  std::atomic<std::uint64_t>& count_;
 };
 
 void hand_over(const Response& from, httplib::Response& to) {
@@ -117,7 +132,10 @@ void HttpGuard::stop() {
 void HttpGuard::abort() { aborted_.store(true); }
 
 bool HttpGuard::process_and_close_socket(socket_t socket) {
-  if (IoPool::role() != IoPool::Role::drop) {
+  if (IoPool::role() == IoPool::Role::drop) {
+    ++dropped_;
+  } else {
+    const Counted counted(connections_);
     Connection connection(socket, aborted_);
     try {
       serve(connection);
@@ -192,6 +210,8 @@ bool HttpGuard::respond(Connection& connection, const Head& head, const Refusal&
   current_ = &serving;
   process(stream);
   current_ = nullptr;
+  exchange.bytes_out = stream.written();
+  exchange.delivered = !stream.broken();
   log_(exchange);
   return !serving.close && !stream.broken();
 }
@@ -204,7 +224,9 @@ void HttpGuard::handle(Current& serving) const {
     exchange.failure = error.what();
     answer(exchange, Problem{ProblemKind::internal, "the service failed; its log has more under " + exchange.id, {}});
   }
-  exchange.response.headers.emplace_back("X-Request-Id", exchange.id);
+  auto& headers = exchange.response.headers;
+  headers.emplace_back("X-Request-Id", exchange.id);
+  for (auto& header : trace_headers(exchange.trace)) headers.push_back(std::move(header));
   // What is left of a body would be taken for the next request.
   serving.close = serving.close || stopping_.load() || !exchange.body.consumed();
 }

@@ -26,11 +26,13 @@ class HttpGuard final : private httplib::Server {
   // request that was answered.
   HttpGuard(const Settings& settings, Handler handle, Handler log);
 
-  std::optional<int> bind();  // the port; nullopt when the address cannot be had
-  bool run();                 // serves until stop(); false when listening failed
-  bool running() const;       // run() has come as far as to be stopped: the library forgets a stop() before that
-  void stop();                // no new connections; run() returns when the running requests have their answers
-  void abort();               // every wait for a client ends now
+  std::optional<int> bind();                                         // the port; nullopt when the address cannot be had
+  bool run();                                                        // serves until stop(); false when listening failed
+  std::uint64_t connections() const { return connections_.load(); }  // being served
+  std::uint64_t dropped() const { return dropped_.load(); }          // closed without an answer, since the start
+  bool running() const;  // run() has come as far as to be stopped: the library forgets a stop() before that
+  void stop();           // no new connections; run() returns when the running requests have their answers
+  void abort();          // every wait for a client ends now
 
  private:
   using Refusal = std::optional<api::Problem>;
@@ -52,6 +54,8 @@ class HttpGuard final : private httplib::Server {
   IoPool* pool_ = nullptr;  // owned by the library while it listens
   std::atomic<bool> stopping_{false};
   std::atomic<bool> aborted_{false};
+  std::atomic<std::uint64_t> connections_{0};
+  std::atomic<std::uint64_t> dropped_{0};
   static thread_local Current* current_;
 };
 

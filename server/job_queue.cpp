@@ -40,6 +40,11 @@ void JobQueue::submit(Slot slot, Job job) {
   ready_.notify_one();
 }
 
+JobQueue::Load JobQueue::load() const {
+  const std::lock_guard lock(mutex_);
+  return {waiting_.size(), running_.size()};
+}
+
 void JobQueue::cancel_all() {
   const std::lock_guard lock(mutex_);
   cancelled_ = true;

@@ -45,7 +45,12 @@ class JobQueue {
 
   std::optional<Slot> admit();      // nullopt: full
   void submit(Slot slot, Job job);  // never blocks; jobs start in this order
-  void cancel_all();                // what runs, waits or is still to be submitted
+  struct Load {
+    std::size_t waiting = 0;
+    std::size_t running = 0;
+  };
+  Load load() const;
+  void cancel_all();  // what runs, waits or is still to be submitted
 
  private:
   struct Entry {
@@ -57,7 +62,7 @@ class JobQueue {
   void release();
 
   const std::size_t capacity_;
-  std::mutex mutex_;
+  mutable std::mutex mutex_;
   std::condition_variable ready_;
   std::size_t slots_ = 0;
   std::deque<Entry> waiting_;

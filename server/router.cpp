@@ -21,6 +21,7 @@ void Router::operator()(Exchange& exchange) const {
   std::string allowed;
   for (const Route& route : routes_) {
     if (route.path != exchange.head.path) continue;
+    exchange.route = route.path;
     if (route.method == wanted) return route.action(exchange);
     add_allowed(allowed, route.method);
   }

@@ -64,10 +64,13 @@ bool signalled_within(std::chrono::milliseconds time) {
 
 Service::Service(const Settings& settings, Compare compare)
     : settings_(settings),
-      comparisons_(settings, std::move(compare)),
+      comparisons_(settings, std::move(compare), metrics_),
       guard_(
-          settings, [this](Exchange& exchange) { router_(exchange); }, log_request) {
+          settings, [this](Exchange& exchange) { router_(exchange); },
+          [this](const Exchange& exchange) { record(exchange); }) {
   add_routes();
+  metrics_.watch(Level::connections, [this] { return static_cast<double>(guard_.connections()); });
+  metrics_.watch(Level::connections_dropped, [this] { return static_cast<double>(guard_.dropped()); });
 }
 
 Service::~Service() {
@@ -83,7 +86,18 @@ void Service::add_routes() {
     send(e, std::string(R"({"status":"ok","version":")") + version() + "\"}", "application/json");
   });
   router_.add("GET", "/openapi.yaml", [](Exchange& e) { send(e, std::string(openapi_yaml()), "application/yaml"); });
+  router_.add("GET", "/metrics", [this](Exchange& e) { send(e, metrics_.text(), Metrics::kContentType); });
   router_.add("POST", "/v1/comparisons", [this](Exchange& e) { comparisons_.create(e); });
+}
+
+// The end of a request: counted and logged after its last byte.
+void Service::record(const Exchange& exchange) {
+  const double seconds = std::chrono::duration<double>(Clock::now() - exchange.started).count();
+  metrics_.request_ended({exchange.route, exchange.head.method, exchange.response.status, exchange.problem, seconds,
+                          exchange.body.bytes(), exchange.bytes_out});
+  const bool wanted =
+      settings_.log_requests == "all" || (settings_.log_requests == "problems" && !exchange.problem.empty());
+  if (wanted) log_request(exchange, seconds);
 }
 
 Result<int> Service::start() {
@@ -121,6 +135,7 @@ Result<Done> run_until_signal(const Settings& settings, const std::vector<std::s
   const auto lacks = pool.start();
   if (!lacks) return lacks.error();
   Service service(settings, comparing_by(pool));
+  service.metrics().watch_sandbox([&pool] { return pool.counters(); });
   const auto port = service.start();
   if (!port) return port.error();
   log_listening(settings.host + ":" + std::to_string(*port), settings.simd);

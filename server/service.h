@@ -12,6 +12,7 @@
 #include "engine/result.h"
 #include "server/comparisons.h"
 #include "server/http_guard.h"
+#include "server/observe/metrics.h"
 #include "server/router.h"
 #include "server/settings.h"
 
@@ -28,6 +29,9 @@ class Service {
   // Listens and serves on threads of its own; returns the port. An Error says why it cannot.
   Result<int> start();
 
+  // Where others than the service have something to be watched, before start().
+  Metrics& metrics() { return metrics_; }
+
   bool listening() const { return !ended_.load(); }
 
   // Takes no new work, lets running requests finish until `hurry` says so (asked every 50 ms), then cancels them:
@@ -36,8 +40,10 @@ class Service {
 
  private:
   void add_routes();
+  void record(const Exchange& exchange);
 
   const Settings settings_;
+  Metrics metrics_;
   Comparisons comparisons_;
   Router router_;
   HttpGuard guard_;

@@ -35,6 +35,7 @@ struct Settings {
   std::uint64_t parser_memory_bytes = 0;  // 0: what the limits on files allow
   std::string temp_dir = default_temp_dir();
   std::string simd = "auto";
+  std::string log_requests = "all";
 };
 
 struct SettingText {
@@ -71,6 +72,7 @@ void for_each_setting(Settings& s, Visit visit) {
   visit({"temp_dir", "Directory for uploads, as files without a name"}, s.temp_dir);
   visit({"simd", "Instruction set: avx512, avx2, sse4, neon or scalar; auto: the fastest that the processor has"},
         s.simd);
+  visit({"log_requests", "Which requests the log tells of: all, problems or none"}, s.log_requests);
 }
 
 // Fills in `workers`, `parsers`, `parser_memory_bytes` and `simd`, and refuses what this processor cannot run, and
