@@ -33,7 +33,7 @@ JsonLine& JsonLine::add(std::string_view name, std::string_view value) {
   if (is_plain(value)) {
     text_.append("\"").append(value).append("\"");
   } else {
-    text_ += nlohmann::json(value).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+    text_ += nlohmann::json(value).dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
   }
   return *this;
 }

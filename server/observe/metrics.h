@@ -1,5 +1,5 @@
 // The numbers behind GET /metrics. What happens is told by the one who sees it happen; how things stand is asked of its
-// owner when the numbers are read. docs/metrics.md lists them all.
+// owner when the numbers are read. docs/operations.md lists them all.
 #pragma once
 
 #include <cstdint>
