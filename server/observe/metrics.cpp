@@ -141,6 +141,7 @@ Metrics::Metrics() : series_(std::make_unique<Series>()) {
   for (const auto& stop : api::kStops) {
     series_->job(stop.value == Stop::cancelled ? "cancelled" : "done", stop.text, Strategy::automatic);
   }
+  series_->job("failed", "out-of-time", Strategy::automatic);
   for (const api::ProblemRow& row : api::problem_table()) {
     series_->rejected.Add({{"reason", std::string(row.slug)}});
   }
