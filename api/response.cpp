@@ -1,6 +1,5 @@
 #include "api/response.h"
 
-#include <array>
 #include <cstdio>
 #include <optional>
 
@@ -70,24 +69,6 @@ Json json_of(const Tolerance& tolerance, const Outcome& outcome) {
           {"met_by", outcome.met_by ? Json(name_of(kRules, *outcome.met_by)) : Json(nullptr)}};
 }
 
-struct Stage {
-  const char* name;
-  double ms;
-};
-
-std::array<Stage, 8> stages(const Comparison& comparison) {
-  const StageTimes& times = comparison.times;
-  const Timings& engine = comparison.outcome.timings;
-  return {{{"queue", times.queue},
-           {"read_a", times.read_a},
-           {"read_b", times.read_b},
-           {"build", engine.build},
-           {"traverse", engine.traverse},
-           {"reduce", engine.reduce},
-           {"certify", engine.certify},
-           {"total", times.total}}};
-}
-
 Json timings(const Comparison& comparison) {
   Json json;
   for (const Stage& stage : stages(comparison)) json[stage.name] = stage.ms;
@@ -140,6 +121,19 @@ Json engine(const Options& options, const Outcome& outcome) {
 }
 
 }  // namespace
+
+std::array<Stage, 8> stages(const Comparison& comparison) {
+  const StageTimes& times = comparison.times;
+  const Timings& engine = comparison.outcome.timings;
+  return {{{"queue", times.queue},
+           {"read_a", times.read_a},
+           {"read_b", times.read_b},
+           {"build", engine.build},
+           {"traverse", engine.traverse},
+           {"reduce", engine.reduce},
+           {"certify", engine.certify},
+           {"total", times.total}}};
+}
 
 std::string to_json(const Comparison& comparison) {
   const Outcome& outcome = comparison.outcome;

@@ -1,6 +1,7 @@
 // The result of a comparison as JSON: the same bytes from HTTP and from the command line.
 #pragma once
 
+#include <array>
 #include <string>
 
 #include "api/compare.h"
@@ -9,6 +10,14 @@ namespace meshgauge::api {
 
 // Compact, keys in a fixed order. Numbers round-trip; what is not finite is null.
 std::string to_json(const Comparison& comparison);
+
+struct Stage {
+  const char* name;
+  double ms;
+};
+
+// The stages in their order, and "total" at the end.
+std::array<Stage, 8> stages(const Comparison& comparison);
 
 // The stage times as the value of a Server-Timing header: "queue;dur=0.1, read_a;dur=12.3, ...".
 std::string to_server_timing(const Comparison& comparison);

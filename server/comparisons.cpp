@@ -5,6 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "server/access/entrance.h"
 #include "server/event_stream.h"
 #include "server/form.h"
 #include "server/jobs/job_document.h"
@@ -71,8 +72,8 @@ class Comparisons::Seat {
   const bool taken_;
 };
 
-Comparisons::Comparisons(const Settings& settings, Jobs& jobs, store::MeshIndex& meshes, store::BlobStore& blobs)
-    : settings_(settings), jobs_(jobs), meshes_(meshes), blobs_(blobs), budget_(settings.max_upload_bytes) {}
+Comparisons::Comparisons(const Settings& settings, Jobs& jobs, Stores stores, Access& access, ByteBudget& uploads)
+    : settings_(settings), jobs_(jobs), stores_(stores), access_(access), uploads_(uploads) {}
 
 void Comparisons::create(Exchange& exchange) {
   if (draining_.load()) return answer(exchange, {ProblemKind::shutting_down, "no new work is taken", {}});
@@ -89,9 +90,13 @@ void Comparisons::create(Exchange& exchange) {
     const Problem full{ProblemKind::overloaded, "all workers are busy and the queue is full; try again", {}};
     return answer(exchange, full, jobs_.expected_wait());
   }
+  auto counted = access_.take_job(exchange.owner);
+  if (const auto* denial = std::get_if<Denial>(&counted)) return answer(exchange, *denial);
+  submission.counted.emplace(std::get<JobSlot>(std::move(counted)));
+  submission.trace = traceparent(exchange.trace);
   if (auto refusal = receive(exchange, asked)) return answer(exchange, *refusal);
   auto submitted = jobs_.submit(std::move(*slot), std::move(submission));
-  if (const auto* problem = std::get_if<Problem>(&submitted)) return answer(exchange, *problem);
+  if (const auto* denial = std::get_if<Denial>(&submitted)) return answer(exchange, *denial);
   if (const auto* job = std::get_if<std::shared_ptr<LiveJob>>(&submitted)) return wait(exchange, **job, asked);
   respond(exchange, std::get<JobView>(submitted), asked);
 }
@@ -110,7 +115,7 @@ std::optional<Problem> Comparisons::receive_form(Exchange& exchange, Asked& aske
   std::string boundary;
   if (auto refusal = find_boundary(exchange.head.header("content-type"), boundary)) return refusal;
   Form form;
-  FormReceiver receiver(form, settings_, budget_);
+  FormReceiver receiver(form, settings_, uploads_);
   MultipartParser parser(boundary, receiver);
   if (auto refusal = exchange.body.read([&](std::string_view piece) { return parser.feed(piece); })) return refusal;
   if (auto refusal = parser.finish()) return refusal;
@@ -142,19 +147,20 @@ std::optional<Problem> Comparisons::receive_ids(Exchange& exchange, Asked& asked
 std::optional<Problem> Comparisons::open_mesh(const std::string& owner, const std::string& part, const std::string& id,
                                               MeshSource& source) {
   const store::BlobKey key{owner, id};
-  const auto row = meshes_.get_mesh(key);
+  const auto row = stores_.meshes.get_mesh(key);
   if (!row) return api::to_problem(row.error());
-  auto blob = *row ? blobs_.open(key) : Result<std::optional<store::Blob>>(std::optional<store::Blob>());
+  auto blob = *row ? stores_.blobs.open(key) : Result<std::optional<store::Blob>>(std::optional<store::Blob>());
   if (!blob) return api::to_problem(blob.error());
   if (!*blob) {
     const std::string what = "the mesh '" + part + "' is not stored; send it by PUT /v1/meshes/" + id;
     return Problem{ProblemKind::unknown_mesh, what, {{part, "/" + part, what}}};
   }
   const auto now = store::now();
-  meshes_.touch_mesh(key, now, now + std::chrono::seconds(settings_.mesh_ttl_s));
+  stores_.meshes.touch_mesh(key, now, now + std::chrono::seconds(settings_.mesh_ttl_s));
   source = source_of(part, std::move(**blob), id);
   source.input.filename = (*row)->file_name;
   source.input.media_type = (*row)->media_type;
+  source.kept = MeshCache::key(owner, id, source.input.filename, source.input.media_type);
   return std::nullopt;
 }
 
@@ -195,7 +201,7 @@ void Comparisons::respond(Exchange& exchange, const JobView& job, const Asked& a
   if (job.row.document.empty()) return answer_stored(exchange, job.row.problem);
   response.content_type = "application/json";
   response.body = job.row.document;
-  if (!job.stages.empty()) response.headers.emplace_back("Server-Timing", job.stages);
+  if (!job.timing.empty()) response.headers.emplace_back("Server-Timing", job.timing);
 }
 
 void Comparisons::get(Exchange& exchange) {

@@ -19,8 +19,8 @@ namespace meshgauge::server {
 
 class Comparisons {
  public:
-  // Borrows both.
-  Comparisons(const Settings& settings, Jobs& jobs, store::MeshIndex& meshes, store::BlobStore& blobs);
+  // Borrows all but the first. `uploads`: shared by all that receive bytes.
+  Comparisons(const Settings& settings, Jobs& jobs, Stores stores, Access& access, ByteBudget& uploads);
 
   // Each may throw: out of memory.
   void create(Exchange& exchange);
@@ -29,6 +29,8 @@ class Comparisons {
   void events(Exchange& exchange);
 
   void refuse_new() { draining_.store(true); }
+  bool refusing() const { return draining_.load(); }
+  std::size_t seats() const { return seats_.load(); }  // taken
 
  private:
   struct Asked;
@@ -44,9 +46,9 @@ class Comparisons {
 
   const Settings settings_;
   Jobs& jobs_;
-  store::MeshIndex& meshes_;
-  store::BlobStore& blobs_;
-  ByteBudget budget_;
+  const Stores stores_;
+  Access& access_;
+  ByteBudget& uploads_;
   std::atomic<bool> draining_{false};
   std::atomic<std::size_t> seats_{0};
 };

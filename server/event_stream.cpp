@@ -23,22 +23,23 @@ std::string chunk_of(std::string_view piece) {
 
 }  // namespace
 
-bool send_stream(Connection& connection, const Response& response) {
+void send_stream(Exchange& exchange) {
   const auto write = [&](const std::string& bytes) {
-    return connection.write(bytes, Clock::now() + kPieceTime) == Io::ok;
+    exchange.bytes_out += bytes.size();
+    return exchange.connection.write(bytes, Clock::now() + kPieceTime) == Io::ok;
   };
-  if (!write(head_of(response))) return false;
+  if (!write(head_of(exchange.response))) return;
   auto last = Clock::now();
   for (bool more = true; more;) {
     std::string piece;
-    more = response.stream(piece);
-    if (connection.peer_gone()) return false;
+    more = exchange.response.stream(piece);
+    if (exchange.connection.peer_gone()) return;
     if (piece.empty() && Clock::now() - last > kSilence) piece = ": still here\n\n";
     if (piece.empty()) continue;
-    if (!write(chunk_of(piece))) return false;
+    if (!write(chunk_of(piece))) return;
     last = Clock::now();
   }
-  return write("0\r\n\r\n");
+  exchange.delivered = write("0\r\n\r\n");
 }
 
 std::string event(std::string_view name, std::string_view data) {

@@ -7,14 +7,13 @@
 #include <string>
 #include <string_view>
 
-#include "server/connection.h"
 #include "server/exchange.h"
 
 namespace meshgauge::server {
 
-// Sends head and pieces of response.stream, then closes the stream; the connection must end with it. False: the client
-// went away, or took no piece for 30 s.
-bool send_stream(Connection& connection, const Response& response);
+// Sends head and pieces of exchange.response.stream, then ends the stream; the connection must end with it. It is not
+// delivered when the client goes away, or takes no piece for 30 s.
+void send_stream(Exchange& exchange);
 
 // One event. `data` is one line.
 std::string event(std::string_view name, std::string_view data);

@@ -10,9 +10,11 @@
 
 #include "api/compare.h"
 #include "api/problem.h"
+#include "api/response.h"
 #include "server/body.h"
 #include "server/connection.h"
 #include "server/head.h"
+#include "server/observe/trace.h"
 
 namespace meshgauge::server {
 
@@ -35,21 +37,29 @@ struct Response {
 
 struct Exchange {
   Exchange(std::string unique_id, const Head& request_head, Body& request_body, Connection& client)
-      : id(std::move(unique_id)), head(request_head), body(request_body), connection(client) {}
+      : id(std::move(unique_id)),
+        head(request_head),
+        body(request_body),
+        connection(client),
+        trace(take_up(request_head)) {}
 
   std::string id;       // unguessable; also the id of a comparison that it begins
   std::string owner;    // the id of the key that asks; empty: no key, everything stored under it is everybody's
-  std::string route;    // as the router knows it; empty: none
+  std::string route;    // the router's template; empty: none matched
   std::string segment;  // what stands for the {} of the route
   const Head& head;
   Body& body;
   Connection& connection;
+  const Trace trace;  // the caller's, or one that begins here
   Response response;
 
-  // For the log.
-  std::string problem;  // type; empty for a result
-  std::string failure;  // what an exception said; never sent
-  std::string stages;   // as in Server-Timing
+  // For the log and the metrics.
+  Clock::time_point started = Clock::now();  // the head is there
+  std::uint64_t bytes_out = 0;               // written, head included
+  bool delivered = false;                    // to its last byte, as far as the kernel knows
+  std::string problem;                       // type; empty for a result
+  std::string failure;                       // what an exception said; never sent
+  std::vector<api::Stage> stages;
   std::optional<MeshSizes> triangles;
 };
 

@@ -43,6 +43,7 @@ class GuardedStream final : public httplib::Stream {
     if (!started_) deadline_ = Clock::now() + kWriteTime;  // the time of a response, however slowly it is taken
     started_ = true;
     broken_ = broken_ || connection_.write({bytes, size}, deadline_) != Io::ok;
+    if (!broken_) written_ += size;
     return broken_ ? -1 : static_cast<ssize_t>(size);
   }
 
@@ -51,6 +52,7 @@ class GuardedStream final : public httplib::Stream {
   socket_t socket() const override { return connection_.fd(); }
 
   bool broken() const { return broken_; }
+  std::uint64_t written() const { return written_; }
 
  private:
   Connection& connection_;
@@ -59,6 +61,19 @@ class GuardedStream final : public httplib::Stream {
   Clock::time_point deadline_;
   bool started_ = false;
   bool broken_ = false;
+  std::uint64_t written_ = 0;
+};
+
+// One more for as long as it lives.
+class Counted {
+ public:
+  explicit Counted(std::atomic<std::uint64_t>& count) : count_(count) { ++count_; }
+  ~Counted() { --count_; }
+  Counted(const Counted&) = delete;
+  Counted& operator=(const Counted&) = delete;
+
+ private:
+  std::atomic<std::uint64_t>& count_;
 };
 
 void hand_over(const Response& from, httplib::Response& to) {
@@ -133,7 +148,10 @@ void HttpGuard::stop() {
 void HttpGuard::abort() { aborted_.store(true); }
 
 bool HttpGuard::process_and_close_socket(socket_t socket) {
-  if (IoPool::role() != IoPool::Role::drop) {
+  if (IoPool::role() == IoPool::Role::drop) {
+    ++dropped_;
+  } else {
+    const Counted counted(connections_);
     Connection connection(socket, aborted_);
     try {
       if (secure(connection)) serve(connection);
@@ -220,18 +238,20 @@ bool HttpGuard::respond(Connection& connection, const Head& head, const Refusal&
   Exchange exchange(api::random_id(), head, body, connection);
   Current serving{exchange, refusal, refusal.has_value() || !head.keep_alive};
   handle(serving);
-  const bool sent = exchange.response.stream ? send_stream(connection, exchange.response) : send(connection, serving);
+  exchange.response.stream ? send_stream(exchange) : send(serving);
   log_(exchange);
-  return sent && !serving.close;
+  return exchange.delivered && !serving.close;
 }
 
-bool HttpGuard::send(Connection& connection, Current& serving) {
-  const bool no_body = serving.exchange.head.method == "HEAD";
-  GuardedStream stream(connection, (no_body ? "HEAD" : "GET") + std::string(" / HTTP/1.1\r\n\r\n"));
+void HttpGuard::send(Current& serving) {
+  Exchange& exchange = serving.exchange;
+  const bool no_body = exchange.head.method == "HEAD";
+  GuardedStream stream(exchange.connection, (no_body ? "HEAD" : "GET") + std::string(" / HTTP/1.1\r\n\r\n"));
   current_ = &serving;
   process(stream);
   current_ = nullptr;
-  return !stream.broken();
+  exchange.bytes_out = stream.written();
+  exchange.delivered = !stream.broken();
 }
 
 void HttpGuard::handle(Current& serving) const {
@@ -242,7 +262,9 @@ void HttpGuard::handle(Current& serving) const {
     exchange.failure = error.what();
     answer(exchange, Problem{ProblemKind::internal, "the service failed; its log has more under " + exchange.id, {}});
   }
-  exchange.response.headers.emplace_back("X-Request-Id", exchange.id);
+  auto& headers = exchange.response.headers;
+  headers.emplace_back("X-Request-Id", exchange.id);
+  for (auto& header : trace_headers(exchange.trace)) headers.push_back(std::move(header));
   add_security_headers(exchange.response);
   // What is left of a body would be taken for the next request.
   serving.close = serving.close || stopping_.load() || !exchange.body.consumed() || exchange.response.stream;

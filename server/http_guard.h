@@ -29,6 +29,8 @@ class HttpGuard final : private httplib::Server {
 
   std::optional<int> bind();       // the port; nullopt when the address cannot be had
   bool bound_to_loopback() const;  // after bind(): nobody but this machine can reach the port
+  std::uint64_t connections() const { return connections_.load(); }  // being served
+  std::uint64_t dropped() const { return dropped_.load(); }          // closed without an answer, since the start
   bool run();                      // serves until stop(); false when listening failed
   bool running() const;            // run() has come as far as to be stopped: the library forgets a stop() before that
   void stop();                     // no new connections; run() returns when the running requests have their answers
@@ -44,7 +46,7 @@ class HttpGuard final : private httplib::Server {
   bool serve_one(Connection& connection);
   Refusal read_head(Connection& connection, Clock::time_point deadline, Head& head) const;
   bool respond(Connection& connection, const Head& head, const Refusal& refusal);
-  bool send(Connection& connection, Current& serving);
+  void send(Current& serving);
   template <class Stream>
   void process(Stream& stream);
   void handle(Current& serving) const;
@@ -57,6 +59,8 @@ class HttpGuard final : private httplib::Server {
   IoPool* pool_ = nullptr;  // owned by the library while it listens
   std::atomic<bool> stopping_{false};
   std::atomic<bool> aborted_{false};
+  std::atomic<std::uint64_t> connections_{0};
+  std::atomic<std::uint64_t> dropped_{0};
   static thread_local Current* current_;
 };
 

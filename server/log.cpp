@@ -4,13 +4,12 @@
 
 #include <array>
 #include <ctime>
+#include <utility>
 
-#include <nlohmann/json.hpp>
+#include "server/observe/json_line.h"
 
 namespace meshgauge::server {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 std::string utc_now() {
   timespec now{};
@@ -23,36 +22,65 @@ std::string utc_now() {
   return text.data();
 }
 
+JsonLine begin(const std::string& event) {
+  JsonLine line;
+  line.add("time", utc_now()).add("event", event);
+  return line;
+}
+
 // One write a line, so that the lines of several threads do not mix.
-void write_line(const Json& json) {
-  const std::string line = json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
+void write_line(const std::string& line) {
   [[maybe_unused]] const ssize_t written = ::write(STDERR_FILENO, line.data(), line.size());
+}
+
+// A pipe takes lines of up to 4096 bytes in one piece.
+std::string shortened(const std::string& text) {
+  constexpr std::size_t kMostBytes = 256;
+  return text.size() <= kMostBytes ? text : text.substr(0, kMostBytes) + "...";
+}
+
+void add_trace(JsonLine& line, const Trace& trace) {
+  line.add("trace_id", trace.trace_id).add("span_id", trace.span_id);
+  if (!trace.parent_id.empty()) line.add("parent_id", trace.parent_id);
+}
+
+void add_stages(JsonLine& line, const std::vector<api::Stage>& stages) {
+  line.open("stages_ms");
+  for (const api::Stage& stage : stages) line.add_ms(stage.name, stage.ms);
+  line.close();
 }
 
 }  // namespace
 
-void log_request(const Exchange& exchange) {
-  Json json{{"time", utc_now()},
-            {"event", "request"},
-            {"id", exchange.id},
-            {"method", exchange.head.method},
-            {"path", exchange.head.path},
-            {"status", exchange.response.status},
-            {"bytes", exchange.body.bytes()}};
-  if (!exchange.owner.empty()) json["key"] = exchange.owner;
-  if (!exchange.problem.empty()) json["problem"] = exchange.problem;
-  if (!exchange.failure.empty()) json["failure"] = exchange.failure;
-  if (exchange.triangles) json["triangles"] = {{"a", exchange.triangles->a}, {"b", exchange.triangles->b}};
-  if (!exchange.stages.empty()) json["stages"] = exchange.stages;
-  write_line(json);
+std::string request_line(const Exchange& exchange, double seconds) {
+  JsonLine line = begin("request");
+  line.add("id", exchange.id);
+  if (!exchange.owner.empty()) line.add("key", exchange.owner);
+  line.add("method", shortened(exchange.head.method)).add("path", shortened(exchange.head.path));
+  exchange.route.empty() ? line.add_null("route") : line.add("route", exchange.route);
+  line.add("status", exchange.response.status)
+      .add("bytes_in", exchange.body.bytes())
+      .add("bytes_out", exchange.bytes_out)
+      .add_ms("duration_ms", seconds * 1000);
+  add_trace(line, exchange.trace);
+  if (!exchange.delivered) line.add_bool("delivered", false);
+  if (!exchange.problem.empty()) line.add("problem", exchange.problem);
+  if (!exchange.failure.empty()) line.add("failure", shortened(exchange.failure));
+  if (const auto& triangles = exchange.triangles) {
+    line.open("triangles").add("a", triangles->a).add("b", triangles->b).close();
+  }
+  if (!exchange.stages.empty()) add_stages(line, exchange.stages);
+  return std::move(line).finish();
 }
 
+void log_request(const Exchange& exchange, double seconds) { write_line(request_line(exchange, seconds)); }
+
 void log_listening(const std::string& address, const std::string& simd) {
-  write_line({{"time", utc_now()}, {"event", "listening"}, {"detail", address}, {"simd", simd}});
+  write_line(std::move(begin("listening").add("detail", address).add("simd", simd)).finish());
 }
 
 void log_event(const std::string& event, const std::string& detail) {
-  write_line({{"time", utc_now()}, {"event", event}, {"detail", detail}});
+  write_line(std::move(begin(event).add("detail", detail)).finish());
 }
 
 }  // namespace meshgauge::server

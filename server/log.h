@@ -1,4 +1,5 @@
-// The log: one line of JSON an event, on stderr. Never a file's contents.
+// The log: one line of JSON an event, on stderr, written at once and in one piece. Never a file's contents; control
+// characters are escaped and what is not UTF-8 is replaced.
 #pragma once
 
 #include <string>
@@ -7,7 +8,8 @@
 
 namespace meshgauge::server {
 
-void log_request(const Exchange& exchange);
+void log_request(const Exchange& exchange, double seconds);
+std::string request_line(const Exchange& exchange, double seconds);       // what log_request() writes, newline included
 void log_listening(const std::string& address, const std::string& simd);  // the instruction set in use
 void log_event(const std::string& event, const std::string& detail);
 

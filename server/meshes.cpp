@@ -4,6 +4,7 @@
 
 #include "api/digest.h"
 #include "api/request.h"
+#include "server/access/entrance.h"
 #include "server/jobs/job_document.h"
 #include "server/parameters.h"
 
@@ -55,14 +56,14 @@ std::string file_name(const Head& head) {
 
 }  // namespace
 
-Meshes::Meshes(const Settings& settings, store::MeshIndex& index, store::BlobStore& blobs)
-    : settings_(settings), index_(index), blobs_(blobs), budget_(settings.max_upload_bytes) {}
+Meshes::Meshes(const Settings& settings, Stores stores, Access& access, ByteBudget& uploads)
+    : settings_(settings), stores_(stores), access_(access), uploads_(uploads) {}
 
 void Meshes::put(Exchange& exchange) {
   if (auto refusal = check_id(exchange)) return answer(exchange, *refusal);
-  const auto known = index_.get_mesh({exchange.owner, exchange.segment});
+  const auto known = stores_.meshes.get_mesh({exchange.owner, exchange.segment});
   if (!known) return answer(exchange, api::to_problem(known.error()));
-  Upload upload(budget_, settings_.temp_dir);
+  Upload upload(uploads_, settings_.temp_dir);
   if (auto refusal = receive(exchange, *known ? 0 : exchange.head.content_length.value_or(0), upload)) {
     return answer(exchange, *refusal);
   }
@@ -70,46 +71,53 @@ void Meshes::put(Exchange& exchange) {
 }
 
 void Meshes::post(Exchange& exchange) {
-  Upload upload(budget_, settings_.temp_dir);
+  Upload upload(uploads_, settings_.temp_dir);
   if (auto refusal = receive(exchange, exchange.head.content_length.value_or(0), upload)) {
     return answer(exchange, *refusal);
   }
   keep(exchange, api::sha256_hex(upload.bytes()), upload);
 }
 
-std::optional<Problem> Meshes::receive(Exchange& exchange, std::uint64_t new_bytes, Upload& upload) const {
-  if (auto refusal = refuse_query(exchange)) return refusal;
-  if (auto refusal = check_quota(exchange.owner, new_bytes)) return refusal;
-  const auto refusal = exchange.body.read([&](std::string_view piece) -> std::optional<Problem> {
+std::optional<Denial> Meshes::receive(Exchange& exchange, std::uint64_t new_bytes, Upload& upload) const {
+  if (auto refusal = refuse_query(exchange)) return Denial{*refusal, {}};
+  const auto room = hold_room(exchange.owner, new_bytes);
+  if (const auto* denial = std::get_if<Denial>(&room)) return *denial;
+  auto refusal = exchange.body.read([&](std::string_view piece) -> std::optional<Problem> {
     if (upload.size() + piece.size() <= settings_.max_part_bytes) return upload.append(piece);
     return Problem{ProblemKind::too_large,
                    "the mesh is larger than the limit of " + std::to_string(settings_.max_part_bytes) + " bytes", {}};
   });
-  if (refusal) return refusal;
-  if (upload.size() == 0) return Problem{ProblemKind::malformed_request, "the body is empty: it is the mesh file", {}};
-  return upload.finish();
+  if (!refusal && upload.size() == 0) {
+    refusal = Problem{ProblemKind::malformed_request, "the body is empty: it is the mesh file", {}};
+  }
+  if (!refusal) refusal = upload.finish();
+  return refusal ? std::optional(Denial{*refusal, {}}) : std::nullopt;
 }
 
-// Before the body is read; put_mesh() has the last word.
-std::optional<Problem> Meshes::check_quota(const std::string& owner, std::uint64_t more) const {
-  const auto stored = index_.stored_bytes(owner);
-  if (!stored) return api::to_problem(stored.error());
+std::variant<StorageHold, Denial> Meshes::hold_room(const std::string& owner, std::uint64_t more) const {
+  if (more == 0) return StorageHold();
+  const auto stored = stores_.meshes.stored_bytes(owner);
+  if (!stored) return Denial{api::to_problem(stored.error()), {}};
   const std::uint64_t most = settings_.max_stored_bytes;
-  if (more == 0 || (*stored <= most && more <= most - *stored)) return std::nullopt;
-  return over_quota(most);
+  if (*stored > most || more > most - *stored) return Denial{over_quota(most), {}};
+  return access_.hold_storage(owner, more, [&] { return *stored; });
 }
 
 // The bytes come before the row, so that a row is never without them.
 void Meshes::keep(Exchange& exchange, const std::string& id, const Upload& upload) {
   const BlobKey key{exchange.owner, id};
-  const auto blob = blobs_.put(key, upload.bytes());
+  const auto known = stores_.meshes.get_mesh(key);
+  if (!known) return answer(exchange, api::to_problem(known.error()));
+  const auto room = hold_room(exchange.owner, *known ? 0 : upload.size());
+  if (const auto* denial = std::get_if<Denial>(&room)) return answer(exchange, *denial);
+  const auto blob = stores_.blobs.put(key, upload.bytes());
   if (!blob) return answer(exchange, api::to_problem(blob.error()));
   if (*blob == store::BlobPut::other_digest) {
     return answer(exchange, {ProblemKind::digest_mismatch,
                              "the body's SHA-256 is " + api::sha256_hex(upload.bytes()) + ", not that of the path", {}});
   }
   const auto now = store::now();
-  const auto row = index_.put_mesh({key, upload.size(), std::string(exchange.head.header("content-type")),
+  const auto row = stores_.meshes.put_mesh({key, upload.size(), std::string(exchange.head.header("content-type")),
                                     file_name(exchange.head), now, now, now + std::chrono::seconds(settings_.mesh_ttl_s)},
                                    settings_.max_stored_bytes);
   if (!row) return answer(exchange, api::to_problem(row.error()));
@@ -123,7 +131,7 @@ void Meshes::keep(Exchange& exchange, const std::string& id, const Upload& uploa
 void Meshes::get(Exchange& exchange) {
   if (auto refusal = check_id(exchange)) return answer(exchange, *refusal);
   if (auto refusal = refuse_query(exchange)) return answer(exchange, *refusal);
-  const auto row = index_.get_mesh({exchange.owner, exchange.segment});
+  const auto row = stores_.meshes.get_mesh({exchange.owner, exchange.segment});
   if (!row) return answer(exchange, api::to_problem(row.error()));
   if (!*row) return answer(exchange, not_found());
   exchange.response.content_type = "application/json";
@@ -133,9 +141,10 @@ void Meshes::get(Exchange& exchange) {
 void Meshes::remove(Exchange& exchange) {
   if (auto refusal = check_id(exchange)) return answer(exchange, *refusal);
   if (auto refusal = refuse_query(exchange)) return answer(exchange, *refusal);
-  const auto removed = index_.delete_mesh({exchange.owner, exchange.segment});
+  const auto removed = stores_.meshes.delete_mesh({exchange.owner, exchange.segment});
   if (!removed) return answer(exchange, api::to_problem(removed.error()));
   if (!*removed) return answer(exchange, not_found());
+  stores_.cache.forget(exchange.owner, exchange.segment);
   exchange.response.status = 204;
 }
 

@@ -3,18 +3,20 @@
 
 #include <optional>
 #include <string>
+#include <variant>
 
+#include "server/access/access.h"
 #include "server/exchange.h"
+#include "server/jobs/jobs.h"
 #include "server/settings.h"
-#include "server/store/mesh_index.h"
 #include "server/upload.h"
 
 namespace meshgauge::server {
 
 class Meshes {
  public:
-  // Borrows both.
-  Meshes(const Settings& settings, store::MeshIndex& index, store::BlobStore& blobs);
+  // Borrows all but the first. `uploads`: shared by all that receive bytes.
+  Meshes(const Settings& settings, Stores stores, Access& access, ByteBudget& uploads);
 
   // Each may throw: out of memory. What is stored is not looked into: a comparison says what is wrong with it.
   void put(Exchange& exchange);
@@ -23,14 +25,14 @@ class Meshes {
   void remove(Exchange& exchange);
 
  private:
-  std::optional<api::Problem> receive(Exchange& exchange, std::uint64_t new_bytes, Upload& upload) const;
-  std::optional<api::Problem> check_quota(const std::string& owner, std::uint64_t more) const;
+  std::optional<Denial> receive(Exchange& exchange, std::uint64_t new_bytes, Upload& upload) const;
+  std::variant<StorageHold, Denial> hold_room(const std::string& owner, std::uint64_t more) const;
   void keep(Exchange& exchange, const std::string& id, const Upload& upload);
 
   const Settings settings_;
-  store::MeshIndex& index_;
-  store::BlobStore& blobs_;
-  ByteBudget budget_;
+  const Stores stores_;
+  Access& access_;
+  ByteBudget& uploads_;
 };
 
 }  // namespace meshgauge::server

@@ -9,6 +9,7 @@
 #include "server/log.h"
 #include "server/openapi.h"
 #include "server/sandbox/pool.h"
+#include "server/store/embedded.h"
 
 namespace meshgauge::server {
 namespace {
@@ -16,7 +17,8 @@ namespace {
 constexpr std::chrono::milliseconds kTick{50};
 
 void send(Exchange& exchange, std::string text, const char* type) {
-  exchange.response = {200, type, std::move(text), {}};
+  exchange.response.content_type = type;
+  exchange.response.body = std::move(text);
 }
 
 Result<Done> check_temp_dir(const std::string& directory) {
@@ -46,13 +48,21 @@ sandbox::PoolSettings pool_settings(const Settings& settings, const std::vector<
   return {command, settings.parsers, bounds};
 }
 
-// What `pool` reads is measured as what api::load() reads.
-Compare comparing_by(sandbox::Pool& pool) {
+// Meshes from the pool, those that are stored from the cache.
+Compare comparing_by(sandbox::Pool& pool, MeshCache& cache) {
   const api::Load load = [&pool](const api::MeshInput& input, const api::ReadLimits& limits, Control& control) {
     return pool.load(input, limits, control);
   };
-  return [load](const api::MeshInput& a, const api::MeshInput& b, const Options& options, const api::ReadLimits& limits,
-                Control& control) { return api::compare_by(load, a, b, options, limits, control); };
+  return [load, &cache](const MeshSource& a, const MeshSource& b, const Options& options,
+                        const api::ReadLimits& limits, Control& control) {
+    const auto get = [&](const MeshSource& source) -> api::GetMesh {
+      if (!source.kept) return api::loading(load, source.input, limits, Prepared::Use::once);
+      return [&cache, &source, read = api::loading(load, source.input, limits, Prepared::Use::often)](Control& job) {
+        return cache.get(*source.kept, read, job);
+      };
+    };
+    return api::compare_prepared(get(a), get(b), options, control);
+  };
 }
 
 enum class Signal { none, end, reload };
@@ -74,16 +84,21 @@ std::optional<Tls> tls_of(const Settings& settings) {
 
 }  // namespace
 
-Service::Service(const Settings& settings, Compare compare)
+Service::Service(const Settings& settings, Compare compare, Stores stores)
     : settings_(settings),
+      stores_(stores),
       access_(settings.keys_file),
       entrance_(access_, Cors::parse(settings.cors_origins).value()),
       tls_(tls_of(settings)),
-      comparisons_(settings, std::move(compare)),
+      uploads_(settings.max_upload_bytes),
+      jobs_(settings, std::move(compare), stores, access_, metrics_),
+      comparisons_(settings, jobs_, stores, access_, uploads_),
+      meshes_(settings, stores, access_, uploads_),
       guard_(
-          settings, [this](Exchange& exchange) { entrance_(exchange, router_); }, log_request,
-          tls_ ? &*tls_ : nullptr) {
+          settings, [this](Exchange& exchange) { entrance_(exchange, router_); },
+          [this](const Exchange& exchange) { record(exchange); }, tls_ ? &*tls_ : nullptr) {
   add_routes();
+  watch_levels();
 }
 
 Service::~Service() {
@@ -99,7 +114,74 @@ void Service::add_routes() {
     send(e, std::string(R"({"status":"ok","version":")") + version() + "\"}", "application/json");
   });
   router_.add("GET", "/openapi.yaml", [](Exchange& e) { send(e, std::string(openapi_yaml()), "application/yaml"); });
+  router_.add("GET", "/metrics", [this](Exchange& e) { send(e, metrics_.text(), Metrics::kContentType); });
+  router_.add("GET", "/readyz", [this](Exchange& e) { check_ready(e); });
   router_.add("POST", "/v1/comparisons", [this](Exchange& e) { comparisons_.create(e); });
+  router_.add("GET", "/v1/comparisons/{}", [this](Exchange& e) { comparisons_.get(e); });
+  router_.add("DELETE", "/v1/comparisons/{}", [this](Exchange& e) { comparisons_.remove(e); });
+  router_.add("GET", "/v1/comparisons/{}/events", [this](Exchange& e) { comparisons_.events(e); });
+  router_.add("POST", "/v1/meshes", [this](Exchange& e) { meshes_.post(e); });
+  router_.add("PUT", "/v1/meshes/{}", [this](Exchange& e) { meshes_.put(e); });
+  router_.add("GET", "/v1/meshes/{}", [this](Exchange& e) { meshes_.get(e); });
+  router_.add("DELETE", "/v1/meshes/{}", [this](Exchange& e) { meshes_.remove(e); });
+}
+
+std::uint64_t Service::free_bytes() const {
+  const auto bytes = stores_.blobs.free_bytes();
+  return bytes ? *bytes : 0;
+}
+
+void Service::watch_levels() {
+  const auto watch = [this](Level level, auto read) {
+    metrics_.watch(level, [read] { return static_cast<double>(read()); });
+  };
+  watch(Level::queue_depth, [this] { return jobs_.figures().waiting; });
+  watch(Level::queue_limit, [this] { return settings_.queue + settings_.max_queued_jobs; });
+  watch(Level::jobs_running, [this] { return jobs_.figures().running; });
+  watch(Level::workers, [this] { return settings_.workers; });
+  watch(Level::connections, [this] { return guard_.connections(); });
+  watch(Level::connections_dropped, [this] { return guard_.dropped(); });
+  watch(Level::upload_bytes, [this] { return uploads_.used(); });
+  watch(Level::upload_limit_bytes, [this] { return uploads_.max_bytes(); });
+  watch(Level::mesh_cache_hits, [this] { return stores_.cache.counters().hits; });
+  watch(Level::mesh_cache_misses, [this] { return stores_.cache.counters().misses; });
+  watch(Level::mesh_cache_bytes, [this] { return stores_.cache.counters().bytes; });
+  watch(Level::mesh_cache_limit_bytes, [this] { return settings_.max_cache_bytes; });
+  watch(Level::mesh_cache_meshes, [this] { return stores_.cache.counters().meshes; });
+  watch(Level::event_streams, [this] { return comparisons_.seats(); });
+  watch(Level::disk_free_bytes, [this] { return free_bytes(); });
+}
+
+// Every defect is named, so that whoever reads it need not ask again.
+void Service::check_ready(Exchange& exchange) {
+  api::Problem problem{api::ProblemKind::not_ready, "", {}};
+  const auto add = [&](const char* what, const std::string& message) {
+    problem.errors.push_back({what, "", message});
+    problem.detail += (problem.detail.empty() ? "" : "; ") + message;
+  };
+  if (!listening() || comparisons_.refusing()) add("service", "the service is shutting down");
+  const auto figures = jobs_.figures();
+  if (figures.awaited_slots >= settings_.workers + settings_.queue) add("queue", "the queue is full");
+  if (figures.durable_slots >= settings_.max_queued_jobs) add("queue", "the queue of jobs is full");
+  if (const auto written = stores_.jobs.check(); !written) add("store", written.error().message);
+  if (const auto written = stores_.blobs.check(); !written) add("disk", written.error().message);
+  if (const int file = open_unnamed_file(settings_.temp_dir); file < 0) {
+    add("disk", "the directory for uploads takes no files");
+  } else {
+    ::close(file);
+  }
+  if (!problem.errors.empty()) return answer(exchange, problem);
+  send(exchange, std::string(R"({"status":"ready","version":")") + version() + "\"}", "application/json");
+}
+
+// The end of a request: counted and logged after its last byte.
+void Service::record(const Exchange& exchange) {
+  const double seconds = std::chrono::duration<double>(Clock::now() - exchange.started).count();
+  metrics_.request_ended({exchange.route, exchange.head.method, exchange.response.status, exchange.problem, seconds,
+                          exchange.body.bytes(), exchange.bytes_out});
+  const bool wanted =
+      settings_.log_requests == "all" || (settings_.log_requests == "problems" && !exchange.problem.empty());
+  if (wanted) log_request(exchange, seconds);
 }
 
 Result<int> Service::start() {
@@ -113,6 +195,7 @@ Result<int> Service::start() {
         ""};
   }
   if (auto ok = check_openness(); !ok) return ok.error();
+  if (auto ok = jobs_.recover(); !ok) return ok.error();
   ended_.store(false);
   listener_ = std::thread([this] {
     guard_.run();
@@ -156,7 +239,7 @@ void Service::shutdown(const std::function<bool()>& hurry) {
   comparisons_.refuse_new();
   guard_.stop();
   while (!ended_.load() && !hurry()) std::this_thread::sleep_for(kTick);
-  comparisons_.cancel_all();
+  jobs_.stop();
   guard_.abort();
   listener_.join();
 }
@@ -167,7 +250,12 @@ Result<Done> run_until_signal(const Settings& settings, const std::vector<std::s
   sandbox::Pool pool(pool_settings(settings, parser), [](const std::string& detail) { log_event("sandbox", detail); });
   const auto lacks = pool.start();
   if (!lacks) return lacks.error();
-  Service service(settings, comparing_by(pool));
+  auto stores = store::EmbeddedStores::open({settings.data_dir});
+  if (!stores) return stores.error();
+  MeshCache cache(settings.max_cache_bytes);
+  Service service(settings, comparing_by(pool, cache),
+                  {(*stores)->jobs(), (*stores)->meshes(), (*stores)->blobs(), cache});
+  service.metrics().watch_sandbox([&pool] { return pool.counters(); });
   const auto port = service.start();
   if (!port) return port.error();
   log_listening(settings.host + ":" + std::to_string(*port), settings.simd);

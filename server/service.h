@@ -14,6 +14,9 @@
 #include "server/access/entrance.h"
 #include "server/comparisons.h"
 #include "server/http_guard.h"
+#include "server/jobs/jobs.h"
+#include "server/meshes.h"
+#include "server/observe/metrics.h"
 #include "server/router.h"
 #include "server/settings.h"
 #include "server/tls.h"
@@ -23,7 +26,8 @@ namespace meshgauge::server {
 class Service {
  public:
   // Precondition: settings come from checked().
-  Service(const Settings& settings, Compare compare);
+  // Borrows the stores.
+  Service(const Settings& settings, Compare compare, Stores stores);
   ~Service();  // as shutdown() without grace
   Service(const Service&) = delete;
   Service& operator=(const Service&) = delete;
@@ -33,6 +37,9 @@ class Service {
 
   // Reads keys, certificate and its key anew, and logs what became of it; what cannot be used leaves the old ones.
   void reload();
+
+  // Where others than the service have something to be watched, before start().
+  Metrics& metrics() { return metrics_; }
 
   bool listening() const { return !ended_.load(); }
 
@@ -45,11 +52,21 @@ class Service {
   Result<Done> load_secrets();
   Result<Done> check_openness() const;
 
+  void record(const Exchange& exchange);
+  void watch_levels();
+  std::uint64_t free_bytes() const;
+  void check_ready(Exchange& exchange);
+
   const Settings settings_;
+  const Stores stores_;
   Access access_;
   const Entrance entrance_;
   std::optional<Tls> tls_;
+  Metrics metrics_;
+  ByteBudget uploads_;
+  Jobs jobs_;
   Comparisons comparisons_;
+  Meshes meshes_;
   Router router_;
   HttpGuard guard_;
   std::thread listener_;

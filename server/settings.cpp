@@ -96,6 +96,9 @@ Result<Settings> checked(Settings s) {
   const auto simd = api::as_simd(s.simd, "--simd");
   if (!simd) return simd.error();
   s.simd = *simd;
+  if (s.log_requests != "all" && s.log_requests != "problems" && s.log_requests != "none") {
+    return refused("--log-requests must be all, problems or none");
+  }
   return s;
 }
 

@@ -51,9 +51,9 @@ store::NewJob row_of(const Submission& submission, store::TimePoint now, seconds
   return row;
 }
 
-// Of what is repeated, or made good by the next start.
-void log_failure(const auto& result) {
-  if (!result) log_event("store", result.error().message);
+StoreFailure failure_of(ErrorCode code) {
+  if (code == ErrorCode::storage_full) return StoreFailure::full;
+  return code == ErrorCode::storage_unavailable ? StoreFailure::unavailable : StoreFailure::broken;
 }
 
 bool stopped_by_cancel(const Result<api::Comparison>& result) {
@@ -62,10 +62,12 @@ bool stopped_by_cancel(const Result<api::Comparison>& result) {
 
 }  // namespace
 
-Jobs::Jobs(const Settings& settings, Compare compare, Stores stores)
+Jobs::Jobs(const Settings& settings, Compare compare, Stores stores, Access& access, Metrics& metrics)
     : settings_(settings),
       compare_(std::move(compare)),
       stores_(stores),
+      access_(access),
+      metrics_(metrics),
       worker_(api::random_id()),
       threads_(settings.workers),
       scheduler_({settings.workers, settings.workers + settings.queue, settings.max_queued_jobs}) {
@@ -82,7 +84,7 @@ Jobs::~Jobs() {
   maintenance_.join();
   scheduler_.end();
   for (const Parked& parked : parked_) drop(*parked.job);
-  if (auto kept = stores_.jobs.flush(); !kept) log_event("store", "results are lost: " + kept.error().message);
+  note(stores_.jobs.flush());
 }
 
 void Jobs::stop() {
@@ -102,8 +104,8 @@ Result<Done> Jobs::recover() {
 
 // A job whose meshes are gone, or that this version does not understand, fails when it runs.
 Result<Done> Jobs::revive(const store::Job& row) {
-  MeshSource a{{"a", {}, "", "", -1}, nullptr, row.mesh_a};
-  MeshSource b{{"b", {}, "", "", -1}, nullptr, row.mesh_b};
+  MeshSource a{{"a", {}, "", "", -1}, nullptr, row.mesh_a, {}};
+  MeshSource b{{"b", {}, "", "", -1}, nullptr, row.mesh_b, {}};
   for (MeshSource* source : {&a, &b}) {
     auto blob = stores_.blobs.open({row.key.owner, source->id});
     if (!blob) return blob.error();
@@ -114,14 +116,16 @@ Result<Done> Jobs::revive(const store::Job& row) {
   if (!request) a.holder = nullptr;
   const auto job = std::make_shared<LiveJob>(row, request ? std::move(*request) : api::Request{}, std::move(a), std::move(b),
                                        true);
+  job->counted.emplace(access_.adopt_job(job->key.owner));
   register_live(job);
   enqueue(job, scheduler_.admit_again());
   return Done{};
 }
 
 Jobs::Submitted Jobs::submit(Scheduler::Slot slot, Submission submission) {
+  std::optional<StorageHold> held;
   if (submission.durable) {
-    if (auto problem = keep_blobs(submission)) return *problem;
+    if (auto denial = keep_blobs(submission, held)) return *denial;
   }
   auto row = row_of(submission, store::now(), seconds(settings_.result_ttl_s));
   submission.request.options.simd = settings_.simd;
@@ -129,6 +133,8 @@ Jobs::Submitted Jobs::submit(Scheduler::Slot slot, Submission submission) {
   memory_bytes = std::min<std::size_t>(memory_bytes, settings_.max_heap_bytes);
   const auto job = std::make_shared<LiveJob>(std::move(row), std::move(submission.request), std::move(submission.a),
                                        std::move(submission.b), submission.durable);
+  if (submission.counted) job->counted.emplace(std::move(*submission.counted));
+  if (held) job->held.emplace(std::move(*held));
   if (job->durable) return insert(job, std::move(slot));
   register_live(job);
   enqueue(job, std::move(slot));
@@ -136,22 +142,26 @@ Jobs::Submitted Jobs::submit(Scheduler::Slot slot, Submission submission) {
 }
 
 // So that they are there when the job runs, be it after a crash.
-std::optional<Problem> Jobs::keep_blobs(Submission& submission) {
+std::optional<Denial> Jobs::keep_blobs(Submission& submission, std::optional<StorageHold>& held) {
   const std::string& owner = submission.key.owner;
-  const auto stored = stores_.meshes.stored_bytes(owner);
-  if (!stored) return api::to_problem(stored.error());
-  std::uint64_t bytes = *stored + bytes_of_jobs(owner);
+  const auto meshes = stores_.meshes.stored_bytes(owner);
+  if (!meshes) return Denial{api::to_problem(meshes.error()), {}};
+  std::uint64_t bytes = 0;
   for (const MeshSource* source : {&submission.a, &submission.b}) {
     if (source->id.empty()) bytes += source->input.bytes.size();
   }
-  if (bytes > settings_.max_stored_bytes) {
-    return Problem{ProblemKind::quota_exceeded,
+  if (*meshes + bytes_of_jobs(owner) + bytes > settings_.max_stored_bytes) {
+    return Denial{{ProblemKind::quota_exceeded,
                    "stored meshes and those of waiting comparisons would be larger than the limit of " +
                        std::to_string(settings_.max_stored_bytes) + " bytes",
-                   {}};
+                   {}},
+                  {}};
   }
+  auto hold = access_.hold_storage(owner, bytes, [&] { return *meshes; });
+  if (auto* denial = std::get_if<Denial>(&hold)) return std::move(*denial);
+  held.emplace(std::get<StorageHold>(std::move(hold)));
   for (MeshSource* source : {&submission.a, &submission.b}) {
-    if (auto problem = keep_blob(owner, *source)) return problem;
+    if (auto denial = keep_blob(owner, *source)) return denial;
   }
   return std::nullopt;
 }
@@ -165,17 +175,18 @@ std::uint64_t Jobs::bytes_of_jobs(const std::string& owner) const {
   return bytes;
 }
 
-std::optional<Problem> Jobs::keep_blob(const std::string& owner, MeshSource& source) {
-  if (!source.id.empty()) {
-    const auto renewed = stores_.blobs.renew({owner, source.id});
-    if (!renewed) return api::to_problem(renewed.error());
-    if (*renewed) return std::nullopt;
-    return Problem{ProblemKind::unknown_mesh, "the mesh '" + source.input.part + "' was deleted meanwhile", {}};
+std::optional<Denial> Jobs::keep_blob(const std::string& owner, MeshSource& source) {
+  if (source.id.empty()) {
+    source.id = api::sha256_hex(source.input.bytes);
+    const auto put = stores_.blobs.put({owner, source.id}, source.input.bytes);
+    note(put);
+    return put ? std::nullopt : std::optional(Denial{api::to_problem(put.error()), {}});
   }
-  source.id = api::sha256_hex(source.input.bytes);
-  const auto put = stores_.blobs.put({owner, source.id}, source.input.bytes);
-  if (!put) return api::to_problem(put.error());
-  return std::nullopt;
+  const auto renewed = stores_.blobs.renew({owner, source.id});
+  note(renewed);
+  if (!renewed) return Denial{api::to_problem(renewed.error()), {}};
+  if (*renewed) return std::nullopt;
+  return Denial{{ProblemKind::unknown_mesh, "the mesh '" + source.input.part + "' was deleted meanwhile", {}}, {}};
 }
 
 // The job is known here before it is in the store: whoever repeats its idempotency key finds it.
@@ -187,16 +198,20 @@ Jobs::Submitted Jobs::insert(const std::shared_ptr<LiveJob>& job, Scheduler::Slo
     return job;
   }
   forget_live(*job);
-  if (!inserted) return api::to_problem(inserted.error());
+  note(inserted);
+  if (!inserted) return Denial{api::to_problem(inserted.error()), {}};
   if (inserted->conflict) {
-    return Problem{ProblemKind::idempotency_key_reused,
-                   "this Idempotency-Key was used for another comparison; take a new one", {}};
+    return Denial{{ProblemKind::idempotency_key_reused,
+                   "this Idempotency-Key was used for another comparison; take a new one",
+                   {}},
+                  {}};
   }
   if (auto first = live(inserted->job.key)) return first;
   auto view = get(inserted->job.key);  // it has ended since, or it waits for another start
-  if (!view) return api::to_problem(view.error());
+  if (!view) return Denial{api::to_problem(view.error()), {}};
   if (*view) return std::move(**view);
-  return Problem{ProblemKind::storage_unavailable, "the comparison of this Idempotency-Key was removed just now", {}};
+  return Denial{
+      {ProblemKind::storage_unavailable, "the comparison of this Idempotency-Key was removed just now", {}}, {}};
 }
 
 void Jobs::register_live(const std::shared_ptr<LiveJob>& job) {
@@ -224,7 +239,6 @@ void Jobs::enqueue(const std::shared_ptr<LiveJob>& job, Scheduler::Slot slot) {
                                       [this, job](Scheduler::Slot held) { run(job, std::move(held)); }});
 }
 
-// The job's edge: whatever is thrown ends here.
 void Jobs::run(const std::shared_ptr<LiveJob>& job, Scheduler::Slot slot) {
   if (job->durable) {
     const Begun begun = begin(*job);
@@ -233,14 +247,12 @@ void Jobs::run(const std::shared_ptr<LiveJob>& job, Scheduler::Slot slot) {
   } else {
     job->started(1, store::now());
   }
-  JobView last;
-  try {
-    last = concluded(*job, measure(*job));
-  } catch (const std::exception& error) {
-    log_event("job_failed", job->key.id + ": " + error.what());
-    last = concluded(*job, Error{ErrorCode::internal, "the comparison failed unexpectedly", "", ""});
-  }
+  const auto result = measured(*job);
+  result ? metrics_.job_ended(*result)
+         : metrics_.job_failed(api::to_problem(result.error()).type(), job->request.options.strategy);
+  JobView last = concluded(*job, result);
   job->a.holder = job->b.holder = nullptr;
+  job->counted.reset();
   { const Scheduler::Slot done = std::move(slot); }
   conclude({job, std::nullopt, std::move(last)});
 }
@@ -250,11 +262,22 @@ Jobs::Begun Jobs::begin(LiveJob& job) {
   if (stopping_.load()) return Begun::not_ours;
   const auto now = store::now();
   auto claimed = stores_.jobs.claim(job.key, worker_, now, now + kLease);
+  note(claimed);
   if (!claimed) return Begun::later;
   if (!*claimed) return Begun::not_ours;
   job.token = (*claimed)->token;
   job.started((*claimed)->job.tries, now);
   return Begun::yes;
+}
+
+// The job's edge: whatever is thrown ends here.
+Result<api::Comparison> Jobs::measured(LiveJob& job) {
+  try {
+    return measure(job);
+  } catch (const std::exception& error) {
+    log_event("job_failed", job.key.id + ": " + error.what());
+    return Error{ErrorCode::internal, "the comparison failed unexpectedly", "", ""};
+  }
 }
 
 Result<api::Comparison> Jobs::measure(LiveJob& job) {
@@ -265,7 +288,8 @@ Result<api::Comparison> Jobs::measure(LiveJob& job) {
   Options& options = job.request.options;
   const ThreadBudget::Loan loan = threads_.lend(options.threads);
   options.threads = loan.threads();
-  auto result = compare_(job.a.input, job.b.input, options, read_limits(settings_), job.control);
+  metrics_.job_started(ms_between(job.submitted, start) / 1000);
+  auto result = compare_(job.a, job.b, options, read_limits(settings_), job.control);
   if (result) {
     result->id = job.key.id;
     result->units = job.request.units;
@@ -283,7 +307,9 @@ JobView Jobs::concluded(const LiveJob& job, const Result<api::Comparison>& resul
   if (result) {
     last.row.state = cancelled ? JobState::cancelled : JobState::done;
     last.row.document = to_json(*result);
-    last.stages = to_server_timing(*result);
+    last.timing = to_server_timing(*result);
+    const auto stages = api::stages(*result);
+    last.stages.assign(stages.begin(), stages.end());
     last.triangles = MeshSizes{result->a.triangles, result->b.triangles};
   } else {
     const Problem problem = api::to_problem(result.error());
@@ -299,8 +325,8 @@ void Jobs::conclude(Parked ended) {
   const store::Job& row = ended.last->row;
   const bool interrupted = stopping_.load() && job.control.check() == Interruption::cancelled && !row.cancel_requested;
   if (job.durable && interrupted) {
-    if (row.progress) log_failure(stores_.jobs.heartbeat(*job.token, store::now() + kLease, *row.progress));
-    log_failure(stores_.jobs.hand_back(*job.token, "", {store::now(), *row.expires}));
+    if (row.progress) note(stores_.jobs.heartbeat(*job.token, store::now() + kLease, *row.progress));
+    note(stores_.jobs.hand_back(*job.token, "", {store::now(), *row.expires}));
     return drop(job);
   }
   if (!job.durable) {
@@ -308,11 +334,19 @@ void Jobs::conclude(Parked ended) {
   } else {
     const auto stored =
         stores_.jobs.finish(*job.token, {row.state, row.document, row.problem, *row.finished, *row.expires});
+    note(stored);
     if (!stored) return park(std::move(ended));
     if (!*stored) log_event("store", "job " + job.key.id + " was taken over by another worker");
   }
   forget_live(job);
   job.ended(std::move(*ended.last));
+}
+
+// A failure of the store is counted and told, whatever becomes of it.
+void Jobs::note(const auto& result) {
+  if (result) return;
+  metrics_.store_failed(failure_of(result.error().code));
+  log_event("store", result.error().message);
 }
 
 // This process will not run it: the next one finds it in the store.
@@ -398,11 +432,11 @@ void Jobs::retry_parked() {
 
 void Jobs::sweep() {
   const auto now = store::now();
-  log_failure(stores_.jobs.sweep_jobs({now, now + seconds(settings_.result_ttl_s)}, settings_.max_kept_results));
-  log_failure(stores_.meshes.sweep_meshes(now));
+  note(stores_.jobs.sweep_jobs({now, now + seconds(settings_.result_ttl_s)}, settings_.max_kept_results));
+  note(stores_.meshes.sweep_meshes(now));
   const auto used = stores_.jobs.used_blobs();
-  log_failure(used);
-  if (used) log_failure(stores_.blobs.remove_unused(*used, kUnusedBlobs));
+  note(used);
+  if (used) note(stores_.blobs.remove_unused(*used, kUnusedBlobs));
 }
 
 }  // namespace meshgauge::server

@@ -23,6 +23,8 @@
 #include "api/compare.h"
 #include "server/jobs/live_job.h"
 #include "server/jobs/scheduler.h"
+#include "server/access/access.h"
+#include "server/observe/metrics.h"
 #include "server/settings.h"
 #include "server/store/blob_store.h"
 #include "server/store/job_store.h"
@@ -31,15 +33,15 @@
 
 namespace meshgauge::server {
 
-// api::compare_by() with meshes from the sandbox, or what a test puts in its place.
-using Compare =
-    std::function<Result<api::Comparison>(const api::MeshInput& a, const api::MeshInput& b, const Options& options,
-                                          const api::ReadLimits& limits, Control& control)>;
+// api::compare_prepared() with meshes from the cache and the sandbox, or what a test puts in its place.
+using Compare = std::function<Result<api::Comparison>(const MeshSource& a, const MeshSource& b, const Options& options,
+                                                      const api::ReadLimits& limits, Control& control)>;
 
 struct Stores {
   store::JobStore& jobs;
   store::MeshIndex& meshes;
   store::BlobStore& blobs;
+  MeshCache& cache;
 };
 
 struct Submission {
@@ -51,6 +53,7 @@ struct Submission {
   bool durable = false;
   std::string idempotency_key;  // durable only; empty: none
   std::string trace;
+  std::optional<JobSlot> counted;  // among its owner's jobs
 };
 
 class Jobs {
@@ -58,10 +61,10 @@ class Jobs {
   using Kind = Scheduler::Kind;
   // What a submission became: a job to wait for, one that has ended already (its idempotency key was seen before), or
   // a refusal.
-  using Submitted = std::variant<std::shared_ptr<LiveJob>, JobView, api::Problem>;
+  using Submitted = std::variant<std::shared_ptr<LiveJob>, JobView, Denial>;
 
-  // Borrows the stores.
-  Jobs(const Settings& settings, Compare compare, Stores stores);
+  // Borrows all but the first two.
+  Jobs(const Settings& settings, Compare compare, Stores stores, Access& access, Metrics& metrics);
   ~Jobs();  // as stop()
   Jobs(const Jobs&) = delete;
   Jobs& operator=(const Jobs&) = delete;
@@ -96,14 +99,15 @@ class Jobs {
   enum class Begun { yes, not_ours, later };
 
   Result<Done> revive(const store::Job& row);
-  std::optional<api::Problem> keep_blobs(Submission& submission);
+  std::optional<Denial> keep_blobs(Submission& submission, std::optional<StorageHold>& held);
   std::uint64_t bytes_of_jobs(const std::string& owner) const;
-  std::optional<api::Problem> keep_blob(const std::string& owner, MeshSource& source);
+  std::optional<Denial> keep_blob(const std::string& owner, MeshSource& source);
   Submitted insert(const std::shared_ptr<LiveJob>& job, Scheduler::Slot slot);
   void enqueue(const std::shared_ptr<LiveJob>& job, Scheduler::Slot slot);
 
   void run(const std::shared_ptr<LiveJob>& job, Scheduler::Slot slot);
   Begun begin(LiveJob& job);
+  Result<api::Comparison> measured(LiveJob& job);
   Result<api::Comparison> measure(LiveJob& job);
   JobView concluded(const LiveJob& job, const Result<api::Comparison>& result) const;
   void conclude(Parked ended);
@@ -116,11 +120,14 @@ class Jobs {
   void park(Parked parked);
   void maintain();
   void retry_parked();
+  void note(const auto& result);
   void sweep();
 
   const Settings settings_;
   const Compare compare_;
   const Stores stores_;
+  Access& access_;
+  Metrics& metrics_;
   const std::string worker_;  // this process, in tokens
   ThreadBudget threads_;
   std::atomic<bool> stopping_{false};

@@ -8,9 +8,12 @@
 #include <mutex>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "api/request.h"
+#include "api/response.h"
 #include "engine/control.h"
+#include "server/access/access.h"
 #include "server/exchange.h"
 #include "server/jobs/mesh_source.h"
 #include "server/store/job_store.h"
@@ -20,8 +23,9 @@ namespace meshgauge::server {
 // A job as it stands.
 struct JobView {
   store::Job row;               // `document` and `problem` when it has ended
-  bool handed_back = false;            // this process will not run it: it stops; the next one will
-  std::string stages;                  // as in Server-Timing; this and what follows: of a job that ended in this process
+  bool handed_back = false;        // this process will not run it: it stops; the next one will
+  std::string timing;              // Server-Timing; this and what follows: of a job that ended in this process
+  std::vector<api::Stage> stages;  // the same
   std::optional<MeshSizes> triangles;
 };
 
@@ -40,6 +44,8 @@ class LiveJob {
   MeshSource b;
   Control control;
   std::optional<store::Token> token;  // the worker's: since the store let it begin
+  std::optional<JobSlot> counted;     // among its owner's jobs
+  std::optional<StorageHold> held;    // for its blobs
 
   JobView view() const;
   std::uint64_t version() const;  // grows with every change

@@ -22,12 +22,12 @@ void set_hints(const Json& hints, MeshSource& source) {
 
 MeshSource source_of(const std::string& part, MeshPart mesh) {
   const std::shared_ptr<const Upload> upload = std::move(mesh.upload);
-  return {{part, upload->bytes(), mesh.head.filename, mesh.head.content_type, upload->file()}, upload, ""};
+  return {{part, upload->bytes(), mesh.head.filename, mesh.head.content_type, upload->file()}, upload, "", {}};
 }
 
 MeshSource source_of(const std::string& part, store::Blob blob, const std::string& id) {
   const auto held = std::make_shared<const store::Blob>(std::move(blob));
-  return {{part, held->bytes(), "", "", held->file()}, held, id};
+  return {{part, held->bytes(), "", "", held->file()}, held, id, {}};
 }
 
 std::string hints_of(const MeshSource& a, const MeshSource& b) {

@@ -2,10 +2,12 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "api/load.h"
 #include "server/form.h"
+#include "server/jobs/mesh_cache.h"
 #include "server/store/blob_store.h"
 
 namespace meshgauge::server {
@@ -14,6 +16,7 @@ struct MeshSource {
   api::MeshInput input;                // borrows from what `holder` keeps
   std::shared_ptr<const void> holder;  // of the bytes and their descriptor
   std::string id;                      // of the stored mesh; empty: never stored
+  std::optional<MeshCache::Key> kept;  // of a mesh that its owner stored to compare it often
 };
 
 MeshSource source_of(const std::string& part, MeshPart mesh);

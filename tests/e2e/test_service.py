@@ -273,7 +273,7 @@ class End(unittest.TestCase):
         comparison_line, other = sorted(requests, key=lambda line: line["status"])
         self.assertEqual([comparison_line["status"], other["status"]], [200, 404])
         self.assertEqual(comparison_line["triangles"], {"a": 2, "b": 2})
-        self.assertGreater(comparison_line["bytes"], 100)
+        self.assertGreater(comparison_line["bytes_in"], 100)
         self.assertEqual(lines[-1]["event"], "stopped")
 
     def test_settings_from_the_environment(self):

@@ -1,0 +1,105 @@
+#include "server/observe/trace.h"
+
+#include <algorithm>
+
+#include "api/digest.h"
+#include "server/text.h"
+
+namespace meshgauge::server {
+namespace {
+
+constexpr std::size_t kTraceParentBytes = 55;  // 00-<32>-<16>-<2>
+constexpr std::size_t kMostStateBytes = 512;   // what everyone must be able to pass on; more is dropped
+constexpr std::size_t kMostStateMembers = 32;
+constexpr std::size_t kMostKeyBytes = 256;
+constexpr std::size_t kMostValueBytes = 256;
+
+bool is_lower_hex(std::string_view text) {
+  return std::all_of(text.begin(), text.end(), [](char c) { return is_digit(c) || (c >= 'a' && c <= 'f'); });
+}
+
+bool is_zero(std::string_view text) { return text.find_first_not_of('0') == std::string_view::npos; }
+
+bool is_key_character(char c) {
+  return is_digit(c) || (c >= 'a' && c <= 'z') || std::string_view("_-*/@").find(c) != std::string_view::npos;
+}
+
+bool is_key(std::string_view key) {
+  return !key.empty() && key.size() <= kMostKeyBytes && (is_digit(key[0]) || (key[0] >= 'a' && key[0] <= 'z')) &&
+         std::all_of(key.begin(), key.end(), is_key_character);
+}
+
+bool is_value(std::string_view value) {
+  return !value.empty() && value.size() <= kMostValueBytes &&
+         std::all_of(value.begin(), value.end(), [](char c) { return c >= ' ' && c <= '~' && c != ',' && c != '='; });
+}
+
+// The values of the name, joined as RFC 9110 section 5.3 has it.
+std::string joined(const Head& head, std::string_view name) {
+  std::string all;
+  for (const auto& [key, value] : head.headers) {
+    if (key == name) all.append(all.empty() ? "" : ",").append(value);
+  }
+  return all;
+}
+
+}  // namespace
+
+std::optional<TraceParent> parse_traceparent(std::string_view value) {
+  if (value.size() < kTraceParentBytes) return std::nullopt;
+  if (value[2] != '-' || value[35] != '-' || value[52] != '-') return std::nullopt;
+  const std::string_view version = value.substr(0, 2), trace_id = value.substr(3, 32), parent_id = value.substr(36, 16),
+                         flags = value.substr(53, 2);
+  for (const std::string_view field : {version, trace_id, parent_id, flags}) {
+    if (!is_lower_hex(field)) return std::nullopt;
+  }
+  if (version == "ff" || is_zero(trace_id) || is_zero(parent_id)) return std::nullopt;
+  // A version to come may have more fields, behind another dash; this one has not.
+  if (value.size() > kTraceParentBytes && (version == "00" || value[kTraceParentBytes] != '-')) return std::nullopt;
+  const bool odd = std::string_view("13579bdf").find(flags[1]) != std::string_view::npos;
+  return TraceParent{trace_id, parent_id, odd};
+}
+
+bool is_tracestate(std::string_view value) {
+  if (value.size() > kMostStateBytes) return false;
+  std::vector<std::string_view> keys;
+  while (!value.empty()) {
+    std::string_view member = trimmed(next(value, ","));
+    if (member.empty()) continue;  // allowed in a list
+    if (member.find('=') == std::string_view::npos) return false;
+    const std::string_view key = next(member, "=");
+    if (!is_key(key) || !is_value(member) || std::count(keys.begin(), keys.end(), key) > 0) return false;
+    keys.push_back(key);
+  }
+  return !keys.empty() && keys.size() <= kMostStateMembers;
+}
+
+Trace take_up(const Head& head) {
+  Trace trace;
+  trace.span_id = api::random_id().substr(0, 16);
+  if (is_zero(trace.span_id)) trace.span_id.back() = '1';
+  const std::string header = joined(head, "traceparent");
+  if (const auto parent = parse_traceparent(header); parent && header == head.header("traceparent")) {
+    trace.trace_id = parent->trace_id;
+    trace.parent_id = parent->parent_id;
+    trace.sampled = parent->sampled;
+    const std::string state = joined(head, "tracestate");
+    if (is_tracestate(state)) trace.state = state;
+    return trace;
+  }
+  trace.trace_id = api::random_id();
+  if (is_zero(trace.trace_id)) trace.trace_id.back() = '1';
+  return trace;
+}
+
+std::string traceparent(const Trace& trace) {
+  return "00-" + trace.trace_id + "-" + trace.span_id + (trace.sampled ? "-01" : "-00");
+}
+
+std::vector<std::pair<std::string, std::string>> trace_headers(const Trace& trace) {
+  std::vector<std::pair<std::string, std::string>> headers{{"traceparent", traceparent(trace)}};
+  if (!trace.state.empty()) headers.emplace_back("tracestate", trace.state);
+  return headers;
+}
+
+}  // namespace meshgauge::server

@@ -1,0 +1,141 @@
+"""The dashboard, the alerts and the page of the manual speak of what the running service shows."""
+
+import json
+import re
+import unittest
+
+import yaml
+from harness import ROOT, Server
+
+import promql
+
+DOCKER = ROOT / "docker"
+DASHBOARD = DOCKER / "grafana/dashboards/meshgauge.json"
+ALERTS = DOCKER / "prometheus/alerts.yml"
+# Shown as soon as there is something to be watched: the cache, the stores, the streams. A name that is shown must leave.
+NOT_YET = {
+    "meshgauge_mesh_cache_bytes",
+    "meshgauge_mesh_cache_limit_bytes",
+    "meshgauge_mesh_cache_meshes",
+    "meshgauge_event_streams",
+    "meshgauge_stored_bytes",
+    "meshgauge_disk_free_bytes",
+}
+OF_PROMETHEUS = {"instance", "job"}  # labels that it adds itself
+
+
+def dashboard_queries():
+    dashboard = json.loads(DASHBOARD.read_text())
+    for panel in dashboard["panels"]:
+        for target in panel.get("targets", []):
+            yield panel["title"], target["expr"]
+    for annotation in dashboard["annotations"]["list"]:
+        yield annotation["name"], annotation["expr"]
+    for variable in dashboard["templating"]["list"]:
+        yield variable["name"], re.fullmatch(r"label_values\((\w+), \w+\)", variable["definition"])[1]
+
+
+def alert_queries():
+    for group in yaml.safe_load(ALERTS.read_text())["groups"]:
+        for rule in group["rules"]:
+            yield rule["alert"], rule["expr"]
+
+
+class Queries(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        server = Server()
+        cls.addClassCleanup(server.stop)
+        server.compare()
+        server.get("/healthz")
+        server.raw(b"BREW / HTTP/1.1\r\nHost: t\r\n\r\n")  # 501: there is a 5xx
+        cls.text = server.get("/metrics").body.decode()
+        cls.exposed = promql.exposed(cls.text)
+
+    def check(self, where, query):
+        self.assertEqual(promql.functions(query), set(), where)
+        selectors = promql.selectors(query)
+        self.assertTrue(selectors, f"{where}: asks for nothing: {query}")
+        labels = set(OF_PROMETHEUS)
+        for name, matchers in selectors:
+            if name == "up" or name in NOT_YET:
+                continue
+            self.assertIn(name, self.exposed, f"{where}: nothing is called so")
+            labels |= set(self.exposed[name])
+            for label, operator, value in matchers:
+                if label not in OF_PROMETHEUS:
+                    self.check_matcher(f"{where}: {name}", self.exposed[name], label, operator, value)
+        self.assertLessEqual(promql.groupings(query), labels, where)
+
+    def check_matcher(self, where, labels, label, operator, value):
+        self.assertIn(label, labels, where)
+        if operator.startswith("!"):
+            return
+        for choice in value.split("|") if "~" in operator else [re.escape(value)]:
+            self.assertTrue(any(re.fullmatch(choice, known) for known in labels[label]),
+                            f"{where}: no {label} is {choice!r} among {sorted(labels[label])}")
+
+    def test_the_dashboard_asks_for_what_is_there(self):
+        queries = list(dashboard_queries())
+        self.assertGreater(len(queries), 30)
+        for where, query in queries:
+            self.check(where, query)
+
+    def test_the_alerts_ask_for_what_is_there(self):
+        for where, query in alert_queries():
+            self.check(where, query)
+
+    def test_what_is_shown_is_no_longer_missing(self):
+        self.assertEqual(NOT_YET & set(self.exposed), set())
+
+    def test_the_manual_lists_what_is_shown(self):
+        manual = (ROOT / "docs/operations.md").read_text()
+        listed = set(re.findall(r"^\| `((?:meshgauge|process)_\w+)", manual, re.M))
+        self.assertEqual(listed, set(promql.families(self.text)) | NOT_YET)
+
+    def test_the_manual_has_every_alert(self):
+        manual = (ROOT / "docs/operations.md").read_text()
+        for alert, _ in alert_queries():
+            self.assertIn(f"| `{alert}` |", manual)
+
+    def test_the_dashboard_is_whole(self):
+        dashboard = json.loads(DASHBOARD.read_text())
+        ids = [panel["id"] for panel in dashboard["panels"]]
+        self.assertEqual(len(ids), len(set(ids)))
+        places = set()
+        for panel in dashboard["panels"]:
+            at = panel["gridPos"]
+            self.assertLessEqual(at["x"] + at["w"], 24)
+            cells = {(x, y) for x in range(at["x"], at["x"] + at["w"]) for y in range(at["y"], at["y"] + at["h"])}
+            self.assertFalse(places & cells, panel["title"])
+            places |= cells
+        source = yaml.safe_load((DOCKER / "grafana/provisioning/datasources/prometheus.yaml").read_text())
+        uids = {source["uid"] for source in source["datasources"]}
+        for panel in dashboard["panels"]:
+            for item in [panel, *panel.get("targets", [])]:
+                if "datasource" in item:
+                    self.assertIn(item["datasource"]["uid"], uids)
+
+
+class Reading(unittest.TestCase):
+    """What this test relies on: a name that a query asks for is found."""
+
+    def names(self, query):
+        return [name for name, _ in promql.selectors(query)]
+
+    def test_names_are_found(self):
+        self.assertEqual(self.names("a_total"), ["a_total"])
+        self.assertEqual(self.names('sum by (x, le) (rate(a{b="c}d",e=~"f|g"}[5m])) / b > 5e9'), ["a", "b"])
+        self.assertEqual(self.names("histogram_quantile(0.99, sum(rate(a_bucket[$__rate_interval])))"), ["a_bucket"])
+        self.assertEqual(promql.selectors('a{b="c",d!~"e{1}"}'), [("a", [("b", "=", "c"), ("d", "!~", "e{1}")])])
+        self.assertEqual(promql.groupings('sum by (a, b) (c) / on(d) e{f="by (g)"}'), {"a", "b", "d"})
+        self.assertEqual(promql.functions("ratee(a[5m])"), {"ratee"})
+
+    def test_a_page_is_read(self):
+        page = '# TYPE a counter\na{b="c",d="e"} 1\na{b="f",d="e"} 2\ng 3\n'
+        self.assertEqual(promql.exposed(page), {"a": {"b": {"c", "f"}, "d": {"e"}}, "g": {}})
+        self.assertEqual(promql.families(page), {"a": "counter"})
+
+
+if __name__ == "__main__":
+    unittest.main()

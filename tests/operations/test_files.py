@@ -1,0 +1,196 @@
+"""What is in docker/: files that name each other, settings that exist, and what the programs that read them say.
+
+promtool, docker-compose and caddy are taken from the PATH or from build/tools, where `./dev test` puts them.
+"""
+
+import contextlib
+import json
+import os
+import re
+import shutil
+import socket
+import ssl
+import subprocess
+import tempfile
+import unittest
+import urllib.error
+import urllib.request
+from pathlib import Path
+
+import yaml
+from harness import BINARY, ENVIRONMENT, RAISED, ROOT, SQUARE, Server, multipart, until, validate
+
+DOCKER = ROOT / "docker"
+COMPOSE = {name: yaml.safe_load((DOCKER / name).read_text()) for name in ("compose.yaml", "compose.production.yaml")}
+TOOLS = Path(os.environ.get("MESHGAUGE_TOOLS", ROOT / "build/tools"))
+TRACE = "00-4bf92f3577b34da6a3ce929d0e0e4736-00f067aa0ba902b7-01"
+
+
+def tool(name):
+    found = shutil.which(name, path=os.pathsep.join([os.environ.get("PATH", ""), str(TOOLS / "usr/bin")]))
+    return found or unittest.SkipTest(f"no {name} (./dev setup test)")
+
+
+def run(name, *arguments, **options):
+    program = tool(name)
+    if isinstance(program, unittest.SkipTest):
+        raise program
+    done = subprocess.run([program, *map(str, arguments)], capture_output=True, text=True, check=False, **options)
+    assert done.returncode == 0, f"{name} {arguments}:\n{done.stdout}{done.stderr}"
+    return done.stdout
+
+
+class Compose(unittest.TestCase):
+    def test_the_settings_exist(self):
+        """One that does not is silently nothing."""
+        text = subprocess.run([BINARY, "serve", "--help"], env=ENVIRONMENT, capture_output=True, text=True, check=True).stdout
+        known = set(re.findall(r"\(Env:(\w+)\)", text))
+        self.assertGreater(len(known), 20)
+        for name, document in COMPOSE.items():
+            self.assertLessEqual(set(document["services"]["meshgauge"]["environment"]), known, name)
+
+    def test_the_settings_are_accepted_together(self):
+        both = {}
+        for document in COMPOSE.values():
+            both |= {name: str(value) for name, value in document["services"]["meshgauge"]["environment"].items()}
+        server = Server(environment=both)
+        self.addCleanup(server.stop)
+        self.assertEqual(server.compare().status, 200)
+
+    def test_what_is_mounted_is_there(self):
+        for name, document in COMPOSE.items():
+            volumes = set(document.get("volumes", {}))
+            for service in document["services"].values():
+                for mount in service.get("volumes", []):
+                    source = mount.split(":")[0]
+                    there = (DOCKER / source).exists() if source.startswith(".") else source in volumes
+                    self.assertTrue(there, f"{name}: {mount}")
+
+    def test_everything_is_confined(self):
+        for service, of in COMPOSE["compose.production.yaml"]["services"].items():
+            of = of if "extends" not in of else COMPOSE["compose.yaml"]["services"][of["extends"]["service"]] | of
+            self.assertTrue(of["read_only"], service)
+            self.assertEqual(of["cap_drop"], ["ALL"], service)
+            self.assertIn("no-new-privileges:true", of["security_opt"], service)
+            self.assertIn("mem_limit", of, service)
+            self.assertIn("pids_limit", of, service)
+            if service != "proxy":  # the only one that others may reach
+                for port in of.get("ports", []):
+                    self.assertTrue(port.startswith("127.0.0.1:"), f"{service}: {port}")
+
+    def test_images_are_of_one_version(self):
+        for of in COMPOSE["compose.production.yaml"]["services"].values():
+            self.assertRegex(of.get("image", "a:1"), r":v?\d+(\.\d+)*$")
+
+    def test_the_schema_of_compose(self):
+        for name in COMPOSE:
+            run("docker-compose", "-f", DOCKER / name, "config", "-q")
+
+    def test_the_dashboards_are_where_grafana_looks(self):
+        provider = yaml.safe_load((DOCKER / "grafana/provisioning/dashboards/meshgauge.yaml").read_text())["providers"][0]
+        grafana = COMPOSE["compose.production.yaml"]["services"]["grafana"]
+        mounted = {mount.split(":")[1]: mount.split(":")[0] for mount in grafana["volumes"]}
+        self.assertEqual(mounted[provider["options"]["path"]], "./grafana/dashboards")
+        home = grafana["environment"]["GF_DASHBOARDS_DEFAULT_HOME_DASHBOARD_PATH"]
+        self.assertTrue((DOCKER / "grafana/dashboards" / Path(home).name).exists())
+        self.assertEqual(str(Path(home).parent), provider["options"]["path"])
+
+
+class Prometheus(unittest.TestCase):
+    def test_the_configuration_and_the_rules(self):
+        run("promtool", "check", "config", DOCKER / "prometheus/prometheus.yml")
+
+    def test_the_alerts_fire_when_they_should(self):
+        run("promtool", "test", "rules", Path(__file__).parent / "alerts_test.yml")
+
+    def test_what_the_service_shows(self):
+        server = Server()
+        self.addCleanup(server.stop)
+        server.compare()
+        page = server.get("/metrics")
+        self.assertEqual(page.headers["content-type"], "text/plain; version=0.0.4; charset=utf-8")
+        # It also complains of names against the conventions; it says nothing when all is well.
+        self.assertEqual(run("promtool", "check", "metrics", input=page.body.decode()), "")
+
+    def test_it_scrapes_what_compose_starts(self):
+        config = yaml.safe_load((DOCKER / "prometheus/prometheus.yml").read_text())
+        jobs = {job["job_name"]: job["static_configs"][0]["targets"] for job in config["scrape_configs"]}
+        self.assertEqual(jobs["meshgauge"], ["meshgauge:8080"])
+
+
+def free_port():
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
+class Proxy(unittest.TestCase):
+    """Caddy, with docker/Caddyfile, in front of the service."""
+
+    @classmethod
+    def setUpClass(cls):
+        program = tool("caddy")
+        if isinstance(program, unittest.SkipTest):
+            raise program
+        server = Server("--max-request-bytes", "100000", "--max-part-bytes", "100000")
+        cls.addClassCleanup(server.stop)
+        folder = Path(cls.enterClassContext(tempfile.TemporaryDirectory()))
+        config = folder / "Caddyfile"
+        # Ports that nobody needs to be root for, and no certificate in the machine's store.
+        config.write_text((DOCKER / "Caddyfile").read_text().replace(
+            "admin off", f"admin off\n\tskip_install_trust\n\thttp_port {free_port()}"))
+        cls.address = f"https://localhost:{free_port()}"
+        environment = {"PATH": os.environ["PATH"], "HOME": str(folder), "XDG_DATA_HOME": str(folder),
+                       "MESHGAUGE_DOMAIN": cls.address, "MESHGAUGE_UPSTREAM": f"127.0.0.1:{server.port}"}  # fmt: skip
+        caddy = subprocess.Popen([program, "run", "--adapter", "caddyfile", "--config", config],
+                                 env=environment, stderr=subprocess.DEVNULL)
+        cls.addClassCleanup(caddy.wait)
+        cls.addClassCleanup(caddy.terminate)
+        authority = folder / "caddy/pki/authorities/local/root.crt"
+        until(authority.exists)
+        cls.tls = ssl.create_default_context(cafile=str(authority))
+        until(lambda: cls.answers("/healthz"))
+
+    @classmethod
+    def answers(cls, path):
+        with contextlib.suppress(OSError):
+            return cls.ask(path)[0] == 200
+        return False
+
+    @classmethod
+    def ask(cls, path, body=None, headers=()):
+        request = urllib.request.Request(cls.address + path, body, dict(headers))
+        try:
+            with urllib.request.urlopen(request, context=cls.tls, timeout=30) as answer:
+                return answer.status, answer.headers, answer.read()
+        except urllib.error.HTTPError as error:
+            return error.code, error.headers, error.read()
+
+    def post(self, mesh):
+        body = multipart([("a", mesh), ("b", RAISED)])
+        return self.ask("/v1/comparisons", body, {"Content-Type": "multipart/form-data; boundary=XXboundaryXX",
+                                                  "traceparent": TRACE})
+
+    def test_a_comparison_by_tls(self):
+        status, headers, body = self.post(SQUARE)
+        self.assertEqual(status, 200)
+        validate(json.loads(body), "Comparison")
+        self.assertTrue(headers["Strict-Transport-Security"].startswith("max-age="))
+        self.assertEqual(headers["traceparent"].split("-")[1], TRACE.split("-")[1])
+        self.assertNotEqual(headers["traceparent"].split("-")[2], TRACE.split("-")[2])
+
+    def test_the_numbers_are_not_for_everyone(self):
+        self.assertEqual(self.ask("/metrics")[0], 404)
+
+    def test_a_body_beyond_the_limit_is_refused(self):
+        status, headers, body = self.post(SQUARE + b"#" * 200000)
+        self.assertEqual((status, headers["Content-Type"]), (413, "application/problem+json"))
+        self.assertEqual(json.loads(body)["type"], "urn:meshgauge:problem:too-large")
+
+    def test_a_refusal_of_the_service_comes_through(self):
+        status, headers, _ = self.post(b"v 0 0 nan\n")
+        self.assertEqual((status, headers["Content-Type"]), (422, "application/problem+json"))
+
+
+if __name__ == "__main__":
+    unittest.main()
