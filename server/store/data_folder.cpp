@@ -1,0 +1,74 @@
+#include "server/store/data_folder.h"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <filesystem>
+#include <utility>
+
+#include "server/store/errors.h"
+
+namespace meshgauge::server::store {
+namespace {
+
+std::string in_quotes(const std::string& path) { return "the data folder '" + path + "'"; }
+
+Result<Done> make_data_folder(const std::string& path) {
+  const std::filesystem::path parent = std::filesystem::absolute(path).lexically_normal().parent_path();
+  std::error_code failed;
+  std::filesystem::create_directories(parent, failed);
+  if (failed) return storage_error(failed.value(), in_quotes(path) + " cannot be made");
+  Result<bool> made = make_folder(path);
+  if (!made) return made.error();
+  return *made ? sync_folder(parent) : Result<Done>(Done{});
+}
+
+std::string holder_of(const Descriptor& lock) {
+  std::array<char, 32> text{};
+  const ssize_t length = ::pread(lock.get(), text.data(), text.size(), 0);
+  std::string number(text.data(), length > 0 ? static_cast<std::size_t>(length) : 0);
+  number.erase(number.find_last_not_of('\n') + 1);
+  return number.empty() ? "" : " (" + number + ")";
+}
+
+// Only tells people whom to look for: on a full disk the lock holds without it.
+void write_number(const Descriptor& lock) {
+  const std::string number = std::to_string(::getpid()) + "\n";
+  if (::ftruncate(lock.get(), 0) != 0 || ::pwrite(lock.get(), number.data(), number.size(), 0) < 0) return;
+}
+
+}  // namespace
+
+Result<bool> make_folder(const std::string& path) {
+  if (::mkdir(path.c_str(), 0700) == 0) return true;
+  if (errno == EEXIST) return false;
+  return storage_error(errno, "the folder '" + path + "' cannot be made");
+}
+
+Result<Done> sync_folder(const std::string& path) {
+  const Descriptor folder(::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (!folder || ::fsync(folder.get()) != 0) {
+    return storage_error(errno, "the folder '" + path + "' cannot be written to");
+  }
+  return Done{};
+}
+
+Result<DataFolder> DataFolder::open(const std::string& path) {
+  Result<Done> made = make_data_folder(path);
+  if (!made) return made.error();
+  Descriptor lock(::open((path + "/lock").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600));
+  if (!lock) return storage_error(errno, in_quotes(path) + " cannot be used");
+  if (::flock(lock.get(), LOCK_EX | LOCK_NB) != 0) {
+    if (errno != EWOULDBLOCK) return storage_error(errno, in_quotes(path) + " cannot be locked");
+    return Error{ErrorCode::storage_unavailable,
+                 in_quotes(path) + " is used by another process" + holder_of(lock) + "; each needs its own", "", ""};
+  }
+  write_number(lock);
+  return DataFolder(path, std::move(lock));
+}
+
+}  // namespace meshgauge::server::store

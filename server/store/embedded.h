@@ -1,0 +1,35 @@
+// The stores of one machine: a folder with a database and files.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "server/store/data_folder.h"
+#include "server/store/file_blobs.h"
+#include "server/store/sqlite_store.h"
+
+namespace meshgauge::server::store {
+
+struct EmbeddedSettings {
+  std::string data_folder;
+  std::size_t max_unrecorded = 10'000;  // jobs given to record() that are held while they cannot be written
+};
+
+class EmbeddedStores {
+ public:
+  static Result<std::unique_ptr<EmbeddedStores>> open(const EmbeddedSettings& settings);
+
+  JobStore& jobs() { return *store_; }
+  MeshIndex& meshes() { return *store_; }
+  BlobStore& blobs() { return *blobs_; }
+  const std::string& data_folder() const { return folder_.path(); }
+
+ private:
+  explicit EmbeddedStores(DataFolder folder) : folder_(std::move(folder)) {}
+
+  DataFolder folder_;  // first in, last out: it holds the lock
+  std::unique_ptr<FileBlobs> blobs_;
+  std::unique_ptr<SqliteStore> store_;
+};
+
+}  // namespace meshgauge::server::store

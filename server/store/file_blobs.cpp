@@ -1,0 +1,326 @@
+#include "server/store/file_blobs.h"
+
+#include <fcntl.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <sys/statvfs.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <filesystem>
+#include <vector>
+
+#include "api/digest.h"
+#include "server/store/data_folder.h"
+#include "server/store/errors.h"
+
+namespace meshgauge::server::store {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kPiece = std::size_t{1} << 20;
+constexpr const char* kIncoming = "/incoming";
+
+bool is_id(const std::string& id) {
+  return id.size() == 64 && id.find_first_not_of("0123456789abcdef") == std::string::npos;
+}
+
+std::span<const std::byte> as_bytes(const std::string& text) { return std::as_bytes(std::span(text)); }
+
+bool write_all(const Descriptor& file, std::span<const std::byte> bytes) {
+  while (!bytes.empty()) {
+    const ssize_t n = ::write(file.get(), bytes.data(), bytes.size());
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) return false;
+    bytes = bytes.subspan(static_cast<std::size_t>(n));
+  }
+  return true;
+}
+
+// As many bytes as there are up to the size of `piece`; -1 and errno when it fails.
+ssize_t read_at(int file, std::span<std::byte> piece, std::uint64_t offset) {
+  ssize_t n = 0;
+  do {
+    n = ::pread(file, piece.data(), piece.size(), static_cast<off_t>(offset));
+  } while (n < 0 && errno == EINTR);
+  return n;
+}
+
+Error not_stored(int error_number) { return storage_error(error_number, "the mesh cannot be stored"); }
+Error not_read(int error_number) { return storage_error(error_number, "the stored mesh cannot be read"); }
+Error not_removed(int error_number) { return storage_error(error_number, "the stored mesh cannot be removed"); }
+
+// A file that is gone again, unless it was moved to its place before.
+class Incoming {
+ public:
+  explicit Incoming(const std::string& root) : path_(root + kIncoming + "/" + api::random_id()) {
+    file_ = Descriptor(::open(path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600));
+  }
+  ~Incoming() {
+    if (file_) ::unlink(path_.c_str());
+  }
+  Incoming(const Incoming&) = delete;
+  Incoming& operator=(const Incoming&) = delete;
+
+  const Descriptor& file() const { return file_; }
+  const std::string& path() const { return path_; }
+  bool sync() const { return ::fsync(file_.get()) == 0; }
+
+ private:
+  std::string path_;
+  Descriptor file_;
+};
+
+Result<Done> remove_all_in(const std::string& folder) {
+  std::error_code failed;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, failed)) {
+    if (::unlink(entry.path().c_str()) != 0) return not_removed(errno);
+  }
+  if (failed) return not_removed(failed.value());
+  return Done{};
+}
+
+// Calls visit(path) for each file two folders below the root, which is where blobs are, among the files of the folder
+// of incoming ones, which are not that deep.
+template <class Visit>
+std::error_code for_each_blob(const std::string& root, Visit visit) {
+  std::error_code failed;
+  fs::recursive_directory_iterator entry(root, failed);
+  for (; !failed && entry != fs::recursive_directory_iterator(); entry.increment(failed)) {
+    if (entry.depth() == 2 && is_id(entry->path().filename())) visit(entry->path().string());
+  }
+  return failed;
+}
+
+bool is_older(const struct stat& status, std::chrono::seconds age) {
+  const auto modified = std::chrono::seconds(status.st_mtim.tv_sec) + std::chrono::nanoseconds(status.st_mtim.tv_nsec);
+  return std::chrono::system_clock::now().time_since_epoch() - modified >= age;
+}
+
+}  // namespace
+
+Blob::~Blob() {
+  if (!bytes_.empty()) ::munmap(const_cast<std::byte*>(bytes_.data()), bytes_.size());
+}
+
+// Where bytes come from: a span, or a file that is read piece by piece.
+struct FileBlobs::Source {
+  std::span<const std::byte> bytes;
+  int file = -1;
+  std::uint64_t size = 0;
+
+  // Calls take(piece) -> bool for all of it; an early end when that is false.
+  template <class Take>
+  Result<Done> for_each_piece(Take take) const {
+    std::vector<std::byte> buffer(file < 0 ? 0 : std::min<std::uint64_t>(size, kPiece));
+    for (std::uint64_t done = 0; done < size;) {
+      const std::size_t wanted = std::min<std::uint64_t>(size - done, kPiece);
+      std::span<const std::byte> piece;
+      if (file < 0) {
+        piece = bytes.subspan(done, wanted);
+      } else {
+        const ssize_t n = read_at(file, std::span(buffer).first(wanted), done);
+        if (n < 0) return storage_error(errno, "the upload cannot be read");
+        if (n == 0) return Error{ErrorCode::internal, "the upload is shorter than its size", "", ""};
+        piece = std::span(buffer).first(static_cast<std::size_t>(n));
+      }
+      if (!take(piece)) return Done{};
+      done += piece.size();
+    }
+    return Done{};
+  }
+};
+
+struct FileBlobs::Place {
+  std::string owner_folder;
+  std::string folder;
+  std::string path;
+};
+
+Result<std::unique_ptr<FileBlobs>> FileBlobs::open(const std::string& root) {
+  std::unique_ptr<FileBlobs> blobs(new FileBlobs(root));
+  Result<Done> prepared = blobs->prepare();
+  if (!prepared) return prepared.error();
+  return blobs;
+}
+
+Result<Done> FileBlobs::prepare() {
+  for (const std::string& folder : {root_, root_ + kIncoming}) {
+    Result<bool> made = make_folder(folder);
+    if (!made) return made.error();
+  }
+  Result<Done> synced = sync_folder(fs::path(root_).parent_path());
+  if (!synced) return synced;
+  return remove_all_in(root_ + kIncoming);
+}
+
+FileBlobs::Place FileBlobs::place_of(const BlobKey& key) const {
+  Place place;
+  place.owner_folder = root_ + "/" + api::sha256_hex(as_bytes(key.owner));
+  place.folder = place.owner_folder + "/" + key.id.substr(0, 2);
+  place.path = place.folder + "/" + key.id;
+  return place;
+}
+
+std::mutex& FileBlobs::lock_of(const std::string& path) {
+  return locks_[std::hash<std::string>()(path) % locks_.size()];
+}
+
+Result<BlobPut> FileBlobs::put(const BlobKey& key, std::span<const std::byte> bytes) {
+  return put(key, Source{bytes, -1, bytes.size()});
+}
+
+Result<BlobPut> FileBlobs::put(const BlobKey& key, int file, std::uint64_t size) {
+  return put(key, Source{{}, file, size});
+}
+
+Result<BlobPut> FileBlobs::put(const BlobKey& key, const Source& source) {
+  if (!is_id(key.id)) return BlobPut::other_digest;
+  const Place place = place_of(key);
+  Result<std::optional<BlobPut>> again = put_again(place, key.id, source);
+  if (!again) return again.error();
+  if (again->has_value()) return **again;
+  return put_anew(place, key.id, source);
+}
+
+// nullopt: there is no such file, or one of another size, which the new one then replaces.
+Result<std::optional<BlobPut>> FileBlobs::put_again(const Place& place, const std::string& id, const Source& source) {
+  struct stat status {};
+  if (::stat(place.path.c_str(), &status) != 0 || static_cast<std::uint64_t>(status.st_size) != source.size) {
+    return std::optional<BlobPut>();
+  }
+  api::Sha256 digest;
+  Result<Done> read =
+      source.for_each_piece([&](std::span<const std::byte> piece) { return digest.update(piece), true; });
+  if (!read) return read.error();
+  if (digest.hex() != id) return std::optional(BlobPut::other_digest);
+  Result<bool> renewed = renew(place);
+  if (!renewed) return renewed.error();
+  if (!*renewed) return std::optional<BlobPut>();
+  // Another call may have moved it in and not have synced its name yet.
+  Result<Done> synced = sync_folder(place.folder);
+  if (!synced) return synced.error();
+  return std::optional(BlobPut::existed);
+}
+
+Result<BlobPut> FileBlobs::put_anew(const Place& place, const std::string& id, const Source& source) {
+  const Incoming incoming(root_);
+  if (!incoming.file()) return not_stored(errno);
+  api::Sha256 digest;
+  int failure = 0;
+  Result<Done> read = source.for_each_piece([&](std::span<const std::byte> piece) {
+    digest.update(piece);
+    if (!write_all(incoming.file(), piece)) failure = errno;
+    return failure == 0;
+  });
+  if (!read) return read.error();
+  if (failure != 0) return not_stored(failure);
+  if (digest.hex() != id) return BlobPut::other_digest;
+  if (!incoming.sync()) return not_stored(errno);
+  Result<Done> moved = move_in(incoming.path(), place);
+  if (!moved) return moved.error();
+  return BlobPut::created;
+}
+
+Result<Done> FileBlobs::move_in(const std::string& incoming, const Place& place) {
+  Result<Done> made = make_durable_folder(place.owner_folder, root_);
+  if (made) made = make_durable_folder(place.folder, place.owner_folder);
+  if (!made) return made;
+  {
+    const std::lock_guard lock(lock_of(place.path));
+    if (::rename(incoming.c_str(), place.path.c_str()) != 0) return not_stored(errno);
+  }
+  return sync_folder(place.folder);
+}
+
+Result<Done> FileBlobs::make_durable_folder(const std::string& path, const std::string& around) {
+  {
+    const std::lock_guard lock(folders_mutex_);
+    if (durable_folders_.contains(path)) return Done{};
+  }
+  Result<bool> made = make_folder(path);
+  if (!made) return made.error();
+  Result<Done> synced = sync_folder(around);
+  if (!synced) return synced;
+  const std::lock_guard lock(folders_mutex_);
+  durable_folders_.insert(path);
+  return Done{};
+}
+
+Result<std::optional<Blob>> FileBlobs::open(const BlobKey& key) {
+  if (!is_id(key.id)) return std::optional<Blob>();
+  Descriptor file(::open(place_of(key).path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW));
+  if (!file && errno == ENOENT) return std::optional<Blob>();
+  struct stat status {};
+  if (!file || ::fstat(file.get(), &status) != 0) return not_read(errno);
+  const auto size = static_cast<std::size_t>(status.st_size);
+  if (size == 0) return std::optional(Blob(std::move(file), {}));
+  const void* start = ::mmap(nullptr, size, PROT_READ, MAP_SHARED, file.get(), 0);
+  if (start == MAP_FAILED) return not_read(errno);
+  return std::optional(Blob(std::move(file), {static_cast<const std::byte*>(start), size}));
+}
+
+Result<bool> FileBlobs::exists(const BlobKey& key) {
+  struct stat status {};
+  if (!is_id(key.id)) return false;
+  if (::stat(place_of(key).path.c_str(), &status) == 0) return true;
+  if (errno == ENOENT) return false;
+  return not_read(errno);
+}
+
+Result<bool> FileBlobs::renew(const BlobKey& key) {
+  if (!is_id(key.id)) return false;
+  return renew(place_of(key));
+}
+
+Result<bool> FileBlobs::renew(const Place& place) {
+  const std::lock_guard lock(lock_of(place.path));
+  if (::utimensat(AT_FDCWD, place.path.c_str(), nullptr, 0) == 0) return true;
+  if (errno == ENOENT) return false;
+  return not_stored(errno);
+}
+
+Result<bool> FileBlobs::remove(const BlobKey& key) {
+  if (!is_id(key.id)) return false;
+  if (::unlink(place_of(key).path.c_str()) == 0) return true;
+  if (errno == ENOENT) return false;
+  return not_removed(errno);
+}
+
+Result<std::uint64_t> FileBlobs::remove_unused(std::span<const BlobKey> used, std::chrono::seconds older_than) {
+  std::unordered_set<std::string> kept;
+  for (const BlobKey& key : used) kept.insert(place_of(key).path);
+  std::uint64_t removed = 0;
+  int failure = 0;
+  const std::error_code failed = for_each_blob(root_, [&](const std::string& path) {
+    if (kept.contains(path)) return;
+    const std::lock_guard lock(lock_of(path));
+    struct stat status {};
+    if (::stat(path.c_str(), &status) != 0 || !is_older(status, older_than)) return;
+    if (::unlink(path.c_str()) == 0) {
+      ++removed;
+    } else if (errno != ENOENT) {
+      failure = errno;
+    }
+  });
+  if (failure != 0) return not_removed(failure);
+  if (failed) return not_removed(failed.value());
+  return removed;
+}
+
+Result<std::uint64_t> FileBlobs::free_bytes() {
+  struct statvfs status {};
+  if (::statvfs(root_.c_str(), &status) != 0) return not_read(errno);
+  return std::uint64_t{status.f_bavail} * status.f_frsize;
+}
+
+Result<Done> FileBlobs::check() {
+  const Incoming incoming(root_);
+  const std::vector<std::byte> block(4096);
+  if (!incoming.file() || !write_all(incoming.file(), block) || !incoming.sync()) return not_stored(errno);
+  return Done{};
+}
+
+}  // namespace meshgauge::server::store

@@ -1,0 +1,59 @@
+// BlobStore in files:
+//
+//   <root>/incoming/<random>                                  being written; removed at the start
+//   <root>/<SHA-256 of the owner>/<first two digits>/<id>     whole, synced, never changed
+//
+// No name from outside becomes part of a path: owners are hashed, and an id is 64 hex digits or names nothing. Folders
+// have mode 0700, files 0600. A file's time of modification is when it was last put or renewed.
+#pragma once
+
+#include <array>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <unordered_set>
+
+#include "server/store/blob_store.h"
+
+namespace meshgauge::server::store {
+
+class FileBlobs final : public BlobStore {
+ public:
+  // `root` is used by this object alone (DataFolder sees to it); it is made when there is none.
+  static Result<std::unique_ptr<FileBlobs>> open(const std::string& root);
+
+  Result<BlobPut> put(const BlobKey& key, std::span<const std::byte> bytes) override;
+  Result<BlobPut> put(const BlobKey& key, int file, std::uint64_t size) override;
+  Result<std::optional<Blob>> open(const BlobKey& key) override;
+  Result<bool> exists(const BlobKey& key) override;
+  Result<bool> renew(const BlobKey& key) override;
+  Result<bool> remove(const BlobKey& key) override;
+  Result<std::uint64_t> remove_unused(std::span<const BlobKey> used, std::chrono::seconds older_than) override;
+  Result<std::uint64_t> free_bytes() override;
+  Result<Done> check() override;
+
+ private:
+  struct Source;
+  struct Place;
+
+  explicit FileBlobs(std::string root) : root_(std::move(root)) {}
+
+  Place place_of(const BlobKey& key) const;
+  Result<Done> prepare();
+  Result<BlobPut> put(const BlobKey& key, const Source& source);
+  Result<std::optional<BlobPut>> put_again(const Place& place, const std::string& id, const Source& source);
+  Result<BlobPut> put_anew(const Place& place, const std::string& id, const Source& source);
+  Result<Done> move_in(const std::string& incoming, const Place& place);
+  Result<Done> make_durable_folder(const std::string& path, const std::string& around);
+  Result<bool> renew(const Place& place);
+  std::mutex& lock_of(const std::string& path);
+
+  const std::string root_;
+  // A blob's removal for being old, and what makes it young, exclude each other.
+  std::array<std::mutex, 64> locks_;
+  std::mutex folders_mutex_;
+  std::unordered_set<std::string> durable_folders_;  // whose names were synced, by this object
+};
+
+}  // namespace meshgauge::server::store

@@ -1,0 +1,85 @@
+#include "server/store/sqlite.h"
+
+#include <sqlite3.h>
+
+#include "server/store/errors.h"
+
+namespace meshgauge::server::store {
+namespace {
+
+// Nobody else writes; somebody may make a backup.
+constexpr int kBusyTimeoutMs = 5000;
+
+constexpr int kFlags = SQLite::OPEN_READWRITE | SQLite::OPEN_NOMUTEX;
+
+}  // namespace
+
+Connection::Connection(const std::string& path, Use use) : database_(path, kFlags, kBusyTimeoutMs) {
+  execute("PRAGMA foreign_keys = ON");
+  execute("PRAGMA temp_store = MEMORY");
+  if (use == Use::read) {
+    execute("PRAGMA query_only = ON");  // the file is open for writing, because readers take part in the locks of the log
+  } else {
+    execute("PRAGMA journal_mode = WAL");
+    execute("PRAGMA synchronous = FULL");
+    execute("PRAGMA journal_size_limit = 67108864");
+  }
+}
+
+SQLite::Statement& Connection::prepared(const char* sql) {
+  const auto found = statements_.find(sql);
+  if (found != statements_.end()) return found->second;
+  return statements_.emplace(sql, SQLite::Statement(database_, sql)).first->second;
+}
+
+std::int64_t Connection::pragma(const char* name) {
+  return database_.execAndGet(std::string("PRAGMA ") + name).getInt64();
+}
+
+bool Connection::in_transaction() const { return sqlite3_get_autocommit(database_.getHandle()) == 0; }
+
+Error Connection::to_error(const SQLite::Exception& exception) const {
+  return store::to_error(exception, path(), sqlite3_system_errno(database_.getHandle()));
+}
+
+Error to_error(const SQLite::Exception& exception, const std::string& path, int system_error) {
+  const std::string what = "the database '" + path + "' ";
+  const std::string text = std::string(": ") + exception.what();
+  switch (exception.getErrorCode()) {
+    case SQLITE_FULL:
+      return {ErrorCode::storage_full, what + "finds no room on its disk", "", ""};
+    case SQLITE_IOERR:
+    case SQLITE_CANTOPEN:
+      if (means_full(system_error)) return storage_error(system_error, what + "finds no room");
+      return {ErrorCode::storage_unavailable, what + "cannot be read or written" + text, "", ""};
+    case SQLITE_READONLY:
+    case SQLITE_PERM:
+      return {ErrorCode::storage_unavailable, what + "cannot be written" + text, "", ""};
+    case SQLITE_BUSY:
+    case SQLITE_LOCKED:
+      return {ErrorCode::storage_unavailable, what + "is locked by another program" + text, "", ""};
+    case SQLITE_CORRUPT:
+    case SQLITE_NOTADB:
+      return {ErrorCode::internal, what + "is damaged" + text, "", ""};
+    default:
+      return {ErrorCode::internal, what + "failed" + text, "", ""};
+  }
+}
+
+Query::~Query() {
+  statement_.tryReset();  // its error is that of the run, which was thrown
+  statement_.clearBindings();
+}
+
+std::uint64_t Query::run() {
+  while (next()) {
+  }
+  return static_cast<std::uint64_t>(statement_.getChanges());
+}
+
+std::optional<TimePoint> Query::time_if_any(int column) const {
+  if (is_null(column)) return std::nullopt;
+  return time(column);
+}
+
+}  // namespace meshgauge::server::store

@@ -1,0 +1,78 @@
+// What the store needs of SQLite, over SQLiteCpp: a connection that keeps its prepared statements, and a statement that
+// is always reset. Both throw SQLite::Exception; to_error() makes an Error of it. One thread at a time uses a
+// connection.
+#pragma once
+
+#include <concepts>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+
+#include <SQLiteCpp/SQLiteCpp.h>
+
+#include "server/store/job_store.h"
+
+namespace meshgauge::server::store {
+
+class Connection {
+ public:
+  enum class Use { write, read };
+
+  Connection(const std::string& path, Use use);
+
+  SQLite::Statement& prepared(const char* sql);
+  void execute(const char* sql) { database_.exec(sql); }
+  std::int64_t pragma(const char* name);  // of a pragma that is a number
+  bool in_transaction() const;            // SQLite ends it by itself after some errors
+
+  const std::string& path() const { return database_.getFilename(); }
+  // Of an exception that this connection threw just now.
+  Error to_error(const SQLite::Exception& exception) const;
+
+ private:
+  SQLite::Database database_;
+  std::map<std::string, SQLite::Statement, std::less<>> statements_;
+};
+
+// Of an exception on the way to a connection. `system_error`: errno of the call that failed; 0: unknown.
+Error to_error(const SQLite::Exception& exception, const std::string& path, int system_error = 0);
+
+// One run of a prepared statement: Query(connection, sql, values of its parameters in order).
+class Query {
+ public:
+  template <class... Values>
+  Query(Connection& connection, const char* sql, const Values&... values) : statement_(connection.prepared(sql)) {
+    (bind(values), ...);
+  }
+  ~Query();
+  Query(const Query&) = delete;
+  Query& operator=(const Query&) = delete;
+
+  bool next() { return statement_.executeStep(); }  // to the next row
+  std::uint64_t run();                              // to the end; how many rows it changed
+
+  std::int64_t number(int column) const { return statement_.getColumn(column).getInt64(); }
+  double real(int column) const { return statement_.getColumn(column).getDouble(); }
+  std::string text(int column) const { return statement_.getColumn(column).getString(); }
+  bool is_null(int column) const { return statement_.isColumnNull(column); }
+  TimePoint time(int column) const { return TimePoint(std::chrono::milliseconds(number(column))); }
+  std::optional<TimePoint> time_if_any(int column) const;
+
+ private:
+  void bind(const std::string& text) { statement_.bind(++bound_, text); }
+  void bind(double real) { statement_.bind(++bound_, real); }
+  void bind(TimePoint time) { bind(time.time_since_epoch().count()); }
+  void bind(std::integral auto number) { statement_.bind(++bound_, static_cast<std::int64_t>(number)); }
+  void bind(JobState state) { bind(static_cast<int>(state)); }
+  template <class T>
+  void bind(const std::optional<T>& value) {
+    if (value) return bind(*value);
+    statement_.bind(++bound_);
+  }
+
+  SQLite::Statement& statement_;
+  int bound_ = 0;
+};
+
+}  // namespace meshgauge::server::store

@@ -1,0 +1,223 @@
+#include "server/store/sqlite_store.h"
+
+#include <fcntl.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cerrno>
+#include <utility>
+
+#include "server/store/errors.h"
+#include "server/store/job_rows.h"
+#include "server/store/schema.h"
+
+namespace meshgauge::server::store {
+namespace {
+
+using namespace std::chrono_literals;
+
+// How long records are gathered before they are written: a busy service syncs its disk ten times a second for them.
+constexpr auto kLinger = 100ms;
+constexpr auto kPauseAfterFailure = 1s;
+
+// SQLite would make the file readable to everybody; its log and index get the mode that it has.
+Result<Done> make_private_file(const std::string& path) {
+  const Descriptor file(::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600));
+  if (!file) return storage_error(errno, "the database '" + path + "' cannot be opened");
+  return Done{};
+}
+
+Result<std::unique_ptr<Connection>> connect(const std::string& path) {
+  try {
+    return std::make_unique<Connection>(path, Connection::Use::write);
+  } catch (const SQLite::Exception& exception) {
+    return to_error(exception, path);
+  }
+}
+
+Job as_queued(const NewJob& job) {
+  Job queued;
+  static_cast<NewJob&>(queued) = job;
+  return queued;
+}
+
+std::optional<Claimed> claimed(Query& updated) {
+  if (!updated.next()) return std::nullopt;
+  return Claimed{token_of(updated), job_of(updated)};
+}
+
+#define MESHGAUGE_CLAIM                                                                                    \
+  "UPDATE jobs SET state = 1, tries = tries + 1, worker = ?, started = ?, lease_until = ?, lower = NULL, " \
+  "upper = NULL, stage = NULL WHERE "
+
+}  // namespace
+
+Result<std::unique_ptr<SqliteStore>> SqliteStore::open(const std::string& path, std::size_t max_unrecorded) {
+  Result<Done> made = make_private_file(path);
+  if (!made) return made.error();
+  Result<std::unique_ptr<Connection>> connection = connect(path);
+  if (!connection) return connection.error();
+  Result<Done> migrated = migrate(**connection, schema_steps());
+  if (!migrated) return migrated.error();
+  return std::unique_ptr<SqliteStore>(new SqliteStore(path, std::move(*connection), max_unrecorded));
+}
+
+SqliteStore::SqliteStore(const std::string& path, std::unique_ptr<Connection> connection, std::size_t max_unrecorded)
+    : readers_(path), writer_(std::move(connection)), unwritten_(max_unrecorded) {
+  recorder_ = std::thread([this] { record_in_background(); });
+}
+
+SqliteStore::~SqliteStore() {
+  unwritten_.stop();
+  recorder_.join();
+  const Result<Done> written = flush();  // nobody is left to be told that it failed
+  static_cast<void>(written);
+}
+
+Result<Inserted> SqliteStore::insert(const NewJob& job) {
+  return writer_.write([&](Connection& connection) {
+    if (insert_row(connection, job)) return Inserted{as_queued(job), false, false};
+    std::optional<Job> there = find_job(connection, job.key);
+    if (!there) there = find_idempotent_job(connection, job.key.owner, job.idempotency_key);
+    const bool conflict = there->fingerprint != job.fingerprint;
+    return Inserted{*std::move(there), true, conflict};
+  });
+}
+
+Result<std::optional<Claimed>> SqliteStore::claim(const JobKey& key, const std::string& worker, TimePoint now,
+                                                  TimePoint lease_until) {
+  return writer_.write([&](Connection& connection) {
+    Query updated(connection, MESHGAUGE_CLAIM "owner = ? AND id = ? AND state = 0 RETURNING " MESHGAUGE_JOB_COLUMNS,
+                  worker, now, lease_until, key.owner, key.id);
+    return claimed(updated);
+  });
+}
+
+Result<std::optional<Claimed>> SqliteStore::claim_next(const std::string& worker, TimePoint now,
+                                                       TimePoint lease_until) {
+  return writer_.write([&](Connection& connection) {
+    Query updated(connection,
+                  MESHGAUGE_CLAIM
+                  "number = (SELECT number FROM jobs AS mine WHERE state = 0 ORDER BY "
+                  "(SELECT count(*) FROM jobs WHERE state = 1 AND owner = mine.owner), rank, number LIMIT 1) "
+                  "RETURNING " MESHGAUGE_JOB_COLUMNS,
+                  worker, now, lease_until);
+    return claimed(updated);
+  });
+}
+
+Result<Heartbeat> SqliteStore::heartbeat(const Token& token, TimePoint lease_until, const Progress& progress) {
+  return writer_.write([&](Connection& connection) {
+    Query updated(connection,
+                  "UPDATE jobs SET lease_until = ?, lower = ?, upper = ?, stage = ? WHERE owner = ? AND id = ? AND "
+                  "state = 1 AND worker = ? AND tries = ? RETURNING cancel_requested",
+                  lease_until, progress.lower, progress.upper, progress.stage, token.key.owner, token.key.id,
+                  token.worker, token.tries);
+    if (!updated.next()) return Heartbeat::lost;
+    return updated.number(0) != 0 ? Heartbeat::cancel : Heartbeat::go_on;
+  });
+}
+
+Result<bool> SqliteStore::finish(const Token& token, const Ending& ending) {
+  assert(has_ended(ending.state));
+  return writer_.write([&](Connection& connection) {
+    // Finishing once more with the same token and time changes nothing, and is no failure: see job_store.h.
+    return Query(connection,
+                 "UPDATE jobs SET state = ?1, document = ?2, problem = ?3, finished = ?4, expires = ?5, lease_until = "
+                 "NULL "
+                 "WHERE owner = ?6 AND id = ?7 AND worker = ?8 AND tries = ?9 AND (state = 1 OR (state = ?1 AND "
+                 "finished = ?4))",
+                 ending.state, ending.document, ending.problem, ending.finished, ending.expires, token.key.owner,
+                 token.key.id, token.worker, token.tries)
+               .run() == 1;
+  });
+}
+
+Result<std::optional<JobState>> SqliteStore::hand_back(const Token& token, const std::string& last_error,
+                                                       Moment moment) {
+  return writer_.write([&](Connection& connection) { return give_back(connection, token, last_error, moment); });
+}
+
+Result<std::optional<JobState>> SqliteStore::request_cancel(const JobKey& key, Moment moment) {
+  if (const auto job = unwritten_.find(key)) return std::optional(job->state);
+  return writer_.write([&](Connection& connection) -> std::optional<JobState> {
+    Query updated(
+        connection,
+        "UPDATE jobs SET cancel_requested = 1, state = iif(state = 0, 4, 1), finished = iif(state = 0, ?1, NULL), "
+        "expires = iif(state = 0, ?2, NULL) WHERE owner = ?3 AND id = ?4 AND state < 2 RETURNING state",
+        moment.now, moment.keep_until, key.owner, key.id);
+    if (updated.next()) return static_cast<JobState>(updated.number(0));
+    Query row(connection, "SELECT state FROM jobs WHERE owner = ? AND id = ?", key.owner, key.id);
+    if (!row.next()) return std::nullopt;
+    return static_cast<JobState>(row.number(0));
+  });
+}
+
+void SqliteStore::record(Job ended) {
+  assert(has_ended(ended.state) && ended.finished && ended.expires);
+  unwritten_.add(std::move(ended));
+}
+
+void SqliteStore::record_in_background() {
+  while (unwritten_.wait(kLinger)) {
+    std::unique_lock lock(recording_);
+    const bool written = write_batch().ok();
+    lock.unlock();
+    if (!written) unwritten_.pause(kPauseAfterFailure);
+  }
+}
+
+Result<Done> SqliteStore::write_batch() {
+  const Unwritten::Batch& batch = unwritten_.take();
+  if (batch.empty()) return Done{};
+  Result<Done> written = writer_.write([&](Connection& connection) {
+    for (const auto& job : batch.jobs) insert_ended_row(connection, *job);
+    for (const auto& [mesh, touch] : batch.touches) {
+      Query(connection,
+            "UPDATE meshes SET last_used = max(last_used, ?), expires = max(expires, ?) WHERE owner = ? AND id = ?",
+            touch.last_used, touch.expires, mesh.owner, mesh.id)
+          .run();
+    }
+    return Done{};
+  });
+  if (written) {
+    unwritten_.settle();
+  } else if (written.error().code == ErrorCode::internal) {
+    unwritten_.give_up();
+  } else {
+    unwritten_.put_back();
+  }
+  return written;
+}
+
+Result<Done> SqliteStore::flush() {
+  const std::lock_guard lock(recording_);
+  const std::uint64_t rounds = unwritten_.jobs() / Unwritten::kBatch + 1;  // for what is there now, not for what comes
+  for (std::uint64_t round = 0; round < rounds; ++round) {
+    Result<Done> written = write_batch();
+    if (!written) return written;
+  }
+  return Done{};
+}
+
+Result<std::optional<Job>> SqliteStore::get(const JobKey& key) {
+  if (const auto job = unwritten_.find(key)) return std::optional<Job>(*job);
+  return readers_.read([&](Connection& connection) { return find_job(connection, key); });
+}
+
+Result<std::optional<Job>> SqliteStore::find_idempotent(const std::string& owner, const std::string& idempotency_key) {
+  return readers_.read([&](Connection& connection) { return find_idempotent_job(connection, owner, idempotency_key); });
+}
+
+Result<bool> SqliteStore::forget(const JobKey& key) {
+  if (unwritten_.find(key)) {
+    Result<Done> flushed = flush();
+    if (!flushed) return flushed.error();
+  }
+  return writer_.write([&](Connection& connection) {
+    return Query(connection, "DELETE FROM jobs WHERE owner = ? AND id = ? AND state >= 2", key.owner, key.id).run() ==
+           1;
+  });
+}
+
+}  // namespace meshgauge::server::store

@@ -1,0 +1,67 @@
+// JobStore and MeshIndex in one SQLite database: log written ahead (WAL), synced at every commit, one writer
+// (writer.h).
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+
+#include "server/store/job_store.h"
+#include "server/store/mesh_index.h"
+#include "server/store/readers.h"
+#include "server/store/unwritten.h"
+#include "server/store/writer.h"
+
+namespace meshgauge::server::store {
+
+class SqliteStore final : public JobStore, public MeshIndex {
+ public:
+  // Makes the database when there is none. It is this object's alone (DataFolder sees to it). `max_unrecorded`: how
+  // many jobs given to record() are held at most while they cannot be written.
+  static Result<std::unique_ptr<SqliteStore>> open(const std::string& path, std::size_t max_unrecorded);
+  ~SqliteStore() override;  // after what record() was given is written, if it can be
+
+  Result<Inserted> insert(const NewJob& job) override;
+  Result<std::optional<Claimed>> claim(const JobKey& key, const std::string& worker, TimePoint now,
+                                       TimePoint lease_until) override;
+  Result<std::optional<Claimed>> claim_next(const std::string& worker, TimePoint now, TimePoint lease_until) override;
+  Result<Heartbeat> heartbeat(const Token& token, TimePoint lease_until, const Progress& progress) override;
+  Result<bool> finish(const Token& token, const Ending& ending) override;
+  Result<std::optional<JobState>> hand_back(const Token& token, const std::string& last_error, Moment moment) override;
+  Result<std::optional<JobState>> request_cancel(const JobKey& key, Moment moment) override;
+  void record(Job ended) override;
+  Result<Done> flush() override;
+  Result<std::optional<Job>> get(const JobKey& key) override;
+  Result<std::optional<Job>> find_idempotent(const std::string& owner, const std::string& idempotency_key) override;
+  Result<bool> forget(const JobKey& key) override;
+  Result<std::vector<Job>> recover(const std::optional<std::string>& dead_workers, const std::string& why,
+                                   Moment moment) override;
+  Result<Counts> counts() override;
+  Result<std::vector<BlobKey>> used_blobs() override;
+  Result<SweptJobs> sweep_jobs(Moment moment, std::uint64_t max_kept) override;
+  Result<Done> check() override;
+
+  Result<PutMesh> put_mesh(const MeshRow& row, std::uint64_t max_stored_bytes) override;
+  Result<std::optional<MeshRow>> get_mesh(const BlobKey& key) override;
+  void touch_mesh(const BlobKey& key, TimePoint last_used, TimePoint expires) override;
+  Result<bool> delete_mesh(const BlobKey& key) override;
+  Result<std::uint64_t> stored_bytes(const std::string& owner) override;
+  Result<std::uint64_t> sweep_meshes(TimePoint now) override;
+
+ private:
+  SqliteStore(const std::string& path, std::unique_ptr<Connection> connection, std::size_t max_unrecorded);
+
+  Result<Done> write_batch();
+  void record_in_background();
+  Result<std::uint64_t> remove_in_portions(const std::function<std::uint64_t(Connection&, std::int64_t most)>& remove);
+
+  Readers readers_;
+  Writer writer_;
+  Unwritten unwritten_;
+  std::mutex recording_;  // held by who takes batches of unwritten_
+  std::thread recorder_;
+};
+
+}  // namespace meshgauge::server::store

@@ -1,0 +1,145 @@
+// SqliteStore: what looks at many jobs at once.
+#include "server/store/job_rows.h"
+#include "server/store/sqlite_store.h"
+
+namespace meshgauge::server::store {
+namespace {
+
+constexpr std::int64_t kPortion = 500;  // rows that one transaction removes: other writes wait for it
+
+std::vector<Token> tokens_of_dead(Connection& connection, const std::optional<std::string>& dead_workers,
+                                  TimePoint now) {
+  Query row(connection,
+            "SELECT owner, id, worker, tries FROM jobs WHERE state = 1 AND (lease_until <= ?1 OR "
+            "substr(worker, 1, length(?2)) = ?2)",
+            now, dead_workers);
+  std::vector<Token> tokens;
+  while (row.next()) {
+    tokens.push_back({{row.text(0), row.text(1)}, row.text(2), static_cast<unsigned>(row.number(3))});
+  }
+  return tokens;
+}
+
+std::vector<Job> queued_jobs(Connection& connection) {
+  Query row(connection, "SELECT " MESHGAUGE_JOB_COLUMNS " FROM jobs WHERE state = 0 ORDER BY created, number");
+  std::vector<Job> jobs;
+  while (row.next()) jobs.push_back(job_of(row));
+  return jobs;
+}
+
+void add(Counts& counts, JobState state, std::uint64_t number) {
+  switch (state) {
+    case JobState::queued:
+      counts.queued = number;
+      return;
+    case JobState::running:
+      counts.running = number;
+      return;
+    case JobState::done:
+      counts.done = number;
+      return;
+    case JobState::failed:
+      counts.failed = number;
+      return;
+    case JobState::cancelled:
+      counts.cancelled = number;
+      return;
+  }
+}
+
+std::uint64_t give_up_waiting(Connection& connection, Moment moment) {
+  return Query(connection,
+               "UPDATE jobs SET state = 3, finished = ?1, expires = ?2, last_error = iif(last_error = '', "
+               "'nobody ran it in time', last_error) WHERE state = 0 AND expires_if_never_run <= ?1",
+               moment.now, moment.keep_until)
+      .run();
+}
+
+std::uint64_t remove_expired(Connection& connection, TimePoint now, std::int64_t most) {
+  return Query(connection,
+               "DELETE FROM jobs WHERE number IN (SELECT number FROM jobs WHERE state >= 2 AND expires <= ? LIMIT ?)",
+               now, most)
+      .run();
+}
+
+std::uint64_t remove_oldest(Connection& connection, std::uint64_t max_kept, std::int64_t most) {
+  Query count(connection, "SELECT count(*) FROM jobs WHERE state >= 2");
+  count.next();
+  const std::uint64_t kept = static_cast<std::uint64_t>(count.number(0));
+  if (kept <= max_kept) return 0;
+  return Query(connection,
+               "DELETE FROM jobs WHERE number IN (SELECT number FROM jobs WHERE state >= 2 ORDER BY finished, number "
+               "LIMIT min(?, ?))",
+               most, kept - max_kept)
+      .run();
+}
+
+}  // namespace
+
+Result<std::vector<Job>> SqliteStore::recover(const std::optional<std::string>& dead_workers, const std::string& why,
+                                              Moment moment) {
+  return writer_.write([&](Connection& connection) {
+    for (const Token& token : tokens_of_dead(connection, dead_workers, moment.now)) {
+      give_back(connection, token, why, moment);
+    }
+    return queued_jobs(connection);
+  });
+}
+
+Result<Counts> SqliteStore::counts() {
+  Result<Counts> counts = readers_.read([](Connection& connection) {
+    Counts counted;
+    Query row(connection, "SELECT state, count(*) FROM jobs GROUP BY state");
+    while (row.next()) add(counted, static_cast<JobState>(row.number(0)), static_cast<std::uint64_t>(row.number(1)));
+    return counted;
+  });
+  if (!counts) return counts;
+  counts->unrecorded = unwritten_.jobs();
+  counts->dropped_records = unwritten_.dropped();
+  return counts;
+}
+
+Result<std::vector<BlobKey>> SqliteStore::used_blobs() {
+  return readers_.read([](Connection& connection) {
+    Query row(
+        connection,
+        "SELECT owner, mesh_a FROM jobs WHERE state IN (0, 1) UNION SELECT owner, mesh_b FROM jobs WHERE state IN "
+        "(0, 1) UNION SELECT owner, id FROM meshes");
+    std::vector<BlobKey> keys;
+    while (row.next()) keys.push_back({row.text(0), row.text(1)});
+    return keys;
+  });
+}
+
+Result<std::uint64_t> SqliteStore::remove_in_portions(
+    const std::function<std::uint64_t(Connection&, std::int64_t most)>& remove) {
+  std::uint64_t removed = 0;
+  while (true) {
+    Result<std::uint64_t> portion = writer_.write([&](Connection& connection) { return remove(connection, kPortion); });
+    if (!portion) return portion;
+    removed += *portion;
+    if (*portion < kPortion) return removed;
+  }
+}
+
+Result<SweptJobs> SqliteStore::sweep_jobs(Moment moment, std::uint64_t max_kept) {
+  Result<std::uint64_t> given_up =
+      writer_.write([&](Connection& connection) { return give_up_waiting(connection, moment); });
+  if (!given_up) return given_up.error();
+  Result<std::uint64_t> expired = remove_in_portions(
+      [&](Connection& connection, std::int64_t most) { return remove_expired(connection, moment.now, most); });
+  if (!expired) return expired.error();
+  Result<std::uint64_t> over_cap = remove_in_portions(
+      [&](Connection& connection, std::int64_t most) { return remove_oldest(connection, max_kept, most); });
+  if (!over_cap) return over_cap.error();
+  return SweptJobs{*expired, *over_cap, *given_up};
+}
+
+Result<Done> SqliteStore::check() {
+  return writer_.write([](Connection& connection) {
+    Query(connection, "INSERT INTO checks VALUES (1, ?) ON CONFLICT (id) DO UPDATE SET at = excluded.at", now()).run();
+    return Done{};
+  });
+}
+
+}  // namespace meshgauge::server::store

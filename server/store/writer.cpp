@@ -1,0 +1,118 @@
+#include "server/store/writer.h"
+
+#include <algorithm>
+#include <exception>
+#include <iterator>
+
+#include <sqlite3.h>
+
+namespace meshgauge::server::store {
+namespace {
+
+// Bounds what one transaction adds to the log, and how long its first write waits for the last.
+constexpr std::size_t kMostTasks = 512;
+
+// Failures of one statement, after which the transaction can go on. All others concern the disk or the database.
+bool concerns_one(const SQLite::Exception& exception) {
+  const int code = exception.getErrorCode();
+  return code == SQLITE_CONSTRAINT || code == SQLITE_TOOBIG || code == SQLITE_MISMATCH || code == SQLITE_RANGE ||
+         code == SQLITE_ERROR;
+}
+
+}  // namespace
+
+Writer::Writer(std::unique_ptr<Connection> connection) : connection_(std::move(connection)) {
+  thread_ = std::thread([this] { loop(); });
+}
+
+Writer::~Writer() {
+  {
+    const std::lock_guard lock(mutex_);
+    ending_ = true;
+  }
+  ready_.notify_one();
+  thread_.join();
+}
+
+std::optional<Error> Writer::submit(std::function<void(Connection&)> work) {
+  Task task{std::move(work), {}, {}};
+  std::future<std::optional<Error>> done = task.done.get_future();
+  {
+    const std::lock_guard lock(mutex_);
+    waiting_.push_back(std::move(task));
+  }
+  ready_.notify_one();
+  return done.get();
+}
+
+void Writer::loop() {
+  std::unique_lock lock(mutex_);
+  while (true) {
+    ready_.wait(lock, [&] { return ending_ || !waiting_.empty(); });
+    if (waiting_.empty()) return;
+    const auto count = static_cast<std::ptrdiff_t>(std::min(waiting_.size(), kMostTasks));
+    std::vector<Task> tasks(std::make_move_iterator(waiting_.begin()),
+                            std::make_move_iterator(waiting_.begin() + count));
+    waiting_.erase(waiting_.begin(), waiting_.begin() + count);
+    lock.unlock();
+    run(tasks);
+    for (Task& task : tasks) task.done.set_value(std::move(task.error));
+    lock.lock();
+  }
+}
+
+void Writer::run(std::span<Task> tasks) {
+  std::optional<Error> error = commit(tasks);
+  if (!error) return;
+  if (tasks.size() == 1) {
+    tasks.front().error = std::move(error);
+    return;
+  }
+  // One of them may be too large for what is left of the disk: the others are not to fail with it.
+  for (Task& task : tasks) {
+    std::optional<Error> own = commit(std::span(&task, 1));
+    if (own) task.error = std::move(own);
+  }
+}
+
+// The error of the transaction, of which nothing is stored then. Errors of single tasks are theirs.
+std::optional<Error> Writer::commit(std::span<Task> tasks) {
+  try {
+    Query(*connection_, "BEGIN IMMEDIATE").run();
+    for (Task& task : tasks) {
+      task.error.reset();
+      Query(*connection_, "SAVEPOINT task").run();
+      if (!run_one(task)) Query(*connection_, "ROLLBACK TO task").run();
+      Query(*connection_, "RELEASE task").run();
+    }
+    Query(*connection_, "COMMIT").run();
+    return std::nullopt;
+  } catch (const SQLite::Exception& exception) {
+    Error error = connection_->to_error(exception);
+    roll_back();
+    return error;
+  }
+}
+
+bool Writer::run_one(Task& task) {
+  try {
+    task.work(*connection_);
+    return true;
+  } catch (const SQLite::Exception& exception) {
+    if (!concerns_one(exception)) throw;
+    task.error = connection_->to_error(exception);
+  } catch (const std::exception& exception) {
+    task.error = Error{ErrorCode::internal, std::string("a write failed: ") + exception.what(), "", ""};
+  }
+  return false;
+}
+
+void Writer::roll_back() {
+  try {
+    if (connection_->in_transaction()) connection_->execute("ROLLBACK");
+  } catch (const SQLite::Exception&) {
+    // The next BEGIN fails and says so, until a rollback succeeds.
+  }
+}
+
+}  // namespace meshgauge::server::store
