@@ -27,8 +27,9 @@ class HttpGuard final : private httplib::Server {
   HttpGuard(const Settings& settings, Handler handle, Handler log);
 
   std::optional<int> bind();  // the port; nullopt when the address cannot be had
-  bool run();                 // serves until stop(); false when listening failed
+  void run();                 // serves until stop(), or until accepting fails for good
   bool running() const;       // run() has come as far as to be stopped: the library forgets a stop() before that
+  bool draining() const;      // no connection is accepted any more, after stop() or for want of a listening socket
   void stop();                // no new connections; run() returns when the running requests have their answers
   void abort();               // every wait for a client ends now
 
@@ -38,7 +39,9 @@ class HttpGuard final : private httplib::Server {
 
   bool process_and_close_socket(socket_t socket) override;
   void serve(Connection& connection);
+  bool await_request(Connection& connection) const;
   bool serve_one(Connection& connection);
+  void refuse(Connection& connection);
   Refusal read_head(Connection& connection, Clock::time_point deadline, Head& head) const;
   bool respond(Connection& connection, const Head& head, const Refusal& refusal);
   template <class Stream>
@@ -50,7 +53,8 @@ class HttpGuard final : private httplib::Server {
   const Handler handle_;
   const Handler log_;
   IoPool* pool_ = nullptr;  // owned by the library while it listens
-  std::atomic<bool> stopping_{false};
+  Peers peers_;
+  std::atomic<bool> draining_{false};
   std::atomic<bool> aborted_{false};
   static thread_local Current* current_;
 };

@@ -28,7 +28,7 @@ class Service {
   // Listens and serves on threads of its own; returns the port. An Error says why it cannot.
   Result<int> start();
 
-  bool listening() const { return !ended_.load(); }
+  bool listening() const { return !ended_.load() && !guard_.draining(); }
 
   // Takes no new work, lets running requests finish until `hurry` says so (asked every 50 ms), then cancels them:
   // each still gets its answer, with the interval it has reached.

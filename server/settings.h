@@ -18,6 +18,7 @@ struct Settings {
   std::uint64_t queue = 32;
   std::uint64_t io_threads = 64;
   std::uint64_t max_pending_connections = 256;
+  std::uint64_t max_arriving_per_peer = 0;  // 0: half of io_threads
   std::uint64_t default_timeout_ms = 30'000;
   std::uint64_t max_timeout_ms = 180'000;
   std::uint64_t head_timeout_ms = 10'000;
@@ -52,6 +53,9 @@ void for_each_setting(Settings& s, Visit visit) {
   visit({"io_threads", "Threads that serve connections; at least workers + queue + 2"}, s.io_threads);
   visit({"max_pending_connections", "Connections that may wait for an I/O thread; beyond that: 503"},
         s.max_pending_connections);
+  visit({"max_arriving_per_peer",
+         "Requests of one client address that may still be arriving; beyond that: 429; 0: half of io_threads"},
+        s.max_arriving_per_peer);
   visit({"default_timeout_ms", "Time of a comparison that names none"}, s.default_timeout_ms);
   visit({"max_timeout_ms", "Largest timeout_ms a request may ask for, at most 180000"}, s.max_timeout_ms);
   visit({"head_timeout_ms", "Time for a request's head to arrive in full"}, s.head_timeout_ms);
@@ -73,7 +77,7 @@ void for_each_setting(Settings& s, Visit visit) {
         s.simd);
 }
 
-// Fills in `workers`, `parsers`, `parser_memory_bytes` and `simd`, and refuses what this processor cannot run, and
+// Fills in `workers`, `max_arriving_per_peer`, `parsers`, `parser_memory_bytes` and `simd`, and refuses what this processor cannot run, and
 // values that contradict each other.
 Result<Settings> checked(Settings settings);
 
