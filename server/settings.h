@@ -77,8 +77,8 @@ void for_each_setting(Settings& s, Visit visit) {
         s.simd);
 }
 
-// Fills in `workers`, `max_arriving_per_peer`, `parsers`, `parser_memory_bytes` and `simd`, and refuses what this processor cannot run, and
-// values that contradict each other.
+// Fills in `workers`, `max_arriving_per_peer`, `parsers`, `parser_memory_bytes` and `simd`, and refuses what this
+// processor cannot run, and values that contradict each other.
 Result<Settings> checked(Settings settings);
 
 }  // namespace meshgauge::server

@@ -15,8 +15,8 @@
 using namespace meshgauge;
 using server::Connection;
 using server::Io;
-using server::Peers;
 using server::peer_of;
+using server::Peers;
 
 namespace {
 
@@ -29,8 +29,8 @@ struct Pair {
     auto* plain = reinterpret_cast<sockaddr*>(&address);
     socklen_t size = sizeof address;
     const int listener = ::socket(plain->sa_family, SOCK_STREAM, 0);
-    const bool listening = ::bind(listener, plain, size) == 0 && ::listen(listener, 1) == 0 &&
-                           ::getsockname(listener, plain, &size) == 0;
+    const bool listening =
+        ::bind(listener, plain, size) == 0 && ::listen(listener, 1) == 0 && ::getsockname(listener, plain, &size) == 0;
     if (listening) {
       ends[1] = ::socket(plain->sa_family, SOCK_STREAM, 0);
       REQUIRE(::connect(ends[1], plain, size) == 0);
