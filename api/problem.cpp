@@ -17,6 +17,7 @@ constexpr ProblemRow kTable[] = {
     {ProblemKind::too_large, "too-large", "Something is larger than the limit", 413},
     {ProblemKind::uri_too_long, "uri-too-long", "The request target is too long", 414},
     {ProblemKind::unsupported_media_type, "unsupported-media-type", "The body's type or coding is not read", 415},
+    {ProblemKind::too_many_requests, "too-many-requests", "This client's address asks too much at once", 429},
     {ProblemKind::head_too_large, "head-too-large", "The request's head is too large", 431},
     {ProblemKind::too_many_requests, "too-many-requests", "The key is at its limit", 429},
     {ProblemKind::not_implemented, "not-implemented", "The method or transfer coding is not implemented", 501},

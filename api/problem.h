@@ -27,6 +27,7 @@ enum class ProblemKind {
   too_large,
   uri_too_long,
   unsupported_media_type,  // of the request: Content-Type, Content-Encoding
+  too_many_requests,       // of one client's address
   head_too_large,
   too_many_requests,  // of one key: its rate, or its jobs at the same time
   not_implemented,    // a method or transfer coding that is not known here

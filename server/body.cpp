@@ -14,9 +14,20 @@ using api::ProblemKind;
 constexpr std::size_t kMaxChunkLineBytes = 256;
 constexpr int kMaxTrailers = 32;
 
-Problem malformed(const char* what) { return Problem{ProblemKind::malformed_request, what, {}}; }
+Problem malformed(const std::string& what) { return Problem{ProblemKind::malformed_request, what, {}}; }
 
 }  // namespace
+
+Problem not_arrived(Io io, const std::string& what, std::chrono::milliseconds time) {
+  if (io == Io::closed) return malformed("the connection ended before the " + what + " did");
+  if (io == Io::crowded) {
+    return Problem{
+        ProblemKind::too_many_requests, "too many requests of this client's address are still arriving; try again", {}};
+  }
+  return Problem{ProblemKind::request_timeout,
+                 "the " + what + " did not arrive within " + std::to_string(time.count()) + " ms",
+                 {}};
+}
 
 Body::Body(Connection& connection, const Head& head, std::uint64_t max_bytes, std::chrono::milliseconds time)
     : connection_(connection),
@@ -31,24 +42,17 @@ Body::Refusal Body::read(const Receive& receive) {
   // A client that is sending already needs no invitation.
   if (head_.expects_continue && connection_.buffered().empty() &&
       connection_.write("HTTP/1.1 100 Continue\r\n\r\n", deadline_) != Io::ok) {
-    return malformed("the connection ended before the body did");
+    return not_arrived(Io::closed, "body", time_);
   }
   auto refusal = head_.chunked ? read_chunked(receive) : read_sized(*head_.content_length, receive);
   consumed_ = !refusal;
+  if (consumed_) connection_.settle();
   return refusal;
 }
 
 Body::Refusal Body::more() {
-  switch (connection_.fill(deadline_)) {
-    case Io::ok:
-      return std::nullopt;
-    case Io::timeout:
-      return Problem{
-          ProblemKind::request_timeout, "the body did not arrive within " + std::to_string(time_.count()) + " ms", {}};
-    case Io::closed:
-      break;
-  }
-  return malformed("the connection ended before the body did");
+  const Io io = connection_.fill(deadline_);
+  return io == Io::ok ? std::nullopt : Refusal(not_arrived(io, "body", time_));
 }
 
 Body::Refusal Body::read_sized(std::uint64_t left, const Receive& receive) {
@@ -88,7 +92,8 @@ Body::Refusal Body::read_line(std::string_view& line) {
     const std::size_t end = buffered.substr(0, kMaxChunkLineBytes).find("\r\n");
     if (end != std::string_view::npos) {
       line = buffered.substr(0, end);
-      return std::nullopt;
+      // To another parser on the way, a bare LF may end the line.
+      return is_field_text(line) ? std::nullopt : Refusal(malformed("a chunk's line has a control character"));
     }
     if (buffered.size() >= kMaxChunkLineBytes) return malformed("a chunk's line is too long");
     if (auto refusal = more()) return refusal;

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <string>
 #include <string_view>
 
 #include "api/problem.h"
@@ -12,6 +13,9 @@
 #include "server/head.h"
 
 namespace meshgauge::server {
+
+// What to answer when the head or the body (`what`) has not arrived within its time. Precondition: io is not ok.
+api::Problem not_arrived(Io io, const std::string& what, std::chrono::milliseconds time);
 
 class Body {
  public:

@@ -14,6 +14,7 @@ using std::chrono::milliseconds;
 
 constexpr std::size_t kPiece = std::size_t{64} << 10;
 constexpr milliseconds kTick{50};
+constexpr milliseconds kShortLinger{50};
 
 int ms_until(Clock::time_point deadline) {
   const auto left = std::chrono::ceil<milliseconds>(deadline - Clock::now());
@@ -21,6 +22,11 @@ int ms_until(Clock::time_point deadline) {
 }
 
 bool again(int error) { return error == EAGAIN || error == EWOULDBLOCK || error == EINTR; }
+
+bool is_ready(int fd, short events) {
+  pollfd entry{fd, events, 0};
+  return ::poll(&entry, 1, 0) > 0;
+}
 
 short events_of(Transport::Step wants) { return wants == Transport::Step::wants_write ? POLLOUT : POLLIN; }
 
@@ -35,7 +41,15 @@ void Connection::consume(std::size_t n) {
   }
 }
 
-Io Connection::wait(short events, Clock::time_point deadline, const std::function<bool()>& give_up) const {
+bool Connection::take_place() {
+  if (peers_ && !place_) {
+    if (auto place = peers_->take(peer_of(fd_))) place_.emplace(std::move(*place));
+  }
+  return !peers_ || place_;
+}
+
+Io Connection::wait(short events, Clock::time_point deadline, Counted counted, const std::function<bool()>& give_up) {
+  if (counted == Counted::yes && !is_ready(fd_, events) && !take_place()) return Io::crowded;
   for (;;) {
     pollfd entry{fd_, events, 0};
     const int ready = ::poll(&entry, 1, ms_until(deadline));
@@ -46,8 +60,8 @@ Io Connection::wait(short events, Clock::time_point deadline, const std::functio
   }
 }
 
-Io Connection::first_byte(char& byte, Clock::time_point deadline, const std::function<bool()>& give_up) const {
-  if (const Io io = wait(POLLIN, deadline, give_up); io != Io::ok) return io;
+Io Connection::first_byte(char& byte, Clock::time_point deadline, const std::function<bool()>& give_up) {
+  if (const Io io = wait(POLLIN, deadline, Counted::no, give_up); io != Io::ok) return io;
   return ::recv(fd_, &byte, 1, MSG_DONTWAIT | MSG_PEEK) == 1 ? Io::ok : Io::closed;
 }
 
@@ -58,30 +72,36 @@ Io Connection::secure(std::unique_ptr<Transport> transport, Clock::time_point de
     if (step == Transport::Step::done) return Io::ok;
     if (step == Transport::Step::closed) return Io::closed;
     if (Clock::now() >= deadline) return Io::timeout;  // also when bytes keep coming
-    if (const Io io = wait(events_of(step), deadline, nullptr); io != Io::ok) return io;
+    if (const Io io = wait(events_of(step), deadline, Counted::yes, nullptr); io != Io::ok) return io;
   }
 }
 
-Io Connection::fill(Clock::time_point deadline, const std::function<bool()>& give_up) {
+Io Connection::fill(Clock::time_point deadline) { return receive(deadline, Counted::yes, nullptr); }
+
+Io Connection::idle(Clock::time_point deadline, const std::function<bool()>& give_up) {
+  return receive(deadline, Counted::no, give_up);
+}
+
+Io Connection::receive(Clock::time_point deadline, Counted counted, const std::function<bool()>& give_up) {
   buffer_.erase(0, start_);
   start_ = 0;
   const std::size_t kept = buffer_.size();
   buffer_.resize(kept + kPiece);
   std::size_t got = 0;
-  const Io io = read(buffer_.data() + kept, got, deadline, give_up);
+  const Io io = read(buffer_.data() + kept, got, deadline, counted, give_up);
   buffer_.resize(kept + got);
   return io;
 }
 
-// At most kPiece bytes.
-Io Connection::read(char* out, std::size_t& got, Clock::time_point deadline, const std::function<bool()>& give_up) {
+Io Connection::read(char* out, std::size_t& got, Clock::time_point deadline, Counted counted,
+                    const std::function<bool()>& give_up) {
   for (;;) {
     if (Clock::now() >= deadline) return Io::timeout;  // also when bytes keep coming
     const Transport::Moved moved = transport_->read(out, kPiece);
     got = moved.bytes;
     if (moved.step == Transport::Step::done) return Io::ok;
     if (moved.step == Transport::Step::closed) return Io::closed;
-    if (const Io io = wait(events_of(moved.step), deadline, give_up); io != Io::ok) return io;
+    if (const Io io = wait(events_of(moved.step), deadline, counted, give_up); io != Io::ok) return io;
   }
 }
 
@@ -91,7 +111,7 @@ Io Connection::write(std::string_view bytes, Clock::time_point deadline) {
     bytes.remove_prefix(moved.bytes);
     if (moved.step == Transport::Step::done) continue;
     if (moved.step == Transport::Step::closed) return Io::closed;
-    if (const Io io = wait(events_of(moved.step), deadline, nullptr); io != Io::ok) return io;
+    if (const Io io = wait(events_of(moved.step), deadline, Counted::yes, nullptr); io != Io::ok) return io;
   }
   return Io::ok;
 }
@@ -100,11 +120,11 @@ Io Connection::write(std::string_view bytes, Clock::time_point deadline) {
 void Connection::linger(milliseconds time) {
   transport_->end();
   constexpr std::size_t kMost = std::size_t{16} << 20;
-  const auto deadline = Clock::now() + time;
+  const auto deadline = Clock::now() + (take_place() ? time : std::min(time, kShortLinger));
   start_ = 0;
   buffer_.resize(kPiece);
   for (std::size_t drained = 0; drained < kMost && Clock::now() < deadline;) {
-    if (wait(POLLIN, deadline, nullptr) != Io::ok) break;
+    if (wait(POLLIN, deadline, Counted::no, nullptr) != Io::ok) break;
     const ssize_t n = ::recv(fd_, buffer_.data(), buffer_.size(), MSG_DONTWAIT);
     if (n == 0 || (n < 0 && !again(errno))) break;
     drained += static_cast<std::size_t>(std::max<ssize_t>(n, 0));

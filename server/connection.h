@@ -7,28 +7,30 @@
 #include <cstddef>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 
+#include "server/peers.h"
 #include "server/transport.h"
 
 namespace meshgauge::server {
 
 using Clock = std::chrono::steady_clock;
 
-enum class Io { ok, closed, timeout };
+enum class Io { ok, closed, timeout, crowded };  // crowded: too many connections of this address are waited for
 
 class Connection {
  public:
-  // Borrows the socket; `aborted` ends every wait as if its deadline had passed.
-  Connection(int fd, const std::atomic<bool>& aborted)
-      : fd_(fd), aborted_(aborted), transport_(std::make_unique<PlainTransport>(fd)) {}
+  // Borrows all three; `aborted` ends every wait as if its deadline had passed. Without `peers` nothing is counted.
+  Connection(int fd, const std::atomic<bool>& aborted, Peers* peers = nullptr)
+      : fd_(fd), aborted_(aborted), peers_(peers), transport_(std::make_unique<PlainTransport>(fd)) {}
   Connection(const Connection&) = delete;
   Connection& operator=(const Connection&) = delete;
 
   // Waits for the peer's first byte, which stays unread: at the start it tells TLS from a request. Before anything
   // else.
-  Io first_byte(char& byte, Clock::time_point deadline, const std::function<bool()>& give_up) const;
+  Io first_byte(char& byte, Clock::time_point deadline, const std::function<bool()>& give_up);
 
   // From now on the connection speaks through `transport`, once its handshake is done.
   Io secure(std::unique_ptr<Transport> transport, Clock::time_point deadline);
@@ -36,26 +38,40 @@ class Connection {
   std::string_view buffered() const { return std::string_view(buffer_).substr(start_); }
   void consume(std::size_t n);  // precondition: n <= buffered().size()
 
-  // Waits for more bytes and appends them to buffered(). `give_up` is asked every 50 ms.
-  Io fill(Clock::time_point deadline, const std::function<bool()>& give_up = nullptr);
+  // Waits for more bytes and appends them to buffered(). The first time that they are not there yet takes one of the
+  // places of this address, which is kept until settle().
+  Io fill(Clock::time_point deadline);
 
-  Io write(std::string_view bytes, Clock::time_point deadline);
+  // The same between two requests, where nobody is owed anything: takes no place. `give_up` is asked every 50 ms.
+  Io idle(Clock::time_point deadline, const std::function<bool()>& give_up);
+
+  Io write(std::string_view bytes, Clock::time_point deadline);  // takes a place as fill() does
+
+  void settle() { place_.reset(); }  // the request is here: its client is waited for no more
 
   // The client has closed its side (or half of it), or the connection is broken. By the thread that reads and writes.
   bool peer_gone() { return transport_->peer_gone(); }
 
   // Ends our side and lets the client read the last response: closing with unread bytes would reset the
-  // connection and take the response with it. At most `time` and 16 MiB.
+  // connection and take the response with it. At most `time` and 16 MiB; a moment where no place is left.
   void linger(std::chrono::milliseconds time);
 
   int fd() const { return fd_; }
 
  private:
-  Io read(char* out, std::size_t& got, Clock::time_point deadline, const std::function<bool()>& give_up);
-  Io wait(short events, Clock::time_point deadline, const std::function<bool()>& give_up) const;
+  enum class Counted { yes, no };
+
+  bool take_place();
+  Io wait(short events, Clock::time_point deadline, Counted counted, const std::function<bool()>& give_up);
+  Io receive(Clock::time_point deadline, Counted counted, const std::function<bool()>& give_up);
+  // At most kPiece bytes.
+  Io read(char* out, std::size_t& got, Clock::time_point deadline, Counted counted,
+          const std::function<bool()>& give_up);
 
   int fd_;
   const std::atomic<bool>& aborted_;
+  Peers* peers_;
+  std::optional<Peers::Place> place_;
   std::unique_ptr<Transport> transport_;
   std::string buffer_;
   std::size_t start_ = 0;

@@ -93,8 +93,15 @@ struct HttpGuard::Current {
 thread_local HttpGuard::Current* HttpGuard::current_ = nullptr;
 
 HttpGuard::HttpGuard(const Settings& settings, Handler handle, Handler log, const Tls* tls)
-    : settings_(settings), handle_(std::move(handle)), log_(std::move(log)), tls_(tls) {
-  new_task_queue = [this] { return pool_ = new IoPool(settings_.io_threads, settings_.max_pending_connections); };
+    : settings_(settings),
+      handle_(std::move(handle)),
+      log_(std::move(log)),
+      tls_(tls),
+      peers_(settings.max_arriving_per_peer) {
+  new_task_queue = [this] {
+    const auto at_end = [this] { draining_.store(true); };
+    return pool_ = new IoPool(settings_.io_threads, settings_.max_pending_connections, at_end);
+  };
   set_tcp_nodelay(true);  // else each response waits for the client's delayed acknowledgement
   set_socket_options([](socket_t socket) {
     const int yes = 1;  // the library's default, SO_REUSEPORT, would let two services share a port unnoticed
@@ -136,28 +143,31 @@ bool HttpGuard::bound_to_loopback() const {
   return IN6_IS_ADDR_LOOPBACK(&v6) || (IN6_IS_ADDR_V4MAPPED(&v6) && v6.s6_addr[12] == IN_LOOPBACKNET);
 }
 
-bool HttpGuard::run() { return listen_after_bind() || stopping_.load(); }
+void HttpGuard::run() { listen_after_bind(); }
 
 bool HttpGuard::running() const { return is_running(); }
 
+bool HttpGuard::draining() const { return draining_.load(); }
+
+// After a failed accept the library has closed the listening socket: its stop() would close that number again, whoever
+// has it by now.
 void HttpGuard::stop() {
-  stopping_.store(true);
-  httplib::Server::stop();
+  if (!draining_.exchange(true)) httplib::Server::stop();
 }
 
 void HttpGuard::abort() { aborted_.store(true); }
 
 bool HttpGuard::process_and_close_socket(socket_t socket) {
-  if (IoPool::role() == IoPool::Role::drop) {
+  const IoPool::Role role = IoPool::role();
+  if (role == IoPool::Role::drop) {
     ++dropped_;
   } else {
     const Counted counted(connections_);
-    Connection connection(socket, aborted_);
+    Connection connection(socket, aborted_, role == IoPool::Role::serve ? &peers_ : nullptr);
     try {
-      if (secure(connection)) serve(connection);
+      if (secure(connection)) role == IoPool::Role::serve ? serve(connection) : refuse(connection);
     } catch (const std::exception&) {  // out of memory between two requests: this connection is lost, no other
     }
-    connection.linger(IoPool::role() == IoPool::Role::serve ? kLinger : kRefusalLinger);
   }
   ::close(socket);
   return true;
@@ -172,6 +182,7 @@ bool HttpGuard::secure(Connection& connection) {
   if (connection.first_byte(first, idle_until, [this] { return wanted_elsewhere(); }) != Io::ok) return false;
   if (first >= 'A' && first <= 'Z') {  // of a method
     respond(connection, Head{}, Problem{ProblemKind::malformed_request, "this port speaks TLS: use https", {}});
+    connection.linger(kRefusalLinger);
     return false;
   }
   const auto deadline = Clock::now() + (refusing ? kRefusalHandshake : ms(settings_.head_timeout_ms));
@@ -179,22 +190,27 @@ bool HttpGuard::secure(Connection& connection) {
 }
 
 void HttpGuard::serve(Connection& connection) {
-  if (IoPool::role() == IoPool::Role::refuse) {
-    respond(connection, Head{}, Problem{ProblemKind::overloaded, "all connections are in use", {}});
-    return;
-  }
-  while (serve_one(connection)) {
+  while (await_request(connection)) {
+    if (!serve_one(connection)) return connection.linger(kLinger);
   }
 }
 
+void HttpGuard::refuse(Connection& connection) {
+  respond(connection, Head{}, Problem{ProblemKind::overloaded, "all connections are in use", {}});
+  connection.linger(kRefusalLinger);
+}
+
 // An idle connection gives its thread to one that waits.
-bool HttpGuard::wanted_elsewhere() const { return stopping_.load() || pool_->has_pending(); }
+bool HttpGuard::wanted_elsewhere() const { return draining_.load() || pool_->has_pending(); }
+
+bool HttpGuard::await_request(Connection& connection) const {
+  connection.settle();
+  if (!connection.buffered().empty()) return true;
+  const auto idle_until = Clock::now() + ms(settings_.keep_alive_ms);
+  return connection.idle(idle_until, [this] { return wanted_elsewhere(); }) == Io::ok;
+}
 
 bool HttpGuard::serve_one(Connection& connection) {
-  if (connection.buffered().empty()) {
-    const auto idle_until = Clock::now() + ms(settings_.keep_alive_ms);
-    if (connection.fill(idle_until, [this] { return wanted_elsewhere(); }) != Io::ok) return false;
-  }
   Head head;
   const Refusal refusal = read_head(connection, Clock::now() + ms(settings_.head_timeout_ms), head);
   return respond(connection, head, refusal);
@@ -211,14 +227,8 @@ HttpGuard::Refusal HttpGuard::read_head(Connection& connection, Clock::time_poin
       return parse_head(text, settings_.max_request_bytes, head);
     }
     if (auto refusal = check_incomplete(buffered)) return refusal;
-    switch (connection.fill(deadline)) {
-      case Io::ok:
-        break;
-      case Io::timeout:
-        return Problem{ProblemKind::request_timeout, "the request's head came too slowly", {}};
-      case Io::closed:
-        return Problem{ProblemKind::malformed_request, "the connection ended before the head did", {}};
-    }
+    const Io io = connection.fill(deadline);
+    if (io != Io::ok) return not_arrived(io, "head", ms(settings_.head_timeout_ms));
   }
 }
 
@@ -267,7 +277,7 @@ void HttpGuard::handle(Current& serving) const {
   for (auto& header : trace_headers(exchange.trace)) headers.push_back(std::move(header));
   add_security_headers(exchange.response);
   // What is left of a body would be taken for the next request.
-  serving.close = serving.close || stopping_.load() || !exchange.body.consumed() || exchange.response.stream;
+  serving.close = serving.close || draining_.load() || !exchange.body.consumed() || exchange.response.stream;
 }
 
 }  // namespace meshgauge::server

@@ -31,8 +31,9 @@ class HttpGuard final : private httplib::Server {
   bool bound_to_loopback() const;  // after bind(): nobody but this machine can reach the port
   std::uint64_t connections() const { return connections_.load(); }  // being served
   std::uint64_t dropped() const { return dropped_.load(); }          // closed without an answer, since the start
-  bool run();                      // serves until stop(); false when listening failed
+  void run();                      // serves until stop(), or until accepting fails for good
   bool running() const;            // run() has come as far as to be stopped: the library forgets a stop() before that
+  bool draining() const;           // no connection is accepted any more: after stop(), or the listening socket failed
   void stop();                     // no new connections; run() returns when the running requests have their answers
   void abort();                    // every wait for a client ends now
 
@@ -43,7 +44,9 @@ class HttpGuard final : private httplib::Server {
   bool process_and_close_socket(socket_t socket) override;
   bool secure(Connection& connection);
   void serve(Connection& connection);
+  bool await_request(Connection& connection) const;
   bool serve_one(Connection& connection);
+  void refuse(Connection& connection);
   Refusal read_head(Connection& connection, Clock::time_point deadline, Head& head) const;
   bool respond(Connection& connection, const Head& head, const Refusal& refusal);
   void send(Current& serving);
@@ -57,7 +60,8 @@ class HttpGuard final : private httplib::Server {
   const Handler log_;
   const Tls* const tls_;
   IoPool* pool_ = nullptr;  // owned by the library while it listens
-  std::atomic<bool> stopping_{false};
+  Peers peers_;
+  std::atomic<bool> draining_{false};
   std::atomic<bool> aborted_{false};
   std::atomic<std::uint64_t> connections_{0};
   std::atomic<std::uint64_t> dropped_{0};

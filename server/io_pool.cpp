@@ -9,7 +9,8 @@ thread_local IoPool::Role current_role = IoPool::Role::serve;
 
 }  // namespace
 
-IoPool::IoPool(std::size_t threads, std::size_t max_pending) : max_pending_(max_pending) {
+IoPool::IoPool(std::size_t threads, std::size_t max_pending, std::function<void()> at_end)
+    : max_pending_(max_pending), at_end_(std::move(at_end)) {
   for (std::size_t i = 0; i < threads; ++i) threads_.emplace_back([this] { run(serving_, Role::serve); });
   threads_.emplace_back([this] { run(refusing_, Role::refuse); });
 }
@@ -57,6 +58,7 @@ void IoPool::run(Lane& lane, Role role) {
 }
 
 void IoPool::shutdown() {
+  at_end_();
   {
     const std::lock_guard lock(mutex_);
     ending_ = true;

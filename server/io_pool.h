@@ -19,7 +19,8 @@ class IoPool final : public httplib::TaskQueue {
   using Task = std::function<void()>;
   enum class Role { serve, refuse, drop };  // what the task that runs on this thread is to do with its connection
 
-  IoPool(std::size_t threads, std::size_t max_pending);
+  // `at_end` is called when no task comes any more, before those that are here have run.
+  IoPool(std::size_t threads, std::size_t max_pending, std::function<void()> at_end);
   ~IoPool() override;
 
   // void in older versions of the library, bool in newer ones. Takes every task: its role says how far it comes.
@@ -41,6 +42,7 @@ class IoPool final : public httplib::TaskQueue {
   void run(Lane& lane, Role role);
 
   const std::size_t max_pending_;
+  const std::function<void()> at_end_;
   mutable std::mutex mutex_;
   Lane serving_;
   Lane refusing_;

@@ -267,13 +267,14 @@ Result<Done> run_until_signal(const Settings& settings, const std::vector<std::s
     signal = signalled_within(kTick);
     if (signal == Signal::reload) service.reload();
   }
-  if (!service.listening()) return Error{ErrorCode::internal, "the listening socket failed", "", ""};
-  log_event("stopping", "no new work is taken");
+  const bool failed = !service.listening();  // then a supervisor is to start the service anew
+  log_event("stopping", failed ? "the listening socket failed" : "no new work is taken");
   const auto grace_end = Clock::now() + std::chrono::milliseconds(settings.grace_ms);
   service.shutdown(
       [&] { return Clock::now() >= grace_end || signalled_within(std::chrono::milliseconds(0)) == Signal::end; });
   log_event("sandbox", to_string(pool.counters()));
   log_event("stopped", "every request was answered");
+  if (failed) return Error{ErrorCode::internal, "the listening socket failed", "", ""};
   return Done{};
 }
 

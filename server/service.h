@@ -41,7 +41,7 @@ class Service {
   // Where others than the service have something to be watched, before start().
   Metrics& metrics() { return metrics_; }
 
-  bool listening() const { return !ended_.load(); }
+  bool listening() const { return !ended_.load() && !guard_.draining(); }
 
   // Takes no new work, lets running requests finish until `hurry` says so (asked every 50 ms), then cancels them:
   // each still gets its answer, with the interval it has reached.

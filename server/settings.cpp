@@ -88,6 +88,7 @@ Result<Settings> checked(Settings s) {
   if (s.workers == 0) s.workers = std::max(1U, std::thread::hardware_concurrency());
   if (s.io_threads == 0) s.io_threads = held_threads(s) + kSpareThreads;
   if (auto ok = check_threads(s); !ok) return ok.error();
+  if (s.max_arriving_per_peer == 0) s.max_arriving_per_peer = s.io_threads / 2;  // io_threads are at least 3
   if (auto ok = check_times(s); !ok) return ok.error();
   if (s.parsers == 0) s.parsers = s.workers;
   if (s.parser_memory_bytes == 0) s.parser_memory_bytes = memory_of_a_parser(s);

@@ -28,6 +28,7 @@ struct Settings {
   std::uint64_t max_event_streams = 16;
   std::uint64_t io_threads = 0;  // 0: as many as the settings above ask for
   std::uint64_t max_pending_connections = 256;
+  std::uint64_t max_arriving_per_peer = 0;  // 0: half of io_threads
   std::uint64_t default_timeout_ms = 30'000;
   std::uint64_t max_timeout_ms = 180'000;
   std::uint64_t head_timeout_ms = 10'000;
@@ -80,6 +81,9 @@ void for_each_setting(SomeSettings& s, Visit visit) {
   visit({"io_threads", "Threads that serve connections; 0: as many as the settings above ask for"}, s.io_threads);
   visit({"max_pending_connections", "Connections that may wait for an I/O thread; beyond that: 503"},
         s.max_pending_connections);
+  visit({"max_arriving_per_peer",
+         "Requests of one client address that may still be arriving; beyond that: 429; 0: half of io_threads"},
+        s.max_arriving_per_peer);
   visit({"default_timeout_ms", "Time of a comparison that names none"}, s.default_timeout_ms);
   visit({"max_timeout_ms", "Largest timeout_ms a request may ask for, at most 180000"}, s.max_timeout_ms);
   visit({"head_timeout_ms", "Time for a request's head to arrive in full"}, s.head_timeout_ms);
@@ -114,8 +118,8 @@ void for_each_setting(SomeSettings& s, Visit visit) {
 api::RequestLimits request_limits(const Settings& settings);
 api::ReadLimits read_limits(const Settings& settings);
 
-// Fills in `workers`, `io_threads`, `parsers`, `parser_memory_bytes` and `simd`, and refuses what this processor cannot run, and
-// values that contradict each other.
+// Fills in `workers`, `io_threads`, `max_arriving_per_peer`, `parsers`, `parser_memory_bytes` and `simd`, and refuses
+// what this processor cannot run, and values that contradict each other.
 Result<Settings> checked(Settings settings);
 
 }  // namespace meshgauge::server

@@ -118,8 +118,8 @@ class Server:
         for line in self.process.stderr:
             self.log.append(line.decode())
 
-    def connect(self, timeout=60):
-        connection = socket.create_connection(("127.0.0.1", self.port), timeout=timeout)
+    def connect(self, timeout=60, source=""):
+        connection = socket.create_connection(("127.0.0.1", self.port), timeout=timeout, source_address=(source, 0))
         connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         return connection
 
@@ -160,7 +160,7 @@ def check(answer):
             problem = answer.json()
             validate(problem, "Problem")
             assert problem["status"] == answer.status
-        assert answer.status != 503 or int(answer.headers["retry-after"]) >= 1
+        assert answer.status not in (429, 503) or int(answer.headers["retry-after"]) >= 1
         assert answer.status != 405 or answer.headers["allow"]
     elif "server-timing" in answer.headers:
         assert answer.headers["content-type"] == "application/json"

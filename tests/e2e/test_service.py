@@ -164,7 +164,7 @@ class Crowd(unittest.TestCase):
 
     def test_more_connections_than_threads(self):
         server = Server("--queue", "1", "--workers", "1", "--io-threads", "4", "--max-pending-connections", "2",
-                        "--head-timeout-ms", "60000")
+                        "--head-timeout-ms", "60000", "--max-arriving-per-peer", "4")
         self.addCleanup(server.stop)
         idle = [server.connect() for _ in range(30)]
         for connection in idle:

@@ -154,7 +154,8 @@ def settings_of(build):
     """[(flag, default, meaning)] from `meshgauge serve --help`."""
     text = subprocess.run([build / "meshgauge", "serve", "--help"], env=ENVIRONMENT, capture_output=True, text=True,
                           check=True).stdout
-    found = re.findall(r"^ +(--[a-z-]+) \w+=?(\S*) \(Env:(\w+)\)\s+(.*)$", text, re.M)
+    # CLI11 shows a default as `UINT=8080` in its version 2.3, as `UINT [8080] ` in 2.4.
+    found = re.findall(r"^ +(--[a-z-]+) \w+(?:=| \[)(\S*?)\]? +\(Env:(\w+)\)\s+(.*)$", text, re.M)
     for flag, _, variable, _ in found:
         if variable != "MESHGAUGE_" + flag[2:].replace("-", "_").upper():
             fail(f"{flag} has the variable {variable}")

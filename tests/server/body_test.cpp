@@ -93,8 +93,10 @@ TEST_CASE("body: a chunked body is put together however it arrives") {
 }
 
 TEST_CASE("body: a malformed chunk is refused, and the rest is not a request") {
-  for (const char* sent : {"x\r\n", "\r\nhello\r\n", "5 \r\nhello\r\n", "-1\r\n", "0x5\r\nhello\r\n",
-                           "5\r\nhelloX\r\n0\r\n\r\n", "5\nhello\n0\n\n", "11111111111111111\r\n"}) {
+  for (const char* sent :
+       {"x\r\n", "\r\nhello\r\n", "5 \r\nhello\r\n", "-1\r\n", "0x5\r\nhello\r\n", "5\r\nhelloX\r\n0\r\n\r\n",
+        "5\nhello\n0\n\n", "11111111111111111\r\n", "5;a\nb\r\nhello\r\n0\r\n\r\n", "5;a\rb\r\nhello\r\n0\r\n\r\n",
+        "0\r\nT: x\n\nGET / HTTP/1.1\r\n\r\n"}) {
     const Outcome outcome = chunked(sent, 100);
     CHECK_MESSAGE(outcome.problem == api::ProblemKind::malformed_request, sent);
     CHECK(!outcome.consumed);
@@ -103,6 +105,9 @@ TEST_CASE("body: a malformed chunk is refused, and the rest is not a request") {
   std::string trailers = "0\r\n";
   for (int i = 0; i < 100; ++i) trailers += "T: x\r\n";
   CHECK(chunked(trailers + "\r\n", 100).problem == api::ProblemKind::malformed_request);
+  const std::string long_text(1000, 'x');
+  CHECK(chunked("0\r\nT: " + long_text + "\r\n\r\n", 100).problem == api::ProblemKind::malformed_request);
+  CHECK(chunked("5;" + long_text + "\r\nhello\r\n", 100).problem == api::ProblemKind::malformed_request);
 }
 
 TEST_CASE("body: chunks are counted, also when each is small") {

@@ -1,6 +1,9 @@
 // The service against a stand-in for the comparison: what the queue, the limits and the disconnects do.
 #include "server/service.h"
 
+#include <netinet/in.h>
+#include <sys/socket.h>
+
 #include <atomic>
 #include <future>
 #include <memory>
@@ -63,6 +66,19 @@ httplib::MultipartFormDataItems form(const std::string& a = "mesh a", const std:
 httplib::Result post(int port, const httplib::MultipartFormDataItems& items = form()) {
   httplib::Client client("127.0.0.1", port);
   return client.Post("/v1/comparisons", items);
+}
+
+// As if accept() had failed for a reason that does not pass: it says EINVAL from now on.
+void break_listener(int port) {
+  for (int fd = 0; fd < 1024; ++fd) {
+    int accepts = 0;
+    socklen_t size = sizeof accepts;
+    sockaddr_in address{};
+    socklen_t address_size = sizeof address;
+    if (::getsockopt(fd, SOL_SOCKET, SO_ACCEPTCONN, &accepts, &size) != 0 || accepts == 0) continue;
+    if (::getsockname(fd, reinterpret_cast<sockaddr*>(&address), &address_size) != 0) continue;
+    if (ntohs(address.sin_port) == port) ::shutdown(fd, SHUT_RDWR);
+  }
 }
 
 bool eventually(const std::function<bool()>& condition) {
@@ -218,6 +234,23 @@ TEST_CASE("service: the end cancels what runs and answers it") {
   service.reset();
   CHECK(running.get() == 200);
   CHECK(stub.cancelled == 1);
+  CHECK(!post(port));
+}
+
+TEST_CASE("service: a listening socket that fails is noticed while clients keep every thread busy") {
+  Stub stub;
+  Service service(small(), stub.compare());
+  const int port = service.start().value();
+  httplib::Client steady("127.0.0.1", port);
+  steady.set_keep_alive(true);
+  REQUIRE(steady.Get("/healthz"));
+  auto running = std::async(std::launch::async, [port] { return post(port)->status; });
+  REQUIRE(eventually([&] { return stub.running == 1; }));
+  REQUIRE(service.listening());
+  break_listener(port);
+  CHECK(eventually([&] { return !service.listening(); }));
+  service.shutdown([] { return true; });
+  CHECK(running.get() == 200);
   CHECK(!post(port));
 }
 

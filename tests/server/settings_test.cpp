@@ -14,6 +14,7 @@ TEST_CASE("settings: the defaults hold together") {
   CHECK(settings->workers >= 1);
   CHECK(settings->simd == supported_simd().front());
   CHECK(settings->parsers == settings->workers);
+  CHECK(settings->max_arriving_per_peer == settings->io_threads / 2);
 }
 
 TEST_CASE("settings: a parser's memory follows the limits on files, or is what it is set to") {

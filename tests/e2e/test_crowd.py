@@ -1,0 +1,222 @@
+"""Attacks on the service by many connections at once, and what becomes of those who are honest; docs/http_edge.md."""
+
+import contextlib
+import ctypes
+import errno
+import os
+import pathlib
+import resource
+import select
+import signal
+import socket
+import statistics
+import threading
+import time
+import unittest
+
+from harness import SLOW, SLOW_OPTIONS, Server, check, comparison, post_head, read_answer, until
+
+MOST_DELAY = 0.1  # seconds that eight dribbling clients may cost an honest one
+ATTACKER = "127.0.0.2"  # honest clients call from 127.0.0.1
+SLOW_HEAD = b"GET /healthz HTTP/1.1\r\nX: "
+SLOW_BODY = post_head(100_000) + comparison()[:120]
+
+
+class Dribblers(contextlib.AbstractContextManager):
+    """`count` connections that send `start`, then one byte each 20 ms for as long as they may."""
+
+    def __init__(self, server, count, start, sources=("127.0.0.1",)):
+        self.connections = [server.connect(source=sources[i % len(sources)]) for i in range(count)]
+        for connection in self.connections:
+            connection.sendall(start)
+        self.ended = threading.Event()
+        self.thread = threading.Thread(target=self._dribble)
+        self.thread.start()
+
+    def _dribble(self):
+        while not self.ended.wait(0.02):
+            for connection in self.connections:
+                with contextlib.suppress(OSError):
+                    connection.send(b"x")
+
+    def answered(self):
+        """Those that have an answer already, or are closed."""
+        return select.select(self.connections, [], [], 0)[0]
+
+    def __exit__(self, *_):
+        self.ended.set()
+        self.thread.join()
+        for connection in self.connections:
+            connection.close()
+
+
+class Slow(unittest.TestCase):
+    def start(self, *flags):
+        server = Server(*flags)
+        self.addCleanup(server.stop)
+        return server
+
+    def median_seconds(self, server, requests=25):
+        """Of a small comparison, its connection included."""
+        times = []
+        for _ in range(requests):
+            start = time.monotonic()
+            self.assertEqual(server.compare().status, 200)
+            times.append(time.monotonic() - start)
+        return statistics.median(times)
+
+    def assert_not_delayed(self, server, attack):
+        """Compares with quiet times before and after, on the same server and in the same minute."""
+        self.median_seconds(server, 5)
+        quiet = self.median_seconds(server)
+        with attack() as dribblers:
+            still = dribblers()
+            attacked = self.median_seconds(server)
+            self.assertEqual(dribblers(), still)  # they were there all the while
+        quiet = max(quiet, self.median_seconds(server))
+        print("%s: %.1f ms while attacked, %.1f ms else" % (self.id().rsplit(".", 1)[1], 1000 * attacked, 1000 * quiet))
+        self.assertLessEqual(attacked, quiet + MOST_DELAY)
+
+    def eight(self, server, start):
+        @contextlib.contextmanager
+        def attack():
+            with Dribblers(server, 8, start) as dribblers:
+                time.sleep(0.3)
+                self.assertEqual(dribblers.answered(), [])
+                yield dribblers.answered
+        return attack
+
+    def test_eight_that_dribble_a_head(self):
+        server = self.start("--head-timeout-ms", "600000")
+        self.assert_not_delayed(server, self.eight(server, SLOW_HEAD))
+
+    def test_eight_that_dribble_a_body(self):
+        server = self.start("--body-timeout-ms", "600000")
+        self.assert_not_delayed(server, self.eight(server, SLOW_BODY))
+
+    def test_a_hundred_of_one_address_keep_half_of_the_threads_at_most(self):
+        for start, refusals in ((SLOW_HEAD, {429}), (SLOW_BODY, {429, 503})):
+            server = self.start("--head-timeout-ms", "600000", "--body-timeout-ms", "600000", "--io-threads", "64", "--workers", "2")
+
+            @contextlib.contextmanager
+            def attack():
+                with Dribblers(server, 100, start, (ATTACKER,)) as dribblers:
+                    until(lambda: len(dribblers.answered()) == 68)
+                    yield dribblers.answered
+                    self.assertLessEqual(self.statuses(dribblers.answered()), refusals)
+            self.assert_not_delayed(server, attack)
+
+    def statuses(self, connections):
+        """Of those answers that can still be read: a client's last bytes may have reset its connection."""
+        found = set()
+        for connection in connections:
+            with contextlib.suppress(OSError):
+                found.add(check(read_answer(connection.makefile("rb"))).status)
+        self.assertTrue(found)
+        return found
+
+    def test_dribblers_of_many_addresses_are_bounded_by_the_deadline(self):
+        server = self.start("--head-timeout-ms", "1000", "--io-threads", "64", "--workers", "2")
+        with Dribblers(server, 150, SLOW_HEAD, ["127.0.0.%d" % i for i in range(2, 12)]) as dribblers:
+            self.assertEqual(server.compare().status, 200)
+            until(lambda: len(dribblers.answered()) == 150)
+
+    def test_slow_uploads_hold_their_places_until_the_deadline(self):
+        """Whoever finds no place meanwhile is refused at once, and health is answered."""
+        server = self.start("--workers", "1", "--queue", "1", "--io-threads", "16", "--body-timeout-ms", "5000")
+        with contextlib.ExitStack() as stack:
+            streams = []
+            for _ in range(2):
+                connection = stack.enter_context(server.connect(source=ATTACKER))
+                connection.sendall(post_head(100_000, "Expect: 100-continue\r\n"))
+                streams.append(connection.makefile("rb"))
+                self.assertEqual(streams[-1].readline(), b"HTTP/1.1 100 Continue\r\n")  # it has its place
+                streams[-1].readline()
+                connection.sendall(comparison()[:120])
+            self.assertEqual(server.compare().status, 503)
+            self.assertEqual(server.get("/healthz").status, 200)
+            self.assertEqual([check(read_answer(stream)).status for stream in streams], [408, 408])
+            self.assertEqual(server.compare().status, 200)
+
+
+class Burst(unittest.TestCase):
+    def test_a_burst_waits_in_the_backlog(self):
+        count = min(300, int(pathlib.Path("/proc/sys/net/core/somaxconn").read_text()))
+        server = Server()
+        self.addCleanup(server.stop)
+        server.process.send_signal(signal.SIGSTOP)  # so that nothing is accepted until all are there
+        try:
+            burst = [server.connect(20) for _ in range(count)]
+            for connection in burst:
+                connection.sendall(b"GET /healthz HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n")
+        finally:
+            server.process.send_signal(signal.SIGCONT)
+        answers = [check(read_answer(connection.makefile("rb"))) for connection in burst]
+        self.assertEqual({answer.status for answer in answers}, {200})
+        for connection in burst:
+            connection.close()
+
+
+def listening_socket_of(server):
+    """The server's own listening socket, shared with this process."""
+    libc = ctypes.CDLL(None, use_errno=True)
+    process = os.pidfd_open(server.process.pid)
+    try:
+        for name in os.listdir(f"/proc/{server.process.pid}/fd"):
+            fd = libc.syscall(438, process, int(name), 0)  # pidfd_getfd
+            if fd < 0 and ctypes.get_errno() in (errno.EPERM, errno.ENOSYS):
+                raise unittest.SkipTest("another process's descriptors cannot be had here")
+            if not os.readlink(f"/proc/{server.process.pid}/fd/{name}").startswith("socket:"):
+                os.close(fd)
+                continue
+            found = socket.socket(fileno=fd)
+            if found.getsockopt(socket.SOL_SOCKET, socket.SO_ACCEPTCONN):
+                return found
+            found.close()
+    finally:
+        os.close(process)
+    raise AssertionError("no listening socket")
+
+
+class Accept(unittest.TestCase):
+    def descriptors(self, server):
+        return len(os.listdir(f"/proc/{server.process.pid}/fd"))
+
+    def test_no_descriptors_left(self):
+        server = Server("--head-timeout-ms", "600000")
+        self.assertEqual(server.compare().status, 200)
+        most = self.descriptors(server) + 8
+        resource.prlimit(server.process.pid, resource.RLIMIT_NOFILE, (most, most))
+        with contextlib.ExitStack() as stack:
+            for _ in range(20):
+                stack.enter_context(server.connect()).sendall(SLOW_HEAD)
+            until(lambda: self.descriptors(server) >= most)
+            time.sleep(0.3)
+            self.assertIsNone(server.process.poll())
+        self.assertEqual(server.get("/healthz").status, 200)
+        self.assertEqual(server.compare().status, 200)
+        self.assertEqual(server.stop(), 0)
+
+    def test_a_listening_socket_that_fails_ends_the_service(self):
+        """Everybody is answered, and the exit code tells a supervisor to start it again."""
+        server = Server("--workers", "1", "--grace-ms", "500")
+        steady, busy = server.connect(), server.connect(120)
+        stream = steady.makefile("rb")
+        steady.sendall(b"GET /healthz HTTP/1.1\r\nHost: x\r\n\r\n")
+        self.assertEqual(check(read_answer(stream)).status, 200)
+        body = comparison(**SLOW, options=SLOW_OPTIONS)
+        busy.sendall(post_head(len(body)) + body)
+        time.sleep(0.5)
+        with listening_socket_of(server) as listener:
+            listener.shutdown(socket.SHUT_RDWR)  # accept() says EINVAL from now on
+        self.assertEqual(check(read_answer(busy.makefile("rb"))).status, 200)
+        self.assertEqual(server.process.wait(60), 3)
+        server.reader.join()
+        self.assertTrue(any("the listening socket failed" in line for line in server.log))
+        for connection in (steady, busy):
+            connection.close()
+        server.stop()
+
+
+if __name__ == "__main__":
+    unittest.main()
