@@ -27,14 +27,12 @@ enum class ProblemKind {
   too_large,
   uri_too_long,
   unsupported_media_type,  // of the request: Content-Type, Content-Encoding
-  too_many_requests,       // of one client's address
   head_too_large,
-  too_many_requests,  // of one key: its rate, or its jobs at the same time
+  too_many_requests,  // of one key: its rate, or its jobs at the same time; or of one client's address
   not_implemented,    // a method or transfer coding that is not known here
   http_version,
   digest_mismatch,         // the bytes are not those that their name says
   idempotency_key_reused,  // with another request
-  quota_exceeded,
   unknown_mesh,            // a comparison names one that is not stored
   not_ready,
   storage_full,

@@ -261,7 +261,7 @@ Result<StoredPair> parse_stored_pair(std::string_view json) {
       continue;
     }
     if (key != "a" && key != "b") {
-      return refused_body(pointer, "unknown member " + in_quotes(key) + "; known: a, b, options");
+      return refused_body(pointer, "unknown member " + shown_text(key) + "; known: a, b, options");
     }
     if (!member.is_string() || !is_mesh_id(member.get_ref<const std::string&>())) {
       return refused_body(pointer, pointer + " must be the id of a stored mesh, 64 lower-case hex digits, not " +

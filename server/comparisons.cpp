@@ -41,8 +41,8 @@ std::optional<Problem> read_idempotency_key(const Head& head, std::string& key) 
 // A problem document that is stored as text.
 void answer_stored(Exchange& exchange, const std::string& problem) {
   const auto json = nlohmann::json::parse(problem, nullptr, false);
-  if (json.is_discarded()) return answer(exchange, {ProblemKind::internal, "the comparison failed", {}});
-  answer(exchange, {ProblemKind::internal, "", {}});  // its headers
+  if (json.is_discarded()) return answer(exchange, Problem{ProblemKind::internal, "the comparison failed", {}});
+  answer(exchange, Problem{ProblemKind::internal, "", {}});  // its headers
   exchange.response.status = json.value("status", 500);
   exchange.problem = json.value("type", "");
   exchange.response.body = problem;
@@ -76,7 +76,7 @@ Comparisons::Comparisons(const Settings& settings, Jobs& jobs, Stores stores, Ac
     : settings_(settings), jobs_(jobs), stores_(stores), access_(access), uploads_(uploads) {}
 
 void Comparisons::create(Exchange& exchange) {
-  if (draining_.load()) return answer(exchange, {ProblemKind::shutting_down, "no new work is taken", {}});
+  if (draining_.load()) return answer(exchange, Problem{ProblemKind::shutting_down, "no new work is taken", {}});
   Asked asked;
   asked.preferences = preferences(exchange.head);
   Submission& submission = asked.submission;
@@ -189,7 +189,7 @@ void Comparisons::respond(Exchange& exchange, const JobView& job, const Asked& a
   if (asked.submission.durable) response.headers.emplace_back("Location", "/v1/comparisons/" + job.row.key.id);
   if (!store::has_ended(job.row.state)) {
     if (job.handed_back && !asked.preferences.wait) {
-      return answer(exchange, {ProblemKind::shutting_down, "the comparison will run when the service is back", {}});
+      return answer(exchange, Problem{ProblemKind::shutting_down, "the comparison will run when the service is back", {}});
     }
     response.status = 202;
     response.content_type = "application/json";
@@ -229,10 +229,10 @@ void Comparisons::events(Exchange& exchange) {
   if (!first) return answer(exchange, api::to_problem(first.error()));
   if (!*first) return answer(exchange, not_found());
   if (exchange.head.minor_version == 0) {
-    return answer(exchange, {ProblemKind::http_version, "events are sent over HTTP/1.1 only", {}});
+    return answer(exchange, Problem{ProblemKind::http_version, "events are sent over HTTP/1.1 only", {}});
   }
   const auto seat = std::make_shared<Seat>(*this);
-  if (!seat->taken()) return answer(exchange, {ProblemKind::overloaded, "as many clients watch as may", {}});
+  if (!seat->taken()) return answer(exchange, Problem{ProblemKind::overloaded, "as many clients watch as may", {}});
   exchange.response.content_type = "text/event-stream";
   if (exchange.head.method == "HEAD") return;
   exchange.response.stream = [this, key, seat, job = jobs_.live(key), seen = ~std::uint64_t{0},

@@ -113,7 +113,7 @@ void Meshes::keep(Exchange& exchange, const std::string& id, const Upload& uploa
   const auto blob = stores_.blobs.put(key, upload.bytes());
   if (!blob) return answer(exchange, api::to_problem(blob.error()));
   if (*blob == store::BlobPut::other_digest) {
-    return answer(exchange, {ProblemKind::digest_mismatch,
+    return answer(exchange, Problem{ProblemKind::digest_mismatch,
                              "the body's SHA-256 is " + api::sha256_hex(upload.bytes()) + ", not that of the path", {}});
   }
   const auto now = store::now();

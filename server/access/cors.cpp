@@ -58,7 +58,7 @@ void Cors::mark(Exchange& exchange) const {
 bool Cors::answer_preflight(Exchange& exchange) const {
   const bool asks = exchange.head.method == "OPTIONS" && !exchange.head.header("access-control-request-method").empty();
   if (!asks || !allows(exchange.head.header("origin"))) return false;
-  exchange.response = {kNoContent, "", "", {}};
+  exchange.response.status = kNoContent;
   mark(exchange);
   auto& headers = exchange.response.headers;
   headers.emplace_back("Access-Control-Allow-Methods", kMethods);

@@ -33,7 +33,10 @@ bool Entrance::admit(Exchange& exchange) const {
 void answer(Exchange& exchange, const Denial& denial) {
   answer(exchange, denial.problem);
   auto& headers = exchange.response.headers;
-  headers.insert(headers.end(), denial.headers.begin(), denial.headers.end());
+  for (const auto& header : denial.headers) {  // what the denial says counts more than what any such problem says
+    std::erase_if(headers, [&](const auto& other) { return other.first == header.first; });
+    headers.push_back(header);
+  }
 }
 
 }  // namespace meshgauge::server
