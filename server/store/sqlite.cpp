@@ -1,5 +1,7 @@
 #include "server/store/sqlite.h"
 
+#include <cerrno>
+
 #include <sqlite3.h>
 
 #include "server/store/errors.h"
@@ -10,7 +12,7 @@ namespace {
 // Nobody else writes; somebody may make a backup.
 constexpr int kBusyTimeoutMs = 5000;
 
-constexpr int kFlags = SQLite::OPEN_READWRITE | SQLite::OPEN_NOMUTEX;
+constexpr int kFlags = SQLITE_OPEN_READWRITE | SQLITE_OPEN_NOMUTEX;
 
 }  // namespace
 
@@ -18,7 +20,8 @@ Connection::Connection(const std::string& path, Use use) : database_(path, kFlag
   execute("PRAGMA foreign_keys = ON");
   execute("PRAGMA temp_store = MEMORY");
   if (use == Use::read) {
-    execute("PRAGMA query_only = ON");  // the file is open for writing, because readers take part in the locks of the log
+    execute(
+        "PRAGMA query_only = ON");  // the file is open for writing, because readers take part in the locks of the log
   } else {
     execute("PRAGMA journal_mode = WAL");
     execute("PRAGMA synchronous = FULL");
@@ -39,7 +42,7 @@ std::int64_t Connection::pragma(const char* name) {
 bool Connection::in_transaction() const { return sqlite3_get_autocommit(database_.getHandle()) == 0; }
 
 Error Connection::to_error(const SQLite::Exception& exception) const {
-  return store::to_error(exception, path(), sqlite3_system_errno(database_.getHandle()));
+  return store::to_error(exception, path(), system_error_);
 }
 
 Error to_error(const SQLite::Exception& exception, const std::string& path, int system_error) {
@@ -69,6 +72,16 @@ Error to_error(const SQLite::Exception& exception, const std::string& path, int 
 Query::~Query() {
   statement_.tryReset();  // its error is that of the run, which was thrown
   statement_.clearBindings();
+}
+
+bool Query::next() {
+  errno = 0;  // SQLite says of a write that it failed, and leaves why to errno
+  try {
+    return statement_.executeStep();
+  } catch (const SQLite::Exception&) {
+    connection_.failed_with(errno);
+    throw;
+  }
 }
 
 std::uint64_t Query::run() {

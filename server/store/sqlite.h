@@ -27,11 +27,13 @@ class Connection {
   bool in_transaction() const;            // SQLite ends it by itself after some errors
 
   const std::string& path() const { return database_.getFilename(); }
-  // Of an exception that this connection threw just now.
+  // Of an exception that this connection's newest query threw.
   Error to_error(const SQLite::Exception& exception) const;
+  void failed_with(int system_error) { system_error_ = system_error; }
 
  private:
   SQLite::Database database_;
+  int system_error_ = 0;
   std::map<std::string, SQLite::Statement, std::less<>> statements_;
 };
 
@@ -42,15 +44,16 @@ Error to_error(const SQLite::Exception& exception, const std::string& path, int 
 class Query {
  public:
   template <class... Values>
-  Query(Connection& connection, const char* sql, const Values&... values) : statement_(connection.prepared(sql)) {
+  Query(Connection& connection, const char* sql, const Values&... values)
+      : connection_(connection), statement_(connection.prepared(sql)) {
     (bind(values), ...);
   }
   ~Query();
   Query(const Query&) = delete;
   Query& operator=(const Query&) = delete;
 
-  bool next() { return statement_.executeStep(); }  // to the next row
-  std::uint64_t run();                              // to the end; how many rows it changed
+  bool next();          // to the next row
+  std::uint64_t run();  // to the end; how many rows it changed
 
   std::int64_t number(int column) const { return statement_.getColumn(column).getInt64(); }
   double real(int column) const { return statement_.getColumn(column).getDouble(); }
@@ -71,6 +74,7 @@ class Query {
     statement_.bind(++bound_);
   }
 
+  Connection& connection_;
   SQLite::Statement& statement_;
   int bound_ = 0;
 };

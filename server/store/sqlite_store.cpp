@@ -28,10 +28,11 @@ Result<Done> make_private_file(const std::string& path) {
 }
 
 Result<std::unique_ptr<Connection>> connect(const std::string& path) {
+  errno = 0;
   try {
     return std::make_unique<Connection>(path, Connection::Use::write);
   } catch (const SQLite::Exception& exception) {
-    return to_error(exception, path);
+    return to_error(exception, path, errno);
   }
 }
 

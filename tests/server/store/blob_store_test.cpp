@@ -1,0 +1,172 @@
+#include "server/store/blob_store.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <thread>
+
+#include "implementations.h"
+#include "server/upload.h"
+
+using namespace meshgauge;
+using namespace meshgauge::server::store;
+using meshgauge::server::Descriptor;
+
+namespace {
+
+using namespace std::chrono_literals;
+
+Descriptor file_with(std::string_view content) {
+  Descriptor file(server::open_unnamed_file(std::filesystem::temp_directory_path()));
+  REQUIRE(::write(file.get(), content.data(), content.size()) == static_cast<ssize_t>(content.size()));
+  return file;
+}
+
+std::string long_text(std::size_t size) {
+  std::string text(size, '\0');
+  for (std::size_t i = 0; i < size; ++i) text[i] = static_cast<char>(i * i >> 7);
+  return text;
+}
+
+}  // namespace
+
+TEST_CASE_TEMPLATE("blobs: what was put is what is read, from memory and from files", Stores, EVERY_IMPLEMENTATION) {
+  Stores stores;
+  const std::string texts[] = {
+      "", "x", long_text((1 << 20) - 1), long_text(1 << 20), long_text((1 << 20) + 1), long_text(5'000'000)};
+  for (const std::string& text : texts) {
+    for (const std::string owner : {"", "../bob", "ann"}) {
+      const BlobKey key = key_of(owner, text);
+      CHECK_FALSE(got(stores.blobs().exists(key)));
+      if (owner.empty()) {
+        CHECK(got(stores.blobs().put(key, bytes_of(text))) == BlobPut::created);
+      } else {
+        const Descriptor file = file_with(text + "more");
+        CHECK(got(stores.blobs().put(key, file.get(), text.size())) == BlobPut::created);
+        CHECK(got(stores.blobs().put(key, file.get(), text.size())) == BlobPut::existed);
+      }
+      CHECK(got(stores.blobs().put(key, bytes_of(text))) == BlobPut::existed);
+    }
+  }
+  stores.reopen();
+  for (const std::string& text : texts) {
+    for (const std::string owner : {"", "../bob", "ann"}) {
+      const BlobKey key = key_of(owner, text);
+      CHECK(got(stores.blobs().exists(key)));
+      const std::optional<Blob> blob = got(stores.blobs().open(key));
+      REQUIRE(blob.has_value());
+      CHECK(blob->size() == text.size());
+      CHECK(text_of(*blob) == text);
+      std::string read(text.size(), '\0');
+      CHECK(::pread(blob->file(), read.data(), read.size(), 0) == static_cast<ssize_t>(text.size()));
+      CHECK(read == text);
+      CHECK(::pwrite(blob->file(), "y", 1, 0) < 0);
+    }
+  }
+}
+
+TEST_CASE_TEMPLATE("blobs: bytes of another digest are not stored", Stores, EVERY_IMPLEMENTATION) {
+  Stores stores;
+  const BlobKey key = key_of("ann", "right");
+  CHECK(got(stores.blobs().put(key, bytes_of("wrong"))) == BlobPut::other_digest);
+  CHECK(got(stores.blobs().put(key, bytes_of("longer"))) == BlobPut::other_digest);
+  CHECK_FALSE(got(stores.blobs().exists(key)));
+  CHECK(got(stores.blobs().put(key, bytes_of("right"))) == BlobPut::created);
+  CHECK(got(stores.blobs().put(key, bytes_of("wrong"))) == BlobPut::other_digest);
+  CHECK(text_of(*got(stores.blobs().open(key))) == "right");
+  const Descriptor file = file_with("right");
+  const Result<BlobPut> short_file = stores.blobs().put(key_of("ann", "rightmore"), file.get(), 9);
+  CHECK_FALSE(short_file.ok());
+}
+
+TEST_CASE_TEMPLATE("blobs: what is no digest names nothing", Stores, EVERY_IMPLEMENTATION) {
+  Stores stores;
+  got(stores.blobs().put(key_of("ann", "x"), bytes_of("x")));
+  const std::string id = key_of("ann", "x").id;
+  std::string upper = id;
+  for (char& c : upper) c = static_cast<char>(c >= 'a' ? c - 32 : c);
+  for (const std::string& name : {std::string(), std::string("../../lock"), id.substr(1), id + "0", upper,
+                                  "/" + id.substr(1), id.substr(0, 32) + std::string(1, '\0') + id.substr(33)}) {
+    const BlobKey key{"ann", name};
+    CHECK(got(stores.blobs().put(key, bytes_of("x"))) == BlobPut::other_digest);
+    CHECK_FALSE(got(stores.blobs().open(key)).has_value());
+    CHECK_FALSE(got(stores.blobs().exists(key)));
+    CHECK_FALSE(got(stores.blobs().renew(key)));
+    CHECK_FALSE(got(stores.blobs().remove(key)));
+  }
+}
+
+TEST_CASE_TEMPLATE("blobs: each owner's are its own, and stay readable when they are removed", Stores,
+                   EVERY_IMPLEMENTATION) {
+  Stores stores;
+  const std::string text = long_text(3'000'000);
+  const BlobKey anns = key_of("ann", text);
+  const BlobKey bobs = key_of("bob", text);
+  got(stores.blobs().put(anns, bytes_of(text)));
+  CHECK_FALSE(got(stores.blobs().exists(bobs)));
+  CHECK_FALSE(got(stores.blobs().open(bobs)).has_value());
+  CHECK_FALSE(got(stores.blobs().remove(bobs)));
+  CHECK(got(stores.blobs().put(bobs, bytes_of(text))) == BlobPut::created);
+  const std::optional<Blob> blob = got(stores.blobs().open(anns));
+  CHECK(got(stores.blobs().remove(anns)));
+  CHECK_FALSE(got(stores.blobs().remove(anns)));
+  CHECK_FALSE(got(stores.blobs().exists(anns)));
+  CHECK(got(stores.blobs().exists(bobs)));
+  CHECK(text_of(*blob) == text);
+}
+
+TEST_CASE_TEMPLATE("blobs: the unused are removed, not the young", Stores, EVERY_IMPLEMENTATION) {
+  Stores stores;
+  const BlobKey used = key_of("ann", "used");
+  const BlobKey unused = key_of("ann", "unused");
+  for (const char* owner : {"ann", "bob"}) {
+    for (const char* text : {"used", "unused"}) got(stores.blobs().put(key_of(owner, text), bytes_of(text)));
+  }
+  CHECK(got(stores.blobs().remove_unused(std::vector{used}, 3600s)) == 0);
+  CHECK(got(stores.blobs().remove_unused(std::vector{used, BlobKey{"ann", "x"}}, 0s)) == 3);
+  CHECK(got(stores.blobs().exists(used)));
+  CHECK_FALSE(got(stores.blobs().exists(unused)));
+  CHECK_FALSE(got(stores.blobs().exists(key_of("bob", "used"))));
+  CHECK(got(stores.blobs().put(unused, bytes_of("unused"))) == BlobPut::created);
+  std::this_thread::sleep_for(1100ms);
+  CHECK(got(stores.blobs().renew(used)));
+  CHECK_FALSE(got(stores.blobs().renew(key_of("bob", "used"))));
+  CHECK(got(stores.blobs().remove_unused({}, 1s)) == 1);
+  CHECK(got(stores.blobs().exists(used)));
+  CHECK_FALSE(got(stores.blobs().exists(unused)));
+}
+
+// The order that job_store.h and blob_store.h promise to be safe: put or renew, then refer, while sweeps look at what
+// is referred to and remove the rest.
+TEST_CASE_TEMPLATE("blobs: no sweep takes what is being put", Stores, EVERY_IMPLEMENTATION) {
+  Stores stores;
+  std::atomic<bool> ending{false};
+  std::atomic<int> lost{0};
+  std::thread sweeper([&] {
+    while (!ending.load()) {
+      const Result<std::vector<BlobKey>> used = stores.jobs().used_blobs();
+      if (used && !stores.blobs().remove_unused(*used, 1s)) lost.fetch_add(1);
+    }
+  });
+  std::vector<std::thread> putters;
+  for (int thread = 0; thread < 3; ++thread) {
+    putters.emplace_back([&] {
+      for (int i = 0; i < 40; ++i) {
+        const std::string text = "shared " + std::to_string(i % 4);
+        const BlobKey key = key_of("ann", text);
+        const Result<BlobPut> put = stores.blobs().put(key, bytes_of(text));
+        if (!put || *put == BlobPut::other_digest || !stores.blobs().exists(key).value()) lost.fetch_add(1);
+      }
+    });
+  }
+  for (std::thread& putter : putters) putter.join();
+  ending = true;
+  sweeper.join();
+  CHECK(lost.load() == 0);
+}
+
+TEST_CASE_TEMPLATE("blobs: there is room", Stores, EVERY_IMPLEMENTATION) {
+  Stores stores;
+  CHECK(got(stores.blobs().free_bytes()) > 0);
+}

@@ -1,0 +1,163 @@
+#include "server/store/embedded.h"
+
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <fstream>
+#include <thread>
+
+#include "implementations.h"
+
+using namespace meshgauge;
+using namespace meshgauge::server::store;
+namespace fs = std::filesystem;
+
+namespace {
+
+fs::perms mode_of(const fs::path& path) { return fs::status(path).permissions(); }
+
+void write(const std::string& path, const std::string& content) { std::ofstream(path, std::ios::binary) << content; }
+
+std::string refusal_of(const std::string& folder) {
+  const Result<std::unique_ptr<EmbeddedStores>> stores = EmbeddedStores::open({folder});
+  REQUIRE_FALSE(stores.ok());
+  return stores.error().message;
+}
+
+bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+
+}  // namespace
+
+TEST_CASE("embedded: everything is its owner's alone") {
+  const TestFolder folder;
+  const std::string data = folder / "new/data";  // made with what leads to it
+  const mode_t before = ::umask(0);
+  {
+    const auto stores = got(EmbeddedStores::open({data}));
+    got(stores->jobs().insert(new_job("ann", "1")));
+    got(stores->blobs().put(key_of("ann", "x"), bytes_of("x")));
+    int files = 0;
+    for (const fs::directory_entry& entry : fs::recursive_directory_iterator(data)) {
+      CAPTURE(entry.path());
+      CHECK(mode_of(entry) == (entry.is_directory() ? fs::perms(0700) : fs::perms(0600)));
+      files += entry.is_directory() ? 0 : 1;
+    }
+    CHECK(files == 5);  // lock, database, its log and index, a blob
+    CHECK(mode_of(data) == fs::perms(0700));
+  }
+  ::umask(before);
+}
+
+TEST_CASE("embedded: no name of an owner is in a path") {
+  EmbeddedForTests stores;
+  got(stores.blobs().put(key_of("../ann", "x"), bytes_of("x")));
+  const std::string id = key_of("", "x").id;
+  const std::string owner = api::sha256_hex(bytes_of("../ann"));
+  CHECK(fs::exists(stores.folder() / ("data/blobs/" + owner + "/" + id.substr(0, 2) + "/" + id)));
+}
+
+TEST_CASE("embedded: a folder is one process's, until that ends") {
+  const TestFolder folder;
+  auto stores = got(EmbeddedStores::open({folder / "data"}));
+  const std::string refusal = refusal_of(folder / "data");
+  CHECK(contains(refusal,
+                 "'" + folder.path() + "/data' is used by another process (" + std::to_string(::getpid()) + ")"));
+  stores.reset();
+  // A process that dies without a word leaves the folder free.
+  const pid_t child = ::fork();
+  if (child == 0) {
+    const auto held = EmbeddedStores::open({folder / "data"});
+    ::_exit(held.ok() ? 0 : 1);
+  }
+  int status = 0;
+  CHECK(::waitpid(child, &status, 0) == child);
+  CHECK(status == 0);
+  CHECK(EmbeddedStores::open({folder / "data"}).ok());
+}
+
+TEST_CASE("embedded: a folder that is none, or cannot be made, is told") {
+  const TestFolder folder;
+  write(folder / "file", "x");
+  CHECK(contains(refusal_of(folder / "file"), "Not a directory"));
+  CHECK(contains(refusal_of(folder / "file/data"), "cannot be made"));
+  CHECK(contains(refusal_of("/proc/meshgauge/data"), "cannot be made"));
+}
+
+TEST_CASE("embedded: leftovers of a crash are removed, blobs are not") {
+  EmbeddedForTests stores;
+  const BlobKey key = key_of("ann", "x");
+  got(stores.blobs().put(key, bytes_of("x")));
+  write(stores.folder() / "data/blobs/incoming/half", "xxx");
+  stores.reopen();
+  CHECK_FALSE(fs::exists(stores.folder() / "data/blobs/incoming/half"));
+  CHECK(got(stores.blobs().exists(key)));
+}
+
+TEST_CASE("embedded: a blob that was cut short is replaced when it comes again") {
+  EmbeddedForTests stores;
+  const BlobKey key = key_of("ann", "content");
+  got(stores.blobs().put(key, bytes_of("content")));
+  fs::resize_file(
+      stores.folder() / ("data/blobs/" + api::sha256_hex(bytes_of("ann")) + "/" + key.id.substr(0, 2) + "/" + key.id),
+      3);
+  CHECK(got(stores.blobs().put(key, bytes_of("content"))) == BlobPut::created);
+  CHECK(text_of(*got(stores.blobs().open(key))) == "content");
+}
+
+TEST_CASE("embedded: a damaged database is refused by name") {
+  const TestFolder folder;
+  const std::string database = folder / "data/jobs.sqlite";
+  fs::create_directory(folder / "data");
+  SUBCASE("no database at all") {
+    write(database, std::string(8192, 'x'));
+    CHECK(contains(refusal_of(folder / "data"), "'" + database + "' is damaged"));
+  }
+  SUBCASE("a page overwritten") {
+    {
+      const auto stores = got(EmbeddedStores::open({folder / "data"}));
+      for (int i = 0; i < 200; ++i) stores->jobs().record(ended_job("ann", std::to_string(i)));
+    }
+    std::fstream file(database, std::ios::in | std::ios::out | std::ios::binary);
+    for (int page = 3; page < 20; ++page) {
+      file.seekp(page * 4096);
+      file << std::string(512, '\x7f');
+    }
+    file.close();
+    CHECK(contains(refusal_of(folder / "data"), "'" + database + "' is damaged"));
+  }
+  SUBCASE("cut short") {
+    {
+      const auto stores = got(EmbeddedStores::open({folder / "data"}));
+      for (int i = 0; i < 200; ++i) stores->jobs().record(ended_job("ann", std::to_string(i)));
+    }
+    fs::resize_file(database, fs::file_size(database) / 2);
+    CHECK(contains(refusal_of(folder / "data"), "'" + database + "' is damaged"));
+  }
+}
+
+TEST_CASE("embedded: of records that cannot be written the newest are held") {
+  Unwritten unwritten(3);
+  for (int i = 0; i < 5; ++i) unwritten.add(ended_job("ann", std::to_string(i)));
+  CHECK(unwritten.jobs() == 3);
+  CHECK(unwritten.dropped() == 2);
+  CHECK(unwritten.find({"ann", "1"}) == nullptr);
+  CHECK(unwritten.find({"ann", "2"}) != nullptr);
+  CHECK(unwritten.take().jobs.size() == 3);
+  unwritten.add(ended_job("ann", "5"));
+  CHECK(unwritten.dropped() == 2);  // what is being written is not dropped
+  unwritten.put_back();
+  CHECK(unwritten.dropped() == 3);
+  CHECK(unwritten.find({"ann", "2"}) == nullptr);
+  const Unwritten::Batch& batch = unwritten.take();
+  REQUIRE(batch.jobs.size() == 3);
+  CHECK(batch.jobs.front()->key.id == "3");
+  unwritten.settle();
+  CHECK(unwritten.jobs() == 0);
+  CHECK(unwritten.find({"ann", "3"}) == nullptr);
+  unwritten.add(ended_job("ann", "6"));
+  unwritten.take();
+  unwritten.give_up();
+  CHECK(unwritten.dropped() == 4);
+  CHECK(unwritten.jobs() == 0);
+}

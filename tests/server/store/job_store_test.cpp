@@ -1,0 +1,436 @@
+#include "server/store/job_store.h"
+
+#include <algorithm>
+#include <atomic>
+#include <limits>
+#include <set>
+#include <thread>
+
+#include "implementations.h"
+
+using namespace meshgauge;
+using namespace meshgauge::server::store;
+
+namespace {
+
+const Moment kNow{at(100), at(1100)};
+
+Job job_in(JobStore& jobs, const JobKey& key) {
+  const std::optional<Job> job = got(jobs.get(key));
+  REQUIRE(job.has_value());
+  return *job;
+}
+
+Token claimed_token(JobStore& jobs, const JobKey& key, const std::string& worker = "w1") {
+  const std::optional<Claimed> claimed = got(jobs.claim(key, worker, at(50), at(110)));
+  REQUIRE(claimed.has_value());
+  return claimed->token;
+}
+
+void insert(JobStore& jobs, const NewJob& job) { REQUIRE(!got(jobs.insert(job)).existed); }
+
+Ending ending(JobState state = JobState::done) { return {state, "{\"d\":1}", "", at(120), at(1120)}; }
+
+}  // namespace
+
+TEST_CASE_TEMPLATE("jobs: what was inserted is what is read, after a restart as well", Stores, EVERY_IMPLEMENTATION) {
+  Stores stores;
+  NewJob job = new_job("ann", "1");
+  job.idempotency_key = "k";
+  job.hints = std::string("nothing is \0 special: ' \" \xff \n", 30);
+  const Inserted inserted = got(stores.jobs().insert(job));
+  CHECK_FALSE(inserted.existed);
+  CHECK_FALSE(inserted.conflict);
+  for (int restart = 0; restart < 2; ++restart) {
+    for (const Job& read :
+         {job_in(stores.jobs(), job.key), *got(stores.jobs().find_idempotent("ann", "k")), inserted.job}) {
+      CHECK(read.key == job.key);
+      CHECK(read.mesh_a == job.mesh_a);
+      CHECK(read.mesh_b == job.mesh_b);
+      CHECK(read.hints == job.hints);
+      CHECK(read.options == job.options);
+      CHECK(read.cost == 1000);
+      CHECK(read.idempotency_key == "k");
+      CHECK(read.fingerprint == job.fingerprint);
+      CHECK(read.trace == job.trace);
+      CHECK(read.created == at(0));
+      CHECK(read.expires_if_never_run == at(3600));
+      CHECK(read.state == JobState::queued);
+      CHECK(read.tries == 0);
+      CHECK_FALSE(read.cancel_requested);
+      CHECK_FALSE(read.started.has_value());
+      CHECK_FALSE(read.finished.has_value());
+      CHECK_FALSE(read.expires.has_value());
+      CHECK_FALSE(read.progress.has_value());
+      CHECK(read.document.empty());
+      CHECK(read.problem.empty());
+    }
+    stores.reopen();
+  }
+}
+
+TEST_CASE_TEMPLATE("jobs: of another owner there is nothing", Stores, EVERY_IMPLEMENTATION) {
+  Stores stores;
+  NewJob job = new_job("ann", "1");
+  job.idempotency_key = "k";
+  insert(stores.jobs(), job);
+  for (const std::string owner : {"", "bob", "an"}) {
+    const JobKey key{owner, "1"};
+    CHECK_FALSE(got(stores.jobs().get(key)).has_value());
+    CHECK_FALSE(got(stores.jobs().find_idempotent(owner, "k")).has_value());
+    CHECK_FALSE(got(stores.jobs().claim(key, "w", at(0), at(60))).has_value());
+    CHECK_FALSE(got(stores.jobs().request_cancel(key, kNow)).has_value());
+    CHECK_FALSE(got(stores.jobs().forget(key)));
+  }
+  CHECK(job_in(stores.jobs(), job.key).state == JobState::queued);
+  insert(stores.jobs(), new_job("bob", "1"));  // the same id is another job
+}
+
+TEST_CASE_TEMPLATE("jobs: an idempotency key is one job's, with one content", Stores, EVERY_IMPLEMENTATION) {
+  Stores stores;
+  NewJob first = new_job("ann", "1");
+  first.idempotency_key = "k";
+  insert(stores.jobs(), first);
+  NewJob second = new_job("ann", "2");
+  second.idempotency_key = "k";
+  second.fingerprint = first.fingerprint;
+  const Inserted same = got(stores.jobs().insert(second));
+  CHECK(same.existed);
+  CHECK_FALSE(same.conflict);
+  CHECK(same.job.key.id == "1");
+  second.fingerprint = "other";
+  const Inserted other = got(stores.jobs().insert(second));
+  CHECK(other.existed);
+  CHECK(other.conflict);
+  CHECK_FALSE(got(stores.jobs().get(second.key)).has_value());
+  second.key.owner = "bob";
+  insert(stores.jobs(), second);
+  insert(stores.jobs(), new_job("ann", "3"));  // jobs without a key do not collide
+  insert(stores.jobs(), new_job("ann", "4"));
+  CHECK(got(stores.jobs().insert(new_job("ann", "4"))).existed);  // the same call once more
+}
+
+TEST_CASE_TEMPLATE("jobs: of many that insert one idempotency key at once, one does", Stores, EVERY_IMPLEMENTATION) {
+  Stores stores;
+  std::atomic<int> created{0};
+  std::vector<std::string> ids(8);
+  std::vector<std::thread> threads;
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    threads.emplace_back([&, i] {
+      NewJob job = new_job("ann", std::to_string(i));
+      job.idempotency_key = "k";
+      const Result<Inserted> inserted = stores.jobs().insert(job);
+      if (!inserted) return;
+      if (!inserted->existed) created.fetch_add(1);
+      ids[i] = inserted->job.key.id;
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  CHECK(created.load() == 1);
+  CHECK(std::set<std::string>(ids.begin(), ids.end()).size() == 1);
+}
+
+TEST_CASE_TEMPLATE("jobs: claimed, kept alive, finished", Stores, EVERY_IMPLEMENTATION) {
+  Stores stores;
+  insert(stores.jobs(), new_job("ann", "1"));
+  const std::optional<Claimed> claimed = got(stores.jobs().claim({"ann", "1"}, "w1", at(50), at(110)));
+  REQUIRE(claimed.has_value());
+  CHECK(claimed->token.worker == "w1");
+  CHECK(claimed->token.tries == 1);
+  CHECK(claimed->job.state == JobState::running);
+  CHECK(claimed->job.started == at(50));
+  CHECK(claimed->job.options == new_job("ann", "1").options);
+  CHECK_FALSE(got(stores.jobs().claim({"ann", "1"}, "w2", at(50), at(110))).has_value());
+
+  const Progress progress{0.25, std::numeric_limits<double>::infinity(), "traverse"};
+  CHECK(got(stores.jobs().heartbeat(claimed->token, at(170), progress)) == Heartbeat::go_on);
+  CHECK(job_in(stores.jobs(), {"ann", "1"}).progress == progress);
+
+  CHECK_FALSE(got(stores.jobs().forget({"ann", "1"})));
+  CHECK(got(stores.jobs().finish(claimed->token, {JobState::failed, "{}", "{\"p\":1}", at(120), at(1120)})));
+  stores.reopen();
+  const Job job = job_in(stores.jobs(), {"ann", "1"});
+  CHECK(job.state == JobState::failed);
+  CHECK(job.document == "{}");
+  CHECK(job.problem == "{\"p\":1}");
+  CHECK(job.finished == at(120));
+  CHECK(job.expires == at(1120));
+  CHECK(got(stores.jobs().forget({"ann", "1"})));
+  CHECK_FALSE(got(stores.jobs().get({"ann", "1"})).has_value());
+  CHECK_FALSE(got(stores.jobs().forget({"ann", "1"})));
+}
+
+TEST_CASE_TEMPLATE("jobs: only the newest token can write", Stores, EVERY_IMPLEMENTATION) {
+  Stores stores;
+  JobStore& jobs = stores.jobs();
+  insert(jobs, new_job("ann", "1"));
+  const Token old = claimed_token(jobs, {"ann", "1"});
+  CHECK(got(jobs.recover("w1", "its worker died", kNow)).size() == 1);
+  const Token newer = claimed_token(jobs, {"ann", "1"}, "w1");  // even of the same worker
+  CHECK(newer.tries == 2);
+  CHECK(got(jobs.heartbeat(old, at(170), {})) == Heartbeat::lost);
+  CHECK_FALSE(got(jobs.finish(old, ending())));
+  CHECK_FALSE(got(jobs.hand_back(old, "late", kNow)).has_value());
+  CHECK_FALSE(got(jobs.finish({newer.key, "w2", newer.tries}, ending())));
+  CHECK(job_in(jobs, {"ann", "1"}).state == JobState::running);
+  CHECK(got(jobs.finish(newer, ending())));
+  CHECK(got(jobs.finish(newer, ending())));  // the same call once more
+  Ending other = ending(JobState::cancelled);
+  other.finished = at(121);
+  CHECK_FALSE(got(jobs.finish(newer, other)));
+  CHECK_FALSE(got(jobs.finish(old, ending())));
+  CHECK(got(jobs.heartbeat(newer, at(170), {})) == Heartbeat::lost);
+  CHECK(job_in(jobs, {"ann", "1"}).state == JobState::done);
+}
+
+TEST_CASE_TEMPLATE("jobs: the next is of the owner with the fewest running, then the smallest", Stores,
+                   EVERY_IMPLEMENTATION) {
+  Stores stores;
+  const auto add = [&](const std::string& owner, const std::string& id, std::uint64_t cost, std::int64_t seconds) {
+    NewJob job = new_job(owner, id);
+    job.cost = cost;
+    job.created = at(seconds);
+    insert(stores.jobs(), job);
+  };
+  add("ann", "large", 900'000'000, 0);
+  add("ann", "small", 1'000, 0);
+  add("ann", "medium", 400'000'000, 0);
+  add("ann", "later", 1'000, 10);  // has waited 10 s less than `medium`, worth 500 MB
+  add("bob", "only", 990'000'000, 9);
+  add("bob", "huge", std::numeric_limits<std::uint64_t>::max() / 2, 9);
+  std::vector<std::string> order;
+  while (true) {
+    const std::optional<Claimed> claimed = got(stores.jobs().claim_next("w", at(20), at(80)));
+    if (!claimed) break;
+    order.push_back(claimed->job.key.owner + " " + claimed->job.key.id);
+  }
+  CHECK(order == std::vector<std::string>{"ann small", "bob only", "ann medium", "bob huge", "ann later", "ann large"});
+}
+
+TEST_CASE_TEMPLATE("jobs: workers that claim at the same time get different ones", Stores, EVERY_IMPLEMENTATION) {
+  Stores stores;
+  for (int i = 0; i < 40; ++i) insert(stores.jobs(), new_job("ann", std::to_string(i)));
+  std::vector<std::vector<std::string>> claimed(4);
+  std::vector<std::thread> threads;
+  for (auto& mine : claimed) {
+    threads.emplace_back([&] {
+      while (true) {
+        const Result<std::optional<Claimed>> next = stores.jobs().claim_next("w", at(20), at(80));
+        if (!next || !next->has_value()) return;
+        mine.push_back((*next)->job.key.id);
+      }
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  std::set<std::string> all;
+  std::size_t number = 0;
+  for (const auto& mine : claimed) {
+    all.insert(mine.begin(), mine.end());
+    number += mine.size();
+  }
+  CHECK(number == 40);
+  CHECK(all.size() == 40);
+}
+
+TEST_CASE_TEMPLATE("jobs: handed back, until it was the fifth time", Stores, EVERY_IMPLEMENTATION) {
+  Stores stores;
+  insert(stores.jobs(), new_job("ann", "1"));
+  for (unsigned tries = 1; tries <= kMaxTries; ++tries) {
+    const Token token = claimed_token(stores.jobs(), {"ann", "1"});
+    CHECK(token.tries == tries);
+    const std::optional<JobState> state = got(stores.jobs().hand_back(token, "reason " + std::to_string(tries), kNow));
+    CHECK(state == (tries < kMaxTries ? JobState::queued : JobState::failed));
+    CHECK(job_in(stores.jobs(), {"ann", "1"}).last_error == "reason " + std::to_string(tries));
+  }
+  const Job job = job_in(stores.jobs(), {"ann", "1"});
+  CHECK(job.state == JobState::failed);
+  CHECK(job.finished == kNow.now);
+  CHECK(job.expires == kNow.keep_until);
+  CHECK_FALSE(got(stores.jobs().claim({"ann", "1"}, "w", at(0), at(60))).has_value());
+  CHECK(got(stores.jobs().forget({"ann", "1"})));
+}
+
+TEST_CASE_TEMPLATE("jobs: a try that ended without the job's fault is not counted", Stores, EVERY_IMPLEMENTATION) {
+  Stores stores;
+  insert(stores.jobs(), new_job("ann", "1"));
+  for (unsigned i = 0; i < 3 * kMaxTries; ++i) {
+    CHECK(got(stores.jobs().hand_back(claimed_token(stores.jobs(), {"ann", "1"}), "", kNow)) == JobState::queued);
+  }
+  for (unsigned i = 1; i < kMaxTries; ++i) {
+    CHECK(got(stores.jobs().hand_back(claimed_token(stores.jobs(), {"ann", "1"}), "x", kNow)) == JobState::queued);
+  }
+  CHECK(got(stores.jobs().hand_back(claimed_token(stores.jobs(), {"ann", "1"}), "x", kNow)) == JobState::failed);
+}
+
+TEST_CASE_TEMPLATE("jobs: cancelled, before and while they run", Stores, EVERY_IMPLEMENTATION) {
+  Stores stores;
+  JobStore& jobs = stores.jobs();
+  for (const char* id : {"queued", "running", "handed back"}) insert(jobs, new_job("ann", id));
+  CHECK(got(jobs.request_cancel({"ann", "queued"}, kNow)) == JobState::cancelled);
+  const Job queued = job_in(jobs, {"ann", "queued"});
+  CHECK(queued.finished == kNow.now);
+  CHECK(queued.expires == kNow.keep_until);
+  CHECK_FALSE(got(jobs.claim({"ann", "queued"}, "w", at(0), at(60))).has_value());
+
+  const Token running = claimed_token(jobs, {"ann", "running"});
+  CHECK(got(jobs.request_cancel({"ann", "running"}, kNow)) == JobState::running);
+  CHECK(job_in(jobs, {"ann", "running"}).cancel_requested);
+  CHECK(got(jobs.heartbeat(running, at(170), {})) == Heartbeat::cancel);
+  CHECK(got(jobs.finish(running, ending(JobState::cancelled))));
+  CHECK(got(jobs.request_cancel({"ann", "running"}, kNow)) == JobState::cancelled);
+  CHECK(job_in(jobs, {"ann", "running"}).finished == at(120));
+
+  const Token back = claimed_token(jobs, {"ann", "handed back"});
+  CHECK(got(jobs.request_cancel({"ann", "handed back"}, kNow)) == JobState::running);
+  CHECK(got(jobs.hand_back(back, "gone", kNow)) == JobState::cancelled);
+  CHECK_FALSE(got(jobs.request_cancel({"ann", "unknown"}, kNow)).has_value());
+}
+
+TEST_CASE_TEMPLATE("jobs: recovery runs the jobs of the dead again, and none that lives", Stores,
+                   EVERY_IMPLEMENTATION) {
+  Stores stores;
+  JobStore& jobs = stores.jobs();
+  for (const char* id : {"dead", "late", "alive", "waits", "poison", "cancelled"}) {
+    NewJob job = new_job("ann", id);
+    if (job.key.id == "waits") job.created = at(-10);
+    insert(jobs, job);
+  }
+  for (unsigned i = 1; i < kMaxTries; ++i) got(jobs.hand_back(claimed_token(jobs, {"ann", "poison"}), "x", kNow));
+  claimed_token(jobs, {"ann", "dead"}, "host-a/1");
+  claimed_token(jobs, {"ann", "poison"}, "host-a/2");
+  claimed_token(jobs, {"ann", "cancelled"}, "host-a/3");
+  claimed_token(jobs, {"ann", "late"}, "host-b/1");
+  const Token alive = claimed_token(jobs, {"ann", "alive"}, "host-b/2");
+  got(jobs.heartbeat(alive, at(500), {}));
+  got(jobs.request_cancel({"ann", "cancelled"}, kNow));
+
+  stores.reopen();
+  const Moment moment{at(200), at(1200)};
+  std::vector<std::string> again;
+  for (const Job& job : got(stores.jobs().recover("host-a/", "the service ended while it ran", moment))) {
+    CHECK(job.state == JobState::queued);
+    again.push_back(job.key.id);
+  }
+  CHECK(again == std::vector<std::string>{"waits", "dead", "late"});
+  CHECK(job_in(stores.jobs(), {"ann", "dead"}).tries == 1);
+  CHECK(job_in(stores.jobs(), {"ann", "alive"}).state == JobState::running);
+  CHECK(job_in(stores.jobs(), {"ann", "cancelled"}).state == JobState::cancelled);
+  const Job poison = job_in(stores.jobs(), {"ann", "poison"});
+  CHECK(poison.state == JobState::failed);
+  CHECK(poison.last_error == "the service ended while it ran");
+  CHECK(poison.finished == at(200));
+  CHECK(poison.expires == at(1200));
+
+  CHECK(got(stores.jobs().recover(std::nullopt, "x", moment)).size() == 3);  // nobody is dead, no lease is over
+  CHECK(job_in(stores.jobs(), {"ann", "alive"}).state == JobState::running);
+  CHECK(got(stores.jobs().recover("", "x", moment)).size() == 4);  // everybody is
+}
+
+TEST_CASE_TEMPLATE("jobs: recorded ones are known at once and durable after flush", Stores, EVERY_IMPLEMENTATION) {
+  Stores stores;
+  Job job = ended_job("ann", "1");
+  job.progress = Progress{1, 2, "certify"};
+  job.problem = "{}";
+  stores.jobs().record(job);
+  CHECK(got(stores.jobs().request_cancel(job.key, kNow)) == JobState::done);
+  for (int round = 0; round < 3; ++round) {
+    const Job read = job_in(stores.jobs(), job.key);
+    CHECK(read.state == JobState::done);
+    CHECK(read.document == job.document);
+    CHECK(read.problem == "{}");
+    CHECK(read.started == at(5));
+    CHECK(read.finished == at(10));
+    CHECK(read.expires == at(1000));
+    CHECK(read.progress == job.progress);
+    CHECK(read.tries == 1);
+    CHECK_FALSE(got(stores.jobs().get({"bob", "1"})).has_value());
+    if (round == 0) got(stores.jobs().flush());
+    if (round == 1) stores.reopen();
+  }
+  CHECK(got(stores.jobs().counts()).done == 1);
+  CHECK(got(stores.jobs().counts()).unrecorded == 0);
+  stores.jobs().record(ended_job("ann", "2"));
+  CHECK(got(stores.jobs().forget({"ann", "2"})));  // though it may not be written yet
+  stores.jobs().record(ended_job("ann", "3"));
+  stores.reopen();  // an end in good order writes it
+  CHECK_FALSE(got(stores.jobs().get({"ann", "2"})).has_value());
+  CHECK(got(stores.jobs().get({"ann", "3"})).has_value());
+}
+
+TEST_CASE_TEMPLATE("jobs: counts and what they refer to", Stores, EVERY_IMPLEMENTATION) {
+  Stores stores;
+  JobStore& jobs = stores.jobs();
+  for (int i = 0; i < 6; ++i) {
+    NewJob job = new_job(i < 5 ? "ann" : "bob", std::to_string(i));
+    job.mesh_a = "a" + std::to_string(i);
+    job.mesh_b = "shared";
+    insert(jobs, job);
+  }
+  claimed_token(jobs, {"ann", "0"});
+  got(jobs.finish(claimed_token(jobs, {"ann", "1"}), ending()));
+  got(jobs.finish(claimed_token(jobs, {"ann", "2"}), ending(JobState::failed)));
+  got(jobs.request_cancel({"ann", "3"}, kNow));
+  const Counts counts = got(jobs.counts());
+  CHECK(counts.queued == 2);
+  CHECK(counts.running == 1);
+  CHECK(counts.done == 1);
+  CHECK(counts.failed == 1);
+  CHECK(counts.cancelled == 1);
+  MeshRow mesh;
+  mesh.key = {"ann", "mesh"};
+  got(stores.meshes().put_mesh(mesh, 1000));
+  std::set<std::string> used;
+  const std::vector<BlobKey> keys = got(jobs.used_blobs());
+  for (const BlobKey& key : keys) used.insert(key.owner + " " + key.id);
+  CHECK(used == std::set<std::string>{"ann a0", "ann a4", "ann shared", "bob a5", "bob shared", "ann mesh"});
+  CHECK(keys.size() == used.size());
+}
+
+TEST_CASE_TEMPLATE("jobs: the sweep removes what is over, and the oldest beyond the cap", Stores,
+                   EVERY_IMPLEMENTATION) {
+  Stores stores;
+  JobStore& jobs = stores.jobs();
+  for (int i = 0; i < 1300; ++i) {
+    Job job = ended_job("ann", std::to_string(i), at(1300 - i));  // the last one is the oldest
+    job.expires = i < 20 ? at(2000) : at(3000);
+    jobs.record(job);
+    if (i % 50 == 49) got(jobs.flush());
+  }
+  got(jobs.flush());
+  insert(jobs, new_job("ann", "stale"));
+  NewJob fresh = new_job("ann", "fresh");
+  fresh.expires_if_never_run = at(9000);
+  insert(jobs, fresh);
+  NewJob runs = new_job("ann", "runs");
+  insert(jobs, runs);
+  claimed_token(jobs, runs.key);
+
+  const Moment moment{at(4000), at(9000)};
+  const SweptJobs none = got(jobs.sweep_jobs({at(1999), at(9000)}, 1300));
+  CHECK(none.expired == 0);
+  CHECK(none.over_cap == 0);
+  CHECK(none.given_up == 0);
+  const SweptJobs some = got(jobs.sweep_jobs({at(2000), at(9000)}, 1270));
+  CHECK(some.expired == 20);
+  CHECK(some.over_cap == 10);
+  CHECK_FALSE(got(jobs.get({"ann", "0"})).has_value());
+  CHECK_FALSE(got(jobs.get({"ann", "1299"})).has_value());
+  CHECK(got(jobs.get({"ann", "1289"})).has_value());
+  const SweptJobs given_up = got(jobs.sweep_jobs(moment, 5));
+  CHECK(given_up.given_up == 1);
+  CHECK(given_up.expired == 1270);
+  const Job stale = job_in(jobs, {"ann", "stale"});
+  CHECK(stale.state == JobState::failed);
+  CHECK(stale.finished == at(4000));
+  CHECK_FALSE(stale.last_error.empty());
+  CHECK(job_in(jobs, {"ann", "fresh"}).state == JobState::queued);
+  CHECK(job_in(jobs, {"ann", "runs"}).state == JobState::running);
+  CHECK(got(jobs.sweep_jobs(moment, 0)).over_cap == 1);
+}
+
+TEST_CASE_TEMPLATE("jobs: a check writes", Stores, EVERY_IMPLEMENTATION) {
+  Stores stores;
+  got(stores.jobs().check());
+  got(stores.jobs().check());
+  got(stores.blobs().check());
+}

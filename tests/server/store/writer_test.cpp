@@ -1,0 +1,152 @@
+#include "server/store/writer.h"
+
+#include <atomic>
+#include <fstream>
+#include <stdexcept>
+#include <thread>
+
+#include "implementations.h"
+#include "server/store/readers.h"
+
+using namespace meshgauge;
+using namespace meshgauge::server::store;
+
+namespace {
+
+class Table {
+ public:
+  Table() {
+    std::ofstream(path()).flush();
+    auto connection = std::make_unique<Connection>(path(), Connection::Use::write);
+    connection->execute("CREATE TABLE t (x INTEGER PRIMARY KEY)");
+    writer_ = std::make_unique<Writer>(std::move(connection));
+  }
+
+  Writer& writer() { return *writer_; }
+  std::string path() const { return folder_ / "a.sqlite"; }
+  Result<std::uint64_t> add(std::int64_t x) {
+    return writer_->write(
+        [x](Connection& connection) { return Query(connection, "INSERT INTO t VALUES (?)", x).run(); });
+  }
+  std::int64_t count() {
+    Readers readers(path());
+    return got(readers.read([](Connection& connection) {
+      Query query(connection, "SELECT count(*) FROM t");
+      query.next();
+      return query.number(0);
+    }));
+  }
+
+ private:
+  TestFolder folder_;
+  std::unique_ptr<Writer> writer_;
+};
+
+}  // namespace
+
+TEST_CASE("writer: one write that fails undoes itself and not its neighbours") {
+  Table table;
+  constexpr int kThreads = 16;
+  constexpr int kEach = 30;
+  std::atomic<int> failed{0};
+  std::vector<std::thread> threads;
+  for (int thread = 0; thread < kThreads; ++thread) {
+    threads.emplace_back([&, thread] {
+      for (int i = 0; i < kEach; ++i) {
+        const std::int64_t x = thread * kEach + i;
+        const bool good = x % 3 != 0;
+        const Result<std::uint64_t> added = table.writer().write([&](Connection& connection) {
+          const std::uint64_t rows = Query(connection, "INSERT INTO t VALUES (?)", x).run();
+          if (x % 6 == 0) Query(connection, "INSERT INTO t VALUES (?)", x).run();  // twice: refused
+          if (x % 6 == 3) throw std::runtime_error("a bug");
+          return rows;
+        });
+        if (added.ok() != good) failed.fetch_add(1000);
+        if (!added && added.error().code == ErrorCode::internal) failed.fetch_add(1);
+      }
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  CHECK(failed.load() == kThreads * kEach / 3);
+  CHECK(table.count() == kThreads * kEach * 2 / 3);
+}
+
+TEST_CASE("writer: what waits shares a transaction") {
+  Table table;
+  std::atomic<int> done{0};
+  std::thread holder([&] {
+    // As long as this one is in its transaction, the others come to wait.
+    const Result<int> held = table.writer().write([&](Connection& connection) {
+      Query(connection, "INSERT INTO t VALUES (-1)").run();
+      std::this_thread::sleep_for(std::chrono::milliseconds(300));
+      return 0;
+    });
+    if (held) done.fetch_add(1);
+  });
+  std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  std::vector<std::int64_t> rows_before(20, -1);
+  std::vector<std::thread> threads;
+  for (std::size_t i = 0; i < rows_before.size(); ++i) {
+    threads.emplace_back([&, i] {
+      const Result<int> added = table.writer().write([&](Connection& connection) {
+        Query(connection, "INSERT INTO t VALUES (?)", static_cast<std::int64_t>(i)).run();
+        Readers outside(table.path());
+        const auto seen = outside.read([](Connection& other) {
+          Query query(other, "SELECT count(*) FROM t");
+          query.next();
+          return query.number(0);
+        });
+        rows_before[i] = seen ? *seen : -2;
+        return 0;
+      });
+      if (added) done.fetch_add(1);
+    });
+  }
+  holder.join();
+  for (std::thread& thread : threads) thread.join();
+  CHECK(done.load() == 21);
+  // Those that waited were run in one transaction: from outside none of them saw another's row.
+  CHECK(std::count(rows_before.begin(), rows_before.end(), 1) == 20);
+  CHECK(table.count() == 21);
+}
+
+TEST_CASE("writer: a database that somebody else keeps locked is told, and used when it is free again") {
+  Table table;
+  Connection other(table.path(), Connection::Use::write);
+  other.execute("BEGIN IMMEDIATE");
+  const Result<std::uint64_t> added = table.add(1);
+  REQUIRE_FALSE(added.ok());
+  CHECK(added.error().code == ErrorCode::storage_unavailable);
+  CHECK(added.error().message.find("locked") != std::string::npos);
+  other.execute("ROLLBACK");
+  CHECK(got(table.add(1)) == 1);
+}
+
+TEST_CASE("readers: more threads than connections, and an error does not cost a connection") {
+  Table table;
+  got(table.add(5));
+  Readers readers(table.path());
+  for (std::size_t i = 0; i < 2 * Readers::kMost; ++i) {
+    const auto read = readers.read([](Connection& connection) {
+      Query query(connection, "SELECT nothing FROM nowhere");
+      return query.next();
+    });
+    CHECK_FALSE(read.ok());
+    const auto written = readers.read([](Connection& connection) { return Query(connection, "DELETE FROM t").run(); });
+    CHECK_FALSE(written.ok());
+  }
+  std::atomic<int> right{0};
+  std::vector<std::thread> threads;
+  for (int i = 0; i < 30; ++i) {
+    threads.emplace_back([&] {
+      const auto read = readers.read([](Connection& connection) {
+        Query query(connection, "SELECT x FROM t");
+        query.next();
+        return query.number(0);
+      });
+      if (read && *read == 5) right.fetch_add(1);
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  CHECK(right.load() == 30);
+}
