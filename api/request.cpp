@@ -62,7 +62,8 @@ Result<Done> read_object(const Json& value, const std::string& pointer, std::spa
   if (!value.is_object()) return refused(pointer, name + " must be an object, not " + shown(value));
   for (const auto& [key, member] : value.items()) {
     const Field* field = find(fields, key);
-    if (!field) return refused(pointer + "/" + key, "unknown option " + shown_text(key) + "; known: " + keys_of(fields));
+    if (!field)
+      return refused(pointer + "/" + key, "unknown option " + shown_text(key) + "; known: " + keys_of(fields));
     if (auto read = field->read(member, pointer + "/" + std::string(field->key), reading); !read) return read;
   }
   return Done{};
@@ -214,8 +215,8 @@ Result<std::string_view> as_simd(std::string_view value, std::string_view name) 
   for (const std::string_view supported : all) {
     if (value == supported) return supported;
   }
-  return refused(name,
-                 std::string(name) + " must be one of " + simd_names() + " on this processor, not " + shown_text(value));
+  return refused(
+      name, std::string(name) + " must be one of " + simd_names() + " on this processor, not " + shown_text(value));
 }
 
 std::string simd_names() {
@@ -241,9 +242,8 @@ Result<Request> parse_options(std::string_view json, const RequestLimits& limits
 }
 
 bool is_mesh_id(std::string_view text) {
-  return text.size() == 64 && std::all_of(text.begin(), text.end(), [](char c) {
-           return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f');
-         });
+  return text.size() == 64 &&
+         std::all_of(text.begin(), text.end(), [](char c) { return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f'); });
 }
 
 Result<StoredPair> parse_stored_pair(std::string_view json) {
@@ -264,8 +264,8 @@ Result<StoredPair> parse_stored_pair(std::string_view json) {
       return refused_body(pointer, "unknown member " + shown_text(key) + "; known: a, b, options");
     }
     if (!member.is_string() || !is_mesh_id(member.get_ref<const std::string&>())) {
-      return refused_body(pointer, pointer + " must be the id of a stored mesh, 64 lower-case hex digits, not " +
-                                       shown(member));
+      return refused_body(pointer,
+                          pointer + " must be the id of a stored mesh, 64 lower-case hex digits, not " + shown(member));
     }
     (key == "a" ? pair.a : pair.b) = member.get<std::string>();
   }

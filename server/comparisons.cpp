@@ -19,8 +19,8 @@ using api::Problem;
 using api::ProblemKind;
 using std::chrono::milliseconds;
 
-constexpr milliseconds kTick{20};        // how soon a client that went away is noticed
-constexpr milliseconds kEventGap{100};   // between two events of a stream
+constexpr milliseconds kTick{20};       // how soon a client that went away is noticed
+constexpr milliseconds kEventGap{100};  // between two events of a stream
 constexpr std::size_t kMostKeyBytes = 255;
 
 Problem not_found() { return {ProblemKind::not_found, "there is no comparison of this id, or not any more", {}}; }
@@ -34,8 +34,8 @@ std::optional<Problem> read_idempotency_key(const Head& head, std::string& key) 
   key = head.header("idempotency-key");
   const bool visible = std::all_of(key.begin(), key.end(), [](char c) { return c > 0x20 && c < 0x7F; });
   if (count == 1 && !key.empty() && key.size() <= kMostKeyBytes && visible) return std::nullopt;
-  return Problem{ProblemKind::malformed_request, "Idempotency-Key must be there once, with 1 to 255 visible characters",
-                 {}};
+  return Problem{
+      ProblemKind::malformed_request, "Idempotency-Key must be there once, with 1 to 255 visible characters", {}};
 }
 
 // A problem document that is stored as text.
@@ -130,8 +130,8 @@ std::optional<Problem> Comparisons::receive_ids(Exchange& exchange, Asked& asked
   std::string text;
   const auto refusal = exchange.body.read([&](std::string_view piece) -> std::optional<Problem> {
     if (text.size() + piece.size() > api::kMaxOptionsBytes) {
-      return Problem{ProblemKind::too_large,
-                     "the body is larger than " + std::to_string(api::kMaxOptionsBytes) + " bytes", {}};
+      return Problem{
+          ProblemKind::too_large, "the body is larger than " + std::to_string(api::kMaxOptionsBytes) + " bytes", {}};
     }
     text.append(piece);
     return std::nullopt;
@@ -172,7 +172,10 @@ void Comparisons::wait(Exchange& exchange, LiveJob& job, const Asked& asked) {
     seat.emplace(*this);
     until = seat->taken() ? asked.since + *asked.preferences.wait : Clock::now();
   }
-  while (!job.wait_for_end(kTick)) {
+  const auto tick = [&] {
+    return until ? std::min(kTick, std::chrono::ceil<milliseconds>(*until - Clock::now())) : kTick;
+  };
+  while (!job.wait_for_end(tick())) {
     if (until && Clock::now() >= *until) break;
     if (!exchange.connection.peer_gone()) continue;
     if (job.durable) break;
@@ -189,7 +192,8 @@ void Comparisons::respond(Exchange& exchange, const JobView& job, const Asked& a
   if (asked.submission.durable) response.headers.emplace_back("Location", "/v1/comparisons/" + job.row.key.id);
   if (!store::has_ended(job.row.state)) {
     if (job.handed_back && !asked.preferences.wait) {
-      return answer(exchange, Problem{ProblemKind::shutting_down, "the comparison will run when the service is back", {}});
+      return answer(exchange,
+                    Problem{ProblemKind::shutting_down, "the comparison will run when the service is back", {}});
     }
     response.status = 202;
     response.content_type = "application/json";

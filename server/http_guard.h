@@ -31,11 +31,11 @@ class HttpGuard final : private httplib::Server {
   bool bound_to_loopback() const;  // after bind(): nobody but this machine can reach the port
   std::uint64_t connections() const { return connections_.load(); }  // being served
   std::uint64_t dropped() const { return dropped_.load(); }          // closed without an answer, since the start
-  void run();                      // serves until stop(), or until accepting fails for good
-  bool running() const;            // run() has come as far as to be stopped: the library forgets a stop() before that
-  bool draining() const;           // no connection is accepted any more: after stop(), or the listening socket failed
-  void stop();                     // no new connections; run() returns when the running requests have their answers
-  void abort();                    // every wait for a client ends now
+  void run();             // serves until stop(), or until accepting fails for good
+  bool running() const;   // run() has come as far as to be stopped: the library forgets a stop() before that
+  bool draining() const;  // no connection is accepted any more: after stop(), or the listening socket failed
+  void stop();            // no new connections; run() returns when the running requests have their answers
+  void abort();           // every wait for a client ends now
 
  private:
   using Refusal = std::optional<api::Problem>;

@@ -23,7 +23,8 @@ Problem not_found() { return {ProblemKind::not_found, "there is no mesh of this 
 
 Problem over_quota(std::uint64_t most) {
   return {ProblemKind::quota_exceeded,
-          "the stored meshes would be larger than the limit of " + std::to_string(most) + " bytes; delete some", {}};
+          "the stored meshes would be larger than the limit of " + std::to_string(most) + " bytes; delete some",
+          {}};
 }
 
 Json text_or_null(const std::string& text) { return text.empty() ? Json(nullptr) : Json(text); }
@@ -85,7 +86,8 @@ std::optional<Denial> Meshes::receive(Exchange& exchange, std::uint64_t new_byte
   auto refusal = exchange.body.read([&](std::string_view piece) -> std::optional<Problem> {
     if (upload.size() + piece.size() <= settings_.max_part_bytes) return upload.append(piece);
     return Problem{ProblemKind::too_large,
-                   "the mesh is larger than the limit of " + std::to_string(settings_.max_part_bytes) + " bytes", {}};
+                   "the mesh is larger than the limit of " + std::to_string(settings_.max_part_bytes) + " bytes",
+                   {}};
   });
   if (!refusal && upload.size() == 0) {
     refusal = Problem{ProblemKind::malformed_request, "the body is empty: it is the mesh file", {}};
@@ -113,13 +115,16 @@ void Meshes::keep(Exchange& exchange, const std::string& id, const Upload& uploa
   const auto blob = stores_.blobs.put(key, upload.bytes());
   if (!blob) return answer(exchange, api::to_problem(blob.error()));
   if (*blob == store::BlobPut::other_digest) {
-    return answer(exchange, Problem{ProblemKind::digest_mismatch,
-                             "the body's SHA-256 is " + api::sha256_hex(upload.bytes()) + ", not that of the path", {}});
+    return answer(exchange,
+                  Problem{ProblemKind::digest_mismatch,
+                          "the body's SHA-256 is " + api::sha256_hex(upload.bytes()) + ", not that of the path",
+                          {}});
   }
   const auto now = store::now();
-  const auto row = stores_.meshes.put_mesh({key, upload.size(), std::string(exchange.head.header("content-type")),
-                                    file_name(exchange.head), now, now, now + std::chrono::seconds(settings_.mesh_ttl_s)},
-                                   settings_.max_stored_bytes);
+  const auto row =
+      stores_.meshes.put_mesh({key, upload.size(), std::string(exchange.head.header("content-type")),
+                               file_name(exchange.head), now, now, now + std::chrono::seconds(settings_.mesh_ttl_s)},
+                              settings_.max_stored_bytes);
   if (!row) return answer(exchange, api::to_problem(row.error()));
   if (row->what == store::MeshPut::over_quota) return answer(exchange, over_quota(settings_.max_stored_bytes));
   exchange.response.status = row->what == store::MeshPut::created ? 201 : 200;

@@ -15,7 +15,8 @@ struct Preferences {
   std::string applied;  // the value of Preference-Applied; empty: nothing was asked for
 };
 
-// Preferences that are not known here, or not understood, are ignored, as the RFC asks. Of two of a kind the first counts.
+// Preferences that are not known here, or not understood, are ignored, as the RFC asks. Of two of a kind the first
+// counts.
 Preferences preferences(const Head& head);
 
 }  // namespace meshgauge::server

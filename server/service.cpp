@@ -53,8 +53,8 @@ Compare comparing_by(sandbox::Pool& pool, MeshCache& cache) {
   const api::Load load = [&pool](const api::MeshInput& input, const api::ReadLimits& limits, Control& control) {
     return pool.load(input, limits, control);
   };
-  return [load, &cache](const MeshSource& a, const MeshSource& b, const Options& options,
-                        const api::ReadLimits& limits, Control& control) {
+  return [load, &cache](const MeshSource& a, const MeshSource& b, const Options& options, const api::ReadLimits& limits,
+                        Control& control) {
     const auto get = [&](const MeshSource& source) -> api::GetMesh {
       if (!source.kept) return api::loading(load, source.input, limits, Prepared::Use::once);
       return [&cache, &source, read = api::loading(load, source.input, limits, Prepared::Use::often)](Control& job) {
@@ -225,7 +225,8 @@ Result<Done> Service::check_openness() const {
 void Service::reload() {
   if (access_.has_keys()) {
     const auto keys = access_.reload();
-    log_event("reload", keys ? "keys: " + std::to_string(*keys) : keys.error().message + "; the old keys stay in force");
+    log_event("reload",
+              keys ? "keys: " + std::to_string(*keys) : keys.error().message + "; the old keys stay in force");
   }
   if (tls_) {
     const auto end = tls_->reload();

@@ -22,7 +22,7 @@ constexpr milliseconds kProgressInterval{100};
 constexpr seconds kRetryInterval{1};
 constexpr seconds kSweepInterval{30};
 constexpr seconds kCancelTime{1};
-constexpr seconds kUnusedBlobs{600};  // longer than any upload takes from its bytes to its row
+constexpr seconds kUnusedBlobs{600};         // longer than any upload takes from its bytes to its row
 constexpr seconds kLease{365L * 24 * 3600};  // one process works on these stores: it is alive, or recover() knows
 
 double ms_between(LiveJob::Clock::time_point start, LiveJob::Clock::time_point end) {
@@ -114,8 +114,8 @@ Result<Done> Jobs::revive(const store::Job& row) {
   set_hints(row.hints, a, b);
   auto request = api::parse_options(row.options, request_limits(settings_));
   if (!request) a.holder = nullptr;
-  const auto job = std::make_shared<LiveJob>(row, request ? std::move(*request) : api::Request{}, std::move(a), std::move(b),
-                                       true);
+  const auto job =
+      std::make_shared<LiveJob>(row, request ? std::move(*request) : api::Request{}, std::move(a), std::move(b), true);
   job->counted.emplace(access_.adopt_job(job->key.owner));
   register_live(job);
   enqueue(job, scheduler_.admit_again());
@@ -132,7 +132,7 @@ Jobs::Submitted Jobs::submit(Scheduler::Slot slot, Submission submission) {
   std::size_t& memory_bytes = submission.request.options.max_memory_bytes;
   memory_bytes = std::min<std::size_t>(memory_bytes, settings_.max_heap_bytes);
   const auto job = std::make_shared<LiveJob>(std::move(row), std::move(submission.request), std::move(submission.a),
-                                       std::move(submission.b), submission.durable);
+                                             std::move(submission.b), submission.durable);
   if (submission.counted) job->counted.emplace(std::move(*submission.counted));
   if (held) job->held.emplace(std::move(*held));
   if (job->durable) return insert(job, std::move(slot));
@@ -210,8 +210,8 @@ Jobs::Submitted Jobs::insert(const std::shared_ptr<LiveJob>& job, Scheduler::Slo
   auto view = get(inserted->job.key);  // it has ended since, or it waits for another start
   if (!view) return Denial{api::to_problem(view.error()), {}};
   if (*view) return std::move(**view);
-  return Denial{
-      {ProblemKind::storage_unavailable, "the comparison of this Idempotency-Key was removed just now", {}}, {}};
+  return Denial{{ProblemKind::storage_unavailable, "the comparison of this Idempotency-Key was removed just now", {}},
+                {}};
 }
 
 void Jobs::register_live(const std::shared_ptr<LiveJob>& job) {
@@ -233,7 +233,9 @@ std::shared_ptr<LiveJob> Jobs::live(const store::JobKey& key) const {
 void Jobs::enqueue(const std::shared_ptr<LiveJob>& job, Scheduler::Slot slot) {
   job->control.set_deadline(job->submitted + job->request.timeout);
   job->control.watch(
-      [watched = job.get()](const Progress& p) { watched->progressed({p.lower, p.upper, p.stage}); },
+      [watched = job.get()](const Progress& p) {
+        watched->progressed({p.lower, p.upper, p.stage});
+      },
       kProgressInterval);
   scheduler_.submit(std::move(slot), {job->key.owner, job->bytes, std::shared_ptr<Control>(job, &job->control),
                                       [this, job](Scheduler::Slot held) { run(job, std::move(held)); }});

@@ -21,9 +21,9 @@
 #include <vector>
 
 #include "api/compare.h"
+#include "server/access/access.h"
 #include "server/jobs/live_job.h"
 #include "server/jobs/scheduler.h"
-#include "server/access/access.h"
 #include "server/observe/metrics.h"
 #include "server/settings.h"
 #include "server/store/blob_store.h"
@@ -131,7 +131,7 @@ class Jobs {
   const std::string worker_;  // this process, in tokens
   ThreadBudget threads_;
   std::atomic<bool> stopping_{false};
-  mutable std::mutex mutex_;  // guards what follows, but the scheduler
+  mutable std::mutex mutex_;                              // guards what follows, but the scheduler
   std::map<std::string, std::shared_ptr<LiveJob>> live_;  // by id
   std::vector<Parked> parked_;                            // what the store could not be told yet
   std::condition_variable wake_;

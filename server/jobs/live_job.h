@@ -22,7 +22,7 @@ namespace meshgauge::server {
 
 // A job as it stands.
 struct JobView {
-  store::Job row;               // `document` and `problem` when it has ended
+  store::Job row;                  // `document` and `problem` when it has ended
   bool handed_back = false;        // this process will not run it: it stops; the next one will
   std::string timing;              // Server-Timing; this and what follows: of a job that ended in this process
   std::vector<api::Stage> stages;  // the same

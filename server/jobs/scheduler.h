@@ -5,7 +5,8 @@
 //
 // Order. A job's turn is the time it was submitted plus what its bytes are expected to cost, at most kMostHandicap; the
 // earliest turn runs first. So a small job overtakes the large ones that came shortly before it, and none is overtaken
-// by anything that comes more than kMostHandicap after it. Between owners, the one with the fewest running jobs is next.
+// by anything that comes more than kMostHandicap after it. Between owners, the one with the fewest running jobs is
+// next.
 #pragma once
 
 #include <condition_variable>
@@ -76,7 +77,7 @@ class Scheduler {
   Slot admit_again();                    // for a durable job that was let in before a restart: there is always a slot
   void submit(Slot slot, Task task);     // never blocks
   void cancel_all();                     // what runs, waits or is still to be submitted
-  void end();                            // runs what was submitted, then ends the workers; nothing may be submitted then
+  void end();  // runs what was submitted, then ends the workers; nothing may be submitted then
 
   Figures figures() const;
   // How long a job that came now would wait, by what the last ones took.

@@ -15,6 +15,7 @@
 #include <nlohmann/json.hpp>
 
 #include "server/http_library.h"
+#include "tests/server/store/implementations.h"
 
 using namespace meshgauge;
 using nlohmann::json;
@@ -34,6 +35,13 @@ Settings small() {
   return server::checked(settings).value();
 }
 
+struct Kept {
+  server::store::EmbeddedForTests embedded;
+  server::MeshCache cache{std::uint64_t{1} << 20};
+
+  server::Stores stores() { return {embedded.jobs(), embedded.meshes(), embedded.blobs(), cache}; }
+};
+
 // Runs until it is released or cancelled, and counts.
 struct Stub {
   std::atomic<int> running{0};
@@ -41,8 +49,8 @@ struct Stub {
   std::atomic<bool> released{false};
 
   server::Compare compare() {
-    return [this](const api::MeshInput& a, const api::MeshInput&, const Options& options, const api::ReadLimits&,
-                  Control& control) -> Result<api::Comparison> {
+    return [this](const server::MeshSource& a, const server::MeshSource&, const Options& options,
+                  const api::ReadLimits&, Control& control) -> Result<api::Comparison> {
       ++running;
       while (!released && control.check() == Interruption::none)
         std::this_thread::sleep_for(std::chrono::milliseconds(1));
@@ -51,7 +59,7 @@ struct Stub {
       comparison.options = options;
       comparison.outcome.simd = options.simd;
       comparison.outcome.threads = options.threads;
-      comparison.a.bytes = a.bytes.size();
+      comparison.a.bytes = a.input.bytes.size();
       comparison.a.bbox.extend(Vec3::Zero());
       comparison.b.bbox.extend(Vec3::Zero());
       return comparison;
@@ -94,7 +102,8 @@ bool eventually(const std::function<bool()>& condition) {
 TEST_CASE("service: a comparison is answered with what was compared") {
   Stub stub;
   stub.released = true;
-  Service service(small(), stub.compare());
+  Kept kept;
+  Service service(small(), stub.compare(), kept.stores());
   const int port = service.start().value();
   const auto response = post(port, form("0123456789", R"({"gate": {"max_distance": 1, "units": "mm"}})"));
   REQUIRE(response);
@@ -108,7 +117,8 @@ TEST_CASE("service: a comparison is answered with what was compared") {
 
 TEST_CASE("service: a full queue answers 503 at once, and whoever was let in is served") {
   Stub stub;
-  Service service(small(), stub.compare());
+  Kept kept;
+  Service service(small(), stub.compare(), kept.stores());
   const int port = service.start().value();
   std::atomic<int> refused{0};
   std::vector<std::future<int>> clients;
@@ -132,7 +142,8 @@ TEST_CASE("service: a full queue answers 503 at once, and whoever was let in is 
 
 TEST_CASE("service: health is answered while every worker is busy") {
   Stub stub;
-  Service service(small(), stub.compare());
+  Kept kept;
+  Service service(small(), stub.compare(), kept.stores());
   const int port = service.start().value();
   auto busy = std::async(std::launch::async, [port] { return post(port)->status; });
   REQUIRE(eventually([&] { return stub.running == 1; }));
@@ -144,7 +155,8 @@ TEST_CASE("service: health is answered while every worker is busy") {
 
 TEST_CASE("service: a client that goes away cancels its job") {
   Stub stub;
-  Service service(small(), stub.compare());
+  Kept kept;
+  Service service(small(), stub.compare(), kept.stores());
   const int port = service.start().value();
   {
     httplib::Client client("127.0.0.1", port);
@@ -161,7 +173,8 @@ TEST_CASE("service: limits of a part, of the options and of all uploads") {
   stub.released = true;
   Settings settings = small();
   settings.max_upload_bytes = 500;
-  Service service(settings, stub.compare());
+  Kept kept;
+  Service service(settings, stub.compare(), kept.stores());
   const int port = service.start().value();
   CHECK(post(port, form(std::string(1001, 'x')))->status == 413);
   CHECK(post(port, form(std::string(3001, 'x')))->status == 413);
@@ -176,7 +189,8 @@ TEST_CASE("service: a comparison gets the threads that are idle, and the operato
   settings.workers = 3;
   settings.queue = 0;
   settings.simd = "scalar";
-  Service service(settings, stub.compare());
+  Kept kept;
+  Service service(settings, stub.compare(), kept.stores());
   const int port = service.start().value();
   const auto engine = [port](const std::string& options) {
     return json::parse(post(port, form("mesh a", options))->body)["engine"];
@@ -200,7 +214,8 @@ TEST_CASE("service: a comparison gets the threads that are idle, and the operato
 TEST_CASE("service: parts are a, b and options, each once") {
   Stub stub;
   stub.released = true;
-  Service service(small(), stub.compare());
+  Kept kept;
+  Service service(small(), stub.compare(), kept.stores());
   const int port = service.start().value();
   const auto detail = [&](const httplib::MultipartFormDataItems& items) {
     const auto response = post(port, items);
@@ -216,7 +231,8 @@ TEST_CASE("service: parts are a, b and options, each once") {
 }
 
 TEST_CASE("service: what an exception says stays inside") {
-  Service service(small(), [](auto&&...) -> Result<api::Comparison> { throw std::runtime_error("secret path"); });
+  Kept kept;
+  Service service(small(), [](auto&&...) -> Result<api::Comparison> { throw std::runtime_error("secret path"); }, kept.stores());
   const int port = service.start().value();
   const auto response = post(port);
   CHECK(response->status == 500);
@@ -239,7 +255,8 @@ TEST_CASE("service: the end cancels what runs and answers it") {
 
 TEST_CASE("service: a listening socket that fails is noticed while clients keep every thread busy") {
   Stub stub;
-  Service service(small(), stub.compare());
+  Kept kept;
+  Service service(small(), stub.compare(), kept.stores());
   const int port = service.start().value();
   httplib::Client steady("127.0.0.1", port);
   steady.set_keep_alive(true);
