@@ -232,7 +232,8 @@ TEST_CASE("service: parts are a, b and options, each once") {
 
 TEST_CASE("service: what an exception says stays inside") {
   Kept kept;
-  Service service(small(), [](auto&&...) -> Result<api::Comparison> { throw std::runtime_error("secret path"); }, kept.stores());
+  Service service(
+      small(), [](auto&&...) -> Result<api::Comparison> { throw std::runtime_error("secret path"); }, kept.stores());
   const int port = service.start().value();
   const auto response = post(port);
   CHECK(response->status == 500);
@@ -243,7 +244,8 @@ TEST_CASE("service: what an exception says stays inside") {
 
 TEST_CASE("service: the end cancels what runs and answers it") {
   Stub stub;
-  auto service = std::make_unique<Service>(small(), stub.compare());
+  Kept kept;
+  auto service = std::make_unique<Service>(small(), stub.compare(), kept.stores());
   const int port = service->start().value();
   auto running = std::async(std::launch::async, [port] { return post(port)->status; });
   REQUIRE(eventually([&] { return stub.running == 1; }));
@@ -272,9 +274,11 @@ TEST_CASE("service: a listening socket that fails is noticed while clients keep 
 }
 
 TEST_CASE("service: an address that is taken is an error") {
-  Service first(small(), api::compare);
+  Stub stub;
+  Kept kept;
+  Service first(small(), stub.compare(), kept.stores());
   Settings settings = small();
   settings.port = static_cast<std::uint64_t>(first.start().value());
-  Service second(settings, api::compare);
+  Service second(settings, stub.compare(), kept.stores());
   CHECK(!second.start().ok());
 }

@@ -1,58 +1,120 @@
-#include "server/job_queue.h"
+#include "server/jobs/scheduler.h"
 
 #include <atomic>
 #include <future>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include <doctest/doctest.h>
 
 using namespace meshgauge;
-using server::JobQueue;
+using server::Scheduler;
+using Kind = Scheduler::Kind;
+using Slot = Scheduler::Slot;
 
 namespace {
 
-JobQueue::Job job(std::function<void(JobQueue::Slot)> work) { return {std::make_shared<Control>(), std::move(work)}; }
+Scheduler::Task task(std::function<void(Slot)> work, std::uint64_t bytes = 0, std::string owner = "") {
+  return {std::move(owner), bytes, std::make_shared<Control>(), std::move(work)};
+}
+
+// Holds the only worker until release().
+class Busy {
+ public:
+  explicit Busy(Scheduler& scheduler, const std::string& owner = "") {
+    std::promise<void> started;
+    scheduler.submit(*scheduler.admit(Kind::awaited), task(
+                                                          [&](Slot) {
+                                                            started.set_value();
+                                                            released_.get_future().get();
+                                                          },
+                                                          0, owner));
+    started.get_future().get();
+  }
+  void release() { released_.set_value(); }
+
+ private:
+  std::promise<void> released_;
+};
 
 }  // namespace
 
-TEST_CASE("job queue: as many slots as workers and places, and no more") {
-  JobQueue queue(1, 2);
-  std::vector<JobQueue::Slot> slots;
+TEST_CASE("scheduler: as many slots of a kind as there may be, and no more") {
+  Scheduler scheduler({1, 3, 1});
+  std::vector<Slot> slots;
   for (int i = 0; i < 3; ++i) {
-    auto slot = queue.admit();
+    auto slot = scheduler.admit(Kind::awaited);
     REQUIRE(slot.has_value());
     slots.push_back(std::move(*slot));
   }
-  CHECK(!queue.admit());
+  CHECK(!scheduler.admit(Kind::awaited));
+  auto durable = scheduler.admit(Kind::durable);
+  CHECK(durable.has_value());
+  CHECK(!scheduler.admit(Kind::durable));
+  const Slot again = scheduler.admit_again();
+  CHECK(scheduler.figures().awaited_slots == 3);
+  CHECK(scheduler.figures().durable_slots == 2);
   slots.pop_back();
-  CHECK(queue.admit().has_value());
+  CHECK(scheduler.admit(Kind::awaited).has_value());
 }
 
-TEST_CASE("job queue: whoever has an answer may come again") {
-  JobQueue queue(1, 0);
+TEST_CASE("scheduler: whoever has an answer may come again") {
+  Scheduler scheduler({1, 1, 1});
   for (int i = 0; i < 200; ++i) {
-    auto slot = queue.admit();
+    auto slot = scheduler.admit(Kind::awaited);
     REQUIRE(slot.has_value());
     std::promise<void> answered;
-    queue.submit(std::move(*slot), job([&](JobQueue::Slot held) {
-                   { const JobQueue::Slot done = std::move(held); }
-                   answered.set_value();
-                 }));
+    scheduler.submit(std::move(*slot), task([&](Slot held) {
+                       { const Slot done = std::move(held); }
+                       answered.set_value();
+                     }));
     answered.get_future().get();
   }
 }
 
-TEST_CASE("job queue: everything submitted runs, the first first") {
+TEST_CASE("scheduler: jobs of one size run in their order, a small one before the large ones that came just before") {
   std::vector<int> order;
   {
-    JobQueue queue(1, 9);
-    for (int i = 0; i < 10; ++i) queue.submit(*queue.admit(), job([&order, i](JobQueue::Slot) { order.push_back(i); }));
+    Scheduler scheduler({1, 20, 1});
+    Busy busy(scheduler);
+    const auto submit = [&](int name, std::uint64_t bytes) {
+      scheduler.submit(*scheduler.admit(Kind::awaited), task([&order, name](Slot) { order.push_back(name); }, bytes));
+    };
+    submit(1, 5'000'000'000);
+    submit(2, 1'000'000'000);
+    for (int i = 3; i < 10; ++i) submit(i, 0);
+    busy.release();
   }
-  CHECK(order == std::vector<int>{0, 1, 2, 3, 4, 5, 6, 7, 8, 9});
+  CHECK(order.size() == 9);
+  CHECK(std::vector<int>(order.begin(), order.begin() + 7) == std::vector<int>{3, 4, 5, 6, 7, 8, 9});
+  // Beyond the largest handicap size means nothing more: these two run as they came.
+  CHECK(std::vector<int>(order.begin() + 7, order.end()) == std::vector<int>{1, 2});
 }
 
-TEST_CASE("job queue: cancelling reaches what runs, what waits and what comes later") {
+TEST_CASE("scheduler: an owner with nothing running comes before one with much") {
+  std::vector<std::string> order;
+  std::promise<void> all_done;
+  {
+    Scheduler scheduler({2, 20, 1});
+    Busy first(scheduler, "greedy");
+    Busy second(scheduler, "greedy");  // runs all the time
+    for (const char* owner : {"greedy", "greedy", "modest"}) {
+      scheduler.submit(*scheduler.admit(Kind::awaited), task(
+                                                            [&, owner](Slot) {
+                                                              order.emplace_back(owner);
+                                                              if (order.size() == 3) all_done.set_value();
+                                                            },
+                                                            0, owner));
+    }
+    first.release();
+    all_done.get_future().get();
+    second.release();
+  }
+  CHECK(order == std::vector<std::string>{"modest", "greedy", "greedy"});
+}
+
+TEST_CASE("scheduler: cancelling reaches what runs, what waits and what comes later") {
   const auto running = std::make_shared<Control>();
   const auto waiting = std::make_shared<Control>();
   const auto later = std::make_shared<Control>();
@@ -63,15 +125,18 @@ TEST_CASE("job queue: cancelling reaches what runs, what waits and what comes la
     ++cancelled;
   };
   {
-    JobQueue queue(1, 2);
-    queue.submit(*queue.admit(), {running, [&](JobQueue::Slot) {
-                                    started.set_value();
-                                    until_cancelled(running);
-                                  }});
+    Scheduler scheduler({1, 3, 1});
+    const auto submit = [&](const std::shared_ptr<Control>& control, std::function<void(Slot)> work) {
+      scheduler.submit(*scheduler.admit(Kind::awaited), {"", 0, control, std::move(work)});
+    };
+    submit(running, [&](Slot) {
+      started.set_value();
+      until_cancelled(running);
+    });
     started.get_future().get();
-    queue.submit(*queue.admit(), {waiting, [&](JobQueue::Slot) { until_cancelled(waiting); }});
-    queue.cancel_all();
-    queue.submit(*queue.admit(), {later, [&](JobQueue::Slot) { until_cancelled(later); }});
+    submit(waiting, [&](Slot) { until_cancelled(waiting); });
+    scheduler.cancel_all();
+    submit(later, [&](Slot) { until_cancelled(later); });
   }
   CHECK(cancelled == 3);
 }

@@ -7,6 +7,7 @@
 #include <doctest/doctest.h>
 #include <nlohmann/json.hpp>
 
+#include "api/response.h"
 using namespace meshgauge;
 using namespace meshgauge::server;
 using nlohmann::json;
@@ -41,11 +42,11 @@ TEST_CASE("log: a comparison's line has its sizes, its stages and its trace") {
   exchange.owner = "ci";
   exchange.bytes_out = 1234;
   exchange.delivered = true;
+  exchange.triangles = MeshSizes{10, 20};
   api::Comparison comparison;
-  comparison.a.triangles = 10;
-  comparison.b.triangles = 20;
   comparison.times.total = 7.5;
-  note(exchange, comparison);
+  const auto stages = api::stages(comparison);
+  exchange.stages.assign(stages.begin(), stages.end());
   const json line = line_of(exchange);
   CHECK(line["event"] == "request");
   CHECK(line["id"] == "0123");
