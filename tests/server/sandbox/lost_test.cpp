@@ -205,6 +205,7 @@ TEST_CASE("lost: many that wait for a spawner are told when it does not come, an
   for (const bool there : {false, true}) {
     if (there) obstacle.lift();
     std::vector<std::future<bool>> readings;
+    readings.reserve(8);
     for (int i = 0; i < 8; ++i) readings.push_back(std::async(std::launch::async, [&] { return sandbox.works(); }));
     for (auto& reading : readings) CHECK(reading.get() == there);
   }
