@@ -45,8 +45,8 @@ constexpr char kNotRead[] = "the service could not read 'a'";
 class Obstacle {
  public:
   Obstacle() {
-    REQUIRE(::mkdtemp(folder_) != nullptr);
-    path_ = std::string(folder_) + "/obstacle";
+    REQUIRE(::mkdtemp(folder_.data()) != nullptr);
+    path_ = folder_ + "/obstacle";
   }
   Obstacle(const Obstacle&) = delete;
   Obstacle& operator=(const Obstacle&) = delete;
@@ -57,7 +57,7 @@ class Obstacle {
   void lift() const { std::filesystem::remove(path_); }
 
  private:
-  char folder_[32] = "/tmp/meshgauge-test.XXXXXX";
+  std::string folder_ = std::filesystem::temp_directory_path() / "meshgauge.XXXXXX";
   std::string path_;
 };
 
