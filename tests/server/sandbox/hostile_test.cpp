@@ -193,6 +193,7 @@ TEST_CASE("hostile: many at a time") {
   Sandbox sandbox;
   sandbox.start();
   std::vector<std::future<bool>> readings;
+  readings.reserve(8);
   for (int i = 0; i < 8; ++i) {
     readings.push_back(std::async(std::launch::async, [&sandbox, i] {
       bool well = true;

@@ -45,8 +45,8 @@ constexpr char kNotRead[] = "the service could not read 'a'";
 class Obstacle {
  public:
   Obstacle() {
-    REQUIRE(::mkdtemp(folder_) != nullptr);
-    path_ = std::string(folder_) + "/obstacle";
+    REQUIRE(::mkdtemp(folder_.data()) != nullptr);
+    path_ = folder_ + "/obstacle";
   }
   Obstacle(const Obstacle&) = delete;
   Obstacle& operator=(const Obstacle&) = delete;
@@ -57,7 +57,7 @@ class Obstacle {
   void lift() const { std::filesystem::remove(path_); }
 
  private:
-  char folder_[32] = "/tmp/meshgauge-test.XXXXXX";
+  std::string folder_ = std::filesystem::temp_directory_path() / "meshgauge.XXXXXX";
   std::string path_;
 };
 
@@ -205,6 +205,7 @@ TEST_CASE("lost: many that wait for a spawner are told when it does not come, an
   for (const bool there : {false, true}) {
     if (there) obstacle.lift();
     std::vector<std::future<bool>> readings;
+    readings.reserve(8);
     for (int i = 0; i < 8; ++i) readings.push_back(std::async(std::launch::async, [&] { return sandbox.works(); }));
     for (auto& reading : readings) CHECK(reading.get() == there);
   }
