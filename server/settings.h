@@ -42,6 +42,7 @@ struct Settings {
   std::uint64_t max_triangles = 50'000'000;
   std::uint64_t max_expanded_bytes = std::uint64_t{2} << 30;
   std::uint64_t max_heap_bytes = std::uint64_t{512} << 20;
+  std::uint64_t max_cache_bytes = std::uint64_t{1} << 30;
   std::uint64_t parsers = 0;              // 0: as many as workers
   std::uint64_t parser_memory_bytes = 0;  // 0: what the limits on files allow
   std::string data_dir = ".meshgauge";
@@ -97,6 +98,8 @@ void for_each_setting(SomeSettings& s, Visit visit) {
   visit({"max_triangles", "Largest mesh, in triangles"}, s.max_triangles);
   visit({"max_expanded_bytes", "Largest gzip-compressed or 3MF mesh file, once expanded"}, s.max_expanded_bytes);
   visit({"max_heap_bytes", "Memory of one comparison's search, beside its meshes and trees"}, s.max_heap_bytes);
+  visit({"max_cache_bytes", "Stored meshes kept in memory, with their trees, for the next comparison; 0: none"},
+        s.max_cache_bytes);
   visit({"parsers", "Files read at the same time, each by a process of its own; 0: one for each worker"}, s.parsers);
   visit({"parser_memory_bytes", "Memory of such a process; 0: what the limits on files ask for"},
         s.parser_memory_bytes);
