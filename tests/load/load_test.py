@@ -1,0 +1,212 @@
+"""The load test tells the truth: its client about what it saw, its figures about what the client wrote."""
+
+import contextlib
+import copy
+import math
+import os
+import pathlib
+import random
+import socket
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+import unittest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tests/bench"))
+
+from loadtest import phases, report, requests, soak  # noqa: E402
+
+BUILD = pathlib.Path(os.environ.get("MESHGAUGE_BUILD", ROOT / "build"))
+CLIENT = BUILD / "tests/load/load_client"
+
+
+class Stub:
+    """A service that answers what the test wants: `answer(number of the request)` is bytes, None hangs up."""
+
+    def __init__(self, answer):
+        self.answer, self.seen, self.lock = answer, 0, threading.Lock()
+        self.socket = socket.create_server(("127.0.0.1", 0), backlog=512)
+        self.port = self.socket.getsockname()[1]
+        threading.Thread(target=self._accept, daemon=True).start()
+
+    def _accept(self):
+        while True:
+            try:
+                connection, _ = self.socket.accept()
+            except OSError:
+                return
+            threading.Thread(target=self._serve, args=(connection,), daemon=True).start()
+
+    def _serve(self, connection):
+        with connection, connection.makefile("rb") as stream, contextlib.suppress(OSError):
+            while head := stream.readline():
+                while (line := stream.readline()) not in (b"\r\n", b""):
+                    head += line
+                with self.lock:
+                    self.seen += 1
+                    number = self.seen
+                answer = self.answer(number)
+                if answer is None:
+                    return
+                connection.sendall(answer)
+
+
+OK = b"HTTP/1.1 200 OK\r\nContent-Length: 5\r\n\r\nhello"
+BUSY = b"HTTP/1.1 503 Busy\r\nContent-Length: 2\r\nConnection: close\r\n\r\nno"
+
+
+class Client(unittest.TestCase):
+    def run_client(self, answer, *flags, request=b"GET / HTTP/1.1\r\nHost: t\r\n\r\n"):
+        stub = Stub(answer)
+        self.addCleanup(stub.socket.close)
+        with tempfile.TemporaryDirectory() as folder:
+            file, out = pathlib.Path(folder, "a.http"), pathlib.Path(folder, "out.csv")
+            file.write_bytes(request)
+            subprocess.run([CLIENT, "--port", str(stub.port), "--out", out, *map(str, flags), file], check=True)
+            return phases.rows_of(out), stub
+
+    def test_a_closed_loop_waits_for_each_answer(self):
+        def slow(_):
+            time.sleep(0.05)
+            return OK
+
+        rows, stub = self.run_client(slow, "--connections", 2, "--seconds", 1)
+        self.assertEqual({row["status"] for row in rows}, {"200"})
+        self.assertEqual(len(rows), stub.seen)
+        self.assertLessEqual(len(rows), 2 * 21)
+        self.assertGreater(min(row["latency"] for row in rows), 0.045)
+
+    def test_an_open_loop_does_not_wait_and_counts_from_when_a_request_was_due(self):
+        """The service stalls for a second: whatever was due meanwhile has waited, and is told so."""
+        start = time.monotonic()
+
+        def stalls(_):
+            time.sleep(max(0, start + 1 - time.monotonic()))
+            return OK
+
+        rows, _ = self.run_client(stalls, "--rate", 100, "--seconds", 1)
+        self.assertGreater(len(rows), 50)
+        self.assertEqual({row["status"] for row in rows}, {"200"})
+        waited = [row["latency"] for row in rows]
+        self.assertGreater(max(waited), 0.6)
+        self.assertGreater(sum(w > 0.3 for w in waited), 20)
+
+    def test_the_times_are_random_at_the_rate_that_was_asked_for(self):
+        rows, _ = self.run_client(lambda _: OK, "--rate", 500, "--seconds", 2)
+        self.assertTrue(800 < len(rows) < 1200, len(rows))  # six standard deviations
+        due = sorted(row["due"] for row in rows)
+        gaps = [b - a for a, b in zip(due, due[1:])]
+        mean = sum(gaps) / len(gaps)
+        self.assertTrue(0.7 < math.sqrt(sum((g - mean) ** 2 for g in gaps) / len(gaps)) / mean < 1.3)
+
+    def test_refusals_and_broken_connections_are_told_apart(self):
+        answers = {0: OK, 1: BUSY, 2: None}
+        rows, _ = self.run_client(lambda n: answers[n % 3], "--connections", 1, "--seconds", 0.5)
+        self.assertLessEqual({"200", "503"}, {row["status"] for row in rows})
+        self.assertIn("-2", {row["status"] for row in rows})
+
+    def test_an_answer_in_the_middle_of_a_body_is_read(self):
+        request = b"POST / HTTP/1.1\r\nHost: t\r\nContent-Length: 50000000\r\n\r\n" + bytes(50_000_000)
+        rows, _ = self.run_client(lambda _: BUSY, "--connections", 1, "--seconds", 0.3, request=request)
+        self.assertIn("503", {row["status"] for row in rows})
+
+    def test_nobody_there(self):
+        with socket.create_server(("127.0.0.1", 0)) as free:
+            port = free.getsockname()[1]
+        with tempfile.TemporaryDirectory() as folder:
+            file, out = pathlib.Path(folder, "a.http"), pathlib.Path(folder, "out.csv")
+            file.write_bytes(b"GET / HTTP/1.1\r\nHost: t\r\n\r\n")
+            subprocess.run([CLIENT, "--port", str(port), "--rate", "50", "--seconds", "0.3", "--out", out, file], check=True)
+            self.assertEqual({row["status"] for row in phases.rows_of(out)} - {"-1", "-2"}, set())
+
+
+class Figures(unittest.TestCase):
+    def test_quantiles(self):
+        self.assertEqual(phases.quantile(range(1, 101), 0.99), 99)
+        self.assertEqual(phases.quantile(range(1, 101), 0.5), 50)
+        self.assertEqual(phases.quantile([7], 0.99), 7)
+        self.assertIsNone(phases.quantile([], 0.5))
+
+    def test_accepted_and_refused_have_latencies_of_their_own(self):
+        rows = [{"due": i / 10, "latency": 1.0, "service": 0.5, "status": "200", "request": 0} for i in range(100)]
+        rows += [{"due": i / 10, "latency": 0.03, "service": 0.02, "status": "503", "request": 0} for i in range(100)]
+        rows += [{"due": 9, "latency": 5, "service": 5, "status": "-2", "request": 0}]
+        got = phases.figures(rows, 2, 10)
+        self.assertEqual((got["accepted"], got["refused"], got["others"]), (80, 80, {"connection broke": 1}))
+        self.assertEqual((got["throughput"], got["p99"], got["refusal_p99"]), (10, 1.0, 0.02))
+        self.assertEqual(sum(second["accepted"] for second in phases.by_second(rows, 10)), 100)
+
+    def test_the_requests_are_whole(self):
+        with tempfile.TemporaryDirectory() as folder:
+            small = requests.make(pathlib.Path(folder), key="secret")["small"].read_bytes()
+        head, _, body = small.partition(b"\r\n\r\n")
+        self.assertIn(b"Content-Length: %d" % len(body), head)
+        self.assertIn(b"Authorization: Bearer secret", head)
+
+
+class Slopes(unittest.TestCase):
+    def test_a_line_is_found(self):
+        rise, error = soak.slope(list(range(100)), [3 + 2 * t for t in range(100)])
+        self.assertAlmostEqual(rise, 2)
+        self.assertAlmostEqual(error, 0)
+
+    def test_noise_grows_one_time_in_forty_at_most_twice_that(self):
+        dice = random.Random(1)
+        grew = 0
+        for _ in range(400):
+            rise, error = soak.slope(list(range(200)), [dice.gauss(0, 1) for _ in range(200)])
+            grew += soak.verdict(rise, error) != "none seen"
+        self.assertLess(grew, 400 * 0.05)
+
+    def test_values_that_follow_each_other_are_worth_less(self):
+        """A random walk around a level, which an error for independent values would call growth most of the time."""
+        dice = random.Random(2)
+        grew = 0
+        for _ in range(200):
+            values, level = [], 0.0
+            for _ in range(300):
+                level = 0.9 * level + dice.gauss(0, 1)
+                values.append(level)
+            rise, error = soak.slope(list(range(300)), values)
+            grew += soak.verdict(rise, error) != "none seen"
+        self.assertLess(grew, 200 * 0.15)
+
+    def test_growth_is_seen(self):
+        dice = random.Random(3)
+        rise, error = soak.slope(list(range(200)), [0.1 * t + dice.gauss(0, 1) for t in range(200)])
+        self.assertEqual(soak.verdict(rise, error), "**grows**")
+
+
+class Report(unittest.TestCase):
+    RUN = {"name": "x", "mix": "small", "connections": None, "rate": 100, "multiple": 1.0, "seconds": 10, "warm_up": 1,
+           "requests": 900, "offered": 100, "throughput": 99, "accepted": 890, "refused": 10, "others": {}, "p50": 0.01,
+           "p99": 0.1, "max": 0.2, "refusal_p50": 0.001, "refusal_p99": 0.002, "refusal_max": 0.01, "late_p99": 0.001,
+           "memory": 1 << 27, "descriptors": 20, "cpu": 1.1, "seconds_by": [], "idle_after": 0.1, "memory_after": 1 << 26,
+           "descriptors_after": 10}  # fmt: skip
+
+    def record(self, **top):
+        heavy = copy.deepcopy(self.RUN) | {"multiple": 10.0} | top
+        facts = {"processor": "p", "cores": 2, "memory": "8 GiB", "kernel": "6", "commit": "c", "session": "s"}
+        return {"machine": facts, "flags": [], "workers": 2, "places": 34, "load_before": 0.1, "multiples": [1.0, 10.0],
+                "capacity": {"small": 100.0}, "runs": [copy.deepcopy(self.RUN), heavy]}  # fmt: skip
+
+    def test_the_verdicts_follow_the_figures(self):
+        self.assertEqual(report.verdicts(self.record()).count("| met |"), 4)
+        self.assertIn("**missed**", report.verdicts(self.record(refusal_p99=0.051)))
+        self.assertEqual(report.verdicts(self.record(p99=0.55)).count("**missed**"), 2)  # and the thousand a second
+        self.assertEqual(report.verdicts(self.record(others={"connection broke": 1})).count("**missed**"), 2)
+        self.assertEqual(report.verdicts(self.record(idle_after=None)).count("**missed**"), 2)
+
+    def test_the_page_has_a_place_for_everything(self):
+        page = (ROOT / "docs/benchmarks.md").read_text()
+        self.assertEqual({name for _, name, _ in report.MARKED.findall(page)}, set(report.MADE))
+        filled = report.fill(page, self.record())
+        self.assertIn("open, 10x", filled)
+        self.assertEqual(report.fill(filled, self.record()), filled)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,136 @@
+"""The section of docs/benchmarks.md about load: tables between markers, pictures beside.
+
+    <!-- load: NAME -->
+    ...
+    <!-- end of load -->
+"""
+import math
+import re
+import sys
+
+from harness import text
+
+from .soak import verdict
+
+MARKED = re.compile(r"(<!-- load: (\w+) -->\n).*?(<!-- end of load -->)", re.DOTALL)
+SECOND, MEBIBYTE = 1.0, 1 << 20
+MOST_TO_REFUSE = 0.050
+
+
+def _mib(value):
+    return f"{value / MEBIBYTE:.0f} MiB"
+
+
+def _seconds(value):
+    return text.seconds(math.nan if value is None else value)
+
+
+def _others(run):
+    return ", ".join(f"{n} {name}" for name, n in sorted(run["others"].items())) or "0"
+
+
+def _label(run):
+    if run["connections"]:
+        return f"closed, {run['connections']} clients"
+    return f"open, {run['multiple']:g}x"
+
+
+def loads(record):
+    header = (
+        "pairs", "load", "offered a second", "answered a second", "p50", "p99", "refused", "time to 503: p50", "p99",
+        "memory", "after", "idle after", "processors", "neither 200 nor 503",
+    )  # fmt: skip
+    rows = [
+        (
+            run["mix"], _label(run), text.rounded(run["offered"]), text.rounded(run["throughput"]),
+            _seconds(run["p50"]), _seconds(run["p99"]), text.percent(run["refused"] / max(1, run["requests"])),
+            _seconds(run["refusal_p50"]), _seconds(run["refusal_p99"]), _mib(run["memory"]), _mib(run["memory_after"]),
+            "never" if run["idle_after"] is None else _seconds(max(run["idle_after"], 0.001)),
+            f"{run['cpu']:.2f}", _others(run),
+        )  # fmt: skip
+        for run in record["runs"]
+    ]
+    return text.table(header, rows)
+
+
+def _at(record, mix, multiple):
+    return next((run for run in record["runs"] if run["mix"] == mix and run.get("multiple") == multiple), None)
+
+
+def verdicts(record):
+    """What the service promises under load, against what was seen."""
+    rows = []
+    if small := record["capacity"].get("small"):
+        rows.append(("small comparisons a second, keep-alive", "≥ 1000", text.rounded(small), _met(small >= 1000)))
+    for mix, capacity in record["capacity"].items():
+        most, least = max(record["multiples"]), _at(record, mix, 1.0)
+        top = _at(record, mix, most)
+        if not top or not least or not least["p99"]:
+            continue
+        bound = 2 * least["p99"] + record["places"] / capacity
+        rows.append((f"{mix} at {most:g}x: p99 of what was accepted", f"≤ {_seconds(bound)} (twice the p99 at 1x, and the "
+                     "time of a full queue)", _seconds(top["p99"]), _met((top["p99"] or math.inf) <= bound)))  # fmt: skip
+        if top["refusal_p99"] is not None:
+            rows.append((f"{mix} at {most:g}x: p99 of the time to 503", f"≤ {_seconds(MOST_TO_REFUSE)}",
+                         _seconds(top["refusal_p99"]), _met(top["refusal_p99"] <= MOST_TO_REFUSE)))  # fmt: skip
+        rows.append((f"{mix}: requests that got neither 200 nor 503", "0", _others(top), _met(not top["others"])))
+        idle = all(run["idle_after"] is not None for run in record["runs"] if run["mix"] == mix)
+        rows.append((f"{mix}: back to idle after each phase", "yes", "yes" if idle else "no", _met(idle)))
+    return text.table(("what", "target", "measured", "verdict"), rows)
+
+
+def _met(yes):
+    return "met" if yes else "**missed**"
+
+
+def soak(record):
+    if not (run := record.get("soak")):
+        return text.table((), [])
+    units = {"memory": ("memory of all processes", _mib), "resident": ("memory of the service alone", _mib),
+             "descriptors": ("descriptors", text.rounded), "processes": ("processes", text.rounded)}  # fmt: skip
+    rows = []
+    for name, (title, unit) in units.items():
+        growth = run["growth"][name]
+        scale = MEBIBYTE if unit is _mib else 1
+        rows.append((title, unit(growth["mean"]), f"{growth['slope'] / scale:+.3g}", f"± {growth['error'] / scale:.2g}",
+                     verdict(growth["slope"], growth["error"])))  # fmt: skip
+    table = text.table(("over the last four fifths", "mean", "growth an hour (MiB, or number)", "standard error", "verdict"), rows)
+    head = (f"{run['minutes']:g} minutes, mixed pairs, {text.rounded(run['rate'])} requests a second: "
+            f"{text.count(run['accepted'])} answered, {text.count(run['refused'])} refused, neither: {_others(run)}; "
+            f"p50 {_seconds(run['p50'])}, p99 {_seconds(run['p99'])}.")  # fmt: skip
+    return head + "\n\n" + table
+
+
+def machine(record):
+    facts = record["machine"]
+    return (f"{facts['processor']}, {facts['cores']} cores shared by service and client, {facts['memory']}, Linux "
+            f"{facts['kernel']}, commit {facts['commit']}, {facts['session']} UTC. "
+            f"`meshgauge serve {' '.join(record['flags'])}`".rstrip(" `") + "`: "
+            f"{record['workers']} workers, {record['places']} places. Load of the machine before the start: "
+            f"{record['load_before']:.1f}. The client was late by {_seconds(worst_late(record))} at the 99th percentile "
+            "of its worst phase.")  # fmt: skip
+
+
+def worst_late(record):
+    return max((run["late_p99"] or 0 for run in record["runs"]), default=0)
+
+
+MADE = {"machine": machine, "verdicts": verdicts, "loads": loads, "soak": soak}
+
+
+def fill(page, record):
+    return MARKED.sub(lambda match: match[1] + MADE[match[2]](record) + "\n" + match[3], page)
+
+
+def render(record, out, to, page):
+    """Tables in OUT/load.md; with TO also in its benchmarks.md. Pictures go to benchmarks/ beside."""
+    filled = fill(page.read_text(), record)
+    if to:
+        (to / "benchmarks.md").write_text(filled)
+    (out / "load.md").write_text("\n\n".join(f"## {name}\n\n{make(record)}" for name, make in MADE.items()) + "\n")
+    try:
+        from . import pictures
+    except ImportError:
+        print("load: no matplotlib, no pictures (./dev setup bench)", file=sys.stderr)
+        return
+    pictures.all_of(record, (to or out) / "benchmarks")
