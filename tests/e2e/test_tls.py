@@ -8,6 +8,7 @@ import subprocess
 import tempfile
 import time
 import unittest
+import warnings
 from pathlib import Path
 
 from harness import (BINARY, ENVIRONMENT, SLOW, SLOW_OPTIONS, SQUARE, Server, check, comparison, flat_grid, post_head, read_answer,
@@ -51,7 +52,8 @@ class Pipe:
         self.run(self.tls.do_handshake)
 
     def flush(self):
-        self.socket.sendall(self.outgoing.read())
+        if self.outgoing.pending:
+            self.socket.sendall(self.outgoing.read())
 
     def run(self, step):
         while True:
@@ -124,7 +126,9 @@ class Tls(unittest.TestCase):
             with self.server.connect(context=client(minimum_version=version, maximum_version=version)) as connection:
                 self.assertEqual(connection.version(), version.name.replace("v1_", "v1."))
         for version in (ssl.TLSVersion.TLSv1, ssl.TLSVersion.TLSv1_1):
-            old = client(minimum_version=version, maximum_version=version)
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")  # that these are old is the point
+                old = client(minimum_version=version, maximum_version=version)
             old.set_ciphers("DEFAULT:@SECLEVEL=0")
             with self.assertRaisesRegex(ssl.SSLError, "protocol version|ALERT_PROTOCOL_VERSION"):
                 self.server.connect(context=old)
@@ -143,7 +147,7 @@ class Tls(unittest.TestCase):
             self.assertEqual(connection.selected_alpn_protocol(), "http/1.1")
         context = client()
         context.set_alpn_protocols(["h2"])
-        with self.assertRaisesRegex(ssl.SSLError, "NO_APPLICATION_PROTOCOL"):
+        with self.assertRaisesRegex(ssl.SSLError, "(?i)no.application.protocol"):
             self.server.connect(context=context)
 
     def test_sessions_are_resumed_by_tickets_and_never_renegotiated(self):
@@ -243,9 +247,8 @@ class Tls(unittest.TestCase):
         pipe.tls.write(b"GET /healthz HTTP/1.1\r\nHost: t\r\nConnection: close\r\n\r\n")
         pipe.flush()
         text = b""
-        with self.assertRaises(ssl.SSLZeroReturnError):  # close_notify, not a socket that broke
-            while True:
-                text += pipe.run(lambda: pipe.tls.read(1000))
+        while data := pipe.run(lambda: pipe.tls.read(1000)):  # an end that is not said raises SSLEOFError
+            text += data
         self.assertTrue(text.startswith(b"HTTP/1.1 200 "))
         pipe.socket.close()
 
