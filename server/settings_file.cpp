@@ -1,18 +1,16 @@
 #include "server/settings_file.h"
 
-#include <cerrno>
 #include <charconv>
-#include <cstring>
-#include <fstream>
-#include <iterator>
 #include <set>
 #include <vector>
 
 #include "server/text.h"
+#include "server/text_file.h"
 
 namespace meshgauge::server {
 namespace {
 
+constexpr std::size_t kMaxFileBytes = std::size_t{1} << 20;
 constexpr std::string_view kEscapes = "\"\\bfnrt";
 constexpr std::string_view kEscaped = "\"\\\b\f\n\r\t";
 
@@ -97,11 +95,9 @@ Result<Done> apply_settings(std::string_view text, Settings& settings) {
 
 Result<Done> load_settings(const std::string& file, Settings& settings) {
   const auto failed = [&](const std::string& why) { return refused("--config '" + file + "': " + why); };
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream) return failed(std::strerror(errno));
-  const std::string text{std::istreambuf_iterator<char>(stream), {}};
-  if (stream.bad()) return failed("cannot be read");
-  const auto ok = apply_settings(text, settings);
+  const auto text = read_text_file(file, kMaxFileBytes);
+  if (!text) return failed(text.error().message);
+  const auto ok = apply_settings(*text, settings);
   return ok ? ok : failed(ok.error().message);
 }
 

@@ -1,9 +1,6 @@
 #include "server/access/keys.h"
 
 #include <algorithm>
-#include <cerrno>
-#include <cstring>
-#include <fstream>
 #include <set>
 #include <span>
 
@@ -12,6 +9,7 @@
 #include "api/json_filter.h"
 #include "server/access/utc.h"
 #include "server/text.h"
+#include "server/text_file.h"
 
 namespace meshgauge::server {
 namespace {
@@ -19,6 +17,7 @@ namespace {
 using Json = nlohmann::json;
 
 constexpr std::size_t kMaxTokensOfKey = 4;
+constexpr std::size_t kMaxKeysFileBytes = std::size_t{16} << 20;
 
 Error refused(const std::string& where, const std::string& what) {
   return Error{ErrorCode::invalid_request, (where.empty() ? "" : where + ": ") + what, "", where};
@@ -164,8 +163,6 @@ std::string line_of(std::string_view text, std::string_view where) {
 }  // namespace
 
 Result<std::vector<Key>> parse_keys(std::string_view json) {
-  if (json.size() > kMaxKeysFileBytes)
-    return refused("", "larger than " + std::to_string(kMaxKeysFileBytes) + " bytes");
   if (json.find('\0') != std::string_view::npos) return refused("", "not JSON: a NUL byte");  // else taken for the end
   api::JsonFilter filter;
   if (!Json::sax_parse(json, &filter)) return refused(line_of(json, filter.where), filter.defect);
@@ -176,13 +173,9 @@ Result<std::vector<Key>> load_keys(const std::string& file) {
   const auto failed = [&](const std::string& why) {
     return Error{ErrorCode::invalid_request, "--keys-file '" + file + "': " + why, "", ""};
   };
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream) return failed(std::strerror(errno));
-  std::string text(kMaxKeysFileBytes + 1, '\0');
-  stream.read(text.data(), static_cast<std::streamsize>(text.size()));
-  if (stream.bad() || (stream.fail() && !stream.eof())) return failed("cannot be read");
-  text.resize(static_cast<std::size_t>(stream.gcount()));
-  auto keys = parse_keys(text);
+  const auto text = read_text_file(file, kMaxKeysFileBytes);
+  if (!text) return failed(text.error().message);
+  auto keys = parse_keys(*text);
   return keys ? keys : failed(keys.error().message);
 }
 

@@ -43,7 +43,6 @@ struct Key {
 };
 
 inline constexpr std::size_t kMaxKeys = 10'000;
-inline constexpr std::size_t kMaxKeysFileBytes = std::size_t{16} << 20;
 
 // Strictly: an unknown or repeated field, a wrong type, an impossible number, an id or a token that is there twice is
 // refused, with the line or the JSON pointer in the message.

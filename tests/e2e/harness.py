@@ -77,7 +77,7 @@ def read_answer(stream, method="POST"):
             headers[name.lower()] = value.strip()
         if status != 100:
             break
-    length = 0 if method == "HEAD" else int(headers["content-length"])
+    length = 0 if method == "HEAD" or status == 204 else int(headers["content-length"])
     return Answer(status, headers, stream.read(length))
 
 
@@ -154,6 +154,9 @@ def check(answer):
     if answer is None:
         return None
     assert re.fullmatch("[0-9a-f]{32}", answer.headers["x-request-id"]), answer.headers
+    for name, value in (("x-content-type-options", "nosniff"), ("referrer-policy", "no-referrer")):
+        assert answer.headers.get(name) == value, answer.headers
+    assert answer.headers["cache-control"], answer.headers
     if answer.status >= 400:
         assert answer.headers["content-type"] == "application/problem+json", answer.headers
         if answer.body:

@@ -87,7 +87,7 @@ class Options(ServerCase):
         for options, where in ((b"", "byte"), (b"nonsense", "byte"), (b"[]", ""), (b'{"tolerance": {"absolut": 1}}', "/tolerance/absolut"),
                                (b'{"strategy": "fastest"}', "/strategy"), (b'{"timeout_ms": 1e3}', "/timeout_ms"),
                                (b'{"timeout_ms": 180001}', "/timeout_ms"), (b'{"threads": 65}', "/threads"),
-                               (b'{"tolerance": {"relative": -1}}', "/tolerance/relative"), (b'{"a": 1, "a": 2}', "key"),
+                               (b'{"tolerance": {"relative": -1}}', "/tolerance/relative"), (b'{"a": 1, "a": 2}', "/a"),
                                (b"[" * 60000, ""), (b'{"tolerance": {"relative": NaN}}', "byte")):
             problem = self.refused(self.server.compare(options=options), 422, "invalid-request")
             self.assertEqual(problem["errors"][0]["part"], "options", options)

@@ -154,12 +154,14 @@ def settings_of(build):
     """[(flag, default, meaning)] from `meshgauge serve --help`."""
     text = subprocess.run([build / "meshgauge", "serve", "--help"], env=ENVIRONMENT, capture_output=True, text=True,
                           check=True).stdout
-    # CLI11 shows a default as `UINT=8080` in its version 2.3, as `UINT [8080] ` in 2.4.
-    found = re.findall(r"^ +(--[a-z-]+) \w+(?:=| \[)(\S*?)\]? +\(Env:(\w+)\)\s+(.*)$", text, re.M)
+    # CLI11 shows a default as `UINT=8080` in its version 2.3, as `UINT [8080] ` in 2.4; a flag has none.
+    found = [(flag, default or bracketed, variable, meaning) for flag, default, bracketed, variable, meaning in re.findall(
+        r"^ +(--[a-z-]+)(?: [A-Z]+(?:=(\S*)| \[(\S*)\])?)? +\(Env:(\w+)\)\s+(.*)$", text, re.M)]
     for flag, _, variable, _ in found:
         if variable != "MESHGAUGE_" + flag[2:].replace("-", "_").upper():
             fail(f"{flag} has the variable {variable}")
-    if len(found) != len(re.findall(r"^ +--", text, re.M)):
+    # --print-config sets nothing and has no variable.
+    if len(found) != len(re.findall(r"^ +--(?!print-config)", text, re.M)):
         fail(f"the help has flags that are not understood:\n{text}")
     return [(flag, default, meaning.strip()) for flag, default, _, meaning in found]
 
@@ -206,7 +208,8 @@ def update(build):
     got = ask(request_of(readme), build)
     _, (start, end) = block(readme, "json", '"distance"')
     readme = readme[:start] + laid_out(got) + "\n" + readme[end:]
-    rows = "".join(f"| `{flag}` | `{default}` | {meaning} |\n" for flag, default, meaning in settings_of(build))
+    rows = "".join(f"| `{flag}` | {f'`{default}` ' if default else ''}| {meaning} |\n"
+                   for flag, default, meaning in settings_of(build))
     README.write_text(TABLE.sub(lambda _: rows, readme))
 
 

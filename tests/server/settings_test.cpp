@@ -59,5 +59,8 @@ TEST_CASE("settings: what contradicts itself is refused") {
   CHECK(refused([](Settings& s) { s.parsers = 5000; }));
   CHECK(refused([](Settings& s) { s.parser_memory_bytes = 1000; }));
   CHECK(refused([](Settings& s) { s.parser_memory_bytes = ~std::uint64_t{0}; }));
+  CHECK(refused([](Settings& s) { s.tls_certificate = "c.pem"; }));
+  CHECK(refused([](Settings& s) { s.tls_key = "k.pem"; }));
+  CHECK(refused([](Settings& s) { s.cors_origins = "*"; }));
   CHECK(refused([](Settings& s) { s.max_part_bytes = s.max_request_bytes + 1; }));
 }

@@ -1,0 +1,219 @@
+"""Bearer keys, their limits and their reload; what a browser is told; who may be served without keys."""
+
+import json
+import signal
+import subprocess
+import tempfile
+import time
+import unittest
+from pathlib import Path
+
+from harness import BINARY, ENVIRONMENT, Server, check, comparison, post_head, read_answer, until
+
+
+def new_key(name, *flags, **changes):
+    """A token, and its entry for the file."""
+    out = subprocess.run([BINARY, "keys", "new", name, *flags], capture_output=True, text=True, check=True).stdout
+    token, entry = out.splitlines()
+    return token, {**json.loads(entry), **changes}
+
+
+class Keys(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.path = Path(folder.name) / "keys.json"
+
+    def write(self, *entries):
+        self.path.write_text(json.dumps({"keys": entries}))
+
+    def start(self, *flags):
+        server = Server("--keys-file", str(self.path), *flags)
+        self.addCleanup(server.stop)
+        return server
+
+    def get(self, server, path, token=None, method="GET", extra=""):
+        extra += "Authorization: Bearer %s\r\n" % token if token else ""
+        return server.get(path, method, extra)
+
+    def compare(self, server, token):
+        body = comparison()
+        return server.raw(post_head(len(body), "Authorization: Bearer %s\r\n" % token) + body)
+
+    def refused(self, answer, status, slug):
+        self.assertEqual(answer.status, status, answer.body)
+        self.assertEqual(answer.json()["type"], "urn:meshgauge:problem:" + slug)
+
+    def test_a_key_opens_what_its_scopes_name(self):
+        token, entry = new_key("ci")
+        other, metrics = new_key("prometheus", "--scope", "metrics")
+        self.write(entry, metrics)
+        server = self.start()
+        self.assertEqual(self.compare(server, token).status, 200)
+        self.refused(self.compare(server, other), 403, "forbidden")
+        self.refused(self.get(server, "/metrics", token), 403, "forbidden")
+        self.assertNotIn(self.get(server, "/metrics", other).status, (401, 403))
+        for path in ("/", "/healthz", "/openapi.yaml"):
+            self.assertEqual(server.get(path).status, 200)
+        for path in ("/v1/comparisons", "/metrics", "/none"):
+            answer = server.get(path)
+            self.refused(answer, 401, "unauthorized")
+            self.assertEqual(answer.headers["www-authenticate"], 'Bearer realm="meshgauge"')
+            answer = self.get(server, path, token[:-1])
+            self.refused(answer, 401, "unauthorized")
+            self.assertIn('error="invalid_token"', answer.headers["www-authenticate"])
+
+    def test_a_stranger_is_refused_before_the_body_is_read(self):
+        self.write(new_key("ci")[1])
+        server = self.start()
+        with server.connect() as connection:
+            connection.sendall(post_head(1 << 20, "Expect: 100-continue\r\n"))
+            stream = connection.makefile("rb")
+            self.refused(check(read_answer(stream)), 401, "unauthorized")
+            self.assertEqual(stream.read(), b"")  # what follows would be taken for a request
+
+    def test_two_keys_in_one_request_are_none(self):
+        token, entry = new_key("ci")
+        self.write(entry)
+        server = self.start()
+        twice = "Authorization: Bearer %s\r\n" % token
+        self.refused(self.get(server, "/none", token, extra=twice), 400, "malformed-request")
+
+    def test_expired_and_disabled_keys(self):
+        late, old = new_key("late", expires="2020-01-01T00:00:00Z")
+        off, disabled = new_key("off", disabled=True)
+        self.write(old, disabled)
+        server = self.start()
+        bodies = {self.get(server, "/none", token).body for token in (late, off, "mg_" + "0" * 64)}
+        self.assertEqual(len(bodies), 1)
+
+    def test_the_rate_of_one_key_is_not_the_others(self):
+        token, entry = new_key("ci", requests_per_minute=6, burst=3)
+        other, second = new_key("other")
+        self.write(entry, second)
+        server = self.start()
+        self.assertEqual([self.get(server, "/none", token).status for _ in range(3)], [404] * 3)
+        answer = self.get(server, "/none", token)
+        self.refused(answer, 429, "too-many-requests")
+        self.assertIn(int(answer.headers["retry-after"]), range(1, 11))
+        self.assertEqual(self.get(server, "/none", other).status, 404)
+        self.assertEqual(server.get("/healthz").status, 200)
+
+    def test_reload(self):
+        token, entry = new_key("ci", burst=1, requests_per_minute=1)
+        self.write(entry)
+        server = self.start()
+        self.assertEqual(self.get(server, "/none", token).status, 404)
+        self.path.write_text('{"keys": [{"id": "ci", "id": "ci"}]}')
+        self.reload(server, "/keys/0/id: the key 'id' stands twice")
+        self.refused(self.get(server, "/none", token), 429, "too-many-requests")  # the old file and its bucket
+        other, second = new_key("other")
+        self.write(entry, second)
+        self.reload(server, "keys: 2")
+        self.refused(self.get(server, "/none", token), 429, "too-many-requests")
+        self.assertEqual(self.get(server, "/none", other).status, 404)
+        self.write(second)
+        self.reload(server, "keys: 1")
+        self.refused(self.get(server, "/none", token), 401, "unauthorized")
+        self.assertEqual(server.stop(), 0)
+
+    def reload(self, server, saying):
+        server.process.send_signal(signal.SIGHUP)
+        until(lambda: any('"reload"' in line and saying in line for line in list(server.log)))
+
+    def test_the_log_names_the_key_and_never_the_token(self):
+        token, entry = new_key("ci")
+        self.write(entry)
+        server = self.start()
+        self.get(server, "/none", token)
+        self.get(server, "/none", "x" * 40)
+        self.assertEqual(server.stop(), 0)
+        log = "".join(server.log)
+        self.assertIn('"key":"ci"', log)
+        self.assertNotIn(token, log)
+        self.assertNotIn("x" * 40, log)
+        self.assertIn("in the clear", log)  # there is no TLS
+
+    def test_a_bad_file_ends_the_start(self):
+        for text, saying in (("{}", "the one field 'keys'"), ('{"keys": [1]}', "/keys/0: must be an object"),
+                             ("{\n\n,}", "line 3: not JSON")):
+            self.path.write_text(text)
+            done = subprocess.run([BINARY, "serve", "--port", "0", "--keys-file", str(self.path)], capture_output=True,
+                                  text=True, timeout=60, env=ENVIRONMENT)
+            self.assertEqual(done.returncode, 3)
+            self.assertIn(saying, done.stderr)
+
+    def test_hash_is_that_of_the_file(self):
+        token, entry = new_key("ci")
+        done = subprocess.run([BINARY, "keys", "hash"], input=token + "\n", capture_output=True, text=True)
+        self.assertEqual(done.stdout.strip(), entry["sha256"])
+        done = subprocess.run([BINARY, "keys", "hash"], input="hunter2\n", capture_output=True, text=True)
+        self.assertEqual((done.returncode, done.stdout), (3, ""))
+        self.assertNotEqual(new_key("ci")[0], token)
+
+
+class Openness(unittest.TestCase):
+    def test_a_public_address_needs_keys_or_a_word(self):
+        done = subprocess.run([BINARY, "serve", "--host", "0.0.0.0", "--port", "0"], capture_output=True, text=True,
+                              timeout=60, env=ENVIRONMENT)
+        self.assertEqual(done.returncode, 3)
+        self.assertIn("--public-without-keys", done.stderr)
+        for flags, environment in ((["--public-without-keys"], {}), ([], {"MESHGAUGE_PUBLIC_WITHOUT_KEYS": "true"})):
+            server = Server("--host", "0.0.0.0", *flags, environment=environment)
+            self.addCleanup(server.stop)
+            self.assertEqual(server.compare().status, 200)
+
+    def test_with_keys_it_may_be_public(self):
+        with tempfile.NamedTemporaryFile("w") as file:
+            file.write('{"keys": []}')
+            file.flush()
+            server = Server("--host", "0.0.0.0", "--keys-file", file.name)
+            self.addCleanup(server.stop)
+            self.assertEqual(server.compare().status, 401)
+
+    def test_loopback_has_several_names(self):
+        for host in ("localhost", "127.0.0.2"):
+            server = Server("--host", host)
+            self.assertEqual(server.stop(), 0)
+
+    def test_a_reload_without_anything_to_read_does_no_harm(self):
+        server = Server()
+        server.process.send_signal(signal.SIGHUP)
+        until(lambda: any('"reload"' in line for line in list(server.log)))
+        self.assertEqual(server.compare().status, 200)
+        self.assertEqual(server.stop(), 0)
+
+
+class Browsers(unittest.TestCase):
+    ASK = "Origin: %s\r\nAccess-Control-Request-Method: POST\r\n"
+
+    def test_no_page_may_read_by_default(self):
+        server = Server()
+        self.addCleanup(server.stop)
+        answer = server.get("/healthz", extra="Origin: https://a.example\r\n")
+        self.assertNotIn("access-control-allow-origin", answer.headers)
+        self.assertEqual(server.get("/v1/comparisons", "OPTIONS", self.ASK % "https://a.example").status, 405)
+
+    def test_named_origins_may(self):
+        server = Server("--cors-origins", "https://a.example,https://b.example")
+        self.addCleanup(server.stop)
+        with server.connect() as connection:  # nothing but a head in the answer, and the connection lives on
+            stream = connection.makefile("rb")
+            for _ in range(2):
+                connection.sendall(("OPTIONS /v1/comparisons HTTP/1.1\r\nHost: t\r\n%s\r\n"
+                                    % (self.ASK % "https://b.example")).encode())
+                answer = check(read_answer(stream))
+                self.assertEqual(answer.status, 204)
+                self.assertNotIn("content-length", answer.headers)
+                self.assertNotIn("content-type", answer.headers)
+                self.assertEqual(answer.headers["access-control-allow-origin"], "https://b.example")
+                self.assertIn("Authorization", answer.headers["access-control-allow-headers"])
+        answer = server.get("/none", extra="Origin: https://a.example\r\n")
+        self.assertEqual(answer.headers["access-control-allow-origin"], "https://a.example")
+        answer = server.get("/none", extra="Origin: https://evil.example\r\n")
+        self.assertNotIn("access-control-allow-origin", answer.headers)
+        self.assertEqual(answer.headers["vary"], "Origin")
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,156 @@
+#include "server/access/entrance.h"
+
+#include <algorithm>
+#include <atomic>
+#include <string>
+
+#include <doctest/doctest.h>
+
+using namespace meshgauge;
+using server::Access;
+using server::Cors;
+using server::Entrance;
+using server::Exchange;
+using server::Head;
+using server::Scope;
+
+namespace {
+
+// A request that only its head matters of.
+struct Request {
+  explicit Request(Head request_head)
+      : head(std::move(request_head)),
+        connection(-1, aborted),
+        body(connection, head, 0, std::chrono::milliseconds(0)),
+        exchange("id", head, body, connection) {}
+
+  std::string header(const std::string& name) const {
+    const auto& headers = exchange.response.headers;
+    const auto found = std::find_if(headers.begin(), headers.end(), [&](const auto& h) { return h.first == name; });
+    return found == headers.end() ? "" : found->second;
+  }
+
+  Head head;
+  std::atomic<bool> aborted{false};
+  server::Connection connection;
+  server::Body body;
+  Exchange exchange;
+};
+
+Head head(const std::string& method, const std::string& path, const std::string& origin = "") {
+  Head head;
+  head.method = method;
+  head.path = path;
+  if (!origin.empty()) head.headers.emplace_back("origin", origin);
+  return head;
+}
+
+Head preflight(const std::string& origin) {
+  Head asked = head("OPTIONS", "/v1/comparisons", origin);
+  asked.headers.emplace_back("access-control-request-method", "POST");
+  return asked;
+}
+
+void pass(const Entrance& entrance, Request& request) {
+  entrance(request.exchange, [](Exchange& exchange) { exchange.response.status = 222; });
+}
+
+constexpr const char* kPage = "https://viewer.example";
+
+}  // namespace
+
+TEST_CASE("entrance: the paths that need no key, and what the others need") {
+  for (const char* path : {"/", "/healthz", "/readyz", "/openapi.yaml", "/docs", "/docs/swagger-ui.css"}) {
+    CHECK_MESSAGE(!server::scope_of_path(path), path);
+  }
+  CHECK(server::scope_of_path("/metrics") == Scope::metrics);
+  for (const char* path : {"/v1/comparisons", "/v1/meshes/x", "/healthz/", "/docsx", "/metrics/", "//", "*", "/none"}) {
+    CHECK_MESSAGE(server::scope_of_path(path) == Scope::compare, path);
+  }
+}
+
+TEST_CASE("entrance: with keys in force only the open paths are passed without one") {
+  Access access("/some/file");  // which is not read: there is no key that fits
+  const Entrance entrance(access, Cors::parse("").value());
+  Request open(head("GET", "/healthz"));
+  pass(entrance, open);
+  CHECK(open.exchange.response.status == 222);
+  for (const char* path : {"/v1/comparisons", "/metrics", "/none"}) {
+    Request closed(head("GET", path));
+    pass(entrance, closed);
+    CHECK(closed.exchange.response.status == 401);
+    CHECK(closed.header("WWW-Authenticate") == R"(Bearer realm="meshgauge")");
+    CHECK(closed.exchange.problem == "urn:meshgauge:problem:unauthorized");
+  }
+}
+
+TEST_CASE("cors: off by default") {
+  Access access("");
+  const Entrance entrance(access, Cors::parse("").value());
+  Request request(head("GET", "/", kPage));
+  pass(entrance, request);
+  CHECK(request.exchange.response.headers.empty());
+  Request asks(preflight(kPage));
+  pass(entrance, asks);
+  CHECK(asks.exchange.response.status == 222);
+}
+
+TEST_CASE("cors: an origin that is named, and no other, may read") {
+  Access access("/some/file");
+  const Entrance entrance(access, Cors::parse("https://viewer.example, http://localhost:3000").value());
+  for (const char* origin : {kPage, "http://localhost:3000"}) {
+    Request request(head("GET", "/healthz", origin));
+    pass(entrance, request);
+    CHECK(request.header("Access-Control-Allow-Origin") == origin);
+    CHECK(request.header("Vary") == "Origin");
+  }
+  for (const char* origin : {"", "null", "*", "http://viewer.example", "https://viewer.example:443",
+                             "https://viewer.example.evil", "https://Viewer.example"}) {
+    Request request(head("GET", "/healthz", origin));
+    pass(entrance, request);
+    CHECK(request.header("Access-Control-Allow-Origin").empty());
+    CHECK(request.header("Vary") == "Origin");
+  }
+  Request refused(head("GET", "/v1/comparisons", kPage));  // a page may read why
+  pass(entrance, refused);
+  CHECK(refused.exchange.response.status == 401);
+  CHECK(refused.header("Access-Control-Allow-Origin") == kPage);
+}
+
+TEST_CASE("cors: a preflight needs no key, and a stranger's is an ordinary request") {
+  Access access("/some/file");
+  const Entrance entrance(access, Cors::parse(kPage).value());
+  Request asks(preflight(kPage));
+  pass(entrance, asks);
+  CHECK(asks.exchange.response.status == 204);
+  CHECK(asks.header("Access-Control-Allow-Origin") == kPage);
+  CHECK(asks.header("Access-Control-Allow-Headers").find("Authorization") != std::string::npos);
+  CHECK(asks.header("Access-Control-Allow-Methods").find("DELETE") != std::string::npos);
+  Request stranger(preflight("https://evil.example"));
+  pass(entrance, stranger);
+  CHECK(stranger.exchange.response.status == 401);
+  Request plain(head("OPTIONS", "/v1/comparisons", kPage));
+  pass(entrance, plain);
+  CHECK(plain.exchange.response.status == 401);
+}
+
+TEST_CASE("cors: what is no origin is refused") {
+  for (const char* text : {"*", "viewer.example", "https://", "https://Viewer.example", "https://a.example/", "null",
+                           "https://a.example https://b.example", "ftp://a.example"}) {
+    CHECK_MESSAGE(!Cors::parse(text).ok(), text);
+  }
+  CHECK(Cors::parse("http://[::1]:8080").ok());
+}
+
+TEST_CASE("security headers: on everything, and what an answer says itself stays") {
+  server::Response response{200, "application/json", "{}", {}};
+  add_security_headers(response);
+  CHECK(response.headers == decltype(response.headers){{"X-Content-Type-Options", "nosniff"},
+                                                       {"Cache-Control", "no-store"},
+                                                       {"Referrer-Policy", "no-referrer"}});
+  server::Response page{200, "text/html; charset=utf-8", "", {{"Cache-Control", "max-age=60"}}};
+  add_security_headers(page);
+  CHECK(page.headers.front().second == "max-age=60");
+  CHECK(page.headers.size() == 4);
+  CHECK(page.headers.back().first == "Content-Security-Policy");
+}

@@ -1,0 +1,78 @@
+#include "server/settings_file.h"
+
+#include <string>
+
+#include <doctest/doctest.h>
+
+using namespace meshgauge;
+using server::apply_settings;
+using server::Settings;
+
+namespace {
+
+std::string refusal(const std::string& text) {
+  Settings settings;
+  const auto done = apply_settings(text, settings);
+  REQUIRE_MESSAGE(!done.ok(), text);
+  return done.error().message;
+}
+
+}  // namespace
+
+TEST_CASE("settings file: names, comments and values of each type") {
+  Settings settings;
+  const auto done = apply_settings(
+      "# a comment\n\n  port = 9090 # why\r\nhost=\"::1\"\t# a # b\npublic_without_keys = true\n"
+      "temp_dir = \"a \\\"b\\\" \\\\ # c\"",
+      settings);
+  REQUIRE_MESSAGE(done.ok(), done.error().message);
+  CHECK(settings.port == 9090);
+  CHECK(settings.host == "::1");
+  CHECK(settings.public_without_keys);
+  CHECK(settings.temp_dir == "a \"b\" \\ # c");
+  CHECK(settings.queue == Settings{}.queue);
+}
+
+TEST_CASE("settings file: what is not understood is refused with its line") {
+  CHECK(refusal("port = 1\n\nprot = 2") == "line 3: 'prot' is not a setting");
+  CHECK(refusal("port = 1\nport = 1\n") == "line 2: 'port' stands there twice");
+  CHECK(refusal("[serve]") == "line 1: must be 'name = value'");
+  CHECK(refusal("= 3") == "line 1: '' is not a setting");
+  CHECK(refusal("max-part-bytes = 3") == "line 1: 'max-part-bytes' is not a setting");
+  CHECK(refusal("config = \"x\"") == "line 1: 'config' is not a setting");
+  for (const char* number : {"", "-1", "1.5", "\"1\"", "1 2", "0x10", "18446744073709551616", "many"}) {
+    CHECK(refusal(std::string("port = ") + number) ==
+          "line 1: 'port' must be a whole number, 0 or more, without quotes");
+  }
+  for (const char* text : {"", "x", "\"x", "x\"", "\"x\" y", "'x'", "\"x\\\""}) {
+    CHECK(refusal(std::string("host = ") + text) == "line 1: 'host' must be a text in double quotes");
+  }
+  CHECK(refusal("host = \"\\q\"").starts_with("line 1: 'host' has an unknown escape"));
+  for (const char* word : {"", "1", "yes", "\"true\"", "truely", "true false"}) {
+    CHECK(refusal(std::string("public_without_keys = ") + word) ==
+          "line 1: 'public_without_keys' must be true or false");
+  }
+}
+
+TEST_CASE("settings file: what is printed is what is read") {
+  Settings asked;
+  asked.port = 7;
+  asked.workers = 0;
+  asked.public_without_keys = true;
+  asked.temp_dir = "a \"quoted\"\tone\\ # not a comment";
+  asked.cors_origins = "https://a.example";
+  Settings in_force = asked;
+  in_force.workers = 12;
+  const std::string text = to_text(asked, in_force);
+  CHECK(text.find("\nworkers = 0  # here: 12\n") != std::string::npos);
+  Settings read;
+  const auto done = apply_settings(text, read);
+  REQUIRE_MESSAGE(done.ok(), done.error().message);
+  CHECK(to_text(read, in_force) == text);
+}
+
+TEST_CASE("settings file: one that cannot be read says why") {
+  Settings settings;
+  CHECK(load_settings("/nonexistent/file", settings).error().message.find("No such file") != std::string::npos);
+  CHECK(!load_settings("/tmp", settings).ok());
+}
