@@ -9,6 +9,7 @@ import resource
 import select
 import signal
 import socket
+import stat
 import statistics
 import threading
 import time
@@ -157,8 +158,8 @@ class Burst(unittest.TestCase):
             connection.close()
 
 
-def listening_socket_of(server):
-    """The server's own listening socket, shared with this process."""
+def socket_of(server, wanted):
+    """The first of the server's own sockets that is wanted, shared with this process."""
     libc = ctypes.CDLL(None, use_errno=True)
     process = os.pidfd_open(server.process.pid)
     try:
@@ -166,16 +167,22 @@ def listening_socket_of(server):
             fd = libc.syscall(438, process, int(name), 0)  # pidfd_getfd
             if fd < 0 and ctypes.get_errno() in (errno.EPERM, errno.ENOSYS):
                 raise unittest.SkipTest("another process's descriptors cannot be had here")
-            if not os.readlink(f"/proc/{server.process.pid}/fd/{name}").startswith("socket:"):
+            if fd < 0:
+                continue  # closed meanwhile
+            if not stat.S_ISSOCK(os.fstat(fd).st_mode):
                 os.close(fd)
                 continue
             found = socket.socket(fileno=fd)
-            if found.getsockopt(socket.SOL_SOCKET, socket.SO_ACCEPTCONN):
+            if found.family == socket.AF_INET and wanted(found):
                 return found
             found.close()
     finally:
         os.close(process)
-    raise AssertionError("no listening socket")
+    raise AssertionError("no such socket")
+
+
+def listens(one):
+    return one.getsockopt(socket.SOL_SOCKET, socket.SO_ACCEPTCONN) == 1
 
 
 class Accept(unittest.TestCase):
@@ -197,6 +204,17 @@ class Accept(unittest.TestCase):
         self.assertEqual(server.compare().status, 200)
         self.assertEqual(server.stop(), 0)
 
+    def test_answers_are_not_held_back(self):
+        """Else each would wait for the client's delayed acknowledgement of the one before."""
+        server = Server()
+        self.addCleanup(server.stop)
+        with server.connect() as connection:
+            connection.sendall(b"GET /healthz HTTP/1.1\r\nHost: x\r\n\r\n")
+            self.assertEqual(check(read_answer(connection.makefile("rb"))).status, 200)
+            ours = connection.getsockname()
+            with socket_of(server, lambda one: not listens(one) and one.getpeername() == ours) as served:
+                self.assertEqual(served.getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY), 1)
+
     def test_a_listening_socket_that_fails_ends_the_service(self):
         """Everybody is answered, and the exit code tells a supervisor to start it again."""
         server = Server("--workers", "1", "--grace-ms", "500")
@@ -207,7 +225,7 @@ class Accept(unittest.TestCase):
         body = comparison(**SLOW, options=SLOW_OPTIONS)
         busy.sendall(post_head(len(body)) + body)
         time.sleep(0.5)
-        with listening_socket_of(server) as listener:
+        with socket_of(server, listens) as listener:
             listener.shutdown(socket.SHUT_RDWR)  # accept() says EINVAL from now on
         self.assertEqual(check(read_answer(busy.makefile("rb"))).status, 200)
         self.assertEqual(server.process.wait(60), 3)
