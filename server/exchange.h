@@ -29,10 +29,10 @@ struct Response {
   int status = 200;
   std::string content_type;
   std::string body;
+  std::vector<std::pair<std::string, std::string>> headers;  // more than Content-Type and Content-Length
   // Instead of a body: appends the next piece, if there is one within 100 ms, and says whether there are more to come.
   // Called on the connection's thread until then, or until the client is gone.
-  std::function<bool(std::string& piece)> stream;
-  std::vector<std::pair<std::string, std::string>> headers;  // more than Content-Type and Content-Length
+  std::function<bool(std::string& piece)> stream = nullptr;
 };
 
 struct Exchange {
