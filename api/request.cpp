@@ -61,7 +61,8 @@ Result<Done> read_object(const Json& value, const std::string& pointer, std::spa
   if (!value.is_object()) return refused(pointer, name + " must be an object, not " + shown(value));
   for (const auto& [key, member] : value.items()) {
     const Field* field = find(fields, key);
-    if (!field) return refused(pointer + "/" + key, "unknown option " + shown_text(key) + "; known: " + keys_of(fields));
+    if (!field)
+      return refused(pointer + "/" + key, "unknown option " + shown_text(key) + "; known: " + keys_of(fields));
     if (auto read = field->read(member, pointer + "/" + std::string(field->key), reading); !read) return read;
   }
   return Done{};
@@ -198,8 +199,8 @@ Result<std::string_view> as_simd(std::string_view value, std::string_view name) 
   for (const std::string_view supported : all) {
     if (value == supported) return supported;
   }
-  return refused(name,
-                 std::string(name) + " must be one of " + simd_names() + " on this processor, not " + shown_text(value));
+  return refused(
+      name, std::string(name) + " must be one of " + simd_names() + " on this processor, not " + shown_text(value));
 }
 
 std::string simd_names() {
