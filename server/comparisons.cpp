@@ -165,9 +165,12 @@ std::optional<Problem> Comparisons::open_mesh(const std::string& owner, const st
 void Comparisons::wait(Exchange& exchange, LiveJob& job, const Asked& asked) {
   std::optional<Clock::time_point> until;
   std::optional<Seat> seat;
-  if (asked.preferences.wait) {
-    seat.emplace(*this);
-    until = seat->taken() ? asked.since + *asked.preferences.wait : Clock::now();
+  const bool repeated = job.key.id != exchange.id;  // its Idempotency-Key: the place in the queue is the first one's
+  if (asked.preferences.wait || repeated) seat.emplace(*this);
+  if (asked.preferences.wait) until = seat->taken() ? asked.since + *asked.preferences.wait : Clock::now();
+  if (repeated && !until && !seat->taken()) {
+    return answer(exchange,
+                  Problem{ProblemKind::overloaded, "as many clients wait for comparisons of others as may", {}});
   }
   const auto tick = [&] {
     return until ? std::min(kTick, std::chrono::ceil<milliseconds>(*until - Clock::now())) : kTick;
