@@ -41,11 +41,8 @@ std::optional<Problem> read_idempotency_key(const Head& head, std::string& key) 
 // A problem document that is stored as text.
 void answer_stored(Exchange& exchange, const std::string& problem) {
   const auto json = nlohmann::json::parse(problem, nullptr, false);
-  if (json.is_discarded()) return answer(exchange, Problem{ProblemKind::internal, "the comparison failed", {}});
-  answer(exchange, Problem{ProblemKind::internal, "", {}});  // its headers
-  exchange.response.status = json.value("status", 500);
-  exchange.problem = json.value("type", "");
-  exchange.response.body = problem;
+  if (!json.is_object()) return answer(exchange, Problem{ProblemKind::internal, "the comparison failed", {}});
+  answer(exchange, {json.value("status", 500), json.value("type", ""), problem}, std::chrono::seconds(1));
 }
 
 }  // namespace

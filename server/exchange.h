@@ -29,10 +29,10 @@ struct Response {
   int status = 200;
   std::string content_type;
   std::string body;
+  std::vector<std::pair<std::string, std::string>> headers;  // more than Content-Type and Content-Length
   // Instead of a body: appends the next piece, if there is one within 100 ms, and says whether there are more to come.
   // Called on the connection's thread until then, or until the client is gone.
-  std::function<bool(std::string& piece)> stream;
-  std::vector<std::pair<std::string, std::string>> headers;  // more than Content-Type and Content-Length
+  std::function<bool(std::string& piece)> stream = nullptr;
 };
 
 struct Exchange {
@@ -67,6 +67,14 @@ struct Exchange {
 void answer(Exchange& exchange, const api::Problem& problem);
 // ... or in so long.
 void answer(Exchange& exchange, const api::Problem& problem, std::chrono::milliseconds retry_after);
+
+// A problem as it was written down before.
+struct ProblemDocument {
+  int status = 500;
+  std::string type;
+  std::string json;
+};
+void answer(Exchange& exchange, ProblemDocument document, std::chrono::milliseconds retry_after);
 
 // Refuses a query where none means anything: an option that is misspelt or misplaced must not pass unnoticed.
 std::optional<api::Problem> refuse_query(const Exchange& exchange);

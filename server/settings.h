@@ -48,7 +48,6 @@ struct Settings {
   std::string data_dir = ".meshgauge";
   std::uint64_t result_ttl_s = 86'400;
   std::uint64_t max_kept_results = 100'000;
-  std::uint64_t max_cache_bytes = std::uint64_t{1} << 30;
   std::uint64_t mesh_ttl_s = 7 * 86'400;
   std::uint64_t max_stored_bytes = std::uint64_t{16} << 30;
   std::string temp_dir = default_temp_dir();
@@ -107,8 +106,6 @@ void for_each_setting(SomeSettings& s, Visit visit) {
   visit({"result_ttl_s", "Time a result is kept, in seconds"}, s.result_ttl_s);
   visit({"max_kept_results", "Results that are kept; beyond that the oldest go"}, s.max_kept_results);
   visit({"mesh_ttl_s", "Time a stored mesh is kept after its last use, in seconds"}, s.mesh_ttl_s);
-  visit({"max_cache_bytes", "Memory for stored meshes that were read and measured before, with their trees"},
-        s.max_cache_bytes);
   visit({"max_stored_bytes", "Meshes that one key may store, in bytes; all of them when there are no keys"},
         s.max_stored_bytes);
   visit({"temp_dir", "Directory for uploads, as files without a name"}, s.temp_dir);

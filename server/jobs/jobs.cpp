@@ -355,7 +355,8 @@ JobView Jobs::concluded(const LiveJob& job, const Result<api::Comparison>& resul
     last.stages.assign(stages.begin(), stages.end());
     last.triangles = MeshSizes{result->a.triangles, result->b.triangles};
   } else {
-    const Problem problem = api::to_problem(result.error());
+    Problem problem = api::to_problem(result.error());
+    if (stopping_.load() && stopped_by_cancel(result)) problem.kind = ProblemKind::shutting_down;
     last.row.state = cancelled ? JobState::cancelled : JobState::failed;
     last.row.problem = to_json(problem);
   }

@@ -8,6 +8,7 @@ import re
 import signal
 import socket
 import subprocess
+import tempfile
 import threading
 import time
 import unittest
@@ -102,10 +103,16 @@ def post_head(length, extra=""):
 
 
 class Server:
+    """A service of its own, with a data directory of its own unless `environment` or `flags` name one."""
+
     def __init__(self, *flags, environment=None, program=(BINARY,), user=None):
+        self.data_dir = tempfile.TemporaryDirectory(prefix="meshgauge-data-", ignore_cleanup_errors=True)
+        if user is not None:
+            os.chown(self.data_dir.name, user, -1)
+        kept = {"MESHGAUGE_DATA_DIR": os.path.join(self.data_dir.name, "data")}
         self.process = subprocess.Popen(
-            [*program, "serve", "--port", "0", *flags], stderr=subprocess.PIPE, env={**ENVIRONMENT, **(environment or {})},
-            user=user)
+            [*program, "serve", "--port", "0", *flags], stderr=subprocess.PIPE,
+            env={**ENVIRONMENT, **kept, **(environment or {})}, user=user)
         atexit.register(self.process.kill)  # a test that fails half-way must not leave it behind
         self.log = []
         self.started = json.loads(self.process.stderr.readline())

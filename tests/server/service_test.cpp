@@ -30,6 +30,7 @@ Settings small() {
   settings.workers = 1;
   settings.queue = 1;
   settings.io_threads = 8;
+  settings.max_event_streams = 4;
   settings.max_part_bytes = 1000;
   settings.max_request_bytes = 3000;
   return server::checked(settings).value();

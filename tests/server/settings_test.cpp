@@ -49,7 +49,7 @@ TEST_CASE("settings: what contradicts itself is refused") {
   };
   CHECK(!refused([](Settings&) {}));
   CHECK(refused([](Settings& s) { s.port = 65536; }));
-  CHECK(refused([](Settings& s) { s.queue = 64; }));
+  CHECK(refused([](Settings& s) { s.io_threads = 64, s.queue = 64; }));
   CHECK(refused([](Settings& s) { s.queue = ~std::uint64_t{0}; }));
   CHECK(refused([](Settings& s) { s.io_threads = 1'000'000; }));
   CHECK(refused([](Settings& s) { s.max_timeout_ms = 180'001; }));
