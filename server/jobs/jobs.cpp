@@ -458,7 +458,7 @@ Result<Jobs::Deleted> Jobs::remove(const store::JobKey& key) {
 }
 
 void Jobs::maintain() {
-  auto next_sweep = LiveJob::Clock::now() + kSweepInterval;
+  auto next_sweep = LiveJob::Clock::now();  // soon: a service that is killed again and again is to sweep as well
   std::unique_lock lock(mutex_);
   while (!wake_.wait_for(lock, kRetryInterval, [&] { return ending_; })) {
     lock.unlock();
