@@ -30,7 +30,7 @@ class MeshCache {
     std::optional<api::Format> filename_says;
     std::optional<api::Format> media_type_says;
 
-    auto operator<=>(const Key&) const = default;
+    auto operator<=>(const Key&) const = default;  // NOLINT(modernize-use-nullptr): a false alarm of clang-tidy 14
   };
 
   static Key key(std::string owner, std::string id, std::string_view filename, std::string_view media_type);
