@@ -1,10 +1,11 @@
 // A mesh with all that measuring makes of it, so that a mesh that is measured again and again is prepared once.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <memory>
 #include <mutex>
-#include <vector>
+#include <utility>
 
 #include "engine/adjacency.h"
 #include "engine/bvh.h"
@@ -83,8 +84,8 @@ class Prepared {
   mutable Box box_;
   mutable Made<PositionIndex> positions_;
   mutable Made<TriangleIndex> triangles_;
-  mutable std::mutex mutex_;                             // guards what follows
-  mutable std::vector<std::shared_ptr<Framed>> frames_;  // the last one used first
+  mutable std::mutex mutex_;                                     // guards what follows
+  mutable std::array<std::shared_ptr<Framed>, kFrames> frames_;  // the last one used first; null: none yet
 };
 
 // As measure() of two meshes, with the same bits on one thread, whatever was made of them before.
