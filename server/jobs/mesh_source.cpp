@@ -13,9 +13,12 @@ Json hints_of(const MeshSource& source) {
   return {{"file_name", source.input.filename}, {"media_type", source.input.media_type}};
 }
 
-void set_hints(const Json& hints, MeshSource& source) {
-  source.input.filename = hints.value("file_name", "");
-  source.input.media_type = hints.value("media_type", "");
+// Whatever a database may hold, it must not keep the service from starting: what is no text is no hint.
+std::string text_in(const Json& hints, const char* part, const char* name) {
+  const auto at = Json::json_pointer(std::string("/") + part + "/" + name);
+  if (!hints.is_object() || !hints.contains(at)) return "";
+  const Json& text = hints[at];
+  return text.is_string() ? text.get<std::string>() : "";
 }
 
 }  // namespace
@@ -51,9 +54,10 @@ std::string hints_of(const MeshSource& a, const MeshSource& b) {
 
 void set_hints(const std::string& hints, MeshSource& a, MeshSource& b) {
   const Json json = Json::parse(hints, nullptr, false);
-  if (!json.is_object()) return;
-  set_hints(json.value("a", Json::object()), a);
-  set_hints(json.value("b", Json::object()), b);
+  for (MeshSource* source : {&a, &b}) {
+    source->input.filename = text_in(json, source->input.part.c_str(), "file_name");
+    source->input.media_type = text_in(json, source->input.part.c_str(), "media_type");
+  }
 }
 
 }  // namespace meshgauge::server
