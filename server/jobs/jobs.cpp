@@ -19,6 +19,7 @@ using std::chrono::seconds;
 using store::JobState;
 
 constexpr milliseconds kProgressInterval{100};
+constexpr std::uint64_t kWorthThreads = std::uint64_t{2} << 20;  // bytes of both files: some 20,000 triangles each
 constexpr seconds kRetryInterval{1};
 constexpr seconds kSweepInterval{30};
 constexpr seconds kCancelTime{1};
@@ -329,7 +330,8 @@ Result<api::Comparison> Jobs::measure(LiveJob& job) {
   }
   const auto start = LiveJob::Clock::now();
   Options& options = job.request.options;
-  const ThreadBudget::Loan loan = threads_.lend(options.threads);
+  const bool large = !job.request.threads_given && job.bytes >= kWorthThreads;
+  const ThreadBudget::Loan loan = threads_.lend(large ? static_cast<unsigned>(settings_.workers) : options.threads);
   options.threads = loan.threads();
   metrics_.job_started(ms_between(job.submitted, start) / 1000);
   auto result = compare_(job.a, job.b, options, read_limits(settings_), job.control);

@@ -13,12 +13,15 @@ Json hints_of(const MeshSource& source) {
   return {{"file_name", source.input.filename}, {"media_type", source.input.media_type}};
 }
 
-// Whatever a database may hold, it must not keep the service from starting: what is no text is no hint.
-std::string text_in(const Json& hints, const char* part, const char* name) {
-  const auto at = Json::json_pointer(std::string("/") + part + "/" + name);
-  if (!hints.is_object() || !hints.contains(at)) return "";
-  const Json& text = hints[at];
-  return text.is_string() ? text.get<std::string>() : "";
+// Of a store that others may have written to: what is not a text is no hint.
+std::string text_at(const Json& json, const char* part, const char* name) {
+  const Json::json_pointer pointer(std::string("/") + part + "/" + name);
+  return json.contains(pointer) && json[pointer].is_string() ? json[pointer].get<std::string>() : std::string();
+}
+
+void set_hints(const Json& json, MeshSource& source) {
+  source.input.filename = text_at(json, source.input.part.c_str(), "file_name");
+  source.input.media_type = text_at(json, source.input.part.c_str(), "media_type");
 }
 
 }  // namespace
@@ -54,10 +57,8 @@ std::string hints_of(const MeshSource& a, const MeshSource& b) {
 
 void set_hints(const std::string& hints, MeshSource& a, MeshSource& b) {
   const Json json = Json::parse(hints, nullptr, false);
-  for (MeshSource* source : {&a, &b}) {
-    source->input.filename = text_in(json, source->input.part.c_str(), "file_name");
-    source->input.media_type = text_in(json, source->input.part.c_str(), "media_type");
-  }
+  set_hints(json, a);
+  set_hints(json, b);
 }
 
 }  // namespace meshgauge::server
