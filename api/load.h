@@ -31,7 +31,7 @@ struct LoadedMesh {
   std::shared_ptr<const void> arrays;  // what `mesh` borrows from
 };
 
-// How a comparison gets a mesh. An Error is about the input, or has the code out_of_time when `control` said to stop.
+// How a comparison gets a mesh. An Error is about the input, or out_of_time when `control` said to stop, or internal.
 // Thread safe.
 using Load = std::function<Result<LoadedMesh>(const MeshInput& input, const ReadLimits& limits, Control& control)>;
 

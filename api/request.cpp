@@ -172,6 +172,7 @@ Result<Done> read_threads(const Json& value, const std::string& pointer, Reading
   auto number = read_number(value, kThreadsRange, pointer);
   if (!number) return number.error();
   reading.request.options.threads = static_cast<unsigned>(*number);
+  reading.request.threads_given = true;
   return Done{};
 }
 

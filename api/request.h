@@ -46,6 +46,7 @@ Result<Done> check_points(bool points_given, Strategy strategy, std::string_view
 
 struct Request {
   Options options;
+  bool threads_given = false;                 // else it is its caller's to say how many
   std::chrono::milliseconds timeout{30'000};  // of the whole job: waiting, reading, measuring
   std::string units;                          // the gate's label, echoed; no meaning here
 };

@@ -41,11 +41,8 @@ std::optional<Problem> read_idempotency_key(const Head& head, std::string& key) 
 // A problem document that is stored as text.
 void answer_stored(Exchange& exchange, const std::string& problem) {
   const auto json = nlohmann::json::parse(problem, nullptr, false);
-  if (json.is_discarded()) return answer(exchange, Problem{ProblemKind::internal, "the comparison failed", {}});
-  answer(exchange, Problem{ProblemKind::internal, "", {}});  // its headers
-  exchange.response.status = json.value("status", 500);
-  exchange.problem = json.value("type", "");
-  exchange.response.body = problem;
+  if (!json.is_object()) return answer(exchange, Problem{ProblemKind::internal, "the comparison failed", {}});
+  answer(exchange, {json.value("status", 500), json.value("type", ""), problem}, std::chrono::seconds(1));
 }
 
 }  // namespace
@@ -168,9 +165,12 @@ std::optional<Problem> Comparisons::open_mesh(const std::string& owner, const st
 void Comparisons::wait(Exchange& exchange, LiveJob& job, const Asked& asked) {
   std::optional<Clock::time_point> until;
   std::optional<Seat> seat;
-  if (asked.preferences.wait) {
-    seat.emplace(*this);
-    until = seat->taken() ? asked.since + *asked.preferences.wait : Clock::now();
+  const bool repeated = job.key.id != exchange.id;  // its Idempotency-Key: the place in the queue is the first one's
+  if (asked.preferences.wait || repeated) seat.emplace(*this);
+  if (asked.preferences.wait) until = seat->taken() ? asked.since + *asked.preferences.wait : Clock::now();
+  if (repeated && !until && !seat->taken()) {
+    return answer(exchange,
+                  Problem{ProblemKind::overloaded, "as many clients wait for comparisons of others as may", {}});
   }
   const auto tick = [&] {
     return until ? std::min(kTick, std::chrono::ceil<milliseconds>(*until - Clock::now())) : kTick;

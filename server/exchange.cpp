@@ -16,15 +16,19 @@ void add_missing(Response& response, const char* name, const char* value) {
 void answer(Exchange& exchange, const api::Problem& problem) { answer(exchange, problem, std::chrono::seconds(1)); }
 
 void answer(Exchange& exchange, const api::Problem& problem, std::chrono::milliseconds retry_after) {
+  answer(exchange, {problem.status(), problem.type(), to_json(problem)}, retry_after);
+}
+
+void answer(Exchange& exchange, ProblemDocument document, std::chrono::milliseconds retry_after) {
   Response& response = exchange.response;
-  response.status = problem.status();
+  response.status = document.status;
   response.content_type = "application/problem+json";
-  response.body = to_json(problem);
-  if (problem.status() == 503 || problem.status() == 429) {
+  response.body = std::move(document.json);
+  if (document.status == 503 || document.status == 429) {
     const auto seconds = std::clamp<std::int64_t>(std::chrono::ceil<std::chrono::seconds>(retry_after).count(), 1, 60);
     response.headers.emplace_back("Retry-After", std::to_string(seconds));
   }
-  exchange.problem = problem.type();
+  exchange.problem = std::move(document.type);
 }
 
 std::optional<api::Problem> refuse_query(const Exchange& exchange) {

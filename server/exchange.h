@@ -68,6 +68,14 @@ void answer(Exchange& exchange, const api::Problem& problem);
 // ... or in so long.
 void answer(Exchange& exchange, const api::Problem& problem, std::chrono::milliseconds retry_after);
 
+// A problem as it was written down before.
+struct ProblemDocument {
+  int status = 500;
+  std::string type;
+  std::string json;
+};
+void answer(Exchange& exchange, ProblemDocument document, std::chrono::milliseconds retry_after);
+
 // Refuses a query where none means anything: an option that is misspelt or misplaced must not pass unnoticed.
 std::optional<api::Problem> refuse_query(const Exchange& exchange);
 

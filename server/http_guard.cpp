@@ -179,7 +179,8 @@ bool HttpGuard::secure(Connection& connection) {
   const bool refusing = IoPool::role() == IoPool::Role::refuse;
   const auto idle_until = Clock::now() + (refusing ? kRefusalHandshake : ms(settings_.keep_alive_ms));
   char first = 0;
-  if (connection.first_byte(first, idle_until, [this] { return wanted_elsewhere(); }) != Io::ok) return false;
+  const auto give_up = [&] { return !refusing && wanted_elsewhere(); };
+  if (connection.first_byte(first, idle_until, give_up) != Io::ok) return false;
   if (first >= 'A' && first <= 'Z') {  // of a method
     respond(connection, Head{}, Problem{ProblemKind::malformed_request, "this port speaks TLS: use https", {}});
     connection.linger(kRefusalLinger);

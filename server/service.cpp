@@ -67,14 +67,21 @@ Compare comparing_by(sandbox::Pool& pool, MeshCache& cache) {
 
 enum class Signal { none, end, reload };
 
+// SIGHUP from the kernel: the terminal was closed. Who started the service by nohup wants it to outlive that.
+Signal meaning_of_hangup(const siginfo_t& info) {
+  if (info.si_code != SI_KERNEL) return Signal::reload;
+  struct sigaction started {};
+  ::sigaction(SIGHUP, nullptr, &started);
+  return started.sa_handler == SIG_IGN ? Signal::none : Signal::end;
+}
+
 Signal signalled_within(std::chrono::milliseconds time) {
   const sigset_t set = awaited_signals();
   const timespec wait{0, time.count() * 1'000'000};
   siginfo_t info{};
   const int signal = sigtimedwait(&set, &info, &wait);
   if (signal <= 0) return Signal::none;
-  return signal == SIGHUP && info.si_code != SI_KERNEL ? Signal::reload
-                                                       : Signal::end;  // the kernel's: a terminal closed
+  return signal == SIGHUP ? meaning_of_hangup(info) : Signal::end;
 }
 
 std::optional<Tls> tls_of(const Settings& settings) {

@@ -14,6 +14,7 @@ namespace {
 constexpr std::uint64_t kMostThreads = 4096;
 constexpr std::uint64_t kLeastSpareThreads = 2;  // so that health checks and refusals are always answered
 constexpr std::uint64_t kSpareThreads = 16;
+constexpr std::uint64_t kUsualThreads = 64;
 
 constexpr std::uint64_t kMostElements = std::uint64_t{1} << 32;  // an index has 32 bits
 constexpr std::uint64_t kMostParserMemory = std::uint64_t{1} << 46;
@@ -86,7 +87,7 @@ Result<Settings> checked(Settings s) {
   if (s.tls_certificate.empty() != s.tls_key.empty()) return refused("--tls-certificate and --tls-key need each other");
   if (const auto cors = Cors::parse(s.cors_origins); !cors) return cors.error();
   if (s.workers == 0) s.workers = std::max(1U, std::thread::hardware_concurrency());
-  if (s.io_threads == 0) s.io_threads = held_threads(s) + kSpareThreads;
+  if (s.io_threads == 0) s.io_threads = std::max(kUsualThreads, held_threads(s) + kSpareThreads);
   if (auto ok = check_threads(s); !ok) return ok.error();
   if (s.max_arriving_per_peer == 0) s.max_arriving_per_peer = s.io_threads / 2;  // io_threads are at least 3
   if (auto ok = check_times(s); !ok) return ok.error();

@@ -7,12 +7,17 @@
 
 #include <cerrno>
 
+#include "server/store/errors.h"
+
 namespace meshgauge::server {
 namespace {
 
 constexpr std::size_t kMaxInMemory = std::size_t{256} << 10;
 
-api::Problem not_stored() { return {api::ProblemKind::internal, "the upload could not be stored", {}}; }
+// Why is in errno.
+api::Problem not_stored() {
+  return api::to_problem(store::storage_error(errno, "the upload cannot be kept in the directory for uploads"));
+}
 
 bool write_all(int file, std::string_view bytes) {
   while (!bytes.empty()) {

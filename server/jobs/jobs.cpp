@@ -19,9 +19,11 @@ using std::chrono::seconds;
 using store::JobState;
 
 constexpr milliseconds kProgressInterval{100};
+constexpr std::uint64_t kWorthThreads = std::uint64_t{2} << 20;  // bytes of both files: some 20,000 triangles each
 constexpr seconds kRetryInterval{1};
 constexpr seconds kSweepInterval{30};
 constexpr seconds kCancelTime{1};
+constexpr seconds kTroubleInterval{10};
 constexpr seconds kUnusedBlobs{600};         // longer than any upload takes from its bytes to its row
 constexpr seconds kLease{365L * 24 * 3600};  // one process works on these stores: it is alive, or recover() knows
 
@@ -102,39 +104,55 @@ Result<Done> Jobs::recover() {
   return Done{};
 }
 
-// A job whose meshes are gone, or that this version does not understand, fails when it runs.
+// A job that this version does not understand fails when it runs.
 Result<Done> Jobs::revive(const store::Job& row) {
   MeshSource a{{"a", {}, "", "", -1}, nullptr, row.mesh_a, {}};
   MeshSource b{{"b", {}, "", "", -1}, nullptr, row.mesh_b, {}};
-  for (MeshSource* source : {&a, &b}) {
-    auto blob = stores_.blobs.open({row.key.owner, source->id});
-    if (!blob) return blob.error();
-    if (*blob) *source = source_of(source->input.part, std::move(**blob), source->id);
-  }
   set_hints(row.hints, a, b);
+  std::uint64_t own_bytes = row.cost;
+  for (MeshSource* source : {&a, &b}) {
+    if (auto done = recognise(row.key.owner, *source, own_bytes); !done) return done;
+  }
   auto request = api::parse_options(row.options, request_limits(settings_));
-  if (!request) a.holder = nullptr;
-  const auto job =
-      std::make_shared<LiveJob>(row, request ? std::move(*request) : api::Request{}, std::move(a), std::move(b), true);
+  const auto job = std::make_shared<LiveJob>(row, request ? limited(std::move(*request)) : api::Request{}, std::move(a),
+                                             std::move(b), true);
+  if (!request) job->defect = request.error();
+  job->own_bytes = own_bytes;
   job->counted.emplace(access_.adopt_job(job->key.owner));
   register_live(job);
   enqueue(job, scheduler_.admit_again());
   return Done{};
 }
 
+// A mesh that its owner stored as such counts there, and is worth keeping in memory.
+Result<Done> Jobs::recognise(const std::string& owner, MeshSource& source, std::uint64_t& own_bytes) {
+  const auto stored = stores_.meshes.get_mesh({owner, source.id});
+  if (!stored) return stored.error();
+  if (!*stored) return Done{};
+  own_bytes -= std::min(own_bytes, (*stored)->bytes);
+  source.kept = MeshCache::key(owner, source.id, source.input.filename, source.input.media_type);
+  return Done{};
+}
+
+// What the settings say of every comparison.
+api::Request Jobs::limited(api::Request request) const {
+  request.options.simd = settings_.simd;
+  std::size_t& memory_bytes = request.options.max_memory_bytes;
+  memory_bytes = std::min<std::size_t>(memory_bytes, settings_.max_heap_bytes);
+  return request;
+}
+
 Jobs::Submitted Jobs::submit(Scheduler::Slot slot, Submission submission) {
-  std::optional<StorageHold> held;
+  Storage storage;
   if (submission.durable) {
-    if (auto denial = keep_blobs(submission, held)) return *denial;
+    if (auto denial = keep_blobs(submission, storage)) return *denial;
   }
   auto row = row_of(submission, store::now(), seconds(settings_.result_ttl_s));
-  submission.request.options.simd = settings_.simd;
-  std::size_t& memory_bytes = submission.request.options.max_memory_bytes;
-  memory_bytes = std::min<std::size_t>(memory_bytes, settings_.max_heap_bytes);
-  const auto job = std::make_shared<LiveJob>(std::move(row), std::move(submission.request), std::move(submission.a),
-                                             std::move(submission.b), submission.durable);
+  const auto job = std::make_shared<LiveJob>(std::move(row), limited(std::move(submission.request)),
+                                             std::move(submission.a), std::move(submission.b), submission.durable);
   if (submission.counted) job->counted.emplace(std::move(*submission.counted));
-  if (held) job->held.emplace(std::move(*held));
+  if (storage.held) job->held.emplace(std::move(*storage.held));
+  job->own_bytes = storage.bytes;
   if (job->durable) return insert(job, std::move(slot));
   register_live(job);
   enqueue(job, std::move(slot));
@@ -142,24 +160,23 @@ Jobs::Submitted Jobs::submit(Scheduler::Slot slot, Submission submission) {
 }
 
 // So that they are there when the job runs, be it after a crash.
-std::optional<Denial> Jobs::keep_blobs(Submission& submission, std::optional<StorageHold>& held) {
+std::optional<Denial> Jobs::keep_blobs(Submission& submission, Storage& storage) {
   const std::string& owner = submission.key.owner;
   const auto meshes = stores_.meshes.stored_bytes(owner);
   if (!meshes) return Denial{api::to_problem(meshes.error()), {}};
-  std::uint64_t bytes = 0;
   for (const MeshSource* source : {&submission.a, &submission.b}) {
-    if (source->id.empty()) bytes += source->input.bytes.size();
+    if (source->id.empty()) storage.bytes += source->input.bytes.size();
   }
-  if (*meshes + bytes_of_jobs(owner) + bytes > settings_.max_stored_bytes) {
+  if (*meshes + bytes_of_jobs(owner) + storage.bytes > settings_.max_stored_bytes) {
     return Denial{{ProblemKind::quota_exceeded,
                    "stored meshes and those of waiting comparisons would be larger than the limit of " +
                        std::to_string(settings_.max_stored_bytes) + " bytes",
                    {}},
                   {}};
   }
-  auto hold = access_.hold_storage(owner, bytes, [&] { return *meshes; });
+  auto hold = access_.hold_storage(owner, storage.bytes, [&] { return *meshes; });
   if (auto* denial = std::get_if<Denial>(&hold)) return std::move(*denial);
-  held.emplace(std::get<StorageHold>(std::move(hold)));
+  storage.held.emplace(std::get<StorageHold>(std::move(hold)));
   for (MeshSource* source : {&submission.a, &submission.b}) {
     if (auto denial = keep_blob(owner, *source)) return denial;
   }
@@ -170,7 +187,7 @@ std::uint64_t Jobs::bytes_of_jobs(const std::string& owner) const {
   const std::lock_guard lock(mutex_);
   std::uint64_t bytes = 0;
   for (const auto& [id, job] : live_) {
-    if (job->durable && job->key.owner == owner) bytes += job->bytes;
+    if (job->key.owner == owner) bytes += job->own_bytes;
   }
   return bytes;
 }
@@ -194,6 +211,8 @@ Jobs::Submitted Jobs::insert(const std::shared_ptr<LiveJob>& job, Scheduler::Slo
   register_live(job);
   const auto inserted = stores_.jobs.insert(job->view().row);
   if (inserted && !inserted->existed) {
+    let_go_of_bytes(job->a);
+    let_go_of_bytes(job->b);
     enqueue(job, std::move(slot));
     return job;
   }
@@ -244,6 +263,10 @@ void Jobs::enqueue(const std::shared_ptr<LiveJob>& job, Scheduler::Slot slot) {
 void Jobs::run(const std::shared_ptr<LiveJob>& job, Scheduler::Slot slot) {
   if (job->durable) {
     const Begun begun = begin(*job);
+    if (begun != Begun::yes) {
+      let_go_of_bytes(job->a);
+      let_go_of_bytes(job->b);
+    }
     if (begun == Begun::later) return park({job, std::move(slot), std::nullopt});
     if (begun == Begun::not_ours) return leave_to_its_end(*job);
   } else {
@@ -253,15 +276,21 @@ void Jobs::run(const std::shared_ptr<LiveJob>& job, Scheduler::Slot slot) {
   result ? metrics_.job_ended(*result)
          : metrics_.job_failed(api::to_problem(result.error()).type(), job->request.options.strategy);
   JobView last = concluded(*job, result);
-  job->a.holder = job->b.holder = nullptr;
+  let_go_of_bytes(job->a);
+  let_go_of_bytes(job->b);
   job->counted.reset();
+  job->held.reset();
   { const Scheduler::Slot done = std::move(slot); }
-  conclude({job, std::nullopt, std::move(last)});
+  conclude({job, std::nullopt, std::move(last), stopped_by_cancel(result)});
 }
 
-// queued -> running in the store.
+// queued -> running in the store. The time of a job that nobody need wait for begins here: it may have been in the
+// queue for long, or the store out of order.
 Jobs::Begun Jobs::begin(LiveJob& job) {
   if (stopping_.load()) return Begun::not_ours;
+  const auto opened = open_blobs(job);
+  note(opened);
+  if (!opened) return Begun::later;
   const auto now = store::now();
   auto claimed = stores_.jobs.claim(job.key, worker_, now, now + kLease);
   note(claimed);
@@ -269,7 +298,19 @@ Jobs::Begun Jobs::begin(LiveJob& job) {
   if (!*claimed) return Begun::not_ours;
   job.token = (*claimed)->token;
   job.started((*claimed)->job.tries, now);
+  job.control.set_deadline(LiveJob::Clock::now() + job.request.timeout);
   return Begun::yes;
+}
+
+// While a durable job waits it holds neither memory nor descriptors: its bytes are in the store. What is not there any
+// more is left without a holder.
+Result<Done> Jobs::open_blobs(LiveJob& job) {
+  for (MeshSource* source : {&job.a, &job.b}) {
+    auto blob = stores_.blobs.open({job.key.owner, source->id});
+    if (!blob) return blob.error();
+    if (*blob) hold_bytes(*source, std::move(**blob));
+  }
+  return Done{};
 }
 
 // The job's edge: whatever is thrown ends here.
@@ -283,12 +324,14 @@ Result<api::Comparison> Jobs::measured(LiveJob& job) {
 }
 
 Result<api::Comparison> Jobs::measure(LiveJob& job) {
+  if (job.defect) return *job.defect;
   if (!job.a.holder || !job.b.holder) {
     return Error{ErrorCode::internal, "what this comparison needs was removed before it could run", "", ""};
   }
   const auto start = LiveJob::Clock::now();
   Options& options = job.request.options;
-  const ThreadBudget::Loan loan = threads_.lend(options.threads);
+  const bool large = !job.request.threads_given && job.bytes >= kWorthThreads;
+  const ThreadBudget::Loan loan = threads_.lend(large ? static_cast<unsigned>(settings_.workers) : options.threads);
   options.threads = loan.threads();
   metrics_.job_started(ms_between(job.submitted, start) / 1000);
   auto result = compare_(job.a, job.b, options, read_limits(settings_), job.control);
@@ -314,7 +357,8 @@ JobView Jobs::concluded(const LiveJob& job, const Result<api::Comparison>& resul
     last.stages.assign(stages.begin(), stages.end());
     last.triangles = MeshSizes{result->a.triangles, result->b.triangles};
   } else {
-    const Problem problem = api::to_problem(result.error());
+    Problem problem = api::to_problem(result.error());
+    if (stopping_.load() && stopped_by_cancel(result)) problem.kind = ProblemKind::shutting_down;
     last.row.state = cancelled ? JobState::cancelled : JobState::failed;
     last.row.problem = to_json(problem);
   }
@@ -325,7 +369,7 @@ JobView Jobs::concluded(const LiveJob& job, const Result<api::Comparison>& resul
 void Jobs::conclude(Parked ended) {
   LiveJob& job = *ended.job;
   const store::Job& row = ended.last->row;
-  const bool interrupted = stopping_.load() && job.control.check() == Interruption::cancelled && !row.cancel_requested;
+  const bool interrupted = stopping_.load() && ended.cut_short && !row.cancel_requested;
   if (job.durable && interrupted) {
     if (row.progress) note(stores_.jobs.heartbeat(*job.token, store::now() + kLease, *row.progress));
     note(stores_.jobs.hand_back(*job.token, "", {store::now(), *row.expires}));
@@ -344,11 +388,19 @@ void Jobs::conclude(Parked ended) {
   job.ended(std::move(*ended.last));
 }
 
-// A failure of the store is counted and told, whatever becomes of it.
+// A failure of the store is counted and told, whatever becomes of it; the same one not again and again.
 void Jobs::note(const auto& result) {
   if (result) return;
   metrics_.store_failed(failure_of(result.error().code));
-  log_event("store", result.error().message);
+  const std::string& message = result.error().message;
+  {
+    const auto now = LiveJob::Clock::now();
+    const std::lock_guard lock(mutex_);
+    if (message == trouble_ && now - trouble_told_ < kTroubleInterval) return;
+    trouble_ = message;
+    trouble_told_ = now;
+  }
+  log_event("store", message);
 }
 
 // This process will not run it: the next one finds it in the store.
@@ -369,7 +421,8 @@ void Jobs::leave_to_its_end(LiveJob& job) {
 
 void Jobs::park(Parked parked) {
   if (stopping_.load()) return drop(*parked.job);
-  if (!std::exchange(parked.told, true)) log_event("store", "job " + parked.job->key.id + " waits for the store");
+  if (!std::exchange(parked.job->has_waited, true))
+    log_event("store", "job " + parked.job->key.id + " waits for the store");
   const std::lock_guard lock(mutex_);
   parked_.push_back(std::move(parked));
 }
@@ -394,7 +447,10 @@ Result<Jobs::Deleted> Jobs::remove(const store::JobKey& key) {
     const auto state = stores_.jobs.request_cancel(key, {now, now + seconds(settings_.result_ttl_s)});
     if (!state) return state.error();
     if (!*state) return Deleted::unknown;
-    if (job && **state == JobState::cancelled) leave_to_its_end(*job);
+    if (job && **state == JobState::cancelled) {
+      leave_to_its_end(*job);
+      scheduler_.withdraw(job->control);
+    }
   }
   if (job) {
     job->cancel();
@@ -404,7 +460,7 @@ Result<Jobs::Deleted> Jobs::remove(const store::JobKey& key) {
 }
 
 void Jobs::maintain() {
-  auto next_sweep = LiveJob::Clock::now() + kSweepInterval;
+  auto next_sweep = LiveJob::Clock::now();  // soon: a service that is killed again and again is to sweep as well
   std::unique_lock lock(mutex_);
   while (!wake_.wait_for(lock, kRetryInterval, [&] { return ending_; })) {
     lock.unlock();
@@ -418,6 +474,15 @@ void Jobs::maintain() {
 }
 
 void Jobs::retry_parked() {
+  {
+    const std::lock_guard lock(mutex_);
+    if (parked_.empty()) return;
+  }
+  if (!stopping_.load()) {  // else they are dropped, whatever the store says
+    const auto written = stores_.jobs.check();
+    note(written);
+    if (!written) return;
+  }
   std::vector<Parked> parked;
   {
     const std::lock_guard lock(mutex_);

@@ -94,12 +94,19 @@ class Jobs {
     std::shared_ptr<LiveJob> job;
     std::optional<Scheduler::Slot> slot;
     std::optional<JobView> last;
-    bool told = false;  // the log knows
+    bool cut_short = false;  // it was cancelled, by whomever
+  };
+  // What a job's own blobs are allowed and take.
+  struct Storage {
+    std::optional<StorageHold> held;
+    std::uint64_t bytes = 0;
   };
   enum class Begun { yes, not_ours, later };
 
   Result<Done> revive(const store::Job& row);
-  std::optional<Denial> keep_blobs(Submission& submission, std::optional<StorageHold>& held);
+  Result<Done> recognise(const std::string& owner, MeshSource& source, std::uint64_t& own_bytes);
+  api::Request limited(api::Request request) const;
+  std::optional<Denial> keep_blobs(Submission& submission, Storage& storage);
   std::uint64_t bytes_of_jobs(const std::string& owner) const;
   std::optional<Denial> keep_blob(const std::string& owner, MeshSource& source);
   Submitted insert(const std::shared_ptr<LiveJob>& job, Scheduler::Slot slot);
@@ -107,6 +114,7 @@ class Jobs {
 
   void run(const std::shared_ptr<LiveJob>& job, Scheduler::Slot slot);
   Begun begin(LiveJob& job);
+  Result<Done> open_blobs(LiveJob& job);
   Result<api::Comparison> measured(LiveJob& job);
   Result<api::Comparison> measure(LiveJob& job);
   JobView concluded(const LiveJob& job, const Result<api::Comparison>& result) const;
@@ -134,6 +142,8 @@ class Jobs {
   mutable std::mutex mutex_;                              // guards what follows, but the scheduler
   std::map<std::string, std::shared_ptr<LiveJob>> live_;  // by id
   std::vector<Parked> parked_;                            // what the store could not be told yet
+  std::string trouble_;                                   // that the store had last
+  LiveJob::Clock::time_point trouble_told_;
   std::condition_variable wake_;
   bool ending_ = false;
   std::thread maintenance_;

@@ -26,8 +26,22 @@ MeshSource source_of(const std::string& part, MeshPart mesh) {
 }
 
 MeshSource source_of(const std::string& part, store::Blob blob, const std::string& id) {
+  MeshSource source{{part, {}, "", "", -1}, nullptr, id, {}};
+  hold_bytes(source, std::move(blob));
+  return source;
+}
+
+void hold_bytes(MeshSource& source, store::Blob blob) {
   const auto held = std::make_shared<const store::Blob>(std::move(blob));
-  return {{part, held->bytes(), "", "", held->file()}, held, id, {}};
+  source.input.bytes = held->bytes();
+  source.input.file = held->file();
+  source.holder = held;
+}
+
+void let_go_of_bytes(MeshSource& source) {
+  source.input.bytes = {};
+  source.input.file = -1;
+  source.holder = nullptr;
 }
 
 std::string hints_of(const MeshSource& a, const MeshSource& b) {

@@ -22,6 +22,10 @@ struct MeshSource {
 MeshSource source_of(const std::string& part, MeshPart mesh);
 MeshSource source_of(const std::string& part, store::Blob blob, const std::string& id);
 
+// The same source, with and without its bytes at hand.
+void hold_bytes(MeshSource& source, store::Blob blob);
+void let_go_of_bytes(MeshSource& source);
+
 // What is known of two sources beside their bytes, as JSON for the store's `hints`, and back.
 std::string hints_of(const MeshSource& a, const MeshSource& b);
 void set_hints(const std::string& hints, MeshSource& a, MeshSource& b);

@@ -67,6 +67,16 @@ void Scheduler::submit(Slot slot, Task task) {
   ready_.notify_one();
 }
 
+bool Scheduler::withdraw(const Control& control) {
+  std::list<Entry> withdrawn;  // goes after the lock does, as its slot asks for it
+  const std::lock_guard lock(mutex_);
+  const auto found = std::find_if(waiting_.begin(), waiting_.end(),
+                                  [&](const Entry& entry) { return entry.task.control.get() == &control; });
+  if (found == waiting_.end()) return false;
+  withdrawn.splice(withdrawn.end(), waiting_, found);
+  return true;
+}
+
 void Scheduler::cancel_all() {
   const std::lock_guard lock(mutex_);
   cancelled_ = true;

@@ -73,10 +73,11 @@ class Scheduler {
   Scheduler(const Scheduler&) = delete;
   Scheduler& operator=(const Scheduler&) = delete;
 
-  std::optional<Slot> admit(Kind kind);  // nullopt: all are taken
-  Slot admit_again();                    // for a durable job that was let in before a restart: there is always a slot
-  void submit(Slot slot, Task task);     // never blocks
-  void cancel_all();                     // what runs, waits or is still to be submitted
+  std::optional<Slot> admit(Kind kind);   // nullopt: all are taken
+  Slot admit_again();                     // for a durable job that was let in before a restart: there is always a slot
+  void submit(Slot slot, Task task);      // never blocks
+  bool withdraw(const Control& control);  // of a task that waits: it will not run. false: it does not wait
+  void cancel_all();                      // what runs, waits or is still to be submitted
   void end();  // runs what was submitted, then ends the workers; nothing may be submitted then
 
   Figures figures() const;

@@ -74,6 +74,8 @@ std::string status_class(int status) { return std::to_string(status / 100) + "xx
 }  // namespace
 
 struct Metrics::Series {
+  using RequestView = std::tuple<std::string_view, std::string_view, int>;
+
   // Of one route, method and status: looked up once, then only counted.
   struct Request {
     Counter* count;
@@ -81,7 +83,17 @@ struct Metrics::Series {
     Counter* bytes_in;
     Counter* bytes_out;
   };
-  using RequestKey = std::tuple<std::string, std::string, int>;
+  struct RequestKey {
+    std::string route;
+    std::string method;
+    int status;
+  };
+  struct Less {
+    using is_transparent = void;
+    static RequestView view(const RequestKey& key) { return {key.route, key.method, key.status}; }
+    static RequestView view(const RequestView& key) { return key; }
+    bool operator()(const auto& a, const auto& b) const { return view(a) < view(b); }
+  };
 
   Request& request(std::string_view route, std::string_view method, int status);
   Counter& job(const char* state, std::string_view status, Strategy strategy);
@@ -111,12 +123,12 @@ struct Metrics::Series {
   Readings readings;
 
   std::mutex mutex;  // guards what follows
-  std::map<RequestKey, Request, std::less<>> known_requests;
+  std::map<RequestKey, Request, Less> known_requests;
 };
 
 Metrics::Series::Request& Metrics::Series::request(std::string_view route, std::string_view method, int status) {
   const std::lock_guard lock(mutex);
-  const auto found = known_requests.find(std::tuple(route, method, status));
+  const auto found = known_requests.find(RequestView(route, method, status));
   if (found != known_requests.end()) return found->second;
   const std::string r(route), m(method);
   const Request made{

@@ -2,6 +2,7 @@
 // syncs a few hundred times a second; so many transactions there are, however many writes wait.
 #pragma once
 
+#include <chrono>
 #include <condition_variable>
 #include <deque>
 #include <functional>
@@ -45,6 +46,7 @@ class Writer {
 
   std::optional<Error> submit(std::function<void(Connection&)> work);
   void loop();
+  void gather(std::unique_lock<std::mutex>& lock);
   void run(std::span<Task> tasks);
   std::optional<Error> commit(std::span<Task> tasks);
   bool run_one(Task& task);
@@ -55,6 +57,8 @@ class Writer {
   std::condition_variable ready_;
   std::deque<Task> waiting_;
   bool ending_ = false;
+  std::size_t last_tasks_ = 0;                           // the writer's thread alone: of its newest transaction
+  std::chrono::steady_clock::duration last_duration_{};  // likewise
   std::thread thread_;
 };
 

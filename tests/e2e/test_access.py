@@ -1,6 +1,8 @@
 """Bearer keys, their limits and their reload; what a browser is told; who may be served without keys."""
 
 import json
+import os
+import pty
 import signal
 import subprocess
 import tempfile
@@ -182,6 +184,40 @@ class Openness(unittest.TestCase):
         until(lambda: any('"reload"' in line for line in list(server.log)))
         self.assertEqual(server.compare().status, 200)
         self.assertEqual(server.stop(), 0)
+
+
+class Terminal(unittest.TestCase):
+    def start(self, ignore):
+        """The service as the only program on a terminal; gives its process id and the terminal's other end."""
+        child, terminal = pty.fork()
+        if child == 0:
+            if ignore:
+                signal.signal(signal.SIGHUP, signal.SIG_IGN)
+            os.execve(BINARY, [BINARY, "serve", "--port", "0"], ENVIRONMENT)
+        self.addCleanup(lambda: [os.kill(child, signal.SIGKILL), os.waitpid(child, 0)] if not self.ended else None)
+        self.ended = False
+        line = b""
+        while not line.endswith(b"\n"):
+            line += os.read(terminal, 4096)
+        return child, terminal, int(json.loads(line)["detail"].rsplit(":", 1)[1])
+
+    def end(self, child):
+        code = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+        self.ended = True
+        return code
+
+    def test_a_closed_terminal_ends_the_service(self):
+        child, terminal, _ = self.start(ignore=False)
+        os.close(terminal)
+        self.assertEqual(self.end(child), 0)
+
+    def test_but_not_when_it_was_started_by_nohup(self):
+        child, terminal, port = self.start(ignore=True)
+        os.close(terminal)
+        time.sleep(0.5)
+        self.assertEqual(subprocess.run([BINARY, "health", "--port", str(port)], env=ENVIRONMENT).returncode, 0)
+        os.kill(child, signal.SIGTERM)
+        self.assertEqual(self.end(child), 0)
 
 
 class Browsers(unittest.TestCase):

@@ -42,7 +42,7 @@ class Metrics(unittest.TestCase):
 
     def test_how_things_stand(self):
         self.assertEqual(self.value("meshgauge_workers"), 3)
-        self.assertEqual(self.value("meshgauge_queue_limit"), 7)
+        self.assertEqual(self.value("meshgauge_queue_limit"), 7 + 1000)  # --queue, and --max-queued-jobs as it is
         self.assertEqual(self.value("meshgauge_upload_bytes"), 0)
         self.assertGreaterEqual(self.value("meshgauge_connections"), 1)  # this one
         body = comparison()

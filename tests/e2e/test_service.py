@@ -152,7 +152,7 @@ class Crowd(unittest.TestCase):
         self.assertEqual(server.compare().status, 200)
 
     def test_more_connections_than_threads(self):
-        server = Server("--queue", "1", "--workers", "1", "--io-threads", "4", "--max-pending-connections", "2",
+        server = Server("--queue", "1", "--workers", "1", "--io-threads", "4", "--max-event-streams", "0", "--max-pending-connections", "2",
                         "--head-timeout-ms", "60000", "--max-arriving-per-peer", "4")
         self.addCleanup(server.stop)
         idle = [server.connect() for _ in range(30)]
@@ -173,7 +173,7 @@ class Crowd(unittest.TestCase):
         until(lambda: server.get("/healthz").status == 200)
 
     def test_an_idle_connection_gives_way(self):
-        server = Server("--queue", "1", "--workers", "1", "--io-threads", "4", "--keep-alive-ms", "600000")
+        server = Server("--queue", "1", "--workers", "1", "--io-threads", "4", "--max-event-streams", "0", "--keep-alive-ms", "600000")
         self.addCleanup(server.stop)
         idle = [server.connect() for _ in range(4)]
         for connection in idle:

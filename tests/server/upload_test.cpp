@@ -58,7 +58,7 @@ TEST_CASE("upload: a directory that takes no files is told") {
   CHECK(!upload.append("small"));
   const auto refusal = upload.append(std::string(1 << 20, 'x'));
   REQUIRE(refusal.has_value());
-  CHECK(refusal->kind == api::ProblemKind::internal);
+  CHECK(refusal->kind == api::ProblemKind::storage_unavailable);
   CHECK(server::open_unnamed_file("/nonexistent") < 0);
 }
 

@@ -75,6 +75,9 @@ class Endless {
  public:
   explicit Endless(Sandbox& sandbox)
       : reading_(std::async(std::launch::async, [this, &sandbox] { return sandbox.read("loop", control_); })) {}
+  Endless(const Endless&) = delete;
+  Endless& operator=(const Endless&) = delete;
+  ~Endless() { control_.cancel(); }  // a test that fails half-way must not wait for it
   Result<api::LoadedMesh> result() { return reading_.get(); }
   Control& control() { return control_; }
 

@@ -3,7 +3,6 @@
 #include <fcntl.h>
 #include <unistd.h>
 
-#include <atomic>
 #include <thread>
 
 #include "implementations.h"
@@ -135,35 +134,6 @@ TEST_CASE_TEMPLATE("blobs: the unused are removed, not the young", Stores, EVERY
   CHECK(got(stores.blobs().remove_unused({}, 1s)) == 1);
   CHECK(got(stores.blobs().exists(used)));
   CHECK_FALSE(got(stores.blobs().exists(unused)));
-}
-
-// The order that job_store.h and blob_store.h promise to be safe: put or renew, then refer, while sweeps look at what
-// is referred to and remove the rest.
-TEST_CASE_TEMPLATE("blobs: no sweep takes what is being put", Stores, EVERY_IMPLEMENTATION) {
-  Stores stores;
-  std::atomic<bool> ending{false};
-  std::atomic<int> lost{0};
-  std::thread sweeper([&] {
-    while (!ending.load()) {
-      const Result<std::vector<BlobKey>> used = stores.jobs().used_blobs();
-      if (used && !stores.blobs().remove_unused(*used, 1s)) lost.fetch_add(1);
-    }
-  });
-  std::vector<std::thread> putters;
-  for (int thread = 0; thread < 3; ++thread) {
-    putters.emplace_back([&] {
-      for (int i = 0; i < 40; ++i) {
-        const std::string text = "shared " + std::to_string(i % 4);
-        const BlobKey key = key_of("ann", text);
-        const Result<BlobPut> put = stores.blobs().put(key, bytes_of(text));
-        if (!put || *put == BlobPut::other_digest || !stores.blobs().exists(key).value()) lost.fetch_add(1);
-      }
-    });
-  }
-  for (std::thread& putter : putters) putter.join();
-  ending = true;
-  sweeper.join();
-  CHECK(lost.load() == 0);
 }
 
 TEST_CASE_TEMPLATE("blobs: there is room", Stores, EVERY_IMPLEMENTATION) {

@@ -19,6 +19,11 @@ fs::perms mode_of(const fs::path& path) { return fs::status(path).permissions();
 
 void write(const std::string& path, const std::string& content) { std::ofstream(path, std::ios::binary) << content; }
 
+std::string path_of(const EmbeddedForTests& stores, const BlobKey& key) {
+  const std::string owner = api::sha256_hex(bytes_of(key.owner));
+  return stores.folder() / ("data/blobs/" + owner + "/" + key.id.substr(0, 2) + "/" + key.id);
+}
+
 std::string refusal_of(const std::string& folder) {
   const Result<std::unique_ptr<EmbeddedStores>> stores = EmbeddedStores::open({folder});
   REQUIRE_FALSE(stores.ok());
@@ -52,9 +57,7 @@ TEST_CASE("embedded: everything is its owner's alone") {
 TEST_CASE("embedded: no name of an owner is in a path") {
   EmbeddedForTests stores;
   got(stores.blobs().put(key_of("../ann", "x"), bytes_of("x")));
-  const std::string id = key_of("", "x").id;
-  const std::string owner = api::sha256_hex(bytes_of("../ann"));
-  CHECK(fs::exists(stores.folder() / ("data/blobs/" + owner + "/" + id.substr(0, 2) + "/" + id)));
+  CHECK(fs::exists(path_of(stores, key_of("../ann", "x"))));
 }
 
 TEST_CASE("embedded: a folder is one process's, until that ends") {
@@ -103,6 +106,28 @@ TEST_CASE("embedded: a blob that was cut short is replaced when it comes again")
       3);
   CHECK(got(stores.blobs().put(key, bytes_of("content"))) == BlobPut::created);
   CHECK(text_of(*got(stores.blobs().open(key))) == "content");
+}
+
+TEST_CASE("embedded: a blob that is put again while it is removed for its age is there afterwards") {
+  EmbeddedForTests stores;
+  const std::string text(200'000, 'x');
+  const BlobKey key = key_of("ann", text);
+  const std::string path = path_of(stores, key);
+  int removed = 0;
+  for (int i = 0; i < 100; ++i) {
+    got(stores.blobs().put(key, bytes_of(text)));
+    fs::last_write_time(path, fs::file_time_type::clock::now() - std::chrono::hours(2));
+    std::thread sweeper([&] {
+      const Result<std::uint64_t> swept = stores.blobs().remove_unused({}, std::chrono::hours(1));
+      removed += swept ? static_cast<int>(*swept) : 0;
+    });
+    if (i % 3 != 0) std::this_thread::sleep_for(std::chrono::microseconds(10 * i));
+    const Result<BlobPut> put = stores.blobs().put(key, bytes_of(text));
+    sweeper.join();
+    CHECK(put.ok());
+    CHECK(got(stores.blobs().exists(key)));
+  }
+  MESSAGE("removed before it was put again: " << removed << " of 100");
 }
 
 TEST_CASE("embedded: a damaged database is refused by name") {

@@ -1,0 +1,84 @@
+"""What the service has promised to its clients, and whether it keeps it."""
+
+import json
+import threading
+
+ENDED = ("done", "failed", "cancelled")
+
+
+class Job:
+    def __init__(self, distance):
+        self.distance = distance    # the true one
+        self.state = "accepted"     # or "removing": its DELETE may have counted; "forgotten": it did
+        self.document = None        # once it had ended
+
+
+class Ledger:
+    def __init__(self):
+        self.lock = threading.Lock()
+        self.jobs = {}       # by id
+        self.keys = {}       # Idempotency-Key to id
+        self.meshes = {}     # id to "stored", "removing" or "deleted"
+        self.violations = []
+        self.counts = {}
+
+    def count(self, what, number=1):
+        with self.lock:
+            self.counts[what] = self.counts.get(what, 0) + number
+
+    def violated(self, text):
+        with self.lock:
+            self.violations.append(text)
+
+    def accepted(self, identity, distance, key=None):
+        with self.lock:
+            if key and self.keys.setdefault(key, identity) != identity:
+                self.violations.append("the Idempotency-Key %s became %s and %s" % (key, self.keys[key], identity))
+            if identity in self.jobs and self.jobs[identity].distance != distance:
+                self.violations.append("two jobs have the id " + identity)
+            return self.jobs.setdefault(identity, Job(distance))
+
+    def check_answer(self, identity, job, answer):
+        """GET of a job: whether it is known, whole, right, and the same as before."""
+        if answer.status == 404:
+            if job.state == "accepted":
+                self.violated("lost: the job " + identity)
+            return
+        if answer.status != 200:
+            return self.violated("%d for the job %s: %s" % (answer.status, identity, answer.body[:200]))
+        if job.state == "forgotten":
+            return self.violated("back again: the job " + identity)
+        try:
+            document = json.loads(answer.body)
+        except ValueError:
+            return self.violated("half a document: the job %s: %s" % (identity, answer.body[:200]))
+        if document["state"] in ENDED:
+            self._check_end(identity, job, document)
+        elif job.document:
+            self.violated("the end of the job %s was taken back: %s" % (identity, document["state"]))
+
+    def _check_end(self, identity, job, document):
+        if job.document is None:
+            job.document = document
+            self.count(document["state"])
+            self.check_result(identity, job.distance, document)
+            if document["state"] != "done" and not (document["state"] == "cancelled" and job.state == "removing"):
+                self.violated("the job %s ended as %s: %s" % (identity, document["state"], document["problem"]))
+        elif job.document != document:
+            self.violated("the job %s has two ends: %s and %s" % (identity, job.document, document))
+
+    def check_result(self, identity, distance, document):
+        result = document["result"]
+        if result is None:
+            if document["state"] == "done":
+                self.violated("the job %s is done without a result" % identity)
+            return
+        if result["id"] != identity:
+            self.violated("the job %s has the result of %s" % (identity, result["id"]))
+        self.check_interval(result, distance)
+
+    def check_interval(self, result, distance):
+        lower, upper = result["distance"]["lower"], result["distance"]["upper"]
+        self.count("intervals")
+        if not (lower <= distance <= (upper if upper is not None else float("inf"))):
+            self.violated("[%r, %r] does not hold %r" % (lower, upper, distance))

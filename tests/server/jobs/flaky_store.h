@@ -1,0 +1,80 @@
+// A JobStore before another one, that fails as a disk does when a test says so.
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "server/store/job_store.h"
+
+namespace meshgauge::server::store {
+
+class FlakyStore final : public JobStore {
+ public:
+  explicit FlakyStore(JobStore& behind) : behind_(behind) {}
+
+  // As a full disk: whatever writes fails, whatever reads does not.
+  std::atomic<bool> full{false};
+  std::atomic<int> refused{0};
+  std::atomic<int> unfinished{0};  // of those, results that could not be stored
+
+  Result<Inserted> insert(const NewJob& job) override {
+    return written([&] { return behind_.insert(job); });
+  }
+  Result<std::optional<Claimed>> claim(const JobKey& key, const std::string& worker, TimePoint now,
+                                       TimePoint lease_until) override {
+    return written([&] { return behind_.claim(key, worker, now, lease_until); });
+  }
+  Result<std::optional<Claimed>> claim_next(const std::string& worker, TimePoint now, TimePoint lease_until) override {
+    return written([&] { return behind_.claim_next(worker, now, lease_until); });
+  }
+  Result<Heartbeat> heartbeat(const Token& token, TimePoint lease_until, const Progress& progress) override {
+    return written([&] { return behind_.heartbeat(token, lease_until, progress); });
+  }
+  Result<bool> finish(const Token& token, const Ending& ending) override {
+    unfinished += full.load();
+    return written([&] { return behind_.finish(token, ending); });
+  }
+  Result<std::optional<JobState>> hand_back(const Token& token, const std::string& last_error, Moment moment) override {
+    return written([&] { return behind_.hand_back(token, last_error, moment); });
+  }
+  Result<std::optional<JobState>> request_cancel(const JobKey& key, Moment moment) override {
+    return written([&] { return behind_.request_cancel(key, moment); });
+  }
+  void record(Job ended) override { behind_.record(std::move(ended)); }
+  Result<Done> flush() override {
+    return written([&] { return behind_.flush(); });
+  }
+  Result<std::optional<Job>> get(const JobKey& key) override { return behind_.get(key); }
+  Result<std::optional<Job>> find_idempotent(const std::string& owner, const std::string& key) override {
+    return behind_.find_idempotent(owner, key);
+  }
+  Result<bool> forget(const JobKey& key) override {
+    return written([&] { return behind_.forget(key); });
+  }
+  Result<std::vector<Job>> recover(const std::optional<std::string>& dead_workers, const std::string& why,
+                                   Moment moment) override {
+    return written([&] { return behind_.recover(dead_workers, why, moment); });
+  }
+  Result<Counts> counts() override { return behind_.counts(); }
+  Result<std::vector<BlobKey>> used_blobs() override { return behind_.used_blobs(); }
+  Result<SweptJobs> sweep_jobs(Moment moment, std::uint64_t max_kept) override {
+    return written([&] { return behind_.sweep_jobs(moment, max_kept); });
+  }
+  Result<Done> check() override {
+    return written([&] { return behind_.check(); });
+  }
+
+ private:
+  template <class Write>
+  auto written(Write write) -> decltype(write()) {
+    if (!full) return write();
+    ++refused;
+    return Error{ErrorCode::storage_full, "a full disk, says the test", "", ""};
+  }
+
+  JobStore& behind_;
+};
+
+}  // namespace meshgauge::server::store

@@ -1,0 +1,351 @@
+#include "server/jobs/jobs.h"
+
+#include <future>
+#include <nlohmann/json.hpp>
+
+#include "bench_of_jobs.h"
+
+using namespace meshgauge;
+using namespace meshgauge::server;
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+using store::got;
+using store::JobState;
+
+namespace {
+
+constexpr seconds kLong{60};
+
+api::ProblemKind refusal_of(const Jobs::Submitted& submitted) {
+  REQUIRE(std::holds_alternative<Denial>(submitted));
+  return std::get<Denial>(submitted).problem.kind;
+}
+
+}  // namespace
+
+TEST_CASE("jobs: one that is awaited is known while it runs and after its end") {
+  Kept kept;
+  Stand stand;
+  Bench bench(kept, stand.compare());
+  const auto job = begun(submit(bench.jobs, submission("a", false)));
+  REQUIRE(eventually([&] { return stand.running == 1; }));
+  CHECK(got(bench.jobs.get(job->key))->row.state == JobState::running);
+  CHECK_FALSE(got(bench.jobs.get({"somebody else", job->key.id})).has_value());
+  stand.released = true;
+  REQUIRE(job->wait_for_end(kLong));
+  CHECK(job->view().row.state == JobState::done);
+  CHECK(got(bench.jobs.get(job->key))->row.document == job->view().row.document);
+  CHECK(eventually([&] { return bench.jobs.figures().awaited_slots == 0; }));
+}
+
+TEST_CASE("jobs: a durable one waits in the store alone, and its bytes are there when it runs") {
+  Kept kept;
+  Stand stand;
+  Bench bench(kept, stand.compare());
+  const auto first = begun(submit(bench.jobs, submission("first", true)));
+  REQUIRE(eventually([&] { return stand.running == 1; }));
+  Submission second = submission("second", true);
+  const std::weak_ptr<const void> bytes = second.a.holder;
+  const auto waiting = begun(submit(bench.jobs, std::move(second)));
+  CHECK(bytes.expired());
+  CHECK(row_of(kept, waiting->key).state == JobState::queued);
+  stand.released = true;
+  REQUIRE(waiting->wait_for_end(kLong));
+  const auto result = nlohmann::json::parse(row_of(kept, waiting->key).document);
+  CHECK(result["meshes"]["a"]["bytes"] == std::string("second").size());
+  CHECK(stand.order == std::vector<std::string>{"first.obj", "second.obj"});
+}
+
+TEST_CASE("jobs: the time of a durable one begins with it, of an awaited one with its submission") {
+  Kept kept;
+  Stand stand;
+  Bench bench(kept, stand.compare());
+  const auto first = begun(submit(bench.jobs, submission("first", true)));
+  REQUIRE(eventually([&] { return stand.running == 1; }));
+  const auto durable = begun(submit(bench.jobs, submission("durable", true)));
+  const auto awaited = begun(submit(bench.jobs, submission("awaited", false)));
+  std::this_thread::sleep_for(milliseconds(5));
+  const auto released = Control::Clock::now();
+  stand.released = true;
+  REQUIRE(durable->wait_for_end(kLong));
+  REQUIRE(awaited->wait_for_end(kLong));
+  REQUIRE(stand.order == std::vector<std::string>{"first.obj", "durable.obj", "awaited.obj"});
+  CHECK(stand.deadlines[1] >= released + durable->request.timeout);
+  CHECK(stand.deadlines[2] < released + awaited->request.timeout);
+}
+
+TEST_CASE("jobs: stored meshes are counted once, however many jobs name them") {
+  Kept kept;
+  Stand stand;
+  Settings settings = one_worker();
+  settings.max_stored_bytes = 1500;
+  Bench bench(kept, stand.compare(), settings);
+  for (int i = 0; i < 5; ++i) {
+    Submission by_id = submission("", true);
+    by_id.a = stored(kept, "a", std::string(500, 'a'));
+    by_id.b = stored(kept, "b", std::string(500, 'b'));
+    begun(submit(bench.jobs, std::move(by_id)));
+  }
+  begun(submit(bench.jobs, submission(std::string(400, 'c'), true)));  // and nine bytes of b
+  CHECK(refusal_of(submit(bench.jobs, submission(std::string(400, 'd'), true))) == api::ProblemKind::quota_exceeded);
+  stand.released = true;
+}
+
+TEST_CASE("jobs: a queued one that is cancelled leaves its place at once") {
+  Kept kept;
+  Stand stand;
+  Bench bench(kept, stand.compare());
+  const auto first = begun(submit(bench.jobs, submission("first", true)));
+  REQUIRE(eventually([&] { return stand.running == 1; }));
+  const auto key = begun(submit(bench.jobs, submission("second", true)))->key;
+  CHECK(bench.jobs.figures().durable_slots == 2);
+  CHECK(got(bench.jobs.remove(key)) == Jobs::Deleted::asked_to_end);
+  CHECK(bench.jobs.figures().durable_slots == 1);
+  CHECK(bench.jobs.figures().waiting == 0);
+  CHECK(got(bench.jobs.get(key))->row.state == JobState::cancelled);
+  CHECK(got(bench.jobs.remove(key)) == Jobs::Deleted::forgotten);
+  CHECK(got(bench.jobs.remove(key)) == Jobs::Deleted::unknown);
+  stand.released = true;
+  CHECK(first->wait_for_end(kLong));
+  CHECK(stand.running == 1);
+}
+
+TEST_CASE("jobs: a running one that is cancelled ends with its interval") {
+  Kept kept;
+  Stand stand;
+  Bench bench(kept, stand.compare());
+  const auto job = begun(submit(bench.jobs, submission("a", true)));
+  REQUIRE(eventually([&] { return stand.running == 1; }));
+  CHECK(got(bench.jobs.remove(job->key)) == Jobs::Deleted::asked_to_end);
+  REQUIRE(job->wait_for_end(kLong));
+  CHECK(row_of(kept, job->key).state == JobState::cancelled);
+  CHECK_FALSE(row_of(kept, job->key).document.empty());
+}
+
+TEST_CASE("jobs: an idempotency key is one job, however often and at once it is sent") {
+  Kept kept;
+  Stand stand;
+  Settings settings = one_worker();
+  settings.workers = 4;
+  Bench bench(kept, stand.compare(), settings);
+  std::vector<std::future<std::string>> clients;
+  for (int i = 0; i < 8; ++i) {
+    clients.push_back(std::async(std::launch::async, [&] {
+      auto slot = bench.jobs.admit(Jobs::Kind::durable);
+      const auto submitted = bench.jobs.submit(std::move(*slot), submission("a", true, "key"));
+      const auto* job = std::get_if<std::shared_ptr<LiveJob>>(&submitted);
+      return job ? (*job)->key.id : "";
+    }));
+  }
+  std::set<std::string> ids;
+  for (auto& client : clients) ids.insert(client.get());
+  CHECK(ids.size() == 1);
+  CHECK(refusal_of(submit(bench.jobs, submission("b", true, "key"))) == api::ProblemKind::idempotency_key_reused);
+  stand.released = true;
+  REQUIRE(eventually([&] { return bench.jobs.figures().durable_slots == 0; }));
+  CHECK(stand.running == 1);
+  REQUIRE(eventually([&] { return !bench.jobs.live({"", *ids.begin()}); }));
+  const auto later = submit(bench.jobs, submission("a", true, "key"));
+  REQUIRE(std::holds_alternative<JobView>(later));
+  CHECK(std::get<JobView>(later).row.key.id == *ids.begin());
+  CHECK(std::get<JobView>(later).row.state == JobState::done);
+}
+
+TEST_CASE("jobs: a store that is full refuses durable ones and serves others") {
+  Kept kept;
+  Stand stand;
+  stand.released = true;
+  Bench bench(kept, stand.compare());
+  kept.jobs.full = true;
+  CHECK(refusal_of(submit(bench.jobs, submission("a", true))) == api::ProblemKind::storage_full);
+  const auto awaited = begun(submit(bench.jobs, submission("b", false)));
+  REQUIRE(awaited->wait_for_end(kLong));
+  CHECK(awaited->view().row.state == JobState::done);
+  kept.jobs.full = false;
+  CHECK(begun(submit(bench.jobs, submission("a", true)))->wait_for_end(kLong));
+}
+
+TEST_CASE("jobs: what cannot be stored at its end is stored later") {
+  Kept kept;
+  Stand stand;
+  Bench bench(kept, stand.compare());
+  const auto job = begun(submit(bench.jobs, submission("a", true)));
+  REQUIRE(eventually([&] { return stand.running == 1; }));
+  kept.jobs.full = true;
+  stand.released = true;
+  REQUIRE(eventually([&] { return kept.jobs.unfinished >= 1; }));
+  CHECK(eventually([&] { return bench.jobs.figures().durable_slots == 0; }));
+  CHECK(job->view().row.state == JobState::running);  // nobody is told what may be lost yet
+  CHECK(row_of(kept, job->key).state == JobState::running);
+  kept.jobs.full = false;
+  REQUIRE(job->wait_for_end(kLong));
+  CHECK(row_of(kept, job->key).state == JobState::done);
+  CHECK(stand.running == 1);
+}
+
+TEST_CASE("jobs: what cannot begin while the store is full begins later, with all its time") {
+  Kept kept;
+  Stand stand;
+  Bench bench(kept, stand.compare());
+  const auto first = begun(submit(bench.jobs, submission("first", true)));
+  REQUIRE(eventually([&] { return stand.running == 1; }));
+  const auto second = begun(submit(bench.jobs, submission("second", true)));
+  kept.jobs.full = true;
+  stand.released = true;
+  REQUIRE(eventually([&] { return bench.jobs.figures().waiting == 0 && bench.jobs.figures().running == 0; }));
+  CHECK(bench.jobs.figures().durable_slots == 1);  // the second keeps its place
+  CHECK(second->view().row.state == JobState::queued);
+  const auto room = Control::Clock::now();
+  kept.jobs.full = false;
+  REQUIRE(second->wait_for_end(kLong));
+  CHECK(row_of(kept, second->key).state == JobState::done);
+  CHECK(stand.deadlines[1] >= room + second->request.timeout);
+}
+
+TEST_CASE("jobs: while the store fails it is asked once a second, not once for each job") {
+  Kept kept;
+  Stand stand;
+  Bench bench(kept, stand.compare());
+  begun(submit(bench.jobs, submission("first", true)));
+  REQUIRE(eventually([&] { return stand.running == 1; }));
+  for (int i = 0; i < 20; ++i) begun(submit(bench.jobs, submission(std::to_string(i), true)));
+  kept.jobs.full = true;
+  stand.released = true;
+  REQUIRE(eventually([&] { return bench.jobs.figures().waiting == 0 && bench.jobs.figures().running == 0; }));
+  const int before = kept.jobs.refused;
+  REQUIRE(eventually([&] { return kept.jobs.refused >= before + 2; }));
+  CHECK(kept.jobs.refused < before + 20);
+  kept.jobs.full = false;
+  CHECK(eventually([&] { return bench.jobs.figures().durable_slots == 0; }));
+  CHECK(stand.running == 21);
+}
+
+TEST_CASE("jobs: the end of the service leaves running, waiting and parked ones to the next") {
+  Kept kept;
+  Stand stand;
+  std::vector<store::JobKey> keys;
+  {
+    Bench bench(kept, stand.compare());
+    keys.push_back(begun(submit(bench.jobs, submission("parked", true)))->key);
+    REQUIRE(eventually([&] { return stand.running == 1; }));
+    kept.jobs.full = true;
+    stand.released = true;
+    REQUIRE(eventually([&] { return kept.jobs.unfinished >= 1; }));
+    stand.released = false;
+    const auto still_parked = bench.jobs.live(keys[0]);
+    REQUIRE(still_parked);
+    kept.jobs.full = false;
+    // Whether the parked one is stored before the end or runs again: it is not lost.
+    for (const char* name : {"running", "waiting"})
+      keys.push_back(begun(submit(bench.jobs, submission(name, true)))->key);
+    REQUIRE(eventually([&] { return stand.running == 2; }));
+    const auto waiting = bench.jobs.live(keys[2]);
+    bench.jobs.stop();
+    CHECK(waiting->wait_for_end(kLong));
+    CHECK(waiting->view().handed_back);
+    CHECK_FALSE(store::has_ended(waiting->view().row.state));
+  }
+  for (std::size_t i = 1; i < 3; ++i) CHECK(row_of(kept, keys[i]).state == JobState::queued);
+  stand.released = true;
+  Bench next(kept, stand.compare());
+  got(next.jobs.recover());
+  for (const auto& key : keys) {
+    REQUIRE(eventually([&] { return row_of(kept, key).state == JobState::done; }));
+  }
+}
+
+TEST_CASE("jobs: an end on a full disk loses nothing that was promised") {
+  Kept kept;
+  Stand stand;
+  store::JobKey key;
+  {
+    Bench bench(kept, stand.compare());
+    key = begun(submit(bench.jobs, submission("a", true)))->key;
+    REQUIRE(eventually([&] { return stand.running == 1; }));
+    kept.jobs.full = true;
+    bench.jobs.stop();
+  }
+  CHECK(row_of(kept, key).state == JobState::running);
+  kept.jobs.full = false;
+  stand.released = true;
+  Bench next(kept, stand.compare());
+  got(next.jobs.recover());
+  REQUIRE(eventually([&] { return row_of(kept, key).state == JobState::done; }));
+}
+
+TEST_CASE("jobs: one that ends by itself while the service ends is done, and not run again") {
+  Kept kept;
+  Stand stand;
+  stand.deaf = true;
+  store::JobKey key;
+  {
+    Bench bench(kept, stand.compare());
+    key = begun(submit(bench.jobs, submission("a", true)))->key;
+    REQUIRE(eventually([&] { return stand.running == 1; }));
+    bench.jobs.stop();
+    stand.released = true;
+  }
+  CHECK(row_of(kept, key).state == JobState::done);
+}
+
+TEST_CASE("jobs: what runs again does so within the limits of the settings, and with the mesh that is kept") {
+  Kept kept;
+  Stand stand;
+  Settings settings = one_worker();
+  settings.max_heap_bytes = 3 << 20;
+  {
+    Bench bench(kept, stand.compare(), settings);
+    begun(submit(bench.jobs, submission("a", true)));
+    REQUIRE(eventually([&] { return stand.running == 1; }));
+  }
+  stand.released = true;
+  Bench next(kept, stand.compare(), settings);
+  got(next.jobs.recover());
+  REQUIRE(eventually([&] { return stand.running == 2; }));
+  CHECK(eventually([&] { return next.jobs.figures().durable_slots == 0; }));
+  CHECK(stand.options[1].max_memory_bytes == stand.options[0].max_memory_bytes);
+  CHECK(stand.options[1].simd == stand.options[0].simd);
+}
+
+TEST_CASE("jobs: one whose meshes or options are not usable any more fails, and says why") {
+  Kept kept;
+  const auto now = store::now();
+  for (const char* options : {"{}", R"({"no such option": 1})"}) {
+    store::NewJob row = store::new_job("", std::string("job ") + options);
+    row.options = options;
+    row.created = now;
+    row.expires_if_never_run = now + kLong;
+    got(kept.embedded.jobs().insert(row));
+  }
+  Stand stand;
+  stand.released = true;
+  Bench bench(kept, stand.compare());
+  got(bench.jobs.recover());
+  const auto problem = [&](const std::string& options) {
+    const store::JobKey key{"", "job " + options};
+    REQUIRE(eventually([&] { return row_of(kept, key).state == JobState::failed; }));
+    return nlohmann::json::parse(row_of(kept, key).problem)["detail"].get<std::string>();
+  };
+  CHECK(problem("{}").find("was removed before it could run") != std::string::npos);
+  CHECK(problem(R"({"no such option": 1})").find("no such option") != std::string::npos);
+  CHECK(stand.running == 0);
+}
+
+TEST_CASE("jobs: one that ends its process five times is given up with its last error") {
+  Kept kept;
+  const auto now = store::now();
+  store::NewJob row = store::new_job("", "poison");
+  row.expires_if_never_run = now + kLong;
+  got(kept.embedded.jobs().insert(row));
+  for (unsigned i = 0; i < store::kMaxTries; ++i) {
+    if (i > 0) got(kept.embedded.jobs().recover("", "it was killed", {now, now + kLong}));
+    REQUIRE(got(kept.embedded.jobs().claim(row.key, "a process that dies", now, now + kLong)).has_value());
+  }
+  Stand stand;
+  Bench bench(kept, stand.compare());
+  got(bench.jobs.recover());
+  CHECK(bench.jobs.figures().waiting == 0);
+  CHECK(stand.running == 0);
+  CHECK(got(bench.jobs.get(row.key))->row.state == JobState::failed);
+  CHECK(row_of(kept, row.key).last_error == "the service ended while it ran");
+}
