@@ -10,6 +10,7 @@
 #include "server/openapi.h"
 #include "server/sandbox/pool.h"
 #include "server/store/embedded.h"
+#include "server/web/reference.h"
 
 namespace meshgauge::server {
 namespace {
@@ -114,13 +115,15 @@ Service::~Service() {
 
 void Service::add_routes() {
   router_.add("GET", "/", [](Exchange& e) {
-    send(e, std::string("meshgauge ") + version() + "\nPOST /v1/comparisons, described by /openapi.yaml\n",
+    send(e, std::string("meshgauge ") + version() + "\nPOST /v1/comparisons, described by /docs and /openapi.yaml\n",
          "text/plain");
   });
   router_.add("GET", "/healthz", [](Exchange& e) {
     send(e, std::string(R"({"status":"ok","version":")") + version() + "\"}", "application/json");
   });
   router_.add("GET", "/openapi.yaml", [](Exchange& e) { send(e, std::string(openapi_yaml()), "application/yaml"); });
+  router_.add("GET", "/docs", show_reference);
+  router_.add("GET", "/docs/{}", send_reference_file);
   router_.add("GET", "/metrics", [this](Exchange& e) { send(e, metrics_.text(), Metrics::kContentType); });
   router_.add("GET", "/readyz", [this](Exchange& e) { check_ready(e); });
   router_.add("POST", "/v1/comparisons", [this](Exchange& e) { comparisons_.create(e); });

@@ -15,7 +15,7 @@ import threading
 import time
 import unittest
 
-from harness import SLOW, SLOW_OPTIONS, Server, check, comparison, post_head, read_answer, until
+from harness import SLOW, SLOW_OPTIONS, Server, comparison, post_head, read_answer, until
 
 MOST_DELAY = 0.1  # seconds that eight dribbling clients may cost an honest one
 ATTACKER = "127.0.0.2"  # honest clients call from 127.0.0.1
@@ -119,7 +119,7 @@ class Slow(unittest.TestCase):
         found = set()
         for connection in connections:
             with contextlib.suppress(OSError):
-                if answer := check(read_answer(connection.makefile("rb"))):
+                if answer := read_answer(connection.makefile("rb")):
                     found.add(answer.status)
         self.assertTrue(found)
         return found
@@ -144,7 +144,7 @@ class Slow(unittest.TestCase):
                 connection.sendall(comparison()[:120])
             self.assertEqual(server.compare().status, 503)
             self.assertEqual(server.get("/healthz").status, 200)
-            self.assertEqual([check(read_answer(stream)).status for stream in streams], [408, 408])
+            self.assertEqual([read_answer(stream).status for stream in streams], [408, 408])
             self.assertEqual(server.compare().status, 200)
 
 
@@ -160,7 +160,7 @@ class Burst(unittest.TestCase):
                 connection.sendall(b"GET /healthz HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n")
         finally:
             server.process.send_signal(signal.SIGCONT)
-        answers = [check(read_answer(connection.makefile("rb"))) for connection in burst]
+        answers = [read_answer(connection.makefile("rb")) for connection in burst]
         self.assertEqual({answer.status for answer in answers}, {200})
         for connection in burst:
             connection.close()
@@ -218,7 +218,7 @@ class Accept(unittest.TestCase):
         self.addCleanup(server.stop)
         with server.connect() as connection:
             connection.sendall(b"GET /healthz HTTP/1.1\r\nHost: x\r\n\r\n")
-            self.assertEqual(check(read_answer(connection.makefile("rb"))).status, 200)
+            self.assertEqual(read_answer(connection.makefile("rb")).status, 200)
             ours = connection.getsockname()
             with socket_of(server, lambda one: not listens(one) and one.getpeername() == ours) as served:
                 self.assertEqual(served.getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY), 1)
@@ -229,13 +229,13 @@ class Accept(unittest.TestCase):
         steady, busy = server.connect(), server.connect(120)
         stream = steady.makefile("rb")
         steady.sendall(b"GET /healthz HTTP/1.1\r\nHost: x\r\n\r\n")
-        self.assertEqual(check(read_answer(stream)).status, 200)
+        self.assertEqual(read_answer(stream).status, 200)
         body = comparison(**SLOW, options=SLOW_OPTIONS)
         busy.sendall(post_head(len(body)) + body)
         time.sleep(0.5)
         with socket_of(server, listens) as listener:
             listener.shutdown(socket.SHUT_RDWR)  # accept() says EINVAL from now on
-        self.assertEqual(check(read_answer(busy.makefile("rb"))).status, 200)
+        self.assertEqual(read_answer(busy.makefile("rb")).status, 200)
         self.assertEqual(server.process.wait(60), 3)
         server.reader.join()
         self.assertTrue(any("the listening socket failed" in line for line in server.log))

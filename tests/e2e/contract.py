@@ -1,0 +1,278 @@
+"""openapi.yaml as a judge: of every answer, and of every request that was accepted or refused for its content.
+
+What openapi.yaml does not declare is a failure: an operation's status, a header, a media type, a member, a problem's type.
+"""
+
+import json
+import re
+from pathlib import Path
+
+import jsonschema
+import yaml
+
+ROOT = Path(__file__).resolve().parents[2]
+OPENAPI = yaml.safe_load((ROOT / "openapi.yaml").read_text())
+URN = "urn:meshgauge:problem:"
+
+# What HTTP itself, TLS in front of it or a browser's rules add to any answer.
+OF_HTTP = {"content-type", "content-length", "connection", "transfer-encoding", "tracestate", "vary",
+           "access-control-allow-origin", "access-control-expose-headers"}
+ALWAYS = {"x-content-type-options": "nosniff", "referrer-policy": "no-referrer"}
+
+
+class Violation(AssertionError):
+    pass
+
+
+def demand(condition, *what):
+    if not condition:
+        raise Violation(" ".join(str(part)[:2000] for part in what))
+
+
+# --- schemas ----------------------------------------------------------------------------------------------------------
+
+# 1e3 is an integer to JSON Schema, and not to the service; a float has been one in the text.
+STRICT = jsonschema.validators.extend(
+    jsonschema.Draft202012Validator,
+    type_checker=jsonschema.Draft202012Validator.TYPE_CHECKER.redefine("integer", lambda _, x: type(x) is int))
+RESOLVER = jsonschema.RefResolver("", OPENAPI)
+
+
+def defect(value, schema):
+    """What is wrong, or None."""
+    error = jsonschema.exceptions.best_match(STRICT(schema, resolver=RESOLVER).iter_errors(value))
+    return error and "%s at %s" % (error.message, "/".join(map(str, error.absolute_path)))
+
+
+def hold(value, schema, what):
+    wrong = defect(value, schema)
+    demand(wrong is None, what, "is not as its schema says:", wrong)
+
+
+def validate(value, name):
+    hold(value, {"$ref": "#/components/schemas/" + name}, name)
+
+
+def without_repeats(pairs):
+    if len({name for name, _ in pairs}) != len(pairs):
+        raise ValueError("a name stands there twice")
+    return dict(pairs)
+
+
+def no_constant(name):
+    raise ValueError(name)
+
+
+def parse(text):
+    """JSON as RFC 8259 has it; a ValueError for NaN, and for names that repeat."""
+    return json.loads(text, object_pairs_hook=without_repeats, parse_constant=no_constant)
+
+
+def resolved(node):
+    while "$ref" in node:
+        place = OPENAPI
+        for name in node["$ref"].removeprefix("#/").split("/"):
+            place = place[name.replace("~1", "/")]
+        node = place
+    return node
+
+
+# --- operations -------------------------------------------------------------------------------------------------------
+
+
+class Operation:
+    def __init__(self, path, method, node, parameters):
+        self.path, self.method, self.id = path, method.upper(), node["operationId"]
+        self.responses = node["responses"]
+        self.parameters = [resolved(parameter) for parameter in parameters + node.get("parameters", [])]
+        self.body = node.get("requestBody")
+        self.open = node.get("security") == []
+
+
+METHODS = ("get", "head", "post", "put", "delete")
+OPERATIONS = [Operation(path, method, node[method], node.get("parameters", []))
+              for path, node in OPENAPI["paths"].items() for method in METHODS if method in node]
+ANY_REQUEST = OPENAPI["x-any-request"]["responses"]
+
+
+def matches(template, path):
+    """As the router does: one segment, not empty, for what stands in braces."""
+    before, brace, rest = template.partition("{")
+    if not brace:
+        return path == template
+    after = rest.partition("}")[2]
+    middle = path[len(before):len(path) - len(after)]
+    return (len(path) > len(before) + len(after) and path.startswith(before) and path.endswith(after)
+            and "/" not in middle)
+
+
+def operations_at(path):
+    return [operation for operation in OPERATIONS if matches(operation.path, path)]
+
+
+def operation_of(method, path):
+    there = {operation.method: operation for operation in operations_at(path)}
+    return there.get(method) or (there.get("GET") if method == "HEAD" else None)
+
+
+def allowed_at(path):
+    methods = {operation.method for operation in operations_at(path)}
+    return methods | ({"HEAD"} if "GET" in methods else set())
+
+
+# --- answers ----------------------------------------------------------------------------------------------------------
+
+
+class Seen:
+    """Which answers of which operations there were."""
+
+    def __init__(self):
+        self.pairs = set()
+        self.problems = set()
+
+
+SEEN = Seen()
+
+
+def check(request, answer):
+    """`request` is None when nothing that could be one was sent."""
+    operation = operation_of(request.method, request.path) if request and request.path else None
+    name = operation.id if operation else "no operation"
+    what = "%s: %d" % (name, answer.status)
+    declared = (operation.responses if operation else ANY_REQUEST).get(str(answer.status))
+    demand(declared is not None, what, "is not declared", request, answer.body)
+    declared = resolved(declared)
+    check_headers(declared.get("headers", {}), answer, what)
+    if operation and answer.status < 400:
+        check_accepted(operation, request)
+    empty = request is not None and request.method == "HEAD"
+    check_body(declared.get("content"), answer, what, empty)
+    if answer.status >= 400 and not empty:
+        slug = check_problem(declared, answer, what)
+        check_refused(operation, request, slug)
+        SEEN.problems.add((name, slug))
+    check_answer_of(operation, request, answer, what)
+    SEEN.pairs.add((name, answer.status))
+
+
+def check_headers(declared, answer, what):
+    declared = {name.lower(): resolved(header) for name, header in declared.items()}
+    for name, value in ALWAYS.items():
+        demand(answer.headers.get(name) == value, what, "has not", name, answer.headers)
+    demand(answer.headers.get("cache-control") in ("no-store", "public, max-age=3600"), what, answer.headers)
+    for name, value in answer.headers.items():
+        if name in declared:
+            schema = declared[name]["schema"]
+            hold(int(value) if schema.get("type") == "integer" else value, schema, "%s, header %s" % (what, name))
+        else:
+            demand(name in OF_HTTP or name in ALWAYS or name == "cache-control", what, "has an undeclared header:", name, value)
+    for name, header in declared.items():
+        demand(name in answer.headers or not header.get("required"), what, "has no header", name)
+
+
+def check_body(content, answer, what, empty):
+    if content is None:
+        demand(not answer.body and "content-type" not in answer.headers and "content-length" not in answer.headers,
+               what, "has a body", answer.headers, answer.body)
+        return
+    media_type = answer.headers.get("content-type", "").partition(";")[0]
+    demand(media_type in content, what, "is", media_type, "and not one of", list(content))
+    if empty:
+        demand(not answer.body, what, "has a body")
+    elif media_type.endswith("json"):
+        hold(parse(answer.body), content[media_type]["schema"], what)
+    elif media_type == "text/event-stream":
+        check_events(content[media_type]["x-events"], answer.body, what)
+
+
+def check_problem(declared, answer, what):
+    problem = answer.json()
+    demand(problem["status"] == answer.status, what, "says", problem)
+    slug = problem["type"].removeprefix(URN)
+    demand(slug in declared["content"]["application/problem+json"]["examples"], what, "is a", slug, "which is not declared")
+    return slug
+
+
+def events_of(body):
+    """Name and data of each server-sent event."""
+    for block in body.decode().split("\n\n"):
+        lines = [line for line in block.split("\n") if line and not line.startswith(":")]
+        if lines:
+            fields = dict(line.split(": ", 1) for line in lines)
+            yield fields["event"], parse(fields["data"])
+
+
+def check_events(schemas, body, what):
+    for name, data in events_of(body):
+        demand(name in schemas, what, "has an undeclared event", name)
+        hold(data, schemas[name], "%s, event %s" % (what, name))
+
+
+def check_answer_of(operation, request, answer, what):
+    """What no schema can say."""
+    if answer.status == 405:
+        demand(set(answer.headers["allow"].split(", ")) == allowed_at(request.path), what, answer.headers["allow"])
+    if operation and operation.id == "createComparison" and answer.status == 200 and "location" not in answer.headers:
+        demand(answer.json()["id"] == answer.headers["x-request-id"], what, "has another id than its result")
+    if answer.status == 202:
+        demand(answer.headers["location"] == "/v1/comparisons/" + answer.json()["id"], what, answer.headers)
+
+
+# --- requests ---------------------------------------------------------------------------------------------------------
+
+
+def check_accepted(operation, request):
+    """What the service takes is what the description allows."""
+    wrong = wrong_with(operation, request)
+    demand(wrong is None, operation.id, "accepted what the description does not allow:", wrong)
+
+
+def check_refused(operation, request, slug):
+    """... and what it refuses as invalid is what the description does not allow."""
+    if slug == "invalid-request" and request.body is not None:
+        demand(wrong_with(operation, request) is not None, operation.id, "refused what the description allows:", request)
+
+
+def wrong_with(operation, request):
+    path = re.fullmatch(re.sub(r"\{(\w+)\}", r"(?P<\1>[^/]+)", re.escape(operation.path).replace(r"\{", "{").replace(r"\}", "}")),
+                        request.path)
+    if request.query:
+        return "a query"
+    for parameter in operation.parameters:
+        value = path[parameter["name"]] if parameter["in"] == "path" else request.headers.get(parameter["name"].lower())
+        if value is not None and (wrong := defect(value, parameter["schema"])):
+            return "%s: %s" % (parameter["name"], wrong)
+    return wrong_body(operation.body, request) if operation.body and request.body is not None else None
+
+
+def wrong_body(declared, request):
+    media_type = request.headers.get("content-type", "").partition(";")[0].strip().lower()
+    if media_type not in declared["content"] and "*/*" not in declared["content"]:
+        return "media type " + media_type
+    if media_type == "application/json":
+        return wrong_json(request.body, declared["content"][media_type]["schema"])
+    if media_type == "multipart/form-data":
+        return wrong_form(request, declared["content"][media_type]["schema"])
+    return None
+
+
+def wrong_json(text, schema):
+    try:
+        return defect(parse(text), schema)
+    except (ValueError, RecursionError) as error:
+        return "not JSON: %s" % error
+
+
+def wrong_form(request, schema):
+    boundary = re.search(r'boundary="?([^";]+)"?', request.headers["content-type"])[1].encode()
+    parts = {}
+    for part in (b"\r\n" + request.body).split(b"\r\n--" + boundary)[1:-1]:
+        head, _, content = part.partition(b"\r\n\r\n")
+        name = re.search(rb'[; ]name="?([^";]+)"?', head)[1].decode()
+        if name in parts:
+            return "the part %s twice" % name
+        parts[name] = content
+    missing, unknown = set(schema["required"]) - set(parts), set(parts) - set(schema["properties"])
+    if missing or unknown:
+        return "parts missing: %s, unknown: %s" % (missing, unknown)
+    return wrong_json(parts["options"], schema["properties"]["options"]) if "options" in parts else None
