@@ -57,7 +57,7 @@ std::size_t Prepared::bytes() const {
   std::size_t bytes = sizeof *this + mesh_.positions.size_bytes() + mesh_.triangles.size_bytes() +
                       bytes_if_made(positions_) + bytes_if_made(triangles_);
   const std::lock_guard lock(mutex_);
-  for (const auto& framed : frames_) bytes += framed->bytes();
+  for (const auto& framed : frames_) bytes += framed ? framed->bytes() : 0;
   return bytes;
 }
 
@@ -66,16 +66,11 @@ std::shared_ptr<Framed> Prepared::in(const Frame& frame, const Kernels& kernels)
   std::shared_ptr<Framed> replaced;  // dies after the lock is given back
   const std::lock_guard lock(mutex_);
   auto found = std::find_if(frames_.begin(), frames_.end(), [&](const auto& framed) {
-    return &framed->kernels() == &kernels && framed->frame() == frame;
+    return framed && &framed->kernels() == &kernels && framed->frame() == frame;
   });
   if (found == frames_.end()) {
-    auto made = std::make_shared<Framed>(mesh_, of_mesh, frame, kernels);
-    if (frames_.size() < kFrames) {
-      frames_.push_back(std::move(made));
-    } else {
-      replaced = std::exchange(frames_.back(), std::move(made));
-    }
-    found = frames_.end() - 1;
+    --found;
+    replaced = std::exchange(*found, std::make_shared<Framed>(mesh_, of_mesh, frame, kernels));
   }
   std::rotate(frames_.begin(), found, found + 1);
   return frames_.front();

@@ -1,10 +1,12 @@
 // A mesh with all that measuring makes of it, so that a mesh that is measured again and again is prepared once.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <memory>
 #include <mutex>
-#include <vector>
+#include <optional>
+#include <utility>
 
 #include "engine/adjacency.h"
 #include "engine/bvh.h"
@@ -59,9 +61,13 @@ class Prepared {
   // `once`: what pays only from the second measurement on is not made.
   enum class Use { once, often };
 
-  // `mesh` passes validate(); it is kept alive by `arrays`, or by the caller.
-  explicit Prepared(MeshView mesh, Use use = Use::once, std::shared_ptr<const void> arrays = nullptr)
-      : mesh_(mesh), use_(use), arrays_(std::move(arrays)) {}
+  // `mesh` passes validate(); it is kept alive by `arrays`, or by the caller. `box`: bounding_box() of it, if that is
+  // known already.
+  explicit Prepared(MeshView mesh, Use use = Use::once, std::shared_ptr<const void> arrays = nullptr,
+                    const std::optional<Box>& box = std::nullopt)
+      : mesh_(mesh), use_(use), arrays_(std::move(arrays)) {
+    if (box) std::call_once(box_made_, [&] { box_ = *box; });
+  }
 
   MeshView mesh() const { return mesh_; }
   Use use() const { return use_; }
@@ -83,8 +89,8 @@ class Prepared {
   mutable Box box_;
   mutable Made<PositionIndex> positions_;
   mutable Made<TriangleIndex> triangles_;
-  mutable std::mutex mutex_;                             // guards what follows
-  mutable std::vector<std::shared_ptr<Framed>> frames_;  // the last one used first
+  mutable std::mutex mutex_;                                     // guards what follows
+  mutable std::array<std::shared_ptr<Framed>, kFrames> frames_;  // the last one used first; null: none yet
 };
 
 // As measure() of two meshes, with the same bits on one thread, whatever was made of them before.

@@ -8,7 +8,6 @@
 
 namespace meshgauge::server {
 
-using api::Problem;
 using api::ProblemKind;
 
 class Account {

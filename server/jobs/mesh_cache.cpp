@@ -113,6 +113,7 @@ struct MeshCache::Shelf::Loan {
 // The turn to load a mesh. If it was not keep(), also because loading threw, its place is free afterwards.
 class MeshCache::Shelf::Loading {
  public:
+  // Precondition: locked. Everything else is called without the lock.
   Loading(Shelf& shelf, Place at) : shelf_(shelf), at_(at), entry_(at->second) {}
   Loading(const Loading&) = delete;
   Loading& operator=(const Loading&) = delete;
@@ -128,7 +129,8 @@ class MeshCache::Shelf::Loading {
   MeshPointer keep(const MeshPointer& mesh) {
     Dropped dropped;
     const std::lock_guard lock(shelf_.mutex_);
-    if (!entry_->kept) return mesh;  // forgotten meanwhile
+    const bool forgotten = !entry_->kept;  // meanwhile
+    if (forgotten || mesh->bytes() > shelf_.max_bytes_) return mesh;
     entry_->mesh = mesh;
     shelf_.count_anew(*entry_);
     shelf_.idle_.splice(shelf_.idle_.end(), shelf_.busy_, entry_->place);
@@ -158,13 +160,13 @@ Result<MeshPointer> MeshCache::Shelf::get(const Key& key, const api::GetMesh& lo
     return lend(found);
   }
   const auto entry = std::make_shared<Entry>();
-  busy_.emplace_back();
-  entry->place = std::prev(busy_.end());
-  found = entries_.emplace(key, entry).first;
-  busy_.back() = found;
+  std::list<Place> place(1);
+  place.front() = found = entries_.emplace(key, entry).first;
+  entry->place = place.begin();
+  busy_.splice(busy_.end(), place);
   ++counters_.misses;
-  lock.unlock();
   Loading loading(*this, found);
+  lock.unlock();
   auto mesh = load(control);
   if (!mesh) return mesh;
   if ((*mesh)->facts.sha256 != key.id) return damaged(key.id);
@@ -183,16 +185,15 @@ void MeshCache::Shelf::give_back(std::shared_ptr<Entry> entry) {
   Dropped dropped;
   const std::lock_guard lock(mutex_);
   --entry->users;
-  if (!entry->kept) {
-    if (entry->users == 0) dropped.bytes = entry->mesh->bytes(), dropped.last_use = std::move(entry);
-    return;
+  if (entry->kept) {
+    count_anew(*entry);
+    if (entry->users == 0) idle_.splice(idle_.end(), busy_, entry->place);
+    if (entry->bytes > max_bytes_) evict(*entry->place, dropped);  // others would go for it in vain
+    make_room(dropped);
+  } else if (entry->users == 0) {
+    dropped.bytes = entry->mesh->bytes();
   }
-  count_anew(*entry);
-  if (entry->users == 0) {
-    idle_.splice(idle_.end(), busy_, entry->place);
-    if (entry->bytes > max_bytes_) evict(*entry->place, dropped);  // before others go for it in vain
-  }
-  make_room(dropped);
+  dropped.last_use = std::move(entry);
 }
 
 void MeshCache::Shelf::count_anew(Entry& entry) {
@@ -205,7 +206,6 @@ void MeshCache::Shelf::make_room(Dropped& dropped) {
   while (bytes_ > max_bytes_ && !idle_.empty()) evict(idle_.front(), dropped);
 }
 
-// Precondition: idle.
 void MeshCache::Shelf::evict(Place at, Dropped& dropped) {
   ++counters_.evictions;
   remove(at, dropped);

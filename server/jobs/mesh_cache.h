@@ -30,7 +30,7 @@ class MeshCache {
     std::optional<api::Format> filename_says;
     std::optional<api::Format> media_type_says;
 
-    auto operator<=>(const Key&) const = default;
+    auto operator<=>(const Key&) const = default;  // NOLINT(modernize-use-nullptr): a false alarm of clang-tidy 14
   };
 
   static Key key(std::string owner, std::string id, std::string_view filename, std::string_view media_type);
@@ -40,8 +40,8 @@ class MeshCache {
     std::uint64_t misses = 0;     // each loads, and may fail
     std::uint64_t evictions = 0;  // for want of room
     std::uint64_t bytes = 0;      // now
-    std::uint64_t meshes = 0;     // now, those that are being loaded included
-    std::uint64_t in_use = 0;     // of those
+    std::uint64_t meshes = 0;     // now
+    std::uint64_t in_use = 0;     // of those, being loaded or measured
   };
 
   explicit MeshCache(std::uint64_t max_bytes);

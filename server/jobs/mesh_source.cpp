@@ -13,9 +13,15 @@ Json hints_of(const MeshSource& source) {
   return {{"file_name", source.input.filename}, {"media_type", source.input.media_type}};
 }
 
-void set_hints(const Json& hints, MeshSource& source) {
-  source.input.filename = hints.value("file_name", "");
-  source.input.media_type = hints.value("media_type", "");
+// Of a store that others may have written to: what is not a text is no hint.
+std::string text_at(const Json& json, const char* part, const char* name) {
+  const Json::json_pointer pointer(std::string("/") + part + "/" + name);
+  return json.contains(pointer) && json[pointer].is_string() ? json[pointer].get<std::string>() : std::string();
+}
+
+void set_hints(const Json& json, MeshSource& source) {
+  source.input.filename = text_at(json, source.input.part.c_str(), "file_name");
+  source.input.media_type = text_at(json, source.input.part.c_str(), "media_type");
 }
 
 }  // namespace
@@ -51,9 +57,8 @@ std::string hints_of(const MeshSource& a, const MeshSource& b) {
 
 void set_hints(const std::string& hints, MeshSource& a, MeshSource& b) {
   const Json json = Json::parse(hints, nullptr, false);
-  if (!json.is_object()) return;
-  set_hints(json.value("a", Json::object()), a);
-  set_hints(json.value("b", Json::object()), b);
+  set_hints(json, a);
+  set_hints(json, b);
 }
 
 }  // namespace meshgauge::server

@@ -17,10 +17,16 @@ namespace {
 
 std::string in_quotes(const std::string& path) { return "the data folder '" + path + "'"; }
 
+// The folder around it; "a/b/" is as "a/b".
+std::filesystem::path parent_of(const std::string& path, std::error_code& failed) {
+  const std::filesystem::path full = std::filesystem::absolute(path, failed).lexically_normal();
+  return full.has_filename() ? full.parent_path() : full.parent_path().parent_path();
+}
+
 Result<Done> make_data_folder(const std::string& path) {
-  const std::filesystem::path parent = std::filesystem::absolute(path).lexically_normal().parent_path();
   std::error_code failed;
-  std::filesystem::create_directories(parent, failed);
+  const std::filesystem::path parent = parent_of(path, failed);
+  if (!failed) std::filesystem::create_directories(parent, failed);
   if (failed) return storage_error(failed.value(), in_quotes(path) + " cannot be made");
   Result<bool> made = make_folder(path);
   if (!made) return made.error();

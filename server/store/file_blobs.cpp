@@ -75,8 +75,9 @@ class Incoming {
 
 Result<Done> remove_all_in(const std::string& folder) {
   std::error_code failed;
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder, failed)) {
-    if (::unlink(entry.path().c_str()) != 0) return not_removed(errno);
+  fs::directory_iterator entry(folder, failed);
+  for (; !failed && entry != fs::directory_iterator(); entry.increment(failed)) {
+    if (::unlink(entry->path().c_str()) != 0) return not_removed(errno);
   }
   if (failed) return not_removed(failed.value());
   return Done{};

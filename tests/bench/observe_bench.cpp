@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <functional>
 
+#include "api/response.h"
 #include "server/log.h"
 #include "server/observe/metrics.h"
 
@@ -39,7 +40,9 @@ int main() {
   Body body(connection, head, 0, std::chrono::milliseconds(0));
   Exchange exchange("0123456789abcdef0123456789abcdef", head, body, connection);
   exchange.route = head.path;
-  note(exchange, comparison);
+  const auto stages = api::stages(comparison);
+  exchange.stages.assign(stages.begin(), stages.end());
+  exchange.triangles = MeshSizes{comparison.a.triangles, comparison.b.triangles};
 
   constexpr int kCalls = 100'000;
   measure("a request counted", kCalls, [&] { metrics.request_ended(request); });

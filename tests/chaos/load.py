@@ -39,12 +39,12 @@ class Client:
         n = self.dice.choice((1, 1, 2, 8, 30))
         return square(low, n, self.new_name()), square(high, n, self.new_name()), abs(high - low)
 
-    def post(self, body, headers, distance, key=None):
+    def post(self, body, headers, distance, key=None, brief=False):
         answer = ask(self.port, "POST", "/v1/comparisons", body, headers)
         self.ledger.count("requests")
         if answer.status in (200, 202) and "location" in answer.headers:
             identity = answer.headers["location"].rsplit("/", 1)[1]
-            self.ledger.accepted(identity, distance, key)
+            self.ledger.accepted(identity, distance, key, brief)
             self.own_jobs.append(identity)
         if answer.status == 200:
             self.ledger.check_interval(answer.json(), distance)
@@ -66,7 +66,7 @@ class Client:
 
     def submit_endless(self):
         body = multipart(square(1, 20, self.new_name()), square(1, 23, self.new_name()), {**ENDLESS, "timeout_ms": 300})
-        self.post(body, {**FORM, **ASYNC}, 0)
+        self.post(body, {**FORM, **ASYNC}, 0, brief=True)
 
     def submit_with_key(self):
         a, b, distance = self.pair()
@@ -142,6 +142,8 @@ class Client:
             return
         identity = self.own_jobs.pop(self.dice.randrange(len(self.own_jobs)))
         job = self.ledger.jobs[identity]
+        if job.state == "forgotten":
+            return
         job.state = "removing"
         answer = ask(self.port, "DELETE", "/v1/comparisons/" + identity)
         if answer.status == 204:

@@ -123,6 +123,7 @@ TEST_CASE("service: a full queue answers 503 at once, and whoever was let in is 
   const int port = service.start().value();
   std::atomic<int> refused{0};
   std::vector<std::future<int>> clients;
+  clients.reserve(6);
   for (int i = 0; i < 6; ++i) {
     clients.push_back(std::async(std::launch::async, [&] {
       const auto response = post(port);

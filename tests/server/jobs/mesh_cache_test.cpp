@@ -145,6 +145,18 @@ TEST_CASE("mesh cache: trees that outgrow the budget take their mesh along") {
   CHECK(cache.counters().evictions == 1);
   (void)get(cache, small);
   CHECK(small.loads == 1);
+}
+
+TEST_CASE("mesh cache: what is larger than the budget is given, drives nobody out, and is not kept") {
+  Source small("small"), large("large");
+  small.mesh = shapes::cube();
+  MeshCache cache(100'000);
+  (void)get(cache, small);
+  CHECK(take(cache, large)->facts.triangles == large.mesh.triangles.size());
+  CHECK(cache.counters().meshes == 1);
+  CHECK(cache.counters().in_use == 0);
+  (void)get(cache, small);
+  CHECK(small.loads == 1);
   MeshCache none(0);
   CHECK(get(none, small).ok());
   CHECK(none.counters().meshes == 0);

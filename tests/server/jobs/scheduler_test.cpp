@@ -23,19 +23,18 @@ Scheduler::Task task(std::function<void(Slot)> work, std::uint64_t bytes = 0, st
 class Busy {
  public:
   explicit Busy(Scheduler& scheduler, const std::string& owner = "") {
-    std::promise<void> started;
-    scheduler.submit(*scheduler.admit(Kind::awaited), task(
-                                                          [&](Slot) {
-                                                            started.set_value();
-                                                            released_.get_future().get();
-                                                          },
-                                                          0, owner));
-    started.get_future().get();
+    const auto started = std::make_shared<std::promise<void>>();
+    const auto wait = [started, released = released_] {
+      started->set_value();
+      released->get_future().get();
+    };
+    scheduler.submit(*scheduler.admit(Kind::awaited), task([wait](Slot) { wait(); }, 0, owner));
+    started->get_future().get();
   }
-  void release() { released_.set_value(); }
+  void release() { released_->set_value(); }
 
  private:
-  std::promise<void> released_;
+  const std::shared_ptr<std::promise<void>> released_ = std::make_shared<std::promise<void>>();
 };
 
 }  // namespace
@@ -64,12 +63,12 @@ TEST_CASE("scheduler: whoever has an answer may come again") {
   for (int i = 0; i < 200; ++i) {
     auto slot = scheduler.admit(Kind::awaited);
     REQUIRE(slot.has_value());
-    std::promise<void> answered;
-    scheduler.submit(std::move(*slot), task([&](Slot held) {
+    const auto answered = std::make_shared<std::promise<void>>();
+    scheduler.submit(std::move(*slot), task([answered](Slot held) {
                        { const Slot done = std::move(held); }
-                       answered.set_value();
+                       answered->set_value();
                      }));
-    answered.get_future().get();
+    answered->get_future().get();
   }
 }
 
@@ -94,21 +93,21 @@ TEST_CASE("scheduler: jobs of one size run in their order, a small one before th
 
 TEST_CASE("scheduler: an owner with nothing running comes before one with much") {
   std::vector<std::string> order;
-  std::promise<void> all_done;
+  const auto all_done = std::make_shared<std::promise<void>>();
   {
     Scheduler scheduler({2, 20, 1});
     Busy first(scheduler, "greedy");
     Busy second(scheduler, "greedy");  // runs all the time
     for (const char* owner : {"greedy", "greedy", "modest"}) {
       scheduler.submit(*scheduler.admit(Kind::awaited), task(
-                                                            [&, owner](Slot) {
+                                                            [&order, owner, all_done](Slot) {
                                                               order.emplace_back(owner);
-                                                              if (order.size() == 3) all_done.set_value();
+                                                              if (order.size() == 3) all_done->set_value();
                                                             },
                                                             0, owner));
     }
     first.release();
-    all_done.get_future().get();
+    all_done->get_future().get();
     second.release();
   }
   CHECK(order == std::vector<std::string>{"modest", "greedy", "greedy"});
@@ -118,7 +117,7 @@ TEST_CASE("scheduler: cancelling reaches what runs, what waits and what comes la
   const auto running = std::make_shared<Control>();
   const auto waiting = std::make_shared<Control>();
   const auto later = std::make_shared<Control>();
-  std::promise<void> started;
+  const auto started = std::make_shared<std::promise<void>>();
   std::atomic<int> cancelled{0};
   const auto until_cancelled = [&](const std::shared_ptr<Control>& control) {
     while (control->check() == Interruption::none) std::this_thread::yield();
@@ -130,10 +129,10 @@ TEST_CASE("scheduler: cancelling reaches what runs, what waits and what comes la
       scheduler.submit(*scheduler.admit(Kind::awaited), {"", 0, control, std::move(work)});
     };
     submit(running, [&](Slot) {
-      started.set_value();
+      started->set_value();
       until_cancelled(running);
     });
-    started.get_future().get();
+    started->get_future().get();
     submit(waiting, [&](Slot) { until_cancelled(waiting); });
     scheduler.cancel_all();
     submit(later, [&](Slot) { until_cancelled(later); });

@@ -1,12 +1,12 @@
 #include "server/store/blob_store.h"
 
 #include <fcntl.h>
+#include <stdlib.h>
 #include <unistd.h>
 
 #include <thread>
 
 #include "implementations.h"
-#include "server/upload.h"
 
 using namespace meshgauge;
 using namespace meshgauge::server::store;
@@ -17,7 +17,9 @@ namespace {
 using namespace std::chrono_literals;
 
 Descriptor file_with(std::string_view content) {
-  Descriptor file(server::open_unnamed_file(std::filesystem::temp_directory_path()));
+  std::string path = std::filesystem::temp_directory_path() / "meshgauge-XXXXXX";
+  Descriptor file(::mkostemp(path.data(), O_CLOEXEC));
+  ::unlink(path.c_str());
   REQUIRE(::write(file.get(), content.data(), content.size()) == static_cast<ssize_t>(content.size()));
   return file;
 }

@@ -36,7 +36,7 @@ bool contains(const std::string& text, const std::string& part) { return text.fi
 
 TEST_CASE("embedded: everything is its owner's alone") {
   const TestFolder folder;
-  const std::string data = folder / "new/data";  // made with what leads to it
+  const std::string data = folder / "new/data/";  // made with what leads to it
   const mode_t before = ::umask(0);
   {
     const auto stores = got(EmbeddedStores::open({data}));

@@ -1,0 +1,240 @@
+"""The service on disks that are full or read-only: what it refuses, what it still does, and that it recovers by itself.
+
+A real small disk where this process may mount one; and everywhere a disk that fails by order (failing_disk.cpp), since
+one that is in use cannot be made read-only from outside.
+"""
+
+import ctypes
+import errno
+import hashlib
+import json
+import mmap
+import os
+import struct
+import tempfile
+import unittest
+from pathlib import Path
+
+import victim
+from victim import ASYNC, ENDLESS, FORM, JSON, Victim, ask, multipart, square, until
+
+SHIM = os.environ.get("MESHGAUGE_FAILING_DISK_LIBRARY", str(victim.ROOT / "build/tests/chaos/libfailing_disk.so"))
+MS_REC, MS_PRIVATE, CLONE_NEWNS, MNT_DETACH = 0x4000, 1 << 18, 0x20000, 2
+DISK_BYTES = 16 << 20
+
+libc = ctypes.CDLL(None, use_errno=True)
+
+
+def in_own_mounts():
+    """Whether this process may mount, for itself alone."""
+    if os.geteuid() != 0 or libc.unshare(CLONE_NEWNS) != 0:
+        return False
+    return libc.mount(None, b"/", None, ctypes.c_ulong(MS_REC | MS_PRIVATE), None) == 0
+
+
+class Case(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory(prefix="meshgauge-disk-")
+        self.addCleanup(folder.cleanup)
+        self.folder = Path(folder.name)
+        self.disk, self.elsewhere = self.folder / "disk", self.folder / "elsewhere"
+        self.disk.mkdir()
+        self.elsewhere.mkdir()
+
+    def serve(self, temp_dir, *flags):
+        server = Victim("--data-dir", str(self.disk / "data"), "--temp-dir", str(temp_dir), "--workers", "2", *flags)
+        self.addCleanup(lambda: server.process.poll() is None and server.kill())
+        self.port = server.port
+        return server
+
+    def ask(self, method, path, body=None, headers=None):
+        return ask(self.port, method, path, body, headers)
+
+    def compare(self, distance=2, n=1, **headers):
+        body = multipart(square(0, n, os.urandom(8).hex()), square(distance, n), {})
+        return self.ask("POST", "/v1/comparisons", body, {**FORM, **headers})
+
+    def measured(self, answer, distance=2):
+        self.assertEqual(answer.status, 200, answer.body)
+        interval = answer.json()["distance"]
+        self.assertLessEqual(interval["lower"], distance)
+        self.assertGreaterEqual(interval["upper"], distance)
+
+    def refused(self, answer, status, slug):
+        self.assertEqual((answer.status, answer.problem), (status, slug), answer.body)
+        self.assertEqual(answer.headers["content-type"], "application/problem+json")
+
+    def store(self, mesh):
+        return self.ask("PUT", "/v1/meshes/" + hashlib.sha256(mesh).hexdigest(), mesh)
+
+    def by_id(self, a, b, headers=()):
+        ids = {name: hashlib.sha256(mesh).hexdigest() for name, mesh in (("a", a), ("b", b))}
+        return self.ask("POST", "/v1/comparisons", json.dumps(ids).encode(), {**JSON, **dict(headers)})
+
+    def state(self, path):
+        return self.ask("GET", path).json()["state"]
+
+    def begin(self, milliseconds):
+        """A job that runs for so long, and its path."""
+        body = multipart(square(1, 20), square(1, 23), {**ENDLESS, "timeout_ms": milliseconds})
+        answer = self.ask("POST", "/v1/comparisons", body, {**FORM, **ASYNC})
+        self.assertEqual(answer.status, 202, answer.body)
+        path = answer.headers["location"]
+        until(lambda: self.state(path) == "running")
+        return path
+
+    def what_is_wrong(self):
+        answer = self.ask("GET", "/readyz")
+        if answer.status == 200:
+            return set()
+        self.refused(answer, 503, "not-ready")
+        self.assertIn("retry-after", answer.headers)
+        return {item["part"] for item in answer.json()["errors"]}
+
+    def all_is_well(self):
+        self.assertEqual(self.what_is_wrong(), set())
+        self.assertIn(self.store(square(9, 1, "afterwards")).status, (200, 201))
+        answer = self.compare(**{"Prefer": "respond-async"})
+        self.assertEqual(answer.status, 202, answer.body)
+        until(lambda: self.state(answer.headers["location"]) == "done")
+
+
+@unittest.skipUnless(in_own_mounts(), "this process may not mount a disk of its own")
+class FullDisk(Case):
+    def setUp(self):
+        super().setUp()
+        size = b"size=%d" % DISK_BYTES
+        self.assertEqual(libc.mount(b"none", bytes(self.disk), b"tmpfs", ctypes.c_ulong(0), size), 0)
+        self.addCleanup(lambda: libc.umount2(bytes(self.disk), MNT_DETACH))
+
+    def fill(self):
+        with open(self.disk / "ballast", "ab", buffering=0) as ballast:
+            for size in (65536, 4096, 1):
+                try:
+                    while ballast.write(b"x" * size) == size:
+                        pass
+                except OSError as error:
+                    self.assertEqual(error.errno, errno.ENOSPC)
+
+    def make_room(self):
+        (self.disk / "ballast").unlink()
+
+    def test_full_and_with_room_again(self):
+        server = self.serve(self.elsewhere)
+        a, b = square(0), square(3)
+        self.assertEqual([self.store(mesh).status for mesh in (a, b)], [201, 201])
+        path = self.begin(1500)
+        self.fill()
+        self.refused(self.compare(Prefer="respond-async"), 507, "storage-full")
+        self.refused(self.compare(**{"Idempotency-Key": "one"}), 507, "storage-full")
+        self.refused(self.store(square(5, 100)), 507, "storage-full")
+        self.measured(self.compare())
+        self.measured(self.compare(n=100))  # its upload is a file, elsewhere
+        self.measured(self.by_id(a, b), 3)
+        self.assertIn(self.ask("GET", "/v1/meshes/" + hashlib.sha256(a).hexdigest()).status, (200,))
+        self.assertTrue(self.what_is_wrong() & {"disk", "store"})
+        self.assertEqual(self.ask("GET", "/healthz").status, 200)
+        self.assertIn(self.state(path), ("running", "done"))
+        self.make_room()
+        until(lambda: self.state(path) == "done")
+        self.assertEqual(list((self.disk / "data/blobs/incoming").iterdir()), [])
+        self.assertEqual(self.compare(**{"Idempotency-Key": "one"}).status, 200)
+        self.all_is_well()
+        server.stop()
+
+    def test_uploads_on_the_same_full_disk(self):
+        server = self.serve(self.disk)
+        self.fill()
+        self.measured(self.compare())  # it stays in memory
+        self.refused(self.compare(n=100), 507, "storage-full")
+        self.assertIn("disk", self.what_is_wrong())
+        self.make_room()
+        self.measured(self.compare(n=100))
+        self.all_is_well()
+        server.stop()
+
+    def test_killed_and_started_on_a_full_disk(self):
+        server = self.serve(self.elsewhere)
+        path = self.begin(100000)
+        self.fill()
+        server.kill()
+        try:
+            server = self.serve(self.elsewhere)
+            server.kill()
+        except AssertionError as error:  # it says why, and a supervisor tries again
+            self.assertIn("does not start", str(error))
+            self.assertRegex(str(error), "room|No space")
+        self.make_room()
+        server = self.serve(self.elsewhere)
+        until(lambda: self.state(path) == "running")
+        self.assertEqual(self.ask("DELETE", path).status, 200)
+        self.all_is_well()
+        server.stop()
+
+
+@unittest.skipIf(os.environ.get("MESHGAUGE_SANITIZED"), "a sanitizer comes before every other library")
+class DiskThatFails(Case):
+    def setUp(self):
+        super().setUp()
+        orders = self.folder / "orders"
+        orders.write_bytes(bytes(8))
+        with open(orders, "r+b") as file:
+            self.orders = mmap.mmap(file.fileno(), 8)
+        self.addCleanup(self.orders.close)
+        victim.ENVIRONMENT.update(LD_PRELOAD=SHIM, MESHGAUGE_FAILING_DISK="%s:%s" % (self.disk, orders))
+        self.addCleanup(lambda: [victim.ENVIRONMENT.pop(name) for name in ("LD_PRELOAD", "MESHGAUGE_FAILING_DISK")])
+
+    def fail(self, server, number):
+        self.orders[:] = struct.pack("ii", server.process.pid, number)
+
+    def check_trouble(self, number, status, slug):
+        server = self.serve(self.elsewhere)
+        a, b = square(0), square(3)
+        self.assertEqual([self.store(mesh).status for mesh in (a, b)], [201, 201])
+        path = self.begin(1500)
+        self.fail(server, number)
+        until(lambda: self.what_is_wrong() == {"disk", "store"})
+        self.refused(self.compare(Prefer="respond-async"), status, slug)
+        self.refused(self.compare(Prefer="wait=5"), status, slug)
+        self.refused(self.by_id(a, b, ASYNC.items()), status, slug)
+        self.refused(self.store(square(5, 100)), status, slug)
+        self.refused(self.ask("DELETE", "/v1/meshes/" + hashlib.sha256(a).hexdigest()), status, slug)
+        self.measured(self.compare())
+        self.measured(self.compare(n=100))
+        answer = self.by_id(a, b)
+        self.measured(answer, 3)
+        self.assertEqual(self.state("/v1/comparisons/" + answer.json()["id"]), "done")
+        self.assertEqual(self.ask("GET", "/healthz").status, 200)
+        until(lambda: any("waits for the store" in line for line in server.log))  # its end cannot be stored
+        self.assertEqual(self.state(path), "running")
+        self.fail(server, 0)
+        until(lambda: self.state(path) == "done")
+        self.all_is_well()
+        self.assertLess(sum('"store"' in line for line in server.log), 40)
+        server.stop()
+        server = self.serve(self.elsewhere)  # and all of it is durable
+        self.assertEqual(self.state(path), "done")
+        self.assertEqual(self.state("/v1/comparisons/" + answer.json()["id"]), "done")
+        server.stop()
+
+    def test_read_only(self):
+        self.check_trouble(errno.EROFS, 503, "storage-unavailable")
+
+    def test_errors_of_the_disk(self):
+        self.check_trouble(errno.EIO, 503, "storage-unavailable")
+
+    def test_full(self):
+        self.check_trouble(errno.ENOSPC, 507, "storage-full")
+
+    def test_ended_while_nothing_can_be_written(self):
+        server = self.serve(self.elsewhere, "--grace-ms", "100")
+        path = self.begin(100000)
+        self.fail(server, errno.EROFS)
+        server.stop()
+        server = self.serve(self.elsewhere)
+        until(lambda: self.state(path) == "running")
+        server.kill()
+
+
+if __name__ == "__main__":
+    unittest.main()
