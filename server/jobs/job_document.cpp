@@ -14,9 +14,12 @@ using Json = nlohmann::ordered_json;  // writes a number that is not finite as n
 
 Json time_or_null(const std::optional<store::TimePoint>& time) { return time ? Json(to_text(*time)) : Json(nullptr); }
 
-Json json_of(const std::optional<store::Progress>& progress) {
-  if (!progress) return nullptr;
-  return {{"lower", progress->lower}, {"upper", progress->upper}, {"stage", progress->stage}};
+// Of a job that has ended the result says more, and the store need not have kept it.
+Json progress_of(const store::Job& row) {
+  if (!row.progress || store::has_ended(row.state)) return nullptr;
+  return {{"lower", row.progress->lower},
+          {"upper", row.progress->upper},
+          {"stage", row.progress->stage.empty() ? Json(nullptr) : Json(row.progress->stage)}};
 }
 
 std::string problem_of(const store::Job& row) {
@@ -64,7 +67,7 @@ std::string to_json(const JobView& job) {
                   {"finished", time_or_null(row.finished)},
                   {"expires", time_or_null(row.expires)},
                   {"tries", row.tries},
-                  {"progress", json_of(row.progress)}};
+                  {"progress", progress_of(row)}};
   // The last two are documents already, and may be large.
   std::string text = head.dump();
   text.pop_back();

@@ -53,16 +53,17 @@ def take_body(headers, rest):
 
 
 def take_chunks(rest):
-    body = []
-    while True:
-        line, end, rest = rest.partition(b"\r\n")
-        size = re.match(rb"[0-9a-fA-F]{1,15}(?=;|$)", line)
-        if not end or not size or int(size[0], 16) > len(rest):
-            return None, b""
-        if int(size[0], 16) == 0:
-            return b"".join(body), rest.partition(b"\r\n")[2]
-        body.append(rest[:int(size[0], 16)])
-        rest = rest[int(size[0], 16) + 2:]
+    line = re.compile(rb"([0-9a-fA-F]{1,15})(?:;[^\r\n]*)?\r\n")
+    body, at = [], 0
+    while size := line.match(rest, at):
+        start, count = size.end(), int(size[1], 16)
+        at = start + count + 2
+        if count == 0:
+            return b"".join(body), rest[start:].partition(b"\r\n")[2]
+        if at > len(rest):
+            break
+        body.append(rest[start:start + count])
+    return None, b""
 
 
 class Remembering:
