@@ -128,7 +128,10 @@ class Jobs {
   void park(Parked parked);
   void maintain();
   void retry_parked();
-  void note(const auto& result);
+  void note(const auto& result) {
+    if (!result) failed(result.error());
+  }
+  void failed(const Error& error);
   void sweep();
 
   const Settings settings_;
