@@ -5,15 +5,15 @@
 namespace meshgauge::api {
 namespace {
 
-MeshFacts facts_of(const Prepared& mesh, const LoadedMesh& loaded, std::size_t file_bytes) {
+MeshFacts facts_of(const LoadedMesh& loaded, std::size_t file_bytes, const Interrupted& interrupted) {
   MeshFacts facts;
   facts.format = loaded.format;
   facts.bytes = file_bytes;
   facts.sha256 = loaded.sha256;
   facts.vertices = loaded.mesh.positions.size();
   facts.triangles = loaded.mesh.triangles.size();
-  facts.degenerate = count_degenerate(loaded.mesh);
-  facts.bbox = mesh.box();
+  facts.degenerate = count_degenerate(loaded.mesh, interrupted);
+  facts.bbox = bounding_box(loaded.mesh, interrupted);
   facts.diagonal = diagonal(facts.bbox);
   facts.notes = loaded.notes;
   return facts;
@@ -21,14 +21,19 @@ MeshFacts facts_of(const Prepared& mesh, const LoadedMesh& loaded, std::size_t f
 
 }  // namespace
 
-PreparedMesh::PreparedMesh(LoadedMesh loaded, std::size_t file_bytes, Prepared::Use use)
-    : mesh(loaded.mesh, use, std::move(loaded.arrays)), facts(facts_of(mesh, loaded, file_bytes)) {}
+PreparedMesh::PreparedMesh(LoadedMesh loaded, std::size_t file_bytes, Prepared::Use use, const Interrupted& interrupted)
+    : facts(facts_of(loaded, file_bytes, interrupted)), mesh(loaded.mesh, use, std::move(loaded.arrays), facts.bbox) {}
 
 GetMesh loading(const Load& load, const MeshInput& input, const ReadLimits& limits, Prepared::Use use) {
   return [&load, &input, &limits, use](Control& control) -> Result<std::shared_ptr<const PreparedMesh>> {
     auto loaded = load(input, limits, control);
     if (!loaded) return std::move(loaded).error();
-    return std::make_shared<const PreparedMesh>(std::move(*loaded), input.bytes.size(), use);
+    const auto interrupted = [&control] { return control.check() != Interruption::none; };
+    auto mesh = std::make_shared<const PreparedMesh>(std::move(*loaded), input.bytes.size(), use, interrupted);
+    if (const auto why = control.check(); why != Interruption::none) {
+      return not_in_time(why, "'" + input.part + "' was read");
+    }
+    return mesh;
   };
 }
 

@@ -29,13 +29,14 @@ struct MeshFacts {
 
 // Immutable; any number of comparisons may use it at once.
 struct PreparedMesh {
-  // `file_bytes`: of the file that it was loaded from. Linear time.
-  PreparedMesh(LoadedMesh loaded, std::size_t file_bytes, Prepared::Use use);
+  // `file_bytes`: of the file that it was loaded from. Linear time. Must not be used when `interrupted` said to stop.
+  PreparedMesh(LoadedMesh loaded, std::size_t file_bytes, Prepared::Use use,
+               const Interrupted& interrupted = never_interrupted);
 
   std::size_t bytes() const { return sizeof *this - sizeof mesh + mesh.bytes(); }  // of memory, now
 
-  const Prepared mesh;
   const MeshFacts facts;
+  const Prepared mesh;
 };
 
 // How a comparison gets one of its meshes: an Error is as that of a Load. Called once, on the thread of the job.

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <utility>
 
 #include "engine/adjacency.h"
@@ -60,9 +61,13 @@ class Prepared {
   // `once`: what pays only from the second measurement on is not made.
   enum class Use { once, often };
 
-  // `mesh` passes validate(); it is kept alive by `arrays`, or by the caller.
-  explicit Prepared(MeshView mesh, Use use = Use::once, std::shared_ptr<const void> arrays = nullptr)
-      : mesh_(mesh), use_(use), arrays_(std::move(arrays)) {}
+  // `mesh` passes validate(); it is kept alive by `arrays`, or by the caller. `box`: bounding_box() of it, if that is
+  // known already.
+  explicit Prepared(MeshView mesh, Use use = Use::once, std::shared_ptr<const void> arrays = nullptr,
+                    const std::optional<Box>& box = std::nullopt)
+      : mesh_(mesh), use_(use), arrays_(std::move(arrays)) {
+    if (box) std::call_once(box_made_, [&] { box_ = *box; });
+  }
 
   MeshView mesh() const { return mesh_; }
   Use use() const { return use_; }

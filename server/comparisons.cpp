@@ -172,6 +172,8 @@ void Comparisons::wait(Exchange& exchange, LiveJob& job, const Asked& asked) {
     return answer(exchange,
                   Problem{ProblemKind::overloaded, "as many clients wait for comparisons of others as may", {}});
   }
+  // Who wants no waiting is told the same whether the job was quick or not.
+  if (asked.preferences.wait == milliseconds(0)) return accept(exchange, job.view(), asked);
   const auto tick = [&] {
     return until ? std::min(kTick, std::chrono::ceil<milliseconds>(*until - Clock::now())) : kTick;
   };
@@ -184,22 +186,28 @@ void Comparisons::wait(Exchange& exchange, LiveJob& job, const Asked& asked) {
   respond(exchange, job.view(), asked);
 }
 
+void Comparisons::mark(Exchange& exchange, const JobView& job, const Asked& asked) const {
+  auto& headers = exchange.response.headers;
+  if (!asked.preferences.applied.empty()) headers.emplace_back("Preference-Applied", asked.preferences.applied);
+  if (asked.submission.durable) headers.emplace_back("Location", "/v1/comparisons/" + job.row.key.id);
+}
+
+void Comparisons::accept(Exchange& exchange, const JobView& job, const Asked& asked) const {
+  mark(exchange, job, asked);
+  exchange.response.status = 202;
+  exchange.response.content_type = "application/json";
+  exchange.response.body = to_json(job);
+}
+
 void Comparisons::respond(Exchange& exchange, const JobView& job, const Asked& asked) const {
+  const bool ended = store::has_ended(job.row.state);
+  if (!ended && asked.preferences.wait) return accept(exchange, job, asked);
+  mark(exchange, job, asked);
+  if (!ended) {
+    return answer(exchange,
+                  Problem{ProblemKind::shutting_down, "the comparison will run when the service is back", {}});
+  }
   Response& response = exchange.response;
-  if (!asked.preferences.applied.empty()) {
-    response.headers.emplace_back("Preference-Applied", asked.preferences.applied);
-  }
-  if (asked.submission.durable) response.headers.emplace_back("Location", "/v1/comparisons/" + job.row.key.id);
-  if (!store::has_ended(job.row.state)) {
-    if (job.handed_back && !asked.preferences.wait) {
-      return answer(exchange,
-                    Problem{ProblemKind::shutting_down, "the comparison will run when the service is back", {}});
-    }
-    response.status = 202;
-    response.content_type = "application/json";
-    response.body = to_json(job);
-    return;
-  }
   exchange.stages = job.stages;
   exchange.triangles = job.triangles;
   if (job.row.document.empty()) return answer_stored(exchange, job.row.problem);

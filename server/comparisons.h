@@ -42,6 +42,8 @@ class Comparisons {
   std::optional<api::Problem> open_mesh(const std::string& owner, const std::string& part, const std::string& id,
                                         MeshSource& source);
   void wait(Exchange& exchange, LiveJob& job, const Asked& asked);
+  void mark(Exchange& exchange, const JobView& job, const Asked& asked) const;
+  void accept(Exchange& exchange, const JobView& job, const Asked& asked) const;
   void respond(Exchange& exchange, const JobView& job, const Asked& asked) const;
 
   const Settings settings_;

@@ -241,7 +241,7 @@ class Workers(unittest.TestCase):
         binary = shutil.copy(BINARY, folder.name)
         uploads = os.path.join(folder.name, "uploads")
         os.mkdir(uploads)
-        server = self.server("--temp-dir", uploads,
+        server = self.server("--temp-dir", uploads, "--data-dir", os.path.join(uploads, "kept"),
                              program=["unshare", "--mount", "sh", "-ec", READ_ONLY, "sh", uploads, binary])
         with open("/proc/%d/status" % server.process.pid) as file:
             self.assertIn("Uid:\t65534\t65534\t65534\t65534\n", file.read())
