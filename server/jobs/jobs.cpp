@@ -112,8 +112,7 @@ void Jobs::run(const std::shared_ptr<LiveJob>& job, Scheduler::Slot slot) {
     job->started(1, store::now());
   }
   const auto result = measured(*job);
-  result ? metrics_.job_ended(*result)
-         : metrics_.job_failed(api::to_problem(result.error()).type(), job->request.options.strategy);
+  count(*job, result);
   JobView last = concluded(*job, result);
   let_go_of_bytes(job->a);
   let_go_of_bytes(job->b);
@@ -181,6 +180,15 @@ Result<api::Comparison> Jobs::measure(LiveJob& job) {
     result->times.total += result->times.queue;
   }
   return result;
+}
+
+// One that was cancelled before both meshes were read did not fail, whatever its client is told.
+void Jobs::count(LiveJob& job, const Result<api::Comparison>& result) {
+  const Strategy strategy = job.request.options.strategy;
+  if (result) return metrics_.job_ended(*result);
+  const bool cancelled = stopped_by_cancel(result) && job.control.check() == Interruption::cancelled;
+  if (cancelled) return metrics_.job_cancelled_early(strategy);
+  metrics_.job_failed(api::to_problem(result.error()).type(), strategy);
 }
 
 JobView Jobs::concluded(const LiveJob& job, const Result<api::Comparison>& result) const {
@@ -286,6 +294,7 @@ Result<Jobs::Deleted> Jobs::remove(const store::JobKey& key) {
     if (!state) return state.error();
     if (!*state) return Deleted::unknown;
     if (job && **state == JobState::cancelled) {
+      metrics_.job_cancelled_early(job->request.options.strategy);
       leave_to_its_end(*job);
       scheduler_.withdraw(job->control);
     }

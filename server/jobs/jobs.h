@@ -116,6 +116,7 @@ class Jobs {
   Begun begin(LiveJob& job);
   Result<Done> open_blobs(LiveJob& job);
   Result<api::Comparison> measured(LiveJob& job);
+  void count(LiveJob& job, const Result<api::Comparison>& result);
   Result<api::Comparison> measure(LiveJob& job);
   JobView concluded(const LiveJob& job, const Result<api::Comparison>& result) const;
   void conclude(Parked ended);
