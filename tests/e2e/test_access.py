@@ -11,13 +11,7 @@ import unittest
 from pathlib import Path
 
 from harness import BINARY, ENVIRONMENT, Server, comparison, post_head, read_answer, until
-
-
-def new_key(name, *flags, **changes):
-    """A token, and its entry for the file."""
-    out = subprocess.run([BINARY, "keys", "new", name, *flags], capture_output=True, text=True, check=True).stdout
-    token, entry = out.splitlines()
-    return token, {**json.loads(entry), **changes}
+from keys import new_key
 
 
 class Keys(unittest.TestCase):
