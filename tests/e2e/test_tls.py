@@ -311,7 +311,8 @@ class Tls(unittest.TestCase):
         self.assertEqual(health(), 1)
 
     def test_more_connections_than_threads(self):
-        server = self.own("--queue", "1", "--workers", "1", "--io-threads", "4", "--max-event-streams", "0", "--max-pending-connections", "1")
+        server = self.own("--queue", "1", "--workers", "1", "--io-threads", "4", "--max-event-streams", "0", "--max-pending-connections", "1",
+                          "--max-arriving-per-peer", "4")
         holders = [server.connect() for _ in range(4)]
         for holder in holders:
             holder.sendall(b"GET /healthz HTTP/1.1\r\n")
