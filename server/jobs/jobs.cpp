@@ -64,6 +64,7 @@ Jobs::~Jobs() {
   maintenance_.join();
   scheduler_.end();
   for (const Parked& parked : parked_) drop(*parked.job);
+  parked_.clear();  // their slots are the scheduler's, which goes first
   note(stores_.jobs.flush());
 }
 

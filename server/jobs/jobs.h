@@ -120,7 +120,6 @@ class Jobs {
   Result<api::Comparison> measure(LiveJob& job);
   JobView concluded(const LiveJob& job, const Result<api::Comparison>& result) const;
   void conclude(Parked ended);
-  bool finish(const LiveJob& job, const store::Job& row);
   void drop(LiveJob& job);
   void leave_to_its_end(LiveJob& job);
 
