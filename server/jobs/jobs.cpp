@@ -129,7 +129,7 @@ Jobs::Begun Jobs::begin(LiveJob& job) {
   if (stopping_.load()) return Begun::not_ours;
   const auto opened = open_blobs(job);
   note(opened);
-  if (!opened) return Begun::later;
+  if (!opened) return is_queued(job) ? Begun::later : Begun::not_ours;
   const auto now = store::now();
   auto claimed = stores_.jobs.claim(job.key, worker_, now, now + kLease);
   note(claimed);
@@ -139,6 +139,12 @@ Jobs::Begun Jobs::begin(LiveJob& job) {
   job.started((*claimed)->job.tries, now);
   job.control.set_deadline(LiveJob::Clock::now() + job.request.timeout);
   return Begun::yes;
+}
+
+// False: it was cancelled or given up meanwhile. A job whose blob stays unreadable must not be tried for ever.
+bool Jobs::is_queued(const LiveJob& job) {
+  const auto row = stores_.jobs.get(job.key);
+  return !row || (*row && !store::has_ended((*row)->state));
 }
 
 // While a durable job waits it holds neither memory nor descriptors: its bytes are in the store. What is not there any

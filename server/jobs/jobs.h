@@ -114,6 +114,7 @@ class Jobs {
 
   void run(const std::shared_ptr<LiveJob>& job, Scheduler::Slot slot);
   Begun begin(LiveJob& job);
+  bool is_queued(const LiveJob& job);
   Result<Done> open_blobs(LiveJob& job);
   Result<api::Comparison> measured(LiveJob& job);
   void count(LiveJob& job, const Result<api::Comparison>& result);
