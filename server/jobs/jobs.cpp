@@ -351,13 +351,16 @@ void Jobs::retry_parked() {
   }
 }
 
-void Jobs::sweep() {
+// What is thrown for want of memory ends here: it is for the next sweep, not the end of the process.
+void Jobs::sweep() try {
   const auto now = store::now();
   note(stores_.jobs.sweep_jobs({now, now + seconds(settings_.result_ttl_s)}, settings_.max_kept_results));
   note(stores_.meshes.sweep_meshes(now));
   const auto used = stores_.jobs.used_blobs();
   note(used);
   if (used) note(stores_.blobs.remove_unused(*used, kUnusedBlobs));
+} catch (const std::exception& error) {
+  log_event("store", std::string("a sweep was broken off: ") + error.what());
 }
 
 }  // namespace meshgauge::server
