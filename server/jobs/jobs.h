@@ -44,6 +44,10 @@ struct Stores {
   MeshCache& cache;
 };
 
+// Access::hold_storage() beside the owner's stored meshes, as they are when it asks.
+std::variant<StorageHold, Denial> hold_storage(Access& access, store::MeshIndex& meshes, const std::string& owner,
+                                               std::uint64_t bytes);
+
 struct Submission {
   store::JobKey key;
   api::Request request;
