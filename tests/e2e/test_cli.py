@@ -10,7 +10,8 @@ import time
 import unittest
 from pathlib import Path
 
-from harness import BINARY, ENVIRONMENT, OPENAPI, RAISED, SLOW, SQUARE, Server, validate, wavy_grid
+from contract import OPENAPI
+from harness import BINARY, ENVIRONMENT, RAISED, SLOW, SQUARE, Server, validate, wavy_grid
 
 
 class Cli(unittest.TestCase):
