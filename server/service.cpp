@@ -96,7 +96,7 @@ Service::Service(const Settings& settings, Compare compare, Stores stores)
     : settings_(settings),
       stores_(stores),
       access_(settings.keys_file),
-      entrance_(access_, Cors::parse(settings.cors_origins).value()),
+      entrance_(access_, metrics_, Cors::parse(settings.cors_origins).value()),
       tls_(tls_of(settings)),
       uploads_(settings.max_upload_bytes),
       jobs_(settings, std::move(compare), stores, access_, metrics_),
@@ -141,6 +141,11 @@ std::uint64_t Service::free_bytes() const {
   return bytes ? *bytes : 0;
 }
 
+std::uint64_t Service::stored_bytes() const {
+  const auto bytes = stores_.meshes.all_stored_bytes();
+  return bytes ? *bytes : 0;
+}
+
 void Service::watch_levels() {
   const auto watch = [this](Level level, auto read) {
     metrics_.watch(level, [read] { return static_cast<double>(read()); });
@@ -159,6 +164,7 @@ void Service::watch_levels() {
   watch(Level::mesh_cache_limit_bytes, [this] { return settings_.max_cache_bytes; });
   watch(Level::mesh_cache_meshes, [this] { return stores_.cache.counters().meshes; });
   watch(Level::event_streams, [this] { return comparisons_.seats(); });
+  watch(Level::stored_bytes, [this] { return stored_bytes(); });
   watch(Level::disk_free_bytes, [this] { return free_bytes(); });
 }
 

@@ -55,14 +55,15 @@ class Service {
   void record(const Exchange& exchange);
   void watch_levels();
   std::uint64_t free_bytes() const;
+  std::uint64_t stored_bytes() const;
   void check_ready(Exchange& exchange);
 
   const Settings settings_;
   const Stores stores_;
+  Metrics metrics_;
   Access access_;
   const Entrance entrance_;
   std::optional<Tls> tls_;
-  Metrics metrics_;
   ByteBudget uploads_;
   Jobs jobs_;
   Comparisons comparisons_;

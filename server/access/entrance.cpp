@@ -3,12 +3,20 @@
 #include <algorithm>
 #include <array>
 
+#include "server/access/token.h"
+
 namespace meshgauge::server {
 namespace {
 
 // What says nothing about anybody's work. All else needs a key, also a path that there is not.
 constexpr std::array<std::string_view, 5> kOpen{"/", "/docs", "/healthz", "/openapi.yaml", "/readyz"};
 constexpr std::string_view kOpenFolder = "/docs/";
+
+// Why a head was not authenticated.
+AuthFailure failure_of(const Head& head) {
+  if (!bearer_token(head).empty()) return AuthFailure::unknown;
+  return head.header("authorization").empty() ? AuthFailure::missing : AuthFailure::malformed;
+}
 
 }  // namespace
 
@@ -21,12 +29,18 @@ bool Entrance::admit(Exchange& exchange) const {
   const auto scope = scope_of_path(exchange.head.path);
   if (!scope) return true;
   const auto caller = access_.authenticate(exchange.head);
-  if (const auto* denial = std::get_if<Denial>(&caller)) return answer(exchange, *denial), false;
+  if (const auto* denial = std::get_if<Denial>(&caller)) {
+    metrics_.auth_failed(failure_of(exchange.head));
+    return answer(exchange, *denial), false;
+  }
   const auto& who = std::get<Caller>(caller);
   exchange.owner = who.owner;
   // The rate first: a key that may not do this must not ask without end.
   if (const auto denial = access_.begin_request(who.owner)) return answer(exchange, *denial), false;
-  if (const auto denial = Access::require(who, *scope)) return answer(exchange, *denial), false;
+  if (const auto denial = Access::require(who, *scope)) {
+    metrics_.auth_failed(AuthFailure::forbidden);
+    return answer(exchange, *denial), false;
+  }
   return true;
 }
 

@@ -7,12 +7,13 @@
 #include "server/access/access.h"
 #include "server/access/cors.h"
 #include "server/exchange.h"
+#include "server/observe/metrics.h"
 
 namespace meshgauge::server {
 
 class Entrance {
  public:
-  Entrance(Access& access, Cors cors) : access_(access), cors_(std::move(cors)) {}
+  Entrance(Access& access, Metrics& metrics, Cors cors) : access_(access), metrics_(metrics), cors_(std::move(cors)) {}
 
   // Runs `go_on` with exchange.owner set, or answers; what either answers is marked for the pages that may read it.
   template <class GoOn>
@@ -26,6 +27,7 @@ class Entrance {
   bool admit(Exchange& exchange) const;
 
   Access& access_;
+  Metrics& metrics_;  // told of keys that did not fit
   const Cors cors_;
 };
 

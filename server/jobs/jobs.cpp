@@ -31,28 +31,6 @@ double ms_between(LiveJob::Clock::time_point start, LiveJob::Clock::time_point e
   return std::chrono::duration<double, std::milli>(end - start).count();
 }
 
-// What two requests of one idempotency key must agree in.
-std::string fingerprint_of(const std::string& a, const std::string& b, const std::string& options) {
-  const std::string all = a + "\n" + b + "\n" + options;
-  return api::sha256_hex(std::as_bytes(std::span(all)));
-}
-
-store::NewJob row_of(const Submission& submission, store::TimePoint now, seconds ttl) {
-  store::NewJob row;
-  row.key = submission.key;
-  row.mesh_a = submission.a.id;
-  row.mesh_b = submission.b.id;
-  row.hints = hints_of(submission.a, submission.b);
-  row.options = submission.options;
-  row.cost = submission.a.input.bytes.size() + submission.b.input.bytes.size();
-  row.idempotency_key = submission.idempotency_key;
-  if (!row.idempotency_key.empty()) row.fingerprint = fingerprint_of(row.mesh_a, row.mesh_b, row.options);
-  row.trace = submission.trace;
-  row.created = now;
-  row.expires_if_never_run = now + ttl;
-  return row;
-}
-
 StoreFailure failure_of(ErrorCode code) {
   if (code == ErrorCode::storage_full) return StoreFailure::full;
   return code == ErrorCode::storage_unavailable ? StoreFailure::unavailable : StoreFailure::broken;
@@ -92,145 +70,6 @@ Jobs::~Jobs() {
 void Jobs::stop() {
   stopping_.store(true);
   scheduler_.cancel_all();
-}
-
-Result<Done> Jobs::recover() {
-  const auto now = store::now();
-  auto rows = stores_.jobs.recover("", "the service ended while it ran", {now, now + seconds(settings_.result_ttl_s)});
-  if (!rows) return rows.error();
-  for (const store::Job& row : *rows) {
-    if (auto done = revive(row); !done) return done.error();
-  }
-  return Done{};
-}
-
-// A job that this version does not understand fails when it runs.
-Result<Done> Jobs::revive(const store::Job& row) {
-  MeshSource a{{"a", {}, "", "", -1}, nullptr, row.mesh_a, {}};
-  MeshSource b{{"b", {}, "", "", -1}, nullptr, row.mesh_b, {}};
-  set_hints(row.hints, a, b);
-  std::uint64_t own_bytes = row.cost;
-  for (MeshSource* source : {&a, &b}) {
-    if (auto done = recognise(row.key.owner, *source, own_bytes); !done) return done;
-  }
-  auto request = api::parse_options(row.options, request_limits(settings_));
-  const auto job = std::make_shared<LiveJob>(row, request ? limited(std::move(*request)) : api::Request{}, std::move(a),
-                                             std::move(b), true);
-  if (!request) job->defect = request.error();
-  job->own_bytes = own_bytes;
-  job->counted.emplace(access_.adopt_job(job->key.owner));
-  register_live(job);
-  enqueue(job, scheduler_.admit_again());
-  return Done{};
-}
-
-// A mesh that its owner stored as such counts there, and is worth keeping in memory.
-Result<Done> Jobs::recognise(const std::string& owner, MeshSource& source, std::uint64_t& own_bytes) {
-  const auto stored = stores_.meshes.get_mesh({owner, source.id});
-  if (!stored) return stored.error();
-  if (!*stored) return Done{};
-  own_bytes -= std::min(own_bytes, (*stored)->bytes);
-  source.kept = MeshCache::key(owner, source.id, source.input.filename, source.input.media_type);
-  return Done{};
-}
-
-// What the settings say of every comparison.
-api::Request Jobs::limited(api::Request request) const {
-  request.options.simd = settings_.simd;
-  std::size_t& memory_bytes = request.options.max_memory_bytes;
-  memory_bytes = std::min<std::size_t>(memory_bytes, settings_.max_heap_bytes);
-  return request;
-}
-
-Jobs::Submitted Jobs::submit(Scheduler::Slot slot, Submission submission) {
-  Storage storage;
-  if (submission.durable) {
-    if (auto denial = keep_blobs(submission, storage)) return *denial;
-  }
-  auto row = row_of(submission, store::now(), seconds(settings_.result_ttl_s));
-  const auto job = std::make_shared<LiveJob>(std::move(row), limited(std::move(submission.request)),
-                                             std::move(submission.a), std::move(submission.b), submission.durable);
-  if (submission.counted) job->counted.emplace(std::move(*submission.counted));
-  if (storage.held) job->held.emplace(std::move(*storage.held));
-  job->own_bytes = storage.bytes;
-  if (job->durable) return insert(job, std::move(slot));
-  register_live(job);
-  enqueue(job, std::move(slot));
-  return job;
-}
-
-// So that they are there when the job runs, be it after a crash.
-std::optional<Denial> Jobs::keep_blobs(Submission& submission, Storage& storage) {
-  const std::string& owner = submission.key.owner;
-  const auto meshes = stores_.meshes.stored_bytes(owner);
-  if (!meshes) return Denial{api::to_problem(meshes.error()), {}};
-  for (const MeshSource* source : {&submission.a, &submission.b}) {
-    if (source->id.empty()) storage.bytes += source->input.bytes.size();
-  }
-  if (*meshes + bytes_of_jobs(owner) + storage.bytes > settings_.max_stored_bytes) {
-    return Denial{{ProblemKind::quota_exceeded,
-                   "stored meshes and those of waiting comparisons would be larger than the limit of " +
-                       std::to_string(settings_.max_stored_bytes) + " bytes",
-                   {}},
-                  {}};
-  }
-  auto hold = access_.hold_storage(owner, storage.bytes, [&] { return *meshes; });
-  if (auto* denial = std::get_if<Denial>(&hold)) return std::move(*denial);
-  storage.held.emplace(std::get<StorageHold>(std::move(hold)));
-  for (MeshSource* source : {&submission.a, &submission.b}) {
-    if (auto denial = keep_blob(owner, *source)) return denial;
-  }
-  return std::nullopt;
-}
-
-std::uint64_t Jobs::bytes_of_jobs(const std::string& owner) const {
-  const std::lock_guard lock(mutex_);
-  std::uint64_t bytes = 0;
-  for (const auto& [id, job] : live_) {
-    if (job->key.owner == owner) bytes += job->own_bytes;
-  }
-  return bytes;
-}
-
-std::optional<Denial> Jobs::keep_blob(const std::string& owner, MeshSource& source) {
-  if (source.id.empty()) {
-    source.id = api::sha256_hex(source.input.bytes);
-    const auto put = stores_.blobs.put({owner, source.id}, source.input.bytes);
-    note(put);
-    return put ? std::nullopt : std::optional(Denial{api::to_problem(put.error()), {}});
-  }
-  const auto renewed = stores_.blobs.renew({owner, source.id});
-  note(renewed);
-  if (!renewed) return Denial{api::to_problem(renewed.error()), {}};
-  if (*renewed) return std::nullopt;
-  return Denial{{ProblemKind::unknown_mesh, "the mesh '" + source.input.part + "' was deleted meanwhile", {}}, {}};
-}
-
-// The job is known here before it is in the store: whoever repeats its idempotency key finds it.
-Jobs::Submitted Jobs::insert(const std::shared_ptr<LiveJob>& job, Scheduler::Slot slot) {
-  register_live(job);
-  const auto inserted = stores_.jobs.insert(job->view().row);
-  if (inserted && !inserted->existed) {
-    let_go_of_bytes(job->a);
-    let_go_of_bytes(job->b);
-    enqueue(job, std::move(slot));
-    return job;
-  }
-  forget_live(*job);
-  note(inserted);
-  if (!inserted) return Denial{api::to_problem(inserted.error()), {}};
-  if (inserted->conflict) {
-    return Denial{{ProblemKind::idempotency_key_reused,
-                   "this Idempotency-Key was used for another comparison; take a new one",
-                   {}},
-                  {}};
-  }
-  if (auto first = live(inserted->job.key)) return first;
-  auto view = get(inserted->job.key);  // it has ended since, or it waits for another start
-  if (!view) return Denial{api::to_problem(view.error()), {}};
-  if (*view) return std::move(**view);
-  return Denial{{ProblemKind::storage_unavailable, "the comparison of this Idempotency-Key was removed just now", {}},
-                {}};
 }
 
 void Jobs::register_live(const std::shared_ptr<LiveJob>& job) {
@@ -273,8 +112,7 @@ void Jobs::run(const std::shared_ptr<LiveJob>& job, Scheduler::Slot slot) {
     job->started(1, store::now());
   }
   const auto result = measured(*job);
-  result ? metrics_.job_ended(*result)
-         : metrics_.job_failed(api::to_problem(result.error()).type(), job->request.options.strategy);
+  count(*job, result);
   JobView last = concluded(*job, result);
   let_go_of_bytes(job->a);
   let_go_of_bytes(job->b);
@@ -344,6 +182,15 @@ Result<api::Comparison> Jobs::measure(LiveJob& job) {
   return result;
 }
 
+// One that was cancelled before both meshes were read did not fail, whatever its client is told.
+void Jobs::count(LiveJob& job, const Result<api::Comparison>& result) {
+  const Strategy strategy = job.request.options.strategy;
+  if (result) return metrics_.job_ended(*result);
+  const bool cancelled = stopped_by_cancel(result) && job.control.check() == Interruption::cancelled;
+  if (cancelled) return metrics_.job_cancelled_early(strategy);
+  metrics_.job_failed(api::to_problem(result.error()).type(), strategy);
+}
+
 JobView Jobs::concluded(const LiveJob& job, const Result<api::Comparison>& result) const {
   JobView last = job.view();
   last.row.finished = store::now();
@@ -389,10 +236,9 @@ void Jobs::conclude(Parked ended) {
 }
 
 // A failure of the store is counted and told, whatever becomes of it; the same one not again and again.
-void Jobs::note(const auto& result) {
-  if (result) return;
-  metrics_.store_failed(failure_of(result.error().code));
-  const std::string& message = result.error().message;
+void Jobs::failed(const Error& error) {
+  metrics_.store_failed(failure_of(error.code));
+  const std::string& message = error.message;
   {
     const auto now = LiveJob::Clock::now();
     const std::lock_guard lock(mutex_);
@@ -448,6 +294,7 @@ Result<Jobs::Deleted> Jobs::remove(const store::JobKey& key) {
     if (!state) return state.error();
     if (!*state) return Deleted::unknown;
     if (job && **state == JobState::cancelled) {
+      metrics_.job_cancelled_early(job->request.options.strategy);
       leave_to_its_end(*job);
       scheduler_.withdraw(job->control);
     }

@@ -116,6 +116,7 @@ class Jobs {
   Begun begin(LiveJob& job);
   Result<Done> open_blobs(LiveJob& job);
   Result<api::Comparison> measured(LiveJob& job);
+  void count(LiveJob& job, const Result<api::Comparison>& result);
   Result<api::Comparison> measure(LiveJob& job);
   JobView concluded(const LiveJob& job, const Result<api::Comparison>& result) const;
   void conclude(Parked ended);
@@ -128,7 +129,10 @@ class Jobs {
   void park(Parked parked);
   void maintain();
   void retry_parked();
-  void note(const auto& result);
+  void note(const auto& result) {
+    if (!result) failed(result.error());
+  }
+  void failed(const Error& error);
   void sweep();
 
   const Settings settings_;

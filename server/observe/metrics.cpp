@@ -187,7 +187,7 @@ void Metrics::job_failed(std::string_view problem_type, Strategy strategy) {
   series_->job("failed", slug_of(problem_type), strategy).Increment();
 }
 
-void Metrics::job_cancelled_in_queue(Strategy strategy) { series_->job("cancelled", "queued", strategy).Increment(); }
+void Metrics::job_cancelled_early(Strategy strategy) { series_->job("cancelled", "early", strategy).Increment(); }
 
 void Metrics::auth_failed(AuthFailure why) { series_->auth_failures[static_cast<std::size_t>(why)]->Increment(); }
 

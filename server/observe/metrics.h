@@ -59,7 +59,7 @@ class Metrics {
   void job_started(double waited_seconds);
   void job_ended(const api::Comparison& comparison);                  // with an interval, however it ended
   void job_failed(std::string_view problem_type, Strategy strategy);  // without
-  void job_cancelled_in_queue(Strategy strategy);
+  void job_cancelled_early(Strategy strategy);                        // in the queue, or while its meshes were read
 
   void auth_failed(AuthFailure why);
   void store_failed(StoreFailure why);

@@ -62,6 +62,14 @@ Result<std::uint64_t> SqliteStore::stored_bytes(const std::string& owner) {
   return readers_.read([&](Connection& connection) { return stored_by(connection, owner); });
 }
 
+Result<std::uint64_t> SqliteStore::all_stored_bytes() {
+  return readers_.read([](Connection& connection) {
+    Query query(connection, "SELECT coalesce(sum(bytes), 0) FROM stored");
+    query.next();
+    return static_cast<std::uint64_t>(query.number(0));
+  });
+}
+
 Result<std::uint64_t> SqliteStore::sweep_meshes(TimePoint now) {
   Result<Done> flushed = flush();  // a mesh that was just used stays
   if (!flushed) return flushed.error();

@@ -48,6 +48,7 @@ class SqliteStore final : public JobStore, public MeshIndex {
   void touch_mesh(const BlobKey& key, TimePoint last_used, TimePoint expires) override;
   Result<bool> delete_mesh(const BlobKey& key) override;
   Result<std::uint64_t> stored_bytes(const std::string& owner) override;
+  Result<std::uint64_t> all_stored_bytes() override;
   Result<std::uint64_t> sweep_meshes(TimePoint now) override;
 
  private:

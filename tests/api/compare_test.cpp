@@ -78,7 +78,7 @@ TEST_CASE("compare: no time for reading is an error, no time for measuring is no
   CHECK(unread.error().code == ErrorCode::out_of_time);
 
   Control control;
-  control.cancel_at_check(4);  // after those before a, before b and before measuring
+  control.cancel_at_check(6);  // after those before and after a, before and after b, and before measuring
   const auto cut_short = compared(kSquare, kRaised, control);
   REQUIRE(cut_short.ok());
   CHECK(cut_short->outcome.stop == Stop::cancelled);

@@ -19,7 +19,7 @@ class Ledger:
         self.lock = threading.Lock()
         self.jobs = {}       # by id
         self.keys = {}       # Idempotency-Key to id
-        self.meshes = {}     # id to "stored", "removing" or "deleted"
+        self.meshes = {}     # id to "arriving", "stored", "removing" or "deleted"
         self.violations = []
         self.counts = {}
 

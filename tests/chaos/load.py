@@ -103,6 +103,7 @@ class Client:
         height = self.dice.randrange(64) / 8
         mesh = square(height, self.dice.choice((1, 4, 60)), self.new_name())
         identity = hashlib.sha256(mesh).hexdigest()
+        self.ledger.meshes[identity] = "arriving"
         answer = ask(self.port, "PUT", "/v1/meshes/" + identity, mesh, {"Content-Type": "model/obj"})
         if answer.status in (200, 201):
             self.ledger.meshes[identity] = "stored"

@@ -30,7 +30,8 @@ class Victim:
         line = json.loads(first) if first.startswith(b"{") else {}
         if line.get("event") != "listening":
             self.process.kill()
-            raise AssertionError("it does not start: %s" % (first + self.process.stderr.read()).decode())
+            rest = self.process.communicate()[1]
+            raise AssertionError("it does not start: %s" % (first + rest).decode())
         self.port = int(line["detail"].rsplit(":", 1)[1])
         self.reader = threading.Thread(target=self._read, daemon=True)
         self.reader.start()

@@ -10,8 +10,8 @@ import time
 import unittest
 from pathlib import Path
 
-from contract import OPENAPI
-from harness import BINARY, ENVIRONMENT, RAISED, SLOW, SQUARE, Server, validate, wavy_grid
+from contract import OPENAPI, validate
+from harness import BINARY, ENVIRONMENT, RAISED, SLOW, SQUARE, Server, wavy_grid
 
 
 class Cli(unittest.TestCase):

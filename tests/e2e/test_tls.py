@@ -182,7 +182,7 @@ class Tls(unittest.TestCase):
                     connection.sendall(junk)
                     connection.shutdown(socket.SHUT_WR)
                     connection.makefile("rb").read()
-                except ConnectionResetError:
+                except OSError:  # reset, or gone already
                     pass
 
     def test_a_slow_handshake_is_cut(self):
@@ -311,14 +311,21 @@ class Tls(unittest.TestCase):
         self.assertEqual(health(), 1)
 
     def test_more_connections_than_threads(self):
-        server = self.own("--queue", "1", "--workers", "1", "--io-threads", "4", "--max-event-streams", "0", "--max-pending-connections", "1")
+        server = self.own("--queue", "1", "--workers", "1", "--io-threads", "4", "--max-event-streams", "0", "--max-pending-connections", "1",
+                          "--max-arriving-per-peer", "4")
         holders = [server.connect() for _ in range(4)]
         for holder in holders:
             holder.sendall(b"GET /healthz HTTP/1.1\r\n")
         waiting = server.plain()
-        with server.connect() as refused:
-            answer = read_answer(refused.makefile("rb"))
-            self.assertEqual(answer.status, 503)
+
+        def refused():
+            try:
+                with server.connect() as surplus:
+                    return read_answer(surplus.makefile("rb")).status == 503
+            except OSError:  # a handshake that took too long, on a busy machine
+                return False
+
+        until(refused)
         silent = server.plain()  # says nothing at all, and is closed
         self.assertEqual(silent.recv(1), b"")
         for connection in (*holders, waiting, silent):

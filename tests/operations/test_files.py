@@ -7,6 +7,7 @@ import contextlib
 import json
 import os
 import re
+import shlex
 import shutil
 import socket
 import ssl
@@ -21,6 +22,7 @@ import yaml
 from harness import BINARY, ENVIRONMENT, RAISED, ROOT, SQUARE, Server, multipart, until, validate
 
 DOCKER = ROOT / "docker"
+MANUAL = (ROOT / "docs/operations.md").read_text()
 COMPOSE = {name: yaml.safe_load((DOCKER / name).read_text()) for name in ("compose.yaml", "compose.production.yaml")}
 TOOLS = Path(os.environ.get("MESHGAUGE_TOOLS", ROOT / "build/tools"))
 TRACE = "00-4bf92f3577b34da6a3ce929d0e0e4736-00f067aa0ba902b7-01"
@@ -31,6 +33,10 @@ def tool(name):
     return found or unittest.SkipTest(f"no {name} (./dev setup test)")
 
 
+def bearer(token):
+    return f"Authorization: Bearer {token}\r\n"
+
+
 def run(name, *arguments, **options):
     program = tool(name)
     if isinstance(program, unittest.SkipTest):
@@ -38,6 +44,26 @@ def run(name, *arguments, **options):
     done = subprocess.run([program, *map(str, arguments)], capture_output=True, text=True, check=False, **options)
     assert done.returncode == 0, f"{name} {arguments}:\n{done.stdout}{done.stderr}"
     return done.stdout
+
+
+class Secrets:
+    """The files that the manual's first lines make, by the built program in place of the image's."""
+
+    def __init__(self, test):
+        folder = Path(test.enterContext(tempfile.TemporaryDirectory()))
+        docker = folder / "docker-for-tests"
+        docker.write_text(f'#!/bin/sh\n[ "$1" = build ] || {{ shift 5; exec {shlex.quote(BINARY)} "$@"; }}\n')
+        docker.chmod(0o755)
+        lines = next(block for block in re.findall(r"^```sh\n(.*?)^```$", MANUAL, re.M | re.S) if "keys new" in block)
+        subprocess.run(["sh", "-euc", f'docker() {{ {shlex.quote(str(docker))} "$@"; }}\n{lines}'], cwd=folder, check=True)
+        self.folder = folder / "docker/secrets"
+
+    def path(self, mounted):
+        """Of what a container finds as /run/secrets/..."""
+        return self.folder / Path(COMPOSE["compose.production.yaml"]["secrets"][Path(mounted).name]["file"]).name
+
+    def first_line(self, name):
+        return (self.folder / name).read_text().splitlines()[0]
 
 
 class Compose(unittest.TestCase):
@@ -53,9 +79,29 @@ class Compose(unittest.TestCase):
         both = {}
         for document in COMPOSE.values():
             both |= {name: str(value) for name, value in document["services"]["meshgauge"]["environment"].items()}
+        secrets = Secrets(self)
+        both["MESHGAUGE_KEYS_FILE"] = str(secrets.path(both["MESHGAUGE_KEYS_FILE"]))
         server = Server(environment=both)
         self.addCleanup(server.stop)
-        self.assertEqual(server.compare().status, 200)
+        self.assertEqual(server.compare().status, 401)
+        self.assertEqual(server.compare(extra=bearer(secrets.first_line("ci"))).status, 200)
+        # The key of Prometheus is for the numbers alone.
+        config = yaml.safe_load((DOCKER / "prometheus/prometheus.yml").read_text())
+        file = next(job for job in config["scrape_configs"] if job["job_name"] == "meshgauge")["authorization"]["credentials_file"]
+        token = secrets.path(file).read_text().strip()
+        self.assertEqual(server.get("/metrics", extra=bearer(token)).status, 200)
+        self.assertEqual(server.compare(extra=bearer(token)).status, 403)
+
+    def test_a_proxy_is_not_taken_for_one_client(self):
+        of = COMPOSE["compose.production.yaml"]["services"]["meshgauge"]["environment"]
+        self.assertGreaterEqual(of["MESHGAUGE_MAX_ARRIVING_PER_PEER"], of["MESHGAUGE_IO_THREADS"])
+
+    def test_secrets_are_given_to_who_reads_them(self):
+        document = COMPOSE["compose.production.yaml"]
+        given = [secret for of in document["services"].values() for secret in of.get("secrets", [])]
+        self.assertEqual(sorted(given), sorted(document["secrets"]))
+        text = (DOCKER / "compose.production.yaml").read_text() + (DOCKER / "prometheus/prometheus.yml").read_text()
+        self.assertEqual(set(re.findall(r"/run/secrets/(\w+)", text)), set(given))
 
     def test_what_is_mounted_is_there(self):
         for name, document in COMPOSE.items():
@@ -98,7 +144,9 @@ class Compose(unittest.TestCase):
 
 class Prometheus(unittest.TestCase):
     def test_the_configuration_and_the_rules(self):
-        run("promtool", "check", "config", DOCKER / "prometheus/prometheus.yml")
+        # Its token is not there, which is all that --syntax-only overlooks.
+        run("promtool", "check", "config", "--syntax-only", DOCKER / "prometheus/prometheus.yml")
+        run("promtool", "check", "rules", DOCKER / "prometheus/alerts.yml")
 
     def test_the_alerts_fire_when_they_should(self):
         run("promtool", "test", "rules", Path(__file__).parent / "alerts_test.yml")

@@ -2,7 +2,7 @@
 """Holds README.md to what the program does.
 
   readme_test.py BUILD_DIR            the README's request gets the README's response; its table of settings is that of
-                                      `meshgauge serve --help`; its C++ is that of tests/consumer/main.cpp
+                                      `meshgauge serve --help`; its requests of jobs and meshes do what is said of them; its C++ is that of tests/consumer/main.cpp
   readme_test.py BUILD_DIR --update   writes the response and the table anew
 """
 
@@ -16,6 +16,7 @@ import signal
 import socket
 import subprocess
 import sys
+import tempfile
 import time
 import urllib.request
 
@@ -54,14 +55,15 @@ def service(build):
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         address = f"127.0.0.1:{probe.getsockname()[1]}"
-    command = [build / "meshgauge", "serve", "--port", address.split(":")[1]]
-    server = subprocess.Popen(command, env=ENVIRONMENT, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
-    try:
-        wait_until_healthy(server, address)
-        yield address
-    finally:
-        server.send_signal(signal.SIGTERM)
-        _, log = server.communicate(timeout=60)
+    with tempfile.TemporaryDirectory() as folder:
+        command = [build / "meshgauge", "serve", "--port", address.split(":")[1], "--data-dir", folder]
+        server = subprocess.Popen(command, env=ENVIRONMENT, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+        try:
+            wait_until_healthy(server, address)
+            yield address
+        finally:
+            server.send_signal(signal.SIGTERM)
+            _, log = server.communicate(timeout=60)
     if server.returncode != 0:
         fail(f"the service ended with {server.returncode}:\n{log}")
 
@@ -76,19 +78,47 @@ def wait_until_healthy(server, address):
         time.sleep(0.05)
 
 
-def ask(request, build):
-    with service(build) as address:
-        line = request.replace(ADDRESS, address).replace("@build/", f"@{build}/")
-        done = subprocess.run(["sh", "-c", line], capture_output=True, text=True, check=False)
+def said(request, address, build):
+    """What a line of the README prints."""
+    line = re.sub(r"(?<=[@ ])build/", f"{build}/", request.replace(ADDRESS, address))
+    done = subprocess.run(["sh", "-c", line], capture_output=True, text=True, check=False)
     if done.returncode != 0:
         fail(f"{request!r} failed: {done.stderr}")
+    return done.stdout
+
+
+def ask(request, address, build, member="distance"):
+    text = said(request, address, build)
     try:
-        answer = json.loads(done.stdout)
+        answer = json.loads(text)
     except json.JSONDecodeError:
-        fail(f"{request!r} gave no JSON but {done.stdout!r}")
-    if "distance" not in answer:
-        fail(f"{request!r} gave no result but {done.stdout}")
+        fail(f"{request!r} gave no JSON but {text!r}")
+    if member not in answer:
+        fail(f"{request!r} gave no {member} but {text}")
     return answer
+
+
+def check_jobs(readme, address, build):
+    body, _ = block(readme, "sh", "respond-async")
+    later, baseline, candidate, stored, again = (line for line in body.splitlines() if line.startswith("curl "))
+    accepted = said(later, address, build)
+    location = re.search(r"^location: (/v1/comparisons/\w+)\r?$", accepted, re.M | re.I)
+    if not re.match(r"HTTP/1.1 202 ", accepted) or not location:
+        fail(f"{later!r} gave {accepted!r}")
+    for _ in range(600):
+        with urllib.request.urlopen(f"http://{address}{location[1]}", timeout=60) as answer:
+            job = json.load(answer)
+        if job["finished"]:
+            break
+        time.sleep(0.05)
+    if job["state"] != "done" or "distance" not in job["result"]:
+        fail(f"{location[1]} is {job}")
+    sent = [ask(line, address, build, "bytes")["id"] for line in (baseline, candidate)]
+    got = ask(stored, address, build)
+    if [got["meshes"][part]["sha256"] for part in "ab"] != sent:
+        fail(f"{stored!r} measured other meshes than {sent}")
+    if ask(again, address, build)["id"] != ask(again, address, build)["id"]:
+        fail(f"{again!r}, twice, is two comparisons")
 
 
 def same(shown, got, path="response"):
@@ -197,15 +227,18 @@ def check(build):
         fail("the C++ is not the one that tests/consumer/main.cpp compiles")
     check_settings(readme, build)
     shown = json.loads(block(readme, "json", '"distance"')[0])
-    got = ask(request, build)
-    same(shown, got)
-    overlap(shown, got)
+    with service(build) as address:
+        got = ask(request, address, build)
+        same(shown, got)
+        overlap(shown, got)
+        check_jobs(readme, address, build)
     print(f"README.md holds: {request}\n{json.dumps(got['distance'])}")
 
 
 def update(build):
     readme = README.read_text()
-    got = ask(request_of(readme), build)
+    with service(build) as address:
+        got = ask(request_of(readme), address, build)
     _, (start, end) = block(readme, "json", '"distance"')
     readme = readme[:start] + laid_out(got) + "\n" + readme[end:]
     rows = "".join(f"| `{flag}` | {f'`{default}` ' if default else ''}| {meaning} |\n"

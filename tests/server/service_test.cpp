@@ -142,6 +142,35 @@ TEST_CASE("service: a full queue answers 503 at once, and whoever was let in is 
   CHECK(post(port)->status == 200);
 }
 
+TEST_CASE("service: who repeats an Idempotency-Key waits for the same job, and not more of them than have a seat") {
+  Stub stub;
+  Kept kept;
+  Settings settings = small();
+  settings.max_event_streams = 1;
+  Service service(settings, stub.compare(), kept.stores());
+  const int port = service.start().value();
+  std::atomic<int> refused{0};
+  const auto repeat = [&] {
+    httplib::Client client("127.0.0.1", port);
+    client.set_read_timeout(100);
+    const auto response = client.Post("/v1/comparisons", {{"Idempotency-Key", "one"}}, form());
+    refused += response->status == 503;
+    return response->status == 200 ? json::parse(response->body)["id"].get<std::string>() : "";
+  };
+  auto first = std::async(std::launch::async, repeat);
+  REQUIRE(eventually([&] { return stub.running == 1; }));
+  std::vector<std::future<std::string>> others;
+  for (int i = 0; i < 3; ++i) others.push_back(std::async(std::launch::async, repeat));
+  CHECK(eventually([&] { return refused == 2; }));
+  stub.released = true;
+  const std::string id = first.get();
+  int same = 0;
+  for (auto& other : others) same += other.get() == id;
+  CHECK(same == 1);
+  CHECK(stub.running == 1);
+  CHECK(repeat() == id);
+}
+
 TEST_CASE("service: health is answered while every worker is busy") {
   Stub stub;
   Kept kept;

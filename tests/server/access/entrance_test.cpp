@@ -2,9 +2,15 @@
 
 #include <algorithm>
 #include <atomic>
+#include <filesystem>
+#include <fstream>
 #include <string>
 
+#include <unistd.h>
+
 #include <doctest/doctest.h>
+
+#include "server/access/token.h"
 
 using namespace meshgauge;
 using server::Access;
@@ -12,6 +18,7 @@ using server::Cors;
 using server::Entrance;
 using server::Exchange;
 using server::Head;
+using server::Metrics;
 using server::Scope;
 
 namespace {
@@ -71,7 +78,8 @@ TEST_CASE("entrance: the paths that need no key, and what the others need") {
 
 TEST_CASE("entrance: with keys in force only the open paths are passed without one") {
   Access access("/some/file");  // which is not read: there is no key that fits
-  const Entrance entrance(access, Cors::parse("").value());
+  Metrics metrics;
+  const Entrance entrance(access, metrics, Cors::parse("").value());
   Request open(head("GET", "/healthz"));
   pass(entrance, open);
   CHECK(open.exchange.response.status == 222);
@@ -84,9 +92,45 @@ TEST_CASE("entrance: with keys in force only the open paths are passed without o
   }
 }
 
+TEST_CASE("entrance: keys that do not fit are counted by what is wrong with them") {
+  const std::string known(40, 'k');
+  const auto file = std::filesystem::temp_directory_path() / ("entrance_test_keys." + std::to_string(::getpid()));
+  std::ofstream(file) << R"({"keys": [{"id": "ci", "sha256": ")" << server::token_sha256(known) << "\"}]}";
+  Access access(file.string());
+  const auto loaded = access.reload();
+  std::filesystem::remove(file);
+  REQUIRE(loaded.ok());
+  Metrics metrics;
+  const Entrance entrance(access, metrics, Cors::parse("").value());
+  const auto status = [&](const char* path, const std::string& authorization) {
+    Head asked = head("GET", path);
+    if (!authorization.empty()) asked.headers.emplace_back("authorization", authorization);
+    Request request(std::move(asked));
+    pass(entrance, request);
+    return request.exchange.response.status;
+  };
+  const auto counted = [&](const std::string& reason, int count) {
+    const std::string line = "meshgauge_auth_failures_total{reason=\"" + reason + "\"} " + std::to_string(count) + "\n";
+    return metrics.text().find(line) != std::string::npos;
+  };
+  CHECK(status("/v1/comparisons", "Bearer " + known) == 222);
+  CHECK(status("/healthz", "Basic x") == 222);
+  for (const char* reason : {"missing", "malformed", "unknown", "forbidden"}) CHECK_MESSAGE(counted(reason, 0), reason);
+  CHECK(status("/v1/comparisons", "") == 401);
+  CHECK(status("/v1/comparisons", "Basic " + known) == 401);
+  CHECK(status("/v1/comparisons", "Bearer ") == 401);
+  CHECK(status("/v1/comparisons", "Bearer " + known + "k") == 401);
+  CHECK(status("/metrics", "Bearer " + known) == 403);
+  CHECK(counted("missing", 1));
+  CHECK(counted("malformed", 2));
+  CHECK(counted("unknown", 1));
+  CHECK(counted("forbidden", 1));
+}
+
 TEST_CASE("cors: off by default") {
   Access access("");
-  const Entrance entrance(access, Cors::parse("").value());
+  Metrics metrics;
+  const Entrance entrance(access, metrics, Cors::parse("").value());
   Request request(head("GET", "/", kPage));
   pass(entrance, request);
   CHECK(request.exchange.response.headers.empty());
@@ -97,7 +141,8 @@ TEST_CASE("cors: off by default") {
 
 TEST_CASE("cors: an origin that is named, and no other, may read") {
   Access access("/some/file");
-  const Entrance entrance(access, Cors::parse("https://viewer.example, http://localhost:3000").value());
+  Metrics metrics;
+  const Entrance entrance(access, metrics, Cors::parse("https://viewer.example, http://localhost:3000").value());
   for (const char* origin : {kPage, "http://localhost:3000"}) {
     Request request(head("GET", "/healthz", origin));
     pass(entrance, request);
@@ -119,7 +164,8 @@ TEST_CASE("cors: an origin that is named, and no other, may read") {
 
 TEST_CASE("cors: a preflight needs no key, and a stranger's is an ordinary request") {
   Access access("/some/file");
-  const Entrance entrance(access, Cors::parse(kPage).value());
+  Metrics metrics;
+  const Entrance entrance(access, metrics, Cors::parse(kPage).value());
   Request asks(preflight(kPage));
   pass(entrance, asks);
   CHECK(asks.exchange.response.status == 204);

@@ -105,6 +105,8 @@ TEST_CASE("jobs: a queued one that is cancelled leaves its place at once") {
   CHECK(got(bench.jobs.get(key))->row.state == JobState::cancelled);
   CHECK(got(bench.jobs.remove(key)) == Jobs::Deleted::forgotten);
   CHECK(got(bench.jobs.remove(key)) == Jobs::Deleted::unknown);
+  CHECK(bench.metrics.text().find(R"(meshgauge_jobs_total{state="cancelled",status="early",strategy="auto"} 1)") !=
+        std::string::npos);
   stand.released = true;
   CHECK(first->wait_for_end(kLong));
   CHECK(stand.running == 1);

@@ -81,10 +81,10 @@ TEST_CASE("metrics: a comparison is counted once, with its stages and how much w
 TEST_CASE("metrics: the ways in which a comparison ends without an interval") {
   Metrics metrics;
   metrics.job_failed("urn:meshgauge:problem:unreadable-mesh", Strategy::four_point);
-  metrics.job_cancelled_in_queue(Strategy::automatic);
+  metrics.job_cancelled_early(Strategy::automatic);
   CHECK(value_of(metrics, R"(meshgauge_jobs_total{state="failed",status="unreadable-mesh",strategy="four_point"})") ==
         1);
-  CHECK(value_of(metrics, R"(meshgauge_jobs_total{state="cancelled",status="queued",strategy="auto"})") == 1);
+  CHECK(value_of(metrics, R"(meshgauge_jobs_total{state="cancelled",status="early",strategy="auto"})") == 1);
 }
 
 TEST_CASE("metrics: cache, keys and stores") {

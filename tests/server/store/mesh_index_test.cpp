@@ -28,11 +28,13 @@ TEST_CASE_TEMPLATE("meshes: put, read, deleted; each owner's are its own", Store
   CHECK_FALSE(got(stores.meshes().get_mesh({"", "m"})).has_value());
   CHECK(got(stores.meshes().stored_bytes("ann")) == 10);
   CHECK(got(stores.meshes().stored_bytes("")) == 0);
+  CHECK(got(stores.meshes().all_stored_bytes()) == 109);
   CHECK(got(stores.meshes().delete_mesh({"ann", "m"})));
   CHECK_FALSE(got(stores.meshes().delete_mesh({"ann", "m"})));
   CHECK_FALSE(got(stores.meshes().get_mesh({"ann", "m"})).has_value());
   CHECK(got(stores.meshes().stored_bytes("ann")) == 0);
   CHECK(got(stores.meshes().stored_bytes("bob")) == 99);
+  CHECK(got(stores.meshes().all_stored_bytes()) == 99);
 }
 
 TEST_CASE_TEMPLATE("meshes: put again renews its times alone", Stores, EVERY_IMPLEMENTATION) {

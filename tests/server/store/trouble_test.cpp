@@ -78,9 +78,9 @@ NewJob large_job(const std::string& id) {
 }
 
 // Inserts until it fails; how many were stored.
-int insert_until_full(JobStore& jobs) {
+int insert_until_full(JobStore& jobs, const std::string& prefix) {
   for (int i = 0; i < 1000; ++i) {
-    const Result<Inserted> inserted = jobs.insert(large_job(std::to_string(i)));
+    const Result<Inserted> inserted = jobs.insert(large_job(prefix + std::to_string(i)));
     if (inserted) continue;
     CHECK_MESSAGE(inserted.error().code == ErrorCode::storage_full, inserted.error().message);
     return i;
@@ -93,7 +93,7 @@ void check_full(EmbeddedStores& stores, const std::string& blobs_folder) {
   JobStore& jobs = stores.jobs();
   const BlobKey small = key_of("ann", "small");
   got(stores.blobs().put(small, bytes_of("small")));
-  const int stored = insert_until_full(jobs);
+  const int stored = insert_until_full(jobs, "");
   CHECK(stored > 0);
   CHECK_FALSE(got(jobs.get({"ann", std::to_string(stored)})).has_value());
   for (int i = 0; i < stored; ++i) CHECK(got(jobs.get({"ann", std::to_string(i)})).has_value());
@@ -139,9 +139,7 @@ TEST_CASE("trouble: a full disk is told, nothing is stored by half, and all is w
     const Result<Done> blobs = stores->blobs().check();
     REQUIRE_FALSE(blobs.ok());
     CHECK(blobs.error().code == ErrorCode::storage_full);
-    const Result<Inserted> inserted = stores->jobs().insert(large_job("none"));
-    REQUIRE_FALSE(inserted.ok());
-    CHECK(inserted.error().code == ErrorCode::storage_full);
+    insert_until_full(stores->jobs(), "more ");  // the log may have had room left
     disk.make_room();
     check_recovered(*stores);
   }
