@@ -21,14 +21,14 @@ Refusal set_target(std::string_view target, Head& head) {
                    "the request target is longer than " + std::to_string(kMaxTargetBytes) + " bytes",
                    {}};
   }
+  for (const char c : target) {
+    if (c <= ' ' || c > '~' || c == '#') return malformed("the request target has a character that is not allowed");
+  }
   if (const std::string_view scheme = "http://"; target.starts_with(scheme)) {  // absolute form, as sent to a proxy
     target.remove_prefix(std::min(target.find('/', scheme.size()), target.size()));
     if (target.empty()) target = "/";
   }
   if (target != "*" && !target.starts_with('/')) return malformed("the request target must start with '/'");
-  for (const char c : target) {
-    if (c <= ' ' || c > '~' || c == '#') return malformed("the request target has a character that is not allowed");
-  }
   head.path = next(target, "?");
   head.query = target;
   return std::nullopt;

@@ -55,6 +55,8 @@ TEST_CASE("head: who keeps the connection") {
 TEST_CASE("head: the absolute form is understood") {
   CHECK(accepted("GET http://host:80/healthz HTTP/1.1\r\nHost: x\r\n\r\n").path == "/healthz");
   CHECK(accepted("GET http://host HTTP/1.1\r\nHost: x\r\n\r\n").path == "/");
+  CHECK(refused("GET http://ho\nst/ HTTP/1.1\r\nHost: x\r\n\r\n") == ProblemKind::malformed_request);
+  CHECK(refused("GET http://ho\x01st/ HTTP/1.1\r\nHost: x\r\n\r\n") == ProblemKind::malformed_request);
 }
 
 TEST_CASE("head: a malformed request line is refused") {

@@ -63,6 +63,10 @@ std::string told(const server::MeshPart& part, const server::Settings& settings)
          std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size()) + '\n';
 }
 
+bool is_too_much(const api::Problem& refusal) {
+  return refusal.kind == api::ProblemKind::too_large || refusal.kind == api::ProblemKind::overloaded;
+}
+
 std::string received(std::string_view body, const std::string& boundary, std::size_t longest, Dice& dice) {
   static const server::Settings settings = [] {
     server::Settings small;
@@ -77,7 +81,8 @@ std::string received(std::string_view body, const std::string& boundary, std::si
     auto refusal = feed(body, boundary, longest, dice, receiver);
     if (!refusal) refusal = receiver.check_complete();
     if (longest == 0 && refusal) require_answer(*refusal);
-    out = told(refusal);
+    // Which of two limits a part breaks first depends on its pieces.
+    out = refusal && is_too_much(*refusal) ? "too much" : told(refusal);
     require(budget.used() <= budget.max_bytes(), "uploads stay within the budget");
     if (!refusal) out += told(form.a, settings) + told(form.b, settings) + form.options;
   }
