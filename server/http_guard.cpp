@@ -214,6 +214,8 @@ bool HttpGuard::await_request(Connection& connection) const {
 bool HttpGuard::serve_one(Connection& connection) {
   Head head;
   const Refusal refusal = read_head(connection, Clock::now() + ms(settings_.head_timeout_ms), head);
+  const bool has_body = head.chunked || head.content_length.value_or(0) > 0;
+  if (!refusal && !has_body) connection.settle();  // else when the body is here
   return respond(connection, head, refusal);
 }
 

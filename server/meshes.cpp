@@ -102,7 +102,7 @@ std::variant<StorageHold, Denial> Meshes::hold_room(const std::string& owner, st
   if (!stored) return Denial{api::to_problem(stored.error()), {}};
   const std::uint64_t most = settings_.max_stored_bytes;
   if (*stored > most || more > most - *stored) return Denial{over_quota(most), {}};
-  return access_.hold_storage(owner, more, [&] { return *stored; });
+  return hold_storage(access_, stores_.meshes, owner, more);
 }
 
 // The bytes come before the row, so that a row is never without them.

@@ -49,6 +49,10 @@ Result<Done> check_times(const Settings& s) {
   if (std::max({s.head_timeout_ms, s.body_timeout_ms, s.keep_alive_ms, s.grace_ms}) > kHour) {
     return refused("--head-timeout-ms, --body-timeout-ms, --keep-alive-ms and --grace-ms must be at most 3600000");
   }
+  constexpr std::uint64_t kCentury = 3'155'760'000;  // s; times are kept in ms, and must not overflow
+  if (std::max(s.result_ttl_s, s.mesh_ttl_s) > kCentury) {
+    return refused("--result-ttl-s and --mesh-ttl-s must be at most " + std::to_string(kCentury));
+  }
   return Done{};
 }
 

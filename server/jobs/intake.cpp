@@ -36,6 +36,19 @@ store::NewJob row_of(const Submission& submission, store::TimePoint now, seconds
 
 }  // namespace
 
+std::variant<StorageHold, Denial> hold_storage(Access& access, store::MeshIndex& meshes, const std::string& owner,
+                                               std::uint64_t bytes) {
+  std::optional<Error> failure;
+  auto hold = access.hold_storage(owner, bytes, [&]() -> std::uint64_t {
+    const auto stored = meshes.stored_bytes(owner);
+    if (stored) return *stored;
+    failure = stored.error();
+    return 0;
+  });
+  if (failure) return Denial{api::to_problem(*failure), {}};
+  return hold;
+}
+
 Result<Done> Jobs::recover() {
   const auto now = store::now();
   auto rows = stores_.jobs.recover("", "the service ended while it ran", {now, now + seconds(settings_.result_ttl_s)});
@@ -116,7 +129,7 @@ std::optional<Denial> Jobs::keep_blobs(Submission& submission, Storage& storage)
                    {}},
                   {}};
   }
-  auto hold = access_.hold_storage(owner, storage.bytes, [&] { return *meshes; });
+  auto hold = hold_storage(access_, stores_.meshes, owner, storage.bytes);
   if (auto* denial = std::get_if<Denial>(&hold)) return std::move(*denial);
   storage.held.emplace(std::get<StorageHold>(std::move(hold)));
   for (MeshSource* source : {&submission.a, &submission.b}) {

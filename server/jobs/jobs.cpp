@@ -64,6 +64,7 @@ Jobs::~Jobs() {
   maintenance_.join();
   scheduler_.end();
   for (const Parked& parked : parked_) drop(*parked.job);
+  parked_.clear();  // their slots are the scheduler's, which goes first
   note(stores_.jobs.flush());
 }
 
@@ -128,7 +129,7 @@ Jobs::Begun Jobs::begin(LiveJob& job) {
   if (stopping_.load()) return Begun::not_ours;
   const auto opened = open_blobs(job);
   note(opened);
-  if (!opened) return Begun::later;
+  if (!opened) return is_queued(job) ? Begun::later : Begun::not_ours;
   const auto now = store::now();
   auto claimed = stores_.jobs.claim(job.key, worker_, now, now + kLease);
   note(claimed);
@@ -138,6 +139,12 @@ Jobs::Begun Jobs::begin(LiveJob& job) {
   job.started((*claimed)->job.tries, now);
   job.control.set_deadline(LiveJob::Clock::now() + job.request.timeout);
   return Begun::yes;
+}
+
+// False: it was cancelled or given up meanwhile. A job whose blob stays unreadable must not be tried for ever.
+bool Jobs::is_queued(const LiveJob& job) {
+  const auto row = stores_.jobs.get(job.key);
+  return !row || (*row && !store::has_ended((*row)->state));
 }
 
 // While a durable job waits it holds neither memory nor descriptors: its bytes are in the store. What is not there any
@@ -344,13 +351,16 @@ void Jobs::retry_parked() {
   }
 }
 
-void Jobs::sweep() {
+// What is thrown for want of memory ends here: it is for the next sweep, not the end of the process.
+void Jobs::sweep() try {
   const auto now = store::now();
   note(stores_.jobs.sweep_jobs({now, now + seconds(settings_.result_ttl_s)}, settings_.max_kept_results));
   note(stores_.meshes.sweep_meshes(now));
   const auto used = stores_.jobs.used_blobs();
   note(used);
   if (used) note(stores_.blobs.remove_unused(*used, kUnusedBlobs));
+} catch (const std::exception& error) {
+  log_event("store", std::string("a sweep was broken off: ") + error.what());
 }
 
 }  // namespace meshgauge::server

@@ -44,6 +44,10 @@ struct Stores {
   MeshCache& cache;
 };
 
+// Access::hold_storage() beside the owner's stored meshes, as they are when it asks.
+std::variant<StorageHold, Denial> hold_storage(Access& access, store::MeshIndex& meshes, const std::string& owner,
+                                               std::uint64_t bytes);
+
 struct Submission {
   store::JobKey key;
   api::Request request;
@@ -114,13 +118,13 @@ class Jobs {
 
   void run(const std::shared_ptr<LiveJob>& job, Scheduler::Slot slot);
   Begun begin(LiveJob& job);
+  bool is_queued(const LiveJob& job);
   Result<Done> open_blobs(LiveJob& job);
   Result<api::Comparison> measured(LiveJob& job);
   void count(LiveJob& job, const Result<api::Comparison>& result);
   Result<api::Comparison> measure(LiveJob& job);
   JobView concluded(const LiveJob& job, const Result<api::Comparison>& result) const;
   void conclude(Parked ended);
-  bool finish(const LiveJob& job, const store::Job& row);
   void drop(LiveJob& job);
   void leave_to_its_end(LiveJob& job);
 

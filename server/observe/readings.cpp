@@ -23,7 +23,8 @@ LevelText text_of(Level level) {
     case Level::queue_depth:
       return {"meshgauge_queue_depth", "Comparisons that wait for a worker"};
     case Level::queue_limit:
-      return {"meshgauge_queue_limit", "Comparisons that may be let in beside those that run, awaited and durable ones together"};
+      return {"meshgauge_queue_limit",
+              "Comparisons that may be let in beside those that run, awaited and durable ones together"};
     case Level::jobs_running:
       return {"meshgauge_jobs_running", "Comparisons that workers are busy with"};
     case Level::workers:

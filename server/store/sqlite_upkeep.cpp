@@ -1,4 +1,6 @@
 // SqliteStore: what looks at many jobs at once.
+#include <algorithm>
+
 #include "server/store/job_rows.h"
 #include "server/store/sqlite_store.h"
 
@@ -62,16 +64,25 @@ std::uint64_t remove_expired(Connection& connection, TimePoint now, std::int64_t
       .run();
 }
 
+// Those that were given to record() come first: their clients have had their answers.
 std::uint64_t remove_oldest(Connection& connection, std::uint64_t max_kept, std::int64_t most) {
   Query count(connection, "SELECT count(*) FROM jobs WHERE state >= 2");
   count.next();
   const std::uint64_t kept = static_cast<std::uint64_t>(count.number(0));
   if (kept <= max_kept) return 0;
-  return Query(connection,
-               "DELETE FROM jobs WHERE number IN (SELECT number FROM jobs WHERE state >= 2 ORDER BY finished, number "
-               "LIMIT min(?, ?))",
-               most, kept - max_kept)
-      .run();
+  const std::uint64_t wanted = std::min(kept - max_kept, static_cast<std::uint64_t>(most));
+  const std::uint64_t records =
+      Query(connection,
+            "DELETE FROM jobs WHERE number IN (SELECT number FROM jobs INDEXED BY jobs_finished WHERE state >= 2 AND "
+            "worker = '' AND tries = 1 ORDER BY finished, number LIMIT ?)",
+            wanted)
+          .run();
+  if (records == wanted) return records;
+  return records + Query(connection,
+                         "DELETE FROM jobs WHERE number IN (SELECT number FROM jobs WHERE state >= 2 ORDER BY "
+                         "finished, number LIMIT ?)",
+                         wanted - records)
+                       .run();
 }
 
 }  // namespace

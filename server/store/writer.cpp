@@ -75,8 +75,9 @@ void Writer::gather(std::unique_lock<std::mutex>& lock) {
 void Writer::run(std::span<Task> tasks) {
   std::optional<Error> error = commit(tasks);
   if (!error) return;
-  if (tasks.size() == 1) {
-    tasks.front().error = std::move(error);
+  // A locked database takes 5 s to say so, and says the same to each.
+  if (tasks.size() == 1 || error->code == ErrorCode::storage_unavailable) {
+    for (Task& task : tasks) task.error = error;
     return;
   }
   // One of them may be too large for what is left of the disk: the others are not to fail with it.
