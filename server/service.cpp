@@ -254,8 +254,10 @@ void Service::reload() {
 void Service::shutdown(const std::function<bool()>& hurry) {
   if (!listener_.joinable()) return;
   comparisons_.refuse_new();
+  jobs_.drain();
   guard_.stop();
-  while (!ended_.load() && !hurry()) std::this_thread::sleep_for(kTick);
+  // Nobody may be connected while durable jobs run.
+  while ((!ended_.load() || jobs_.figures().running > 0) && !hurry()) std::this_thread::sleep_for(kTick);
   jobs_.stop();
   guard_.abort();
   listener_.join();

@@ -69,6 +69,7 @@ Jobs::~Jobs() {
 }
 
 void Jobs::stop() {
+  drain();
   stopping_.store(true);
   scheduler_.cancel_all();
 }
@@ -126,7 +127,7 @@ void Jobs::run(const std::shared_ptr<LiveJob>& job, Scheduler::Slot slot) {
 // queued -> running in the store. The time of a job that nobody need wait for begins here: it may have been in the
 // queue for long, or the store out of order.
 Jobs::Begun Jobs::begin(LiveJob& job) {
-  if (stopping_.load()) return Begun::not_ours;
+  if (draining_.load()) return Begun::not_ours;
   const auto opened = open_blobs(job);
   note(opened);
   if (!opened) return is_queued(job) ? Begun::later : Begun::not_ours;

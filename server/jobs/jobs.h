@@ -89,6 +89,9 @@ class Jobs {
   Scheduler::Figures figures() const { return scheduler_.figures(); }
   std::chrono::milliseconds expected_wait() const { return scheduler_.expected_wait(); }
 
+  // No durable job begins any more: the next start runs it. What runs goes on.
+  void drain() { draining_.store(true); }
+
   // Ends what runs and waits: awaited jobs with the interval they have reached, durable ones go back to the store.
   void stop();
 
@@ -146,6 +149,7 @@ class Jobs {
   Metrics& metrics_;
   const std::string worker_;  // this process, in tokens
   ThreadBudget threads_;
+  std::atomic<bool> draining_{false};
   std::atomic<bool> stopping_{false};
   mutable std::mutex mutex_;                              // guards what follows, but the scheduler
   std::map<std::string, std::shared_ptr<LiveJob>> live_;  // by id

@@ -319,6 +319,17 @@ class Kept(unittest.TestCase):
     def test_an_end_in_peace_loses_nothing(self):
         self.restarted(signal.SIGTERM, 0)
 
+    def test_what_runs_has_the_grace_to_end_though_nobody_is_connected(self):
+        server = self.start("--grace-ms", "60000")
+        running = server.compare(**SLOW, options={**SLOW_OPTIONS, "timeout_ms": 3000}, extra=ASYNC).headers["location"]
+        wait_for(server, running, "running")
+        waiting = server.compare(extra=ASYNC).headers["location"]
+        self.assertEqual(server.stop(), 0)
+        server = self.start()
+        job = server.get(running).json()
+        self.assertEqual((job["state"], job["tries"], job["result"]["status"]), ("done", 1, "timeout"))
+        self.assertEqual(wait_for(server, waiting, *ENDED)["tries"], 1)
+
     def test_idempotency_outlives_a_kill(self):
         server = self.start()
         first = server.compare(extra="Idempotency-Key: k\r\n")
