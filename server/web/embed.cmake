@@ -5,7 +5,9 @@ set(swagger ${web}/node_modules/swagger-ui-dist)
 set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${web}/package-lock.json)
 
 set(files "")
+set(MESHGAUGE_HAS_DOCS OFF CACHE INTERNAL "Whether the service has the page /docs")
 if(EXISTS ${swagger}/swagger-ui-bundle.js)
+  set(MESHGAUGE_HAS_DOCS ON CACHE INTERNAL "")
   set(files ${web}/docs.html ${web}/docs.js ${swagger}/swagger-ui-bundle.js ${swagger}/swagger-ui.css
             ${swagger}/favicon-32x32.png ${swagger}/LICENSE ${swagger}/NOTICE ${swagger}/swagger-ui-bundle.js.LICENSE.txt)
 endif()

@@ -1,5 +1,7 @@
 #include "api/problem.h"
 
+#include <fstream>
+#include <iterator>
 #include <set>
 #include <string>
 
@@ -43,6 +45,24 @@ TEST_CASE("problem: kinds and slugs are unique") {
     CHECK(row.status >= 400);
   }
   CHECK(kinds.size() == static_cast<std::size_t>(api::ProblemKind::internal) + 1);
+}
+
+TEST_CASE("problem: openapi.yaml has the same table") {
+  std::ifstream file(MESHGAUGE_SOURCE_DIR "/openapi.yaml");
+  const std::string text{std::istreambuf_iterator<char>(file), {}};
+  const auto count = [&](const std::string& what) {
+    std::size_t found = 0;
+    for (std::size_t at = text.find(what); at != std::string::npos; at = text.find(what, at + 1)) ++found;
+    return found;
+  };
+  for (const api::ProblemRow& row : api::problem_table()) {
+    const std::string line = "- properties: {type: {const: 'urn:meshgauge:problem:" + std::string(row.slug) +
+                             "'}, title: {const: \"" + std::string(row.title) +
+                             "\"}, status: {const: " + std::to_string(row.status) + "}}";
+    INFO(line);
+    CHECK(count(line) == 1);
+  }
+  CHECK(count("- properties: {type: {const: 'urn:") == api::problem_table().size());
 }
 
 TEST_CASE("problem: bytes that are not UTF-8 do not break the document") {

@@ -189,7 +189,9 @@ class ServerCase(unittest.TestCase):
 
 
 def until(condition, seconds=60):
+    """What the condition came to."""
     end = time.monotonic() + seconds
-    while not condition():
+    while not (found := condition()):
         assert time.monotonic() < end, "waited in vain"
         time.sleep(0.01)
+    return found

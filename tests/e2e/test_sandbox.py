@@ -202,6 +202,7 @@ class Workers(unittest.TestCase):
         large = SQUARE + b"#" * 1_000_000
         self.assertEqual(server.compare(large, large).status, 200)
         until(lambda: len(workers(server)) == 2)
+        self.assertEqual(server.get("/v1/comparisons/" + "0" * 32).status, 404)  # the store has opened what it reads by
         first, files = workers(server), open_files(server)
         for i in range(10):
             self.assertEqual(server.compare(large if i % 2 else SQUARE).status, 200)
