@@ -150,7 +150,7 @@ TEST_CASE("mesh cache: trees that outgrow the budget take their mesh along") {
 TEST_CASE("mesh cache: what is larger than the budget is given, drives nobody out, and is not kept") {
   Source small("small"), large("large");
   small.mesh = shapes::cube();
-  MeshCache cache(100'000);
+  MeshCache cache(20'000);
   (void)get(cache, small);
   CHECK(take(cache, large)->facts.triangles == large.mesh.triangles.size());
   CHECK(cache.counters().meshes == 1);
