@@ -38,11 +38,17 @@ std::optional<Problem> read_idempotency_key(const Head& head, std::string& key) 
       ProblemKind::malformed_request, "Idempotency-Key must be there once, with 1 to 255 visible characters", {}};
 }
 
-// A problem document that is stored as text.
-void answer_stored(Exchange& exchange, const std::string& problem) {
-  const auto json = nlohmann::json::parse(problem, nullptr, false);
+// Of a comparison that ended without a result. Its problem is stored as text, unless it never came to a worker's end: it
+// was cancelled in the queue, as if while its meshes were read, or the store gave it up.
+void answer_stored(Exchange& exchange, const store::Job& row) {
+  if (row.problem.empty() && row.state == store::JobState::cancelled) {
+    return answer(exchange,
+                  Problem{ProblemKind::out_of_time, "the comparison was cancelled before both meshes were read", {}});
+  }
+  if (row.problem.empty()) return answer(exchange, Problem{ProblemKind::internal, "given up: " + row.last_error, {}});
+  const auto json = nlohmann::json::parse(row.problem, nullptr, false);
   if (!json.is_object()) return answer(exchange, Problem{ProblemKind::internal, "the comparison failed", {}});
-  answer(exchange, {json.value("status", 500), json.value("type", ""), problem}, std::chrono::seconds(1));
+  answer(exchange, {json.value("status", 500), json.value("type", ""), row.problem}, std::chrono::seconds(1));
 }
 
 }  // namespace
@@ -210,7 +216,7 @@ void Comparisons::respond(Exchange& exchange, const JobView& job, const Asked& a
   Response& response = exchange.response;
   exchange.stages = job.stages;
   exchange.triangles = job.triangles;
-  if (job.row.document.empty()) return answer_stored(exchange, job.row.problem);
+  if (job.row.document.empty()) return answer_stored(exchange, job.row);
   response.content_type = "application/json";
   response.body = job.row.document;
   if (!job.timing.empty()) response.headers.emplace_back("Server-Timing", job.timing);
