@@ -38,8 +38,8 @@ std::optional<Problem> read_idempotency_key(const Head& head, std::string& key) 
       ProblemKind::malformed_request, "Idempotency-Key must be there once, with 1 to 255 visible characters", {}};
 }
 
-// Of a comparison that ended without a result. Its problem is stored as text, unless it never came to a worker's end: it
-// was cancelled in the queue, as if while its meshes were read, or the store gave it up.
+// Of a comparison that ended without a result. Its problem is stored as text, unless it never came to a worker's end:
+// it was cancelled in the queue, as if while its meshes were read, or the store gave it up.
 void answer_stored(Exchange& exchange, const store::Job& row) {
   if (row.problem.empty() && row.state == store::JobState::cancelled) {
     return answer(exchange,
@@ -60,11 +60,21 @@ struct Comparisons::Asked {
   Submission submission;
 };
 
-// A connection that may be held for long without work of its client's. There are only so many.
+// A connection that may be held for long without work of its client's. There are only so many, and one key of several
+// has half of them at most.
 class Comparisons::Seat {
  public:
-  explicit Seat(Comparisons& all) : all_(all), taken_(++all.seats_ <= all.settings_.max_event_streams) {}
-  ~Seat() { --all_.seats_; }
+  Seat(Comparisons& all, std::string owner) : all_(all), owner_(std::move(owner)) {
+    const std::lock_guard lock(all_.seats_mutex_);
+    const std::uint64_t most = all_.settings_.max_event_streams;
+    const std::size_t own = ++all_.seats_of_[owner_];
+    taken_ = ++all_.seats_ <= most && (owner_.empty() || own <= (most + 1) / 2);
+  }
+  ~Seat() {
+    const std::lock_guard lock(all_.seats_mutex_);
+    --all_.seats_;
+    if (--all_.seats_of_[owner_] == 0) all_.seats_of_.erase(owner_);
+  }
   Seat(const Seat&) = delete;
   Seat& operator=(const Seat&) = delete;
 
@@ -72,7 +82,8 @@ class Comparisons::Seat {
 
  private:
   Comparisons& all_;
-  const bool taken_;
+  const std::string owner_;
+  bool taken_ = false;
 };
 
 Comparisons::Comparisons(const Settings& settings, Jobs& jobs, Stores stores, Access& access, ByteBudget& uploads)
@@ -172,7 +183,7 @@ void Comparisons::wait(Exchange& exchange, LiveJob& job, const Asked& asked) {
   std::optional<Clock::time_point> until;
   std::optional<Seat> seat;
   const bool repeated = job.key.id != exchange.id;  // its Idempotency-Key: the place in the queue is the first one's
-  if (asked.preferences.wait || repeated) seat.emplace(*this);
+  if (asked.preferences.wait || repeated) seat.emplace(*this, exchange.owner);
   if (asked.preferences.wait) until = seat->taken() ? asked.since + *asked.preferences.wait : Clock::now();
   if (repeated && !until && !seat->taken()) {
     return answer(exchange,
@@ -249,7 +260,7 @@ void Comparisons::events(Exchange& exchange) {
   if (exchange.head.minor_version == 0) {
     return answer(exchange, Problem{ProblemKind::http_version, "events are sent over HTTP/1.1 only", {}});
   }
-  const auto seat = std::make_shared<Seat>(*this);
+  const auto seat = std::make_shared<Seat>(*this, exchange.owner);
   if (!seat->taken()) return answer(exchange, Problem{ProblemKind::overloaded, "as many clients watch as may", {}});
   exchange.response.content_type = "text/event-stream";
   if (exchange.head.method == "HEAD") return;

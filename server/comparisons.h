@@ -4,7 +4,9 @@
 #pragma once
 
 #include <atomic>
+#include <map>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 
@@ -30,7 +32,10 @@ class Comparisons {
 
   void refuse_new() { draining_.store(true); }
   bool refusing() const { return draining_.load(); }
-  std::size_t seats() const { return seats_.load(); }  // taken
+  std::size_t seats() const {  // taken
+    const std::lock_guard lock(seats_mutex_);
+    return seats_;
+  }
 
  private:
   struct Asked;
@@ -52,7 +57,9 @@ class Comparisons {
   Access& access_;
   ByteBudget& uploads_;
   std::atomic<bool> draining_{false};
-  std::atomic<std::size_t> seats_{0};
+  mutable std::mutex seats_mutex_;  // guards what follows
+  std::size_t seats_ = 0;
+  std::map<std::string, std::size_t> seats_of_;  // by owner; none of 0
 };
 
 }  // namespace meshgauge::server

@@ -168,6 +168,18 @@ void Service::watch_levels() {
   watch(Level::disk_free_bytes, [this] { return free_bytes(); });
 }
 
+// Anybody may ask, and each look costs the disk a write: it counts for a second.
+std::vector<std::pair<const char*, std::string>> Service::defects_of_disks() {
+  const std::lock_guard lock(disks_mutex_);
+  if (Clock::now() < disks_seen_ + std::chrono::seconds(1)) return disks_;
+  disks_.clear();
+  if (const auto written = stores_.jobs.check(); !written) disks_.emplace_back("store", written.error().message);
+  if (const auto written = stores_.blobs.check(); !written) disks_.emplace_back("disk", written.error().message);
+  if (auto ok = check_temp_dir(settings_.temp_dir); !ok) disks_.emplace_back("disk", ok.error().message);
+  disks_seen_ = Clock::now();
+  return disks_;
+}
+
 // Every defect is named, so that whoever reads it need not ask again.
 void Service::check_ready(Exchange& exchange) {
   api::Problem problem{api::ProblemKind::not_ready, "", {}};
@@ -179,13 +191,7 @@ void Service::check_ready(Exchange& exchange) {
   const auto figures = jobs_.figures();
   if (figures.awaited_slots >= settings_.workers + settings_.queue) add("queue", "the queue is full");
   if (figures.durable_slots >= settings_.max_queued_jobs) add("queue", "the queue of jobs is full");
-  if (const auto written = stores_.jobs.check(); !written) add("store", written.error().message);
-  if (const auto written = stores_.blobs.check(); !written) add("disk", written.error().message);
-  if (const int file = open_unnamed_file(settings_.temp_dir); file < 0) {
-    add("disk", "the directory for uploads takes no files");
-  } else {
-    ::close(file);
-  }
+  for (const auto& [what, message] : defects_of_disks()) add(what, message);
   if (!problem.errors.empty()) return answer(exchange, problem);
   send(exchange, std::string(R"({"status":"ready","version":")") + version() + "\"}", "application/json");
 }

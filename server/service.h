@@ -4,9 +4,11 @@
 #include <chrono>
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "engine/result.h"
@@ -57,6 +59,7 @@ class Service {
   std::uint64_t free_bytes() const;
   std::uint64_t stored_bytes() const;
   void check_ready(Exchange& exchange);
+  std::vector<std::pair<const char*, std::string>> defects_of_disks();
 
   const Settings settings_;
   const Stores stores_;
@@ -70,6 +73,9 @@ class Service {
   Meshes meshes_;
   Router router_;
   HttpGuard guard_;
+  std::mutex disks_mutex_;  // guards the next two
+  std::vector<std::pair<const char*, std::string>> disks_;
+  Clock::time_point disks_seen_{};
   std::thread listener_;
   std::atomic<bool> ended_{true};
 };

@@ -97,8 +97,9 @@ void Jobs::enqueue(const std::shared_ptr<LiveJob>& job, Scheduler::Slot slot) {
         watched->progressed({p.lower, p.upper, p.stage});
       },
       kProgressInterval);
-  scheduler_.submit(std::move(slot), {job->key.owner, job->bytes, std::shared_ptr<Control>(job, &job->control),
-                                      [this, job](Scheduler::Slot held) { run(job, std::move(held)); }});
+  scheduler_.submit(std::move(slot),
+                    {job->key.owner, job->bytes, job->request.timeout, std::shared_ptr<Control>(job, &job->control),
+                     [this, job](Scheduler::Slot held) { run(job, std::move(held)); }});
 }
 
 void Jobs::run(const std::shared_ptr<LiveJob>& job, Scheduler::Slot slot) {
@@ -115,7 +116,7 @@ void Jobs::run(const std::shared_ptr<LiveJob>& job, Scheduler::Slot slot) {
   }
   const auto result = measured(*job);
   count(*job, result);
-  JobView last = concluded(*job, result);
+  JobView last = told(*job, result);
   let_go_of_bytes(job->a);
   let_go_of_bytes(job->b);
   job->counted.reset();
@@ -197,6 +198,15 @@ void Jobs::count(LiveJob& job, const Result<api::Comparison>& result) {
   const bool cancelled = stopped_by_cancel(result) && job.control.check() == Interruption::cancelled;
   if (cancelled) return metrics_.job_cancelled_early(strategy);
   metrics_.job_failed(api::to_problem(result.error()).type(), strategy);
+}
+
+// A result that cannot be written down, for want of memory, is a failure.
+JobView Jobs::told(const LiveJob& job, const Result<api::Comparison>& result) const {
+  try {
+    return concluded(job, result);
+  } catch (const std::exception&) {
+    return concluded(job, Error{ErrorCode::internal, "not enough memory for the result", "", ""});
+  }
 }
 
 JobView Jobs::concluded(const LiveJob& job, const Result<api::Comparison>& result) const {
@@ -291,12 +301,11 @@ Result<std::optional<JobView>> Jobs::get(const store::JobKey& key) {
   return std::optional(std::move(view));
 }
 
+// What runs here hears of it before the disk does.
 Result<Jobs::Deleted> Jobs::remove(const store::JobKey& key) {
   const auto job = live(key);
+  if (job) job->cancel();
   if (!job || job->durable) {
-    const auto forgotten = stores_.jobs.forget(key);
-    if (!forgotten) return forgotten.error();
-    if (*forgotten) return Deleted::forgotten;
     const auto now = store::now();
     const auto state = stores_.jobs.request_cancel(key, {now, now + seconds(settings_.result_ttl_s)});
     if (!state) return state.error();
@@ -305,12 +314,13 @@ Result<Jobs::Deleted> Jobs::remove(const store::JobKey& key) {
       metrics_.job_cancelled_early(job->request.options.strategy);
       leave_to_its_end(*job);
       scheduler_.withdraw(job->control);
+    } else if (store::has_ended(**state)) {
+      const auto forgotten = stores_.jobs.forget(key);
+      if (!forgotten) return forgotten.error();
+      return Deleted::forgotten;
     }
   }
-  if (job) {
-    job->cancel();
-    job->wait_for_end(kCancelTime);
-  }
+  if (job) job->wait_for_end(kCancelTime);
   return Deleted::asked_to_end;
 }
 

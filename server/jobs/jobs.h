@@ -126,6 +126,7 @@ class Jobs {
   Result<api::Comparison> measured(LiveJob& job);
   void count(LiveJob& job, const Result<api::Comparison>& result);
   Result<api::Comparison> measure(LiveJob& job);
+  JobView told(const LiveJob& job, const Result<api::Comparison>& result) const;
   JobView concluded(const LiveJob& job, const Result<api::Comparison>& result) const;
   void conclude(Parked ended);
   void drop(LiveJob& job);

@@ -9,9 +9,10 @@ using std::chrono::milliseconds;
 
 constexpr double kShareOfTheLast = 0.1;
 
-milliseconds handicap(std::uint64_t bytes) {
-  const auto most = static_cast<std::uint64_t>(Scheduler::kMostHandicap.count());
-  return milliseconds(static_cast<std::int64_t>(std::min(bytes / Scheduler::kBytesPerMs, most)));
+milliseconds handicap(const Scheduler::Task& task) {
+  const milliseconds most = std::min(Scheduler::kMostHandicap, task.timeout / 4);
+  const std::uint64_t ms = std::min(task.bytes / Scheduler::kBytesPerMs, static_cast<std::uint64_t>(most.count()));
+  return milliseconds(static_cast<std::int64_t>(ms));
 }
 
 double ms_since(Scheduler::Clock::time_point start) {
@@ -61,7 +62,7 @@ void Scheduler::submit(Slot slot, Task task) {
   {
     const std::lock_guard lock(mutex_);
     if (cancelled_) task.control->cancel();
-    const auto turn = Clock::now() + handicap(task.bytes);
+    const auto turn = Clock::now() + handicap(task);
     waiting_.push_back({std::move(slot), std::move(task), turn});
   }
   ready_.notify_one();

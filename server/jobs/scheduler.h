@@ -3,10 +3,10 @@
 // A slot is taken before a request's body is read and held until its job has run, so that whoever was let in is also
 // served. There are two kinds, each with its bound: clients that wait for their answer, and durable jobs.
 //
-// Order. A job's turn is the time it was submitted plus what its bytes are expected to cost, at most kMostHandicap; the
-// earliest turn runs first. So a small job overtakes the large ones that came shortly before it, and none is overtaken
-// by anything that comes more than kMostHandicap after it. Between owners, the one with the fewest running jobs is
-// next.
+// Order. A job's turn is the time it was submitted plus what its bytes are expected to cost, at most kMostHandicap and
+// a quarter of its own time; the earliest turn runs first. So a small job overtakes the large ones that came shortly
+// before it, and none is overtaken by anything that comes more than kMostHandicap after it, or until its time is over.
+// Between owners, the one with the fewest running jobs is next.
 #pragma once
 
 #include <condition_variable>
@@ -56,6 +56,7 @@ class Scheduler {
   struct Task {
     std::string owner;
     std::uint64_t bytes = 0;  // to be read
+    std::chrono::milliseconds timeout = std::chrono::milliseconds::max();
     std::shared_ptr<Control> control;
     // Must not throw. Gives the slot back before it tells anyone its result: who has an answer may come again.
     std::function<void(Slot)> work;

@@ -16,7 +16,7 @@ using Slot = Scheduler::Slot;
 namespace {
 
 Scheduler::Task task(std::function<void(Slot)> work, std::uint64_t bytes = 0, std::string owner = "") {
-  return {std::move(owner), bytes, std::make_shared<Control>(), std::move(work)};
+  return {std::move(owner), bytes, std::chrono::hours(1), std::make_shared<Control>(), std::move(work)};
 }
 
 // Holds the only worker until release().
@@ -126,7 +126,7 @@ TEST_CASE("scheduler: cancelling reaches what runs, what waits and what comes la
   {
     Scheduler scheduler({1, 3, 1});
     const auto submit = [&](const std::shared_ptr<Control>& control, std::function<void(Slot)> work) {
-      scheduler.submit(*scheduler.admit(Kind::awaited), {"", 0, control, std::move(work)});
+      scheduler.submit(*scheduler.admit(Kind::awaited), {"", 0, std::chrono::hours(1), control, std::move(work)});
     };
     submit(running, [&](Slot) {
       started->set_value();
