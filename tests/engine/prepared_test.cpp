@@ -189,6 +189,7 @@ TEST_CASE("measurements on several threads share a prepared mesh") {
   const Prepared from(a, Prepared::Use::often), to(b, Prepared::Use::often);
   const Outcome one = fresh(a, b, auto_options());
   std::vector<std::future<Outcome>> outcomes;
+  outcomes.reserve(3);
   for (int i = 0; i < 3; ++i) {
     outcomes.push_back(std::async(std::launch::async, [&, i] {
       Options options = auto_options();

@@ -230,6 +230,7 @@ TEST_CASE("mesh cache: one load at a time for a mesh; who waits can be stopped, 
   CHECK(get(cache, other).ok());  // waits for nobody
 
   std::vector<std::future<Result<MeshPointer>>> waiting;
+  waiting.reserve(4);
   for (int i = 0; i < 4; ++i) waiting.push_back(std::async(std::launch::async, [&] { return get(cache, source); }));
   end.set_value();
   CHECK(!first.get().ok());
