@@ -6,32 +6,10 @@
 #include <set>
 #include <thread>
 
-#include "implementations.h"
+#include "job_steps.h"
 
 using namespace meshgauge;
 using namespace meshgauge::server::store;
-
-namespace {
-
-const Moment kNow{at(100), at(1100)};
-
-Job job_in(JobStore& jobs, const JobKey& key) {
-  const std::optional<Job> job = got(jobs.get(key));
-  REQUIRE(job.has_value());
-  return *job;
-}
-
-Token claimed_token(JobStore& jobs, const JobKey& key, const std::string& worker = "w1") {
-  const std::optional<Claimed> claimed = got(jobs.claim(key, worker, at(50), at(110)));
-  REQUIRE(claimed.has_value());
-  return claimed->token;
-}
-
-void insert(JobStore& jobs, const NewJob& job) { REQUIRE(!got(jobs.insert(job)).existed); }
-
-Ending ending(JobState state = JobState::done) { return {state, "{\"d\":1}", "", at(120), at(1120)}; }
-
-}  // namespace
 
 TEST_CASE_TEMPLATE("jobs: what was inserted is what is read, after a restart as well", Stores, EVERY_IMPLEMENTATION) {
   Stores stores;
@@ -286,46 +264,6 @@ TEST_CASE_TEMPLATE("jobs: cancelled, before and while they run", Stores, EVERY_I
   CHECK_FALSE(got(jobs.request_cancel({"ann", "unknown"}, kNow)).has_value());
 }
 
-TEST_CASE_TEMPLATE("jobs: recovery runs the jobs of the dead again, and none that lives", Stores,
-                   EVERY_IMPLEMENTATION) {
-  Stores stores;
-  JobStore& jobs = stores.jobs();
-  for (const char* id : {"dead", "late", "alive", "waits", "poison", "cancelled"}) {
-    NewJob job = new_job("ann", id);
-    if (job.key.id == "waits") job.created = at(-10);
-    insert(jobs, job);
-  }
-  for (unsigned i = 1; i < kMaxTries; ++i) got(jobs.hand_back(claimed_token(jobs, {"ann", "poison"}), "x", kNow));
-  claimed_token(jobs, {"ann", "dead"}, "host-a/1");
-  claimed_token(jobs, {"ann", "poison"}, "host-a/2");
-  claimed_token(jobs, {"ann", "cancelled"}, "host-a/3");
-  claimed_token(jobs, {"ann", "late"}, "host-b/1");
-  const Token alive = claimed_token(jobs, {"ann", "alive"}, "host-b/2");
-  got(jobs.heartbeat(alive, at(500), {}));
-  got(jobs.request_cancel({"ann", "cancelled"}, kNow));
-
-  stores.reopen();
-  const Moment moment{at(200), at(1200)};
-  std::vector<std::string> again;
-  for (const Job& job : got(stores.jobs().recover("host-a/", "the service ended while it ran", moment))) {
-    CHECK(job.state == JobState::queued);
-    again.push_back(job.key.id);
-  }
-  CHECK(again == std::vector<std::string>{"waits", "dead", "late"});
-  CHECK(job_in(stores.jobs(), {"ann", "dead"}).tries == 1);
-  CHECK(job_in(stores.jobs(), {"ann", "alive"}).state == JobState::running);
-  CHECK(job_in(stores.jobs(), {"ann", "cancelled"}).state == JobState::cancelled);
-  const Job poison = job_in(stores.jobs(), {"ann", "poison"});
-  CHECK(poison.state == JobState::failed);
-  CHECK(poison.last_error == "the service ended while it ran");
-  CHECK(poison.finished == at(200));
-  CHECK(poison.expires == at(1200));
-
-  CHECK(got(stores.jobs().recover(std::nullopt, "x", moment)).size() == 3);  // nobody is dead, no lease is over
-  CHECK(job_in(stores.jobs(), {"ann", "alive"}).state == JobState::running);
-  CHECK(got(stores.jobs().recover("", "x", moment)).size() == 4);  // everybody is
-}
-
 TEST_CASE_TEMPLATE("jobs: recorded ones are known at once and durable after flush", Stores, EVERY_IMPLEMENTATION) {
   Stores stores;
   Job job = ended_job("ann", "1");
@@ -355,82 +293,4 @@ TEST_CASE_TEMPLATE("jobs: recorded ones are known at once and durable after flus
   stores.reopen();  // an end in good order writes it
   CHECK_FALSE(got(stores.jobs().get({"ann", "2"})).has_value());
   CHECK(got(stores.jobs().get({"ann", "3"})).has_value());
-}
-
-TEST_CASE_TEMPLATE("jobs: counts and what they refer to", Stores, EVERY_IMPLEMENTATION) {
-  Stores stores;
-  JobStore& jobs = stores.jobs();
-  for (int i = 0; i < 6; ++i) {
-    NewJob job = new_job(i < 5 ? "ann" : "bob", std::to_string(i));
-    job.mesh_a = "a" + std::to_string(i);
-    job.mesh_b = "shared";
-    insert(jobs, job);
-  }
-  claimed_token(jobs, {"ann", "0"});
-  got(jobs.finish(claimed_token(jobs, {"ann", "1"}), ending()));
-  got(jobs.finish(claimed_token(jobs, {"ann", "2"}), ending(JobState::failed)));
-  got(jobs.request_cancel({"ann", "3"}, kNow));
-  const Counts counts = got(jobs.counts());
-  CHECK(counts.queued == 2);
-  CHECK(counts.running == 1);
-  CHECK(counts.done == 1);
-  CHECK(counts.failed == 1);
-  CHECK(counts.cancelled == 1);
-  MeshRow mesh;
-  mesh.key = {"ann", "mesh"};
-  got(stores.meshes().put_mesh(mesh, 1000));
-  std::set<std::string> used;
-  const std::vector<BlobKey> keys = got(jobs.used_blobs());
-  for (const BlobKey& key : keys) used.insert(key.owner + " " + key.id);
-  CHECK(used == std::set<std::string>{"ann a0", "ann a4", "ann shared", "bob a5", "bob shared", "ann mesh"});
-  CHECK(keys.size() == used.size());
-}
-
-TEST_CASE_TEMPLATE("jobs: the sweep removes what is over, and the oldest beyond the cap", Stores,
-                   EVERY_IMPLEMENTATION) {
-  Stores stores;
-  JobStore& jobs = stores.jobs();
-  for (int i = 0; i < 1300; ++i) {
-    Job job = ended_job("ann", std::to_string(i), at(1300 - i));  // the last one is the oldest
-    job.expires = i < 20 ? at(2000) : at(3000);
-    jobs.record(job);
-    if (i % 50 == 49) got(jobs.flush());
-  }
-  got(jobs.flush());
-  insert(jobs, new_job("ann", "stale"));
-  NewJob fresh = new_job("ann", "fresh");
-  fresh.expires_if_never_run = at(9000);
-  insert(jobs, fresh);
-  NewJob runs = new_job("ann", "runs");
-  insert(jobs, runs);
-  claimed_token(jobs, runs.key);
-
-  const Moment moment{at(4000), at(9000)};
-  const SweptJobs none = got(jobs.sweep_jobs({at(1999), at(9000)}, 1300));
-  CHECK(none.expired == 0);
-  CHECK(none.over_cap == 0);
-  CHECK(none.given_up == 0);
-  const SweptJobs some = got(jobs.sweep_jobs({at(2000), at(9000)}, 1270));
-  CHECK(some.expired == 20);
-  CHECK(some.over_cap == 10);
-  CHECK_FALSE(got(jobs.get({"ann", "0"})).has_value());
-  CHECK_FALSE(got(jobs.get({"ann", "1299"})).has_value());
-  CHECK(got(jobs.get({"ann", "1289"})).has_value());
-  const SweptJobs given_up = got(jobs.sweep_jobs(moment, 5));
-  CHECK(given_up.given_up == 1);
-  CHECK(given_up.expired == 1270);
-  const Job stale = job_in(jobs, {"ann", "stale"});
-  CHECK(stale.state == JobState::failed);
-  CHECK(stale.finished == at(4000));
-  CHECK_FALSE(stale.last_error.empty());
-  CHECK(job_in(jobs, {"ann", "fresh"}).state == JobState::queued);
-  CHECK(job_in(jobs, {"ann", "runs"}).state == JobState::running);
-  CHECK(got(jobs.sweep_jobs(moment, 0)).over_cap == 1);
-}
-
-TEST_CASE_TEMPLATE("jobs: a check writes", Stores, EVERY_IMPLEMENTATION) {
-  Stores stores;
-  got(stores.jobs().check());
-  got(stores.jobs().check());
-  got(stores.blobs().check());
 }
