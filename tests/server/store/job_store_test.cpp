@@ -6,32 +6,10 @@
 #include <set>
 #include <thread>
 
-#include "implementations.h"
+#include "job_steps.h"
 
 using namespace meshgauge;
 using namespace meshgauge::server::store;
-
-namespace {
-
-const Moment kNow{at(100), at(1100)};
-
-Job job_in(JobStore& jobs, const JobKey& key) {
-  const std::optional<Job> job = got(jobs.get(key));
-  REQUIRE(job.has_value());
-  return *job;
-}
-
-Token claimed_token(JobStore& jobs, const JobKey& key, const std::string& worker = "w1") {
-  const std::optional<Claimed> claimed = got(jobs.claim(key, worker, at(50), at(110)));
-  REQUIRE(claimed.has_value());
-  return claimed->token;
-}
-
-void insert(JobStore& jobs, const NewJob& job) { REQUIRE(!got(jobs.insert(job)).existed); }
-
-Ending ending(JobState state = JobState::done) { return {state, "{\"d\":1}", "", at(120), at(1120)}; }
-
-}  // namespace
 
 TEST_CASE_TEMPLATE("jobs: what was inserted is what is read, after a restart as well", Stores, EVERY_IMPLEMENTATION) {
   Stores stores;
@@ -286,42 +264,33 @@ TEST_CASE_TEMPLATE("jobs: cancelled, before and while they run", Stores, EVERY_I
   CHECK_FALSE(got(jobs.request_cancel({"ann", "unknown"}, kNow)).has_value());
 }
 
-TEST_CASE_TEMPLATE("jobs: recovery runs the jobs of the dead again, and none that lives", Stores,
-                   EVERY_IMPLEMENTATION) {
+TEST_CASE_TEMPLATE("jobs: recorded ones are known at once and durable after flush", Stores, EVERY_IMPLEMENTATION) {
   Stores stores;
-  JobStore& jobs = stores.jobs();
-  for (const char* id : {"dead", "late", "alive", "waits", "poison", "cancelled"}) {
-    NewJob job = new_job("ann", id);
-    if (job.key.id == "waits") job.created = at(-10);
-    insert(jobs, job);
+  Job job = ended_job("ann", "1");
+  job.progress = Progress{1, 2, "certify"};
+  job.problem = "{}";
+  stores.jobs().record(job);
+  CHECK(got(stores.jobs().request_cancel(job.key, kNow)) == JobState::done);
+  for (int round = 0; round < 3; ++round) {
+    const Job read = job_in(stores.jobs(), job.key);
+    CHECK(read.state == JobState::done);
+    CHECK(read.document == job.document);
+    CHECK(read.problem == "{}");
+    CHECK(read.started == at(5));
+    CHECK(read.finished == at(10));
+    CHECK(read.expires == at(1000));
+    CHECK(read.progress == job.progress);
+    CHECK(read.tries == 1);
+    CHECK_FALSE(got(stores.jobs().get({"bob", "1"})).has_value());
+    if (round == 0) got(stores.jobs().flush());
+    if (round == 1) stores.reopen();
   }
-  for (unsigned i = 1; i < kMaxTries; ++i) got(jobs.hand_back(claimed_token(jobs, {"ann", "poison"}), "x", kNow));
-  claimed_token(jobs, {"ann", "dead"}, "host-a/1");
-  claimed_token(jobs, {"ann", "poison"}, "host-a/2");
-  claimed_token(jobs, {"ann", "cancelled"}, "host-a/3");
-  claimed_token(jobs, {"ann", "late"}, "host-b/1");
-  const Token alive = claimed_token(jobs, {"ann", "alive"}, "host-b/2");
-  got(jobs.heartbeat(alive, at(500), {}));
-  got(jobs.request_cancel({"ann", "cancelled"}, kNow));
-
-  stores.reopen();
-  const Moment moment{at(200), at(1200)};
-  std::vector<std::string> again;
-  for (const Job& job : got(stores.jobs().recover("host-a/", "the service ended while it ran", moment))) {
-    CHECK(job.state == JobState::queued);
-    again.push_back(job.key.id);
-  }
-  CHECK(again == std::vector<std::string>{"waits", "dead", "late"});
-  CHECK(job_in(stores.jobs(), {"ann", "dead"}).tries == 1);
-  CHECK(job_in(stores.jobs(), {"ann", "alive"}).state == JobState::running);
-  CHECK(job_in(stores.jobs(), {"ann", "cancelled"}).state == JobState::cancelled);
-  const Job poison = job_in(stores.jobs(), {"ann", "poison"});
-  CHECK(poison.state == JobState::failed);
-  CHECK(poison.last_error == "the service ended while it ran");
-  CHECK(poison.finished == at(200));
-  CHECK(poison.expires == at(1200));
-
-  CHECK(got(stores.jobs().recover(std::nullopt, "x", moment)).size() == 3);  // nobody is dead, no lease is over
-  CHECK(job_in(stores.jobs(), {"ann", "alive"}).state == JobState::running);
-  CHECK(got(stores.jobs().recover("", "x", moment)).size() == 4);  // everybody is
+  CHECK(got(stores.jobs().counts()).done == 1);
+  CHECK(got(stores.jobs().counts()).unrecorded == 0);
+  stores.jobs().record(ended_job("ann", "2"));
+  CHECK(got(stores.jobs().forget({"ann", "2"})));  // though it may not be written yet
+  stores.jobs().record(ended_job("ann", "3"));
+  stores.reopen();  // an end in good order writes it
+  CHECK_FALSE(got(stores.jobs().get({"ann", "2"})).has_value());
+  CHECK(got(stores.jobs().get({"ann", "3"})).has_value());
 }
