@@ -29,9 +29,9 @@ double coarse_middle(double middle, double step) {
 }
 
 // Let w be the width of the widest axis. With m = min(|low|,|high|) >= w and one sign (say positive), every x of
-// [low,high] has m <= x <= m + w, and the computed middle is off by less than 2^-12 w, so that |c - middle| <= 0.56
-// step
-// + 2^-12 w < 0.33 w. On an axis of width v <= w:
+// [low,high] has m <= x <= m + w, and the computed middle is off by less than 2^-12 w, so that
+//   |c - middle| <= 0.56 step + 2^-12 w < 0.33 w.
+// On an axis of width v <= w:
 //   c <= low + v/2 + 0.33 w <= 1.83 low <= 2x     and     2c >= low + high - 0.66 w >= high + 0.34 w >= x,
 // Sterbenz' condition, also for an x that lies beside the box by rounding. Where the step is too small, c is the middle
 // itself, and both hold all the more.

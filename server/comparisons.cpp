@@ -180,6 +180,8 @@ std::optional<Problem> Comparisons::open_mesh(const std::string& owner, const st
 
 // A client that goes away ends its comparison, unless it was promised that it will be done.
 void Comparisons::wait(Exchange& exchange, LiveJob& job, const Asked& asked) {
+  // Who wants no waiting needs no seat, and is told the same whether the job was quick or not.
+  if (asked.preferences.wait == milliseconds(0)) return accept(exchange, job.view(), asked);
   std::optional<Clock::time_point> until;
   std::optional<Seat> seat;
   const bool repeated = job.key.id != exchange.id;  // its Idempotency-Key: the place in the queue is the first one's
@@ -189,8 +191,6 @@ void Comparisons::wait(Exchange& exchange, LiveJob& job, const Asked& asked) {
     return answer(exchange,
                   Problem{ProblemKind::overloaded, "as many clients wait for comparisons of others as may", {}});
   }
-  // Who wants no waiting is told the same whether the job was quick or not.
-  if (asked.preferences.wait == milliseconds(0)) return accept(exchange, job.view(), asked);
   const auto tick = [&] {
     return until ? std::min(kTick, std::chrono::ceil<milliseconds>(*until - Clock::now())) : kTick;
   };

@@ -285,8 +285,9 @@ void Jobs::leave_to_its_end(LiveJob& job) {
 
 void Jobs::park(Parked parked) {
   if (stopping_.load()) return drop(*parked.job);
-  if (!std::exchange(parked.job->has_waited, true))
+  if (!std::exchange(parked.job->has_waited, true)) {
     log_event("store", "job " + parked.job->key.id + " waits for the store");
+  }
   const std::lock_guard lock(mutex_);
   parked_.push_back(std::move(parked));
 }
@@ -311,7 +312,8 @@ Result<Jobs::Deleted> Jobs::remove(const store::JobKey& key) {
     if (!state) return state.error();
     if (!*state) return Deleted::unknown;
     if (job && **state == JobState::cancelled) {
-      metrics_.job_cancelled_early(job->request.options.strategy);
+      // Else its worker was quicker, and has counted it.
+      if (job->view().row.state == JobState::queued) metrics_.job_cancelled_early(job->request.options.strategy);
       leave_to_its_end(*job);
       scheduler_.withdraw(job->control);
     } else if (store::has_ended(**state)) {

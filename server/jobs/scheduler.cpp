@@ -98,13 +98,15 @@ std::chrono::milliseconds Scheduler::expected_wait() const {
 
 // Precondition: mutex_ is held and something waits.
 Scheduler::Entry Scheduler::take_next() {
-  const auto running = [this](const Entry& entry) {
+  const auto rank = [this](const Entry& entry) {
     const auto found = running_of_.find(entry.task.owner);
-    return found == running_of_.end() ? std::size_t{0} : found->second;
+    return std::pair(found == running_of_.end() ? std::size_t{0} : found->second, entry.turn);
   };
-  const auto next = std::min_element(waiting_.begin(), waiting_.end(), [&](const Entry& a, const Entry& b) {
-    return std::pair(running(a), a.turn) < std::pair(running(b), b.turn);
-  });
+  auto next = waiting_.begin();
+  auto first = rank(*next);
+  for (auto other = std::next(next); other != waiting_.end(); ++other) {
+    if (const auto of_other = rank(*other); of_other < first) next = other, first = of_other;
+  }
   Entry entry = std::move(*next);
   waiting_.erase(next);
   return entry;

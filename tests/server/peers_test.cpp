@@ -52,6 +52,16 @@ Pair ipv4() {
 
 server::Clock::time_point soon() { return server::Clock::now() + std::chrono::milliseconds(100); }
 
+// Two connections of one address, which has one place.
+struct TwoOfOneAddress {
+  Peers peers{1};
+  std::atomic<bool> aborted{false};
+  Pair a = ipv4();
+  Pair b = ipv4();
+  Connection slow{a.ends[0], aborted, &peers};
+  Connection other{b.ends[0], aborted, &peers};
+};
+
 }  // namespace
 
 TEST_CASE("peers: an address has so many places, and gets each back") {
@@ -81,17 +91,13 @@ TEST_CASE("peers: the address of a connection") {
 }
 
 TEST_CASE("peers: only a connection whose bytes are waited for takes a place, and keeps it until it is settled") {
-  Peers peers(1);
-  const std::atomic<bool> aborted{false};
-  const Pair a = ipv4();
-  const Pair b = ipv4();
-  Connection slow(a.ends[0], aborted, &peers);
-  Connection other(b.ends[0], aborted, &peers);
+  TwoOfOneAddress two;
+  Connection &slow = two.slow, &other = two.other;
   CHECK(slow.idle(soon(), [] { return true; }) == Io::timeout);
   CHECK(slow.fill(soon()) == Io::timeout);
   CHECK(other.fill(soon()) == Io::crowded);
-  REQUIRE(::send(b.ends[1], "x", 1, 0) == 1);
-  pollfd arrived{b.ends[0], POLLIN, 0};
+  REQUIRE(::send(two.b.ends[1], "x", 1, 0) == 1);
+  pollfd arrived{two.b.ends[0], POLLIN, 0};
   REQUIRE(::poll(&arrived, 1, 10'000) == 1);
   CHECK(other.fill(soon()) == Io::ok);  // its bytes were here
   CHECK(other.fill(soon()) == Io::crowded);
@@ -101,12 +107,8 @@ TEST_CASE("peers: only a connection whose bytes are waited for takes a place, an
 }
 
 TEST_CASE("peers: who does not take what is written is waited for as well") {
-  Peers peers(1);
-  const std::atomic<bool> aborted{false};
-  const Pair a = ipv4();
-  const Pair b = ipv4();
-  Connection slow(a.ends[0], aborted, &peers);
-  Connection other(b.ends[0], aborted, &peers);
+  TwoOfOneAddress two;
+  Connection &slow = two.slow, &other = two.other;
   const std::string much(std::size_t{64} << 20, 'x');
   CHECK(slow.write("a little", soon()) == Io::ok);
   CHECK(other.fill(soon()) == Io::timeout);

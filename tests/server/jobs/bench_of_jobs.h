@@ -16,6 +16,7 @@
 
 #include "flaky_store.h"
 #include "server/jobs/jobs.h"
+#include "tests/server/stand_in.h"
 #include "tests/server/store/implementations.h"
 
 namespace meshgauge::server {
@@ -43,15 +44,9 @@ struct Stand {
       while (!released && (deaf || control.check() == Interruption::none)) {
         std::this_thread::sleep_for(std::chrono::milliseconds(1));
       }
-      api::Comparison comparison;
-      comparison.options = asked;
+      api::Comparison comparison = stand_in(a, asked);
       const Interruption why = deaf ? Interruption::none : control.check();
       if (why == Interruption::cancelled) comparison.outcome.stop = Stop::cancelled;
-      comparison.outcome.simd = asked.simd;
-      comparison.outcome.threads = asked.threads;
-      comparison.a.bytes = a.input.bytes.size();
-      comparison.a.bbox.extend(Vec3::Zero());
-      comparison.b.bbox.extend(Vec3::Zero());
       return comparison;
     };
   }
