@@ -2,7 +2,9 @@
 
 #include <array>
 #include <chrono>
+#include <functional>
 #include <memory>
+#include <new>
 
 #include "engine/bisection.h"
 #include "engine/bounds/four_point.h"
@@ -15,6 +17,7 @@
 #include "engine/prepared.h"
 #include "engine/reduction.h"
 #include "engine/rounding.h"
+#include "engine/sampled_distances.h"
 #include "engine/sweep.h"
 #include "engine/traversal.h"
 #include "engine/twins.h"
@@ -39,6 +42,10 @@ class StageClock {
 
 Stop to_stop(Interruption interruption) {
   return interruption == Interruption::timeout ? Stop::timeout : Stop::cancelled;
+}
+
+StatisticsStatus to_status(Interruption interruption) {
+  return interruption == Interruption::timeout ? StatisticsStatus::timeout : StatisticsStatus::cancelled;
 }
 
 std::unique_ptr<PieceBound> make_bound(const Options& options, Search& search) {
@@ -86,6 +93,7 @@ class Measurement final : public Monitor {
       if (!stop && !course.settled) stop = measure(course);
     }
     conclude(stop);
+    if (options_.statistics) take_statistics();
     return std::move(outcome_);
   }
 
@@ -293,6 +301,32 @@ class Measurement final : public Monitor {
     } else {
       outcome_.stop = stop.value_or(Stop::precision_floor);
     }
+  }
+
+  // From here on the interval does not change, and nothing that fails here may lose it.
+  void take_statistics() {
+    const StageClock clock(outcome_.timings.statistics);
+    stage_ = "statistics";
+    Statistics& statistics = outcome_.statistics.emplace();
+    statistics.sampling = *options_.statistics;
+    try {
+      for (const Course& course : courses_) {
+        auto& found = &course.from == &a_ ? statistics.a_to_b : statistics.b_to_a;
+        found = sampled(course);
+        if (!found) statistics.status = to_status(control_.check());
+      }
+    } catch (const std::bad_alloc&) {
+      statistics.status = StatisticsStatus::memory;
+    }
+  }
+
+  std::optional<Distribution> sampled(const Course& course) {
+    const std::function<void()> tell = [this] {
+      if (control_.report_due()) control_.report({outcome_.lower, outcome_.upper, stage_});
+    };
+    const std::uint32_t stream = &course.from == &a_ ? 0 : 1;
+    return distribution({*course.from.framed, *course.to.framed, *options_.statistics, stream, crew_, control_, tell},
+                        course.result.bounds.upper);
   }
 
   std::optional<Rule> rule_met() const {

@@ -17,6 +17,7 @@
 
 #include "engine/control.h"
 #include "engine/mesh.h"
+#include "engine/statistics.h"
 
 namespace meshgauge {
 
@@ -45,8 +46,9 @@ struct Options {
   int points = 4;                                         // n_point only: 4, 10, 31, 109, 409 or 1585
   std::size_t max_memory_bytes = std::size_t{512} << 20;  // of the waiting pieces; when spent: Stop::budget
   std::uint64_t max_work_items = std::numeric_limits<std::uint64_t>::max();  // pieces split; when spent: Stop::budget
-  unsigned threads = 1;            // of this job, at least 1; more than one for `automatic` only
-  std::string_view simd = "auto";  // the instruction set: one of supported_simd(), or "auto" for the fastest
+  unsigned threads = 1;                // of this job, at least 1; more than one for `automatic` only
+  std::string_view simd = "auto";      // the instruction set: one of supported_simd(), or "auto" for the fastest
+  std::optional<Sampling> statistics;  // sampled after the measurement, if there is time left
 };
 
 // The instruction sets of this processor, the fastest first; the last one is "scalar". They give the same bits.
@@ -111,6 +113,7 @@ struct Timings {  // milliseconds of wall time
   double traverse = 0;
   double reduce = 0;
   double certify = 0;
+  double statistics = 0;
 };
 
 struct Outcome {
@@ -125,12 +128,14 @@ struct Outcome {
   std::string_view simd;  // the instruction set that was used
   unsigned threads = 1;   // at most this many were
   Timings timings;
+  std::optional<Statistics> statistics;  // when they were asked for; nothing above depends on them, or is lost by them
 };
 
 // Precondition: both meshes pass validate(), is_stencil(options.points) for n_point, options.simd is supported. Out of
 // time, budget or patience it returns the interval reached; std::bad_alloc is all it throws. With one thread
 // deterministic: same input and options, same bits, unless interrupted, whatever the instruction set. With more the
-// interval may differ within what was asked for, never a verdict that was given.
+// interval may differ within what was asked for, never a verdict that was given. Statistics are the same with any
+// number.
 Outcome measure(MeshView a, MeshView b, const Options& options, Control& control);
 
 const char* version();  // of the engine, "0.1.0"

@@ -68,19 +68,6 @@ Result<Done> check_triangle(MeshView mesh, std::size_t triangle, std::string_vie
   return Done{};
 }
 
-// Collinear within rounding: the area is at most 2^-50 of the longest edge squared.
-bool is_degenerate(const Vec3& a, const Vec3& b, const Vec3& c) {
-  Vec3 e = b - a;
-  Vec3 f = c - a;
-  const double scale = std::max(e.lpNorm<Eigen::Infinity>(), f.lpNorm<Eigen::Infinity>());
-  if (scale == 0) return true;
-  e /= scale;
-  f /= scale;
-  const double longest_sq = std::max({e.squaredNorm(), f.squaredNorm(), (f - e).squaredNorm()});
-  const Vec3 cross(e.y() * f.z() - e.z() * f.y(), e.z() * f.x() - e.x() * f.z(), e.x() * f.y() - e.y() * f.x());
-  return cross.norm() <= 0x1p-50 * longest_sq;
-}
-
 }  // namespace
 
 Result<Done> validate(MeshView mesh, const MeshLimits& limits, std::string_view part, const Interrupted& interrupted) {
@@ -124,6 +111,19 @@ double diagonal(MeshView mesh) { return diagonal(bounding_box(mesh)); }
 double diagonal(const Box& box) {
   const Vec3 size = box.high - box.low;
   return std::hypot(size.x(), size.y(), size.z());
+}
+
+// Collinear within rounding: the area is at most 2^-50 of the longest edge squared.
+bool is_degenerate(const Vec3& a, const Vec3& b, const Vec3& c) {
+  Vec3 e = b - a;
+  Vec3 f = c - a;
+  const double scale = std::max(e.lpNorm<Eigen::Infinity>(), f.lpNorm<Eigen::Infinity>());
+  if (scale == 0) return true;
+  e /= scale;
+  f /= scale;
+  const double longest_sq = std::max({e.squaredNorm(), f.squaredNorm(), (f - e).squaredNorm()});
+  const Vec3 cross(e.y() * f.z() - e.z() * f.y(), e.z() * f.x() - e.x() * f.z(), e.x() * f.y() - e.y() * f.x());
+  return cross.norm() <= 0x1p-50 * longest_sq;
 }
 
 std::size_t count_degenerate(MeshView mesh, const Interrupted& interrupted) {

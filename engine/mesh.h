@@ -78,8 +78,10 @@ Box bounding_box(MeshView mesh, const Interrupted& interrupted = never_interrupt
 double diagonal(const Box& box);
 double diagonal(MeshView mesh);
 
-// Triangles of zero area: a repeated index, a repeated position, or (within rounding) collinear corners. Too few if
-// interrupted.
+// Whether the triangle has zero area: a repeated position, or (within rounding) collinear corners.
+bool is_degenerate(const Vec3& a, const Vec3& b, const Vec3& c);
+
+// Triangles of zero area. Too few if interrupted.
 std::size_t count_degenerate(MeshView mesh, const Interrupted& interrupted = never_interrupted);
 
 }  // namespace meshgauge

@@ -1,0 +1,123 @@
+#include "engine/statistics.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <vector>
+
+namespace meshgauge {
+namespace {
+
+// A quantile's error comes from the values at ranks so many standard errors above and below it.
+constexpr double kErrorsAside = 2;
+
+// Variance of the number of values of which something is true, where it is true of `count` in one stratum.
+double variance_of_count(std::size_t count) {
+  return static_cast<double>(count * (kPointsAStratum - count)) / static_cast<double>(kPointsAStratum - 1);
+}
+
+// Everything from n = kL values x, k independent ones in each of L strata (docs/statistics.md):
+//   mean = sum x / n,   variance of the mean = k / (k - 1) * sum (x - mean of its stratum)^2 / n^2, without bias.
+class Summary {
+ public:
+  explicit Summary(std::span<const double> values)
+      : values_(values), n_(static_cast<double>(values.size())), sorted_(values.begin(), values.end()) {
+    std::sort(sorted_.begin(), sorted_.end());
+  }
+
+  double largest() const { return sorted_.back(); }
+
+  template <class Value>
+  Estimate mean(const Value& value) const {
+    double sum = 0, squares = 0;
+    in_strata([&](std::span<const double> stratum) {
+      const double first = value(stratum[0]);  // taken off: values that are all the same deviate by exactly 0
+      double here = 0;
+      for (const double x : stratum) here += value(x) - first;
+      for (const double x : stratum) squares += square(value(x) - first - here / kPointsAStratum);
+      sum += here + first * kPointsAStratum;
+    });
+    return {sum / n_, std::sqrt(squares * kPointsAStratum / (kPointsAStratum - 1)) / n_};
+  }
+
+  // The delta method: an error e of the mean square is e / (2 rms) of its root. Relative to the largest value, whose
+  // square may be too small for a double.
+  Estimate rms() const {
+    if (largest() == 0) return {};
+    const Estimate squares = mean([this](double x) { return square(x / largest()); });
+    const double root = std::sqrt(squares.value);
+    return {root * largest(), squares.standard_error / (2 * root) * largest()};
+  }
+
+  // Woodruff's interval: how many values are at most `value` has a standard error, and the values at the ranks so much
+  // higher and lower are as far apart as the quantile errs. One more rank, for what lies between two values.
+  Estimate quantile(double share) const {
+    const double value = at_rank(share * n_);
+    double variance = 1;
+    in_strata([&](std::span<const double> stratum) {
+      const auto count = std::count_if(stratum.begin(), stratum.end(), [&](double x) { return x <= value; });
+      variance += variance_of_count(static_cast<std::size_t>(count));
+    });
+    const double aside = kErrorsAside * std::sqrt(variance);
+    return {value, (at_rank(share * n_ + aside) - at_rank(share * n_ - aside)) / (2 * kErrorsAside)};
+  }
+
+  // Shares of equal bins from 0 to the largest value.
+  std::array<Estimate, Distribution::kBins> histogram() const {
+    std::array<double, Distribution::kBins> counts{}, variances{};
+    in_strata([&](std::span<const double> stratum) {
+      std::array<std::size_t, Distribution::kBins> here{};
+      for (const double x : stratum) ++here[bin_of(x)];
+      for (std::size_t b = 0; b < here.size(); ++b) {
+        counts[b] += static_cast<double>(here[b]);
+        variances[b] += variance_of_count(here[b]);
+      }
+    });
+    std::array<Estimate, Distribution::kBins> shares;
+    for (std::size_t b = 0; b < shares.size(); ++b) shares[b] = {counts[b] / n_, std::sqrt(variances[b] + 1) / n_};
+    return shares;
+  }
+
+ private:
+  static double square(double x) { return x * x; }
+
+  template <class Each>
+  void in_strata(const Each& each) const {
+    for (std::size_t i = 0; i < values_.size(); i += kPointsAStratum) each(values_.subspan(i, kPointsAStratum));
+  }
+
+  double at_rank(double rank) const {  // counted from 1
+    return sorted_[static_cast<std::size_t>(std::clamp(std::ceil(rank), 1.0, n_)) - 1];
+  }
+
+  std::size_t bin_of(double x) const {
+    if (largest() == 0) return 0;
+    constexpr std::size_t kLast = Distribution::kBins - 1;
+    return std::min(static_cast<std::size_t>(x / largest() * Distribution::kBins), kLast);
+  }
+
+  std::span<const double> values_;
+  double n_;
+  std::vector<double> sorted_;
+};
+
+}  // namespace
+
+Distribution summarize(std::span<const double> values) {
+  assert(!values.empty() && values.size() % kPointsAStratum == 0);
+  const Summary summary(values);
+  Distribution found;
+  found.samples = values.size();
+  found.mean = summary.mean([](double x) { return x; });
+  found.rms = summary.rms();
+  found.p50 = summary.quantile(0.50);
+  found.p95 = summary.quantile(0.95);
+  found.p99 = summary.quantile(0.99);
+  found.max_seen = summary.largest();
+  found.histogram = summary.histogram();
+  // A sum rounds: the mean of equal values must not be above them.
+  for (Estimate* average : {&found.mean, &found.rms}) average->value = std::min(average->value, found.max_seen);
+  return found;
+}
+
+}  // namespace meshgauge
