@@ -45,7 +45,7 @@ std::string JsonFilter::pointer() const {
 
 std::string shown_text(std::string_view text) {
   std::string out = "'";
-  for (const char c : text.substr(0, 64)) out += static_cast<unsigned char>(c) < 0x20 ? '?' : c;
+  for (const char c : text.substr(0, 64)) out += static_cast<unsigned char>(c) < 0x20 || c == 0x7F ? '?' : c;
   return out + (text.size() > 64 ? "...'" : "'");
 }
 

@@ -31,6 +31,15 @@ inline constexpr Name<Stop> kStops[] = {{Stop::converged, "converged"}, {Stop::g
 inline constexpr Name<Rule> kRules[] = {
     {Rule::absolute, "absolute"}, {Rule::diagonal, "diagonal"}, {Rule::relative, "relative"}};
 
+inline constexpr Name<Weight> kWeights[] = {
+    {Weight::area, "area"}, {Weight::length, "length"}, {Weight::points, "points"}};
+
+// Of statistics: whether they are there, or why not.
+inline constexpr Name<StatisticsStatus> kStatisticsStatuses[] = {{StatisticsStatus::complete, "complete"},
+                                                                 {StatisticsStatus::timeout, "timeout"},
+                                                                 {StatisticsStatus::cancelled, "cancelled"},
+                                                                 {StatisticsStatus::memory, "memory"}};
+
 // Precondition: the table names every value of the enum.
 template <class Enum, std::size_t N>
 std::string_view name_of(const Name<Enum> (&table)[N], Enum value) {

@@ -143,6 +143,33 @@ Result<Done> read_budget(const Json& value, const std::string& pointer, Reading&
   return read_object(value, pointer, kFields, reading);
 }
 
+Result<Done> read_samples(const Json& value, const std::string& pointer, Reading& reading) {
+  auto number = read_number(value, kSamplesRange, pointer);
+  if (!number) return number.error();
+  reading.request.options.statistics->samples = static_cast<std::size_t>(*number);
+  return Done{};
+}
+
+Result<Done> read_seed(const Json& value, const std::string& pointer, Reading& reading) {
+  auto number = read_number(value, kSeedRange, pointer);
+  if (!number) return number.error();
+  reading.request.options.statistics->seed = static_cast<std::uint64_t>(*number);
+  return Done{};
+}
+
+// true, or an object that says how; false as if it were not there.
+Result<Done> read_statistics(const Json& value, const std::string& pointer, Reading& reading) {
+  static constexpr Field kFields[] = {{"samples", read_samples}, {"seed", read_seed}};
+  auto& statistics = reading.request.options.statistics;
+  if (value.is_boolean()) {
+    if (value.get<bool>()) statistics.emplace();
+    return Done{};
+  }
+  if (!value.is_object()) return refused(pointer, pointer + " must be true, false or an object, not " + shown(value));
+  statistics.emplace();
+  return read_object(value, pointer, kFields, reading);
+}
+
 Result<Done> read_direction(const Json& value, const std::string& pointer, Reading& reading) {
   return read_name(kDirections, value, pointer, reading.request.options.direction);
 }
@@ -191,10 +218,10 @@ Result<Json> parse_document(std::string_view json, const std::string& part) {
   return Error{ErrorCode::invalid_request, quoted + " is refused: " + filter.defect, part, filter.where};
 }
 
-constexpr Field kOptions[] = {{"direction", read_direction}, {"tolerance", read_tolerance},
-                              {"gate", read_gate},           {"strategy", read_strategy},
-                              {"points", read_points},       {"timeout_ms", read_timeout},
-                              {"threads", read_threads},     {"budget", read_budget}};
+constexpr Field kOptions[] = {
+    {"direction", read_direction}, {"tolerance", read_tolerance}, {"gate", read_gate},
+    {"strategy", read_strategy},   {"points", read_points},       {"timeout_ms", read_timeout},
+    {"threads", read_threads},     {"budget", read_budget},       {"statistics", read_statistics}};
 
 }  // namespace
 

@@ -25,6 +25,8 @@ inline constexpr Range kThreadsRange{1, 64, true};      // of one job; a service
 inline constexpr Range kWorkItemsRange{1, 1e15, true};  // pieces split
 inline constexpr Range kMemoryBytesRange{1 << 20, 0x1p40, true};  // of waiting pieces; a service may grant less
 inline constexpr Range kTimeoutMsRange{1, 180'000, true};         // a service may set a smaller end
+inline constexpr Range kSamplesRange{1'000, 1'000'000, true};     // of the statistics of one direction
+inline constexpr Range kSeedRange{0, 0x1p53 - 1, true};           // every number that JSON's readers keep exactly
 inline constexpr std::size_t kMaxUnitsBytes = 32;
 inline constexpr std::size_t kMaxOptionsBytes = std::size_t{64} << 10;
 

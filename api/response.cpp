@@ -120,19 +120,48 @@ Json engine(const Options& options, const Outcome& outcome) {
           {"threads", outcome.threads}};
 }
 
+Json json_of(const Estimate& estimate) {
+  return {{"value", estimate.value}, {"standard_error", estimate.standard_error}};
+}
+
+Json json_of(const std::optional<Distribution>& found) {
+  if (!found) return nullptr;
+  Json shares = Json::array(), errors = Json::array();
+  for (const Estimate& bin : found->histogram) {
+    shares.push_back(bin.value);
+    errors.push_back(bin.standard_error);
+  }
+  return {{"weight", name_of(kWeights, found->weight)},
+          {"samples", found->samples},
+          {"mean", json_of(found->mean)},
+          {"rms", json_of(found->rms)},
+          {"p50", json_of(found->p50)},
+          {"p95", json_of(found->p95)},
+          {"p99", json_of(found->p99)},
+          {"max_seen", found->max_seen},
+          {"histogram", {{"high", found->max_seen}, {"shares", shares}, {"standard_errors", errors}}}};
+}
+
+Json json_of(const std::optional<Statistics>& statistics) {
+  if (!statistics) return nullptr;
+  return {{"sampled", true},
+          {"status", name_of(kStatisticsStatuses, statistics->status)},
+          {"seed", statistics->sampling.seed},
+          {"a_to_b", json_of(statistics->a_to_b)},
+          {"b_to_a", json_of(statistics->b_to_a)}};
+}
+
 }  // namespace
 
-std::array<Stage, 8> stages(const Comparison& comparison) {
+std::vector<Stage> stages(const Comparison& comparison) {
   const StageTimes& times = comparison.times;
   const Timings& engine = comparison.outcome.timings;
-  return {{{"queue", times.queue},
-           {"read_a", times.read_a},
-           {"read_b", times.read_b},
-           {"build", engine.build},
-           {"traverse", engine.traverse},
-           {"reduce", engine.reduce},
-           {"certify", engine.certify},
-           {"total", times.total}}};
+  std::vector<Stage> all{{"queue", times.queue},     {"read_a", times.read_a},      {"read_b", times.read_b},
+                         {"build", engine.build},    {"traverse", engine.traverse}, {"reduce", engine.reduce},
+                         {"certify", engine.certify}};
+  if (comparison.outcome.statistics) all.push_back({"statistics", engine.statistics});
+  all.push_back({"total", times.total});
+  return all;
 }
 
 std::string to_json(const Comparison& comparison) {
@@ -150,7 +179,7 @@ std::string to_json(const Comparison& comparison) {
             {"timings_ms", timings(comparison)},
             {"meshes", {{"a", json_of(comparison.a)}, {"b", json_of(comparison.b)}}},
             {"engine", engine(comparison.options, outcome)},
-            {"statistics", nullptr}};
+            {"statistics", json_of(outcome.statistics)}};
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 

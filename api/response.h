@@ -1,8 +1,8 @@
 // The result of a comparison as JSON: the same bytes from HTTP and from the command line.
 #pragma once
 
-#include <array>
 #include <string>
+#include <vector>
 
 #include "api/compare.h"
 
@@ -16,8 +16,8 @@ struct Stage {
   double ms;
 };
 
-// The stages in their order, and "total" at the end.
-std::array<Stage, 8> stages(const Comparison& comparison);
+// The stages in their order, and "total" at the end; "statistics" before it where there are some.
+std::vector<Stage> stages(const Comparison& comparison);
 
 // The stage times as the value of a Server-Timing header: "queue;dur=0.1, read_a;dur=12.3, ...".
 std::string to_server_timing(const Comparison& comparison);

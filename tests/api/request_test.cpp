@@ -106,6 +106,28 @@ TEST_CASE("request: numbers out of range are refused") {
   CHECK(refusal(R"({"points": 10})").message.find("n_point") != std::string::npos);
 }
 
+TEST_CASE("request: statistics by a word, or as an object that says how") {
+  CHECK(!parse_options("{}")->options.statistics);
+  CHECK(!parse_options(R"({"statistics": false})")->options.statistics);
+  for (const char* json : {R"({"statistics": true})", R"({"statistics": {}})"}) {
+    const auto sampling = parse_options(json)->options.statistics;
+    REQUIRE(sampling.has_value());
+    CHECK(sampling->samples == 100'000);
+    CHECK(sampling->seed == 1);
+  }
+  const auto chosen = parse_options(R"({"statistics": {"samples": 1000, "seed": 9007199254740991}})");
+  CHECK(chosen->options.statistics->samples == 1000);
+  CHECK(chosen->options.statistics->seed == 9007199254740991U);
+  CHECK(refusal(R"({"statistics": null})").where == "/statistics");
+  CHECK(refusal(R"({"statistics": 1})").message.find("true, false or an object") != std::string::npos);
+  CHECK(refusal(R"({"statistics": {"bins": 8}})").where == "/statistics/bins");
+  CHECK(refusal(R"({"statistics": {"samples": 999}})").where == "/statistics/samples");
+  CHECK(refusal(R"({"statistics": {"samples": 1000001}})").where == "/statistics/samples");
+  CHECK(refusal(R"({"statistics": {"samples": 2000.5}})").where == "/statistics/samples");
+  CHECK(refusal(R"({"statistics": {"seed": -1}})").where == "/statistics/seed");
+  CHECK(refusal(R"({"statistics": {"seed": 9007199254740992}})").where == "/statistics/seed");
+}
+
 TEST_CASE("request: a service may allow less time") {
   const api::RequestLimits limits{std::chrono::milliseconds(100), std::chrono::milliseconds(1000)};
   CHECK(parse_options("{}", limits)->timeout.count() == 100);

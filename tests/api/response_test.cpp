@@ -144,3 +144,52 @@ TEST_CASE("response: the stages as a Server-Timing header") {
         "queue;dur=1.500, read_a;dur=2.000, read_b;dur=3.000, build;dur=0.000, traverse;dur=0.000, "
         "reduce;dur=0.000, certify;dur=0.000, total;dur=10.000");
 }
+
+namespace {
+
+Distribution some_distribution() {
+  Distribution found;
+  found.weight = Weight::length;
+  found.samples = 1000;
+  found.mean = {0.1, 0.01};
+  found.p99 = {0.2, 0.02};
+  found.max_seen = 0.25;
+  found.histogram[31] = {0.5, 0.03};
+  return found;
+}
+
+}  // namespace
+
+TEST_CASE("response: statistics say that they are sampled, how, and how well") {
+  api::Comparison comparison = sample();
+  comparison.outcome.statistics = Statistics{{1000, 7}, some_distribution(), std::nullopt};
+  comparison.outcome.timings.statistics = 4;
+  const json result = rendered(comparison);
+  const json statistics = result["statistics"];
+  CHECK(statistics["sampled"] == true);
+  CHECK(statistics["status"] == "complete");
+  CHECK(statistics["seed"] == 7);
+  CHECK(statistics["b_to_a"].is_null());
+  const json found = statistics["a_to_b"];
+  CHECK(found["weight"] == "length");
+  CHECK(found["samples"] == 1000);
+  CHECK(found["mean"] == json{{"value", 0.1}, {"standard_error", 0.01}});
+  CHECK(found["rms"] == json{{"value", 0.0}, {"standard_error", 0.0}});
+  CHECK(found["p99"] == json{{"value", 0.2}, {"standard_error", 0.02}});
+  CHECK(found["max_seen"] == 0.25);
+  CHECK(found["histogram"]["high"] == 0.25);
+  CHECK(found["histogram"]["shares"].size() == 32);
+  CHECK(found["histogram"]["shares"][31] == 0.5);
+  CHECK(found["histogram"]["standard_errors"][31] == 0.03);
+  CHECK(result["timings_ms"]["statistics"] == 4.0);
+  CHECK(api::to_server_timing(comparison).find("certify;dur=0.000, statistics;dur=4.000, total") != std::string::npos);
+}
+
+TEST_CASE("response: statistics that there was no time for are null, with the reason") {
+  api::Comparison comparison = sample();
+  comparison.outcome.statistics = Statistics{{}, std::nullopt, std::nullopt, StatisticsStatus::timeout};
+  const json statistics = rendered(comparison)["statistics"];
+  CHECK(statistics["status"] == "timeout");
+  CHECK(statistics["a_to_b"].is_null());
+  CHECK(!rendered(sample())["timings_ms"].contains("statistics"));
+}

@@ -1,0 +1,120 @@
+#include "api/deviation_ply.h"
+
+#include <algorithm>
+#include <bit>
+#include <cstring>
+#include <string_view>
+
+#include "api/decimal.h"
+
+namespace meshgauge::api {
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "written as it is in memory");
+
+std::string coordinates(const Vec3& p) { return shortest(p.x()) + " " + shortest(p.y()) + " " + shortest(p.z()); }
+
+// A header is lines: nothing of a label may end one.
+std::string one_line(std::string text) {
+  std::replace_if(
+      text.begin(), text.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; }, ' ');
+  return text;
+}
+
+bool is_float(const Vec3& p) { return p.cast<float>().cast<double>() == p; }
+
+class Header {
+ public:
+  void line(std::string_view text) { text_.append(text) += '\n'; }
+  void comment(const std::string& text) { line("comment " + text); }
+  const std::string& end() { return line("end_header"), text_; }
+
+ private:
+  std::string text_;
+};
+
+void describe(const DeviationMap& map, Header& header) {
+  header.comment("meshgauge deviation map: distance of each vertex from the baseline, computed, not certified");
+  if (!map.units.empty()) header.comment("unit " + one_line(map.units));
+  header.comment((map.scale.limited ? "limit " : "largest ") + shortest(map.scale.top));
+  header.comment("certified interval of the measurement " + shortest(map.lower) + " " + shortest(map.upper));
+  if (map.witness) {
+    const DeviationWitness& w = *map.witness;
+    const char* const names[] = {"baseline", "candidate"};
+    header.comment("witness from " + coordinates(w.from) + " triangle " + std::to_string(w.from_triangle) + " of the " +
+                   names[w.from_candidate]);
+    header.comment("witness to " + coordinates(w.to) + " triangle " + std::to_string(w.to_triangle) + " of the " +
+                   names[!w.from_candidate]);
+  }
+  if (map.mesh.positions.size() > map.candidate_vertices) {
+    header.comment("refined for display: the first " + std::to_string(map.candidate_vertices) +
+                   " vertices are the candidate's");
+  }
+}
+
+void write_header(const DeviationMap& map, const std::string& coordinate, std::ostream& out) {
+  Header header;
+  header.line("ply");
+  header.line("format binary_little_endian 1.0");
+  describe(map, header);
+  header.line("element vertex " + std::to_string(map.mesh.positions.size()));
+  for (const char* name : {" x", " y", " z"}) header.line("property " + coordinate + name);
+  for (const char* name : {"red", "green", "blue"}) header.line(std::string("property uchar ") + name);
+  header.line("property float quality");
+  header.line("property double distance");
+  header.line("element face " + std::to_string(map.mesh.triangles.size()));
+  header.line("property list uchar uint vertex_indices");
+  out << header.end();
+}
+
+// One element, at most 24 + 3 + 4 + 8 bytes.
+class Record {
+ public:
+  template <class T>
+  void put(const T& value) {
+    std::memcpy(bytes_ + size_, &value, sizeof value);
+    size_ += sizeof value;
+  }
+  void write(std::ostream& out) const { out.write(bytes_, static_cast<std::streamsize>(size_)); }
+
+ private:
+  char bytes_[40];
+  std::size_t size_ = 0;
+};
+
+template <class Coordinate>
+void write_vertices(const DeviationMap& map, std::ostream& out) {
+  for (std::size_t v = 0; v < map.mesh.positions.size(); ++v) {
+    const double distance = map.distances[v];
+    Record record;
+    for (const double x : map.mesh.positions[v]) record.put(static_cast<Coordinate>(x));
+    record.put(colour_of(distance, map.scale));
+    record.put(static_cast<float>(distance));
+    record.put(distance);
+    record.write(out);
+  }
+}
+
+void write_faces(const DeviationMap& map, std::ostream& out) {
+  for (const Triangle& triangle : map.mesh.triangles) {
+    Record record;
+    record.put(std::uint8_t{3});
+    record.put(triangle);
+    record.write(out);
+  }
+}
+
+}  // namespace
+
+void write_deviation_ply(const DeviationMap& map, std::ostream& out) {
+  const bool single = std::all_of(map.mesh.positions.begin(), map.mesh.positions.end(), is_float);
+  write_header(map, single ? "float" : "double", out);
+  if (single) {
+    write_vertices<float>(map, out);
+  } else {
+    write_vertices<double>(map, out);
+  }
+  write_faces(map, out);
+}
+
+}  // namespace meshgauge::api

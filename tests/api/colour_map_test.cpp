@@ -1,0 +1,119 @@
+#include "api/colour_map.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <doctest/doctest.h>
+
+using namespace meshgauge;
+
+namespace {
+
+using Triple = std::array<double, 3>;
+using Matrix = std::array<Triple, 3>;
+
+double apart(const Triple& a, const Triple& b) { return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]); }
+
+// How the three kinds of dichromats see, on linear sRGB: Machado, Oliveira, Fernandes, "A physiologically-based model
+// for simulation of color vision deficiency", 2009, at full severity; and the identity.
+constexpr std::array<Matrix, 4> kEyes{{
+    {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}},
+    {{{0.152286, 1.052583, -0.204868}, {0.114503, 0.786281, 0.099216}, {-0.003882, -0.048116, 1.051998}}},
+    {{{0.367322, 0.860646, -0.227968}, {0.280085, 0.672501, 0.047413}, {-0.011820, 0.042940, 0.968881}}},
+    {{{1.255528, -0.076749, -0.178779}, {-0.078411, 0.930809, 0.147602}, {0.004733, 0.691367, 0.303900}}},
+}};
+
+std::uint8_t to_byte(double linear) {
+  const double c = std::clamp(linear, 0.0, 1.0);
+  return static_cast<std::uint8_t>(
+      std::lround(255 * (c <= 0.0031308 ? 12.92 * c : 1.055 * std::pow(c, 1 / 2.4) - 0.055)));
+}
+
+Triple seen(api::Rgb colour, const Matrix& eye) {
+  const auto c = api::to_linear(colour);
+  std::array<std::uint8_t, 3> bytes{};
+  for (std::size_t i = 0; i < 3; ++i) bytes[i] = to_byte(eye[i][0] * c[0] + eye[i][1] * c[1] + eye[i][2] * c[2]);
+  return api::to_oklab({bytes[0], bytes[1], bytes[2]});
+}
+
+std::vector<double> values(const std::vector<api::Tick>& ticks) {
+  std::vector<double> all;
+  for (const auto& tick : ticks) all.push_back(tick.value);
+  return all;
+}
+
+}  // namespace
+
+TEST_CASE("equal steps of the map look equal: in lightness and in all") {
+  constexpr int kSteps = 32;
+  const double rise = (api::to_oklab(api::map_colour(1))[0] - api::to_oklab(api::map_colour(0))[0]) / kSteps;
+  CHECK(rise * kSteps > 0.65);  // of 1, black to white
+  double least = 1, most = 0;
+  for (int i = 0; i < kSteps; ++i) {
+    const Triple a = api::to_oklab(api::map_colour(double(i) / kSteps));
+    const Triple b = api::to_oklab(api::map_colour(double(i + 1) / kSteps));
+    CHECK(b[0] - a[0] == doctest::Approx(rise).epsilon(0.15));  // bytes are coarse where it is dark
+    least = std::min(least, apart(a, b));
+    most = std::max(most, apart(a, b));
+  }
+  CHECK(most < 1.25 * least);
+}
+
+TEST_CASE("no kind of colour-blindness lets the order of the map vanish") {
+  for (const Matrix& eye : kEyes) {
+    for (int i = 0; i < 32; ++i) {
+      const double step = apart(seen(api::map_colour(i / 32.0), eye), seen(api::map_colour((i + 1) / 32.0), eye));
+      CHECK(step > 0.4 / 32);
+    }
+  }
+}
+
+TEST_CASE("what is above the limit is far from every colour below it, for everybody") {
+  for (const Matrix& eye : kEyes) {
+    double least = 1;
+    for (int i = 0; i <= 256; ++i) {
+      least = std::min(least, apart(seen(api::map_colour(i / 256.0), eye), seen(api::kAboveLimit, eye)));
+    }
+    CHECK(least > 0.15);  // more than six steps of 1/32
+  }
+  const double jump = api::to_oklab(api::map_colour(1))[0] - api::to_oklab(api::kAboveLimit)[0];
+  CHECK(jump > 0.4);  // at the limit itself the lightness breaks: seen in grey as well
+}
+
+TEST_CASE("a distance gets its place in the map, and the limit belongs to what passes") {
+  const api::ColourScale scale{0.5, true};
+  CHECK(api::colour_of(0, scale) == api::map_colour(0));
+  CHECK(api::colour_of(0.25, scale) == api::map_colour(0.5));
+  CHECK(api::colour_of(0.5, scale) == api::map_colour(1));
+  CHECK(api::colour_of(std::nextafter(0.5, 1), scale) == api::kAboveLimit);
+  CHECK(api::colour_of(std::numeric_limits<double>::infinity(), scale) == api::kAboveLimit);
+  CHECK(api::colour_of(0.6, {0.5, false}) == api::map_colour(1));
+  CHECK(api::colour_of(0, {0, true}) == api::map_colour(0));
+  CHECK(api::colour_of(5e-324, {0, true}) == api::kAboveLimit);
+  CHECK(api::colour_of(5e-324, {0, false}) == api::map_colour(1));
+  CHECK(api::map_colour(std::nan("")) == api::map_colour(0));
+}
+
+TEST_CASE("linear light is that of sRGB") {
+  CHECK(api::to_linear({0, 255, 0}) == std::array<float, 3>{0, 1, 0});
+  CHECK(api::to_linear({188, 0, 0})[0] == doctest::Approx(0.5029).epsilon(0.001));
+  CHECK(api::to_oklab({255, 255, 255})[0] == doctest::Approx(1).epsilon(1e-6));
+}
+
+TEST_CASE("ticks are round numbers, and the top") {
+  CHECK(values(api::legend_ticks({0.5, true})) == std::vector<double>{0, 0.1, 0.2, 0.3, 0.4, 0.5});
+  CHECK(values(api::legend_ticks({0.05, true})) == std::vector<double>{0, 0.01, 0.02, 0.03, 0.04, 0.05});
+  CHECK(values(api::legend_ticks({1, true})) == std::vector<double>{0, 0.2, 0.4, 0.6, 0.8, 1});
+  CHECK(values(api::legend_ticks({0.61, true})) == std::vector<double>{0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.61});
+  CHECK(values(api::legend_ticks({2e20, true})).back() == 2e20);
+  CHECK(values(api::legend_ticks({0, true})) == std::vector<double>{0});
+  CHECK(api::legend_ticks({0.3, true})[1].label == "0.05");
+  for (double top = 1e-9; top < 1e9; top *= 1.37) {
+    const auto ticks = api::legend_ticks({top, true});
+    CHECK(ticks.size() >= 4);
+    CHECK(ticks.size() <= 8);
+    CHECK(ticks.back().value == top);
+    CHECK(std::is_sorted(ticks.begin(), ticks.end(), [](const auto& a, const auto& b) { return a.value < b.value; }));
+  }
+}

@@ -1,0 +1,88 @@
+#include "api/deviation_ply.h"
+
+#include <cstring>
+#include <sstream>
+
+#include <doctest/doctest.h>
+
+#include "tests/api/deviation_maps.h"
+
+using namespace meshgauge;
+using api::test::MadeMap;
+
+namespace {
+
+std::string written(const api::DeviationMap& map) {
+  std::ostringstream out;
+  api::write_deviation_ply(map, out);
+  return out.str();
+}
+
+bool says(const std::string& file, const std::string& line) {
+  return file.find("\n" + line + "\n") != std::string::npos;
+}
+
+std::string body(const std::string& file) { return file.substr(file.find("end_header\n") + 11); }
+
+template <class T>
+T value_at(const std::string& bytes, std::size_t offset) {
+  T value;
+  REQUIRE(offset + sizeof value <= bytes.size());
+  std::memcpy(&value, bytes.data() + offset, sizeof value);
+  return value;
+}
+
+}  // namespace
+
+TEST_CASE("positions that are floats are floats, and our own reader finds the same mesh") {
+  const MadeMap made(shapes::cube(0.5, {3, 0.25, 1}));
+  const std::string file = written(made.map);
+  CHECK(says(file, "property float x"));
+  CHECK(api::test::read_back(file).positions == made.mesh.positions);
+  CHECK(api::test::read_back(file).triangles == made.mesh.triangles);
+}
+
+TEST_CASE("where one position is no float, all are doubles") {
+  MadeMap made(shapes::cube());
+  made.mesh.positions[5].y() = 0.1;
+  const std::string file = written(made.map);
+  CHECK(says(file, "property double x"));
+  CHECK(api::test::read_back(file).positions == made.mesh.positions);
+}
+
+TEST_CASE("each vertex has its colour and its distance, once as it is and once as a float") {
+  const MadeMap made(shapes::cube());
+  const std::string file = written(made.map);
+  const std::string bytes = body(file);
+  constexpr std::size_t kVertex = 3 * 4 + 3 + 4 + 8;
+  REQUIRE(bytes.size() == 8 * kVertex + 12 * 13);
+  for (std::size_t v = 0; v < 8; ++v) {
+    CHECK(value_at<api::Rgb>(bytes, v * kVertex + 12) == api::colour_of(made.distances[v], made.map.scale));
+    CHECK(value_at<float>(bytes, v * kVertex + 15) == static_cast<float>(made.distances[v]));
+    CHECK(value_at<double>(bytes, v * kVertex + 19) == made.distances[v]);
+  }
+  CHECK(value_at<api::Rgb>(bytes, 4 * kVertex + 12) == api::kAboveLimit);
+}
+
+TEST_CASE("the comments say what the numbers mean") {
+  MadeMap made(shapes::cube());
+  const std::string file = written(made.map);
+  CHECK(says(file, "comment unit mm"));
+  CHECK(says(file, "comment limit 0.125"));
+  CHECK(says(file, "comment certified interval of the measurement 0.23 0.25"));
+  CHECK(says(file, "comment witness from 0.5 2 3 triangle 7 of the baseline"));
+  CHECK(says(file, "comment witness to 0.5 1 3 triangle 11 of the candidate"));
+  CHECK(file.find("refined") == std::string::npos);
+  made.map.scale.limited = false;
+  made.map.candidate_vertices = 6;
+  CHECK(says(written(made.map), "comment largest 0.125"));
+  CHECK(says(written(made.map), "comment refined for display: the first 6 vertices are the candidate's"));
+}
+
+TEST_CASE("a unit cannot end its line") {
+  MadeMap made(shapes::cube());
+  made.map.units = "mm\nelement vertex 1000000000\r\n";
+  const std::string file = written(made.map);
+  CHECK(says(file, "comment unit mm element vertex 1000000000  "));
+  CHECK(api::test::read_back(file).positions == made.mesh.positions);
+}
