@@ -1,0 +1,71 @@
+#include "check/baseline_glob.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <vector>
+
+#include "check/manifest/glob.h"
+
+namespace meshgauge::check {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string with_star(std::string text) {
+  if (!text.ends_with('*')) text += '*';  // two of them would be any folders
+  return text;
+}
+
+// The pattern of the stems of files that `name` matches. With a wildcard behind the last dot, or instead of it, any dot
+// may be the one before the suffix.
+std::string stem_pattern(const std::string& name) {
+  if (!is_glob(name)) return name_parts(name, "").stem;
+  const std::string stem = name_parts(name, "").stem;
+  const std::string suffix = name.substr(stem.size());
+  if (!suffix.empty() && !is_glob(suffix) && check_glob(stem).ok()) {
+    return suffix == ".gz" ? stem_pattern(stem) : stem;
+  }
+  return with_star(name.substr(0, name.find_first_of(".*?[")));
+}
+
+NameParts patterns_of(std::string_view candidate) {
+  const fs::path path(candidate);
+  std::vector<std::string> parts(path.begin(), path.end());
+  std::string name = std::move(parts.back());
+  if (name != "**") {
+    parts.pop_back();
+  } else {
+    parts.back() = name;
+    name = "*";
+  }
+  fs::path dir;
+  for (auto part = std::find_if(parts.begin(), parts.end(), is_glob); part != parts.end(); ++part) dir /= *part;
+  return {stem_pattern(name), name, dir.string()};
+}
+
+std::string escaped(std::string_view text) {
+  std::string out;
+  for (const char c : text) out += c == '[' ? "[[]" : std::string(1, c);
+  return out;
+}
+
+}  // namespace
+
+std::string baseline_glob(std::string_view candidate, std::string_view baseline) {
+  return filled(escaped(baseline), patterns_of(candidate));
+}
+
+NameParts parts_of_baseline(std::string_view path, std::string_view baseline) {
+  const std::string file = fs::path(path).filename().string(), pattern = fs::path(baseline).filename().string();
+  const std::size_t open = pattern.find('{'), close = pattern.find('}');
+  NameParts parts{"*", "*", "*"};
+  if (open == std::string::npos || pattern.find('{', open + 1) != std::string::npos) return parts;
+  const std::size_t around = open + (pattern.size() - close - 1);
+  if (file.size() < around) return parts;
+  const std::string value = file.substr(open, file.size() - around), word = pattern.substr(open + 1, close - open - 1);
+  if (word == "name") return name_parts(value, "*");
+  if (word == "stem") parts.stem = value;
+  return parts;
+}
+
+}  // namespace meshgauge::check

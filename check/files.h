@@ -1,0 +1,21 @@
+// What gates ask of files.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+namespace meshgauge::check {
+
+// What speaks against reading a file, behind its name: "does not exist"; nullopt: nothing.
+std::optional<std::string> file_defect(const std::filesystem::path& file);
+
+// Whether they are one file, links of both kinds included. What does not exist yet is compared by where it would be.
+bool is_same_file(const std::filesystem::path& a, const std::filesystem::path& b);
+
+// Whether `path` lies in `folder` or below; as they are written, links are not looked at.
+bool is_below(const std::filesystem::path& path, const std::filesystem::path& folder);
+
+std::string shown_path(const std::filesystem::path& path);  // for messages
+
+}  // namespace meshgauge::check

@@ -1,0 +1,191 @@
+#include "check/html/diagrams.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <vector>
+
+#include "check/html/figures.h"
+#include "check/html/markup.h"
+#include "check/html/svg.h"
+
+namespace meshgauge::check {
+namespace {
+
+using svg::box;
+using svg::label;
+using svg::line;
+using svg::percent;
+
+std::string hex(const api::Rgb& colour) {
+  char text[8];
+  std::snprintf(text, sizeof text, "#%02x%02x%02x", colour.red, colour.green, colour.blue);
+  return text;
+}
+
+std::string with_units(const std::string& number, const std::string& units) {
+  return units.empty() ? number : number + " " + units;
+}
+
+std::string drawing(std::string_view css_class, int height, const std::string& described, const std::string& content) {
+  return "<svg class=\"" + std::string(css_class) + "\" width=\"100%\" height=\"" + std::to_string(height) +
+         "\" role=\"img\" aria-label=\"" + escaped(described) + "\">" + content + "</svg>";
+}
+
+std::string axis_ticks(const Axis& axis, int y) {
+  std::string out = box("axis", 0, 1, y, 1);
+  for (const AxisTick& tick : ticks(axis)) {
+    out += line("tick", axis.at(tick.value), y, y + 5);
+    out += label("tick-name", axis.at(tick.value), y + 18, tick.label);
+  }
+  return out;
+}
+
+std::string sign(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::pass:
+      return "<path d=\"M4.5 8.5l2.5 2.5 4.5-5.5\"/>";
+    case Verdict::fail:
+      return "<path d=\"M5 5l6 6M11 5l-6 6\"/>";
+    case Verdict::undecided:
+      return "<path d=\"M5.8 6.2a2.2 2.2 0 1 1 3.2 2c-.8.4-1 .8-1 1.5M8 11.8v.2\"/>";
+    case Verdict::error:
+      return "<path d=\"M8 4v5M8 11.8v.2\"/>";
+  }
+  return "";
+}
+
+std::string ramp() {
+  constexpr int kStops = 24;
+  std::string out = "<linearGradient id=\"ramp\">";
+  for (int i = 0; i <= kStops; ++i) {
+    const double share = static_cast<double>(i) / kStops;
+    out += "<stop offset=\"" + percent(share) + "\" stop-color=\"" + hex(api::map_colour(share)) + "\"/>";
+  }
+  return out + "</linearGradient>";
+}
+
+// Positions of an interval on an axis; an upper bound that is not known reaches to the end.
+std::string interval_bar(double from, double to, Verdict verdict, int y, int height) {
+  const std::string kind(to_string(verdict));
+  return box("bar " + kind, from, to, y, height) + line("cap " + kind, from, y - 3, y + height + 3) +
+         line("cap " + kind, to, y - 3, y + height + 3);
+}
+
+}  // namespace
+
+std::string definitions() {
+  std::string out = "<svg class=\"definitions\" width=\"0\" height=\"0\" aria-hidden=\"true\"><defs>" + ramp();
+  out +=
+      "<pattern id=\"hatch\" width=\"7\" height=\"7\" patternUnits=\"userSpaceOnUse\" patternTransform=\"rotate(45)\">"
+      "<rect class=\"hatch\" width=\"2\" height=\"7\"/></pattern>";
+  out +=
+      "<pattern id=\"hatch-above\" width=\"7\" height=\"7\" patternUnits=\"userSpaceOnUse\" "
+      "patternTransform=\"rotate(45)\"><rect width=\"7\" height=\"7\" fill=\"" +
+      hex(api::kAboveLimit) + "\"/><rect width=\"2\" height=\"7\" fill=\"#ffc4b2\"/></pattern>";
+  return out + "</defs></svg>";
+}
+
+std::string icon(Verdict verdict) {
+  return "<svg class=\"icon\" viewBox=\"0 0 16 16\" width=\"16\" height=\"16\" aria-hidden=\"true\">"
+         "<circle cx=\"8\" cy=\"8\" r=\"8\"/>" +
+         sign(verdict) + "</svg>";
+}
+
+std::string interval_drawing(const Measured& measured, const std::string& units) {
+  // An upper bound that is not known is no place on an axis: it reaches to the end.
+  std::vector<double> values{measured.lower, measured.limit};
+  if (std::isfinite(measured.upper)) values.push_back(measured.upper);
+  const Axis axis = axis_for(values);
+  const IntervalText text = to_text(measured.lower, measured.upper, measured.limit);
+  const double limit = axis.at(measured.limit), from = axis.at(measured.lower), to = axis.at(measured.upper);
+
+  std::string out =
+      box("zone pass", 0, limit, 22, 36) + box("zone fail", limit, 1, 22, 36) + box("zone-hatch", limit, 1, 22, 36);
+  out += "<text class=\"zone-name\" x=\"0\" dx=\"8\" y=\"36\">pass</text>";
+  out += "<text class=\"zone-name\" x=\"100%\" dx=\"-8\" y=\"36\" text-anchor=\"end\">fail</text>";
+  out += interval_bar(from, to, measured.verdict, 34, 12);
+  out += line("limit", limit, 16, 64) + label("limit-name", limit, 12, "limit " + with_units(text.limit, units));
+  out += label("value", 0.5 * (from + to), 76, with_units(text.both(), units));
+  out += axis_ticks(axis, 84);
+  return drawing("interval", 106,
+                 "The distance is between " + text.lower + " and " + text.upper + "; the limit is " + text.limit +
+                     (axis.logarithmic ? ". Logarithmic axis." : ". Linear axis."),
+                 out);
+}
+
+std::string interval_line(const Measured& measured) {
+  // x/(1+x) of the share of the limit: 0 at the left, the limit in the middle, without an end to the right.
+  const auto place = [&](double x) {
+    const double share = measured.limit > 0 ? x / measured.limit : x > 0 ? INFINITY : 0;
+    return std::isfinite(share) ? share / (1 + share) : 1;
+  };
+  std::string out =
+      box("zone pass", 0, 0.5, 3, 14) + box("zone fail", 0.5, 1, 3, 14) + box("zone-hatch", 0.5, 1, 3, 14);
+  out += interval_bar(place(measured.lower), place(measured.upper), measured.verdict, 7, 6) + line("limit", 0.5, 0, 20);
+  return "<svg class=\"interval-line\" width=\"100%\" height=\"20\" aria-hidden=\"true\">" + out + "</svg>";
+}
+
+std::string histogram_drawing(const Histogram& histogram, double limit, const std::string& units) {
+  constexpr int kTop = 18, kBottom = 138;
+  const auto bins = static_cast<double>(histogram.shares.size());
+  double least = 1;
+  for (const double share : histogram.shares) least = share > 0 ? std::min(least, share) : least;
+  // Shares over powers of ten: a hole that is a thousandth of the surface is seen.
+  const double decades = std::max(1.0, std::ceil(-std::log10(least) + 0.05));
+  const auto height = [&](double share) {
+    return share > 0 ? std::max(2.0, (kBottom - kTop) * (1 + std::log10(share) / decades)) : 0;
+  };
+
+  std::string out;
+  for (int i = 0; i < static_cast<int>(decades); ++i) {
+    const int y = kBottom - static_cast<int>(height(std::pow(10, -i)));
+    out += box("grid", 0, 1, y, 1) + label("grid-name", 1, y + 12, to_digits(100 * std::pow(10, -i), 3) + " %");
+  }
+  for (std::size_t i = 0; i < histogram.shares.size(); ++i) {
+    if (!(histogram.shares[i] > 0)) continue;
+    const double begins = static_cast<double>(i) / bins, middle = begins + 0.5 / bins;
+    const bool above = histogram.axis.value(middle) > limit;
+    const std::string fill = above ? "url(#hatch-above)" : hex(api::map_colour(histogram.axis.value(begins) / limit));
+    const double tall = height(histogram.shares[i]);
+    out += "<rect class=\"bin\" fill=\"" + fill + "\" x=\"" + percent(begins) + "\" width=\"" + percent(0.92 / bins) +
+           "\" y=\"" + svg::number(kBottom - tall) + "\" height=\"" + svg::number(tall) + "\"/>";
+  }
+  const double at = histogram.axis.at(limit);
+  out += line("limit", at, 14, kBottom + 4) + label("limit-name", at, 11, "limit");
+  out += axis_ticks(histogram.axis, kBottom);
+  const double above = 100 * histogram.above_limit;
+  return drawing("histogram", kBottom + 24,
+                 "Histogram of the distances over the surface" + (units.empty() ? "" : ", in " + units) + ": " +
+                     to_digits(above, 3) + " % of the area is above the limit.",
+                 out);
+}
+
+std::string colour_bar(const api::ColourScale& scale, const std::string& units) {
+  constexpr double kLimit = 0.8, kAbove = 0.84;
+  std::string out =
+      "<rect fill=\"url(#ramp)\" class=\"ramp\" x=\"0\" y=\"2\" width=\"" + percent(kLimit) + "\" height=\"14\"/>";
+  out += "<rect fill=\"url(#hatch-above)\" class=\"ramp\" x=\"" + percent(kAbove) + "\" y=\"2\" width=\"" +
+         percent(1 - kAbove) + "\" height=\"14\"/>";
+  const auto marks = api::legend_ticks(scale);
+  for (const api::Tick& tick : marks) {
+    const bool last = &tick == &marks.back() && scale.top > 0;
+    const double at = scale.top > 0 ? kLimit * tick.value / scale.top : 0;
+    out += line(last ? "limit" : "tick", at, last ? 0 : 16, last ? 22 : 20);
+    if (!last) out += label("tick-name", at, 33, to_digits(tick.value, 9));
+  }
+  out += "<text class=\"tick-name strong\" x=\"" + percent(kLimit) + "\" y=\"33\" text-anchor=\"middle\">limit" +
+         (scale.top > 0 ? " " + to_digits(scale.top, 4) : "") + "</text>";
+  out += label("tick-name", 1, 33, "above");
+  return drawing("colour-bar", 38,
+                 "Colours: from dark violet at distance 0 to light yellow at the limit; red and hatched above it" +
+                     (units.empty() ? "." : ", in " + units + "."),
+                 out);
+}
+
+std::string share_bar(double share) {
+  return "<svg class=\"share\" width=\"100%\" height=\"10\" aria-hidden=\"true\">" + box("share-bar", 0, share, 1, 8) +
+         "</svg>";
+}
+
+}  // namespace meshgauge::check

@@ -1,0 +1,28 @@
+// How far points are from a mesh.
+#pragma once
+
+#include <memory>
+
+#include "engine/crew.h"
+#include "engine/prepared.h"
+
+namespace meshgauge::check {
+
+// A computed distance, not a certified one: for pictures and histograms, never for verdicts.
+class DistanceField {
+ public:
+  // Of `mesh`, which it borrows. `box` holds all points that will be asked about and the mesh. Builds a tree, unless
+  // the mesh has one for that frame. When `control` says to stop, complete() is false and at() must not be called.
+  DistanceField(const Prepared& mesh, const Box& box, Crew& crew, Control& control);
+
+  bool complete() const { return tree_ != nullptr; }
+
+  double at(const Vec3& point) const;  // in the meshes' unit; thread safe
+
+ private:
+  Frame frame_;
+  std::shared_ptr<Framed> framed_;
+  const Bvh* tree_;
+};
+
+}  // namespace meshgauge::check

@@ -1,0 +1,111 @@
+#include "check/html/figures.h"
+
+#include <charconv>
+#include <cmath>
+#include <cstdlib>
+
+namespace meshgauge::check {
+namespace {
+
+constexpr int kFewest = 4;
+constexpr int kMost = 17;  // tells all doubles apart
+
+double parsed(const std::string& text) {
+  double value = 0;
+  std::from_chars(text.data(), text.data() + text.size(), value);
+  return value;
+}
+
+// The shortest digits that read back as x; fixed notation for the sizes that people have names for, else "1.5e-6".
+std::string plain(double x) {
+  char text[64];
+  const double size = std::abs(x);
+  const bool fixed = size == 0 || (size >= 1e-4 && size < 1e9);
+  const auto form = fixed ? std::chars_format::fixed : std::chars_format::scientific;
+  std::string digits(text, std::to_chars(text, text + sizeof text, x, form).ptr);
+  const auto e = digits.find('e');
+  if (e == std::string::npos) return digits;
+  digits.erase(e + 2, digits[e + 2] == '0' ? 1 : 0);  // of two digits
+  return digits.erase(e + 1, digits[e + 1] == '+' ? 1 : 0);
+}
+
+// x as a whole number of units of its last digit: "123456e-7".
+struct Decimal {
+  long long digits = 0;
+  int exponent = 0;
+
+  double value() const { return parsed(std::to_string(digits) + "e" + std::to_string(exponent)); }
+};
+
+Decimal nearest(double x, int digits) {
+  char text[48];
+  const auto end = std::to_chars(text, text + sizeof text, x, std::chars_format::scientific, digits - 1).ptr;
+  std::string mantissa(text, end);
+  const auto e = mantissa.find('e');
+  const int exponent = std::atoi(mantissa.c_str() + e + 1);
+  mantissa.erase(e);
+  if (const auto point = mantissa.find('.'); point != std::string::npos) mantissa.erase(point, 1);
+  return {std::atoll(mantissa.c_str()), exponent - (digits - 1)};
+}
+
+constexpr int kEnough = 6;  // digits, that bounds which agree in them need not be told apart
+
+// Whether what is written says what is true: the verdict that follows from it, and an interval not much wider.
+bool true_of(const IntervalText& text, double lower, double upper, double limit, int digits) {
+  const double low = parsed(text.lower), high = parsed(text.upper), most = parsed(text.limit);
+  if ((lower > limit) != (low > most)) return false;
+  if (!std::isfinite(upper)) return true;
+  return (upper <= limit) == (high <= most) && (digits >= kEnough || high - low <= 1.5 * (upper - lower));
+}
+
+}  // namespace
+
+std::string to_digits(double x, int digits) {
+  return std::isfinite(x) ? plain(nearest(x, digits).value()) : x > 0 ? "unknown" : "-";
+}
+
+std::string to_digits_below(double x, int digits) {
+  Decimal decimal = nearest(x, digits);
+  if (decimal.value() > x) --decimal.digits;
+  return plain(decimal.value());
+}
+
+std::string to_digits_above(double x, int digits) {
+  Decimal decimal = nearest(x, digits);
+  if (decimal.value() < x) ++decimal.digits;
+  return plain(decimal.value());
+}
+
+// With 17 digits every number is itself, so that the last turn is always true.
+IntervalText to_text(double lower, double upper, double limit) {
+  IntervalText text;
+  for (int digits = kFewest; digits <= kMost; ++digits) {
+    text.lower = to_digits_below(lower, digits);
+    text.upper = std::isfinite(upper) ? to_digits_above(upper, digits) : "unknown";
+    text.limit = plain(limit).size() <= 10 ? plain(limit) : to_digits(limit, digits);
+    if (true_of(text, lower, upper, limit, digits)) break;
+  }
+  return text;
+}
+
+std::string grouped(std::uint64_t count) {
+  std::string text = std::to_string(count);
+  for (auto at = static_cast<std::ptrdiff_t>(text.size()) - 3; at > 0; at -= 3) {
+    text.insert(static_cast<std::size_t>(at), 1, ',');
+  }
+  return text;
+}
+
+std::string in_bytes(std::uint64_t bytes) {
+  const auto size = static_cast<double>(bytes);
+  if (size < 1e3) return std::to_string(bytes) + " B";
+  if (size < 1e6) return to_digits(size / 1e3, 3) + " kB";
+  return size < 1e9 ? to_digits(size / 1e6, 3) + " MB" : to_digits(size / 1e9, 3) + " GB";
+}
+
+std::string in_time(double ms) {
+  if (ms < 1000) return to_digits(ms, ms < 10 ? 2 : 3) + " ms";
+  return ms < 120'000 ? to_digits(ms / 1000, 3) + " s" : to_digits(ms / 60'000, 3) + " min";
+}
+
+}  // namespace meshgauge::check

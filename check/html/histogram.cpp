@@ -1,0 +1,97 @@
+#include "check/html/histogram.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Geometry>
+
+#include "engine/frame.h"
+
+namespace meshgauge::check {
+namespace {
+
+constexpr std::size_t kBins = 48;
+constexpr std::size_t kPointsATask = 512;
+constexpr double kFewMagnitudes = 25;    // top over median, up to which a linear axis shows the shape
+constexpr double kMostMagnitudes = 1e7;  // shown below the top
+
+// The k-th point of the R2 sequence, folded into the triangle: even in it, whatever range of k falls there.
+Vec3 point_in(MeshView mesh, std::size_t triangle, std::size_t k) {
+  double u = std::fmod(0.5 + 0.7548776662466927 * static_cast<double>(k), 1.0);
+  double v = std::fmod(0.5 + 0.5698402909980532 * static_cast<double>(k), 1.0);
+  if (u + v > 1) u = 1 - u, v = 1 - v;
+  const Vec3& a = mesh.corner(triangle, 0);
+  return a + u * (mesh.corner(triangle, 1) - a) + v * (mesh.corner(triangle, 2) - a);
+}
+
+// In a frame, so that squares neither overflow nor vanish.
+double area(MeshView mesh, const Frame& frame, std::size_t triangle) {
+  const Vec3 a = frame.to_frame(mesh.corner(triangle, 0));
+  const Vec3 u = frame.to_frame(mesh.corner(triangle, 1)) - a, v = frame.to_frame(mesh.corner(triangle, 2)) - a;
+  return 0.5 * u.cross(v).norm();
+}
+
+double quantile(const std::vector<double>& sorted, double share) {
+  return sorted[static_cast<std::size_t>(share * static_cast<double>(sorted.size() - 1))];
+}
+
+// From 0, or over several magnitudes where most of the surface would else be in the first bin.
+Axis axis_of(const std::vector<double>& sorted, double limit) {
+  const double top = 1.2 * std::max(limit, sorted.back());
+  if (!(top > 1e-290 && top < 1e300)) return {};
+  const double median = quantile(sorted, 0.5);
+  if (median <= 0 || top <= kFewMagnitudes * median) return {false, 0, top};
+  return {true, std::max(0.5 * quantile(sorted, 0.02), top / kMostMagnitudes), 2 * top};
+}
+
+void count(Histogram& histogram, const std::vector<double>& distances) {
+  histogram.shares.assign(kBins, 0);
+  for (const double distance : distances) {
+    const auto bin = static_cast<std::size_t>(histogram.axis.at(distance) * kBins);
+    histogram.shares[std::min(bin, kBins - 1)] += 1 / static_cast<double>(distances.size());
+  }
+}
+
+}  // namespace
+
+std::vector<Vec3> spread_points(MeshView mesh, std::size_t count) {
+  const Frame frame(bounding_box(mesh));
+  double whole = 0;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) whole += area(mesh, frame, t);
+  std::vector<Vec3> points;
+  if (!(whole > 0)) return points;
+  points.reserve(count);
+  const double step = whole / static_cast<double>(count);
+  double passed = 0;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    passed += area(mesh, frame, t);
+    while (points.size() < count && (static_cast<double>(points.size()) + 0.5) * step < passed) {
+      points.push_back(point_in(mesh, t, points.size()));
+    }
+  }
+  return points;
+}
+
+Histogram histogram_of(MeshView mesh, const std::function<double(const Vec3&)>& distance, double limit,
+                       std::size_t points, Crew& crew) {
+  const std::vector<Vec3> places = spread_points(mesh, points);
+  Histogram histogram;
+  histogram.points = places.size();
+  if (places.empty()) return histogram;
+  std::vector<double> distances(places.size());
+  crew.run((places.size() + kPointsATask - 1) / kPointsATask, [&](std::size_t, std::size_t task) {
+    const std::size_t end = std::min(places.size(), (task + 1) * kPointsATask);
+    for (std::size_t i = task * kPointsATask; i < end; ++i) distances[i] = distance(places[i]);
+  });
+  std::sort(distances.begin(), distances.end());
+  const auto within = std::upper_bound(distances.begin(), distances.end(), limit);
+  histogram.above_limit = static_cast<double>(distances.end() - within) / static_cast<double>(distances.size());
+  histogram.median = quantile(distances, 0.5);
+  histogram.p95 = quantile(distances, 0.95);
+  histogram.largest = distances.back();
+  histogram.axis = axis_of(distances, limit);
+  count(histogram, distances);
+  return histogram;
+}
+
+}  // namespace meshgauge::check

@@ -1,0 +1,191 @@
+#include "check/html/html_gate.h"
+
+#include <cmath>
+
+#include "check/html/diagrams.h"
+#include "check/html/figures.h"
+#include "check/html/html_facts.h"
+#include "check/html/markup.h"
+
+namespace meshgauge::check {
+namespace {
+
+std::string with_units(const std::string& number, const Gate& gate) {
+  return gate.limit.units.empty() ? number : number + " " + gate.limit.units;
+}
+
+IntervalText interval_of(const Measured& measured) { return to_text(measured.lower, measured.upper, measured.limit); }
+
+// By how much of the limit: rounded towards what the interval proves.
+std::string margin(const Measured& measured) {
+  if (!(measured.limit > 0)) return "";
+  if (measured.verdict == Verdict::pass) {
+    return "at most " + to_digits_above(100 * measured.upper / measured.limit, 3) + " % of the limit";
+  }
+  const double times = measured.lower / measured.limit;
+  if (measured.verdict != Verdict::fail) return "";
+  return times < 2 ? "at least " + to_digits_below(100 * (times - 1), 2) + " % above the limit"
+                   : "at least " + to_digits_below(times, 3) + " times the limit";
+}
+
+std::string badge(const GateOutcome& outcome, Undecided rule) {
+  const Verdict verdict = outcome.verdict();
+  const bool warns = outcome.level(rule) == Level::warning;
+  return "<span class=\"badge " + std::string(to_string(verdict)) + "\">" + icon(verdict) +
+         std::string(to_string(verdict)) + (warns ? ", only warns" : "") + "</span>";
+}
+
+std::string place(const Vec3& p) {
+  return to_digits(p.x(), 9) + ", " + to_digits(p.y(), 9) + ", " + to_digits(p.z(), 9);
+}
+
+std::string witness_of(const GateOutcome& outcome) {
+  const auto& witness = outcome.measured->witness;
+  if (!witness) return "";
+  const std::string from = witness->on_candidate ? "candidate" : "baseline";
+  const std::string to = witness->on_candidate ? "baseline" : "candidate";
+  std::string out = "<dl class=\"witness\"><div><dt>Witness, on the " + from + "</dt><dd><code>" +
+                    place(witness->from) + "</code> <span class=\"muted\">triangle " +
+                    std::to_string(witness->from_triangle) + "</span></dd></div>";
+  out += "<div><dt>Nearest to it, on the " + to + "</dt><dd><code>" + place(witness->to) +
+         "</code> <span class=\"muted\">triangle " + std::to_string(witness->to_triangle) + "</span></dd></div></dl>\n";
+  return out;
+}
+
+std::string direction_of(Direction direction) {
+  if (direction == Direction::a_to_b) return "from the candidate to the baseline";
+  return direction == Direction::b_to_a ? "from the baseline to the candidate" : "in both directions";
+}
+
+std::string alternative(const Surface& surface, bool close) {
+  const std::string which = surface.candidate ? "candidate" : "baseline";
+  std::string text = (close ? "Close-up of the witness on the " : "The ") + which +
+                     ", coloured by its distance to the " + (surface.candidate ? "baseline" : "candidate") + ".";
+  if (!close && surface.whole.from) text += " Cross hairs mark the witness.";
+  return text;
+}
+
+std::string figure(const Surface& surface, const Shot& shot, bool close, const std::string& units) {
+  const std::string width = std::to_string(shot.camera.width), height = std::to_string(shot.camera.height);
+  std::string out = "<figure class=\"shot\"><div class=\"stage\"><img src=\"data:image/png;base64," + base64(shot.png) +
+                    "\" width=\"" + width + "\" height=\"" + height + "\" alt=\"" + alternative(surface, close) +
+                    "\">" + overlay(shot, units) + "</div><figcaption>";
+  out += close ? "Close-up of the witness" : shot.from ? "Cross hairs: the witness" : "The whole part";
+  if (shot.cut) out += ", the part cut open just before it";
+  if (!close && shot.hidden) out += ", inside of the part";
+  if (!close && shot.close_up > 0) out += "; dashed: the close-up";
+  return out + "</figcaption></figure>\n";
+}
+
+std::string histogram_part(const Surface& surface, const std::string& units) {
+  const Histogram& histogram = surface.histogram;
+  if (histogram.points == 0) return "";
+  const std::string which = surface.candidate ? "candidate" : "baseline";
+  const auto figure_of = [&](double x) { return to_digits(x, 3) + (units.empty() ? "" : " " + units); };
+  std::string out = "<figure class=\"histogram-figure\">" + histogram_drawing(histogram, surface.scale.top, units);
+  out += "<figcaption>Distances over the " + which + "\xE2\x80\x99s surface: " +
+         escaped("median " + figure_of(histogram.median) + ", 95 % within " + figure_of(histogram.p95)) + "; " +
+         to_digits(100 * histogram.above_limit, 3) + " % above the limit. Estimated at " + grouped(histogram.points) +
+         " points of equal area, not certified; " + (histogram.axis.logarithmic ? "both axes are" : "heights are") +
+         " logarithmic.</figcaption></figure>\n";
+  return out;
+}
+
+std::string surface_part(const Surface& surface, const std::string& units) {
+  std::string out = "<section class=\"surface" + std::string(surface.close_up ? "" : " small") + "\"><h3>" +
+                    std::string(surface.candidate ? "Candidate" : "Baseline") + ", coloured by distance to the " +
+                    (surface.candidate ? "baseline" : "candidate") + "</h3>\n";
+  out += "<div class=\"shots\">";
+  out += figure(surface, surface.whole, false, units);
+  if (surface.close_up) out += figure(surface, *surface.close_up, true, units);
+  out += "</div>\n<div class=\"scale\">" + colour_bar(surface.scale, units) + histogram_part(surface, units);
+  return out + "</div></section>\n";
+}
+
+std::string pictures_part(const GatePicture* picture, const std::string& units) {
+  if (!picture) return "";
+  if (!picture->missing.empty()) {
+    return "<p class=\"note\">No picture: " + escaped(picture->missing) + ".</p>\n";
+  }
+  std::string out = picture->surfaces.size() > 1 ? "<div class=\"surfaces\">" : "<div class=\"surfaces one\">";
+  for (const Surface& surface : picture->surfaces) out += surface_part(surface, units);
+  return out + "</div>\n";
+}
+
+std::string facts_part(const GateOutcome& outcome) {
+  const Measured& measured = *outcome.measured;
+  std::string out = "<details><summary>Meshes, times, work</summary>\n" + mesh_table(outcome);
+  out += statistics_table(measured) + work_table(outcome) + time_table(measured);
+  return out + "</details>\n";
+}
+
+std::string subtitle(const GateOutcome& outcome) {
+  std::string out = "<p class=\"files\"><span>" + escaped(outcome.gate.candidate.string()) +
+                    "</span> <span class=\"muted\">against</span> <span>" + escaped(outcome.gate.baseline.string()) +
+                    "</span>";
+  if (!outcome.gate.manifest.empty()) {
+    out += " <span class=\"muted\">" + escaped(outcome.gate.manifest) + ":" + std::to_string(outcome.gate.line) +
+           "</span>";
+  }
+  return out + "</p>\n";
+}
+
+std::string advice_part(const GateOutcome& outcome) {
+  const std::string advice = outcome.advice();
+  if (advice.empty() || !outcome.measured) return "";
+  return "<p class=\"advice\"><strong>What to do.</strong> " + escaped(advice) + "</p>\n";
+}
+
+std::string measured_part(const GateOutcome& outcome, const GatePicture* picture) {
+  const Measured& measured = *outcome.measured;
+  std::string out = interval_drawing(measured, outcome.gate.limit.units) + "\n";
+  out += advice_part(outcome) + witness_of(outcome) + pictures_part(picture, outcome.gate.limit.units);
+  return out + facts_part(outcome);
+}
+
+}  // namespace
+
+std::string gate_id(std::size_t index) { return "gate-" + std::to_string(index + 1); }
+
+std::string limit_text(const GateOutcome& outcome) {
+  const Limit& limit = outcome.gate.limit;
+  if (limit.max_distance) return with_units(to_digits(*limit.max_distance, 12), outcome.gate);
+  std::string text = to_digits(100 * limit.max_diagonal_share.value_or(0), 12) + " % of the diagonal";
+  if (outcome.measured) text += " (" + interval_of(*outcome.measured).limit + ")";
+  return text;
+}
+
+std::string sentence(const GateOutcome& outcome) {
+  if (!outcome.measured) {
+    const std::string why = outcome.error ? outcome.advice() : "";
+    return why.empty() ? "Interrupted before anything was known." : why;
+  }
+  const Measured& measured = *outcome.measured;
+  const IntervalText text = interval_of(measured);
+  const std::string limit = limit_text(outcome), by = margin(measured);
+  const std::string tail =
+      (by.empty() ? "" : ", " + by) + ". Measured " + direction_of(outcome.gate.options.direction) + ".";
+  if (measured.verdict == Verdict::pass) {
+    return "Certainly within the limit of " + limit + ": the distance is at most " +
+           with_units(text.upper, outcome.gate) + tail;
+  }
+  if (measured.verdict == Verdict::fail) {
+    return "Certainly beyond the limit of " + limit + ": the distance is at least " +
+           with_units(text.lower, outcome.gate) + tail;
+  }
+  return "Not decided: the limit of " + limit + " lies between the bounds of the distance, " + text.lower + " and " +
+         with_units(text.upper, outcome.gate) + tail;
+}
+
+std::string gate_card(const GateOutcome& outcome, const GatePicture* picture, std::size_t index, Undecided rule) {
+  const std::string id = gate_id(index), kind(to_string(outcome.verdict()));
+  std::string out =
+      "<article class=\"gate " + kind + "\" id=\"" + id + "\" aria-labelledby=\"" + id + "-name\">\n<header>";
+  out += badge(outcome, rule) + "<h2 id=\"" + id + "-name\">" + escaped(outcome.gate.name) + "</h2>" +
+         "<span class=\"time\">" + in_time(outcome.wall_ms) + "</span></header>\n";
+  out += subtitle(outcome) + "<p class=\"sentence\">" + escaped(sentence(outcome)) + "</p>\n";
+  if (outcome.measured) out += measured_part(outcome, picture);
+  return out + "</article>\n";
+}
+
+}  // namespace meshgauge::check

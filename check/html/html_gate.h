@@ -1,0 +1,23 @@
+// One gate in the report.
+#pragma once
+
+#include <cstddef>
+#include <string>
+
+#include "check/html/picture.h"
+#include "check/outcome.h"
+
+namespace meshgauge::check {
+
+std::string gate_id(std::size_t index);  // its anchor: "gate-3" for index 2
+
+// "0.05 mm", or "0.5 % of the diagonal" with the length that it is, where that is known.
+std::string limit_text(const GateOutcome& outcome);
+
+// The result in one sentence that is as true as the interval is. For people: not escaped.
+std::string sentence(const GateOutcome& outcome);
+
+// `picture` may be null.
+std::string gate_card(const GateOutcome& outcome, const GatePicture* picture, std::size_t index, Undecided rule);
+
+}  // namespace meshgauge::check

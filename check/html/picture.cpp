@@ -1,0 +1,195 @@
+#include "check/html/picture.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <new>
+#include <utility>
+
+#include <Eigen/Geometry>
+
+#include "api/prepared_mesh.h"
+#include "check/html/field.h"
+#include "check/html/render.h"
+
+namespace meshgauge::check {
+namespace {
+
+struct Size {
+  int width;
+  int height;
+};
+constexpr Size kLarge{640, 480}, kSmall{400, 300};
+constexpr std::size_t kManyPoints = 40'000, kFewPoints = 10'000;
+
+// Shares of the diagonal of both meshes between which a close-up reaches to each side.
+constexpr double kClosest = 0.05, kWidest = 0.2;
+constexpr double kMostMagnified = 60;  // against the whole view
+
+// All that the views of one gate have in common.
+struct Scene {
+  const GateOutcome& outcome;
+  Frame frame;
+  double diagonal = 0;
+  ChosenView chosen;
+  std::optional<Witness> witness;
+  Crew& crew;
+  Control& control;
+};
+
+// Ends the work of a picture from wherever it is; does not leave this file.
+struct Stopped {};
+
+void go_on(Control& control) {
+  if (control.check() != Interruption::none) throw Stopped();
+}
+
+struct Side {
+  const Prepared& mesh;
+  const Prepared& other;
+  bool candidate;
+};
+
+// The points of a real witness lie on the meshes. A service could say anything.
+bool lies_in(const Box& box, const Vec3& p) {
+  const Vec3 slack = Vec3::Constant(1e-6 * diagonal(box));
+  return (p.array() >= (box.low - slack).array()).all() && (p.array() <= (box.high + slack).array()).all();
+}
+
+std::optional<Witness> checked(const std::optional<Witness>& witness, const Box& box, const Prepared& from) {
+  if (!witness || !lies_in(box, witness->from) || !lies_in(box, witness->to)) return std::nullopt;
+  if (witness->from_triangle >= from.mesh().triangles.size()) return std::nullopt;
+  return witness;
+}
+
+Vec3 normal(MeshView mesh, const Frame& frame, std::uint32_t triangle) {
+  const Vec3 a = frame.to_frame(mesh.corner(triangle, 0));
+  const Vec3 n = (frame.to_frame(mesh.corner(triangle, 1)) - a).cross(frame.to_frame(mesh.corner(triangle, 2)) - a);
+  return n.norm() > 0 ? Vec3(n.normalized()) : Vec3(Vec3::Zero());
+}
+
+// glTF says that y is up, and most OBJ have it so; what is drawn by CAD and printed has z up.
+int up_axis(const nlohmann::ordered_json& document) {
+  const std::string format = document.at("meshes").at("a").at("format").get<std::string>();
+  return format == "gltf" || format == "glb" || format == "obj" ? 1 : 2;
+}
+
+// `from` and `to`: the meshes of the witness.
+ChosenView chosen_view(const Scene& scene, const Prepared& from, const Prepared& to, const Box& box) {
+  const int up = up_axis(scene.outcome.measured->document);
+  if (!scene.witness) {
+    return choose_view({from.mesh(), 0.5 * box.low + 0.5 * box.high}, std::nullopt, scene.frame, Vec3::Zero(), up);
+  }
+  const Sight nearest{to.mesh(), scene.witness->to};
+  return choose_view({from.mesh(), scene.witness->from}, nearest, scene.frame,
+                     normal(from.mesh(), scene.frame, scene.witness->from_triangle), up);
+}
+
+void mark(Shot& shot, const Scene& scene) {
+  if (!scene.witness) return;
+  shot.from = shot.camera.see(scene.witness->from);
+  shot.to = shot.camera.see(scene.witness->to);
+}
+
+Shot whole_shot(const Scene& scene, const Side& side, Paint& paint, const Size& size) {
+  std::vector<Vec3> points;
+  if (scene.witness) points = {scene.witness->from, scene.witness->to};
+  Shot shot;
+  go_on(scene.control);
+  shot.camera = whole_view(side.mesh.mesh(), scene.frame, scene.chosen.view, points, size.width, size.height);
+  paint.inside = inside_of(side.mesh.mesh(), shot.camera);
+  shot.png = to_png(render(side.mesh.mesh(), shot.camera, paint, scene.crew));
+  mark(shot, scene);
+  if (scene.witness) {
+    const Vec3& own = scene.witness->on_candidate == side.candidate ? scene.witness->from : scene.witness->to;
+    shot.hidden = covered(side.mesh.mesh(), scene.frame, scene.chosen.view, own);
+  }
+  return shot;
+}
+
+double reach(const Scene& scene, const Camera& whole) {
+  const double shown = 6 * std::max(scene.outcome.measured->lower, scene.outcome.measured->limit);
+  const double wanted = std::clamp(shown, kClosest * scene.diagonal, kWidest * scene.diagonal);
+  return std::max(wanted, 0.5 * kLarge.height / kMostMagnified * whole.pixel_size());
+}
+
+// Where the part covers the witness, it is cut open just before it.
+Shot close_shot(const Scene& scene, const Side& side, const Paint& paint, Shot& whole) {
+  const double wide = reach(scene, whole.camera);
+  whole.close_up = 2 * wide / (whole.camera.height * whole.camera.pixel_size());
+  Shot shot;
+  shot.camera = close_view(whole.camera, scene.witness->from, wide, kLarge.width, kLarge.height);
+  mark(shot, scene);
+  shot.cut = whole.hidden;
+  const double before = std::max(shot.from->depth, shot.to->depth) + 0.01 * kLarge.height;
+  const double cut = shot.cut ? before : std::numeric_limits<double>::infinity();
+  shot.png = to_png(render(side.mesh.mesh(), shot.camera, paint, scene.crew, cut));
+  return shot;
+}
+
+Surface surface(const Scene& scene, const Side& side, const Box& box) {
+  const DistanceField field(side.other, box, scene.crew, scene.control);
+  if (!field.complete()) throw Stopped();
+  Paint paint{[&](const Vec3& p) { return go_on(scene.control), field.at(p); },
+              {scene.outcome.measured->limit, true},
+              Inside::unknown};
+  const bool large = scene.outcome.measured->verdict != Verdict::pass;
+  Surface made{side.candidate, paint.scale, whole_shot(scene, side, paint, large ? kLarge : kSmall), std::nullopt, {}};
+  if (large && scene.witness) made.close_up = close_shot(scene, side, paint, made.whole);
+  made.histogram =
+      histogram_of(side.mesh.mesh(), paint.distance, paint.scale.top, large ? kManyPoints : kFewPoints, scene.crew);
+  return made;
+}
+
+// One of a gate's files, if it is still the one that was measured.
+Result<Meshes::Mesh> read(const std::filesystem::path& path, const std::string& part, const GateOutcome& outcome,
+                          Meshes& meshes, Control& control) {
+  auto mesh = meshes.get(path, control);
+  if (!mesh) return mesh;
+  if (outcome.measured->document.at("meshes").at(part).at("sha256") == (*mesh)->facts.sha256) return mesh;
+  return Error{ErrorCode::invalid_request, "'" + path.string() + "' is no longer the file that was measured", part, ""};
+}
+
+GatePicture without(const std::string& why) { return {{}, why}; }
+
+}  // namespace
+
+GatePicture make_picture(const Prepared& candidate, const Prepared& baseline, const GateOutcome& outcome, Crew& crew,
+                         Control& control) try {
+  const Measured& measured = *outcome.measured;
+  Box box = candidate.box();
+  box.extend(baseline.box());
+  const bool from_baseline = measured.witness && !measured.witness->on_candidate;
+  const Prepared& from = from_baseline ? baseline : candidate;
+  Scene scene{outcome, Frame(box), diagonal(box), {}, checked(measured.witness, box, from), crew, control};
+  scene.chosen = chosen_view(scene, from, from_baseline ? candidate : baseline, box);
+
+  GatePicture picture;
+  const Direction direction = outcome.gate.options.direction;
+  if (direction != Direction::b_to_a) picture.surfaces.push_back(surface(scene, {candidate, baseline, true}, box));
+  const bool both = direction == Direction::symmetric && measured.verdict != Verdict::pass;
+  if (both || direction == Direction::b_to_a) {
+    picture.surfaces.push_back(surface(scene, {baseline, candidate, false}, box));
+  }
+  return picture;
+} catch (const Stopped&) {
+  return without("the run was interrupted");
+}
+
+GatePicture picture_of(const GateOutcome& outcome, Meshes& meshes, Crew& crew, Control& control) try {
+  const Turn turn{meshes, outcome.gate};
+  if (!outcome.measured) return without("nothing was measured");
+  const auto candidate = read(outcome.gate.candidate, "a", outcome, meshes, control);
+  if (!candidate) return without(candidate.error().message);
+  const auto baseline = read(outcome.gate.baseline, "b", outcome, meshes, control);
+  if (!baseline) return without(baseline.error().message);
+  return make_picture((*candidate)->mesh, (*baseline)->mesh, outcome, crew, control);
+} catch (const std::bad_alloc&) {
+  return without("there is not enough memory for a picture");
+} catch (const nlohmann::json::exception&) {
+  return without("the result does not name the files that were measured");
+} catch (const std::exception& error) {
+  return without(std::string("it could not be made: ") + error.what());
+}
+
+}  // namespace meshgauge::check

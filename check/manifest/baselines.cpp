@@ -1,0 +1,195 @@
+#include "check/manifest/baselines.h"
+
+#include <algorithm>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <optional>
+#include <span>
+#include <utility>
+
+#include "api/digest.h"
+#include "api/json_filter.h"
+#include "api/load.h"
+#include "check/files.h"
+#include "check/manifest/naming.h"
+#include "engine/control.h"
+
+namespace meshgauge::check {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool has_same_bytes(const fs::path& a, const fs::path& b) {
+  std::error_code failed;
+  if (fs::file_size(a, failed) != fs::file_size(b, failed) || failed) return false;
+  std::ifstream in_a(a, std::ios::binary), in_b(b, std::ios::binary);
+  using Bytes = std::istreambuf_iterator<char>;
+  return in_a && in_b && std::equal(Bytes(in_a), Bytes(), Bytes(in_b), Bytes());
+}
+
+// Why a file is no mesh. A baseline that cannot be read would turn every later check into an error.
+std::optional<std::string> mesh_defect(const fs::path& file) {
+  std::error_code failed;
+  std::vector<char> bytes(fs::file_size(file, failed));
+  std::ifstream stream(file, std::ios::binary);
+  if (failed || !stream.read(bytes.data(), static_cast<std::streamsize>(bytes.size()))) return "cannot be read";
+  Control unhurried;
+  const api::MeshInput input{"candidate", std::as_bytes(std::span(bytes)), file.string(), ""};
+  const auto mesh = api::load(input, api::ReadLimits{}, unhurried);
+  if (mesh) return std::nullopt;
+  return "cannot be read: " + mesh.error().message;
+}
+
+// The first folder on the way to `file` that is a symbolic link and leads out of `root`, both without links themselves.
+std::optional<fs::path> way_out(const fs::path& start, const fs::path& way, const fs::path& root) {
+  fs::path place = start;
+  for (const fs::path& part : way.parent_path()) {
+    place /= part;
+    std::error_code failed;
+    if (!fs::is_symlink(fs::symlink_status(place, failed))) continue;
+    const fs::path target = fs::weakly_canonical(place, failed);
+    if (failed || !is_below(target, root)) return place;
+    place = target;
+  }
+  return std::nullopt;
+}
+
+std::optional<fs::path> way_out(const fs::path& baseline, const std::string& manifest) {
+  std::error_code failed;
+  const fs::path here = fs::current_path(failed);
+  const fs::path folder = (here / fs::path(manifest).parent_path()).lexically_normal();
+  const fs::path target = (here / baseline).lexically_normal();
+  const fs::path root = fs::weakly_canonical(folder, failed);
+  return is_below(target, folder) ? way_out(root, target.lexically_relative(folder), root)
+                                  : way_out("/", target.relative_path(), root);
+}
+
+class Planner {
+ public:
+  void add(const Gate& gate) {
+    if (const auto wrong = file_defect(gate.candidate)) return refuse(gate, "candidate", gate.candidate, *wrong);
+    if (const auto wrong = baseline_defect(gate)) return refuse(gate, "baseline", gate.baseline, *wrong);
+    const auto [first, is_new] = candidates_.emplace(gate.baseline, gate.candidate);
+    if (is_new) return add_update(gate);
+    if (is_same_file(first->second, gate.candidate)) return;
+    refuse(gate, "baseline", gate.baseline,
+           "is that of " + shown_path(first->second) + " as well: which one is it to be?");
+  }
+
+  std::vector<Update> updates;
+  Mistakes mistakes;
+
+ private:
+  void refuse(const Gate& gate, const char* which, const fs::path& file, const std::string& wrong) {
+    mistakes.add({gate.line, gate.line > 0 ? 1 : 0},
+                 "gate " + api::shown_text(gate.name) + ": the " + which + " " + shown_path(file) + " " + wrong);
+  }
+
+  static std::optional<std::string> baseline_defect(const Gate& gate) {
+    std::error_code failed;
+    const fs::file_status status = fs::symlink_status(gate.baseline, failed);
+    if (fs::is_symlink(status)) {
+      return "is a symbolic link to " + shown_path(fs::read_symlink(gate.baseline, failed)) +
+             ": name the file itself, or remove the link";
+    }
+    if (fs::exists(status) && !fs::is_regular_file(status)) return "is not a regular file";
+    if (const auto link = way_out(gate.baseline, gate.manifest)) {
+      return "lies behind the symbolic link " + shown_path(*link) + ", which leads out of the folder of the manifest";
+    }
+    if (is_same_file(gate.candidate, gate.baseline)) return "is the candidate itself";
+    if (suffix_of(gate.candidate) == suffix_of(gate.baseline)) return std::nullopt;
+    return "would hold what " + shown_path(gate.candidate) + " holds, and ends in another suffix: name it alike";
+  }
+
+  void add_update(const Gate& gate) {
+    Update update{gate.name, gate.candidate, gate.baseline, Update::Kind::create};
+    std::error_code failed;
+    if (fs::exists(gate.baseline, failed)) {
+      const bool same = has_same_bytes(gate.candidate, gate.baseline);
+      update.kind = same ? Update::Kind::none : Update::Kind::replace;
+    }
+    const auto wrong = update.kind == Update::Kind::none ? std::nullopt : mesh_defect(gate.candidate);
+    if (wrong) return refuse(gate, "candidate", gate.candidate, *wrong);
+    updates.push_back(std::move(update));
+  }
+
+  std::map<fs::path, fs::path> candidates_;  // of each baseline
+};
+
+Error failed_to(const std::string& what, const fs::path& file, const std::error_code& why) {
+  return Error{ErrorCode::internal, shown_path(file) + " could not be " + what + ": " + why.message(), "", ""};
+}
+
+// A copy beside the place that it is for, with the rights of what is there. Removed, unless it was put there.
+class Staged {
+ public:
+  static Result<Staged> copy(const Update& update) {
+    std::error_code failed;
+    fs::create_directories(update.baseline.parent_path() / ".", failed);
+    if (failed) return failed_to("made", update.baseline.parent_path(), failed);
+    Staged staged(update);
+    fs::copy_file(update.candidate, staged.copy_, failed);
+    if (!failed && update.kind == Update::Kind::replace) {
+      fs::permissions(staged.copy_, fs::status(update.baseline, failed).permissions(), failed);
+    }
+    if (failed) return failed_to("written", update.baseline, failed);
+    return staged;
+  }
+
+  Result<Done> put() {
+    std::error_code failed;
+    fs::rename(copy_, place_, failed);
+    if (failed) return failed_to("written", place_, failed);
+    copy_.clear();
+    return Done{};
+  }
+
+  Staged(Staged&& other) noexcept : copy_(std::exchange(other.copy_, {})), place_(std::move(other.place_)) {}
+  Staged(const Staged&) = delete;
+  Staged& operator=(const Staged&) = delete;
+  Staged& operator=(Staged&&) = delete;
+  ~Staged() {
+    std::error_code none;
+    if (!copy_.empty()) fs::remove(copy_, none);
+  }
+
+ private:
+  explicit Staged(const Update& update)
+      : copy_(update.baseline.parent_path() / ("." + update.baseline.filename().string() + "." + api::random_id())),
+        place_(update.baseline) {}
+
+  fs::path copy_;
+  fs::path place_;
+};
+
+}  // namespace
+
+Updates plan_updates(const std::vector<Gate>& gates) {
+  Planner planner;
+  for (const Gate& gate : gates) planner.add(gate);
+  return {std::move(planner.updates), std::move(planner.mistakes).sorted()};
+}
+
+Result<Done> carry_out(const Updates& updates) {
+  std::vector<Staged> all;
+  for (const Update& update : updates.updates) {
+    if (update.kind == Update::Kind::none) continue;
+    auto staged = Staged::copy(update);
+    if (!staged) return staged.error();
+    all.push_back(std::move(staged).value());
+  }
+  for (Staged& staged : all) {
+    if (auto put = staged.put(); !put) return put;
+  }
+  return Done{};
+}
+
+std::string to_string(const Update& update) {
+  const std::string from = update.baseline.string() + " from " + update.candidate.string();
+  if (update.kind == Update::Kind::create) return "create " + from;
+  if (update.kind == Update::Kind::replace) return "replace " + from;
+  return "leave " + update.baseline.string() + ", the same as " + update.candidate.string();
+}
+
+}  // namespace meshgauge::check

@@ -1,0 +1,217 @@
+#include "check/manifest/expand.h"
+
+#include <map>
+#include <set>
+#include <string>
+#include <utility>
+
+#include "api/json_filter.h"
+#include "check/baseline_glob.h"
+#include "check/files.h"
+#include "check/manifest/glob.h"
+#include "check/manifest/naming.h"
+#include "check/utf8.h"
+
+namespace meshgauge::check {
+namespace {
+
+namespace fs = std::filesystem;
+using api::shown_text;
+
+// Relative to the current folder where it lies below it, as a person there would write it.
+fs::path as_written(const fs::path& folder, const std::string& text) {
+  const fs::path path = (folder / text).lexically_normal();
+  if (path.is_relative() || fs::path(text).is_absolute()) return path;
+  std::error_code failed;
+  const fs::path here = fs::current_path(failed);
+  return !failed && is_below(path, here) ? path.lexically_relative(here) : path;
+}
+
+class Expansion {
+ public:
+  Expansion(const fs::path& manifest, const Lookup& lookup, Mistakes& mistakes)
+      : manifest_(manifest.string()), folder_(manifest.parent_path()), lookup_(lookup), mistakes_(mistakes) {}
+
+  std::vector<Gate> gates;
+
+  void add(const Entry& entry) {
+    std::map<std::string, std::string> taken;  // baseline -> its candidate, of this entry
+    const std::vector<Match> found = candidates(entry);
+    if (!found.empty()) found_.push_back(&entry);
+    for (const Match& match : found) {
+      if (gates.size() == kMaxGates) {
+        mistakes_.add(entry.place, "more than " + std::to_string(kMaxGates) + " gates: split the manifest");
+        return;
+      }
+      add(entry, match, taken);
+    }
+  }
+
+  // When all gates are there: one entry's baseline may be another one's.
+  void check_unmatched() {
+    if (lookup_.baselines == Baselines::may_be_missing) return;
+    for (const Gate& gate : gates) matched_.insert(place_of(gate.baseline));
+    for (const Entry* entry : found_) {
+      const bool open = is_glob(entry->candidate.text) && has_placeholder(entry->baseline.text);
+      if (open && !entry->unmatched_ignored) check_unmatched(*entry);
+    }
+  }
+
+ private:
+  std::vector<Match> candidates(const Entry& entry) {
+    const Written& candidate = entry.candidate;
+    if (candidate.text.empty()) return {};
+    if (!is_glob(candidate.text)) return {{candidate.text, ""}};
+    auto found = glob(root(), candidate.text);
+    if (found && !found->empty()) return std::move(found).value();
+    if (!may_be_asked_for(entry, {"*", "*", "*"})) return {};
+    const std::string subject =
+        "gate " + shown_text(entry.name.text) + ": the candidate " + shown_text(candidate.text) + " ";
+    mistakes_.add(candidate.place, subject + (found ? finds_nothing(candidate.text) : found.error().message));
+    return {};
+  }
+
+  fs::path root() const { return folder_.empty() ? "." : folder_; }
+
+  // Of a gate that is not there. `parts`: what is known of its name.
+  bool may_be_asked_for(const Entry& entry, NameParts parts) const {
+    if (lookup_.only.may_hold(filled(entry.name.text, parts))) return true;
+    parts.dir.clear();
+    return lookup_.only.may_hold(filled(entry.name.text, parts));
+  }
+
+  void check_unmatched(const Entry& entry) {
+    const std::string pattern = baseline_glob(entry.candidate.text, entry.baseline.text);
+    const auto found = glob(root(), pattern);
+    if (!found) {
+      mistakes_.add(entry.baseline.place, "gate " + shown_text(entry.name.text) + ": the baseline " +
+                                              shown_text(entry.baseline.text) + " " + found.error().message);
+      return;
+    }
+    for (const Match& match : *found) {
+      const fs::path baseline = as_written(folder_, match.path);
+      if (!may_be_asked_for(entry, parts_of_baseline(match.path, entry.baseline.text))) continue;
+      if (!matched_.insert(place_of(baseline)).second) continue;
+      mistakes_.add(entry.baseline.place,
+                    "the baseline " + shown_path(baseline) + " has no candidate: " + shown_text(entry.candidate.text) +
+                        " finds none; when there is to be none, remove the baseline, or write 'unmatched_baselines: "
+                        "ignore'");
+    }
+  }
+
+  // Through links to its folder, so that a baseline has one place only.
+  fs::path place_of(const fs::path& baseline) {
+    const fs::path folder = baseline.has_parent_path() ? baseline.parent_path() : fs::path(".");
+    const auto [known, is_new] = folders_.emplace(folder, folder);
+    if (is_new) {
+      std::error_code failed;
+      fs::path real = fs::weakly_canonical(folder, failed);
+      if (!failed) known->second = std::move(real);
+    }
+    return known->second / baseline.filename();
+  }
+
+  std::string finds_nothing(const std::string& pattern) const {
+    std::error_code none;
+    if (fs::exists(folder_ / pattern, none)) {
+      return "finds no file, though there is one of exactly this name: write '[[]' for a '[' in it";
+    }
+    const std::string from = folder_.empty() ? "the manifest's folder" : shown_path(folder_);
+    return "finds no file; paths are relative to " + from;
+  }
+
+  void add(const Entry& entry, const Match& match, std::map<std::string, std::string>& taken) {
+    const NameParts parts = name_parts(fs::path(match.path).filename().string(), match.dir);
+    Gate gate = entry.gate;
+    gate.manifest = manifest_;
+    gate.name = filled(entry.name.text, parts);
+    gate.candidate = as_written(folder_, match.path);
+    check_name(entry, gate.name);
+    const bool asked_for = lookup_.only.holds(gate.name);
+    if (asked_for) check_candidate(entry, gate);
+    if (!entry.baseline.text.empty()) {
+      const std::string baseline = filled(entry.baseline.text, parts);
+      gate.baseline = as_written(folder_, baseline);
+      if (asked_for) check_baseline(entry, gate);
+      const auto [first, is_new] = taken.emplace(gate.baseline.string(), match.path);
+      if (!is_new && has_placeholder(entry.baseline.text)) twice(entry, gate, first->second, match.path);
+    }
+    gates.push_back(std::move(gate));
+  }
+
+  void check_name(const Entry& entry, const std::string& name) {
+    if (name.empty()) return;  // said already
+    if (!is_utf8(name) || find_control(name) != std::string::npos) {
+      mistakes_.add(entry.name.place, "name " + shown_text(name) + " is made of a file name that is not UTF-8");
+      return;
+    }
+    const auto [first, is_new] = lines_.emplace(name, entry.place.line);
+    if (is_new) return;
+    std::string message = "the name " + shown_text(name) + " is taken ";
+    if (first->second == entry.place.line) {
+      message += has_placeholder(entry.name.text) ? "twice in this gate: write {dir} in it as well"
+                                                  : "by another file of this gate: write {stem} in it";
+    } else {
+      message += "by the gate in line " + std::to_string(first->second);
+    }
+    mistakes_.add(entry.name.place, message);
+  }
+
+  void check_candidate(const Entry& entry, const Gate& gate) {
+    const auto wrong = file_defect(gate.candidate);
+    if (!wrong) return;
+    mistakes_.add(entry.candidate.place, "gate " + shown_text(gate.name) + ": the candidate " +
+                                             shown_path(gate.candidate) + " " + *wrong + hint(entry.candidate.text));
+  }
+
+  void check_baseline(const Entry& entry, const Gate& gate) {
+    const std::string subject = "gate " + shown_text(gate.name) + ": the baseline " + shown_path(gate.baseline) + " ";
+    if (is_same_file(gate.candidate, gate.baseline)) {
+      mistakes_.add(entry.baseline.place, subject + "is the candidate itself: the gate would always pass");
+      return;
+    }
+    const auto wrong = file_defect(gate.baseline);
+    std::error_code none;
+    const bool missing = !fs::exists(fs::symlink_status(gate.baseline, none));
+    if (!wrong || (missing && lookup_.baselines == Baselines::may_be_missing)) return;
+    const std::string advice = missing ? hint(entry.baseline.text) +
+                                             "; when the candidate is right, make it one by "
+                                             "--update-baselines"
+                                       : "";
+    mistakes_.add(entry.baseline.place, subject + *wrong + advice);
+  }
+
+  void twice(const Entry& entry, const Gate& gate, const std::string& first, const std::string& second) {
+    mistakes_.add(entry.baseline.place, "the baseline " + shown_path(gate.baseline) + " is that of both " +
+                                            shown_text(first) + " and " + shown_text(second) +
+                                            ": write {dir} in it as well");
+  }
+
+  // For who thought of the current folder.
+  std::string hint(const std::string& text) const {
+    std::error_code none;
+    const bool here = !folder_.empty() && fs::path(text).is_relative() && fs::exists(text, none);
+    return here ? "; it does in the current folder, but paths are relative to the manifest's" : "";
+  }
+
+  std::string manifest_;
+  fs::path folder_;
+  Lookup lookup_;
+  Mistakes& mistakes_;
+  std::map<std::string, int> lines_;      // of the gates that have a name
+  std::vector<const Entry*> found_;       // whose candidates are there
+  std::set<fs::path> matched_;            // the places of the gates' baselines
+  std::map<fs::path, fs::path> folders_;  // of baselines, without links
+};
+
+}  // namespace
+
+std::vector<Gate> expand(const std::vector<Entry>& entries, const fs::path& manifest, const Lookup& lookup,
+                         Mistakes& mistakes) {
+  Expansion expansion(manifest, lookup, mistakes);
+  for (const Entry& entry : entries) expansion.add(entry);
+  expansion.check_unmatched();
+  return std::move(expansion.gates);
+}
+
+}  // namespace meshgauge::check

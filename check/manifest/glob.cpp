@@ -1,0 +1,200 @@
+#include "check/manifest/glob.h"
+
+#include <fnmatch.h>
+#include <locale.h>
+
+#include <algorithm>
+#include <optional>
+#include <utility>
+
+#include "api/json_filter.h"
+#include "check/files.h"
+
+namespace meshgauge::check {
+namespace {
+
+namespace fs = std::filesystem;
+
+Error refused(std::string message) { return Error{ErrorCode::invalid_request, std::move(message), "", ""}; }
+
+std::vector<std::string> components(std::string_view pattern) {
+  std::vector<std::string> parts;
+  while (!pattern.empty()) {
+    const std::size_t slash = pattern.find('/');
+    const std::string_view part = pattern.substr(0, slash);
+    pattern.remove_prefix(slash == std::string_view::npos ? pattern.size() : slash + 1);
+    const bool again = part == "**" && !parts.empty() && parts.back() == "**";
+    if (!part.empty() && !again) parts.emplace_back(part);
+  }
+  return parts;
+}
+
+// A ']' right behind the bracket, or behind its '!', is one of the characters.
+bool is_closed(std::string_view bracket) {
+  std::size_t from = 1;
+  if (from < bracket.size() && (bracket[from] == '!' || bracket[from] == '^')) ++from;
+  return bracket.find(']', from + 1) != std::string_view::npos;
+}
+
+// While it lives, fnmatch() in this thread knows what a character of UTF-8 is, whatever the locale of the process.
+class Utf8Locale {
+ public:
+  Utf8Locale() : locale_(newlocale(LC_CTYPE_MASK, "C.UTF-8", nullptr)) {
+    if (locale_) before_ = uselocale(locale_);
+  }
+  ~Utf8Locale() {
+    if (!locale_) return;
+    uselocale(before_);
+    freelocale(locale_);
+  }
+  Utf8Locale(const Utf8Locale&) = delete;
+  Utf8Locale& operator=(const Utf8Locale&) = delete;
+
+ private:
+  locale_t locale_;
+  locale_t before_{};
+};
+
+bool matches_file(const std::string& pattern, const std::string& name) {
+  return fnmatch(pattern.c_str(), name.c_str(), FNM_PERIOD | FNM_NOESCAPE) == 0;
+}
+
+bool is_missing(const std::error_code& failed) {
+  return failed == std::errc::no_such_file_or_directory || failed == std::errc::not_a_directory;
+}
+
+std::string joined(const std::string& folder, const std::string& name) {
+  if (folder.empty() || folder.ends_with('/')) return folder + name;
+  return folder + '/' + name;
+}
+
+class Walk {
+ public:
+  Walk(fs::path folder, std::string_view pattern) : folder_(std::move(folder)), parts_(components(pattern)) {
+    while (fixed_ + 1 < parts_.size() && !is_glob(parts_[fixed_])) ++fixed_;
+    if (parts_.back() == "**") parts_.emplace_back("*");
+  }
+
+  // `written`: the path so far, as the pattern has it; `dir`: its end, from the first wildcard on.
+  void into(const std::string& written, const std::string& dir, std::size_t i) {
+    if (i + 1 == parts_.size()) return files(written, dir, parts_[i]);
+    if (parts_[i] == "**") return below(written, dir, i);
+    if (is_glob(parts_[i])) return folders(written, dir, i);
+    const std::string next = joined(written, parts_[i]);
+    if (is_folder(next)) into(next, i < fixed_ ? dir : joined(dir, parts_[i]), i + 1);
+  }
+
+  std::vector<Match> found;
+  std::optional<Error> error;
+
+ private:
+  // What is not there is passed over. What cannot be looked at is not: candidates may lie behind it.
+  void stop_if(const std::error_code& failed, const fs::path& path) {
+    if (!failed || is_missing(failed) || error) return;
+    error = refused("cannot be looked up: " + shown_path(path) + ": " + failed.message());
+  }
+
+  bool is_folder(const std::string& written) {
+    std::error_code failed;
+    const bool is = fs::is_directory(folder_ / written, failed);
+    stop_if(failed, folder_ / written);
+    return is;
+  }
+
+  bool is_folder(const fs::directory_entry& entry) {
+    std::error_code failed;
+    const bool is = entry.is_directory(failed);
+    stop_if(failed, entry.path());
+    return is;
+  }
+
+  // Calls visit(entry, name) for what lies in a folder.
+  template <class Visit>
+  void each(const std::string& written, Visit visit) {
+    std::error_code failed;
+    const fs::path path = folder_ / written;
+    for (fs::directory_iterator it(path, failed), end; !failed && !error && it != end; it.increment(failed)) {
+      if (++looked_at_ > kMaxGlobEntries) {
+        error =
+            refused("looks at more than " + std::to_string(kMaxGlobEntries) + " files; name the folder more exactly");
+        return;
+      }
+      visit(*it, it->path().filename().string());
+    }
+    if (failed && !is_missing(failed))
+      error = refused("finds the folder " + shown_path(path) + " unreadable: " + failed.message());
+  }
+
+  void files(const std::string& written, const std::string& dir, const std::string& part) {
+    each(written, [&](const fs::directory_entry& entry, const std::string& name) {
+      if (!matches_file(part, name)) return;
+      std::error_code failed;
+      // What cannot be asked, as a link to nothing, is a file that is missing: to leave it out would be to pass it.
+      if (!entry.is_regular_file(failed) && !failed) return;
+      found.push_back({joined(written, name), dir});
+      if (found.size() > kMaxGlobMatches)
+        error = refused("finds more than " + std::to_string(kMaxGlobMatches) + " files");
+    });
+  }
+
+  void folders(const std::string& written, const std::string& dir, std::size_t i) {
+    each(written, [&](const fs::directory_entry& entry, const std::string& name) {
+      if (matches_file(parts_[i], name) && is_folder(entry)) into(joined(written, name), joined(dir, name), i + 1);
+    });
+  }
+
+  void below(const std::string& written, const std::string& dir, std::size_t i) {
+    into(written, dir, i + 1);
+    each(written, [&](const fs::directory_entry& entry, const std::string& name) {
+      std::error_code none;
+      const bool hidden = name.starts_with('.');
+      if (hidden || entry.is_symlink(none) || !is_folder(entry)) return;
+      below(joined(written, name), joined(dir, name), i);
+    });
+  }
+
+  fs::path folder_;
+  std::vector<std::string> parts_;
+  std::size_t fixed_ = 0;  // how many stand before the first wildcard
+  std::size_t looked_at_ = 0;
+};
+
+}  // namespace
+
+bool is_glob(std::string_view pattern) { return pattern.find_first_of("*?[") != std::string_view::npos; }
+
+bool matches(const std::string& pattern, const std::string& text) {
+  const Utf8Locale utf8;
+  return fnmatch(pattern.c_str(), text.c_str(), FNM_NOESCAPE) == 0;
+}
+
+Result<Done> check_glob(std::string_view pattern) {
+  if (pattern.ends_with('/')) return refused("must name files, and ends in '/'");
+  for (const std::string& part : components(pattern)) {
+    if (part != "**" && part.find("**") != std::string::npos) {
+      return refused("has '**' beside other characters in " + api::shown_text(part) +
+                     ": between two slashes it stands alone, for any folders");
+    }
+    for (std::size_t open = part.find('['); open != std::string::npos;
+         open = part.find('[', part.find(']', open + 2))) {
+      if (!is_closed(std::string_view(part).substr(open))) {
+        return refused("has a '[' that is not closed; for the character itself write '[[]'");
+      }
+    }
+  }
+  return Done{};
+}
+
+Result<std::vector<Match>> glob(const fs::path& folder, std::string_view pattern) {
+  const Utf8Locale utf8;
+  Walk walk(folder, pattern);
+  walk.into(pattern.starts_with('/') ? "/" : "", "", 0);
+  if (walk.error) return *walk.error;
+  const auto by_path = [](const Match& x, const Match& y) { return x.path < y.path; };
+  std::sort(walk.found.begin(), walk.found.end(), by_path);
+  const auto same = [](const Match& x, const Match& y) { return x.path == y.path; };
+  walk.found.erase(std::unique(walk.found.begin(), walk.found.end(), same), walk.found.end());
+  return std::move(walk.found);
+}
+
+}  // namespace meshgauge::check

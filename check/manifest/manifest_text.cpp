@@ -1,0 +1,225 @@
+#include "check/manifest/manifest_text.h"
+
+#include <algorithm>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+
+#include "api/json_filter.h"
+#include "check/manifest/glob.h"
+#include "check/manifest/naming.h"
+#include "check/manifest/settings.h"
+#include "check/manifest/suggestion.h"
+#include "check/manifest/yaml_tree.h"
+#include "check/utf8.h"
+
+namespace meshgauge::check {
+namespace {
+
+using api::shown_text;
+using Kind = YamlNode::Kind;
+
+constexpr std::string_view kTop[] = {"version", "defaults", "gates"};
+constexpr std::string_view kOwn[] = {"name", "candidate", "baseline"};  // of a gate, beside its settings
+constexpr std::string_view kExample = "version: 1, then gates: with a list of '- name: ...'";
+
+// Keys that people bring along from elsewhere: from the API, from flags, from YAML.
+struct Foreign {
+  std::string_view key;
+  std::string_view advice;
+  std::string_view meant;  // the key that stands for it, when it has another name alone
+};
+constexpr Foreign kForeign[] = {
+    {"a", "the mesh that is checked is 'candidate'", "candidate"},
+    {"b", "the mesh to compare with is 'baseline'", "baseline"},
+    {"limit", "the limit is 'max_distance'", "max_distance"},
+    {"gate", "write 'max_distance' here, and its unit behind the number", "max_distance"},
+    {"max_diagonal_share", "a share of the diagonal is 'max_distance: 0.5 %'", "max_distance"},
+    {"units", "the unit stands behind the number: 'max_distance: 0.05 mm'", ""},
+    {"timeout_ms", "the unit stands behind the number: 'timeout: 500 ms'", "timeout"},
+    {"warn_only", "write 'on_fail: warn'", "on_fail"},
+    {"<<", "maps cannot be merged: what gates share stands under 'defaults'", ""}};
+
+bool holds(std::span<const std::string_view> words, std::string_view word) {
+  return std::find(words.begin(), words.end(), word) != words.end();
+}
+
+const SettingReader* reader_of(std::string_view key) {
+  const auto readers = setting_readers();
+  const auto found = std::find_if(readers.begin(), readers.end(), [&](auto& reader) { return reader.key == key; });
+  return found == readers.end() ? nullptr : &*found;
+}
+
+const Foreign* foreign_key(std::string_view key) {
+  const auto found = std::find_if(std::begin(kForeign), std::end(kForeign), [&](auto& f) { return f.key == key; });
+  return found == std::end(kForeign) ? nullptr : found;
+}
+
+std::string unknown_key(std::string_view key, std::span<const std::string_view> known) {
+  const std::string shown = shown_text(key);
+  if (holds(kOwn, key)) return "key " + shown + " belongs to a gate";
+  if (reader_of(key)) return "key " + shown + " belongs to a gate or under 'defaults'";
+  const Foreign* foreign = holds(known, "name") ? foreign_key(key) : nullptr;
+  return "unknown key " + shown + (foreign ? ": " + std::string(foreign->advice) : suggestion(key, known));
+}
+
+const YamlNode* find(const YamlNode& map, std::string_view key) {
+  for (std::size_t i = 0; i < map.keys.size(); ++i) {
+    if (map.keys[i].text == key) return &map.items[i];
+  }
+  return nullptr;
+}
+
+// Whether a key is there under another name, of which there is a mistake already.
+bool is_misnamed(const YamlNode& map, std::string_view key) {
+  return std::any_of(map.keys.begin(), map.keys.end(), [&](const Written& written) {
+    if (holds(kOwn, written.text) || reader_of(written.text)) return false;
+    const Foreign* foreign = foreign_key(written.text);
+    return foreign ? foreign->meant == key : !nearest(written.text, std::span(&key, 1)).empty();
+  });
+}
+
+// `own`: the keys of the map that are no settings.
+void read_settings(const YamlNode& map, std::span<const std::string_view> own, Draft& draft, Mistakes& mistakes) {
+  std::vector<std::string_view> known(own.begin(), own.end());
+  for (const SettingReader& reader : setting_readers()) known.push_back(reader.key);
+  for (std::size_t i = 0; i < map.keys.size(); ++i) {
+    const Written& key = map.keys[i];
+    const SettingReader* reader = reader_of(key.text);
+    if (reader) reader->read({reader->key, map.items[i]}, draft, mistakes);
+    if (!reader && !holds(own, key.text)) mistakes.add(key.place, unknown_key(key.text, known));
+  }
+}
+
+// Empty when it is no text that can be used.
+Written read_text(std::string_view key, const YamlNode& node, std::size_t max_bytes, Mistakes& mistakes) {
+  const auto refuse = [&](const std::string& what) {
+    mistakes.add(node.place, std::string(key) + " " + what);
+    return Written{"", node.place};
+  };
+  if (!node.is_text()) {
+    return refuse("must be a text, not " + shown(node) + (node.kind == Kind::none ? "" : "; put it in quotes"));
+  }
+  if (is_bare_value(node)) return refuse("must be a text: put " + shown(node) + " in quotes");
+  if (node.text.empty()) return refuse("must not be empty");
+  if (node.text.size() > max_bytes) return refuse("must not be longer than " + std::to_string(max_bytes) + " bytes");
+  if (find_control(node.text) != std::string::npos || !is_utf8(node.text)) {
+    return refuse("must be on one line, without control characters");
+  }
+  return {node.text, node.place};
+}
+
+void empty_if(Written& written, const char* key, const Result<Done>& checked, Mistakes& mistakes) {
+  if (checked || written.text.empty()) return;
+  mistakes.add(written.place, std::string(key) + " " + checked.error().message);
+  written.text.clear();
+}
+
+Result<Done> check_candidate(const std::string& text) {
+  const auto refused = [](const char* why) { return Error{ErrorCode::invalid_request, why, "", ""}; };
+  if (has_placeholder(text)) {
+    return refused(
+        "must not have '{': placeholders stand in name and baseline, alternatives are gates of their own; for "
+        "the character itself write '[{]'");
+  }
+  return check_glob(text);
+}
+
+Result<Done> check_baseline(const std::string& text) {
+  if (text.find_first_of("*?") == std::string::npos) return check_template(text);
+  return Error{ErrorCode::invalid_request,
+               "must be one file for each candidate, not a glob: write {stem}, {name} or {dir}", "", ""};
+}
+
+// "gate 'bracket'", as far as it has a name.
+std::string subject(const Entry& entry) {
+  return entry.name.text.empty() ? "the gate" : "gate " + shown_text(entry.name.text);
+}
+
+Entry read_entry(const YamlNode& node, Draft draft, Mistakes& mistakes) {
+  draft.own_strategy = draft.own_points = false;
+  read_settings(node, kOwn, draft, mistakes);
+  check_settings(draft, mistakes);
+  Entry entry;
+  entry.place = node.place;
+  const auto text = [&](const char* key, std::size_t max_bytes) {
+    const YamlNode* value = find(node, key);
+    return value ? read_text(key, *value, max_bytes, mistakes) : Written{};
+  };
+  entry.name = text("name", kMaxNameBytes);
+  entry.candidate = text("candidate", kMaxPathBytes);
+  entry.baseline = text("baseline", kMaxPathBytes);
+  empty_if(entry.name, "name", check_template(entry.name.text), mistakes);
+  empty_if(entry.candidate, "candidate", check_candidate(entry.candidate.text), mistakes);
+  empty_if(entry.baseline, "baseline", check_baseline(entry.baseline.text), mistakes);
+  for (const std::string_view key : kOwn) {
+    if (!find(node, key) && !is_misnamed(node, key))
+      mistakes.add(node.place, subject(entry) + " has no " + std::string(key));
+  }
+  if (!draft.limit_given && !is_misnamed(node, "max_distance")) {
+    mistakes.add(node.place,
+                 subject(entry) + " has no max_distance: give one here or under 'defaults', as 0.05 mm or 0.5 %");
+  }
+  entry.unmatched_ignored = draft.unmatched_ignored;
+  entry.gate = std::move(draft.gate);
+  entry.gate.line = node.place.line;
+  return entry;
+}
+
+Draft read_defaults(const YamlNode* node, Mistakes& mistakes) {
+  Draft draft;
+  if (!node) return draft;
+  if (node->kind != Kind::map) {
+    mistakes.add(node->place, "defaults must be a map of settings, not " + shown(*node));
+    return draft;
+  }
+  read_settings(*node, {}, draft, mistakes);
+  return draft;
+}
+
+std::vector<Entry> read_gates(const YamlNode& list, const Draft& defaults, Mistakes& mistakes) {
+  std::vector<Entry> entries;
+  if (list.kind != Kind::list || list.items.empty()) {
+    const bool none = list.kind == Kind::list || list.kind == Kind::none;
+    mistakes.add(list.place, none ? "gates is empty: nothing would be checked"
+                                  : "gates must be a list of '- name: ...', not " + shown(list));
+    return entries;
+  }
+  for (const YamlNode& item : list.items) {
+    if (item.kind == Kind::map) {
+      entries.push_back(read_entry(item, defaults, mistakes));
+    } else {
+      mistakes.add(item.place, "a gate must be a map with name, candidate and baseline, not " + shown(item));
+    }
+  }
+  return entries;
+}
+
+void check_version(const YamlNode* version, Mistakes& mistakes) {
+  if (!version) return mistakes.add({1, 1}, "version is missing: write 'version: 1' at the top");
+  if (version->kind == Kind::word && version->text == "1") return;
+  mistakes.add(version->place, "version must be 1, the one that is known here, not " + shown(*version));
+}
+
+}  // namespace
+
+std::vector<Entry> read_manifest(std::string_view text, Mistakes& mistakes) {
+  const auto root = parse_yaml(text, mistakes);
+  if (!root) return {};
+  if (root->kind != Kind::map) {
+    const std::string is = root->kind == Kind::none ? "the manifest is empty" : "the manifest is " + shown(*root);
+    mistakes.add({1, 1}, is + "; it must be a map: " + std::string(kExample));
+    return {};
+  }
+  for (const Written& key : root->keys) {
+    if (!holds(kTop, key.text)) mistakes.add(key.place, unknown_key(key.text, kTop));
+  }
+  check_version(find(*root, "version"), mistakes);
+  const Draft defaults = read_defaults(find(*root, "defaults"), mistakes);
+  const YamlNode* gates = find(*root, "gates");
+  if (!gates) mistakes.add({1, 1}, "gates is missing: list what to check, each with '- name: ...'");
+  return gates ? read_gates(*gates, defaults, mistakes) : std::vector<Entry>{};
+}
+
+}  // namespace meshgauge::check

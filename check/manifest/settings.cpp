@@ -1,0 +1,193 @@
+#include "check/manifest/settings.h"
+
+#include <algorithm>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "api/formats/text.h"
+#include "api/json_filter.h"
+#include "api/names.h"
+#include "api/request.h"
+#include "check/manifest/names.h"
+#include "check/manifest/quantities.h"
+#include "check/manifest/suggestion.h"
+
+namespace meshgauge::check {
+namespace {
+
+using Kind = YamlNode::Kind;
+
+void refuse(const Setting& setting, const std::string& what, Mistakes& mistakes) {
+  mistakes.add(setting.value.place, std::string(setting.key) + " " + what);
+}
+
+std::optional<double> number_of(const YamlNode& node) {
+  if (node.kind != Kind::word || node.text.empty()) return std::nullopt;
+  double number = 0;
+  const char* end = node.text.data() + node.text.size();
+  if (api::is_letter(node.text.front()) || api::parse_number(node.text.data(), end, number) != end) return std::nullopt;
+  return number;
+}
+
+std::optional<double> read_number(const Setting& setting, const char* what, Mistakes& mistakes) {
+  const auto number = number_of(setting.value);
+  if (!number) refuse(setting, std::string("must be ") + what + ", not " + shown(setting.value), mistakes);
+  return number;
+}
+
+std::optional<double> read_within(const Setting& setting, const api::Range& range, Mistakes& mistakes) {
+  const auto number = read_number(setting, range.integer ? "a whole number" : "a number", mistakes);
+  if (!number) return std::nullopt;
+  const auto checked = api::in_range(*number, range, setting.key);
+  if (checked) return *checked;
+  mistakes.add(setting.value.place, checked.error().message);
+  return std::nullopt;
+}
+
+template <class Enum, std::size_t N>
+void read_name(const api::Name<Enum> (&table)[N], const Setting& setting, Enum& out, Mistakes& mistakes) {
+  if (setting.value.is_text()) {
+    if (const auto found = api::value_of(table, setting.value.text)) {
+      out = *found;
+      return;
+    }
+  }
+  std::vector<std::string_view> names;
+  for (const auto& row : table) names.push_back(row.text);
+  const std::string_view meant = nearest(setting.value.text, names);
+  refuse(setting,
+         "must be one of " + api::list_of(table) + ", not " + shown(setting.value) +
+             (meant.empty() ? "" : "; did you mean '" + std::string(meant) + "'?"),
+         mistakes);
+}
+
+void read_max_distance(const Setting& setting, Draft& draft, Mistakes& mistakes) {
+  draft.limit_given = true;
+  const auto limit = parse_limit(setting.value.text);
+  if (setting.value.is_text() && limit) {
+    draft.gate.limit = *limit;
+    return;
+  }
+  refuse(setting, setting.value.is_text() ? limit.error().message : "must be a number, not " + shown(setting.value),
+         mistakes);
+}
+
+void read_direction(const Setting& setting, Draft& draft, Mistakes& mistakes) {
+  read_name(kDirections, setting, draft.gate.options.direction, mistakes);
+}
+
+void read_timeout(const Setting& setting, Draft& draft, Mistakes& mistakes) {
+  const auto timeout = parse_duration(setting.value.text);
+  if (setting.value.is_text() && timeout) {
+    draft.gate.timeout = *timeout;
+    return;
+  }
+  refuse(setting, setting.value.is_text() ? timeout.error().message : "must be a time, not " + shown(setting.value),
+         mistakes);
+}
+
+void read_strategy(const Setting& setting, Draft& draft, Mistakes& mistakes) {
+  draft.own_strategy = true;
+  read_name(api::kStrategies, setting, draft.gate.options.strategy, mistakes);
+}
+
+void read_points(const Setting& setting, Draft& draft, Mistakes& mistakes) {
+  draft.own_points = true;
+  draft.points = setting.value.place;
+  const auto number = read_number(setting, "a whole number", mistakes);
+  if (!number) return;
+  const auto points = api::as_points(*number, setting.key);
+  if (points) {
+    draft.gate.options.points = *points;
+  } else {
+    mistakes.add(setting.value.place, points.error().message);
+  }
+}
+
+using Rule = std::optional<double> Tolerance::*;
+constexpr std::pair<std::string_view, Rule> kRules[] = {
+    {"absolute", &Tolerance::absolute}, {"diagonal", &Tolerance::diagonal}, {"relative", &Tolerance::relative}};
+
+void read_tolerance(const Setting& setting, Draft& draft, Mistakes& mistakes) {
+  const YamlNode& map = setting.value;
+  constexpr std::string_view kKnown[] = {"absolute", "diagonal", "relative"};
+  if (map.kind != Kind::map || map.keys.empty()) {
+    return refuse(setting, "must be a map of at least one of absolute, diagonal, relative, not " + shown(map),
+                  mistakes);
+  }
+  Tolerance& tolerance = draft.gate.options.tolerance;
+  tolerance = {};  // as in the API: what is given stands alone
+  for (std::size_t i = 0; i < map.keys.size(); ++i) {
+    const Written& key = map.keys[i];
+    const auto rule = std::find_if(std::begin(kRules), std::end(kRules), [&](auto& r) { return r.first == key.text; });
+    if (rule == std::end(kRules)) {
+      mistakes.add(key.place, "unknown key " + api::shown_text(key.text) + suggestion(key.text, kKnown));
+      continue;
+    }
+    const auto number = read_within({rule->first, map.items[i]}, api::kToleranceRange, mistakes);
+    if (number) tolerance.*(rule->second) = *number;
+  }
+}
+
+void read_threads(const Setting& setting, Draft& draft, Mistakes& mistakes) {
+  const auto threads = read_within(setting, api::kThreadsRange, mistakes);
+  if (!threads) return;
+  draft.gate.options.threads = static_cast<unsigned>(*threads);
+  draft.gate.threads_given = true;
+}
+
+void read_statistics(const Setting& setting, Draft& draft, Mistakes& mistakes) {
+  const YamlNode& value = setting.value;
+  if (value.kind == Kind::word && (value.text == "true" || value.text == "false")) {
+    draft.gate.statistics = value.text == "true";
+  } else {
+    refuse(setting, "must be true or false, without quotes, not " + shown(value), mistakes);
+  }
+}
+
+void read_on_fail(const Setting& setting, Draft& draft, Mistakes& mistakes) {
+  read_name(kOnFail, setting, draft.gate.warn_only, mistakes);
+}
+
+void read_unmatched_baselines(const Setting& setting, Draft& draft, Mistakes& mistakes) {
+  read_name(kUnmatchedBaselines, setting, draft.unmatched_ignored, mistakes);
+}
+
+constexpr SettingReader kSettings[] = {{"max_distance", read_max_distance},
+                                       {"direction", read_direction},
+                                       {"timeout", read_timeout},
+                                       {"strategy", read_strategy},
+                                       {"points", read_points},
+                                       {"tolerance", read_tolerance},
+                                       {"threads", read_threads},
+                                       {"statistics", read_statistics},
+                                       {"on_fail", read_on_fail},
+                                       {"unmatched_baselines", read_unmatched_baselines}};
+
+}  // namespace
+
+std::span<const SettingReader> setting_readers() { return kSettings; }
+
+void check_settings(const Draft& draft, Mistakes& mistakes) {
+  // The points of `defaults` are for the gates that leave them their strategy.
+  const bool counts = draft.points.line > 0 && (draft.own_points || !draft.own_strategy);
+  if (!counts) return;
+  const auto ok = api::check_points(true, draft.gate.options.strategy, "points");
+  if (!ok) mistakes.add(draft.points, ok.error().message + ": write 'strategy: n_point', or leave points out");
+}
+
+std::string shown(const YamlNode& node) {
+  if (node.kind == Kind::list) return "a list";
+  if (node.kind == Kind::map) return "a map";
+  return node.kind == Kind::none ? "empty" : api::shown_text(node.text);
+}
+
+bool is_bare_value(const YamlNode& node) {
+  const std::string_view text = node.text;
+  if (node.kind != Kind::word) return false;
+  return number_of(node) || api::same_word(text, "true") || api::same_word(text, "false");
+}
+
+}  // namespace meshgauge::check

@@ -1,0 +1,100 @@
+#include "check/remote/address.h"
+
+#include <arpa/inet.h>
+#include <netinet/in.h>
+
+#include <algorithm>
+#include <cctype>
+#include <memory>
+
+#include <curl/curl.h>
+
+namespace meshgauge::check::service {
+namespace {
+
+constexpr std::size_t kMostNameBytes = 200;
+
+struct Freed {
+  void operator()(CURLU* url) const { curl_url_cleanup(url); }
+  void operator()(char* text) const { curl_free(text); }
+};
+
+Error refused(const std::string& why) { return Error{ErrorCode::invalid_request, "--server: " + why, "", "--server"}; }
+
+bool has(CURLU* url, CURLUPart part) {
+  char* text = nullptr;
+  const bool found = curl_url_get(url, part, &text, 0) == CURLUE_OK;
+  curl_free(text);
+  return found;
+}
+
+using Url = std::unique_ptr<CURLU, Freed>;
+
+// In lower case; in brackets if it is an IPv6 address. Empty: this is no address.
+std::string host_of(const std::string& base) {
+  const Url parsed(curl_url());
+  char* text = nullptr;
+  const bool found = parsed && curl_url_set(parsed.get(), CURLUPART_URL, base.c_str(), 0) == CURLUE_OK &&
+                     curl_url_get(parsed.get(), CURLUPART_HOST, &text, 0) == CURLUE_OK;
+  std::string host = found ? std::unique_ptr<char, Freed>(text).get() : "";
+  std::transform(host.begin(), host.end(), host.begin(), [](unsigned char c) { return std::tolower(c); });
+  return host;
+}
+
+// 127.0.0.0/8, as an address: a name may begin with 127, too.
+bool is_ipv4_loopback(const std::string& host) {
+  in_addr address{};
+  return inet_pton(AF_INET, host.c_str(), &address) == 1 && ntohl(address.s_addr) >> 24 == 127;
+}
+
+bool is_visible(char c) { return c > 0x20 && c < 0x7F; }
+
+}  // namespace
+
+Result<std::string> base_of(const std::string& url) {
+  const Url parsed(curl_url());
+  if (!parsed) return refused("not enough memory");
+  const bool web = url.starts_with("http://") || url.starts_with("https://");
+  if (!web) return refused("an address begins with http:// or https://");
+  if (curl_url_set(parsed.get(), CURLUPART_URL, url.c_str(), 0) != CURLUE_OK) return refused("this is no address");
+  if (has(parsed.get(), CURLUPART_USER) || has(parsed.get(), CURLUPART_PASSWORD)) {
+    return refused("a user or a password in the address is not used; give a key by --key-file or MESHGAUGE_KEY");
+  }
+  if (has(parsed.get(), CURLUPART_QUERY) || has(parsed.get(), CURLUPART_FRAGMENT)) {
+    return refused("the address ends before '?' and '#'");
+  }
+  char* text = nullptr;
+  if (curl_url_get(parsed.get(), CURLUPART_URL, &text, 0) != CURLUE_OK) return refused("this is no address");
+  std::string base = std::unique_ptr<char, Freed>(text).get();
+  while (base.ends_with('/')) base.pop_back();
+  return base;
+}
+
+bool is_private(const std::string& base) {
+  if (base.starts_with("https://")) return true;
+  const std::string host = host_of(base);
+  return host == "localhost" || host == "[::1]" || is_ipv4_loopback(host);
+}
+
+bool is_key(std::string_view key) { return !key.empty() && std::all_of(key.begin(), key.end(), is_visible); }
+
+// The end of the name is what counts: the suffix may decide what the bytes are read as.
+std::string disposition(const std::filesystem::path& file) {
+  std::string name = file.filename().string();
+  if (name.size() > kMostNameBytes) name.erase(0, name.size() - kMostNameBytes);
+  for (char& c : name) {
+    const bool plain = c == ' ' || is_visible(c);
+    if (!plain || c == '"' || c == '\\') c = '_';
+  }
+  return "attachment; filename=\"" + name + "\"";
+}
+
+std::string one_line(std::string_view text, std::size_t most) {
+  std::string out(text.substr(0, most));
+  for (char& c : out) {
+    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7F) c = ' ';
+  }
+  return text.size() > most ? out + "..." : out;
+}
+
+}  // namespace meshgauge::check::service

@@ -1,0 +1,176 @@
+#include "check/remote/answer.h"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "api/json_filter.h"
+#include "api/names.h"
+#include "check/remote/address.h"
+
+namespace meshgauge::check::service {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr std::string_view kUrn = "urn:meshgauge:problem:";
+
+// Those that are about a mesh, as ErrorCode has them, and those that have a code of their own.
+constexpr std::pair<std::string_view, ErrorCode> kCodes[] = {
+    {"unsupported-format", ErrorCode::unsupported_format},
+    {"unreadable-mesh", ErrorCode::unreadable_mesh},
+    {"empty-mesh", ErrorCode::empty_mesh},
+    {"non-finite-vertex", ErrorCode::non_finite_vertex},
+    {"index-out-of-range", ErrorCode::index_out_of_range},
+    {"coordinate-too-large", ErrorCode::coordinate_too_large},
+    {"too-large", ErrorCode::too_large},
+    {"out-of-time", ErrorCode::out_of_time},
+    {"storage-full", ErrorCode::storage_full},
+    {"quota-exceeded", ErrorCode::storage_full},
+    {"storage-unavailable", ErrorCode::storage_unavailable},
+    {"internal", ErrorCode::internal},
+};
+
+ErrorCode code_of(std::string_view slug) {
+  for (const auto& [name, code] : kCodes) {
+    if (name == slug) return code;
+  }
+  return ErrorCode::invalid_request;
+}
+
+// Of a member that is missing or no string: empty.
+std::string text(const Json& json, const char* member) {
+  const auto found = json.find(member);
+  return found != json.end() && found->is_string() ? found->get<std::string>() : std::string();
+}
+
+double number_or(const Json& json, const char* member, double other) {
+  const auto found = json.find(member);
+  return found != json.end() && found->is_number() ? found->get<double>() : other;
+}
+
+// Progress::stage lives as long as the program.
+const char* stage_of(const std::string& state, const std::string& stage) {
+  for (const char* known : {"build", "traverse", "reduce", "certify"}) {
+    if (stage == known) return known;
+  }
+  return state == "queued" ? "queue" : "read";
+}
+
+Progress progress_from(const Json& job, const std::string& state) {
+  const auto found = job.find("progress");
+  const Json progress = found != job.end() && found->is_object() ? *found : Json::object();
+  return {number_or(progress, "lower", 0), number_or(progress, "upper", Progress{}.upper),
+          stage_of(state, text(progress, "stage"))};
+}
+
+// The service knows the meshes as 'a' and 'b'.
+std::string named(std::string message, const Gate& gate) {
+  for (const auto& [part, file] : {std::pair("'a'", gate.candidate), std::pair("'b'", gate.baseline)}) {
+    const std::size_t at = message.find(part);
+    if (at != std::string::npos) return message.replace(at, 3, "'" + file.string() + "'");
+  }
+  return message;
+}
+
+bool is_id(const std::string& text) {
+  return text.size() == 32 && text.find_first_not_of("0123456789abcdef") == std::string::npos;
+}
+
+// What is shown of it must be one of the words that it can be; measured_from() looks at the numbers.
+bool is_comparison(const Json& json) {
+  return json.is_object() && is_id(text(json, "id")) && api::value_of(api::kStops, text(json, "status"));
+}
+
+std::string hint(int status, bool has_key) {
+  if (status == 401) {
+    return has_key ? " (the key is not accepted)" : " (give a key by --key-file or MESHGAUGE_KEY)";
+  }
+  return "";
+}
+
+}  // namespace
+
+std::optional<Json> document_from(std::string_view body) {
+  api::JsonFilter filter;
+  if (!nlohmann::json::sax_parse(body, &filter)) return std::nullopt;
+  return Json::parse(body);
+}
+
+std::optional<Json> comparison_from(std::string_view body) {
+  auto json = document_from(body);
+  return json && is_comparison(*json) ? json : std::nullopt;
+}
+
+std::string sha256_of(const Json& comparison, const char* part) {
+  const auto meshes = comparison.find("meshes");
+  if (meshes == comparison.end() || !meshes->is_object()) return "";
+  const auto mesh = meshes->find(part);
+  return mesh != meshes->end() && mesh->is_object() ? text(*mesh, "sha256") : "";
+}
+
+bool is_answer_to(const Json& comparison, Direction direction, double max_distance) {
+  if (text(comparison, "direction") != api::name_of(api::kDirections, direction)) return false;
+  const auto gate = comparison.find("gate");
+  if (gate == comparison.end() || !gate->is_object()) return false;
+  const auto limit = gate->find("max_distance");
+  return limit != gate->end() && limit->is_number() && limit->get<double>() == max_distance;
+}
+
+std::optional<Problem> problem_from(const Json& json) {
+  if (!json.is_object()) return std::nullopt;
+  const std::string type = text(json, "type");
+  if (!type.starts_with(kUrn)) return std::nullopt;
+  Problem problem{one_line(type.substr(kUrn.size()), 64), one_line(text(json, "detail")), "", ""};
+  const auto errors = json.find("errors");
+  if (errors == json.end() || !errors->is_array() || errors->empty() || !errors->front().is_object()) return problem;
+  problem.part = one_line(text(errors->front(), "part"), 64);
+  problem.where = one_line(text(errors->front(), "where"), 64);
+  return problem;
+}
+
+std::optional<Problem> problem_from(std::string_view body) {
+  const auto json = document_from(body);
+  return json ? problem_from(*json) : std::nullopt;
+}
+
+std::optional<Job> job_from(std::string_view body) {
+  auto json = document_from(body);
+  if (!json || !json->is_object()) return std::nullopt;
+  Job job{text(*json, "id"), text(*json, "state"), {}, {}, {}};
+  constexpr std::array kStates{"queued", "running", "done", "failed", "cancelled"};
+  if (!is_id(job.id) || std::find(kStates.begin(), kStates.end(), job.state) == kStates.end()) return std::nullopt;
+  job.progress = progress_from(*json, job.state);
+  const auto result = json->find("result"), problem = json->find("problem");
+  if (result != json->end() && is_comparison(*result)) job.result = std::move(*result);
+  if (problem != json->end()) job.problem = problem_from(*problem);
+  return job;
+}
+
+Error error_of(const Problem& problem, const Gate& gate, const std::string& base) {
+  const ErrorCode code = code_of(problem.slug);
+  if (problem.part == "a" || problem.part == "b")
+    return {code, named(problem.detail, gate), problem.part, problem.where};
+  return {code, "the service at " + base + " says: " + problem.detail, problem.part, problem.where};
+}
+
+Error error_of(const Reply& reply, const Gate& gate, const std::string& base, bool has_key) {
+  if (reply.status >= 300 && reply.status < 400) {
+    const std::string where = reply.redirect.empty() ? "nowhere" : "to " + one_line(reply.redirect, 200);
+    return not_a_service(base, "it redirects " + where + "; give the address of the service itself");
+  }
+  const auto problem = problem_from(std::string_view(reply.body));
+  if (!problem) {
+    const std::string type = reply.content_type.empty() ? "no type" : one_line(reply.content_type, 64);
+    return not_a_service(base, "it answers " + std::to_string(reply.status) + " with a body of " + type);
+  }
+  Error error = error_of(*problem, gate, base);
+  error.message += hint(reply.status, has_key);
+  return error;
+}
+
+Error not_a_service(const std::string& base, const std::string& what) {
+  return {ErrorCode::internal, base + " does not answer as a meshgauge service: " + what, "", "--server"};
+}
+
+}  // namespace meshgauge::check::service

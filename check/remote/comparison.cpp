@@ -1,0 +1,203 @@
+#include "check/remote/comparison.h"
+
+#include <algorithm>
+#include <span>
+#include <thread>
+#include <utility>
+
+#include "check/remote/request.h"
+
+namespace meshgauge::check::service {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using std::chrono::milliseconds;
+
+constexpr int kWaitSeconds = 1;  // for the answer to the first request: most comparisons end in it
+constexpr int kAttempts = 3;     // in all, of a comparison that got lost
+constexpr milliseconds kFirstLook{250};
+constexpr milliseconds kLastLook{1000};
+constexpr milliseconds kTick{10};
+constexpr milliseconds kFarewellLook{50};
+constexpr milliseconds kFarewell{2000};  // for the service to be told of a cancellation, and to answer
+
+class Seat {
+ public:
+  explicit Seat(Seats& seats) : seats_(seats) {}
+  ~Seat() { seats_.give_back(); }
+  Seat(const Seat&) = delete;
+  Seat& operator=(const Seat&) = delete;
+
+ private:
+  Seats& seats_;
+};
+
+std::span<const std::byte> bytes_of(const std::string& text) { return std::as_bytes(std::span(text)); }
+
+Interrupted after(milliseconds time) {
+  return [end = Control::Clock::now() + time] { return Control::Clock::now() >= end; };
+}
+
+Call job_call(const char* method, const std::string& id) { return {method, "/v1/comparisons/" + id, {}, {}}; }
+
+bool is(const std::optional<Problem>& problem, const char* slug) { return problem && problem->slug == slug; }
+
+}  // namespace
+
+Result<Json> Comparison::measure() {
+  for (;;) {
+    auto end = attempt();
+    if (!end) return end.error();
+    if (end->document) return std::move(*end->document);
+    if (control_.check() == Interruption::cancelled) return cancelled();
+    if (again(*end)) continue;
+    if (end->problem) return error_of(*end->problem, gate_, client_.base());
+    return Error{ErrorCode::internal, "the service at " + client_.base() + " has lost the comparison", "", "--server"};
+  }
+}
+
+// Each time under a new name: that of before stands for how it ended. Not when it was out of time, which is counted
+// from its turn on: it would be again.
+bool Comparison::again(const End& end) {
+  if (is(end.problem, "unknown-mesh")) return forget(end.problem->part);
+  return end.lost && attempts_ < kAttempts;
+}
+
+bool Comparison::forget(const std::string& part) {
+  Mesh& mesh = part == "a" ? a_ : b_;
+  mesh.forgotten = true;
+  return !std::exchange(mesh.sent_again, true);
+}
+
+Result<Done> Comparison::send() {
+  if (auto ok = send(a_, Sender::Part::candidate); !ok) return ok;
+  return send(b_, Sender::Part::baseline);
+}
+
+Result<Done> Comparison::send(Mesh& mesh, Sender::Part part) {
+  auto id = sender_.stored(gate_, part, control_, std::exchange(mesh.forgotten, false));
+  if (!id) return std::move(id).error();
+  mesh.id = std::move(*id);
+  return Done{};
+}
+
+Result<Comparison::End> Comparison::attempt() {
+  if (const auto ok = send(); !ok) return ok.error();
+  document_ = pair_document(a_.id, b_.id, gate_, max_distance_);
+  if (!seats_.take(control_)) return cancelled();
+  const Seat seat(seats_);
+  ++attempts_;
+  control_.report({0, Progress{}.upper, "queue"});
+  const auto reply = client_.ask(call(kWaitSeconds), control_, [&] { seats_.refused(); });
+  if (reply) return answered(*reply);
+  return control_.check() == Interruption::cancelled ? abandon(reply.error()) : reply.error();
+}
+
+Call Comparison::call(int wait) const {
+  return {"POST",
+          "/v1/comparisons",
+          {"Content-Type: application/json", "Prefer: respond-async, wait=" + std::to_string(wait),
+           "Idempotency-Key: " + key_ + "." + std::to_string(attempts_)},
+          bytes_of(document_)};
+}
+
+Result<Comparison::End> Comparison::answered(const Reply& reply) {
+  End end;
+  if (reply.status == 200) {
+    end.document = comparison_from(reply.body);
+    if (end.document && is_ours(*end.document)) return end;
+  }
+  if (reply.status == 202) {
+    if (const auto job = job_from(reply.body)) return follow(job->id);
+  }
+  end.problem = problem_from(std::string_view(reply.body));
+  if (is(end.problem, "unknown-mesh") || is(end.problem, "out-of-time")) return end;
+  return unexpected(reply);
+}
+
+// Whatever stands between may have its own idea of what was asked.
+bool Comparison::is_ours(const Json& document) const {
+  return sha256_of(document, "a") == a_.id && sha256_of(document, "b") == b_.id &&
+         is_answer_to(document, gate_.options.direction, max_distance_);
+}
+
+Error Comparison::unexpected(const Reply& reply) const {
+  if (reply.status >= 300) return error_of(reply, gate_, client_.base(), client_.has_key());
+  return not_a_service(client_.base(), "its answer is not that to this comparison");
+}
+
+// Looks how it stands until it has ended, through restarts of the service and of everything between.
+Result<Comparison::End> Comparison::follow(const std::string& id) {
+  const auto wall = Clock::now() + gate_.timeout + client_.patience();
+  milliseconds look = kFirstLook;
+  while (pause(look) && Clock::now() < wall) {
+    const auto reply = client_.ask(job_call("GET", id), control_);
+    if (control_.check() == Interruption::cancelled) break;
+    if (!reply) return reply.error();
+    End end;
+    end.lost = reply->status == 404;
+    if (end.lost) return end;
+    auto job = reply->status == 200 ? job_from(reply->body) : std::nullopt;
+    if (!job) return unexpected(*reply);
+    if (learn(std::move(*job), end)) return end;
+    look = std::min(kLastLook, look * 3 / 2);
+  }
+  return cancel(id, after(kFarewell));
+}
+
+// True: it has ended, and `end` is how. The interval never widens, also when the work begins again after a restart.
+bool Comparison::learn(Job job, End& end) {
+  if (job.ended()) {
+    if (job.result && is_ours(*job.result)) end.document = std::move(job.result);
+    end.problem = std::move(job.problem);
+    return true;
+  }
+  progress_ = {std::max(progress_.lower, job.progress.lower), std::min(progress_.upper, job.progress.upper),
+               job.progress.stage};
+  control_.report(progress_);
+  return false;
+}
+
+// Asked to end, it has the interval so far as its result. A second DELETE would forget that, so if the answer is lost
+// it is looked for.
+Result<Comparison::End> Comparison::cancel(const std::string& id, const Interrupted& over) {
+  End end;
+  for (Call farewell = job_call("DELETE", id); !over(); farewell = job_call("GET", id)) {
+    const Exchange exchange = client_.once(farewell, over);
+    const bool gone = exchange.reply.status == 204 || exchange.reply.status == 404;
+    if (gone || exchange.trouble == Trouble::no_contact) break;
+    auto job = exchange.reply.status == 200 ? job_from(exchange.reply.body) : std::nullopt;
+    if (job && learn(std::move(*job), end)) break;
+    std::this_thread::sleep_for(kFarewellLook);
+  }
+  if (end.document) return end;
+  if (control_.check() == Interruption::cancelled) return cancelled();
+  return Error{ErrorCode::internal, "the service at " + client_.base() + " did not end the comparison in its time", "",
+               "--server"};
+}
+
+// Cancelled in the middle of asking: under its name it is the same comparison, so it can be told to end.
+Result<Comparison::End> Comparison::abandon(const Error& why) {
+  const Interrupted over = after(kFarewell);
+  const Reply reply = client_.once(call(0), over).reply;
+  End end;
+  if (reply.status == 200) end.document = comparison_from(reply.body);
+  if (end.document && is_ours(*end.document)) return end;
+  auto job = reply.status == 202 ? job_from(reply.body) : std::nullopt;
+  if (!job) return why;
+  const std::string id = job->id;
+  if (learn(std::move(*job), end) && end.document) return end;
+  return cancel(id, over);
+}
+
+// False: cancelled.
+bool Comparison::pause(milliseconds time) {
+  const Interrupted over = after(time);
+  while (control_.check() != Interruption::cancelled) {
+    if (over()) return true;
+    std::this_thread::sleep_for(kTick);
+  }
+  return false;
+}
+
+}  // namespace meshgauge::check::service

@@ -1,0 +1,56 @@
+#include "check/remote/request.h"
+
+#include <nlohmann/json.hpp>
+
+#include "api/names.h"
+
+namespace meshgauge::check::service {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json tolerance(const Tolerance& asked) {
+  Json json = Json::object();
+  if (asked.absolute) json["absolute"] = *asked.absolute;
+  if (asked.diagonal) json["diagonal"] = *asked.diagonal;
+  if (asked.relative) json["relative"] = *asked.relative;
+  return json;
+}
+
+Json gate_of(const Limit& limit, double max_distance) {
+  Json json{{"max_distance", max_distance}};
+  if (!limit.units.empty()) json["units"] = limit.units;
+  return json;
+}
+
+// Only what is not the engine's own default: the service may have a smaller one.
+Json budget(const Options& options) {
+  const Options usual;
+  Json json = Json::object();
+  if (options.max_work_items != usual.max_work_items) json["work_items"] = options.max_work_items;
+  if (options.max_memory_bytes != usual.max_memory_bytes) json["memory_bytes"] = options.max_memory_bytes;
+  return json;
+}
+
+Json options_of(const Gate& gate, double max_distance) {
+  const Options& options = gate.options;
+  Json json{{"direction", api::name_of(api::kDirections, options.direction)},
+            {"gate", gate_of(gate.limit, max_distance)},
+            {"strategy", api::name_of(api::kStrategies, options.strategy)},
+            {"timeout_ms", gate.timeout.count()}};
+  if (Json rules = tolerance(options.tolerance); !rules.empty()) json["tolerance"] = std::move(rules);
+  if (options.strategy == Strategy::n_point) json["points"] = options.points;
+  if (gate.threads_given) json["threads"] = options.threads;
+  if (gate.statistics) json["statistics"] = true;
+  if (Json limits = budget(options); !limits.empty()) json["budget"] = std::move(limits);
+  return json;
+}
+
+}  // namespace
+
+std::string pair_document(const std::string& a, const std::string& b, const Gate& gate, double max_distance) {
+  const Json json{{"a", a}, {"b", b}, {"options", options_of(gate, max_distance)}};
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+}  // namespace meshgauge::check::service

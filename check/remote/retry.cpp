@@ -1,0 +1,45 @@
+#include "check/remote/retry.h"
+
+#include <algorithm>
+
+namespace meshgauge::check::service {
+namespace {
+
+constexpr RetriedStatus kRetried[] = {
+    {408, 3},            // what was sent came too slowly
+    {429, 0},            // the key's rate, or its jobs at the same time
+    {500, 3},            // a proxy's, or a defect
+    {502, 0},            // a proxy in front of a service that starts again
+    {503, 0},            // the queue is full, or the service shuts down
+    {504, 0}, {507, 3},  // the disk is full
+};
+
+const RetriedStatus* row_of(int status) {
+  for (const RetriedStatus& row : kRetried) {
+    if (row.status == status) return &row;
+  }
+  return nullptr;
+}
+
+}  // namespace
+
+std::span<const RetriedStatus> retried_statuses() { return kRetried; }
+
+std::optional<Retries::Milliseconds> Retries::after(const Exchange& failed, bool reached, Clock::time_point now,
+                                                    double random) {
+  if (failed.trouble == Trouble::hopeless || failed.trouble == Trouble::cancelled) return std::nullopt;
+  ++tries_;
+  if (failed.trouble == Trouble::none) {
+    const RetriedStatus* row = row_of(failed.reply.status);
+    if (!row || (row->tries && tries_ >= row->tries)) return std::nullopt;
+  }
+  since_ = since_.value_or(now);
+  const Milliseconds doubled = kFirst * (1 << std::min(tries_ - 1, 16));
+  Milliseconds pause(
+      static_cast<std::int64_t>(static_cast<double>(std::min(doubled, kMost).count()) * (1 + random) / 2));
+  if (failed.reply.retry_after) pause = std::max<Milliseconds>(pause, *failed.reply.retry_after);
+  if (now + pause > *since_ + (reached ? patience_ : first_contact_)) return std::nullopt;
+  return pause;
+}
+
+}  // namespace meshgauge::check::service

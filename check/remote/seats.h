@@ -1,0 +1,59 @@
+// How many comparisons are asked for at the same time: as many as the service takes.
+#pragma once
+
+#include <algorithm>
+#include <chrono>
+#include <condition_variable>
+#include <mutex>
+
+#include "engine/control.h"
+
+namespace meshgauge::check::service {
+
+// Thread safe. Begins with all seats; each refusal takes one away below those that are taken, down to one, and as many
+// comparisons without a refusal as there are seats bring one back. Who waits here waits without asking the service.
+class Seats {
+ public:
+  explicit Seats(unsigned most) : most_(std::max(1U, most)), seats_(most_) {}
+
+  unsigned most() const { return most_; }
+
+  // False: cancelled, and no seat is taken.
+  bool take(Control& control) {
+    std::unique_lock lock(mutex_);
+    while (taken_ >= seats_) {
+      if (control.check() == Interruption::cancelled) return false;
+      changed_.wait_for(lock, kTick);
+    }
+    ++taken_;
+    return true;
+  }
+
+  void give_back() {
+    const std::lock_guard lock(mutex_);
+    --taken_;
+    if (++served_ >= seats_ && seats_ < most_) {
+      ++seats_;
+      served_ = 0;
+    }
+    changed_.notify_all();
+  }
+
+  void refused() {
+    const std::lock_guard lock(mutex_);
+    seats_ = std::max(1U, std::min(seats_, taken_ - 1));
+    served_ = 0;
+  }
+
+ private:
+  static constexpr std::chrono::milliseconds kTick{10};
+
+  const unsigned most_;
+  std::mutex mutex_;  // guards what follows
+  std::condition_variable changed_;
+  unsigned seats_;
+  unsigned taken_ = 0;
+  unsigned served_ = 0;  // since the last refusal or new seat
+};
+
+}  // namespace meshgauge::check::service

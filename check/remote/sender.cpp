@@ -1,0 +1,125 @@
+#include "check/remote/sender.h"
+
+#include <algorithm>
+#include <chrono>
+#include <future>
+#include <span>
+#include <thread>
+#include <utility>
+
+#include "api/digest.h"
+#include "api/formats/detect.h"
+#include "api/formats/gzip.h"
+#include "api/load.h"
+#include "check/mapped_file.h"
+#include "check/remote/address.h"
+#include "check/remote/answer.h"
+
+namespace meshgauge::check::service {
+namespace {
+
+using Bytes = std::span<const std::byte>;
+
+constexpr std::size_t kPiece = std::size_t{4} << 20;  // hashed between two looks at `control`
+constexpr std::chrono::milliseconds kTick{10};        // between two looks at `control` while a file is read
+constexpr std::size_t kSlowest = 10'000;              // bytes a second; below that sending has no end
+
+std::chrono::milliseconds limit_of(std::size_t bytes) {
+  return std::chrono::milliseconds(120'000) + std::chrono::seconds(bytes / kSlowest);
+}
+
+const std::filesystem::path& file_of(const Gate& gate, Sender::Part part) {
+  return part == Sender::Part::candidate ? gate.candidate : gate.baseline;
+}
+
+Error named(Error error, Sender::Part part) {
+  error.part = part == Sender::Part::candidate ? "a" : "b";
+  return error;
+}
+
+Result<double> diagonal_of(const std::string& file) {
+  const auto mapped = MappedFile::open(file);
+  if (!mapped) return mapped.error();
+  const auto read = api::read_part(mapped->bytes(), {file, file, ""}, api::ReadLimits{});
+  if (!read) return read.error();
+  return diagonal(bounding_box(read->mesh));
+}
+
+}  // namespace
+
+Result<std::string> Sender::stored(const Gate& gate, Part part, Control& control, bool forgotten) {
+  const auto& file = file_of(gate, part);
+  auto id = ids_.get(file.string(), control, [&] { return hash(file, control); });
+  if (!id) return named(std::move(id).error(), part);
+  if (forgotten) delivered_.forget(*id);
+  const auto done = delivered_.get(*id, control, [&] { return deliver(gate, file, *id, control, forgotten); });
+  if (!done) return named(done.error(), part);
+  return id;
+}
+
+// What cannot be a mesh is told at once, in the words of who would read it, and does not travel.
+Result<std::string> Sender::hash(const std::filesystem::path& file, Control& control) {
+  const auto mapped = MappedFile::open(file.string());
+  if (!mapped) return mapped.error();
+  const std::string name = file.string();
+  // What is inside of gzip is for the service to see.
+  const bool packed = api::is_gzip(mapped->bytes());
+  if (auto foreign = api::refuse_foreign(mapped->bytes(), {name, name, ""}); foreign && !packed) return *foreign;
+  api::Sha256 sha256;
+  for (Bytes rest = mapped->bytes(); !rest.empty();) {
+    if (control.check() == Interruption::cancelled) return cancelled();
+    const Bytes piece = rest.first(std::min(kPiece, rest.size()));
+    sha256.update(piece);
+    rest = rest.subspan(piece.size());
+  }
+  return sha256.hex();
+}
+
+Result<Done> Sender::deliver(const Gate& gate, const std::filesystem::path& file, const std::string& id,
+                             Control& control, bool forgotten) {
+  if (forgotten) return put(gate, file, id, control);
+  const auto known = client_.ask({"HEAD", "/v1/meshes/" + id, {}, {}}, control);
+  if (!known) return known.error();
+  if (known->status == 200) return Done{};
+  // The answer to HEAD has no body to say more; that to PUT has.
+  return put(gate, file, id, control);
+}
+
+Result<Done> Sender::put(const Gate& gate, const std::filesystem::path& file, const std::string& id, Control& control) {
+  control.report({0, Progress{}.upper, "send"});
+  const auto mapped = MappedFile::open(file.string());
+  if (!mapped) return mapped.error();
+  const Call call{"PUT",
+                  "/v1/meshes/" + id,
+                  {"Content-Type: application/octet-stream", "Content-Disposition: " + disposition(file)},
+                  mapped->bytes(),
+                  limit_of(mapped->bytes().size())};
+  const auto reply = client_.ask(call, control);
+  if (!reply) return reply.error();
+  if (reply->status == 200 || reply->status == 201) return Done{};
+  const auto problem = problem_from(std::string_view(reply->body));
+  if (problem && problem->slug == "digest-mismatch") {
+    return Error{ErrorCode::internal, "'" + file.string() + "' was changed while it was sent", "", ""};
+  }
+  Error error = error_of(*reply, gate, client_.base(), client_.has_key());
+  if (problem) error.message = "'" + file.string() + "' is not taken: " + error.message;
+  return error;
+}
+
+Result<double> Sender::baseline_diagonal(const Gate& gate, Control& control) {
+  const std::string name = gate.baseline.string();
+  auto found = diagonals_.get(name, control, [&]() -> Result<double> {
+    // A reader does not ask whether to give up, so it is left behind.
+    std::packaged_task<Result<double>()> reading([name] { return diagonal_of(name); });
+    auto diagonal = reading.get_future();
+    std::thread(std::move(reading)).detach();
+    while (control.check() != Interruption::cancelled) {
+      if (diagonal.wait_for(kTick) == std::future_status::ready) return diagonal.get();
+    }
+    return cancelled();
+  });
+  if (!found) return named(std::move(found).error(), Part::baseline);
+  return found;
+}
+
+}  // namespace meshgauge::check::service

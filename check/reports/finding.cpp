@@ -1,0 +1,47 @@
+#include "check/reports/finding.h"
+
+#include <algorithm>
+#include <span>
+#include <string_view>
+
+#include "api/digest.h"
+#include "check/reports/wording.h"
+
+namespace meshgauge::check {
+
+Location location_of(const Gate& gate) {
+  if (gate.manifest.empty()) return {gate.candidate.empty() ? "." : gate.candidate, 1};
+  return {gate.manifest, std::max(gate.line, 1)};
+}
+
+std::string uri_path(const std::filesystem::path& file) {
+  static constexpr std::string_view kPlain = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-._~/";
+  static constexpr std::string_view kHex = "0123456789ABCDEF";
+  std::string uri;
+  for (const char c : file.lexically_normal().generic_string()) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (kPlain.find(c) != std::string_view::npos) {
+      uri += c;
+    } else {
+      uri += {'%', kHex[byte >> 4U], kHex[byte & 15U]};
+    }
+  }
+  return uri;
+}
+
+std::string fingerprint_of(const Gate& gate) {
+  const std::string text = std::filesystem::path(gate.manifest).lexically_normal().generic_string() + '\n' + gate.name;
+  return api::sha256_hex(std::as_bytes(std::span(text))).substr(0, 32);
+}
+
+std::string description_of(const GateOutcome& outcome) {
+  std::string text = "Gate '" + shown_name(outcome.gate.name) + "': " + finding_of(outcome);
+  if (outcome.measured) text += ".";
+  if (const std::string advice = advice_of(outcome); !advice.empty()) text += " " + advice;
+  if (const std::string witness = witness_of(outcome); !witness.empty()) text += " Witness: " + witness + ".";
+  std::replace_if(
+      text.begin(), text.end(), [](char c) { return c == '\n' || c == '\t'; }, ' ');
+  return text;
+}
+
+}  // namespace meshgauge::check

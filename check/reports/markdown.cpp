@@ -1,0 +1,243 @@
+#include "check/reports/markdown.h"
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "check/reports/wording.h"
+
+namespace meshgauge::check {
+namespace {
+
+constexpr int kBarCells = 24;
+constexpr std::size_t kNameBytes = 300;    // of a name that is shown; a path may have 4096
+constexpr std::size_t kProseBytes = 2000;  // of a sentence
+constexpr std::size_t kReserved = 400;     // for closing a fold and saying what is left out
+
+// Whole characters of UTF-8 alone.
+std::string cut(std::string text, std::size_t bytes) {
+  if (text.size() <= bytes) return text;
+  while (bytes > 0 && (static_cast<unsigned char>(text[bytes]) & 0xC0U) == 0x80U) --bytes;
+  return text.substr(0, bytes) + "...";
+}
+
+// In a table a '|' ends the cell in code as well, and a backslash before it is read differently from one forge to the
+// next: it is written as an escape. The fence is longer than any run of backticks inside.
+std::string code(const std::string& name) {
+  std::string body;
+  std::size_t run = 0, longest = 0;
+  for (const char c : cut(shown_name(name), kNameBytes)) {
+    body += c == '|' ? std::string("\\x7C") : std::string(1, c);
+    run = c == '`' ? run + 1 : 0;
+    longest = std::max(longest, run);
+  }
+  const std::string fence(longest + 1, '`');
+  const bool padded = body.front() == '`' || body.back() == '`' || body.front() == ' ' || body.back() == ' ';
+  return padded ? fence + " " + body + " " + fence : fence + body + fence;
+}
+
+bool is_plain(char c) {
+  return std::isalnum(static_cast<unsigned char>(c)) != 0 ||
+         std::string_view(" .,;?()'\"/").find(c) != std::string_view::npos;
+}
+
+// What a forge makes a reference of, "@name", "#12", "!3": a word joiner, which nobody sees, stands after it.
+bool begins_reference(char c) { return std::string_view("@#!$%~&:^").find(c) != std::string_view::npos; }
+
+std::string entity(char c) { return "&#" + std::to_string(static_cast<unsigned char>(c)) + ";"; }
+
+// Text that stays text. Entities are read as characters, never as Markdown's or HTML's signs.
+std::string escaped(const std::string& whole) {
+  std::string out;
+  const std::string text = cut(whole, kProseBytes);
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    const bool address = c == 'w' && text.compare(i, 4, "www.") == 0;  // a link, to the forges
+    if (c == '\n' || c == '\t') {
+      out += ' ';
+    } else if (static_cast<unsigned char>(c) >= 0x80 || (is_plain(c) && !address)) {
+      out += c;
+    } else {
+      out += entity(c);
+    }
+    const bool word_follows = i + 1 < text.size() && text[i + 1] != ' ';
+    if (begins_reference(c) && word_follows) out += "&#8288;";
+  }
+  return out;
+}
+
+// The same at the beginning of a line, where a digit or a blank could begin a list or a block of code.
+std::string paragraph(const std::string& text) {
+  const std::string out = escaped(text);
+  const bool plain = !out.empty() && out[0] != ' ' && std::isdigit(static_cast<unsigned char>(out[0])) == 0;
+  return plain || out.empty() ? out : entity(out[0]) + out.substr(1);
+}
+
+// Where the interval and the limit are, on a scale from 0. What the cells show agrees with the verdict however near the
+// limit is.
+std::string bar_of(const Measured& measured) {
+  const double end = 1.25 * std::max(measured.limit, std::isfinite(measured.upper) ? measured.upper : measured.lower);
+  const auto cell = [&](double x) {
+    return end > 0 && std::isfinite(x) ? std::clamp(x / end, 0.0, 1.0) * kBarCells : kBarCells;
+  };
+  const int limit = std::clamp(static_cast<int>(cell(measured.limit)), 1, kBarCells - 1);
+  int first = measured.lower > 0 ? std::min(static_cast<int>(cell(measured.lower)), kBarCells - 1) : 0;
+  int last =
+      measured.upper > 0 ? std::max(static_cast<int>(std::ceil(cell(measured.upper))), first + 1) : 1;  // one behind
+  if (measured.verdict == Verdict::pass) {
+    last = std::min(last, limit);
+    first = std::min(first, last - 1);
+  } else if (measured.verdict == Verdict::fail) {
+    first = std::max(first, limit);
+    last = std::max(last, first + 1);
+  } else {
+    first = std::min(first, limit - 1);
+    last = std::max(last, limit + 1);
+  }
+  std::string bar;
+  for (int i = 0; i < kBarCells; ++i) {
+    if (i == limit) bar += "│";
+    bar += i >= first && i < last ? "█" : "·";
+  }
+  return "`" + bar + "`";
+}
+
+struct Row {
+  const GateOutcome* outcome;
+  Level level;
+};
+
+const char* icon_of(const Row& row) {
+  if (row.level == Level::ok) return "✅";
+  if (row.level == Level::warning) return "⚠️";
+  return row.outcome->verdict() == Verdict::undecided ? "❔" : "❌";
+}
+
+// The worst first; among equals in the order of the manifest.
+int rank_of(const Row& row) {
+  if (row.level == Level::ok) return 4;
+  if (row.level == Level::warning) return 3;
+  const Verdict verdict = row.outcome->verdict();
+  return verdict == Verdict::error ? 0 : verdict == Verdict::fail ? 1 : 2;
+}
+
+std::vector<Row> rows_of(const Report& report) {
+  std::vector<Row> rows;
+  for (const GateOutcome& outcome : report.outcomes) rows.push_back({&outcome, outcome.level(report.undecided)});
+  std::stable_sort(rows.begin(), rows.end(), [](const Row& a, const Row& b) { return rank_of(a) < rank_of(b); });
+  return rows;
+}
+
+std::string counted(std::size_t n, const char* one, const char* many) {
+  return std::to_string(n) + " " + (n == 1 ? one : many);
+}
+
+std::string title_of(const Report& report, const std::vector<Row>& rows) {
+  const int exit_code = report.exit_code();
+  const char* const words[] = {"all gates hold", "failed", "undecided", "not everything could be measured"};
+  const char* const icons[] = {"✅", "❌", "❔", "❌"};
+  std::string title = std::string("## ") + icons[exit_code] + " meshgauge: " + words[exit_code] + "\n\n";
+  title += counted(report.outcomes.size(), "gate", "gates") + ": " + std::to_string(report.count(Verdict::pass)) +
+           " passed, " + std::to_string(report.count(Verdict::fail)) + " failed, " +
+           std::to_string(report.count(Verdict::undecided)) + " undecided, " +
+           counted(report.count(Verdict::error), "error", "errors") + ".";
+  const auto allowed = std::count_if(rows.begin(), rows.end(), [](const Row& r) { return r.level == Level::warning; });
+  if (allowed > 0) title += " " + std::to_string(allowed) + " of them only warn.";
+  if (report.interrupted) title += " The run was interrupted.";
+  return title + "\n";
+}
+
+constexpr const char* kTable =
+    "\n| | gate | distance | limit | `│` is the limit, `█` where the distance is |\n|---|---|---|---|---|\n";
+
+std::string line_of(const Row& row) {
+  const GateOutcome& outcome = *row.outcome;
+  std::string line = std::string("| ") + icon_of(row) + " " + std::string(to_string(outcome.verdict())) + " | " +
+                     code(outcome.gate.name) + " | " + escaped(interval_of(outcome)) + " | " +
+                     escaped(limit_of(outcome)) + " | ";
+  return line + (outcome.measured ? bar_of(*outcome.measured) : "") + " |\n";
+}
+
+std::string sentence_of(const GateOutcome& outcome) {
+  std::string sentence = finding_of(outcome);
+  if (!outcome.measured) return sentence;
+  sentence[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(sentence[0])));
+  return sentence + ".";
+}
+
+std::string section_of(const Row& row) {
+  const GateOutcome& outcome = *row.outcome;
+  std::string text = std::string("\n### ") + icon_of(row) + " " + code(outcome.gate.name) + "\n\n";
+  text += paragraph(sentence_of(outcome)) + "\n";
+  if (const std::string advice = advice_of(outcome); !advice.empty()) text += "\n" + paragraph(advice) + "\n";
+  text += "\n";
+  if (const std::string witness = witness_of(outcome); !witness.empty()) text += "- witness " + escaped(witness) + "\n";
+  if (!outcome.gate.candidate.empty()) {  // else it is a mistake of the manifest
+    text += "- candidate " + code(outcome.gate.candidate.string()) + "\n";
+    text += "- baseline " + code(outcome.gate.baseline.string()) + "\n";
+  }
+  if (const std::string source = source_of(outcome.gate); !source.empty()) text += "- gate " + code(source) + "\n";
+  return text;
+}
+
+// Parts that fit; the others are counted.
+class Page {
+ public:
+  explicit Page(std::size_t max_bytes) : max_bytes_(max_bytes) {}
+
+  bool add(const std::string& part) {
+    if (full_ || text_.size() + part.size() + kReserved > max_bytes_) return full_ = true, false;
+    text_ += part;
+    return true;
+  }
+  bool full() const { return full_; }
+  void close(const std::string& part) { text_ += part; }  // what kReserved is for
+
+  std::string take() && { return std::move(text_); }
+
+ private:
+  std::string text_;
+  std::size_t max_bytes_;
+  bool full_ = false;
+};
+
+// How many of the rows found no room.
+std::size_t add_table(Page& page, const std::vector<Row>& rows) {
+  if (rows.empty()) return 0;
+  std::size_t written = 0;
+  if (page.add(kTable)) {
+    while (written < rows.size() && page.add(line_of(rows[written]))) ++written;
+  }
+  return rows.size() - written;
+}
+
+}  // namespace
+
+std::string to_markdown(const Report& report, std::size_t max_bytes) {
+  const std::vector<Row> rows = rows_of(report);
+  const auto is_ok = [](const Row& row) { return row.level == Level::ok; };
+  const auto first_ok = std::find_if(rows.begin(), rows.end(), is_ok);
+  const std::vector<Row> open(rows.begin(), first_ok), passed(first_ok, rows.end());
+
+  Page page(max_bytes);
+  page.add(title_of(report, rows));
+  std::size_t left_out = add_table(page, open);
+  for (const Row& row : open) {
+    if (!page.add(section_of(row))) break;
+  }
+  if (!passed.empty() &&
+      page.add("\n<details><summary>" + counted(passed.size(), "gate", "gates") + " passed</summary>\n")) {
+    left_out += add_table(page, passed);
+    page.close("\n</details>\n");
+  } else {
+    left_out += passed.size();
+  }
+  if (left_out > 0) page.close("\n" + counted(left_out, "more gate", "more gates") + " found no room here.\n");
+  if (left_out == 0 && page.full()) page.close("\nNot all details found room here.\n");
+  return std::move(page).take();
+}
+
+}  // namespace meshgauge::check

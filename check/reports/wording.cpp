@@ -1,0 +1,149 @@
+#include "check/reports/wording.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+
+#include "check/html/figures.h"
+#include "check/utf8.h"
+
+namespace meshgauge::check {
+namespace {
+
+constexpr int kDigits = 6;  // of a coordinate
+
+std::string escape(const char* format, std::uint32_t value) {
+  std::array<char, 16> text{};
+  const int n = std::snprintf(text.data(), text.size(), format, value);
+  return {text.data(), static_cast<std::size_t>(n)};
+}
+
+// What a reader does not see as it stands, or XML 1.0 forbids: controls, line separators, marks of direction,
+// noncharacters.
+bool is_hidden(std::uint32_t c) {
+  if (c < 0x20 || (c >= 0x7F && c < 0xA0)) return true;
+  if ((c >= 0x200B && c <= 0x200F) || (c >= 0x2028 && c <= 0x202E) || (c >= 0x2060 && c <= 0x206F)) return true;
+  return c == 0x061C || c == 0xFEFF || (c & 0xFFFE) == 0xFFFE || (c >= 0xFDD0 && c <= 0xFDEF);
+}
+
+std::string escaped(std::uint32_t c) {
+  if (c == '\n') return "\\n";
+  if (c == '\r') return "\\r";
+  if (c == '\t') return "\\t";
+  if (c < 0x80) return escape("\\x%02X", c);
+  return c < 0x10000 ? escape("\\u%04X", c) : escape("\\U%08X", c);
+}
+
+std::size_t length_of(char first) {
+  const auto byte = static_cast<unsigned char>(first);
+  return byte < 0x80 ? 1 : byte < 0xE0 ? 2 : byte < 0xF0 ? 3 : 4;
+}
+
+// Precondition: one character of UTF-8.
+std::uint32_t code_of(std::string_view character) {
+  const auto first = static_cast<unsigned char>(character[0]);
+  std::uint32_t code = character.size() == 1 ? first : first & (0xFFU >> (character.size() + 1));
+  for (const char next : character.substr(1)) code = code << 6U | (static_cast<unsigned char>(next) & 0x3FU);
+  return code;
+}
+
+// Precondition: UTF-8.
+std::string with_escapes(std::string_view text, bool keep_lines) {
+  std::string out;
+  while (!text.empty()) {
+    const std::string_view character = text.substr(0, length_of(text[0]));
+    const std::uint32_t c = code_of(character);
+    const bool kept = !is_hidden(c) || (keep_lines && (c == '\n' || c == '\t'));
+    out += kept ? std::string(character) : escaped(c);
+    text.remove_prefix(character.size());
+  }
+  return out;
+}
+
+std::string visible(std::string_view bytes, bool keep_lines) {
+  std::string out;
+  while (true) {
+    const std::size_t end = find_not_utf8(bytes);
+    out += with_escapes(bytes.substr(0, end), keep_lines);
+    if (end == std::string_view::npos) return out;
+    out += escape("\\x%02X", static_cast<unsigned char>(bytes[end]));
+    bytes.remove_prefix(end + 1);
+  }
+}
+
+IntervalText figures_of(const Measured& measured) { return to_text(measured.lower, measured.upper, measured.limit); }
+
+std::string in_units(const std::string& number, const Gate& gate) {
+  return gate.limit.units.empty() ? number : number + " " + shown_name(gate.limit.units);
+}
+
+std::string point(const Vec3& p) {
+  return "(" + to_digits(p.x(), kDigits) + ", " + to_digits(p.y(), kDigits) + ", " + to_digits(p.z(), kDigits) + ")";
+}
+
+std::string limit_in_words(const Gate& gate, const std::string& number) {
+  if (!gate.limit.max_diagonal_share) return in_units(number, gate);
+  return number + " (" + to_digits(100 * *gate.limit.max_diagonal_share, kDigits) + " % of the baseline's diagonal)";
+}
+
+}  // namespace
+
+std::string shown_name(std::string_view bytes) {
+  std::string name = visible(bytes, false);
+  const bool blank = std::all_of(name.begin(), name.end(), [](char c) { return c == ' '; });
+  return blank ? "(unnamed)" : name;
+}
+
+std::string shown_text(std::string_view bytes) { return visible(bytes, true); }
+
+std::string limit_of(const GateOutcome& outcome) {
+  if (outcome.measured) return limit_in_words(outcome.gate, figures_of(*outcome.measured).limit);
+  const Limit& limit = outcome.gate.limit;
+  if (limit.max_distance) return in_units(to_digits(*limit.max_distance, kDigits), outcome.gate);
+  if (!limit.max_diagonal_share) return "";
+  return to_digits(100 * *limit.max_diagonal_share, kDigits) + " % of the baseline's diagonal";
+}
+
+std::string interval_of(const GateOutcome& outcome) {
+  if (!outcome.measured) return "";
+  const IntervalText figures = figures_of(*outcome.measured);
+  return in_units(figures.lower + " .. " + figures.upper, outcome.gate);
+}
+
+std::string finding_of(const GateOutcome& outcome) {
+  if (!outcome.measured) return shown_text(outcome.advice());
+  const IntervalText figures = figures_of(*outcome.measured);
+  const std::string limit = limit_in_words(outcome.gate, figures.limit);
+  const std::string range = std::isfinite(outcome.measured->upper)
+                                ? "between " + figures.lower + " and " + in_units(figures.upper, outcome.gate)
+                                : "at least " + in_units(figures.lower, outcome.gate);
+  switch (outcome.measured->verdict) {
+    case Verdict::pass:
+      return "the distance is at most " + in_units(figures.upper, outcome.gate) + ", within the limit of " + limit;
+    case Verdict::fail:
+      return "the distance is at least " + in_units(figures.lower, outcome.gate) + ", above the limit of " + limit;
+    default:
+      return "the distance is " + range + ": whether that is within the limit of " + limit + " is not known (" +
+             shown_name(outcome.measured->status) + ")";
+  }
+}
+
+std::string witness_of(const GateOutcome& outcome) {
+  if (!outcome.measured || !outcome.measured->witness || outcome.verdict() == Verdict::fail) return "";
+  const Witness& witness = *outcome.measured->witness;
+  const std::string from = witness.on_candidate ? "candidate" : "baseline";
+  const std::string to = witness.on_candidate ? "baseline" : "candidate";
+  return point(witness.from) + " on triangle " + std::to_string(witness.from_triangle) + " of the " + from +
+         "; nearest is " + point(witness.to) + " on triangle " + std::to_string(witness.to_triangle) + " of the " + to;
+}
+
+std::string advice_of(const GateOutcome& outcome) { return outcome.measured ? shown_text(outcome.advice()) : ""; }
+
+std::string source_of(const Gate& gate) {
+  if (gate.manifest.empty()) return "";
+  return shown_name(gate.manifest) + (gate.line > 0 ? ":" + std::to_string(gate.line) : "");
+}
+
+}  // namespace meshgauge::check

@@ -1,0 +1,103 @@
+#include <chrono>
+#include <cmath>
+#include <string>
+
+#include "api/request.h"
+#include "check/outcome.h"
+#include "check/text.h"
+
+namespace meshgauge::check {
+namespace {
+
+std::string with_units(double length, const Limit& limit) {
+  return shortest(length) + (limit.units.empty() ? "" : " " + limit.units);
+}
+
+std::string seconds(std::chrono::milliseconds time) {
+  return shortest(static_cast<double>(time.count()) / 1000) + " s";
+}
+
+std::string longer_timeout(const Gate& gate) {
+  if (static_cast<double>(gate.timeout.count()) < api::kTimeoutMsRange.high)
+    return "a longer timeout than " + seconds(gate.timeout);
+  return "more threads or a faster machine, since its timeout is the longest there is";
+}
+
+std::string for_fail(const Gate& gate, const Measured& measured) {
+  const auto& witness = measured.witness;
+  if (!witness) return "";
+  const std::string from = witness->on_candidate ? "candidate" : "baseline";
+  const std::string to = witness->on_candidate ? "baseline" : "candidate";
+  return "Look at " + text(witness->from) + " on triangle " + std::to_string(witness->from_triangle) + " of the " +
+         from + ": it is " + with_units(measured.lower, gate.limit) + " or more from the " + to + ", nearest to " +
+         text(witness->to) + " on triangle " + std::to_string(witness->to_triangle) + "." +
+         (witness->on_candidate ? "" : " The candidate lacks what the baseline has there, or has it elsewhere.");
+}
+
+// The limits that the interval decides; empty when it says nothing.
+std::string deciding_limit(const Gate& gate, const Measured& measured) {
+  std::string text;
+  if (std::isfinite(measured.upper)) text = "of at least " + with_units(measured.upper, gate.limit) + " (pass)";
+  if (measured.lower > 0)
+    text += (text.empty() ? "below " : " or below ") + with_units(measured.lower, gate.limit) + " (fail)";
+  return text.empty() ? "" : "a limit " + text;
+}
+
+// What ended the work decides what would have let it go on.
+std::string more_effort(const Gate& gate, const std::string& status) {
+  if (status == "timeout") return longer_timeout(gate);
+  if (status == "cancelled") return "letting it run to its end";
+  if (status == "converged") return "a smaller tolerance";
+  if (status == "budget") return "more memory for the waiting pieces";
+  return "";
+}
+
+std::string for_undecided(const Gate& gate, const Measured& measured) {
+  const std::string limit = deciding_limit(gate, measured), effort = more_effort(gate, measured.status);
+  const std::string decided = "Decided by " + limit + (limit.empty() || effort.empty() ? "" : "; or ") + effort;
+  return decided + (effort.empty() ? "; the limit is closer to the distance than rounding lets be seen." : ".");
+}
+
+std::string repair(const Gate& gate, const Error& error) {
+  const std::string file = (error.part == "b" ? gate.baseline : gate.candidate).string();
+  switch (error.code) {
+    case ErrorCode::unsupported_format:
+      return "Export '" + file + "' as OBJ, STL, PLY, OFF, glTF, GLB or 3MF.";
+    case ErrorCode::unreadable_mesh:
+    case ErrorCode::non_finite_vertex:
+    case ErrorCode::index_out_of_range:
+      return "The file is damaged: write '" + file + "' again, and look at what wrote it.";
+    case ErrorCode::empty_mesh:
+      return "'" + file + "' has no triangle: look at what wrote it.";
+    case ErrorCode::coordinate_too_large:
+    case ErrorCode::too_large:
+      return "Make '" + file + "' smaller.";
+    default:
+      return "";
+  }
+}
+
+std::string for_error(const Gate& gate, const Error& error) {
+  const std::string hint = error.part.empty() ? "" : repair(gate, error);
+  return error.message + (hint.empty() ? "" : ". " + hint);
+}
+
+}  // namespace
+
+std::string GateOutcome::advice() const {
+  switch (verdict()) {
+    case Verdict::pass:
+      return "";
+    case Verdict::fail:
+      return for_fail(gate, *measured);
+    case Verdict::undecided:
+      if (measured) return for_undecided(gate, *measured);
+      if (!error) return "Interrupted before anything was known: run it again.";
+      return error->message + ": decided by " + longer_timeout(gate) + ".";
+    case Verdict::error:
+      return error ? for_error(gate, *error) : "";
+  }
+  return "";
+}
+
+}  // namespace meshgauge::check

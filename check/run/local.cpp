@@ -1,0 +1,106 @@
+#include "check/run/local.h"
+
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
+#include "api/compare.h"
+#include "api/request.h"
+#include "api/response.h"
+#include "check/run/processors.h"
+
+namespace meshgauge::check {
+namespace {
+
+using Clock = Control::Clock;
+
+double ms_since(Clock::time_point start) {
+  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+}
+
+api::GetMesh given(const Meshes::Mesh& mesh) {
+  return [mesh](Control&) { return Result<Meshes::Mesh>(mesh); };
+}
+
+Error named(Error error, const char* part) {
+  error.part = part;
+  return error;
+}
+
+class Local final : public Measurer {
+ public:
+  Local(std::size_t gates, std::shared_ptr<Meshes> meshes, const LocalOptions& options)
+      : meshes_(std::move(meshes)),
+        at_once_(static_cast<unsigned>(
+            std::clamp<std::size_t>(gates, 1, std::max(1U, options.jobs ? options.jobs : options.processors)))),
+        processors_(std::max(1U, options.processors), at_once_, gates) {}
+
+  Result<Measured> measure(const Gate& gate, Control& control) override {
+    control.set_deadline(Clock::now() + gate.timeout);
+    const Seat seat(*this, gate, control);
+    return measure(gate, seat.threads, control);
+  }
+
+  unsigned at_once() const override { return at_once_; }
+
+ private:
+  // While a gate is measured: its threads, and its two meshes.
+  struct Seat {
+    Seat(Local& its_owner, const Gate& its_gate, Control& its_control)
+        : owner(its_owner), gate(its_gate), control(its_control), threads(owner.processors_.take(wanted(gate))) {}
+    // After Ctrl-C the meshes stay: freeing a million triangles takes longer than who pressed it should wait.
+    ~Seat() {
+      owner.processors_.give_back(threads);
+      if (control.check() != Interruption::cancelled) owner.meshes_->done(gate);
+    }
+    Seat(const Seat&) = delete;
+    Seat& operator=(const Seat&) = delete;
+
+    Local& owner;
+    const Gate& gate;
+    Control& control;
+    const unsigned threads;
+  };
+
+  // More than one thread is of use to `automatic` alone.
+  static unsigned wanted(const Gate& gate) {
+    if (gate.options.strategy != Strategy::automatic) return 1;
+    return gate.threads_given ? gate.options.threads : 0;
+  }
+
+  Result<Measured> measure(const Gate& gate, unsigned threads, Control& control) {
+    const auto start = Clock::now();
+    if (threads > 1) meshes_->begin(gate.baseline);  // both at the same time
+    const auto candidate = meshes_->get(gate.candidate, control);
+    if (!candidate) return named(candidate.error(), "a");
+    const double read_a = ms_since(start);
+    const auto baseline = meshes_->get(gate.baseline, control);
+    if (!baseline) return named(baseline.error(), "b");
+    const double read_b = ms_since(start) - read_a;
+
+    Options options = gate.options;
+    options.threads = std::min(threads, static_cast<unsigned>(api::kThreadsRange.high));
+    if (gate.statistics) options.statistics.emplace();
+    options.max_distance = max_distance(gate.limit, (*baseline)->facts.diagonal);
+    auto comparison = api::compare_prepared(given(*candidate), given(*baseline), options, control);
+    if (!comparison) return comparison.error();
+    comparison->times.read_a = read_a;
+    comparison->times.read_b = read_b;
+    comparison->times.total = ms_since(start);
+    comparison->units = gate.limit.units;
+    return measured_from(nlohmann::ordered_json::parse(api::to_json(*comparison)), *options.max_distance);
+  }
+
+  const std::shared_ptr<Meshes> meshes_;
+  const unsigned at_once_;
+  Processors processors_;
+};
+
+}  // namespace
+
+std::unique_ptr<Measurer> local(const std::vector<Gate>& gates, std::shared_ptr<Meshes> meshes,
+                                const LocalOptions& options) {
+  return std::make_unique<Local>(gates.size(), std::move(meshes), options);
+}
+
+}  // namespace meshgauge::check

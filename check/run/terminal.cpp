@@ -1,0 +1,178 @@
+#include "check/run/terminal.h"
+
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <limits>
+#include <string_view>
+#include <vector>
+
+#include "check/reports/wording.h"
+#include "check/text.h"
+
+namespace meshgauge::check {
+namespace {
+
+constexpr std::size_t kMostShown = 8;  // gates below the bar
+constexpr std::size_t kBarWidth = 24;
+
+// Red for what counts, yellow for what only warns.
+const char* colour_of(Verdict verdict, Level level) {
+  if (level == Level::warning) return "\033[33m";
+  if (verdict == Verdict::pass) return "\033[32m";
+  return verdict == Verdict::undecided ? "\033[35m" : "\033[31m";
+}
+
+std::string coloured(const std::string& text, const char* colour, bool on) {
+  return on ? colour + text + "\033[0m" : text;
+}
+
+// Letters, not bytes.
+std::size_t width_of(std::string_view text) {
+  return static_cast<std::size_t>(
+      std::count_if(text.begin(), text.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; }));
+}
+
+std::string padded(std::string text, std::size_t width) {
+  const auto has = width_of(text);
+  return text.append(width > has ? width - has : 0, ' ');
+}
+
+std::string cut_to(const std::string& text, std::size_t width) {
+  if (width_of(text) <= width) return text;
+  std::size_t end = 0, letters = 0;
+  for (; end < text.size(); ++end) {
+    if ((static_cast<unsigned char>(text[end]) & 0xC0) != 0x80 && letters++ + 1 == width) break;
+  }
+  return text.substr(0, end) + "~";
+}
+
+std::string seconds(double ms) {
+  char buffer[40];
+  std::snprintf(buffer, sizeof buffer, ms < 10'000 ? "%.2f s" : "%.0f s", ms / 1000);
+  return buffer;
+}
+
+std::string verdict_text(const GateOutcome& outcome, Undecided rule) {
+  std::string text(to_string(outcome.verdict()));
+  std::transform(text.begin(), text.end(), text.begin(), [](char c) { return static_cast<char>(c - 'a' + 'A'); });
+  if (outcome.level(rule) == Level::warning) text += " (warning)";
+  return text;
+}
+
+struct Row {
+  std::string verdict, name, interval, limit, time, advice;
+  const char* colour;
+};
+
+Row row_of(const GateOutcome& outcome, Undecided rule) {
+  return {verdict_text(outcome, rule),
+          shown_name(outcome.gate.name),
+          outcome.measured ? interval_of(outcome) : "-",
+          "at most " + limit_of(outcome),
+          seconds(outcome.wall_ms),
+          outcome.advice().empty() ? "" : shown_name(outcome.advice()),
+          colour_of(outcome.verdict(), outcome.level(rule))};
+}
+
+std::string counts(const Report& report) {
+  std::string text = std::to_string(report.outcomes.size()) + (report.outcomes.size() == 1 ? " gate: " : " gates: ");
+  bool first = true;
+  for (const auto verdict : {Verdict::pass, Verdict::fail, Verdict::undecided, Verdict::error}) {
+    const auto count = report.count(verdict);
+    if (count == 0) continue;
+    text += (first ? "" : ", ") + std::to_string(count) + " " + std::string(to_string(verdict));
+    first = false;
+  }
+  return text + (report.interrupted ? "; interrupted" : "") + "\n";
+}
+
+std::string line_of(const Row& row, const Row& widest, bool colour) {
+  std::string line = coloured(padded(row.verdict, widest.verdict.size()), row.colour, colour) + "  " +
+                     padded(row.name, width_of(widest.name)) + "  " + padded(row.interval, widest.interval.size()) +
+                     "  " + padded(row.limit, width_of(widest.limit)) + "  " + row.time + "\n";
+  if (!row.advice.empty()) line += "    " + row.advice + "\n";
+  return line;
+}
+
+// The widest text of each column.
+Row widths(const std::vector<Row>& rows) {
+  Row widest{};
+  for (const Row& row : rows) {
+    for (auto column : {&Row::verdict, &Row::name, &Row::interval, &Row::limit}) {
+      if (width_of(row.*column) > width_of(widest.*column)) widest.*column = row.*column;
+    }
+  }
+  return widest;
+}
+
+std::string bar(const Standing& standing) {
+  const auto full = standing.gates ? kBarWidth * standing.done / standing.gates : kBarWidth;
+  return "[" + std::string(full, '#') + std::string(kBarWidth - full, '.') + "] " + std::to_string(standing.done) +
+         " of " + std::to_string(standing.gates) + " gates";
+}
+
+std::string line_of(const Running& running) {
+  const Progress& progress = running.progress;
+  const bool known = progress.upper < std::numeric_limits<double>::infinity();
+  const std::string interval = known ? rounded(progress.lower) + " .. " + rounded(progress.upper) : "reading";
+  return "  " + shown_name(running.gate->name) + "  " + interval +
+         (known ? std::string("  ") + progress.stage : std::string()) + "  " + seconds(running.ms);
+}
+
+}  // namespace
+
+std::string to_table(const Report& report, const TableStyle& style) {
+  std::vector<Row> rows;
+  for (const GateOutcome& outcome : report.outcomes) {
+    if (style.only_not_ok && outcome.level(report.undecided) == Level::ok) continue;
+    rows.push_back(row_of(outcome, report.undecided));
+  }
+  if (rows.empty() && style.only_not_ok) return "";
+  const Row widest = widths(rows);
+  std::string table;
+  for (const Row& row : rows) table += line_of(row, widest, style.colour);
+  return table + counts(report);
+}
+
+void ProgressDisplay::show(const Standing& standing) {
+  if (columns_ == 0) return;
+  std::vector<std::string> lines{bar(standing)};
+  for (const Running& running : standing.running) {
+    if (lines.size() > kMostShown) break;
+    lines.push_back(line_of(running));
+  }
+  if (standing.running.size() > kMostShown) {
+    lines.push_back("  and " + std::to_string(standing.running.size() - kMostShown) + " more");
+  }
+  clear();
+  for (const std::string& line : lines) std::fprintf(out_, "%s\n", cut_to(line, columns_ - 1).c_str());
+  std::fflush(out_);
+  lines_ = lines.size();
+}
+
+void ProgressDisplay::ended(const GateOutcome& outcome, const Standing& standing, Undecided rule) {
+  clear();
+  const Row row = row_of(outcome, rule);
+  const std::string place = "[" + std::to_string(standing.done) + "/" + std::to_string(standing.gates) + "] ";
+  if (columns_ == 0) {
+    std::fprintf(out_, "%s%s  %s  %s  %s\n", place.c_str(), coloured(row.verdict, row.colour, colour_).c_str(),
+                 row.name.c_str(), row.interval.c_str(), row.time.c_str());
+    std::fflush(out_);
+  }
+}
+
+void ProgressDisplay::clear() {
+  if (lines_ == 0) return;
+  std::fprintf(out_, "\r\033[%zuA\033[J", lines_);
+  lines_ = 0;
+}
+
+unsigned terminal_columns(int file) {
+  if (isatty(file) == 0) return 0;
+  winsize size{};
+  return ioctl(file, TIOCGWINSZ, &size) == 0 && size.ws_col > 10 ? size.ws_col : 80;
+}
+
+}  // namespace meshgauge::check

@@ -1,0 +1,174 @@
+#include "check/deviation.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <string>
+#include <vector>
+
+#include <doctest/doctest.h>
+
+#include "api/formats/format.h"
+#include "engine/hausdorff.h"
+#include "shapes.h"
+
+using namespace meshgauge;
+namespace fs = std::filesystem;
+
+namespace {
+
+// A folder of its own, gone with it.
+class Folder {
+ public:
+  Folder() {
+    std::string name = (fs::temp_directory_path() / "meshgauge-deviation-XXXXXX").string();
+    REQUIRE(mkdtemp(name.data()) != nullptr);
+    path_ = name;
+  }
+  ~Folder() { fs::remove_all(path_); }
+  Folder(const Folder&) = delete;
+  Folder& operator=(const Folder&) = delete;
+
+  const fs::path& path() const { return path_; }
+  std::size_t files() const { return static_cast<std::size_t>(std::distance(fs::directory_iterator(path_), {})); }
+
+ private:
+  fs::path path_;
+};
+
+std::string content(const fs::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+Mesh read(const fs::path& path) {
+  const std::string file = content(path);
+  auto result = api::read_mesh(std::as_bytes(std::span<const char>(file)), {"a", path.string(), ""}, {});
+  INFO((result ? "" : result.error().message));
+  REQUIRE(result.ok());
+  return std::move(result->mesh);
+}
+
+// The property "distance" of a PLY of ours: the last of a vertex.
+std::vector<double> distances_of(const fs::path& path) {
+  const std::string file = content(path), counted = "\nelement vertex ", ended = "\nend_header\n";
+  std::vector<double> distances(std::stoul(file.substr(file.find(counted) + counted.size())));
+  const bool wide = file.find("\nproperty double x\n") != std::string::npos;
+  const std::size_t size = 3 * (wide ? sizeof(double) : sizeof(float)) + 3 + sizeof(float) + sizeof(double);
+  const std::size_t begin = file.find(ended) + ended.size();
+  REQUIRE(begin + distances.size() * size <= file.size());
+  for (std::size_t v = 0; v < distances.size(); ++v) {
+    std::memcpy(&distances[v], file.data() + begin + (v + 1) * size - sizeof(double), sizeof(double));
+  }
+  return distances;
+}
+
+Result<Done> write(const check::DeviationFile& file, const Mesh& candidate, Control& control) {
+  const Mesh baseline = shapes::cube(1, {0, 0, 0.1});
+  const Prepared a(candidate), b(baseline);
+  check::Gate gate;
+  gate.limit.units = "cm";
+  check::Measured measured;
+  measured.limit = 0.05;
+  measured.lower = 0.1;
+  measured.upper = 0.2;
+  return check::write_deviation(file, a, b, gate, measured, control);
+}
+
+}  // namespace
+
+TEST_CASE("the name says the format, in any case") {
+  const Folder folder;
+  Control control;
+  for (const char* name : {"map.ply", "map.PLY"}) {
+    REQUIRE(write({folder.path() / name}, shapes::cube(), control).ok());
+    CHECK(content(folder.path() / name).starts_with("ply\n"));
+  }
+  for (const char* name : {"map.glb", "map.Glb"}) {
+    REQUIRE(write({folder.path() / name}, shapes::cube(), control).ok());
+    CHECK(content(folder.path() / name).starts_with("glTF"));
+  }
+  for (const char* name : {"map.obj", "map", "ply", "map.ply.txt"}) {
+    CHECK_FALSE(check::check_deviation_name(name).ok());
+    const auto refused = write({folder.path() / name}, shapes::cube(), control);
+    REQUIRE_FALSE(refused.ok());
+    CHECK(refused.error().code == ErrorCode::invalid_request);
+    CHECK(refused.error().message.find(name) != std::string::npos);
+  }
+}
+
+TEST_CASE("a PLY has the candidate's vertices alone, a GLB more for display, unless told otherwise") {
+  const Folder folder;
+  Control control;
+  const fs::path ply = folder.path() / "map.ply", glb = folder.path() / "map.glb";
+  REQUIRE(write({ply}, shapes::cube(), control).ok());
+  CHECK(read(ply).positions == shapes::cube().positions);
+  CHECK(content(ply).find("\ncomment unit cm\n") != std::string::npos);
+  REQUIRE(write({glb}, shapes::cube(), control).ok());
+  const Mesh fine = read(glb);
+  CHECK(fine.triangles.size() > 10'000);
+  CHECK(fine.triangles.size() <= 250'000);
+  CHECK(std::equal(fine.positions.begin(), fine.positions.begin() + 8, shapes::cube().positions.begin()));
+
+  REQUIRE(write({ply, check::Refine::always}, shapes::cube(), control).ok());
+  CHECK(read(ply).triangles.size() == fine.triangles.size());
+  REQUIRE(write({glb, check::Refine::never}, shapes::cube(), control).ok());
+  CHECK(read(glb).triangles.size() == 12);
+}
+
+TEST_CASE("what passes at limit 0 shows nothing above it, also where rounding alone would") {
+  const Folder folder;
+  Control control;
+  for (const Vec3& offset : {Vec3(0, 0, 0), Vec3(1e6, -1e6, 1e6)}) {
+    const Mesh mesh = shapes::moved(shapes::sphere(12), offset);
+    const Prepared a(mesh), b(mesh);
+    const Outcome outcome = measure(a, b, {}, control);
+    REQUIRE(outcome.upper == 0);
+    check::Measured measured;
+    measured.document = {{"a_to_b", {{"upper", outcome.a_to_b->bounds.upper}}}};
+    const fs::path path = folder.path() / "map.ply";
+    REQUIRE(check::write_deviation({path, check::Refine::always}, a, b, {}, measured, control).ok());
+    const auto distances = distances_of(path);
+    CHECK(distances.size() > 10'000);
+    CHECK(std::all_of(distances.begin(), distances.end(), [](double d) { return d == 0; }));
+    measured.document["a_to_b"] = nullptr;  // nothing is certified of this direction
+    REQUIRE(check::write_deviation({path, check::Refine::always}, a, b, {}, measured, control).ok());
+    const auto free = distances_of(path);
+    CHECK(std::any_of(free.begin(), free.end(), [](double d) { return d > 0; }));
+  }
+}
+
+TEST_CASE("what cannot be written is said, and no half of a file stays") {
+  const Folder folder;
+  Control control;
+  const auto nowhere = write({folder.path() / "missing" / "map.ply"}, shapes::cube(), control);
+  REQUIRE_FALSE(nowhere.ok());
+  CHECK(nowhere.error().message.find("No such file or directory") != std::string::npos);
+  fs::create_directory(folder.path() / "taken.ply");
+  CHECK_FALSE(write({folder.path() / "taken.ply"}, shapes::cube(), control).ok());
+  CHECK_FALSE(write({folder.path() / "huge.glb"}, shapes::cube(1e39), control).ok());
+  CHECK(folder.files() == 1);
+}
+
+TEST_CASE("a file of a name like that of a half-written map is left alone") {
+  const Folder folder;
+  Control control;
+  const fs::path other = folder.path() / "map.ply.part";
+  std::ofstream(other) << "somebody's";
+  REQUIRE(write({folder.path() / "map.ply"}, shapes::cube(), control).ok());
+  CHECK(content(other) == "somebody's");
+  CHECK(folder.files() == 2);
+}
+
+TEST_CASE("told to stop, it writes nothing and says so") {
+  const Folder folder;
+  Control control;
+  control.cancel();
+  const auto stopped = write({folder.path() / "map.ply"}, shapes::cube(), control);
+  REQUIRE_FALSE(stopped.ok());
+  CHECK(stopped.error().code == ErrorCode::out_of_time);
+  CHECK(folder.files() == 0);
+}

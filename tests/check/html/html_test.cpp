@@ -1,0 +1,145 @@
+#include "check/html/html.h"
+
+#include <limits>
+#include <regex>
+#include <set>
+
+#include <doctest/doctest.h>
+
+#include "check/html/diagrams.h"
+#include "check/html/html_gate.h"
+#include "check/html/markup.h"
+#include "check/reports/sample_reports.h"
+
+using namespace meshgauge;
+using namespace meshgauge::check;
+
+namespace {
+
+std::set<std::string> all_of(const std::string& text, const char* pattern) {
+  std::set<std::string> found;
+  const std::regex regex(pattern);
+  for (std::sregex_iterator it(text.begin(), text.end(), regex), end; it != end; ++it) found.insert((*it)[1]);
+  return found;
+}
+
+std::string between(const std::string& text, const std::string& before, const std::string& after) {
+  const auto begin = text.find(before);
+  REQUIRE(begin != std::string::npos);
+  const auto from = begin + before.size();
+  return text.substr(from, text.find(after, from) - from);
+}
+
+GatePicture missing(const std::string& why) { return {{}, why}; }
+
+Measured measured(double lower, double upper, double limit, Verdict verdict) {
+  Measured made;
+  made.lower = lower;
+  made.upper = upper;
+  made.limit = limit;
+  made.verdict = verdict;
+  return made;
+}
+
+}  // namespace
+
+TEST_CASE("nothing from outside becomes an element or an attribute, whatever the names are") {
+  const Report report = samples::hostile();
+  std::vector<GatePicture> pictures;
+  for (const GateOutcome& outcome : report.outcomes) pictures.push_back(missing(outcome.gate.name));
+  const std::string page = to_html(report, pictures);
+  const std::set<std::string> known =
+      all_of(to_html(samples::ordinary(), std::vector(9, missing("gone"))), "<([A-Za-z!?][A-Za-z0-9]*)");
+  for (const std::string& tag : all_of(page, "<([A-Za-z!?][A-Za-z0-9]*)")) {
+    CAPTURE(tag);
+    CHECK(known.count(tag) == 1);
+  }
+  CHECK(all_of(page, "\\s(on[a-z]+)=\"").empty());
+  for (const char* never : {"<script", "<link", "<iframe", "<base", "<form", "javascript:\"", " style=\""}) {
+    CAPTURE(never);
+    CHECK(page.find(never) == std::string::npos);
+  }
+  for (const GateOutcome& outcome : report.outcomes) {
+    CHECK(page.find(escaped(outcome.gate.name)) != std::string::npos);
+  }
+}
+
+TEST_CASE("the policy allows the page's own style, pictures inside of it, and nothing else") {
+  const std::string page = to_html(samples::ordinary(), {});
+  const std::string style = between(page, "<style>", "</style>");
+  const std::string policy = between(page, "Content-Security-Policy\" content=\"", "\"");
+  CHECK(policy == "default-src 'none'; style-src 'sha256-" + sha256_base64(style) +
+                      "'; img-src data:; base-uri 'none'; form-action 'none'");
+  CHECK(page.find("://") == std::string::npos);
+  CHECK(style.find("url(#hatch)") != std::string::npos);
+  CHECK(style.find("@import") == std::string::npos);
+}
+
+TEST_CASE("what counts comes first, and every gate is found from the table") {
+  const Report report = samples::ordinary();
+  const std::string page = to_html(report, {});
+  std::size_t last_failure = 0, first_other = std::string::npos;
+  for (std::size_t i = 0; i < report.outcomes.size(); ++i) {
+    CHECK(page.find("href=\"#" + gate_id(i) + "\"") != std::string::npos);
+    const auto at = page.find("id=\"" + gate_id(i) + "\"");
+    REQUIRE(at != std::string::npos);
+    if (report.outcomes[i].level(report.undecided) == Level::failure)
+      last_failure = std::max(last_failure, at);
+    else
+      first_other = std::min(first_other, at);
+  }
+  CHECK(last_failure < first_other);
+}
+
+TEST_CASE("the page says in words what became of the run") {
+  const auto headline = [](const Report& report) {
+    return between(between(to_html(report, {}), "<h1>", "</h1>"), "</svg>", "<");
+  };
+  CHECK(headline(samples::report_of({})) == "No gate was checked");
+  CHECK(headline(samples::report_of({samples::passed("a")})) == "The gate passes");
+  CHECK(headline(samples::report_of({samples::passed("a"), samples::passed("b")})) == "All 2 gates pass");
+  CHECK(headline(samples::report_of({samples::failed("a")})) == "The gate fails");
+  CHECK(headline(samples::report_of({samples::failed("a"), samples::passed("b"), samples::broken("c")})) ==
+        "1 of 3 gates fails, 1 could not be measured");
+  const Report mixed = samples::report_of({samples::failed("a"), samples::broken("b"), samples::undecided("c")});
+  CHECK(between(to_html(mixed, {}), "<title>", "</title>") == "1 of 3 gates fails \xC2\xB7 meshgauge");
+  Report warned = samples::report_of({samples::failed("a")});
+  warned.outcomes[0].gate.warn_only = true;
+  CHECK(to_html(warned, {}).find("only warns") != std::string::npos);
+}
+
+TEST_CASE("a gate without a mesh is a card with its message, one without a picture says why") {
+  const Report report = samples::report_of({samples::broken("broken"), samples::failed("failed")});
+  const std::string page = to_html(report, std::vector{missing("nothing"), missing("'<x>' is gone")});
+  CHECK(page.find(escaped(report.outcomes[0].error->message)) != std::string::npos);
+  CHECK(page.find("No picture: &#39;&lt;x&gt;&#39; is gone.") != std::string::npos);
+}
+
+TEST_CASE("a page without pictures is as small as the header says") {
+  std::vector<GateOutcome> outcomes;
+  for (int i = 0; i < 100; ++i) outcomes.push_back(samples::failed("gate " + std::to_string(i)));
+  CHECK(to_html(samples::report_of(std::move(outcomes)), {}).size() < 40'000 + 100 * 12'000);
+}
+
+TEST_CASE("the drawing of an interval puts the limit between pass and fail, and the bar where the interval is") {
+  const auto x_of = [](const std::string& drawing, const std::string& css_class) {
+    return std::stod(between(drawing, "class=\"" + css_class + "\" x=\"", "%"));
+  };
+  const std::string fail = interval_drawing(measured(2, 3, 1, Verdict::fail), "mm");
+  CHECK(x_of(fail, "zone fail") == doctest::Approx(100 / 3.75).epsilon(0.01));
+  CHECK(x_of(fail, "bar fail") == doctest::Approx(200 / 3.75).epsilon(0.01));
+  CHECK(fail.find("limit 1 mm") != std::string::npos);
+  const std::string pass = interval_drawing(measured(0.5, 0.75, 1, Verdict::pass), "");
+  CHECK(x_of(pass, "bar pass") < x_of(pass, "zone fail"));
+  const std::string open =
+      interval_drawing(measured(0, std::numeric_limits<double>::infinity(), 1, Verdict::undecided), "");
+  CHECK(x_of(open, "bar undecided") == 0);
+  CHECK(between(open, "bar undecided\" x=\"0.00%\" width=\"", "\"") == "100.00%");
+  CHECK(open.find("nan") == std::string::npos);
+}
+
+TEST_CASE("units are escaped in drawings") {
+  const Measured one = measured(2, 3, 1, Verdict::fail);
+  CHECK(interval_drawing(one, "<mm\">").find("<mm") == std::string::npos);
+  CHECK(colour_bar({1, true}, "<mm\">").find("<mm") == std::string::npos);
+}

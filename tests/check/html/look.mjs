@@ -1,0 +1,86 @@
+// Opens a report from disk in a browser, takes pictures of it and tells what it saw as JSON.
+// look.mjs BROWSER PAGE FOLDER
+import { createRequire } from "node:module";
+import { pathToFileURL } from "node:url";
+import { join } from "node:path";
+import { readFileSync } from "node:fs";
+import { chromium } from "playwright-core";
+
+const [, , executablePath, page, folder] = process.argv;
+const axe = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
+const address = pathToFileURL(page).href;
+const browser = await chromium.launch({ executablePath, args: ["--no-sandbox"] });
+
+// bypassCSP lets axe in, and nothing of the page out: every request but that of the page itself is refused and counted.
+async function open({ width, colorScheme = "light", bypassCSP = false }) {
+  const context = await browser.newContext({ viewport: { width, height: 900 }, colorScheme, bypassCSP, offline: true });
+  const tab = await context.newPage();
+  const asked = [], console_ = [];
+  await tab.route("**/*", (route) => {
+    const url = route.request().url();
+    if (url === address || url.startsWith("data:")) return route.continue();
+    asked.push(url);
+    return route.abort();
+  });
+  tab.on("console", (message) => console_.push(message.text()));
+  tab.on("pageerror", (error) => console_.push(String(error)));
+  await tab.goto(address);
+  return { tab, context, asked, console: console_ };
+}
+
+async function look(name, how, media) {
+  const { tab, context, asked, console: lines } = await open(how);
+  if (media) await tab.emulateMedia({ media });
+  const width = await tab.evaluate(() => document.documentElement.scrollWidth);
+  await tab.screenshot({ path: join(folder, `${name}.png`), fullPage: true });
+  await context.close();
+  const findings = await serious(how);
+  return { name, requests: asked.length, asked, width, room: how.width, violations: findings.length, findings, console: lines };
+}
+
+async function serious(how) {
+  const { tab, context } = await open({ ...how, bypassCSP: true });
+  await tab.evaluate(() => document.querySelectorAll("details").forEach((each) => (each.open = true)));
+  await tab.evaluate(axe);
+  const result = await tab.evaluate(() => globalThis.axe.run());
+  await context.close();
+  return result.violations
+    .filter((each) => ["serious", "critical"].includes(each.impact))
+    .map((each) => `${each.id}: ${each.nodes.length} times, as ${each.nodes[0].html.slice(0, 200)}`);
+}
+
+// Each choice shows its own gates, in the table and as cards, and no other.
+async function filter() {
+  const { tab, context } = await open({ width: 1280 });
+  const wrong = [];
+  for (const choice of await tab.locator("input[name=show]").all()) {
+    const id = await choice.getAttribute("id");
+    await tab.locator(`label[for=${id}]`).click();
+    const shown = await tab.locator(".gate").evaluateAll((all) => all.filter((e) => e.checkVisibility()).map((e) => e.className));
+    const kind = id.replace("show-", "");
+    const all = await tab.locator(kind === "all" ? ".gate" : `.gate.${kind}`).count();
+    if (shown.length !== all || (kind !== "all" && shown.some((name) => name !== `gate ${kind}`)))
+      wrong.push(`${id} shows ${shown.length} of ${all}: ${shown}`);
+  }
+  await context.close();
+  return wrong;
+}
+
+// All pictures are decoded and have their size and words.
+async function pictures() {
+  const { tab, context } = await open({ width: 1280 });
+  const wrong = await tab.locator("img").evaluateAll((all) =>
+    all.filter((e) => e.naturalWidth !== e.width && e.naturalWidth !== Number(e.getAttribute("width"))).map((e) => e.alt));
+  const count = await tab.locator("img").count();
+  await context.close();
+  return count > 0 ? wrong : ["there is none"];
+}
+
+const views = [
+  await look("light", { width: 1280 }),
+  await look("dark", { width: 1280, colorScheme: "dark" }),
+  await look("narrow", { width: 360 }),
+  await look("print", { width: 794 }, "print"),
+];
+console.log(JSON.stringify({ views, filter: await filter(), pictures: await pictures() }));
+await browser.close();

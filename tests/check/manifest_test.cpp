@@ -1,0 +1,123 @@
+// The manifests of tests/check/manifests. At the top of each stands, in comments, what it has to give: in good/ its
+// gates
+// ("NAME: CANDIDATE, BASELINE"), in wrong/ its mistakes ("LINE:COLUMN: words"); and a line for schema_test.py.
+#include "check/manifest/manifest.h"
+
+#include <fstream>
+#include <set>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <doctest/doctest.h>
+#include <nlohmann/json.hpp>
+
+#include "check/folder.h"
+#include "check/manifest/manifest_text.h"
+#include "check/manifest/settings.h"
+
+using namespace meshgauge::check;
+using test::Inside;
+
+namespace {
+
+namespace fs = std::filesystem;
+const fs::path kManifests = fs::path(MESHGAUGE_SOURCE_DIR) / "tests/check/manifests";
+
+// The comments at the top, a line each, without their '# ', and without the line about the schema.
+std::string expected(const fs::path& manifest) {
+  std::ifstream file(manifest);
+  std::string lines;
+  for (std::string line; std::getline(file, line) && line.starts_with("# ");) {
+    if (!line.starts_with("# schema: ")) lines += line.substr(2) + "\n";
+  }
+  return lines;
+}
+
+std::vector<fs::path> manifests_in(const char* folder) {
+  std::set<fs::path> paths;
+  for (const auto& entry : fs::directory_iterator(kManifests / folder))
+    paths.insert(fs::path(folder) / entry.path().filename());
+  return {paths.begin(), paths.end()};
+}
+
+std::set<std::string> keys_of(const nlohmann::json& object) {
+  std::set<std::string> keys;
+  for (const auto& [key, value] : object.at("properties").items()) keys.insert(key);
+  return keys;
+}
+
+// What a message lists as known when nothing is near: "unknown key '%'; known: a, b".
+std::set<std::string> known_keys(const std::string& manifest) {
+  Mistakes mistakes;
+  read_manifest(manifest, mistakes);
+  std::set<std::string> keys;
+  for (const Mistake& mistake : std::move(mistakes).sorted()) {
+    const std::size_t list = mistake.message.find("; known: ");
+    if (list == std::string::npos) continue;
+    std::string_view rest = std::string_view(mistake.message).substr(list + 9);
+    while (!rest.empty()) {
+      const std::size_t comma = rest.find(", ");
+      keys.emplace(rest.substr(0, comma));
+      rest.remove_prefix(comma == std::string_view::npos ? rest.size() : comma + 2);
+    }
+  }
+  return keys;
+}
+
+}  // namespace
+
+TEST_CASE("manifest: what is wrong is said with line, column and what to write instead") {
+  const Inside inside(kManifests);
+  const auto manifests = manifests_in("wrong");
+  CHECK(manifests.size() >= 80);
+  for (const fs::path& manifest : manifests) {
+    CAPTURE(manifest);
+    std::string said;
+    for (const Mistake& mistake : gates_of(manifest).mistakes) {
+      said += to_string(manifest.string(), mistake).substr(manifest.string().size() + 1) + "\n";
+    }
+    CHECK(said == expected(manifest));
+    CHECK(!said.empty());
+  }
+}
+
+TEST_CASE("manifest: good ones give their gates") {
+  const Inside inside(kManifests);
+  for (const fs::path& manifest : manifests_in("good")) {
+    CAPTURE(manifest);
+    const Gates read = gates_of(manifest);
+    for (const Mistake& mistake : read.mistakes) FAIL_CHECK(to_string(manifest.string(), mistake));
+    std::string given;
+    for (const Gate& gate : read.gates) {
+      given += gate.name + ": " + gate.candidate.string() + ", " + gate.baseline.string() + "\n";
+      CHECK(gate.manifest == manifest);
+      CHECK(gate.line > 0);
+    }
+    CHECK(given == expected(manifest));
+  }
+}
+
+TEST_CASE("manifest: the schema has the keys that are read, and no others") {
+  std::ifstream file(fs::path(MESHGAUGE_SOURCE_DIR) / "check/gates.schema.json");
+  const auto schema = nlohmann::json::parse(file);
+  CHECK(known_keys("version: 1\n'%': 1\ngates: []\n") == keys_of(schema));
+  CHECK(known_keys("version: 1\ndefaults: {'%': 1}\ngates: []\n") == keys_of(schema.at("properties").at("defaults")));
+  CHECK(known_keys("version: 1\ngates: [{'%': 1}]\n") == keys_of(schema.at("$defs").at("gate")));
+  CHECK(known_keys("version: 1\ndefaults: {tolerance: {'%': 1}}\ngates: []\n") ==
+        keys_of(schema.at("$defs").at("tolerance")));
+}
+
+TEST_CASE("manifest: a file that cannot be read is a mistake of the whole") {
+  const test::Folder folder;
+  const auto first = [](const fs::path& manifest) {
+    const auto read = gates_of(manifest);
+    REQUIRE(read.mistakes.size() == 1);
+    CHECK(read.mistakes[0].line == 0);
+    return read.mistakes[0].message;
+  };
+  CHECK(first(folder / "gone.yaml") == "cannot be read: No such file or directory");
+  CHECK(first(folder.path()) == "is a folder, not a manifest");
+  CHECK(first(folder.write("large.yaml", std::string(3 << 20, '#'))) == "larger than 1048576 bytes");
+  if (fs::exists("/dev/zero")) CHECK(first("/dev/zero") == "larger than 1048576 bytes");
+}

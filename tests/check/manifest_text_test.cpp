@@ -1,0 +1,124 @@
+#include "check/manifest/manifest_text.h"
+
+#include <string>
+
+#include <doctest/doctest.h>
+
+using namespace meshgauge;
+using namespace meshgauge::check;
+
+namespace {
+
+std::vector<Entry> entries(const std::string& text) {
+  Mistakes mistakes;
+  auto read = read_manifest(text, mistakes);
+  for (const Mistake& mistake : std::move(mistakes).sorted()) FAIL_CHECK(to_string("f", mistake));
+  return read;
+}
+
+// One gate, with more lines in it and in `defaults`.
+Gate gate(const std::string& more, const std::string& defaults = "timeout: 30 s") {
+  const auto read = entries("version: 1\ndefaults: {" + defaults +
+                            "}\ngates:\n- {name: n, candidate: c, baseline: b, " + more + "}\n");
+  REQUIRE(read.size() == 1);
+  return read[0].gate;
+}
+
+}  // namespace
+
+TEST_CASE("manifest text: what is not given is as in the API, but for the tolerance") {
+  const Gate read = gate("max_distance: 2");
+  CHECK(read.limit.max_distance == 2.0);
+  CHECK(read.limit.units.empty());
+  CHECK(read.options.direction == Direction::symmetric);
+  CHECK(read.options.strategy == Strategy::automatic);
+  CHECK(!read.options.tolerance.relative);  // a gate ends with its verdict
+  CHECK(read.options.tolerance.diagonal == gate_options().tolerance.diagonal);
+  CHECK(read.timeout.count() == 30'000);
+  CHECK(!read.threads_given);
+  CHECK(!read.warn_only);
+  CHECK(!read.statistics);
+  CHECK(read.line == 4);
+}
+
+TEST_CASE("manifest text: every setting arrives, from the gate and from the defaults") {
+  const std::string all =
+      "max_distance: 0.5 %, direction: baseline_to_candidate, timeout: 1.5, strategy: n_point, points: 109, "
+      "tolerance: {absolute: 0, relative: 0.25}, threads: 7, statistics: true, on_fail: warn";
+  for (const Gate& read : {gate(all), gate("max_distance: 0.5 %", all)}) {
+    CHECK(read.limit.max_diagonal_share == 0.005);
+    CHECK(!read.limit.max_distance);
+    CHECK(read.options.direction == Direction::b_to_a);
+    CHECK(read.timeout.count() == 1'500);
+    CHECK(read.options.strategy == Strategy::n_point);
+    CHECK(read.options.points == 109);
+    CHECK(read.options.tolerance.absolute == 0.0);
+    CHECK(!read.options.tolerance.diagonal);
+    CHECK(read.options.tolerance.relative == 0.25);
+    CHECK(read.options.threads == 7);
+    CHECK(read.threads_given);
+    CHECK(read.statistics);
+    CHECK(read.warn_only);
+  }
+}
+
+TEST_CASE("manifest text: a gate's own settings stand over the defaults") {
+  const Gate read =
+      gate("max_distance: 1 mm, direction: a_to_b, tolerance: {absolute: 1}, statistics: false, on_fail: fail",
+           "max_distance: 5 %, direction: b_to_a, tolerance: {relative: 1}, statistics: true, on_fail: warn");
+  CHECK(read.limit.max_distance == 1.0);
+  CHECK(read.limit.units == "mm");
+  CHECK(!read.limit.max_diagonal_share);
+  CHECK(read.options.direction == Direction::a_to_b);
+  CHECK(!read.options.tolerance.relative);
+  CHECK(!read.statistics);
+  CHECK(!read.warn_only);
+}
+
+TEST_CASE("manifest text: the points of the defaults are for the gates that leave them their strategy") {
+  CHECK(gate("max_distance: 1", "strategy: n_point, points: 31").options.points == 31);
+  CHECK(gate("max_distance: 1, strategy: auto", "strategy: n_point, points: 31").options.strategy ==
+        Strategy::automatic);
+  CHECK(gate("max_distance: 1, points: 4", "strategy: n_point, points: 31").options.points == 4);
+  CHECK(gate("max_distance: 1, strategy: n_point", "points: 31").options.points == 31);
+  Mistakes mistakes;
+  read_manifest(
+      "version: 1\ndefaults: {points: 31, max_distance: 1}\ngates:\n- {name: n, candidate: c, baseline: b}\n"
+      "- {name: m, candidate: c, baseline: b}\n",
+      mistakes);
+  const auto all = std::move(mistakes).sorted();
+  REQUIRE(all.size() == 1);  // once, where it stands
+  CHECK(all[0].line == 2);
+  CHECK(all[0].message.find("points goes with the strategy n_point only") == 0);
+}
+
+TEST_CASE("manifest text: the defaults may stand below the gates") {
+  const auto read = entries("gates: [{name: n, candidate: c, baseline: b}]\ndefaults: {max_distance: 3}\nversion: 1\n");
+  REQUIRE(read.size() == 1);
+  CHECK(read[0].gate.limit.max_distance == 3.0);
+}
+
+TEST_CASE("manifest text: what cannot be used is empty, the rest is read") {
+  Mistakes mistakes;
+  const auto read = read_manifest(
+      "version: 1\ngates:\n- {name: '{', candidate: '[', baseline: '*', max_distance: 1}\n"
+      "- {name: n, candidate: c, baseline: b, max_distance: x}\n- 5\n",
+      mistakes);
+  REQUIRE(read.size() == 2);
+  CHECK(read[0].name.text.empty());
+  CHECK(read[0].candidate.text.empty());
+  CHECK(read[0].baseline.text.empty());
+  CHECK(read[1].name.text == "n");
+  CHECK(std::move(mistakes).sorted().size() == 5);
+}
+
+TEST_CASE("manifest text: a text may be long, but not without end") {
+  Mistakes mistakes;
+  const std::string rest = ", candidate: c, baseline: b, max_distance: 1}\n";
+  read_manifest("version: 1\ngates:\n- {name: " + std::string(kMaxNameBytes, 'n') + rest, mistakes);
+  CHECK(mistakes.empty());
+  read_manifest("version: 1\ngates:\n- {name: " + std::string(kMaxNameBytes + 1, 'n') + rest, mistakes);
+  const auto all = std::move(mistakes).sorted();
+  REQUIRE(all.size() == 1);
+  CHECK(all[0].message == "name must not be longer than 200 bytes");
+}

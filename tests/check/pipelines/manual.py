@@ -1,0 +1,95 @@
+"""docs/ci.md and the README's part about pipelines as what they show: scripts, files and tables."""
+
+import os
+import pathlib
+import re
+import shlex
+from dataclasses import dataclass
+
+from harness import BINARY, ENVIRONMENT, ROOT
+
+MANUAL = (ROOT / "docs/ci.md").read_text()
+README = (ROOT / "README.md").read_text()
+PIPELINE = README.split("## In a pipeline\n")[1].split("\n## ")[0]
+
+# The built program in place of that of the image: what follows the image is its arguments. The rest is written down.
+DOCKER = """#!/bin/sh
+printf '%s\\n' "$*" >> "$DOCKER_LOG"
+case $1 in
+  pull) exit "${DOCKER_PULLS:-1}" ;;
+  run) ;;
+  *) exit "${DOCKER_BUILDS:-0}" ;;
+esac
+while [ "$1" != --entrypoint ]; do shift; done
+shift 3
+exec meshgauge "$@"
+"""
+
+
+@dataclass
+class Block:
+    language: str
+    note: str  # what stands behind the language, which no reader sees
+    text: str
+
+    @property
+    def file(self):
+        """The name in the first line of a file that is shown, or None."""
+        found = re.match(r"# (\S+\.ya?ml)\n", self.text)
+        return found and found[1]
+
+
+def blocks(page):
+    return [Block(*found) for found in re.findall(r"^```(\w+) ?([^\n]*)\n(.*?)^```$", page, re.M | re.S)]
+
+
+def files(page):
+    return {block.file: block.text for block in blocks(page) if block.language == "yaml" and block.file}
+
+
+def rows(page, heading):
+    """The cells of the table whose first row begins with these cells."""
+    table = re.search(rf"^\| {re.escape(heading)} \|.*\n\|[-|]+\|\n((?:\|.*\n)+)", page, re.M)[1]
+    return [[cell.strip() for cell in row.strip("|").split("|")] for row in table.splitlines()]
+
+
+def tools(folder):
+    """A folder for PATH with `meshgauge` and `docker`, and the environment that has it. Nobody's own settings are used."""
+    place = pathlib.Path(folder) / "tools"
+    place.mkdir()
+    for name, text in (("meshgauge", f'#!/bin/sh\nexec {shlex.quote(str(BINARY))} "$@"\n'), ("docker", DOCKER)):
+        (place / name).write_text(text)
+        (place / name).chmod(0o755)
+    return {**ENVIRONMENT, "PATH": f"{place}{os.pathsep}{os.environ['PATH']}", "HOME": str(place),
+            "DOCKER_LOG": str(place / "docker.log"), "GIT_CONFIG_NOSYSTEM": "1", "NO_COLOR": "1",
+            "GIT_AUTHOR_NAME": "t", "GIT_AUTHOR_EMAIL": "t@example.com", "GIT_COMMITTER_NAME": "t",
+            "GIT_COMMITTER_EMAIL": "t@example.com"}
+
+
+def box(x=20, y=20, z=20, hole=False):
+    """The boxes of docs/ci.md, as OFF."""
+    corners = "".join(f"{a} {b} {c}\n" for c in (0, z) for b in (0, y) for a in (0, x))
+    faces = ["0 2 1", "1 2 3", "4 5 6", "5 7 6", "0 1 4", "1 5 4", "2 6 3", "3 6 7", "0 4 2", "2 4 6", "1 3 5", "3 7 5"]
+    if hole:
+        faces.pop()
+    return f"OFF\n8 {len(faces)} 0\n{corners}" + "".join(f"3 {face}\n" for face in faces)
+
+
+def box_and_support():
+    """The whole box, and a triangle that stands out of it."""
+    head, *lines = box().splitlines()[1:]
+    corners, faces = lines[:8], lines[8:]
+    assert head == "8 12 0"
+    return "\n".join(["OFF", "11 13 0", *corners, "30 0 0", "30 5 0", "30 0 5", *faces, "3 8 9 10"]) + "\n"
+
+
+def repository(folder, broken=False):
+    """The three parts of docs/ci.md with its gates.yaml; `broken`: the bracket has a hole."""
+    folder = pathlib.Path(folder)
+    for place in ("parts", "baselines"):
+        (folder / place).mkdir(parents=True)
+        for name, size in (("plate", (40, 30, 4)), ("bracket", (20, 20, 20)), ("pin", (5, 5, 60))):
+            hole = broken and place == "parts" and name == "bracket"
+            (folder / place / f"{name}.off").write_text(box(*size, hole=hole))
+    (folder / "gates.yaml").write_text(files(MANUAL)["gates.yaml"])
+    return folder

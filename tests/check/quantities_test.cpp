@@ -1,0 +1,118 @@
+#include "check/manifest/quantities.h"
+
+#include <string>
+
+#include <doctest/doctest.h>
+
+using namespace meshgauge;
+using check::parse_duration;
+using check::parse_limit;
+
+TEST_CASE("quantities: a limit is a number, with a label or without") {
+  struct Row {
+    const char* text;
+    double distance;
+    const char* units;
+  };
+  const Row rows[] = {{"0.05", 0.05, ""},
+                      {"0.05 mm", 0.05, "mm"},
+                      {"0.05mm", 0.05, "mm"},
+                      {" 5e-2  mm ", 0.05, "mm"},
+                      {"0", 0, ""},
+                      {"+3 in", 3, "in"},
+                      {".5 m", 0.5, "m"},
+                      {"5.", 5, ""},
+                      {"5em", 5, "em"},
+                      {"2 percents_of_it", 2, "percents_of_it"},
+                      {"1 \xC2\xB5m", 1, "\xC2\xB5m"},
+                      {"2 units", 2, "units"},
+                      {"1e300 ly", 1e300, "ly"},
+                      {"7\tft", 7, "ft"}};
+  for (const Row& row : rows) {
+    CAPTURE(row.text);
+    const auto limit = parse_limit(row.text);
+    REQUIRE(limit.ok());
+    CHECK(limit->max_distance == row.distance);
+    CHECK(limit->units == row.units);
+    CHECK(!limit->max_diagonal_share);
+  }
+}
+
+TEST_CASE("quantities: a limit in percent is a share of the diagonal") {
+  for (const char* text : {"0.5 %", "0.5%", " 5e-1 % "}) {
+    CAPTURE(text);
+    const auto limit = parse_limit(text);
+    REQUIRE(limit.ok());
+    CHECK(limit->max_diagonal_share == 0.005);
+    CHECK(limit->units.empty());
+    CHECK(!limit->max_distance);
+  }
+}
+
+TEST_CASE("quantities: what could be taken for another limit is refused") {
+  const std::string long_unit = "1 " + std::string(33, 'm');
+  const std::string texts[] = {
+      "",     " ",     "mm",      "0,05",   "0,05 mm",  "1 000 mm", "1 000",  "0x10",    "1_000",          "0.05.1",
+      "--1",  "- 1",   "nan",     "inf mm", "infinity", "1e999",    "-0.05",  "-1 %",    "5 % mm",         "5 mm %",
+      "5 %%", "5 m2",  "5 mm mm", "5 -",    long_unit,  "5 m\x01",  "5 \xFF", "5 \xC0m", "5 \xED\xA0\x80", "5e-",
+      "5e",   "5 E+mm"};
+  for (const std::string& text : texts) {
+    CAPTURE(text);
+    const auto limit = parse_limit(text);
+    REQUIRE(!limit.ok());
+    CHECK(limit.error().code == ErrorCode::invalid_request);
+    CHECK(limit.error().message.starts_with("must "));
+  }
+  CHECK(parse_limit("0,05 mm").error().message.find("behind a point") != std::string::npos);
+}
+
+TEST_CASE("quantities: a share in other words is no label") {
+  for (const char* text : {"0.5 percent", "0.5Percent", "5 pct", "5 PCT", "5 ppm", "5 \xE2\x80\xB0", "5 \xEF\xBC\x85",
+                           "5\xEF\xB9\xAA", "5 x\xE2\x80\xB1", "5 \xD9\xAA"}) {
+    CAPTURE(text);
+    const auto limit = parse_limit(text);
+    REQUIRE(!limit.ok());
+    CHECK(limit.error().message.starts_with("must have '%' for a share of the diagonal, not '"));
+  }
+}
+
+TEST_CASE("quantities: a duration has a unit, or is in seconds") {
+  struct Row {
+    const char* text;
+    int milliseconds;
+  };
+  for (const Row& row : {Row{"60 s", 60'000},
+                         {"60s", 60'000},
+                         {"500 ms", 500},
+                         {"2 min", 120'000},
+                         {"1.5", 1'500},
+                         {"90", 90'000},
+                         {" 0.007 s ", 7},
+                         {"1.001 s", 1'001},
+                         {"3 min", 180'000},
+                         {"180", 180'000},
+                         {"1 ms", 1},
+                         {"0.6 ms", 1},
+                         {"1e-3 min", 60}}) {
+    CAPTURE(row.text);
+    const auto duration = parse_duration(row.text);
+    REQUIRE(duration.ok());
+    CHECK(duration->count() == row.milliseconds);
+  }
+}
+
+TEST_CASE("quantities: a duration that is none, or beyond what a job may take, is refused") {
+  for (const char* text :
+       {"", "s", "1 h", "1 m", "1 sec", "60 S", "1 min 30 s", "1:30", "nan", "inf", "0x1 s", "1,5 s"}) {
+    CAPTURE(text);
+    const auto duration = parse_duration(text);
+    REQUIRE(!duration.ok());
+    CHECK(duration.error().message.find("must be a time, as 60 s, 500 ms, 2 min") == 0);
+  }
+  for (const char* text : {"0", "0.4 ms", "-1 s", "181", "3.1 min", "180001 ms", "1e999 s", "1e300 min"}) {
+    CAPTURE(text);
+    const auto duration = parse_duration(text);
+    REQUIRE(!duration.ok());
+    CHECK(duration.error().message.find("must be from 1 ms to 180 s, not") == 0);
+  }
+}

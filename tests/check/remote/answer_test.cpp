@@ -1,0 +1,169 @@
+#include "check/remote/answer.h"
+
+#include <limits>
+#include <string>
+#include <vector>
+
+#include <doctest/doctest.h>
+
+using namespace meshgauge;
+using namespace meshgauge::check;
+using namespace meshgauge::check::service;
+
+namespace {
+
+const std::string kId(32, '0');
+const std::string kBase = "http://service";
+
+std::string job(const std::string& state, const std::string& progress = "null", const std::string& result = "null",
+                const std::string& problem = "null") {
+  return R"({"id":")" + kId + R"(","state":")" + state + R"(","progress":)" + progress + R"(,"result":)" + result +
+         R"(,"problem":)" + problem + "}";
+}
+
+std::string problem(const std::string& slug, const std::string& detail, const std::string& part) {
+  return R"({"type":"urn:meshgauge:problem:)" + slug + R"(","title":"t","status":422,"detail":")" + detail +
+         R"(","errors":[{"part":")" + part + R"(","where":"line 3","message":"m"}]})";
+}
+
+Gate gate() {
+  Gate gate;
+  gate.candidate = "build/part.obj";
+  gate.baseline = "baselines/part.obj";
+  return gate;
+}
+
+Reply reply(int status, const std::string& body, const std::string& type = "application/problem+json") {
+  Reply reply;
+  reply.status = status;
+  reply.body = body;
+  reply.content_type = type;
+  return reply;
+}
+
+}  // namespace
+
+TEST_CASE("answer: a comparison as it stands") {
+  const auto running = job_from(job("running", R"({"lower":0.25,"upper":null,"stage":"reduce"})"));
+  REQUIRE(running);
+  CHECK_FALSE(running->ended());
+  CHECK(running->progress.lower == 0.25);
+  CHECK(running->progress.upper == std::numeric_limits<double>::infinity());
+  CHECK(running->progress.stage == std::string("reduce"));
+  CHECK(job_from(job("queued"))->progress.stage == std::string("queue"));
+  const std::string result = R"({"id":")" + kId + R"(","status":"cancelled"})";
+  const auto ended = job_from(job("cancelled", "null", result));
+  REQUIRE(ended);
+  CHECK(ended->ended());
+  REQUIRE(ended->result);
+  CHECK(ended->result->at("status") == "cancelled");
+  const auto failed = job_from(job("failed", "null", "null", problem("unreadable-mesh", "no", "a")));
+  REQUIRE(failed);
+  REQUIRE(failed->problem);
+  CHECK(failed->problem->slug == "unreadable-mesh");
+}
+
+TEST_CASE("answer: what is no comparison") {
+  const std::string deep = std::string(100'000, '[') + std::string(100'000, ']');
+  const std::vector<std::string> bodies{"",
+                                        "null",
+                                        "[]",
+                                        "{}",
+                                        "<html>",
+                                        job("finished"),
+                                        R"({"id":"../../etc","state":"done"})",
+                                        R"({"id":7,"state":7})",
+                                        deep,
+                                        R"({"a":)" + deep + "}",
+                                        job("done") + "x",
+                                        "{\"id\":\"\xff\"}"};
+  for (const std::string& body : bodies) {
+    CAPTURE(body.substr(0, 80));
+    CHECK_FALSE(job_from(body));
+    CHECK_FALSE(comparison_from(body));
+  }
+  CHECK_FALSE(comparison_from(R"({"id":")" + kId + R"(","status":"\u001b[31m"})"));
+  CHECK_FALSE(job_from(job("done", "null", R"({"status":"no such"})"))->result);
+}
+
+TEST_CASE("answer: numbers are those that were sent") {
+  const auto document = document_from(R"({"upper":0.097657647798235301,"lower":5e-324})");
+  REQUIRE(document);
+  CHECK(document->at("upper").get<double>() == 0.097657647798235301);
+  CHECK(document->at("lower").get<double>() == 5e-324);
+}
+
+TEST_CASE("answer: whose mesh it is") {
+  const auto document = document_from(R"({"meshes":{"a":{"sha256":"12"},"b":7}})");
+  REQUIRE(document);
+  CHECK(sha256_of(*document, "a") == "12");
+  CHECK(sha256_of(*document, "b").empty());
+  CHECK(sha256_of(*document, "c").empty());
+  CHECK(sha256_of(*document_from("{}"), "a").empty());
+}
+
+TEST_CASE("answer: which question it answers") {
+  const auto is_answer = [](const std::string& body) {
+    return is_answer_to(*document_from(body), Direction::a_to_b, 0.1);
+  };
+  CHECK(is_answer(R"({"direction":"a_to_b","gate":{"max_distance":0.1,"units":"mm"}})"));
+  for (const char* body :
+       {R"({"direction":"b_to_a","gate":{"max_distance":0.1}})", R"({"direction":7,"gate":{"max_distance":0.1}})",
+        R"({"gate":{"max_distance":0.1}})", R"({"direction":"a_to_b","gate":{"max_distance":0.10000000000000002}})",
+        R"({"direction":"a_to_b","gate":{"max_distance":"0.1"}})", R"({"direction":"a_to_b","gate":{}})",
+        R"({"direction":"a_to_b","gate":null})", R"({"direction":"a_to_b"})"}) {
+    CAPTURE(body);
+    CHECK_FALSE(is_answer(body));
+  }
+}
+
+TEST_CASE("answer: a mesh that is refused is named by its file") {
+  const auto refused = problem_from(std::string_view(problem("unreadable-mesh", "line 3 of 'b': no", "b")));
+  REQUIRE(refused);
+  const Error error = error_of(*refused, gate(), kBase);
+  CHECK(error.code == ErrorCode::unreadable_mesh);
+  CHECK(error.message == "line 3 of 'baselines/part.obj': no");
+  CHECK(error.part == "b");
+  CHECK(error.where == "line 3");
+}
+
+TEST_CASE("answer: every kind of problem that a mesh can have keeps its code") {
+  const std::pair<const char*, ErrorCode> cases[] = {{"unsupported-format", ErrorCode::unsupported_format},
+                                                     {"unreadable-mesh", ErrorCode::unreadable_mesh},
+                                                     {"empty-mesh", ErrorCode::empty_mesh},
+                                                     {"non-finite-vertex", ErrorCode::non_finite_vertex},
+                                                     {"index-out-of-range", ErrorCode::index_out_of_range},
+                                                     {"coordinate-too-large", ErrorCode::coordinate_too_large},
+                                                     {"too-large", ErrorCode::too_large},
+                                                     {"out-of-time", ErrorCode::out_of_time},
+                                                     {"invalid-request", ErrorCode::invalid_request}};
+  for (const auto& [slug, code] : cases) {
+    CAPTURE(slug);
+    CHECK(error_of(*problem_from(std::string_view(problem(slug, "d", "a"))), gate(), kBase).code == code);
+  }
+}
+
+TEST_CASE("answer: a refusal says what to do") {
+  const std::string body = R"({"type":"urn:meshgauge:problem:unauthorized","detail":"send a key","errors":[]})";
+  CHECK(error_of(reply(401, body), gate(), kBase, false).message ==
+        "the service at http://service says: send a key (give a key by --key-file or MESHGAUGE_KEY)");
+  CHECK(error_of(reply(401, body), gate(), kBase, true).message.ends_with("(the key is not accepted)"));
+}
+
+TEST_CASE("answer: what is no meshgauge service") {
+  Reply moved = reply(301, "", "text/html");
+  moved.redirect = "https://elsewhere/\n::error::";
+  CHECK(error_of(moved, gate(), kBase, false).message ==
+        "http://service does not answer as a meshgauge service: it redirects to https://elsewhere/ ::error::; give the "
+        "address of the service itself");
+  CHECK(error_of(reply(404, "<html>", "text/html"), gate(), kBase, false).message ==
+        "http://service does not answer as a meshgauge service: it answers 404 with a body of text/html");
+}
+
+TEST_CASE("answer: what it says is one line of a bounded length") {
+  const std::string detail = "a\\n\\u001b[31m" + std::string(100'000, 'x');
+  const Error error = error_of(*problem_from(std::string_view(problem("forbidden", detail, ""))), gate(), kBase);
+  CHECK(error.message.size() < 1000);
+  CHECK(error.message.find('\n') == std::string::npos);
+  CHECK(error.message.find('\x1b') == std::string::npos);
+}

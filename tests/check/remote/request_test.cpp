@@ -1,0 +1,74 @@
+#include "check/remote/request.h"
+
+#include <doctest/doctest.h>
+#include <nlohmann/json.hpp>
+
+#include "api/request.h"
+
+using namespace meshgauge;
+using namespace meshgauge::check;
+
+namespace {
+
+const std::string kA(64, 'a'), kB(64, 'b');
+
+// What the service reads from it.
+api::Request read(const Gate& gate, double max_distance) {
+  const auto pair = api::parse_stored_pair(service::pair_document(kA, kB, gate, max_distance));
+  REQUIRE(pair.ok());
+  CHECK(pair->a == kA);
+  CHECK(pair->b == kB);
+  auto request = api::parse_options(pair->options);
+  REQUIRE(request.ok());
+  return *request;
+}
+
+}  // namespace
+
+TEST_CASE("request: the service measures with what the gate says") {
+  Gate gate;
+  gate.limit.units = "mm";
+  gate.timeout = std::chrono::milliseconds(1234);
+  gate.options.direction = Direction::b_to_a;
+  gate.options.strategy = Strategy::n_point;
+  gate.options.points = 31;
+  gate.options.tolerance = {0.5, 1e-7, std::nullopt};
+  gate.options.threads = 3;
+  gate.threads_given = true;
+  gate.options.max_work_items = 77;
+  gate.options.max_memory_bytes = std::size_t{3} << 20;
+  gate.statistics = true;
+  const auto request = read(gate, 0.1);
+  CHECK(request.units == "mm");
+  CHECK(request.timeout == gate.timeout);
+  CHECK(request.options.max_distance == 0.1);
+  CHECK(request.options.direction == Direction::b_to_a);
+  CHECK(request.options.strategy == Strategy::n_point);
+  CHECK(request.options.points == 31);
+  CHECK(request.options.tolerance.absolute == 0.5);
+  CHECK(request.options.tolerance.diagonal == 1e-7);
+  CHECK_FALSE(request.options.tolerance.relative);
+  CHECK(request.options.threads == 3);
+  CHECK(request.threads_given);
+  CHECK(request.options.max_work_items == 77);
+  CHECK(request.options.max_memory_bytes == std::size_t{3} << 20);
+  CHECK(request.options.statistics.has_value());
+}
+
+TEST_CASE("request: what the gate does not say is left to the service") {
+  const Gate gate;
+  const auto request = read(gate, 0);
+  CHECK_FALSE(request.threads_given);
+  CHECK(request.units.empty());
+  CHECK(request.options.tolerance.diagonal == gate.options.tolerance.diagonal);
+  CHECK_FALSE(request.options.statistics.has_value());
+  const auto json = nlohmann::json::parse(service::pair_document(kA, kB, gate, 0));
+  for (const char* absent : {"threads", "budget", "points", "statistics"})
+    CHECK_FALSE(json["options"].contains(absent));
+}
+
+TEST_CASE("request: the limit arrives bit by bit") {
+  for (const double limit : {0.1, 1.0 / 3, 5e-324, 1.7976931348623157e308, 0.012345678901234567}) {
+    CHECK(read({}, limit).options.max_distance == limit);
+  }
+}

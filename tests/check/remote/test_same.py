@@ -1,0 +1,112 @@
+"""A service and this process tell the same of the same meshes."""
+
+import tempfile
+import unittest
+from pathlib import Path
+
+from gates import gate, measure, requests, url_of, without_chance
+from harness import RAISED, SQUARE, ServerCase, wavy_grid
+
+TRIANGLE_STL = b"solid t\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid t\n"
+OFF = b"OFF\n4 2 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n3 0 1 2\n3 0 2 3\n"
+FILES = {
+    "square.obj": SQUARE,
+    "raised.obj": RAISED,
+    "square.off": OFF,
+    "triangle.stl": TRIANGLE_STL,
+    "contradicts its name.ply": b"# not a PLY\n" + SQUARE,
+    "caf\u00e9 \"x\".obj": b"# another\n" + SQUARE,
+    "waves.obj": wavy_grid(30, 0.1),
+    "waves2.obj": wavy_grid(31, 0.11),
+    "broken.obj": b"v 0 0 0\nv 1 0 0\nv 2,5 0 0\nf 1 2 3\n",
+    "nan.obj": b"v 0 0 0\nv 1 0 nan\nv 1 1 0\nf 1 2 3\n",
+    "index.obj": b"v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 9\n",
+    "points.obj": b"v 0 0 0\nv 1 0 0\nv 1 1 0\n",
+    "empty.obj": b"",
+    "image.obj": b"\x89PNG\r\n\x1a\n" + bytes(100),
+}
+
+
+class Same(ServerCase):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.folder = tempfile.TemporaryDirectory()
+        cls.files = {}
+        for name, data in FILES.items():
+            cls.files[name] = Path(cls.folder.name) / name
+            cls.files[name].write_bytes(data)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.folder.cleanup()
+        super().tearDownClass()
+
+    def gate(self, name, candidate, baseline, **more):
+        return gate(name, self.files[candidate], self.files[baseline], **more)
+
+    def both(self, gates):
+        """What a service says of the gates, and what this process does."""
+        return measure(gates, {"url": url_of(self.server)}), measure(gates)
+
+    def assert_same(self, gates):
+        there, here = self.both(gates)
+        for name in here:
+            with self.subTest(name):
+                self.assertIsNone(there[name]["error"])
+                self.assertEqual(there[name]["verdict"], here[name]["verdict"])
+                self.assertEqual(there[name]["limit"], here[name]["limit"])
+                self.assertEqual(without_chance(there[name]["document"]), without_chance(here[name]["document"]))
+        return there
+
+    def test_documents(self):
+        there = self.assert_same([
+            self.gate("pass", "square.obj", "square.off"),
+            self.gate("fail", "raised.obj", "square.obj", units="mm"),
+            self.gate("waves", "waves.obj", "waves2.obj", max_distance=0.01),
+            self.gate("one way", "square.obj", "triangle.stl", options={"direction": "a_to_b"}),
+            self.gate("the other", "square.obj", "triangle.stl", options={"direction": "b_to_a"}),
+            self.gate("points", "waves.obj", "waves2.obj", options={"strategy": "n_point", "points": 31}),
+            self.gate("tolerance", "waves.obj", "waves2.obj", options={"tolerance": {"absolute": 0.001}}),
+            self.gate("other name", "contradicts its name.ply", "raised.obj"),
+            self.gate("strange name", "caf\u00e9 \"x\".obj", "raised.obj"),
+            self.gate("zero", "square.obj", "square.obj", max_distance=0),
+        ])
+        self.assertEqual({name: outcome["verdict"] for name, outcome in there.items()},
+                         {"pass": "pass", "fail": "fail", "waves": "fail", "one way": "fail", "the other": "pass",
+                          "points": "pass", "tolerance": "pass", "other name": "fail", "strange name": "fail",
+                          "zero": "pass"})
+        self.assertEqual(there["fail"]["document"]["gate"], {"max_distance": 0.5, "units": "mm"})
+
+    def test_a_share_of_the_diagonal_is_the_same_to_the_last_bit(self):
+        gates = [self.gate("share %d" % i, "waves.obj", baseline, max_distance=None, max_diagonal_share=share)
+                 for i, (baseline, share) in enumerate([("waves2.obj", 0.01), ("waves2.obj", 1 / 3), ("triangle.stl", 0.7),
+                                                        ("square.off", 1e-300)])]
+        for one in gates:
+            del one["max_distance"]
+        self.assert_same(gates)
+
+    def test_statistics(self):
+        there = self.assert_same([self.gate("waves", "waves.obj", "waves2.obj", statistics=True)])
+        self.assertIsNotNone(there["waves"]["document"]["statistics"])
+
+    def test_files_that_are_no_meshes(self):
+        wrong = ["broken.obj", "nan.obj", "index.obj", "points.obj", "empty.obj", "image.obj"]
+        gates = [self.gate("candidate " + name, name, "square.obj") for name in wrong]
+        gates += [self.gate("baseline " + name, "square.obj", name) for name in wrong]
+        gates.append(gate("missing", self.files["square.obj"], Path(self.folder.name) / "nowhere.obj"))
+        gates.append(gate("folder", self.folder.name, self.files["square.obj"]))
+        there, here = self.both(gates)
+        for name in here:
+            with self.subTest(name):
+                self.assertEqual(there[name], here[name])
+                self.assertEqual(there[name]["verdict"], "error")
+
+    def test_what_cannot_be_a_mesh_does_not_travel(self):
+        before = len(requests(self.server, "PUT"))
+        measure([self.gate("image", "image.obj", "empty.obj")], {"url": url_of(self.server)})
+        self.assertEqual(len(requests(self.server, "PUT")), before)
+
+
+if __name__ == "__main__":
+    unittest.main()

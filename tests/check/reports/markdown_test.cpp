@@ -1,0 +1,117 @@
+#include "check/reports/markdown.h"
+
+#include <algorithm>
+#include <sstream>
+#include <string>
+
+#include <doctest/doctest.h>
+
+#include "check/reports/sample_reports.h"
+
+using namespace meshgauge;
+using namespace meshgauge::check;
+
+namespace {
+
+std::size_t position(const std::string& text, const std::string& what) {
+  const std::size_t at = text.find(what);
+  REQUIRE_MESSAGE(at != std::string::npos, what);
+  return at;
+}
+
+std::string bar_of(const GateOutcome& outcome) {
+  const std::string text = to_markdown(samples::report_of({outcome}));
+  const std::size_t row = position(text, "| `x` |");
+  const std::size_t begin = text.rfind(" | `", text.find('\n', row)) + 4;
+  return text.substr(begin, text.find('`', begin) - begin);
+}
+
+GateOutcome outcome_of(double lower, double upper, double limit) {
+  GateOutcome outcome = samples::failed("x");
+  outcome.measured->lower = lower;
+  outcome.measured->upper = upper;
+  outcome.measured->limit = limit;
+  outcome.measured->verdict = upper <= limit ? Verdict::pass : lower > limit ? Verdict::fail : Verdict::undecided;
+  return outcome;
+}
+
+}  // namespace
+
+TEST_CASE("markdown: the verdict, then what did not pass, the worst first, then what passed") {
+  const std::string text = to_markdown(samples::ordinary());
+  CHECK(text.rfind("## ❌ meshgauge: not everything could be measured\n\n"
+                   "5 gates: 1 passed, 2 failed, 1 undecided, 1 error. 1 of them only warn.\n",
+                   0) == 0);
+  CHECK(position(text, "| ❌ error | `screw` |") < position(text, "| ❌ fail | `lid` | 0.0968 .. 0.0977 mm | 0.05 mm |"));
+  CHECK(position(text, "| ❌ fail | `lid` |") < position(text, "| ❔ undecided | `hinge` |"));
+  CHECK(position(text, "| ❔ undecided | `hinge` |") < position(text, "| ⚠️ fail | `lod-2` |"));
+  CHECK(position(text, "| ⚠️ fail | `lod-2` |") < position(text, "### ❌ `screw`"));
+  CHECK(position(text, "### ⚠️ `lod-2`") < position(text, "<details><summary>1 gate passed</summary>"));
+  CHECK(position(text, "<details>") < position(text, "| ✅ pass | `bracket` |"));
+  CHECK(text.find("### ✅") == std::string::npos);
+  position(text, "- witness (1.5, &#45;2, 0.3) on triangle 17");
+  position(text, "- gate `parts/gates.yaml:7`\n");
+}
+
+TEST_CASE("markdown: headlines") {
+  CHECK(to_markdown(samples::report_of({samples::passed("a")})).rfind("## ✅ meshgauge: all gates hold\n", 0) == 0);
+  CHECK(to_markdown(samples::report_of({samples::failed("a")})).rfind("## ❌ meshgauge: failed\n", 0) == 0);
+  Report report = samples::report_of({samples::undecided("a")});
+  CHECK(to_markdown(report).rfind("## ❔ meshgauge: undecided\n", 0) == 0);
+  report.interrupted = true;
+  CHECK(to_markdown(report).find("The run was interrupted.") != std::string::npos);
+}
+
+TEST_CASE("markdown: bars agree with the verdict however near the limit is") {
+  CHECK(bar_of(outcome_of(0.5, 0.6, 1)) == "·········███·······│·····");
+  CHECK(bar_of(outcome_of(2, 2.1, 1)) == "·········│·········██····");
+  for (const double x : {0.0, 1e-12, 0.3, 0.7999999999, 0.8, 0.9, 1.0 - 1e-16, 1.0, 1.0 + 1e-15, 1.3, 1e9}) {
+    for (const double width : {0.0, 1e-15, 0.1, 1.0, 1e12}) {
+      const GateOutcome outcome = outcome_of(x, x + width, 1);
+      const std::string bar = bar_of(outcome);
+      CAPTURE(bar);
+      const std::size_t limit = bar.find("│"), first = bar.find("█"), last = bar.rfind("█");
+      REQUIRE(first != std::string::npos);
+      CHECK((last < limit) == (outcome.verdict() == Verdict::pass));
+      CHECK((first > limit) == (outcome.verdict() == Verdict::fail));
+      CHECK(std::count(bar.begin(), bar.end(), '\x82') + std::count(bar.begin(), bar.end(), '\xb7') +
+                std::count(bar.begin(), bar.end(), '\x88') ==
+            25);
+    }
+  }
+}
+
+TEST_CASE("markdown: a row of the table stays a row") {
+  const std::string text = to_markdown(samples::hostile());
+  std::istringstream lines(text);
+  std::size_t rows = 0;
+  for (std::string line; std::getline(lines, line);) {
+    if (line.rfind("| ✅", 0) != 0 && line.rfind("| ❌", 0) != 0 && line.rfind("| ❔", 0) != 0) continue;
+    CHECK(std::count(line.begin(), line.end(), '|') == 6);
+    ++rows;
+  }
+  CHECK(rows == 4 * samples::hostile_names().size());
+}
+
+TEST_CASE("markdown: never longer than it may be, and says what is left out") {
+  std::vector<GateOutcome> many;
+  for (int i = 0; i < 3000; ++i) {
+    many.push_back(samples::failed("gate-" + std::to_string(i)));
+    many.push_back(samples::passed("gate+" + std::to_string(i)));
+  }
+  const Report report = samples::report_of(many);
+  const std::string all = to_markdown(report);
+  CHECK(all.size() <= kMarkdownBytes);
+  CHECK(all.size() > kMarkdownBytes / 2);
+  std::size_t last = 0;
+  for (const std::size_t bytes : {1000U, 2000U, 10'000U, 100'000U, 400'000U}) {
+    const std::string text = to_markdown(report, bytes);
+    CHECK(text.size() <= bytes);
+    CHECK(text.size() > last);
+    position(text, " more gates found no room here.");
+    position(text, "6000 gates: 3000 passed, 3000 failed");
+    last = text.size();
+  }
+  Report hostile = samples::hostile();
+  for (std::size_t bytes = 1000; bytes < 100'000; bytes += 777) CHECK(to_markdown(hostile, bytes).size() <= bytes);
+}

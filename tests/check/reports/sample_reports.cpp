@@ -1,0 +1,116 @@
+#include "check/reports/sample_reports.h"
+
+#include <limits>
+#include <utility>
+
+namespace meshgauge::check::samples {
+namespace {
+
+GateOutcome outcome_of(const std::string& name, double lower, double upper, double limit, const char* status) {
+  GateOutcome outcome;
+  outcome.gate.name = name;
+  outcome.gate.candidate = "build/" + name + ".stl";
+  outcome.gate.baseline = "baselines/" + name + ".stl";
+  outcome.gate.limit = {limit, {}, "mm"};
+  outcome.gate.manifest = "parts/gates.yaml";
+  outcome.gate.line = 7;
+  outcome.wall_ms = 1234.5678;
+  Measured measured;
+  measured.limit = limit;
+  measured.lower = lower;
+  measured.upper = upper;
+  measured.status = status;
+  measured.verdict = upper <= limit ? Verdict::pass : lower > limit ? Verdict::fail : Verdict::undecided;
+  measured.witness = Witness{true, {1.5, -2, 0.1 + 0.2}, 17, {1.5, -2, 1e-9}, 4};
+  outcome.measured = std::move(measured);
+  return outcome;
+}
+
+}  // namespace
+
+GateOutcome passed(const std::string& name) { return outcome_of(name, 0.001, 0.0123, 0.05, "gate_decided"); }
+GateOutcome failed(const std::string& name) { return outcome_of(name, 0.0968, 0.0977, 0.05, "gate_decided"); }
+GateOutcome undecided(const std::string& name) { return outcome_of(name, 0.04, 0.06, 0.05, "timeout"); }
+
+GateOutcome broken(const std::string& name) {
+  GateOutcome outcome = passed(name);
+  outcome.measured.reset();
+  outcome.error = Error{ErrorCode::unreadable_mesh, "'" + name + "' has no facet", "a", "line 3"};
+  return outcome;
+}
+
+Report report_of(std::vector<GateOutcome> outcomes) {
+  Report report;
+  report.outcomes = std::move(outcomes);
+  report.version = "0.1.0";
+  return report;
+}
+
+std::vector<std::string> hostile_names() {
+  std::string all_bytes;
+  for (int c = 1; c < 256; ++c) all_bytes += static_cast<char>(c);
+  return {"a|b",
+          "a\\|b",
+          "``` `x` ````",
+          "</testcase><failure/>]]>&amp;<![CDATA[",
+          "<script>alert(1)</script><img src=x onerror=alert(1)>",
+          "[click](javascript:alert(1)) ![x](http://example.com/x.png) {0} {{1}}",
+          "@octocat #12 !3 ~label %1 $4 http://example.com www.example.com a@example.com",
+          "**bold** _it_ ~~gone~~ $x$ - [ ] :smile: &copy; &#64;",
+          "line\nbreak\r\n| cell |\n# title\n\ttab",
+          std::string("nul\0byte", 8),
+          "\x1b[31mred\x1b[0m\x07",
+          "\xff\xfe not UTF-8 \xc0\xaf \xed\xa0\x80 \xf4\x90\x80\x80 \xe2\x82",
+          "\xef\xbf\xbe\xef\xbf\xbf noncharacters \xf0\x9f\xbf\xbf",
+          "\xe2\x80\xaegnp.exe \xe2\x81\xa6 \xe2\x80\x8b\xef\xbb\xbf",
+          "   ",
+          "- 1. # > = +",
+          "Größe Ω 部品 🔩",
+          std::string(5000, 'x') + "\xe2\x82\xac",
+          all_bytes};
+}
+
+Report hostile() {
+  std::vector<GateOutcome> outcomes;
+  using Make = GateOutcome (*)(const std::string&);
+  for (const std::string& name : hostile_names()) {
+    for (const Make make : {Make{passed}, Make{failed}, Make{undecided}, Make{broken}}) {
+      GateOutcome outcome = make(name);
+      outcome.gate.limit.units = name;
+      outcome.gate.manifest = name;
+      if (outcome.measured) outcome.measured->status = name;
+      outcomes.push_back(std::move(outcome));
+    }
+  }
+  return report_of(std::move(outcomes));
+}
+
+Report ordinary() {
+  GateOutcome warned = failed("lod-2");
+  warned.gate.warn_only = true;
+  warned.gate.limit = {{}, 0.005, ""};
+  return report_of({passed("bracket"), failed("lid"), undecided("hinge"), broken("screw"), warned});
+}
+
+std::vector<Named> all() {
+  GateOutcome stopped = undecided("stopped");
+  stopped.measured.reset();
+  stopped.interrupted = true;
+  Report interrupted = report_of({passed("bracket"), stopped});
+  interrupted.interrupted = true;
+  Report allowed = report_of({undecided("hinge")});
+  allowed.undecided = Undecided::warn;
+  GateOutcome by_flags = failed("/parts/a b.stl");
+  by_flags.gate.candidate = "/parts/a b.stl";
+  by_flags.gate.manifest.clear();
+  by_flags.gate.line = 0;
+  GateOutcome unbounded = undecided("unbounded");
+  unbounded.measured->upper = std::numeric_limits<double>::infinity();
+  unbounded.measured->witness.reset();
+  return {{"ordinary", ordinary()},         {"hostile", hostile()},
+          {"empty", report_of({})},         {"passed", report_of({passed("bracket"), passed("lid")})},
+          {"interrupted", interrupted},     {"allowed", allowed},
+          {"flags", report_of({by_flags})}, {"unbounded", report_of({unbounded})}};
+}
+
+}  // namespace meshgauge::check::samples

@@ -1,0 +1,53 @@
+#include "check/reports/wording.h"
+
+#include <limits>
+#include <string>
+
+#include <doctest/doctest.h>
+
+#include "check/reports/sample_reports.h"
+
+using namespace meshgauge;
+using namespace meshgauge::check;
+
+TEST_CASE("wording: names are shown on one line, hidden characters as escapes") {
+  CHECK(shown_name("bracket v2.stl") == "bracket v2.stl");
+  CHECK(shown_name("Größe 部品 🔩") == "Größe 部品 🔩");
+  CHECK(shown_name("a\nb\r\tc") == "a\\nb\\r\\tc");
+  CHECK(shown_name("\x1b[31m") == "\\x1B[31m");
+  CHECK(shown_name(std::string_view("a\0b", 3)) == "a\\x00b");
+  CHECK(shown_name("\xff\xc0\xaf") == "\\xFF\\xC0\\xAF");
+  CHECK(shown_name("\xed\xa0\x80") == "\\xED\\xA0\\x80");  // half of a pair of surrogates
+  CHECK(shown_name("half \xe2\x82") == "half \\xE2\\x82");
+  CHECK(shown_name("\xe2\x80\xaegnp.exe") == "\\u202Egnp.exe");
+  CHECK(shown_name("\xef\xbf\xbf") == "\\uFFFF");
+  CHECK(shown_name("\xf0\x9f\xbf\xbf") == "\\U0001FFFF");
+  CHECK(shown_name("") == "(unnamed)");
+  CHECK(shown_name("   ") == "(unnamed)");
+  CHECK(shown_text("a\n\tb\r") == "a\n\tb\\r");
+  CHECK(shown_text("").empty());
+}
+
+TEST_CASE("wording: what was found, in half a sentence") {
+  CHECK(finding_of(samples::passed("a")) == "the distance is at most 0.0123 mm, within the limit of 0.05 mm");
+  CHECK(finding_of(samples::failed("a")) == "the distance is at least 0.0968 mm, above the limit of 0.05 mm");
+  CHECK(finding_of(samples::undecided("a")) ==
+        "the distance is between 0.04 and 0.06 mm: whether that is within the limit of 0.05 mm is not known (timeout)");
+  GateOutcome unbounded = samples::undecided("a");
+  unbounded.measured->upper = std::numeric_limits<double>::infinity();
+  CHECK(finding_of(unbounded) ==
+        "the distance is at least 0.04 mm: whether that is within the limit of 0.05 mm is not known (timeout)");
+  CHECK(finding_of(samples::broken("a")) == samples::broken("a").advice());
+  CHECK(finding_of(samples::broken("a")).rfind("'a' has no facet", 0) == 0);
+  CHECK(advice_of(samples::broken("a")).empty());
+  CHECK(limit_of(samples::broken("a")) == "0.05 mm");
+  GateOutcome share = samples::failed("a");
+  share.gate.limit = {{}, 0.005, ""};
+  CHECK(limit_of(share) == "0.05 (0.5 % of the baseline's diagonal)");
+  share.measured.reset();
+  CHECK(limit_of(share) == "0.5 % of the baseline's diagonal");
+  CHECK(advice_of(samples::failed("a")).find("(1.5, -2, 0.30000000000000004) on triangle 17") != std::string::npos);
+  CHECK(witness_of(samples::failed("a")).empty());
+  CHECK(witness_of(samples::undecided("a")) ==
+        "(1.5, -2, 0.3) on triangle 17 of the candidate; nearest is (1.5, -2, 1e-9) on triangle 4 of the baseline");
+}

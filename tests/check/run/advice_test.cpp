@@ -1,0 +1,87 @@
+#include <doctest/doctest.h>
+
+#include <limits>
+#include <string>
+
+#include "check/outcome.h"
+#include "check/run/gates.h"
+
+using namespace meshgauge;
+using namespace meshgauge::check;
+
+namespace {
+
+GateOutcome with(const Measured& measured) {
+  GateOutcome outcome;
+  outcome.gate = gate("part.stl", "cad.stl", measured.limit);
+  outcome.gate.limit.units = "mm";
+  outcome.measured = measured;
+  return outcome;
+}
+
+GateOutcome with(const Error& error) {
+  GateOutcome outcome;
+  outcome.gate = gate("part.stl", "cad.stl", 1);
+  outcome.error = error;
+  return outcome;
+}
+
+}  // namespace
+
+TEST_CASE("what passes needs no advice") { CHECK(with(measured(0, 1, 2)).advice().empty()); }
+
+TEST_CASE("undecided: the limits and the time that would decide") {
+  CHECK(with(measured(0.25, 0.75, 0.5, "timeout")).advice() ==
+        "Decided by a limit of at least 0.75 mm (pass) or below 0.25 mm (fail); or a longer timeout than 30 s.");
+  CHECK(with(measured(0, 0.75, 0.5, "cancelled")).advice() ==
+        "Decided by a limit of at least 0.75 mm (pass); or letting it run to its end.");
+  CHECK(with(measured(0.25, 0.75, 0.5, "converged")).advice().find("a smaller tolerance") != std::string::npos);
+  CHECK(with(measured(0.25, 0.75, 0.5, "budget")).advice().find("memory") != std::string::npos);
+  CHECK(with(measured(0.25, 0.75, 0.5, "precision_floor")).advice().find("rounding") != std::string::npos);
+}
+
+TEST_CASE("undecided: nothing is advised that cannot be done") {
+  GateOutcome outcome = with(measured(0.25, 0.75, 0.5, "timeout"));
+  outcome.gate.timeout = std::chrono::seconds(180);
+  CHECK(outcome.advice().find("longer timeout") == std::string::npos);
+  CHECK(outcome.advice().find("(fail); or more threads") != std::string::npos);
+  outcome.measured->upper = std::numeric_limits<double>::infinity();
+  CHECK(outcome.advice().find("Decided by a limit below 0.25 mm (fail); or more threads") == 0);
+  outcome.measured->lower = 0;
+  outcome.gate.timeout = std::chrono::seconds(1);
+  CHECK(outcome.advice() == "Decided by a longer timeout than 1 s.");
+}
+
+TEST_CASE("undecided without an interval: by Ctrl-C, or by the timeout") {
+  GateOutcome outcome;
+  outcome.gate = gate("part.stl", "cad.stl", 1);
+  outcome.gate.timeout = std::chrono::milliseconds(1500);
+  outcome.interrupted = true;
+  CHECK(outcome.advice() == "Interrupted before anything was known: run it again.");
+  outcome.error = Error{ErrorCode::out_of_time, "the time was over before 'part.stl' was read", "a", ""};
+  CHECK(outcome.advice() == "the time was over before 'part.stl' was read: decided by a longer timeout than 1.5 s.");
+}
+
+TEST_CASE("fail: where to look, and on which of the two") {
+  Measured failed = measured(0.75, 0.8, 0.5);
+  failed.witness = check::Witness{true, Vec3(1, 2.5, -3), 17, Vec3(1, 2.5, -2.25), 4};
+  CHECK(with(failed).advice() ==
+        "Look at (1, 2.5, -3) on triangle 17 of the candidate: it is 0.75 mm or more from the baseline, nearest to "
+        "(1, 2.5, -2.25) on triangle 4.");
+  failed.witness->on_candidate = false;
+  const std::string hole = with(failed).advice();
+  CHECK(hole.find("triangle 17 of the baseline: it is 0.75 mm or more from the candidate") != std::string::npos);
+  CHECK(hole.find("The candidate lacks what the baseline has there") != std::string::npos);
+}
+
+TEST_CASE("error: what is wrong, and what to repair") {
+  CHECK(with(Error{ErrorCode::unsupported_format, "unknown", "b", ""}).advice() ==
+        "unknown. Export 'cad.stl' as OBJ, STL, PLY, OFF, glTF, GLB or 3MF.");
+  for (const auto code : {ErrorCode::unreadable_mesh, ErrorCode::non_finite_vertex, ErrorCode::index_out_of_range}) {
+    CHECK(with(Error{code, "bad", "a", ""}).advice() ==
+          "bad. The file is damaged: write 'part.stl' again, and look at what wrote it.");
+  }
+  CHECK(with(Error{ErrorCode::empty_mesh, "empty", "a", ""}).advice().find("no triangle") != std::string::npos);
+  CHECK(with(Error{ErrorCode::too_large, "large", "a", ""}).advice().find("smaller") != std::string::npos);
+  CHECK(with(Error{ErrorCode::internal, "the service is gone", "", ""}).advice() == "the service is gone");
+}

@@ -1,0 +1,151 @@
+#include "check/run/local.h"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "api/compare.h"
+#include "api/response.h"
+#include "check/mapped_file.h"
+#include "check/run/gates.h"
+#include "check/run/run.h"
+#include "shapes.h"
+
+using namespace meshgauge;
+using namespace meshgauge::check;
+using Json = nlohmann::ordered_json;
+
+namespace {
+
+Report run_here(const std::vector<Gate>& gates, const LocalOptions& options = {}) {
+  const auto measurer = local(gates, std::make_shared<Meshes>(gates), options);
+  return run(gates, *measurer);
+}
+
+// Without what differs from run to run.
+Json steady(Json document) {
+  for (const char* name : {"id", "timings_ms"}) document.erase(name);
+  return document;
+}
+
+Json compared(const Gate& gate) {
+  const auto a = MappedFile::open(gate.candidate.string()), b = MappedFile::open(gate.baseline.string());
+  Options options = gate.options;
+  options.max_distance = gate.limit.max_distance;
+  Control control;
+  auto comparison = api::compare({"a", a->bytes(), gate.candidate.string(), ""},
+                                 {"b", b->bytes(), gate.baseline.string(), ""}, options, {}, control);
+  comparison->units = gate.limit.units;
+  return Json::parse(api::to_json(*comparison));
+}
+
+}  // namespace
+
+TEST_CASE("a gate's document is that of a comparison, with the same bits") {
+  const Folder folder;
+  Gate asked = gate(folder.obj("a.obj", shapes::sphere(12)), folder.obj("b.obj", shapes::sphere(11, 1.01)), 0.03);
+  asked.limit.units = "mm";
+  const Report report = run_here({asked, asked});
+  for (const GateOutcome& outcome : report.outcomes) {
+    REQUIRE(outcome.measured);
+    CHECK(steady(outcome.measured->document) == steady(compared(asked)));
+    CHECK(outcome.measured->document.at("gate").at("units") == "mm");
+  }
+}
+
+TEST_CASE("verdicts of limits on both sides of the distance") {
+  const Folder folder;
+  const auto a = folder.obj("a.obj", shapes::grid(4, 1, 0)), b = folder.obj("b.obj", shapes::grid(5, 1, 2));
+  const Report report = run_here({gate(a, b, 2.001), gate(a, b, 1.999)}, {4, 0});
+  CHECK(report.outcomes[0].verdict() == Verdict::pass);
+  CHECK(report.outcomes[1].verdict() == Verdict::fail);
+  CHECK(report.exit_code() == 1);
+}
+
+TEST_CASE("a limit closer to the distance than one percent is decided") {
+  const Folder folder;
+  const auto a = folder.obj("a.obj", shapes::sphere(20)), b = folder.obj("b.obj", shapes::sphere(13, 1.02));
+  Options options = gate_options();
+  options.tolerance = {0.0, std::nullopt, std::nullopt};
+  const auto mapped_a = MappedFile::open(a.string()), mapped_b = MappedFile::open(b.string());
+  Control control;
+  const auto measured =
+      api::compare({"a", mapped_a->bytes(), "a.obj", ""}, {"b", mapped_b->bytes(), "b.obj", ""}, options, {}, control);
+  REQUIRE(measured);
+  const double low = measured->outcome.lower, high = measured->outcome.upper;
+  REQUIRE(high - low < 1e-6 * high);
+  const Report report = run_here({gate(a, b, high * 1.0001), gate(a, b, low * 0.9999)});
+  CHECK(report.outcomes[0].verdict() == Verdict::pass);
+  CHECK(report.outcomes[1].verdict() == Verdict::fail);
+}
+
+TEST_CASE("a limit as a share is of the baseline's diagonal") {
+  const Folder folder;
+  // The baseline's diagonal is 10 * sqrt(2), the candidate's a tenth of that.
+  Gate share = gate(folder.obj("a.obj", shapes::grid(4, 1)), folder.obj("b.obj", shapes::grid(4, 10)), 0);
+  share.options.direction = Direction::a_to_b;
+  share.limit = {std::nullopt, 0.01, ""};
+  const Report report = run_here({share});
+  REQUIRE(report.outcomes[0].measured);
+  CHECK(report.outcomes[0].measured->limit == doctest::Approx(0.01 * 10 * std::sqrt(2)));
+  CHECK(report.outcomes[0].verdict() == Verdict::pass);
+}
+
+TEST_CASE("a file that is missing or damaged is an error that says which of the two") {
+  const Folder folder;
+  const auto good = folder.obj("good.obj", shapes::grid(2));
+  const Report report = run_here({gate(folder.path() / "none.obj", good, 1), gate(good, folder.file("b.obj", "?"), 1)});
+  REQUIRE(report.outcomes[0].error);
+  CHECK(report.outcomes[0].error->part == "a");
+  CHECK(report.outcomes[0].verdict() == Verdict::error);
+  REQUIRE(report.outcomes[1].error);
+  CHECK(report.outcomes[1].error->part == "b");
+  CHECK(report.exit_code() == 3);
+}
+
+TEST_CASE("threads: those of the gate, else those of the processors that are free; one where more are of no use") {
+  const Folder folder;
+  const auto a = folder.obj("a.obj", shapes::sphere(8)), b = folder.obj("b.obj", shapes::sphere(9));
+  const auto threads_of = [&](const Gate& asked, const LocalOptions& options) {
+    const Report report = run_here({asked}, options);
+    return report.outcomes[0].measured->document.at("engine").at("threads").get<unsigned>();
+  };
+  Gate asked = gate(a, b, 1e-3);
+  CHECK(threads_of(asked, {3, 0}) == 3);
+  asked.threads_given = true;
+  asked.options.threads = 2;
+  CHECK(threads_of(asked, {3, 0}) == 2);
+  asked.options.strategy = Strategy::four_point;
+  CHECK(threads_of(asked, {3, 0}) == 1);
+}
+
+TEST_CASE("the gate's timeout ends it with its interval") {
+  const Folder folder;
+  const auto a = folder.obj("a.obj", shapes::grid(40)), b = folder.obj("b.obj", shapes::grid(43));
+  Gate hard = gate(a, b, 0);  // two flat grids: bisection approaches 0 for ever
+  hard.options.strategy = Strategy::four_point;
+  hard.options.tolerance = {0.0, std::nullopt, std::nullopt};
+  hard.timeout = std::chrono::milliseconds(300);
+  const Report report = run_here({hard});
+  const GateOutcome& outcome = report.outcomes[0];
+  CHECK(outcome.verdict() == Verdict::undecided);
+  CHECK(!report.interrupted);
+  if (outcome.measured) {  // else the machine was too busy to read within that time
+    CHECK(outcome.measured->status == "timeout");
+    CHECK(outcome.advice().find("longer timeout than 0.3 s") != std::string::npos);
+  }
+}
+
+TEST_CASE("as many gates at once as processors, or as asked for, and no more than there are") {
+  const std::vector<Gate> gates(5, gate("a", "b", 1));
+  const auto at_once = [&](const LocalOptions& options) {
+    return local(gates, std::make_shared<Meshes>(gates), options)->at_once();
+  };
+  CHECK(at_once({2, 0}) == 2);
+  CHECK(at_once({2, 4}) == 4);
+  CHECK(at_once({64, 0}) == 5);
+}

@@ -1,0 +1,163 @@
+#include "check/run/meshes.h"
+
+#include <doctest/doctest.h>
+
+#include <atomic>
+#include <filesystem>
+#include <memory>
+#include <thread>
+#include <vector>
+
+#include "check/run/gates.h"
+#include "check/run/processors.h"
+#include "shapes.h"
+
+using namespace meshgauge;
+using namespace meshgauge::check;
+
+TEST_CASE("a mesh is read once for all gates and threads, by whatever way its file is named") {
+  const Folder folder;
+  const auto base = folder.obj("base.obj", shapes::grid(30));
+  const auto other = folder.obj("other.obj", shapes::grid(3));
+  std::filesystem::create_directory(folder.path() / "sub");
+  const auto detour = folder.path() / "sub" / ".." / "base.obj";
+  Meshes meshes({gate(other, base, 1), gate(other, detour, 1)});
+  std::vector<Meshes::Mesh> got(8);
+  std::vector<std::thread> threads;
+  for (std::size_t i = 0; i < got.size(); ++i) {
+    threads.emplace_back([&, i] {
+      Control control;
+      got[i] = meshes.get(i % 2 ? base : detour, control).value();
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  for (const auto& mesh : got) CHECK(mesh == got[0]);
+  CHECK(got[0]->mesh.use() == Prepared::Use::often);
+  CHECK(got[0]->facts.triangles == 2 * 30 * 30);
+}
+
+TEST_CASE("a mesh is let go with the last gate and the last turn that needs it") {
+  const Folder folder;
+  const auto base = folder.obj("base.obj", shapes::grid(3));
+  const std::vector<Gate> gates{gate(folder.obj("1.obj", shapes::grid(4)), base, 1),
+                                gate(folder.obj("2.obj", shapes::grid(5)), base, 1)};
+  Meshes meshes(gates, 2);
+  Control control;
+  std::weak_ptr<const api::PreparedMesh> kept = meshes.get(base, control).value();
+  std::weak_ptr<const api::PreparedMesh> first = meshes.get(gates[0].candidate, control).value();
+  CHECK(first.lock()->mesh.use() == Prepared::Use::once);
+  meshes.done(gates[0]);
+  CHECK(!first.expired());
+  meshes.done(gates[0]);
+  // The thread that has read it may hold it for a moment longer.
+  while (!first.expired()) std::this_thread::yield();
+  meshes.done(gates[1]);
+  CHECK(!kept.expired());
+  meshes.done(gates[1]);
+  while (!kept.expired()) std::this_thread::yield();
+}
+
+TEST_CASE("files that go and links that move during the run are not looked at again") {
+  const Folder folder;
+  const auto base = folder.obj("base.obj", shapes::grid(3));
+  const auto part = folder.obj("part.obj", shapes::grid(4));
+  const auto link = folder.path() / "link.obj";
+  std::filesystem::create_symlink(base, link);
+  const auto both = gate(part, link, 1);
+  Meshes meshes({both});
+  Control control;
+  const auto first = meshes.get(link, control).value();
+  CHECK(meshes.get(part, control).ok());
+  std::filesystem::remove(link);
+  std::filesystem::create_symlink(folder.obj("elsewhere.obj", shapes::grid(5)), link);
+  std::filesystem::remove(part);
+  CHECK(meshes.get(link, control).value() == first);
+  CHECK(meshes.get(part, control).ok());
+  meshes.done(both);
+}
+
+TEST_CASE("what cannot be read says so to everybody who asks") {
+  const Folder folder;
+  const auto good = folder.obj("good.obj", shapes::grid(2));
+  const auto bad = folder.file("bad.obj", "v 0 0 0\nv 1 0 0\nv 0 nan 0\nf 1 2 3\n");
+  const auto none = folder.path() / "none.obj";
+  Meshes meshes({gate(good, bad, 1), gate(good, none, 1)});
+  Control control;
+  for (int i = 0; i < 2; ++i) {
+    const auto damaged = meshes.get(bad, control);
+    REQUIRE(!damaged);
+    CHECK(damaged.error().message.find("line 3 of '" + bad.string() + "'") != std::string::npos);
+    const auto missing = meshes.get(none, control);
+    REQUIRE(!missing);
+    CHECK(missing.error().message.find("none.obj' cannot be read: No such file") != std::string::npos);
+  }
+}
+
+TEST_CASE("who is cancelled or out of time does not wait for the reader") {
+  const Folder folder;
+  const auto file = folder.obj("a.obj", shapes::grid(300));  // not read within no time
+  Meshes meshes({gate(file, file, 1)});
+  Control cancelled;
+  cancelled.cancel();
+  const auto given_up = meshes.get(file, cancelled);
+  if (!given_up) CHECK(given_up.error().code == ErrorCode::out_of_time);
+  Control late(Control::Clock::now());
+  const auto over = meshes.get(file, late);
+  if (!over) CHECK(over.error().code == ErrorCode::out_of_time);
+  CHECK((!given_up || !over));
+  Control patient;
+  CHECK(meshes.get(file, patient).ok());
+}
+
+TEST_CASE("readers that nobody waits for are known until they have ended") {
+  const Folder folder;
+  const auto file = folder.obj("a.obj", shapes::grid(300));
+  Meshes meshes({gate(file, file, 1)});
+  CHECK(!meshes.reading());
+  meshes.begin(file);
+  CHECK(meshes.reading());  // 180,000 triangles
+  Control control;
+  CHECK(meshes.get(file, control).ok());
+  while (meshes.reading()) std::this_thread::yield();
+}
+
+TEST_CASE("few gates use all processors, many one each") {
+  Processors few(8, 8, 3);
+  CHECK(few.take(0) == 2);
+  CHECK(few.take(0) == 3);
+  CHECK(few.take(0) == 3);
+  Processors many(4, 4, 100);
+  for (int i = 0; i < 4; ++i) CHECK(many.take(0) == 1);
+  many.give_back(1);
+  CHECK(many.take(0) == 1);
+  Processors one_by_one(8, 1, 5);
+  CHECK(one_by_one.take(0) == 8);
+  one_by_one.give_back(8);
+  CHECK(one_by_one.take(0) == 8);
+}
+
+TEST_CASE("a gate that says how many threads gets them, and what is left is at least one") {
+  Processors processors(4, 4, 4);
+  CHECK(processors.take(6) == 6);
+  CHECK(processors.take(0) == 1);
+  processors.give_back(6);
+  processors.give_back(1);
+  CHECK(processors.take(0) == 2);
+  CHECK(processors.take(0) == 2);
+}
+
+TEST_CASE("work beside the gates has the part of one of them") {
+  CHECK(Processors::part(8, 1) == 8);
+  CHECK(Processors::part(8, 3) == 2);
+  CHECK(Processors::part(4, 100) == 1);
+  CHECK(Processors::part(1, 0) == 1);
+}
+
+TEST_CASE("the last of many gates gets what has become free") {
+  Processors processors(4, 4, 5);
+  for (int i = 0; i < 4; ++i) CHECK(processors.take(0) == 1);
+  processors.give_back(1);
+  processors.give_back(1);
+  processors.give_back(1);
+  CHECK(processors.take(0) == 3);
+}

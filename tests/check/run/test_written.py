@@ -1,0 +1,134 @@
+"""`meshgauge check`: what it writes: reports, deviation maps, new baselines."""
+
+import json
+import os
+import unittest
+import xml.etree.ElementTree
+
+from workplace import Workplace, square
+
+
+class Reports(Workplace):
+    LIMIT = ("--max-distance", "1.5 mm")
+
+    def test_the_report_goes_to_a_file_and_the_table_to_standard_output(self):
+        result = self.exits(1, "flat.obj", "raised.obj", *self.LIMIT, "--json=report.json")
+        self.assertIn("FAIL", result.stdout)
+        self.assertIn("at most 1.5 mm", result.stdout)
+        report = json.loads((self.folder / "report.json").read_text())
+        self.assertEqual(report["exit_code"], 1)
+        self.assertRegex(report["version"], r"^\d+\.\d+\.\d+$")
+
+    def test_a_report_on_standard_output_is_alone_there(self):
+        result = self.exits(1, "flat.obj", "raised.obj", *self.LIMIT, "--json")
+        json.loads(result.stdout)
+        self.assertIn("FAIL", result.stderr)
+
+    def test_progress_is_plain_lines_without_a_terminal(self):
+        result = self.exits(1, "flat.obj", "raised.obj", *self.LIMIT)
+        self.assertRegex(result.stderr, r"^\[1/1\] FAIL  flat\.obj  .*\n$")
+        self.assertNotIn("\033", result.stdout + result.stderr)
+
+    def test_quiet_says_nothing_of_what_passes(self):
+        result = self.exits(0, "flat.obj", "raised.obj", "--max-distance", "3", "--quiet")
+        self.assertEqual((result.stdout, result.stderr), ("", ""))
+        result = self.exits(1, "flat.obj", "raised.obj", *self.LIMIT, "--quiet")
+        self.assertIn("FAIL", result.stdout)
+        self.assertEqual(result.stderr, "")
+
+    def test_reports_that_cannot_be_written_are_refused_before_the_work(self):
+        pair = ("flat.obj", "raised.obj", *self.LIMIT)
+        self.fails(*pair, "--json=none/report.json", saying="--json")
+        self.fails(*pair, "--json=.", saying="--json")
+
+    def test_nothing_is_written_over_what_is_read(self):
+        for name in ("new.obj", "ref.ply"):
+            self.file(name, square())
+        os.link(self.folder / "ref.ply", self.folder / "hard.ply")
+        os.symlink("ref.ply", self.folder / "soft.ply")
+        pair = ("new.obj", "ref.ply", "--max-distance", "1")
+        for name in ("ref.ply", "./ref.ply", "hard.ply", "soft.ply"):
+            self.fails(*pair, "--deviation", name, saying="is the baseline of the gate")
+            self.fails(*pair, "--html", name, saying="is the baseline of the gate")
+        self.fails(*pair, "--json=new.obj", saying="is the candidate of the gate")
+        self.manifest([("bracket", "flat.obj", "baselines/bracket.ply", 1)])
+        self.file("baselines/bracket.ply", "ply\n")
+        self.fails("gates.yaml", "--deviation", "baselines", saying="is the baseline of the gate 'bracket'")
+        self.fails("gates.yaml", "--junit", "baselines/../gates.yaml", saying="is the manifest")
+        self.assertEqual((self.folder / "ref.ply").read_bytes(), square())
+        self.assertEqual((self.folder / "new.obj").read_bytes(), square())
+        self.assertEqual((self.folder / "baselines/bracket.ply").read_bytes(), b"ply\n")
+
+    def test_two_reports_do_not_share_a_file(self):
+        pair = ("flat.obj", "raised.obj", "--max-distance", "3")
+        self.fails(*pair, "--json=out", "--junit", "./out", saying="--junit: './out' is written by --json as well")
+        self.fails(*pair, "--json=out.ply", "--deviation", "out.ply", saying="is written by --json as well")
+        self.fails(*pair, "--json", "--junit", "-", saying="is for --json already")
+        self.assertFalse((self.folder / "out").exists())
+
+    def test_a_full_disk_is_an_error(self):
+        with open("/dev/full", "w") as full:
+            result = self.exits(3, "flat.obj", "raised.obj", "--max-distance", "3", stdout=full)
+        self.assertIn("could not be written", result.stderr)
+
+
+    def test_all_reports_at_once_also_when_gates_fail(self):
+        self.manifest([("good", "flat.obj", "raised.obj", 3), ("bad", "flat.obj", "raised.obj", 1)])
+        asked = {"--junit": "r.xml", "--sarif": "r.sarif", "--markdown": "r.md", "--code-quality": "r.quality",
+                 "--html": "r.html", "--json": "r.json"}
+        self.exits(1, "gates.yaml", *("%s=%s" % pair for pair in asked.items()))
+        text = {flag: (self.folder / name).read_text() for flag, name in asked.items()}
+        suites = xml.etree.ElementTree.fromstring(text["--junit"])
+        self.assertEqual(len(suites.findall(".//failure")), 1)
+        self.assertEqual(len(json.loads(text["--sarif"])["runs"][0]["results"]), 1)
+        self.assertEqual(len(json.loads(text["--code-quality"])), 1)
+        for flag in ("--markdown", "--html", "--json"):
+            self.assertIn("good", text[flag])
+            self.assertIn("bad", text[flag])
+        self.assertIn("data:image/png", text["--html"])  # pictures of the meshes, too
+
+    def test_two_reports_cannot_share_a_place(self):
+        self.fails("flat.obj", "raised.obj", *self.LIMIT, "--json", "--markdown", "-", saying="--markdown")
+        self.fails("flat.obj", "raised.obj", *self.LIMIT, "--json=x", "--sarif", "x", saying="--sarif")
+
+
+class Deviation(Workplace):
+    def test_of_two_files_by_the_suffix_of_the_name(self):
+        pair = ("flat.obj", "raised.obj", "--max-distance", "3")
+        self.exits(0, *pair, "--deviation", "map.ply")
+        self.assertTrue((self.folder / "map.ply").read_bytes().startswith(b"ply\n"))
+        self.exits(0, *pair, "--deviation", "map.glb")
+        self.assertTrue((self.folder / "map.glb").read_bytes().startswith(b"glTF"))
+        self.fails(*pair, "--deviation", "map.obj", saying="map.obj")
+        self.fails(*pair, "--deviation", "none/map.ply", saying="--deviation")
+
+    def test_of_a_manifest_in_a_folder_by_the_gates_names(self):
+        self.file("broken.obj", "v 0 0 zero\n")
+        self.manifest([("a/b", "flat.obj", "raised.obj", 3), ("a_b", "flat.obj", "raised.obj", 1),
+                       ("..", "raised.obj", "flat.obj", 1), ("broken", "broken.obj", "flat.obj", 1)])
+        self.exits(3, "gates.yaml", "--deviation", "maps")
+        self.assertEqual(sorted(os.listdir(self.folder / "maps")), ["_...ply", "a_b-2.ply", "a_b.ply"])
+        self.fails("gates.yaml", "--deviation", "flat.obj", saying="flat.obj")
+
+
+class UpdateBaselines(Workplace):
+    def test_a_dry_run_says_what_the_real_one_does(self):
+        self.manifest([("new", "flat.obj", "kept/new.obj", 0.1), ("old", "flat.obj", "raised.obj", 0.1)])
+        self.fails("gates.yaml", saying="new.obj")
+        (self.folder / "kept").mkdir()
+        before = (self.folder / "raised.obj").read_bytes()
+        said = self.exits(0, "gates.yaml", "--update-baselines", "--dry-run").stdout
+        self.assertIn("create kept/new.obj from flat.obj", said)
+        self.assertFalse((self.folder / "kept" / "new.obj").exists())
+        self.assertEqual((self.folder / "raised.obj").read_bytes(), before)
+        self.assertEqual(self.exits(0, "gates.yaml", "--update-baselines").stdout, said)
+        self.exits(0, "gates.yaml")
+
+    def test_two_files(self):
+        self.exits(0, "flat.obj", "new.obj", "--update-baselines")
+        self.assertEqual((self.folder / "new.obj").read_bytes(), (self.folder / "flat.obj").read_bytes())
+        self.fails("none.obj", "new.obj", "--update-baselines", saying="none.obj")
+
+
+if __name__ == "__main__":
+    unittest.main()
