@@ -11,6 +11,7 @@ inline constexpr int kExitError = 3;  // bad flags, unreadable input, a failure
 
 inline constexpr const char* kSandboxCommand = "sandbox";
 
+void add_check(CLI::App& app, int& exit_code);
 void add_compare(CLI::App& app, int& exit_code);
 void add_health(CLI::App& app, int& exit_code);
 void add_keys(CLI::App& app, int& exit_code);

@@ -1,10 +1,8 @@
 #include "api/compare.h"
 
-#include <signal.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cstdio>
 #include <memory>
 #include <optional>
@@ -13,8 +11,10 @@
 #include "api/names.h"
 #include "api/request.h"
 #include "api/response.h"
+#include "check/mapped_file.h"
+#include "check/text.h"
 #include "cli/commands.h"
-#include "cli/mapped_file.h"
+#include "cli/interrupts.h"
 #include "cli/report.h"
 
 namespace meshgauge::cli {
@@ -25,10 +25,11 @@ struct Flags {
   std::string b;
   std::string direction{api::name_of(api::kDirections, Options{}.direction)};
   std::string strategy{api::name_of(api::kStrategies, Options{}.strategy)};
-  std::optional<double> absolute, diagonal, relative, max_distance, points, work_items, memory_bytes;
+  std::optional<double> absolute, diagonal, relative, max_distance, points, work_items, memory_bytes, samples, seed;
   double timeout_ms = 30'000;
   double threads = 0;
   std::string simd = "auto";
+  bool statistics = false;
   bool json = false;
 };
 
@@ -77,6 +78,21 @@ Result<Done> set_budget(const Flags& flags, Options& options) {
   return Done{};
 }
 
+Result<Done> set_statistics(const Flags& flags, Options& options) {
+  std::optional<double> samples, seed;
+  if (auto ok = set_number(flags.samples, api::kSamplesRange, "--samples", samples); !ok) return ok;
+  if (auto ok = set_number(flags.seed, api::kSeedRange, "--seed", seed); !ok) return ok;
+  if (!flags.statistics) {
+    if (!samples && !seed) return Done{};
+    const std::string name = samples ? "--samples" : "--seed";
+    return Error{ErrorCode::invalid_request, name + " goes with --statistics only", "", name};
+  }
+  Sampling& sampling = options.statistics.emplace();
+  if (samples) sampling.samples = static_cast<std::size_t>(*samples);
+  if (seed) sampling.seed = static_cast<std::uint64_t>(*seed);
+  return Done{};
+}
+
 Result<Done> set_machine(const Flags& flags, Options& options) {
   auto threads = api::in_range(flags.threads, {0, api::kThreadsRange.high, true}, "--threads");
   if (!threads) return threads.error();
@@ -99,6 +115,7 @@ Result<api::Request> to_request(const Flags& flags) {
   if (auto ok = set_number(flags.max_distance, api::kMaxDistanceRange, "--max-distance", options.max_distance); !ok) {
     return ok.error();
   }
+  if (auto ok = set_statistics(flags, options); !ok) return ok.error();
   if (auto ok = set_machine(flags, options); !ok) return ok.error();
   auto timeout = api::in_range(flags.timeout_ms, api::kTimeoutMsRange, "--timeout-ms");
   if (!timeout) return timeout.error();
@@ -111,46 +128,25 @@ int fail(const Error& error) {
   return kExitError;
 }
 
-// While it lives, Ctrl-C and SIGTERM cancel the job; a second one ends the process.
-class Interrupts {
- public:
-  explicit Interrupts(Control& control) {
-    job_.store(&control);
-    struct sigaction action {};
-    action.sa_handler = [](int) {
-      if (Control* running = job_.load()) running->cancel();
-    };
-    action.sa_flags = static_cast<int>(SA_RESETHAND);
-    sigaction(SIGINT, &action, nullptr);
-    sigaction(SIGTERM, &action, nullptr);
-  }
-  ~Interrupts() { job_.store(nullptr); }
-  Interrupts(const Interrupts&) = delete;
-  Interrupts& operator=(const Interrupts&) = delete;
-
- private:
-  static inline std::atomic<Control*> job_{nullptr};
-};
-
 // One line on a terminal that follows the interval, and is gone when the work is done.
 void show_progress(Control& control) {
   using std::chrono::milliseconds;
   control.watch(
       [](const Progress& progress) {
-        std::fprintf(stderr, "\r\033[K%-9s %s .. %s", progress.stage, shortest(progress.lower).c_str(),
-                     shortest(progress.upper).c_str());
+        std::fprintf(stderr, "\r\033[K%-9s %s .. %s", progress.stage, check::shortest(progress.lower).c_str(),
+                     check::shortest(progress.upper).c_str());
         std::fflush(stderr);
       },
       milliseconds(100));
 }
 
 Result<api::Comparison> measure_files(const Flags& flags, const api::Request& request) {
-  auto a = MappedFile::open(flags.a);
+  auto a = check::MappedFile::open(flags.a);
   if (!a) return a.error();
-  auto b = MappedFile::open(flags.b);
+  auto b = check::MappedFile::open(flags.b);
   if (!b) return b.error();
   Control control(Control::Clock::now() + request.timeout);
-  const Interrupts interrupts(control);
+  const Interrupts interrupts(&control);
   const bool terminal = isatty(STDERR_FILENO) != 0;
   if (terminal) show_progress(control);
   auto comparison = api::compare({"a", a->bytes(), flags.a, ""}, {"b", b->bytes(), flags.b, ""}, request.options,
@@ -191,6 +187,9 @@ void add_compare(CLI::App& app, int& exit_code) {
   command.add_option("--threads", flags->threads, "At most so many threads; 0: one for each processor")
       ->capture_default_str();
   command.add_option("--simd", flags->simd, "Instruction set: " + api::simd_names())->capture_default_str();
+  command.add_flag("--statistics", flags->statistics, "Also sample mean, RMS, quantiles and a histogram");
+  command.add_option("--samples", flags->samples, "Points sampled in each direction, 1000 to 1000000; else 100000");
+  command.add_option("--seed", flags->seed, "Another one samples other points; else 1");
   command.add_flag("--json", flags->json, "Print the result as JSON");
   command.callback([flags, &exit_code] { exit_code = run(*flags); });
 }

@@ -12,6 +12,7 @@ int run(int argc, char** argv) {
   app.require_subcommand(1);
   int exit_code = meshgauge::cli::kExitError;
   meshgauge::cli::add_compare(app, exit_code);
+  meshgauge::cli::add_check(app, exit_code);
   meshgauge::cli::add_serve(app, exit_code);
   meshgauge::cli::add_health(app, exit_code);
   meshgauge::cli::add_keys(app, exit_code);

@@ -1,17 +1,20 @@
 #include "cli/report.h"
 
-#include <charconv>
 #include <cstdarg>
 #include <cstdio>
 
 #include "api/gate.h"
 #include "api/names.h"
 #include "api/notes.h"
+#include "check/text.h"
+#include "cli/statistics_table.h"
 
 namespace meshgauge::cli {
 namespace {
 
 using api::Comparison;
+using check::shortest;
+using check::text;
 
 __attribute__((format(printf, 2, 3))) void append(std::string& out, const char* format, ...) {
   char line[512];
@@ -22,14 +25,10 @@ __attribute__((format(printf, 2, 3))) void append(std::string& out, const char* 
   out += line;
 }
 
-std::string text(const Vec3& p) {
-  return "(" + shortest(p.x()) + ", " + shortest(p.y()) + ", " + shortest(p.z()) + ")";
-}
-
 std::string reason(const Outcome& outcome) {
-  std::string text(api::name_of(api::kStops, outcome.stop));
-  if (outcome.met_by) text += " (" + std::string(api::name_of(api::kRules, *outcome.met_by)) + " tolerance)";
-  return text;
+  std::string why(api::name_of(api::kStops, outcome.stop));
+  if (outcome.met_by) why += " (" + std::string(api::name_of(api::kRules, *outcome.met_by)) + " tolerance)";
+  return why;
 }
 
 void add_mesh(std::string& out, const char* name, const api::MeshFacts& mesh) {
@@ -52,9 +51,11 @@ void add_direction(std::string& out, const char* name, const std::optional<Direc
 
 void add_times(std::string& out, const Comparison& comparison) {
   const Timings& engine = comparison.outcome.timings;
-  append(out, "time      %.1f ms: read a %.1f, read b %.1f, build %.1f, traverse %.1f, reduce %.1f, certify %.1f\n",
+  append(out, "time      %.1f ms: read a %.1f, read b %.1f, build %.1f, traverse %.1f, reduce %.1f, certify %.1f",
          comparison.times.total, comparison.times.read_a, comparison.times.read_b, engine.build, engine.traverse,
          engine.reduce, engine.certify);
+  if (comparison.outcome.statistics) append(out, ", statistics %.1f", engine.statistics);
+  out += "\n";
 }
 
 void add_engine(std::string& out, const Comparison& comparison) {
@@ -65,12 +66,6 @@ void add_engine(std::string& out, const Comparison& comparison) {
 }
 
 }  // namespace
-
-std::string shortest(double x) {
-  char digits[32];
-  const auto end = std::to_chars(digits, digits + sizeof digits, x).ptr;
-  return {digits, end};
-}
 
 std::string to_table(const Comparison& comparison) {
   const Outcome& outcome = comparison.outcome;
@@ -84,6 +79,7 @@ std::string to_table(const Comparison& comparison) {
   }
   add_direction(out, "a to b", outcome.a_to_b);
   add_direction(out, "b to a", outcome.b_to_a);
+  if (outcome.statistics) out += to_table(*outcome.statistics);
   add_mesh(out, "mesh a", comparison.a);
   add_mesh(out, "mesh b", comparison.b);
   add_engine(out, comparison);

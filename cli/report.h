@@ -9,6 +9,4 @@ namespace meshgauge::cli {
 
 std::string to_table(const api::Comparison& comparison);
 
-std::string shortest(double x);  // the shortest digits that read back as x
-
 }  // namespace meshgauge::cli

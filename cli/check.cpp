@@ -1,0 +1,220 @@
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <memory>
+#include <string>
+#include <thread>
+#include <utility>
+
+#include "api/request.h"
+#include "check/html/html.h"
+#include "check/manifest/baselines.h"
+#include "check/mistaken.h"
+#include "check/remote.h"
+#include "check/reports/code_quality.h"
+#include "check/reports/junit.h"
+#include "check/reports/markdown.h"
+#include "check/reports/sarif.h"
+#include "check/reports/wording.h"
+#include "check/run/json_report.h"
+#include "check/run/local.h"
+#include "check/run/meshes.h"
+#include "check/run/processors.h"
+#include "check/run/run.h"
+#include "check/run/terminal.h"
+#include "cli/check_extras.h"
+#include "cli/check_flags.h"
+#include "cli/commands.h"
+#include "cli/interrupts.h"
+#include "cli/places.h"
+#include "cli/report_files.h"
+
+namespace meshgauge::cli {
+namespace {
+
+using check::Report;
+using Gates = std::vector<check::Gate>;
+using Pictures = std::vector<check::GatePicture>;
+
+// Messages and names of files come from anywhere: one line each, and nothing in it that a terminal or a runner obeys.
+int fail(const std::string& message) {
+  std::fprintf(stderr, "meshgauge: %s\n", check::shown_name(message).c_str());
+  return kExitError;
+}
+
+// Borrows `pictures`, which are there when the reports are written.
+ReportFiles reports_of(const CheckFlags& flags, const Pictures& pictures) {
+  ReportFiles reports;
+  reports.add("--json", flags.json, check::to_json);
+  reports.add("--junit", flags.junit, [](const Report& report) { return check::to_junit(report); });
+  reports.add("--sarif", flags.sarif, check::to_sarif);
+  reports.add("--markdown", flags.markdown, [](const Report& report) { return check::to_markdown(report); });
+  reports.add("--code-quality", flags.code_quality, check::to_code_quality);
+  reports.add("--html", flags.html, [&pictures](const Report& report) { return check::to_html(report, pictures); });
+  return reports;
+}
+
+Places inputs_of(const CheckFlags& flags, const Gates& gates) {
+  Places places;
+  if (flags.files.size() == 1) places.reads(flags.files[0], "the manifest");
+  if (!flags.key_file.empty()) places.reads(flags.key_file, "the service's key");
+  if (!flags.ca_file.empty()) places.reads(flags.ca_file, "the certificates to trust");
+  for (const check::Gate& gate : gates) {
+    places.reads(gate.candidate, "the candidate of the gate '" + gate.name + "'");
+    places.reads(gate.baseline, "the baseline of the gate '" + gate.name + "'");
+  }
+  return places;
+}
+
+// https://no-color.org: set to anything but nothing.
+bool colours(const CheckFlags& flags, int file) {
+  const char* no_color = std::getenv("NO_COLOR");
+  return !flags.no_colour && !(no_color && *no_color) && isatty(file) != 0;
+}
+
+Result<unsigned> jobs_of(const CheckFlags& flags) {
+  const auto jobs = api::in_range(flags.jobs, {0, 1024, true}, "--jobs");
+  if (!jobs) return jobs.error();
+  return static_cast<unsigned>(*jobs);
+}
+
+Result<std::unique_ptr<check::Measurer>> service_of(const CheckFlags& flags, unsigned jobs) {
+  auto key = check::service_key(flags.key_file);
+  if (!key) return key.error();
+  check::RemoteOptions options;
+  options.url = flags.server;
+  options.key = std::move(*key);
+  options.key_in_clear = flags.key_in_clear;
+  options.ca_file = flags.ca_file;
+  if (jobs > 0) options.at_once = jobs;
+  return check::remote(options);
+}
+
+// Who measures, and what else is made of the meshes.
+struct Crew {
+  std::shared_ptr<check::Meshes> meshes;
+  std::unique_ptr<check::Measurer> measurer;
+  std::unique_ptr<CheckExtras> extras;
+};
+
+Result<Crew> crew_of(const CheckFlags& flags, const Gates& gates, Places& places) {
+  const auto jobs = jobs_of(flags);
+  if (!jobs) return jobs.error();
+  auto maps = DeviationMaps::open(flags.deviation, flags.files.size() == 1, gates, places);
+  if (!maps) return maps.error();
+  const bool here = flags.server.empty(), pictures = !flags.html.empty();
+  const unsigned processors = std::max(1U, std::thread::hardware_concurrency());
+  const auto meshes = std::make_shared<check::Meshes>(gates, (here ? 1U : 0U) + CheckExtras::turns(pictures, *maps));
+  auto measurer = here ? check::local(gates, meshes, {processors, *jobs}) : service_of(flags, *jobs);
+  if (!measurer) return measurer.error();
+  // Maps are made by the threads that measure, while other gates run under a deadline.
+  const auto seats = std::min<std::size_t>((*measurer)->at_once(), gates.size());
+  auto extras = std::make_unique<CheckExtras>(meshes, pictures, std::move(*maps),
+                                              check::Processors::part(processors, seats), processors);
+  return Crew{meshes, std::move(*measurer), std::move(extras)};
+}
+
+Report measure(const CheckFlags& flags, const Gates& gates, Crew& crew, const Interrupts& interrupts) {
+  const auto rule = undecided_rule(flags);
+  check::ProgressDisplay display(stderr, check::terminal_columns(STDERR_FILENO), colours(flags, STDERR_FILENO));
+  check::Watch watch;
+  watch.interrupted = [&] { return interrupts.seen(); };
+  watch.after = [&](std::size_t place, const auto& outcome, Control& control) {
+    crew.extras->after(place, outcome, control);
+  };
+  watch.ended = [&](const auto& outcome, const auto& standing) {
+    if (!interrupts.seen()) crew.extras->ended(outcome);  // else nobody waits for pictures
+    if (!flags.quiet) display.ended(outcome, standing, rule);
+  };
+  if (!flags.quiet) watch.standing = [&](const auto& standing) { display.show(standing); };
+  Report report = check::run(gates, *crew.measurer, watch);
+  display.clear();
+  report.undecided = rule;
+  return report;
+}
+
+bool print_table(const CheckFlags& flags, const Report& report, bool to_stdout) {
+  std::FILE* out = to_stdout ? stdout : stderr;
+  const check::TableStyle style{colours(flags, to_stdout ? STDOUT_FILENO : STDERR_FILENO), flags.quiet};
+  return std::fputs(check::to_table(report, style).c_str(), out) >= 0 && std::fflush(out) == 0;
+}
+
+// The exit code. Whatever cannot be written, the rest is.
+int tell(const CheckFlags& flags, const Report& report, const ReportFiles& reports, const CheckExtras& extras) {
+  int exit_code = report.exit_code();
+  if (!print_table(flags, report, !reports.to_stdout())) exit_code = fail("the result could not be written");
+  if (const auto written = reports.write(report); !written) exit_code = fail(written.error().message);
+  for (const std::string& problem : extras.problems()) exit_code = fail(problem);
+  return exit_code;
+}
+
+// Interrupted, nobody waits until large meshes are freed. And who gave up waiting for a file, or needed it no more, has
+// left a reader behind, which uses what exit() destroys.
+void leave_at_once_if_cut(const Report& report, const check::Meshes& meshes, int exit_code) {
+  if (!meshes.reading() && !report.interrupted) return;
+  std::fflush(nullptr);
+  std::_Exit(exit_code);
+}
+
+// All reports say it as well: those of an earlier run are not to be read as this one's.
+int refuse(const CheckFlags& flags, const Asked& asked) {
+  for (const check::Mistake& mistake : asked.mistakes)
+    fail(asked.manifest.empty() ? mistake.message : check::to_string(asked.manifest, mistake));
+  const Pictures none;
+  const ReportFiles reports = reports_of(flags, none);
+  Places places = inputs_of(flags, {});
+  if (const auto ok = reports.possible(places); !ok) return fail(ok.error().message);
+  const auto written = reports.write(check::mistaken(asked.manifest, asked.mistakes));
+  return written ? kExitError : fail(written.error().message);
+}
+
+int refuse(const CheckFlags& flags, const Error& error) { return refuse(flags, {{}, {{0, 0, error.message}}, ""}); }
+
+int check_gates(const CheckFlags& flags, const Gates& gates) {
+  Pictures pictures;
+  const ReportFiles reports = reports_of(flags, pictures);
+  Places places = inputs_of(flags, gates);
+  if (const auto ok = reports.possible(places); !ok) return fail(ok.error().message);
+  auto crew = crew_of(flags, gates, places);
+  if (!crew) return refuse(flags, crew.error());
+  const Interrupts interrupts;
+  const Report report = measure(flags, gates, *crew, interrupts);
+  pictures = crew->extras->pictures(report, [&] { return interrupts.seen(); });
+  const int exit_code = tell(flags, report, reports, *crew->extras);
+  leave_at_once_if_cut(report, *crew->meshes, exit_code);
+  return exit_code;
+}
+
+int update_baselines(const CheckFlags& flags, const Gates& gates) {
+  const check::Updates updates = check::plan_updates(gates);
+  for (const check::Mistake& mistake : updates.mistakes)
+    fail(flags.files.size() == 1 ? check::to_string(flags.files[0], mistake) : mistake.message);
+  if (!updates.mistakes.empty()) return kExitError;
+  if (!flags.dry_run) {
+    if (const auto done = check::carry_out(updates); !done) return fail(done.error().message);
+  }
+  for (const check::Update& update : updates.updates)
+    std::printf("%s\n", check::shown_name(check::to_string(update)).c_str());
+  if (std::fflush(stdout) != 0) return fail("the result could not be written");
+  return kExitResult;
+}
+
+int run(const CheckFlags& flags) {
+  const Asked asked = gates_asked(flags);
+  if (!asked.mistakes.empty()) return refuse(flags, asked);
+  return flags.update_baselines ? update_baselines(flags, asked.gates) : check_gates(flags, asked.gates);
+}
+
+}  // namespace
+
+void add_check(CLI::App& app, int& exit_code) {
+  CLI::App& command =
+      *app.add_subcommand("check", "Check meshes against baselines: exit 0 pass, 1 fail, 2 undecided, 3 error");
+  const auto flags = std::make_shared<CheckFlags>();
+  declare(command, *flags);
+  command.callback([flags, &exit_code] { exit_code = run(*flags); });
+}
+
+}  // namespace meshgauge::cli

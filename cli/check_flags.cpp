@@ -1,0 +1,234 @@
+#include "cli/check_flags.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cstdint>
+#include <initializer_list>
+#include <string_view>
+#include <utility>
+
+#include "api/formats/detect.h"
+#include "api/json_filter.h"
+#include "api/names.h"
+#include "api/request.h"
+#include "check/files.h"
+#include "check/manifest/manifest.h"
+#include "check/manifest/names.h"
+#include "check/manifest/naming.h"
+#include "check/manifest/quantities.h"
+#include "check/selection.h"
+
+namespace meshgauge::cli {
+namespace {
+
+Error bad_flag(const std::string& name, const std::string& why) {
+  return {ErrorCode::invalid_request, name + ": " + why, "", name};
+}
+
+Result<Done> set_timeout(const CheckFlags& flags, check::Gate& gate) {
+  if (!flags.timeout) return Done{};
+  const auto timeout = check::parse_duration(*flags.timeout);
+  if (!timeout) return bad_flag("--timeout", timeout.error().message);
+  return gate.timeout = *timeout, Done{};
+}
+
+Result<Done> set_threads(const CheckFlags& flags, check::Gate& gate) {
+  if (!flags.threads) return Done{};
+  const auto threads = api::in_range(*flags.threads, api::kThreadsRange, "--threads");
+  if (!threads) return threads.error();
+  gate.options.threads = static_cast<unsigned>(*threads);
+  gate.threads_given = true;
+  return Done{};
+}
+
+// What counts for two files and for the gates of a manifest alike: a slow machine, a small one.
+Result<Done> set_common(const CheckFlags& flags, check::Gate& gate) {
+  if (auto ok = set_timeout(flags, gate); !ok) return ok;
+  if (auto ok = set_threads(flags, gate); !ok) return ok;
+  gate.statistics = gate.statistics || flags.statistics;
+  return Done{};
+}
+
+Result<Done> set_names(const CheckFlags& flags, Options& options) {
+  if (flags.direction) {
+    const auto direction = api::value_of(check::kDirections, *flags.direction);
+    if (!direction) return bad_flag("--direction", "must be one of " + api::list_of(check::kDirections));
+    options.direction = *direction;
+  }
+  if (flags.strategy) {
+    const auto strategy = api::value_of(api::kStrategies, *flags.strategy);
+    if (!strategy) return bad_flag("--strategy", "must be one of " + api::list_of(api::kStrategies));
+    options.strategy = *strategy;
+  }
+  return Done{};
+}
+
+Result<check::Gate> gate_of_pair(const CheckFlags& flags) {
+  check::Gate gate;
+  gate.name = flags.files[0];
+  gate.candidate = flags.files[0];
+  gate.baseline = flags.files[1];
+  if (check::is_same_file(gate.candidate, gate.baseline))
+    return bad_flag("FILES", "candidate and baseline are the same file, '" + flags.files[0] + "'");
+  if (flags.update_baselines) return gate;  // whatever its limit
+  if (!flags.max_distance) return bad_flag("--max-distance", "is needed for two files, as in --max-distance '0.05 mm'");
+  auto limit = check::parse_limit(*flags.max_distance);
+  if (!limit) return bad_flag("--max-distance", limit.error().message);
+  gate.limit = std::move(*limit);
+  if (auto ok = set_names(flags, gate.options); !ok) return ok.error();
+  return gate;
+}
+
+// Of a manifest's gates these stand in the manifest, each with a line that can be looked at.
+Result<Done> fit_manifest(const CheckFlags& flags) {
+  const std::pair<const char*, bool> given[] = {{"--max-distance", flags.max_distance.has_value()},
+                                                {"--direction", flags.direction.has_value()},
+                                                {"--strategy", flags.strategy.has_value()}};
+  for (const auto& [name, is_given] : given) {
+    if (is_given) return bad_flag(name, "is for two files, A and B; '" + flags.files[0] + "' alone is a manifest");
+  }
+  return Done{};
+}
+
+// What the names of the files say against what they are taken for.
+Result<Done> fit_files(const CheckFlags& flags) {
+  const auto is_one_of = [](const std::string& file, std::initializer_list<std::string_view> suffixes) {
+    return std::find(suffixes.begin(), suffixes.end(), check::suffix_of(file)) != suffixes.end();
+  };
+  const std::string& first = flags.files[0];
+  const bool manifest = is_one_of(first, {".yaml", ".yml"});
+  if (flags.files.size() == 1) {
+    const bool mesh = !manifest && api::format_by_name(first).has_value();
+    return mesh ? bad_flag("FILES",
+                           api::shown_text(first) + " is a mesh: name its baseline behind it, and --max-distance")
+                : Result<Done>(Done{});
+  }
+  const std::string& second = flags.files[1];
+  if (manifest && is_one_of(second, {".json"})) {
+    return bad_flag("--json", "takes its file behind '=': --json=" + second);
+  }
+  if (manifest || is_one_of(second, {".yaml", ".yml"})) {
+    return bad_flag("FILES",
+                    api::shown_text(manifest ? first : second) + " is a manifest, and a manifest stands alone");
+  }
+  if (is_one_of(second, {".json"})) return bad_flag("--json", "takes its file behind '=': --json=" + second);
+  return Done{};
+}
+
+Asked mistaken(const Error& error) { return {{}, {{0, 0, error.message}}, ""}; }
+
+Asked gates_of_manifest(const CheckFlags& flags) {
+  if (const auto ok = fit_manifest(flags); !ok) return mistaken(ok.error());
+  const auto baselines = flags.update_baselines ? check::Baselines::may_be_missing : check::Baselines::must_exist;
+  check::Gates read = check::gates_of(flags.files[0], baselines, check::Selection(flags.only));
+  return {std::move(read.gates), std::move(read.mistakes), flags.files[0]};
+}
+
+Asked all_gates(const CheckFlags& flags) {
+  if (flags.files.size() == 1) return gates_of_manifest(flags);
+  auto gate = gate_of_pair(flags);
+  if (!gate) return mistaken(gate.error());
+  return {{std::move(*gate)}, {}, ""};
+}
+
+// Each pattern has to name a gate: a misspelt one beside others would leave its gates out unseen.
+void keep_only(const std::vector<std::string>& patterns, Asked& asked) {
+  for (const std::string& pattern : patterns) {
+    const auto named = [one = check::Selection({pattern})](const check::Gate& gate) { return one.holds(gate.name); };
+    if (std::any_of(asked.gates.begin(), asked.gates.end(), named)) continue;
+    asked.mistakes.push_back({0, 0, "--only: no gate is named like " + api::shown_text(pattern)});
+  }
+  const check::Selection only(patterns);
+  std::erase_if(asked.gates, [&](const check::Gate& gate) { return !only.holds(gate.name); });
+}
+
+// An empty variable of a pipeline is no wish for all gates.
+Result<Done> fit_only(const CheckFlags& flags) {
+  const auto is_empty = [](const std::string& pattern) { return pattern.empty(); };
+  if (std::none_of(flags.only.begin(), flags.only.end(), is_empty)) return Done{};
+  return bad_flag("--only", "is empty: name gates, or leave it out for all of them");
+}
+
+void declare_measuring(CLI::App& command, CheckFlags& flags) {
+  command.add_option("--max-distance", flags.max_distance,
+                     "The largest distance that passes: '0.05', '0.05 mm', or '0.5 %' of the baseline's diagonal");
+  command.add_option("--direction", flags.direction, "symmetric, candidate_to_baseline, baseline_to_candidate");
+  command.add_option("--timeout", flags.timeout, "Of each gate: '60 s', '500 ms', or a number of seconds");
+  command.add_option("--strategy", flags.strategy, api::list_of(api::kStrategies));
+  command.add_option("--threads", flags.threads, "Of each gate; without it the gates share the processors");
+  command.add_flag("--statistics", flags.statistics, "Sample mean, RMS, percentiles and a histogram as well");
+  command.add_option("--jobs", flags.jobs, "Gates at the same time; 0: one for each processor")->capture_default_str();
+  command
+      .add_option("--only", flags.only,
+                  "Only the gates whose name matches this pattern of *, ? and [..], or one of several --only")
+      ->allow_extra_args(false);
+  command.add_option("--undecided", flags.undecided, "Count what is undecided as fail (exit 1) or only warn (exit 0)")
+      ->check(CLI::IsMember({"fail", "warn"}));
+}
+
+void declare_reports(CLI::App& command, CheckFlags& flags) {
+  command.add_flag("--json{-}", flags.json, "Write the report as JSON to standard output, or to --json=FILE");
+  command.add_option("--junit", flags.junit,
+                     "Write the report as JUnit XML; '-' is standard output, as for all reports");
+  command.add_option("--sarif", flags.sarif, "Write the report as SARIF 2.1.0");
+  command.add_option("--markdown", flags.markdown, "Write the report as Markdown, for a job summary");
+  command.add_option("--code-quality", flags.code_quality, "Write the report as GitLab's Code Quality JSON");
+  command.add_option("--html", flags.html, "Write the report as one HTML file, with pictures of the meshes");
+  command.add_option("--deviation", flags.deviation,
+                     "Write the candidate coloured by its distance, FILE.ply or FILE.glb; for a manifest a folder");
+  command.add_flag("--quiet", flags.quiet, "Print nothing about gates that pass, and no progress");
+  command.add_flag("--no-colour,--no-color", flags.no_colour, "No colours, as with the variable NO_COLOR");
+}
+
+void declare_service(CLI::App& command, CheckFlags& flags) {
+  command.add_option("--server", flags.server, "Have a meshgauge service measure: its http or https address");
+  command.add_option("--key-file", flags.key_file, "File with the service's key; else the variable MESHGAUGE_KEY")
+      ->needs("--server");
+  command
+      .add_flag("--key-in-clear", flags.key_in_clear,
+                "Send the key by http:// as well, where whoever is on the way can read it")
+      ->needs("--server");
+  command.add_option("--ca-file", flags.ca_file, "PEM file of the certificates to trust, instead of this machine's")
+      ->needs("--server");
+}
+
+}  // namespace
+
+void declare(CLI::App& command, CheckFlags& flags) {
+  command
+      .add_option("FILES", flags.files,
+                  "CANDIDATE BASELINE: two mesh files, with --max-distance; or one manifest of gates (YAML)")
+      ->required()
+      ->expected(1, 2);
+  declare_measuring(command, flags);
+  declare_reports(command, flags);
+  declare_service(command, flags);
+  CLI::Option* update = command.add_flag("--update-baselines", flags.update_baselines,
+                                         "Measure nothing: copy each gate's candidate over its baseline");
+  for (const char* unheard : {"--json", "--junit", "--sarif", "--markdown", "--code-quality", "--html", "--deviation",
+                              "--server", "--statistics", "--undecided"}) {
+    update->excludes(command.get_option(unheard));  // nothing is measured, so that there is nothing to report
+  }
+  command.add_flag("--dry-run", flags.dry_run, "With --update-baselines: only say what it would do")->needs(update);
+}
+
+Asked gates_asked(const CheckFlags& flags) {
+  if (const auto ok = fit_files(flags); !ok) return mistaken(ok.error());
+  if (const auto ok = fit_only(flags); !ok) return mistaken(ok.error());
+  Asked asked = all_gates(flags);
+  if (!asked.mistakes.empty()) return asked;
+  for (check::Gate& gate : asked.gates) {
+    if (const auto ok = set_common(flags, gate); !ok) return mistaken(ok.error());
+  }
+  asked.manifest.clear();
+  keep_only(flags.only, asked);
+  if (asked.gates.empty() && asked.mistakes.empty()) asked.mistakes.push_back({0, 0, "there is no gate to check"});
+  return asked;
+}
+
+check::Undecided undecided_rule(const CheckFlags& flags) {
+  if (flags.undecided.empty()) return check::Undecided::separate;
+  return flags.undecided == "fail" ? check::Undecided::fail : check::Undecided::warn;
+}
+
+}  // namespace meshgauge::cli

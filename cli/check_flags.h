@@ -1,0 +1,49 @@
+// The flags of `meshgauge check`, and the gates that they ask for.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+
+#include "check/gate.h"
+#include "check/manifest/mistake.h"
+#include "check/outcome.h"
+#include "engine/result.h"
+
+namespace meshgauge::cli {
+
+struct CheckFlags {
+  std::vector<std::string> files;  // candidate and baseline, or a manifest
+  std::optional<std::string> max_distance, direction, timeout, strategy;
+  std::optional<double> threads;
+  bool statistics = false;
+  std::vector<std::string> only;
+  double jobs = 0;
+  std::string undecided;
+
+  std::string json, junit, sarif, markdown, code_quality, html, deviation;
+  bool quiet = false;
+  bool no_colour = false;
+
+  std::string server, key_file, ca_file;
+  bool key_in_clear = false;
+  bool update_baselines = false;
+  bool dry_run = false;
+};
+
+void declare(CLI::App& command, CheckFlags& flags);
+
+// The gates of the manifest or of the two files, of which --only leaves those it names. Errors name flag or line, all
+// at once.
+struct Asked {
+  std::vector<check::Gate> gates;
+  std::vector<check::Mistake> mistakes;  // any: nothing is to be measured
+  std::string manifest;                  // that they are of; empty: of the flags
+};
+Asked gates_asked(const CheckFlags& flags);
+
+check::Undecided undecided_rule(const CheckFlags& flags);
+
+}  // namespace meshgauge::cli

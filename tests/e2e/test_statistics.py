@@ -1,0 +1,201 @@
+"""Statistics on request: the same from the service, from stored meshes and from the command line."""
+
+import json
+import math
+import signal
+import subprocess
+import tempfile
+import unittest
+from pathlib import Path
+
+from contract import validate
+from harness import BINARY, ENVIRONMENT, RAISED, SLOW, SLOW_OPTIONS, SQUARE, Server, ServerCase, until, wavy_grid
+from test_jobs import ASYNC, ENDED, wait_for
+from test_meshes import compare as compare_stored, id_of
+
+ESTIMATES = ("mean", "rms", "p50", "p95", "p99")
+FEW = {"samples": 1000}
+
+
+def ball(rings):
+    """A sphere around 0."""
+    lines = []
+    for j in range(rings + 1):
+        for i in range(2 * rings):
+            theta, phi = math.pi * j / rings, math.pi * i / rings
+            lines.append("v %r %r %r" % (math.sin(theta) * math.cos(phi), math.sin(theta) * math.sin(phi), math.cos(theta)))
+    for j in range(rings):
+        for i in range(2 * rings):
+            a, b = 2 * rings * j + i + 1, 2 * rings * j + (i + 1) % (2 * rings) + 1
+            lines.append("f %d %d %d" % (a, a + 2 * rings, b))
+            lines.append("f %d %d %d" % (b, a + 2 * rings, b + 2 * rings))
+    return ("\n".join(lines) + "\n").encode()
+
+
+# The whole ball is nearly equally near to each point, so a million samples take long; the interval does not.
+MIDDLE = b"v 0 0 0\nv 1e-9 0 0\nv 0 1e-9 0\nf 1 2 3\n"
+LONG_SAMPLING = {"statistics": {"samples": 1000000}, "direction": "a_to_b", "timeout_ms": 100000}
+
+
+class Statistics(ServerCase):
+    flags = ("--workers", "2")
+
+    def statistics(self, **asked):
+        answer = self.server.compare(**asked)
+        self.assertEqual(answer.status, 200, answer.body)
+        return answer.json()["statistics"]
+
+    def test_not_asked_for(self):
+        for options in ({}, {"statistics": False}):
+            result = self.server.compare(options=options).json()
+            self.assertIsNone(result["statistics"])
+            self.assertNotIn("statistics", result["timings_ms"])
+
+    def test_asked_for(self):
+        answer = self.server.compare(options={"statistics": True})
+        result = answer.json()
+        self.assertIn("statistics;dur=", answer.headers["server-timing"])
+        self.assertGreater(result["timings_ms"]["statistics"], 0)
+        statistics = result["statistics"]
+        self.assertIs(statistics["sampled"], True)
+        self.assertEqual((statistics["status"], statistics["seed"]), ("complete", 1))
+        for direction in ("a_to_b", "b_to_a"):
+            found = statistics[direction]
+            self.assertEqual((found["weight"], found["samples"]), ("area", 100000))
+            for name in ESTIMATES:
+                self.assertAlmostEqual(found[name]["value"], 2)
+                self.assertLess(found[name]["standard_error"], 1e-12)
+            self.assertLessEqual(found["max_seen"], result[direction]["upper"])
+            self.assertAlmostEqual(sum(found["histogram"]["shares"]), 1)
+
+    def test_each_direction(self):
+        for direction, other in (("a_to_b", "b_to_a"), ("b_to_a", "a_to_b")):
+            statistics = self.statistics(options={"statistics": FEW, "direction": direction})
+            self.assertIsNotNone(statistics[direction])
+            self.assertIsNone(statistics[other])
+            self.assertEqual(statistics["status"], "complete")
+
+    def test_the_seed_and_no_thread_makes_a_difference(self):
+        meshes = dict(a=wavy_grid(30, 0.1), b=wavy_grid(23, 0.103))
+        first = self.statistics(**meshes, options={"statistics": {"samples": 2000, "seed": 5}})
+        self.assertEqual(first["seed"], 5)
+        again = self.statistics(**meshes, options={"statistics": {"samples": 2000, "seed": 5}, "threads": 2})
+        self.assertEqual(first, again)
+        other = self.statistics(**meshes, options={"statistics": {"samples": 2000, "seed": 6}})
+        self.assertNotEqual(first["a_to_b"]["mean"], other["a_to_b"]["mean"])
+        for name in ESTIMATES:
+            error = math.hypot(first["a_to_b"][name]["standard_error"], other["a_to_b"][name]["standard_error"])
+            self.assertLess(abs(first["a_to_b"][name]["value"] - other["a_to_b"][name]["value"]), 5 * error)
+
+    def test_stored_meshes_give_the_same_each_time(self):
+        a, b = wavy_grid(20, 0.1), wavy_grid(17, 0.103)
+        for mesh in (a, b):
+            self.assertIn(self.server.send("POST", "/v1/meshes", mesh).status, (200, 201))
+        options = {"statistics": FEW}
+        sent = self.statistics(a=a, b=b, options=options)
+        for _ in range(3):
+            answer = compare_stored(self.server, id_of(a), id_of(b), options)
+            self.assertEqual(answer.json()["statistics"], sent)
+
+    def test_points_and_segments(self):
+        point = b"v 0 0 5\nf 1 1 1\n"
+        self.assertEqual(self.statistics(a=point, options={"statistics": FEW})["a_to_b"]["weight"], "points")
+        segment = b"v 0 0 5\nv 0 0 7\nf 1 1 2\n"
+        found = self.statistics(a=segment, b=SQUARE, options={"statistics": FEW})["a_to_b"]
+        self.assertEqual(found["weight"], "length")
+        self.assertAlmostEqual(found["mean"]["value"], 6, delta=5 * found["mean"]["standard_error"])
+
+    def test_no_time_for_them(self):
+        result = self.server.compare(**SLOW, options={**SLOW_OPTIONS, "timeout_ms": 400, "statistics": True}).json()
+        self.assertEqual(result["status"], "timeout")
+        self.assertEqual(result["statistics"]["status"], "timeout")
+        self.assertIsNone(result["statistics"]["a_to_b"])
+        self.assertLessEqual(result["distance"]["lower"], result["distance"]["upper"])
+
+    def test_time_that_ends_while_sampling_leaves_the_interval(self):
+        result = self.server.compare(MIDDLE, ball(100), {**LONG_SAMPLING, "timeout_ms": 1500}).json()
+        self.assertEqual((result["status"], result["statistics"]["status"]), ("converged", "timeout"))
+        self.assertIsNone(result["statistics"]["a_to_b"])
+        self.assertLess(result["timings_ms"]["total"], 10000)
+
+    def test_cancelled_while_sampling(self):
+        path = self.server.compare(MIDDLE, ball(100), LONG_SAMPLING, extra=ASYNC).headers["location"]
+
+        def stage():
+            job = self.server.get(path).json()
+            self.assertNotIn(job["state"], ENDED)
+            return (job["progress"] or {}).get("stage")
+        until(lambda: stage() == "statistics")
+        self.server.send("DELETE", path)
+        job = wait_for(self.server, path, *ENDED)
+        self.assertEqual(job["state"], "cancelled")
+        self.assertEqual((job["result"]["status"], job["result"]["statistics"]["status"]), ("converged", "cancelled"))
+
+    def test_what_is_refused(self):
+        for statistics in (None, "yes", 1, [], {"bins": 3}, {"samples": 10}, {"samples": 1e3}, {"seed": -1}):
+            self.refused(self.server.compare(options={"statistics": statistics}), 422, "invalid-request")
+
+    def test_an_idempotency_key_holds_for_the_statistics_asked_for(self):
+        extra = "Idempotency-Key: statistics\r\n"
+        first = self.server.compare(options={"statistics": FEW}, extra=extra)
+        self.assertEqual(self.server.compare(options={"statistics": FEW}, extra=extra).body, first.body)
+        for options in ({}, {"statistics": True}, {"statistics": {"samples": 1000, "seed": 2}}):
+            self.refused(self.server.compare(options=options, extra=extra), 422, "idempotency-key-reused")
+
+
+class Kept(unittest.TestCase):
+    def test_a_result_is_as_it_was_after_a_kill(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        results = []
+        for _ in range(2):
+            server = Server("--data-dir", folder.name)
+            self.addCleanup(server.stop)
+            results.append(server.compare(options={"statistics": FEW}, extra="Idempotency-Key: k\r\n").body)
+            server.stop(signal.SIGKILL)
+        self.assertEqual(results[0], results[1])
+        self.assertEqual(json.loads(results[0])["statistics"]["status"], "complete")
+
+
+class Cli(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.files = [str(Path(folder.name) / name) for name in ("a.obj", "b.obj")]
+        for path, mesh in zip(self.files, (wavy_grid(20, 0.1), wavy_grid(17, 0.103))):
+            Path(path).write_bytes(mesh)
+
+    def run_cli(self, *flags):
+        return subprocess.run([BINARY, "compare", *self.files, *flags], capture_output=True, text=True, timeout=120,
+                              env=ENVIRONMENT)
+
+    def test_the_same_as_over_http(self):
+        server = Server()
+        self.addCleanup(server.stop)
+        sent = server.compare(*(Path(path).read_bytes() for path in self.files),
+                              {"statistics": {"samples": 2000, "seed": 3}}).json()
+        document = json.loads(self.run_cli("--json", "--statistics", "--samples", "2000", "--seed", "3").stdout)
+        validate(document, "Comparison")
+        self.assertEqual(document["statistics"], sent["statistics"])
+
+    def test_the_table(self):
+        table = self.run_cli("--statistics").stdout
+        for line in ("sampled   a to b: 100000 points by area", "sampled   b to a: ", "  mean ", "  p95 ", "  max seen",
+                     "  up to ", "#####", ", statistics "):
+            self.assertIn(line, table)
+        for line in table.splitlines():
+            self.assertEqual(line, line.rstrip())
+        self.assertNotIn("sampled", self.run_cli().stdout)
+
+    def test_bad_flags(self):
+        for flags, saying in ((("--statistics", "--samples", "999"), "--samples must be an integer from 1000 to 1000000"),
+                              (("--statistics", "--seed", "-1"), "--seed must be"),
+                              (("--samples", "2000"), "--samples goes with --statistics only"),
+                              (("--seed", "2"), "--seed goes with --statistics only")):
+            result = self.run_cli(*flags)
+            self.assertEqual(result.returncode, 3, flags)
+            self.assertIn(saying, result.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()
