@@ -17,7 +17,10 @@
 #include <vector>
 
 #include <linux/capability.h>
+#include <linux/seccomp.h>
 #include <seccomp.h>
+
+#include "server/sandbox/descriptor.h"
 
 namespace meshgauge::server::sandbox {
 namespace {
@@ -65,9 +68,17 @@ class Filter {
         seccomp_rule_add_array(context_.get(), SCMP_ACT_ALLOW, call, static_cast<unsigned>(all.size()), all.data());
   }
 
-  int load() {
-    if (error_ == 0) error_ = seccomp_load(context_.get());
-    return -error_;
+  // 0, or the errno that says why there is none.
+  int compile(std::vector<sock_filter>& program) {
+    const Descriptor file(::memfd_create("filter", MFD_CLOEXEC));
+    if (error_ == 0 && !file) error_ = -errno;
+    if (error_ == 0) error_ = seccomp_export_bpf(context_.get(), file.get());
+    if (error_ != 0) return -error_;
+    const off_t bytes = ::lseek(file.get(), 0, SEEK_END);
+    program.resize(bytes > 0 ? static_cast<std::size_t>(bytes) / sizeof(sock_filter) : 0);
+    const std::size_t size = program.size() * sizeof(sock_filter);
+    const ssize_t got = ::pread(file.get(), program.data(), size, 0);
+    return got > 0 && static_cast<std::size_t>(got) == size ? 0 : EIO;
   }
 
  private:
@@ -124,8 +135,8 @@ bool limit_resources(const Bounds& bounds) {
                          limit(RLIMIT_NPROC, 0)));
 }
 
-int forbid_calls() {
-  if (kSanitized) return ENOTSUP;
+Rules compile_rules() {
+  Rules rules;
   Filter filter;
   for (const int call : {SCMP_SYS(brk), SCMP_SYS(munmap), SCMP_SYS(mremap), SCMP_SYS(futex), SCMP_SYS(clock_gettime),
                          SCMP_SYS(exit), SCMP_SYS(exit_group)}) {
@@ -136,15 +147,24 @@ int forbid_calls() {
   for (const int advice : {MADV_HUGEPAGE, MADV_DONTNEED}) filter.allow(SCMP_SYS(madvise), {equal(2, advice)});
   filter.allow(SCMP_SYS(recvmsg), {equal(0, kChannel)});
   filter.allow(SCMP_SYS(sendmsg), {equal(0, kChannel)});
-  return filter.load();
+  rules.error = filter.compile(rules.program);
+  return rules;
 }
 
-Trial try_confinement(const Bounds& bounds) {
+int forbid_calls(const Rules& rules) {
+  if (kSanitized) return ENOTSUP;
+  if (rules.error != 0) return rules.error;
+  const sock_fprog program{static_cast<unsigned short>(rules.program.size()),
+                           const_cast<sock_filter*>(rules.program.data())};  // which only reads it
+  return ::prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &program) == 0 ? 0 : errno;
+}
+
+Trial try_confinement(const Bounds& bounds, const Rules& rules) {
   const pid_t probe = ::fork();
   if (probe < 0) return {std::string("no process can be made: ") + std::strerror(errno), ""};
   if (probe == 0) {
     if (!limit_resources(bounds)) ::_exit(kUnlimited);
-    const int refused = forbid_calls();
+    const int refused = forbid_calls(rules);
     if (refused != 0) ::_exit(refused);
     [[maybe_unused]] const int socket = ::socket(AF_UNIX, SOCK_STREAM, 0);
     ::_exit(kWentThrough);

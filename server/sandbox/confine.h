@@ -1,7 +1,10 @@
 // What a worker may still do, and how much of it: for a process that has one thread, and not to be undone.
 #pragma once
 
+#include <linux/filter.h>
+
 #include <string>
+#include <vector>
 
 #include "server/sandbox/protocol.h"
 
@@ -29,13 +32,21 @@ bool drop_capabilities();
 // them. When the time is over it is SIGXCPU that ends the process, and not SIGKILL, which would be somebody else's.
 bool limit_resources(const Bounds& bounds);
 
+// The rules of forbid_calls(), in the kernel's form. Making them takes longer than all else that a worker does before
+// it reads: the spawner makes them once.
+struct Rules {
+  std::vector<sock_filter> program;
+  int error = 0;  // an errno: why there are none
+};
+Rules compile_rules();
+
 // From here on any system call kills the process but: getting and returning private memory that cannot be executed,
 // mapping kWindow, reading the clock, waking a thread, receiving and sending on kChannel, and ending.
 // Gives 0 or the errno that says why it is not so.
-int forbid_calls();
+int forbid_calls(const Rules& rules);
 
 // Tries the last two in a process of its own, which then makes a forbidden call. For a process without threads that may
 // wait for its children.
-Trial try_confinement(const Bounds& bounds);
+Trial try_confinement(const Bounds& bounds, const Rules& rules);
 
 }  // namespace meshgauge::server::sandbox

@@ -34,9 +34,10 @@ std::vector<char*> pointers(std::vector<std::string>& texts) {
   return all;
 }
 
-// Of the server's environment only what the program needs to be loaded: the rest may hold secrets.
+// Of the server's environment only what the program needs to be loaded: the rest may hold secrets. Every symbol is
+// looked up at its start: else each worker would look up anew those that it uses.
 std::vector<std::string> environment() {
-  std::vector<std::string> kept;
+  std::vector<std::string> kept{"LD_BIND_NOW=1"};
   for (char** variable = environ; *variable != nullptr; ++variable) {
     const std::string_view text(*variable);
     const std::string_view name = text.substr(0, text.find('='));

@@ -42,6 +42,7 @@ class Spawner {
   void reap();
 
   const Read read_;
+  const Rules rules_ = compile_rules();
   Descriptor ended_;  // readable when a child has ended
   std::vector<Child> children_;
 };
@@ -68,7 +69,8 @@ bool Spawner::prepare() {
   const auto order = receive_message(kControl, 0);
   const auto bounds = order ? decode_bounds(order->bytes) : std::nullopt;
   if (!bounds) return false;
-  const Trial trial = drop_capabilities() ? try_confinement(*bounds) : Trial{"capabilities cannot be given up", ""};
+  const Trial trial =
+      drop_capabilities() ? try_confinement(*bounds, rules_) : Trial{"capabilities cannot be given up", ""};
   sigset_t child_ended;
   sigemptyset(&child_ended);
   sigaddset(&child_ended, SIGCHLD);
@@ -85,7 +87,7 @@ void Spawner::become_worker(const Bounds& bounds, int channel, int life, int par
   ::close(life);
   ::close(ended_.get());
   for (const Child& sibling : children_) ::close(sibling.life.get());
-  run_worker(read_, bounds, parent);
+  run_worker(read_, bounds, rules_, parent);
 }
 
 void Spawner::spawn(const Bounds& bounds, Descriptor channel, Descriptor life) {

@@ -16,11 +16,11 @@
 namespace meshgauge::server::sandbox {
 namespace {
 
-bool confine(const Bounds& bounds, int parent) {
+bool confine(const Bounds& bounds, const Rules& rules, int parent) {
   if (!kSanitized && ::dup2(STDIN_FILENO, STDERR_FILENO) < 0) return false;  // /dev/null, to read from alone
   if (!limit_resources(bounds)) return false;
   if (::getppid() != parent) return false;  // it died before this process had asked to die with it
-  return !bounds.filter || forbid_calls() == 0;
+  return !bounds.filter || forbid_calls(rules) == 0;
 }
 
 std::optional<std::span<const std::byte>> map_input(std::uint64_t size) {
@@ -51,8 +51,8 @@ bool hand_over(const api::ReadMesh& read) {
 
 }  // namespace
 
-void run_worker(Read read, const Bounds& bounds, int parent) {
-  if (!confine(bounds, parent)) ::_exit(kNotConfined);
+void run_worker(Read read, const Bounds& bounds, const Rules& rules, int parent) {
+  if (!confine(bounds, rules, parent)) ::_exit(kNotConfined);
   auto message = receive_message(kChannel, 2);
   if (!message) ::_exit(0);  // the server needs no more
   const auto request = decode_request(message->bytes);

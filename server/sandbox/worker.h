@@ -4,7 +4,7 @@
 #include <span>
 
 #include "api/formats/format.h"
-#include "server/sandbox/protocol.h"
+#include "server/sandbox/confine.h"
 
 namespace meshgauge::server::sandbox {
 
@@ -19,6 +19,6 @@ using Read = Result<api::ReadMesh> (*)(std::span<const std::byte> bytes, const a
 
 // Confines this process, waits for its one Request on kChannel, answers it, and ends. For a process that just forked,
 // has one thread and no other descriptors than 0 to kChannel; `parent` is the process that must outlive it.
-[[noreturn]] void run_worker(Read read, const Bounds& bounds, int parent);
+[[noreturn]] void run_worker(Read read, const Bounds& bounds, const Rules& rules, int parent);
 
 }  // namespace meshgauge::server::sandbox
