@@ -12,16 +12,12 @@ namespace {
 
 using std::chrono::milliseconds;
 
-constexpr std::size_t kPiece = std::size_t{64} << 10;
 constexpr milliseconds kTick{50};
-constexpr milliseconds kShortLinger{50};
 
 int ms_until(Clock::time_point deadline) {
   const auto left = std::chrono::ceil<milliseconds>(deadline - Clock::now());
   return static_cast<int>(std::clamp(left, milliseconds(0), kTick).count());
 }
-
-bool again(int error) { return error == EAGAIN || error == EWOULDBLOCK || error == EINTR; }
 
 bool is_ready(int fd, short events) {
   pollfd entry{fd, events, 0};
@@ -76,28 +72,31 @@ Io Connection::secure(std::unique_ptr<Transport> transport, Clock::time_point de
   }
 }
 
-Io Connection::fill(Clock::time_point deadline) { return receive(deadline, Counted::yes, nullptr); }
-
-Io Connection::idle(Clock::time_point deadline, const std::function<bool()>& give_up) {
-  return receive(deadline, Counted::no, give_up);
+Io Connection::fill(Clock::time_point deadline, std::size_t most) {
+  return receive(most, deadline, Counted::yes, nullptr);
 }
 
-Io Connection::receive(Clock::time_point deadline, Counted counted, const std::function<bool()>& give_up) {
+Io Connection::idle(Clock::time_point deadline, const std::function<bool()>& give_up) {
+  return receive(kHeadPiece, deadline, Counted::no, give_up);
+}
+
+Io Connection::receive(std::size_t most, Clock::time_point deadline, Counted counted,
+                       const std::function<bool()>& give_up) {
   buffer_.erase(0, start_);
   start_ = 0;
   const std::size_t kept = buffer_.size();
-  buffer_.resize(kept + kPiece);
+  buffer_.resize(kept + most);
   std::size_t got = 0;
-  const Io io = read(buffer_.data() + kept, got, deadline, counted, give_up);
+  const Io io = read(std::span(buffer_).subspan(kept), got, deadline, counted, give_up);
   buffer_.resize(kept + got);
   return io;
 }
 
-Io Connection::read(char* out, std::size_t& got, Clock::time_point deadline, Counted counted,
+Io Connection::read(std::span<char> out, std::size_t& got, Clock::time_point deadline, Counted counted,
                     const std::function<bool()>& give_up) {
   for (;;) {
     if (Clock::now() >= deadline) return Io::timeout;  // also when bytes keep coming
-    const Transport::Moved moved = transport_->read(out, kPiece);
+    const Transport::Moved moved = transport_->read(out.data(), out.size());
     got = moved.bytes;
     if (moved.step == Transport::Step::done) return Io::ok;
     if (moved.step == Transport::Step::closed) return Io::closed;
@@ -114,22 +113,6 @@ Io Connection::write(std::string_view bytes, Clock::time_point deadline) {
     if (const Io io = wait(events_of(moved.step), deadline, Counted::yes, nullptr); io != Io::ok) return io;
   }
   return Io::ok;
-}
-
-// The bytes that are drained are of no interest: under TLS they stay encrypted.
-void Connection::linger(milliseconds time) {
-  transport_->end();
-  constexpr std::size_t kMost = std::size_t{16} << 20;
-  const auto deadline = Clock::now() + (take_place() ? time : std::min(time, kShortLinger));
-  start_ = 0;
-  buffer_.resize(kPiece);
-  for (std::size_t drained = 0; drained < kMost && Clock::now() < deadline;) {
-    if (wait(POLLIN, deadline, Counted::no, nullptr) != Io::ok) break;
-    const ssize_t n = ::recv(fd_, buffer_.data(), buffer_.size(), MSG_DONTWAIT);
-    if (n == 0 || (n < 0 && !again(errno))) break;
-    drained += static_cast<std::size_t>(std::max<ssize_t>(n, 0));
-  }
-  buffer_.clear();
 }
 
 }  // namespace meshgauge::server

@@ -8,6 +8,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -22,6 +23,11 @@ enum class Io { ok, closed, timeout, crowded };  // crowded: too many connection
 
 class Connection {
  public:
+  // Read at a time. What may be refused by its head is not read any further: of a body that nobody wants nothing is
+  // copied.
+  static constexpr std::size_t kHeadPiece = std::size_t{4} << 10;
+  static constexpr std::size_t kBodyPiece = std::size_t{64} << 10;
+
   // Borrows all three; `aborted` ends every wait as if its deadline had passed. Without `peers` nothing is counted.
   Connection(int fd, const std::atomic<bool>& aborted, Peers* peers = nullptr)
       : fd_(fd), aborted_(aborted), peers_(peers), transport_(std::make_unique<PlainTransport>(fd)) {}
@@ -40,7 +46,7 @@ class Connection {
 
   // Waits for more bytes and appends them to buffered(). The first time that they are not there yet takes one of the
   // places of this address, which is kept until settle().
-  Io fill(Clock::time_point deadline);
+  Io fill(Clock::time_point deadline, std::size_t most = kBodyPiece);
 
   // The same between two requests, where nobody is owed anything: takes no place. `give_up` is asked every 50 ms.
   Io idle(Clock::time_point deadline, const std::function<bool()>& give_up);
@@ -52,9 +58,7 @@ class Connection {
   // The client has closed its side (or half of it), or the connection is broken. By the thread that reads and writes.
   bool peer_gone() { return transport_->peer_gone(); }
 
-  // Ends our side and lets the client read the last response: closing with unread bytes would reset the
-  // connection and take the response with it. At most `time` and 16 MiB; a moment where no place is left.
-  void linger(std::chrono::milliseconds time);
+  void end() { transport_->end(); }  // tells the client that nothing more will be sent; then server/farewells.h
 
   int fd() const { return fd_; }
 
@@ -63,9 +67,8 @@ class Connection {
 
   bool take_place();
   Io wait(short events, Clock::time_point deadline, Counted counted, const std::function<bool()>& give_up);
-  Io receive(Clock::time_point deadline, Counted counted, const std::function<bool()>& give_up);
-  // At most kPiece bytes.
-  Io read(char* out, std::size_t& got, Clock::time_point deadline, Counted counted,
+  Io receive(std::size_t most, Clock::time_point deadline, Counted counted, const std::function<bool()>& give_up);
+  Io read(std::span<char> out, std::size_t& got, Clock::time_point deadline, Counted counted,
           const std::function<bool()>& give_up);
 
   int fd_;

@@ -18,8 +18,6 @@ using std::chrono::milliseconds;
 
 constexpr int kBacklog = 1024;  // the library's own is 5: a burst would be refused by the kernel
 constexpr milliseconds kWriteTime{30'000};
-constexpr milliseconds kLinger{1000};
-constexpr milliseconds kRefusalLinger{50};
 constexpr milliseconds kRefusalHandshake{250};  // one thread refuses all: a slow client is left without an answer
 
 milliseconds ms(std::uint64_t count) { return milliseconds(static_cast<std::int64_t>(count)); }
@@ -155,50 +153,57 @@ void HttpGuard::stop() {
   if (!draining_.exchange(true)) httplib::Server::stop();
 }
 
-void HttpGuard::abort() { aborted_.store(true); }
+void HttpGuard::abort() {
+  aborted_.store(true);
+  farewells_.hurry();
+}
 
 bool HttpGuard::process_and_close_socket(socket_t socket) {
-  const IoPool::Role role = IoPool::role();
-  if (role == IoPool::Role::drop) {
-    ++dropped_;
-  } else {
-    const Counted counted(connections_);
-    Connection connection(socket, aborted_, role == IoPool::Role::serve ? &peers_ : nullptr);
-    try {
-      if (secure(connection)) role == IoPool::Role::serve ? serve(connection) : refuse(connection);
-    } catch (const std::exception&) {  // out of memory between two requests: this connection is lost, no other
-    }
+  Descriptor owned(socket);
+  if (IoPool::role() == IoPool::Role::drop) return ++dropped_, true;
+  const Counted counted(connections_);
+  try {
+    if (attend(socket) == End::answered) farewells_.take(std::move(owned));
+  } catch (const std::exception&) {  // out of memory between two requests: this connection is lost, no other
   }
-  ::close(socket);
   return true;
 }
 
+HttpGuard::End HttpGuard::attend(int socket) {
+  const bool serving = IoPool::role() == IoPool::Role::serve;
+  Connection connection(socket, aborted_, serving ? &peers_ : nullptr);
+  End end = secure(connection);
+  if (end == End::open) end = serving ? serve(connection) : refuse(connection);
+  if (end == End::answered) connection.end();
+  return end;
+}
+
 // The handshake has the time of a head, from its first byte on. A client that does not speak TLS is told so.
-bool HttpGuard::secure(Connection& connection) {
-  if (!tls_) return true;
+HttpGuard::End HttpGuard::secure(Connection& connection) {
+  if (!tls_) return End::open;
   const bool refusing = IoPool::role() == IoPool::Role::refuse;
   const auto idle_until = Clock::now() + (refusing ? kRefusalHandshake : ms(settings_.keep_alive_ms));
   char first = 0;
   const auto give_up = [&] { return !refusing && wanted_elsewhere(); };
-  if (connection.first_byte(first, idle_until, give_up) != Io::ok) return false;
+  if (connection.first_byte(first, idle_until, give_up) != Io::ok) return End::lost;
   if (first >= 'A' && first <= 'Z') {  // of a method
     respond(connection, Head{}, Problem{ProblemKind::malformed_request, "this port speaks TLS: use https", {}});
-    connection.linger(kRefusalLinger);
-    return false;
+    return End::answered;
   }
   const auto deadline = Clock::now() + (refusing ? kRefusalHandshake : ms(settings_.head_timeout_ms));
-  return connection.secure(tls_->accept(connection.fd()), deadline) == Io::ok;
+  return connection.secure(tls_->accept(connection.fd()), deadline) == Io::ok ? End::open : End::lost;
 }
 
-void HttpGuard::serve(Connection& connection) {
+HttpGuard::End HttpGuard::serve(Connection& connection) {
   while (await_request(connection)) {
-    if (!serve_one(connection)) return connection.linger(kLinger);
+    if (!serve_one(connection)) return End::answered;
   }
+  return End::lost;
 }
 
-void HttpGuard::refuse(Connection& connection) {
+HttpGuard::End HttpGuard::refuse(Connection& connection) {
   respond(connection, Head{}, Problem{ProblemKind::overloaded, "all connections are in use", {}});
-  connection.linger(kRefusalLinger);
+  return End::answered;
 }
 
 // An idle connection gives its thread to one that waits.
@@ -230,7 +235,7 @@ HttpGuard::Refusal HttpGuard::read_head(Connection& connection, Clock::time_poin
       return parse_head(text, settings_.max_request_bytes, head);
     }
     if (auto refusal = check_incomplete(buffered)) return refusal;
-    const Io io = connection.fill(deadline);
+    const Io io = connection.fill(deadline, Connection::kHeadPiece);
     if (io != Io::ok) return not_arrived(io, "head", ms(settings_.head_timeout_ms));
   }
 }

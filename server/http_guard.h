@@ -12,6 +12,7 @@
 
 #include "api/problem.h"
 #include "server/exchange.h"
+#include "server/farewells.h"
 #include "server/http_library.h"
 #include "server/io_pool.h"
 #include "server/settings.h"
@@ -42,11 +43,13 @@ class HttpGuard final : private httplib::Server {
   struct Current;
 
   bool process_and_close_socket(socket_t socket) override;
-  bool secure(Connection& connection);
-  void serve(Connection& connection);
+  enum class End { open, answered, lost };  // answered: the client is to read its last response
+  End attend(int socket);
+  End secure(Connection& connection);
+  End serve(Connection& connection);
   bool await_request(Connection& connection) const;
   bool serve_one(Connection& connection);
-  void refuse(Connection& connection);
+  End refuse(Connection& connection);
   Refusal read_head(Connection& connection, Clock::time_point deadline, Head& head) const;
   bool respond(Connection& connection, const Head& head, const Refusal& refusal);
   void send(Current& serving);
@@ -61,6 +64,7 @@ class HttpGuard final : private httplib::Server {
   const Tls* const tls_;
   IoPool* pool_ = nullptr;  // owned by the library while it listens
   Peers peers_;
+  Farewells farewells_;
   std::atomic<bool> draining_{false};
   std::atomic<bool> aborted_{false};
   std::atomic<std::uint64_t> connections_{0};

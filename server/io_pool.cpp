@@ -1,5 +1,7 @@
 #include "server/io_pool.h"
 
+#include <algorithm>
+
 namespace meshgauge::server {
 namespace {
 
@@ -10,7 +12,7 @@ thread_local IoPool::Role current_role = IoPool::Role::serve;
 }  // namespace
 
 IoPool::IoPool(std::size_t threads, std::size_t max_pending, std::function<void()> at_end)
-    : max_pending_(max_pending), at_end_(std::move(at_end)) {
+    : at_end_(std::move(at_end)), patience_(max_pending) {
   for (std::size_t i = 0; i < threads; ++i) threads_.emplace_back([this] { run(serving_, Role::serve); });
   threads_.emplace_back([this] { run(refusing_, Role::refuse); });
 }
@@ -19,7 +21,8 @@ IoPool::~IoPool() { shutdown(); }
 
 IoPool::Role IoPool::place(Task& task) {
   const std::lock_guard lock(mutex_);
-  if (serving_.tasks.size() < idle_ + max_pending_) {
+  const std::size_t waiting = serving_.tasks.size() - std::min(serving_.tasks.size(), idle_);
+  if (serving_.tasks.size() < idle_ + patience_.limit(waiting, Patience::Clock::now())) {
     serving_.tasks.push_back(std::move(task));
     serving_.ready.notify_one();
     return Role::serve;
@@ -42,6 +45,7 @@ decltype(std::declval<httplib::TaskQueue&>().enqueue(IoPool::Task())) IoPool::en
 
 void IoPool::run(Lane& lane, Role role) {
   current_role = role;
+
   for (;;) {
     Task task;
     {

@@ -1,5 +1,5 @@
 // The threads that serve connections, as the HTTP library's task queue. Bounded: a connection that finds no
-// room is refused at once by a thread of its own, instead of waiting unseen.
+// room (server/patience.h) is refused at once by a thread of its own, instead of waiting unseen.
 #pragma once
 
 #include <condition_variable>
@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "server/http_library.h"
+#include "server/patience.h"
 
 namespace meshgauge::server {
 
@@ -41,9 +42,9 @@ class IoPool final : public httplib::TaskQueue {
   Role place(Task& task);
   void run(Lane& lane, Role role);
 
-  const std::size_t max_pending_;
   const std::function<void()> at_end_;
-  mutable std::mutex mutex_;
+  mutable std::mutex mutex_;  // guards what follows
+  Patience patience_;
   Lane serving_;
   Lane refusing_;
   std::size_t idle_ = 0;  // serving threads that wait

@@ -23,7 +23,7 @@ struct Settings {
   bool public_without_keys = false;
   std::string cors_origins;
   std::uint64_t workers = 0;  // 0: one for each processor
-  std::uint64_t queue = 32;
+  std::uint64_t queue = 16;
   std::uint64_t max_queued_jobs = 1000;
   std::uint64_t max_event_streams = 16;
   std::uint64_t io_threads = 0;  // 0: as many as the settings above ask for

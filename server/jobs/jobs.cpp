@@ -37,7 +37,10 @@ StoreFailure failure_of(ErrorCode code) {
 }
 
 bool stopped_by_cancel(const Result<api::Comparison>& result) {
-  return result ? result->outcome.stop == Stop::cancelled : result.error().code == ErrorCode::out_of_time;
+  if (!result) return result.error().code == ErrorCode::out_of_time;
+  const Outcome& outcome = result->outcome;
+  return outcome.stop == Stop::cancelled ||
+         (outcome.statistics && outcome.statistics->status == StatisticsStatus::cancelled);
 }
 
 }  // namespace
@@ -218,8 +221,7 @@ JobView Jobs::concluded(const LiveJob& job, const Result<api::Comparison>& resul
     last.row.state = cancelled ? JobState::cancelled : JobState::done;
     last.row.document = to_json(*result);
     last.timing = to_server_timing(*result);
-    const auto stages = api::stages(*result);
-    last.stages.assign(stages.begin(), stages.end());
+    last.stages = api::stages(*result);
     last.triangles = MeshSizes{result->a.triangles, result->b.triangles};
   } else {
     Problem problem = api::to_problem(result.error());

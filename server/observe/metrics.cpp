@@ -5,6 +5,7 @@
 #include <map>
 #include <mutex>
 #include <sstream>
+#include <string_view>
 #include <tuple>
 #include <vector>
 
@@ -52,9 +53,13 @@ std::array<Counter*, N> counter_each(Family<Counter>& family, const char* label,
   return all;
 }
 
-std::vector<Histogram*> stage_histograms(Family<Histogram>& family) {
-  std::vector<Histogram*> all;
-  for (const api::Stage& stage : api::stages({})) all.push_back(&family.Add({{"stage", stage.name}}, kStageSeconds));
+std::map<std::string_view, Histogram*> stage_histograms(Family<Histogram>& family) {
+  api::Comparison with_all;
+  with_all.outcome.statistics.emplace();
+  std::map<std::string_view, Histogram*> all;
+  for (const api::Stage& stage : api::stages(with_all)) {
+    all[stage.name] = &family.Add({{"stage", stage.name}}, kStageSeconds);
+  }
   return all;
 }
 
@@ -113,7 +118,7 @@ struct Metrics::Series {
                          .Add({}, kCullingRates)};
   Counter& triangles{
       counters(registry, "meshgauge_triangles_total", "Triangles of the meshes that were compared").Add({})};
-  std::vector<Histogram*> stages{
+  std::map<std::string_view, Histogram*> stages{
       stage_histograms(histograms(registry, "meshgauge_stage_seconds", "Time of a comparison's stages"))};
   std::array<Counter*, 4> auth_failures{
       counter_each(counters(registry, "meshgauge_auth_failures_total", "Requests whose key did not open the door"),
@@ -175,8 +180,7 @@ void Metrics::job_ended(const api::Comparison& comparison) {
       ->job(outcome.stop == Stop::cancelled ? "cancelled" : "done", api::name_of(api::kStops, outcome.stop),
             comparison.options.strategy)
       .Increment();
-  const auto stages = api::stages(comparison);
-  for (std::size_t i = 0; i < stages.size(); ++i) series_->stages[i]->Observe(stages[i].ms / 1000);
+  for (const api::Stage& stage : api::stages(comparison)) series_->stages.at(stage.name)->Observe(stage.ms / 1000);
   for (const auto& side : {outcome.a_to_b, outcome.b_to_a}) {
     if (side && side->culling.triangles > 0) series_->culling.Observe(side->culling.rate());
   }

@@ -104,7 +104,7 @@ class Slow(unittest.TestCase):
 
     def test_a_hundred_of_one_address_keep_half_of_the_threads_at_most(self):
         for start, refusals in ((SLOW_HEAD, {429}), (SLOW_BODY, {429, 503})):
-            server = self.start("--head-timeout-ms", "600000", "--body-timeout-ms", "600000", "--io-threads", "64", "--workers", "2")
+            server = self.start("--head-timeout-ms", "600000", "--body-timeout-ms", "600000", "--io-threads", "64", "--workers", "2", "--queue", "32")
 
             @contextlib.contextmanager
             def attack():
@@ -125,7 +125,7 @@ class Slow(unittest.TestCase):
         return found
 
     def test_dribblers_of_many_addresses_are_bounded_by_the_deadline(self):
-        server = self.start("--head-timeout-ms", "1000", "--io-threads", "64", "--workers", "2")
+        server = self.start("--head-timeout-ms", "1000", "--io-threads", "64", "--workers", "2", "--queue", "32")
         with Dribblers(server, 150, SLOW_HEAD, ["127.0.0.%d" % i for i in range(2, 12)]) as dribblers:
             self.assertEqual(server.compare().status, 200)
             until(lambda: len(dribblers.answered()) == 150)

@@ -45,8 +45,7 @@ TEST_CASE("log: a comparison's line has its sizes, its stages and its trace") {
   exchange.triangles = MeshSizes{10, 20};
   api::Comparison comparison;
   comparison.times.total = 7.5;
-  const auto stages = api::stages(comparison);
-  exchange.stages.assign(stages.begin(), stages.end());
+  exchange.stages = api::stages(comparison);
   const json line = line_of(exchange);
   CHECK(line["event"] == "request");
   CHECK(line["id"] == "0123");
