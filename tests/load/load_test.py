@@ -2,6 +2,8 @@
 
 import contextlib
 import copy
+import hashlib
+import json
 import math
 import os
 import pathlib
@@ -146,6 +148,12 @@ class Figures(unittest.TestCase):
         self.assertIn(b"Content-Length: %d" % len(body), head)
         self.assertIn(b"Authorization: Bearer secret", head)
 
+    def test_a_stored_pair_is_asked_for_by_the_names_of_its_meshes(self):
+        with tempfile.TemporaryDirectory() as folder:
+            _, _, body = requests.make(pathlib.Path(folder))["stored"].read_bytes().partition(b"\r\n\r\n")
+        names = [hashlib.sha256(data).hexdigest() for data in requests.binary_stl(requests.SIZES["small"])]
+        self.assertEqual(json.loads(body), {"a": names[0], "b": names[1]})
+
 
 class Slopes(unittest.TestCase):
     def test_a_line_is_found(self):
@@ -191,7 +199,7 @@ class Report(unittest.TestCase):
         heavy = copy.deepcopy(self.RUN) | {"multiple": 10.0} | top
         facts = {"processor": "p", "cores": 2, "memory": "8 GiB", "kernel": "6", "commit": "c", "session": "s"}
         return {"machine": facts, "flags": [], "workers": 2, "places": 34, "load_before": 0.1, "multiples": [1.0, 10.0],
-                "capacity": {"small": 100.0}, "runs": [copy.deepcopy(self.RUN), heavy]}  # fmt: skip
+                "capacity": {"stored": 900.0, "small": 100.0}, "runs": [copy.deepcopy(self.RUN), heavy]}  # fmt: skip
 
     def test_the_verdicts_follow_the_figures(self):
         self.assertEqual(report.verdicts(self.record()).count("| met |"), 4)

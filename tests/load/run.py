@@ -4,7 +4,9 @@ import argparse
 import json
 import os
 import pathlib
+import re
 import shlex
+import subprocess
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -22,9 +24,9 @@ def arguments():
     )
     parser.add_argument("verb", nargs="?", choices=("run", "report"), default="run", help="measure and report, or report")
     parser.add_argument("--quick", action="store_true", help="5 s a phase: does all of it work?")
-    parser.add_argument("--pairs", default="small,medium,mixed", metavar="A,B", help="of small, medium, mixed")
+    parser.add_argument("--pairs", default=",".join(requests.MIXES), metavar="A,B", help="of " + ", ".join(requests.MIXES))
     parser.add_argument("--multiples", default="0.5,1,2,10", metavar="X,Y", help="of the capacity, for the open loop")
-    parser.add_argument("--seconds", type=float, metavar="S", help="of a phase; 60, or 5 with --quick")
+    parser.add_argument("--seconds", type=float, metavar="S", help="of the heaviest phase, the others are shorter; 60, or 5 with --quick")
     parser.add_argument("--soak", type=float, metavar="MINUTES", help="instead: so long at 0.7x, mixed pairs")
     parser.add_argument("--sources", type=int, default=64, help="addresses that the clients come from")
     parser.add_argument("--serve", default="", metavar="FLAGS", help="further flags of meshgauge serve")
@@ -52,7 +54,6 @@ def say(run):
 def load_of(mix, phases, files, args, record):
     """Closed loops find the capacity; open loops are multiples of it."""
     chosen = requests.arguments(files, mix)
-    warm_up = args.seconds / 6
     workers = record["workers"]
     closed = []
     for clients in sorted({1, workers, 2 * workers, 4 * workers}):
@@ -63,7 +64,9 @@ def load_of(mix, phases, files, args, record):
     record["capacity"][mix] = capacity
     record["runs"] += closed
     for multiple in record["multiples"]:
-        run = phases.run(f"{mix}-open-{multiple:g}x", mix, chosen, seconds=args.seconds, warm_up=warm_up, rate=multiple * capacity)
+        # The heaviest is the one that has to last.
+        seconds = args.seconds if multiple == max(record["multiples"]) else max(5, args.seconds / 3)
+        run = phases.run(f"{mix}-open-{multiple:g}x", mix, chosen, seconds=seconds, warm_up=seconds / 6, rate=multiple * capacity)
         run["multiple"] = multiple
         record["runs"].append(run)
         say(run)
@@ -80,6 +83,12 @@ def saved(path):
     return json.loads(path.read_text()) if path.exists() else {}
 
 
+def queue_of(binary, flags):
+    """How many may wait with their client: what is queued for nobody in particular has room of its own."""
+    settings = subprocess.run([binary, "serve", "--print-config", *flags], check=True, capture_output=True, text=True).stdout
+    return int(re.search(r"^queue = (\d+)$", settings, re.M)[1])
+
+
 def measure(args, path):
     args.out.mkdir(parents=True, exist_ok=True)
     files = requests.make(args.out / "requests", args.key)
@@ -88,8 +97,9 @@ def measure(args, path):
     before = os.getloadavg()[0]
     service = Service(args.build / "meshgauge", flags, log)
     try:
+        requests.store(service.port, args.key)
         numbers = service.numbers()
-        workers, queue = int(numbers["meshgauge_workers"]), int(numbers["meshgauge_queue_limit"])
+        workers, queue = int(numbers["meshgauge_workers"]), queue_of(args.build / "meshgauge", flags)
         record = {"machine": side.session_facts(), "flags": flags, "workers": workers, "places": workers + queue,
                   "load_before": before, "multiples": [float(m) for m in args.multiples.split(",")],
                   "capacity": {}, "runs": []}  # fmt: skip

@@ -2,7 +2,7 @@
 from harness import plots
 from matplotlib import pyplot
 
-COLOURS = {"small": "#0060a8", "medium": "#d55e00", "mixed": "#7a7a00"}
+COLOURS = {"small": "#0060a8", "stored": "tab:purple", "medium": "#d55e00", "mixed": "#7a7a00"}
 
 
 def by_load(record, path):

@@ -1,12 +1,14 @@
 """The requests that are sent: whole HTTP requests in files, made of meshes that the project makes itself."""
+import hashlib
 import json
+import urllib.request
 
 from harness import meshes
 
 BOUNDARY = "meshgauge-load-boundary"
 SIZES = {"small": 1000, "medium": 50_000}  # triangles of each mesh
-# Nine small ones for each medium one.
-MIXES = {"small": {"small": 1}, "medium": {"medium": 1}, "mixed": {"small": 9, "medium": 1}}
+# Nine small ones for each medium one; `stored` is the small pair by its ids, as a gate asks again and again.
+MIXES = {"small": {"small": 1}, "stored": {"stored": 1}, "medium": {"medium": 1}, "mixed": {"small": 9, "medium": 1}}
 
 
 def pair(triangles):
@@ -26,28 +28,47 @@ def multipart(parts):
     return body + f"--{BOUNDARY}--\r\n".encode()
 
 
-def whole(body, key=None):
+def whole(body, key=None, media_type=f"multipart/form-data; boundary={BOUNDARY}"):
     """The request as it goes over the wire."""
     lines = [
         "POST /v1/comparisons HTTP/1.1",
         "Host: 127.0.0.1",
-        f"Content-Type: multipart/form-data; boundary={BOUNDARY}",
+        f"Content-Type: {media_type}",
         f"Content-Length: {len(body)}",
         *([f"Authorization: Bearer {key}"] if key else []),
     ]
     return "\r\n".join(lines).encode() + b"\r\n\r\n" + body
 
 
+def binary_stl(triangles):
+    """Both meshes of a pair. Binary STL, as such files mostly are."""
+    return [meshes.WRITERS[".stl"](*mesh) for mesh in pair(triangles)]
+
+
 def make(folder, key=None, options=None):
-    """{size: file}. Binary STL, as such files mostly are."""
+    """{size: file}."""
     folder.mkdir(parents=True, exist_ok=True)
-    files = {}
+    asked = json.dumps(options or {}).encode()
+    made = {}
     for size, triangles in SIZES.items():
-        parts = [(name, f"{name}.stl", meshes.WRITERS[".stl"](*mesh)) for name, mesh in zip("ab", pair(triangles))]
-        parts.append(("options", "options.json", json.dumps(options or {}).encode()))
-        files[size] = folder / f"{size}.http"
-        files[size].write_bytes(whole(multipart(parts), key))
-    return files
+        parts = [(name, f"{name}.stl", data) for name, data in zip("ab", binary_stl(triangles))]
+        made[size] = whole(multipart([*parts, ("options", "options.json", asked)]), key)
+    ids = [hashlib.sha256(data).hexdigest() for data in binary_stl(SIZES["small"])]
+    made["stored"] = whole(json.dumps({"a": ids[0], "b": ids[1]}).encode(), key, "application/json")
+    for size, request in made.items():
+        (folder / f"{size}.http").write_bytes(request)
+    return {size: folder / f"{size}.http" for size in made}
+
+
+def store(port, key=None):
+    """Puts the meshes of `stored` where its requests look for them."""
+    for data in binary_stl(SIZES["small"]):
+        request = urllib.request.Request(
+            f"http://127.0.0.1:{port}/v1/meshes/{hashlib.sha256(data).hexdigest()}", data=data, method="PUT"
+        )
+        if key:
+            request.add_header("Authorization", f"Bearer {key}")
+        urllib.request.urlopen(request, timeout=30).close()
 
 
 def arguments(files, mix):

@@ -6,6 +6,7 @@ import pathlib
 import re
 import signal
 import subprocess
+import tempfile
 import threading
 import time
 import urllib.request
@@ -14,8 +15,9 @@ import urllib.request
 class Service:
     def __init__(self, binary, flags, log):
         self.log = log.open("w+")
+        self.data = tempfile.TemporaryDirectory(dir=log.parent)
         environment = {k: v for k, v in os.environ.items() if not k.startswith("MESHGAUGE_")}
-        self.process = subprocess.Popen([binary, "serve", "--port", "0", *flags], stderr=self.log, env=environment)
+        self.process = subprocess.Popen([binary, "serve", "--port", "0", "--data-dir", self.data.name, *flags], stderr=self.log, env=environment)
         self.port = self._port(log)
 
     def _port(self, log):
@@ -49,6 +51,7 @@ class Service:
         self.process.send_signal(signal.SIGTERM)
         code = self.process.wait(60)
         self.log.close()
+        self.data.cleanup()
         return code
 
 
