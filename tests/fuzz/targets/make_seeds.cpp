@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <string>
 
 #include "tests/api/formats/files.h"
@@ -87,6 +88,17 @@ void write_requests(Seeds& seeds) {
   seeds.write("options", "wrong", R"({"threads": 1, "threads": [{"\u0000": -0.0e+1}], "strategy": null})");
 }
 
+// Those that the tests of check/ read.
+void write_manifests(Seeds& seeds) {
+  for (const auto& entry : fs::recursive_directory_iterator(fs::path(MESHGAUGE_SOURCE_DIR) / "tests/check/manifests")) {
+    if (entry.path().extension() != ".yaml") continue;
+    std::ifstream file(entry.path(), std::ios::binary);
+    seeds.write("manifest", entry.path().filename().string(), {std::istreambuf_iterator<char>(file), {}});
+  }
+  seeds.write("manifest", "limit", "0.05 mm");
+  seeds.write("manifest", "duration", "1.5 min");
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -95,6 +107,7 @@ int main(int argc, char** argv) {
   write_meshes(seeds);
   write_bodies(seeds);
   write_requests(seeds);
+  write_manifests(seeds);
   if (!seeds.good()) return std::fprintf(stderr, "%s cannot be written\n", argv[1]), 1;
   return 0;
 }
