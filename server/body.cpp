@@ -50,6 +50,15 @@ Body::Refusal Body::read(const Receive& receive) {
   return refusal;
 }
 
+void Body::discard_arrived() {
+  if (consumed_ || head_.chunked) return;
+  const std::uint64_t left = *head_.content_length - bytes_;
+  if (connection_.buffered().size() < left) return;
+  connection_.consume(static_cast<std::size_t>(left));
+  consumed_ = true;
+  connection_.settle();
+}
+
 Body::Refusal Body::more() {
   const Io io = connection_.fill(deadline_);
   return io == Io::ok ? std::nullopt : Refusal(not_arrived(io, "body", time_));

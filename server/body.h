@@ -29,6 +29,9 @@ class Body {
   // sent Expect: 100-continue; one whose body is never read is never invited. Once.
   Refusal read(const Receive& receive);
 
+  // Takes the rest, unless it still has to be waited for: after a refusal the connection can then go on.
+  void discard_arrived();
+
   bool consumed() const { return consumed_; }     // nothing of it is left on the connection
   std::uint64_t bytes() const { return bytes_; }  // received so far
 

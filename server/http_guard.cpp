@@ -284,6 +284,7 @@ void HttpGuard::handle(Current& serving) const {
   headers.emplace_back("X-Request-Id", exchange.id);
   for (auto& header : trace_headers(exchange.trace)) headers.push_back(std::move(header));
   add_security_headers(exchange.response);
+  exchange.body.discard_arrived();
   // What is left of a body would be taken for the next request.
   serving.close = serving.close || draining_.load() || !exchange.body.consumed() || exchange.response.stream;
 }

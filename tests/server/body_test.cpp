@@ -130,3 +130,31 @@ TEST_CASE("body: one that does not come ends at the deadline") {
   CHECK(sized("hell", 5, true).problem == api::ProblemKind::request_timeout);
   CHECK(chunked("5\r\nhel", 100, true).problem == api::ProblemKind::request_timeout);
 }
+
+TEST_CASE("body: the rest of a refused one is taken when it is here, and never waited for") {
+  std::array<int, 2> ends{-1, -1};
+  REQUIRE(::socketpair(AF_UNIX, SOCK_STREAM, 0, ends.data()) == 0);
+  const std::atomic<bool> aborted{false};
+  Connection connection(ends[0], aborted);
+  const auto deadline = server::Clock::now() + std::chrono::seconds(5);
+  REQUIRE(::send(ends[1], "helloNEXT", 9, MSG_NOSIGNAL) == 9);
+  REQUIRE(connection.fill(deadline) == server::Io::ok);
+  Head head;
+  head.content_length = 5;
+  Body body(connection, head, 1000, std::chrono::milliseconds(300));
+  body.discard_arrived();
+  CHECK(body.consumed());
+  CHECK(connection.buffered() == "NEXT");
+
+  Body lacking(connection, head, 1000, std::chrono::milliseconds(300));
+  lacking.discard_arrived();
+  CHECK(!lacking.consumed());
+  CHECK(connection.buffered() == "NEXT");
+
+  head.content_length.reset();
+  head.chunked = true;
+  Body in_chunks(connection, head, 1000, std::chrono::milliseconds(300));
+  in_chunks.discard_arrived();
+  CHECK(!in_chunks.consumed());
+  for (const int end : ends) ::close(end);
+}
