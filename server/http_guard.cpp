@@ -284,7 +284,10 @@ void HttpGuard::handle(Current& serving) const {
   headers.emplace_back("X-Request-Id", exchange.id);
   for (auto& header : trace_headers(exchange.trace)) headers.push_back(std::move(header));
   add_security_headers(exchange.response);
-  exchange.body.discard_arrived();
+  // Nothing is wrong with a request that came at a bad time; under a surplus a new connection for each would cost more
+  // than refusing it.
+  const bool try_again = exchange.response.status == 429 || exchange.response.status == 503;
+  if (try_again && exchange.head.method == "POST") exchange.body.discard_arrived();
   // What is left of a body would be taken for the next request.
   serving.close = serving.close || draining_.load() || !exchange.body.consumed() || exchange.response.stream;
 }

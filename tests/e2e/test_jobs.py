@@ -8,7 +8,7 @@ import time
 import unittest
 
 from contract import events_of
-from harness import RAISED, SLOW, SLOW_OPTIONS, SQUARE, Server, ServerCase, comparison, post_head, until, wavy_grid
+from harness import RAISED, SLOW, SLOW_OPTIONS, SQUARE, Server, ServerCase, comparison, post_head, read_answer, until, wavy_grid
 
 ASYNC = "Prefer: respond-async\r\n"
 ENDED = ("done", "failed", "cancelled")
@@ -349,6 +349,16 @@ class Kept(unittest.TestCase):
         answer = server.compare(extra=ASYNC)
         self.assertEqual((answer.status, answer.json()["type"]), (503, "urn:meshgauge:problem:overloaded"))
         self.assertEqual(server.get("/readyz").status, 503)
+        # Being refused costs no connection when the body has come with its head.
+        post = f"POST /v1/comparisons HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\n{ASYNC}Content-Length: %d\r\n\r\n%s"
+        with server.connect() as connection:
+            stream = connection.makefile("rb")
+            for _ in range(3):
+                connection.sendall((post % (31, "GET /healthz HTTP/1.1\r\nHost: x")).encode())  # no request is seen in it
+                answer = read_answer(stream)
+                self.assertEqual((answer.status, answer.headers.get("connection")), (503, None))
+            connection.sendall((post % (5, "{}")).encode())  # and is not waited for
+            self.assertEqual(read_answer(stream).headers["connection"], "close")
         for path in paths:
             server.send("DELETE", path)
         until(lambda: server.get("/readyz").status == 200)
