@@ -10,6 +10,7 @@
 // What a loader is made with before its user puts his own in their place: no picture is read or written.
 namespace tinygltf {
 
+// NOLINTBEGIN(readability-identifier-naming): its names
 bool LoadImageData(Image* /*image*/, int /*index*/, std::string* /*error*/, std::string* /*warning*/, int /*width*/,
                    int /*height*/, const unsigned char* /*bytes*/, int /*size*/, void* /*user*/) {
   return false;
@@ -19,5 +20,6 @@ bool WriteImageData(const std::string* /*path*/, const std::string* /*name*/, co
                     std::string* /*uri*/, void* /*user*/) {
   return false;
 }
+// NOLINTEND(readability-identifier-naming)
 
 }  // namespace tinygltf
