@@ -313,12 +313,9 @@ class Program(unittest.TestCase):
 
     def test_it_holds_what_it_needs_alone(self):
         """Null devices, its channel, what tells of ended workers, and for each of two what tells that it is not wanted."""
-        def held():
-            return {int(fd): os.readlink("/proc/%d/fd/%s" % (self.spawner, fd))
-                    for fd in os.listdir("/proc/%d/fd" % self.spawner)}
-
-        until(lambda: len(held()) == 7)
-        found = held()
+        folder = "/proc/%d/fd" % self.spawner
+        until(lambda: len(os.listdir(folder)) == 7)  # the workers' own are closed here
+        found = {int(fd): os.readlink(os.path.join(folder, fd)) for fd in os.listdir(folder)}
         self.assertEqual([found[0], found[1]], ["/dev/null", "/dev/null"])
         kinds = sorted(name.split(":")[0] for fd, name in found.items() if fd > 2)
         self.assertEqual(kinds, ["anon_inode", "socket", "socket", "socket"])
