@@ -1,26 +1,11 @@
 #include "api/load.h"
 
-#include <new>
 #include <utility>
 
 #include "api/digest.h"
-#include "api/formats/source.h"
-#include "api/formats/weld.h"
+#include "api/formats/read_part.h"
 
 namespace meshgauge::api {
-
-Result<ReadMesh> read_part(std::span<const std::byte> bytes, const ReadHints& hints, const ReadLimits& limits) {
-  auto read = read_mesh(bytes, hints, limits);
-  if (!read) return read;
-  try {
-    // Formats without indices repeat every corner; shared vertices save the engine most of its queries.
-    const bool repeats_corners = read->mesh.positions.size() == 3 * read->mesh.triangles.size();
-    if (repeats_corners) read->notes.welded_vertices = weld(read->mesh);
-  } catch (const std::bad_alloc&) {
-    return out_of_memory(hints.part);
-  }
-  return read;
-}
 
 Result<LoadedMesh> load(const MeshInput& input, const ReadLimits& limits, Control& /*control*/) {
   auto read = read_part(input.bytes, {input.part, input.filename, input.media_type}, limits);

@@ -35,10 +35,6 @@ struct LoadedMesh {
 // Thread safe.
 using Load = std::function<Result<LoadedMesh>(const MeshInput& input, const ReadLimits& limits, Control& control)>;
 
-// All that is done to bytes that nobody has checked yet: read_mesh(), and weld() where the format repeats every corner.
-// Promises what read_mesh() does.
-Result<ReadMesh> read_part(std::span<const std::byte> bytes, const ReadHints& hints, const ReadLimits& limits);
-
 // A Load in this process. It does not ask `control`: reading takes time linear in the bytes.
 Result<LoadedMesh> load(const MeshInput& input, const ReadLimits& limits, Control& control);
 

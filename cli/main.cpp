@@ -16,7 +16,7 @@ int run(int argc, char** argv) {
   meshgauge::cli::add_serve(app, exit_code);
   meshgauge::cli::add_health(app, exit_code);
   meshgauge::cli::add_keys(app, exit_code);
-  meshgauge::cli::add_sandbox(app, exit_code);
+  meshgauge::cli::add_sandbox(app, exit_code, argv);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

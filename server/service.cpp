@@ -284,7 +284,7 @@ Result<Done> run_until_signal(const Settings& settings, const std::vector<std::s
   const auto port = service.start();
   if (!port) return port.error();
   log_listening(settings.host + ":" + std::to_string(*port), settings.simd);
-  for (const std::string& lack : *lacks) log_event("sandbox", lack + "; uploads are read with less protection");
+  for (const std::string& lack : *lacks) log_event("sandbox", lack);
   if (!settings.keys_file.empty() && settings.tls_certificate.empty()) {
     log_event("access", "keys are sent in the clear unless a proxy in front speaks TLS");
   }

@@ -40,7 +40,7 @@ struct ReadNotes {
   bool gzip = false;                   // the file was gzip-compressed
   std::size_t polygons = 0;            // faces of more than three corners, fan-triangulated
   std::size_t skipped_primitives = 0;  // points, lines, joins of strips: they have no surface
-  std::size_t welded_vertices = 0;     // joined with another of the same position; by read_part() alone (api/load.h)
+  std::size_t welded_vertices = 0;     // joined with another of the same position; by read_part() alone
   std::size_t unused_objects = 0;      // objects of a 3MF outside of its build, meshes of a glTF outside of its scene
   std::optional<LengthUnit> unit;      // the file names its unit; the coordinates are in millimetres then
   // What the hints say, where the content is of another format.

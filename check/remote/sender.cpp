@@ -10,7 +10,7 @@
 #include "api/digest.h"
 #include "api/formats/detect.h"
 #include "api/formats/gzip.h"
-#include "api/load.h"
+#include "api/formats/read_part.h"
 #include "check/mapped_file.h"
 #include "check/remote/address.h"
 #include "check/remote/answer.h"

@@ -105,12 +105,12 @@ scmp_arg_cmp masked(unsigned argument, int mask, int value) {
 Trial judge(int status) {
   if (WIFSIGNALED(status)) {
     if (WTERMSIG(status) == SIGSYS) return {};
-    return {"a trial was ended by signal " + std::to_string(WTERMSIG(status)), ""};
+    return {"a trial was ended by signal " + std::to_string(WTERMSIG(status)), "", ""};
   }
-  if (WEXITSTATUS(status) == kUnlimited) return {"the limits of a process cannot be set", ""};
-  if (kSanitized) return {"", "a build with sanitizers leaves it out"};
-  if (WEXITSTATUS(status) == kWentThrough) return {"", "a call that it forbids went through"};
-  return {"", std::strerror(WEXITSTATUS(status))};
+  if (WEXITSTATUS(status) == kUnlimited) return {"the limits of a process cannot be set", "", ""};
+  if (kSanitized) return {"", "a build with sanitizers leaves it out", ""};
+  if (WEXITSTATUS(status) == kWentThrough) return {"", "a call that it forbids went through", ""};
+  return {"", std::strerror(WEXITSTATUS(status)), ""};
 }
 
 }  // namespace
@@ -161,7 +161,7 @@ int forbid_calls(const Rules& rules) {
 
 Trial try_confinement(const Bounds& bounds, const Rules& rules) {
   const pid_t probe = ::fork();
-  if (probe < 0) return {std::string("no process can be made: ") + std::strerror(errno), ""};
+  if (probe < 0) return {std::string("no process can be made: ") + std::strerror(errno), "", ""};
   if (probe == 0) {
     if (!limit_resources(bounds)) ::_exit(kUnlimited);
     const int refused = forbid_calls(rules);
@@ -170,7 +170,7 @@ Trial try_confinement(const Bounds& bounds, const Rules& rules) {
     ::_exit(kWentThrough);
   }
   int status = 0;
-  if (::waitpid(probe, &status, 0) != probe) return {std::string("a trial was lost: ") + std::strerror(errno), ""};
+  if (::waitpid(probe, &status, 0) != probe) return {std::string("a trial was lost: ") + std::strerror(errno), "", ""};
   return judge(status);
 }
 

@@ -9,12 +9,14 @@
 namespace meshgauge::server::sandbox {
 namespace {
 
-constexpr unsigned kNoExecSeal = 0x0008U;  // MFD_NOEXEC_SEAL of Linux 6.3, which the C library may not know yet
+// MFD_NOEXEC_SEAL and MFD_EXEC of Linux 6.3, which the C library may not know yet.
+constexpr unsigned kNoExecSeal = 0x0008U;
+constexpr unsigned kExec = 0x0010U;
 constexpr int kSizeSeals = F_SEAL_SHRINK | F_SEAL_GROW | F_SEAL_SEAL;
 
-Descriptor memory_file() {
+Descriptor memory_file(unsigned newer = kNoExecSeal) {
   constexpr unsigned kFlags = MFD_CLOEXEC | MFD_ALLOW_SEALING;
-  const int file = ::memfd_create("meshgauge", kFlags | kNoExecSeal);
+  const int file = ::memfd_create("meshgauge", kFlags | newer);
   if (file >= 0 || errno != EINVAL) return Descriptor(file);
   return Descriptor(::memfd_create("meshgauge", kFlags));
 }
@@ -31,6 +33,12 @@ bool write_all(const Descriptor& file, std::span<const std::byte> bytes) {
   return true;
 }
 
+Descriptor copy(Descriptor file, std::span<const std::byte> bytes) {
+  if (!file || !write_all(file, bytes)) return Descriptor();
+  seal(file, kSizeSeals | F_SEAL_WRITE);
+  return file;
+}
+
 }  // namespace
 
 bool seals_are_known() {
@@ -38,12 +46,9 @@ bool seals_are_known() {
   return file && seal(file, kSizeSeals | F_SEAL_WRITE);
 }
 
-Descriptor sealed_copy(std::span<const std::byte> bytes) {
-  Descriptor file = memory_file();
-  if (!file || !write_all(file, bytes)) return Descriptor();
-  seal(file, kSizeSeals | F_SEAL_WRITE);
-  return file;
-}
+Descriptor sealed_copy(std::span<const std::byte> bytes) { return copy(memory_file(), bytes); }
+
+Descriptor executable_copy(std::span<const std::byte> bytes) { return copy(memory_file(kExec), bytes); }
 
 SizedFile file_of_size(std::size_t bytes) {
   SizedFile sized{memory_file(), false};

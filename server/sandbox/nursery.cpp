@@ -94,7 +94,7 @@ std::optional<int> Worker::status(milliseconds time, const Interrupted& interrup
   return status;
 }
 
-Result<std::string> Nursery::start(const Bounds& bounds, const Interrupted& interrupted) {
+Result<Trial> Nursery::start(const Bounds& bounds, const Interrupted& interrupted) {
   stop(interrupted);
   auto control = open_channel();
   if (!control) return not_started(std::strerror(errno));
@@ -110,20 +110,20 @@ Result<std::string> Nursery::start(const Bounds& bounds, const Interrupted& inte
   control_ = std::move(control->ours);
   control->theirs.close();
   send_message(control_.get(), encode(bounds));  // to a dead one: hear() hears nothing
-  auto unfiltered = hear(interrupted);
-  if (!unfiltered) stop(interrupted);
-  return unfiltered;
+  auto trial = hear(interrupted);
+  if (!trial) stop(interrupted);
+  return trial;
 }
 
 // The first word of a spawner.
-Result<std::string> Nursery::hear(const Interrupted& interrupted) {
+Result<Trial> Nursery::hear(const Interrupted& interrupted) {
   if (!readable(control_.get(), kStartTime, interrupted)) return not_started("it does not answer");
   const auto message = receive_message(control_.get(), 0);
   if (!message) return not_started("it ended at once");
   auto trial = decode_trial(message->bytes);
   if (!trial) return not_started("it is another program");
   if (!trial->limits.empty()) return not_started(trial->limits);
-  return std::move(trial->filter);
+  return std::move(*trial);
 }
 
 // After its first word the spawner says nothing: there is something to read when its end is closed.

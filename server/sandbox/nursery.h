@@ -42,9 +42,9 @@ class Nursery {
   Nursery& operator=(const Nursery&) = delete;
 
   // Starts the spawner, in place of one that ran before, and has it try `bounds`. May be called while there are other
-  // threads. Gives why calls cannot be forbidden, empty when they can. Takes ten seconds at most, and 10 ms from when
+  // threads. Gives its Trial, of which `limits` is empty. Takes ten seconds at most, and 10 ms from when
   // `interrupted` says so.
-  Result<std::string> start(const Bounds& bounds, const Interrupted& interrupted = never_interrupted);
+  Result<Trial> start(const Bounds& bounds, const Interrupted& interrupted = never_interrupted);
 
   // The spawner is not running.
   bool gone() const;
@@ -54,7 +54,7 @@ class Nursery {
   std::optional<Worker> spawn(const Bounds& bounds);
 
  private:
-  Result<std::string> hear(const Interrupted& interrupted);
+  Result<Trial> hear(const Interrupted& interrupted);
   void stop(const Interrupted& interrupted = never_interrupted);
 
   const std::vector<std::string> command_;

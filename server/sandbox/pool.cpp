@@ -79,13 +79,15 @@ Pool::Pool(PoolSettings settings, Log log)
     : settings_(std::move(settings)), log_(std::move(log)), nursery_(settings_.command) {}
 
 Result<std::vector<std::string>> Pool::start() {
-  auto unfiltered = nursery_.start(settings_.bounds);
-  if (!unfiltered) return std::move(unfiltered).error();
-  settings_.bounds.filter = unfiltered->empty();
+  auto trial = nursery_.start(settings_.bounds);
+  if (!trial) return std::move(trial).error();
+  settings_.bounds.filter = trial->filter.empty();
   refill();
+  constexpr const char* kLessProtection = "; uploads are read with less protection";
   std::vector<std::string> lacks;
-  if (!unfiltered->empty()) lacks.push_back("seccomp is not in force: " + *unfiltered);
-  if (!seals_are_known()) lacks.emplace_back("files in memory cannot be sealed");
+  if (!trial->filter.empty()) lacks.push_back("seccomp is not in force: " + trial->filter + kLessProtection);
+  if (!seals_are_known()) lacks.push_back(std::string("files in memory cannot be sealed") + kLessProtection);
+  if (!trial->small.empty()) lacks.push_back(trial->small + "; uploads are read as safely, and take longer");
   return lacks;
 }
 

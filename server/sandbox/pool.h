@@ -49,8 +49,8 @@ class Pool {
   // `log` is told of every reading that did not end well.
   Pool(PoolSettings settings, Log log);
 
-  // Makes the first processes. Gives what this machine lacks for a full confinement, a clause each. Called once, before
-  // load().
+  // Makes the first processes. Gives what this machine lacks and what follows from that, a line each. Called once,
+  // before load().
   Result<std::vector<std::string>> start();
 
   // An api::Load. A worker that crashed, broke a rule or lied is the Error unreadable_mesh, one that needed too much

@@ -193,7 +193,7 @@ std::string encode(const Bounds& bounds) {
 
 std::string encode(const Trial& trial) {
   Writer writer;
-  for (const std::string_view text : {trial.limits, trial.filter}) writer.text(text.substr(0, kMostText));
+  for (const std::string_view text : {trial.limits, trial.filter, trial.small}) writer.text(text.substr(0, kMostText));
   return writer.take();
 }
 
@@ -238,6 +238,7 @@ std::optional<Trial> decode_trial(std::string_view message) {
   Trial trial;
   trial.limits = reader.text(kMostText);
   trial.filter = reader.text(kMostText);
+  trial.small = reader.text(kMostText);
   if (!reader.complete()) return std::nullopt;
   return trial;
 }

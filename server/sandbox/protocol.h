@@ -31,6 +31,7 @@ struct Bounds {
 struct Trial {
   std::string limits;  // without these no worker can be had
   std::string filter;  // without this there are workers with less protection
+  std::string small;   // why the spawner is not the small program (become_reader.h): without it all takes longer
 };
 
 struct Request {

@@ -33,7 +33,7 @@ class Spawner {
  public:
   explicit Spawner(Read read) : read_(read) {}
 
-  bool prepare();
+  bool prepare(const std::string& small);
   bool wait_and_serve();  // false when the server is gone
 
  private:
@@ -59,7 +59,7 @@ void ask_to_be_killed_first() {
   [[maybe_unused]] const ssize_t written = ::write(file.get(), "500", 3);
 }
 
-bool Spawner::prepare() {
+bool Spawner::prepare(const std::string& small) {
   // Ctrl-C and a supervisor's SIGTERM are for the server, which ends this process when its own work is done.
   for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGPIPE}) ::signal(signal, SIG_IGN);
   ::signal(SIGCHLD, SIG_DFL);  // were it ignored, as the server may have been started, no child could be waited for
@@ -69,8 +69,9 @@ bool Spawner::prepare() {
   const auto order = receive_message(kControl, 0);
   const auto bounds = order ? decode_bounds(order->bytes) : std::nullopt;
   if (!bounds) return false;
-  const Trial trial =
-      drop_capabilities() ? try_confinement(*bounds, rules_) : Trial{"capabilities cannot be given up", ""};
+  Trial trial =
+      drop_capabilities() ? try_confinement(*bounds, rules_) : Trial{"capabilities cannot be given up", "", ""};
+  trial.small = small;
   sigset_t child_ended;
   sigemptyset(&child_ended);
   sigaddset(&child_ended, SIGCHLD);
@@ -132,13 +133,13 @@ bool Spawner::wait_and_serve() {
 
 }  // namespace
 
-int run_spawner(Read read) {
+int run_spawner(Read read, const std::string& small) {
   if (!is_channel(kControl)) {
     std::fputs("meshgauge: this command is the server's own; it starts it to read uploads\n", stderr);
     return kNotForPeople;
   }
   Spawner spawner(read);
-  if (!spawner.prepare()) return 1;
+  if (!spawner.prepare(small)) return 1;
   while (spawner.wait_and_serve()) {
   }
   return 0;

@@ -5,6 +5,8 @@
 // workers with it; a worker is killed when the server closes that worker's second channel.
 #pragma once
 
+#include <string>
+
 #include "server/sandbox/worker.h"
 
 namespace meshgauge::server::sandbox {
@@ -13,7 +15,7 @@ inline constexpr int kControl = 3;  // the channel on which a spawner is told wh
 
 // Gives up its capabilities, is told Bounds on kControl and answers with its Trial of them, then forks a worker for
 // every message. Gives the exit code of the process: 0, or 3 when kControl is no channel, that is when a person started
-// it.
-int run_spawner(Read read);
+// it. `small` goes into the Trial: why this is not the small program.
+int run_spawner(Read read, const std::string& small = "");
 
 }  // namespace meshgauge::server::sandbox

@@ -16,8 +16,11 @@
 #include <vector>
 
 #include "api/digest.h"
+#include "api/formats/read_part.h"
 #include "api/load.h"
+#include "server/sandbox/become_reader.h"
 #include "server/sandbox/pool.h"
+#include "server/sandbox/reader/image.h"
 #include "server/sandbox/spawner.h"
 #include "server/upload.h"
 
@@ -160,7 +163,10 @@ void time_deadline(std::string_view bytes, server::sandbox::Pool& pool, int repe
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc > 1 && std::string_view(argv[1]) == "sandbox") return server::sandbox::run_spawner(api::read_part);
+  if (argc > 1 && std::string_view(argv[1]) == "sandbox") {
+    return server::sandbox::run_spawner(api::read_part,
+                                        server::sandbox::become_reader(server::sandbox::reader_image(), argv));
+  }
   const int repetitions = argc > 1 ? std::atoi(argv[1]) : 15;
   constexpr std::uint64_t kGiB = std::uint64_t{1} << 30;
   server::sandbox::Pool pool({{"/proc/self/exe", "sandbox"}, 2, {6 * kGiB, kGiB, 200, true}},

@@ -12,6 +12,7 @@ import unittest
 from harness import BINARY, RAISED, SQUARE, Server, comparison, post_head, read_answer, until
 
 WITHOUT = os.environ.get("MESHGAUGE_WITHOUT")
+READER = os.environ.get("MESHGAUGE_READER")
 SANITIZED = os.environ.get("MESHGAUGE_SANITIZED") == "1"
 NAMESPACES = os.geteuid() == 0 and subprocess.run(
     ["unshare", "--mount", "mount", "-t", "tmpfs", "none", "/mnt"], capture_output=True, check=False).returncode == 0
@@ -50,6 +51,11 @@ def family(server):
     """The server, the spawner and the workers."""
     spawners = [pid for pid, (parent, _, _) in processes().items() if parent == server.process.pid]
     return [server.process.pid] + spawners + workers(server)
+
+
+def program(pid):
+    with open("/proc/%d/exe" % pid, "rb") as file:
+        return file.read()
 
 
 def alive(pids):
@@ -276,6 +282,43 @@ class Lacks(unittest.TestCase):
     def test_no_seals(self):
         server = self.lacking("seals")
         until(lambda: any("files in memory cannot be sealed" in line for line in server.log))
+
+
+    @unittest.skipUnless(READER, "this build has no program for the spawner")
+    def test_no_programs_in_memory(self):
+        server = self.lacking("programs")
+        until(lambda: any("no program in memory can be executed: Permission denied; uploads are read as safely" in line
+                          for line in server.log))
+        with open(BINARY, "rb") as file:
+            self.assertEqual(program(family(server)[1]), file.read())
+        until(lambda: all(map(confined, workers(server))))
+
+
+class Program(unittest.TestCase):
+    """What the spawner and its workers are."""
+
+    def setUp(self):
+        self.server = Server("--workers", "2")
+        self.addCleanup(self.server.stop)
+        until(lambda: len(workers(self.server)) == 2)
+        self.spawner = family(self.server)[1]
+
+    @unittest.skipUnless(READER, "this build has no program for the spawner")
+    def test_the_small_program_of_the_same_build(self):
+        with open(READER, "rb") as file:
+            self.assertEqual(program(self.spawner), file.read())
+        with open("/proc/%d/maps" % self.spawner) as maps:
+            self.assertFalse([line for line in maps if ".so" in line])
+        self.assertFalse([line for line in self.server.log if "program" in line])
+
+    def test_it_holds_what_it_needs_alone(self):
+        """Null devices, its channel, what tells of ended workers, and for each of two what tells that it is not wanted."""
+        folder = "/proc/%d/fd" % self.spawner
+        until(lambda: len(os.listdir(folder)) == 7)  # the workers' own are closed here
+        found = {int(fd): os.readlink(os.path.join(folder, fd)) for fd in os.listdir(folder)}
+        self.assertEqual([found[0], found[1]], ["/dev/null", "/dev/null"])
+        kinds = sorted(name.split(":")[0] for fd, name in found.items() if fd > 2)
+        self.assertEqual(kinds, ["anon_inode", "socket", "socket", "socket"])
 
 
 class ByHand(unittest.TestCase):

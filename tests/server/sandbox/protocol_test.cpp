@@ -65,10 +65,11 @@ TEST_CASE("protocol: what is sent is what is read") {
   CHECK(bounds->cpu_seconds == 4);
   CHECK(!bounds->filter);
 
-  const auto trial = decode_trial(encode(Trial{"no limits", ""}));
+  const auto trial = decode_trial(encode(Trial{"no limits", "", "too large"}));
   REQUIRE(trial);
   CHECK(trial->limits == "no limits");
   CHECK(trial->filter.empty());
+  CHECK(trial->small == "too large");
 }
 
 TEST_CASE("protocol: an error that is the server's to find is none of a reader") {

@@ -1,0 +1,6 @@
+// The spawner and its workers as a program of their own, part of `meshgauge` and executed from there
+// (server/sandbox/become_reader.h).
+#include "api/formats/read_part.h"
+#include "server/sandbox/spawner.h"
+
+int main() { return meshgauge::server::sandbox::run_spawner(meshgauge::api::read_part); }
