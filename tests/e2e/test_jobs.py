@@ -354,7 +354,7 @@ class Kept(unittest.TestCase):
         with server.connect() as connection:
             stream = connection.makefile("rb")
             for _ in range(3):
-                connection.sendall((post % (31, "GET /healthz HTTP/1.1\r\nHost: x")).encode())  # no request is seen in it
+                connection.sendall((post % (30, "GET /healthz HTTP/1.1\r\nHost: x")).encode())  # no request is seen in it
                 answer = read_answer(stream)
                 self.assertEqual((answer.status, answer.headers.get("connection")), (503, None))
             connection.sendall((post % (5, "{}")).encode())  # and is not waited for
