@@ -38,7 +38,7 @@ constexpr ProblemRow kTable[] = {
     {ProblemKind::non_finite_vertex, "non-finite-vertex", "A coordinate is NaN or infinite", 422},
     {ProblemKind::index_out_of_range, "index-out-of-range", "A face names a vertex that does not exist", 422},
     {ProblemKind::coordinate_too_large, "coordinate-too-large", "A coordinate is too large to measure", 422},
-    {ProblemKind::out_of_time, "out-of-time", "The time was over before both meshes were read", 503},
+    {ProblemKind::out_of_time, "out-of-time", "The time was over before there was an answer", 503},
     {ProblemKind::internal, "internal", "The service failed", 500},
 };
 

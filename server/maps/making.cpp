@@ -7,6 +7,7 @@
 
 #include "api/deviation_glb.h"
 #include "api/deviation_ply.h"
+#include "api/problem.h"
 #include "server/log.h"
 
 namespace meshgauge::server {
@@ -47,6 +48,13 @@ Result<Done> check_size(const MapOrder& order, const Prepared& shown, std::uint6
                "", ""};
 }
 
+// The bytes were read before. What is wrong with them now is not the client's fault: another version, a lost worker.
+Error as_ours(Error error) {
+  const int status = api::to_problem(error).status();
+  if (status == 415 || status == 422) error.code = ErrorCode::internal;
+  return error;
+}
+
 Result<MadeFile> made(Making& making, const MapTools& tools) {
   const MapOrder& order = making.order;
   Control& control = making.control;
@@ -56,10 +64,10 @@ Result<MadeFile> made(Making& making, const MapTools& tools) {
   if (auto ok = in_time(control, "'a' was read"); !ok) return ok.error();
   const auto limits = read_limits(tools.settings);
   const auto a = tools.fetch(order.a, limits, control);
-  if (!a) return a.error();
+  if (!a) return as_ours(a.error());
   if (auto ok = in_time(control, "'b' was read"); !ok) return ok.error();
   const auto b = tools.fetch(order.b, limits, control);
-  if (!b) return b.error();
+  if (!b) return as_ours(b.error());
   const double read_ms = watch.lap_ms();
 
   const bool of_a = order.query.of == api::Side::a;
