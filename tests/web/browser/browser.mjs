@@ -44,7 +44,7 @@ export class Tab {
     Object.assign(tab, { context, service, foreign: [], requests: [], said: [], policies: new Map() });
     tab.page = await context.newPage();
     await context.route("**/*", (route) => tab.#let(route));
-    tab.page.on("console", (line) => ["error", "warning"].includes(line.type()) && tab.said.push(line.text()));
+    tab.page.on("console", (line) => ["error", "warning"].includes(line.type()) && tab.said.push(`${line.text()} (${line.location().url})`));
     tab.page.on("pageerror", (error) => tab.said.push(String(error.stack ?? error)));
     tab.page.on("response", (answer) => tab.#note(answer));
     return tab;

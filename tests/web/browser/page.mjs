@@ -76,31 +76,28 @@ export class Walk {
   }
 }
 
-// Remembers, from now on and for each frame, what the page shows of the interval: the drawn text and the plot's points.
-export function watchInterval(page, selector) {
-  return page.evaluate((where) => {
+// Remembers, from now on and for each frame, what the page shows of the interval while it runs: its two numbers, and the
+// corners of the drawn band.
+export function watchInterval(page) {
+  return page.evaluate(() => {
     globalThis.seen = [];
     const look = () => {
-      const root = document.querySelector(where);
-      if (root) {
-        const text = root.querySelector(".value")?.textContent ?? "";
-        const points = root.querySelector(".band")?.getAttribute("points") ?? "";
-        const last = globalThis.seen.at(-1);
-        if (!last || last.text !== text || last.points !== points) globalThis.seen.push({ text, points, at: performance.now() });
-      }
+      const reading = [...document.querySelectorAll("#run-view .reading span")].map((each) => each.textContent);
+      const points = document.querySelector("#run-view .band")?.getAttribute("points") ?? "";
+      const last = globalThis.seen.at(-1);
+      const text = reading.join(" ");
+      if (text !== "" && (!last || last.text !== text || last.points !== points)) globalThis.seen.push({ text, points });
       globalThis.looking = requestAnimationFrame(look);
     };
     look();
-  }, selector);
+  });
 }
 
-// [{lower, upper, points}] of what was seen; upper is Infinity where it was not known.
+// [{text, lower, upper, corners}] of what was seen, in order; upper is Infinity where it is not known.
 export async function seenInterval(page) {
   const seen = await page.evaluate(() => (cancelAnimationFrame(globalThis.looking), globalThis.seen));
-  return seen.map(({ text, points, at }) => ({ at, text, ...numbersOf(text), points: points === "" ? 0 : points.split(" ").length }));
-}
-
-function numbersOf(text) {
-  const numbers = text.match(/\d[\d.]*(e[+-]?\d+)?/gi)?.map(Number) ?? [];
-  return { lower: numbers[0] ?? 0, upper: numbers[1] ?? (numbers.length === 1 && !/least|unknown|∞/.test(text) ? numbers[0] : Infinity) };
+  return seen.map(({ text, points }) => {
+    const [lower, upper] = text.split(" to ").map((part) => parseFloat(part));
+    return { text, lower: lower || 0, upper: Number.isFinite(upper) ? upper : Infinity, corners: points === "" ? 0 : points.split(" ").length };
+  });
 }
