@@ -23,6 +23,18 @@ using Float3 = std::array<float, 3>;
 using Colour = std::array<std::uint16_t, 4>;
 using tinygltf::Value;
 
+const char* to_string(MapForm form) {
+  switch (form) {
+    case MapForm::as_is:
+      return "as_is";
+    case MapForm::refined:
+      return "refined";
+    case MapForm::decimated:
+      return "decimated";
+  }
+  return "";
+}
+
 // What both nodes are moved by: the middle of the box on each axis where that is farther from 0 than the box is wide,
 // rounded to float, as some readers keep nodes in single precision.
 Vec3 translation_of(const Box& box) {
@@ -63,6 +75,22 @@ Value witness_extras(const DeviationWitness& witness) {
   return Value(std::move(extras));
 }
 
+Value direction_extras(const DeviationDirection& direction) {
+  Value::Object extras;
+  extras["lower"] = number(direction.lower);
+  extras["upper"] = number(direction.upper);
+  if (direction.witness) extras["witness"] = witness_extras(*direction.witness);
+  return Value(std::move(extras));
+}
+
+Value display_extras(const DeviationMap& map) {
+  Value::Object extras;
+  extras["form"] = text(to_string(map.form));
+  extras["vertices"] = index(static_cast<std::uint32_t>(map.candidate_vertices));
+  extras["triangles"] = index(static_cast<std::uint32_t>(map.candidate_triangles));
+  return Value(std::move(extras));
+}
+
 Value extras_of(const DeviationMap& map) {
   Value::Object extras;
   extras[map.scale.limited ? "limit" : "largest"] = number(map.scale.top);
@@ -72,6 +100,8 @@ Value extras_of(const DeviationMap& map) {
   extras["candidate_vertices"] = index(static_cast<std::uint32_t>(map.candidate_vertices));
   extras["candidate_triangles"] = index(static_cast<std::uint32_t>(map.candidate_triangles));
   if (map.witness) extras["witness"] = witness_extras(*map.witness);
+  if (map.direction) extras["direction"] = direction_extras(*map.direction);
+  extras["display"] = display_extras(map);
   return Value(std::move(extras));
 }
 
@@ -205,10 +235,8 @@ class Document {
   tinygltf::Model model_;
 };
 
-// Of the candidate's arrays; the rest is a few thousand bytes.
-std::size_t bytes_of(const MeshView& mesh) {
-  return mesh.positions.size() * (sizeof(Float3) + sizeof(Colour) + sizeof(float)) + mesh.triangles.size_bytes();
-}
+// The rest is a few thousand bytes.
+std::size_t bytes_of(const MeshView& mesh) { return glb_bytes(mesh.positions.size(), mesh.triangles.size()); }
 
 bool is_within_float(const Vec3& p) { return p.cwiseAbs().maxCoeff() <= kMostFloat; }
 
@@ -229,6 +257,10 @@ Result<Done> check(const DeviationMap& map) {
 }
 
 }  // namespace
+
+std::size_t glb_bytes(std::size_t vertices, std::size_t triangles) {
+  return vertices * (sizeof(Float3) + sizeof(Colour) + sizeof(float)) + triangles * sizeof(Triangle);
+}
 
 Result<Done> write_deviation_glb(const DeviationMap& map, std::ostream& out) {
   if (auto ok = check(map); !ok) return ok;

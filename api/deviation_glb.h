@@ -12,6 +12,15 @@
 //              They are the candidate's own: not turned so that y is up, as readers of glTF take it.
 //   COLOR_0    unsigned short, normalised, RGBA; linear light, as the standard has it (api/colour_map.h is sRGB)
 //   _DISTANCE  float, rounded to nearest, of what was computed
+//
+//   extras of "candidate"
+//   limit | largest          what the last colour stands for: a limit, or the largest distance of a vertex
+//   units                    label, may be empty
+//   lower, upper, witness    the certified interval of the comparison, and where `lower` is attained: on the candidate
+//                            or, without from_candidate, on the baseline; null: there is no upper bound
+//   direction                the same of the way from the candidate to the baseline alone, where that was measured
+//   display                  form: as_is, refined or decimated; vertices and triangles of the candidate itself
+//   candidate_vertices, candidate_triangles: the same numbers; of a map that is not decimated these vertices come first
 #pragma once
 
 #include <ostream>
@@ -24,5 +33,8 @@ namespace meshgauge::api {
 // too_large: more than the 4 GiB of a GLB, or numbers beyond what a float holds. Whether it could be written, `out`
 // says. Takes twice the size of the file in memory.
 Result<Done> write_deviation_glb(const DeviationMap& map, std::ostream& out);
+
+// How large such a file is, but for a few thousand bytes.
+std::size_t glb_bytes(std::size_t vertices, std::size_t triangles);
 
 }  // namespace meshgauge::api

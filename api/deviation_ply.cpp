@@ -46,7 +46,7 @@ void describe(const DeviationMap& map, Header& header) {
     header.comment("witness to " + coordinates(w.to) + " triangle " + std::to_string(w.to_triangle) + " of the " +
                    names[!w.from_candidate]);
   }
-  if (map.mesh.positions.size() > map.candidate_vertices) {
+  if (map.form == MapForm::refined) {
     header.comment("refined for display: the first " + std::to_string(map.candidate_vertices) +
                    " vertices are the candidate's");
   }

@@ -2,34 +2,23 @@
 
 #include <cerrno>
 #include <fstream>
-#include <limits>
+#include <optional>
 #include <string>
 #include <system_error>
 
 #include "api/deviation_glb.h"
-#include "api/deviation_map.h"
+#include "api/deviation_maker.h"
 #include "api/deviation_ply.h"
 #include "api/digest.h"
-#include "api/load.h"
 #include "check/manifest/naming.h"
-#include "engine/deviation.h"
-#include "engine/refinement.h"
 
 namespace meshgauge::check {
 namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kLongestEdge = 1.0 / 64;  // of the diagonal
-constexpr std::size_t kMostTriangles = 250'000;
-
 bool is_refined(const DeviationFile& file) {
   return file.refine == Refine::always || (file.refine == Refine::by_format && suffix_of(file.path) == ".glb");
-}
-
-std::optional<Mesh> refined_for_display(const Prepared& candidate, Control& control) {
-  return refined(candidate.mesh(), {kLongestEdge * diagonal(candidate.box()), kMostTriangles},
-                 [&control] { return control.check() != Interruption::none; });
 }
 
 std::optional<api::DeviationWitness> witness_of(const Measured& measured) {
@@ -38,15 +27,11 @@ std::optional<api::DeviationWitness> witness_of(const Measured& measured) {
   return api::DeviationWitness{w.on_candidate, w.from, w.from_triangle, w.to, w.to_triangle};
 }
 
-// Of the candidate's points to the baseline; infinite when that direction was not measured.
-double certified_upper(const Measured& measured) {
-  constexpr double kNone = std::numeric_limits<double>::infinity();
-  if (!measured.document.is_object()) return kNone;
-  const nlohmann::ordered_json directed = measured.document.value("a_to_b", nlohmann::ordered_json());
-  if (!directed.is_object()) return kNone;
-  const auto upper = directed.find("upper");
-  const bool bound = upper != directed.end() && upper->is_number() && upper->get<double>() >= 0;
-  return bound ? upper->get<double>() : kNone;
+// What the document says of the way from the candidate; nothing when that direction was not measured.
+std::optional<api::DeviationDirection> direction_of(const Measured& measured) {
+  if (!measured.document.is_object()) return std::nullopt;
+  const auto facts = api::deviation_facts(measured.document.dump(), api::Side::a);
+  return facts ? facts->direction : std::nullopt;
 }
 
 Error cannot_write(const fs::path& path, const std::string& why) {
@@ -90,21 +75,14 @@ Result<Done> check_deviation_name(const fs::path& path) {
 Result<Done> write_deviation(const DeviationFile& file, const Prepared& candidate, const Prepared& baseline,
                              const Gate& gate, const Measured& measured, Control& control) {
   if (auto ok = check_deviation_name(file.path); !ok) return ok;
-  const auto more = is_refined(file) ? refined_for_display(candidate, control) : std::nullopt;
-  std::optional<Prepared> display;
-  if (more) display.emplace(*more);
-  const Prepared& from = display ? *display : candidate;
-  const auto deviations = deviation(from, baseline, {file.threads, "auto", certified_upper(measured)}, control);
-  if (!deviations) return api::not_in_time(control.check(), "the deviation map was made");
-  return write_whole(file, {from.mesh(),
-                            candidate.mesh().positions.size(),
-                            candidate.mesh().triangles.size(),
-                            deviations->distances,
-                            {measured.limit, true},
-                            gate.limit.units,
-                            measured.lower,
-                            measured.upper,
-                            witness_of(measured)});
+  const api::DeviationFacts facts{measured.limit, gate.limit.units,     measured.lower,
+                                  measured.upper, witness_of(measured), direction_of(measured)};
+  api::MapOptions options;
+  options.refine = is_refined(file);
+  options.threads = file.threads;
+  const auto made = api::make_deviation(candidate, baseline, facts, options, control);
+  if (!made) return made.error();
+  return write_whole(file, made->map());
 }
 
 }  // namespace meshgauge::check

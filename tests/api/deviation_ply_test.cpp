@@ -75,6 +75,7 @@ TEST_CASE("the comments say what the numbers mean") {
   CHECK(file.find("refined") == std::string::npos);
   made.map.scale.limited = false;
   made.map.candidate_vertices = 6;
+  made.map.form = api::MapForm::refined;
   CHECK(says(written(made.map), "comment largest 0.125"));
   CHECK(says(written(made.map), "comment refined for display: the first 6 vertices are the candidate's"));
 }

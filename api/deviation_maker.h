@@ -1,0 +1,72 @@
+// The way to a deviation map: measure, choose what to show, know what the numbers mean. For `check --deviation` and for
+// the service, so that both write the same.
+#pragma once
+
+#include <cstddef>
+#include <limits>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "api/deviation_map.h"
+#include "engine/control.h"
+#include "engine/prepared.h"
+#include "engine/result.h"
+
+namespace meshgauge::api {
+
+// What is known of a pair beside its meshes.
+struct DeviationFacts {
+  std::optional<double> limit;  // none: the colours end at the largest distance
+  std::string units;
+  double lower = 0;  // the certified interval of the comparison
+  double upper = std::numeric_limits<double>::infinity();
+  std::optional<DeviationWitness> witness;
+  std::optional<DeviationDirection> direction;
+};
+
+enum class Side { a, b };
+
+// Of a comparison's document (openapi.yaml, "Comparison"), for the map that shows this mesh: the candidate is it, not
+// always mesh a. internal: it is no such document.
+Result<DeviationFacts> deviation_facts(std::string_view document, Side candidate);
+
+struct MapOptions {
+  // Readers that show colours alone see nothing of what lies between vertices: edges longer than a 64th of the
+  // candidate's diagonal are split, to at most kMostRefined triangles.
+  bool refine = false;
+  std::size_t max_triangles = std::numeric_limits<std::size_t>::max();  // a candidate of more is decimated
+  unsigned threads = 1;
+  std::string_view simd = "auto";
+
+  static constexpr std::size_t kMostRefined = 250'000;
+};
+
+// A map with what it borrows, but for the candidate's own arrays.
+class MadeMap {
+ public:
+  const DeviationMap& map() const { return map_; }
+
+ private:
+  friend Result<MadeMap> make_deviation(const Prepared&, const Prepared&, const DeviationFacts&, const MapOptions&,
+                                        Control&);
+  Mesh shown_;
+  std::vector<double> distances_;
+  DeviationMap map_;
+
+ public:
+  MadeMap() = default;
+  MadeMap(MadeMap&&) = default;
+  MadeMap& operator=(MadeMap&&) = default;
+  MadeMap(const MadeMap&) = delete;
+  MadeMap& operator=(const MadeMap&) = delete;
+};
+
+// Distances are never above what is certified of the candidate's. Of a decimated map they are measured at every vertex
+// of the candidate, and what is farthest away or above the limit is shown rather than its neighbours.
+// out_of_time when `control` said to stop. The map must not outlive the candidate.
+Result<MadeMap> make_deviation(const Prepared& candidate, const Prepared& baseline, const DeviationFacts& facts,
+                               const MapOptions& options, Control& control);
+
+}  // namespace meshgauge::api
