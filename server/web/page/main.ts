@@ -1,3 +1,4 @@
 // Where the page begins.
-const host = document.getElementById("page");
-if (host) host.dataset["path"] = location.pathname;
+import { App } from "./app.js";
+
+new App().start();
