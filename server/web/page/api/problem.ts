@@ -75,5 +75,5 @@ const kinds: Record<number, [string, string]> = {
 function nameless(status: number): Problem {
   const [kind, title] = kinds[status] ?? ["unknown", "The service answered something else"];
   const detail = `the answer had the status ${String(status)} and no more words`;
-  return { type: `urn:meshgauge:problem:${kind}`, title, status, detail, errors: [] } as Problem;
+  return { type: `urn:meshgauge:problem:${kind}`, title, status, detail, errors: [] };
 }

@@ -16,12 +16,20 @@ export type Directed = Schemas["Directed"];
 export type Witness = Schemas["Witness"];
 export type MeshFacts = Schemas["MeshFacts"];
 export type Distribution = Schemas["Distribution"];
-export type Problem = Schemas["Problem"];
 export type Stage = Schemas["Stage"];
 export type JobState = Schemas["JobState"];
 export type Timings = Comparison["timings_ms"];
 export type Status = Comparison["status"];
 export type Verdict = NonNullable<Comparison["verdict"]>;
+
+/** As the schema Problem, whose table of types may grow: a page that is older than its service shows what it is told. */
+export interface Problem {
+  type: string;
+  title: string;
+  status: number;
+  detail: string;
+  errors: Schemas["Problem"]["errors"];
+}
 
 export type Side = "a" | "b";
 export type Vec3 = [number, number, number];

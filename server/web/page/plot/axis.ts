@@ -71,7 +71,7 @@ export function ticksOf(axis: LogAxis, most = 7): Tick[] {
     ...minor.map((value) => ({ value, at: positionOf(axis, value), label: "" })),
   ];
   if (axis.zero) ticks.push({ value: 0, at: 0, label: "0" });
-  if (axis.unknown) ticks.push({ value: null, at: 1, label: "?" });
+  if (axis.unknown) ticks.push({ value: null, at: 1, label: "∞" });
   return ticks.sort((one, other) => one.at - other.at);
 }
 

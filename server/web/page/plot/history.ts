@@ -38,8 +38,8 @@ export class History {
 
 /** The ends of a stretch of time on an axis that grows in steps, in ms, with round numbers to write along it. */
 export function timeAxis(ms: number): { end: number; ticks: number[] } {
-  const end = [200, 500, 1000, 2000, 5000, 10_000, 20_000, 30_000, 60_000, 120_000, 180_000].find((one) => ms <= one) ?? ms;
-  const step = [50, 100, 200, 500, 1000, 2000, 5000, 10_000, 20_000, 30_000, 60_000].find((one) => end / one <= 6) ?? end / 5;
+  const end = [10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10_000, 20_000, 30_000, 60_000, 120_000, 180_000].find((one) => ms <= one) ?? ms;
+  const step = [2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10_000, 20_000, 30_000, 60_000].find((one) => end / one <= 6) ?? end / 5;
   const ticks: number[] = [];
   for (let at = 0; at <= end; at += step) ticks.push(at);
   return { end, ticks };

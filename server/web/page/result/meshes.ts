@@ -23,7 +23,7 @@ function formatWords(mesh: MeshFacts): string {
 
 export function meshesTable(result: Comparison, names: Record<Side, string>): HTMLElement {
   const { a, b } = result.meshes;
-  const body = rows.flatMap(([label, text]) => {
+  const body: HTMLElement[] = rows.flatMap(([label, text]) => {
     const [one, other] = [text(a), text(b)];
     if (one === "" && other === "") return [];
     return [h("tr", {}, h("th", { scope: "row" }, label), h("td", {}, one || "none"), h("td", {}, other || "none"))];

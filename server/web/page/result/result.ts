@@ -115,14 +115,19 @@ function precision(result: Comparison): HTMLElement {
     facts([
       ["Interval", intervalWords(result.distance.lower, upper, units, result.gate?.max_distance ?? null)],
       ["In full", `${plain(result.distance.lower)} … ${plain(upper ?? Infinity)}`],
-      ["Width", reached.absolute === null ? "not known" : withUnits(toDigits(reached.absolute, 3), units)],
-      ["Of the distance", reached.relative === null ? "not known" : inPercent(reached.relative)],
-      ["Of A's diagonal", reached.diagonal === null ? "not known" : inPercent(reached.diagonal)],
+      ["Its width", widthWords(reached, units)],
       ["Asked for", askedWords(asked, units)],
       ["Rounding alone", `${withUnits(toDigits(result.precision_floor, 2), units)} of the width`],
-      ["Of B's diagonal", upper === null ? "" : `the distance is at most ${inPercent(upper / result.meshes.b.diagonal)}`],
+      ["Against the size", upper === null ? "" : `The distance is at most ${inPercent(upper / result.meshes.b.diagonal, 3)} of B's diagonal`],
     ]),
   );
+}
+
+function widthWords(reached: Comparison["tolerance"]["reached"], units: string): string {
+  const { absolute, relative, diagonal } = reached;
+  if (absolute === null) return "not known";
+  const shares = [relative === null ? "" : `${inPercent(relative, 2)} of the distance`, diagonal === null ? "" : `${inPercent(diagonal, 2)} of A's diagonal`];
+  return [withUnits(toDigits(absolute, 3), units), ...shares.filter((share) => share !== "")].join(", ");
 }
 
 function askedWords(asked: Comparison["tolerance"]["asked"], units: string): string {

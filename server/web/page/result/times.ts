@@ -6,7 +6,7 @@ import { stageTimes, type StageTime } from "../text/stages.js";
 
 const length = 1000; // of the bar, in its own units
 
-export function timesOf(timings: Timings): HTMLElement[] {
+export function timesOf(timings: Timings): Element[] {
   const stages = stageTimes(timings);
   const sum = stages.reduce((total, { ms }) => total + ms, 0);
   if (sum === 0) return [h("p", { class: "hint" }, "No time was spent.")];
@@ -38,7 +38,7 @@ function table(stages: StageTime[], sum: number, total: number): HTMLElement {
       {},
       h("th", { scope: "row" }, swatch(name), label),
       h("td", { class: "number" }, inTime(ms)),
-      h("td", { class: "number" }, inPercent(ms / sum)),
+      h("td", { class: "number" }, inPercent(ms / sum, 2)),
     ),
   );
   const last = h("tr", { class: "total" }, h("th", { scope: "row" }, "From beginning to end"), h("td", { class: "number" }, inTime(total)), h("td"));

@@ -30,7 +30,7 @@ export class RunView implements Teller {
   private latest: { event: ProgressEvent; at: number } | null = null;
 
   constructor(
-    private readonly host: HTMLElement,
+    host: HTMLElement,
     private readonly face: RunFace,
     private readonly announcer: Announcer,
   ) {

@@ -113,6 +113,7 @@ export function inBytes(bytes: number): string {
 
 /** "1.4 s" */
 export function inTime(ms: number): string {
+  if (ms > 0 && ms < 0.01) return "under 0.01\u00A0ms";
   if (ms < 1000) return `${toDigits(ms, ms < 10 ? 2 : 3)}\u00A0ms`;
   return ms < 120_000 ? `${toDigits(ms / 1000, 3)}\u00A0s` : `${toDigits(ms / 60_000, 3)}\u00A0min`;
 }
@@ -131,8 +132,7 @@ export function pointText(point: readonly number[], digits = 6): string {
 }
 
 /** "99.3 %"; what is not all of it never reads as all of it. */
-export function inPercent(share: number): string {
-  if (share > 0 && share < 1e-4) return "under 0.01 %".replace(" %", "\u00A0%");
-  const text = share < 1 ? Math.min(share * 100, 99.99).toFixed(2) : "100";
-  return `${text.includes(".") ? text.replace(/\.?0+$/, "") : text}\u00A0%`;
+export function inPercent(share: number, digits = 4): string {
+  const number = toDigits(100 * share, digits);
+  return `${number === "100" && share < 1 ? "99.99" : number}\u00A0%`;
 }

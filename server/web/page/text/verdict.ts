@@ -1,6 +1,6 @@
 // What a result means, in sentences. The words are those of `meshgauge check`.
 import type { Comparison, Direction, Directed, Side, Status, Vec3 } from "../api/types.js";
-import { inTime, intervalText, intervalWords, plain, pointText, toDigitsAbove, toDigitsBelow, withUnits } from "./numbers.js";
+import { inPercent, inTime, intervalText, intervalWords, pointText, toDigitsAbove, toDigitsBelow, withUnits } from "./numbers.js";
 
 export type Tone = "pass" | "fail" | "undecided" | "measured";
 
@@ -178,9 +178,9 @@ const subject: Record<Direction, string> = {
 export function statusSentence(result: Comparison): string {
   const { reached, met_by } = result.tolerance;
   if (result.status === "converged" && met_by === "relative" && reached.relative !== null)
-    return `The interval is as narrow as asked: ${plain(Number((100 * reached.relative).toPrecision(2)))}\u00A0% of the distance.`;
+    return `The interval is as narrow as asked: ${inPercent(reached.relative, 2)} of the distance.`;
   if (result.status === "converged") return "The interval is as narrow as asked.";
-  if (result.status === "gate_decided") return "The work stopped as soon as the limit was decided, so the interval may be wide.";
+  if (result.status === "gate_decided") return "The work stopped as soon as the limit was decided, so the interval may be wide. Without a limit it gets as narrow as asked.";
   const why = whyEnded[result.status];
   return `${why.charAt(0).toUpperCase()}${why.slice(1)}. The interval reached so far holds all the same.`;
 }
