@@ -57,7 +57,7 @@ DeviationFacts facts_of(const Json& document, Side candidate) {
   const auto other = direction_of(document.at(of_a ? "b_to_a" : "a_to_b"), false);
   // Of the direction that attains `lower`: in a symmetric measurement the one that reaches further.
   double reached = -1;
-  for (const auto* direction : {&facts.direction, &other}) {
+  for (const std::optional<DeviationDirection>* direction : {&std::as_const(facts.direction), &other}) {
     if (!*direction || !(*direction)->witness || (*direction)->lower <= reached) continue;
     reached = (*direction)->lower;
     facts.witness = (*direction)->witness;

@@ -24,6 +24,8 @@ constexpr ProblemRow kTable[] = {
     {ProblemKind::digest_mismatch, "digest-mismatch", "The bytes are not those of the name", 422},
     {ProblemKind::idempotency_key_reused, "idempotency-key-reused", "The key was used for another request", 422},
     {ProblemKind::unknown_mesh, "unknown-mesh", "A mesh of the comparison is not stored", 422},
+    {ProblemKind::mesh_gone, "mesh-gone", "A mesh of the comparison is not kept any more", 410},
+    {ProblemKind::no_interval, "no-interval", "The comparison has no interval", 409},
     {ProblemKind::not_ready, "not-ready", "The service cannot take work", 503},
     {ProblemKind::storage_full, "storage-full", "The service has no room to keep this", 507},
     {ProblemKind::storage_unavailable, "storage-unavailable", "The service cannot keep anything at the moment", 503},
@@ -36,7 +38,7 @@ constexpr ProblemRow kTable[] = {
     {ProblemKind::non_finite_vertex, "non-finite-vertex", "A coordinate is NaN or infinite", 422},
     {ProblemKind::index_out_of_range, "index-out-of-range", "A face names a vertex that does not exist", 422},
     {ProblemKind::coordinate_too_large, "coordinate-too-large", "A coordinate is too large to measure", 422},
-    {ProblemKind::out_of_time, "out-of-time", "The time was over before both meshes were read", 503},
+    {ProblemKind::out_of_time, "out-of-time", "The time was over before there was an answer", 503},
     {ProblemKind::internal, "internal", "The service failed", 500},
 };
 

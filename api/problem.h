@@ -34,6 +34,8 @@ enum class ProblemKind {
   digest_mismatch,         // the bytes are not those that their name says
   idempotency_key_reused,  // with another request
   unknown_mesh,            // a comparison names one that is not stored
+  mesh_gone,               // a comparison had one that is not kept any more
+  no_interval,             // the comparison has not ended, or has none
   not_ready,
   storage_full,
   storage_unavailable,

@@ -3,7 +3,9 @@
 
 #include <chrono>
 #include <functional>
+#include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -25,6 +27,14 @@ struct MeshSizes {
 
 inline constexpr int kNoContent = 204;
 inline constexpr int kNotModified = 304;
+// RFC 9110 sections 8.6 and 15.4.5.
+inline bool has_content(int status) { return status != kNoContent && status != kNotModified; }
+
+// Bytes, and what keeps them.
+struct FileBody {
+  std::span<const std::byte> bytes;
+  std::shared_ptr<const void> holder;
+};
 
 struct Response {
   int status = 200;
@@ -34,6 +44,8 @@ struct Response {
   // Instead of a body: appends the next piece, if there is one within 100 ms, and says whether there are more to come.
   // Called on the connection's thread until then, or until the client is gone.
   std::function<bool(std::string& piece)> stream = nullptr;
+  std::optional<FileBody> file = std::nullopt;  // instead of a body (server/file_body.h)
+  bool length_known = true;                     // else an answer to HEAD says none
 };
 
 struct Exchange {

@@ -8,6 +8,7 @@
 
 #include "api/digest.h"
 #include "server/event_stream.h"
+#include "server/file_body.h"
 
 namespace meshgauge::server {
 namespace {
@@ -74,13 +75,10 @@ class Counted {
   std::atomic<std::uint64_t>& count_;
 };
 
-// RFC 9110 sections 8.6 and 15.4.5.
-bool without_body(int status) { return status == kNoContent || status == kNotModified; }
-
 void hand_over(const Response& from, httplib::Response& to) {
   to.status = from.status;
   for (const auto& [name, value] : from.headers) to.set_header(name, value);
-  if (!without_body(from.status)) to.set_content(from.body, from.content_type);
+  if (has_content(from.status)) to.set_content(from.body, from.content_type);
 }
 
 }  // namespace
@@ -115,7 +113,8 @@ HttpGuard::HttpGuard(const Settings& settings, Handler handle, Handler log, cons
   // The last word on a response, after the library has added headers of its own.
   set_post_routing_handler([](const httplib::Request&, httplib::Response& response) {
     for (const char* name : {"Keep-Alive", "Accept-Ranges", "Connection"}) response.headers.erase(name);
-    if (without_body(response.status)) response.headers.erase("Content-Length");
+    const bool has_length = has_content(response.status) && current_->exchange.response.length_known;
+    if (!has_length) response.headers.erase("Content-Length");  // RFC 9110 section 8.6
     if (current_->close) response.set_header("Connection", "close");
   });
 }
@@ -259,7 +258,13 @@ bool HttpGuard::respond(Connection& connection, const Head& head, const Refusal&
   Exchange exchange(api::random_id(), head, body, connection);
   Current serving{exchange, refusal, refusal.has_value() || !head.keep_alive};
   handle(serving);
-  exchange.response.stream ? send_stream(exchange) : send(serving);
+  if (exchange.response.stream) {
+    send_stream(exchange);
+  } else if (exchange.response.file) {
+    send_file(exchange, serving.close);
+  } else {
+    send(serving);
+  }
   log_(exchange);
   return exchange.delivered && !serving.close;
 }

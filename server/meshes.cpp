@@ -150,6 +150,7 @@ void Meshes::remove(Exchange& exchange) {
   if (!removed) return answer(exchange, api::to_problem(removed.error()));
   if (!*removed) return answer(exchange, not_found());
   stores_.cache.forget(exchange.owner, exchange.segment);
+  if (stores_.maps) stores_.maps->forget_mesh(exchange.owner, exchange.segment);
   exchange.response.status = 204;
 }
 

@@ -50,17 +50,21 @@ sandbox::PoolSettings pool_settings(const Settings& settings, const std::vector<
 }
 
 // Meshes from the pool, those that are stored from the cache.
-Compare comparing_by(sandbox::Pool& pool, MeshCache& cache) {
+Fetch fetching_by(sandbox::Pool& pool, MeshCache& cache) {
   const api::Load load = [&pool](const api::MeshInput& input, const api::ReadLimits& limits, Control& control) {
     return pool.load(input, limits, control);
   };
-  return [load, &cache](const MeshSource& a, const MeshSource& b, const Options& options, const api::ReadLimits& limits,
-                        Control& control) {
+  return [load, &cache](const MeshSource& source, const api::ReadLimits& limits, Control& control) {
+    if (!source.kept) return api::loading(load, source.input, limits, Prepared::Use::once)(control);
+    return cache.get(*source.kept, api::loading(load, source.input, limits, Prepared::Use::often), control);
+  };
+}
+
+Compare comparing_by(const Fetch& fetch) {
+  return [fetch](const MeshSource& a, const MeshSource& b, const Options& options, const api::ReadLimits& limits,
+                 Control& control) {
     const auto get = [&](const MeshSource& source) -> api::GetMesh {
-      if (!source.kept) return api::loading(load, source.input, limits, Prepared::Use::once);
-      return [&cache, &source, read = api::loading(load, source.input, limits, Prepared::Use::often)](Control& job) {
-        return cache.get(*source.kept, read, job);
-      };
+      return [&](Control& job) { return fetch(source, limits, job); };
     };
     return api::compare_prepared(get(a), get(b), options, control);
   };
@@ -92,7 +96,7 @@ std::optional<Tls> tls_of(const Settings& settings) {
 
 }  // namespace
 
-Service::Service(const Settings& settings, Compare compare, Stores stores)
+Service::Service(const Settings& settings, Compare compare, Stores stores, Fetch fetch)
     : settings_(settings),
       stores_(stores),
       access_(settings.keys_file),
@@ -105,6 +109,7 @@ Service::Service(const Settings& settings, Compare compare, Stores stores)
       guard_(
           settings, [this](Exchange& exchange) { entrance_(exchange, router_); },
           [this](const Exchange& exchange) { record(exchange); }, tls_ ? &*tls_ : nullptr) {
+  if (fetch && stores.maps) deviations_.emplace(settings, jobs_, stores, access_, metrics_, std::move(fetch));
   add_routes();
   watch_levels();
 }
@@ -125,14 +130,21 @@ void Service::add_routes() {
   router_.add("GET", "/docs/{}", send_reference_file);
   router_.add("GET", "/metrics", [this](Exchange& e) { send(e, metrics_.text(), Metrics::kContentType); });
   router_.add("GET", "/readyz", [this](Exchange& e) { check_ready(e); });
-  router_.add("POST", "/v1/comparisons", [this](Exchange& e) { comparisons_.create(e); });
-  router_.add("GET", "/v1/comparisons/{}", [this](Exchange& e) { comparisons_.get(e); });
-  router_.add("DELETE", "/v1/comparisons/{}", [this](Exchange& e) { comparisons_.remove(e); });
-  router_.add("GET", "/v1/comparisons/{}/events", [this](Exchange& e) { comparisons_.events(e); });
+  add_comparison_routes();
   router_.add("POST", "/v1/meshes", [this](Exchange& e) { meshes_.post(e); });
   router_.add("PUT", "/v1/meshes/{}", [this](Exchange& e) { meshes_.put(e); });
   router_.add("GET", "/v1/meshes/{}", [this](Exchange& e) { meshes_.get(e); });
   router_.add("DELETE", "/v1/meshes/{}", [this](Exchange& e) { meshes_.remove(e); });
+}
+
+void Service::add_comparison_routes() {
+  router_.add("POST", "/v1/comparisons", [this](Exchange& e) { comparisons_.create(e); });
+  router_.add("GET", "/v1/comparisons/{}", [this](Exchange& e) { comparisons_.get(e); });
+  router_.add("DELETE", "/v1/comparisons/{}", [this](Exchange& e) { comparisons_.remove(e); });
+  router_.add("GET", "/v1/comparisons/{}/events", [this](Exchange& e) { comparisons_.events(e); });
+  if (!deviations_) return;
+  router_.add("GET", "/v1/comparisons/{}/deviation.ply", [this](Exchange& e) { deviations_->get(e, MapKind::ply); });
+  router_.add("GET", "/v1/comparisons/{}/deviation.glb", [this](Exchange& e) { deviations_->get(e, MapKind::glb); });
 }
 
 std::uint64_t Service::free_bytes() const {
@@ -162,6 +174,11 @@ void Service::watch_levels() {
   watch(Level::mesh_cache_bytes, [this] { return stores_.cache.counters().bytes; });
   watch(Level::mesh_cache_limit_bytes, [this] { return settings_.max_cache_bytes; });
   watch(Level::mesh_cache_meshes, [this] { return stores_.cache.counters().meshes; });
+  if (stores_.maps) {
+    watch(Level::map_cache_bytes, [this] { return stores_.maps->counters().bytes; });
+    watch(Level::map_cache_limit_bytes, [this] { return settings_.map_cache_bytes; });
+    watch(Level::map_cache_files, [this] { return stores_.maps->counters().files; });
+  }
   watch(Level::event_streams, [this] { return comparisons_.seats(); });
   watch(Level::stored_bytes, [this] { return stored_bytes(); });
   watch(Level::disk_free_bytes, [this] { return free_bytes(); });
@@ -277,8 +294,11 @@ Result<Done> run_until_signal(const Settings& settings, const std::vector<std::s
   auto stores = store::EmbeddedStores::open({settings.data_dir});
   if (!stores) return stores.error();
   MeshCache cache(settings.max_cache_bytes);
-  Service service(settings, comparing_by(pool, cache),
-                  {(*stores)->jobs(), (*stores)->meshes(), (*stores)->blobs(), cache});
+  MapCache maps({(*stores)->data_folder() + "/maps", settings.map_cache_bytes, settings.temp_dir});
+  if (auto opened = maps.open(); !opened) return opened.error();
+  const Fetch fetch = fetching_by(pool, cache);
+  Service service(settings, comparing_by(fetch),
+                  {(*stores)->jobs(), (*stores)->meshes(), (*stores)->blobs(), cache, &maps}, fetch);
   service.metrics().watch_sandbox([&pool] { return pool.counters(); });
   const auto port = service.start();
   if (!port) return port.error();

@@ -15,6 +15,7 @@
 #include "server/access/access.h"
 #include "server/access/entrance.h"
 #include "server/comparisons.h"
+#include "server/deviations.h"
 #include "server/http_guard.h"
 #include "server/jobs/jobs.h"
 #include "server/meshes.h"
@@ -28,8 +29,8 @@ namespace meshgauge::server {
 class Service {
  public:
   // Precondition: settings come from checked().
-  // Borrows the stores.
-  Service(const Settings& settings, Compare compare, Stores stores);
+  // Borrows the stores. Deviation maps are made if there is a `fetch` and a cache for them in `stores`.
+  Service(const Settings& settings, Compare compare, Stores stores, Fetch fetch = nullptr);
   ~Service();  // as shutdown() without grace
   Service(const Service&) = delete;
   Service& operator=(const Service&) = delete;
@@ -51,6 +52,7 @@ class Service {
 
  private:
   void add_routes();
+  void add_comparison_routes();
   Result<Done> load_secrets();
   Result<Done> check_openness() const;
 
@@ -70,6 +72,7 @@ class Service {
   ByteBudget uploads_;
   Jobs jobs_;
   Comparisons comparisons_;
+  std::optional<Deviations> deviations_;
   Meshes meshes_;
   Router router_;
   HttpGuard guard_;

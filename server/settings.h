@@ -50,6 +50,7 @@ struct Settings {
   std::uint64_t max_kept_results = 100'000;
   std::uint64_t mesh_ttl_s = 7 * 86'400;
   std::uint64_t max_stored_bytes = std::uint64_t{16} << 30;
+  std::uint64_t map_cache_bytes = std::uint64_t{1} << 30;
   std::string temp_dir = default_temp_dir();
   std::string simd = "auto";
   std::string log_requests = "all";
@@ -108,6 +109,8 @@ void for_each_setting(SomeSettings& s, Visit visit) {
   visit({"mesh_ttl_s", "Time a stored mesh is kept after its last use, in seconds"}, s.mesh_ttl_s);
   visit({"max_stored_bytes", "Meshes that one key may store, in bytes; all of them when there are no keys"},
         s.max_stored_bytes);
+  visit({"map_cache_bytes", "Deviation maps kept as files in the data directory, in bytes; 0: none"},
+        s.map_cache_bytes);
   visit({"temp_dir", "Directory for uploads, as files without a name"}, s.temp_dir);
   visit({"simd", "Instruction set: avx512, avx2, sse4, neon or scalar; auto: the fastest that the processor has"},
         s.simd);

@@ -321,6 +321,7 @@ Result<Jobs::Deleted> Jobs::remove(const store::JobKey& key) {
     } else if (store::has_ended(**state)) {
       const auto forgotten = stores_.jobs.forget(key);
       if (!forgotten) return forgotten.error();
+      if (stores_.maps) stores_.maps->forget(key);
       return Deleted::forgotten;
     }
   }
@@ -369,7 +370,14 @@ void Jobs::retry_parked() {
 // What is thrown for want of memory ends here: it is for the next sweep, not the end of the process.
 void Jobs::sweep() try {
   const auto now = store::now();
-  note(stores_.jobs.sweep_jobs({now, now + seconds(settings_.result_ttl_s)}, settings_.max_kept_results));
+  const auto swept = stores_.jobs.sweep_jobs({now, now + seconds(settings_.result_ttl_s)}, settings_.max_kept_results);
+  note(swept);
+  if (stores_.maps && swept && swept->expired + swept->over_cap > 0) {
+    stores_.maps->sweep([this](const store::JobKey& key) {
+      const auto row = stores_.jobs.get(key);
+      return !row || *row;
+    });
+  }
   note(stores_.meshes.sweep_meshes(now));
   const auto used = stores_.jobs.used_blobs();
   note(used);

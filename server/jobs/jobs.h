@@ -24,6 +24,7 @@
 #include "server/access/access.h"
 #include "server/jobs/live_job.h"
 #include "server/jobs/scheduler.h"
+#include "server/maps/map_cache.h"
 #include "server/observe/metrics.h"
 #include "server/settings.h"
 #include "server/store/blob_store.h"
@@ -37,11 +38,16 @@ namespace meshgauge::server {
 using Compare = std::function<Result<api::Comparison>(const MeshSource& a, const MeshSource& b, const Options& options,
                                                       const api::ReadLimits& limits, Control& control)>;
 
+// A mesh of a comparison, from the cache or the sandbox.
+using Fetch = std::function<Result<std::shared_ptr<const api::PreparedMesh>>(
+    const MeshSource& source, const api::ReadLimits& limits, Control& control)>;
+
 struct Stores {
   store::JobStore& jobs;
   store::MeshIndex& meshes;
   store::BlobStore& blobs;
   MeshCache& cache;
+  MapCache* maps = nullptr;  // none: no deviation maps are made
 };
 
 // Access::hold_storage() beside the owner's stored meshes, as they are when it asks.
@@ -85,6 +91,13 @@ class Jobs {
   // Asks a job that has not ended to end, and waits a second for that; forgets one that has.
   enum class Deleted { unknown, asked_to_end, forgotten };
   Result<Deleted> remove(const store::JobKey& key);
+
+  // Other work than a comparison, on the same workers and in the same order.
+  void work(Scheduler::Slot slot, Scheduler::Task task) { scheduler_.submit(std::move(slot), std::move(task)); }
+  bool withdraw(const Control& control) { return scheduler_.withdraw(control); }
+  ThreadBudget& threads() { return threads_; }
+  bool draining() const { return draining_.load(); }
+  bool stopping() const { return stopping_.load(); }
 
   Scheduler::Figures figures() const { return scheduler_.figures(); }
   std::chrono::milliseconds expected_wait() const { return scheduler_.expected_wait(); }

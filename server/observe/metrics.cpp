@@ -120,6 +120,12 @@ struct Metrics::Series {
       counters(registry, "meshgauge_triangles_total", "Triangles of the meshes that were compared").Add({})};
   std::map<std::string_view, Histogram*> stages{
       stage_histograms(histograms(registry, "meshgauge_stage_seconds", "Time of a comparison's stages"))};
+  Family<Counter>& maps{counters(registry, "meshgauge_maps_total", "Deviation maps that were asked for")};
+  Counter& maps_made{maps.Add({{"outcome", "made"}})};
+  Counter& maps_failed{maps.Add({{"outcome", "failed"}})};
+  Counter& maps_found{maps.Add({{"outcome", "cached"}})};
+  Family<Histogram>& map_seconds{
+      histograms(registry, "meshgauge_map_seconds", "Time of making a deviation map, waiting included")};
   std::array<Counter*, 4> auth_failures{
       counter_each(counters(registry, "meshgauge_auth_failures_total", "Requests whose key did not open the door"),
                    "reason", kAuthFailures)};
@@ -192,6 +198,13 @@ void Metrics::job_failed(std::string_view problem_type, Strategy strategy) {
 }
 
 void Metrics::job_cancelled_early(Strategy strategy) { series_->job("cancelled", "early", strategy).Increment(); }
+
+void Metrics::map_found() { series_->maps_found.Increment(); }
+
+void Metrics::map_ended(std::string_view format, bool made, double seconds) {
+  (made ? series_->maps_made : series_->maps_failed).Increment();
+  if (made) series_->map_seconds.Add({{"format", std::string(format)}}, kStageSeconds).Observe(seconds);
+}
 
 void Metrics::auth_failed(AuthFailure why) { series_->auth_failures[static_cast<std::size_t>(why)]->Increment(); }
 

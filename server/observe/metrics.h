@@ -41,6 +41,9 @@ enum class Level {
   mesh_cache_bytes,
   mesh_cache_limit_bytes,
   mesh_cache_meshes,
+  map_cache_bytes,
+  map_cache_limit_bytes,
+  map_cache_files,
   event_streams,
   stored_bytes,
   disk_free_bytes,
@@ -60,6 +63,9 @@ class Metrics {
   void job_ended(const api::Comparison& comparison);                  // with an interval, however it ended
   void job_failed(std::string_view problem_type, Strategy strategy);  // without
   void job_cancelled_early(Strategy strategy);                        // in the queue, or while its meshes were read
+
+  void map_found();  // a deviation map that was made before
+  void map_ended(std::string_view format, bool made, double seconds);
 
   void auth_failed(AuthFailure why);
   void store_failed(StoreFailure why);

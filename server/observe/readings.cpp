@@ -48,6 +48,12 @@ LevelText text_of(Level level) {
       return {"meshgauge_mesh_cache_limit_bytes", "Most that they may take"};
     case Level::mesh_cache_meshes:
       return {"meshgauge_mesh_cache_meshes", "Meshes that are kept, with their tree"};
+    case Level::map_cache_bytes:
+      return {"meshgauge_map_cache_bytes", "Bytes on disk of the deviation maps that are kept"};
+    case Level::map_cache_limit_bytes:
+      return {"meshgauge_map_cache_limit_bytes", "Most that they may be"};
+    case Level::map_cache_files:
+      return {"meshgauge_map_cache_files", "Deviation maps that are kept"};
     case Level::event_streams:
       return {"meshgauge_event_streams", "Clients that follow a comparison's events"};
     case Level::stored_bytes:

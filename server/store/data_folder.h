@@ -3,6 +3,7 @@
 //   lock         held by the process that uses the folder; its content is that process's number
 //   jobs.sqlite  jobs, results, what is known about meshes (sqlite_store.h); with -wal and -shm beside it
 //   blobs/       the bytes of meshes (file_blobs.h)
+//   maps/        deviation maps, a cache (server/maps/map_cache.h)
 #pragma once
 
 #include <string>

@@ -167,7 +167,7 @@ def check_headers(declared, answer, what):
     declared = {name.lower(): resolved(header) for name, header in declared.items()}
     for name, value in ALWAYS.items():
         demand(answer.headers.get(name) == value, what, "has not", name, answer.headers)
-    demand(answer.headers.get("cache-control") in ("no-store", "public, max-age=3600"), what, answer.headers)
+    demand(answer.headers.get("cache-control") in ("no-store", "private, no-cache", "public, max-age=3600"), what, answer.headers)
     for name, value in answer.headers.items():
         if name in declared:
             schema = declared[name]["schema"]
@@ -241,15 +241,25 @@ def check_refused(operation, request, slug):
         demand(wrong_with(operation, request) is not None, operation.id, "refused what the description allows:", request)
 
 
+def as_typed(text, schema):
+    """A parameter's text as the type that its schema asks for, if it can be read so."""
+    return int(text) if schema.get("type") == "integer" and text.isdigit() else text
+
+
 def wrong_with(operation, request):
     path = re.fullmatch(re.sub(r"\{(\w+)\}", r"(?P<\1>[^/]+)", re.escape(operation.path).replace(r"\{", "{").replace(r"\}", "}")),
                         request.path)
-    if request.query and request.path.startswith("/v1/"):  # elsewhere one is ignored
+    known = {parameter["name"] for parameter in operation.parameters if parameter["in"] == "query"}
+    query = [field.partition("=") for field in request.query.split("&") if request.query]
+    if (request.path.startswith("/v1/") and  # elsewhere one is ignored
+            ({name for name, _, _ in query} - known or len({name for name, _, _ in query}) < len(query))):
         return "a query"
+    given = {"path": path.groupdict(), "query": {name: value for name, _, value in query}, "header": request.headers}
     for parameter in operation.parameters:
-        value = path[parameter["name"]] if parameter["in"] == "path" else request.headers.get(parameter["name"].lower())
-        if value is not None and (wrong := defect(value, parameter["schema"])):
-            return "%s: %s" % (parameter["name"], wrong)
+        name, place = parameter["name"], parameter["in"]
+        value = given[place].get(name.lower() if place == "header" else name)
+        if value is not None and (wrong := defect(as_typed(value, parameter["schema"]), parameter["schema"])):
+            return "%s: %s" % (name, wrong)
     return wrong_body(operation.body, request) if operation.body and request.body is not None else None
 
 

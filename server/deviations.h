@@ -1,0 +1,62 @@
+// /v1/comparisons/{id}/deviation.ply and .glb: one mesh of a comparison that has ended, coloured by its distance from
+// the other one.
+//
+// find -> (cached: send) -> admit -> make on a worker, once for all who ask at the same time -> send
+#pragma once
+
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <variant>
+
+#include "server/access/access.h"
+#include "server/exchange.h"
+#include "server/jobs/jobs.h"
+#include "server/maps/making.h"
+#include "server/maps/map_query.h"
+#include "server/observe/metrics.h"
+#include "server/settings.h"
+
+namespace meshgauge::server {
+
+class Deviations {
+ public:
+  // Borrows all but the first and `fetch`. Precondition: stores.maps is there.
+  Deviations(const Settings& settings, Jobs& jobs, Stores stores, Access& access, Metrics& metrics, Fetch fetch);
+
+  ~Deviations();  // waits for what runs; nobody may ask any more
+  Deviations(const Deviations&) = delete;
+  Deviations& operator=(const Deviations&) = delete;
+
+  // May throw: out of memory.
+  void get(Exchange& exchange, MapKind kind);
+
+ private:
+  struct Asked;
+  class Watching;
+
+  std::variant<Asked, api::Problem> find(const Exchange& exchange, MapKind kind);
+  std::variant<MeshSource, api::Problem> open(const store::Job& row, const std::string& part);
+  std::optional<api::Problem> recognise(MeshSource& source, const std::string& owner);
+  std::optional<api::Problem> open_meshes(Asked& asked);
+  void make(Exchange& exchange, Asked& asked);
+  std::shared_ptr<Making> begin(Asked& asked, std::optional<Scheduler::Slot>& slot);
+  void run(const std::shared_ptr<Making>& making, Scheduler::Slot slot);
+  void leave(Making& making);
+  void send(Exchange& exchange, const MapCache::File& file) const;
+
+  const Settings settings_;
+  Jobs& jobs_;
+  const Stores stores_;
+  Access& access_;
+  Metrics& metrics_;
+  const Fetch fetch_;
+  const MapTools tools_;
+  const std::shared_ptr<const bool> works_ = std::make_shared<const bool>(true);  // shared with all tasks
+  std::mutex mutex_;                                  // guards what follows, and who watches them
+  std::map<MapKey, std::shared_ptr<Making>> making_;  // that somebody waits for
+};
+
+}  // namespace meshgauge::server

@@ -1,0 +1,13 @@
+// A response whose body is a file: sent from its mapping, piece by piece, so that it is never in memory as a whole.
+#pragma once
+
+#include "server/exchange.h"
+
+namespace meshgauge::server {
+
+// Sends the head and exchange.response.file, of which HEAD gets the length alone. Not delivered when the client goes
+// away, or takes less than half a megabyte a second for long. `close`: the connection ends with it, and the head says
+// so.
+void send_file(Exchange& exchange, bool close);
+
+}  // namespace meshgauge::server

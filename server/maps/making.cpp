@@ -1,0 +1,129 @@
+#include "server/maps/making.h"
+
+#include <algorithm>
+#include <exception>
+#include <new>
+#include <utility>
+
+#include "api/deviation_glb.h"
+#include "api/deviation_ply.h"
+#include "api/problem.h"
+#include "server/log.h"
+
+namespace meshgauge::server {
+namespace {
+
+using Mesh = std::shared_ptr<const api::PreparedMesh>;
+
+constexpr std::uint64_t kWorthThreads = std::uint64_t{2} << 20;  // bytes of both files
+
+class Watch {
+ public:
+  double lap_ms() {
+    const auto now = Making::Clock::now();
+    return std::chrono::duration<double, std::milli>(now - std::exchange(start_, now)).count();
+  }
+
+ private:
+  Making::Clock::time_point start_ = Making::Clock::now();
+};
+
+Result<Done> in_time(Control& control, const std::string& what) {
+  const Interruption why = control.check();
+  if (why == Interruption::none) return Done{};
+  return api::not_in_time(why, what);
+}
+
+// A GLB is in memory twice before it is a file.
+Result<Done> check_size(const MapOrder& order, const Prepared& shown, std::uint64_t max_bytes) {
+  if (order.query.kind == MapKind::ply) return Done{};
+  const std::size_t triangles = shown.mesh().triangles.size();
+  const std::size_t most = std::min(triangles, order.query.max_triangles.value_or(triangles));
+  const std::uint64_t bytes = 2 * api::glb_bytes(std::min(shown.mesh().positions.size(), 3 * most), most);
+  if (bytes <= max_bytes) return Done{};
+  return Error{ErrorCode::too_large,
+               "a GLB of " + std::to_string(most) + " triangles takes " + std::to_string(bytes) +
+                   " bytes to make, more than the limit of " + std::to_string(max_bytes) +
+                   "; ask for fewer by max_triangles, or for the .ply",
+               "", ""};
+}
+
+// The bytes were read before. What is wrong with them now is not the client's fault: another version, a lost worker.
+Error as_ours(Error error) {
+  const int status = api::to_problem(error).status();
+  if (status == 415 || status == 422) error.code = ErrorCode::internal;
+  return error;
+}
+
+Result<MadeFile> made(Making& making, const MapTools& tools) {
+  const MapOrder& order = making.order;
+  Control& control = making.control;
+  MadeFile result;
+  Watch watch;
+  const double queue_ms = std::chrono::duration<double, std::milli>(Making::Clock::now() - making.submitted).count();
+  if (auto ok = in_time(control, "'a' was read"); !ok) return ok.error();
+  const auto limits = read_limits(tools.settings);
+  const auto a = tools.fetch(order.a, limits, control);
+  if (!a) return as_ours(a.error());
+  if (auto ok = in_time(control, "'b' was read"); !ok) return ok.error();
+  const auto b = tools.fetch(order.b, limits, control);
+  if (!b) return as_ours(b.error());
+  const double read_ms = watch.lap_ms();
+
+  const bool of_a = order.query.of == api::Side::a;
+  const Mesh& shown = of_a ? *a : *b;
+  const Mesh& other = of_a ? *b : *a;
+  if (auto ok = check_size(order, shown->mesh, tools.settings.max_heap_bytes); !ok) return ok.error();
+  const auto loan =
+      tools.threads.lend(order.bytes >= kWorthThreads ? static_cast<unsigned>(tools.settings.workers) : 1);
+  api::MapOptions options;
+  options.refine = order.query.kind == MapKind::glb;
+  options.max_triangles = order.query.max_triangles.value_or(options.max_triangles);
+  options.threads = loan.threads();
+  options.simd = tools.settings.simd;
+  const auto map = api::make_deviation(shown->mesh, other->mesh, order.facts, options, control);
+  if (!map) return map.error();
+  const double measure_ms = watch.lap_ms();
+
+  auto file = tools.cache.keep(order.key, {order.a.id, order.b.id}, [&](std::ostream& out) -> Result<Done> {
+    if (order.query.kind == MapKind::glb) return api::write_deviation_glb(map->map(), out);
+    return api::write_deviation_ply(map->map(), out), Done{};
+  });
+  if (!file) return file.error();
+  result.file = std::move(*file);
+  const double write_ms = watch.lap_ms();
+  result.stages = {{"queue", queue_ms}, {"read", read_ms}, {"measure", measure_ms}, {"write", write_ms}};
+  result.stages.push_back({"total", queue_ms + read_ms + measure_ms + write_ms});
+  return result;
+}
+
+}  // namespace
+
+Making::Making(MapOrder what) : order(std::move(what)) { control.set_deadline(submitted + order.timeout); }
+
+void Making::end(Result<MadeFile> result) {
+  {
+    const std::lock_guard lock(mutex_);
+    result_.emplace(std::move(result));
+  }
+  ended_.notify_all();
+}
+
+const Result<MadeFile>* Making::wait(std::chrono::milliseconds time) const {
+  std::unique_lock lock(mutex_);
+  ended_.wait_for(lock, time, [&] { return result_.has_value(); });
+  return result_ ? &*result_ : nullptr;
+}
+
+Result<MadeFile> make_map(Making& making, const MapTools& tools) {
+  try {
+    return made(making, tools);
+  } catch (const std::bad_alloc&) {
+    return Error{ErrorCode::internal, "not enough memory for this deviation map", "", ""};
+  } catch (const std::exception& error) {
+    log_event("job_failed", "deviation map of " + making.order.key.job.id + ": " + error.what());
+    return Error{ErrorCode::internal, "the deviation map failed unexpectedly", "", ""};
+  }
+}
+
+}  // namespace meshgauge::server

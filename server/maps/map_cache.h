@@ -1,0 +1,101 @@
+// Deviation maps that were made, kept as files for whoever asks again.
+//
+//   <folder>/<random>.part   being written
+//   <folder>/<random>        whole, never changed
+//
+// What they are is known in memory alone: at the start the folder is emptied. It is a cache: what cannot be kept, on a
+// full disk for instance, is not.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <list>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <ostream>
+#include <string>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include "engine/result.h"
+#include "server/store/blob_store.h"
+#include "server/store/job_store.h"
+
+namespace meshgauge::server {
+
+// A map of an owner's comparison: it is found under its whole key alone.
+struct MapKey {
+  store::JobKey job;
+  std::string name;  // which map of it: "a.glb 20000"
+
+  auto tied() const { return std::tie(job.owner, job.id, name); }
+  bool operator<(const MapKey& other) const { return tied() < other.tied(); }
+};
+
+// Thread safe.
+class MapCache {
+ public:
+  using File = std::shared_ptr<const store::Blob>;  // stays readable, whatever happens to the name
+  using Write = std::function<Result<Done>(std::ostream&)>;
+
+  static constexpr std::size_t kMostFiles = 10'000;
+
+  struct Settings {
+    std::string folder;           // used by this object alone
+    std::uint64_t max_bytes = 0;  // of all files that are kept; 0: none is, and the folder is not made
+    std::string temp_dir;         // for maps that are not kept, as files without a name
+  };
+
+  struct Counters {
+    std::uint64_t bytes = 0;  // now
+    std::uint64_t files = 0;  // now
+    std::uint64_t evictions = 0;
+  };
+
+  explicit MapCache(Settings settings) : settings_(std::move(settings)) {}
+
+  // Before anything else: makes the folder and empties it.
+  Result<Done> open();
+
+  File find(const MapKey& key);  // null: it is not kept
+
+  // The file that `write` writes. It is kept if it can be, the longest unused go for it. An Error is that of `write`,
+  // or storage_full or storage_unavailable when it can be written nowhere; `write` may be called twice.
+  // `meshes`: of the two meshes, for forget_mesh().
+  Result<File> keep(const MapKey& key, const std::vector<std::string>& meshes, const Write& write);
+
+  void forget(const store::JobKey& job);
+  void forget_mesh(const std::string& owner, const std::string& id);
+  // Forgets the maps of all jobs that are not there any more.
+  void sweep(const std::function<bool(const store::JobKey&)>& is_there);
+
+  Counters counters() const;
+
+ private:
+  struct Entry {
+    MapKey key;
+    std::vector<std::string> meshes;
+    std::string path;
+    std::uint64_t bytes = 0;
+  };
+  using Entries = std::list<Entry>;  // the longest unused first
+  using Paths = std::vector<std::string>;
+
+  Result<File> write_named(const std::string& path, const Write& write);
+  Result<File> write_unnamed(const Write& write);
+  bool move_in(Entry entry);
+  void take_out(Entries::iterator at, Paths& removed);
+  template <class Condition>
+  void take_out_if(const Condition& condition);
+
+  const Settings settings_;
+  mutable std::mutex mutex_;  // guards what follows
+  Entries entries_;
+  std::map<MapKey, Entries::iterator> by_key_;
+  std::uint64_t bytes_ = 0;
+  std::uint64_t evictions_ = 0;
+};
+
+}  // namespace meshgauge::server

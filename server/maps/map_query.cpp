@@ -1,0 +1,70 @@
+#include "server/maps/map_query.h"
+
+#include <charconv>
+
+#include "server/text.h"
+
+namespace meshgauge::server {
+namespace {
+
+using api::Problem;
+using api::ProblemKind;
+using Refusal = std::optional<Problem>;
+
+Problem refused(std::string what) { return {ProblemKind::malformed_request, std::move(what), {}}; }
+
+// What a client wrote, for a message.
+std::string quoted(std::string_view text) { return "'" + std::string(text.substr(0, 40)) + "'"; }
+
+Refusal read_side(std::string_view value, api::Side& side) {
+  if (value != "a" && value != "b") return refused("'of' must be a or b, not " + quoted(value));
+  side = value == "a" ? api::Side::a : api::Side::b;
+  return std::nullopt;
+}
+
+Refusal read_count(std::string_view value, std::optional<std::size_t>& count) {
+  std::size_t number = 0;
+  const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), number);
+  const bool whole = error == std::errc() && end == value.data() + value.size() && is_digit(value.front());
+  if (!whole || number < 1 || number > kMostShownTriangles) {
+    return refused("'max_triangles' must be a whole number from 1 to " + std::to_string(kMostShownTriangles) +
+                   ", not " + quoted(value));
+  }
+  count = number;
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::string MapQuery::name() const {
+  std::string text = of == api::Side::a ? "a" : "b";
+  text += kind == MapKind::ply ? ".ply" : ".glb";
+  return max_triangles ? text + " " + std::to_string(*max_triangles) : text;
+}
+
+std::variant<MapQuery, Problem> parse_map_query(std::string_view query, MapKind kind) {
+  MapQuery asked;
+  asked.kind = kind;
+  bool side_given = false;
+  while (!query.empty()) {
+    std::string_view value = next(query, "&");
+    const std::string_view name = next(value, "=");
+    Refusal refusal;
+    if (name == "of" && !std::exchange(side_given, true)) {
+      refusal = read_side(value, asked.of);
+    } else if (name == "max_triangles" && kind == MapKind::glb && !asked.max_triangles) {
+      refusal = read_count(value, asked.max_triangles);
+    } else if (name == "max_triangles" && kind == MapKind::ply) {
+      refusal = refused("a .ply has all triangles of its mesh: 'max_triangles' is for .glb");
+    } else if (name == "of" || name == "max_triangles") {
+      refusal = refused("'" + std::string(name) + "' stands there twice");
+    } else {
+      refusal = refused("unknown query parameter " + quoted(name) + "; known: of" +
+                        (kind == MapKind::glb ? ", max_triangles" : ""));
+    }
+    if (refusal) return *refusal;
+  }
+  return asked;
+}
+
+}  // namespace meshgauge::server

@@ -1,0 +1,31 @@
+// Which map of a comparison is asked for: the query of /v1/comparisons/{id}/deviation.ply and .glb.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <variant>
+
+#include "api/deviation_maker.h"
+#include "api/problem.h"
+
+namespace meshgauge::server {
+
+enum class MapKind { ply, glb };
+
+struct MapQuery {
+  MapKind kind = MapKind::ply;
+  api::Side of = api::Side::a;               // the mesh that is shown
+  std::optional<std::size_t> max_triangles;  // of a GLB
+
+  // Unique among the maps of a comparison: "a.glb 20000".
+  std::string name() const;
+};
+
+inline constexpr std::size_t kMostShownTriangles = std::size_t{1} << 30;
+
+// "of=b&max_triangles=20000": each name at most once, no other one, nothing encoded.
+std::variant<MapQuery, api::Problem> parse_map_query(std::string_view query, MapKind kind);
+
+}  // namespace meshgauge::server
