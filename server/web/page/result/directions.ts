@@ -36,8 +36,8 @@ function witnessFacts(directed: Directed, one: string, other: string): Facts {
   const { witness } = directed;
   if (!witness) return [["Witness", "No point was measured"]];
   return [
-    [`Farthest point, on ${one}`, `${pointText(witness.point_a as number[])}, triangle ${String(witness.triangle_a)}`],
-    [`Nearest to it, on ${other}`, `${pointText(witness.point_b as number[])}, triangle ${String(witness.triangle_b)}`],
+    [`Farthest point, on ${one}`, `${pointText(witness.point_a)}, triangle ${String(witness.triangle_a)}`],
+    [`Nearest to it, on ${other}`, `${pointText(witness.point_b)}, triangle ${String(witness.triangle_b)}`],
   ];
 }
 

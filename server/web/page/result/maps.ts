@@ -25,7 +25,7 @@ async function bytesOf(answer: Response, tell: (bytes: number, of: number | null
   for (let got = 0; ; ) {
     const { done, value } = await reader.read();
     if (done) return new Blob(pieces).arrayBuffer();
-    pieces.push(value as Uint8Array<ArrayBuffer>);
+    pieces.push(value);
     got += value.length;
     tell(got, Number.isFinite(of) ? of : null);
   }

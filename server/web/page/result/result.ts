@@ -59,7 +59,7 @@ function verdictOf(face: ResultFace, ends: (() => void)[]): HTMLElement {
     h("p", { class: "reason" }, words.reason),
     words.proof === "" ? null : h("p", { class: "proof" }, words.proof),
     host,
-    h("div", { class: "actions" }, button("Measure again", { class: "again" }, face.again), h("a", { class: "button", href: "/" }, "New pair")),
+    h("div", { class: "actions" }, button("Measure again", { class: "again" }, () => face.again()), h("a", { class: "button", href: "/" }, "New pair")),
   );
 }
 
