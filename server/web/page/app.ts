@@ -43,6 +43,7 @@ export class App {
   start(): void {
     this.keys.refresh();
     acceptDrops((files) => this.form.take(files), () => !this.views.form.hidden);
+    this.views.form.addEventListener("submit", () => this.trouble.replaceChildren(), true);
     addEventListener("popstate", () => void this.go());
     document.addEventListener("click", (event) => this.stayOnPage(event));
     void this.go();

@@ -53,7 +53,7 @@ export function card(title: string, attributes: Attributes, ...children: Child[]
   return h("section", { ...attributes, "aria-labelledby": id }, h("h2", { id }, title), ...children);
 }
 
-const leastGapMs = 4000;
+const leastGapMs = 8000;
 
 /** A live region that is told the newest sentence only, and not more often than it can be read out. */
 export class Announcer {

@@ -79,8 +79,10 @@ function numberOf(text: string, what: string, blame: Blame): number | null {
 
 /** "0.05 mm" as its number and its unit. */
 export function splitLimit(text: string): { number: string; units: string } {
-  const match = /^([+-]?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?)\s*([^\d\s.,+-].*)$/i.exec(text.trim());
-  return match ? { number: match[1] ?? "", units: (match[2] ?? "").trim() } : { number: text.trim(), units: "" };
+  const whole = text.trim();
+  const number = /^[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?/i.exec(whole)?.[0] ?? "";
+  const units = whole.slice(number.length).trim();
+  return number !== "" && /^[^\d.,+-]\D*$/.test(units) ? { number, units } : { number: whole, units: "" };
 }
 
 function gateOf(values: FormValues, blame: Blame, blameUnits: Blame): Pick<Options, "gate"> {

@@ -25,6 +25,7 @@ export class Slot {
   private chosen: Chosen | null = null;
   private readonly input: HTMLInputElement;
   private readonly zone: HTMLElement;
+  private readonly box = h("div", { class: "slot-box" });
   private readonly error: HTMLElement;
 
   constructor(
@@ -41,7 +42,8 @@ export class Slot {
       if (file) this.choose({ kind: "file", file });
     });
     this.acceptDrops();
-    host.replaceChildren(this.input, this.zone, this.error);
+    this.box.append(this.zone);
+    host.replaceChildren(this.input, this.box, this.error);
     this.draw();
   }
 
@@ -90,8 +92,7 @@ export class Slot {
     const head = h("span", { class: "slot-head" }, h("b", { class: "letter" }, letter), h("span", {}, title), h("small", {}, role));
     this.zone.replaceChildren(head, ...(this.chosen ? this.describe(this.chosen) : [this.invitation()]));
     this.host.classList.toggle("full", this.chosen !== null);
-    this.host.querySelector(".remove")?.remove();
-    if (this.chosen) this.zone.after(this.remover(title));
+    this.box.replaceChildren(this.zone, ...(this.chosen ? [this.remover(title)] : []));
   }
 
   private invitation(): HTMLElement {

@@ -1,7 +1,7 @@
 // The interval over time: a band that shrinks, on a logarithmic axis of distance, and the limit as a line across it.
 import { axisFor, positionOf, ticksOf, type LogAxis } from "./axis.js";
 import { frame, line, Picture, readingWords, rect, stripes, text } from "./picture.js";
-import { History, timeAxis, type Sample } from "./history.js";
+import { timeAxis, type History, type Sample } from "./history.js";
 import { inTime, plain, withUnits } from "../text/numbers.js";
 import { svg } from "../dom.js";
 

@@ -18,13 +18,13 @@ function direction(result: Comparison, from: Side, directed: Directed | null, sa
   const title = h("h3", {}, `From ${one} to ${other}`);
   if (!directed) return h("div", {}, title, h("p", { class: "hint" }, "Was not asked for."));
   const units = unitsOf(result);
-  const smaller = result.direction === "symmetric" && directed.lower < result.distance.lower;
+  const smaller = result.status === "converged" && result.direction === "symmetric" && directed.lower < result.distance.lower;
   return h(
     "div",
     {},
     title,
     h("p", { class: "figure" }, intervalWords(directed.lower, directed.upper, units)),
-    smaller ? h("p", { class: "hint" }, "The smaller one: followed only as far as it could matter.") : null,
+    smaller ? h("p", { class: "hint" }, "Followed only as far as it could be the larger one.") : null,
     facts([...witnessFacts(directed, one, other), ...searchFacts(directed)]),
     sampled ? samples(sampled, units) : null,
   );
@@ -36,8 +36,8 @@ function witnessFacts(directed: Directed, one: string, other: string): Facts {
   const { witness } = directed;
   if (!witness) return [["Witness", "No point was measured"]];
   return [
-    [`Farthest point, on ${one}`, `${pointText(witness.point_a as number[])}, triangle ${String(witness.triangle_a)}`],
-    [`Nearest to it, on ${other}`, `${pointText(witness.point_b as number[])}, triangle ${String(witness.triangle_b)}`],
+    [`Farthest point, on ${one}`, `${pointText(witness.point_a)}, triangle ${String(witness.triangle_a)}`],
+    [`Nearest to it, on ${other}`, `${pointText(witness.point_b)}, triangle ${String(witness.triangle_b)}`],
   ];
 }
 

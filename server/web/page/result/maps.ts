@@ -3,7 +3,7 @@ import type { Client } from "../api/client.js";
 import type { Comparison, Side } from "../api/types.js";
 import { button, h } from "../dom.js";
 import { inBytes } from "../text/numbers.js";
-import { explain } from "../text/problems.js";
+import { asSentence, explain } from "../text/problems.js";
 import { unitsOf, witnessesOf } from "../text/verdict.js";
 import { save } from "./share.js";
 
@@ -25,7 +25,7 @@ async function bytesOf(answer: Response, tell: (bytes: number, of: number | null
   for (let got = 0; ; ) {
     const { done, value } = await reader.read();
     if (done) return new Blob(pieces).arrayBuffer();
-    pieces.push(value as Uint8Array<ArrayBuffer>);
+    pieces.push(value);
     got += value.length;
     tell(got, Number.isFinite(of) ? of : null);
   }
@@ -68,13 +68,11 @@ function refusal(error: unknown, again: () => void): HTMLElement {
   return h(
     "div",
     { class: "viewer-wait", role: "status" },
-    h("p", {}, h("b", {}, "The surfaces cannot be shown. "), sentence(told.detail || told.defects[0]?.message || told.title)),
+    h("p", {}, h("b", {}, "The surfaces cannot be shown. "), asSentence(told.detail || told.defects[0]?.message || told.title)),
     h("p", { class: "hint" }, "All else on this page holds."),
     told.retry ? button("Try again", {}, again) : null,
   );
 }
-
-const sentence = (text: string): string => `${text.charAt(0).toUpperCase()}${text.slice(1)}${/[.?!]$/.test(text) ? "" : "."}`;
 
 /** Buttons that save a map; a refusal is told in `note`. */
 export function mapButtons(client: Client, result: Comparison, note: HTMLElement): HTMLButtonElement[] {
@@ -90,7 +88,7 @@ export function mapButtons(client: Client, result: Comparison, note: HTMLElement
         note.textContent = "";
       } catch (error) {
         const told = explain(error);
-        note.textContent = sentence(told.detail || told.title);
+        note.textContent = asSentence(told.detail || told.title);
       } finally {
         made.disabled = false;
       }

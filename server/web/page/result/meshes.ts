@@ -11,8 +11,8 @@ const rows: Row[] = [
   ["Triangles", (mesh) => grouped(mesh.triangles)],
   ["Vertices", (mesh) => grouped(mesh.vertices)],
   ["Without area", (mesh) => (mesh.degenerate === 0 ? "" : grouped(mesh.degenerate))],
-  ["Box from", (mesh) => pointText(mesh.bbox.low as number[])],
-  ["Box to", (mesh) => pointText(mesh.bbox.high as number[])],
+  ["Box from", (mesh) => pointText(mesh.bbox.low)],
+  ["Box to", (mesh) => pointText(mesh.bbox.high)],
   ["Diagonal", (mesh) => toDigits(mesh.diagonal, 7)],
 ];
 

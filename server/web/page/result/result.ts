@@ -59,7 +59,7 @@ function verdictOf(face: ResultFace, ends: (() => void)[]): HTMLElement {
     h("p", { class: "reason" }, words.reason),
     words.proof === "" ? null : h("p", { class: "proof" }, words.proof),
     host,
-    h("div", { class: "actions" }, button("Measure again", { class: "again" }, face.again), h("a", { class: "button", href: "/" }, "New pair")),
+    h("div", { class: "actions" }, button("Measure again", { class: "again" }, () => face.again()), h("a", { class: "button", href: "/" }, "New pair")),
   );
 }
 
@@ -126,7 +126,7 @@ function precision(result: Comparison): HTMLElement {
 function widthWords(reached: Comparison["tolerance"]["reached"], units: string): string {
   const { absolute, relative, diagonal } = reached;
   if (absolute === null) return "not known";
-  const shares = [relative === null ? "" : `${inPercent(relative, 2)} of the distance`, diagonal === null ? "" : `${inPercent(diagonal, 2)} of A's diagonal`];
+  const shares = [relative === null || relative > 1 ? "" : `${inPercent(relative, 2)} of the distance`, diagonal === null ? "" : `${inPercent(diagonal, 2)} of A's diagonal`];
   return [withUnits(toDigits(absolute, 3), units), ...shares.filter((share) => share !== "")].join(", ");
 }
 

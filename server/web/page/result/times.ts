@@ -38,13 +38,15 @@ function table(stages: StageTime[], sum: number, total: number): HTMLElement {
       {},
       h("th", { scope: "row" }, swatch(name), label),
       h("td", { class: "number" }, inTime(ms)),
-      h("td", { class: "number" }, inPercent(ms / sum, 2)),
+      h("td", { class: "number" }, shareWords(ms / sum)),
     ),
   );
   const last = h("tr", { class: "total" }, h("th", { scope: "row" }, "From beginning to end"), h("td", { class: "number" }, inTime(total)), h("td"));
   const head = h("thead", {}, h("tr", {}, h("th", { scope: "col" }, "Stage"), h("th", { scope: "col", class: "number" }, "Time"), h("th", { scope: "col", class: "number" }, "Share")));
   return h("div", { class: "scroll" }, h("table", {}, h("caption", { class: "unseen" }, "Time of each stage"), head, h("tbody", {}, ...rows, last)));
 }
+
+const shareWords = (share: number): string => (share > 0 && share < 5e-4 ? "under 0.1\u00A0%" : inPercent(share, share < 0.01 ? 1 : 3));
 
 function swatch(name: string): SVGSVGElement {
   return svg("svg", { class: "swatch", viewBox: "0 0 10 10", width: 10, height: 10, "aria-hidden": "true" }, svg("rect", { width: 10, height: 10, rx: 2, class: `stage-${name}` }));

@@ -3,6 +3,7 @@
 const fewest = 4;
 const enough = 6; // digits, that bounds which agree in them need not be told apart
 const most = 17; // tells all doubles apart
+const exact = 16; // more digits than a whole number of a double holds: the number itself is written
 
 /** Unknown yet: null as the service writes it, or not finite. */
 export type Upper = number | null;
@@ -42,14 +43,14 @@ export function toDigits(x: number, digits: number): string {
 export function toDigitsBelow(x: number, digits: number): string {
   const decimal = nearest(x, digits);
   if (valueOf(decimal) > x) --decimal.digits;
-  return digits >= most ? plain(x) : plain(valueOf(decimal));
+  return digits >= exact ? plain(x) : plain(valueOf(decimal));
 }
 
 /** The number written is not below x. */
 export function toDigitsAbove(x: number, digits: number): string {
   const decimal = nearest(x, digits);
   if (valueOf(decimal) < x) ++decimal.digits;
-  return digits >= most ? plain(x) : plain(valueOf(decimal));
+  return digits >= exact ? plain(x) : plain(valueOf(decimal));
 }
 
 export interface IntervalText {

@@ -24,8 +24,7 @@ const advices: Record<string, string> = {
   "unauthorized": "Enter a key of this service.",
   "forbidden": "Ask whoever runs the service for a key that may do this.",
   "quota-exceeded": "Delete meshes that are not needed any more, or ask for more room.",
-  "not-found":
-    "The link may be mistyped, the result may no longer be kept, or it belongs to another key. Measure again to get a new link.",
+  "not-found": "The link may be mistyped, the result may no longer be kept, or it belongs to another key. Measure again to get a new link.",
   "request-timeout": "The connection is slow, or was interrupted. Try again, perhaps with a gzip-compressed file.",
   "too-large": "Send a smaller file, or a gzip-compressed one; whoever runs the service may also raise its limit.",
   "unsupported-format": "Export the mesh as OBJ, STL, PLY, OFF, glTF, GLB or 3MF.",
@@ -61,10 +60,11 @@ export function explain(error: unknown): Explained {
 export function explainProblem(problem: Problem, requestId: string | null): Explained {
   const kind = problem.type.slice(problem.type.lastIndexOf(":") + 1);
   const defects = problem.errors.map(toDefect);
-  const repeats = defects.length === 1 && defects[0]?.message === problem.detail;
+  const gone = kind === "not-found" && problem.detail.includes("comparison of this id");
+  const repeats = gone || (defects.length === 1 && defects[0]?.message === problem.detail);
   return {
-    title: titles[kind] ?? problem.title,
-    detail: repeats ? "" : problem.detail,
+    title: gone ? "There is no such comparison, or not any more" : problem.title,
+    detail: repeats ? "" : asSentence(problem.detail),
     advice: advices[kind] ?? "",
     defects,
     requestId,
@@ -72,8 +72,11 @@ export function explainProblem(problem: Problem, requestId: string | null): Expl
   };
 }
 
-// The document's title is about paths; a person followed a link.
-const titles: Record<string, string> = { "not-found": "There is no such comparison, or not any more" };
+/** The service's words begin small and end without a point. */
+export function asSentence(text: string): string {
+  if (text === "") return "";
+  return `${text.charAt(0).toUpperCase()}${text.slice(1)}${/[.?!]$/.test(text) ? "" : "."}`;
+}
 
 function toDefect(error: Problem["errors"][number]): Defect {
   const part = error.part === "a" || error.part === "b" || error.part === "options" ? error.part : "other";

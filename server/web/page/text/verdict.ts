@@ -36,8 +36,8 @@ function witnessOf(from: Side, directed: Directed | null): FoundWitness | null {
   const { lower, upper } = directed;
   return {
     from,
-    point: point_a as Vec3,
-    nearest: point_b as Vec3,
+    point: point_a,
+    nearest: point_b,
     lower,
     upper: upper ?? Infinity,
     triangle: triangle_a,
