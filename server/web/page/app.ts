@@ -1,6 +1,6 @@
 // The page's three views, and the ways between them. The address says which one is shown.
 import { Client, isAbort } from "./api/client.js";
-import { hasEnded, type Job, type Side } from "./api/types.js";
+import { hasEnded, type Comparison, type Job, type Options, type Side } from "./api/types.js";
 import { watch } from "./api/watch.js";
 import { Announcer, find, h } from "./dom.js";
 import { acceptDrops } from "./form/dropping.js";
@@ -12,6 +12,7 @@ import { pathOf, routeOf } from "./route.js";
 import { measure } from "./run/run.js";
 import { RunView } from "./run/view.js";
 import { ProblemError } from "./api/problem.js";
+import { optionsOf } from "./text/snippets.js";
 import { titleOf, wordingOf } from "./text/verdict.js";
 import { showTrouble } from "./trouble.js";
 
@@ -167,7 +168,8 @@ export class App {
     this.show("result", titleOf(result));
     const timeoutMs = memory?.order.options.timeout_ms ?? null;
     const again = () => this.again(job, names);
-    this.endResult = showResult(this.views.result, this.client, { job, result, names, history, timeoutMs, again });
+    const narrow = () => void this.begin(withoutLimit(result, names, memory?.order.options ?? {}));
+    this.endResult = showResult(this.views.result, this.client, { job, result, names, history, timeoutMs, again, narrow });
     const words = wordingOf(result, timeoutMs);
     this.announcer.sayNow(`${words.heading}. ${words.reason}`);
     find("h1", HTMLElement, this.views.result).focus({ preventScroll: true });
@@ -220,6 +222,13 @@ export class App {
     this.waiting.textContent = words;
     this.announcer.say(words);
   }
+}
+
+/** The same meshes, which the service has, and the same options but the limit. */
+function withoutLimit(result: Comparison, names: Record<Side, string>, known: Options): Order {
+  const { gate: _, ...options } = { ...known, ...optionsOf(result) };
+  const stored = (side: Side): Chosen => ({ kind: "stored", id: result.meshes[side].sha256, name: names[side], bytes: result.meshes[side].bytes });
+  return { a: stored("a"), b: stored("b"), options };
 }
 
 function nameOf(chosen: Chosen): string {

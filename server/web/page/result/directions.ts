@@ -25,7 +25,8 @@ function direction(result: Comparison, from: Side, directed: Directed | null, sa
     title,
     h("p", { class: "figure" }, intervalWords(directed.lower, directed.upper, units)),
     smaller ? h("p", { class: "hint" }, "Followed only as far as it could be the larger one.") : null,
-    facts([...witnessFacts(directed, one, other), ...searchFacts(directed)]),
+    directed.work.nearest_queries === 0 ? h("p", { class: "hint" }, "The work ended before this direction was searched.") : null,
+    directed.work.nearest_queries === 0 ? null : facts([...witnessFacts(directed, one, other), ...searchFacts(directed)]),
     sampled ? samples(sampled, units) : null,
   );
 }

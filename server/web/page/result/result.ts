@@ -20,15 +20,16 @@ export interface ResultFace {
   history: History | null; // null: nobody watched
   timeoutMs: number | null; // null: not known
   again(): void;
+  narrow(): void;
 }
 
-const gaugeless = 2; // samples, below which there is nothing to see over time
+const leastHistoryMs = 300; // what is shorter has nothing to see over time
 
 /** Fills `host`; the function that it returns ends what it began. */
 export function showResult(host: HTMLElement, client: Client, face: ResultFace): () => void {
   const { job, result, names } = face;
   const ends: (() => void)[] = [];
-  const stage = h("div", { class: "viewer" });
+  const stage = h("div", { class: "viewer-host" });
   host.replaceChildren(
     verdictOf(face, ends),
     card("Where they differ", { class: "card wide" }, stage),
@@ -59,8 +60,15 @@ function verdictOf(face: ResultFace, ends: (() => void)[]): HTMLElement {
     h("p", { class: "reason" }, words.reason),
     words.proof === "" ? null : h("p", { class: "proof" }, words.proof),
     host,
-    h("div", { class: "actions" }, button("Measure again", { class: "again" }, () => face.again()), h("a", { class: "button", href: "/" }, "New pair")),
+    h("div", { class: "actions" }, narrower(face), button("Measure again", { class: "again" }, () => face.again()), h("a", { class: "button", href: "/" }, "New pair")),
   );
+}
+
+// The work stops when the limit is decided; how far it really is may still be asked.
+function narrower(face: ResultFace): HTMLElement | null {
+  const { lower, upper } = face.result.distance;
+  if (face.result.status !== "gate_decided" || upper === lower) return null;
+  return button("Narrow the interval", { title: "Measure the distance itself, without the limit" }, () => face.narrow());
 }
 
 function readingOf(result: Comparison): HTMLElement[] {
@@ -90,7 +98,7 @@ function cardsOf(face: ResultFace, ends: (() => void)[]): HTMLElement[] {
     card("Time", { class: "card" }, ...timesOf(result.timings_ms), engine(result)),
   ];
   const history = face.history;
-  if (history && history.samples.length >= gaugeless) cards.splice(1, 0, shrinking(face, history, ends));
+  if (history && (history.last?.ms ?? 0) >= leastHistoryMs) cards.splice(1, 0, shrinking(face, history, ends));
   return cards;
 }
 

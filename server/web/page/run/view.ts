@@ -72,7 +72,7 @@ export class RunView implements Teller {
     if (first?.state === "queued" && event.state !== "queued") this.latest = null; // the clock begins anew with the work
     this.latest = { event, at: performance.now() };
     this.note.textContent = "";
-    if (event.state !== "queued") this.history.add({ ms: event.elapsed_ms, lower: event.lower, upper: event.upper });
+    if (event.state !== "queued") this.remember(event);
     this.stage.textContent = stageWords(event.state, event.stage);
     this.showReading(event);
     this.announcer.say(`${this.stage.textContent}. ${intervalWords(event.lower, event.upper, this.face.units, this.face.limit)}`);
@@ -86,6 +86,12 @@ export class RunView implements Teller {
   dispose(): void {
     if (this.ticker !== null) clearInterval(this.ticker);
     this.plot?.dispose();
+  }
+
+  // In the beginning nothing was known, whether or not anybody watched.
+  private remember(event: ProgressEvent): void {
+    if (!this.history.last) this.history.add({ ms: 0, lower: 0, upper: null });
+    this.history.add({ ms: event.elapsed_ms, lower: event.lower, upper: event.upper });
   }
 
   private showReading(event: ProgressEvent): void {
