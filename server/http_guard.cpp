@@ -74,10 +74,13 @@ class Counted {
   std::atomic<std::uint64_t>& count_;
 };
 
+// RFC 9110 sections 8.6 and 15.4.5.
+bool without_body(int status) { return status == kNoContent || status == kNotModified; }
+
 void hand_over(const Response& from, httplib::Response& to) {
   to.status = from.status;
   for (const auto& [name, value] : from.headers) to.set_header(name, value);
-  if (from.status != kNoContent) to.set_content(from.body, from.content_type);
+  if (!without_body(from.status)) to.set_content(from.body, from.content_type);
 }
 
 }  // namespace
@@ -112,7 +115,7 @@ HttpGuard::HttpGuard(const Settings& settings, Handler handle, Handler log, cons
   // The last word on a response, after the library has added headers of its own.
   set_post_routing_handler([](const httplib::Request&, httplib::Response& response) {
     for (const char* name : {"Keep-Alive", "Accept-Ranges", "Connection"}) response.headers.erase(name);
-    if (response.status == kNoContent) response.headers.erase("Content-Length");  // RFC 9110 section 8.6
+    if (without_body(response.status)) response.headers.erase("Content-Length");
     if (current_->close) response.set_header("Connection", "close");
   });
 }
