@@ -56,6 +56,8 @@ export class Stage {
   private stillTimer = 0;
   private scheduled = 0;
   private disposed = false;
+  private full = false; // whether the canvas shows all, at rest
+  private waiting: (() => void)[] = [];
 
   // Throws where there is no WebGL 2.
   constructor(
@@ -89,10 +91,16 @@ export class Stage {
   changed(): void {
     if (this.disposed) return;
     this.lastChange = performance.now();
+    this.full = false;
     if (this.refiner) this.refiner.active = false;
     window.clearTimeout(this.stillTimer);
     this.stillTimer = window.setTimeout(() => this.schedule(), kStillAfter + 10);
     this.schedule();
+  }
+
+  // Ends when the picture is at rest and drawn in full.
+  settled(): Promise<void> {
+    return this.full || this.disposed ? Promise.resolve() : new Promise((resolve) => this.waiting.push(resolve));
   }
 
   setTones(tones: Tones): void {
@@ -155,6 +163,7 @@ export class Stage {
 
   dispose(): void {
     this.disposed = true;
+    this.settle();
     window.clearTimeout(this.stillTimer);
     window.cancelAnimationFrame(this.scheduled);
     this.eye.dispose();
@@ -182,6 +191,7 @@ export class Stage {
     const begun = performance.now();
     this.draw(moving ? this.pace.moving : kFull, moving);
     this.clock.given(begun, moving, (ms) => moving && this.pace.took(ms));
+    if (!moving) this.settle();
     if (flying) this.changed();
     else if (this.clock.busy()) this.awaitClock();
   }
@@ -200,6 +210,12 @@ export class Stage {
     this.renderer.clear();
     refiner.present();
     this.drawMarks(1 / ratio);
+    this.settle();
+  }
+
+  private settle(): void {
+    this.full = true;
+    for (const done of this.waiting.splice(0)) done();
   }
 
   private partsToDraw(): PartToDraw[] {

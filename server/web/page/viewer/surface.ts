@@ -57,7 +57,7 @@ export class Surface {
   readonly uniforms: Record<string, IUniform>;
   private readonly fine: BufferGeometry;
   private readonly filled = new Map<Fineness['coarse'], BufferGeometry>();
-  private readonly edges = new Map<BufferGeometry, BufferGeometry>();
+  private edges?: BufferGeometry;
   private readonly coloured: Drawn;
   private readonly depth: Drawn;
   private readonly overlay: Drawn;
@@ -91,9 +91,9 @@ export class Surface {
     this.coloured.visible = look.role === 'coloured';
     this.overlay.visible = look.role === 'overlay';
     this.depth.visible = look.role === 'overlay' && !look.moving && this.uniforms.opacity!.value < 1;
-    this.lines.visible = look.role !== 'none' && look.wire;
+    this.lines.visible = look.role !== 'none' && look.wire && look.coarse === 0; // edges of the coarse mesh would mislead
     for (const object of [this.coloured, this.overlay, this.depth]) object.geometry = filled;
-    if (this.lines.visible) this.lines.geometry = this.edgesFor(filled);
+    if (this.lines.visible) this.lines.geometry = this.edgeGeometry();
     this.lines.renderOrder = look.role === 'overlay' ? 6 : 1;
     this.uniforms.strength!.value = look.role === 'overlay' ? 0.35 : 0.55;
   }
@@ -114,7 +114,7 @@ export class Surface {
   }
 
   dispose(): void {
-    for (const geometry of [...this.filled.values(), ...this.edges.values()]) geometry.dispose();
+    for (const geometry of [...this.filled.values(), this.edges]) geometry?.dispose();
     for (const object of [this.coloured, this.depth, this.overlay, this.lines]) (object.material as ShaderMaterial).dispose();
   }
 
@@ -137,14 +137,8 @@ export class Surface {
     return geometry;
   }
 
-  private edgesFor(filled: BufferGeometry): BufferGeometry {
-    let geometry = this.edges.get(filled);
-    if (!geometry) {
-      const indices = filled.getIndex()!.array as Uint32Array;
-      geometry = this.geometryWith(edgesOf({ positions: this.map.positions, indices }));
-      this.edges.set(filled, geometry);
-    }
-    return geometry;
+  private edgeGeometry(): BufferGeometry {
+    return (this.edges ??= this.geometryWith(edgesOf(this.map)));
   }
 
   private material(fragmentShader: string, options: object): ShaderMaterial {
