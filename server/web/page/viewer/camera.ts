@@ -109,7 +109,7 @@ export function witnessView(
 ): Pick<CameraState, 'position' | 'target' | 'up'> {
   const middle = mix(point, nearest, 0.5);
   const segment = unit(sub(nearest, point));
-  const radius = Math.max(1.25 * length(sub(nearest, point)), options.context);
+  const radius = Math.max(2 * length(sub(nearest, point)), options.context);
   const distance = distanceFor(radius, current.fov, options.aspect);
   const now = unit(sub(current.position, current.target));
   const liking = (d: Vec3): number => 0.5 * dot(d, now) - Math.abs(dot(d, segment)) - 0.3 * Math.max(0, Math.abs(dot(d, current.up)) - 0.8);

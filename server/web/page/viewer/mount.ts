@@ -23,6 +23,7 @@ export interface ViewerHandle {
   flyToWitness(index?: number): Promise<void>; // ends when the camera is there
   camera(): CameraState;
   setCamera(camera: Partial<Pick<CameraState, 'position' | 'target' | 'up' | 'fov'>>): void;
+  settled(): Promise<void>; // ends when the picture is at rest and drawn in full
   frameTimes(): number[]; // ms, of the last frames while the picture moved
   dispose(): void; // everything: elements, listeners, buffers, the graphics context
 }
@@ -33,6 +34,7 @@ export function mountViewer(host: HTMLElement, input: ViewerInput): ViewerHandle
     flyToWitness: (index) => viewer.commands?.witness(index) ?? Promise.resolve(),
     camera: () => viewer.need().camera(),
     setCamera: (camera) => viewer.need().eye.setPose(camera),
+    settled: () => viewer.stage?.settled() ?? Promise.resolve(),
     frameTimes: () => viewer.stage?.clock.frameTimes() ?? [],
     dispose: () => {
       viewer.dispose();

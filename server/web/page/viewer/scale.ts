@@ -49,7 +49,7 @@ export class Scale {
     const svg = makeSvg('svg', { viewBox: `0 0 ${steps} 1`, preserveAspectRatio: 'none', 'aria-hidden': 'true', class: 'viewer-bar' });
     for (let i = 0; i < steps; ++i) {
       const fill = css(colourOf(distanceAt(this.axis, (i + 0.5) / steps), this.colours));
-      svg.append(makeSvg('rect', { x: i, y: 0, width: 1.05, height: 1, fill }));
+      svg.append(makeSvg('rect', { x: i, y: 0, width: 2, height: 1, fill }));
     }
     return svg;
   }

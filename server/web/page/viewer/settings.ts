@@ -43,7 +43,7 @@ export interface Settings {
 export const initialSettings = (): Settings => ({
   coloured: 'a',
   shown: { a: true, b: true },
-  opacity: 0.35,
+  opacity: 0.25,
   wire: false,
   plain: false,
   split: false,
