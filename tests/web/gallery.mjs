@@ -10,11 +10,11 @@ import { launch, Tab } from "./browser/browser.mjs";
 import { ply, stl, written } from "./browser/meshes.mjs";
 import { Walk } from "./browser/page.mjs";
 import { root, startService } from "./browser/service.mjs";
-import { core, drawn, printed, shell } from "./gallery_meshes.mjs";
+import { drawn, ground, printed } from "./gallery_meshes.mjs";
 
 const to = join(root, "docs/gallery"), most = 250_000;
 const folder = mkdtempSync(join(tmpdir(), "meshgauge-gallery-"));
-const files = written(folder, { "gear_printed.stl": stl(printed()), "gear.stl": stl(drawn()), "core.ply": ply(core()), "shell.ply": ply(shell()) });
+const files = written(folder, { "gear_printed.stl": stl(printed()), "gear.stl": stl(drawn()), "ground.ply": ply(ground(1)), "scan.ply": ply(ground(2)) });
 
 const gear = { a: files["gear_printed.stl"], b: files["gear.stl"], limit: "0.3", units: "mm", tolerance: ["relative", "1"] };
 const window = { viewport: { width: 1200, height: 860 }, reducedMotion: "reduce" };
@@ -45,9 +45,9 @@ const pictures = {
   },
   async running() {
     const walk = await open({ colorScheme: "dark", viewport: { width: 1200, height: 760 } });
-    await walk.fill({ a: files["core.ply"], b: files["shell.ply"], limit: "0.985", tolerance: ["relative", "1e-4"] });
+    await walk.fill({ a: files["scan.ply"], b: files["ground.ply"], limit: "0.05", units: "m", tolerance: ["relative", "1e-4"] });
     await walk.measure();
-    await walk.page.waitForTimeout(5000);
+    await walk.page.waitForFunction(() => parseFloat(document.querySelector("#run-view .reading span:last-child")?.textContent ?? "") < 0.2);
     await save("running", await walk.page.screenshot());
     return walk;
   },

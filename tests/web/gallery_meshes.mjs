@@ -1,6 +1,6 @@
-// The meshes of the README's pictures: a gear as it was drawn and as it came out of a printer, in millimetres, and a pair
-// that is hard to measure.
-import { sheet, sphere } from "./browser/meshes.mjs";
+// The meshes of the README's pictures: a gear as it was drawn and as it came out of a printer, in millimetres, and a
+// pair that takes long to measure.
+import { rough, sheet } from "./browser/meshes.mjs";
 
 const teeth = 18;
 const [bore, root, tip, half] = [9, 26, 32, 5];
@@ -40,6 +40,5 @@ export function printed() {
   });
 }
 
-// A small ball in the middle of a hollow one: every point of the shell is as near as any other, which nobody can cull.
-export const core = () => sphere(60, 0.02);
-export const shell = () => sphere(200);
+// Two rough grounds of a million triangles: an interval that takes seconds and many steps.
+export const ground = (which) => rough(700 + which, 0.2, which);

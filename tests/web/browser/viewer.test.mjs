@@ -34,6 +34,7 @@ async function lookFrom(walk, viewer, camera) {
 
 // A screenshot of the canvas, and the camera as the viewer tells it.
 async function look({ tab, viewer, walk }, name) {
+  await tab.page.locator("canvas").evaluate((canvas) => canvas.scrollIntoView({ block: "center" }));
   await walk.still();
   const image = picture(await tab.shot(name)), camera = await cameraOf(viewer);
   return { image, camera };
