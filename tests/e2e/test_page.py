@@ -4,6 +4,7 @@ import gzip
 import os
 import re
 import unittest
+from pathlib import Path
 
 from contract import events_of
 from harness import RAISED, SQUARE, Server, ServerCase, comparison, post_head
@@ -84,16 +85,16 @@ class Page(ServerCase):
         self.assertIn("/openapi.yaml", answer.body.decode())
 
     def test_every_id_is_told_the_same(self):
-        known = self.server.post(comparison()).json()["id"]
+        known = self.server.compare().json()["id"]
         pages = [self.server.get("/c/" + id) for id in (known, ID)]
         self.assertEqual(pages[0].body, pages[1].body)
         self.assertEqual(pages[0].headers["etag"], pages[1].headers["etag"])
 
     def test_with_keys_it_needs_none(self):
         token, entry = new_key("ci")
-        keys = self.server.data_dir.name + "/keys.json"
+        keys = Path(self.server.data_dir.name) / "keys.json"
         write_keys(keys, entry)
-        server = Server("--keys-file", keys)
+        server = Server("--keys-file", str(keys))
         self.addCleanup(server.stop)
         for path in ["/", "/c/" + ID, "/page/" + self.files()[0]]:
             self.assertEqual(server.get(path).status, 200)
@@ -101,7 +102,7 @@ class Page(ServerCase):
         self.refused(server.get("/v1/comparisons/" + ID, extra=bearer(token)), 404, "not-found")
 
     def test_answers_point_to_it(self):
-        awaited = self.server.post(comparison()).json()
+        awaited = self.server.compare().json()
         self.assertEqual(awaited["view"], "/c/" + awaited["id"])
         body = comparison(SQUARE, RAISED)
         accepted = self.server.raw(post_head(len(body), "Prefer: respond-async\r\n") + body)
@@ -129,7 +130,7 @@ class Files(ServerCase):
         answer = self.server.get("/", extra="Accept: text/html\r\n")
         self.assertEqual((answer.status, answer.headers["content-type"]), (200, "text/plain"))
         self.assertIn("npm", self.refused(self.server.get("/c/" + ID), 404, "not-found")["detail"])
-        self.assertNotIn("view", self.server.post(comparison()).json())
+        self.assertNotIn("view", self.server.compare().json())
 
 
 if __name__ == "__main__":
