@@ -1,0 +1,143 @@
+#include "api/deviation_maker.h"
+
+#include <algorithm>
+#include <string>
+
+#include <doctest/doctest.h>
+#include <nlohmann/json.hpp>
+
+#include "shapes.h"
+
+using namespace meshgauge;
+using api::MapForm;
+using api::Side;
+using nlohmann::json;
+
+namespace {
+
+json directed(double lower, const json& upper, double x) {
+  return {{"lower", lower},
+          {"upper", upper},
+          {"witness", {{"point_a", {x, 0, 0}}, {"triangle_a", 1}, {"point_b", {x, 1, 0}}, {"triangle_b", 2}}}};
+}
+
+json document() {
+  return {{"gate", {{"max_distance", 0.5}, {"units", "mm"}}},
+          {"distance", {{"lower", 2}, {"upper", 3}}},
+          {"a_to_b", directed(1, 3, 10)},
+          {"b_to_a", directed(2, 2.5, 20)}};
+}
+
+api::DeviationFacts facts(const json& of, Side side) {
+  const auto found = api::deviation_facts(of.dump(), side);
+  REQUIRE(found.ok());
+  return *found;
+}
+
+// A sphere with one vertex pulled out, and one without.
+struct Pair {
+  Mesh bumpy = shapes::sphere(60);
+  Mesh plain = shapes::sphere(60);
+  std::uint32_t bump = 5000;
+
+  Pair() { bumpy.positions[bump] *= 1.25; }
+};
+
+}  // namespace
+
+TEST_CASE("deviation facts: each side has its direction, and the witness is that of the lower bound") {
+  const auto a = facts(document(), Side::a);
+  CHECK(a.limit == 0.5);
+  CHECK(a.units == "mm");
+  CHECK(a.lower == 2);
+  CHECK(a.upper == 3);
+  CHECK(a.direction->upper == 3);
+  CHECK(a.direction->witness->from_candidate);
+  CHECK(a.direction->witness->from.x() == 10);
+  CHECK(a.witness->from.x() == 20);
+  CHECK_FALSE(a.witness->from_candidate);
+  const auto b = facts(document(), Side::b);
+  CHECK(b.direction->upper == 2.5);
+  CHECK(b.direction->witness->from.x() == 20);
+  CHECK(b.witness->from_candidate);
+  CHECK(b.witness->to_triangle == 2);
+}
+
+TEST_CASE("deviation facts: what was not measured is not certified") {
+  json one = document();
+  one["a_to_b"] = nullptr;
+  one["gate"] = nullptr;
+  one["distance"]["upper"] = nullptr;
+  const auto a = facts(one, Side::a);
+  CHECK_FALSE(a.direction.has_value());
+  CHECK_FALSE(a.limit.has_value());
+  CHECK(std::isinf(a.upper));
+  CHECK(a.witness->from.x() == 20);
+  one["b_to_a"]["upper"] = -1;
+  one["b_to_a"]["witness"] = nullptr;
+  CHECK_FALSE(facts(one, Side::b).direction.has_value());
+  CHECK_FALSE(facts(one, Side::b).witness.has_value());
+  for (const char* text : {"", "{}", "[]", R"({"gate": 1})", "null"}) {
+    CHECK(api::deviation_facts(text, Side::a).error().code == ErrorCode::internal);
+  }
+}
+
+TEST_CASE("deviation maker: a map of few triangles shows the farthest vertex, and all that are beyond the limit") {
+  const Pair pair;
+  const Prepared bumpy(pair.bumpy), plain(pair.plain);
+  api::DeviationFacts known;
+  Control control;
+  api::MapOptions options;
+  options.refine = true;
+  options.max_triangles = 1000;
+  for (const bool limited : {false, true}) {
+    if (limited) known.limit = 0.1;
+    const auto made = api::make_deviation(bumpy, plain, known, options, control);
+    REQUIRE(made.ok());
+    const api::DeviationMap& map = made->map();
+    CHECK(map.form == MapForm::decimated);
+    CHECK(map.mesh.triangles.size() <= 1000);
+    CHECK(map.candidate_triangles == pair.bumpy.triangles.size());
+    CHECK(map.candidate_vertices == pair.bumpy.positions.size());
+    REQUIRE(map.distances.size() == map.mesh.positions.size());
+    const double farthest = *std::max_element(map.distances.begin(), map.distances.end());
+    CHECK(farthest == doctest::Approx(0.25).epsilon(0.01));
+    CHECK(map.scale.limited == limited);
+    CHECK(map.scale.top == (limited ? 0.1 : farthest));
+  }
+}
+
+TEST_CASE("deviation maker: refined where there is room, as it is where there is none") {
+  const Mesh cube = shapes::cube(), other = shapes::cube(1, {0, 0, 0.5});
+  const Prepared candidate(cube), baseline(other);
+  Control control;
+  const auto form = [&](bool refine, std::size_t most) {
+    api::MapOptions options;
+    options.refine = refine;
+    options.max_triangles = most;
+    const auto made = api::make_deviation(candidate, baseline, {}, options, control);
+    REQUIRE(made.ok());
+    CHECK(made->map().mesh.triangles.size() <= std::max<std::size_t>(most, 1));
+    CHECK(validate(made->map().mesh, {}, "a").ok());
+    return made->map().form;
+  };
+  CHECK(form(false, 1'000'000) == MapForm::as_is);
+  CHECK(form(true, 1'000'000) == MapForm::refined);
+  CHECK(form(true, 100) == MapForm::refined);
+  CHECK(form(true, 12) == MapForm::as_is);
+  CHECK(form(true, 11) == MapForm::decimated);
+  CHECK(form(true, 1) == MapForm::decimated);
+}
+
+TEST_CASE("deviation maker: no distance is above what is certified, and an interruption ends it") {
+  const Pair pair;
+  const Prepared bumpy(pair.bumpy), plain(pair.plain);
+  api::DeviationFacts known;
+  known.direction = api::DeviationDirection{0, 0.125, std::nullopt};
+  Control control;
+  const auto made = api::make_deviation(bumpy, plain, known, {}, control);
+  REQUIRE(made.ok());
+  CHECK(made->map().distances[pair.bump] == 0.125);
+  control.cancel();
+  CHECK(api::make_deviation(bumpy, plain, known, {}, control).error().code == ErrorCode::out_of_time);
+}

@@ -1,0 +1,196 @@
+#include "server/maps/map_cache.h"
+
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <atomic>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <doctest/doctest.h>
+
+using namespace meshgauge;
+using server::MapCache;
+using server::MapKey;
+namespace fs = std::filesystem;
+
+namespace {
+
+// A cache in a folder of its own, gone with it.
+struct Kept {
+  fs::path root;
+  MapCache cache;
+
+  explicit Kept(std::uint64_t max_bytes, const std::string& temp_dir = "/tmp")
+      : root(made_folder()), cache({root / "maps", max_bytes, temp_dir}) {
+    fs::create_directory(root / "maps");
+    std::ofstream(root / "maps" / "left.part") << "x";
+    REQUIRE(cache.open().ok());
+  }
+  ~Kept() {
+    fs::permissions(root / "maps", fs::perms::owner_all);
+    fs::remove_all(root);
+  }
+  Kept(const Kept&) = delete;
+  Kept& operator=(const Kept&) = delete;
+
+  static fs::path made_folder() {
+    std::string name = (fs::temp_directory_path() / "meshgauge-maps-XXXXXX").string();
+    REQUIRE(::mkdtemp(name.data()) != nullptr);
+    return name;
+  }
+  std::size_t files() const {
+    return static_cast<std::size_t>(std::distance(fs::directory_iterator(root / "maps"), {}));
+  }
+};
+
+MapKey key(const std::string& job, const std::string& name = "a.ply", const std::string& owner = "owner") {
+  return {{owner, job}, name};
+}
+
+MapCache::Write writing(const std::string& text) {
+  return [text](std::ostream& out) -> Result<Done> {
+    out << text;
+    return Done{};
+  };
+}
+
+std::string text_of(const MapCache::File& file) {
+  return {reinterpret_cast<const char*>(file->bytes().data()), file->bytes().size()};
+}
+
+}  // namespace
+
+TEST_CASE("map cache: what is kept is found, by its whole key alone") {
+  Kept kept(1000);
+  CHECK(kept.files() == 0);  // what was left by an earlier process
+  CHECK(kept.cache.find(key("1")) == nullptr);
+  const auto made = kept.cache.keep(key("1"), {}, writing("map"));
+  REQUIRE(made.ok());
+  CHECK(text_of(*made) == "map");
+  CHECK(text_of(kept.cache.find(key("1"))) == "map");
+  CHECK(kept.cache.find(key("2")) == nullptr);
+  CHECK(kept.cache.find(key("1", "b.ply")) == nullptr);
+  CHECK(kept.cache.find(key("1", "a.ply", "other")) == nullptr);
+  const auto entry = *fs::directory_iterator(kept.root / "maps");
+  CHECK((entry.status().permissions() & (fs::perms::group_all | fs::perms::others_all)) == fs::perms::none);
+  CHECK(entry.path().filename().string().size() == 32);
+}
+
+TEST_CASE("map cache: the longest unused go, and who has one keeps it") {
+  Kept kept(10);
+  for (const char* job : {"1", "2"}) REQUIRE(kept.cache.keep(key(job), {}, writing("1234")).ok());
+  const auto second = kept.cache.find(key("2"));
+  CHECK(kept.cache.find(key("1")) != nullptr);  // used after the other one
+  REQUIRE(kept.cache.keep(key("3"), {}, writing("1234")).ok());
+  CHECK(kept.cache.find(key("2")) == nullptr);
+  CHECK(kept.cache.find(key("1")) != nullptr);
+  CHECK(text_of(second) == "1234");
+  const auto counters = kept.cache.counters();
+  CHECK(counters.bytes == 8);
+  CHECK(counters.files == 2);
+  CHECK(counters.evictions == 1);
+  CHECK(kept.files() == 2);
+}
+
+TEST_CASE("map cache: the same again takes the place of the first") {
+  Kept kept(10);
+  for (const char* text : {"12345678", "abcdefgh"}) REQUIRE(kept.cache.keep(key("1"), {}, writing(text)).ok());
+  CHECK(text_of(kept.cache.find(key("1"))) == "abcdefgh");
+  CHECK(kept.cache.counters().bytes == 8);
+  CHECK(kept.files() == 1);
+}
+
+TEST_CASE("map cache: what is larger than the budget, or when there is none, is made and not kept") {
+  for (const std::uint64_t budget : {0U, 3U}) {
+    Kept kept(budget);
+    const auto made = kept.cache.keep(key("1"), {}, writing("1234"));
+    REQUIRE(made.ok());
+    CHECK(text_of(*made) == "1234");
+    CHECK(kept.cache.find(key("1")) == nullptr);
+    if (budget > 0) CHECK(kept.files() == 0);
+  }
+}
+
+TEST_CASE("map cache: large files are whole, empty ones too") {
+  Kept kept(std::uint64_t{1} << 30);
+  std::string text(3'000'001, 'x');
+  text[1'234'567] = 'y';
+  CHECK(text_of(kept.cache.keep(key("1"), {}, writing(text)).value()) == text);
+  CHECK(text_of(kept.cache.find(key("1"))) == text);
+  CHECK(text_of(kept.cache.keep(key("2"), {}, writing("")).value()).empty());
+}
+
+TEST_CASE("map cache: a map that cannot be made leaves nothing") {
+  Kept kept(1000);
+  const auto failing = [](std::ostream& out) -> Result<Done> {
+    out << "half";
+    return Error{ErrorCode::too_large, "too large", "", ""};
+  };
+  CHECK(kept.cache.keep(key("1"), {}, failing).error().code == ErrorCode::too_large);
+  CHECK_THROWS(kept.cache.keep(key("1"), {}, [](std::ostream&) -> Result<Done> { throw std::bad_alloc(); }));
+  CHECK(kept.files() == 0);
+  CHECK(kept.cache.find(key("1")) == nullptr);
+}
+
+TEST_CASE("map cache: where nothing can be kept a map is still made, and where nothing can be written it says so") {
+  Kept kept(1000);
+  fs::remove(kept.root / "maps");  // as a disk that takes no files, also for root
+  CHECK(text_of(kept.cache.keep(key("1"), {}, writing("map")).value()) == "map");
+  CHECK(kept.cache.find(key("1")) == nullptr);
+  fs::create_directory(kept.root / "maps");
+  Kept nowhere(0, "/no/such/folder");
+  CHECK(nowhere.cache.keep(key("1"), {}, writing("map")).error().code == ErrorCode::storage_unavailable);
+}
+
+TEST_CASE("map cache: jobs and meshes are forgotten") {
+  Kept kept(1000);
+  for (const char* name : {"a.ply", "b.ply"}) REQUIRE(kept.cache.keep(key("1", name), {"m", "n"}, writing("x")).ok());
+  REQUIRE(kept.cache.keep(key("2"), {"n", "o"}, writing("x")).ok());
+  REQUIRE(kept.cache.keep(key("3"), {"o", "p"}, writing("x")).ok());
+  REQUIRE(kept.cache.keep(key("1", "a.ply", "other"), {"n", "n"}, writing("x")).ok());
+  kept.cache.forget({"owner", "1"});
+  CHECK(kept.files() == 3);
+  CHECK(kept.cache.find(key("1", "a.ply", "other")) != nullptr);
+  kept.cache.forget_mesh("owner", "n");
+  CHECK(kept.cache.find(key("2")) == nullptr);
+  CHECK(kept.cache.find(key("3")) != nullptr);
+  kept.cache.sweep([](const server::store::JobKey& job) { return job.owner == "other"; });
+  CHECK(kept.cache.find(key("3")) == nullptr);
+  CHECK(kept.cache.counters().files == 1);
+}
+
+TEST_CASE("map cache: a file that somebody removed is as one that was never kept") {
+  Kept kept(1000);
+  REQUIRE(kept.cache.keep(key("1"), {}, writing("x")).ok());
+  fs::remove(*fs::directory_iterator(kept.root / "maps"));
+  CHECK(kept.cache.find(key("1")) == nullptr);
+  REQUIRE(kept.cache.keep(key("1"), {}, writing("y")).ok());
+  CHECK(text_of(kept.cache.find(key("1"))) == "y");
+}
+
+TEST_CASE("map cache: many at once") {
+  Kept kept(200);
+  std::atomic<int> wrong{0};
+  std::vector<std::thread> threads;
+  for (int t = 0; t < 4; ++t) {
+    threads.emplace_back([&, t] {
+      for (int i = 0; i < 100; ++i) {
+        const std::string job = std::to_string((i * 7 + t) % 11);
+        const std::string text(20 + job.size(), job[0]);
+        auto file = kept.cache.find(key(job));
+        if (!file) file = kept.cache.keep(key(job), {job}, writing(text)).value();
+        wrong += text_of(file) != text;
+        if (i % 10 == t) kept.cache.forget({"owner", job});
+      }
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  CHECK(wrong == 0);
+  CHECK(kept.cache.counters().bytes <= 200);
+  CHECK(kept.files() == kept.cache.counters().files);
+}
