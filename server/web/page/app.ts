@@ -226,7 +226,8 @@ export class App {
 
 /** The same meshes, which the service has, and the same options but the limit. */
 function withoutLimit(result: Comparison, names: Record<Side, string>, known: Options): Order {
-  const { gate: _, ...options } = { ...known, ...optionsOf(result) };
+  const options = { ...known, ...optionsOf(result) };
+  delete options.gate;
   const stored = (side: Side): Chosen => ({ kind: "stored", id: result.meshes[side].sha256, name: names[side], bytes: result.meshes[side].bytes });
   return { a: stored("a"), b: stored("b"), options };
 }
