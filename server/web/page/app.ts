@@ -34,7 +34,7 @@ export class App {
   private readonly waiting = find("#waiting", HTMLElement);
   private readonly announcer = new Announcer(find("#status", HTMLElement));
   private readonly keys: KeyDialog = new KeyDialog(() => this.client);
-  private readonly client: Client = new Client((wait) => this.showWait(wait), (error) => this.keys.ask(error));
+  private readonly client: Client = new Client((wait) => this.showWait(wait), () => this.keys.ask());
   private readonly form = new Form((order) => void this.begin(order));
   private readonly memories = new Map<string, Memory>();
   private controller = new AbortController();
