@@ -76,7 +76,7 @@ def read_answer(stream):
 
 
 def read_body(stream, status, headers, method):
-    if method == "HEAD" or status == 204:
+    if method == "HEAD" or status in (204, 304):
         return b""
     if "transfer-encoding" not in headers:
         return stream.read(int(headers["content-length"]))
