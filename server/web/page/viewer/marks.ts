@@ -13,6 +13,13 @@ export interface Ends {
   hidden: { point: boolean; nearest: boolean };
 }
 
+// CSS pixels within the window.
+export interface MarkPlace {
+  left: number;
+  right: number;
+  y: number;
+}
+
 // The part of a segment that is before the near plane; nothing if all of it is behind.
 export function beforeCamera(camera: CameraState, a: Vec3, b: Vec3): [Vec3, Vec3] | undefined {
   const { back } = axesOf(camera);
@@ -50,16 +57,17 @@ export class Marks {
     this.mesh.renderOrder = 10;
   }
 
-  // Where the segment's middle is; nothing when it is not before the camera.
-  update(camera: CameraState, viewport: Rect, ends: Ends, pixel: number): Projected | undefined {
+  // Where it is in the picture; nothing when it is not before the camera.
+  update(camera: CameraState, viewport: Rect, ends: Ends, pixel: number): MarkPlace | undefined {
     this.material.uniforms.pixel!.value = pixel;
     const { point, nearest } = ends.pair;
     this.segment(camera, viewport, point, nearest);
     this.disc(1, camera, viewport, nearest, ends.hidden.nearest ? 2.5 : 2);
     this.disc(2, camera, viewport, point, ends.hidden.point ? 1.5 : 1);
     this.positions.needsUpdate = this.locals.needsUpdate = true;
-    const middle = project(camera, mix(point, nearest, 0.5), viewport);
-    return middle.depth > camera.near ? middle : undefined;
+    const [p, q] = [project(camera, point, viewport), project(camera, nearest, viewport)];
+    if (p.depth <= camera.near || q.depth <= camera.near) return undefined;
+    return { left: Math.min(p.x, q.x), right: Math.max(p.x, q.x), y: (p.y + q.y) / 2 };
   }
 
   dispose(): void {

@@ -79,12 +79,11 @@ export class Overlay {
     const text = this.text();
     const at = place?.at;
     const rect = place?.viewport;
-    label.hidden = !at || !rect || !text || at.x < rect.left || at.x > rect.left + rect.width || at.y < rect.top || at.y > rect.top + rect.height;
+    label.hidden = !at || !rect || !text || at.right < rect.left || at.left > rect.left + rect.width || at.y < rect.top || at.y > rect.top + rect.height;
     if (label.hidden || !at || !rect) return;
     if (label.textContent !== text) label.textContent = text;
-    const flips = at.x > rect.left + rect.width - 190;
-    const width = flips ? label.offsetWidth + 32 : 0;
-    label.dataset.x = String(at.x - left + 16 - width);
+    const flips = at.right > rect.left + rect.width - label.offsetWidth - 24;
+    label.dataset.x = String((flips ? at.left - 16 - label.offsetWidth : at.right + 16) - left);
     label.dataset.y = String(at.y - top);
     label.style.transform = `translate(${label.dataset.x}px, ${label.dataset.y}px) translateY(-50%)`;
   }

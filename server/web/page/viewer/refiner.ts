@@ -34,6 +34,8 @@ export class Refiner {
   private parts: PartToDraw[] = [];
   private at = { part: 0, object: 0, index: 0 };
   private portion = 24_000; // indices
+  private ratio = 1; // pixels of the target for one CSS pixel
+  private size = { width: 1, height: 1 };
   active = false;
 
   constructor(
@@ -61,6 +63,7 @@ export class Refiner {
     this.active = true;
     this.target.setSize(Math.floor(width * ratio), Math.floor(height * ratio));
     this.ratio = ratio;
+    this.size = { width, height };
     this.renderer.setRenderTarget(this.target);
     this.target.scissorTest = false;
     this.renderer.clear();
@@ -93,7 +96,7 @@ export class Refiner {
   // Puts the finished picture onto the canvas.
   present(): void {
     this.renderer.setScissorTest(false);
-    this.renderer.setViewport(0, 0, this.target.width, this.target.height);
+    this.renderer.setViewport(0, 0, this.size.width, this.size.height);
     this.renderer.render(this.sheetScene, this.camera);
     this.active = false;
   }
@@ -103,8 +106,6 @@ export class Refiner {
     this.sheet.geometry.dispose();
     this.sheet.material.dispose();
   }
-
-  private ratio = 1;
 
   private drawPortion(part: PartToDraw, object: PartToDraw['objects'][number], start: number, count: number): void {
     part.prepare();

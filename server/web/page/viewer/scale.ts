@@ -60,7 +60,8 @@ export class Scale {
     const made = all.map((value, i) => {
       const isTop = i === all.length - 1 && value > 0;
       const text = isTop && this.colours.limited ? `limit ${withUnits(figure(value), this.units)}` : isTop ? withUnits(figure(value), this.units) : figure(value);
-      return this.tick(placeOf(this.axis, value), text, isTop && this.colours.limited ? 'viewer-limit' : '');
+      const touches = !isTop && value > 0 && value > top * (this.colours.limited ? 0.86 : 0.9);
+      return this.tick(placeOf(this.axis, value), touches ? '' : text, isTop && this.colours.limited ? 'viewer-limit' : '');
     });
     if (split < 1) made.push(this.tick(1, withUnits(figure(largest, 3), this.units), 'viewer-last'));
     return made;

@@ -1,11 +1,11 @@
 // The picture: one canvas, drawn when something has changed and not otherwise. Threads: the page's only one; the graphics
 // process draws on its own, and at most one frame is given to it at a time, so that input never waits behind pictures.
 import { PerspectiveCamera, Scene, Vector4, WebGLRenderer } from 'three';
-import { axesOf, nearFar, type CameraState, type Projected, type Rect } from './camera';
+import { axesOf, nearFar, type CameraState, type Rect } from './camera';
 import type { ColourScale } from './colours';
 import { Eye } from './eye';
 import { FrameClock } from './frame_clock';
-import { hiddenBy, Marks } from './marks';
+import { hiddenBy, Marks, type MarkPlace } from './marks';
 import { Pace, type Fineness } from './pace';
 import { Refiner, type PartToDraw } from './refiner';
 import { Rays } from './rays';
@@ -19,7 +19,7 @@ const kMostPixels = 2; // per CSS pixel and axis
 const kFull: Fineness = { scale: 1, coarse: 0 };
 
 export interface LabelPlace {
-  at: Projected | undefined;
+  at: MarkPlace | undefined;
   viewport: Rect;
   side: Side;
 }
@@ -300,7 +300,7 @@ export class Stage {
     this.renderer.render(this.scene, this.lens);
   }
 
-  private updateMarks(camera: CameraState, side: Side, rect: Rect, pixel: number): Projected | undefined {
+  private updateMarks(camera: CameraState, side: Side, rect: Rect, pixel: number): MarkPlace | undefined {
     const pair = this.input.witnesses[this.store.value.witness];
     this.marks.mesh.visible = pair !== undefined;
     if (!pair) return undefined;
