@@ -1,11 +1,11 @@
 // The witness in the picture: a disc at the point, a square on its tip at the nearest point of the other mesh, the
 // segment between them. Of constant size on the screen and above everything; an end that the surface hides is an outline.
-import { BufferAttribute, BufferGeometry, DoubleSide, GLSL3, Mesh, ShaderMaterial, Vector3 } from 'three';
-import { axesOf, project, type CameraState, type Projected, type Rect, type WitnessPair } from './camera';
-import { kMarkFragment, kMarkVertex } from './shaders';
-import { dot, mix, sub, type Vec3 } from './vec';
+import { BufferAttribute, BufferGeometry, DoubleSide, GLSL3, Mesh, ShaderMaterial, Vector3 } from "three";
+import { axesOf, project, type CameraState, type Projected, type Rect, type WitnessPair } from "./camera";
+import { kMarkFragment, kMarkVertex } from "./shaders";
+import { dot, mix, sub, type Vec3 } from "./vec";
 
-export const kMarkColour = '#ff00ff'; // as in the files' own witness; the colour map has nothing like it
+export const kMarkColour = "#ff00ff"; // as in the files' own witness; the colour map has nothing like it
 const kReach = 11; // CSS pixels from the middle of a mark to the edge of its square
 
 export interface Ends {
@@ -38,8 +38,8 @@ export class Marks {
 
   constructor() {
     const geometry = new BufferGeometry();
-    geometry.setAttribute('position', this.positions);
-    geometry.setAttribute('local', this.locals);
+    geometry.setAttribute("position", this.positions);
+    geometry.setAttribute("local", this.locals);
     geometry.setIndex([0, 1, 2].flatMap((quad) => [0, 1, 2, 2, 1, 3].map((i) => 4 * quad + i)));
     this.material = new ShaderMaterial({
       uniforms: { mark: { value: new Vector3(1, 0, 1) }, pixel: { value: 1 } },

@@ -14,8 +14,8 @@ import {
   type Camera,
   type Object3D,
   type WebGLRenderer,
-} from 'three';
-import type { Rect } from './camera';
+} from "three";
+import type { Rect } from "./camera";
 
 const kBudget = 45; // ms of a portion
 const kLeast = 1500; // indices of a portion
@@ -45,8 +45,8 @@ export class Refiner {
   ) {
     const material = new ShaderMaterial({
       uniforms: { picture: { value: this.target.texture } },
-      vertexShader: 'out vec2 place; void main() { place = uv; gl_Position = vec4(position.xy, 0.0, 1.0); }',
-      fragmentShader: 'uniform sampler2D picture; in vec2 place; out vec4 colour; void main() { colour = texture(picture, place); }',
+      vertexShader: "out vec2 place; void main() { place = uv; gl_Position = vec4(position.xy, 0.0, 1.0); }",
+      fragmentShader: "uniform sampler2D picture; in vec2 place; out vec4 colour; void main() { colour = texture(picture, place); }",
       glslVersion: GLSL3,
       blending: NoBlending,
       depthTest: false,
@@ -107,7 +107,7 @@ export class Refiner {
     this.sheet.material.dispose();
   }
 
-  private drawPortion(part: PartToDraw, object: PartToDraw['objects'][number], start: number, count: number): void {
+  private drawPortion(part: PartToDraw, object: PartToDraw["objects"][number], start: number, count: number): void {
     part.prepare();
     for (const one of part.objects) one.visible = one === object;
     const [x, y, w, h] = [part.rect.left, part.rect.top, part.rect.width, part.rect.height].map((v) => Math.round(v * this.ratio));
