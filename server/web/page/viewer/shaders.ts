@@ -33,15 +33,15 @@ vec3 normalToViewer() {
   vec3 normal = normalize(cross(dFdx(vView), dFdy(vView)));
   return dot(normal, vView) > 0.0 ? -normal : normal;
 }
-// A light beside the viewer's head. What faces the viewer keeps its colour; slopes towards the light go to white, others
-// to black, so the hue stays and dark colours show form as well.
+// A light beside the viewer's head. What faces the viewer keeps its colour; slopes towards the light get lighter, others
+// darker, so the hue stays and dark colours show form as well.
 vec3 lit(vec3 base) {
   if (plain) return base;
   vec3 normal = normalToViewer();
   float side = dot(normal, normalize(vec3(-0.42, 0.5, 0.76))) - 0.72;
   float rim = 1.0 - abs(dot(normal, normalize(vView)));
-  vec3 shaded = side < 0.0 ? base * (1.0 + 0.78 * side) : mix(base, vec3(1.0), 1.15 * side);
-  return mix(shaded, shaded * 0.6, rim * rim * rim);
+  vec3 shaded = side < 0.0 ? base * (1.0 + 0.6 * side) : mix(base, base * 1.5 + 0.3, 2.2 * side);
+  return mix(shaded, shaded * 0.72, rim * rim * rim);
 }`;
 
 export const kColouredFragment = /* glsl */ `

@@ -1,33 +1,37 @@
 // The picture: one canvas, drawn when something has changed and not otherwise. Threads: the page's only one; the graphics
 // process draws on its own, and at most one frame is given to it at a time, so that input never waits behind pictures.
-import { PerspectiveCamera, Scene, Vector4, WebGLRenderer } from 'three';
-import { axesOf, nearFar, type CameraState, type Projected, type Rect } from './camera';
-import type { ColourScale } from './colours';
-import { Eye } from './eye';
-import { FrameClock } from './frame_clock';
-import { hiddenBy, Marks } from './marks';
-import { Pace, type Fineness } from './pace';
-import { Rays } from './rays';
-import { nameOf, other, type Settings, type Side, type Store, type ViewerInput } from './settings';
-import { boundsOf, reachOf, unionOf } from './shape';
-import { makeTable, Surface, type Tones } from './surface';
-import { add, dot, mix, scale, sub, type Vec3 } from './vec';
+import { PerspectiveCamera, Scene, Vector2, Vector4, WebGLRenderer } from "three";
+import { axesOf, nearFar, type CameraState, type Rect } from "./camera";
+import type { ColourScale } from "./colours";
+import { Eye } from "./eye";
+import { FrameClock } from "./frame_clock";
+import { hiddenBy, Marks, type MarkPlace } from "./marks";
+import { Pace, type Fineness } from "./pace";
+import { Refiner, type PartToDraw } from "./refiner";
+import { Rays } from "./rays";
+import { nameOf, other, type Settings, type Side, type Store, type ViewerInput } from "./settings";
+import { boundsOf, reachOf, unionOf } from "./shape";
+import { makeTable, Surface, type Tones } from "./surface";
+import { add, dot, mix, scale, sub, type Vec3 } from "./vec";
 
 const kStillAfter = 180; // ms without a change until the picture is drawn in full
 const kMostPixels = 2; // per CSS pixel and axis
-const kCoarseTriangles = 20_000;
+const kFull: Fineness = { scale: 1, coarse: 0 };
 
 export interface LabelPlace {
-  at: Projected | undefined;
+  at: MarkPlace | undefined;
   viewport: Rect;
   side: Side;
 }
 
-// Whether pictures are drawn by the processor, as far as the browser says so.
-function drawsInSoftware(renderer: WebGLRenderer): boolean {
-  const gl = renderer.getContext();
-  const named = gl.getExtension('WEBGL_debug_renderer_info');
-  const name = named ? String(gl.getParameter(named.UNMASKED_RENDERER_WEBGL)) : '';
+// Whether pictures are drawn by the processor, as far as the browser says so. Asked before the real context is made, as
+// that one cannot change its smoothing of edges later: a processor takes many times as long with it.
+function drawsInSoftware(): boolean {
+  const gl = document.createElement("canvas").getContext("webgl2");
+  if (!gl) return true;
+  const named = gl.getExtension("WEBGL_debug_renderer_info");
+  const name = named ? String(gl.getParameter(named.UNMASKED_RENDERER_WEBGL)) : "";
+  gl.getExtension("WEBGL_lose_context")?.loseContext();
   return /swiftshader|llvmpipe|softpipe|software|basic render/i.test(name);
 }
 
@@ -46,11 +50,14 @@ export class Stage {
   private readonly surfaces: Record<Side, Surface>;
   private readonly rays: Record<Side, Rays>;
   private readonly pace: Pace;
+  private readonly refiner: Refiner | undefined;
   private size = { width: 1, height: 1 };
   private lastChange = -Infinity;
   private stillTimer = 0;
   private scheduled = 0;
   private disposed = false;
+  private full = false; // whether the canvas shows all, at rest
+  private waiting: (() => void)[] = [];
 
   // Throws where there is no WebGL 2.
   constructor(
@@ -62,16 +69,20 @@ export class Stage {
     const bounds = unionOf([boundsOf(input.a, input.a.translation), boundsOf(input.b, input.b.translation)]);
     this.centre = mix(bounds.low, bounds.high, 0.5);
     this.radius = Math.max(...[input.a, input.b].map((map) => reachOf(map, map.translation, this.centre))) || 1;
-    this.renderer = new WebGLRenderer({ canvas, antialias: true, alpha: true, powerPreference: 'high-performance' });
+    const slow = drawsInSoftware();
+    this.renderer = new WebGLRenderer({ canvas, antialias: !slow, alpha: true, powerPreference: "high-performance" });
     this.renderer.setClearColor(0, 0);
     this.renderer.autoClear = false;
-    const make = (map: ViewerInput['a']): Surface => new Surface(map, this.centre, this.table, colours, kCoarseTriangles);
+    const make = (map: ViewerInput["a"]): Surface => new Surface(map, this.centre, this.table, colours);
     this.surfaces = { a: make(input.a), b: make(input.b) };
     this.rays = { a: new Rays(input.a), b: new Rays(input.b) };
-    this.pace = new Pace(drawsInSoftware(this.renderer), (input.a.indices.length + input.b.indices.length) / 3);
+    this.pace = new Pace(slow, (input.a.indices.length + input.b.indices.length) / 3);
     this.clock = new FrameClock(this.renderer.getContext() as WebGL2RenderingContext);
     this.scene.add(this.surfaces.a.group, this.surfaces.b.group, this.marks.mesh);
-    this.scene.matrixWorldAutoUpdate = true;
+    if (slow) {
+      this.refiner = new Refiner(this.renderer, this.scene, this.lens);
+      for (const surface of Object.values(this.surfaces)) surface.prepareCoarse();
+    }
     this.eye = new Eye(this.lens, canvas, this.centre, this.radius, () => this.changed());
     store.watch(() => this.settingsChanged());
   }
@@ -80,9 +91,16 @@ export class Stage {
   changed(): void {
     if (this.disposed) return;
     this.lastChange = performance.now();
+    this.full = false;
+    if (this.refiner) this.refiner.active = false;
     window.clearTimeout(this.stillTimer);
     this.stillTimer = window.setTimeout(() => this.schedule(), kStillAfter + 10);
     this.schedule();
+  }
+
+  // Ends when the picture is at rest and drawn in full.
+  settled(): Promise<void> {
+    return this.full || this.disposed ? Promise.resolve() : new Promise((resolve) => this.waiting.push(resolve));
   }
 
   setTones(tones: Tones): void {
@@ -123,7 +141,7 @@ export class Stage {
   isFree(eye: Vec3, point: Vec3, side: Side = this.store.value.coloured): boolean {
     if (!this.store.value.shown[side]) return true;
     const map = this.input[side];
-    const slack = this.radius * (map.display.form === 'decimated' ? 4e-3 : 2e-4);
+    const slack = this.radius * (map.display.form === "decimated" ? 4e-3 : 2e-4);
     const blocked = (from: Vec3, way: Vec3, to: number): boolean =>
       this.rays[side].first(sub(from, map.translation), way, 0, to, (p) => this.keeps(add(p, map.translation))) !== undefined;
     return !hiddenBy(blocked, eye, point, slack);
@@ -140,15 +158,17 @@ export class Stage {
 
   // Draws in full now, so that the canvas can be copied in the same task.
   drawNow(): void {
-    this.draw({ scale: 1, coarse: false }, false);
+    this.draw(kFull, false);
   }
 
   dispose(): void {
     this.disposed = true;
+    this.settle();
     window.clearTimeout(this.stillTimer);
     window.cancelAnimationFrame(this.scheduled);
     this.eye.dispose();
     this.clock.dispose();
+    this.refiner?.dispose();
     this.surfaces.a.dispose();
     this.surfaces.b.dispose();
     this.marks.dispose();
@@ -167,11 +187,66 @@ export class Stage {
     if (this.clock.busy()) return this.schedule();
     const flying = this.eye.fly(performance.now());
     const moving = flying || performance.now() - this.lastChange < kStillAfter;
+    if (!moving && this.refiner) return this.refine(this.refiner);
     const begun = performance.now();
-    this.draw(moving ? this.pace.moving : { scale: 1, coarse: false }, moving);
+    this.draw(moving ? this.pace.moving : kFull, moving);
     this.clock.given(begun, moving, (ms) => moving && this.pace.took(ms));
+    if (!moving) this.settle();
     if (flying) this.changed();
     else if (this.clock.busy()) this.awaitClock();
+  }
+
+  // One portion of the full picture, or the end of it.
+  private refine(refiner: Refiner): void {
+    const begun = performance.now();
+    const ratio = this.ratio(kFull);
+    if (!refiner.active) refiner.begin(this.partsToDraw(), this.size.width, this.size.height, ratio < 1.5 ? 2 * ratio : ratio);
+    if (refiner.step()) {
+      this.clock.given(begun, false, (ms) => refiner.took(ms));
+      return this.schedule();
+    }
+    this.fit(ratio);
+    this.hideAll();
+    this.renderer.clear();
+    refiner.present();
+    this.drawMarks(1 / ratio);
+    this.settle();
+  }
+
+  private settle(): void {
+    this.full = true;
+    for (const done of this.waiting.splice(0)) done();
+  }
+
+  private partsToDraw(): PartToDraw[] {
+    const camera = this.camera();
+    return this.viewports().map(({ side, rect }) => {
+      this.look(side, kFull, false);
+      const objects = (["a", "b"] as Side[]).sort((x) => (x === side ? -1 : 1)).flatMap((one) => this.surfaces[one].visible());
+      const prepare = (): void => {
+        this.look(side, kFull, false);
+        this.hideAll();
+        this.updateCut(camera);
+        this.eye.aim(camera, rect.width / rect.height);
+      };
+      return { rect: { ...rect, left: rect.left - camera.viewport.left, top: 0 }, objects, prepare };
+    });
+  }
+
+  private hideAll(): void {
+    for (const surface of Object.values(this.surfaces)) for (const object of surface.visible()) object.visible = false;
+    this.marks.mesh.visible = false;
+  }
+
+  // The marks alone, over what the canvas has.
+  private drawMarks(pixel: number): void {
+    const camera = this.camera();
+    this.renderer.setScissorTest(true);
+    this.onLabels(this.viewports().map(({ side, rect }) => {
+      const place = { at: this.updateMarks(camera, side, rect, pixel), viewport: rect, side };
+      this.renderPart(camera, rect);
+      return place;
+    }));
   }
 
   // Looks when the frame is done, and then no more.
@@ -181,38 +256,51 @@ export class Stage {
     });
   }
 
-  private draw(fineness: Fineness, moving: boolean): void {
-    const ratio = Math.max(0.25, Math.min(window.devicePixelRatio || 1, kMostPixels) * fineness.scale);
+  private ratio(fineness: Fineness): number {
+    return Math.max(0.25, Math.min(window.devicePixelRatio || 1, kMostPixels) * fineness.scale);
+  }
+
+  private fit(ratio: number): void {
     const { width, height } = this.size;
     if (this.renderer.getPixelRatio() !== ratio) this.renderer.setPixelRatio(ratio);
-    const now = this.renderer.domElement;
-    if (now.width !== Math.floor(width * ratio) || now.height !== Math.floor(height * ratio)) {
+    if (this.canvas.width !== Math.floor(width * ratio) || this.canvas.height !== Math.floor(height * ratio)) {
       this.renderer.setSize(width, height, false);
     }
+  }
+
+  private draw(fineness: Fineness, moving: boolean): void {
+    const ratio = this.ratio(fineness);
+    this.fit(ratio);
     const camera = this.camera();
     this.renderer.setScissorTest(false);
     this.renderer.clear();
     this.renderer.setScissorTest(true);
-    const places = this.viewports().map(({ side, rect }) => this.drawPart(camera, side, rect, fineness, moving, 1 / ratio));
+    const places = this.viewports().map(({ side, rect }) => {
+      this.look(side, fineness, moving);
+      this.updateCut(camera);
+      const place = { at: this.updateMarks(camera, side, rect, 1 / ratio), viewport: rect, side };
+      this.renderPart(camera, rect);
+      return place;
+    });
     this.onLabels(places);
   }
 
-  private drawPart(camera: CameraState, side: Side, rect: Rect, fineness: Fineness, moving: boolean, pixel: number): LabelPlace {
+  private look(side: Side, fineness: Fineness, moving: boolean): void {
     const { split, shown, wire } = this.store.value;
     const look = { wire, moving, coarse: fineness.coarse };
-    this.surfaces[side].setLook({ ...look, role: shown[side] ? 'coloured' : 'none' });
-    this.surfaces[other(side)].setLook({ ...look, role: shown[other(side)] && !split ? 'overlay' : 'none' });
-    this.updateCut(camera);
-    const place = { at: this.updateMarks(camera, side, rect, pixel), viewport: rect, side };
+    this.surfaces[side].setLook({ ...look, role: shown[side] ? "coloured" : "none" });
+    this.surfaces[other(side)].setLook({ ...look, role: shown[other(side)] && !split ? "overlay" : "none" });
+  }
+
+  private renderPart(camera: CameraState, rect: Rect): void {
     const left = rect.left - camera.viewport.left;
     this.renderer.setViewport(left, 0, rect.width, rect.height);
     this.renderer.setScissor(left, 0, rect.width, rect.height);
     this.eye.aim(camera, rect.width / rect.height);
     this.renderer.render(this.scene, this.lens);
-    return place;
   }
 
-  private updateMarks(camera: CameraState, side: Side, rect: Rect, pixel: number): Projected | undefined {
+  private updateMarks(camera: CameraState, side: Side, rect: Rect, pixel: number): MarkPlace | undefined {
     const pair = this.input.witnesses[this.store.value.witness];
     this.marks.mesh.visible = pair !== undefined;
     if (!pair) return undefined;
@@ -223,7 +311,7 @@ export class Stage {
   // What the cut leaves: the side of the plane that its normal does not point to.
   private plane(): { normal: Vec3; offset: number } | undefined {
     const { axis, normal, offset, flipped } = this.store.value.cut;
-    if (axis === 'off') return undefined;
+    if (axis === "off") return undefined;
     const sign = flipped ? -1 : 1;
     return { normal: scale(normal, sign), offset: sign * offset * this.radius };
   }
@@ -247,11 +335,11 @@ export class Stage {
     for (const { uniforms } of Object.values(this.surfaces)) {
       uniforms.plain!.value = settings.plain;
       uniforms.opacity!.value = settings.opacity;
-      uniforms.clipped!.value = settings.cut.axis !== 'off';
+      uniforms.clipped!.value = settings.cut.axis !== "off";
       uniforms.brushed!.value = settings.brush !== null;
-      if (settings.brush) uniforms.brush!.value.set(settings.brush.low, settings.brush.high);
+      if (settings.brush) uniforms.brush!.value = new Vector2(settings.brush.low, settings.brush.high);
     }
-    this.canvas.setAttribute('aria-label', describe(settings));
+    this.canvas.setAttribute("aria-label", describe(settings));
     this.eye.settings(settings.up, settings.split);
     this.changed();
   }
@@ -260,6 +348,6 @@ export class Stage {
 function describe({ coloured, split, shown }: Settings): string {
   const [one, two] = [nameOf(coloured), nameOf(other(coloured))];
   if (split) return `Meshes ${one} and ${two} side by side, each coloured by its distance to the other. Press ? for keys.`;
-  const over = shown[other(coloured)] ? `, ${two} over it like glass` : '';
+  const over = shown[other(coloured)] ? `, ${two} over it like glass` : "";
   return `Mesh ${one} coloured by its distance to ${two}${over}. Press ? for keys.`;
 }

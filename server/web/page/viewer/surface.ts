@@ -18,20 +18,21 @@ import {
   Vector3,
   Vector4,
   type IUniform,
-} from 'three';
-import { colourTable, kAboveLimit, kSteps, type ColourScale, type Rgb } from './colours';
-import type { DeviationMap } from './map';
-import { kColouredFragment, kLineFragment, kOverlayFragment, kSurfaceVertex } from './shaders';
-import { coarsened, edgesOf, signedVolume } from './shape';
-import { sub, type Vec3 } from './vec';
+} from "three";
+import { colourTable, kAboveLimit, kSteps, type ColourScale, type Rgb } from "./colours";
+import type { DeviationMap } from "./map";
+import { kCoarse, type Fineness } from "./pace";
+import { kColouredFragment, kLineFragment, kOverlayFragment, kSurfaceVertex } from "./shaders";
+import { coarsened, edgesOf, signedVolume } from "./shape";
+import { sub, type Vec3 } from "./vec";
 
-export type Role = 'coloured' | 'overlay' | 'none';
+export type Role = "coloured" | "overlay" | "none";
 
 export interface Look {
   role: Role;
   wire: boolean;
   moving: boolean; // fewer passes and the coarse mesh
-  coarse: boolean;
+  coarse: Fineness["coarse"];
 }
 
 export interface Tones {
@@ -54,9 +55,11 @@ export function makeTable(): DataTexture {
 export class Surface {
   readonly group = new Group();
   readonly uniforms: Record<string, IUniform>;
+  private readonly positions: BufferAttribute;
+  private readonly deviations: BufferAttribute;
   private readonly fine: BufferGeometry;
-  private coarse?: BufferGeometry;
-  private edges = new Map<boolean, BufferGeometry>();
+  private readonly filled = new Map<Fineness["coarse"], BufferGeometry>();
+  private edges?: BufferGeometry;
   private readonly coloured: Drawn;
   private readonly depth: Drawn;
   private readonly overlay: Drawn;
@@ -67,10 +70,12 @@ export class Surface {
     origin: Vec3,
     table: DataTexture,
     scale: ColourScale,
-    private readonly coarseTriangles: number,
   ) {
     this.uniforms = uniformsFor(table, scale, signedVolume(map) >= 0);
+    this.positions = new BufferAttribute(map.positions, 3);
+    this.deviations = new BufferAttribute(map.distances, 1);
     this.fine = this.geometryWith(map.indices);
+    this.filled.set(0, this.fine);
     this.coloured = new Drawn(this.fine, this.material(kColouredFragment, { polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 }));
     // Pushed back further: where both surfaces coincide, the colours are what is seen.
     const behind = { polygonOffset: true, polygonOffsetFactor: 2, polygonOffsetUnits: 4, transparent: true };
@@ -86,43 +91,58 @@ export class Surface {
   }
 
   setLook(look: Look): void {
-    const filled = look.coarse ? (this.coarse ??= this.geometryWith(coarsened(this.map, this.coarseTriangles))) : this.fine;
-    this.coloured.visible = look.role === 'coloured';
-    this.overlay.visible = look.role === 'overlay';
-    this.depth.visible = look.role === 'overlay' && !look.moving && this.uniforms.opacity!.value < 1;
-    this.lines.visible = look.role !== 'none' && look.wire;
+    const filled = this.filledFor(look.coarse);
+    this.coloured.visible = look.role === "coloured";
+    this.overlay.visible = look.role === "overlay";
+    this.depth.visible = look.role === "overlay" && !look.moving && this.uniforms.opacity!.value < 1;
+    this.lines.visible = look.role !== "none" && look.wire && look.coarse === 0; // edges of the coarse mesh would mislead
     for (const object of [this.coloured, this.overlay, this.depth]) object.geometry = filled;
-    if (this.lines.visible) this.lines.geometry = this.edgesFor(look.coarse, filled);
-    this.lines.renderOrder = look.role === 'overlay' ? 6 : 1;
-    this.uniforms.strength!.value = look.role === 'overlay' ? 0.35 : 0.55;
+    if (this.lines.visible) this.lines.geometry = this.edgeGeometry();
+    this.lines.renderOrder = look.role === "overlay" ? 6 : 1;
+    this.uniforms.strength!.value = look.role === "overlay" ? 0.35 : 0.55;
+  }
+
+  // What is visible, in the order to draw it.
+  visible(): (Drawn | LineSegments)[] {
+    return [this.coloured, this.depth, this.overlay, this.lines].filter((object) => object.visible);
+  }
+
+  // Made before it is needed, as that takes longer than a frame should.
+  prepareCoarse(): void {
+    this.filledFor(1);
+    this.filledFor(2);
   }
 
   setTones(tones: Tones): void {
-    for (const name of ['faded', 'section', 'tint', 'line'] as const) this.uniforms[name]!.value = share(tones[name]);
+    for (const name of ["faded", "section", "tint", "line"] as const) this.uniforms[name]!.value = share(tones[name]);
   }
 
   dispose(): void {
-    for (const geometry of [this.fine, this.coarse, ...this.edges.values()]) geometry?.dispose();
+    for (const geometry of [...this.filled.values(), this.edges]) geometry?.dispose();
     for (const object of [this.coloured, this.depth, this.overlay, this.lines]) (object.material as ShaderMaterial).dispose();
   }
 
   private geometryWith(indices: Uint32Array): BufferGeometry {
     const geometry = new BufferGeometry();
-    geometry.setAttribute('position', this.fine?.getAttribute('position') ?? new BufferAttribute(this.map.positions, 3));
-    geometry.setAttribute('deviation', this.fine?.getAttribute('deviation') ?? new BufferAttribute(this.map.distances, 1));
+    geometry.setAttribute("position", this.positions);
+    geometry.setAttribute("deviation", this.deviations);
     geometry.setIndex(new BufferAttribute(indices, 1));
     geometry.boundingSphere = new Sphere(new Vector3(), Infinity); // never asked for, and a pass over all when it is
     return geometry;
   }
 
-  private edgesFor(coarse: boolean, filled: BufferGeometry): BufferGeometry {
-    let geometry = this.edges.get(coarse);
+  private filledFor(coarse: Fineness["coarse"]): BufferGeometry {
+    let geometry = this.filled.get(coarse);
     if (!geometry) {
-      const indices = filled.getIndex()!.array as Uint32Array;
-      geometry = this.geometryWith(edgesOf({ positions: this.map.positions, indices }));
-      this.edges.set(coarse, geometry);
+      const indices = coarsened(this.map, kCoarse[coarse]);
+      geometry = indices === this.map.indices ? this.fine : this.geometryWith(indices);
+      this.filled.set(coarse, geometry);
     }
     return geometry;
+  }
+
+  private edgeGeometry(): BufferGeometry {
+    return (this.edges ??= this.geometryWith(edgesOf(this.map)));
   }
 
   private material(fragmentShader: string, options: object): ShaderMaterial {
