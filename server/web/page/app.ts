@@ -195,7 +195,7 @@ export class App {
     this.leave();
     this.show("none", "Cancelled · meshgauge");
     const back = h("p", {}, "It was cancelled before it had begun to measure, so that nothing is known.");
-    this.trouble.replaceChildren(h("div", { class: "trouble calm" }, h("h2", { tabindex: "-1" }, "Cancelled"), back, h("a", { class: "button", href: "/" }, "Back to the form")));
+    this.trouble.replaceChildren(h("div", { class: "trouble calm" }, h("h1", { tabindex: "-1" }, "Cancelled"), back, h("a", { class: "button", href: "/" }, "Back to the form")));
     this.announcer.sayNow("Cancelled before anything was measured.");
   }
 
