@@ -34,7 +34,7 @@ export class App {
   private readonly waiting = find("#waiting", HTMLElement);
   private readonly announcer = new Announcer(find("#status", HTMLElement));
   private readonly keys: KeyDialog = new KeyDialog(() => this.client);
-  private readonly client: Client = new Client((wait) => this.showWait(wait), (error) => this.keys.ask(error));
+  private readonly client: Client = new Client((wait) => this.showWait(wait), () => this.keys.ask());
   private readonly form = new Form((order) => void this.begin(order));
   private readonly memories = new Map<string, Memory>();
   private controller = new AbortController();
@@ -195,7 +195,7 @@ export class App {
     this.leave();
     this.show("none", "Cancelled · meshgauge");
     const back = h("p", {}, "It was cancelled before it had begun to measure, so that nothing is known.");
-    this.trouble.replaceChildren(h("div", { class: "trouble calm" }, h("h2", { tabindex: "-1" }, "Cancelled"), back, h("a", { class: "button", href: "/" }, "Back to the form")));
+    this.trouble.replaceChildren(h("div", { class: "trouble calm" }, h("h1", { tabindex: "-1" }, "Cancelled"), back, h("a", { class: "button", href: "/" }, "Back to the form")));
     this.announcer.sayNow("Cancelled before anything was measured.");
   }
 
@@ -226,7 +226,8 @@ export class App {
 
 /** The same meshes, which the service has, and the same options but the limit. */
 function withoutLimit(result: Comparison, names: Record<Side, string>, known: Options): Order {
-  const { gate: _, ...options } = { ...known, ...optionsOf(result) };
+  const options = { ...known, ...optionsOf(result) };
+  delete options.gate;
   const stored = (side: Side): Chosen => ({ kind: "stored", id: result.meshes[side].sha256, name: names[side], bytes: result.meshes[side].bytes });
   return { a: stored("a"), b: stored("b"), options };
 }

@@ -1,5 +1,4 @@
 // The dialog that asks for a bearer key.
-import type { ProblemError } from "./api/problem.js";
 import { find } from "./dom.js";
 
 export interface KeyStore {
@@ -28,9 +27,9 @@ export class KeyDialog {
   }
 
   /** True: there is a new key to try. */
-  ask(error: ProblemError): Promise<boolean> {
+  ask(): Promise<boolean> {
     const had = this.store().key !== "";
-    return this.open(had ? `The key that was entered is refused: ${error.problem.detail}` : error.problem.detail);
+    return this.open(had ? "The key that was entered is not known here, has ended, or is switched off." : "Enter the key that you were given for it.");
   }
 
   /** Whether requests carry a key is seen at the button. */

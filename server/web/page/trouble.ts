@@ -10,7 +10,7 @@ export interface Ways {
 /** Shows the problem in `host`, as an alert; gives its words. */
 export function showTrouble(host: HTMLElement, error: unknown, ways: Ways): Explained {
   const told = explain(error);
-  const title = h("h2", { tabindex: "-1" }, told.title);
+  const title = h(ways.form ? "h1" : "h2", { tabindex: "-1" }, told.title); // the form has a title of its own
   const box = h(
     "div",
     { class: "trouble", role: "alert" },

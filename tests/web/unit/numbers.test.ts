@@ -58,7 +58,7 @@ test("huge and tiny bounds", () => {
 test("counts, bytes, times and shares", () => {
   assert.deepEqual([0, 999, 1000, 1234567].map(grouped), ["0", "999", "1,000", "1,234,567"]);
   assert.deepEqual([17, 257455, 5034660, 3e9].map(inBytes).map(spaces), ["17 B", "257 kB", "5.03 MB", "3 GB"]);
-  assert.deepEqual([0, 0.0007, 6.8, 47.2, 5210, 125000].map(inTime).map(spaces), ["0 ms", "under 0.01 ms", "6.8 ms", "47.2 ms", "5.21 s", "2.08 min"]);
+  assert.deepEqual([0, 0.0007, 6.8, 47.2, 5210, 125000].map(inTime).map(spaces), ["0 ms", "< 0.01 ms", "6.8 ms", "47.2 ms", "5.21 s", "2.08 min"]);
   assert.deepEqual([400, 12_340, 125_000].map(onClock).map(spaces), ["0.4 s", "12.3 s", "2 min 05 s"]);
   assert.deepEqual([0, 0.99267578125, 0.99999999, 1, 25].map((x) => spaces(inPercent(x))), ["0 %", "99.27 %", "99.99 %", "100 %", "2500 %"]);
 });

@@ -18,7 +18,7 @@ export interface Call {
 export type OnWait = (wait: { seconds: number; title: string } | null) => void;
 
 /** A person is asked for a key; false: there is none. */
-export type AskKey = (error: ProblemError) => Promise<boolean>;
+export type AskKey = () => Promise<boolean>;
 
 export class Client {
   private asking: Promise<boolean> | null = null;
@@ -55,7 +55,7 @@ export class Client {
       } catch (error) {
         if (!(error instanceof ProblemError) || error.problem.status !== 401) throw error;
         if (this.key !== key) continue;
-        this.asking ??= this.askKey(error).finally(() => (this.asking = null));
+        this.asking ??= this.askKey().finally(() => (this.asking = null));
         if (!(await this.asking)) throw error;
       }
     }

@@ -33,7 +33,7 @@ export function showResult(host: HTMLElement, client: Client, face: ResultFace):
   host.replaceChildren(
     verdictOf(face, ends),
     card("Where they differ", { class: "card wide" }, stage),
-    h("div", { class: "cards" }, ...cardsOf(face, ends)),
+    columns(face, ends),
     card("The meshes", { class: "card" }, meshesTable(result, names)),
     card("Put it into a pipeline", { class: "card" }, pipeline(result, names, client.key !== "")),
     card("Keep it", { class: "card keep" }, linkRow(job.id, job.expires), downloads(client, result)),
@@ -90,16 +90,20 @@ function icon(tone: Tone): SVGSVGElement {
   return svg("svg", { class: "icon", viewBox: "0 0 24 24", "aria-hidden": "true" }, svg("circle", { cx: 12, cy: 12, r: 12 }), svg("path", { d: strokes[tone] }));
 }
 
-function cardsOf(face: ResultFace, ends: (() => void)[]): HTMLElement[] {
-  const { result } = face;
-  const cards = [
-    card("Both directions", { class: "card" }, directionsOf(result)),
-    card("Precision", { class: "card" }, precision(result)),
-    card("Time", { class: "card" }, ...timesOf(result.timings_ms), engine(result)),
-  ];
-  const history = face.history;
-  if (history && (history.last?.ms ?? 0) >= leastHistoryMs) cards.splice(1, 0, shrinking(face, history, ends));
-  return cards;
+function columns(face: ResultFace, ends: (() => void)[]): HTMLElement {
+  const { result, history } = face;
+  const seen = history && (history.last?.ms ?? 0) >= leastHistoryMs ? shrinking(face, history, ends) : null;
+  return h(
+    "div",
+    { class: "cards" },
+    h("div", {}, card("Both directions", { class: "card" }, directionsOf(result)), seen),
+    h(
+      "div",
+      {},
+      card("Precision", { class: "card" }, precision(result)),
+      card("Time", { class: "card" }, ...timesOf(result.timings_ms), engine(result)),
+    ),
+  );
 }
 
 function shrinking(face: ResultFace, history: History, ends: (() => void)[]): HTMLElement {

@@ -46,7 +46,7 @@ function table(stages: StageTime[], sum: number, total: number): HTMLElement {
   return h("div", { class: "scroll" }, h("table", {}, h("caption", { class: "unseen" }, "Time of each stage"), head, h("tbody", {}, ...rows, last)));
 }
 
-const shareWords = (share: number): string => (share > 0 && share < 5e-4 ? "under 0.1\u00A0%" : inPercent(share, share < 0.01 ? 1 : 3));
+const shareWords = (share: number): string => (share > 0 && share < 5e-4 ? "<\u00A00.1\u00A0%" : inPercent(share, share < 0.01 ? 1 : 3));
 
 function swatch(name: string): SVGSVGElement {
   return svg("svg", { class: "swatch", viewBox: "0 0 10 10", width: 10, height: 10, "aria-hidden": "true" }, svg("rect", { width: 10, height: 10, rx: 2, class: `stage-${name}` }));

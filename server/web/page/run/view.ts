@@ -80,7 +80,7 @@ export class RunView implements Teller {
   }
 
   interrupted(): void {
-    this.note.textContent = "The connection broke. The comparison goes on, and is asked for again.";
+    this.note.textContent = "The connection broke. The comparison does not depend on it; asking again …";
   }
 
   dispose(): void {

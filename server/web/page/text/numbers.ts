@@ -114,7 +114,7 @@ export function inBytes(bytes: number): string {
 
 /** "1.4 s" */
 export function inTime(ms: number): string {
-  if (ms > 0 && ms < 0.01) return "under 0.01\u00A0ms";
+  if (ms > 0 && ms < 0.01) return "<\u00A00.01\u00A0ms";
   if (ms < 1000) return `${toDigits(ms, ms < 10 ? 2 : 3)}\u00A0ms`;
   return ms < 120_000 ? `${toDigits(ms / 1000, 3)}\u00A0s` : `${toDigits(ms / 60_000, 3)}\u00A0min`;
 }

@@ -46,7 +46,7 @@ const advices: Record<string, string> = {
 };
 
 const passing = new Set([
-  "overloaded", "shutting-down", "too-many-requests", "storage-unavailable", "storage-full", "request-timeout", "internal", "digest-mismatch",
+  "unauthorized", "overloaded", "shutting-down", "too-many-requests", "storage-unavailable", "storage-full", "request-timeout", "internal", "digest-mismatch",
 ]);
 
 export function explain(error: unknown): Explained {
@@ -61,7 +61,8 @@ export function explainProblem(problem: Problem, requestId: string | null): Expl
   const kind = problem.type.slice(problem.type.lastIndexOf(":") + 1);
   const defects = problem.errors.map(toDefect);
   const gone = kind === "not-found" && problem.detail.includes("comparison of this id");
-  const repeats = gone || (defects.length === 1 && defects[0]?.message === problem.detail);
+  // What the service says there is for programs.
+  const repeats = gone || kind === "unauthorized" || (defects.length === 1 && defects[0]?.message === problem.detail);
   return {
     title: gone ? "There is no such comparison, or not any more" : problem.title,
     detail: repeats ? "" : asSentence(problem.detail),

@@ -42,9 +42,9 @@ export const wholeBrush = (bins: number): Brush => ({ from: 0, to: bins });
 export const isWhole = (brush: Brush, bins: number): boolean => brush.from <= 0 && brush.to >= bins;
 
 // One end moved to `edge`; the ends neither cross nor meet, so that something is always within.
-export function moveEnd(brush: Brush, end: 'from' | 'to', edge: number, bins: number): Brush {
+export function moveEnd(brush: Brush, end: "from" | "to", edge: number, bins: number): Brush {
   const at = Math.round(edge);
-  if (end === 'from') return { from: Math.min(Math.max(at, 0), brush.to - 1), to: brush.to };
+  if (end === "from") return { from: Math.min(Math.max(at, 0), brush.to - 1), to: brush.to };
   return { from: brush.from, to: Math.max(Math.min(at, bins), brush.from + 1) };
 }
 

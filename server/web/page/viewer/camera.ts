@@ -1,5 +1,5 @@
 // The camera's arithmetic, in double precision and without three.js: what the picture shows where.
-import { add, aside, cross, dot, length, mix, scale, sub, unit, type Vec3 } from './vec';
+import { add, aside, cross, dot, length, mix, scale, sub, unit, type Vec3 } from "./vec";
 
 export interface Rect {
   left: number; // CSS pixels, within the window
@@ -28,7 +28,7 @@ export interface Axes {
   back: Vec3; // to the viewer
 }
 
-export function axesOf(camera: Pick<CameraState, 'position' | 'target' | 'up'>): Axes {
+export function axesOf(camera: Pick<CameraState, "position" | "target" | "up">): Axes {
   const back = unit(sub(camera.position, camera.target));
   let right = unit(cross(camera.up, back));
   if (length(right) === 0) right = aside(back);
@@ -79,19 +79,19 @@ export function nearFar(position: Vec3, target: Vec3, centre: Vec3, radius: numb
 }
 
 // Upwards, towards the viewer and a little aside.
-export function wholeView(centre: Vec3, radius: number, up: Vec3, fov: number, aspect: number): Pick<CameraState, 'position' | 'target' | 'up'> {
+export function wholeView(centre: Vec3, radius: number, up: Vec3, fov: number, aspect: number): Pick<CameraState, "position" | "target" | "up"> {
   const [front, side] = up[1] > 0.5 ? ([[0, 0, 1], [1, 0, 0]] as Vec3[]) : ([[0, -1, 0], [1, 0, 0]] as Vec3[]);
   const toward = unit(add(add(scale(front!, 1), scale(side!, 0.6)), scale(up, 0.5)));
   return { position: add(centre, scale(toward, distanceFor(radius, fov, aspect))), target: centre, up };
 }
 
 export const kViews: Record<string, Vec3> = {
-  '+x': [1, 0, 0],
-  '-x': [-1, 0, 0],
-  '+y': [0, 1, 0],
-  '-y': [0, -1, 0],
-  '+z': [0, 0, 1],
-  '-z': [0, 0, -1],
+  "+x": [1, 0, 0],
+  "-x": [-1, 0, 0],
+  "+y": [0, 1, 0],
+  "-y": [0, -1, 0],
+  "+z": [0, 0, 1],
+  "-z": [0, 0, -1],
 };
 
 export interface WitnessPair {
@@ -104,9 +104,9 @@ export interface WitnessPair {
 // shrink to a dot, and as the viewer looks already.
 export function witnessView(
   { point, nearest }: WitnessPair,
-  current: Pick<CameraState, 'position' | 'target' | 'up' | 'fov'>,
+  current: Pick<CameraState, "position" | "target" | "up" | "fov">,
   options: { aspect: number; context: number; isFree: (from: Vec3, at: Vec3) => boolean },
-): Pick<CameraState, 'position' | 'target' | 'up'> {
+): Pick<CameraState, "position" | "target" | "up"> {
   const middle = mix(point, nearest, 0.5);
   const segment = unit(sub(nearest, point));
   const radius = Math.max(2 * length(sub(nearest, point)), options.context);
@@ -133,7 +133,7 @@ function directions(): Vec3[] {
   });
 }
 
-type Pose = Pick<CameraState, 'position' | 'target'>;
+type Pose = Pick<CameraState, "position" | "target">;
 
 // A share of the way: the target goes straight, the camera turns around it and its distance changes by equal factors.
 export function flight(from: Pose, to: Pose, share: number): Pose {

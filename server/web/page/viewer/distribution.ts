@@ -41,11 +41,12 @@ export class AreaDistribution {
   share(low: number, high: number): number {
     if (!(this.total > 0) || high < low) return 0;
     const above = nextAbove(high);
+    const from = Math.min(low, Math.fround(low));
     let sum = 0;
     for (let t = 0; t < this.areas.length; ++t) {
       const [a, b, c] = [this.sorted[3 * t]!, this.sorted[3 * t + 1]!, this.sorted[3 * t + 2]!];
-      if (c < low || a > high) continue;
-      sum += this.areas[t]! * (shareBelow(above, a, b, c) - shareBelow(low, a, b, c));
+      if (c < from || a >= above) continue;
+      sum += this.areas[t]! * (shareBelow(above, a, b, c) - shareBelow(from, a, b, c));
     }
     return Math.min(1, sum / this.total);
   }

@@ -1,12 +1,12 @@
 // Where the viewer looks from: OrbitControls for mouse and touch, the same motions for keys, flights. Poses are in the
 // meshes' coordinates; three.js sees them relative to the meshes' centre, where single precision is enough.
-import { MOUSE, TOUCH, Vector3, type PerspectiveCamera } from 'three';
-import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
-import { axesOf, distanceFor, flight, kViews, wholeView, type CameraState } from './camera';
-import { add, length, scale, sub, unit, type Vec3 } from './vec';
+import { MOUSE, TOUCH, type PerspectiveCamera, type Vector3 } from "three";
+import { OrbitControls } from "three/addons/controls/OrbitControls.js";
+import { axesOf, distanceFor, flight, kViews, wholeView, type CameraState } from "./camera";
+import { add, length, scale, sub, unit, type Vec3 } from "./vec";
 
-export type Pose = Pick<CameraState, 'position' | 'target' | 'up' | 'fov'>;
-type Aim = Pick<CameraState, 'position' | 'target' | 'up'>;
+export type Pose = Pick<CameraState, "position" | "target" | "up" | "fov">;
+type Aim = Pick<CameraState, "position" | "target" | "up">;
 
 const kFov = 35; // of the picture's smaller side, so that a narrow picture shows what a wide one does
 const kFlight = 900; // ms
@@ -22,7 +22,7 @@ const toVec = (v: Vector3, centre: Vec3): Vec3 => [v.x + centre[0], v.y + centre
 
 export class Eye {
   private controls: OrbitControls;
-  private upName: 'y' | 'z' = 'z';
+  private upName: "y" | "z" = "z";
   private flying?: Flight;
   private fov = kFov;
   private aspect = 1.6;
@@ -73,11 +73,11 @@ export class Eye {
     this.lens.updateProjectionMatrix();
   }
 
-  settings(up: 'y' | 'z', split: boolean): void {
+  settings(up: "y" | "z", split: boolean): void {
     this.controls.zoomToCursor = !split; // the pointer's place is of the whole canvas
     if (up === this.upName) return;
     this.upName = up;
-    this.turnUp(up === 'y' ? [0, 1, 0] : [0, 0, 1]);
+    this.turnUp(up === "y" ? [0, 1, 0] : [0, 0, 1]);
     this.whole();
   }
 
@@ -89,7 +89,7 @@ export class Eye {
   // Along an axis: '+x' looks from there.
   view(name: string): Promise<void> {
     const away = distanceFor(this.radius, this.fov, 1);
-    const toward = kViews[name] ?? kViews['+x']!;
+    const toward = kViews[name] ?? kViews["+x"]!;
     return this.flyTo({ position: add(this.centre, scale(toward, away)), target: this.centre, up: this.pose().up });
   }
 
@@ -123,7 +123,7 @@ export class Eye {
   // Ends when there, or when the viewer takes over; at once for those who want no motion.
   flyTo(to: Aim): Promise<void> {
     this.flying?.landed();
-    if (window.matchMedia('(prefers-reduced-motion: reduce)').matches) {
+    if (window.matchMedia("(prefers-reduced-motion: reduce)").matches) {
       this.setPose(to);
       return Promise.resolve();
     }
@@ -168,8 +168,8 @@ export class Eye {
     controls.maxDistance = 50 * this.radius;
     controls.mouseButtons = { LEFT: MOUSE.ROTATE, MIDDLE: MOUSE.DOLLY, RIGHT: MOUSE.PAN };
     controls.touches = { ONE: TOUCH.ROTATE, TWO: TOUCH.DOLLY_PAN };
-    controls.addEventListener('change', () => this.changed());
-    controls.addEventListener('start', () => this.flying?.landed());
+    controls.addEventListener("change", () => this.changed());
+    controls.addEventListener("start", () => this.flying?.landed());
     return controls;
   }
 }

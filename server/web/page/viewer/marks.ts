@@ -1,16 +1,23 @@
 // The witness in the picture: a disc at the point, a square on its tip at the nearest point of the other mesh, the
 // segment between them. Of constant size on the screen and above everything; an end that the surface hides is an outline.
-import { BufferAttribute, BufferGeometry, DoubleSide, GLSL3, Mesh, ShaderMaterial, Vector3 } from 'three';
-import { axesOf, project, type CameraState, type Projected, type Rect, type WitnessPair } from './camera';
-import { kMarkFragment, kMarkVertex } from './shaders';
-import { dot, mix, sub, type Vec3 } from './vec';
+import { BufferAttribute, BufferGeometry, DoubleSide, GLSL3, Mesh, ShaderMaterial, Vector3 } from "three";
+import { axesOf, project, type CameraState, type Projected, type Rect, type WitnessPair } from "./camera";
+import { kMarkFragment, kMarkVertex } from "./shaders";
+import { dot, mix, sub, type Vec3 } from "./vec";
 
-export const kMarkColour = '#ff00ff'; // as in the files' own witness; the colour map has nothing like it
+export const kMarkColour = "#ff00ff"; // as in the files' own witness; the colour map has nothing like it
 const kReach = 11; // CSS pixels from the middle of a mark to the edge of its square
 
 export interface Ends {
   pair: WitnessPair;
   hidden: { point: boolean; nearest: boolean };
+}
+
+// CSS pixels within the window.
+export interface MarkPlace {
+  left: number;
+  right: number;
+  y: number;
 }
 
 // The part of a segment that is before the near plane; nothing if all of it is behind.
@@ -31,8 +38,8 @@ export class Marks {
 
   constructor() {
     const geometry = new BufferGeometry();
-    geometry.setAttribute('position', this.positions);
-    geometry.setAttribute('local', this.locals);
+    geometry.setAttribute("position", this.positions);
+    geometry.setAttribute("local", this.locals);
     geometry.setIndex([0, 1, 2].flatMap((quad) => [0, 1, 2, 2, 1, 3].map((i) => 4 * quad + i)));
     this.material = new ShaderMaterial({
       uniforms: { mark: { value: new Vector3(1, 0, 1) }, pixel: { value: 1 } },
@@ -50,16 +57,17 @@ export class Marks {
     this.mesh.renderOrder = 10;
   }
 
-  // Where the segment's middle is; nothing when it is not before the camera.
-  update(camera: CameraState, viewport: Rect, ends: Ends, pixel: number): Projected | undefined {
+  // Where it is in the picture; nothing when it is not before the camera.
+  update(camera: CameraState, viewport: Rect, ends: Ends, pixel: number): MarkPlace | undefined {
     this.material.uniforms.pixel!.value = pixel;
     const { point, nearest } = ends.pair;
     this.segment(camera, viewport, point, nearest);
     this.disc(1, camera, viewport, nearest, ends.hidden.nearest ? 2.5 : 2);
     this.disc(2, camera, viewport, point, ends.hidden.point ? 1.5 : 1);
     this.positions.needsUpdate = this.locals.needsUpdate = true;
-    const middle = project(camera, mix(point, nearest, 0.5), viewport);
-    return middle.depth > camera.near ? middle : undefined;
+    const [p, q] = [project(camera, point, viewport), project(camera, nearest, viewport)];
+    if (p.depth <= camera.near || q.depth <= camera.near) return undefined;
+    return { left: Math.min(p.x, q.x), right: Math.max(p.x, q.x), y: (p.y + q.y) / 2 };
   }
 
   dispose(): void {

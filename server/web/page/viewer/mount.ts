@@ -1,28 +1,28 @@
 // The viewer: A coloured by its distance to B, B over it like glass, the witness, the scale. It builds all of it inside of
 // a host and takes it away again. It needs no network, no `eval` and no HTML in strings.
-import { AreaDistribution } from './distribution';
-import type { CameraState } from './camera';
-import type { ColourScale } from './colours';
-import { Commands, witnessLabel } from './commands';
-import { LiveRegion, make } from './dom';
-import { makeHelp } from './help';
-import { listenToKeys } from './keys';
-import { notesOf } from './notes';
-import { Overlay } from './overlay';
-import { composed, save } from './picture';
-import { Scale } from './scale';
-import { initialSettings, Store, type Side, type ViewerInput } from './settings';
-import { Stage } from './stage';
-import type { Tones } from './surface';
-import { makeToolbar } from './toolbar';
+import { AreaDistribution } from "./distribution";
+import type { CameraState } from "./camera";
+import type { ColourScale } from "./colours";
+import { Commands, witnessLabel } from "./commands";
+import { LiveRegion, make } from "./dom";
+import { makeHelp } from "./help";
+import { listenToKeys } from "./keys";
+import { notesOf } from "./notes";
+import { Overlay } from "./overlay";
+import { composed, save } from "./picture";
+import { Scale } from "./scale";
+import { initialSettings, Store, type Side, type ViewerInput } from "./settings";
+import { Stage } from "./stage";
+import type { Tones } from "./surface";
+import { makeToolbar } from "./toolbar";
 
-export type { CameraState } from './camera';
-export type { ViewerInput, Witness } from './settings';
+export type { CameraState } from "./camera";
+export type { ViewerInput, Witness } from "./settings";
 
 export interface ViewerHandle {
   flyToWitness(index?: number): Promise<void>; // ends when the camera is there
   camera(): CameraState;
-  setCamera(camera: Partial<Pick<CameraState, 'position' | 'target' | 'up' | 'fov'>>): void;
+  setCamera(camera: Partial<Pick<CameraState, "position" | "target" | "up" | "fov">>): void;
   settled(): Promise<void>; // ends when the picture is at rest and drawn in full
   frameTimes(): number[]; // ms, of the last frames while the picture moved
   dispose(): void; // everything: elements, listeners, buffers, the graphics context
@@ -45,7 +45,7 @@ export function mountViewer(host: HTMLElement, input: ViewerInput): ViewerHandle
   return handle;
 }
 
-const kLight: Tones = { faded: [203, 205, 210], section: [222, 214, 200], tint: [112, 128, 156], line: [20, 24, 34] };
+const kLight: Tones = { faded: [165, 168, 176], section: [222, 214, 200], tint: [112, 128, 156], line: [20, 24, 34] };
 const kDark: Tones = { faded: [74, 77, 86], section: [150, 142, 130], tint: [176, 192, 220], line: [235, 238, 245] };
 
 // The end of the colours: the limit, or the largest distance of both meshes.
@@ -58,8 +58,8 @@ export function colourScaleOf({ a, b, limit }: ViewerInput, areas: Record<Side, 
 class Viewer {
   stage?: Stage;
   commands?: Commands;
-  private readonly root = make('div', { class: 'viewer' });
-  private readonly picture = make('div', { class: 'viewer-picture' });
+  private readonly root = make("div", { class: "viewer" });
+  private readonly picture = make("div", { class: "viewer-picture" });
   private readonly live = new LiveRegion();
   private readonly store: Store;
   private readonly areas: Record<Side, AreaDistribution>;
@@ -67,19 +67,19 @@ class Viewer {
   private readonly gone = new AbortController();
 
   constructor(host: HTMLElement, private readonly input: ViewerInput) {
-    this.store = new Store({ ...initialSettings(), up: input.up ?? 'z' });
+    this.store = new Store({ ...initialSettings(), up: input.up ?? "z" });
     this.areas = { a: new AreaDistribution(input.a), b: new AreaDistribution(input.b) };
     this.colours = colourScaleOf(input, this.areas);
     const toolbar = this.build();
     if (toolbar) this.root.append(toolbar);
     this.root.append(this.picture, new Scale(this.colours, input.units, this.areas, this.store).element);
-    this.root.append(make('div', { class: 'viewer-notes' }, notesOf(input).map((text) => make('p', { text }))), this.live.element);
+    this.root.append(make("div", { class: "viewer-notes" }, notesOf(input).map((text) => make("p", { text }))), this.live.element);
     host.replaceChildren(this.root);
     this.followSizeAndTheme();
   }
 
   need(): Stage {
-    if (!this.stage) throw new Error('The viewer has no picture: this browser has no WebGL 2.');
+    if (!this.stage) throw new Error("The viewer has no picture: this browser has no WebGL 2.");
     return this.stage;
   }
 
@@ -91,12 +91,12 @@ class Viewer {
 
   // The toolbar; none where the browser cannot draw.
   private build(): HTMLElement | undefined {
-    const canvas = make('canvas', { class: 'viewer-canvas', attributes: { tabindex: '0', role: 'application' } });
+    const canvas = make("canvas", { class: "viewer-canvas", attributes: { tabindex: "0", role: "application" } });
     try {
       this.stage = new Stage(canvas, this.input, this.colours, this.store);
     } catch (error) {
       console.warn(error);
-      this.picture.append(this.message('This browser cannot draw in three dimensions here: WebGL 2 is missing or switched off. The numbers and the histogram are complete without it.'));
+      this.picture.append(this.message("This browser cannot draw in three dimensions here: WebGL 2 is missing or switched off. The numbers and the histogram are complete without it."));
       return undefined;
     }
     const { stage } = this;
@@ -112,18 +112,18 @@ class Viewer {
   }
 
   private message(text: string): HTMLElement {
-    return make('p', { class: 'viewer-message', text, attributes: { role: 'alert' } });
+    return make("p", { class: "viewer-message", text, attributes: { role: "alert" } });
   }
 
   private watchContext(canvas: HTMLCanvasElement): void {
     let lost: HTMLElement | undefined;
-    canvas.addEventListener('webglcontextlost', (event) => {
+    canvas.addEventListener("webglcontextlost", (event) => {
       event.preventDefault();
       if (this.gone.signal.aborted || lost) return;
-      lost = this.message('The graphics driver took the picture away. It comes back by itself if the driver does; else load the page again.');
+      lost = this.message("The graphics driver took the picture away. It comes back by itself if the driver does; else load the page again.");
       this.picture.append(lost);
     });
-    canvas.addEventListener('webglcontextrestored', () => {
+    canvas.addEventListener("webglcontextrestored", () => {
       lost?.remove();
       lost = undefined;
       this.stage?.clock.dispose();
@@ -136,10 +136,10 @@ class Viewer {
     if (!stage) return;
     const observer = new ResizeObserver(() => stage.resize(this.picture.clientWidth, this.picture.clientHeight));
     observer.observe(this.picture);
-    const dark = window.matchMedia('(prefers-color-scheme: dark)');
+    const dark = window.matchMedia("(prefers-color-scheme: dark)");
     const follow = (): void => stage.setTones(dark.matches ? kDark : kLight);
-    dark.addEventListener('change', follow, { signal: this.gone.signal });
-    this.gone.signal.addEventListener('abort', () => observer.disconnect());
+    dark.addEventListener("change", follow, { signal: this.gone.signal });
+    this.gone.signal.addEventListener("abort", () => observer.disconnect());
     follow();
     stage.resize(this.picture.clientWidth, this.picture.clientHeight);
   }
@@ -153,13 +153,13 @@ class Viewer {
       canvas: stage.canvas,
       ratio: stage.canvas.width / (stage.canvas.clientWidth || 1),
       labels: overlay.shown(),
-      title: `Distance of ${coloured.toUpperCase()} to ${coloured === 'a' ? 'B' : 'A'}`,
+      title: `Distance of ${coloured.toUpperCase()} to ${coloured === "a" ? "B" : "A"}`,
       colours: this.colours,
       units: this.input.units,
       paper: style.backgroundColor,
       ink: style.color,
     });
-    save(picture, 'meshgauge.png', () => this.live.say('The picture could not be saved.'));
-    this.live.say('The picture is saved.');
+    save(picture, "meshgauge.png", () => this.live.say("The picture could not be saved."));
+    this.live.say("The picture is saved.");
   }
 }

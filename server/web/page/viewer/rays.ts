@@ -1,7 +1,7 @@
 // Where a ray meets a mesh. Runs of triangles have a ball around them, so most are never looked at; nothing is sorted or
 // built beyond that, as a million triangles should be ready at once.
-import { dot, sub, type Vec3 } from './vec';
-import type { Mesh } from './shape';
+import { dot, sub, type Vec3 } from "./vec";
+import type { Mesh } from "./shape";
 
 const kRun = 64;
 

@@ -14,8 +14,8 @@ import {
   type Camera,
   type Object3D,
   type WebGLRenderer,
-} from 'three';
-import type { Rect } from './camera';
+} from "three";
+import type { Rect } from "./camera";
 
 const kBudget = 45; // ms of a portion
 const kLeast = 1500; // indices of a portion
@@ -34,6 +34,8 @@ export class Refiner {
   private parts: PartToDraw[] = [];
   private at = { part: 0, object: 0, index: 0 };
   private portion = 24_000; // indices
+  private ratio = 1; // pixels of the target for one CSS pixel
+  private size = { width: 1, height: 1 };
   active = false;
 
   constructor(
@@ -43,8 +45,8 @@ export class Refiner {
   ) {
     const material = new ShaderMaterial({
       uniforms: { picture: { value: this.target.texture } },
-      vertexShader: 'out vec2 place; void main() { place = uv; gl_Position = vec4(position.xy, 0.0, 1.0); }',
-      fragmentShader: 'uniform sampler2D picture; in vec2 place; out vec4 colour; void main() { colour = texture(picture, place); }',
+      vertexShader: "out vec2 place; void main() { place = uv; gl_Position = vec4(position.xy, 0.0, 1.0); }",
+      fragmentShader: "uniform sampler2D picture; in vec2 place; out vec4 colour; void main() { colour = texture(picture, place); }",
       glslVersion: GLSL3,
       blending: NoBlending,
       depthTest: false,
@@ -61,6 +63,7 @@ export class Refiner {
     this.active = true;
     this.target.setSize(Math.floor(width * ratio), Math.floor(height * ratio));
     this.ratio = ratio;
+    this.size = { width, height };
     this.renderer.setRenderTarget(this.target);
     this.target.scissorTest = false;
     this.renderer.clear();
@@ -93,7 +96,7 @@ export class Refiner {
   // Puts the finished picture onto the canvas.
   present(): void {
     this.renderer.setScissorTest(false);
-    this.renderer.setViewport(0, 0, this.target.width, this.target.height);
+    this.renderer.setViewport(0, 0, this.size.width, this.size.height);
     this.renderer.render(this.sheetScene, this.camera);
     this.active = false;
   }
@@ -104,9 +107,7 @@ export class Refiner {
     this.sheet.material.dispose();
   }
 
-  private ratio = 1;
-
-  private drawPortion(part: PartToDraw, object: PartToDraw['objects'][number], start: number, count: number): void {
+  private drawPortion(part: PartToDraw, object: PartToDraw["objects"][number], start: number, count: number): void {
     part.prepare();
     for (const one of part.objects) one.visible = one === object;
     const [x, y, w, h] = [part.rect.left, part.rect.top, part.rect.width, part.rect.height].map((v) => Math.round(v * this.ratio));

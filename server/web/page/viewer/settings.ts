@@ -1,9 +1,9 @@
 // What the toolbar, the keys and the scale change and the picture shows.
-import type { DeviationMap } from './map';
-import type { Vec3 } from './vec';
+import type { DeviationMap } from "./map";
+import type { Vec3 } from "./vec";
 
-export type Side = 'a' | 'b';
-export const other = (side: Side): Side => (side === 'a' ? 'b' : 'a');
+export type Side = "a" | "b";
+export const other = (side: Side): Side => (side === "a" ? "b" : "a");
 export const nameOf = (side: Side): string => side.toUpperCase();
 
 export interface Witness {
@@ -22,10 +22,10 @@ export interface ViewerInput {
   limit: number | null;
   units: string;
   witnesses: Witness[]; // one per direction; the first is the one of the verdict
-  up?: 'y' | 'z'; // the axis that people stand such files on; z if not said
+  up?: "y" | "z"; // the axis that people stand such files on; z if not said
 }
 
-export type CutAxis = 'off' | 'x' | 'y' | 'z' | 'view';
+export type CutAxis = "off" | "x" | "y" | "z" | "view";
 
 export interface Settings {
   coloured: Side; // the other one lies over it
@@ -37,20 +37,20 @@ export interface Settings {
   cut: { axis: CutAxis; normal: Vec3; offset: number; flipped: boolean }; // offset: -1 to 1, of the radius
   brush: { low: number; high: number } | null; // distances
   witness: number;
-  up: 'y' | 'z';
+  up: "y" | "z";
 }
 
 export const initialSettings = (): Settings => ({
-  coloured: 'a',
+  coloured: "a",
   shown: { a: true, b: true },
   opacity: 0.25,
   wire: false,
   plain: false,
   split: false,
-  cut: { axis: 'off', normal: [1, 0, 0], offset: 0, flipped: false },
+  cut: { axis: "off", normal: [1, 0, 0], offset: 0, flipped: false },
   brush: null,
   witness: 0,
-  up: 'z',
+  up: "z",
 });
 
 // Settings that tell whoever listens. Set once made; read them at any time.

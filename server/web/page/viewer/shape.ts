@@ -1,5 +1,5 @@
 // Facts of a mesh for display: box, sense of its orientation, edges, a coarse version for moving pictures.
-import type { Vec3 } from './vec';
+import type { Vec3 } from "./vec";
 
 export interface Mesh {
   positions: Float32Array;
@@ -40,10 +40,10 @@ export function reachOf({ positions, indices }: Mesh, moved: Vec3, from: Vec3): 
 export function unionOf(all: readonly (Bounds | undefined)[]): Bounds {
   const some = all.filter((one): one is Bounds => one !== undefined);
   if (some.length === 0) return { low: [-1, -1, -1], high: [1, 1, 1] };
-  const pick = (k: number, end: 'low' | 'high', of: (...x: number[]) => number): number => of(...some.map((b) => b[end][k]!));
+  const pick = (k: number, end: "low" | "high", of: (...x: number[]) => number): number => of(...some.map((b) => b[end][k]!));
   return {
-    low: [0, 1, 2].map((k) => pick(k, 'low', Math.min)) as Vec3,
-    high: [0, 1, 2].map((k) => pick(k, 'high', Math.max)) as Vec3,
+    low: [0, 1, 2].map((k) => pick(k, "low", Math.min)) as Vec3,
+    high: [0, 1, 2].map((k) => pick(k, "high", Math.max)) as Vec3,
   };
 }
 
@@ -75,7 +75,7 @@ export function edgesOf({ positions, indices }: Mesh): Uint32Array {
   const edges = new Uint32Array(2 * others.length);
   let size = 0;
   for (let v = 0; v < vertices; ++v) {
-    const here = others.subarray(begins[v]!, begins[v + 1]!).sort();
+    const here = others.subarray(begins[v], begins[v + 1]).sort();
     for (let i = 0; i < here.length; ++i) {
       if (i > 0 && here[i] === here[i - 1]) continue;
       edges[size++] = v;

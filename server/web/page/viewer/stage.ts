@@ -1,25 +1,25 @@
 // The picture: one canvas, drawn when something has changed and not otherwise. Threads: the page's only one; the graphics
 // process draws on its own, and at most one frame is given to it at a time, so that input never waits behind pictures.
-import { PerspectiveCamera, Scene, Vector4, WebGLRenderer } from 'three';
-import { axesOf, nearFar, type CameraState, type Projected, type Rect } from './camera';
-import type { ColourScale } from './colours';
-import { Eye } from './eye';
-import { FrameClock } from './frame_clock';
-import { hiddenBy, Marks } from './marks';
-import { Pace, type Fineness } from './pace';
-import { Refiner, type PartToDraw } from './refiner';
-import { Rays } from './rays';
-import { nameOf, other, type Settings, type Side, type Store, type ViewerInput } from './settings';
-import { boundsOf, reachOf, unionOf } from './shape';
-import { makeTable, Surface, type Tones } from './surface';
-import { add, dot, mix, scale, sub, type Vec3 } from './vec';
+import { PerspectiveCamera, Scene, Vector2, Vector4, WebGLRenderer } from "three";
+import { axesOf, nearFar, type CameraState, type Rect } from "./camera";
+import type { ColourScale } from "./colours";
+import { Eye } from "./eye";
+import { FrameClock } from "./frame_clock";
+import { hiddenBy, Marks, type MarkPlace } from "./marks";
+import { Pace, type Fineness } from "./pace";
+import { Refiner, type PartToDraw } from "./refiner";
+import { Rays } from "./rays";
+import { nameOf, other, type Settings, type Side, type Store, type ViewerInput } from "./settings";
+import { boundsOf, reachOf, unionOf } from "./shape";
+import { makeTable, Surface, type Tones } from "./surface";
+import { add, dot, mix, scale, sub, type Vec3 } from "./vec";
 
 const kStillAfter = 180; // ms without a change until the picture is drawn in full
 const kMostPixels = 2; // per CSS pixel and axis
 const kFull: Fineness = { scale: 1, coarse: 0 };
 
 export interface LabelPlace {
-  at: Projected | undefined;
+  at: MarkPlace | undefined;
   viewport: Rect;
   side: Side;
 }
@@ -27,11 +27,11 @@ export interface LabelPlace {
 // Whether pictures are drawn by the processor, as far as the browser says so. Asked before the real context is made, as
 // that one cannot change its smoothing of edges later: a processor takes many times as long with it.
 function drawsInSoftware(): boolean {
-  const gl = document.createElement('canvas').getContext('webgl2');
+  const gl = document.createElement("canvas").getContext("webgl2");
   if (!gl) return true;
-  const named = gl.getExtension('WEBGL_debug_renderer_info');
-  const name = named ? String(gl.getParameter(named.UNMASKED_RENDERER_WEBGL)) : '';
-  gl.getExtension('WEBGL_lose_context')?.loseContext();
+  const named = gl.getExtension("WEBGL_debug_renderer_info");
+  const name = named ? String(gl.getParameter(named.UNMASKED_RENDERER_WEBGL)) : "";
+  gl.getExtension("WEBGL_lose_context")?.loseContext();
   return /swiftshader|llvmpipe|softpipe|software|basic render/i.test(name);
 }
 
@@ -70,10 +70,10 @@ export class Stage {
     this.centre = mix(bounds.low, bounds.high, 0.5);
     this.radius = Math.max(...[input.a, input.b].map((map) => reachOf(map, map.translation, this.centre))) || 1;
     const slow = drawsInSoftware();
-    this.renderer = new WebGLRenderer({ canvas, antialias: !slow, alpha: true, powerPreference: 'high-performance' });
+    this.renderer = new WebGLRenderer({ canvas, antialias: !slow, alpha: true, powerPreference: "high-performance" });
     this.renderer.setClearColor(0, 0);
     this.renderer.autoClear = false;
-    const make = (map: ViewerInput['a']): Surface => new Surface(map, this.centre, this.table, colours);
+    const make = (map: ViewerInput["a"]): Surface => new Surface(map, this.centre, this.table, colours);
     this.surfaces = { a: make(input.a), b: make(input.b) };
     this.rays = { a: new Rays(input.a), b: new Rays(input.b) };
     this.pace = new Pace(slow, (input.a.indices.length + input.b.indices.length) / 3);
@@ -141,7 +141,7 @@ export class Stage {
   isFree(eye: Vec3, point: Vec3, side: Side = this.store.value.coloured): boolean {
     if (!this.store.value.shown[side]) return true;
     const map = this.input[side];
-    const slack = this.radius * (map.display.form === 'decimated' ? 4e-3 : 2e-4);
+    const slack = this.radius * (map.display.form === "decimated" ? 4e-3 : 2e-4);
     const blocked = (from: Vec3, way: Vec3, to: number): boolean =>
       this.rays[side].first(sub(from, map.translation), way, 0, to, (p) => this.keeps(add(p, map.translation))) !== undefined;
     return !hiddenBy(blocked, eye, point, slack);
@@ -222,7 +222,7 @@ export class Stage {
     const camera = this.camera();
     return this.viewports().map(({ side, rect }) => {
       this.look(side, kFull, false);
-      const objects = (['a', 'b'] as Side[]).sort((x) => (x === side ? -1 : 1)).flatMap((one) => this.surfaces[one].visible());
+      const objects = (["a", "b"] as Side[]).sort((x) => (x === side ? -1 : 1)).flatMap((one) => this.surfaces[one].visible());
       const prepare = (): void => {
         this.look(side, kFull, false);
         this.hideAll();
@@ -288,8 +288,8 @@ export class Stage {
   private look(side: Side, fineness: Fineness, moving: boolean): void {
     const { split, shown, wire } = this.store.value;
     const look = { wire, moving, coarse: fineness.coarse };
-    this.surfaces[side].setLook({ ...look, role: shown[side] ? 'coloured' : 'none' });
-    this.surfaces[other(side)].setLook({ ...look, role: shown[other(side)] && !split ? 'overlay' : 'none' });
+    this.surfaces[side].setLook({ ...look, role: shown[side] ? "coloured" : "none" });
+    this.surfaces[other(side)].setLook({ ...look, role: shown[other(side)] && !split ? "overlay" : "none" });
   }
 
   private renderPart(camera: CameraState, rect: Rect): void {
@@ -300,7 +300,7 @@ export class Stage {
     this.renderer.render(this.scene, this.lens);
   }
 
-  private updateMarks(camera: CameraState, side: Side, rect: Rect, pixel: number): Projected | undefined {
+  private updateMarks(camera: CameraState, side: Side, rect: Rect, pixel: number): MarkPlace | undefined {
     const pair = this.input.witnesses[this.store.value.witness];
     this.marks.mesh.visible = pair !== undefined;
     if (!pair) return undefined;
@@ -311,7 +311,7 @@ export class Stage {
   // What the cut leaves: the side of the plane that its normal does not point to.
   private plane(): { normal: Vec3; offset: number } | undefined {
     const { axis, normal, offset, flipped } = this.store.value.cut;
-    if (axis === 'off') return undefined;
+    if (axis === "off") return undefined;
     const sign = flipped ? -1 : 1;
     return { normal: scale(normal, sign), offset: sign * offset * this.radius };
   }
@@ -335,11 +335,11 @@ export class Stage {
     for (const { uniforms } of Object.values(this.surfaces)) {
       uniforms.plain!.value = settings.plain;
       uniforms.opacity!.value = settings.opacity;
-      uniforms.clipped!.value = settings.cut.axis !== 'off';
+      uniforms.clipped!.value = settings.cut.axis !== "off";
       uniforms.brushed!.value = settings.brush !== null;
-      if (settings.brush) uniforms.brush!.value.set(settings.brush.low, settings.brush.high);
+      if (settings.brush) uniforms.brush!.value = new Vector2(settings.brush.low, settings.brush.high);
     }
-    this.canvas.setAttribute('aria-label', describe(settings));
+    this.canvas.setAttribute("aria-label", describe(settings));
     this.eye.settings(settings.up, settings.split);
     this.changed();
   }
@@ -348,6 +348,6 @@ export class Stage {
 function describe({ coloured, split, shown }: Settings): string {
   const [one, two] = [nameOf(coloured), nameOf(other(coloured))];
   if (split) return `Meshes ${one} and ${two} side by side, each coloured by its distance to the other. Press ? for keys.`;
-  const over = shown[other(coloured)] ? `, ${two} over it like glass` : '';
+  const over = shown[other(coloured)] ? `, ${two} over it like glass` : "";
   return `Mesh ${one} coloured by its distance to ${two}${over}. Press ? for keys.`;
 }

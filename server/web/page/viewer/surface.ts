@@ -18,21 +18,21 @@ import {
   Vector3,
   Vector4,
   type IUniform,
-} from 'three';
-import { colourTable, kAboveLimit, kSteps, type ColourScale, type Rgb } from './colours';
-import type { DeviationMap } from './map';
-import { kCoarse, type Fineness } from './pace';
-import { kColouredFragment, kLineFragment, kOverlayFragment, kSurfaceVertex } from './shaders';
-import { coarsened, edgesOf, signedVolume } from './shape';
-import { sub, type Vec3 } from './vec';
+} from "three";
+import { colourTable, kAboveLimit, kSteps, type ColourScale, type Rgb } from "./colours";
+import type { DeviationMap } from "./map";
+import { kCoarse, type Fineness } from "./pace";
+import { kColouredFragment, kLineFragment, kOverlayFragment, kSurfaceVertex } from "./shaders";
+import { coarsened, edgesOf, signedVolume } from "./shape";
+import { sub, type Vec3 } from "./vec";
 
-export type Role = 'coloured' | 'overlay' | 'none';
+export type Role = "coloured" | "overlay" | "none";
 
 export interface Look {
   role: Role;
   wire: boolean;
   moving: boolean; // fewer passes and the coarse mesh
-  coarse: Fineness['coarse'];
+  coarse: Fineness["coarse"];
 }
 
 export interface Tones {
@@ -55,8 +55,10 @@ export function makeTable(): DataTexture {
 export class Surface {
   readonly group = new Group();
   readonly uniforms: Record<string, IUniform>;
+  private readonly positions: BufferAttribute;
+  private readonly deviations: BufferAttribute;
   private readonly fine: BufferGeometry;
-  private readonly filled = new Map<Fineness['coarse'], BufferGeometry>();
+  private readonly filled = new Map<Fineness["coarse"], BufferGeometry>();
   private edges?: BufferGeometry;
   private readonly coloured: Drawn;
   private readonly depth: Drawn;
@@ -70,6 +72,8 @@ export class Surface {
     scale: ColourScale,
   ) {
     this.uniforms = uniformsFor(table, scale, signedVolume(map) >= 0);
+    this.positions = new BufferAttribute(map.positions, 3);
+    this.deviations = new BufferAttribute(map.distances, 1);
     this.fine = this.geometryWith(map.indices);
     this.filled.set(0, this.fine);
     this.coloured = new Drawn(this.fine, this.material(kColouredFragment, { polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 }));
@@ -88,14 +92,14 @@ export class Surface {
 
   setLook(look: Look): void {
     const filled = this.filledFor(look.coarse);
-    this.coloured.visible = look.role === 'coloured';
-    this.overlay.visible = look.role === 'overlay';
-    this.depth.visible = look.role === 'overlay' && !look.moving && this.uniforms.opacity!.value < 1;
-    this.lines.visible = look.role !== 'none' && look.wire && look.coarse === 0; // edges of the coarse mesh would mislead
+    this.coloured.visible = look.role === "coloured";
+    this.overlay.visible = look.role === "overlay";
+    this.depth.visible = look.role === "overlay" && !look.moving && this.uniforms.opacity!.value < 1;
+    this.lines.visible = look.role !== "none" && look.wire && look.coarse === 0; // edges of the coarse mesh would mislead
     for (const object of [this.coloured, this.overlay, this.depth]) object.geometry = filled;
     if (this.lines.visible) this.lines.geometry = this.edgeGeometry();
-    this.lines.renderOrder = look.role === 'overlay' ? 6 : 1;
-    this.uniforms.strength!.value = look.role === 'overlay' ? 0.35 : 0.55;
+    this.lines.renderOrder = look.role === "overlay" ? 6 : 1;
+    this.uniforms.strength!.value = look.role === "overlay" ? 0.35 : 0.55;
   }
 
   // What is visible, in the order to draw it.
@@ -110,7 +114,7 @@ export class Surface {
   }
 
   setTones(tones: Tones): void {
-    for (const name of ['faded', 'section', 'tint', 'line'] as const) this.uniforms[name]!.value = share(tones[name]);
+    for (const name of ["faded", "section", "tint", "line"] as const) this.uniforms[name]!.value = share(tones[name]);
   }
 
   dispose(): void {
@@ -120,14 +124,14 @@ export class Surface {
 
   private geometryWith(indices: Uint32Array): BufferGeometry {
     const geometry = new BufferGeometry();
-    geometry.setAttribute('position', this.fine?.getAttribute('position') ?? new BufferAttribute(this.map.positions, 3));
-    geometry.setAttribute('deviation', this.fine?.getAttribute('deviation') ?? new BufferAttribute(this.map.distances, 1));
+    geometry.setAttribute("position", this.positions);
+    geometry.setAttribute("deviation", this.deviations);
     geometry.setIndex(new BufferAttribute(indices, 1));
     geometry.boundingSphere = new Sphere(new Vector3(), Infinity); // never asked for, and a pass over all when it is
     return geometry;
   }
 
-  private filledFor(coarse: Fineness['coarse']): BufferGeometry {
+  private filledFor(coarse: Fineness["coarse"]): BufferGeometry {
     let geometry = this.filled.get(coarse);
     if (!geometry) {
       const indices = coarsened(this.map, kCoarse[coarse]);
