@@ -18,6 +18,10 @@ export class FrameClock {
     return [...this.times];
   }
 
+  forget(): void {
+    this.times.length = 0;
+  }
+
   // Whether the last frame is still being drawn.
   busy(): boolean {
     if (!this.fence) return false;

@@ -24,7 +24,7 @@ export interface ViewerHandle {
   camera(): CameraState;
   setCamera(camera: Partial<Pick<CameraState, "position" | "target" | "up" | "fov">>): void;
   settled(): Promise<void>; // ends when the picture is at rest and drawn in full
-  frameTimes(): number[]; // ms, of the last frames while the picture moved
+  frameTimes(): number[]; // ms, of the last frames while the picture moved, since it was first complete
   dispose(): void; // everything: elements, listeners, buffers, the graphics context
 }
 

@@ -57,6 +57,7 @@ export class Stage {
   private scheduled = 0;
   private disposed = false;
   private full = false; // whether the canvas shows all, at rest
+  private loaded = false;
   private waiting: (() => void)[] = [];
 
   // Throws where there is no WebGL 2.
@@ -215,6 +216,8 @@ export class Stage {
 
   private settle(): void {
     this.full = true;
+    if (!this.loaded) this.clock.forget(); // the first pictures are part of loading: shaders are compiled for them
+    this.loaded = true;
     for (const done of this.waiting.splice(0)) done();
   }
 
