@@ -48,6 +48,9 @@ struct Measured {
   std::string status;  // "converged", "gate_decided", "timeout", ...
   Verdict verdict = Verdict::undecided;
   std::optional<Witness> witness;  // of the direction that attains `lower`
+  // Where a browser sees it for as long as the service that measured it keeps it: ASCII, without what ends a link in
+  // any report. Empty: measured in this process, or by a service without a page.
+  std::string link;
 };
 
 // The fields of a comparison's JSON; internal when it is none, or its interval none.

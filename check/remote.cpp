@@ -8,6 +8,7 @@
 
 #include "api/digest.h"
 #include "check/remote/address.h"
+#include "check/remote/answer.h"
 #include "check/remote/client.h"
 #include "check/remote/comparison.h"
 #include "check/remote/seats.h"
@@ -30,7 +31,11 @@ class Remote final : public Measurer {
     service::Comparison comparison(client_, sender_, seats_, gate, *limit, next_key(), control);
     auto document = comparison.measure();
     if (!document) return document.error();
-    return measured_from(std::move(*document), *limit);
+    // Taken away, since documents are the same whoever measured.
+    const std::string view = service::take_view(*document);
+    auto measured = measured_from(std::move(*document), *limit);
+    if (measured && !view.empty()) measured->link = service::link_to(client_.base(), view);
+    return measured;
   }
 
   unsigned at_once() const override { return seats_.most(); }

@@ -229,7 +229,7 @@ void Comparisons::respond(Exchange& exchange, const JobView& job, const Asked& a
   exchange.triangles = job.triangles;
   if (job.row.document.empty()) return answer_stored(exchange, job.row);
   response.content_type = "application/json";
-  response.body = job.row.document;
+  response.body = result_json(job.row);
   if (!job.timing.empty()) response.headers.emplace_back("Server-Timing", job.timing);
 }
 

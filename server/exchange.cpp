@@ -36,6 +36,15 @@ std::optional<api::Problem> refuse_query(const Exchange& exchange) {
   return api::Problem{api::ProblemKind::malformed_request, "this path takes no query parameters", {}};
 }
 
+void add_vary(Response& response, const std::string& header) {
+  for (auto& [name, value] : response.headers) {
+    if (name != "Vary") continue;
+    value += ", " + header;
+    return;
+  }
+  response.headers.emplace_back("Vary", header);
+}
+
 void add_security_headers(Response& response) {
   add_missing(response, "X-Content-Type-Options", "nosniff");
   add_missing(response, "Cache-Control", "no-store");

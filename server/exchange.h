@@ -27,6 +27,7 @@ struct MeshSizes {
 
 inline constexpr int kNoContent = 204;
 inline constexpr int kNotModified = 304;
+// RFC 9110 sections 8.6 and 15.4.5.
 inline bool has_content(int status) { return status != kNoContent && status != kNotModified; }
 
 // Bytes, and what keeps them.
@@ -90,6 +91,9 @@ void answer(Exchange& exchange, ProblemDocument document, std::chrono::milliseco
 
 // Refuses a query where none means anything: an option that is misspelt or misplaced must not pass unnoticed.
 std::optional<api::Problem> refuse_query(const Exchange& exchange);
+
+// Says that the answer depends on a header of the request, beside those that were said before.
+void add_vary(Response& response, const std::string& header);
 
 // What every answer tells a browser: not to guess types, not to keep it, and, of a page that says nothing else, to load
 // and to run nothing. A header that is there already stays.

@@ -10,7 +10,7 @@
 #include "server/openapi.h"
 #include "server/sandbox/pool.h"
 #include "server/store/embedded.h"
-#include "server/web/reference.h"
+#include "server/web/pages.h"
 
 namespace meshgauge::server {
 namespace {
@@ -119,10 +119,9 @@ Service::~Service() {
 }
 
 void Service::add_routes() {
-  router_.add("GET", "/", [](Exchange& e) {
-    send(e, std::string("meshgauge ") + version() + "\nPOST /v1/comparisons, described by /docs and /openapi.yaml\n",
-         "text/plain");
-  });
+  router_.add("GET", "/", show_root);
+  router_.add("GET", "/c/{}", show_comparison);
+  router_.add("GET", "/page/{}", send_page_file);
   router_.add("GET", "/healthz", [](Exchange& e) {
     send(e, std::string(R"({"status":"ok","version":")") + version() + "\"}", "application/json");
   });

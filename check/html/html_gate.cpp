@@ -136,10 +136,18 @@ std::string advice_part(const GateOutcome& outcome) {
   return "<p class=\"advice\"><strong>What to do.</strong> " + escaped(advice) + "</p>\n";
 }
 
+std::string link_part(const Measured& measured) {
+  if (measured.link.empty()) return "";
+  return "<p class=\"link\"><a href=\"" + escaped(measured.link) +
+         "\" rel=\"noreferrer\">See the difference</a> <span class=\"muted\">at the service, as long as it keeps the "
+         "result</span></p>\n";
+}
+
 std::string measured_part(const GateOutcome& outcome, const GatePicture* picture) {
   const Measured& measured = *outcome.measured;
   std::string out = interval_drawing(measured, outcome.gate.limit.units) + "\n";
-  out += advice_part(outcome) + witness_of(outcome) + pictures_part(picture, outcome.gate.limit.units);
+  out += advice_part(outcome) + link_part(measured) + witness_of(outcome) +
+         pictures_part(picture, outcome.gate.limit.units);
   return out + facts_part(outcome);
 }
 

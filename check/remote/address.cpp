@@ -70,6 +70,17 @@ Result<std::string> base_of(const std::string& url) {
   return base;
 }
 
+std::string link_to(const std::string& base, const std::string& path) {
+  constexpr std::string_view kKept = "-._~:/%[]", kHex = "0123456789ABCDEF";
+  std::string link;
+  for (const char c : base + path) {
+    const auto byte = static_cast<unsigned char>(c);
+    const bool kept = byte < 0x80 && (std::isalnum(byte) != 0 || kKept.find(c) != std::string_view::npos);
+    link += kept ? std::string(1, c) : std::string{'%', kHex[byte >> 4U], kHex[byte & 15U]};
+  }
+  return link;
+}
+
 bool is_private(const std::string& base) {
   if (base.starts_with("https://")) return true;
   const std::string host = host_of(base);

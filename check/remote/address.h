@@ -13,6 +13,10 @@ namespace meshgauge::check::service {
 // http and https, a user or a password (which is not repeated in the message), a query, a fragment.
 Result<std::string> base_of(const std::string& url);
 
+// The address of a path there, as a link in somebody's report: what could end one is percent-encoded. Precondition:
+// `base` is from base_of().
+std::string link_to(const std::string& base, const std::string& path);
+
 // Whether nobody but this machine can read what is sent there: https, or http to localhost or a loopback address.
 // Precondition: from base_of().
 bool is_private(const std::string& base);

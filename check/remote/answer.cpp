@@ -102,6 +102,14 @@ std::optional<Json> comparison_from(std::string_view body) {
   return json && is_comparison(*json) ? json : std::nullopt;
 }
 
+// Anything else than our own path is none: a report must not lead wherever a service says.
+std::string take_view(Json& comparison) {
+  const std::string said = text(comparison, "view");
+  comparison.erase("view");
+  const std::string page = "/c/" + text(comparison, "id");
+  return said == page ? page : "";
+}
+
 std::string sha256_of(const Json& comparison, const char* part) {
   const auto meshes = comparison.find("meshes");
   if (meshes == comparison.end() || !meshes->is_object()) return "";

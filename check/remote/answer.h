@@ -43,6 +43,10 @@ std::optional<nlohmann::ordered_json> document_from(std::string_view body);
 std::optional<nlohmann::ordered_json> comparison_from(std::string_view body);
 std::optional<Job> job_from(std::string_view body);
 
+// Takes away where the service shows the comparison: the path of that page, "/c/{id}", or empty when it does not say
+// that.
+std::string take_view(nlohmann::ordered_json& comparison);
+
 // Of the mesh "a" or "b" of a comparison; empty when it has none.
 std::string sha256_of(const nlohmann::ordered_json& comparison, const char* part);
 

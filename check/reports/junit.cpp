@@ -60,6 +60,7 @@ void add_measured(pugi::xml_node properties, const Measured& measured) {
   add_property(properties, "upper", shortest(measured.upper));
   add_property(properties, "limit", shortest(measured.limit));
   add_property(properties, "status", shown_name(measured.status));
+  if (!measured.link.empty()) add_property(properties, "link", measured.link);
   if (!measured.witness) return;
   const Witness& witness = *measured.witness;
   add_property(properties, "witness.on", witness.on_candidate ? "candidate" : "baseline");
@@ -86,6 +87,7 @@ std::string story_of(const GateOutcome& outcome) {
   std::string story = finding_of(outcome) + "\n";
   if (const std::string witness = witness_of(outcome); !witness.empty()) story += "witness: " + witness + "\n";
   if (const std::string advice = advice_of(outcome); !advice.empty()) story += advice + "\n";
+  if (outcome.measured && !outcome.measured->link.empty()) story += "to be seen at: " + outcome.measured->link + "\n";
   story += "candidate: " + shown_name(outcome.gate.candidate.string()) + "\n";
   story += "baseline: " + shown_name(outcome.gate.baseline.string()) + "\n";
   if (const std::string source = source_of(outcome.gate); !source.empty()) story += "gate: " + source + "\n";

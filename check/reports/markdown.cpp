@@ -155,9 +155,11 @@ constexpr const char* kTable =
 
 std::string line_of(const Row& row) {
   const GateOutcome& outcome = *row.outcome;
-  std::string line = std::string("| ") + icon_of(row) + " " + std::string(to_string(outcome.verdict())) + " | " +
-                     code(outcome.gate.name) + " | " + escaped(interval_of(outcome)) + " | " +
-                     escaped(limit_of(outcome)) + " | ";
+  std::string verdict(to_string(outcome.verdict()));
+  if (outcome.measured && !outcome.measured->link.empty())
+    verdict = "[" + verdict + "](<" + outcome.measured->link + ">)";
+  std::string line = std::string("| ") + icon_of(row) + " " + verdict + " | " + code(outcome.gate.name) + " | " +
+                     escaped(interval_of(outcome)) + " | " + escaped(limit_of(outcome)) + " | ";
   return line + (outcome.measured ? bar_of(*outcome.measured) : "") + " |\n";
 }
 
@@ -174,6 +176,9 @@ std::string section_of(const Row& row) {
   text += paragraph(sentence_of(outcome)) + "\n";
   if (const std::string advice = advice_of(outcome); !advice.empty()) text += "\n" + paragraph(advice) + "\n";
   text += "\n";
+  if (outcome.measured && !outcome.measured->link.empty()) {
+    text += "- [See the difference](<" + outcome.measured->link + ">), as long as the service keeps the result\n";
+  }
   if (const std::string witness = witness_of(outcome); !witness.empty()) text += "- witness " + escaped(witness) + "\n";
   if (!outcome.gate.candidate.empty()) {  // else it is a mistake of the manifest
     text += "- candidate " + code(outcome.gate.candidate.string()) + "\n";

@@ -115,15 +115,17 @@ Json result_of(const GateOutcome& outcome, Undecided undecided) {
   Json meshes = Json::array();
   if (!outcome.gate.candidate.empty()) meshes.push_back(related(1, "The candidate", outcome.gate.candidate));
   if (!outcome.gate.baseline.empty()) meshes.push_back(related(2, "The baseline", outcome.gate.baseline));
-  return {{"ruleId", kRules[rule].id},
-          {"ruleIndex", rule},
-          {"level", level_of(outcome, undecided)},
-          {"message", {{"text", plain(description_of(outcome))}}},
-          {"locations", Json::array({location_json(outcome.gate)})},
-          {"relatedLocations", std::move(meshes)},
-          // The first is the one that GitHub reads; it would else be made of the line, which gates of a glob share.
-          {"partialFingerprints", {{"primaryLocationLineHash", fingerprint + ":1"}, {"gate/v1", fingerprint}}},
-          {"properties", properties_of(outcome)}};
+  Json result{{"ruleId", kRules[rule].id},
+              {"ruleIndex", rule},
+              {"level", level_of(outcome, undecided)},
+              {"message", {{"text", plain(description_of(outcome))}}},
+              {"locations", Json::array({location_json(outcome.gate)})},
+              {"relatedLocations", std::move(meshes)},
+              // The first is the one that GitHub reads; it would else be made of the line, which gates of a glob share.
+              {"partialFingerprints", {{"primaryLocationLineHash", fingerprint + ":1"}, {"gate/v1", fingerprint}}},
+              {"properties", properties_of(outcome)}};
+  if (outcome.measured && !outcome.measured->link.empty()) result["hostedViewerUri"] = outcome.measured->link;
+  return result;
 }
 
 Json invocation_of(const Report& report) {

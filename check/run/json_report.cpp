@@ -66,6 +66,7 @@ Json json_of(const GateOutcome& outcome, Undecided rule) {
           {"timeout_ms", gate.timeout.count()},
           {"wall_ms", outcome.wall_ms},
           {"manifest", place(gate)},
+          {"link", measured ? or_null(measured->link) : Json(nullptr)},
           {"comparison", measured ? measured->document : Json(nullptr)}};
 }
 

@@ -48,7 +48,7 @@ bool Cors::allows(std::string_view origin) const {
 void Cors::mark(Exchange& exchange) const {
   if (origins_.empty()) return;
   auto& headers = exchange.response.headers;
-  headers.emplace_back("Vary", "Origin");
+  add_vary(exchange.response, "Origin");
   const std::string_view origin = exchange.head.header("origin");
   if (!allows(origin)) return;
   headers.emplace_back("Access-Control-Allow-Origin", origin);

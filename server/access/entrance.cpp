@@ -10,7 +10,7 @@ namespace {
 
 // What says nothing about anybody's work. All else needs a key, also a path that there is not.
 constexpr std::array<std::string_view, 5> kOpen{"/", "/docs", "/healthz", "/openapi.yaml", "/readyz"};
-constexpr std::string_view kOpenFolder = "/docs/";
+constexpr std::array<std::string_view, 3> kOpenFolders{"/c/", "/docs/", "/page/"};
 
 // Why a head was not authenticated.
 AuthFailure failure_of(const Head& head) {
@@ -21,7 +21,9 @@ AuthFailure failure_of(const Head& head) {
 }  // namespace
 
 std::optional<Scope> scope_of_path(std::string_view path) {
-  if (path.starts_with(kOpenFolder) || std::find(kOpen.begin(), kOpen.end(), path) != kOpen.end()) return std::nullopt;
+  const auto within = [&](std::string_view folder) { return path.starts_with(folder); };
+  if (std::find(kOpen.begin(), kOpen.end(), path) != kOpen.end()) return std::nullopt;
+  if (std::any_of(kOpenFolders.begin(), kOpenFolders.end(), within)) return std::nullopt;
   return path == "/metrics" ? Scope::metrics : Scope::compare;
 }
 

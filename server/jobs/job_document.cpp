@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "api/problem.h"
+#include "server/web/pages.h"
 
 namespace meshgauge::server {
 namespace {
@@ -21,6 +22,9 @@ Json progress_of(const store::Job& row) {
           {"upper", row.progress->upper},
           {"stage", row.progress->stage.empty() ? Json(nullptr) : Json(row.progress->stage)}};
 }
+
+// A path without a host: only the caller knows by which name he reached the service.
+std::string view_of(const store::Job& row) { return "/c/" + row.key.id; }
 
 std::string problem_of(const store::Job& row) {
   if (!row.problem.empty()) return row.problem;
@@ -60,19 +64,26 @@ std::string to_string(store::JobState state) {
 
 std::string to_json(const JobView& job) {
   const store::Job& row = job.row;
-  const Json head{{"id", row.key.id},
-                  {"state", to_string(row.state)},
-                  {"created", to_text(row.created)},
-                  {"started", time_or_null(row.started)},
-                  {"finished", time_or_null(row.finished)},
-                  {"expires", time_or_null(row.expires)},
-                  {"tries", row.tries},
-                  {"progress", progress_of(row)}};
+  Json head{{"id", row.key.id},
+            {"state", to_string(row.state)},
+            {"created", to_text(row.created)},
+            {"started", time_or_null(row.started)},
+            {"finished", time_or_null(row.finished)},
+            {"expires", time_or_null(row.expires)},
+            {"tries", row.tries},
+            {"progress", progress_of(row)}};
+  if (has_pages()) head["view"] = view_of(row);
   // The last two are documents already, and may be large.
   std::string text = head.dump();
   text.pop_back();
-  return text + ",\"result\":" + (row.document.empty() ? "null" : row.document) + ",\"problem\":" + problem_of(row) +
-         "}";
+  return text + ",\"result\":" + (row.document.empty() ? "null" : result_json(row)) +
+         ",\"problem\":" + problem_of(row) + "}";
+}
+
+std::string result_json(const store::Job& row) {
+  if (!has_pages()) return row.document;
+  // It is an object, as api::to_json() wrote it, and not an empty one.
+  return row.document.substr(0, row.document.size() - 1) + ",\"view\":\"" + view_of(row) + "\"}";
 }
 
 std::string progress_json(const JobView& job) {

@@ -1,4 +1,4 @@
-// The files of the page /docs, as they were when the binary was built.
+// What build.mjs made of the pages / and /docs, as it was when the binary was built.
 #pragma once
 
 #include <string_view>
@@ -7,8 +7,8 @@
 namespace meshgauge::server {
 
 struct Asset {
-  std::string_view name;
-  std::string_view bytes;
+  std::string_view name;  // with its folder: "page/index.html"
+  std::string_view gzip;  // the file, compressed
 };
 
 const std::vector<Asset>& assets();  // none: built without them

@@ -1,28 +1,43 @@
-# The files of /docs become part of the binary. swagger-ui's are there after `npm ci` in this folder (./dev build runs it
-# when there is an npm); without them the service says that it has no such page.
+# The pages / and /docs become part of the binary. Node makes them (build.mjs), from packages that `npm ci` brings to this
+# folder: ./dev build runs it where there is an npm. Without, the service says that it has no such pages.
 set(web ${CMAKE_CURRENT_SOURCE_DIR}/web)
-set(swagger ${web}/node_modules/swagger-ui-dist)
+set(web_out ${CMAKE_CURRENT_BINARY_DIR}/web)
+set(MESHGAUGE_WEB_BUNDLE "" CACHE PATH "A folder that server/web/build.mjs has filled elsewhere, for a machine without node")
+if(MESHGAUGE_NODE AND NOT EXISTS "${MESHGAUGE_NODE}")
+  unset(MESHGAUGE_NODE CACHE)  # it was there once
+endif()
+find_program(MESHGAUGE_NODE node)
+mark_as_advanced(MESHGAUGE_NODE)
 set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${web}/package-lock.json)
 
-set(files "")
-set(MESHGAUGE_HAS_DOCS OFF CACHE INTERNAL "Whether the service has the page /docs")
-if(EXISTS ${swagger}/swagger-ui-bundle.js)
-  set(MESHGAUGE_HAS_DOCS ON CACHE INTERNAL "")
-  set(files ${web}/docs.html ${web}/docs.js ${swagger}/swagger-ui-bundle.js ${swagger}/swagger-ui.css
-            ${swagger}/favicon-32x32.png ${swagger}/LICENSE ${swagger}/NOTICE ${swagger}/swagger-ui-bundle.js.LICENSE.txt)
+set(bundle "")
+set(bundling "")
+set(sources ${web}/assets.cpp.in ${web}/embed_files.cmake)
+if(MESHGAUGE_WEB_BUNDLE)
+  set(bundle ${MESHGAUGE_WEB_BUNDLE})
+  file(GLOB_RECURSE bundled CONFIGURE_DEPENDS ${bundle}/*.gz)
+  list(APPEND sources ${bundled})
+elseif(MESHGAUGE_NODE AND EXISTS ${web}/node_modules/.package-lock.json AND EXISTS ${web}/node_modules/esbuild
+       AND EXISTS ${web}/node_modules/three AND EXISTS ${web}/node_modules/swagger-ui-dist)
+  set(bundle ${web_out}/bundle)
+  set(bundling COMMAND ${MESHGAUGE_NODE} ${web}/build.mjs ${bundle})
+  file(GLOB_RECURSE page CONFIGURE_DEPENDS ${web}/page/*)
+  list(APPEND sources ${page} ${web}/build.mjs ${web}/docs.html ${web}/docs.js ${web}/node_modules/.package-lock.json)
 endif()
 
-set(MESHGAUGE_BYTES "")
-set(MESHGAUGE_SYMBOLS "")
-set(MESHGAUGE_ASSETS "")
-set(number 0)
-foreach(file ${files})
-  get_filename_component(name ${file} NAME)
-  set(symbol meshgauge_asset_${number})
-  string(APPEND MESHGAUGE_BYTES "MESHGAUGE_EMBED(\"${symbol}\", \"${file}\")\n")
-  string(APPEND MESHGAUGE_SYMBOLS "extern const char ${symbol}[];\nextern const char ${symbol}_end[];\n")
-  string(APPEND MESHGAUGE_ASSETS "      {\"${name}\", {${symbol}, ${symbol}_end}},\n")
-  math(EXPR number "${number} + 1")
-endforeach()
-configure_file(${web}/assets.cpp.in ${CMAKE_CURRENT_BINARY_DIR}/web/assets.cpp @ONLY)
-set_source_files_properties(${CMAKE_CURRENT_BINARY_DIR}/web/assets.cpp PROPERTIES OBJECT_DEPENDS "${files}")
+set(MESHGAUGE_HAS_PAGE OFF)
+if(bundle)
+  set(MESHGAUGE_HAS_PAGE ON)
+else()
+  message(STATUS "No node, or no packages in server/web: the service is built without its pages")
+endif()
+set(MESHGAUGE_HAS_PAGE ${MESHGAUGE_HAS_PAGE} CACHE INTERNAL "Whether the service has the pages / and /docs")
+
+add_custom_command(
+  OUTPUT ${web_out}/assets.cpp
+  ${bundling}
+  COMMAND ${CMAKE_COMMAND} -DFOLDER=${bundle} -DTEMPLATE=${web}/assets.cpp.in -DOUTPUT=${web_out}/assets.cpp
+          -P ${web}/embed_files.cmake
+  DEPENDS ${sources}
+  COMMENT "Bundling the pages of the service"
+  VERBATIM)

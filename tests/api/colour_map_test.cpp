@@ -2,9 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <fstream>
 #include <limits>
+#include <string>
 
 #include <doctest/doctest.h>
+#include <nlohmann/json.hpp>
 
 using namespace meshgauge;
 
@@ -115,5 +119,27 @@ TEST_CASE("ticks are round numbers, and the top") {
     CHECK(ticks.size() <= 8);
     CHECK(ticks.back().value == top);
     CHECK(std::is_sorted(ticks.begin(), ticks.end(), [](const auto& a, const auto& b) { return a.value < b.value; }));
+  }
+}
+
+// The page has this map and this rule as well; its own test reads the same file.
+TEST_CASE("the page's colours and ticks are these") {
+  std::ifstream file(MESHGAUGE_SOURCE_DIR "/tests/web/unit/colours.json");
+  const auto reference = nlohmann::json::parse(file);
+  const auto hex = [](api::Rgb colour) {
+    char text[8];
+    std::snprintf(text, sizeof text, "%02x%02x%02x", colour.red, colour.green, colour.blue);
+    return std::string(text);
+  };
+  std::string colours;
+  for (const auto& row : reference["colours"]) colours += row.get<std::string>();
+  REQUIRE(colours.size() == 257 * 6);
+  for (std::size_t i = 0; i <= 256; ++i) {
+    CHECK(hex(api::map_colour(static_cast<double>(i) / 256)) == colours.substr(6 * i, 6));
+  }
+  CHECK(hex(api::kAboveLimit) == reference["above"]);
+  REQUIRE(reference["ticks"].size() >= 10);
+  for (const auto& row : reference["ticks"]) {
+    CHECK(values(api::legend_ticks({row["top"].get<double>(), true})) == row["values"].get<std::vector<double>>());
   }
 }

@@ -20,6 +20,7 @@ URN = "urn:meshgauge:problem:"
 OF_HTTP = {"content-type", "content-length", "connection", "transfer-encoding", "tracestate", "vary",
            "access-control-allow-origin", "access-control-expose-headers"}
 ALWAYS = {"x-content-type-options": "nosniff", "referrer-policy": "no-referrer"}
+KEPT = ("no-store", "no-cache", "private, no-cache", "public, max-age=3600", "public, max-age=31536000, immutable")
 
 
 class Violation(AssertionError):
@@ -167,7 +168,7 @@ def check_headers(declared, answer, what):
     declared = {name.lower(): resolved(header) for name, header in declared.items()}
     for name, value in ALWAYS.items():
         demand(answer.headers.get(name) == value, what, "has not", name, answer.headers)
-    demand(answer.headers.get("cache-control") in ("no-store", "private, no-cache", "public, max-age=3600"), what, answer.headers)
+    demand(answer.headers.get("cache-control") in KEPT, what, answer.headers)
     for name, value in answer.headers.items():
         if name in declared:
             schema = declared[name]["schema"]

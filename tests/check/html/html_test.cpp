@@ -143,3 +143,13 @@ TEST_CASE("units are escaped in drawings") {
   CHECK(interval_drawing(one, "<mm\">").find("<mm") == std::string::npos);
   CHECK(colour_bar({1, true}, "<mm\">").find("<mm") == std::string::npos);
 }
+
+TEST_CASE("where a service shows a gate is a link, and nothing in it ends the attribute") {
+  GateOutcome seen = samples::failed("lid");
+  CHECK(to_html(samples::report_of({seen}), {}).find("href=\"http") == std::string::npos);
+  seen.measured->link = "https://ci.example/c/1\"><script>";
+  const std::string page = to_html(samples::report_of({seen}), {});
+  CHECK(between(page, "<p class=\"link\"><a href=\"", "\"") == "https://ci.example/c/1&quot;&gt;&lt;script&gt;");
+  CHECK(page.find("<script") == std::string::npos);
+  CHECK(page.find("as long as it keeps the result") != std::string::npos);
+}

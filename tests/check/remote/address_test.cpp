@@ -50,6 +50,14 @@ TEST_CASE("address: where a key cannot be read on its way") {
   }
 }
 
+TEST_CASE("address: a link is the address as it was given, and nothing in it ends a link") {
+  CHECK(link_to("https://ci.example:8443/a-b_c", "/c/0d67") == "https://ci.example:8443/a-b_c/c/0d67");
+  CHECK(link_to("http://[::1]:8080", "/c/0d67") == "http://[::1]:8080/c/0d67");
+  CHECK(link_to("http://x/a%20b", "/c/1") == "http://x/a%20b/c/1");
+  CHECK(link_to("http://x/<\"'&>)(\\|`", "/c/1") == "http://x/%3C%22%27%26%3E%29%28%5C%7C%60/c/1");
+  CHECK(link_to("http://x/\n\xc3\xa9", "/c/1") == "http://x/%0A%C3%A9/c/1");
+}
+
 TEST_CASE("address: keys are visible and not empty") {
   CHECK(is_key("mg_0123"));
   for (const char* key : {"", "two words", "two\nlines", "caf\xc3\xa9", "tab\t"}) CHECK_FALSE(is_key(key));

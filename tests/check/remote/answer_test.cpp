@@ -167,3 +167,18 @@ TEST_CASE("answer: what it says is one line of a bounded length") {
   CHECK(error.message.find('\n') == std::string::npos);
   CHECK(error.message.find('\x1b') == std::string::npos);
 }
+
+TEST_CASE("answer: where the service shows a comparison, and nowhere else") {
+  const std::string id = "0d67c9a2d1b307386f8fc157855c4351";
+  nlohmann::ordered_json comparison{{"id", id}, {"view", "/c/" + id}, {"status", "converged"}};
+  CHECK(take_view(comparison) == "/c/" + id);
+  CHECK_FALSE(comparison.contains("view"));
+  CHECK(take_view(comparison).empty());
+  for (const nlohmann::ordered_json& view : std::initializer_list<nlohmann::ordered_json>{
+           "https://evil.example/c/" + id, "//evil.example/c/" + id, "/c/" + id + "/..", "/c/", "", nullptr, 7}) {
+    comparison["view"] = view;
+    CAPTURE(view.dump());
+    CHECK(take_view(comparison).empty());
+    CHECK_FALSE(comparison.contains("view"));
+  }
+}

@@ -79,6 +79,7 @@ Json told(const check::GateOutcome& outcome) {
   if (outcome.measured) {
     json["document"] = outcome.measured->document;
     json["limit"] = outcome.measured->limit;
+    json["link"] = outcome.measured->link;
   }
   if (outcome.error) {
     json["error"] = outcome.error->message;

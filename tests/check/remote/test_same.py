@@ -59,6 +59,17 @@ class Same(ServerCase):
                 self.assertEqual(without_chance(there[name]["document"]), without_chance(here[name]["document"]))
         return there
 
+    def test_links(self):
+        there, here = self.both([self.gate("pass", "square.obj", "square.off"), self.gate("fail", "raised.obj", "square.obj")])
+        page = self.server.get("/", extra="Accept: text/html\r\n").headers["content-type"].startswith("text/html")
+        for name in here:
+            self.assertEqual(here[name]["link"], "")
+            self.assertNotIn("view", there[name]["document"])
+            seen = url_of(self.server) + "/c/" + there[name]["document"]["id"]
+            self.assertEqual(there[name]["link"], seen if page else "")
+            # It was not only answered but is kept.
+            self.assertEqual(self.server.get("/v1/comparisons/" + there[name]["document"]["id"]).json()["state"], "done")
+
     def test_documents(self):
         there = self.assert_same([
             self.gate("pass", "square.obj", "square.off"),

@@ -95,3 +95,14 @@ TEST_CASE("junit: no character that XML 1.0 forbids, not even as a reference") {
     REQUIRE_MESSAGE((reference == "&#10;" || reference == "&#09;"), reference);
   }
 }
+
+TEST_CASE("junit: where a service shows a gate") {
+  GateOutcome seen = samples::failed("lid");
+  CHECK(property(parsed(samples::report_of({seen})).child("testsuites").child("testsuite"), "link").empty());
+  seen.measured->link = "https://ci.example/c/1";
+  const pugi::xml_document document = parsed(samples::report_of({seen}));
+  const pugi::xml_node suite = document.child("testsuites").child("testsuite");
+  CHECK(property(suite, "link") == "https://ci.example/c/1");
+  CHECK(std::string(suite.child_value("system-out")).find("to be seen at: https://ci.example/c/1\n") !=
+        std::string::npos);
+}

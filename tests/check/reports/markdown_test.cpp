@@ -115,3 +115,14 @@ TEST_CASE("markdown: never longer than it may be, and says what is left out") {
   Report hostile = samples::hostile();
   for (std::size_t bytes = 1000; bytes < 100'000; bytes += 777) CHECK(to_markdown(hostile, bytes).size() <= bytes);
 }
+
+TEST_CASE("markdown: where a service shows a gate is a link of its verdict and of its details") {
+  GateOutcome seen = samples::failed("lid"), passed = samples::passed("bracket");
+  seen.measured->link = "https://ci.example/c/1";
+  passed.measured->link = "http://[::1]:8080/c/2";
+  const std::string text = to_markdown(samples::report_of({seen, passed, samples::failed("other")}));
+  position(text, "| ❌ [fail](<https://ci.example/c/1>) | `lid` |");
+  position(text, "- [See the difference](<https://ci.example/c/1>), as long as the service keeps the result\n");
+  position(text, "| ✅ [pass](<http://[::1]:8080/c/2>) | `bracket` |");
+  position(text, "| ❌ fail | `other` |");
+}

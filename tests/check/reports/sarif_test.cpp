@@ -93,3 +93,10 @@ TEST_CASE("sarif: nothing in a name is a link or a placeholder") {
   const json message = only(samples::failed("[x](http://example.com) {0} \\"))["message"];
   CHECK(message["text"].get<std::string>().find("'\\[x\\](http://example.com) {{0}} \\\\'") != std::string::npos);
 }
+
+TEST_CASE("sarif: where a service shows a gate is the result's viewer") {
+  GateOutcome seen = samples::failed("lid");
+  CHECK_FALSE(only(seen).contains("hostedViewerUri"));
+  seen.measured->link = "https://ci.example/c/1";
+  CHECK(only(seen)["hostedViewerUri"] == "https://ci.example/c/1");
+}

@@ -52,9 +52,18 @@ TEST_CASE("the report as JSON: members in their order, counts, the exit code") {
   CHECK(names_of(json["gates"][0]) == std::vector<std::string>{"name", "verdict", "level", "candidate", "baseline",
                                                                "direction", "limit", "distance", "witness", "advice",
                                                                "error", "interrupted", "timeout_ms", "wall_ms",
-                                                               "manifest", "comparison"});
+                                                               "manifest", "link", "comparison"});
   CHECK(text == to_json(one_of_each()));
   CHECK(text.back() == '\n');
+}
+
+TEST_CASE("the report as JSON: where a browser sees it, of what a service measured") {
+  Report report = one_of_each();
+  report.outcomes[0].measured->link = "https://ci.example/c/0d67c9a2d1b307386f8fc157855c4351";
+  const Json gates = Json::parse(to_json(report))["gates"];
+  CHECK(gates[0]["link"] == "https://ci.example/c/0d67c9a2d1b307386f8fc157855c4351");
+  CHECK(gates[1]["link"].is_null());
+  CHECK(gates[3]["link"].is_null());
 }
 
 TEST_CASE("numbers of the report are those of the measurement, bit by bit") {

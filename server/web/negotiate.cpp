@@ -1,0 +1,66 @@
+#include "server/web/negotiate.h"
+
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+#include <string>
+
+namespace meshgauge::server {
+namespace {
+
+std::string_view trimmed(std::string_view text) {
+  const auto first = text.find_first_not_of(" \t");
+  if (first == std::string_view::npos) return {};
+  return text.substr(first, text.find_last_not_of(" \t") - first + 1);
+}
+
+std::string lower(std::string_view text) {
+  std::string copy(text);
+  std::transform(copy.begin(), copy.end(), copy.begin(), [](unsigned char c) { return std::tolower(c); });
+  return copy;
+}
+
+// Takes what stands before the next separator off the text.
+std::string_view next(std::string_view& text, char separator) {
+  const auto end = std::min(text.find(separator), text.size());
+  const std::string_view piece = trimmed(text.substr(0, end));
+  text.remove_prefix(std::min(end + 1, text.size()));
+  return piece;
+}
+
+// 0: does not fit; the higher the more exact.
+int fit(const std::string& range, std::string_view value) {
+  if (range == value) return 3;
+  if (range == "*/*" || range == "*") return 1;
+  const bool any_of_type = range.size() > 2 && range.ends_with("/*");
+  return any_of_type && value.starts_with(std::string_view(range).substr(0, range.size() - 1)) ? 2 : 0;
+}
+
+double weight(std::string_view parameters) {
+  while (!parameters.empty()) {
+    const std::string parameter = lower(next(parameters, ';'));
+    if (!parameter.starts_with("q=")) continue;
+    double q = 0;
+    const char* const end = parameter.data() + parameter.size();
+    const auto read = std::from_chars(parameter.data() + 2, end, q, std::chars_format::fixed);
+    return read.ec == std::errc() && read.ptr == end && q >= 0 && q <= 1 ? q : 0;
+  }
+  return 1;
+}
+
+}  // namespace
+
+double weight_of(std::string_view field, std::string_view value) {
+  int best = 0;
+  double found = 0;
+  while (!field.empty()) {
+    std::string_view element = next(field, ',');
+    const int fits = fit(lower(next(element, ';')), value);
+    if (fits <= best) continue;
+    best = fits;
+    found = weight(element);
+  }
+  return found;
+}
+
+}  // namespace meshgauge::server

@@ -1,0 +1,170 @@
+// Requests to the service that the page came from. Each throws ProblemError or NetworkError, or DOMException AbortError.
+import { NetworkError, ProblemError, toError } from "./problem.js";
+import type { Job, ProgressEvent, StoredMesh, StoredPair } from "./types.js";
+import { eventsOf } from "./sse.js";
+
+export const keyName = "meshgauge.key";
+const mostTries = 60; // of one request that is told to come back later
+
+export interface Call {
+  method?: string;
+  body?: string;
+  headers?: Record<string, string>;
+  signal?: AbortSignal | undefined;
+  doing: string; // for people: "there was no answer while ..."
+}
+
+/** Told of each wait for a service that is busy: its seconds, and why. null: the wait is over. */
+export type OnWait = (wait: { seconds: number; title: string } | null) => void;
+
+/** A person is asked for a key; false: there is none. */
+export type AskKey = () => Promise<boolean>;
+
+export class Client {
+  private asking: Promise<boolean> | null = null;
+
+  constructor(
+    private readonly onWait: OnWait = () => undefined,
+    private readonly askKey: AskKey = () => Promise.resolve(false),
+  ) {}
+
+  get key(): string {
+    return sessionStorage.getItem(keyName) ?? "";
+  }
+
+  set key(value: string) {
+    if (value === "") sessionStorage.removeItem(keyName);
+    else sessionStorage.setItem(keyName, value);
+  }
+
+  authorization(): Record<string, string> {
+    return this.key === "" ? {} : { Authorization: `Bearer ${this.key}` };
+  }
+
+  /** One request, again with a key where one is needed; what is not a success is thrown. */
+  async send(path: string, call: Call): Promise<Response> {
+    return this.authorized(() => this.sendOnce(path, call));
+  }
+
+  /** Requests that are refused together ask for one key. */
+  async authorized<T>(once: () => Promise<T>): Promise<T> {
+    for (;;) {
+      const key = this.key;
+      try {
+        return await once();
+      } catch (error) {
+        if (!(error instanceof ProblemError) || error.problem.status !== 401) throw error;
+        if (this.key !== key) continue;
+        this.asking ??= this.askKey().finally(() => (this.asking = null));
+        if (!(await this.asking)) throw error;
+      }
+    }
+  }
+
+  private async sendOnce(path: string, call: Call): Promise<Response> {
+    const init: RequestInit = {
+      method: call.method ?? "GET",
+      headers: { ...this.authorization(), ...call.headers },
+      body: call.body ?? null,
+      signal: call.signal ?? null,
+      cache: "no-store",
+      credentials: "same-origin",
+    };
+    const answer = await fetch(path, init).catch((error: unknown) => {
+      throw call.signal?.aborted ? error : new NetworkError(call.doing);
+    });
+    if (answer.ok) return answer;
+    throw toError(answer.status, await answer.text().catch(() => ""), (name) => answer.headers.get(name));
+  }
+
+  /** As send(), and where the service asks to come back later (429, 503), it does. */
+  async sendPatiently(path: string, call: Call): Promise<Response> {
+    return this.patiently(() => this.send(path, call), call.signal);
+  }
+
+  async patiently<T>(once: () => Promise<T>, signal?: AbortSignal): Promise<T> {
+    for (let tries = 1; ; ++tries) {
+      try {
+        return await once();
+      } catch (error) {
+        if (!(error instanceof ProblemError) || !asksToWait(error) || tries === mostTries) throw error;
+        await this.waitFor(error, signal);
+      }
+    }
+  }
+
+  private async waitFor(error: ProblemError, signal?: AbortSignal): Promise<void> {
+    const seconds = error.retryAfterSeconds ?? 1;
+    this.onWait({ seconds, title: error.problem.title });
+    try {
+      await pause(seconds * 1000, signal);
+    } finally {
+      this.onWait(null);
+    }
+  }
+
+  async job(id: string, signal?: AbortSignal): Promise<Job> {
+    const answer = await this.sendPatiently(`/v1/comparisons/${id}`, { signal, doing: "asking how the comparison stands" });
+    return (await answer.json()) as Job;
+  }
+
+  async begin(pair: StoredPair, once: string, signal?: AbortSignal): Promise<Job> {
+    const answer = await this.sendPatiently("/v1/comparisons", {
+      method: "POST",
+      body: JSON.stringify(pair),
+      headers: { "Content-Type": "application/json", Prefer: "respond-async", "Idempotency-Key": once },
+      signal,
+      doing: "starting the comparison",
+    });
+    if (answer.status === 202) return (await answer.json()) as Job;
+    // The key was known, and its comparison has ended: the answer is the result alone.
+    const { id } = (await answer.json()) as { id: string };
+    return this.job(id, signal);
+  }
+
+  /** null: it had ended before. */
+  async cancel(id: string): Promise<Job | null> {
+    const answer = await this.sendPatiently(`/v1/comparisons/${id}`, { method: "DELETE", doing: "cancelling the comparison" });
+    return answer.status === 204 ? null : ((await answer.json()) as Job);
+  }
+
+  async mesh(id: string): Promise<StoredMesh> {
+    const answer = await this.send(`/v1/meshes/${id}`, { doing: "asking for a mesh" });
+    return (await answer.json()) as StoredMesh;
+  }
+
+  /** Progress as it is told, then the ended job; returns early where the stream does. */
+  async *events(id: string, signal: AbortSignal): AsyncGenerator<ProgressEvent | Job, void, undefined> {
+    const answer = await this.send(`/v1/comparisons/${id}/events`, { signal, doing: "watching the comparison" });
+    if (!answer.body) return;
+    for await (const event of eventsOf(answer.body)) {
+      if (event.name === "progress") yield JSON.parse(event.data) as ProgressEvent;
+      if (event.name === "end") return void (yield JSON.parse(event.data) as Job);
+    }
+  }
+}
+
+// Its end by the clock is final for out-of-time: the same request would run out again.
+function asksToWait(error: ProblemError): boolean {
+  const { status } = error.problem;
+  return error.kind !== "out-of-time" && (status === 429 || status === 503);
+}
+
+export function pause(ms: number, signal?: AbortSignal): Promise<void> {
+  return new Promise((resolve, reject) => {
+    const stop = () => {
+      clearTimeout(timer);
+      reject(new DOMException("stopped", "AbortError"));
+    };
+    if (signal?.aborted) return void reject(new DOMException("stopped", "AbortError"));
+    const timer = setTimeout(() => {
+      signal?.removeEventListener("abort", stop);
+      resolve();
+    }, ms);
+    signal?.addEventListener("abort", stop, { once: true });
+  });
+}
+
+export function isAbort(error: unknown): boolean {
+  return error instanceof DOMException && error.name === "AbortError";
+}

@@ -1,0 +1,79 @@
+// A refusal as an error that is thrown: what the service says (RFC 9457), and what its headers add.
+import type { Problem } from "./types.js";
+
+export class ProblemError extends Error {
+  constructor(
+    readonly problem: Problem,
+    readonly requestId: string | null,
+    readonly retryAfterSeconds: number | null,
+  ) {
+    super(problem.detail);
+    this.name = "ProblemError";
+  }
+
+  get kind(): string {
+    return kindOf(this.problem);
+  }
+}
+
+/** No answer came: the network, or a service that closed the connection. */
+export class NetworkError extends Error {
+  constructor(readonly doing: string) {
+    super(`there was no answer while ${doing}`);
+    this.name = "NetworkError";
+  }
+}
+
+/** "not-found" of "urn:meshgauge:problem:not-found". */
+export function kindOf(problem: Problem): string {
+  return problem.type.slice(problem.type.lastIndexOf(":") + 1);
+}
+
+type Header = (name: string) => string | null;
+
+/** Of an answer that is no success. One without a document (of HEAD, or of a proxy) gets one that says what is known. */
+export function toError(status: number, body: string, header: Header): ProblemError {
+  const seconds = Number.parseInt(header("Retry-After") ?? "", 10);
+  return new ProblemError(
+    parse(body) ?? nameless(status),
+    header("X-Request-Id"),
+    Number.isFinite(seconds) ? Math.max(1, seconds) : null,
+  );
+}
+
+function parse(body: string): Problem | null {
+  try {
+    const value: unknown = JSON.parse(body);
+    return isProblem(value) ? value : null;
+  } catch {
+    return null;
+  }
+}
+
+function isProblem(value: unknown): value is Problem {
+  if (typeof value !== "object" || value === null) return false;
+  const { type, title, status, detail, errors } = value as Record<string, unknown>;
+  const texts = [type, title, detail].every((one) => typeof one === "string");
+  return texts && typeof status === "number" && Array.isArray(errors) && errors.every(isDefect);
+}
+
+function isDefect(value: unknown): boolean {
+  if (typeof value !== "object" || value === null) return false;
+  const { part, where, message } = value as Record<string, unknown>;
+  return [part, where, message].every((one) => typeof one === "string");
+}
+
+const kinds: Record<number, [string, string]> = {
+  401: ["unauthorized", "A key is needed"],
+  403: ["forbidden", "The key does not allow this"],
+  404: ["not-found", "There is nothing at this path"],
+  413: ["too-large", "Something is larger than the limit"],
+  429: ["too-many-requests", "The key or the client's address is at its limit"],
+  503: ["overloaded", "The service is at its limit"],
+};
+
+function nameless(status: number): Problem {
+  const [kind, title] = kinds[status] ?? ["unknown", "The service answered something else"];
+  const detail = `the answer had the status ${String(status)} and no more words`;
+  return { type: `urn:meshgauge:problem:${kind}`, title, status, detail, errors: [] };
+}

@@ -1,0 +1,39 @@
+// The contract, as openapi.yaml has it. "openapi" is the file that openapi-typescript makes of it; only the type checker reads it.
+import type { components } from "openapi";
+
+type Schemas = components["schemas"];
+
+export type Options = Schemas["Options"];
+export type Tolerance = Schemas["Tolerance"];
+export type Direction = Schemas["Direction"];
+export type Strategy = Schemas["Strategy"];
+export type StoredPair = Schemas["StoredPair"];
+export type StoredMesh = Schemas["Mesh"];
+export type Job = Schemas["Job"];
+export type ProgressEvent = Schemas["ProgressEvent"];
+export type Comparison = Schemas["Comparison"];
+export type Directed = Schemas["Directed"];
+export type Witness = Schemas["Witness"];
+export type MeshFacts = Schemas["MeshFacts"];
+export type Distribution = Schemas["Distribution"];
+export type Stage = Schemas["Stage"];
+export type JobState = Schemas["JobState"];
+export type Timings = Comparison["timings_ms"];
+export type Status = Comparison["status"];
+export type Verdict = NonNullable<Comparison["verdict"]>;
+
+/** As the schema Problem, whose table of types may grow: a page that is older than its service shows what it is told. */
+export interface Problem {
+  type: string;
+  title: string;
+  status: number;
+  detail: string;
+  errors: Schemas["Problem"]["errors"];
+}
+
+export type Side = "a" | "b";
+export type Vec3 = [number, number, number];
+
+export function hasEnded(job: Job): boolean {
+  return job.state !== "queued" && job.state !== "running";
+}

@@ -1,0 +1,237 @@
+// The page's three views, and the ways between them. The address says which one is shown.
+import { Client, isAbort } from "./api/client.js";
+import { hasEnded, type Comparison, type Job, type Options, type Side } from "./api/types.js";
+import { watch } from "./api/watch.js";
+import { Announcer, find, h } from "./dom.js";
+import { acceptDrops } from "./form/dropping.js";
+import { Form, type Chosen, type Order } from "./form/form.js";
+import { KeyDialog } from "./key.js";
+import { fallbackNames } from "./result/share.js";
+import { showResult } from "./result/result.js";
+import { pathOf, routeOf } from "./route.js";
+import { measure } from "./run/run.js";
+import { RunView } from "./run/view.js";
+import { ProblemError } from "./api/problem.js";
+import { optionsOf } from "./text/snippets.js";
+import { titleOf, wordingOf } from "./text/verdict.js";
+import { showTrouble } from "./trouble.js";
+
+type View = "form" | "run" | "result" | "none";
+
+/** What is known of a measurement that this page began; a link alone tells none of it. */
+interface Memory {
+  names: Record<Side, string>;
+  order: Order;
+}
+
+export class App {
+  private readonly views = {
+    form: find("#form-view", HTMLElement),
+    run: find("#run-view", HTMLElement),
+    result: find("#result-view", HTMLElement),
+  };
+  private readonly trouble = find("#trouble", HTMLElement);
+  private readonly waiting = find("#waiting", HTMLElement);
+  private readonly announcer = new Announcer(find("#status", HTMLElement));
+  private readonly keys: KeyDialog = new KeyDialog(() => this.client);
+  private readonly client: Client = new Client((wait) => this.showWait(wait), () => this.keys.ask());
+  private readonly form = new Form((order) => void this.begin(order));
+  private readonly memories = new Map<string, Memory>();
+  private controller = new AbortController();
+  private run: RunView | null = null;
+  private endResult: () => void = () => undefined;
+
+  start(): void {
+    this.keys.refresh();
+    acceptDrops((files) => this.form.take(files), () => !this.views.form.hidden);
+    this.views.form.addEventListener("submit", () => this.trouble.replaceChildren(), true);
+    addEventListener("popstate", () => void this.go());
+    document.addEventListener("click", (event) => this.stayOnPage(event));
+    void this.go();
+  }
+
+  /** Shows what the address asks for. */
+  private async go(): Promise<void> {
+    this.leave();
+    const route = routeOf(location.pathname);
+    if (route.view === "form") return this.showForm();
+    if (route.view === "comparison") return this.open(route.id);
+    this.show("none", "Not found · meshgauge");
+    showTrouble(this.trouble, new Error(`There is no page ${route.path}.`), { form: () => this.toForm() });
+  }
+
+  // Links to the page itself keep the files that were chosen.
+  private stayOnPage(event: MouseEvent): void {
+    const link = event.target instanceof Element ? event.target.closest("a") : null;
+    const plain = event.button === 0 && !event.ctrlKey && !event.metaKey && !event.shiftKey && !event.altKey;
+    if (!plain || link?.getAttribute("href") !== "/") return;
+    event.preventDefault();
+    this.toForm();
+  }
+
+  private toForm(): void {
+    if (location.pathname !== "/") history.pushState(null, "", "/");
+    this.leave();
+    this.showForm();
+  }
+
+  private showForm(): void {
+    this.show("form", "meshgauge: how far apart are two meshes?");
+  }
+
+  private leave(): void {
+    this.controller.abort();
+    this.controller = new AbortController();
+    this.run?.dispose();
+    this.run = null;
+    this.endResult();
+    this.endResult = () => undefined;
+    this.trouble.replaceChildren();
+    this.showWait(null);
+  }
+
+  private show(view: View, title: string): void {
+    for (const [name, element] of Object.entries(this.views)) element.hidden = name !== view;
+    document.body.dataset["view"] = view;
+    document.title = title;
+    scrollTo(0, 0);
+  }
+
+  private async begin(order: Order): Promise<void> {
+    this.leave();
+    const names = { a: nameOf(order.a), b: nameOf(order.b) };
+    const signal = this.controller.signal;
+    const run = this.openRun(names, order.options.gate?.max_distance ?? null, order.options.gate?.units ?? "");
+    const tell = {
+      upload: run.upload.bind(run),
+      progress: run.progress.bind(run),
+      interrupted: run.interrupted.bind(run),
+      accepted: (job: Job) => {
+        this.memories.set(job.id, { names, order });
+        history.pushState(null, "", pathOf(job.id));
+        run.accepted(job);
+      },
+    };
+    try {
+      await this.finish(await measure(this.client, order, tell, signal), signal);
+    } catch (error) {
+      this.failed(error, signal, () => void this.begin(order), order);
+    }
+  }
+
+  private async open(id: string): Promise<void> {
+    const signal = this.controller.signal;
+    this.show("none", "meshgauge");
+    try {
+      const job = await this.client.job(id, signal);
+      if (hasEnded(job)) return await this.finish(job, signal);
+      const memory = this.memories.get(id);
+      const gate = memory?.order.options.gate;
+      const run = this.openRun(memory?.names ?? null, gate?.max_distance ?? null, gate?.units ?? "");
+      run.accepted(job);
+      await this.finish(await watch(this.client, id, run, signal), signal);
+    } catch (error) {
+      this.failed(error, signal, () => void this.go());
+    }
+  }
+
+  private openRun(names: Record<Side, string> | null, limit: number | null, units: string): RunView {
+    const face = { names, limit, units, cancel: () => void this.cancel() };
+    this.run = new RunView(this.views.run, face, this.announcer);
+    this.show("run", "Measuring · meshgauge");
+    this.run.focus();
+    return this.run;
+  }
+
+  // Before there is a comparison, giving up is all there is to cancel.
+  private async cancel(): Promise<void> {
+    const route = routeOf(location.pathname);
+    if (route.view !== "comparison") return this.toForm();
+    try {
+      const job = await this.client.cancel(route.id);
+      if (job === null) this.announcer.sayNow("It had ended already.");
+    } catch (error) {
+      showTrouble(this.trouble, error, {});
+    }
+  }
+
+  private async finish(job: Job, signal: AbortSignal): Promise<void> {
+    const history = this.run?.history ?? null;
+    if (job.problem) throw new ProblemError(job.problem, job.id, null);
+    if (!job.result) return this.cancelledEarly();
+    const { result } = job;
+    const memory = this.memories.get(job.id);
+    const names = memory?.names ?? (await this.namesOf(job));
+    if (signal.aborted) return;
+    this.leave();
+    history?.add({ ms: Math.max(result.timings_ms.total - result.timings_ms.queue, history.last?.ms ?? 0), ...result.distance });
+    this.show("result", titleOf(result));
+    const timeoutMs = memory?.order.options.timeout_ms ?? null;
+    const again = () => this.again(job, names);
+    const narrow = () => void this.begin(withoutLimit(result, names, memory?.order.options ?? {}));
+    this.endResult = showResult(this.views.result, this.client, { job, result, names, history, timeoutMs, again, narrow });
+    const words = wordingOf(result, timeoutMs);
+    this.announcer.sayNow(`${words.heading}. ${words.reason}`);
+    find("h1", HTMLElement, this.views.result).focus({ preventScroll: true });
+  }
+
+  private again(job: Job, names: Record<Side, string>): void {
+    if (job.result) this.form.again(job.result, names);
+    this.toForm();
+  }
+
+  // The service keeps names with the meshes, which may be gone by now.
+  private async namesOf(job: Job): Promise<Record<Side, string>> {
+    const { result } = job;
+    if (!result) return { a: "candidate", b: "baseline" };
+    const otherwise = fallbackNames(result);
+    const ask = (side: Side) =>
+      this.client.mesh(result.meshes[side].sha256).then((mesh) => mesh.file_name ?? otherwise[side], () => otherwise[side]);
+    const [a, b] = await Promise.all([ask("a"), ask("b")]);
+    return { a, b };
+  }
+
+  private cancelledEarly(): void {
+    this.leave();
+    this.show("none", "Cancelled · meshgauge");
+    const back = h("p", {}, "It was cancelled before it had begun to measure, so that nothing is known.");
+    this.trouble.replaceChildren(h("div", { class: "trouble calm" }, h("h1", { tabindex: "-1" }, "Cancelled"), back, h("a", { class: "button", href: "/" }, "Back to the form")));
+    this.announcer.sayNow("Cancelled before anything was measured.");
+  }
+
+  private failed(error: unknown, signal: AbortSignal, again: () => void, order?: Order): void {
+    if (signal.aborted || isAbort(error)) return;
+    const where = order ? "form" : "none";
+    if (order) history.replaceState(null, "", "/");
+    this.leave();
+    this.show(where, "A problem · meshgauge");
+    const told = showTrouble(this.trouble, error, { again, form: order ? undefined : () => this.toForm() });
+    if (!order) return;
+    if (error instanceof ProblemError && error.kind === "unknown-mesh") for (const { part } of told.defects) this.forgetStored(part, order);
+    this.form.blame(told.defects);
+  }
+
+  private forgetStored(part: string, order: Order): void {
+    if ((part === "a" || part === "b") && order[part].kind === "stored") this.form.forget(part);
+  }
+
+  private showWait(wait: { seconds: number; title: string } | null): void {
+    this.waiting.hidden = wait === null;
+    if (!wait) return;
+    const words = `${wait.title}. Trying again in ${String(wait.seconds)} ${wait.seconds === 1 ? "second" : "seconds"}.`;
+    this.waiting.textContent = words;
+    this.announcer.say(words);
+  }
+}
+
+/** The same meshes, which the service has, and the same options but the limit. */
+function withoutLimit(result: Comparison, names: Record<Side, string>, known: Options): Order {
+  const options = { ...known, ...optionsOf(result) };
+  delete options.gate;
+  const stored = (side: Side): Chosen => ({ kind: "stored", id: result.meshes[side].sha256, name: names[side], bytes: result.meshes[side].bytes });
+  return { a: stored("a"), b: stored("b"), options };
+}
+
+function nameOf(chosen: Chosen): string {
+  return chosen.kind === "file" ? chosen.file.name : chosen.name;
+}

@@ -1,0 +1,84 @@
+// Elements. Whatever comes from the service or from a file enters the page here, as text.
+
+type Child = Node | string | null | undefined | false;
+export type Attributes = Record<string, string | number | boolean | null | undefined>;
+
+/** An element; an attribute that is false or null is left out, true is there without a value. */
+export function h<K extends keyof HTMLElementTagNameMap>(tag: K, attributes: Attributes = {}, ...children: Child[]): HTMLElementTagNameMap[K] {
+  const element = document.createElement(tag);
+  fill(element, attributes, children);
+  return element;
+}
+
+export function svg<K extends keyof SVGElementTagNameMap>(tag: K, attributes: Attributes = {}, ...children: Child[]): SVGElementTagNameMap[K] {
+  const element = document.createElementNS("http://www.w3.org/2000/svg", tag);
+  fill(element, attributes, children);
+  return element;
+}
+
+function fill(element: Element, attributes: Attributes, children: Child[]): void {
+  for (const [name, value] of Object.entries(attributes)) {
+    if (value === null || value === undefined || value === false) continue;
+    element.setAttribute(name, value === true ? "" : String(value));
+  }
+  element.append(...children.filter((child): child is Node | string => child !== null && child !== undefined && child !== false));
+}
+
+/** What the page's own markup promises to have. */
+export function find<T extends Element>(selector: string, kind: new () => T, within: ParentNode = document): T {
+  const found = within.querySelector(selector);
+  if (!(found instanceof kind)) throw new Error(`the page has no ${selector}`);
+  return found;
+}
+
+export function button(label: string, attributes: Attributes, press: () => void): HTMLButtonElement {
+  const element = h("button", { type: "button", ...attributes }, label);
+  element.addEventListener("click", press);
+  return element;
+}
+
+/** A list of terms; rows without a value are left out. */
+export function facts(rows: [string, Child | Child[]][]): HTMLDListElement {
+  const list = h("dl", { class: "facts" });
+  for (const [term, value] of rows) {
+    if (value === null || value === undefined || value === false || value === "") continue;
+    list.append(h("div", {}, h("dt", {}, term), h("dd", {}, ...(Array.isArray(value) ? value : [value]))));
+  }
+  return list;
+}
+
+/** A part of the result, with its heading. */
+export function card(title: string, attributes: Attributes, ...children: Child[]): HTMLElement {
+  const id = `h-${title.toLowerCase().replace(/[^a-z]+/g, "-")}`;
+  return h("section", { ...attributes, "aria-labelledby": id }, h("h2", { id }, title), ...children);
+}
+
+const leastGapMs = 8000;
+
+/** A live region that is told the newest sentence only, and not more often than it can be read out. */
+export class Announcer {
+  private timer: ReturnType<typeof setTimeout> | null = null;
+  private pending = "";
+  private last = 0;
+
+  constructor(private readonly region: HTMLElement) {}
+
+  say(text: string, now = performance.now()): void {
+    this.pending = text;
+    if (this.timer !== null) return;
+    this.timer = setTimeout(() => this.tell(), Math.max(0, this.last + leastGapMs - now));
+  }
+
+  /** At once: of what ends the work. */
+  sayNow(text: string): void {
+    this.pending = text;
+    this.tell();
+  }
+
+  private tell(): void {
+    if (this.timer !== null) clearTimeout(this.timer);
+    this.timer = null;
+    this.last = performance.now();
+    this.region.textContent = this.pending;
+  }
+}

@@ -1,0 +1,181 @@
+// The form: two meshes, the options, and what is wrong with them beside the field that it is about.
+import type { Comparison, Options, Side } from "../api/types.js";
+import { find, h } from "../dom.js";
+import type { Defect } from "../text/problems.js";
+import { exampleFiles } from "./example.js";
+import { buildOptions, noValues, valuesOf, type Field, type FormValues, type Mistake } from "./options.js";
+import { Slot, type Chosen } from "./slot.js";
+
+export type { Chosen } from "./slot.js";
+
+export interface Order {
+  a: Chosen;
+  b: Chosen;
+  options: Options;
+}
+
+const inMore: Field[] = ["timeout", "threads", "strategy", "points", "statistics"];
+const texts = ["limit", "units", "tolerance", "timeout", "threads"] as const;
+const choices = ["toleranceKind", "strategy", "points"] as const;
+
+export class Form {
+  private readonly form = find("#form", HTMLFormElement);
+  private readonly general = find("#form-error", HTMLElement);
+  private readonly slots: Record<Side, Slot>;
+
+  constructor(private readonly ordered: (order: Order) => void) {
+    const changed = () => (this.general.textContent = "");
+    this.slots = {
+      a: new Slot("a", find("#slot-a", HTMLElement), changed),
+      b: new Slot("b", find("#slot-b", HTMLElement), changed),
+    };
+    find("#swap", HTMLElement).addEventListener("click", () => this.swap());
+    find("#example", HTMLElement).addEventListener("click", () => this.takeExample());
+    this.form.addEventListener("submit", (event) => {
+      event.preventDefault();
+      this.submit();
+    });
+    this.form.addEventListener("change", () => this.adapt());
+    this.form.addEventListener("input", (event) => {
+      if (event.target instanceof HTMLInputElement) this.say(event.target.name as Field, "");
+    });
+    this.adapt();
+  }
+
+  /** Two files are A and B as they come; one goes where there is room, else it is a new candidate. */
+  take(files: File[]): void {
+    const [first, second] = files;
+    if (first && second) {
+      this.slots.a.choose({ kind: "file", file: first });
+      this.slots.b.choose({ kind: "file", file: second });
+    } else if (first) {
+      const side = this.slots.a.value && !this.slots.b.value ? "b" : "a";
+      this.slots[side].choose({ kind: "file", file: first });
+    }
+  }
+
+  /** The pair and the settings of a result, to be measured once more; files that are still here stay. */
+  again(result: Comparison, names: Record<Side, string>): void {
+    for (const side of ["a", "b"] as const) {
+      if (this.slots[side].value?.kind === "file") continue;
+      const { sha256, bytes } = result.meshes[side];
+      this.slots[side].choose({ kind: "stored", id: sha256, name: names[side], bytes });
+    }
+    this.fill(valuesOf(result));
+  }
+
+  forget(side: Side): void {
+    this.slots[side].choose(null);
+  }
+
+  /** Of the service: each beside the part that it belongs to. */
+  blame(defects: Defect[]): void {
+    for (const { part, message } of defects) {
+      if (part === "a" || part === "b") this.slots[part].complain(message);
+    }
+    const field = fieldOf(defects.find(({ part }) => part === "options"));
+    if (field) this.say(field.name, field.message);
+  }
+
+  private swap(): void {
+    const { a, b } = this.slots;
+    const was = a.value;
+    a.choose(b.value);
+    b.choose(was);
+  }
+
+  private takeExample(): void {
+    const { a, b } = exampleFiles();
+    this.take([a, b]);
+    this.fill({ ...this.values(), limit: "1", units: "mm" });
+    find("#measure", HTMLElement).focus();
+  }
+
+  private values(): FormValues {
+    const data = new FormData(this.form);
+    const text = (name: Field) => {
+      const value = data.get(name);
+      return typeof value === "string" ? value : noValues[name].toString();
+    };
+    return {
+      limit: text("limit"),
+      units: text("units"),
+      direction: text("direction") as FormValues["direction"],
+      toleranceKind: text("toleranceKind") as FormValues["toleranceKind"],
+      tolerance: text("tolerance"),
+      strategy: text("strategy") as FormValues["strategy"],
+      points: text("points"),
+      timeout: text("timeout"),
+      threads: text("threads"),
+      statistics: data.has("statistics"),
+    };
+  }
+
+  private fill(values: FormValues): void {
+    for (const name of texts) this.field(name, HTMLInputElement).value = values[name];
+    for (const name of choices) this.field(name, HTMLSelectElement).value = values[name];
+    this.field("statistics", HTMLInputElement).checked = values.statistics;
+    for (const radio of this.form.querySelectorAll<HTMLInputElement>("[name=direction]")) radio.checked = radio.value === values.direction;
+    this.adapt();
+  }
+
+  private field<T extends Element>(name: Field, kind: new () => T): T {
+    return find(`#${name}`, kind, this.form);
+  }
+
+  // Fields that mean something only with a choice.
+  private adapt(): void {
+    const { toleranceKind, strategy } = this.values();
+    find("#tolerance-field", HTMLElement).hidden = toleranceKind === "default";
+    find("#points-field", HTMLElement).hidden = strategy !== "n_point";
+  }
+
+  private submit(): void {
+    const built = buildOptions(this.values());
+    const { a, b } = this.slots;
+    this.clear();
+    for (const mistake of built.mistakes) this.say(mistake.field, mistake.message);
+    if (!a.value) a.complain("Choose the candidate.");
+    if (!b.value) b.complain("Choose the baseline.");
+    if (a.value && b.value && built.options) return this.ordered({ a: a.value, b: b.value, options: built.options });
+    this.goTo(!a.value ? a : !b.value ? b : null, built.mistakes);
+  }
+
+  private clear(): void {
+    for (const error of this.form.querySelectorAll<HTMLElement>(".error")) {
+      error.textContent = "";
+      if (error !== this.general) error.hidden = true;
+    }
+    for (const wrong of this.form.querySelectorAll("[aria-invalid]")) wrong.removeAttribute("aria-invalid");
+  }
+
+  // To the first defect, with the general line for whoever does not see the field.
+  private goTo(slot: Slot | null, mistakes: readonly Mistake[]): void {
+    const count = mistakes.length + (slot ? 1 : 0);
+    this.general.replaceChildren(h("span", {}, count === 1 ? "One thing is missing or wrong above." : "Some things are missing or wrong above."));
+    if (slot) slot.focus();
+    else if (mistakes[0]) find(`#${mistakes[0].field}`, HTMLElement).focus();
+  }
+
+  private say(field: Field, message: string): void {
+    const error = this.form.querySelector<HTMLElement>(`#${field}-error`);
+    if (!error) return;
+    error.textContent = message;
+    error.hidden = message === "";
+    const input = this.form.querySelector(`#${field}`);
+    if (message === "") input?.removeAttribute("aria-invalid");
+    else input?.setAttribute("aria-invalid", "true");
+    if (message !== "" && inMore.includes(field)) find("#more", HTMLDetailsElement).open = true;
+  }
+}
+
+// "/gate/max_distance" is the field `limit`.
+function fieldOf(defect: Defect | undefined): { name: Field; message: string } | null {
+  if (!defect) return null;
+  const fields: [string, Field][] = [
+    ["/gate/units", "units"], ["/gate", "limit"], ["/tolerance", "tolerance"],
+    ["/timeout_ms", "timeout"], ["/threads", "threads"], ["/points", "points"],
+  ];
+  const found = fields.find(([pointer]) => defect.where.startsWith(pointer));
+  return found ? { name: found[1], message: defect.message } : null;
+}

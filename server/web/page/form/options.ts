@@ -1,0 +1,166 @@
+// What a person typed as the options of a comparison, or what is wrong with it, field by field.
+import type { Comparison, Direction, Options, Strategy, Tolerance } from "../api/types.js";
+
+export type ToleranceKind = "default" | "relative" | "absolute" | "diagonal";
+
+export interface FormValues {
+  limit: string; // empty: no gate; "0.05 mm" has its unit with it
+  units: string;
+  direction: Direction;
+  toleranceKind: ToleranceKind;
+  tolerance: string; // percent where it is relative or of the diagonal
+  strategy: Strategy;
+  points: string;
+  timeout: string; // seconds; empty: the service's default
+  threads: string; // empty: the service decides
+  statistics: boolean;
+}
+
+export type Field = keyof FormValues;
+
+export interface Mistake {
+  field: Field;
+  message: string;
+}
+
+export type Built = { options: Options; mistakes: [] } | { options: null; mistakes: Mistake[] };
+
+export const noValues: FormValues = {
+  limit: "",
+  units: "",
+  direction: "symmetric",
+  toleranceKind: "default",
+  tolerance: "",
+  strategy: "auto",
+  points: "4",
+  timeout: "",
+  threads: "",
+  statistics: false,
+};
+
+export const pointChoices = [4, 10, 31, 109, 409, 1585] as const;
+export const longestTimeoutS = 180;
+const mostThreads = 64;
+const mostUnitBytes = 32;
+
+export function buildOptions(values: FormValues): Built {
+  const mistakes: Mistake[] = [];
+  const blame = (field: Field) => (message: string) => void mistakes.push({ field, message });
+  const options: Options = {
+    ...gateOf(values, blame("limit"), blame("units")),
+    ...(values.direction === "symmetric" ? {} : { direction: values.direction }),
+    ...toleranceOf(values, blame("tolerance")),
+    ...strategyOf(values, blame("points")),
+    ...timeoutOf(values.timeout, blame("timeout")),
+    ...threadsOf(values.threads, blame("threads")),
+    ...(values.statistics ? { statistics: true } : {}),
+  };
+  return mistakes.length > 0 ? { options: null, mistakes } : { options, mistakes: [] };
+}
+
+type Blame = (message: string) => void;
+
+/** A number as people and programs write it; null: it is none. */
+export function parseNumber(text: string): number | null {
+  const value = /^[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?$/i.test(text.trim()) ? Number(text.trim()) : NaN;
+  return Number.isFinite(value) ? value : null;
+}
+
+function numberOf(text: string, what: string, blame: Blame): number | null {
+  const value = parseNumber(text);
+  if (value === null) {
+    const comma = /^\s*\d+,\d+\s*$/.test(text) ? ": write a point, not a comma" : ", like 0.05 or 1e-3";
+    blame(`${what} has to be a number${comma}.`);
+    return null;
+  }
+  if (value < 0) blame(`${what} cannot be negative.`);
+  return value < 0 ? null : value;
+}
+
+/** "0.05 mm" as its number and its unit. */
+export function splitLimit(text: string): { number: string; units: string } {
+  const whole = text.trim();
+  const number = /^[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?/i.exec(whole)?.[0] ?? "";
+  const units = whole.slice(number.length).trim();
+  return number !== "" && /^[^\d.,+-]\D*$/.test(units) ? { number, units } : { number: whole, units: "" };
+}
+
+function gateOf(values: FormValues, blame: Blame, blameUnits: Blame): Pick<Options, "gate"> {
+  if (values.limit.trim() === "") {
+    return {};
+  }
+  const { number, units: written } = splitLimit(values.limit);
+  if (written.startsWith("%")) {
+    blame("A share of the size is not possible here: write a length, in the meshes' unit.");
+    return {};
+  }
+  const limit = numberOf(number, "The limit", blame);
+  const units = values.units.trim() || written;
+  if (new TextEncoder().encode(units).length > mostUnitBytes) blameUnits(`The unit's name is longer than ${String(mostUnitBytes)} bytes.`);
+  if (limit === null) return {};
+  return { gate: { max_distance: limit, ...(units === "" ? {} : { units }) } };
+}
+
+function toleranceOf(values: FormValues, blame: Blame): Pick<Options, "tolerance"> {
+  if (values.toleranceKind === "default") return {};
+  if (values.tolerance.trim() === "") {
+    blame("Say how narrow, or take the usual.");
+    return {};
+  }
+  const value = numberOf(values.tolerance, "The width", blame);
+  if (value === null) return {};
+  const tolerance: Tolerance = { [values.toleranceKind]: values.toleranceKind === "absolute" ? value : value / 100 };
+  return { tolerance };
+}
+
+function strategyOf(values: FormValues, blame: Blame): Pick<Options, "strategy" | "points"> {
+  if (values.strategy === "auto") return {};
+  if (values.strategy !== "n_point") return { strategy: values.strategy };
+  const points = pointChoices.find((choice) => String(choice) === values.points);
+  if (points === undefined) blame(`Samples a piece: one of ${pointChoices.join(", ")}.`);
+  return points === undefined ? {} : { strategy: "n_point", points };
+}
+
+function timeoutOf(text: string, blame: Blame): Pick<Options, "timeout_ms"> {
+  if (text.trim() === "") return {};
+  const seconds = numberOf(text, "The time", blame);
+  if (seconds === null) return {};
+  const timeout_ms = Math.round(seconds * 1000);
+  if (timeout_ms < 1 || timeout_ms > longestTimeoutS * 1000) {
+    blame(`The time has to be from 0.001 to ${String(longestTimeoutS)} seconds.`);
+    return {};
+  }
+  return { timeout_ms };
+}
+
+function threadsOf(text: string, blame: Blame): Pick<Options, "threads"> {
+  if (text.trim() === "") return {};
+  const threads = parseNumber(text);
+  if (threads === null || !Number.isInteger(threads) || threads < 1 || threads > mostThreads) {
+    blame(`Threads: a whole number from 1 to ${String(mostThreads)}.`);
+    return {};
+  }
+  return { threads };
+}
+
+/** The form that leads to a result like this one; its time and threads are not in the result. */
+export function valuesOf(result: Comparison): FormValues {
+  return {
+    ...noValues,
+    limit: result.gate ? String(result.gate.max_distance) : "",
+    units: result.gate?.units ?? "",
+    direction: result.direction,
+    ...toleranceValues(result.tolerance.asked),
+    strategy: result.engine.strategy,
+    points: String(result.engine.points ?? 4),
+    statistics: result.statistics !== null,
+  };
+}
+
+// The form has one rule; where several were asked for, the first that is not the usual pair.
+function toleranceValues(asked: Tolerance): Pick<FormValues, "toleranceKind" | "tolerance"> {
+  if (asked.absolute === undefined && asked.relative === 0.01 && asked.diagonal === 1e-6) return { toleranceKind: "default", tolerance: "" };
+  if (asked.absolute !== undefined) return { toleranceKind: "absolute", tolerance: String(asked.absolute) };
+  const [kind, share] = asked.relative === undefined ? (["diagonal", asked.diagonal ?? 0] as const) : (["relative", asked.relative] as const);
+  return { toleranceKind: kind, tolerance: String(Number((share * 100).toPrecision(12))) };
+}

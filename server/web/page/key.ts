@@ -1,0 +1,58 @@
+// The dialog that asks for a bearer key.
+import { find } from "./dom.js";
+
+export interface KeyStore {
+  key: string;
+}
+
+export class KeyDialog {
+  private readonly dialog = find("#key-dialog", HTMLDialogElement);
+  private readonly input = find("#key", HTMLInputElement);
+  private readonly reason = find("#key-reason", HTMLElement);
+  private readonly opener = find("#key-button", HTMLElement);
+  private settle: (given: boolean) => void = () => undefined;
+
+  /** `store` is asked late: it and this dialog need each other. */
+  constructor(private readonly store: () => KeyStore) {
+    find("#key-form", HTMLFormElement).addEventListener("submit", (event) => {
+      event.preventDefault();
+      const key = this.input.value.trim();
+      if (key === "") return this.input.focus();
+      this.keep(key);
+    });
+    find("#key-forget", HTMLElement).addEventListener("click", () => this.keep(""));
+    find("#key-cancel", HTMLElement).addEventListener("click", () => this.dialog.close());
+    this.dialog.addEventListener("close", () => this.settle(false));
+    this.opener.addEventListener("click", () => void this.open("Requests carry it as a bearer key."));
+  }
+
+  /** True: there is a new key to try. */
+  ask(): Promise<boolean> {
+    const had = this.store().key !== "";
+    return this.open(had ? "The key that was entered is not known here, has ended, or is switched off." : "Enter the key that you were given for it.");
+  }
+
+  /** Whether requests carry a key is seen at the button. */
+  refresh(): void {
+    const set = this.store().key !== "";
+    this.opener.classList.toggle("set", set);
+    this.opener.textContent = set ? "Key: set" : "Key";
+  }
+
+  private open(reason: string): Promise<boolean> {
+    this.settle(false);
+    this.reason.textContent = reason;
+    this.input.value = "";
+    if (!this.dialog.open) this.dialog.showModal();
+    this.input.focus();
+    return new Promise((resolve) => (this.settle = resolve));
+  }
+
+  private keep(key: string): void {
+    this.store().key = key;
+    this.refresh();
+    this.settle(key !== "");
+    this.settle = () => undefined;
+    this.dialog.close();
+  }
+}

@@ -1,0 +1,4 @@
+// Where the page begins.
+import { App } from "./app.js";
+
+new App().start();

@@ -1,0 +1,68 @@
+// The one-sided distances, each with its witness and what the search did.
+import type { Comparison, Directed, Distribution, Side } from "../api/types.js";
+import { facts, h } from "../dom.js";
+import { grouped, inPercent, intervalWords, pointText, toDigits, withUnits } from "../text/numbers.js";
+import { unitsOf } from "../text/verdict.js";
+
+export function directionsOf(result: Comparison): HTMLElement {
+  return h(
+    "div",
+    { class: "columns" },
+    direction(result, "a", result.a_to_b, result.statistics?.a_to_b ?? null),
+    direction(result, "b", result.b_to_a, result.statistics?.b_to_a ?? null),
+  );
+}
+
+function direction(result: Comparison, from: Side, directed: Directed | null, sampled: Distribution | null): HTMLElement {
+  const [one, other] = from === "a" ? ["A", "B"] : ["B", "A"];
+  const title = h("h3", {}, `From ${one} to ${other}`);
+  if (!directed) return h("div", {}, title, h("p", { class: "hint" }, "Was not asked for."));
+  const units = unitsOf(result);
+  const smaller = result.status === "converged" && result.direction === "symmetric" && directed.lower < result.distance.lower;
+  return h(
+    "div",
+    {},
+    title,
+    h("p", { class: "figure" }, intervalWords(directed.lower, directed.upper, units)),
+    smaller ? h("p", { class: "hint" }, "Followed only as far as it could be the larger one.") : null,
+    directed.work.nearest_queries === 0 ? h("p", { class: "hint" }, "The work ended before this direction was searched.") : null,
+    directed.work.nearest_queries === 0 ? null : facts([...witnessFacts(directed, one, other), ...searchFacts(directed)]),
+    sampled ? samples(sampled, units) : null,
+  );
+}
+
+type Facts = Parameters<typeof facts>[0];
+
+function witnessFacts(directed: Directed, one: string, other: string): Facts {
+  const { witness } = directed;
+  if (!witness) return [["Witness", "No point was measured"]];
+  return [
+    [`Farthest point, on ${one}`, `${pointText(witness.point_a)}, triangle ${String(witness.triangle_a)}`],
+    [`Nearest to it, on ${other}`, `${pointText(witness.point_b)}, triangle ${String(witness.triangle_b)}`],
+  ];
+}
+
+function searchFacts(directed: Directed): Facts {
+  const { culling, work } = directed;
+  return [
+    ["Culled at once", `${inPercent(culling.rate)} of ${grouped(culling.triangles)} triangles; ${grouped(culling.survivors)} were looked at closely`],
+    ["Work", `${grouped(work.nearest_queries)} nearest points, ${grouped(work.triangle_tests)} triangle tests, ${grouped(work.subdivisions)} pieces split`],
+  ];
+}
+
+function samples(sampled: Distribution, units: string): HTMLElement {
+  const value = (one: { value: number }) => withUnits(toDigits(one.value, 4), units);
+  return h(
+    "div",
+    { class: "sampled" },
+    h("h4", {}, `Sampled at ${grouped(sampled.samples)} points, not certified`),
+    facts([
+      ["Mean", value(sampled.mean)],
+      ["Root mean square", value(sampled.rms)],
+      ["Half is within", value(sampled.p50)],
+      ["95 % are within", value(sampled.p95)],
+      ["99 % are within", value(sampled.p99)],
+      ["Largest seen", withUnits(toDigits(sampled.max_seen, 4), units)],
+    ]),
+  );
+}

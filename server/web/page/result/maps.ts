@@ -1,0 +1,98 @@
+// The deviation maps of a comparison: for the viewer, and as files.
+import type { Client } from "../api/client.js";
+import type { Comparison, Side } from "../api/types.js";
+import { button, h } from "../dom.js";
+import { inBytes } from "../text/numbers.js";
+import { asSentence, explain } from "../text/problems.js";
+import { unitsOf, witnessesOf } from "../text/verdict.js";
+import { save } from "./share.js";
+
+const shownTriangles = 200_000; // more makes a picture slower, and no clearer
+
+type Form = "ply" | "glb";
+
+function pathOfMap(id: string, form: Form, of: Side, mostTriangles?: number): string {
+  const query = new URLSearchParams({ of, ...(mostTriangles === undefined ? {} : { max_triangles: String(mostTriangles) }) });
+  return `/v1/comparisons/${id}/deviation.${form}?${query.toString()}`;
+}
+
+/** The bytes of an answer, told as they come. */
+async function bytesOf(answer: Response, tell: (bytes: number, of: number | null) => void): Promise<ArrayBuffer> {
+  if (!answer.body) return answer.arrayBuffer();
+  const of = Number(answer.headers.get("Content-Length") ?? NaN);
+  const reader = answer.body.getReader();
+  const pieces: Uint8Array<ArrayBuffer>[] = [];
+  for (let got = 0; ; ) {
+    const { done, value } = await reader.read();
+    if (done) return new Blob(pieces).arrayBuffer();
+    pieces.push(value);
+    got += value.length;
+    tell(got, Number.isFinite(of) ? of : null);
+  }
+}
+
+/** Loads both maps and the viewer into `host`; says in words there why, when they cannot be had. */
+export async function showViewer(host: HTMLElement, client: Client, result: Comparison, signal: AbortSignal): Promise<() => void> {
+  const words = h("p", { class: "loading", role: "status" }, "Computing where the surfaces differ …");
+  const bar = h("progress", { "aria-label": "Loading the deviation maps" });
+  host.replaceChildren(h("div", { class: "viewer-wait" }, words, bar));
+  try {
+    const load = async (of: Side): Promise<ArrayBuffer> => {
+      const path = pathOfMap(result.id, "glb", of, shownTriangles);
+      const answer = await client.sendPatiently(path, { signal, doing: "loading the deviation maps" });
+      return bytesOf(answer, (got) => (words.textContent = `Loading the surface of ${of.toUpperCase()}: ${inBytes(got)}`));
+    };
+    const modules = Promise.all([import("../viewer/map.js"), import("../viewer/mount.js")]);
+    modules.catch(() => undefined); // waited for below; a map that is refused is told first
+    const a = await load("a");
+    const b = await load("b");
+    const [{ parseMap }, { mountViewer }] = await modules;
+    const maps = { a: await parseMap(a), b: await parseMap(b) };
+    if (signal.aborted) return () => undefined;
+    host.replaceChildren();
+    const viewer = mountViewer(host, {
+      ...maps,
+      limit: result.gate?.max_distance ?? null,
+      units: unitsOf(result),
+      witnesses: witnessesOf(result),
+    });
+    return () => viewer.dispose();
+  } catch (error) {
+    if (!signal.aborted) host.replaceChildren(refusal(error, () => void showViewer(host, client, result, signal)));
+    return () => undefined;
+  }
+}
+
+function refusal(error: unknown, again: () => void): HTMLElement {
+  const told = explain(error);
+  return h(
+    "div",
+    { class: "viewer-wait", role: "status" },
+    h("p", {}, h("b", {}, "The surfaces cannot be shown. "), asSentence(told.detail || told.defects[0]?.message || told.title)),
+    h("p", { class: "hint" }, "All else on this page holds."),
+    told.retry ? button("Try again", {}, again) : null,
+  );
+}
+
+/** Buttons that save a map; a refusal is told in `note`. */
+export function mapButtons(client: Client, result: Comparison, note: HTMLElement): HTMLButtonElement[] {
+  const forms: [Form, string][] = [["ply", "Deviation map as PLY"], ["glb", "as GLB"]];
+  return forms.map(([form, label]) => {
+    const made = button(label, {}, () => void download());
+    const download = async () => {
+      made.disabled = true;
+      note.textContent = "Computing the map …";
+      try {
+        const answer = await client.sendPatiently(pathOfMap(result.id, form, "a"), { doing: "loading the deviation map" });
+        save(`deviation-${result.id.slice(0, 8)}.${form}`, await answer.blob());
+        note.textContent = "";
+      } catch (error) {
+        const told = explain(error);
+        note.textContent = asSentence(told.detail || told.title);
+      } finally {
+        made.disabled = false;
+      }
+    };
+    return made;
+  });
+}

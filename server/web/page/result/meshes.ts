@@ -1,0 +1,47 @@
+// What was read: both meshes side by side.
+import type { Comparison, MeshFacts, Side } from "../api/types.js";
+import { h } from "../dom.js";
+import { grouped, inBytes, pointText, toDigits } from "../text/numbers.js";
+
+type Row = [string, (mesh: MeshFacts) => string];
+
+const rows: Row[] = [
+  ["Format", (mesh) => formatWords(mesh)],
+  ["Size", (mesh) => inBytes(mesh.bytes) + (mesh.gzip ? ", gzip-compressed" : "")],
+  ["Triangles", (mesh) => grouped(mesh.triangles)],
+  ["Vertices", (mesh) => grouped(mesh.vertices)],
+  ["Without area", (mesh) => (mesh.degenerate === 0 ? "" : grouped(mesh.degenerate))],
+  ["Box from", (mesh) => pointText(mesh.bbox.low)],
+  ["Box to", (mesh) => pointText(mesh.bbox.high)],
+  ["Diagonal", (mesh) => toDigits(mesh.diagonal, 7)],
+];
+
+function formatWords(mesh: MeshFacts): string {
+  const unit = mesh.unit === null || mesh.unit === "millimeter" ? "" : `, in ${mesh.unit}, converted to millimetres`;
+  return mesh.format.toUpperCase().replace("GLTF", "glTF") + unit;
+}
+
+export function meshesTable(result: Comparison, names: Record<Side, string>): HTMLElement {
+  const { a, b } = result.meshes;
+  const body: HTMLElement[] = rows.flatMap(([label, text]) => {
+    const [one, other] = [text(a), text(b)];
+    if (one === "" && other === "") return [];
+    return [h("tr", {}, h("th", { scope: "row" }, label), h("td", {}, one || "none"), h("td", {}, other || "none"))];
+  });
+  body.push(h("tr", {}, h("th", { scope: "row" }, "SHA-256"), h("td", {}, hash(a)), h("td", {}, hash(b))));
+  body.push(...notes(a, b));
+  const head = h("tr", {}, h("td"), column("A", names.a), column("B", names.b));
+  return h("div", { class: "scroll" }, h("table", { class: "meshes" }, h("caption", { class: "unseen" }, "Facts about both meshes"), h("thead", {}, head), h("tbody", {}, ...body)));
+}
+
+function column(letter: string, name: string): HTMLElement {
+  return h("th", { scope: "col" }, h("b", { class: "letter" }, letter), " ", name);
+}
+
+const hash = (mesh: MeshFacts): HTMLElement => h("code", { class: "hash" }, mesh.sha256);
+
+function notes(a: MeshFacts, b: MeshFacts): HTMLElement[] {
+  if (a.notes.length === 0 && b.notes.length === 0) return [];
+  const list = (texts: string[]) => (texts.length === 0 ? "none" : h("ul", {}, ...texts.map((text) => h("li", {}, text))));
+  return [h("tr", {}, h("th", { scope: "row" }, "Notes"), h("td", {}, list(a.notes)), h("td", {}, list(b.notes)))];
+}

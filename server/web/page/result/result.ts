@@ -1,0 +1,162 @@
+// The page of a comparison that has ended with an interval.
+import type { Client } from "../api/client.js";
+import type { Comparison, Job, Side } from "../api/types.js";
+import { button, card, facts, h, svg } from "../dom.js";
+import { Gauge } from "../plot/gauge.js";
+import type { History } from "../plot/history.js";
+import { TimelinePlot } from "../plot/timeline.js";
+import { inPercent, inTime, intervalText, intervalWords, plain, toDigits, withUnits } from "../text/numbers.js";
+import { statusSentence, unitsOf, wordingOf, type Tone } from "../text/verdict.js";
+import { directionsOf } from "./directions.js";
+import { mapButtons, showViewer } from "./maps.js";
+import { meshesTable } from "./meshes.js";
+import { jsonButton, linkRow, pipeline } from "./share.js";
+import { timesOf } from "./times.js";
+
+export interface ResultFace {
+  job: Job;
+  result: Comparison;
+  names: Record<Side, string>;
+  history: History | null; // null: nobody watched
+  timeoutMs: number | null; // null: not known
+  again(): void;
+  narrow(): void;
+}
+
+const leastHistoryMs = 300; // what is shorter has nothing to see over time
+
+/** Fills `host`; the function that it returns ends what it began. */
+export function showResult(host: HTMLElement, client: Client, face: ResultFace): () => void {
+  const { job, result, names } = face;
+  const ends: (() => void)[] = [];
+  const stage = h("div", { class: "viewer-host" });
+  host.replaceChildren(
+    verdictOf(face, ends),
+    card("Where they differ", { class: "card wide" }, stage),
+    columns(face, ends),
+    card("The meshes", { class: "card" }, meshesTable(result, names)),
+    card("Put it into a pipeline", { class: "card" }, pipeline(result, names, client.key !== "")),
+    card("Keep it", { class: "card keep" }, linkRow(job.id, job.expires), downloads(client, result)),
+  );
+  const controller = new AbortController();
+  ends.push(() => controller.abort());
+  void showViewer(stage, client, result, controller.signal).then((end) => ends.push(end));
+  return () => ends.forEach((end) => end());
+}
+
+function verdictOf(face: ResultFace, ends: (() => void)[]): HTMLElement {
+  const { result, names } = face;
+  const words = wordingOf(result, face.timeoutMs);
+  const host = h("div", { class: "plot gauge" });
+  const limit = result.gate?.max_distance ?? null;
+  const gauge = new Gauge(host, { ...result.distance, limit, units: unitsOf(result) });
+  ends.push(() => gauge.dispose());
+  return h(
+    "header",
+    { class: `verdict ${words.tone}` },
+    h("p", { class: "pair-names" }, h("b", {}, names.a), " against ", h("b", {}, names.b)),
+    h("h1", { tabindex: "-1" }, icon(words.tone), words.heading),
+    words.tone === "measured" ? null : h("p", { class: "reading" }, ...readingOf(result)),
+    h("p", { class: "reason" }, words.reason),
+    words.proof === "" ? null : h("p", { class: "proof" }, words.proof),
+    host,
+    h("div", { class: "actions" }, narrower(face), button("Measure again", { class: "again" }, () => face.again()), h("a", { class: "button", href: "/" }, "New pair")),
+  );
+}
+
+// The work stops when the limit is decided; how far it really is may still be asked.
+function narrower(face: ResultFace): HTMLElement | null {
+  const { lower, upper } = face.result.distance;
+  if (face.result.status !== "gate_decided" || upper === lower) return null;
+  return button("Narrow the interval", { title: "Measure the distance itself, without the limit" }, () => face.narrow());
+}
+
+function readingOf(result: Comparison): HTMLElement[] {
+  const { lower, upper } = result.distance;
+  const text = intervalText(lower, upper, result.gate?.max_distance ?? null);
+  const top = withUnits(text.upper, upper === null ? "" : unitsOf(result));
+  if (text.lower === text.upper) return [h("span", {}, top)];
+  return [h("span", {}, text.lower), h("span", { class: "dash" }, "to"), h("span", {}, top)];
+}
+
+const strokes: Record<Tone, string> = {
+  pass: "M5 12.5l4.5 4.5L19 7.5",
+  fail: "M6.5 6.5l11 11m0-11l-11 11",
+  undecided: "M6 10h12M6 14.5h12",
+  measured: "M5 7v10M19 7v10M5 12h14",
+};
+
+function icon(tone: Tone): SVGSVGElement {
+  return svg("svg", { class: "icon", viewBox: "0 0 24 24", "aria-hidden": "true" }, svg("circle", { cx: 12, cy: 12, r: 12 }), svg("path", { d: strokes[tone] }));
+}
+
+function columns(face: ResultFace, ends: (() => void)[]): HTMLElement {
+  const { result, history } = face;
+  const seen = history && (history.last?.ms ?? 0) >= leastHistoryMs ? shrinking(face, history, ends) : null;
+  return h(
+    "div",
+    { class: "cards" },
+    h("div", {}, card("Both directions", { class: "card" }, directionsOf(result)), seen),
+    h(
+      "div",
+      {},
+      card("Precision", { class: "card" }, precision(result)),
+      card("Time", { class: "card" }, ...timesOf(result.timings_ms), engine(result)),
+    ),
+  );
+}
+
+function shrinking(face: ResultFace, history: History, ends: (() => void)[]): HTMLElement {
+  const { result } = face;
+  const host = h("div", { class: "plot timeline" });
+  const limit = result.gate?.max_distance ?? null;
+  const now = Math.max(history.last?.ms ?? 0, 1);
+  const plot = new TimelinePlot(host, { history, limit, units: unitsOf(result), now });
+  ends.push(() => plot.dispose());
+  return card("How the interval shrank", { class: "card" }, host);
+}
+
+function precision(result: Comparison): HTMLElement {
+  const { reached, asked } = result.tolerance;
+  const units = unitsOf(result);
+  const { upper } = result.distance;
+  return h(
+    "div",
+    {},
+    h("p", {}, statusSentence(result)),
+    facts([
+      ["Interval", intervalWords(result.distance.lower, upper, units, result.gate?.max_distance ?? null)],
+      ["In full", `${plain(result.distance.lower)} … ${plain(upper ?? Infinity)}`],
+      ["Its width", widthWords(reached, units)],
+      ["Asked for", askedWords(asked, units)],
+      ["Rounding alone", `${withUnits(toDigits(result.precision_floor, 2), units)} of the width`],
+      ["Against the size", upper === null ? "" : `The distance is at most ${inPercent(upper / result.meshes.b.diagonal, 3)} of B's diagonal`],
+    ]),
+  );
+}
+
+function widthWords(reached: Comparison["tolerance"]["reached"], units: string): string {
+  const { absolute, relative, diagonal } = reached;
+  if (absolute === null) return "not known";
+  const shares = [relative === null || relative > 1 ? "" : `${inPercent(relative, 2)} of the distance`, diagonal === null ? "" : `${inPercent(diagonal, 2)} of A's diagonal`];
+  return [withUnits(toDigits(absolute, 3), units), ...shares.filter((share) => share !== "")].join(", ");
+}
+
+function askedWords(asked: Comparison["tolerance"]["asked"], units: string): string {
+  const parts: string[] = [];
+  if (asked.absolute !== undefined) parts.push(withUnits(plain(asked.absolute), units));
+  if (asked.relative !== undefined) parts.push(`${inPercent(asked.relative)} of the distance`);
+  if (asked.diagonal !== undefined) parts.push(`${asked.diagonal < 1e-4 ? plain(asked.diagonal) : inPercent(asked.diagonal)} of A's diagonal`);
+  return parts.join(", or ");
+}
+
+function engine(result: Comparison): HTMLElement {
+  const { version, strategy, points, simd, threads } = result.engine;
+  const how = `${strategy}${points === null ? "" : ` with ${String(points)} points`}, ${simd}, ${String(threads)} ${threads === 1 ? "thread" : "threads"}`;
+  return h("p", { class: "hint" }, `meshgauge ${version}: ${how}; ${inTime(result.timings_ms.total)} in all.`);
+}
+
+function downloads(client: Client, result: Comparison): HTMLElement {
+  const note = h("p", { class: "hint", role: "status" });
+  return h("div", {}, h("div", { class: "actions" }, jsonButton(result), ...mapButtons(client, result, note)), note);
+}

@@ -1,0 +1,53 @@
+// Where the time went, as one bar with its legend, which is a table.
+import type { Timings } from "../api/types.js";
+import { h, svg } from "../dom.js";
+import { inPercent, inTime } from "../text/numbers.js";
+import { stageTimes, type StageTime } from "../text/stages.js";
+
+const length = 1000; // of the bar, in its own units
+
+export function timesOf(timings: Timings): Element[] {
+  const stages = stageTimes(timings);
+  const sum = stages.reduce((total, { ms }) => total + ms, 0);
+  if (sum === 0) return [h("p", { class: "hint" }, "No time was spent.")];
+  return [bar(stages, sum), table(stages, sum, timings.total)];
+}
+
+function bar(stages: StageTime[], sum: number): SVGSVGElement {
+  const words = stages.map(({ label, ms }) => `${label} ${inTime(ms)}`).join(", ");
+  const picture = svg("svg", {
+    class: "stage-bar",
+    viewBox: `0 0 ${String(length)} 20`,
+    preserveAspectRatio: "none",
+    role: "img",
+    "aria-label": `Time of each stage: ${words}`,
+  });
+  let x = 0;
+  for (const { name, ms } of stages) {
+    const width = (ms / sum) * length;
+    picture.append(svg("rect", { x, y: 0, width, height: 20, class: `stage-${name}` }));
+    x += width;
+  }
+  return picture;
+}
+
+function table(stages: StageTime[], sum: number, total: number): HTMLElement {
+  const rows = stages.map(({ name, label, ms }) =>
+    h(
+      "tr",
+      {},
+      h("th", { scope: "row" }, swatch(name), label),
+      h("td", { class: "number" }, inTime(ms)),
+      h("td", { class: "number" }, shareWords(ms / sum)),
+    ),
+  );
+  const last = h("tr", { class: "total" }, h("th", { scope: "row" }, "From beginning to end"), h("td", { class: "number" }, inTime(total)), h("td"));
+  const head = h("thead", {}, h("tr", {}, h("th", { scope: "col" }, "Stage"), h("th", { scope: "col", class: "number" }, "Time"), h("th", { scope: "col", class: "number" }, "Share")));
+  return h("div", { class: "scroll" }, h("table", {}, h("caption", { class: "unseen" }, "Time of each stage"), head, h("tbody", {}, ...rows, last)));
+}
+
+const shareWords = (share: number): string => (share > 0 && share < 5e-4 ? "<\u00A00.1\u00A0%" : inPercent(share, share < 0.01 ? 1 : 3));
+
+function swatch(name: string): SVGSVGElement {
+  return svg("svg", { class: "swatch", viewBox: "0 0 10 10", width: 10, height: 10, "aria-hidden": "true" }, svg("rect", { width: 10, height: 10, rx: 2, class: `stage-${name}` }));
+}

@@ -1,0 +1,53 @@
+// A measurement from the files to the ended comparison: store both meshes, begin, watch.
+import type { Client } from "../api/client.js";
+import { ProblemError } from "../api/problem.js";
+import { hasEnded, type Job, type ProgressEvent, type Side } from "../api/types.js";
+import { store, type UploadStep } from "../api/upload.js";
+import { watch } from "../api/watch.js";
+import type { Chosen, Order } from "../form/form.js";
+
+/** What is told of the way; times are those of the service. */
+export interface Teller {
+  upload(side: Side, step: UploadStep): void;
+  accepted(job: Job): void;
+  progress(event: ProgressEvent): void;
+  interrupted(): void;
+}
+
+export async function measure(client: Client, order: Order, tell: Teller, signal: AbortSignal): Promise<Job> {
+  const job = await begin(client, order, tell, signal);
+  tell.accepted(job);
+  return hasEnded(job) ? job : watch(client, job.id, tell, signal);
+}
+
+async function begin(client: Client, order: Order, tell: Teller, signal: AbortSignal): Promise<Job> {
+  const ids = await storeBoth(client, order, tell, signal);
+  const pair = { ...ids, options: order.options };
+  try {
+    return await client.begin(pair, newKey(), signal);
+  } catch (error) {
+    // It was there a moment ago, and was forgotten since: sent once more where the file is still at hand.
+    if (!(error instanceof ProblemError) || error.kind !== "unknown-mesh" || !haveFiles(order)) throw error;
+    const again = await storeBoth(client, order, tell, signal);
+    return client.begin({ ...pair, ...again }, newKey(), signal);
+  }
+}
+
+const haveFiles = (order: Order): boolean => order.a.kind === "file" && order.b.kind === "file";
+
+// One after the other: a connection is not faster for being shared, and the same file twice is sent once.
+async function storeBoth(client: Client, order: Order, tell: Teller, signal: AbortSignal): Promise<Record<Side, string>> {
+  const a = await idOf(client, "a", order.a, tell, signal);
+  return { a, b: await idOf(client, "b", order.b, tell, signal) };
+}
+
+async function idOf(client: Client, side: Side, chosen: Chosen, tell: Teller, signal: AbortSignal): Promise<string> {
+  if (chosen.kind === "file") return store(client, chosen.file, (step) => tell.upload(side, step), signal);
+  tell.upload(side, { step: "there", reused: true });
+  return chosen.id;
+}
+
+// So that a request that is sent again begins nothing twice. crypto.randomUUID is missing on plain http.
+function newKey(): string {
+  return Array.from(crypto.getRandomValues(new Uint8Array(16)), (byte) => byte.toString(16).padStart(2, "0")).join("");
+}

@@ -1,0 +1,139 @@
+// Numbers as people read them: few digits, and never a statement that is not true of the interval.
+
+const fewest = 4;
+const enough = 6; // digits, that bounds which agree in them need not be told apart
+const most = 17; // tells all doubles apart
+const exact = 16; // more digits than a whole number of a double holds: the number itself is written
+
+/** Unknown yet: null as the service writes it, or not finite. */
+export type Upper = number | null;
+
+/** "0.00012", "150000", "1.5e-12": fixed notation for the sizes that people have names for. */
+export function plain(x: number): string {
+  if (Number.isNaN(x)) return "-";
+  if (!Number.isFinite(x)) return x > 0 ? "∞" : "-∞";
+  const size = Math.abs(x);
+  if (size === 0) return "0";
+  if (size >= 1e-4 && size < 1e9) return size >= 1e-6 ? String(x) : fixed(x);
+  return x.toExponential().replace("e+", "e");
+}
+
+function fixed(x: number): string {
+  return x.toFixed(20).replace(/0+$/, "");
+}
+
+interface Decimal {
+  digits: number; // a whole number of units of the last digit
+  exponent: number;
+}
+
+const valueOf = (one: Decimal): number => Number(`${String(one.digits)}e${String(one.exponent)}`);
+
+function nearest(x: number, digits: number): Decimal {
+  const [mantissa = "0", exponent = "0"] = x.toExponential(digits - 1).split("e");
+  return { digits: Number(mantissa.replace(".", "")), exponent: Number(exponent) - (digits - 1) };
+}
+
+/** x to so many significant digits, zeros at the end left out. */
+export function toDigits(x: number, digits: number): string {
+  return Number.isFinite(x) ? plain(valueOf(nearest(x, digits))) : plain(x);
+}
+
+/** The number written is not above x. */
+export function toDigitsBelow(x: number, digits: number): string {
+  const decimal = nearest(x, digits);
+  if (valueOf(decimal) > x) --decimal.digits;
+  return digits >= exact ? plain(x) : plain(valueOf(decimal));
+}
+
+/** The number written is not below x. */
+export function toDigitsAbove(x: number, digits: number): string {
+  const decimal = nearest(x, digits);
+  if (valueOf(decimal) < x) ++decimal.digits;
+  return digits >= exact ? plain(x) : plain(valueOf(decimal));
+}
+
+export interface IntervalText {
+  lower: string; // not above lower
+  upper: string; // not below upper; "unknown" where nothing is known
+  limit: string; // "" without one
+}
+
+/** As few digits as tell the bounds apart, and as many as leave each on its side of the limit. */
+export function intervalText(lower: number, upper: Upper, limit: number | null): IntervalText {
+  const top = upper ?? Infinity;
+  let text: IntervalText = { lower: "", upper: "", limit: "" };
+  for (let digits = fewest; digits <= most; ++digits) {
+    text = {
+      lower: toDigitsBelow(lower, digits),
+      upper: Number.isFinite(top) ? toDigitsAbove(top, digits) : "unknown",
+      limit: limit === null ? "" : limitText(limit, digits),
+    };
+    if (isTrue(text, lower, top, limit, digits)) break;
+  }
+  return text;
+}
+
+function limitText(limit: number, digits: number): string {
+  return plain(limit).length <= 10 ? plain(limit) : toDigits(limit, digits);
+}
+
+function isTrue(text: IntervalText, lower: number, upper: number, limit: number | null, digits: number): boolean {
+  const low = Number(text.lower);
+  const high = Number(text.upper);
+  const end = Number(text.limit);
+  if (limit !== null && lower > limit !== low > end) return false;
+  if (!Number.isFinite(upper)) return true;
+  if (limit !== null && upper <= limit !== high <= end) return false;
+  return digits >= enough || high - low <= 1.5 * (upper - lower);
+}
+
+/** "0.09684 to 0.09766 mm", "0", "at least 0.2 mm", "not known yet". */
+export function intervalWords(lower: number, upper: Upper, units: string, limit: number | null = null): string {
+  const text = intervalText(lower, upper, limit);
+  if (text.upper === "unknown") return lower > 0 ? `at least ${withUnits(text.lower, units)}` : "not known yet";
+  if (text.lower === text.upper) return withUnits(text.lower, units);
+  return `${text.lower} to ${withUnits(text.upper, units)}`;
+}
+
+export function withUnits(number: string, units: string): string {
+  return units === "" ? number : `${number}\u00A0${units}`;
+}
+
+/** "1,234,567" */
+export function grouped(count: number): string {
+  return String(Math.round(count)).replace(/\B(?=(\d{3})+$)/g, ",");
+}
+
+/** "1.4 MB" */
+export function inBytes(bytes: number): string {
+  const steps: [number, string][] = [[1e9, "GB"], [1e6, "MB"], [1e3, "kB"]];
+  const step = steps.find(([size]) => bytes >= size);
+  return step ? `${toDigits(bytes / step[0], 3)}\u00A0${step[1]}` : `${String(bytes)}\u00A0B`;
+}
+
+/** "1.4 s" */
+export function inTime(ms: number): string {
+  if (ms > 0 && ms < 0.01) return "<\u00A00.01\u00A0ms";
+  if (ms < 1000) return `${toDigits(ms, ms < 10 ? 2 : 3)}\u00A0ms`;
+  return ms < 120_000 ? `${toDigits(ms / 1000, 3)}\u00A0s` : `${toDigits(ms / 60_000, 3)}\u00A0min`;
+}
+
+/** Of a clock that runs: "0.4 s", "12.3 s", "2 min 05 s"; its width changes little. */
+export function onClock(ms: number): string {
+  const seconds = ms / 1000;
+  if (seconds < 100) return `${seconds.toFixed(1)}\u00A0s`;
+  const whole = Math.floor(seconds);
+  return `${String(Math.floor(whole / 60))}\u00A0min ${String(whole % 60).padStart(2, "0")}\u00A0s`;
+}
+
+/** "(0.3227, 0.6693, 0.6693)" */
+export function pointText(point: readonly number[], digits = 6): string {
+  return `(${point.map((x) => toDigits(x, digits)).join(", ")})`;
+}
+
+/** "99.3 %"; what is not all of it never reads as all of it. */
+export function inPercent(share: number, digits = 4): string {
+  const number = toDigits(100 * share, digits);
+  return `${number === "100" && share < 1 ? "99.99" : number}\u00A0%`;
+}

@@ -1,0 +1,96 @@
+// Problems in words: what happened, to which part, and what to do.
+import { NetworkError, ProblemError } from "../api/problem.js";
+import type { Problem } from "../api/types.js";
+
+export interface Explained {
+  title: string;
+  detail: string; // "" where the defects say all of it
+  advice: string; // "" when there is nothing to do but to read
+  defects: Defect[];
+  requestId: string | null;
+  retry: boolean; // the same again may succeed
+}
+
+export interface Defect {
+  part: "a" | "b" | "options" | "other";
+  label: string; // whom it belongs to, in words
+  where: string;
+  message: string;
+}
+
+const partLabels: Record<string, string> = { a: "Candidate (A)", b: "Baseline (B)", options: "Settings", body: "Request" };
+
+const advices: Record<string, string> = {
+  "unauthorized": "Enter a key of this service.",
+  "forbidden": "Ask whoever runs the service for a key that may do this.",
+  "quota-exceeded": "Delete meshes that are not needed any more, or ask for more room.",
+  "not-found": "The link may be mistyped, the result may no longer be kept, or it belongs to another key. Measure again to get a new link.",
+  "request-timeout": "The connection is slow, or was interrupted. Try again, perhaps with a gzip-compressed file.",
+  "too-large": "Send a smaller file, or a gzip-compressed one; whoever runs the service may also raise its limit.",
+  "unsupported-format": "Export the mesh as OBJ, STL, PLY, OFF, glTF, GLB or 3MF.",
+  "unreadable-mesh": "The file is damaged or cut off: export it again, and look at what wrote it.",
+  "empty-mesh": "There is no surface to measure: look at what wrote the file.",
+  "non-finite-vertex": "Export the mesh again: a coordinate that is no number cannot be measured.",
+  "index-out-of-range": "The file is inconsistent: export it again, and look at what wrote it.",
+  "coordinate-too-large": "Scale the mesh down: squares of such coordinates no longer fit a floating-point number.",
+  "invalid-request": "Correct the setting that is named.",
+  "unknown-mesh": "Choose the file again: the service no longer keeps it.",
+  "digest-mismatch": "The file changed while it was sent: choose it again.",
+  "internal": "This is a fault of the service. Report it with the request's id.",
+  "overloaded": "Try again in a moment.",
+  "shutting-down": "Try again in a moment.",
+  "too-many-requests": "Wait a moment, then try again.",
+  "out-of-time": "Allow more time: under “More settings”.",
+  "storage-unavailable": "Try again in a moment; when it stays, whoever runs the service should look at its disk.",
+  "storage-full": "Whoever runs the service has to make room.",
+};
+
+const passing = new Set([
+  "unauthorized", "overloaded", "shutting-down", "too-many-requests", "storage-unavailable", "storage-full", "request-timeout", "internal", "digest-mismatch",
+]);
+
+export function explain(error: unknown): Explained {
+  if (error instanceof ProblemError) return explainProblem(error.problem, error.requestId);
+  if (error instanceof NetworkError) return unanswered(error);
+  const detail = error instanceof Error ? error.message : String(error);
+  const none = { defects: [], requestId: null };
+  return { title: "The page failed", detail, advice: "Reload the page and try again.", ...none, retry: true };
+}
+
+export function explainProblem(problem: Problem, requestId: string | null): Explained {
+  const kind = problem.type.slice(problem.type.lastIndexOf(":") + 1);
+  const defects = problem.errors.map(toDefect);
+  const gone = kind === "not-found" && problem.detail.includes("comparison of this id");
+  // What the service says there is for programs.
+  const repeats = gone || kind === "unauthorized" || (defects.length === 1 && defects[0]?.message === problem.detail);
+  return {
+    title: gone ? "There is no such comparison, or not any more" : problem.title,
+    detail: repeats ? "" : asSentence(problem.detail),
+    advice: advices[kind] ?? "",
+    defects,
+    requestId,
+    retry: passing.has(kind),
+  };
+}
+
+/** The service's words begin small and end without a point. */
+export function asSentence(text: string): string {
+  if (text === "") return "";
+  return `${text.charAt(0).toUpperCase()}${text.slice(1)}${/[.?!]$/.test(text) ? "" : "."}`;
+}
+
+function toDefect(error: Problem["errors"][number]): Defect {
+  const part = error.part === "a" || error.part === "b" || error.part === "options" ? error.part : "other";
+  return { part, label: partLabels[error.part] ?? error.part, where: error.where, message: error.message };
+}
+
+function unanswered(error: NetworkError): Explained {
+  return {
+    title: "The service did not answer",
+    detail: `The connection broke while ${error.doing}.`,
+    advice: "Is the service running, and the network up? A file above the service's limit can also end like this.",
+    defects: [],
+    requestId: null,
+    retry: true,
+  };
+}

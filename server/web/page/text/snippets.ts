@@ -1,0 +1,95 @@
+// The same measurement outside of the page: a command line, and a gate of `meshgauge check`.
+import type { Comparison, Options } from "../api/types.js";
+import { toDigitsAbove } from "./numbers.js";
+
+export interface Names {
+  a: string; // file names, as they were sent
+  b: string;
+}
+
+/** A command for a shell. A name that a shell or curl would misread becomes a plain one. */
+export function curlCommand(origin: string, names: Names, options: Options, withKey: boolean): string {
+  const key = withKey ? ' -H "Authorization: Bearer $MESHGAUGE_KEY"' : "";
+  const text = JSON.stringify(options);
+  const third = text === "{}" ? "" : ` \\\n  -F ${quoted(`options=${text}`)}`;
+  const { a, b } = plainNames(names);
+  return `curl -sS${key} -F a=@${a} -F b=@${b}${third} \\\n  ${origin}/v1/comparisons`;
+}
+
+const quoted = (text: string): string => `'${text.replace(/'/g, "'\\''")}'`;
+
+/** What of the options a result tells. */
+export function optionsOf(result: Comparison): Options {
+  const { gate, direction, tolerance, engine } = result;
+  const usual = tolerance.asked.absolute === undefined && tolerance.asked.relative === 0.01 && tolerance.asked.diagonal === 1e-6;
+  return {
+    ...(gate ? { gate: { max_distance: gate.max_distance, ...(gate.units === null ? {} : { units: gate.units }) } } : {}),
+    ...(direction === "symmetric" ? {} : { direction }),
+    ...(usual ? {} : { tolerance: tolerance.asked }),
+    ...(engine.strategy === "auto" ? {} : { strategy: engine.strategy }),
+    ...(engine.points === null ? {} : { points: engine.points as NonNullable<Options["points"]> }),
+    ...(result.statistics ? { statistics: true } : {}),
+  };
+}
+
+/** gates.yaml with this gate. Without one, its limit is just above what was measured. */
+export function gatesYaml(result: Comparison, names: Names): string {
+  const { a, b } = plainNames(names);
+  const stem = a.replace(/(\.gz)?$/, "").replace(/\.[^.]*$/, "") || "part";
+  const { limit, remark } = limitOf(result);
+  const lines = [
+    "# gates.yaml",
+    "version: 1",
+    "gates:",
+    `  - name: ${JSON.stringify(stem)}`,
+    `    candidate: ${JSON.stringify(a)}`,
+    `    baseline: ${JSON.stringify(`baselines/${b}`)}`,
+    `    max_distance: ${limit}${remark}`,
+    ...directionLine(result),
+    ...toleranceLine(result),
+  ];
+  return lines.join("\n") + "\n";
+}
+
+// A unit of gates.yaml is one word, and none that means a share.
+const unitWord = /^(?!e$|percent|pct$|prozent$|pourcent$|permille$|promille$|ppm$)[A-Za-z\u00B5\u03BC]{1,16}$/i;
+
+function limitOf(result: Comparison): { limit: string; remark: string } {
+  const { gate, distance } = result;
+  if (!gate) {
+    const known = distance.upper ?? distance.lower;
+    return { limit: toDigitsAbove(known, 3), remark: "  # just above what was measured: say what is allowed" };
+  }
+  const number = String(gate.max_distance);
+  if (gate.units === null) return { limit: number, remark: "" };
+  return unitWord.test(gate.units) ? { limit: `${number} ${gate.units}`, remark: "" } : { limit: number, remark: "" };
+}
+
+function directionLine(result: Comparison): string[] {
+  if (result.direction === "symmetric") return [];
+  return [`    direction: ${result.direction === "a_to_b" ? "candidate_to_baseline" : "baseline_to_candidate"}`];
+}
+
+function toleranceLine(result: Comparison): string[] {
+  const { tolerance } = optionsOf(result);
+  if (!tolerance) return [];
+  const rules = Object.entries(tolerance).map(([rule, value]) => `${rule}: ${String(value)}`);
+  return [`    tolerance: {${rules.join(", ")}}`];
+}
+
+export function checkCommand(origin: string): string {
+  return `meshgauge check gates.yaml --server ${origin}`;
+}
+
+function plainNames(names: Names): Names {
+  const a = plainName(names.a, "candidate");
+  const b = plainName(names.b, "baseline");
+  return a === b ? { a, b: `baseline-${b}` } : { a, b };
+}
+
+// Also "@x.stl", ";type=" and "{stem}" mean something to one of the readers.
+function plainName(name: string, otherwise: string): string {
+  if (/^[A-Za-z0-9_][A-Za-z0-9_.-]*$/.test(name)) return name;
+  const suffix = /(\.[A-Za-z0-9]{1,5}(\.gz)?)$/.exec(name)?.[1] ?? "";
+  return otherwise + suffix;
+}

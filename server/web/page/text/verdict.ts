@@ -1,0 +1,193 @@
+// What a result means, in sentences. The words are those of `meshgauge check`.
+import type { Comparison, Direction, Directed, Side, Status, Vec3 } from "../api/types.js";
+import { inPercent, inTime, intervalText, intervalWords, pointText, toDigitsAbove, toDigitsBelow, withUnits } from "./numbers.js";
+
+export type Tone = "pass" | "fail" | "undecided" | "measured";
+
+export interface Wording {
+  tone: Tone;
+  heading: string; // "Fail"
+  reason: string; // why, with the numbers
+  proof: string; // what makes it certain, or what would
+}
+
+export const meshName: Record<Side, string> = { a: "candidate (A)", b: "baseline (B)" };
+
+/** A point that lies at least `lower` from the other mesh. */
+export interface FoundWitness {
+  from: Side;
+  point: Vec3;
+  nearest: Vec3;
+  lower: number;
+  upper: number;
+  triangle: number;
+  nearestTriangle: number;
+}
+
+/** One for each direction that has one; the first attains the lower end of the interval. */
+export function witnessesOf(result: Comparison): FoundWitness[] {
+  const found = [witnessOf("a", result.a_to_b), witnessOf("b", result.b_to_a)].filter((one) => one !== null);
+  return found.sort((one, other) => other.lower - one.lower);
+}
+
+function witnessOf(from: Side, directed: Directed | null): FoundWitness | null {
+  if (!directed?.witness) return null;
+  const { point_a, point_b, triangle_a, triangle_b } = directed.witness;
+  const { lower, upper } = directed;
+  return {
+    from,
+    point: point_a,
+    nearest: point_b,
+    lower,
+    upper: upper ?? Infinity,
+    triangle: triangle_a,
+    nearestTriangle: triangle_b,
+  };
+}
+
+export function unitsOf(result: Comparison): string {
+  return result.gate?.units ?? "";
+}
+
+/** `timeoutMs`: what was asked for, where it is known. */
+export function wordingOf(result: Comparison, timeoutMs: number | null = null): Wording {
+  if (result.verdict === "pass") return forPass(result);
+  if (result.verdict === "fail") return forFail(result);
+  if (result.verdict === "undecided") return forUndecided(result, timeoutMs);
+  return withoutGate(result, timeoutMs);
+}
+
+function figures(result: Comparison) {
+  const { lower, upper } = result.distance;
+  const text = intervalText(lower, upper, result.gate?.max_distance ?? null);
+  const units = unitsOf(result);
+  return { lower: withUnits(text.lower, units), upper: withUnits(text.upper, units), limit: withUnits(text.limit, units) };
+}
+
+function forPass(result: Comparison): Wording {
+  const { upper, limit } = figures(result);
+  return {
+    tone: "pass",
+    heading: "Pass",
+    reason: `${everyPoint[result.direction]} within ${limit} of ${otherMesh[result.direction]}: at most ${upper} away.`,
+    proof: "The interval proves it: its upper end is a bound for every point, not the largest of some samples.",
+  };
+}
+
+const everyPoint: Record<Direction, string> = {
+  symmetric: "Every point of both surfaces lies",
+  a_to_b: "Every point of the candidate (A) lies",
+  b_to_a: "Every point of the baseline (B) lies",
+};
+
+const otherMesh: Record<Direction, string> = {
+  symmetric: "the other surface",
+  a_to_b: "the baseline (B)",
+  b_to_a: "the candidate (A)",
+};
+
+function forFail(result: Comparison): Wording {
+  const { lower, limit } = figures(result);
+  const [witness] = witnessesOf(result);
+  if (!witness) return { tone: "fail", heading: "Fail", reason: `The distance is at least ${lower}; the limit is ${limit}.`, proof: provedFail };
+  const other = witness.from === "a" ? "b" : "a";
+  const lacking = witness.from === "b" ? ` The ${meshName.a} lacks what the ${meshName.b} has there, or has it elsewhere.` : "";
+  return {
+    tone: "fail",
+    heading: "Fail",
+    reason:
+      `The point ${pointText(witness.point)} of the ${meshName[witness.from]}, on triangle ${String(witness.triangle)}, ` +
+      `is ${lower} or more from the ${meshName[other]}. The limit is ${limit}.${lacking}`,
+    proof: provedFail,
+  };
+}
+
+const provedFail = "The interval proves it: its lower end is attained at that point, and is above the limit.";
+
+function forUndecided(result: Comparison, timeoutMs: number | null): Wording {
+  const { lower, upper } = result.distance;
+  const { limit } = figures(result);
+  const range = intervalWords(lower, upper, unitsOf(result), result.gate?.max_distance ?? null);
+  const known = range === "not known yet" ? "Nothing is known of the distance yet" : `The distance is ${between(range)}`;
+  const limitWords = decidingLimit(result);
+  const effort = moreEffort(result.status, timeoutMs);
+  const either = [limitWords, effort].filter((one) => one !== "").join(", or ");
+  return {
+    tone: "undecided",
+    heading: "Undecided",
+    reason: `${known}, and the limit of ${limit} is not decided by that: ${whyEnded[result.status]}.`,
+    proof: effort === "" ? `Decided by ${either}. The limit is closer to the distance than rounding lets be seen.` : `What would decide: ${either}.`,
+  };
+}
+
+const between = (range: string) => (range.includes(" to ") ? `between ${range.replace(" to ", " and ")}` : range);
+
+function decidingLimit(result: Comparison): string {
+  const { lower, upper } = result.distance;
+  const units = unitsOf(result);
+  const parts: string[] = [];
+  if (upper !== null) parts.push(`of at least ${withUnits(toDigitsAbove(upper, 6), units)} (pass)`);
+  if (lower > 0) parts.push(`below ${withUnits(toDigitsBelow(lower, 6), units)} (fail)`);
+  return parts.length === 0 ? "" : `a limit ${parts.join(" or ")}`;
+}
+
+const longestTimeoutMs = 180_000;
+
+function moreEffort(status: Status, timeoutMs: number | null): string {
+  if (status === "timeout" && timeoutMs !== null && timeoutMs >= longestTimeoutMs) return "more threads or a faster machine";
+  if (status === "timeout") return timeoutMs === null ? "more time" : `more time than ${inTime(timeoutMs)}`;
+  if (status === "cancelled") return "letting it run to its end";
+  if (status === "converged") return "a smaller tolerance";
+  if (status === "budget") return "more memory for the pieces that wait";
+  return "";
+}
+
+const whyEnded: Record<Status, string> = {
+  converged: "the interval was as narrow as asked, and the work stopped",
+  gate_decided: "the work stopped",
+  timeout: "the time was over",
+  cancelled: "it was cancelled",
+  budget: "the budget was spent",
+  precision_floor: "floating point allows no narrower interval",
+};
+
+function withoutGate(result: Comparison, timeoutMs: number | null): Wording {
+  const { lower, upper } = result.distance;
+  const range = intervalWords(lower, upper, unitsOf(result));
+  if (range === "not known yet") {
+    const effort = moreEffort(result.status, timeoutMs);
+    return {
+      tone: "measured",
+      heading: "Nothing is known yet",
+      reason: `The work ended before anything was measured: ${whyEnded[result.status]}.`,
+      proof: effort === "" ? "" : `What would help: ${effort}.`,
+    };
+  }
+  return { tone: "measured", heading: headingFor(range), reason: `${subject[result.direction]} is ${between(range)}.`, proof: statusSentence(result) };
+}
+
+const headingFor = (range: string) => (range.startsWith("at least") ? range.replace("at", "At") : range);
+
+const subject: Record<Direction, string> = {
+  symmetric: "The largest distance from any point of one surface to the other",
+  a_to_b: "The largest distance from any point of the candidate (A) to the baseline (B)",
+  b_to_a: "The largest distance from any point of the baseline (B) to the candidate (A)",
+};
+
+/** Why the work ended, and what holds all the same. */
+export function statusSentence(result: Comparison): string {
+  const { reached, met_by } = result.tolerance;
+  if (result.status === "converged" && met_by === "relative" && reached.relative !== null)
+    return `The interval is as narrow as asked: ${inPercent(reached.relative, 2)} of the distance.`;
+  if (result.status === "converged") return "The interval is as narrow as asked.";
+  if (result.status === "gate_decided") return "The work stopped as soon as the limit was decided, so the interval may be wide. Without a limit it gets as narrow as asked.";
+  const why = whyEnded[result.status];
+  return `${why.charAt(0).toUpperCase()}${why.slice(1)}. The interval reached so far holds all the same.`;
+}
+
+/** Of the browser's tab. */
+export function titleOf(result: Comparison): string {
+  const range = intervalWords(result.distance.lower, result.distance.upper, unitsOf(result), result.gate?.max_distance ?? null);
+  const { tone, heading } = wordingOf(result);
+  return `${tone === "measured" ? range : `${heading}: ${range}`} · meshgauge`;
+}

@@ -1,0 +1,38 @@
+// A problem on the page: what, whose, and what to do.
+import { button, h } from "./dom.js";
+import { explain, type Defect, type Explained } from "./text/problems.js";
+
+export interface Ways {
+  again?: (() => void) | undefined;
+  form?: (() => void) | undefined;
+}
+
+/** Shows the problem in `host`, as an alert; gives its words. */
+export function showTrouble(host: HTMLElement, error: unknown, ways: Ways): Explained {
+  const told = explain(error);
+  const title = h(ways.form ? "h1" : "h2", { tabindex: "-1" }, told.title); // the form has a title of its own
+  const box = h(
+    "div",
+    { class: "trouble", role: "alert" },
+    title,
+    told.detail === "" ? null : h("p", {}, told.detail),
+    told.defects.length === 0 ? null : h("ul", { class: "defects" }, ...told.defects.map(defect)),
+    told.advice === "" ? null : h("p", { class: "advice" }, told.advice),
+    h(
+      "div",
+      { class: "actions" },
+      told.retry && ways.again ? button("Try again", { class: "primary" }, ways.again) : null,
+      ways.form ? button("Back to the form", {}, ways.form) : null,
+    ),
+    told.requestId === null ? null : h("p", { class: "hint" }, "For support, the request's id: ", h("code", {}, told.requestId)),
+  );
+  host.replaceChildren(box);
+  title.focus({ preventScroll: true });
+  box.scrollIntoView({ block: "nearest" });
+  return told;
+}
+
+function defect(one: Defect): HTMLElement {
+  const where = one.where === "" || one.message.includes(one.where) ? "" : ` (${one.where})`;
+  return h("li", {}, one.label === "" ? null : h("b", {}, `${one.label}: `), one.message + where);
+}

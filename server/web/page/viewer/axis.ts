@@ -1,0 +1,56 @@
+// The axis that the colour bar, the histogram and the brush share: places from 0 to 1 for distances from 0 to the
+// largest. What is above the limit gets a fixed part of it at the end: a far outlier would press all colours into a line.
+
+const kAbovePart = 0.2;
+
+export interface Axis {
+  top: number; // limit, or the largest distance where there is none
+  largest: number; // at the end; not below the top
+  split: number; // the place of the top: 1 where nothing is above it
+}
+
+export function axisOf(top: number, largest: number): Axis {
+  if (!(largest > top)) return { top, largest: top, split: 1 };
+  return { top, largest, split: top > 0 ? 1 - kAbovePart : 0 };
+}
+
+export function placeOf(axis: Axis, distance: number): number {
+  if (distance <= axis.top) return axis.top > 0 ? (axis.split * Math.max(distance, 0)) / axis.top : 0;
+  if (axis.largest <= axis.top) return 1;
+  return Math.min(1, axis.split + ((1 - axis.split) * (distance - axis.top)) / (axis.largest - axis.top));
+}
+
+export function distanceAt(axis: Axis, place: number): number {
+  if (place >= 1) return axis.largest;
+  if (place <= 0) return 0;
+  if (place <= axis.split) return (axis.top * place) / axis.split;
+  return axis.top + ((axis.largest - axis.top) * (place - axis.split)) / (1 - axis.split);
+}
+
+// Edges of `count` bins of equal width; one edge is at the limit.
+export function binEdges(axis: Axis, count: number): number[] {
+  return Array.from({ length: count + 1 }, (_, i) => distanceAt(axis, i / count));
+}
+
+// A brushed range as numbers of bin edges; the whole axis is no range at all.
+export interface Brush {
+  from: number;
+  to: number;
+}
+
+export const wholeBrush = (bins: number): Brush => ({ from: 0, to: bins });
+export const isWhole = (brush: Brush, bins: number): boolean => brush.from <= 0 && brush.to >= bins;
+
+// One end moved to `edge`; the ends neither cross nor meet, so that something is always within.
+export function moveEnd(brush: Brush, end: "from" | "to", edge: number, bins: number): Brush {
+  const at = Math.round(edge);
+  if (end === "from") return { from: Math.min(Math.max(at, 0), brush.to - 1), to: brush.to };
+  return { from: brush.from, to: Math.max(Math.min(at, bins), brush.from + 1) };
+}
+
+// Between two places that a pointer went from and to, at least a bin.
+export function brushBetween(a: number, b: number, bins: number): Brush {
+  const clamped = (place: number): number => Math.min(Math.max(place, 0), 1) * bins;
+  const from = Math.min(Math.floor(clamped(Math.min(a, b))), bins - 1);
+  return { from, to: Math.max(Math.ceil(clamped(Math.max(a, b))), from + 1) };
+}

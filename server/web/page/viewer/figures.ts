@@ -1,0 +1,32 @@
+// Numbers as people read them.
+
+// Of about `digits` digits, without an exponent where that is readable.
+export function figure(value: number, digits = 4): string {
+  if (!Number.isFinite(value)) return "unknown";
+  return String(Number(value.toPrecision(digits)));
+}
+
+// As `figure`, never above the value: what is said to be "at least" has to be.
+export function atLeast(value: number, digits = 4): string {
+  if (!(value > 0)) return "0";
+  const exponent = Math.floor(Math.log10(value)) - digits + 1;
+  let rounded = Number(value.toPrecision(digits));
+  if (rounded > value) rounded = Number((rounded - 10 ** exponent).toPrecision(digits));
+  return String(rounded);
+}
+
+export function withUnits(text: string, units: string): string {
+  return units ? `${text} ${units}` : text;
+}
+
+export const count = (value: number): string => value.toLocaleString("en-GB");
+
+// Of the whole: "3.2 %", never "0 %" or "100 %" for what is neither.
+export function percent(share: number): string {
+  if (share <= 0) return "0 %";
+  if (share >= 1) return "100 %";
+  if (share < 0.0001) return "less than 0.01 %";
+  if (share > 0.9999) return "more than 99.99 %";
+  const hundredths = 100 * share;
+  return `${share > 0.99 ? hundredths.toFixed(2) : Number(hundredths.toPrecision(3))} %`;
+}

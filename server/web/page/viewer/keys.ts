@@ -1,0 +1,67 @@
+// Keys on the picture, and the list of them that the help shows: one table, so that neither is wrong.
+import type { Commands } from "./commands";
+import { other, type Store } from "./settings";
+import type { Stage } from "./stage";
+
+export interface KeyHelp {
+  keys: string;
+  does: string;
+}
+
+export const kKeyHelp: readonly KeyHelp[] = [
+  { keys: "Arrows", does: "turn" },
+  { keys: "Shift and arrows", does: "move" },
+  { keys: "+ and -", does: "closer, farther" },
+  { keys: "0", does: "see everything" },
+  { keys: "1 to 6", does: "look from +x, -x, +y, -y, +z, -z" },
+  { keys: "w, Shift and w", does: "fly to the witness, to the one of the other direction" },
+  { keys: "s", does: "swap A and B" },
+  { keys: "d", does: "side by side" },
+  { keys: "b", does: "show or hide the mesh that lies over the other" },
+  { keys: "x", does: "show edges" },
+  { keys: "p", does: "plain colours" },
+  { keys: "c", does: "cut across x, y, z, the view, not at all" },
+  { keys: "[ and ]", does: "move the cut" },
+  { keys: "f", does: "show the other side of the cut" },
+  { keys: "?", does: "this list" },
+];
+
+const kTurn = 6; // degrees
+const kMove = 0.06; // of the picture's height
+const kCloser = 1.15;
+const kCutStep = 0.02;
+const kArrows: Record<string, [number, number]> = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
+const kViewNames = ["+x", "-x", "+y", "-y", "+z", "-z"];
+
+export function listenToKeys(stage: Stage, store: Store, commands: Commands, help: () => void): void {
+  const plain: Record<string, () => void> = {
+    "+": () => stage.eye.zoom(kCloser),
+    "=": () => stage.eye.zoom(kCloser),
+    "-": () => stage.eye.zoom(1 / kCloser),
+    "0": () => commands.whole(),
+    w: () => void commands.witness(store.value.witness),
+    W: () => void commands.nextWitness(),
+    s: () => commands.swap(),
+    d: () => commands.split(),
+    b: () => commands.show(other(store.value.coloured)),
+    x: () => commands.wire(),
+    p: () => commands.plain(),
+    c: () => commands.nextCut(),
+    f: () => commands.flipCut(),
+    "[": () => commands.moveCut(-kCutStep),
+    "]": () => commands.moveCut(kCutStep),
+    "?": help,
+  };
+  stage.canvas.addEventListener("keydown", (event) => {
+    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    const arrow = kArrows[event.key];
+    const view = kViewNames[Number(event.key) - 1];
+    const does = plain[event.key];
+    if (arrow && event.shiftKey) stage.eye.pan(arrow[0] * kMove, arrow[1] * kMove);
+    else if (arrow) stage.eye.orbit(arrow[0] * kTurn, arrow[1] * kTurn);
+    else if (view) commands.view(view);
+    else if (does) does();
+    else return;
+    event.preventDefault();
+  });
+}

@@ -1,0 +1,93 @@
+// The service's deviation map (GLB, api/deviation_glb.h) as arrays. A reader of its own: of glTF it needs one primitive
+// without animation, texture or skin, three.js's GLTFLoader would be 90 kB for that, and does not hand out what stands in
+// the extras before it has built a scene. Every length, index and number is checked: errors are thrown in words.
+import { GlbReader, objectOf, type Json } from "./glb";
+
+export interface Display {
+  form: "as_is" | "refined" | "decimated";
+  triangles: number; // of the whole mesh, not of what is shown
+  vertices: number;
+}
+
+export interface DeviationMap {
+  positions: Float32Array; // xyz, relative to `translation`
+  indices: Uint32Array; // three for each triangle, all within `positions`
+  distances: Float32Array; // one for each vertex, finite, not negative
+  translation: [number, number, number];
+  units: string; // may be empty
+  display: Display;
+  // What the file's colours end at: the limit, or the largest distance of the whole mesh where there is none.
+  scale?: { top: number; limited: boolean };
+}
+
+// Rejects where the file is not what the service writes.
+export function parseMap(bytes: ArrayBuffer): Promise<DeviationMap> {
+  return new Promise((resolve) => resolve(mapOf(bytes)));
+}
+
+function mapOf(bytes: ArrayBuffer): DeviationMap {
+  const reader = new GlbReader(bytes);
+  const node = reader.namedNode("candidate");
+  const primitive = reader.primitiveOf(node);
+  const attributes = objectOf(primitive.attributes, "the attributes of the mesh");
+  const positions = reader.floats(attributes.POSITION, "VEC3", "POSITION");
+  const distances = reader.floats(attributes._DISTANCE, "SCALAR", "_DISTANCE");
+  const indices = reader.indices(primitive.indices);
+  checkArrays(positions, distances, indices);
+  const extras = objectOf(node.extras ?? {}, "the extras of the mesh");
+  return {
+    positions,
+    indices,
+    distances,
+    translation: reader.translationOf(node),
+    units: typeof extras.units === "string" ? extras.units : "",
+    display: displayOf(extras, positions.length / 3, indices.length / 3),
+    ...scaleOf(extras),
+  };
+}
+
+function checkArrays(positions: Float32Array, distances: Float32Array, indices: Uint32Array): void {
+  const vertices = positions.length / 3;
+  if (distances.length !== vertices) {
+    throw new Error(`The deviation map has ${vertices} vertices and ${distances.length} distances.`);
+  }
+  if (indices.length % 3 !== 0) {
+    throw new Error(`The deviation map has ${indices.length} indices; triangles need a multiple of three.`);
+  }
+  for (const index of indices) {
+    if (index >= vertices) throw new Error(`The deviation map names vertex ${index} and has only ${vertices}.`);
+  }
+  for (let v = 0; v < vertices; ++v) {
+    if (!(distances[v]! >= 0 && distances[v]! < Infinity)) {
+      throw new Error(`The deviation map's distance at vertex ${v} is not a length.`);
+    }
+    if (!Number.isFinite(positions[3 * v]! + positions[3 * v + 1]! + positions[3 * v + 2]!)) {
+      throw new Error(`The deviation map's vertex ${v} is not a finite point.`);
+    }
+  }
+}
+
+function countOf(value: Json | undefined): number | undefined {
+  return typeof value === "number" && Number.isInteger(value) && value >= 0 ? value : undefined;
+}
+
+const kForms = ["as_is", "refined", "decimated"] as const;
+
+// Files that `meshgauge check --deviation` writes have no "display": they are refined or the mesh itself.
+function displayOf(extras: Record<string, Json>, vertices: number, triangles: number): Display {
+  const display = objectOf(extras.display ?? {}, "what the map says about display");
+  const whole = countOf(display.triangles) ?? countOf(extras.candidate_triangles) ?? triangles;
+  const form = kForms.find((one) => one === display.form);
+  if (display.form !== undefined && !form) throw new Error("The deviation map has a form of display that is unknown.");
+  return {
+    form: form ?? (triangles > whole ? "refined" : "as_is"),
+    triangles: whole,
+    vertices: countOf(display.vertices) ?? countOf(extras.candidate_vertices) ?? vertices,
+  };
+}
+
+function scaleOf(extras: Record<string, Json>): Pick<DeviationMap, "scale"> {
+  const limited = typeof extras.limit === "number";
+  const top = limited ? extras.limit : extras.largest;
+  return typeof top === "number" && top >= 0 ? { scale: { top, limited } } : {};
+}

@@ -1,0 +1,165 @@
+// The viewer: A coloured by its distance to B, B over it like glass, the witness, the scale. It builds all of it inside of
+// a host and takes it away again. It needs no network, no `eval` and no HTML in strings.
+import { AreaDistribution } from "./distribution";
+import type { CameraState } from "./camera";
+import type { ColourScale } from "./colours";
+import { Commands, witnessLabel } from "./commands";
+import { LiveRegion, make } from "./dom";
+import { makeHelp } from "./help";
+import { listenToKeys } from "./keys";
+import { notesOf } from "./notes";
+import { Overlay } from "./overlay";
+import { composed, save } from "./picture";
+import { Scale } from "./scale";
+import { initialSettings, Store, type Side, type ViewerInput } from "./settings";
+import { Stage } from "./stage";
+import type { Tones } from "./surface";
+import { makeToolbar } from "./toolbar";
+
+export type { CameraState } from "./camera";
+export type { ViewerInput, Witness } from "./settings";
+
+export interface ViewerHandle {
+  flyToWitness(index?: number): Promise<void>; // ends when the camera is there
+  camera(): CameraState;
+  setCamera(camera: Partial<Pick<CameraState, "position" | "target" | "up" | "fov">>): void;
+  settled(): Promise<void>; // ends when the picture is at rest and drawn in full
+  frameTimes(): number[]; // ms, of the last frames while the picture moved, since it was first complete
+  dispose(): void; // everything: elements, listeners, buffers, the graphics context
+}
+
+export function mountViewer(host: HTMLElement, input: ViewerInput): ViewerHandle {
+  const viewer = new Viewer(host, input);
+  const handle: ViewerHandle = {
+    flyToWitness: (index) => viewer.commands?.witness(index) ?? Promise.resolve(),
+    camera: () => viewer.need().camera(),
+    setCamera: (camera) => viewer.need().eye.setPose(camera),
+    settled: () => viewer.stage?.settled() ?? Promise.resolve(),
+    frameTimes: () => viewer.stage?.clock.frameTimes() ?? [],
+    dispose: () => {
+      viewer.dispose();
+      delete (host as { viewer?: ViewerHandle }).viewer;
+    },
+  };
+  (host as { viewer?: ViewerHandle }).viewer = handle;
+  return handle;
+}
+
+const kLight: Tones = { faded: [165, 168, 176], section: [222, 214, 200], tint: [112, 128, 156], line: [20, 24, 34] };
+const kDark: Tones = { faded: [74, 77, 86], section: [150, 142, 130], tint: [176, 192, 220], line: [235, 238, 245] };
+
+// The end of the colours: the limit, or the largest distance of both meshes.
+export function colourScaleOf({ a, b, limit }: ViewerInput, areas: Record<Side, AreaDistribution>): ColourScale {
+  if (limit !== null) return { top: limit, limited: true };
+  const largest = [a, b].map(({ scale }) => (scale && !scale.limited ? scale.top : 0));
+  return { top: Math.max(areas.a.largest, areas.b.largest, ...largest), limited: false };
+}
+
+class Viewer {
+  stage?: Stage;
+  commands?: Commands;
+  private readonly root = make("div", { class: "viewer" });
+  private readonly picture = make("div", { class: "viewer-picture" });
+  private readonly live = new LiveRegion();
+  private readonly store: Store;
+  private readonly areas: Record<Side, AreaDistribution>;
+  private readonly colours: ColourScale;
+  private readonly gone = new AbortController();
+
+  constructor(host: HTMLElement, private readonly input: ViewerInput) {
+    this.store = new Store({ ...initialSettings(), up: input.up ?? "z" });
+    this.areas = { a: new AreaDistribution(input.a), b: new AreaDistribution(input.b) };
+    this.colours = colourScaleOf(input, this.areas);
+    const toolbar = this.build();
+    if (toolbar) this.root.append(toolbar);
+    this.root.append(this.picture, new Scale(this.colours, input.units, this.areas, this.store).element);
+    this.root.append(make("div", { class: "viewer-notes" }, notesOf(input).map((text) => make("p", { text }))), this.live.element);
+    host.replaceChildren(this.root);
+    this.followSizeAndTheme();
+  }
+
+  need(): Stage {
+    if (!this.stage) throw new Error("The viewer has no picture: this browser has no WebGL 2.");
+    return this.stage;
+  }
+
+  dispose(): void {
+    this.gone.abort();
+    this.stage?.dispose();
+    this.root.remove();
+  }
+
+  // The toolbar; none where the browser cannot draw.
+  private build(): HTMLElement | undefined {
+    const canvas = make("canvas", { class: "viewer-canvas", attributes: { tabindex: "0", role: "application" } });
+    try {
+      this.stage = new Stage(canvas, this.input, this.colours, this.store);
+    } catch (error) {
+      console.warn(error);
+      this.picture.append(this.message("This browser cannot draw in three dimensions here: WebGL 2 is missing or switched off. The numbers and the histogram are complete without it."));
+      return undefined;
+    }
+    const { stage } = this;
+    const commands = (this.commands = new Commands(stage, this.store, this.input, this.live));
+    const overlay = new Overlay(stage, () => witnessLabel(this.input, this.store.value.witness));
+    const triangles = Math.max(this.input.a.indices.length, this.input.b.indices.length) / 3;
+    overlay.watchPointer(this.colours, this.input.units, triangles, (text) => this.live.say(text));
+    const help = makeHelp();
+    listenToKeys(stage, this.store, commands, () => help.showModal());
+    this.picture.append(canvas, overlay.element, help);
+    this.watchContext(canvas);
+    return makeToolbar(this.input, this.store, commands, { help: () => help.showModal(), picture: () => this.savePicture(overlay) });
+  }
+
+  private message(text: string): HTMLElement {
+    return make("p", { class: "viewer-message", text, attributes: { role: "alert" } });
+  }
+
+  private watchContext(canvas: HTMLCanvasElement): void {
+    let lost: HTMLElement | undefined;
+    canvas.addEventListener("webglcontextlost", (event) => {
+      event.preventDefault();
+      if (this.gone.signal.aborted || lost) return;
+      lost = this.message("The graphics driver took the picture away. It comes back by itself if the driver does; else load the page again.");
+      this.picture.append(lost);
+    });
+    canvas.addEventListener("webglcontextrestored", () => {
+      lost?.remove();
+      lost = undefined;
+      this.stage?.clock.dispose();
+      this.stage?.changed();
+    });
+  }
+
+  private followSizeAndTheme(): void {
+    const { stage } = this;
+    if (!stage) return;
+    const observer = new ResizeObserver(() => stage.resize(this.picture.clientWidth, this.picture.clientHeight));
+    observer.observe(this.picture);
+    const dark = window.matchMedia("(prefers-color-scheme: dark)");
+    const follow = (): void => stage.setTones(dark.matches ? kDark : kLight);
+    dark.addEventListener("change", follow, { signal: this.gone.signal });
+    this.gone.signal.addEventListener("abort", () => observer.disconnect());
+    follow();
+    stage.resize(this.picture.clientWidth, this.picture.clientHeight);
+  }
+
+  private savePicture(overlay: Overlay): void {
+    const stage = this.need();
+    stage.drawNow();
+    const style = window.getComputedStyle(this.root);
+    const { coloured } = this.store.value;
+    const picture = composed({
+      canvas: stage.canvas,
+      ratio: stage.canvas.width / (stage.canvas.clientWidth || 1),
+      labels: overlay.shown(),
+      title: `Distance of ${coloured.toUpperCase()} to ${coloured === "a" ? "B" : "A"}`,
+      colours: this.colours,
+      units: this.input.units,
+      paper: style.backgroundColor,
+      ink: style.color,
+    });
+    save(picture, "meshgauge.png", () => this.live.say("The picture could not be saved."));
+    this.live.say("The picture is saved.");
+  }
+}

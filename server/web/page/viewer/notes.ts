@@ -1,0 +1,22 @@
+// What people have to know about what they see, in sentences.
+import { count } from "./figures";
+import { nameOf, type Side, type ViewerInput } from "./settings";
+
+export function noteOn(side: Side, input: ViewerInput): string | undefined {
+  const { display, indices } = input[side];
+  const shown = indices.length / 3;
+  const name = nameOf(side);
+  if (display.form === "decimated") {
+    return `${name} has ${count(display.triangles)} triangles; ${count(shown)} are shown. The numbers are of the whole mesh.`;
+  }
+  if (display.form === "refined") {
+    return `${name} has ${count(display.triangles)} triangles, refined for display to ${count(shown)}, so that colours show what lies between its vertices.`;
+  }
+  if (shown === 0) return `${name} has no triangles to show.`;
+  return undefined;
+}
+
+export function notesOf(input: ViewerInput): string[] {
+  const notes = (["a", "b"] as Side[]).map((side) => noteOn(side, input)).filter((note) => note !== undefined);
+  return [...notes, "Colours are computed at vertices, not certified; the interval is."];
+}

@@ -1,0 +1,90 @@
+// What lies over the canvas: the witness's label, captions of the parts, the distance under the pointer.
+import { rayThrough } from "./camera";
+import { colourOf, css, type ColourScale } from "./colours";
+import { make } from "./dom";
+import { figure, withUnits } from "./figures";
+import { nameOf, other } from "./settings";
+import type { LabelPlace, Stage } from "./stage";
+
+const kHoverTriangles = 400_000; // above that a distance is told on a click
+const kHoverEvery = 60; // ms
+
+export class Overlay {
+  readonly element = make("div", { class: "viewer-overlay" });
+  private readonly labels = [0, 1].map(() => make("span", { class: "viewer-label", attributes: { "aria-hidden": "true" } }));
+  private readonly captions = [0, 1].map(() => make("span", { class: "viewer-part" }));
+  private readonly readout = make("span", { class: "viewer-readout", attributes: { "aria-hidden": "true" } });
+  private readonly swatch = make("span", { class: "viewer-swatch" });
+  private readonly told = make("span");
+  private lastHover = 0;
+
+  constructor(
+    private readonly stage: Stage,
+    private readonly text: () => string,
+  ) {
+    this.readout.append(this.swatch, this.told);
+    this.readout.hidden = true;
+    this.element.append(...this.labels, ...this.captions, this.readout);
+    stage.onLabels = (places) => this.place(places);
+  }
+
+  // Where the labels are, in CSS pixels within the canvas.
+  shown(): { x: number; y: number; text: string }[] {
+    return this.labels
+      .filter((label) => !label.hidden)
+      .map((label) => ({ x: Number(label.dataset.x), y: Number(label.dataset.y), text: label.textContent }));
+  }
+
+  watchPointer(colours: ColourScale, units: string, triangles: number, say: (text: string) => void): void {
+    const { canvas } = this.stage;
+    const tell = (event: PointerEvent, aloud: boolean): void => {
+      const picked = this.pick(event.clientX, event.clientY);
+      this.readout.hidden = picked === undefined;
+      if (!picked) return;
+      const text = `${withUnits(figure(picked.distance, 3), units)} from ${nameOf(other(picked.side))}`;
+      this.swatch.style.background = css(colourOf(picked.distance, colours));
+      this.told.textContent = text;
+      if (aloud) say(`Here ${nameOf(picked.side)} is ${text}.`);
+    };
+    canvas.addEventListener("pointermove", (event) => {
+      if (event.buttons !== 0 || triangles > kHoverTriangles || performance.now() - this.lastHover < kHoverEvery) return;
+      this.lastHover = performance.now();
+      tell(event, false);
+    });
+    canvas.addEventListener("click", (event) => tell(event, true));
+    canvas.addEventListener("pointerleave", () => (this.readout.hidden = true));
+  }
+
+  private pick(x: number, y: number): { distance: number; side: "a" | "b" } | undefined {
+    const part = this.stage.viewports().find(({ rect }) => x >= rect.left && x < rect.left + rect.width);
+    if (!part) return undefined;
+    const distance = this.stage.pick(rayThrough(this.stage.camera(), x, y, part.rect), part.side);
+    return distance === undefined ? undefined : { distance, side: part.side };
+  }
+
+  private place(places: LabelPlace[]): void {
+    const { left, top } = places[0]!.viewport;
+    this.labels.forEach((label, i) => this.placeLabel(label, places[i], left, top));
+    this.captions.forEach((caption, i) => {
+      const place = places[i];
+      caption.hidden = !place || places.length < 2;
+      if (!place) return;
+      caption.textContent = `${nameOf(place.side)}, by its distance to ${nameOf(other(place.side))}`;
+      caption.style.left = `${place.viewport.left - left + 10}px`;
+    });
+    this.element.classList.toggle("viewer-split", places.length > 1);
+  }
+
+  private placeLabel(label: HTMLElement, place: LabelPlace | undefined, left: number, top: number): void {
+    const text = this.text();
+    const at = place?.at;
+    const rect = place?.viewport;
+    label.hidden = !at || !rect || !text || at.right < rect.left || at.left > rect.left + rect.width || at.y < rect.top || at.y > rect.top + rect.height;
+    if (label.hidden || !at || !rect) return;
+    if (label.textContent !== text) label.textContent = text;
+    const flips = at.right > rect.left + rect.width - label.offsetWidth - 24;
+    label.dataset.x = String((flips ? at.left - 16 - label.offsetWidth : at.right + 16) - left);
+    label.dataset.y = String(at.y - top);
+    label.style.transform = `translate(${label.dataset.x}px, ${label.dataset.y}px) translateY(-50%)`;
+  }
+}

@@ -1,0 +1,169 @@
+// The colour bar with its ticks and the limit, the histogram above it, and the brush over both.
+import { axisOf, binEdges, brushBetween, distanceAt, isWhole, moveEnd, placeOf, wholeBrush, type Axis, type Brush } from "./axis";
+import { colourOf, css, ticks, type ColourScale } from "./colours";
+import type { AreaDistribution } from "./distribution";
+import { button, make, makeSvg } from "./dom";
+import { figure, percent, withUnits } from "./figures";
+import { nameOf, other, type Side, type Store } from "./settings";
+
+const kBins = 120; // a multiple of 5: an edge is at the limit
+const kHeight = 100;
+
+export class Scale {
+  readonly element = make("section", { class: "viewer-scale", attributes: { "aria-label": "Distances" } });
+  private readonly axis: Axis;
+  private readonly edges: number[];
+  private readonly shares: Record<Side, Float64Array>;
+  private readonly bars = makeSvg("svg", { viewBox: `0 0 ${kBins} ${kHeight}`, preserveAspectRatio: "none", "aria-hidden": "true", class: "viewer-bars" });
+  private readonly track = make("div", { class: "viewer-track" });
+  private readonly words = make("p", { class: "viewer-words" });
+  private readonly caption = make("p", { class: "viewer-caption" });
+  private readonly ends: Record<"from" | "to", HTMLElement>;
+  private readonly clear = button("All distances", "Highlight nothing (Escape)", () => this.setBrush(wholeBrush(kBins)));
+  private brush = wholeBrush(kBins);
+
+  constructor(
+    private readonly colours: ColourScale,
+    private readonly units: string,
+    private readonly areas: Record<Side, AreaDistribution>,
+    private readonly store: Store,
+  ) {
+    this.axis = axisOf(colours.top, Math.max(areas.a.largest, areas.b.largest));
+    this.edges = binEdges(this.axis, kBins);
+    this.shares = { a: areas.a.bins(this.edges), b: areas.b.bins(this.edges) };
+    this.ends = { from: this.makeEnd("from"), to: this.makeEnd("to") };
+    this.track.append(this.bars, this.makeBar(), ...this.makeTicks(), this.ends.from, this.ends.to);
+    this.element.append(this.caption, this.track, make("div", { class: "viewer-line" }, [this.words, this.clear]));
+    this.listen();
+    let drawn = "";
+    store.watch(({ coloured, split }) => {
+      if (drawn === coloured + String(split)) return;
+      drawn = coloured + String(split);
+      this.drawBars(coloured);
+      this.drawBrush();
+    });
+  }
+
+  private makeBar(): SVGElement {
+    const steps = 2 * kBins;
+    const svg = makeSvg("svg", { viewBox: `0 0 ${steps} 1`, preserveAspectRatio: "none", "aria-hidden": "true", class: "viewer-bar" });
+    for (let i = 0; i < steps; ++i) {
+      const fill = css(colourOf(distanceAt(this.axis, (i + 0.5) / steps), this.colours));
+      svg.append(makeSvg("rect", { x: i, y: 0, width: 2, height: 1, fill }));
+    }
+    return svg;
+  }
+
+  private makeTicks(): HTMLElement[] {
+    const { top, largest, split } = this.axis;
+    const all = ticks(top);
+    const made = all.map((value, i) => {
+      const isTop = i === all.length - 1 && value > 0;
+      const text = isTop && this.colours.limited ? `limit ${withUnits(figure(value), this.units)}` : isTop ? withUnits(figure(value), this.units) : figure(value);
+      const touches = !isTop && value > 0 && value > top * (this.colours.limited ? 0.86 : 0.9);
+      return this.tick(placeOf(this.axis, value), touches ? "" : text, isTop && this.colours.limited ? "viewer-limit" : "");
+    });
+    if (split < 1) made.push(this.tick(1, withUnits(figure(largest, 3), this.units), "viewer-last"));
+    return made;
+  }
+
+  private tick(place: number, text: string, kind: string): HTMLElement {
+    const made = make("span", { class: `viewer-tick ${kind}${place >= 1 ? " viewer-last" : ""}`, text });
+    made.style.left = `${100 * place}%`;
+    return made;
+  }
+
+  // The highest bar is full; the others by the square root, or a surface that is close almost everywhere has one bar.
+  private drawBars(side: Side): void {
+    const most = Math.max(...this.shares[side], 1e-300);
+    this.bars.replaceChildren();
+    this.shares[side].forEach((share, i) => {
+      if (share <= 0) return;
+      const height = Math.max(1.5, kHeight * Math.sqrt(share / most));
+      const middle = distanceAt(this.axis, (i + 0.5) / kBins);
+      const bar = makeSvg("rect", { x: i, y: kHeight - height, width: 0.94, height, fill: css(colourOf(middle, this.colours)) });
+      this.bars.append(bar);
+    });
+    const [one, two] = [nameOf(side), nameOf(other(side))];
+    this.caption.textContent = `Area of ${one} by its distance to ${two} (computed; heights by the square root of the area)`;
+  }
+
+  private makeEnd(end: "from" | "to"): HTMLElement {
+    const label = end === "from" ? "Smallest distance that is highlighted" : "Largest distance that is highlighted";
+    const made = make("div", { class: `viewer-end viewer-end-${end}`, attributes: { role: "slider", tabindex: "0", "aria-label": label, "aria-orientation": "horizontal", "aria-valuemin": "0" } });
+    made.setAttribute("aria-valuemax", String(this.axis.largest));
+    made.addEventListener("keydown", (event) => this.key(event, end));
+    return made;
+  }
+
+  private key(event: KeyboardEvent, end: "from" | "to"): void {
+    const steps: Record<string, number> = { ArrowLeft: -1, ArrowDown: -1, ArrowRight: 1, ArrowUp: 1, PageDown: -10, PageUp: 10, Home: -kBins, End: kBins };
+    const step = steps[event.key];
+    if (step !== undefined) this.setBrush(moveEnd(this.brush, end, this.brush[end] + step, kBins));
+    else if (event.key === "Escape") this.setBrush(wholeBrush(kBins));
+    else return;
+    event.preventDefault();
+  }
+
+  // Dragging an end moves it; dragging elsewhere draws a new range.
+  private listen(): void {
+    let drag: ((place: number) => void) | undefined;
+    const placeAt = (event: PointerEvent): number => {
+      const { left, width } = this.track.getBoundingClientRect();
+      return (event.clientX - left) / (width || 1);
+    };
+    this.track.addEventListener("pointerdown", (event) => {
+      if (event.button !== 0) return;
+      const end = (["from", "to"] as const).find((name) => this.ends[name].contains(event.target as Node));
+      const start = placeAt(event);
+      drag = end
+        ? (place) => this.setBrush(moveEnd(this.brush, end, place * kBins, kBins))
+        : (place) => Math.abs(place - start) * kBins > 0.5 && this.setBrush(brushBetween(start, place, kBins));
+      this.track.setPointerCapture(event.pointerId);
+      if (end) this.ends[end].focus();
+      event.preventDefault();
+    });
+    this.track.addEventListener("pointermove", (event) => drag?.(placeAt(event)));
+    for (const name of ["pointerup", "pointercancel"] as const) this.track.addEventListener(name, () => (drag = undefined));
+    this.track.addEventListener("dblclick", () => this.setBrush(wholeBrush(kBins)));
+  }
+
+  private setBrush(brush: Brush): void {
+    if (brush.from === this.brush.from && brush.to === this.brush.to) return;
+    this.brush = brush;
+    this.store.set({ brush: isWhole(brush, kBins) ? null : { low: this.edges[brush.from]!, high: this.edges[brush.to]! } });
+    this.drawBrush();
+  }
+
+  private drawBrush(): void {
+    const off = isWhole(this.brush, kBins);
+    this.track.style.setProperty("--from", `${(100 * this.brush.from) / kBins}%`);
+    this.track.style.setProperty("--to", `${(100 * this.brush.to) / kBins}%`);
+    this.track.classList.toggle("viewer-brushed", !off);
+    this.clear.disabled = off;
+    for (const end of ["from", "to"] as const) {
+      const value = this.edges[this.brush[end]]!;
+      this.ends[end].setAttribute("aria-valuenow", String(value));
+      this.ends[end].setAttribute("aria-valuetext", withUnits(figure(value), this.units));
+    }
+    this.words.textContent = off ? this.wholeWords() : this.brushWords();
+  }
+
+  private wholeWords(): string {
+    const { coloured } = this.store.value;
+    const beyond = this.colours.limited ? 1 - this.areas[coloured].share(0, this.colours.top) : 0;
+    const [one, two] = [nameOf(coloured), nameOf(other(coloured))];
+    const hint = "Drag here, or move the two ends, to highlight a range of distances.";
+    if (!this.colours.limited) return hint;
+    return beyond > 1e-12 ? `${percent(beyond)} of ${one}’s area is farther from ${two} than the limit. ${hint}` : `All of ${one} that is shown is within the limit. ${hint}`;
+  }
+
+  private brushWords(): string {
+    const [low, high] = [this.edges[this.brush.from]!, this.edges[this.brush.to]!];
+    const { coloured, split } = this.store.value;
+    const sides: Side[] = split ? [coloured, other(coloured)] : [coloured];
+    const said = sides.map((side) => `${percent(this.areas[side].share(low, high))} of ${nameOf(side)}’s area`);
+    const range = `${figure(low)} to ${withUnits(figure(high), this.units)}`;
+    return `${said.join(" and ")} ${split ? "are" : "is"} ${range} from the other mesh.`;
+  }
+}

@@ -1,0 +1,76 @@
+// What the toolbar, the keys and the scale change and the picture shows.
+import type { DeviationMap } from "./map";
+import type { Vec3 } from "./vec";
+
+export type Side = "a" | "b";
+export const other = (side: Side): Side => (side === "a" ? "b" : "a");
+export const nameOf = (side: Side): string => side.toUpperCase();
+
+export interface Witness {
+  from: Side;
+  point: Vec3;
+  nearest: Vec3;
+  lower: number;
+  upper: number;
+  triangle: number;
+  nearestTriangle: number;
+}
+
+export interface ViewerInput {
+  a: DeviationMap; // coloured by its distance to B
+  b: DeviationMap; // coloured by its distance to A
+  limit: number | null;
+  units: string;
+  witnesses: Witness[]; // one per direction; the first is the one of the verdict
+  up?: "y" | "z"; // the axis that people stand such files on; z if not said
+}
+
+export type CutAxis = "off" | "x" | "y" | "z" | "view";
+
+export interface Settings {
+  coloured: Side; // the other one lies over it
+  shown: Record<Side, boolean>;
+  opacity: number; // of the other one, 0 to 1
+  wire: boolean;
+  plain: boolean; // colours without light
+  split: boolean; // side by side, each coloured
+  cut: { axis: CutAxis; normal: Vec3; offset: number; flipped: boolean }; // offset: -1 to 1, of the radius
+  brush: { low: number; high: number } | null; // distances
+  witness: number;
+  up: "y" | "z";
+}
+
+export const initialSettings = (): Settings => ({
+  coloured: "a",
+  shown: { a: true, b: true },
+  opacity: 0.25,
+  wire: false,
+  plain: false,
+  split: false,
+  cut: { axis: "off", normal: [1, 0, 0], offset: 0, flipped: false },
+  brush: null,
+  witness: 0,
+  up: "z",
+});
+
+// Settings that tell whoever listens. Set once made; read them at any time.
+export class Store {
+  private readonly listeners = new Set<(settings: Settings) => void>();
+
+  constructor(private now: Settings) {}
+
+  get value(): Settings {
+    return this.now;
+  }
+
+  set(change: Partial<Settings>): void {
+    this.now = { ...this.now, ...change };
+    for (const listener of this.listeners) listener(this.now);
+  }
+
+  // Called at once as well.
+  watch(listener: (settings: Settings) => void): void {
+    this.listeners.add(listener);
+    listener(this.now);
+  }
+}

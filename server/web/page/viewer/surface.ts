@@ -1,0 +1,181 @@
+// One mesh as three.js draws it: coloured by its distance, as glass over the other one, and its edges. All of these
+// share one buffer of positions and one of distances.
+import {
+  BufferAttribute,
+  BufferGeometry,
+  DataTexture,
+  DoubleSide,
+  GLSL3,
+  Group,
+  LineSegments,
+  Mesh as Drawn,
+  NearestFilter,
+  RGBAFormat,
+  ShaderMaterial,
+  Sphere,
+  UnsignedByteType,
+  Vector2,
+  Vector3,
+  Vector4,
+  type IUniform,
+} from "three";
+import { colourTable, kAboveLimit, kSteps, type ColourScale, type Rgb } from "./colours";
+import type { DeviationMap } from "./map";
+import { kCoarse, type Fineness } from "./pace";
+import { kColouredFragment, kLineFragment, kOverlayFragment, kSurfaceVertex } from "./shaders";
+import { coarsened, edgesOf, signedVolume } from "./shape";
+import { sub, type Vec3 } from "./vec";
+
+export type Role = "coloured" | "overlay" | "none";
+
+export interface Look {
+  role: Role;
+  wire: boolean;
+  moving: boolean; // fewer passes and the coarse mesh
+  coarse: Fineness["coarse"];
+}
+
+export interface Tones {
+  faded: Rgb;
+  section: Rgb;
+  tint: Rgb;
+  line: Rgb;
+}
+
+const share = ([r, g, b]: Rgb): Vector3 => new Vector3(r / 255, g / 255, b / 255);
+
+// One for both meshes of a viewer.
+export function makeTable(): DataTexture {
+  const texture = new DataTexture(colourTable(), kSteps + 1, 1, RGBAFormat, UnsignedByteType);
+  texture.minFilter = texture.magFilter = NearestFilter;
+  texture.needsUpdate = true;
+  return texture;
+}
+
+export class Surface {
+  readonly group = new Group();
+  readonly uniforms: Record<string, IUniform>;
+  private readonly positions: BufferAttribute;
+  private readonly deviations: BufferAttribute;
+  private readonly fine: BufferGeometry;
+  private readonly filled = new Map<Fineness["coarse"], BufferGeometry>();
+  private edges?: BufferGeometry;
+  private readonly coloured: Drawn;
+  private readonly depth: Drawn;
+  private readonly overlay: Drawn;
+  private readonly lines: LineSegments;
+
+  constructor(
+    private readonly map: DeviationMap,
+    origin: Vec3,
+    table: DataTexture,
+    scale: ColourScale,
+  ) {
+    this.uniforms = uniformsFor(table, scale, signedVolume(map) >= 0);
+    this.positions = new BufferAttribute(map.positions, 3);
+    this.deviations = new BufferAttribute(map.distances, 1);
+    this.fine = this.geometryWith(map.indices);
+    this.filled.set(0, this.fine);
+    this.coloured = new Drawn(this.fine, this.material(kColouredFragment, { polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 }));
+    // Pushed back further: where both surfaces coincide, the colours are what is seen.
+    const behind = { polygonOffset: true, polygonOffsetFactor: 2, polygonOffsetUnits: 4, transparent: true };
+    this.depth = new Drawn(this.fine, this.material(kOverlayFragment, { ...behind, colorWrite: false }));
+    this.overlay = new Drawn(this.fine, this.material(kOverlayFragment, behind));
+    this.lines = new LineSegments(this.fine, this.material(kLineFragment, { transparent: true, depthWrite: false }));
+    [this.coloured, this.depth, this.overlay, this.lines].forEach((object, order) => {
+      object.renderOrder = order;
+      object.frustumCulled = false;
+      this.group.add(object);
+    });
+    this.group.position.set(...sub(map.translation, origin));
+  }
+
+  setLook(look: Look): void {
+    const filled = this.filledFor(look.coarse);
+    this.coloured.visible = look.role === "coloured";
+    this.overlay.visible = look.role === "overlay";
+    this.depth.visible = look.role === "overlay" && !look.moving && this.uniforms.opacity!.value < 1;
+    this.lines.visible = look.role !== "none" && look.wire && look.coarse === 0; // edges of the coarse mesh would mislead
+    for (const object of [this.coloured, this.overlay, this.depth]) object.geometry = filled;
+    if (this.lines.visible) this.lines.geometry = this.edgeGeometry();
+    this.lines.renderOrder = look.role === "overlay" ? 6 : 1;
+    this.uniforms.strength!.value = look.role === "overlay" ? 0.35 : 0.55;
+  }
+
+  // What is visible, in the order to draw it.
+  visible(): (Drawn | LineSegments)[] {
+    return [this.coloured, this.depth, this.overlay, this.lines].filter((object) => object.visible);
+  }
+
+  // Made before it is needed, as that takes longer than a frame should.
+  prepareCoarse(): void {
+    this.filledFor(1);
+    this.filledFor(2);
+  }
+
+  setTones(tones: Tones): void {
+    for (const name of ["faded", "section", "tint", "line"] as const) this.uniforms[name]!.value = share(tones[name]);
+  }
+
+  dispose(): void {
+    for (const geometry of [...this.filled.values(), this.edges]) geometry?.dispose();
+    for (const object of [this.coloured, this.depth, this.overlay, this.lines]) (object.material as ShaderMaterial).dispose();
+  }
+
+  private geometryWith(indices: Uint32Array): BufferGeometry {
+    const geometry = new BufferGeometry();
+    geometry.setAttribute("position", this.positions);
+    geometry.setAttribute("deviation", this.deviations);
+    geometry.setIndex(new BufferAttribute(indices, 1));
+    geometry.boundingSphere = new Sphere(new Vector3(), Infinity); // never asked for, and a pass over all when it is
+    return geometry;
+  }
+
+  private filledFor(coarse: Fineness["coarse"]): BufferGeometry {
+    let geometry = this.filled.get(coarse);
+    if (!geometry) {
+      const indices = coarsened(this.map, kCoarse[coarse]);
+      geometry = indices === this.map.indices ? this.fine : this.geometryWith(indices);
+      this.filled.set(coarse, geometry);
+    }
+    return geometry;
+  }
+
+  private edgeGeometry(): BufferGeometry {
+    return (this.edges ??= this.geometryWith(edgesOf(this.map)));
+  }
+
+  private material(fragmentShader: string, options: object): ShaderMaterial {
+    return new ShaderMaterial({
+      uniforms: this.uniforms,
+      vertexShader: kSurfaceVertex,
+      fragmentShader,
+      defines: { STEPS: kSteps },
+      glslVersion: GLSL3,
+      side: DoubleSide,
+      forceSinglePass: true,
+      ...options,
+    });
+  }
+}
+
+function uniformsFor(table: DataTexture, scale: ColourScale, outward: boolean): Record<string, IUniform> {
+  return {
+    table: { value: table },
+    top: { value: scale.top },
+    limited: { value: scale.limited },
+    above: { value: share(kAboveLimit) },
+    outward: { value: outward },
+    clip: { value: new Vector4() },
+    clipped: { value: false },
+    brush: { value: new Vector2() },
+    brushed: { value: false },
+    plain: { value: false },
+    opacity: { value: 0.35 },
+    strength: { value: 0.5 },
+    faded: { value: new Vector3() },
+    section: { value: new Vector3() },
+    tint: { value: new Vector3() },
+    line: { value: new Vector3() },
+  };
+}

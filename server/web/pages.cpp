@@ -1,0 +1,167 @@
+#include "server/web/pages.h"
+
+#include <zlib.h>
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+
+#include "api/digest.h"
+#include "engine/hausdorff.h"
+#include "server/web/assets.h"
+#include "server/web/negotiate.h"
+
+namespace meshgauge::server {
+namespace {
+
+using api::Problem;
+using api::ProblemKind;
+
+// No script or style within a page, nothing from elsewhere, no frame around it. swagger-ui's pictures are in its style
+// sheet; it makes markup of strings, which the other page must not.
+constexpr std::string_view kReferencePolicy =
+    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; connect-src 'self'; "
+    "base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+constexpr std::string_view kPagePolicy =
+    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; connect-src 'self'; "
+    "base-uri 'none'; form-action 'none'; frame-ancestors 'none'; require-trusted-types-for 'script'; "
+    "trusted-types 'none'";
+
+constexpr const char* kAskAgain = "no-cache";                            // kept, but asked for by its ETag each time
+constexpr const char* kForEver = "public, max-age=31536000, immutable";  // the name tells what is in it
+constexpr const char* kForAnHour = "public, max-age=3600";
+
+constexpr std::array<std::pair<std::string_view, const char*>, 5> kTypes{{{".html", "text/html; charset=utf-8"},
+                                                                          {".js", "text/javascript; charset=utf-8"},
+                                                                          {".css", "text/css; charset=utf-8"},
+                                                                          {".svg", "image/svg+xml"},
+                                                                          {".png", "image/png"}}};
+
+const char* type_of(std::string_view name) {
+  const auto* const found =
+      std::find_if(kTypes.begin(), kTypes.end(), [&](const auto& type) { return name.ends_with(type.first); });
+  return found == kTypes.end() ? "text/plain; charset=utf-8" : found->second;
+}
+
+struct File {
+  std::string_view name;
+  std::string_view gzip;
+  std::string digest;
+};
+
+const std::map<std::string_view, File>& files() {
+  static const std::map<std::string_view, File> all = [] {
+    std::map<std::string_view, File> made;
+    for (const Asset& asset : assets()) {
+      const auto bytes = std::as_bytes(std::span(asset.gzip));
+      made.emplace(asset.name, File{asset.name, asset.gzip, api::sha256_hex(bytes).substr(0, 32)});
+    }
+    return made;
+  }();
+  return all;
+}
+
+const File* find(std::string_view name) {
+  const auto found = files().find(name);
+  return found == files().end() ? nullptr : &found->second;
+}
+
+// Of our own bytes: they are what zlib made of a file of this length, or the build is broken.
+std::string expanded(std::string_view gzip) {
+  std::uint32_t length = 0;  // the last four bytes, the lowest first
+  for (std::size_t i = 1; i <= 4; ++i) length = length << 8 | static_cast<unsigned char>(gzip[gzip.size() - i]);
+  std::string text(length, '\0');
+  z_stream stream{};
+  if (inflateInit2(&stream, 15 + 16) != Z_OK) throw std::runtime_error("zlib does not start");
+  stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(gzip.data()));
+  stream.avail_in = static_cast<uInt>(gzip.size());
+  stream.next_out = reinterpret_cast<Bytef*>(text.data());
+  stream.avail_out = length;
+  const int end = inflate(&stream, Z_FINISH);
+  inflateEnd(&stream);
+  if (end != Z_STREAM_END) throw std::runtime_error("a file of the page is damaged");
+  return text;
+}
+
+void send(Exchange& exchange, const File& file, const char* keep) {
+  Response& response = exchange.response;
+  const bool compressed = weight_of(exchange.head.header("accept-encoding"), "gzip") > 0;
+  const std::string tag = '"' + file.digest + (compressed ? "-gzip\"" : "\"");
+  response.headers.emplace_back("Cache-Control", keep);
+  response.headers.emplace_back("ETag", tag);
+  add_vary(response, "Accept-Encoding");
+  const std::string_view known = exchange.head.header("if-none-match");
+  if (known.find(tag) != std::string_view::npos) {
+    response.status = kNotModified;
+    return;
+  }
+  response.content_type = type_of(file.name);
+  if (compressed) response.headers.emplace_back("Content-Encoding", "gzip");
+  response.body = compressed ? std::string(file.gzip) : expanded(file.gzip);
+}
+
+void show(Exchange& exchange, const char* name, std::string_view policy) {
+  const File* page = find(name);
+  if (!page) {
+    const Problem without{ProblemKind::not_found,
+                          "this service was built without its pages, for which npm is needed; /openapi.yaml describes "
+                          "what it does",
+                          {}};
+    return answer(exchange, without);
+  }
+  exchange.response.headers.emplace_back("Content-Security-Policy", policy);
+  send(exchange, *page, kAskAgain);
+}
+
+bool is_id(std::string_view text) {
+  return text.size() == 32 && text.find_first_not_of("0123456789abcdef") == std::string_view::npos;
+}
+
+// The bundler's names end in a digest of eight capitals and digits.
+bool is_named_by_digest(std::string_view name) {
+  const std::string_view stem = name.substr(0, name.rfind('.'));
+  const auto dash = stem.rfind('-');
+  return dash != std::string_view::npos && stem.size() - dash - 1 == 8 &&
+         stem.find_first_not_of("ABCDEFGHIJKLMNOPQRSTUVWXYZ234567", dash + 1) == std::string_view::npos;
+}
+
+}  // namespace
+
+bool has_pages() { return !assets().empty(); }
+
+void show_root(Exchange& exchange) {
+  const std::string_view accept = exchange.head.header("accept");
+  const bool text = weight_of(accept, "text/plain") > weight_of(accept, "text/html");
+  add_vary(exchange.response, "Accept");
+  if (has_pages() && !text) return show(exchange, "page/index.html", kPagePolicy);
+  exchange.response.content_type = "text/plain";
+  exchange.response.body =
+      std::string("meshgauge ") + version() + "\nPOST /v1/comparisons, described by /docs and /openapi.yaml\n";
+}
+
+void show_comparison(Exchange& exchange) {
+  if (!is_id(exchange.segment)) {
+    return answer(exchange, Problem{ProblemKind::not_found, "the id of a comparison is 32 hexadecimal digits", {}});
+  }
+  show(exchange, "page/index.html", kPagePolicy);
+}
+
+void send_page_file(Exchange& exchange) {
+  const File* file = exchange.segment == "index.html" ? nullptr : find("page/" + exchange.segment);
+  if (!file) return answer(exchange, Problem{ProblemKind::not_found, "the page has no such file", {}});
+  send(exchange, *file, is_named_by_digest(file->name) ? kForEver : kForAnHour);
+}
+
+void show_reference(Exchange& exchange) { show(exchange, "docs/docs.html", kReferencePolicy); }
+
+void send_reference_file(Exchange& exchange) {
+  const File* file = exchange.segment == "docs.html" ? nullptr : find("docs/" + exchange.segment);
+  if (!file) return answer(exchange, Problem{ProblemKind::not_found, "the page /docs has no such file", {}});
+  send(exchange, *file, kForAnHour);
+}
+
+}  // namespace meshgauge::server

@@ -1,0 +1,137 @@
+"""The page / and /c/{id}: its files, how they are sent, and where answers point to it. What it does: tests/web."""
+
+import gzip
+import os
+import re
+import unittest
+from pathlib import Path
+
+from contract import events_of
+from harness import RAISED, SQUARE, Server, ServerCase, comparison, post_head
+from keys import bearer, new_key, write_keys
+
+BUILT_WITHOUT = os.environ.get("MESHGAUGE_DOCS", "1") == "0"
+ID = "0d67c9a2d1b307386f8fc157855c4351"
+
+
+@unittest.skipIf(BUILT_WITHOUT, "built without npm")
+class Page(ServerCase):
+    def files(self):
+        return re.findall(r'(?:src|href)="/page/([^"]*)"', self.server.get("/").body.decode())
+
+    def test_all_that_it_names_is_there_and_ours(self):
+        page = self.server.get("/")
+        self.assertEqual(page.headers["content-type"], "text/html; charset=utf-8")
+        text = page.body.decode()
+        self.assertNotIn("//", text.replace("<!--", ""))
+        self.assertNotRegex(text, r"<style|<script>| style=| on\w+=")
+        names = self.files()
+        self.assertGreaterEqual(len(names), 3)
+        kinds = {"js": "text/javascript; charset=utf-8", "css": "text/css; charset=utf-8", "svg": "image/svg+xml"}
+        for name in names:
+            answer = self.server.get("/page/" + name)
+            self.assertEqual((answer.status, answer.headers["content-type"]), (200, kinds[name.rpartition(".")[2]]), name)
+            self.assertEqual(answer.headers["cache-control"], "public, max-age=31536000, immutable")
+        licences = self.server.get("/page/licenses.txt")
+        self.assertIn("MIT", licences.body.decode())
+        self.assertEqual(licences.headers["cache-control"], "public, max-age=3600")
+
+    def test_its_policy(self):
+        for path in ("/", "/c/" + ID):
+            answer = self.server.get(path)
+            policy = dict(rule.strip().split(" ", 1) for rule in answer.headers["content-security-policy"].split(";"))
+            self.assertEqual(policy.pop("img-src"), "'self' data: blob:")
+            self.assertEqual({policy.pop(name) for name in ("script-src", "style-src", "connect-src")}, {"'self'"})
+            self.assertEqual(policy.pop("require-trusted-types-for"), "'script'")
+            self.assertEqual(set(policy), {"default-src", "base-uri", "form-action", "frame-ancestors", "trusted-types"})
+            self.assertEqual(set(policy.values()), {"'none'"})
+            self.assertEqual(answer.headers["cache-control"], "no-cache")
+
+    def test_compressed_for_whoever_reads_that(self):
+        for path in ["/", "/c/" + ID, "/docs", "/docs/docs.js"] + ["/page/" + name for name in self.files()]:
+            plain = self.server.get(path)
+            packed = self.server.get(path, extra="Accept-Encoding: br, gzip\r\n")
+            self.assertNotIn("content-encoding", plain.headers)
+            self.assertEqual(packed.headers["content-encoding"], "gzip")
+            self.assertEqual(gzip.decompress(packed.body), plain.body)
+            self.assertIn("Accept-Encoding", packed.headers["vary"])
+            self.assertNotEqual(packed.headers["etag"], plain.headers["etag"])
+            refused = self.server.get(path, extra="Accept-Encoding: gzip;q=0, *\r\n")
+            self.assertEqual(refused.body, plain.body)
+
+    def test_not_sent_twice(self):
+        for path in ["/", "/c/" + ID, "/docs", "/docs/docs.js", "/page/" + self.files()[0]]:
+            for coding in ("", "Accept-Encoding: gzip\r\n"):
+                first = self.server.get(path, extra=coding)
+                again = self.server.get(path, extra=coding + "If-None-Match: \"x\", W/%s\r\n" % first.headers["etag"])
+                self.assertEqual((again.status, again.body), (304, b""), path)
+                other = self.server.get(path, extra=coding + 'If-None-Match: "%s"\r\n' % ("0" * 32))
+                self.assertEqual(other.body, first.body)
+
+    def test_head(self):
+        for path in ("/", "/c/" + ID, "/page/" + self.files()[0]):
+            whole, head = self.server.get(path), self.server.get(path, "HEAD")
+            self.assertEqual((head.status, head.body), (200, b""))
+            for name in ("content-length", "content-type", "etag", "cache-control"):
+                self.assertEqual(head.headers[name], whole.headers[name])
+
+    def test_who_would_rather_have_text(self):
+        for accept, kind in (("text/html,application/xhtml+xml,*/*;q=0.8", "text/html"), ("*/*", "text/html"),
+                             ("application/json", "text/html"), ("text/plain", "text/plain"),
+                             ("text/html;q=0.5, text/plain", "text/plain")):
+            answer = self.server.get("/", extra="Accept: %s\r\n" % accept)
+            self.assertEqual(answer.headers["content-type"].partition(";")[0], kind, accept)
+            self.assertIn("Accept", answer.headers["vary"])
+        self.assertIn("/openapi.yaml", answer.body.decode())
+
+    def test_every_id_is_told_the_same(self):
+        known = self.server.compare().json()["id"]
+        pages = [self.server.get("/c/" + id) for id in (known, ID)]
+        self.assertEqual(pages[0].body, pages[1].body)
+        self.assertEqual(pages[0].headers["etag"], pages[1].headers["etag"])
+
+    def test_with_keys_it_needs_none(self):
+        token, entry = new_key("ci")
+        keys = Path(self.server.data_dir.name) / "keys.json"
+        write_keys(keys, entry)
+        server = Server("--keys-file", str(keys))
+        self.addCleanup(server.stop)
+        for path in ["/", "/c/" + ID, "/page/" + self.files()[0]]:
+            self.assertEqual(server.get(path).status, 200)
+        self.refused(server.get("/v1/comparisons/" + ID), 401, "unauthorized")
+        self.refused(server.get("/v1/comparisons/" + ID, extra=bearer(token)), 404, "not-found")
+
+    def test_answers_point_to_it(self):
+        awaited = self.server.compare().json()
+        self.assertEqual(awaited["view"], "/c/" + awaited["id"])
+        body = comparison(SQUARE, RAISED)
+        accepted = self.server.raw(post_head(len(body), "Prefer: respond-async\r\n") + body)
+        self.assertEqual(accepted.status, 202)
+        path = accepted.headers["location"]
+        view = "/c/" + path.rpartition("/")[2]
+        self.assertEqual(accepted.json()["view"], view)
+        name, last = list(events_of(self.server.get(path + "/events").body))[-1]
+        self.assertEqual((name, last["view"], last["result"]["view"]), ("end", view, view))
+        self.assertEqual(self.server.get(path).json(), last)
+        self.assertEqual(self.server.get("/v1/comparisons/" + awaited["id"]).json()["result"], awaited)
+
+
+class Files(ServerCase):
+    def test_no_other_file_is_served(self):
+        for name in ("index.html", "docs.js", "main.ts", "style.css", "..", "%2e%2e", "../docs/docs.js", ".npmrc"):
+            self.refused(self.server.get("/page/" + name), 404, "not-found")
+
+    def test_what_cannot_be_an_id(self):
+        for id in ("x", ID[1:], ID + "0", ID.upper(), "%30" + ID[1:], "..", ID + "/"):
+            self.refused(self.server.get("/c/" + id), 404, "not-found")
+
+    @unittest.skipUnless(BUILT_WITHOUT, "built with npm")
+    def test_without_it(self):
+        answer = self.server.get("/", extra="Accept: text/html\r\n")
+        self.assertEqual((answer.status, answer.headers["content-type"]), (200, "text/plain"))
+        self.assertIn("npm", self.refused(self.server.get("/c/" + ID), 404, "not-found")["detail"])
+        self.assertNotIn("view", self.server.compare().json())
+
+
+if __name__ == "__main__":
+    unittest.main()

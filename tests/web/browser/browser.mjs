@@ -1,0 +1,101 @@
+// Debian's Chromium, and tabs that remember what they asked for and what they complained of.
+import assert from "node:assert/strict";
+import { accessSync, constants, mkdirSync, readFileSync } from "node:fs";
+import { createRequire } from "node:module";
+import { delimiter, join } from "node:path";
+import { chromium } from "playwright-core";
+import { root } from "./service.mjs";
+
+const axe = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
+const shots = process.env.MESHGAUGE_SCREENSHOTS ?? join(root, "build/tests/web/screenshots");
+
+// WebGL by software, and no request of the browser's own.
+const flags = ["--no-sandbox", "--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-quic",
+  "--disable-sync", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"];
+
+function executable() {
+  for (const name of ["chromium", "chromium-browser", "google-chrome"])
+    for (const folder of process.env.PATH.split(delimiter)) {
+      const path = join(folder, name);
+      try {
+        accessSync(path, constants.X_OK);
+        return path;
+      } catch {
+        continue;
+      }
+    }
+  return null;
+}
+
+// Without a browser a test is skipped, as ctest knows by this code.
+export async function launch(...more) {
+  const executablePath = executable();
+  if (executablePath) return chromium.launch({ executablePath, args: [...flags, ...more] });
+  console.log("SKIP: there is no chromium");
+  process.exit(77);
+}
+
+// A tab of a browser context of its own: its storage is empty. `service` is the only origin it may talk to; any other
+// request is refused and counted.
+export class Tab {
+  static async open(browser, service, { bypassCSP = false, ...how } = {}) {
+    const context = await browser.newContext({ viewport: { width: 1280, height: 900 }, bypassCSP, ...how });
+    const tab = new Tab();
+    Object.assign(tab, { context, service, foreign: [], requests: [], said: [], policies: new Map() });
+    tab.page = await context.newPage();
+    await context.route("**/*", (route) => tab.#let(route));
+    tab.page.on("console", (line) => ["error", "warning"].includes(line.type()) && tab.said.push(`${line.text()} (${line.location().url})`));
+    tab.page.on("pageerror", (error) => tab.said.push(String(error.stack ?? error)));
+    tab.page.on("response", (answer) => tab.#note(answer));
+    return tab;
+  }
+
+  async #let(route) {
+    const url = route.request().url();
+    this.requests.push(`${route.request().method()} ${url}`);
+    if (url.startsWith(this.service.origin + "/") || url.startsWith("blob:") || url.startsWith("data:")) return route.continue();
+    this.foreign.push(url);
+    return route.abort();
+  }
+
+  #note(answer) {
+    if (answer.request().resourceType() === "document")
+      this.policies.set(answer.url(), answer.headers()["content-security-policy"] ?? "");
+  }
+
+  go(path) {
+    return this.page.goto(this.service.origin + path);
+  }
+
+  // What must hold of every walk through the page. `expected`: patterns of lines that the browser itself writes, as for an
+  // answer of 404.
+  assertClean({ expected = [] } = {}) {
+    assert.deepEqual(this.foreign, [], "requests to other origins");
+    const said = this.said.filter((line) => !expected.some((pattern) => pattern.test(line)));
+    assert.deepEqual(said, [], "errors and warnings in the console");
+    assert.ok(this.policies.size > 0, "no document was loaded");
+    for (const [url, policy] of this.policies) {
+      assert.match(policy, /default-src 'none'/, url);
+      assert.doesNotMatch(policy, /unsafe-inline|unsafe-eval|unsafe-hashes|\*|https?:/, url);
+    }
+  }
+
+  // A picture of the window, kept as NAME.png; with `whole` of all of the page. Gives the bytes.
+  shot(name, { whole = false, ...how } = {}) {
+    mkdirSync(shots, { recursive: true });
+    return this.page.screenshot({ path: join(shots, `${name}.png`), fullPage: whole, ...how });
+  }
+
+  close() {
+    return this.context.close();
+  }
+}
+
+// Serious and critical findings of axe, as lines. The tab must have been opened with bypassCSP, which lets axe in.
+export async function faults(tab) {
+  await tab.page.evaluate(axe);
+  const result = await tab.page.evaluate(() => globalThis.axe.run());
+  return result.violations
+    .filter((each) => ["serious", "critical"].includes(each.impact))
+    .flatMap((each) => each.nodes.map((node) => `${each.id}: ${node.html.slice(0, 200)} ${node.failureSummary ?? ""}`));
+}

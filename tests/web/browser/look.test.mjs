@@ -1,0 +1,60 @@
+// The page in light, dark and narrow: nothing wider than the window, and no serious fault that axe finds.
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { faults, Tab } from "./browser.mjs";
+import { dented, obj, ply, sphere } from "./meshes.mjs";
+import { Walk } from "./page.mjs";
+import { asked } from "./service.mjs";
+import { workplace } from "./workplace.mjs";
+
+const place = workplace(() => ({
+  "sphere.obj": obj(sphere(40)), "dented.obj": obj(dented(30)), "broken.obj": Buffer.from("f 1 2 3\n"),
+  "core.ply": ply(sphere(60, 0.02)), "shell.ply": ply(sphere(200)),
+}));
+
+const looks = {
+  light: {}, dark: { colorScheme: "dark" }, narrow: { viewport: { width: 360, height: 740 } },
+  contrast: { forcedColors: "active" }, "large type": { viewport: { width: 640, height: 450 } }, // 1280 at 200 %
+};
+
+// Each state of the page; `reached` when it is there.
+const states = {
+  async form() {},
+  async filled(walk) {
+    await walk.fill({ a: place.files["dented.obj"], b: place.files["sphere.obj"], limit: "abc", strategy: "n_point" });
+    await walk.measure();
+  },
+  async running(walk) {
+    await walk.fill({ a: place.files["core.ply"], b: place.files["shell.ply"], limit: "2", tolerance: ["relative", "1e-8"] });
+    await walk.measure();
+    await walk.page.locator("#run-view .band").waitFor();
+  },
+  async result(walk) {
+    await walk.fill({ a: place.files["dented.obj"], b: place.files["sphere.obj"], limit: "0.02", units: "mm" });
+    await walk.page.locator("#more").evaluate((more) => (more.open = true));
+    await walk.page.locator("#statistics").check();
+    await walk.measure();
+    await walk.measured();
+    await walk.viewer();
+  },
+  async problem(walk) {
+    await walk.fill({ a: place.files["broken.obj"], b: place.files["sphere.obj"] });
+    await walk.measure();
+    await walk.page.waitForFunction(() => document.querySelector("#trouble")?.textContent !== "");
+  },
+};
+
+for (const [look, how] of Object.entries(looks))
+  for (const [state, reach] of Object.entries(states))
+    test(`${state}, ${look}`, async () => {
+      const tab = await Tab.open(place.browser, place.service, { ...how, bypassCSP: true }), walk = await Walk.begin(tab);
+      await reach(walk);
+      await walk.still();
+      await tab.shot(`look_${state}_${look.replace(" ", "_")}`, { whole: true });
+      const { wide, room } = await tab.page.evaluate(() => ({ wide: document.documentElement.scrollWidth, room: innerWidth }));
+      assert.ok(wide <= room, `${wide} pixels wide in a window of ${room}`);
+      assert.deepEqual(await faults(tab), []);
+      assert.deepEqual(tab.foreign, []);
+      if (state === "running") await asked(place.service, `/v1/comparisons/${walk.id()}`, { method: "DELETE" });
+      await tab.close();
+    });

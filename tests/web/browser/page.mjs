@@ -1,0 +1,103 @@
+// What a person does on the page, by the names that the page gives its parts.
+import { asked } from "./service.mjs";
+
+export const patience = 120_000; // ms: two tests at once draw by software on few processors
+
+export class Walk {
+  constructor(tab) {
+    this.tab = tab;
+    this.page = tab.page;
+    this.page.setDefaultTimeout(patience);
+  }
+
+  static async begin(tab) {
+    const walk = new Walk(tab);
+    await tab.go("/");
+    await walk.page.locator("#form-view").waitFor();
+    return walk;
+  }
+
+  // `limit` as typed; `tolerance: ["diagonal", "1e-4"]`; files are paths, or as Playwright takes them.
+  async fill({ a, b, limit, units, tolerance, direction, strategy, timeout }) {
+    const { page } = this;
+    if (a) await page.locator("#file-a").setInputFiles(a);
+    if (b) await page.locator("#file-b").setInputFiles(b);
+    if (limit !== undefined) await page.locator("#limit").fill(limit);
+    if (units !== undefined) await page.locator("#units").fill(units);
+    if (direction) await page.locator(`[name=direction][value=${direction}]`).check();
+    if (tolerance) {
+      await page.locator("#toleranceKind").selectOption(tolerance[0]);
+      await page.locator("#tolerance").fill(tolerance[1]);
+    }
+    if (strategy || timeout) await page.locator("#more").evaluate((more) => (more.open = true));
+    if (strategy) await page.locator("#strategy").selectOption(strategy);
+    if (timeout) await page.locator("#timeout").fill(timeout);
+  }
+
+  press(name) {
+    return this.page.getByRole("button", { name, exact: true }).click();
+  }
+
+  measure() {
+    return this.page.locator("#measure").click();
+  }
+
+  async measured() {
+    await this.page.locator("#result-view").waitFor();
+  }
+
+  // The comparison's id, of the address.
+  id() {
+    const id = /\/c\/([0-9a-f]{32})$/.exec(new URL(this.page.url()).pathname)?.[1];
+    if (!id) throw new Error(`${this.page.url()} names no comparison`);
+    return id;
+  }
+
+  async job() {
+    return (await asked(this.tab.service, `/v1/comparisons/${this.id()}`)).json();
+  }
+
+  text(selector) {
+    return this.page.locator(selector).innerText();
+  }
+
+  // The viewer's element, when it has been built and its first picture drawn.
+  async viewer() {
+    await this.page.waitForFunction(() => [...document.querySelectorAll("*")].some((each) => each.viewer), undefined, { timeout: patience });
+    const handle = await this.page.evaluateHandle(() => [...document.querySelectorAll("*")].find((each) => each.viewer));
+    await this.still();
+    return handle.asElement();
+  }
+
+  // Until nothing moves any more and the picture is drawn in full.
+  async still() {
+    await this.page.waitForTimeout(600);
+    await this.page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
+  }
+}
+
+// Remembers, from now on and for each frame, what the page shows of the interval while it runs: its two numbers, and the
+// corners of the drawn band.
+export function watchInterval(page) {
+  return page.evaluate(() => {
+    globalThis.seen = [];
+    const look = () => {
+      const reading = [...document.querySelectorAll("#run-view .reading span")].map((each) => each.textContent);
+      const points = document.querySelector("#run-view .band")?.getAttribute("points") ?? "";
+      const last = globalThis.seen.at(-1);
+      const text = reading.join(" ");
+      if (text !== "" && (!last || last.text !== text || last.points !== points)) globalThis.seen.push({ text, points });
+      globalThis.looking = requestAnimationFrame(look);
+    };
+    look();
+  });
+}
+
+// [{text, lower, upper, corners}] of what was seen, in order; upper is Infinity where it is not known.
+export async function seenInterval(page) {
+  const seen = await page.evaluate(() => (cancelAnimationFrame(globalThis.looking), globalThis.seen));
+  return seen.map(({ text, points }) => {
+    const [lower, upper] = text.split(" to ").map((part) => parseFloat(part));
+    return { text, lower: lower || 0, upper: Number.isFinite(upper) ? upper : Infinity, corners: points === "" ? 0 : points.split(" ").length };
+  });
+}

@@ -1,0 +1,102 @@
+// What goes wrong, and what a person reads then: which file or field it is about, and what to do.
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { Tab } from "./browser.mjs";
+import { dented, obj, ply, sphere } from "./meshes.mjs";
+import { Walk } from "./page.mjs";
+import { lookup, workplace } from "./workplace.mjs";
+
+const good = obj(sphere(8));
+const place = workplace(() => ({
+  "good.obj": good,
+  "other.obj": obj(dented(8)),
+  "cut_off.ply": ply(sphere(8)).subarray(0, 600),
+  "broken.obj": Buffer.from("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n"),
+  "nan.obj": Buffer.from("v 0 0 0\nv 1 nan 0\nv 0 1 0\nf 1 2 3\n"),
+  "picture.png": Buffer.from("89504e470d0a1a0a0000000d49484452", "hex"),
+  "empty.stl": Buffer.alloc(84),
+  "large.obj": Buffer.concat([good, Buffer.alloc(200_000, "# nothing\n")]),
+}), "--max-part-bytes", "100000");
+
+async function trouble(walk, name) {
+  const box = walk.page.locator("#trouble");
+  await walk.page.waitForFunction(() => document.querySelector("#trouble")?.textContent !== "");
+  await walk.tab.shot(`problem_${name}`, { whole: true });
+  return box.innerText();
+}
+
+const refused = [
+  ["cut_off.ply", /damaged or cut off|cut off|ends/i, 422],
+  ["broken.obj", /vertex 9|index|inconsistent/i, 422],
+  ["nan.obj", /nan|not a number|no number/i, 422],
+  ["picture.png", /OBJ, STL, PLY/, 415],
+  ["empty.stl", /no (surface|triangles?)|empty|0 triangles/i, 422],
+];
+
+for (const [name, words, status] of refused) {
+  test(`${name} as a mesh is refused in words that name it`, async () => {
+    const walk = await place.open();
+    await walk.fill({ a: place.files[name], b: place.files["good.obj"] });
+    await walk.measure();
+    const said = await trouble(walk, name.replace(".", "_"));
+    assert.match(said, words);
+    assert.match(await walk.text("#main"), /Candidate/);
+    assert.ok(await walk.page.locator("#form-view").isVisible(), "the form is there to try again");
+    walk.tab.assertClean({ expected: [lookup, new RegExp(`${status}.*/v1/comparisons`)] });
+    await walk.page.locator("#file-a").setInputFiles(place.files["other.obj"]);
+    await walk.measure();
+    await walk.measured();
+    await walk.tab.close();
+  });
+}
+
+test("a file above the limit is refused with the limit", async () => {
+  const walk = await place.open();
+  await walk.fill({ a: place.files["good.obj"], b: place.files["large.obj"] });
+  await walk.measure();
+  const said = await trouble(walk, "too_large");
+  assert.match(said, /100[,. ]?000|100 kB/);
+  assert.match(said, /smaller|gzip/);
+  walk.tab.assertClean({ expected: [lookup, /413|ERR_/] });
+  await walk.tab.close();
+});
+
+test("fields that make no sense are named beside them, before anything is sent", async () => {
+  const walk = await place.open();
+  await walk.fill({ a: place.files["good.obj"], limit: "0,5", timeout: "1000" });
+  await walk.measure();
+  const form = await walk.text("#form-view");
+  await walk.tab.shot("problem_fields", { whole: true });
+  assert.match(form, /point, not a comma/);
+  assert.match(form, /from 0\.001 to 180 seconds/);
+  assert.match(form, /Choose the baseline/);
+  assert.equal(await walk.page.locator("#limit").getAttribute("aria-invalid"), "true");
+  assert.deepEqual(walk.tab.requests.filter((line) => line.includes("/v1/")), []);
+  walk.tab.assertClean();
+  await walk.tab.close();
+});
+
+for (const [path, words] of [["/c/00000000000000000000000000000000", /no such comparison/i], ["/c/nonsense", /no such|not|nothing/i]]) {
+  test(`the link ${path} says that nothing is there, and leads to the form`, async () => {
+    const tab = await Tab.open(place.browser, place.service), walk = new Walk(tab);
+    await tab.go(path);
+    assert.match(await trouble(walk, `link_${path.length}`), words);
+    tab.assertClean({ expected: [/404/] });
+    await tab.page.goto(`${place.service.origin}/`);
+    await tab.page.locator("#form-view").waitFor();
+    await tab.close();
+  });
+}
+
+test("a service that is gone is told of, and the same order succeeds when it is back", async () => {
+  const walk = await place.open(), { context } = walk.tab;
+  await walk.fill({ a: place.files["good.obj"], b: place.files["other.obj"] });
+  await context.setOffline(true);
+  await walk.measure();
+  assert.match(await trouble(walk, "offline"), /did not answer/);
+  await context.setOffline(false);
+  await walk.measure();
+  await walk.measured();
+  walk.tab.assertClean({ expected: [lookup, /ERR_INTERNET_DISCONNECTED/] });
+  await walk.tab.close();
+});

@@ -1,0 +1,148 @@
+// The viewer against the service: the witness is drawn where the API says, colours are those of the numbers in the PLY.
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { parsePly } from "./files.mjs";
+import { findMarks } from "./marks.mjs";
+import { dented, obj, scaled, sphere, stl } from "./meshes.mjs";
+import { colourOf, cross, difference, dot, length, minus, picture, plus, projected, unit } from "./pixels.mjs";
+import { asked } from "./service.mjs";
+import { lookup, workplace } from "./workplace.mjs";
+
+// Far from the origin, as parts of a plant are: single precision of the whole coordinate would be seen.
+const far = [120_000, -45_000, 8_000];
+
+const place = workplace(() => ({
+  "dented.obj": obj(scaled(dented(24), 20)), "sphere.stl": stl(scaled(sphere(40), 20)),
+  "far_dented.obj": obj(scaled(dented(24), 20, far)), "far_sphere.obj": obj(scaled(sphere(40), 20, far)),
+}));
+
+async function measured(a, b, more = {}) {
+  const walk = await place.open(), { tab } = walk;
+  await walk.fill({ a: place.files[a], b: place.files[b], ...more });
+  await walk.measure();
+  await walk.measured();
+  const viewer = await walk.viewer();
+  return { tab, walk, viewer, result: (await walk.job()).result };
+}
+
+const cameraOf = (viewer) => viewer.evaluate((host) => host.viewer.camera());
+
+async function lookFrom(walk, viewer, camera) {
+  await viewer.evaluate((host, to) => host.viewer.setCamera({ ...host.viewer.camera(), ...to }), camera);
+  await walk.still();
+}
+
+// A screenshot of the canvas, and the camera as the viewer tells it.
+async function look({ tab, viewer, walk }, name) {
+  await tab.page.locator("canvas").evaluate((canvas) => canvas.scrollIntoView({ block: "center" }));
+  await walk.still();
+  const image = picture(await tab.shot(name)), camera = await cameraOf(viewer);
+  return { image, camera };
+}
+
+// The pair of points of the interval's lower end, from the API alone.
+function witnessOf({ a_to_b, b_to_a }) {
+  const sides = [a_to_b, b_to_a].filter((side) => side?.witness);
+  const { point_a, point_b } = sides.sort((one, other) => other.lower - one.lower)[0].witness;
+  return { point: point_a, nearest: point_b };
+}
+
+// Around the target by degrees, and nearer by a factor.
+function around({ position, target, up }, degrees, factor) {
+  const offset = minus(position, target), k = unit(up), turn = (degrees * Math.PI) / 180;
+  const turned = plus(plus(offset.map((x) => x * Math.cos(turn)), cross(k, offset), Math.sin(turn)), k, dot(k, offset) * (1 - Math.cos(turn)));
+  return { position: plus(target, turned.map((x) => x * factor)) };
+}
+
+for (const [a, b, where] of [["dented.obj", "sphere.stl", "near the origin"], ["far_dented.obj", "far_sphere.obj", "far from the origin"]]) {
+  test(`the witness is drawn within a pixel of where the API says, from three places: ${where}`, async () => {
+    const walked = await measured(a, b), { walk, viewer, tab, result } = walked;
+    const pair = witnessOf(result);
+    await viewer.evaluate((host) => host.viewer.flyToWitness(0));
+    await walk.still();
+    const flown = await cameraOf(viewer);
+    for (const [i, [degrees, factor]] of [[0, 1], [24, 1.6], [-31, 0.6]].entries()) {
+      await lookFrom(walk, viewer, around(flown, degrees, factor));
+      const { image, camera } = await look(walked, `witness_${where.split(" ")[0]}_${i + 1}`);
+      const marks = findMarks(image);
+      for (const [mark, point] of [["disc", pair.point], ["square", pair.nearest]]) {
+        const expected = projected(camera, point), off = Math.hypot(marks[mark].x - expected.x, marks[mark].y - expected.y);
+        console.log(`${where}, camera ${i + 1}, ${mark}: ${off.toFixed(2)} px off`);
+        assert.ok(off <= 1, `${mark} at ${marks[mark].x}, ${marks[mark].y}, expected at ${expected.x}, ${expected.y}`);
+      }
+    }
+    tab.assertClean({ expected: [lookup] });
+    await tab.close();
+  });
+}
+
+test("plain colours are those of the PLY's distances, at every vertex that is seen", async () => {
+  for (const limit of ["1.2", ""]) {
+    const walked = await measured("dented.obj", "sphere.stl", { limit }), { walk, tab, viewer } = walked;
+    await plainColours(walk);
+    const ply = parsePly(await (await asked(place.service, `/v1/comparisons/${walk.id()}/deviation.ply?of=a`)).arrayBuffer());
+    const largest = Math.max(...ply.distances), top = limit === "" ? largest : Number(limit);
+    assert.ok(limit === "" || largest > 1.2 * top, "some of the mesh is above the limit");
+    const reached = await compareColours(walked, ply, { top, limited: limit !== "" }, limit === "" ? "colours_without_limit" : "colours");
+    assert.ok(reached.seen >= 100, `${reached.seen} vertices are seen`);
+    assert.ok(limit === "" || reached.above > 3, "the colour above the limit is among them");
+    tab.assertClean({ expected: [lookup] });
+    await viewer.dispose();
+    await tab.close();
+  }
+});
+
+async function compareColours(walked, ply, scale, name) {
+  const { image, camera } = await look(walked, name);
+  const normals = normalsOf(ply), seen = [];
+  ply.points.forEach((point, i) => {
+    const toEye = unit(minus(camera.position, point));
+    if (dot(normals[i], toEye) < 0.5) return;
+    const { x, y } = projected(camera, point);
+    seen.push({ i, expected: colourOf(ply.distances[i], scale.top, scale.limited), shown: image.at(Math.floor(x), Math.floor(y)) });
+  });
+  for (const { i, expected } of seen) assert.deepEqual(ply.colours[i], expected, "the PLY's own colour");
+  const off = seen.map((each) => difference(each.expected, each.shown)).sort((x, y) => x - y);
+  console.log(`${name}: ${seen.length} vertices, off by ${off[Math.floor(off.length / 2)]} of 255 in the middle, by ${off.at(-1)} at most`);
+  const far = seen.filter((each) => difference(each.expected, each.shown) > tolerance(ply, each.i, scale, camera));
+  assert.deepEqual(far, [], "colours that are not those of the distance");
+  return { seen: seen.length, above: seen.filter((each) => scale.limited && ply.distances[each.i] > scale.top).length };
+}
+
+// A pixel's middle lies up to 0.7 pixels from the vertex, and what is smoothed up to 1.5: as much as the distance changes over
+// there, the colour may differ. Beside the limit it may be either side's.
+function tolerance(ply, vertex, { top, limited }, camera) {
+  const steepest = Math.max(...neighboursOf(ply)[vertex].map((other) =>
+    Math.abs(ply.distances[other] - ply.distances[vertex]) / length(minus(ply.points[other], ply.points[vertex]))));
+  const pixel = length(minus(camera.position, ply.points[vertex])) * 2 * Math.tan((camera.fov * Math.PI) / 360) / camera.viewport.height;
+  const change = 3 * steepest * pixel, distance = ply.distances[vertex];
+  if (limited && Math.abs(distance - top) < change) return 255;
+  const near = [distance - change, distance + change].map((d) => colourOf(Math.max(d, 0), top, limited));
+  return 3 + Math.max(...near.map((colour) => difference(colour, colourOf(distance, top, limited))));
+}
+
+const neighbours = new WeakMap();
+function neighboursOf(ply) {
+  if (!neighbours.has(ply)) {
+    const lists = ply.points.map(() => []);
+    for (const corners of ply.triangles) for (const p of corners) for (const q of corners) if (p !== q) lists[p].push(q);
+    neighbours.set(ply, lists);
+  }
+  return neighbours.get(ply);
+}
+
+function normalsOf(ply) {
+  const normals = ply.points.map(() => [0, 0, 0]);
+  for (const [p, q, r] of ply.triangles) {
+    const normal = cross(minus(ply.points[q], ply.points[p]), minus(ply.points[r], ply.points[p]));
+    for (const corner of [p, q, r]) normals[corner] = plus(normals[corner], normal);
+  }
+  return normals.map((normal) => (length(normal) > 0 ? unit(normal) : normal));
+}
+
+// Without the other mesh over it and without light.
+async function plainColours(walk) {
+  await walk.press("Plain colours");
+  await walk.press("Show mesh B");
+  await walk.still();
+}

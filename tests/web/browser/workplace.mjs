@@ -1,0 +1,30 @@
+// What each file of tests begins with: a browser, a service, a folder of meshes; and what it ends with.
+import { mkdtempSync, rmSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { after, before } from "node:test";
+import { launch, Tab } from "./browser.mjs";
+import { written } from "./meshes.mjs";
+import { Walk } from "./page.mjs";
+import { startService } from "./service.mjs";
+
+// `make()` gives {name: bytes} of the meshes, `flags` are the service's; the members are there when the tests run.
+export function workplace(make = () => ({}), ...flags) {
+  const place = {};
+  before(async () => {
+    place.folder = mkdtempSync(join(tmpdir(), "meshgauge-web-"));
+    place.files = written(place.folder, make());
+    place.browser = await launch();
+    place.service = await startService(...flags.map((flag) => (typeof flag === "function" ? flag(place) : flag)));
+  });
+  after(async () => {
+    await place.browser?.close();
+    await place.service?.stop();
+    rmSync(place.folder, { recursive: true, force: true });
+  });
+  place.open = async (how) => Walk.begin(await Tab.open(place.browser, place.service, how));
+  return place;
+}
+
+// A mesh that the service has not yet is asked for first; the browser writes a line of it.
+export const lookup = /404.*\/v1\/meshes\/[0-9a-f]{64}\)/;

@@ -1,0 +1,86 @@
+// The README's pictures: screenshots of the real page, on meshes of the project's own. ./dev gallery [NAME...]
+//
+// Writes docs/gallery/NAME.png, 1200 pixels wide and with 256 colours at most (pngquant), so that each stays small. What they
+// show is the same each time but for what a clock says: times in ms, and how far an interval has shrunk.
+import { execFileSync } from "node:child_process";
+import { mkdirSync, mkdtempSync, rmSync, statSync, writeFileSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { launch, Tab } from "./browser/browser.mjs";
+import { ply, stl, written } from "./browser/meshes.mjs";
+import { Walk } from "./browser/page.mjs";
+import { root, startService } from "./browser/service.mjs";
+import { drawn, ground, printed } from "./gallery_meshes.mjs";
+
+const to = join(root, "docs/gallery"), most = 250_000;
+const folder = mkdtempSync(join(tmpdir(), "meshgauge-gallery-"));
+const files = written(folder, { "gear_printed.stl": stl(printed()), "gear.stl": stl(drawn()), "ground.ply": ply(ground(1)), "scan.ply": ply(ground(2)) });
+
+const gear = { a: files["gear_printed.stl"], b: files["gear.stl"], limit: "0.3", units: "mm", tolerance: ["relative", "1"] };
+const window = { viewport: { width: 1200, height: 860 }, reducedMotion: "reduce" };
+
+const pictures = {
+  async result() {
+    const walk = await open();
+    await measured(walk, gear);
+    await save("result", await walk.page.screenshot());
+    return walk;
+  },
+  async witness() {
+    const walk = await open({ colorScheme: "dark" });
+    const viewer = await measured(walk, gear);
+    await viewer.evaluate((host) => host.viewer.flyToWitness(0));
+    await walk.still();
+    await viewer.scrollIntoViewIfNeeded();
+    await save("witness", await viewer.screenshot());
+    return walk;
+  },
+  async side_by_side() {
+    const walk = await open();
+    const viewer = await measured(walk, gear);
+    await walk.press("Side by side");
+    await walk.still();
+    await save("side_by_side", await viewer.screenshot());
+    return walk;
+  },
+  async running() {
+    const walk = await open({ colorScheme: "dark", viewport: { width: 1200, height: 760 } });
+    await walk.fill({ a: files["scan.ply"], b: files["ground.ply"], limit: "0.05", units: "m", tolerance: ["relative", "1e-4"] });
+    await walk.measure();
+    await walk.page.waitForFunction(() => parseFloat(document.querySelector("#run-view .reading span:last-child")?.textContent ?? "") < 0.2);
+    await save("running", await walk.page.screenshot());
+    return walk;
+  },
+};
+
+const browser = await launch(), service = await startService();
+
+async function open(how = {}) {
+  return Walk.begin(await Tab.open(browser, service, { ...window, ...how }));
+}
+
+async function measured(walk, order) {
+  await walk.fill(order);
+  await walk.measure();
+  await walk.measured();
+  return walk.viewer();
+}
+
+async function save(name, bytes) {
+  mkdirSync(to, { recursive: true });
+  const path = join(to, `${name}.png`);
+  writeFileSync(path, bytes);
+  execFileSync("pngquant", ["--force", "--skip-if-larger", "--speed", "1", "--strip", "--output", path, "256", path]);
+  const { size } = statSync(path);
+  console.log(`docs/gallery/${name}.png: ${size} bytes`);
+  if (size > most) process.exitCode = 1;
+}
+
+for (const [name, take] of Object.entries(pictures)) {
+  if (process.argv.length > 2 && !process.argv.includes(name)) continue;
+  const walk = await take();
+  await walk.tab.close();
+}
+await browser.close();
+await service.stop();
+rmSync(folder, { recursive: true });

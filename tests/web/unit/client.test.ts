@@ -1,0 +1,146 @@
+import assert from "node:assert/strict";
+import { afterEach, beforeEach, test } from "node:test";
+import { Client, pause } from "../../../server/web/page/api/client.js";
+import { NetworkError, ProblemError } from "../../../server/web/page/api/problem.js";
+import type { Job, ProgressEvent } from "../../../server/web/page/api/types.js";
+import { watch } from "../../../server/web/page/api/watch.js";
+import { comparison } from "./samples.js";
+
+const id = "0d67c9a2d1b307386f8fc157855c4351";
+const job = (state: Job["state"]): Job => ({
+  id, state, created: "2026-03-01T12:00:00.000Z", started: "2026-03-01T12:00:00.000Z", finished: null, expires: null, tries: 1,
+  progress: state === "running" ? { lower: 1, upper: 2, stage: "reduce" } : null, result: state === "done" ? comparison() : null, problem: null,
+});
+const running = 'event: progress\ndata: {"state":"running","lower":1,"upper":3,"stage":"traverse","elapsed_ms":5}\n\n';
+const end = `event: end\ndata: ${JSON.stringify(job("done"))}\n\n`;
+
+interface Asked {
+  path: string;
+  key: string | null;
+}
+
+let asked: Asked[] = [];
+let answers: (() => Response | Promise<Response>)[] = [];
+const storage = new Map<string, string>();
+const real = globalThis.fetch;
+
+beforeEach(() => {
+  asked = [];
+  answers = [];
+  storage.clear();
+  const session = { getItem: (name: string) => storage.get(name) ?? null, setItem: (name: string, value: string) => storage.set(name, value), removeItem: (name: string) => storage.delete(name) };
+  Object.assign(globalThis, {
+    sessionStorage: session,
+    fetch: async (path: string, init: RequestInit) => {
+      asked.push({ path, key: new Headers(init.headers).get("Authorization") });
+      const answer = answers.shift();
+      if (!answer) throw new Error(`nobody expected ${path}`);
+      return answer();
+    },
+  });
+});
+afterEach(() => void (globalThis.fetch = real));
+
+const json = (value: unknown, status = 200, headers: Record<string, string> = {}) => () => new Response(JSON.stringify(value), { status, headers });
+const refuse = (kind: string, status: number, headers: Record<string, string> = {}) =>
+  json({ type: `urn:meshgauge:problem:${kind}`, title: kind, status, detail: kind, errors: [] }, status, headers);
+const broken = () => Promise.reject(new TypeError("failed to fetch"));
+const stream = (text: string) => () => new Response(text);
+const never = new AbortController().signal;
+
+test("a busy service is waited for, and the wait is told and over", async () => {
+  const waits: (number | null)[] = [];
+  answers = [refuse("overloaded", 503, { "Retry-After": "1" }), json(job("done"))];
+  const told = await new Client((wait) => waits.push(wait?.seconds ?? null)).job(id);
+  assert.equal(told.state, "done");
+  assert.deepEqual(waits, [1, null]);
+});
+
+test("a time that was over is not waited for again", async () => {
+  answers = [refuse("out-of-time", 503, { "Retry-After": "1" })];
+  await assert.rejects(new Client().job(id), (error) => error instanceof ProblemError && error.kind === "out-of-time");
+});
+
+test("giving up ends a wait", async () => {
+  const controller = new AbortController();
+  answers = [refuse("overloaded", 503, { "Retry-After": "60" })];
+  const told = new Client().job(id, controller.signal);
+  setTimeout(() => controller.abort(), 20);
+  await assert.rejects(told, { name: "AbortError" });
+  await assert.rejects(pause(10, controller.signal), { name: "AbortError" });
+});
+
+test("a key is asked for, kept, and sent; without one the refusal stays", async () => {
+  answers = [refuse("unauthorized", 401), json(job("done"))];
+  const client: Client = new Client(undefined, () => {
+    client.key = "mg_1";
+    return Promise.resolve(true);
+  });
+  await client.job(id);
+  assert.deepEqual(asked.map(({ key }) => key), [null, "Bearer mg_1"]);
+  assert.equal(storage.size, 1);
+  answers = [refuse("unauthorized", 401)];
+  await assert.rejects(new Client(undefined, () => Promise.resolve(false)).job(id), ProblemError);
+});
+
+test("two requests that are refused together ask for one key", async () => {
+  let times = 0;
+  answers = [refuse("unauthorized", 401), refuse("unauthorized", 401), json(job("done")), json(job("done"))];
+  const client: Client = new Client(undefined, async () => {
+    ++times;
+    await pause(5);
+    client.key = "mg_1";
+    return true;
+  });
+  await Promise.all([client.job(id), client.job(id)]);
+  assert.equal(times, 1);
+});
+
+test("no answer is an error of the network that says what was done", async () => {
+  answers = [broken];
+  await assert.rejects(new Client().job(id), (error) => error instanceof NetworkError && /how the comparison stands/.test(error.message));
+});
+
+async function watched(...given: typeof answers) {
+  answers = given;
+  const seen: ProgressEvent[] = [];
+  let breaks = 0;
+  const last = await watch(new Client(), id, { progress: (event) => void seen.push(event), interrupted: () => void ++breaks }, never);
+  return { last, seen, breaks };
+}
+
+test("watching: events until the end", async () => {
+  const { last, seen, breaks } = await watched(stream(running + end));
+  assert.equal(last.state, "done");
+  assert.deepEqual(seen.map(({ upper }) => upper), [3]);
+  assert.equal(breaks, 0);
+});
+
+test("watching: where the stream breaks, the comparison is asked for and watched on", async () => {
+  const { last, seen, breaks } = await watched(stream(running), json(job("running")), stream(end));
+  assert.equal(last.state, "done");
+  assert.deepEqual(seen.map(({ upper }) => upper), [3, 2]);
+  assert.equal(breaks, 1);
+  assert.deepEqual(asked.map(({ path }) => path), [`/v1/comparisons/${id}/events`, `/v1/comparisons/${id}`, `/v1/comparisons/${id}/events`]);
+});
+
+test("watching: without a place for its events, a comparison is asked for", async () => {
+  const { last } = await watched(refuse("overloaded", 503), json(job("done")));
+  assert.equal(last.state, "done");
+});
+
+test("watching: a service that is away for a moment", async () => {
+  const { last } = await watched(broken, broken, stream(end));
+  assert.equal(last.state, "done");
+});
+
+test("watching: a comparison that is gone is an error at once", async () => {
+  await assert.rejects(watched(refuse("not-found", 404)), (error) => error instanceof ProblemError && error.kind === "not-found");
+});
+
+test("beginning again with a key whose comparison has ended gives that one", async () => {
+  answers = [json(comparison({ id })), json(job("done"))];
+  const told = await new Client().begin({ a: "a".repeat(64), b: "b".repeat(64) }, "once");
+  assert.equal(told.state, "done");
+  assert.equal(asked.at(-1)?.path, `/v1/comparisons/${id}`);
+});

@@ -1,0 +1,80 @@
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { buildOptions, noValues, parseNumber, splitLimit, valuesOf, type FormValues } from "../../../server/web/page/form/options.js";
+import { formatOf } from "../../../server/web/page/form/slot.js";
+import { optionsOf } from "../../../server/web/page/text/snippets.js";
+import { comparison, gate } from "./samples.js";
+
+const build = (values: Partial<FormValues>) => buildOptions({ ...noValues, ...values });
+const blamed = (values: Partial<FormValues>) => build(values).mistakes.map(({ field }) => field);
+
+test("an empty form asks for nothing", () => assert.deepEqual(build({}).options, {}));
+
+test("everything that can be asked for", () => {
+  const built = build({
+    limit: "0.05", units: "mm", direction: "a_to_b", toleranceKind: "relative", tolerance: "0.5", strategy: "n_point", points: "31",
+    timeout: "2.5", threads: "4", statistics: true,
+  });
+  assert.deepEqual(built.options, {
+    gate: { max_distance: 0.05, units: "mm" }, direction: "a_to_b", tolerance: { relative: 0.005 }, strategy: "n_point", points: 31,
+    timeout_ms: 2500, threads: 4, statistics: true,
+  });
+});
+
+test("tolerances are percent where they are shares", () => {
+  assert.deepEqual(build({ toleranceKind: "absolute", tolerance: "0.5" }).options, { tolerance: { absolute: 0.5 } });
+  assert.deepEqual(build({ toleranceKind: "diagonal", tolerance: "0.01" }).options, { tolerance: { diagonal: 0.0001 } });
+  assert.deepEqual(build({ toleranceKind: "default", tolerance: "nonsense" }).options, {});
+});
+
+test("a limit may have its unit with it; the field of its own wins", () => {
+  assert.deepEqual(build({ limit: "0.05 mm" }).options?.gate, { max_distance: 0.05, units: "mm" });
+  assert.deepEqual(build({ limit: "0.05mm", units: "in" }).options?.gate, { max_distance: 0.05, units: "in" });
+  assert.deepEqual(build({ limit: " 1e-3 " }).options?.gate, { max_distance: 0.001 });
+  assert.deepEqual(splitLimit("1e-3 m"), { number: "1e-3", units: "m" });
+  assert.deepEqual(build({ limit: "0" }).options?.gate, { max_distance: 0 });
+});
+
+test("what is no number, negative or a share is blamed at its field", () => {
+  for (const limit of ["abc", "-1", "0,5", "1 2", "5 %", "NaN", "Infinity", "1e999", "0x10"]) assert.deepEqual(blamed({ limit }), ["limit"], limit);
+  assert.match(build({ limit: "0,5" }).mistakes[0]?.message ?? "", /point, not a comma/);
+});
+
+test("mistakes of several fields are all told", () => {
+  assert.deepEqual(blamed({ limit: "x", toleranceKind: "absolute", tolerance: "", timeout: "500", threads: "1.5" }), ["limit", "tolerance", "timeout", "threads"]);
+});
+
+test("a unit's name has 32 bytes at most, not letters", () => {
+  assert.deepEqual(blamed({ limit: "1", units: "µ".repeat(17) }), ["units"]);
+  assert.deepEqual(blamed({ limit: "1", units: "µ".repeat(16) }), []);
+});
+
+test("times and threads have ends", () => {
+  for (const timeout of ["0", "0.0001", "180.1", "-3", "ten"]) assert.deepEqual(blamed({ timeout }), ["timeout"], timeout);
+  for (const timeout of ["0.001", "180"]) assert.deepEqual(blamed({ timeout }), [], timeout);
+  for (const threads of ["0", "65", "2.5", "x"]) assert.deepEqual(blamed({ threads }), ["threads"], threads);
+});
+
+test("points mean something with one strategy alone", () => {
+  assert.deepEqual(build({ strategy: "four_point", points: "5" }).options, { strategy: "four_point" });
+  assert.deepEqual(blamed({ strategy: "n_point", points: "5" }), ["points"]);
+});
+
+test("numbers as people write them", () => {
+  assert.deepEqual([" .5 ", "5.", "+2", "1E3", "", "1_000"].map(parseNumber), [0.5, 5, 2, 1000, null, null]);
+});
+
+test("the form that leads to a result asks for the same", () => {
+  const results = [
+    comparison(),
+    comparison({ gate: gate(0.05), direction: "b_to_a" }),
+    comparison({ gate: gate(2, null), tolerance: { ...comparison().tolerance, asked: { relative: 0.07 } } }),
+    comparison({ tolerance: { ...comparison().tolerance, asked: { absolute: 0.25 } }, engine: { ...comparison().engine, strategy: "n_point", points: 109 } }),
+  ];
+  for (const result of results) assert.deepEqual(buildOptions(valuesOf(result)).options, optionsOf(result));
+});
+
+test("formats by name", () => {
+  const names = ["a.STL", "b.obj.gz", "c.gltf", "d.png", "noname", ".gz", "x.3mf"];
+  assert.deepEqual(names.map(formatOf), ["STL", "OBJ, gzip-compressed", "glTF", null, null, null, "3MF"]);
+});

@@ -1,0 +1,101 @@
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { titleOf, witnessesOf, wordingOf } from "../../../server/web/page/text/verdict.js";
+import { stageTimes, stageWords } from "../../../server/web/page/text/stages.js";
+import { comparison, directed, gate } from "./samples.js";
+
+const spaces = (text: string) => text.replaceAll("\u00A0", " ");
+const words = (...args: Parameters<typeof wordingOf>) => {
+  const { tone, heading, reason, proof } = wordingOf(...args);
+  return { tone, heading, reason: spaces(reason), proof: spaces(proof) };
+};
+
+test("a pass says that every point is within the limit, and how far it is at most", () => {
+  const told = words(comparison({ verdict: "pass", gate: gate(0.2) }));
+  assert.equal(told.tone, "pass");
+  assert.equal(told.reason, "Every point of both surfaces lies within 0.2 mm of the other surface: at most 0.0976 mm away.");
+  assert.match(told.proof, /proves/);
+});
+
+test("a pass of one direction speaks of that direction alone", () => {
+  const told = words(comparison({ verdict: "pass", gate: gate(0.2), direction: "a_to_b", b_to_a: null }));
+  assert.match(told.reason, /^Every point of the candidate \(A\) lies within 0.2 mm of the baseline \(B\)/);
+});
+
+test("a fail names the point, its mesh and triangle, and how far it is at least", () => {
+  const told = words(comparison({ verdict: "fail", gate: gate(0.05), status: "gate_decided", a_to_b: directed(0.0968, 0.0976), b_to_a: directed(0.01, 0.0976) }));
+  assert.equal(told.tone, "fail");
+  assert.equal(told.reason, "The point (1, 2, 3) of the candidate (A), on triangle 3, is 0.0968 mm or more from the baseline (B). The limit is 0.05 mm.");
+});
+
+test("a fail whose point is on the baseline says what the candidate lacks", () => {
+  const told = words(comparison({ verdict: "fail", gate: gate(0.05) }));
+  assert.match(told.reason, /of the baseline \(B\), on triangle 7.*The candidate \(A\) lacks what the baseline \(B\) has there/);
+});
+
+test("a fail without a witness still says why", () => {
+  const none = { ...directed(0.0968, null), witness: null };
+  assert.match(words(comparison({ verdict: "fail", gate: gate(0.05), a_to_b: none, b_to_a: none })).reason, /at least 0.0968 mm; the limit is 0.05 mm/);
+});
+
+test("undecided says why it ended and what would decide", () => {
+  const told = words(comparison({ verdict: "undecided", gate: gate(0.097), status: "timeout" }), 5000);
+  assert.equal(told.tone, "undecided");
+  assert.match(told.reason, /between 0.0968 and 0.0976 mm, and the limit of 0.097 mm is not decided by that: the time was over/);
+  assert.equal(told.proof, "What would decide: a limit of at least 0.0976 mm (pass) or below 0.0968 mm (fail), or more time than 5 s.");
+});
+
+test("each end of the work that leaves a gate undecided has its own advice", () => {
+  const proof = (status: Parameters<typeof comparison>[0] & object) => words(comparison({ verdict: "undecided", gate: gate(0.097), ...status }), null).proof;
+  assert.match(proof({ status: "cancelled" }), /letting it run to its end/);
+  assert.match(proof({ status: "converged" }), /a smaller tolerance/);
+  assert.match(proof({ status: "budget" }), /more memory/);
+  assert.match(proof({ status: "precision_floor" }), /rounding/);
+  assert.match(words(comparison({ verdict: "undecided", gate: gate(0.097), status: "timeout" }), 180_000).proof, /more threads/);
+});
+
+test("undecided when nothing is known", () => {
+  const told = words(comparison({ verdict: "undecided", gate: gate(1), status: "timeout", distance: { lower: 0, upper: null }, a_to_b: null, b_to_a: null }));
+  assert.match(told.reason, /^Nothing is known of the distance yet/);
+  assert.equal(told.proof, "What would decide: more time.");
+});
+
+test("without a gate the interval is the answer", () => {
+  const told = words(comparison());
+  assert.equal(told.heading, "0.0968 to 0.0976");
+  assert.equal(told.reason, "The largest distance from any point of one surface to the other is between 0.0968 and 0.0976.");
+  assert.equal(told.proof, "The interval is as narrow as asked: 0.84 % of the distance.");
+});
+
+test("a cancelled comparison says that its interval holds", () => {
+  assert.match(words(comparison({ status: "cancelled" })).proof, /It was cancelled\. The interval reached so far holds/);
+});
+
+test("a comparison that was cancelled before anything was known", () => {
+  const told = words(comparison({ status: "cancelled", distance: { lower: 0, upper: null } }));
+  assert.equal(told.heading, "Nothing is known yet");
+});
+
+test("the first witness is the one that attains the lower end, and each has its own mesh", () => {
+  const found = witnessesOf(comparison());
+  assert.deepEqual(found.map(({ from, lower, triangle }) => ({ from, lower, triangle })), [
+    { from: "b", lower: 0.0968, triangle: 7 },
+    { from: "a", lower: 0.0967, triangle: 3 },
+  ]);
+  assert.deepEqual(witnessesOf(comparison({ b_to_a: null })).map(({ from }) => from), ["a"]);
+  assert.equal(witnessesOf(comparison({ a_to_b: directed(1, null), b_to_a: null }))[0]?.upper, Infinity);
+});
+
+test("the title of the document tells the verdict", () => {
+  assert.equal(spaces(titleOf(comparison({ verdict: "pass", gate: gate(0.2) }))), "Pass: 0.0968 to 0.0976 mm · meshgauge");
+  assert.equal(spaces(titleOf(comparison())), "0.0968 to 0.0976 · meshgauge");
+});
+
+test("stages have words, and times without statistics have no statistics", () => {
+  assert.equal(stageWords("queued", null), "Waiting for a free worker");
+  assert.equal(stageWords("running", null), "Reading both meshes");
+  assert.match(stageWords("running", "reduce"), /Splitting/);
+  const { timings_ms } = comparison();
+  assert.deepEqual(stageTimes(timings_ms).map(({ name }) => name), ["queue", "read_a", "read_b", "build", "traverse", "reduce", "certify"]);
+  assert.equal(stageTimes({ ...timings_ms, statistics: 4 }).at(-1)?.ms, 4);
+});
