@@ -95,6 +95,12 @@ std::error_code for_each_blob(const std::string& root, Visit visit) {
   return failed;
 }
 
+// 0 when there is none.
+std::uint64_t size_of(const std::string& path) {
+  struct stat status {};
+  return ::stat(path.c_str(), &status) == 0 ? static_cast<std::uint64_t>(status.st_size) : 0;
+}
+
 bool is_older(const struct stat& status, std::chrono::seconds age) {
   const auto modified = std::chrono::seconds(status.st_mtim.tv_sec) + std::chrono::nanoseconds(status.st_mtim.tv_nsec);
   return std::chrono::system_clock::now().time_since_epoch() - modified >= age;
@@ -154,7 +160,35 @@ Result<Done> FileBlobs::prepare() {
   }
   Result<Done> synced = sync_folder(fs::path(root_).parent_path());
   if (!synced) return synced;
-  return remove_all_in(root_ + kIncoming);
+  if (Result<Done> removed = remove_all_in(root_ + kIncoming); !removed) return removed;
+  return weigh();
+}
+
+Result<Done> FileBlobs::weigh() {
+  const std::error_code failed =
+      for_each_blob(root_, [this](const std::string& path) { count(path, 0, size_of(path)); });
+  if (failed) return not_read(failed.value());
+  return Done{};
+}
+
+void FileBlobs::count(const std::string& path, std::uint64_t before, std::uint64_t after) {
+  const std::lock_guard lock(bytes_mutex_);
+  std::uint64_t& bytes = bytes_[fs::path(path).parent_path().parent_path()];
+  bytes += after - before;
+}
+
+// Under the lock of this path.
+bool FileBlobs::unlink(const std::string& path) {
+  const std::uint64_t size = size_of(path);
+  if (::unlink(path.c_str()) != 0) return false;
+  count(path, size, 0);
+  return true;
+}
+
+Result<std::uint64_t> FileBlobs::stored_bytes(const std::string& owner) {
+  const std::lock_guard lock(bytes_mutex_);
+  const auto found = bytes_.find(place_of({owner, std::string(64, '0')}).owner_folder);
+  return found == bytes_.end() ? 0 : found->second;
 }
 
 FileBlobs::Place FileBlobs::place_of(const BlobKey& key) const {
@@ -231,7 +265,10 @@ Result<Done> FileBlobs::move_in(const std::string& incoming, const Place& place)
   if (!made) return made;
   {
     const std::lock_guard lock(lock_of(place.path));
+    const std::uint64_t before = size_of(place.path);
+    const std::uint64_t size = size_of(incoming);
     if (::rename(incoming.c_str(), place.path.c_str()) != 0) return not_stored(errno);
+    count(place.path, before, size);
   }
   return sync_folder(place.folder);
 }
@@ -285,7 +322,9 @@ Result<bool> FileBlobs::renew(const Place& place) {
 
 Result<bool> FileBlobs::remove(const BlobKey& key) {
   if (!is_id(key.id)) return false;
-  if (::unlink(place_of(key).path.c_str()) == 0) return true;
+  const std::string path = place_of(key).path;
+  const std::lock_guard lock(lock_of(path));
+  if (unlink(path)) return true;
   if (errno == ENOENT) return false;
   return not_removed(errno);
 }
@@ -300,7 +339,7 @@ Result<std::uint64_t> FileBlobs::remove_unused(std::span<const BlobKey> used, st
     const std::lock_guard lock(lock_of(path));
     struct stat status {};
     if (::stat(path.c_str(), &status) != 0 || !is_older(status, older_than)) return;
-    if (::unlink(path.c_str()) == 0) {
+    if (unlink(path)) {
       ++removed;
     } else if (errno != ENOENT) {
       failure = errno;

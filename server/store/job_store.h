@@ -170,6 +170,7 @@ class JobStore {
   // What jobs that have not ended and meshes refer to: BlobStore::remove_unused() must leave it. In no order, each
   // once.
   virtual Result<std::vector<BlobKey>> used_blobs() = 0;
+  virtual Result<bool> uses_blob(const BlobKey& key) = 0;  // whether it is one of these
   // Removes ended jobs whose time is over, and the oldest beyond `max_kept` of them: first of those given to record(),
   // then of those that were promised to be kept.
   virtual Result<SweptJobs> sweep_jobs(Moment moment, std::uint64_t max_kept) = 0;

@@ -122,6 +122,17 @@ Result<std::vector<BlobKey>> SqliteStore::used_blobs() {
   });
 }
 
+Result<bool> SqliteStore::uses_blob(const BlobKey& key) {
+  return readers_.read([&](Connection& connection) {
+    Query mesh(connection, "SELECT 1 FROM meshes WHERE owner = ? AND id = ?", key.owner, key.id);
+    if (mesh.next()) return true;
+    Query job(connection,
+              "SELECT 1 FROM jobs WHERE state IN (0, 1) AND owner = ?1 AND (mesh_a = ?2 OR mesh_b = ?2) LIMIT 1",
+              key.owner, key.id);
+    return job.next();
+  });
+}
+
 Result<std::uint64_t> SqliteStore::remove_in_portions(
     const std::function<std::uint64_t(Connection&, std::int64_t most)>& remove) {
   std::uint64_t removed = 0;

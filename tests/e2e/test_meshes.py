@@ -203,6 +203,15 @@ class Limits(unittest.TestCase):
         self.assertEqual(server.send("DELETE", path_of(SQUARE)).status, 204)
         self.assertEqual(server.send("POST", "/v1/meshes", RAISED).status, 201)
 
+    def test_what_is_deleted_takes_no_room(self):
+        server = self.start("--max-stored-bytes", "1000000")
+        folder = Path(server.data_dir.name, "data", "blobs")
+        for i in range(20):
+            mesh = flat_grid(30) + b"# %d" % i
+            self.assertEqual(server.send("PUT", path_of(mesh), mesh).status, 201)
+            self.assertEqual(server.send("DELETE", path_of(mesh)).status, 204)
+        self.assertEqual([path for path in folder.rglob("*") if path.is_file()], [])
+
     def test_one_is_only_so_large(self):
         server = self.start("--max-part-bytes", "50", "--max-request-bytes", "100")
         for size in (51, 101):

@@ -73,6 +73,10 @@ TEST_CASE_TEMPLATE("jobs: counts and what they refer to", Stores, EVERY_IMPLEMEN
   for (const BlobKey& key : keys) used.insert(key.owner + " " + key.id);
   CHECK(used == std::set<std::string>{"ann a0", "ann a4", "ann shared", "bob a5", "bob shared", "ann mesh"});
   CHECK(keys.size() == used.size());
+  for (const BlobKey& key : keys) CHECK(got(jobs.uses_blob(key)));
+  for (const BlobKey& key : {BlobKey{"ann", "a1"}, {"ann", "a3"}, {"bob", "mesh"}, {"", "shared"}}) {
+    CHECK_FALSE(got(jobs.uses_blob(key)));
+  }
 }
 
 TEST_CASE_TEMPLATE("jobs: the sweep removes what is over, and the oldest beyond the cap", Stores,
