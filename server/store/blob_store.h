@@ -82,7 +82,8 @@ class BlobStore {
 
   Reservations::Held reserve(const BlobKey& key) { return {reservations_, key}; }
 
-  // Durable when it returns. The digest is checked on the bytes that are written. Keeps no reference to the bytes.
+  // Durable when it returns. The digest is checked on the bytes that are written; a blob that is there already is read
+  // again, and replaced if it was damaged. Keeps no reference to the bytes.
   virtual Result<BlobPut> put(const BlobKey& key, std::span<const std::byte> bytes) = 0;
   // The same of the first `size` bytes of a file, read by offset: its own position is neither used nor moved.
   virtual Result<BlobPut> put(const BlobKey& key, int file, std::uint64_t size) = 0;

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstring>
 #include <filesystem>
 #include <vector>
 
@@ -46,6 +47,18 @@ ssize_t read_at(int file, std::span<std::byte> piece, std::uint64_t offset) {
     n = ::pread(file, piece.data(), piece.size(), static_cast<off_t>(offset));
   } while (n < 0 && errno == EINTR);
   return n;
+}
+
+// What cannot be read is not there: a disk may have lost it.
+bool holds(const Descriptor& file, std::span<const std::byte> piece, std::uint64_t offset,
+           std::span<std::byte> buffer) {
+  while (!piece.empty()) {
+    const ssize_t n = read_at(file.get(), buffer.first(std::min(piece.size(), buffer.size())), offset);
+    if (n <= 0 || std::memcmp(piece.data(), buffer.data(), static_cast<std::size_t>(n)) != 0) return false;
+    piece = piece.subspan(static_cast<std::size_t>(n));
+    offset += static_cast<std::uint64_t>(n);
+  }
+  return true;
 }
 
 Error not_stored(int error_number) { return storage_error(error_number, "the mesh cannot be stored"); }
@@ -220,17 +233,26 @@ Result<BlobPut> FileBlobs::put(const BlobKey& key, const Source& source) {
   return put_anew(place, key.id, source);
 }
 
-// nullopt: there is no such file, or one of another size, which the new one then replaces.
+// nullopt: there is no such file, or one that holds other bytes, which the new one then replaces.
 Result<std::optional<BlobPut>> FileBlobs::put_again(const Place& place, const std::string& id, const Source& source) {
+  const Descriptor there(::open(place.path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW));
   struct stat status {};
-  if (::stat(place.path.c_str(), &status) != 0 || static_cast<std::uint64_t>(status.st_size) != source.size) {
+  if (!there || ::fstat(there.get(), &status) != 0 || static_cast<std::uint64_t>(status.st_size) != source.size) {
     return std::optional<BlobPut>();
   }
   api::Sha256 digest;
-  Result<Done> read =
-      source.for_each_piece([&](std::span<const std::byte> piece) { return digest.update(piece), true; });
+  bool sound = true;
+  std::vector<std::byte> buffer(std::min<std::uint64_t>(source.size, kPiece));
+  std::uint64_t offset = 0;
+  Result<Done> read = source.for_each_piece([&](std::span<const std::byte> piece) {
+    digest.update(piece);
+    sound = sound && holds(there, piece, offset, buffer);
+    offset += piece.size();
+    return true;
+  });
   if (!read) return read.error();
   if (digest.hex() != id) return std::optional(BlobPut::other_digest);
+  if (!sound) return std::optional<BlobPut>();
   Result<bool> renewed = renew(place);
   if (!renewed) return renewed.error();
   if (!*renewed) return std::optional<BlobPut>();
