@@ -18,6 +18,12 @@ std::string fingerprint_of(const std::string& a, const std::string& b, const std
   return api::sha256_hex(std::as_bytes(std::span(all)));
 }
 
+void name_meshes(Submission& submission) {
+  for (MeshSource* source : {&submission.a, &submission.b}) {
+    if (source->id.empty()) source->id = api::sha256_hex(source->input.bytes);
+  }
+}
+
 store::NewJob row_of(const Submission& submission, store::TimePoint now, seconds ttl) {
   store::NewJob row;
   row.key = submission.key;
@@ -32,6 +38,10 @@ store::NewJob row_of(const Submission& submission, store::TimePoint now, seconds
   row.created = now;
   row.expires_if_never_run = now + ttl;
   return row;
+}
+
+Denial removed_just_now() {
+  return {{ProblemKind::storage_unavailable, "the comparison of this Idempotency-Key was removed just now", {}}, {}};
 }
 
 }  // namespace
@@ -116,9 +126,7 @@ Jobs::Submitted Jobs::submit(Scheduler::Slot slot, Submission submission) {
 
 // Its blobs are reserved until its row refers to them. What the row does not come to refer to goes again.
 Jobs::Submitted Jobs::submit_durable(Scheduler::Slot slot, Submission submission) {
-  for (MeshSource* source : {&submission.a, &submission.b}) {
-    if (source->id.empty()) source->id = api::sha256_hex(source->input.bytes);
-  }
+  name_meshes(submission);
   const std::string id = submission.key.id;
   const store::BlobKey a{submission.key.owner, submission.a.id};
   const store::BlobKey b{submission.key.owner, submission.b.id};
@@ -191,18 +199,37 @@ Jobs::Submitted Jobs::insert(const std::shared_ptr<LiveJob>& job, Scheduler::Slo
   forget_live(*job);
   note(inserted);
   if (!inserted) return Denial{api::to_problem(inserted.error()), {}};
-  if (inserted->conflict) {
+  return found(inserted->job, inserted->conflict);
+}
+
+Jobs::Submitted Jobs::found(const store::Job& row, bool conflict) {
+  if (conflict) {
     return Denial{{ProblemKind::idempotency_key_reused,
                    "this Idempotency-Key was used for another comparison; take a new one",
                    {}},
                   {}};
   }
-  if (auto first = live(inserted->job.key)) return first;
-  auto view = get(inserted->job.key);  // it has ended since, or it waits for another start
+  if (auto first = live(row.key)) return first;
+  auto view = get(row.key);  // it has ended since, or it waits for another start
   if (!view) return Denial{api::to_problem(view.error()), {}};
   if (*view) return std::move(**view);
-  return Denial{{ProblemKind::storage_unavailable, "the comparison of this Idempotency-Key was removed just now", {}},
-                {}};
+  return removed_just_now();
+}
+
+Result<bool> Jobs::repeats(const Submission& submission) {
+  if (submission.idempotency_key.empty()) return false;
+  const auto row = stores_.jobs.find_idempotent(submission.key.owner, submission.idempotency_key);
+  if (!row) return row.error();
+  return row->has_value();
+}
+
+Jobs::Submitted Jobs::repeated(Submission& submission) {
+  name_meshes(submission);
+  const auto row = stores_.jobs.find_idempotent(submission.key.owner, submission.idempotency_key);
+  if (!row) return Denial{api::to_problem(row.error()), {}};
+  if (!*row) return removed_just_now();
+  const std::string print = fingerprint_of(submission.a.id, submission.b.id, submission.options);
+  return found(**row, print != (*row)->fingerprint);
 }
 
 }  // namespace meshgauge::server

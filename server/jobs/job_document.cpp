@@ -5,8 +5,6 @@
 
 #include <nlohmann/json.hpp>
 
-#include "api/problem.h"
-
 namespace meshgauge::server {
 namespace {
 
@@ -24,11 +22,16 @@ Json progress_of(const store::Job& row) {
 
 std::string problem_of(const store::Job& row) {
   if (!row.problem.empty()) return row.problem;
+  if (row.state == store::JobState::cancelled && row.document.empty()) return api::to_json(cancelled_early());
   if (row.state != store::JobState::failed) return "null";
   return api::to_json(api::Problem{api::ProblemKind::internal, "given up: " + row.last_error, {}});
 }
 
 }  // namespace
+
+api::Problem cancelled_early() {
+  return {api::ProblemKind::cancelled, "the comparison was cancelled before both meshes were read", {}};
+}
 
 std::string to_text(store::TimePoint time) {
   const auto day = std::chrono::floor<std::chrono::days>(time);

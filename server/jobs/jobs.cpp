@@ -7,6 +7,7 @@
 
 #include "api/digest.h"
 #include "api/response.h"
+#include "server/jobs/job_document.h"
 #include "server/log.h"
 
 namespace meshgauge::server {
@@ -225,6 +226,7 @@ JobView Jobs::concluded(const LiveJob& job, const Result<api::Comparison>& resul
   } else {
     Problem problem = api::to_problem(result.error());
     if (stopping_.load() && stopped_by_cancel(result)) problem.kind = ProblemKind::shutting_down;
+    if (cancelled) problem = cancelled_early();
     last.row.state = cancelled ? JobState::cancelled : JobState::failed;
     last.row.problem = to_json(problem);
   }

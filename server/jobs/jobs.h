@@ -81,6 +81,10 @@ class Jobs {
 
   std::optional<Scheduler::Slot> admit(Kind kind) { return scheduler_.admit(kind); }
   Submitted submit(Scheduler::Slot slot, Submission submission);
+  // Whether its idempotency key is one of a comparison that is kept, whatever is asked for now.
+  Result<bool> repeats(const Submission& submission);
+  // That comparison, if the same is asked for: by the bytes or the ids of the meshes, and the options.
+  Submitted repeated(Submission& submission);
 
   // nullopt: this owner has no such job.
   Result<std::optional<JobView>> get(const store::JobKey& key);
@@ -116,6 +120,7 @@ class Jobs {
   std::optional<Denial> keep_blob(const std::string& owner, const MeshSource& source);
   void release_blobs(const std::string& owner, const std::string& a, const std::string& b);
   std::shared_ptr<LiveJob> job_of(Submission submission) const;
+  Submitted found(const store::Job& row, bool conflict);
   Submitted insert(const std::shared_ptr<LiveJob>& job, Scheduler::Slot slot);
   void enqueue(const std::shared_ptr<LiveJob>& job, Scheduler::Slot slot);
 

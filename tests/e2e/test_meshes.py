@@ -176,6 +176,17 @@ class ByIds(ServerCase):
         answer = self.server.send("POST", "/v1/comparisons", document, "Content-Type: Application/JSON; charset=utf-8\r\n")
         self.assertEqual(answer.status, 200)
 
+    def test_what_was_promised_is_found_when_its_meshes_are_gone(self):
+        mesh = wavy_grid(12, 0.2)
+        document = json.dumps({"a": id_of(mesh), "b": id_of(mesh)}).encode()
+        self.server.send("PUT", path_of(mesh), mesh)
+        extra = JSON + "Idempotency-Key: gone\r\n"
+        first = self.server.send("POST", "/v1/comparisons", document, extra)
+        self.server.send("DELETE", path_of(mesh))
+        again = self.server.send("POST", "/v1/comparisons", document, extra)
+        self.assertEqual((first.status, again.status, again.body), (200, 200, first.body))
+        self.refused(self.server.send("POST", "/v1/comparisons", document, JSON), 422, "unknown-mesh")
+
     def test_unknown_meshes(self):
         problem = self.refused(compare(self.server, id_of(SQUARE), "0" * 64), 422, "unknown-mesh")
         self.assertEqual(problem["errors"][0]["part"], "b")
@@ -259,6 +270,13 @@ class Owners(unittest.TestCase):
         large = flat_grid(200)
         self.assertEqual(self.send(self.mine, "POST", "/v1/meshes", large).status, 403)
         self.assertEqual(self.send(self.theirs, "POST", "/v1/meshes", large).status, 201)
+
+    def test_a_repetition_is_no_further_job(self):
+        extra = "Prefer: respond-async\r\nIdempotency-Key: once\r\n" + bearer(self.mine)
+        answers = [self.server.compare(**SLOW, options=SLOW_OPTIONS, extra=extra) for _ in range(2)]
+        self.assertEqual([answer.status for answer in answers], [202, 202])
+        self.assertEqual(answers[0].headers["location"], answers[1].headers["location"])
+        self.send(self.mine, "DELETE", answers[0].headers["location"])
 
     def test_jobs_at_a_time(self):
         slow = self.server.compare(**SLOW, options=SLOW_OPTIONS, extra="Prefer: respond-async\r\n" + bearer(self.mine))
