@@ -1,7 +1,8 @@
-// A file as bytes, without copying it.
+// A file as bytes.
 #pragma once
 
 #include <cstddef>
+#include <memory>
 #include <span>
 #include <string>
 
@@ -9,22 +10,20 @@
 
 namespace meshgauge::check {
 
-// Maps a regular file read-only; anything else (a directory, a pipe, a device) is refused, since it has no
-// size to check. The bytes live as long as the object. A file that another program shortens meanwhile ends the process.
-class MappedFile {
+// Reads a regular file into memory; anything else (a directory, a pipe, a device) is refused, since it has no size to
+// check. It is not mapped: a file that another program shortens while it is looked at would end the process. One that
+// changes its size while it is read is an Error.
+class WholeFile {
  public:
-  static Result<MappedFile> open(const std::string& path);
+  static Result<WholeFile> open(const std::string& path);
 
-  MappedFile(MappedFile&& other) noexcept;
-  MappedFile& operator=(MappedFile&& other) noexcept;
-  ~MappedFile();
-
-  std::span<const std::byte> bytes() const { return bytes_; }
+  std::span<const std::byte> bytes() const { return {bytes_.get(), size_}; }
 
  private:
-  explicit MappedFile(std::span<const std::byte> bytes) : bytes_(bytes) {}
+  WholeFile(std::unique_ptr<std::byte[]> bytes, std::size_t size) : bytes_(std::move(bytes)), size_(size) {}
 
-  std::span<const std::byte> bytes_;
+  std::unique_ptr<std::byte[]> bytes_;
+  std::size_t size_ = 0;
 };
 
 }  // namespace meshgauge::check
