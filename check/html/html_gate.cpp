@@ -139,6 +139,7 @@ std::string advice_part(const GateOutcome& outcome) {
 std::string measured_part(const GateOutcome& outcome, const GatePicture* picture) {
   const Measured& measured = *outcome.measured;
   std::string out = interval_drawing(measured, outcome.gate.limit.units) + "\n";
+  if (picture && picture->left_out) return out + advice_part(outcome);
   out += advice_part(outcome) + witness_of(outcome) + pictures_part(picture, outcome.gate.limit.units);
   return out + facts_part(outcome);
 }
