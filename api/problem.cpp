@@ -39,6 +39,7 @@ constexpr ProblemRow kTable[] = {
     {ProblemKind::index_out_of_range, "index-out-of-range", "A face names a vertex that does not exist", 422},
     {ProblemKind::coordinate_too_large, "coordinate-too-large", "A coordinate is too large to measure", 422},
     {ProblemKind::out_of_time, "out-of-time", "The time was over before there was an answer", 503},
+    {ProblemKind::cancelled, "cancelled", "The comparison was cancelled", 409},
     {ProblemKind::internal, "internal", "The service failed", 500},
 };
 

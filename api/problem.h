@@ -49,6 +49,7 @@ enum class ProblemKind {
   index_out_of_range,
   coordinate_too_large,
   out_of_time,
+  cancelled,  // a comparison, by its owner, before there was an interval to give
   internal,
 };
 

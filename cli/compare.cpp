@@ -11,8 +11,8 @@
 #include "api/names.h"
 #include "api/request.h"
 #include "api/response.h"
-#include "check/mapped_file.h"
 #include "check/text.h"
+#include "check/whole_file.h"
 #include "cli/commands.h"
 #include "cli/interrupts.h"
 #include "cli/report.h"
@@ -141,9 +141,9 @@ void show_progress(Control& control) {
 }
 
 Result<api::Comparison> measure_files(const Flags& flags, const api::Request& request) {
-  auto a = check::MappedFile::open(flags.a);
+  auto a = check::WholeFile::open(flags.a);
   if (!a) return a.error();
-  auto b = check::MappedFile::open(flags.b);
+  auto b = check::WholeFile::open(flags.b);
   if (!b) return b.error();
   Control control(Control::Clock::now() + request.timeout);
   const Interrupts interrupts(&control);

@@ -39,11 +39,10 @@ std::optional<Problem> read_idempotency_key(const Head& head, std::string& key) 
 }
 
 // Of a comparison that ended without a result. Its problem is stored as text, unless it never came to a worker's end:
-// it was cancelled in the queue, as if while its meshes were read, or the store gave it up.
+// it was cancelled in the queue, or the store gave it up.
 void answer_stored(Exchange& exchange, const store::Job& row) {
   if (row.problem.empty() && row.state == store::JobState::cancelled) {
-    return answer(exchange,
-                  Problem{ProblemKind::out_of_time, "the comparison was cancelled before both meshes were read", {}});
+    return answer(exchange, cancelled_early());
   }
   if (row.problem.empty()) return answer(exchange, Problem{ProblemKind::internal, "given up: " + row.last_error, {}});
   const auto json = nlohmann::json::parse(row.problem, nullptr, false);
@@ -57,6 +56,7 @@ void answer_stored(Exchange& exchange, const store::Job& row) {
 struct Comparisons::Asked {
   Preferences preferences;
   Clock::time_point since = Clock::now();
+  bool repeats = false;  // its Idempotency-Key is known
   Submission submission;
 };
 
@@ -98,6 +98,9 @@ void Comparisons::create(Exchange& exchange) {
   if (auto refusal = refuse_query(exchange)) return answer(exchange, *refusal);
   if (auto refusal = read_idempotency_key(exchange.head, submission.idempotency_key)) return answer(exchange, *refusal);
   submission.durable = asked.preferences.wait || !submission.idempotency_key.empty();
+  const auto repeats = jobs_.repeats(submission);
+  if (!repeats) return answer(exchange, api::to_problem(repeats.error()));
+  if (*repeats) return repeat(exchange, asked);
   // Somebody waits for a job without a preference, and holds a connection.
   auto slot = jobs_.admit(asked.preferences.wait ? Jobs::Kind::durable : Jobs::Kind::awaited);
   if (!slot) {
@@ -109,7 +112,18 @@ void Comparisons::create(Exchange& exchange) {
   submission.counted.emplace(std::get<JobSlot>(std::move(counted)));
   submission.trace = traceparent(exchange.trace);
   if (auto refusal = receive(exchange, asked)) return answer(exchange, *refusal);
-  auto submitted = jobs_.submit(std::move(*slot), std::move(submission));
+  follow(exchange, jobs_.submit(std::move(*slot), std::move(submission)), asked);
+}
+
+// What was promised before needs no place in the queue, no room and no stored meshes: nobody is refused for want of
+// them.
+void Comparisons::repeat(Exchange& exchange, Asked& asked) {
+  asked.repeats = true;
+  if (auto refusal = receive(exchange, asked)) return answer(exchange, *refusal);
+  follow(exchange, jobs_.repeated(asked.submission), asked);
+}
+
+void Comparisons::follow(Exchange& exchange, const Jobs::Submitted& submitted, const Asked& asked) {
   if (const auto* denial = std::get_if<Denial>(&submitted)) return answer(exchange, *denial);
   if (const auto* job = std::get_if<std::shared_ptr<LiveJob>>(&submitted)) return wait(exchange, **job, asked);
   respond(exchange, std::get<JobView>(submitted), asked);
@@ -154,12 +168,15 @@ std::optional<Problem> Comparisons::receive_ids(Exchange& exchange, Asked& asked
   auto pair = api::parse_stored_pair(text);
   if (!pair) return api::to_problem(pair.error());
   asked.submission.options = std::move(pair->options);
-  if (auto missing = open_mesh(exchange.owner, "a", pair->a, asked.submission.a)) return missing;
-  return open_mesh(exchange.owner, "b", pair->b, asked.submission.b);
+  asked.submission.a.id = std::move(pair->a);
+  asked.submission.b.id = std::move(pair->b);
+  if (asked.repeats) return std::nullopt;
+  if (auto missing = open_mesh(exchange.owner, "a", asked.submission.a)) return missing;
+  return open_mesh(exchange.owner, "b", asked.submission.b);
 }
 
-std::optional<Problem> Comparisons::open_mesh(const std::string& owner, const std::string& part, const std::string& id,
-                                              MeshSource& source) {
+std::optional<Problem> Comparisons::open_mesh(const std::string& owner, const std::string& part, MeshSource& source) {
+  const std::string id = source.id;
   const store::BlobKey key{owner, id};
   const auto row = stores_.meshes.get_mesh(key);
   if (!row) return api::to_problem(row.error());
@@ -197,7 +214,7 @@ void Comparisons::wait(Exchange& exchange, LiveJob& job, const Asked& asked) {
   while (!job.wait_for_end(tick())) {
     if (until && Clock::now() >= *until) break;
     if (!exchange.connection.peer_gone()) continue;
-    if (job.durable) break;
+    if (job.durable) return accept(exchange, job.view(), asked);  // which nobody reads but the log
     job.control.cancel();
   }
   respond(exchange, job.view(), asked);

@@ -44,8 +44,9 @@ class Comparisons {
   std::optional<api::Problem> receive(Exchange& exchange, Asked& asked);
   std::optional<api::Problem> receive_form(Exchange& exchange, Asked& asked);
   std::optional<api::Problem> receive_ids(Exchange& exchange, Asked& asked);
-  std::optional<api::Problem> open_mesh(const std::string& owner, const std::string& part, const std::string& id,
-                                        MeshSource& source);
+  std::optional<api::Problem> open_mesh(const std::string& owner, const std::string& part, MeshSource& source);
+  void repeat(Exchange& exchange, Asked& asked);
+  void follow(Exchange& exchange, const Jobs::Submitted& submitted, const Asked& asked);
   void wait(Exchange& exchange, LiveJob& job, const Asked& asked);
   void mark(Exchange& exchange, const JobView& job, const Asked& asked) const;
   void accept(Exchange& exchange, const JobView& job, const Asked& asked) const;

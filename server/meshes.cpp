@@ -62,10 +62,10 @@ Meshes::Meshes(const Settings& settings, Stores stores, Access& access, ByteBudg
 
 void Meshes::put(Exchange& exchange) {
   if (auto refusal = check_id(exchange)) return answer(exchange, *refusal);
-  const auto known = stores_.meshes.get_mesh({exchange.owner, exchange.segment});
-  if (!known) return answer(exchange, api::to_problem(known.error()));
+  const auto there = stores_.blobs.exists({exchange.owner, exchange.segment});
+  if (!there) return answer(exchange, api::to_problem(there.error()));
   Upload upload(uploads_, settings_.temp_dir);
-  if (auto refusal = receive(exchange, *known ? 0 : exchange.head.content_length.value_or(0), upload)) {
+  if (auto refusal = receive(exchange, *there ? 0 : exchange.head.content_length.value_or(0), upload)) {
     return answer(exchange, *refusal);
   }
   keep(exchange, exchange.segment, upload);
@@ -98,19 +98,27 @@ std::optional<Denial> Meshes::receive(Exchange& exchange, std::uint64_t new_byte
 
 std::variant<StorageHold, Denial> Meshes::hold_room(const std::string& owner, std::uint64_t more) const {
   if (more == 0) return StorageHold();
-  const auto stored = stores_.meshes.stored_bytes(owner);
+  const auto stored = stores_.blobs.stored_bytes(owner);
   if (!stored) return Denial{api::to_problem(stored.error()), {}};
   const std::uint64_t most = settings_.max_stored_bytes;
   if (*stored > most || more > most - *stored) return Denial{over_quota(most), {}};
-  return hold_storage(access_, stores_.meshes, owner, more);
+  return hold_storage(access_, stores_.blobs, owner, more);
+}
+
+void Meshes::keep(Exchange& exchange, const std::string& id, const Upload& upload) {
+  const BlobKey key{exchange.owner, id};
+  {
+    const auto reserved = stores_.blobs.reserve(key);
+    store(exchange, key, upload);
+  }
+  if (!exchange.problem.empty()) discard(key);
 }
 
 // The bytes come before the row, so that a row is never without them.
-void Meshes::keep(Exchange& exchange, const std::string& id, const Upload& upload) {
-  const BlobKey key{exchange.owner, id};
-  const auto known = stores_.meshes.get_mesh(key);
-  if (!known) return answer(exchange, api::to_problem(known.error()));
-  const auto room = hold_room(exchange.owner, *known ? 0 : upload.size());
+void Meshes::store(Exchange& exchange, const BlobKey& key, const Upload& upload) {
+  const auto there = stores_.blobs.exists(key);
+  if (!there) return answer(exchange, api::to_problem(there.error()));
+  const auto room = hold_room(exchange.owner, *there ? 0 : upload.size());
   if (const auto* denial = std::get_if<Denial>(&room)) return answer(exchange, *denial);
   const auto blob = stores_.blobs.put(key, upload.bytes());
   if (!blob) return answer(exchange, api::to_problem(blob.error()));
@@ -130,7 +138,12 @@ void Meshes::keep(Exchange& exchange, const std::string& id, const Upload& uploa
   exchange.response.status = row->what == store::MeshPut::created ? 201 : 200;
   exchange.response.content_type = "application/json";
   exchange.response.body = to_json(row->row);
-  exchange.response.headers.emplace_back("Location", "/v1/meshes/" + id);
+  exchange.response.headers.emplace_back("Location", "/v1/meshes/" + key.id);
+}
+
+void Meshes::discard(const BlobKey& key) const {
+  const auto removed = remove_if_unreferenced(stores_, key);
+  static_cast<void>(removed);  // what failed is for a sweep
 }
 
 void Meshes::get(Exchange& exchange) {
@@ -146,11 +159,13 @@ void Meshes::get(Exchange& exchange) {
 void Meshes::remove(Exchange& exchange) {
   if (auto refusal = check_id(exchange)) return answer(exchange, *refusal);
   if (auto refusal = refuse_query(exchange)) return answer(exchange, *refusal);
-  const auto removed = stores_.meshes.delete_mesh({exchange.owner, exchange.segment});
+  const BlobKey key{exchange.owner, exchange.segment};
+  const auto removed = stores_.meshes.delete_mesh(key);
   if (!removed) return answer(exchange, api::to_problem(removed.error()));
   if (!*removed) return answer(exchange, not_found());
-  stores_.cache.forget(exchange.owner, exchange.segment);
-  if (stores_.maps) stores_.maps->forget_mesh(exchange.owner, exchange.segment);
+  stores_.cache.forget(key.owner, key.id);
+  if (stores_.maps) stores_.maps->forget_mesh(key.owner, key.id);
+  discard(key);
   exchange.response.status = 204;
 }
 

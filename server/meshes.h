@@ -28,6 +28,8 @@ class Meshes {
   std::optional<Denial> receive(Exchange& exchange, std::uint64_t new_bytes, Upload& upload) const;
   std::variant<StorageHold, Denial> hold_room(const std::string& owner, std::uint64_t more) const;
   void keep(Exchange& exchange, const std::string& id, const Upload& upload);
+  void store(Exchange& exchange, const store::BlobKey& key, const Upload& upload);
+  void discard(const store::BlobKey& key) const;
 
   const Settings settings_;
   const Stores stores_;

@@ -16,6 +16,7 @@ namespace meshgauge::server {
 namespace {
 
 constexpr std::chrono::milliseconds kTick{50};
+constexpr std::chrono::milliseconds kReaderTime{1000};  // for a reader to be there, before the service is not ready
 
 void send(Exchange& exchange, std::string text, const char* type) {
   exchange.response.content_type = type;
@@ -192,6 +193,9 @@ std::vector<std::pair<const char*, std::string>> Service::defects_of_disks() {
   if (const auto written = stores_.jobs.check(); !written) disks_.emplace_back("store", written.error().message);
   if (const auto written = stores_.blobs.check(); !written) disks_.emplace_back("disk", written.error().message);
   if (auto ok = check_temp_dir(settings_.temp_dir); !ok) disks_.emplace_back("disk", ok.error().message);
+  for (const auto& [part, look] : looks_) {
+    if (std::string defect = look(); !defect.empty()) disks_.emplace_back(part, std::move(defect));
+  }
   disks_seen_ = Clock::now();
   return disks_;
 }
@@ -300,6 +304,11 @@ Result<Done> run_until_signal(const Settings& settings, const std::vector<std::s
   Service service(settings, comparing_by(fetch),
                   {(*stores)->jobs(), (*stores)->meshes(), (*stores)->blobs(), cache, &maps}, fetch);
   service.metrics().watch_sandbox([&pool] { return pool.counters(); });
+  service.watch_readiness("sandbox", [&pool] {
+    Control patience;
+    patience.set_deadline(Clock::now() + kReaderTime);
+    return pool.defect(patience);
+  });
   const auto port = service.start();
   if (!port) return port.error();
   log_listening(settings.host + ":" + std::to_string(*port), settings.simd);

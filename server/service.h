@@ -44,6 +44,12 @@ class Service {
   // Where others than the service have something to be watched, before start().
   Metrics& metrics() { return metrics_; }
 
+  // What else must be in order for a request to be taken, before start(): `look` says what is not, or is empty. Asked
+  // once a second at most, by one thread at a time.
+  void watch_readiness(const char* part, std::function<std::string()> look) {
+    looks_.emplace_back(part, std::move(look));
+  }
+
   bool listening() const { return !ended_.load() && !guard_.draining(); }
 
   // Takes no new work, lets running requests finish until `hurry` says so (asked every 50 ms), then cancels them:
@@ -76,6 +82,7 @@ class Service {
   Meshes meshes_;
   Router router_;
   HttpGuard guard_;
+  std::vector<std::pair<const char*, std::function<std::string()>>> looks_;
   std::mutex disks_mutex_;  // guards the next two
   std::vector<std::pair<const char*, std::string>> disks_;
   Clock::time_point disks_seen_{};

@@ -105,7 +105,9 @@ void for_each_setting(SomeSettings& s, Visit visit) {
         s.parser_memory_bytes);
   visit({"data_dir", "Directory for what is kept: meshes, jobs and results; made when it is missing"}, s.data_dir);
   visit({"result_ttl_s", "Time a result is kept, in seconds"}, s.result_ttl_s);
-  visit({"max_kept_results", "Results that are kept; beyond that the oldest go"}, s.max_kept_results);
+  visit(
+      {"max_kept_results", "Results that are kept; beyond that the oldest go, of the keys with more than their share"},
+      s.max_kept_results);
   visit({"mesh_ttl_s", "Time a stored mesh is kept after its last use, in seconds"}, s.mesh_ttl_s);
   visit({"max_stored_bytes", "Meshes that one key may store, in bytes; all of them when there are no keys"},
         s.max_stored_bytes);

@@ -1,6 +1,9 @@
 #include "check/html/gallery.h"
 
+#include <algorithm>
 #include <chrono>
+#include <iterator>
+#include <limits>
 #include <utility>
 
 namespace meshgauge::check {
@@ -8,7 +11,33 @@ namespace {
 
 constexpr std::chrono::milliseconds kTick{20};
 
+GatePicture left_out() {
+  GatePicture none;
+  none.left_out = true;
+  return none;
+}
+
+int rank(Verdict verdict) {
+  if (verdict == Verdict::fail) return 0;
+  return verdict == Verdict::undecided ? 1 : 2;
+}
+
 }  // namespace
+
+bool Gallery::Need::operator<(const Need& other) const {
+  const std::pair mine(rank(verdict), -share), theirs(rank(other.verdict), -other.share);
+  return mine != theirs ? mine < theirs : name < other.name;
+}
+
+bool Gallery::is_needed(const Need& need) const { return kept_.size() < kMostPictures || need < *kept_.rbegin(); }
+
+void Gallery::keep(const Need& need, GatePicture picture) {
+  if (!picture.surfaces.empty()) kept_.insert(need);
+  made_.emplace(need.name, std::move(picture));
+  if (kept_.size() <= kMostPictures) return;
+  made_.at(kept_.rbegin()->name) = left_out();
+  kept_.erase(std::prev(kept_.end()));
+}
 
 Gallery::Gallery(std::shared_ptr<Meshes> meshes, unsigned threads)
     : meshes_(std::move(meshes)), threads_(threads), worker_([this] { work(); }) {}
@@ -22,6 +51,13 @@ Gallery::~Gallery() {
   control_.cancel();
   changed_.notify_all();
   if (worker_.joinable()) worker_.join();
+}
+
+Gallery::Need Gallery::need_of(const GateOutcome& outcome) {
+  if (!outcome.measured) return {Verdict::error, 0, outcome.gate.name};
+  const Measured& measured = *outcome.measured;
+  const double share = measured.upper / std::max(measured.limit, std::numeric_limits<double>::min());
+  return {measured.verdict, share, outcome.gate.name};
 }
 
 void Gallery::add(const GateOutcome& outcome) {
@@ -47,10 +83,13 @@ void Gallery::work() {
     const GateOutcome outcome = std::move(waiting_.front());
     waiting_.pop_front();
     changed_.notify_all();
+    const Need need = need_of(outcome);
+    const bool needed = !outcome.measured || is_needed(need);
     lock.unlock();
-    GatePicture picture = picture_of(outcome, *meshes_, crew, control_);
+    GatePicture picture = needed ? picture_of(outcome, *meshes_, crew, control_) : left_out();
+    if (!needed) meshes_->done(outcome.gate);
     lock.lock();
-    made_.emplace(outcome.gate.name, std::move(picture));
+    keep(need, std::move(picture));
   }
   done_ = true;
   changed_.notify_all();

@@ -7,6 +7,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <set>
 #include <string>
 #include <thread>
 #include <vector>
@@ -36,12 +37,27 @@ class Gallery {
 
   void add(const GateOutcome& outcome);
 
+  // Of how many gates there are pictures, so that a report of ten thousand still opens: those that failed, then the
+  // undecided, then those that come nearest to their limits. The same whatever the order in which they end.
+  static constexpr std::size_t kMostPictures = 100;
+
   // Waits for all of them, in the order of the outcomes, each of which was added. When the run was `interrupted`, or it
   // says so meanwhile, those that are not done are left out.
   std::vector<GatePicture> end(const Report& report, const Interrupted& interrupted);
 
  private:
+  // Smaller: needs a picture more.
+  struct Need {
+    Verdict verdict;
+    double share;  // of the limit
+    std::string name;
+    bool operator<(const Need& other) const;
+  };
+
+  static Need need_of(const GateOutcome& outcome);
   void work();
+  bool is_needed(const Need& need) const;
+  void keep(const Need& need, GatePicture picture);
 
   const std::shared_ptr<Meshes> meshes_;
   const unsigned threads_;
@@ -49,6 +65,7 @@ class Gallery {
   std::condition_variable changed_;
   std::deque<GateOutcome> waiting_;
   std::map<std::string, GatePicture> made_;  // by the gate's name
+  std::set<Need> kept_;                      // of those that are pictures
   bool ending_ = false;
   bool done_ = false;
   Control control_;

@@ -175,6 +175,15 @@ std::string banner(const Report& report) {
   return out + (report.outcomes.empty() ? "" : strip(report)) + "</header>\n";
 }
 
+std::string what_is_left_out(std::span<const GatePicture> pictures) {
+  const auto left_out = static_cast<std::size_t>(
+      std::count_if(pictures.begin(), pictures.end(), [](const auto& p) { return p.left_out; }));
+  if (left_out == 0) return "";
+  return "<p class=\"note\">Pictures, tables and witnesses of " + grouped(pictures.size() - left_out) + " gates: " +
+         "those that fail, then the undecided, then those that come nearest to their limits. Of the other " +
+         grouped(left_out) + ", the interval and the limit; the report as JSON has all numbers.</p>\n";
+}
+
 std::string footer(const Report& report, std::span<const GatePicture> pictures) {
   std::size_t shots = 0, bytes = 0;
   const auto count = [&](const Shot& shot) { ++shots, bytes += shot.png.size(); };
@@ -200,7 +209,7 @@ std::string to_html(const Report& report, std::span<const GatePicture> pictures)
   std::string out = head(report) + "<body>\n<a class=\"skip\" href=\"#gates\">Skip to the gates</a>\n" + definitions() +
                     banner(report);
   out += "<main id=\"gates\">\n";
-  if (!order.empty()) out += filter(report) + index_of(report, order);
+  if (!order.empty()) out += what_is_left_out(pictures) + filter(report) + index_of(report, order);
   for (const std::size_t i : order) {
     out += gate_card(report.outcomes[i], i < pictures.size() ? &pictures[i] : nullptr, i, report.undecided);
   }

@@ -140,6 +140,20 @@ std::string work_table(const GateOutcome& outcome) {
   return table("work", "By direction", {"", "Candidate to baseline", "Baseline to candidate"}, rows);
 }
 
+namespace {
+
+// Directions that were done before the end of the time or of the memory stay.
+std::string what_is_missing(const std::string& status) {
+  if (status.empty() || status == "complete") return "";
+  const std::string why = status == "timeout"     ? "the time was over"
+                          : status == "cancelled" ? "the run was interrupted"
+                          : status == "memory"    ? "there was not enough memory"
+                                                  : status;
+  return "<p class=\"note\">Not all statistics that were asked for are there: " + escaped(why) + ".</p>\n";
+}
+
+}  // namespace
+
 std::string statistics_table(const Measured& measured) {
   const Json& statistics = at(measured.document, "/statistics");
   std::string rows;
@@ -154,7 +168,8 @@ std::string statistics_table(const Measured& measured) {
   add("99th percentile", "/p99");
   rows += row("Samples", {count(at(statistics, "/a_to_b/samples")), count(at(statistics, "/b_to_a/samples"))});
   return table("work", "Statistics: sampled, with standard errors, not certified",
-               {"", "Candidate to baseline", "Baseline to candidate"}, rows);
+               {"", "Candidate to baseline", "Baseline to candidate"}, rows) +
+         what_is_missing(words(at(statistics, "/status")));
 }
 
 }  // namespace meshgauge::check

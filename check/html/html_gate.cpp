@@ -146,6 +146,7 @@ std::string link_part(const Measured& measured) {
 std::string measured_part(const GateOutcome& outcome, const GatePicture* picture) {
   const Measured& measured = *outcome.measured;
   std::string out = interval_drawing(measured, outcome.gate.limit.units) + "\n";
+  if (picture && picture->left_out) return out + advice_part(outcome) + link_part(measured);
   out += advice_part(outcome) + link_part(measured) + witness_of(outcome) +
          pictures_part(picture, outcome.gate.limit.units);
   return out + facts_part(outcome);

@@ -39,6 +39,7 @@ struct Surface {
 struct GatePicture {
   std::vector<Surface> surfaces;  // those that the gate's direction measures, the candidate first
   std::string missing;            // why there is none; empty where there are some
+  bool left_out = false;          // there is none because other gates need one more
 };
 
 // A failed or undecided gate gets large views of all that is measured from, with close-ups of the witness; one that

@@ -11,9 +11,9 @@
 #include "api/formats/detect.h"
 #include "api/formats/gzip.h"
 #include "api/formats/read_part.h"
-#include "check/mapped_file.h"
 #include "check/remote/address.h"
 #include "check/remote/answer.h"
+#include "check/whole_file.h"
 
 namespace meshgauge::check::service {
 namespace {
@@ -38,9 +38,9 @@ Error named(Error error, Sender::Part part) {
 }
 
 Result<double> diagonal_of(const std::string& file) {
-  const auto mapped = MappedFile::open(file);
-  if (!mapped) return mapped.error();
-  const auto read = api::read_part(mapped->bytes(), {file, file, ""}, api::ReadLimits{});
+  const auto whole = WholeFile::open(file);
+  if (!whole) return whole.error();
+  const auto read = api::read_part(whole->bytes(), {file, file, ""}, api::ReadLimits{});
   if (!read) return read.error();
   return diagonal(bounding_box(read->mesh));
 }
@@ -59,14 +59,14 @@ Result<std::string> Sender::stored(const Gate& gate, Part part, Control& control
 
 // What cannot be a mesh is told at once, in the words of who would read it, and does not travel.
 Result<std::string> Sender::hash(const std::filesystem::path& file, Control& control) {
-  const auto mapped = MappedFile::open(file.string());
-  if (!mapped) return mapped.error();
+  const auto whole = WholeFile::open(file.string());
+  if (!whole) return whole.error();
   const std::string name = file.string();
   // What is inside of gzip is for the service to see.
-  const bool packed = api::is_gzip(mapped->bytes());
-  if (auto foreign = api::refuse_foreign(mapped->bytes(), {name, name, ""}); foreign && !packed) return *foreign;
+  const bool packed = api::is_gzip(whole->bytes());
+  if (auto foreign = api::refuse_foreign(whole->bytes(), {name, name, ""}); foreign && !packed) return *foreign;
   api::Sha256 sha256;
-  for (Bytes rest = mapped->bytes(); !rest.empty();) {
+  for (Bytes rest = whole->bytes(); !rest.empty();) {
     if (control.check() == Interruption::cancelled) return cancelled();
     const Bytes piece = rest.first(std::min(kPiece, rest.size()));
     sha256.update(piece);
@@ -87,13 +87,13 @@ Result<Done> Sender::deliver(const Gate& gate, const std::filesystem::path& file
 
 Result<Done> Sender::put(const Gate& gate, const std::filesystem::path& file, const std::string& id, Control& control) {
   control.report({0, Progress{}.upper, "send"});
-  const auto mapped = MappedFile::open(file.string());
-  if (!mapped) return mapped.error();
+  const auto whole = WholeFile::open(file.string());
+  if (!whole) return whole.error();
   const Call call{"PUT",
                   "/v1/meshes/" + id,
                   {"Content-Type: application/octet-stream", "Content-Disposition: " + disposition(file)},
-                  mapped->bytes(),
-                  limit_of(mapped->bytes().size())};
+                  whole->bytes(),
+                  limit_of(whole->bytes().size())};
   const auto reply = client_.ask(call, control);
   if (!reply) return reply.error();
   if (reply->status == 200 || reply->status == 201) return Done{};

@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "api/load.h"
-#include "check/mapped_file.h"
+#include "check/whole_file.h"
 
 namespace meshgauge::check {
 namespace {
@@ -25,12 +25,12 @@ std::string key_of(const std::filesystem::path& file) {
 }
 
 Result<Meshes::Mesh> read(const std::string& name, Prepared::Use use) try {
-  const auto mapped = MappedFile::open(name);
-  if (!mapped) return mapped.error();
+  const auto whole = WholeFile::open(name);
+  if (!whole) return whole.error();
   Control unlimited;
-  auto loaded = api::load({name, mapped->bytes(), name, ""}, api::ReadLimits{}, unlimited);
+  auto loaded = api::load({name, whole->bytes(), name, ""}, api::ReadLimits{}, unlimited);
   if (!loaded) return std::move(loaded).error();
-  return std::make_shared<const api::PreparedMesh>(std::move(*loaded), mapped->bytes().size(), use);
+  return std::make_shared<const api::PreparedMesh>(std::move(*loaded), whole->bytes().size(), use);
 } catch (const std::bad_alloc&) {
   return Error{ErrorCode::internal, "not enough memory to read '" + name + "'", "", ""};
 } catch (const std::exception& error) {

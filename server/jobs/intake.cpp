@@ -18,6 +18,12 @@ std::string fingerprint_of(const std::string& a, const std::string& b, const std
   return api::sha256_hex(std::as_bytes(std::span(all)));
 }
 
+void name_meshes(Submission& submission) {
+  for (MeshSource* source : {&submission.a, &submission.b}) {
+    if (source->id.empty()) source->id = api::sha256_hex(source->input.bytes);
+  }
+}
+
 store::NewJob row_of(const Submission& submission, store::TimePoint now, seconds ttl) {
   store::NewJob row;
   row.key = submission.key;
@@ -34,19 +40,27 @@ store::NewJob row_of(const Submission& submission, store::TimePoint now, seconds
   return row;
 }
 
+Denial removed_just_now() {
+  return {{ProblemKind::storage_unavailable, "the comparison of this Idempotency-Key was removed just now", {}}, {}};
+}
+
 }  // namespace
 
-std::variant<StorageHold, Denial> hold_storage(Access& access, store::MeshIndex& meshes, const std::string& owner,
+std::variant<StorageHold, Denial> hold_storage(Access& access, store::BlobStore& blobs, const std::string& owner,
                                                std::uint64_t bytes) {
   std::optional<Error> failure;
   auto hold = access.hold_storage(owner, bytes, [&]() -> std::uint64_t {
-    const auto stored = meshes.stored_bytes(owner);
+    const auto stored = blobs.stored_bytes(owner);
     if (stored) return *stored;
     failure = stored.error();
     return 0;
   });
   if (failure) return Denial{api::to_problem(*failure), {}};
   return hold;
+}
+
+Result<bool> remove_if_unreferenced(const Stores& stores, const store::BlobKey& key) {
+  return stores.blobs.remove_unreferenced(key, [&] { return stores.jobs.uses_blob(key); });
 }
 
 Result<Done> Jobs::recover() {
@@ -64,27 +78,24 @@ Result<Done> Jobs::revive(const store::Job& row) {
   MeshSource a{{"a", {}, "", "", -1}, nullptr, row.mesh_a, {}};
   MeshSource b{{"b", {}, "", "", -1}, nullptr, row.mesh_b, {}};
   set_hints(row.hints, a, b);
-  std::uint64_t own_bytes = row.cost;
   for (MeshSource* source : {&a, &b}) {
-    if (auto done = recognise(row.key.owner, *source, own_bytes); !done) return done;
+    if (auto done = recognise(row.key.owner, *source); !done) return done;
   }
   auto request = api::parse_options(row.options, request_limits(settings_));
   const auto job = std::make_shared<LiveJob>(row, request ? limited(std::move(*request)) : api::Request{}, std::move(a),
                                              std::move(b), true);
   if (!request) job->defect = request.error();
-  job->own_bytes = own_bytes;
   job->counted.emplace(access_.adopt_job(job->key.owner));
   register_live(job);
   enqueue(job, scheduler_.admit_again());
   return Done{};
 }
 
-// A mesh that its owner stored as such counts there, and is worth keeping in memory.
-Result<Done> Jobs::recognise(const std::string& owner, MeshSource& source, std::uint64_t& own_bytes) {
+// A mesh that its owner stored as such is worth keeping in memory.
+Result<Done> Jobs::recognise(const std::string& owner, MeshSource& source) {
   const auto stored = stores_.meshes.get_mesh({owner, source.id});
   if (!stored) return stored.error();
   if (!*stored) return Done{};
-  own_bytes -= std::min(own_bytes, (*stored)->bytes);
   source.kept = MeshCache::key(owner, source.id, source.input.filename, source.input.media_type);
   return Done{};
 }
@@ -97,59 +108,73 @@ api::Request Jobs::limited(api::Request request) const {
   return request;
 }
 
-Jobs::Submitted Jobs::submit(Scheduler::Slot slot, Submission submission) {
-  Storage storage;
-  if (submission.durable) {
-    if (auto denial = keep_blobs(submission, storage)) return *denial;
-  }
+std::shared_ptr<LiveJob> Jobs::job_of(Submission submission) const {
   auto row = row_of(submission, store::now(), seconds(settings_.result_ttl_s));
-  const auto job = std::make_shared<LiveJob>(std::move(row), limited(std::move(submission.request)),
-                                             std::move(submission.a), std::move(submission.b), submission.durable);
+  auto job = std::make_shared<LiveJob>(std::move(row), limited(std::move(submission.request)), std::move(submission.a),
+                                       std::move(submission.b), submission.durable);
   if (submission.counted) job->counted.emplace(std::move(*submission.counted));
-  if (storage.held) job->held.emplace(std::move(*storage.held));
-  job->own_bytes = storage.bytes;
-  if (job->durable) return insert(job, std::move(slot));
+  return job;
+}
+
+Jobs::Submitted Jobs::submit(Scheduler::Slot slot, Submission submission) {
+  if (submission.durable) return submit_durable(std::move(slot), std::move(submission));
+  const auto job = job_of(std::move(submission));
   register_live(job);
   enqueue(job, std::move(slot));
   return job;
 }
 
+// Its blobs are reserved until its row refers to them. What the row does not come to refer to goes again.
+Jobs::Submitted Jobs::submit_durable(Scheduler::Slot slot, Submission submission) {
+  name_meshes(submission);
+  const std::string id = submission.key.id;
+  const store::BlobKey a{submission.key.owner, submission.a.id};
+  const store::BlobKey b{submission.key.owner, submission.b.id};
+  auto submitted = [&]() -> Submitted {
+    const auto reserved_a = stores_.blobs.reserve(a);
+    const auto reserved_b = stores_.blobs.reserve(b);
+    if (auto denial = keep_blobs(submission)) return std::move(*denial);
+    return insert(job_of(std::move(submission)), std::move(slot));
+  }();
+  const auto* job = std::get_if<std::shared_ptr<LiveJob>>(&submitted);
+  if (!job || (*job)->key.id != id) release_blobs(a.owner, a.id, b.id);
+  return submitted;
+}
+
+void Jobs::release_blobs(const std::string& owner, const std::string& a, const std::string& b) {
+  for (const std::string& id : {a, b}) note(remove_if_unreferenced(stores_, {owner, id}));
+}
+
 // So that they are there when the job runs, be it after a crash.
-std::optional<Denial> Jobs::keep_blobs(Submission& submission, Storage& storage) {
+std::optional<Denial> Jobs::keep_blobs(const Submission& submission) {
   const std::string& owner = submission.key.owner;
-  const auto meshes = stores_.meshes.stored_bytes(owner);
-  if (!meshes) return Denial{api::to_problem(meshes.error()), {}};
+  std::uint64_t more = 0;
   for (const MeshSource* source : {&submission.a, &submission.b}) {
-    if (source->id.empty()) storage.bytes += source->input.bytes.size();
+    if (source == &submission.b && source->id == submission.a.id) continue;
+    const auto there = stores_.blobs.exists({owner, source->id});
+    if (!there) return Denial{api::to_problem(there.error()), {}};
+    if (!*there) more += source->input.bytes.size();
   }
-  if (*meshes + bytes_of_jobs(owner) + storage.bytes > settings_.max_stored_bytes) {
+  const auto stored = stores_.blobs.stored_bytes(owner);
+  if (!stored) return Denial{api::to_problem(stored.error()), {}};
+  if (more > 0 && *stored + more > settings_.max_stored_bytes) {
     return Denial{{ProblemKind::quota_exceeded,
                    "stored meshes and those of waiting comparisons would be larger than the limit of " +
                        std::to_string(settings_.max_stored_bytes) + " bytes",
                    {}},
                   {}};
   }
-  auto hold = hold_storage(access_, stores_.meshes, owner, storage.bytes);
-  if (auto* denial = std::get_if<Denial>(&hold)) return std::move(*denial);
-  storage.held.emplace(std::get<StorageHold>(std::move(hold)));
-  for (MeshSource* source : {&submission.a, &submission.b}) {
+  const auto hold = more > 0 ? hold_storage(access_, stores_.blobs, owner, more) : StorageHold();
+  if (const auto* denial = std::get_if<Denial>(&hold)) return *denial;
+  for (const MeshSource* source : {&submission.a, &submission.b}) {
     if (auto denial = keep_blob(owner, *source)) return denial;
   }
   return std::nullopt;
 }
 
-std::uint64_t Jobs::bytes_of_jobs(const std::string& owner) const {
-  const std::lock_guard lock(mutex_);
-  std::uint64_t bytes = 0;
-  for (const auto& [id, job] : live_) {
-    if (job->key.owner == owner) bytes += job->own_bytes;
-  }
-  return bytes;
-}
-
-std::optional<Denial> Jobs::keep_blob(const std::string& owner, MeshSource& source) {
-  if (source.id.empty()) {
-    source.id = api::sha256_hex(source.input.bytes);
+// An upload is stored; a mesh that was stored before must still be there.
+std::optional<Denial> Jobs::keep_blob(const std::string& owner, const MeshSource& source) {
+  if (!source.kept) {
     const auto put = stores_.blobs.put({owner, source.id}, source.input.bytes);
     note(put);
     return put ? std::nullopt : std::optional(Denial{api::to_problem(put.error()), {}});
@@ -174,18 +199,37 @@ Jobs::Submitted Jobs::insert(const std::shared_ptr<LiveJob>& job, Scheduler::Slo
   forget_live(*job);
   note(inserted);
   if (!inserted) return Denial{api::to_problem(inserted.error()), {}};
-  if (inserted->conflict) {
+  return found(inserted->job, inserted->conflict);
+}
+
+Jobs::Submitted Jobs::found(const store::Job& row, bool conflict) {
+  if (conflict) {
     return Denial{{ProblemKind::idempotency_key_reused,
                    "this Idempotency-Key was used for another comparison; take a new one",
                    {}},
                   {}};
   }
-  if (auto first = live(inserted->job.key)) return first;
-  auto view = get(inserted->job.key);  // it has ended since, or it waits for another start
+  if (auto first = live(row.key)) return first;
+  auto view = get(row.key);  // it has ended since, or it waits for another start
   if (!view) return Denial{api::to_problem(view.error()), {}};
   if (*view) return std::move(**view);
-  return Denial{{ProblemKind::storage_unavailable, "the comparison of this Idempotency-Key was removed just now", {}},
-                {}};
+  return removed_just_now();
+}
+
+Result<bool> Jobs::repeats(const Submission& submission) {
+  if (submission.idempotency_key.empty()) return false;
+  const auto row = stores_.jobs.find_idempotent(submission.key.owner, submission.idempotency_key);
+  if (!row) return row.error();
+  return row->has_value();
+}
+
+Jobs::Submitted Jobs::repeated(Submission& submission) {
+  name_meshes(submission);
+  const auto row = stores_.jobs.find_idempotent(submission.key.owner, submission.idempotency_key);
+  if (!row) return Denial{api::to_problem(row.error()), {}};
+  if (!*row) return removed_just_now();
+  const std::string print = fingerprint_of(submission.a.id, submission.b.id, submission.options);
+  return found(**row, print != (*row)->fingerprint);
 }
 
 }  // namespace meshgauge::server

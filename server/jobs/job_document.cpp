@@ -28,11 +28,16 @@ std::string view_of(const store::Job& row) { return "/c/" + row.key.id; }
 
 std::string problem_of(const store::Job& row) {
   if (!row.problem.empty()) return row.problem;
+  if (row.state == store::JobState::cancelled && row.document.empty()) return api::to_json(cancelled_early());
   if (row.state != store::JobState::failed) return "null";
   return api::to_json(api::Problem{api::ProblemKind::internal, "given up: " + row.last_error, {}});
 }
 
 }  // namespace
+
+api::Problem cancelled_early() {
+  return {api::ProblemKind::cancelled, "the comparison was cancelled before both meshes were read", {}};
+}
 
 std::string to_text(store::TimePoint time) {
   const auto day = std::chrono::floor<std::chrono::days>(time);

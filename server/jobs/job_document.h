@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "api/problem.h"
 #include "server/jobs/live_job.h"
 
 namespace meshgauge::server {
@@ -14,6 +15,9 @@ std::string result_json(const store::Job& row);
 
 // The interval as it stands, one line: the data of a `progress` event.
 std::string progress_json(const JobView& job);
+
+// Of one that its owner cancelled before there was an interval to give.
+api::Problem cancelled_early();
 
 std::string to_string(store::JobState state);
 

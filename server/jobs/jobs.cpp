@@ -7,6 +7,7 @@
 
 #include "api/digest.h"
 #include "api/response.h"
+#include "server/jobs/job_document.h"
 #include "server/log.h"
 
 namespace meshgauge::server {
@@ -123,7 +124,6 @@ void Jobs::run(const std::shared_ptr<LiveJob>& job, Scheduler::Slot slot) {
   let_go_of_bytes(job->a);
   let_go_of_bytes(job->b);
   job->counted.reset();
-  job->held.reset();
   { const Scheduler::Slot done = std::move(slot); }
   conclude({job, std::nullopt, std::move(last), stopped_by_cancel(result)});
 }
@@ -226,6 +226,7 @@ JobView Jobs::concluded(const LiveJob& job, const Result<api::Comparison>& resul
   } else {
     Problem problem = api::to_problem(result.error());
     if (stopping_.load() && stopped_by_cancel(result)) problem.kind = ProblemKind::shutting_down;
+    if (cancelled) problem = cancelled_early();
     last.row.state = cancelled ? JobState::cancelled : JobState::failed;
     last.row.problem = to_json(problem);
   }
@@ -250,6 +251,7 @@ void Jobs::conclude(Parked ended) {
     note(stored);
     if (!stored) return park(std::move(ended));
     if (!*stored) log_event("store", "job " + job.key.id + " was taken over by another worker");
+    release_blobs(job.key.owner, job.a.id, job.b.id);
   }
   forget_live(job);
   job.ended(std::move(*ended.last));
@@ -279,6 +281,7 @@ void Jobs::drop(LiveJob& job) {
 void Jobs::leave_to_its_end(LiveJob& job) {
   const auto row = stores_.jobs.get(job.key);
   if (!row || !*row || !store::has_ended((*row)->state)) return drop(job);
+  release_blobs(job.key.owner, (*row)->mesh_a, (*row)->mesh_b);
   JobView last;
   last.row = **row;
   forget_live(job);

@@ -50,9 +50,12 @@ struct Stores {
   MapCache* maps = nullptr;  // none: no deviation maps are made
 };
 
-// Access::hold_storage() beside the owner's stored meshes, as they are when it asks.
-std::variant<StorageHold, Denial> hold_storage(Access& access, store::MeshIndex& meshes, const std::string& owner,
+// Access::hold_storage() beside what the owner's blobs take when it asks.
+std::variant<StorageHold, Denial> hold_storage(Access& access, store::BlobStore& blobs, const std::string& owner,
                                                std::uint64_t bytes);
+
+// At once, so that nobody's deleted bytes fill the disk until the next sweep.
+Result<bool> remove_if_unreferenced(const Stores& stores, const store::BlobKey& key);
 
 struct Submission {
   store::JobKey key;
@@ -84,6 +87,10 @@ class Jobs {
 
   std::optional<Scheduler::Slot> admit(Kind kind) { return scheduler_.admit(kind); }
   Submitted submit(Scheduler::Slot slot, Submission submission);
+  // Whether its idempotency key is one of a comparison that is kept, whatever is asked for now.
+  Result<bool> repeats(const Submission& submission);
+  // That comparison, if the same is asked for: by the bytes or the ids of the meshes, and the options.
+  Submitted repeated(Submission& submission);
 
   // nullopt: this owner has no such job.
   Result<std::optional<JobView>> get(const store::JobKey& key);
@@ -116,19 +123,17 @@ class Jobs {
     std::optional<JobView> last;
     bool cut_short = false;  // it was cancelled, by whomever
   };
-  // What a job's own blobs are allowed and take.
-  struct Storage {
-    std::optional<StorageHold> held;
-    std::uint64_t bytes = 0;
-  };
   enum class Begun { yes, not_ours, later };
 
   Result<Done> revive(const store::Job& row);
-  Result<Done> recognise(const std::string& owner, MeshSource& source, std::uint64_t& own_bytes);
+  Result<Done> recognise(const std::string& owner, MeshSource& source);
   api::Request limited(api::Request request) const;
-  std::optional<Denial> keep_blobs(Submission& submission, Storage& storage);
-  std::uint64_t bytes_of_jobs(const std::string& owner) const;
-  std::optional<Denial> keep_blob(const std::string& owner, MeshSource& source);
+  Submitted submit_durable(Scheduler::Slot slot, Submission submission);
+  std::optional<Denial> keep_blobs(const Submission& submission);
+  std::optional<Denial> keep_blob(const std::string& owner, const MeshSource& source);
+  void release_blobs(const std::string& owner, const std::string& a, const std::string& b);
+  std::shared_ptr<LiveJob> job_of(Submission submission) const;
+  Submitted found(const store::Job& row, bool conflict);
   Submitted insert(const std::shared_ptr<LiveJob>& job, Scheduler::Slot slot);
   void enqueue(const std::shared_ptr<LiveJob>& job, Scheduler::Slot slot);
 

@@ -46,9 +46,7 @@ class LiveJob {
   std::optional<Error> defect;        // why it cannot run
   std::optional<store::Token> token;  // the worker's: since the store let it begin
   bool has_waited = false;            // the worker's: for the store, and the log knows
-  std::uint64_t own_bytes = 0;        // of blobs that were stored for this job alone
   std::optional<JobSlot> counted;     // among its owner's jobs
-  std::optional<StorageHold> held;    // for its blobs
 
   JobView view() const;
   std::uint64_t version() const;  // grows with every change

@@ -123,6 +123,14 @@ Outcome Pool::read_once(const api::MeshInput& input, const api::ReadLimits& limi
   return reading.finish(control);
 }
 
+std::string Pool::defect(Control& control) {
+  auto taken = take("", control);
+  if (const auto* none = std::get_if<Outcome>(&taken)) return "a reader of uploads " + none->how;
+  const std::lock_guard lock(mutex_);
+  if (!starting_ && !nursery_.gone()) idle_.push_front(std::get<Worker>(std::move(taken)));
+  return "";
+}
+
 Counters Pool::counters() const {
   const std::lock_guard lock(mutex_);
   return counters_;

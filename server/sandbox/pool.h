@@ -59,6 +59,10 @@ class Pool {
   // within 10 ms.
   Result<api::LoadedMesh> load(const api::MeshInput& input, const api::ReadLimits& limits, Control& control);
 
+  // Whether a file would be read: why not, or empty. A spawner that has ended is started for it, as it is for load();
+  // it may take as long as `control` allows.
+  std::string defect(Control& control);
+
   Counters counters() const;
 
  private:

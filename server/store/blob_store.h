@@ -3,17 +3,21 @@
 // Every call is thread safe. Errors as in job_store.h: storage_full, storage_unavailable, internal; after an error
 // nothing half-written is ever seen.
 //
-// remove_unused() may run at any time beside the others: put() and renew() keep a blob for `older_than` from then on,
-// so whoever is about to refer to a blob (a job, a mesh) calls one of them before it stores the reference.
+// Whoever is about to refer to a blob (a job, a mesh) reserves it, calls put() or renew(), and stores the reference:
+// until the reservation goes, remove_unreferenced() leaves the blob. remove_unused() may run at any time beside the
+// others, and in another process: put() and renew() keep a blob from it for `older_than`.
 #pragma once
 
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
+#include <mutex>
 #include <optional>
 #include <span>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "engine/result.h"
 #include "server/sandbox/descriptor.h"
@@ -49,11 +53,37 @@ enum class BlobPut {
   other_digest,  // the bytes are not those that the id names: nothing is stored
 };
 
+// Of one blob, for one who is about to refer to it. Thread safe.
+class Reservations {
+ public:
+  class Held {
+   public:
+    Held(Reservations& all, BlobKey key);
+    Held(const Held&) = delete;
+    Held& operator=(const Held&) = delete;
+    ~Held();
+
+   private:
+    Reservations& all_;
+    const BlobKey key_;
+  };
+
+  // Calls work(), and lets no reservation begin meanwhile, unless there is one of this key: then it is false.
+  Result<bool> unless_held(const BlobKey& key, const std::function<Result<bool>()>& work);
+
+ private:
+  std::mutex mutex_;
+  std::vector<BlobKey> held_;  // once for each that holds it
+};
+
 class BlobStore {
  public:
   virtual ~BlobStore() = default;
 
-  // Durable when it returns. The digest is checked on the bytes that are written. Keeps no reference to the bytes.
+  Reservations::Held reserve(const BlobKey& key) { return {reservations_, key}; }
+
+  // Durable when it returns. The digest is checked on the bytes that are written; a blob that is there already is read
+  // again, and replaced if it was damaged. Keeps no reference to the bytes.
   virtual Result<BlobPut> put(const BlobKey& key, std::span<const std::byte> bytes) = 0;
   // The same of the first `size` bytes of a file, read by offset: its own position is neither used nor moved.
   virtual Result<BlobPut> put(const BlobKey& key, int file, std::uint64_t size) = 0;
@@ -62,11 +92,19 @@ class BlobStore {
   virtual Result<bool> exists(const BlobKey& key) = 0;
   virtual Result<bool> renew(const BlobKey& key) = 0;   // as put() of the same bytes; false: there is none
   virtual Result<bool> remove(const BlobKey& key) = 0;  // at once, used or not; false: there was none
+  // At once, unless it is reserved or `referenced` says that something refers to it; false: it stays, or there was
+  // none.
+  Result<bool> remove_unreferenced(const BlobKey& key, const std::function<Result<bool>()>& referenced);
   // Removes what is not in `used` and was neither put nor renewed within `older_than`; how many.
   virtual Result<std::uint64_t> remove_unused(std::span<const BlobKey> used, std::chrono::seconds older_than) = 0;
 
+  // What an owner's blobs take, referred to or not.
+  virtual Result<std::uint64_t> stored_bytes(const std::string& owner) = 0;
   virtual Result<std::uint64_t> free_bytes() = 0;  // that are left for blobs
   virtual Result<Done> check() = 0;                // that something can be stored, by storing it
+
+ private:
+  Reservations reservations_;
 };
 
 }  // namespace meshgauge::server::store

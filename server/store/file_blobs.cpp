@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstring>
 #include <filesystem>
 #include <vector>
 
@@ -46,6 +47,18 @@ ssize_t read_at(int file, std::span<std::byte> piece, std::uint64_t offset) {
     n = ::pread(file, piece.data(), piece.size(), static_cast<off_t>(offset));
   } while (n < 0 && errno == EINTR);
   return n;
+}
+
+// What cannot be read is not there: a disk may have lost it.
+bool holds(const Descriptor& file, std::span<const std::byte> piece, std::uint64_t offset,
+           std::span<std::byte> buffer) {
+  while (!piece.empty()) {
+    const ssize_t n = read_at(file.get(), buffer.first(std::min(piece.size(), buffer.size())), offset);
+    if (n <= 0 || std::memcmp(piece.data(), buffer.data(), static_cast<std::size_t>(n)) != 0) return false;
+    piece = piece.subspan(static_cast<std::size_t>(n));
+    offset += static_cast<std::uint64_t>(n);
+  }
+  return true;
 }
 
 Error not_stored(int error_number) { return storage_error(error_number, "the mesh cannot be stored"); }
@@ -93,6 +106,12 @@ std::error_code for_each_blob(const std::string& root, Visit visit) {
     if (entry.depth() == 2 && is_id(entry->path().filename())) visit(entry->path().string());
   }
   return failed;
+}
+
+// 0 when there is none.
+std::uint64_t size_of(const std::string& path) {
+  struct stat status {};
+  return ::stat(path.c_str(), &status) == 0 ? static_cast<std::uint64_t>(status.st_size) : 0;
 }
 
 bool is_older(const struct stat& status, std::chrono::seconds age) {
@@ -154,7 +173,35 @@ Result<Done> FileBlobs::prepare() {
   }
   Result<Done> synced = sync_folder(fs::path(root_).parent_path());
   if (!synced) return synced;
-  return remove_all_in(root_ + kIncoming);
+  if (Result<Done> removed = remove_all_in(root_ + kIncoming); !removed) return removed;
+  return weigh();
+}
+
+Result<Done> FileBlobs::weigh() {
+  const std::error_code failed =
+      for_each_blob(root_, [this](const std::string& path) { count(path, 0, size_of(path)); });
+  if (failed) return not_read(failed.value());
+  return Done{};
+}
+
+void FileBlobs::count(const std::string& path, std::uint64_t before, std::uint64_t after) {
+  const std::lock_guard lock(bytes_mutex_);
+  std::uint64_t& bytes = bytes_[fs::path(path).parent_path().parent_path()];
+  bytes += after - before;
+}
+
+// Under the lock of this path.
+bool FileBlobs::unlink(const std::string& path) {
+  const std::uint64_t size = size_of(path);
+  if (::unlink(path.c_str()) != 0) return false;
+  count(path, size, 0);
+  return true;
+}
+
+Result<std::uint64_t> FileBlobs::stored_bytes(const std::string& owner) {
+  const std::lock_guard lock(bytes_mutex_);
+  const auto found = bytes_.find(place_of({owner, std::string(64, '0')}).owner_folder);
+  return found == bytes_.end() ? 0 : found->second;
 }
 
 FileBlobs::Place FileBlobs::place_of(const BlobKey& key) const {
@@ -186,17 +233,26 @@ Result<BlobPut> FileBlobs::put(const BlobKey& key, const Source& source) {
   return put_anew(place, key.id, source);
 }
 
-// nullopt: there is no such file, or one of another size, which the new one then replaces.
+// nullopt: there is no such file, or one that holds other bytes, which the new one then replaces.
 Result<std::optional<BlobPut>> FileBlobs::put_again(const Place& place, const std::string& id, const Source& source) {
+  const Descriptor there(::open(place.path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW));
   struct stat status {};
-  if (::stat(place.path.c_str(), &status) != 0 || static_cast<std::uint64_t>(status.st_size) != source.size) {
+  if (!there || ::fstat(there.get(), &status) != 0 || static_cast<std::uint64_t>(status.st_size) != source.size) {
     return std::optional<BlobPut>();
   }
   api::Sha256 digest;
-  Result<Done> read =
-      source.for_each_piece([&](std::span<const std::byte> piece) { return digest.update(piece), true; });
+  bool sound = true;
+  std::vector<std::byte> buffer(std::min<std::uint64_t>(source.size, kPiece));
+  std::uint64_t offset = 0;
+  Result<Done> read = source.for_each_piece([&](std::span<const std::byte> piece) {
+    digest.update(piece);
+    sound = sound && holds(there, piece, offset, buffer);
+    offset += piece.size();
+    return true;
+  });
   if (!read) return read.error();
   if (digest.hex() != id) return std::optional(BlobPut::other_digest);
+  if (!sound) return std::optional<BlobPut>();
   Result<bool> renewed = renew(place);
   if (!renewed) return renewed.error();
   if (!*renewed) return std::optional<BlobPut>();
@@ -231,7 +287,10 @@ Result<Done> FileBlobs::move_in(const std::string& incoming, const Place& place)
   if (!made) return made;
   {
     const std::lock_guard lock(lock_of(place.path));
+    const std::uint64_t before = size_of(place.path);
+    const std::uint64_t size = size_of(incoming);
     if (::rename(incoming.c_str(), place.path.c_str()) != 0) return not_stored(errno);
+    count(place.path, before, size);
   }
   return sync_folder(place.folder);
 }
@@ -285,7 +344,9 @@ Result<bool> FileBlobs::renew(const Place& place) {
 
 Result<bool> FileBlobs::remove(const BlobKey& key) {
   if (!is_id(key.id)) return false;
-  if (::unlink(place_of(key).path.c_str()) == 0) return true;
+  const std::string path = place_of(key).path;
+  const std::lock_guard lock(lock_of(path));
+  if (unlink(path)) return true;
   if (errno == ENOENT) return false;
   return not_removed(errno);
 }
@@ -300,7 +361,7 @@ Result<std::uint64_t> FileBlobs::remove_unused(std::span<const BlobKey> used, st
     const std::lock_guard lock(lock_of(path));
     struct stat status {};
     if (::stat(path.c_str(), &status) != 0 || !is_older(status, older_than)) return;
-    if (::unlink(path.c_str()) == 0) {
+    if (unlink(path)) {
       ++removed;
     } else if (errno != ENOENT) {
       failure = errno;

@@ -12,6 +12,7 @@
 #include <memory>
 #include <mutex>
 #include <string>
+#include <unordered_map>
 #include <unordered_set>
 
 #include "server/store/blob_store.h"
@@ -30,6 +31,7 @@ class FileBlobs final : public BlobStore {
   Result<bool> renew(const BlobKey& key) override;
   Result<bool> remove(const BlobKey& key) override;
   Result<std::uint64_t> remove_unused(std::span<const BlobKey> used, std::chrono::seconds older_than) override;
+  Result<std::uint64_t> stored_bytes(const std::string& owner) override;
   Result<std::uint64_t> free_bytes() override;
   Result<Done> check() override;
 
@@ -48,10 +50,15 @@ class FileBlobs final : public BlobStore {
   Result<Done> make_durable_folder(const std::string& path, const std::string& around);
   Result<bool> renew(const Place& place);
   std::mutex& lock_of(const std::string& path);
+  Result<Done> weigh();
+  bool unlink(const std::string& path);
+  void count(const std::string& path, std::uint64_t before, std::uint64_t after);
 
   const std::string root_;
-  // A blob's removal for being old, and what makes it young, exclude each other.
+  // A blob's removal, and what makes it young or another file, exclude each other.
   std::array<std::mutex, 64> locks_;
+  std::mutex bytes_mutex_;
+  std::unordered_map<std::string, std::uint64_t> bytes_;  // of each folder of an owner
   std::mutex folders_mutex_;
   std::unordered_set<std::string> durable_folders_;  // whose names were synced, by this object
 };

@@ -170,8 +170,9 @@ class JobStore {
   // What jobs that have not ended and meshes refer to: BlobStore::remove_unused() must leave it. In no order, each
   // once.
   virtual Result<std::vector<BlobKey>> used_blobs() = 0;
-  // Removes ended jobs whose time is over, and the oldest beyond `max_kept` of them: first of those given to record(),
-  // then of those that were promised to be kept.
+  virtual Result<bool> uses_blob(const BlobKey& key) = 0;  // whether it is one of these
+  // Removes ended jobs whose time is over, and beyond `max_kept` of them the oldest of each owner that has more than
+  // its share: first of those given to record(), then of those that were promised to be kept.
   virtual Result<SweptJobs> sweep_jobs(Moment moment, std::uint64_t max_kept) = 0;
   virtual Result<Done> check() = 0;  // that something can be written, by writing it
 };

@@ -41,7 +41,7 @@ class MeshIndex {
   virtual Result<std::optional<MeshRow>> get_mesh(const BlobKey& key) = 0;
   // Of a mesh that is used. Returns at once, is durable within a second or so, and never takes a time back.
   virtual void touch_mesh(const BlobKey& key, TimePoint last_used, TimePoint expires) = 0;
-  virtual Result<bool> delete_mesh(const BlobKey& key) = 0;  // false: there is none. The blob stays: remove_unused()
+  virtual Result<bool> delete_mesh(const BlobKey& key) = 0;  // false: there is none. The blob stays
   virtual Result<std::uint64_t> stored_bytes(const std::string& owner) = 0;
   virtual Result<std::uint64_t> all_stored_bytes() = 0;           // of all owners
   virtual Result<std::uint64_t> sweep_meshes(TimePoint now) = 0;  // forgets those whose time is over; how many

@@ -40,6 +40,7 @@ class SqliteStore final : public JobStore, public MeshIndex {
                                    Moment moment) override;
   Result<Counts> counts() override;
   Result<std::vector<BlobKey>> used_blobs() override;
+  Result<bool> uses_blob(const BlobKey& key) override;
   Result<SweptJobs> sweep_jobs(Moment moment, std::uint64_t max_kept) override;
   Result<Done> check() override;
 

@@ -64,25 +64,55 @@ std::uint64_t remove_expired(Connection& connection, TimePoint now, std::int64_t
       .run();
 }
 
+struct Kept {
+  std::string owner;
+  std::uint64_t jobs = 0;
+};
+
+std::vector<Kept> kept_jobs(Connection& connection) {
+  Query row(connection, "SELECT owner, count(*) FROM jobs WHERE state >= 2 GROUP BY owner");
+  std::vector<Kept> kept;
+  while (row.next()) kept.push_back({row.text(0), static_cast<std::uint64_t>(row.number(1))});
+  return kept;
+}
+
+// What each owner may keep of `max_kept` for all: an equal share, and of what others leave of theirs as much as is
+// needed. Whoever keeps little loses nothing to one who keeps much.
+std::uint64_t share_of(std::vector<Kept> kept, std::uint64_t max_kept) {
+  std::sort(kept.begin(), kept.end(), [](const Kept& x, const Kept& y) { return x.jobs < y.jobs; });
+  std::uint64_t left = max_kept;
+  for (std::size_t i = 0; i < kept.size(); ++i) {
+    const std::uint64_t share = left / (kept.size() - i);
+    if (kept[i].jobs > share) return share;
+    left -= kept[i].jobs;
+  }
+  return max_kept;
+}
+
 // Those that were given to record() come first: their clients have had their answers.
-std::uint64_t remove_oldest(Connection& connection, std::uint64_t max_kept, std::int64_t most) {
-  Query count(connection, "SELECT count(*) FROM jobs WHERE state >= 2");
-  count.next();
-  const std::uint64_t kept = static_cast<std::uint64_t>(count.number(0));
-  if (kept <= max_kept) return 0;
-  const std::uint64_t wanted = std::min(kept - max_kept, static_cast<std::uint64_t>(most));
+std::uint64_t remove_oldest(Connection& connection, const std::string& owner, std::uint64_t wanted) {
   const std::uint64_t records =
       Query(connection,
-            "DELETE FROM jobs WHERE number IN (SELECT number FROM jobs INDEXED BY jobs_finished WHERE state >= 2 AND "
-            "worker = '' AND tries = 1 ORDER BY finished, number LIMIT ?)",
-            wanted)
+            "DELETE FROM jobs WHERE number IN (SELECT number FROM jobs WHERE state >= 2 AND owner = ? AND worker = '' "
+            "AND tries = 1 ORDER BY finished, number LIMIT ?)",
+            owner, wanted)
           .run();
   if (records == wanted) return records;
   return records + Query(connection,
-                         "DELETE FROM jobs WHERE number IN (SELECT number FROM jobs WHERE state >= 2 ORDER BY "
-                         "finished, number LIMIT ?)",
-                         wanted - records)
+                         "DELETE FROM jobs WHERE number IN (SELECT number FROM jobs WHERE state >= 2 AND owner = ? "
+                         "ORDER BY finished, number LIMIT ?)",
+                         owner, wanted - records)
                        .run();
+}
+
+std::uint64_t remove_over_share(Connection& connection, std::uint64_t max_kept, std::int64_t most) {
+  const std::vector<Kept> kept = kept_jobs(connection);
+  const std::uint64_t share = share_of(kept, max_kept);
+  std::uint64_t left = static_cast<std::uint64_t>(most);
+  for (const auto& [owner, jobs] : kept) {
+    if (jobs > share && left > 0) left -= remove_oldest(connection, owner, std::min(jobs - share, left));
+  }
+  return static_cast<std::uint64_t>(most) - left;
 }
 
 }  // namespace
@@ -122,6 +152,17 @@ Result<std::vector<BlobKey>> SqliteStore::used_blobs() {
   });
 }
 
+Result<bool> SqliteStore::uses_blob(const BlobKey& key) {
+  return readers_.read([&](Connection& connection) {
+    Query mesh(connection, "SELECT 1 FROM meshes WHERE owner = ? AND id = ?", key.owner, key.id);
+    if (mesh.next()) return true;
+    Query job(connection,
+              "SELECT 1 FROM jobs WHERE state IN (0, 1) AND owner = ?1 AND (mesh_a = ?2 OR mesh_b = ?2) LIMIT 1",
+              key.owner, key.id);
+    return job.next();
+  });
+}
+
 Result<std::uint64_t> SqliteStore::remove_in_portions(
     const std::function<std::uint64_t(Connection&, std::int64_t most)>& remove) {
   std::uint64_t removed = 0;
@@ -141,7 +182,7 @@ Result<SweptJobs> SqliteStore::sweep_jobs(Moment moment, std::uint64_t max_kept)
       [&](Connection& connection, std::int64_t most) { return remove_expired(connection, moment.now, most); });
   if (!expired) return expired.error();
   Result<std::uint64_t> over_cap = remove_in_portions(
-      [&](Connection& connection, std::int64_t most) { return remove_oldest(connection, max_kept, most); });
+      [&](Connection& connection, std::int64_t most) { return remove_over_share(connection, max_kept, most); });
   if (!over_cap) return over_cap.error();
   return SweptJobs{*expired, *over_cap, *given_up};
 }

@@ -1,6 +1,7 @@
 """Comparisons as jobs: waited for or not, watched, cancelled, repeated, kept, and done after a restart."""
 
 import contextlib
+import json
 import signal
 import tempfile
 import threading
@@ -114,9 +115,19 @@ class Ends(ServerCase):
     def test_one_that_waits(self):
         running, _ = begin_slow(self.server)
         wait_for(self.server, running, "running")
-        waiting, _ = begin_slow(self.server)
+        key = "Idempotency-Key: waits\r\n"
+        waiting, _ = begin_slow(self.server, ASYNC + key)
+        answers = []
+        waits = threading.Thread(target=lambda: answers.append(self.server.compare(
+            **SLOW, options={**SLOW_OPTIONS, "timeout_ms": 100000}, extra=key + "Prefer: wait=60\r\n")))
+        waits.start()
+        time.sleep(0.3)
         answer = self.delete(waiting)
+        waits.join()
         self.assertEqual((answer.status, answer.json()["state"], answer.json()["result"]), (200, "cancelled", None))
+        self.assertEqual(answer.json()["problem"]["type"], "urn:meshgauge:problem:cancelled")
+        self.assertEqual(answer.json(), self.server.get(waiting).json())
+        self.refused(answers[0], 409, "cancelled")
         self.delete(running)
 
     def test_one_that_runs_stops_soon_and_keeps_its_interval(self):
@@ -159,12 +170,15 @@ class Ends(ServerCase):
 
     def test_who_goes_away_ends_no_durable_comparison(self):
         key = "Idempotency-Key: gone-away\r\n"
+        before = len(self.server.log)
         body = comparison(options={"timeout_ms": 100000, **SLOW_OPTIONS}, **SLOW)
         with self.server.connect() as connection:
             connection.sendall(post_head(len(body), key) + body)
             time.sleep(1)
         answer = self.server.raw(post_head(len(body), key + ASYNC) + body)
         self.assertEqual(answer.status, 202)
+        left = [json.loads(line) for line in self.server.log[before:] if '"bytes_in":%d,' % len(body) in line]
+        self.assertEqual({line["status"] for line in left}, {202})  # who left was promised the same
         job = wait_for(self.server, answer.headers["location"], "running")
         self.assertIsNone(job["finished"])
         self.delete(answer.headers["location"])
@@ -362,6 +376,16 @@ class Kept(unittest.TestCase):
         for path in paths:
             server.send("DELETE", path)
         until(lambda: server.get("/readyz").status == 200)
+
+    def test_what_was_promised_is_found_when_there_is_no_room(self):
+        server = self.start("--max-queued-jobs", "1", "--max-stored-bytes", str(len(SLOW["a"] + SLOW["b"])))
+        key = "Idempotency-Key: k\r\n"
+        path, _ = begin_slow(server, ASYNC + key)
+        self.assertEqual(server.compare(extra=ASYNC).status, 503)
+        self.assertEqual(begin_slow(server, ASYNC + key)[0], path)
+        answer = server.compare(extra=ASYNC + key)
+        self.assertEqual((answer.status, answer.json()["type"]), (422, "urn:meshgauge:problem:idempotency-key-reused"))
+        server.send("DELETE", path)
 
     def test_what_waits_takes_storage(self):
         server = self.start("--max-stored-bytes", str(len(SQUARE + RAISED) - 1))

@@ -176,6 +176,17 @@ class ByIds(ServerCase):
         answer = self.server.send("POST", "/v1/comparisons", document, "Content-Type: Application/JSON; charset=utf-8\r\n")
         self.assertEqual(answer.status, 200)
 
+    def test_what_was_promised_is_found_when_its_meshes_are_gone(self):
+        mesh = wavy_grid(12, 0.2)
+        document = json.dumps({"a": id_of(mesh), "b": id_of(mesh)}).encode()
+        self.server.send("PUT", path_of(mesh), mesh)
+        extra = JSON + "Idempotency-Key: gone\r\n"
+        first = self.server.send("POST", "/v1/comparisons", document, extra)
+        self.server.send("DELETE", path_of(mesh))
+        again = self.server.send("POST", "/v1/comparisons", document, extra)
+        self.assertEqual((first.status, again.status, again.body), (200, 200, first.body))
+        self.refused(self.server.send("POST", "/v1/comparisons", document, JSON), 422, "unknown-mesh")
+
     def test_unknown_meshes(self):
         problem = self.refused(compare(self.server, id_of(SQUARE), "0" * 64), 422, "unknown-mesh")
         self.assertEqual(problem["errors"][0]["part"], "b")
@@ -202,6 +213,15 @@ class Limits(unittest.TestCase):
         self.assertEqual(server.send("PUT", path_of(SQUARE), SQUARE).status, 200)  # takes no more
         self.assertEqual(server.send("DELETE", path_of(SQUARE)).status, 204)
         self.assertEqual(server.send("POST", "/v1/meshes", RAISED).status, 201)
+
+    def test_what_is_deleted_takes_no_room(self):
+        server = self.start("--max-stored-bytes", "1000000")
+        folder = Path(server.data_dir.name, "data", "blobs")
+        for i in range(20):
+            mesh = flat_grid(30) + b"# %d" % i
+            self.assertEqual(server.send("PUT", path_of(mesh), mesh).status, 201)
+            self.assertEqual(server.send("DELETE", path_of(mesh)).status, 204)
+        self.assertEqual([path for path in folder.rglob("*") if path.is_file()], [])
 
     def test_one_is_only_so_large(self):
         server = self.start("--max-part-bytes", "50", "--max-request-bytes", "100")
@@ -250,6 +270,13 @@ class Owners(unittest.TestCase):
         large = flat_grid(200)
         self.assertEqual(self.send(self.mine, "POST", "/v1/meshes", large).status, 403)
         self.assertEqual(self.send(self.theirs, "POST", "/v1/meshes", large).status, 201)
+
+    def test_a_repetition_is_no_further_job(self):
+        extra = "Prefer: respond-async\r\nIdempotency-Key: once\r\n" + bearer(self.mine)
+        answers = [self.server.compare(**SLOW, options=SLOW_OPTIONS, extra=extra) for _ in range(2)]
+        self.assertEqual([answer.status for answer in answers], [202, 202])
+        self.assertEqual(answers[0].headers["location"], answers[1].headers["location"])
+        self.send(self.mine, "DELETE", answers[0].headers["location"])
 
     def test_jobs_at_a_time(self):
         slow = self.server.compare(**SLOW, options=SLOW_OPTIONS, extra="Prefer: respond-async\r\n" + bearer(self.mine))

@@ -121,6 +121,34 @@ TEST_CASE("a page without pictures is as small as the header says") {
   CHECK(to_html(samples::report_of(std::move(outcomes)), {}).size() < 40'000 + 100 * 12'000);
 }
 
+TEST_CASE("a page of very many gates says which have pictures, and is small where they have none") {
+  std::vector<GateOutcome> outcomes;
+  for (int i = 0; i < 1000; ++i) outcomes.push_back(samples::passed("gate " + std::to_string(i)));
+  GatePicture left_out;
+  left_out.left_out = true;
+  std::vector<GatePicture> pictures(1000, left_out);
+  for (std::size_t i = 0; i < 10; ++i) pictures[i] = missing("gone");
+  const std::string page = to_html(samples::report_of(std::move(outcomes)), pictures);
+  CHECK(page.find("Pictures, tables and witnesses of 10 gates") != std::string::npos);
+  CHECK(all_of(page, "(<details>)").size() == 1);
+  CHECK(page.size() < 40'000 + 10 * 12'000 + 1000 * 6'000);
+  MESSAGE("bytes a gate: ", page.size() / 1000);
+  CHECK(to_html(samples::ordinary(), std::vector(9, missing("gone"))).find("Pictures, tables") == std::string::npos);
+}
+
+TEST_CASE("statistics that were interrupted say so") {
+  const auto page_of = [](const char* status) {
+    GateOutcome outcome = samples::passed("gate");
+    const nlohmann::ordered_json mean{{"value", 1.0}, {"standard_error", 0.1}};
+    outcome.measured->document["statistics"] = {{"status", status}, {"a_to_b", {{"mean", mean}}}, {"b_to_a", nullptr}};
+    return to_html(samples::report_of({outcome}), {});
+  };
+  CHECK(page_of("complete").find("Not all statistics") == std::string::npos);
+  CHECK(page_of("cancelled").find("asked for are there: the run was interrupted.") != std::string::npos);
+  CHECK(page_of("timeout").find("asked for are there: the time was over.") != std::string::npos);
+  CHECK(page_of("<b>").find("asked for are there: &lt;b&gt;.") != std::string::npos);
+}
+
 TEST_CASE("the drawing of an interval puts the limit between pass and fail, and the bar where the interval is") {
   const auto x_of = [](const std::string& drawing, const std::string& css_class) {
     return std::stod(between(drawing, "class=\"" + css_class + "\" x=\"", "%"));

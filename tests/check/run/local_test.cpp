@@ -10,9 +10,9 @@
 
 #include "api/compare.h"
 #include "api/response.h"
-#include "check/mapped_file.h"
 #include "check/run/gates.h"
 #include "check/run/run.h"
+#include "check/whole_file.h"
 #include "shapes.h"
 
 using namespace meshgauge;
@@ -33,7 +33,7 @@ Json steady(Json document) {
 }
 
 Json compared(const Gate& gate) {
-  const auto a = MappedFile::open(gate.candidate.string()), b = MappedFile::open(gate.baseline.string());
+  const auto a = WholeFile::open(gate.candidate.string()), b = WholeFile::open(gate.baseline.string());
   Options options = gate.options;
   options.max_distance = gate.limit.max_distance;
   Control control;
@@ -71,10 +71,10 @@ TEST_CASE("a limit closer to the distance than one percent is decided") {
   const auto a = folder.obj("a.obj", shapes::sphere(20)), b = folder.obj("b.obj", shapes::sphere(13, 1.02));
   Options options = gate_options();
   options.tolerance = {0.0, std::nullopt, std::nullopt};
-  const auto mapped_a = MappedFile::open(a.string()), mapped_b = MappedFile::open(b.string());
+  const auto whole_a = WholeFile::open(a.string()), whole_b = WholeFile::open(b.string());
   Control control;
   const auto measured =
-      api::compare({"a", mapped_a->bytes(), "a.obj", ""}, {"b", mapped_b->bytes(), "b.obj", ""}, options, {}, control);
+      api::compare({"a", whole_a->bytes(), "a.obj", ""}, {"b", whole_b->bytes(), "b.obj", ""}, options, {}, control);
   REQUIRE(measured);
   const double low = measured->outcome.lower, high = measured->outcome.upper;
   REQUIRE(high - low < 1e-6 * high);

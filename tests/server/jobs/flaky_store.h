@@ -59,6 +59,7 @@ class FlakyStore final : public JobStore {
   }
   Result<Counts> counts() override { return behind_.counts(); }
   Result<std::vector<BlobKey>> used_blobs() override { return behind_.used_blobs(); }
+  Result<bool> uses_blob(const BlobKey& key) override { return behind_.uses_blob(key); }
   Result<SweptJobs> sweep_jobs(Moment moment, std::uint64_t max_kept) override {
     return written([&] { return behind_.sweep_jobs(moment, max_kept); });
   }

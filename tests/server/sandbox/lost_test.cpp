@@ -196,6 +196,34 @@ TEST_CASE("lost: a spawner that ends at once is started again, but not at every 
   CHECK(sandbox.works());
 }
 
+TEST_CASE("lost: whether files would be read is known, and asking brings back a spawner that can come") {
+  const Obstacle obstacle;
+  Sandbox sandbox({hostile_program(), "ends", obstacle.path()});
+  sandbox.start();
+  const auto defect = [&] {
+    Control control;
+    control.set_deadline(Control::Clock::now() + std::chrono::seconds(60));
+    return sandbox.pool.defect(control);
+  };
+  for (int i = 0; i < 5; ++i) CHECK(defect().empty());
+  CHECK(sandbox.works());
+  obstacle.lay();
+  kill_spawner();
+  for (int i = 0; i < 2; ++i) {
+    CHECK(defect() ==
+          "a reader of uploads is not there: the process that reads uploads could not be started: it ended at once");
+  }
+  Control hurried;
+  hurried.cancel();
+  CHECK_FALSE(sandbox.pool.defect(hurried).empty());
+  obstacle.lift();
+  CHECK(defect().empty());
+  CHECK(sandbox.works());
+  const auto counters = sandbox.pool.counters();
+  CHECK(counters.read == 2);
+  CHECK(counters.failed == 0);
+}
+
 TEST_CASE("lost: many that wait for a spawner are told when it does not come, and served when it does") {
   const Obstacle obstacle;
   Sandbox sandbox({hostile_program(), "ends", obstacle.path()}, 4);

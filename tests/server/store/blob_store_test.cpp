@@ -138,6 +138,52 @@ TEST_CASE_TEMPLATE("blobs: the unused are removed, not the young", Stores, EVERY
   CHECK_FALSE(got(stores.blobs().exists(unused)));
 }
 
+TEST_CASE_TEMPLATE("blobs: what nothing refers to goes at once, unless somebody is about to refer to it", Stores,
+                   EVERY_IMPLEMENTATION) {
+  Stores stores;
+  BlobStore& blobs = stores.blobs();
+  const BlobKey key = key_of("ann", "x");
+  const auto yes = [] { return Result<bool>(true); };
+  const auto no = [] { return Result<bool>(false); };
+  CHECK_FALSE(got(blobs.remove_unreferenced(key, no)));
+  got(blobs.put(key, bytes_of("x")));
+  CHECK_FALSE(got(blobs.remove_unreferenced(key, yes)));
+  CHECK_FALSE(blobs.remove_unreferenced(key, [] { return Error{ErrorCode::internal, "who knows", "", ""}; }).ok());
+  {
+    const auto first = blobs.reserve(key);
+    { const auto second = blobs.reserve(key); }
+    CHECK_FALSE(got(blobs.remove_unreferenced(key, no)));
+    CHECK_FALSE(got(blobs.remove_unreferenced(key_of("bob", "x"), no)));
+  }
+  CHECK(got(blobs.exists(key)));
+  CHECK(got(blobs.remove_unreferenced(key, no)));
+  CHECK_FALSE(got(blobs.exists(key)));
+}
+
+TEST_CASE_TEMPLATE("blobs: what an owner's take is known, whatever is put, removed, swept or found at the start",
+                   Stores, EVERY_IMPLEMENTATION) {
+  Stores stores;
+  const auto bytes = [&](const char* owner) { return got(stores.blobs().stored_bytes(owner)); };
+  CHECK(bytes("ann") == 0);
+  for (const char* text : {"one", "three", "seven", "three"}) {
+    got(stores.blobs().put(key_of("ann", text), bytes_of(text)));
+  }
+  got(stores.blobs().put(key_of("bob", "one"), bytes_of("one")));
+  CHECK(got(stores.blobs().put(key_of("ann", "right"), bytes_of("wrong"))) == BlobPut::other_digest);
+  CHECK(bytes("ann") == 13);
+  CHECK(bytes("bob") == 3);
+  stores.reopen();
+  CHECK(bytes("ann") == 13);
+  got(stores.blobs().remove(key_of("ann", "one")));
+  got(stores.blobs().remove(key_of("ann", "one")));
+  CHECK(bytes("ann") == 10);
+  got(stores.blobs().remove_unreferenced(key_of("ann", "three"), [] { return Result<bool>(false); }));
+  CHECK(bytes("ann") == 5);
+  got(stores.blobs().remove_unused({}, 0s));
+  CHECK(bytes("ann") == 0);
+  CHECK(bytes("bob") == 0);
+}
+
 TEST_CASE_TEMPLATE("blobs: there is room", Stores, EVERY_IMPLEMENTATION) {
   Stores stores;
   CHECK(got(stores.blobs().free_bytes()) > 0);

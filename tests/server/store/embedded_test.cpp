@@ -97,15 +97,21 @@ TEST_CASE("embedded: leftovers of a crash are removed, blobs are not") {
   CHECK(got(stores.blobs().exists(key)));
 }
 
-TEST_CASE("embedded: a blob that was cut short is replaced when it comes again") {
+TEST_CASE("embedded: a blob that was cut short or damaged is replaced when it comes again") {
   EmbeddedForTests stores;
-  const BlobKey key = key_of("ann", "content");
-  got(stores.blobs().put(key, bytes_of("content")));
-  fs::resize_file(
-      stores.folder() / ("data/blobs/" + api::sha256_hex(bytes_of("ann")) + "/" + key.id.substr(0, 2) + "/" + key.id),
-      3);
-  CHECK(got(stores.blobs().put(key, bytes_of("content"))) == BlobPut::created);
-  CHECK(text_of(*got(stores.blobs().open(key))) == "content");
+  const std::string text = std::string(3'000'000, 'x') + "content";
+  const BlobKey key = key_of("ann", text);
+  const std::string path = path_of(stores, key);
+  got(stores.blobs().put(key, bytes_of(text)));
+  fs::resize_file(path, 3);
+  CHECK(got(stores.blobs().put(key, bytes_of(text))) == BlobPut::created);
+  CHECK(text_of(*got(stores.blobs().open(key))) == text);
+  std::fstream(path, std::ios::binary | std::ios::in | std::ios::out).seekp(2'999'999) << "y";
+  CHECK(text_of(*got(stores.blobs().open(key))) != text);
+  CHECK(got(stores.blobs().put(key, bytes_of(text + "z"))) == BlobPut::other_digest);
+  CHECK(got(stores.blobs().put(key, bytes_of(text))) == BlobPut::created);
+  CHECK(text_of(*got(stores.blobs().open(key))) == text);
+  CHECK(got(stores.blobs().put(key, bytes_of(text))) == BlobPut::existed);
 }
 
 TEST_CASE("embedded: a blob that is put again while it is removed for its age is there afterwards") {

@@ -73,6 +73,10 @@ TEST_CASE_TEMPLATE("jobs: counts and what they refer to", Stores, EVERY_IMPLEMEN
   for (const BlobKey& key : keys) used.insert(key.owner + " " + key.id);
   CHECK(used == std::set<std::string>{"ann a0", "ann a4", "ann shared", "bob a5", "bob shared", "ann mesh"});
   CHECK(keys.size() == used.size());
+  for (const BlobKey& key : keys) CHECK(got(jobs.uses_blob(key)));
+  for (const BlobKey& key : {BlobKey{"ann", "a1"}, {"ann", "a3"}, {"bob", "mesh"}, {"", "shared"}}) {
+    CHECK_FALSE(got(jobs.uses_blob(key)));
+  }
 }
 
 TEST_CASE_TEMPLATE("jobs: the sweep removes what is over, and the oldest beyond the cap", Stores,
@@ -115,6 +119,33 @@ TEST_CASE_TEMPLATE("jobs: the sweep removes what is over, and the oldest beyond 
   CHECK(job_in(jobs, {"ann", "fresh"}).state == JobState::queued);
   CHECK(job_in(jobs, {"ann", "runs"}).state == JobState::running);
   CHECK(got(jobs.sweep_jobs(moment, 0)).over_cap == 1);
+}
+
+TEST_CASE_TEMPLATE("jobs: who keeps much loses what is beyond its share, who keeps little loses nothing", Stores,
+                   EVERY_IMPLEMENTATION) {
+  Stores stores;
+  JobStore& jobs = stores.jobs();
+  const auto record = [&](const std::string& owner, int number, int first_second) {
+    for (int i = 0; i < number; ++i) jobs.record(ended_job(owner, std::to_string(i), at(first_second + i)));
+    got(jobs.flush());
+  };
+  const auto has = [&](const std::string& owner, int i) {
+    return got(jobs.get({owner, std::to_string(i)})).has_value();
+  };
+  record("little", 10, 0);  // the oldest of all
+  record("some", 30, 50);
+  record("much", 40, 100);
+  CHECK(got(jobs.sweep_jobs({at(500), at(600)}, 80)).over_cap == 0);
+  CHECK(got(jobs.sweep_jobs({at(500), at(600)}, 60)).over_cap == 20);  // 10, 25 and 25 are left
+  for (int i = 0; i < 10; ++i) CHECK(has("little", i));
+  for (int i = 0; i < 30; ++i) CHECK(has("some", i) == (i >= 5));
+  for (int i = 0; i < 40; ++i) CHECK(has("much", i) == (i >= 15));
+  CHECK(got(jobs.sweep_jobs({at(500), at(600)}, 9)).over_cap == 51);  // three each
+  for (const char* owner : {"little", "some", "much"}) {
+    int left = 0;
+    for (int i = 0; i < 40; ++i) left += has(owner, i);
+    CHECK(left == 3);
+  }
 }
 
 TEST_CASE_TEMPLATE("jobs: a check writes", Stores, EVERY_IMPLEMENTATION) {

@@ -1,0 +1,75 @@
+// What durable jobs take of their owner's storage.
+#include "bench_of_jobs.h"
+#include "server/jobs/jobs.h"
+
+using namespace meshgauge;
+using namespace meshgauge::server;
+using std::chrono::seconds;
+using store::got;
+
+namespace {
+
+constexpr seconds kLong{60};
+
+api::ProblemKind refusal_of(const Jobs::Submitted& submitted) {
+  REQUIRE(std::holds_alternative<Denial>(submitted));
+  return std::get<Denial>(submitted).problem.kind;
+}
+
+}  // namespace
+
+TEST_CASE("jobs: what one brought goes with its end, what is stored or needed by another stays") {
+  Kept kept;
+  Stand stand;
+  Bench bench(kept, stand.compare());
+  const auto bytes = [&] { return got(kept.embedded.blobs().stored_bytes("")); };
+  const std::uint64_t other = std::string("the other").size();
+  const auto runs = begun(submit(bench.jobs, submission("runs", true)));
+  REQUIRE(eventually([&] { return stand.running == 1; }));
+  Submission by_id = submission("own", true);
+  by_id.b = stored(kept, "b", "stored");
+  const auto waits = begun(submit(bench.jobs, std::move(by_id)));
+  const auto cancelled = begun(submit(bench.jobs, submission("cancelled", true)));
+  CHECK(bytes() == 4 + other + 3 + 6 + 9);
+  got(bench.jobs.remove(cancelled->key));
+  CHECK(bytes() == 4 + other + 3 + 6);
+  stand.released = true;
+  REQUIRE(waits->wait_for_end(kLong));
+  CHECK(bytes() == 6);
+}
+
+TEST_CASE("jobs: refused and repeated ones leave nothing behind") {
+  Kept kept;
+  Stand stand;
+  Settings settings = one_worker();
+  settings.max_stored_bytes = 30;
+  Bench bench(kept, stand.compare(), settings);
+  const auto bytes = [&] { return got(kept.embedded.blobs().stored_bytes("")); };
+  begun(submit(bench.jobs, submission("first", true, "key")));
+  const std::uint64_t before = bytes();
+  CHECK(refusal_of(submit(bench.jobs, submission(std::string(20, 'x'), true))) == api::ProblemKind::quota_exceeded);
+  CHECK(refusal_of(submit(bench.jobs, submission("second", true, "key"))) == api::ProblemKind::idempotency_key_reused);
+  CHECK(bytes() == before);
+  begun(submit(bench.jobs, submission("first", true, "key")));
+  CHECK(bytes() == before);
+  stand.released = true;
+}
+
+TEST_CASE("jobs: what waits for a restart counts after it") {
+  Kept kept;
+  Settings settings = one_worker();
+  settings.max_stored_bytes = 30;
+  {
+    Stand stand;
+    Bench bench(kept, stand.compare(), settings);
+    begun(submit(bench.jobs, submission("first", true)));
+    REQUIRE(eventually([&] { return stand.running == 1; }));
+    begun(submit(bench.jobs, submission("second", true)));
+  }
+  Stand stand;
+  Bench bench(kept, stand.compare(), settings);
+  got(bench.jobs.recover());
+  CHECK(refusal_of(submit(bench.jobs, submission(std::string(20, 'x'), true))) == api::ProblemKind::quota_exceeded);
+  stand.released = true;
+  CHECK(eventually([&] { return got(kept.embedded.blobs().stored_bytes("")) == 0; }));
+}
