@@ -23,6 +23,14 @@ Json progress_of(const store::Job& row) {
           {"stage", row.progress->stage.empty() ? Json(nullptr) : Json(row.progress->stage)}};
 }
 
+// What the comparison was asked to decide, for who watches it without having asked. Options are valid when they are here.
+Json gate_of(const store::Job& row) {
+  const Json options = Json::parse(row.options, nullptr, false);
+  if (!options.is_object() || !options.contains("gate") || !options["gate"].is_object()) return nullptr;
+  const Json& gate = options["gate"];
+  return {{"max_distance", gate.value("max_distance", Json(nullptr))}, {"units", gate.value("units", Json(nullptr))}};
+}
+
 // A path without a host: only the caller knows by which name he reached the service.
 std::string view_of(const store::Job& row) { return "/c/" + row.key.id; }
 
@@ -76,6 +84,7 @@ std::string to_json(const JobView& job) {
             {"finished", time_or_null(row.finished)},
             {"expires", time_or_null(row.expires)},
             {"tries", row.tries},
+            {"gate", gate_of(row)},
             {"progress", progress_of(row)}};
   if (has_pages()) head["view"] = view_of(row);
   // The last two are documents already, and may be large.

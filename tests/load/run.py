@@ -27,7 +27,8 @@ def arguments():
     parser.add_argument("--pairs", default=",".join(requests.MIXES), metavar="A,B", help="of " + ", ".join(requests.MIXES))
     parser.add_argument("--multiples", default="0.5,1,2,10", metavar="X,Y", help="of the capacity, for the open loop")
     parser.add_argument("--seconds", type=float, metavar="S", help="of the heaviest phase, the others are shorter; 60, or 5 with --quick")
-    parser.add_argument("--soak", type=float, metavar="MINUTES", help="instead: so long at 0.7x, mixed pairs")
+    parser.add_argument("--soak", type=float, metavar="MINUTES", help="instead: so long at a share of the capacity, mixed pairs")
+    parser.add_argument("--share", type=float, default=0.7, help="of the soak")
     parser.add_argument("--sources", type=int, default=64, help="addresses that the clients come from")
     parser.add_argument("--serve", default="", metavar="FLAGS", help="further flags of meshgauge serve")
     parser.add_argument("--key", help="bearer key that the requests carry")
@@ -76,7 +77,7 @@ def soak_of(phases, files, args, record):
     chosen = requests.arguments(files, "mixed")
     probe = phases.run("soak-capacity", "mixed", chosen, seconds=15, warm_up=3, connections=2 * record["workers"])
     say(probe)
-    record["soak"] = soak.run(phases.client, phases.service, args.out, phases.settings, chosen, 0.7 * probe["throughput"], args.soak)
+    record["soak"] = soak.run(phases.client, phases.service, args.out, phases.settings, chosen, args.share * probe["throughput"], args.soak)
 
 
 def saved(path):

@@ -126,8 +126,7 @@ export class App {
       const job = await this.client.job(id, signal);
       if (hasEnded(job)) return await this.finish(job, signal);
       const memory = this.memories.get(id);
-      const gate = memory?.order.options.gate;
-      const run = this.openRun(memory?.names ?? null, gate?.max_distance ?? null, gate?.units ?? "");
+      const run = this.openRun(memory?.names ?? null, job.gate?.max_distance ?? null, job.gate?.units ?? "");
       run.accepted(job);
       await this.finish(await watch(this.client, id, run, signal), signal);
     } catch (error) {
