@@ -126,6 +126,8 @@ struct Metrics::Series {
   Counter& maps_found{maps.Add({{"outcome", "cached"}})};
   Family<Histogram>& map_seconds{
       histograms(registry, "meshgauge_map_seconds", "Time of making a deviation map, waiting included")};
+  Histogram& glb_seconds{map_seconds.Add({{"format", "glb"}}, kStageSeconds)};
+  Histogram& ply_seconds{map_seconds.Add({{"format", "ply"}}, kStageSeconds)};
   std::array<Counter*, 4> auth_failures{
       counter_each(counters(registry, "meshgauge_auth_failures_total", "Requests whose key did not open the door"),
                    "reason", kAuthFailures)};
@@ -203,7 +205,7 @@ void Metrics::map_found() { series_->maps_found.Increment(); }
 
 void Metrics::map_ended(std::string_view format, bool made, double seconds) {
   (made ? series_->maps_made : series_->maps_failed).Increment();
-  if (made) series_->map_seconds.Add({{"format", std::string(format)}}, kStageSeconds).Observe(seconds);
+  if (made) (format == "ply" ? series_->ply_seconds : series_->glb_seconds).Observe(seconds);
 }
 
 void Metrics::auth_failed(AuthFailure why) { series_->auth_failures[static_cast<std::size_t>(why)]->Increment(); }

@@ -166,9 +166,9 @@ class Refusals(ServerCase):
             self.assertEqual(self.server.send("PUT", where, mesh).status, 201)
         self.assertEqual(ply_of(self.server.get(path + "/deviation.ply").body)[1], [2] * 4)
 
-    def test_what_came_with_a_durable_comparison_is_there(self):
-        answer = self.server.compare(a=WAVY, b=SQUARE, extra="Prefer: wait=60\r\n")
-        self.assertEqual(self.server.get(answer.headers["location"] + "/deviation.glb").status, 200)
+    def test_what_came_with_a_durable_comparison_goes_with_its_end(self):
+        path = self.server.compare(a=WAVY, b=SQUARE, extra="Prefer: wait=60\r\n").headers["location"]
+        self.refused(self.server.get(path + "/deviation.glb"), 410, "mesh-gone")
 
     def test_a_full_queue(self):
         path, _ = compared(self.server)

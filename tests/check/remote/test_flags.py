@@ -37,7 +37,7 @@ class Command(Workplace):
             if a["comparison"]:
                 self.assertEqual(without_chance(a["comparison"]), without_chance(b["comparison"]))
             for gate in (a, b):
-                for chance in ("comparison", "wall_ms"):
+                for chance in ("comparison", "wall_ms", "link"):
                     gate.pop(chance)
         self.assertEqual(here["gates"], there["gates"])
 

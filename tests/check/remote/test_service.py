@@ -275,7 +275,7 @@ class Cancelling(Case):
         run.interrupt()
         (outcome,) = run.ended()
         self.assertEqual((outcome["verdict"], outcome["document"]["status"]), ("undecided", "cancelled"))
-        self.assertEqual(metric(server, "meshgauge_jobs_running"), 0)
+        until(lambda: metric(server, "meshgauge_jobs_running") == 0)
 
     def test_in_the_middle_of_asking(self):
         server = self.start()

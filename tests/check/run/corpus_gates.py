@@ -87,7 +87,7 @@ def verdict_problems(gates, report, where):
 def steady(gate):
     """What must not depend on who measured."""
     comparison = {k: v for k, v in (gate["comparison"] or {}).items() if k not in ("id", "timings_ms")}
-    return {**{k: v for k, v in gate.items() if k != "wall_ms"}, "comparison": comparison}
+    return {**{k: v for k, v in gate.items() if k not in ("wall_ms", "link")}, "comparison": comparison}
 
 
 def differences(one, other):
