@@ -11,7 +11,7 @@ import { lookup, workplace } from "./workplace.mjs";
 // so there is nothing to cull and it takes half a minute.
 const place = workplace(() => ({
   "sphere.obj": obj(sphere(60)), "dented.ply": ply(dented(40)), "core.ply": ply(sphere(60, 0.02)), "shell.ply": ply(sphere(200)),
-  "rough.ply": ply(rough(450, 0.2, 1)), "other.ply": ply(rough(451, 0.2, 2)),
+  "rough.ply": ply(rough(800, 0.2, 1)), "other.ply": ply(rough(801, 0.2, 2)),
 }));
 
 const pair = () => {
