@@ -1,7 +1,7 @@
 // Two meshes to try the page with: a sphere, and a coarser one with a dent. Made here, as text in the format OBJ.
 import type { Vec3 } from "../api/types.js";
 
-const dentAt: Vec3 = normalised([0.35, 0.66, 0.66]);
+const dentAt: Vec3 = normalised([0.3, -0.8, 0.42]);
 const dentRadius = 0.45; // as an angle
 const dentDepth = 0.1; // of the sphere's radius, 1
 
