@@ -34,7 +34,7 @@ function witnessGroup(input: ViewerInput, store: Store, commands: Commands): HTM
   const buttons = input.witnesses.map((witness, index) => {
     const [one, two] = [nameOf(witness.from), nameOf(other(witness.from))];
     const made = button(`${one} → ${two}`, `Fly to the witness from ${one} to ${two} (w)`, () => void commands.witness(index));
-    made.setAttribute("aria-label", `Fly to the witness from ${one} to ${two}`);
+    made.setAttribute("aria-label", `${one} → ${two}: fly to the witness`);
     return pressed(store, made, () => store.value.witness === index);
   });
   return group("Witness", buttons.length > 0 ? buttons : [make("span", { text: "none" })]);
@@ -72,7 +72,7 @@ const kCuts: Record<CutAxis, string> = { off: "Off", x: "x", y: "y", z: "z", vie
 function cutGroup(store: Store, commands: Commands): HTMLElement {
   const buttons = (Object.keys(kCuts) as CutAxis[]).map((axis) => {
     const made = button(kCuts[axis], axis === "off" ? "No cut (c)" : `Cut across ${axis} (c)`, () => commands.cut(axis));
-    made.setAttribute("aria-label", axis === "off" ? "No cut" : `Cut across ${axis === "view" ? "the direction of view" : axis}`);
+    made.setAttribute("aria-label", axis === "off" ? "Off: no cut" : `Cut across ${axis === "view" ? "the direction of view" : axis}`);
     return pressed(store, made, () => store.value.cut.axis === axis);
   });
   const slider = range("At", { min: -1, max: 1, step: 0.005 }, (offset) => store.set({ cut: { ...store.value.cut, offset } }));
