@@ -60,7 +60,7 @@ async function openElsewhere(url, before) {
 
 test("the interval is drawn while it shrinks: never wider, and with a point for each step", async () => {
   const walk = await place.open(), { tab } = walk;
-  await walk.fill({ a: place.files["rough.ply"], b: place.files["other.ply"], limit: "0.05", tolerance: ["relative", "1e-4"] });
+  await walk.fill({ a: place.files["rough.ply"], b: place.files["other.ply"], tolerance: ["relative", "1e-4"] });
   await watchInterval(tab.page);
   await walk.measure();
   await tab.page.locator("#run-view .band").waitFor();
