@@ -17,11 +17,11 @@ const folder = mkdtempSync(join(tmpdir(), "meshgauge-gallery-"));
 const files = written(folder, { "gear_printed.stl": stl(printed()), "gear.stl": stl(drawn()), "ground.ply": ply(ground(1)), "scan.ply": ply(ground(2)) });
 
 const gear = { a: files["gear_printed.stl"], b: files["gear.stl"], limit: "0.3", units: "mm", tolerance: ["relative", "1"] };
-const window = { viewport: { width: 1200, height: 860 }, reducedMotion: "reduce" };
+const window = { viewport: { width: 1200, height: 1200 }, reducedMotion: "reduce" };
 
 const pictures = {
   async result() {
-    const walk = await open();
+    const walk = await open({ viewport: { width: 1200, height: 1640 } });
     await measured(walk, gear);
     await save("result", await walk.page.screenshot());
     return walk;
@@ -30,8 +30,11 @@ const pictures = {
     const walk = await open({ colorScheme: "dark" });
     const viewer = await measured(walk, gear);
     await viewer.evaluate((host) => host.viewer.flyToWitness(0));
+    await viewer.evaluate((host) => {
+      const { position, target } = host.viewer.camera(); // with more of the surroundings than the flight leaves
+      host.viewer.setCamera({ position: target.map((x, k) => x + 4 * (position[k] - x)) });
+    });
     await walk.still();
-    await viewer.scrollIntoViewIfNeeded();
     await save("witness", await viewer.screenshot());
     return walk;
   },
@@ -45,7 +48,7 @@ const pictures = {
   },
   async running() {
     const walk = await open({ colorScheme: "dark", viewport: { width: 1200, height: 760 } });
-    await walk.fill({ a: files["scan.ply"], b: files["ground.ply"], limit: "0.05", units: "m", tolerance: ["relative", "1e-4"] });
+    await walk.fill({ a: files["scan.ply"], b: files["ground.ply"], limit: "0.01303", units: "m", tolerance: ["relative", "1e-4"] });
     await walk.measure();
     await walk.page.waitForFunction(() => parseFloat(document.querySelector("#run-view .reading span:last-child")?.textContent ?? "") < 0.2);
     await save("running", await walk.page.screenshot());

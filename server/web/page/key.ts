@@ -22,7 +22,10 @@ export class KeyDialog {
     });
     find("#key-forget", HTMLElement).addEventListener("click", () => this.keep(""));
     find("#key-cancel", HTMLElement).addEventListener("click", () => this.dialog.close());
-    this.dialog.addEventListener("close", () => this.settle(false));
+    // The event comes late: by then the next question may be open.
+    this.dialog.addEventListener("close", () => {
+      if (!this.dialog.open) this.settle(false);
+    });
     this.opener.addEventListener("click", () => void this.open("Requests carry it as a bearer key."));
   }
 

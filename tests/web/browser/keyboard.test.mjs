@@ -27,7 +27,7 @@ test("files are chosen, a limit typed, the pair measured, and the witness flown 
   for (const [side, name] of [["a", "dented.obj"], ["b", "sphere.obj"]]) {
     await tabTo(page, `#file-${side}`);
     const chooser = page.waitForEvent("filechooser");
-    await page.keyboard.press("Enter");
+    await page.keyboard.press("Space");
     await (await chooser).setFiles(place.files[name]);
   }
   await tabTo(page, "#limit");

@@ -25,7 +25,7 @@ const states = {
     await walk.measure();
   },
   async running(walk) {
-    await walk.fill({ a: place.files["core.ply"], b: place.files["shell.ply"], limit: "2", tolerance: ["relative", "1e-8"] });
+    await walk.fill({ a: place.files["core.ply"], b: place.files["shell.ply"], tolerance: ["relative", "1e-8"], timeout: "170" });
     await walk.measure();
     await walk.page.locator("#run-view .band").waitFor();
   },
@@ -55,6 +55,9 @@ for (const [look, how] of Object.entries(looks))
       assert.ok(wide <= room, `${wide} pixels wide in a window of ${room}`);
       assert.deepEqual(await faults(tab), []);
       assert.deepEqual(tab.foreign, []);
-      if (state === "running") await asked(place.service, `/v1/comparisons/${walk.id()}`, { method: "DELETE" });
+      if (state === "running") {
+        assert.ok(await tab.page.locator("#run-view").isVisible(), "it still runs");
+        await asked(place.service, `/v1/comparisons/${walk.id()}`, { method: "DELETE" });
+      }
       await tab.close();
     });

@@ -69,10 +69,11 @@ export class Walk {
     return handle.asElement();
   }
 
-  // Until nothing moves any more and the picture is drawn in full.
+  // Until nothing moves any more and the picture, where there is one, is drawn in full.
   async still() {
-    await this.page.waitForTimeout(600);
+    await this.page.waitForTimeout(100);
     await this.page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
+    await this.page.evaluate(() => [...document.querySelectorAll("*")].find((each) => each.viewer)?.viewer.settled());
   }
 }
 

@@ -76,17 +76,15 @@ test("fields that make no sense are named beside them, before anything is sent",
   await walk.tab.close();
 });
 
-for (const [path, words] of [["/c/00000000000000000000000000000000", /no such comparison/i], ["/c/nonsense", /no such|not|nothing/i]]) {
-  test(`the link ${path} says that nothing is there, and leads to the form`, async () => {
-    const tab = await Tab.open(place.browser, place.service), walk = new Walk(tab);
-    await tab.go(path);
-    assert.match(await trouble(walk, `link_${path.length}`), words);
-    tab.assertClean({ expected: [/404/] });
-    await tab.page.goto(`${place.service.origin}/`);
-    await tab.page.locator("#form-view").waitFor();
-    await tab.close();
-  });
-}
+test("a link to nothing says so, and leads to the form", async () => {
+  const tab = await Tab.open(place.browser, place.service), walk = new Walk(tab);
+  await tab.go("/c/00000000000000000000000000000000");
+  assert.match(await trouble(walk, "link"), /no such comparison/i);
+  tab.assertClean({ expected: [/404/] });
+  await tab.page.getByRole("link", { name: "meshgauge" }).click();
+  await tab.page.locator("#form-view").waitFor();
+  await tab.close();
+});
 
 test("a service that is gone is told of, and the same order succeeds when it is back", async () => {
   const walk = await place.open(), { context } = walk.tab;
