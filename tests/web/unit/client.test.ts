@@ -8,7 +8,7 @@ import { comparison } from "./samples.js";
 
 const id = "0d67c9a2d1b307386f8fc157855c4351";
 const job = (state: Job["state"]): Job => ({
-  id, state, created: "2026-03-01T12:00:00.000Z", started: "2026-03-01T12:00:00.000Z", finished: null, expires: null, tries: 1,
+  id, state, created: "2026-03-01T12:00:00.000Z", started: "2026-03-01T12:00:00.000Z", finished: null, expires: null, tries: 1, gate: null,
   progress: state === "running" ? { lower: 1, upper: 2, stage: "reduce" } : null, result: state === "done" ? comparison() : null, problem: null,
 });
 const running = 'event: progress\ndata: {"state":"running","lower":1,"upper":3,"stage":"traverse","elapsed_ms":5}\n\n';
