@@ -77,12 +77,13 @@ def _number(path, name):
 
 
 def look(pid):
-    """Memory (of all processes, what they share counted once), descriptors and processor time of the service."""
+    """Memory (of all processes, what they share counted once; files apart, whose pages other programs share and let go),
+    descriptors and processor time of the service."""
     processes = family(pid)
     ticks = (pathlib.Path(f"/proc/{pid}/stat").read_text()).rsplit(")", 1)[1].split()
     return {
         "resident": _number(pathlib.Path(f"/proc/{pid}/status"), "VmRSS"),
-        "memory": sum(_number(pathlib.Path(f"/proc/{one}/smaps_rollup"), "Pss") for one in processes),
+        "memory": sum(_number(pathlib.Path(f"/proc/{one}/smaps_rollup"), f"Pss_{kind}") for one in processes for kind in ("Anon", "Shmem")),
         "descriptors": len(os.listdir(f"/proc/{pid}/fd")),
         "processes": len(processes),
         "cpu": (int(ticks[11]) + int(ticks[12])) / os.sysconf("SC_CLK_TCK"),
