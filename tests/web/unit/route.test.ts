@@ -28,7 +28,7 @@ test("a digest as text", () => assert.equal(hex(new Uint8Array([0, 15, 255]).buf
 
 test("a job that is asked for is progress like any other", () => {
   const job: Job = {
-    id, state: "running", created: "2026-03-01T12:00:00.000Z", started: "2026-03-01T12:00:01.000Z", finished: null, expires: null, tries: 1,
+    id, state: "running", created: "2026-03-01T12:00:00.000Z", started: "2026-03-01T12:00:01.000Z", finished: null, expires: null, tries: 1, gate: null,
     progress: { lower: 1, upper: 2, stage: "reduce" }, result: null, problem: null,
   };
   const now = Date.parse("2026-03-01T12:00:03.500Z");
