@@ -230,13 +230,21 @@ export class App {
     if (signal.aborted || isAbort(error)) return;
     if (this.running !== null) return this.lost(error);
     const where = order ? "form" : "none";
-    if (order && location.pathname !== "/") history.pushState(null, "", "/"); // what was looked at before stays a step back
+    if (order) this.toFormAddress(order);
     this.leave();
     this.show(where, "A problem · meshgauge");
     const told = showTrouble(this.trouble, error, { again, form: order ? undefined : () => this.toForm() });
     if (!order) return;
     if (error instanceof ProblemError && error.kind === "unknown-mesh") for (const { part } of told.defects) this.forgetStored(part, order);
     this.form.blame(told.defects);
+  }
+
+  // What was looked at before stays a step back; an order that has failed is no place to go back to.
+  private toFormAddress(order: Order): void {
+    const route = routeOf(location.pathname);
+    const own = route.view === "comparison" && this.memories.get(route.id)?.order === order;
+    if (own) history.replaceState(null, "", "/");
+    else if (route.view !== "form") history.pushState(null, "", "/");
   }
 
   // The comparison goes on without the page: its link stays.
