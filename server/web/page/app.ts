@@ -39,6 +39,7 @@ export class App {
   private readonly memories = new Map<string, Memory>();
   private controller = new AbortController();
   private run: RunView | null = null;
+  private running: string | null = null; // the comparison that is watched; the address may still name another one
   private endResult: () => void = () => undefined;
 
   start(): void {
@@ -84,6 +85,7 @@ export class App {
     this.controller = new AbortController();
     this.run?.dispose();
     this.run = null;
+    this.running = null;
     this.endResult();
     this.endResult = () => undefined;
     this.trouble.replaceChildren();
@@ -108,6 +110,7 @@ export class App {
       interrupted: run.interrupted.bind(run),
       accepted: (job: Job) => {
         this.memories.set(job.id, { names, order });
+        this.running = job.id;
         history.pushState(null, "", pathOf(job.id));
         run.accepted(job);
       },
@@ -127,6 +130,7 @@ export class App {
       if (hasEnded(job)) return await this.finish(job, signal);
       const memory = this.memories.get(id);
       const run = this.openRun(memory?.names ?? null, job.gate?.max_distance ?? null, job.gate?.units ?? "");
+      this.running = id;
       run.accepted(job);
       await this.finish(await watch(this.client, id, run, signal), signal);
     } catch (error) {
@@ -142,22 +146,45 @@ export class App {
     return this.run;
   }
 
-  // Before there is a comparison, giving up is all there is to cancel.
+  // Before there is a comparison, giving up is all there is to cancel: the page goes back to where it was. DELETE makes the
+  // service forget what has ended, so that its state is asked for first.
   private async cancel(): Promise<void> {
-    const route = routeOf(location.pathname);
-    if (route.view !== "comparison") return this.toForm();
+    const { running, run } = this;
+    const { signal } = this.controller;
+    if (running === null) return this.go();
     try {
-      const job = await this.client.cancel(route.id);
-      if (job === null) this.announcer.sayNow("It had ended already.");
+      const job = await this.client.job(running, signal);
+      if (signal.aborted) return;
+      if (hasEnded(job)) return await this.finishOr(job, signal);
+      if ((await this.client.cancel(running)) === null) this.forgotten(running, signal);
     } catch (error) {
+      if (signal.aborted || isAbort(error)) return;
       showTrouble(this.trouble, error, {});
+      run?.mayCancel();
     }
+  }
+
+  private async finishOr(job: Job, signal: AbortSignal): Promise<void> {
+    this.announcer.sayNow("It had ended already.");
+    try {
+      await this.finish(job, signal);
+    } catch (error) {
+      this.failed(error, signal, () => void this.go(), this.memories.get(job.id)?.order);
+    }
+  }
+
+  // It ended between the question and the DELETE.
+  private forgotten(id: string, signal: AbortSignal): void {
+    const why = "It ended just before it was cancelled, and cancelling what has ended makes the service forget it: its link leads nowhere now.";
+    if (!signal.aborted) this.over("Ended, and forgotten", `${why} Measure again to have the result.`);
+    else if (location.pathname === pathOf(id)) this.trouble.replaceChildren(h("p", { class: "notice", role: "status" }, why));
   }
 
   private async finish(job: Job, signal: AbortSignal): Promise<void> {
     const history = this.run?.history ?? null;
+    this.running = null;
     if (job.problem) throw new ProblemError(job.problem, job.id, null);
-    if (!job.result) return this.cancelledEarly();
+    if (!job.result) return this.over("Cancelled", "It was cancelled before it had begun to measure, so that nothing is known.");
     const { result } = job;
     const memory = this.memories.get(job.id);
     const names = memory?.names ?? (await this.namesOf(job));
@@ -175,7 +202,7 @@ export class App {
   }
 
   private again(job: Job, names: Record<Side, string>): void {
-    if (job.result) this.form.again(job.result, names);
+    if (job.result) this.form.again(job.result, names, this.memories.get(job.id)?.order ?? null);
     this.toForm();
   }
 
@@ -190,24 +217,41 @@ export class App {
     return { a, b };
   }
 
-  private cancelledEarly(): void {
+  // An end without a result.
+  private over(title: string, words: string): void {
     this.leave();
-    this.show("none", "Cancelled · meshgauge");
-    const back = h("p", {}, "It was cancelled before it had begun to measure, so that nothing is known.");
-    this.trouble.replaceChildren(h("div", { class: "trouble calm" }, h("h1", { tabindex: "-1" }, "Cancelled"), back, h("a", { class: "button", href: "/" }, "Back to the form")));
-    this.announcer.sayNow("Cancelled before anything was measured.");
+    this.show("none", `${title} · meshgauge`);
+    const back = h("a", { class: "button", href: "/" }, "Back to the form");
+    this.trouble.replaceChildren(h("div", { class: "trouble calm" }, h("h1", { tabindex: "-1" }, title), h("p", {}, words), back));
+    this.announcer.sayNow(`${title}. ${words}`);
   }
 
   private failed(error: unknown, signal: AbortSignal, again: () => void, order?: Order): void {
     if (signal.aborted || isAbort(error)) return;
+    if (this.running !== null) return this.lost(error);
     const where = order ? "form" : "none";
-    if (order) history.replaceState(null, "", "/");
+    if (order) this.toFormAddress(order);
     this.leave();
     this.show(where, "A problem · meshgauge");
     const told = showTrouble(this.trouble, error, { again, form: order ? undefined : () => this.toForm() });
     if (!order) return;
     if (error instanceof ProblemError && error.kind === "unknown-mesh") for (const { part } of told.defects) this.forgetStored(part, order);
     this.form.blame(told.defects);
+  }
+
+  // What was looked at before stays a step back; an order that has failed is no place to go back to.
+  private toFormAddress(order: Order): void {
+    const route = routeOf(location.pathname);
+    const own = route.view === "comparison" && this.memories.get(route.id)?.order === order;
+    if (own) history.replaceState(null, "", "/");
+    else if (route.view !== "form") history.pushState(null, "", "/");
+  }
+
+  // The comparison goes on without the page: its link stays.
+  private lost(error: unknown): void {
+    this.leave();
+    this.show("none", "A problem · meshgauge");
+    showTrouble(this.trouble, error, { look: () => void this.go(), form: () => this.toForm() });
   }
 
   private forgetStored(part: string, order: Order): void {

@@ -53,6 +53,22 @@ export function card(title: string, attributes: Attributes, ...children: Child[]
   return h("section", { ...attributes, "aria-labelledby": id }, h("h2", { id }, title), ...children);
 }
 
+/** What may be wider than its place. While it is, the keyboard reaches it, and `label` says what is scrolled. */
+export function scroller(label: string, child: HTMLElement): HTMLElement {
+  const box = h("div", { class: "scroll" }, child);
+  const adapt = () => {
+    const scrolls = box.scrollWidth > box.clientWidth;
+    for (const [name, value] of Object.entries({ tabindex: "0", role: "region", "aria-label": label })) {
+      if (scrolls) box.setAttribute(name, value);
+      else box.removeAttribute(name);
+    }
+  };
+  const watcher = new ResizeObserver(adapt);
+  watcher.observe(box);
+  watcher.observe(child);
+  return box;
+}
+
 const leastGapMs = 8000;
 
 /** A live region that is told the newest sentence only, and not more often than it can be read out. */

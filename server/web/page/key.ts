@@ -1,4 +1,5 @@
 // The dialog that asks for a bearer key.
+import { isKey } from "./api/client.js";
 import { find } from "./dom.js";
 
 export interface KeyStore {
@@ -9,6 +10,7 @@ export class KeyDialog {
   private readonly dialog = find("#key-dialog", HTMLDialogElement);
   private readonly input = find("#key", HTMLInputElement);
   private readonly reason = find("#key-reason", HTMLElement);
+  private readonly error = find("#key-error", HTMLElement);
   private readonly opener = find("#key-button", HTMLElement);
   private settle: (given: boolean) => void = () => undefined;
 
@@ -17,7 +19,8 @@ export class KeyDialog {
     find("#key-form", HTMLFormElement).addEventListener("submit", (event) => {
       event.preventDefault();
       const key = this.input.value.trim();
-      if (key === "") return this.input.focus();
+      this.complain(key === "" || isKey(key) ? "" : "A key has only letters without accents, digits and signs, and no spaces: something else came with it.");
+      if (!isKey(key)) return this.input.focus();
       this.keep(key);
     });
     find("#key-forget", HTMLElement).addEventListener("click", () => this.keep(""));
@@ -46,9 +49,16 @@ export class KeyDialog {
     this.settle(false);
     this.reason.textContent = reason;
     this.input.value = "";
+    this.complain("");
     if (!this.dialog.open) this.dialog.showModal();
     this.input.focus();
     return new Promise((resolve) => (this.settle = resolve));
+  }
+
+  private complain(message: string): void {
+    this.error.textContent = message;
+    this.error.hidden = message === "";
+    this.input.setAttribute("aria-invalid", String(message !== ""));
   }
 
   private keep(key: string): void {

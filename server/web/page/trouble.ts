@@ -4,6 +4,7 @@ import { explain, type Defect, type Explained } from "./text/problems.js";
 
 export interface Ways {
   again?: (() => void) | undefined;
+  look?: (() => void) | undefined; // what was begun goes on: only to be looked at again
   form?: (() => void) | undefined;
 }
 
@@ -22,6 +23,7 @@ export function showTrouble(host: HTMLElement, error: unknown, ways: Ways): Expl
       "div",
       { class: "actions" },
       told.retry && ways.again ? button("Try again", { class: "primary" }, ways.again) : null,
+      told.retry && ways.look ? button("Look again", { class: "primary" }, ways.look) : null,
       ways.form ? button("Back to the form", {}, ways.form) : null,
     ),
     told.requestId === null ? null : h("p", { class: "hint" }, "For support, the request's id: ", h("code", {}, told.requestId)),

@@ -14,6 +14,7 @@ const place = workplace(() => ({
 
 const looks = {
   light: {}, dark: { colorScheme: "dark" }, narrow: { viewport: { width: 360, height: 740 } },
+  narrowest: { viewport: { width: 320, height: 640 } }, // 1280 at 400 %
   contrast: { forcedColors: "active" }, "large type": { viewport: { width: 640, height: 450 } }, // 1280 at 200 %
 };
 

@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { afterEach, beforeEach, test } from "node:test";
-import { Client, pause } from "../../../server/web/page/api/client.js";
+import { Client, isKey, pause } from "../../../server/web/page/api/client.js";
 import { NetworkError, ProblemError } from "../../../server/web/page/api/problem.js";
 import type { Job, ProgressEvent } from "../../../server/web/page/api/types.js";
 import { watch } from "../../../server/web/page/api/watch.js";
@@ -81,6 +81,27 @@ test("a key is asked for, kept, and sent; without one the refusal stays", async 
   assert.equal(storage.size, 1);
   answers = [refuse("unauthorized", 401)];
   await assert.rejects(new Client(undefined, () => Promise.resolve(false)).job(id), ProblemError);
+});
+
+test("where the browser keeps nothing for the page, the key lives with it", async () => {
+  const blocked = () => {
+    throw new DOMException("The operation is insecure.", "SecurityError");
+  };
+  Object.defineProperty(globalThis, "sessionStorage", { get: blocked, configurable: true });
+  try {
+    const client = new Client();
+    assert.equal(client.key, "");
+    client.key = "mg_1";
+    answers = [json(job("done"))];
+    await client.job(id);
+    assert.deepEqual(asked.map(({ key }) => key), ["Bearer mg_1"]);
+  } finally {
+    Object.defineProperty(globalThis, "sessionStorage", { value: undefined, configurable: true, writable: true });
+  }
+});
+
+test("a key that no header may have is none", () => {
+  assert.deepEqual(["mg_abc-1", "mg_ä", "mg_„x“", "a b", "", "mg_\n"].map(isKey), [true, false, false, false, false, false]);
 });
 
 test("two requests that are refused together ask for one key", async () => {

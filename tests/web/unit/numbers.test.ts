@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import {
-  grouped, inBytes, inPercent, intervalText, intervalWords, inTime, onClock, plain, pointText, toDigits, toDigitsAbove, toDigitsBelow, withUnits,
+  grouped, inBytes, inPercent, inPercentAbove, intervalText, intervalWords, inTime, onClock, plain, pointText, toDigits, toDigitsAbove, toDigitsBelow, withUnits,
 } from "../../../server/web/page/text/numbers.js";
 
 const spaces = (text: string) => text.replaceAll("\u00A0", " ");
@@ -63,7 +63,13 @@ test("counts, bytes, times and shares", () => {
   assert.deepEqual([0, 0.99267578125, 0.99999999, 1, 25].map((x) => spaces(inPercent(x))), ["0 %", "99.27 %", "99.99 %", "100 %", "2500 %"]);
 });
 
+test("a share that is a bound is not written below it", () => {
+  assert.equal(spaces(inPercentAbove(0.012341, 3)), "1.24 %");
+  assert.equal(spaces(inPercentAbove(1, 3)), "100 %");
+});
+
 test("points and units", () => {
-  assert.equal(pointText([0.32270512, -1, 1e-9]), "(0.322705, -1, 1e-9)");
+  assert.equal(pointText([0.32270512, -1, 1e-9]), "(0.32270512, -1, 1e-9)");
+  assert.notEqual(pointText([1000000.05, 0, 0]), pointText([1000000.15, 0, 0])); // far from the origin, points stay apart
   assert.equal(withUnits("1", ""), "1");
 });

@@ -27,9 +27,12 @@ test("tolerances are percent where they are shares", () => {
   assert.deepEqual(build({ toleranceKind: "default", tolerance: "nonsense" }).options, {});
 });
 
-test("a limit may have its unit with it; the field of its own wins", () => {
+test("a limit may have its unit with it, which is that of the field", () => {
   assert.deepEqual(build({ limit: "0.05 mm" }).options?.gate, { max_distance: 0.05, units: "mm" });
-  assert.deepEqual(build({ limit: "0.05mm", units: "in" }).options?.gate, { max_distance: 0.05, units: "in" });
+  assert.deepEqual(build({ limit: "0.05mm", units: "mm" }).options?.gate, { max_distance: 0.05, units: "mm" });
+  assert.match(build({ limit: "0.5 mm", units: "in" }).mistakes[0]?.message ?? "", /in "mm" and the unit is "in"/);
+  assert.deepEqual(blamed({ limit: "0.5 mm", units: "in" }), ["units"]);
+  assert.deepEqual(blamed({ limit: "", units: "mm" }), ["units"]);
   assert.deepEqual(build({ limit: " 1e-3 " }).options?.gate, { max_distance: 0.001 });
   assert.deepEqual(splitLimit("1e-3 m"), { number: "1e-3", units: "m" });
   assert.deepEqual(build({ limit: "0" }).options?.gate, { max_distance: 0 });
@@ -37,7 +40,7 @@ test("a limit may have its unit with it; the field of its own wins", () => {
 
 test("what is no number, negative or a share is blamed at its field", () => {
   for (const limit of ["abc", "-1", "0,5", "1 2", "5 %", "NaN", "Infinity", "1e999", "0x10"]) assert.deepEqual(blamed({ limit }), ["limit"], limit);
-  assert.match(build({ limit: "0,5" }).mistakes[0]?.message ?? "", /point, not a comma/);
+  for (const limit of ["0,5", "0,05 mm", "0,05mm", ",5 in"]) assert.match(build({ limit }).mistakes[0]?.message ?? "", /point, not a comma/, limit);
 });
 
 test("mistakes of several fields are all told", () => {

@@ -63,7 +63,7 @@ test("undecided when nothing is known", () => {
 test("without a gate the interval is the answer", () => {
   const told = words(comparison());
   assert.equal(told.heading, "0.0968 to 0.0976");
-  assert.equal(told.reason, "The largest distance from any point of one surface to the other is between 0.0968 and 0.0976.");
+  assert.equal(told.reason, "The largest distance from any point of one surface to the other is between 0.0968 and 0.0976. A point that is 0.0968 or more away lies on the baseline (B).");
   assert.equal(told.proof, "The interval is as narrow as asked: 0.84 % of the distance.");
 });
 

@@ -17,11 +17,17 @@ export interface Call {
 /** Told of each wait for a service that is busy: its seconds, and why. null: the wait is over. */
 export type OnWait = (wait: { seconds: number; title: string } | null) => void;
 
+/** Whether a header may have it: fetch() refuses to send other letters, and the service has none such. */
+export function isKey(text: string): boolean {
+  return /^[\x21-\x7e]+$/.test(text);
+}
+
 /** A person is asked for a key; false: there is none. */
 export type AskKey = () => Promise<boolean>;
 
 export class Client {
   private asking: Promise<boolean> | null = null;
+  private unstored = ""; // the key where a browser keeps nothing for the page
 
   constructor(
     private readonly onWait: OnWait = () => undefined,
@@ -29,12 +35,21 @@ export class Client {
   ) {}
 
   get key(): string {
-    return sessionStorage.getItem(keyName) ?? "";
+    try {
+      return sessionStorage.getItem(keyName) ?? this.unstored;
+    } catch {
+      return this.unstored;
+    }
   }
 
   set key(value: string) {
-    if (value === "") sessionStorage.removeItem(keyName);
-    else sessionStorage.setItem(keyName, value);
+    this.unstored = value;
+    try {
+      if (value === "") sessionStorage.removeItem(keyName);
+      else sessionStorage.setItem(keyName, value);
+    } catch {
+      // Data of sites is blocked: the key lives as long as the page.
+    }
   }
 
   authorization(): Record<string, string> {

@@ -54,12 +54,12 @@ export class Form {
     }
   }
 
-  /** The pair and the settings of a result, to be measured once more; files that are still here stay. */
-  again(result: Comparison, names: Record<Side, string>): void {
+  /** The pair and the settings of a result, to be measured once more: with the files of its own order, where there is one. */
+  again(result: Comparison, names: Record<Side, string>, order: Order | null): void {
     for (const side of ["a", "b"] as const) {
-      if (this.slots[side].value?.kind === "file") continue;
       const { sha256, bytes } = result.meshes[side];
-      this.slots[side].choose({ kind: "stored", id: sha256, name: names[side], bytes });
+      const stored: Chosen = { kind: "stored", id: sha256, name: names[side], bytes };
+      this.slots[side].choose(order?.[side].kind === "file" ? order[side] : stored);
     }
     this.fill(valuesOf(result));
   }

@@ -69,7 +69,7 @@ export function parseNumber(text: string): number | null {
 function numberOf(text: string, what: string, blame: Blame): number | null {
   const value = parseNumber(text);
   if (value === null) {
-    const comma = /^\s*\d+,\d+\s*$/.test(text) ? ": write a point, not a comma" : ", like 0.05 or 1e-3";
+    const comma = /^\s*[+-]?\d*,\d+(\s*[^\s\d.,].*)?$/.test(text) ? ": write a point, not a comma" : ", like 0.05 or 1e-3";
     blame(`${what} has to be a number${comma}.`);
     return null;
   }
@@ -86,7 +86,9 @@ export function splitLimit(text: string): { number: string; units: string } {
 }
 
 function gateOf(values: FormValues, blame: Blame, blameUnits: Blame): Pick<Options, "gate"> {
+  const named = values.units.trim();
   if (values.limit.trim() === "") {
+    if (named !== "") blameUnits("The unit is that of the limit: write a limit, or leave the unit empty.");
     return {};
   }
   const { number, units: written } = splitLimit(values.limit);
@@ -95,7 +97,11 @@ function gateOf(values: FormValues, blame: Blame, blameUnits: Blame): Pick<Optio
     return {};
   }
   const limit = numberOf(number, "The limit", blame);
-  const units = values.units.trim() || written;
+  const units = named || written;
+  if (written !== "" && named !== "" && written !== named) {
+    blameUnits(`The limit is in "${written}" and the unit is "${named}". Nothing is converted: write one of them.`);
+    return {};
+  }
   if (new TextEncoder().encode(units).length > mostUnitBytes) blameUnits(`The unit's name is longer than ${String(mostUnitBytes)} bytes.`);
   if (limit === null) return {};
   return { gate: { max_distance: limit, ...(units === "" ? {} : { units }) } };

@@ -1,7 +1,7 @@
 // The one-sided distances, each with its witness and what the search did.
 import type { Comparison, Directed, Distribution, Side } from "../api/types.js";
 import { facts, h } from "../dom.js";
-import { grouped, inPercent, intervalWords, pointText, toDigits, withUnits } from "../text/numbers.js";
+import { grouped, inPercent, intervalText, intervalWords, pointText, toDigits, withUnits } from "../text/numbers.js";
 import { unitsOf } from "../text/verdict.js";
 
 export function directionsOf(result: Comparison): HTMLElement {
@@ -25,19 +25,26 @@ function direction(result: Comparison, from: Side, directed: Directed | null, sa
     title,
     h("p", { class: "figure" }, intervalWords(directed.lower, directed.upper, units)),
     smaller ? h("p", { class: "hint" }, "Followed only as far as it could be the larger one.") : null,
-    directed.work.nearest_queries === 0 ? h("p", { class: "hint" }, "The work ended before this direction was searched.") : null,
-    directed.work.nearest_queries === 0 ? null : facts([...witnessFacts(directed, one, other), ...searchFacts(directed)]),
+    directed.work.nearest_queries === 0 ? h("p", { class: "hint" }, unsearched(result, directed, one, other)) : null,
+    directed.work.nearest_queries === 0 ? null : facts([...witnessFacts(directed, one, other, units), ...searchFacts(directed)]),
     sampled ? samples(sampled, units) : null,
   );
 }
 
+/** Why no point was measured: there was no need, or no time. */
+export function unsearched(result: Comparison, directed: Directed, one: string, other: string): string {
+  if (directed.upper === 0) return `Proved without a search: the surface of ${one} is the same as that of ${other}, or a part of it.`;
+  if (result.status === "converged") return "Proved without a search: bounds of whole triangles were enough.";
+  return "The work ended before this direction was searched.";
+}
+
 type Facts = Parameters<typeof facts>[0];
 
-function witnessFacts(directed: Directed, one: string, other: string): Facts {
+function witnessFacts(directed: Directed, one: string, other: string, units: string): Facts {
   const { witness } = directed;
   if (!witness) return [["Witness", "No point was measured"]];
   return [
-    [`Farthest point, on ${one}`, `${pointText(witness.point_a)}, triangle ${String(witness.triangle_a)}`],
+    [`A point at least ${withUnits(intervalText(directed.lower, directed.upper, null).lower, units)} away, on ${one}`, `${pointText(witness.point_a)}, triangle ${String(witness.triangle_a)}`],
     [`Nearest to it, on ${other}`, `${pointText(witness.point_b)}, triangle ${String(witness.triangle_b)}`],
   ];
 }

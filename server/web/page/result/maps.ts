@@ -58,8 +58,10 @@ export async function showViewer(host: HTMLElement, client: Client, result: Comp
     });
     return () => viewer.dispose();
   } catch (error) {
-    if (!signal.aborted) host.replaceChildren(refusal(error, () => void showViewer(host, client, result, signal)));
-    return () => undefined;
+    let end: () => void = () => undefined;
+    const again = () => void showViewer(host, client, result, signal).then((next) => (end = next));
+    if (!signal.aborted) host.replaceChildren(refusal(error, again));
+    return () => end();
   }
 }
 
@@ -74,25 +76,33 @@ function refusal(error: unknown, again: () => void): HTMLElement {
   );
 }
 
-/** Buttons that save a map; a refusal is told in `note`. */
-export function mapButtons(client: Client, result: Comparison, note: HTMLElement): HTMLButtonElement[] {
-  const forms: [Form, string][] = [["ply", "Deviation map as PLY"], ["glb", "as GLB"]];
-  return forms.map(([form, label]) => {
-    const made = button(label, {}, () => void download());
-    const download = async () => {
-      made.disabled = true;
-      note.textContent = "Computing the map …";
-      try {
-        const answer = await client.sendPatiently(pathOfMap(result.id, form, "a"), { doing: "loading the deviation map" });
-        save(`deviation-${result.id.slice(0, 8)}.${form}`, await answer.blob());
-        note.textContent = "";
-      } catch (error) {
-        const told = explain(error);
-        note.textContent = asSentence(told.detail || told.title);
-      } finally {
-        made.disabled = false;
-      }
-    };
-    return made;
+/** For each mesh the buttons that save its map; a refusal is told in `note`. What one mesh lacks is seen on the other one alone. */
+export function mapRows(client: Client, result: Comparison, note: HTMLElement): HTMLElement[] {
+  const [witness] = witnessesOf(result);
+  return (["a", "b"] as const).map((of) => {
+    const [one, other] = of === "a" ? ["A", "B"] : ["B", "A"];
+    const found = witness?.from === of && witness.lower > 0 ? ". The point that attains the lower end lies on it" : "";
+    const words = `Deviation map: ${one} coloured by its distance to ${other}${found}.`;
+    const forms = ["ply", "glb"] as const;
+    return h("div", { class: "actions map" }, ...forms.map((form) => mapButton(client, result, of, form, note)), h("p", { class: "hint" }, words));
   });
+}
+
+function mapButton(client: Client, result: Comparison, of: Side, form: Form, note: HTMLElement): HTMLButtonElement {
+  const made = button(`${of.toUpperCase()} as ${form.toUpperCase()}`, { "aria-label": `Deviation map of ${of.toUpperCase()} as ${form.toUpperCase()}` }, () => void download());
+  const download = async () => {
+    made.disabled = true;
+    note.textContent = "Computing the map …";
+    try {
+      const answer = await client.sendPatiently(pathOfMap(result.id, form, of), { doing: "loading the deviation map" });
+      save(`deviation-${of}-${result.id.slice(0, 8)}.${form}`, await answer.blob());
+      note.textContent = "";
+    } catch (error) {
+      const told = explain(error);
+      note.textContent = asSentence(told.detail || told.title);
+    } finally {
+      made.disabled = false;
+    }
+  };
+  return made;
 }

@@ -1,6 +1,6 @@
 // What was read: both meshes side by side.
 import type { Comparison, MeshFacts, Side } from "../api/types.js";
-import { h } from "../dom.js";
+import { h, scroller } from "../dom.js";
 import { grouped, inBytes, pointText, toDigits } from "../text/numbers.js";
 
 type Row = [string, (mesh: MeshFacts) => string];
@@ -31,7 +31,7 @@ export function meshesTable(result: Comparison, names: Record<Side, string>): HT
   body.push(h("tr", {}, h("th", { scope: "row" }, "SHA-256"), h("td", {}, hash(a)), h("td", {}, hash(b))));
   body.push(...notes(a, b));
   const head = h("tr", {}, h("td"), column("A", names.a), column("B", names.b));
-  return h("div", { class: "scroll", tabindex: 0, role: "region", "aria-label": "Facts about both meshes" }, h("table", { class: "meshes" }, h("caption", { class: "unseen" }, "Facts about both meshes"), h("thead", {}, head), h("tbody", {}, ...body)));
+  return scroller("Facts about both meshes", h("table", { class: "meshes" }, h("caption", { class: "unseen" }, "Facts about both meshes"), h("thead", {}, head), h("tbody", {}, ...body)));
 }
 
 function column(letter: string, name: string): HTMLElement {

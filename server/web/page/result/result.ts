@@ -5,10 +5,10 @@ import { button, card, facts, h, svg } from "../dom.js";
 import { Gauge } from "../plot/gauge.js";
 import type { History } from "../plot/history.js";
 import { TimelinePlot } from "../plot/timeline.js";
-import { inPercent, inTime, intervalText, intervalWords, plain, toDigits, withUnits } from "../text/numbers.js";
+import { inPercent, inPercentAbove, inTime, intervalText, intervalWords, plain, toDigits, withUnits } from "../text/numbers.js";
 import { statusSentence, unitsOf, wordingOf, type Tone } from "../text/verdict.js";
 import { directionsOf } from "./directions.js";
-import { mapButtons, showViewer } from "./maps.js";
+import { mapRows, showViewer } from "./maps.js";
 import { meshesTable } from "./meshes.js";
 import { jsonButton, linkRow, pipeline } from "./share.js";
 import { timesOf } from "./times.js";
@@ -130,9 +130,14 @@ function precision(result: Comparison): HTMLElement {
       ["Its width", widthWords(reached, units)],
       ["Asked for", askedWords(asked, units)],
       ["Rounding alone", `${withUnits(toDigits(result.precision_floor, 2), units)} of the width`],
-      ["Against the size", upper === null ? "" : `The distance is at most ${inPercent(upper / result.meshes.b.diagonal, 3)} of B's diagonal`],
+      ["Against the size", sizeWords(upper, result.meshes.b.diagonal)],
     ]),
   );
+}
+
+// A baseline that is a point has no size.
+function sizeWords(upper: number | null, diagonal: number): string {
+  return upper === null || diagonal === 0 ? "" : `The distance is at most ${inPercentAbove(upper / diagonal, 3)} of B's diagonal`;
 }
 
 function widthWords(reached: Comparison["tolerance"]["reached"], units: string): string {
@@ -158,5 +163,5 @@ function engine(result: Comparison): HTMLElement {
 
 function downloads(client: Client, result: Comparison): HTMLElement {
   const note = h("p", { class: "hint", role: "status" });
-  return h("div", {}, h("div", { class: "actions" }, jsonButton(result), ...mapButtons(client, result, note)), note);
+  return h("div", {}, h("div", { class: "actions" }, jsonButton(result)), ...mapRows(client, result, note), note);
 }

@@ -1,6 +1,6 @@
 // Where the time went, as one bar with its legend, which is a table.
 import type { Timings } from "../api/types.js";
-import { h, svg } from "../dom.js";
+import { h, scroller, svg } from "../dom.js";
 import { inPercent, inTime } from "../text/numbers.js";
 import { stageTimes, type StageTime } from "../text/stages.js";
 
@@ -43,7 +43,7 @@ function table(stages: StageTime[], sum: number, total: number): HTMLElement {
   );
   const last = h("tr", { class: "total" }, h("th", { scope: "row" }, "From beginning to end"), h("td", { class: "number" }, inTime(total)), h("td"));
   const head = h("thead", {}, h("tr", {}, h("th", { scope: "col" }, "Stage"), h("th", { scope: "col", class: "number" }, "Time"), h("th", { scope: "col", class: "number" }, "Share")));
-  return h("div", { class: "scroll", tabindex: 0, role: "region", "aria-label": "Time of each stage" }, h("table", {}, h("caption", { class: "unseen" }, "Time of each stage"), head, h("tbody", {}, ...rows, last)));
+  return scroller("Time of each stage", h("table", {}, h("caption", { class: "unseen" }, "Time of each stage"), head, h("tbody", {}, ...rows, last)));
 }
 
 const shareWords = (share: number): string => (share > 0 && share < 5e-4 ? "<\u00A00.1\u00A0%" : inPercent(share, share < 0.01 ? 1 : 3));

@@ -83,6 +83,12 @@ export class RunView implements Teller {
     this.note.textContent = "The connection broke. The comparison does not depend on it; asking again …";
   }
 
+  /** Cancelling did not reach the service: it may be tried again. */
+  mayCancel(): void {
+    this.cancelButton.disabled = false;
+    this.cancelButton.textContent = "Cancel";
+  }
+
   dispose(): void {
     if (this.ticker !== null) clearInterval(this.ticker);
     this.plot?.dispose();

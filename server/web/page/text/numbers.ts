@@ -127,9 +127,14 @@ export function onClock(ms: number): string {
   return `${String(Math.floor(whole / 60))}\u00A0min ${String(whole % 60).padStart(2, "0")}\u00A0s`;
 }
 
-/** "(0.3227, 0.6693, 0.6693)" */
-export function pointText(point: readonly number[], digits = 6): string {
-  return `(${point.map((x) => toDigits(x, digits)).join(", ")})`;
+/** "(0.3227, 0.6693, 0.6693)": in full, since what is said of a point need not hold for one that is rounded. */
+export function pointText(point: readonly number[]): string {
+  return `(${point.map(plain).join(", ")})`;
+}
+
+/** "99.4 %": the number written is not below the share. */
+export function inPercentAbove(share: number, digits: number): string {
+  return `${toDigitsAbove(100 * share, digits)}\u00A0%`;
 }
 
 /** "99.3 %"; what is not all of it never reads as all of it. */

@@ -163,7 +163,15 @@ function withoutGate(result: Comparison, timeoutMs: number | null): Wording {
       proof: effort === "" ? "" : `What would help: ${effort}.`,
     };
   }
-  return { tone: "measured", heading: headingFor(range), reason: `${subject[result.direction]} is ${between(range)}.`, proof: statusSentence(result) };
+  const reason = `${subject[result.direction]} is ${between(range)}.${whereFound(result)}`;
+  return { tone: "measured", heading: headingFor(range), reason, proof: statusSentence(result) };
+}
+
+// On which of the two surfaces there is something to see; with one direction the subject has said it.
+function whereFound(result: Comparison): string {
+  const [witness] = witnessesOf(result);
+  if (!witness || witness.lower === 0 || result.direction !== "symmetric") return "";
+  return ` A point that is ${withUnits(toDigitsBelow(witness.lower, 4), unitsOf(result))} or more away lies on the ${meshName[witness.from]}.`;
 }
 
 const headingFor = (range: string) => (range.startsWith("at least") ? range.replace("at", "At") : range);

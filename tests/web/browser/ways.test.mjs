@@ -1,0 +1,189 @@
+// Ways through the page that cross: cancelling, going back, measuring again, a service that is away.
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { dented, obj, ply, sphere } from "./meshes.mjs";
+import { asked } from "./service.mjs";
+import { lookup, workplace } from "./workplace.mjs";
+
+const place = workplace(() => ({
+  "sphere.obj": obj(sphere(30)), "dented.obj": obj(dented(30)), "small.obj": obj(sphere(12)), "smaller.obj": obj(dented(12)),
+  "core.ply": ply(sphere(60, 0.02)), "shell.ply": ply(sphere(200)),
+}));
+
+const long = () => ({ a: place.files["core.ply"], b: place.files["shell.ply"], tolerance: ["relative", "1e-8"], timeout: "170" });
+const isThere = (id) => asked(place.service, `/v1/comparisons/${id}`).then((answer) => answer.json());
+
+async function running(walk) {
+  await walk.fill(long());
+  await walk.measure();
+  await walk.page.locator("#run-view .band").waitFor();
+  return walk.id();
+}
+
+const stopped = (id) => asked(place.service, `/v1/comparisons/${id}`, { method: "DELETE" });
+
+test("cancelling an order that waits for a busy service leaves the result it came from", async () => {
+  const walk = await place.open(), { page } = walk;
+  await walk.fill({ a: place.files["dented.obj"], b: place.files["sphere.obj"], limit: "0.0001" });
+  await walk.measure();
+  await walk.measured();
+  const id = walk.id();
+  const busy = { type: "urn:meshgauge:problem:overloaded", title: "Busy", status: 503, detail: "Busy", errors: [] };
+  await page.route("**/v1/comparisons", (route) =>
+    route.fulfill({ status: 503, headers: { "Retry-After": "60", "Content-Type": "application/problem+json" }, body: JSON.stringify(busy) }));
+  await walk.press("Narrow the interval");
+  await page.locator("#waiting:not([hidden])").waitFor();
+  await walk.press("Cancel");
+  await walk.measured();
+  assert.equal(walk.id(), id);
+  assert.equal((await isThere(id)).state, "done");
+  assert.deepEqual(walk.tab.requests.filter((line) => line.startsWith("DELETE")), []);
+  assert.ok(await page.locator("#waiting").isHidden());
+  await walk.tab.close();
+});
+
+test("cancelling what has ended unseen shows its result and forgets nothing", async () => {
+  const walk = await place.open(), { page } = walk;
+  await page.route("**/v1/comparisons/*/events", () => undefined); // the tab hears nothing
+  await walk.fill(long());
+  await walk.measure();
+  await page.waitForURL("**/c/*");
+  const id = walk.id();
+  await stopped(id);
+  while (["queued", "running"].includes((await isThere(id)).state)) await page.waitForTimeout(50);
+  await walk.press("Cancel");
+  await page.waitForFunction(() => !document.querySelector("#result-view").hidden || document.querySelector("#trouble").textContent !== "");
+  assert.equal((await isThere(id)).state, "cancelled");
+  assert.deepEqual(walk.tab.requests.filter((line) => line.startsWith("DELETE")), []);
+  await walk.tab.close();
+});
+
+test("a cancellation that does not arrive may be tried again", async () => {
+  const walk = await place.open(), { page } = walk;
+  const id = await running(walk);
+  await page.route(`**/v1/comparisons/${id}`, (route) => (route.request().method() === "DELETE" ? route.abort() : route.fallback()));
+  await walk.press("Cancel");
+  await page.locator("#trouble .trouble").waitFor();
+  await page.unroute(`**/v1/comparisons/${id}`);
+  await walk.press("Cancel");
+  await walk.measured();
+  assert.equal((await isThere(id)).state, "cancelled");
+  await walk.tab.close();
+});
+
+test("a comparison that the page loses sight of keeps its link, and is looked at again", async () => {
+  const walk = await place.open(), { page } = walk;
+  const failure = { type: "urn:meshgauge:problem:internal", title: "Broken", status: 500, detail: "Broken", errors: [] };
+  await page.route("**/v1/comparisons/*/events", (route) =>
+    route.fulfill({ status: 500, headers: { "Content-Type": "application/problem+json" }, body: JSON.stringify(failure) }));
+  await walk.fill(long());
+  await walk.measure();
+  await page.locator("#trouble .trouble").waitFor();
+  const id = walk.id();
+  await page.unroute("**/v1/comparisons/*/events");
+  await walk.press("Look again");
+  await page.locator("#run-view .band").waitFor();
+  assert.equal(walk.id(), id);
+  await stopped(id);
+  await walk.tab.close();
+});
+
+test("a browser that keeps nothing for the page, and a key that no header may have", async () => {
+  const walk = await place.open(), { page } = walk;
+  await page.addInitScript(() => {
+    const blocked = () => {
+      throw new DOMException("Access is denied for this document.", "SecurityError");
+    };
+    Object.defineProperty(globalThis, "sessionStorage", { get: blocked });
+  });
+  await page.reload();
+  await page.locator("#form-view:not([hidden])").waitFor();
+  await page.locator("#key-button").click();
+  await page.locator("#key").fill("mg_„key“");
+  await walk.press("Use the key");
+  assert.match(await walk.text("#key-dialog"), /something else came with it/);
+  await page.locator("#key").fill("mg_key");
+  await walk.press("Use the key");
+  assert.equal(await walk.text("#key-button"), "Key: set");
+  walk.tab.assertClean();
+  await walk.tab.close();
+});
+
+test("measuring again takes the pair of its own result", async () => {
+  const walk = await place.open(), { page } = walk;
+  const measured = async (a, b) => {
+    await walk.fill({ a: place.files[a], b: place.files[b], limit: "0.5" });
+    await walk.measure();
+    await walk.measured();
+    return walk.job();
+  };
+  const first = await measured("dented.obj", "sphere.obj");
+  await walk.page.getByRole("link", { name: "New pair" }).click();
+  await page.locator("#form-view:not([hidden])").waitFor();
+  await measured("smaller.obj", "small.obj");
+  await page.goBack();
+  await page.goBack();
+  await page.waitForURL(`**/c/${first.id}`);
+  await walk.measured();
+  await walk.press("Measure again");
+  assert.match(await walk.text("#slot-a"), /dented\.obj/);
+  assert.match(await walk.text("#slot-b"), /sphere\.obj/);
+  await walk.measure();
+  await walk.measured();
+  const again = await walk.job();
+  assert.notEqual(again.id, first.id);
+  assert.equal(again.result.meshes.a.sha256, first.result.meshes.a.sha256);
+  walk.tab.assertClean({ expected: [lookup] });
+  await walk.tab.close();
+});
+
+test("the same mesh twice is proved to be the same, without a search", async () => {
+  const walk = await place.open();
+  await walk.fill({ a: place.files["sphere.obj"], b: place.files["sphere.obj"] });
+  await walk.measure();
+  await walk.measured();
+  const text = await walk.text("#result-view");
+  assert.match(text, /Proved without a search: the surface of A is the same/);
+  assert.doesNotMatch(text, /ended before this direction/);
+  await walk.tab.close();
+});
+
+test("a running comparison's limit is drawn for who opens its link", async () => {
+  const walk = await place.open();
+  await walk.fill({ ...long(), limit: "1", units: "mm" });
+  await walk.measure();
+  await walk.page.locator("#run-view .band").waitFor();
+  const id = walk.id();
+  await walk.page.reload();
+  await walk.page.locator("#run-view .band").waitFor();
+  assert.match(await walk.page.locator("#run-view .plot").textContent(), /1\s*mm|limit/i);
+  await stopped(id);
+  await walk.tab.close();
+});
+
+test("a viewer that came by trying again ends with its result", async () => {
+  const walk = await place.open(), { page } = walk;
+  await page.route("**/deviation.glb*", (route) => route.abort());
+  await walk.fill({ a: place.files["smaller.obj"], b: place.files["small.obj"] });
+  await walk.measure();
+  await walk.measured();
+  await page.getByRole("button", { name: "Try again" }).waitFor();
+  await page.unroute("**/deviation.glb*");
+  await walk.press("Try again");
+  await walk.viewer();
+  await page.getByRole("link", { name: "New pair" }).click();
+  await page.locator("#form-view:not([hidden])").waitFor();
+  assert.equal(await page.evaluate(() => [...document.querySelectorAll("*")].some((each) => each.viewer)), false);
+  await walk.tab.close();
+});
+
+for (const of of ["A", "B"])
+  test(`the map of ${of} is saved`, async () => {
+    const walk = await place.open();
+    await walk.fill({ a: place.files["smaller.obj"], b: place.files["small.obj"] });
+    await walk.measure();
+    await walk.measured();
+    const [saved] = await Promise.all([walk.page.waitForEvent("download"), walk.press(`Deviation map of ${of} as PLY`)]);
+    assert.match(saved.suggestedFilename(), new RegExp(`^deviation-${of.toLowerCase()}-.*ply$`));
+    await walk.tab.close();
+  });
