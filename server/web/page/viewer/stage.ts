@@ -74,7 +74,7 @@ export class Stage {
     this.renderer = new WebGLRenderer({ canvas, antialias: !slow, alpha: true, powerPreference: "high-performance" });
     this.renderer.setClearColor(0, 0);
     this.renderer.autoClear = false;
-    const make = (map: ViewerInput["a"]): Surface => new Surface(map, this.centre, this.table, colours);
+    const make = (map: ViewerInput["a"]): Surface => new Surface(map, { origin: this.centre, size: this.radius }, this.table, colours);
     this.surfaces = { a: make(input.a), b: make(input.b) };
     this.rays = { a: new Rays(input.a), b: new Rays(input.b) };
     this.pace = new Pace(slow, (input.a.indices.length + input.b.indices.length) / 3);
@@ -329,7 +329,7 @@ export class Stage {
     if (!plane) return;
     const { right, up, back } = axesOf(camera);
     const beyond = plane.offset - dot(plane.normal, sub(camera.position, this.centre));
-    const seen = new Vector4(-dot(plane.normal, right), -dot(plane.normal, up), -dot(plane.normal, back), beyond);
+    const seen = new Vector4(-dot(plane.normal, right), -dot(plane.normal, up), -dot(plane.normal, back), beyond / this.radius);
     for (const surface of Object.values(this.surfaces)) surface.uniforms.clip!.value = seen;
   }
 

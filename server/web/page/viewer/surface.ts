@@ -67,11 +67,11 @@ export class Surface {
 
   constructor(
     private readonly map: DeviationMap,
-    origin: Vec3,
+    { origin, size }: { origin: Vec3; size: number },
     table: DataTexture,
     scale: ColourScale,
   ) {
-    this.uniforms = uniformsFor(table, scale, signedVolume(map) >= 0);
+    this.uniforms = { ...uniformsFor(table, scale, signedVolume(map) >= 0), size: { value: size } };
     this.positions = new BufferAttribute(map.positions, 3);
     this.deviations = new BufferAttribute(map.distances, 1);
     this.fine = this.geometryWith(map.indices);
