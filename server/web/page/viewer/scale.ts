@@ -21,6 +21,7 @@ export class Scale {
   private readonly caption = make("p", { class: "viewer-caption" });
   private readonly ends: Record<"from" | "to", HTMLElement>;
   private readonly clear = button("All distances", "Highlight nothing (Escape)", () => this.setBrush(wholeBrush(kBins)));
+  private readonly beyond: Record<Side, Beyond>;
   private brush = wholeBrush(kBins);
 
   constructor(
@@ -34,6 +35,7 @@ export class Scale {
     this.axis = axisOf(colours.top, Math.max(areas.a.largest, areas.b.largest));
     this.edges = binEdges(this.axis, kBins);
     this.shares = { a: areas.a.bins(this.edges), b: areas.b.bins(this.edges) };
+    this.beyond = { a: this.beyondOf("a"), b: this.beyondOf("b") };
     this.ends = { from: this.makeEnd("from"), to: this.makeEnd("to") };
     this.track.append(this.bars, this.makeBar(), ...this.makeTicks(), this.ends.from, this.ends.to);
     this.element.append(this.caption, this.track, make("div", { class: "viewer-line" }, [this.words, this.clear]));
@@ -155,11 +157,11 @@ export class Scale {
   private wholeWords(): string {
     const hint = this.hasPicture ? "Drag here, or move the two ends, to highlight a range of distances." : "Drag here, or move the two ends, to ask for the area of a range of distances.";
     if (!this.colours.limited) return hint;
-    return `${limitWords(this.store.value, { a: this.beyond("a"), b: this.beyond("b") }, this.witnesses, this.colours.top)} ${hint}`;
+    return `${limitWords(this.store.value, this.beyond, this.witnesses, this.colours.top)} ${hint}`;
   }
 
   // A distance is rounded to single precision: one of just the limit is not beyond it.
-  private beyond(side: Side): Beyond {
+  private beyondOf(side: Side): Beyond {
     const { top } = this.colours;
     const areas = this.areas[side];
     return { farther: areas.largest > Math.fround(top), share: areas.total > 0 ? 1 - areas.share(0, top) : 0 };
