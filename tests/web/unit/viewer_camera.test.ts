@@ -6,7 +6,7 @@ import { distanceFor, flight, nearFar, project, rayThrough, wholeView, witnessVi
 import { beforeCamera, hiddenBy } from "../../../server/web/page/viewer/marks";
 import { Pace } from "../../../server/web/page/viewer/pace";
 import { Rays } from "../../../server/web/page/viewer/rays";
-import { boundsOf, coarsened, edgesOf, reachOf, signedVolume, unionOf, type Mesh } from "../../../server/web/page/viewer/shape";
+import { boundsOf, coarsened, edgesInSteps, edgesOf, reachOf, signedVolume, unionOf, type Mesh } from "../../../server/web/page/viewer/shape";
 import { add, dot, length, scale, sub, unit, type Vec3 } from "../../../server/web/page/viewer/vec";
 
 const near = (a: number, b: number, within = 1e-6): void => assert.ok(Math.abs(a - b) <= within, `${a} and ${b}`);
@@ -145,6 +145,10 @@ test("edges come once each", () => {
   const tetrahedron = { positions: new Float32Array(12), indices: new Uint32Array([0, 1, 2, 0, 3, 1, 1, 3, 2, 2, 3, 0]) };
   const edges = edgesOf(tetrahedron);
   const pairs = new Set(Array.from({ length: edges.length / 2 }, (_, i) => `${edges[2 * i]} ${edges[2 * i + 1]}`));
+  const large = sphere(120);
+  const steps = [...edgesInSteps(large)];
+  assert.ok(steps.length > 5, "made in steps");
+  assert.equal(edgesOf(large).length / 2, new Set(Array.from(large.indices, (p, i) => [p, large.indices[i % 3 === 2 ? i - 2 : i + 1]!].sort((x, y) => x - y).join(" "))).size);
   assert.equal(edges.length, 12);
   assert.equal(pairs.size, 6);
 });
@@ -171,6 +175,10 @@ test("slow frames make the picture coarser at once, quick ones finer in time", (
   assert.deepEqual(pace.moving, { scale: 1, coarse: 0 });
   for (let i = 0; i < 50; ++i) pace.took(999);
   assert.ok(pace.moving.scale >= 0.3);
-  assert.ok(new Pace(true, 1e6).moving.coarse > 0);
+  const software = new Pace(true, 1e6);
+  for (let i = 0; i < 500; ++i) {
+    assert.ok(software.moving.coarse > 0, "never all triangles at once");
+    software.took(5);
+  }
   near(distanceFor(1, 90, 1), Math.SQRT2);
 });

@@ -3,7 +3,12 @@
 // Of about `digits` digits, without an exponent where that is readable.
 export function figure(value: number, digits = 4): string {
   if (!Number.isFinite(value)) return "unknown";
-  return String(Number(value.toPrecision(digits)));
+  return readable(Number(value.toPrecision(digits)));
+}
+
+// Large numbers with an exponent, as small ones have by themselves: a row of zeros is not read.
+function readable(value: number): string {
+  return Math.abs(value) >= 1e9 ? value.toExponential().replace("e+", "e") : String(value);
 }
 
 // As `figure`, never above the value: what is said to be "at least" has to be.
@@ -12,7 +17,7 @@ export function atLeast(value: number, digits = 4): string {
   const exponent = Math.floor(Math.log10(value)) - digits + 1;
   let rounded = Number(value.toPrecision(digits));
   if (rounded > value) rounded = Number((rounded - 10 ** exponent).toPrecision(digits));
-  return String(rounded);
+  return readable(rounded);
 }
 
 export function withUnits(text: string, units: string): string {

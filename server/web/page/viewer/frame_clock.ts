@@ -1,7 +1,7 @@
 // How long pictures take, from the begin of a frame until the graphics process says that it is done. It is asked once a
 // frame: times are rounded up to the screen's next one.
 
-const kKept = 600;
+const kKept = 4000;
 const kGivenUp = 3000; // ms; a browser that never says
 
 export class FrameClock {

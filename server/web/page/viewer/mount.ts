@@ -1,4 +1,4 @@
-// The viewer: A coloured by its distance to B, B over it like glass, the witness, the scale. It builds all of it inside of
+// The viewer: one mesh coloured by its distance to the other, which lies over it like glass, the witness, the scale. It builds all of it inside of
 // a host and takes it away again. It needs no network, no `eval` and no HTML in strings.
 import { AreaDistribution } from "./distribution";
 import type { CameraState } from "./camera";
@@ -67,12 +67,13 @@ class Viewer {
   private readonly gone = new AbortController();
 
   constructor(host: HTMLElement, private readonly input: ViewerInput) {
-    this.store = new Store({ ...initialSettings(), up: input.up ?? "z" });
+    this.store = new Store(initialSettings(input));
     this.areas = { a: new AreaDistribution(input.a), b: new AreaDistribution(input.b) };
     this.colours = colourScaleOf(input, this.areas);
     const toolbar = this.build();
     if (toolbar) this.root.append(toolbar);
-    this.root.append(this.picture, new Scale(this.colours, input.units, this.areas, this.store).element);
+    const scale = new Scale(this.colours, input.units, this.areas, this.store, input.witnesses, this.stage !== undefined);
+    this.root.append(this.picture, scale.element);
     this.root.append(make("div", { class: "viewer-notes" }, notesOf(input).map((text) => make("p", { text }))), this.live.element);
     host.replaceChildren(this.root);
     this.followSizeAndTheme();

@@ -3,6 +3,7 @@ import { rayThrough } from "./camera";
 import { colourOf, css, type ColourScale } from "./colours";
 import { make } from "./dom";
 import { figure, withUnits } from "./figures";
+import { labelPlace } from "./label_place";
 import { nameOf, other } from "./settings";
 import type { LabelPlace, Stage } from "./stage";
 
@@ -82,9 +83,10 @@ export class Overlay {
     label.hidden = !at || !rect || !text || at.right < rect.left || at.left > rect.left + rect.width || at.y < rect.top || at.y > rect.top + rect.height;
     if (label.hidden || !at || !rect) return;
     if (label.textContent !== text) label.textContent = text;
-    const flips = at.right > rect.left + rect.width - label.offsetWidth - 24;
-    label.dataset.x = String((flips ? at.left - 16 - label.offsetWidth : at.right + 16) - left);
-    label.dataset.y = String(at.y - top);
+    label.style.maxWidth = `${rect.width - 8}px`;
+    const { x, y } = labelPlace(at, rect, { width: label.offsetWidth, height: label.offsetHeight });
+    label.dataset.x = String(x - left);
+    label.dataset.y = String(y - top);
     label.style.transform = `translate(${label.dataset.x}px, ${label.dataset.y}px) translateY(-50%)`;
   }
 }

@@ -21,11 +21,15 @@ const kLevels: readonly Fineness[] = [
 
 export class Pace {
   private level: number;
+  private readonly finest: number;
   private easy = 0;
 
-  // Without a graphics card the first frame would already be late.
+  // Without a graphics card the first frame would already be late, and one of all triangles would be however quick those of
+  // the coarse mesh are.
   constructor(slow: boolean, triangles: number) {
-    this.level = slow ? (triangles > 30_000 ? 3 : 1) : 0;
+    const large = slow && triangles > 50_000;
+    this.finest = large ? 2 : 0;
+    this.level = large ? 4 : slow ? 1 : 0;
   }
 
   get moving(): Fineness {
@@ -39,7 +43,7 @@ export class Pace {
       this.easy = -20; // not back at once
     } else if (ms >= kEasy) {
       this.easy = Math.min(this.easy, 0);
-    } else if (++this.easy > 12 && this.level > 0) {
+    } else if (++this.easy > 12 && this.level > this.finest) {
       --this.level;
       this.easy = 0;
     }

@@ -54,10 +54,14 @@ function paintBar(paint: CanvasRenderingContext2D, { colours, units, title, ink 
   paint.font = "12px system-ui, sans-serif";
   paint.fillText(title, left, top + 16);
   const values = ticks(colours.top);
+  if (colours.limited) {
+    paint.textAlign = "right";
+    paint.fillText("above the limit", left + size, top + 16);
+  }
   values.forEach((value, i) => {
     const last = i === values.length - 1;
     paint.textAlign = i === 0 ? "left" : last ? "right" : "center";
-    paint.fillText(last ? withUnits(figure(value), units) : figure(value), left + (colours.top > 0 ? (main * value) / colours.top : 0), top + 54);
+    paint.fillText(last ? `${colours.limited ? "limit " : ""}${withUnits(figure(value), units)}` : figure(value), left + (colours.top > 0 ? (main * value) / colours.top : 0), top + 54);
   });
   paint.textAlign = "left";
 }

@@ -19,6 +19,7 @@ import type { Rect } from "./camera";
 
 const kBudget = 45; // ms of a portion
 const kLeast = 1500; // indices of a portion
+const kFirst = 12_000; // of the first portion of an object: a line takes longer than a triangle, glass than what it covers
 
 // What one part of the canvas shows: objects in the order to draw them.
 export interface PartToDraw {
@@ -33,7 +34,7 @@ export class Refiner {
   private readonly sheetScene = new Scene();
   private parts: PartToDraw[] = [];
   private at = { part: 0, object: 0, index: 0 };
-  private portion = 24_000; // indices
+  private portion = kFirst; // indices
   private ratio = 1; // pixels of the target for one CSS pixel
   private size = { width: 1, height: 1 };
   active = false;
@@ -83,7 +84,10 @@ export class Refiner {
     const count = Math.min(this.portion, size - this.at.index);
     this.drawPortion(part, object, this.at.index, count);
     if (this.at.index + count < size) this.at.index += count;
-    else this.at = { part: this.at.part, object: this.at.object + 1, index: 0 };
+    else {
+      this.at = { part: this.at.part, object: this.at.object + 1, index: 0 };
+      this.portion = Math.min(this.portion, kFirst);
+    }
     return true;
   }
 

@@ -4,7 +4,8 @@ import { colourOf, css, ticks, type ColourScale } from "./colours";
 import type { AreaDistribution } from "./distribution";
 import { button, make, makeSvg } from "./dom";
 import { figure, percent, withUnits } from "./figures";
-import { nameOf, other, type Side, type Store } from "./settings";
+import { limitWords, type Beyond } from "./limit_words";
+import { nameOf, other, type Side, type Store, type Witness } from "./settings";
 
 const kBins = 120; // a multiple of 5: an edge is at the limit
 const kHeight = 100;
@@ -20,6 +21,7 @@ export class Scale {
   private readonly caption = make("p", { class: "viewer-caption" });
   private readonly ends: Record<"from" | "to", HTMLElement>;
   private readonly clear = button("All distances", "Highlight nothing (Escape)", () => this.setBrush(wholeBrush(kBins)));
+  private readonly beyond: Record<Side, Beyond>;
   private brush = wholeBrush(kBins);
 
   constructor(
@@ -27,10 +29,13 @@ export class Scale {
     private readonly units: string,
     private readonly areas: Record<Side, AreaDistribution>,
     private readonly store: Store,
+    private readonly witnesses: readonly Witness[],
+    private readonly hasPicture: boolean, // whether there is a picture to highlight in
   ) {
     this.axis = axisOf(colours.top, Math.max(areas.a.largest, areas.b.largest));
     this.edges = binEdges(this.axis, kBins);
     this.shares = { a: areas.a.bins(this.edges), b: areas.b.bins(this.edges) };
+    this.beyond = { a: this.beyondOf("a"), b: this.beyondOf("b") };
     this.ends = { from: this.makeEnd("from"), to: this.makeEnd("to") };
     this.track.append(this.bars, this.makeBar(), ...this.makeTicks(), this.ends.from, this.ends.to);
     this.element.append(this.caption, this.track, make("div", { class: "viewer-line" }, [this.words, this.clear]));
@@ -150,12 +155,16 @@ export class Scale {
   }
 
   private wholeWords(): string {
-    const { coloured } = this.store.value;
-    const beyond = this.colours.limited ? 1 - this.areas[coloured].share(0, this.colours.top) : 0;
-    const [one, two] = [nameOf(coloured), nameOf(other(coloured))];
-    const hint = "Drag here, or move the two ends, to highlight a range of distances.";
+    const hint = this.hasPicture ? "Drag here, or move the two ends, to highlight a range of distances." : "Drag here, or move the two ends, to ask for the area of a range of distances.";
     if (!this.colours.limited) return hint;
-    return beyond > 1e-12 ? `${percent(beyond)} of ${one}’s area is farther from ${two} than the limit. ${hint}` : `All of ${one} that is shown is within the limit. ${hint}`;
+    return `${limitWords(this.store.value, this.beyond, this.witnesses, this.colours.top)} ${hint}`;
+  }
+
+  // A distance is rounded to single precision: one of just the limit is not beyond it.
+  private beyondOf(side: Side): Beyond {
+    const { top } = this.colours;
+    const areas = this.areas[side];
+    return { farther: areas.largest > Math.fround(top), share: areas.total > 0 ? 1 - areas.share(0, top) : 0 };
   }
 
   private brushWords(): string {

@@ -40,8 +40,9 @@ export interface Settings {
   up: "y" | "z";
 }
 
-export const initialSettings = (): Settings => ({
-  coloured: "a",
+// The side of the witness that the verdict is of is coloured: there the limit is exceeded, where it is.
+export const initialSettings = ({ witnesses, up }: Pick<ViewerInput, "witnesses" | "up">): Settings => ({
+  coloured: witnesses[0]?.from ?? "a",
   shown: { a: true, b: true },
   opacity: 0.25,
   wire: false,
@@ -50,7 +51,7 @@ export const initialSettings = (): Settings => ({
   cut: { axis: "off", normal: [1, 0, 0], offset: 0, flipped: false },
   brush: null,
   witness: 0,
-  up: "z",
+  up: up ?? "z",
 });
 
 // Settings that tell whoever listens. Set once made; read them at any time.

@@ -3,18 +3,19 @@
 // is flat without buffers of its own.
 
 export const kSurfaceVertex = /* glsl */ `
+uniform float size;       // of the meshes: squares of what is divided by it neither vanish nor overflow
 in float deviation;
 out float vDeviation;
 out vec3 vView;
 void main() {
   vec4 view = modelViewMatrix * vec4(position, 1.0);
-  vView = view.xyz;
+  vView = view.xyz / size;
   vDeviation = deviation;
   gl_Position = projectionMatrix * view;
 }`;
 
 const kCommon = /* glsl */ `
-uniform vec4 clip;        // in the camera's frame; what is below 0 is cut away
+uniform vec4 clip;        // in the camera's frame, in sizes; what is below 0 is cut away
 uniform bool clipped;
 uniform bool outward;     // whether fronts look outwards
 uniform vec3 faded;
@@ -30,7 +31,7 @@ bool isInside() { return gl_FrontFacing != outward; }
 bool outOfBrush() { return brushed && (vDeviation < brush.x || vDeviation > brush.y); }
 
 vec3 normalToViewer() {
-  vec3 normal = normalize(cross(dFdx(vView), dFdy(vView)));
+  vec3 normal = normalize(cross(normalize(dFdx(vView)), normalize(dFdy(vView))));
   return dot(normal, vView) > 0.0 ? -normal : normal;
 }
 // A light beside the viewer's head. What faces the viewer keeps its colour; slopes towards the light get lighter, others

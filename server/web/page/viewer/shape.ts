@@ -64,25 +64,49 @@ export function signedVolume({ positions: p, indices }: Mesh): number {
 }
 
 // Each edge once, two indices for each, in linear time: edges are put at their smaller vertex, and there are few at each.
-export function edgesOf({ positions, indices }: Mesh): Uint32Array {
+// In steps of some ten thousand triangles, as one go would hold up all input.
+export function* edgesInSteps({ positions, indices }: Mesh): Generator<undefined, Uint32Array> {
   const vertices = positions.length / 3;
   const begins = new Uint32Array(vertices + 1);
-  eachEdge(indices, (low) => ++begins[low + 1]!);
+  for (let i = 0; i < indices.length; i += kStep) {
+    eachEdge(indices.subarray(i, i + kStep), (low) => ++begins[low + 1]!);
+    yield;
+  }
   for (let v = 0; v < vertices; ++v) begins[v + 1]! += begins[v]!;
   const others = new Uint32Array(begins[vertices]!);
   const filled = begins.slice(0, vertices);
-  eachEdge(indices, (low, high) => (others[filled[low]!++] = high));
+  for (let i = 0; i < indices.length; i += kStep) {
+    eachEdge(indices.subarray(i, i + kStep), (low, high) => (others[filled[low]!++] = high));
+    yield;
+  }
   const edges = new Uint32Array(2 * others.length);
   let size = 0;
   for (let v = 0; v < vertices; ++v) {
-    const here = others.subarray(begins[v], begins[v + 1]).sort();
-    for (let i = 0; i < here.length; ++i) {
-      if (i > 0 && here[i] === here[i - 1]) continue;
-      edges[size++] = v;
-      edges[size++] = here[i]!;
-    }
+    size = addEdges(v, others.subarray(begins[v], begins[v + 1]), edges, size);
+    if (v % (kStep / 3) === 0) yield;
   }
   return edges.slice(0, size);
+}
+
+const kStep = 30_000; // indices
+
+export function edgesOf(mesh: Mesh): Uint32Array {
+  const steps = edgesInSteps(mesh);
+  for (;;) {
+    const step = steps.next();
+    if (step.done) return step.value;
+  }
+}
+
+// The different ones of `ends` behind what `edges` has; its new size.
+function addEdges(vertex: number, ends: Uint32Array, edges: Uint32Array, size: number): number {
+  ends.sort();
+  for (let i = 0; i < ends.length; ++i) {
+    if (i > 0 && ends[i] === ends[i - 1]) continue;
+    edges[size++] = vertex;
+    edges[size++] = ends[i]!;
+  }
+  return size;
 }
 
 function eachEdge(indices: Uint32Array, visit: (low: number, high: number) => void): void {

@@ -15,6 +15,7 @@ import { makeTable, Surface, type Tones } from "./surface";
 import { add, dot, mix, scale, sub, type Vec3 } from "./vec";
 
 const kStillAfter = 180; // ms without a change until the picture is drawn in full
+const kEdgeTime = 12; // ms of a frame for making edges
 const kMostPixels = 2; // per CSS pixel and axis
 const kFull: Fineness = { scale: 1, coarse: 0 };
 
@@ -74,7 +75,7 @@ export class Stage {
     this.renderer = new WebGLRenderer({ canvas, antialias: !slow, alpha: true, powerPreference: "high-performance" });
     this.renderer.setClearColor(0, 0);
     this.renderer.autoClear = false;
-    const make = (map: ViewerInput["a"]): Surface => new Surface(map, this.centre, this.table, colours);
+    const make = (map: ViewerInput["a"]): Surface => new Surface(map, { origin: this.centre, size: this.radius }, this.table, colours);
     this.surfaces = { a: make(input.a), b: make(input.b) };
     this.rays = { a: new Rays(input.a), b: new Rays(input.b) };
     this.pace = new Pace(slow, (input.a.indices.length + input.b.indices.length) / 3);
@@ -159,6 +160,7 @@ export class Stage {
 
   // Draws in full now, so that the canvas can be copied in the same task.
   drawNow(): void {
+    this.prepareEdges(Infinity);
     this.draw(kFull, false);
   }
 
@@ -188,6 +190,7 @@ export class Stage {
     if (this.clock.busy()) return this.schedule();
     const flying = this.eye.fly(performance.now());
     const moving = flying || performance.now() - this.lastChange < kStillAfter;
+    if (!moving && !this.prepareEdges(kEdgeTime)) return this.schedule();
     if (!moving && this.refiner) return this.refine(this.refiner);
     const begun = performance.now();
     this.draw(moving ? this.pace.moving : kFull, moving);
@@ -195,6 +198,12 @@ export class Stage {
     if (!moving) this.settle();
     if (flying) this.changed();
     else if (this.clock.busy()) this.awaitClock();
+  }
+
+  // Whether the edges that are to be drawn are there.
+  private prepareEdges(ms: number): boolean {
+    const { wire, shown } = this.store.value;
+    return !wire || (["a", "b"] as Side[]).every((side) => !shown[side] || this.surfaces[side].prepareEdges(ms));
   }
 
   // One portion of the full picture, or the end of it.
@@ -329,7 +338,7 @@ export class Stage {
     if (!plane) return;
     const { right, up, back } = axesOf(camera);
     const beyond = plane.offset - dot(plane.normal, sub(camera.position, this.centre));
-    const seen = new Vector4(-dot(plane.normal, right), -dot(plane.normal, up), -dot(plane.normal, back), beyond);
+    const seen = new Vector4(-dot(plane.normal, right), -dot(plane.normal, up), -dot(plane.normal, back), beyond / this.radius);
     for (const surface of Object.values(this.surfaces)) surface.uniforms.clip!.value = seen;
   }
 

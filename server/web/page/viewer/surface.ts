@@ -23,7 +23,7 @@ import { colourTable, kAboveLimit, kSteps, type ColourScale, type Rgb } from "./
 import type { DeviationMap } from "./map";
 import { kCoarse, type Fineness } from "./pace";
 import { kColouredFragment, kLineFragment, kOverlayFragment, kSurfaceVertex } from "./shaders";
-import { coarsened, edgesOf, signedVolume } from "./shape";
+import { coarsened, edgesInSteps, signedVolume } from "./shape";
 import { sub, type Vec3 } from "./vec";
 
 export type Role = "coloured" | "overlay" | "none";
@@ -60,6 +60,7 @@ export class Surface {
   private readonly fine: BufferGeometry;
   private readonly filled = new Map<Fineness["coarse"], BufferGeometry>();
   private edges?: BufferGeometry;
+  private edgeSteps?: ReturnType<typeof edgesInSteps>;
   private readonly coloured: Drawn;
   private readonly depth: Drawn;
   private readonly overlay: Drawn;
@@ -67,11 +68,11 @@ export class Surface {
 
   constructor(
     private readonly map: DeviationMap,
-    origin: Vec3,
+    { origin, size }: { origin: Vec3; size: number },
     table: DataTexture,
     scale: ColourScale,
   ) {
-    this.uniforms = uniformsFor(table, scale, signedVolume(map) >= 0);
+    this.uniforms = { ...uniformsFor(table, scale, signedVolume(map) >= 0), size: { value: size } };
     this.positions = new BufferAttribute(map.positions, 3);
     this.deviations = new BufferAttribute(map.distances, 1);
     this.fine = this.geometryWith(map.indices);
@@ -95,9 +96,9 @@ export class Surface {
     this.coloured.visible = look.role === "coloured";
     this.overlay.visible = look.role === "overlay";
     this.depth.visible = look.role === "overlay" && !look.moving && this.uniforms.opacity!.value < 1;
-    this.lines.visible = look.role !== "none" && look.wire && look.coarse === 0; // edges of the coarse mesh would mislead
+    this.lines.visible = look.role !== "none" && look.wire && look.coarse === 0 && this.edges !== undefined; // edges of the coarse mesh would mislead
     for (const object of [this.coloured, this.overlay, this.depth]) object.geometry = filled;
-    if (this.lines.visible) this.lines.geometry = this.edgeGeometry();
+    if (this.lines.visible) this.lines.geometry = this.edges!;
     this.lines.renderOrder = look.role === "overlay" ? 6 : 1;
     this.uniforms.strength!.value = look.role === "overlay" ? 0.35 : 0.55;
   }
@@ -111,6 +112,18 @@ export class Surface {
   prepareCoarse(): void {
     this.filledFor(1);
     this.filledFor(2);
+  }
+
+  // Works on the edges for some ms; whether they are there. Without that no edges are drawn.
+  prepareEdges(ms: number): boolean {
+    const end = performance.now() + ms;
+    while (!this.edges) {
+      const step = (this.edgeSteps ??= edgesInSteps(this.map)).next();
+      if (step.done) this.edges = this.geometryWith(step.value);
+      else if (performance.now() >= end) return false;
+    }
+    this.edgeSteps = undefined;
+    return true;
   }
 
   setTones(tones: Tones): void {
@@ -139,10 +152,6 @@ export class Surface {
       this.filled.set(coarse, geometry);
     }
     return geometry;
-  }
-
-  private edgeGeometry(): BufferGeometry {
-    return (this.edges ??= this.geometryWith(edgesOf(this.map)));
   }
 
   private material(fragmentShader: string, options: object): ShaderMaterial {

@@ -71,7 +71,7 @@ const kCuts: Record<CutAxis, string> = { off: "Off", x: "x", y: "y", z: "z", vie
 
 function cutGroup(store: Store, commands: Commands): HTMLElement {
   const buttons = (Object.keys(kCuts) as CutAxis[]).map((axis) => {
-    const made = button(kCuts[axis], axis === "off" ? "No cut (c)" : `Cut across ${axis} (c)`, () => commands.cut(axis));
+    const made = button(kCuts[axis], axis === "off" ? "No cut (c)" : `Cut across ${axis === "view" ? "the direction of view" : axis} (c)`, () => commands.cut(axis));
     made.setAttribute("aria-label", axis === "off" ? "Off: no cut" : `Cut across ${axis === "view" ? "the direction of view" : axis}`);
     return pressed(store, made, () => store.value.cut.axis === axis);
   });
@@ -80,10 +80,15 @@ function cutGroup(store: Store, commands: Commands): HTMLElement {
   const flip = pressed(store, button("Flip", "Show the other side (f)", () => commands.flipCut()), () => store.value.cut.flipped);
   store.watch(({ cut }) => {
     slider.input.value = String(cut.offset);
-    slider.input.setAttribute("aria-valuetext", `${Math.round(100 * cut.offset)} % of the radius from the middle`);
+    slider.input.setAttribute("aria-valuetext", placeWords(cut.offset));
     slider.input.disabled = flip.disabled = cut.axis === "off";
   });
   return group("Cut", [...buttons, slider.label, flip]);
+}
+
+function placeWords(offset: number): string {
+  const percent = Math.round(100 * Math.abs(offset));
+  return percent === 0 ? "through the middle" : `${percent} % of the radius ${offset < 0 ? "before" : "beyond"} the middle`;
 }
 
 function viewGroup(store: Store, commands: Commands): HTMLElement {

@@ -1,0 +1,42 @@
+// What the surfaces that are shown say about the limit, in a sentence or two: both of them, as one alone may hold while the
+// comparison does not.
+import { percent } from "./figures";
+import { nameOf, other, type Side, type Witness } from "./settings";
+
+export interface Beyond {
+  farther: boolean; // whether any of it that is shown is beyond the limit
+  share: number; // of its area
+}
+
+interface Shown {
+  coloured: Side;
+  split: boolean;
+}
+
+export function limitWords({ coloured, split }: Shown, beyond: Record<Side, Beyond>, witnesses: readonly Witness[], limit: number): string {
+  const hidden = other(coloured);
+  const state = { a: stateOf("a", beyond.a, witnesses, limit), b: stateOf("b", beyond.b, witnesses, limit) };
+  if (state.a === "within" && state.b === "within") return "All of A and of B that is shown is within the limit.";
+  const tells = (side: Side): string => capital(sentence(side, state[side], beyond[side]));
+  if (state[coloured] !== "within") return state[hidden] === "within" || !split ? tells(coloured) : `${tells(coloured)} ${tells(hidden)}`;
+  const [one, two] = [nameOf(coloured), nameOf(hidden)];
+  const look = split ? "" : ` “Swap” colours ${two}.`;
+  return `All of ${one} that is shown is within the limit; ${two} is not: ${sentence(hidden, state[hidden], beyond[hidden])}${look}`;
+}
+
+type State = "within" | "area" | "point";
+
+// A surface that is decimated for display may have lost what is beyond the limit: the witness is of the whole mesh.
+function stateOf(side: Side, { farther }: Beyond, witnesses: readonly Witness[], limit: number): State {
+  if (farther) return "area";
+  return witnesses.some(({ from, lower }) => from === side && lower > limit) ? "point" : "within";
+}
+
+function sentence(side: Side, state: State, { share }: Beyond): string {
+  const [one, two] = [nameOf(side), nameOf(other(side))];
+  if (state === "within") return `All of ${one} that is shown is within the limit.`;
+  if (state === "point") return `The witness of ${one} is farther from ${two} than the limit; the area around it is too small to show.`;
+  return `${percent(Math.max(share, 1e-9))} of ${one}’s area is farther from ${two} than the limit.`;
+}
+
+const capital = (text: string): string => text.slice(0, 1).toUpperCase() + text.slice(1);

@@ -1,0 +1,50 @@
+// What stands around the picture: the sentence on the limit, the witness's label, what is coloured first.
+import assert from "node:assert/strict";
+import test from "node:test";
+import { labelPlace } from "../../../server/web/page/viewer/label_place";
+import { limitWords, type Beyond } from "../../../server/web/page/viewer/limit_words";
+import { initialSettings, type Side, type Witness } from "../../../server/web/page/viewer/settings";
+
+const witness = (from: Side, lower: number): Witness => ({ from, lower, upper: lower, point: [0, 0, 0], nearest: [0, 0, lower], triangle: 0, nearestTriangle: 0 });
+const within: Beyond = { farther: false, share: 0 };
+const beyond: Beyond = { farther: true, share: 0.25 };
+
+test("the side of the verdict's witness is coloured first", () => {
+  assert.equal(initialSettings({ witnesses: [witness("b", 2), witness("a", 1)] }).coloured, "b");
+  assert.equal(initialSettings({ witnesses: [witness("a", 2), witness("b", 1)] }).coloured, "a");
+  assert.equal(initialSettings({ witnesses: [] }).coloured, "a");
+  assert.equal(initialSettings({ witnesses: [], up: "y" }).up, "y");
+});
+
+test("what is said of the limit speaks of both surfaces", () => {
+  const said = (coloured: Side, a: Beyond, b: Beyond, witnesses: Witness[] = [], split = false): string => limitWords({ coloured, split }, { a, b }, witnesses, 1);
+  assert.equal(said("a", within, within), "All of A and of B that is shown is within the limit.");
+  assert.equal(said("a", beyond, within), "25 % of A’s area is farther from B than the limit.");
+  assert.match(said("a", within, beyond), /^All of A that is shown is within the limit; B is not: 25 % of B’s area .* “Swap” colours B\.$/);
+  assert.match(said("b", within, beyond), /^25 % of B’s area/);
+  assert.match(said("a", beyond, beyond, [], true), /25 % of A’s area .* 25 % of B’s area/);
+  assert.doesNotMatch(said("a", within, beyond, [], true), /Swap/);
+});
+
+test("a witness beyond the limit that the display has lost is told all the same", () => {
+  const words = limitWords({ coloured: "a", split: false }, { a: within, b: within }, [witness("a", 1.5)], 1);
+  assert.match(words, /witness of A is farther from B than the limit/);
+  assert.doesNotMatch(words, /All of A/);
+  assert.match(limitWords({ coloured: "a", split: false }, { a: { farther: true, share: 0 }, b: within }, [], 1), /^Less than 0.01 % of A’s area/);
+  assert.match(limitWords({ coloured: "a", split: false }, { a: within, b: within }, [witness("a", 1)], 1), /^All of A and of B/);
+});
+
+test("the witness's label is never cut by the picture's edge", () => {
+  const size = { width: 150, height: 26 };
+  for (const width of [160, 180, 320, 360, 960])
+    for (let left = 100; left <= 100 + width; left += 7)
+      for (const length of [0, 20, width])
+        for (const y of [50, 51, 200, 349, 350]) {
+          const right = Math.min(left + length, 100 + width);
+          const place = labelPlace({ left, right, y }, { left: 100, top: 50, width, height: 300 }, size);
+          assert.ok(place.x >= 100 && place.x + size.width <= 100 + width, `${place.x} of ${left} in ${width}`);
+          assert.ok(place.y - 13 >= 50 && place.y + 13 <= 350, `${place.y}`);
+          const over = place.x < right && place.x + size.width > left && Math.abs(place.y - y) < 13;
+          assert.ok(!over || y < 80 || y > 320, "it does not lie over the segment");
+        }
+});
