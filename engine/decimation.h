@@ -33,8 +33,8 @@ struct Decimated {
 // Where no grid leaves a triangle, some of `mesh` are kept as they are: for vertices of a rank, and the largest.
 //
 // Passes validate(), and has area where `mesh` has. Deterministic. nullopt: `mesh` has no more triangles than that, or
-// `interrupted` said so. Linear time, some ten passes, or twice that. Precondition: passes validate(), and so many ranks as vertices
-// or none.
+// `interrupted` said so. Linear time, some ten passes, or twice that. Precondition: passes validate(), and so many
+// ranks as vertices or none.
 std::optional<Decimated> decimated(MeshView mesh, const Decimation& wanted,
                                    const Interrupted& interrupted = never_interrupted);
 
