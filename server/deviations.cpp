@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <new>
 #include <thread>
 #include <utility>
 
@@ -18,7 +19,8 @@ using api::Problem;
 using api::ProblemKind;
 using std::chrono::milliseconds;
 
-constexpr milliseconds kTick{20};  // how soon a client that went away is noticed
+constexpr milliseconds kTick{20};       // how soon a client that went away is noticed
+constexpr milliseconds kGrace{10'000};  // for a map whose time is over to say so
 constexpr std::size_t kShownIdDigits = 8;
 
 Problem not_found() { return {ProblemKind::not_found, "there is no comparison of this id, or not any more", {}}; }
@@ -95,7 +97,8 @@ Deviations::Deviations(const Settings& settings, Jobs& jobs, Stores stores, Acce
       access_(access),
       metrics_(metrics),
       fetch_(std::move(fetch)),
-      tools_{settings, fetch_, *stores.maps, jobs.threads()} {}
+      tools_{settings, fetch_, *stores.maps, jobs.threads()},
+      sending_(most_files_sent(settings)) {}
 
 Deviations::~Deviations() {
   while (works_.use_count() > 1) std::this_thread::sleep_for(milliseconds(1));
@@ -113,8 +116,7 @@ void Deviations::get(Exchange& exchange, MapKind kind) {
     exchange.response.status = kNotModified;
   } else if (const auto file = stores_.maps->find(asked.order.key)) {
     metrics_.map_found();
-    exchange.response.headers.emplace_back("Server-Timing", "cached");
-    send(exchange, file);
+    if (send(exchange, file)) exchange.response.headers.emplace_back("Server-Timing", "cached");
   } else if (auto problem = open_meshes(asked)) {
     return answer(exchange, *problem);
   } else if (exchange.head.method == "HEAD") {
@@ -206,6 +208,9 @@ void Deviations::make(Exchange& exchange, Asked& asked) {
   const Watching making(*this, begin(asked, slot));
   const Result<MadeFile>* result = nullptr;
   while (!(result = making->wait(kTick))) {
+    if (Making::Clock::now() >= making->submitted + making->order.timeout + kGrace) {
+      return answer(exchange, Problem{ProblemKind::out_of_time, "no worker was free to make the map in its time", {}});
+    }
     if (exchange.connection.peer_gone()) {
       return answer(exchange, Problem{ProblemKind::out_of_time, "cancelled: the client went away", {}});
     }
@@ -217,8 +222,8 @@ void Deviations::make(Exchange& exchange, Asked& asked) {
     return answer(exchange, problem);
   }
   exchange.stages = (*result)->stages;
+  if (!send(exchange, (*result)->file)) return;
   exchange.response.headers.emplace_back("Server-Timing", server_timing((*result)->stages));
-  send(exchange, (*result)->file);
 }
 
 // The map that is on its way, or a new one, which takes the slot.
@@ -234,12 +239,20 @@ std::shared_ptr<Making> Deviations::begin(Asked& asked, std::optional<Scheduler:
     there = making = std::make_shared<Making>(std::move(asked.order));
     making->watchers = 1;
   }
-  const MapOrder& order = making->order;
-  jobs_.work(std::move(*slot),
-             {order.key.job.owner, order.bytes, order.timeout, std::shared_ptr<Control>(making, &making->control),
-              [this, making, works = works_](Scheduler::Slot held) { run(making, std::move(held)); }});
+  try {
+    submit(making, std::move(*slot));
+  } catch (const std::bad_alloc&) {  // whoever has joined meanwhile waits for it
+    making->end(Error{ErrorCode::internal, "no memory", "", ""});
+  }
   slot.reset();
   return making;
+}
+
+void Deviations::submit(const std::shared_ptr<Making>& making, Scheduler::Slot slot) {
+  const MapOrder& order = making->order;
+  jobs_.work(std::move(slot),
+             {order.key.job.owner, order.bytes, order.timeout, std::shared_ptr<Control>(making, &making->control),
+              [this, making, works = works_](Scheduler::Slot held) { run(making, std::move(held)); }});
 }
 
 void Deviations::run(const std::shared_ptr<Making>& making, Scheduler::Slot slot) {
@@ -261,8 +274,16 @@ void Deviations::leave(Making& making) {
   jobs_.withdraw(making.control);
 }
 
-void Deviations::send(Exchange& exchange, const MapCache::File& file) const {
-  exchange.response.file = FileBody{file->bytes(), file};
+// False: it is refused. A client that takes its file slowly holds a thread for long.
+bool Deviations::send(Exchange& exchange, const MapCache::File& file) {
+  std::shared_ptr<const void> seat;
+  if (exchange.head.method != "HEAD" && !(seat = sending_.take(exchange.owner))) {
+    answer(exchange, Problem{ProblemKind::overloaded, "as many clients take maps as may; try again", {}});
+    return false;
+  }
+  using Held = std::pair<MapCache::File, std::shared_ptr<const void>>;
+  exchange.response.file = FileBody{file->bytes(), std::make_shared<const Held>(file, std::move(seat))};
+  return true;
 }
 
 }  // namespace meshgauge::server
