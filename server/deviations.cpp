@@ -56,6 +56,15 @@ bool matches(std::string_view if_none_match, std::string_view etag) {
   return false;
 }
 
+// Of a mesh that was stored, or that came with a durable comparison; or of one that its owner has sent again since.
+std::string mesh_of(const store::Job& row, const std::string& part) {
+  const std::string& id = part == "a" ? row.mesh_a : row.mesh_b;
+  if (!id.empty()) return id;
+  const auto document = nlohmann::json::parse(row.document, nullptr, false);
+  const nlohmann::json::json_pointer digest("/meshes/" + part + "/sha256");
+  return document.contains(digest) && document[digest].is_string() ? document[digest].get<std::string>() : "";
+}
+
 std::string server_timing(const std::vector<api::Stage>& stages) {
   std::string header;
   for (const api::Stage& stage : stages) {
@@ -148,15 +157,9 @@ std::variant<Deviations::Asked, Problem> Deviations::find(const Exchange& exchan
   return asked;
 }
 
-// Of a mesh that was stored, or that came with a durable comparison; or of one that its owner has sent again since.
-std::variant<MeshSource, Problem> Deviations::open(const store::Job& row, const std::string& part) {
-  std::string id = part == "a" ? row.mesh_a : row.mesh_b;
-  if (id.empty()) {
-    const auto document = nlohmann::json::parse(row.document, nullptr, false);
-    const nlohmann::json::json_pointer digest("/meshes/" + part + "/sha256");
-    if (document.contains(digest) && document[digest].is_string()) id = document[digest].get<std::string>();
-  }
-  auto blob = stores_.blobs.open({row.key.owner, id});
+std::variant<MeshSource, Problem> Deviations::open(const std::string& owner, const std::string& part,
+                                                   const std::string& id) {
+  auto blob = stores_.blobs.open({owner, id});
   if (!blob) return api::to_problem(blob.error());
   if (!*blob) return gone(part, id);
   return source_of(part, std::move(**blob), id);
@@ -176,8 +179,14 @@ std::optional<Problem> Deviations::recognise(MeshSource& source, const std::stri
 
 std::optional<Problem> Deviations::open_meshes(Asked& asked) {
   MapOrder& order = asked.order;
+  const std::string a = mesh_of(asked.row, "a"), b = mesh_of(asked.row, "b");
+  // What is deleted from here on is noticed by the cache; what was before, now.
+  order.coming = stores_.maps->expect(order.key, {a, b});
+  const auto job = jobs_.get(order.key.job);
+  if (!job) return api::to_problem(job.error());
+  if (!*job) return not_found();
   for (const char* part : {"a", "b"}) {
-    auto found = open(asked.row, part);
+    auto found = open(asked.row.key.owner, part, *part == 'a' ? a : b);
     if (const auto* problem = std::get_if<Problem>(&found)) return *problem;
     (*part == 'a' ? order.a : order.b) = std::move(std::get<MeshSource>(found));
   }

@@ -39,7 +39,7 @@ class Deviations {
   class Watching;
 
   std::variant<Asked, api::Problem> find(const Exchange& exchange, MapKind kind);
-  std::variant<MeshSource, api::Problem> open(const store::Job& row, const std::string& part);
+  std::variant<MeshSource, api::Problem> open(const std::string& owner, const std::string& part, const std::string& id);
   std::optional<api::Problem> recognise(MeshSource& source, const std::string& owner);
   std::optional<api::Problem> open_meshes(Asked& asked);
   void make(Exchange& exchange, Asked& asked);
