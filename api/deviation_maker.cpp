@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <utility>
 
 #include <nlohmann/json.hpp>
@@ -65,12 +66,16 @@ DeviationFacts facts_of(const Json& document, Side candidate) {
   return facts;
 }
 
-// What must be seen: the farthest vertex, and then all that are beyond the limit.
+// What must be seen: the farthest vertex, and then all that are beyond the limit, the farther the sooner.
 std::vector<std::uint8_t> ranks(const Deviation& deviations, const ColourScale& scale) {
+  constexpr double kLevels = 253;
+  const double farthest = deviations.distances[deviations.farthest];
   std::vector<std::uint8_t> rank(deviations.distances.size());
-  std::transform(deviations.distances.begin(), deviations.distances.end(), rank.begin(),
-                 [&](double distance) { return static_cast<std::uint8_t>(scale.limited && distance > scale.top); });
-  rank[deviations.farthest] = 2;
+  std::transform(deviations.distances.begin(), deviations.distances.end(), rank.begin(), [&](double distance) {
+    if (!scale.limited || distance <= scale.top) return std::uint8_t{0};
+    return static_cast<std::uint8_t>(1 + kLevels * ((distance - scale.top) / (farthest - scale.top)));
+  });
+  rank[deviations.farthest] = std::numeric_limits<std::uint8_t>::max();
   return rank;
 }
 

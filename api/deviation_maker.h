@@ -64,7 +64,8 @@ class MadeMap {
 };
 
 // Distances are never above what is certified of the candidate's. Of a decimated map they are measured at every vertex
-// of the candidate, and what is farthest away or above the limit is shown rather than its neighbours.
+// of the candidate, and what is farthest away or above the limit is shown rather than its neighbours: the farthest
+// vertex always, also of a part that is otherwise too small to be shown.
 // out_of_time when `control` said to stop. The map must not outlive the candidate.
 Result<MadeMap> make_deviation(const Prepared& candidate, const Prepared& baseline, const DeviationFacts& facts,
                                const MapOptions& options, Control& control);

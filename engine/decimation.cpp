@@ -23,41 +23,119 @@ bool is_smaller(const std::pair<double, std::uint32_t>& a, const std::pair<doubl
   return a.first != b.first ? a.first > b.first : a.second < b.second;
 }
 
-// The largest triangles as they are.
-Decimated largest_of(MeshView mesh, const Box& box, std::size_t count) {
-  const double widest = (box.high - box.low).maxCoeff();
-  const auto scaled = [&](std::size_t t, int i) -> Vec3 {
-    if (widest == 0) return Vec3::Zero();
-    return (mesh.corner(t, i) - box.low) / widest;
-  };
-  std::vector<std::pair<double, std::uint32_t>> order(mesh.triangles.size());
-  for (std::uint32_t t = 0; t < order.size(); ++t) {
-    const Vec3 e = scaled(t, 1) - scaled(t, 0), f = scaled(t, 2) - scaled(t, 0);
-    const Vec3 cross(e.y() * f.z() - e.z() * f.y(), e.z() * f.x() - e.x() * f.z(), e.x() * f.y() - e.y() * f.x());
-    order[t] = {cross.norm(), t};
-  }
-  const auto end = order.begin() + static_cast<std::ptrdiff_t>(std::min(count, order.size()));
-  std::partial_sort(order.begin(), end, order.end(), is_smaller);
-  Decimated result;
-  std::vector<std::uint32_t> names(mesh.positions.size(), kNone);
-  for (auto at = order.begin(); at != end; ++at) {
-    const std::uint32_t t = at->second;
-    const bool flat = is_degenerate(mesh.corner(t, 0), mesh.corner(t, 1), mesh.corner(t, 2));
-    if (flat && at != order.begin()) continue;
+// Triangles of vertices of a mesh, and of its vertices those that they use.
+class Collected {
+ public:
+  explicit Collected(MeshView mesh) : mesh_(mesh), names_(mesh.positions.size(), kNone) {}
+
+  bool has(std::uint32_t vertex) const { return names_[vertex] != kNone; }
+  std::size_t triangles() const { return made_.mesh.triangles.size(); }
+
+  void add(const Triangle& triangle) {
     Triangle named{};
     for (std::size_t i = 0; i < 3; ++i) {
-      std::uint32_t& name = names[mesh.triangles[t][i]];
+      std::uint32_t& name = names_[triangle[i]];
       if (name == kNone) {
-        name = static_cast<std::uint32_t>(result.source.size());
-        result.source.push_back(mesh.triangles[t][i]);
-        result.mesh.positions.push_back(mesh.positions[mesh.triangles[t][i]]);
+        name = static_cast<std::uint32_t>(made_.source.size());
+        made_.source.push_back(triangle[i]);
+        made_.mesh.positions.push_back(mesh_.positions[triangle[i]]);
       }
       named[i] = name;
     }
-    result.mesh.triangles.push_back(named);
+    made_.mesh.triangles.push_back(named);
   }
-  return result;
-}
+
+  Decimated take() { return std::move(made_); }
+
+ private:
+  const MeshView mesh_;
+  std::vector<std::uint32_t> names_;  // by vertex of the mesh: the one of what is made
+  Decimated made_;
+};
+
+// How much there is to see of a triangle: twice its area, as a share of the square of the box's widest side.
+class Sizes {
+ public:
+  Sizes(MeshView mesh, const Box& box) : mesh_(mesh), low_(box.low), widest_((box.high - box.low).maxCoeff()) {}
+
+  double operator()(std::uint32_t t) const {
+    if (widest_ == 0) return 0;
+    const Vec3 e = scaled(t, 1) - scaled(t, 0), f = scaled(t, 2) - scaled(t, 0);
+    const Vec3 cross(e.y() * f.z() - e.z() * f.y(), e.z() * f.x() - e.x() * f.z(), e.x() * f.y() - e.y() * f.x());
+    return cross.norm();
+  }
+
+  // The larger one; one with area before one without, whatever the rounding says.
+  bool is_larger(std::uint32_t a, std::uint32_t b) const {
+    const bool flat_a = is_flat(a), flat_b = is_flat(b);
+    return flat_a != flat_b ? flat_b : (*this)(a) > (*this)(b);
+  }
+
+  bool is_flat(std::uint32_t t) const {
+    return is_degenerate(mesh_.corner(t, 0), mesh_.corner(t, 1), mesh_.corner(t, 2));
+  }
+
+ private:
+  Vec3 scaled(std::uint32_t t, int i) const { return (mesh_.corner(t, i) - low_) / widest_; }
+
+  const MeshView mesh_;
+  const Vec3 low_;
+  const double widest_;
+};
+
+// Triangles as they are: for each vertex of a rank one that has it, the highest first, on up to half of `count`; then
+// the largest.
+class AsTheyAre {
+ public:
+  AsTheyAre(MeshView mesh, const Decimation& wanted, const Box& box)
+      : mesh_(mesh), wanted_(wanted), sizes_(mesh, box), made_(mesh), taken_(mesh.triangles.size(), false) {}
+
+  Decimated result() {
+    const std::size_t most = std::min(wanted_.max_triangles, mesh_.triangles.size());
+    if (!wanted_.rank.empty()) add_ranked(std::max<std::size_t>(most / 2, 1));
+    std::vector<std::pair<double, std::uint32_t>> order(mesh_.triangles.size());
+    for (std::uint32_t t = 0; t < order.size(); ++t) order[t] = {sizes_(t), t};
+    const auto end = order.begin() + static_cast<std::ptrdiff_t>(most);
+    std::partial_sort(order.begin(), end, order.end(), is_smaller);
+    for (auto at = order.begin(); at != end && made_.triangles() < most; ++at) {
+      if (!taken_[at->second] && (made_.triangles() == 0 || !sizes_.is_flat(at->second)))
+        made_.add(triangle(at->second));
+    }
+    return made_.take();
+  }
+
+ private:
+  const Triangle& triangle(std::uint32_t t) const { return mesh_.triangles[t]; }
+
+  std::uint8_t rank_of(std::uint32_t t) const {
+    const Triangle& c = triangle(t);
+    return std::max({wanted_.rank[c[0]], wanted_.rank[c[1]], wanted_.rank[c[2]]});
+  }
+
+  void add_ranked(std::size_t most) {
+    std::vector<std::uint32_t> ranked;
+    for (std::uint32_t t = 0; t < mesh_.triangles.size(); ++t) {
+      if (rank_of(t) > 0) ranked.push_back(t);
+    }
+    std::sort(ranked.begin(), ranked.end(), [&](std::uint32_t a, std::uint32_t b) {
+      if (rank_of(a) != rank_of(b)) return rank_of(a) > rank_of(b);
+      return sizes_.is_larger(a, b) || (!sizes_.is_larger(b, a) && a < b);
+    });
+    for (const std::uint32_t t : ranked) {
+      if (made_.triangles() == most) return;
+      const auto is_new = [&](std::uint32_t vertex) { return wanted_.rank[vertex] > 0 && !made_.has(vertex); };
+      if (std::none_of(triangle(t).begin(), triangle(t).end(), is_new)) continue;
+      made_.add(triangle(t));
+      taken_[t] = true;
+    }
+  }
+
+  const MeshView mesh_;
+  const Decimation& wanted_;
+  const Sizes sizes_;
+  Collected made_;
+  std::vector<bool> taken_;  // by triangle
+};
 
 class Clustering {
  public:
@@ -66,6 +144,7 @@ class Clustering {
         wanted_(wanted),
         low_(box.low),
         widest_((box.high - box.low).maxCoeff()),
+        sizes_(mesh, box),
         interrupted_(interrupted),
         cluster_of_(mesh.positions.size(), kNone) {}
 
@@ -79,13 +158,37 @@ class Clustering {
   bool stopped() const { return stopped_; }
   double widest() const { return widest_; }
 
-  // Of the clusters made last, which must not be too many.
-  Decimated result() {
+  // Of the clusters made last, which must not be too many: says which triangles stay, and how many more are needed so
+  // that no cluster with a vertex of a rank is without one.
+  std::size_t settle() {
     choose();
-    std::vector<std::uint32_t> names(keys_.size(), kNone);
-    Decimated result;
-    for (const std::uint32_t t : kept_) add(t, names, result);
-    return result;
+    std::erase_if(kept_, [&](std::uint32_t t) { return is_flat(t); });
+    std::vector<bool> shown(keys_.size(), false);
+    for (const std::uint32_t t : kept_) {
+      for (const std::uint32_t vertex : mesh_.triangles[t]) shown[cluster_of_[vertex]] = true;
+    }
+    lost_.clear();
+    for (std::uint32_t c = 0; c < shown.size(); ++c) {
+      if (!shown[c] && rank_of(chosen_[c]) > 0) lost_.push_back(c);
+    }
+    std::stable_sort(lost_.begin(), lost_.end(),
+                     [&](std::uint32_t a, std::uint32_t b) { return rank_of(chosen_[a]) > rank_of(chosen_[b]); });
+    return lost_.size();
+  }
+
+  std::size_t kept() const { return kept_.size(); }
+
+  // After settle(): the triangles that stay, and of what would be lost an own one each, the highest rank first, as many
+  // as fit.
+  Decimated result() const {
+    Collected made(mesh_);
+    for (const std::uint32_t t : kept_) made.add(chosen_of(t));
+    const std::vector<std::uint32_t> own = own_triangles();
+    for (const std::uint32_t cluster : lost_) {
+      if (made.triangles() == wanted_.max_triangles) break;
+      if (!made.has(chosen_[cluster])) made.add(mesh_.triangles[own[cluster]]);
+    }
+    return made.take();
   }
 
  private:
@@ -178,30 +281,38 @@ class Clustering {
     }
   }
 
-  void add(std::uint32_t t, std::vector<std::uint32_t>& names, Decimated& result) const {
-    Corners clusters{}, sources{};
-    for (std::size_t i = 0; i < 3; ++i) {
-      clusters[i] = cluster_of_[mesh_.triangles[t][i]];
-      sources[i] = chosen_[clusters[i]];
-    }
-    if (is_degenerate(mesh_.positions[sources[0]], mesh_.positions[sources[1]], mesh_.positions[sources[2]])) return;
-    Triangle named{};
-    for (std::size_t i = 0; i < 3; ++i) {
-      std::uint32_t& name = names[clusters[i]];
-      if (name == kNone) {
-        name = static_cast<std::uint32_t>(result.source.size());
-        result.source.push_back(sources[i]);
-        result.mesh.positions.push_back(mesh_.positions[sources[i]]);
+  Triangle chosen_of(std::uint32_t t) const {
+    Triangle chosen{};
+    for (std::size_t i = 0; i < 3; ++i) chosen[i] = chosen_[cluster_of_[mesh_.triangles[t][i]]];
+    return chosen;
+  }
+
+  bool is_flat(std::uint32_t t) const {
+    const Triangle c = chosen_of(t);
+    return is_degenerate(mesh_.positions[c[0]], mesh_.positions[c[1]], mesh_.positions[c[2]]);
+  }
+
+  // By cluster that is lost: the largest triangle at its chosen vertex.
+  std::vector<std::uint32_t> own_triangles() const {
+    std::vector<std::uint32_t> own(keys_.size(), kNone);
+    if (lost_.empty()) return own;
+    std::vector<bool> lost(keys_.size(), false);
+    for (const std::uint32_t cluster : lost_) lost[cluster] = true;
+    for (std::uint32_t t = 0; t < mesh_.triangles.size(); ++t) {
+      for (const std::uint32_t vertex : mesh_.triangles[t]) {
+        const std::uint32_t cluster = cluster_of_[vertex];
+        if (!lost[cluster] || chosen_[cluster] != vertex) continue;
+        if (own[cluster] == kNone || sizes_.is_larger(t, own[cluster])) own[cluster] = t;
       }
-      named[i] = name;
     }
-    result.mesh.triangles.push_back(named);
+    return own;
   }
 
   const MeshView mesh_;
   const Decimation& wanted_;
   const Vec3 low_;
   const double widest_;
+  const Sizes sizes_;
   const Interrupted& interrupted_;
   std::uint64_t cells_ = 1;
   bool stopped_ = false;
@@ -209,6 +320,7 @@ class Clustering {
   std::vector<std::uint64_t> keys_;        // by cluster: its cell
   std::vector<std::uint32_t> kept_;        // triangles
   std::vector<std::uint32_t> chosen_;      // by cluster: a vertex
+  std::vector<std::uint32_t> lost_;        // clusters that no kept triangle shows, and should
 };
 
 // Looks for the finest grid that leaves few enough triangles. Their number grows about as the square of the cells along
@@ -253,6 +365,20 @@ class Search {
   double best_left_ = 0;
 };
 
+// nullopt: no grid leaves a triangle, or interrupted. Where all fits but what would be lost, a coarser grid makes room.
+std::optional<Decimated> clustered(Clustering& clustering, std::size_t most) {
+  for (std::size_t left_to_grid = most;;) {
+    const std::uint64_t cells = Search(clustering, left_to_grid).run();
+    if (cells == 0) return std::nullopt;
+    clustering.make(cells);
+    if (clustering.stopped()) return std::nullopt;
+    const std::size_t lost = clustering.settle();
+    if (clustering.kept() == 0) return std::nullopt;
+    if (left_to_grid < most || lost <= most - clustering.kept()) return clustering.result();
+    left_to_grid = most - std::max<std::size_t>(1, std::min(2 * lost, most / 4));
+  }
+}
+
 }  // namespace
 
 std::optional<Decimated> decimated(MeshView mesh, const Decimation& wanted, const Interrupted& interrupted) {
@@ -260,16 +386,12 @@ std::optional<Decimated> decimated(MeshView mesh, const Decimation& wanted, cons
   const Box box = bounding_box(mesh, interrupted);
   Clustering clustering(mesh, wanted, box, interrupted);
   if (clustering.widest() > 0) {
-    const std::uint64_t cells = Search(clustering, wanted.max_triangles).run();
-    if (cells > 0) clustering.make(cells);
+    auto result = clustered(clustering, wanted.max_triangles);
     if (clustering.stopped()) return std::nullopt;
-    if (cells > 0) {
-      Decimated result = clustering.result();
-      if (!result.mesh.triangles.empty()) return result;
-    }
+    if (result) return result;
   }
   if (interrupted()) return std::nullopt;
-  return largest_of(mesh, box, wanted.max_triangles);
+  return AsTheyAre(mesh, wanted, box).result();
 }
 
 }  // namespace meshgauge

@@ -104,13 +104,13 @@ Io Connection::read(std::span<char> out, std::size_t& got, Clock::time_point dea
   }
 }
 
-Io Connection::write(std::string_view bytes, Clock::time_point deadline) {
+Io Connection::write(std::string_view bytes, Clock::time_point deadline, Counted counted) {
   while (!bytes.empty()) {
     const Transport::Moved moved = transport_->write(bytes);
     bytes.remove_prefix(moved.bytes);
     if (moved.step == Transport::Step::done) continue;
     if (moved.step == Transport::Step::closed) return Io::closed;
-    if (const Io io = wait(events_of(moved.step), deadline, Counted::yes, nullptr); io != Io::ok) return io;
+    if (const Io io = wait(events_of(moved.step), deadline, counted, nullptr); io != Io::ok) return io;
   }
   return Io::ok;
 }

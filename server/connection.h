@@ -51,7 +51,10 @@ class Connection {
   // The same between two requests, where nobody is owed anything: takes no place. `give_up` is asked every 50 ms.
   Io idle(Clock::time_point deadline, const std::function<bool()>& give_up);
 
-  Io write(std::string_view bytes, Clock::time_point deadline);  // takes a place as fill() does
+  enum class Counted { yes, no };
+  // Takes a place as fill() does, unless what is written is counted elsewhere: an answer that has begun must not fail
+  // for want of one.
+  Io write(std::string_view bytes, Clock::time_point deadline, Counted counted = Counted::yes);
 
   void settle() { place_.reset(); }  // the request is here: its client is waited for no more
 
@@ -63,8 +66,6 @@ class Connection {
   int fd() const { return fd_; }
 
  private:
-  enum class Counted { yes, no };
-
   bool take_place();
   Io wait(short events, Clock::time_point deadline, Counted counted, const std::function<bool()>& give_up);
   Io receive(std::size_t most, Clock::time_point deadline, Counted counted, const std::function<bool()>& give_up);

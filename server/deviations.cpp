@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <new>
 #include <thread>
 #include <utility>
 
@@ -18,7 +19,8 @@ using api::Problem;
 using api::ProblemKind;
 using std::chrono::milliseconds;
 
-constexpr milliseconds kTick{20};  // how soon a client that went away is noticed
+constexpr milliseconds kTick{20};       // how soon a client that went away is noticed
+constexpr milliseconds kGrace{10'000};  // for a map whose time is over to say so
 constexpr std::size_t kShownIdDigits = 8;
 
 Problem not_found() { return {ProblemKind::not_found, "there is no comparison of this id, or not any more", {}}; }
@@ -52,6 +54,15 @@ bool matches(std::string_view if_none_match, std::string_view etag) {
     if (tag == etag) return true;
   }
   return false;
+}
+
+// Of a mesh that was stored, or that came with a durable comparison; or of one that its owner has sent again since.
+std::string mesh_of(const store::Job& row, const std::string& part) {
+  const std::string& id = part == "a" ? row.mesh_a : row.mesh_b;
+  if (!id.empty()) return id;
+  const auto document = nlohmann::json::parse(row.document, nullptr, false);
+  const nlohmann::json::json_pointer digest("/meshes/" + part + "/sha256");
+  return document.contains(digest) && document[digest].is_string() ? document[digest].get<std::string>() : "";
 }
 
 std::string server_timing(const std::vector<api::Stage>& stages) {
@@ -95,7 +106,8 @@ Deviations::Deviations(const Settings& settings, Jobs& jobs, Stores stores, Acce
       access_(access),
       metrics_(metrics),
       fetch_(std::move(fetch)),
-      tools_{settings, fetch_, *stores.maps, jobs.threads()} {}
+      tools_{settings, fetch_, *stores.maps, jobs.threads()},
+      sending_(most_files_sent(settings)) {}
 
 Deviations::~Deviations() {
   while (works_.use_count() > 1) std::this_thread::sleep_for(milliseconds(1));
@@ -113,8 +125,7 @@ void Deviations::get(Exchange& exchange, MapKind kind) {
     exchange.response.status = kNotModified;
   } else if (const auto file = stores_.maps->find(asked.order.key)) {
     metrics_.map_found();
-    exchange.response.headers.emplace_back("Server-Timing", "cached");
-    send(exchange, file);
+    if (send(exchange, file)) exchange.response.headers.emplace_back("Server-Timing", "cached");
   } else if (auto problem = open_meshes(asked)) {
     return answer(exchange, *problem);
   } else if (exchange.head.method == "HEAD") {
@@ -146,15 +157,9 @@ std::variant<Deviations::Asked, Problem> Deviations::find(const Exchange& exchan
   return asked;
 }
 
-// Of a mesh that was stored, or that came with a durable comparison; or of one that its owner has sent again since.
-std::variant<MeshSource, Problem> Deviations::open(const store::Job& row, const std::string& part) {
-  std::string id = part == "a" ? row.mesh_a : row.mesh_b;
-  if (id.empty()) {
-    const auto document = nlohmann::json::parse(row.document, nullptr, false);
-    const nlohmann::json::json_pointer digest("/meshes/" + part + "/sha256");
-    if (document.contains(digest) && document[digest].is_string()) id = document[digest].get<std::string>();
-  }
-  auto blob = stores_.blobs.open({row.key.owner, id});
+std::variant<MeshSource, Problem> Deviations::open(const std::string& owner, const std::string& part,
+                                                   const std::string& id) {
+  auto blob = stores_.blobs.open({owner, id});
   if (!blob) return api::to_problem(blob.error());
   if (!*blob) return gone(part, id);
   return source_of(part, std::move(**blob), id);
@@ -174,8 +179,14 @@ std::optional<Problem> Deviations::recognise(MeshSource& source, const std::stri
 
 std::optional<Problem> Deviations::open_meshes(Asked& asked) {
   MapOrder& order = asked.order;
+  const std::string a = mesh_of(asked.row, "a"), b = mesh_of(asked.row, "b");
+  // What is deleted from here on is noticed by the cache; what was before, now.
+  order.coming = stores_.maps->expect(order.key, {a, b});
+  const auto job = jobs_.get(order.key.job);
+  if (!job) return api::to_problem(job.error());
+  if (!*job) return not_found();
   for (const char* part : {"a", "b"}) {
-    auto found = open(asked.row, part);
+    auto found = open(asked.row.key.owner, part, *part == 'a' ? a : b);
     if (const auto* problem = std::get_if<Problem>(&found)) return *problem;
     (*part == 'a' ? order.a : order.b) = std::move(std::get<MeshSource>(found));
   }
@@ -206,6 +217,9 @@ void Deviations::make(Exchange& exchange, Asked& asked) {
   const Watching making(*this, begin(asked, slot));
   const Result<MadeFile>* result = nullptr;
   while (!(result = making->wait(kTick))) {
+    if (Making::Clock::now() >= making->submitted + making->order.timeout + kGrace) {
+      return answer(exchange, Problem{ProblemKind::out_of_time, "no worker was free to make the map in its time", {}});
+    }
     if (exchange.connection.peer_gone()) {
       return answer(exchange, Problem{ProblemKind::out_of_time, "cancelled: the client went away", {}});
     }
@@ -217,8 +231,8 @@ void Deviations::make(Exchange& exchange, Asked& asked) {
     return answer(exchange, problem);
   }
   exchange.stages = (*result)->stages;
+  if (!send(exchange, (*result)->file)) return;
   exchange.response.headers.emplace_back("Server-Timing", server_timing((*result)->stages));
-  send(exchange, (*result)->file);
 }
 
 // The map that is on its way, or a new one, which takes the slot.
@@ -234,12 +248,20 @@ std::shared_ptr<Making> Deviations::begin(Asked& asked, std::optional<Scheduler:
     there = making = std::make_shared<Making>(std::move(asked.order));
     making->watchers = 1;
   }
-  const MapOrder& order = making->order;
-  jobs_.work(std::move(*slot),
-             {order.key.job.owner, order.bytes, order.timeout, std::shared_ptr<Control>(making, &making->control),
-              [this, making, works = works_](Scheduler::Slot held) { run(making, std::move(held)); }});
+  try {
+    submit(making, std::move(*slot));
+  } catch (const std::bad_alloc&) {  // whoever has joined meanwhile waits for it
+    making->end(Error{ErrorCode::internal, "no memory", "", ""});
+  }
   slot.reset();
   return making;
+}
+
+void Deviations::submit(const std::shared_ptr<Making>& making, Scheduler::Slot slot) {
+  const MapOrder& order = making->order;
+  jobs_.work(std::move(slot),
+             {order.key.job.owner, order.bytes, order.timeout, std::shared_ptr<Control>(making, &making->control),
+              [this, making, works = works_](Scheduler::Slot held) { run(making, std::move(held)); }});
 }
 
 void Deviations::run(const std::shared_ptr<Making>& making, Scheduler::Slot slot) {
@@ -261,8 +283,16 @@ void Deviations::leave(Making& making) {
   jobs_.withdraw(making.control);
 }
 
-void Deviations::send(Exchange& exchange, const MapCache::File& file) const {
-  exchange.response.file = FileBody{file->bytes(), file};
+// False: it is refused. A client that takes its file slowly holds a thread for long.
+bool Deviations::send(Exchange& exchange, const MapCache::File& file) {
+  std::shared_ptr<const void> seat;
+  if (exchange.head.method != "HEAD" && !(seat = sending_.take(exchange.owner))) {
+    answer(exchange, Problem{ProblemKind::overloaded, "as many clients take maps as may; try again", {}});
+    return false;
+  }
+  using Held = std::pair<MapCache::File, std::shared_ptr<const void>>;
+  exchange.response.file = FileBody{file->bytes(), std::make_shared<const Held>(file, std::move(seat))};
+  return true;
 }
 
 }  // namespace meshgauge::server

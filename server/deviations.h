@@ -17,6 +17,7 @@
 #include "server/maps/making.h"
 #include "server/maps/map_query.h"
 #include "server/observe/metrics.h"
+#include "server/seats.h"
 #include "server/settings.h"
 
 namespace meshgauge::server {
@@ -38,14 +39,15 @@ class Deviations {
   class Watching;
 
   std::variant<Asked, api::Problem> find(const Exchange& exchange, MapKind kind);
-  std::variant<MeshSource, api::Problem> open(const store::Job& row, const std::string& part);
+  std::variant<MeshSource, api::Problem> open(const std::string& owner, const std::string& part, const std::string& id);
   std::optional<api::Problem> recognise(MeshSource& source, const std::string& owner);
   std::optional<api::Problem> open_meshes(Asked& asked);
   void make(Exchange& exchange, Asked& asked);
   std::shared_ptr<Making> begin(Asked& asked, std::optional<Scheduler::Slot>& slot);
+  void submit(const std::shared_ptr<Making>& making, Scheduler::Slot slot);
   void run(const std::shared_ptr<Making>& making, Scheduler::Slot slot);
   void leave(Making& making);
-  void send(Exchange& exchange, const MapCache::File& file) const;
+  bool send(Exchange& exchange, const MapCache::File& file);
 
   const Settings settings_;
   Jobs& jobs_;
@@ -54,6 +56,7 @@ class Deviations {
   Metrics& metrics_;
   const Fetch fetch_;
   const MapTools tools_;
+  Seats sending_;                                                                 // of answers on their way
   const std::shared_ptr<const bool> works_ = std::make_shared<const bool>(true);  // shared with all tasks
   std::mutex mutex_;                                  // guards what follows, and who watches them
   std::map<MapKey, std::shared_ptr<Making>> making_;  // that somebody waits for

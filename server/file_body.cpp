@@ -9,6 +9,7 @@ namespace meshgauge::server {
 namespace {
 
 constexpr std::chrono::milliseconds kWriteTime{30'000};
+constexpr std::chrono::milliseconds kPieceTime{10'000};
 constexpr std::size_t kLeastBytesPerMs = 512;
 constexpr std::size_t kPiece = std::size_t{1} << 20;
 
@@ -25,7 +26,8 @@ void send_file(Exchange& exchange, bool close) {
   const auto file = exchange.response.file->bytes;
   const auto deadline = Clock::now() + kWriteTime + std::chrono::milliseconds(file.size() / kLeastBytesPerMs);
   const auto write = [&](std::string_view bytes) {
-    if (exchange.connection.write(bytes, deadline) != Io::ok) return false;
+    const auto piece_deadline = std::min(deadline, Clock::now() + kPieceTime);
+    if (exchange.connection.write(bytes, piece_deadline, Connection::Counted::no) != Io::ok) return false;
     exchange.bytes_out += bytes.size();
     return true;
   };

@@ -164,8 +164,9 @@ void Meshes::remove(Exchange& exchange) {
   if (!removed) return answer(exchange, api::to_problem(removed.error()));
   if (!*removed) return answer(exchange, not_found());
   stores_.cache.forget(key.owner, key.id);
-  if (stores_.maps) stores_.maps->forget_mesh(key.owner, key.id);
   discard(key);
+  // After its bytes: a map of it that is begun from here on does not find them.
+  if (stores_.maps) stores_.maps->forget_mesh(key.owner, key.id);
   exchange.response.status = 204;
 }
 

@@ -123,6 +123,9 @@ void for_each_setting(SomeSettings& s, Visit visit) {
 api::RequestLimits request_limits(const Settings& settings);
 api::ReadLimits read_limits(const Settings& settings);
 
+// How many files may be on their way to clients at a time: half of the threads that nothing else holds.
+std::uint64_t most_files_sent(const Settings& settings);
+
 // Fills in `workers`, `io_threads`, `max_arriving_per_peer`, `parsers`, `parser_memory_bytes` and `simd`, and refuses
 // what this processor cannot run, and values that contradict each other.
 Result<Settings> checked(Settings settings);

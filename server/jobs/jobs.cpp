@@ -375,7 +375,7 @@ void Jobs::sweep() try {
   const auto now = store::now();
   const auto swept = stores_.jobs.sweep_jobs({now, now + seconds(settings_.result_ttl_s)}, settings_.max_kept_results);
   note(swept);
-  if (stores_.maps && swept && swept->expired + swept->over_cap > 0) {
+  if (stores_.maps && swept) {
     stores_.maps->sweep([this](const store::JobKey& key) {
       const auto row = stores_.jobs.get(key);
       return !row || *row;

@@ -85,7 +85,7 @@ Result<MadeFile> made(Making& making, const MapTools& tools) {
   if (!map) return map.error();
   const double measure_ms = watch.lap_ms();
 
-  auto file = tools.cache.keep(order.key, {order.a.id, order.b.id}, [&](std::ostream& out) -> Result<Done> {
+  auto file = tools.cache.keep(*order.coming, [&](std::ostream& out) -> Result<Done> {
     if (order.query.kind == MapKind::glb) return api::write_deviation_glb(map->map(), out);
     return api::write_deviation_ply(map->map(), out), Done{};
   });

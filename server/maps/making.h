@@ -19,6 +19,7 @@ namespace meshgauge::server {
 // All that a worker needs to know.
 struct MapOrder {
   MapKey key;
+  std::shared_ptr<const MapCache::Coming> coming;
   MapQuery query;
   MeshSource a;
   MeshSource b;

@@ -75,13 +75,22 @@ MapCache::File MapCache::find(const MapKey& key) {
   return std::move(*file);
 }
 
-Result<MapCache::File> MapCache::keep(const MapKey& key, const std::vector<std::string>& meshes, const Write& write) {
+std::shared_ptr<MapCache::Coming> MapCache::expect(const MapKey& key, const std::vector<std::string>& meshes) {
+  const auto coming = std::make_shared<Coming>();
+  coming->key = key;
+  coming->meshes = meshes;
+  const std::lock_guard lock(mutex_);
+  std::erase_if(coming_, [](const auto& one) { return one.expired(); });
+  coming_.push_back(coming);
+  return coming;
+}
+
+Result<MapCache::File> MapCache::keep(const Coming& coming, const Write& write) {
   if (settings_.max_bytes == 0) return write_unnamed(write);
   const std::string path = settings_.folder + "/" + api::random_id();
   auto file = write_named(path + ".part", write);
   if (!file) return is_of_storage(file.error()) ? write_unnamed(write) : file;
-  const bool kept =
-      ::rename((path + ".part").c_str(), path.c_str()) == 0 && move_in({key, meshes, path, (*file)->size()});
+  const bool kept = ::rename((path + ".part").c_str(), path.c_str()) == 0 && move_in(coming, path, (*file)->size());
   if (!kept) remove_all({path, path + ".part"});
   return file;
 }
@@ -99,16 +108,17 @@ Result<MapCache::File> MapCache::write_unnamed(const Write& write) {
   return written(Descriptor(open_unnamed_file(settings_.temp_dir)), write);
 }
 
-// False: it is larger than all may be together.
-bool MapCache::move_in(Entry entry) {
-  if (entry.bytes > settings_.max_bytes) return false;
+// False: it is larger than all may be together, or what it shows was deleted.
+bool MapCache::move_in(const Coming& coming, const std::string& path, std::uint64_t bytes) {
+  if (bytes > settings_.max_bytes) return false;
+  Entry entry{coming.key, coming.meshes, path, bytes};
   Paths removed;
   {
     const std::lock_guard lock(mutex_);
+    if (coming.forgotten) return false;
     if (const auto old = by_key_.find(entry.key); old != by_key_.end()) take_out(old->second, removed);
     while (!entries_.empty() && (bytes_ + entry.bytes > settings_.max_bytes || entries_.size() >= kMostFiles)) {
-      ++evictions_;
-      take_out(entries_.begin(), removed);
+      drop_oldest(removed);
     }
     bytes_ += entry.bytes;
     entries_.push_back(std::move(entry));
@@ -116,6 +126,12 @@ bool MapCache::move_in(Entry entry) {
   }
   remove_all(removed);
   return true;
+}
+
+// Precondition: locked, and there is one.
+void MapCache::drop_oldest(Paths& removed) {
+  ++evictions_;
+  take_out(entries_.begin(), removed);
 }
 
 // Precondition: locked.
@@ -135,16 +151,19 @@ void MapCache::take_out_if(const Condition& condition) {
       const auto here = at++;
       if (condition(*here)) take_out(here, removed);
     }
+    for (const auto& one : coming_) {
+      if (const auto coming = one.lock(); coming && condition(*coming)) coming->forgotten = true;
+    }
   }
   remove_all(removed);
 }
 
 void MapCache::forget(const store::JobKey& job) {
-  take_out_if([&](const Entry& entry) { return entry.key.job == job; });
+  take_out_if([&](const auto& entry) { return entry.key.job == job; });
 }
 
 void MapCache::forget_mesh(const std::string& owner, const std::string& id) {
-  take_out_if([&](const Entry& entry) {
+  take_out_if([&](const auto& entry) {
     return entry.key.job.owner == owner &&
            std::find(entry.meshes.begin(), entry.meshes.end(), id) != entry.meshes.end();
   });
@@ -157,6 +176,9 @@ void MapCache::sweep(const std::function<bool(const store::JobKey&)>& is_there) 
     const std::lock_guard lock(mutex_);
     for (const auto& [key, entry] : by_key_) {
       if (jobs.empty() || !(jobs.back() == key.job)) jobs.push_back(key.job);
+    }
+    for (const auto& one : coming_) {
+      if (const auto coming = one.lock()) jobs.push_back(coming->key.job);
     }
   }
   for (const store::JobKey& job : jobs) {

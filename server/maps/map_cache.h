@@ -54,6 +54,15 @@ class MapCache {
     std::uint64_t evictions = 0;
   };
 
+  // A map that is on its way. If its job or one of its meshes is forgotten meanwhile, it is not kept.
+  class Coming {
+   private:
+    friend class MapCache;
+    MapKey key;
+    std::vector<std::string> meshes;
+    bool forgotten = false;  // guarded by the cache
+  };
+
   explicit MapCache(Settings settings) : settings_(std::move(settings)) {}
 
   // Before anything else: makes the folder and empties it.
@@ -61,10 +70,12 @@ class MapCache {
 
   File find(const MapKey& key);  // null: it is not kept
 
+  // Before it is seen that they are there, so that nothing is deleted unnoticed between. `meshes`: of the two meshes.
+  std::shared_ptr<Coming> expect(const MapKey& key, const std::vector<std::string>& meshes);
+
   // The file that `write` writes. It is kept if it can be, the longest unused go for it. An Error is that of `write`,
   // or storage_full or storage_unavailable when it can be written nowhere; `write` may be called twice.
-  // `meshes`: of the two meshes, for forget_mesh().
-  Result<File> keep(const MapKey& key, const std::vector<std::string>& meshes, const Write& write);
+  Result<File> keep(const Coming& coming, const Write& write);
 
   void forget(const store::JobKey& job);
   void forget_mesh(const std::string& owner, const std::string& id);
@@ -85,13 +96,15 @@ class MapCache {
 
   Result<File> write_named(const std::string& path, const Write& write);
   Result<File> write_unnamed(const Write& write);
-  bool move_in(Entry entry);
+  bool move_in(const Coming& coming, const std::string& path, std::uint64_t bytes);
+  void drop_oldest(Paths& removed);
   void take_out(Entries::iterator at, Paths& removed);
   template <class Condition>
   void take_out_if(const Condition& condition);
 
   const Settings settings_;
   mutable std::mutex mutex_;  // guards what follows
+  std::vector<std::weak_ptr<Coming>> coming_;
   Entries entries_;
   std::map<MapKey, Entries::iterator> by_key_;
   std::uint64_t bytes_ = 0;

@@ -107,6 +107,26 @@ TEST_CASE("deviation maker: a map of few triangles shows the farthest vertex, an
   }
 }
 
+TEST_CASE("deviation maker: a loose fleck is the farthest of a map of few triangles, and is on it") {
+  Mesh dirty = shapes::sphere(100);
+  const Mesh clean = dirty;
+  const auto first = static_cast<std::uint32_t>(dirty.positions.size());
+  dirty.positions.insert(dirty.positions.end(), {{1.3, 0, 0}, {1.2999, 1e-4, 0}, {1.2999, 0, 1e-4}});
+  dirty.triangles.push_back({first, first + 1, first + 2});
+  const Prepared candidate(dirty), baseline(clean);
+  api::DeviationFacts known;
+  known.limit = 0.1;
+  Control control;
+  for (const std::size_t most : {20'000U, 5000U, 1000U, 1U}) {
+    api::MapOptions options;
+    options.max_triangles = most;
+    const auto made = api::make_deviation(candidate, baseline, known, options, control);
+    REQUIRE(made.ok());
+    CHECK(made->map().mesh.triangles.size() <= most);
+    CHECK(*std::max_element(made->map().distances.begin(), made->map().distances.end()) == doctest::Approx(0.3));
+  }
+}
+
 TEST_CASE("deviation maker: refined where there is room, as it is where there is none") {
   const Mesh cube = shapes::cube(), other = shapes::cube(1, {0, 0, 0.5});
   const Prepared candidate(cube), baseline(other);

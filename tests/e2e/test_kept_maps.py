@@ -8,12 +8,13 @@ import re
 import struct
 import tempfile
 import threading
+import time
 import unittest
 from pathlib import Path
 
 from harness import SLOW, SLOW_OPTIONS, Server, flat_grid, read_answer, until, wavy_grid
 from keys import bearer, new_key, write_keys
-from maps import WAVY, compared
+from maps import FLAT, WAVY, compared
 
 FAILING_DISK = os.environ.get("MESHGAUGE_FAILING_DISK_LIBRARY", "")
 
@@ -181,6 +182,51 @@ class Cached(unittest.TestCase):
                 shared[:] = bytes(8)
                 self.assertEqual(server.get(path + "/deviation.ply").status, 200)
                 server.stop()
+
+
+class Slow(unittest.TestCase):
+    """Clients that do not take what they asked for."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.server = Server("--workers", "2")
+        cls.addClassCleanup(cls.server.stop)
+        cls.path = compared(cls.server, wavy_grid(500, 0.1), FLAT, {"tolerance": {"relative": 1}})[0] + "/deviation.ply"
+        cls.whole = cls.server.get(cls.path).body  # more than sockets take by themselves
+        assert len(cls.whole) > 10 << 20
+
+    def ask(self, source=""):
+        connection = self.server.connect(source=source)
+        self.addCleanup(connection.close)
+        connection.sendall(("GET %s HTTP/1.1\r\nHost: t\r\n\r\n" % self.path).encode())
+        return connection
+
+    def test_they_do_not_keep_others_from_being_served_and_no_answer_breaks_off(self):
+        stalled = [self.ask() for _ in range(60)] + [self.ask("127.0.0.%d" % (2 + i % 2)) for i in range(20)]
+        time.sleep(0.5)
+        start = time.monotonic()
+        self.assertEqual(self.server.get("/healthz").status, 200)
+        self.assertLess(time.monotonic() - start, 3)
+        statuses = []
+        for connection in stalled:
+            answer = read_answer(connection.makefile("rb"))
+            statuses.append(answer.status)
+            if answer.status == 200:
+                self.assertEqual(len(answer.body), len(self.whole))
+            else:
+                self.assertEqual((answer.status, answer.json()["type"]), (503, "urn:meshgauge:problem:overloaded"))
+                self.assertIn("retry-after", answer.headers)
+        self.assertGreater(statuses.count(200), 4)
+        self.assertGreater(statuses.count(503), 4)
+        self.assertEqual(self.server.get(self.path).body, self.whole)
+
+    def test_who_takes_nothing_for_long_is_left(self):
+        connection = self.ask()
+        time.sleep(13)
+        taken = 0
+        while piece := connection.recv(1 << 20):
+            taken += len(piece)
+        self.assertTrue(0 < taken < len(self.whole))
 
 
 class Owners(unittest.TestCase):

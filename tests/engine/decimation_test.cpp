@@ -108,6 +108,67 @@ TEST_CASE("decimated: the vertex of the highest rank in a cell is kept") {
   }
 }
 
+namespace {
+
+bool has(const Decimated& made, std::uint32_t vertex) {
+  return std::find(made.source.begin(), made.source.end(), vertex) != made.source.end();
+}
+
+// A speck of a triangle at `where`: much smaller than any cell.
+std::uint32_t add_fleck(Mesh& mesh, const Vec3& where, double size = 1e-4) {
+  const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+  mesh.positions.insert(mesh.positions.end(), {where, where + Vec3(size, 0, 0), where + Vec3(0, size, 0)});
+  mesh.triangles.push_back({first, first + 1, first + 2});
+  return first;
+}
+
+}  // namespace
+
+TEST_CASE("decimated: a loose part that a cell swallows is kept where it has a rank") {
+  Mesh mesh = shapes::sphere(100);
+  const std::uint32_t fleck = add_fleck(mesh, {1.3, 0, 0});
+  std::vector<std::uint8_t> rank(mesh.positions.size(), 0);
+  for (const std::size_t most : {20'000U, 5000U, 1000U}) CHECK_FALSE(has(checked(mesh, most, rank), fleck));
+  rank[fleck] = 2;
+  for (std::size_t most : {39'999U, 20'000U, 5000U, 1000U, 100U, 12U, 3U, 2U, 1U}) {
+    CHECK(has(checked(mesh, most, rank), fleck));
+  }
+}
+
+TEST_CASE("decimated: of many loose parts those of the highest rank are kept, within the budget") {
+  Mesh mesh = shapes::sphere(60);
+  std::vector<std::uint32_t> flecks;
+  for (int i = 0; i < 1000; ++i) flecks.push_back(add_fleck(mesh, Vec3(1.2 + i / 100.0, i % 7, i % 11)));
+  std::vector<std::uint8_t> rank(mesh.positions.size(), 0);
+  for (std::size_t i = 0; i < flecks.size(); ++i) rank[flecks[i]] = i < 40 ? 2 : 1;
+  rank[flecks[777]] = 3;
+  for (const std::size_t most : {5000U, 1000U, 400U}) {
+    const Decimated made = checked(mesh, most, rank);
+    CHECK(has(made, flecks[777]));
+    for (std::size_t i = 0; i < 40; ++i) CHECK(has(made, flecks[i]));
+    const auto shown = std::count_if(flecks.begin(), flecks.end(), [&](std::uint32_t f) { return has(made, f); });
+    CHECK(shown >= static_cast<std::ptrdiff_t>(std::min<std::size_t>(most / 8, flecks.size())));
+    CHECK(diagonal(made.mesh) > 2);
+  }
+}
+
+// The cells of its corners are each shown by a fleck's vertex, and these three are on one line.
+TEST_CASE("decimated: a vertex whose triangles turn flat is kept where it has a rank") {
+  Mesh mesh = shapes::grid(40);
+  const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+  mesh.positions.insert(mesh.positions.end(), {{0, 0.01, 1}, {0.5, 0.02, 1}, {1, 0.01, 1}});
+  mesh.triangles.push_back({first, first + 1, first + 2});
+  std::vector<std::uint32_t> flecks;
+  for (const double x : {0.0, 0.5, 1.0}) flecks.push_back(add_fleck(mesh, {x, 0, 1}));
+  std::vector<std::uint8_t> rank(mesh.positions.size(), 0);
+  for (const std::uint32_t fleck : flecks) rank[fleck] = 1;
+  for (const std::size_t most : {2000U, 500U, 100U}) {
+    const Decimated made = checked(mesh, most, rank);
+    for (const std::uint32_t fleck : flecks) CHECK(has(made, fleck));
+    CHECK(count_degenerate(made.mesh) == 0);
+  }
+}
+
 TEST_CASE("decimated: the same again and again") {
   const Mesh sphere = shapes::sphere(60);
   const Decimated first = checked(sphere, 3000);

@@ -6,6 +6,7 @@
 #include <atomic>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <iterator>
 #include <string>
 #include <thread>
@@ -59,6 +60,11 @@ MapCache::Write writing(const std::string& text) {
   };
 }
 
+Result<MapCache::File> keep(MapCache& cache, const MapKey& map, const std::vector<std::string>& meshes,
+                            const MapCache::Write& write) {
+  return cache.keep(*cache.expect(map, meshes), write);
+}
+
 std::string text_of(const MapCache::File& file) {
   return {reinterpret_cast<const char*>(file->bytes().data()), file->bytes().size()};
 }
@@ -69,7 +75,7 @@ TEST_CASE("map cache: what is kept is found, by its whole key alone") {
   Kept kept(1000);
   CHECK(kept.files() == 0);  // what was left by an earlier process
   CHECK(kept.cache.find(key("1")) == nullptr);
-  const auto made = kept.cache.keep(key("1"), {}, writing("map"));
+  const auto made = keep(kept.cache, key("1"), {}, writing("map"));
   REQUIRE(made.ok());
   CHECK(text_of(*made) == "map");
   CHECK(text_of(kept.cache.find(key("1"))) == "map");
@@ -83,10 +89,10 @@ TEST_CASE("map cache: what is kept is found, by its whole key alone") {
 
 TEST_CASE("map cache: the longest unused go, and who has one keeps it") {
   Kept kept(10);
-  for (const char* job : {"1", "2"}) REQUIRE(kept.cache.keep(key(job), {}, writing("1234")).ok());
+  for (const char* job : {"1", "2"}) REQUIRE(keep(kept.cache, key(job), {}, writing("1234")).ok());
   const auto second = kept.cache.find(key("2"));
   CHECK(kept.cache.find(key("1")) != nullptr);  // used after the other one
-  REQUIRE(kept.cache.keep(key("3"), {}, writing("1234")).ok());
+  REQUIRE(keep(kept.cache, key("3"), {}, writing("1234")).ok());
   CHECK(kept.cache.find(key("2")) == nullptr);
   CHECK(kept.cache.find(key("1")) != nullptr);
   CHECK(text_of(second) == "1234");
@@ -99,7 +105,7 @@ TEST_CASE("map cache: the longest unused go, and who has one keeps it") {
 
 TEST_CASE("map cache: the same again takes the place of the first") {
   Kept kept(10);
-  for (const char* text : {"12345678", "abcdefgh"}) REQUIRE(kept.cache.keep(key("1"), {}, writing(text)).ok());
+  for (const char* text : {"12345678", "abcdefgh"}) REQUIRE(keep(kept.cache, key("1"), {}, writing(text)).ok());
   CHECK(text_of(kept.cache.find(key("1"))) == "abcdefgh");
   CHECK(kept.cache.counters().bytes == 8);
   CHECK(kept.files() == 1);
@@ -108,7 +114,7 @@ TEST_CASE("map cache: the same again takes the place of the first") {
 TEST_CASE("map cache: what is larger than the budget, or when there is none, is made and not kept") {
   for (const std::uint64_t budget : {0U, 3U}) {
     Kept kept(budget);
-    const auto made = kept.cache.keep(key("1"), {}, writing("1234"));
+    const auto made = keep(kept.cache, key("1"), {}, writing("1234"));
     REQUIRE(made.ok());
     CHECK(text_of(*made) == "1234");
     CHECK(kept.cache.find(key("1")) == nullptr);
@@ -120,9 +126,9 @@ TEST_CASE("map cache: large files are whole, empty ones too") {
   Kept kept(std::uint64_t{1} << 30);
   std::string text(3'000'001, 'x');
   text[1'234'567] = 'y';
-  CHECK(text_of(kept.cache.keep(key("1"), {}, writing(text)).value()) == text);
+  CHECK(text_of(keep(kept.cache, key("1"), {}, writing(text)).value()) == text);
   CHECK(text_of(kept.cache.find(key("1"))) == text);
-  CHECK(text_of(kept.cache.keep(key("2"), {}, writing("")).value()).empty());
+  CHECK(text_of(keep(kept.cache, key("2"), {}, writing("")).value()).empty());
 }
 
 TEST_CASE("map cache: a map that cannot be made leaves nothing") {
@@ -131,8 +137,8 @@ TEST_CASE("map cache: a map that cannot be made leaves nothing") {
     out << "half";
     return Error{ErrorCode::too_large, "too large", "", ""};
   };
-  CHECK(kept.cache.keep(key("1"), {}, failing).error().code == ErrorCode::too_large);
-  CHECK_THROWS(kept.cache.keep(key("1"), {}, [](std::ostream&) -> Result<Done> { throw std::bad_alloc(); }));
+  CHECK(keep(kept.cache, key("1"), {}, failing).error().code == ErrorCode::too_large);
+  CHECK_THROWS(keep(kept.cache, key("1"), {}, [](std::ostream&) -> Result<Done> { throw std::bad_alloc(); }));
   CHECK(kept.files() == 0);
   CHECK(kept.cache.find(key("1")) == nullptr);
 }
@@ -140,19 +146,19 @@ TEST_CASE("map cache: a map that cannot be made leaves nothing") {
 TEST_CASE("map cache: where nothing can be kept a map is still made, and where nothing can be written it says so") {
   Kept kept(1000);
   fs::remove(kept.root / "maps");  // as a disk that takes no files, also for root
-  CHECK(text_of(kept.cache.keep(key("1"), {}, writing("map")).value()) == "map");
+  CHECK(text_of(keep(kept.cache, key("1"), {}, writing("map")).value()) == "map");
   CHECK(kept.cache.find(key("1")) == nullptr);
   fs::create_directory(kept.root / "maps");
   Kept nowhere(0, "/no/such/folder");
-  CHECK(nowhere.cache.keep(key("1"), {}, writing("map")).error().code == ErrorCode::storage_unavailable);
+  CHECK(keep(nowhere.cache, key("1"), {}, writing("map")).error().code == ErrorCode::storage_unavailable);
 }
 
 TEST_CASE("map cache: jobs and meshes are forgotten") {
   Kept kept(1000);
-  for (const char* name : {"a.ply", "b.ply"}) REQUIRE(kept.cache.keep(key("1", name), {"m", "n"}, writing("x")).ok());
-  REQUIRE(kept.cache.keep(key("2"), {"n", "o"}, writing("x")).ok());
-  REQUIRE(kept.cache.keep(key("3"), {"o", "p"}, writing("x")).ok());
-  REQUIRE(kept.cache.keep(key("1", "a.ply", "other"), {"n", "n"}, writing("x")).ok());
+  for (const char* name : {"a.ply", "b.ply"}) REQUIRE(keep(kept.cache, key("1", name), {"m", "n"}, writing("x")).ok());
+  REQUIRE(keep(kept.cache, key("2"), {"n", "o"}, writing("x")).ok());
+  REQUIRE(keep(kept.cache, key("3"), {"o", "p"}, writing("x")).ok());
+  REQUIRE(keep(kept.cache, key("1", "a.ply", "other"), {"n", "n"}, writing("x")).ok());
   kept.cache.forget({"owner", "1"});
   CHECK(kept.files() == 3);
   CHECK(kept.cache.find(key("1", "a.ply", "other")) != nullptr);
@@ -164,12 +170,31 @@ TEST_CASE("map cache: jobs and meshes are forgotten") {
   CHECK(kept.cache.counters().files == 1);
 }
 
+TEST_CASE("map cache: what was forgotten while it was made is not kept") {
+  Kept kept(1000);
+  const auto kept_after = [&](const std::function<void()>& event) {
+    const auto coming = kept.cache.expect(key("1"), {"m", "n"});
+    event();
+    CHECK(text_of(kept.cache.keep(*coming, writing("x")).value()) == "x");
+    const bool found = kept.cache.find(key("1")) != nullptr;
+    kept.cache.forget({"owner", "1"});
+    CHECK(kept.files() == 0);
+    return found;
+  };
+  CHECK_FALSE(kept_after([&] { kept.cache.forget({"owner", "1"}); }));
+  CHECK_FALSE(kept_after([&] { kept.cache.forget_mesh("owner", "n"); }));
+  CHECK_FALSE(kept_after([&] { kept.cache.sweep([](const auto&) { return false; }); }));
+  CHECK(kept_after([&] { kept.cache.forget({"owner", "2"}); }));
+  CHECK(kept_after([&] { kept.cache.forget_mesh("other", "n"); }));
+  CHECK(kept_after([&] { kept.cache.sweep([](const auto&) { return true; }); }));
+}
+
 TEST_CASE("map cache: a file that somebody removed is as one that was never kept") {
   Kept kept(1000);
-  REQUIRE(kept.cache.keep(key("1"), {}, writing("x")).ok());
+  REQUIRE(keep(kept.cache, key("1"), {}, writing("x")).ok());
   fs::remove(*fs::directory_iterator(kept.root / "maps"));
   CHECK(kept.cache.find(key("1")) == nullptr);
-  REQUIRE(kept.cache.keep(key("1"), {}, writing("y")).ok());
+  REQUIRE(keep(kept.cache, key("1"), {}, writing("y")).ok());
   CHECK(text_of(kept.cache.find(key("1"))) == "y");
 }
 
@@ -183,7 +208,7 @@ TEST_CASE("map cache: many at once") {
         const std::string job = std::to_string((i * 7 + t) % 11);
         const std::string text(20 + job.size(), job[0]);
         auto file = kept.cache.find(key(job));
-        if (!file) file = kept.cache.keep(key(job), {job}, writing(text)).value();
+        if (!file) file = keep(kept.cache, key(job), {job}, writing(text)).value();
         wrong += text_of(file) != text;
         if (i % 10 == t) kept.cache.forget({"owner", job});
       }
