@@ -23,7 +23,8 @@ Json progress_of(const store::Job& row) {
           {"stage", row.progress->stage.empty() ? Json(nullptr) : Json(row.progress->stage)}};
 }
 
-// What the comparison was asked to decide, for who watches it without having asked. Options are valid when they are here.
+// What the comparison was asked to decide, for who watches it without having asked. Options are valid when they are
+// here.
 Json gate_of(const store::Job& row) {
   const Json options = Json::parse(row.options, nullptr, false);
   if (!options.is_object() || !options.contains("gate") || !options["gate"].is_object()) return nullptr;
