@@ -97,12 +97,7 @@ std::optional<Denial> Meshes::receive(Exchange& exchange, std::uint64_t new_byte
 }
 
 std::variant<StorageHold, Denial> Meshes::hold_room(const std::string& owner, std::uint64_t more) const {
-  if (more == 0) return StorageHold();
-  const auto stored = stores_.blobs.stored_bytes(owner);
-  if (!stored) return Denial{api::to_problem(stored.error()), {}};
-  const std::uint64_t most = settings_.max_stored_bytes;
-  if (*stored > most || more > most - *stored) return Denial{over_quota(most), {}};
-  return hold_storage(access_, stores_.blobs, owner, more);
+  return hold_storage(access_, stores_.blobs, owner, more, settings_.max_stored_bytes);
 }
 
 void Meshes::keep(Exchange& exchange, const std::string& id, const Upload& upload) {

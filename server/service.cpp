@@ -185,19 +185,36 @@ void Service::watch_levels() {
   watch(Level::disk_free_bytes, [this] { return free_bytes(); });
 }
 
-// Anybody may ask, and each look costs the disk a write: it counts for a second.
-std::vector<std::pair<const char*, std::string>> Service::defects_of_disks() {
-  const std::lock_guard lock(disks_mutex_);
-  if (Clock::now() < disks_seen_ + std::chrono::seconds(1)) return disks_;
-  disks_.clear();
-  if (const auto written = stores_.jobs.check(); !written) disks_.emplace_back("store", written.error().message);
-  if (const auto written = stores_.blobs.check(); !written) disks_.emplace_back("disk", written.error().message);
-  if (auto ok = check_temp_dir(settings_.temp_dir); !ok) disks_.emplace_back("disk", ok.error().message);
-  for (const auto& [part, look] : looks_) {
-    if (std::string defect = look(); !defect.empty()) disks_.emplace_back(part, std::move(defect));
+// Anybody may ask, and each look costs the disk a write: it counts for a second. A disk or a reader that does not
+// answer holds up one who asks, not all: the others are told what was seen before.
+Service::Defects Service::defects() {
+  {
+    const std::lock_guard lock(defects_mutex_);
+    if (looking_ || Clock::now() < defects_seen_ + std::chrono::seconds(1)) return defects_;
+    looking_ = true;
   }
-  disks_seen_ = Clock::now();
-  return disks_;
+  Defects seen;
+  try {
+    seen = look();
+  } catch (const std::bad_alloc&) {
+    seen = {{"service", "memory ran out"}};
+  }
+  const std::lock_guard lock(defects_mutex_);
+  looking_ = false;
+  defects_ = std::move(seen);
+  defects_seen_ = Clock::now();
+  return defects_;
+}
+
+Service::Defects Service::look() const {
+  Defects seen;
+  if (const auto written = stores_.jobs.check(); !written) seen.emplace_back("store", written.error().message);
+  if (const auto written = stores_.blobs.check(); !written) seen.emplace_back("disk", written.error().message);
+  if (auto ok = check_temp_dir(settings_.temp_dir); !ok) seen.emplace_back("disk", ok.error().message);
+  for (const auto& [part, defect_of] : looks_) {
+    if (std::string defect = defect_of(); !defect.empty()) seen.emplace_back(part, std::move(defect));
+  }
+  return seen;
 }
 
 // Every defect is named, so that whoever reads it need not ask again.
@@ -211,7 +228,7 @@ void Service::check_ready(Exchange& exchange) {
   const auto figures = jobs_.figures();
   if (figures.awaited_slots >= settings_.workers + settings_.queue) add("queue", "the queue is full");
   if (figures.durable_slots >= settings_.max_queued_jobs) add("queue", "the queue of jobs is full");
-  for (const auto& [what, message] : defects_of_disks()) add(what, message);
+  for (const auto& [what, message] : defects()) add(what, message);
   if (!problem.errors.empty()) return answer(exchange, problem);
   send(exchange, std::string(R"({"status":"ready","version":")") + version() + "\"}", "application/json");
 }

@@ -45,7 +45,7 @@ class Service {
   Metrics& metrics() { return metrics_; }
 
   // What else must be in order for a request to be taken, before start(): `look` says what is not, or is empty. Asked
-  // once a second at most, by one thread at a time.
+  // once a second at most, by one thread at a time; whoever asks meanwhile is told what was seen before.
   void watch_readiness(const char* part, std::function<std::string()> look) {
     looks_.emplace_back(part, std::move(look));
   }
@@ -57,6 +57,8 @@ class Service {
   void shutdown(const std::function<bool()>& hurry);
 
  private:
+  using Defects = std::vector<std::pair<const char*, std::string>>;  // a part, and what is wrong with it
+
   void add_routes();
   void add_comparison_routes();
   Result<Done> load_secrets();
@@ -67,7 +69,8 @@ class Service {
   std::uint64_t free_bytes() const;
   std::uint64_t stored_bytes() const;
   void check_ready(Exchange& exchange);
-  std::vector<std::pair<const char*, std::string>> defects_of_disks();
+  Defects defects();
+  Defects look() const;
 
   const Settings settings_;
   const Stores stores_;
@@ -83,9 +86,10 @@ class Service {
   Router router_;
   HttpGuard guard_;
   std::vector<std::pair<const char*, std::function<std::string()>>> looks_;
-  std::mutex disks_mutex_;  // guards the next two
-  std::vector<std::pair<const char*, std::string>> disks_;
-  Clock::time_point disks_seen_{};
+  std::mutex defects_mutex_;  // guards the next three; nobody looks under it
+  bool looking_ = false;      // a thread does
+  Defects defects_;
+  Clock::time_point defects_seen_{};
   std::thread listener_;
   std::atomic<bool> ended_{true};
 };

@@ -179,9 +179,13 @@ std::string what_is_left_out(std::span<const GatePicture> pictures) {
   const auto left_out = static_cast<std::size_t>(
       std::count_if(pictures.begin(), pictures.end(), [](const auto& p) { return p.left_out; }));
   if (left_out == 0) return "";
-  return "<p class=\"note\">Pictures, tables and witnesses of " + grouped(pictures.size() - left_out) + " gates: " +
-         "those that fail, then the undecided, then those that come nearest to their limits. Of the other " +
-         grouped(left_out) + ", the interval and the limit; the report as JSON has all numbers.</p>\n";
+  const auto shown = static_cast<std::size_t>(
+      std::count_if(pictures.begin(), pictures.end(), [](const auto& p) { return !p.surfaces.empty(); }));
+  return "<p class=\"note\">Pictures, tables and witnesses of " + grouped(shown) +
+         (shown == 1 ? " gate: " : " gates: ") +
+         "those that fail, then the undecided, then those that come nearest to their limits. Of " + grouped(left_out) +
+         (left_out == 1 ? " other" : " others") +
+         ", the interval and the limit; the report as JSON has all numbers.</p>\n";
 }
 
 std::string footer(const Report& report, std::span<const GatePicture> pictures) {

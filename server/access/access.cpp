@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "server/access/bucket.h"
 #include "server/access/token.h"
@@ -46,12 +47,13 @@ class Account {
     --jobs_;
   }
 
-  // The limit when it would be passed.
-  std::optional<std::uint64_t> hold(std::uint64_t bytes, const std::function<std::uint64_t()>& stored) {
+  // The limit when it would be passed: `most`, or this owner's own.
+  std::optional<std::uint64_t> hold(std::uint64_t bytes, std::uint64_t most,
+                                    const std::function<std::uint64_t()>& stored) {
     const std::lock_guard lock(mutex_);
-    const std::uint64_t limit = allowance_.max_storage_bytes;
-    const std::uint64_t used = held_ + std::min(stored(), limit);  // held_ is at most the sum of what was let in
-    if (used > limit || bytes > limit - used) return limit;
+    const std::uint64_t limit = std::min(most, allowance_.max_storage_bytes);
+    const std::uint64_t left = limit - std::min(stored(), limit);
+    if (held_ > left || bytes > left - held_) return limit;
     held_ += bytes;
     return std::nullopt;
   }
@@ -83,6 +85,23 @@ Denial too_many(std::string detail, std::chrono::duration<double> wait) {
   return {{ProblemKind::too_many_requests, std::move(detail), {}}, {{"Retry-After", std::to_string(seconds)}}};
 }
 
+Denial over_quota(std::uint64_t limit, std::uint64_t most) {
+  const std::string bytes = std::to_string(limit) + " bytes";
+  return {{ProblemKind::quota_exceeded,
+           limit < most ? "the key may store " + bytes + ", and with this it would be more"
+                        : "stored meshes and those of waiting comparisons would be larger than the limit of " + bytes +
+                              "; delete some",
+           {}},
+          {}};
+}
+
+// The owner when there are no keys: what the service's own settings say is all that limits it.
+Allowance unlimited() {
+  Allowance all;
+  all.max_storage_bytes = std::numeric_limits<std::uint64_t>::max();
+  return all;
+}
+
 // Between authentication and now the key was taken out of the file.
 Denial gone() { return unauthorized("the key is not known any more", true); }
 
@@ -97,7 +116,10 @@ StorageHold::~StorageHold() {
 }
 
 Access::Access(std::string keys_file, AccessClocks clocks)
-    : keys_file_(std::move(keys_file)), clocks_(std::move(clocks)), keys_(std::make_shared<std::vector<Key>>()) {}
+    : keys_file_(std::move(keys_file)),
+      clocks_(std::move(clocks)),
+      nameless_(std::make_shared<Account>(unlimited(), clocks_.steady())),
+      keys_(std::make_shared<std::vector<Key>>()) {}
 
 Result<std::size_t> Access::reload() {
   if (!has_keys()) return std::size_t{0};
@@ -179,16 +201,11 @@ JobSlot Access::adopt_job(const std::string& owner) {
 }
 
 std::variant<StorageHold, Denial> Access::hold_storage(const std::string& owner, std::uint64_t bytes,
+                                                       std::uint64_t most,
                                                        const std::function<std::uint64_t()>& stored) {
-  if (!has_keys()) return StorageHold{};
-  auto account = account_of(owner);
+  auto account = has_keys() ? account_of(owner) : nameless_;
   if (!account) return gone();
-  if (const auto limit = account->hold(bytes, stored)) {
-    return Denial{{ProblemKind::quota_exceeded,
-                   "the key may store " + std::to_string(*limit) + " bytes, and with this it would be more",
-                   {}},
-                  {}};
-  }
+  if (const auto limit = account->hold(bytes, most, stored)) return over_quota(*limit, most);
   return StorageHold(std::move(account), bytes);
 }
 

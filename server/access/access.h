@@ -1,7 +1,7 @@
 // Who may use the service, and how much of it: bearer keys from a file, with a rate, jobs and storage each.
 //
 // Everything stored belongs to an owner, the id of the key that stored it. Without a file of keys there is one owner,
-// "", who may do everything and is not limited here.
+// "", who may do everything; of the limits here only the service's own on storage is for it.
 #pragma once
 
 #include <chrono>
@@ -91,9 +91,10 @@ class Access {
   std::variant<JobSlot, Denial> take_job(const std::string& owner);  // 429 when it has as many as it may
   JobSlot adopt_job(const std::string& owner);  // counted, and never denied: accepted before a restart
 
-  // 403 when `bytes` more than `stored()` and what is held already is more than the owner may store. `stored` must see
-  // what was stored before a hold was given back; it is asked under a lock of this owner.
-  std::variant<StorageHold, Denial> hold_storage(const std::string& owner, std::uint64_t bytes,
+  // 403 when `bytes` more than `stored()` and what is held already is more than the owner may store: `most`, as any
+  // owner, and no more than its key says. `stored` must see what was stored before a hold was given back; it is asked
+  // under a lock of this owner.
+  std::variant<StorageHold, Denial> hold_storage(const std::string& owner, std::uint64_t bytes, std::uint64_t most,
                                                  const std::function<std::uint64_t()>& stored);
 
  private:
@@ -102,6 +103,7 @@ class Access {
 
   const std::string keys_file_;
   const AccessClocks clocks_;
+  const std::shared_ptr<Account> nameless_;  // of the only owner when there are no keys
   mutable std::mutex mutex_;
   std::shared_ptr<const std::vector<Key>> keys_;
   std::map<std::string, std::shared_ptr<Account>> accounts_;

@@ -47,9 +47,10 @@ Denial removed_just_now() {
 }  // namespace
 
 std::variant<StorageHold, Denial> hold_storage(Access& access, store::BlobStore& blobs, const std::string& owner,
-                                               std::uint64_t bytes) {
+                                               std::uint64_t bytes, std::uint64_t max_stored_bytes) {
+  if (bytes == 0) return StorageHold();
   std::optional<Error> failure;
-  auto hold = access.hold_storage(owner, bytes, [&]() -> std::uint64_t {
+  auto hold = access.hold_storage(owner, bytes, max_stored_bytes, [&]() -> std::uint64_t {
     const auto stored = blobs.stored_bytes(owner);
     if (stored) return *stored;
     failure = stored.error();
@@ -155,16 +156,7 @@ std::optional<Denial> Jobs::keep_blobs(const Submission& submission) {
     if (!there) return Denial{api::to_problem(there.error()), {}};
     if (!*there) more += source->input.bytes.size();
   }
-  const auto stored = stores_.blobs.stored_bytes(owner);
-  if (!stored) return Denial{api::to_problem(stored.error()), {}};
-  if (more > 0 && *stored + more > settings_.max_stored_bytes) {
-    return Denial{{ProblemKind::quota_exceeded,
-                   "stored meshes and those of waiting comparisons would be larger than the limit of " +
-                       std::to_string(settings_.max_stored_bytes) + " bytes",
-                   {}},
-                  {}};
-  }
-  const auto hold = more > 0 ? hold_storage(access_, stores_.blobs, owner, more) : StorageHold();
+  const auto hold = hold_storage(access_, stores_.blobs, owner, more, settings_.max_stored_bytes);
   if (const auto* denial = std::get_if<Denial>(&hold)) return *denial;
   for (const MeshSource* source : {&submission.a, &submission.b}) {
     if (auto denial = keep_blob(owner, *source)) return denial;

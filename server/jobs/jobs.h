@@ -50,9 +50,11 @@ struct Stores {
   MapCache* maps = nullptr;  // none: no deviation maps are made
 };
 
-// Access::hold_storage() beside what the owner's blobs take when it asks.
+// Access::hold_storage() beside what the owner's blobs take when it asks. Whoever puts a blob that is not there holds
+// its bytes until the blob is put: so all of an owner's together never pass the limit. Nothing is held, or denied, for
+// 0.
 std::variant<StorageHold, Denial> hold_storage(Access& access, store::BlobStore& blobs, const std::string& owner,
-                                               std::uint64_t bytes);
+                                               std::uint64_t bytes, std::uint64_t max_stored_bytes);
 
 // At once, so that nobody's deleted bytes fill the disk until the next sweep.
 Result<bool> remove_if_unreferenced(const Stores& stores, const store::BlobKey& key);

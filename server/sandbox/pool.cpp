@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <exception>
 #include <new>
+#include <span>
+#include <string_view>
 #include <utility>
 
 #include "server/sandbox/memory_file.h"
@@ -13,6 +15,8 @@ namespace {
 // Between two attempts to start a spawner, of which the first failed; doubled by each that fails.
 constexpr std::chrono::milliseconds kLeastPause{50};
 constexpr std::chrono::milliseconds kMostPause{1000};
+
+constexpr std::string_view kTriangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
 
 std::uint64_t Counters::*counter_of(End end) {
   switch (end) {
@@ -124,11 +128,26 @@ Outcome Pool::read_once(const api::MeshInput& input, const api::ReadLimits& limi
 }
 
 std::string Pool::defect(Control& control) {
-  auto taken = take("", control);
-  if (const auto* none = std::get_if<Outcome>(&taken)) return "a reader of uploads " + none->how;
-  const std::lock_guard lock(mutex_);
-  if (!starting_ && !nursery_.gone()) idle_.push_front(std::get<Worker>(std::move(taken)));
-  return "";
+  try {
+    const std::string how = try_triangle(control);
+    return how.empty() ? "" : "a reader of uploads " + how;
+  } catch (const std::exception& e) {
+    return std::string("a reader of uploads could not be tried: ") + e.what();
+  }
+}
+
+// Those that wait for a file say nothing of whether there will be more: a spawner may stand still, or be unable to
+// fork.
+std::string Pool::try_triangle(Control& control) {
+  const api::MeshInput triangle{"triangle", std::as_bytes(std::span(kTriangle)), "triangle.obj", ""};
+  auto taken = take(triangle.part, control, Kind::fresh);
+  if (const auto* none = std::get_if<Outcome>(&taken)) return none->how;
+  const api::ReadLimits limits{3, 1, kTriangle.size()};
+  Reading reading(std::get<Worker>(std::move(taken)), triangle, limits);
+  if (!reading.begin()) return "could not be given a triangle: memory or descriptors ran out";
+  const Outcome outcome = reading.finish(control);
+  if (outcome.mesh) return "";
+  return outcome.how.empty() ? "did not understand a triangle: " + outcome.mesh.error().message : outcome.how;
 }
 
 Counters Pool::counters() const {
@@ -137,11 +156,11 @@ Counters Pool::counters() const {
 }
 
 // Nobody waits longer than for one attempt to start the spawner that began after it came.
-std::variant<Worker, Outcome> Pool::take(const std::string& part, Control& control) {
+std::variant<Worker, Outcome> Pool::take(const std::string& part, Control& control, Kind kind) {
   std::unique_lock lock(mutex_);
   const std::uint64_t failed_before = failed_starts_;
   for (;;) {
-    if (auto worker = ready()) return std::move(*worker);
+    if (auto worker = kind == Kind::fresh ? make() : ready()) return std::move(*worker);
     if (failed_starts_ != failed_before) return failed(part, "is not there: " + why_not_started_);
     // A spawner that lives, and could not be asked for want of descriptors, has workers that others wait for.
     if (!starting_ && !nursery_.gone()) return failed(part, "is not there: no process could be ordered");
@@ -156,7 +175,7 @@ std::variant<Worker, Outcome> Pool::take(const std::string& part, Control& contr
   }
 }
 
-// Somebody, or the kernel, may have killed one that was waiting; those of a dead spawner are about to die.
+// Somebody, or the kernel, may have killed one that was waiting.
 std::optional<Worker> Pool::ready() {
   if (starting_) return std::nullopt;
   if (nursery_.gone()) idle_.clear();
@@ -179,6 +198,7 @@ std::optional<Worker> Pool::make() {
 void Pool::start_anew(std::unique_lock<std::mutex>& lock, Control& control) {
   bool given_up = false;
   starting_ = true;
+  idle_.clear();  // those of a dead spawner are about to die
   lock.unlock();
   std::string why_not = try_start([&] { return given_up = control.check() != Interruption::none; });
   lock.lock();

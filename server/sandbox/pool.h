@@ -59,8 +59,9 @@ class Pool {
   // within 10 ms.
   Result<api::LoadedMesh> load(const api::MeshInput& input, const api::ReadLimits& limits, Control& control);
 
-  // Whether a file would be read: why not, or empty. A spawner that has ended is started for it, as it is for load();
-  // it may take as long as `control` allows.
+  // Whether a file would be read: why not, or empty. Tries it, with a triangle and a worker ordered for that, which may
+  // take as long as `control` allows; a spawner that has ended is started for it, as it is for load(). That worker is
+  // beside those of `parsers`.
   std::string defect(Control& control);
 
   Counters counters() const;
@@ -70,7 +71,9 @@ class Pool {
 
   Outcome read(const api::MeshInput& input, const api::ReadLimits& limits, Control& control);
   Outcome read_once(const api::MeshInput& input, const api::ReadLimits& limits, Control& control);
-  std::variant<Worker, Outcome> take(const std::string& part, Control& control);
+  std::string try_triangle(Control& control);
+  enum class Kind { any, fresh };  // fresh: ordered now, which shows that one can be had
+  std::variant<Worker, Outcome> take(const std::string& part, Control& control, Kind kind = Kind::any);
   std::optional<Worker> ready();
   std::optional<Worker> make();
   void start_anew(std::unique_lock<std::mutex>& lock, Control& control);

@@ -5,9 +5,11 @@ import json
 import tempfile
 import threading
 import unittest
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-from harness import RAISED, SLOW, SLOW_OPTIONS, SQUARE, Server, ServerCase, flat_grid, until, wavy_grid
+from harness import (RAISED, SLOW, SLOW_OPTIONS, SQUARE, Server, ServerCase, comparison, flat_grid, post_head, read_answer, until,
+                     wavy_grid)
 from keys import bearer, new_key, write_keys
 
 JSON = "Content-Type: application/json\r\n"
@@ -213,6 +215,38 @@ class Limits(unittest.TestCase):
         self.assertEqual(server.send("PUT", path_of(SQUARE), SQUARE).status, 200)  # takes no more
         self.assertEqual(server.send("DELETE", path_of(SQUARE)).status, 204)
         self.assertEqual(server.send("POST", "/v1/meshes", RAISED).status, 201)
+
+    def test_many_at_once_take_no_more_storage_than_there_is(self):
+        """Comparisons and meshes, of which the storage holds one at a time: nothing ends meanwhile."""
+        most = 2_000_000
+        server = self.start("--max-stored-bytes", str(most))
+        body = [b"# %d\n" % i + SLOW["a"] + b"#" * (1_900_000 - len(SLOW["a"])) + b"\n" for i in range(12)]
+        folder = Path(server.data_dir.name, "data", "blobs")
+
+        def compares(mesh, start):
+            """All but the last byte arrives before the start: then they compete."""
+            sent = comparison(mesh, SQUARE, SLOW_OPTIONS)
+            with server.connect() as connection:
+                connection.sendall(post_head(len(sent), "Prefer: respond-async\r\n") + sent[:-1])
+                start.wait()
+                connection.sendall(sent[-1:])
+                return read_answer(connection.makefile("rb"))
+
+        def stores(mesh, start):
+            start.wait()
+            return server.send("POST", "/v1/meshes", mesh)
+
+        for sends in (compares, compares, compares, stores):
+            start = threading.Barrier(len(body))
+            with ThreadPoolExecutor(len(body)) as senders:
+                answers = list(senders.map(lambda mesh, sends=sends, start=start: sends(mesh, start), body))
+            taken = [answer for answer in answers if answer.status in (201, 202)]
+            refused = [answer for answer in answers if answer.status == 403]
+            self.assertEqual((len(taken), len(refused)), (1, len(body) - 1), [answer.status for answer in answers])
+            self.assertEqual({answer.json()["type"] for answer in refused}, {"urn:meshgauge:problem:quota-exceeded"})
+            self.assertLessEqual(sum(path.stat().st_size for path in folder.rglob("*") if path.is_file()), most)
+            server.send("DELETE", taken[0].headers["location"])
+            until(lambda: not any(path.is_file() for path in folder.rglob("*")))
 
     def test_what_is_deleted_takes_no_room(self):
         server = self.start("--max-stored-bytes", "1000000")

@@ -8,6 +8,7 @@ import subprocess
 import tempfile
 import time
 import unittest
+from concurrent.futures import ThreadPoolExecutor
 
 from harness import BINARY, RAISED, SQUARE, Server, comparison, post_head, read_answer, until
 
@@ -159,6 +160,37 @@ class Workers(unittest.TestCase):
         os.kill(pids[1], signal.SIGKILL)
         self.assertEqual(server.compare().status, 200)
         until(lambda: alive(pids) == [server.process.pid])
+
+    def test_a_spawner_that_stands_still_is_not_ready(self):
+        """It lives, and the workers that it has made wait for files: yet there will be no more."""
+        server = self.server()
+        until(lambda: len(workers(server)) == 2)
+        self.assertEqual(server.get("/readyz").status, 200)
+        spawner = family(server)[1]
+        stop(spawner)
+        try:
+            until(lambda: server.get("/readyz").status == 503, 10)
+            asked, times = [], []
+
+            def ask(_):
+                start = time.monotonic()
+                asked.append(server.get("/readyz"))
+                times.append(time.monotonic() - start)
+
+            for _ in range(3):
+                time.sleep(1)  # what was seen counts no more
+                with ThreadPoolExecutor(8) as askers:
+                    list(askers.map(ask, range(8)))
+            self.assertEqual({answer.status for answer in asked}, {503})
+            self.assertLess(sum(one >= 1 for one in times), 8, times)  # one who asks waits for a reader, not all
+            self.assertEqual([error["part"] for error in asked[-1].json()["errors"]], ["sandbox"])
+            self.assertIn("a reader of uploads", asked[-1].json()["detail"])
+        finally:
+            os.kill(spawner, signal.SIGCONT)
+        until(lambda: server.get("/readyz").status == 200, 10)
+        self.assertEqual(server.compare().status, 200)
+        self.assertEqual(family(server)[1], spawner)
+        until(lambda: len(workers(server)) == 2)  # what was ordered in vain is gone
 
     def test_one_that_is_too_slow_is_killed_at_the_deadline(self):
         server = self.server()

@@ -128,8 +128,11 @@ TEST_CASE("a page of very many gates says which have pictures, and is small wher
   left_out.left_out = true;
   std::vector<GatePicture> pictures(1000, left_out);
   for (std::size_t i = 0; i < 10; ++i) pictures[i] = missing("gone");
+  for (std::size_t i = 0; i < 7; ++i) pictures[i] = GatePicture{{Surface{}}, "", false};
+  pictures[9] = GatePicture{};  // of a gate that could not be measured
   const std::string page = to_html(samples::report_of(std::move(outcomes)), pictures);
-  CHECK(page.find("Pictures, tables and witnesses of 10 gates") != std::string::npos);
+  CHECK(page.find("Pictures, tables and witnesses of 7 gates: ") != std::string::npos);
+  CHECK(page.find("Of 990 others, the interval") != std::string::npos);
   CHECK(all_of(page, "(<details>)").size() == 1);
   CHECK(page.size() < 40'000 + 10 * 12'000 + 1000 * 6'000);
   MESSAGE("bytes a gate: ", page.size() / 1000);

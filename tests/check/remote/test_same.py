@@ -1,5 +1,7 @@
 """A service and this process tell the same of the same meshes."""
 
+import gzip
+import struct
 import tempfile
 import unittest
 from pathlib import Path
@@ -8,11 +10,25 @@ from gates import gate, measure, requests, url_of, without_chance
 from harness import RAISED, SQUARE, ServerCase, wavy_grid
 
 TRIANGLE_STL = b"solid t\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid t\n"
+
+
+def stl(*triangles):
+    """Binary STL."""
+    return bytes(80) + struct.pack("<I", len(triangles)) + b"".join(struct.pack("<12fH", 0, 0, 1, *t, 0) for t in triangles)
+
+
 OFF = b"OFF\n4 2 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n3 0 1 2\n3 0 2 3\n"
 FILES = {
     "square.obj": SQUARE,
     "raised.obj": RAISED,
     "square.off": OFF,
+    "square.stl": stl((0, 0, 0, 1, 0, 0, 1, 1, 0), (0, 0, 0, 1, 1, 0, 0, 1, 0)),
+    "raised.stl": stl((0, 0, 1, 1, 0, 1, 1, 1, 1), (0, 0, 1, 1, 1, 1, 0, 1, 1)),
+    "square.obj.gz": gzip.compress(SQUARE, mtime=0),
+    "raised.stl.gz": gzip.compress(stl((0, 0, 1, 1, 0, 1, 1, 1, 1), (0, 0, 1, 1, 1, 1, 0, 1, 1)), mtime=0),
+    "compressed, unsaid.stl": gzip.compress(OFF, mtime=0),
+    "cut.stl": stl((0, 0, 0, 1, 0, 0, 1, 1, 0), (0, 0, 0, 1, 1, 0, 0, 1, 0))[:-20],
+    "cut.obj.gz": gzip.compress(SQUARE, mtime=0)[:-12],
     "triangle.stl": TRIANGLE_STL,
     "contradicts its name.ply": b"# not a PLY\n" + SQUARE,
     "caf\u00e9 \"x\".obj": b"# another\n" + SQUARE,
@@ -89,6 +105,21 @@ class Same(ServerCase):
                           "zero": "pass"})
         self.assertEqual(there["fail"]["document"]["gate"], {"max_distance": 0.5, "units": "mm"})
 
+    def test_files_whose_format_their_bytes_hardly_say(self):
+        """Binary STL has no mark of its own; of what is compressed the mark says nothing of the mesh."""
+        pairs = [("square.stl", "raised.stl"), ("square.obj.gz", "raised.stl.gz"), ("raised.stl.gz", "square.stl"),
+                 ("square.obj", "square.obj.gz"), ("compressed, unsaid.stl", "raised.stl")]
+        there = self.assert_same([self.gate(a + " | " + b, a, b) for a, b in pairs])
+        read = {}
+        for (a, b), outcome in zip(pairs, there.values()):
+            meshes = outcome["document"]["meshes"]
+            read[a], read[b] = meshes["a"], meshes["b"]
+        self.assertEqual({name: mesh["format"] for name, mesh in read.items()},
+                         {"square.stl": "stl", "raised.stl": "stl", "square.obj.gz": "obj", "raised.stl.gz": "stl",
+                          "square.obj": "obj", "compressed, unsaid.stl": "off"})
+        self.assertEqual({mesh["triangles"] for mesh in read.values()}, {2})
+        self.assertEqual([outcome["verdict"] for outcome in there.values()], ["fail", "fail", "fail", "pass", "fail"])
+
     def test_a_share_of_the_diagonal_is_the_same_to_the_last_bit(self):
         gates = [self.gate("share %d" % i, "waves.obj", baseline, max_distance=None, max_diagonal_share=share)
                  for i, (baseline, share) in enumerate([("waves2.obj", 0.01), ("waves2.obj", 1 / 3), ("triangle.stl", 0.7),
@@ -102,7 +133,7 @@ class Same(ServerCase):
         self.assertIsNotNone(there["waves"]["document"]["statistics"])
 
     def test_files_that_are_no_meshes(self):
-        wrong = ["broken.obj", "nan.obj", "index.obj", "points.obj", "empty.obj", "image.obj"]
+        wrong = ["broken.obj", "nan.obj", "index.obj", "points.obj", "empty.obj", "image.obj", "cut.stl", "cut.obj.gz"]
         gates = [self.gate("candidate " + name, name, "square.obj") for name in wrong]
         gates += [self.gate("baseline " + name, "square.obj", name) for name in wrong]
         gates.append(gate("missing", self.files["square.obj"], Path(self.folder.name) / "nowhere.obj"))

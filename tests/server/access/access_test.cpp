@@ -24,6 +24,8 @@ using server::StorageHold;
 
 namespace {
 
+constexpr std::uint64_t kPlenty = 1'000'000;  // of storage: more than any key's
+
 // A file of keys whose tokens are the ids, padded, and clocks that stand still until they are moved.
 struct House {
   House() { path = std::filesystem::temp_directory_path() / ("meshgauge-keys-" + std::to_string(::getpid())); }
@@ -90,7 +92,12 @@ TEST_CASE("access: without keys everybody may do everything") {
   CHECK(!Access::require(caller, Scope::metrics));
   for (int i = 0; i < 1000; ++i) CHECK(!access.begin_request(""));
   CHECK(!denied(access.take_job("")));
-  CHECK(!denied(access.hold_storage("", ~std::uint64_t{0}, [] { return ~std::uint64_t{0}; })));
+  const auto nothing = [] { return std::uint64_t{0}; };
+  CHECK(!denied(access.hold_storage("", ~std::uint64_t{0}, ~std::uint64_t{0}, nothing)));
+  const auto on_its_way = access.hold_storage("", 60, 100, nothing);
+  CHECK(!denied(on_its_way));
+  CHECK(denied(access.hold_storage("", 41, 100, nothing)));
+  CHECK(!denied(access.hold_storage("", 40, 100, nothing)));
 }
 
 TEST_CASE("access: a token is its owner's; an unknown, disabled or expired one gets one and the same answer") {
@@ -199,7 +206,7 @@ TEST_CASE("access: storage counts what is stored and what is on its way") {
   Access access(house.path, house.clocks());
   REQUIRE(access.reload().ok());
   const auto hold = [&](std::uint64_t bytes, std::uint64_t stored) {
-    return access.hold_storage("ci", bytes, [stored] { return stored; });
+    return access.hold_storage("ci", bytes, kPlenty, [stored] { return stored; });
   };
   CHECK(!denied(hold(100, 0)));
   const auto over = hold(101, 0);
@@ -216,6 +223,11 @@ TEST_CASE("access: storage counts what is stored and what is on its way") {
     CHECK(!denied(hold(10, 30)));
   }
   CHECK(!denied(hold(70, 30)));
+  const auto nothing = [] { return std::uint64_t{0}; };
+  CHECK(!denied(access.hold_storage("ci", 50, 50, nothing)));  // what every owner may store is less than its own limit
+  const auto too_much = access.hold_storage("ci", 51, 50, nothing);
+  REQUIRE(denied(too_much));
+  CHECK(std::get<Denial>(too_much).problem.detail.find("50 bytes") != std::string::npos);
 }
 
 TEST_CASE("access: a reload keeps what was used, and takes new limits and keys") {
@@ -238,7 +250,7 @@ TEST_CASE("access: a reload keeps what was used, and takes new limits and keys")
   REQUIRE(access.begin_request("leaves"));
   CHECK(access.begin_request("leaves")->problem.status() == 401);
   CHECK(denied(access.take_job("leaves")));
-  CHECK(denied(access.hold_storage("leaves", 1, [] { return std::uint64_t{0}; })));
+  CHECK(denied(access.hold_storage("leaves", 1, kPlenty, [] { return std::uint64_t{0}; })));
 }
 
 TEST_CASE("access: a file that is not understood leaves the old keys") {
@@ -273,7 +285,7 @@ TEST_CASE("access: threads take no more together than there is") {
       for (int k = 0; k < 100; ++k) {
         requests += !access.begin_request("ci");
         const auto job = access.take_job("ci");
-        auto hold = access.hold_storage("ci", 10, [] { return std::uint64_t{0}; });
+        auto hold = access.hold_storage("ci", 10, kPlenty, [] { return std::uint64_t{0}; });
         bytes += denied(hold) ? 0 : 10;
         if (k == 50) CHECK(access.reload().ok());
         const std::lock_guard lock(mutex);
@@ -285,5 +297,5 @@ TEST_CASE("access: threads take no more together than there is") {
   CHECK(requests == 100);
   CHECK(bytes == 1000);
   holds.clear();
-  CHECK(!denied(access.hold_storage("ci", 1000, [] { return std::uint64_t{0}; })));
+  CHECK(!denied(access.hold_storage("ci", 1000, kPlenty, [] { return std::uint64_t{0}; })));
 }

@@ -224,6 +224,31 @@ TEST_CASE("lost: whether files would be read is known, and asking brings back a 
   CHECK(counters.failed == 0);
 }
 
+TEST_CASE("lost: a spawner that stands still, or makes no more workers, is found out while others wait for files") {
+  const auto defect = [](Sandbox& sandbox, milliseconds time) {
+    Control control(Control::Clock::now() + time);
+    return sandbox.pool.defect(control);
+  };
+  {
+    Sandbox sandbox;
+    sandbox.start();
+    REQUIRE(eventually([] { return workers().size() == 2; }));
+    const pid_t spawner = spawners().front().pid;
+    REQUIRE(::kill(spawner, SIGSTOP) == 0);
+    const std::string found = defect(sandbox, milliseconds(200));
+    REQUIRE(::kill(spawner, SIGCONT) == 0);
+    CHECK(found == "a reader of uploads was killed at the deadline");
+    CHECK(defect(sandbox, std::chrono::seconds(60)).empty());
+    CHECK(spawners().front().pid == spawner);
+    CHECK(sandbox.works());
+  }
+  Sandbox sandbox({hostile_program(), "forks", "2"}, 1);  // one to try, and one at the start
+  sandbox.start();
+  CHECK(defect(sandbox, std::chrono::seconds(60)) ==
+        "a reader of uploads ended, or was never made, unseen, which its file did not do");
+  CHECK(sandbox.works());
+}
+
 TEST_CASE("lost: many that wait for a spawner are told when it does not come, and served when it does") {
   const Obstacle obstacle;
   Sandbox sandbox({hostile_program(), "ends", obstacle.path()}, 4);
