@@ -1,8 +1,6 @@
 // A service that asks for keys: the page asks the person for one, keeps it in this tab alone and sends it to nobody else.
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
-import { writeFileSync } from "node:fs";
-import { join } from "node:path";
 import { test } from "node:test";
 import { Tab } from "./browser.mjs";
 import { dented, obj, sphere } from "./meshes.mjs";
