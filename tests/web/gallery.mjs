@@ -23,12 +23,6 @@ const pictures = {
   async result() {
     const walk = await open({ viewport: { width: 1200, height: 1640 } });
     await measured(walk, gear);
-    const decided = walk.id(); // as soon as the limit is: the interval is still wide
-    await walk.press("Narrow the interval");
-    await walk.page.waitForURL((url) => /^\/c\//.test(url.pathname) && !url.pathname.includes(decided));
-    await walk.measured();
-    await walk.viewer();
-    await walk.page.evaluate(() => window.scrollTo(0, 0));
     await save("result", await walk.page.screenshot());
     return walk;
   },
