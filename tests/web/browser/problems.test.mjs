@@ -57,6 +57,8 @@ test("a file above the limit is refused with the limit", async () => {
   const said = await trouble(walk, "too_large");
   assert.match(said, /100[,. ]?000|100 kB/);
   assert.match(said, /smaller|gzip/);
+  assert.match(said, /Baseline \(B\)/);
+  assert.match(await walk.text("#slot-b"), /larger than the limit/);
   walk.tab.assertClean({ expected: [lookup, /413|ERR_/] });
   await walk.tab.close();
 });

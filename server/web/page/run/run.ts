@@ -41,8 +41,19 @@ async function storeBoth(client: Client, order: Order, tell: Teller, signal: Abo
   return { a, b: await idOf(client, "b", order.b, tell, signal) };
 }
 
+// The service sees one file then, and cannot say which of the two it is.
+async function namingSide(side: Side, stored: Promise<string>): Promise<string> {
+  try {
+    return await stored;
+  } catch (error) {
+    const ofTheFile = error instanceof ProblemError && [413, 415, 422].includes(error.problem.status) && error.problem.errors.length === 0;
+    if (ofTheFile) error.problem.errors.push({ part: side, where: "", message: error.problem.detail });
+    throw error;
+  }
+}
+
 async function idOf(client: Client, side: Side, chosen: Chosen, tell: Teller, signal: AbortSignal): Promise<string> {
-  if (chosen.kind === "file") return store(client, chosen.file, (step) => tell.upload(side, step), signal);
+  if (chosen.kind === "file") return namingSide(side, store(client, chosen.file, (step) => tell.upload(side, step), signal));
   tell.upload(side, { step: "there", reused: true });
   return chosen.id;
 }
