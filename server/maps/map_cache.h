@@ -54,10 +54,9 @@ class MapCache {
     std::uint64_t evictions = 0;
   };
 
-  // A map that is on its way. If its job or one of its meshes is forgotten meanwhile, it is not kept.
-  class Coming {
-   private:
-    friend class MapCache;
+  // A map that is on its way, the cache's own to look into. If its job or one of its meshes is forgotten meanwhile, it
+  // is not kept.
+  struct Coming {
     MapKey key;
     std::vector<std::string> meshes;
     bool forgotten = false;  // guarded by the cache
