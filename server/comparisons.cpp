@@ -1,6 +1,7 @@
 #include "server/comparisons.h"
 
 #include <algorithm>
+#include <memory>
 #include <utility>
 
 #include <nlohmann/json.hpp>
@@ -60,34 +61,13 @@ struct Comparisons::Asked {
   Submission submission;
 };
 
-// A connection that may be held for long without work of its client's. There are only so many, and one key of several
-// has half of them at most.
-class Comparisons::Seat {
- public:
-  Seat(Comparisons& all, std::string owner) : all_(all), owner_(std::move(owner)) {
-    const std::lock_guard lock(all_.seats_mutex_);
-    const std::uint64_t most = all_.settings_.max_event_streams;
-    const std::size_t own = ++all_.seats_of_[owner_];
-    taken_ = ++all_.seats_ <= most && (owner_.empty() || own <= (most + 1) / 2);
-  }
-  ~Seat() {
-    const std::lock_guard lock(all_.seats_mutex_);
-    --all_.seats_;
-    if (--all_.seats_of_[owner_] == 0) all_.seats_of_.erase(owner_);
-  }
-  Seat(const Seat&) = delete;
-  Seat& operator=(const Seat&) = delete;
-
-  bool taken() const { return taken_; }
-
- private:
-  Comparisons& all_;
-  const std::string owner_;
-  bool taken_ = false;
-};
-
 Comparisons::Comparisons(const Settings& settings, Jobs& jobs, Stores stores, Access& access, ByteBudget& uploads)
-    : settings_(settings), jobs_(jobs), stores_(stores), access_(access), uploads_(uploads) {}
+    : settings_(settings),
+      jobs_(jobs),
+      stores_(stores),
+      access_(access),
+      uploads_(uploads),
+      seats_(settings.max_event_streams) {}
 
 void Comparisons::create(Exchange& exchange) {
   if (draining_.load()) return answer(exchange, Problem{ProblemKind::shutting_down, "no new work is taken", {}});
@@ -200,11 +180,11 @@ void Comparisons::wait(Exchange& exchange, LiveJob& job, const Asked& asked) {
   // Who wants no waiting needs no seat, and is told the same whether the job was quick or not.
   if (asked.preferences.wait == milliseconds(0)) return accept(exchange, job.view(), asked);
   std::optional<Clock::time_point> until;
-  std::optional<Seat> seat;
+  std::shared_ptr<const void> seat;
   const bool repeated = job.key.id != exchange.id;  // its Idempotency-Key: the place in the queue is the first one's
-  if (asked.preferences.wait || repeated) seat.emplace(*this, exchange.owner);
-  if (asked.preferences.wait) until = seat->taken() ? asked.since + *asked.preferences.wait : Clock::now();
-  if (repeated && !until && !seat->taken()) {
+  if (asked.preferences.wait || repeated) seat = seats_.take(exchange.owner);
+  if (asked.preferences.wait) until = seat ? asked.since + *asked.preferences.wait : Clock::now();
+  if (repeated && !until && !seat) {
     return answer(exchange,
                   Problem{ProblemKind::overloaded, "as many clients wait for comparisons of others as may", {}});
   }
@@ -277,8 +257,8 @@ void Comparisons::events(Exchange& exchange) {
   if (exchange.head.minor_version == 0) {
     return answer(exchange, Problem{ProblemKind::http_version, "events are sent over HTTP/1.1 only", {}});
   }
-  const auto seat = std::make_shared<Seat>(*this, exchange.owner);
-  if (!seat->taken()) return answer(exchange, Problem{ProblemKind::overloaded, "as many clients watch as may", {}});
+  const auto seat = seats_.take(exchange.owner);
+  if (!seat) return answer(exchange, Problem{ProblemKind::overloaded, "as many clients watch as may", {}});
   exchange.response.content_type = "text/event-stream";
   if (exchange.head.method == "HEAD") return;
   exchange.response.stream = [this, key, seat, job = jobs_.live(key), seen = ~std::uint64_t{0},

@@ -4,9 +4,7 @@
 #pragma once
 
 #include <atomic>
-#include <map>
-#include <memory>
-#include <mutex>
+#include <cstdint>
 #include <optional>
 #include <string>
 
@@ -14,6 +12,7 @@
 #include "server/exchange.h"
 #include "server/jobs/jobs.h"
 #include "server/prefer.h"
+#include "server/seats.h"
 #include "server/settings.h"
 #include "server/upload.h"
 
@@ -32,14 +31,10 @@ class Comparisons {
 
   void refuse_new() { draining_.store(true); }
   bool refusing() const { return draining_.load(); }
-  std::size_t seats() const {  // taken
-    const std::lock_guard lock(seats_mutex_);
-    return seats_;
-  }
+  std::uint64_t seats() const { return seats_.taken(); }
 
  private:
   struct Asked;
-  class Seat;
 
   std::optional<api::Problem> receive(Exchange& exchange, Asked& asked);
   std::optional<api::Problem> receive_form(Exchange& exchange, Asked& asked);
@@ -58,9 +53,7 @@ class Comparisons {
   Access& access_;
   ByteBudget& uploads_;
   std::atomic<bool> draining_{false};
-  mutable std::mutex seats_mutex_;  // guards what follows
-  std::size_t seats_ = 0;
-  std::map<std::string, std::size_t> seats_of_;  // by owner; none of 0
+  Seats seats_;  // of clients that watch, or wait as long as they prefer
 };
 
 }  // namespace meshgauge::server

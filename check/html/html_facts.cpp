@@ -132,11 +132,13 @@ std::string time_table(const Measured& measured) {
 
 std::string work_table(const GateOutcome& outcome) {
   const Json& document = outcome.measured->document;
-  std::string rows = row("Interval", {interval(at(document, "/a_to_b")), interval(at(document, "/b_to_a"))});
-  rows += row("Culled at once", {culled(at(document, "/a_to_b")), culled(at(document, "/b_to_a"))});
-  const auto asked = [&](const char* path) { return count(at(document, path)); };
-  rows += row("Nearest-point queries", {asked("/a_to_b/work/nearest_queries"), asked("/b_to_a/work/nearest_queries")});
-  rows += row("Triangles subdivided", {asked("/a_to_b/work/subdivisions"), asked("/b_to_a/work/subdivisions")});
+  const Json& there = at(document, "/a_to_b");
+  const Json& back = at(document, "/b_to_a");
+  const auto asked = [](const Json& directed, const char* what) { return count(at(at(directed, "/work"), what)); };
+  std::string rows = row("Interval", {interval(there), interval(back)});
+  rows += row("Culled at once", {culled(there), culled(back)});
+  rows += row("Nearest-point queries", {asked(there, "/nearest_queries"), asked(back, "/nearest_queries")});
+  rows += row("Triangles subdivided", {asked(there, "/subdivisions"), asked(back, "/subdivisions")});
   return table("work", "By direction", {"", "Candidate to baseline", "Baseline to candidate"}, rows);
 }
 
