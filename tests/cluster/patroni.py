@@ -17,30 +17,38 @@ import time
 import urllib.request
 
 from postgres import DATABASE, ENVIRONMENT, SKIPPED, USER, Missing, psql, usable_binaries
-from scratch import TOOLS, Scratch, end_inside, free_port, servant
+from scratch import TOOLS, Scratch, end_inside, free_port, servant, within_reach
 
 READY_SECONDS = 120
 # A leader that is silent for so long is replaced. Patroni asks for LOOP + 2 * RETRY <= TTL.
 TTL, LOOP, RETRY = 5, 1, 2
-PYTHON_PACKAGES = TOOLS / "usr/lib/python3/dist-packages"
 
 
-def find_program(name):
-    for path in (TOOLS / "usr/bin" / name, shutil.which(name)):
-        if path is not None and os.path.exists(path):
-            return str(path)
-    raise Missing("no %s: neither in build/tools (./dev chaos cluster) nor on PATH" % name)
+class Programs:
+    """Where patroni and etcd are; `environment`, what patroni needs to find its own."""
+
+    def __init__(self, scratch):
+        self.environment = {}
+        unpacked = TOOLS / "usr"
+        if all((unpacked / "bin" / name).exists() for name in ("etcd", "patroni")):
+            usr = within_reach(scratch, unpacked, "bin/etcd", "bin/patroni", "lib/python3")
+            self.etcd, self.patroni = usr / "bin/etcd", usr / "bin/patroni"
+            self.environment = {"PYTHONPATH": str(usr / "lib/python3/dist-packages")}
+            return
+        self.etcd, self.patroni = shutil.which("etcd"), shutil.which("patroni")
+        if self.etcd is None or self.patroni is None:
+            raise Missing("no patroni and etcd: neither in build/tools (./dev chaos cluster) nor on PATH")
 
 
 class Etcd:
     """The one member that holds the leader's key. It is not what is tried here, so it is never killed."""
 
-    def __init__(self, scratch):
+    def __init__(self, scratch, program):
         self.folder, self.port = scratch.folder("etcd"), free_port()
         ours, peers = ("http://127.0.0.1:%d" % port for port in (self.port, free_port()))
         with open(self.folder / "log", "wb") as log:
             self.process = subprocess.Popen(
-                [find_program("etcd"), "--name", "one", "--data-dir", self.folder / "data", "--logger", "zap", "--log-level", "error",
+                [program, "--name", "one", "--data-dir", self.folder / "data", "--logger", "zap", "--log-level", "error",
                  "--listen-client-urls", ours, "--advertise-client-urls", ours, "--listen-peer-urls", peers,
                  "--initial-advertise-peer-urls", peers, "--initial-cluster", "one=" + peers],
                 stdin=subprocess.DEVNULL, stdout=log, stderr=log, cwd=self.folder, env=ENVIRONMENT, **servant())
@@ -49,11 +57,11 @@ class Etcd:
 class Node:
     """One PostgreSQL and the Patroni that minds it."""
 
-    def __init__(self, scratch, name, binaries, etcd, password):
+    def __init__(self, scratch, name, programs, binaries, etcd, password):
         self.name, self.folder = name, scratch.folder(name)
         self.port, self.rest_port = free_port(), free_port()
         self.process = None
-        self.program = find_program("patroni")
+        self.programs = programs
         self.configuration = self.folder / "patroni.json"
         self.configuration.write_text(json.dumps(self._settings(binaries, etcd, password)))
         self.configuration.chmod(0o644)  # its folder is closed
@@ -75,17 +83,19 @@ class Node:
                 "data_dir": str(self.folder / "data"), "bin_dir": str(binaries), "pgpass": str(self.folder / "pgpass"),
                 "authentication": {"superuser": {"username": USER, "password": password},
                                    "replication": {"username": "replicator", "password": password}},
-                "parameters": {"unix_socket_directories": str(self.folder), "shared_buffers": "64MB", "jit": "off"},
+                # A follower finds a new leader at once, not after 5 s.
+                "parameters": {"unix_socket_directories": str(self.folder), "shared_buffers": "64MB", "jit": "off",
+                               "wal_retrieve_retry_interval": "200ms"},
                 # Half-rewound data of a node that was killed is no use: it fetches all of it anew.
                 "remove_data_directory_on_rewind_failure": True, "remove_data_directory_on_diverged_timelines": True,
                 "pg_hba": hosts}}
 
     def start(self):
         assert self.process is None
-        paths = {"PYTHONPATH": str(PYTHON_PACKAGES)} if PYTHON_PACKAGES.exists() else {}
         with open(self.folder / "log", "ab") as log:
-            self.process = subprocess.Popen(["/usr/bin/python3", self.program, self.configuration], stdin=subprocess.DEVNULL, stdout=log,
-                                            stderr=log, cwd=self.folder, env={**ENVIRONMENT, **paths}, **servant())
+            self.process = subprocess.Popen(["/usr/bin/python3", self.programs.patroni, self.configuration], stdin=subprocess.DEVNULL,
+                                            stdout=log, stderr=log, cwd=self.folder, env={**ENVIRONMENT, **self.programs.environment},
+                                            **servant())
 
     def kill(self):
         """kill -9 of PostgreSQL and Patroni, as when the machine loses its power."""
@@ -93,6 +103,9 @@ class Node:
         end_inside(self.folder)
         self.process.wait()
         self.process = None
+
+    def rest(self, path):
+        return "http://127.0.0.1:%d/%s" % (self.rest_port, path)
 
     def tail(self):
         return (self.folder / "log").read_text(errors="replace")[-3000:]
@@ -106,8 +119,9 @@ class Cluster:
         try:
             self.password = secrets.token_hex(8)
             self.binaries = usable_binaries(self.scratch)
-            self.etcd = Etcd(self.scratch)
-            self.nodes = [Node(self.scratch, "node%d" % i, self.binaries, self.etcd, self.password) for i in range(1, nodes + 1)]
+            programs = Programs(self.scratch)
+            self.etcd = Etcd(self.scratch, programs.etcd)
+            self.nodes = [Node(self.scratch, "node%d" % i, programs, self.binaries, self.etcd, self.password) for i in range(1, nodes + 1)]
             self.nodes[0].start()
             self._until(lambda: self.leader() is not None)
             for node in self.nodes[1:]:
@@ -130,7 +144,7 @@ class Cluster:
         for node in self.nodes:
             if node.process is not None:
                 with contextlib.suppress(OSError, ValueError):
-                    with urllib.request.urlopen("http://127.0.0.1:%d/cluster" % node.rest_port, timeout=2) as answer:
+                    with urllib.request.urlopen(node.rest("cluster"), timeout=2) as answer:
                         return {one["name"]: one for one in json.load(answer)["members"]}
         return {}
 
@@ -138,7 +152,7 @@ class Cluster:
         """The node that leads and takes writes; None: none does at the moment."""
         for node in self.nodes:
             with contextlib.suppress(OSError):
-                if node.process is not None and urllib.request.urlopen("http://127.0.0.1:%d/primary" % node.rest_port, timeout=2).status == 200:
+                if node.process is not None and urllib.request.urlopen(node.rest("primary"), timeout=2).status == 200:
                     return node
         return None
 

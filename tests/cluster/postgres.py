@@ -16,7 +16,7 @@ import sys
 import time
 from pathlib import Path
 
-from scratch import TOOLS, Scratch, end_inside, free_port, servant, signal_inside
+from scratch import TOOLS, Scratch, end_inside, free_port, servant, signal_inside, within_reach
 
 SKIPPED = 77
 READY_SECONDS = 60
@@ -42,15 +42,10 @@ def find_binaries():
 
 
 def usable_binaries(scratch):
-    """The same, where the one who runs them may go: a folder below a closed one is copied."""
+    """The same, where the servant may run them. They find the rest by the way from one to the other."""
     found = find_binaries()
-    if subprocess.run(["/usr/bin/test", "-x", found / "postgres"], cwd="/", **servant()).returncode == 0:
-        return found
-    usr, copy = found.parents[3], scratch.path / "usr"
-    for part in ("lib", "share"):
-        for folder in (usr / part / "postgresql").iterdir():
-            shutil.copytree(folder, copy / part / "postgresql" / folder.name)
-    return copy / found.relative_to(usr)
+    usr = found.parents[3]
+    return within_reach(scratch, usr, "lib/postgresql", "share/postgresql") / found.relative_to(usr)
 
 
 def psql(binaries, url, sql):
