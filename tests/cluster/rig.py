@@ -25,9 +25,10 @@ class Client(Server):
         first, rest = data.split(b"\r\n", 1)
         return super().raw(first + b"\r\n" + self.head.encode() + rest, timeout)
 
-    def request_of(self, a, b, options):
+    def request_of(self, a, b, options, extra=""):
+        """The bytes of compare()."""
         body = comparison(a, b, options)
-        return post_head(len(body), self.head) + body
+        return post_head(len(body), self.head + extra) + body
 
     def begin(self, low=0, high=2, n=1, options=None, extra="", salt=""):
         """The path of a comparison that nobody waits for."""
@@ -41,12 +42,12 @@ class Client(Server):
         assert answer.status == 202, answer.body
         return answer.headers["location"]
 
-    def wait_for(self, path, *states, seconds=60):
-        """The document, once it is in one of these states."""
+    def wait_for(self, path, *states, seconds=60, away=False):
+        """The document, once it is in one of these states. `away`: the database may be."""
         def there():
             answer = self.get(path)
-            assert answer.status == 200, (answer.status, answer.body)
-            return answer.json()["state"] in states and answer.json()
+            assert answer.status == 200 or away and answer.status == 503, (answer.status, answer.body)
+            return answer.status == 200 and answer.json()["state"] in states and answer.json()
         return until(there, seconds, "%s to be %s" % (path, " or ".join(states)))
 
 
