@@ -4,6 +4,7 @@
 #include <exception>
 #include <string>
 
+#include "server/heap.h"
 #include "server/log.h"
 
 namespace meshgauge::server {
@@ -37,6 +38,7 @@ void Upkeep::tick() try {
   if (due(next_sweep_, kSweepInterval)) {
     if (on_duty) sweep_rows();
     if (stores_.maps) sweep_maps();
+    give_back_free_memory();
   }
   if (on_duty && due(next_blobs_, stores_.shared() ? milliseconds(kSharedBlobsInterval) : kSweepInterval)) {
     sweep_blobs();
