@@ -78,8 +78,7 @@ struct S3Client::Call {
 // How a call went after all its attempts.
 struct S3Client::Ending {
   HttpAnswer answer;
-  std::string code;       // of a refusal
-  unsigned attempts = 0;  // that were made
+  std::string code;  // of a refusal
   std::uint64_t received = 0;
 
   bool good() const { return is_good(answer.status) && code.empty(); }
@@ -144,7 +143,6 @@ S3Client::Ending S3Client::perform(const Call& call) {
   for (unsigned tries = 1;; ++tries) {
     skip = ending.received;
     ending.answer = attempt(call, ending.received, take);
-    ++ending.attempts;
     ending.code = error_code_of(ending.answer);
     if (ending.received > skip) {  // it goes on, so a large object may take as long as it takes
       begin = steady_clock::now();
@@ -171,6 +169,7 @@ Result<std::optional<S3Object>> S3Client::head(const std::string& key) {
   S3Object object;
   object.size = std::strtoull(answer.header("content-length").c_str(), nullptr, 10);
   object.sha256 = answer.header("x-amz-checksum-sha256");
+  object.etag = answer.header("etag");
   object.age = *now - *modified;
   return std::optional(object);
 }
@@ -243,7 +242,7 @@ Result<std::string> S3Client::put_part(const std::string& key, const std::string
   return etag;
 }
 
-Result<Done> S3Client::complete_upload(const std::string& key, const std::string& upload,
+Result<bool> S3Client::complete_upload(const std::string& key, const std::string& upload,
                                        const std::vector<std::string>& etags) {
   const std::string list = list_of_parts(etags);
   const ByteSource body(std::as_bytes(std::span(list)));
@@ -251,10 +250,9 @@ Result<Done> S3Client::complete_upload(const std::string& key, const std::string
   Call call{"POST", key, {{"uploadId", upload}}, {{"content-type", "application/xml"}}, body, *sha256};
   call.pace = HttpPace::patient;
   const Ending ending = perform(call);
-  if (ending.good()) return Done{};
-  // An attempt whose answer was lost has completed it; the caller looks at what is there.
-  if (ending.code == "NoSuchUpload" && ending.attempts > 1) return Done{};
-  return ending.error();
+  if (ending.code == "NoSuchUpload") return false;
+  if (!ending.good()) return ending.error();
+  return true;
 }
 
 Result<Done> S3Client::abort_upload(const std::string& key, const std::string& upload) {

@@ -33,6 +33,7 @@ struct S3Limits {
 struct S3Object {
   std::uint64_t size = 0;
   std::string sha256;                // base64, as the server computed it; empty: it did not; "...-N": of N parts'
+  std::string etag;                  // another one: other bytes, or bytes that were stored in another way
   std::chrono::milliseconds age{0};  // by the server's clock, to a second
 };
 
@@ -58,7 +59,8 @@ class S3Client {
   Result<std::string> begin_upload(const std::string& key);
   Result<std::string> put_part(const std::string& key, const std::string& upload, unsigned number,
                                const ByteSource& body, const std::string& sha256);  // its ETag
-  Result<Done> complete_upload(const std::string& key, const std::string& upload,
+  // false: there is no such upload. An attempt whose answer was lost has completed it, or somebody has aborted it.
+  Result<bool> complete_upload(const std::string& key, const std::string& upload,
                                const std::vector<std::string>& etags);
   Result<Done> abort_upload(const std::string& key, const std::string& upload);  // also when there is none
   Result<UploadsPage> list_uploads(const std::string& prefix, const std::string& after_key,

@@ -75,28 +75,26 @@ Result<BlobPut> S3Blobs::put(const BlobKey& key, const ByteSource& bytes) {
     if (*renewed) return BlobPut::existed;
   }
   // Sent also when something is there whose bytes the server does not vouch for: that costs no more than to read it.
-  if (const Result<Done> sent = send(key, bytes); !sent) return sent.error();
+  if (const Result<Done> sent = send(key, bytes, found ? found->etag : ""); !sent) return sent.error();
   if (found) sums_.remove(owner_in(blob_name(key)), found->size);
   sums_.add(owner_in(blob_name(key)), bytes.size());
   return found && !is_known_damaged(*found, key.id, bytes.size()) ? BlobPut::existed : BlobPut::created;
 }
 
-Result<Done> S3Blobs::send(const BlobKey& key, const ByteSource& bytes) {
-  if (bytes.size() >= options_.in_parts_from) return send_in_parts(key, bytes);
-  return client_.put(object_of(blob_name(key)), bytes, key.id);
-}
-
-Result<Done> S3Blobs::send_in_parts(const BlobKey& key, const ByteSource& bytes) {
+Result<Done> S3Blobs::send(const BlobKey& key, const ByteSource& bytes, const std::string& etag_before) {
   const std::string object = object_of(blob_name(key));
+  if (bytes.size() < options_.in_parts_from) return client_.put(object, bytes, key.id);
   const Result<std::string> upload = client_.begin_upload(object);
   if (!upload) return upload.error();
-  Result<Done> sent = send_parts(key, *upload, bytes);
+  const Result<bool> completed = send_parts(key, *upload, bytes);
+  if (completed) return check_completed(object, bytes.size(), *completed ? "" : etag_before);
   // If that fails as well, abort_abandoned() does it a day later.
-  if (!sent) static_cast<void>(client_.abort_upload(object, *upload));
-  return sent;
+  static_cast<void>(client_.abort_upload(object, *upload));
+  return completed.error();
 }
 
-Result<Done> S3Blobs::send_parts(const BlobKey& key, const std::string& upload, const ByteSource& bytes) {
+// As complete_upload().
+Result<bool> S3Blobs::send_parts(const BlobKey& key, const std::string& upload, const ByteSource& bytes) {
   const std::string object = object_of(blob_name(key));
   api::Sha256 whole;
   std::vector<std::string> etags;
@@ -110,11 +108,20 @@ Result<Done> S3Blobs::send_parts(const BlobKey& key, const std::string& upload, 
     etags.push_back(std::move(*etag));
   }
   if (whole.hex() != key.id) return Error{ErrorCode::internal, "the upload has changed while it was stored", "", ""};
-  if (const Result<Done> completed = client_.complete_upload(object, upload, etags); !completed) return completed;
+  return client_.complete_upload(object, upload, etags);
+}
+
+// `not_etag`: that of the object that an upload which may have been aborted should have replaced.
+Result<Done> S3Blobs::check_completed(const std::string& object, std::uint64_t size, const std::string& not_etag) {
   const Result<std::optional<S3Object>> there = client_.head(object);
   if (!there) return there.error();
-  if (*there && (**there).size == bytes.size()) return Done{};
-  return Error{ErrorCode::storage_unavailable, "S3 has not kept an upload that it completed", "", ""};
+  if (!*there || (**there).size != size || (!not_etag.empty() && (**there).etag == not_etag)) {
+    return Error{ErrorCode::storage_unavailable, "S3 has not kept an upload that it completed", "", ""};
+  }
+  // Its age counts from the upload's begin.
+  const Result<bool> renewed = renew(object, **there);
+  if (!renewed) return renewed.error();
+  return Done{};
 }
 
 Result<bool> S3Blobs::fetch(const BlobKey& key, const Take& take) {

@@ -54,9 +54,9 @@ class S3Blobs final : public RemoteBlobs {
   std::string object_of(const std::string& name) const { return root_ + name; }
 
   Result<BlobPut> put(const BlobKey& key, const ByteSource& bytes);
-  Result<Done> send(const BlobKey& key, const ByteSource& bytes);
-  Result<Done> send_in_parts(const BlobKey& key, const ByteSource& bytes);
-  Result<Done> send_parts(const BlobKey& key, const std::string& upload, const ByteSource& bytes);
+  Result<Done> send(const BlobKey& key, const ByteSource& bytes, const std::string& etag_before);
+  Result<Done> check_completed(const std::string& object, std::uint64_t size, const std::string& not_etag);
+  Result<bool> send_parts(const BlobKey& key, const std::string& upload, const ByteSource& bytes);
   Result<bool> renew(const std::string& object, const S3Object& found);
   Result<bool> remove_found(const std::string& name, const S3Object& found);
   Result<bool> remove_if_old(const std::string& name, std::chrono::seconds older_than, const Guard& guard);

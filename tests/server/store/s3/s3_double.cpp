@@ -43,6 +43,7 @@ pid_t spawn(const std::vector<std::string>& words, int input, int output) {
   posix_spawn_file_actions_init(&actions);
   if (input >= 0) posix_spawn_file_actions_adddup2(&actions, input, 0);
   if (output >= 0) posix_spawn_file_actions_adddup2(&actions, output, 1);
+  if (output < 0) posix_spawn_file_actions_addopen(&actions, 2, "/dev/null", O_WRONLY, 0);
   pid_t process = -1;
   const int failed = ::posix_spawnp(&process, arguments[0], &actions, nullptr, arguments.data(), environ);
   posix_spawn_file_actions_destroy(&actions);
@@ -59,26 +60,9 @@ void run(const std::vector<std::string>& words) {
 // For "localhost", with its key in the same file.
 std::string make_certificate() {
   std::string file = (std::filesystem::temp_directory_path() / ("meshgauge-s3-" + api::random_id() + ".pem")).string();
-  run({"openssl",
-       "req",
-       "-x509",
-       "-newkey",
-       "ec",
-       "-pkeyopt",
-       "ec_paramgen_curve:P-256",
-       "-nodes",
-       "-days",
-       "1",
-       "-subj",
-       "/CN=localhost",
-       "-addext",
-       "subjectAltName=DNS:localhost",
-       "-keyout",
-       file + ".key",
-       "-out",
-       file,
-       "-batch",
-       "-quiet"});
+  run({"openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:P-256", "-nodes", "-days", "1",
+       "-subj", "/CN=localhost", "-addext", "subjectAltName=DNS:localhost", "-keyout", file + ".key", "-out", file,
+       "-batch"});
   return file;
 }
 
