@@ -91,8 +91,9 @@ class Control:
             setattr(self.world, name, value)
 
     def faults(self, faults):
-        """[{"method", "match", "times", "what"}]: slow_down, status (with status and code), reset, cut (the body's
-        half), wrong_bytes, late_error (200, then an error in the body), done_but_lost (carried out, then a reset)."""
+        """[{"method", "match", "times", "what"}]: slow_down, status (with status and code), reset, stall (with seconds),
+        cut (the body's half), wrong_bytes, late_error (200, then an error in the body), done_but_lost (carried out, then
+        a reset)."""
         self.world.faults = faults
 
     def log(self, _):
@@ -268,6 +269,9 @@ class Handler(http.server.BaseHTTPRequestHandler):
             raise refusal(503, "SlowDown", "Reduce your request rate.")
         if fault["what"] == "status":
             raise refusal(fault["status"], fault["code"])
+        if fault["what"] == "stall":
+            time.sleep(fault["seconds"])
+            return self.reset()
         if fault["what"] == "late_error":
             raise refusal(200, "InternalError")
         if fault["what"] == "reset":

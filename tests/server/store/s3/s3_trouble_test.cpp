@@ -148,6 +148,23 @@ TEST_CASE("S3 in trouble: what is in the cache is there without S3") {
   CHECK(text_of(*got(stores.blobs.open(key))) == "x");
 }
 
+TEST_CASE("S3 in trouble: a server that falls silent is not waited for") {
+  const S3Double server;
+  S3Limits limits = limits_for_tests();
+  limits.http.small = limits.http.stall = 1s;
+  limits.attempts = 1;
+  S3Blobs blobs(server.settings(), options_for_tests(), limits);
+  nlohmann::json faults = nlohmann::json::array();
+  for (const char* method : {"GET", "HEAD"}) {
+    faults.push_back({{"method", method}, {"match", ""}, {"times", 1}, {"what", "stall"}, {"seconds", 30}});
+  }
+  server.control("faults", faults);
+  const BlobKey key = key_of("ann", "x");
+  CHECK(code_of(blobs.exists(key)) == ErrorCode::storage_unavailable);
+  CHECK(code_of(blobs.fetch(key, [](auto) { return Result<Done>(Done{}); })) == ErrorCode::storage_unavailable);
+  CHECK_FALSE(got(blobs.exists(key)));
+}
+
 TEST_CASE("S3 in trouble: nobody listens") {
   S3Settings settings;
   {
