@@ -16,7 +16,11 @@
 #include "api/digest.h"
 #include "server/store/embedded.h"
 
+#ifdef MESHGAUGE_TESTS_OF_POSTGRES  // postgres_tests has a server to start: its suites run in one process
+#define EVERY_IMPLEMENTATION PostgresForTests
+#else
 #define EVERY_IMPLEMENTATION EmbeddedForTests
+#endif
 
 namespace meshgauge::server::store {
 
@@ -46,6 +50,8 @@ T got(Result<T> result) {
 
 class EmbeddedForTests {
  public:
+  static constexpr bool kListsRecovered = true;  // JobStore::recover()
+
   EmbeddedForTests() { reopen(); }
 
   JobStore& jobs() { return stores_->jobs(); }
@@ -106,3 +112,7 @@ inline std::string text_of(const Blob& blob) {
 }  // namespace meshgauge::server::store
 
 TYPE_TO_STRING_AS("embedded", meshgauge::server::store::EmbeddedForTests);
+
+#ifdef MESHGAUGE_TESTS_OF_POSTGRES
+#include "postgres_for_tests.h"
+#endif
