@@ -59,9 +59,12 @@ std::uint64_t give_up_waiting(Connection& connection, Moment moment) {
       .run();
 }
 
+// What batches point at stays with them.
 std::uint64_t remove_expired(Connection& connection, TimePoint now, std::int64_t most) {
   return Query(connection,
-               "DELETE FROM jobs WHERE number IN (SELECT number FROM jobs WHERE state >= 2 AND expires <= ? LIMIT ?)",
+               "DELETE FROM jobs WHERE number IN (SELECT number FROM jobs WHERE state >= 2 AND expires <= ? AND NOT "
+               "EXISTS (SELECT 1 FROM batch_items AS items WHERE items.owner = jobs.owner AND items.job = jobs.id) "
+               "LIMIT ?)",
                now, most)
       .run();
 }
@@ -141,7 +144,8 @@ Result<bool> SqliteStore::uses_blob(const BlobKey& key) {
     Query mesh(connection, "SELECT 1 FROM meshes WHERE owner = ? AND id = ?", key.owner, key.id);
     if (mesh.next()) return true;
     Query job(connection,
-              "SELECT 1 FROM jobs WHERE state IN (0, 1) AND owner = ?1 AND (mesh_a = ?2 OR mesh_b = ?2) LIMIT 1",
+              "SELECT 1 FROM jobs WHERE state IN (0, 1) AND owner = ?1 AND mesh_a = ?2 UNION ALL "
+              "SELECT 1 FROM jobs WHERE state IN (0, 1) AND owner = ?1 AND mesh_b = ?2 LIMIT 1",
               key.owner, key.id);
     return job.next();
   });
