@@ -7,6 +7,7 @@
 
 #include "api/digest.h"
 #include "api/response.h"
+#include "server/heap.h"
 #include "server/jobs/job_document.h"
 #include "server/log.h"
 
@@ -301,6 +302,7 @@ void Jobs::sweep() try {
   const auto used = stores_.jobs.used_blobs();
   note(used);
   if (used) note(stores_.blobs.remove_unused(*used, kUnusedBlobs));
+  give_back_free_memory();
 } catch (const std::exception& error) {
   log_event("store", std::string("a sweep was broken off: ") + error.what());
 }
