@@ -35,14 +35,14 @@ Json gate_of(const store::Job& row) {
 // A path without a host: only the caller knows by which name he reached the service.
 std::string view_of(const store::Job& row) { return "/c/" + row.key.id; }
 
-std::string problem_of(const store::Job& row) {
+}  // namespace
+
+std::string problem_json(const store::Job& row) {
   if (!row.problem.empty()) return row.problem;
   if (row.state == store::JobState::cancelled && row.document.empty()) return api::to_json(cancelled_early());
   if (row.state != store::JobState::failed) return "null";
   return api::to_json(api::Problem{api::ProblemKind::internal, "given up: " + row.last_error, {}});
 }
-
-}  // namespace
 
 api::Problem cancelled_early() {
   return {api::ProblemKind::cancelled, "the comparison was cancelled before both meshes were read", {}};
@@ -92,7 +92,7 @@ std::string to_json(const JobView& job) {
   std::string text = head.dump();
   text.pop_back();
   return text + ",\"result\":" + (row.document.empty() ? "null" : result_json(row)) +
-         ",\"problem\":" + problem_of(row) + "}";
+         ",\"problem\":" + problem_json(row) + "}";
 }
 
 std::string result_json(const store::Job& row) {

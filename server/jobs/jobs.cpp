@@ -290,6 +290,7 @@ void Jobs::retry_parked() {
 // What is thrown for want of memory ends here: it is for the next sweep, not the end of the process.
 void Jobs::sweep() try {
   const auto now = store::now();
+  if (stores_.batches) note(stores_.batches->sweep_batches(now - seconds(settings_.result_ttl_s)));
   const auto swept = stores_.jobs.sweep_jobs({now, now + seconds(settings_.result_ttl_s)}, settings_.max_kept_results);
   note(swept);
   if (stores_.maps && swept) {

@@ -26,6 +26,7 @@
 #include "server/maps/map_cache.h"
 #include "server/observe/metrics.h"
 #include "server/settings.h"
+#include "server/store/batch_store.h"
 #include "server/store/blob_store.h"
 #include "server/store/job_store.h"
 #include "server/store/mesh_index.h"
@@ -38,7 +39,8 @@ struct Stores {
   store::MeshIndex& meshes;
   store::BlobStore& blobs;
   MeshCache& cache;
-  MapCache* maps = nullptr;  // none: no deviation maps are made
+  MapCache* maps = nullptr;              // none: no deviation maps are made
+  store::BatchStore* batches = nullptr;  // none: there are no batches
 };
 
 // Access::hold_storage() beside what the owner's blobs take when it asks. Whoever puts a blob that is not there holds
