@@ -12,7 +12,7 @@
 #include "api/batch_request.h"
 #include "server/access/access.h"
 #include "server/exchange.h"
-#include "server/jobs/jobs.h"
+#include "server/jobs/kept_blobs.h"
 #include "server/multipart.h"
 #include "server/settings.h"
 #include "server/upload.h"
