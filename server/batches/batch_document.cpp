@@ -1,5 +1,7 @@
 #include "server/batches/batch_document.h"
 
+#include <limits>
+
 #include <nlohmann/json.hpp>
 
 #include "server/jobs/job_document.h"
@@ -83,8 +85,10 @@ std::optional<Distance> distance_of(const store::Job& job) {
   if (!document.is_object() || !document.contains("distance")) return std::nullopt;
   const Json& distance = document["distance"];
   if (!distance.is_object() || !distance.contains("lower") || !distance.contains("upper")) return std::nullopt;
-  if (!distance["lower"].is_number() || !distance["upper"].is_number()) return std::nullopt;
-  return Distance{distance["lower"].get<double>(), distance["upper"].get<double>()};
+  if (!distance["lower"].is_number()) return std::nullopt;
+  const Json& upper = distance["upper"];  // null: nothing was known
+  return Distance{distance["lower"].get<double>(),
+                  upper.is_number() ? upper.get<double>() : std::numeric_limits<double>::infinity()};
 }
 
 std::optional<double> limit_of(const store::Job& job) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <chrono>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,12 +19,12 @@ std::string progress_json(const store::Batch& batch);
 // One line of the results, its end included.
 std::string result_line(const store::BatchRow& row);
 
-// Where a failed comparison is told of: its interval, or why it has none.
+// What a job's document and options say, for reports.
 struct Distance {
   double lower = 0;
-  double upper = 0;
+  double upper = 0;  // may be infinity
 };
-std::optional<Distance> distance_of(const store::Job& job);
+std::optional<Distance> distance_of(const store::Job& job);  // nullopt: it has no result
 std::optional<double> limit_of(const store::Job& job);  // of its gate
 std::string units_of(const store::Job& job);            // likewise; may be empty
 

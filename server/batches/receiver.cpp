@@ -42,6 +42,7 @@ BatchReceiver::~BatchReceiver() {
   std::vector<std::string> ids;
   for (const auto& [id, held] : reserved_) ids.push_back(id);
   reserved_.clear();
+  if (stores_.shared()) return;  // others may be about to refer to the same bytes: a sweep finds what is old
   for (const std::string& id : ids) {
     const auto removed = remove_if_unreferenced(stores_, {owner_, id});
     static_cast<void>(removed);  // what failed is for a sweep
