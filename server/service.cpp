@@ -8,9 +8,9 @@
 
 #include "server/heap.h"
 #include "server/log.h"
+#include "server/open_stores.h"
 #include "server/openapi.h"
 #include "server/sandbox/pool.h"
-#include "server/store/embedded.h"
 #include "server/web/pages.h"
 
 namespace meshgauge::server {
@@ -197,6 +197,10 @@ void Service::watch_levels() {
   }
   watch(Level::event_streams, [this] { return comparisons_.seats(); });
   watch(Level::stored_bytes, [this] { return stored_bytes(); });
+  if (stores_.shared()) {
+    watch(Level::store_queue_depth, [this] { return jobs_.store_queue().waiting; });
+    watch(Level::store_oldest_waiting_seconds, [this] { return jobs_.store_queue().oldest_seconds; });
+  }
   watch(Level::disk_free_bytes, [this] { return free_bytes(); });
 }
 
@@ -328,14 +332,15 @@ Result<Done> run_until_signal(const Settings& settings, const std::vector<std::s
   sandbox::Pool pool(pool_settings(settings, parser), [](const std::string& detail) { log_event("sandbox", detail); });
   const auto lacks = pool.start();
   if (!lacks) return lacks.error();
-  auto stores = store::EmbeddedStores::open({settings.data_dir});
+  auto stores = open_stores(settings);
   if (!stores) return stores.error();
   MeshCache cache(settings.max_cache_bytes);
   MapCache maps({(*stores)->data_folder() + "/maps", settings.map_cache_bytes, settings.temp_dir});
   if (auto opened = maps.open(); !opened) return opened.error();
   const Fetch fetch = fetching_by(pool, cache);
   Service service(settings, comparing_by(fetch),
-                  {(*stores)->jobs(), (*stores)->meshes(), (*stores)->blobs(), cache, &maps, &(*stores)->batches()},
+                  {(*stores)->jobs(), (*stores)->meshes(), (*stores)->blobs(), cache, &maps, (*stores)->signals(),
+                   &(*stores)->batches()},
                   fetch);
   service.metrics().watch_sandbox([&pool] { return pool.counters(); });
   service.watch_readiness("sandbox", [&pool] {
