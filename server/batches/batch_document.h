@@ -25,7 +25,7 @@ struct Distance {
   double upper = 0;  // may be infinity
 };
 std::optional<Distance> distance_of(const store::Job& job);  // nullopt: it has no result
-std::optional<double> limit_of(const store::Job& job);  // of its gate
-std::string units_of(const store::Job& job);            // likewise; may be empty
+std::optional<double> limit_of(const store::Job& job);       // of its gate
+std::string units_of(const store::Job& job);                 // likewise; may be empty
 
 }  // namespace meshgauge::server
