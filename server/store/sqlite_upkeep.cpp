@@ -51,6 +51,15 @@ void add(Counts& counts, JobState state, std::uint64_t number) {
   }
 }
 
+void add_waiting(Connection& connection, Counts& counts) {
+  Query unawaited(
+      connection,
+      "SELECT count(*) FROM jobs WHERE state IN (0, 1) AND batch = '' AND deadline IS NULL AND parent = ''");
+  if (unawaited.next()) counts.unawaited = static_cast<std::uint64_t>(unawaited.number(0));
+  Query oldest(connection, "SELECT created FROM jobs WHERE state = 0 ORDER BY created LIMIT 1");
+  if (oldest.next()) counts.oldest_queued = oldest.time(0);
+}
+
 std::uint64_t give_up_waiting(Connection& connection, Moment moment) {
   return Query(connection,
                "UPDATE jobs SET state = 3, finished = ?1, expires = ?2, last_error = iif(last_error = '', "
@@ -119,6 +128,7 @@ Result<Counts> SqliteStore::counts() {
     Counts counted;
     Query row(connection, "SELECT state, count(*) FROM jobs GROUP BY state");
     while (row.next()) add(counted, static_cast<JobState>(row.number(0)), static_cast<std::uint64_t>(row.number(1)));
+    add_waiting(connection, counted);
     return counted;
   });
   if (!counts) return counts;
