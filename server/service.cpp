@@ -8,9 +8,9 @@
 
 #include "server/heap.h"
 #include "server/log.h"
+#include "server/open_stores.h"
 #include "server/openapi.h"
 #include "server/sandbox/pool.h"
-#include "server/store/embedded.h"
 #include "server/web/pages.h"
 
 namespace meshgauge::server {
@@ -112,6 +112,9 @@ Service::Service(const Settings& settings, Compare compare, Stores stores, Fetch
           settings, [this](Exchange& exchange) { entrance_(exchange, router_); },
           [this](const Exchange& exchange) { record(exchange); }, tls_ ? &*tls_ : nullptr) {
   if (fetch && stores.maps) deviations_.emplace(settings, jobs_, stores, access_, metrics_, std::move(fetch));
+  if (stores.batches) {
+    batches_.emplace(settings, stores, access_, uploads_, comparisons_.watchers(), BatchWork{[] {}, [] {}});
+  }
   add_routes();
   watch_levels();
 }
@@ -133,6 +136,7 @@ void Service::add_routes() {
   router_.add("GET", "/metrics", [this](Exchange& e) { send(e, metrics_.text(), Metrics::kContentType); });
   router_.add("GET", "/readyz", [this](Exchange& e) { check_ready(e); });
   add_comparison_routes();
+  add_batch_routes();
   router_.add("POST", "/v1/meshes", [this](Exchange& e) { meshes_.post(e); });
   router_.add("PUT", "/v1/meshes/{}", [this](Exchange& e) { meshes_.put(e); });
   router_.add("GET", "/v1/meshes/{}", [this](Exchange& e) { meshes_.get(e); });
@@ -147,6 +151,16 @@ void Service::add_comparison_routes() {
   if (!deviations_) return;
   router_.add("GET", "/v1/comparisons/{}/deviation.ply", [this](Exchange& e) { deviations_->get(e, MapKind::ply); });
   router_.add("GET", "/v1/comparisons/{}/deviation.glb", [this](Exchange& e) { deviations_->get(e, MapKind::glb); });
+}
+
+void Service::add_batch_routes() {
+  if (!batches_) return;
+  router_.add("POST", "/v1/batches", [this](Exchange& e) { batches_->create(e, comparisons_.refusing()); });
+  router_.add("GET", "/v1/batches/{}", [this](Exchange& e) { batches_->get(e); });
+  router_.add("DELETE", "/v1/batches/{}", [this](Exchange& e) { batches_->remove(e); });
+  router_.add("GET", "/v1/batches/{}/events", [this](Exchange& e) { batches_->events(e); });
+  router_.add("GET", "/v1/batches/{}/results.jsonl", [this](Exchange& e) { batches_->results(e); });
+  router_.add("GET", "/v1/batches/{}/junit.xml", [this](Exchange& e) { batches_->junit(e); });
 }
 
 std::uint64_t Service::free_bytes() const {
@@ -183,6 +197,10 @@ void Service::watch_levels() {
   }
   watch(Level::event_streams, [this] { return comparisons_.seats(); });
   watch(Level::stored_bytes, [this] { return stored_bytes(); });
+  if (stores_.shared()) {
+    watch(Level::store_queue_depth, [this] { return jobs_.store_queue().waiting; });
+    watch(Level::store_oldest_waiting_seconds, [this] { return jobs_.store_queue().oldest_seconds; });
+  }
   watch(Level::disk_free_bytes, [this] { return free_bytes(); });
 }
 
@@ -314,14 +332,16 @@ Result<Done> run_until_signal(const Settings& settings, const std::vector<std::s
   sandbox::Pool pool(pool_settings(settings, parser), [](const std::string& detail) { log_event("sandbox", detail); });
   const auto lacks = pool.start();
   if (!lacks) return lacks.error();
-  auto stores = store::EmbeddedStores::open({settings.data_dir});
+  auto stores = open_stores(settings);
   if (!stores) return stores.error();
   MeshCache cache(settings.max_cache_bytes);
   MapCache maps({(*stores)->data_folder() + "/maps", settings.map_cache_bytes, settings.temp_dir});
   if (auto opened = maps.open(); !opened) return opened.error();
   const Fetch fetch = fetching_by(pool, cache);
   Service service(settings, comparing_by(fetch),
-                  {(*stores)->jobs(), (*stores)->meshes(), (*stores)->blobs(), cache, &maps}, fetch);
+                  {(*stores)->jobs(), (*stores)->meshes(), (*stores)->blobs(), cache, &maps, (*stores)->signals(),
+                   &(*stores)->batches()},
+                  fetch);
   service.metrics().watch_sandbox([&pool] { return pool.counters(); });
   service.watch_readiness("sandbox", [&pool] {
     Control patience;

@@ -45,6 +45,8 @@ enum class Level {
   map_cache_limit_bytes,
   map_cache_files,
   event_streams,
+  store_queue_depth,
+  store_oldest_waiting_seconds,
   stored_bytes,
   disk_free_bytes,
 };

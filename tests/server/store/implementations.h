@@ -15,14 +15,21 @@
 #include "store_text.h"
 #include "test_folder.h"
 
+#ifdef MESHGAUGE_TESTS_OF_POSTGRES  // postgres_tests has a server to start: its suites run in one process
+#define EVERY_IMPLEMENTATION PostgresForTests
+#define EVERY_BLOB_STORE EVERY_IMPLEMENTATION
+#else
 #define EVERY_IMPLEMENTATION EmbeddedForTests
 // Those of blobs: they need have no more than blobs() and reopen(). s3/s3_for_tests.h
 #define EVERY_BLOB_STORE EVERY_IMPLEMENTATION, S3ForTests
+#endif
 
 namespace meshgauge::server::store {
 
 class EmbeddedForTests {
  public:
+  static constexpr bool kListsRecovered = true;  // JobStore::recover()
+
   EmbeddedForTests() { reopen(); }
 
   JobStore& jobs() { return stores_->jobs(); }
@@ -72,3 +79,7 @@ inline Job ended_job(const std::string& owner, const std::string& id, TimePoint 
 }  // namespace meshgauge::server::store
 
 TYPE_TO_STRING_AS("embedded", meshgauge::server::store::EmbeddedForTests);
+
+#ifdef MESHGAUGE_TESTS_OF_POSTGRES
+#include "postgres_for_tests.h"
+#endif
