@@ -113,7 +113,7 @@ Service::Service(const Settings& settings, Compare compare, Stores stores, Fetch
           [this](const Exchange& exchange) { record(exchange); }, tls_ ? &*tls_ : nullptr) {
   if (fetch && stores.maps) deviations_.emplace(settings, jobs_, stores, access_, metrics_, std::move(fetch));
   if (stores.batches) {
-    batches_.emplace(settings, stores, access_, uploads_, comparisons_.watchers(), BatchWork{[] {}, [] {}});
+    batches_.emplace(settings, stores, access_, uploads_, comparisons_.watchers(), [this] { jobs_.look(); });
   }
   add_routes();
   watch_levels();
