@@ -62,7 +62,6 @@ class Service {
   void add_routes();
   void add_comparison_routes();
   Result<Done> load_secrets();
-  Result<Done> check_openness() const;
 
   void record(const Exchange& exchange);
   void watch_levels();
