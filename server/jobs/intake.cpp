@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "api/digest.h"
+#include "server/jobs/job_sources.h"
 #include "server/jobs/jobs.h"
 
 namespace meshgauge::server {
@@ -74,45 +75,19 @@ Result<Done> Jobs::recover() {
   return Done{};
 }
 
-// A job that this version does not understand fails when it runs.
 Result<Done> Jobs::revive(const store::Job& row) {
-  MeshSource a{{"a", {}, "", "", -1}, nullptr, row.mesh_a, {}};
-  MeshSource b{{"b", {}, "", "", -1}, nullptr, row.mesh_b, {}};
-  set_hints(row.hints, a, b);
-  for (MeshSource* source : {&a, &b}) {
-    if (auto done = recognise(row.key.owner, *source); !done) return done;
-  }
-  auto request = api::parse_options(row.options, request_limits(settings_));
-  const auto job = std::make_shared<LiveJob>(row, request ? limited(std::move(*request)) : api::Request{}, std::move(a),
-                                             std::move(b), true);
-  if (!request) job->defect = request.error();
+  const auto job = live_job_of(row, settings_);
+  if (auto done = recognise_meshes(*job, stores_.meshes); !done) return done;
   job->counted.emplace(access_.adopt_job(job->key.owner));
   register_live(job);
   enqueue(job, scheduler_.admit_again());
   return Done{};
 }
 
-// A mesh that its owner stored as such is worth keeping in memory.
-Result<Done> Jobs::recognise(const std::string& owner, MeshSource& source) {
-  const auto stored = stores_.meshes.get_mesh({owner, source.id});
-  if (!stored) return stored.error();
-  if (!*stored) return Done{};
-  source.kept = MeshCache::key(owner, source.id, source.input.filename, source.input.media_type);
-  return Done{};
-}
-
-// What the settings say of every comparison.
-api::Request Jobs::limited(api::Request request) const {
-  request.options.simd = settings_.simd;
-  std::size_t& memory_bytes = request.options.max_memory_bytes;
-  memory_bytes = std::min<std::size_t>(memory_bytes, settings_.max_heap_bytes);
-  return request;
-}
-
 std::shared_ptr<LiveJob> Jobs::job_of(Submission submission) const {
   auto row = row_of(submission, store::now(), seconds(settings_.result_ttl_s));
-  auto job = std::make_shared<LiveJob>(std::move(row), limited(std::move(submission.request)), std::move(submission.a),
-                                       std::move(submission.b), submission.durable);
+  auto job = std::make_shared<LiveJob>(std::move(row), limited(std::move(submission.request), settings_),
+                                       std::move(submission.a), std::move(submission.b), submission.durable);
   if (submission.counted) job->counted.emplace(std::move(*submission.counted));
   return job;
 }

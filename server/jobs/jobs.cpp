@@ -8,6 +8,7 @@
 #include "api/digest.h"
 #include "api/response.h"
 #include "server/jobs/job_document.h"
+#include "server/jobs/job_sources.h"
 #include "server/log.h"
 
 namespace meshgauge::server {
@@ -21,14 +22,8 @@ constexpr milliseconds kProgressInterval{100};
 constexpr seconds kRetryInterval{1};
 constexpr seconds kSweepInterval{30};
 constexpr seconds kCancelTime{1};
-constexpr seconds kTroubleInterval{10};
 constexpr seconds kUnusedBlobs{600};         // longer than any upload takes from its bytes to its row
 constexpr seconds kLease{365L * 24 * 3600};  // one process works on these stores: it is alive, or recover() knows
-
-StoreFailure failure_of(ErrorCode code) {
-  if (code == ErrorCode::storage_full) return StoreFailure::full;
-  return code == ErrorCode::storage_unavailable ? StoreFailure::unavailable : StoreFailure::broken;
-}
 
 }  // namespace
 
@@ -37,6 +32,7 @@ Jobs::Jobs(const Settings& settings, Compare compare, Stores stores, Access& acc
       stores_(stores),
       access_(access),
       metrics_(metrics),
+      trouble_(metrics),
       worker_(api::random_id()),
       threads_(settings.workers),
       measuring_(settings, std::move(compare), metrics, threads_, stores.jobs),
@@ -118,7 +114,7 @@ void Jobs::run(const std::shared_ptr<LiveJob>& job, Scheduler::Slot slot) {
 // queue for long, or the store out of order.
 Jobs::Begun Jobs::begin(LiveJob& job) {
   if (draining_.load()) return Begun::not_ours;
-  const auto opened = open_blobs(job);
+  const auto opened = open_blobs(job, stores_.blobs);
   note(opened);
   if (!opened) return is_queued(job) ? Begun::later : Begun::not_ours;
   const auto now = store::now();
@@ -136,17 +132,6 @@ Jobs::Begun Jobs::begin(LiveJob& job) {
 bool Jobs::is_queued(const LiveJob& job) {
   const auto row = stores_.jobs.get(job.key);
   return !row || (*row && !store::has_ended((*row)->state));
-}
-
-// While a durable job waits it holds neither memory nor descriptors: its bytes are in the store. What is not there any
-// more is left without a holder.
-Result<Done> Jobs::open_blobs(LiveJob& job) {
-  for (MeshSource* source : {&job.a, &job.b}) {
-    auto blob = stores_.blobs.open({job.key.owner, source->id});
-    if (!blob) return blob.error();
-    if (*blob) hold_bytes(*source, std::move(**blob));
-  }
-  return Done{};
 }
 
 // Whatever ends a durable job that nobody asked to end is the end of this process: another one will run it.
@@ -171,20 +156,6 @@ void Jobs::conclude(Parked ended) {
   }
   forget_live(job);
   job.ended(std::move(*ended.last));
-}
-
-// A failure of the store is counted and told, whatever becomes of it; the same one not again and again.
-void Jobs::failed(const Error& error) {
-  metrics_.store_failed(failure_of(error.code));
-  const std::string& message = error.message;
-  {
-    const auto now = LiveJob::Clock::now();
-    const std::lock_guard lock(mutex_);
-    if (message == trouble_ && now - trouble_told_ < kTroubleInterval) return;
-    trouble_ = message;
-    trouble_told_ = now;
-  }
-  log_event("store", message);
 }
 
 // This process will not run it: the next one finds it in the store.

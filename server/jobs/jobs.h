@@ -23,32 +23,19 @@
 #include "server/jobs/live_job.h"
 #include "server/jobs/measuring.h"
 #include "server/jobs/scheduler.h"
-#include "server/maps/map_cache.h"
+#include "server/jobs/store_trouble.h"
+#include "server/jobs/stores.h"
 #include "server/observe/metrics.h"
 #include "server/settings.h"
-#include "server/store/blob_store.h"
-#include "server/store/job_store.h"
-#include "server/store/mesh_index.h"
 #include "server/thread_budget.h"
 
 namespace meshgauge::server {
-
-struct Stores {
-  store::JobStore& jobs;
-  store::MeshIndex& meshes;
-  store::BlobStore& blobs;
-  MeshCache& cache;
-  MapCache* maps = nullptr;  // none: no deviation maps are made
-};
 
 // Access::hold_storage() beside what the owner's blobs take when it asks. Whoever puts a blob that is not there holds
 // its bytes until the blob is put: so all of an owner's together never pass the limit. Nothing is held, or denied, for
 // 0.
 std::variant<StorageHold, Denial> hold_storage(Access& access, store::BlobStore& blobs, const std::string& owner,
                                                std::uint64_t bytes, std::uint64_t max_stored_bytes);
-
-// At once, so that nobody's deleted bytes fill the disk until the next sweep.
-Result<bool> remove_if_unreferenced(const Stores& stores, const store::BlobKey& key);
 
 struct Submission {
   store::JobKey key;
@@ -119,8 +106,6 @@ class Jobs {
   enum class Begun { yes, not_ours, later };
 
   Result<Done> revive(const store::Job& row);
-  Result<Done> recognise(const std::string& owner, MeshSource& source);
-  api::Request limited(api::Request request) const;
   Submitted submit_durable(Scheduler::Slot slot, Submission submission);
   std::optional<Denial> keep_blobs(const Submission& submission);
   std::optional<Denial> keep_blob(const std::string& owner, const MeshSource& source);
@@ -133,7 +118,6 @@ class Jobs {
   void run(const std::shared_ptr<LiveJob>& job, Scheduler::Slot slot);
   Begun begin(LiveJob& job);
   bool is_queued(const LiveJob& job);
-  Result<Done> open_blobs(LiveJob& job);
   void conclude(Parked ended);
   void drop(LiveJob& job);
   void leave_to_its_end(LiveJob& job);
@@ -144,15 +128,15 @@ class Jobs {
   void maintain();
   void retry_parked();
   void note(const auto& result) {
-    if (!result) failed(result.error());
+    if (!result) trouble_.tell(result.error());
   }
-  void failed(const Error& error);
   void sweep();
 
   const Settings settings_;
   const Stores stores_;
   Access& access_;
   Metrics& metrics_;
+  StoreTrouble trouble_;
   const std::string worker_;  // this process, in tokens
   ThreadBudget threads_;
   const Measuring measuring_;
@@ -161,8 +145,6 @@ class Jobs {
   mutable std::mutex mutex_;                              // guards what follows, but the scheduler
   std::map<std::string, std::shared_ptr<LiveJob>> live_;  // by id
   std::vector<Parked> parked_;                            // what the store could not be told yet
-  std::string trouble_;                                   // that the store had last
-  LiveJob::Clock::time_point trouble_told_;
   std::condition_variable wake_;
   bool ending_ = false;
   std::thread maintenance_;

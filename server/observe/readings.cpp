@@ -56,6 +56,8 @@ LevelText text_of(Level level) {
       return {"meshgauge_map_cache_files", "Deviation maps that are kept"};
     case Level::event_streams:
       return {"meshgauge_event_streams", "Clients that follow a comparison's events"};
+    case Level::deliveries_waiting:
+      return {"meshgauge_worker_deliveries_waiting", "Ends of jobs on their way into the store"};
     case Level::stored_bytes:
       return {"meshgauge_stored_bytes", "Bytes of the meshes in the store"};
     case Level::disk_free_bytes:
