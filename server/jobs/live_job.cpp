@@ -77,6 +77,37 @@ void LiveJob::handed_back() {
   });
 }
 
+void LiveJob::seen(const store::Job& row) {
+  const auto same = [&](const store::Job& known) {
+    return known.state == row.state && known.tries == row.tries && known.progress == row.progress &&
+           known.cancel_requested == row.cancel_requested;
+  };
+  {
+    const std::lock_guard lock(mutex_);
+    if (over() || same(view_.row)) return;
+    view_.row = row;
+    ++version_;
+  }
+  changed_.notify_all();
+}
+
+void LiveJob::let_go() {
+  change([this](JobView& view) {
+    if (!over()) view.handed_back = true;
+  });
+}
+
+// They are given back without the lock: their owners have locks of their own.
+void LiveJob::give_places_back() {
+  std::optional<JobSlot> job;
+  std::optional<Scheduler::Slot> place;
+  const std::lock_guard lock(mutex_);
+  if (counted) job.emplace(std::move(*counted));
+  if (slot) place.emplace(std::move(*slot));
+  counted.reset();
+  slot.reset();
+}
+
 template <class Change>
 void LiveJob::change(const Change& how) {
   {

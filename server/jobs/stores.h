@@ -1,4 +1,4 @@
-// What a process that runs comparisons keeps and finds them in.
+// What a service keeps, as its handlers are given it.
 #pragma once
 
 #include "server/jobs/mesh_cache.h"
@@ -6,6 +6,7 @@
 #include "server/store/blob_store.h"
 #include "server/store/job_store.h"
 #include "server/store/mesh_index.h"
+#include "server/store/signals.h"
 
 namespace meshgauge::server {
 
@@ -14,11 +15,10 @@ struct Stores {
   store::MeshIndex& meshes;
   store::BlobStore& blobs;
   MeshCache& cache;
-  MapCache* maps = nullptr;  // none: no deviation maps are made
-};
+  MapCache* maps = nullptr;           // none: no deviation maps are made
+  store::Signals* signals = nullptr;  // none: nobody else works on these stores
 
-// At once, so that nobody's deleted bytes fill the disk until the next sweep. For a process that has the stores to
-// itself: the reservations that it goes by are those of this process.
-Result<bool> remove_if_unreferenced(const Stores& stores, const store::BlobKey& key);
+  bool shared() const { return signals != nullptr; }
+};
 
 }  // namespace meshgauge::server

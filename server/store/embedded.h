@@ -21,6 +21,7 @@ class EmbeddedStores {
 
   JobStore& jobs() { return *store_; }
   MeshIndex& meshes() { return *store_; }
+  BatchStore& batches() { return *store_; }
   BlobStore& blobs() { return *blobs_; }
   const std::string& data_folder() const { return folder_.path(); }
 

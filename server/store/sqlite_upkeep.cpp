@@ -50,6 +50,15 @@ void add(Counts& counts, JobState state, std::uint64_t number) {
   }
 }
 
+void add_waiting(Connection& connection, Counts& counts) {
+  Query unawaited(
+      connection,
+      "SELECT count(*) FROM jobs WHERE state IN (0, 1) AND batch = '' AND deadline IS NULL AND parent = ''");
+  if (unawaited.next()) counts.unawaited = static_cast<std::uint64_t>(unawaited.number(0));
+  Query oldest(connection, "SELECT created FROM jobs WHERE state = 0 ORDER BY created LIMIT 1");
+  if (oldest.next()) counts.oldest_queued = oldest.time(0);
+}
+
 std::uint64_t give_up_waiting(Connection& connection, Moment moment) {
   return Query(connection,
                "UPDATE jobs SET state = 3, finished = ?1, expires = ?2, last_error = iif(last_error = '', "
@@ -58,9 +67,12 @@ std::uint64_t give_up_waiting(Connection& connection, Moment moment) {
       .run();
 }
 
+// What batches point at stays with them.
 std::uint64_t remove_expired(Connection& connection, TimePoint now, std::int64_t most) {
   return Query(connection,
-               "DELETE FROM jobs WHERE number IN (SELECT number FROM jobs WHERE state >= 2 AND expires <= ? LIMIT ?)",
+               "DELETE FROM jobs WHERE number IN (SELECT number FROM jobs WHERE state >= 2 AND expires <= ? AND NOT "
+               "EXISTS (SELECT 1 FROM batch_items AS items WHERE items.owner = jobs.owner AND items.job = jobs.id) "
+               "LIMIT ?)",
                now, most)
       .run();
 }
@@ -133,6 +145,7 @@ Result<Counts> SqliteStore::counts() {
     Counts counted;
     Query row(connection, "SELECT state, count(*) FROM jobs GROUP BY state");
     while (row.next()) add(counted, static_cast<JobState>(row.number(0)), static_cast<std::uint64_t>(row.number(1)));
+    add_waiting(connection, counted);
     return counted;
   });
   if (!counts) return counts;
@@ -158,7 +171,8 @@ Result<bool> SqliteStore::uses_blob(const BlobKey& key) {
     Query mesh(connection, "SELECT 1 FROM meshes WHERE owner = ? AND id = ?", key.owner, key.id);
     if (mesh.next()) return true;
     Query job(connection,
-              "SELECT 1 FROM jobs WHERE state IN (0, 1) AND owner = ?1 AND (mesh_a = ?2 OR mesh_b = ?2) LIMIT 1",
+              "SELECT 1 FROM jobs WHERE state IN (0, 1) AND owner = ?1 AND mesh_a = ?2 UNION ALL "
+              "SELECT 1 FROM jobs WHERE state IN (0, 1) AND owner = ?1 AND mesh_b = ?2 LIMIT 1",
               key.owner, key.id);
     return job.next();
   });

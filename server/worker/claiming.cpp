@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "server/jobs/job_sources.h"
+#include "server/jobs/revived.h"
 #include "server/worker/worker.h"
 
 namespace meshgauge::server {
@@ -50,7 +50,7 @@ void Worker::claim(std::size_t most) {
       for (const store::Claimed& one : *some) claimed.push_back(held_of(one));
     } else {
       unsure_.push_back(name);
-      trouble_.tell(some.error());
+      troubles_.note(some);
     }
   }
   const std::lock_guard lock(mutex_);
@@ -68,10 +68,8 @@ bool Worker::take_back_unsure() {
   while (!unsure_.empty()) {
     const auto now = stores_.jobs.time();
     const auto back = stores_.jobs.recover(unsure_.back(), "", {now, now + seconds(settings_.result_ttl_s)});
-    if (!back) {
-      trouble_.tell(back.error());
-      return false;
-    }
+    troubles_.note(back);
+    if (!back) return false;
     unsure_.pop_back();
   }
   return true;
@@ -141,7 +139,6 @@ void Worker::open(const HeldJobPtr& job) {
     }
   }
   if (!error) return begin_what_can();
-  trouble_.tell(*error);
   open_wake_.notify_all();
   if (job->failures < kOpenings) return;
   const bool damaged = error->code == ErrorCode::internal;
@@ -151,8 +148,9 @@ void Worker::open(const HeldJobPtr& job) {
 
 // Whether its meshes are worth keeping in memory is not worth waiting for.
 std::optional<Error> Worker::look_up(LiveJob& job) {
-  if (const auto known = recognise_meshes(job, stores_.meshes); !known) trouble_.tell(known.error());
+  troubles_.note(recognise_meshes(job, stores_.meshes));
   const auto opened = open_blobs(job, stores_.blobs);
+  troubles_.note(opened);
   return opened ? std::nullopt : std::optional(opened.error());
 }
 

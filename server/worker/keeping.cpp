@@ -11,7 +11,6 @@ using std::chrono::milliseconds;
 using std::chrono::seconds;
 using Stage = HeldJob::Stage;
 
-constexpr seconds kRecoverInterval{2};
 constexpr seconds kBeatAgain{1};     // after one that failed
 constexpr seconds kWorthTelling{3};  // of jobs of batches: most are over sooner, and nobody watches a single one
 
@@ -19,7 +18,6 @@ constexpr seconds kWorthTelling{3};  // of jobs of batches: most are over sooner
 
 void Worker::keep_in_background() {
   auto next_beat = Clock::now() + options_.heartbeat;
-  auto next_recovery = Clock::now();
   bool failing = false;
   std::unique_lock lock(mutex_);
   while (!keep_wake_.wait_for(lock, std::min(options_.progress, options_.heartbeat), [&] { return ending_; })) {
@@ -30,10 +28,6 @@ void Worker::keep_in_background() {
     if (everything)
       next_beat = now + (told ? options_.heartbeat : std::min<milliseconds>(options_.heartbeat, kBeatAgain));
     if (std::exchange(failing, !told) && told) wake();
-    if (options_.recovers && now >= next_recovery) {
-      recover_lost();
-      next_recovery = Clock::now() + kRecoverInterval;
-    }
     lock.lock();
   }
 }
@@ -61,10 +55,8 @@ std::map<std::string, Worker::Telling> Worker::due(bool everything) {
 bool Worker::tell(const std::map<std::string, Telling>& due) {
   for (const auto& [name, telling] : due) {
     const auto heard = stores_.jobs.heartbeats(telling.beats, stores_.jobs.time() + options_.lease);
-    if (!heard) {
-      trouble_.tell(heard.error());
-      return false;
-    }
+    troubles_.note(heard);
+    if (!heard) return false;
     for (std::size_t i = 0; i < telling.jobs.size(); ++i) hear(telling.jobs[i], telling.beats[i], (*heard)[i]);
   }
   return true;
@@ -91,14 +83,6 @@ void Worker::hear(const HeldJobPtr& job, const store::Beat& beat, store::Heartbe
   }
   if (freed) begin_what_can();
   claim_wake_.notify_all();
-}
-
-void Worker::recover_lost() {
-  if (!stores_.jobs.on_duty()) return;
-  const auto now = stores_.jobs.time();
-  const auto back =
-      stores_.jobs.recover(std::nullopt, "its worker went away", {now, now + seconds(settings_.result_ttl_s)});
-  if (!back) trouble_.tell(back.error());
 }
 
 }  // namespace meshgauge::server

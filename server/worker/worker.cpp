@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "server/jobs/kept_blobs.h"
 #include "server/log.h"
 
 namespace meshgauge::server {
@@ -31,12 +32,12 @@ Worker::Worker(const Settings& settings, Stores stores, const Measuring& measuri
       access_(access),
       metrics_(metrics),
       options_(std::move(options)),
-      trouble_(metrics),
+      troubles_(metrics),
       stock_(settings.workers),
       deliveries_(
           stores.jobs, {seconds(settings.result_ttl_s)},
           [this](const Delivery& delivery, Deliveries::Outcome outcome) { delivered(delivery, outcome); },
-          [this](const Error& error) { trouble_.tell(error); }) {
+          [this](const Error& error) { troubles_.note(Result<Done>(error)); }) {
   metrics_.watch(Level::deliveries_waiting, [this] { return static_cast<double>(deliveries_.waiting()); });
 }
 
@@ -229,20 +230,13 @@ void Worker::delivered(const Delivery& delivery, Deliveries::Outcome outcome) {
     log_event("store", "job " + id + " was taken over by another worker");
   }
   const bool ended = outcome == Deliveries::Outcome::stored && delivery.ending;
-  if (ended && options_.removes_blobs) release_blobs(*job.live);
+  if (ended) release_blobs(stores_, troubles_, job.live->key.owner, job.live->a.id, job.live->b.id);
   if (ended && options_.ended) options_.ended(job.last);
   const std::lock_guard lock(mutex_);
   std::erase(held_, delivery.job);
   next_claim_ = std::min(next_claim_, Clock::now() + claim_pause_);  // an end may let others begin
   look_again_ = true;
   claim_wake_.notify_all();
-}
-
-void Worker::release_blobs(const LiveJob& job) {
-  for (const MeshSource* source : {&job.a, &job.b}) {
-    const auto removed = remove_if_unreferenced(stores_, {job.key.owner, source->id});
-    if (!removed) trouble_.tell(removed.error());
-  }
 }
 
 }  // namespace meshgauge::server

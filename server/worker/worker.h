@@ -25,8 +25,8 @@
 #include "server/access/access.h"
 #include "server/jobs/measuring.h"
 #include "server/jobs/scheduler.h"
-#include "server/jobs/store_trouble.h"
 #include "server/jobs/stores.h"
+#include "server/jobs/troubles.h"
 #include "server/observe/metrics.h"
 #include "server/settings.h"
 #include "server/worker/deliveries.h"
@@ -42,13 +42,7 @@ struct WorkerOptions {
   std::chrono::milliseconds progress{500};  // at least between two tellings of how far a job is
   std::chrono::milliseconds poll{1'000};    // how often it looks for jobs that nobody told it of
   store::JobStore::Which which = store::JobStore::Which::all;
-  std::size_t openers = 2;  // threads that look up meshes before jobs run
-  // When nobody else works on the stores: blobs that no job needs any more go at once. Else two processes could judge
-  // one blob at the same time, the one about to remove it and the other to refer to it; the sweep is left to it then,
-  // which takes only what is hours old.
-  bool removes_blobs = false;
-  // Hands back, when it is this process's duty, what others have lost.
-  bool recovers = false;
+  std::size_t openers = 2;                              // threads that look up meshes before jobs run
   std::function<void(const JobView&)> ended = nullptr;  // told of each end that the store has taken
 };
 
@@ -97,7 +91,6 @@ class Worker {
   void withdraw(const HeldJobPtr& job);
   void leave(Delivery delivery);
   void delivered(const Delivery& delivery, Deliveries::Outcome outcome);
-  void release_blobs(const LiveJob& job);
 
   void keep_in_background();
   struct Telling {
@@ -107,7 +100,6 @@ class Worker {
   std::map<std::string, Telling> due(bool everything);
   bool tell(const std::map<std::string, Telling>& due);
   void hear(const HeldJobPtr& job, const store::Beat& beat, store::Heartbeat heard);
-  void recover_lost();
 
   const Settings settings_;
   const Stores stores_;
@@ -116,7 +108,7 @@ class Worker {
   Access* const access_;
   Metrics& metrics_;
   const WorkerOptions options_;
-  StoreTrouble trouble_;
+  Troubles troubles_;
 
   mutable std::mutex mutex_;  // guards what follows, but the deliveries
   std::condition_variable claim_wake_;

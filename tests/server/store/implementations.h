@@ -1,8 +1,8 @@
 // The implementations that every test of the interfaces runs over: TEST_CASE_TEMPLATE("...", Stores,
 // EVERY_IMPLEMENTATION).
 //
-// Each is a class whose objects begin empty, with jobs(), meshes(), blobs() and reopen(), which is a restart of the
-// service in good order.
+// Each is a class whose objects begin empty, with jobs(), batches(), meshes(), blobs() and reopen(), which is a restart
+// of the service in good order.
 #pragma once
 
 #include <filesystem>
@@ -50,6 +50,7 @@ class EmbeddedForTests {
 
   JobStore& jobs() { return stores_->jobs(); }
   MeshIndex& meshes() { return stores_->meshes(); }
+  BatchStore& batches() { return stores_->batches(); }
   BlobStore& blobs() { return stores_->blobs(); }
   void reopen() {
     stores_.reset();

@@ -1,4 +1,4 @@
-#include "server/jobs/store_trouble.h"
+#include "server/jobs/troubles.h"
 
 #include "server/log.h"
 
@@ -14,7 +14,7 @@ StoreFailure failure_of(ErrorCode code) {
 
 }  // namespace
 
-void StoreTrouble::tell(const Error& error) {
+void Troubles::failed(const Error& error) {
   metrics_.store_failed(failure_of(error.code));
   {
     const auto now = std::chrono::steady_clock::now();

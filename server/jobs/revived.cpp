@@ -1,4 +1,4 @@
-#include "server/jobs/job_sources.h"
+#include "server/jobs/revived.h"
 
 #include <algorithm>
 #include <utility>
@@ -32,6 +32,12 @@ Result<Done> recognise_meshes(LiveJob& job, store::MeshIndex& meshes) {
     source->kept = MeshCache::key(job.key.owner, source->id, source->input.filename, source->input.media_type);
   }
   return Done{};
+}
+
+Result<std::shared_ptr<LiveJob>> revived(const store::Job& row, const Settings& settings, store::MeshIndex& meshes) {
+  auto job = live_job_of(row, settings);
+  if (const auto done = recognise_meshes(*job, meshes); !done) return done.error();
+  return job;
 }
 
 Result<Done> open_blobs(LiveJob& job, store::BlobStore& blobs) {
