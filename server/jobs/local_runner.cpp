@@ -114,7 +114,7 @@ void LocalRunner::work(const std::shared_ptr<LiveJob>& job, Scheduler::Slot slot
 // queue for long, or the store out of order.
 LocalRunner::Begun LocalRunner::begin(LiveJob& job) {
   if (phase_.draining.load()) return Begun::not_ours;
-  const auto opened = open_blobs(job);
+  const auto opened = open_blobs(job, stores_.blobs);
   troubles_.note(opened);
   if (!opened) return is_queued(job) ? Begun::later : Begun::not_ours;
   const auto now = stores_.jobs.time();
@@ -132,17 +132,6 @@ LocalRunner::Begun LocalRunner::begin(LiveJob& job) {
 bool LocalRunner::is_queued(const LiveJob& job) {
   const auto row = stores_.jobs.get(job.key);
   return !row || (*row && !store::has_ended((*row)->state));
-}
-
-// While a durable job waits it holds neither memory nor descriptors: its bytes are in the store. What is not there any
-// more is left without a holder.
-Result<Done> LocalRunner::open_blobs(LiveJob& job) {
-  for (MeshSource* source : {&job.a, &job.b}) {
-    auto blob = stores_.blobs.open({job.key.owner, source->id});
-    if (!blob) return blob.error();
-    if (*blob) hold_bytes(*source, std::move(**blob));
-  }
-  return Done{};
 }
 
 // Whatever ends a durable job that nobody asked to end is the end of this process: another one will run it.

@@ -60,7 +60,6 @@ class LocalRunner final : public Runner {
   void work(const std::shared_ptr<LiveJob>& job, Scheduler::Slot slot);
   Begun begin(LiveJob& job);
   bool is_queued(const LiveJob& job);
-  Result<Done> open_blobs(LiveJob& job);
   void conclude(Parked ended);
   void drop(LiveJob& job);
   void leave_to_its_end(LiveJob& job);
