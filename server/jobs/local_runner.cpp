@@ -40,7 +40,6 @@ LocalRunner::LocalRunner(const Settings& settings, Stores stores, Access& access
   options.heartbeat = kLook;
   options.poll = kPoll;
   options.which = store::JobStore::Which::of_batches;
-  options.removes_blobs = true;
   // Without the accounts of owners: a batch does not count among their jobs.
   batches_.emplace(settings, stores, measuring, scheduler, nullptr, metrics, std::move(options));
 }
