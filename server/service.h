@@ -65,7 +65,6 @@ class Service {
   void add_comparison_routes();
   void add_batch_routes();
   Result<Done> load_secrets();
-  Result<Done> check_openness() const;
 
   void record(const Exchange& exchange);
   void watch_levels();

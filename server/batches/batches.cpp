@@ -34,14 +34,14 @@ store::JobKey key_of(const Exchange& exchange) { return {exchange.owner, exchang
 }  // namespace
 
 Batches::Batches(const Settings& settings, Stores stores, Access& access, ByteBudget& uploads, Seats& seats,
-                 BatchWork work)
+                 std::function<void()> wake)
     : settings_(settings),
       stores_(stores),
       batches_(*stores.batches),
       access_(access),
       uploads_(uploads),
       seats_(seats),
-      work_(std::move(work)),
+      wake_(std::move(wake)),
       kept_(settings.result_ttl_s) {}
 
 void Batches::create(Exchange& exchange, bool draining) {
@@ -65,7 +65,7 @@ void Batches::create(Exchange& exchange, bool draining) {
 std::optional<Problem> Batches::admit() {
   const auto counts = stores_.jobs.counts();
   if (!counts) return api::to_problem(counts.error());
-  if (counts->queued < kMostWaiting * settings_.max_batch_pairs) return std::nullopt;
+  if (counts->queued + counts->running < kMostUnended * settings_.max_batch_pairs) return std::nullopt;
   return Problem{ProblemKind::overloaded, "as many comparisons of batches wait as may; try again", {}};
 }
 
@@ -97,7 +97,7 @@ void Batches::insert(Exchange& exchange, const std::string& idempotency_key, Bat
                                     "this Idempotency-Key was used for another batch; take a new one",
                                     {}});
   }
-  work_.wake();
+  wake_();
   exchange.response.headers.emplace_back("Location", "/v1/batches/" + inserted->batch.key.id);
   send(exchange, inserted->batch, 202);
 }
@@ -144,7 +144,6 @@ void Batches::remove(Exchange& exchange) {
   const auto cancelled = batches_.cancel_batch(key, {now, now + kept_});
   if (!cancelled) return answer(exchange, api::to_problem(cancelled.error()));
   if (!*cancelled) return answer(exchange, not_found());
-  work_.look_again();
   if (const auto batch = find(exchange)) send(exchange, *batch, 200);
 }
 

@@ -23,20 +23,15 @@
 
 namespace meshgauge::server {
 
-// Of workers in this process; either may do nothing.
-struct BatchWork {
-  std::function<void()> wake;        // there is work
-  std::function<void()> look_again;  // some of what runs may have been cancelled
-};
-
 class Batches {
  public:
-  // As many times `max_batch_pairs` may wait before new batches are refused.
-  static constexpr std::uint64_t kMostWaiting = 10;
+  // As many times `max_batch_pairs` comparisons may wait or run before new batches are refused.
+  static constexpr std::uint64_t kMostUnended = 10;
 
-  // Borrows all but settings and work. Precondition: stores.batches is there. `seats`: of all that hold a connection
-  // for long.
-  Batches(const Settings& settings, Stores stores, Access& access, ByteBudget& uploads, Seats& seats, BatchWork work);
+  // Borrows all but the first and `wake`, which is told of each batch that there is. Precondition: stores.batches is
+  // there. `seats`: of all that hold a connection for long.
+  Batches(const Settings& settings, Stores stores, Access& access, ByteBudget& uploads, Seats& seats,
+          std::function<void()> wake);
 
   // Each may throw: out of memory. `draining`: no new work is taken.
   void create(Exchange& exchange, bool draining);
@@ -62,7 +57,7 @@ class Batches {
   Access& access_;
   ByteBudget& uploads_;
   Seats& seats_;
-  const BatchWork work_;
+  const std::function<void()> wake_;
   const std::chrono::seconds kept_;
 };
 
