@@ -4,10 +4,12 @@
 
 namespace meshgauge::server {
 
-LiveJob::LiveJob(store::NewJob job, api::Request job_request, MeshSource mesh_a, MeshSource mesh_b, bool is_durable)
+LiveJob::LiveJob(store::NewJob job, api::Request job_request, MeshSource mesh_a, MeshSource mesh_b, bool is_durable,
+                 Clock::time_point submission)
     : key(job.key),
       bytes(job.cost),
       durable(is_durable),
+      submitted(submission),
       request(std::move(job_request)),
       a(std::move(mesh_a)),
       b(std::move(mesh_b)) {
@@ -42,6 +44,11 @@ void LiveJob::cancel() {
 bool LiveJob::cancel_requested() const {
   const std::lock_guard lock(mutex_);
   return view_.row.cancel_requested;
+}
+
+std::optional<store::Progress> LiveJob::progress() const {
+  const std::lock_guard lock(mutex_);
+  return view_.row.progress;
 }
 
 void LiveJob::started(unsigned tries, store::TimePoint when) {

@@ -35,12 +35,13 @@ class LiveJob {
  public:
   using Clock = std::chrono::steady_clock;
 
-  LiveJob(store::NewJob job, api::Request job_request, MeshSource mesh_a, MeshSource mesh_b, bool is_durable);
+  LiveJob(store::NewJob job, api::Request job_request, MeshSource mesh_a, MeshSource mesh_b, bool is_durable,
+          Clock::time_point submission = Clock::now());
 
   const store::JobKey key;
   const std::uint64_t bytes;  // of both files
   const bool durable;         // in the store since before it was accepted
-  const Clock::time_point submitted = Clock::now();
+  const Clock::time_point submitted;
   api::Request request;  // the worker's, as are the sources
   MeshSource a;
   MeshSource b;
@@ -60,6 +61,7 @@ class LiveJob {
 
   void cancel();  // by its owner: it ends as cancelled
   bool cancel_requested() const;
+  std::optional<store::Progress> progress() const;
 
   // What happened, told by the worker.
   void started(unsigned tries, store::TimePoint when);

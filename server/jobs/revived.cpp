@@ -4,18 +4,6 @@
 #include <utility>
 
 namespace meshgauge::server {
-namespace {
-
-// A mesh that its owner stored as such is worth keeping in memory.
-Result<Done> recognise(const std::string& owner, MeshSource& source, store::MeshIndex& meshes) {
-  const auto stored = meshes.get_mesh({owner, source.id});
-  if (!stored) return stored.error();
-  if (!*stored) return Done{};
-  source.kept = MeshCache::key(owner, source.id, source.input.filename, source.input.media_type);
-  return Done{};
-}
-
-}  // namespace
 
 api::Request limited(api::Request request, const Settings& settings) {
   request.options.simd = settings.simd;
@@ -24,18 +12,41 @@ api::Request limited(api::Request request, const Settings& settings) {
   return request;
 }
 
-Result<std::shared_ptr<LiveJob>> revived(const store::Job& row, const Settings& settings, store::MeshIndex& meshes) {
+std::shared_ptr<LiveJob> live_job_of(const store::Job& row, const Settings& settings,
+                                     std::chrono::milliseconds waited) {
   MeshSource a{{"a", {}, "", "", -1}, nullptr, row.mesh_a, {}};
   MeshSource b{{"b", {}, "", "", -1}, nullptr, row.mesh_b, {}};
   set_hints(row.hints, a, b);
-  for (MeshSource* source : {&a, &b}) {
-    if (auto done = recognise(row.key.owner, *source, meshes); !done) return done.error();
-  }
   auto request = api::parse_options(row.options, request_limits(settings));
   auto job = std::make_shared<LiveJob>(row, request ? limited(std::move(*request), settings) : api::Request{},
-                                       std::move(a), std::move(b), true);
+                                       std::move(a), std::move(b), true, LiveJob::Clock::now() - waited);
   if (!request) job->defect = request.error();
   return job;
+}
+
+Result<Done> recognise_meshes(LiveJob& job, store::MeshIndex& meshes) {
+  for (MeshSource* source : {&job.a, &job.b}) {
+    const auto stored = meshes.get_mesh({job.key.owner, source->id});
+    if (!stored) return stored.error();
+    if (!*stored) continue;
+    source->kept = MeshCache::key(job.key.owner, source->id, source->input.filename, source->input.media_type);
+  }
+  return Done{};
+}
+
+Result<std::shared_ptr<LiveJob>> revived(const store::Job& row, const Settings& settings, store::MeshIndex& meshes) {
+  auto job = live_job_of(row, settings);
+  if (const auto done = recognise_meshes(*job, meshes); !done) return done.error();
+  return job;
+}
+
+Result<Done> open_blobs(LiveJob& job, store::BlobStore& blobs) {
+  for (MeshSource* source : {&job.a, &job.b}) {
+    auto blob = blobs.open({job.key.owner, source->id});
+    if (!blob) return blob.error();
+    if (*blob) hold_bytes(*source, std::move(**blob));
+  }
+  return Done{};
 }
 
 }  // namespace meshgauge::server

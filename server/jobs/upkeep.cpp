@@ -57,6 +57,9 @@ void Upkeep::recover() {
 }
 
 void Upkeep::sweep_rows() {
+  if (stores_.batches) {
+    troubles_.note(stores_.batches->sweep_batches(stores_.jobs.time() - seconds(settings_.result_ttl_s)));
+  }
   troubles_.note(stores_.jobs.sweep_jobs(moment(), settings_.max_kept_results));
   troubles_.note(stores_.meshes.sweep_meshes(stores_.jobs.time()));
 }

@@ -47,6 +47,7 @@ enum class Level {
   event_streams,
   store_queue_depth,
   store_oldest_waiting_seconds,
+  deliveries_waiting,
   stored_bytes,
   disk_free_bytes,
 };
@@ -68,6 +69,9 @@ class Metrics {
 
   void map_found();  // a deviation map that was made before
   void map_ended(std::string_view format, bool made, double seconds);
+
+  void worker_claimed(std::size_t jobs);
+  void worker_lease_lost();  // a job that runs here is another worker's by now
 
   void auth_failed(AuthFailure why);
   void store_failed(StoreFailure why);
