@@ -92,6 +92,7 @@ class Jobs {
 
   Scheduler::Figures figures() const { return runner_->figures(); }
   std::chrono::milliseconds expected_wait() const { return runner_->expected_wait(); }
+  Runner::Queue store_queue() const { return runner_->store_queue(); }
 
   // No durable job begins here any more. What runs goes on.
   void drain() { phase_.draining.store(true); }

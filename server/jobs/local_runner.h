@@ -29,6 +29,7 @@ class LocalRunner final : public Runner {
   std::optional<Scheduler::Slot> admit(Scheduler::Kind kind) override { return scheduler_.admit(kind); }
   Scheduler::Figures figures() const override { return scheduler_.figures(); }
   std::chrono::milliseconds expected_wait() const override { return scheduler_.expected_wait(); }
+  Queue store_queue() const override { return {}; }
   bool stores_all() const override { return false; }
   void expect(const std::shared_ptr<LiveJob>& job) override { live_.add(job); }
   void forget(const LiveJob& job) override { live_.remove(job); }

@@ -21,6 +21,7 @@ class RemoteRunner final : public Runner {
   std::optional<Scheduler::Slot> admit(Scheduler::Kind kind) override;
   Scheduler::Figures figures() const override;
   std::chrono::milliseconds expected_wait() const override { return queue_.expected_wait(); }
+  Queue store_queue() const override { return {queue_.counts().queued, queue_.oldest_waiting_seconds()}; }
   bool stores_all() const override { return true; }
   void expect(const std::shared_ptr<LiveJob>& job) override { watcher_.expect(job); }
   void forget(const LiveJob& job) override { watcher_.forget(job); }
@@ -32,8 +33,6 @@ class RemoteRunner final : public Runner {
   std::optional<api::Problem> give_up(const LiveJob& job) const override;
   void tick() override {}
   void stop() override { watcher_.stop(); }
-
-  const StoreQueue& queue() const { return queue_; }
 
  private:
   const Settings settings_;

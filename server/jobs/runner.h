@@ -8,6 +8,7 @@
 
 #include <atomic>
 #include <chrono>
+#include <cstdint>
 #include <memory>
 #include <optional>
 
@@ -35,6 +36,11 @@ class Runner {
   virtual std::optional<Scheduler::Slot> admit(Scheduler::Kind kind) = 0;  // nullopt: the queue is full
   virtual Scheduler::Figures figures() const = 0;
   virtual std::chrono::milliseconds expected_wait() const = 0;
+  struct Queue {
+    std::uint64_t waiting = 0;  // of all processes that share the store
+    double oldest_seconds = 0;  // that one of them has waited
+  };
+  virtual Queue store_queue() const = 0;  // as it was seen last; empty when the stores are not shared
 
   // Whether an awaited job, too, must be in the store to be run.
   virtual bool stores_all() const = 0;

@@ -68,6 +68,7 @@ std::shared_ptr<LiveJob> Watcher::watch(const store::Job& row) {
 }
 
 void Watcher::leave(const std::shared_ptr<LiveJob>& job) {
+  job->give_places_back();
   const std::lock_guard lock(mutex_);
   if (std::find(left_.begin(), left_.end(), job) != left_.end()) return;
   left_.push_back(job);

@@ -43,7 +43,7 @@ class Watcher {
   // stop().
   std::shared_ptr<LiveJob> watch(const store::Job& row);
 
-  // Asks the store to end it, again and again until its time is over.
+  // Nobody waits for it any more: asks the store to end it, again and again until its time is over.
   void leave(const std::shared_ptr<LiveJob>& job);
 
   // Whoever waits is told that this process does not wait any more; what is not durable is to end.

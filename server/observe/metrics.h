@@ -46,6 +46,8 @@ enum class Level {
   map_cache_files,
   event_streams,
   deliveries_waiting,
+  store_queue_depth,
+  store_oldest_waiting_seconds,
   stored_bytes,
   disk_free_bytes,
 };
