@@ -15,10 +15,27 @@ readOnlyRootFilesystem: true
 capabilities: {drop: [ALL]}
 {{- end }}
 
+{{/* Takes {root, of}: whose connection string it is. */}}
 {{- define "meshgauge.databaseEnv" -}}
 - name: MESHGAUGE_DATABASE
   valueFrom:
-    secretKeyRef: {name: {{ .existingSecret | quote }}, key: {{ .key | quote }}}
+    secretKeyRef: {name: {{ .of.existingSecret | quote }}, key: {{ .of.key | quote }}}
+{{- if .root.Values.database.caSecret }}
+- {name: PGSSLROOTCERT, value: {{ printf "/etc/meshgauge/database/%s" .root.Values.database.caKey | quote }}}
+{{- end }}
+{{- end }}
+
+{{- define "meshgauge.databaseVolume" -}}
+{{- with .root.Values.database.caSecret }}
+- name: database-ca
+  secret: {secretName: {{ . | quote }}, defaultMode: 0440}
+{{- end }}
+{{- end }}
+
+{{- define "meshgauge.databaseMount" -}}
+{{- if .root.Values.database.caSecret }}
+- {name: database-ca, mountPath: /etc/meshgauge/database, readOnly: true}
+{{- end }}
 {{- end }}
 
 {{- define "meshgauge.blobsEnv" -}}
@@ -54,7 +71,7 @@ capabilities: {drop: [ALL]}
 
 {{- define "meshgauge.env" -}}
 {{- $values := .root.Values -}}
-{{ include "meshgauge.databaseEnv" $values.database }}
+{{ include "meshgauge.databaseEnv" (dict "root" .root "of" $values.database) }}
 {{- if include "meshgauge.usesS3" .root }}
 {{ include "meshgauge.blobsEnv" .root }}
 {{- end }}
@@ -83,6 +100,9 @@ capabilities: {drop: [ALL]}
   secret: {secretName: {{ .existingSecret | quote }}, defaultMode: 0440}
 {{- end }}
 {{- end }}
+{{- with include "meshgauge.databaseVolume" . }}
+{{ . }}
+{{- end }}
 {{- end }}
 
 {{- define "meshgauge.mounts" -}}
@@ -90,6 +110,9 @@ capabilities: {drop: [ALL]}
 - {name: data, mountPath: /var/lib/meshgauge}
 {{- if .root.Values.keys.existingSecret }}
 - {name: keys, mountPath: /etc/meshgauge/keys, readOnly: true}
+{{- end }}
+{{- with include "meshgauge.databaseMount" . }}
+{{ . }}
 {{- end }}
 {{- end }}
 
