@@ -13,14 +13,11 @@
 namespace meshgauge::server {
 namespace {
 
-using api::Problem;
-using api::ProblemKind;
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 using store::JobState;
 
 constexpr milliseconds kProgressInterval{100};
-constexpr std::uint64_t kWorthThreads = std::uint64_t{2} << 20;  // bytes of both files: some 20,000 triangles each
 constexpr seconds kRetryInterval{1};
 constexpr seconds kSweepInterval{30};
 constexpr seconds kCancelTime{1};
@@ -28,32 +25,21 @@ constexpr seconds kTroubleInterval{10};
 constexpr seconds kUnusedBlobs{600};         // longer than any upload takes from its bytes to its row
 constexpr seconds kLease{365L * 24 * 3600};  // one process works on these stores: it is alive, or recover() knows
 
-double ms_between(LiveJob::Clock::time_point start, LiveJob::Clock::time_point end) {
-  return std::chrono::duration<double, std::milli>(end - start).count();
-}
-
 StoreFailure failure_of(ErrorCode code) {
   if (code == ErrorCode::storage_full) return StoreFailure::full;
   return code == ErrorCode::storage_unavailable ? StoreFailure::unavailable : StoreFailure::broken;
-}
-
-bool stopped_by_cancel(const Result<api::Comparison>& result) {
-  if (!result) return result.error().code == ErrorCode::out_of_time;
-  const Outcome& outcome = result->outcome;
-  return outcome.stop == Stop::cancelled ||
-         (outcome.statistics && outcome.statistics->status == StatisticsStatus::cancelled);
 }
 
 }  // namespace
 
 Jobs::Jobs(const Settings& settings, Compare compare, Stores stores, Access& access, Metrics& metrics)
     : settings_(settings),
-      compare_(std::move(compare)),
       stores_(stores),
       access_(access),
       metrics_(metrics),
       worker_(api::random_id()),
       threads_(settings.workers),
+      measuring_(settings, std::move(compare), metrics, threads_, stores.jobs),
       scheduler_({settings.workers, settings.workers + settings.queue, settings.max_queued_jobs}) {
   maintenance_ = std::thread([this] { maintain(); });
 }
@@ -118,9 +104,9 @@ void Jobs::run(const std::shared_ptr<LiveJob>& job, Scheduler::Slot slot) {
   } else {
     job->started(1, store::now());
   }
-  const auto result = measured(*job);
-  count(*job, result);
-  JobView last = told(*job, result);
+  const auto result = measuring_.measured(*job);
+  measuring_.count(*job, result);
+  JobView last = measuring_.told(*job, result, stopping_.load());
   let_go_of_bytes(job->a);
   let_go_of_bytes(job->b);
   job->counted.reset();
@@ -163,76 +149,6 @@ Result<Done> Jobs::open_blobs(LiveJob& job) {
   return Done{};
 }
 
-// The job's edge: whatever is thrown ends here.
-Result<api::Comparison> Jobs::measured(LiveJob& job) {
-  try {
-    return measure(job);
-  } catch (const std::exception& error) {
-    log_event("job_failed", job.key.id + ": " + error.what());
-    return Error{ErrorCode::internal, "the comparison failed unexpectedly", "", ""};
-  }
-}
-
-Result<api::Comparison> Jobs::measure(LiveJob& job) {
-  if (job.defect) return *job.defect;
-  if (!job.a.holder || !job.b.holder) {
-    return Error{ErrorCode::internal, "what this comparison needs was removed before it could run", "", ""};
-  }
-  const auto start = LiveJob::Clock::now();
-  Options& options = job.request.options;
-  const bool large = !job.request.threads_given && job.bytes >= kWorthThreads;
-  const ThreadBudget::Loan loan = threads_.lend(large ? static_cast<unsigned>(settings_.workers) : options.threads);
-  options.threads = loan.threads();
-  metrics_.job_started(ms_between(job.submitted, start) / 1000);
-  auto result = compare_(job.a, job.b, options, read_limits(settings_), job.control);
-  if (result) {
-    result->id = job.key.id;
-    result->units = job.request.units;
-    result->times.queue = ms_between(job.submitted, start);
-    result->times.total += result->times.queue;
-  }
-  return result;
-}
-
-// One that was cancelled before both meshes were read did not fail, whatever its client is told.
-void Jobs::count(LiveJob& job, const Result<api::Comparison>& result) {
-  const Strategy strategy = job.request.options.strategy;
-  if (result) return metrics_.job_ended(*result);
-  const bool cancelled = stopped_by_cancel(result) && job.control.check() == Interruption::cancelled;
-  if (cancelled) return metrics_.job_cancelled_early(strategy);
-  metrics_.job_failed(api::to_problem(result.error()).type(), strategy);
-}
-
-// A result that cannot be written down, for want of memory, is a failure.
-JobView Jobs::told(const LiveJob& job, const Result<api::Comparison>& result) const {
-  try {
-    return concluded(job, result);
-  } catch (const std::exception&) {
-    return concluded(job, Error{ErrorCode::internal, "not enough memory for the result", "", ""});
-  }
-}
-
-JobView Jobs::concluded(const LiveJob& job, const Result<api::Comparison>& result) const {
-  JobView last = job.view();
-  last.row.finished = store::now();
-  last.row.expires = *last.row.finished + seconds(settings_.result_ttl_s);
-  const bool cancelled = stopped_by_cancel(result) && last.row.cancel_requested;
-  if (result) {
-    last.row.state = cancelled ? JobState::cancelled : JobState::done;
-    last.row.document = to_json(*result);
-    last.timing = to_server_timing(*result);
-    last.stages = api::stages(*result);
-    last.triangles = MeshSizes{result->a.triangles, result->b.triangles};
-  } else {
-    Problem problem = api::to_problem(result.error());
-    if (stopping_.load() && stopped_by_cancel(result)) problem.kind = ProblemKind::shutting_down;
-    if (cancelled) problem = cancelled_early();
-    last.row.state = cancelled ? JobState::cancelled : JobState::failed;
-    last.row.problem = to_json(problem);
-  }
-  return last;
-}
-
 // Whatever ends a durable job that nobody asked to end is the end of this process: another one will run it.
 void Jobs::conclude(Parked ended) {
   LiveJob& job = *ended.job;
@@ -246,8 +162,8 @@ void Jobs::conclude(Parked ended) {
   if (!job.durable) {
     stores_.jobs.record(row);
   } else {
-    const auto stored =
-        stores_.jobs.finish(*job.token, {row.state, row.document, row.problem, *row.finished, *row.expires});
+    const auto stored = stores_.jobs.finish(*job.token, {row.state, row.document, row.problem, *row.finished,
+                                                         *row.expires, row.verdict, ended.last->reusable});
     note(stored);
     if (!stored) return park(std::move(ended));
     if (!*stored) log_event("store", "job " + job.key.id + " was taken over by another worker");

@@ -10,7 +10,6 @@
 
 #include <atomic>
 #include <condition_variable>
-#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -20,9 +19,9 @@
 #include <variant>
 #include <vector>
 
-#include "api/compare.h"
 #include "server/access/access.h"
 #include "server/jobs/live_job.h"
+#include "server/jobs/measuring.h"
 #include "server/jobs/scheduler.h"
 #include "server/maps/map_cache.h"
 #include "server/observe/metrics.h"
@@ -33,14 +32,6 @@
 #include "server/thread_budget.h"
 
 namespace meshgauge::server {
-
-// api::compare_prepared() with meshes from the cache and the sandbox, or what a test puts in its place.
-using Compare = std::function<Result<api::Comparison>(const MeshSource& a, const MeshSource& b, const Options& options,
-                                                      const api::ReadLimits& limits, Control& control)>;
-
-// A mesh of a comparison, from the cache or the sandbox.
-using Fetch = std::function<Result<std::shared_ptr<const api::PreparedMesh>>(
-    const MeshSource& source, const api::ReadLimits& limits, Control& control)>;
 
 struct Stores {
   store::JobStore& jobs;
@@ -143,11 +134,6 @@ class Jobs {
   Begun begin(LiveJob& job);
   bool is_queued(const LiveJob& job);
   Result<Done> open_blobs(LiveJob& job);
-  Result<api::Comparison> measured(LiveJob& job);
-  void count(LiveJob& job, const Result<api::Comparison>& result);
-  Result<api::Comparison> measure(LiveJob& job);
-  JobView told(const LiveJob& job, const Result<api::Comparison>& result) const;
-  JobView concluded(const LiveJob& job, const Result<api::Comparison>& result) const;
   void conclude(Parked ended);
   void drop(LiveJob& job);
   void leave_to_its_end(LiveJob& job);
@@ -164,12 +150,12 @@ class Jobs {
   void sweep();
 
   const Settings settings_;
-  const Compare compare_;
   const Stores stores_;
   Access& access_;
   Metrics& metrics_;
   const std::string worker_;  // this process, in tokens
   ThreadBudget threads_;
+  const Measuring measuring_;
   std::atomic<bool> draining_{false};
   std::atomic<bool> stopping_{false};
   mutable std::mutex mutex_;                              // guards what follows, but the scheduler

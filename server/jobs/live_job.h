@@ -27,6 +27,7 @@ struct JobView {
   std::string timing;              // Server-Timing; this and what follows: of a job that ended in this process
   std::vector<api::Stage> stages;  // the same
   std::optional<MeshSizes> triangles;
+  bool reusable = false;  // store::Ending::reusable
 };
 
 class LiveJob {

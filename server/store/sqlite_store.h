@@ -26,9 +26,10 @@ class SqliteStore final : public JobStore, public MeshIndex {
   Result<Inserted> insert(const NewJob& job) override;
   Result<std::optional<Claimed>> claim(const JobKey& key, const std::string& worker, TimePoint now,
                                        TimePoint lease_until) override;
-  Result<std::optional<Claimed>> claim_next(const std::string& worker, TimePoint now, TimePoint lease_until) override;
-  Result<Heartbeat> heartbeat(const Token& token, TimePoint lease_until, const Progress& progress) override;
-  Result<bool> finish(const Token& token, const Ending& ending) override;
+  Result<std::vector<Claimed>> claim_some(const std::string& worker, TimePoint now, TimePoint lease_until, Which which,
+                                          std::size_t most) override;
+  Result<std::vector<Heartbeat>> heartbeats(std::span<const Beat> beats, TimePoint lease_until) override;
+  Result<std::vector<bool>> finish_all(std::span<const Finished> endings) override;
   Result<std::optional<JobState>> hand_back(const Token& token, const std::string& last_error, Moment moment) override;
   Result<std::optional<JobState>> request_cancel(const JobKey& key, Moment moment) override;
   void record(Job ended) override;

@@ -23,7 +23,8 @@ std::vector<Token> tokens_of_dead(Connection& connection, const std::optional<st
 }
 
 std::vector<Job> queued_jobs(Connection& connection) {
-  Query row(connection, "SELECT " MESHGAUGE_JOB_COLUMNS " FROM jobs WHERE state = 0 ORDER BY created, number");
+  Query row(connection,
+            "SELECT " MESHGAUGE_JOB_COLUMNS " FROM jobs WHERE state = 0 AND batch = '' ORDER BY created, number");
   std::vector<Job> jobs;
   while (row.next()) jobs.push_back(job_of(row));
   return jobs;
