@@ -42,7 +42,6 @@ class Process:
                         str(self.folder / "tmp"), *flags]
         self.environment = {**ENVIRONMENT, "MESHGAUGE_DATABASE": url}
         self.process = None
-        self.start()
 
     def start(self, wait=True):
         assert self.process is None
@@ -51,7 +50,10 @@ class Process:
             self.process = subprocess.Popen(self.command, stdin=subprocess.DEVNULL, stdout=log, stderr=log, cwd=self.folder,
                                             env=self.environment)
         if wait:
-            until(self.is_ready, START_SECONDS, self.name + " to be ready")
+            self.wait_ready()
+
+    def wait_ready(self):
+        until(self.is_ready, START_SECONDS, self.name + " to be ready")
 
     def is_ready(self):
         if self.process.poll() is not None:
@@ -127,19 +129,27 @@ class Process:
 class Fleet:
     """All processes on one database. Whatever still runs at the end is killed."""
 
-    def __init__(self, scratch, url):
-        self.scratch, self.url = scratch, url
+    def __init__(self, scratch, url, flags=QUICK):
+        self.scratch, self.url, self.flags = scratch, url, flags
         self.front_ends, self.workers = [], []
 
     def add_front_end(self, *flags):
-        name = "front%d" % (len(self.front_ends) + 1)
-        self.front_ends.append(Process(self.scratch, name, "serve", self.url, *QUICK, *flags))
-        return self.front_ends[-1]
+        return self._add(self.front_ends, "front", "serve", flags)
 
     def add_worker(self, *flags):
-        name = "worker%d" % (len(self.workers) + 1)
-        self.workers.append(Process(self.scratch, name, "worker", self.url, *QUICK, *flags))
-        return self.workers[-1]
+        return self._add(self.workers, "worker", "worker", flags)
+
+    def _add(self, among, name, verb, flags):
+        """Started, not yet ready."""
+        among.append(Process(self.scratch, "%s%d" % (name, len(among) + 1), verb, self.url, *self.flags, *flags))
+        among[-1].start(wait=False)
+        return among[-1]
+
+    def wait(self):
+        """Until all that run are ready."""
+        for one in self.all():
+            if one.process is not None:
+                one.wait_ready()
 
     def all(self):
         return [*self.front_ends, *self.workers]
