@@ -117,6 +117,8 @@ class Compose(unittest.TestCase):
             volumes = set(document.get("volumes", {}))
             for service in document["services"].values():
                 for mount in service.get("volumes", []):
+                    if ":" not in mount:  # of the container's own, without a name
+                        continue
                     source = mount.split(":")[0]
                     there = (DOCKER / source).exists() if source.startswith(".") else source in volumes
                     self.assertTrue(there, f"{name}: {mount}")
