@@ -228,7 +228,7 @@ def settings_of(build):
                           check=True).stdout
     # CLI11 shows a default as `UINT=8080` in its version 2.3, as `UINT [8080] ` in 2.4; a flag has none.
     found = [(flag, default or bracketed, variable, meaning) for flag, default, bracketed, variable, meaning in re.findall(
-        r"^ +(--[a-z-]+)(?: [A-Z]+(?:=(\S*)| \[(\S*)\])?)? +\(Env:(\w+)\)\s+(.*)$", text, re.M)]
+        r"^ +(--[a-z0-9-]+)(?: [A-Z]+(?:=(\S*)| \[(\S*)\])?)? +\(Env:(\w+)\)\s+(.*)$", text, re.M)]
     for flag, _, variable, _ in found:
         if variable != "MESHGAUGE_" + flag[2:].replace("-", "_").upper():
             fail(f"{flag} has the variable {variable}")
@@ -276,7 +276,8 @@ def check(build):
         same(shown, got)
         overlap(shown, got)
         check_jobs(readme, address, build)
-    if any(flag == "--database" for flag, _, _ in settings_of(build)):
+    verbs = subprocess.run([build / "meshgauge", "--help"], env=ENVIRONMENT, capture_output=True, text=True, check=True).stdout
+    if "  worker " in verbs:
         check_cluster(readme, build)
     print(f"README.md holds: {request}\n{json.dumps(got['distance'])}")
 
