@@ -9,6 +9,7 @@
 #include "server/access/entrance.h"
 #include "server/event_stream.h"
 #include "server/form.h"
+#include "server/idempotency.h"
 #include "server/jobs/job_document.h"
 #include "server/multipart.h"
 #include "server/parameters.h"
@@ -22,22 +23,10 @@ using std::chrono::milliseconds;
 
 constexpr milliseconds kTick{20};       // how soon a client that went away is noticed
 constexpr milliseconds kEventGap{100};  // between two events of a stream
-constexpr std::size_t kMostKeyBytes = 255;
 
 Problem not_found() { return {ProblemKind::not_found, "there is no comparison of this id, or not any more", {}}; }
 
 store::JobKey key_of(const Exchange& exchange) { return {exchange.owner, exchange.segment}; }
-
-std::optional<Problem> read_idempotency_key(const Head& head, std::string& key) {
-  const auto count = std::count_if(head.headers.begin(), head.headers.end(),
-                                   [](const auto& header) { return header.first == "idempotency-key"; });
-  if (count == 0) return std::nullopt;
-  key = head.header("idempotency-key");
-  const bool visible = std::all_of(key.begin(), key.end(), [](char c) { return c > 0x20 && c < 0x7F; });
-  if (count == 1 && !key.empty() && key.size() <= kMostKeyBytes && visible) return std::nullopt;
-  return Problem{
-      ProblemKind::malformed_request, "Idempotency-Key must be there once, with 1 to 255 visible characters", {}};
-}
 
 // Of a comparison that ended without a result. Its problem is stored as text, unless it never came to a worker's end:
 // it was cancelled in the queue, or the store gave it up.

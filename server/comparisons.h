@@ -33,6 +33,7 @@ class Comparisons {
   void refuse_new() { draining_.store(true); }
   bool refusing() const { return draining_.load(); }
   std::uint64_t seats() const { return seats_.taken(); }
+  Seats& watchers() { return seats_; }
 
  private:
   struct Asked;

@@ -1,5 +1,7 @@
 #include "server/heap.h"
 
+#include <cstdlib>  // says whether it is glibc
+
 #ifdef __GLIBC__
 #include <malloc.h>
 #endif

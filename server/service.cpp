@@ -40,6 +40,9 @@ Service::Service(const Settings& settings, Compare compare, Stores stores, Fetch
     const auto ok = check_temp_dir(settings_.temp_dir);
     return ok ? std::string() : ok.error().message;
   });
+  if (stores.batches) {
+    batches_.emplace(settings, stores, access_, uploads_, comparisons_.watchers(), [this] { jobs_.look(); });
+  }
   add_routes();
   watch_levels();
 }
@@ -59,6 +62,7 @@ void Service::add_routes() {
   router_.add("GET", "/metrics", [this](Exchange& e) { send(e, metrics_.text(), Metrics::kContentType); });
   router_.add("GET", "/readyz", [this](Exchange& e) { check_ready(e); });
   add_comparison_routes();
+  add_batch_routes();
   router_.add("POST", "/v1/meshes", [this](Exchange& e) { meshes_.post(e); });
   router_.add("PUT", "/v1/meshes/{}", [this](Exchange& e) { meshes_.put(e); });
   router_.add("GET", "/v1/meshes/{}", [this](Exchange& e) { meshes_.get(e); });
@@ -73,6 +77,16 @@ void Service::add_comparison_routes() {
   if (!deviations_) return;
   router_.add("GET", "/v1/comparisons/{}/deviation.ply", [this](Exchange& e) { deviations_->get(e, MapKind::ply); });
   router_.add("GET", "/v1/comparisons/{}/deviation.glb", [this](Exchange& e) { deviations_->get(e, MapKind::glb); });
+}
+
+void Service::add_batch_routes() {
+  if (!batches_) return;
+  router_.add("POST", "/v1/batches", [this](Exchange& e) { batches_->create(e, comparisons_.refusing()); });
+  router_.add("GET", "/v1/batches/{}", [this](Exchange& e) { batches_->get(e); });
+  router_.add("DELETE", "/v1/batches/{}", [this](Exchange& e) { batches_->remove(e); });
+  router_.add("GET", "/v1/batches/{}/events", [this](Exchange& e) { batches_->events(e); });
+  router_.add("GET", "/v1/batches/{}/results.jsonl", [this](Exchange& e) { batches_->results(e); });
+  router_.add("GET", "/v1/batches/{}/junit.xml", [this](Exchange& e) { batches_->junit(e); });
 }
 
 std::uint64_t Service::free_bytes() const {
@@ -181,7 +195,8 @@ Result<Done> run_until_signal(const Settings& settings, const std::vector<std::s
   if (auto opened = maps.open(); !opened) return opened.error();
   const Fetch fetch = fetching_by(pool, cache);
   Service service(settings, comparing_by(fetch),
-                  {(*stores)->jobs(), (*stores)->meshes(), (*stores)->blobs(), cache, &maps, (*stores)->signals()},
+                  {(*stores)->jobs(), (*stores)->meshes(), (*stores)->blobs(), cache, &maps, (*stores)->signals(),
+                   &(*stores)->batches()},
                   fetch);
   service.metrics().watch_sandbox([&pool] { return pool.counters(); });
   service.readiness().watch("sandbox", [&pool] { return defect_of(pool); });

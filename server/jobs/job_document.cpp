@@ -1,5 +1,6 @@
 #include "server/jobs/job_document.h"
 
+#include <algorithm>
 #include <cstdio>
 #include <ctime>
 
@@ -35,13 +36,6 @@ Json gate_of(const store::Job& row) {
 // A path without a host: only the caller knows by which name he reached the service.
 std::string view_of(const store::Job& row) { return "/c/" + row.key.id; }
 
-std::string problem_of(const store::Job& row) {
-  if (!row.problem.empty()) return row.problem;
-  if (row.state == store::JobState::cancelled && row.document.empty()) return api::to_json(cancelled_early());
-  if (row.state != store::JobState::failed) return "null";
-  return api::to_json(api::Problem{api::ProblemKind::internal, "given up: " + row.last_error, {}});
-}
-
 std::optional<std::size_t> triangles_of(const nlohmann::json& document, const char* part) {
   const nlohmann::json::json_pointer pointer(std::string("/meshes/") + part + "/triangles");
   if (!document.contains(pointer) || !document[pointer].is_number_unsigned()) return std::nullopt;
@@ -49,6 +43,13 @@ std::optional<std::size_t> triangles_of(const nlohmann::json& document, const ch
 }
 
 }  // namespace
+
+std::string problem_json(const store::Job& row) {
+  if (!row.problem.empty()) return row.problem;
+  if (row.state == store::JobState::cancelled && row.document.empty()) return api::to_json(cancelled_early());
+  if (row.state != store::JobState::failed) return "null";
+  return api::to_json(api::Problem{api::ProblemKind::internal, "given up: " + row.last_error, {}});
+}
 
 JobView as_told(const store::Job& row) {
   JobView view;
@@ -113,7 +114,7 @@ std::string to_json(const JobView& job) {
   std::string text = head.dump();
   text.pop_back();
   return text + ",\"result\":" + (row.document.empty() ? "null" : result_json(row)) +
-         ",\"problem\":" + problem_of(row) + "}";
+         ",\"problem\":" + problem_json(row) + "}";
 }
 
 std::string result_json(const store::Job& row) {
@@ -124,7 +125,9 @@ std::string result_json(const store::Job& row) {
 
 std::string progress_json(const JobView& job) {
   const store::Job& row = job.row;
-  const auto since = row.finished.value_or(store::now()) - row.started.value_or(row.created);
+  // In the distributed form the beginning is by another clock.
+  const auto since =
+      std::max(store::TimePoint::duration(0), row.finished.value_or(store::now()) - row.started.value_or(row.created));
   Json json{{"state", to_string(row.state)}};
   const store::Progress none{0, std::numeric_limits<double>::infinity(), ""};
   const store::Progress& progress = row.progress ? *row.progress : none;

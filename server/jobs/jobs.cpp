@@ -43,6 +43,11 @@ Jobs::~Jobs() {
   troubles_.note(stores_.jobs.flush());
 }
 
+void Jobs::drain() {
+  phase_.draining.store(true);
+  runner_->drain();
+}
+
 void Jobs::stop() {
   drain();
   phase_.stopping.store(true);

@@ -94,8 +94,11 @@ class Jobs {
   std::chrono::milliseconds expected_wait() const { return runner_->expected_wait(); }
   Runner::Queue store_queue() const { return runner_->store_queue(); }
 
+  // There are jobs of a batch in the store.
+  void look() { runner_->look(); }
+
   // No durable job begins here any more. What runs goes on.
-  void drain() { phase_.draining.store(true); }
+  void drain();
 
   // Ends what runs and waits here: awaited jobs with the interval they have reached, durable ones go back to the store.
   void stop();

@@ -17,6 +17,8 @@ using store::JobState;
 constexpr milliseconds kProgressInterval{100};
 constexpr seconds kCancelTime{1};
 constexpr seconds kLease{365L * 24 * 3600};  // one process works on these stores: it is alive, or recover() knows
+constexpr milliseconds kLook{500};           // for batches that were cancelled
+constexpr seconds kPoll{10};                 // for what look() did not tell of
 
 }  // namespace
 
@@ -30,7 +32,17 @@ LocalRunner::LocalRunner(const Settings& settings, Stores stores, Access& access
       measuring_(measuring),
       scheduler_(scheduler),
       phase_(phase),
-      worker_(api::random_id()) {}
+      worker_(api::random_id()) {
+  if (!stores.batches) return;
+  WorkerOptions options;
+  options.name = worker_ + "-batches";
+  options.lease = kLease;
+  options.heartbeat = kLook;
+  options.poll = kPoll;
+  options.which = store::JobStore::Which::of_batches;
+  // Without the accounts of owners: a batch does not count among their jobs.
+  batches_.emplace(settings, stores, measuring, scheduler, nullptr, metrics, std::move(options));
+}
 
 LocalRunner::~LocalRunner() {
   for (const Parked& parked : parked_) drop(*parked.job);
@@ -46,7 +58,20 @@ Result<Done> LocalRunner::recover() {
     (*job)->counted.emplace(access_.adopt_job(row.key.owner));
     run(*job, scheduler_.admit_again());
   }
+  if (batches_) batches_->start();
   return Done{};
+}
+
+void LocalRunner::look() {
+  if (batches_) batches_->wake();
+}
+
+void LocalRunner::drain() {
+  if (batches_) batches_->drain();
+}
+
+void LocalRunner::stop() {
+  if (batches_) batches_->stop();
 }
 
 void LocalRunner::run(const std::shared_ptr<LiveJob>& job, Scheduler::Slot slot) {
@@ -159,6 +184,7 @@ Result<bool> LocalRunner::cancel(const store::Job& row) {
     const auto state = stores_.jobs.request_cancel(row.key, {now, now + seconds(settings_.result_ttl_s)});
     if (!state) return state.error();
     if (!*state) return false;
+    if (batches_ && **state == JobState::running) batches_->cancel(row.key);
     if (job && **state == JobState::cancelled) {
       // Else its worker was quicker, and has counted it.
       if (job->view().row.state == JobState::queued) metrics_.job_cancelled_early(job->request.options.strategy);

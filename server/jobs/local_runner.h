@@ -2,9 +2,11 @@
 //
 //   run -> scheduler -> (durable: claim) -> measure -> (durable: finish; else: record)
 //
-// A durable job that the store cannot let begin, or whose end it cannot take, is parked and tried again.
+// Jobs of batches are claimed from the store by a worker of this process, a few at a time, and share its scheduler with
+// all others. A durable job that the store cannot let begin, or whose end it cannot take, is parked and tried again.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,6 +16,7 @@
 #include "server/jobs/runner.h"
 #include "server/jobs/stores.h"
 #include "server/jobs/troubles.h"
+#include "server/worker/worker.h"
 
 namespace meshgauge::server {
 
@@ -39,8 +42,10 @@ class LocalRunner final : public Runner {
   Result<bool> cancel(const store::Job& row) override;
   bool abandon(const std::shared_ptr<LiveJob>& job) override;
   std::optional<api::Problem> give_up(const LiveJob&) const override { return std::nullopt; }
+  void look() override;
   void tick() override { retry_parked(); }
-  void stop() override {}
+  void drain() override;
+  void stop() override;
 
  private:
   // A job that waits for the store, to begin (without `last`) or to end.
@@ -73,6 +78,7 @@ class LocalRunner final : public Runner {
   LiveJobs live_;
   std::mutex mutex_;            // guards what follows
   std::vector<Parked> parked_;  // what the store could not be told yet
+  std::optional<Worker> batches_;
 };
 
 }  // namespace meshgauge::server

@@ -31,7 +31,9 @@ class RemoteRunner final : public Runner {
   Result<bool> cancel(const store::Job& row) override;
   bool abandon(const std::shared_ptr<LiveJob>& job) override;
   std::optional<api::Problem> give_up(const LiveJob& job) const override;
+  void look() override {}  // the store tells the workers
   void tick() override {}
+  void drain() override {}
   void stop() override { watcher_.stop(); }
 
  private:

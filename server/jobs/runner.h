@@ -61,8 +61,10 @@ class Runner {
   // Why who waits for this job had better not wait on; nullopt: he had.
   virtual std::optional<api::Problem> give_up(const LiveJob& job) const = 0;
 
-  virtual void tick() = 0;  // once a second, by one thread
-  virtual void stop() = 0;  // see Jobs::stop()
+  virtual void look() = 0;   // there are jobs of a batch to be run
+  virtual void tick() = 0;   // once a second, by one thread
+  virtual void drain() = 0;  // see Jobs::drain()
+  virtual void stop() = 0;   // see Jobs::stop()
 };
 
 }  // namespace meshgauge::server

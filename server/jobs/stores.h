@@ -3,6 +3,7 @@
 
 #include "server/jobs/mesh_cache.h"
 #include "server/maps/map_cache.h"
+#include "server/store/batch_store.h"
 #include "server/store/blob_store.h"
 #include "server/store/job_store.h"
 #include "server/store/mesh_index.h"
@@ -15,8 +16,9 @@ struct Stores {
   store::MeshIndex& meshes;
   store::BlobStore& blobs;
   MeshCache& cache;
-  MapCache* maps = nullptr;           // none: no deviation maps are made
-  store::Signals* signals = nullptr;  // none: nobody else works on these stores
+  MapCache* maps = nullptr;              // none: no deviation maps are made
+  store::Signals* signals = nullptr;     // none: nobody else works on these stores
+  store::BatchStore* batches = nullptr;  // none: there are no batches
 
   bool shared() const { return signals != nullptr; }
 };

@@ -45,9 +45,9 @@ enum class Level {
   map_cache_limit_bytes,
   map_cache_files,
   event_streams,
-  deliveries_waiting,
   store_queue_depth,
   store_oldest_waiting_seconds,
+  deliveries_waiting,
   stored_bytes,
   disk_free_bytes,
 };

@@ -63,16 +63,17 @@ std::optional<Group> group_of(Query&& row) {
 // From one group to the next by the index: their jobs may be many, they are few.
 std::vector<Group> waiting_groups(Connection& connection, JobStore::Which which) {
   std::vector<Group> groups;
-  std::optional<Group> at =
-      group_of(Query(connection,
-                     "SELECT owner, batch, rank FROM jobs WHERE state = 0 AND awaits = 0 ORDER BY owner, batch, rank "
-                     "LIMIT 1"));
+  std::optional<Group> at = group_of(
+      Query(connection,
+            "SELECT owner, batch, rank FROM jobs INDEXED BY jobs_waiting WHERE state = 0 AND awaits = 0 ORDER BY "
+            "owner, batch, rank LIMIT 1"));
   while (at) {
     if (!at->batch.empty() || which == JobStore::Which::all) groups.push_back(*at);
-    at = group_of(Query(connection,
-                        "SELECT owner, batch, rank FROM jobs WHERE state = 0 AND awaits = 0 AND (owner, batch) > "
-                        "(?, ?) ORDER BY owner, batch, rank LIMIT 1",
-                        at->owner, at->batch));
+    at =
+        group_of(Query(connection,
+                       "SELECT owner, batch, rank FROM jobs INDEXED BY jobs_waiting WHERE state = 0 AND awaits = 0 AND "
+                       "(owner, batch) > (?, ?) ORDER BY owner, batch, rank LIMIT 1",
+                       at->owner, at->batch));
   }
   return groups;
 }
@@ -82,7 +83,9 @@ std::optional<Group> next_group(Connection& connection, JobStore::Which which) {
   if (groups.empty()) return std::nullopt;
   std::map<std::string, std::int64_t> of_owner;
   std::map<std::pair<std::string, std::string>, std::int64_t> of_group;
-  Query running(connection, "SELECT owner, batch, count(*) FROM jobs WHERE state = 1 GROUP BY owner, batch");
+  Query running(
+      connection,
+      "SELECT owner, batch, count(*) FROM jobs INDEXED BY jobs_running WHERE state = 1 GROUP BY owner, batch");
   while (running.next()) {
     of_owner[running.text(0)] += running.number(2);
     of_group[{running.text(0), running.text(1)}] = running.number(2);

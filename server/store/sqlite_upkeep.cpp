@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "server/store/job_rows.h"
+#include "server/store/shares.h"
 #include "server/store/sqlite_store.h"
 
 namespace meshgauge::server::store {
@@ -77,29 +78,11 @@ std::uint64_t remove_expired(Connection& connection, TimePoint now, std::int64_t
       .run();
 }
 
-struct Kept {
-  std::string owner;
-  std::uint64_t jobs = 0;
-};
-
 std::vector<Kept> kept_jobs(Connection& connection) {
   Query row(connection, "SELECT owner, count(*) FROM jobs WHERE state >= 2 GROUP BY owner");
   std::vector<Kept> kept;
   while (row.next()) kept.push_back({row.text(0), static_cast<std::uint64_t>(row.number(1))});
   return kept;
-}
-
-// What each owner may keep of `max_kept` for all: an equal share, and of what others leave of theirs as much as is
-// needed. Whoever keeps little loses nothing to one who keeps much.
-std::uint64_t share_of(std::vector<Kept> kept, std::uint64_t max_kept) {
-  std::sort(kept.begin(), kept.end(), [](const Kept& x, const Kept& y) { return x.jobs < y.jobs; });
-  std::uint64_t left = max_kept;
-  for (std::size_t i = 0; i < kept.size(); ++i) {
-    const std::uint64_t share = left / (kept.size() - i);
-    if (kept[i].jobs > share) return share;
-    left -= kept[i].jobs;
-  }
-  return max_kept;
 }
 
 // Those that were given to record() come first: their clients have had their answers.

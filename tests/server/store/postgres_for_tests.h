@@ -1,0 +1,52 @@
+// The suites of the interfaces over PostgreSQL: an implementation as implementations.h says, each object a database of
+// its own on the server of this run.
+#pragma once
+
+#include "postgres_server.h"
+#include "server/store/distributed.h"
+
+namespace meshgauge::server::store {
+
+class PostgresForTests {
+ public:
+  static constexpr bool kListsRecovered = false;  // jobs are claimed by claim_some() alone
+
+  PostgresForTests() : database_(PostgresServer::shared().new_database()) { reopen(); }
+  ~PostgresForTests() {
+    stores_.reset();
+    PostgresServer::shared().drop(database_);
+  }
+  PostgresForTests(const PostgresForTests&) = delete;
+  PostgresForTests& operator=(const PostgresForTests&) = delete;
+
+  JobStore& jobs() { return stores_->jobs(); }
+  MeshIndex& meshes() { return stores_->meshes(); }
+  BatchStore& batches() { return stores_->batches(); }
+  BlobStore& blobs() { return stores_->blobs(); }
+  PartStore& parts() { return *stores_->parts(); }
+  Signals& signals() { return *stores_->signals(); }
+  void reopen() {
+    stores_.reset();
+    stores_ = open("own");
+  }
+  const std::string& database() const { return database_; }
+
+  // Another process, with a folder of that name.
+  std::unique_ptr<DistributedStores> open(const std::string& folder) const {
+    DistributedSettings settings;
+    settings.database = database_;
+    settings.data_folder = folder_ / folder;
+    settings.max_unrecorded = 50;
+    settings.duty_grace = std::chrono::milliseconds(300);
+    return got(DistributedStores::open(settings));
+  }
+
+ private:
+  const std::string database_;
+  TestFolder folder_;
+  std::unique_ptr<DistributedStores> stores_;
+};
+
+}  // namespace meshgauge::server::store
+
+TYPE_TO_STRING_AS("PostgreSQL", meshgauge::server::store::PostgresForTests);
