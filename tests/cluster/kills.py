@@ -43,7 +43,7 @@ INSERT INTO pulse VALUES (0);
 
 
 class Pulse:
-    """Writes to the database all the time, and counts the jobs that have ended: when it could not, and when there were no more of them though some were queued."""
+    """Writes to the database all the time, and counts jobs: when it could not, and when none ended though some were queued."""
 
     def __init__(self, url):
         self.url = url
