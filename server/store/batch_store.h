@@ -78,8 +78,8 @@ class BatchStore {
   virtual Result<std::vector<BatchRow>> batch_rows(const JobKey& key, Rows which, std::uint64_t from,
                                                    std::size_t most) = 0;
 
-  // Its jobs that no other batch points at and nobody asked for by themselves: queued -> cancelled at once; of running
-  // ones the next heartbeat says so. false: unknown.
+  // Its jobs that no other batch that is still wanted points at and nobody asked for by themselves: queued -> cancelled
+  // at once; of running ones the next heartbeat says so. false: unknown.
   virtual Result<bool> cancel_batch(const JobKey& key, Moment moment) = 0;
   // Of one whose jobs have all ended, and its jobs with it, as far as no other batch points at them. false: there is
   // none of that key, or it has not ended.

@@ -1,17 +1,9 @@
 #include "server/store/job_rows.h"
 
-#include <algorithm>
+#include "server/store/shares.h"
 
 namespace meshgauge::server::store {
 namespace {
-
-// Earlier by one second is as good as smaller by kBytesOfOneSecond.
-std::int64_t rank_of(const NewJob& job) {
-  constexpr std::uint64_t kMost = std::uint64_t{1} << 50;  // far from an overflow
-  constexpr std::int64_t kBytesOfOneMillisecond = JobStore::kBytesOfOneSecond / 1000;
-  return job.created.time_since_epoch().count() * kBytesOfOneMillisecond +
-         static_cast<std::int64_t>(std::min(job.cost, kMost));
-}
 
 std::optional<std::string> none_if_empty(const std::string& text) {
   if (text.empty()) return std::nullopt;

@@ -132,6 +132,8 @@ struct Counts {
   std::uint64_t queued = 0, running = 0, done = 0, failed = 0, cancelled = 0;
   std::uint64_t unrecorded = 0;       // given to record(), not yet durable
   std::uint64_t dropped_records = 0;  // ... and given up since the start, because there were too many of them
+  std::uint64_t unawaited = 0;        // queued or running, in no batch, and without a deadline
+  std::optional<TimePoint> oldest_queued;
 };
 
 struct SweptJobs {
@@ -183,6 +185,8 @@ class JobStore {
   virtual Result<Done> flush() = 0;
 
   virtual Result<std::optional<Job>> get(const JobKey& key) = 0;
+  // Those of the keys that there are, in no order. This one asks for each by itself.
+  virtual Result<std::vector<Job>> get_many(std::span<const JobKey> keys);
   virtual Result<std::optional<Job>> find_idempotent(const std::string& owner, const std::string& idempotency_key) = 0;
   // Ended jobs only. false: there is none of that key, or it has not ended.
   virtual Result<bool> forget(const JobKey& key) = 0;

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cassert>
 #include <cerrno>
+#include <map>
+#include <tuple>
 #include <utility>
 
 #include "server/store/errors.h"
@@ -47,21 +49,62 @@ std::optional<Claimed> claimed(Query& updated) {
   return Claimed{token_of(updated), job_of(updated)};
 }
 
+// Jobs that are claimed in turns: of one batch, or all of an owner that are in none.
+struct Group {
+  std::string owner, batch;
+  std::int64_t rank = 0;  // of its first
+};
+
+std::optional<Group> group_of(Query&& row) {
+  if (!row.next()) return std::nullopt;
+  return Group{row.text(0), row.text(1), row.number(2)};
+}
+
+// From one group to the next by the index: their jobs may be many, they are few.
+std::vector<Group> waiting_groups(Connection& connection, JobStore::Which which) {
+  std::vector<Group> groups;
+  std::optional<Group> at = group_of(
+      Query(connection,
+            "SELECT owner, batch, rank FROM jobs INDEXED BY jobs_waiting WHERE state = 0 AND awaits = 0 ORDER BY "
+            "owner, batch, rank LIMIT 1"));
+  while (at) {
+    if (!at->batch.empty() || which == JobStore::Which::all) groups.push_back(*at);
+    at =
+        group_of(Query(connection,
+                       "SELECT owner, batch, rank FROM jobs INDEXED BY jobs_waiting WHERE state = 0 AND awaits = 0 AND "
+                       "(owner, batch) > (?, ?) ORDER BY owner, batch, rank LIMIT 1",
+                       at->owner, at->batch));
+  }
+  return groups;
+}
+
+std::optional<Group> next_group(Connection& connection, JobStore::Which which) {
+  std::vector<Group> groups = waiting_groups(connection, which);
+  if (groups.empty()) return std::nullopt;
+  std::map<std::string, std::int64_t> of_owner;
+  std::map<std::pair<std::string, std::string>, std::int64_t> of_group;
+  Query running(
+      connection,
+      "SELECT owner, batch, count(*) FROM jobs INDEXED BY jobs_running WHERE state = 1 GROUP BY owner, batch");
+  while (running.next()) {
+    of_owner[running.text(0)] += running.number(2);
+    of_group[{running.text(0), running.text(1)}] = running.number(2);
+  }
+  const auto turn = [&](const Group& group) {
+    return std::tuple(of_owner[group.owner], of_group[{group.owner, group.batch}], group.rank);
+  };
+  return *std::min_element(groups.begin(), groups.end(),
+                           [&](const Group& x, const Group& y) { return turn(x) < turn(y); });
+}
+
 // What claim_some() takes, in its order: see job_store.h.
 std::vector<std::int64_t> next_jobs(Connection& connection, JobStore::Which which, std::size_t most) {
-  Query group(connection,
-              "SELECT owner, batch FROM jobs AS mine WHERE state = 0 AND awaits = 0 AND (batch != '' OR ?1) "
-              "GROUP BY owner, batch ORDER BY "
-              "(SELECT count(*) FROM jobs WHERE state = 1 AND owner = mine.owner), "
-              "(SELECT count(*) FROM jobs WHERE state = 1 AND owner = mine.owner AND batch = mine.batch), min(rank) "
-              "LIMIT 1",
-              which == JobStore::Which::all);
-  if (!group.next()) return {};
-  const std::string batch = group.text(1);
+  const std::optional<Group> group = next_group(connection, which);
+  if (!group) return {};
   Query row(connection,
             "SELECT number, cost, tries > excused FROM jobs WHERE state = 0 AND awaits = 0 AND owner = ? AND batch = ? "
             "ORDER BY rank, number LIMIT ?",
-            group.text(0), batch, batch.empty() ? 1 : most);
+            group->owner, group->batch, group->batch.empty() ? 1 : most);
   std::vector<std::int64_t> numbers;
   std::int64_t cost = 0;
   while (row.next()) {
