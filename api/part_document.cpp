@@ -12,6 +12,7 @@
 #include "api/json_filter.h"
 #include "api/json_of.h"
 #include "api/names.h"
+#include "engine/conclusion.h"
 #include "engine/part.h"
 
 namespace meshgauge::api {
@@ -114,6 +115,7 @@ Comparison part_of(const Json& json) {
   outcome.stop = value_of(kStops, json.at("stop").get_ref<const std::string&>()).value_or(Stop::converged);
   outcome.a_to_b = directed_of(json.at("a_to_b"));
   outcome.b_to_a = directed_of(json.at("b_to_a"));
+  take_maximum(outcome);
   outcome.precision_floor = json.at("precision_floor").get<double>();
   outcome.diagonal_a = json.at("diagonal_a").get<double>();
   const auto& simd = json.at("simd").get_ref<const std::string&>();

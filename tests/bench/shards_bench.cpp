@@ -43,6 +43,7 @@ struct Settings {
   unsigned share_ms = 500;
   std::uint32_t rings = 500;
   int repeat = 3;
+  bool keep = false;
 };
 
 constexpr std::size_t kMost = 64;
@@ -52,7 +53,10 @@ struct Board {
   std::atomic<double> lower[kMost];
   double part_lower[kMost];
   double part_upper[kMost];
-  int stop[kMost];
+  double read[kMost];    // seconds
+  double build[kMost];   // ... of wall time
+  double search[kMost];  // ... likewise
+  double tests[kMost];   // point-triangle distances
 
   double best() const {
     double best = 0;
@@ -79,6 +83,15 @@ std::shared_ptr<const api::PreparedMesh> read(const std::string& path, const cha
   return *mesh;
 }
 
+using Meshes = std::pair<std::shared_ptr<const api::PreparedMesh>, std::shared_ptr<const api::PreparedMesh>>;
+
+Meshes read_both(const Settings& settings, Prepared::Use use, double& s) {
+  const auto start = Control::Clock::now();
+  Meshes pair{read(settings.a, "a", use), read(settings.b, "b", use)};
+  s = std::chrono::duration<double>(Control::Clock::now() - start).count();
+  return pair;
+}
+
 void measure_part(const api::PreparedMesh& a, const api::PreparedMesh& b, Options options, const Settings& settings,
                   Board& board) {
   Control control;
@@ -95,7 +108,11 @@ void measure_part(const api::PreparedMesh& a, const api::PreparedMesh& b, Option
   board.lower[index] = outcome.lower;
   board.part_lower[index] = outcome.lower;
   board.part_upper[index] = outcome.upper;
-  board.stop[index] = static_cast<int>(outcome.stop);
+  for (const auto* directed : {&outcome.a_to_b, &outcome.b_to_a}) {
+    if (*directed) board.tests[index] += static_cast<double>((*directed)->work.triangle_tests);
+  }
+  board.build[index] = outcome.timings.build / 1000;
+  board.search[index] = (outcome.timings.traverse + outcome.timings.reduce + outcome.timings.certify) / 1000;
 }
 
 using Body = std::function<void(Board& board)>;
@@ -109,7 +126,7 @@ struct Cost {
 double seconds(const timeval& t) { return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec); }
 
 Cost run(const std::vector<Body>& bodies, Board& board) {
-  for (std::size_t i = 0; i < kMost; ++i) board.lower[i] = board.part_lower[i] = board.part_upper[i] = 0;
+  new (&board) Board{};
   const auto start = Control::Clock::now();
   for (const Body& body : bodies) {
     if (fork() == 0) {
@@ -130,38 +147,42 @@ Cost run(const std::vector<Body>& bodies, Board& board) {
 }
 
 void whole(const Settings& settings, Board& board) {
-  const auto a = read(settings.a, "a", Prepared::Use::once), b = read(settings.b, "b", Prepared::Use::once);
+  const auto [a, b] = read_both(settings, Prepared::Use::once, board.read[0]);
   Options options = options_of(settings);
   options.threads = settings.shards;
   measure_part(*a, *b, options, settings, board);
 }
 
 void shared(const Settings& settings, Board& board) {
-  const auto a = read(settings.a, "a", Prepared::Use::often), b = read(settings.b, "b", Prepared::Use::often);
+  const auto pair = read_both(settings, settings.keep ? Prepared::Use::often : Prepared::Use::once, board.read[0]);
   std::vector<std::thread> threads;
   for (unsigned i = 0; i < settings.shards; ++i) {
     Options options = options_of(settings);
     options.part = {i, settings.shards};
-    threads.emplace_back([&, options] { measure_part(*a, *b, options, settings, board); });
+    threads.emplace_back([&, options] { measure_part(*pair.first, *pair.second, options, settings, board); });
   }
   for (std::thread& thread : threads) thread.join();
 }
 
 void apart(const Settings& settings, unsigned index, Board& board) {
-  const auto a = read(settings.a, "a", Prepared::Use::once), b = read(settings.b, "b", Prepared::Use::once);
+  const auto [a, b] = read_both(settings, Prepared::Use::once, board.read[index]);
   Options options = options_of(settings);
   options.part = {index, settings.shards};
   measure_part(*a, *b, options, settings, board);
 }
 
 void show(const char* way, const Cost& cost, const Board& board, double reference) {
-  double lower = 0, upper = 0;
+  double lower = 0, upper = 0, read = 0, build = 0, search = 0, tests = 0;
   for (std::size_t i = 0; i < kMost; ++i) {
     lower = std::max(lower, board.part_lower[i]);
     upper = std::max(upper, board.part_upper[i]);
+    read += board.read[i], build += board.build[i], search += board.search[i], tests += board.tests[i];
   }
-  std::printf("%-7s wall %7.3f s  cpu %7.3f s  %+6.1f %%  peak %5.0f MiB  [%.17g, %.17g]\n", way, cost.wall, cost.cpu,
-              100 * (cost.cpu / reference - 1), cost.peak_mib, lower, upper);
+  std::printf(
+      "%-7s wall %7.3f s  cpu %7.3f s  %+6.1f %%  peak %5.0f MiB  [%.17g, %.17g]  read %.2f build %.2f search %.2f s  "
+      "%.1f M tests\n",
+      way, cost.wall, cost.cpu, 100 * (cost.cpu / reference - 1), cost.peak_mib, lower, upper, read, build, search,
+      1e-6 * tests);
   std::fflush(stdout);
 }
 
@@ -179,8 +200,8 @@ void measure_ways(const Settings& settings) {
   }
 }
 
-// Of 4 R^2 triangles. near: the same bumps, a little turned. noisy: every vertex moved by up to a thousandth. far: two
-// that do not touch.
+// Of 4 R^2 triangles. near: the same bumps, a little turned. shell: one percent larger. noisy: every vertex moved by up
+// to a thousandth. far: two that do not touch.
 void make(const Settings& settings) {
   const auto bumpy = [&](double phase) {
     Mesh mesh = shapes::sphere(settings.rings);
@@ -192,6 +213,7 @@ void make(const Settings& settings) {
   const Mesh plain = bumpy(0);
   bench::write_binary_ply(plain, settings.make + "plain.ply");
   bench::write_binary_ply(bumpy(0.02), settings.make + "near.ply");
+  bench::write_binary_ply(shapes::scaled(bumpy(0), 1.01), settings.make + "shell.ply");
   bench::write_binary_ply(shapes::moved(bumpy(0.5), Vec3(3, 0.5, 0.2)), settings.make + "far.ply");
   Mesh noisy = plain;
   std::mt19937_64 random(1);
@@ -212,6 +234,7 @@ int main(int argc, char** argv) {
   app.add_option("--diagonal", settings.diagonal, "the tolerance")->capture_default_str();
   app.add_option("--relative", settings.relative, "the same, of the distance; 0: none")->capture_default_str();
   app.add_option("--share-ms", settings.share_ms)->capture_default_str();
+  app.add_flag("--keep", settings.keep, "the meshes of `shared` are kept for other comparisons");
   app.add_option("--repeat", settings.repeat)->capture_default_str();
   app.add_option("--make", settings.make, "write meshes of this prefix");
   app.add_option("--rings", settings.rings, "of those: 4 R^2 triangles")->capture_default_str();
