@@ -152,10 +152,7 @@ bool makes_sense(const Comparison& part) {
 
 // What must be the same in all parts of one comparison.
 Json common(const Comparison& part) {
-  return {{"a", json_of(part.a)},
-          {"b", json_of(part.b)},
-          {"diagonal_a", part.outcome.diagonal_a},
-          {"directions", {part.outcome.a_to_b.has_value(), part.outcome.b_to_a.has_value()}}};
+  return {{"a", json_of(part.a)}, {"b", json_of(part.b)}, {"diagonal_a", part.outcome.diagonal_a}};
 }
 
 std::size_t measured(const std::optional<Directed>& directed) { return directed ? directed->culling.triangles : 0; }
@@ -163,22 +160,19 @@ std::size_t measured(const std::optional<Directed>& directed) { return directed 
 // Why the parts, by index, are not those of `request`.
 std::optional<std::string> mismatch(std::span<const Comparison> parts, const Request& request) {
   const Direction direction = request.options.direction;
+  const MeshFacts &a = parts.front().a, &b = parts.front().b;
   const Json expected = common(parts.front());
   std::size_t of_a = 0, of_b = 0;
   for (const Comparison& part : parts) {
     if (common(part) != expected) return "is of other meshes than the others";
+    if (part.outcome.a_to_b && direction == Direction::b_to_a) return "is of another direction";
+    if (part.outcome.b_to_a && direction == Direction::a_to_b) return "is of another direction";
     of_a += measured(part.outcome.a_to_b);
     of_b += measured(part.outcome.b_to_a);
   }
-  const Outcome& first = parts.front().outcome;
-  if (first.a_to_b.has_value() != (direction != Direction::b_to_a) ||
-      first.b_to_a.has_value() != (direction != Direction::a_to_b)) {
-    return "is of another direction";
-  }
-  if ((first.a_to_b && of_a != parts.front().a.triangles) || (first.b_to_a && of_b != parts.front().b.triangles)) {
-    return "leaves triangles out";
-  }
-  return std::nullopt;
+  const bool is_whole = of_a == (direction == Direction::b_to_a ? 0 : a.triangles) &&
+                        of_b == (direction == Direction::a_to_b ? 0 : b.triangles);
+  return is_whole ? std::nullopt : std::optional<std::string>("leaves triangles out");
 }
 
 Result<std::vector<Comparison>> read_all(std::span<const std::string> documents, unsigned count) {

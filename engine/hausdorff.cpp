@@ -58,8 +58,11 @@ class Measurement final : public Monitor {
     goal_.width = frame_.length_to_frame(width);
     goal_.relative = t.relative.value_or(0);
     if (options.max_distance) goal_.gate = frame_.length_to_frame(*options.max_distance);
-    if (options.direction != Direction::b_to_a) open(outcome_.a_to_b, a_, b_);
-    if (options.direction != Direction::a_to_b) open(outcome_.b_to_a, b_, a_);
+    const auto [direction, part] =
+        share_of(options.part, options.direction, a.mesh().triangles.size(), b.mesh().triangles.size());
+    part_ = part;
+    if (direction != Direction::b_to_a) open(outcome_.a_to_b, a_, b_);
+    if (direction != Direction::a_to_b) open(outcome_.b_to_a, b_, a_);
   }
 
   Outcome run() {
@@ -127,7 +130,7 @@ class Measurement final : public Monitor {
   void open(std::optional<Directed>& directed, Side& from, Side& to) {
     directed.emplace();
     courses_.push_back({*directed, from, to});
-    directed->culling.triangles = size_of_part(from.given().triangles.size(), options_.part);
+    directed->culling.triangles = size_of_part(from.given().triangles.size(), part_);
     directed->culling.survivors = directed->culling.triangles;
     const Box box{frame_.to_frame(from.mesh.box().low), frame_.to_frame(from.mesh.box().high)};
     const double upper = farthest_of_box(box, frame_.to_frame(to.given().corner(0, 0)));
@@ -136,7 +139,7 @@ class Measurement final : public Monitor {
   }
 
   bool is_auto() const { return options_.strategy == Strategy::automatic; }
-  bool is_part() const { return options_.part.count > 1; }
+  bool is_part() const { return part_.count > 1; }
   // The paper's traversal needs two trees, of what is measured each; `auto` goes over the mesh measured from by itself.
   bool needs_tree(const Side& side) const {
     return (!is_auto() && !is_part()) || std::any_of(courses_.begin(), courses_.end(), [&](const Course& course) {
@@ -205,7 +208,7 @@ class Measurement final : public Monitor {
     const std::span<const std::uint32_t> order = has_order ? from.ordered->original : made;
     if (is_part()) {
       const bool is_complete = !order.empty();
-      made = of_part(order, options_.part);
+      made = of_part(order, part_);
       if (is_complete && made.empty()) return settle(course, {0, 0, std::nullopt});
     }
     course.rest = std::make_unique<OrderedMesh>(from.given(), std::move(made), box, frame_, control_);
@@ -337,6 +340,7 @@ class Measurement final : public Monitor {
   Crew crew_;
   Side a_;
   Side b_;
+  Part part_;  // of each course
   std::vector<Course> courses_;
   Frame frame_;
   Goal goal_;

@@ -38,8 +38,8 @@ struct Tolerance {
   std::optional<double> relative;  // U - L <= relative * L             (eq. 17)
 };
 
-// One of `count` parts of a measurement, each of which looks at its share of the triangles measured from
-// (engine/part.h).
+// One of `count` parts of a measurement, each of which looks at its share of the triangles measured from, of one
+// direction (engine/part.h).
 struct Part {
   unsigned index = 0;  // below count
   unsigned count = 1;  // 1: all

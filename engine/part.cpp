@@ -60,6 +60,15 @@ void join(Timings& whole, const Timings& part) {
 
 }  // namespace
 
+Share share_of(const Part& part, Direction direction, std::size_t triangles_a, std::size_t triangles_b) {
+  if (direction != Direction::symmetric || part.count == 1) return {direction, part};
+  const std::size_t all = triangles_a + triangles_b;
+  const auto of_a = static_cast<unsigned>((part.count * triangles_a + all / 2) / all);
+  const unsigned first = std::clamp(of_a, 1U, part.count - 1);
+  if (part.index < first) return {Direction::a_to_b, {part.index, first}};
+  return {Direction::b_to_a, {part.index - first, part.count - first}};
+}
+
 LargeArray<std::uint32_t> of_part(std::span<const std::uint32_t> order, const Part& part) {
   LargeArray<std::uint32_t> chosen;
   chosen.reserve(size_of_part(order.size(), part));

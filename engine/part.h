@@ -20,8 +20,8 @@
 // It is tight, too: where every L that was told is at most the greatest l_i in the end, a part that ended by itself has
 // u_i <= max(l_i, L) + gap <= (greatest l) + gap, `gap` the width that was asked for.
 //
-// Both directions of a symmetric measurement are cut this way, part i does A_i -> B and B_i -> A, and L is a lower
-// bound of the greater one.
+// Of a symmetric measurement each part has triangles of one of the two directions alone, so that it needs the tree of
+// one mesh alone; how many parts a direction has goes by its triangles. L is a lower bound of the greater distance.
 #pragma once
 
 #include <cstddef>
@@ -36,14 +36,21 @@ namespace meshgauge {
 // How the triangles are cut: parts of measurements may be put together only where this number was the same.
 inline constexpr unsigned kPartition = 1;
 
-// Those of `order` that are of `part`, in order. Precondition of both: part.index < part.count.
+// What a part is of: a direction, and a part of that. Precondition: part.index < part.count.
+struct Share {
+  Direction direction;
+  Part part;
+};
+Share share_of(const Part& part, Direction direction, std::size_t triangles_a, std::size_t triangles_b);
+
+// Those of `order` that are of `part` of one direction, in order. Precondition of both: part.index < part.count.
 LargeArray<std::uint32_t> of_part(std::span<const std::uint32_t> order, const Part& part);
 // How many there are of `triangles`. The sum over all parts is `triangles`.
 std::size_t size_of_part(std::size_t triangles, const Part& part);
 
 // The outcome of the whole from those of all its parts, as if it had been measured at once: intervals, witness, rule
 // and stop; culling and work are sums, and timings the greatest, as the parts may run at the same time. `options` are
-// those of the whole. Precondition: one outcome of each part, all of the same two meshes and directions.
+// those of the whole. Precondition: one outcome of each part, all of the same two meshes.
 Outcome joined(std::span<const Outcome> parts, const Options& options);
 
 }  // namespace meshgauge

@@ -254,6 +254,7 @@ TEST_CASE("part: those of different wholes do not go together") {
   Pair other;
   other.request.options.direction = Direction::a_to_b;
   refused(good, other.request);
+  refused({good[0], good[0], good[0]}, pair.request);
   other.request.options.direction = Direction::symmetric;
   other.a += "f 1 2 3\n";
   refused({good[0], good[1], other.documents()[2]}, pair.request);

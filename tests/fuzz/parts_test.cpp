@@ -79,6 +79,29 @@ TEST_CASE("every triangle is of exactly one part") {
   }
 }
 
+TEST_CASE("every part is of one direction, and both have some") {
+  for (const auto& [a, b] : {std::pair<std::size_t, std::size_t>{1, 1}, {1, 1'000'000}, {1'000'000, 1}, {3000, 5000}}) {
+    for (const unsigned count : {2U, 3U, 5U, 64U}) {
+      std::vector<Part> of_a, of_b;
+      for (unsigned i = 0; i < count; ++i) {
+        const Share share = share_of({i, count}, Direction::symmetric, a, b);
+        (share.direction == Direction::a_to_b ? of_a : of_b).push_back(share.part);
+        CHECK(share_of({i, count}, Direction::b_to_a, a, b).direction == Direction::b_to_a);
+        CHECK(share_of({i, count}, Direction::b_to_a, a, b).part.index == i);
+      }
+      REQUIRE(of_a.size() + of_b.size() == count);
+      for (const auto& parts : {of_a, of_b}) {
+        REQUIRE(!parts.empty());
+        for (unsigned i = 0; i < parts.size(); ++i) {
+          CHECK(parts[i].index == i);
+          CHECK(parts[i].count == parts.size());
+        }
+      }
+    }
+  }
+  CHECK(share_of({0, 1}, Direction::symmetric, 1, 1).direction == Direction::symmetric);
+}
+
 TEST_CASE("parts of any number, each alone, make an interval that an exact oracle finds no fault with") {
   for (std::uint64_t seed = 120'000; seed < 120'000 + kPairs; ++seed) {
     const Pair pair = generate(seed);
