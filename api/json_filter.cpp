@@ -43,6 +43,20 @@ std::string JsonFilter::pointer() const {
   return pointer;
 }
 
+Result<nlohmann::json> parse_document(std::string_view json, const std::string& part, std::size_t max_bytes) {
+  const std::string quoted = "'" + part + "'";
+  if (json.size() > max_bytes) {
+    return Error{ErrorCode::too_large, quoted + " is larger than " + std::to_string(max_bytes) + " bytes", part, ""};
+  }
+  if (const std::size_t nul = json.find('\0'); nul != std::string_view::npos) {  // the parser would take it for the end
+    return Error{ErrorCode::invalid_request, quoted + " is refused: not JSON: a NUL byte", part,
+                 "byte " + std::to_string(nul)};
+  }
+  JsonFilter filter;
+  if (nlohmann::json::sax_parse(json, &filter)) return nlohmann::json::parse(json);
+  return Error{ErrorCode::invalid_request, quoted + " is refused: " + filter.defect, part, filter.where};
+}
+
 std::string shown_text(std::string_view text) {
   std::string out = "'";
   for (const char c : text.substr(0, 64)) out += static_cast<unsigned char>(c) < 0x20 || c == 0x7F ? '?' : c;

@@ -10,6 +10,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "engine/result.h"
+
 namespace meshgauge::api {
 
 // For nlohmann::json::sax_parse(), once. After it has returned false, `defect` says what is wrong and `where` where: a
@@ -50,6 +52,10 @@ class JsonFilter : public nlohmann::json_sax<nlohmann::json> {
 
   std::vector<Level> levels_;
 };
+
+// A document of at most `max_bytes` that the filter lets through. `part` is what the errors call it: the JSON pointer,
+// or "byte N", is in Error::where.
+Result<nlohmann::json> parse_document(std::string_view json, const std::string& part, std::size_t max_bytes);
 
 // Foreign text in a message: short, and on one line.
 std::string shown_text(std::string_view text);

@@ -26,6 +26,7 @@ constexpr ProblemRow kTable[] = {
     {ProblemKind::unknown_mesh, "unknown-mesh", "A mesh of the comparison is not stored", 422},
     {ProblemKind::mesh_gone, "mesh-gone", "A mesh of the comparison is not kept any more", 410},
     {ProblemKind::no_interval, "no-interval", "The comparison has no interval", 409},
+    {ProblemKind::not_ended, "not-ended", "The batch has not ended", 409},
     {ProblemKind::not_ready, "not-ready", "The service cannot take work", 503},
     {ProblemKind::storage_full, "storage-full", "The service has no room to keep this", 507},
     {ProblemKind::storage_unavailable, "storage-unavailable", "The service cannot keep anything at the moment", 503},

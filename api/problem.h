@@ -36,6 +36,7 @@ enum class ProblemKind {
   unknown_mesh,            // a comparison names one that is not stored
   mesh_gone,               // a comparison had one that is not kept any more
   no_interval,             // the comparison has not ended, or has none
+  not_ended,               // a batch, that is told of when it has
   not_ready,
   storage_full,
   storage_unavailable,

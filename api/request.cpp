@@ -216,21 +216,6 @@ Result<Done> check_shards(const Request& request) {
   return refused("/shards", "/shards above 1 does not go with /statistics: ask for them in a comparison of their own");
 }
 
-Result<Json> parse_document(std::string_view json, const std::string& part) {
-  const std::string quoted = "'" + part + "'";
-  if (json.size() > kMaxOptionsBytes) {
-    return Error{ErrorCode::too_large, quoted + " is larger than " + std::to_string(kMaxOptionsBytes) + " bytes", part,
-                 ""};
-  }
-  if (const std::size_t nul = json.find('\0'); nul != std::string_view::npos) {  // the parser would take it for the end
-    return Error{ErrorCode::invalid_request, quoted + " is refused: not JSON: a NUL byte", part,
-                 "byte " + std::to_string(nul)};
-  }
-  JsonFilter filter;
-  if (Json::sax_parse(json, &filter)) return Json::parse(json);
-  return Error{ErrorCode::invalid_request, quoted + " is refused: " + filter.defect, part, filter.where};
-}
-
 constexpr Field kOptions[] = {{"direction", read_direction}, {"tolerance", read_tolerance},
                               {"gate", read_gate},           {"strategy", read_strategy},
                               {"points", read_points},       {"timeout_ms", read_timeout},
@@ -273,7 +258,7 @@ Result<Done> check_points(bool points_given, Strategy strategy, std::string_view
 }
 
 Result<Request> parse_options(std::string_view json, const RequestLimits& limits) {
-  auto document = parse_document(json, "options");
+  auto document = parse_document(json, "options", kMaxOptionsBytes);
   if (!document) return document.error();
   Request request;
   request.timeout = limits.default_timeout;
@@ -293,7 +278,7 @@ Result<StoredPair> parse_stored_pair(std::string_view json) {
   const auto refused_body = [](const std::string& where, std::string message) {
     return Error{ErrorCode::invalid_request, std::move(message), "body", where};
   };
-  const auto document = parse_document(json, "body");
+  const auto document = parse_document(json, "body", kMaxOptionsBytes);
   if (!document) return document.error();
   if (!document->is_object()) return refused_body("", "the document must be an object, not " + shown(*document));
   StoredPair pair;

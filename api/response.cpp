@@ -120,9 +120,11 @@ std::string to_json(const Comparison& comparison) {
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
-std::string to_server_timing(const Comparison& comparison) {
+std::string to_server_timing(const Comparison& comparison) { return to_server_timing(stages(comparison)); }
+
+std::string to_server_timing(const std::vector<Stage>& stages) {
   std::string header;
-  for (const Stage& stage : stages(comparison)) {
+  for (const Stage& stage : stages) {
     char entry[64];
     std::snprintf(entry, sizeof entry, "%s%s;dur=%.3f", header.empty() ? "" : ", ", stage.name, stage.ms);
     header += entry;

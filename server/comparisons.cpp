@@ -9,6 +9,7 @@
 #include "server/access/entrance.h"
 #include "server/event_stream.h"
 #include "server/form.h"
+#include "server/idempotency.h"
 #include "server/jobs/job_document.h"
 #include "server/multipart.h"
 #include "server/parameters.h"
@@ -22,22 +23,10 @@ using std::chrono::milliseconds;
 
 constexpr milliseconds kTick{20};       // how soon a client that went away is noticed
 constexpr milliseconds kEventGap{100};  // between two events of a stream
-constexpr std::size_t kMostKeyBytes = 255;
 
 Problem not_found() { return {ProblemKind::not_found, "there is no comparison of this id, or not any more", {}}; }
 
 store::JobKey key_of(const Exchange& exchange) { return {exchange.owner, exchange.segment}; }
-
-std::optional<Problem> read_idempotency_key(const Head& head, std::string& key) {
-  const auto count = std::count_if(head.headers.begin(), head.headers.end(),
-                                   [](const auto& header) { return header.first == "idempotency-key"; });
-  if (count == 0) return std::nullopt;
-  key = head.header("idempotency-key");
-  const bool visible = std::all_of(key.begin(), key.end(), [](char c) { return c > 0x20 && c < 0x7F; });
-  if (count == 1 && !key.empty() && key.size() <= kMostKeyBytes && visible) return std::nullopt;
-  return Problem{
-      ProblemKind::malformed_request, "Idempotency-Key must be there once, with 1 to 255 visible characters", {}};
-}
 
 // Of a comparison that ended without a result. Its problem is stored as text, unless it never came to a worker's end:
 // it was cancelled in the queue, or the store gave it up.
@@ -78,6 +67,7 @@ void Comparisons::create(Exchange& exchange) {
   if (auto refusal = refuse_query(exchange)) return answer(exchange, *refusal);
   if (auto refusal = read_idempotency_key(exchange.head, submission.idempotency_key)) return answer(exchange, *refusal);
   submission.durable = asked.preferences.wait || !submission.idempotency_key.empty();
+  if (const auto there = jobs_.available(); !there) return answer(exchange, api::to_problem(there.error()));
   const auto repeats = jobs_.repeats(submission);
   if (!repeats) return answer(exchange, api::to_problem(repeats.error()));
   if (*repeats) return repeat(exchange, asked);
@@ -105,7 +95,7 @@ void Comparisons::repeat(Exchange& exchange, Asked& asked) {
 
 void Comparisons::follow(Exchange& exchange, const Jobs::Submitted& submitted, const Asked& asked) {
   if (const auto* denial = std::get_if<Denial>(&submitted)) return answer(exchange, *denial);
-  if (const auto* job = std::get_if<std::shared_ptr<LiveJob>>(&submitted)) return wait(exchange, **job, asked);
+  if (const auto* job = std::get_if<std::shared_ptr<LiveJob>>(&submitted)) return wait(exchange, *job, asked);
   respond(exchange, std::get<JobView>(submitted), asked);
 }
 
@@ -166,7 +156,7 @@ std::optional<Problem> Comparisons::open_mesh(const std::string& owner, const st
     const std::string what = "the mesh '" + part + "' is not stored; send it by PUT /v1/meshes/" + id;
     return Problem{ProblemKind::unknown_mesh, what, {{part, "/" + part, what}}};
   }
-  const auto now = store::now();
+  const auto now = stores_.jobs.time();
   stores_.meshes.touch_mesh(key, now, now + std::chrono::seconds(settings_.mesh_ttl_s));
   source = source_of(part, std::move(**blob), id);
   source.input.filename = (*row)->file_name;
@@ -176,7 +166,8 @@ std::optional<Problem> Comparisons::open_mesh(const std::string& owner, const st
 }
 
 // A client that goes away ends its comparison, unless it was promised that it will be done.
-void Comparisons::wait(Exchange& exchange, LiveJob& job, const Asked& asked) {
+void Comparisons::wait(Exchange& exchange, const std::shared_ptr<LiveJob>& waited, const Asked& asked) {
+  LiveJob& job = *waited;
   // Who wants no waiting needs no seat, and is told the same whether the job was quick or not.
   if (asked.preferences.wait == milliseconds(0)) return accept(exchange, job.view(), asked);
   std::optional<Clock::time_point> until;
@@ -193,9 +184,10 @@ void Comparisons::wait(Exchange& exchange, LiveJob& job, const Asked& asked) {
   };
   while (!job.wait_for_end(tick())) {
     if (until && Clock::now() >= *until) break;
+    if (const auto problem = jobs_.give_up(job)) return answer(exchange, *problem);
     if (!exchange.connection.peer_gone()) continue;
     if (job.durable) return accept(exchange, job.view(), asked);  // which nobody reads but the log
-    job.control.cancel();
+    if (jobs_.abandon(waited)) return answer(exchange, cancelled_early());
   }
   respond(exchange, job.view(), asked);
 }
@@ -218,8 +210,10 @@ void Comparisons::respond(Exchange& exchange, const JobView& job, const Asked& a
   if (!ended && asked.preferences.wait) return accept(exchange, job, asked);
   mark(exchange, job, asked);
   if (!ended) {
-    return answer(exchange,
-                  Problem{ProblemKind::shutting_down, "the comparison will run when the service is back", {}});
+    return answer(exchange, Problem{ProblemKind::shutting_down,
+                                    asked.submission.durable ? "the comparison will run when the service is back"
+                                                             : "this service stops; ask again",
+                                    {}});
   }
   Response& response = exchange.response;
   exchange.stages = job.stages;
@@ -261,7 +255,7 @@ void Comparisons::events(Exchange& exchange) {
   if (!seat) return answer(exchange, Problem{ProblemKind::overloaded, "as many clients watch as may", {}});
   exchange.response.content_type = "text/event-stream";
   if (exchange.head.method == "HEAD") return;
-  exchange.response.stream = [this, key, seat, job = jobs_.live(key), seen = ~std::uint64_t{0},
+  exchange.response.stream = [this, key, seat, job = jobs_.watch(**first), seen = ~std::uint64_t{0},
                               next = Clock::time_point()](std::string& piece) mutable {
     if (job) {
       std::this_thread::sleep_until(std::min(next, Clock::now() + kEventGap));

@@ -5,6 +5,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 
@@ -32,6 +33,7 @@ class Comparisons {
   void refuse_new() { draining_.store(true); }
   bool refusing() const { return draining_.load(); }
   std::uint64_t seats() const { return seats_.taken(); }
+  Seats& watchers() { return seats_; }
 
  private:
   struct Asked;
@@ -42,7 +44,7 @@ class Comparisons {
   std::optional<api::Problem> open_mesh(const std::string& owner, const std::string& part, MeshSource& source);
   void repeat(Exchange& exchange, Asked& asked);
   void follow(Exchange& exchange, const Jobs::Submitted& submitted, const Asked& asked);
-  void wait(Exchange& exchange, LiveJob& job, const Asked& asked);
+  void wait(Exchange& exchange, const std::shared_ptr<LiveJob>& waited, const Asked& asked);
   void mark(Exchange& exchange, const JobView& job, const Asked& asked) const;
   void accept(Exchange& exchange, const JobView& job, const Asked& asked) const;
   void respond(Exchange& exchange, const JobView& job, const Asked& asked) const;

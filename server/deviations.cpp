@@ -65,16 +65,6 @@ std::string mesh_of(const store::Job& row, const std::string& part) {
   return document.contains(digest) && document[digest].is_string() ? document[digest].get<std::string>() : "";
 }
 
-std::string server_timing(const std::vector<api::Stage>& stages) {
-  std::string header;
-  for (const api::Stage& stage : stages) {
-    char entry[64];
-    std::snprintf(entry, sizeof entry, "%s%s;dur=%.3f", header.empty() ? "" : ", ", stage.name, stage.ms);
-    header += entry;
-  }
-  return header;
-}
-
 }  // namespace
 
 struct Deviations::Asked {
@@ -171,7 +161,7 @@ std::optional<Problem> Deviations::recognise(MeshSource& source, const std::stri
   const auto stored = stores_.meshes.get_mesh(key);
   if (!stored) return api::to_problem(stored.error());
   if (!*stored) return std::nullopt;
-  const auto now = store::now();
+  const auto now = stores_.jobs.time();
   stores_.meshes.touch_mesh(key, now, now + std::chrono::seconds(settings_.mesh_ttl_s));
   source.kept = MeshCache::key(owner, source.id, source.input.filename, source.input.media_type);
   return std::nullopt;
@@ -207,10 +197,10 @@ std::optional<Problem> Deviations::open_meshes(Asked& asked) {
 void Deviations::make(Exchange& exchange, Asked& asked) {
   if (jobs_.draining()) return answer(exchange, Problem{ProblemKind::shutting_down, "no new work is taken", {}});
   // Everyone who waits takes a place, and holds a connection; also for a map that another one has asked for already.
-  auto slot = jobs_.admit(Jobs::Kind::awaited);
+  auto slot = jobs_.admit_work();
   if (!slot) {
     const Problem full{ProblemKind::overloaded, "all workers are busy and the queue is full; try again", {}};
-    return answer(exchange, full, jobs_.expected_wait());
+    return answer(exchange, full, jobs_.expected_wait_for_work());
   }
   const auto counted = access_.take_job(exchange.owner);
   if (const auto* denial = std::get_if<Denial>(&counted)) return answer(exchange, *denial);
@@ -232,7 +222,7 @@ void Deviations::make(Exchange& exchange, Asked& asked) {
   }
   exchange.stages = (*result)->stages;
   if (!send(exchange, (*result)->file)) return;
-  exchange.response.headers.emplace_back("Server-Timing", server_timing((*result)->stages));
+  exchange.response.headers.emplace_back("Server-Timing", api::to_server_timing((*result)->stages));
 }
 
 // The map that is on its way, or a new one, which takes the slot.

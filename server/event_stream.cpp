@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <cstdio>
+#include <exception>
 
 namespace meshgauge::server {
 namespace {
@@ -32,7 +33,12 @@ void send_stream(Exchange& exchange) {
   auto last = Clock::now();
   for (bool more = true; more;) {
     std::string piece;
-    more = exchange.response.stream(piece);
+    try {
+      more = exchange.response.stream(piece);
+    } catch (const std::exception& error) {
+      exchange.failure = error.what();
+      return;
+    }
     if (exchange.connection.peer_gone()) return;
     if (piece.empty() && Clock::now() - last > kSilence) piece = ": still here\n\n";
     if (piece.empty()) continue;

@@ -12,7 +12,8 @@
 namespace meshgauge::server {
 
 // Sends head and pieces of exchange.response.stream, then ends the stream; the connection must end with it. It is not
-// delivered when the client goes away, or takes no piece for 30 s.
+// delivered when the client goes away, or takes no piece for 30 s, or the next piece throws: then the stream is broken
+// off, and its reader knows that something is missing.
 void send_stream(Exchange& exchange);
 
 // One event. `data` is one line.

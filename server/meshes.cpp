@@ -123,7 +123,7 @@ void Meshes::store(Exchange& exchange, const BlobKey& key, const Upload& upload)
                           "the body's SHA-256 is " + api::sha256_hex(upload.bytes()) + ", not that of the path",
                           {}});
   }
-  const auto now = store::now();
+  const auto now = stores_.jobs.time();
   const auto row =
       stores_.meshes.put_mesh({key, upload.size(), std::string(exchange.head.header("content-type")),
                                file_name(exchange.head), now, now, now + std::chrono::seconds(settings_.mesh_ttl_s)},

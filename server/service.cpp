@@ -1,93 +1,24 @@
 #include "server/service.h"
 
-#include <signal.h>
-#include <unistd.h>
-
 #include <cerrno>
 #include <cstring>
 
+#include "server/heap.h"
 #include "server/log.h"
+#include "server/open_stores.h"
 #include "server/openapi.h"
 #include "server/sandbox/pool.h"
-#include "server/store/embedded.h"
 #include "server/web/pages.h"
+#include "server/wiring.h"
 
 namespace meshgauge::server {
 namespace {
 
 constexpr std::chrono::milliseconds kTick{50};
-constexpr std::chrono::milliseconds kReaderTime{1000};  // for a reader to be there, before the service is not ready
 
 void send(Exchange& exchange, std::string text, const char* type) {
   exchange.response.content_type = type;
   exchange.response.body = std::move(text);
-}
-
-Result<Done> check_temp_dir(const std::string& directory) {
-  const int file = open_unnamed_file(directory);
-  if (file < 0) {
-    return Error{ErrorCode::invalid_request, "--temp-dir '" + directory + "' takes no files: " + std::strerror(errno),
-                 "", ""};
-  }
-  ::close(file);
-  return Done{};
-}
-
-sigset_t awaited_signals() {
-  sigset_t set;
-  sigemptyset(&set);
-  sigaddset(&set, SIGTERM);
-  sigaddset(&set, SIGINT);
-  sigaddset(&set, SIGHUP);
-  return set;
-}
-
-sandbox::PoolSettings pool_settings(const Settings& settings, const std::vector<std::string>& command) {
-  sandbox::Bounds bounds;
-  bounds.memory_bytes = settings.parser_memory_bytes;
-  bounds.input_bytes = settings.max_part_bytes;
-  bounds.cpu_seconds = settings.max_timeout_ms / 1000 + 2;  // a second net: the deadline comes first
-  return {command, settings.parsers, bounds};
-}
-
-// Meshes from the pool, those that are stored from the cache.
-Fetch fetching_by(sandbox::Pool& pool, MeshCache& cache) {
-  const api::Load load = [&pool](const api::MeshInput& input, const api::ReadLimits& limits, Control& control) {
-    return pool.load(input, limits, control);
-  };
-  return [load, &cache](const MeshSource& source, const api::ReadLimits& limits, Control& control) {
-    if (!source.kept) return api::loading(load, source.input, limits, Prepared::Use::once)(control);
-    return cache.get(*source.kept, api::loading(load, source.input, limits, Prepared::Use::often), control);
-  };
-}
-
-Compare comparing_by(const Fetch& fetch) {
-  return [fetch](const MeshSource& a, const MeshSource& b, const Options& options, const api::ReadLimits& limits,
-                 Control& control) {
-    const auto get = [&](const MeshSource& source) -> api::GetMesh {
-      return [&](Control& job) { return fetch(source, limits, job); };
-    };
-    return api::compare_prepared(get(a), get(b), options, control);
-  };
-}
-
-enum class Signal { none, end, reload };
-
-// SIGHUP from the kernel: the terminal was closed. Who started the service by nohup wants it to outlive that.
-Signal meaning_of_hangup(const siginfo_t& info) {
-  if (info.si_code != SI_KERNEL) return Signal::reload;
-  struct sigaction started {};
-  ::sigaction(SIGHUP, nullptr, &started);
-  return started.sa_handler == SIG_IGN ? Signal::none : Signal::end;
-}
-
-Signal signalled_within(std::chrono::milliseconds time) {
-  const sigset_t set = awaited_signals();
-  const timespec wait{0, time.count() * 1'000'000};
-  siginfo_t info{};
-  const int signal = sigtimedwait(&set, &info, &wait);
-  if (signal <= 0) return Signal::none;
-  return signal == SIGHUP ? meaning_of_hangup(info) : Signal::end;
 }
 
 std::optional<Tls> tls_of(const Settings& settings) {
@@ -111,6 +42,9 @@ Service::Service(const Settings& settings, Compare compare, Stores stores, Fetch
           settings, [this](Exchange& exchange) { entrance_(exchange, router_); },
           [this](const Exchange& exchange) { record(exchange); }, tls_ ? &*tls_ : nullptr) {
   if (fetch && stores.maps) deviations_.emplace(settings, jobs_, stores, access_, metrics_, std::move(fetch));
+  if (stores.batches) {
+    batches_.emplace(settings, stores, access_, uploads_, comparisons_.watchers(), [this] { jobs_.look(); });
+  }
   add_routes();
   watch_levels();
 }
@@ -132,6 +66,7 @@ void Service::add_routes() {
   router_.add("GET", "/metrics", [this](Exchange& e) { send(e, metrics_.text(), Metrics::kContentType); });
   router_.add("GET", "/readyz", [this](Exchange& e) { check_ready(e); });
   add_comparison_routes();
+  add_batch_routes();
   router_.add("POST", "/v1/meshes", [this](Exchange& e) { meshes_.post(e); });
   router_.add("PUT", "/v1/meshes/{}", [this](Exchange& e) { meshes_.put(e); });
   router_.add("GET", "/v1/meshes/{}", [this](Exchange& e) { meshes_.get(e); });
@@ -146,6 +81,16 @@ void Service::add_comparison_routes() {
   if (!deviations_) return;
   router_.add("GET", "/v1/comparisons/{}/deviation.ply", [this](Exchange& e) { deviations_->get(e, MapKind::ply); });
   router_.add("GET", "/v1/comparisons/{}/deviation.glb", [this](Exchange& e) { deviations_->get(e, MapKind::glb); });
+}
+
+void Service::add_batch_routes() {
+  if (!batches_) return;
+  router_.add("POST", "/v1/batches", [this](Exchange& e) { batches_->create(e, comparisons_.refusing()); });
+  router_.add("GET", "/v1/batches/{}", [this](Exchange& e) { batches_->get(e); });
+  router_.add("DELETE", "/v1/batches/{}", [this](Exchange& e) { batches_->remove(e); });
+  router_.add("GET", "/v1/batches/{}/events", [this](Exchange& e) { batches_->events(e); });
+  router_.add("GET", "/v1/batches/{}/results.jsonl", [this](Exchange& e) { batches_->results(e); });
+  router_.add("GET", "/v1/batches/{}/junit.xml", [this](Exchange& e) { batches_->junit(e); });
 }
 
 std::uint64_t Service::free_bytes() const {
@@ -182,6 +127,10 @@ void Service::watch_levels() {
   }
   watch(Level::event_streams, [this] { return comparisons_.seats(); });
   watch(Level::stored_bytes, [this] { return stored_bytes(); });
+  if (stores_.shared()) {
+    watch(Level::store_queue_depth, [this] { return jobs_.store_queue().waiting; });
+    watch(Level::store_oldest_waiting_seconds, [this] { return jobs_.store_queue().oldest_seconds; });
+  }
   watch(Level::disk_free_bytes, [this] { return free_bytes(); });
 }
 
@@ -253,7 +202,7 @@ Result<int> Service::start() {
         "cannot listen on " + settings_.host + ":" + std::to_string(settings_.port) + ": " + std::strerror(errno), "",
         ""};
   }
-  if (auto ok = check_openness(); !ok) return ok.error();
+  if (auto ok = check_openness(settings_, guard_); !ok) return ok.error();
   if (auto ok = jobs_.recover(); !ok) return ok.error();
   ended_.store(false);
   listener_ = std::thread([this] {
@@ -269,16 +218,6 @@ Result<Done> Service::load_secrets() {
   if (!tls_) return Done{};
   if (auto loaded = tls_->reload(); !loaded) return loaded.error();
   return Done{};
-}
-
-// Asked of the socket, since a name can stand for any address.
-Result<Done> Service::check_openness() const {
-  if (access_.has_keys() || settings_.public_without_keys || guard_.bound_to_loopback()) return Done{};
-  return Error{ErrorCode::invalid_request,
-               "other machines can reach " + settings_.host +
-                   ": give --keys-file, or say --public-without-keys to serve everybody (MESHGAUGE_KEYS_FILE, "
-                   "MESHGAUGE_PUBLIC_WITHOUT_KEYS=true)",
-               "", ""};
 }
 
 void Service::reload() {
@@ -307,25 +246,23 @@ void Service::shutdown(const std::function<bool()>& hurry) {
 }
 
 Result<Done> run_until_signal(const Settings& settings, const std::vector<std::string>& parser) {
-  const sigset_t signals = awaited_signals();
-  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+  block_signals();
+  limit_arenas(static_cast<unsigned>(settings.workers));
   sandbox::Pool pool(pool_settings(settings, parser), [](const std::string& detail) { log_event("sandbox", detail); });
   const auto lacks = pool.start();
   if (!lacks) return lacks.error();
-  auto stores = store::EmbeddedStores::open({settings.data_dir});
+  auto stores = open_stores(settings);
   if (!stores) return stores.error();
   MeshCache cache(settings.max_cache_bytes);
   MapCache maps({(*stores)->data_folder() + "/maps", settings.map_cache_bytes, settings.temp_dir});
   if (auto opened = maps.open(); !opened) return opened.error();
   const Fetch fetch = fetching_by(pool, cache);
   Service service(settings, comparing_by(fetch),
-                  {(*stores)->jobs(), (*stores)->meshes(), (*stores)->blobs(), cache, &maps}, fetch);
+                  {(*stores)->jobs(), (*stores)->meshes(), (*stores)->blobs(), cache, &maps, (*stores)->signals(),
+                   &(*stores)->batches()},
+                  fetch);
   service.metrics().watch_sandbox([&pool] { return pool.counters(); });
-  service.watch_readiness("sandbox", [&pool] {
-    Control patience;
-    patience.set_deadline(Clock::now() + kReaderTime);
-    return pool.defect(patience);
-  });
+  service.watch_readiness("sandbox", [&pool] { return defect_of(pool); });
   const auto port = service.start();
   if (!port) return port.error();
   log_listening(settings.host + ":" + std::to_string(*port), settings.simd);

@@ -14,6 +14,7 @@
 #include "engine/result.h"
 #include "server/access/access.h"
 #include "server/access/entrance.h"
+#include "server/batches/batches.h"
 #include "server/comparisons.h"
 #include "server/deviations.h"
 #include "server/http_guard.h"
@@ -29,7 +30,8 @@ namespace meshgauge::server {
 class Service {
  public:
   // Precondition: settings come from checked().
-  // Borrows the stores. Deviation maps are made if there is a `fetch` and a cache for them in `stores`.
+  // Borrows the stores. Deviation maps are made if there is a `fetch` and a cache for them in `stores`, batches taken
+  // if there is a place for them.
   Service(const Settings& settings, Compare compare, Stores stores, Fetch fetch = nullptr);
   ~Service();  // as shutdown() without grace
   Service(const Service&) = delete;
@@ -61,8 +63,8 @@ class Service {
 
   void add_routes();
   void add_comparison_routes();
+  void add_batch_routes();
   Result<Done> load_secrets();
-  Result<Done> check_openness() const;
 
   void record(const Exchange& exchange);
   void watch_levels();
@@ -82,6 +84,7 @@ class Service {
   Jobs jobs_;
   Comparisons comparisons_;
   std::optional<Deviations> deviations_;
+  std::optional<Batches> batches_;
   Meshes meshes_;
   Router router_;
   HttpGuard guard_;

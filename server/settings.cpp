@@ -7,6 +7,7 @@
 
 #include "engine/mesh.h"
 #include "server/access/cors.h"
+#include "server/store/conninfo.h"
 
 namespace meshgauge::server {
 namespace {
@@ -72,6 +73,40 @@ Result<Done> check_parsers(const Settings& s) {
                  std::to_string(kMostParserMemory));
 }
 
+bool is_bucket(std::string_view url) {
+  constexpr std::string_view kScheme = "s3://";
+  constexpr std::size_t kLeast = 3, kMost = 63;  // bytes of a name
+  if (!url.starts_with(kScheme)) return false;
+  const std::string_view name = url.substr(kScheme.size(), url.find('/', kScheme.size()) - kScheme.size());
+  return name.size() >= kLeast && name.size() <= kMost && std::all_of(name.begin(), name.end(), [](char c) {
+           return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '.' || c == '-';
+         });
+}
+
+// The text itself is not shown: it may hold a password.
+Result<Done> check_database(const Settings& s) {
+  if (s.database.empty()) return s.blobs.empty() ? Result<Done>(Done{}) : refused("--blobs needs --database");
+  if (!store::is_conninfo(s.database)) {
+    return refused("--database must be a connection string of PostgreSQL, as postgresql://USER@HOST/NAME");
+  }
+  if (!s.blobs.empty() && !is_bucket(s.blobs)) return refused("--blobs must be s3://BUCKET or s3://BUCKET/PREFIX");
+  if (!s.s3_endpoint.empty() && !s.s3_endpoint.starts_with("http://") && !s.s3_endpoint.starts_with("https://")) {
+    return refused("--s3-endpoint must begin with https:// or http://");
+  }
+  if (s.s3_region.empty()) return refused("--s3-region must not be empty");
+  return Done{};
+}
+
+Result<Done> check_leases(const Settings& s) {
+  constexpr std::uint64_t kHour = 3'600'000;
+  if (s.heartbeat_ms < 1 || s.heartbeat_ms > kHour || s.lease_ms > kHour || s.lease_ms < 2 * s.heartbeat_ms) {
+    return refused("--heartbeat-ms must be at least 1, and --lease-ms from twice that to " + std::to_string(kHour));
+  }
+  constexpr std::uint64_t kMostPairs = 100'000;
+  if (s.max_batch_pairs >= 1 && s.max_batch_pairs <= kMostPairs) return Done{};
+  return refused("--max-batch-pairs must be from 1 to " + std::to_string(kMostPairs));
+}
+
 }  // namespace
 
 std::string default_temp_dir() {
@@ -102,6 +137,8 @@ Result<Settings> checked(Settings s) {
   if (s.parsers == 0) s.parsers = s.workers;
   if (s.parser_memory_bytes == 0) s.parser_memory_bytes = memory_of_a_parser(s);
   if (auto ok = check_parsers(s); !ok) return ok.error();
+  if (auto ok = check_database(s); !ok) return ok.error();
+  if (auto ok = check_leases(s); !ok) return ok.error();
   if (s.max_part_bytes > s.max_request_bytes) return refused("--max-part-bytes must be at most --max-request-bytes");
   const auto simd = api::as_simd(s.simd, "--simd");
   if (!simd) return simd.error();

@@ -52,6 +52,15 @@ struct Settings {
   std::uint64_t max_stored_bytes = std::uint64_t{16} << 30;
   std::uint64_t map_cache_bytes = std::uint64_t{1} << 30;
   std::string temp_dir = default_temp_dir();
+  std::string database;  // a secret, if it holds a password
+  std::string blobs;
+  std::string s3_endpoint;
+  std::string s3_region = "us-east-1";
+  bool s3_virtual_host = false;
+  std::uint64_t blob_cache_bytes = std::uint64_t{10} << 30;
+  std::uint64_t lease_ms = 75'000;
+  std::uint64_t heartbeat_ms = 10'000;
+  std::uint64_t max_batch_pairs = 10'000;
   std::string simd = "auto";
   std::string log_requests = "all";
 };
@@ -114,6 +123,18 @@ void for_each_setting(SomeSettings& s, Visit visit) {
   visit({"map_cache_bytes", "Deviation maps kept as files in the data directory, in bytes; 0: none"},
         s.map_cache_bytes);
   visit({"temp_dir", "Directory for uploads, as files without a name"}, s.temp_dir);
+  visit({"database", "Connection string of the PostgreSQL that keeps jobs and results; empty: the data directory does"},
+        s.database);
+  visit({"blobs", "Where meshes are kept beside `database`: s3://BUCKET or s3://BUCKET/PREFIX; empty: in the database"},
+        s.blobs);
+  visit({"s3_endpoint", "URL of the S3 server; empty: Amazon's of the region"}, s.s3_endpoint);
+  visit({"s3_region", "Region of the bucket"}, s.s3_region);
+  visit({"s3_virtual_host", "The bucket is part of the server's name, not of the path"}, s.s3_virtual_host);
+  visit({"blob_cache_bytes", "Files of meshes kept in the data directory beside `database`, in bytes"},
+        s.blob_cache_bytes);
+  visit({"lease_ms", "Time without a sign of life after which a worker's jobs go to others"}, s.lease_ms);
+  visit({"heartbeat_ms", "Time between two signs of life of a worker, at most half of lease_ms"}, s.heartbeat_ms);
+  visit({"max_batch_pairs", "Comparisons of one batch"}, s.max_batch_pairs);
   visit({"simd", "Instruction set: avx512, avx2, sse4, neon or scalar; auto: the fastest that the processor has"},
         s.simd);
   visit({"log_requests", "Which requests the log tells of: all, problems or none"}, s.log_requests);
@@ -122,6 +143,9 @@ void for_each_setting(SomeSettings& s, Visit visit) {
 // Of one request, and of one mesh file.
 api::RequestLimits request_limits(const Settings& settings);
 api::ReadLimits read_limits(const Settings& settings);
+
+// Whether jobs, results and meshes are on engines that several machines share, or all in the data directory.
+inline bool is_distributed(const Settings& settings) { return !settings.database.empty(); }
 
 // How many files may be on their way to clients at a time: half of the threads that nothing else holds.
 std::uint64_t most_files_sent(const Settings& settings);

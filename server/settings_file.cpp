@@ -4,6 +4,7 @@
 #include <set>
 #include <vector>
 
+#include "server/store/conninfo.h"
 #include "server/text.h"
 #include "server/text_file.h"
 
@@ -101,7 +102,11 @@ Result<Done> load_settings(const std::string& file, Settings& settings) {
   return ok ? ok : failed(ok.error().message);
 }
 
-std::string to_text(const Settings& asked, const Settings& in_force) {
+// What is printed is for everybody's eyes.
+std::string to_text(Settings asked, Settings in_force) {
+  const std::string database = store::without_password(asked.database);
+  const bool hidden = database != asked.database;
+  asked.database = in_force.database = database;
   std::vector<std::string> forced;
   for_each_setting(in_force, [&](const SettingText&, const auto& field) { forced.push_back(printed(field)); });
   std::string text;
@@ -110,6 +115,7 @@ std::string to_text(const Settings& asked, const Settings& in_force) {
     const std::string value = printed(field);
     text += std::string("# ") + setting.help + "\n" + setting.name + " = " + value;
     if (forced[i] != value) text += "  # here: " + forced[i];
+    if (hidden && setting.name == std::string_view("database")) text += "  # and a password";
     text += '\n';
     ++i;
   });

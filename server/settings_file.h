@@ -17,6 +17,7 @@ Result<Done> apply_settings(std::string_view text, Settings& settings);
 Result<Done> load_settings(const std::string& file, Settings& settings);  // messages begin with the file
 
 // Such a text, which sets each as in `asked`; a comment says what `in_force`, which is checked(asked), made of it.
-std::string to_text(const Settings& asked, const Settings& in_force);
+// A password in `database` is left out.
+std::string to_text(Settings asked, Settings in_force);
 
 }  // namespace meshgauge::server

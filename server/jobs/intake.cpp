@@ -1,16 +1,19 @@
 // Jobs: how they come in, from a request or from the store after a restart.
-#include <algorithm>
 #include <span>
 #include <utility>
 
 #include "api/digest.h"
 #include "server/jobs/jobs.h"
+#include "server/jobs/revived.h"
 
 namespace meshgauge::server {
 namespace {
 
 using api::ProblemKind;
 using std::chrono::seconds;
+
+// Beyond the deadline of a job that its client waits for: by then the client has its answer.
+constexpr seconds kNeverRun{10};
 
 // What two requests of one idempotency key must agree in.
 std::string fingerprint_of(const std::string& a, const std::string& b, const std::string& options) {
@@ -37,6 +40,10 @@ store::NewJob row_of(const Submission& submission, store::TimePoint now, seconds
   row.trace = submission.trace;
   row.created = now;
   row.expires_if_never_run = now + ttl;
+  if (!submission.durable) {
+    row.deadline = now + submission.request.timeout;
+    row.expires_if_never_run = *row.deadline + kNeverRun;
+  }
   return row;
 }
 
@@ -46,87 +53,23 @@ Denial removed_just_now() {
 
 }  // namespace
 
-std::variant<StorageHold, Denial> hold_storage(Access& access, store::BlobStore& blobs, const std::string& owner,
-                                               std::uint64_t bytes, std::uint64_t max_stored_bytes) {
-  if (bytes == 0) return StorageHold();
-  std::optional<Error> failure;
-  auto hold = access.hold_storage(owner, bytes, max_stored_bytes, [&]() -> std::uint64_t {
-    const auto stored = blobs.stored_bytes(owner);
-    if (stored) return *stored;
-    failure = stored.error();
-    return 0;
-  });
-  if (failure) return Denial{api::to_problem(*failure), {}};
-  return hold;
-}
-
-Result<bool> remove_if_unreferenced(const Stores& stores, const store::BlobKey& key) {
-  return stores.blobs.remove_unreferenced(key, [&] { return stores.jobs.uses_blob(key); });
-}
-
-Result<Done> Jobs::recover() {
-  const auto now = store::now();
-  auto rows = stores_.jobs.recover("", "the service ended while it ran", {now, now + seconds(settings_.result_ttl_s)});
-  if (!rows) return rows.error();
-  for (const store::Job& row : *rows) {
-    if (auto done = revive(row); !done) return done.error();
-  }
-  return Done{};
-}
-
-// A job that this version does not understand fails when it runs.
-Result<Done> Jobs::revive(const store::Job& row) {
-  MeshSource a{{"a", {}, "", "", -1}, nullptr, row.mesh_a, {}};
-  MeshSource b{{"b", {}, "", "", -1}, nullptr, row.mesh_b, {}};
-  set_hints(row.hints, a, b);
-  for (MeshSource* source : {&a, &b}) {
-    if (auto done = recognise(row.key.owner, *source); !done) return done;
-  }
-  auto request = api::parse_options(row.options, request_limits(settings_));
-  const auto job = std::make_shared<LiveJob>(row, request ? limited(std::move(*request)) : api::Request{}, std::move(a),
-                                             std::move(b), true);
-  if (!request) job->defect = request.error();
-  job->counted.emplace(access_.adopt_job(job->key.owner));
-  register_live(job);
-  enqueue(job, scheduler_.admit_again());
-  return Done{};
-}
-
-// A mesh that its owner stored as such is worth keeping in memory.
-Result<Done> Jobs::recognise(const std::string& owner, MeshSource& source) {
-  const auto stored = stores_.meshes.get_mesh({owner, source.id});
-  if (!stored) return stored.error();
-  if (!*stored) return Done{};
-  source.kept = MeshCache::key(owner, source.id, source.input.filename, source.input.media_type);
-  return Done{};
-}
-
-// What the settings say of every comparison.
-api::Request Jobs::limited(api::Request request) const {
-  request.options.simd = settings_.simd;
-  std::size_t& memory_bytes = request.options.max_memory_bytes;
-  memory_bytes = std::min<std::size_t>(memory_bytes, settings_.max_heap_bytes);
-  return request;
-}
-
 std::shared_ptr<LiveJob> Jobs::job_of(Submission submission) const {
-  auto row = row_of(submission, store::now(), seconds(settings_.result_ttl_s));
-  auto job = std::make_shared<LiveJob>(std::move(row), limited(std::move(submission.request)), std::move(submission.a),
-                                       std::move(submission.b), submission.durable);
+  auto row = row_of(submission, stores_.jobs.time(), seconds(settings_.result_ttl_s));
+  auto job = std::make_shared<LiveJob>(std::move(row), limited(std::move(submission.request), settings_),
+                                       std::move(submission.a), std::move(submission.b), submission.durable);
   if (submission.counted) job->counted.emplace(std::move(*submission.counted));
   return job;
 }
 
 Jobs::Submitted Jobs::submit(Scheduler::Slot slot, Submission submission) {
-  if (submission.durable) return submit_durable(std::move(slot), std::move(submission));
+  if (submission.durable || runner_->stores_all()) return submit_stored(std::move(slot), std::move(submission));
   const auto job = job_of(std::move(submission));
-  register_live(job);
-  enqueue(job, std::move(slot));
+  runner_->run(job, std::move(slot));
   return job;
 }
 
 // Its blobs are reserved until its row refers to them. What the row does not come to refer to goes again.
-Jobs::Submitted Jobs::submit_durable(Scheduler::Slot slot, Submission submission) {
+Jobs::Submitted Jobs::submit_stored(Scheduler::Slot slot, Submission submission) {
   name_meshes(submission);
   const std::string id = submission.key.id;
   const store::BlobKey a{submission.key.owner, submission.a.id};
@@ -138,12 +81,8 @@ Jobs::Submitted Jobs::submit_durable(Scheduler::Slot slot, Submission submission
     return insert(job_of(std::move(submission)), std::move(slot));
   }();
   const auto* job = std::get_if<std::shared_ptr<LiveJob>>(&submitted);
-  if (!job || (*job)->key.id != id) release_blobs(a.owner, a.id, b.id);
+  if (!job || (*job)->key.id != id) release_blobs(stores_, troubles_, a.owner, a.id, b.id);
   return submitted;
-}
-
-void Jobs::release_blobs(const std::string& owner, const std::string& a, const std::string& b) {
-  for (const std::string& id : {a, b}) note(remove_if_unreferenced(stores_, {owner, id}));
 }
 
 // So that they are there when the job runs, be it after a crash.
@@ -168,11 +107,11 @@ std::optional<Denial> Jobs::keep_blobs(const Submission& submission) {
 std::optional<Denial> Jobs::keep_blob(const std::string& owner, const MeshSource& source) {
   if (!source.kept) {
     const auto put = stores_.blobs.put({owner, source.id}, source.input.bytes);
-    note(put);
+    troubles_.note(put);
     return put ? std::nullopt : std::optional(Denial{api::to_problem(put.error()), {}});
   }
   const auto renewed = stores_.blobs.renew({owner, source.id});
-  note(renewed);
+  troubles_.note(renewed);
   if (!renewed) return Denial{api::to_problem(renewed.error()), {}};
   if (*renewed) return std::nullopt;
   return Denial{{ProblemKind::unknown_mesh, "the mesh '" + source.input.part + "' was deleted meanwhile", {}}, {}};
@@ -180,16 +119,16 @@ std::optional<Denial> Jobs::keep_blob(const std::string& owner, const MeshSource
 
 // The job is known here before it is in the store: whoever repeats its idempotency key finds it.
 Jobs::Submitted Jobs::insert(const std::shared_ptr<LiveJob>& job, Scheduler::Slot slot) {
-  register_live(job);
+  runner_->expect(job);
   const auto inserted = stores_.jobs.insert(job->view().row);
   if (inserted && !inserted->existed) {
     let_go_of_bytes(job->a);
     let_go_of_bytes(job->b);
-    enqueue(job, std::move(slot));
+    runner_->run(job, std::move(slot));
     return job;
   }
-  forget_live(*job);
-  note(inserted);
+  runner_->forget(*job);
+  troubles_.note(inserted);
   if (!inserted) return Denial{api::to_problem(inserted.error()), {}};
   return found(inserted->job, inserted->conflict);
 }
@@ -201,7 +140,7 @@ Jobs::Submitted Jobs::found(const store::Job& row, bool conflict) {
                    {}},
                   {}};
   }
-  if (auto first = live(row.key)) return first;
+  if (auto first = runner_->watch(row)) return first;
   auto view = get(row.key);  // it has ended since, or it waits for another start
   if (!view) return Denial{api::to_problem(view.error()), {}};
   if (*view) return std::move(**view);

@@ -35,14 +35,35 @@ Json gate_of(const store::Job& row) {
 // A path without a host: only the caller knows by which name he reached the service.
 std::string view_of(const store::Job& row) { return "/c/" + row.key.id; }
 
-std::string problem_of(const store::Job& row) {
+std::optional<std::size_t> triangles_of(const nlohmann::json& document, const char* part) {
+  const nlohmann::json::json_pointer pointer(std::string("/meshes/") + part + "/triangles");
+  if (!document.contains(pointer) || !document[pointer].is_number_unsigned()) return std::nullopt;
+  return document[pointer].get<std::size_t>();
+}
+
+}  // namespace
+
+std::string problem_json(const store::Job& row) {
   if (!row.problem.empty()) return row.problem;
   if (row.state == store::JobState::cancelled && row.document.empty()) return api::to_json(cancelled_early());
   if (row.state != store::JobState::failed) return "null";
   return api::to_json(api::Problem{api::ProblemKind::internal, "given up: " + row.last_error, {}});
 }
 
-}  // namespace
+JobView as_told(const store::Job& row) {
+  JobView view;
+  view.row = row;
+  const auto document = nlohmann::json::parse(row.document, nullptr, false);
+  if (!document.is_object()) return view;
+  const auto times = document.value("timings_ms", nlohmann::json::object());
+  for (const char* name : api::kStageNames) {
+    if (times.contains(name) && times[name].is_number()) view.stages.push_back({name, times[name].get<double>()});
+  }
+  view.timing = api::to_server_timing(view.stages);
+  const auto a = triangles_of(document, "a"), b = triangles_of(document, "b");
+  if (a && b) view.triangles = MeshSizes{*a, *b};
+  return view;
+}
 
 api::Problem cancelled_early() {
   return {api::ProblemKind::cancelled, "the comparison was cancelled before both meshes were read", {}};
@@ -92,7 +113,7 @@ std::string to_json(const JobView& job) {
   std::string text = head.dump();
   text.pop_back();
   return text + ",\"result\":" + (row.document.empty() ? "null" : result_json(row)) +
-         ",\"problem\":" + problem_of(row) + "}";
+         ",\"problem\":" + problem_json(row) + "}";
 }
 
 std::string result_json(const store::Job& row) {

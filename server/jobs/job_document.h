@@ -13,6 +13,12 @@ std::string to_json(const JobView& job);
 // The result of a job that has one, and where a browser sees it.
 std::string result_json(const store::Job& row);
 
+// Why a job ended without a result; "null" when it did not.
+std::string problem_json(const store::Job& row);
+
+// Of one that ended elsewhere: with what its document says of its stages.
+JobView as_told(const store::Job& row);
+
 // The interval as it stands, one line: the data of a `progress` event.
 std::string progress_json(const JobView& job);
 

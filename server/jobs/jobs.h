@@ -1,63 +1,35 @@
-// Every comparison that this service runs, whoever waits for it: from its submission to what is kept of it.
+// Every comparison that this service lets in, whoever waits for it: from its submission to what is kept of it.
 //
-//   submit -> (durable: blobs and row are stored) -> scheduler -> run on a worker -> (durable: finish; else: record)
+//   submit -> (to be stored: blobs and row) -> a Runner, here or elsewhere -> get, watch, remove
 //
 // A durable job was promised to be done: it is in the store before anybody is told so, runs again after a crash, and
-// nobody's going away ends it. Any other job lives in this process, and only its end is kept.
+// nobody's going away ends it. Any other job is its client's, and only its end is kept.
 //
 // Thread safe.
 #pragma once
 
-#include <atomic>
 #include <condition_variable>
-#include <functional>
-#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
 #include <thread>
 #include <variant>
-#include <vector>
 
-#include "api/compare.h"
 #include "server/access/access.h"
+#include "server/jobs/kept_blobs.h"
 #include "server/jobs/live_job.h"
+#include "server/jobs/measuring.h"
+#include "server/jobs/runner.h"
 #include "server/jobs/scheduler.h"
-#include "server/maps/map_cache.h"
+#include "server/jobs/stores.h"
+#include "server/jobs/troubles.h"
+#include "server/jobs/upkeep.h"
 #include "server/observe/metrics.h"
 #include "server/settings.h"
-#include "server/store/blob_store.h"
-#include "server/store/job_store.h"
-#include "server/store/mesh_index.h"
 #include "server/thread_budget.h"
 
 namespace meshgauge::server {
-
-// api::compare_prepared() with meshes from the cache and the sandbox, or what a test puts in its place.
-using Compare = std::function<Result<api::Comparison>(const MeshSource& a, const MeshSource& b, const Options& options,
-                                                      const api::ReadLimits& limits, Control& control)>;
-
-// A mesh of a comparison, from the cache or the sandbox.
-using Fetch = std::function<Result<std::shared_ptr<const api::PreparedMesh>>(
-    const MeshSource& source, const api::ReadLimits& limits, Control& control)>;
-
-struct Stores {
-  store::JobStore& jobs;
-  store::MeshIndex& meshes;
-  store::BlobStore& blobs;
-  MeshCache& cache;
-  MapCache* maps = nullptr;  // none: no deviation maps are made
-};
-
-// Access::hold_storage() beside what the owner's blobs take when it asks. Whoever puts a blob that is not there holds
-// its bytes until the blob is put: so all of an owner's together never pass the limit. Nothing is held, or denied, for
-// 0.
-std::variant<StorageHold, Denial> hold_storage(Access& access, store::BlobStore& blobs, const std::string& owner,
-                                               std::uint64_t bytes, std::uint64_t max_stored_bytes);
-
-// At once, so that nobody's deleted bytes fill the disk until the next sweep.
-Result<bool> remove_if_unreferenced(const Stores& stores, const store::BlobKey& key);
 
 struct Submission {
   store::JobKey key;
@@ -78,16 +50,18 @@ class Jobs {
   // a refusal.
   using Submitted = std::variant<std::shared_ptr<LiveJob>, JobView, Denial>;
 
-  // Borrows all but the first two.
+  // Borrows all but the first two. Comparisons run here unless the stores are shared.
   Jobs(const Settings& settings, Compare compare, Stores stores, Access& access, Metrics& metrics);
   ~Jobs();  // as stop()
   Jobs(const Jobs&) = delete;
   Jobs& operator=(const Jobs&) = delete;
 
   // Begins what was left undone before this start. Called once, first.
-  Result<Done> recover();
+  Result<Done> recover() { return runner_->recover(); }
 
-  std::optional<Scheduler::Slot> admit(Kind kind) { return scheduler_.admit(kind); }
+  // Whether comparisons can be let in at all; at once, whatever the store does.
+  Result<Done> available() const { return runner_->available(); }
+  std::optional<Scheduler::Slot> admit(Kind kind) { return runner_->admit(kind); }
   Submitted submit(Scheduler::Slot slot, Submission submission);
   // Whether its idempotency key is one of a comparison that is kept, whatever is asked for now.
   Result<bool> repeats(const Submission& submission);
@@ -96,91 +70,63 @@ class Jobs {
 
   // nullopt: this owner has no such job.
   Result<std::optional<JobView>> get(const store::JobKey& key);
+  // Of one that get() gave: what to wait for. Null: it has ended, or nobody here can tell when it does.
+  std::shared_ptr<LiveJob> watch(const JobView& job) { return runner_->watch(job.row); }
   std::shared_ptr<LiveJob> live(const store::JobKey& key) const;  // null: it does not wait or run here
   // Asks a job that has not ended to end, and waits a second for that; forgets one that has.
   enum class Deleted { unknown, asked_to_end, forgotten };
   Result<Deleted> remove(const store::JobKey& key);
 
+  // For who waits for a job. abandon(): see Runner.
+  bool abandon(const std::shared_ptr<LiveJob>& job) { return runner_->abandon(job); }
+  std::optional<api::Problem> give_up(const LiveJob& job) const { return runner_->give_up(job); }
+
   // Other work than a comparison, on the same workers and in the same order.
+  std::optional<Scheduler::Slot> admit_work() { return scheduler_.admit(Kind::awaited); }
   void work(Scheduler::Slot slot, Scheduler::Task task) { scheduler_.submit(std::move(slot), std::move(task)); }
   bool withdraw(const Control& control) { return scheduler_.withdraw(control); }
+  std::chrono::milliseconds expected_wait_for_work() const { return scheduler_.expected_wait(); }
   ThreadBudget& threads() { return threads_; }
-  bool draining() const { return draining_.load(); }
-  bool stopping() const { return stopping_.load(); }
+  bool draining() const { return phase_.draining.load(); }
+  bool stopping() const { return phase_.stopping.load(); }
 
-  Scheduler::Figures figures() const { return scheduler_.figures(); }
-  std::chrono::milliseconds expected_wait() const { return scheduler_.expected_wait(); }
+  Scheduler::Figures figures() const { return runner_->figures(); }
+  std::chrono::milliseconds expected_wait() const { return runner_->expected_wait(); }
+  Runner::Queue store_queue() const { return runner_->store_queue(); }
 
-  // No durable job begins any more: the next start runs it. What runs goes on.
-  void drain() { draining_.store(true); }
+  // There are jobs of a batch in the store.
+  void look() { runner_->look(); }
 
-  // Ends what runs and waits: awaited jobs with the interval they have reached, durable ones go back to the store.
+  // No durable job begins here any more. What runs goes on.
+  void drain();
+
+  // Ends what runs and waits here: awaited jobs with the interval they have reached, durable ones go back to the store.
   void stop();
 
  private:
-  // A job that waits for the store, to begin (without `last`) or to end.
-  struct Parked {
-    std::shared_ptr<LiveJob> job;
-    std::optional<Scheduler::Slot> slot;
-    std::optional<JobView> last;
-    bool cut_short = false;  // it was cancelled, by whomever
-  };
-  enum class Begun { yes, not_ours, later };
-
-  Result<Done> revive(const store::Job& row);
-  Result<Done> recognise(const std::string& owner, MeshSource& source);
-  api::Request limited(api::Request request) const;
-  Submitted submit_durable(Scheduler::Slot slot, Submission submission);
+  Submitted submit_stored(Scheduler::Slot slot, Submission submission);
   std::optional<Denial> keep_blobs(const Submission& submission);
   std::optional<Denial> keep_blob(const std::string& owner, const MeshSource& source);
-  void release_blobs(const std::string& owner, const std::string& a, const std::string& b);
   std::shared_ptr<LiveJob> job_of(Submission submission) const;
   Submitted found(const store::Job& row, bool conflict);
   Submitted insert(const std::shared_ptr<LiveJob>& job, Scheduler::Slot slot);
-  void enqueue(const std::shared_ptr<LiveJob>& job, Scheduler::Slot slot);
-
-  void run(const std::shared_ptr<LiveJob>& job, Scheduler::Slot slot);
-  Begun begin(LiveJob& job);
-  bool is_queued(const LiveJob& job);
-  Result<Done> open_blobs(LiveJob& job);
-  Result<api::Comparison> measured(LiveJob& job);
-  void count(LiveJob& job, const Result<api::Comparison>& result);
-  Result<api::Comparison> measure(LiveJob& job);
-  JobView told(const LiveJob& job, const Result<api::Comparison>& result) const;
-  JobView concluded(const LiveJob& job, const Result<api::Comparison>& result) const;
-  void conclude(Parked ended);
-  void drop(LiveJob& job);
-  void leave_to_its_end(LiveJob& job);
-
-  void register_live(const std::shared_ptr<LiveJob>& job);
-  void forget_live(const LiveJob& job);
-  void park(Parked parked);
+  Result<Deleted> forget(const store::JobKey& key);
   void maintain();
-  void retry_parked();
-  void note(const auto& result) {
-    if (!result) failed(result.error());
-  }
-  void failed(const Error& error);
-  void sweep();
 
   const Settings settings_;
-  const Compare compare_;
   const Stores stores_;
   Access& access_;
-  Metrics& metrics_;
-  const std::string worker_;  // this process, in tokens
+  Phase phase_;
+  Troubles troubles_;
   ThreadBudget threads_;
-  std::atomic<bool> draining_{false};
-  std::atomic<bool> stopping_{false};
-  mutable std::mutex mutex_;                              // guards what follows, but the scheduler
-  std::map<std::string, std::shared_ptr<LiveJob>> live_;  // by id
-  std::vector<Parked> parked_;                            // what the store could not be told yet
-  std::string trouble_;                                   // that the store had last
-  LiveJob::Clock::time_point trouble_told_;
-  std::condition_variable wake_;
-  bool ending_ = false;
-  std::thread maintenance_;
+  const Measuring measuring_;
   Scheduler scheduler_;
+  std::unique_ptr<Runner> runner_;  // before the scheduler it has slots of
+  Upkeep upkeep_;
+  std::mutex mutex_;  // guards ending_
+  bool ending_ = false;
+  std::condition_variable wake_;
+  std::thread maintenance_;
 };
 
 }  // namespace meshgauge::server

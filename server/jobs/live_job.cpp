@@ -4,10 +4,12 @@
 
 namespace meshgauge::server {
 
-LiveJob::LiveJob(store::NewJob job, api::Request job_request, MeshSource mesh_a, MeshSource mesh_b, bool is_durable)
+LiveJob::LiveJob(store::NewJob job, api::Request job_request, MeshSource mesh_a, MeshSource mesh_b, bool is_durable,
+                 Clock::time_point submission)
     : key(job.key),
       bytes(job.cost),
       durable(is_durable),
+      submitted(submission),
       request(std::move(job_request)),
       a(std::move(mesh_a)),
       b(std::move(mesh_b)) {
@@ -44,6 +46,11 @@ bool LiveJob::cancel_requested() const {
   return view_.row.cancel_requested;
 }
 
+std::optional<store::Progress> LiveJob::progress() const {
+  const std::lock_guard lock(mutex_);
+  return view_.row.progress;
+}
+
 void LiveJob::started(unsigned tries, store::TimePoint when) {
   change([&](JobView& view) {
     view.row.state = store::JobState::running;
@@ -68,6 +75,37 @@ void LiveJob::handed_back() {
     view.row.state = store::JobState::queued;
     view.handed_back = true;
   });
+}
+
+void LiveJob::seen(const store::Job& row) {
+  const auto same = [&](const store::Job& known) {
+    return known.state == row.state && known.tries == row.tries && known.progress == row.progress &&
+           known.cancel_requested == row.cancel_requested;
+  };
+  {
+    const std::lock_guard lock(mutex_);
+    if (over() || same(view_.row)) return;
+    view_.row = row;
+    ++version_;
+  }
+  changed_.notify_all();
+}
+
+void LiveJob::let_go() {
+  change([this](JobView& view) {
+    if (!over()) view.handed_back = true;
+  });
+}
+
+// They are given back without the lock: their owners have locks of their own.
+void LiveJob::give_places_back() {
+  std::optional<JobSlot> job;
+  std::optional<Scheduler::Slot> place;
+  const std::lock_guard lock(mutex_);
+  if (counted) job.emplace(std::move(*counted));
+  if (slot) place.emplace(std::move(*slot));
+  counted.reset();
+  slot.reset();
 }
 
 template <class Change>

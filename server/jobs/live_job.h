@@ -16,37 +16,41 @@
 #include "server/access/access.h"
 #include "server/exchange.h"
 #include "server/jobs/mesh_source.h"
+#include "server/jobs/scheduler.h"
 #include "server/store/job_store.h"
 
 namespace meshgauge::server {
 
 // A job as it stands.
 struct JobView {
-  store::Job row;                  // `document` and `problem` when it has ended
-  bool handed_back = false;        // this process will not run it: it stops; the next one will
-  std::string timing;              // Server-Timing; this and what follows: of a job that ended in this process
-  std::vector<api::Stage> stages;  // the same
+  store::Job row;            // `document` and `problem` when it has ended
+  bool handed_back = false;  // this process does not run it, or wait for it, any more: it stops
+  std::string timing;        // Server-Timing; this and what follows: for who waited for its end
+  std::vector<api::Stage> stages;
   std::optional<MeshSizes> triangles;
+  bool reusable = false;  // store::Ending::reusable
 };
 
 class LiveJob {
  public:
   using Clock = std::chrono::steady_clock;
 
-  LiveJob(store::NewJob job, api::Request job_request, MeshSource mesh_a, MeshSource mesh_b, bool is_durable);
+  LiveJob(store::NewJob job, api::Request job_request, MeshSource mesh_a, MeshSource mesh_b, bool is_durable,
+          Clock::time_point submission = Clock::now());
 
   const store::JobKey key;
   const std::uint64_t bytes;  // of both files
   const bool durable;         // in the store since before it was accepted
-  const Clock::time_point submitted = Clock::now();
+  const Clock::time_point submitted;
   api::Request request;  // the worker's, as are the sources
   MeshSource a;
   MeshSource b;
   Control control;
-  std::optional<Error> defect;        // why it cannot run
-  std::optional<store::Token> token;  // the worker's: since the store let it begin
-  bool has_waited = false;            // the worker's: for the store, and the log knows
-  std::optional<JobSlot> counted;     // among its owner's jobs
+  std::optional<Error> defect;          // why it cannot run
+  std::optional<store::Token> token;    // the worker's: since the store let it begin
+  bool has_waited = false;              // the worker's: for the store, and the log knows
+  std::optional<JobSlot> counted;       // among its owner's jobs
+  std::optional<Scheduler::Slot> slot;  // of its client that waits, when it runs elsewhere
 
   JobView view() const;
   std::uint64_t version() const;  // grows with every change
@@ -57,12 +61,18 @@ class LiveJob {
 
   void cancel();  // by its owner: it ends as cancelled
   bool cancel_requested() const;
+  std::optional<store::Progress> progress() const;
 
   // What happened, told by the worker.
   void started(unsigned tries, store::TimePoint when);
   void progressed(const store::Progress& progress);
   void ended(JobView last);  // this and handed_back(): the first one counts
   void handed_back();
+
+  // The same of a job that runs elsewhere, told by who watches it there.
+  void seen(const store::Job& row);  // which has not ended
+  void let_go();                     // as handed_back(); it goes on there
+  void give_places_back();           // `slot` and `counted`
 
  private:
   bool over() const { return store::has_ended(view_.row.state) || view_.handed_back; }

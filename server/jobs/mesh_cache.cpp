@@ -9,12 +9,9 @@
 #include <mutex>
 #include <utility>
 
-#ifdef __GLIBC__
-#include <malloc.h>
-#endif
-
 #include "api/formats/detect.h"
 #include "api/load.h"
+#include "server/heap.h"
 
 namespace meshgauge::server {
 namespace {
@@ -30,9 +27,7 @@ void return_memory(std::uint64_t freed_bytes) {
   static std::atomic<std::uint64_t> freed_since{0};
   if (freed_since.fetch_add(freed_bytes) + freed_bytes < kWorthTrimming) return;
   freed_since = 0;
-#ifdef __GLIBC__
-  malloc_trim(0);
-#endif
+  give_back_free_memory();
 }
 
 Error damaged(const std::string& id) {

@@ -46,6 +46,8 @@ class Scheduler {
     Slot& operator=(Slot&&) = delete;
     ~Slot();
 
+    Kind kind() const { return kind_; }
+
    private:
     friend class Scheduler;
     Slot(Scheduler* scheduler, Kind kind) : scheduler_(scheduler), kind_(kind) {}

@@ -128,6 +128,10 @@ struct Metrics::Series {
       histograms(registry, "meshgauge_map_seconds", "Time of making a deviation map, waiting included")};
   Histogram& glb_seconds{map_seconds.Add({{"format", "glb"}}, kStageSeconds)};
   Histogram& ply_seconds{map_seconds.Add({{"format", "ply"}}, kStageSeconds)};
+  Counter& claimed{counters(registry, "meshgauge_worker_claimed_total", "Jobs that this process has claimed").Add({})};
+  Counter& leases_lost{counters(registry, "meshgauge_worker_leases_lost_total",
+                                "Jobs that were given to others while this process ran them")
+                           .Add({})};
   std::array<Counter*, 4> auth_failures{
       counter_each(counters(registry, "meshgauge_auth_failures_total", "Requests whose key did not open the door"),
                    "reason", kAuthFailures)};
@@ -207,6 +211,10 @@ void Metrics::map_ended(std::string_view format, bool made, double seconds) {
   (made ? series_->maps_made : series_->maps_failed).Increment();
   if (made) (format == "ply" ? series_->ply_seconds : series_->glb_seconds).Observe(seconds);
 }
+
+void Metrics::worker_claimed(std::size_t jobs) { series_->claimed.Increment(static_cast<double>(jobs)); }
+
+void Metrics::worker_lease_lost() { series_->leases_lost.Increment(); }
 
 void Metrics::auth_failed(AuthFailure why) { series_->auth_failures[static_cast<std::size_t>(why)]->Increment(); }
 

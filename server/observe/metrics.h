@@ -45,6 +45,9 @@ enum class Level {
   map_cache_limit_bytes,
   map_cache_files,
   event_streams,
+  store_queue_depth,
+  store_oldest_waiting_seconds,
+  deliveries_waiting,
   stored_bytes,
   disk_free_bytes,
 };
@@ -66,6 +69,9 @@ class Metrics {
 
   void map_found();  // a deviation map that was made before
   void map_ended(std::string_view format, bool made, double seconds);
+
+  void worker_claimed(std::size_t jobs);
+  void worker_lease_lost();  // a job that runs here is another worker's by now
 
   void auth_failed(AuthFailure why);
   void store_failed(StoreFailure why);

@@ -56,6 +56,12 @@ LevelText text_of(Level level) {
       return {"meshgauge_map_cache_files", "Deviation maps that are kept"};
     case Level::event_streams:
       return {"meshgauge_event_streams", "Clients that follow a comparison's events"};
+    case Level::store_queue_depth:
+      return {"meshgauge_store_queue_depth", "Comparisons of all front ends that wait for a worker"};
+    case Level::store_oldest_waiting_seconds:
+      return {"meshgauge_store_oldest_waiting_seconds", "How long the oldest of them has waited"};
+    case Level::deliveries_waiting:
+      return {"meshgauge_worker_deliveries_waiting", "Ends of jobs on their way into the store"};
     case Level::stored_bytes:
       return {"meshgauge_stored_bytes", "Bytes of the meshes in the store"};
     case Level::disk_free_bytes:

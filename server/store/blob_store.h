@@ -9,15 +9,17 @@
 #pragma once
 
 #include <chrono>
+#include <condition_variable>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <utility>
-#include <vector>
 
 #include "engine/result.h"
 #include "server/sandbox/descriptor.h"
@@ -38,6 +40,8 @@ class Blob {
   Blob& operator=(Blob&&) = delete;
   ~Blob();
 
+  static Result<Blob> map(Descriptor file);  // all of a file that nobody writes to any more
+
   std::uint64_t size() const { return bytes_.size(); }
   std::span<const std::byte> bytes() const { return bytes_; }
   int file() const { return file_.get(); }  // a read-only descriptor of the same bytes
@@ -53,34 +57,52 @@ enum class BlobPut {
   other_digest,  // the bytes are not those that the id names: nothing is stored
 };
 
-// Of one blob, for one who is about to refer to it. Thread safe.
+// Who is about to refer to which blob. This one is for the stores of one process; where several processes share their
+// blobs, one that they share has to take its place: then begin(), end() and unless_held() are its own. Thread safe.
 class Reservations {
  public:
+  // Of one blob, for one who is about to refer to it.
   class Held {
    public:
-    Held(Reservations& all, BlobKey key);
+    Held(Reservations& all, const BlobKey& key);
     Held(const Held&) = delete;
     Held& operator=(const Held&) = delete;
     ~Held();
 
    private:
     Reservations& all_;
-    const BlobKey key_;
+    const std::string name_;
   };
 
-  // Calls work(), and lets no reservation begin meanwhile, unless there is one of this key: then it is false.
-  Result<bool> unless_held(const BlobKey& key, const std::function<Result<bool>()>& work);
+  Reservations() = default;
+  Reservations(const Reservations&) = delete;
+  Reservations& operator=(const Reservations&) = delete;
+  virtual ~Reservations() = default;
+
+  // Calls work(), and lets no reservation of this blob (by its blob_name()) begin meanwhile, unless there is one: then
+  // it is false.
+  virtual Result<bool> unless_held(const std::string& name, const std::function<Result<bool>()>& work);
+
+ protected:
+  virtual void begin(const std::string& name);  // waits for work() of the same name
+  virtual void end(const std::string& name);    // once for each begin()
 
  private:
   std::mutex mutex_;
-  std::vector<BlobKey> held_;  // once for each that holds it
+  std::condition_variable done_;
+  std::multiset<std::string> held_;
+  std::set<std::string> closed_;  // those that work() is called for
 };
 
 class BlobStore {
  public:
+  BlobStore() : BlobStore(std::make_unique<Reservations>()) {}
+  explicit BlobStore(std::unique_ptr<Reservations> reservations) : reservations_(std::move(reservations)) {}
+  BlobStore(const BlobStore&) = delete;
+  BlobStore& operator=(const BlobStore&) = delete;
   virtual ~BlobStore() = default;
 
-  Reservations::Held reserve(const BlobKey& key) { return {reservations_, key}; }
+  Reservations::Held reserve(const BlobKey& key) { return {*reservations_, key}; }
 
   // Durable when it returns. The digest is checked on the bytes that are written; a blob that is there already is read
   // again, and replaced if it was damaged. Keeps no reference to the bytes.
@@ -103,8 +125,11 @@ class BlobStore {
   virtual Result<std::uint64_t> free_bytes() = 0;  // that are left for blobs
   virtual Result<Done> check() = 0;                // that something can be stored, by storing it
 
+ protected:
+  Reservations& reservations() { return *reservations_; }
+
  private:
-  Reservations reservations_;
+  const std::unique_ptr<Reservations> reservations_;
 };
 
 }  // namespace meshgauge::server::store

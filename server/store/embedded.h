@@ -7,6 +7,7 @@
 #include "server/store/data_folder.h"
 #include "server/store/file_blobs.h"
 #include "server/store/sqlite_store.h"
+#include "server/store/stores.h"
 
 namespace meshgauge::server::store {
 
@@ -15,14 +16,17 @@ struct EmbeddedSettings {
   std::size_t max_unrecorded = 10'000;  // jobs given to record() that are held while they cannot be written
 };
 
-class EmbeddedStores {
+class EmbeddedStores final : public AllStores {
  public:
   static Result<std::unique_ptr<EmbeddedStores>> open(const EmbeddedSettings& settings);
 
-  JobStore& jobs() { return *store_; }
-  MeshIndex& meshes() { return *store_; }
-  BlobStore& blobs() { return *blobs_; }
-  const std::string& data_folder() const { return folder_.path(); }
+  JobStore& jobs() override { return *store_; }
+  MeshIndex& meshes() override { return *store_; }
+  BatchStore& batches() override { return *store_; }
+  BlobStore& blobs() override { return *blobs_; }
+  PartStore* parts() override { return nullptr; }
+  Signals* signals() override { return nullptr; }
+  const std::string& data_folder() const override { return folder_.path(); }
 
  private:
   explicit EmbeddedStores(DataFolder folder) : folder_(std::move(folder)) {}

@@ -1,7 +1,6 @@
 #include "server/store/file_blobs.h"
 
 #include <fcntl.h>
-#include <sys/mman.h>
 #include <sys/stat.h>
 #include <sys/statvfs.h>
 #include <unistd.h>
@@ -15,6 +14,7 @@
 #include "api/digest.h"
 #include "server/store/data_folder.h"
 #include "server/store/errors.h"
+#include "server/store/remote_blobs.h"
 
 namespace meshgauge::server::store {
 namespace {
@@ -23,10 +23,6 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kPiece = std::size_t{1} << 20;
 constexpr const char* kIncoming = "/incoming";
-
-bool is_id(const std::string& id) {
-  return id.size() == 64 && id.find_first_not_of("0123456789abcdef") == std::string::npos;
-}
 
 std::span<const std::byte> as_bytes(const std::string& text) { return std::as_bytes(std::span(text)); }
 
@@ -103,7 +99,7 @@ std::error_code for_each_blob(const std::string& root, Visit visit) {
   std::error_code failed;
   fs::recursive_directory_iterator entry(root, failed);
   for (; !failed && entry != fs::recursive_directory_iterator(); entry.increment(failed)) {
-    if (entry.depth() == 2 && is_id(entry->path().filename())) visit(entry->path().string());
+    if (entry.depth() == 2 && is_blob_id(entry->path().filename())) visit(entry->path().string());
   }
   return failed;
 }
@@ -120,10 +116,6 @@ bool is_older(const struct stat& status, std::chrono::seconds age) {
 }
 
 }  // namespace
-
-Blob::~Blob() {
-  if (!bytes_.empty()) ::munmap(const_cast<std::byte*>(bytes_.data()), bytes_.size());
-}
 
 // Where bytes come from: a span, or a file that is read piece by piece.
 struct FileBlobs::Source {
@@ -225,7 +217,7 @@ Result<BlobPut> FileBlobs::put(const BlobKey& key, int file, std::uint64_t size)
 }
 
 Result<BlobPut> FileBlobs::put(const BlobKey& key, const Source& source) {
-  if (!is_id(key.id)) return BlobPut::other_digest;
+  if (!is_blob_id(key.id)) return BlobPut::other_digest;
   const Place place = place_of(key);
   Result<std::optional<BlobPut>> again = put_again(place, key.id, source);
   if (!again) return again.error();
@@ -310,28 +302,25 @@ Result<Done> FileBlobs::make_durable_folder(const std::string& path, const std::
 }
 
 Result<std::optional<Blob>> FileBlobs::open(const BlobKey& key) {
-  if (!is_id(key.id)) return std::optional<Blob>();
+  if (!is_blob_id(key.id)) return std::optional<Blob>();
   Descriptor file(::open(place_of(key).path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW));
   if (!file && errno == ENOENT) return std::optional<Blob>();
-  struct stat status {};
-  if (!file || ::fstat(file.get(), &status) != 0) return not_read(errno);
-  const auto size = static_cast<std::size_t>(status.st_size);
-  if (size == 0) return std::optional(Blob(std::move(file), {}));
-  const void* start = ::mmap(nullptr, size, PROT_READ, MAP_SHARED, file.get(), 0);
-  if (start == MAP_FAILED) return not_read(errno);
-  return std::optional(Blob(std::move(file), {static_cast<const std::byte*>(start), size}));
+  if (!file) return not_read(errno);
+  Result<Blob> blob = Blob::map(std::move(file));
+  if (!blob) return blob.error();
+  return std::optional(std::move(*blob));
 }
 
 Result<bool> FileBlobs::exists(const BlobKey& key) {
   struct stat status {};
-  if (!is_id(key.id)) return false;
+  if (!is_blob_id(key.id)) return false;
   if (::stat(place_of(key).path.c_str(), &status) == 0) return true;
   if (errno == ENOENT) return false;
   return not_read(errno);
 }
 
 Result<bool> FileBlobs::renew(const BlobKey& key) {
-  if (!is_id(key.id)) return false;
+  if (!is_blob_id(key.id)) return false;
   return renew(place_of(key));
 }
 
@@ -343,7 +332,7 @@ Result<bool> FileBlobs::renew(const Place& place) {
 }
 
 Result<bool> FileBlobs::remove(const BlobKey& key) {
-  if (!is_id(key.id)) return false;
+  if (!is_blob_id(key.id)) return false;
   const std::string path = place_of(key).path;
   const std::lock_guard lock(lock_of(path));
   if (unlink(path)) return true;

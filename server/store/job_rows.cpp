@@ -1,17 +1,9 @@
 #include "server/store/job_rows.h"
 
-#include <algorithm>
+#include "server/store/shares.h"
 
 namespace meshgauge::server::store {
 namespace {
-
-// Earlier by one second is as good as smaller by kBytesOfOneSecond.
-std::int64_t rank_of(const NewJob& job) {
-  constexpr std::uint64_t kMost = std::uint64_t{1} << 50;  // far from an overflow
-  constexpr std::int64_t kBytesOfOneMillisecond = JobStore::kBytesOfOneSecond / 1000;
-  return job.created.time_since_epoch().count() * kBytesOfOneMillisecond +
-         static_cast<std::int64_t>(std::min(job.cost, kMost));
-}
 
 std::optional<std::string> none_if_empty(const std::string& text) {
   if (text.empty()) return std::nullopt;
@@ -59,6 +51,11 @@ Job job_of(const Query& row) {
   job.document = row.text(22);
   job.problem = row.text(23);
   job.last_error = row.text(24);
+  job.batch = row.text(25);
+  job.deadline = row.time_if_any(26);
+  job.verdict = row.text(27);
+  const bool trying = job.state == JobState::running;
+  job.suspected = job.tries > row.number(28) + (trying ? 1 : 0);
   return job;
 }
 
@@ -69,11 +66,11 @@ Token token_of(const Query& row) {
 bool insert_row(Connection& connection, const NewJob& job) {
   return Query(connection,
                "INSERT INTO jobs (owner, id, state, mesh_a, mesh_b, hints, options, cost, rank, idempotency_key, "
-               "fingerprint, trace, created, expires_if_never_run) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?) "
-               "ON CONFLICT DO NOTHING",
+               "fingerprint, trace, created, expires_if_never_run, batch, deadline) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, "
+               "?, ?, ?, ?, ?, ?, ?) ON CONFLICT DO NOTHING",
                job.key.owner, job.key.id, JobState::queued, job.mesh_a, job.mesh_b, job.hints, job.options, job.cost,
                rank_of(job), none_if_empty(job.idempotency_key), job.fingerprint, job.trace, job.created,
-               job.expires_if_never_run)
+               job.expires_if_never_run, job.batch, job.deadline)
              .run() == 1;
 }
 
@@ -82,12 +79,14 @@ void insert_ended_row(Connection& connection, const Job& job) {
   Query(
       connection,
       "INSERT INTO jobs (rank, " MESHGAUGE_JOB_COLUMNS
-      ") VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?) ON CONFLICT DO NOTHING",
+      ") VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?) ON CONFLICT "
+      "DO NOTHING",
       rank_of(job), job.key.owner, job.key.id, job.state, job.mesh_a, job.mesh_b, job.hints, job.options, job.cost,
       none_if_empty(job.idempotency_key), job.fingerprint, job.trace, job.created, job.expires_if_never_run, job.tries,
       std::string(), job.cancel_requested, job.started, job.finished, job.expires,
       at ? std::optional(at->lower) : std::nullopt, at ? std::optional(at->upper) : std::nullopt,
-      at ? std::optional(at->stage) : std::nullopt, job.document, job.problem, job.last_error)
+      at ? std::optional(at->stage) : std::nullopt, job.document, job.problem, job.last_error, job.batch, job.deadline,
+      job.verdict, 0)
       .run();
 }
 

@@ -16,6 +16,7 @@
 #include <chrono>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -51,12 +52,15 @@ struct NewJob {
   std::string mesh_a, mesh_b;   // ids of blobs of the same owner
   std::string hints;            // JSON text that the store does not look into: file names, media types
   std::string options;          // likewise
-  std::uint64_t cost = 0;       // bytes to read: what the order of claim_next() goes by
+  std::uint64_t cost = 0;       // bytes to read: what the order of claim_some() goes by
   std::string idempotency_key;  // empty: none. One job of an owner has it
   std::string fingerprint;      // of what was asked for; the same key with another one is a conflict
   std::string trace;            // traceparent, or empty
+  std::string batch;            // id of the batch of the same owner that asked for it first; empty: none
   TimePoint created{};
-  TimePoint expires_if_never_run{};  // sweep_jobs() fails it when it is still queued then
+  std::optional<TimePoint> deadline;  // by which it is to have ended: somebody waits for it. None: its time begins
+                                      // with its run
+  TimePoint expires_if_never_run{};   // sweep_jobs() fails it when it is still queued then
 };
 
 struct Progress {
@@ -77,6 +81,8 @@ struct Job : NewJob {
   std::string document;               // JSON text: the result, or empty
   std::string problem;                // JSON text, or empty. A job given up by the store has last_error alone
   std::string last_error;             // why the newest try that failed did
+  std::string verdict;                // of its gate, when it has ended: "pass", "fail", "undecided", or empty
+  bool suspected = false;             // an earlier try was lost with its worker: perhaps it is what ends its workers
 };
 
 struct Token {
@@ -108,12 +114,26 @@ struct Ending {
   std::string problem;
   TimePoint finished{};
   TimePoint expires{};
+  std::string verdict{};  // as in Job
+  bool reusable = false;  // equal work would come to the same: it was not cut short by time or by anybody
+};
+
+struct Finished {
+  Token token;
+  Ending ending;
+};
+
+struct Beat {
+  Token token;
+  std::optional<Progress> progress;  // none: as it was
 };
 
 struct Counts {
   std::uint64_t queued = 0, running = 0, done = 0, failed = 0, cancelled = 0;
   std::uint64_t unrecorded = 0;       // given to record(), not yet durable
   std::uint64_t dropped_records = 0;  // ... and given up since the start, because there were too many of them
+  std::uint64_t unawaited = 0;        // queued or running, in no batch, and without a deadline
+  std::optional<TimePoint> oldest_queued;
 };
 
 struct SweptJobs {
@@ -131,15 +151,24 @@ class JobStore {
   // queued -> running. nullopt: not queued (any more), or unknown.
   virtual Result<std::optional<Claimed>> claim(const JobKey& key, const std::string& worker, TimePoint now,
                                                TimePoint lease_until) = 0;
-  // The same for a worker that knows no id. First the owners with the fewest running jobs; of theirs the smallest job,
-  // where each second of waiting outweighs kBytesOfOneSecond of size, so that none waits for ever.
-  virtual Result<std::optional<Claimed>> claim_next(const std::string& worker, TimePoint now,
-                                                    TimePoint lease_until) = 0;
+  // The same for a worker that knows no id, and of up to `most` jobs. First the owners with the fewest running jobs; of
+  // an owner first what has the fewest running, each batch and all that is in none; of that the smallest job, where
+  // each second of waiting outweighs kBytesOfOneSecond of size, so that none waits for ever. More than one are of one
+  // batch, and together no larger than kBytesOfOneSecond; a job that is `suspected` comes alone. A crash may undo a
+  // claim: the job is queued then.
+  enum class Which { all, of_batches };
+  virtual Result<std::vector<Claimed>> claim_some(const std::string& worker, TimePoint now, TimePoint lease_until,
+                                                  Which which, std::size_t most) = 0;
   static constexpr std::int64_t kBytesOfOneSecond = 50'000'000;
 
-  virtual Result<Heartbeat> heartbeat(const Token& token, TimePoint lease_until, const Progress& progress) = 0;
-  // running -> ended. false: the token is no longer the newest, nothing is stored. True again when it is repeated.
-  virtual Result<bool> finish(const Token& token, const Ending& ending) = 0;
+  // Of jobs of one worker, in the order given. A crash may undo it.
+  virtual Result<std::vector<Heartbeat>> heartbeats(std::span<const Beat> beats, TimePoint lease_until) = 0;
+  Result<Heartbeat> heartbeat(const Token& token, TimePoint lease_until, const Progress& progress);
+
+  // running -> ended, all of them or (an Error) none. false, in the order given: the token is no longer the newest,
+  // nothing is stored. True again when it is repeated.
+  virtual Result<std::vector<bool>> finish_all(std::span<const Finished> endings) = 0;
+  Result<bool> finish(const Token& token, const Ending& ending);
   // running -> queued; -> failed after kMaxTries, without a problem but with `last_error`; -> cancelled when that was
   // asked for. With an empty `last_error` the job is not to blame (the service shuts down), and the try does not count
   // towards kMaxTries. Says the new state; nullopt: the token is no longer the newest.
@@ -156,13 +185,16 @@ class JobStore {
   virtual Result<Done> flush() = 0;
 
   virtual Result<std::optional<Job>> get(const JobKey& key) = 0;
+  // Those of the keys that there are, in no order. This one asks for each by itself.
+  virtual Result<std::vector<Job>> get_many(std::span<const JobKey> keys);
   virtual Result<std::optional<Job>> find_idempotent(const std::string& owner, const std::string& idempotency_key) = 0;
   // Ended jobs only. false: there is none of that key, or it has not ended.
   virtual Result<bool> forget(const JobKey& key) = 0;
 
   // At the start, and from time to time where several processes work on one store. Running jobs whose lease is over, or
   // whose worker's name starts with `dead_workers` ("" is the start of every name), are handed back, with `why` as
-  // their last error. Says all jobs that are queued then, oldest first.
+  // their last error. Says the jobs that are queued then and in no batch, oldest first; nothing where jobs are claimed
+  // by claim_some() alone.
   virtual Result<std::vector<Job>> recover(const std::optional<std::string>& dead_workers, const std::string& why,
                                            Moment moment) = 0;
 
@@ -175,6 +207,11 @@ class JobStore {
   // its share: first of those given to record(), then of those that were promised to be kept.
   virtual Result<SweptJobs> sweep_jobs(Moment moment, std::uint64_t max_kept) = 0;
   virtual Result<Done> check() = 0;  // that something can be written, by writing it
+
+  // The clock of all who work on this store. Costs nothing, and needs no connection.
+  virtual TimePoint time() const { return now(); }
+  // Whether recover(nullopt, ...) and the sweeps are this process's to do: they are one process's at a time.
+  virtual bool on_duty() { return true; }
 };
 
 }  // namespace meshgauge::server::store

@@ -4,7 +4,9 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
+#include <vector>
 
 #include "server/store/job_store.h"
 
@@ -39,6 +41,8 @@ class MeshIndex {
   // The blob must be stored before. `max_stored_bytes`: what stored_bytes() of the owner may become by a new mesh.
   virtual Result<PutMesh> put_mesh(const MeshRow& row, std::uint64_t max_stored_bytes) = 0;
   virtual Result<std::optional<MeshRow>> get_mesh(const BlobKey& key) = 0;
+  // Of those of the ids that there are, each once, in no order. This one asks for each by itself.
+  virtual Result<std::vector<MeshRow>> known_meshes(const std::string& owner, std::span<const std::string> ids);
   // Of a mesh that is used. Returns at once, is durable within a second or so, and never takes a time back.
   virtual void touch_mesh(const BlobKey& key, TimePoint last_used, TimePoint expires) = 0;
   virtual Result<bool> delete_mesh(const BlobKey& key) = 0;  // false: there is none. The blob stays

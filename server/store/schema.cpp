@@ -18,7 +18,7 @@ CREATE TABLE jobs (
   hints TEXT NOT NULL,
   options TEXT NOT NULL,
   cost INTEGER NOT NULL,
-  rank INTEGER NOT NULL,                   -- order of claim_next(): see rank_of()
+  rank INTEGER NOT NULL,                   -- order of claim_some(): see rank_of()
   idempotency_key TEXT,
   fingerprint TEXT NOT NULL,
   trace TEXT NOT NULL,
@@ -73,7 +73,45 @@ END;
 CREATE TABLE checks (id INTEGER PRIMARY KEY CHECK (id = 1), at INTEGER NOT NULL);
 )sql";
 
-constexpr const char* kSteps[] = {kFirst};
+constexpr const char* kSecond = R"sql(
+ALTER TABLE jobs ADD COLUMN batch TEXT NOT NULL DEFAULT '';
+ALTER TABLE jobs ADD COLUMN deadline INTEGER;
+ALTER TABLE jobs ADD COLUMN verdict TEXT NOT NULL DEFAULT '';
+ALTER TABLE jobs ADD COLUMN work TEXT NOT NULL DEFAULT '';         -- BatchItem::work
+ALTER TABLE jobs ADD COLUMN reusable INTEGER NOT NULL DEFAULT 0;
+ALTER TABLE jobs ADD COLUMN parent TEXT NOT NULL DEFAULT '';       -- id of the whole that it is a part of
+ALTER TABLE jobs ADD COLUMN awaits INTEGER NOT NULL DEFAULT 0;     -- parts that have not ended
+DROP INDEX jobs_waiting;
+CREATE INDEX jobs_waiting ON jobs (owner, batch, rank) WHERE state = 0 AND awaits = 0;
+CREATE INDEX jobs_running ON jobs (owner, batch) WHERE state = 1;
+CREATE INDEX jobs_by_work ON jobs (owner, work) WHERE work != '';
+CREATE INDEX jobs_by_parent ON jobs (owner, parent) WHERE parent != '';
+CREATE INDEX jobs_using_a ON jobs (owner, mesh_a) WHERE state IN (0, 1);
+CREATE INDEX jobs_using_b ON jobs (owner, mesh_b) WHERE state IN (0, 1);
+
+CREATE TABLE batches (
+  owner TEXT NOT NULL,
+  id TEXT NOT NULL,
+  name TEXT NOT NULL,
+  idempotency_key TEXT,
+  fingerprint TEXT NOT NULL,
+  created INTEGER NOT NULL,
+  cancel_requested INTEGER NOT NULL DEFAULT 0,
+  PRIMARY KEY (owner, id)
+) WITHOUT ROWID;
+CREATE UNIQUE INDEX batches_idempotent ON batches (owner, idempotency_key) WHERE idempotency_key IS NOT NULL;
+CREATE TABLE batch_items (
+  owner TEXT NOT NULL,
+  batch TEXT NOT NULL,
+  position INTEGER NOT NULL,
+  name TEXT NOT NULL,
+  job TEXT NOT NULL,                                               -- jobs.id
+  PRIMARY KEY (owner, batch, position)
+) WITHOUT ROWID;
+CREATE INDEX batch_items_by_job ON batch_items (owner, job);
+)sql";
+
+constexpr const char* kSteps[] = {kFirst, kSecond};
 
 Error refused(const Connection& connection, const std::string& why) {
   return {ErrorCode::internal, "the database '" + connection.path() + "' " + why, "", ""};

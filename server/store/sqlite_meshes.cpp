@@ -1,4 +1,6 @@
 // SqliteStore: MeshIndex.
+#include <set>
+
 #include "server/store/sqlite_store.h"
 
 namespace meshgauge::server::store {
@@ -46,6 +48,16 @@ Result<PutMesh> SqliteStore::put_mesh(const MeshRow& row, std::uint64_t max_stor
 
 Result<std::optional<MeshRow>> SqliteStore::get_mesh(const BlobKey& key) {
   return readers_.read([&](Connection& connection) { return find_mesh(connection, key); });
+}
+
+Result<std::vector<MeshRow>> SqliteStore::known_meshes(const std::string& owner, std::span<const std::string> ids) {
+  return readers_.read([&](Connection& connection) {
+    std::vector<MeshRow> known;
+    for (const std::string& id : std::set<std::string>(ids.begin(), ids.end())) {
+      if (std::optional<MeshRow> row = find_mesh(connection, {owner, id})) known.push_back(*std::move(row));
+    }
+    return known;
+  });
 }
 
 void SqliteStore::touch_mesh(const BlobKey& key, TimePoint last_used, TimePoint expires) {

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cassert>
 #include <cerrno>
+#include <map>
+#include <tuple>
 #include <utility>
 
 #include "server/store/errors.h"
@@ -45,6 +47,100 @@ Job as_queued(const NewJob& job) {
 std::optional<Claimed> claimed(Query& updated) {
   if (!updated.next()) return std::nullopt;
   return Claimed{token_of(updated), job_of(updated)};
+}
+
+// Jobs that are claimed in turns: of one batch, or all of an owner that are in none.
+struct Group {
+  std::string owner, batch;
+  std::int64_t rank = 0;  // of its first
+};
+
+std::optional<Group> group_of(Query&& row) {
+  if (!row.next()) return std::nullopt;
+  return Group{row.text(0), row.text(1), row.number(2)};
+}
+
+// From one group to the next by the index: their jobs may be many, they are few.
+std::vector<Group> waiting_groups(Connection& connection, JobStore::Which which) {
+  std::vector<Group> groups;
+  std::optional<Group> at = group_of(
+      Query(connection,
+            "SELECT owner, batch, rank FROM jobs INDEXED BY jobs_waiting WHERE state = 0 AND awaits = 0 ORDER BY "
+            "owner, batch, rank LIMIT 1"));
+  while (at) {
+    if (!at->batch.empty() || which == JobStore::Which::all) groups.push_back(*at);
+    at =
+        group_of(Query(connection,
+                       "SELECT owner, batch, rank FROM jobs INDEXED BY jobs_waiting WHERE state = 0 AND awaits = 0 AND "
+                       "(owner, batch) > (?, ?) ORDER BY owner, batch, rank LIMIT 1",
+                       at->owner, at->batch));
+  }
+  return groups;
+}
+
+std::optional<Group> next_group(Connection& connection, JobStore::Which which) {
+  std::vector<Group> groups = waiting_groups(connection, which);
+  if (groups.empty()) return std::nullopt;
+  std::map<std::string, std::int64_t> of_owner;
+  std::map<std::pair<std::string, std::string>, std::int64_t> of_group;
+  Query running(
+      connection,
+      "SELECT owner, batch, count(*) FROM jobs INDEXED BY jobs_running WHERE state = 1 GROUP BY owner, batch");
+  while (running.next()) {
+    of_owner[running.text(0)] += running.number(2);
+    of_group[{running.text(0), running.text(1)}] = running.number(2);
+  }
+  const auto turn = [&](const Group& group) {
+    return std::tuple(of_owner[group.owner], of_group[{group.owner, group.batch}], group.rank);
+  };
+  return *std::min_element(groups.begin(), groups.end(),
+                           [&](const Group& x, const Group& y) { return turn(x) < turn(y); });
+}
+
+// What claim_some() takes, in its order: see job_store.h.
+std::vector<std::int64_t> next_jobs(Connection& connection, JobStore::Which which, std::size_t most) {
+  const std::optional<Group> group = next_group(connection, which);
+  if (!group) return {};
+  Query row(connection,
+            "SELECT number, cost, tries > excused FROM jobs WHERE state = 0 AND awaits = 0 AND owner = ? AND batch = ? "
+            "ORDER BY rank, number LIMIT ?",
+            group->owner, group->batch, group->batch.empty() ? 1 : most);
+  std::vector<std::int64_t> numbers;
+  std::int64_t cost = 0;
+  while (row.next()) {
+    cost += row.number(1);
+    const bool suspected = row.number(2) != 0;
+    if (!numbers.empty() && (suspected || cost > JobStore::kBytesOfOneSecond)) break;
+    numbers.push_back(row.number(0));
+    if (suspected) break;
+  }
+  return numbers;
+}
+
+Heartbeat hear(Connection& connection, const Beat& beat, TimePoint lease_until) {
+  const auto& [token, progress] = beat;
+  const auto none = [&](auto member) { return progress ? std::optional(*progress.*member) : std::nullopt; };
+  Query updated(
+      connection,
+      "UPDATE jobs SET lease_until = ?, lower = ifnull(?, lower), upper = ifnull(?, upper), stage = ifnull(?, "
+      "stage) WHERE owner = ? AND id = ? AND state = 1 AND worker = ? AND tries = ? RETURNING "
+      "cancel_requested",
+      lease_until, none(&Progress::lower), none(&Progress::upper), none(&Progress::stage), token.key.owner,
+      token.key.id, token.worker, token.tries);
+  if (!updated.next()) return Heartbeat::lost;
+  return updated.number(0) != 0 ? Heartbeat::cancel : Heartbeat::go_on;
+}
+
+// Once more with the same token and time changes nothing, and is no failure: see job_store.h.
+bool end_job(Connection& connection, const Token& token, const Ending& ending) {
+  assert(has_ended(ending.state));
+  return Query(connection,
+               "UPDATE jobs SET state = ?1, document = ?2, problem = ?3, finished = ?4, expires = ?5, verdict = ?10, "
+               "reusable = ?11, lease_until = NULL WHERE owner = ?6 AND id = ?7 AND worker = ?8 AND tries = ?9 AND "
+               "(state = 1 OR (state = ?1 AND finished = ?4))",
+               ending.state, ending.document, ending.problem, ending.finished, ending.expires, token.key.owner,
+               token.key.id, token.worker, token.tries, ending.verdict, ending.reusable)
+             .run() == 1;
 }
 
 #define MESHGAUGE_CLAIM                                                                                    \
@@ -94,43 +190,32 @@ Result<std::optional<Claimed>> SqliteStore::claim(const JobKey& key, const std::
   });
 }
 
-Result<std::optional<Claimed>> SqliteStore::claim_next(const std::string& worker, TimePoint now,
-                                                       TimePoint lease_until) {
+Result<std::vector<Claimed>> SqliteStore::claim_some(const std::string& worker, TimePoint now, TimePoint lease_until,
+                                                     Which which, std::size_t most) {
   return writer_.write([&](Connection& connection) {
-    Query updated(connection,
-                  MESHGAUGE_CLAIM
-                  "number = (SELECT number FROM jobs AS mine WHERE state = 0 ORDER BY "
-                  "(SELECT count(*) FROM jobs WHERE state = 1 AND owner = mine.owner), rank, number LIMIT 1) "
-                  "RETURNING " MESHGAUGE_JOB_COLUMNS,
-                  worker, now, lease_until);
-    return claimed(updated);
+    std::vector<Claimed> all;
+    for (const std::int64_t number : next_jobs(connection, which, most)) {
+      Query updated(connection, MESHGAUGE_CLAIM "number = ? RETURNING " MESHGAUGE_JOB_COLUMNS, worker, now, lease_until,
+                    number);
+      all.push_back(*claimed(updated));
+    }
+    return all;
   });
 }
 
-Result<Heartbeat> SqliteStore::heartbeat(const Token& token, TimePoint lease_until, const Progress& progress) {
+Result<std::vector<Heartbeat>> SqliteStore::heartbeats(std::span<const Beat> beats, TimePoint lease_until) {
   return writer_.write([&](Connection& connection) {
-    Query updated(connection,
-                  "UPDATE jobs SET lease_until = ?, lower = ?, upper = ?, stage = ? WHERE owner = ? AND id = ? AND "
-                  "state = 1 AND worker = ? AND tries = ? RETURNING cancel_requested",
-                  lease_until, progress.lower, progress.upper, progress.stage, token.key.owner, token.key.id,
-                  token.worker, token.tries);
-    if (!updated.next()) return Heartbeat::lost;
-    return updated.number(0) != 0 ? Heartbeat::cancel : Heartbeat::go_on;
+    std::vector<Heartbeat> heard;
+    for (const Beat& beat : beats) heard.push_back(hear(connection, beat, lease_until));
+    return heard;
   });
 }
 
-Result<bool> SqliteStore::finish(const Token& token, const Ending& ending) {
-  assert(has_ended(ending.state));
+Result<std::vector<bool>> SqliteStore::finish_all(std::span<const Finished> endings) {
   return writer_.write([&](Connection& connection) {
-    // Finishing once more with the same token and time changes nothing, and is no failure: see job_store.h.
-    return Query(connection,
-                 "UPDATE jobs SET state = ?1, document = ?2, problem = ?3, finished = ?4, expires = ?5, lease_until = "
-                 "NULL "
-                 "WHERE owner = ?6 AND id = ?7 AND worker = ?8 AND tries = ?9 AND (state = 1 OR (state = ?1 AND "
-                 "finished = ?4))",
-                 ending.state, ending.document, ending.problem, ending.finished, ending.expires, token.key.owner,
-                 token.key.id, token.worker, token.tries)
-               .run() == 1;
+    std::vector<bool> stored;
+    for (const Finished& finished : endings) stored.push_back(end_job(connection, finished.token, finished.ending));
+    return stored;
   });
 }
 

@@ -1,5 +1,5 @@
-// JobStore and MeshIndex in one SQLite database: log written ahead (WAL), synced at every commit, one writer
-// (writer.h).
+// JobStore, BatchStore and MeshIndex in one SQLite database: log written ahead (WAL), synced at every commit, one
+// writer (writer.h).
 #pragma once
 
 #include <functional>
@@ -8,6 +8,7 @@
 #include <string>
 #include <thread>
 
+#include "server/store/batch_store.h"
 #include "server/store/job_store.h"
 #include "server/store/mesh_index.h"
 #include "server/store/readers.h"
@@ -16,7 +17,7 @@
 
 namespace meshgauge::server::store {
 
-class SqliteStore final : public JobStore, public MeshIndex {
+class SqliteStore final : public JobStore, public BatchStore, public MeshIndex {
  public:
   // Makes the database when there is none. It is this object's alone (DataFolder sees to it). `max_unrecorded`: how
   // many jobs given to record() are held at most while they cannot be written.
@@ -26,9 +27,10 @@ class SqliteStore final : public JobStore, public MeshIndex {
   Result<Inserted> insert(const NewJob& job) override;
   Result<std::optional<Claimed>> claim(const JobKey& key, const std::string& worker, TimePoint now,
                                        TimePoint lease_until) override;
-  Result<std::optional<Claimed>> claim_next(const std::string& worker, TimePoint now, TimePoint lease_until) override;
-  Result<Heartbeat> heartbeat(const Token& token, TimePoint lease_until, const Progress& progress) override;
-  Result<bool> finish(const Token& token, const Ending& ending) override;
+  Result<std::vector<Claimed>> claim_some(const std::string& worker, TimePoint now, TimePoint lease_until, Which which,
+                                          std::size_t most) override;
+  Result<std::vector<Heartbeat>> heartbeats(std::span<const Beat> beats, TimePoint lease_until) override;
+  Result<std::vector<bool>> finish_all(std::span<const Finished> endings) override;
   Result<std::optional<JobState>> hand_back(const Token& token, const std::string& last_error, Moment moment) override;
   Result<std::optional<JobState>> request_cancel(const JobKey& key, Moment moment) override;
   void record(Job ended) override;
@@ -44,8 +46,19 @@ class SqliteStore final : public JobStore, public MeshIndex {
   Result<SweptJobs> sweep_jobs(Moment moment, std::uint64_t max_kept) override;
   Result<Done> check() override;
 
+  Result<InsertedBatch> insert_batch(const NewBatch& batch) override;
+  Result<std::optional<Batch>> get_batch(const JobKey& key) override;
+  Result<std::optional<Batch>> find_idempotent_batch(const std::string& owner,
+                                                     const std::string& idempotency_key) override;
+  Result<std::vector<BatchRow>> batch_rows(const JobKey& key, Rows which, std::uint64_t from,
+                                           std::size_t most) override;
+  Result<bool> cancel_batch(const JobKey& key, Moment moment) override;
+  Result<bool> forget_batch(const JobKey& key) override;
+  Result<std::uint64_t> sweep_batches(TimePoint ended_before) override;
+
   Result<PutMesh> put_mesh(const MeshRow& row, std::uint64_t max_stored_bytes) override;
   Result<std::optional<MeshRow>> get_mesh(const BlobKey& key) override;
+  Result<std::vector<MeshRow>> known_meshes(const std::string& owner, std::span<const std::string> ids) override;
   void touch_mesh(const BlobKey& key, TimePoint last_used, TimePoint expires) override;
   Result<bool> delete_mesh(const BlobKey& key) override;
   Result<std::uint64_t> stored_bytes(const std::string& owner) override;

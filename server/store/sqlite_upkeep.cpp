@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "server/store/job_rows.h"
+#include "server/store/shares.h"
 #include "server/store/sqlite_store.h"
 
 namespace meshgauge::server::store {
@@ -23,7 +24,8 @@ std::vector<Token> tokens_of_dead(Connection& connection, const std::optional<st
 }
 
 std::vector<Job> queued_jobs(Connection& connection) {
-  Query row(connection, "SELECT " MESHGAUGE_JOB_COLUMNS " FROM jobs WHERE state = 0 ORDER BY created, number");
+  Query row(connection,
+            "SELECT " MESHGAUGE_JOB_COLUMNS " FROM jobs WHERE state = 0 AND batch = '' ORDER BY created, number");
   std::vector<Job> jobs;
   while (row.next()) jobs.push_back(job_of(row));
   return jobs;
@@ -49,6 +51,15 @@ void add(Counts& counts, JobState state, std::uint64_t number) {
   }
 }
 
+void add_waiting(Connection& connection, Counts& counts) {
+  Query unawaited(
+      connection,
+      "SELECT count(*) FROM jobs WHERE state IN (0, 1) AND batch = '' AND deadline IS NULL AND parent = ''");
+  if (unawaited.next()) counts.unawaited = static_cast<std::uint64_t>(unawaited.number(0));
+  Query oldest(connection, "SELECT created FROM jobs WHERE state = 0 ORDER BY created LIMIT 1");
+  if (oldest.next()) counts.oldest_queued = oldest.time(0);
+}
+
 std::uint64_t give_up_waiting(Connection& connection, Moment moment) {
   return Query(connection,
                "UPDATE jobs SET state = 3, finished = ?1, expires = ?2, last_error = iif(last_error = '', "
@@ -57,36 +68,21 @@ std::uint64_t give_up_waiting(Connection& connection, Moment moment) {
       .run();
 }
 
+// What batches point at stays with them.
 std::uint64_t remove_expired(Connection& connection, TimePoint now, std::int64_t most) {
   return Query(connection,
-               "DELETE FROM jobs WHERE number IN (SELECT number FROM jobs WHERE state >= 2 AND expires <= ? LIMIT ?)",
+               "DELETE FROM jobs WHERE number IN (SELECT number FROM jobs WHERE state >= 2 AND expires <= ? AND NOT "
+               "EXISTS (SELECT 1 FROM batch_items AS items WHERE items.owner = jobs.owner AND items.job = jobs.id) "
+               "LIMIT ?)",
                now, most)
       .run();
 }
-
-struct Kept {
-  std::string owner;
-  std::uint64_t jobs = 0;
-};
 
 std::vector<Kept> kept_jobs(Connection& connection) {
   Query row(connection, "SELECT owner, count(*) FROM jobs WHERE state >= 2 GROUP BY owner");
   std::vector<Kept> kept;
   while (row.next()) kept.push_back({row.text(0), static_cast<std::uint64_t>(row.number(1))});
   return kept;
-}
-
-// What each owner may keep of `max_kept` for all: an equal share, and of what others leave of theirs as much as is
-// needed. Whoever keeps little loses nothing to one who keeps much.
-std::uint64_t share_of(std::vector<Kept> kept, std::uint64_t max_kept) {
-  std::sort(kept.begin(), kept.end(), [](const Kept& x, const Kept& y) { return x.jobs < y.jobs; });
-  std::uint64_t left = max_kept;
-  for (std::size_t i = 0; i < kept.size(); ++i) {
-    const std::uint64_t share = left / (kept.size() - i);
-    if (kept[i].jobs > share) return share;
-    left -= kept[i].jobs;
-  }
-  return max_kept;
 }
 
 // Those that were given to record() come first: their clients have had their answers.
@@ -132,6 +128,7 @@ Result<Counts> SqliteStore::counts() {
     Counts counted;
     Query row(connection, "SELECT state, count(*) FROM jobs GROUP BY state");
     while (row.next()) add(counted, static_cast<JobState>(row.number(0)), static_cast<std::uint64_t>(row.number(1)));
+    add_waiting(connection, counted);
     return counted;
   });
   if (!counts) return counts;
@@ -157,7 +154,8 @@ Result<bool> SqliteStore::uses_blob(const BlobKey& key) {
     Query mesh(connection, "SELECT 1 FROM meshes WHERE owner = ? AND id = ?", key.owner, key.id);
     if (mesh.next()) return true;
     Query job(connection,
-              "SELECT 1 FROM jobs WHERE state IN (0, 1) AND owner = ?1 AND (mesh_a = ?2 OR mesh_b = ?2) LIMIT 1",
+              "SELECT 1 FROM jobs WHERE state IN (0, 1) AND owner = ?1 AND mesh_a = ?2 UNION ALL "
+              "SELECT 1 FROM jobs WHERE state IN (0, 1) AND owner = ?1 AND mesh_b = ?2 LIMIT 1",
               key.owner, key.id);
     return job.next();
   });

@@ -190,6 +190,9 @@ def check_body(content, answer, what, empty):
         demand(not answer.body, what, "has a body")
     elif media_type.endswith("json"):
         hold(parse(answer.body), content[media_type]["schema"], what)
+    elif media_type == "application/jsonl":
+        for line in answer.body.splitlines():
+            hold(parse(line), content[media_type]["x-lines"], what)
     elif media_type == "text/event-stream":
         check_events(content[media_type]["x-events"], answer.body, what)
 
@@ -224,7 +227,7 @@ def check_answer_of(operation, request, answer, what):
     if operation and operation.id == "createComparison" and answer.status == 200 and "location" not in answer.headers:
         demand(answer.json()["id"] == answer.headers["x-request-id"], what, "has another id than its result")
     if answer.status == 202:
-        demand(answer.headers["location"] == "/v1/comparisons/" + answer.json()["id"], what, answer.headers)
+        demand(answer.headers["location"] == operation.path + "/" + answer.json()["id"], what, answer.headers)
 
 
 # --- requests ---------------------------------------------------------------------------------------------------------
@@ -292,6 +295,8 @@ def wrong_form(request, schema):
             return "the part %s twice" % name
         parts[name] = content
     missing, unknown = set(schema["required"]) - set(parts), set(parts) - set(schema["properties"])
-    if missing or unknown:
+    if missing or (unknown and not schema.get("additionalProperties")):
         return "parts missing: %s, unknown: %s" % (missing, unknown)
-    return wrong_json(parts["options"], schema["properties"]["options"]) if "options" in parts else None
+    documents = [name for name in ("options", "manifest") if name in parts and name in schema["properties"]]
+    wrong = [wrong_json(parts[name], schema["properties"][name]) for name in documents]
+    return next(filter(None, wrong), None)

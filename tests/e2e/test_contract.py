@@ -14,11 +14,13 @@ from pathlib import Path
 
 import contract
 from contract import OPENAPI, OPERATIONS, URN, Violation, hold, resolved
-from harness import RAISED, SQUARE, Answer, Server, ServerCase, comparison, multipart, post_head, read_answer, until
+from harness import (RAISED, SQUARE, Answer, Server, ServerCase, comparison, flat_grid, multipart, post_head, read_answer,
+                     until)
 from keys import bearer, new_key, write_keys
 from wire import Request
 
 ID, MESH_ID = "0" * 32, "0" * 64
+AS_JSON = "Content-Type: application/json\r\n"
 FAILING_DISK = os.environ.get("MESHGAUGE_FAILING_DISK_LIBRARY", "")
 
 
@@ -296,7 +298,13 @@ class Stores(unittest.TestCase):
         mesh = self.server.send("POST", "/v1/meshes", SQUARE).headers["location"]
         job = self.server.compare(extra="Prefer: wait=60\r\n").headers["location"]
         form = multipart([("a", SQUARE), ("b", RAISED)])
-        return [post_head(len(form), "Prefer: respond-async\r\n") + form,
+        baseline = self.server.send("POST", "/v1/meshes", flat_grid(2)).json()["id"]
+        pair = json.dumps({"comparisons": [{"a": baseline, "b": baseline}]}).encode()
+        batch = self.server.send("POST", "/v1/batches", pair, AS_JSON).headers["location"]
+        until(lambda: self.server.get(batch).json()["state"] == "done")
+        return [b"POST /v1/batches HTTP/1.1\r\nHost: t\r\nContent-Length: %d\r\n%s\r\n" % (len(pair), AS_JSON.encode()) + pair,
+                ("DELETE %s HTTP/1.1\r\nHost: t\r\n\r\n" % batch).encode(),
+                post_head(len(form), "Prefer: respond-async\r\n") + form,
                 *(("%s %s HTTP/1.1\r\nHost: t\r\nContent-Length: %d\r\n\r\n" % (method, path, len(body))).encode() + body
                   for method, path, body in (("DELETE", job, b""), ("DELETE", mesh, b""), ("POST", "/v1/meshes", RAISED),
                                              ("PUT", "/v1/meshes/" + "1" * 64, RAISED)))]

@@ -50,6 +50,16 @@ class Settings(unittest.TestCase):
         self.assertEqual(names, [flag.replace("-", "_") for flag in flags if flag != "config"])
         self.assertRegex(text, r"\nworkers = 0  # here: \d+\n")
 
+    def test_a_password_is_never_shown(self):
+        given = {"MESHGAUGE_DATABASE": "postgresql://me:geheim@127.0.0.1:1/x"}
+        text = self.printed(environment=given)
+        self.assertIn("host='127.0.0.1'", text)
+        help_text = self.serve("--help", environment=given).stdout
+        broken = self.serve("--database", "host=one password=very geheim")
+        self.assertEqual(broken.returncode, 3)
+        for shown in (text, help_text, broken.stdout, broken.stderr):
+            self.assertNotIn("geheim", shown)
+
     def test_the_file_takes_effect(self):
         self.path.write_text('max_part_bytes = 10\nsimd = "scalar"\n')
         server = Server("--config", str(self.path))

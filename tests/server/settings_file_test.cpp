@@ -71,6 +71,25 @@ TEST_CASE("settings file: what is printed is what is read") {
   CHECK(to_text(read, in_force) == text);
 }
 
+TEST_CASE("settings file: a password is not printed, what is beside it is") {
+  Settings asked;
+  const auto line = [&](const std::string& database) {
+    asked.database = database;
+    const std::string text = to_text(asked, asked);
+    const std::size_t begin = text.find("\ndatabase = ") + 1;
+    return text.substr(begin, text.find('\n', begin) - begin);
+  };
+  CHECK(line("postgresql://me@one,two/x?sslmode=require") ==
+        "database = \"postgresql://me@one,two/x?sslmode=require\"");
+  const std::string url = line("postgresql://me:secret@one:1,two:2/x");
+  CHECK(url == "database = \"user='me' dbname='x' host='one,two' port='1,2'\"  # and a password");
+  CHECK(line("host=one password='it\\'s secret' sslpassword=secret user='a b'") ==
+        "database = \"user='a b' host='one'\"  # and a password");
+  Settings read;
+  REQUIRE(apply_settings(url, read).ok());
+  CHECK(read.database == "user='me' dbname='x' host='one,two' port='1,2'");
+}
+
 TEST_CASE("settings file: one that cannot be read says why") {
   Settings settings;
   CHECK(load_settings("/nonexistent/file", settings).error().message.find("No such file") != std::string::npos);

@@ -64,3 +64,38 @@ TEST_CASE("settings: what contradicts itself is refused") {
   CHECK(refused([](Settings& s) { s.cors_origins = "*"; }));
   CHECK(refused([](Settings& s) { s.max_part_bytes = s.max_request_bytes + 1; }));
 }
+
+TEST_CASE("settings: a database is what turns the distributed form on, and what belongs to it must be usable") {
+  const auto with = [](auto change) {
+    Settings settings;
+    settings.workers = 2;
+    settings.database = "postgresql://meshgauge@one,two/meshgauge";
+    change(settings);
+    return checked(settings);
+  };
+  CHECK(!server::is_distributed(Settings{}));
+  CHECK(server::is_distributed(*with([](Settings&) {})));
+  CHECK(with([](Settings& s) { s.database = "host=one,two port=5432 dbname=x password='a b'"; }).ok());
+  CHECK(with([](Settings& s) { s.blobs = "s3://a-bucket/a/prefix", s.s3_endpoint = "http://127.0.0.1:9000"; }).ok());
+  CHECK(with([](Settings& s) { s.heartbeat_ms = 100, s.lease_ms = 200; }).ok());
+  for (const char* bucket : {"a-bucket", "s3:/a-bucket", "s3://", "s3:///x", "s3://A_b/x", "https://a-bucket"}) {
+    CHECK_FALSE_MESSAGE(with([&](Settings& s) { s.blobs = bucket; }).ok(), bucket);
+  }
+  CHECK(!with([](Settings& s) { s.database = "", s.blobs = "s3://bucket"; }).ok());
+  CHECK(!with([](Settings& s) { s.s3_endpoint = "127.0.0.1:9000"; }).ok());
+  CHECK(!with([](Settings& s) { s.s3_region = ""; }).ok());
+  CHECK(!with([](Settings& s) { s.heartbeat_ms = 0; }).ok());
+  CHECK(!with([](Settings& s) { s.heartbeat_ms = 1000, s.lease_ms = 1999; }).ok());
+  CHECK(!with([](Settings& s) { s.lease_ms = ~std::uint64_t{0}; }).ok());
+  CHECK(!with([](Settings& s) { s.max_batch_pairs = 0; }).ok());
+  CHECK(!with([](Settings& s) { s.max_batch_pairs = 1'000'000; }).ok());
+}
+
+TEST_CASE("settings: what is wrong with a connection string is told without showing it") {
+  Settings settings;
+  settings.database = "host=one password=a secret";
+  const auto refused = checked(settings);
+  REQUIRE(!refused.ok());
+  CHECK(refused.error().message.find("--database must be") != std::string::npos);
+  CHECK(refused.error().message.find("secret") == std::string::npos);
+}

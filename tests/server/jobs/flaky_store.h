@@ -26,15 +26,16 @@ class FlakyStore final : public JobStore {
                                        TimePoint lease_until) override {
     return written([&] { return behind_.claim(key, worker, now, lease_until); });
   }
-  Result<std::optional<Claimed>> claim_next(const std::string& worker, TimePoint now, TimePoint lease_until) override {
-    return written([&] { return behind_.claim_next(worker, now, lease_until); });
+  Result<std::vector<Claimed>> claim_some(const std::string& worker, TimePoint now, TimePoint lease_until, Which which,
+                                          std::size_t most) override {
+    return written([&] { return behind_.claim_some(worker, now, lease_until, which, most); });
   }
-  Result<Heartbeat> heartbeat(const Token& token, TimePoint lease_until, const Progress& progress) override {
-    return written([&] { return behind_.heartbeat(token, lease_until, progress); });
+  Result<std::vector<Heartbeat>> heartbeats(std::span<const Beat> beats, TimePoint lease_until) override {
+    return written([&] { return behind_.heartbeats(beats, lease_until); });
   }
-  Result<bool> finish(const Token& token, const Ending& ending) override {
+  Result<std::vector<bool>> finish_all(std::span<const Finished> endings) override {
     unfinished += full.load();
-    return written([&] { return behind_.finish(token, ending); });
+    return written([&] { return behind_.finish_all(endings); });
   }
   Result<std::optional<JobState>> hand_back(const Token& token, const std::string& last_error, Moment moment) override {
     return written([&] { return behind_.hand_back(token, last_error, moment); });

@@ -1,55 +1,40 @@
 // The implementations that every test of the interfaces runs over: TEST_CASE_TEMPLATE("...", Stores,
 // EVERY_IMPLEMENTATION).
 //
-// Each is a class whose objects begin empty, with jobs(), meshes(), blobs() and reopen(), which is a restart of the
-// service in good order.
+// Each is a class whose objects begin empty, with jobs(), batches(), meshes(), blobs() and reopen(), which is a restart
+// of the service in good order.
 #pragma once
 
-#include <filesystem>
 #include <memory>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include <doctest/doctest.h>
 
-#include "api/digest.h"
 #include "server/store/embedded.h"
+#include "store_text.h"
+#include "test_folder.h"
 
+#ifdef MESHGAUGE_TESTS_OF_POSTGRES  // postgres_tests has a server to start: its suites run in one process
+#define EVERY_IMPLEMENTATION PostgresForTests
+#define EVERY_BLOB_STORE EVERY_IMPLEMENTATION
+#else
 #define EVERY_IMPLEMENTATION EmbeddedForTests
+// Those of blobs: they need have no more than blobs() and reopen(). s3/s3_for_tests.h
+#define EVERY_BLOB_STORE EVERY_IMPLEMENTATION, S3ForTests
+#endif
 
 namespace meshgauge::server::store {
 
-// A folder of its own that is gone with the object.
-class TestFolder {
- public:
-  TestFolder() : path_(std::filesystem::temp_directory_path() / ("meshgauge-store-" + api::random_id())) {
-    std::filesystem::create_directory(path_);
-  }
-  ~TestFolder() { std::filesystem::remove_all(path_); }
-  TestFolder(const TestFolder&) = delete;
-  TestFolder& operator=(const TestFolder&) = delete;
-
-  std::string operator/(const std::string& name) const { return (path_ / name).string(); }
-  std::string path() const { return path_.string(); }
-
- private:
-  std::filesystem::path path_;
-};
-
-// The value, or the end of the test with the error's text.
-template <class T>
-T got(Result<T> result) {
-  if (!result) FAIL(result.error().message);
-  return std::move(*result);
-}
-
 class EmbeddedForTests {
  public:
+  static constexpr bool kListsRecovered = true;  // JobStore::recover()
+
   EmbeddedForTests() { reopen(); }
 
   JobStore& jobs() { return stores_->jobs(); }
   MeshIndex& meshes() { return stores_->meshes(); }
+  BatchStore& batches() { return stores_->batches(); }
   BlobStore& blobs() { return stores_->blobs(); }
   void reopen() {
     stores_.reset();
@@ -91,18 +76,10 @@ inline Job ended_job(const std::string& owner, const std::string& id, TimePoint 
   return job;
 }
 
-inline std::span<const std::byte> bytes_of(std::string_view text) {
-  return {reinterpret_cast<const std::byte*>(text.data()), text.size()};
-}
-
-inline BlobKey key_of(const std::string& owner, std::string_view content) {
-  return {owner, api::sha256_hex(bytes_of(content))};
-}
-
-inline std::string text_of(const Blob& blob) {
-  return {reinterpret_cast<const char*>(blob.bytes().data()), blob.bytes().size()};
-}
-
 }  // namespace meshgauge::server::store
 
 TYPE_TO_STRING_AS("embedded", meshgauge::server::store::EmbeddedForTests);
+
+#ifdef MESHGAUGE_TESTS_OF_POSTGRES
+#include "postgres_for_tests.h"
+#endif

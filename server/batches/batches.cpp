@@ -1,0 +1,227 @@
+#include "server/batches/batches.h"
+
+#include <algorithm>
+#include <list>
+#include <memory>
+#include <stdexcept>
+#include <thread>
+#include <utility>
+
+#include "server/batches/batch_document.h"
+#include "server/batches/batch_junit.h"
+#include "server/batches/composing.h"
+#include "server/event_stream.h"
+#include "server/idempotency.h"
+
+namespace meshgauge::server {
+namespace {
+
+using api::Problem;
+using api::ProblemKind;
+using std::chrono::milliseconds;
+using store::BatchStore;
+
+constexpr std::size_t kFailuresShown = 100;
+constexpr std::size_t kRowsOfPage = 100;
+constexpr milliseconds kEventGap{500};           // between two events of a stream
+constexpr milliseconds kTick{100};               // how soon a client that went away is noticed
+constexpr std::chrono::hours kPatience{7 * 24};  // of jobs that wait for their turn: a batch may take days
+
+Problem not_found() { return {ProblemKind::not_found, "there is no batch of this id, or not any more", {}}; }
+
+store::JobKey key_of(const Exchange& exchange) { return {exchange.owner, exchange.segment}; }
+
+}  // namespace
+
+Batches::Batches(const Settings& settings, Stores stores, Access& access, ByteBudget& uploads, Seats& seats,
+                 std::function<void()> wake)
+    : settings_(settings),
+      stores_(stores),
+      batches_(*stores.batches),
+      access_(access),
+      uploads_(uploads),
+      seats_(seats),
+      wake_(std::move(wake)),
+      kept_(settings.result_ttl_s) {}
+
+void Batches::create(Exchange& exchange, bool draining) {
+  if (draining) return answer(exchange, Problem{ProblemKind::shutting_down, "no new work is taken", {}});
+  if (auto refusal = refuse_query(exchange)) return answer(exchange, *refusal);
+  std::string key;
+  if (auto refusal = read_idempotency_key(exchange.head, key)) return answer(exchange, *refusal);
+  bool repeats = false;
+  if (!key.empty()) {
+    const auto there = batches_.find_idempotent_batch(exchange.owner, key);
+    if (!there) return answer(exchange, api::to_problem(there.error()));
+    repeats = there->has_value();
+  }
+  // What was promised before needs no place in the queue.
+  if (auto refusal = repeats ? std::nullopt : admit()) return answer(exchange, *refusal);
+  BatchReceiver receiver(exchange.owner, !repeats, settings_, stores_, access_, uploads_);
+  if (auto refusal = receiver.receive(exchange)) return answer(exchange, *refusal);
+  insert(exchange, key, receiver, repeats);
+}
+
+std::optional<Problem> Batches::admit() {
+  const auto counts = stores_.jobs.counts();
+  if (!counts) return api::to_problem(counts.error());
+  if (counts->queued + counts->running < kMostUnended * settings_.max_batch_pairs) return std::nullopt;
+  return Problem{ProblemKind::overloaded, "as many comparisons of batches wait as may; try again", {}};
+}
+
+// The meshes are reserved before they are looked up: whoever deletes one meanwhile leaves its bytes to the batch.
+void Batches::insert(Exchange& exchange, const std::string& idempotency_key, BatchReceiver& receiver, bool repeats) {
+  const api::BatchRequest& request = receiver.request();
+  const std::vector<std::string> ids = stored_ids(request);
+  std::list<std::unique_ptr<const store::Reservations::Held>> reserved;
+  for (const std::string& id : ids) {
+    reserved.emplace_back(new store::Reservations::Held(stores_.blobs.reserve({exchange.owner, id})));
+  }
+  const auto known = stores_.meshes.known_meshes(exchange.owner, ids);
+  if (!known) return answer(exchange, api::to_problem(known.error()));
+  const auto missing = repeats ? std::nullopt : find_unknown(request, *known);
+  if (missing) return answer(exchange, *missing);
+  const auto now = stores_.jobs.time();
+  for (const store::MeshRow& row : *known) {
+    stores_.meshes.touch_mesh(row.key, now, now + std::chrono::seconds(settings_.mesh_ttl_s));
+  }
+  const BatchHead head{{exchange.owner, exchange.id},
+                       idempotency_key,
+                       traceparent(exchange.trace),
+                       now,
+                       now + std::max<std::chrono::seconds>(kept_, kPatience)};
+  const auto inserted = batches_.insert_batch(compose(head, request, receiver.files(), *known));
+  if (!inserted) return answer(exchange, api::to_problem(inserted.error()));
+  if (inserted->conflict) {
+    return answer(exchange, Problem{ProblemKind::idempotency_key_reused,
+                                    "this Idempotency-Key was used for another batch; take a new one",
+                                    {}});
+  }
+  wake_();
+  exchange.response.headers.emplace_back("Location", "/v1/batches/" + inserted->batch.key.id);
+  send(exchange, inserted->batch, 202);
+}
+
+std::optional<store::Batch> Batches::find(Exchange& exchange) {
+  auto batch = batches_.get_batch(key_of(exchange));
+  if (!batch) {
+    answer(exchange, api::to_problem(batch.error()));
+    return std::nullopt;
+  }
+  if (!*batch) answer(exchange, not_found());
+  return std::move(*batch);
+}
+
+std::string Batches::document(const store::Batch& batch) {
+  const auto failures = batches_.batch_rows(batch.key, BatchStore::Rows::failures_first, 0, kFailuresShown);
+  if (!failures) throw std::runtime_error(failures.error().message);
+  return to_json(batch, *failures, kept_);
+}
+
+void Batches::send(Exchange& exchange, const store::Batch& batch, int status) {
+  const auto failures = batches_.batch_rows(batch.key, BatchStore::Rows::failures_first, 0, kFailuresShown);
+  if (!failures) return answer(exchange, api::to_problem(failures.error()));
+  exchange.response.status = status;
+  exchange.response.content_type = "application/json";
+  exchange.response.body = to_json(batch, *failures, kept_);
+}
+
+void Batches::get(Exchange& exchange) {
+  if (auto refusal = refuse_query(exchange)) return answer(exchange, *refusal);
+  if (const auto batch = find(exchange)) send(exchange, *batch, 200);
+}
+
+void Batches::remove(Exchange& exchange) {
+  if (auto refusal = refuse_query(exchange)) return answer(exchange, *refusal);
+  const store::JobKey key = key_of(exchange);
+  const auto forgotten = batches_.forget_batch(key);
+  if (!forgotten) return answer(exchange, api::to_problem(forgotten.error()));
+  if (*forgotten) {
+    exchange.response.status = 204;
+    return;
+  }
+  const auto now = stores_.jobs.time();
+  const auto cancelled = batches_.cancel_batch(key, {now, now + kept_});
+  if (!cancelled) return answer(exchange, api::to_problem(cancelled.error()));
+  if (!*cancelled) return answer(exchange, not_found());
+  if (const auto batch = find(exchange)) send(exchange, *batch, 200);
+}
+
+// Of whoever holds a connection for as long as he takes. HEAD needs none.
+std::shared_ptr<const void> Batches::take_seat(Exchange& exchange) {
+  if (exchange.head.minor_version == 0) {
+    answer(exchange, Problem{ProblemKind::http_version, "this is sent over HTTP/1.1 only", {}});
+    return nullptr;
+  }
+  auto seat = seats_.take(exchange.owner);
+  if (!seat) answer(exchange, Problem{ProblemKind::overloaded, "as many clients watch as may", {}});
+  return seat;
+}
+
+void Batches::events(Exchange& exchange) {
+  if (auto refusal = refuse_query(exchange)) return answer(exchange, *refusal);
+  if (!find(exchange)) return;
+  const auto seat = take_seat(exchange);
+  if (!seat) return;
+  exchange.response.content_type = "text/event-stream";
+  if (exchange.head.method == "HEAD") return;
+  exchange.response.stream = [this, key = key_of(exchange), seat, told = std::string(),
+                              next = Clock::time_point()](std::string& piece) mutable {
+    std::this_thread::sleep_until(std::min(next, Clock::now() + kTick));
+    if (Clock::now() < next) return true;
+    next = Clock::now() + kEventGap;
+    const auto batch = batches_.get_batch(key);
+    if (!batch) return true;  // it may pass
+    if (!*batch || (*batch)->finished) {
+      piece = event("end", *batch ? document(**batch) : "null");
+      return false;
+    }
+    std::string progress = progress_json(**batch);
+    if (progress == told) return true;
+    told = std::move(progress);
+    piece = event("progress", told);
+    return true;
+  };
+}
+
+// In pages, so that a batch of any size takes the memory of one.
+void Batches::stream_rows(Exchange& exchange, std::string head, std::function<std::string(const store::BatchRow&)> line,
+                          std::string tail) {
+  const auto seat = take_seat(exchange);
+  if (!seat) return;
+  exchange.response.length_known = false;
+  if (exchange.head.method == "HEAD") return;
+  exchange.response.stream = [this, key = key_of(exchange), seat, head = std::move(head), line = std::move(line),
+                              tail = std::move(tail), from = std::uint64_t{0}](std::string& piece) mutable {
+    const auto rows = batches_.batch_rows(key, BatchStore::Rows::ended, from, kRowsOfPage);
+    if (!rows) throw std::runtime_error(rows.error().message);
+    piece = std::exchange(head, {});
+    for (const store::BatchRow& row : *rows) piece += line(row);
+    if (!rows->empty()) from = rows->back().position + 1;
+    const bool more = rows->size() == kRowsOfPage;
+    if (!more) piece += tail;
+    return more;
+  };
+}
+
+void Batches::results(Exchange& exchange) {
+  if (auto refusal = refuse_query(exchange)) return answer(exchange, *refusal);
+  if (!find(exchange)) return;
+  exchange.response.content_type = "application/jsonl";
+  stream_rows(exchange, "", result_line, "");
+}
+
+void Batches::junit(Exchange& exchange) {
+  if (auto refusal = refuse_query(exchange)) return answer(exchange, *refusal);
+  const auto batch = find(exchange);
+  if (!batch) return;
+  if (!batch->finished) {
+    return answer(exchange, Problem{ProblemKind::not_ended, "the batch has not ended: its report comes then", {}});
+  }
+  exchange.response.content_type = "application/xml";
+  stream_rows(
+      exchange, junit_head(*batch), [batch = *batch](const store::BatchRow& row) { return junit_case(batch, row); },
+      junit_tail());
+}
+
+}  // namespace meshgauge::server

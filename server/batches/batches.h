@@ -1,0 +1,64 @@
+// /v1/batches and what is below it: many comparisons that are asked for, watched and told of together.
+//
+// POST: admit -> receive (manifest, files) -> look up meshes -> compose -> insert -> 202. Whoever claims jobs runs
+// them.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "server/access/access.h"
+#include "server/batches/receiver.h"
+#include "server/exchange.h"
+#include "server/jobs/jobs.h"
+#include "server/seats.h"
+#include "server/settings.h"
+#include "server/store/batch_store.h"
+#include "server/upload.h"
+
+namespace meshgauge::server {
+
+class Batches {
+ public:
+  // As many times `max_batch_pairs` comparisons may wait or run before new batches are refused.
+  static constexpr std::uint64_t kMostUnended = 10;
+
+  // Borrows all but the first and `wake`, which is told of each batch that there is. Precondition: stores.batches is
+  // there. `seats`: of all that hold a connection for long.
+  Batches(const Settings& settings, Stores stores, Access& access, ByteBudget& uploads, Seats& seats,
+          std::function<void()> wake);
+
+  // Each may throw: out of memory. `draining`: no new work is taken.
+  void create(Exchange& exchange, bool draining);
+  void get(Exchange& exchange);
+  void remove(Exchange& exchange);
+  void events(Exchange& exchange);
+  void results(Exchange& exchange);
+  void junit(Exchange& exchange);
+
+ private:
+  std::optional<api::Problem> admit();
+  void insert(Exchange& exchange, const std::string& idempotency_key, BatchReceiver& receiver, bool repeats);
+  std::optional<store::Batch> find(Exchange& exchange);  // nullopt: the exchange is answered
+  std::string document(const store::Batch& batch);
+  void send(Exchange& exchange, const store::Batch& batch, int status);
+  std::shared_ptr<const void> take_seat(Exchange& exchange);  // null: the exchange is answered
+  void stream_rows(Exchange& exchange, std::string head, std::function<std::string(const store::BatchRow&)> line,
+                   std::string tail);
+
+  const Settings settings_;
+  const Stores stores_;
+  store::BatchStore& batches_;
+  Access& access_;
+  ByteBudget& uploads_;
+  Seats& seats_;
+  const std::function<void()> wake_;
+  const std::chrono::seconds kept_;
+};
+
+}  // namespace meshgauge::server

@@ -1,0 +1,27 @@
+// The bytes of meshes in the store: room for them, and their end when nothing refers to them any more.
+#pragma once
+
+#include <string>
+#include <variant>
+
+#include "server/access/access.h"
+#include "server/jobs/stores.h"
+#include "server/jobs/troubles.h"
+
+namespace meshgauge::server {
+
+// Access::hold_storage() beside what the owner's blobs take when it asks. Whoever puts a blob that is not there holds
+// its bytes until the blob is put: so all of an owner's together never pass the limit. Nothing is held, or denied, for
+// 0.
+std::variant<StorageHold, Denial> hold_storage(Access& access, store::BlobStore& blobs, const std::string& owner,
+                                               std::uint64_t bytes, std::uint64_t max_stored_bytes);
+
+// At once, so that nobody's deleted bytes fill the disk until the next sweep.
+Result<bool> remove_if_unreferenced(const Stores& stores, const store::BlobKey& key);
+
+// What a comparison of this owner does not refer to any more. In shared stores it stays until a sweep finds it old:
+// another process may be about to refer to the same bytes, and nobody here would know.
+void release_blobs(const Stores& stores, Troubles& troubles, const std::string& owner, const std::string& a,
+                   const std::string& b);
+
+}  // namespace meshgauge::server

@@ -1,0 +1,116 @@
+#include "server/jobs/measuring.h"
+
+#include <exception>
+#include <utility>
+
+#include "api/gate.h"
+#include "api/problem.h"
+#include "api/response.h"
+#include "server/jobs/job_document.h"
+#include "server/log.h"
+
+namespace meshgauge::server {
+namespace {
+
+using api::Problem;
+using api::ProblemKind;
+using store::JobState;
+
+constexpr std::uint64_t kWorthThreads = std::uint64_t{2} << 20;  // bytes of both files: some 20,000 triangles each
+
+double ms_between(LiveJob::Clock::time_point start, LiveJob::Clock::time_point end) {
+  return std::chrono::duration<double, std::milli>(end - start).count();
+}
+
+std::string verdict_of(const api::Comparison& comparison) {
+  const auto found = api::verdict(comparison.outcome, comparison.options.max_distance);
+  return found ? std::string(api::to_string(*found)) : std::string();
+}
+
+// By time or by somebody: the same work may get further when it is done again.
+bool was_cut_short(const Outcome& outcome) {
+  if (outcome.stop == Stop::timeout || outcome.stop == Stop::cancelled) return true;
+  return outcome.statistics && outcome.statistics->status != StatisticsStatus::complete;
+}
+
+}  // namespace
+
+bool stopped_by_cancel(const Result<api::Comparison>& result) {
+  if (!result) return result.error().code == ErrorCode::out_of_time;
+  const Outcome& outcome = result->outcome;
+  return outcome.stop == Stop::cancelled ||
+         (outcome.statistics && outcome.statistics->status == StatisticsStatus::cancelled);
+}
+
+Result<api::Comparison> Measuring::measured(LiveJob& job) const {
+  try {
+    return measure(job);
+  } catch (const std::exception& error) {
+    log_event("job_failed", job.key.id + ": " + error.what());
+    return Error{ErrorCode::internal, "the comparison failed unexpectedly", "", ""};
+  }
+}
+
+Result<api::Comparison> Measuring::measure(LiveJob& job) const {
+  if (job.defect) return *job.defect;
+  if (!job.a.holder || !job.b.holder) {
+    return Error{ErrorCode::internal, "what this comparison needs was removed before it could run", "", ""};
+  }
+  const auto start = LiveJob::Clock::now();
+  Options& options = job.request.options;
+  const bool large = !job.request.threads_given && job.bytes >= kWorthThreads;
+  const ThreadBudget::Loan loan = threads_.lend(large ? static_cast<unsigned>(settings_.workers) : options.threads);
+  options.threads = loan.threads();
+  metrics_.job_started(ms_between(job.submitted, start) / 1000);
+  auto result = compare_(job.a, job.b, options, read_limits(settings_), job.control);
+  if (result) {
+    result->id = job.key.id;
+    result->units = job.request.units;
+    result->times.queue = ms_between(job.submitted, start);
+    result->times.total += result->times.queue;
+  }
+  return result;
+}
+
+// One that was cancelled before both meshes were read did not fail, whatever its client is told.
+void Measuring::count(LiveJob& job, const Result<api::Comparison>& result) const {
+  const Strategy strategy = job.request.options.strategy;
+  if (result) return metrics_.job_ended(*result);
+  const bool cancelled = stopped_by_cancel(result) && job.control.check() == Interruption::cancelled;
+  if (cancelled) return metrics_.job_cancelled_early(strategy);
+  metrics_.job_failed(api::to_problem(result.error()).type(), strategy);
+}
+
+// A result that cannot be written down, for want of memory, is a failure.
+JobView Measuring::told(const LiveJob& job, const Result<api::Comparison>& result, bool stopping) const {
+  try {
+    return concluded(job, result, stopping);
+  } catch (const std::exception&) {
+    return concluded(job, Error{ErrorCode::internal, "not enough memory for the result", "", ""}, stopping);
+  }
+}
+
+JobView Measuring::concluded(const LiveJob& job, const Result<api::Comparison>& result, bool stopping) const {
+  JobView last = job.view();
+  last.row.finished = clock_.time();
+  last.row.expires = *last.row.finished + std::chrono::seconds(settings_.result_ttl_s);
+  const bool cancelled = stopped_by_cancel(result) && last.row.cancel_requested;
+  if (result) {
+    last.row.state = cancelled ? JobState::cancelled : JobState::done;
+    last.row.document = to_json(*result);
+    last.row.verdict = verdict_of(*result);
+    last.reusable = !was_cut_short(result->outcome);
+    last.timing = to_server_timing(*result);
+    last.stages = api::stages(*result);
+    last.triangles = MeshSizes{result->a.triangles, result->b.triangles};
+  } else {
+    Problem problem = api::to_problem(result.error());
+    if (stopping && stopped_by_cancel(result)) problem.kind = ProblemKind::shutting_down;
+    if (cancelled) problem = cancelled_early();
+    last.row.state = cancelled ? JobState::cancelled : JobState::failed;
+    last.row.problem = to_json(problem);
+  }
+  return last;
+}
+
+}  // namespace meshgauge::server

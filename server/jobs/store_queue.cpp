@@ -1,0 +1,110 @@
+#include "server/jobs/store_queue.h"
+
+#include <algorithm>
+
+namespace meshgauge::server {
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr std::chrono::seconds kInterval{1};
+constexpr std::chrono::seconds kPatience{5};     // for an answer, before the store counts as gone
+constexpr std::chrono::minutes kLongestWait{1};  // that anybody is told
+constexpr double kShareOfTheLast = 0.2;
+
+}  // namespace
+
+StoreQueue::StoreQueue(store::JobStore& jobs, Troubles& troubles) : jobs_(jobs), troubles_(troubles) {
+  look();
+  thread_ = std::thread([this] { keep_looking(); });
+}
+
+StoreQueue::~StoreQueue() {
+  {
+    const std::lock_guard lock(mutex_);
+    ending_ = true;
+  }
+  wake_.notify_all();
+  thread_.join();
+}
+
+void StoreQueue::keep_looking() {
+  std::unique_lock lock(mutex_);
+  while (!wake_.wait_for(lock, kInterval, [&] { return ending_; })) {
+    lock.unlock();
+    look();
+    lock.lock();
+  }
+}
+
+void StoreQueue::look() {
+  std::uint64_t before = 0;
+  {
+    const std::lock_guard lock(mutex_);
+    before = added_;
+  }
+  const auto counts = jobs_.counts();
+  troubles_.note(counts);
+  const std::lock_guard lock(mutex_);
+  if (!counts) {
+    error_ = counts.error();
+    return;
+  }
+  error_.reset();
+  learn(*counts, Clock::now());
+  added_ -= before;  // those that were added meanwhile may count twice, until the next look
+}
+
+// Sweeps make the number of ended jobs smaller: such a second teaches nothing.
+void StoreQueue::learn(const store::Counts& counts, Clock::time_point now) {
+  const auto ended = [](const store::Counts& of) { return of.done + of.failed + of.cancelled; };
+  const double seconds = std::chrono::duration<double>(now - answered_).count();
+  if (seconds > 0 && ended(counts) >= ended(counts_)) {
+    const double rate = static_cast<double>(ended(counts) - ended(counts_)) / seconds;
+    ended_per_second_ += kShareOfTheLast * (rate - ended_per_second_);
+  }
+  counts_ = counts;
+  answered_ = now;
+}
+
+Result<Done> StoreQueue::available() const {
+  const std::lock_guard lock(mutex_);
+  if (error_) return *error_;
+  if (Clock::now() - answered_ <= kPatience) return Done{};
+  return Error{ErrorCode::storage_unavailable, "the store does not answer", "", ""};
+}
+
+StoreQueue::Clock::duration StoreQueue::silence() const {
+  const std::lock_guard lock(mutex_);
+  return Clock::now() - answered_;
+}
+
+store::Counts StoreQueue::counts() const {
+  const std::lock_guard lock(mutex_);
+  return counts_;
+}
+
+std::uint64_t StoreQueue::unawaited() const {
+  const std::lock_guard lock(mutex_);
+  return counts_.unawaited + added_;
+}
+
+void StoreQueue::added() {
+  const std::lock_guard lock(mutex_);
+  ++added_;
+}
+
+double StoreQueue::oldest_waiting_seconds() const {
+  const auto oldest = counts().oldest_queued;
+  if (!oldest) return 0;
+  return std::max(0.0, std::chrono::duration<double>(jobs_.time() - *oldest).count());
+}
+
+milliseconds StoreQueue::expected_wait() const {
+  const std::lock_guard lock(mutex_);
+  if (counts_.queued == 0) return milliseconds(0);
+  const double seconds = static_cast<double>(counts_.queued) / std::max(ended_per_second_, 1e-3);
+  return std::min(milliseconds(kLongestWait), milliseconds(static_cast<std::int64_t>(seconds * 1000)));
+}
+
+}  // namespace meshgauge::server

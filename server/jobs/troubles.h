@@ -1,0 +1,32 @@
+// What the store could not do: each time is counted, and told to the log; the same again and again is told once in a
+// while. Thread safe.
+#pragma once
+
+#include <chrono>
+#include <mutex>
+#include <string>
+
+#include "engine/result.h"
+#include "server/observe/metrics.h"
+
+namespace meshgauge::server {
+
+class Troubles {
+ public:
+  explicit Troubles(Metrics& metrics) : metrics_(metrics) {}  // borrows it
+
+  // Of any Result.
+  void note(const auto& result) {
+    if (!result) failed(result.error());
+  }
+
+ private:
+  void failed(const Error& error);
+
+  Metrics& metrics_;
+  std::mutex mutex_;
+  std::string last_;
+  std::chrono::steady_clock::time_point told_;
+};
+
+}  // namespace meshgauge::server

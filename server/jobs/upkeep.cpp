@@ -1,0 +1,85 @@
+#include "server/jobs/upkeep.h"
+
+#include <algorithm>
+#include <exception>
+#include <string>
+
+#include "server/heap.h"
+#include "server/log.h"
+
+namespace meshgauge::server {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::minutes;
+using std::chrono::seconds;
+
+constexpr seconds kSweepInterval{30};
+constexpr minutes kSharedBlobsInterval{10};  // of listing all that there is
+constexpr seconds kUnusedBlobs{600};         // longer than any upload takes from its bytes to its row
+constexpr seconds kUnusedSharedBlobs{3600};  // the same, of processes that do not see each other's uploads
+constexpr seconds kRecoveryInterval{5};
+
+bool due(std::chrono::steady_clock::time_point& next, milliseconds interval) {
+  const auto now = std::chrono::steady_clock::now();
+  if (now < next) return false;
+  next = now + interval;
+  return true;
+}
+
+}  // namespace
+
+// What is thrown for want of memory ends here: it is for the next time, not the end of the process.
+void Upkeep::tick() try {
+  const bool on_duty = stores_.jobs.on_duty();
+  const milliseconds quarter_lease(settings_.lease_ms / 4);
+  const bool recovery = stores_.shared() && on_duty;
+  if (recovery && due(next_recovery_, std::min<milliseconds>(kRecoveryInterval, quarter_lease))) recover();
+  if (due(next_sweep_, kSweepInterval)) {
+    if (on_duty) sweep_rows();
+    if (stores_.maps) sweep_maps();
+    give_back_free_memory();
+  }
+  if (on_duty && due(next_blobs_, stores_.shared() ? milliseconds(kSharedBlobsInterval) : kSweepInterval)) {
+    sweep_blobs();
+  }
+} catch (const std::exception& error) {
+  log_event("store", std::string("a sweep was broken off: ") + error.what());
+}
+
+store::Moment Upkeep::moment() const {
+  const auto now = stores_.jobs.time();
+  return {now, now + seconds(settings_.result_ttl_s)};
+}
+
+void Upkeep::recover() {
+  troubles_.note(stores_.jobs.recover(std::nullopt, "its worker gave no sign of life", moment()));
+}
+
+void Upkeep::sweep_rows() {
+  if (stores_.batches) {
+    troubles_.note(stores_.batches->sweep_batches(stores_.jobs.time() - seconds(settings_.result_ttl_s)));
+  }
+  troubles_.note(stores_.jobs.sweep_jobs(moment(), settings_.max_kept_results));
+  troubles_.note(stores_.meshes.sweep_meshes(stores_.jobs.time()));
+}
+
+void Upkeep::sweep_maps() {
+  bool answers = true;
+  stores_.maps->sweep([&](const store::JobKey& key) {
+    if (!answers) return true;
+    const auto row = stores_.jobs.get(key);
+    answers = row.ok();
+    return !row || *row;
+  });
+}
+
+void Upkeep::sweep_blobs() {
+  const auto used = stores_.jobs.used_blobs();
+  troubles_.note(used);
+  if (used) {
+    troubles_.note(stores_.blobs.remove_unused(*used, stores_.shared() ? kUnusedSharedBlobs : kUnusedBlobs));
+  }
+}
+
+}  // namespace meshgauge::server

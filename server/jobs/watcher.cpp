@@ -1,0 +1,213 @@
+#include "server/jobs/watcher.h"
+
+#include <algorithm>
+#include <span>
+#include <utility>
+
+#include "server/jobs/job_document.h"
+
+namespace meshgauge::server {
+namespace {
+
+using std::chrono::seconds;
+using store::JobState;
+
+constexpr seconds kInterval{1};
+constexpr unsigned kRoundsUnwatched = 10;  // of these, in one also those are looked at that nobody waits for
+constexpr std::size_t kMostAtOnce = 500;   // rows of one question
+
+}  // namespace
+
+Watcher::Watcher(store::JobStore& jobs, store::Signals& signals, Troubles& troubles, Metrics& metrics, seconds keep)
+    : jobs_(jobs), signals_(signals), troubles_(troubles), metrics_(metrics), keep_(keep) {
+  thread_ = std::thread([this] { watch_on(); });
+  signals_.listen([this](const store::Signal& signal) { hear(signal); });
+}
+
+Watcher::~Watcher() {
+  signals_.stop_listening();
+  stop();
+  {
+    const std::lock_guard lock(mutex_);
+    ending_ = true;
+  }
+  wake_.notify_all();
+  thread_.join();
+}
+
+void Watcher::expect(const std::shared_ptr<LiveJob>& job) {
+  const std::lock_guard lock(mutex_);
+  watched_[job->key.id] = {job, job->durable ? job : nullptr, false};
+}
+
+void Watcher::begin(const LiveJob& job) {
+  const std::lock_guard lock(mutex_);
+  const auto found = watched_.find(job.key.id);
+  if (found == watched_.end()) return;
+  found->second.stored = true;
+  changed_.insert(job.key.id);  // a signal that came before found nothing
+  wake_.notify_all();
+}
+
+void Watcher::forget(const LiveJob& job) {
+  const std::lock_guard lock(mutex_);
+  watched_.erase(job.key.id);
+}
+
+std::shared_ptr<LiveJob> Watcher::watch(const store::Job& row) {
+  const std::lock_guard lock(mutex_);
+  if (stopped_) return nullptr;
+  Watched& watched = watched_[row.key.id];
+  if (auto job = watched.job.lock(); job && job->key == row.key) return job;
+  auto job = std::make_shared<LiveJob>(row, api::Request{}, MeshSource{}, MeshSource{}, !row.deadline);
+  job->seen(row);
+  watched = {job, nullptr, true};
+  changed_.insert(row.key.id);  // what happened since it was read
+  wake_.notify_all();
+  return job;
+}
+
+void Watcher::leave(const std::shared_ptr<LiveJob>& job) {
+  job->give_places_back();
+  const std::lock_guard lock(mutex_);
+  if (std::find(left_.begin(), left_.end(), job) != left_.end()) return;
+  left_.push_back(job);
+  leaving_ = true;
+  wake_.notify_all();
+}
+
+void Watcher::stop() {
+  Jobs told;
+  {
+    const std::lock_guard lock(mutex_);
+    if (std::exchange(stopped_, true)) return;
+    for (const auto& [id, watched] : watched_) {
+      auto job = watched.job.lock();
+      if (!job) continue;
+      if (!job->durable && watched.stored) left_.push_back(job);
+      told.push_back(std::move(job));
+    }
+    watched_.clear();
+  }
+  wake_.notify_all();
+  for (const auto& job : told) {
+    job->give_places_back();
+    job->let_go();
+  }
+}
+
+void Watcher::hear(const store::Signal& signal) {
+  const std::lock_guard lock(mutex_);
+  if (signal.kind == store::Signal::Kind::missed) {
+    missed_ = true;
+  } else if (signal.kind != store::Signal::Kind::changed || !watched_.contains(signal.job.id)) {
+    return;
+  } else {
+    changed_.insert(signal.job.id);
+  }
+  wake_.notify_all();
+}
+
+void Watcher::watch_on() {
+  auto next = LiveJob::Clock::now() + kInterval;
+  std::unique_lock lock(mutex_);
+  while (!ending_) {
+    wake_.wait_until(lock, next, [&] { return ending_ || missed_ || leaving_ || !changed_.empty(); });
+    const bool all = std::exchange(missed_, false) || LiveJob::Clock::now() >= next;
+    const bool leaving = std::exchange(leaving_, false) || all;
+    const Jobs jobs = all ? all_watched() : those_changed();
+    lock.unlock();
+    look_at(jobs);
+    if (leaving) cancel_left();
+    if (all) next = LiveJob::Clock::now() + kInterval;
+    lock.lock();
+  }
+  lock.unlock();
+  cancel_left();
+}
+
+// Precondition of both: mutex_ is held.
+Watcher::Jobs Watcher::those_changed() {
+  Jobs jobs;
+  for (const std::string& id : std::exchange(changed_, {})) {
+    const auto found = watched_.find(id);
+    if (found == watched_.end() || !found->second.stored) continue;
+    if (auto job = found->second.job.lock()) jobs.push_back(std::move(job));
+  }
+  return jobs;
+}
+
+Watcher::Jobs Watcher::all_watched() {
+  Jobs jobs;
+  const std::set<std::string> changed = std::exchange(changed_, {});
+  const bool unwatched = ++round_ % kRoundsUnwatched == 0;
+  for (auto at = watched_.begin(); at != watched_.end();) {
+    auto job = at->second.job.lock();
+    if (!job) {
+      at = watched_.erase(at);
+      continue;
+    }
+    const auto& [id, watched] = *at++;
+    const bool waited_for = !watched.held || job.use_count() > 2;  // beside this one and the held one
+    if (watched.stored && (waited_for || unwatched || changed.contains(id))) jobs.push_back(std::move(job));
+  }
+  return jobs;
+}
+
+void Watcher::look_at(const Jobs& jobs) {
+  for (std::size_t first = 0; first < jobs.size(); first += kMostAtOnce) {
+    look_at_some(std::span(jobs).subspan(first, std::min(kMostAtOnce, jobs.size() - first)));
+  }
+}
+
+void Watcher::look_at_some(std::span<const std::shared_ptr<LiveJob>> jobs) {
+  std::vector<store::JobKey> keys;
+  for (const auto& job : jobs) keys.push_back(job->key);
+  const auto rows = jobs_.get_many(keys);
+  troubles_.note(rows);
+  if (!rows) return;  // they are looked at again in a second
+  std::map<std::string, const store::Job*> by_id;
+  for (const store::Job& row : *rows) by_id[row.key.id] = &row;
+  for (const auto& job : jobs) {
+    const auto found = by_id.find(job->key.id);
+    tell(job, found == by_id.end() ? nullptr : found->second);
+  }
+}
+
+// One that is not kept any more was cancelled and forgotten by its owner, who should know.
+void Watcher::tell(const std::shared_ptr<LiveJob>& job, const store::Job* row) {
+  if (row && !store::has_ended(row->state)) return job->seen(*row);
+  JobView last = row ? as_told(*row) : job->view();
+  if (!row) last.row.state = JobState::cancelled;
+  {
+    const std::lock_guard lock(mutex_);
+    watched_.erase(job->key.id);
+  }
+  job->give_places_back();  // before anybody is told: who has an answer may come again
+  job->ended(std::move(last));
+}
+
+void Watcher::cancel_left() {
+  Jobs left;
+  {
+    const std::lock_guard lock(mutex_);
+    left.swap(left_);
+  }
+  while (!left.empty() && cancelled(*left.back())) left.pop_back();
+  const auto now = LiveJob::Clock::now();
+  std::erase_if(left, [&](const auto& job) { return now > job->submitted + job->request.timeout; });
+  const std::lock_guard lock(mutex_);
+  left_.insert(left_.end(), left.begin(), left.end());
+}
+
+// False: the store could not be told.
+bool Watcher::cancelled(LiveJob& job) {
+  const auto now = jobs_.time();
+  const auto state = jobs_.request_cancel(job.key, {now, now + keep_});
+  troubles_.note(state);
+  if (!state) return false;
+  if (*state == JobState::cancelled) metrics_.job_cancelled_early(job.request.options.strategy);
+  return true;
+}
+
+}  // namespace meshgauge::server

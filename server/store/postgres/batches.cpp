@@ -1,0 +1,299 @@
+// PostgresStore: BatchStore.
+//
+// Whatever changes which batches point at a job (insert_batch(), cancel_batch(), forget_batch(), sweep_batches()) takes
+// a lock of the owner first, so that no job is cancelled or removed while another batch begins to point at it.
+#include <algorithm>
+#include <unordered_map>
+
+#include "server/store/postgres/job_rows.h"
+#include "server/store/postgres/postgres_store.h"
+
+namespace meshgauge::server::store {
+namespace {
+
+constexpr int kLonger = 5;                           // of the patience, for ten thousand rows
+constexpr std::int64_t kOwnersBatches = 0x4d474a33;  // a lock beside those of schema.cpp and control.cpp
+
+void lock_batches_of(PgConnection& connection, const std::string& owner) {
+  connection.query("SELECT pg_advisory_xact_lock($1::int, hashtext(encode($2, 'hex')))", kOwnersBatches, owner);
+}
+
+std::optional<Batch> find_batch(PgConnection& connection, const JobKey& key) {
+  PgRows row = connection.query(
+      "SELECT batch.name, batch.created, batch.cancel_requested, count(item.position), count(*) FILTER (WHERE state = "
+      "0), count(*) FILTER (WHERE state = 1), count(*) FILTER (WHERE state = 2), count(*) FILTER (WHERE state = 3), "
+      "count(*) FILTER (WHERE state = 4), count(*) FILTER (WHERE state = 2 AND verdict = 'pass'), count(*) FILTER "
+      "(WHERE state = 2 AND verdict = 'fail'), count(*) FILTER (WHERE state = 2 AND verdict = 'undecided'), "
+      "max(jobs.finished), max(jobs.expires) FROM batches AS batch LEFT JOIN batch_items AS item ON item.owner = "
+      "batch.owner AND item.batch = batch.id LEFT JOIN jobs ON jobs.owner = item.owner AND jobs.id = item.job WHERE "
+      "batch.owner = $1 AND batch.id = $2 GROUP BY batch.owner, batch.id",
+      key.owner, key.id);
+  if (!row.next()) return std::nullopt;
+  const auto count = [&](int column) { return static_cast<std::uint64_t>(row.number(column)); };
+  Batch batch{key, row.text(0), row.time(1), row.number(2) != 0, std::nullopt, std::nullopt, {}};
+  batch.counts = {count(3), count(4), count(5), count(6), count(7), count(8), 0, count(9), count(10), count(11)};
+  BatchCounts& counts = batch.counts;
+  counts.gone = counts.total - counts.queued - counts.running - counts.done - counts.failed - counts.cancelled;
+  if (counts.queued + counts.running == 0) {
+    batch.finished = row.time_if_any(12);
+    batch.expires = row.time_if_any(13);
+  }
+  return batch;
+}
+
+std::optional<JobKey> find_idempotent_key(PgConnection& connection, const std::string& owner,
+                                          const std::string& idempotency_key) {
+  PgRows row =
+      connection.query("SELECT id FROM batches WHERE owner = $1 AND idempotency_key = $2", owner, idempotency_key);
+  if (!row.next()) return std::nullopt;
+  return JobKey{owner, row.text(0)};
+}
+
+std::optional<InsertedBatch> existing(PgConnection& connection, const NewBatch& wanted) {
+  std::optional<Batch> there = find_batch(connection, wanted.key);
+  if (!there && !wanted.idempotency_key.empty()) {
+    const auto key = find_idempotent_key(connection, wanted.key.owner, wanted.idempotency_key);
+    if (key) there = find_batch(connection, *key);
+  }
+  if (!there) return std::nullopt;
+  PgRows row =
+      connection.query("SELECT fingerprint FROM batches WHERE owner = $1 AND id = $2", there->key.owner, there->key.id);
+  const bool conflict = row.next() && row.text(0) != wanted.fingerprint;
+  connection.put_barrier();
+  return InsertedBatch{*std::move(there), true, conflict};
+}
+
+bool insert_head(PgConnection& connection, const NewBatch& batch) {
+  const std::optional<std::string> idempotency_key =
+      batch.idempotency_key.empty() ? std::nullopt : std::optional(batch.idempotency_key);
+  return connection
+             .query(
+                 "INSERT INTO batches (owner, id, name, idempotency_key, fingerprint, created) VALUES ($1, $2, $3, "
+                 "$4, $5, $6) ON CONFLICT DO NOTHING",
+                 batch.key.owner, batch.key.id, batch.name, idempotency_key, batch.fingerprint, batch.created)
+             .changed() == 1;
+}
+
+using JobsByWork = std::unordered_map<std::string, std::string>;
+
+// The jobs that do the work of some items already. A lock keeps them until these items point at them.
+JobsByWork find_work(PgConnection& connection, const NewBatch& batch) {
+  std::vector<std::string> works;
+  for (const BatchItem& item : batch.items) {
+    if (!item.work.empty()) works.push_back(item.work);
+  }
+  std::sort(works.begin(), works.end());
+  works.erase(std::unique(works.begin(), works.end()), works.end());
+  if (works.empty()) return {};
+  PgRows row = connection.query(
+      "SELECT given.work, found.id FROM unnest($2::bytea[]) AS given (work) CROSS JOIN LATERAL (SELECT id FROM jobs "
+      "WHERE owner = $1 AND work = given.work AND work <> '' AND ((state < 2 AND NOT cancel_requested) OR (state = 2 "
+      "AND reusable)) ORDER BY number LIMIT 1 FOR KEY SHARE) AS found",
+      batch.key.owner, works);
+  JobsByWork jobs;
+  while (row.next()) jobs.emplace(row.text(0), row.text(1));
+  return jobs;
+}
+
+Job queued_job(const NewBatch& batch, const NewJob& asked) {
+  Job job;
+  static_cast<NewJob&>(job) = asked;
+  job.key.owner = batch.key.owner;
+  job.batch = batch.key.id;
+  return job;
+}
+
+void insert_items(PgConnection& connection, const NewBatch& batch) {
+  JobsByWork known = find_work(connection, batch);
+  std::vector<JobRow> rows;
+  std::vector<std::string> names, jobs;
+  for (const BatchItem& item : batch.items) {
+    const auto found = item.work.empty() ? known.end() : known.find(item.work);
+    names.push_back(item.name);
+    jobs.push_back(found == known.end() ? item.job.key.id : found->second);
+    if (found != known.end()) continue;
+    rows.push_back({queued_job(batch, item.job), item.work, "", 0});
+    if (!item.work.empty()) known.emplace(item.work, item.job.key.id);
+  }
+  if (!rows.empty() && insert_rows(connection, rows) != rows.size()) {
+    throw PgFailure{"23505", "a job of a batch has the id of another job", false, false};
+  }
+  connection.query(
+      "INSERT INTO batch_items (owner, batch, position, name, job) SELECT $1, $2, place - 1, name, job FROM "
+      "unnest($3::bytea[], $4::bytea[]) WITH ORDINALITY AS item (name, job, place)",
+      batch.key.owner, batch.key.id, names, jobs);
+}
+
+InsertedBatch insert(PgConnection& connection, const NewBatch& batch) {
+  PgTransaction transaction(connection);
+  lock_batches_of(connection, batch.key.owner);
+  if (!insert_head(connection, batch)) {
+    if (auto there = existing(connection, batch)) return *std::move(there);
+    throw PgFailure{"40001", "a batch went while it was looked at", false, true};
+  }
+  insert_items(connection, batch);
+  InsertedBatch inserted{*find_batch(connection, batch.key), false, false};
+  transaction.commit();
+  return inserted;
+}
+
+// Nobody asked for a job of a batch by itself; it is this batch's alone, or of others that were cancelled as well.
+#define MESHGAUGE_PG_OWN_JOBS                                                                                      \
+  "SELECT DISTINCT job FROM batch_items AS mine WHERE mine.owner = $1 AND mine.batch = $2 AND NOT EXISTS (SELECT " \
+  "FROM batch_items AS other JOIN batches AS its ON its.owner = other.owner AND its.id = other.batch WHERE "       \
+  "other.owner = mine.owner AND other.job = mine.job AND other.batch <> mine.batch"
+
+struct CancelledBatch {
+  bool known = false;
+  std::vector<JobKey> running;
+};
+
+CancelledBatch cancel(PgConnection& connection, const JobKey& key, Moment moment) {
+  PgTransaction transaction(connection);
+  lock_batches_of(connection, key.owner);
+  CancelledBatch cancelled;
+  cancelled.known =
+      connection.query("UPDATE batches SET cancel_requested = true WHERE owner = $1 AND id = $2", key.owner, key.id)
+          .changed() == 1;
+  PgRows row = connection.query(
+      "WITH own AS (" MESHGAUGE_PG_OWN_JOBS
+      " AND NOT its.cancel_requested)), "
+      "those AS MATERIALIZED (SELECT found.number FROM (SELECT job FROM own ORDER BY job) AS own CROSS JOIN LATERAL "
+      "(SELECT number FROM jobs WHERE jobs.owner = $1 AND jobs.id = own.job AND state < 2 AND batch <> '' FOR UPDATE) "
+      "AS found) "
+      "UPDATE jobs SET cancel_requested = true, state = CASE state WHEN 0 THEN 4 ELSE 1 END, finished = CASE state "
+      "WHEN 0 THEN $3 END, expires = CASE state WHEN 0 THEN $4 END FROM those WHERE jobs.number = those.number "
+      "RETURNING jobs.id, jobs.state",
+      key.owner, key.id, moment.now, moment.keep_until);
+  while (row.next()) {
+    if (static_cast<JobState>(row.number(1)) == JobState::running)
+      cancelled.running.push_back({key.owner, row.text(0)});
+  }
+  transaction.commit();
+  return cancelled;
+}
+
+// In a transaction. false: there is none, or not all of its jobs have ended, the last one before `ended_before` if that
+// is given.
+bool remove_batch(PgConnection& connection, const JobKey& key, std::optional<TimePoint> ended_before) {
+  lock_batches_of(connection, key.owner);
+  PgRows row = connection.query(
+      "SELECT 1 FROM batches WHERE owner = $1 AND id = $2 AND NOT EXISTS (SELECT FROM batch_items AS item JOIN jobs ON "
+      "jobs.owner = item.owner AND jobs.id = item.job WHERE item.owner = $1 AND item.batch = $2 AND (state < 2 OR "
+      "jobs.finished >= $3)) FOR UPDATE",
+      key.owner, key.id, ended_before);
+  if (!row.next()) return false;
+  connection.query("DELETE FROM jobs USING (" MESHGAUGE_PG_OWN_JOBS
+                   ")) AS own WHERE jobs.owner = $1 AND jobs.id = own.job AND jobs.batch <> '' AND state >= 2",
+                   key.owner, key.id);
+  connection.query("DELETE FROM batch_items WHERE owner = $1 AND batch = $2", key.owner, key.id);
+  connection.query("DELETE FROM batches WHERE owner = $1 AND id = $2", key.owner, key.id);
+  return true;
+}
+
+std::vector<JobKey> batches_before(PgConnection& connection, TimePoint ended_before) {
+  PgRows row = connection.query(
+      "SELECT owner, id FROM batches AS batch WHERE created < $1 AND NOT EXISTS (SELECT FROM batch_items AS item JOIN "
+      "jobs ON jobs.owner = item.owner AND jobs.id = item.job WHERE item.owner = batch.owner AND item.batch = batch.id "
+      "AND (state < 2 OR jobs.finished >= $1))",
+      ended_before);
+  std::vector<JobKey> keys;
+  while (row.next()) keys.push_back({row.text(0), row.text(1)});
+  return keys;
+}
+
+#define MESHGAUGE_PG_ROWS                                                                                      \
+  "SELECT " MESHGAUGE_PG_JOB                                                                                   \
+  ", position, item_name FROM (SELECT item.position, item.name AS item_name, jobs.* FROM batch_items AS item " \
+  "LEFT JOIN jobs ON jobs.owner = item.owner AND jobs.id = item.job WHERE item.owner = $1 AND item.batch = $2 "
+
+constexpr const char* kEnded = MESHGAUGE_PG_ROWS
+    "AND item.position >= $3 AND (state >= 2 OR state IS NULL) ORDER BY item.position LIMIT $4) AS item ORDER BY "
+    "position";
+
+#define MESHGAUGE_PG_BADNESS                                                                                        \
+  "CASE WHEN state = 3 THEN 2 WHEN state = 4 THEN 4 WHEN state = 2 AND verdict = 'fail' THEN 1 WHEN state = 2 AND " \
+  "verdict = 'undecided' THEN 3 END"
+
+constexpr const char* kFailuresFirst =
+    MESHGAUGE_PG_ROWS "AND item.position >= $3 AND " MESHGAUGE_PG_BADNESS " IS NOT NULL ORDER BY " MESHGAUGE_PG_BADNESS
+                      ", item.position LIMIT $4) AS item ORDER BY " MESHGAUGE_PG_BADNESS ", position";
+
+}  // namespace
+
+Result<InsertedBatch> PostgresStore::insert_batch(const NewBatch& batch) {
+  Result<InsertedBatch> inserted = pool_.run(
+      Promise::durable, [&](PgConnection& connection) { return store::insert(connection, batch); }, kLonger);
+  if (inserted && !inserted->existed) control_.tell(Signal::Kind::work);
+  return inserted;
+}
+
+Result<std::optional<Batch>> PostgresStore::get_batch(const JobKey& key) {
+  return pool_.run(Promise::fleeting, [&](PgConnection& connection) { return find_batch(connection, key); });
+}
+
+Result<std::optional<Batch>> PostgresStore::find_idempotent_batch(const std::string& owner,
+                                                                  const std::string& idempotency_key) {
+  return pool_.run(Promise::fleeting, [&](PgConnection& connection) -> std::optional<Batch> {
+    const auto key = find_idempotent_key(connection, owner, idempotency_key);
+    return key ? find_batch(connection, *key) : std::nullopt;
+  });
+}
+
+Result<std::vector<BatchRow>> PostgresStore::batch_rows(const JobKey& key, Rows which, std::uint64_t from,
+                                                        std::size_t most) {
+  return pool_.run(Promise::fleeting, [&](PgConnection& connection) {
+    PgRows row = connection.query(which == Rows::ended ? kEnded : kFailuresFirst, key.owner, key.id, from, most);
+    constexpr int kPosition = 29;  // after the columns of the job
+    std::vector<BatchRow> rows;
+    while (row.next()) {
+      const auto position = static_cast<std::uint64_t>(row.number(kPosition));
+      rows.push_back({position, row.text(kPosition + 1), std::nullopt});
+      if (!row.is_null(1)) rows.back().job = pg_job_of(row);
+    }
+    return rows;
+  });
+}
+
+Result<bool> PostgresStore::cancel_batch(const JobKey& key, Moment moment) {
+  const Result<CancelledBatch> cancelled = pool_.run(
+      Promise::durable, [&](PgConnection& connection) { return cancel(connection, key, moment); }, kLonger);
+  if (!cancelled) return cancelled.error();
+  for (const JobKey& job : cancelled->running) control_.tell(Signal::Kind::cancel, job);
+  return cancelled->known;
+}
+
+Result<bool> PostgresStore::forget_batch(const JobKey& key) {
+  return pool_.run(
+      Promise::durable,
+      [&](PgConnection& connection) {
+        PgTransaction transaction(connection);
+        const bool removed = remove_batch(connection, key, std::nullopt);
+        transaction.commit();
+        return removed;
+      },
+      kLonger);
+}
+
+Result<std::uint64_t> PostgresStore::sweep_batches(TimePoint ended_before) {
+  const Result<std::vector<JobKey>> over = pool_.run(
+      Promise::fleeting, [&](PgConnection& connection) { return batches_before(connection, ended_before); }, kLonger);
+  if (!over) return over.error();
+  std::uint64_t removed = 0;
+  for (const JobKey& key : *over) {
+    const Result<bool> gone = pool_.run(
+        Promise::durable,
+        [&](PgConnection& connection) {
+          PgTransaction transaction(connection);
+          const bool was_there = remove_batch(connection, key, ended_before);
+          transaction.commit();
+          return was_there;
+        },
+        kLonger);
+    if (!gone) return gone.error();
+    if (*gone) ++removed;
+  }
+  return removed;
+}
+
+}  // namespace meshgauge::server::store

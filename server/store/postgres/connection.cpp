@@ -1,0 +1,229 @@
+#include "server/store/postgres/connection.h"
+
+#include <poll.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+
+#include <libpq-fe.h>
+
+namespace meshgauge::server::store {
+namespace {
+
+// Of the connection string, what it does not say otherwise: a server that is gone is noticed within seconds.
+constexpr std::array kDefaults = {
+    std::pair("connect_timeout", "2"),     std::pair("keepalives_idle", "5"),
+    std::pair("keepalives_interval", "2"), std::pair("keepalives_count", "3"),
+    std::pair("tcp_user_timeout", "6000"), std::pair("fallback_application_name", "meshgauge"),
+};
+
+// Ours for each session. The plans must not depend on how many rows there were when they were made: every table is
+// read, and joined, by an index. A client that is gone must not hold locks, nor one that waits for a lock wait long.
+// What is acknowledged is on the disk, and with the standby if there is one that must have it, whatever the server's
+// default.
+constexpr const char* kSession = R"sql(
+SET client_min_messages = warning;
+SET statement_timeout = '30s';
+SET lock_timeout = '3s';
+SET idle_in_transaction_session_timeout = '10s';
+SET client_connection_check_interval = '2s';
+SET tcp_keepalives_idle = 10;
+SET tcp_keepalives_interval = 5;
+SET tcp_keepalives_count = 3;
+SET jit = off;
+SET enable_seqscan = off;
+SET enable_hashjoin = off;
+SET enable_mergejoin = off;
+SET plan_cache_mode = force_generic_plan;
+SET default_transaction_isolation = 'read committed';
+SELECT set_config('synchronous_commit', 'on', false)
+  WHERE current_setting('synchronous_commit') IN ('off', 'local', 'remote_write');
+)sql";
+
+constexpr auto kSessionTime = std::chrono::seconds(4);
+
+std::string one_line(std::string_view text) {
+  std::string line;
+  for (const char c : text) {
+    if (c == '\n' || c == '\t') {
+      if (!line.empty() && line.back() != ' ') line += ' ';
+    } else {
+      line += c;
+    }
+  }
+  while (!line.empty() && line.back() == ' ') line.pop_back();
+  return line;
+}
+
+bool starts(const std::string& state, std::string_view with) { return state.starts_with(with); }
+
+// 08: the connection; 25006: this server has become a standby; 57P: it is shutting down or starting; 53300: it has no
+// connection left; 40: a deadlock, or somebody else was first; 55P03: a lock took too long; 0A000: a plan that a
+// migration made invalid; 26000: a statement that the server does not know.
+bool needs_another_connection(const std::string& state) {
+  return starts(state, "08") || starts(state, "57P") || state == "25006" || state == "53300" || state == "0A000" ||
+         state == "26000" || state == "25P03" || state == "25P02";
+}
+bool may_pass(const std::string& state) {
+  return needs_another_connection(state) || starts(state, "40") || state == "55P03" || state == "57014" ||
+         state == "55006" || starts(state, "58");
+}
+
+std::string field(const PGresult* result, int code) {
+  const char* text = PQresultErrorField(result, code);
+  return text == nullptr ? "" : text;
+}
+
+PgFailure failure_of(const PGresult* result) {
+  const std::string state = field(result, PG_DIAG_SQLSTATE);
+  return {state, one_line(field(result, PG_DIAG_MESSAGE_PRIMARY)), needs_another_connection(state), may_pass(state)};
+}
+
+// The statement timeout, or somebody, ended a commit's wait for a standby: it is committed here, and nobody knows
+// whether a failover keeps it. The function's name is in no language of people.
+bool is_about_replication(const PGresult* notice) {
+  return field(notice, PG_DIAG_SOURCE_FUNCTION) == "SyncRepWaitForLSN";
+}
+
+int milliseconds_until(SteadyTime deadline) {
+  if (deadline == SteadyTime::max()) return -1;
+  const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline - std::chrono::steady_clock::now()).count();
+  return static_cast<int>(std::clamp<std::int64_t>(left, 0, 3'600'000));
+}
+
+}  // namespace
+
+Error to_error(const PgFailure& failure) {
+  const std::string what = "the database ";
+  if (failure.state == "53100") return {ErrorCode::storage_full, what + "finds no room: " + failure.message, "", ""};
+  if (failure.state.empty() || failure.connection_lost || failure.may_pass || starts(failure.state, "53") ||
+      starts(failure.state, "28") || starts(failure.state, "3D") || starts(failure.state, "42501")) {
+    return {ErrorCode::storage_unavailable, what + "cannot be used: " + failure.message, "", ""};
+  }
+  return {ErrorCode::internal, what + "failed: " + failure.message + " (" + failure.state + ")", "", ""};
+}
+
+void PgConnection::Closed::operator()(pg_conn* connection) const { PQfinish(connection); }
+
+std::unique_ptr<PgConnection> PgConnection::open(const std::string& database) {
+  std::vector<const char*> names, values;
+  for (const auto& [name, value] : kDefaults) {
+    names.push_back(name);
+    values.push_back(value);
+  }
+  for (const auto& [name, value] : {std::pair("dbname", database.c_str()), {"target_session_attrs", "read-write"}}) {
+    names.push_back(name);
+    values.push_back(value);
+  }
+  names.push_back(nullptr);
+  values.push_back(nullptr);
+  std::unique_ptr<pg_conn, Closed> raw(PQconnectdbParams(names.data(), values.data(), 1));
+  if (!raw) throw PgFailure{"53200", "no memory for a connection", true, false};
+  if (PQstatus(raw.get()) != CONNECTION_OK) throw PgFailure{"", one_line(PQerrorMessage(raw.get())), true, true};
+  std::unique_ptr<PgConnection> connection(new PgConnection(raw.release()));
+  connection->set_deadline(std::chrono::steady_clock::now() + kSessionTime);
+  connection->execute(kSession);
+  return connection;
+}
+
+PgConnection::PgConnection(pg_conn* connection) : connection_(connection) {
+  PQsetnonblocking(connection, 1);
+  PQsetNoticeReceiver(
+      connection,
+      [](void* self, const PGresult* notice) {
+        if (is_about_replication(notice)) static_cast<PgConnection*>(self)->unreplicated_ = true;
+      },
+      this);
+}
+
+bool PgConnection::usable() const { return !lost_ && PQstatus(connection_.get()) == CONNECTION_OK; }
+bool PgConnection::in_transaction() const { return PQtransactionStatus(connection_.get()) != PQTRANS_IDLE; }
+int PgConnection::socket() const { return PQsocket(connection_.get()); }
+
+void PgConnection::lost(const std::string& why) {
+  lost_ = true;
+  throw PgFailure{"", why, true, true};
+}
+
+void PgConnection::wait(short events) {
+  pollfd polled{socket(), events, 0};
+  int ready = 0;
+  do {
+    ready = ::poll(&polled, 1, milliseconds_until(deadline_));
+  } while (ready < 0 && errno == EINTR);
+  if (ready <= 0) lost("it did not answer in time");
+}
+
+PgRows PgConnection::finish(bool sent) {
+  if (!sent) lost(one_line(PQerrorMessage(connection_.get())));
+  for (int left = 1; (left = PQflush(connection_.get())) != 0;) {
+    if (left < 0) lost(one_line(PQerrorMessage(connection_.get())));
+    wait(POLLIN | POLLOUT);
+    if (PQconsumeInput(connection_.get()) == 0) lost(one_line(PQerrorMessage(connection_.get())));
+  }
+  PgRows rows(nullptr);
+  std::optional<PgFailure> failure;
+  while (true) {
+    while (PQisBusy(connection_.get()) != 0) {
+      wait(POLLIN);
+      if (PQconsumeInput(connection_.get()) == 0) lost(one_line(PQerrorMessage(connection_.get())));
+    }
+    PGresult* result = PQgetResult(connection_.get());
+    if (result == nullptr) break;
+    rows = PgRows(result);
+    const ExecStatusType status = PQresultStatus(result);
+    if (status != PGRES_COMMAND_OK && status != PGRES_TUPLES_OK && !failure) failure = failure_of(result);
+  }
+  if (PQstatus(connection_.get()) != CONNECTION_OK) lost(failure ? failure->message : "the connection was closed");
+  if (failure) {
+    lost_ = failure->connection_lost;
+    throw PgFailure(*failure);
+  }
+  if (std::exchange(unreplicated_, false)) {
+    throw PgFailure{"", "no other server has confirmed what was stored", false, true};
+  }
+  return rows;
+}
+
+const std::string& PgConnection::prepared(const char* sql, const PgValues& values) {
+  const auto found = names_.find(sql);
+  if (found != names_.end()) return found->second;
+  const std::string name = "s" + std::to_string(names_.size());
+  finish(PQsendPrepare(connection_.get(), name.c_str(), sql, values.size(), values.types()) != 0);
+  return names_.emplace(sql, name).first->second;
+}
+
+PgRows PgConnection::query(const char* sql, const PgValues& values) {
+  const std::string& name = prepared(sql, values);
+  const std::vector<int> binary(static_cast<std::size_t>(values.size()), 1);
+  return finish(PQsendQueryPrepared(connection_.get(), name.c_str(), values.size(), values.pointers().data(),
+                                    values.lengths().data(), binary.data(), 1) != 0);
+}
+
+PgRows PgConnection::execute(const std::string& sql) {
+  return finish(PQsendQuery(connection_.get(), sql.c_str()) != 0);
+}
+
+std::vector<PgConnection::Notification> PgConnection::notifications() {
+  if (PQconsumeInput(connection_.get()) == 0) lost(one_line(PQerrorMessage(connection_.get())));
+  std::vector<Notification> all;
+  while (PGnotify* notify = PQnotifies(connection_.get())) {
+    all.push_back({notify->relname, notify->extra});
+    PQfreemem(notify);
+  }
+  return all;
+}
+
+PgTransaction::~PgTransaction() {
+  if (!connection_.usable() || !connection_.in_transaction()) return;
+  try {
+    connection_.execute("ROLLBACK");
+  } catch (const PgFailure&) {  // whoever gives the connection back sees that it is still in a transaction
+  }
+}
+
+void PgTransaction::commit() { connection_.execute("COMMIT"); }
+
+}  // namespace meshgauge::server::store

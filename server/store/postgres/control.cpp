@@ -1,0 +1,176 @@
+#include "server/store/postgres/control.h"
+
+#include <poll.h>
+#include <sys/eventfd.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+
+namespace meshgauge::server::store {
+namespace {
+
+using namespace std::chrono_literals;
+using Clock = std::chrono::steady_clock;
+
+constexpr auto kStatementTime = 4s;
+constexpr auto kPing = 5s;  // also how soon another process takes over the duty
+constexpr auto kMeasureAgain = 30s;
+constexpr auto kBetweenConnects = 500ms;
+constexpr std::size_t kMostPending = 10'000;
+constexpr std::int64_t kDuty = 0x4d474a32;  // beside the lock of schema.cpp; with the schema's name a pair of numbers
+
+std::int64_t ns(Clock::duration time) { return std::chrono::duration_cast<std::chrono::nanoseconds>(time).count(); }
+
+}  // namespace
+
+PgControl::PgControl(ControlSettings settings, std::function<SteadyTime()> newest_trouble)
+    : settings_(std::move(settings)),
+      newest_trouble_(std::move(newest_trouble)),
+      wake_(::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)),
+      connected_since_(Clock::now().time_since_epoch().count()),
+      time_offset_ns_(ns(std::chrono::system_clock::now().time_since_epoch()) - ns(Clock::now().time_since_epoch())) {
+  thread_ = std::thread([this] { work(); });
+}
+
+PgControl::~PgControl() {
+  stopped_ = true;
+  ::eventfd_write(wake_.get(), 1);
+  thread_.join();
+}
+
+void PgControl::listen(Hear hear) {
+  const std::lock_guard lock(hear_mutex_);
+  hear_ = std::move(hear);
+}
+
+void PgControl::stop_listening() {
+  const std::lock_guard lock(hear_mutex_);
+  hear_ = nullptr;
+}
+
+void PgControl::hear(const Signal& signal) {
+  const std::lock_guard lock(hear_mutex_);
+  if (hear_) hear_(signal);
+}
+
+void PgControl::tell(Signal::Kind kind, const JobKey& job) {
+  std::string payload = to_payload({kind, job});
+  {
+    const std::lock_guard lock(pending_mutex_);
+    if (pending_.size() >= kMostPending) return;
+    if (!pending_.empty() && pending_.back() == payload) return;
+    pending_.push_back(std::move(payload));
+  }
+  ::eventfd_write(wake_.get(), 1);
+}
+
+// By the steady clock, so that it does not matter when this machine's is set.
+TimePoint PgControl::time() const {
+  const auto since_1970 = std::chrono::nanoseconds(ns(Clock::now().time_since_epoch()) + time_offset_ns_.load());
+  return std::chrono::floor<std::chrono::milliseconds>(std::chrono::sys_time<std::chrono::nanoseconds>(since_1970));
+}
+
+bool PgControl::on_duty() {
+  if (!applies_.exchange(true)) ::eventfd_write(wake_.get(), 1);
+  if (!holds_duty_.load()) return false;
+  const SteadyTime connected{Clock::duration(connected_since_.load())};
+  return Clock::now() - std::max(connected, newest_trouble_()) >= settings_.duty_grace;
+}
+
+void PgControl::work() {
+  bool was_connected = false;
+  while (!stopped_) {
+    try {
+      connect();
+      if (was_connected) hear({Signal::Kind::missed, {}});
+      was_connected = true;
+      while (!stopped_) serve();
+    } catch (const PgFailure&) {  // the pool tells callers; here another connection is all that can be done
+    }
+    holds_duty_ = false;
+    connection_.reset();
+    pause();
+  }
+}
+
+void PgControl::connect() {
+  connection_ = PgConnection::open(settings_.database);
+  connection_->set_deadline(Clock::now() + kStatementTime);
+  // A process that was stopped must not keep its duty: it says something every kPing, or is thrown out.
+  connection_->execute("SET idle_session_timeout = '30s'; SET synchronous_commit = off");
+  // Of one database several schemas may be in use.
+  PgRows schema = connection_->query("SELECT 'meshgauge_' || md5(coalesce(current_schema(), ''))");
+  schema.next();
+  channel_ = schema.text(0);
+  connection_->execute("LISTEN " + channel_);
+  measure_time();
+  applied_ = {};
+  connected_since_ = Clock::now().time_since_epoch().count();
+}
+
+void PgControl::serve() {
+  std::array<pollfd, 2> polled{{{connection_->socket(), POLLIN, 0}, {wake_.get(), POLLIN, 0}}};
+  const int timeout = static_cast<int>(std::chrono::milliseconds(kPing).count());
+  const int ready = ::poll(polled.data(), polled.size(), timeout);
+  eventfd_t count = 0;
+  if (polled[1].revents != 0) ::eventfd_read(wake_.get(), &count);
+  if (stopped_) return;
+  connection_->set_deadline(Clock::now() + kStatementTime);
+  send_pending();
+  if (applies_ && !holds_duty_ && Clock::now() - applied_ >= kPing) apply_for_duty();
+  if (ready == 0 || Clock::now() - measured_at_ >= kMeasureAgain) measure_time();
+  hear_all();
+}
+
+void PgControl::send_pending() {
+  std::deque<std::string> pending;
+  {
+    const std::lock_guard lock(pending_mutex_);
+    pending.swap(pending_);
+  }
+  if (pending.empty()) return;
+  // NOTIFY holds a lock of the whole database until its commit, so it has a transaction of its own, that waits for no
+  // disk, and not those of the callers.
+  const std::vector<std::string> payloads(pending.begin(), pending.end());
+  connection_->query(
+      "SELECT pg_notify(encode($1, 'escape'), encode(payload, 'escape')) FROM unnest($2::bytea[]) AS payload", channel_,
+      payloads);
+}
+
+void PgControl::apply_for_duty() {
+  applied_ = Clock::now();
+  PgRows row =
+      connection_->query("SELECT pg_try_advisory_lock($1::int, hashtext(coalesce(current_schema(), '')))", kDuty);
+  holds_duty_ = row.next() && row.number(0) != 0;
+}
+
+void PgControl::measure_time() {
+  const SteadyTime before = Clock::now();
+  PgRows row = connection_->query("SELECT (extract(epoch FROM clock_timestamp()) * 1000000)::int8");
+  const SteadyTime after = Clock::now();
+  if (!row.next()) return;
+  const SteadyTime middle = before + (after - before) / 2;
+  time_offset_ns_ = row.number(0) * 1000 - ns(middle.time_since_epoch());
+  measured_at_ = after;
+}
+
+void PgControl::hear_all() {
+  for (const PgConnection::Notification& notification : connection_->notifications()) {
+    if (const auto signal = signal_of(notification.payload)) hear(*signal);
+  }
+}
+
+void PgControl::pause() {
+  pollfd polled{wake_.get(), POLLIN, 0};
+  const auto end = Clock::now() + kBetweenConnects;
+  while (!stopped_ && Clock::now() < end) {
+    ::poll(&polled, 1, 50);
+    eventfd_t count = 0;
+    if (polled.revents != 0) ::eventfd_read(wake_.get(), &count);
+    const std::lock_guard lock(pending_mutex_);
+    pending_.clear();  // whoever listens will hear that it has missed some
+  }
+}
+
+}  // namespace meshgauge::server::store

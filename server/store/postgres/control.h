@@ -1,0 +1,81 @@
+// The one connection of a process that it keeps for itself: by it the process listens and tells, knows the
+// database's time, and is on duty or not. A thread holds it, and gets another one when it is lost.
+#pragma once
+
+#include <atomic>
+#include <deque>
+#include <functional>
+#include <mutex>
+#include <string>
+#include <thread>
+
+#include "server/sandbox/descriptor.h"
+#include "server/store/postgres/connection.h"
+#include "server/store/signals.h"
+
+namespace meshgauge::server::store {
+
+struct ControlSettings {
+  std::string database;
+  // How long all must have gone well before this process is on duty: a worker that could not be heard during an
+  // outage is to have its chance to say that it lives.
+  std::chrono::milliseconds duty_grace{15'000};
+};
+
+class PgControl final : public Signals {
+ public:
+  // `newest_trouble`: of the other connections of this process.
+  PgControl(ControlSettings settings, std::function<SteadyTime()> newest_trouble);
+  ~PgControl() override;
+
+  void listen(Hear hear) override;
+  void stop_listening() override;
+
+  // To all who listen, this process among them. Returns at once; a little later it is sent, once of several that are
+  // equal. What cannot be sent is lost.
+  void tell(Signal::Kind kind, const JobKey& job = {});
+
+  TimePoint time() const;  // JobStore::time(). Measured with each connection and every half minute
+  bool on_duty();          // JobStore::on_duty(). Its first call applies for it
+
+ private:
+  void work();
+  void connect();
+  void serve();
+  void send_pending();
+  void apply_for_duty();
+  void measure_time();
+  void pause();
+  void hear(const Signal& signal);
+  void hear_all();
+
+  const ControlSettings settings_;
+  const std::function<SteadyTime()> newest_trouble_;
+  const Descriptor wake_;  // an eventfd
+
+  std::atomic<bool> stopped_{false};
+  std::atomic<bool> applies_{false};
+  std::atomic<bool> holds_duty_{false};
+  std::atomic<std::int64_t> connected_since_;  // steady clock's count
+  std::atomic<std::int64_t> time_offset_ns_;   // of the database's clock to this machine's steady one
+  std::atomic<bool> measured_{false};
+
+  std::mutex pending_mutex_;
+  std::deque<std::string> pending_;  // payloads
+
+  std::mutex hear_mutex_;  // held while `hear_` runs
+  Hear hear_;
+
+  // The thread's own.
+  std::unique_ptr<PgConnection> connection_;
+  std::string channel_;
+  SteadyTime applied_{}, measured_at_{};
+  std::thread thread_;
+};
+
+// What a signal is as a payload of NOTIFY, whatever bytes are in its owner's name; one that would be too long becomes
+// `missed`. And back; nothing for what is no such payload.
+std::string to_payload(const Signal& signal);
+std::optional<Signal> signal_of(std::string_view payload);
+
+}  // namespace meshgauge::server::store

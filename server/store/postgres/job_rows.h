@@ -1,0 +1,41 @@
+// Jobs as rows of the table, and back.
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "server/store/postgres/connection.h"
+
+namespace meshgauge::server::store {
+
+// The columns of a job, in the order that pg_job_of() reads them in.
+#define MESHGAUGE_PG_JOB                                                                                     \
+  "owner, id, state, mesh_a, mesh_b, hints, options, cost, idempotency_key, fingerprint, trace, created, "   \
+  "expires_if_never_run, tries, worker, cancel_requested, started, finished, expires, lower, upper, stage, " \
+  "document, problem, last_error, batch, deadline, verdict, excused"
+
+// The end of a statement whose query `ended` has the columns owner and parent of jobs that it has ended: their wholes
+// wait for one part less each. Wholes are locked after parts, everywhere.
+#define MESHGAUGE_PG_SETTLE_WHOLES                                                                                \
+  "settled AS (UPDATE jobs AS whole SET awaits = whole.awaits - part.number FROM (SELECT owner, parent, "         \
+  "count(*)::int AS number FROM ended WHERE parent <> '' GROUP BY owner, parent ORDER BY owner, parent) AS part " \
+  "WHERE whole.owner = part.owner AND whole.id = part.parent AND whole.state = 0 AND whole.awaits > 0) "
+
+Job pg_job_of(const PgRows& row);
+Token pg_token_of(const PgRows& row);
+
+struct JobRow {
+  Job job;
+  std::string work;    // BatchItem::work
+  std::string parent;  // id of the whole
+  std::int64_t awaits = 0;
+};
+
+// Those that there are already, by id or by idempotency key, are left out; how many were not.
+std::uint64_t insert_rows(PgConnection& connection, std::span<const JobRow> rows);
+
+std::optional<Job> pg_find_job(PgConnection& connection, const JobKey& key);
+std::optional<Job> pg_find_idempotent_job(PgConnection& connection, const std::string& owner, const std::string& key);
+
+}  // namespace meshgauge::server::store

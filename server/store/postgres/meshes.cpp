@@ -1,0 +1,123 @@
+// PostgresStore: MeshIndex.
+#include "server/store/postgres/postgres_store.h"
+
+namespace meshgauge::server::store {
+namespace {
+
+constexpr std::int64_t kPortion = 500;  // rows that one transaction removes
+
+MeshRow mesh_of(const BlobKey& key, const PgRows& row) {
+  return {key,        static_cast<std::uint64_t>(row.number(0)), row.text(1), row.text(2), row.time(3), row.time(4),
+          row.time(5)};
+}
+
+#define MESHGAUGE_PG_MESH "bytes, media_type, file_name, created, last_used, expires"
+
+std::optional<MeshRow> use_mesh(PgConnection& connection, const MeshRow& mesh) {
+  PgRows row = connection.query(
+      "UPDATE meshes SET last_used = greatest(last_used, $1), expires = greatest(expires, $2) WHERE owner = $3 AND id "
+      "= $4 RETURNING " MESHGAUGE_PG_MESH,
+      mesh.last_used, mesh.expires, mesh.key.owner, mesh.key.id);
+  if (!row.next()) return std::nullopt;
+  return mesh_of(mesh.key, row);
+}
+
+// What is stored of an owner; nobody else adds to it until the end of the transaction.
+std::uint64_t lock_stored(PgConnection& connection, const std::string& owner) {
+  connection.query("INSERT INTO stored VALUES ($1, 0) ON CONFLICT DO NOTHING", owner);
+  PgRows row = connection.query("SELECT bytes FROM stored WHERE owner = $1 FOR UPDATE", owner);
+  return row.next() ? static_cast<std::uint64_t>(row.number(0)) : 0;
+}
+
+PutMesh put(PgConnection& connection, const MeshRow& mesh, std::uint64_t max_stored_bytes) {
+  PgTransaction transaction(connection);
+  const std::uint64_t stored = lock_stored(connection, mesh.key.owner);
+  if (auto there = use_mesh(connection, mesh)) {
+    transaction.commit();
+    return {MeshPut::existed, *std::move(there)};
+  }
+  if (mesh.bytes > max_stored_bytes || stored > max_stored_bytes - mesh.bytes) return {MeshPut::over_quota, mesh};
+  connection.query("INSERT INTO meshes VALUES ($1, $2, $3, $4, $5, $6, $7, $8)", mesh.key.owner, mesh.key.id,
+                   mesh.bytes, mesh.media_type, mesh.file_name, mesh.created, mesh.last_used, mesh.expires);
+  transaction.commit();
+  return {MeshPut::created, mesh};
+}
+
+// Some of one owner; 0: there are none.
+std::uint64_t remove_expired(PgConnection& connection, TimePoint now) {
+  PgTransaction transaction(connection);
+  PgRows oldest = connection.query("SELECT owner FROM meshes WHERE expires <= $1 ORDER BY expires LIMIT 1", now);
+  if (!oldest.next()) return 0;
+  const std::string owner = oldest.text(0);
+  lock_stored(connection, owner);
+  const std::uint64_t removed =
+      connection
+          .query(
+              "DELETE FROM meshes WHERE (owner, id) IN (SELECT owner, id FROM meshes WHERE owner = $1 AND expires <= "
+              "$2 LIMIT $3)",
+              owner, now, kPortion)
+          .changed();
+  transaction.commit();
+  return removed;
+}
+
+}  // namespace
+
+Result<PutMesh> PostgresStore::put_mesh(const MeshRow& row, std::uint64_t max_stored_bytes) {
+  return pool_.run(Promise::durable, [&](PgConnection& connection) { return put(connection, row, max_stored_bytes); });
+}
+
+Result<std::optional<MeshRow>> PostgresStore::get_mesh(const BlobKey& key) {
+  return pool_.run(Promise::fleeting, [&](PgConnection& connection) -> std::optional<MeshRow> {
+    PgRows row =
+        connection.query("SELECT " MESHGAUGE_PG_MESH " FROM meshes WHERE owner = $1 AND id = $2", key.owner, key.id);
+    if (!row.next()) return std::nullopt;
+    return mesh_of(key, row);
+  });
+}
+
+void PostgresStore::touch_mesh(const BlobKey& key, TimePoint last_used, TimePoint expires) {
+  unwritten_.add(key, {last_used, expires});
+}
+
+Result<bool> PostgresStore::delete_mesh(const BlobKey& key) {
+  return pool_.run(Promise::durable, [&](PgConnection& connection) {
+    // In the order of put_mesh(): first what the owner has in all.
+    PgTransaction transaction(connection);
+    lock_stored(connection, key.owner);
+    const bool deleted =
+        connection.query("DELETE FROM meshes WHERE owner = $1 AND id = $2", key.owner, key.id).changed() == 1;
+    transaction.commit();
+    return deleted;
+  });
+}
+
+Result<std::uint64_t> PostgresStore::stored_bytes(const std::string& owner) {
+  return pool_.run(Promise::fleeting, [&](PgConnection& connection) {
+    PgRows row = connection.query("SELECT bytes FROM stored WHERE owner = $1", owner);
+    return row.next() ? static_cast<std::uint64_t>(row.number(0)) : std::uint64_t{0};
+  });
+}
+
+Result<std::uint64_t> PostgresStore::all_stored_bytes() {
+  return pool_.run(Promise::fleeting, [](PgConnection& connection) {
+    PgRows row = connection.query("SELECT coalesce(sum(bytes), 0)::int8 FROM stored");
+    row.next();
+    return static_cast<std::uint64_t>(row.number(0));
+  });
+}
+
+// One owner at a time, whose sum is locked first, as in put_mesh().
+Result<std::uint64_t> PostgresStore::sweep_meshes(TimePoint now) {
+  Result<Done> flushed = flush();  // a mesh that was just used stays
+  if (!flushed) return flushed.error();
+  for (std::uint64_t removed = 0;;) {
+    const auto portion =
+        pool_.run(Promise::durable, [&](PgConnection& connection) { return remove_expired(connection, now); });
+    if (!portion) return portion.error();
+    if (*portion == 0) return removed;
+    removed += *portion;
+  }
+}
+
+}  // namespace meshgauge::server::store

@@ -1,0 +1,152 @@
+#include "server/store/postgres/pool.h"
+
+#include <algorithm>
+
+namespace meshgauge::server::store {
+namespace {
+
+using namespace std::chrono_literals;
+using Clock = std::chrono::steady_clock;
+
+constexpr auto kBetweenProbes = 250ms;
+constexpr auto kFirstPause = 5ms, kLongestPause = 200ms;  // between tries of one call
+
+}  // namespace
+
+PgPool::PgPool(PoolSettings settings) : settings_(std::move(settings)) {
+  opener_ = std::thread([this] { open_connections(); });
+}
+
+PgPool::~PgPool() {
+  {
+    const std::lock_guard lock(mutex_);
+    stopped_ = true;
+  }
+  wanted_.notify_all();
+  returned_.notify_all();
+  opener_.join();
+}
+
+SteadyTime PgPool::newest_trouble() const {
+  const std::lock_guard lock(mutex_);
+  return newest_trouble_;
+}
+
+Result<Done> PgPool::run_until(Promise promise, const std::function<void(PgConnection&)>& work, SteadyTime deadline) {
+  bool repeated = false;
+  const auto guarded = [&](PgConnection& connection) {
+    work(connection);
+    if (repeated && promise == Promise::durable) connection.put_barrier();
+  };
+  for (auto pause = Clock::duration(kFirstPause);; pause = std::min<Clock::duration>(2 * pause, kLongestPause)) {
+    const std::optional<PgFailure> failure = attempt(guarded, deadline);
+    if (!failure) return Done{};
+    if (!failure->may_pass || Clock::now() + pause >= deadline) return to_error(*failure);
+    repeated = true;
+    std::this_thread::sleep_for(pause);
+  }
+}
+
+std::optional<PgFailure> PgPool::attempt(const std::function<void(PgConnection&)>& work, SteadyTime deadline) {
+  std::unique_ptr<PgConnection> connection;
+  try {
+    connection = take(deadline);
+    connection->set_deadline(deadline);
+    work(*connection);
+    give_back(std::move(connection));
+    return std::nullopt;
+  } catch (const PgFailure& failure) {
+    if (connection) {
+      if (!connection->usable()) lose(failure.message);
+      give_back(std::move(connection));
+    }
+    return failure;
+  } catch (...) {
+    if (connection) give_back(std::move(connection));
+    throw;
+  }
+}
+
+bool PgPool::is_given_up() const { return gone_since_ && Clock::now() - *gone_since_ >= settings_.patience; }
+
+std::unique_ptr<PgConnection> PgPool::take(SteadyTime deadline) {
+  std::unique_lock lock(mutex_);
+  while (true) {
+    if (!idle_.empty()) {
+      std::unique_ptr<PgConnection> connection = std::move(idle_.back());
+      idle_.pop_back();
+      return connection;
+    }
+    if (stopped_) throw PgFailure{"", "the service ends", true, false};
+    if (is_given_up()) throw PgFailure{"", why_gone_, true, false};
+    ++waiting_;
+    wanted_.notify_one();
+    const bool in_time = returned_.wait_until(lock, deadline) == std::cv_status::no_timeout;
+    --waiting_;
+    if (!in_time && idle_.empty()) {
+      throw PgFailure{"", gone_since_ ? why_gone_ : "all connections to it are busy", true, false};
+    }
+  }
+}
+
+void PgPool::give_back(std::unique_ptr<PgConnection> connection) {
+  const bool sound = connection->usable() && !connection->in_transaction();
+  if (!sound) connection.reset();
+  {
+    const std::lock_guard lock(mutex_);
+    if (connection) {
+      idle_.push_back(std::move(connection));
+    } else {
+      --open_;
+    }
+  }
+  returned_.notify_one();
+  if (!sound) wanted_.notify_one();
+}
+
+// One is lost, so the idle ones are likely to be of the same server: whoever took one would only learn the same.
+void PgPool::lose(const std::string& why) {
+  std::deque<std::unique_ptr<PgConnection>> lost;
+  const std::lock_guard lock(mutex_);
+  newest_trouble_ = Clock::now();
+  why_gone_ = why;
+  lost.swap(idle_);
+  open_ -= lost.size();
+}
+
+void PgPool::open_connections() {
+  std::unique_lock lock(mutex_);
+  while (!stopped_) {
+    const bool needed = gone_since_ || (waiting_ > idle_.size() && open_ < settings_.max_connections);
+    if (!needed) {
+      wanted_.wait(lock);
+    } else {
+      open_one(lock);
+    }
+  }
+}
+
+void PgPool::open_one(std::unique_lock<std::mutex>& lock) {
+  std::unique_ptr<PgConnection> connection;
+  std::string why;
+  lock.unlock();
+  try {
+    connection = PgConnection::open(settings_.database);
+  } catch (const PgFailure& failure) {
+    why = failure.message;
+  }
+  lock.lock();
+  if (connection) {
+    gone_since_.reset();
+    ++open_;
+    idle_.push_back(std::move(connection));
+  } else {
+    newest_trouble_ = Clock::now();
+    if (!gone_since_) gone_since_ = newest_trouble_;
+    why_gone_ = why;
+  }
+  returned_.notify_all();
+  if (gone_since_) wanted_.wait_for(lock, kBetweenProbes, [this] { return stopped_; });
+}
+
+}  // namespace meshgauge::server::store

@@ -1,0 +1,79 @@
+// The connections of a process to its database, and how what it asks survives a failover.
+//
+// One thread opens connections, so that nobody who calls waits for a name server or a host that is silent. A call that
+// fails for a reason that may pass is repeated on another connection, until `patience` is over: a failover of a
+// second or two is not noticed. While the database has been gone for longer, calls fail at once, and that thread tries
+// again and again.
+//
+// So work is done more than once: each must be idempotent. A commit whose answer was lost may have happened; the
+// repetition then finds it.
+#pragma once
+
+#include <condition_variable>
+#include <deque>
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <thread>
+#include <type_traits>
+
+#include "server/store/postgres/connection.h"
+
+namespace meshgauge::server::store {
+
+struct PoolSettings {
+  std::string database;  // connection string
+  std::size_t max_connections = 8;
+  std::chrono::milliseconds patience{4000};
+};
+
+// What a work's success promises: `durable` that it outlives the machine it was stored on, also when an earlier try's
+// commit was never acknowledged; `fleeting` not.
+enum class Promise { durable, fleeting };
+
+class PgPool {
+ public:
+  explicit PgPool(PoolSettings settings);
+  ~PgPool();
+
+  // work(PgConnection&), which may throw PgFailure; what it returns. It is called again when that may help. `longer`:
+  // how many times the patience a large work gets. Thread safe.
+  template <class Work>
+  auto run(Promise promise, Work work, int longer = 1) -> Result<std::invoke_result_t<Work&, PgConnection&>> {
+    std::optional<std::invoke_result_t<Work&, PgConnection&>> value;
+    Result<Done> done = run_until(
+        promise, [&](PgConnection& connection) { value.emplace(work(connection)); },
+        std::chrono::steady_clock::now() + longer * settings_.patience);
+    if (!done) return done.error();
+    return *std::move(value);
+  }
+
+  // When the database was last not to be reached, or a connection was lost; the start of this object, if never.
+  SteadyTime newest_trouble() const;
+  const PoolSettings& settings() const { return settings_; }
+
+ private:
+  Result<Done> run_until(Promise promise, const std::function<void(PgConnection&)>& work, SteadyTime deadline);
+  std::optional<PgFailure> attempt(const std::function<void(PgConnection&)>& work, SteadyTime deadline);
+  std::unique_ptr<PgConnection> take(SteadyTime deadline);  // throws PgFailure
+  void give_back(std::unique_ptr<PgConnection> connection);
+  void lose(const std::string& why);
+  bool is_given_up() const;
+  void open_connections();
+  void open_one(std::unique_lock<std::mutex>& lock);
+
+  const PoolSettings settings_;
+  mutable std::mutex mutex_;
+  std::condition_variable returned_;  // a connection, or the news that there is none
+  std::condition_variable wanted_;    // by the thread that opens them
+  std::deque<std::unique_ptr<PgConnection>> idle_;
+  std::size_t open_ = 0;     // idle or taken
+  std::size_t waiting_ = 0;  // callers
+  std::optional<SteadyTime> gone_since_;
+  SteadyTime newest_trouble_ = std::chrono::steady_clock::now();
+  std::string why_gone_;
+  bool stopped_ = false;
+  std::thread opener_;
+};
+
+}  // namespace meshgauge::server::store

@@ -1,0 +1,237 @@
+#include "server/store/postgres/postgres_store.h"
+
+#include <cassert>
+#include <utility>
+
+#include "server/store/postgres/job_rows.h"
+#include "server/store/postgres/schema.h"
+
+namespace meshgauge::server::store {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr auto kLinger = 100ms;  // how long records are gathered before they are written
+constexpr auto kPauseAfterFailure = 1s;
+
+Job as_queued(const NewJob& job) {
+  Job queued;
+  static_cast<NewJob&>(queued) = job;
+  return queued;
+}
+
+// Why a new job was not stored: the one that is there. nullopt: it has gone since.
+std::optional<Inserted> existing(PgConnection& connection, const NewJob& job) {
+  std::optional<Job> there = pg_find_job(connection, job.key);
+  if (!there && !job.idempotency_key.empty()) {
+    there = pg_find_idempotent_job(connection, job.key.owner, job.idempotency_key);
+  }
+  if (!there) return std::nullopt;
+  connection.put_barrier();
+  const bool conflict = there->fingerprint != job.fingerprint;
+  return Inserted{*std::move(there), true, conflict};
+}
+
+Inserted insert_with_parts(PgConnection& connection, const NewJob& whole, std::span<const NewJob> parts) {
+  std::vector<JobRow> rows{{as_queued(whole), "", "", static_cast<std::int64_t>(parts.size())}};
+  for (const NewJob& part : parts) rows.push_back({as_queued(part), "", whole.key.id, 0});
+  PgTransaction transaction(connection);
+  if (insert_rows(connection, std::span(rows).first(1)) == 0) {
+    if (auto there = existing(connection, whole)) return *std::move(there);
+    throw PgFailure{"40001", "a job went while it was looked at", false, true};
+  }
+  if (insert_rows(connection, std::span(rows).subspan(1)) != parts.size()) {
+    throw PgFailure{"23505", "a part has the id of another job", false, false};
+  }
+  transaction.commit();
+  return {rows.front().job, false, false};
+}
+
+std::optional<JobState> cancel(PgConnection& connection, const JobKey& key, Moment moment) {
+  // The parts, if it has some, then itself; and of a part that is ended so its whole.
+  PgRows row = connection.query(
+      "WITH those AS MATERIALIZED (SELECT owner, id, parent, state FROM jobs WHERE owner = $1 AND parent = $2 AND "
+      "parent <> '' AND state < 2 ORDER BY id FOR UPDATE), "
+      "with_it AS (UPDATE jobs SET cancel_requested = true, state = CASE jobs.state WHEN 0 THEN 4 ELSE 1 END, finished "
+      "= CASE jobs.state WHEN 0 THEN $3 END, expires = CASE jobs.state WHEN 0 THEN $4 END FROM those WHERE jobs.owner "
+      "= those.owner AND jobs.id = those.id RETURNING jobs.number), "
+      "ended AS (UPDATE jobs SET cancel_requested = true, state = CASE state WHEN 0 THEN 4 ELSE 1 END, finished = CASE "
+      "state WHEN 0 THEN $3 END, expires = CASE state WHEN 0 THEN $4 END WHERE owner = $1 AND id = $2 AND state < 2 "
+      "AND (SELECT count(*) FROM with_it) >= 0 RETURNING owner, CASE state WHEN 4 THEN parent ELSE '' END AS parent, "
+      "state), " MESHGAUGE_PG_SETTLE_WHOLES "SELECT state FROM ended",
+      key.owner, key.id, moment.now, moment.keep_until);
+  if (row.next()) return static_cast<JobState>(row.number(0));
+  PgRows ended = connection.query("SELECT state FROM jobs WHERE owner = $1 AND id = $2", key.owner, key.id);
+  if (!ended.next()) return std::nullopt;
+  connection.put_barrier();
+  return static_cast<JobState>(ended.number(0));
+}
+
+std::vector<JobKey> running_parts(PgConnection& connection, const JobKey& whole) {
+  PgRows row = connection.query("SELECT id FROM jobs WHERE owner = $1 AND parent = $2 AND parent <> '' AND state = 1",
+                                whole.owner, whole.id);
+  std::vector<JobKey> keys;
+  while (row.next()) keys.push_back({whole.owner, row.text(0)});
+  return keys;
+}
+
+void write_touches(PgConnection& connection, const Unwritten::Touches& touches) {
+  for (const auto& [mesh, touch] : touches) {
+    connection.query(
+        "UPDATE meshes SET last_used = greatest(last_used, $1), expires = greatest(expires, $2) WHERE owner = $3 AND "
+        "id = $4",
+        touch.last_used, touch.expires, mesh.owner, mesh.id);
+  }
+}
+
+}  // namespace
+
+Result<std::unique_ptr<PostgresStore>> PostgresStore::open(const PostgresSettings& settings) {
+  Result<std::string> migrated = migrate_database(settings.database);
+  if (!migrated) return migrated.error();
+  return std::unique_ptr<PostgresStore>(new PostgresStore(settings));
+}
+
+PostgresStore::PostgresStore(const PostgresSettings& settings)
+    : pool_({settings.database, settings.max_connections, settings.patience}),
+      control_({settings.database, settings.duty_grace}, [this] { return pool_.newest_trouble(); }),
+      unwritten_(settings.max_unrecorded) {
+  recorder_ = std::thread([this] { record_in_background(); });
+}
+
+PostgresStore::~PostgresStore() {
+  unwritten_.stop();
+  recorder_.join();
+  const Result<Done> written = flush();  // nobody is left to be told that it failed
+  static_cast<void>(written);
+}
+
+Result<Inserted> PostgresStore::insert(const NewJob& job) {
+  Result<Inserted> inserted = pool_.run(Promise::durable, [&](PgConnection& connection) {
+    const JobRow row{as_queued(job), "", "", 0};
+    if (insert_rows(connection, {&row, 1}) == 1) return Inserted{row.job, false, false};
+    if (auto there = existing(connection, job)) return *std::move(there);
+    throw PgFailure{"40001", "a job went while it was looked at", false, true};
+  });
+  if (inserted && !inserted->existed) control_.tell(Signal::Kind::work);
+  return inserted;
+}
+
+Result<Inserted> PostgresStore::insert_parts(const NewJob& whole, std::span<const NewJob> parts) {
+  Result<Inserted> inserted = pool_.run(
+      Promise::durable, [&](PgConnection& connection) { return insert_with_parts(connection, whole, parts); });
+  if (inserted && !inserted->existed) control_.tell(Signal::Kind::work);
+  return inserted;
+}
+
+Result<std::vector<Job>> PostgresStore::parts(const JobKey& whole) {
+  return pool_.run(Promise::fleeting, [&](PgConnection& connection) {
+    PgRows row = connection.query("SELECT " MESHGAUGE_PG_JOB
+                                  " FROM jobs WHERE owner = $1 AND parent = $2 AND parent <> '' ORDER BY number",
+                                  whole.owner, whole.id);
+    std::vector<Job> jobs;
+    while (row.next()) jobs.push_back(pg_job_of(row));
+    return jobs;
+  });
+}
+
+Result<std::string> PostgresStore::whole_of(const JobKey& part) {
+  return pool_.run(Promise::fleeting, [&](PgConnection& connection) {
+    PgRows row = connection.query("SELECT parent FROM jobs WHERE owner = $1 AND id = $2", part.owner, part.id);
+    return row.next() ? row.text(0) : std::string();
+  });
+}
+
+Result<std::optional<JobState>> PostgresStore::request_cancel(const JobKey& key, Moment moment) {
+  if (const auto job = unwritten_.find(key)) return std::optional(job->state);
+  std::vector<JobKey> parts;
+  Result<std::optional<JobState>> state = pool_.run(Promise::durable, [&](PgConnection& connection) {
+    const std::optional<JobState> after = cancel(connection, key, moment);
+    if (after) parts = running_parts(connection, key);
+    return after;
+  });
+  if (!state || !*state) return state;
+  if (*state == JobState::running) control_.tell(Signal::Kind::cancel, key);
+  if (*state == JobState::cancelled) control_.tell(Signal::Kind::changed, key);
+  for (const JobKey& part : parts) control_.tell(Signal::Kind::cancel, part);
+  return state;
+}
+
+void PostgresStore::record(Job ended) {
+  assert(has_ended(ended.state) && ended.finished && ended.expires);
+  unwritten_.add(std::move(ended));
+}
+
+void PostgresStore::record_in_background() {
+  while (unwritten_.wait(kLinger)) {
+    std::unique_lock lock(recording_);
+    const bool written = write_batch().ok();
+    lock.unlock();
+    if (!written) unwritten_.pause(kPauseAfterFailure);
+  }
+}
+
+Result<Done> PostgresStore::write_batch() {
+  const Unwritten::Batch& batch = unwritten_.take();
+  if (batch.empty()) return Done{};
+  Result<Done> written = pool_.run(Promise::durable, [&](PgConnection& connection) {
+    std::vector<JobRow> rows;
+    for (const auto& job : batch.jobs) rows.push_back({*job, "", "", 0});
+    PgTransaction transaction(connection);
+    if (!rows.empty()) insert_rows(connection, rows);
+    write_touches(connection, batch.touches);
+    transaction.commit();
+    return Done{};
+  });
+  if (written) {
+    unwritten_.settle();
+  } else if (written.error().code == ErrorCode::internal) {
+    unwritten_.give_up();
+  } else {
+    unwritten_.put_back();
+  }
+  return written;
+}
+
+Result<Done> PostgresStore::flush() {
+  const std::lock_guard lock(recording_);
+  const std::uint64_t rounds = unwritten_.jobs() / Unwritten::kBatch + 1;  // for what is there now, not for what comes
+  for (std::uint64_t round = 0; round < rounds; ++round) {
+    Result<Done> written = write_batch();
+    if (!written) return written;
+  }
+  return Done{};
+}
+
+Result<std::optional<Job>> PostgresStore::get(const JobKey& key) {
+  if (const auto job = unwritten_.find(key)) return std::optional<Job>(*job);
+  return pool_.run(Promise::fleeting, [&](PgConnection& connection) { return pg_find_job(connection, key); });
+}
+
+Result<std::optional<Job>> PostgresStore::find_idempotent(const std::string& owner,
+                                                          const std::string& idempotency_key) {
+  return pool_.run(Promise::fleeting, [&](PgConnection& connection) {
+    return pg_find_idempotent_job(connection, owner, idempotency_key);
+  });
+}
+
+Result<Done> PostgresStore::check() {
+  static const std::string process = "the newest check";
+  return pool_.run(Promise::durable, [&](PgConnection& connection) {
+    connection.query("INSERT INTO checks VALUES ($1, $2) ON CONFLICT (process) DO UPDATE SET at = excluded.at", process,
+                     time());
+    return Done{};
+  });
+}
+
+Result<std::string> migrate_database(const std::string& database) {
+  try {
+    const std::unique_ptr<PgConnection> connection = PgConnection::open(database);
+    connection->set_deadline(SteadyTime::max());
+    return pg_migrate(*connection, pg_schema_steps());
+  } catch (const PgFailure& failure) {
+    return to_error(failure);
+  }
+}
+
+}  // namespace meshgauge::server::store

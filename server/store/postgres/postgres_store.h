@@ -1,0 +1,105 @@
+// JobStore, MeshIndex, BatchStore and PartStore in one PostgreSQL database, for any number of processes at once.
+//
+// Each call is one statement or one transaction, and repeated until its answer is known, for some seconds at most
+// (pool.h). Rows of jobs are locked in the order of (owner, id), parts before wholes, so that calls do not wait for
+// each other in a circle.
+#pragma once
+
+#include <atomic>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+
+#include "server/store/batch_store.h"
+#include "server/store/mesh_index.h"
+#include "server/store/part_store.h"
+#include "server/store/postgres/control.h"
+#include "server/store/postgres/pool.h"
+#include "server/store/unwritten.h"
+
+namespace meshgauge::server::store {
+
+struct PostgresSettings {
+  std::string database;                          // connection string; several hosts are tried in turn
+  std::size_t max_connections = 8;               // beside the one that listens
+  std::chrono::milliseconds patience{4000};      // for how long a call goes on when the database does not answer
+  std::chrono::milliseconds duty_grace{15'000};  // PgControl's
+  std::size_t max_unrecorded = 10'000;           // jobs given to record() that are held while they cannot be written
+};
+
+class PostgresStore final : public JobStore, public MeshIndex, public BatchStore, public PartStore {
+ public:
+  // Brings the schema up first.
+  static Result<std::unique_ptr<PostgresStore>> open(const PostgresSettings& settings);
+  ~PostgresStore() override;  // after what record() was given is written, if it can be
+
+  Signals& signals() { return control_; }
+  PgPool& pool() { return pool_; }
+
+  Result<Inserted> insert(const NewJob& job) override;
+  Result<std::optional<Claimed>> claim(const JobKey& key, const std::string& worker, TimePoint now,
+                                       TimePoint lease_until) override;
+  Result<std::vector<Claimed>> claim_some(const std::string& worker, TimePoint now, TimePoint lease_until, Which which,
+                                          std::size_t most) override;
+  Result<std::vector<Heartbeat>> heartbeats(std::span<const Beat> beats, TimePoint lease_until) override;
+  Result<std::vector<bool>> finish_all(std::span<const Finished> endings) override;
+  Result<std::optional<JobState>> hand_back(const Token& token, const std::string& last_error, Moment moment) override;
+  Result<std::optional<JobState>> request_cancel(const JobKey& key, Moment moment) override;
+  void record(Job ended) override;
+  Result<Done> flush() override;
+  Result<std::optional<Job>> get(const JobKey& key) override;
+  Result<std::optional<Job>> find_idempotent(const std::string& owner, const std::string& idempotency_key) override;
+  Result<bool> forget(const JobKey& key) override;
+  Result<std::vector<Job>> recover(const std::optional<std::string>& dead_workers, const std::string& why,
+                                   Moment moment) override;
+  Result<Counts> counts() override;
+  Result<std::vector<BlobKey>> used_blobs() override;
+  Result<bool> uses_blob(const BlobKey& key) override;
+  Result<SweptJobs> sweep_jobs(Moment moment, std::uint64_t max_kept) override;
+  Result<Done> check() override;
+  TimePoint time() const override { return control_.time(); }
+  bool on_duty() override { return control_.on_duty(); }
+
+  Result<PutMesh> put_mesh(const MeshRow& row, std::uint64_t max_stored_bytes) override;
+  Result<std::optional<MeshRow>> get_mesh(const BlobKey& key) override;
+  void touch_mesh(const BlobKey& key, TimePoint last_used, TimePoint expires) override;
+  Result<bool> delete_mesh(const BlobKey& key) override;
+  Result<std::uint64_t> stored_bytes(const std::string& owner) override;
+  Result<std::uint64_t> all_stored_bytes() override;
+  Result<std::uint64_t> sweep_meshes(TimePoint now) override;
+
+  Result<InsertedBatch> insert_batch(const NewBatch& batch) override;
+  Result<std::optional<Batch>> get_batch(const JobKey& key) override;
+  Result<std::optional<Batch>> find_idempotent_batch(const std::string& owner,
+                                                     const std::string& idempotency_key) override;
+  Result<std::vector<BatchRow>> batch_rows(const JobKey& key, Rows which, std::uint64_t from,
+                                           std::size_t most) override;
+  Result<bool> cancel_batch(const JobKey& key, Moment moment) override;
+  Result<bool> forget_batch(const JobKey& key) override;
+  Result<std::uint64_t> sweep_batches(TimePoint ended_before) override;
+
+  Result<Inserted> insert_parts(const NewJob& whole, std::span<const NewJob> parts) override;
+  Result<std::vector<Job>> parts(const JobKey& whole) override;
+  Result<std::string> whole_of(const JobKey& part) override;
+
+ private:
+  explicit PostgresStore(const PostgresSettings& settings);
+
+  Result<Done> write_batch();
+  void record_in_background();
+  Result<std::uint64_t> remove_in_portions(
+      const std::function<std::uint64_t(PgConnection&, std::int64_t most)>& remove);
+  void tell_claimed(const Claimed& claimed);
+
+  PgPool pool_;
+  PgControl control_;
+  Unwritten unwritten_;
+  std::mutex recording_;  // held by who takes batches of unwritten_
+  std::thread recorder_;
+};
+
+// `meshgauge migrate`: brings the database to this version's schema. Says what was done.
+Result<std::string> migrate_database(const std::string& database);
+
+}  // namespace meshgauge::server::store

@@ -1,0 +1,249 @@
+// PostgresStore: what workers do with jobs, from the claim to the end.
+#include <cassert>
+
+#include "api/digest.h"
+#include "server/store/postgres/job_rows.h"
+#include "server/store/postgres/postgres_store.h"
+
+namespace meshgauge::server::store {
+namespace {
+
+// A crash may undo what such a statement did: it waits for no disk. One is in a column of what it returns.
+#define MESHGAUGE_PG_FLEETING "set_config('synchronous_commit', 'off', true)"
+
+#define MESHGAUGE_PG_CLAIM                                                                                  \
+  "UPDATE jobs SET state = 1, tries = tries + 1, worker = $1, started = $2, lease_until = $3, claim = $4, " \
+  "lower = NULL, upper = NULL, stage = NULL "
+
+// What claim_some() takes, in its order (job_store.h). The first row of each group, an owner's jobs of one batch, is
+// found by one step in the index from the one before; so it costs as much as there are groups, not jobs. Groups are
+// tried in their order until one has a job that nobody else is just claiming.
+constexpr const char* kClaimSome =
+    "WITH RECURSIVE groups (owner, batch, rank) AS ("
+    "(SELECT owner, batch, rank FROM jobs WHERE state = 0 AND awaits = 0 ORDER BY owner, batch, rank LIMIT 1) "
+    "UNION ALL SELECT next.owner, next.batch, next.rank FROM groups CROSS JOIN LATERAL ("
+    "SELECT owner, batch, rank FROM jobs WHERE state = 0 AND awaits = 0 AND (owner, batch) > (groups.owner, "
+    "groups.batch) ORDER BY owner, batch, rank LIMIT 1) AS next), "
+    "loads AS (SELECT owner, batch, sum(running) OVER (PARTITION BY owner) AS of_owner, running AS of_group, rank FROM "
+    "(SELECT owner, batch, sum(running) AS running, min(rank) AS rank FROM ("
+    "SELECT owner, batch, 0 AS running, rank FROM groups UNION ALL "
+    "SELECT owner, batch, 1, NULL FROM jobs WHERE state = 1) AS all_groups GROUP BY owner, batch) AS counted), "
+    "taken AS MATERIALIZED (SELECT locked.* FROM "
+    "(SELECT owner, batch FROM loads WHERE rank IS NOT NULL AND (batch <> '' OR $5) "
+    "ORDER BY of_owner, of_group, rank) AS ordered CROSS JOIN LATERAL ("
+    "SELECT array_agg(number ORDER BY rank, number) AS numbers, array_agg(cost ORDER BY rank, number) AS costs, "
+    "array_agg(tries > excused ORDER BY rank, number) AS suspects FROM ("
+    "SELECT number, rank, cost, tries, excused FROM jobs WHERE state = 0 AND awaits = 0 AND owner = ordered.owner AND "
+    "batch = ordered.batch ORDER BY rank, number LIMIT CASE WHEN ordered.batch = '' THEN 1 ELSE $6 END "
+    "FOR UPDATE SKIP LOCKED) AS mine HAVING count(*) > 0) AS locked LIMIT 1), "
+    "members AS (SELECT member.number, member.place, sum(member.cost) OVER upto AS cost, bool_or(member.suspect) OVER "
+    "upto AS suspect FROM taken CROSS JOIN LATERAL unnest(numbers, costs, suspects) WITH ORDINALITY AS member (number, "
+    "cost, suspect, place) WINDOW upto AS (ORDER BY member.place)), "
+    "claimed AS (" MESHGAUGE_PG_CLAIM
+    "FROM members WHERE jobs.number = members.number AND state = 0 AND (place = 1 OR (members.cost <= $7 AND NOT "
+    "suspect)) RETURNING place, jobs.*) "
+    "SELECT " MESHGAUGE_PG_JOB ", " MESHGAUGE_PG_FLEETING " FROM claimed ORDER BY place";
+
+std::int64_t random_number() {
+  const std::string digits = api::random_id().substr(0, 15);
+  return std::stoll(digits, nullptr, 16);
+}
+
+std::vector<Claimed> all_claimed(PgRows rows) {
+  std::vector<Claimed> all;
+  while (rows.next()) all.push_back({pg_token_of(rows), pg_job_of(rows)});
+  return all;
+}
+
+// Of a claim whose answer was lost: what it has claimed.
+std::vector<Claimed> claimed_before(PgConnection& connection, std::int64_t claim) {
+  return all_claimed(connection.query(
+      "SELECT " MESHGAUGE_PG_JOB " FROM jobs WHERE state = 1 AND claim = $1 ORDER BY rank, number", claim));
+}
+
+struct Heard {
+  std::vector<Heartbeat> answers;
+  std::vector<bool> to_tell;  // of jobs that are in no batch
+};
+
+Heard hear(PgConnection& connection, std::span<const Beat> beats, TimePoint lease_until) {
+  std::vector<std::string> owners, ids, workers;
+  std::vector<std::int64_t> tries;
+  std::vector<std::optional<double>> lowers, uppers;
+  std::vector<std::optional<std::string>> stages;
+  for (const auto& [token, progress] : beats) {
+    owners.push_back(token.key.owner);
+    ids.push_back(token.key.id);
+    workers.push_back(token.worker);
+    tries.push_back(token.tries);
+    lowers.push_back(progress ? std::optional(progress->lower) : std::nullopt);
+    uppers.push_back(progress ? std::optional(progress->upper) : std::nullopt);
+    stages.push_back(progress ? std::optional(progress->stage) : std::nullopt);
+  }
+  PgRows row = connection.query(
+      "WITH mine AS MATERIALIZED (SELECT found.number, beat.* FROM (SELECT * FROM unnest($1::bytea[], $2::bytea[], "
+      "$3::bytea[], $4::int8[], $5::float8[], $6::float8[], $7::bytea[]) WITH ORDINALITY AS beat (owner, id, worker, "
+      "tries, lower, upper, stage, place) ORDER BY owner, id) AS beat CROSS JOIN LATERAL (SELECT number FROM jobs "
+      "WHERE "
+      "owner = beat.owner AND id = beat.id AND state = 1 AND worker = beat.worker AND tries = beat.tries FOR UPDATE) "
+      "AS "
+      "found), "
+      "heard AS (UPDATE jobs SET lease_until = $8, lower = coalesce(mine.lower, jobs.lower), upper = "
+      "coalesce(mine.upper, jobs.upper), stage = coalesce(mine.stage, jobs.stage) FROM mine WHERE jobs.number = "
+      "mine.number RETURNING place, cancel_requested, batch) SELECT place, cancel_requested, "
+      "batch, " MESHGAUGE_PG_FLEETING " FROM heard",
+      owners, ids, workers, tries, lowers, uppers, stages, lease_until);
+  Heard heard{std::vector<Heartbeat>(beats.size(), Heartbeat::lost), std::vector<bool>(beats.size(), false)};
+  while (row.next()) {
+    const auto place = static_cast<std::size_t>(row.number(0) - 1);
+    heard.answers[place] = row.number(1) != 0 ? Heartbeat::cancel : Heartbeat::go_on;
+    heard.to_tell[place] = beats[place].progress && row.bytes(2).empty();
+  }
+  return heard;
+}
+
+struct Ended {
+  std::vector<bool> stored;
+  std::vector<JobKey> to_tell;  // that are in no batch
+  bool parts = false;
+};
+
+Ended end_jobs(PgConnection& connection, std::span<const Finished> endings) {
+  std::vector<std::string> owners, ids, workers, documents, problems, verdicts;
+  std::vector<std::int64_t> tries, states, finished, expires, reusable;
+  for (const auto& [token, ending] : endings) {
+    assert(has_ended(ending.state));
+    owners.push_back(token.key.owner);
+    ids.push_back(token.key.id);
+    workers.push_back(token.worker);
+    tries.push_back(token.tries);
+    states.push_back(static_cast<std::int64_t>(ending.state));
+    documents.push_back(ending.document);
+    problems.push_back(ending.problem);
+    verdicts.push_back(ending.verdict);
+    finished.push_back(ending.finished.time_since_epoch().count());
+    expires.push_back(ending.expires.time_since_epoch().count());
+    reusable.push_back(ending.reusable ? 1 : 0);
+  }
+  // Once more with the same token and time changes nothing, and is no failure: see job_store.h.
+  PgRows row = connection.query(
+      "WITH mine AS MATERIALIZED (SELECT found.*, given.* FROM (SELECT * FROM unnest($1::bytea[], $2::bytea[], "
+      "$3::bytea[], $4::int8[], $5::int8[], $6::bytea[], $7::bytea[], $8::bytea[], $9::int8[], $10::int8[], "
+      "$11::int8[]) "
+      "WITH ORDINALITY AS given (owner, id, worker, tries, new_state, document, problem, verdict, finished, expires, "
+      "reusable, place) ORDER BY owner, id, place) AS given CROSS JOIN LATERAL (SELECT number, state AS old_state FROM "
+      "jobs WHERE owner = given.owner AND id = given.id AND worker = given.worker AND tries = given.tries AND (state = "
+      "1 OR (state = given.new_state AND finished = given.finished)) FOR UPDATE) AS found), "
+      "stored AS (UPDATE jobs SET state = new_state, document = mine.document, problem = mine.problem, verdict = "
+      "mine.verdict, finished = mine.finished, expires = mine.expires, reusable = mine.reusable <> 0, lease_until = "
+      "NULL FROM mine WHERE jobs.number = mine.number RETURNING place, old_state, jobs.owner, jobs.id, jobs.batch, "
+      "jobs.parent), "
+      "ended AS (SELECT * FROM stored WHERE old_state = 1), " MESHGAUGE_PG_SETTLE_WHOLES
+      "SELECT place, owner, id, batch, parent FROM stored",
+      owners, ids, workers, tries, states, documents, problems, verdicts, finished, expires, reusable);
+  Ended ended{std::vector<bool>(endings.size(), false), {}, false};
+  while (row.next()) {
+    ended.stored[static_cast<std::size_t>(row.number(0) - 1)] = true;
+    if (row.bytes(3).empty()) ended.to_tell.push_back({row.text(1), row.text(2)});
+    ended.parts = ended.parts || !row.bytes(4).empty();
+  }
+  return ended;
+}
+
+struct HandedBack {
+  JobState state = JobState::queued;
+  bool batch = false, part = false;
+};
+
+std::optional<HandedBack> give_back(PgConnection& connection, const Token& token, const std::string& last_error,
+                                    Moment moment) {
+  PgRows row = connection.query(
+      "WITH mine AS MATERIALIZED (SELECT number, excused + ($5 = '')::int AS excused_now, CASE WHEN cancel_requested "
+      "THEN 4 WHEN tries >= excused + ($5 = '')::int + $8 THEN 3 ELSE 0 END AS new_state FROM jobs WHERE owner = $1 "
+      "AND id = $2 AND state = 1 AND worker = $3 AND tries = $4 FOR UPDATE), "
+      "given_back AS (UPDATE jobs SET state = new_state, excused = excused_now, worker = '', lease_until = NULL, "
+      "finished = CASE WHEN new_state >= 2 THEN $6 END, expires = CASE WHEN new_state >= 2 THEN $7 END, last_error = "
+      "CASE WHEN $5 = '' THEN last_error ELSE $5 END FROM mine WHERE jobs.number = mine.number RETURNING owner, state, "
+      "batch, parent), "
+      "ended AS (SELECT owner, parent FROM given_back WHERE state >= 2), " MESHGAUGE_PG_SETTLE_WHOLES
+      "SELECT state, batch, parent FROM given_back",
+      token.key.owner, token.key.id, token.worker, token.tries, last_error, moment.now, moment.keep_until, kMaxTries);
+  if (!row.next()) return std::nullopt;
+  return HandedBack{static_cast<JobState>(row.number(0)), !row.bytes(1).empty(), !row.bytes(2).empty()};
+}
+
+}  // namespace
+
+void PostgresStore::tell_claimed(const Claimed& claimed) {
+  if (claimed.job.deadline) control_.tell(Signal::Kind::changed, claimed.token.key);
+}
+
+Result<std::optional<Claimed>> PostgresStore::claim(const JobKey& key, const std::string& worker, TimePoint now,
+                                                    TimePoint lease_until) {
+  const std::int64_t claim = random_number();
+  bool repeated = false;
+  Result<std::vector<Claimed>> claimed = pool_.run(Promise::fleeting, [&](PgConnection& connection) {
+    if (std::exchange(repeated, true)) {
+      if (auto before = claimed_before(connection, claim); !before.empty()) return before;
+    }
+    return all_claimed(connection.query(
+        MESHGAUGE_PG_CLAIM "WHERE owner = $5 AND id = $6 AND state = 0 AND awaits = 0 RETURNING " MESHGAUGE_PG_JOB
+                           ", " MESHGAUGE_PG_FLEETING,
+        worker, now, lease_until, claim, key.owner, key.id));
+  });
+  if (!claimed) return claimed.error();
+  if (claimed->empty()) return std::optional<Claimed>();
+  tell_claimed(claimed->front());
+  return std::optional(std::move(claimed->front()));
+}
+
+Result<std::vector<Claimed>> PostgresStore::claim_some(const std::string& worker, TimePoint now, TimePoint lease_until,
+                                                       Which which, std::size_t most) {
+  const std::int64_t claim = random_number();
+  bool repeated = false;
+  Result<std::vector<Claimed>> claimed = pool_.run(Promise::fleeting, [&](PgConnection& connection) {
+    if (std::exchange(repeated, true)) {
+      if (auto before = claimed_before(connection, claim); !before.empty()) return before;
+    }
+    return all_claimed(
+        connection.query(kClaimSome, worker, now, lease_until, claim, which == Which::all, most, kBytesOfOneSecond));
+  });
+  if (!claimed) return claimed;
+  for (const Claimed& one : *claimed) tell_claimed(one);
+  return claimed;
+}
+
+Result<std::vector<Heartbeat>> PostgresStore::heartbeats(std::span<const Beat> beats, TimePoint lease_until) {
+  if (beats.empty()) return std::vector<Heartbeat>();
+  Result<Heard> heard =
+      pool_.run(Promise::fleeting, [&](PgConnection& connection) { return hear(connection, beats, lease_until); });
+  if (!heard) return heard.error();
+  for (std::size_t i = 0; i < beats.size(); ++i) {
+    if (heard->to_tell[i]) control_.tell(Signal::Kind::changed, beats[i].token.key);
+  }
+  return std::move(heard->answers);
+}
+
+Result<std::vector<bool>> PostgresStore::finish_all(std::span<const Finished> endings) {
+  if (endings.empty()) return std::vector<bool>();
+  Result<Ended> ended =
+      pool_.run(Promise::durable, [&](PgConnection& connection) { return end_jobs(connection, endings); });
+  if (!ended) return ended.error();
+  for (const JobKey& key : ended->to_tell) control_.tell(Signal::Kind::changed, key);
+  if (ended->parts) control_.tell(Signal::Kind::work);  // the whole may be ready now
+  return std::move(ended->stored);
+}
+
+Result<std::optional<JobState>> PostgresStore::hand_back(const Token& token, const std::string& last_error,
+                                                         Moment moment) {
+  const Result<std::optional<HandedBack>> back = pool_.run(
+      Promise::durable, [&](PgConnection& connection) { return give_back(connection, token, last_error, moment); });
+  if (!back) return back.error();
+  if (!*back) return std::optional<JobState>();
+  const auto& [state, batch, part] = **back;
+  if (state == JobState::queued || part) control_.tell(Signal::Kind::work);
+  if (has_ended(state) && !batch) control_.tell(Signal::Kind::changed, token.key);
+  return std::optional(state);
+}
+
+}  // namespace meshgauge::server::store

@@ -1,0 +1,217 @@
+#include "server/store/postgres/schema.h"
+
+namespace meshgauge::server::store {
+namespace {
+
+constexpr std::int64_t kLock = 0x4d474a31;  // "MGJ1": of all who use this database, for who migrates
+
+// Text is bytea: see values.h. Its order, and so the index's, is that of the bytes.
+constexpr const char* kFirst = R"sql(
+CREATE TABLE jobs (
+  number bigint GENERATED ALWAYS AS IDENTITY PRIMARY KEY,
+  owner bytea NOT NULL,
+  id bytea NOT NULL,
+  state smallint NOT NULL CHECK (state BETWEEN 0 AND 4),  -- JobState: queued, running, done, failed, cancelled
+  mesh_a bytea NOT NULL,
+  mesh_b bytea NOT NULL,
+  hints bytea NOT NULL,
+  options bytea NOT NULL,
+  cost bigint NOT NULL,
+  rank bigint NOT NULL,                    -- order of claim_some(): see rank_of()
+  idempotency_key bytea,
+  fingerprint bytea NOT NULL,
+  trace bytea NOT NULL,
+  created bigint NOT NULL,                 -- times: milliseconds since 1970
+  expires_if_never_run bigint NOT NULL,
+  tries integer NOT NULL DEFAULT 0,
+  excused integer NOT NULL DEFAULT 0,      -- tries that ended without the job's fault
+  worker bytea NOT NULL DEFAULT '',        -- with tries: the newest token
+  lease_until bigint,
+  cancel_requested boolean NOT NULL DEFAULT false,
+  started bigint,
+  finished bigint,
+  expires bigint,
+  lower float8,
+  upper float8,
+  stage bytea,
+  document bytea NOT NULL DEFAULT '',
+  problem bytea NOT NULL DEFAULT '',
+  last_error bytea NOT NULL DEFAULT '',
+  CHECK ((state >= 2) = (finished IS NOT NULL AND expires IS NOT NULL)),
+  UNIQUE (owner, id)
+);
+CREATE UNIQUE INDEX jobs_idempotent ON jobs (owner, idempotency_key) WHERE idempotency_key IS NOT NULL;
+CREATE INDEX jobs_by_state ON jobs (state, owner);
+CREATE INDEX jobs_expiring ON jobs (expires) WHERE state >= 2;
+CREATE INDEX jobs_finished ON jobs (owner, finished, number) WHERE state >= 2;
+CREATE INDEX jobs_never_run ON jobs (expires_if_never_run) WHERE state = 0;
+CREATE INDEX jobs_leased ON jobs (lease_until) WHERE state = 1;
+-- A queue's rows come and go: what is dead must be cleared away before it slows the search for what waits.
+ALTER TABLE jobs SET (autovacuum_vacuum_scale_factor = 0.02, autovacuum_vacuum_insert_scale_factor = 0.05,
+                      autovacuum_analyze_scale_factor = 0.05, autovacuum_vacuum_cost_delay = 1);
+
+CREATE TABLE meshes (
+  owner bytea NOT NULL,
+  id bytea NOT NULL,
+  bytes bigint NOT NULL,
+  media_type bytea NOT NULL,
+  file_name bytea NOT NULL,
+  created bigint NOT NULL,
+  last_used bigint NOT NULL,
+  expires bigint NOT NULL,
+  PRIMARY KEY (owner, id)
+);
+CREATE INDEX meshes_expiring ON meshes (expires);
+
+-- The sum of meshes.bytes of each owner, kept by the triggers.
+CREATE TABLE stored (owner bytea PRIMARY KEY, bytes bigint NOT NULL);
+CREATE FUNCTION meshgauge_mesh_added() RETURNS trigger LANGUAGE plpgsql AS $$
+BEGIN
+  INSERT INTO stored AS mine VALUES (new.owner, new.bytes)
+    ON CONFLICT (owner) DO UPDATE SET bytes = mine.bytes + new.bytes;
+  RETURN NULL;
+END $$;
+CREATE FUNCTION meshgauge_mesh_removed() RETURNS trigger LANGUAGE plpgsql AS $$
+BEGIN
+  UPDATE stored SET bytes = bytes - old.bytes WHERE owner = old.owner;
+  RETURN NULL;
+END $$;
+CREATE TRIGGER mesh_added AFTER INSERT ON meshes FOR EACH ROW EXECUTE FUNCTION meshgauge_mesh_added();
+CREATE TRIGGER mesh_removed AFTER DELETE ON meshes FOR EACH ROW EXECUTE FUNCTION meshgauge_mesh_removed();
+
+CREATE TABLE checks (process bytea PRIMARY KEY, at bigint NOT NULL);
+)sql";
+
+constexpr const char* kSecond = R"sql(
+ALTER TABLE jobs
+  ADD COLUMN batch bytea NOT NULL DEFAULT '',
+  ADD COLUMN deadline bigint,
+  ADD COLUMN verdict bytea NOT NULL DEFAULT '',
+  ADD COLUMN work bytea NOT NULL DEFAULT '',       -- BatchItem::work
+  ADD COLUMN reusable boolean NOT NULL DEFAULT false,
+  ADD COLUMN parent bytea NOT NULL DEFAULT '',     -- id of the whole that it is a part of
+  ADD COLUMN awaits integer NOT NULL DEFAULT 0,    -- parts that have not ended
+  ADD COLUMN claim bigint;                         -- which call of claim() or claim_some() has it
+DROP INDEX jobs_finished, jobs_by_state;
+CREATE INDEX jobs_by_state ON jobs (state) WHERE parent = '';
+CREATE INDEX jobs_finished ON jobs (owner, finished, number) WHERE state >= 2 AND batch = '' AND parent = '';
+CREATE INDEX jobs_waiting ON jobs (owner, batch, rank, number) WHERE state = 0 AND awaits = 0;
+CREATE INDEX jobs_running ON jobs (owner, batch) WHERE state = 1;
+CREATE INDEX jobs_by_work ON jobs (owner, work) WHERE work <> '';
+CREATE INDEX jobs_by_parent ON jobs (owner, parent, number) WHERE parent <> '';
+CREATE INDEX jobs_using_a ON jobs (owner, mesh_a) WHERE state IN (0, 1);
+CREATE INDEX jobs_using_b ON jobs (owner, mesh_b) WHERE state IN (0, 1);
+
+CREATE TABLE batches (
+  owner bytea NOT NULL,
+  id bytea NOT NULL,
+  name bytea NOT NULL,
+  idempotency_key bytea,
+  fingerprint bytea NOT NULL,
+  created bigint NOT NULL,
+  cancel_requested boolean NOT NULL DEFAULT false,
+  PRIMARY KEY (owner, id)
+);
+CREATE UNIQUE INDEX batches_idempotent ON batches (owner, idempotency_key) WHERE idempotency_key IS NOT NULL;
+CREATE TABLE batch_items (
+  owner bytea NOT NULL,
+  batch bytea NOT NULL,
+  position bigint NOT NULL,
+  name bytea NOT NULL,
+  job bytea NOT NULL,                              -- jobs.id
+  PRIMARY KEY (owner, batch, position)
+);
+CREATE INDEX batch_items_by_job ON batch_items (owner, job);
+)sql";
+
+constexpr const char* kThird = R"sql(
+-- Blobs, where no other place for them is set (pg_blobs.h). A blob is there when its row is; all of its chunks are.
+CREATE TABLE blobs (
+  owner bytea NOT NULL,
+  id bytea NOT NULL,
+  bytes bigint NOT NULL,
+  upload uuid NOT NULL,                            -- whose chunks are its bytes
+  renewed bigint NOT NULL,
+  PRIMARY KEY (owner, id)
+);
+CREATE INDEX blobs_by_upload ON blobs (upload);
+CREATE TABLE blob_chunks (
+  upload uuid NOT NULL,
+  position integer NOT NULL,
+  bytes bytea NOT NULL,
+  PRIMARY KEY (upload, position)
+);
+-- Meshes are compressed where they come from, or do not compress well: it would cost more than it saves.
+ALTER TABLE blob_chunks ALTER COLUMN bytes SET STORAGE EXTERNAL;
+CREATE TABLE blob_uploads (upload uuid PRIMARY KEY, begun bigint NOT NULL);  -- that have no blob yet
+CREATE TABLE blob_bytes (owner bytea PRIMARY KEY, bytes bigint NOT NULL);    -- sums of blobs.bytes
+)sql";
+
+constexpr const char* kSteps[] = {kFirst, kSecond, kThird};
+
+Error refused(const std::string& why) { return {ErrorCode::internal, "the database " + why, "", ""}; }
+
+std::int64_t number_of(PgConnection& connection, const char* sql) {
+  PgRows rows = connection.query(sql);
+  return rows.next() ? rows.number(0) : 0;
+}
+
+// 0: a new database, for us.
+Result<std::int64_t> version_of(PgConnection& connection) {
+  if (number_of(connection, "SELECT (to_regclass('meshgauge_schema') IS NOT NULL)::int") == 0) {
+    const bool is_taken =
+        number_of(connection,
+                  "SELECT count(*) FROM pg_tables WHERE schemaname = current_schema() AND tablename IN ('jobs', "
+                  "'meshes', 'stored', 'checks', 'batches', 'batch_items', 'blobs', 'blob_chunks')") != 0;
+    if (is_taken) return refused("is not one of meshgauge: it has tables of the same names");
+    return std::int64_t{0};
+  }
+  const std::int64_t version = number_of(connection, "SELECT version FROM meshgauge_schema");
+  if (version == 0) return refused("is damaged: its schema has no version");
+  return version;
+}
+
+Error written_later(std::int64_t version, std::size_t newest) {
+  return refused("was written by a later version of meshgauge (schema " + std::to_string(version) +
+                 "; this one knows " + std::to_string(newest) + ")");
+}
+
+void take_steps(PgConnection& connection, std::int64_t version, std::span<const char* const> steps) {
+  if (version == 0) {
+    connection.execute(
+        "CREATE TABLE meshgauge_schema (one boolean PRIMARY KEY DEFAULT true CHECK (one), version integer NOT NULL); "
+        "INSERT INTO meshgauge_schema (version) VALUES (0)");
+  }
+  for (auto next = static_cast<std::size_t>(version); next < steps.size(); ++next) connection.execute(steps[next]);
+  connection.query("UPDATE meshgauge_schema SET version = $1", steps.size());
+}
+
+Result<std::string> migrate_alone(PgConnection& connection, std::span<const char* const> steps) {
+  PgTransaction transaction(connection);
+  // Who waits for another's migration waits for as long as that takes.
+  connection.execute("SET LOCAL lock_timeout = 0; SET LOCAL statement_timeout = 0");
+  connection.query("SELECT pg_advisory_xact_lock($1)", kLock);
+  const Result<std::int64_t> version = version_of(connection);
+  if (!version) return version.error();
+  const auto newest = static_cast<std::int64_t>(steps.size());
+  if (*version > newest) return written_later(*version, steps.size());
+  if (*version == newest) return "the schema is of version " + std::to_string(newest) + " already";
+  take_steps(connection, *version, steps);
+  transaction.commit();
+  return "the schema was brought from version " + std::to_string(*version) + " to " + std::to_string(newest);
+}
+
+}  // namespace
+
+std::span<const char* const> pg_schema_steps() { return kSteps; }
+
+Result<std::string> pg_migrate(PgConnection& connection, std::span<const char* const> steps) {
+  // Most often there is nothing to do: then without the lock.
+  const Result<std::int64_t> version = version_of(connection);
+  if (version && *version == static_cast<std::int64_t>(steps.size())) {
+    return "the schema is of version " + std::to_string(steps.size()) + " already";
+  }
+  return migrate_alone(connection, steps);
+}
+
+}  // namespace meshgauge::server::store

@@ -1,0 +1,21 @@
+// The tables, and how a database of an older version of the program becomes one of this version.
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "engine/result.h"
+#include "server/store/postgres/connection.h"
+
+namespace meshgauge::server::store {
+
+// Step n makes version n+1 of version n; a new database is version 0. Steps are only ever added. They must leave what
+// processes of the version before read and write: these go on until they are replaced.
+std::span<const char* const> pg_schema_steps();
+
+// Brings the database to the version of the last step, all in one transaction; of many processes that begin at once
+// one does it and the others wait. Says what was done. Refuses a database that has tables of the same names that are
+// another program's, or that a later version wrote. Throws PgFailure.
+Result<std::string> pg_migrate(PgConnection& connection, std::span<const char* const> steps);
+
+}  // namespace meshgauge::server::store

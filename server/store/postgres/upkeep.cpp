@@ -1,0 +1,210 @@
+// PostgresStore: what looks at many jobs at once.
+#include <algorithm>
+
+#include "server/store/postgres/job_rows.h"
+#include "server/store/postgres/postgres_store.h"
+#include "server/store/shares.h"
+
+namespace meshgauge::server::store {
+namespace {
+
+constexpr std::int64_t kPortion = 500;  // rows that one transaction ends or removes
+constexpr int kLonger = 5;              // of the patience: what reads or removes much
+
+// Nothing that an item of a batch points at goes before the batch.
+#define MESHGAUGE_PG_IN_NO_BATCH \
+  "NOT EXISTS (SELECT FROM batch_items AS item WHERE item.owner = jobs.owner AND item.job = jobs.id)"
+
+// The end of a statement whose query `gone` has the owners and ids of jobs that were removed: their parts go along.
+#define MESHGAUGE_PG_WITH_PARTS                                                                             \
+  "parts_gone AS (DELETE FROM jobs USING gone WHERE jobs.owner = gone.owner AND jobs.parent = gone.id AND " \
+  "jobs.parent <> '') SELECT count(*) FROM gone"
+
+std::uint64_t count_of(PgRows rows) { return rows.next() ? static_cast<std::uint64_t>(rows.number(0)) : 0; }
+
+struct Recovered {
+  bool queued = false;
+  std::vector<JobKey> ended;  // that are in no batch
+};
+
+// A row that is locked is one whose worker is just being heard.
+Recovered hand_back_dead(PgConnection& connection, const std::optional<std::string>& dead_workers,
+                         const std::string& why, Moment moment) {
+  PgRows row = connection.query(
+      "WITH mine AS MATERIALIZED (SELECT number, excused + ($2 = '')::int AS excused_now, CASE WHEN cancel_requested "
+      "THEN 4 WHEN tries >= excused + ($2 = '')::int + $5 THEN 3 ELSE 0 END AS new_state FROM jobs WHERE state = 1 AND "
+      "(lease_until <= $3 OR substr(worker, 1, length($1)) = $1) ORDER BY owner, id FOR UPDATE SKIP LOCKED), "
+      "given_back AS (UPDATE jobs SET state = new_state, excused = excused_now, worker = '', lease_until = NULL, "
+      "finished = CASE WHEN new_state >= 2 THEN $3 END, expires = CASE WHEN new_state >= 2 THEN $4 END, last_error = "
+      "CASE WHEN $2 = '' THEN last_error ELSE $2 END FROM mine WHERE jobs.number = mine.number RETURNING owner, id, "
+      "state, batch, parent), "
+      "ended AS (SELECT owner, parent FROM given_back WHERE state >= 2), " MESHGAUGE_PG_SETTLE_WHOLES
+      "SELECT owner, id, state, batch, parent FROM given_back",
+      dead_workers, why, moment.now, moment.keep_until, kMaxTries);
+  Recovered recovered;
+  while (row.next()) {
+    const bool ended = has_ended(static_cast<JobState>(row.number(2)));
+    recovered.queued = recovered.queued || !ended || !row.bytes(4).empty();
+    if (ended && row.bytes(3).empty()) recovered.ended.push_back({row.text(0), row.text(1)});
+  }
+  return recovered;
+}
+
+void add(Counts& counts, JobState state, std::uint64_t number) {
+  std::uint64_t* const fields[] = {&counts.queued, &counts.running, &counts.done, &counts.failed, &counts.cancelled};
+  *fields[static_cast<std::size_t>(state)] = number;
+}
+
+// Parts first: their wholes are locked after them, and may then be given up as well.
+std::vector<JobKey> give_up_waiting(PgConnection& connection, Moment moment, bool parts) {
+  PgRows row = connection.query(
+      "WITH mine AS MATERIALIZED (SELECT number FROM jobs WHERE state = 0 AND expires_if_never_run <= $1 AND (parent "
+      "<> '') = $3 ORDER BY owner, id LIMIT $4 FOR UPDATE SKIP LOCKED), "
+      "ended AS (UPDATE jobs SET state = 3, finished = $1, expires = $2, last_error = CASE last_error WHEN '' THEN "
+      "'nobody ran it in time' ELSE last_error END FROM mine WHERE jobs.number = mine.number RETURNING owner, id, "
+      "parent), " MESHGAUGE_PG_SETTLE_WHOLES "SELECT owner, id FROM ended",
+      moment.now, moment.keep_until, parts, kPortion);
+  std::vector<JobKey> keys;
+  while (row.next()) keys.push_back({row.text(0), row.text(1)});
+  return keys;
+}
+
+std::uint64_t remove_expired(PgConnection& connection, TimePoint now, std::int64_t most) {
+  return count_of(connection.query(
+      "WITH gone AS (DELETE FROM jobs WHERE number IN (SELECT number FROM jobs WHERE state >= 2 AND expires <= $1 AND "
+      "parent = '' AND " MESHGAUGE_PG_IN_NO_BATCH
+      " LIMIT $2 FOR UPDATE SKIP LOCKED) RETURNING owner, id), " MESHGAUGE_PG_WITH_PARTS,
+      now, most));
+}
+
+std::vector<Kept> kept_jobs(PgConnection& connection) {
+  PgRows row = connection.query(
+      "SELECT owner, count(*) FROM jobs WHERE state >= 2 AND batch = '' AND parent = '' GROUP BY owner");
+  std::vector<Kept> kept;
+  while (row.next()) kept.push_back({row.text(0), static_cast<std::uint64_t>(row.number(1))});
+  return kept;
+}
+
+// Those that were given to record() come first: their clients have had their answers.
+std::uint64_t remove_oldest(PgConnection& connection, const std::string& owner, std::uint64_t wanted) {
+  const std::uint64_t records = count_of(connection.query(
+      "WITH gone AS (DELETE FROM jobs WHERE number IN (SELECT number FROM jobs WHERE state >= 2 AND owner = $1 AND "
+      "batch = '' AND parent = '' AND worker = '' AND tries = 1 ORDER BY finished, number LIMIT $2) RETURNING owner, "
+      "id), " MESHGAUGE_PG_WITH_PARTS,
+      owner, wanted));
+  if (records == wanted) return records;
+  return records + count_of(connection.query(
+                       "WITH gone AS (DELETE FROM jobs WHERE number IN (SELECT number FROM jobs WHERE state >= 2 AND "
+                       "owner = $1 AND batch = '' AND parent = '' ORDER BY finished, number LIMIT $2) RETURNING owner, "
+                       "id), " MESHGAUGE_PG_WITH_PARTS,
+                       owner, wanted - records));
+}
+
+std::uint64_t remove_over_share(PgConnection& connection, std::uint64_t max_kept, std::int64_t most) {
+  const std::vector<Kept> kept = kept_jobs(connection);
+  const std::uint64_t share = share_of(kept, max_kept);
+  std::uint64_t left = static_cast<std::uint64_t>(most);
+  for (const auto& [owner, jobs] : kept) {
+    if (jobs > share && left > 0) left -= remove_oldest(connection, owner, std::min(jobs - share, left));
+  }
+  return static_cast<std::uint64_t>(most) - left;
+}
+
+}  // namespace
+
+Result<bool> PostgresStore::forget(const JobKey& key) {
+  if (unwritten_.find(key)) {
+    Result<Done> flushed = flush();
+    if (!flushed) return flushed.error();
+  }
+  return pool_.run(Promise::durable, [&](PgConnection& connection) {
+    return count_of(connection.query("WITH gone AS (DELETE FROM jobs WHERE owner = $1 AND id = $2 AND state >= 2 "
+                                     "AND " MESHGAUGE_PG_IN_NO_BATCH " RETURNING owner, id), " MESHGAUGE_PG_WITH_PARTS,
+                                     key.owner, key.id)) == 1;
+  });
+}
+
+Result<std::vector<Job>> PostgresStore::recover(const std::optional<std::string>& dead_workers, const std::string& why,
+                                                Moment moment) {
+  const Result<Recovered> recovered = pool_.run(
+      Promise::durable, [&](PgConnection& connection) { return hand_back_dead(connection, dead_workers, why, moment); },
+      kLonger);
+  if (!recovered) return recovered.error();
+  if (recovered->queued) control_.tell(Signal::Kind::work);
+  for (const JobKey& key : recovered->ended) control_.tell(Signal::Kind::changed, key);
+  return std::vector<Job>();
+}
+
+Result<Counts> PostgresStore::counts() {
+  Result<Counts> counts = pool_.run(Promise::fleeting, [](PgConnection& connection) {
+    Counts counted;
+    PgRows row = connection.query("SELECT state, count(*) FROM jobs WHERE parent = '' GROUP BY state");
+    while (row.next()) add(counted, static_cast<JobState>(row.number(0)), static_cast<std::uint64_t>(row.number(1)));
+    return counted;
+  });
+  if (!counts) return counts;
+  counts->unrecorded = unwritten_.jobs();
+  counts->dropped_records = unwritten_.dropped();
+  return counts;
+}
+
+Result<std::vector<BlobKey>> PostgresStore::used_blobs() {
+  return pool_.run(
+      Promise::fleeting,
+      [](PgConnection& connection) {
+        PgRows row = connection.query(
+            "SELECT owner, mesh_a FROM jobs WHERE state IN (0, 1) UNION SELECT owner, mesh_b FROM jobs WHERE state IN "
+            "(0, 1) UNION SELECT owner, id FROM meshes");
+        std::vector<BlobKey> keys;
+        while (row.next()) keys.push_back({row.text(0), row.text(1)});
+        return keys;
+      },
+      kLonger);
+}
+
+Result<bool> PostgresStore::uses_blob(const BlobKey& key) {
+  return pool_.run(Promise::fleeting, [&](PgConnection& connection) {
+    PgRows row = connection.query(
+        "SELECT 1 WHERE EXISTS (SELECT FROM meshes WHERE owner = $1 AND id = $2) OR EXISTS (SELECT FROM jobs WHERE "
+        "state IN (0, 1) AND owner = $1 AND mesh_a = $2) OR EXISTS (SELECT FROM jobs WHERE state IN (0, 1) AND owner = "
+        "$1 AND mesh_b = $2)",
+        key.owner, key.id);
+    return row.next();
+  });
+}
+
+Result<std::uint64_t> PostgresStore::remove_in_portions(
+    const std::function<std::uint64_t(PgConnection&, std::int64_t most)>& remove) {
+  std::uint64_t removed = 0;
+  while (true) {
+    Result<std::uint64_t> portion = pool_.run(
+        Promise::durable, [&](PgConnection& connection) { return remove(connection, kPortion); }, kLonger);
+    if (!portion) return portion;
+    removed += *portion;
+    if (*portion < kPortion) return removed;
+  }
+}
+
+Result<SweptJobs> PostgresStore::sweep_jobs(Moment moment, std::uint64_t max_kept) {
+  SweptJobs swept;
+  for (const bool parts : {true, false}) {
+    const auto given_up = remove_in_portions([&](PgConnection& connection, std::int64_t) {
+      const std::vector<JobKey> keys = give_up_waiting(connection, moment, parts);
+      for (const JobKey& key : keys) control_.tell(Signal::Kind::changed, key);
+      return keys.size();
+    });
+    if (!given_up) return given_up.error();
+    if (!parts) swept.given_up = *given_up;
+  }
+  const auto expired = remove_in_portions(
+      [&](PgConnection& connection, std::int64_t most) { return remove_expired(connection, moment.now, most); });
+  if (!expired) return expired.error();
+  swept.expired = *expired;
+  const auto over_cap = remove_in_portions(
+      [&](PgConnection& connection, std::int64_t most) { return remove_over_share(connection, max_kept, most); });
+  if (!over_cap) return over_cap.error();
+  swept.over_cap = *over_cap;
+  return swept;
+}
+
+}  // namespace meshgauge::server::store

@@ -1,0 +1,170 @@
+#include "server/store/s3/answers.h"
+
+#include <curl/curl.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cstdio>
+#include <optional>
+#include <pugixml.hpp>
+#include <sstream>
+#include <string_view>
+
+namespace meshgauge::server::store {
+namespace {
+
+constexpr std::size_t kMaxCode = 64;
+
+Error not_understood(const char* what) {
+  return {ErrorCode::storage_unavailable, std::string("the answer of S3 is not understood: ") + what, "", ""};
+}
+
+// pugixml knows no entities but XML's own and loads nothing, so a hostile text can only fail.
+std::optional<pugi::xml_document> parsed(const std::string& text) {
+  pugi::xml_document document;
+  if (!document.load_buffer(text.data(), text.size())) return std::nullopt;
+  return document;
+}
+
+std::string text_of(const pugi::xml_node& node, const char* name) { return node.child_value(name); }
+
+std::optional<std::uint64_t> number_of(const std::string& text) {
+  std::uint64_t number = 0;
+  const auto [end, failed] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (failed != std::errc() || end != text.data() + text.size() || text.empty()) return std::nullopt;
+  return number;
+}
+
+// Whether there are more pages; an error when that cannot be told: half a list is taken for the whole by nobody.
+Result<bool> is_truncated(const pugi::xml_node& root) {
+  const std::string text = text_of(root, "IsTruncated");
+  if (text == "true") return true;
+  if (text == "false") return false;
+  return not_understood("a list that does not say whether it is whole");
+}
+
+Result<ListedObject> object_of(const pugi::xml_node& node) {
+  ListedObject object;
+  object.key = text_of(node, "Key");
+  const std::optional<std::uint64_t> size = number_of(text_of(node, "Size"));
+  const Result<S3Time> modified = time_of_xml(text_of(node, "LastModified"));
+  if (object.key.empty() || !size) return not_understood("a listed object without a key or a size");
+  if (!modified) return modified.error();
+  object.size = *size;
+  object.modified = *modified;
+  return object;
+}
+
+Result<ListedUpload> upload_of(const pugi::xml_node& node) {
+  ListedUpload upload{text_of(node, "Key"), text_of(node, "UploadId"), {}};
+  const Result<S3Time> begun = time_of_xml(text_of(node, "Initiated"));
+  if (upload.key.empty() || upload.id.empty()) return not_understood("a listed upload without a key or an id");
+  if (!begun) return begun.error();
+  upload.begun = *begun;
+  return upload;
+}
+
+}  // namespace
+
+Result<S3Time> time_of_xml(const std::string& text) {
+  int year = 0;
+  unsigned month = 0, day = 0, hour = 0, minute = 0, second = 0, milli = 0;
+  char end = 0;
+  const int n =
+      std::sscanf(text.c_str(), "%4d-%2u-%2uT%2u:%2u:%2u%c", &year, &month, &day, &hour, &minute, &second, &end);
+  if (n == 7 && end == '.') {
+    std::string digits = text.substr(text.find('.') + 1);
+    if (digits.empty() || digits.back() != 'Z') return not_understood("a time");
+    digits = (digits.substr(0, digits.size() - 1) + "000").substr(0, 3);
+    const std::optional<std::uint64_t> number = number_of(digits);
+    if (!number) return not_understood("a time");
+    milli = static_cast<unsigned>(*number);
+  } else if (n != 7 || end != 'Z') {
+    return not_understood("a time");
+  }
+  const std::chrono::year_month_day date{std::chrono::year(year), std::chrono::month(month), std::chrono::day(day)};
+  if (!date.ok() || hour > 23 || minute > 59 || second > 60) return not_understood("a time");
+  return std::chrono::sys_days(date) + std::chrono::hours(hour) + std::chrono::minutes(minute) +
+         std::chrono::seconds(second) + std::chrono::milliseconds(milli);
+}
+
+Result<S3Time> time_of_header(const std::string& text) {
+  const std::time_t seconds = text.empty() ? -1 : curl_getdate(text.c_str(), nullptr);
+  if (seconds < 0) return not_understood("a date");
+  return S3Time(std::chrono::seconds(seconds));
+}
+
+Result<ListPage> list_page_of(const HttpAnswer& answer) {
+  const auto document = parsed(answer.text);
+  const pugi::xml_node root = document ? document->child("ListBucketResult") : pugi::xml_node();
+  if (!root) return not_understood("no list of objects");
+  ListPage page;
+  for (const pugi::xml_node& node : root.children("Contents")) {
+    Result<ListedObject> object = object_of(node);
+    if (!object) return object.error();
+    page.objects.push_back(std::move(*object));
+  }
+  const Result<bool> more = is_truncated(root);
+  if (!more) return more.error();
+  if (*more) page.next = text_of(root, "NextContinuationToken");
+  if (*more && page.next.empty()) return not_understood("a list that goes on nowhere");
+  const Result<S3Time> now = time_of_header(answer.header("date"));
+  if (!now) return now.error();
+  page.now = *now;
+  return page;
+}
+
+Result<UploadsPage> uploads_page_of(const HttpAnswer& answer) {
+  const auto document = parsed(answer.text);
+  const pugi::xml_node root = document ? document->child("ListMultipartUploadsResult") : pugi::xml_node();
+  if (!root) return not_understood("no list of uploads");
+  UploadsPage page;
+  for (const pugi::xml_node& node : root.children("Upload")) {
+    Result<ListedUpload> upload = upload_of(node);
+    if (!upload) return upload.error();
+    page.uploads.push_back(std::move(*upload));
+  }
+  const Result<bool> more = is_truncated(root);
+  if (!more) return more.error();
+  if (*more) {
+    page.next_key = text_of(root, "NextKeyMarker");
+    page.next_id = text_of(root, "NextUploadIdMarker");
+    if (page.next_key.empty()) return not_understood("a list that goes on nowhere");
+  }
+  const Result<S3Time> now = time_of_header(answer.header("date"));
+  if (!now) return now.error();
+  page.now = *now;
+  return page;
+}
+
+Result<std::string> upload_id_of(const HttpAnswer& answer) {
+  const auto document = parsed(answer.text);
+  const std::string id = document ? text_of(document->child("InitiateMultipartUploadResult"), "UploadId") : "";
+  if (id.empty()) return not_understood("an upload without an id");
+  return id;
+}
+
+std::string list_of_parts(const std::vector<std::string>& etags) {
+  pugi::xml_document document;
+  pugi::xml_node root = document.append_child("CompleteMultipartUpload");
+  unsigned number = 0;
+  for (const std::string& etag : etags) {
+    pugi::xml_node part = root.append_child("Part");
+    part.append_child("PartNumber").text().set(++number);
+    part.append_child("ETag").text().set(etag.c_str());
+  }
+  std::ostringstream text;
+  document.save(text, "", pugi::format_raw);
+  return text.str();
+}
+
+std::string error_code_of(const HttpAnswer& answer) {
+  if (answer.text.empty()) return "";
+  const auto document = parsed(answer.text);
+  std::string code = document ? text_of(document->child("Error"), "Code") : "";
+  std::erase_if(
+      code, [](char c) { return (c < 'a' || c > 'z') && (c < 'A' || c > 'Z') && (c < '0' || c > '9') && c != '.'; });
+  return code.substr(0, kMaxCode);
+}
+
+}  // namespace meshgauge::server::store

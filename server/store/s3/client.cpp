@@ -1,0 +1,275 @@
+#include "server/store/s3/client.h"
+
+#include <openssl/evp.h>
+
+#include <algorithm>
+#include <array>
+#include <random>
+#include <thread>
+
+namespace meshgauge::server::store {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::steady_clock;
+
+constexpr const char* kBytes = "application/octet-stream";
+
+std::string scheme_of(const std::string& endpoint) { return endpoint.substr(0, endpoint.find("://") + 3); }
+
+// The port of the scheme itself is not in the header Host, and so not in what is signed.
+std::string host_of(const S3Settings& settings) {
+  const std::string scheme = scheme_of(settings.endpoint);
+  std::string host = settings.endpoint.substr(scheme.size());
+  const std::string_view usual = scheme == "https://" ? ":443" : ":80";
+  if (host.ends_with(usual)) host.resize(host.size() - usual.size());
+  return settings.virtual_host ? settings.bucket + "." + host : host;
+}
+
+bool is_good(long status) { return status >= 200 && status < 300; }
+
+bool is_one_of(const std::string& code, std::initializer_list<const char*> codes) {
+  return std::any_of(codes.begin(), codes.end(), [&](const char* one) { return code == one; });
+}
+
+bool means_no_room(long status, const std::string& code) {
+  return status == 507 || is_one_of(code, {"QuotaExceeded", "XMinioStorageFull", "XMinioAdminBucketQuotaExceeded",
+                                           "InsufficientStorage", "ServiceQuotaExceeded"});
+}
+
+// Digests that differ are bytes that were damaged on their way: we have looked at ours.
+bool may_pass(long status, const std::string& code) {
+  return status == 429 || status == 408 || (status >= 500 && status != 501 && status != 505 && status != 507) ||
+         is_one_of(code, {"RequestTimeout", "SlowDown", "InternalError", "ServiceUnavailable", "OperationAborted",
+                          "BadDigest", "IncompleteBody", "XAmzContentSHA256Mismatch", "ConditionalRequestConflict"});
+}
+
+// Refusals that have their reason with whoever set this up.
+bool is_refusal(long status) { return status == 401 || status == 403 || (status >= 300 && status < 400); }
+
+milliseconds shortened(milliseconds pause) {
+  thread_local std::minstd_rand random{std::random_device{}()};
+  return pause - milliseconds(std::uniform_int_distribution<milliseconds::rep>(0, pause.count() / 2)(random));
+}
+
+}  // namespace
+
+std::string base64_of_hex(const std::string& hex) {
+  std::array<unsigned char, 32> bytes{};
+  for (std::size_t i = 0; i < bytes.size(); ++i) {
+    bytes[i] = static_cast<unsigned char>(std::stoul(hex.substr(2 * i, 2), nullptr, 16));
+  }
+  std::array<unsigned char, 48> text{};
+  const int size = EVP_EncodeBlock(text.data(), bytes.data(), static_cast<int>(bytes.size()));
+  return {reinterpret_cast<const char*>(text.data()), static_cast<std::size_t>(size)};
+}
+
+struct S3Client::Call {
+  std::string method;
+  std::string key;  // empty: the bucket itself
+  NamedTexts query = {};
+  NamedTexts headers = {};
+  ByteSource body = {};
+  std::string payload_sha256 = kNoBodySha256;
+  HttpPace pace = HttpPace::small;
+  Take take = {};
+};
+
+// How a call went after all its attempts.
+struct S3Client::Ending {
+  HttpAnswer answer;
+  std::string code;  // of a refusal
+  std::uint64_t received = 0;
+
+  bool good() const { return is_good(answer.status) && code.empty(); }
+  bool is_not_there() const { return answer.status == 404 && code != "NoSuchBucket"; }
+  Error error() const;
+};
+
+Error S3Client::Ending::error() const {
+  if (answer.stopped) return *answer.stopped;
+  if (answer.status == 0) return {ErrorCode::storage_unavailable, "S3 cannot be reached: " + answer.trouble, "", ""};
+  const std::string what = "S3 answers " + std::to_string(answer.status) + (code.empty() ? "" : " " + code);
+  if (means_no_room(answer.status, code)) return {ErrorCode::storage_full, "S3 has no room: " + what, "", ""};
+  if (code == "RequestTimeTooSkewed") {
+    return {ErrorCode::storage_unavailable, what + ": the clocks of this machine and of S3 differ", "", ""};
+  }
+  const bool theirs = is_refusal(answer.status) || may_pass(answer.status, code) || answer.status == 404;
+  return {theirs ? ErrorCode::storage_unavailable : ErrorCode::internal, what, "", ""};
+}
+
+S3Client::S3Client(S3Settings settings, S3Limits limits)
+    : settings_(std::move(settings)),
+      limits_(limits),
+      host_(host_of(settings_)),
+      base_url_(scheme_of(settings_.endpoint) + host_),
+      base_path_(settings_.virtual_host ? "/" : "/" + settings_.bucket + "/"),
+      connections_(settings_.ca_file, limits_.http) {}
+
+HttpAnswer S3Client::attempt(const Call& call, std::uint64_t received,
+                             const std::function<Result<Done>(long, std::span<const std::byte>)>& take) {
+  std::string path = base_path_ + uri_encoded(call.key, true);
+  if (call.key.empty() && path.size() > 1) path.pop_back();
+  UnsignedRequest unsigned_request{call.method, host_, path, call.query, call.headers, call.payload_sha256};
+  if (received > 0) unsigned_request.headers.emplace_back("range", "bytes=" + std::to_string(received) + "-");
+  const std::string query = canonical_query(call.query);
+
+  HttpRequest request;
+  request.method = call.method;
+  request.url = base_url_ + path + (query.empty() ? "" : "?" + query);
+  // Signed anew each time: a signature is good for a quarter of an hour.
+  request.headers = signed_headers(unsigned_request, settings_.credentials, settings_.region, amz_date_now());
+  request.body = call.body;
+  request.pace = call.pace;
+  request.take = take;
+  return connections_.perform(request);
+}
+
+S3Client::Ending S3Client::perform(const Call& call) {
+  Ending ending;
+  std::uint64_t skip = 0;  // bytes that a server repeats which knows no ranges
+  std::function<Result<Done>(long, std::span<const std::byte>)> take;
+  if (call.take) {
+    take = [&](long status, std::span<const std::byte> piece) -> Result<Done> {
+      const std::size_t known = status == 206 ? 0 : std::min<std::uint64_t>(skip, piece.size());
+      skip -= known;
+      piece = piece.subspan(known);
+      ending.received += piece.size();
+      return piece.empty() ? Result<Done>(Done{}) : call.take(piece);
+    };
+  }
+  auto begin = steady_clock::now();
+  milliseconds pause = limits_.first_pause;
+  for (unsigned tries = 1;; ++tries) {
+    skip = ending.received;
+    ending.answer = attempt(call, ending.received, take);
+    ending.code = error_code_of(ending.answer);
+    if (ending.received > skip) {  // it goes on, so a large object may take as long as it takes
+      begin = steady_clock::now();
+      pause = limits_.first_pause;
+      tries = 1;
+    }
+    const bool again = ending.answer.status == 0 ? ending.answer.may_pass : may_pass(ending.answer.status, ending.code);
+    const bool in_time = tries == 1 || steady_clock::now() - begin + pause < limits_.give_up;
+    if (!again || tries >= limits_.attempts || !in_time) return ending;
+    std::this_thread::sleep_for(shortened(pause));
+    pause = std::min(2 * pause, limits_.longest_pause);
+  }
+}
+
+Result<std::optional<S3Object>> S3Client::head(const std::string& key) {
+  const Ending ending = perform({"HEAD", key, {}, {{"x-amz-checksum-mode", "ENABLED"}}});
+  if (ending.is_not_there()) return std::optional<S3Object>();
+  if (!ending.good()) return ending.error();
+  const HttpAnswer& answer = ending.answer;
+  const Result<S3Time> modified = time_of_header(answer.header("last-modified"));
+  const Result<S3Time> now = time_of_header(answer.header("date"));
+  if (!modified) return modified.error();
+  if (!now) return now.error();
+  S3Object object;
+  object.size = std::strtoull(answer.header("content-length").c_str(), nullptr, 10);
+  object.sha256 = answer.header("x-amz-checksum-sha256");
+  object.etag = answer.header("etag");
+  object.age = *now - *modified;
+  return std::optional(object);
+}
+
+Result<Done> S3Client::put(const std::string& key, const ByteSource& body, const std::string& sha256) {
+  Call call{"PUT", key, {}, {{"content-type", kBytes}, {"x-amz-checksum-sha256", base64_of_hex(sha256)}}, body, sha256};
+  call.pace = HttpPace::body;
+  const Ending ending = perform(call);
+  if (!ending.good()) return ending.error();
+  return Done{};
+}
+
+Result<bool> S3Client::get(const std::string& key, const Take& take) {
+  Call call{"GET", key};
+  call.pace = HttpPace::body;
+  call.take = take;
+  const Ending ending = perform(call);
+  if (ending.answer.status == 416 && ending.received > 0) return true;  // what was lost came after the last byte
+  if (ending.is_not_there() && ending.received == 0) return false;
+  if (!ending.good()) return ending.error();
+  return true;
+}
+
+Result<bool> S3Client::copy_onto_itself(const std::string& key) {
+  const std::string source = "/" + settings_.bucket + "/" + uri_encoded(key, true);
+  // S3 copies onto itself only what changes: here the description is replaced by the same one.
+  Call call{"PUT",
+            key,
+            {},
+            {{"content-type", kBytes}, {"x-amz-copy-source", source}, {"x-amz-metadata-directive", "REPLACE"}}};
+  call.pace = HttpPace::patient;
+  const Ending ending = perform(call);
+  if (ending.is_not_there()) return false;
+  if (!ending.good()) return ending.error();
+  return true;
+}
+
+Result<Done> S3Client::remove(const std::string& key) {
+  const Ending ending = perform({"DELETE", key});
+  if (!ending.good() && !ending.is_not_there()) return ending.error();
+  return Done{};
+}
+
+Result<ListPage> S3Client::list(const std::string& prefix, const std::string& token) {
+  Call call{"GET", "", {{"list-type", "2"}, {"prefix", prefix}}};
+  if (!token.empty()) call.query.emplace_back("continuation-token", token);
+  const Ending ending = perform(call);
+  if (!ending.good()) return ending.error();
+  Result<ListPage> page = list_page_of(ending.answer);
+  if (page && !token.empty() && page->next == token) {
+    return Error{ErrorCode::storage_unavailable, "S3 repeats a page of its list", "", ""};
+  }
+  return page;
+}
+
+Result<std::string> S3Client::begin_upload(const std::string& key) {
+  const Ending ending = perform({"POST", key, {{"uploads", ""}}, {{"content-type", kBytes}}});
+  if (!ending.good()) return ending.error();
+  return upload_id_of(ending.answer);
+}
+
+Result<std::string> S3Client::put_part(const std::string& key, const std::string& upload, unsigned number,
+                                       const ByteSource& body, const std::string& sha256) {
+  Call call{"PUT", key, {{"partNumber", std::to_string(number)}, {"uploadId", upload}}, {}, body, sha256};
+  call.pace = HttpPace::body;
+  const Ending ending = perform(call);
+  if (!ending.good()) return ending.error();
+  std::string etag = ending.answer.header("etag");
+  if (etag.empty()) return Error{ErrorCode::storage_unavailable, "S3 names no ETag of a part", "", ""};
+  return etag;
+}
+
+Result<bool> S3Client::complete_upload(const std::string& key, const std::string& upload,
+                                       const std::vector<std::string>& etags) {
+  const std::string list = list_of_parts(etags);
+  const ByteSource body(std::as_bytes(std::span(list)));
+  const Result<std::string> sha256 = body.sha256_hex();
+  Call call{"POST", key, {{"uploadId", upload}}, {{"content-type", "application/xml"}}, body, *sha256};
+  call.pace = HttpPace::patient;
+  const Ending ending = perform(call);
+  if (ending.code == "NoSuchUpload") return false;
+  if (!ending.good()) return ending.error();
+  return true;
+}
+
+Result<Done> S3Client::abort_upload(const std::string& key, const std::string& upload) {
+  const Ending ending = perform({"DELETE", key, {{"uploadId", upload}}});
+  if (!ending.good() && !ending.is_not_there()) return ending.error();
+  return Done{};
+}
+
+Result<UploadsPage> S3Client::list_uploads(const std::string& prefix, const std::string& after_key,
+                                           const std::string& after_id) {
+  Call call{"GET", "", {{"uploads", ""}, {"prefix", prefix}}};
+  if (!after_key.empty()) call.query.emplace_back("key-marker", after_key);
+  if (!after_id.empty()) call.query.emplace_back("upload-id-marker", after_id);
+  const Ending ending = perform(call);
+  if (ending.answer.status == 501) return UploadsPage{};  // a server without such lists clears up by itself, or not
+  if (!ending.good()) return ending.error();
+  return uploads_page_of(ending.answer);
+}
+
+}  // namespace meshgauge::server::store

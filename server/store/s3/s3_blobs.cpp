@@ -1,0 +1,273 @@
+#include "server/store/s3/s3_blobs.h"
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <limits>
+#include <mutex>
+#include <string_view>
+#include <thread>
+#include <unordered_set>
+#include <vector>
+
+#include "api/digest.h"
+
+namespace meshgauge::server::store {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+constexpr std::size_t kHash = 64;
+constexpr std::size_t kName = kHash + 1 + 2 + 1 + kHash;
+
+std::string owner_in(const std::string& name) { return name.substr(0, kHash); }
+std::string id_in(const std::string& name) { return name.substr(name.size() - kHash); }
+
+// As blob_name() makes it: whatever else lies in the bucket is not ours.
+bool is_blob_name(const std::string& name) {
+  if (name.size() != kName) return false;
+  const std::string owner = owner_in(name);
+  const std::string id = id_in(name);
+  return is_blob_id(owner) && is_blob_id(id) && name == owner + "/" + id.substr(0, 2) + "/" + id;
+}
+
+// Both the time of modification and the server's clock may be cut to whole seconds, so the age is known to one.
+bool is_surely_older(milliseconds age, seconds limit) { return limit == seconds(0) || age - seconds(1) >= limit; }
+
+// Whether the server itself says that these are the bytes, or that they are not; of parts it knows nothing.
+bool is_known_sound(const S3Object& found, const std::string& id, std::uint64_t size) {
+  return found.size == size && found.sha256 == base64_of_hex(id);
+}
+bool is_known_damaged(const S3Object& found, const std::string& id, std::uint64_t size) {
+  if (found.size != size) return true;
+  return !found.sha256.empty() && found.sha256.find('-') == std::string::npos && found.sha256 != base64_of_hex(id);
+}
+
+}  // namespace
+
+S3Blobs::S3Blobs(S3Settings settings, S3BlobOptions options, S3Limits limits)
+    : options_(options),
+      client_(std::move(settings), limits),
+      root_(client_.settings().prefix.empty() ? "" : client_.settings().prefix + "/"),
+      sums_([this](const std::string& owner) { return weigh(owner); }, options.sum_age) {}
+
+Result<BlobPut> S3Blobs::put(const BlobKey& key, std::span<const std::byte> bytes) {
+  return put(key, ByteSource(bytes));
+}
+
+Result<BlobPut> S3Blobs::put(const BlobKey& key, int file, std::uint64_t size) {
+  return put(key, ByteSource(file, size));
+}
+
+Result<BlobPut> S3Blobs::put(const BlobKey& key, const ByteSource& bytes) {
+  if (bytes.size() > kMaxS3Blob) return Error{ErrorCode::internal, "S3 keeps no mesh of more than 5 GiB here", "", ""};
+  const Result<std::string> digest = bytes.sha256_hex();
+  if (!digest) return digest.error();
+  if (*digest != key.id) return BlobPut::other_digest;
+  const std::string object = object_of(blob_name(key));
+  const Result<std::optional<S3Object>> there = client_.head(object);
+  if (!there) return there.error();
+  const std::optional<S3Object>& found = *there;
+  if (found && is_known_sound(*found, key.id, bytes.size())) {
+    const Result<bool> renewed = renew(object, *found);
+    if (!renewed) return renewed.error();
+    if (*renewed) return BlobPut::existed;
+  }
+  // Sent also when something is there whose bytes the server does not vouch for: that costs no more than to read it.
+  if (const Result<Done> sent = send(key, bytes, found ? found->etag : ""); !sent) return sent.error();
+  if (found) sums_.remove(owner_in(blob_name(key)), found->size);
+  sums_.add(owner_in(blob_name(key)), bytes.size());
+  return found && !is_known_damaged(*found, key.id, bytes.size()) ? BlobPut::existed : BlobPut::created;
+}
+
+Result<Done> S3Blobs::send(const BlobKey& key, const ByteSource& bytes, const std::string& etag_before) {
+  const std::string object = object_of(blob_name(key));
+  if (bytes.size() < options_.in_parts_from) return client_.put(object, bytes, key.id);
+  const Result<std::string> upload = client_.begin_upload(object);
+  if (!upload) return upload.error();
+  const Result<bool> completed = send_parts(key, *upload, bytes);
+  if (completed) return check_completed(object, bytes.size(), *completed ? "" : etag_before);
+  // If that fails as well, abort_abandoned() does it a day later.
+  static_cast<void>(client_.abort_upload(object, *upload));
+  return completed.error();
+}
+
+// As complete_upload().
+Result<bool> S3Blobs::send_parts(const BlobKey& key, const std::string& upload, const ByteSource& bytes) {
+  const std::string object = object_of(blob_name(key));
+  api::Sha256 whole;
+  std::vector<std::string> etags;
+  for (std::uint64_t offset = 0; offset < bytes.size(); offset += options_.part_bytes) {
+    const ByteSource part = bytes.part(offset, std::min(options_.part_bytes, bytes.size() - offset));
+    const Result<std::string> digest = part.sha256_hex(&whole);
+    if (!digest) return digest.error();
+    const auto number = static_cast<unsigned>(etags.size() + 1);
+    Result<std::string> etag = client_.put_part(object, upload, number, part, *digest);
+    if (!etag) return etag.error();
+    etags.push_back(std::move(*etag));
+  }
+  if (whole.hex() != key.id) return Error{ErrorCode::internal, "the upload has changed while it was stored", "", ""};
+  return client_.complete_upload(object, upload, etags);
+}
+
+// `not_etag`: that of the object that an upload which may have been aborted should have replaced.
+Result<Done> S3Blobs::check_completed(const std::string& object, std::uint64_t size, const std::string& not_etag) {
+  const Result<std::optional<S3Object>> there = client_.head(object);
+  if (!there) return there.error();
+  if (!*there || (**there).size != size || (!not_etag.empty() && (**there).etag == not_etag)) {
+    return Error{ErrorCode::storage_unavailable, "S3 has not kept an upload that it completed", "", ""};
+  }
+  // Its age counts from the upload's begin.
+  const Result<bool> renewed = renew(object, **there);
+  if (!renewed) return renewed.error();
+  return Done{};
+}
+
+Result<bool> S3Blobs::fetch(const BlobKey& key, const Take& take) {
+  return client_.get(object_of(blob_name(key)), take);
+}
+
+Result<bool> S3Blobs::exists(const BlobKey& key) {
+  const Result<std::optional<S3Object>> there = client_.head(object_of(blob_name(key)));
+  if (!there) return there.error();
+  return there->has_value();
+}
+
+Result<bool> S3Blobs::renew(const BlobKey& key) {
+  const std::string object = object_of(blob_name(key));
+  const Result<std::optional<S3Object>> there = client_.head(object);
+  if (!there) return there.error();
+  if (!*there) return false;
+  return renew(object, **there);
+}
+
+Result<bool> S3Blobs::renew(const std::string& object, const S3Object& found) {
+  if (found.age + seconds(1) < options_.young) return true;
+  return client_.copy_onto_itself(object);
+}
+
+Result<bool> S3Blobs::remove(const BlobKey& key) {
+  const std::string name = blob_name(key);
+  const Result<std::optional<S3Object>> there = client_.head(object_of(name));
+  if (!there) return there.error();
+  if (!*there) return false;
+  return remove_found(name, **there);
+}
+
+Result<bool> S3Blobs::remove_found(const std::string& name, const S3Object& found) {
+  sums_.remove(owner_in(name), found.size);
+  const Result<Done> removed = client_.remove(object_of(name));
+  if (removed) return true;
+  sums_.add(owner_in(name), found.size);
+  return removed.error();
+}
+
+Result<std::uint64_t> S3Blobs::remove_unused(std::span<const BlobKey> used, seconds older_than, const Guard& guard) {
+  std::unordered_set<std::string> kept;
+  for (const BlobKey& key : used) kept.insert(blob_name(key));
+  const seconds limit = older_than + options_.young;
+  std::uint64_t removed = 0;
+  std::string token;
+  do {
+    const Result<ListPage> page = client_.list(root_, token);
+    if (!page) return page.error();
+    std::vector<std::string> names;
+    for (const ListedObject& object : page->objects) {
+      const std::string name = object.key.substr(std::min(root_.size(), object.key.size()));
+      const auto age = page->now - object.modified;
+      if (is_blob_name(name) && !kept.contains(name) && is_surely_older(age, limit)) names.push_back(name);
+    }
+    const Result<std::uint64_t> some = remove_listed(names, limit, guard);
+    if (!some) return some;
+    removed += *some;
+    token = page->next;
+  } while (!token.empty());
+  if (const Result<Done> aborted = abort_abandoned(); !aborted) return aborted.error();
+  return removed;
+}
+
+// The object is looked at again when nobody can begin to refer to it any more: it may have been renewed since it was
+// listed.
+Result<bool> S3Blobs::remove_if_old(const std::string& name, seconds older_than, const Guard& guard) try {
+  return guard(name, [&]() -> Result<bool> {
+    const Result<std::optional<S3Object>> there = client_.head(object_of(name));
+    if (!there) return there.error();
+    if (!*there || !is_surely_older((**there).age, older_than)) return false;
+    return remove_found(name, **there);
+  });
+} catch (const std::exception& error) {
+  return Error{ErrorCode::internal, error.what(), "", ""};  // nothing may leave a thread
+}
+
+// Several at once; the first error ends it.
+Result<std::uint64_t> S3Blobs::remove_listed(const std::vector<std::string>& names, seconds older_than,
+                                             const Guard& guard) {
+  std::atomic<std::size_t> next{0};
+  std::atomic<std::uint64_t> removed{0};
+  std::mutex mutex;
+  std::optional<Error> failed;
+  const auto remove_some = [&] {
+    for (std::size_t i = next++; i < names.size(); i = next++) {
+      const Result<bool> gone = remove_if_old(names[i], older_than, guard);
+      if (gone && *gone) ++removed;
+      if (gone) continue;
+      next = names.size();
+      const std::lock_guard lock(mutex);
+      failed = gone.error();
+    }
+  };
+  {
+    std::vector<std::jthread> threads;
+    const std::size_t wanted = std::min<std::size_t>(options_.removals_at_once, names.size());
+    for (std::size_t i = 1; i < wanted; ++i) threads.emplace_back(remove_some);
+    remove_some();
+  }
+  if (failed) return *failed;
+  return removed.load();
+}
+
+Result<Done> S3Blobs::abort_abandoned() {
+  UploadsPage page;
+  do {
+    Result<UploadsPage> next = client_.list_uploads(root_, page.next_key, page.next_id);
+    if (!next) return next.error();
+    if (!next->next_key.empty() && next->next_key == page.next_key && next->next_id == page.next_id) {
+      return Error{ErrorCode::storage_unavailable, "S3 repeats a page of its list", "", ""};
+    }
+    page = std::move(*next);
+    for (const ListedUpload& upload : page.uploads) {
+      const bool ours = is_blob_name(upload.key.substr(std::min(root_.size(), upload.key.size())));
+      if (!ours || !is_surely_older(page.now - upload.begun, options_.abandoned)) continue;
+      const Result<Done> aborted = client_.abort_upload(upload.key, upload.id);
+      if (!aborted) return aborted;
+    }
+  } while (!page.next_key.empty());
+  return Done{};
+}
+
+Result<std::uint64_t> S3Blobs::stored_bytes(const std::string& owner) {
+  return sums_.of(owner_in(blob_name({owner, ""})));
+}
+
+Result<std::uint64_t> S3Blobs::weigh(const std::string& owner) {
+  std::uint64_t bytes = 0;
+  std::string token;
+  do {
+    const Result<ListPage> page = client_.list(root_ + owner + "/", token);
+    if (!page) return page.error();
+    for (const ListedObject& object : page->objects) bytes += object.size;
+    token = page->next;
+  } while (!token.empty());
+  return bytes;
+}
+
+Result<std::uint64_t> S3Blobs::free_bytes() { return std::numeric_limits<std::uint64_t>::max(); }
+
+Result<Done> S3Blobs::check() {
+  static constexpr std::array<std::byte, 4096> kBlock{};
+  static const std::string kDigest = api::sha256_hex(kBlock);
+  return client_.put(object_of("check"), ByteSource(kBlock), kDigest);
+}
+
+}  // namespace meshgauge::server::store

@@ -1,0 +1,74 @@
+// Blobs in a bucket of a service that speaks S3:
+//
+//   PREFIX/<SHA-256 of the owner>/<first two digits>/<id>     an object appears whole, or not
+//   PREFIX/check                                              what check() writes
+//
+// What is sent is signed with its SHA-256, which is the blob's id, so a server that stores other bytes breaks its word;
+// it is sent along as x-amz-checksum-sha256 too. Large blobs go in parts, each signed with its own. An object's time of
+// modification, by the server's clock, is when it was last put or renewed.
+//
+// The server must be strongly consistent: what was put is seen by whoever asks next (S3 is since 2020).
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <string>
+
+#include "server/store/remote_blobs.h"
+#include "server/store/s3/client.h"
+#include "server/store/s3/owner_sums.h"
+
+namespace meshgauge::server::store {
+
+struct S3BlobOptions {
+  std::uint64_t in_parts_from = std::uint64_t{64} << 20;  // bytes of a blob that is sent in parts
+  std::uint64_t part_bytes = std::uint64_t{32} << 20;     // S3 wants at least 5 MiB, and at most 10,000 of them
+  // A blob that was put or renewed within this time is not renewed again, and remove_unused() waits so much longer: so
+  // that a mesh of which many jobs come at once is not copied for each.
+  std::chrono::seconds young{300};
+  std::chrono::seconds abandoned{24 * 3600};  // uploads in parts that began earlier are aborted by remove_unused()
+  unsigned removals_at_once = 8;
+  std::chrono::milliseconds sum_age = OwnerSums::kAge;
+};
+
+// S3 copies no larger object in one request, and copying is how a blob is renewed.
+inline constexpr std::uint64_t kMaxS3Blob = std::uint64_t{5} << 30;
+
+class S3Blobs final : public RemoteBlobs {
+ public:
+  explicit S3Blobs(S3Settings settings, S3BlobOptions options = {}, S3Limits limits = {});
+
+  Result<BlobPut> put(const BlobKey& key, std::span<const std::byte> bytes) override;
+  Result<BlobPut> put(const BlobKey& key, int file, std::uint64_t size) override;
+  Result<bool> fetch(const BlobKey& key, const Take& take) override;
+  Result<bool> exists(const BlobKey& key) override;
+  Result<bool> renew(const BlobKey& key) override;
+  Result<bool> remove(const BlobKey& key) override;
+  Result<std::uint64_t> remove_unused(std::span<const BlobKey> used, std::chrono::seconds older_than,
+                                      const Guard& guard) override;
+  Result<std::uint64_t> stored_bytes(const std::string& owner) override;  // owner_sums.h says how far behind
+  Result<std::uint64_t> free_bytes() override;                            // nobody knows
+  Result<Done> check() override;
+
+ private:
+  std::string object_of(const std::string& name) const { return root_ + name; }
+
+  Result<BlobPut> put(const BlobKey& key, const ByteSource& bytes);
+  Result<Done> send(const BlobKey& key, const ByteSource& bytes, const std::string& etag_before);
+  Result<Done> check_completed(const std::string& object, std::uint64_t size, const std::string& not_etag);
+  Result<bool> send_parts(const BlobKey& key, const std::string& upload, const ByteSource& bytes);
+  Result<bool> renew(const std::string& object, const S3Object& found);
+  Result<bool> remove_found(const std::string& name, const S3Object& found);
+  Result<bool> remove_if_old(const std::string& name, std::chrono::seconds older_than, const Guard& guard);
+  Result<std::uint64_t> remove_listed(const std::vector<std::string>& names, std::chrono::seconds older_than,
+                                      const Guard& guard);
+  Result<Done> abort_abandoned();
+  Result<std::uint64_t> weigh(const std::string& owner);
+
+  const S3BlobOptions options_;
+  S3Client client_;
+  const std::string root_;  // "PREFIX/" or ""
+  OwnerSums sums_;          // by the hash of the owner; last: it may be listing
+};
+
+}  // namespace meshgauge::server::store

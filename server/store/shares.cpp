@@ -1,0 +1,25 @@
+#include "server/store/shares.h"
+
+#include <algorithm>
+
+namespace meshgauge::server::store {
+
+std::int64_t rank_of(const NewJob& job) {
+  constexpr std::uint64_t kMost = std::uint64_t{1} << 50;  // far from an overflow
+  constexpr std::int64_t kBytesOfOneMillisecond = JobStore::kBytesOfOneSecond / 1000;
+  return job.created.time_since_epoch().count() * kBytesOfOneMillisecond +
+         static_cast<std::int64_t>(std::min(job.cost, kMost));
+}
+
+std::uint64_t share_of(std::vector<Kept> kept, std::uint64_t max_kept) {
+  std::sort(kept.begin(), kept.end(), [](const Kept& x, const Kept& y) { return x.jobs < y.jobs; });
+  std::uint64_t left = max_kept;
+  for (std::size_t i = 0; i < kept.size(); ++i) {
+    const std::uint64_t share = left / (kept.size() - i);
+    if (kept[i].jobs > share) return share;
+    left -= kept[i].jobs;
+  }
+  return max_kept;
+}
+
+}  // namespace meshgauge::server::store

@@ -1,0 +1,29 @@
+// All that a service keeps, in one of two forms: on this machine (embedded.h), or on engines that several machines
+// share (distributed.h).
+#pragma once
+
+#include <string>
+
+#include "server/store/batch_store.h"
+#include "server/store/blob_store.h"
+#include "server/store/job_store.h"
+#include "server/store/mesh_index.h"
+#include "server/store/part_store.h"
+#include "server/store/signals.h"
+
+namespace meshgauge::server::store {
+
+class AllStores {
+ public:
+  virtual ~AllStores() = default;
+
+  virtual JobStore& jobs() = 0;
+  virtual MeshIndex& meshes() = 0;
+  virtual BatchStore& batches() = 0;
+  virtual BlobStore& blobs() = 0;
+  virtual PartStore* parts() = 0;  // null: comparisons are measured in one piece
+  virtual Signals* signals() = 0;  // null: nobody else works on these stores
+  virtual const std::string& data_folder() const = 0;
+};
+
+}  // namespace meshgauge::server::store

@@ -1,0 +1,104 @@
+#include "server/wiring.h"
+
+#include <signal.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+
+#include "api/compare.h"
+#include "server/upload.h"
+
+namespace meshgauge::server {
+namespace {
+
+constexpr std::chrono::milliseconds kReaderTime{1000};  // for a reader to be there, before the service is not ready
+
+sigset_t awaited_signals() {
+  sigset_t set;
+  sigemptyset(&set);
+  sigaddset(&set, SIGTERM);
+  sigaddset(&set, SIGINT);
+  sigaddset(&set, SIGHUP);
+  return set;
+}
+
+// SIGHUP from the kernel: the terminal was closed. Who started the service by nohup wants it to outlive that.
+Signal meaning_of_hangup(const siginfo_t& info) {
+  if (info.si_code != SI_KERNEL) return Signal::reload;
+  struct sigaction started {};
+  ::sigaction(SIGHUP, nullptr, &started);
+  return started.sa_handler == SIG_IGN ? Signal::none : Signal::end;
+}
+
+}  // namespace
+
+sandbox::PoolSettings pool_settings(const Settings& settings, const std::vector<std::string>& command) {
+  sandbox::Bounds bounds;
+  bounds.memory_bytes = settings.parser_memory_bytes;
+  bounds.input_bytes = settings.max_part_bytes;
+  bounds.cpu_seconds = settings.max_timeout_ms / 1000 + 2;  // a second net: the deadline comes first
+  return {command, settings.parsers, bounds};
+}
+
+std::string defect_of(sandbox::Pool& pool) {
+  Control patience;
+  patience.set_deadline(Control::Clock::now() + kReaderTime);
+  return pool.defect(patience);
+}
+
+Fetch fetching_by(sandbox::Pool& pool, MeshCache& cache) {
+  const api::Load load = [&pool](const api::MeshInput& input, const api::ReadLimits& limits, Control& control) {
+    return pool.load(input, limits, control);
+  };
+  return [load, &cache](const MeshSource& source, const api::ReadLimits& limits, Control& control) {
+    if (!source.kept) return api::loading(load, source.input, limits, Prepared::Use::once)(control);
+    return cache.get(*source.kept, api::loading(load, source.input, limits, Prepared::Use::often), control);
+  };
+}
+
+Compare comparing_by(const Fetch& fetch) {
+  return [fetch](const MeshSource& a, const MeshSource& b, const Options& options, const api::ReadLimits& limits,
+                 Control& control) {
+    const auto get = [&](const MeshSource& source) -> api::GetMesh {
+      return [&](Control& job) { return fetch(source, limits, job); };
+    };
+    return api::compare_prepared(get(a), get(b), options, control);
+  };
+}
+
+Result<Done> check_temp_dir(const std::string& directory) {
+  const int file = open_unnamed_file(directory);
+  if (file < 0) {
+    return Error{ErrorCode::invalid_request, "--temp-dir '" + directory + "' takes no files: " + std::strerror(errno),
+                 "", ""};
+  }
+  ::close(file);
+  return Done{};
+}
+
+// Asked of the socket, since a name can stand for any address.
+Result<Done> check_openness(const Settings& settings, const HttpGuard& guard) {
+  if (!settings.keys_file.empty() || settings.public_without_keys || guard.bound_to_loopback()) return Done{};
+  return Error{ErrorCode::invalid_request,
+               "other machines can reach " + settings.host +
+                   ": give --keys-file, or say --public-without-keys to serve everybody (MESHGAUGE_KEYS_FILE, "
+                   "MESHGAUGE_PUBLIC_WITHOUT_KEYS=true)",
+               "", ""};
+}
+
+void block_signals() {
+  const sigset_t signals = awaited_signals();
+  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+}
+
+Signal signalled_within(std::chrono::milliseconds time) {
+  const sigset_t set = awaited_signals();
+  const timespec wait{0, time.count() * 1'000'000};
+  siginfo_t info{};
+  const int signal = sigtimedwait(&set, &info, &wait);
+  if (signal <= 0) return Signal::none;
+  return signal == SIGHUP ? meaning_of_hangup(info) : Signal::end;
+}
+
+}  // namespace meshgauge::server

@@ -1,0 +1,157 @@
+// Worker: from the store's queue to jobs that are ready to run.
+#include <algorithm>
+#include <utility>
+
+#include "server/jobs/revived.h"
+#include "server/worker/worker.h"
+
+namespace meshgauge::server {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+using Stage = HeldJob::Stage;
+
+constexpr milliseconds kFirstPause{100};
+constexpr milliseconds kLongestPause{5'000};
+constexpr seconds kOpeningPause{1};
+constexpr unsigned kOpenings = 3;
+
+}  // namespace
+
+void Worker::claim_in_background() {
+  std::unique_lock lock(mutex_);
+  while (!ending_) {
+    const std::size_t most = draining_ || deliveries_.full() ? 0 : stock_.wanted();
+    if (most == 0) {
+      claim_wake_.wait(lock);
+    } else if (Clock::now() < next_claim_) {
+      claim_wake_.wait_until(lock, next_claim_);
+    } else {
+      look_again_ = false;
+      lock.unlock();
+      claim(most);
+      lock.lock();
+    }
+  }
+}
+
+// Each claim has a name of its own. When one fails it is not known whether it was stored: then what is running under
+// its name, and nothing else, goes back before there is another one.
+void Worker::claim(std::size_t most) {
+  bool through = take_back_unsure();
+  std::vector<HeldJobPtr> claimed;
+  if (through) {
+    const std::string name = options_.name + "/" + std::to_string(++claims_) + "/";
+    const auto now = stores_.jobs.time();
+    auto some = stores_.jobs.claim_some(name, now, now + options_.lease, options_.which, most);
+    through = some.ok();
+    if (some) {
+      for (const store::Claimed& one : *some) claimed.push_back(held_of(one));
+    } else {
+      unsure_.push_back(name);
+      troubles_.note(some);
+    }
+  }
+  const std::lock_guard lock(mutex_);
+  if (through) {
+    claim_pause_ = milliseconds(0);
+    if (claimed.empty() && !look_again_) next_claim_ = Clock::now() + options_.poll;
+    if (!claimed.empty()) adopt(claimed);
+  } else if (!look_again_ || claim_pause_ > milliseconds(0)) {
+    claim_pause_ = std::clamp(2 * claim_pause_, kFirstPause, kLongestPause);
+    next_claim_ = Clock::now() + claim_pause_;
+  }
+}
+
+bool Worker::take_back_unsure() {
+  while (!unsure_.empty()) {
+    const auto now = stores_.jobs.time();
+    const auto back = stores_.jobs.recover(unsure_.back(), "", {now, now + seconds(settings_.result_ttl_s)});
+    troubles_.note(back);
+    if (!back) return false;
+    unsure_.pop_back();
+  }
+  return true;
+}
+
+// Precondition: mutex_ is held.
+void Worker::adopt(const std::vector<HeldJobPtr>& claimed) {
+  metrics_.worker_claimed(claimed.size());
+  for (const HeldJobPtr& job : claimed) {
+    if (std::find(cancelled_.begin(), cancelled_.end(), job->live->key) != cancelled_.end()) job->live->cancel();
+    held_.push_back(job);
+    if (draining_) {
+      job->stage = Stage::leaving;
+      leave({job, std::nullopt, std::nullopt, ""});
+    } else {
+      stock_.add(job);
+    }
+  }
+  open_wake_.notify_all();
+}
+
+HeldJobPtr Worker::held_of(const store::Claimed& claimed) const {
+  const auto now = stores_.jobs.time();
+  auto job = std::make_shared<HeldJob>();
+  job->live = live_job_of(claimed.job, settings_, std::max(milliseconds(0), now - claimed.job.created));
+  job->live->token = claimed.token;
+  job->live->started(claimed.token.tries, claimed.job.started.value_or(now));
+  if (access_) job->live->counted.emplace(access_->adopt_job(claimed.job.key.owner));
+  if (claimed.job.cancel_requested) job->live->cancel();
+  job->deadline = claimed.job.deadline;
+  job->in_batch = !claimed.job.batch.empty();
+  job->suspected = claimed.job.suspected;
+  return job;
+}
+
+void Worker::open_in_background() {
+  std::unique_lock lock(mutex_);
+  while (!ending_) {
+    if (const HeldJobPtr job = stock_.to_open(Clock::now())) {
+      job->stage = Stage::opening;
+      lock.unlock();
+      open(job);
+      lock.lock();
+    } else if (const auto next = stock_.next_opening()) {
+      open_wake_.wait_until(lock, *next);
+    } else {
+      open_wake_.wait(lock);
+    }
+  }
+}
+
+// A mesh that is not there is the job's end, which Measuring says. One that cannot be read now is not the job's fault:
+// it is tried again, and then by others.
+void Worker::open(const HeldJobPtr& job) {
+  const auto error = look_up(*job->live);
+  {
+    const std::lock_guard lock(mutex_);
+    if (job->stage != Stage::opening) return;  // lost, or handed back
+    if (!error) {
+      job->stage = Stage::ready;
+    } else if (++job->failures < kOpenings) {
+      job->stage = Stage::claimed;
+      job->not_before = Clock::now() + kOpeningPause;
+    } else {
+      job->stage = Stage::leaving;
+      stock_.remove(*job);
+    }
+  }
+  if (!error) return begin_what_can();
+  open_wake_.notify_all();
+  if (job->failures < kOpenings) return;
+  const bool damaged = error->code == ErrorCode::internal;
+  leave({job, std::nullopt, std::nullopt, damaged ? error->message : ""});
+  begin_what_can();
+}
+
+// Whether its meshes are worth keeping in memory is not worth waiting for.
+std::optional<Error> Worker::look_up(LiveJob& job) {
+  troubles_.note(recognise_meshes(job, stores_.meshes));
+  const auto opened = open_blobs(job, stores_.blobs);
+  troubles_.note(opened);
+  return opened ? std::nullopt : std::optional(opened.error());
+}
+
+}  // namespace meshgauge::server

@@ -1,0 +1,95 @@
+// The ends of a worker's jobs, on their way into the store.
+//
+// One thread stores them in groups: the first at once, and what comes while it is at that together. So many small jobs
+// share the time of one commit, and a single one waits for nobody. While the store is away they wait here, and are
+// stored when it is back; what may have been stored already is stored again, which changes nothing.
+//
+// Thread safe.
+#pragma once
+
+#include <condition_variable>
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "server/store/job_store.h"
+#include "server/worker/held_job.h"
+
+namespace meshgauge::server {
+
+struct Delivery {
+  HeldJobPtr job;
+  std::optional<store::Ending> ending;      // none: the job is handed back
+  std::optional<store::Progress> progress;  // that goes back with it
+  std::string blame;                        // as `last_error` of JobStore::hand_back()
+};
+
+class Deliveries {
+ public:
+  using Clock = std::chrono::steady_clock;
+
+  enum class Outcome {
+    stored,
+    refused,   // the job is another worker's by now
+    given_up,  // the store would never take it
+  };
+  // Called on the delivering thread, once for each; it may not wait for deliveries.
+  using Delivered = std::function<void(const Delivery&, Outcome)>;
+  using Failed = std::function<void(const Error&)>;
+
+  struct Settings {
+    std::chrono::seconds keep{86'400};  // what a job that the store ends is kept for
+    std::chrono::milliseconds first_pause{100};
+    std::chrono::milliseconds longest_pause{2'000};
+  };
+
+  static constexpr std::size_t kGroup = 256;
+  static constexpr std::uint64_t kGroupBytes = std::uint64_t{8} << 20;
+  static constexpr std::size_t kFull = 4096;
+  static constexpr std::uint64_t kFullBytes = std::uint64_t{128} << 20;
+
+  // Borrows the store.
+  Deliveries(store::JobStore& jobs, Settings settings, Delivered delivered, Failed failed);
+  ~Deliveries();  // what waits is dropped
+  Deliveries(const Deliveries&) = delete;
+  Deliveries& operator=(const Deliveries&) = delete;
+
+  void add(Delivery delivery);  // however full it is
+  void hurry();                 // the store may be back
+  std::size_t waiting() const;
+  bool full() const;  // no more work should be begun
+  bool wait_until_empty(Clock::time_point until) const;
+
+ private:
+  using Group = std::vector<Delivery>;
+
+  void deliver_in_background();
+  Group next_group();
+  bool deliver(Group& group);
+  std::optional<Error> store_endings(Group& group);
+  std::optional<Error> give_back(const Delivery& delivery);
+  std::optional<Error> one_by_one(Group& group);
+  void settle(const Delivery& delivery, Outcome outcome);
+
+  store::JobStore& jobs_;
+  const Settings settings_;
+  const Delivered delivered_;
+  const Failed failed_;
+  mutable std::mutex mutex_;
+  std::condition_variable wake_;
+  mutable std::condition_variable emptied_;
+  std::deque<Delivery> waiting_;
+  std::size_t unsettled_ = 0;  // those, and what is being stored
+  std::uint64_t unsettled_bytes_ = 0;
+  bool hurry_ = false;
+  bool ending_ = false;
+  std::thread thread_;
+};
+
+}  // namespace meshgauge::server

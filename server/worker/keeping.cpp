@@ -1,0 +1,88 @@
+// Worker: what it tells the store while it holds jobs, and hears from it.
+#include <algorithm>
+#include <utility>
+
+#include "server/worker/worker.h"
+
+namespace meshgauge::server {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+using Stage = HeldJob::Stage;
+
+constexpr seconds kBeatAgain{1};     // after one that failed
+constexpr seconds kWorthTelling{3};  // of jobs of batches: most are over sooner, and nobody watches a single one
+
+}  // namespace
+
+void Worker::keep_in_background() {
+  auto next_beat = Clock::now() + options_.heartbeat;
+  bool failing = false;
+  std::unique_lock lock(mutex_);
+  while (!keep_wake_.wait_for(lock, std::min(options_.progress, options_.heartbeat), [&] { return ending_; })) {
+    lock.unlock();
+    const auto now = Clock::now();
+    const bool everything = now >= next_beat;
+    const bool told = tell(due(everything));
+    if (everything)
+      next_beat = now + (told ? options_.heartbeat : std::min<milliseconds>(options_.heartbeat, kBeatAgain));
+    if (std::exchange(failing, !told) && told) wake();
+    lock.lock();
+  }
+}
+
+// By the name under which they were claimed: the store is told of one worker's at a time. `everything`: all that is
+// held; else what has come further.
+std::map<std::string, Worker::Telling> Worker::due(bool everything) {
+  std::map<std::string, Telling> all;
+  const std::lock_guard lock(mutex_);
+  for (const HeldJobPtr& job : held_) {
+    if (job->lost) continue;
+    std::optional<store::Progress> progress;
+    const bool worth_it =
+        job->stage == Stage::running && job->begun && (!job->in_batch || Clock::now() - *job->begun >= kWorthTelling);
+    if (worth_it) progress = job->live->progress();
+    if (progress == job->told) progress.reset();
+    if (!everything && !progress) continue;
+    Telling& telling = all[job->live->token->worker];
+    telling.jobs.push_back(job);
+    telling.beats.push_back({*job->live->token, progress});
+  }
+  return all;
+}
+
+bool Worker::tell(const std::map<std::string, Telling>& due) {
+  for (const auto& [name, telling] : due) {
+    const auto heard = stores_.jobs.heartbeats(telling.beats, stores_.jobs.time() + options_.lease);
+    troubles_.note(heard);
+    if (!heard) return false;
+    for (std::size_t i = 0; i < telling.jobs.size(); ++i) hear(telling.jobs[i], telling.beats[i], (*heard)[i]);
+  }
+  return true;
+}
+
+// A job whose end is on its way may be unknown to the store as one that runs because it has ended: finish_all() says
+// what became of that.
+void Worker::hear(const HeldJobPtr& job, const store::Beat& beat, store::Heartbeat heard) {
+  if (heard == store::Heartbeat::cancel) return job->live->cancel();
+  bool freed = false;
+  {
+    const std::lock_guard lock(mutex_);
+    if (beat.progress) job->told = beat.progress;
+    if (heard != store::Heartbeat::lost || job->stage == Stage::leaving) return;
+    job->lost = true;
+    metrics_.worker_lease_lost();
+    job->live->control.cancel();
+    if (job->stage != Stage::running) {
+      stock_.remove(*job);
+      job->stage = Stage::leaving;
+      std::erase(held_, job);
+      freed = true;
+    }
+  }
+  if (freed) begin_what_can();
+  claim_wake_.notify_all();
+}
+
+}  // namespace meshgauge::server

@@ -1,0 +1,242 @@
+#include "server/worker/worker.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "server/jobs/kept_blobs.h"
+#include "server/log.h"
+
+namespace meshgauge::server {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+using Stage = HeldJob::Stage;
+
+constexpr milliseconds kProgressInterval{100};
+constexpr std::size_t kMostCancelled = 1000;
+
+// As its last progress was, with the interval that it came to.
+store::Progress interval_of(const Outcome& outcome, const std::optional<store::Progress>& seen) {
+  return {outcome.lower, outcome.upper, seen ? seen->stage : ""};
+}
+
+}  // namespace
+
+Worker::Worker(const Settings& settings, Stores stores, const Measuring& measuring, Scheduler& scheduler,
+               Access* access, Metrics& metrics, WorkerOptions options)
+    : settings_(settings),
+      stores_(stores),
+      measuring_(measuring),
+      scheduler_(scheduler),
+      access_(access),
+      metrics_(metrics),
+      options_(std::move(options)),
+      troubles_(metrics),
+      stock_(settings.workers),
+      deliveries_(
+          stores.jobs, {seconds(settings.result_ttl_s)},
+          [this](const Delivery& delivery, Deliveries::Outcome outcome) { delivered(delivery, outcome); },
+          [this](const Error& error) { troubles_.note(Result<Done>(error)); }) {
+  metrics_.watch(Level::deliveries_waiting, [this] { return static_cast<double>(deliveries_.waiting()); });
+}
+
+Worker::~Worker() { stop(); }
+
+void Worker::start() {
+  threads_.emplace_back([this] { claim_in_background(); });
+  threads_.emplace_back([this] { keep_in_background(); });
+  for (std::size_t i = 0; i < options_.openers; ++i) threads_.emplace_back([this] { open_in_background(); });
+}
+
+void Worker::wake() {
+  {
+    const std::lock_guard lock(mutex_);
+    look_again_ = true;
+    next_claim_ = Clock::now();
+    claim_pause_ = milliseconds(0);
+  }
+  claim_wake_.notify_all();
+  deliveries_.hurry();
+}
+
+// Who is told before it knows of its claim remembers it: the claim may be under way.
+void Worker::cancel(const store::JobKey& key) {
+  const std::lock_guard lock(mutex_);
+  bool found = false;
+  for (const HeldJobPtr& job : held_) {
+    if (job->live->key != key) continue;
+    job->live->cancel();
+    found = true;
+  }
+  if (found) return;
+  cancelled_.push_back(key);
+  if (cancelled_.size() > kMostCancelled) cancelled_.pop_front();
+}
+
+std::size_t Worker::running() const {
+  const std::lock_guard lock(mutex_);
+  return static_cast<std::size_t>(std::count_if(
+      held_.begin(), held_.end(), [](const HeldJobPtr& job) { return job->stage == Stage::running && job->begun; }));
+}
+
+std::size_t Worker::held() const {
+  const std::lock_guard lock(mutex_);
+  return held_.size();
+}
+
+void Worker::drain() {
+  std::vector<HeldJobPtr> stock;
+  std::vector<HeldJobPtr> given;
+  {
+    const std::lock_guard lock(mutex_);
+    draining_ = true;
+    stock = stock_.take_all();
+    for (const HeldJobPtr& job : stock) job->stage = Stage::leaving;
+    for (const HeldJobPtr& job : held_) {
+      if (job->stage == Stage::running && !job->begun) given.push_back(job);
+    }
+  }
+  for (const HeldJobPtr& job : stock) leave({job, std::nullopt, std::nullopt, ""});
+  for (const HeldJobPtr& job : given) withdraw(job);
+}
+
+// One that waits for a thread of the scheduler goes back; one that has found its thread meanwhile runs.
+void Worker::withdraw(const HeldJobPtr& job) {
+  if (!scheduler_.withdraw(job->live->control)) return;
+  bool lost = false;
+  {
+    const std::lock_guard lock(mutex_);
+    stock_.ended(*job);
+    job->stage = Stage::leaving;
+    lost = job->lost;
+    if (lost) std::erase(held_, job);
+    --given_;
+    idle_.notify_all();
+  }
+  if (!lost) leave({job, std::nullopt, std::nullopt, ""});
+}
+
+void Worker::stop(milliseconds patience) {
+  drain();
+  {
+    std::unique_lock lock(mutex_);
+    for (const HeldJobPtr& job : held_) {
+      if (job->stage == Stage::running) job->live->control.cancel();
+    }
+    idle_.wait(lock, [&] { return given_ == 0; });
+  }
+  if (threads_.empty()) return;
+  deliveries_.wait_until_empty(Deliveries::Clock::now() + patience);
+  {
+    const std::lock_guard lock(mutex_);
+    ending_ = true;
+  }
+  for (auto* waiting : {&claim_wake_, &open_wake_, &keep_wake_}) waiting->notify_all();
+  for (std::thread& thread : threads_) thread.join();
+  threads_.clear();
+}
+
+void Worker::begin_what_can() {
+  std::vector<HeldJobPtr> next;
+  {
+    const std::lock_guard lock(mutex_);
+    while (HeldJobPtr job = stock_.take()) next.push_back(std::move(job));
+    given_ += next.size();
+  }
+  for (const HeldJobPtr& job : next) submit(job);
+  if (!next.empty()) claim_wake_.notify_all();
+}
+
+void Worker::submit(const HeldJobPtr& job) {
+  const std::shared_ptr<LiveJob>& live = job->live;
+  scheduler_.submit(scheduler_.admit_again(), {live->key.owner, live->bytes, live->request.timeout,
+                                               std::shared_ptr<Control>(live, &live->control),
+                                               [this, job](Scheduler::Slot slot) { run(job, std::move(slot)); }});
+}
+
+// What this worker is touched by last is the lock under which it is through: then it may go.
+void Worker::run(const HeldJobPtr& job, Scheduler::Slot slot) {
+  LiveJob& live = *job->live;
+  if (begin(*job)) {
+    const auto result = measuring_.measured(live);
+    measuring_.count(live, result);
+    let_go_of_bytes(live.a);
+    let_go_of_bytes(live.b);
+    live.counted.reset();
+    conclude(job, result);
+  }
+  { const Scheduler::Slot done = std::move(slot); }
+  {
+    const std::lock_guard lock(mutex_);
+    stock_.ended(*job);
+    if (job->lost) std::erase(held_, job);
+  }
+  begin_what_can();
+  const std::lock_guard lock(mutex_);
+  claim_wake_.notify_all();
+  --given_;
+  idle_.notify_all();
+}
+
+// Its time begins now, unless somebody waits for it: then it ends with theirs.
+bool Worker::begin(HeldJob& job) {
+  LiveJob& live = *job.live;
+  {
+    const std::lock_guard lock(mutex_);
+    if (job.lost) return false;
+    job.begun = Clock::now();
+  }
+  auto deadline = *job.begun + live.request.timeout;
+  if (job.deadline) deadline = std::min(deadline, *job.begun + (*job.deadline - stores_.jobs.time()));
+  live.control.set_deadline(deadline);
+  live.control.watch([&live](const Progress& p) { live.progressed({p.lower, p.upper, p.stage}); }, kProgressInterval);
+  return true;
+}
+
+// What was cancelled though its owner did not ask for it was interrupted by the end of this process: another one will
+// run it.
+void Worker::conclude(const HeldJobPtr& job, const Result<api::Comparison>& result) {
+  const LiveJob& live = *job->live;
+  Delivery delivery{job, std::nullopt, live.progress(), ""};
+  const bool interrupted = stopped_by_cancel(result) && !live.cancel_requested();
+  JobView last;
+  if (interrupted) {
+    if (result) delivery.progress = interval_of(result->outcome, delivery.progress);
+  } else {
+    last = measuring_.told(live, result, false);
+    delivery.ending = {last.row.state,    std::exchange(last.row.document, {}),
+                       last.row.problem,  *last.row.finished,
+                       *last.row.expires, last.row.verdict,
+                       last.reusable};
+  }
+  {
+    const std::lock_guard lock(mutex_);
+    job->stage = Stage::leaving;
+    job->last = std::move(last);
+    if (job->lost) return;
+  }
+  leave(std::move(delivery));
+}
+
+void Worker::leave(Delivery delivery) { deliveries_.add(std::move(delivery)); }
+
+void Worker::delivered(const Delivery& delivery, Deliveries::Outcome outcome) {
+  const HeldJob& job = *delivery.job;
+  const std::string& id = job.live->key.id;
+  if (outcome == Deliveries::Outcome::given_up) log_event("store", "job " + id + ": its end could not be stored");
+  if (outcome == Deliveries::Outcome::refused && delivery.ending) {
+    metrics_.worker_lease_lost();
+    log_event("store", "job " + id + " was taken over by another worker");
+  }
+  const bool ended = outcome == Deliveries::Outcome::stored && delivery.ending;
+  if (ended) release_blobs(stores_, troubles_, job.live->key.owner, job.live->a.id, job.live->b.id);
+  if (ended && options_.ended) options_.ended(job.last);
+  const std::lock_guard lock(mutex_);
+  std::erase(held_, delivery.job);
+  next_claim_ = std::min(next_claim_, Clock::now() + claim_pause_);  // an end may let others begin
+  look_again_ = true;
+  claim_wake_.notify_all();
+}
+
+}  // namespace meshgauge::server

@@ -1,0 +1,135 @@
+// Runs jobs of a store that other processes may work on as well.
+//
+//   claim_some -> stock (meshes are looked up) -> scheduler -> Measuring -> deliveries (finish_all)
+//
+// Whatever it holds it tells the store that it is alive, and hears from it whom to cancel and what it has lost. While
+// the store is away it goes on with what it holds, and delivers that afterwards. It never runs a job that it has not
+// claimed, and whatever it writes names the token of its claim.
+//
+// Thread safe.
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "server/access/access.h"
+#include "server/jobs/measuring.h"
+#include "server/jobs/scheduler.h"
+#include "server/jobs/stores.h"
+#include "server/jobs/troubles.h"
+#include "server/observe/metrics.h"
+#include "server/settings.h"
+#include "server/worker/deliveries.h"
+#include "server/worker/held_job.h"
+#include "server/worker/stock.h"
+
+namespace meshgauge::server {
+
+struct WorkerOptions {
+  std::string name;                         // of this process alone, now and later
+  std::chrono::milliseconds lease{75'000};  // after which others may take what it holds and says nothing of
+  std::chrono::milliseconds heartbeat{10'000};
+  std::chrono::milliseconds progress{500};  // at least between two tellings of how far a job is
+  std::chrono::milliseconds poll{1'000};    // how often it looks for jobs that nobody told it of
+  store::JobStore::Which which = store::JobStore::Which::all;
+  std::size_t openers = 2;                              // threads that look up meshes before jobs run
+  std::function<void(const JobView&)> ended = nullptr;  // told of each end that the store has taken
+};
+
+class Worker {
+ public:
+  // Borrows all but settings and options. The scheduler must outlive the worker, and end after it.
+  Worker(const Settings& settings, Stores stores, const Measuring& measuring, Scheduler& scheduler, Access* access,
+         Metrics& metrics, WorkerOptions options);
+  ~Worker();  // as stop()
+  Worker(const Worker&) = delete;
+  Worker& operator=(const Worker&) = delete;
+
+  void start();  // once
+  void wake();   // there may be something to claim, or the store may be back again; quick
+
+  // Of a job that runs here or waits to; else nothing, until it is claimed within the next moments.
+  void cancel(const store::JobKey& key);
+
+  void drain();  // claims no more, and hands back what has not begun
+  // Drains, cancels what runs, hands it back with the interval that it has reached, and waits until the store knows:
+  // at most `patience`, if the store does not answer. What it is not told by then it finds when the lease is over.
+  void stop(std::chrono::milliseconds patience = std::chrono::seconds(5));
+
+  std::size_t running() const;  // that have begun
+  std::size_t held() const;     // claimed, and not yet delivered
+  std::size_t deliveries_waiting() const { return deliveries_.waiting(); }
+
+ private:
+  using Clock = LiveJob::Clock;
+
+  void claim_in_background();
+  void claim(std::size_t most);
+  bool take_back_unsure();
+  void adopt(const std::vector<HeldJobPtr>& claimed);
+  HeldJobPtr held_of(const store::Claimed& claimed) const;
+
+  void open_in_background();
+  void open(const HeldJobPtr& job);
+  std::optional<Error> look_up(LiveJob& job);
+
+  void begin_what_can();
+  void submit(const HeldJobPtr& job);
+  void run(const HeldJobPtr& job, Scheduler::Slot slot);
+  bool begin(HeldJob& job);
+  void conclude(const HeldJobPtr& job, const Result<api::Comparison>& result);
+  void withdraw(const HeldJobPtr& job);
+  void leave(Delivery delivery);
+  void delivered(const Delivery& delivery, Deliveries::Outcome outcome);
+
+  void keep_in_background();
+  struct Telling {
+    std::vector<HeldJobPtr> jobs;
+    std::vector<store::Beat> beats;
+  };
+  std::map<std::string, Telling> due(bool everything);
+  bool tell(const std::map<std::string, Telling>& due);
+  void hear(const HeldJobPtr& job, const store::Beat& beat, store::Heartbeat heard);
+
+  const Settings settings_;
+  const Stores stores_;
+  const Measuring& measuring_;
+  Scheduler& scheduler_;
+  Access* const access_;
+  Metrics& metrics_;
+  const WorkerOptions options_;
+  Troubles troubles_;
+
+  mutable std::mutex mutex_;  // guards what follows, but the deliveries
+  std::condition_variable claim_wake_;
+  std::condition_variable open_wake_;
+  std::condition_variable keep_wake_;
+  std::condition_variable idle_;
+  Stock stock_;
+  std::vector<HeldJobPtr> held_;         // all
+  std::deque<store::JobKey> cancelled_;  // the newest of those that are not held
+  std::size_t given_ = 0;                // to the scheduler, and not through
+  Clock::time_point next_claim_{};
+  bool look_again_ = false;  // something happened since the claim that is under way
+  std::chrono::milliseconds claim_pause_{0};
+  bool draining_ = false;
+  bool ending_ = false;
+
+  std::uint64_t claims_ = 0;         // the claiming thread's
+  std::vector<std::string> unsure_;  // likewise: names under which jobs may have been claimed without our knowledge
+
+  Deliveries deliveries_;
+  std::vector<std::thread> threads_;
+};
+
+}  // namespace meshgauge::server

@@ -1,0 +1,207 @@
+#!/usr/bin/env python3
+"""Kills workers, front ends and the leader of the database at random moments while clients submit, and checks what was promised.
+
+The moments are random for real: the seed decides what is asked for and who is killed in which order, not when their requests meet. A
+failing run prints its seed, which is likely to find the same again.
+"""
+
+import argparse
+import concurrent.futures
+import random
+import sys
+import threading
+import time
+
+import psycopg2
+
+from crowd import Crowd, works
+from fixture import pairs
+from patroni import Cluster
+from postgres import SKIPPED, Missing
+from processes import Fleet, migrate, until
+from promises import Gaps, Ledger, longest_stall
+from scratch import inside
+
+FLAGS = ("--lease-ms", "5000", "--heartbeat-ms", "1000", "--max-queued-jobs", "1000", "--log-requests", "problems")
+STALL_SECONDS = 5     # beyond the time in which the database takes no writes
+ENDED_STATES = "(2, 3, 4)"
+
+# Whoever writes to a job that has ended, and does not just remove it, has accepted a second result.
+AUDIT = """
+CREATE TABLE second_results (job text, before text, after text);
+CREATE FUNCTION note_second_result() RETURNS trigger LANGUAGE plpgsql AS $$
+BEGIN
+  INSERT INTO second_results VALUES (OLD.id, OLD::text, NEW::text);
+  RETURN NEW;
+END $$;
+CREATE TRIGGER second_results AFTER UPDATE ON jobs FOR EACH ROW
+  WHEN (OLD.state >= 2 AND (OLD.state, OLD.document, OLD.tries) IS DISTINCT FROM (NEW.state, NEW.document, NEW.tries))
+  EXECUTE FUNCTION note_second_result();
+CREATE TABLE pulse (n bigint);
+INSERT INTO pulse VALUES (0);
+"""
+
+
+class Pulse:
+    """Writes to the database all the time, and counts the jobs that have ended: when it could not, and when there were no more of them."""
+
+    def __init__(self, url, is_idle):
+        self.url, self.is_idle = url, is_idle
+        self.writes, self.ends, self.over, self.ended = Gaps(), Gaps(), threading.Event(), -1
+        self.thread = threading.Thread(target=self._run, daemon=True)
+        self.thread.start()
+
+    def _run(self):
+        while not self.over.is_set():
+            try:
+                with psycopg2.connect(self.url) as connection:
+                    connection.autocommit = True
+                    self._beat(connection.cursor())
+            except psycopg2.Error:
+                time.sleep(0.05)
+
+    def _beat(self, cursor):
+        while not self.over.is_set():
+            cursor.execute("UPDATE pulse SET n = n + 1")
+            self.writes.mark()
+            cursor.execute("SELECT count(*) FROM jobs WHERE state IN " + ENDED_STATES)
+            ended = cursor.fetchone()[0]
+            if ended != self.ended or self.is_idle():
+                self.ended = ended
+                self.ends.mark()
+            time.sleep(0.05)
+
+    def end(self):
+        self.over.set()
+        self.thread.join(60)
+
+
+class Campaign:
+    def __init__(self, cluster, kills, jobs, seed):
+        self.cluster, self.kills, self.dice, self.killed = cluster, kills, random.Random(seed), {}
+        self.ledger, self.returns = Ledger(), []
+        url = cluster.url()
+        migrate(url)
+        cluster.query(AUDIT)
+        self.fleet = Fleet(cluster.scratch, url, FLAGS)
+        for _ in range(2):
+            self.fleet.add_front_end()
+        for _ in range(3):
+            self.fleet.add_worker("--workers", "2")
+        self.fleet.wait()
+        plan = list(works(self.dice, pairs(cluster.scratch.path), jobs))
+        self.crowd = Crowd(self.ledger, [one.port for one in self.fleet.front_ends], plan, seed)
+        self.pool = concurrent.futures.ThreadPoolExecutor(8)
+        self.pulse = Pulse(url, lambda: not self.ledger.waiting)
+
+    def run(self):
+        jobs = len(self.crowd.works)
+        self.crowd.start()
+        victims = [("leader", "worker", "front end")[i % 3] for i in range(self.kills)]
+        self.dice.shuffle(victims)
+        for number, victim in enumerate(victims, 1):
+            self.crowd.may = jobs * number // (self.kills + 1)
+            due = jobs * (number - 1) // (self.kills + 1)
+            until(lambda: self.crowd.taken >= due, 600, "%d works to be begun" % due)
+            time.sleep(self.dice.uniform(0, 2))
+            self.kill(victim)
+            print("%3d kills (%s), %d jobs accepted, %d wait, %d violations" % (
+                number, victim, len(self.ledger.accepted), len(self.ledger.waiting), len(self.ledger.violations)), flush=True)
+        self.crowd.may = jobs
+        until(lambda: self.crowd.taken == jobs, 600, "all works to be begun")
+        for done in self.returns:
+            done.result()
+        until(lambda: not self.ledger.waiting and self.is_promised(), 600, "%s" % self.ledger.waiting)
+
+    def is_promised(self):
+        """Whether no client still tries to submit."""
+        return self.ledger.counts.get("plain", 0) + len(self.ledger.accepted) >= len(self.crowd.works) or self.ledger.violations
+
+    def kill(self, kind):
+        if kind == "leader":
+            self.cluster.wait_whole()  # else two of three were dead, which nobody promised to survive
+            victim = until(self.cluster.leader)
+        else:
+            alive = [one for one in (self.fleet.workers if kind == "worker" else self.fleet.front_ends) if one.process is not None]
+            victim = self.dice.choice(alive or [until(lambda: next((one for one in self.fleet.front_ends + self.fleet.workers
+                                                                    if one.process is not None), None))])
+        victim.kill()
+        self.killed[kind] = self.killed.get(kind, 0) + 1
+        self.returns.append(self.pool.submit(self._bring_back, victim, self.dice.uniform(0.2, 3)))
+
+    @staticmethod
+    def _bring_back(victim, seconds):
+        time.sleep(seconds)
+        victim.start(wait=False)
+
+    def look_again(self):
+        """At everything, at both front ends, when nothing runs any more."""
+        self.fleet.wait()
+        self.cluster.wait_whole()
+        self.crowd.end()
+        self.pulse.end()
+        for identity, work in self.ledger.accepted.items():
+            for front_end in self.fleet.front_ends:
+                self.ledger.check(identity, True, front_end.ask("GET", "/v1/comparisons/" + identity))
+        found = self.cluster.query("SELECT * FROM second_results")
+        if found:
+            self.ledger.violated("second results: " + found)
+        rows = self.cluster.query("SELECT count(*) FROM jobs WHERE state NOT IN " + ENDED_STATES)
+        if rows != "0":
+            self.ledger.violated("%s jobs of nobody" % rows)
+        self.check_times()
+        for one in self.fleet.all():
+            one.stop()
+            if inside(one.folder):
+                self.ledger.violated("%s left processes behind" % one.name)
+            if list((one.folder / "tmp").iterdir()):
+                self.ledger.violated("%s left files behind: %s" % (one.name, list((one.folder / "tmp").iterdir())))
+
+    def check_times(self):
+        self.outages = [gap for gap in self.pulse.writes.found if gap[1] - gap[0] > 1]
+        self.stalls = {"finishes": longest_stall(self.pulse.ends.found, self.outages),
+                       "answers": longest_stall(self.ledger.answered.found, self.outages)}
+        for what, seconds in self.stalls.items():
+            if seconds > STALL_SECONDS:
+                self.ledger.violated("no %s for %.1f s beyond the database's own" % (what, seconds))
+
+    def figures(self, seconds):
+        longest = max((end - start for start, end in self.outages), default=0)
+        return "%d jobs accepted in %.0f s, %s killed; %s; database away %d times, %.1f s at most; stalls beyond that: %s" % (
+            len(self.ledger.accepted), seconds, ", ".join("%d %ss" % (n, kind) for kind, n in sorted(self.killed.items())),
+            ", ".join("%s %d" % one for one in sorted(self.ledger.counts.items())), len(self.outages), longest,
+            ", ".join("%s %.1f s" % one for one in self.stalls.items()))
+
+
+def run(kills, jobs, seed):
+    with Cluster() as cluster:
+        began = time.monotonic()
+        campaign = Campaign(cluster, kills, jobs, seed)
+        try:
+            campaign.run()
+            campaign.look_again()
+        except BaseException:
+            for one in campaign.fleet.all():
+                print("--- %s\n%s" % (one.name, one.tail()), file=sys.stderr)
+            raise
+        ledger = campaign.ledger
+        print("cluster: seed %d, %s; violations: %d" % (seed, campaign.figures(time.monotonic() - began), len(ledger.violations)))
+        return 1 if ledger.violations or not ledger.accepted else 0
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--kills", type=int, default=30)
+    parser.add_argument("--jobs", type=int, default=2000)
+    parser.add_argument("--seed", type=int, default=random.SystemRandom().randrange(1 << 30))
+    arguments = parser.parse_args()
+    print("seed %d" % arguments.seed, flush=True)
+    try:
+        sys.exit(run(arguments.kills, arguments.jobs, arguments.seed))
+    except Missing as reason:
+        print("skipped: %s" % reason, file=sys.stderr)
+        sys.exit(SKIPPED)
+
+
+if __name__ == "__main__":
+    main()

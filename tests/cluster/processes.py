@@ -1,0 +1,168 @@
+"""Front ends and workers: processes of one binary with a data folder each, and nothing between them but the database."""
+
+import contextlib
+import http.client
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+
+from scratch import ROOT, free_port, signal_inside
+
+sys.path.insert(0, str(ROOT / "tests/chaos"))
+from victim import Gone, ask  # noqa: E402
+
+BINARY = os.environ.get("MESHGAUGE_BINARY", str(ROOT / "build" / "meshgauge"))
+ENVIRONMENT = {k: v for k, v in os.environ.items() if not k.startswith(("PG", "MESHGAUGE_"))}
+START_SECONDS = 60
+QUICK = ("--lease-ms", "2000", "--heartbeat-ms", "300")  # so that a test need not wait for a minute
+
+
+def until(condition, seconds=60, what="it"):
+    """What the condition came to."""
+    end = time.monotonic() + seconds
+    while not (found := condition()):
+        assert time.monotonic() < end, "waited in vain for " + what
+        time.sleep(0.01)
+    return found
+
+
+class Process:
+    """`meshgauge serve` or `meshgauge worker`, listening. Its port and its folder stay the same from one life to the next."""
+
+    def __init__(self, scratch, name, verb, url, *flags):
+        self.name, self.port = name, free_port()
+        self.folder = scratch.path / name
+        self.folder.mkdir()
+        for part in ("data", "tmp"):
+            (self.folder / part).mkdir(mode=0o700)
+        self.command = [BINARY, verb, "--port", str(self.port), "--data-dir", str(self.folder / "data"), "--temp-dir",
+                        str(self.folder / "tmp"), *flags]
+        self.environment = {**ENVIRONMENT, "MESHGAUGE_DATABASE": url}
+        self.process = None
+
+    def start(self, wait=True):
+        assert self.process is None
+        self.log = self.folder / ("log-%d" % time.monotonic_ns())
+        with open(self.log, "wb") as log:
+            self.process = subprocess.Popen(self.command, stdin=subprocess.DEVNULL, stdout=log, stderr=log, cwd=self.folder,
+                                            env=self.environment)
+        if wait:
+            self.wait_ready()
+
+    def wait_ready(self):
+        until(self.is_ready, START_SECONDS, self.name + " to be ready")
+
+    def is_ready(self):
+        if self.process.poll() is not None:
+            raise AssertionError("%s ended: %d\n%s" % (self.name, self.process.returncode, self.tail()))
+        with contextlib.suppress(Gone):
+            return self.ask("GET", "/readyz").status == 200
+        return False
+
+    def ask(self, method, path, body=None, headers=None):
+        """One request on a connection of its own; Gone when there is no answer."""
+        return ask(self.port, method, path, body, headers)
+
+    def events(self, path, headers=None):
+        """The events of a job as they come: (name, data). Ends with the last."""
+        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=60)
+        try:
+            connection.request("GET", path, headers={"Accept": "text/event-stream", **(headers or {})})
+            response = connection.getresponse()
+            assert response.status == 200, (response.status, response.read())
+            name = None
+            for line in response:
+                field, _, value = line.decode().rstrip("\r\n").partition(": ")
+                if field == "event":
+                    name = value
+                elif field == "data":
+                    yield name, json.loads(value)
+        except (OSError, http.client.HTTPException) as error:
+            raise Gone(str(error)) from None
+        finally:
+            connection.close()
+
+    def kill(self):
+        """kill -9. Anything else that ended it before is a defect."""
+        self.process.kill()
+        code = self._ended()
+        assert code == -signal.SIGKILL, "%s ended by itself: %d\n%s" % (self.name, code, self.tail())
+
+    def terminate(self):
+        self.process.terminate()
+
+    def stop(self):
+        """SIGTERM, and the end that is due then."""
+        self.terminate()
+        self.ended()
+
+    def ended(self):
+        code = self._ended()
+        assert code == 0, "%s: exit %d\n%s" % (self.name, code, self.tail())
+
+    def _ended(self):
+        code = self.process.wait(START_SECONDS)
+        self.process = None
+        return code
+
+    def pause(self):
+        self.process.send_signal(signal.SIGSTOP)
+
+    def go_on(self):
+        self.process.send_signal(signal.SIGCONT)
+
+    def lines(self):
+        """What it has logged in this life."""
+        found = []
+        for line in self.log.read_text(errors="replace").splitlines():
+            with contextlib.suppress(ValueError):
+                found.append(json.loads(line))
+        return found
+
+    def tail(self):
+        return self.log.read_text(errors="replace")[-4000:]
+
+
+class Fleet:
+    """All processes on one database. Whatever still runs at the end is killed."""
+
+    def __init__(self, scratch, url, flags=QUICK):
+        self.scratch, self.url, self.flags = scratch, url, flags
+        self.front_ends, self.workers = [], []
+
+    def add_front_end(self, *flags):
+        return self._add(self.front_ends, "front", "serve", flags)
+
+    def add_worker(self, *flags):
+        return self._add(self.workers, "worker", "worker", flags)
+
+    def _add(self, among, name, verb, flags):
+        """Started, not yet ready."""
+        among.append(Process(self.scratch, "%s%d" % (name, len(among) + 1), verb, self.url, *self.flags, *flags))
+        among[-1].start(wait=False)
+        return among[-1]
+
+    def wait(self):
+        """Until all that run are ready."""
+        for one in self.all():
+            if one.process is not None:
+                one.wait_ready()
+
+    def all(self):
+        return [*self.front_ends, *self.workers]
+
+    def kill_all(self):
+        for one in self.all():
+            signal_inside(one.folder, signal.SIGKILL)
+            if one.process is not None:
+                one.process.kill()
+                one._ended()
+
+
+def migrate(url):
+    """The schema of this binary, in a database that may be empty."""
+    done = subprocess.run([BINARY, "migrate"], env={**ENVIRONMENT, "MESHGAUGE_DATABASE": url}, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr

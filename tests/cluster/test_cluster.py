@@ -1,0 +1,233 @@
+"""Two front ends, two workers, one PostgreSQL: it is one service, whichever front end is asked."""
+
+import hashlib
+import json
+import threading
+import unittest
+from pathlib import Path
+
+from postgres import Missing
+from rig import ASYNC, ENDED, Client, Rig, endless, holds, square, until
+from contract import events_of
+from keys import new_key, write_keys
+
+RIG = None
+TOKENS = {}
+
+
+def setUpModule():
+    global RIG
+    tokens = {name: new_key(name) for name in ("alice", "bob")}
+    TOKENS.update({name: token for name, (token, _) in tokens.items()})
+
+    def keys(folder):
+        write_keys(Path(folder) / "keys.json", *(entry for _, entry in tokens.values()))
+        return "--keys-file", str(Path(folder) / "keys.json")
+    try:
+        RIG = Rig(front_ends=2, workers=2, prepare=keys)
+    except Missing as reason:
+        raise unittest.SkipTest(str(reason)) from None
+
+
+def tearDownModule():
+    if RIG is not None:
+        RIG.stop()
+
+
+class Case(unittest.TestCase):
+    def setUp(self):
+        self.one, self.other = (Client(front_end, TOKENS["alice"]) for front_end in RIG.front_ends)
+        self.salt = self.id()
+
+    def refused(self, answer, status, slug):
+        self.assertIsNotNone(answer)
+        self.assertEqual(answer.status, status, answer.body)
+        self.assertEqual(answer.json()["type"], "urn:meshgauge:problem:" + slug)
+
+
+class Comparisons(Case):
+    def test_any_front_end_answers_for_any_job(self):
+        paths = [client.begin(0, height, salt=self.salt) for height in (1, 2, 3, 4) for client in (self.one, self.other)]
+        for number, path in enumerate(paths):
+            document = self.other.wait_for(path, *ENDED)
+            self.assertEqual((document["state"], document["tries"]), ("done", 1))
+            self.assertTrue(holds(document, 1 + number // 2), document)
+            self.assertEqual(self.one.get(path).json(), document)
+
+    def test_waited_for_and_asked_for_at_the_other(self):
+        answer = self.one.compare(square(0, 1, self.salt), square(3))
+        self.assertEqual(answer.status, 200, answer.body)
+        document = self.other.get("/v1/comparisons/" + answer.json()["id"]).json()
+        self.assertEqual((document["state"], document["result"]), ("done", answer.json()))
+        self.assertTrue(holds(document, 3), document)
+
+    def test_many_waited_for_at_both(self):
+        answers = []
+        threads = [threading.Thread(target=lambda client=client, height=height: answers.append(
+            (height, client.compare(square(0, 1, self.salt), square(height))))) for client in (self.one, self.other)
+            for height in range(1, 9)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        self.assertEqual([answer.status for _, answer in answers], [200] * 16)
+        for height, answer in answers:
+            self.assertTrue(holds({"result": answer.json()}, height), answer.body)
+
+    def test_its_time_ends_it_with_an_interval(self):
+        answer = self.one.compare(**endless(1000))
+        self.assertEqual((answer.status, answer.json()["status"]), (200, "timeout"), answer.body)
+        self.assertTrue(holds({"result": answer.json()}, 0))
+
+    def test_what_cannot_be_read_is_refused_by_name(self):
+        self.refused(self.one.compare(a=b"v 0 0 nan\n"), 422, "non-finite-vertex")
+
+    def test_not_in_time_for_who_waits_a_little(self):
+        answer = self.one.compare(**endless(2000), extra="Prefer: wait=1\r\n")
+        self.assertEqual(answer.status, 202, answer.body)
+        self.assertEqual(self.other.wait_for(answer.headers["location"], *ENDED)["state"], "done")
+
+    def test_events_at_the_other(self):
+        path = self.one.begin_endless(2000)
+        answer = self.other.get(path + "/events")
+        self.assertEqual(answer.status, 200)
+        events = list(events_of(answer.body))
+        self.assertEqual([name for name, _ in events], ["progress"] * (len(events) - 1) + ["end"])
+        known = [event for _, event in events[:-1] if event["upper"] is not None]
+        self.assertGreater(len(known), 1, events)
+        for before, after in zip(known, known[1:]):
+            self.assertLessEqual(before["lower"], after["lower"])
+            self.assertGreaterEqual(before["upper"], after["upper"])
+        end = events[-1][1]
+        self.assertEqual(end, self.one.get(path).json())
+        self.assertEqual((end["state"], end["result"]["status"]), ("done", "timeout"))
+        self.assertLessEqual(end["result"]["distance"]["upper"], known[-1]["upper"])
+
+    def test_a_cancel_reaches_the_worker(self):
+        path = self.one.begin_endless()
+        self.one.wait_for(path, "running")
+        until(lambda: (self.one.get(path).json()["progress"] or {}).get("upper") is not None, what="its first interval")
+        answer = self.other.send("DELETE", path)
+        self.assertEqual(answer.status, 200, answer.body)
+        document = self.one.wait_for(path, *ENDED)
+        self.assertEqual((document["state"], document["result"]["status"]), ("cancelled", "cancelled"))
+        self.assertTrue(holds(document, 0), document)
+        self.assertEqual(self.other.send("DELETE", path).status, 204)
+        for client in (self.one, self.other):
+            self.refused(client.get(path), 404, "not-found")
+
+    def test_one_that_waits_is_cancelled_at_once(self):
+        fill = [self.one.begin_endless() for _ in range(4)]  # as many as the workers run
+        for path in fill:
+            self.one.wait_for(path, "running")
+        waiting = self.one.begin(0, 1, salt=self.salt)
+        document = self.other.send("DELETE", waiting).json()
+        self.assertEqual((document["state"], document["result"]), ("cancelled", None))
+        self.assertEqual(document, self.one.get(waiting).json())
+        for path in fill:
+            self.assertEqual(self.other.send("DELETE", path).status, 200)
+
+    def test_who_goes_away_ends_a_plain_comparison(self):
+        with self.one.connect() as connection:
+            connection.sendall(self.one.request_of(**endless(100000)))
+            until(lambda: self.running() == 1, what="it to run")
+        until(lambda: self.running() == 0, what="it to end")
+
+    def running(self):
+        return int(RIG.postgres.query("SELECT count(*) FROM jobs WHERE state = 1"))
+
+
+class Repeats(Case):
+    def test_the_same_at_the_other(self):
+        key = "Idempotency-Key: %s\r\n" % self.salt
+        first, again = (client.compare(extra=key) for client in (self.one, self.other))
+        self.assertEqual((first.status, first.json()), (again.status, again.json()))
+        self.assertEqual(first.headers["location"], again.headers["location"])
+        self.refused(self.other.compare(b=square(7), extra=key), 422, "idempotency-key-reused")
+
+    def test_many_at_once_at_both_are_one(self):
+        key = "Idempotency-Key: %s\r\n" % self.salt
+        answers = []
+        threads = [threading.Thread(target=lambda client=client, extra=extra: answers.append(
+            client.compare(square(0, 20, self.salt), square(1), extra=key + extra)))
+            for client in (self.one, self.other) for extra in (ASYNC, "", ASYNC, "")]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        self.assertLessEqual({answer.status for answer in answers}, {200, 202})
+        self.assertEqual(len({answer.headers["location"] for answer in answers}), 1)
+
+    def test_the_same_key_of_another_owner(self):
+        key = "Idempotency-Key: %s\r\n" % self.salt
+        bob = Client(RIG.front_ends[1], TOKENS["bob"])
+        ours, theirs = self.one.compare(extra=key), bob.compare(b=square(5), extra=key)
+        self.assertEqual((ours.status, theirs.status), (200, 200))
+        self.assertNotEqual(ours.headers["location"], theirs.headers["location"])
+
+
+class Owners(Case):
+    def test_what_one_has_the_other_does_not_see(self):
+        path = self.one.begin(0, 2, salt=self.salt)
+        self.one.wait_for(path, "done")
+        for front_end in RIG.front_ends:
+            bob = Client(front_end, TOKENS["bob"])
+            self.refused(bob.get(path), 404, "not-found")
+            self.refused(bob.get(path + "/events"), 404, "not-found")
+            self.refused(bob.send("DELETE", path), 404, "not-found")
+            self.refused(Client(front_end).get(path), 401, "unauthorized")
+        self.assertEqual(self.other.get(path).status, 200)
+
+    def test_meshes_as_well(self):
+        mesh = square(0, 1, self.salt)
+        self.assertEqual(self.one.send("PUT", path_of(mesh), mesh, "Content-Type: model/obj\r\n").status, 201)
+        self.refused(Client(RIG.front_ends[1], TOKENS["bob"]).get(path_of(mesh)), 404, "not-found")
+
+
+class Meshes(Case):
+    def test_put_at_one_and_used_at_the_other(self):
+        a, b = square(0, 3, self.salt), square(6, 60, self.salt)
+        for mesh in (a, b):
+            self.assertEqual(self.one.send("PUT", path_of(mesh), mesh, "Content-Type: model/obj\r\n").status, 201)
+            self.assertEqual(self.other.send("PUT", path_of(mesh), mesh, "Content-Type: model/obj\r\n").status, 200)
+            self.assertEqual(self.other.get(path_of(mesh)).json(), self.one.get(path_of(mesh)).json())
+        body = json.dumps({"a": id_of(a), "b": id_of(b)}).encode()
+        for client in (self.other, self.one):
+            answer = client.send("POST", "/v1/comparisons", body, "Content-Type: application/json\r\n")
+            self.assertEqual(answer.status, 200, answer.body)
+            self.assertTrue(holds({"result": answer.json()}, 6), answer.body)
+            self.assertEqual([answer.json()["meshes"][name]["sha256"] for name in "ab"], [id_of(a), id_of(b)])
+        self.assertEqual(self.one.send("DELETE", path_of(a)).status, 204)
+        self.refused(self.other.get(path_of(a)), 404, "not-found")
+        answer = self.other.send("POST", "/v1/comparisons", body, "Content-Type: application/json\r\n")
+        self.assertEqual(answer.status, 422, answer.body)
+
+    def test_deleted_while_a_job_needs_it(self):
+        a, b = square(0, 40, self.salt), square(0, 43, self.salt)
+        for mesh in (a, b):
+            self.one.send("PUT", path_of(mesh), mesh, "Content-Type: model/obj\r\n")
+        options = endless(1500)["options"]
+        body = json.dumps({"a": id_of(a), "b": id_of(b), "options": options}).encode()
+        answer = self.one.send("POST", "/v1/comparisons", body, "Content-Type: application/json\r\n" + ASYNC)
+        self.assertEqual(self.other.send("DELETE", path_of(a)).status, 204)
+        document = self.other.wait_for(answer.headers["location"], *ENDED)
+        self.assertEqual((document["state"], document["result"]["status"]), ("done", "timeout"))
+
+    def test_a_map_of_what_another_front_end_took(self):
+        path = self.one.begin(0, 2, n=5, salt=self.salt)
+        self.one.wait_for(path, "done")
+        maps = [client.get(path + "/deviation.ply") for client in (self.other, self.one)]
+        self.assertEqual([answer.status for answer in maps], [200, 200], maps[0].body[:300])
+        self.assertEqual(maps[0].body, maps[1].body)
+
+
+def id_of(mesh):
+    return hashlib.sha256(mesh).hexdigest()
+
+
+def path_of(mesh):
+    return "/v1/meshes/" + id_of(mesh)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,224 @@
+// Jobs of front ends: who runs them is somebody else.
+#include "server/jobs/jobs.h"
+
+#include "shared_bench.h"
+
+using namespace meshgauge;
+using namespace meshgauge::server;
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+using store::got;
+using store::JobState;
+
+namespace {
+
+constexpr seconds kLong{60};
+
+store::Job row_in(Common& common, const store::JobKey& key) {
+  const auto row = got(common.embedded.jobs().get(key));
+  REQUIRE(row.has_value());
+  return *row;
+}
+
+api::ProblemKind refusal_of(const Jobs::Submitted& submitted) {
+  REQUIRE(std::holds_alternative<Denial>(submitted));
+  return std::get<Denial>(submitted).problem.kind;
+}
+
+Submission keyed(const std::string& a, const std::string& key) { return submission(a, true, key); }
+
+}  // namespace
+
+TEST_CASE(
+    "front ends: an awaited comparison goes through the store, with its deadline, and comes back as it was told") {
+  Common common;
+  common.jobs.ahead = std::chrono::hours(1);
+  FrontEnd front(common);
+  Hands hands(common);
+  const auto job = begun(submit(*front.jobs, submission("a", false)));
+  CHECK_FALSE(job->durable);
+  CHECK(front.jobs->figures().awaited_slots == 1);
+  const auto claimed = hands.claim();
+  CHECK(claimed.job.key == job->key);
+  CHECK(*claimed.job.deadline == claimed.job.created + job->request.timeout);
+  CHECK(claimed.job.created > store::now() + std::chrono::minutes(50));  // by the store's clock
+  CHECK(store::text_of(got(common.embedded.blobs().open({"", claimed.job.mesh_a})).value()) == "a");
+  hands.finish(claimed);
+  REQUIRE(job->wait_for_end(kLong));
+  CHECK(front.jobs->figures().awaited_slots == 0);
+  CHECK(job->view().row.document == Hands::document_of(job->key.id));
+  CHECK(job->view().timing == "queue;dur=1.500, total;dur=2.250");
+  CHECK(got(front.jobs->get(job->key))->row.document == job->view().row.document);
+}
+
+TEST_CASE("front ends: a problem comes back as it was written down") {
+  Common common;
+  FrontEnd front(common);
+  Hands hands(common);
+  const auto job = begun(submit(*front.jobs, submission("a", false)));
+  hands.finish(hands.claim(), JobState::failed, R"({"status":422})");
+  REQUIRE(job->wait_for_end(kLong));
+  CHECK(job->view().row.problem == R"({"status":422})");
+  CHECK(job->view().row.document.empty());
+}
+
+TEST_CASE("front ends: each answers for the jobs of all") {
+  Common common;
+  FrontEnd one(common), other(common);
+  Hands hands(common);
+  const auto key = begun(submit(*one.jobs, keyed("a", "key")))->key;
+  CHECK(got(other.jobs->get(key))->row.state == JobState::queued);
+  CHECK_FALSE(got(other.jobs->get({"somebody else", key.id})).has_value());
+  const auto same = begun(submit(*other.jobs, keyed("a", "key")));
+  CHECK(same->key == key);
+  CHECK(refusal_of(submit(*other.jobs, keyed("b", "key"))) == api::ProblemKind::idempotency_key_reused);
+  const auto claimed = hands.claim();
+  hands.beat(claimed, {1, 2, "reduce"});
+  const auto watched = other.jobs->watch(*got(other.jobs->get(key)));
+  CHECK(watched == same);
+  REQUIRE(eventually([&] { return same->view().row.progress.has_value(); }));
+  hands.finish(claimed);
+  REQUIRE(same->wait_for_end(kLong));
+  CHECK(other.jobs->watch(*got(other.jobs->get(key))) == nullptr);
+  const auto later = submit(*other.jobs, keyed("a", "key"));
+  REQUIRE(std::holds_alternative<JobView>(later));
+  CHECK(std::get<JobView>(later).row.state == JobState::done);
+}
+
+TEST_CASE("front ends: one that waits is cancelled by any at once, and forgotten when it is asked again") {
+  Common common;
+  FrontEnd one(common), other(common);
+  const auto job = begun(submit(*one.jobs, submission("a", true)));
+  CHECK(got(other.jobs->remove(job->key)) == Jobs::Deleted::asked_to_end);
+  CHECK(row_in(common, job->key).state == JobState::cancelled);
+  CHECK(other.counted_early(1));
+  REQUIRE(job->wait_for_end(kLong));
+  CHECK(got(one.jobs->remove(job->key)) == Jobs::Deleted::forgotten);
+  CHECK(got(other.jobs->remove(job->key)) == Jobs::Deleted::unknown);
+}
+
+TEST_CASE("front ends: one that runs is asked to end, and ends when its worker does so") {
+  Common common;
+  FrontEnd one(common), other(common);
+  Hands hands(common);
+  const auto job = begun(submit(*one.jobs, submission("a", true)));
+  const auto claimed = hands.claim();
+  CHECK(got(other.jobs->remove(job->key)) == Jobs::Deleted::asked_to_end);
+  CHECK(got(other.jobs->get(job->key))->row.cancel_requested);
+  CHECK(hands.beat(claimed, {0, 1, ""}) == store::Heartbeat::cancel);
+  hands.finish(claimed, JobState::cancelled);
+  REQUIRE(job->wait_for_end(kLong));
+  CHECK(job->view().row.state == JobState::cancelled);
+  CHECK_FALSE(job->view().row.document.empty());
+}
+
+TEST_CASE("front ends: who goes away ends what only he waited for, and gives his place back at once") {
+  Common common;
+  FrontEnd front(common);
+  auto job = begun(submit(*front.jobs, submission("a", false)));
+  const auto key = job->key;
+  CHECK(front.jobs->abandon(job));
+  CHECK(front.jobs->figures().awaited_slots == 0);
+  job.reset();
+  CHECK(eventually([&] { return row_in(common, key).state == JobState::cancelled; }));
+  CHECK(eventually([&] { return front.counted_early(1); }));
+}
+
+TEST_CASE("front ends: places of clients that wait are counted by each, durable jobs by all together") {
+  Common common;
+  Settings settings = of_front_end();
+  settings.max_queued_jobs = 3;
+  FrontEnd one(common, settings), other(common, settings);
+  for (int i = 0; i < 2; ++i) begun(submit(*one.jobs, submission(std::to_string(i), true)));
+  const auto last = one.jobs->admit(Jobs::Kind::durable);
+  CHECK(last.has_value());
+  CHECK_FALSE(one.jobs->admit(Jobs::Kind::durable).has_value());
+  REQUIRE(eventually([&] { return other.jobs->figures().durable_slots == 2; }));
+  begun(submit(*other.jobs, submission("2", true)));
+  CHECK_FALSE(other.jobs->admit(Jobs::Kind::durable).has_value());
+  REQUIRE(eventually([&] { return other.jobs->store_queue().waiting == 3; }));
+  std::vector<Scheduler::Slot> slots;
+  for (int i = 0; i < 4; ++i) {
+    auto slot = other.jobs->admit(Jobs::Kind::awaited);
+    REQUIRE(slot.has_value());
+    slots.push_back(std::move(*slot));
+  }
+  CHECK_FALSE(other.jobs->admit(Jobs::Kind::awaited).has_value());
+  CHECK(one.jobs->admit(Jobs::Kind::awaited).has_value());
+}
+
+TEST_CASE("front ends: what batches and waiting clients have in the queue keeps no durable job out") {
+  Common common;
+  Settings settings = of_front_end();
+  settings.max_queued_jobs = 1;
+  FrontEnd front(common, settings);
+  store::NewJob item = store::new_job("", "item");
+  item.batch = "batch";
+  item.expires_if_never_run = common.jobs.time() + kLong;
+  got(common.jobs.insert(item));
+  begun(submit(*front.jobs, submission("awaited", false)));
+  REQUIRE(eventually([&] { return front.jobs->store_queue().waiting == 2; }));
+  CHECK(front.jobs->figures().durable_slots == 0);
+  CHECK(front.jobs->admit(Jobs::Kind::durable).has_value());
+}
+
+TEST_CASE("front ends: while the store is gone they say so without asking it, and then go on") {
+  Common common;
+  FrontEnd front(common);
+  Hands hands(common);
+  const auto job = begun(submit(*front.jobs, submission("a", false)));
+  common.jobs.gone = true;
+  REQUIRE(eventually([&] { return !front.jobs->available().ok(); }));
+  CHECK(front.jobs->available().error().code == ErrorCode::storage_unavailable);
+  CHECK(refusal_of(submit(*front.jobs, submission("b", false))) == api::ProblemKind::storage_unavailable);
+  CHECK_FALSE(front.jobs->get(job->key).ok());
+  CHECK_FALSE(front.jobs->give_up(*job).has_value());  // who waits may wait for his time
+  common.jobs.gone = false;
+  REQUIRE(eventually([&] { return front.jobs->available().ok(); }));
+  hands.finish(hands.claim());
+  CHECK(job->wait_for_end(kLong));
+}
+
+TEST_CASE("front ends: who waits in vain is told so soon after his time") {
+  Common common;
+  FrontEnd front(common);
+  Submission asked = submission("a", false);
+  asked.request.timeout = milliseconds(1);
+  const auto job = begun(submit(*front.jobs, std::move(asked)));
+  std::optional<api::Problem> problem;
+  REQUIRE(eventually([&] { return (problem = front.jobs->give_up(*job)).has_value(); }));
+  CHECK(problem->kind == api::ProblemKind::out_of_time);
+  const auto durable = begun(submit(*front.jobs, submission("b", true)));
+  CHECK_FALSE(front.jobs->give_up(*durable).has_value());
+}
+
+TEST_CASE("front ends: the end of one ends what its clients wait for and leaves the rest to the others") {
+  Common common;
+  std::optional<FrontEnd> front(std::in_place, common);
+  const auto awaited = begun(submit(*front->jobs, submission("awaited", false)));
+  const auto durable = begun(submit(*front->jobs, submission("durable", true)));
+  const store::JobKey keys[] = {awaited->key, durable->key};
+  front->jobs->stop();
+  for (const auto& job : {awaited, durable}) {
+    REQUIRE(job->wait_for_end(kLong));
+    CHECK(job->view().handed_back);
+  }
+  front.reset();
+  CHECK(row_in(common, keys[0]).state == JobState::cancelled);
+  CHECK(row_in(common, keys[1]).state == JobState::queued);
+}
+
+TEST_CASE("front ends: the one on duty gives back to the queue what lost its worker") {
+  Common common;
+  Settings settings = of_front_end();
+  settings.lease_ms = 100;
+  settings.heartbeat_ms = 10;
+  FrontEnd front(common, settings);
+  const auto job = begun(submit(*front.jobs, submission("a", true)));
+  const auto now = common.jobs.time();
+  got(common.jobs.claim(job->key, "a worker that dies", now, now + milliseconds(1)));
+  REQUIRE(eventually([&] { return job->view().row.state == JobState::running; }));
+  common.jobs.duty = true;
+  CHECK(eventually([&] { return row_in(common, job->key).state == JobState::queued; }));
+  CHECK(row_in(common, job->key).last_error == "its worker gave no sign of life");
+}

@@ -1,0 +1,162 @@
+#include "server/jobs/watcher.h"
+
+#include "shared_bench.h"
+
+using namespace meshgauge;
+using namespace meshgauge::server;
+using std::chrono::seconds;
+using store::got;
+using store::JobState;
+using store::Signal;
+
+namespace {
+
+constexpr seconds kLong{60};
+
+struct Scene {
+  Common common;
+  store::HandSignals signals;
+  Metrics metrics;
+  Troubles troubles{metrics};
+  std::optional<Watcher> watcher;
+  Hands hands{common};
+
+  Scene() {
+    common.jobs.tell_to(signals);
+    watcher.emplace(common.jobs, signals, troubles, metrics, kLong);
+  }
+
+  store::Job put(const std::string& id, bool awaited = false) {
+    store::NewJob job = store::new_job("owner", id);
+    job.created = common.jobs.time();
+    job.expires_if_never_run = job.created + kLong;
+    if (awaited) job.deadline = job.created + kLong;
+    return got(common.jobs.insert(job)).job;
+  }
+  JobState state_of(const std::string& id) { return got(common.jobs.get({"owner", id}))->state; }
+};
+
+bool shows(const LiveJob& job, JobState state, double lower) {
+  const store::Job row = job.view().row;
+  return row.state == state && row.progress && row.progress->lower == lower;
+}
+
+}  // namespace
+
+TEST_CASE("watcher: all who watch a job see the same, from its claim to its end") {
+  Scene scene;
+  const store::Job row = scene.put("job");
+  const auto job = scene.watcher->watch(row);
+  CHECK(scene.watcher->watch(row) == job);
+  CHECK(job->durable);
+  CHECK(job->view().row.state == JobState::queued);
+  const auto claimed = scene.hands.claim();
+  REQUIRE(eventually([&] { return job->view().row.state == JobState::running; }));
+  CHECK(job->view().row.tries == 1);
+  const auto before = job->version();
+  scene.hands.beat(claimed, {0.5, 2, "traverse"});
+  REQUIRE(eventually([&] { return shows(*job, JobState::running, 0.5); }));
+  CHECK(job->version() > before);
+  scene.hands.finish(claimed);
+  REQUIRE(job->wait_for_end(kLong));
+  const JobView last = job->view();
+  CHECK(last.row.state == JobState::done);
+  CHECK(last.row.document == Hands::document_of("job"));
+  CHECK(last.timing == "queue;dur=1.500, total;dur=2.250");
+  REQUIRE(last.triangles.has_value());
+  CHECK(last.triangles->a == 3);
+  CHECK(last.triangles->b == 4);
+}
+
+TEST_CASE("watcher: what is not told is found by looking") {
+  Scene scene;
+  scene.signals.lost = true;
+  const auto job = scene.watcher->watch(scene.put("job"));
+  const auto claimed = scene.hands.claim();
+  scene.hands.beat(claimed, {0.5, 2, "traverse"});
+  REQUIRE(eventually([&] { return shows(*job, JobState::running, 0.5); }));
+  scene.hands.finish(claimed);
+  CHECK(job->wait_for_end(kLong));
+}
+
+TEST_CASE("watcher: many jobs are looked at together, each as it stands") {
+  Scene scene;
+  std::vector<std::shared_ptr<LiveJob>> jobs;
+  for (int i = 0; i < 600; ++i) {
+    const std::string id = "job " + std::to_string(i);
+    store::NewJob row = store::new_job("owner", id);
+    if (i % 2 == 1) row.key.owner = "another";
+    scene.common.jobs.gone = false;
+    row.expires_if_never_run = scene.common.jobs.time() + kLong;
+    jobs.push_back(scene.watcher->watch(got(scene.common.jobs.insert(row)).job));
+  }
+  scene.signals.lost = true;
+  const auto claimed = scene.hands.claim();
+  scene.hands.finish(claimed);
+  scene.signals.lost = false;
+  scene.common.jobs.tell(Signal::Kind::missed);
+  std::size_t ended = 0;
+  REQUIRE(eventually([&] {
+    ended = static_cast<std::size_t>(std::count_if(
+        jobs.begin(), jobs.end(), [](const auto& job) { return store::has_ended(job->view().row.state); }));
+    return ended > 0;
+  }));
+  CHECK(ended == 1);
+}
+
+TEST_CASE("watcher: while the store is gone nobody is told anything, then how it ended") {
+  Scene scene;
+  const auto job = scene.watcher->watch(scene.put("job"));
+  const auto claimed = scene.hands.claim();
+  REQUIRE(eventually([&] { return job->view().row.state == JobState::running; }));
+  scene.common.jobs.gone = true;
+  scene.common.jobs.tell(Signal::Kind::missed);
+  REQUIRE(eventually([&] {
+    return scene.metrics.text().find(R"(meshgauge_store_errors_total{kind="unavailable"} 0)") == std::string::npos;
+  }));
+  CHECK(job->view().row.state == JobState::running);
+  scene.signals.lost = true;
+  scene.common.jobs.gone = false;
+  scene.hands.finish(claimed);
+  CHECK(job->wait_for_end(kLong));
+}
+
+TEST_CASE("watcher: one that is forgotten before its end was seen ends as cancelled") {
+  Scene scene;
+  scene.signals.lost = true;
+  const auto job = scene.watcher->watch(scene.put("job"));
+  const auto now = scene.common.jobs.time();
+  got(scene.common.jobs.request_cancel(job->key, {now, now + kLong}));
+  got(scene.common.jobs.forget(job->key));
+  REQUIRE(job->wait_for_end(kLong));
+  CHECK(job->view().row.state == JobState::cancelled);
+}
+
+TEST_CASE("watcher: what is left by its client is cancelled, as soon as the store is there") {
+  Scene scene;
+  const auto job = scene.watcher->watch(scene.put("job", true));
+  CHECK_FALSE(job->durable);
+  scene.common.jobs.gone = true;
+  scene.watcher->leave(job);
+  scene.watcher->leave(job);
+  CHECK(scene.common.embedded.jobs().get(job->key)->value().state == JobState::queued);
+  scene.common.jobs.gone = false;
+  CHECK(eventually([&] { return scene.state_of("job") == JobState::cancelled; }));
+  CHECK(job->wait_for_end(kLong));
+}
+
+TEST_CASE("watcher: its end lets everybody go, and ends what nobody else can wait for") {
+  Scene scene;
+  const auto durable = scene.watcher->watch(scene.put("durable"));
+  const auto awaited = scene.watcher->watch(scene.put("awaited", true));
+  scene.watcher->stop();
+  for (const auto& job : {durable, awaited}) {
+    REQUIRE(job->wait_for_end(kLong));
+    CHECK(job->view().handed_back);
+    CHECK(job->view().row.state == JobState::queued);
+  }
+  CHECK(scene.watcher->watch(got(scene.common.jobs.get(durable->key)).value()) == nullptr);
+  scene.watcher.reset();
+  CHECK(scene.state_of("durable") == JobState::queued);
+  CHECK(scene.state_of("awaited") == JobState::cancelled);
+}

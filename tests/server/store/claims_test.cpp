@@ -1,0 +1,173 @@
+// What hands out, beats and ends many jobs at once.
+#include <set>
+
+#include "batch_steps.h"
+
+using namespace meshgauge;
+using namespace meshgauge::server::store;
+
+using Ids = std::vector<std::string>;
+
+TEST_CASE_TEMPLATE("claims: several of one batch at once, the smallest first", Stores, EVERY_IMPLEMENTATION) {
+  Stores stores;
+  NewBatch batch = new_batch("ann", "b", 5);
+  for (std::size_t i = 0; i < 5; ++i) batch.items[i].job.cost = 5000 - 1000 * i;
+  insert(stores.batches(), batch);
+  CHECK(claim_ids(stores.jobs(), 3) == Ids{"b/4", "b/3", "b/2"});
+  CHECK(claim_ids(stores.jobs(), 3) == Ids{"b/1", "b/0"});
+  CHECK(claim_ids(stores.jobs(), 3).empty());
+  const Job job = job_in(stores.jobs(), {"ann", "b/4"});
+  CHECK(job.state == JobState::running);
+  CHECK(job.tries == 1);
+  CHECK(job.started == at(50));
+}
+
+TEST_CASE_TEMPLATE("claims: together no larger than what one second outweighs", Stores, EVERY_IMPLEMENTATION) {
+  Stores stores;
+  NewBatch batch = new_batch("ann", "b", 4);
+  for (BatchItem& item : batch.items) item.job.cost = 20'000'000;
+  batch.items[3].job.cost = 900'000'000;
+  insert(stores.batches(), batch);
+  CHECK(claim_ids(stores.jobs(), 10) == Ids{"b/0", "b/1"});
+  CHECK(claim_ids(stores.jobs(), 10) == Ids{"b/2"});
+  CHECK(claim_ids(stores.jobs(), 10) == Ids{"b/3"});  // however large it is
+}
+
+TEST_CASE_TEMPLATE("claims: owners share, then the batches and the single jobs of each", Stores, EVERY_IMPLEMENTATION) {
+  Stores stores;
+  NewBatch first = new_batch("ann", "b", 20);
+  NewBatch second = new_batch("ann", "c", 20);
+  for (BatchItem& item : second.items) item.job.created = at(1);
+  insert(stores.batches(), first);
+  insert(stores.batches(), second);
+  NewJob single = new_job("ann", "single");
+  single.created = at(2);
+  insert(stores.jobs(), single);
+  NewJob other = new_job("bob", "other");
+  other.created = at(3);
+  insert(stores.jobs(), other);
+  CHECK(claim_ids(stores.jobs(), 2) == Ids{"b/0", "b/1"});
+  CHECK(claim_ids(stores.jobs(), 2) == Ids{"other"});  // of who has none running
+  CHECK(claim_ids(stores.jobs(), 2) == Ids{"c/0", "c/1"});
+  CHECK(claim_ids(stores.jobs(), 2) == Ids{"single"});
+  CHECK(claim_ids(stores.jobs(), 1) == Ids{"b/2"});
+  CHECK(claim_ids(stores.jobs(), 1) == Ids{"c/2"});
+}
+
+TEST_CASE_TEMPLATE("claims: of batches alone, when that is asked for", Stores, EVERY_IMPLEMENTATION) {
+  Stores stores;
+  insert(stores.jobs(), new_job("ann", "single"));
+  CHECK(claim_ids(stores.jobs(), 9, JobStore::Which::of_batches).empty());
+  insert(stores.batches(), new_batch("ann", "b", 1));
+  CHECK(claim_ids(stores.jobs(), 9, JobStore::Which::of_batches) == Ids{"b/0"});
+  CHECK(claim_ids(stores.jobs(), 9, JobStore::Which::of_batches).empty());
+  CHECK(claim_ids(stores.jobs(), 9) == Ids{"single"});
+}
+
+TEST_CASE_TEMPLATE("claims: a job that is suspected comes alone", Stores, EVERY_IMPLEMENTATION) {
+  Stores stores;
+  JobStore& jobs = stores.jobs();
+  insert(stores.batches(), new_batch("ann", "b", 4));
+  CHECK_FALSE(job_in(jobs, {"ann", "b/1"}).suspected);
+  const std::optional<Claimed> first = got(jobs.claim({"ann", "b/1"}, "w1", at(50), at(110)));
+  CHECK_FALSE(first->job.suspected);
+  CHECK(got(jobs.hand_back(first->token, "", kNow)) == JobState::queued);  // without its fault
+  CHECK_FALSE(job_in(jobs, {"ann", "b/1"}).suspected);
+  CHECK(got(jobs.hand_back(claimed_token(jobs, {"ann", "b/1"}), "its worker was lost", kNow)) == JobState::queued);
+  CHECK(job_in(jobs, {"ann", "b/1"}).suspected);
+
+  CHECK(claim_ids(jobs, 10) == Ids{"b/0"});  // up to it
+  const std::vector<Claimed> alone = got(jobs.claim_some("w1", at(50), at(110), JobStore::Which::all, 10));
+  REQUIRE(alone.size() == 1);
+  CHECK(alone[0].token.key.id == "b/1");
+  CHECK(alone[0].job.suspected);
+  CHECK(job_in(jobs, {"ann", "b/1"}).suspected);
+  CHECK(claim_ids(jobs, 10) == Ids{"b/2", "b/3"});
+}
+
+TEST_CASE_TEMPLATE("claims: many heartbeats and endings at once, each by its own token", Stores, EVERY_IMPLEMENTATION) {
+  Stores stores;
+  JobStore& jobs = stores.jobs();
+  insert(stores.batches(), new_batch("ann", "b", 4));
+  std::vector<Token> tokens;
+  for (const Claimed& claimed : got(jobs.claim_some("w1", at(50), at(110), JobStore::Which::all, 4))) {
+    tokens.push_back(claimed.token);
+  }
+  REQUIRE(tokens.size() == 4);
+  got(jobs.hand_back(tokens[1], "x", kNow));
+  got(jobs.request_cancel(tokens[2].key, kNow));
+  const Progress progress{1, 2, "traverse"};
+  const std::vector<Beat> beats{{tokens[0], progress}, {tokens[1], progress}, {tokens[2], {}}, {tokens[3], {}}};
+  CHECK(got(jobs.heartbeats(beats, at(300))) ==
+        std::vector{Heartbeat::go_on, Heartbeat::lost, Heartbeat::cancel, Heartbeat::go_on});
+  CHECK(job_in(jobs, tokens[0].key).progress == progress);
+  CHECK_FALSE(job_in(jobs, tokens[1].key).progress.has_value());
+  const std::vector<Beat> silent{{tokens[0], {}}};
+  got(jobs.heartbeats(silent, at(300)));
+  CHECK(job_in(jobs, tokens[0].key).progress == progress);  // as it was
+  CHECK(got(jobs.heartbeats({}, at(300))).empty());
+
+  CHECK(got(jobs.recover(std::nullopt, "x", {at(299), at(1299)})).empty());  // the leases are renewed
+  CHECK(job_in(jobs, tokens[3].key).state == JobState::running);
+
+  std::vector<Finished> endings;
+  for (const Token& token : tokens) endings.push_back({token, reusable("undecided")});
+  endings[2].ending = ending(JobState::cancelled);
+  const std::vector<bool> stored{true, false, true, true};
+  CHECK(got(jobs.finish_all(endings)) == stored);
+  CHECK(got(jobs.finish_all(endings)) == stored);  // the same call once more
+  CHECK(got(jobs.finish_all({})).empty());
+  CHECK(job_in(jobs, tokens[0].key).verdict == "undecided");
+  CHECK(job_in(jobs, tokens[2].key).state == JobState::cancelled);
+  CHECK(job_in(jobs, tokens[2].key).verdict.empty());
+  CHECK(job_in(jobs, tokens[1].key).state == JobState::queued);
+}
+
+TEST_CASE_TEMPLATE("claims: verdict, deadline and batch are kept", Stores, EVERY_IMPLEMENTATION) {
+  Stores stores;
+  NewJob job = new_job("ann", "1");
+  job.deadline = at(77);
+  insert(stores.jobs(), job);
+  Job recorded = ended_job("ann", "2");
+  recorded.verdict = "fail";
+  recorded.deadline = at(78);
+  stores.jobs().record(recorded);
+  got(stores.jobs().flush());
+  end(stores.jobs(), {"ann", "1"}, reusable("pass"));
+  stores.reopen();
+  const Job read = job_in(stores.jobs(), {"ann", "1"});
+  CHECK(read.verdict == "pass");
+  CHECK(read.deadline == at(77));
+  CHECK(read.batch.empty());
+  CHECK(job_in(stores.jobs(), {"ann", "2"}).verdict == "fail");
+  CHECK(job_in(stores.jobs(), {"ann", "2"}).deadline == at(78));
+}
+
+TEST_CASE_TEMPLATE("claims: recovery hands back what is in batches, and lists it not", Stores, EVERY_IMPLEMENTATION) {
+  Stores stores;
+  insert(stores.batches(), new_batch("ann", "b", 3));
+  CHECK(claim_ids(stores.jobs(), 2).size() == 2);
+  stores.reopen();
+  CHECK(got(stores.jobs().recover("", "the service ended while it ran", kNow)).empty());
+  CHECK(batch_in(stores.batches(), {"ann", "b"}).counts.queued == 3);
+}
+
+TEST_CASE_TEMPLATE("meshes: many are looked up at once", Stores, EVERY_IMPLEMENTATION) {
+  Stores stores;
+  for (const std::string id : {"a", "b", "c"}) {
+    MeshRow row{{"ann", id}, 10, "model/stl", id + ".stl", at(0), at(0), at(100)};
+    got(stores.meshes().put_mesh(row, 1000));
+  }
+  got(stores.meshes().put_mesh({{"bob", "d"}, 10, "", "", at(0), at(0), at(100)}, 1000));
+  const std::vector<std::string> ids{"c", "d", "a", "a", "nothing"};
+  std::set<std::string> known;
+  const std::vector<MeshRow> rows = got(stores.meshes().known_meshes("ann", ids));
+  for (const MeshRow& row : rows) {
+    known.insert(row.key.id);
+    CHECK(row.file_name == row.key.id + ".stl");
+    CHECK(row.bytes == 10);
+  }
+  CHECK(rows.size() == 2);
+  CHECK(known == std::set<std::string>{"a", "c"});
+  CHECK(got(stores.meshes().known_meshes("ann", {})).empty());
+}

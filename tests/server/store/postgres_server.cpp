@@ -1,0 +1,159 @@
+#include "postgres_server.h"
+
+#include <pwd.h>
+#include <signal.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdlib>
+#include <filesystem>
+#include <memory>
+#include <stdexcept>
+#include <thread>
+#include <vector>
+
+#include "api/digest.h"
+#include "server/store/postgres/postgres_store.h"
+
+namespace meshgauge::server::store {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace std::chrono_literals;
+
+// PostgreSQL refuses to run as root.
+const passwd* other_user() {
+  if (::getuid() != 0) return nullptr;
+  const passwd* user = ::getpwnam("postgres");
+  return user != nullptr ? user : ::getpwnam("nobody");
+}
+
+[[noreturn]] void become(const std::vector<std::string>& command, const std::string& log) {
+  if (const passwd* user = other_user()) {
+    if (::setgid(user->pw_gid) != 0 || ::setuid(user->pw_uid) != 0) ::_exit(126);
+  }
+  ::prctl(PR_SET_PDEATHSIG, SIGQUIT);  // it ends with the tests, however they end
+  if (std::freopen(log.c_str(), "a", stdout) == nullptr || std::freopen(log.c_str(), "a", stderr) == nullptr)
+    ::_exit(126);
+  ::setpgid(0, 0);
+  std::vector<char*> arguments;
+  for (const std::string& argument : command) arguments.push_back(const_cast<char*>(argument.c_str()));
+  arguments.push_back(nullptr);
+  ::execv(arguments.front(), arguments.data());
+  ::_exit(127);
+}
+
+pid_t launch(const std::vector<std::string>& command, const std::string& log) {
+  const pid_t process = ::fork();
+  if (process == 0) become(command, log);
+  return process;
+}
+
+void run(const std::vector<std::string>& command, const std::string& log) {
+  int status = 0;
+  if (::waitpid(launch(command, log), &status, 0) < 0 || status != 0) {
+    throw std::runtime_error(command.front() + " failed; see " + log);
+  }
+}
+
+std::unique_ptr<PgConnection> connect(const std::string& database) {
+  for (int i = 0;; ++i) {
+    try {
+      return PgConnection::open(database);
+    } catch (const PgFailure& failure) {
+      if (i == 200) throw std::runtime_error("no connection: " + failure.message);
+    }
+    std::this_thread::sleep_for(50ms);
+  }
+}
+
+}  // namespace
+
+std::string PostgresServer::programs() {
+  if (const char* given = std::getenv("MESHGAUGE_POSTGRES")) return given;
+  std::string newest;
+  std::error_code none;
+  for (const auto& version : fs::directory_iterator("/usr/lib/postgresql", none)) {
+    const std::string programs = version.path() / "bin";
+    if (fs::exists(programs + "/initdb") && programs > newest) newest = programs;
+  }
+  return newest;
+}
+
+PostgresServer& PostgresServer::shared() {
+  static PostgresServer server;
+  return server;
+}
+
+PostgresServer::PostgresServer()
+    : folder_(fs::temp_directory_path() / ("meshgauge-postgres-" + api::random_id().substr(0, 8))) {
+  fs::create_directory(folder_);
+  if (const passwd* user = other_user()) {
+    if (::chown(folder_.c_str(), user->pw_uid, user->pw_gid) != 0) throw std::runtime_error("chown failed");
+  }
+  run({programs() + "/initdb", "-D", folder_ + "/data", "-U", "tests", "-A", "trust", "-E", "UTF8", "--locale=C",
+       "--no-sync", "--no-instructions"},
+      folder_ + "/log");
+  start();
+}
+
+PostgresServer::~PostgresServer() {
+  if (process_ > 0) kill();
+  fs::remove_all(folder_);
+}
+
+void PostgresServer::start() {
+  process_ = launch({programs() + "/postgres", "-D", folder_ + "/data", "-k", folder_, "-c", "listen_addresses=", "-c",
+                     "fsync=off", "-c", "max_connections=200", "-c", "shared_buffers=64MB"},
+                    folder_ + "/log");
+  connect(connection_string("postgres"));
+}
+
+void PostgresServer::stop() {
+  ::kill(process_, SIGINT);
+  ::waitpid(process_, nullptr, 0);
+  process_ = -1;
+}
+
+void PostgresServer::kill() {
+  ::kill(-process_, SIGKILL);
+  ::waitpid(process_, nullptr, 0);
+  process_ = -1;
+  // Its children are in the group as well, but only a new server knows when the last one has gone.
+  fs::remove(folder_ + "/data/postmaster.pid");
+}
+
+void PostgresServer::pause() { ::kill(-process_, SIGSTOP); }
+void PostgresServer::resume() { ::kill(-process_, SIGCONT); }
+
+std::string PostgresServer::connection_string(const std::string& database) const {
+  return "host=" + folder_ + " user=tests dbname=" + database;
+}
+
+std::string PostgresServer::new_empty_database() {
+  const std::string name = "d" + std::to_string(++databases_);
+  connect(connection_string("postgres"))->execute("CREATE DATABASE " + name);
+  return connection_string(name);
+}
+
+std::string PostgresServer::new_database() {
+  if (!has_template_) {
+    connect(connection_string("postgres"))->execute("CREATE DATABASE ours");
+    const Result<std::string> migrated = migrate_database(connection_string("ours"));
+    if (!migrated) throw std::runtime_error(migrated.error().message);
+    has_template_ = true;
+  }
+  const std::string name = "d" + std::to_string(++databases_);
+  connect(connection_string("postgres"))->execute("CREATE DATABASE " + name + " TEMPLATE ours STRATEGY file_copy");
+  return connection_string(name);
+}
+
+void PostgresServer::drop(const std::string& connection_string) {
+  const std::string name = connection_string.substr(connection_string.rfind('=') + 1);
+  connect(this->connection_string("postgres"))->execute("DROP DATABASE " + name + " WITH (FORCE)");
+}
+
+}  // namespace meshgauge::server::store

@@ -1,0 +1,213 @@
+// S3Blobs against the double: what it asks for, which signatures are let in, and what it does with many objects. The
+// suite of BlobStore (blob_store_test.cpp) runs over it as well.
+#include "server/store/s3/s3_blobs.h"
+
+#include <vector>
+
+#include "../store_text.h"
+#include "s3_for_tests.h"
+
+using namespace meshgauge;
+using namespace meshgauge::server::store;
+using namespace std::chrono_literals;
+
+namespace {
+
+const RemoteBlobs::Guard kAlone = [](const std::string&, const std::function<Result<bool>()>& removal) {
+  return removal();
+};
+
+S3Blobs blobs_of(const S3Double& server, S3BlobOptions options = options_for_tests()) {
+  return S3Blobs(server.settings(), options, limits_for_tests());
+}
+
+std::string fetched(S3Blobs& blobs, const BlobKey& key) {
+  std::string text;
+  const bool found = got(blobs.fetch(key, [&](std::span<const std::byte> piece) -> Result<Done> {
+    text.append(reinterpret_cast<const char*>(piece.data()), piece.size());
+    return Done{};
+  }));
+  return found ? text : "none";
+}
+
+std::string refusal_of(const S3Settings& settings) {
+  S3Blobs blobs(settings, options_for_tests(), limits_for_tests());
+  const Result<BlobPut> put = blobs.put(key_of("ann", "x"), bytes_of("x"));
+  if (put) return "";
+  CHECK(put.error().code == ErrorCode::storage_unavailable);
+  return put.error().message;
+}
+
+void round_trip(const S3Settings& settings) {
+  S3Blobs blobs(settings, options_for_tests(), limits_for_tests());
+  const std::string text = long_text(100'000);
+  const BlobKey key = key_of("ann", text);
+  CHECK(got(blobs.put(key, bytes_of(text))) == BlobPut::created);
+  CHECK(fetched(blobs, key) == text);
+  CHECK(got(blobs.stored_bytes("ann")) == text.size());
+  CHECK(got(blobs.remove_unused({}, 0s, kAlone)) == 1);
+  CHECK(fetched(blobs, key) == "none");
+}
+
+}  // namespace
+
+TEST_CASE("S3: with a session token, in virtual-host style, without a prefix") {
+  const S3Double with_token({"a/token+with=signs", false, false});
+  round_trip(with_token.settings());
+  const S3Double by_host({"", false, true});
+  round_trip(by_host.settings());
+  S3Settings bare = by_host.settings();
+  bare.prefix.clear();
+  round_trip(bare);
+}
+
+TEST_CASE("S3: over TLS, with a certificate that is trusted, and not without") {
+  const S3Double server({"", true, false});
+  round_trip(server.settings());
+  S3Settings untrusting = server.settings();
+  untrusting.ca_file.clear();
+  CHECK(refusal_of(untrusting).find("cannot be reached") != std::string::npos);
+}
+
+TEST_CASE("S3: wrong keys, tokens, regions, buckets and clocks are refused, and the refusal says which") {
+  const S3Double server;
+  const auto with = [&](auto change) {
+    S3Settings settings = server.settings();
+    change(settings);
+    return refusal_of(settings);
+  };
+  const auto says = [](const std::string& text, const char* what) { return text.find(what) != std::string::npos; };
+  CHECK(with([](S3Settings&) {}).empty());
+  CHECK(says(with([](S3Settings& s) { s.credentials.secret_key += "x"; }), "403"));
+  CHECK(says(with([](S3Settings& s) { s.credentials.access_key = "OTHER"; }), "403"));
+  CHECK(says(with([](S3Settings& s) { s.credentials.session_token = "OTHER"; }), "403"));
+  S3Settings wrong_region = server.settings();
+  wrong_region.region = "us-east-1";
+  S3Blobs elsewhere(wrong_region, options_for_tests(), limits_for_tests());
+  const Result<Done> checked = elsewhere.check();  // sent with a body to answer in
+  REQUIRE_FALSE(checked.ok());
+  CHECK(says(checked.error().message, "AuthorizationHeaderMalformed"));
+  CHECK(says(with([](S3Settings& s) { s.bucket = "another"; }), "NoSuchBucket"));
+  server.control("settings", {{"ahead", 1000}});
+  S3Blobs late = blobs_of(server);
+  const Result<Done> too_late = late.check();
+  REQUIRE_FALSE(too_late.ok());
+  CHECK(too_late.error().code == ErrorCode::storage_unavailable);
+  CHECK(says(too_late.error().message, "clocks"));
+}
+
+TEST_CASE("S3: what is there and sound is renewed, what the server does not vouch for is sent again") {
+  const S3Double server;
+  S3Blobs blobs = blobs_of(server);
+  const BlobKey key = key_of("ann", "right");
+  const std::string object = server.settings().prefix + "/" + blob_name(key);
+  got(blobs.put(key, bytes_of("right")));
+  server.count("GET", "");
+  CHECK(got(blobs.put(key, bytes_of("right"))) == BlobPut::existed);
+  server.control("settings", {{"checksums", false}});
+  CHECK(got(blobs.put(key, bytes_of("right"))) == BlobPut::existed);
+  std::uint64_t sent = 0;
+  for (const auto& request : server.control("log", nullptr)) sent += request["bytes"].get<std::uint64_t>();
+  CHECK(sent == 5);  // once, of two
+  for (const bool checksums : {true, false}) {
+    server.control("settings", {{"checksums", checksums}});
+    server.control("plant", {{{"key", object}, {"text", "wrong"}}});
+    got(blobs.put(key, bytes_of("right")));
+    CHECK(fetched(blobs, key) == "right");
+  }
+  server.control("plant", {{{"key", object}, {"text", "too long"}}});
+  CHECK(got(blobs.put(key, bytes_of("right"))) == BlobPut::created);
+  CHECK(fetched(blobs, key) == "right");
+}
+
+TEST_CASE("S3: a blob that is young is not copied for each job, and kept for as much longer") {
+  const S3Double server;
+  S3BlobOptions options = options_for_tests();
+  options.young = 60s;
+  S3Blobs blobs = blobs_of(server, options);
+  const BlobKey key = key_of("ann", "x");
+  got(blobs.put(key, bytes_of("x")));
+  server.count("PUT", "");
+  CHECK(got(blobs.renew(key)));
+  CHECK(server.count("PUT", "") == 0);
+  server.control("age", 55);
+  CHECK(got(blobs.remove_unused({}, 0s, kAlone)) == 0);
+  server.control("age", 10);
+  CHECK(got(blobs.renew(key)));
+  CHECK(server.count("PUT", "") == 1);
+  CHECK(got(blobs.remove_unused({}, 0s, kAlone)) == 0);
+  server.control("age", 65);
+  CHECK(got(blobs.remove_unused({}, 0s, kAlone)) == 1);
+}
+
+TEST_CASE("S3: many pages, and what is not ours stays") {
+  const S3Double server;
+  S3Blobs blobs = blobs_of(server);
+  server.control("settings", {{"page", 7}});
+  const std::string root = server.settings().prefix + "/";
+  const std::string owner = blob_name({"ann", ""}).substr(0, 64);
+  nlohmann::json plants = nlohmann::json::array();
+  std::vector<BlobKey> keys;
+  for (int i = 0; i < 60; ++i) {
+    keys.push_back(key_of("ann", std::to_string(i)));
+    plants.push_back({{"key", root + blob_name(keys.back())}, {"text", std::to_string(i % 10)}, {"age_s", 1000}});
+  }
+  for (const char* other : {"check", "notes.txt", "ab/cd/ef"}) plants.push_back({{"key", root + other}, {"text", "?"}});
+  plants.push_back({{"key", "elsewhere/" + blob_name(keys[0])}, {"text", "?"}, {"age_s", 1000}});
+  plants.push_back({{"key", root + owner + "/zz/" + keys[0].id}, {"text", "??"}, {"age_s", 1000}});
+  server.control("plant", plants);
+  CHECK(got(blobs.stored_bytes("ann")) == 62);
+  server.count("GET", "");
+  CHECK(got(blobs.remove_unused(std::span(keys).first(20), 10s, kAlone)) == 40);
+  CHECK(server.count("GET", "list-type") == 10);
+  CHECK(got(blobs.stored_bytes("ann")) == 22);
+  CHECK(got(blobs.remove_unused({}, 2000s, kAlone)) == 0);
+  CHECK(got(blobs.remove_unused({}, 10s, kAlone)) == 20);
+  CHECK(server.control("state", nullptr)["objects"].size() == 5);
+}
+
+TEST_CASE("S3: what is renewed or about to be referred to between the list and the removal stays") {
+  const S3Double server;
+  S3Blobs blobs = blobs_of(server);
+  for (const char* text : {"a", "b", "c"}) got(blobs.put(key_of("ann", text), bytes_of(text)));
+  server.control("age", 100);
+  const RemoteBlobs::Guard busy = [&](const std::string& name, const std::function<Result<bool>()>& removal) {
+    if (name == blob_name(key_of("ann", "a"))) return Result<bool>(false);
+    if (name == blob_name(key_of("ann", "b"))) REQUIRE(got(blobs.renew(key_of("ann", "b"))));
+    return removal();
+  };
+  CHECK(got(blobs.remove_unused({}, 10s, busy)) == 1);
+  CHECK(got(blobs.exists(key_of("ann", "a"))));
+  CHECK(got(blobs.exists(key_of("ann", "b"))));
+  CHECK_FALSE(got(blobs.exists(key_of("ann", "c"))));
+}
+
+TEST_CASE("S3: uploads that were begun and left are aborted, in the end") {
+  const S3Double server;
+  server.control("settings", {{"least_part", 1 << 20}, {"page", 1}});
+  S3BlobOptions options = options_for_tests();
+  options.abandoned = 3600s;
+  S3Blobs blobs = blobs_of(server, options);
+  S3Client client(server.settings(), limits_for_tests());
+  for (const char* text : {"a", "b", "c"}) {
+    CHECK(client.begin_upload(server.settings().prefix + "/" + blob_name(key_of("ann", text))).ok());
+  }
+  CHECK(client.begin_upload("somebody else's").ok());
+  got(blobs.remove_unused({}, 0s, kAlone));
+  CHECK(server.control("state", nullptr)["uploads"].size() == 4);
+  server.control("age", 3700);
+  got(blobs.remove_unused({}, 0s, kAlone));
+  CHECK(server.control("state", nullptr)["uploads"] == nlohmann::json{"somebody else's"});
+}
+
+TEST_CASE("S3: one connection serves one request after another") {
+  const S3Double server;
+  S3Blobs blobs = blobs_of(server);
+  for (int i = 0; i < 10; ++i) {
+    const std::string text = std::to_string(i);
+    got(blobs.put(key_of("ann", text), bytes_of(text)));
+  }
+  const nlohmann::json log = server.control("log", nullptr);
+  CHECK(log.size() == 20);
+  for (const auto& request : log) CHECK(request["peer"] == log[0]["peer"]);
+}

@@ -1,0 +1,204 @@
+// S3Blobs against a double that is overloaded, loses connections, cuts bodies off and stores what it was not sent.
+#include <atomic>
+#include <thread>
+#include <vector>
+
+#include "../store_text.h"
+#include "s3_for_tests.h"
+
+using namespace meshgauge;
+using namespace meshgauge::server::store;
+using namespace std::chrono_literals;
+
+namespace {
+
+constexpr const char* kBlob = "/[0-9a-f]{2}/[0-9a-f]{64}$";
+
+// S3 behind a cache, as the service has it.
+struct Stores {
+  S3Double server;
+  TestFolder folder;
+  CachedBlobs blobs{std::make_unique<S3Blobs>(server.settings(), options_for_tests(), limits_for_tests()),
+                    got(BlobCache::open(folder / "cache", 50'000'000))};
+
+  Stores() { server.control("settings", {{"least_part", 1 << 20}}); }
+  std::size_t uploads() const { return server.control("state", nullptr)["uploads"].size(); }
+};
+
+template <class T>
+ErrorCode code_of(const Result<T>& result) {
+  REQUIRE_FALSE(result.ok());
+  return result.error().code;
+}
+
+}  // namespace
+
+TEST_CASE("S3 in trouble: what passes by itself is tried again") {
+  Stores stores;
+  for (const char* what : {"slow_down", "reset", "done_but_lost"}) {
+    CAPTURE(what);
+    for (const std::string& text : {std::string("small"), long_text(5'000'000)}) {
+      const BlobKey key = key_of(what, text);
+      stores.server.fail("PUT", "", what, 2);
+      CHECK(got(stores.blobs.put(key, bytes_of(text))) == BlobPut::created);
+      stores.server.fail("GET", "", what, 2);
+      CHECK(text_of(*got(stores.blobs.open(key))) == text);
+      stores.server.fail("HEAD", "", what, 2);
+      CHECK(got(stores.blobs.exists(key)));
+      stores.server.fail("DELETE", "", what, 2);
+      CHECK(got(stores.blobs.remove(key)));
+      CHECK_FALSE(got(stores.blobs.exists(key)));
+    }
+  }
+  CHECK(stores.uploads() == 0);
+}
+
+TEST_CASE("S3 in trouble: what does not pass is said, and nothing is stored by half") {
+  Stores stores;
+  for (const std::string& text : {std::string("small"), long_text(5'000'000)}) {
+    for (const char* what : {"slow_down", "reset"}) {
+      CAPTURE(what);
+      const BlobKey key = key_of("ann", text);
+      stores.server.fail("PUT", text.size() < 10 ? kBlob : "partNumber=3", what, 100);
+      CHECK(code_of(stores.blobs.put(key, bytes_of(text))) == ErrorCode::storage_unavailable);
+      CHECK_FALSE(got(stores.blobs.exists(key)));
+      CHECK(stores.uploads() == 0);
+      stores.server.control("faults", nlohmann::json::array());
+    }
+  }
+  stores.server.fail("HEAD", "", "slow_down", 100);
+  CHECK(code_of(stores.blobs.exists(key_of("ann", "small"))) == ErrorCode::storage_unavailable);
+  CHECK(stores.server.count("HEAD", "") >= 4);  // of attempts
+}
+
+TEST_CASE("S3 in trouble: an upload in parts survives a lost answer to its completion, and a late error") {
+  Stores stores;
+  const std::string text = long_text(5'000'000);
+  for (const char* what : {"done_but_lost", "late_error", "reset", "slow_down"}) {
+    CAPTURE(what);
+    const BlobKey key = key_of(what, text);
+    stores.server.fail("POST", "uploadId=", what);
+    CHECK(got(stores.blobs.put(key, bytes_of(text))) == BlobPut::created);
+    CHECK(text_of(*got(stores.blobs.open(key))) == text);
+  }
+  CHECK(stores.uploads() == 0);
+  stores.server.fail("POST", "uploadId=", "late_error", 100);
+  CHECK(code_of(stores.blobs.put(key_of("ann", text), bytes_of(text))) == ErrorCode::storage_unavailable);
+  CHECK_FALSE(got(stores.blobs.exists(key_of("ann", text))));
+  CHECK(stores.uploads() == 0);
+}
+
+TEST_CASE("S3 in trouble: a server without room, and one that does not understand") {
+  Stores stores;
+  const auto refuse = [&](int status, const char* code) {
+    stores.server.control(
+        "faults",
+        {{{"method", "PUT"}, {"match", ""}, {"times", 1}, {"what", "status"}, {"status", status}, {"code", code}}});
+    return code_of(stores.blobs.put(key_of("ann", "x"), bytes_of("x")));
+  };
+  CHECK(refuse(507, "XMinioStorageFull") == ErrorCode::storage_full);
+  CHECK(refuse(403, "QuotaExceeded") == ErrorCode::storage_full);
+  CHECK(refuse(403, "AccessDenied") == ErrorCode::storage_unavailable);
+  CHECK(refuse(301, "PermanentRedirect") == ErrorCode::storage_unavailable);
+  CHECK(refuse(400, "InvalidArgument") == ErrorCode::internal);
+  CHECK(refuse(501, "NotImplemented") == ErrorCode::internal);
+  CHECK(got(stores.blobs.put(key_of("ann", "x"), bytes_of("x"))) == BlobPut::created);
+}
+
+TEST_CASE("S3 in trouble: a body that is cut off is continued where it ended") {
+  Stores stores;
+  const std::string text = long_text(3'000'000);
+  const BlobKey key = key_of("ann", text);
+  got(stores.blobs.put(key, bytes_of(text)));
+  stores.server.count("GET", "");
+  stores.server.fail("GET", kBlob, "cut", 3);
+  CHECK(text_of(*got(stores.blobs.open(key))) == text);
+  const nlohmann::json log = stores.server.control("log", nullptr);
+  REQUIRE(log.size() == 4);
+  CHECK(log[0]["range"] == "");
+  CHECK(log[1]["range"] == "bytes=1500000-");
+  CHECK(log[2]["range"] == "bytes=2250000-");
+  CHECK(log[3]["range"] == "bytes=2625000-");
+}
+
+TEST_CASE("S3 in trouble: bytes of another digest are fetched once more, then refused") {
+  Stores stores;
+  const BlobKey key = key_of("ann", "right");
+  got(stores.blobs.put(key, bytes_of("right")));
+  stores.server.fail("GET", kBlob, "wrong_bytes", 1);
+  CHECK(text_of(*got(stores.blobs.open(key))) == "right");
+  CHECK(stores.blobs.cache().counters().refused == 1);
+
+  const BlobKey planted = key_of("ann", "planted");
+  stores.server.control("plant",
+                        {{{"key", stores.server.settings().prefix + "/" + blob_name(planted)}, {"text", "!"}}});
+  CHECK(code_of(stores.blobs.open(planted)) == ErrorCode::internal);
+  CHECK(stores.blobs.cache().counters().files == 1);
+  CHECK(stores.blobs.cache().counters().refused == 3);
+  got(stores.blobs.put(planted, bytes_of("planted")));
+  CHECK(text_of(*got(stores.blobs.open(planted))) == "planted");
+}
+
+TEST_CASE("S3 in trouble: what is in the cache is there without S3") {
+  Stores stores;
+  const BlobKey key = key_of("ann", "x");
+  got(stores.blobs.put(key, bytes_of("x")));
+  CHECK(got(stores.blobs.open(key)).has_value());
+  for (const char* method : {"GET", "HEAD"}) stores.server.fail(method, "", "slow_down", 100);
+  CHECK(text_of(*got(stores.blobs.open(key))) == "x");
+}
+
+TEST_CASE("S3 in trouble: a server that falls silent is not waited for") {
+  const S3Double server;
+  S3Limits limits = limits_for_tests();
+  limits.http.small = limits.http.stall = 1s;
+  limits.attempts = 1;
+  S3Blobs blobs(server.settings(), options_for_tests(), limits);
+  nlohmann::json faults = nlohmann::json::array();
+  for (const char* method : {"GET", "HEAD"}) {
+    faults.push_back({{"method", method}, {"match", ""}, {"times", 1}, {"what", "stall"}, {"seconds", 30}});
+  }
+  server.control("faults", faults);
+  const BlobKey key = key_of("ann", "x");
+  CHECK(code_of(blobs.exists(key)) == ErrorCode::storage_unavailable);
+  CHECK(code_of(blobs.fetch(key, [](auto) { return Result<Done>(Done{}); })) == ErrorCode::storage_unavailable);
+  CHECK_FALSE(got(blobs.exists(key)));
+}
+
+TEST_CASE("S3 in trouble: nobody listens") {
+  S3Settings settings;
+  {
+    const S3Double gone;
+    settings = gone.settings();
+  }
+  S3Blobs blobs(settings, options_for_tests(), limits_for_tests());
+  CHECK(code_of(blobs.exists(key_of("ann", "x"))) == ErrorCode::storage_unavailable);
+  CHECK(code_of(blobs.check()) == ErrorCode::storage_unavailable);
+}
+
+TEST_CASE("S3 in trouble: many threads at once, with every twentieth request lost") {
+  Stores stores;
+  stores.server.control("settings", {{"page", 5}});
+  std::atomic<int> wrong{0};
+  {
+    std::vector<std::jthread> threads;
+    for (int t = 0; t < 8; ++t) {
+      threads.emplace_back([&, t] {
+        for (int i = 0; i < 10; ++i) {
+          const std::string text = std::to_string(i % 5) + long_text(1000);
+          const BlobKey key = key_of(t % 2 == 0 ? "ann" : "bob", text);
+          const bool stored = stores.blobs.put(key, bytes_of(text)).ok();
+          const auto blob = stores.blobs.open(key);
+          if (!stored || !blob || !*blob || text_of(**blob) != text) ++wrong;
+        }
+      });
+    }
+    for (int i = 0; i < 8; ++i) {
+      stores.server.fail(i % 2 == 0 ? "PUT" : "GET", "", i % 4 < 2 ? "reset" : "slow_down", 1);
+      std::this_thread::sleep_for(5ms);
+    }
+  }
+  CHECK(wrong == 0);
+  CHECK(stores.blobs.cache().counters().files == 10);
+  CHECK(got(stores.blobs.stored_bytes("ann")) == 5 * 1001);
+}

@@ -1,0 +1,82 @@
+// Workers over real stores and a stand-in for the comparison. Several on one store are as several processes.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "server/worker/worker.h"
+#include "tests/server/jobs/bench_of_jobs.h"
+
+namespace meshgauge::server {
+
+// Long leases and much patience, but for what a test is about: none depends on how fast the machine is.
+inline WorkerOptions options_of(const std::string& name) {
+  WorkerOptions options;
+  options.name = name;
+  options.lease = std::chrono::hours(1);
+  options.heartbeat = std::chrono::milliseconds(20);
+  options.progress = std::chrono::milliseconds(10);
+  options.poll = std::chrono::milliseconds(20);
+  options.openers = 1;  // they are ready in the order in which they were claimed
+  return options;
+}
+
+inline Settings with_threads(std::uint64_t threads) {
+  Settings settings = one_worker();
+  settings.workers = threads;
+  return settings;
+}
+
+// What one process has.
+struct WorkerBench {
+  WorkerBench(Stores stores, Compare compare, WorkerOptions options, const Settings& chosen = one_worker())
+      : settings(chosen),
+        threads(settings.workers),
+        measuring(settings, std::move(compare), metrics, threads, stores.jobs),
+        scheduler({settings.workers, settings.workers, 1000}),
+        worker(settings, stores, measuring, scheduler, nullptr, metrics, std::move(options)) {}
+
+  double metric(const std::string& name) const {
+    const std::string text = metrics.text();
+    const auto at = text.find("\n" + name + " ");
+    REQUIRE(at != std::string::npos);
+    return std::stod(text.substr(at + name.size() + 2));
+  }
+
+  Settings settings;
+  Metrics metrics;
+  ThreadBudget threads;
+  Measuring measuring;
+  Scheduler scheduler;
+  Worker worker;
+};
+
+// A job in the store, with its blobs. Its name is the content of mesh a, and that of its file.
+inline store::NewJob job_named(const std::string& name, const std::string& batch = "", std::uint64_t cost = 1000) {
+  store::NewJob job;
+  job.key = {"", name};
+  job.mesh_a = store::key_of("", name).id;
+  job.mesh_b = store::key_of("", "the other").id;
+  job.hints = R"({"a":{"file_name":")" + name + R"("},"b":{}})";
+  job.options = "{}";
+  job.cost = cost;
+  job.batch = batch;
+  job.created = store::now();
+  job.expires_if_never_run = job.created + std::chrono::hours(24);
+  return job;
+}
+
+inline store::JobKey put_job(Kept& kept, const store::NewJob& job) {
+  store::BlobStore& blobs = kept.embedded.blobs();
+  store::got(blobs.put({"", job.mesh_a}, store::bytes_of(job.key.id)));
+  store::got(blobs.put({"", job.mesh_b}, store::bytes_of("the other")));
+  REQUIRE_FALSE(store::got(kept.embedded.jobs().insert(job)).existed);
+  return job.key;
+}
+
+inline bool has_state(Kept& kept, const store::JobKey& key, store::JobState state) {
+  return row_of(kept, key).state == state;
+}
+
+}  // namespace meshgauge::server
