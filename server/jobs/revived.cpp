@@ -24,11 +24,14 @@ std::shared_ptr<LiveJob> live_job_of(const store::Job& row, const Settings& sett
   return job;
 }
 
+// Parts of one comparison are likely to run in one process.
 Result<Done> recognise_meshes(LiveJob& job, store::MeshIndex& meshes) {
   for (MeshSource* source : {&job.a, &job.b}) {
-    const auto stored = meshes.get_mesh({job.key.owner, source->id});
-    if (!stored) return stored.error();
-    if (!*stored) continue;
+    if (!job.part) {
+      const auto stored = meshes.get_mesh({job.key.owner, source->id});
+      if (!stored) return stored.error();
+      if (!*stored) continue;
+    }
     source->kept = MeshCache::key(job.key.owner, source->id, source->input.filename, source->input.media_type);
   }
   return Done{};
