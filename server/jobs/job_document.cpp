@@ -1,5 +1,6 @@
 #include "server/jobs/job_document.h"
 
+#include <algorithm>
 #include <cstdio>
 #include <ctime>
 
@@ -130,7 +131,9 @@ std::string result_json(const store::Job& row) {
 
 std::string progress_json(const JobView& job) {
   const store::Job& row = job.row;
-  const auto since = row.finished.value_or(store::now()) - row.started.value_or(row.created);
+  // In the distributed form the beginning is by another clock.
+  const auto since =
+      std::max(store::TimePoint::duration(0), row.finished.value_or(store::now()) - row.started.value_or(row.created));
   Json json{{"state", to_string(state_of(row))}};
   const store::Progress none{0, std::numeric_limits<double>::infinity(), ""};
   const store::Progress& progress = row.progress ? *row.progress : none;

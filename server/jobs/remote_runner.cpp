@@ -40,7 +40,7 @@ Scheduler::Figures RemoteRunner::figures() const {
 void RemoteRunner::run(const std::shared_ptr<LiveJob>& job, Scheduler::Slot slot) {
   if (job->durable) queue_.added();
   if (slot.kind() == Scheduler::Kind::awaited) job->slot.emplace(std::move(slot));
-  watcher_.begin(*job);
+  watcher_.begin(job);
 }
 
 std::shared_ptr<LiveJob> RemoteRunner::watch(const store::Job& row) {

@@ -218,6 +218,31 @@ Result<std::optional<Job>> PostgresStore::get(const JobKey& key) {
   return pool_.run(Promise::fleeting, [&](PgConnection& connection) { return pg_find_job(connection, key); });
 }
 
+Result<std::vector<Job>> PostgresStore::get_many(std::span<const JobKey> keys) {
+  std::vector<Job> jobs;
+  std::vector<std::string> owners, ids;
+  for (const JobKey& key : keys) {
+    if (const auto job = unwritten_.find(key)) {
+      jobs.push_back(*job);
+      continue;
+    }
+    owners.push_back(key.owner);
+    ids.push_back(key.id);
+  }
+  if (ids.empty()) return jobs;
+  const auto stored = pool_.run(Promise::fleeting, [&](PgConnection& connection) {
+    PgRows row = connection.query("SELECT " MESHGAUGE_PG_JOB
+                                  " FROM jobs WHERE (owner, id) IN (SELECT * FROM unnest($1::bytea[], $2::bytea[]))",
+                                  owners, ids);
+    std::vector<Job> found;
+    while (row.next()) found.push_back(pg_job_of(row));
+    return found;
+  });
+  if (!stored) return stored.error();
+  jobs.insert(jobs.end(), stored->begin(), stored->end());
+  return jobs;
+}
+
 Result<std::optional<Job>> PostgresStore::find_idempotent(const std::string& owner,
                                                           const std::string& idempotency_key) {
   return pool_.run(Promise::fleeting, [&](PgConnection& connection) {

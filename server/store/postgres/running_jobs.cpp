@@ -17,7 +17,9 @@ namespace {
 
 // What claim_some() takes, in its order (job_store.h). The first row of each group, an owner's jobs of one batch, is
 // found by one step in the index from the one before; so it costs as much as there are groups, not jobs. Groups are
-// tried in their order until one has a job that nobody else is just claiming.
+// tried in their order until one has a job that nobody else is just claiming. The last step finds its rows by their
+// numbers alone: they are locked as queued, and to ask for that again would let PostgreSQL, which does not know yet how
+// many jobs a new batch has put there, go through all that are queued instead.
 constexpr const char* kClaimSome =
     "WITH RECURSIVE groups (owner, batch, rank) AS ("
     "(SELECT owner, batch, rank FROM jobs WHERE state = 0 AND awaits = 0 ORDER BY owner, batch, rank LIMIT 1) "
@@ -40,8 +42,8 @@ constexpr const char* kClaimSome =
     "upto AS suspect FROM taken CROSS JOIN LATERAL unnest(numbers, costs, suspects) WITH ORDINALITY AS member (number, "
     "cost, suspect, place) WINDOW upto AS (ORDER BY member.place)), "
     "claimed AS (" MESHGAUGE_PG_CLAIM
-    "FROM members WHERE jobs.number = members.number AND state = 0 AND (place = 1 OR (members.cost <= $7 AND NOT "
-    "suspect)) RETURNING place, jobs.*) "
+    "FROM members WHERE jobs.number = members.number AND (place = 1 OR (members.cost <= $7 AND NOT suspect)) "
+    "RETURNING place, jobs.*) "
     "SELECT " MESHGAUGE_PG_JOB ", " MESHGAUGE_PG_FLEETING " FROM claimed ORDER BY place";
 
 std::int64_t random_number() {
