@@ -16,6 +16,7 @@
 
 #include "api/digest.h"
 #include "server/store/embedded.h"
+#include "tests/bench/store_timing.h"
 
 namespace {
 
@@ -23,47 +24,14 @@ using namespace meshgauge;
 using namespace meshgauge::server::store;
 using Clock = std::chrono::steady_clock;
 
-double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
-
-template <class T>
-T got(Result<T> result) {
-  if (result) return std::move(*result);
-  std::fprintf(stderr, "store_bench: %s\n", result.error().message.c_str());
-  std::exit(1);
-}
-
-// A document has about the size of a comparison's.
 Job ended_job(const std::string& id) {
   Job job;
-  job.key = {"owner", id};
-  job.mesh_a = job.mesh_b = std::string(64, 'a');
-  job.hints = R"({"a":"left.stl","b":"right.stl"})";
-  job.options = R"({"tolerance":{"relative":0.01}})";
-  job.fingerprint = std::string(64, 'f');
-  job.created = now();
-  job.expires_if_never_run = job.created + std::chrono::hours(1);
+  static_cast<NewJob&>(job) = new_job("owner", id);
   job.state = JobState::done;
   job.finished = job.created;
   job.expires = job.created + std::chrono::hours(1);
-  job.document = std::string(2500, 'd');
+  job.document = usual_document();
   return job;
-}
-
-// Calls work() on so many threads for so long; calls a second.
-double rate(int threads, double seconds, const std::function<void()>& work) {
-  std::atomic<std::uint64_t> calls{0};
-  const Clock::time_point start = Clock::now();
-  std::vector<std::thread> crew;
-  for (int i = 0; i < threads; ++i) {
-    crew.emplace_back([&] {
-      while (seconds_since(start) < seconds) {
-        work();
-        calls.fetch_add(1);
-      }
-    });
-  }
-  for (std::thread& thread : crew) thread.join();
-  return static_cast<double>(calls.load()) / seconds_since(start);
 }
 
 void print(const char* what, int threads, double a_second) {
@@ -72,7 +40,10 @@ void print(const char* what, int threads, double a_second) {
 
 void measure_jobs(JobStore& jobs, double seconds) {
   for (const int threads : {1, 8, 64}) {
-    print("insert", threads, rate(threads, seconds, [&] { got(jobs.insert(ended_job(api::random_id()))); }));
+    print("insert", threads, rate(threads, seconds, [&] {
+            got(jobs.insert(new_job("owner", api::random_id())));
+            return 1;
+          }));
   }
   for (const int threads : {1, 8, 64}) {
     const double a_second = rate(threads, seconds, [&] {
@@ -80,6 +51,7 @@ void measure_jobs(JobStore& jobs, double seconds) {
       got(jobs.insert(job));
       const std::optional<Claimed> claimed = got(jobs.claim(job.key, "bench", now(), now() + std::chrono::minutes(1)));
       got(jobs.finish(claimed->token, {JobState::done, job.document, "", now(), now() + std::chrono::hours(1)}));
+      return 1;
     });
     print("insert, claim, finish", threads, a_second);
   }
@@ -101,7 +73,12 @@ void measure_reads(JobStore& jobs, double seconds) {
   const Job job = ended_job(api::random_id());
   jobs.record(job);
   got(jobs.flush());
-  for (const int threads : {1, 8}) print("get", threads, rate(threads, seconds, [&] { got(jobs.get(job.key)); }));
+  for (const int threads : {1, 8}) {
+    print("get", threads, rate(threads, seconds, [&] {
+            got(jobs.get(job.key));
+            return 1;
+          }));
+  }
   const Clock::time_point start = Clock::now();
   const Counts counts = got(jobs.counts());
   std::printf("%-34s %.2f ms with %lu ended jobs\n", "counts", 1e3 * seconds_since(start),
@@ -115,6 +92,7 @@ void measure_blobs(BlobStore& blobs, double seconds, std::size_t bytes, int thre
     const std::string name = std::to_string(bytes) + " " + std::to_string(number.fetch_add(1));
     std::transform(name.begin(), name.end(), content.begin(), [](char c) { return static_cast<std::byte>(c); });
     got(blobs.put({"owner", api::sha256_hex(content)}, content));
+    return 1;
   });
   print(("put " + std::to_string(bytes) + " bytes").c_str(), threads, a_second);
 }

@@ -10,13 +10,23 @@ from harness import ROOT, Server
 import promql
 
 DOCKER = ROOT / "docker"
-DASHBOARD = DOCKER / "grafana/dashboards/meshgauge.json"
+DASHBOARDS = sorted((DOCKER / "grafana/dashboards").glob("*.json"))
 ALERTS = DOCKER / "prometheus/alerts.yml"
+MANUAL = (ROOT / "docs/operations.md").read_text()
 OF_PROMETHEUS = {"instance", "job"}  # labels that it adds itself
 
 
-def dashboard_queries():
-    dashboard = json.loads(DASHBOARD.read_text())
+def listed(section):
+    """The metrics that a section of the manual lists."""
+    text = re.search(rf"^#+ {section}\n(.*?)(?=^#|\Z)", MANUAL, re.M | re.S)[1]
+    return set(re.findall(r"^\| `((?:meshgauge|process)_\w+)", text, re.M))
+
+
+SHARED = listed("Of front ends and workers")  # test_many_machines.py holds them against those
+
+
+def dashboard_queries(path):
+    dashboard = json.loads(path.read_text())
     for panel in dashboard["panels"]:
         for target in panel.get("targets", []):
             yield panel["title"], target["expr"]
@@ -39,6 +49,7 @@ class Queries(unittest.TestCase):
         cls.addClassCleanup(server.stop)
         server.compare()
         server.get("/healthz")
+        server.get("/v1/batches/0123456789abcdef0123456789abcdef")
         server.raw(b"BREW / HTTP/1.1\r\nHost: t\r\n\r\n")  # 501: there is a 5xx
         cls.text = server.get("/metrics").body.decode()
         cls.exposed = promql.exposed(cls.text)
@@ -49,7 +60,7 @@ class Queries(unittest.TestCase):
         self.assertTrue(selectors, f"{where}: asks for nothing: {query}")
         labels = set(OF_PROMETHEUS)
         for name, matchers in selectors:
-            if name == "up":
+            if name == "up" or name in SHARED:
                 continue
             self.assertIn(name, self.exposed, f"{where}: nothing is called so")
             labels |= set(self.exposed[name])
@@ -67,27 +78,37 @@ class Queries(unittest.TestCase):
                             f"{where}: no {label} is {choice!r} among {sorted(labels[label])}")
 
     def test_the_dashboard_asks_for_what_is_there(self):
-        queries = list(dashboard_queries())
-        self.assertGreater(len(queries), 30)
-        for where, query in queries:
-            self.check(where, query)
+        for path, least in zip(DASHBOARDS, (20, 30), strict=True):
+            queries = list(dashboard_queries(path))
+            self.assertGreater(len(queries), least, path)
+            for where, query in queries:
+                self.check(where, query)
 
     def test_the_alerts_ask_for_what_is_there(self):
         for where, query in alert_queries():
             self.check(where, query)
 
     def test_the_manual_lists_what_is_shown(self):
-        manual = (ROOT / "docs/operations.md").read_text()
-        listed = set(re.findall(r"^\| `((?:meshgauge|process)_\w+)", manual, re.M))
-        self.assertEqual(listed, set(promql.families(self.text)))
+        shown = set(promql.families(self.text))
+        self.assertLessEqual(listed("Metrics"), shown)
+        self.assertLessEqual(shown, listed("Metrics") | SHARED)
+
+    def test_all_that_is_listed_for_many_machines_is_watched(self):
+        asked = {name for path in DASHBOARDS for _, query in dashboard_queries(path) for name, _ in promql.selectors(query)}
+        self.assertGreater(len(SHARED), 3)
+        self.assertLessEqual(SHARED, asked)
 
     def test_the_manual_has_every_alert(self):
-        manual = (ROOT / "docs/operations.md").read_text()
         for alert, _ in alert_queries():
-            self.assertIn(f"| `{alert}` |", manual)
+            self.assertIn(f"| `{alert}` |", MANUAL)
 
-    def test_the_dashboard_is_whole(self):
-        dashboard = json.loads(DASHBOARD.read_text())
+    def test_the_dashboards_are_whole(self):
+        self.assertEqual(len({json.loads(path.read_text())["uid"] for path in DASHBOARDS}), len(DASHBOARDS))
+        for path in DASHBOARDS:
+            with self.subTest(path.name):
+                self.check_whole(json.loads(path.read_text()))
+
+    def check_whole(self, dashboard):
         ids = [panel["id"] for panel in dashboard["panels"]]
         self.assertEqual(len(ids), len(set(ids)))
         places = set()

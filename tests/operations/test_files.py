@@ -22,7 +22,10 @@ from harness import BINARY, ENVIRONMENT, RAISED, ROOT, SQUARE, Server, multipart
 
 DOCKER = ROOT / "docker"
 MANUAL = (ROOT / "docs/operations.md").read_text()
-COMPOSE = {name: yaml.safe_load((DOCKER / name).read_text()) for name in ("compose.yaml", "compose.production.yaml")}
+COMPOSE = {name: yaml.safe_load((DOCKER / name).read_text())
+           for name in ("compose.yaml", "compose.production.yaml", "compose.cluster.yaml")}  # fmt: skip
+ALONE = ("compose.yaml", "compose.production.yaml")
+WATCHED = {"compose.production.yaml": "prometheus.yml", "compose.cluster.yaml": "cluster.yml"}
 TOOLS = Path(os.environ.get("MESHGAUGE_TOOLS", ROOT / "build/tools"))
 TRACE = "00-4bf92f3577b34da6a3ce929d0e0e4736-00f067aa0ba902b7-01"
 
@@ -43,6 +46,12 @@ def run(name, *arguments, **options):
     done = subprocess.run([program, *map(str, arguments)], capture_output=True, text=True, check=False, **options)
     assert done.returncode == 0, f"{name} {arguments}:\n{done.stdout}{done.stderr}"
     return done.stdout
+
+
+def services(name):
+    """{name: service} of a file of compose, with what it extends."""
+    return {service: of if "extends" not in of else services(of["extends"]["file"])[of["extends"]["service"]] | of
+            for service, of in COMPOSE[name]["services"].items()}
 
 
 class Secrets:
@@ -71,12 +80,12 @@ class Compose(unittest.TestCase):
         text = subprocess.run([BINARY, "serve", "--help"], env=ENVIRONMENT, capture_output=True, text=True, check=True).stdout
         known = set(re.findall(r"\(Env:(\w+)\)", text))
         self.assertGreater(len(known), 20)
-        for name, document in COMPOSE.items():
-            self.assertLessEqual(set(document["services"]["meshgauge"]["environment"]), known, name)
+        for name in ALONE:
+            self.assertLessEqual(set(COMPOSE[name]["services"]["meshgauge"]["environment"]), known, name)
 
     def test_the_settings_are_accepted_together(self):
         both = {}
-        for document in COMPOSE.values():
+        for document in map(COMPOSE.get, ALONE):
             both |= {name: str(value) for name, value in document["services"]["meshgauge"]["environment"].items()}
         secrets = Secrets(self)
         both["MESHGAUGE_KEYS_FILE"] = str(secrets.path(both["MESHGAUGE_KEYS_FILE"]))
@@ -92,40 +101,45 @@ class Compose(unittest.TestCase):
         self.assertEqual(server.compare(extra=bearer(token)).status, 403)
 
     def test_a_proxy_is_not_taken_for_one_client(self):
-        of = COMPOSE["compose.production.yaml"]["services"]["meshgauge"]["environment"]
-        self.assertGreaterEqual(of["MESHGAUGE_MAX_ARRIVING_PER_PEER"], of["MESHGAUGE_IO_THREADS"])
+        for name, service in (("compose.production.yaml", "meshgauge"), ("compose.cluster.yaml", "frontend")):
+            of = COMPOSE[name]["services"][service]["environment"]
+            self.assertGreaterEqual(of["MESHGAUGE_MAX_ARRIVING_PER_PEER"], of["MESHGAUGE_IO_THREADS"])
 
     def test_secrets_are_given_to_who_reads_them(self):
-        document = COMPOSE["compose.production.yaml"]
-        given = [secret for of in document["services"].values() for secret in of.get("secrets", [])]
-        self.assertEqual(sorted(given), sorted(document["secrets"]))
-        text = (DOCKER / "compose.production.yaml").read_text() + (DOCKER / "prometheus/prometheus.yml").read_text()
-        self.assertEqual(set(re.findall(r"/run/secrets/(\w+)", text)), set(given))
+        for name, config in WATCHED.items():
+            given = {secret for of in services(name).values() for secret in of.get("secrets", [])}
+            self.assertEqual(given, set(COMPOSE[name]["secrets"]), name)
+            read = set(re.findall(r"/run/secrets/(\w+)", (DOCKER / "prometheus" / config).read_text() + json.dumps(services(name))))
+            self.assertEqual(read, given, name)
 
     def test_what_is_mounted_is_there(self):
         for name, document in COMPOSE.items():
             volumes = set(document.get("volumes", {}))
             for service in document["services"].values():
                 for mount in service.get("volumes", []):
+                    if ":" not in mount:  # of the container's own, without a name
+                        continue
                     source = mount.split(":")[0]
                     there = (DOCKER / source).exists() if source.startswith(".") else source in volumes
                     self.assertTrue(there, f"{name}: {mount}")
 
     def test_everything_is_confined(self):
-        for service, of in COMPOSE["compose.production.yaml"]["services"].items():
-            of = of if "extends" not in of else COMPOSE["compose.yaml"]["services"][of["extends"]["service"]] | of
-            self.assertTrue(of["read_only"], service)
-            self.assertEqual(of["cap_drop"], ["ALL"], service)
-            self.assertIn("no-new-privileges:true", of["security_opt"], service)
-            self.assertIn("mem_limit", of, service)
-            self.assertIn("pids_limit", of, service)
-            if service != "proxy":  # the only one that others may reach
-                for port in of.get("ports", []):
-                    self.assertTrue(port.startswith("127.0.0.1:"), f"{service}: {port}")
+        for name in COMPOSE:
+            for service, of in services(name).items():
+                service = f"{name}: {service}"
+                self.assertTrue(of["read_only"], service)
+                self.assertEqual(of["cap_drop"], ["ALL"], service)
+                self.assertIn("no-new-privileges:true", of["security_opt"], service)
+                self.assertIn("mem_limit", of, service)
+                self.assertIn("pids_limit", of, service)
+                if not service.endswith("proxy"):  # the only one that others may reach
+                    for port in of.get("ports", []):
+                        self.assertTrue(port.startswith("127.0.0.1:"), f"{service}: {port}")
 
     def test_images_are_of_one_version(self):
-        for of in COMPOSE["compose.production.yaml"]["services"].values():
-            self.assertRegex(of.get("image", "a:1"), r":v?\d+(\.\d+)*$")
+        for name in COMPOSE:
+            for of in services(name).values():
+                self.assertRegex("a:1" if "build" in of else of["image"], r":v?\d+(\.\d+)*$")
 
     def test_the_schema_of_compose(self):
         for name in COMPOSE:
@@ -141,10 +155,59 @@ class Compose(unittest.TestCase):
         self.assertEqual(str(Path(home).parent), provider["options"]["path"])
 
 
+class Cluster(unittest.TestCase):
+    """docker/compose.cluster.yaml: the same limits as the service alone, and settings that its programs take."""
+
+    parts = COMPOSE["compose.cluster.yaml"]["services"]
+
+    def test_the_limits_are_those_of_the_service_alone(self):
+        alone = COMPOSE["compose.yaml"]["services"]["meshgauge"]["environment"]
+        for part in ("frontend", "worker"):
+            of = self.parts[part]["environment"]
+            common = {name for name in alone if re.search("_MAX_|PARSER", name) and "PER_PEER" not in name}
+            self.assertGreater(len(common), 7)
+            self.assertEqual({name: of[name] for name in common}, {name: alone[name] for name in common}, part)
+
+    def test_nobody_begins_before_the_schema_is_there(self):
+        for part in ("frontend", "worker"):
+            self.assertEqual(self.parts[part]["depends_on"], {"migrate": {"condition": "service_completed_successfully"}})
+        self.assertEqual(self.parts["migrate"]["depends_on"], {"postgres": {"condition": "service_healthy"}})
+
+    def test_the_database_is_reached_by_who_needs_it(self):
+        self.assertTrue(COMPOSE["compose.cluster.yaml"]["networks"]["back"]["internal"])
+        inside = {name for name, of in self.parts.items() if "back" in of["networks"]}
+        self.assertEqual(inside, {"postgres", "migrate", "frontend", "worker"})
+        self.assertEqual(self.parts["postgres"]["networks"], ["back"])
+
+    def test_there_is_time_to_drain(self):
+        for part in ("frontend", "worker"):
+            of = self.parts[part]
+            self.assertGreaterEqual(int(of["stop_grace_period"].rstrip("s")), of["environment"]["MESHGAUGE_GRACE_MS"] / 1000 + 10)
+
+    def test_the_settings_are_accepted(self):
+        """With the file that holds the connection string, as the manual makes it."""
+        text = subprocess.run([BINARY, "serve", "--help"], env=ENVIRONMENT, capture_output=True, text=True, check=True).stdout
+        if "MESHGAUGE_DATABASE" not in text:
+            self.skipTest("this program has no distributed form")
+        secrets = Secrets(self)
+        for part in ("frontend", "worker", "migrate"):
+            of = {name: re.sub(r"^\$\{\w+:-(.*)\}$", r"\1", str(value)) for name, value in self.parts[part]["environment"].items()}
+            of["MESHGAUGE_CONFIG"] = str(secrets.folder / "database.conf")
+            done = subprocess.run([BINARY, "serve", "--print-config"], env=ENVIRONMENT | of, capture_output=True, text=True, check=False)
+            self.assertEqual(done.returncode, 0, f"{part}: {done.stderr}")
+            self.assertRegex(done.stdout, r"(?m)^database = .*host='?postgres", part)
+            self.assertNotIn(secrets.first_line("postgres_password"), done.stdout, part)
+            shown = dict(re.findall(r'^(\w+) = "?([^"\n]*)"?$', done.stdout, re.M))
+            for name in set(of) - {"MESHGAUGE_CONFIG"}:
+                if name.startswith("MESHGAUGE_"):
+                    self.assertEqual(shown[name.removeprefix("MESHGAUGE_").lower()], of[name], f"{part}: {name}")
+
+
 class Prometheus(unittest.TestCase):
     def test_the_configuration_and_the_rules(self):
         # Its token is not there, which is all that --syntax-only overlooks.
-        run("promtool", "check", "config", "--syntax-only", DOCKER / "prometheus/prometheus.yml")
+        for config in WATCHED.values():
+            run("promtool", "check", "config", "--syntax-only", DOCKER / "prometheus" / config)
         run("promtool", "check", "rules", DOCKER / "prometheus/alerts.yml")
 
     def test_the_alerts_fire_when_they_should(self):
@@ -160,9 +223,13 @@ class Prometheus(unittest.TestCase):
         self.assertEqual(run("promtool", "check", "metrics", input=page.body.decode()), "")
 
     def test_it_scrapes_what_compose_starts(self):
-        config = yaml.safe_load((DOCKER / "prometheus/prometheus.yml").read_text())
-        jobs = {job["job_name"]: job["static_configs"][0]["targets"] for job in config["scrape_configs"]}
-        self.assertEqual(jobs["meshgauge"], ["meshgauge:8080"])
+        jobs = {config: {job["job_name"]: job for job in yaml.safe_load((DOCKER / "prometheus" / config).read_text())["scrape_configs"]}
+                for config in WATCHED.values()}  # fmt: skip
+        self.assertEqual(jobs["prometheus.yml"]["meshgauge"]["static_configs"][0]["targets"], ["meshgauge:8080"])
+        (found,) = jobs["cluster.yml"]["meshgauge"]["dns_sd_configs"]
+        self.assertEqual((found["names"], found["port"]), (["frontend", "worker"], 8080))
+        for name in found["names"]:
+            self.assertIn("watch", services("compose.cluster.yaml")[name]["networks"])
 
 
 def free_port():

@@ -2,7 +2,8 @@
 """Holds README.md to what the program does.
 
   readme_test.py BUILD_DIR            the README's request gets the README's response; its table of settings is that of
-                                      `meshgauge serve --help`; its requests of jobs and meshes do what is said of them; its C++ is that of tests/consumer/main.cpp
+                                      `meshgauge serve --help`; its requests of jobs and meshes do what is said of them; its many
+                                      machines answer; its C++ is that of tests/consumer/main.cpp
   readme_test.py BUILD_DIR --update   writes the response and the table anew
 """
 
@@ -175,13 +176,47 @@ def same_shape(shown, got, path):
 
 
 def laid_out(value, indent="", width=112):
-    """JSON with a line break only where a line gets too long."""
+    """JSON with a line break only where a line gets too long, and around what holds more."""
     line = json.dumps(value)
     if len(indent) + len(line) <= width or not isinstance(value, dict):
         return line
-    inner = indent + "  "
-    members = [f"{inner}{json.dumps(k)}: {laid_out(v, inner, width - len(k) - 4)}" for k, v in value.items()]
-    return "{\n" + ",\n".join(members) + "\n" + indent + "}"
+    inner, lines, flows = indent + "  ", [], False
+    for key, member in value.items():
+        text = f"{json.dumps(key)}: {laid_out(member, inner, width - len(key) - 4)}"
+        simple = not isinstance(member, dict)
+        if simple and flows and len(inner) + len(lines[-1]) + len(text) + 3 <= width:
+            lines[-1] += ", " + text
+        else:
+            lines.append(text)
+        flows = simple
+    return "{\n" + ",\n".join(inner + text for text in lines) + "\n" + indent + "}"
+
+
+# --- many machines ------------------------------------------------------------------------------------------------------
+
+
+def check_cluster(readme, build):
+    """Follows the lines of the section, on a PostgreSQL of this test's and on ports that are free."""
+    sys.path.insert(0, str(ROOT / "tests/cluster"))
+    from postgres import Missing, Postgres
+    from scratch import free_port
+
+    lines, _ = block(readme, "sh", "meshgauge migrate")
+    try:
+        database = Postgres()
+    except Missing as reason:
+        print(f"README.md: the section on many machines is not followed: {reason}")
+        return
+    with database, tempfile.TemporaryDirectory() as folder:
+        lines = re.sub(r"(?<=^export MESHGAUGE_DATABASE=).*", f"'{database.url()}'", lines, count=1, flags=re.M)
+        lines = re.sub(r"(?<=[@ ])build/|^build/", f"{build}/", lines, flags=re.M)
+        for port in sorted(set(re.findall(r"(?<=--port )\d+", lines))):
+            lines = lines.replace(port, str(free_port()))
+        script = f"trap 'kill $(jobs -p); wait' EXIT\nset -eu\n{lines}"
+        done = subprocess.run(["bash", "-c", script], cwd=folder, env=ENVIRONMENT, capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        fail(f"many machines: {done.stdout}{done.stderr}")
+    same_shape(json.loads(block(readme, "json", '"distance"')[0])["distance"], json.loads(done.stdout)["distance"], "distance")
 
 
 # --- the settings ------------------------------------------------------------------------------------------------------
@@ -193,7 +228,7 @@ def settings_of(build):
                           check=True).stdout
     # CLI11 shows a default as `UINT=8080` in its version 2.3, as `UINT [8080] ` in 2.4; a flag has none.
     found = [(flag, default or bracketed, variable, meaning) for flag, default, bracketed, variable, meaning in re.findall(
-        r"^ +(--[a-z-]+)(?: [A-Z]+(?:=(\S*)| \[(\S*)\])?)? +\(Env:(\w+)\)\s+(.*)$", text, re.M)]
+        r"^ +(--[a-z0-9-]+)(?: [A-Z]+(?:=(\S*)| \[(\S*)\])?)? +\(Env:(\w+)\)\s+(.*)$", text, re.M)]
     for flag, _, variable, _ in found:
         if variable != "MESHGAUGE_" + flag[2:].replace("-", "_").upper():
             fail(f"{flag} has the variable {variable}")
@@ -241,6 +276,9 @@ def check(build):
         same(shown, got)
         overlap(shown, got)
         check_jobs(readme, address, build)
+    verbs = subprocess.run([build / "meshgauge", "--help"], env=ENVIRONMENT, capture_output=True, text=True, check=True).stdout
+    if "  worker " in verbs:
+        check_cluster(readme, build)
     print(f"README.md holds: {request}\n{json.dumps(got['distance'])}")
 
 

@@ -17,7 +17,9 @@ namespace {
 
 // What claim_some() takes, in its order (job_store.h). The first row of each group, an owner's jobs of one batch, is
 // found by one step in the index from the one before; so it costs as much as there are groups, not jobs. Groups are
-// tried in their order until one has a job that nobody else is just claiming.
+// tried in their order until one has a job that nobody else is just claiming. The last step finds its rows by their
+// numbers alone: they are locked as queued, and to ask for that again would let PostgreSQL, which does not know yet how
+// many jobs a new batch has put there, go through all that are queued instead.
 constexpr const char* kClaimSome =
     "WITH RECURSIVE groups (owner, batch, rank) AS ("
     "(SELECT owner, batch, rank FROM jobs WHERE state = 0 AND awaits = 0 ORDER BY owner, batch, rank LIMIT 1) "
@@ -40,8 +42,8 @@ constexpr const char* kClaimSome =
     "upto AS suspect FROM taken CROSS JOIN LATERAL unnest(numbers, costs, suspects) WITH ORDINALITY AS member (number, "
     "cost, suspect, place) WINDOW upto AS (ORDER BY member.place)), "
     "claimed AS (" MESHGAUGE_PG_CLAIM
-    "FROM members WHERE jobs.number = members.number AND state = 0 AND (place = 1 OR (members.cost <= $7 AND NOT "
-    "suspect)) RETURNING place, jobs.*) "
+    "FROM members WHERE jobs.number = members.number AND (place = 1 OR (members.cost <= $7 AND NOT suspect)) "
+    "RETURNING place, jobs.*) "
     "SELECT " MESHGAUGE_PG_JOB ", " MESHGAUGE_PG_FLEETING " FROM claimed ORDER BY place";
 
 std::int64_t random_number() {
@@ -61,9 +63,19 @@ std::vector<Claimed> claimed_before(PgConnection& connection, std::int64_t claim
       "SELECT " MESHGAUGE_PG_JOB " FROM jobs WHERE state = 1 AND claim = $1 ORDER BY rank, number", claim));
 }
 
+// Of the parts in a query `heard` that have told something: what their wholes, which wait for them, come to. What was
+// heard is not in the table yet, as far as this statement sees.
+#define MESHGAUGE_PG_TELL_WHOLES                                                                                    \
+  "told AS (UPDATE jobs AS whole SET lower = sum.lower, upper = sum.upper, stage = sum.stage FROM (SELECT "         \
+  "part.owner, part.parent, coalesce(max(coalesce(heard.lower, part.lower)), 0) AS lower, "                         \
+  "max(coalesce(heard.upper, part.upper, 'infinity')) AS upper, max(heard.stage) AS stage FROM jobs AS part "       \
+  "LEFT JOIN heard ON heard.number = part.number WHERE part.parent <> '' AND (part.owner, part.parent) IN (SELECT " \
+  "owner, parent FROM heard WHERE parent <> '' AND stage IS NOT NULL) GROUP BY part.owner, part.parent ORDER BY "   \
+  "part.owner, part.parent) AS sum WHERE whole.owner = sum.owner AND whole.id = sum.parent AND whole.state = 0) "
+
 struct Heard {
   std::vector<Heartbeat> answers;
-  std::vector<bool> to_tell;  // of jobs that are in no batch
+  std::vector<JobKey> to_tell;  // that are in no batch; of a part its whole
 };
 
 Heard hear(PgConnection& connection, std::span<const Beat> beats, TimePoint lease_until) {
@@ -90,14 +102,19 @@ Heard hear(PgConnection& connection, std::span<const Beat> beats, TimePoint leas
       "found), "
       "heard AS (UPDATE jobs SET lease_until = $8, lower = coalesce(mine.lower, jobs.lower), upper = "
       "coalesce(mine.upper, jobs.upper), stage = coalesce(mine.stage, jobs.stage) FROM mine WHERE jobs.number = "
-      "mine.number RETURNING place, cancel_requested, batch) SELECT place, cancel_requested, "
-      "batch, " MESHGAUGE_PG_FLEETING " FROM heard",
+      "mine.number RETURNING place, cancel_requested, batch, jobs.number, jobs.owner, jobs.parent, jobs.lower, "
+      "jobs.upper, "
+      "jobs.stage), " MESHGAUGE_PG_TELL_WHOLES "SELECT place, cancel_requested, batch, parent, " MESHGAUGE_PG_FLEETING
+      " FROM heard",
       owners, ids, workers, tries, lowers, uppers, stages, lease_until);
-  Heard heard{std::vector<Heartbeat>(beats.size(), Heartbeat::lost), std::vector<bool>(beats.size(), false)};
+  Heard heard{std::vector<Heartbeat>(beats.size(), Heartbeat::lost), {}};
   while (row.next()) {
     const auto place = static_cast<std::size_t>(row.number(0) - 1);
     heard.answers[place] = row.number(1) != 0 ? Heartbeat::cancel : Heartbeat::go_on;
-    heard.to_tell[place] = beats[place].progress && row.bytes(2).empty();
+    const JobKey& key = beats[place].token.key;
+    const std::string whole = row.text(3);
+    if (beats[place].progress && row.bytes(2).empty())
+      heard.to_tell.push_back({key.owner, whole.empty() ? key.id : whole});
   }
   return heard;
 }
@@ -218,9 +235,7 @@ Result<std::vector<Heartbeat>> PostgresStore::heartbeats(std::span<const Beat> b
   Result<Heard> heard =
       pool_.run(Promise::fleeting, [&](PgConnection& connection) { return hear(connection, beats, lease_until); });
   if (!heard) return heard.error();
-  for (std::size_t i = 0; i < beats.size(); ++i) {
-    if (heard->to_tell[i]) control_.tell(Signal::Kind::changed, beats[i].token.key);
-  }
+  for (const JobKey& key : heard->to_tell) control_.tell(Signal::Kind::changed, key);
   return std::move(heard->answers);
 }
 

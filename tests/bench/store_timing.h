@@ -1,0 +1,57 @@
+// What the benches of stores have in common: values or the end, jobs of the usual size, and calls a second.
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <functional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "server/store/job_store.h"
+
+namespace meshgauge::server::store {
+
+inline double seconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+template <class T>
+T got(Result<T> result) {
+  if (result) return std::move(*result);
+  std::fprintf(stderr, "bench: %s\n", result.error().message.c_str());
+  std::exit(1);
+}
+
+inline NewJob new_job(const std::string& owner, const std::string& id) {
+  NewJob job;
+  job.key = {owner, id};
+  job.mesh_a = job.mesh_b = std::string(64, 'a');
+  job.hints = R"({"a":"left.stl","b":"right.stl"})";
+  job.options = R"({"tolerance":{"relative":0.01}})";
+  job.fingerprint = std::string(64, 'f');
+  job.created = now();
+  job.expires_if_never_run = job.created + std::chrono::hours(1);
+  return job;
+}
+
+inline std::string usual_document() { return std::string(2500, 'd'); }
+
+// Calls work(), which says how many times it counts, on so many threads for so long; counts a second.
+inline double rate(int threads, double seconds, const std::function<std::uint64_t()>& work) {
+  std::atomic<std::uint64_t> counts{0};
+  const auto start = std::chrono::steady_clock::now();
+  std::vector<std::thread> crew;
+  for (int i = 0; i < threads; ++i) {
+    crew.emplace_back([&] {
+      while (seconds_since(start) < seconds) counts.fetch_add(work());
+    });
+  }
+  for (std::thread& thread : crew) thread.join();
+  return static_cast<double>(counts.load()) / seconds_since(start);
+}
+
+}  // namespace meshgauge::server::store
