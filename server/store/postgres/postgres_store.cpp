@@ -135,6 +135,16 @@ Result<std::vector<Job>> PostgresStore::parts(const JobKey& whole) {
   });
 }
 
+Result<double> PostgresStore::best_lower(const JobKey& whole) {
+  return pool_.run(Promise::fleeting, [&](PgConnection& connection) {
+    PgRows row = connection.query(
+        "SELECT coalesce(max(lower), 0) FROM jobs WHERE owner = $1 AND parent = $2 AND parent <> '' AND state IN (1, "
+        "2)",
+        whole.owner, whole.id);
+    return row.next() ? row.real(0) : 0.0;
+  });
+}
+
 Result<std::string> PostgresStore::whole_of(const JobKey& part) {
   return pool_.run(Promise::fleeting, [&](PgConnection& connection) {
     PgRows row = connection.query("SELECT parent FROM jobs WHERE owner = $1 AND id = $2", part.owner, part.id);

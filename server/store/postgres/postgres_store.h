@@ -83,6 +83,7 @@ class PostgresStore final : public JobStore, public MeshIndex, public BatchStore
 
   Result<Inserted> insert_parts(const NewJob& whole, std::span<const NewJob> parts) override;
   Result<std::vector<Job>> parts(const JobKey& whole) override;
+  Result<double> best_lower(const JobKey& whole) override;
   Result<std::string> whole_of(const JobKey& part) override;
 
  private:
