@@ -32,7 +32,7 @@ Result<Done> recognise_meshes(LiveJob& job, store::MeshIndex& meshes) {
   for (MeshSource* source : {&job.a, &job.b}) {
     const bool stored = std::any_of(known->begin(), known->end(),
                                     [source](const store::MeshRow& row) { return row.key.id == source->id; });
-    if (!stored && !job.part) continue;
+    if (!job.part && !stored) continue;
     source->kept = MeshCache::key(job.key.owner, source->id, source->input.filename, source->input.media_type);
   }
   return Done{};
