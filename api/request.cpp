@@ -203,10 +203,24 @@ Result<Done> read_threads(const Json& value, const std::string& pointer, Reading
   return Done{};
 }
 
-constexpr Field kOptions[] = {
-    {"direction", read_direction}, {"tolerance", read_tolerance}, {"gate", read_gate},
-    {"strategy", read_strategy},   {"points", read_points},       {"timeout_ms", read_timeout},
-    {"threads", read_threads},     {"budget", read_budget},       {"statistics", read_statistics}};
+Result<Done> read_shards(const Json& value, const std::string& pointer, Reading& reading) {
+  auto number = read_number(value, kShardsRange, pointer);
+  if (!number) return number.error();
+  reading.request.shards = static_cast<unsigned>(*number);
+  return Done{};
+}
+
+// Sampling looks at whole meshes and needs the whole's upper bound.
+Result<Done> check_shards(const Request& request) {
+  if (request.shards == 1 || !request.options.statistics) return Done{};
+  return refused("/shards", "/shards above 1 does not go with /statistics: ask for them in a comparison of their own");
+}
+
+constexpr Field kOptions[] = {{"direction", read_direction}, {"tolerance", read_tolerance},
+                              {"gate", read_gate},           {"strategy", read_strategy},
+                              {"points", read_points},       {"timeout_ms", read_timeout},
+                              {"threads", read_threads},     {"shards", read_shards},
+                              {"budget", read_budget},       {"statistics", read_statistics}};
 
 }  // namespace
 
@@ -251,6 +265,7 @@ Result<Request> parse_options(std::string_view json, const RequestLimits& limits
   Reading reading{request, limits};
   if (auto read = read_object(*document, "", kOptions, reading); !read) return read.error();
   if (auto ok = check_points(reading.points_given, request.options.strategy, "/points"); !ok) return ok.error();
+  if (auto ok = check_shards(request); !ok) return ok.error();
   return request;
 }
 

@@ -3,50 +3,12 @@
 #include <cstdio>
 #include <optional>
 
-#include <nlohmann/json.hpp>
-
 #include "api/gate.h"
+#include "api/json_of.h"
 #include "api/names.h"
-#include "api/notes.h"
 
 namespace meshgauge::api {
 namespace {
-
-using Json = nlohmann::ordered_json;  // writes a number that is not finite as null
-
-Json json_of(const Vec3& p) { return {p.x(), p.y(), p.z()}; }
-
-Json interval(double lower, double upper) { return {{"lower", lower}, {"upper", upper}}; }
-
-Json json_of(const std::optional<Witness>& witness) {
-  if (!witness) return nullptr;
-  return {{"point_a", json_of(witness->point_a)},
-          {"triangle_a", witness->triangle_a},
-          {"point_b", json_of(witness->point_b)},
-          {"triangle_b", witness->triangle_b}};
-}
-
-Json json_of(const Culling& culling) {
-  return {{"triangles", culling.triangles}, {"survivors", culling.survivors}, {"rate", culling.rate()}};
-}
-
-Json json_of(const Work& work) {
-  return {{"nearest_queries", work.nearest_queries},
-          {"cache_hits", work.cache_hits},
-          {"triangle_tests", work.triangle_tests},
-          {"subdivisions", work.subdivisions},
-          {"max_depth", work.max_depth},
-          {"peak_heap", work.peak_heap}};
-}
-
-Json json_of(const std::optional<Directed>& directed) {
-  if (!directed) return nullptr;
-  Json json = interval(directed->bounds.lower, directed->bounds.upper);
-  json["witness"] = json_of(directed->bounds.witness);
-  json["culling"] = json_of(directed->culling);
-  json["work"] = json_of(directed->work);
-  return json;
-}
 
 Json asked(const Tolerance& tolerance) {
   Json json = Json::object();
@@ -75,32 +37,6 @@ Json timings(const Comparison& comparison) {
   return json;
 }
 
-Json name_or_null(const auto& named) { return named ? Json(to_string(*named)) : Json(nullptr); }
-
-Json mismatch(const ReadNotes& notes) {
-  if (!notes.filename_says && !notes.media_type_says) return nullptr;
-  return {{"file_name", name_or_null(notes.filename_says)}, {"media_type", name_or_null(notes.media_type_says)}};
-}
-
-Json json_of(const MeshFacts& facts) {
-  return {{"format", to_string(facts.format)},
-          {"format_mismatch", mismatch(facts.notes)},
-          {"unit", name_or_null(facts.notes.unit)},
-          {"bytes", facts.bytes},
-          {"sha256", facts.sha256},
-          {"vertices", facts.vertices},
-          {"triangles", facts.triangles},
-          {"degenerate", facts.degenerate},
-          {"bbox", {{"low", json_of(facts.bbox.low)}, {"high", json_of(facts.bbox.high)}}},
-          {"diagonal", facts.diagonal},
-          {"gzip", facts.notes.gzip},
-          {"polygons", facts.notes.polygons},
-          {"skipped_primitives", facts.notes.skipped_primitives},
-          {"unused_objects", facts.notes.unused_objects},
-          {"welded_vertices", facts.notes.welded_vertices},
-          {"notes", notes_of(facts)}};
-}
-
 Json gate(const Comparison& comparison) {
   if (!comparison.options.max_distance) return nullptr;
   return {{"max_distance", *comparison.options.max_distance},
@@ -112,12 +48,13 @@ Json verdict_of(const Comparison& comparison) {
   return found ? Json(to_string(*found)) : Json(nullptr);
 }
 
-Json engine(const Options& options, const Outcome& outcome) {
+Json engine(const Options& options, const Outcome& outcome, unsigned shards) {
   return {{"version", version()},
           {"strategy", name_of(kStrategies, options.strategy)},
           {"points", options.strategy == Strategy::n_point ? Json(options.points) : Json(nullptr)},
           {"simd", outcome.simd},
-          {"threads", outcome.threads}};
+          {"threads", outcome.threads},
+          {"shards", shards}};
 }
 
 Json json_of(const Estimate& estimate) {
@@ -178,7 +115,7 @@ std::string to_json(const Comparison& comparison) {
             {"precision_floor", outcome.precision_floor},
             {"timings_ms", timings(comparison)},
             {"meshes", {{"a", json_of(comparison.a)}, {"b", json_of(comparison.b)}}},
-            {"engine", engine(comparison.options, outcome)},
+            {"engine", engine(comparison.options, outcome, comparison.shards)},
             {"statistics", json_of(outcome.statistics)}};
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }

@@ -17,5 +17,6 @@ void add_health(CLI::App& app, int& exit_code);
 void add_keys(CLI::App& app, int& exit_code);
 void add_sandbox(CLI::App& app, int& exit_code, char** arguments);
 void add_serve(CLI::App& app, int& exit_code);
+void add_worker(CLI::App& app, int& exit_code);
 
 }  // namespace meshgauge::cli

@@ -1,10 +1,13 @@
 #include <cstdio>
 #include <memory>
+#include <string>
+#include <vector>
 
 #include "cli/commands.h"
 #include "cli/setting_flags.h"
 #include "server/service.h"
 #include "server/settings_file.h"
+#include "server/worker/run.h"
 
 namespace meshgauge::cli {
 namespace {
@@ -14,23 +17,35 @@ int fail(const Error& error) {
   return kExitError;
 }
 
-int run(const Result<server::Settings>& asked, bool print) {
+using Serve = Result<Done> (*)(const server::Settings& settings, const std::vector<std::string>& parser);
+
+int run(const Result<server::Settings>& asked, bool print, Serve serve) {
   if (!asked) return fail(asked.error());
   const auto settings = server::checked(*asked);
   if (!settings) return fail(settings.error());
   if (print) return std::printf("%s", to_text(*asked, *settings).c_str()) < 0 ? kExitError : kExitResult;
-  const auto ended = server::run_until_signal(*settings, {"/proc/self/exe", kSandboxCommand});
+  const auto ended = serve(*settings, {"/proc/self/exe", kSandboxCommand});
   return ended ? kExitResult : fail(ended.error());
+}
+
+// A process that goes on until it is told to end, with all settings of the service.
+void add(CLI::App& app, int& exit_code, const char* name, const char* help, Serve serve) {
+  CLI::App& command = *app.add_subcommand(name, help);
+  const auto settings = add_settings(command);
+  const auto print = std::make_shared<bool>(false);
+  command.add_flag("--print-config", *print, "Print the settings in force, as a file for --config, and end");
+  command.callback([settings, print, serve, &exit_code] { exit_code = run(settings(), *print, serve); });
 }
 
 }  // namespace
 
 void add_serve(CLI::App& app, int& exit_code) {
-  CLI::App& command = *app.add_subcommand("serve", "Run the service");
-  const auto settings = add_settings(command);
-  const auto print = std::make_shared<bool>(false);
-  command.add_flag("--print-config", *print, "Print the settings in force, as a file for --config, and end");
-  command.callback([settings, print, &exit_code] { exit_code = run(settings(), *print); });
+  add(app, exit_code, "serve", "Run the service", server::run_until_signal);
+}
+
+void add_worker(CLI::App& app, int& exit_code) {
+  add(app, exit_code, "worker", "Run what services on the same database have taken in",
+      server::run_worker_until_signal);
 }
 
 }  // namespace meshgauge::cli

@@ -6,6 +6,9 @@
 #include <ctime>
 #include <utility>
 
+#include <nlohmann/json.hpp>
+
+#include "server/jobs/job_document.h"
 #include "server/observe/json_line.h"
 
 namespace meshgauge::server {
@@ -44,6 +47,15 @@ void add_trace(JsonLine& line, const Trace& trace) {
   if (!trace.parent_id.empty()) line.add("parent_id", trace.parent_id);
 }
 
+std::string problem_type_of(const store::Job& row) {
+  const auto problem = nlohmann::json::parse(row.problem, nullptr, false);
+  return problem.is_object() ? problem.value("type", std::string()) : std::string();
+}
+
+void add_triangles(JsonLine& line, const MeshSizes& triangles) {
+  line.open("triangles").add("a", triangles.a).add("b", triangles.b).close();
+}
+
 void add_stages(JsonLine& line, const std::vector<api::Stage>& stages) {
   line.open("stages_ms");
   for (const api::Stage& stage : stages) line.add_ms(stage.name, stage.ms);
@@ -66,14 +78,35 @@ std::string request_line(const Exchange& exchange, double seconds) {
   if (!exchange.delivered) line.add_bool("delivered", false);
   if (!exchange.problem.empty()) line.add("problem", exchange.problem);
   if (!exchange.failure.empty()) line.add("failure", shortened(exchange.failure));
-  if (const auto& triangles = exchange.triangles) {
-    line.open("triangles").add("a", triangles->a).add("b", triangles->b).close();
-  }
+  if (const auto& triangles = exchange.triangles) add_triangles(line, *triangles);
   if (!exchange.stages.empty()) add_stages(line, exchange.stages);
   return std::move(line).finish();
 }
 
 void log_request(const Exchange& exchange, double seconds) { write_line(request_line(exchange, seconds)); }
+
+// Its trace is its client's: so a trace goes on from the service that took the job in to the worker that ran it.
+std::string job_line(const JobView& job) {
+  const store::Job& row = job.row;
+  JsonLine line = begin("job");
+  line.add("id", row.key.id);
+  if (!row.key.owner.empty()) line.add("key", row.key.owner);
+  if (!row.batch.empty()) line.add("batch", row.batch);
+  line.add("state", to_string(row.state)).add("tries", row.tries);
+  if (row.started && row.finished) {
+    line.add_ms("duration_ms", static_cast<double>((*row.finished - *row.started).count()));
+  }
+  if (const auto trace = parse_traceparent(row.trace)) {
+    line.add("trace_id", trace->trace_id).add("parent_id", trace->parent_id);
+  }
+  if (!row.problem.empty()) line.add("problem", problem_type_of(row));
+  if (!row.verdict.empty()) line.add("verdict", row.verdict);
+  if (const auto& triangles = job.triangles) add_triangles(line, *triangles);
+  if (!job.stages.empty()) add_stages(line, job.stages);
+  return std::move(line).finish();
+}
+
+void log_job(const JobView& job) { write_line(job_line(job)); }
 
 void log_listening(const std::string& address, const std::string& simd) {
   write_line(std::move(begin("listening").add("detail", address).add("simd", simd)).finish());

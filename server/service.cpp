@@ -1,8 +1,5 @@
 #include "server/service.h"
 
-#include <cerrno>
-#include <cstring>
-
 #include "server/heap.h"
 #include "server/log.h"
 #include "server/open_stores.h"
@@ -21,11 +18,6 @@ void send(Exchange& exchange, std::string text, const char* type) {
   exchange.response.body = std::move(text);
 }
 
-std::optional<Tls> tls_of(const Settings& settings) {
-  if (settings.tls_certificate.empty()) return std::nullopt;
-  return std::optional<Tls>(std::in_place, settings.tls_certificate, settings.tls_key);
-}
-
 }  // namespace
 
 Service::Service(const Settings& settings, Compare compare, Stores stores, Fetch fetch)
@@ -40,8 +32,14 @@ Service::Service(const Settings& settings, Compare compare, Stores stores, Fetch
       meshes_(settings, stores, access_, uploads_),
       guard_(
           settings, [this](Exchange& exchange) { entrance_(exchange, router_); },
-          [this](const Exchange& exchange) { record(exchange); }, tls_ ? &*tls_ : nullptr) {
+          [this](const Exchange& exchange) { record_request(exchange, settings_, metrics_); },
+          tls_ ? &*tls_ : nullptr) {
   if (fetch && stores.maps) deviations_.emplace(settings, jobs_, stores, access_, metrics_, std::move(fetch));
+  readiness_.watch_stores(stores_);
+  readiness_.watch("disk", [this] {
+    const auto ok = check_temp_dir(settings_.temp_dir);
+    return ok ? std::string() : ok.error().message;
+  });
   if (stores.batches) {
     batches_.emplace(settings, stores, access_, uploads_, comparisons_.watchers(), [this] { jobs_.look(); });
   }
@@ -57,9 +55,7 @@ void Service::add_routes() {
   router_.add("GET", "/", show_root);
   router_.add("GET", "/c/{}", show_comparison);
   router_.add("GET", "/page/{}", send_page_file);
-  router_.add("GET", "/healthz", [](Exchange& e) {
-    send(e, std::string(R"({"status":"ok","version":")") + version() + "\"}", "application/json");
-  });
+  router_.add("GET", "/healthz", answer_health);
   router_.add("GET", "/openapi.yaml", [](Exchange& e) { send(e, std::string(openapi_yaml()), "application/yaml"); });
   router_.add("GET", "/docs", show_reference);
   router_.add("GET", "/docs/{}", send_reference_file);
@@ -115,11 +111,7 @@ void Service::watch_levels() {
   watch(Level::connections_dropped, [this] { return guard_.dropped(); });
   watch(Level::upload_bytes, [this] { return uploads_.used(); });
   watch(Level::upload_limit_bytes, [this] { return uploads_.max_bytes(); });
-  watch(Level::mesh_cache_hits, [this] { return stores_.cache.counters().hits; });
-  watch(Level::mesh_cache_misses, [this] { return stores_.cache.counters().misses; });
-  watch(Level::mesh_cache_bytes, [this] { return stores_.cache.counters().bytes; });
-  watch(Level::mesh_cache_limit_bytes, [this] { return settings_.max_cache_bytes; });
-  watch(Level::mesh_cache_meshes, [this] { return stores_.cache.counters().meshes; });
+  watch_cache(metrics_, stores_.cache, settings_.max_cache_bytes);
   if (stores_.maps) {
     watch(Level::map_cache_bytes, [this] { return stores_.maps->counters().bytes; });
     watch(Level::map_cache_limit_bytes, [this] { return settings_.map_cache_bytes; });
@@ -134,75 +126,20 @@ void Service::watch_levels() {
   watch(Level::disk_free_bytes, [this] { return free_bytes(); });
 }
 
-// Anybody may ask, and each look costs the disk a write: it counts for a second. A disk or a reader that does not
-// answer holds up one who asks, not all: the others are told what was seen before.
-Service::Defects Service::defects() {
-  {
-    const std::lock_guard lock(defects_mutex_);
-    if (looking_ || Clock::now() < defects_seen_ + std::chrono::seconds(1)) return defects_;
-    looking_ = true;
-  }
-  Defects seen;
-  try {
-    seen = look();
-  } catch (const std::bad_alloc&) {
-    seen = {{"service", "memory ran out"}};
-  }
-  const std::lock_guard lock(defects_mutex_);
-  looking_ = false;
-  defects_ = std::move(seen);
-  defects_seen_ = Clock::now();
-  return defects_;
-}
-
-Service::Defects Service::look() const {
-  Defects seen;
-  if (const auto written = stores_.jobs.check(); !written) seen.emplace_back("store", written.error().message);
-  if (const auto written = stores_.blobs.check(); !written) seen.emplace_back("disk", written.error().message);
-  if (auto ok = check_temp_dir(settings_.temp_dir); !ok) seen.emplace_back("disk", ok.error().message);
-  for (const auto& [part, defect_of] : looks_) {
-    if (std::string defect = defect_of(); !defect.empty()) seen.emplace_back(part, std::move(defect));
-  }
-  return seen;
-}
-
-// Every defect is named, so that whoever reads it need not ask again.
 void Service::check_ready(Exchange& exchange) {
-  api::Problem problem{api::ProblemKind::not_ready, "", {}};
-  const auto add = [&](const char* what, const std::string& message) {
-    problem.errors.push_back({what, "", message});
-    problem.detail += (problem.detail.empty() ? "" : "; ") + message;
-  };
-  if (!listening() || comparisons_.refusing()) add("service", "the service is shutting down");
+  Readiness::Defects now;
+  if (!listening() || comparisons_.refusing()) now.emplace_back("service", "the service is shutting down");
   const auto figures = jobs_.figures();
-  if (figures.awaited_slots >= settings_.workers + settings_.queue) add("queue", "the queue is full");
-  if (figures.durable_slots >= settings_.max_queued_jobs) add("queue", "the queue of jobs is full");
-  for (const auto& [what, message] : defects()) add(what, message);
-  if (!problem.errors.empty()) return answer(exchange, problem);
-  send(exchange, std::string(R"({"status":"ready","version":")") + version() + "\"}", "application/json");
-}
-
-// The end of a request: counted and logged after its last byte.
-void Service::record(const Exchange& exchange) {
-  const double seconds = std::chrono::duration<double>(Clock::now() - exchange.started).count();
-  metrics_.request_ended({exchange.route, exchange.head.method, exchange.response.status, exchange.problem, seconds,
-                          exchange.body.bytes(), exchange.bytes_out});
-  const bool wanted =
-      settings_.log_requests == "all" || (settings_.log_requests == "problems" && !exchange.problem.empty());
-  if (wanted) log_request(exchange, seconds);
+  if (figures.awaited_slots >= settings_.workers + settings_.queue) now.emplace_back("queue", "the queue is full");
+  if (figures.durable_slots >= settings_.max_queued_jobs) now.emplace_back("queue", "the queue of jobs is full");
+  readiness_.answer(exchange, std::move(now));
 }
 
 Result<int> Service::start() {
   if (auto ok = check_temp_dir(settings_.temp_dir); !ok) return ok.error();
   if (auto ok = load_secrets(); !ok) return ok.error();
-  const auto port = guard_.bind();
-  if (!port) {
-    return Error{
-        ErrorCode::internal,
-        "cannot listen on " + settings_.host + ":" + std::to_string(settings_.port) + ": " + std::strerror(errno), "",
-        ""};
-  }
-  if (auto ok = check_openness(settings_, guard_); !ok) return ok.error();
+  const auto port = bind(guard_, settings_);
+  if (!port) return port.error();
   if (auto ok = jobs_.recover(); !ok) return ok.error();
   ended_.store(false);
   listener_ = std::thread([this] {
@@ -259,10 +196,10 @@ Result<Done> run_until_signal(const Settings& settings, const std::vector<std::s
   const Fetch fetch = fetching_by(pool, cache);
   Service service(settings, comparing_by(fetch),
                   {(*stores)->jobs(), (*stores)->meshes(), (*stores)->blobs(), cache, &maps, (*stores)->signals(),
-                   &(*stores)->batches()},
+                   &(*stores)->batches(), (*stores)->parts()},
                   fetch);
   service.metrics().watch_sandbox([&pool] { return pool.counters(); });
-  service.watch_readiness("sandbox", [&pool] { return defect_of(pool); });
+  service.readiness().watch("sandbox", [&pool] { return defect_of(pool); });
   const auto port = service.start();
   if (!port) return port.error();
   log_listening(settings.host + ":" + std::to_string(*port), settings.simd);

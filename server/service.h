@@ -21,6 +21,7 @@
 #include "server/jobs/jobs.h"
 #include "server/meshes.h"
 #include "server/observe/metrics.h"
+#include "server/readiness.h"
 #include "server/router.h"
 #include "server/settings.h"
 #include "server/tls.h"
@@ -46,11 +47,8 @@ class Service {
   // Where others than the service have something to be watched, before start().
   Metrics& metrics() { return metrics_; }
 
-  // What else must be in order for a request to be taken, before start(): `look` says what is not, or is empty. Asked
-  // once a second at most, by one thread at a time; whoever asks meanwhile is told what was seen before.
-  void watch_readiness(const char* part, std::function<std::string()> look) {
-    looks_.emplace_back(part, std::move(look));
-  }
+  // What else must be in order for a request to be taken, before start().
+  Readiness& readiness() { return readiness_; }
 
   bool listening() const { return !ended_.load() && !guard_.draining(); }
 
@@ -59,20 +57,15 @@ class Service {
   void shutdown(const std::function<bool()>& hurry);
 
  private:
-  using Defects = std::vector<std::pair<const char*, std::string>>;  // a part, and what is wrong with it
-
   void add_routes();
   void add_comparison_routes();
   void add_batch_routes();
   Result<Done> load_secrets();
 
-  void record(const Exchange& exchange);
   void watch_levels();
   std::uint64_t free_bytes() const;
   std::uint64_t stored_bytes() const;
   void check_ready(Exchange& exchange);
-  Defects defects();
-  Defects look() const;
 
   const Settings settings_;
   const Stores stores_;
@@ -88,11 +81,7 @@ class Service {
   Meshes meshes_;
   Router router_;
   HttpGuard guard_;
-  std::vector<std::pair<const char*, std::function<std::string()>>> looks_;
-  std::mutex defects_mutex_;  // guards the next three; nobody looks under it
-  bool looking_ = false;      // a thread does
-  Defects defects_;
-  Clock::time_point defects_seen_{};
+  Readiness readiness_;
   std::thread listener_;
   std::atomic<bool> ended_{true};
 };

@@ -7,6 +7,7 @@
 #include <cstring>
 
 #include "api/compare.h"
+#include "server/log.h"
 #include "server/upload.h"
 
 namespace meshgauge::server {
@@ -77,14 +78,46 @@ Result<Done> check_temp_dir(const std::string& directory) {
   return Done{};
 }
 
-// Asked of the socket, since a name can stand for any address.
-Result<Done> check_openness(const Settings& settings, const HttpGuard& guard) {
-  if (!settings.keys_file.empty() || settings.public_without_keys || guard.bound_to_loopback()) return Done{};
+Result<int> bind(HttpGuard& guard, const Settings& settings) {
+  const auto port = guard.bind();
+  if (!port) {
+    return Error{
+        ErrorCode::internal,
+        "cannot listen on " + settings.host + ":" + std::to_string(settings.port) + ": " + std::strerror(errno), "",
+        ""};
+  }
+  // Asked of the socket, since a name can stand for any address.
+  if (!settings.keys_file.empty() || settings.public_without_keys || guard.bound_to_loopback()) return *port;
   return Error{ErrorCode::invalid_request,
                "other machines can reach " + settings.host +
                    ": give --keys-file, or say --public-without-keys to serve everybody (MESHGAUGE_KEYS_FILE, "
                    "MESHGAUGE_PUBLIC_WITHOUT_KEYS=true)",
                "", ""};
+}
+
+std::optional<Tls> tls_of(const Settings& settings) {
+  if (settings.tls_certificate.empty()) return std::nullopt;
+  return std::optional<Tls>(std::in_place, settings.tls_certificate, settings.tls_key);
+}
+
+void record_request(const Exchange& exchange, const Settings& settings, Metrics& metrics) {
+  const double seconds = std::chrono::duration<double>(Clock::now() - exchange.started).count();
+  metrics.request_ended({exchange.route, exchange.head.method, exchange.response.status, exchange.problem, seconds,
+                         exchange.body.bytes(), exchange.bytes_out});
+  const bool wanted =
+      settings.log_requests == "all" || (settings.log_requests == "problems" && !exchange.problem.empty());
+  if (wanted) log_request(exchange, seconds);
+}
+
+void watch_cache(Metrics& metrics, const MeshCache& cache, std::uint64_t max_bytes) {
+  const auto watch = [&](Level level, auto read) {
+    metrics.watch(level, [&cache, read] { return static_cast<double>(read(cache.counters())); });
+  };
+  watch(Level::mesh_cache_hits, [](const auto& counters) { return counters.hits; });
+  watch(Level::mesh_cache_misses, [](const auto& counters) { return counters.misses; });
+  watch(Level::mesh_cache_bytes, [](const auto& counters) { return counters.bytes; });
+  watch(Level::mesh_cache_meshes, [](const auto& counters) { return counters.meshes; });
+  metrics.watch(Level::mesh_cache_limit_bytes, [max_bytes] { return static_cast<double>(max_bytes); });
 }
 
 void block_signals() {

@@ -3,14 +3,18 @@
 #pragma once
 
 #include <chrono>
+#include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "server/http_guard.h"
 #include "server/jobs/measuring.h"
 #include "server/jobs/mesh_cache.h"
+#include "server/observe/metrics.h"
 #include "server/sandbox/pool.h"
 #include "server/settings.h"
+#include "server/tls.h"
 
 namespace meshgauge::server {
 
@@ -27,8 +31,14 @@ Compare comparing_by(const Fetch& fetch);
 // An Error when it takes no files.
 Result<Done> check_temp_dir(const std::string& directory);
 
-// After bind(): an Error when other machines can reach the port, and nobody said that they may.
-Result<Done> check_openness(const Settings& settings, const HttpGuard& guard);
+// The port. An Error when there is none, or when other machines can reach it and nobody said that they may.
+Result<int> bind(HttpGuard& guard, const Settings& settings);
+std::optional<Tls> tls_of(const Settings& settings);  // none: the port speaks plain HTTP
+
+// The end of a request: counted and, as the settings say, logged after its last byte.
+void record_request(const Exchange& exchange, const Settings& settings, Metrics& metrics);
+
+void watch_cache(Metrics& metrics, const MeshCache& cache, std::uint64_t max_bytes);  // borrows it
 
 // What a process that serves is told: to end by SIGTERM, SIGINT and the end of its terminal; to read its files anew by
 // SIGHUP from anyone else.

@@ -43,8 +43,11 @@ std::string seconds_between(store::TimePoint from, store::TimePoint to) {
   return {text.data(), std::to_chars(text.begin(), text.end(), seconds, std::chars_format::fixed, 3).ptr};
 }
 
-// XML has no U+FFFE and U+FFFF, however they are written.
+// XML has no control characters and neither U+FFFE nor U+FFFF, however they are written.
 std::string shown(std::string text) {
+  for (char& c : text) {
+    if ((static_cast<unsigned char>(c) < 0x20 && c != '\n') || c == 0x7F) c = '?';
+  }
   for (const char* code : {"\xEF\xBF\xBE", "\xEF\xBF\xBF"}) {
     for (std::size_t at = text.find(code); at != std::string::npos; at = text.find(code)) text.replace(at, 3, "?");
   }
@@ -103,7 +106,9 @@ std::string junit_head(const store::Batch& batch) {
   set(suite, "failures", std::to_string(counts.fail + counts.undecided));
   set(suite, "errors", std::to_string(counts.failed + counts.cancelled + counts.gone));
   set(suite, "time", seconds_between(batch.created, batch.finished.value_or(batch.created)));
-  suite.append_child("properties");
+  pugi::xml_node property = suite.append_child("properties").append_child("property");
+  set(property, "name", "batch");
+  set(property, "value", "/v1/batches/" + batch.key.id);
   std::string text = printed(document, "  ");
   text.resize(text.rfind("  </testsuite>"));
   return "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites>\n" + text;

@@ -4,6 +4,7 @@
 
 #include "api/digest.h"
 #include "server/jobs/jobs.h"
+#include "server/jobs/parts.h"
 #include "server/jobs/revived.h"
 
 namespace meshgauge::server {
@@ -117,10 +118,16 @@ std::optional<Denial> Jobs::keep_blob(const std::string& owner, const MeshSource
   return Denial{{ProblemKind::unknown_mesh, "the mesh '" + source.input.part + "' was deleted meanwhile", {}}, {}};
 }
 
+// With its parts, where there are workers for them.
+Result<store::Inserted> Jobs::store_row(const store::Job& row, unsigned shards) {
+  if (shards == 1 || !stores_.parts) return stores_.jobs.insert(row);
+  return stores_.parts->insert_parts(row, parts_of(row, shards));
+}
+
 // The job is known here before it is in the store: whoever repeats its idempotency key finds it.
 Jobs::Submitted Jobs::insert(const std::shared_ptr<LiveJob>& job, Scheduler::Slot slot) {
   runner_->expect(job);
-  const auto inserted = stores_.jobs.insert(job->view().row);
+  const auto inserted = store_row(job->view().row, job->request.shards);
   if (inserted && !inserted->existed) {
     let_go_of_bytes(job->a);
     let_go_of_bytes(job->b);

@@ -109,6 +109,7 @@ class Jobs {
   std::optional<Denial> keep_blob(const std::string& owner, const MeshSource& source);
   std::shared_ptr<LiveJob> job_of(Submission submission) const;
   Submitted found(const store::Job& row, bool conflict);
+  Result<store::Inserted> store_row(const store::Job& row, unsigned shards);
   Submitted insert(const std::shared_ptr<LiveJob>& job, Scheduler::Slot slot);
   Result<Deleted> forget(const store::JobKey& key);
   void maintain();

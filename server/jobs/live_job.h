@@ -16,6 +16,7 @@
 #include "server/access/access.h"
 #include "server/exchange.h"
 #include "server/jobs/mesh_source.h"
+#include "server/jobs/parts.h"
 #include "server/jobs/scheduler.h"
 #include "server/store/job_store.h"
 
@@ -39,8 +40,9 @@ class LiveJob {
           Clock::time_point submission = Clock::now());
 
   const store::JobKey key;
-  const std::uint64_t bytes;  // of both files
-  const bool durable;         // in the store since before it was accepted
+  const std::optional<PartKey> part;  // of another job, which this one is
+  const std::uint64_t bytes;          // of both files
+  const bool durable;                 // in the store since before it was accepted
   const Clock::time_point submitted;
   api::Request request;  // the worker's, as are the sources
   MeshSource a;
@@ -48,6 +50,8 @@ class LiveJob {
   Control control;
   std::optional<Error> defect;          // why it cannot run
   std::optional<store::Token> token;    // the worker's: since the store let it begin
+  std::vector<store::Job> parts;        // the worker's: of a job whose parts have all ended
+  std::string problem;                  // the worker's: JSON text, of a part that has failed
   bool has_waited = false;              // the worker's: for the store, and the log knows
   std::optional<JobSlot> counted;       // among its owner's jobs
   std::optional<Scheduler::Slot> slot;  // of its client that waits, when it runs elsewhere

@@ -40,7 +40,7 @@ Scheduler::Figures RemoteRunner::figures() const {
 void RemoteRunner::run(const std::shared_ptr<LiveJob>& job, Scheduler::Slot slot) {
   if (job->durable) queue_.added();
   if (slot.kind() == Scheduler::Kind::awaited) job->slot.emplace(std::move(slot));
-  watcher_.begin(*job);
+  watcher_.begin(job);
 }
 
 std::shared_ptr<LiveJob> RemoteRunner::watch(const store::Job& row) {
@@ -74,7 +74,8 @@ std::optional<Problem> RemoteRunner::give_up(const LiveJob& job) const {
     return Problem{
         ProblemKind::storage_unavailable, "the store is out of order; the comparison runs when it is back", {}};
   }
-  const bool begun = job.view().row.state != JobState::queued;
+  const store::Job row = job.view().row;
+  const bool begun = row.state != JobState::queued || row.progress;  // ... or its parts have
   const auto late = begun || !there ? kLate : kUntold;
   if (LiveJob::Clock::now() < job.submitted + job.request.timeout + late) return std::nullopt;
   if (!there) return Problem{ProblemKind::storage_unavailable, "the store is out of order, and the time is over", {}};

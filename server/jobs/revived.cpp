@@ -1,6 +1,7 @@
 #include "server/jobs/revived.h"
 
 #include <algorithm>
+#include <array>
 #include <utility>
 
 namespace meshgauge::server {
@@ -24,11 +25,14 @@ std::shared_ptr<LiveJob> live_job_of(const store::Job& row, const Settings& sett
   return job;
 }
 
+// Parts of one comparison are likely to run in one process.
 Result<Done> recognise_meshes(LiveJob& job, store::MeshIndex& meshes) {
+  const auto known = meshes.known_meshes(job.key.owner, std::array{job.a.id, job.b.id});
+  if (!known) return known.error();
   for (MeshSource* source : {&job.a, &job.b}) {
-    const auto stored = meshes.get_mesh({job.key.owner, source->id});
-    if (!stored) return stored.error();
-    if (!*stored) continue;
+    const bool stored = std::any_of(known->begin(), known->end(),
+                                    [source](const store::MeshRow& row) { return row.key.id == source->id; });
+    if (!job.part && !stored) continue;
     source->kept = MeshCache::key(job.key.owner, source->id, source->input.filename, source->input.media_type);
   }
   return Done{};

@@ -15,7 +15,7 @@ using std::chrono::minutes;
 using std::chrono::seconds;
 
 constexpr seconds kSweepInterval{30};
-constexpr minutes kSharedBlobsInterval{10};  // of listing all that there is
+constexpr minutes kSharedListing{10};        // of asking others for all that there is
 constexpr seconds kUnusedBlobs{600};         // longer than any upload takes from its bytes to its row
 constexpr seconds kUnusedSharedBlobs{3600};  // the same, of processes that do not see each other's uploads
 constexpr seconds kRecoveryInterval{5};
@@ -37,11 +37,11 @@ void Upkeep::tick() try {
   if (recovery && due(next_recovery_, std::min<milliseconds>(kRecoveryInterval, quarter_lease))) recover();
   if (due(next_sweep_, kSweepInterval)) {
     if (on_duty) sweep_rows();
-    if (stores_.maps) sweep_maps();
     give_back_free_memory();
   }
-  if (on_duty && due(next_blobs_, stores_.shared() ? milliseconds(kSharedBlobsInterval) : kSweepInterval)) {
-    sweep_blobs();
+  if (due(next_listing_, stores_.shared() ? milliseconds(kSharedListing) : kSweepInterval)) {
+    if (stores_.maps) sweep_maps();
+    if (on_duty) sweep_blobs();
   }
 } catch (const std::exception& error) {
   log_event("store", std::string("a sweep was broken off: ") + error.what());

@@ -33,7 +33,7 @@ class Upkeep {
   // At once: a service that is killed again and again is to sweep as well.
   Clock::time_point next_recovery_ = Clock::now();
   Clock::time_point next_sweep_ = Clock::now();
-  Clock::time_point next_blobs_ = Clock::now();
+  Clock::time_point next_listing_ = Clock::now();
 };
 
 }  // namespace meshgauge::server

@@ -40,13 +40,17 @@ void Watcher::expect(const std::shared_ptr<LiveJob>& job) {
   watched_[job->key.id] = {job, job->durable ? job : nullptr, false};
 }
 
-void Watcher::begin(const LiveJob& job) {
-  const std::lock_guard lock(mutex_);
-  const auto found = watched_.find(job.key.id);
-  if (found == watched_.end()) return;
-  found->second.stored = true;
-  changed_.insert(job.key.id);  // a signal that came before found nothing
-  wake_.notify_all();
+void Watcher::begin(const std::shared_ptr<LiveJob>& job) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (!stopped_) {
+      watched_[job->key.id].stored = true;
+      changed_.insert(job->key.id);  // a signal that came before found nothing
+      wake_.notify_all();
+      return;
+    }
+  }
+  let_go(job);
 }
 
 void Watcher::forget(const LiveJob& job) {
@@ -83,17 +87,16 @@ void Watcher::stop() {
     if (std::exchange(stopped_, true)) return;
     for (const auto& [id, watched] : watched_) {
       auto job = watched.job.lock();
-      if (!job) continue;
-      if (!job->durable && watched.stored) left_.push_back(job);
-      told.push_back(std::move(job));
+      if (job && watched.stored) told.push_back(std::move(job));  // else begin() is still to come
     }
     watched_.clear();
   }
-  wake_.notify_all();
-  for (const auto& job : told) {
-    job->give_places_back();
-    job->let_go();
-  }
+  for (const auto& job : told) let_go(job);
+}
+
+void Watcher::let_go(const std::shared_ptr<LiveJob>& job) {
+  job->durable ? job->give_places_back() : leave(job);
+  job->let_go();
 }
 
 void Watcher::hear(const store::Signal& signal) {

@@ -36,7 +36,7 @@ class Watcher {
   // A job of this process that is about to be stored: found by watch(), and looked at from begin() on. One that is
   // durable is followed to its end, whoever waits for it, since it counts among its owner's.
   void expect(const std::shared_ptr<LiveJob>& job);
-  void begin(const LiveJob& job);
+  void begin(const std::shared_ptr<LiveJob>& job);
   void forget(const LiveJob& job);
 
   // Of a row that was just read and had not ended. All who ask share one, as long as anybody holds it. Null after
@@ -57,6 +57,7 @@ class Watcher {
   };
   using Jobs = std::vector<std::shared_ptr<LiveJob>>;
 
+  void let_go(const std::shared_ptr<LiveJob>& job);
   void hear(const store::Signal& signal);
   void watch_on();
   Jobs those_changed();

@@ -43,10 +43,10 @@ INSERT INTO pulse VALUES (0);
 
 
 class Pulse:
-    """Writes to the database all the time, and counts the jobs that have ended: when it could not, and when there were no more of them."""
+    """Writes to the database all the time, and counts jobs: when it could not, and when none ended though some were queued."""
 
-    def __init__(self, url, is_idle):
-        self.url, self.is_idle = url, is_idle
+    def __init__(self, url):
+        self.url = url
         self.writes, self.ends, self.over, self.ended = Gaps(), Gaps(), threading.Event(), -1
         self.thread = threading.Thread(target=self._run, daemon=True)
         self.thread.start()
@@ -64,9 +64,9 @@ class Pulse:
         while not self.over.is_set():
             cursor.execute("UPDATE pulse SET n = n + 1")
             self.writes.mark()
-            cursor.execute("SELECT count(*) FROM jobs WHERE state IN " + ENDED_STATES)
-            ended = cursor.fetchone()[0]
-            if ended != self.ended or self.is_idle():
+            cursor.execute("SELECT count(*) FILTER (WHERE state IN %s), count(*) FILTER (WHERE state = 0) FROM jobs" % ENDED_STATES)
+            ended, queued = cursor.fetchone()
+            if ended != self.ended or not queued:
                 self.ended = ended
                 self.ends.mark()
             time.sleep(0.05)
@@ -92,7 +92,7 @@ class Campaign:
         plan = list(works(self.dice, pairs(cluster.scratch.path), jobs))
         self.crowd = Crowd(self.ledger, [one.port for one in self.fleet.front_ends], plan, seed)
         self.pool = concurrent.futures.ThreadPoolExecutor(8)
-        self.pulse = Pulse(url, lambda: not self.ledger.waiting)
+        self.pulse = Pulse(url)
 
     def run(self):
         jobs = len(self.crowd.works)

@@ -34,10 +34,10 @@ std::optional<Batch> find_batch(PgConnection& connection, const JobKey& key) {
   batch.counts = {count(3), count(4), count(5), count(6), count(7), count(8), 0, count(9), count(10), count(11)};
   BatchCounts& counts = batch.counts;
   counts.gone = counts.total - counts.queued - counts.running - counts.done - counts.failed - counts.cancelled;
-  if (counts.queued + counts.running == 0) {
-    batch.finished = row.time_if_any(12);
-    batch.expires = row.time_if_any(13);
-  }
+  if (counts.queued + counts.running > 0) return batch;
+  // It has not ended before it was made, even if all its work was done before.
+  batch.finished = std::max(batch.created, row.time_if_any(12).value_or(batch.created));
+  batch.expires = std::max(*batch.finished, row.time_if_any(13).value_or(*batch.finished));
   return batch;
 }
 
@@ -88,7 +88,7 @@ JobsByWork find_work(PgConnection& connection, const NewBatch& batch) {
   PgRows row = connection.query(
       "SELECT given.work, found.id FROM unnest($2::bytea[]) AS given (work) CROSS JOIN LATERAL (SELECT id FROM jobs "
       "WHERE owner = $1 AND work = given.work AND work <> '' AND ((state < 2 AND NOT cancel_requested) OR (state = 2 "
-      "AND reusable)) ORDER BY number LIMIT 1 FOR KEY SHARE) AS found",
+      "AND reusable)) ORDER BY state DESC, number LIMIT 1 FOR KEY SHARE) AS found",
       batch.key.owner, works);
   JobsByWork jobs;
   while (row.next()) jobs.emplace(row.text(0), row.text(1));

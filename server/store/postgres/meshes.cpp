@@ -76,6 +76,17 @@ Result<std::optional<MeshRow>> PostgresStore::get_mesh(const BlobKey& key) {
   });
 }
 
+Result<std::vector<MeshRow>> PostgresStore::known_meshes(const std::string& owner, std::span<const std::string> ids) {
+  return pool_.run(Promise::fleeting, [&](PgConnection& connection) {
+    PgRows row = connection.query("SELECT " MESHGAUGE_PG_MESH
+                                  ", id FROM meshes WHERE owner = $1 AND id IN (SELECT unnest($2::bytea[]))",
+                                  owner, std::vector<std::string>(ids.begin(), ids.end()));
+    std::vector<MeshRow> known;
+    while (row.next()) known.push_back(mesh_of({owner, row.text(6)}, row));
+    return known;
+  });
+}
+
 void PostgresStore::touch_mesh(const BlobKey& key, TimePoint last_used, TimePoint expires) {
   unwritten_.add(key, {last_used, expires});
 }

@@ -135,6 +135,16 @@ Result<std::vector<Job>> PostgresStore::parts(const JobKey& whole) {
   });
 }
 
+Result<double> PostgresStore::best_lower(const JobKey& whole) {
+  return pool_.run(Promise::fleeting, [&](PgConnection& connection) {
+    PgRows row = connection.query(
+        "SELECT coalesce(max(lower), 0) FROM jobs WHERE owner = $1 AND parent = $2 AND parent <> '' AND state IN (1, "
+        "2)",
+        whole.owner, whole.id);
+    return row.next() ? row.real(0) : 0.0;
+  });
+}
+
 Result<std::string> PostgresStore::whole_of(const JobKey& part) {
   return pool_.run(Promise::fleeting, [&](PgConnection& connection) {
     PgRows row = connection.query("SELECT parent FROM jobs WHERE owner = $1 AND id = $2", part.owner, part.id);
@@ -206,6 +216,31 @@ Result<Done> PostgresStore::flush() {
 Result<std::optional<Job>> PostgresStore::get(const JobKey& key) {
   if (const auto job = unwritten_.find(key)) return std::optional<Job>(*job);
   return pool_.run(Promise::fleeting, [&](PgConnection& connection) { return pg_find_job(connection, key); });
+}
+
+Result<std::vector<Job>> PostgresStore::get_many(std::span<const JobKey> keys) {
+  std::vector<Job> jobs;
+  std::vector<std::string> owners, ids;
+  for (const JobKey& key : keys) {
+    if (const auto job = unwritten_.find(key)) {
+      jobs.push_back(*job);
+      continue;
+    }
+    owners.push_back(key.owner);
+    ids.push_back(key.id);
+  }
+  if (ids.empty()) return jobs;
+  const auto stored = pool_.run(Promise::fleeting, [&](PgConnection& connection) {
+    PgRows row = connection.query("SELECT " MESHGAUGE_PG_JOB
+                                  " FROM jobs WHERE (owner, id) IN (SELECT * FROM unnest($1::bytea[], $2::bytea[]))",
+                                  owners, ids);
+    std::vector<Job> found;
+    while (row.next()) found.push_back(pg_job_of(row));
+    return found;
+  });
+  if (!stored) return stored.error();
+  jobs.insert(jobs.end(), stored->begin(), stored->end());
+  return jobs;
 }
 
 Result<std::optional<Job>> PostgresStore::find_idempotent(const std::string& owner,

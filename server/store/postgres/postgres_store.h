@@ -49,6 +49,7 @@ class PostgresStore final : public JobStore, public MeshIndex, public BatchStore
   void record(Job ended) override;
   Result<Done> flush() override;
   Result<std::optional<Job>> get(const JobKey& key) override;
+  Result<std::vector<Job>> get_many(std::span<const JobKey> keys) override;
   Result<std::optional<Job>> find_idempotent(const std::string& owner, const std::string& idempotency_key) override;
   Result<bool> forget(const JobKey& key) override;
   Result<std::vector<Job>> recover(const std::optional<std::string>& dead_workers, const std::string& why,
@@ -63,6 +64,7 @@ class PostgresStore final : public JobStore, public MeshIndex, public BatchStore
 
   Result<PutMesh> put_mesh(const MeshRow& row, std::uint64_t max_stored_bytes) override;
   Result<std::optional<MeshRow>> get_mesh(const BlobKey& key) override;
+  Result<std::vector<MeshRow>> known_meshes(const std::string& owner, std::span<const std::string> ids) override;
   void touch_mesh(const BlobKey& key, TimePoint last_used, TimePoint expires) override;
   Result<bool> delete_mesh(const BlobKey& key) override;
   Result<std::uint64_t> stored_bytes(const std::string& owner) override;
@@ -81,6 +83,7 @@ class PostgresStore final : public JobStore, public MeshIndex, public BatchStore
 
   Result<Inserted> insert_parts(const NewJob& whole, std::span<const NewJob> parts) override;
   Result<std::vector<Job>> parts(const JobKey& whole) override;
+  Result<double> best_lower(const JobKey& whole) override;
   Result<std::string> whole_of(const JobKey& part) override;
 
  private:

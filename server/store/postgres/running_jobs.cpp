@@ -63,9 +63,19 @@ std::vector<Claimed> claimed_before(PgConnection& connection, std::int64_t claim
       "SELECT " MESHGAUGE_PG_JOB " FROM jobs WHERE state = 1 AND claim = $1 ORDER BY rank, number", claim));
 }
 
+// Of the parts in a query `heard` that have told something: what their wholes, which wait for them, come to. What was
+// heard is not in the table yet, as far as this statement sees.
+#define MESHGAUGE_PG_TELL_WHOLES                                                                                    \
+  "told AS (UPDATE jobs AS whole SET lower = sum.lower, upper = sum.upper, stage = sum.stage FROM (SELECT "         \
+  "part.owner, part.parent, coalesce(max(coalesce(heard.lower, part.lower)), 0) AS lower, "                         \
+  "max(coalesce(heard.upper, part.upper, 'infinity')) AS upper, max(heard.stage) AS stage FROM jobs AS part "       \
+  "LEFT JOIN heard ON heard.number = part.number WHERE part.parent <> '' AND (part.owner, part.parent) IN (SELECT " \
+  "owner, parent FROM heard WHERE parent <> '' AND stage IS NOT NULL) GROUP BY part.owner, part.parent ORDER BY "   \
+  "part.owner, part.parent) AS sum WHERE whole.owner = sum.owner AND whole.id = sum.parent AND whole.state = 0) "
+
 struct Heard {
   std::vector<Heartbeat> answers;
-  std::vector<bool> to_tell;  // of jobs that are in no batch
+  std::vector<JobKey> to_tell;  // that are in no batch; of a part its whole
 };
 
 Heard hear(PgConnection& connection, std::span<const Beat> beats, TimePoint lease_until) {
@@ -92,14 +102,19 @@ Heard hear(PgConnection& connection, std::span<const Beat> beats, TimePoint leas
       "found), "
       "heard AS (UPDATE jobs SET lease_until = $8, lower = coalesce(mine.lower, jobs.lower), upper = "
       "coalesce(mine.upper, jobs.upper), stage = coalesce(mine.stage, jobs.stage) FROM mine WHERE jobs.number = "
-      "mine.number RETURNING place, cancel_requested, batch) SELECT place, cancel_requested, "
-      "batch, " MESHGAUGE_PG_FLEETING " FROM heard",
+      "mine.number RETURNING place, cancel_requested, batch, jobs.number, jobs.owner, jobs.parent, jobs.lower, "
+      "jobs.upper, "
+      "jobs.stage), " MESHGAUGE_PG_TELL_WHOLES "SELECT place, cancel_requested, batch, parent, " MESHGAUGE_PG_FLEETING
+      " FROM heard",
       owners, ids, workers, tries, lowers, uppers, stages, lease_until);
-  Heard heard{std::vector<Heartbeat>(beats.size(), Heartbeat::lost), std::vector<bool>(beats.size(), false)};
+  Heard heard{std::vector<Heartbeat>(beats.size(), Heartbeat::lost), {}};
   while (row.next()) {
     const auto place = static_cast<std::size_t>(row.number(0) - 1);
     heard.answers[place] = row.number(1) != 0 ? Heartbeat::cancel : Heartbeat::go_on;
-    heard.to_tell[place] = beats[place].progress && row.bytes(2).empty();
+    const JobKey& key = beats[place].token.key;
+    const std::string whole = row.text(3);
+    if (beats[place].progress && row.bytes(2).empty())
+      heard.to_tell.push_back({key.owner, whole.empty() ? key.id : whole});
   }
   return heard;
 }
@@ -220,9 +235,7 @@ Result<std::vector<Heartbeat>> PostgresStore::heartbeats(std::span<const Beat> b
   Result<Heard> heard =
       pool_.run(Promise::fleeting, [&](PgConnection& connection) { return hear(connection, beats, lease_until); });
   if (!heard) return heard.error();
-  for (std::size_t i = 0; i < beats.size(); ++i) {
-    if (heard->to_tell[i]) control_.tell(Signal::Kind::changed, beats[i].token.key);
-  }
+  for (const JobKey& key : heard->to_tell) control_.tell(Signal::Kind::changed, key);
   return std::move(heard->answers);
 }
 

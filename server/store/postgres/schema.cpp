@@ -94,8 +94,10 @@ ALTER TABLE jobs
   ADD COLUMN claim bigint;                         -- which call of claim() or claim_some() has it
 DROP INDEX jobs_finished, jobs_by_state;
 CREATE INDEX jobs_by_state ON jobs (state) WHERE parent = '';
-CREATE INDEX jobs_finished ON jobs (owner, finished, number) WHERE state >= 2 AND batch = '' AND parent = '';
+CREATE INDEX jobs_finished ON jobs (owner, finished, number) WHERE state >= 2 AND parent = '';
 CREATE INDEX jobs_waiting ON jobs (owner, batch, rank, number) WHERE state = 0 AND awaits = 0;
+CREATE INDEX jobs_oldest ON jobs (created) WHERE state = 0;
+CREATE INDEX jobs_unawaited ON jobs (state) WHERE state IN (0, 1) AND batch = '' AND deadline IS NULL AND parent = '';
 CREATE INDEX jobs_running ON jobs (owner, batch) WHERE state = 1;
 CREATE INDEX jobs_by_work ON jobs (owner, work) WHERE work <> '';
 CREATE INDEX jobs_by_parent ON jobs (owner, parent, number) WHERE parent <> '';
@@ -130,21 +132,23 @@ CREATE TABLE blobs (
   owner bytea NOT NULL,
   id bytea NOT NULL,
   bytes bigint NOT NULL,
-  upload uuid NOT NULL,                            -- whose chunks are its bytes
+  upload bytea NOT NULL,                           -- whose chunks are its bytes
   renewed bigint NOT NULL,
   PRIMARY KEY (owner, id)
 );
-CREATE INDEX blobs_by_upload ON blobs (upload);
+CREATE INDEX blobs_by_age ON blobs (renewed);
 CREATE TABLE blob_chunks (
-  upload uuid NOT NULL,
+  upload bytea NOT NULL,
   position integer NOT NULL,
   bytes bytea NOT NULL,
   PRIMARY KEY (upload, position)
 );
 -- Meshes are compressed where they come from, or do not compress well: it would cost more than it saves.
 ALTER TABLE blob_chunks ALTER COLUMN bytes SET STORAGE EXTERNAL;
-CREATE TABLE blob_uploads (upload uuid PRIMARY KEY, begun bigint NOT NULL);  -- that have no blob yet
-CREATE TABLE blob_bytes (owner bytea PRIMARY KEY, bytes bigint NOT NULL);    -- sums of blobs.bytes
+-- Uploads that have no blob yet; begun 0: no blob any more, to be removed.
+CREATE TABLE blob_uploads (upload bytea PRIMARY KEY, begun bigint NOT NULL);
+CREATE INDEX blob_uploads_by_age ON blob_uploads (begun);
+CREATE TABLE blob_bytes (owner bytea PRIMARY KEY, bytes bigint NOT NULL);  -- sums of blobs.bytes
 )sql";
 
 constexpr const char* kSteps[] = {kFirst, kSecond, kThird};

@@ -11,7 +11,7 @@ namespace {
 constexpr std::int64_t kPortion = 500;  // rows that one transaction ends or removes
 constexpr int kLonger = 5;              // of the patience: what reads or removes much
 
-// Nothing that an item of a batch points at goes before the batch.
+// What an item of a batch points at stays as long as the batch, whenever it expires.
 #define MESHGAUGE_PG_IN_NO_BATCH \
   "NOT EXISTS (SELECT FROM batch_items AS item WHERE item.owner = jobs.owner AND item.job = jobs.id)"
 
@@ -55,6 +55,15 @@ void add(Counts& counts, JobState state, std::uint64_t number) {
   *fields[static_cast<std::size_t>(state)] = number;
 }
 
+void add_waiting(PgConnection& connection, Counts& counts) {
+  PgRows row = connection.query(
+      "SELECT (SELECT count(*) FROM jobs WHERE state IN (0, 1) AND batch = '' AND deadline IS NULL AND parent = ''), "
+      "(SELECT created FROM jobs WHERE state = 0 ORDER BY created LIMIT 1)");
+  if (!row.next()) return;
+  counts.unawaited = static_cast<std::uint64_t>(row.number(0));
+  counts.oldest_queued = row.time_if_any(1);
+}
+
 // Parts first: their wholes are locked after them, and may then be given up as well.
 std::vector<JobKey> give_up_waiting(PgConnection& connection, Moment moment, bool parts) {
   PgRows row = connection.query(
@@ -78,8 +87,7 @@ std::uint64_t remove_expired(PgConnection& connection, TimePoint now, std::int64
 }
 
 std::vector<Kept> kept_jobs(PgConnection& connection) {
-  PgRows row = connection.query(
-      "SELECT owner, count(*) FROM jobs WHERE state >= 2 AND batch = '' AND parent = '' GROUP BY owner");
+  PgRows row = connection.query("SELECT owner, count(*) FROM jobs WHERE state >= 2 AND parent = '' GROUP BY owner");
   std::vector<Kept> kept;
   while (row.next()) kept.push_back({row.text(0), static_cast<std::uint64_t>(row.number(1))});
   return kept;
@@ -89,13 +97,13 @@ std::vector<Kept> kept_jobs(PgConnection& connection) {
 std::uint64_t remove_oldest(PgConnection& connection, const std::string& owner, std::uint64_t wanted) {
   const std::uint64_t records = count_of(connection.query(
       "WITH gone AS (DELETE FROM jobs WHERE number IN (SELECT number FROM jobs WHERE state >= 2 AND owner = $1 AND "
-      "batch = '' AND parent = '' AND worker = '' AND tries = 1 ORDER BY finished, number LIMIT $2) RETURNING owner, "
+      "parent = '' AND worker = '' AND tries = 1 ORDER BY finished, number LIMIT $2) RETURNING owner, "
       "id), " MESHGAUGE_PG_WITH_PARTS,
       owner, wanted));
   if (records == wanted) return records;
   return records + count_of(connection.query(
                        "WITH gone AS (DELETE FROM jobs WHERE number IN (SELECT number FROM jobs WHERE state >= 2 AND "
-                       "owner = $1 AND batch = '' AND parent = '' ORDER BY finished, number LIMIT $2) RETURNING owner, "
+                       "owner = $1 AND parent = '' ORDER BY finished, number LIMIT $2) RETURNING owner, "
                        "id), " MESHGAUGE_PG_WITH_PARTS,
                        owner, wanted - records));
 }
@@ -119,7 +127,7 @@ Result<bool> PostgresStore::forget(const JobKey& key) {
   }
   return pool_.run(Promise::durable, [&](PgConnection& connection) {
     return count_of(connection.query("WITH gone AS (DELETE FROM jobs WHERE owner = $1 AND id = $2 AND state >= 2 "
-                                     "AND " MESHGAUGE_PG_IN_NO_BATCH " RETURNING owner, id), " MESHGAUGE_PG_WITH_PARTS,
+                                     "RETURNING owner, id), " MESHGAUGE_PG_WITH_PARTS,
                                      key.owner, key.id)) == 1;
   });
 }
@@ -140,6 +148,7 @@ Result<Counts> PostgresStore::counts() {
     Counts counted;
     PgRows row = connection.query("SELECT state, count(*) FROM jobs WHERE parent = '' GROUP BY state");
     while (row.next()) add(counted, static_cast<JobState>(row.number(0)), static_cast<std::uint64_t>(row.number(1)));
+    add_waiting(connection, counted);
     return counted;
   });
   if (!counts) return counts;

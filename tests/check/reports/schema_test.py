@@ -36,7 +36,7 @@ def node(script, *arguments):
 
 class JUnit(unittest.TestCase):
     def test_valid_by_both_schemas(self):
-        for name in NAMES:
+        for name in (*NAMES, "batch"):
             for schema in JUNIT_SCHEMAS:
                 with self.subTest(report=name, schema=schema):
                     output_of("xmllint", "--noout", "--nonet", "--schema",

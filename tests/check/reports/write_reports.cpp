@@ -2,12 +2,15 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <optional>
+#include <string>
 
 #include "check/reports/code_quality.h"
 #include "check/reports/junit.h"
 #include "check/reports/markdown.h"
 #include "check/reports/sample_reports.h"
 #include "check/reports/sarif.h"
+#include "server/batches/batch_junit.h"
 
 namespace {
 
@@ -16,12 +19,40 @@ bool write(const std::filesystem::path& file, const std::string& text) {
   return static_cast<bool>(out << text << std::flush);
 }
 
+// A service's report, with a comparison of every kind, and names that hold anything.
+std::string batch_report() {
+  namespace store = meshgauge::server::store;
+  store::Batch batch;
+  batch.name = "<&>\"' ]]> \xC3\xA9 \xEF\xBF\xBF.stl";
+  batch.counts = {7, 0, 0, 4, 1, 1, 1, 1, 1, 1};
+  std::string text = meshgauge::server::junit_head(batch);
+  std::uint64_t position = 0;
+  const auto add = [&](std::optional<store::Job> job) {
+    text += meshgauge::server::junit_case(batch, {position++, batch.name, std::move(job)});
+  };
+  for (const char* verdict : {"", "pass", "fail", "undecided"}) {
+    store::Job job;
+    job.state = store::JobState::done;
+    job.verdict = verdict;
+    job.options = R"({"gate":{"max_distance":0.25,"units":"<mm>"}})";
+    job.document = R"({"distance":{"lower":0.5,"upper":0.75}})";
+    add(job);
+  }
+  for (const auto state : {store::JobState::failed, store::JobState::cancelled}) {
+    store::Job job;
+    job.state = state;
+    add(job);
+  }
+  add(std::nullopt);
+  return text + meshgauge::server::junit_tail();
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   if (argc != 2) return std::fprintf(stderr, "usage: write_reports FOLDER\n"), 3;
   const std::filesystem::path folder = argv[1];
-  bool ok = true;
+  bool ok = write(folder / "batch.xml", batch_report());
   for (const auto& [name, report] : meshgauge::check::samples::all()) {
     ok = ok && write(folder / (std::string(name) + ".xml"), to_junit(report));
     ok = ok && write(folder / (std::string(name) + ".sarif"), to_sarif(report));

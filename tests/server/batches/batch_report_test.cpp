@@ -84,7 +84,11 @@ TEST_CASE("batch report: every comparison is a test, and what is wrong with it s
 TEST_CASE("batch report: whatever the names hold") {
   const std::string hostile = "<&>\"' ]]> \xC3\xA9 \xF0\x9F\x98\x80 \xEF\xBF\xBE\xEF\xBF\xBF";
   pugi::xml_document document;
-  REQUIRE(document.load_string(report(batch(hostile), {row(0, hostile, store::JobState::done, "fail")}).c_str()));
+  store::BatchRow failed = row(0, hostile, store::JobState::done, "fail");
+  failed.job->options = R"({"gate":{"max_distance":1,"units":"\u0000\u0001\u001b"}})";
+  const std::string text = report(batch(hostile), {failed});
+  REQUIRE(document.load_string(text.c_str()));
+  CHECK(text.find("limit 1 ???") != std::string::npos);
   const pugi::xml_node suite = document.child("testsuites").child("testsuite");
   const std::string shown = "<&>\"' ]]> \xC3\xA9 \xF0\x9F\x98\x80 ??";
   CHECK(suite.attribute("name").value() == shown);

@@ -18,6 +18,8 @@ class FlakyStore final : public JobStore {
   std::atomic<bool> full{false};
   std::atomic<int> refused{0};
   std::atomic<int> unfinished{0};  // of those, results that could not be stored
+  std::atomic<int> finishes{0};    // calls of finish_all()
+  std::string refused_document;    // that no result can be stored with; empty: none
 
   Result<Inserted> insert(const NewJob& job) override {
     return written([&] { return behind_.insert(job); });
@@ -34,7 +36,12 @@ class FlakyStore final : public JobStore {
     return written([&] { return behind_.heartbeats(beats, lease_until); });
   }
   Result<std::vector<bool>> finish_all(std::span<const Finished> endings) override {
+    ++finishes;
     unfinished += full.load();
+    for (const Finished& finished : endings) {
+      if (refused_document.empty() || finished.ending.document != refused_document) continue;
+      return Error{ErrorCode::internal, "a document that cannot be kept, says the test", "", ""};
+    }
     return written([&] { return behind_.finish_all(endings); });
   }
   Result<std::optional<JobState>> hand_back(const Token& token, const std::string& last_error, Moment moment) override {

@@ -81,27 +81,18 @@ TEST_CASE("watcher: what is not told is found by looking") {
 
 TEST_CASE("watcher: many jobs are looked at together, each as it stands") {
   Scene scene;
-  std::vector<std::shared_ptr<LiveJob>> jobs;
-  for (int i = 0; i < 600; ++i) {
-    const std::string id = "job " + std::to_string(i);
-    store::NewJob row = store::new_job("owner", id);
-    if (i % 2 == 1) row.key.owner = "another";
-    scene.common.jobs.gone = false;
-    row.expires_if_never_run = scene.common.jobs.time() + kLong;
-    jobs.push_back(scene.watcher->watch(got(scene.common.jobs.insert(row)).job));
+  const auto waiting = scene.watcher->watch(scene.put("waiting"));
+  std::vector<std::shared_ptr<LiveJob>> gone;
+  for (int i = 0; i < 1200; ++i) {
+    store::Job row;
+    static_cast<store::NewJob&>(row) = store::new_job("owner", "gone " + std::to_string(i));
+    if (i % 2 == 1) row.key = {"another " + std::to_string(i), "waiting " + std::to_string(i)};
+    gone.push_back(scene.watcher->watch(row));
   }
-  scene.signals.lost = true;
-  const auto claimed = scene.hands.claim();
-  scene.hands.finish(claimed);
-  scene.signals.lost = false;
-  scene.common.jobs.tell(Signal::Kind::missed);
-  std::size_t ended = 0;
-  REQUIRE(eventually([&] {
-    ended = static_cast<std::size_t>(std::count_if(
-        jobs.begin(), jobs.end(), [](const auto& job) { return store::has_ended(job->view().row.state); }));
-    return ended > 0;
-  }));
-  CHECK(ended == 1);
+  for (const auto& job : gone) REQUIRE(job->wait_for_end(kLong));
+  CHECK(waiting->view().row.state == JobState::queued);
+  scene.hands.finish(scene.hands.claim());
+  CHECK(waiting->wait_for_end(kLong));
 }
 
 TEST_CASE("watcher: while the store is gone nobody is told anything, then how it ended") {

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "postgres_server.h"
-#include "server/store/postgres/postgres_store.h"
+#include "server/store/distributed.h"
 
 namespace meshgauge::server::store {
 
@@ -13,33 +13,38 @@ class PostgresForTests {
 
   PostgresForTests() : database_(PostgresServer::shared().new_database()) { reopen(); }
   ~PostgresForTests() {
-    store_.reset();
+    stores_.reset();
     PostgresServer::shared().drop(database_);
   }
   PostgresForTests(const PostgresForTests&) = delete;
   PostgresForTests& operator=(const PostgresForTests&) = delete;
 
-  JobStore& jobs() { return *store_; }
-  MeshIndex& meshes() { return *store_; }
-  BatchStore& batches() { return *store_; }
-  PartStore& parts() { return *store_; }
-  PostgresStore& store() { return *store_; }
-  JobStore& blobs() { return *store_; }
+  JobStore& jobs() { return stores_->jobs(); }
+  MeshIndex& meshes() { return stores_->meshes(); }
+  BatchStore& batches() { return stores_->batches(); }
+  BlobStore& blobs() { return stores_->blobs(); }
+  PartStore& parts() { return *stores_->parts(); }
+  Signals& signals() { return *stores_->signals(); }
   void reopen() {
-    store_.reset();
-    store_ = open();
+    stores_.reset();
+    stores_ = open("own");
   }
-  std::unique_ptr<PostgresStore> open() const { return got(PostgresStore::open(settings())); }  // another process
-  PostgresSettings settings() const {
-    PostgresSettings settings;
+  const std::string& database() const { return database_; }
+
+  // Another process, with a folder of that name.
+  std::unique_ptr<DistributedStores> open(const std::string& folder) const {
+    DistributedSettings settings;
     settings.database = database_;
+    settings.data_folder = folder_ / folder;
     settings.max_unrecorded = 50;
-    return settings;
+    settings.duty_grace = std::chrono::milliseconds(300);
+    return got(DistributedStores::open(settings));
   }
 
  private:
   const std::string database_;
-  std::unique_ptr<PostgresStore> store_;
+  TestFolder folder_;
+  std::unique_ptr<DistributedStores> stores_;
 };
 
 }  // namespace meshgauge::server::store

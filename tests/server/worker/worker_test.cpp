@@ -57,3 +57,159 @@ TEST_CASE("worker: two share a batch, each job is run once") {
   CHECK(stand.running == 80);
   CHECK(one.metric("meshgauge_worker_claimed_total") + two.metric("meshgauge_worker_claimed_total") == 80);
 }
+
+TEST_CASE("worker: an owner's cancel ends what runs, with the interval reached") {
+  Kept kept;
+  Stand stand;
+  const auto key = put_job(kept, job_named("long"));
+  WorkerBench bench(kept.stores(), stand.compare(), options_of("w"));
+  bench.worker.start();
+  REQUIRE(eventually([&] { return stand.running == 1; }));
+  got(kept.embedded.jobs().request_cancel(key, {store::now(), store::now() + seconds(60)}));
+  SUBCASE("that is signalled") { bench.worker.cancel(key); }
+  SUBCASE("that the next heartbeat tells of") {}
+  REQUIRE(eventually([&] { return has_state(kept, key, JobState::cancelled); }));
+  CHECK(nlohmann::json::parse(row_of(kept, key).document)["status"] == "cancelled");
+}
+
+TEST_CASE("worker: a cancel that comes before the claim is known is not forgotten") {
+  Kept kept;
+  Stand stand;
+  WorkerBench bench(kept.stores(), stand.compare(), options_of("w"));
+  bench.worker.cancel({"", "early"});
+  const auto key = put_job(kept, job_named("early"));
+  bench.worker.start();
+  CHECK(eventually([&] { return has_state(kept, key, JobState::cancelled); }));
+}
+
+TEST_CASE("worker: who drains hands back what has not begun, without blame, and ends what runs") {
+  Kept kept;
+  Stand stand;
+  std::vector<store::JobKey> keys;
+  for (int i = 0; i < 10; ++i) keys.push_back(put_job(kept, job_named("j" + std::to_string(i), "batch")));
+  WorkerBench bench(kept.stores(), stand.compare(), options_of("w"));
+  bench.worker.start();
+  REQUIRE(eventually([&] { return stand.running == 1 && bench.worker.held() == 10; }));
+  bench.worker.drain();
+  REQUIRE(eventually([&] { return bench.worker.held() == 1; }));
+  for (std::size_t i = 1; i < keys.size(); ++i) {
+    const auto row = row_of(kept, keys[i]);
+    CHECK(row.state == JobState::queued);
+    CHECK(row.last_error.empty());
+    CHECK_FALSE(row.suspected);
+  }
+  CHECK(row_of(kept, keys[0]).state == JobState::running);
+  stand.released = true;
+  CHECK(eventually([&] { return has_state(kept, keys[0], JobState::done); }));
+  CHECK(stand.running == 1);
+}
+
+TEST_CASE("worker: who stops hands back what runs, with its interval") {
+  Kept kept;
+  Stand stand;
+  const auto key = put_job(kept, job_named("long"));
+  {
+    WorkerBench bench(kept.stores(), stand.compare(), options_of("w"));
+    bench.worker.start();
+    REQUIRE(eventually([&] { return stand.running == 1; }));
+    bench.worker.stop();
+    CHECK(bench.worker.held() == 0);
+  }
+  const auto row = row_of(kept, key);
+  CHECK(row.state == JobState::queued);
+  CHECK(row.last_error.empty());
+  CHECK_FALSE(row.suspected);
+  REQUIRE(row.progress.has_value());
+  stand.released = true;
+  WorkerBench next(kept.stores(), stand.compare(), options_of("next"));
+  next.worker.start();
+  CHECK(eventually([&] { return has_state(kept, key, JobState::done); }));
+}
+
+TEST_CASE("worker: one that is suspected of ending its workers runs alone") {
+  Kept kept;
+  const auto key = put_job(kept, job_named("suspect", "", 95'000'000));  // in the middle
+  const auto now = store::now();
+  got(kept.embedded.jobs().claim(key, "dead", now, now + seconds(60)));
+  got(kept.embedded.jobs().recover("dead", "it went away", {now, now + seconds(60)}));
+  REQUIRE(row_of(kept, key).suspected);
+  std::vector<store::JobKey> keys{key};
+  for (unsigned i = 0; i < 20; ++i) keys.push_back(put_job(kept, job_named("j" + std::to_string(i), "", i * 10'000'000U)));
+  std::atomic<int> running{0};
+  std::atomic<int> beside_suspect{0};
+  const Compare compare = [&](const MeshSource& a, const MeshSource&, const Options& asked, const api::ReadLimits&,
+                              Control&) -> Result<api::Comparison> {
+    ++running;
+    std::this_thread::sleep_for(milliseconds(5));
+    if (a.input.filename == "suspect") beside_suspect = running - 1;
+    const auto comparison = stand_in(a, asked);
+    std::this_thread::sleep_for(milliseconds(1));
+    if (a.input.filename == "suspect") beside_suspect += running - 1;
+    --running;
+    return comparison;
+  };
+  WorkerBench bench(kept.stores(), compare, options_of("w"), with_threads(4));
+  bench.worker.start();
+  for (const auto& each : keys) REQUIRE(eventually([&] { return has_state(kept, each, JobState::done); }));
+  CHECK(beside_suspect == 0);
+}
+
+TEST_CASE("worker: the time of a job begins with its run, and ends with that of who waits for it") {
+  Kept kept;
+  Stand stand;
+  stand.released = true;
+  store::NewJob waiting = job_named("awaited");
+  waiting.deadline = store::now() + seconds(7);
+  const auto awaited = put_job(kept, waiting);
+  store::NewJob patient = job_named("patient");
+  patient.created -= std::chrono::hours(1);
+  const auto durable = put_job(kept, patient);
+  const auto start = Control::Clock::now();
+  WorkerBench bench(kept.stores(), stand.compare(), options_of("w"));
+  bench.worker.start();
+  REQUIRE(eventually([&] { return has_state(kept, awaited, JobState::done); }));
+  REQUIRE(eventually([&] { return has_state(kept, durable, JobState::done); }));
+  REQUIRE(stand.order == std::vector<std::string>{"patient", "awaited"});
+  CHECK(stand.deadlines[0] >= start + milliseconds(bench.settings.default_timeout_ms));
+  CHECK(stand.deadlines[1] < start + seconds(8));
+  CHECK(nlohmann::json::parse(row_of(kept, durable).document)["timings_ms"]["queue"] >= 3'600'000);
+}
+
+TEST_CASE("worker: a job whose meshes are gone fails, and says why") {
+  Kept kept;
+  Stand stand;
+  stand.released = true;
+  const auto key = job_named("gone").key;
+  got(kept.embedded.jobs().insert(job_named("gone")));
+  WorkerBench bench(kept.stores(), stand.compare(), options_of("w"));
+  bench.worker.start();
+  REQUIRE(eventually([&] { return has_state(kept, key, JobState::failed); }));
+  const auto row = row_of(kept, key);
+  CHECK(row.tries == 1);
+  CHECK(row.problem.find("was removed before it could run") != std::string::npos);
+  CHECK(stand.running == 0);
+}
+
+TEST_CASE("worker: a job whose options this version does not know fails, and says why") {
+  Kept kept;
+  Stand stand;
+  store::NewJob job = job_named("strange");
+  job.options = R"({"of_later":1})";
+  const auto key = put_job(kept, job);
+  WorkerBench bench(kept.stores(), stand.compare(), options_of("w"));
+  bench.worker.start();
+  REQUIRE(eventually([&] { return has_state(kept, key, JobState::failed); }));
+  CHECK(row_of(kept, key).problem.find("of_later") != std::string::npos);
+}
+
+TEST_CASE("worker: blobs go with the last job that needs them") {
+  Kept kept;
+  Stand stand;
+  stand.released = true;
+  const auto job = job_named("last");
+  const auto key = put_job(kept, job);
+  WorkerBench bench(kept.stores(), stand.compare(), options_of("w"));
+  bench.worker.start();
+  REQUIRE(eventually([&] { return bench.worker.held() == 0 && has_state(kept, key, JobState::done); }));
+  CHECK_FALSE(got(kept.embedded.blobs().exists({"", job.mesh_a})));
+}

@@ -12,7 +12,6 @@ using namespace std::chrono_literals;
 constexpr std::uint64_t kMegabyte = 1'000'000;
 constexpr std::uint64_t kCache = 6 * kMegabyte;  // less than the suite stores
 
-// A place of its own on a real server.
 std::optional<S3Settings> settings_of_environment() {
   const char* endpoint = std::getenv("MESHGAUGE_TEST_S3");
   if (endpoint == nullptr) return std::nullopt;
@@ -41,16 +40,14 @@ S3Limits limits_for_tests() {
   return limits;
 }
 
-S3ForTests::S3ForTests() {
-  if (const auto settings = settings_of_environment()) {
-    settings_ = *settings;
-  } else {
-    double_.emplace();
-    double_->control("settings", {{"least_part", 1 << 20}});
-    settings_ = double_->settings();
-  }
-  reopen();
+S3Settings settings_for_tests(std::optional<S3Double>& server) {
+  if (const auto settings = settings_of_environment()) return *settings;
+  server.emplace();
+  server->control("settings", {{"least_part", 1 << 20}});
+  return server->settings();
 }
+
+S3ForTests::S3ForTests() : settings_(settings_for_tests(double_)) { reopen(); }
 
 // Nothing stays on a real server.
 S3ForTests::~S3ForTests() {

@@ -33,6 +33,8 @@ class S3ForTests {
   std::unique_ptr<CachedBlobs> blobs_;
 };
 
+// A place of its own on the real server, or on a double that is started for it.
+S3Settings settings_for_tests(std::optional<S3Double>& server);
 // Parts of a megabyte, nothing is ever young.
 S3BlobOptions options_for_tests();
 // Much is tried again, and soon.

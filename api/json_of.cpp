@@ -1,0 +1,72 @@
+#include "api/json_of.h"
+
+#include <string_view>
+
+#include "api/notes.h"
+
+namespace meshgauge::api {
+namespace {
+
+Json of_witness(const std::optional<Witness>& witness) {
+  if (!witness) return nullptr;
+  return {{"point_a", json_of(witness->point_a)},
+          {"triangle_a", witness->triangle_a},
+          {"point_b", json_of(witness->point_b)},
+          {"triangle_b", witness->triangle_b}};
+}
+
+Json of_culling(const Culling& culling) {
+  return {{"triangles", culling.triangles}, {"survivors", culling.survivors}, {"rate", culling.rate()}};
+}
+
+Json of_work(const Work& work) {
+  return {{"nearest_queries", work.nearest_queries},
+          {"cache_hits", work.cache_hits},
+          {"triangle_tests", work.triangle_tests},
+          {"subdivisions", work.subdivisions},
+          {"max_depth", work.max_depth},
+          {"peak_heap", work.peak_heap}};
+}
+
+Json name_or_null(const auto& named) { return named ? Json(to_string(*named)) : Json(nullptr); }
+
+Json mismatch(const ReadNotes& notes) {
+  if (!notes.filename_says && !notes.media_type_says) return nullptr;
+  return {{"file_name", name_or_null(notes.filename_says)}, {"media_type", name_or_null(notes.media_type_says)}};
+}
+
+}  // namespace
+
+Json json_of(const Vec3& p) { return {p.x(), p.y(), p.z()}; }
+
+Json interval(double lower, double upper) { return {{"lower", lower}, {"upper", upper}}; }
+
+Json json_of(const std::optional<Directed>& directed) {
+  if (!directed) return nullptr;
+  Json json = interval(directed->bounds.lower, directed->bounds.upper);
+  json["witness"] = of_witness(directed->bounds.witness);
+  json["culling"] = of_culling(directed->culling);
+  json["work"] = of_work(directed->work);
+  return json;
+}
+
+Json json_of(const MeshFacts& facts) {
+  return {{"format", to_string(facts.format)},
+          {"format_mismatch", mismatch(facts.notes)},
+          {"unit", name_or_null(facts.notes.unit)},
+          {"bytes", facts.bytes},
+          {"sha256", facts.sha256},
+          {"vertices", facts.vertices},
+          {"triangles", facts.triangles},
+          {"degenerate", facts.degenerate},
+          {"bbox", {{"low", json_of(facts.bbox.low)}, {"high", json_of(facts.bbox.high)}}},
+          {"diagonal", facts.diagonal},
+          {"gzip", facts.notes.gzip},
+          {"polygons", facts.notes.polygons},
+          {"skipped_primitives", facts.notes.skipped_primitives},
+          {"unused_objects", facts.notes.unused_objects},
+          {"welded_vertices", facts.notes.welded_vertices},
+          {"notes", notes_of(facts)}};
+}
+
+}  // namespace meshgauge::api

@@ -1,0 +1,19 @@
+// What results and parts of results have in common, as JSON.
+#pragma once
+
+#include <optional>
+
+#include <nlohmann/json.hpp>
+
+#include "api/compare.h"
+
+namespace meshgauge::api {
+
+using Json = nlohmann::ordered_json;  // writes a number that is not finite as null
+
+Json json_of(const Vec3& p);
+Json interval(double lower, double upper);
+Json json_of(const std::optional<Directed>& directed);
+Json json_of(const MeshFacts& facts);
+
+}  // namespace meshgauge::api

@@ -1,0 +1,53 @@
+// The stores that several machines share: jobs, results and meshes' rows in PostgreSQL; blobs in S3 or in PostgreSQL,
+// with a cache of files on each machine.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "server/store/cached_blobs.h"
+#include "server/store/data_folder.h"
+#include "server/store/postgres/postgres_store.h"
+#include "server/store/stores.h"
+
+namespace meshgauge::server::store {
+
+// The settings of the same names (server/settings.h).
+struct DistributedSettings {
+  std::string database;
+  std::string blobs;  // "": in the database; or s3://BUCKET/PREFIX
+  std::string s3_endpoint;
+  std::string s3_region = "us-east-1";
+  bool s3_virtual_host = false;
+  std::uint64_t blob_cache_bytes = std::uint64_t{10} << 30;
+  std::string data_folder;  // this process's own: cache/ in it
+  std::size_t max_unrecorded = 10'000;
+  std::size_t max_connections = 8;
+  std::chrono::milliseconds patience{4000};      // PostgresSettings'
+  std::chrono::milliseconds duty_grace{15'000};  // likewise
+};
+
+class DistributedStores final : public AllStores {
+ public:
+  static Result<std::unique_ptr<DistributedStores>> open(const DistributedSettings& settings);
+
+  JobStore& jobs() override { return *store_; }
+  MeshIndex& meshes() override { return *store_; }
+  BatchStore& batches() override { return *store_; }
+  BlobStore& blobs() override { return *blobs_; }
+  PartStore* parts() override { return store_.get(); }
+  Signals* signals() override { return &store_->signals(); }
+  const std::string& data_folder() const override { return folder_.path(); }
+
+  const CachedBlobs& cached_blobs() const { return *blobs_; }
+
+ private:
+  explicit DistributedStores(DataFolder folder) : folder_(std::move(folder)) {}
+
+  DataFolder folder_;  // first in, last out: it holds the lock
+  std::unique_ptr<PostgresStore> store_;
+  std::unique_ptr<CachedBlobs> blobs_;  // may use the store's connections
+};
+
+}  // namespace meshgauge::server::store

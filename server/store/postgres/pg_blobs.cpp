@@ -1,0 +1,335 @@
+#include "server/store/postgres/pg_blobs.h"
+
+#include <algorithm>
+#include <limits>
+#include <set>
+
+#include "api/digest.h"
+
+namespace meshgauge::server::store {
+namespace {
+
+constexpr int kLonger = 5;             // of the patience: what reads or removes much
+constexpr std::int64_t kPortion = 16;  // chunks that one transaction removes
+constexpr std::int64_t kBlobsAtOnce = 1000;
+
+// Milliseconds since 1970, by the clock of the database.
+#define MESHGAUGE_PG_NOW "(extract(epoch FROM clock_timestamp()) * 1000)::int8"
+
+struct Row {
+  std::string upload;
+  std::uint64_t bytes = 0;
+};
+
+std::optional<Row> find(PgConnection& connection, const BlobKey& key) {
+  PgRows row = connection.query("SELECT upload, bytes FROM blobs WHERE owner = $1 AND id = $2", key.owner, key.id);
+  if (!row.next()) return std::nullopt;
+  return Row{row.text(0), static_cast<std::uint64_t>(row.number(1))};
+}
+
+// The sums of an owner are locked before its blobs, everywhere.
+void lock_sum(PgConnection& connection, const std::string& owner) {
+  connection.query("INSERT INTO blob_bytes VALUES ($1, 0) ON CONFLICT DO NOTHING", owner);
+  connection.query("SELECT bytes FROM blob_bytes WHERE owner = $1 FOR UPDATE", owner);
+}
+
+void add_to_sum(PgConnection& connection, const std::string& owner, std::int64_t bytes) {
+  connection.query("UPDATE blob_bytes SET bytes = bytes + $2 WHERE owner = $1", owner, bytes);
+}
+
+void make_garbage(PgConnection& connection, const std::string& upload) {
+  connection.query("INSERT INTO blob_uploads VALUES ($1, 0) ON CONFLICT (upload) DO UPDATE SET begun = 0", upload);
+}
+
+bool holds(PgConnection& connection, const Row& row, const std::vector<std::string>& digests) {
+  PgRows stored = connection.query(
+      "SELECT encode(sha256(bytes), 'hex') FROM blob_chunks WHERE upload = $1 ORDER BY position", row.upload);
+  std::size_t chunk = 0;
+  for (; stored.next(); ++chunk) {
+    if (chunk == digests.size() || stored.bytes(0) != digests[chunk]) return false;
+  }
+  return chunk == digests.size();
+}
+
+bool renew_row(PgConnection& connection, const BlobKey& key, const std::string& upload) {
+  return connection
+             .query("UPDATE blobs SET renewed = greatest(renewed, " MESHGAUGE_PG_NOW
+                    ") WHERE owner = $1 AND id = $2 AND upload = $3",
+                    key.owner, key.id, upload)
+             .changed() == 1;
+}
+
+// The upload becomes the blob, in the place of one that is damaged; or is garbage, because another one was faster.
+BlobPut settle(PgConnection& connection, const BlobKey& key, const std::string& upload, std::uint64_t bytes,
+               const std::string& damaged) {
+  PgTransaction transaction(connection);
+  lock_sum(connection, key.owner);
+  const std::optional<Row> there = find(connection, key);
+  if (there && there->upload == upload) return BlobPut::created;  // an earlier try's commit was not heard of
+  BlobPut put = BlobPut::created;
+  if (there && there->upload != damaged) {
+    make_garbage(connection, upload);
+    renew_row(connection, key, there->upload);
+    put = BlobPut::existed;
+  } else {
+    if (there) make_garbage(connection, there->upload);
+    connection.query(
+        "INSERT INTO blobs (owner, id, bytes, upload, renewed) VALUES ($1, $2, $3, $4, " MESHGAUGE_PG_NOW
+        ") ON CONFLICT (owner, id) DO UPDATE SET bytes = excluded.bytes, upload = excluded.upload, renewed "
+        "= excluded.renewed",
+        key.owner, key.id, bytes, upload);
+    connection.query("DELETE FROM blob_uploads WHERE upload = $1", upload);
+    add_to_sum(connection, key.owner,
+               static_cast<std::int64_t>(bytes) - static_cast<std::int64_t>(there ? there->bytes : 0));
+  }
+  transaction.commit();
+  return put;
+}
+
+// Its chunks are garbage then. Nothing: there is none, or it is younger.
+std::optional<std::string> remove_row(PgConnection& connection, const BlobKey& key,
+                                      std::optional<std::chrono::seconds> older_than) {
+  PgTransaction transaction(connection);
+  lock_sum(connection, key.owner);
+  const std::optional<std::int64_t> age_ms =
+      older_than ? std::optional<std::int64_t>(std::chrono::milliseconds(*older_than).count()) : std::nullopt;
+  PgRows row = connection.query(
+      "DELETE FROM blobs WHERE owner = $1 AND id = $2 AND ($3::int8 IS NULL OR renewed <= " MESHGAUGE_PG_NOW
+      " - $3) RETURNING upload, bytes",
+      key.owner, key.id, age_ms);
+  if (!row.next()) return std::nullopt;
+  const std::string upload = row.text(0);
+  add_to_sum(connection, key.owner, -row.number(1));
+  make_garbage(connection, upload);
+  transaction.commit();
+  return upload;
+}
+
+std::vector<BlobKey> older_blobs(PgConnection& connection, std::chrono::seconds older_than, const BlobKey& after) {
+  PgRows row =
+      connection.query("SELECT owner, id FROM blobs WHERE (owner, id) > ($1, $2) AND renewed <= " MESHGAUGE_PG_NOW
+                       " - $3 ORDER BY owner, id LIMIT $4",
+                       after.owner, after.id, std::chrono::milliseconds(older_than).count(), kBlobsAtOnce);
+  std::vector<BlobKey> keys;
+  while (row.next()) keys.push_back({row.text(0), row.text(1)});
+  return keys;
+}
+
+Error gone_while_read() {
+  return {ErrorCode::storage_unavailable, "the stored mesh was removed while it was read", "", ""};
+}
+
+}  // namespace
+
+Result<BlobPut> PgBlobs::put(const BlobKey& key, std::span<const std::byte> bytes) {
+  return put(key, ByteSource(bytes));
+}
+
+Result<BlobPut> PgBlobs::put(const BlobKey& key, int file, std::uint64_t size) {
+  return put(key, ByteSource(file, size));
+}
+
+// Of each chunk. `right`: whether they are those of the blob.
+Result<std::vector<std::string>> PgBlobs::digests(const BlobKey& key, const ByteSource& source, bool& right) {
+  api::Sha256 whole;
+  std::vector<std::string> digests;
+  for (std::uint64_t offset = 0; offset < source.size(); offset += kChunk) {
+    auto digest = source.part(offset, std::min<std::uint64_t>(kChunk, source.size() - offset)).sha256_hex(&whole);
+    if (!digest) return digest.error();
+    digests.push_back(*std::move(digest));
+  }
+  right = whole.hex() == key.id;
+  return digests;
+}
+
+Result<BlobPut> PgBlobs::put(const BlobKey& key, const ByteSource& source) {
+  bool right = false;
+  const Result<std::vector<std::string>> wanted = digests(key, source, right);
+  if (!wanted) return wanted.error();
+  if (!right) return BlobPut::other_digest;
+  std::string damaged;
+  const Result<bool> renewed = pool_.run(
+      Promise::durable,
+      [&](PgConnection& connection) {
+        const std::optional<Row> there = find(connection, key);
+        if (!there) return false;
+        if (there->bytes == source.size() && holds(connection, *there, *wanted)) {
+          return renew_row(connection, key, there->upload);
+        }
+        damaged = there->upload;
+        return false;
+      },
+      kLonger);
+  if (!renewed) return renewed.error();
+  if (*renewed) return BlobPut::existed;
+  return put_anew(key, source, damaged);
+}
+
+Result<BlobPut> PgBlobs::put_anew(const BlobKey& key, const ByteSource& source, const std::string& damaged) {
+  const std::string upload = api::random_id();
+  const Result<std::string> digest = send(key, source, upload);
+  Result<BlobPut> put = BlobPut::other_digest;
+  if (!digest) {
+    put = digest.error();
+  } else if (*digest == key.id) {
+    put = pool_.run(Promise::durable,
+                    [&](PgConnection& connection) { return settle(connection, key, upload, source.size(), damaged); });
+  }
+  // What became no blob goes now if it can, else later. An error may hide a commit, so only what is known to be none.
+  if (put && *put != BlobPut::created) static_cast<void>(remove_chunks(upload));
+  if (put && *put == BlobPut::created && !damaged.empty()) static_cast<void>(remove_chunks(damaged));
+  return put;
+}
+
+// The digest of what was sent.
+Result<std::string> PgBlobs::send(const BlobKey&, const ByteSource& source, const std::string& upload) {
+  const auto begun = pool_.run(Promise::fleeting, [&](PgConnection& connection) {
+    connection.query("INSERT INTO blob_uploads VALUES ($1, " MESHGAUGE_PG_NOW ") ON CONFLICT DO NOTHING", upload);
+    return Done{};
+  });
+  if (!begun) return begun.error();
+  api::Sha256 digest;
+  std::vector<std::byte> buffer(std::min<std::uint64_t>(kChunk, source.size()));
+  std::int64_t position = 0;
+  for (std::uint64_t offset = 0; offset < source.size(); offset += kChunk, ++position) {
+    const auto wanted = std::min<std::uint64_t>(kChunk, source.size() - offset);
+    const Result<std::size_t> read = source.read(offset, std::span(buffer).first(wanted));
+    if (!read) return read.error();
+    const std::span<const std::byte> piece = std::span(buffer).first(*read);
+    digest.update(piece);
+    // None of these commits waits for a disk: the one that makes them a blob waits for all.
+    const auto sent = pool_.run(Promise::fleeting, [&](PgConnection& connection) {
+      connection.query(
+          "WITH stored AS (INSERT INTO blob_chunks VALUES ($1, $2, $3) ON CONFLICT DO NOTHING RETURNING 1) SELECT "
+          "set_config('synchronous_commit', 'off', true) FROM stored",
+          upload, position, piece);
+      return Done{};
+    });
+    if (!sent) return sent.error();
+  }
+  return digest.hex();
+}
+
+Result<bool> PgBlobs::fetch(const BlobKey& key, const Take& take) {
+  const auto row = pool_.run(Promise::fleeting, [&](PgConnection& connection) { return find(connection, key); });
+  if (!row) return row.error();
+  if (!*row) return false;
+  std::uint64_t fetched = 0;
+  for (std::int64_t position = 0; fetched < (*row)->bytes; ++position) {
+    const Result<std::string> chunk = pool_.run(Promise::fleeting, [&](PgConnection& connection) {
+      PgRows found = connection.query("SELECT bytes FROM blob_chunks WHERE upload = $1 AND position = $2",
+                                      (*row)->upload, position);
+      return found.next() ? found.text(0) : std::string();
+    });
+    if (!chunk) return chunk.error();
+    if (chunk->empty()) return gone_while_read();
+    const Result<Done> taken = take(std::as_bytes(std::span(*chunk)));
+    if (!taken) return taken.error();
+    fetched += chunk->size();
+  }
+  return true;
+}
+
+Result<bool> PgBlobs::exists(const BlobKey& key) {
+  return pool_.run(Promise::fleeting, [&](PgConnection& connection) { return find(connection, key).has_value(); });
+}
+
+Result<bool> PgBlobs::renew(const BlobKey& key) {
+  return pool_.run(Promise::durable, [&](PgConnection& connection) {
+    const std::optional<Row> there = find(connection, key);
+    return there && renew_row(connection, key, there->upload);
+  });
+}
+
+Result<bool> PgBlobs::remove(const BlobKey& key) { return remove(key, std::nullopt); }
+
+Result<bool> PgBlobs::remove(const BlobKey& key, std::optional<std::chrono::seconds> older_than) {
+  const auto upload =
+      pool_.run(Promise::durable, [&](PgConnection& connection) { return remove_row(connection, key, older_than); });
+  if (!upload) return upload.error();
+  if (!*upload) return false;
+  static_cast<void>(remove_chunks(**upload));  // else later
+  return true;
+}
+
+// Of an upload that is garbage.
+Result<Done> PgBlobs::remove_chunks(const std::string& upload) {
+  while (true) {
+    const auto removed = pool_.run(
+        Promise::fleeting,
+        [&](PgConnection& connection) {
+          const std::uint64_t chunks =
+              connection
+                  .query(
+                      "DELETE FROM blob_chunks WHERE upload = $1 AND position IN (SELECT position FROM blob_chunks "
+                      "WHERE upload = $1 LIMIT $2)",
+                      upload, kPortion)
+                  .changed();
+          if (chunks == 0) connection.query("DELETE FROM blob_uploads WHERE upload = $1", upload);
+          return chunks;
+        },
+        kLonger);
+    if (!removed) return removed.error();
+    if (*removed == 0) return Done{};
+  }
+}
+
+Result<Done> PgBlobs::remove_garbage() {
+  const auto uploads = pool_.run(Promise::fleeting, [&](PgConnection& connection) {
+    PgRows row = connection.query("SELECT upload FROM blob_uploads WHERE begun <= " MESHGAUGE_PG_NOW " - $1",
+                                  std::chrono::milliseconds(kAbandoned).count());
+    std::vector<std::string> found;
+    while (row.next()) found.push_back(row.text(0));
+    return found;
+  });
+  if (!uploads) return uploads.error();
+  for (const std::string& upload : *uploads) {
+    Result<Done> removed = remove_chunks(upload);
+    if (!removed) return removed;
+  }
+  return Done{};
+}
+
+Result<std::uint64_t> PgBlobs::remove_unused(std::span<const BlobKey> used, std::chrono::seconds older_than,
+                                             const Guard&) {
+  std::set<std::pair<std::string_view, std::string_view>> kept;
+  for (const BlobKey& key : used) kept.emplace(key.owner, key.id);
+  std::uint64_t removed = 0;
+  BlobKey after;
+  while (true) {
+    const auto keys = pool_.run(
+        Promise::fleeting, [&](PgConnection& connection) { return older_blobs(connection, older_than, after); },
+        kLonger);
+    if (!keys) return keys.error();
+    if (keys->empty()) break;
+    for (const BlobKey& key : *keys) {
+      if (kept.contains({key.owner, key.id})) continue;
+      const Result<bool> gone = remove(key, older_than);
+      if (!gone) return gone.error();
+      if (*gone) ++removed;
+    }
+    after = keys->back();
+  }
+  const Result<Done> cleared = remove_garbage();
+  if (!cleared) return cleared.error();
+  return removed;
+}
+
+Result<std::uint64_t> PgBlobs::stored_bytes(const std::string& owner) {
+  return pool_.run(Promise::fleeting, [&](PgConnection& connection) {
+    PgRows row = connection.query("SELECT bytes FROM blob_bytes WHERE owner = $1", owner);
+    return row.next() ? static_cast<std::uint64_t>(row.number(0)) : std::uint64_t{0};
+  });
+}
+
+Result<std::uint64_t> PgBlobs::free_bytes() { return std::numeric_limits<std::uint64_t>::max(); }
+
+Result<Done> PgBlobs::check() {
+  return pool_.run(Promise::durable, [](PgConnection& connection) {
+    connection.query("INSERT INTO checks VALUES ('blobs', " MESHGAUGE_PG_NOW
+                     ") ON CONFLICT (process) DO UPDATE SET at = excluded.at");
+    return Done{};
+  });
+}
+
+}  // namespace meshgauge::server::store

@@ -1,0 +1,150 @@
+#include "server/worker/run.h"
+
+#include <unistd.h>
+
+#include <array>
+#include <condition_variable>
+#include <limits>
+#include <mutex>
+#include <thread>
+
+#include "api/digest.h"
+#include "server/heap.h"
+#include "server/jobs/upkeep.h"
+#include "server/log.h"
+#include "server/open_stores.h"
+#include "server/wiring.h"
+#include "server/worker/status_port.h"
+#include "server/worker/worker.h"
+
+namespace meshgauge::server {
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr milliseconds kTick{50};
+constexpr std::size_t kOpeners = 4;  // meshes come from elsewhere: these wait for a network, not for a processor
+
+// This process alone, now and later; the name of its machine is for who reads the database.
+std::string worker_name() {
+  std::array<char, 256> host{};
+  ::gethostname(host.data(), host.size() - 1);
+  return std::string(host.data()) + "/" + api::random_id();
+}
+
+WorkerOptions options_of(const Settings& settings) {
+  WorkerOptions options;
+  options.name = worker_name();
+  options.lease = milliseconds(settings.lease_ms);
+  options.heartbeat = milliseconds(settings.heartbeat_ms);
+  options.openers = kOpeners;
+  options.ended = [how = settings.log_requests](const JobView& job) {
+    const bool failed = job.row.state == store::JobState::failed;
+    if (how == "all" || (how == "problems" && failed)) log_job(job);
+  };
+  return options;
+}
+
+// Once a second, beside everything else: it may have to wait for the database.
+class UpkeepThread {
+ public:
+  explicit UpkeepThread(Upkeep& upkeep) : thread_([this, &upkeep] { run(upkeep); }) {}
+  ~UpkeepThread() {
+    {
+      const std::lock_guard lock(mutex_);
+      ending_ = true;
+    }
+    wake_.notify_all();
+    thread_.join();
+  }
+  UpkeepThread(const UpkeepThread&) = delete;
+  UpkeepThread& operator=(const UpkeepThread&) = delete;
+
+ private:
+  void run(Upkeep& upkeep) {
+    std::unique_lock lock(mutex_);
+    while (!wake_.wait_for(lock, std::chrono::seconds(1), [this] { return ending_; })) {
+      lock.unlock();
+      upkeep.tick();
+      lock.lock();
+    }
+  }
+
+  std::mutex mutex_;
+  std::condition_variable wake_;
+  bool ending_ = false;
+  std::thread thread_;
+};
+
+void hear(Worker& worker, const store::Signal& signal) {
+  using Kind = store::Signal::Kind;
+  if (signal.kind == Kind::cancel) return worker.cancel(signal.job);
+  if (signal.kind == Kind::work || signal.kind == Kind::missed) worker.wake();
+}
+
+void watch_levels(Metrics& metrics, const Settings& settings, const Worker& worker) {
+  metrics.watch(Level::jobs_running, [&worker] { return static_cast<double>(worker.running()); });
+  metrics.watch(Level::workers, [n = settings.workers] { return static_cast<double>(n); });
+}
+
+// What runs may end within the grace; what does not goes back.
+void leave(Worker& worker, milliseconds grace) {
+  worker.drain();
+  const auto end = Clock::now() + grace;
+  while (worker.held() > 0 && Clock::now() < end && signalled_within(kTick) != Signal::end) continue;
+  worker.stop();
+}
+
+}  // namespace
+
+Result<Done> run_worker_until_signal(const Settings& settings, const std::vector<std::string>& parser) {
+  if (!is_distributed(settings)) {
+    return Error{ErrorCode::invalid_request,
+                 "a worker needs a --database that it shares with front ends (MESHGAUGE_DATABASE); without one "
+                 "`meshgauge serve` does all by itself",
+                 "", ""};
+  }
+  block_signals();
+  limit_arenas(static_cast<unsigned>(settings.workers));
+  sandbox::Pool pool(pool_settings(settings, parser), [](const std::string& detail) { log_event("sandbox", detail); });
+  const auto lacks = pool.start();
+  if (!lacks) return lacks.error();
+  auto opened = open_stores(settings);
+  if (!opened) return opened.error();
+  MeshCache cache(settings.max_cache_bytes);
+  const Stores stores{(*opened)->jobs(), (*opened)->meshes(), (*opened)->blobs(), cache, nullptr, (*opened)->signals()};
+  Metrics metrics;
+  Troubles troubles(metrics);
+  ThreadBudget threads(settings.workers);
+  const Measuring measuring(settings, comparing_by(fetching_by(pool, cache)), metrics, threads, stores.jobs);
+  Scheduler scheduler({settings.workers, 0, std::numeric_limits<std::size_t>::max()});
+  Worker worker(settings, stores, measuring, scheduler, nullptr, metrics, options_of(settings));
+  Readiness readiness;
+  readiness.watch_stores(stores);
+  readiness.watch("sandbox", [&pool] { return defect_of(pool); });
+  metrics.watch_sandbox([&pool] { return pool.counters(); });
+  watch_cache(metrics, cache, settings.max_cache_bytes);
+  watch_levels(metrics, settings, worker);
+  StatusPort status(settings, metrics, readiness);
+  const auto port = status.start();
+  if (!port) return port.error();
+  for (const std::string& lack : *lacks) log_event("sandbox", lack);
+  Upkeep upkeep(settings, stores, troubles);
+  const UpkeepThread upkeep_thread(upkeep);
+  stores.signals->listen([&worker](const store::Signal& signal) { hear(worker, signal); });
+  worker.start();
+  log_listening(settings.host + ":" + std::to_string(*port), settings.simd);
+  while (status.listening() && signalled_within(kTick) != Signal::end) continue;
+  const bool failed = !status.listening();  // then a supervisor is to start the worker anew
+  status.refuse();
+  log_event("stopping", failed ? "the listening socket failed" : "nothing more is claimed");
+  leave(worker, milliseconds(settings.grace_ms));
+  stores.signals->stop_listening();
+  log_event("sandbox", to_string(pool.counters()));
+  log_event("stopped",
+            worker.held() == 0 ? "the store knows of every job" : "what the store was not told it finds later");
+  if (failed) return Error{ErrorCode::internal, "the listening socket failed", "", ""};
+  return Done{};
+}
+
+}  // namespace meshgauge::server

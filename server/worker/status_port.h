@@ -1,0 +1,47 @@
+// Where a worker tells how it is, and nothing else: /healthz, /readyz and /metrics, under the rules of the service.
+#pragma once
+
+#include <atomic>
+#include <optional>
+#include <thread>
+
+#include "server/access/access.h"
+#include "server/access/entrance.h"
+#include "server/http_guard.h"
+#include "server/observe/metrics.h"
+#include "server/readiness.h"
+#include "server/router.h"
+#include "server/settings.h"
+#include "server/tls.h"
+
+namespace meshgauge::server {
+
+class StatusPort {
+ public:
+  // Borrows the last two.
+  StatusPort(const Settings& settings, Metrics& metrics, Readiness& readiness);
+  ~StatusPort();
+  StatusPort(const StatusPort&) = delete;
+  StatusPort& operator=(const StatusPort&) = delete;
+
+  // Listens and answers on threads of its own; returns the port. An Error says why it cannot.
+  Result<int> start();
+
+  bool listening() const { return !ended_.load(); }
+  void refuse() { refusing_.store(true); }  // it is not ready any more, and does not come to be
+
+ private:
+  const Settings settings_;
+  Metrics& metrics_;
+  Readiness& readiness_;
+  Access access_;
+  const Entrance entrance_;
+  std::optional<Tls> tls_;
+  Router router_;
+  HttpGuard guard_;
+  std::atomic<bool> refusing_{false};
+  std::atomic<bool> ended_{true};
+  std::thread listener_;
+};
+
+}  // namespace meshgauge::server

@@ -1,0 +1,111 @@
+// Workers that the store thinks dead, and a store that is away.
+#include <nlohmann/json.hpp>
+
+#include "bench_of_workers.h"
+
+using namespace meshgauge;
+using namespace meshgauge::server;
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+using store::got;
+using store::JobState;
+
+namespace {
+
+// As the upkeep of whoever is on duty.
+void take_from_all(Kept& kept) {
+  const auto now = store::now();
+  got(kept.embedded.jobs().recover("", "its worker went away", {now, now + seconds(60)}));
+}
+
+// One that was stopped past its lease: it tells nothing, and hears nothing.
+WorkerOptions silent(const std::string& name) {
+  auto options = options_of(name);
+  options.heartbeat = std::chrono::hours(1);
+  options.progress = std::chrono::hours(1);
+  return options;
+}
+
+}  // namespace
+
+TEST_CASE("worker: who was thought dead has its result refused, and another's stands") {
+  Kept kept;
+  Stand late;
+  Stand quick;
+  quick.released = true;
+  const auto key = put_job(kept, job_named("contested"));
+  WorkerBench stopped(kept.stores(), late.compare(), silent("stopped"));
+  stopped.worker.start();
+  REQUIRE(eventually([&] { return late.running == 1; }));
+  take_from_all(kept);
+  // Its own next claim must not be quicker.
+  stopped.worker.drain();
+  WorkerBench other(kept.stores(), quick.compare(), options_of("other"));
+  other.worker.start();
+  REQUIRE(eventually([&] { return has_state(kept, key, JobState::done); }));
+  const auto row = row_of(kept, key);
+  late.released = true;
+  REQUIRE(eventually([&] { return stopped.worker.held() == 0; }));
+  CHECK(stopped.metric("meshgauge_worker_leases_lost_total") == 1);
+  const auto after = row_of(kept, key);
+  CHECK(after.tries == 2);
+  CHECK(after.document == row.document);
+  CHECK(after.finished == row.finished);
+}
+
+TEST_CASE("worker: who hears that a job is not its own any more ends it, and tells nothing of it") {
+  Kept kept;
+  Stand stand;
+  const auto key = put_job(kept, job_named("lost"));
+  WorkerBench bench(kept.stores(), stand.compare(), options_of("w"));
+  bench.worker.start();
+  REQUIRE(eventually([&] { return stand.running == 1; }));
+  const auto now = store::now();
+  got(kept.embedded.jobs().recover("", "its worker went away", {now, now + seconds(60)}));
+  REQUIRE(eventually([&] { return bench.metric("meshgauge_worker_leases_lost_total") == 1; }));
+  REQUIRE(eventually([&] { return stand.running == 2; }));  // it has claimed it again
+  CHECK(row_of(kept, key).tries == 2);
+  CHECK(row_of(kept, key).last_error == "its worker went away");
+  stand.released = true;
+  REQUIRE(eventually([&] { return has_state(kept, key, JobState::done); }));
+}
+
+TEST_CASE("worker: it goes on while the store is away, and delivers afterwards") {
+  Kept kept;
+  Stand stand;
+  std::vector<store::JobKey> keys;
+  for (int i = 0; i < 10; ++i) keys.push_back(put_job(kept, job_named("j" + std::to_string(i), "batch")));
+  WorkerBench bench(kept.stores(), stand.compare(), options_of("w"));
+  bench.worker.start();
+  REQUIRE(eventually([&] { return stand.running == 1 && bench.worker.held() == 10; }));
+  kept.jobs.full = true;
+  stand.released = true;
+  REQUIRE(eventually([&] { return stand.running == 10 && bench.worker.deliveries_waiting() == 10; }));
+  CHECK(bench.worker.held() == 10);
+  CHECK(bench.metric("meshgauge_worker_deliveries_waiting") == 10);
+  REQUIRE(eventually([&] { return kept.jobs.unfinished > 0; }));
+  kept.jobs.full = false;
+  bench.worker.wake();
+  for (const auto& key : keys) REQUIRE(eventually([&] { return has_state(kept, key, JobState::done); }));
+  CHECK(stand.running == 10);
+  const auto later = put_job(kept, job_named("later"));
+  CHECK(eventually([&] { return has_state(kept, later, JobState::done); }));
+}
+
+TEST_CASE("worker: who stops while the store is away does not wait for ever, and the job is found later") {
+  Kept kept;
+  Stand stand;
+  const auto key = put_job(kept, job_named("long"));
+  {
+    WorkerBench bench(kept.stores(), stand.compare(), options_of("w"));
+    bench.worker.start();
+    REQUIRE(eventually([&] { return stand.running == 1; }));
+    kept.jobs.full = true;
+    bench.worker.stop(milliseconds(50));
+    CHECK(bench.worker.held() == 1);
+  }
+  kept.jobs.full = false;
+  CHECK(row_of(kept, key).state == JobState::running);
+  take_from_all(kept);
+  CHECK(row_of(kept, key).state == JobState::queued);
+}
