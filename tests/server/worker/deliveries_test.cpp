@@ -76,8 +76,7 @@ TEST_CASE("deliveries: one whose job is another worker's is refused, the others 
   deliveries.add(done(lost));
   deliveries.add(done(mine));
   REQUIRE(deliveries.wait_until_empty(Deliveries::Clock::now() + kLong));
-  CHECK(delivered.all ==
-        std::vector<std::pair<std::string, How>>{{"lost", How::refused}, {"mine", How::stored}});
+  CHECK(delivered.all == std::vector<std::pair<std::string, How>>{{"lost", How::refused}, {"mine", How::stored}});
   CHECK(has_state(kept, lost->live->key, JobState::queued));
 }
 
