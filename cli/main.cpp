@@ -15,6 +15,7 @@ int run(int argc, char** argv) {
   meshgauge::cli::add_check(app, exit_code);
   meshgauge::cli::add_serve(app, exit_code);
   meshgauge::cli::add_worker(app, exit_code);
+  meshgauge::cli::add_migrate(app, exit_code);
   meshgauge::cli::add_health(app, exit_code);
   meshgauge::cli::add_keys(app, exit_code);
   meshgauge::cli::add_sandbox(app, exit_code, argv);

@@ -123,7 +123,7 @@ void Service::watch_levels() {
     watch(Level::store_queue_depth, [this] { return jobs_.store_queue().waiting; });
     watch(Level::store_oldest_waiting_seconds, [this] { return jobs_.store_queue().oldest_seconds; });
   }
-  watch(Level::disk_free_bytes, [this] { return free_bytes(); });
+  if (!stores_.shared()) watch(Level::disk_free_bytes, [this] { return free_bytes(); });  // else nobody knows
 }
 
 void Service::check_ready(Exchange& exchange) {

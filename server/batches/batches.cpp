@@ -112,18 +112,23 @@ std::optional<store::Batch> Batches::find(Exchange& exchange) {
   return std::move(*batch);
 }
 
-std::string Batches::document(const store::Batch& batch) {
-  const auto failures = batches_.batch_rows(batch.key, BatchStore::Rows::failures_first, 0, kFailuresShown);
-  if (!failures) throw std::runtime_error(failures.error().message);
-  return to_json(batch, *failures, kept_);
+Result<std::string> Batches::document(const store::Batch& batch) {
+  const store::BatchCounts& counts = batch.counts;
+  std::vector<store::BatchRow> failures;
+  if (counts.fail + counts.undecided + counts.failed + counts.cancelled > 0) {
+    auto rows = batches_.batch_rows(batch.key, BatchStore::Rows::failures_first, 0, kFailuresShown);
+    if (!rows) return rows.error();
+    failures = std::move(*rows);
+  }
+  return to_json(batch, failures, kept_);
 }
 
 void Batches::send(Exchange& exchange, const store::Batch& batch, int status) {
-  const auto failures = batches_.batch_rows(batch.key, BatchStore::Rows::failures_first, 0, kFailuresShown);
-  if (!failures) return answer(exchange, api::to_problem(failures.error()));
+  auto told = document(batch);
+  if (!told) return answer(exchange, api::to_problem(told.error()));
   exchange.response.status = status;
   exchange.response.content_type = "application/json";
-  exchange.response.body = to_json(batch, *failures, kept_);
+  exchange.response.body = std::move(*told);
 }
 
 void Batches::get(Exchange& exchange) {
@@ -173,8 +178,9 @@ void Batches::events(Exchange& exchange) {
     const auto batch = batches_.get_batch(key);
     if (!batch) return true;  // it may pass
     if (!*batch || (*batch)->finished) {
-      piece = event("end", *batch ? document(**batch) : "null");
-      return false;
+      const auto last = *batch ? document(**batch) : Result<std::string>("null");
+      if (last) piece = event("end", *last);
+      return !last.ok();
     }
     std::string progress = progress_json(**batch);
     if (progress == told) return true;

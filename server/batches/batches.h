@@ -45,7 +45,7 @@ class Batches {
   std::optional<api::Problem> admit();
   void insert(Exchange& exchange, const std::string& idempotency_key, BatchReceiver& receiver, bool repeats);
   std::optional<store::Batch> find(Exchange& exchange);  // nullopt: the exchange is answered
-  std::string document(const store::Batch& batch);
+  Result<std::string> document(const store::Batch& batch);
   void send(Exchange& exchange, const store::Batch& batch, int status);
   std::shared_ptr<const void> take_seat(Exchange& exchange);  // null: the exchange is answered
   void stream_rows(Exchange& exchange, std::string head, std::function<std::string(const store::BatchRow&)> line,

@@ -19,8 +19,8 @@ std::variant<StorageHold, Denial> hold_storage(Access& access, store::BlobStore&
 // At once, so that nobody's deleted bytes fill the disk until the next sweep.
 Result<bool> remove_if_unreferenced(const Stores& stores, const store::BlobKey& key);
 
-// What a comparison of this owner does not refer to any more. In shared stores it stays until a sweep finds it old:
-// another process may be about to refer to the same bytes, and nobody here would know.
+// What a comparison of this owner does not refer to any more. Nothing in shared stores, where each look is several
+// messages to others: the front end that was sent a mesh with a comparison removes it (remote_runner.h), or a sweep.
 void release_blobs(const Stores& stores, Troubles& troubles, const std::string& owner, const std::string& a,
                    const std::string& b);
 

@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "server/jobs/kept_blobs.h"
+
 namespace meshgauge::server {
 namespace {
 
@@ -21,9 +23,11 @@ RemoteRunner::RemoteRunner(const Settings& settings, Stores stores, Metrics& met
     : settings_(settings),
       stores_(stores),
       metrics_(metrics),
+      troubles_(troubles),
       scheduler_(scheduler),
       queue_(stores.jobs, troubles),
-      watcher_(stores.jobs, *stores.signals, troubles, metrics, seconds(settings.result_ttl_s)) {}
+      watcher_(stores.jobs, *stores.signals, troubles, metrics,
+               {seconds(settings.result_ttl_s), [this](const LiveJob& job) { ended(job); }}) {}
 
 // The slot of a durable one is held until it is in the store, and counts there from then on.
 std::optional<Scheduler::Slot> RemoteRunner::admit(Scheduler::Kind kind) {
@@ -80,6 +84,27 @@ std::optional<Problem> RemoteRunner::give_up(const LiveJob& job) const {
   if (LiveJob::Clock::now() < job.submitted + job.request.timeout + late) return std::nullopt;
   if (!there) return Problem{ProblemKind::storage_unavailable, "the store is out of order, and the time is over", {}};
   return Problem{ProblemKind::out_of_time, "the time was over before a worker was through", {}};
+}
+
+void RemoteRunner::ended(const LiveJob& job) {
+  const std::lock_guard lock(mutex_);
+  for (const MeshSource* source : {&job.a, &job.b}) {
+    if (!source->id.empty() && !source->kept) unneeded_.push_back({job.key.owner, source->id});
+  }
+}
+
+// What the store is not there to be asked about is for a sweep.
+void RemoteRunner::tick() {
+  std::vector<store::BlobKey> unneeded;
+  {
+    const std::lock_guard lock(mutex_);
+    unneeded.swap(unneeded_);
+  }
+  for (const store::BlobKey& key : unneeded) {
+    const auto removed = remove_if_unreferenced(stores_, key);
+    troubles_.note(removed);
+    if (!removed) return;
+  }
 }
 
 }  // namespace meshgauge::server

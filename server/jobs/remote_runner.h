@@ -1,6 +1,11 @@
 // Comparisons run by workers that share this process's stores: all go through the store's queue, awaited ones with a
 // deadline, and are watched until their end. The scheduler here counts the clients that wait.
+//
+// Meshes that came with a comparison are removed within a second of its end, unless something else refers to them.
 #pragma once
+
+#include <mutex>
+#include <vector>
 
 #include "server/jobs/runner.h"
 #include "server/jobs/store_queue.h"
@@ -32,15 +37,20 @@ class RemoteRunner final : public Runner {
   bool abandon(const std::shared_ptr<LiveJob>& job) override;
   std::optional<api::Problem> give_up(const LiveJob& job) const override;
   void look() override {}  // the store tells the workers
-  void tick() override {}
+  void tick() override;
   void drain() override {}
   void stop() override { watcher_.stop(); }
 
  private:
+  void ended(const LiveJob& job);
+
   const Settings settings_;
   const Stores stores_;
   Metrics& metrics_;
+  Troubles& troubles_;
   Scheduler& scheduler_;
+  std::mutex mutex_;                      // guards what follows
+  std::vector<store::BlobKey> unneeded_;  // by what has ended here
   StoreQueue queue_;
   Watcher watcher_;
 };

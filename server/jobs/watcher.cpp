@@ -18,8 +18,8 @@ constexpr std::size_t kMostAtOnce = 500;   // rows of one question
 
 }  // namespace
 
-Watcher::Watcher(store::JobStore& jobs, store::Signals& signals, Troubles& troubles, Metrics& metrics, seconds keep)
-    : jobs_(jobs), signals_(signals), troubles_(troubles), metrics_(metrics), keep_(keep) {
+Watcher::Watcher(store::JobStore& jobs, store::Signals& signals, Troubles& troubles, Metrics& metrics, Options options)
+    : jobs_(jobs), signals_(signals), troubles_(troubles), metrics_(metrics), options_(std::move(options)) {
   thread_ = std::thread([this] { watch_on(); });
   signals_.listen([this](const store::Signal& signal) { hear(signal); });
 }
@@ -186,6 +186,7 @@ void Watcher::tell(const std::shared_ptr<LiveJob>& job, const store::Job* row) {
     const std::lock_guard lock(mutex_);
     watched_.erase(job->key.id);
   }
+  if (options_.ended) options_.ended(*job);
   job->give_places_back();  // before anybody is told: who has an answer may come again
   job->ended(std::move(last));
 }
@@ -206,7 +207,7 @@ void Watcher::cancel_left() {
 // False: the store could not be told.
 bool Watcher::cancelled(LiveJob& job) {
   const auto now = jobs_.time();
-  const auto state = jobs_.request_cancel(job.key, {now, now + keep_});
+  const auto state = jobs_.request_cancel(job.key, {now, now + options_.keep});
   troubles_.note(state);
   if (!state) return false;
   if (*state == JobState::cancelled) metrics_.job_cancelled_early(job.request.options.strategy);

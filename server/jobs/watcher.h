@@ -7,6 +7,7 @@
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
+#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -26,9 +27,13 @@ namespace meshgauge::server {
 
 class Watcher {
  public:
-  // Borrows all but the last: how long a job is kept that is cancelled here. Listens until its end.
-  Watcher(store::JobStore& jobs, store::Signals& signals, Troubles& troubles, Metrics& metrics,
-          std::chrono::seconds keep);
+  struct Options {
+    std::chrono::seconds keep{86'400};                    // a job that is cancelled here
+    std::function<void(const LiveJob&)> ended = nullptr;  // told of each end that is seen; quick
+  };
+
+  // Borrows all but the options. Listens until its end.
+  Watcher(store::JobStore& jobs, store::Signals& signals, Troubles& troubles, Metrics& metrics, Options options);
   ~Watcher();
   Watcher(const Watcher&) = delete;
   Watcher& operator=(const Watcher&) = delete;
@@ -72,7 +77,7 @@ class Watcher {
   store::Signals& signals_;
   Troubles& troubles_;
   Metrics& metrics_;
-  const std::chrono::seconds keep_;
+  const Options options_;
   std::mutex mutex_;                            // guards what follows
   std::map<std::string, Watched> watched_;      // by id
   std::set<std::string> changed_;               // ids of some of them

@@ -11,6 +11,7 @@
 #include <thread>
 #include <vector>
 
+#include "api/digest.h"
 #include "server/store/job_store.h"
 
 namespace meshgauge::server::store {
@@ -38,7 +39,15 @@ inline NewJob new_job(const std::string& owner, const std::string& id) {
   return job;
 }
 
-inline std::string usual_document() { return std::string(2500, 'd'); }
+// Of digits that a database cannot press together.
+inline const std::string& usual_document() {
+  static const std::string document = [] {
+    std::string digits;
+    while (digits.size() < 2500) digits += api::random_id();
+    return digits;
+  }();
+  return document;
+}
 
 // Calls work(), which says how many times it counts, on so many threads for so long; counts a second.
 inline double rate(int threads, double seconds, const std::function<std::uint64_t()>& work) {

@@ -214,6 +214,8 @@ class Meshes(Case):
         self.assertEqual((document["state"], document["result"]["status"]), ("done", "timeout"))
 
     def test_a_map_of_what_another_front_end_took(self):
+        for mesh in (square(0, 5, self.salt), square(2, 5, self.salt)):
+            self.assertEqual(self.one.send("PUT", path_of(mesh), mesh, "Content-Type: model/obj\r\n").status, 201)
         path = self.one.begin(0, 2, n=5, salt=self.salt)
         self.one.wait_for(path, "done")
         maps = [client.get(path + "/deviation.ply") for client in (self.other, self.one)]

@@ -125,6 +125,7 @@ std::unique_ptr<PgConnection> PgConnection::open(const std::string& database) {
   std::unique_ptr<PgConnection> connection(new PgConnection(raw.release()));
   connection->set_deadline(std::chrono::steady_clock::now() + kSessionTime);
   connection->execute(kSession);
+  connection->set_deadline(SteadyTime::max());
   return connection;
 }
 

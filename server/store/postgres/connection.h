@@ -32,7 +32,7 @@ class PgConnection {
   // written to.
   static std::unique_ptr<PgConnection> open(const std::string& database);
 
-  // Until when what follows may take; beyond it the connection is lost.
+  // Until when what follows may take; beyond it the connection is lost. At first without an end.
   void set_deadline(SteadyTime deadline) { deadline_ = deadline; }
 
   // One statement, prepared when it first comes. The text must live as long as the program.

@@ -15,7 +15,7 @@ using Clock = std::chrono::steady_clock;
 
 constexpr auto kStatementTime = 4s;
 constexpr auto kPing = 5s;  // also how soon another process takes over the duty
-constexpr auto kMeasureAgain = 30s;
+constexpr auto kMeasureAgain = 10s;
 constexpr auto kBetweenConnects = 500ms;
 constexpr std::size_t kMostPending = 10'000;
 constexpr std::int64_t kDuty = 0x4d474a32;  // beside the lock of schema.cpp; with the schema's name a pair of numbers

@@ -35,7 +35,7 @@ class PgControl final : public Signals {
   // equal. What cannot be sent is lost.
   void tell(Signal::Kind kind, const JobKey& job = {});
 
-  TimePoint time() const;  // JobStore::time(). Measured with each connection and every half minute
+  TimePoint time() const;  // JobStore::time(). Measured with each connection and every few seconds
   bool on_duty();          // JobStore::on_duty(). Its first call applies for it
 
  private:

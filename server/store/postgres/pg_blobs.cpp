@@ -78,7 +78,9 @@ BlobPut settle(PgConnection& connection, const BlobKey& key, const std::string& 
         ") ON CONFLICT (owner, id) DO UPDATE SET bytes = excluded.bytes, upload = excluded.upload, renewed "
         "= excluded.renewed",
         key.owner, key.id, bytes, upload);
-    connection.query("DELETE FROM blob_uploads WHERE upload = $1", upload);
+    if (connection.query("DELETE FROM blob_uploads WHERE upload = $1 AND begun > 0", upload).changed() == 0) {
+      throw PgFailure{"57014", "the upload took so long that it was given up", false, false};
+    }
     add_to_sum(connection, key.owner,
                static_cast<std::int64_t>(bytes) - static_cast<std::int64_t>(there ? there->bytes : 0));
   }
@@ -276,8 +278,10 @@ Result<Done> PgBlobs::remove_chunks(const std::string& upload) {
 
 Result<Done> PgBlobs::remove_garbage() {
   const auto uploads = pool_.run(Promise::fleeting, [&](PgConnection& connection) {
-    PgRows row = connection.query("SELECT upload FROM blob_uploads WHERE begun <= " MESHGAUGE_PG_NOW " - $1",
-                                  std::chrono::milliseconds(kAbandoned).count());
+    // From now on it cannot become a blob.
+    PgRows row =
+        connection.query("UPDATE blob_uploads SET begun = 0 WHERE begun <= " MESHGAUGE_PG_NOW " - $1 RETURNING upload",
+                         std::chrono::milliseconds(kAbandoned).count());
     std::vector<std::string> found;
     while (row.next()) found.push_back(row.text(0));
     return found;

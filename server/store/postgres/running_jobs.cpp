@@ -68,8 +68,8 @@ std::vector<Claimed> claimed_before(PgConnection& connection, std::int64_t claim
 #define MESHGAUGE_PG_TELL_WHOLES                                                                                    \
   "told AS (UPDATE jobs AS whole SET lower = sum.lower, upper = sum.upper, stage = sum.stage FROM (SELECT "         \
   "part.owner, part.parent, coalesce(max(coalesce(heard.lower, part.lower)), 0) AS lower, "                         \
-  "max(coalesce(heard.upper, part.upper, 'infinity')) AS upper, (array_agg(heard.stage) FILTER (WHERE heard.stage " \
-  "IS NOT NULL))[1] AS stage FROM jobs AS part "                                                                    \
+  "max(coalesce(heard.upper, part.upper, 'infinity')) AS upper, "                                                   \
+  "(array_agg(heard.stage) FILTER (WHERE heard.stage IS NOT NULL))[1] AS stage FROM jobs AS part "                  \
   "LEFT JOIN heard ON heard.number = part.number WHERE part.parent <> '' AND (part.owner, part.parent) IN (SELECT " \
   "owner, parent FROM heard WHERE parent <> '' AND stage IS NOT NULL) GROUP BY part.owner, part.parent ORDER BY "   \
   "part.owner, part.parent) AS sum WHERE whole.owner = sum.owner AND whole.id = sum.parent AND whole.state = 0) "

@@ -162,12 +162,15 @@ std::int64_t number_of(PgConnection& connection, const char* sql) {
 
 // 0: a new database, for us.
 Result<std::int64_t> version_of(PgConnection& connection) {
-  if (number_of(connection, "SELECT (to_regclass('meshgauge_schema') IS NOT NULL)::int") == 0) {
-    const bool is_taken =
-        number_of(connection,
-                  "SELECT count(*) FROM pg_tables WHERE schemaname = current_schema() AND tablename IN ('jobs', "
-                  "'meshes', 'stored', 'checks', 'batches', 'batch_items', 'blobs', 'blob_chunks')") != 0;
-    if (is_taken) return refused("is not one of meshgauge: it has tables of the same names");
+  // Asked of the tables that hold the names, at once: to_regclass() may answer from what this connection knew before it
+  // waited for another's migration.
+  PgRows names = connection.query(
+      "SELECT count(*) FILTER (WHERE tablename = 'meshgauge_schema'), count(*) FROM pg_tables WHERE schemaname = "
+      "current_schema() AND tablename IN ('meshgauge_schema', 'jobs', 'meshes', 'stored', 'checks', 'batches', "
+      "'batch_items', 'blobs', 'blob_chunks')");
+  names.next();
+  if (names.number(0) == 0) {
+    if (names.number(1) != 0) return refused("is not one of meshgauge: it has tables of the same names");
     return std::int64_t{0};
   }
   const std::int64_t version = number_of(connection, "SELECT version FROM meshgauge_schema");

@@ -14,6 +14,8 @@ constexpr auto kBetweenConnects = 1s;
 
 #define MESHGAUGE_PG_BUCKET "($1::int, hashtext(coalesce(current_schema(), '')))"
 
+std::int64_t number_of(std::size_t bucket) { return kLocks + static_cast<std::int64_t>(bucket); }
+
 }  // namespace
 
 std::size_t SharedReservations::bucket_of(const std::string& name) {
@@ -21,11 +23,17 @@ std::size_t SharedReservations::bucket_of(const std::string& name) {
 }
 
 PgConnection& SharedReservations::connected() {
+  if (connection_) {
+    try {
+      connection_->notifications();  // sees at once, without asking, that a connection has ended
+    } catch (const PgFailure&) {
+    }
+  }
   if (!connection_ || !connection_->usable()) {
     connection_.reset();
     shared_.fill(false);
     // Whoever reserves while the database is gone must not wait for it each time.
-    if (Clock::now() - failed_ < kBetweenConnects) throw PgFailure{"", "the database is gone", true, true};
+    if (Clock::now() - failed_ < kBetweenConnects) throw PgFailure{"", "there is no connection", true, false};
     failed_ = Clock::now();
     connection_ = PgConnection::open(database_);
     failed_ = {};
@@ -33,20 +41,33 @@ PgConnection& SharedReservations::connected() {
   connection_->set_deadline(Clock::now() + kStatementTime);
   for (std::size_t bucket = 0; bucket < kBuckets; ++bucket) {
     if (held_[bucket] == 0 || shared_[bucket]) continue;
-    connection_->query("SELECT pg_advisory_lock_shared" MESHGAUGE_PG_BUCKET,
-                       kLocks + static_cast<std::int64_t>(bucket));
+    connection_->query("SELECT pg_advisory_lock_shared" MESHGAUGE_PG_BUCKET, number_of(bucket));
     shared_[bucket] = true;
   }
   return *connection_;
 }
 
+Result<bool> SharedReservations::ask(const char* sql, std::size_t bucket) {
+  for (bool again = false;; again = true) {
+    try {
+      PgRows row = connected().query(sql, number_of(bucket));
+      return row.next() && row.number(0) != 0;
+    } catch (const PgFailure& failure) {
+      if (again || !failure.may_pass) return to_error(failure);
+    }
+  }
+}
+
+// What cannot be locked now is locked by the next connection; until then nobody can store what refers to it.
 void SharedReservations::begin(const std::string& name) {
   Reservations::begin(name);
+  const std::size_t bucket = bucket_of(name);
   const std::lock_guard lock(mutex_);
-  if (held_[bucket_of(name)]++ > 0) return;
+  ++held_[bucket];
   try {
     connected();
-  } catch (const PgFailure&) {  // taken with the next connection; until then nobody can store what refers to it
+  } catch (const PgFailure&) {
+    static_cast<void>(ask("SELECT true WHERE $1 > 0", bucket));
   }
 }
 
@@ -56,29 +77,10 @@ void SharedReservations::end(const std::string& name) {
     const std::lock_guard lock(mutex_);
     if (--held_[bucket] == 0 && shared_[bucket]) {
       shared_[bucket] = false;
-      try {
-        if (connection_ && connection_->usable()) {
-          connection_->set_deadline(Clock::now() + kStatementTime);
-          connection_->query("SELECT pg_advisory_unlock_shared" MESHGAUGE_PG_BUCKET,
-                             kLocks + static_cast<std::int64_t>(bucket));
-        }
-      } catch (const PgFailure&) {  // the lock is gone with the connection
-        connection_.reset();
-      }
+      static_cast<void>(ask("SELECT pg_advisory_unlock_shared" MESHGAUGE_PG_BUCKET, bucket));
     }
   }
   Reservations::end(name);
-}
-
-// One boolean.
-Result<bool> SharedReservations::locked(const char* sql, std::size_t bucket) {
-  const std::lock_guard lock(mutex_);
-  try {
-    PgRows row = connected().query(sql, kLocks + static_cast<std::int64_t>(bucket));
-    return row.next() && row.number(0) != 0;
-  } catch (const PgFailure& failure) {
-    return to_error(failure);
-  }
 }
 
 // What this process holds itself is no obstacle to its own exclusive lock: names of the same bucket are told apart
@@ -86,10 +88,14 @@ Result<bool> SharedReservations::locked(const char* sql, std::size_t bucket) {
 Result<bool> SharedReservations::unless_held(const std::string& name, const std::function<Result<bool>()>& work) {
   return Reservations::unless_held(name, [&]() -> Result<bool> {
     const std::size_t bucket = bucket_of(name);
-    const Result<bool> alone = locked("SELECT pg_try_advisory_lock" MESHGAUGE_PG_BUCKET, bucket);
+    const auto asked = [&](const char* sql) {
+      const std::lock_guard lock(mutex_);
+      return ask(sql, bucket);
+    };
+    Result<bool> alone = asked("SELECT pg_try_advisory_lock" MESHGAUGE_PG_BUCKET);
     if (!alone || !*alone) return alone;
     Result<bool> done = work();
-    static_cast<void>(locked("SELECT pg_advisory_unlock" MESHGAUGE_PG_BUCKET, bucket));  // else the connection is gone
+    static_cast<void>(asked("SELECT pg_advisory_unlock" MESHGAUGE_PG_BUCKET));  // else it is gone with the connection
     return done;
   });
 }

@@ -31,8 +31,9 @@ class SharedReservations final : public Reservations {
   static constexpr std::size_t kBuckets = 256;
 
   static std::size_t bucket_of(const std::string& name);
-  PgConnection& connected();  // throws PgFailure
-  Result<bool> locked(const char* sql, std::size_t bucket);
+  PgConnection& connected();  // with the locks of all that is held; throws PgFailure
+  // Of one statement about a bucket, its boolean; on another connection if this one turns out to be lost.
+  Result<bool> ask(const char* sql, std::size_t bucket);
 
   const std::string database_;
   std::mutex mutex_;  // of all below; not held while work() runs

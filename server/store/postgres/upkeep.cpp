@@ -64,18 +64,25 @@ void add_waiting(PgConnection& connection, Counts& counts) {
   counts.oldest_queued = row.time_if_any(1);
 }
 
+struct GivenUp {
+  std::uint64_t jobs = 0;
+  std::vector<JobKey> to_tell;  // that are in no batch
+};
+
 // Parts first: their wholes are locked after them, and may then be given up as well.
-std::vector<JobKey> give_up_waiting(PgConnection& connection, Moment moment, bool parts) {
+GivenUp give_up_waiting(PgConnection& connection, Moment moment, bool parts) {
   PgRows row = connection.query(
       "WITH mine AS MATERIALIZED (SELECT number FROM jobs WHERE state = 0 AND expires_if_never_run <= $1 AND (parent "
       "<> '') = $3 ORDER BY owner, id LIMIT $4 FOR UPDATE SKIP LOCKED), "
       "ended AS (UPDATE jobs SET state = 3, finished = $1, expires = $2, last_error = CASE last_error WHEN '' THEN "
       "'nobody ran it in time' ELSE last_error END FROM mine WHERE jobs.number = mine.number RETURNING owner, id, "
-      "parent), " MESHGAUGE_PG_SETTLE_WHOLES "SELECT owner, id FROM ended",
+      "parent, batch), " MESHGAUGE_PG_SETTLE_WHOLES "SELECT owner, id, batch FROM ended",
       moment.now, moment.keep_until, parts, kPortion);
-  std::vector<JobKey> keys;
-  while (row.next()) keys.push_back({row.text(0), row.text(1)});
-  return keys;
+  GivenUp given_up;
+  for (; row.next(); ++given_up.jobs) {
+    if (row.bytes(2).empty()) given_up.to_tell.push_back({row.text(0), row.text(1)});
+  }
+  return given_up;
 }
 
 std::uint64_t remove_expired(PgConnection& connection, TimePoint now, std::int64_t most) {
@@ -198,9 +205,9 @@ Result<SweptJobs> PostgresStore::sweep_jobs(Moment moment, std::uint64_t max_kep
   SweptJobs swept;
   for (const bool parts : {true, false}) {
     const auto given_up = remove_in_portions([&](PgConnection& connection, std::int64_t) {
-      const std::vector<JobKey> keys = give_up_waiting(connection, moment, parts);
-      for (const JobKey& key : keys) control_.tell(Signal::Kind::changed, key);
-      return keys.size();
+      const GivenUp some = give_up_waiting(connection, moment, parts);
+      for (const JobKey& key : some.to_tell) control_.tell(Signal::Kind::changed, key);
+      return some.jobs;
     });
     if (!given_up) return given_up.error();
     if (!parts) swept.given_up = *given_up;

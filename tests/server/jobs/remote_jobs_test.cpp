@@ -192,6 +192,25 @@ TEST_CASE("front ends: who waits in vain is told so soon after his time") {
   CHECK_FALSE(front.jobs->give_up(*durable).has_value());
 }
 
+TEST_CASE("front ends: meshes that came with a comparison go when it has ended, if nothing else needs them") {
+  Common common;
+  FrontEnd front(common);
+  Hands hands(common);
+  const auto there = [&](const std::string& text) {
+    return got(common.embedded.blobs().exists(store::key_of("", text)));
+  };
+  const auto first = begun(submit(*front.jobs, submission("first", false)));
+  const auto second = begun(submit(*front.jobs, submission("second", true)));
+  const auto claimed = hands.claim();
+  const std::string ended = claimed.job.key == first->key ? "first" : "second";
+  hands.finish(claimed);
+  REQUIRE(eventually([&] { return !there(ended); }));
+  CHECK(there(ended == "first" ? "second" : "first"));
+  CHECK(there("the other"));
+  hands.finish(hands.claim());
+  CHECK(eventually([&] { return !there("first") && !there("second") && !there("the other"); }));
+}
+
 TEST_CASE("front ends: the end of one ends what its clients wait for and leaves the rest to the others") {
   Common common;
   std::optional<FrontEnd> front(std::in_place, common);

@@ -23,7 +23,7 @@ struct Scene {
 
   Scene() {
     common.jobs.tell_to(signals);
-    watcher.emplace(common.jobs, signals, troubles, metrics, kLong);
+    watcher.emplace(common.jobs, signals, troubles, metrics, Watcher::Options{kLong});
   }
 
   store::Job put(const std::string& id, bool awaited = false) {

@@ -33,12 +33,16 @@ class PostgresForTests {
 
   // Another process, with a folder of that name.
   std::unique_ptr<DistributedStores> open(const std::string& folder) const {
+    return got(DistributedStores::open(settings(folder)));
+  }
+  DistributedSettings settings(const std::string& folder) const {
     DistributedSettings settings;
     settings.database = database_;
     settings.data_folder = folder_ / folder;
     settings.max_unrecorded = 50;
+    settings.patience = std::chrono::seconds(20);  // a slow machine is no failure
     settings.duty_grace = std::chrono::milliseconds(300);
-    return got(DistributedStores::open(settings));
+    return settings;
   }
 
  private:

@@ -60,6 +60,18 @@ void run(const std::vector<std::string>& command, const std::string& log) {
   }
 }
 
+// Another user need not be able to go where the programs are. They find the rest by the way from one to the other.
+std::string within_reach(const std::string& programs, const std::string& folder) {
+  if (other_user() == nullptr || programs.starts_with("/usr/")) return programs;
+  const fs::path usr = fs::path(programs).parent_path().parent_path().parent_path().parent_path();
+  for (const char* part : {"lib/postgresql", "share/postgresql"}) {
+    fs::create_directories(fs::path(folder) / "usr" / part);
+    fs::copy(usr / part, fs::path(folder) / "usr" / part,
+             fs::copy_options::recursive | fs::copy_options::copy_symlinks);
+  }
+  return fs::path(folder) / "usr" / fs::relative(programs, usr);
+}
+
 std::unique_ptr<PgConnection> connect(const std::string& database) {
   for (int i = 0;; ++i) {
     try {
@@ -76,10 +88,12 @@ std::unique_ptr<PgConnection> connect(const std::string& database) {
 std::string PostgresServer::programs() {
   if (const char* given = std::getenv("MESHGAUGE_POSTGRES")) return given;
   std::string newest;
-  std::error_code none;
-  for (const auto& version : fs::directory_iterator("/usr/lib/postgresql", none)) {
-    const std::string programs = version.path() / "bin";
-    if (fs::exists(programs + "/initdb") && programs > newest) newest = programs;
+  for (const std::string root : {MESHGAUGE_BINARY_DIR "/tools/usr/lib/postgresql", "/usr/lib/postgresql"}) {
+    std::error_code none;
+    for (const auto& version : fs::directory_iterator(root, none)) {
+      const std::string found = version.path() / "bin";
+      if (fs::exists(found + "/initdb") && fs::exists(found + "/postgres")) newest = std::max(newest, found);
+    }
   }
   return newest;
 }
@@ -95,7 +109,8 @@ PostgresServer::PostgresServer()
   if (const passwd* user = other_user()) {
     if (::chown(folder_.c_str(), user->pw_uid, user->pw_gid) != 0) throw std::runtime_error("chown failed");
   }
-  run({programs() + "/initdb", "-D", folder_ + "/data", "-U", "tests", "-A", "trust", "-E", "UTF8", "--locale=C",
+  programs_ = within_reach(programs(), folder_);
+  run({programs_ + "/initdb", "-D", folder_ + "/data", "-U", "tests", "-A", "trust", "-E", "UTF8", "--locale=C",
        "--no-sync", "--no-instructions"},
       folder_ + "/log");
   start();
@@ -107,7 +122,7 @@ PostgresServer::~PostgresServer() {
 }
 
 void PostgresServer::start() {
-  process_ = launch({programs() + "/postgres", "-D", folder_ + "/data", "-k", folder_, "-c", "listen_addresses=", "-c",
+  process_ = launch({programs_ + "/postgres", "-D", folder_ + "/data", "-k", folder_, "-c", "listen_addresses=", "-c",
                      "fsync=off", "-c", "max_connections=200", "-c", "shared_buffers=64MB"},
                     folder_ + "/log");
   connect(connection_string("postgres"));
@@ -127,34 +142,33 @@ void PostgresServer::kill() {
   fs::remove(folder_ + "/data/postmaster.pid");
 }
 
-void PostgresServer::pause() { ::kill(-process_, SIGSTOP); }
-void PostgresServer::resume() { ::kill(-process_, SIGCONT); }
-
 std::string PostgresServer::connection_string(const std::string& database) const {
   return "host=" + folder_ + " user=tests dbname=" + database;
 }
 
+void PostgresServer::execute(const std::string& sql) { connect(connection_string("postgres"))->execute(sql); }
+
 std::string PostgresServer::new_empty_database() {
   const std::string name = "d" + std::to_string(++databases_);
-  connect(connection_string("postgres"))->execute("CREATE DATABASE " + name);
+  execute("CREATE DATABASE " + name);
   return connection_string(name);
 }
 
 std::string PostgresServer::new_database() {
   if (!has_template_) {
-    connect(connection_string("postgres"))->execute("CREATE DATABASE ours");
+    execute("CREATE DATABASE ours");
     const Result<std::string> migrated = migrate_database(connection_string("ours"));
     if (!migrated) throw std::runtime_error(migrated.error().message);
     has_template_ = true;
   }
   const std::string name = "d" + std::to_string(++databases_);
-  connect(connection_string("postgres"))->execute("CREATE DATABASE " + name + " TEMPLATE ours STRATEGY file_copy");
+  execute("CREATE DATABASE " + name + " TEMPLATE ours STRATEGY file_copy");
   return connection_string(name);
 }
 
 void PostgresServer::drop(const std::string& connection_string) {
   const std::string name = connection_string.substr(connection_string.rfind('=') + 1);
-  connect(this->connection_string("postgres"))->execute("DROP DATABASE " + name + " WITH (FORCE)");
+  execute("DROP DATABASE " + name + " WITH (FORCE)");
 }
 
 }  // namespace meshgauge::server::store

@@ -20,19 +20,19 @@ class PostgresServer {
   PostgresServer& operator=(const PostgresServer&) = delete;
 
   void start();
-  void stop();   // fast: connections are closed
-  void kill();   // as kill -9 and a machine that comes back
-  void pause();  // all of it: it does not answer, but is there
-  void resume();
+  void stop();  // fast: connections are closed
+  void kill();  // as kill -9 and a machine that comes back
 
   // A connection string of a new database, with the schema or empty.
   std::string new_database();
   std::string new_empty_database();
   std::string connection_string(const std::string& database) const;
+  void execute(const std::string& sql);  // in the database "postgres"
   void drop(const std::string& connection_string);
 
  private:
-  std::string folder_;
+  const std::string folder_;
+  std::string programs_;
   pid_t process_ = -1;
   unsigned databases_ = 0;
   bool has_template_ = false;

@@ -70,6 +70,8 @@ inline store::NewJob job_named(const std::string& name, const std::string& batch
 
 inline store::JobKey put_job(Kept& kept, const store::NewJob& job) {
   store::BlobStore& blobs = kept.embedded.blobs();
+  const auto a = blobs.reserve({"", job.mesh_a});
+  const auto b = blobs.reserve({"", job.mesh_b});
   store::got(blobs.put({"", job.mesh_a}, store::bytes_of(job.key.id)));
   store::got(blobs.put({"", job.mesh_b}, store::bytes_of("the other")));
   REQUIRE_FALSE(store::got(kept.embedded.jobs().insert(job)).existed);

@@ -7,17 +7,17 @@ using namespace meshgauge::server;
 using std::chrono::seconds;
 using store::got;
 using store::JobState;
-using Outcome = Deliveries::Outcome;
+using How = Deliveries::Outcome;
 
 namespace {
 
 struct Delivered {
   std::mutex mutex;
-  std::vector<std::pair<std::string, Outcome>> all;
+  std::vector<std::pair<std::string, How>> all;
   std::atomic<int> failures{0};
 
   Deliveries::Delivered hear() {
-    return [this](const Delivery& delivery, Outcome outcome) {
+    return [this](const Delivery& delivery, How outcome) {
       const std::lock_guard lock(mutex);
       all.emplace_back(delivery.job->live->key.id, outcome);
     };
@@ -76,8 +76,7 @@ TEST_CASE("deliveries: one whose job is another worker's is refused, the others 
   deliveries.add(done(lost));
   deliveries.add(done(mine));
   REQUIRE(deliveries.wait_until_empty(Deliveries::Clock::now() + kLong));
-  CHECK(delivered.all ==
-        std::vector<std::pair<std::string, Outcome>>{{"lost", Outcome::refused}, {"mine", Outcome::stored}});
+  CHECK(delivered.all == std::vector<std::pair<std::string, How>>{{"lost", How::refused}, {"mine", How::stored}});
   CHECK(has_state(kept, lost->live->key, JobState::queued));
 }
 

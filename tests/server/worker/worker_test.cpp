@@ -48,14 +48,14 @@ TEST_CASE("worker: two share a batch, each job is run once") {
   Stand stand;
   stand.released = true;
   std::vector<store::JobKey> keys;
-  for (int i = 0; i < 80; ++i) keys.push_back(put_job(kept, job_named("j" + std::to_string(i), "batch")));
+  for (int i = 0; i < 50; ++i) keys.push_back(put_job(kept, job_named("j" + std::to_string(i), "batch")));
   WorkerBench one(kept.stores(), stand.compare(), options_of("one"), with_threads(2));
   WorkerBench two(kept.stores(), stand.compare(), options_of("two"), with_threads(2));
   one.worker.start();
   two.worker.start();
   for (const auto& key : keys) REQUIRE(eventually([&] { return has_state(kept, key, JobState::done); }));
-  CHECK(stand.running == 80);
-  CHECK(one.metric("meshgauge_worker_claimed_total") + two.metric("meshgauge_worker_claimed_total") == 80);
+  CHECK(stand.running == 50);
+  CHECK(one.metric("meshgauge_worker_claimed_total") + two.metric("meshgauge_worker_claimed_total") == 50);
 }
 
 TEST_CASE("worker: an owner's cancel ends what runs, with the interval reached") {
@@ -134,7 +134,8 @@ TEST_CASE("worker: one that is suspected of ending its workers runs alone") {
   got(kept.embedded.jobs().recover("dead", "it went away", {now, now + seconds(60)}));
   REQUIRE(row_of(kept, key).suspected);
   std::vector<store::JobKey> keys{key};
-  for (unsigned i = 0; i < 20; ++i) keys.push_back(put_job(kept, job_named("j" + std::to_string(i), "", i * 10'000'000U)));
+  for (unsigned i = 0; i < 20; ++i)
+    keys.push_back(put_job(kept, job_named("j" + std::to_string(i), "", i * 10'000'000U)));
   std::atomic<int> running{0};
   std::atomic<int> beside_suspect{0};
   const Compare compare = [&](const MeshSource& a, const MeshSource&, const Options& asked, const api::ReadLimits&,

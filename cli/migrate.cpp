@@ -1,0 +1,33 @@
+#include <cstdio>
+
+#include "cli/commands.h"
+#include "cli/setting_flags.h"
+#include "server/store/distributed.h"
+
+namespace meshgauge::cli {
+namespace {
+
+int fail(const Error& error) {
+  std::fprintf(stderr, "meshgauge: %s\n", error.message.c_str());
+  return kExitError;
+}
+
+int run(const Result<server::Settings>& asked) {
+  if (!asked) return fail(asked.error());
+  const auto settings = server::checked(*asked);
+  if (!settings) return fail(settings.error());
+  if (!is_distributed(*settings)) return fail({ErrorCode::invalid_request, "--database is missing", "", ""});
+  const auto done = server::store::migrate_database(settings->database);
+  if (!done) return fail(done.error());
+  return std::printf("%s\n", done->c_str()) < 0 ? kExitError : kExitResult;
+}
+
+}  // namespace
+
+void add_migrate(CLI::App& app, int& exit_code) {
+  CLI::App& command = *app.add_subcommand("migrate", "Bring a database to the schema of this version, and end");
+  const auto settings = add_settings(command, [](std::string_view name) { return name == "database"; });
+  command.callback([settings, &exit_code] { exit_code = run(settings()); });
+}
+
+}  // namespace meshgauge::cli

@@ -1,0 +1,223 @@
+// Several processes on one database: each is a DistributedStores of its own, as each has connections of its own.
+#include <algorithm>
+#include <condition_variable>
+#include <functional>
+#include <mutex>
+#include <set>
+#include <thread>
+
+#include "batch_steps.h"
+#include "server/store/postgres/control.h"
+
+using namespace meshgauge;
+using namespace meshgauge::server::store;
+using namespace std::chrono_literals;
+
+namespace {
+
+// What one process has heard.
+class Heard {
+ public:
+  explicit Heard(Signals& signals) : signals_(signals) {
+    signals_.listen([this](const Signal& signal) {
+      const std::lock_guard lock(mutex_);
+      heard_.push_back(signal);
+      changed_.notify_all();
+    });
+  }
+  ~Heard() { signals_.stop_listening(); }
+
+  // Waits for it, however long the machine takes.
+  bool comes(Signal::Kind kind, const JobKey& job = {}) {
+    std::unique_lock lock(mutex_);
+    return changed_.wait_for(lock, 60s, [&] {
+      return std::any_of(heard_.begin(), heard_.end(),
+                         [&](const Signal& signal) { return signal.kind == kind && signal.job == job; });
+    });
+  }
+  std::size_t number(Signal::Kind kind) {
+    const std::lock_guard lock(mutex_);
+    return static_cast<std::size_t>(
+        std::count_if(heard_.begin(), heard_.end(), [&](const Signal& signal) { return signal.kind == kind; }));
+  }
+
+ private:
+  Signals& signals_;
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::vector<Signal> heard_;
+};
+
+bool in_time(const std::function<bool()>& true_at_last) {
+  for (int i = 0; i < 2400; ++i) {
+    if (true_at_last()) return true;
+    std::this_thread::sleep_for(25ms);
+  }
+  return false;
+}
+
+void terminate_all(PostgresServer& server, const std::string& which = "true") {
+  server.execute("SELECT pg_terminate_backend(pid) FROM pg_stat_activity WHERE datname LIKE 'd%' AND " + which);
+}
+
+}  // namespace
+
+TEST_CASE("processes: they claim apart, and all there is") {
+  PostgresForTests stores;
+  insert(stores.batches(), new_batch("ann", "b", 150));
+  for (int i = 0; i < 50; ++i)
+    insert(stores.jobs(), new_job(i % 2 == 0 ? "ann" : "bob", "single " + std::to_string(i)));
+  const auto other = stores.open("other");
+  std::mutex mutex;
+  std::set<std::string> claimed;
+  std::size_t number = 0;
+  std::vector<std::thread> threads;
+  for (int i = 0; i < 6; ++i) {
+    threads.emplace_back([&, i] {
+      JobStore& jobs = i % 2 == 0 ? stores.jobs() : other->jobs();
+      while (true) {
+        const auto some = jobs.claim_some("w" + std::to_string(i), at(50), at(110), JobStore::Which::all, 7);
+        const std::lock_guard lock(mutex);
+        if (!some || some->empty()) return;
+        number += some->size();
+        for (const Claimed& one : *some) claimed.insert(one.token.key.owner + one.token.key.id);
+      }
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  CHECK(number == 200);
+  CHECK(claimed.size() == 200);
+}
+
+TEST_CASE("processes: a worker that was thought dead can write nothing, wherever it asks") {
+  PostgresForTests stores;
+  const auto other = stores.open("other");
+  insert(stores.jobs(), new_job("ann", "1"));
+  const auto first = got(stores.jobs().claim_some("w1", at(50), at(110), JobStore::Which::all, 1));
+  REQUIRE(first.size() == 1);
+  got(other->jobs().recover(std::nullopt, "its lease was over", {at(110), at(1110)}));
+  const auto second = got(other->jobs().claim_some("w2", at(120), at(180), JobStore::Which::all, 1));
+  REQUIRE(second.size() == 1);
+  CHECK(second[0].job.suspected);
+  CHECK_FALSE(got(stores.jobs().finish(first[0].token, ending())));
+  CHECK(got(stores.jobs().heartbeat(first[0].token, at(300), {})) == Heartbeat::lost);
+  CHECK(got(other->jobs().finish(second[0].token, ending())));
+  CHECK(job_in(stores.jobs(), {"ann", "1"}).tries == 2);
+}
+
+TEST_CASE("processes: one is on duty, and another when that ends") {
+  PostgresForTests stores;
+  auto first = stores.open("first");
+  REQUIRE(in_time([&] { return first->jobs().on_duty(); }));
+  const auto second = stores.open("second");
+  for (int i = 0; i < 20; ++i) {
+    CHECK_FALSE(second->jobs().on_duty());
+    CHECK(first->jobs().on_duty());
+    std::this_thread::sleep_for(20ms);
+  }
+  first.reset();
+  CHECK(in_time([&] { return second->jobs().on_duty(); }));
+}
+
+TEST_CASE("processes: nobody is on duty soon after trouble") {
+  PostgresForTests stores;
+  DistributedSettings settings = stores.settings("other");
+  settings.duty_grace = 1h;
+  const auto patient = got(DistributedStores::open(settings));
+  CHECK_FALSE(patient->jobs().on_duty());
+  std::this_thread::sleep_for(300ms);
+  CHECK_FALSE(patient->jobs().on_duty());  // though it holds the lock by now
+}
+
+TEST_CASE("processes: they have one clock, the database's") {
+  PostgresForTests stores;
+  const auto other = stores.open("other");
+  CHECK(in_time([&] {
+    const auto apart = stores.jobs().time() - other->jobs().time();
+    return std::chrono::abs(apart) < 100ms;
+  }));
+  CHECK(std::chrono::abs(stores.jobs().time() - now()) < 60s);
+}
+
+TEST_CASE("processes: they hear what others do, whatever their owners are called") {
+  PostgresForTests stores;
+  const auto other = stores.open("other");
+  Heard heard(*other->signals());
+  JobStore& jobs = stores.jobs();
+  const std::string owner = std::string("o'w\\n er\0\xff\n", 11);
+  // The first signals may come before the other one listens.
+  REQUIRE(in_time([&] {
+    static int n = 0;
+    insert(jobs, new_job("try", std::to_string(n++)));
+    return heard.number(Signal::Kind::work) > 0;
+  }));
+  NewJob awaited = new_job(owner, "awaited");
+  awaited.deadline = at(900);
+  insert(jobs, awaited);
+  const Token token = claimed_token(jobs, awaited.key);
+  CHECK(heard.comes(Signal::Kind::changed, awaited.key));
+  got(jobs.request_cancel(awaited.key, kNow));
+  CHECK(heard.comes(Signal::Kind::cancel, awaited.key));
+
+  insert(stores.batches(), new_batch("ann", "b", 1));
+  end(jobs, {"ann", "b/0"}, reusable());  // in a batch: nobody is told
+  insert(jobs, new_job(owner, "2"));
+  const Token second = claimed_token(jobs, {owner, "2"});
+  got(jobs.heartbeat(second, at(200), {1, 2, "traverse"}));
+  CHECK(heard.comes(Signal::Kind::changed, {owner, "2"}));
+  CHECK_FALSE(heard.number(Signal::Kind::missed) > 0);
+  const std::size_t changed = heard.number(Signal::Kind::changed);
+  CHECK(changed >= 2);
+
+  terminate_all(PostgresServer::shared());
+  CHECK(heard.comes(Signal::Kind::missed));
+  insert(jobs, new_job(owner, "3"));
+  CHECK(got(jobs.request_cancel({owner, "3"}, kNow)) == JobState::cancelled);
+  CHECK(in_time([&] {
+    static int n = 0;
+    const std::string id = "again " + std::to_string(n++);
+    insert(jobs, new_job("ann", id));
+    got(jobs.request_cancel({"ann", id}, kNow));
+    std::this_thread::sleep_for(50ms);
+    return heard.number(Signal::Kind::changed) > changed;
+  }));
+}
+
+TEST_CASE("processes: a payload is what it was made of, and nothing else is one") {
+  const std::string bytes("\0\x01 '\"\\\xff", 7);
+  for (const Signal::Kind kind :
+       {Signal::Kind::work, Signal::Kind::changed, Signal::Kind::cancel, Signal::Kind::missed}) {
+    for (const JobKey& key : {JobKey{}, {"", "id"}, {bytes, bytes}, {"ann", ""}}) {
+      const auto signal = signal_of(to_payload({kind, key}));
+      REQUIRE(signal.has_value());
+      CHECK(signal->kind == kind);
+      CHECK(signal->job == key);
+    }
+  }
+  CHECK(signal_of(to_payload({Signal::Kind::changed, {std::string(5000, 'x'), "1"}}))->kind == Signal::Kind::missed);
+  for (const char* text : {"", "c", "c ", "c 00", "q 00 00", "c 0 00", "c 0G 00", "c 00 0", "cc 00 00"}) {
+    CHECK_FALSE(signal_of(text).has_value());
+  }
+}
+
+TEST_CASE("processes: what one reserves no other removes") {
+  PostgresForTests stores;
+  const auto other = stores.open("other");
+  const BlobKey key = key_of("ann", "x");
+  const auto no = [] { return Result<bool>(false); };
+  got(stores.blobs().put(key, bytes_of("x")));
+  {
+    const auto held = stores.blobs().reserve(key);
+    CHECK_FALSE(got(other->blobs().remove_unreferenced(key, no)));
+    std::vector<std::unique_ptr<const Reservations::Held>> many;
+    for (int i = 0; i < 2000; ++i) {
+      many.emplace_back(new Reservations::Held(stores.blobs().reserve(key_of("ann", std::to_string(i)))));
+    }
+    CHECK_FALSE(got(other->blobs().remove_unreferenced(key, no)));
+    terminate_all(PostgresServer::shared());
+    const auto after_trouble = stores.blobs().reserve(key_of("ann", "other"));  // sees it, and reserves all again
+    CHECK_FALSE(got(other->blobs().remove_unreferenced(key, no)));
+  }
+  CHECK(got(other->blobs().remove_unreferenced(key, no)));
+  CHECK_FALSE(got(stores.blobs().exists(key)));
+}

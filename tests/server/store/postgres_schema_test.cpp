@@ -1,0 +1,140 @@
+#include "server/store/postgres/schema.h"
+
+#include <algorithm>
+#include <thread>
+#include <vector>
+
+#include "job_steps.h"
+
+using namespace meshgauge;
+using namespace meshgauge::server::store;
+
+namespace {
+
+// An empty database and a connection to it.
+class Database {
+ public:
+  Database() : name_(PostgresServer::shared().new_empty_database()), connection_(PgConnection::open(name_)) {}
+  ~Database() {
+    connection_.reset();
+    PostgresServer::shared().drop(name_);
+  }
+  const std::string& name() const { return name_; }
+  PgConnection& connection() { return *connection_; }
+  std::int64_t number(const char* sql) {
+    PgRows row = connection_->query(sql);
+    REQUIRE(row.next());
+    return row.number(0);
+  }
+
+ private:
+  const std::string name_;
+  std::unique_ptr<PgConnection> connection_;
+};
+
+const std::vector<const char*> kOne{"CREATE TABLE a (x bigint); INSERT INTO a VALUES (7)"};
+const std::vector<const char*> kTwo{kOne[0],
+                                    "ALTER TABLE a ADD COLUMN y bigint NOT NULL DEFAULT 8; UPDATE a SET x = x + 1"};
+const std::vector<const char*> kBroken{kOne[0], kTwo[1], "UPDATE a SET x = 0; INSERT INTO nowhere VALUES (1)"};
+
+std::span<const char* const> first_steps(std::size_t steps) { return pg_schema_steps().first(steps); }
+
+bool mentions(const Error& error, const std::string& text) { return error.message.find(text) != std::string::npos; }
+
+}  // namespace
+
+TEST_CASE("PostgreSQL schema: an older database is brought forward, once") {
+  Database database;
+  got(pg_migrate(database.connection(), kOne));
+  CHECK(got(pg_migrate(database.connection(), kTwo)) == "the schema was brought from version 1 to 2");
+  CHECK(got(pg_migrate(database.connection(), kTwo)) == "the schema is of version 2 already");
+  CHECK(database.number("SELECT x FROM a") == 8);
+  CHECK(database.number("SELECT y FROM a") == 8);
+}
+
+TEST_CASE("PostgreSQL schema: a step that fails leaves the version that was there") {
+  Database database;
+  got(pg_migrate(database.connection(), kOne));
+  CHECK_THROWS_AS(got(pg_migrate(database.connection(), kBroken)), PgFailure);
+  CHECK(database.number("SELECT version FROM meshgauge_schema") == 1);
+  CHECK(database.number("SELECT x FROM a") == 7);
+}
+
+TEST_CASE("PostgreSQL schema: a later version and another program's database are refused") {
+  Database database;
+  SUBCASE("later") {
+    got(pg_migrate(database.connection(), kTwo));
+    const Result<std::string> migrated = pg_migrate(database.connection(), kOne);
+    REQUIRE_FALSE(migrated.ok());
+    CHECK(mentions(migrated.error(), "written by a later version of meshgauge (schema 2; this one knows 1)"));
+    CHECK(database.number("SELECT x FROM a") == 8);
+  }
+  SUBCASE("later, by who opens it") {
+    got(migrate_database(database.name()));
+    database.connection().execute("UPDATE meshgauge_schema SET version = 1000");
+    PostgresSettings settings;
+    settings.database = database.name();
+    const auto store = PostgresStore::open(settings);
+    REQUIRE_FALSE(store.ok());
+    CHECK(mentions(store.error(), "later version"));
+  }
+  SUBCASE("another program's") {
+    database.connection().execute("CREATE TABLE jobs (x bigint)");
+    const Result<std::string> migrated = migrate_database(database.name());
+    REQUIRE_FALSE(migrated.ok());
+    CHECK(mentions(migrated.error(), "is not one of meshgauge"));
+  }
+  SUBCASE("nobody's") {
+    CHECK(migrate_database("host=/nowhere dbname=x").error().code == ErrorCode::storage_unavailable);
+  }
+}
+
+TEST_CASE("PostgreSQL schema: of many processes that begin at once, one migrates") {
+  Database database;
+  std::vector<std::thread> threads;
+  std::vector<std::string> said(8);
+  for (std::string& text : said) {
+    threads.emplace_back([&] {
+      const Result<std::string> migrated = migrate_database(database.name());
+      text = migrated ? *migrated : migrated.error().message;
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  const std::string newest = std::to_string(pg_schema_steps().size());
+  CHECK(std::count(said.begin(), said.end(), "the schema was brought from version 0 to " + newest) == 1);
+  CHECK(std::count(said.begin(), said.end(), "the schema is of version " + newest + " already") == 7);
+}
+
+TEST_CASE("PostgreSQL schema: what was stored under each earlier version is read under this one") {
+  for (std::size_t version = 1; version < pg_schema_steps().size(); ++version) {
+    Database database;
+    got(pg_migrate(database.connection(), first_steps(version)));
+    database.connection().execute(
+        "INSERT INTO jobs (owner, id, state, mesh_a, mesh_b, hints, options, cost, rank, fingerprint, trace, created, "
+        "expires_if_never_run) VALUES ('ann', '1', 0, 'a', 'b', '', '{}', 5, 5, 'f', '', 1, 9000000000000); "
+        "INSERT INTO meshes VALUES ('ann', 'a', 77, '', '', 1, 1, 9000000000000)");
+    PostgresSettings settings;
+    settings.database = database.name();
+    const std::unique_ptr<PostgresStore> store = got(PostgresStore::open(settings));
+    CHECK(job_in(*store, {"ann", "1"}).cost == 5);
+    CHECK(got(store->stored_bytes("ann")) == 77);
+    const auto claimed = got(store->claim_some("w", at(50), at(110), JobStore::Which::all, 1));
+    REQUIRE(claimed.size() == 1);
+    CHECK(got(store->finish(claimed[0].token, ending())));
+  }
+}
+
+TEST_CASE("PostgreSQL: several schemas of one database are apart") {
+  Database database;
+  database.connection().execute("CREATE SCHEMA one; CREATE SCHEMA two");
+  const auto store_in = [&](const std::string& schema) {
+    PostgresSettings settings;
+    settings.database = database.name() + " options='-c search_path=" + schema + "'";
+    return got(PostgresStore::open(settings));
+  };
+  const auto one = store_in("one");
+  const auto two = store_in("two");
+  insert(*one, new_job("ann", "1"));
+  CHECK(got(one->counts()).queued == 1);
+  CHECK(got(two->counts()).queued == 0);
+}

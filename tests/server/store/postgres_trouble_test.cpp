@@ -1,0 +1,252 @@
+// Connections that break, a database that goes and comes back, and much at once.
+#include <atomic>
+#include <random>
+#include <set>
+#include <thread>
+
+#include "batch_steps.h"
+
+using namespace meshgauge;
+using namespace meshgauge::server::store;
+using namespace std::chrono_literals;
+using Clock = std::chrono::steady_clock;
+
+namespace {
+
+// Runs work(number of the thread, turn) on so many threads until the time is over.
+template <class Work>
+void for_a_while(std::chrono::milliseconds time, int threads, Work work) {
+  std::vector<std::thread> all;
+  const auto end = Clock::now() + time;
+  for (int thread = 0; thread < threads; ++thread) {
+    all.emplace_back([&, thread] {
+      for (int turn = 0; Clock::now() < end; ++turn) work(thread, turn);
+    });
+  }
+  for (std::thread& thread : all) thread.join();
+}
+
+std::string name_of(const std::string& database) { return database.substr(database.rfind('=') + 1); }
+
+std::int64_t number_in(const std::string& database, const char* sql) {
+  PgRows row = PgConnection::open(database)->query(sql);
+  REQUIRE(row.next());
+  return row.number(0);
+}
+
+// What a worker does: claims some and ends them. Ids of those whose end was acknowledged.
+void work_once(JobStore& jobs, const std::string& worker, std::mutex& mutex, std::multiset<std::string>& ended) {
+  const auto claimed = jobs.claim_some(worker, at(50), at(110), JobStore::Which::all, 3);
+  if (!claimed) return;
+  std::vector<Finished> endings;
+  for (const Claimed& one : *claimed) endings.push_back({one.token, ending()});
+  const auto stored = jobs.finish_all(endings);
+  if (!stored) return;
+  const std::lock_guard lock(mutex);
+  for (std::size_t i = 0; i < endings.size(); ++i) {
+    if ((*stored)[i]) ended.insert(endings[i].token.key.id);
+  }
+}
+
+}  // namespace
+
+TEST_CASE("trouble: connections that break at any moment lose nothing and do nothing twice") {
+  PostgresForTests stores;
+  const auto other = stores.open("other");
+  std::mutex mutex;
+  std::set<std::string> promised;
+  std::multiset<std::string> ended;
+  std::atomic<int> failed{0};
+  std::atomic<bool> over{false};
+  std::thread breaker([&] {
+    std::minstd_rand random(7);
+    while (!over) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(random() % 40));
+      PostgresServer::shared().execute("SELECT pg_terminate_backend(pid) FROM pg_stat_activity WHERE datname = '" +
+                                       name_of(stores.database()) +
+                                       "' AND backend_type = 'client backend' AND random() < 0.4");
+    }
+  });
+  for_a_while(2500ms, 6, [&](int thread, int turn) {
+    JobStore& jobs = thread % 2 == 0 ? stores.jobs() : other->jobs();
+    if (thread < 3) {
+      const std::string id = std::to_string(thread) + "-" + std::to_string(turn);
+      const Result<Inserted> inserted = jobs.insert(new_job("ann", id));
+      if (!inserted) ++failed;
+      const std::lock_guard lock(mutex);
+      if (inserted) promised.insert(id);
+    } else {
+      work_once(jobs, "w" + std::to_string(thread), mutex, ended);
+    }
+  });
+  over = true;
+  breaker.join();
+  // None was given up for good: whoever asks with patience is answered.
+  CHECK(failed == 0);
+  got(stores.jobs().recover("", "the test is over", {at(200), at(1200)}));
+  while (got(stores.jobs().counts()).queued > 0) work_once(stores.jobs(), "last", mutex, ended);
+  MESSAGE(promised.size(), " jobs");
+  CHECK(promised.size() > 20);
+  for (const std::string& id : promised) CHECK(job_in(stores.jobs(), {"ann", id}).state == JobState::done);
+  CHECK(std::set<std::string>(ended.begin(), ended.end()).size() == ended.size());
+}
+
+TEST_CASE("trouble: a claim whose answer is lost is found again, not made twice") {
+  PostgresForTests stores;
+  for (int i = 0; i < 40; ++i) insert(stores.jobs(), new_job("ann", std::to_string(i)));
+  std::atomic<bool> over{false};
+  std::thread breaker([&] {
+    while (!over) {
+      PostgresServer::shared().execute("SELECT pg_terminate_backend(pid) FROM pg_stat_activity WHERE datname = '" +
+                                       name_of(stores.database()) + "' AND query LIKE 'WITH RECURSIVE%'");
+    }
+  });
+  std::set<std::string> claimed;
+  for (int i = 0; i < 40; ++i) {
+    const auto some = stores.jobs().claim_some("w", at(50), at(110), JobStore::Which::all, 1);
+    if (some) {
+      for (const Claimed& one : *some) CHECK(claimed.insert(one.token.key.id).second);
+    }
+  }
+  over = true;
+  breaker.join();
+  CHECK(claimed.size() > 0);
+  CHECK(static_cast<std::size_t>(number_in(stores.database(), "SELECT count(*) FROM jobs WHERE state = 1")) ==
+        claimed.size());
+}
+
+TEST_CASE("trouble: a database that stops is missed for no longer than the patience, and found again") {
+  PostgresServer server;
+  DistributedSettings settings;
+  const TestFolder folder;
+  settings.database = server.new_database();
+  settings.data_folder = folder / "data";
+  settings.patience = 1500ms;
+  settings.duty_grace = 0ms;
+  const auto stores = got(DistributedStores::open(settings));
+  insert(stores->jobs(), new_job("ann", "before"));
+  bool killed = false;
+  SUBCASE("stopped") { server.stop(); }
+  SUBCASE("killed") {
+    server.kill();
+    killed = true;
+  }
+  const Result<Inserted> during = stores->jobs().insert(new_job("ann", "during"));
+  REQUIRE_FALSE(during.ok());
+  CHECK(during.error().code == ErrorCode::storage_unavailable);
+  std::this_thread::sleep_for(1500ms);
+  for (int i = 0; i < 1000; ++i) CHECK_FALSE(stores->jobs().get({"ann", "before"}).ok());  // at once, by now
+  CHECK_FALSE(stores->jobs().on_duty());
+  CHECK_FALSE(stores->blobs().put(key_of("ann", "x"), bytes_of("x")).ok());
+  CHECK_FALSE(stores->jobs().check().ok());
+  stores->meshes().touch_mesh({"ann", "m"}, at(1), at(2));  // waits for nobody
+  std::this_thread::sleep_for(killed ? 300ms : 0ms);
+  server.start();
+  while (!stores->jobs().check().ok()) std::this_thread::sleep_for(20ms);
+  CHECK(job_in(stores->jobs(), {"ann", "before"}).state == JobState::queued);
+  insert(stores->jobs(), new_job("ann", "after"));
+}
+
+TEST_CASE("trouble: what no standby has confirmed is not acknowledged") {
+  PostgresServer server;
+  const TestFolder folder;
+  DistributedSettings settings;
+  settings.database = server.new_database();
+  settings.data_folder = folder / "data";
+  settings.patience = 1500ms;
+  const auto stores = got(DistributedStores::open(settings));
+  server.execute("ALTER SYSTEM SET synchronous_standby_names = 'nobody'");
+  server.execute("SELECT pg_reload_conf()");
+  std::this_thread::sleep_for(200ms);
+  CHECK_FALSE(stores->jobs().insert(new_job("ann", "1")).ok());
+  CHECK(got(stores->jobs().counts()).queued == 0);  // nobody sees it, reading waits for nobody
+  const auto claimed = stores->jobs().claim_some("w", at(50), at(110), JobStore::Which::all, 1);
+  CHECK(got(claimed).empty());
+  // Somebody ends the waiting: it is committed here alone. To find it there is no proof that it is safe.
+  server.execute("SELECT pg_cancel_backend(pid) FROM pg_stat_activity WHERE wait_event = 'SyncRep'");
+  CHECK_FALSE(stores->jobs().insert(new_job("ann", "1")).ok());
+  server.execute("ALTER SYSTEM RESET synchronous_standby_names");
+  server.execute("SELECT pg_reload_conf()");
+  Result<Inserted> at_last = stores->jobs().insert(new_job("ann", "1"));
+  while (!at_last) at_last = stores->jobs().insert(new_job("ann", "1"));
+  CHECK(at_last->existed);
+  CHECK_FALSE(at_last->conflict);
+}
+
+TEST_CASE("trouble: sixteen callers do not wait for each other in a circle") {
+  PostgresForTests stores;
+  const auto other = stores.open("other");
+  std::mutex mutex;
+  std::multiset<std::string> ended;
+  std::vector<std::string> errors;
+  const auto checked = [&](const auto& result) {
+    if (result) return;
+    const std::lock_guard lock(mutex);
+    errors.push_back(result.error().message);
+  };
+  for_a_while(2500ms, 16, [&](int thread, int turn) {
+    DistributedStores* there = other.get();
+    JobStore& jobs = thread % 2 == 0 ? stores.jobs() : there->jobs();
+    BatchStore& batches = thread % 2 == 0 ? stores.batches() : there->batches();
+    PartStore& parts = thread % 2 == 0 ? stores.parts() : *there->parts();
+    const std::string id = std::to_string(thread) + "-" + std::to_string(turn);
+    const JobKey key{"ann", id};
+    switch (thread % 8) {
+      case 0: {
+        NewBatch batch = new_batch("ann", id, 20);
+        for (std::size_t i = 0; i < 20; ++i) batch.items[i].work = "work " + std::to_string((i * 7) % 20);
+        checked(batches.insert_batch(batch));
+        checked(batches.cancel_batch(key, {at(60), at(1060)}));
+        checked(batches.forget_batch(key));
+        return;
+      }
+      case 1: {
+        std::vector<NewJob> some;
+        for (int i = 0; i < 5; ++i) some.push_back(new_job("ann", id + "/p" + std::to_string(i)));
+        checked(parts.insert_parts(new_job("ann", id), some));
+        if (turn % 3 == 0) checked(jobs.request_cancel(key, {at(60), at(1060)}));
+        return;
+      }
+      case 2:
+        checked(jobs.recover("w4", "x", {at(60), at(1060)}));
+        return;
+      case 3:
+        checked(jobs.sweep_jobs({at(70), at(1060)}, 30));
+        checked(batches.sweep_batches(at(130)));
+        return;
+      case 4: {
+        const auto claimed = jobs.claim_some("w4", at(50), at(110), JobStore::Which::all, 10);
+        checked(claimed);
+        std::vector<Beat> beats;
+        for (std::size_t i = 0; claimed && i < claimed->size(); ++i)
+          beats.push_back({(*claimed)[i].token, Progress{1, 2, "s"}});
+        checked(jobs.heartbeats(beats, at(120)));
+        return;
+      }
+      case 5:
+        checked(jobs.insert(new_job("ann", id)));
+        checked(jobs.request_cancel(key, {at(60), at(1060)}));
+        return;
+      default:
+        work_once(jobs, "w" + std::to_string(thread), mutex, ended);
+    }
+  });
+  CHECK(errors == std::vector<std::string>{});
+  CHECK(number_in(stores.database(), "SELECT deadlocks FROM pg_stat_database WHERE datname = current_database()") == 0);
+}
+
+TEST_CASE("trouble: with more callers than connections all are served") {
+  PostgresForTests stores;
+  DistributedSettings settings = stores.settings("other");
+  settings.max_connections = 2;
+  settings.patience = 60s;
+  const auto few = got(DistributedStores::open(settings));
+  std::atomic<int> failed{0};
+  for_a_while(300ms, 12, [&](int thread, int turn) {
+    if (!few->jobs().insert(new_job("ann", std::to_string(thread) + "-" + std::to_string(turn)))) ++failed;
+  });
+  CHECK(failed == 0);
+  CHECK(number_in(stores.database(),
+                  "SELECT count(*) FROM pg_stat_activity WHERE datname = current_database() AND backend_type = 'client "
+                  "backend' AND query LIKE 'INSERT INTO jobs%'") <= 2);
+}
