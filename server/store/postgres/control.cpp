@@ -113,7 +113,7 @@ void PgControl::serve() {
   std::array<pollfd, 2> polled{{{connection_->socket(), POLLIN, 0}, {wake_.get(), POLLIN, 0}}};
   const bool applies = applies_ && !holds_duty_;
   const auto timeout = static_cast<int>(std::chrono::milliseconds(applies ? kApplyAgain : kPing).count());
-  const int ready = ::poll(polled.data(), polled.size(), timeout);
+  ::poll(polled.data(), polled.size(), timeout);
   eventfd_t count = 0;
   if (polled[1].revents != 0) ::eventfd_read(wake_.get(), &count);
   if (stopped_) return;
