@@ -184,9 +184,12 @@ bool remove_batch(PgConnection& connection, const JobKey& key, std::optional<Tim
       "jobs.finished >= $3)) FOR UPDATE",
       key.owner, key.id, ended_before);
   if (!row.next()) return false;
-  connection.query("DELETE FROM jobs USING (" MESHGAUGE_PG_OWN_JOBS
-                   ")) AS own WHERE jobs.owner = $1 AND jobs.id = own.job AND jobs.batch <> '' AND state >= 2",
-                   key.owner, key.id);
+  connection.query(
+      "WITH own AS (" MESHGAUGE_PG_OWN_JOBS
+      ")) DELETE FROM jobs WHERE number = ANY (ARRAY(SELECT found.number FROM (SELECT job FROM own ORDER BY "
+      "job) AS own CROSS JOIN LATERAL (SELECT number FROM jobs WHERE jobs.owner = $1 AND jobs.id = own.job "
+      "AND jobs.batch <> '' AND state + 0 >= 2 FOR UPDATE) AS found))",
+      key.owner, key.id);
   connection.query("DELETE FROM batch_items WHERE owner = $1 AND batch = $2", key.owner, key.id);
   connection.query("DELETE FROM batches WHERE owner = $1 AND id = $2", key.owner, key.id);
   return true;
