@@ -172,10 +172,10 @@ std::optional<BatchState> batch_from(std::string_view body) {
   const std::string state = text(*json, "state");
   BatchState batch{text(*json, "id"), state != "running", 0, 0};
   if (!is_id(batch.id) || (batch.finished && state != "done" && state != "cancelled")) return std::nullopt;
-  const auto counts = json->find("counts");
-  const auto total = counts != json->end() ? count_of(*counts, "total") : std::nullopt;
-  const auto queued = counts != json->end() ? count_of(*counts, "queued") : std::nullopt;
-  const auto running = counts != json->end() ? count_of(*counts, "running") : std::nullopt;
+  const Json counts = json->value("counts", Json());
+  const auto total = count_of(counts, "total");
+  const auto queued = count_of(counts, "queued");
+  const auto running = count_of(counts, "running");
   if (!total || !queued || !running || *queued > *total || *running > *total - *queued) return std::nullopt;
   batch.total = *total;
   batch.ended = *total - *queued - *running;
