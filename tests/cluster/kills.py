@@ -95,7 +95,7 @@ class Campaign:
         self.pulse = Pulse(url)
 
     def run(self):
-        jobs = len(self.crowd.works)
+        jobs, began = len(self.crowd.works), time.monotonic()
         self.crowd.start()
         victims = [("leader", "worker", "front end")[i % 3] for i in range(self.kills)]
         self.dice.shuffle(victims)
@@ -105,8 +105,8 @@ class Campaign:
             until(lambda: self.crowd.taken >= due, 600, "%d works to be begun" % due)
             time.sleep(self.dice.uniform(0, 2))
             self.kill(victim)
-            print("%3d kills (%s), %d jobs accepted, %d wait, %d violations" % (
-                number, victim, len(self.ledger.accepted), len(self.ledger.waiting), len(self.ledger.violations)), flush=True)
+            print("%4.0f s: %d kills (%s), %d jobs accepted, %d wait, %d violations" % (
+                time.monotonic() - began, number, victim, len(self.ledger.accepted), len(self.ledger.waiting), len(self.ledger.violations)), flush=True)
         self.crowd.may = jobs
         until(lambda: self.crowd.taken == jobs, 600, "all works to be begun")
         for done in self.returns:
