@@ -1,18 +1,15 @@
 #include "check/remote.h"
 
-#include <atomic>
 #include <cstdlib>
 #include <fstream>
-#include <iterator>
+#include <span>
 #include <utility>
 
 #include "api/digest.h"
 #include "check/remote/address.h"
-#include "check/remote/answer.h"
-#include "check/remote/client.h"
 #include "check/remote/comparison.h"
-#include "check/remote/seats.h"
-#include "check/remote/sender.h"
+#include "check/remote/pair.h"
+#include "check/remote/together.h"
 #include "check/text.h"
 
 namespace meshgauge::check {
@@ -22,39 +19,20 @@ constexpr std::size_t kMostKeyBytes = 4096;
 
 class Remote final : public Measurer {
  public:
-  Remote(const RemoteOptions& options, const std::string& base)
-      : client_(options, base), sender_(client_), seats_(options.at_once), run_(api::random_id()) {}
+  Remote(const RemoteOptions& options, const std::string& base) : shared_(options, base, api::random_id()) {}
 
   Result<Measured> measure(const Gate& gate, Control& control) override {
-    const auto limit = limit_of(gate, control);
-    if (!limit) return limit.error();
-    service::Comparison comparison(client_, sender_, seats_, gate, *limit, next_key(), control);
-    auto document = comparison.measure();
-    if (!document) return document.error();
-    // Taken away, since documents are the same whoever measured.
-    const std::string view = service::take_view(*document);
-    auto measured = measured_from(std::move(*document), *limit);
-    if (measured && !view.empty()) measured->link = service::link_to(client_.base(), view);
-    return measured;
+    service::Pair pair(shared_.sender, gate, control);
+    auto document = service::Comparison(shared_.client, shared_.seats, pair, shared_.next_key(), control).measure();
+    return service::measured_of(shared_, pair, std::move(document));
   }
 
-  unsigned at_once() const override { return seats_.most(); }
+  unsigned at_once() const override { return shared_.seats.most(); }
+  std::size_t together() const override { return shared_.most_of_batch; }
+  void measure_together(std::span<const Task> tasks) override { service::Together(shared_, tasks).measure(); }
 
  private:
-  Result<double> limit_of(const Gate& gate, Control& control) {
-    if (gate.limit.max_distance) return *gate.limit.max_distance;
-    const auto diagonal = sender_.baseline_diagonal(gate, control);
-    if (!diagonal) return diagonal.error();
-    return max_distance(gate.limit, *diagonal);
-  }
-
-  std::string next_key() { return "check-" + run_ + "-" + std::to_string(++gates_); }
-
-  service::Client client_;
-  service::Sender sender_;
-  service::Seats seats_;
-  const std::string run_;
-  std::atomic<unsigned> gates_{0};
+  service::Shared shared_;
 };
 
 Error no_key(const std::string& why) { return {ErrorCode::invalid_request, "the key " + why, "", "--key-file"}; }

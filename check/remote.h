@@ -1,8 +1,8 @@
-// Gates measured by a meshgauge service: files travel there once, comparisons are asked for and followed
-// (openapi.yaml).
+// Gates measured by a meshgauge service: files travel there once, comparisons are asked for and followed, many as a
+// batch (openapi.yaml).
 //
-//   measure -> hash each file once -> HEAD, PUT what is not there -> POST the pair -> GET until it has ended ->
-//   Measured
+//   measure -> hash each file once -> HEAD, PUT what is not there -> POST the pair, or all pairs -> GET until it has
+//   ended -> Measured
 #pragma once
 
 #include <chrono>

@@ -82,6 +82,25 @@ bool is_comparison(const Json& json) {
   return json.is_object() && is_id(text(json, "id")) && api::value_of(api::kStops, text(json, "status"));
 }
 
+std::optional<std::size_t> count_of(const Json& json, const char* member) {
+  if (!json.is_object()) return std::nullopt;
+  const auto found = json.find(member);
+  if (found == json.end() || !found->is_number_unsigned()) return std::nullopt;
+  return found->get<std::size_t>();
+}
+
+// `id`: the member that has it.
+std::optional<Job> job_of(Json& json, const char* id) {
+  Job job{text(json, id), text(json, "state"), {}, {}, {}};
+  constexpr std::array kStates{"queued", "running", "done", "failed", "cancelled"};
+  if (!is_id(job.id) || std::find(kStates.begin(), kStates.end(), job.state) == kStates.end()) return std::nullopt;
+  job.progress = progress_from(json, job.state);
+  const auto result = json.find("result"), problem = json.find("problem");
+  if (result != json.end() && is_comparison(*result)) job.result = std::move(*result);
+  if (problem != json.end()) job.problem = problem_from(*problem);
+  return job;
+}
+
 std::string hint(int status, bool has_key) {
   if (status == 401) {
     return has_key ? " (the key is not accepted)" : " (give a key by --key-file or MESHGAUGE_KEY)";
@@ -144,15 +163,40 @@ std::optional<Problem> problem_from(std::string_view body) {
 
 std::optional<Job> job_from(std::string_view body) {
   auto json = document_from(body);
+  return json && json->is_object() ? job_of(*json, "id") : std::nullopt;
+}
+
+std::optional<BatchState> batch_from(std::string_view body) {
+  const auto json = document_from(body);
   if (!json || !json->is_object()) return std::nullopt;
-  Job job{text(*json, "id"), text(*json, "state"), {}, {}, {}};
-  constexpr std::array kStates{"queued", "running", "done", "failed", "cancelled"};
-  if (!is_id(job.id) || std::find(kStates.begin(), kStates.end(), job.state) == kStates.end()) return std::nullopt;
-  job.progress = progress_from(*json, job.state);
-  const auto result = json->find("result"), problem = json->find("problem");
-  if (result != json->end() && is_comparison(*result)) job.result = std::move(*result);
-  if (problem != json->end()) job.problem = problem_from(*problem);
-  return job;
+  const std::string state = text(*json, "state");
+  BatchState batch{text(*json, "id"), state != "running", 0, 0};
+  if (!is_id(batch.id) || (batch.finished && state != "done" && state != "cancelled")) return std::nullopt;
+  const auto counts = json->find("counts");
+  const auto total = counts != json->end() ? count_of(*counts, "total") : std::nullopt;
+  const auto queued = counts != json->end() ? count_of(*counts, "queued") : std::nullopt;
+  const auto running = counts != json->end() ? count_of(*counts, "running") : std::nullopt;
+  if (!total || !queued || !running || *queued > *total || *running > *total - *queued) return std::nullopt;
+  batch.total = *total;
+  batch.ended = *total - *queued - *running;
+  return batch;
+}
+
+std::optional<BatchLine> batch_line_from(std::string_view line) {
+  auto json = document_from(line);
+  const auto position = json ? count_of(*json, "position") : std::nullopt;
+  if (!position) return std::nullopt;
+  if (text(*json, "state") == "gone") return BatchLine{*position, std::nullopt};
+  auto job = job_of(*json, "comparison");
+  if (!job || !job->ended()) return std::nullopt;
+  return BatchLine{*position, std::move(job)};
+}
+
+std::optional<double> run_ms(const Json& comparison) {
+  const auto times = comparison.find("timings_ms");
+  if (times == comparison.end() || !times->is_object()) return std::nullopt;
+  const double ms = number_or(*times, "total", -1) - number_or(*times, "queue", 0);
+  return ms >= 0 && ms < 1e12 ? std::optional(ms) : std::nullopt;
 }
 
 Error error_of(const Problem& problem, const Gate& gate, const std::string& base) {

@@ -1,6 +1,7 @@
 // What the service says, read with suspicion: its answers may be those of anything that listens at the address.
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -38,10 +39,29 @@ struct Job {
   bool ended() const { return state != "queued" && state != "running"; }
 };
 
+// A batch as it stands (openapi.yaml, "Batch").
+struct BatchState {
+  std::string id;
+  bool finished = false;
+  std::size_t total = 0;  // comparisons
+  std::size_t ended = 0;  // of them; at most all
+};
+
+// A line of a batch's results (openapi.yaml, "BatchResult").
+struct BatchLine {
+  std::size_t position = 0;  // in the batch
+  std::optional<Job> job;    // ended; none: the service has its result no more
+};
+
 // nullopt: not JSON, nested too deep, or not what it should be.
 std::optional<nlohmann::ordered_json> document_from(std::string_view body);
 std::optional<nlohmann::ordered_json> comparison_from(std::string_view body);
 std::optional<Job> job_from(std::string_view body);
+std::optional<BatchState> batch_from(std::string_view body);
+std::optional<BatchLine> batch_line_from(std::string_view line);
+
+// The time of its run, as a comparison says; nullopt: it does not.
+std::optional<double> run_ms(const nlohmann::ordered_json& comparison);
 
 // Takes away where the service shows the comparison: the path of that page, "/c/{id}", or empty when it does not say
 // that.

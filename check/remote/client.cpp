@@ -1,32 +1,20 @@
 #include "check/remote/client.h"
 
 #include <random>
-#include <thread>
 #include <utility>
 
 #include "check/remote/answer.h"
 #include "check/remote/retry.h"
+#include "check/remote/waiting.h"
 
 namespace meshgauge::check::service {
 namespace {
 
 using Clock = Control::Clock;
 
-constexpr std::chrono::milliseconds kTick{10};
-
 double random_part() {
   thread_local std::mt19937_64 generator{std::random_device{}()};
   return std::uniform_real_distribution<double>(0, 1)(generator);
-}
-
-// False: cancelled.
-bool pause(std::chrono::milliseconds time, Control& control) {
-  const auto end = Clock::now() + time;
-  while (control.check() != Interruption::cancelled) {
-    if (Clock::now() >= end) return true;
-    std::this_thread::sleep_for(kTick);
-  }
-  return false;
 }
 
 // A comparison that ended without an interval is answered as if by a service that is busy.

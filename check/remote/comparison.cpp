@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "check/remote/request.h"
+#include "check/remote/waiting.h"
 
 namespace meshgauge::check::service {
 namespace {
@@ -14,12 +15,6 @@ using Json = nlohmann::ordered_json;
 using std::chrono::milliseconds;
 
 constexpr int kWaitSeconds = 1;  // for the answer to the first request: most comparisons end in it
-constexpr int kAttempts = 3;     // in all, of a comparison that got lost
-constexpr milliseconds kFirstLook{250};
-constexpr milliseconds kLastLook{1000};
-constexpr milliseconds kTick{10};
-constexpr milliseconds kFarewellLook{50};
-constexpr milliseconds kFarewell{2000};  // for the service to be told of a cancellation, and to answer
 
 class Seat {
  public:
@@ -34,10 +29,6 @@ class Seat {
 
 std::span<const std::byte> bytes_of(const std::string& text) { return std::as_bytes(std::span(text)); }
 
-Interrupted after(milliseconds time) {
-  return [end = Control::Clock::now() + time] { return Control::Clock::now() >= end; };
-}
-
 Call job_call(const char* method, const std::string& id) { return {method, "/v1/comparisons/" + id, {}, {}}; }
 
 bool is(const std::optional<Problem>& problem, const char* slug) { return problem && problem->slug == slug; }
@@ -51,7 +42,7 @@ Result<Json> Comparison::measure() {
     if (end->document) return std::move(*end->document);
     if (control_.check() == Interruption::cancelled) return cancelled();
     if (again(*end)) continue;
-    if (end->problem) return error_of(*end->problem, gate_, client_.base());
+    if (end->problem) return error_of(*end->problem, pair_.gate(), client_.base());
     return Error{ErrorCode::internal, "the service at " + client_.base() + " has lost the comparison", "", "--server"};
   }
 }
@@ -59,31 +50,13 @@ Result<Json> Comparison::measure() {
 // Each time under a new name: that of before stands for how it ended. Not when it was out of time, which is counted
 // from its turn on: it would be again.
 bool Comparison::again(const End& end) {
-  if (is(end.problem, "unknown-mesh")) return forget(end.problem->part);
+  if (is(end.problem, "unknown-mesh")) return pair_.forget(end.problem->part);
   return end.lost && attempts_ < kAttempts;
 }
 
-bool Comparison::forget(const std::string& part) {
-  Mesh& mesh = part == "a" ? a_ : b_;
-  mesh.forgotten = true;
-  return !std::exchange(mesh.sent_again, true);
-}
-
-Result<Done> Comparison::send() {
-  if (auto ok = send(a_, Sender::Part::candidate); !ok) return ok;
-  return send(b_, Sender::Part::baseline);
-}
-
-Result<Done> Comparison::send(Mesh& mesh, Sender::Part part) {
-  auto id = sender_.stored(gate_, part, control_, std::exchange(mesh.forgotten, false));
-  if (!id) return std::move(id).error();
-  mesh.id = std::move(*id);
-  return Done{};
-}
-
-Result<Comparison::End> Comparison::attempt() {
-  if (const auto ok = send(); !ok) return ok.error();
-  document_ = pair_document(a_.id, b_.id, gate_, max_distance_);
+Result<End> Comparison::attempt() {
+  if (const auto ok = pair_.send(); !ok) return ok.error();
+  document_ = document_of(pair_.asked());
   if (!seats_.take(control_)) return cancelled();
   const Seat seat(seats_);
   ++attempts_;
@@ -101,11 +74,11 @@ Call Comparison::call(int wait) const {
           bytes_of(document_)};
 }
 
-Result<Comparison::End> Comparison::answered(const Reply& reply) {
+Result<End> Comparison::answered(const Reply& reply) {
   End end;
   if (reply.status == 200) {
     end.document = comparison_from(reply.body);
-    if (end.document && is_ours(*end.document)) return end;
+    if (end.document && pair_.is_ours(*end.document)) return end;
   }
   if (reply.status == 202) {
     if (const auto job = job_from(reply.body)) return follow(job->id);
@@ -115,22 +88,16 @@ Result<Comparison::End> Comparison::answered(const Reply& reply) {
   return unexpected(reply);
 }
 
-// Whatever stands between may have its own idea of what was asked.
-bool Comparison::is_ours(const Json& document) const {
-  return sha256_of(document, "a") == a_.id && sha256_of(document, "b") == b_.id &&
-         is_answer_to(document, gate_.options.direction, max_distance_);
-}
-
 Error Comparison::unexpected(const Reply& reply) const {
-  if (reply.status >= 300) return error_of(reply, gate_, client_.base(), client_.has_key());
+  if (reply.status >= 300) return error_of(reply, pair_.gate(), client_.base(), client_.has_key());
   return not_a_service(client_.base(), "its answer is not that to this comparison");
 }
 
 // Looks how it stands until it has ended, through restarts of the service and of everything between.
-Result<Comparison::End> Comparison::follow(const std::string& id) {
-  const auto wall = Clock::now() + gate_.timeout + client_.patience();
+Result<End> Comparison::follow(const std::string& id) {
+  const auto wall = Clock::now() + pair_.gate().timeout + client_.patience();
   milliseconds look = kFirstLook;
-  while (pause(look) && Clock::now() < wall) {
+  while (pause(look, control_) && Clock::now() < wall) {
     const auto reply = client_.ask(job_call("GET", id), control_);
     if (control_.check() == Interruption::cancelled) break;
     if (!reply) return reply.error();
@@ -148,8 +115,7 @@ Result<Comparison::End> Comparison::follow(const std::string& id) {
 // True: it has ended, and `end` is how. The interval never widens, also when the work begins again after a restart.
 bool Comparison::learn(Job job, End& end) {
   if (job.ended()) {
-    if (job.result && is_ours(*job.result)) end.document = std::move(job.result);
-    end.problem = std::move(job.problem);
+    end = pair_.end_of(std::move(job));
     return true;
   }
   progress_ = {std::max(progress_.lower, job.progress.lower), std::min(progress_.upper, job.progress.upper),
@@ -160,7 +126,7 @@ bool Comparison::learn(Job job, End& end) {
 
 // Asked to end, it has the interval so far as its result. A second DELETE would forget that, so if the answer is lost
 // it is looked for.
-Result<Comparison::End> Comparison::cancel(const std::string& id, const Interrupted& over) {
+Result<End> Comparison::cancel(const std::string& id, const Interrupted& over) {
   End end;
   for (Call farewell = job_call("DELETE", id); !over(); farewell = job_call("GET", id)) {
     const Exchange exchange = client_.once(farewell, over);
@@ -177,27 +143,17 @@ Result<Comparison::End> Comparison::cancel(const std::string& id, const Interrup
 }
 
 // Cancelled in the middle of asking: under its name it is the same comparison, so it can be told to end.
-Result<Comparison::End> Comparison::abandon(const Error& why) {
+Result<End> Comparison::abandon(const Error& why) {
   const Interrupted over = after(kFarewell);
   const Reply reply = client_.once(call(0), over).reply;
   End end;
   if (reply.status == 200) end.document = comparison_from(reply.body);
-  if (end.document && is_ours(*end.document)) return end;
+  if (end.document && pair_.is_ours(*end.document)) return end;
   auto job = reply.status == 202 ? job_from(reply.body) : std::nullopt;
   if (!job) return why;
   const std::string id = job->id;
   if (learn(std::move(*job), end) && end.document) return end;
   return cancel(id, over);
-}
-
-// False: cancelled.
-bool Comparison::pause(milliseconds time) {
-  const Interrupted over = after(time);
-  while (control_.check() != Interruption::cancelled) {
-    if (over()) return true;
-    std::this_thread::sleep_for(kTick);
-  }
-  return false;
 }
 
 }  // namespace meshgauge::check::service

@@ -22,9 +22,24 @@ void start_library() {
   });
 }
 
+// Where an answer goes to.
+struct Target {
+  CURL* easy;
+  Sink* sink;  // of a success; may be null
+  Reply reply;
+  bool refused = false;  // by the sink
+};
+
 // libcurl's callback: another number than `size` ends the exchange.
-std::size_t keep(const char* data, std::size_t /*one*/, std::size_t size, void* reply) {
-  std::string& body = static_cast<Reply*>(reply)->body;
+std::size_t keep(const char* data, std::size_t /*one*/, std::size_t size, void* to) {
+  auto& target = *static_cast<Target*>(to);
+  long status = 0;
+  curl_easy_getinfo(target.easy, CURLINFO_RESPONSE_CODE, &status);
+  if (target.sink && status == 200) {
+    target.refused = !target.sink->take({data, size});
+    return target.refused ? size + 1 : size;
+  }
+  std::string& body = target.reply.body;
   if (size > kMostReplyBytes - body.size()) return size + 1;
   body.append(data, size);
   return size;
@@ -59,7 +74,8 @@ Connection::Connection(const Access& access)
 }
 
 Exchange Connection::send(const Call& call, const Interrupted& interrupted) {
-  Reply reply;
+  Target target{easy_.get(), call.sink, {}};
+  if (call.sink) call.sink->begin();
   Headers headers;
   for (const std::string& header : call.headers) {
     curl_slist* longer = curl_slist_append(headers.get(), header.c_str());
@@ -67,15 +83,18 @@ Exchange Connection::send(const Call& call, const Interrupted& interrupted) {
     (void)headers.release();  // the same list
     headers.reset(longer);
   }
-  set(call, headers, reply);
+  set(call, headers);
+  curl_easy_setopt(easy_.get(), CURLOPT_WRITEFUNCTION, &keep);
+  curl_easy_setopt(easy_.get(), CURLOPT_WRITEDATA, &target);
   if (curl_multi_add_handle(multi_.get(), easy_.get()) != CURLM_OK) throw std::runtime_error("libcurl takes no handle");
   const auto code = drive(interrupted);
   curl_multi_remove_handle(multi_.get(), easy_.get());
   if (!code) return {Trouble::cancelled, "cancelled", {}};
-  return concluded(*code, std::move(reply));
+  if (target.refused) return {Trouble::hopeless, "its answer is not what was asked for", {}};
+  return concluded(*code, std::move(target.reply));
 }
 
-void Connection::set(const Call& call, const Headers& headers, Reply& reply) {
+void Connection::set(const Call& call, const Headers& headers) {
   CURL* easy = easy_.get();
   curl_easy_reset(easy);
   text_[0] = '\0';
@@ -88,8 +107,6 @@ void Connection::set(const Call& call, const Headers& headers, Reply& reply) {
   curl_easy_setopt(easy, CURLOPT_ERRORBUFFER, text_);
   curl_easy_setopt(easy, CURLOPT_USERAGENT, (std::string("meshgauge/") + version()).c_str());
   curl_easy_setopt(easy, CURLOPT_HTTPHEADER, headers.get());
-  curl_easy_setopt(easy, CURLOPT_WRITEFUNCTION, &keep);
-  curl_easy_setopt(easy, CURLOPT_WRITEDATA, &reply);
   curl_easy_setopt(easy, CURLOPT_TIMEOUT_MS, static_cast<long>(call.limit.count()));
   curl_easy_setopt(easy, CURLOPT_LOW_SPEED_LIMIT, kHardlyMoves);
   curl_easy_setopt(easy, CURLOPT_LOW_SPEED_TIME, static_cast<long>(access_.stall.count()));

@@ -31,7 +31,8 @@ class Connection {
   Connection(const Connection&) = delete;
   Connection& operator=(const Connection&) = delete;
 
-  // Ends soon after `interrupted` says so, which is asked every 10 ms. Holds at most kMostReplyBytes of an answer.
+  // Ends soon after `interrupted` says so, which is asked every 10 ms. Holds at most kMostReplyBytes of an answer; what
+  // the call's sink takes is not held.
   Exchange send(const Call& call, const Interrupted& interrupted);
 
  private:
@@ -44,7 +45,7 @@ class Connection {
   };
   using Headers = std::unique_ptr<curl_slist, Freed>;
 
-  void set(const Call& call, const Headers& headers, Reply& reply);
+  void set(const Call& call, const Headers& headers);
   void set_body(const Call& call);
   void set_access();
   std::optional<CURLcode> drive(const Interrupted& interrupted);

@@ -6,9 +6,18 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace meshgauge::check::service {
+
+// Takes the body of a success as it comes, where it may be longer than what is held of an answer.
+class Sink {
+ public:
+  virtual ~Sink() = default;
+  virtual void begin() = 0;                       // of each try
+  virtual bool take(std::string_view piece) = 0;  // false: it cannot be what was asked for, and the exchange ends
+};
 
 struct Call {
   std::string method;                       // "HEAD", "GET", "PUT", "POST" or "DELETE"
@@ -16,6 +25,7 @@ struct Call {
   std::vector<std::string> headers;         // "Name: value"
   std::span<const std::byte> body;          // borrowed, and sent from where it is
   std::chrono::milliseconds limit{60'000};  // of the whole exchange
+  Sink* sink = nullptr;                     // borrowed; may be null
 };
 
 struct Reply {

@@ -32,6 +32,11 @@ class Once {
     return made;
   }
 
+  void forget_all() {
+    const std::lock_guard lock(mutex_);
+    for (auto& [name, slot] : slots_) slot.value.reset();
+  }
+
   void forget(const std::string& name) {
     const std::lock_guard lock(mutex_);
     slots_[name].value.reset();

@@ -1,7 +1,5 @@
 #include "check/remote/request.h"
 
-#include <nlohmann/json.hpp>
-
 #include "api/names.h"
 
 namespace meshgauge::check::service {
@@ -48,9 +46,10 @@ Json options_of(const Gate& gate, double max_distance) {
 
 }  // namespace
 
-std::string pair_document(const std::string& a, const std::string& b, const Gate& gate, double max_distance) {
-  const Json json{{"a", a}, {"b", b}, {"options", options_of(gate, max_distance)}};
-  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+Json asked_of(const std::string& a, const std::string& b, const Gate& gate, double max_distance) {
+  return {{"a", a}, {"b", b}, {"options", options_of(gate, max_distance)}};
 }
+
+std::string document_of(const Json& asked) { return asked.dump(-1, ' ', false, Json::error_handler_t::replace); }
 
 }  // namespace meshgauge::check::service

@@ -23,6 +23,9 @@ class Sender {
   // it no more, so it is sent without asking.
   Result<std::string> stored(const Gate& gate, Part part, Control& control, bool forgotten = false);
 
+  // The service may have lost meshes: each is asked for anew.
+  void doubt() { delivered_.forget_all(); }
+
   // Of the baseline's bounding box, bit by bit as measured here. Read on a thread of its own, which may outlive even
   // main() when this was cancelled: then the process should end by _Exit(), as with Meshes (check/run/meshes.h).
   Result<double> baseline_diagonal(const Gate& gate, Control& control);

@@ -1,6 +1,7 @@
 #include "check/run/run.h"
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <condition_variable>
 #include <cstdint>
@@ -100,19 +101,69 @@ class Run {
     Control control;  // of the measurement
     Control after;    // of what comes after it: the gate's deadline is not its
     Progress progress;
+    std::atomic<bool> ended{false};  // it was told of, of gates measured together
 
     explicit Job(std::size_t its_gate) : gate(its_gate) {}
   };
 
+  // Gates that were measured together end faster than one thread makes pictures of them: whoever is free does.
   void work() {
-    while (Job* job = next()) {
-      job->control.watch([this, job](const Progress& progress) { note(*job, progress); }, kShowEvery);
-      const Gate& gate = gates_[job->gate];
-      GateOutcome outcome = outcome_of(gate, measure(measurer_, gate, job->control), job->after);
-      outcome.wall_ms = ms_since(job->start);
-      if (watch_.after) keep(outcome, *job);
-      finish(*job, std::move(outcome));
+    std::unique_lock lock(mutex_);
+    while (!over()) {
+      if (!ended_together_.empty()) {
+        auto [job, outcome] = std::move(ended_together_.front());
+        ended_together_.pop_front();
+        unlocked(lock, [&, job = job, &outcome = outcome] { conclude(*job, std::move(outcome)); });
+      } else if (const std::vector<Job*> some = next(); !some.empty()) {
+        unlocked(lock, [&] { some.size() == 1 ? measure_one(*some.front()) : measure_together(some); });
+      } else {
+        changed_.wait_for(lock, kTick);
+      }
     }
+  }
+
+  void measure_one(Job& job) {
+    const Gate& gate = gates_[job.gate];
+    conclude(job, outcome_of(job, measure(measurer_, gate, job.control)));
+  }
+
+  // Exceptions end here, as those of one gate.
+  void measure_together(const std::vector<Job*>& jobs) {
+    std::vector<Task> tasks;
+    for (Job* job : jobs) {
+      tasks.push_back(
+          {&gates_[job->gate], &job->control, [this, job](auto result, auto ms) { end(*job, std::move(result), ms); }});
+    }
+    std::string why = "it was left out";
+    try {
+      measurer_.measure_together(tasks);
+    } catch (const std::exception& error) {
+      why = error.what();
+    }
+    for (Job* job : jobs) {
+      if (!job->ended) end(*job, Error{ErrorCode::internal, "the measurement failed unexpectedly: " + why, "", ""});
+    }
+  }
+
+  void end(Job& job, Result<Measured> result, std::optional<double> run_ms = {}) {
+    GateOutcome outcome = outcome_of(job, std::move(result));
+    if (run_ms) outcome.wall_ms = std::min(outcome.wall_ms, *run_ms);
+    job.ended = true;
+    if (!watch_.after) return finish(job, std::move(outcome));
+    const std::lock_guard lock(mutex_);
+    ended_together_.emplace_back(&job, std::move(outcome));
+    changed_.notify_all();
+  }
+
+  GateOutcome outcome_of(Job& job, Result<Measured> result) {
+    GateOutcome outcome = check::outcome_of(gates_[job.gate], std::move(result), job.after);
+    outcome.wall_ms = ms_since(job.start);
+    return outcome;
+  }
+
+  void conclude(Job& job, GateOutcome outcome) {
+    if (watch_.after) keep(outcome, job);
+    finish(job, std::move(outcome));
   }
 
   // A picture that cannot be made is no reason to lose what was measured.
@@ -121,13 +172,17 @@ class Run {
   } catch (const std::exception&) {
   }
 
-  // Null: nothing is left to begin.
-  Job* next() {
-    const std::lock_guard lock(mutex_);
-    if (stopped_ || begun_ == order_.size()) return nullptr;
-    jobs_.emplace_back(order_[begun_++]);
-    running_.push_back(&jobs_.back());
-    return running_.back();
+  // Empty: nothing is left to begin.
+  std::vector<Job*> next() {
+    std::vector<Job*> some;
+    const std::size_t most = measurer_.together();
+    while (!stopped_ && begun_ < order_.size() && some.size() < std::max<std::size_t>(most, 1)) {
+      Job& job = jobs_.emplace_back(order_[begun_++]);
+      job.control.watch([this, &job](const Progress& progress) { note(job, progress); }, kShowEvery);
+      running_.push_back(&job);
+      some.push_back(&job);
+    }
+    return some;
   }
 
   void note(Job& job, const Progress& progress) {
@@ -165,6 +220,7 @@ class Run {
 
   void stop() {
     stopped_ = true;
+    changed_.notify_all();
     for (Job* job : running_) job->control.cancel(), job->after.cancel();
   }
 
@@ -204,9 +260,10 @@ class Run {
   std::condition_variable changed_;
   std::size_t begun_ = 0;
   bool stopped_ = false;
-  std::deque<Job> jobs_;            // begun; their places do not change
-  std::vector<Job*> running_;       // as they began
-  std::vector<std::size_t> ended_;  // gates, as they ended
+  std::deque<Job> jobs_;                                     // begun; their places do not change
+  std::vector<Job*> running_;                                // as they began
+  std::deque<std::pair<Job*, GateOutcome>> ended_together_;  // what comes after is not done yet
+  std::vector<std::size_t> ended_;                           // gates, as they ended
   std::vector<std::optional<GateOutcome>> outcomes_;
 };
 

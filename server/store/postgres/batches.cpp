@@ -159,7 +159,8 @@ CancelledBatch cancel(PgConnection& connection, const JobKey& key, Moment moment
       "WITH own AS (" MESHGAUGE_PG_OWN_JOBS
       " AND NOT its.cancel_requested)), "
       "those AS MATERIALIZED (SELECT found.number FROM (SELECT job FROM own ORDER BY job) AS own CROSS JOIN LATERAL "
-      "(SELECT number FROM jobs WHERE jobs.owner = $1 AND jobs.id = own.job AND state < 2 AND batch <> '' FOR UPDATE) "
+      "(SELECT number FROM jobs WHERE jobs.owner = $1 AND jobs.id = own.job AND state + 0 < 2 AND batch <> '' FOR "
+      "UPDATE) "
       "AS found) "
       "UPDATE jobs SET cancel_requested = true, state = CASE state WHEN 0 THEN 4 ELSE 1 END, finished = CASE state "
       "WHEN 0 THEN $3 END, expires = CASE state WHEN 0 THEN $4 END FROM those WHERE jobs.number = those.number "

@@ -19,10 +19,10 @@ constexpr std::array kDefaults = {
     std::pair("tcp_user_timeout", "6000"), std::pair("fallback_application_name", "meshgauge"),
 };
 
-// Ours for each session. The plans must not depend on how many rows there were when they were made: every table is
-// read, and joined, by an index. A client that is gone must not hold locks, nor one that waits for a lock wait long.
-// What is acknowledged is on the disk, and with the standby if there is one that must have it, whatever the server's
-// default.
+// Ours for each session. What a plan does must not depend on how many rows PostgreSQL believes that there are: every
+// table is read, joined and ordered by an index. A client that is gone must not hold locks, nor one that waits for a
+// lock wait long. What is acknowledged is on the disk, and with the standby if there is one that must have it, whatever
+// the server's default.
 constexpr const char* kSession = R"sql(
 SET client_min_messages = warning;
 SET statement_timeout = '30s';
@@ -36,12 +36,18 @@ SET jit = off;
 SET enable_seqscan = off;
 SET enable_hashjoin = off;
 SET enable_mergejoin = off;
+SET enable_bitmapscan = off;
+SET enable_sort = off;
+SET enable_incremental_sort = off;
 SET plan_cache_mode = force_generic_plan;
 SET default_transaction_isolation = 'read committed';
 SELECT set_config('synchronous_commit', 'on', false)
   WHERE current_setting('synchronous_commit') IN ('off', 'local', 'remote_write');
 )sql";
 
+// A plan is made for tables as large as they are then, and PostgreSQL notices only after a minute or so that they are
+// not any more.
+constexpr auto kPlansLast = std::chrono::seconds(3);
 constexpr auto kSessionTime = std::chrono::seconds(4);
 
 std::string one_line(std::string_view text) {
@@ -197,6 +203,10 @@ const std::string& PgConnection::prepared(const char* sql, const PgValues& value
 }
 
 PgRows PgConnection::query(const char* sql, const PgValues& values) {
+  if (std::chrono::steady_clock::now() >= plans_until_) {
+    plans_until_ = std::chrono::steady_clock::now() + kPlansLast;
+    execute("DISCARD PLANS");
+  }
   const std::string& name = prepared(sql, values);
   const std::vector<int> binary(static_cast<std::size_t>(values.size()), 1);
   return finish(PQsendQueryPrepared(connection_.get(), name.c_str(), values.size(), values.pointers().data(),

@@ -71,6 +71,7 @@ class PgConnection {
 
   std::unique_ptr<pg_conn, Closed> connection_;
   SteadyTime deadline_ = SteadyTime::max();
+  SteadyTime plans_until_{};
   bool lost_ = false;
   bool unreplicated_ = false;  // a commit was told to wait no longer for another server
   std::unordered_map<std::string_view, std::string> names_;

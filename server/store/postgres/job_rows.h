@@ -15,12 +15,14 @@ namespace meshgauge::server::store {
   "expires_if_never_run, tries, worker, cancel_requested, started, finished, expires, lower, upper, stage, " \
   "document, problem, last_error, batch, deadline, verdict, excused"
 
+// A job that is looked for by its key is found by the index of keys alone: `state + 0` is in no partial index.
+
 // The end of a statement whose query `ended` has the columns owner and parent of jobs that it has ended: their wholes
 // wait for one part less each. Wholes are locked after parts, everywhere.
 #define MESHGAUGE_PG_SETTLE_WHOLES                                                                                \
   "settled AS (UPDATE jobs AS whole SET awaits = whole.awaits - part.number FROM (SELECT owner, parent, "         \
   "count(*)::int AS number FROM ended WHERE parent <> '' GROUP BY owner, parent ORDER BY owner, parent) AS part " \
-  "WHERE whole.owner = part.owner AND whole.id = part.parent AND whole.state = 0 AND whole.awaits > 0) "
+  "WHERE whole.owner = part.owner AND whole.id = part.parent AND whole.state + 0 = 0 AND whole.awaits > 0) "
 
 Job pg_job_of(const PgRows& row);
 Token pg_token_of(const PgRows& row);

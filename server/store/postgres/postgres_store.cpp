@@ -57,7 +57,8 @@ std::optional<JobState> cancel(PgConnection& connection, const JobKey& key, Mome
       "= CASE jobs.state WHEN 0 THEN $3 END, expires = CASE jobs.state WHEN 0 THEN $4 END FROM those WHERE jobs.owner "
       "= those.owner AND jobs.id = those.id RETURNING jobs.number), "
       "ended AS (UPDATE jobs SET cancel_requested = true, state = CASE state WHEN 0 THEN 4 ELSE 1 END, finished = CASE "
-      "state WHEN 0 THEN $3 END, expires = CASE state WHEN 0 THEN $4 END WHERE owner = $1 AND id = $2 AND state < 2 "
+      "state WHEN 0 THEN $3 END, expires = CASE state WHEN 0 THEN $4 END WHERE owner = $1 AND id = $2 AND state + 0 < "
+      "2 "
       "AND (SELECT count(*) FROM with_it) >= 0 RETURNING owner, CASE state WHEN 4 THEN parent ELSE '' END AS parent, "
       "state), " MESHGAUGE_PG_SETTLE_WHOLES "SELECT state FROM ended",
       key.owner, key.id, moment.now, moment.keep_until);

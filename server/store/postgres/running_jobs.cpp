@@ -42,9 +42,8 @@ constexpr const char* kClaimSome =
     "upto AS suspect FROM taken CROSS JOIN LATERAL unnest(numbers, costs, suspects) WITH ORDINALITY AS member (number, "
     "cost, suspect, place) WINDOW upto AS (ORDER BY member.place)), "
     "claimed AS (" MESHGAUGE_PG_CLAIM
-    "FROM members WHERE jobs.number = members.number AND (place = 1 OR (members.cost <= $7 AND NOT suspect)) "
-    "RETURNING place, jobs.*) "
-    "SELECT " MESHGAUGE_PG_JOB ", " MESHGAUGE_PG_FLEETING " FROM claimed ORDER BY place";
+    "WHERE number = ANY (ARRAY(SELECT number FROM members WHERE place = 1 OR (cost <= $7 AND NOT suspect))) RETURNING "
+    "jobs.*) SELECT " MESHGAUGE_PG_JOB ", " MESHGAUGE_PG_FLEETING " FROM claimed ORDER BY rank, number";
 
 std::int64_t random_number() {
   const std::string digits = api::random_id().substr(0, 15);
@@ -72,7 +71,7 @@ std::vector<Claimed> claimed_before(PgConnection& connection, std::int64_t claim
   "(array_agg(heard.stage) FILTER (WHERE heard.stage IS NOT NULL))[1] AS stage FROM jobs AS part "                  \
   "LEFT JOIN heard ON heard.number = part.number WHERE part.parent <> '' AND (part.owner, part.parent) IN (SELECT " \
   "owner, parent FROM heard WHERE parent <> '' AND stage IS NOT NULL) GROUP BY part.owner, part.parent ORDER BY "   \
-  "part.owner, part.parent) AS sum WHERE whole.owner = sum.owner AND whole.id = sum.parent AND whole.state = 0) "
+  "part.owner, part.parent) AS sum WHERE whole.owner = sum.owner AND whole.id = sum.parent AND whole.state + 0 = 0) "
 
 struct Heard {
   std::vector<Heartbeat> answers;
@@ -98,7 +97,8 @@ Heard hear(PgConnection& connection, std::span<const Beat> beats, TimePoint leas
       "$3::bytea[], $4::int8[], $5::float8[], $6::float8[], $7::bytea[]) WITH ORDINALITY AS beat (owner, id, worker, "
       "tries, lower, upper, stage, place) ORDER BY owner, id) AS beat CROSS JOIN LATERAL (SELECT number FROM jobs "
       "WHERE "
-      "owner = beat.owner AND id = beat.id AND state = 1 AND worker = beat.worker AND tries = beat.tries FOR UPDATE) "
+      "owner = beat.owner AND id = beat.id AND state + 0 = 1 AND worker = beat.worker AND tries = beat.tries FOR "
+      "UPDATE) "
       "AS "
       "found), "
       "heard AS (UPDATE jobs SET lease_until = $8, lower = coalesce(mine.lower, jobs.lower), upper = "
@@ -178,7 +178,7 @@ std::optional<HandedBack> give_back(PgConnection& connection, const Token& token
   PgRows row = connection.query(
       "WITH mine AS MATERIALIZED (SELECT number, excused + ($5 = '')::int AS excused_now, CASE WHEN cancel_requested "
       "THEN 4 WHEN tries >= excused + ($5 = '')::int + $8 THEN 3 ELSE 0 END AS new_state FROM jobs WHERE owner = $1 "
-      "AND id = $2 AND state = 1 AND worker = $3 AND tries = $4 FOR UPDATE), "
+      "AND id = $2 AND state + 0 = 1 AND worker = $3 AND tries = $4 FOR UPDATE), "
       "given_back AS (UPDATE jobs SET state = new_state, excused = excused_now, worker = '', lease_until = NULL, "
       "finished = CASE WHEN new_state >= 2 THEN $6 END, expires = CASE WHEN new_state >= 2 THEN $7 END, last_error = "
       "CASE WHEN $5 = '' THEN last_error ELSE $5 END FROM mine WHERE jobs.number = mine.number RETURNING owner, state, "
@@ -205,7 +205,7 @@ Result<std::optional<Claimed>> PostgresStore::claim(const JobKey& key, const std
       if (auto before = claimed_before(connection, claim); !before.empty()) return before;
     }
     return all_claimed(connection.query(
-        MESHGAUGE_PG_CLAIM "WHERE owner = $5 AND id = $6 AND state = 0 AND awaits = 0 RETURNING " MESHGAUGE_PG_JOB
+        MESHGAUGE_PG_CLAIM "WHERE owner = $5 AND id = $6 AND state + 0 = 0 AND awaits = 0 RETURNING " MESHGAUGE_PG_JOB
                            ", " MESHGAUGE_PG_FLEETING,
         worker, now, lease_until, claim, key.owner, key.id));
   });

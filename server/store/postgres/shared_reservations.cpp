@@ -11,6 +11,7 @@ using Clock = std::chrono::steady_clock;
 constexpr std::int64_t kLocks = 0x4d475200;  // and 255 more: beside those of schema.cpp, control.cpp and batches.cpp
 constexpr auto kStatementTime = 4s;
 constexpr auto kBetweenConnects = 1s;
+constexpr int kTries = 20;  // for a lock that another process holds while it removes a blob; each waits some seconds
 
 #define MESHGAUGE_PG_BUCKET "($1::int, hashtext(coalesce(current_schema(), '')))"
 
@@ -64,10 +65,13 @@ void SharedReservations::begin(const std::string& name) {
   const std::size_t bucket = bucket_of(name);
   const std::lock_guard lock(mutex_);
   ++held_[bucket];
-  try {
-    connected();
-  } catch (const PgFailure&) {
-    static_cast<void>(ask("SELECT true WHERE $1 > 0", bucket));
+  for (int tries = 0; tries < kTries; ++tries) {
+    try {
+      connected();
+      return;
+    } catch (const PgFailure& failure) {
+      if (!failure.may_pass) return;
+    }
   }
 }
 

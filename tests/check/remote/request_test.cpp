@@ -14,7 +14,7 @@ const std::string kA(64, 'a'), kB(64, 'b');
 
 // What the service reads from it.
 api::Request read(const Gate& gate, double max_distance) {
-  const auto pair = api::parse_stored_pair(service::pair_document(kA, kB, gate, max_distance));
+  const auto pair = api::parse_stored_pair(service::document_of(service::asked_of(kA, kB, gate, max_distance)));
   REQUIRE(pair.ok());
   CHECK(pair->a == kA);
   CHECK(pair->b == kB);
@@ -62,7 +62,7 @@ TEST_CASE("request: what the gate does not say is left to the service") {
   CHECK(request.units.empty());
   CHECK(request.options.tolerance.diagonal == gate.options.tolerance.diagonal);
   CHECK_FALSE(request.options.statistics.has_value());
-  const auto json = nlohmann::json::parse(service::pair_document(kA, kB, gate, 0));
+  const auto json = nlohmann::json::parse(service::document_of(service::asked_of(kA, kB, gate, 0)));
   for (const char* absent : {"threads", "budget", "points", "statistics"})
     CHECK_FALSE(json["options"].contains(absent));
 }

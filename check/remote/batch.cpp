@@ -1,0 +1,184 @@
+#include "check/remote/batch.h"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <span>
+#include <thread>
+
+#include "api/batch_request.h"
+#include "check/remote/batch_results.h"
+#include "check/remote/request.h"
+#include "check/remote/waiting.h"
+#include "check/utf8.h"
+
+namespace meshgauge::check::service {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using std::chrono::milliseconds;
+
+// All results come each time, so they are looked at when that many have ended since, or after that time.
+constexpr std::size_t kShareOfRead = 8;
+constexpr std::chrono::seconds kReadEvery{5};
+constexpr milliseconds kTimeOfLine{200};    // of the limit of an exchange
+constexpr milliseconds kLastResults{1000};  // for those of a batch that was given up
+
+std::string path_of(const std::string& id) { return "/v1/batches/" + id; }
+
+// Of a batch a name may not have any; it is for people, and results are told apart by their positions.
+bool can_be_named(const std::string& name) {
+  return !name.empty() && name.size() <= api::kMaxBatchNameBytes && is_utf8(name) &&
+         find_control(name) == std::string::npos;
+}
+
+bool is_any_of(int status, std::initializer_list<int> statuses) {
+  return std::find(statuses.begin(), statuses.end(), status) != statuses.end();
+}
+
+}  // namespace
+
+Batch::Outcome Batch::measure() {
+  document_ = document();
+  const auto reply = client_.ask(call(), control_);
+  if (reply) return answered(*reply);
+  if (control_.check() == Interruption::cancelled) return abandon();
+  return {Fate::failed, reply.error()};
+}
+
+std::string Batch::document() const {
+  Json comparisons = Json::array();
+  for (const Pair* pair : pairs_) {
+    Json asked = pair->asked();
+    if (can_be_named(pair->gate().name)) asked["name"] = pair->gate().name;
+    comparisons.push_back(std::move(asked));
+  }
+  return document_of({{"name", "meshgauge check"}, {"comparisons", std::move(comparisons)}});
+}
+
+Call Batch::call() const {
+  return {"POST",
+          "/v1/batches",
+          {"Content-Type: application/json", "Idempotency-Key: " + key_},
+          std::as_bytes(std::span(document_))};
+}
+
+Batch::Outcome Batch::answered(const Reply& reply) {
+  if (const auto batch = reply.status == 202 ? ours(reply) : std::nullopt) return follow(batch->id);
+  if (is_any_of(reply.status, {404, 405, 501})) return {Fate::absent, {}};
+  const auto problem = problem_from(std::string_view(reply.body));
+  if (problem && problem->slug == "unknown-mesh") return {Fate::unknown_mesh, {}};
+  if (is_any_of(reply.status, {400, 413, 422})) return {Fate::refused, {}};
+  return failed(reply);
+}
+
+Batch::Outcome Batch::failed(const Reply& reply) const {
+  if (reply.status < 300) return {Fate::failed, not_a_service(client_.base(), "its answer is not that to this batch")};
+  return {Fate::failed, error_of(reply, pairs_.front()->gate(), client_.base(), client_.has_key())};
+}
+
+std::optional<BatchState> Batch::ours(const Reply& reply) const {
+  auto batch = batch_from(reply.body);
+  return batch && batch->total == pairs_.size() ? batch : std::nullopt;
+}
+
+// Looks how it stands until it has ended, through restarts of the service and of everything between. Its comparisons
+// wait for those of others, but some end all the time.
+Batch::Outcome Batch::follow(const std::string& id) {
+  const auto slack = longest() + client_.patience();
+  std::size_t ended = 0;
+  read_ = Clock::now();
+  milliseconds look = kFirstLook;
+  for (auto wall = Clock::now() + slack; pause(look, control_);) {
+    if (Clock::now() >= wall) {
+      cancel(id);
+      const std::string what = "the service at " + client_.base() + " did not end the batch in its time";
+      return {Fate::failed, Error{ErrorCode::internal, what, "", "--server"}};
+    }
+    const auto reply = client_.ask({"GET", path_of(id), {}, {}}, control_);
+    if (control_.check() == Interruption::cancelled) break;
+    if (!reply) return {Fate::failed, reply.error()};
+    if (reply->status == 404) return {Fate::lost, {}};
+    const auto batch = reply->status == 200 ? ours(*reply) : std::nullopt;
+    if (!batch || batch->id != id) return failed(*reply);
+    if (batch->ended > ended) wall = Clock::now() + slack;
+    ended = std::max(ended, batch->ended);
+    const auto there = batch->finished || due(*batch) ? read(id) : Result<Done>(Done{});
+    if (control_.check() == Interruption::cancelled) break;
+    if (!there) return {Fate::failed, there.error()};
+    if (batch->finished) return {Fate::ended, {}};
+    look = std::min(kLastLook, look * 3 / 2);
+  }
+  return cancel(id);
+}
+
+bool Batch::due(const BatchState& batch) const {
+  if (batch.ended <= known_) return false;
+  return batch.ended - known_ >= std::max<std::size_t>(pairs_.size() / kShareOfRead, 1) ||
+         Clock::now() >= read_ + kReadEvery;
+}
+
+milliseconds Batch::longest() const {
+  milliseconds longest{0};
+  for (const Pair* pair : pairs_) longest = std::max(longest, pair->gate().timeout);
+  return longest;
+}
+
+Call Batch::results_call(const std::string& id, Sink& sink) const {
+  Call call{"GET", path_of(id) + "/results.jsonl", {}, {}};
+  call.limit += kTimeOfLine * pairs_.size();
+  call.sink = &sink;
+  return call;
+}
+
+// A batch that is forgotten meanwhile is found to be so by the next look at it.
+Result<Done> Batch::read(const std::string& id) {
+  BatchResults results(pairs_.size(), [this](BatchLine line) { learn(std::move(line)); });
+  const auto reply = client_.ask(results_call(id, results), control_);
+  read_ = Clock::now();
+  if (!reply) return reply.error();
+  if (reply->status != 200 && reply->status != 404) return *failed(*reply).error;
+  return Done{};
+}
+
+// What is neither a result of ours nor a problem is left: it can be asked for otherwise.
+void Batch::learn(BatchLine line) {
+  if (told_[line.position] || !line.job) return;
+  End end = pairs_[line.position]->end_of(std::move(*line.job));
+  if (!end.document && !end.problem) return;
+  told_[line.position] = true;
+  ++known_;
+  tell_(line.position, std::move(end));
+}
+
+// Cancelled in the middle of asking: under its key it is the same batch, so it can be told to end.
+Batch::Outcome Batch::abandon() {
+  const Reply reply = client_.once(call(), after(kFarewell)).reply;
+  const auto batch = reply.status == 202 ? ours(reply) : std::nullopt;
+  return batch ? cancel(batch->id) : Outcome{Fate::cancelled, {}};
+}
+
+// Asked to end, it has the results so far, and the intervals of what has begun.
+Batch::Outcome Batch::cancel(const std::string& id) {
+  end_there(id, after(kFarewell - kLastResults));
+  BatchResults results(pairs_.size(), [this](BatchLine line) { learn(std::move(line)); });
+  client_.once(results_call(id, results), after(kLastResults));
+  return {Fate::cancelled, {}};
+}
+
+// One that has ended would be forgotten by DELETE, with its results; so it is looked at before, and after.
+void Batch::end_there(const std::string& id, const Interrupted& over) {
+  bool told = false;
+  for (Call farewell{"GET", path_of(id), {}, {}}; !over();) {
+    const Exchange exchange = client_.once(farewell, over);
+    const int status = exchange.reply.status;
+    if (status == 204 || status == 404 || exchange.trouble == Trouble::no_contact) return;
+    const auto batch = status == 200 ? ours(exchange.reply) : std::nullopt;
+    if (batch && batch->finished) return;
+    farewell.method = batch && !told ? "DELETE" : "GET";
+    if (told || !batch) std::this_thread::sleep_for(kFarewellLook);
+    told = told || farewell.method == "DELETE";
+  }
+}
+
+}  // namespace meshgauge::check::service

@@ -1,0 +1,73 @@
+// Many gates measured by a service: as batches, and one by one where that is not to be had.
+//
+//   send all meshes, several at once -> Batch -> each result as it comes; a batch that is not taken is cut in halves,
+//   one that is lost is asked for anew, and what has no result there is asked for by itself
+#pragma once
+
+#include <atomic>
+#include <cstddef>
+#include <deque>
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "check/measurer.h"
+#include "check/remote/batch.h"
+#include "check/remote/client.h"
+#include "check/remote/pair.h"
+#include "check/remote/seats.h"
+#include "check/remote/sender.h"
+
+namespace meshgauge::check::service {
+
+// What all gates of a run share. Thread safe.
+struct Shared {
+  Shared(const RemoteOptions& options, const std::string& base, std::string its_run)
+      : client(options, base), sender(client), seats(options.at_once), run(std::move(its_run)) {}
+
+  // Of an Idempotency-Key: no other run has it, and none comes twice.
+  std::string next_key() { return "check-" + run + "-" + std::to_string(++keys); }
+
+  Client client;
+  Sender sender;
+  Seats seats;
+  const std::string run;
+  std::atomic<unsigned> keys{0};
+  std::atomic<std::size_t> most_of_batch{1000};  // gates; 1: the service has no batches
+  std::mutex sending;  // held by the group of gates whose meshes are being sent: the next one's follow meanwhile
+};
+
+// What a service has measured of a gate.
+Result<Measured> measured_of(const Shared& shared, const Pair& pair, Result<nlohmann::ordered_json> document);
+
+// Borrows all.
+class Together {
+ public:
+  Together(Shared& shared, std::span<const Task> tasks);
+
+  // All have ended when it returns. Once.
+  void measure();
+
+ private:
+  using Places = std::vector<std::size_t>;  // of gates
+
+  Places sent(const Places& places);
+  void ask(Places places);
+  Batch::Outcome ask_once(const Places& places);
+  void halve(const Places& places);
+  void ask_alone(const Places& places);
+  Places left_of(const Places& places) const;
+  void each(const Places& places, const std::function<void(std::size_t place)>& work);
+  void tell(std::size_t place, End end);
+  void tell(std::size_t place, Result<Measured> result, std::optional<double> run_ms = {});
+
+  Shared& shared_;
+  const std::span<const Task> tasks_;
+  std::deque<Pair> pairs_;
+  std::vector<char> told_;  // not bits: each is written by a thread of its own
+};
+
+}  // namespace meshgauge::check::service
