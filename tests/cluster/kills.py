@@ -101,7 +101,7 @@ class Campaign:
         victims = [("leader", "worker", "front end")[i % 3] for i in range(self.kills)]
         self.dice.shuffle(victims)
         for number, victim in enumerate(victims, 1):
-            self.crowd.may = jobs * number // (self.kills + 1)
+            self.crowd.may = jobs * (number + 1) // (self.kills + 1)  # so many that some wait while somebody is dead
             due = jobs * (number - 1) // (self.kills + 1)
             until(lambda: self.crowd.taken >= due, 600, "%d works to be begun" % due)
             time.sleep(self.dice.uniform(0, 2))
