@@ -41,10 +41,10 @@ class Command(Workplace):
         outs = {}
         for where in ("here", "there"):
             more = ("--server", url_of(server)) if where == "there" else ()
-            result = self.check(manifest, "--json", "%s.json" % where, "--junit", "%s.xml" % where, *more)
+            result = self.check(manifest, "--json=%s.json" % where, "--junit=%s.xml" % where, *more)
             self.assertEqual(result.returncode, 3, result.stderr)
             outs[where] = json.loads((self.folder / ("%s.json" % where)).read_text())
-        self.assertEqual(posts(server), (1, 0))
+        until(lambda: posts(server) == (1, 0))
         self.assertEqual(outs["there"]["counts"], {"pass": 48, "fail": 10, "undecided": 0, "error": 2})
         for here, there in zip(outs["here"]["gates"], outs["there"]["gates"]):
             for member in ("name", "verdict", "limit", "distance", "witness", "error"):
@@ -59,7 +59,7 @@ class Command(Workplace):
         server = Server()
         self.addCleanup(server.stop, signal.SIGKILL)
         self.exits(1, "raised.obj", "flat.obj", "--max-distance", "0.5", "--server", url_of(server))
-        self.assertEqual(posts(server), (0, 1))
+        until(lambda: posts(server) == (0, 1))
 
 
 class Case(ServerCase):
@@ -129,7 +129,7 @@ class Taken(Case):
             self.assertEqual(relay.seen[("POST", "/v1/comparisons")], 1)
 
     def test_results_come_before_all_have_ended(self):
-        run = Run([*self.gates, self.slow("slow", timeout_ms=3000)], {"url": url_of(self.server)})
+        run = Run([*self.gates, self.slow("slow", timeout_ms=1500)], {"url": url_of(self.server)})
         until(lambda: any(line[:2] == ["slow", "queue"] for line in run.progress))
         outcomes = {o["name"]: o for o in run.ended()}
         self.assert_decided(outcomes, "slow")
@@ -177,7 +177,9 @@ class Suspicion(Case):
                 self.assert_errors("its answer is not what was asked for", self.answers(lambda _: body))
 
     def test_lines_without_end(self):
-        self.assert_errors("its answer is not what was asked for", self.answers(lambda body: body * 1000))
+        """What came before is believed, line by line."""
+        for outcome in self.answers(lambda body: body * 100_000).values():
+            self.assertTrue(outcome["verdict"] == "fail" or "is not what was asked for" in outcome["error"], outcome)
 
     def test_the_results_of_others(self):
         def swap(body):
@@ -200,7 +202,7 @@ class Suspicion(Case):
 
     def test_a_batch_that_never_ends(self):
         for made in self.gates:
-            made["timeout_ms"] = 1000
+            made["timeout_ms"] = 500
 
         def still(body):
             batch = json.loads(body)
@@ -235,7 +237,7 @@ class Restarts(Case):
     def start(self):
         data = str(self.folder / "data")
         server = Server("--workers", "1", environment={"MESHGAUGE_DATA_DIR": data})
-        gates = [*self.gates, *[self.slow("slow %d" % i, timeout_ms=1500) for i in range(2)]]
+        gates = [*self.gates, *[self.slow("slow %d" % i, timeout_ms=700) for i in range(2)]]
         return server, data, Run(gates, {"url": url_of(server)})
 
     def assert_measured(self, run, server):
