@@ -244,7 +244,10 @@ TEST_CASE("gates that are measured together") {
     Batch batch;
     Watch watch;
     std::atomic<int> told{0}, after{0};
-    watch.ended = [&](const GateOutcome&, const Standing& standing) { CHECK(standing.gates == 5), ++told; };
+    watch.ended = [&](const GateOutcome&, const Standing& standing) {
+      CHECK(standing.gates == 5);
+      ++told;
+    };
     if (pictures) watch.after = [&](std::size_t, const GateOutcome&, Control&) { ++after; };
     batch.answer = [](const Gate& gate, Control&) -> Result<Measured> {
       if (gate.name == "two") return Error{ErrorCode::unreadable_mesh, "m", "a", ""};
