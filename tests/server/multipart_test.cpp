@@ -115,7 +115,8 @@ TEST_CASE("multipart: the boundary of a Content-Type") {
   std::string boundary;
   CHECK(!server::find_boundary("multipart/form-data; boundary=abc", "multipart/form-data", boundary));
   CHECK(boundary == "abc");
-  CHECK(!server::find_boundary("Multipart/Form-Data; charset=utf-8; Boundary=\"a b:c\"", "multipart/form-data", boundary));
+  CHECK(!server::find_boundary("Multipart/Form-Data; charset=utf-8; Boundary=\"a b:c\"", "multipart/form-data",
+                               boundary));
   CHECK(boundary == "a b:c");
   const auto kind = [](const std::string& type) {
     std::string unused;

@@ -265,9 +265,9 @@ Result<bool> PostgresStore::cancel_batch(const JobKey& key, Moment moment) {
 }
 
 Result<BatchStore::Load> PostgresStore::batch_load(const std::string& owner) {
-  return pool_.run(Promise::none, [&](PgConnection& connection) {
+  return pool_.run(Promise::fleeting, [&](PgConnection& connection) {
     PgRows row = connection.query(
-        "SELECT sum(jobs), count(*) FILTER (WHERE jobs > 0) FROM (SELECT batch, count(*) AS jobs FROM jobs WHERE state "
+        "SELECT coalesce(sum(jobs), 0)::int8, count(*) FROM (SELECT batch, count(*) AS jobs FROM jobs WHERE state "
         "IN (0, 1) AND owner = $1 AND batch <> '' GROUP BY batch) AS mine",
         owner);
     row.next();
