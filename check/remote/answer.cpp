@@ -82,11 +82,12 @@ bool is_comparison(const Json& json) {
   return json.is_object() && is_id(text(json, "id")) && api::value_of(api::kStops, text(json, "status"));
 }
 
-std::optional<std::size_t> count_of(const Json& json, const char* member) {
-  if (!json.is_object()) return std::nullopt;
+// False: it has none.
+bool read_count(const Json& json, const char* member, std::size_t& count) {
   const auto found = json.find(member);
-  if (found == json.end() || !found->is_number_unsigned()) return std::nullopt;
-  return found->get<std::size_t>();
+  if (found == json.end() || !found->is_number_unsigned()) return false;
+  count = found->get<std::size_t>();
+  return true;
 }
 
 // `id`: the member that has it.
@@ -173,23 +174,21 @@ std::optional<BatchState> batch_from(std::string_view body) {
   BatchState batch{text(*json, "id"), state != "running", 0, 0};
   if (!is_id(batch.id) || (batch.finished && state != "done" && state != "cancelled")) return std::nullopt;
   const auto counts = json->find("counts");
-  const auto total = counts != json->end() ? count_of(*counts, "total") : std::nullopt;
-  const auto queued = counts != json->end() ? count_of(*counts, "queued") : std::nullopt;
-  const auto running = counts != json->end() ? count_of(*counts, "running") : std::nullopt;
-  if (!total || !queued || !running || *queued > *total || *running > *total - *queued) return std::nullopt;
-  batch.total = *total;
-  batch.ended = *total - *queued - *running;
+  if (counts == json->end() || !counts->is_object() || !read_count(*counts, "total", batch.total)) return std::nullopt;
+  std::size_t queued = 0, running = 0;
+  if (!read_count(*counts, "queued", queued) || !read_count(*counts, "running", running)) return std::nullopt;
+  if (queued > batch.total || running > batch.total - queued) return std::nullopt;
+  batch.ended = batch.total - queued - running;
   return batch;
 }
 
 std::optional<BatchLine> batch_line_from(std::string_view line) {
   auto json = document_from(line);
-  const auto position = json ? count_of(*json, "position") : std::nullopt;
-  if (!position) return std::nullopt;
-  if (text(*json, "state") == "gone") return BatchLine{*position, std::nullopt};
-  auto job = job_of(*json, "comparison");
-  if (!job || !job->ended()) return std::nullopt;
-  return BatchLine{*position, std::move(job)};
+  BatchLine result;
+  if (!json || !json->is_object() || !read_count(*json, "position", result.position)) return std::nullopt;
+  if (text(*json, "state") == "gone") return result;
+  result.job = job_of(*json, "comparison");
+  return result.job && result.job->ended() ? std::optional(std::move(result)) : std::nullopt;
 }
 
 std::optional<double> run_ms(const Json& comparison) {

@@ -16,7 +16,7 @@ import psycopg2
 
 from crowd import Crowd, works
 from fixture import pairs
-from patroni import Cluster
+from patroni import Cluster, Node
 from postgres import SKIPPED, Missing
 from processes import Fleet, migrate, until
 from promises import Gaps, Ledger, longest_stall
@@ -89,6 +89,7 @@ class Campaign:
         for _ in range(3):
             self.fleet.add_worker("--workers", "2")
         self.fleet.wait()
+        self.back = set(self.fleet.all())  # whoever runs and is not to be started by another thread
         plan = list(works(self.dice, pairs(cluster.scratch.path), jobs))
         self.crowd = Crowd(self.ledger, [one.port for one in self.fleet.front_ends], plan, seed)
         self.pool = concurrent.futures.ThreadPoolExecutor(8)
@@ -100,7 +101,7 @@ class Campaign:
         victims = [("leader", "worker", "front end")[i % 3] for i in range(self.kills)]
         self.dice.shuffle(victims)
         for number, victim in enumerate(victims, 1):
-            self.crowd.may = jobs * number // (self.kills + 1)
+            self.crowd.may = jobs * (number + 1) // (self.kills + 1)  # so many that some wait while somebody is dead
             due = jobs * (number - 1) // (self.kills + 1)
             until(lambda: self.crowd.taken >= due, 600, "%d works to be begun" % due)
             time.sleep(self.dice.uniform(0, 2))
@@ -109,8 +110,8 @@ class Campaign:
                 time.monotonic() - began, number, victim, len(self.ledger.accepted), len(self.ledger.waiting), len(self.ledger.violations)), flush=True)
         self.crowd.may = jobs
         until(lambda: self.crowd.taken == jobs, 600, "all works to be begun")
-        for done in self.returns:
-            done.result()
+        for back in self.returns:
+            back.result()
         until(lambda: not self.ledger.waiting and self.is_promised(), 600, "%s" % self.ledger.waiting)
 
     def is_promised(self):
@@ -122,17 +123,20 @@ class Campaign:
             self.cluster.wait_whole()  # else two of three were dead, which nobody promised to survive
             victim = until(self.cluster.leader)
         else:
-            alive = [one for one in (self.fleet.workers if kind == "worker" else self.fleet.front_ends) if one.process is not None]
-            victim = self.dice.choice(alive or [until(lambda: next((one for one in self.fleet.front_ends + self.fleet.workers
-                                                                    if one.process is not None), None))])
+            kin = self.fleet.workers if kind == "worker" else self.fleet.front_ends
+            victim = self.dice.choice(until(lambda: [one for one in kin if one in self.back], what="a %s that is back" % kind))
+            self.back.remove(victim)
         victim.kill()
         self.killed[kind] = self.killed.get(kind, 0) + 1
         self.returns.append(self.pool.submit(self._bring_back, victim, self.dice.uniform(0.2, 3)))
 
-    @staticmethod
-    def _bring_back(victim, seconds):
+    def _bring_back(self, victim, seconds):
         time.sleep(seconds)
-        victim.start(wait=False)
+        try:
+            (victim.start if isinstance(victim, Node) else victim.start_again)()
+            self.back.add(victim)
+        except AssertionError as error:
+            self.ledger.violated("%s does not come back: %s" % (victim.name, error))
 
     def look_again(self):
         """At everything, at both front ends, when nothing runs any more."""

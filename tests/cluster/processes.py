@@ -29,6 +29,10 @@ def until(condition, seconds=60, what="it"):
     return found
 
 
+class Ended(AssertionError):
+    """A process has, that was to be ready."""
+
+
 class Process:
     """`meshgauge serve` or `meshgauge worker`, listening. Its port and its folder stay the same from one life to the next."""
 
@@ -52,12 +56,25 @@ class Process:
         if wait:
             self.wait_ready()
 
+    def start_again(self):
+        """As a supervisor does: again and again, since nobody can begin while the database is away."""
+        end = time.monotonic() + START_SECONDS
+        while True:
+            self.start(wait=False)
+            try:
+                return self.wait_ready()
+            except Ended:
+                self._ended()
+                if time.monotonic() > end:
+                    raise
+            time.sleep(0.2)
+
     def wait_ready(self):
         until(self.is_ready, START_SECONDS, self.name + " to be ready")
 
     def is_ready(self):
         if self.process.poll() is not None:
-            raise AssertionError("%s ended: %d\n%s" % (self.name, self.process.returncode, self.tail()))
+            raise Ended("%s ended: %d\n%s" % (self.name, self.process.returncode, self.tail()))
         with contextlib.suppress(Gone):
             return self.ask("GET", "/readyz").status == 200
         return False

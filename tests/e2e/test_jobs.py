@@ -35,10 +35,6 @@ def wait_for(server, path, *states):
 class Answers(ServerCase):
     flags = ("--workers", "2")
 
-    def test_in_one_piece_where_there_is_one_process(self):
-        answer = self.server.compare(options={"shards": 4})
-        self.assertEqual((answer.status, answer.json()["engine"]["shards"]), (200, 1), answer.body)
-
     def test_at_once(self):
         answer = self.server.compare(extra=ASYNC)
         self.assertEqual(answer.status, 202)

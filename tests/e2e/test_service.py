@@ -12,6 +12,10 @@ from harness import (RAISED, ROOT, SLOW, SLOW_OPTIONS, SQUARE, Server, ServerCas
 
 
 class Comparisons(ServerCase):
+    def test_shards_are_one_where_there_is_one_process(self):
+        answer = self.server.compare(options={"shards": 4})
+        self.assertEqual((answer.status, answer.json()["engine"]["shards"]), (200, 1), answer.body)
+
     def test_a_comparison(self):
         answer = self.server.compare(options={"tolerance": {"absolute": 1e-6}, "gate": {"max_distance": 3, "units": "mm"}})
         self.assertEqual(answer.status, 200)

@@ -267,6 +267,17 @@ Result<bool> PostgresStore::cancel_batch(const JobKey& key, Moment moment) {
   return cancelled->known;
 }
 
+Result<BatchStore::Load> PostgresStore::batch_load(const std::string& owner) {
+  return pool_.run(Promise::fleeting, [&](PgConnection& connection) {
+    PgRows row = connection.query(
+        "SELECT coalesce(sum(jobs), 0)::int8, count(*) FROM (SELECT batch, count(*) AS jobs FROM jobs WHERE state "
+        "IN (0, 1) AND owner = $1 AND batch <> '' GROUP BY batch) AS mine",
+        owner);
+    row.next();
+    return Load{static_cast<std::uint64_t>(row.number(0)), static_cast<std::uint64_t>(row.number(1))};
+  });
+}
+
 Result<bool> PostgresStore::forget_batch(const JobKey& key) {
   return pool_.run(
       Promise::durable,

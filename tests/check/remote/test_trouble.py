@@ -14,7 +14,7 @@ import unittest.mock
 from pathlib import Path
 
 import gates
-from gates import FlakyProxy, Relay, Run, Stub, gate, measure, requests, url_of, without_chance
+from gates import FlakyProxy, Relay, Run, Stub, gate, measure, requests, url_of, without_batches, without_chance
 from harness import RAISED, SQUARE, Server, ServerCase, wavy_grid
 from test_tls import make_certificate
 
@@ -81,7 +81,7 @@ class Addresses(Trouble):
         with Relay(self.server.port) as relay:
             outcomes = measure(self.gates, {"url": "http://service.invalid"}, {"http_proxy": url_of(relay)})
             self.assert_decided(outcomes)
-            self.assertEqual(relay.seen[("POST", "/v1/comparisons")], 4)
+            self.assertEqual(relay.seen[("POST", "/v1/batches")], 1)
 
     def test_a_key_to_this_machine_passes_no_proxy(self):
         with Relay(self.server.port) as relay:
@@ -97,6 +97,8 @@ class Addresses(Trouble):
 
     def test_a_comparison_that_was_out_of_time_is_not_asked_for_again(self):
         def late(handler, seen):
+            if without_batches(handler, seen):
+                return True
             if handler.command == "POST":
                 problem = {"type": "urn:meshgauge:problem:out-of-time", "title": "t", "status": 503,
                            "detail": "the time was over before 'a' was read", "errors": []}
@@ -162,9 +164,17 @@ class Retries(Trouble):
             self.assertEqual(relay.seen, {("HEAD", "/v1/meshes"): 4, ("PUT", "/v1/meshes"): 4})
 
     def test_an_answer_that_is_lost_is_not_computed_again(self):
+        self.lose_answers(1)
+
+    def test_an_answer_to_one_of_many_that_is_lost_is_not_computed_again(self):
+        self.lose_answers(4, without_batches)
+
+    def lose_answers(self, count, meddle=lambda handler, seen: False):
         lost = []
 
         def lose(handler, seen):
+            if meddle(handler, seen):
+                return True
             if handler.command != "POST" or seen % 2:
                 return False
             self.relay.forward(handler)
@@ -174,9 +184,10 @@ class Retries(Trouble):
         before = self.jobs()
         with Relay(self.server.port, lose) as self.relay:
             self.assert_decided(measure(self.gates, {"url": url_of(self.relay)}))
-            keys = [h["Idempotency-Key"] for m, _, h in self.relay.headers if m == "POST"]
+            path = "/v1/batches" if count == 1 else "/v1/comparisons"
+            keys = [h["Idempotency-Key"] for m, p, h in self.relay.headers if m == "POST" and p == path]
         self.assertGreater(len(lost), 0)
-        self.assertEqual(len(set(keys)), 4)
+        self.assertEqual(len(set(keys)), count)
         self.assertEqual(self.jobs() - before, 4)
 
     def jobs(self):
@@ -206,6 +217,8 @@ class Broken(Trouble):
                 handler.answer(200, {"Content-Type": "application/json"}, answer)
             return handler.command == "POST"
         with Relay(self.server.port, confuse) as relay:
+            self.assert_errors("its answer is not that to this batch", url_of(relay))
+            relay.meddle = lambda handler, seen: without_batches(handler, seen) or confuse(handler, seen)
             self.assert_errors("its answer is not that to this comparison", url_of(relay))
 
 

@@ -2,8 +2,15 @@
 // its own on the server of this run.
 #pragma once
 
-#include "postgres_server.h"
+#include <memory>
+#include <string>
+
+#include <doctest/doctest.h>
+
 #include "server/store/distributed.h"
+#include "tests/server/store/postgres_server.h"
+#include "tests/server/store/store_text.h"
+#include "tests/server/store/test_folder.h"
 
 namespace meshgauge::server::store {
 
