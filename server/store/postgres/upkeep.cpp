@@ -41,11 +41,8 @@ Recovered hand_back_dead(PgConnection& connection, const std::optional<std::stri
   PgRows row = connection.query(
       "WITH mine AS MATERIALIZED (SELECT number, excused + ($2 = '')::int AS excused_now, CASE WHEN cancel_requested "
       "THEN 4 WHEN tries >= excused + ($2 = '')::int + $5 THEN 3 ELSE 0 END AS new_state FROM jobs WHERE state = 1 AND "
-<<<<<<< HEAD
-      "(lease_until <= $3 OR substr(worker, 1, length($1)) = $1) ORDER BY owner, id FOR NO KEY UPDATE SKIP LOCKED), "
-=======
-      "CASE WHEN $1 IS NULL THEN lease_until <= $3 ELSE substr(worker, 1, length($1)) = $1 END ORDER BY owner, id FOR UPDATE SKIP LOCKED), "
->>>>>>> lead
+      "CASE WHEN $1 IS NULL THEN lease_until <= $3 ELSE substr(worker, 1, length($1)) = $1 END ORDER BY owner, id FOR "
+      "NO KEY UPDATE SKIP LOCKED), "
       "given_back AS (UPDATE jobs SET state = new_state, excused = excused_now, worker = '', lease_until = NULL, "
       "finished = CASE WHEN new_state >= 2 THEN $3 END, expires = CASE WHEN new_state >= 2 THEN $4 END, last_error = "
       "CASE WHEN $2 = '' THEN last_error ELSE $2 END FROM mine WHERE jobs.number = mine.number RETURNING owner, id, "
