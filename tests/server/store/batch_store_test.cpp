@@ -344,3 +344,23 @@ TEST_CASE_TEMPLATE("batches: ten thousand items", Stores, EVERY_IMPLEMENTATION) 
   }
   CHECK(rows == 9000);
 }
+
+TEST_CASE_TEMPLATE("batches: what an owner has that has not ended is told", Stores, EVERY_IMPLEMENTATION) {
+  Stores stores;
+  const auto load = [&](const std::string& owner) {
+    const BatchStore::Load of = got(stores.batches().batch_load(owner));
+    return std::pair(of.jobs, of.batches);
+  };
+  using Pair = std::pair<std::uint64_t, std::uint64_t>;
+  CHECK(load("ann") == Pair{0, 0});
+  insert(stores.batches(), new_batch("ann", "b", 3));
+  insert(stores.batches(), new_batch("ann", "c", 2));
+  insert(stores.batches(), new_batch("bob", "d", 4));
+  insert(stores.jobs(), new_job("ann", "alone"));
+  claimed_token(stores.jobs(), {"ann", "b/0"});
+  CHECK(load("ann") == Pair{5, 2});
+  CHECK(load("bob") == Pair{4, 1});
+  end(stores.jobs(), {"ann", "c/0"}, reusable());
+  end(stores.jobs(), {"ann", "c/1"}, reusable());
+  CHECK(load("ann") == Pair{3, 1});
+}

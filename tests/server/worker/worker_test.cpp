@@ -176,6 +176,19 @@ TEST_CASE("worker: the time of a job begins with its run, and ends with that of 
   CHECK(nlohmann::json::parse(row_of(kept, durable).document)["timings_ms"]["queue"] >= 3'600'000);
 }
 
+TEST_CASE("worker: a job whose time is over before its meshes are read has ended, and is not tried again") {
+  Kept kept;
+  const auto key = put_job(kept, job_named("late"));
+  const auto too_late = [](const MeshSource&, const MeshSource&, const Options&, const api::ReadLimits&, Control&) {
+    return Result<api::Comparison>(Error{ErrorCode::out_of_time, "the time was over", "", ""});
+  };
+  WorkerBench bench(kept.stores(), too_late, options_of("w"));
+  bench.worker.start();
+  REQUIRE(eventually([&] { return has_state(kept, key, JobState::failed); }));
+  CHECK(row_of(kept, key).tries == 1);
+  CHECK(row_of(kept, key).problem.find("the time was over") != std::string::npos);
+}
+
 TEST_CASE("worker: a job whose meshes are gone fails, and says why") {
   Kept kept;
   Stand stand;
