@@ -13,7 +13,7 @@ constexpr std::int64_t kPortion = 500;  // rows that one transaction removes: ot
 std::vector<Token> tokens_of_dead(Connection& connection, const std::optional<std::string>& dead_workers,
                                   TimePoint now) {
   Query row(connection,
-            "SELECT owner, id, worker, tries FROM jobs WHERE state = 1 AND (lease_until <= ?1 OR "
+            "SELECT owner, id, worker, tries FROM jobs WHERE state = 1 AND iif(?2 IS NULL, lease_until <= ?1, "
             "substr(worker, 1, length(?2)) = ?2)",
             now, dead_workers);
   std::vector<Token> tokens;

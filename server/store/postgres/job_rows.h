@@ -32,7 +32,7 @@ namespace meshgauge::server::store {
   "others AS MATERIALIZED (SELECT part.number FROM (SELECT DISTINCT owner, parent FROM touched WHERE state = 3 AND " \
   "parent <> '') AS given_up CROSS JOIN LATERAL (SELECT number FROM jobs WHERE jobs.owner = given_up.owner AND "     \
   "jobs.parent = given_up.parent AND jobs.parent <> '' AND state < 2 AND number <> ALL (ARRAY(SELECT number FROM "   \
-  "touched)) ORDER BY id FOR UPDATE) AS part), "                                                                     \
+  "touched)) ORDER BY id FOR NO KEY UPDATE) AS part), "                                                              \
   "stopped AS (UPDATE jobs SET cancel_requested = true, state = CASE state WHEN 0 THEN 4 ELSE 1 END, finished = "    \
   "CASE state WHEN 0 THEN " now " END, expires = CASE state WHEN 0 THEN " keep_until                                 \
   " END FROM others WHERE jobs.number = others.number RETURNING jobs.owner, jobs.id, jobs.parent, jobs.state), "     \
