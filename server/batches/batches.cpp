@@ -93,6 +93,7 @@ void Batches::insert(Exchange& exchange, const std::string& idempotency_key, Bat
                        now + std::max<std::chrono::seconds>(kept_, kPatience)};
   const auto inserted = batches_.insert_batch(compose(head, request, receiver.files(), *known));
   if (!inserted) return answer(exchange, api::to_problem(inserted.error()));
+  if (inserted->mesh_gone) return answer(exchange, gone_meanwhile(exchange.owner, request));
   if (inserted->conflict) {
     return answer(exchange, Problem{ProblemKind::idempotency_key_reused,
                                     "this Idempotency-Key was used for another batch; take a new one",
@@ -101,6 +102,13 @@ void Batches::insert(Exchange& exchange, const std::string& idempotency_key, Bat
   wake_();
   exchange.response.headers.emplace_back("Location", "/v1/batches/" + inserted->batch.key.id);
   send(exchange, inserted->batch, 202);
+}
+
+Problem Batches::gone_meanwhile(const std::string& owner, const api::BatchRequest& request) {
+  const auto known = stores_.meshes.known_meshes(owner, stored_ids(request));
+  if (!known) return api::to_problem(known.error());
+  if (auto unknown = find_unknown(request, *known)) return *std::move(unknown);
+  return {ProblemKind::storage_unavailable, "a mesh of the batch was removed and is back now: try again", {}};
 }
 
 std::optional<store::Batch> Batches::find(Exchange& exchange) {

@@ -131,6 +131,7 @@ store::NewBatch compose(BatchHead head, const api::BatchRequest& request, const 
   batch.name = request.name;
   batch.idempotency_key = head.idempotency_key;
   batch.created = head.created;
+  batch.meshes = stored_ids(request);
   batch.items.reserve(request.pairs.size());
   for (const api::BatchPair& pair : request.pairs) {
     batch.items.push_back(item_of(head, pair, request.options[pair.options], meshes(pair.a), meshes(pair.b)));

@@ -26,7 +26,8 @@ struct NewBatch {
   std::string idempotency_key;  // empty: none. One batch of an owner has it; apart from those of jobs
   std::string fingerprint;
   TimePoint created{};
-  std::vector<BatchItem> items;  // not empty
+  std::vector<BatchItem> items;     // not empty
+  std::vector<std::string> meshes;  // of this owner in the MeshIndex, each once, in order: they must be there
 };
 
 // Of the jobs that the items point at: an item counts once, wherever else its job counts.
@@ -48,9 +49,10 @@ struct Batch {
 };
 
 struct InsertedBatch {
-  Batch batch;            // the new one, or the one that was there
-  bool existed = false;   // the idempotency key or the id is taken: nothing was stored
-  bool conflict = false;  // ... by a batch with another fingerprint
+  Batch batch;             // the new one, or the one that was there
+  bool existed = false;    // the idempotency key or the id is taken: nothing was stored
+  bool conflict = false;   // ... by a batch with another fingerprint
+  bool mesh_gone = false;  // one of NewBatch::meshes is not there: nothing was stored, and `batch` says nothing
 };
 
 struct BatchRow {
@@ -63,7 +65,8 @@ class BatchStore {
  public:
   virtual ~BatchStore() = default;
 
-  // All of it in one transaction. Of each item whose work is that of a job of this owner that waits, runs, or has ended
+  // All of it in one transaction, in which the meshes are looked up: so what refers to them is there before one of them
+  // goes. Of each item whose work is that of a job of this owner that waits, runs, or has ended
   // reusable and is kept, the job is that one, and so it is for items of one batch among themselves.
   virtual Result<InsertedBatch> insert_batch(const NewBatch& batch) = 0;
   virtual Result<std::optional<Batch>> get_batch(const JobKey& key) = 0;  // nullopt: unknown

@@ -30,12 +30,18 @@ std::string job_for(Connection& connection, const BatchItem& item) {
   return item.job.key.id;
 }
 
-bool insert_head(Connection& connection, const NewBatch& batch) {
-  return Query(connection,
-               "INSERT INTO batches (owner, id, name, idempotency_key, fingerprint, created) VALUES (?, ?, ?, "
-               "nullif(?, ''), ?, ?) ON CONFLICT DO NOTHING",
-               batch.key.owner, batch.key.id, batch.name, batch.idempotency_key, batch.fingerprint, batch.created)
-             .run() == 1;
+bool has_meshes(Connection& connection, const NewBatch& batch) {
+  return std::all_of(batch.meshes.begin(), batch.meshes.end(), [&](const std::string& id) {
+    return Query(connection, "SELECT 1 FROM meshes WHERE owner = ? AND id = ?", batch.key.owner, id).next();
+  });
+}
+
+void insert_head(Connection& connection, const NewBatch& batch) {
+  Query(connection,
+        "INSERT INTO batches (owner, id, name, idempotency_key, fingerprint, created) VALUES (?, ?, ?, nullif(?, ''), "
+        "?, ?)",
+        batch.key.owner, batch.key.id, batch.name, batch.idempotency_key, batch.fingerprint, batch.created)
+      .run();
 }
 
 void insert_items(Connection& connection, const NewBatch& batch) {
@@ -166,14 +172,14 @@ std::optional<JobKey> ended_batch(Connection& connection, TimePoint ended_before
 }  // namespace
 
 Result<InsertedBatch> SqliteStore::insert_batch(const NewBatch& batch) {
-  return writer_.write([&](Connection& connection) {
-    if (insert_head(connection, batch)) {
-      insert_items(connection, batch);
-      return InsertedBatch{std::move(find_batch(connection, batch.key)->batch), false, false};
-    }
+  return writer_.write([&](Connection& connection) -> InsertedBatch {
     std::optional<Found> there = find_batch(connection, batch.key);
     if (!there) there = find_batch_of(connection, batch.key.owner, batch.idempotency_key);
-    return InsertedBatch{std::move(there->batch), true, there->fingerprint != batch.fingerprint};
+    if (there) return {std::move(there->batch), true, there->fingerprint != batch.fingerprint, false};
+    if (!has_meshes(connection, batch)) return {{}, false, false, true};
+    insert_head(connection, batch);
+    insert_items(connection, batch);
+    return {std::move(find_batch(connection, batch.key)->batch), false, false, false};
   });
 }
 

@@ -60,7 +60,7 @@ std::optional<InsertedBatch> existing(PgConnection& connection, const NewBatch& 
       connection.query("SELECT fingerprint FROM batches WHERE owner = $1 AND id = $2", there->key.owner, there->key.id);
   const bool conflict = row.next() && row.text(0) != wanted.fingerprint;
   connection.put_barrier();
-  return InsertedBatch{*std::move(there), true, conflict};
+  return InsertedBatch{*std::move(there), true, conflict, false};
 }
 
 bool insert_head(PgConnection& connection, const NewBatch& batch) {
@@ -72,6 +72,16 @@ bool insert_head(PgConnection& connection, const NewBatch& batch) {
                  "$4, $5, $6) ON CONFLICT DO NOTHING",
                  batch.key.owner, batch.key.id, batch.name, idempotency_key, batch.fingerprint, batch.created)
              .changed() == 1;
+}
+
+// They stay until the end of the transaction: whoever removes one then finds the jobs that refer to it.
+bool lock_meshes(PgConnection& connection, const NewBatch& batch) {
+  if (batch.meshes.empty()) return true;
+  PgRows row = connection.query(
+      "SELECT count(*) FROM unnest($2::bytea[]) AS given (id) CROSS JOIN LATERAL (SELECT 1 FROM meshes WHERE owner = "
+      "$1 AND meshes.id = given.id FOR KEY SHARE) AS found",
+      batch.key.owner, batch.meshes);
+  return row.next() && static_cast<std::uint64_t>(row.number(0)) == batch.meshes.size();
 }
 
 using JobsByWork = std::unordered_map<std::string, std::string>;
@@ -131,8 +141,9 @@ InsertedBatch insert(PgConnection& connection, const NewBatch& batch) {
     if (auto there = existing(connection, batch)) return *std::move(there);
     throw PgFailure{"40001", "a batch went while it was looked at", false, true};
   }
+  if (!lock_meshes(connection, batch)) return {{}, false, false, true};
   insert_items(connection, batch);
-  InsertedBatch inserted{*find_batch(connection, batch.key), false, false};
+  InsertedBatch inserted{*find_batch(connection, batch.key), false, false, false};
   transaction.commit();
   return inserted;
 }
@@ -228,7 +239,7 @@ constexpr const char* kFailuresFirst =
 Result<InsertedBatch> PostgresStore::insert_batch(const NewBatch& batch) {
   Result<InsertedBatch> inserted = pool_.run(
       Promise::durable, [&](PgConnection& connection) { return store::insert(connection, batch); }, kLonger);
-  if (inserted && !inserted->existed) control_.tell(Signal::Kind::work);
+  if (inserted && !inserted->existed && !inserted->mesh_gone) control_.tell(Signal::Kind::work);
   return inserted;
 }
 

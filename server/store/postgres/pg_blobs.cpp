@@ -12,6 +12,7 @@ namespace {
 constexpr int kLonger = 5;             // of the patience: what reads or removes much
 constexpr std::int64_t kPortion = 16;  // chunks that one transaction removes
 constexpr std::int64_t kBlobsAtOnce = 1000;
+constexpr int kSends = 3;  // of one blob, each after the database lost some of the one before
 
 // Milliseconds since 1970, by the clock of the database.
 #define MESHGAUGE_PG_NOW "(extract(epoch FROM clock_timestamp()) * 1000)::int8"
@@ -59,18 +60,34 @@ bool renew_row(PgConnection& connection, const BlobKey& key, const std::string& 
              .changed() == 1;
 }
 
-// The upload becomes the blob, in the place of one that is damaged; or is garbage, because another one was faster.
-BlobPut settle(PgConnection& connection, const BlobKey& key, const std::string& upload, std::uint64_t bytes,
-               const std::string& damaged) {
+// No chunk's commit waited for a disk, so a database that died and came back may lack some of them, or the upload's
+// row.
+bool is_whole(PgConnection& connection, const std::string& upload, std::uint64_t bytes) {
+  PgRows sent = connection.query(
+      "SELECT count(*), coalesce(sum(length(bytes)), 0)::int8, EXISTS (SELECT FROM blob_uploads WHERE upload = $1) "
+      "FROM blob_chunks WHERE upload = $1",
+      upload);
+  const std::uint64_t chunks = (bytes + PgBlobs::kChunk - 1) / PgBlobs::kChunk;
+  return sent.next() && static_cast<std::uint64_t>(sent.number(0)) == chunks &&
+         static_cast<std::uint64_t>(sent.number(1)) == bytes && sent.number(2) != 0;
+}
+
+// The upload becomes the blob, in the place of one that is damaged; or is garbage, because another one was faster or
+// because some of it was lost (nullopt).
+std::optional<BlobPut> settle(PgConnection& connection, const BlobKey& key, const std::string& upload,
+                              std::uint64_t bytes, const std::string& damaged) {
   PgTransaction transaction(connection);
   lock_sum(connection, key.owner);
   const std::optional<Row> there = find(connection, key);
   if (there && there->upload == upload) return BlobPut::created;  // an earlier try's commit was not heard of
-  BlobPut put = BlobPut::created;
+  std::optional<BlobPut> put = BlobPut::created;
   if (there && there->upload != damaged) {
     make_garbage(connection, upload);
     renew_row(connection, key, there->upload);
     put = BlobPut::existed;
+  } else if (!is_whole(connection, upload, bytes)) {
+    make_garbage(connection, upload);
+    put.reset();
   } else {
     if (there) make_garbage(connection, there->upload);
     connection.query(
@@ -88,16 +105,18 @@ BlobPut settle(PgConnection& connection, const BlobKey& key, const std::string& 
   return put;
 }
 
-// Its chunks are garbage then. Nothing: there is none, or it is younger.
+// Its chunks are garbage then. Nothing: there is none; or, when an age is asked for, it is younger or a mesh or a job
+// refers to it.
 std::optional<std::string> remove_row(PgConnection& connection, const BlobKey& key,
                                       std::optional<std::chrono::seconds> older_than) {
   PgTransaction transaction(connection);
   lock_sum(connection, key.owner);
-  const std::optional<std::int64_t> age_ms =
-      older_than ? std::optional<std::int64_t>(std::chrono::milliseconds(*older_than).count()) : std::nullopt;
+  const std::int64_t age_ms = older_than ? std::chrono::milliseconds(*older_than).count() : -1;
   PgRows row = connection.query(
-      "DELETE FROM blobs WHERE owner = $1 AND id = $2 AND ($3::int8 IS NULL OR renewed <= " MESHGAUGE_PG_NOW
-      " - $3) RETURNING upload, bytes",
+      "DELETE FROM blobs WHERE owner = $1 AND id = $2 AND ($3 < 0 OR (renewed <= " MESHGAUGE_PG_NOW
+      " - $3 AND NOT EXISTS (SELECT FROM meshes WHERE owner = $1 AND id = $2) AND NOT EXISTS (SELECT FROM jobs WHERE "
+      "state IN (0, 1) AND owner = $1 AND mesh_a = $2) AND NOT EXISTS (SELECT FROM jobs WHERE state IN (0, 1) AND "
+      "owner = $1 AND mesh_b = $2))) RETURNING upload, bytes",
       key.owner, key.id, age_ms);
   if (!row.next()) return std::nullopt;
   const std::string upload = row.text(0);
@@ -117,7 +136,9 @@ std::vector<BlobKey> older_blobs(PgConnection& connection, std::chrono::seconds 
   return keys;
 }
 
-Error gone_while_read() {
+// Of a blob of which a chunk is missing. What is damaged stays so until somebody puts it again.
+Error not_whole(bool still_there) {
+  if (still_there) return {ErrorCode::internal, "the stored mesh is damaged: some of its bytes are missing", "", ""};
   return {ErrorCode::storage_unavailable, "the stored mesh was removed while it was read", "", ""};
 }
 
@@ -168,9 +189,19 @@ Result<BlobPut> PgBlobs::put(const BlobKey& key, const ByteSource& source) {
 }
 
 Result<BlobPut> PgBlobs::put_anew(const BlobKey& key, const ByteSource& source, const std::string& damaged) {
+  for (int sends = 0; sends < kSends; ++sends) {
+    Result<std::optional<BlobPut>> put = put_once(key, source, damaged);
+    if (!put) return put.error();
+    if (*put) return **put;
+  }
+  return Error{ErrorCode::storage_unavailable, "the database lost parts of the mesh while it was sent", "", ""};
+}
+
+Result<std::optional<BlobPut>> PgBlobs::put_once(const BlobKey& key, const ByteSource& source,
+                                                 const std::string& damaged) {
   const std::string upload = api::random_id();
-  const Result<std::string> digest = send(key, source, upload);
-  Result<BlobPut> put = BlobPut::other_digest;
+  const Result<std::string> digest = send(source, upload);
+  Result<std::optional<BlobPut>> put = std::optional(BlobPut::other_digest);
   if (!digest) {
     put = digest.error();
   } else if (*digest == key.id) {
@@ -178,13 +209,14 @@ Result<BlobPut> PgBlobs::put_anew(const BlobKey& key, const ByteSource& source, 
                     [&](PgConnection& connection) { return settle(connection, key, upload, source.size(), damaged); });
   }
   // What became no blob goes now if it can, else later. An error may hide a commit, so only what is known to be none.
-  if (put && *put != BlobPut::created) static_cast<void>(remove_chunks(upload));
-  if (put && *put == BlobPut::created && !damaged.empty()) static_cast<void>(remove_chunks(damaged));
+  const bool created = put && *put == BlobPut::created;
+  if (put && !created) static_cast<void>(remove_chunks(upload));
+  if (created && !damaged.empty()) static_cast<void>(remove_chunks(damaged));
   return put;
 }
 
 // The digest of what was sent.
-Result<std::string> PgBlobs::send(const BlobKey&, const ByteSource& source, const std::string& upload) {
+Result<std::string> PgBlobs::send(const ByteSource& source, const std::string& upload) {
   const auto begun = pool_.run(Promise::fleeting, [&](PgConnection& connection) {
     connection.query("INSERT INTO blob_uploads VALUES ($1, " MESHGAUGE_PG_NOW ") ON CONFLICT DO NOTHING", upload);
     return Done{};
@@ -199,11 +231,13 @@ Result<std::string> PgBlobs::send(const BlobKey&, const ByteSource& source, cons
     if (!read) return read.error();
     const std::span<const std::byte> piece = std::span(buffer).first(*read);
     digest.update(piece);
-    // None of these commits waits for a disk: the one that makes them a blob waits for all.
+    // None of these commits waits for a disk: the one that makes them a blob waits for all. Without the upload's row
+    // nobody would find them again.
     const auto sent = pool_.run(Promise::fleeting, [&](PgConnection& connection) {
       connection.query(
-          "WITH stored AS (INSERT INTO blob_chunks VALUES ($1, $2, $3) ON CONFLICT DO NOTHING RETURNING 1) SELECT "
-          "set_config('synchronous_commit', 'off', true) FROM stored",
+          "WITH stored AS (INSERT INTO blob_chunks SELECT $1, $2, $3 WHERE EXISTS (SELECT FROM blob_uploads WHERE "
+          "upload = $1) ON CONFLICT DO NOTHING RETURNING 1) SELECT set_config('synchronous_commit', 'off', true) FROM "
+          "stored",
           upload, position, piece);
       return Done{};
     });
@@ -218,13 +252,17 @@ Result<bool> PgBlobs::fetch(const BlobKey& key, const Take& take) {
   if (!*row) return false;
   std::uint64_t fetched = 0;
   for (std::int64_t position = 0; fetched < (*row)->bytes; ++position) {
+    bool still_there = false;
     const Result<std::string> chunk = pool_.run(Promise::fleeting, [&](PgConnection& connection) {
       PgRows found = connection.query("SELECT bytes FROM blob_chunks WHERE upload = $1 AND position = $2",
                                       (*row)->upload, position);
-      return found.next() ? found.text(0) : std::string();
+      if (found.next()) return found.text(0);
+      const std::optional<Row> now = find(connection, key);
+      still_there = now && now->upload == (*row)->upload;
+      return std::string();
     });
     if (!chunk) return chunk.error();
-    if (chunk->empty()) return gone_while_read();
+    if (chunk->empty()) return not_whole(still_there);
     const Result<Done> taken = take(std::as_bytes(std::span(*chunk)));
     if (!taken) return taken.error();
     fetched += chunk->size();
@@ -243,15 +281,24 @@ Result<bool> PgBlobs::renew(const BlobKey& key) {
   });
 }
 
-Result<bool> PgBlobs::remove(const BlobKey& key) { return remove(key, std::nullopt); }
+Result<bool> PgBlobs::remove(const BlobKey& key) {
+  return remove_if_old(key, std::nullopt,
+                       [](const std::string&, const std::function<Result<bool>()>& removal) { return removal(); });
+}
 
-Result<bool> PgBlobs::remove(const BlobKey& key, std::optional<std::chrono::seconds> older_than) {
-  const auto upload =
-      pool_.run(Promise::durable, [&](PgConnection& connection) { return remove_row(connection, key, older_than); });
-  if (!upload) return upload.error();
-  if (!*upload) return false;
-  static_cast<void>(remove_chunks(**upload));  // else later
-  return true;
+// Nobody has to wait for the end of the guard until all chunks are gone.
+Result<bool> PgBlobs::remove_if_old(const BlobKey& key, std::optional<std::chrono::seconds> older_than,
+                                    const Guard& guard) {
+  std::string garbage;
+  Result<bool> removed = guard(blob_name(key), [&]() -> Result<bool> {
+    auto upload =
+        pool_.run(Promise::durable, [&](PgConnection& connection) { return remove_row(connection, key, older_than); });
+    if (!upload) return upload.error();
+    if (*upload) garbage = **upload;
+    return upload->has_value();
+  });
+  if (removed && *removed) static_cast<void>(remove_chunks(garbage));  // else later
+  return removed;
 }
 
 // Of an upload that is garbage.
@@ -295,7 +342,7 @@ Result<Done> PgBlobs::remove_garbage() {
 }
 
 Result<std::uint64_t> PgBlobs::remove_unused(std::span<const BlobKey> used, std::chrono::seconds older_than,
-                                             const Guard&) {
+                                             const Guard& guard) {
   std::set<std::pair<std::string_view, std::string_view>> kept;
   for (const BlobKey& key : used) kept.emplace(key.owner, key.id);
   std::uint64_t removed = 0;
@@ -308,7 +355,7 @@ Result<std::uint64_t> PgBlobs::remove_unused(std::span<const BlobKey> used, std:
     if (keys->empty()) break;
     for (const BlobKey& key : *keys) {
       if (kept.contains({key.owner, key.id})) continue;
-      const Result<bool> gone = remove(key, older_than);
+      const Result<bool> gone = remove_if_old(key, older_than, guard);
       if (!gone) return gone.error();
       if (*gone) ++removed;
     }

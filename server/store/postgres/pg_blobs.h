@@ -5,7 +5,9 @@
 // Each chunk that is there is compared by its digest, in the database, before put() says that a blob existed.
 #pragma once
 
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "server/store/byte_source.h"
 #include "server/store/postgres/pool.h"
@@ -26,7 +28,8 @@ class PgBlobs final : public RemoteBlobs {
   Result<bool> exists(const BlobKey& key) override;
   Result<bool> renew(const BlobKey& key) override;
   Result<bool> remove(const BlobKey& key) override;
-  // Calls no guard: whether a blob is young is looked at by the statement that removes it.
+  // Leaves as well what meshes and jobs of the same database refer to by then: whatever was not known when `used` was
+  // listed is looked at, and the age too, by the statement that removes a blob.
   Result<std::uint64_t> remove_unused(std::span<const BlobKey> used, std::chrono::seconds older_than,
                                       const Guard& guard) override;
   Result<std::uint64_t> stored_bytes(const std::string& owner) override;  // never behind
@@ -37,8 +40,10 @@ class PgBlobs final : public RemoteBlobs {
   Result<BlobPut> put(const BlobKey& key, const ByteSource& source);
   Result<std::vector<std::string>> digests(const BlobKey& key, const ByteSource& source, bool& right);
   Result<BlobPut> put_anew(const BlobKey& key, const ByteSource& source, const std::string& damaged);
-  Result<std::string> send(const BlobKey& key, const ByteSource& source, const std::string& upload);
-  Result<bool> remove(const BlobKey& key, std::optional<std::chrono::seconds> older_than);
+  // nullopt: it was sent, but the database lost some of it.
+  Result<std::optional<BlobPut>> put_once(const BlobKey& key, const ByteSource& source, const std::string& damaged);
+  Result<std::string> send(const ByteSource& source, const std::string& upload);
+  Result<bool> remove_if_old(const BlobKey& key, std::optional<std::chrono::seconds> older_than, const Guard& guard);
   Result<Done> remove_chunks(const std::string& upload);
   Result<Done> remove_garbage();
 

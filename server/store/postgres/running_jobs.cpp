@@ -171,6 +171,7 @@ Ended end_jobs(PgConnection& connection, std::span<const Finished> endings) {
 struct HandedBack {
   JobState state = JobState::queued;
   bool batch = false, part = false;
+  std::vector<JobKey> stopped;  // other parts, which run
 };
 
 std::optional<HandedBack> give_back(PgConnection& connection, const Token& token, const std::string& last_error,
@@ -179,15 +180,24 @@ std::optional<HandedBack> give_back(PgConnection& connection, const Token& token
       "WITH mine AS MATERIALIZED (SELECT number, excused + ($5 = '')::int AS excused_now, CASE WHEN cancel_requested "
       "THEN 4 WHEN tries >= excused + ($5 = '')::int + $8 THEN 3 ELSE 0 END AS new_state FROM jobs WHERE owner = $1 "
       "AND id = $2 AND state + 0 = 1 AND worker = $3 AND tries = $4 FOR NO KEY UPDATE), "
-      "given_back AS (UPDATE jobs SET state = new_state, excused = excused_now, worker = '', lease_until = NULL, "
+      "touched AS (UPDATE jobs SET state = new_state, excused = excused_now, worker = '', lease_until = NULL, "
       "finished = CASE WHEN new_state >= 2 THEN $6 END, expires = CASE WHEN new_state >= 2 THEN $7 END, last_error = "
-      "CASE WHEN $5 = '' THEN last_error ELSE $5 END FROM mine WHERE jobs.number = mine.number RETURNING owner, state, "
-      "batch, parent), "
-      "ended AS (SELECT owner, parent FROM given_back WHERE state >= 2), " MESHGAUGE_PG_SETTLE_WHOLES
-      "SELECT state, batch, parent FROM given_back",
+      "CASE WHEN $5 = '' THEN last_error ELSE $5 END FROM mine WHERE jobs.number = mine.number RETURNING jobs.number, "
+      "owner, state, batch, parent), " MESHGAUGE_PG_STOP_OTHER_PARTS("$6", "$7") MESHGAUGE_PG_SETTLE_WHOLES
+      "SELECT state, batch, parent, ''::bytea FROM touched UNION ALL SELECT state, '', parent, id FROM stopped",
       token.key.owner, token.key.id, token.worker, token.tries, last_error, moment.now, moment.keep_until, kMaxTries);
-  if (!row.next()) return std::nullopt;
-  return HandedBack{static_cast<JobState>(row.number(0)), !row.bytes(1).empty(), !row.bytes(2).empty()};
+  std::optional<HandedBack> back;
+  std::vector<JobKey> stopped;
+  while (row.next()) {
+    const auto state = static_cast<JobState>(row.number(0));
+    if (row.bytes(3).empty()) {
+      back = HandedBack{state, !row.bytes(1).empty(), !row.bytes(2).empty(), {}};
+    } else if (state == JobState::running) {
+      stopped.push_back({token.key.owner, row.text(3)});
+    }
+  }
+  if (back) back->stopped = std::move(stopped);
+  return back;
 }
 
 }  // namespace
@@ -256,9 +266,10 @@ Result<std::optional<JobState>> PostgresStore::hand_back(const Token& token, con
       Promise::durable, [&](PgConnection& connection) { return give_back(connection, token, last_error, moment); });
   if (!back) return back.error();
   if (!*back) return std::optional<JobState>();
-  const auto& [state, batch, part] = **back;
+  const auto& [state, batch, part, stopped] = **back;
   if (state == JobState::queued || part) control_.tell(Signal::Kind::work);
   if (has_ended(state) && !batch) control_.tell(Signal::Kind::changed, token.key);
+  for (const JobKey& key : stopped) control_.tell(Signal::Kind::cancel, key);
   return std::optional(state);
 }
 

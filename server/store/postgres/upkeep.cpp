@@ -32,26 +32,35 @@ std::uint64_t count_of(PgRows rows) { return rows.next() ? static_cast<std::uint
 
 struct Recovered {
   bool queued = false;
-  std::vector<JobKey> ended;  // that are in no batch
+  std::vector<JobKey> ended;    // that are in no batch
+  std::vector<JobKey> stopped;  // parts that run
 };
 
-// A row that is locked is one whose worker is just being heard.
+// A row that is locked is one whose worker is just being heard. Of the parts of one whole, none is tried again when one
+// of them is given up.
 Recovered hand_back_dead(PgConnection& connection, const std::optional<std::string>& dead_workers,
                          const std::string& why, Moment moment) {
   PgRows row = connection.query(
       "WITH mine AS MATERIALIZED (SELECT number, excused + ($2 = '')::int AS excused_now, CASE WHEN cancel_requested "
-      "THEN 4 WHEN tries >= excused + ($2 = '')::int + $5 THEN 3 ELSE 0 END AS new_state FROM jobs WHERE state = 1 AND "
-      "CASE WHEN $1 IS NULL THEN lease_until <= $3 ELSE substr(worker, 1, length($1)) = $1 END ORDER BY owner, id FOR "
-      "NO KEY UPDATE SKIP LOCKED), "
-      "given_back AS (UPDATE jobs SET state = new_state, excused = excused_now, worker = '', lease_until = NULL, "
+      "THEN 4 WHEN tries >= excused + ($2 = '')::int + $5 THEN 3 ELSE 0 END AS new_state, owner, parent FROM jobs "
+      "WHERE state = 1 AND CASE WHEN $1 IS NULL THEN lease_until <= $3 ELSE substr(worker, 1, length($1)) = $1 END "
+      "ORDER BY owner, id FOR NO KEY UPDATE SKIP LOCKED), "
+      "judged AS (SELECT number, excused_now, CASE WHEN new_state = 0 AND parent <> '' AND bool_or(new_state = 3) OVER "
+      "(PARTITION BY owner, parent) THEN 4 ELSE new_state END AS new_state FROM mine), "
+      "touched AS (UPDATE jobs SET state = new_state, excused = excused_now, worker = '', lease_until = NULL, "
       "finished = CASE WHEN new_state >= 2 THEN $3 END, expires = CASE WHEN new_state >= 2 THEN $4 END, last_error = "
-      "CASE WHEN $2 = '' THEN last_error ELSE $2 END FROM mine WHERE jobs.number = mine.number RETURNING owner, id, "
-      "state, batch, parent), "
-      "ended AS (SELECT owner, parent FROM given_back WHERE state >= 2), " MESHGAUGE_PG_SETTLE_WHOLES
-      "SELECT owner, id, state, batch, parent FROM given_back",
+      "CASE WHEN $2 = '' THEN last_error ELSE $2 END FROM judged WHERE jobs.number = judged.number RETURNING "
+      "jobs.number, owner, id, state, batch, parent), " MESHGAUGE_PG_STOP_OTHER_PARTS("$3", "$4")
+          MESHGAUGE_PG_SETTLE_WHOLES
+      "SELECT owner, id, state, batch, parent, false FROM touched UNION ALL SELECT owner, id, state, '', parent, true "
+      "FROM stopped WHERE state = 1",
       dead_workers, why, moment.now, moment.keep_until, kMaxTries);
   Recovered recovered;
   while (row.next()) {
+    if (row.number(5) != 0) {
+      recovered.stopped.push_back({row.text(0), row.text(1)});
+      continue;
+    }
     const bool ended = has_ended(static_cast<JobState>(row.number(2)));
     recovered.queued = recovered.queued || !ended || !row.bytes(4).empty();
     if (ended && row.bytes(3).empty()) recovered.ended.push_back({row.text(0), row.text(1)});
@@ -76,6 +85,7 @@ void add_waiting(PgConnection& connection, Counts& counts) {
 struct GivenUp {
   std::uint64_t jobs = 0;
   std::vector<JobKey> to_tell;  // that are in no batch
+  std::vector<JobKey> stopped;  // parts that run
 };
 
 // Parts first: their wholes are locked after them, and may then be given up as well.
@@ -83,12 +93,18 @@ GivenUp give_up_waiting(PgConnection& connection, Moment moment, bool parts) {
   PgRows row = connection.query(
       "WITH mine AS MATERIALIZED (SELECT number FROM jobs WHERE state = 0 AND expires_if_never_run <= $1 AND (parent "
       "<> '') = $3 ORDER BY owner, id LIMIT $4 FOR NO KEY UPDATE SKIP LOCKED), "
-      "ended AS (UPDATE jobs SET state = 3, finished = $1, expires = $2, last_error = CASE last_error WHEN '' THEN "
-      "'nobody ran it in time' ELSE last_error END FROM mine WHERE jobs.number = mine.number RETURNING owner, id, "
-      "parent, batch), " MESHGAUGE_PG_SETTLE_WHOLES "SELECT owner, id, batch FROM ended",
+      "touched AS (UPDATE jobs SET state = 3, finished = $1, expires = $2, last_error = CASE last_error WHEN '' THEN "
+      "'nobody ran it in time' ELSE last_error END FROM mine WHERE jobs.number = mine.number RETURNING jobs.number, "
+      "owner, id, parent, batch, state), " MESHGAUGE_PG_STOP_OTHER_PARTS("$1", "$2") MESHGAUGE_PG_SETTLE_WHOLES
+      "SELECT owner, id, batch, false FROM touched UNION ALL SELECT owner, id, '', true FROM stopped WHERE state = 1",
       moment.now, moment.keep_until, parts, kPortion);
   GivenUp given_up;
-  for (; row.next(); ++given_up.jobs) {
+  while (row.next()) {
+    if (row.number(3) != 0) {
+      given_up.stopped.push_back({row.text(0), row.text(1)});
+      continue;
+    }
+    ++given_up.jobs;
     if (row.bytes(2).empty()) given_up.to_tell.push_back({row.text(0), row.text(1)});
   }
   return given_up;
@@ -152,6 +168,7 @@ Result<std::vector<Job>> PostgresStore::recover(const std::optional<std::string>
   if (!recovered) return recovered.error();
   if (recovered->queued) control_.tell(Signal::Kind::work);
   for (const JobKey& key : recovered->ended) control_.tell(Signal::Kind::changed, key);
+  for (const JobKey& key : recovered->stopped) control_.tell(Signal::Kind::cancel, key);
   return std::vector<Job>();
 }
 
@@ -212,6 +229,7 @@ Result<SweptJobs> PostgresStore::sweep_jobs(Moment moment, std::uint64_t max_kep
     const auto given_up = remove_in_portions([&](PgConnection& connection, std::int64_t) {
       const GivenUp some = give_up_waiting(connection, moment, parts);
       for (const JobKey& key : some.to_tell) control_.tell(Signal::Kind::changed, key);
+      for (const JobKey& key : some.stopped) control_.tell(Signal::Kind::cancel, key);
       return some.jobs;
     });
     if (!given_up) return given_up.error();

@@ -317,6 +317,28 @@ TEST_CASE_TEMPLATE("batches: no more than the cap are kept, whatever points at t
   CHECK(counts.done == 2);
 }
 
+TEST_CASE_TEMPLATE("batches: one whose meshes are not there is not stored", Stores, EVERY_IMPLEMENTATION) {
+  Stores stores;
+  const MeshRow mesh{{"ann", "m"}, 10, "model/stl", "", at(0), at(0), at(1000)};
+  NewBatch batch = new_batch("ann", "b", 2);
+  batch.idempotency_key = "k";
+  batch.meshes = {"m", "n"};
+  got(stores.meshes().put_mesh(mesh, 1000));
+  got(stores.meshes().put_mesh({{"bob", "n"}, 10, "model/stl", "", at(0), at(0), at(1000)}, 1000));
+  const InsertedBatch refused = got(stores.batches().insert_batch(batch));
+  CHECK(refused.mesh_gone);
+  CHECK_FALSE(refused.existed);
+  CHECK_FALSE(got(stores.batches().get_batch(batch.key)).has_value());
+  CHECK_FALSE(got(stores.jobs().get({"ann", "b/0"})).has_value());
+  batch.meshes = {"m"};
+  CHECK_FALSE(got(stores.batches().insert_batch(batch)).mesh_gone);
+  CHECK(batch_in(stores.batches(), batch.key).counts.queued == 2);
+  got(stores.meshes().delete_mesh(mesh.key));
+  const InsertedBatch again = got(stores.batches().insert_batch(batch));
+  CHECK(again.existed);
+  CHECK_FALSE(again.mesh_gone);
+}
+
 TEST_CASE_TEMPLATE("batches: ten thousand items", Stores, EVERY_IMPLEMENTATION) {
   constexpr std::size_t kItems = 10'000;
   Stores stores;

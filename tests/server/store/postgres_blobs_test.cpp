@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 #include <thread>
+#include <utility>
 
 #include "implementations.h"
 
@@ -26,6 +27,15 @@ class Blobs {
     REQUIRE(row.next());
     return row.number(0);
   }
+  // Of the upload that is under way, whenever `when` is true of a chunk that is stored: as a database that comes back
+  // without its last commits, none of which waited for a disk.
+  void lose(const std::string& what, const std::string& when) {
+    execute(
+        "CREATE SEQUENCE inserts; CREATE FUNCTION lose() RETURNS trigger LANGUAGE plpgsql AS $$ BEGIN IF " + when +
+        " THEN DELETE FROM " + what +
+        " upload = new.upload; END IF; RETURN NULL; END $$; CREATE TRIGGER lose AFTER INSERT ON blob_chunks FOR EACH "
+        "ROW EXECUTE FUNCTION lose()");
+  }
   // As far as there are bytes.
   Result<bool> read(const BlobKey& key, std::string& into) {
     return blobs_.fetch(key, [&](std::span<const std::byte> piece) {
@@ -42,6 +52,10 @@ class Blobs {
 };
 
 const std::string kText = long_text(3'500'000);
+
+const RemoteBlobs::Guard kAlone = [](const std::string&, const std::function<Result<bool>()>& removal) {
+  return removal();
+};
 
 }  // namespace
 
@@ -82,13 +96,90 @@ TEST_CASE("PostgreSQL blobs: a damaged one is replaced by the next that is put")
   CHECK_FALSE(blobs.read(key, read).ok());
 }
 
+TEST_CASE("PostgreSQL blobs: what the database loses of an upload is sent again") {
+  for (const char* loss : {"blob_chunks WHERE position = 0 AND", "blob_uploads WHERE"}) {
+    CAPTURE(loss);
+    Blobs blobs;
+    blobs.lose(loss, "nextval('inserts') = 3");
+    const BlobKey key = key_of("ann", kText);
+    CHECK(got(blobs->put(key, bytes_of(kText))) == BlobPut::created);
+    std::string read;
+    CHECK(got(blobs.read(key, read)));
+    CHECK(read == kText);
+    CHECK(got(blobs->stored_bytes("ann")) == 3'500'000);
+    CHECK(got(blobs->put(key, bytes_of(kText))) == BlobPut::existed);
+    got(blobs->remove_unused(std::vector{key}, 0s, kAlone));
+    CHECK(blobs.number("SELECT count(*) FROM blob_chunks") == 4);
+    CHECK(blobs.number("SELECT count(*) FROM blob_uploads") == 0);
+  }
+}
+
+TEST_CASE("PostgreSQL blobs: an upload of which each time something is lost is no blob") {
+  Blobs blobs;
+  blobs.lose("blob_chunks WHERE position = 1 AND", "true");
+  const BlobKey key = key_of("ann", kText);
+  const Result<BlobPut> put = blobs->put(key, bytes_of(kText));
+  REQUIRE_FALSE(put.ok());
+  CHECK(put.error().code == ErrorCode::storage_unavailable);
+  CHECK_FALSE(got(blobs->exists(key)));
+  CHECK(got(blobs->stored_bytes("ann")) == 0);
+  CHECK(blobs.number("SELECT count(*) FROM blob_chunks") == 0);
+}
+
+TEST_CASE("PostgreSQL blobs: one that lacks a chunk is damaged, and one that goes while it is read is not") {
+  Blobs blobs;
+  const BlobKey key = key_of("ann", kText);
+  for (const auto& [change, code] :
+       {std::pair("DELETE FROM blob_chunks WHERE position = 2", ErrorCode::internal),
+        std::pair("DELETE FROM blobs; DELETE FROM blob_chunks", ErrorCode::storage_unavailable)}) {
+    got(blobs->put(key, bytes_of(kText)));
+    bool changed = false;
+    const Result<bool> read = blobs->fetch(key, [&](std::span<const std::byte>) {
+      if (!std::exchange(changed, true)) blobs.execute(change);
+      return Result<Done>(Done{});
+    });
+    REQUIRE_FALSE(read.ok());
+    CHECK(read.error().code == code);
+  }
+}
+
+TEST_CASE("PostgreSQL blobs: what is referred to since the used were listed is not removed") {
+  PostgresForTests stores;
+  const BlobKey used[] = {key_of("ann", "a"), key_of("ann", "b"), key_of("ann", "of a mesh")};
+  const BlobKey unused = key_of("bob", "a");
+  for (const char* text : {"a", "b", "of a mesh"}) got(stores.blobs().put(key_of("ann", text), bytes_of(text)));
+  got(stores.blobs().put(unused, bytes_of("a")));
+  NewJob job = new_job("ann", "j");
+  job.mesh_a = used[0].id;
+  job.mesh_b = used[1].id;
+  got(stores.jobs().insert(job));
+  got(stores.meshes().put_mesh({used[2], 9, "model/stl", "", at(0), at(0), at(1000)}, 1000));
+  CHECK(got(stores.blobs().remove_unused({}, 0s)) == 1);
+  for (const BlobKey& key : used) CHECK(got(stores.blobs().exists(key)));
+  CHECK_FALSE(got(stores.blobs().exists(unused)));
+}
+
+TEST_CASE("PostgreSQL blobs: what somebody is about to refer to is not removed, whichever process asks") {
+  PostgresForTests stores;
+  const auto others = stores.open("other");
+  const BlobKey key = key_of("ann", "a");
+  got(stores.blobs().put(key, bytes_of("a")));
+  {
+    const auto reserved = stores.blobs().reserve(key);
+    CHECK(got(others->blobs().remove_unused({}, 0s)) == 0);
+    CHECK(got(stores.blobs().remove_unused({}, 0s)) == 0);
+    CHECK(got(stores.blobs().exists(key)));
+  }
+  CHECK(got(others->blobs().remove_unused({}, 0s)) == 1);
+}
+
 TEST_CASE("PostgreSQL blobs: an upload that never ended is nothing, and is taken away when it is old") {
   Blobs blobs;
   blobs.execute(
       "INSERT INTO blob_uploads VALUES ('old', 1000), ('new', (extract(epoch FROM now()) * 1000)::int8), ('gone', 0); "
       "INSERT INTO blob_chunks SELECT upload, i, 'x' FROM unnest('{old,new,gone}'::bytea[]) AS upload, "
       "generate_series(0, 40) AS i");
-  CHECK(got(blobs->remove_unused({}, 0s, {})) == 0);
+  CHECK(got(blobs->remove_unused({}, 0s, kAlone)) == 0);
   CHECK(blobs.number("SELECT count(*) FROM blob_chunks") == 41);
   CHECK(blobs.number("SELECT count(*) FROM blob_uploads WHERE upload = 'new'") == 1);
   CHECK(blobs.number("SELECT count(*) FROM blob_uploads") == 1);
