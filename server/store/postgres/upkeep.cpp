@@ -31,16 +31,18 @@ struct Recovered {
 Recovered hand_back_dead(PgConnection& connection, const std::optional<std::string>& dead_workers,
                          const std::string& why, Moment moment) {
   PgRows row = connection.query(
-      "WITH mine AS MATERIALIZED (SELECT number, excused + ($2 = '')::int AS excused_now, CASE WHEN cancel_requested "
-      "THEN 4 WHEN tries >= excused + ($2 = '')::int + $5 THEN 3 ELSE 0 END AS new_state FROM jobs WHERE state = 1 AND "
+      "WITH dead AS MATERIALIZED (SELECT number, cancel_requested, tries, excused + ($2 = '' OR (batch <> '' AND stage "
+      "IS NULL AND tries <= excused + 1 AND excused < $6))::int AS excused_now FROM jobs WHERE state = 1 AND "
       "(lease_until <= $3 OR substr(worker, 1, length($1)) = $1) ORDER BY owner, id FOR UPDATE SKIP LOCKED), "
+      "mine AS (SELECT number, excused_now, CASE WHEN cancel_requested THEN 4 WHEN tries >= excused_now + $5 THEN 3 "
+      "ELSE 0 END AS new_state FROM dead), "
       "given_back AS (UPDATE jobs SET state = new_state, excused = excused_now, worker = '', lease_until = NULL, "
       "finished = CASE WHEN new_state >= 2 THEN $3 END, expires = CASE WHEN new_state >= 2 THEN $4 END, last_error = "
-      "CASE WHEN $2 = '' THEN last_error ELSE $2 END FROM mine WHERE jobs.number = mine.number RETURNING owner, id, "
-      "state, batch, parent), "
+      "CASE WHEN excused_now > excused THEN last_error ELSE $2 END FROM mine WHERE jobs.number = mine.number RETURNING "
+      "owner, id, state, batch, parent), "
       "ended AS (SELECT owner, parent FROM given_back WHERE state >= 2), " MESHGAUGE_PG_SETTLE_WHOLES
       "SELECT owner, id, state, batch, parent FROM given_back",
-      dead_workers, why, moment.now, moment.keep_until, kMaxTries);
+      dead_workers, why, moment.now, moment.keep_until, kMaxTries, kMaxUnbegun);
   Recovered recovered;
   while (row.next()) {
     const bool ended = has_ended(static_cast<JobState>(row.number(2)));
