@@ -42,7 +42,7 @@ struct WorkerOptions {
   std::chrono::milliseconds progress{500};  // at least between two tellings of how far a job is
   std::chrono::milliseconds poll{1'000};    // how often it looks for jobs that nobody told it of
   store::JobStore::Which which = store::JobStore::Which::all;
-  std::chrono::milliseconds pass_over{30'000};           // how long it passes suspected jobs over while it is never idle
+  std::chrono::milliseconds pass_over{30'000};          // how long it passes suspected jobs over while it is never idle
   std::size_t openers = 2;                              // threads that look up meshes before jobs run
   std::function<void(const JobView&)> ended = nullptr;  // told of each end that the store has taken
 };
