@@ -111,7 +111,8 @@ std::optional<Problem> Comparisons::receive(Exchange& exchange, Asked& asked) {
 
 std::optional<Problem> Comparisons::receive_form(Exchange& exchange, Asked& asked) {
   std::string boundary;
-  if (auto refusal = find_boundary(exchange.head.header("content-type"), boundary)) return refusal;
+  constexpr const char* kWanted = "multipart/form-data, with the parts a, b and options";
+  if (auto refusal = find_boundary(exchange.head.header("content-type"), kWanted, boundary)) return refusal;
   Form form;
   FormReceiver receiver(form, settings_, uploads_);
   MultipartParser parser(boundary, receiver);
@@ -184,7 +185,10 @@ void Comparisons::wait(Exchange& exchange, const std::shared_ptr<LiveJob>& waite
   };
   while (!job.wait_for_end(tick())) {
     if (until && Clock::now() >= *until) break;
-    if (const auto problem = jobs_.give_up(job)) return answer(exchange, *problem);
+    if (const auto problem = jobs_.give_up(job)) {
+      if (!job.durable) jobs_.abandon(waited);
+      return answer(exchange, *problem);
+    }
     if (!exchange.connection.peer_gone()) continue;
     if (job.durable) return accept(exchange, job.view(), asked);  // which nobody reads but the log
     if (jobs_.abandon(waited)) return answer(exchange, cancelled_early());

@@ -39,11 +39,9 @@ Refusal parse_part_head(std::string_view text, PartHead& part) {
 
 }  // namespace
 
-Refusal find_boundary(std::string_view content_type, std::string& boundary) {
+Refusal find_boundary(std::string_view content_type, const char* wanted, std::string& boundary) {
   if (take_kind(content_type) != "multipart/form-data") {
-    return Problem{ProblemKind::unsupported_media_type,
-                   "Content-Type must be multipart/form-data, with the parts a, b and options",
-                   {}};
+    return Problem{ProblemKind::unsupported_media_type, std::string("Content-Type must be ") + wanted, {}};
   }
   const bool valid = for_each_parameter(content_type, [&](const std::string& name, const std::string& value) {
     if (name == "boundary") boundary = value;

@@ -25,8 +25,9 @@ class MultipartSink {
   virtual Refusal end() = 0;
 };
 
-// The boundary that a Content-Type names; a problem when it is not multipart/form-data or names none.
-std::optional<api::Problem> find_boundary(std::string_view content_type, std::string& boundary);
+// The boundary that a Content-Type names; a problem when it is not multipart/form-data or names none. `wanted`: what it
+// must be, for that problem.
+std::optional<api::Problem> find_boundary(std::string_view content_type, const char* wanted, std::string& boundary);
 
 class MultipartParser {
  public:

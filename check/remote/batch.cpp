@@ -21,8 +21,9 @@ using std::chrono::milliseconds;
 // All results come each time, so they are looked at when that many have ended since, or after that time.
 constexpr std::size_t kShareOfRead = 8;
 constexpr std::chrono::seconds kReadEvery{5};
-constexpr milliseconds kTimeOfLine{200};    // of the limit of an exchange
-constexpr milliseconds kLastResults{1000};  // for those of a batch that was given up
+constexpr milliseconds kFirstLookAtBatch{50};  // of small pairs many have ended by then
+constexpr milliseconds kTimeOfLine{200};       // of the limit of an exchange
+constexpr milliseconds kLastResults{1000};     // for those of a batch that was given up
 
 std::string path_of(const std::string& id) { return "/v1/batches/" + id; }
 
@@ -88,7 +89,7 @@ Batch::Outcome Batch::follow(const std::string& id) {
   const auto slack = longest() + client_.patience();
   std::size_t ended = 0;
   read_ = Clock::now();
-  milliseconds look = kFirstLook;
+  milliseconds look = kFirstLookAtBatch;
   for (auto wall = Clock::now() + slack; pause(look, control_);) {
     if (Clock::now() >= wall) {
       cancel(id);

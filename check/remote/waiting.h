@@ -8,7 +8,7 @@
 
 namespace meshgauge::check::service {
 
-// Between two looks at how something stands: the first, then half as much again each time.
+// Between two looks at how something stands: the first, of one comparison, then half as much again each time.
 inline constexpr std::chrono::milliseconds kFirstLook{250};
 inline constexpr std::chrono::milliseconds kLastLook{1000};
 inline constexpr int kAttempts = 3;  // in all, of what got lost

@@ -37,10 +37,24 @@ std::string shortest(double value) {
   return {text.data(), std::to_chars(text.begin(), text.end(), value).ptr};
 }
 
-std::string seconds_between(store::TimePoint from, store::TimePoint to) {
+std::string to_text(double seconds) {
   std::array<char, 64> text{};
-  const double seconds = std::max(0.0, std::chrono::duration<double>(to - from).count());
-  return {text.data(), std::to_chars(text.begin(), text.end(), seconds, std::chars_format::fixed, 3).ptr};
+  return {text.data(),
+          std::to_chars(text.begin(), text.end(), std::max(0.0, seconds), std::chars_format::fixed, 3).ptr};
+}
+
+std::string seconds_between(store::TimePoint from, store::TimePoint to) {
+  return to_text(std::chrono::duration<double>(to - from).count());
+}
+
+// Of the measurement. The store's own times count what a job waits for in its worker's stock.
+std::string seconds_of_work(const store::Job& job) {
+  const auto document = nlohmann::json::parse(job.document, nullptr, false);
+  const auto times = document.is_object() ? document.find("timings_ms") : document.end();
+  if (times == document.end() || !times->is_object()) {
+    return job.started && job.finished ? seconds_between(*job.started, *job.finished) : "0.000";
+  }
+  return to_text((times->value("total", 0.0) - times->value("queue", 0.0)) / 1000);
 }
 
 // XML has no control characters and neither U+FFFE nor U+FFFF, however they are written.
@@ -119,8 +133,7 @@ std::string junit_case(const store::Batch& batch, const store::BatchRow& row) {
   pugi::xml_node test = document.append_child("testcase");
   set(test, "name", row.name.empty() ? "comparison " + std::to_string(row.position) : shown(row.name));
   set(test, "classname", class_name(batch));
-  const bool ran = row.job && row.job->started && row.job->finished;
-  set(test, "time", ran ? seconds_between(*row.job->started, *row.job->finished) : "0.000");
+  set(test, "time", row.job ? seconds_of_work(*row.job) : "0.000");
   if (const auto defect = defect_of(row)) {
     pugi::xml_node node = test.append_child(defect->element);
     set(node, "message", shown(defect->message));

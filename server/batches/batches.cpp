@@ -56,17 +56,18 @@ void Batches::create(Exchange& exchange, bool draining) {
     repeats = there->has_value();
   }
   // What was promised before needs no place in the queue.
-  if (auto refusal = repeats ? std::nullopt : admit()) return answer(exchange, *refusal);
+  if (auto refusal = repeats ? std::nullopt : admit(exchange.owner)) return answer(exchange, *refusal);
   BatchReceiver receiver(exchange.owner, !repeats, settings_, stores_, access_, uploads_);
   if (auto refusal = receiver.receive(exchange)) return answer(exchange, *refusal);
   insert(exchange, key, receiver, repeats);
 }
 
-std::optional<Problem> Batches::admit() {
-  const auto counts = stores_.jobs.counts();
-  if (!counts) return api::to_problem(counts.error());
-  if (counts->queued + counts->running < kMostUnended * settings_.max_batch_pairs) return std::nullopt;
-  return Problem{ProblemKind::overloaded, "as many comparisons of batches wait as may; try again", {}};
+// By what this owner has there: nobody is kept out by another one's batches.
+std::optional<Problem> Batches::admit(const std::string& owner) {
+  const auto load = batches_.batch_load(owner);
+  if (!load) return api::to_problem(load.error());
+  if (load->jobs < kMostUnended * settings_.max_batch_pairs && load->batches < kMostBatches) return std::nullopt;
+  return Problem{ProblemKind::overloaded, "as many comparisons of your batches wait as may; try again", {}};
 }
 
 // The meshes are reserved before they are looked up: whoever deletes one meanwhile leaves its bytes to the batch.

@@ -25,8 +25,9 @@ namespace meshgauge::server {
 
 class Batches {
  public:
-  // As many times `max_batch_pairs` comparisons may wait or run before new batches are refused.
+  // As many times `max_batch_pairs` comparisons of an owner's batches may wait or run before his new ones are refused.
   static constexpr std::uint64_t kMostUnended = 10;
+  static constexpr std::uint64_t kMostBatches = 200;  // likewise: a worker looks at each when it takes the next job
 
   // Borrows all but the first and `wake`, which is told of each batch that there is. Precondition: stores.batches is
   // there. `seats`: of all that hold a connection for long.
@@ -42,7 +43,7 @@ class Batches {
   void junit(Exchange& exchange);
 
  private:
-  std::optional<api::Problem> admit();
+  std::optional<api::Problem> admit(const std::string& owner);
   void insert(Exchange& exchange, const std::string& idempotency_key, BatchReceiver& receiver, bool repeats);
   std::optional<store::Batch> find(Exchange& exchange);  // nullopt: the exchange is answered
   Result<std::string> document(const store::Batch& batch);

@@ -60,7 +60,8 @@ BatchReceiver::Refusal BatchReceiver::receive(Exchange& exchange) {
 
 BatchReceiver::Refusal BatchReceiver::receive_form(Exchange& exchange) {
   std::string boundary;
-  if (auto refusal = find_boundary(exchange.head.header("content-type"), boundary)) return refusal;
+  constexpr const char* kWanted = "application/json, or multipart/form-data whose first part is the manifest";
+  if (auto refusal = find_boundary(exchange.head.header("content-type"), kWanted, boundary)) return refusal;
   MultipartParser parser(boundary, *this);
   if (auto refusal = exchange.body.read([&](std::string_view piece) { return parser.feed(piece); })) return refusal;
   if (auto refusal = parser.finish()) return refusal;

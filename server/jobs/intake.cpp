@@ -128,7 +128,8 @@ Result<store::Inserted> Jobs::store_row(const store::Job& row, unsigned shards) 
 Jobs::Submitted Jobs::insert(const std::shared_ptr<LiveJob>& job, Scheduler::Slot slot) {
   runner_->expect(job);
   const auto inserted = store_row(job->view().row, job->request.shards);
-  if (inserted && !inserted->existed) {
+  // One of this id is this one: it was stored by a call whose answer was lost.
+  if (inserted && (!inserted->existed || inserted->job.key == job->key)) {
     let_go_of_bytes(job->a);
     let_go_of_bytes(job->b);
     runner_->run(job, std::move(slot));

@@ -28,9 +28,11 @@ std::string verdict_of(const api::Comparison& comparison) {
   return found ? std::string(api::to_string(*found)) : std::string();
 }
 
-// By time or by somebody: the same work may get further when it is done again.
+// By time, by somebody, or by what this process may use: the same work may get further when it is done again, or
+// elsewhere.
 bool was_cut_short(const Outcome& outcome) {
-  if (outcome.stop == Stop::timeout || outcome.stop == Stop::cancelled) return true;
+  const Stop stop = outcome.stop;
+  if (stop == Stop::timeout || stop == Stop::cancelled || stop == Stop::budget) return true;
   return outcome.statistics && outcome.statistics->status != StatisticsStatus::complete;
 }
 

@@ -84,6 +84,11 @@ class BatchStore {
   // Of one whose jobs have all ended, and its jobs with it, as far as no other batch points at them. false: there is
   // none of that key, or it has not ended.
   virtual Result<bool> forget_batch(const JobKey& key) = 0;
+  struct Load {
+    std::uint64_t jobs = 0;     // of batches, that have not ended
+    std::uint64_t batches = 0;  // that have such jobs of their own
+  };
+  virtual Result<Load> batch_load(const std::string& owner) = 0;
   // Forgets those whose last job ended before `ended_before`; how many.
   virtual Result<std::uint64_t> sweep_batches(TimePoint ended_before) = 0;
 };

@@ -212,6 +212,16 @@ Result<bool> SqliteStore::forget_batch(const JobKey& key) {
   });
 }
 
+Result<BatchStore::Load> SqliteStore::batch_load(const std::string& owner) {
+  return readers_.read([&](Connection& connection) {
+    Query row(connection,
+              "SELECT count(*), count(DISTINCT batch) FROM jobs WHERE state IN (0, 1) AND owner = ? AND batch != ''",
+              owner);
+    row.next();
+    return Load{static_cast<std::uint64_t>(row.number(0)), static_cast<std::uint64_t>(row.number(1))};
+  });
+}
+
 // One a transaction: other writes wait for it.
 Result<std::uint64_t> SqliteStore::sweep_batches(TimePoint ended_before) {
   std::uint64_t swept = 0;

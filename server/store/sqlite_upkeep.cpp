@@ -18,7 +18,7 @@ struct Lost {
 std::vector<Lost> lost_with(Connection& connection, const std::optional<std::string>& dead_workers, TimePoint now) {
   Query row(connection,
             "SELECT owner, id, worker, tries, batch != '' AND stage IS NULL AND tries <= excused + 1 AND excused < ?3 "
-            "FROM jobs WHERE state = 1 AND (lease_until <= ?1 OR substr(worker, 1, length(?2)) = ?2)",
+            "FROM jobs WHERE state = 1 AND iif(?2 IS NULL, lease_until <= ?1, substr(worker, 1, length(?2)) = ?2)",
             now, dead_workers, kMaxUnbegun);
   std::vector<Lost> all;
   while (row.next()) {

@@ -197,9 +197,11 @@ bool Worker::begin(HeldJob& job) {
 // What was cancelled though its owner did not ask for it was interrupted by the end of this process: another one will
 // run it.
 void Worker::conclude(const HeldJobPtr& job, const Result<api::Comparison>& result) {
-  const LiveJob& live = *job->live;
+  LiveJob& live = *job->live;
   Delivery delivery{job, std::nullopt, live.progress(), ""};
-  const bool interrupted = stopped_by_cancel(result) && !live.cancel_requested();
+  // The error of one whose time was over before both meshes were read looks the same: the control knows which it was.
+  const bool cancelled = stopped_by_cancel(result) && live.control.check() == Interruption::cancelled;
+  const bool interrupted = cancelled && !live.cancel_requested();
   JobView last;
   if (interrupted) {
     if (result) delivery.progress = interval_of(result->outcome, delivery.progress);

@@ -113,13 +113,14 @@ TEST_CASE("multipart: a hostile head costs little time") {
 
 TEST_CASE("multipart: the boundary of a Content-Type") {
   std::string boundary;
-  CHECK(!server::find_boundary("multipart/form-data; boundary=abc", boundary));
+  CHECK(!server::find_boundary("multipart/form-data; boundary=abc", "multipart/form-data", boundary));
   CHECK(boundary == "abc");
-  CHECK(!server::find_boundary("Multipart/Form-Data; charset=utf-8; Boundary=\"a b:c\"", boundary));
+  CHECK(!server::find_boundary("Multipart/Form-Data; charset=utf-8; Boundary=\"a b:c\"", "multipart/form-data",
+                               boundary));
   CHECK(boundary == "a b:c");
   const auto kind = [](const std::string& type) {
     std::string unused;
-    const auto refusal = server::find_boundary(type, unused);
+    const auto refusal = server::find_boundary(type, "multipart/form-data", unused);
     REQUIRE(refusal.has_value());
     return refusal->kind;
   };

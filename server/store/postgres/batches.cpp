@@ -184,9 +184,12 @@ bool remove_batch(PgConnection& connection, const JobKey& key, std::optional<Tim
       "jobs.finished >= $3)) FOR UPDATE",
       key.owner, key.id, ended_before);
   if (!row.next()) return false;
-  connection.query("DELETE FROM jobs USING (" MESHGAUGE_PG_OWN_JOBS
-                   ")) AS own WHERE jobs.owner = $1 AND jobs.id = own.job AND jobs.batch <> '' AND state >= 2",
-                   key.owner, key.id);
+  connection.query(
+      "WITH own AS (" MESHGAUGE_PG_OWN_JOBS
+      ")) DELETE FROM jobs WHERE number = ANY (ARRAY(SELECT found.number FROM (SELECT job FROM own ORDER BY "
+      "job) AS own CROSS JOIN LATERAL (SELECT number FROM jobs WHERE jobs.owner = $1 AND jobs.id = own.job "
+      "AND jobs.batch <> '' AND state + 0 >= 2 FOR UPDATE) AS found))",
+      key.owner, key.id);
   connection.query("DELETE FROM batch_items WHERE owner = $1 AND batch = $2", key.owner, key.id);
   connection.query("DELETE FROM batches WHERE owner = $1 AND id = $2", key.owner, key.id);
   return true;
@@ -262,6 +265,17 @@ Result<bool> PostgresStore::cancel_batch(const JobKey& key, Moment moment) {
   if (!cancelled) return cancelled.error();
   for (const JobKey& job : cancelled->running) control_.tell(Signal::Kind::cancel, job);
   return cancelled->known;
+}
+
+Result<BatchStore::Load> PostgresStore::batch_load(const std::string& owner) {
+  return pool_.run(Promise::fleeting, [&](PgConnection& connection) {
+    PgRows row = connection.query(
+        "SELECT coalesce(sum(jobs), 0)::int8, count(*) FROM (SELECT batch, count(*) AS jobs FROM jobs WHERE state "
+        "IN (0, 1) AND owner = $1 AND batch <> '' GROUP BY batch) AS mine",
+        owner);
+    row.next();
+    return Load{static_cast<std::uint64_t>(row.number(0)), static_cast<std::uint64_t>(row.number(1))};
+  });
 }
 
 Result<bool> PostgresStore::forget_batch(const JobKey& key) {

@@ -217,8 +217,16 @@ PgRows PgConnection::execute(const std::string& sql) {
   return finish(PQsendQuery(connection_.get(), sql.c_str()) != 0);
 }
 
+// What a server says before it closes a connection comes before its end does.
+void PgConnection::read_all() {
+  pollfd polled{socket(), POLLIN, 0};
+  while (::poll(&polled, 1, 0) > 0) {
+    if (PQconsumeInput(connection_.get()) == 0) lost(one_line(PQerrorMessage(connection_.get())));
+  }
+}
+
 std::vector<PgConnection::Notification> PgConnection::notifications() {
-  if (PQconsumeInput(connection_.get()) == 0) lost(one_line(PQerrorMessage(connection_.get())));
+  read_all();
   std::vector<Notification> all;
   while (PGnotify* notify = PQnotifies(connection_.get())) {
     all.push_back({notify->relname, notify->extra});

@@ -51,7 +51,7 @@ class PgConnection {
   bool in_transaction() const;
   int socket() const;
 
-  // Notifications that have arrived; reads what there is without waiting.
+  // Notifications that have arrived; reads what there is without waiting, and so sees that a connection has ended.
   struct Notification {
     std::string channel, payload;
   };
@@ -65,6 +65,7 @@ class PgConnection {
   explicit PgConnection(pg_conn* connection);
 
   PgRows finish(bool sent);
+  void read_all();
   const std::string& prepared(const char* sql, const PgValues& values);
   void wait(short events);
   [[noreturn]] void lost(const std::string& why);

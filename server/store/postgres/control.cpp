@@ -14,8 +14,8 @@ using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
 constexpr auto kStatementTime = 4s;
-constexpr auto kPing = 5s;  // also how soon another process takes over the duty
-constexpr auto kMeasureAgain = 10s;
+constexpr auto kPing = 5s;
+constexpr auto kApplyAgain = 1s;  // how soon another process takes over the duty
 constexpr auto kBetweenConnects = 500ms;
 constexpr std::size_t kMostPending = 10'000;
 constexpr std::int64_t kDuty = 0x4d474a32;  // beside the lock of schema.cpp; with the schema's name a pair of numbers
@@ -111,15 +111,16 @@ void PgControl::connect() {
 
 void PgControl::serve() {
   std::array<pollfd, 2> polled{{{connection_->socket(), POLLIN, 0}, {wake_.get(), POLLIN, 0}}};
-  const int timeout = static_cast<int>(std::chrono::milliseconds(kPing).count());
-  const int ready = ::poll(polled.data(), polled.size(), timeout);
+  const bool applies = applies_ && !holds_duty_;
+  const auto timeout = static_cast<int>(std::chrono::milliseconds(applies ? kApplyAgain : kPing).count());
+  ::poll(polled.data(), polled.size(), timeout);
   eventfd_t count = 0;
   if (polled[1].revents != 0) ::eventfd_read(wake_.get(), &count);
   if (stopped_) return;
   connection_->set_deadline(Clock::now() + kStatementTime);
   send_pending();
-  if (applies_ && !holds_duty_ && Clock::now() - applied_ >= kPing) apply_for_duty();
-  if (ready == 0 || Clock::now() - measured_at_ >= kMeasureAgain) measure_time();
+  if (applies_ && !holds_duty_ && Clock::now() - applied_ >= kApplyAgain) apply_for_duty();
+  if (Clock::now() - measured_at_ >= kPing) measure_time();
   hear_all();
 }
 

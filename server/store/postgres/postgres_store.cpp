@@ -52,7 +52,7 @@ std::optional<JobState> cancel(PgConnection& connection, const JobKey& key, Mome
   // The parts, if it has some, then itself; and of a part that is ended so its whole.
   PgRows row = connection.query(
       "WITH those AS MATERIALIZED (SELECT owner, id, parent, state FROM jobs WHERE owner = $1 AND parent = $2 AND "
-      "parent <> '' AND state < 2 ORDER BY id FOR UPDATE), "
+      "parent <> '' AND state < 2 ORDER BY id FOR NO KEY UPDATE), "
       "with_it AS (UPDATE jobs SET cancel_requested = true, state = CASE jobs.state WHEN 0 THEN 4 ELSE 1 END, finished "
       "= CASE jobs.state WHEN 0 THEN $3 END, expires = CASE jobs.state WHEN 0 THEN $4 END FROM those WHERE jobs.owner "
       "= those.owner AND jobs.id = those.id RETURNING jobs.number), "

@@ -78,6 +78,7 @@ class PostgresStore final : public JobStore, public MeshIndex, public BatchStore
   Result<std::vector<BatchRow>> batch_rows(const JobKey& key, Rows which, std::uint64_t from,
                                            std::size_t most) override;
   Result<bool> cancel_batch(const JobKey& key, Moment moment) override;
+  Result<Load> batch_load(const std::string& owner) override;
   Result<bool> forget_batch(const JobKey& key) override;
   Result<std::uint64_t> sweep_batches(TimePoint ended_before) override;
 

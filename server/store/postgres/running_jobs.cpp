@@ -40,7 +40,7 @@ constexpr const char* kClaimSome =
     "array_agg(tries > excused ORDER BY rank, number) AS suspects FROM ("
     "SELECT number, rank, cost, tries, excused FROM jobs WHERE " MESHGAUGE_PG_CLAIMABLE
     "AND owner = ordered.owner AND batch = ordered.batch ORDER BY rank, number LIMIT CASE WHEN ordered.batch = '' THEN "
-    "1 ELSE $6 END FOR UPDATE SKIP LOCKED) AS mine HAVING count(*) > 0) AS locked LIMIT 1), "
+    "1 ELSE $6 END FOR NO KEY UPDATE SKIP LOCKED) AS mine HAVING count(*) > 0) AS locked LIMIT 1), "
     "members AS (SELECT member.number, member.place, sum(member.cost) OVER upto AS cost, bool_or(member.suspect) OVER "
     "upto AS suspect FROM taken CROSS JOIN LATERAL unnest(numbers, costs, suspects) WITH ORDINALITY AS member (number, "
     "cost, suspect, place) WINDOW upto AS (ORDER BY member.place)), "
@@ -154,7 +154,7 @@ Ended end_jobs(PgConnection& connection, std::span<const Finished> endings) {
       "WITH ORDINALITY AS given (owner, id, worker, tries, new_state, document, problem, verdict, finished, expires, "
       "reusable, place) ORDER BY owner, id, place) AS given CROSS JOIN LATERAL (SELECT number, state AS old_state FROM "
       "jobs WHERE owner = given.owner AND id = given.id AND worker = given.worker AND tries = given.tries AND (state = "
-      "1 OR (state = given.new_state AND finished = given.finished)) FOR UPDATE) AS found), "
+      "1 OR (state = given.new_state AND finished = given.finished)) FOR NO KEY UPDATE) AS found), "
       "stored AS (UPDATE jobs SET state = new_state, document = mine.document, problem = mine.problem, verdict = "
       "mine.verdict, finished = mine.finished, expires = mine.expires, reusable = mine.reusable <> 0, lease_until = "
       "NULL FROM mine WHERE jobs.number = mine.number RETURNING place, old_state, jobs.owner, jobs.id, jobs.batch, "
@@ -181,7 +181,7 @@ std::optional<HandedBack> give_back(PgConnection& connection, const Token& token
   PgRows row = connection.query(
       "WITH mine AS MATERIALIZED (SELECT number, excused + ($5 = '')::int AS excused_now, CASE WHEN cancel_requested "
       "THEN 4 WHEN tries >= excused + ($5 = '')::int + $8 THEN 3 ELSE 0 END AS new_state FROM jobs WHERE owner = $1 "
-      "AND id = $2 AND state + 0 = 1 AND worker = $3 AND tries = $4 FOR UPDATE), "
+      "AND id = $2 AND state + 0 = 1 AND worker = $3 AND tries = $4 FOR NO KEY UPDATE), "
       "given_back AS (UPDATE jobs SET state = new_state, excused = excused_now, worker = '', lease_until = NULL, "
       "finished = CASE WHEN new_state >= 2 THEN $6 END, expires = CASE WHEN new_state >= 2 THEN $7 END, last_error = "
       "CASE WHEN $5 = '' THEN last_error ELSE $5 END FROM mine WHERE jobs.number = mine.number RETURNING owner, state, "

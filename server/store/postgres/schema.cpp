@@ -45,9 +45,9 @@ CREATE INDEX jobs_by_state ON jobs (state, owner);
 CREATE INDEX jobs_expiring ON jobs (expires) WHERE state >= 2;
 CREATE INDEX jobs_finished ON jobs (owner, finished, number) WHERE state >= 2;
 CREATE INDEX jobs_never_run ON jobs (expires_if_never_run) WHERE state = 0;
-CREATE INDEX jobs_leased ON jobs (lease_until) WHERE state = 1;
--- A queue's rows come and go: what is dead must be cleared away before it slows the search for what waits.
-ALTER TABLE jobs SET (autovacuum_vacuum_scale_factor = 0.02, autovacuum_vacuum_insert_scale_factor = 0.05,
+-- A queue's rows come and go: what is dead must be cleared away before it slows the search for what waits. Heartbeats
+-- change nothing that is in an index, and find room beside the row.
+ALTER TABLE jobs SET (fillfactor = 80, autovacuum_vacuum_scale_factor = 0.02, autovacuum_vacuum_insert_scale_factor = 0.05,
                       autovacuum_analyze_scale_factor = 0.05, autovacuum_vacuum_cost_delay = 1);
 
 CREATE TABLE meshes (

@@ -15,10 +15,18 @@ constexpr int kLonger = 5;              // of the patience: what reads or remove
 #define MESHGAUGE_PG_IN_NO_BATCH \
   "NOT EXISTS (SELECT FROM batch_items AS item WHERE item.owner = jobs.owner AND item.job = jobs.id)"
 
-// The end of a statement whose query `gone` has the owners and ids of jobs that were removed: their parts go along.
-#define MESHGAUGE_PG_WITH_PARTS                                                                             \
-  "parts_gone AS (DELETE FROM jobs USING gone WHERE jobs.owner = gone.owner AND jobs.parent = gone.id AND " \
-  "jobs.parent <> '') SELECT count(*) FROM gone"
+// Removes ended jobs, and with them their parts: first the parts, since a worker that ends one locks it before the
+// whole. The condition on the jobs comes between the two; it may have a limit. Those that somebody is just looking at
+// stay.
+#define MESHGAUGE_PG_REMOVE "WITH old AS MATERIALIZED (SELECT number, owner, id FROM jobs WHERE state >= 2 AND "
+#define MESHGAUGE_PG_WITH_PARTS                                                                                       \
+  "), parts AS MATERIALIZED (SELECT part.number FROM (SELECT * FROM old ORDER BY owner, id) AS old CROSS JOIN "       \
+  "LATERAL "                                                                                                          \
+  "(SELECT number FROM jobs WHERE owner = old.owner AND parent = old.id AND parent <> '' ORDER BY id FOR UPDATE) AS " \
+  "part), parts_gone AS (DELETE FROM jobs WHERE number = ANY (ARRAY(SELECT number FROM parts)) RETURNING 1), "        \
+  "gone AS (DELETE FROM jobs WHERE number = ANY (ARRAY(SELECT number FROM jobs WHERE number = ANY (ARRAY(SELECT "     \
+  "number FROM old)) AND (SELECT count(*) FROM parts_gone) >= 0 FOR UPDATE SKIP LOCKED)) RETURNING 1) "               \
+  "SELECT count(*) FROM gone"
 
 std::uint64_t count_of(PgRows rows) { return rows.next() ? static_cast<std::uint64_t>(rows.number(0)) : 0; }
 
@@ -32,8 +40,9 @@ Recovered hand_back_dead(PgConnection& connection, const std::optional<std::stri
                          const std::string& why, Moment moment) {
   PgRows row = connection.query(
       "WITH dead AS MATERIALIZED (SELECT number, cancel_requested, tries, excused + ($2 = '' OR (batch <> '' AND stage "
-      "IS NULL AND tries <= excused + 1 AND excused < $6))::int AS excused_now FROM jobs WHERE state = 1 AND "
-      "(lease_until <= $3 OR substr(worker, 1, length($1)) = $1) ORDER BY owner, id FOR UPDATE SKIP LOCKED), "
+      "IS NULL AND tries <= excused + 1 AND excused < $6))::int AS excused_now FROM jobs WHERE state = 1 AND CASE WHEN "
+      "$1 IS NULL THEN lease_until <= $3 ELSE substr(worker, 1, length($1)) = $1 END ORDER BY owner, id FOR NO KEY "
+      "UPDATE SKIP LOCKED), "
       "mine AS (SELECT number, excused_now, CASE WHEN cancel_requested THEN 4 WHEN tries >= excused_now + $5 THEN 3 "
       "ELSE 0 END AS new_state FROM dead), "
       "given_back AS (UPDATE jobs SET state = new_state, excused = excused_now, worker = '', lease_until = NULL, "
@@ -75,7 +84,7 @@ struct GivenUp {
 GivenUp give_up_waiting(PgConnection& connection, Moment moment, bool parts) {
   PgRows row = connection.query(
       "WITH mine AS MATERIALIZED (SELECT number FROM jobs WHERE state = 0 AND expires_if_never_run <= $1 AND (parent "
-      "<> '') = $3 ORDER BY owner, id LIMIT $4 FOR UPDATE SKIP LOCKED), "
+      "<> '') = $3 ORDER BY owner, id LIMIT $4 FOR NO KEY UPDATE SKIP LOCKED), "
       "ended AS (UPDATE jobs SET state = 3, finished = $1, expires = $2, last_error = CASE last_error WHEN '' THEN "
       "'nobody ran it in time' ELSE last_error END FROM mine WHERE jobs.number = mine.number RETURNING owner, id, "
       "parent, batch), " MESHGAUGE_PG_SETTLE_WHOLES "SELECT owner, id, batch FROM ended",
@@ -88,11 +97,9 @@ GivenUp give_up_waiting(PgConnection& connection, Moment moment, bool parts) {
 }
 
 std::uint64_t remove_expired(PgConnection& connection, TimePoint now, std::int64_t most) {
-  return count_of(connection.query(
-      "WITH gone AS (DELETE FROM jobs WHERE number IN (SELECT number FROM jobs WHERE state >= 2 AND expires <= $1 AND "
-      "parent = '' AND " MESHGAUGE_PG_IN_NO_BATCH
-      " LIMIT $2 FOR UPDATE SKIP LOCKED) RETURNING owner, id), " MESHGAUGE_PG_WITH_PARTS,
-      now, most));
+  return count_of(connection.query(MESHGAUGE_PG_REMOVE "expires <= $1 AND parent = '' AND " MESHGAUGE_PG_IN_NO_BATCH
+                                                       " LIMIT $2" MESHGAUGE_PG_WITH_PARTS,
+                                   now, most));
 }
 
 std::vector<Kept> kept_jobs(PgConnection& connection) {
@@ -104,16 +111,15 @@ std::vector<Kept> kept_jobs(PgConnection& connection) {
 
 // Those that were given to record() come first: their clients have had their answers.
 std::uint64_t remove_oldest(PgConnection& connection, const std::string& owner, std::uint64_t wanted) {
-  const std::uint64_t records = count_of(connection.query(
-      "WITH gone AS (DELETE FROM jobs WHERE number IN (SELECT number FROM jobs WHERE state >= 2 AND owner = $1 AND "
-      "parent = '' AND worker = '' AND tries = 1 ORDER BY finished, number LIMIT $2) RETURNING owner, "
-      "id), " MESHGAUGE_PG_WITH_PARTS,
-      owner, wanted));
+  const std::uint64_t records = count_of(
+      connection.query(MESHGAUGE_PG_REMOVE
+                       "owner = $1 AND parent = '' AND worker = '' AND tries = 1 ORDER BY finished, number LIMIT "
+                       "$2" MESHGAUGE_PG_WITH_PARTS,
+                       owner, wanted));
   if (records == wanted) return records;
   return records + count_of(connection.query(
-                       "WITH gone AS (DELETE FROM jobs WHERE number IN (SELECT number FROM jobs WHERE state >= 2 AND "
-                       "owner = $1 AND parent = '' ORDER BY finished, number LIMIT $2) RETURNING owner, "
-                       "id), " MESHGAUGE_PG_WITH_PARTS,
+                       MESHGAUGE_PG_REMOVE
+                       "owner = $1 AND parent = '' ORDER BY finished, number LIMIT $2" MESHGAUGE_PG_WITH_PARTS,
                        owner, wanted - records));
 }
 
@@ -135,9 +141,8 @@ Result<bool> PostgresStore::forget(const JobKey& key) {
     if (!flushed) return flushed.error();
   }
   return pool_.run(Promise::durable, [&](PgConnection& connection) {
-    return count_of(connection.query("WITH gone AS (DELETE FROM jobs WHERE owner = $1 AND id = $2 AND state >= 2 "
-                                     "RETURNING owner, id), " MESHGAUGE_PG_WITH_PARTS,
-                                     key.owner, key.id)) == 1;
+    return count_of(connection.query(MESHGAUGE_PG_REMOVE "owner = $1 AND id = $2" MESHGAUGE_PG_WITH_PARTS, key.owner,
+                                     key.id)) == 1;
   });
 }
 

@@ -105,7 +105,9 @@ Result<S3Settings> place_of(const std::string& blobs) {
   place.bucket = path.substr(0, slash);
   if (slash != std::string::npos) place.prefix = path.substr(slash + 1);
   while (!place.prefix.empty() && place.prefix.back() == '/') place.prefix.pop_back();
-  if (!is_bucket(place.bucket)) return refused("blobs", "names no bucket of S3: '" + place.bucket + "'");
+  if (!is_bucket(place.bucket))
+    return refused("blobs", "names no bucket of S3, which has 3 to 63 small letters, digits, dots and hyphens: '" +
+                                place.bucket + "'");
   if (!is_prefix(place.prefix)) return refused("blobs", "has a prefix that cannot be one: '" + place.prefix + "'");
   return place;
 }

@@ -217,6 +217,8 @@ class Broken(Trouble):
                 handler.answer(200, {"Content-Type": "application/json"}, answer)
             return handler.command == "POST"
         with Relay(self.server.port, confuse) as relay:
+            self.assert_errors("its answer is not that to this batch", url_of(relay))
+            relay.meddle = lambda handler, seen: without_batches(handler, seen) or confuse(handler, seen)
             self.assert_errors("its answer is not that to this comparison", url_of(relay))
 
 

@@ -6,6 +6,7 @@
 #include <atomic>
 #include <mutex>
 #include <set>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <thread>
@@ -213,6 +214,78 @@ TEST_CASE("what the caller throws when a gate has ended reaches it, when all hav
   watch.ended = [](const GateOutcome&, const Standing&) { throw std::runtime_error("no room"); };
   CHECK_THROWS_WITH(run({named("quick"), named("patient"), named("waiting")}, fake, watch), "no room");
   CHECK(running == 0);
+}
+
+namespace {
+
+// Measures many at once, in reverse; `left_out` is forgotten.
+class Batch final : public Fake {
+ public:
+  std::string left_out;
+  std::size_t most = 3;
+  std::vector<std::size_t> sizes;
+
+  std::size_t together() const override { return most; }
+  void measure_together(std::span<const Task> tasks) override {
+    sizes.push_back(tasks.size());
+    for (auto task = tasks.rbegin(); task != tasks.rend(); ++task) {
+      if (task->gate->name == left_out) continue;
+      task->ended(measure(*task->gate, *task->control), 7.0);
+    }
+    if (!left_out.empty()) throw std::runtime_error("no more");
+  }
+};
+
+}  // namespace
+
+TEST_CASE("gates that are measured together") {
+  const std::vector<Gate> gates{named("one"), named("two"), named("three"), named("four"), named("five")};
+  for (const bool pictures : {false, true}) {
+    Batch batch;
+    Watch watch;
+    std::atomic<int> told{0}, after{0};
+    watch.ended = [&](const GateOutcome&, const Standing& standing) {
+      CHECK(standing.gates == 5);
+      ++told;
+    };
+    if (pictures) watch.after = [&](std::size_t, const GateOutcome&, Control&) { ++after; };
+    batch.answer = [](const Gate& gate, Control&) -> Result<Measured> {
+      if (gate.name == "two") return Error{ErrorCode::unreadable_mesh, "m", "a", ""};
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+      return measured(0, 1, 2);
+    };
+    const Report report = run(gates, batch, watch);
+    CHECK(batch.sizes == std::vector<std::size_t>{3, 2});
+    CHECK(told == 5);
+    CHECK(after == (pictures ? 5 : 0));
+    CHECK(report.outcomes[0].wall_ms == 7.0);
+    CHECK(report.outcomes[1].verdict() == Verdict::error);
+    CHECK(report.count(Verdict::pass) == 4);
+  }
+}
+
+TEST_CASE("one that is left out of those measured together, and an exception") {
+  Batch batch;
+  batch.left_out = "two";
+  const Report report = run({named("one"), named("two"), named("three")}, batch);
+  CHECK(report.count(Verdict::pass) == 2);
+  REQUIRE(report.outcomes[1].error);
+  CHECK(report.outcomes[1].error->message.find("no more") != std::string::npos);
+}
+
+TEST_CASE("interrupted, all that are measured together are cancelled") {
+  Batch batch;
+  batch.seats = 2;
+  std::atomic<bool> interrupted{false};
+  batch.answer = [&](const Gate&, Control& control) {
+    interrupted = true;
+    return patient(control);
+  };
+  Watch watch;
+  watch.interrupted = [&] { return interrupted.load(); };
+  const Report report = run({named("one"), named("two"), named("three"), named("four")}, batch, watch);
+  CHECK(report.interrupted);
+  CHECK(report.count(Verdict::undecided) == 4);
 }
 
 TEST_CASE("no gates: nothing to do") {

@@ -99,7 +99,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::size_t line = std::min(input.find('\n'), input.size());
   const auto body = input.substr(std::min(line + 1, input.size()));
   std::string boundary;
-  if (const auto refusal = meshgauge::server::find_boundary(input.substr(0, line), boundary)) {
+  if (const auto refusal = meshgauge::server::find_boundary(input.substr(0, line), "multipart/form-data", boundary)) {
     require_answer(*refusal);
     return 0;
   }

@@ -179,3 +179,13 @@ TEST_CASE_TEMPLATE("parts: they stay as long as their whole, and go with it", St
   CHECK(got(stores.parts().parts({"ann", "w"})).empty());
   CHECK_FALSE(got(stores.jobs().get({"ann", "w.1"})).has_value());
 }
+
+TEST_CASE_TEMPLATE("parts: those that nobody ran in time are given up, and the whole with them", Stores,
+                   EVERY_IMPLEMENTATION) {
+  Stores stores;
+  insert_whole(stores.parts(), "w", 2);
+  CHECK(got(stores.jobs().sweep_jobs({at(4000), at(9000)}, 100)).given_up == 1);
+  for (const char* id : {"w", "w.0", "w.1"}) CHECK(state_of(stores.jobs(), id) == JobState::failed);
+  CHECK(got(stores.jobs().sweep_jobs({at(9000), at(19000)}, 100)).expired == 1);
+  for (const char* id : {"w", "w.0", "w.1"}) CHECK_FALSE(got(stores.jobs().get({"ann", id})).has_value());
+}

@@ -57,7 +57,7 @@ bool in_time(const std::function<bool()>& true_at_last) {
 }
 
 void terminate_all(PostgresServer& server, const std::string& which = "true") {
-  server.execute("SELECT pg_terminate_backend(pid) FROM pg_stat_activity WHERE datname LIKE 'd%' AND " + which);
+  server.execute("SELECT pg_terminate_backend(pid, 20000) FROM pg_stat_activity WHERE datname LIKE 'd%' AND " + which);
 }
 
 }  // namespace

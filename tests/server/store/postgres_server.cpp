@@ -11,6 +11,7 @@
 #include <chrono>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 #include <memory>
 #include <stdexcept>
 #include <thread>
@@ -39,7 +40,6 @@ const passwd* other_user() {
   ::prctl(PR_SET_PDEATHSIG, SIGQUIT);  // it ends with the tests, however they end
   const int file = ::open(log.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0600);
   if (file < 0 || ::dup2(file, 1) < 0 || ::dup2(file, 2) < 0) ::_exit(126);
-  ::setpgid(0, 0);
   std::vector<char*> arguments;
   for (const std::string& argument : command) arguments.push_back(const_cast<char*>(argument.c_str()));
   arguments.push_back(nullptr);
@@ -70,6 +70,13 @@ std::string within_reach(const std::string& programs, const std::string& folder)
              fs::copy_options::recursive | fs::copy_options::copy_symlinks);
   }
   return fs::path(folder) / "usr" / fs::relative(programs, usr);
+}
+
+// Not one that is dead and that nobody has asked for.
+bool runs(pid_t process) {
+  std::ifstream status("/proc/" + std::to_string(process) + "/stat");
+  std::string line;
+  return std::getline(status, line) && line.find(") Z ") == std::string::npos;
 }
 
 std::unique_ptr<PgConnection> connect(const std::string& database) {
@@ -134,12 +141,17 @@ void PostgresServer::stop() {
   process_ = -1;
 }
 
+// Its processes are of sessions of their own. A new server refuses the folder until the last one has gone.
 void PostgresServer::kill() {
-  ::kill(-process_, SIGKILL);
+  std::vector<pid_t> all{process_};
+  std::ifstream children("/proc/" + std::to_string(process_) + "/task/" + std::to_string(process_) + "/children");
+  for (pid_t child = 0; children >> child;) all.push_back(child);
+  for (const pid_t one : all) ::kill(one, SIGKILL);
   ::waitpid(process_, nullptr, 0);
   process_ = -1;
-  // Its children are in the group as well, but only a new server knows when the last one has gone.
-  fs::remove(folder_ + "/data/postmaster.pid");
+  for (const pid_t one : all) {
+    while (runs(one)) std::this_thread::sleep_for(5ms);
+  }
 }
 
 std::string PostgresServer::connection_string(const std::string& database) const {
@@ -150,7 +162,7 @@ void PostgresServer::execute(const std::string& sql) { connect(connection_string
 
 std::string PostgresServer::new_empty_database() {
   const std::string name = "d" + std::to_string(++databases_);
-  execute("CREATE DATABASE " + name);
+  execute("CREATE DATABASE " + name + " TEMPLATE template0 STRATEGY file_copy");
   return connection_string(name);
 }
 
