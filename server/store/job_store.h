@@ -38,6 +38,10 @@ struct Moment {
 // A job that was begun this often without an end is given up, because it is likely to be what kills its workers.
 inline constexpr unsigned kMaxTries = 5;
 
+// How often it is not the fault of a job of a batch that it was lost with its worker before it told any progress:
+// most likely it was one of many that were claimed at once, and another one ran.
+inline constexpr unsigned kMaxUnbegun = 2;
+
 enum class JobState { queued, running, done, failed, cancelled };
 inline bool has_ended(JobState state) { return state >= JobState::done; }
 
@@ -154,11 +158,13 @@ class JobStore {
   // The same for a worker that knows no id, and of up to `most` jobs. First the owners with the fewest running jobs; of
   // an owner first what has the fewest running, each batch and all that is in none; of that the smallest job, where
   // each second of waiting outweighs kBytesOfOneSecond of size, so that none waits for ever. More than one are of one
-  // batch, and together no larger than kBytesOfOneSecond; a job that is `suspected` comes alone. A crash may undo a
-  // claim: the job is queued then.
+  // batch, and together no larger than kBytesOfOneSecond; a job that is `suspected` comes alone, or, when such are
+  // passed over, not at all. A crash may undo a claim: the job is queued then. It costs as much as there are groups,
+  // and suspected jobs that are passed over.
   enum class Which { all, of_batches };
+  enum class Suspects { too, passed_over };
   virtual Result<std::vector<Claimed>> claim_some(const std::string& worker, TimePoint now, TimePoint lease_until,
-                                                  Which which, std::size_t most) = 0;
+                                                  Which which, std::size_t most, Suspects suspects = Suspects::too) = 0;
   static constexpr std::int64_t kBytesOfOneSecond = 50'000'000;
 
   // Of jobs of one worker, in the order given. A crash may undo it.
@@ -191,9 +197,11 @@ class JobStore {
   // Ended jobs only. false: there is none of that key, or it has not ended.
   virtual Result<bool> forget(const JobKey& key) = 0;
 
-  // Of nullopt, from time to time where several processes work on one store: running jobs whose lease is over are handed
-  // back, with `why` as their last error. Else those whose worker's name starts with `dead_workers` ("" is the start of
-  // every name), whatever their lease, and no others: only who is on duty takes from workers that may live. Says the jobs that are queued then and in no batch, oldest first; nothing where jobs are claimed
+  // Of nullopt, from time to time where several processes work on one store: running jobs whose lease is over are
+  // handed back, with `why` as their last error. Else those whose worker's name starts with `dead_workers` ("" is the
+  // start of every name), whatever their lease, and no others: only who is on duty takes from workers that may live.
+  // Not to blame is a job of a batch that has told no progress in this try, unless it is suspected or was excused
+  // kMaxUnbegun times. Says the jobs that are queued then and in no batch, oldest first; nothing where jobs are claimed
   // by claim_some() alone.
   virtual Result<std::vector<Job>> recover(const std::optional<std::string>& dead_workers, const std::string& why,
                                            Moment moment) = 0;

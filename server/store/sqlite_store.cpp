@@ -60,26 +60,32 @@ std::optional<Group> group_of(Query&& row) {
   return Group{row.text(0), row.text(1), row.number(2)};
 }
 
+using Which = JobStore::Which;
+using Suspects = JobStore::Suspects;
+
+// What claim_some() may take; the parameter is whether suspected jobs are.
+#define MESHGAUGE_CLAIMABLE "state = 0 AND awaits = 0 AND (tries <= excused OR ?) "
+
 // From one group to the next by the index: their jobs may be many, they are few.
-std::vector<Group> waiting_groups(Connection& connection, JobStore::Which which) {
+std::vector<Group> waiting_groups(Connection& connection, Which which, bool suspects) {
   std::vector<Group> groups;
-  std::optional<Group> at = group_of(
-      Query(connection,
-            "SELECT owner, batch, rank FROM jobs INDEXED BY jobs_waiting WHERE state = 0 AND awaits = 0 ORDER BY "
-            "owner, batch, rank LIMIT 1"));
+  std::optional<Group> at =
+      group_of(Query(connection,
+                     "SELECT owner, batch, rank FROM jobs INDEXED BY jobs_waiting WHERE " MESHGAUGE_CLAIMABLE
+                     "ORDER BY owner, batch, rank LIMIT 1",
+                     suspects));
   while (at) {
-    if (!at->batch.empty() || which == JobStore::Which::all) groups.push_back(*at);
-    at =
-        group_of(Query(connection,
-                       "SELECT owner, batch, rank FROM jobs INDEXED BY jobs_waiting WHERE state = 0 AND awaits = 0 AND "
-                       "(owner, batch) > (?, ?) ORDER BY owner, batch, rank LIMIT 1",
-                       at->owner, at->batch));
+    if (!at->batch.empty() || which == Which::all) groups.push_back(*at);
+    at = group_of(Query(connection,
+                        "SELECT owner, batch, rank FROM jobs INDEXED BY jobs_waiting WHERE " MESHGAUGE_CLAIMABLE
+                        "AND (owner, batch) > (?, ?) ORDER BY owner, batch, rank LIMIT 1",
+                        suspects, at->owner, at->batch));
   }
   return groups;
 }
 
-std::optional<Group> next_group(Connection& connection, JobStore::Which which) {
-  std::vector<Group> groups = waiting_groups(connection, which);
+std::optional<Group> next_group(Connection& connection, Which which, bool suspects) {
+  std::vector<Group> groups = waiting_groups(connection, which, suspects);
   if (groups.empty()) return std::nullopt;
   std::map<std::string, std::int64_t> of_owner;
   std::map<std::pair<std::string, std::string>, std::int64_t> of_group;
@@ -98,13 +104,13 @@ std::optional<Group> next_group(Connection& connection, JobStore::Which which) {
 }
 
 // What claim_some() takes, in its order: see job_store.h.
-std::vector<std::int64_t> next_jobs(Connection& connection, JobStore::Which which, std::size_t most) {
-  const std::optional<Group> group = next_group(connection, which);
+std::vector<std::int64_t> next_jobs(Connection& connection, Which which, std::size_t most, bool suspects) {
+  const std::optional<Group> group = next_group(connection, which, suspects);
   if (!group) return {};
   Query row(connection,
-            "SELECT number, cost, tries > excused FROM jobs WHERE state = 0 AND awaits = 0 AND owner = ? AND batch = ? "
-            "ORDER BY rank, number LIMIT ?",
-            group->owner, group->batch, group->batch.empty() ? 1 : most);
+            "SELECT number, cost, tries > excused FROM jobs WHERE " MESHGAUGE_CLAIMABLE
+            "AND owner = ? AND batch = ? ORDER BY rank, number LIMIT ?",
+            suspects, group->owner, group->batch, group->batch.empty() ? 1 : most);
   std::vector<std::int64_t> numbers;
   std::int64_t cost = 0;
   while (row.next()) {
@@ -191,10 +197,10 @@ Result<std::optional<Claimed>> SqliteStore::claim(const JobKey& key, const std::
 }
 
 Result<std::vector<Claimed>> SqliteStore::claim_some(const std::string& worker, TimePoint now, TimePoint lease_until,
-                                                     Which which, std::size_t most) {
+                                                     Which which, std::size_t most, Suspects suspects) {
   return writer_.write([&](Connection& connection) {
     std::vector<Claimed> all;
-    for (const std::int64_t number : next_jobs(connection, which, most)) {
+    for (const std::int64_t number : next_jobs(connection, which, most, suspects == Suspects::too)) {
       Query updated(connection, MESHGAUGE_CLAIM "number = ? RETURNING " MESHGAUGE_JOB_COLUMNS, worker, now, lease_until,
                     number);
       all.push_back(*claimed(updated));

@@ -28,7 +28,7 @@ class SqliteStore final : public JobStore, public BatchStore, public MeshIndex {
   Result<std::optional<Claimed>> claim(const JobKey& key, const std::string& worker, TimePoint now,
                                        TimePoint lease_until) override;
   Result<std::vector<Claimed>> claim_some(const std::string& worker, TimePoint now, TimePoint lease_until, Which which,
-                                          std::size_t most) override;
+                                          std::size_t most, Suspects suspects) override;
   Result<std::vector<Heartbeat>> heartbeats(std::span<const Beat> beats, TimePoint lease_until) override;
   Result<std::vector<bool>> finish_all(std::span<const Finished> endings) override;
   Result<std::optional<JobState>> hand_back(const Token& token, const std::string& last_error, Moment moment) override;

@@ -10,17 +10,22 @@ namespace {
 
 constexpr std::int64_t kPortion = 500;  // rows that one transaction removes: other writes wait for it
 
-std::vector<Token> tokens_of_dead(Connection& connection, const std::optional<std::string>& dead_workers,
-                                  TimePoint now) {
+struct Lost {
+  Token token;
+  bool excused = false;  // it had most likely not begun
+};
+
+std::vector<Lost> lost_with(Connection& connection, const std::optional<std::string>& dead_workers, TimePoint now) {
   Query row(connection,
-            "SELECT owner, id, worker, tries FROM jobs WHERE state = 1 AND iif(?2 IS NULL, lease_until <= ?1, "
-            "substr(worker, 1, length(?2)) = ?2)",
-            now, dead_workers);
-  std::vector<Token> tokens;
+            "SELECT owner, id, worker, tries, batch != '' AND stage IS NULL AND tries <= excused + 1 AND excused < ?3 "
+            "FROM jobs WHERE state = 1 AND iif(?2 IS NULL, lease_until <= ?1, substr(worker, 1, length(?2)) = ?2)",
+            now, dead_workers, kMaxUnbegun);
+  std::vector<Lost> all;
   while (row.next()) {
-    tokens.push_back({{row.text(0), row.text(1)}, row.text(2), static_cast<unsigned>(row.number(3))});
+    all.push_back(
+        {{{row.text(0), row.text(1)}, row.text(2), static_cast<unsigned>(row.number(3))}, row.number(4) != 0});
   }
-  return tokens;
+  return all;
 }
 
 std::vector<Job> queued_jobs(Connection& connection) {
@@ -116,8 +121,8 @@ std::uint64_t remove_over_share(Connection& connection, std::uint64_t max_kept, 
 Result<std::vector<Job>> SqliteStore::recover(const std::optional<std::string>& dead_workers, const std::string& why,
                                               Moment moment) {
   return writer_.write([&](Connection& connection) {
-    for (const Token& token : tokens_of_dead(connection, dead_workers, moment.now)) {
-      give_back(connection, token, why, moment);
+    for (const auto& [token, excused] : lost_with(connection, dead_workers, moment.now)) {
+      give_back(connection, token, excused ? "" : why, moment);
     }
     return queued_jobs(connection);
   });

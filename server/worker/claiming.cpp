@@ -29,22 +29,34 @@ void Worker::claim_in_background() {
       claim_wake_.wait_until(lock, next_claim_);
     } else {
       look_again_ = false;
+      const auto suspects = suspects_now();
       lock.unlock();
-      claim(most);
+      claim(most, suspects);
       lock.lock();
     }
   }
 }
 
+// A suspected job must wait here until all else has ended, and that keeps threads idle. So others that hold nothing are
+// to have it; who always holds something asks for one now and then, or none might ever run.
+// Precondition: mutex_ is held.
+store::JobStore::Suspects Worker::suspects_now() {
+  const bool idle = stock_.running() + stock_.waiting() == 0;
+  const auto now = Clock::now();
+  if (!idle && now - asked_for_suspects_ < options_.pass_over) return store::JobStore::Suspects::passed_over;
+  asked_for_suspects_ = now;
+  return store::JobStore::Suspects::too;
+}
+
 // Each claim has a name of its own. When one fails it is not known whether it was stored: then what is running under
 // its name, and nothing else, goes back before there is another one.
-void Worker::claim(std::size_t most) {
+void Worker::claim(std::size_t most, store::JobStore::Suspects suspects) {
   bool through = take_back_unsure();
   std::vector<HeldJobPtr> claimed;
   if (through) {
     const std::string name = options_.name + "/" + std::to_string(++claims_) + "/";
     const auto now = stores_.jobs.time();
-    auto some = stores_.jobs.claim_some(name, now, now + options_.lease, options_.which, most);
+    auto some = stores_.jobs.claim_some(name, now, now + options_.lease, options_.which, most, suspects);
     through = some.ok();
     if (some) {
       for (const store::Claimed& one : *some) claimed.push_back(held_of(one));

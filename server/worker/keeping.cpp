@@ -1,5 +1,6 @@
 // Worker: what it tells the store while it holds jobs, and hears from it.
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 #include "server/worker/worker.h"
@@ -13,6 +14,15 @@ using Stage = HeldJob::Stage;
 
 constexpr seconds kBeatAgain{1};     // after one that failed
 constexpr seconds kWorthTelling{3};  // of jobs of batches: most are over sooner, and nobody watches a single one
+constexpr milliseconds kBegun{200};  // ... but that it has begun: when its worker is lost, it may be what ended that
+
+// Precondition: it has begun, and its worker's mutex is held.
+std::optional<store::Progress> worth_telling(const HeldJob& job) {
+  const auto running_for = HeldJob::Clock::now() - *job.begun;
+  if (!job.in_batch || running_for >= kWorthTelling) return job.live->progress();
+  if (job.told || running_for < kBegun) return job.told;
+  return job.live->progress().value_or(store::Progress{0, std::numeric_limits<double>::infinity(), ""});
+}
 
 }  // namespace
 
@@ -41,9 +51,7 @@ std::map<std::string, Worker::Telling> Worker::due(bool everything) {
   for (const HeldJobPtr& job : held_) {
     if (job->lost) continue;
     std::optional<store::Progress> progress;
-    const bool worth_it =
-        job->stage == Stage::running && job->begun && (!job->in_batch || Clock::now() - *job->begun >= kWorthTelling);
-    if (worth_it) progress = job->live->progress();
+    if (job->stage == Stage::running && job->begun) progress = worth_telling(*job);
     if (progress == job->told) progress.reset();
     if (!everything && !progress) continue;
     Telling& telling = all[job->live->token->worker];

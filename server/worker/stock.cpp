@@ -8,17 +8,16 @@ namespace meshgauge::server {
 void Stock::add(HeldJobPtr job) {
   waiting_bytes_ += job->live->bytes;
   suspected_ += job->suspected ? 1U : 0U;
-  const auto place =
-      job->in_batch ? waiting_.end()
-                    : std::find_if(waiting_.begin(), waiting_.end(), [](const auto& other) { return other->in_batch; });
+  const auto place = job->in_batch || job->suspected ? waiting_.end()
+                                                     : std::find_if(waiting_.begin(), waiting_.end(),
+                                                                    [](const auto& other) { return other->in_batch; });
   waiting_.insert(place, std::move(job));
 }
 
 HeldJobPtr Stock::take() {
   if (running_ >= threads_ || alone_) return nullptr;
   for (const HeldJobPtr& job : waiting_) {
-    if (job->suspected && (running_ > 0 || job->stage != HeldJob::Stage::ready)) return nullptr;
-    if (job->stage != HeldJob::Stage::ready) continue;
+    if (job->stage != HeldJob::Stage::ready || (job->suspected && running_ > 0)) continue;
     HeldJobPtr next = job;
     std::erase(waiting_, next);
     waiting_bytes_ -= next->live->bytes;

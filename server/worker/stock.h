@@ -1,8 +1,8 @@
 // The jobs that a worker has claimed and not begun: in which order they begin, and how many more to claim.
 //
 // Jobs of no batch first, since somebody may be waiting for each; then those of batches; either in the order in which
-// they came. One that is suspected waits until nothing runs, and nothing begins beside it or is claimed before it is
-// over: if it ends its worker, it takes nobody with it.
+// they came. One that is suspected waits until nothing runs, and nothing begins beside it: if it ends its worker, it
+// takes nobody with it. What was claimed before it goes on beginning, and nothing is claimed before it is over.
 //
 // A job in stock is one that no other worker can run. So there is a stock only of small jobs of batches, whose runs may
 // be shorter than a claim, and of no more than the others could do in about a second.

@@ -42,6 +42,7 @@ struct WorkerOptions {
   std::chrono::milliseconds progress{500};  // at least between two tellings of how far a job is
   std::chrono::milliseconds poll{1'000};    // how often it looks for jobs that nobody told it of
   store::JobStore::Which which = store::JobStore::Which::all;
+  std::chrono::milliseconds pass_over{30'000};          // how long it passes suspected jobs over while it is never idle
   std::size_t openers = 2;                              // threads that look up meshes before jobs run
   std::function<void(const JobView&)> ended = nullptr;  // told of each end that the store has taken
 };
@@ -74,7 +75,8 @@ class Worker {
   using Clock = LiveJob::Clock;
 
   void claim_in_background();
-  void claim(std::size_t most);
+  void claim(std::size_t most, store::JobStore::Suspects suspects);
+  store::JobStore::Suspects suspects_now();
   bool take_back_unsure();
   void adopt(const std::vector<HeldJobPtr>& claimed);
   HeldJobPtr held_of(const store::Claimed& claimed) const;
@@ -123,7 +125,8 @@ class Worker {
   std::deque<store::JobKey> cancelled_;  // the newest of those that are not held
   std::size_t given_ = 0;                // to the scheduler, and not through
   Clock::time_point next_claim_{};
-  bool look_again_ = false;  // something happened since the claim that is under way
+  Clock::time_point asked_for_suspects_{};  // when it last did
+  bool look_again_ = false;                 // something happened since the claim that is under way
   std::chrono::milliseconds claim_pause_{0};
   bool draining_ = false;
   bool ending_ = false;

@@ -54,7 +54,7 @@ void print_rate(const Bench& bench, const std::string& what, int threads, const 
 
 std::vector<Claimed> claim(PostgresStore& store, JobStore::Which which, std::size_t most) {
   const TimePoint time = store.time();
-  return got(store.claim_some("bench", time, time + kLease, which, most));
+  return got(store.claim_some("bench", time, time + kLease, which, most, JobStore::Suspects::passed_over));
 }
 
 std::uint64_t finish(PostgresStore& store, const std::vector<Claimed>& claimed) {

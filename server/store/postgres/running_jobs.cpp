@@ -15,6 +15,8 @@ namespace {
   "UPDATE jobs SET state = 1, tries = tries + 1, worker = $1, started = $2, lease_until = $3, claim = $4, " \
   "lower = NULL, upper = NULL, stage = NULL "
 
+#define MESHGAUGE_PG_CLAIMABLE "state = 0 AND awaits = 0 AND (tries <= excused OR $8) "
+
 // What claim_some() takes, in its order (job_store.h). The first row of each group, an owner's jobs of one batch, is
 // found by one step in the index from the one before; so it costs as much as there are groups, not jobs. Groups are
 // tried in their order until one has a job that nobody else is just claiming. The last step finds its rows by their
@@ -22,10 +24,11 @@ namespace {
 // many jobs a new batch has put there, go through all that are queued instead.
 constexpr const char* kClaimSome =
     "WITH RECURSIVE groups (owner, batch, rank) AS ("
-    "(SELECT owner, batch, rank FROM jobs WHERE state = 0 AND awaits = 0 ORDER BY owner, batch, rank LIMIT 1) "
+    "(SELECT owner, batch, rank FROM jobs WHERE " MESHGAUGE_PG_CLAIMABLE
+    "ORDER BY owner, batch, rank LIMIT 1) "
     "UNION ALL SELECT next.owner, next.batch, next.rank FROM groups CROSS JOIN LATERAL ("
-    "SELECT owner, batch, rank FROM jobs WHERE state = 0 AND awaits = 0 AND (owner, batch) > (groups.owner, "
-    "groups.batch) ORDER BY owner, batch, rank LIMIT 1) AS next), "
+    "SELECT owner, batch, rank FROM jobs WHERE " MESHGAUGE_PG_CLAIMABLE
+    "AND (owner, batch) > (groups.owner, groups.batch) ORDER BY owner, batch, rank LIMIT 1) AS next), "
     "loads AS (SELECT owner, batch, sum(running) OVER (PARTITION BY owner) AS of_owner, running AS of_group, rank FROM "
     "(SELECT owner, batch, sum(running) AS running, min(rank) AS rank FROM ("
     "SELECT owner, batch, 0 AS running, rank FROM groups UNION ALL "
@@ -35,9 +38,9 @@ constexpr const char* kClaimSome =
     "ORDER BY of_owner, of_group, rank) AS ordered CROSS JOIN LATERAL ("
     "SELECT array_agg(number ORDER BY rank, number) AS numbers, array_agg(cost ORDER BY rank, number) AS costs, "
     "array_agg(tries > excused ORDER BY rank, number) AS suspects FROM ("
-    "SELECT number, rank, cost, tries, excused FROM jobs WHERE state = 0 AND awaits = 0 AND owner = ordered.owner AND "
-    "batch = ordered.batch ORDER BY rank, number LIMIT CASE WHEN ordered.batch = '' THEN 1 ELSE $6 END "
-    "FOR NO KEY UPDATE SKIP LOCKED) AS mine HAVING count(*) > 0) AS locked LIMIT 1), "
+    "SELECT number, rank, cost, tries, excused FROM jobs WHERE " MESHGAUGE_PG_CLAIMABLE
+    "AND owner = ordered.owner AND batch = ordered.batch ORDER BY rank, number LIMIT CASE WHEN ordered.batch = '' THEN "
+    "1 ELSE $6 END FOR NO KEY UPDATE SKIP LOCKED) AS mine HAVING count(*) > 0) AS locked LIMIT 1), "
     "members AS (SELECT member.number, member.place, sum(member.cost) OVER upto AS cost, bool_or(member.suspect) OVER "
     "upto AS suspect FROM taken CROSS JOIN LATERAL unnest(numbers, costs, suspects) WITH ORDINALITY AS member (number, "
     "cost, suspect, place) WINDOW upto AS (ORDER BY member.place)), "
@@ -226,15 +229,15 @@ Result<std::optional<Claimed>> PostgresStore::claim(const JobKey& key, const std
 }
 
 Result<std::vector<Claimed>> PostgresStore::claim_some(const std::string& worker, TimePoint now, TimePoint lease_until,
-                                                       Which which, std::size_t most) {
+                                                       Which which, std::size_t most, Suspects suspects) {
   const std::int64_t claim = random_number();
   bool repeated = false;
   Result<std::vector<Claimed>> claimed = pool_.run(Promise::fleeting, [&](PgConnection& connection) {
     if (std::exchange(repeated, true)) {
       if (auto before = claimed_before(connection, claim); !before.empty()) return before;
     }
-    return all_claimed(
-        connection.query(kClaimSome, worker, now, lease_until, claim, which == Which::all, most, kBytesOfOneSecond));
+    return all_claimed(connection.query(kClaimSome, worker, now, lease_until, claim, which == Which::all, most,
+                                        kBytesOfOneSecond, suspects == Suspects::too));
   });
   if (!claimed) return claimed;
   for (const Claimed& one : *claimed) tell_claimed(one);

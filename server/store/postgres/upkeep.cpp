@@ -41,20 +41,22 @@ struct Recovered {
 Recovered hand_back_dead(PgConnection& connection, const std::optional<std::string>& dead_workers,
                          const std::string& why, Moment moment) {
   PgRows row = connection.query(
-      "WITH mine AS MATERIALIZED (SELECT number, excused + ($2 = '')::int AS excused_now, CASE WHEN cancel_requested "
-      "THEN 4 WHEN tries >= excused + ($2 = '')::int + $5 THEN 3 ELSE 0 END AS new_state, owner, parent FROM jobs "
-      "WHERE state = 1 AND CASE WHEN $1 IS NULL THEN lease_until <= $3 ELSE substr(worker, 1, length($1)) = $1 END "
-      "ORDER BY owner, id FOR NO KEY UPDATE SKIP LOCKED), "
+      "WITH dead AS MATERIALIZED (SELECT number, owner, parent, cancel_requested, tries, excused + ($2 = '' OR (batch <> "
+      "'' AND stage IS NULL AND tries <= excused + 1 AND excused < $6))::int AS excused_now FROM jobs WHERE state = 1 "
+      "AND CASE WHEN $1 IS NULL THEN lease_until <= $3 ELSE substr(worker, 1, length($1)) = $1 END ORDER BY owner, id "
+      "FOR NO KEY UPDATE SKIP LOCKED), "
+      "mine AS (SELECT number, owner, parent, excused_now, CASE WHEN cancel_requested THEN 4 WHEN tries >= excused_now "
+      "+ $5 THEN 3 ELSE 0 END AS new_state FROM dead), "
       "judged AS (SELECT number, excused_now, CASE WHEN new_state = 0 AND parent <> '' AND bool_or(new_state = 3) OVER "
       "(PARTITION BY owner, parent) THEN 4 ELSE new_state END AS new_state FROM mine), "
       "touched AS (UPDATE jobs SET state = new_state, excused = excused_now, worker = '', lease_until = NULL, "
       "finished = CASE WHEN new_state >= 2 THEN $3 END, expires = CASE WHEN new_state >= 2 THEN $4 END, last_error = "
-      "CASE WHEN $2 = '' THEN last_error ELSE $2 END FROM judged WHERE jobs.number = judged.number RETURNING "
-      "jobs.number, owner, id, state, batch, parent), " MESHGAUGE_PG_STOP_OTHER_PARTS("$3", "$4")
+      "CASE WHEN excused_now > excused THEN last_error ELSE $2 END FROM judged WHERE jobs.number = judged.number "
+      "RETURNING jobs.number, owner, id, state, batch, parent), " MESHGAUGE_PG_STOP_OTHER_PARTS("$3", "$4")
           MESHGAUGE_PG_SETTLE_WHOLES
       "SELECT owner, id, state, batch, parent, false FROM touched UNION ALL SELECT owner, id, state, '', parent, true "
       "FROM stopped WHERE state = 1",
-      dead_workers, why, moment.now, moment.keep_until, kMaxTries);
+      dead_workers, why, moment.now, moment.keep_until, kMaxTries, kMaxUnbegun);
   Recovered recovered;
   while (row.next()) {
     if (row.number(5) != 0) {

@@ -29,8 +29,8 @@ class FlakyStore final : public JobStore {
     return written([&] { return behind_.claim(key, worker, now, lease_until); });
   }
   Result<std::vector<Claimed>> claim_some(const std::string& worker, TimePoint now, TimePoint lease_until, Which which,
-                                          std::size_t most) override {
-    return written([&] { return behind_.claim_some(worker, now, lease_until, which, most); });
+                                          std::size_t most, Suspects suspects) override {
+    return written([&] { return behind_.claim_some(worker, now, lease_until, which, most, suspects); });
   }
   Result<std::vector<Heartbeat>> heartbeats(std::span<const Beat> beats, TimePoint lease_until) override {
     return written([&] { return behind_.heartbeats(beats, lease_until); });

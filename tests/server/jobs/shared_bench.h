@@ -60,7 +60,8 @@ struct Hands {
   explicit Hands(Common& common) : jobs(common.jobs) {}
 
   store::Claimed claim() {
-    auto claimed = store::got(jobs.claim_some("hands", jobs.time(), lease(), store::JobStore::Which::all, 1));
+    auto claimed = store::got(
+        jobs.claim_some("hands", jobs.time(), lease(), store::JobStore::Which::all, 1, store::JobStore::Suspects::too));
     REQUIRE(claimed.size() == 1);
     jobs.tell(store::Signal::Kind::changed, claimed.front().token.key);
     return std::move(claimed.front());

@@ -85,6 +85,71 @@ TEST_CASE_TEMPLATE("claims: a job that is suspected comes alone", Stores, EVERY_
   CHECK(claim_ids(jobs, 10) == Ids{"b/2", "b/3"});
 }
 
+TEST_CASE_TEMPLATE("claims: jobs that are suspected are passed over, with all of a batch if need be", Stores,
+                   EVERY_IMPLEMENTATION) {
+  Stores stores;
+  JobStore& jobs = stores.jobs();
+  insert(stores.batches(), new_batch("ann", "b", 4));
+  insert(stores.batches(), new_batch("ann", "c", 1));
+  insert(jobs, new_job("ann", "single"));
+  NewJob last = new_job("zoe", "last");
+  last.created = at(1);
+  insert(jobs, last);
+  for (const std::string id : {"b/0", "b/2", "c/0", "single"}) {
+    CHECK(got(jobs.hand_back(claimed_token(jobs, {"ann", id}), "its worker was lost", kNow)) == JobState::queued);
+  }
+  const auto claimed = [&](JobStore::Suspects suspects) { return claim_ids(jobs, 10, JobStore::Which::all, suspects); };
+  CHECK(claimed(JobStore::Suspects::passed_over) == Ids{"b/1", "b/3"});
+  CHECK(claimed(JobStore::Suspects::passed_over) == Ids{"last"});
+  CHECK(claimed(JobStore::Suspects::passed_over).empty());
+  std::set<std::string> suspected;
+  for (int i = 0; i < 4; ++i) {
+    const Ids one = claimed(JobStore::Suspects::too);
+    REQUIRE(one.size() == 1);
+    suspected.insert(one[0]);
+  }
+  CHECK(suspected == std::set<std::string>{"b/0", "b/2", "c/0", "single"});
+}
+
+TEST_CASE_TEMPLATE("claims: of what is lost with its worker, that is suspected which may have begun", Stores,
+                   EVERY_IMPLEMENTATION) {
+  Stores stores;
+  JobStore& jobs = stores.jobs();
+  insert(stores.batches(), new_batch("ann", "b", 3));
+  NewJob single = new_job("zoe", "single");
+  single.created = at(1);
+  insert(jobs, single);
+  const auto lose = [&] { got(jobs.recover("w1", "its worker was lost", kNow)); };
+  const auto claimed = got(jobs.claim_some("w1", at(50), at(110), JobStore::Which::all, 10));
+  REQUIRE(claimed.size() == 3);
+  const std::vector<Beat> beats{{claimed[0].token, Progress{0, 1, ""}}, {claimed[1].token, {}}};
+  got(jobs.heartbeats(beats, at(300)));
+  claimed_token(jobs, {"zoe", "single"});
+  lose();
+  CHECK(job_in(jobs, {"ann", "b/0"}).suspected);
+  CHECK(job_in(jobs, {"ann", "b/0"}).last_error == "its worker was lost");
+  CHECK_FALSE(job_in(jobs, {"ann", "b/1"}).suspected);
+  CHECK(job_in(jobs, {"ann", "b/1"}).last_error.empty());
+  CHECK_FALSE(job_in(jobs, {"ann", "b/2"}).suspected);
+  CHECK(job_in(jobs, {"zoe", "single"}).suspected);
+
+  claimed_token(jobs, {"ann", "b/0"});
+  claimed_token(jobs, {"ann", "b/1"});
+  lose();
+  CHECK(job_in(jobs, {"ann", "b/0"}).suspected);
+  CHECK_FALSE(job_in(jobs, {"ann", "b/1"}).suspected);
+  // One that ends its worker before it tells anything does so for some time, but not for ever.
+  for (unsigned lost = kMaxUnbegun; lost < kMaxUnbegun + kMaxTries; ++lost) {
+    claimed_token(jobs, {"ann", "b/1"});
+    lose();
+    CHECK(job_in(jobs, {"ann", "b/1"}).suspected);
+  }
+  const Job poison = job_in(jobs, {"ann", "b/1"});
+  CHECK(poison.state == JobState::failed);
+  CHECK(poison.tries == kMaxUnbegun + kMaxTries);
+  CHECK(poison.last_error == "its worker was lost");
+}
+
 TEST_CASE_TEMPLATE("claims: many heartbeats and endings at once, each by its own token", Stores, EVERY_IMPLEMENTATION) {
   Stores stores;
   JobStore& jobs = stores.jobs();

@@ -68,7 +68,7 @@ TEST_CASE("stock: no more than there are idle threads when all of them may be bu
   CHECK(stock.wanted() == 0);
 }
 
-TEST_CASE("stock: one that is suspected waits for all, and all wait for it") {
+TEST_CASE("stock: one that is suspected waits for all that is there, and nothing is claimed meanwhile") {
   Stock stock(4);
   const auto before = ready("before");
   stock.add(before);
@@ -78,12 +78,17 @@ TEST_CASE("stock: one that is suspected waits for all, and all wait for it") {
   stock.add(suspect);
   stock.add(ready("after"));
   CHECK(stock.wanted() == 0);
+  const auto after = stock.take();
+  CHECK(name_of(after) == "after");
   CHECK(stock.take() == nullptr);
   stock.ended(*before);
+  CHECK(stock.take() == nullptr);
+  stock.ended(*after);
   CHECK(name_of(stock.take()) == "suspect");
+  stock.add(ready("last"));
   CHECK(stock.take() == nullptr);
   CHECK(stock.wanted() == 0);
   stock.ended(*suspect);
-  CHECK(name_of(stock.take()) == "after");
+  CHECK(name_of(stock.take()) == "last");
   CHECK(stock.wanted() > 0);
 }

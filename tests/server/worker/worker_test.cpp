@@ -155,6 +155,95 @@ TEST_CASE("worker: one that is suspected of ending its workers runs alone") {
   CHECK(beside_suspect == 0);
 }
 
+namespace {
+
+// What another worker runs; with that it is lost.
+store::JobKey put_running(Kept& kept, const std::string& name) {
+  const auto key = put_job(kept, job_named(name));
+  const auto now = store::now();
+  REQUIRE(got(kept.embedded.jobs().claim(key, "other", now, now + std::chrono::hours(1))));
+  return key;
+}
+
+void lose(Kept& kept, const std::string& worker) {
+  const auto now = store::now();
+  got(kept.embedded.jobs().recover(worker, "it went away", {now, now + seconds(60)}));
+}
+
+// Of the comparisons "long" lasts until it is released, all others are over at once.
+Compare lasting(const std::atomic<bool>& released) {
+  return [&](const MeshSource& a, const MeshSource&, const Options& asked, const api::ReadLimits&,
+             Control& control) -> Result<api::Comparison> {
+    while (a.input.filename == "long" && !released && control.check() == Interruption::none) {
+      std::this_thread::sleep_for(milliseconds(1));
+    }
+    return stand_in(a, asked);
+  };
+}
+
+}  // namespace
+
+TEST_CASE("worker: one that is suspected keeps nothing waiting while something runs") {
+  Kept kept;
+  std::atomic<bool> released{false};
+  const auto suspect = put_running(kept, "suspect");
+  auto options = options_of("w");
+  options.pass_over = std::chrono::hours(1);
+  WorkerBench bench(kept.stores(), lasting(released), options, with_threads(2));
+  bench.worker.start();
+  const auto longest = put_job(kept, job_named("long"));
+  REQUIRE(eventually([&] { return bench.worker.running() == 1; }));
+  lose(kept, "other");
+  for (const std::string name : {"x", "y", "z"}) {
+    const auto key = put_job(kept, job_named(name));
+    REQUIRE(eventually([&] { return has_state(kept, key, JobState::done); }));
+  }
+  CHECK(row_of(kept, suspect).suspected);
+  CHECK(has_state(kept, suspect, JobState::queued));  // others may have it
+  CHECK(has_state(kept, longest, JobState::running));
+  released = true;
+  CHECK(eventually([&] { return has_state(kept, suspect, JobState::done); }));
+}
+
+TEST_CASE("worker: one that is suspected has its turn where there is always something to do") {
+  Kept kept;
+  std::atomic<bool> released{false};
+  const auto suspect = put_running(kept, "suspect");
+  auto options = options_of("w");
+  options.pass_over = milliseconds(50);
+  WorkerBench bench(kept.stores(), lasting(released), options, with_threads(2));
+  bench.worker.start();
+  put_job(kept, job_named("long"));
+  REQUIRE(eventually([&] { return bench.worker.running() == 1; }));
+  lose(kept, "other");
+  REQUIRE(eventually([&] { return has_state(kept, suspect, JobState::running); }));
+  const auto later = put_job(kept, job_named("later"));
+  CHECK(bench.worker.running() == 1);  // it waits for that
+  CHECK(has_state(kept, later, JobState::queued));
+  released = true;
+  CHECK(eventually([&] { return has_state(kept, suspect, JobState::done); }));
+  CHECK(eventually([&] { return has_state(kept, later, JobState::done); }));
+}
+
+TEST_CASE("worker: when it is lost, what it had in stock is not suspected, but what it ran") {
+  Kept kept;
+  Stand stand;
+  std::vector<store::JobKey> keys;
+  for (int i = 0; i < 10; ++i) keys.push_back(put_job(kept, job_named("j" + std::to_string(i), "batch")));
+  auto options = options_of("w");
+  options.heartbeat = std::chrono::hours(1);  // it does not hear that it has lost them
+  WorkerBench bench(kept.stores(), stand.compare(), options);
+  bench.worker.start();
+  REQUIRE(eventually([&] { return stand.running == 1 && bench.worker.held() == 10; }));
+  REQUIRE(eventually([&] { return row_of(kept, keys[0]).progress.has_value(); }));  // soon, though it is of a batch
+  lose(kept, "w");
+  CHECK(row_of(kept, keys[0]).suspected);
+  for (std::size_t i = 1; i < keys.size(); ++i) {
+    CHECK(has_state(kept, keys[i], JobState::queued));
+    CHECK_FALSE(row_of(kept, keys[i]).suspected);
+  }
+}
+
 TEST_CASE("worker: the time of a job begins with its run, and ends with that of who waits for it") {
   Kept kept;
   Stand stand;
