@@ -115,6 +115,7 @@ std::uint64_t remove_over_share(Connection& connection, std::uint64_t max_kept, 
 
 Result<std::vector<Job>> SqliteStore::recover(const std::optional<std::string>& dead_workers, const std::string& why,
                                               Moment moment) {
+  if (const Result<Done> rest = cancel_the_rest(moment); !rest) return rest.error();
   return writer_.write([&](Connection& connection) {
     for (const Token& token : tokens_of_dead(connection, dead_workers, moment.now)) {
       give_back(connection, token, why, moment);
@@ -173,6 +174,7 @@ Result<std::uint64_t> SqliteStore::remove_in_portions(
 }
 
 Result<SweptJobs> SqliteStore::sweep_jobs(Moment moment, std::uint64_t max_kept) {
+  if (const Result<Done> rest = cancel_the_rest(moment); !rest) return rest.error();
   Result<std::uint64_t> given_up =
       writer_.write([&](Connection& connection) { return give_up_waiting(connection, moment); });
   if (!given_up) return given_up.error();

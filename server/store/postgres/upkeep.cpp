@@ -147,6 +147,7 @@ Result<std::vector<Job>> PostgresStore::recover(const std::optional<std::string>
   if (!recovered) return recovered.error();
   if (recovered->queued) control_.tell(Signal::Kind::work);
   for (const JobKey& key : recovered->ended) control_.tell(Signal::Kind::changed, key);
+  if (const Result<Done> rest = cancel_the_rest(moment); !rest) return rest.error();
   return std::vector<Job>();
 }
 
