@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "server/log.h"
 #include "server/store/distributed.h"
 #include "server/store/embedded.h"
 
@@ -17,6 +18,7 @@ store::DistributedSettings distributed(const Settings& settings) {
   asked.s3_virtual_host = settings.s3_virtual_host;
   asked.blob_cache_bytes = settings.blob_cache_bytes;
   asked.data_folder = settings.data_dir;
+  asked.report = [](const std::string& line) { log_event("store", line); };
   return asked;
 }
 

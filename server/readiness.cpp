@@ -1,6 +1,8 @@
 #include "server/readiness.h"
 
+#include <algorithm>
 #include <new>
+#include <system_error>
 
 #include "engine/hausdorff.h"
 
@@ -17,8 +19,13 @@ void send_status(Exchange& exchange, const char* status) {
 }  // namespace
 
 void Readiness::watch_stores(const Stores& stores) {
-  watch("store", [stores] { return defect_of(stores.jobs.check()); });
-  watch("disk", [stores] { return defect_of(stores.blobs.check()); });
+  const bool shared = stores.shared();
+  watch(shared ? "database" : "store", [stores] { return defect_of(stores.jobs.check()); });
+  watch(shared ? "blobs" : "disk", [stores] { return defect_of(stores.blobs.check()); });
+}
+
+Readiness::~Readiness() {
+  if (look_.valid()) look_.wait();
 }
 
 void Readiness::answer(Exchange& exchange, Defects now) {
@@ -32,17 +39,34 @@ void Readiness::answer(Exchange& exchange, Defects now) {
   send_status(exchange, "ready");
 }
 
-// Anybody may ask, and each look costs the disk a write: it counts for a second. A disk or a reader that does not
-// answer holds up one who asks, not all: the others are told what was seen before.
+// Anybody may ask, and each look costs the disk a write: it counts for a second. Whoever begins a look waits for it,
+// for a while; the others are told what was seen before.
 Readiness::Defects Readiness::seen() {
-  {
-    const std::lock_guard lock(mutex_);
-    if (looking_ || Clock::now() < looked_ + std::chrono::seconds(1)) return defects_;
-    looking_ = true;
+  std::unique_lock lock(mutex_);
+  if (looking_ || Clock::now() < looked_ + std::chrono::seconds(1)) return defects_;
+  begin_look();
+  if (!looked_at_.wait_for(lock, patience_, [this] { return !looking_; })) {
+    defects_ = {{at_, "it does not answer in time"}};
   }
+  return defects_;
+}
+
+// Under the lock, which a look that has ended does not need any more.
+void Readiness::begin_look() {
+  looking_ = true;
+  try {
+    look_ = std::async(std::launch::async, [this] { look(); });
+  } catch (const std::system_error&) {
+    looking_ = false;
+    looked_ = Clock::now();
+    defects_ = {{"service", "it has no thread to spare"}};
+  }
+}
+
+void Readiness::look() {
   Defects seen;
   try {
-    seen = look();
+    seen = looked_at();
   } catch (const std::bad_alloc&) {
     seen = {{"service", "memory ran out"}};
   }
@@ -50,13 +74,19 @@ Readiness::Defects Readiness::seen() {
   looking_ = false;
   defects_ = std::move(seen);
   looked_ = Clock::now();
-  return defects_;
+  looked_at_.notify_all();
 }
 
-Readiness::Defects Readiness::look() const {
+Readiness::Defects Readiness::looked_at() {
   Defects seen;
   for (const auto& [part, defect_of] : looks_) {
-    if (std::string defect = defect_of(); !defect.empty()) seen.emplace_back(part, std::move(defect));
+    {
+      const std::lock_guard lock(mutex_);
+      at_ = part;
+    }
+    std::string defect = defect_of();
+    const bool told = std::any_of(seen.begin(), seen.end(), [&](const auto& other) { return other.second == defect; });
+    if (!defect.empty() && !told) seen.emplace_back(part, std::move(defect));
   }
   return seen;
 }

@@ -12,7 +12,7 @@ Result<std::unique_ptr<RemoteBlobs>> remote_blobs(const DistributedSettings& set
   Result<S3Settings> s3 =
       s3_settings(settings.blobs, settings.s3_endpoint, settings.s3_region, settings.s3_virtual_host);
   if (!s3) return s3.error();
-  return std::unique_ptr<RemoteBlobs>(new S3Blobs(*std::move(s3)));
+  return std::unique_ptr<RemoteBlobs>(new S3Blobs(*std::move(s3), {}, {}, settings.report));
 }
 
 }  // namespace
@@ -21,8 +21,9 @@ Result<std::unique_ptr<DistributedStores>> DistributedStores::open(const Distrib
   Result<DataFolder> folder = DataFolder::open(settings.data_folder);
   if (!folder) return folder.error();
   std::unique_ptr<DistributedStores> stores(new DistributedStores(std::move(*folder)));
-  Result<std::unique_ptr<PostgresStore>> store = PostgresStore::open(
-      {settings.database, settings.max_connections, settings.patience, settings.duty_grace, settings.max_unrecorded});
+  Result<std::unique_ptr<PostgresStore>> store =
+      PostgresStore::open({settings.database, settings.max_connections, settings.patience, settings.duty_grace,
+                           settings.max_unrecorded, settings.report});
   if (!store) return store.error();
   stores->store_ = std::move(*store);
   Result<std::unique_ptr<RemoteBlobs>> remote = remote_blobs(settings, *stores->store_);

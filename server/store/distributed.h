@@ -26,6 +26,7 @@ struct DistributedSettings {
   std::size_t max_connections = 8;
   std::chrono::milliseconds patience{4000};      // PostgresSettings'
   std::chrono::milliseconds duty_grace{15'000};  // likewise
+  Report report = {};                            // lines for the log: of the database and of S3
 };
 
 class DistributedStores final : public AllStores {

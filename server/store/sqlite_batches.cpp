@@ -137,16 +137,40 @@ std::vector<BatchRow> first_failures(Connection& connection, const JobKey& key, 
   return rows_of(row);
 }
 
-// Of jobs that were asked for by this batch and by no other that is still wanted.
-std::uint64_t cancel_jobs(Connection& connection, const JobKey& key, Moment moment) {
+constexpr std::uint64_t kPortion = 250;  // items whose jobs one transaction cancels: other writes wait for it
+
+// Of jobs that were asked for by these items of the batch, from this position on, and by no other that is still wanted.
+std::uint64_t cancel_portion(Connection& connection, const JobKey& key, std::uint64_t from, Moment moment) {
   return Query(connection,
                "UPDATE jobs SET cancel_requested = 1, state = iif(state = 0, 4, 1), finished = iif(state = 0, ?1, "
                "NULL), expires = iif(state = 0, ?2, NULL) WHERE owner = ?3 AND state < 2 AND batch != '' AND id IN "
-               "(SELECT job FROM batch_items WHERE owner = ?3 AND batch = ?4) AND NOT EXISTS (SELECT 1 FROM "
+               "(SELECT job FROM batch_items WHERE owner = ?3 AND batch = ?4 AND position >= ?5 AND position < ?6) AND "
+               "NOT "
+               "EXISTS (SELECT 1 FROM "
                "batch_items AS other JOIN batches ON batches.owner = other.owner AND batches.id = other.batch WHERE "
                "other.owner = ?3 AND other.job = jobs.id AND NOT batches.cancel_requested)",
-               moment.now, moment.keep_until, key.owner, key.id)
+               moment.now, moment.keep_until, key.owner, key.id, from, from + kPortion)
       .run();
+}
+
+// 0: there is no such batch.
+std::uint64_t mark_cancelled(Connection& connection, const JobKey& key) {
+  Query(connection, "UPDATE batches SET cancel_requested = 1 WHERE owner = ? AND id = ?", key.owner, key.id).run();
+  Query row(connection, "SELECT ifnull(max(position) + 1, 0) FROM batch_items WHERE owner = ? AND batch = ?", key.owner,
+            key.id);
+  return row.next() ? unsigned_number(row, 0) : 0;
+}
+
+// Each job that is still to be cancelled is in a batch that was cancelled and made it.
+std::vector<JobKey> half_cancelled(Connection& connection) {
+  Query row(connection,
+            "SELECT owner, id FROM batches AS its WHERE cancel_requested AND (EXISTS (SELECT 1 FROM jobs INDEXED BY "
+            "jobs_waiting WHERE state = 0 AND awaits = 0 AND owner = its.owner AND batch = its.id) OR EXISTS (SELECT 1 "
+            "FROM jobs INDEXED BY jobs_running WHERE state = 1 AND NOT cancel_requested AND owner = its.owner AND "
+            "batch = its.id))");
+  std::vector<JobKey> keys;
+  while (row.next()) keys.push_back({row.text(0), row.text(1)});
+  return keys;
 }
 
 void remove_batch(Connection& connection, const JobKey& key) {
@@ -200,13 +224,24 @@ Result<std::vector<BatchRow>> SqliteStore::batch_rows(const JobKey& key, Rows wh
 }
 
 Result<bool> SqliteStore::cancel_batch(const JobKey& key, Moment moment) {
-  return writer_.write([&](Connection& connection) {
-    const bool known =
-        Query(connection, "UPDATE batches SET cancel_requested = 1 WHERE owner = ? AND id = ?", key.owner, key.id)
-            .run() == 1;
-    if (known) cancel_jobs(connection, key, moment);
-    return known;
-  });
+  const Result<std::uint64_t> items =
+      writer_.write([&](Connection& connection) { return mark_cancelled(connection, key); });
+  if (!items) return items.error();
+  for (std::uint64_t from = 0; from < *items; from += kPortion) {
+    const auto portion =
+        writer_.write([&](Connection& connection) { return cancel_portion(connection, key, from, moment); });
+    if (!portion) return portion.error();
+  }
+  return *items > 0;
+}
+
+Result<Done> SqliteStore::cancel_the_rest(Moment moment) {
+  const Result<std::vector<JobKey>> keys = readers_.read(half_cancelled);
+  if (!keys) return keys.error();
+  for (const JobKey& key : *keys) {
+    if (const Result<bool> cancelled = cancel_batch(key, moment); !cancelled) return cancelled.error();
+  }
+  return Done{};
 }
 
 Result<bool> SqliteStore::forget_batch(const JobKey& key) {

@@ -69,6 +69,7 @@ class SqliteStore final : public JobStore, public BatchStore, public MeshIndex {
  private:
   SqliteStore(const std::string& path, std::unique_ptr<Connection> connection, std::size_t max_unrecorded);
 
+  Result<Done> cancel_the_rest(Moment moment);  // of cancelled batches, when somebody did not come to the end of them
   Result<Done> write_batch();
   void record_in_background();
   Result<std::uint64_t> remove_in_portions(const std::function<std::uint64_t(Connection&, std::int64_t most)>& remove);

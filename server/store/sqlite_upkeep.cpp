@@ -120,6 +120,7 @@ std::uint64_t remove_over_share(Connection& connection, std::uint64_t max_kept, 
 
 Result<std::vector<Job>> SqliteStore::recover(const std::optional<std::string>& dead_workers, const std::string& why,
                                               Moment moment) {
+  if (const Result<Done> rest = cancel_the_rest(moment); !rest) return rest.error();
   return writer_.write([&](Connection& connection) {
     for (const auto& [token, excused] : lost_with(connection, dead_workers, moment.now)) {
       give_back(connection, token, excused ? "" : why, moment);
@@ -178,6 +179,7 @@ Result<std::uint64_t> SqliteStore::remove_in_portions(
 }
 
 Result<SweptJobs> SqliteStore::sweep_jobs(Moment moment, std::uint64_t max_kept) {
+  if (const Result<Done> rest = cancel_the_rest(moment); !rest) return rest.error();
   Result<std::uint64_t> given_up =
       writer_.write([&](Connection& connection) { return give_up_waiting(connection, moment); });
   if (!given_up) return given_up.error();

@@ -3,6 +3,7 @@
 // Whatever changes which batches point at a job (insert_batch(), cancel_batch(), forget_batch(), sweep_batches()) takes
 // a lock of the owner first, so that no job is cancelled or removed while another batch begins to point at it.
 #include <algorithm>
+#include <thread>
 #include <unordered_map>
 
 #include "server/store/postgres/job_rows.h"
@@ -148,41 +149,77 @@ InsertedBatch insert(PgConnection& connection, const NewBatch& batch) {
   return inserted;
 }
 
-// Nobody asked for a job of a batch by itself; it is this batch's alone, or of others that were cancelled as well.
-#define MESHGAUGE_PG_OWN_JOBS                                                                                      \
-  "SELECT DISTINCT job FROM batch_items AS mine WHERE mine.owner = $1 AND mine.batch = $2 AND NOT EXISTS (SELECT " \
-  "FROM batch_items AS other JOIN batches AS its ON its.owner = other.owner AND its.id = other.batch WHERE "       \
-  "other.owner = mine.owner AND other.job = mine.job AND other.batch <> mine.batch"
+// Jobs that nobody asked for by themselves, and that of all batches point only at this one, or at others of which
+// OTHERS is not true. OFFSET 0, here and below, makes PostgreSQL find rows one by one in the index of their keys,
+// whatever it believes of how many there are.
+#define MESHGAUGE_PG_OWN_JOBS(ITEMS, OTHERS)                                                                          \
+  "own AS MATERIALIZED (SELECT DISTINCT job FROM batch_items AS mine WHERE mine.owner = $1 AND mine.batch = $2" ITEMS \
+  " AND NOT EXISTS (SELECT FROM batch_items AS other JOIN batches AS its ON its.owner = other.owner AND its.id = "    \
+  "other.batch WHERE other.owner = mine.owner AND other.job = mine.job AND other.batch <> mine.batch" OTHERS          \
+  " OFFSET 0)) "
 
-struct CancelledBatch {
-  bool known = false;
-  std::vector<JobKey> running;
-};
+#define MESHGAUGE_PG_STILL_WANTED " AND NOT its.cancel_requested"
 
-CancelledBatch cancel(PgConnection& connection, const JobKey& key, Moment moment) {
+// Of jobs: what a cancelled batch has to end, or to tell that it is to end.
+#define MESHGAUGE_PG_TO_CANCEL "batch <> '' AND (state + 0 = 0 OR (state + 0 = 1 AND NOT cancel_requested)) "
+
+constexpr std::uint64_t kPortion = 250;                 // items whose jobs one transaction cancels
+constexpr auto kPause = std::chrono::milliseconds(20);  // before those that somebody had locked are tried again
+
+// 0: there is no such batch. It is promised from now on: whoever is on duty cancels what this process does not come to.
+std::uint64_t mark_cancelled(PgConnection& connection, const JobKey& key) {
   PgTransaction transaction(connection);
   lock_batches_of(connection, key.owner);
-  CancelledBatch cancelled;
-  cancelled.known =
-      connection.query("UPDATE batches SET cancel_requested = true WHERE owner = $1 AND id = $2", key.owner, key.id)
-          .changed() == 1;
   PgRows row = connection.query(
-      "WITH own AS (" MESHGAUGE_PG_OWN_JOBS
-      " AND NOT its.cancel_requested)), "
-      "those AS MATERIALIZED (SELECT found.number FROM (SELECT job FROM own ORDER BY job) AS own CROSS JOIN LATERAL "
-      "(SELECT number FROM jobs WHERE jobs.owner = $1 AND jobs.id = own.job AND state + 0 < 2 AND batch <> '' FOR "
-      "UPDATE) "
-      "AS found) "
+      "UPDATE batches SET cancel_requested = true WHERE owner = $1 AND id = $2 RETURNING (SELECT "
+      "coalesce(max(position) + 1, 0) FROM batch_items WHERE owner = $1 AND batch = $2)",
+      key.owner, key.id);
+  const std::uint64_t items = row.next() ? static_cast<std::uint64_t>(row.number(0)) : 0;
+  transaction.commit();
+  return items;
+}
+
+// Of the items from this position on. What another has locked is left to the next look: so nobody who ends or renews
+// jobs waits for more than a portion, nor this for them.
+std::vector<JobKey> cancel_portion(PgConnection& connection, const JobKey& key, std::uint64_t from, Moment moment) {
+  PgTransaction transaction(connection);
+  lock_batches_of(connection, key.owner);
+  PgRows row = connection.query(
+      "WITH " MESHGAUGE_PG_OWN_JOBS(" AND mine.position >= $5 AND mine.position < $6", MESHGAUGE_PG_STILL_WANTED)
+      ", those AS MATERIALIZED (SELECT found.number FROM (SELECT job FROM own ORDER BY job) AS own CROSS JOIN LATERAL "
+      "(SELECT number FROM jobs WHERE jobs.owner = $1 AND jobs.id = own.job AND " MESHGAUGE_PG_TO_CANCEL
+      "FOR UPDATE SKIP LOCKED) AS found) "
       "UPDATE jobs SET cancel_requested = true, state = CASE state WHEN 0 THEN 4 ELSE 1 END, finished = CASE state "
       "WHEN 0 THEN $3 END, expires = CASE state WHEN 0 THEN $4 END FROM those WHERE jobs.number = those.number "
       "RETURNING jobs.id, jobs.state",
-      key.owner, key.id, moment.now, moment.keep_until);
+      key.owner, key.id, moment.now, moment.keep_until, from, from + kPortion);
+  std::vector<JobKey> running;
   while (row.next()) {
-    if (static_cast<JobState>(row.number(1)) == JobState::running)
-      cancelled.running.push_back({key.owner, row.text(0)});
+    if (static_cast<JobState>(row.number(1)) == JobState::running) running.push_back({key.owner, row.text(0)});
   }
   transaction.commit();
-  return cancelled;
+  return running;
+}
+
+bool is_left_to_cancel(PgConnection& connection, const JobKey& key) {
+  PgRows row = connection.query(
+      "WITH " MESHGAUGE_PG_OWN_JOBS("", MESHGAUGE_PG_STILL_WANTED)
+      "SELECT 1 FROM own CROSS JOIN LATERAL (SELECT 1 FROM jobs WHERE jobs.owner = $1 AND jobs.id = own.job "
+      "AND " MESHGAUGE_PG_TO_CANCEL "OFFSET 0) AS found LIMIT 1",
+      key.owner, key.id);
+  return row.next();
+}
+
+// Whoever cancelled them may have died over it. Each such job is still in a batch that was cancelled and made it, so
+// these are found by what waits or runs.
+std::vector<JobKey> half_cancelled(PgConnection& connection) {
+  PgRows row = connection.query(
+      "SELECT owner, id FROM batches AS its WHERE cancel_requested AND (EXISTS (SELECT FROM jobs WHERE state = 0 AND "
+      "awaits = 0 AND owner = its.owner AND batch = its.id OFFSET 0) OR EXISTS (SELECT FROM jobs WHERE state = 1 AND "
+      "NOT cancel_requested AND owner = its.owner AND batch = its.id OFFSET 0))");
+  std::vector<JobKey> keys;
+  while (row.next()) keys.push_back({row.text(0), row.text(1)});
+  return keys;
 }
 
 // In a transaction. false: there is none, or not all of its jobs have ended, the last one before `ended_before` if that
@@ -190,16 +227,16 @@ CancelledBatch cancel(PgConnection& connection, const JobKey& key, Moment moment
 bool remove_batch(PgConnection& connection, const JobKey& key, std::optional<TimePoint> ended_before) {
   lock_batches_of(connection, key.owner);
   PgRows row = connection.query(
-      "SELECT 1 FROM batches WHERE owner = $1 AND id = $2 AND NOT EXISTS (SELECT FROM batch_items AS item JOIN jobs ON "
-      "jobs.owner = item.owner AND jobs.id = item.job WHERE item.owner = $1 AND item.batch = $2 AND (state < 2 OR "
-      "jobs.finished >= $3)) FOR UPDATE",
+      "SELECT 1 FROM batches WHERE owner = $1 AND id = $2 AND NOT EXISTS (SELECT FROM batch_items AS item CROSS JOIN "
+      "LATERAL (SELECT 1 FROM jobs WHERE owner = $1 AND id = item.job AND (state < 2 OR finished >= $3) OFFSET 0) AS "
+      "found WHERE item.owner = $1 AND item.batch = $2) FOR UPDATE",
       key.owner, key.id, ended_before);
   if (!row.next()) return false;
   connection.query(
-      "WITH own AS (" MESHGAUGE_PG_OWN_JOBS
-      ")) DELETE FROM jobs WHERE number = ANY (ARRAY(SELECT found.number FROM (SELECT job FROM own ORDER BY "
-      "job) AS own CROSS JOIN LATERAL (SELECT number FROM jobs WHERE jobs.owner = $1 AND jobs.id = own.job "
-      "AND jobs.batch <> '' AND state + 0 >= 2 FOR UPDATE) AS found))",
+      "WITH " MESHGAUGE_PG_OWN_JOBS("", "")
+      " DELETE FROM jobs WHERE number = ANY (ARRAY(SELECT found.number FROM (SELECT job FROM own ORDER BY job) AS own "
+      "CROSS JOIN LATERAL (SELECT number FROM jobs WHERE jobs.owner = $1 AND jobs.id = own.job AND jobs.batch <> '' AND "
+      "state + 0 >= 2 FOR UPDATE) AS found))",
       key.owner, key.id);
   connection.query("DELETE FROM batch_items WHERE owner = $1 AND batch = $2", key.owner, key.id);
   connection.query("DELETE FROM batches WHERE owner = $1 AND id = $2", key.owner, key.id);
@@ -208,9 +245,9 @@ bool remove_batch(PgConnection& connection, const JobKey& key, std::optional<Tim
 
 std::vector<JobKey> batches_before(PgConnection& connection, TimePoint ended_before) {
   PgRows row = connection.query(
-      "SELECT owner, id FROM batches AS batch WHERE created < $1 AND NOT EXISTS (SELECT FROM batch_items AS item JOIN "
-      "jobs ON jobs.owner = item.owner AND jobs.id = item.job WHERE item.owner = batch.owner AND item.batch = batch.id "
-      "AND (state < 2 OR jobs.finished >= $1))",
+      "SELECT owner, id FROM batches AS batch WHERE created < $1 AND NOT EXISTS (SELECT FROM batch_items AS item CROSS "
+      "JOIN LATERAL (SELECT 1 FROM jobs WHERE owner = item.owner AND id = item.job AND (state < 2 OR finished >= $1) "
+      "OFFSET 0) AS found WHERE item.owner = batch.owner AND item.batch = batch.id OFFSET 0)",
       ended_before);
   std::vector<JobKey> keys;
   while (row.next()) keys.push_back({row.text(0), row.text(1)});
@@ -270,12 +307,39 @@ Result<std::vector<BatchRow>> PostgresStore::batch_rows(const JobKey& key, Rows 
   });
 }
 
+Result<Done> PostgresStore::cancel_jobs_of(const JobKey& key, std::uint64_t items, Moment moment) {
+  for (std::uint64_t from = 0; from < items; from += kPortion) {
+    const Result<std::vector<JobKey>> running = pool_.run(
+        Promise::durable, [&](PgConnection& connection) { return cancel_portion(connection, key, from, moment); });
+    if (!running) return running.error();
+    for (const JobKey& job : *running) control_.tell(Signal::Kind::cancel, job);
+  }
+  return Done{};
+}
+
 Result<bool> PostgresStore::cancel_batch(const JobKey& key, Moment moment) {
-  const Result<CancelledBatch> cancelled = pool_.run(
-      Promise::durable, [&](PgConnection& connection) { return cancel(connection, key, moment); }, kLonger);
-  if (!cancelled) return cancelled.error();
-  for (const JobKey& job : cancelled->running) control_.tell(Signal::Kind::cancel, job);
-  return cancelled->known;
+  const auto until = std::chrono::steady_clock::now() + kLonger * pool_.settings().patience;
+  const Result<std::uint64_t> items =
+      pool_.run(Promise::durable, [&](PgConnection& connection) { return mark_cancelled(connection, key); });
+  if (!items) return items.error();
+  while (*items > 0) {
+    const Result<bool> left =
+        pool_.run(Promise::fleeting, [&](PgConnection& connection) { return is_left_to_cancel(connection, key); });
+    if (!left) return left.error();
+    if (!*left || std::chrono::steady_clock::now() >= until) break;  // what is left is for who is on duty
+    if (const Result<Done> cancelled = cancel_jobs_of(key, *items, moment); !cancelled) return cancelled.error();
+    std::this_thread::sleep_for(kPause);
+  }
+  return *items > 0;
+}
+
+Result<Done> PostgresStore::cancel_the_rest(Moment moment) {
+  const Result<std::vector<JobKey>> keys = pool_.run(Promise::fleeting, half_cancelled);
+  if (!keys) return keys.error();
+  for (const JobKey& key : *keys) {
+    if (const Result<bool> cancelled = cancel_batch(key, moment); !cancelled) return cancelled.error();
+  }
+  return Done{};
 }
 
 Result<BatchStore::Load> PostgresStore::batch_load(const std::string& owner) {

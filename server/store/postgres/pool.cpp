@@ -11,9 +11,38 @@ using Clock = std::chrono::steady_clock;
 constexpr auto kBetweenProbes = 250ms;
 constexpr auto kFirstPause = 5ms, kLongestPause = 200ms;  // between tries of one call
 
+constexpr const char* kBusy = "all connections to it are busy";
+
+constexpr const char* kSilent = "it did not answer in time";  // connection.cpp's
+constexpr const char* kUnreplicated = "no other server has confirmed what was stored";
+
+const char* trouble_of(const PgFailure& failure) {
+  const std::string& state = failure.state;
+  if (state == "57014" || state == "55P03" || failure.message == kSilent || failure.message == kUnreplicated) {
+    return "did not answer in time";
+  }
+  if (state.starts_with("40")) return "is busy";
+  if (state.starts_with("53") || failure.message == kBusy) return "has no connection to spare";
+  if (state.starts_with("28") || state.starts_with("3D") || state == "42501") return "refuses this service";
+  return "cannot be reached";
+}
+
 }  // namespace
 
-PgPool::PgPool(PoolSettings settings) : settings_(std::move(settings)) {
+Error plain_error(const PgFailure& failure) {
+  Error error = to_error(failure);
+  const std::string what = "the database ";
+  if (error.code == ErrorCode::storage_full) {
+    error.message = what + "finds no room";
+  } else if (error.code == ErrorCode::storage_unavailable) {
+    error.message = what + trouble_of(failure);
+  } else {
+    error.message = what + "failed (" + failure.state + ")";
+  }
+  return error;
+}
+
+PgPool::PgPool(PoolSettings settings) : settings_(std::move(settings)), outage_("the database", settings_.report) {
   opener_ = std::thread([this] { open_connections(); });
 }
 
@@ -40,11 +69,23 @@ Result<Done> PgPool::run_until(Promise promise, const std::function<void(PgConne
   };
   for (auto pause = Clock::duration(kFirstPause);; pause = std::min<Clock::duration>(2 * pause, kLongestPause)) {
     const std::optional<PgFailure> failure = attempt(guarded, deadline);
-    if (!failure) return Done{};
-    if (!failure->may_pass || Clock::now() + pause >= deadline) return to_error(*failure);
+    if (!failure) {
+      outage_.over();
+      return Done{};
+    }
+    if (!failure->may_pass || Clock::now() + pause >= deadline) {
+      tell(to_error(*failure));
+      return plain_error(*failure);
+    }
     repeated = true;
     std::this_thread::sleep_for(pause);
   }
+}
+
+// A statement that the database does not understand is a defect, and no outage.
+void PgPool::tell(const Error& error) {
+  if (error.code != ErrorCode::internal) return outage_.failed(error.message);
+  if (settings_.report) settings_.report(error.message);
 }
 
 std::optional<PgFailure> PgPool::attempt(const std::function<void(PgConnection&)>& work, SteadyTime deadline) {
@@ -84,7 +125,7 @@ std::unique_ptr<PgConnection> PgPool::take(SteadyTime deadline) {
     const bool in_time = returned_.wait_until(lock, deadline) == std::cv_status::no_timeout;
     --waiting_;
     if (!in_time && idle_.empty()) {
-      throw PgFailure{"", gone_since_ ? why_gone_ : "all connections to it are busy", true, false};
+      throw PgFailure{"", gone_since_ ? why_gone_ : kBusy, true, false};
     }
   }
 }

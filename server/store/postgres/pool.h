@@ -5,6 +5,9 @@
 // second or two is not noticed. While the database has been gone for longer, calls fail at once, and that thread tries
 // again and again.
 //
+// What a caller is told may be told to anybody: it names no host, no role and no statement. The whole text goes to the
+// report.
+//
 // So work is done more than once: each must be idempotent. A commit whose answer was lost may have happened; the
 // repetition then finds it.
 #pragma once
@@ -17,6 +20,7 @@
 #include <thread>
 #include <type_traits>
 
+#include "server/store/outage.h"
 #include "server/store/postgres/connection.h"
 
 namespace meshgauge::server::store {
@@ -25,7 +29,11 @@ struct PoolSettings {
   std::string database;  // connection string
   std::size_t max_connections = 8;
   std::chrono::milliseconds patience{4000};
+  Report report = {};
 };
+
+// What a caller is told of a failure.
+Error plain_error(const PgFailure& failure);
 
 // What a work's success promises: `durable` that it outlives the machine it was stored on, also when an earlier try's
 // commit was never acknowledged; `fleeting` not.
@@ -54,6 +62,7 @@ class PgPool {
 
  private:
   Result<Done> run_until(Promise promise, const std::function<void(PgConnection&)>& work, SteadyTime deadline);
+  void tell(const Error& error);
   std::optional<PgFailure> attempt(const std::function<void(PgConnection&)>& work, SteadyTime deadline);
   std::unique_ptr<PgConnection> take(SteadyTime deadline);  // throws PgFailure
   void give_back(std::unique_ptr<PgConnection> connection);
@@ -73,6 +82,7 @@ class PgPool {
   SteadyTime newest_trouble_ = std::chrono::steady_clock::now();
   std::string why_gone_;
   bool stopped_ = false;
+  Outage outage_;
   std::thread opener_;
 };
 

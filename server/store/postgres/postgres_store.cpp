@@ -95,7 +95,7 @@ Result<std::unique_ptr<PostgresStore>> PostgresStore::open(const PostgresSetting
 }
 
 PostgresStore::PostgresStore(const PostgresSettings& settings)
-    : pool_({settings.database, settings.max_connections, settings.patience}),
+    : pool_({settings.database, settings.max_connections, settings.patience, settings.report}),
       control_({settings.database, settings.duty_grace}, [this] { return pool_.newest_trouble(); }),
       unwritten_(settings.max_unrecorded) {
   recorder_ = std::thread([this] { record_in_background(); });

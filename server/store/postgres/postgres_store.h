@@ -26,6 +26,7 @@ struct PostgresSettings {
   std::chrono::milliseconds patience{4000};      // for how long a call goes on when the database does not answer
   std::chrono::milliseconds duty_grace{15'000};  // PgControl's
   std::size_t max_unrecorded = 10'000;           // jobs given to record() that are held while they cannot be written
+  Report report = {};                            // of the database's going and coming back
 };
 
 class PostgresStore final : public JobStore, public MeshIndex, public BatchStore, public PartStore {
@@ -95,6 +96,8 @@ class PostgresStore final : public JobStore, public MeshIndex, public BatchStore
   Result<std::uint64_t> remove_in_portions(
       const std::function<std::uint64_t(PgConnection&, std::int64_t most)>& remove);
   void tell_claimed(const Claimed& claimed);
+  Result<Done> cancel_jobs_of(const JobKey& batch, std::uint64_t items, Moment moment);
+  Result<Done> cancel_the_rest(Moment moment);  // of cancelled batches, whoever did not come to the end of them
 
   PgPool pool_;
   PgControl control_;

@@ -54,7 +54,7 @@ Result<bool> SharedReservations::ask(const char* sql, std::size_t bucket) {
       PgRows row = connected().query(sql, number_of(bucket));
       return row.next() && row.number(0) != 0;
     } catch (const PgFailure& failure) {
-      if (again || !failure.may_pass) return to_error(failure);
+      if (again || !failure.may_pass) return plain_error(failure);
     }
   }
 }

@@ -41,7 +41,8 @@ struct Recovered {
 Recovered hand_back_dead(PgConnection& connection, const std::optional<std::string>& dead_workers,
                          const std::string& why, Moment moment) {
   PgRows row = connection.query(
-      "WITH dead AS MATERIALIZED (SELECT number, owner, parent, cancel_requested, tries, excused + ($2 = '' OR (batch <> "
+      "WITH dead AS MATERIALIZED (SELECT number, owner, parent, cancel_requested, tries, excused + ($2 = '' OR (batch "
+      "<> "
       "'' AND stage IS NULL AND tries <= excused + 1 AND excused < $6))::int AS excused_now FROM jobs WHERE state = 1 "
       "AND CASE WHEN $1 IS NULL THEN lease_until <= $3 ELSE substr(worker, 1, length($1)) = $1 END ORDER BY owner, id "
       "FOR NO KEY UPDATE SKIP LOCKED), "
@@ -171,6 +172,7 @@ Result<std::vector<Job>> PostgresStore::recover(const std::optional<std::string>
   if (recovered->queued) control_.tell(Signal::Kind::work);
   for (const JobKey& key : recovered->ended) control_.tell(Signal::Kind::changed, key);
   for (const JobKey& key : recovered->stopped) control_.tell(Signal::Kind::cancel, key);
+  if (const Result<Done> rest = cancel_the_rest(moment); !rest) return rest.error();
   return std::vector<Job>();
 }
 

@@ -88,7 +88,7 @@ struct S3Client::Ending {
 
 Error S3Client::Ending::error() const {
   if (answer.stopped) return *answer.stopped;
-  if (answer.status == 0) return {ErrorCode::storage_unavailable, "S3 cannot be reached: " + answer.trouble, "", ""};
+  if (answer.status == 0) return {ErrorCode::storage_unavailable, "S3 cannot be reached", "", ""};
   const std::string what = "S3 answers " + std::to_string(answer.status) + (code.empty() ? "" : " " + code);
   if (means_no_room(answer.status, code)) return {ErrorCode::storage_full, "S3 has no room: " + what, "", ""};
   if (code == "RequestTimeTooSkewed") {
@@ -98,13 +98,14 @@ Error S3Client::Ending::error() const {
   return {theirs ? ErrorCode::storage_unavailable : ErrorCode::internal, what, "", ""};
 }
 
-S3Client::S3Client(S3Settings settings, S3Limits limits)
+S3Client::S3Client(S3Settings settings, S3Limits limits, Report report)
     : settings_(std::move(settings)),
       limits_(limits),
       host_(host_of(settings_)),
       base_url_(scheme_of(settings_.endpoint) + host_),
       base_path_(settings_.virtual_host ? "/" : "/" + settings_.bucket + "/"),
-      connections_(settings_.ca_file, limits_.http) {}
+      connections_(settings_.ca_file, limits_.http),
+      outage_("S3", std::move(report)) {}
 
 HttpAnswer S3Client::attempt(const Call& call, std::uint64_t received,
                              const std::function<Result<Done>(long, std::span<const std::byte>)>& take) {
@@ -125,7 +126,20 @@ HttpAnswer S3Client::attempt(const Call& call, std::uint64_t received,
   return connections_.perform(request);
 }
 
+// A caller that wants no more of a body says nothing about S3.
 S3Client::Ending S3Client::perform(const Call& call) {
+  Ending ending = perform_patiently(call);
+  if (ending.answer.stopped) return ending;
+  if (ending.good() || ending.is_not_there()) {
+    outage_.over();
+  } else {
+    const std::string& trouble = ending.answer.trouble;
+    outage_.failed(ending.error().message + (trouble.empty() ? "" : ": " + trouble));
+  }
+  return ending;
+}
+
+S3Client::Ending S3Client::perform_patiently(const Call& call) {
   Ending ending;
   std::uint64_t skip = 0;  // bytes that a server repeats which knows no ranges
   std::function<Result<Done>(long, std::span<const std::byte>)> take;

@@ -4,7 +4,8 @@
 // and for a limited time. Each operation has the same effect however often the server carries it out.
 //
 // Errors: storage_full (the server has no room), storage_unavailable (unreachable, overloaded, or it refuses us), and
-// internal (it does not understand us). Their texts say what the server called its refusal, and nothing secret.
+// internal (it does not understand us). Their texts say what the server called its refusal, and may be told to
+// anybody; that it was not to be reached, and why, is reported.
 #pragma once
 
 #include <chrono>
@@ -16,6 +17,7 @@
 #include <vector>
 
 #include "server/store/byte_source.h"
+#include "server/store/outage.h"
 #include "server/store/s3/answers.h"
 #include "server/store/s3/http.h"
 #include "server/store/s3/settings.h"
@@ -43,7 +45,7 @@ class S3Client {
  public:
   using Take = std::function<Result<Done>(std::span<const std::byte> piece)>;
 
-  S3Client(S3Settings settings, S3Limits limits);
+  S3Client(S3Settings settings, S3Limits limits, Report report = {});
 
   // Keys are those of the bucket: the settings' prefix is not added.
   Result<std::optional<S3Object>> head(const std::string& key);
@@ -73,6 +75,7 @@ class S3Client {
   struct Ending;
 
   Ending perform(const Call& call);
+  Ending perform_patiently(const Call& call);
   HttpAnswer attempt(const Call& call, std::uint64_t received,
                      const std::function<Result<Done>(long, std::span<const std::byte>)>& take);
 
@@ -82,6 +85,7 @@ class S3Client {
   const std::string base_url_;   // before the path
   const std::string base_path_;  // "/" or "/BUCKET/"
   HttpConnections connections_;
+  Outage outage_;
 };
 
 }  // namespace meshgauge::server::store

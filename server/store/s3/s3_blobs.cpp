@@ -46,9 +46,9 @@ bool is_known_damaged(const S3Object& found, const std::string& id, std::uint64_
 
 }  // namespace
 
-S3Blobs::S3Blobs(S3Settings settings, S3BlobOptions options, S3Limits limits)
+S3Blobs::S3Blobs(S3Settings settings, S3BlobOptions options, S3Limits limits, Report report)
     : options_(options),
-      client_(std::move(settings), limits),
+      client_(std::move(settings), limits, std::move(report)),
       root_(client_.settings().prefix.empty() ? "" : client_.settings().prefix + "/"),
       sums_([this](const std::string& owner) { return weigh(owner); }, options.sum_age) {}
 

@@ -36,7 +36,7 @@ inline constexpr std::uint64_t kMaxS3Blob = std::uint64_t{5} << 30;
 
 class S3Blobs final : public RemoteBlobs {
  public:
-  explicit S3Blobs(S3Settings settings, S3BlobOptions options = {}, S3Limits limits = {});
+  explicit S3Blobs(S3Settings settings, S3BlobOptions options = {}, S3Limits limits = {}, Report report = {});
 
   Result<BlobPut> put(const BlobKey& key, std::span<const std::byte> bytes) override;
   Result<BlobPut> put(const BlobKey& key, int file, std::uint64_t size) override;

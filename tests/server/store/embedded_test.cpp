@@ -7,7 +7,8 @@
 #include <fstream>
 #include <thread>
 
-#include "implementations.h"
+#include "batch_steps.h"
+#include "server/store/sqlite.h"
 
 using namespace meshgauge;
 using namespace meshgauge::server::store;
@@ -191,4 +192,26 @@ TEST_CASE("embedded: of records that cannot be written the newest are held") {
   unwritten.give_up();
   CHECK(unwritten.dropped() == 4);
   CHECK(unwritten.jobs() == 0);
+}
+
+TEST_CASE("embedded: a batch that was half cancelled when the service died is cancelled at its start") {
+  EmbeddedForTests stores;
+  NewBatch batch = new_batch("ann", "b", 600);
+  batch.items[1].work = batch.items[0].work;
+  insert(stores.batches(), batch);
+  const Token runs = claimed_token(stores.jobs(), {"ann", "b/2"});
+  {
+    Connection other(stores.folder() / "data/jobs.sqlite", Connection::Use::write);
+    Query(other, "UPDATE batches SET cancel_requested = 1").run();
+  }
+  SUBCASE("restarted") {
+    stores.reopen();
+    got(stores.jobs().recover("w1", "the service ended", kNow));
+    CHECK(batch_in(stores.batches(), {"ann", "b"}).counts.cancelled == 600);
+  }
+  SUBCASE("swept") {
+    got(stores.jobs().sweep_jobs(kNow, 1000));
+    CHECK(batch_in(stores.batches(), {"ann", "b"}).counts.cancelled == 599);
+    CHECK(got(stores.jobs().heartbeat(runs, at(170), {})) == Heartbeat::cancel);
+  }
 }
