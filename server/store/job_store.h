@@ -191,10 +191,11 @@ class JobStore {
   // Ended jobs only. false: there is none of that key, or it has not ended.
   virtual Result<bool> forget(const JobKey& key) = 0;
 
-  // Of nullopt, from time to time where several processes work on one store: running jobs whose lease is over are handed
-  // back, with `why` as their last error. Else those whose worker's name starts with `dead_workers` ("" is the start of
-  // every name), whatever their lease, and no others: only who is on duty takes from workers that may live. Says the jobs that are queued then and in no batch, oldest first; nothing where jobs are claimed
-  // by claim_some() alone.
+  // Of nullopt, from time to time where several processes work on one store: running jobs whose lease is over are
+  // handed back, with `why` as their last error. Else those whose worker's name starts with `dead_workers` ("" is the
+  // start of every name), whatever their lease, and no others: only who is on duty takes from workers that may live.
+  // Says the jobs that are queued then and in no batch, oldest first; nothing where jobs are claimed by claim_some()
+  // alone.
   virtual Result<std::vector<Job>> recover(const std::optional<std::string>& dead_workers, const std::string& why,
                                            Moment moment) = 0;
 
