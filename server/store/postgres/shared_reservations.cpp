@@ -1,6 +1,7 @@
 #include "server/store/postgres/shared_reservations.h"
 
 #include "api/digest.h"
+#include "server/store/postgres/pool.h"
 
 namespace meshgauge::server::store {
 namespace {
