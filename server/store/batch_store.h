@@ -82,7 +82,8 @@ class BatchStore {
                                                    std::size_t most) = 0;
 
   // Its jobs that no other batch that is still wanted points at and nobody asked for by themselves: queued -> cancelled
-  // at once; of running ones the next heartbeat says so. false: unknown.
+  // at once; of running ones the next heartbeat says so. false: unknown. Promised once, it is done in portions that
+  // hold up nobody; what a process that dies, or another one's locks, leave of it is done by JobStore::recover().
   virtual Result<bool> cancel_batch(const JobKey& key, Moment moment) = 0;
   // Of one whose jobs have all ended, and its jobs with it, as far as no other batch points at them. false: there is
   // none of that key, or it has not ended.

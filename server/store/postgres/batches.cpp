@@ -26,8 +26,11 @@ std::optional<Batch> find_batch(PgConnection& connection, const JobKey& key) {
       "count(*) FILTER (WHERE state = 4), count(*) FILTER (WHERE state = 2 AND verdict = 'pass'), count(*) FILTER "
       "(WHERE state = 2 AND verdict = 'fail'), count(*) FILTER (WHERE state = 2 AND verdict = 'undecided'), "
       "max(jobs.finished), max(jobs.expires) FROM batches AS batch LEFT JOIN batch_items AS item ON item.owner = "
-      "batch.owner AND item.batch = batch.id LEFT JOIN jobs ON jobs.owner = item.owner AND jobs.id = item.job WHERE "
-      "batch.owner = $1 AND batch.id = $2 GROUP BY batch.owner, batch.id",
+      "batch.owner AND item.batch = batch.id LEFT JOIN LATERAL (SELECT state, verdict, finished, expires FROM jobs "
+      "WHERE "
+      "owner = item.owner AND id = item.job OFFSET 0) AS jobs ON true WHERE batch.owner = $1 AND batch.id = $2 GROUP "
+      "BY "
+      "batch.owner, batch.id",
       key.owner, key.id);
   if (!row.next()) return std::nullopt;
   const auto count = [&](int column) { return static_cast<std::uint64_t>(row.number(column)); };
@@ -254,10 +257,11 @@ std::vector<JobKey> batches_before(PgConnection& connection, TimePoint ended_bef
   return keys;
 }
 
-#define MESHGAUGE_PG_ROWS                                                                                      \
-  "SELECT " MESHGAUGE_PG_JOB                                                                                   \
-  ", position, item_name FROM (SELECT item.position, item.name AS item_name, jobs.* FROM batch_items AS item " \
-  "LEFT JOIN jobs ON jobs.owner = item.owner AND jobs.id = item.job WHERE item.owner = $1 AND item.batch = $2 "
+#define MESHGAUGE_PG_ROWS                                                                                             \
+  "SELECT " MESHGAUGE_PG_JOB                                                                                          \
+  ", position, item_name FROM (SELECT item.position, item.name AS item_name, jobs.* FROM batch_items AS item "        \
+  "LEFT JOIN LATERAL (SELECT * FROM jobs WHERE owner = item.owner AND id = item.job OFFSET 0) AS jobs ON true WHERE " \
+  "item.owner = $1 AND item.batch = $2 "
 
 constexpr const char* kEnded = MESHGAUGE_PG_ROWS
     "AND item.position >= $3 AND (state >= 2 OR state IS NULL) ORDER BY item.position LIMIT $4) AS item ORDER BY "
