@@ -252,10 +252,7 @@ Result<Comparison> merge_parts(std::span<const std::string> documents, const Req
   whole.units = request.units;
   whole.shards = request.shards;
   whole.outcome = joined(outcomes, request.options);
-  const Outcome& outcome = whole.outcome;
-  if (outcome.stop == Stop::precision_floor && outcome.upper - outcome.lower > outcome.precision_floor) {
-    return wrong("relied on a lower bound that none of them has");
-  }
+  if (relies_on_lost(whole.outcome)) return wrong("relied on a lower bound that none of them has");
   return whole;
 }
 

@@ -101,4 +101,8 @@ Outcome joined(std::span<const Outcome> parts, const Options& options) {
   return whole;
 }
 
+bool relies_on_lost(const Outcome& joined) {
+  return joined.stop == Stop::precision_floor && joined.upper - joined.lower > joined.precision_floor;
+}
+
 }  // namespace meshgauge

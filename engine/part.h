@@ -53,4 +53,9 @@ std::size_t size_of_part(std::size_t triangles, const Part& part);
 // those of the whole. Precondition: one outcome of each part, all of the same two meshes.
 Outcome joined(std::span<const Outcome> parts, const Options& options);
 
+// Whether parts stopped by a lower bound that none of them has in the end, its finder being lost or its bound rounded
+// outward: then nothing but that explains the width of the interval, which holds nevertheless. The whole is to be
+// measured in one piece.
+bool relies_on_lost(const Outcome& joined);
+
 }  // namespace meshgauge

@@ -26,6 +26,10 @@ class Parts {
     Observed seen;
     for (const unsigned index : order) outcomes[index] = run(index, seen.checks);
     seen.outcome = joined(outcomes, attempt_.options);
+    if (relies_on_lost(seen.outcome)) {
+      Control control;
+      seen.outcome = measure(pair_.a, pair_.b, attempt_.options, control);
+    }
     seen.tightest = {seen.outcome.lower, seen.outcome.upper};
     return seen;
   }
