@@ -123,8 +123,8 @@ std::optional<api::Problem> find_unknown(const api::BatchRequest& request, const
   return problem;
 }
 
-store::NewBatch compose(BatchHead head, const api::BatchRequest& request, const std::map<std::string, BatchFile>& files,
-                        const std::vector<store::MeshRow>& known) {
+store::NewBatch compose(const BatchHead& head, const api::BatchRequest& request,
+                        const std::map<std::string, BatchFile>& files, const std::vector<store::MeshRow>& known) {
   const Meshes meshes(files, known);
   store::NewBatch batch;
   batch.key = head.key;

@@ -30,7 +30,7 @@ struct BatchHead {
 };
 
 // `known` may lack some, when the batch was accepted before: then it is only compared.
-store::NewBatch compose(BatchHead head, const api::BatchRequest& request, const std::map<std::string, BatchFile>& files,
-                        const std::vector<store::MeshRow>& known);
+store::NewBatch compose(const BatchHead& head, const api::BatchRequest& request,
+                        const std::map<std::string, BatchFile>& files, const std::vector<store::MeshRow>& known);
 
 }  // namespace meshgauge::server

@@ -127,6 +127,7 @@ BatchReceiver::Refusal BatchReceiver::keep_file() {
   if (keep_) {
     const store::BlobKey key{owner_, file.id};
     auto& held = reserved_[file.id];
+    // NOLINTNEXTLINE(modernize-make-unique): it cannot be moved into place
     if (!held) held.reset(new store::Reservations::Held(stores_.blobs.reserve(key)));
     if (auto refusal = put(key)) return refusal;
   }

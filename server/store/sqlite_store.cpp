@@ -124,7 +124,8 @@ std::vector<std::int64_t> next_jobs(Connection& connection, Which which, std::si
 }
 
 Heartbeat hear(Connection& connection, const Beat& beat, TimePoint lease_until) {
-  const auto& [token, progress] = beat;
+  const Token& token = beat.token;
+  const std::optional<Progress>& progress = beat.progress;
   const auto none = [&](auto member) { return progress ? std::optional(*progress.*member) : std::nullopt; };
   Query updated(
       connection,

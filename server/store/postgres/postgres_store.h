@@ -96,7 +96,7 @@ class PostgresStore final : public JobStore, public MeshIndex, public BatchStore
   Result<std::uint64_t> remove_in_portions(
       const std::function<std::uint64_t(PgConnection&, std::int64_t most)>& remove);
   void tell_claimed(const Claimed& claimed);
-  Result<Done> cancel_jobs_of(const JobKey& batch, std::uint64_t items, Moment moment);
+  Result<Done> cancel_jobs_of(const JobKey& key, std::uint64_t items, Moment moment);
   Result<Done> cancel_the_rest(Moment moment);  // of cancelled batches, whoever did not come to the end of them
 
   PgPool pool_;

@@ -39,7 +39,7 @@ struct S3Object {
   std::chrono::milliseconds age{0};  // by the server's clock, to a second
 };
 
-std::string base64_of_hex(const std::string& sha256);  // 64 digits
+std::string base64_of_hex(const std::string& hex);  // 64 digits
 
 class S3Client {
  public:
