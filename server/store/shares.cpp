@@ -22,4 +22,15 @@ std::uint64_t share_of(std::vector<Kept> kept, std::uint64_t max_kept) {
   return max_kept;
 }
 
+std::uint64_t remove_over_share(
+    const std::vector<Kept>& kept, std::uint64_t max_kept, std::uint64_t most,
+    const std::function<std::uint64_t(const std::string& owner, std::uint64_t wanted)>& remove_oldest) {
+  const std::uint64_t share = share_of(kept, max_kept);
+  std::uint64_t left = most;
+  for (const auto& [owner, jobs] : kept) {
+    if (jobs > share && left > 0) left -= remove_oldest(owner, std::min(jobs - share, left));
+  }
+  return most - left;
+}
+
 }  // namespace meshgauge::server::store

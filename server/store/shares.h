@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -20,5 +21,11 @@ struct Kept {
 // What each owner may keep of `max_kept` for all: an equal share, and of what others leave of theirs as much as is
 // needed. Whoever keeps little loses nothing to one who keeps much.
 std::uint64_t share_of(std::vector<Kept> kept, std::uint64_t max_kept);
+
+// Removes what owners keep beyond their share, at most `most`, by `remove_oldest` of an owner and a number, which says
+// how many it has removed. How many there were.
+std::uint64_t remove_over_share(
+    const std::vector<Kept>& kept, std::uint64_t max_kept, std::uint64_t most,
+    const std::function<std::uint64_t(const std::string& owner, std::uint64_t wanted)>& remove_oldest);
 
 }  // namespace meshgauge::server::store

@@ -273,13 +273,7 @@ Result<Done> SqliteStore::write_batch() {
     }
     return Done{};
   });
-  if (written) {
-    unwritten_.settle();
-  } else if (written.error().code == ErrorCode::internal) {
-    unwritten_.give_up();
-  } else {
-    unwritten_.put_back();
-  }
+  unwritten_.end(written);
   return written;
 }
 

@@ -107,13 +107,9 @@ std::uint64_t remove_oldest(Connection& connection, const std::string& owner, st
 }
 
 std::uint64_t remove_over_share(Connection& connection, std::uint64_t max_kept, std::int64_t most) {
-  const std::vector<Kept> kept = kept_jobs(connection);
-  const std::uint64_t share = share_of(kept, max_kept);
-  std::uint64_t left = static_cast<std::uint64_t>(most);
-  for (const auto& [owner, jobs] : kept) {
-    if (jobs > share && left > 0) left -= remove_oldest(connection, owner, std::min(jobs - share, left));
-  }
-  return static_cast<std::uint64_t>(most) - left;
+  return remove_over_share(
+      kept_jobs(connection), max_kept, static_cast<std::uint64_t>(most),
+      [&](const std::string& owner, std::uint64_t wanted) { return remove_oldest(connection, owner, wanted); });
 }
 
 }  // namespace

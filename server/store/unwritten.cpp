@@ -83,6 +83,11 @@ void Unwritten::put_back() {
   drop_beyond_maximum();
 }
 
+void Unwritten::end(const Result<Done>& written) {
+  if (written) return settle();
+  written.error().code == ErrorCode::internal ? give_up() : put_back();
+}
+
 void Unwritten::give_up() {
   const std::lock_guard lock(mutex_);
   dropped_ += batch_.jobs.size();

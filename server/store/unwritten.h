@@ -49,9 +49,10 @@ class Unwritten {
 
   // The oldest, one batch at a time: one of the three others is called before the next. By one thread at a time.
   const Batch& take();
-  void settle();    // the batch is durable
-  void put_back();  // it could not be written: later again
-  void give_up();   // it can never be written
+  void settle();                          // the batch is durable
+  void put_back();                        // it could not be written: later again
+  void give_up();                         // it can never be written
+  void end(const Result<Done>& written);  // one of these, by what came of writing it
 
   std::uint64_t jobs() const;     // that wait or are in the batch
   std::uint64_t dropped() const;  // jobs, so far

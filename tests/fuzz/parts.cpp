@@ -26,11 +26,12 @@ class Parts {
     Observed seen;
     for (const unsigned index : order) outcomes[index] = run(index, seen.checks);
     seen.outcome = joined(outcomes, attempt_.options);
+    seen.tightest = {seen.outcome.lower, seen.outcome.upper};
+    // As the service does it. The interval of the parts must hold nevertheless, and is looked at as one that was told.
     if (relies_on_lost(seen.outcome)) {
       Control control;
       seen.outcome = measure(pair_.a, pair_.b, attempt_.options, control);
     }
-    seen.tightest = {seen.outcome.lower, seen.outcome.upper};
     return seen;
   }
 

@@ -195,13 +195,7 @@ Result<Done> PostgresStore::write_batch() {
     transaction.commit();
     return Done{};
   });
-  if (written) {
-    unwritten_.settle();
-  } else if (written.error().code == ErrorCode::internal) {
-    unwritten_.give_up();
-  } else {
-    unwritten_.put_back();
-  }
+  unwritten_.end(written);
   return written;
 }
 
