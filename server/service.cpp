@@ -53,7 +53,7 @@ Service::~Service() {
 
 void Service::add_routes() {
   router_.add("GET", "/", show_root);
-  router_.add("GET", "/c/{}", show_comparison);
+  for (const char* page : {"/b/{}", "/c/{}"}) router_.add("GET", page, show_permanent_link);
   router_.add("GET", "/page/{}", send_page_file);
   router_.add("GET", "/healthz", answer_health);
   router_.add("GET", "/openapi.yaml", [](Exchange& e) { send(e, std::string(openapi_yaml()), "application/yaml"); });

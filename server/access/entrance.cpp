@@ -10,7 +10,7 @@ namespace {
 
 // What says nothing about anybody's work. All else needs a key, also a path that there is not.
 constexpr std::array<std::string_view, 5> kOpen{"/", "/docs", "/healthz", "/openapi.yaml", "/readyz"};
-constexpr std::array<std::string_view, 3> kOpenFolders{"/c/", "/docs/", "/page/"};
+constexpr std::array<std::string_view, 4> kOpenFolders{"/b/", "/c/", "/docs/", "/page/"};
 
 // Why a head was not authenticated.
 AuthFailure failure_of(const Head& head) {

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "server/jobs/job_document.h"
+#include "server/web/pages.h"
 
 namespace meshgauge::server {
 namespace {
@@ -37,9 +38,15 @@ Json head_of(const store::BatchRow& row) {
   return head;
 }
 
+Json gate_or_null(const store::Job& job) {
+  const auto limit = limit_of(job);
+  return limit ? Json{{"max_distance", *limit}, {"units", text_or_null(units_of(job))}} : Json(nullptr);
+}
+
 Json failure_of(const store::BatchRow& row) {
   Json failure = head_of(row);
   const auto distance = row.job ? distance_of(*row.job) : std::nullopt;
+  failure["gate"] = row.job ? gate_or_null(*row.job) : Json(nullptr);
   failure["distance"] = distance ? Json{{"lower", distance->lower}, {"upper", distance->upper}} : Json(nullptr);
   failure["problem"] = row.job ? Json::parse(problem_json(*row.job), nullptr, false) : Json(nullptr);
   return failure;
@@ -63,6 +70,7 @@ std::string to_json(const store::Batch& batch, const std::vector<store::BatchRow
             {"expires", batch.finished ? Json(to_text(*batch.finished + kept)) : Json(nullptr)},
             {"counts", counts_of(batch.counts)},
             {"failures", Json::array()}};
+  if (has_pages()) json["view"] = "/b/" + batch.key.id;
   for (const store::BatchRow& row : failures) json["failures"].push_back(failure_of(row));
   return dumped(json);
 }

@@ -87,9 +87,17 @@ std::string expanded(std::string_view gzip) {
   return text;
 }
 
+bool reads_gzip(const Head& head) { return weight_of(head.header("accept-encoding"), "gzip") > 0; }
+
+void put(Response& response, const File& file, bool compressed) {
+  response.content_type = type_of(file.name);
+  if (compressed) response.headers.emplace_back("Content-Encoding", "gzip");
+  response.body = compressed ? std::string(file.gzip) : expanded(file.gzip);
+}
+
 void send(Exchange& exchange, const File& file, const char* keep) {
   Response& response = exchange.response;
-  const bool compressed = weight_of(exchange.head.header("accept-encoding"), "gzip") > 0;
+  const bool compressed = reads_gzip(exchange.head);
   const std::string tag = '"' + file.digest + (compressed ? "-gzip\"" : "\"");
   response.headers.emplace_back("Cache-Control", keep);
   response.headers.emplace_back("ETag", tag);
@@ -99,9 +107,7 @@ void send(Exchange& exchange, const File& file, const char* keep) {
     response.status = kNotModified;
     return;
   }
-  response.content_type = type_of(file.name);
-  if (compressed) response.headers.emplace_back("Content-Encoding", "gzip");
-  response.body = compressed ? std::string(file.gzip) : expanded(file.gzip);
+  put(response, file, compressed);
 }
 
 void show(Exchange& exchange, const char* name, std::string_view policy) {
@@ -115,6 +121,13 @@ void show(Exchange& exchange, const char* name, std::string_view policy) {
   }
   exchange.response.headers.emplace_back("Content-Security-Policy", policy);
   send(exchange, *page, kAskAgain);
+}
+
+// As browsers say; programs that say nothing, or take anything, would rather have a problem.
+bool prefers_a_page(const Head& head) {
+  const std::string_view accept = head.header("accept");
+  const double problem = std::max(weight_of(accept, "application/problem+json"), weight_of(accept, "application/json"));
+  return weight_of(accept, "text/html") > problem;
 }
 
 bool is_id(std::string_view text) {
@@ -143,11 +156,16 @@ void show_root(Exchange& exchange) {
       std::string("meshgauge ") + version() + "\nPOST /v1/comparisons, described by /docs and /openapi.yaml\n";
 }
 
-void show_comparison(Exchange& exchange) {
-  if (!is_id(exchange.segment)) {
-    return answer(exchange, Problem{ProblemKind::not_found, "the id of a comparison is 32 hexadecimal digits", {}});
-  }
-  show(exchange, "page/index.html", kPagePolicy);
+void show_permanent_link(Exchange& exchange) {
+  if (is_id(exchange.segment)) return show(exchange, "page/index.html", kPagePolicy);
+  answer(exchange, Problem{ProblemKind::not_found, "the id in a link is 32 hexadecimal digits", {}});
+  Response& response = exchange.response;
+  add_vary(response, "Accept");
+  const File* page = find("page/index.html");
+  if (!page || !prefers_a_page(exchange.head)) return;
+  add_vary(response, "Accept-Encoding");
+  response.headers.emplace_back("Content-Security-Policy", kPagePolicy);
+  put(response, *page, reads_gzip(exchange.head));
 }
 
 void send_page_file(Exchange& exchange) {

@@ -156,7 +156,7 @@ def check(request, answer):
         check_accepted(operation, request)
     empty = request is not None and request.method == "HEAD"
     check_body(declared.get("content"), answer, what, empty)
-    if answer.status >= 400 and not empty:
+    if answer.status >= 400 and not empty and not answer.headers["content-type"].startswith("text/html"):
         slug = check_problem(declared, answer, what)
         check_refused(operation, request, slug)
         SEEN.problems.add((name, slug))

@@ -13,7 +13,7 @@ from contract import ANY_REQUEST, OPENAPI, OPERATIONS
 
 SANITIZED = bool(os.environ.get("MESHGAUGE_SANITIZED"))
 BUILT_WITHOUT_PAGES = os.environ.get("MESHGAUGE_DOCS") == "0"
-PAGES = ("root", "showComparison", "getPageFile", "showReference", "getReferenceFile")
+PAGES = ("root", "showBatch", "showComparison", "getPageFile", "showReference", "getReferenceFile")
 
 
 def excused(operation, status):

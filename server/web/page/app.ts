@@ -1,5 +1,6 @@
 // The page's three views, and the ways between them. The address says which one is shown.
 import { Client, isAbort } from "./api/client.js";
+import { BatchDesk } from "./batch/desk.js";
 import { hasEnded, type Comparison, type Job, type Options, type Side } from "./api/types.js";
 import { watch } from "./api/watch.js";
 import { Announcer, find, h } from "./dom.js";
@@ -8,15 +9,16 @@ import { Form, type Chosen, type Order } from "./form/form.js";
 import { KeyDialog } from "./key.js";
 import { fallbackNames } from "./result/share.js";
 import { showResult } from "./result/result.js";
-import { pathOf, routeOf } from "./route.js";
+import { idWithin, pathOf, routeOf, type Linked } from "./route.js";
 import { measure } from "./run/run.js";
 import { RunView } from "./run/view.js";
 import { ProblemError } from "./api/problem.js";
+import { damagedWords } from "./text/links.js";
 import { optionsOf } from "./text/snippets.js";
 import { titleOf, wordingOf } from "./text/verdict.js";
 import { showTrouble } from "./trouble.js";
 
-type View = "form" | "run" | "result" | "none";
+type View = "form" | "run" | "result" | "batch" | "none";
 
 /** What is known of a measurement that this page began; a link alone tells none of it. */
 interface Memory {
@@ -29,6 +31,7 @@ export class App {
     form: find("#form-view", HTMLElement),
     run: find("#run-view", HTMLElement),
     result: find("#result-view", HTMLElement),
+    batch: find("#batch-view", HTMLElement),
   };
   private readonly trouble = find("#trouble", HTMLElement);
   private readonly waiting = find("#waiting", HTMLElement);
@@ -37,6 +40,14 @@ export class App {
   private readonly client: Client = new Client((wait) => this.showWait(wait), () => this.keys.ask());
   private readonly form = new Form((order) => void this.begin(order));
   private readonly memories = new Map<string, Memory>();
+  private readonly batches = new BatchDesk({
+    host: this.views.batch,
+    client: this.client,
+    announcer: this.announcer,
+    shown: () => this.show("batch", "Batch · meshgauge"),
+    over: (title, words) => this.over(title, words),
+    trouble: (error) => void showTrouble(this.trouble, error, {}),
+  });
   private controller = new AbortController();
   private run: RunView | null = null;
   private running: string | null = null; // the comparison that is watched; the address may still name another one
@@ -55,19 +66,48 @@ export class App {
   private async go(): Promise<void> {
     this.leave();
     const route = routeOf(location.pathname);
-    if (route.view === "form") return this.showForm();
-    if (route.view === "comparison") return this.open(route.id);
-    this.show("none", "Not found · meshgauge");
-    showTrouble(this.trouble, new Error(`There is no page ${route.path}.`), { form: () => this.toForm() });
+    switch (route.view) {
+      case "form":
+        return this.showForm();
+      case "comparison":
+        return this.open(route.id);
+      case "batch":
+        return this.openBatch(route.id);
+      case "damaged":
+        return this.damaged(route.of, route.id);
+      case "unknown":
+        this.show("none", "Not found · meshgauge");
+        showTrouble(this.trouble, new Error(`There is no page ${route.path}.`), { form: () => this.toForm() });
+    }
   }
 
-  // Links to the page itself keep the files that were chosen.
+  private async openBatch(id: string): Promise<void> {
+    const signal = this.controller.signal;
+    this.show("none", "meshgauge");
+    try {
+      await this.batches.open(id, signal, () => (this.running = id));
+      if (!signal.aborted) this.running = null;
+    } catch (error) {
+      this.failed(error, signal, () => void this.go());
+    }
+  }
+
+  private damaged(of: Linked, id: string): void {
+    const mended = idWithin(id);
+    const meant = mended === null ? null : h("p", {}, "It may have been this one: ", h("a", { href: pathOf(mended, of) }, location.origin + pathOf(mended, of)));
+    this.over("This link is damaged", damagedWords(of, id), meant);
+  }
+
+  // Links to the page itself keep the files that were chosen, and the key where a browser keeps nothing for the page.
   private stayOnPage(event: MouseEvent): void {
     const link = event.target instanceof Element ? event.target.closest("a") : null;
     const plain = event.button === 0 && !event.ctrlKey && !event.metaKey && !event.shiftKey && !event.altKey;
-    if (!plain || link?.getAttribute("href") !== "/") return;
+    const href = link?.getAttribute("href") ?? "";
+    if (!plain || !(href === "/" || /^\/[bc]\//.test(href))) return;
     event.preventDefault();
-    this.toForm();
+    if (href === "/") return this.toForm();
+    history.pushState(null, "", href);
+    void this.go();
   }
 
   private toForm(): void {
@@ -218,11 +258,11 @@ export class App {
   }
 
   // An end without a result.
-  private over(title: string, words: string): void {
+  private over(title: string, words: string, more: HTMLElement | null = null): void {
     this.leave();
     this.show("none", `${title} · meshgauge`);
     const back = h("a", { class: "button", href: "/" }, "Back to the form");
-    this.trouble.replaceChildren(h("div", { class: "trouble calm" }, h("h1", { tabindex: "-1" }, title), h("p", {}, words), back));
+    this.trouble.replaceChildren(h("div", { class: "trouble calm" }, h("h1", { tabindex: "-1" }, title), h("p", {}, words), more ?? "", back));
     this.announcer.sayNow(`${title}. ${words}`);
   }
 

@@ -1,13 +1,30 @@
 // What the address asks for.
 
-export type Route = { view: "form" } | { view: "comparison"; id: string } | { view: "unknown"; path: string };
+export type Linked = "comparison" | "batch";
+
+export type Route =
+  | { view: "form" }
+  | { view: "comparison"; id: string }
+  | { view: "batch"; id: string }
+  | { view: "damaged"; of: Linked; id: string } // a link whose id is none
+  | { view: "unknown"; path: string };
+
+const folders: Record<string, Linked> = { c: "comparison", b: "batch" };
 
 export function routeOf(path: string): Route {
   if (path === "/" || path === "") return { view: "form" };
-  const id = /^\/c\/([0-9a-f]{32})\/?$/.exec(path)?.[1];
-  return id === undefined ? { view: "unknown", path } : { view: "comparison", id };
+  const [, folder = "", id = ""] = /^\/([bc])\/([^/]*)\/?$/.exec(path) ?? [];
+  const of = folders[folder];
+  if (of === undefined) return { view: "unknown", path };
+  return /^[0-9a-f]{32}$/.test(id) ? { view: of, id } : { view: "damaged", of, id };
 }
 
-export function pathOf(id: string): string {
-  return `/c/${id}`;
+export function pathOf(id: string, of: Linked = "comparison"): string {
+  return `/${of === "batch" ? "b" : "c"}/${id}`;
+}
+
+/** The id that stands in a damaged one, where something was added to it or its letters were made large; null: there is none. */
+export function idWithin(damaged: string): string | null {
+  const found = damaged.toLowerCase().match(/[0-9a-f]+/g)?.filter((one) => one.length >= 32) ?? [];
+  return found.length === 1 && found[0]?.length === 32 ? found[0] : null;
 }

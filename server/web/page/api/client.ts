@@ -1,6 +1,6 @@
 // Requests to the service that the page came from. Each throws ProblemError or NetworkError, or DOMException AbortError.
 import { NetworkError, ProblemError, toError } from "./problem.js";
-import type { Job, ProgressEvent, StoredMesh, StoredPair } from "./types.js";
+import type { Job, StoredMesh, StoredPair } from "./types.js";
 import { eventsOf } from "./sse.js";
 
 export const keyName = "meshgauge.key";
@@ -148,13 +148,16 @@ export class Client {
     return (await answer.json()) as StoredMesh;
   }
 
-  /** Progress as it is told, then the ended job; returns early where the stream does. */
-  async *events(id: string, signal: AbortSignal): AsyncGenerator<ProgressEvent | Job, void, undefined> {
-    const answer = await this.send(`/v1/comparisons/${id}/events`, { signal, doing: "watching the comparison" });
+  /** Progress as it is told, then what has ended; returns early where the stream does. */
+  async *events<Progress, State>(path: string, call: Call): AsyncGenerator<{ progress: Progress } | { end: State }, void, undefined> {
+    const answer = await this.send(path, call);
     if (!answer.body) return;
     for await (const event of eventsOf(answer.body)) {
-      if (event.name === "progress") yield JSON.parse(event.data) as ProgressEvent;
-      if (event.name === "end") return void (yield JSON.parse(event.data) as Job);
+      if (event.name === "progress") yield { progress: JSON.parse(event.data) as Progress };
+      if (event.name !== "end") continue;
+      const end = JSON.parse(event.data) as State | null; // null: it was forgotten meanwhile
+      if (end !== null) yield { end };
+      return;
     }
   }
 }

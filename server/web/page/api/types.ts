@@ -17,6 +17,11 @@ export type Witness = Schemas["Witness"];
 export type MeshFacts = Schemas["MeshFacts"];
 export type Distribution = Schemas["Distribution"];
 export type Stage = Schemas["Stage"];
+export type Batch = Schemas["Batch"];
+export type BatchCounts = Schemas["BatchCounts"];
+export type BatchFailure = Schemas["BatchFailure"];
+export type BatchResult = Schemas["BatchResult"];
+export type BatchProgressEvent = Schemas["BatchProgressEvent"];
 export type JobState = Schemas["JobState"];
 export type Timings = Comparison["timings_ms"];
 export type Status = Comparison["status"];
@@ -34,6 +39,6 @@ export interface Problem {
 export type Side = "a" | "b";
 export type Vec3 = [number, number, number];
 
-export function hasEnded(job: Job): boolean {
-  return job.state !== "queued" && job.state !== "running";
+export function hasEnded(one: Job | Batch): boolean {
+  return one.state !== "queued" && one.state !== "running";
 }

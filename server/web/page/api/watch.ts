@@ -1,30 +1,64 @@
-// A comparison until it has ended: by its events, and by asking where these are refused or break off.
+// A comparison or a batch until it has ended: by its events, and by asking where these are refused or break off.
+import { batchAt } from "./batches.js";
 import { isAbort, pause, type Client } from "./client.js";
 import { NetworkError, ProblemError } from "./problem.js";
-import { hasEnded, type Job, type ProgressEvent } from "./types.js";
+import { hasEnded, type Batch, type BatchProgressEvent, type Job, type ProgressEvent } from "./types.js";
 
-export interface Watcher {
-  progress(event: ProgressEvent): void;
-  /** The stream broke: the comparison goes on, and is asked for. */
+export interface Watcher<Progress> {
+  progress(event: Progress): void;
+  /** The stream broke: the work goes on, and is asked for. */
   interrupted(): void;
+}
+
+/** What can be watched. */
+interface Watched<Progress, State> {
+  path: string; // of its events
+  doing: string; // for people
+  ask(signal: AbortSignal): Promise<State>;
+  toEvent(state: State): Progress;
 }
 
 const firstPauseMs = 500;
 const longestPauseMs = 5000;
 const mostSilences = 12; // answers that did not come, one after the other
 
-export async function watch(client: Client, id: string, watcher: Watcher, signal: AbortSignal): Promise<Job> {
+export function watch(client: Client, id: string, watcher: Watcher<ProgressEvent>, signal: AbortSignal): Promise<Job> {
+  const comparison: Watched<ProgressEvent, Job> = {
+    path: `/v1/comparisons/${id}/events`,
+    doing: "watching the comparison",
+    ask: (its) => client.job(id, its),
+    toEvent: (job) => toEvent(job, Date.now()),
+  };
+  return watched(client, comparison, watcher, signal);
+}
+
+export function watchBatch(client: Client, id: string, watcher: Watcher<BatchProgressEvent>, signal: AbortSignal): Promise<Batch> {
+  const batch: Watched<BatchProgressEvent, Batch> = {
+    path: `/v1/batches/${id}/events`,
+    doing: "watching the batch",
+    ask: (its) => batchAt(client, id, its),
+    toEvent: ({ state, counts }) => ({ state, counts }),
+  };
+  return watched(client, batch, watcher, signal);
+}
+
+async function watched<Progress, State extends Job | Batch>(
+  client: Client,
+  what: Watched<Progress, State>,
+  watcher: Watcher<Progress>,
+  signal: AbortSignal,
+): Promise<State> {
   let wait = firstPauseMs;
   for (let silences = 0; ; ) {
-    const seen = await follow(client, id, watcher, signal);
+    const seen = await follow(client, what, watcher, signal);
     if (seen.end) return seen.end;
     if (seen.any) wait = firstPauseMs;
     watcher.interrupted();
     try {
-      const job = await client.job(id, signal);
-      if (hasEnded(job)) return job;
+      const state = await what.ask(signal);
+      if (hasEnded(state)) return state;
       silences = 0;
-      watcher.progress(toEvent(job, Date.now()));
+      watcher.progress(what.toEvent(state));
     } catch (error) {
       if (!(error instanceof NetworkError) || ++silences === mostSilences) throw error;
     }
@@ -33,18 +67,23 @@ export async function watch(client: Client, id: string, watcher: Watcher, signal
   }
 }
 
-interface Seen {
-  end: Job | null;
+interface Seen<State> {
+  end: State | null;
   any: boolean;
 }
 
-async function follow(client: Client, id: string, watcher: Watcher, signal: AbortSignal): Promise<Seen> {
+async function follow<Progress, State>(
+  client: Client,
+  what: Watched<Progress, State>,
+  watcher: Watcher<Progress>,
+  signal: AbortSignal,
+): Promise<Seen<State>> {
   let any = false;
   try {
-    for await (const event of client.events(id, signal)) {
-      if ("id" in event) return { end: event, any: true };
+    for await (const event of client.events<Progress, State>(what.path, { signal, doing: what.doing })) {
+      if ("end" in event) return { end: event.end, any: true };
       any = true;
-      watcher.progress(event);
+      watcher.progress(event.progress);
     }
   } catch (error) {
     if (isAbort(error) || (error instanceof ProblemError && !mayPass(error))) throw error;

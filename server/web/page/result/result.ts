@@ -1,13 +1,15 @@
 // The page of a comparison that has ended with an interval.
 import type { Client } from "../api/client.js";
 import type { Comparison, Job, Side } from "../api/types.js";
-import { button, card, facts, h, svg } from "../dom.js";
+import { button, card, facts, h } from "../dom.js";
+import { pathOf } from "../route.js";
 import { Gauge } from "../plot/gauge.js";
 import type { History } from "../plot/history.js";
 import { TimelinePlot } from "../plot/timeline.js";
 import { inPercent, inPercentAbove, inTime, intervalText, intervalWords, plain, toDigits, withUnits } from "../text/numbers.js";
-import { statusSentence, unitsOf, wordingOf, type Tone } from "../text/verdict.js";
+import { statusSentence, unitsOf, wordingOf } from "../text/verdict.js";
 import { directionsOf } from "./directions.js";
+import { iconOf } from "./icon.js";
 import { mapRows, showViewer } from "./maps.js";
 import { meshesTable } from "./meshes.js";
 import { jsonButton, linkRow, pipeline } from "./share.js";
@@ -36,7 +38,7 @@ export function showResult(host: HTMLElement, client: Client, face: ResultFace):
     columns(face, ends),
     card("The meshes", { class: "card" }, meshesTable(result, names)),
     card("Put it into a pipeline", { class: "card" }, pipeline(result, names, client.key !== "")),
-    card("Keep it", { class: "card keep" }, linkRow(job.id, job.expires), downloads(client, result)),
+    card("Keep it", { class: "card keep" }, linkRow(pathOf(job.id), job.expires), downloads(client, result)),
   );
   const controller = new AbortController();
   ends.push(() => controller.abort());
@@ -55,7 +57,7 @@ function verdictOf(face: ResultFace, ends: (() => void)[]): HTMLElement {
     "header",
     { class: `verdict ${words.tone}` },
     h("p", { class: "pair-names" }, h("b", {}, names.a), " against ", h("b", {}, names.b)),
-    h("h1", { tabindex: "-1" }, icon(words.tone), words.heading),
+    h("h1", { tabindex: "-1" }, iconOf(words.tone), words.heading),
     words.tone === "measured" ? null : h("p", { class: "reading" }, ...readingOf(result)),
     h("p", { class: "reason" }, words.reason),
     words.proof === "" ? null : h("p", { class: "proof" }, words.proof),
@@ -77,17 +79,6 @@ function readingOf(result: Comparison): HTMLElement[] {
   const top = withUnits(text.upper, upper === null ? "" : unitsOf(result));
   if (text.lower === text.upper) return [h("span", {}, top)];
   return [h("span", {}, text.lower), h("span", { class: "dash" }, "to"), h("span", {}, top)];
-}
-
-const strokes: Record<Tone, string> = {
-  pass: "M5 12.5l4.5 4.5L19 7.5",
-  fail: "M6.5 6.5l11 11m0-11l-11 11",
-  undecided: "M6 10h12M6 14.5h12",
-  measured: "M5 7v10M19 7v10M5 12h14",
-};
-
-function icon(tone: Tone): SVGSVGElement {
-  return svg("svg", { class: "icon", viewBox: "0 0 24 24", "aria-hidden": "true" }, svg("circle", { cx: 12, cy: 12, r: 12 }), svg("path", { d: strokes[tone] }));
 }
 
 function columns(face: ResultFace, ends: (() => void)[]): HTMLElement {

@@ -1,14 +1,14 @@
 // What a person takes away: the link, the document, the maps, and the same measurement for a pipeline.
 import type { Comparison, Side } from "../api/types.js";
 import { button, h } from "../dom.js";
-import { pathOf } from "../route.js";
 import { checkCommand, curlCommand, gatesYaml, optionsOf, type Names } from "../text/snippets.js";
 
-export function linkRow(id: string, expires: string | null): HTMLElement {
-  const link = h("input", { id: "link", readonly: true, value: location.origin + pathOf(id), spellcheck: "false" });
+/** `path`: of the page. `of`: what it is a link to. */
+export function linkRow(path: string, expires: string | null, of = "result"): HTMLElement {
+  const link = h("input", { id: "link", readonly: true, value: location.origin + path, spellcheck: "false" });
   link.addEventListener("focus", () => link.select());
   const until = expires === null ? null : h("p", { class: "hint" }, `Kept until ${new Date(expires).toLocaleString()}; whoever opens it needs a key that may see it, where keys are in force.`);
-  return h("div", { class: "link-row" }, h("label", { for: "link" }, "Link to this result"), h("div", { class: "joined" }, link, copyButton("Copy link", () => link.value)), until);
+  return h("div", { class: "link-row" }, h("label", { for: "link" }, `Link to this ${of}`), h("div", { class: "joined" }, link, copyButton("Copy link", () => link.value)), until);
 }
 
 /** Says for a moment whether it worked. */

@@ -60,11 +60,11 @@ export function explain(error: unknown): Explained {
 export function explainProblem(problem: Problem, requestId: string | null): Explained {
   const kind = problem.type.slice(problem.type.lastIndexOf(":") + 1);
   const defects = problem.errors.map(toDefect);
-  const gone = kind === "not-found" && problem.detail.includes("comparison of this id");
+  const gone = kind === "not-found" && /(comparison|batch) of this id/.exec(problem.detail)?.[1];
   // What the service says there is for programs.
-  const repeats = gone || kind === "unauthorized" || (defects.length === 1 && defects[0]?.message === problem.detail);
+  const repeats = typeof gone === "string" || kind === "unauthorized" || (defects.length === 1 && defects[0]?.message === problem.detail);
   return {
-    title: gone ? "There is no such comparison, or not any more" : problem.title,
+    title: typeof gone === "string" ? `There is no such ${gone}, or not any more` : problem.title,
     detail: repeats ? "" : asSentence(problem.detail),
     advice: advices[kind] ?? "",
     defects,

@@ -1,0 +1,48 @@
+// What the service is asked of a batch. Errors are those of Client.
+import type { Client } from "./client.js";
+import { NetworkError } from "./problem.js";
+import type { Batch, BatchResult } from "./types.js";
+
+export type Report = "junit.xml" | "results.jsonl";
+
+const pathOf = (id: string): string => `/v1/batches/${id}`;
+
+export async function batchAt(client: Client, id: string, signal?: AbortSignal): Promise<Batch> {
+  const answer = await client.sendPatiently(pathOf(id), { signal, doing: "asking how the batch stands" });
+  return (await answer.json()) as Batch;
+}
+
+/** null: it had ended before, and is forgotten. */
+export async function cancelBatch(client: Client, id: string): Promise<Batch | null> {
+  const answer = await client.sendPatiently(pathOf(id), { method: "DELETE", doing: "cancelling the batch" });
+  return answer.status === 204 ? null : ((await answer.json()) as Batch);
+}
+
+export async function reportOf(client: Client, id: string, report: Report, signal?: AbortSignal): Promise<Response> {
+  return client.sendPatiently(`${pathOf(id)}/${report}`, { signal, doing: "reading the results" });
+}
+
+/** What has ended, in the order of the manifest, some at a time as they come. */
+export async function* resultsOf(client: Client, id: string, signal: AbortSignal): AsyncGenerator<BatchResult[], void, undefined> {
+  const answer = await reportOf(client, id, "results.jsonl", signal);
+  if (!answer.body) return;
+  for await (const lines of linesOf(answer.body, signal)) yield lines.map((line) => JSON.parse(line) as BatchResult);
+}
+
+async function* linesOf(body: ReadableStream<Uint8Array>, signal: AbortSignal): AsyncGenerator<string[], void, undefined> {
+  const reader = body.pipeThrough(new TextDecoderStream() as ReadableWritablePair<string, Uint8Array>).getReader();
+  let rest = "";
+  try {
+    for (;;) {
+      const { done, value } = await reader.read();
+      if (done) return;
+      const lines = (rest + value).split("\n");
+      rest = lines.pop() ?? "";
+      if (lines.length > 0) yield lines;
+    }
+  } catch (error) {
+    throw signal.aborted ? error : new NetworkError("reading the results");
+  } finally {
+    reader.cancel().catch(() => undefined); // whoever stops reading early lets go of the connection
+  }
+}

@@ -1,0 +1,195 @@
+// The comparisons of a batch: counts that are its filters, a search by name, and a page of rows.
+import { button, h, scroller, type Announcer } from "../dom.js";
+import { scaleFor, strip, stripStripes, type StripScale } from "../plot/strip.js";
+import { pathOf } from "../route.js";
+import { grouped, intervalWords, plain, withUnits } from "../text/numbers.js";
+import { asSentence, explain } from "../text/problems.js";
+import { isAbort } from "../api/client.js";
+import { iconOf } from "../result/icon.js";
+import type { Filter, Row } from "./rows.js";
+import type { Looking } from "./looking.js";
+import type { RowSource } from "./source.js";
+import { filterWords, pageWords, toneOf } from "./words.js";
+
+const pageRows = 50;
+const always: readonly Filter[] = ["open", "all", "fail", "undecided", "error", "pass"];
+const filters: readonly Filter[] = [...always, "cancelled", "gone", "measured"];
+const searchPauseMs = 150;
+
+export class BatchList {
+  readonly element: HTMLElement;
+  private readonly tiles = new Map<Filter, { tile: HTMLButtonElement; count: HTMLElement }>();
+  private readonly search = h("input", { id: "row-search", type: "search", autocomplete: "off", spellcheck: "false" });
+  private readonly words = h("p", { class: "hint list-words" });
+  private readonly trouble = h("div", { role: "status" });
+  private readonly body = h("tbody");
+  private readonly table: HTMLTableElement;
+  private readonly earlier = button("Previous", {}, () => this.turn(-pageRows));
+  private readonly later = button("Next", {}, () => this.turn(pageRows));
+  private readonly pager = h("nav", { class: "actions pager", "aria-label": "Pages of comparisons" }, this.earlier, this.later);
+  private drawn = ""; // what the table shows
+  private searching: ReturnType<typeof setTimeout> | null = null;
+  private again: ReturnType<typeof setTimeout> | null = null;
+  private failed = false;
+
+  constructor(
+    private readonly source: RowSource,
+    private readonly looking: Looking,
+    private readonly remember: () => void,
+    private readonly announcer: Announcer,
+    private readonly signal: AbortSignal,
+    private running: boolean,
+  ) {
+    const head = ["Comparison", "Verdict", "Distance", ""].map((title) => (title === "" ? h("td") : h("th", { scope: "col" }, title)));
+    this.table = h("table", { class: "rows" }, h("caption", { class: "unseen" }, "Comparisons of the batch"), h("thead", {}, h("tr", {}, ...head)), this.body);
+    this.body.addEventListener("click", (event) => this.open(event));
+    this.search.value = looking.search;
+    this.search.addEventListener("input", () => this.type());
+    const field = h("div", { class: "field row-search" }, h("label", { for: "row-search" }, "Search by name"), this.search);
+    const tiles = h("div", { class: "tiles", role: "group", "aria-label": "Which comparisons are shown" }, ...filters.map((filter) => this.tileOf(filter)));
+    this.element = h("div", { class: "batch-list" }, stripStripes(), tiles, h("div", { class: "list-head" }, field, this.words), this.trouble, scroller("Comparisons", this.table), this.pager);
+    signal.addEventListener("abort", () => this.stop(), { once: true });
+  }
+
+  private tileOf(filter: Filter): HTMLElement {
+    const count = h("b", {}, "0");
+    const kind = filter === "open" || filter === "all" ? "" : toneOf[filter];
+    const tile = h("button", { type: "button", class: `tile ${kind}`, "aria-pressed": "false" }, count, h("span", {}, filterWords[filter]));
+    tile.addEventListener("click", () => this.choose(filter));
+    this.tiles.set(filter, { tile, count });
+    return tile;
+  }
+
+  /** On the way back the row that was opened has the focus; false: there is none. */
+  focusOpened(): boolean {
+    const link = this.looking.opened === null ? null : this.linkOf(String(this.looking.opened));
+    link?.focus();
+    return link !== null;
+  }
+
+  private linkOf(position: string): HTMLElement | null {
+    return this.body.querySelector<HTMLElement>(`a[data-position="${position}"]`);
+  }
+
+  // A step back leads here again.
+  private open(event: Event): void {
+    const link = event.target instanceof Element ? event.target.closest<HTMLElement>("a[data-position]") : null;
+    if (!link) return;
+    this.looking.opened = Number(link.dataset["position"]);
+    this.remember();
+  }
+
+  /** The source has more, or the counts are others. */
+  refresh(running: boolean): void {
+    this.running = running;
+    this.draw();
+  }
+
+  private get filter(): Filter {
+    const { filter } = this.looking;
+    if (filter !== null) return filter;
+    return this.running || this.source.counts().open > 0 ? "open" : "all";
+  }
+
+  private choose(filter: Filter): void {
+    this.look({ filter, from: 0 });
+  }
+
+  private type(): void {
+    if (this.searching !== null) clearTimeout(this.searching);
+    this.searching = setTimeout(() => this.look({ search: this.search.value, from: 0 }), searchPauseMs);
+  }
+
+  private turn(by: number): void {
+    this.look({ from: Math.max(0, this.looking.from + by) });
+    this.element.scrollIntoView({ block: "start" });
+    const [pressed, other] = by > 0 ? [this.later, this.earlier] : [this.earlier, this.later];
+    if (pressed.disabled) other.focus({ preventScroll: true });
+  }
+
+  private look(change: Partial<Looking>): void {
+    Object.assign(this.looking, change);
+    this.failed = false;
+    this.remember();
+    this.draw();
+    this.announcer.sayNow(`${filterWords[this.filter]}: ${this.words.textContent}`);
+  }
+
+  private draw(): void {
+    const { looking, source } = this;
+    const counts = source.counts();
+    for (const [filter, { tile, count }] of this.tiles) {
+      count.textContent = grouped(counts[filter]);
+      tile.setAttribute("aria-pressed", String(filter === this.filter));
+      tile.classList.toggle("none", counts[filter] === 0);
+      tile.hidden = counts[filter] === 0 && filter !== this.filter && !always.includes(filter);
+    }
+    let shown = source.shown(this.filter, looking.search, looking.from, pageRows);
+    if (shown.complete && shown.rows.length === 0 && looking.from > 0) {
+      looking.from = 0; // the list is shorter than it was
+      shown = source.shown(this.filter, looking.search, 0, pageRows);
+    }
+    const { rows, total, complete } = shown;
+    this.words.textContent = this.wordsFor(rows.length, total, complete);
+    this.drawRows(rows);
+    this.pager.hidden = total <= pageRows;
+    this.earlier.disabled = looking.from === 0;
+    this.later.disabled = looking.from + pageRows >= total;
+    if (complete) this.trouble.replaceChildren();
+    else if (!this.failed) void this.load();
+  }
+
+  private wordsFor(shown: number, total: number, complete: boolean): string {
+    const { looking, source } = this;
+    if (!complete && source.readSoFar !== null && shown < pageRows) return `Reading the results: ${grouped(source.readSoFar)} of ${grouped(source.counts().all)}`;
+    if (!complete && shown === 0) return "Reading the results …";
+    if (total > 0) return pageWords(looking.from, shown, total);
+    if (looking.search.trim() !== "") return "No such name here.";
+    if (this.filter === "open") return this.running ? "So far there is nothing that did not pass." : "Everything has passed.";
+    return this.running ? "None so far." : "None.";
+  }
+
+  private async load(): Promise<void> {
+    if (this.again !== null) return;
+    try {
+      const wait = await this.source.load(this.signal);
+      if (wait > 0 && !this.signal.aborted) this.again = setTimeout(() => ((this.again = null), this.draw()), wait);
+    } catch (error) {
+      if (this.signal.aborted || isAbort(error)) return;
+      this.failed = true;
+      const told = explain(error);
+      const retry = button("Try again", {}, () => ((this.failed = false), this.trouble.replaceChildren(), this.draw()));
+      this.trouble.replaceChildren(h("div", { class: "notice busy" }, h("p", {}, `${told.title}. ${told.detail}`), retry));
+    }
+  }
+
+  // What has the focus keeps it, also where its row moves.
+  private drawRows(rows: readonly Row[]): void {
+    const drawn = JSON.stringify(rows);
+    if (drawn === this.drawn) return;
+    this.drawn = drawn;
+    const focused = document.activeElement instanceof HTMLAnchorElement && this.body.contains(document.activeElement) ? document.activeElement.dataset["position"] : undefined;
+    const scale = scaleFor(rows.flatMap(({ distance, limit }) => (distance ? [{ ...distance, limit }] : [])));
+    this.body.replaceChildren(...rows.map((row) => rowElement(row, scale)));
+    this.table.hidden = rows.length === 0;
+    if (focused !== undefined) this.linkOf(focused)?.focus({ preventScroll: true });
+  }
+
+  private stop(): void {
+    for (const timer of [this.searching, this.again]) if (timer !== null) clearTimeout(timer);
+  }
+}
+
+function rowElement(row: Row, scale: StripScale | null): HTMLTableRowElement {
+  const tone = toneOf[row.kind];
+  const link = row.id === null ? row.name : h("a", { href: pathOf(row.id), "data-position": row.position }, row.name);
+  const verdict = h("td", {}, h("span", { class: `mark ${tone}` }, iconOf(tone), filterWords[row.kind]));
+  const name = h("th", { scope: "row" }, link);
+  if (!row.distance) return h("tr", {}, name, verdict, h("td", { class: "row-words", colspan: 2 }, row.words));
+  const { lower, upper } = row.distance;
+  const limit = row.limit === null ? null : h("small", {}, `limit ${withUnits(plain(row.limit), row.units)}`);
+  const picture = scale && strip(scale, { lower, upper, limit: row.limit });
+  return h("tr", {}, name, verdict,
+    h("td", { class: "row-distance" }, asSentence(intervalWords(lower, upper, row.units, row.limit)).replace(/\.$/, ""), " ", limit),
+    h("td", { class: "row-strip" }, picture && h("span", { class: `plot strip ${tone}` }, picture)));
+}

@@ -1,0 +1,86 @@
+// The comparisons of a batch as rows of its list: what of them is shown, and in which order.
+import type { BatchCounts, BatchFailure, BatchResult } from "../api/types.js";
+import { asSentence } from "../text/problems.js";
+
+/** What became of one. `measured`: it has an interval and no limit; `gone`: its result is not kept any more. */
+export type Kind = "fail" | "error" | "undecided" | "cancelled" | "gone" | "pass" | "measured";
+
+/** `open`: what has ended and not passed, as the service tells it first. */
+export type Filter = "open" | "all" | Kind;
+
+export interface Row {
+  position: number; // in the manifest, from 0
+  name: string;
+  id: string | null; // of the comparison; null: it is gone
+  kind: Kind;
+  distance: { lower: number; upper: number | null } | null;
+  limit: number | null;
+  units: string;
+  words: string; // why there is no interval
+}
+
+const order: readonly Kind[] = ["fail", "error", "undecided", "cancelled", "gone", "pass", "measured"];
+const open = new Set<Kind>(["fail", "error", "undecided", "cancelled"]);
+
+export function rowOfFailure(failure: BatchFailure): Row {
+  return rowOf(failure, failure.distance, failure.gate);
+}
+
+export function rowOfResult(result: BatchResult): Row {
+  return rowOf(result, result.result?.distance ?? null, result.result?.gate ?? null);
+}
+
+function rowOf(
+  of: Pick<BatchResult, "position" | "name" | "comparison" | "state" | "verdict" | "problem">,
+  distance: Row["distance"],
+  gate: BatchFailure["gate"],
+): Row {
+  const kind = kindOf(of.state, of.verdict);
+  return {
+    position: of.position,
+    name: of.name ?? `Comparison ${String(of.position)}`,
+    id: of.comparison,
+    kind,
+    distance,
+    limit: gate?.max_distance ?? null,
+    units: gate?.units ?? "",
+    words: kind === "gone" ? "Its result is not kept any more." : asSentence(of.problem?.detail ?? ""),
+  };
+}
+
+function kindOf(state: BatchResult["state"], verdict: BatchResult["verdict"]): Kind {
+  if (state === "done") return verdict ?? "measured";
+  return state === "failed" ? "error" : state;
+}
+
+/** How many rows each filter has. */
+export function tally(counts: BatchCounts): Record<Filter, number> {
+  const { total, queued, running, done, failed, cancelled, gone, pass, fail, undecided } = counts;
+  return {
+    open: fail + failed + undecided + cancelled,
+    all: total - queued - running,
+    fail,
+    error: failed,
+    undecided,
+    cancelled,
+    gone,
+    pass,
+    measured: done - pass - fail - undecided,
+  };
+}
+
+/** What did not pass first, by kind; each kind in the order of the manifest. */
+export function inOrder(rows: readonly Row[]): Row[] {
+  const rank = (row: Row): number => Math.min(order.indexOf(row.kind), order.indexOf("pass"));
+  return [...rows].sort((one, other) => rank(one) - rank(other) || one.position - other.position);
+}
+
+/** `search`: what the name has to contain, large and small letters alike. */
+export function select(rows: readonly Row[], filter: Filter, search: string): Row[] {
+  const wanted = search.trim().toLowerCase();
+  return rows.filter((row) => fits(row.kind, filter) && (wanted === "" || row.name.toLowerCase().includes(wanted)));
+}
+
+function fits(kind: Kind, filter: Filter): boolean {
+  return filter === "all" || (filter === "open" ? open.has(kind) : filter === kind);
+}

@@ -1,0 +1,209 @@
+// A batch on the page: how far it is, what became of its comparisons, and what a person takes away.
+import { batchAt, reportOf, resultsOf, type Report } from "../api/batches.js";
+import { isAbort, type Client } from "../api/client.js";
+import { hasEnded, type Batch, type BatchProgressEvent } from "../api/types.js";
+import type { Watcher } from "../api/watch.js";
+import { button, card, h, svg, type Announcer } from "../dom.js";
+import { iconOf } from "../result/icon.js";
+import { linkRow, save } from "../result/share.js";
+import { pathOf } from "../route.js";
+import { asSentence, explain } from "../text/problems.js";
+import { BatchList } from "./list.js";
+import type { Looking } from "./looking.js";
+import { tally, type Kind } from "./rows.js";
+import { RowSource } from "./source.js";
+import { lasting, nameOf, titleOf, toneOf, wordsOf } from "./words.js";
+
+export interface BatchFace {
+  client: Client;
+  batch: Batch;
+  source: RowSource | null; // of this batch, when it was shown before
+  looking: Looking;
+  remember(): void; // what is looked at is another
+  cancel(): void;
+  signal: AbortSignal; // ends all that the view does
+}
+
+const barLength = 1000; // of the bar, in its own units
+const askEveryMs = 2000; // for new failures
+
+/** One batch; made anew each time that it is shown. */
+export class BatchView implements Watcher<BatchProgressEvent> {
+  readonly source: RowSource;
+  private readonly head = h("header", { class: "verdict" });
+  private readonly title = h("h1", { tabindex: "-1" });
+  private readonly reason = h("p", { class: "reason" });
+  private readonly bar = h("div", { class: "batch-bar" });
+  private readonly clock = h("p", { class: "hint batch-clock" });
+  private readonly note = h("p", { class: "hint", role: "status" });
+  private readonly cancelButton = button("Cancel", { class: "cancel" }, () => this.cancel());
+  private readonly actions = h("div", { class: "actions" }, this.cancelButton);
+  private readonly keep = h("div");
+  private readonly list: BatchList;
+  private readonly ticker: ReturnType<typeof setInterval>;
+  private batch: Batch; // as it was asked for last
+  private now: BatchProgressEvent;
+  private asking: ReturnType<typeof setTimeout> | null = null;
+
+  constructor(
+    host: HTMLElement,
+    private readonly face: BatchFace,
+    private readonly announcer: Announcer,
+  ) {
+    const { batch, client, signal } = face;
+    this.batch = batch;
+    this.now = batch;
+    this.source = face.source ?? new RowSource(batch, (its) => resultsOf(client, batch.id, its));
+    this.source.changed = () => this.list.refresh(this.runs());
+    this.list = new BatchList(this.source, face.looking, () => face.remember(), announcer, signal, this.runs());
+    this.head.append(h("p", { class: "pair-names" }, batch.name === null ? "Batch" : "Batch ", batch.name === null ? null : h("b", {}, nameOf(batch))), this.title, this.reason, this.bar, this.clock, this.note, this.actions);
+    host.replaceChildren(this.head, card("Comparisons", { class: "card" }, this.list.element), card("Keep it", { class: "card keep" }, this.keep));
+    this.ticker = setInterval(() => this.tick(), 1000);
+    signal.addEventListener("abort", () => this.dispose(), { once: true });
+    this.take(batch);
+    if (!this.list.focusOpened()) this.title.focus({ preventScroll: true });
+  }
+
+  progress(event: BatchProgressEvent): void {
+    this.now = event;
+    this.note.textContent = "";
+    this.drawHead();
+    if (tally(event.counts).all !== tally(this.batch.counts).all) this.ask();
+    this.announcer.say(this.said());
+  }
+
+  interrupted(): void {
+    this.note.textContent = "The connection broke. The batch does not depend on it; asking again …";
+  }
+
+  /** It has ended. */
+  end(batch: Batch): void {
+    this.note.textContent = "";
+    this.take(batch);
+    this.announcer.sayNow(this.said());
+  }
+
+  /** Cancelling did not reach the service: it may be tried again. */
+  mayCancel(): void {
+    this.cancelButton.disabled = false;
+    this.cancelButton.textContent = "Cancel";
+  }
+
+  private runs(): boolean {
+    return !hasEnded(this.batch);
+  }
+
+  private said(): string {
+    const { heading, reason } = wordsOf(this.now);
+    return `${heading}. ${reason}`;
+  }
+
+  // How it stands, by its document.
+  private take(batch: Batch): void {
+    this.batch = batch;
+    this.now = batch;
+    this.source.take(batch);
+    this.drawHead();
+    this.list.refresh(this.runs());
+    this.drawKeep();
+    this.tick();
+  }
+
+  private drawHead(): void {
+    const words = wordsOf(this.now);
+    this.head.className = `verdict batch ${words.tone}${this.runs() ? " running" : ""}`;
+    this.title.replaceChildren(iconOf(words.tone), words.heading);
+    this.reason.textContent = words.reason;
+    this.bar.replaceChildren(stackedBar(this.now));
+    this.actions.hidden = !this.runs();
+    document.title = titleOf(nameOf(this.batch), this.now);
+  }
+
+  private tick(): void {
+    const { created, finished } = this.batch;
+    const took = (finished === null ? Date.now() : Date.parse(finished)) - Date.parse(created);
+    this.clock.textContent = `Began ${new Date(created).toLocaleString()}, ${finished === null ? "running for" : "took"} ${lasting(took)}`;
+    if (finished !== null) clearInterval(this.ticker);
+  }
+
+  // The events have counts alone: what did not pass is asked for, not too often.
+  private ask(): void {
+    this.asking ??= setTimeout(() => void this.askNow(), askEveryMs);
+  }
+
+  private async askNow(): Promise<void> {
+    const { client, signal } = this.face;
+    try {
+      const batch = await batchAt(client, this.batch.id, signal);
+      if (!signal.aborted && this.runs() && !hasEnded(batch)) this.take(batch); // its end is told by whoever watches
+    } catch (error) {
+      if (signal.aborted || isAbort(error)) return;
+      this.interrupted();
+    } finally {
+      this.asking = null;
+    }
+  }
+
+  private drawKeep(): void {
+    if (this.keep.childElementCount > 0 && this.runs()) return;
+    const { id, expires } = this.batch;
+    const note = h("p", { class: "hint", role: "status" }, this.runs() ? "The JUnit report comes when all have ended." : "");
+    const junit = this.download("JUnit report", "junit.xml", note);
+    junit.disabled = this.runs();
+    this.keep.replaceChildren(
+      linkRow(pathOf(id, "batch"), expires, "batch"),
+      h("div", { class: "actions" }, junit, this.download("Results as JSON lines", "results.jsonl", note)),
+      note,
+    );
+  }
+
+  private download(label: string, report: Report, note: HTMLElement): HTMLButtonElement {
+    const { client, signal } = this.face;
+    const made = button(label, {}, () => void press());
+    const press = async () => {
+      made.disabled = true;
+      note.textContent = "Loading …";
+      try {
+        const answer = await reportOf(client, this.batch.id, report, signal);
+        save(`batch-${this.batch.id.slice(0, 8)}${report === "junit.xml" ? "-junit.xml" : ".jsonl"}`, await answer.blob());
+        note.textContent = "";
+      } catch (error) {
+        const told = explain(error);
+        note.textContent = asSentence(told.detail || told.title);
+      } finally {
+        made.disabled = false;
+      }
+    };
+    return made;
+  }
+
+  private cancel(): void {
+    this.cancelButton.disabled = true;
+    this.cancelButton.textContent = "Cancelling …";
+    this.face.cancel();
+  }
+
+  private dispose(): void {
+    clearInterval(this.ticker);
+    if (this.asking !== null) clearTimeout(this.asking);
+  }
+}
+
+// All comparisons as one bar: what became of them, what runs, what waits.
+function stackedBar(now: BatchProgressEvent): SVGSVGElement {
+  const so = tally(now.counts);
+  const { total, running } = now.counts;
+  const kinds: Kind[] = ["fail", "error", "undecided", "cancelled", "gone", "pass", "measured"];
+  const parts: [string, number][] = [...kinds.map((kind): [string, number] => [`part ${toneOf[kind]} ${kind}`, so[kind]]), ["part runs", running]];
+  const { heading, reason } = wordsOf(now);
+  const picture = svg("svg", { viewBox: `0 0 ${String(barLength)} 20`, preserveAspectRatio: "none", role: "img", "aria-label": `${heading}. ${reason}` });
+  picture.append(svg("rect", { width: barLength, height: 20, class: "part waits" }));
+  let x = 0;
+  for (const [kind, count] of parts) {
+    if (count === 0) continue;
+    const width = (count / total) * barLength;
+    picture.append(svg("rect", { x, width: Math.max(width, 4), height: 20, class: kind })); // one of 10,000 is still seen
+    x += width;
+  }
+  return picture;
+}

@@ -1,0 +1,64 @@
+// The interval of a row on a small scale that all rows of its list share. Where they have limits these stand one below the
+// other: the scale is of the distance against the limit.
+import { svg } from "../dom.js";
+import { axisFor, positionOf, type LogAxis, type Mark } from "./axis.js";
+import { line, rect, stripes } from "./picture.js";
+
+export interface StripReading {
+  lower: number;
+  upper: number | null;
+  limit: number | null;
+}
+
+export interface StripScale {
+  axis: LogAxis;
+  relative: boolean; // to the limit
+}
+
+const width = 200;
+const height = 20;
+const side = 4;
+const leastBar = 3; // an interval that is narrower is still seen
+const stripesId = "strip-stripes";
+
+/** The scale for these rows; null where there is nothing to draw. */
+export function scaleFor(readings: readonly StripReading[]): StripScale | null {
+  const relative = readings.some(({ limit }) => limit !== null && limit > 0);
+  const marks = readings.flatMap((reading) => marksOf(reading, relative) ?? []);
+  if (marks.length === 0) return null;
+  return { axis: axisFor(relative ? [...marks, 1] : marks), relative };
+}
+
+// null: this row has no place on such a scale.
+function marksOf({ lower, upper, limit }: StripReading, relative: boolean): [Mark, Mark] | null {
+  if (!relative) return [lower, upper];
+  if (limit === null || limit === 0) return null;
+  return [lower / limit, upper === null ? null : upper / limit];
+}
+
+/** What all strips of a page refer to; to be somewhere on it. */
+export function stripStripes(): SVGSVGElement {
+  return svg("svg", { class: "unseen", width: 1, height: 1, "aria-hidden": "true" }, stripes(stripesId));
+}
+
+/** null: the row has no place on this scale. */
+export function strip(scale: StripScale, reading: StripReading): SVGSVGElement | null {
+  const marks = marksOf(reading, scale.relative);
+  if (!marks) return null;
+  const x = (mark: Mark): number => side + positionOf(scale.axis, mark) * (width - 2 * side);
+  const [from, to] = marks.map(x) as [number, number];
+  const wide = Math.max(to - from, leastBar);
+  const left = Math.min(Math.max((from + to) / 2 - wide / 2, 0), width - wide);
+  const picture = svg("svg", { viewBox: `0 0 ${String(width)} ${String(height)}`, width, height, "aria-hidden": "true" });
+  if (scale.relative) picture.append(...zones(x(1)));
+  else picture.append(rect(0, 0, width, height, "zone", { rx: 3 }));
+  picture.append(rect(left, 5, wide, height - 10, reading.upper === null ? "bar open" : "bar", { rx: 1.5 }));
+  if (scale.relative) picture.append(line(x(1), 0, x(1), height, "limit-line"));
+  return picture;
+}
+
+function zones(limit: number): SVGElement[] {
+  const striped = rect(limit, 0, width - limit, height, "");
+  striped.setAttribute("fill", `url(#${stripesId})`);
+  return [rect(0, 0, limit, height, "zone within"), rect(limit, 0, width - limit, height, "zone above"), striped];
+}
