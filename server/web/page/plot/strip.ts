@@ -18,7 +18,8 @@ export interface StripScale {
 const width = 200;
 const height = 20;
 const side = 4;
-const leastBar = 3; // an interval that is narrower is still seen
+const leastBar = 4; // an interval that is narrower is still seen
+const mostRatio = 20; // to the limit; what is beyond stands at the end
 const stripesId = "strip-stripes";
 
 /** The scale for these rows; null where there is nothing to draw. */
@@ -26,7 +27,12 @@ export function scaleFor(readings: readonly StripReading[]): StripScale | null {
   const relative = readings.some(({ limit }) => limit !== null && limit > 0);
   const marks = readings.flatMap((reading) => marksOf(reading, relative) ?? []);
   if (marks.length === 0) return null;
-  return { axis: axisFor(relative ? [...marks, 1] : marks), relative };
+  return { axis: axisFor(relative ? [...marks.map(nearLimit), 1] : marks), relative };
+}
+
+// One row that is far from its limit must not press all others together.
+function nearLimit(mark: Mark): Mark {
+  return mark === null || mark === 0 ? mark : Math.min(Math.max(mark, 1 / mostRatio), mostRatio);
 }
 
 // null: this row has no place on such a scale.
