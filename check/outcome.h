@@ -75,6 +75,8 @@ struct Report {
   Undecided undecided = Undecided::separate;
   bool interrupted = false;  // by Ctrl-C
   std::string version;       // of meshgauge
+  // Of the pages on which a browser sees gates that a service has measured together, as Measured::link. May be empty.
+  std::vector<std::string> batches;
 
   std::size_t count(Verdict verdict) const;
   // 0 pass, 1 fail, 2 undecided, 3 error; the worst of all gates in the order 3, 1, 2, 0.

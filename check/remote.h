@@ -7,6 +7,7 @@
 
 #include <chrono>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -21,6 +22,9 @@ struct RemoteOptions {
   bool key_in_clear = false;      // the key may travel by http, where whoever is on the way reads it
   std::filesystem::path ca_file;  // certificates to trust, PEM, and no others; empty: those of this machine
   unsigned at_once = 4;           // gates at the same time; fewer while the service refuses more
+  // Told of each batch, when the service has accepted it: the link to its page there, as Measured::link. From any
+  // thread; may be empty, and is not called for a service without pages.
+  std::function<void(const std::string& link)> batch_begun;
 
   std::chrono::milliseconds connect_timeout{10'000};
   std::chrono::seconds stall{60};  // an exchange that hardly moves for so long has failed

@@ -4,9 +4,11 @@
 #include <cstdio>
 #include <cstdlib>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <thread>
 #include <utility>
+#include <vector>
 
 #include "api/request.h"
 #include "check/html/html.h"
@@ -80,7 +82,30 @@ Result<unsigned> jobs_of(const CheckFlags& flags) {
   return static_cast<unsigned>(*jobs);
 }
 
-Result<std::unique_ptr<check::Measurer>> service_of(const CheckFlags& flags, unsigned jobs) {
+// Links to the pages of what a service measures together. Threads of the measurer bring them, another one tells them.
+class Batches {
+ public:
+  void add(const std::string& link) {
+    const std::lock_guard lock(mutex_);
+    links_.push_back(link);
+  }
+  // Those that were not taken before.
+  std::vector<std::string> fresh() {
+    const std::lock_guard lock(mutex_);
+    return {links_.begin() + static_cast<std::ptrdiff_t>(std::exchange(taken_, links_.size())), links_.end()};
+  }
+  std::vector<std::string> all() {
+    const std::lock_guard lock(mutex_);
+    return links_;
+  }
+
+ private:
+  std::mutex mutex_;
+  std::vector<std::string> links_;
+  std::size_t taken_ = 0;
+};
+
+Result<std::unique_ptr<check::Measurer>> service_of(const CheckFlags& flags, unsigned jobs, Batches& batches) {
   auto key = check::service_key(flags.key_file);
   if (!key) return key.error();
   check::RemoteOptions options;
@@ -89,11 +114,13 @@ Result<std::unique_ptr<check::Measurer>> service_of(const CheckFlags& flags, uns
   options.key_in_clear = flags.key_in_clear;
   options.ca_file = flags.ca_file;
   if (jobs > 0) options.at_once = jobs;
+  options.batch_begun = [&batches](const std::string& link) { batches.add(link); };
   return check::remote(options);
 }
 
 // Who measures, and what else is made of the meshes.
 struct Crew {
+  std::unique_ptr<Batches> batches;
   std::shared_ptr<check::Meshes> meshes;
   std::unique_ptr<check::Measurer> measurer;
   std::unique_ptr<CheckExtras> extras;
@@ -107,13 +134,14 @@ Result<Crew> crew_of(const CheckFlags& flags, const Gates& gates, Places& places
   const bool here = flags.server.empty(), pictures = !flags.html.empty();
   const unsigned processors = std::max(1U, std::thread::hardware_concurrency());
   const auto meshes = std::make_shared<check::Meshes>(gates, (here ? 1U : 0U) + CheckExtras::turns(pictures, *maps));
-  auto measurer = here ? check::local(gates, meshes, {processors, *jobs}) : service_of(flags, *jobs);
+  auto batches = std::make_unique<Batches>();
+  auto measurer = here ? check::local(gates, meshes, {processors, *jobs}) : service_of(flags, *jobs, *batches);
   if (!measurer) return measurer.error();
   // Maps are made by the threads that measure, while other gates run under a deadline.
   const auto seats = std::min<std::size_t>((*measurer)->at_once(), gates.size());
   auto extras = std::make_unique<CheckExtras>(meshes, pictures, std::move(*maps),
                                               check::Processors::part(processors, seats), processors);
-  return Crew{meshes, std::move(*measurer), std::move(extras)};
+  return Crew{std::move(batches), meshes, std::move(*measurer), std::move(extras)};
 }
 
 Report measure(const CheckFlags& flags, const Gates& gates, Crew& crew, const Interrupts& interrupts) {
@@ -124,14 +152,25 @@ Report measure(const CheckFlags& flags, const Gates& gates, Crew& crew, const In
   watch.after = [&](std::size_t place, const auto& outcome, Control& control) {
     crew.extras->after(place, outcome, control);
   };
+  const auto tell_batches = [&] {
+    for (const std::string& link : crew.batches->fresh()) display.say("Seen in a browser at " + link);
+  };
   watch.ended = [&](const auto& outcome, const auto& standing) {
     if (!interrupts.seen()) crew.extras->ended(outcome);  // else nobody waits for pictures
-    if (!flags.quiet) display.ended(outcome, standing, rule);
+    if (flags.quiet) return;
+    tell_batches();
+    display.ended(outcome, standing, rule);
   };
-  if (!flags.quiet) watch.standing = [&](const auto& standing) { display.show(standing); };
+  if (!flags.quiet) {
+    watch.standing = [&](const auto& standing) {
+      tell_batches();
+      display.show(standing);
+    };
+  }
   Report report = check::run(gates, *crew.measurer, watch);
   display.clear();
   report.undecided = rule;
+  report.batches = crew.batches->all();
   return report;
 }
 

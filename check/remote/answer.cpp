@@ -171,7 +171,7 @@ std::optional<BatchState> batch_from(std::string_view body) {
   const auto json = document_from(body);
   if (!json || !json->is_object()) return std::nullopt;
   const std::string state = text(*json, "state");
-  BatchState batch{text(*json, "id"), state != "running", 0, 0};
+  BatchState batch{text(*json, "id"), text(*json, "view"), state != "running", 0, 0};
   if (!is_id(batch.id) || (batch.finished && state != "done" && state != "cancelled")) return std::nullopt;
   const auto counts = json->find("counts");
   if (counts == json->end() || !counts->is_object() || !read_count(*counts, "total", batch.total)) return std::nullopt;
@@ -179,6 +179,7 @@ std::optional<BatchState> batch_from(std::string_view body) {
   if (!read_count(*counts, "queued", queued) || !read_count(*counts, "running", running)) return std::nullopt;
   if (queued > batch.total || running > batch.total - queued) return std::nullopt;
   batch.ended = batch.total - queued - running;
+  if (batch.view != "/b/" + batch.id) batch.view.clear();  // as take_view()
   return batch;
 }
 

@@ -42,6 +42,7 @@ struct Job {
 // A batch as it stands (openapi.yaml, "Batch").
 struct BatchState {
   std::string id;
+  std::string view;  // the path of its page, "/b/{id}"; empty: the service does not say that
   bool finished = false;
   std::size_t total = 0;  // comparisons
   std::size_t ended = 0;  // of them; at most all

@@ -65,7 +65,10 @@ Call Batch::call() const {
 }
 
 Batch::Outcome Batch::answered(const Reply& reply) {
-  if (const auto batch = reply.status == 202 ? ours(reply) : std::nullopt) return follow(batch->id);
+  if (const auto batch = reply.status == 202 ? ours(reply) : std::nullopt) {
+    if (!batch->view.empty()) begun_(batch->view);
+    return follow(batch->id);
+  }
   if (is_any_of(reply.status, {404, 405, 501})) return {Fate::absent, {}};
   const auto problem = problem_from(std::string_view(reply.body));
   if (problem && problem->slug == "unknown-mesh") return {Fate::unknown_mesh, {}};

@@ -36,14 +36,18 @@ class Batch {
   // Once for each place in `pairs`, on the thread of measure(): how it ended.
   using Told = std::function<void(std::size_t place, End end)>;
 
+  // Once at most, likewise: it is accepted, and a browser sees it at this path of the service.
+  using Begun = std::function<void(const std::string& view)>;
+
   // Precondition: the pairs were sent, and there are some. `key`: no other batch of any run has it. `control` is
   // cancelled with those of all pairs.
-  Batch(Client& client, std::vector<const Pair*> pairs, std::string key, Control& control, Told told)
+  Batch(Client& client, std::vector<const Pair*> pairs, std::string key, Control& control, Told told, Begun begun)
       : client_(client),
         pairs_(std::move(pairs)),
         key_(std::move(key)),
         control_(control),
         tell_(std::move(told)),
+        begun_(std::move(begun)),
         told_(pairs_.size(), false) {}
 
   // Once.
@@ -72,6 +76,7 @@ class Batch {
   const std::string key_;
   Control& control_;
   const Told tell_;
+  const Begun begun_;
   std::string document_;  // what is asked for
   std::vector<bool> told_;
   std::size_t known_ = 0;   // of them

@@ -85,7 +85,11 @@ Batch::Outcome Together::ask_once(const Places& places) {
     pairs.push_back(&pairs_[place]);
   }
   const auto told = [&](std::size_t i, End end) { tell(places[i], std::move(end)); };
-  return Batch(shared_.client, std::move(pairs), shared_.next_key(), *tasks_[places.front()].control, told).measure();
+  const auto begun = [&](const std::string& view) {
+    if (shared_.batch_begun) shared_.batch_begun(link_to(shared_.client.base(), view));
+  };
+  Control& control = *tasks_[places.front()].control;
+  return Batch(shared_.client, std::move(pairs), shared_.next_key(), control, told, begun).measure();
 }
 
 // Too large, or one of them is not taken: that one is found, and told of by itself.

@@ -26,7 +26,11 @@ namespace meshgauge::check::service {
 // What all gates of a run share. Thread safe.
 struct Shared {
   Shared(const RemoteOptions& options, const std::string& base, std::string its_run)
-      : client(options, base), sender(client), seats(options.at_once), run(std::move(its_run)) {}
+      : client(options, base),
+        sender(client),
+        seats(options.at_once),
+        batch_begun(options.batch_begun),
+        run(std::move(its_run)) {}
 
   // Of an Idempotency-Key: no other run has it, and none comes twice.
   std::string next_key() { return "check-" + run + "-" + std::to_string(++keys); }
@@ -34,6 +38,7 @@ struct Shared {
   Client client;
   Sender sender;
   Seats seats;
+  const std::function<void(const std::string& link)> batch_begun;
   const std::string run;
   std::atomic<unsigned> keys{0};
   std::atomic<std::size_t> most_of_batch{1000};  // gates; 1: the service has no batches

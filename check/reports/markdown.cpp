@@ -150,6 +150,17 @@ std::string title_of(const Report& report, const std::vector<Row>& rows) {
   return title + "\n";
 }
 
+// Few of them: the rest must find room.
+std::string batches_of(const Report& report) {
+  if (report.batches.empty()) return "";
+  const std::size_t count = report.batches.size(), shown = std::min<std::size_t>(count, 3);
+  std::string text = "\nSee them at the service, as long as it keeps the results: ";
+  for (std::size_t i = 0; i < shown; ++i) {
+    text += (i == 0 ? "[batch " : ", [batch ") + std::to_string(i + 1) + "](<" + report.batches[i] + ">)";
+  }
+  return text + (count > shown ? " and " + std::to_string(count - shown) + " more" : "") + "\n";
+}
+
 constexpr const char* kTable =
     "\n| | gate | distance | limit | `│` is the limit, `█` where the distance is |\n|---|---|---|---|---|\n";
 
@@ -229,6 +240,7 @@ std::string to_markdown(const Report& report, std::size_t max_bytes) {
 
   Page page(max_bytes);
   page.add(title_of(report, rows));
+  page.add(batches_of(report));
   std::size_t left_out = add_table(page, open);
   for (const Row& row : open) {
     if (!page.add(section_of(row))) break;

@@ -87,6 +87,7 @@ std::string to_json(const Report& report) {
                   {"exit_code", report.exit_code()},
                   {"interrupted", report.interrupted},
                   {"counts", counts(report)},
+                  {"batches", report.batches},
                   {"gates", std::move(gates)}};
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }

@@ -163,6 +163,12 @@ void ProgressDisplay::ended(const GateOutcome& outcome, const Standing& standing
   }
 }
 
+void ProgressDisplay::say(const std::string& line) {
+  clear();
+  std::fprintf(out_, "%s\n", line.c_str());
+  std::fflush(out_);
+}
+
 void ProgressDisplay::clear() {
   if (lines_ == 0) return;
   std::fprintf(out_, "\r\033[%zuA\033[J", lines_);

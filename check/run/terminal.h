@@ -27,7 +27,8 @@ class ProgressDisplay {
 
   void show(const Standing& standing);  // on a terminal alone
   void ended(const GateOutcome& outcome, const Standing& standing, Undecided rule);
-  void clear();  // what stands there now; before anything else is written
+  void say(const std::string& line);  // above what is drawn
+  void clear();                       // what stands there now; before anything else is written
 
  private:
   std::FILE* out_;

@@ -1,6 +1,7 @@
 """Batches: many comparisons by one request, watched, told of together, cancelled, shared, and done after a restart."""
 
 import json
+import os
 import signal
 import tempfile
 import unittest
@@ -89,8 +90,15 @@ class Done(ServerCase):
         self.assertEqual([(f["position"], f["name"], f["verdict"]) for f in first], [(1, None, "fail"), (2, "high", "fail")])
         self.assertLessEqual(first[0]["distance"]["lower"], 2)
         self.assertGreaterEqual(first[0]["distance"]["upper"], 2)
+        self.assertEqual([f["gate"]["max_distance"] for f in first], [1, 2.5])
+        self.check_view(answer.json(), batch)
         self.check_results(path, batch)
         self.check_report(path, batch)
+
+    def check_view(self, *documents):
+        page = os.environ.get("MESHGAUGE_DOCS", "1") == "1"
+        for batch in documents:
+            self.assertEqual(batch.get("view"), "/b/" + batch["id"] if page else None)
 
     def check_results(self, path, batch):
         lines = results(self.server, path)

@@ -1,4 +1,4 @@
-"""The page / and /c/{id}: its files, how they are sent, and where answers point to it. What it does: tests/web."""
+"""The page /, /c/{id} and /b/{id}: its files, how they are sent, and where answers point to it. What it does: tests/web."""
 
 import gzip
 import os
@@ -37,7 +37,7 @@ class Page(ServerCase):
         self.assertEqual(licences.headers["cache-control"], "public, max-age=3600")
 
     def test_its_policy(self):
-        for path in ("/", "/c/" + ID):
+        for path in ("/", "/c/" + ID, "/b/" + ID):
             answer = self.server.get(path)
             policy = dict(rule.strip().split(" ", 1) for rule in answer.headers["content-security-policy"].split(";"))
             self.assertEqual(policy.pop("img-src"), "'self' data: blob:")
@@ -48,7 +48,7 @@ class Page(ServerCase):
             self.assertEqual(answer.headers["cache-control"], "no-cache")
 
     def test_compressed_for_whoever_reads_that(self):
-        for path in ["/", "/c/" + ID, "/docs", "/docs/docs.js"] + ["/page/" + name for name in self.files()]:
+        for path in ["/", "/b/" + ID, "/c/" + ID, "/docs", "/docs/docs.js"] + ["/page/" + name for name in self.files()]:
             plain = self.server.get(path)
             packed = self.server.get(path, extra="Accept-Encoding: br, gzip\r\n")
             self.assertNotIn("content-encoding", plain.headers)
@@ -60,7 +60,7 @@ class Page(ServerCase):
             self.assertEqual(refused.body, plain.body)
 
     def test_not_sent_twice(self):
-        for path in ["/", "/c/" + ID, "/docs", "/docs/docs.js", "/page/" + self.files()[0]]:
+        for path in ["/", "/b/" + ID, "/c/" + ID, "/docs", "/docs/docs.js", "/page/" + self.files()[0]]:
             for coding in ("", "Accept-Encoding: gzip\r\n"):
                 first = self.server.get(path, extra=coding)
                 again = self.server.get(path, extra=coding + "If-None-Match: \"x\", W/%s\r\n" % first.headers["etag"])
@@ -69,7 +69,7 @@ class Page(ServerCase):
                 self.assertEqual(other.body, first.body)
 
     def test_head(self):
-        for path in ("/", "/c/" + ID, "/page/" + self.files()[0]):
+        for path in ("/", "/b/" + ID, "/c/" + ID, "/page/" + self.files()[0]):
             whole, head = self.server.get(path), self.server.get(path, "HEAD")
             self.assertEqual((head.status, head.body), (200, b""))
             for name in ("content-length", "content-type", "etag", "cache-control"):
@@ -86,9 +86,28 @@ class Page(ServerCase):
 
     def test_every_id_is_told_the_same(self):
         known = self.server.compare().json()["id"]
-        pages = [self.server.get("/c/" + id) for id in (known, ID)]
-        self.assertEqual(pages[0].body, pages[1].body)
-        self.assertEqual(pages[0].headers["etag"], pages[1].headers["etag"])
+        pages = [self.server.get(path) for path in ("/c/" + known, "/c/" + ID, "/b/" + ID)]
+        self.assertEqual(len({page.body for page in pages}), 1)
+        self.assertEqual(len({page.headers["etag"] for page in pages}), 1)
+
+    def test_a_damaged_link_is_a_page_for_browsers(self):
+        page = self.server.get("/").body
+        browser = "text/html,application/xhtml+xml,application/xml;q=0.9,*/*;q=0.8"
+        for path in ("/c/nonsense", "/b/nonsense", "/c/" + ID[1:], "/b/" + ID.upper()):
+            shown = self.server.get(path, extra="Accept: %s\r\nAccept-Encoding: gzip\r\n" % browser)
+            self.assertEqual((shown.status, gzip.decompress(shown.body)), (404, page))
+            self.assertIn("script-src 'self'", shown.headers["content-security-policy"])
+            self.assertEqual(shown.headers["cache-control"], "no-store")
+            self.assertEqual(shown.headers["vary"], "Accept, Accept-Encoding")
+            self.assertNotIn("etag", shown.headers)
+            self.assertEqual(self.server.get(path, extra="Accept: text/html\r\n").body, page)
+            head = self.server.get(path, "HEAD", extra="Accept: text/html\r\n")
+            self.assertEqual((head.status, head.headers["content-length"]), (404, str(len(page))))
+            for accept in ("", "Accept: */*\r\n", "Accept: application/json\r\n", "Accept: text/html, application/json\r\n",
+                           "Accept: application/problem+json, text/html;q=0.5\r\n"):
+                told = self.server.get(path, extra=accept)
+                self.refused(told, 404, "not-found")
+                self.assertEqual(told.headers["vary"], "Accept")
 
     def test_with_keys_it_needs_none(self):
         token, entry = new_key("ci")
@@ -96,8 +115,8 @@ class Page(ServerCase):
         write_keys(keys, entry)
         server = Server("--keys-file", str(keys))
         self.addCleanup(server.stop)
-        for path in ["/", "/c/" + ID, "/page/" + self.files()[0]]:
-            self.assertEqual(server.get(path).status, 200)
+        for path in ["/", "/b/" + ID, "/c/" + ID, "/page/" + self.files()[0], "/b/x"]:
+            self.assertEqual(server.get(path).status, 404 if path == "/b/x" else 200)
         self.refused(server.get("/v1/comparisons/" + ID), 401, "unauthorized")
         self.refused(server.get("/v1/comparisons/" + ID, extra=bearer(token)), 404, "not-found")
 
@@ -123,13 +142,16 @@ class Files(ServerCase):
 
     def test_what_cannot_be_an_id(self):
         for id in ("x", ID[1:], ID + "0", ID.upper(), "%30" + ID[1:], "..", ID + "/"):
-            self.refused(self.server.get("/c/" + id), 404, "not-found")
+            for folder in ("/b/", "/c/"):
+                self.refused(self.server.get(folder + id), 404, "not-found")
 
     @unittest.skipUnless(BUILT_WITHOUT, "built with npm")
     def test_without_it(self):
         answer = self.server.get("/", extra="Accept: text/html\r\n")
         self.assertEqual((answer.status, answer.headers["content-type"]), (200, "text/plain"))
-        self.assertIn("npm", self.refused(self.server.get("/c/" + ID), 404, "not-found")["detail"])
+        for folder in ("/b/", "/c/"):
+            self.assertIn("npm", self.refused(self.server.get(folder + ID), 404, "not-found")["detail"])
+            self.refused(self.server.get(folder + "x", extra="Accept: text/html\r\n"), 404, "not-found")
         self.assertNotIn("view", self.server.compare().json())
 
 

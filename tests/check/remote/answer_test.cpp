@@ -182,3 +182,18 @@ TEST_CASE("answer: where the service shows a comparison, and nowhere else") {
     CHECK_FALSE(comparison.contains("view"));
   }
 }
+
+TEST_CASE("answer: where the service shows a batch, and nowhere else") {
+  const std::string id = "0d67c9a2d1b307386f8fc157855c4351";
+  nlohmann::ordered_json batch{
+      {"id", id}, {"state", "running"}, {"counts", {{"total", 2}, {"queued", 1}, {"running", 0}}}};
+  CHECK(batch_from(batch.dump())->view.empty());
+  batch["view"] = "/b/" + id;
+  CHECK(batch_from(batch.dump())->view == "/b/" + id);
+  for (const nlohmann::ordered_json& view : std::initializer_list<nlohmann::ordered_json>{
+           "https://evil.example/b/" + id, "//evil.example/b/" + id, "/b/" + id + "/..", "/c/" + id, "", nullptr, 7}) {
+    batch["view"] = view;
+    CAPTURE(view.dump());
+    CHECK(batch_from(batch.dump())->view.empty());
+  }
+}

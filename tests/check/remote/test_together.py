@@ -44,6 +44,9 @@ class Command(Workplace):
             self.assertEqual(result.returncode, 3, result.stderr)
             outs[where] = json.loads((self.folder / ("%s.json" % where)).read_text())
         until(lambda: posts(server) == (1, 0))
+        self.assertEqual(outs["here"]["batches"], [])
+        for link in self.pages(server, outs["there"]):
+            self.assertIn("Seen in a browser at " + link, result.stderr)
         self.assertEqual(outs["there"]["counts"], {"pass": 50, "fail": 9, "undecided": 0, "error": 1})
         for here, there in zip(outs["here"]["gates"], outs["there"]["gates"]):
             for member in ("name", "verdict", "limit", "distance", "witness", "error"):
@@ -53,6 +56,18 @@ class Command(Workplace):
         suites = [ET.parse(self.folder / ("%s.xml" % where)).getroot() for where in outs]
         self.assertEqual(*[[(case.get("name"), [child.tag for child in case]) for case in suite.iter("testcase")]
                            for suite in suites])
+
+    def pages(self, server, report):
+        """What the report links to is the page of a batch that is there; a service without pages has none."""
+        if not server.get("/", extra="Accept: text/html\r\n").headers["content-type"].startswith("text/html"):
+            self.assertEqual(report["batches"], [])
+            return []
+        link, = report["batches"]
+        before, _, id = link.rpartition("/b/")
+        self.assertEqual(before, url_of(server))
+        self.assertEqual(server.get("/b/" + id).status, 200)
+        self.assertEqual(server.get(PATH + "/" + id).json()["counts"]["total"], 60)
+        return [link]
 
     def test_one_gate_is_a_comparison(self):
         server = Server()

@@ -126,3 +126,14 @@ TEST_CASE("markdown: where a service shows a gate is a link of its verdict and o
   position(text, "| ✅ [pass](<http://[::1]:8080/c/2>) | `bracket` |");
   position(text, "| ❌ fail | `other` |");
 }
+
+TEST_CASE("markdown: where a service shows gates that it measured together, the first of them") {
+  Report report = samples::report_of({samples::failed("a")});
+  CHECK(to_markdown(report).find("See them") == std::string::npos);
+  report.batches = {"https://ci.example/b/1"};
+  CHECK(to_markdown(report).find("results: [batch 1](<https://ci.example/b/1>)\n") != std::string::npos);
+  for (const char* more : {"2", "3", "4", "5"}) report.batches.push_back(std::string("https://ci.example/b/") + more);
+  const std::string text = to_markdown(report);
+  CHECK(text.find("[batch 3](<https://ci.example/b/3>) and 2 more\n") != std::string::npos);
+  CHECK(text.find("https://ci.example/b/4") == std::string::npos);
+}
