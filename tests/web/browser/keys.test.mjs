@@ -1,7 +1,9 @@
 // A service that asks for keys: the page asks the person for one, keeps it in this tab alone and sends it to nobody else.
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
+import { readFileSync } from "node:fs";
 import { test } from "node:test";
+import { begun, square, stored } from "./batches.mjs";
 import { Tab } from "./browser.mjs";
 import { dented, obj, sphere } from "./meshes.mjs";
 import { Walk } from "./page.mjs";
@@ -47,6 +49,21 @@ test("a key is asked for, refused in words when it is wrong, and the work goes o
   const { result } = await (await asked(place.service, `/v1/comparisons/${walk.id()}`, { headers: { Authorization: `Bearer ${ours.token}` } })).json();
   assert.equal(result.direction, "symmetric");
   await otherKey(new URL(page.url()).pathname);
+  await tab.close();
+});
+
+test("a batch asks for a key as well, and its reports come with it", async () => {
+  const { service, browser } = place, headers = { Authorization: `Bearer ${ours.token}` };
+  const flat = await stored(service, square(0), headers);
+  const { view } = await begun(service, { name: "ours", comparisons: [{ name: "same", a: flat, b: flat }] }, headers);
+  const tab = await Tab.open(browser, service), walk = new Walk(tab);
+  await tab.go(view);
+  await enter(walk, ours.token);
+  await tab.page.locator("#batch-view h1", { hasText: "Measured" }).waitFor();
+  await tab.page.getByRole("link", { name: "same", exact: true }).waitFor();
+  const [saved] = await Promise.all([tab.page.waitForEvent("download"), walk.press("JUnit report")]);
+  assert.match(readFileSync(await saved.path(), "utf8"), /<testsuite name="ours"/);
+  tab.assertClean({ expected: [refusals] });
   await tab.close();
 });
 

@@ -3,7 +3,8 @@ import { afterEach, beforeEach, test } from "node:test";
 import { Client, isKey, pause } from "../../../server/web/page/api/client.js";
 import { NetworkError, ProblemError } from "../../../server/web/page/api/problem.js";
 import type { Job, ProgressEvent } from "../../../server/web/page/api/types.js";
-import { watch } from "../../../server/web/page/api/watch.js";
+import { resultsOf } from "../../../server/web/page/api/batches.js";
+import { watch, watchBatch } from "../../../server/web/page/api/watch.js";
 import { comparison } from "./samples.js";
 
 const id = "0d67c9a2d1b307386f8fc157855c4351";
@@ -157,6 +158,42 @@ test("watching: a service that is away for a moment", async () => {
 
 test("watching: a comparison that is gone is an error at once", async () => {
   await assert.rejects(watched(refuse("not-found", 404)), (error) => error instanceof ProblemError && error.kind === "not-found");
+});
+
+test("watching a batch: through a break, and through a forgotten one", async () => {
+  const counts = { total: 2, queued: 0, running: 1, done: 1, failed: 0, cancelled: 0, gone: 0, pass: 1, fail: 0, undecided: 0 };
+  const batch = (state: string) => ({ id, name: null, state, created: "", finished: null, expires: null, counts, failures: [] });
+  answers = [stream(`event: progress\ndata: ${JSON.stringify({ state: "running", counts })}\n\n`), json(batch("running")), stream(`event: end\ndata: ${JSON.stringify(batch("done"))}\n\n`)];
+  const seen: number[] = [];
+  const watcher = { progress: (event: { counts: { done: number } }) => void seen.push(event.counts.done), interrupted: () => void seen.push(-1) };
+  assert.equal((await watchBatch(new Client(), id, watcher, never)).state, "done");
+  assert.deepEqual(seen, [1, -1, 1]);
+  assert.deepEqual(asked.map(({ path }) => path), [`/v1/batches/${id}/events`, `/v1/batches/${id}`, `/v1/batches/${id}/events`]);
+  answers = [stream("event: end\ndata: null\n\n"), refuse("not-found", 404)];
+  await assert.rejects(watchBatch(new Client(), id, watcher, never), (error) => error instanceof ProblemError && error.kind === "not-found");
+});
+
+test("results come line by line, wherever they are cut, and a break is one of the network", async () => {
+  const pieces = ['{"position":0}\n{"posi', 'tion":1}\n', '{"position":2}\n{"pos'];
+  const cut = (end: (to: ReadableStreamDefaultController) => void) => () => {
+    const left = [...pieces];
+    return new Response(new ReadableStream({
+      pull: (to) => {
+        const piece = left.shift();
+        if (piece === undefined) end(to);
+        else to.enqueue(new TextEncoder().encode(piece));
+      },
+    }));
+  };
+  const read = async () => {
+    const places: number[] = [];
+    for await (const some of resultsOf(new Client(), id, never)) places.push(...some.map(({ position }) => position));
+    return places;
+  };
+  answers = [cut((to) => to.close())];
+  assert.deepEqual(await read(), [0, 1, 2]);
+  answers = [cut((to) => to.error(new TypeError("network error")))];
+  await assert.rejects(read(), NetworkError);
 });
 
 test("beginning again with a key whose comparison has ended gives that one", async () => {

@@ -4,7 +4,8 @@ import { disposition, hex } from "../../../server/web/page/api/upload.js";
 import { toEvent } from "../../../server/web/page/api/watch.js";
 import type { Job } from "../../../server/web/page/api/types.js";
 import { exampleFiles } from "../../../server/web/page/form/example.js";
-import { pathOf, routeOf } from "../../../server/web/page/route.js";
+import { idWithin, pathOf, routeOf } from "../../../server/web/page/route.js";
+import { damagedWords } from "../../../server/web/page/text/links.js";
 import { curlCommand, gatesYaml } from "../../../server/web/page/text/snippets.js";
 import { comparison, gate } from "./samples.js";
 
@@ -14,7 +15,17 @@ test("addresses", () => {
   assert.deepEqual(routeOf("/"), { view: "form" });
   assert.deepEqual(routeOf(pathOf(id)), { view: "comparison", id });
   assert.deepEqual(routeOf(`/c/${id}/`), { view: "comparison", id });
-  for (const path of ["/c/", "/c/xyz", `/c/${id.toUpperCase()}`, `/c/${id}0`, `/c/${id}/more`, "/docs"]) assert.equal(routeOf(path).view, "unknown", path);
+  assert.deepEqual(routeOf(pathOf(id, "batch")), { view: "batch", id });
+  for (const path of [`/c/${id}/more`, `/d/${id}`, "/docs"]) assert.equal(routeOf(path).view, "unknown", path);
+  for (const path of ["/c/", "/c/xyz", `/c/${id.toUpperCase()}`, `/c/${id}0`]) assert.equal(routeOf(path).view, "damaged", path);
+  assert.deepEqual(routeOf("/b/0d67"), { view: "damaged", of: "batch", id: "0d67" });
+});
+
+test("a damaged link: what is wrong with it, and what it may have been", () => {
+  assert.match(damagedWords("batch", id.slice(0, 9)), /to a batch .* This one has 9: the rest was cut off/);
+  for (const other of ["nonsense", `${id}0`, `${id}).`, id.toUpperCase()]) assert.match(damagedWords("comparison", other), /to a comparison .* something else/, other);
+  assert.deepEqual([id.toUpperCase(), `${id}).`, `<${id}>`].map(idWithin), [id, id, id]);
+  for (const other of [id.slice(1), `${id}0`, `${id}-${id}`, ""]) assert.equal(idWithin(other), null, other);
 });
 
 test("a file's name as a header: quoted, in bytes, on one line", () => {

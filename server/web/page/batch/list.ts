@@ -31,6 +31,7 @@ export class BatchList {
   private searching: ReturnType<typeof setTimeout> | null = null;
   private again: ReturnType<typeof setTimeout> | null = null;
   private failed = false;
+  private unsaid = false; // somebody has asked for rows, and was not told of them yet
 
   constructor(
     private readonly source: RowSource,
@@ -111,8 +112,8 @@ export class BatchList {
     Object.assign(this.looking, change);
     this.failed = false;
     this.remember();
+    this.unsaid = true;
     this.draw();
-    this.announcer.sayNow(`${filterWords[this.filter]}: ${this.words.textContent}`);
   }
 
   private draw(): void {
@@ -137,6 +138,10 @@ export class BatchList {
     this.later.disabled = looking.from + pageRows >= total;
     if (complete) this.trouble.replaceChildren();
     else if (!this.failed) void this.load();
+    if (this.unsaid && (complete || rows.length > 0)) {
+      this.unsaid = false;
+      this.announcer.sayNow(`${filterWords[this.filter]}: ${this.words.textContent}`);
+    }
   }
 
   private wordsFor(shown: number, total: number, complete: boolean): string {
