@@ -9,6 +9,7 @@ import { join } from "node:path";
 import { launch, Tab } from "./browser/browser.mjs";
 import { ply, stl, written } from "./browser/meshes.mjs";
 import { Walk } from "./browser/page.mjs";
+import { nightly } from "./gallery_batch.mjs";
 import { root, startService } from "./browser/service.mjs";
 import { drawn, ground, printed } from "./gallery_meshes.mjs";
 
@@ -44,6 +45,14 @@ const pictures = {
     await walk.press("Side by side");
     await walk.still();
     await save("side_by_side", await viewer.screenshot());
+    return walk;
+  },
+  async batch() {
+    const { view } = await nightly(service);
+    const walk = await open({ viewport: { width: 1200, height: 1016 } });
+    await walk.tab.go(view);
+    await walk.page.locator(".rows tbody tr").first().waitFor();
+    await save("batch", await walk.page.screenshot());
     return walk;
   },
   async running() {

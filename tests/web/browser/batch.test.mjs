@@ -56,7 +56,7 @@ test("what did not pass comes first, without reading all results", async () => {
   assert.equal(await walk.text(".list-words"), "1 to 50 of 60");
   assert.equal((await names(walk))[0], "part 70");
   const row = walk.page.locator(".rows tbody tr").first();
-  assert.match(await row.innerText(), /Fail\s+1\.\d+ to 2\.\d+ mm\s+limit 0\.5 mm/);
+  assert.match(await row.innerText(), /Fail\s+1\.\d+ to 2\.\d+\smm\s+limit 0\.5\smm/);
   assert.equal(await row.locator(".strip .limit-line").count(), 1);
   await walk.press("Next");
   assert.deepEqual((await names(walk)).slice(-2), ["Comparison 129", "<b>broken</b>"]);
