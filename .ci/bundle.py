@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """Writes config.json of an OCI bundle: an image as docker/compose.yaml runs it, for crun.
 
-  bundle.py ROOT INSPECTED DATA SAMPLES NAME=VALUE... <of-buildah-inspect >config.json
+  bundle.py ROOT DATA SAMPLES NAME=VALUE... [-- PROGRAM ARGUMENT...] <of-buildah-inspect >config.json
 
-User, folder, variables and entry point are the image's own. The root is read-only, nothing but /tmp and the volume can be
+User, folder, variables and, unless there is another, program are the image's own. The root is read-only, nothing but /tmp and the volume can be
 written, all capabilities are dropped. The network is the machine's, so that it can be reached.
 """
 
@@ -15,7 +15,7 @@ def mount(target, kind, source, *options):
     return {"destination": target, "type": kind, "source": source, "options": list(options)}
 
 
-def bundle(image, root, data, samples, extra):
+def bundle(image, program, root, data, samples, *variables):
     user, group = map(int, image["User"].split(":"))
     (volume,) = image["Volumes"]
     no_rights = ["nosuid", "noexec", "nodev"]
@@ -23,8 +23,8 @@ def bundle(image, root, data, samples, extra):
         "ociVersion": "1.0.0",
         "process": {
             "user": {"uid": user, "gid": group},
-            "args": image["Entrypoint"],
-            "env": image["Env"] + extra,
+            "args": program or image["Entrypoint"],
+            "env": [*image["Env"], *variables],
             "cwd": image["WorkingDir"],
             "capabilities": {which: [] for which in ("bounding", "effective", "inheritable", "permitted", "ambient")},
             "noNewPrivileges": True,
@@ -43,4 +43,5 @@ def bundle(image, root, data, samples, extra):
 
 if __name__ == "__main__":
     image = json.load(sys.stdin)["OCIv1"]["config"]
-    json.dump(bundle(image, *sys.argv[1:4], sys.argv[4:]), sys.stdout, indent=1)
+    own = sys.argv.index("--") if "--" in sys.argv else len(sys.argv)
+    json.dump(bundle(image, sys.argv[own + 1:], *sys.argv[1:own]), sys.stdout, indent=1)

@@ -259,7 +259,9 @@ void Comparisons::events(Exchange& exchange) {
   if (!seat) return answer(exchange, Problem{ProblemKind::overloaded, "as many clients watch as may", {}});
   exchange.response.content_type = "text/event-stream";
   if (exchange.head.method == "HEAD") return;
-  exchange.response.stream = [this, key, seat, job = jobs_.watch(**first), seen = ~std::uint64_t{0},
+  const auto job = jobs_.watch(**first);
+  if (!job && !store::has_ended((*first)->row.state)) return tell_of_stored(exchange, key, seat);
+  exchange.response.stream = [this, key, seat, job, seen = ~std::uint64_t{0},
                               next = Clock::time_point()](std::string& piece) mutable {
     if (job) {
       std::this_thread::sleep_until(std::min(next, Clock::now() + kEventGap));
@@ -276,6 +278,27 @@ void Comparisons::events(Exchange& exchange) {
     const auto last = jobs_.get(key);
     piece = last && *last ? event("end", to_json(**last)) : event("end", "null");
     return false;
+  };
+}
+
+// Of a job that runs in this process's worker for batches, or waits for it: what the store says of it.
+void Comparisons::tell_of_stored(Exchange& exchange, const store::JobKey& key, std::shared_ptr<const void> seat) {
+  using Told = std::pair<store::JobState, std::optional<store::Progress>>;
+  exchange.response.stream = [this, key, seat = std::move(seat),
+                              told = std::optional<Told>()](std::string& piece) mutable {
+    if (told) std::this_thread::sleep_for(kEventGap);
+    const auto view = jobs_.get(key);
+    const bool over = jobs_.stopping() || (view && (!*view || store::has_ended((**view).row.state)));
+    if (over) {
+      piece = event("end", view && *view ? to_json(**view) : "null");
+      return false;
+    }
+    if (!view) return true;  // it may pass
+    const Told now((**view).row.state, (**view).row.progress);
+    if (now == told) return true;
+    told = now;
+    piece = event("progress", progress_json(**view));
+    return true;
   };
 }
 

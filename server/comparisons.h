@@ -48,6 +48,7 @@ class Comparisons {
   void mark(Exchange& exchange, const JobView& job, const Asked& asked) const;
   void accept(Exchange& exchange, const JobView& job, const Asked& asked) const;
   void respond(Exchange& exchange, const JobView& job, const Asked& asked) const;
+  void tell_of_stored(Exchange& exchange, const store::JobKey& key, std::shared_ptr<const void> seat);
 
   const Settings settings_;
   Jobs& jobs_;

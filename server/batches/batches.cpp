@@ -26,6 +26,7 @@ constexpr std::size_t kRowsOfPage = 100;
 constexpr milliseconds kEventGap{500};           // between two events of a stream
 constexpr milliseconds kTick{100};               // how soon a client that went away is noticed
 constexpr std::chrono::hours kPatience{7 * 24};  // of jobs that wait for their turn: a batch may take days
+constexpr std::chrono::seconds kYoung{60};       // less than what a sweep leaves (server/jobs/upkeep.cpp), by far
 
 Problem not_found() { return {ProblemKind::not_found, "there is no batch of this id, or not any more", {}}; }
 
@@ -82,6 +83,7 @@ void Batches::insert(Exchange& exchange, const std::string& idempotency_key, Bat
   if (!known) return answer(exchange, api::to_problem(known.error()));
   const auto missing = repeats ? std::nullopt : find_unknown(request, *known);
   if (missing) return answer(exchange, *missing);
+  if (auto refusal = receiver.renew(kYoung)) return answer(exchange, *refusal);
   const auto now = stores_.jobs.time();
   for (const store::MeshRow& row : *known) {
     stores_.meshes.touch_mesh(row.key, now, now + std::chrono::seconds(settings_.mesh_ttl_s));

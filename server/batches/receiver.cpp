@@ -40,8 +40,8 @@ BatchReceiver::BatchReceiver(std::string owner, bool keep, const Settings& setti
 
 BatchReceiver::~BatchReceiver() {
   std::vector<std::string> ids;
-  for (const auto& [id, held] : reserved_) ids.push_back(id);
-  reserved_.clear();
+  for (const auto& [id, kept] : kept_) ids.push_back(id);
+  kept_.clear();
   if (stores_.shared()) return;  // others may be about to refer to the same bytes: a sweep finds what is old
   for (const std::string& id : ids) {
     const auto removed = remove_if_unreferenced(stores_, {owner_, id});
@@ -126,9 +126,10 @@ BatchReceiver::Refusal BatchReceiver::keep_file() {
   BatchFile file{api::sha256_hex(upload_->bytes()), upload_->size(), current_.filename, current_.content_type};
   if (keep_) {
     const store::BlobKey key{owner_, file.id};
-    auto& held = reserved_[file.id];
+    Kept& kept = kept_[file.id];
     // NOLINTNEXTLINE(modernize-make-unique): it cannot be moved into place
-    if (!held) held.reset(new store::Reservations::Held(stores_.blobs.reserve(key)));
+    if (!kept.reserved) kept.reserved.reset(new store::Reservations::Held(stores_.blobs.reserve(key)));
+    kept.put = Clock::now();
     if (auto refusal = put(key)) return refusal;
   }
   files_.emplace(current_.name, std::move(file));
@@ -144,6 +145,18 @@ BatchReceiver::Refusal BatchReceiver::put(const store::BlobKey& key) {
   if (const auto* denial = std::get_if<Denial>(&hold)) return denial->problem;
   const auto stored = stores_.blobs.put(key, upload_->bytes());
   if (!stored) return api::to_problem(stored.error());
+  return std::nullopt;
+}
+
+BatchReceiver::Refusal BatchReceiver::renew(std::chrono::seconds older_than) {
+  for (auto& [id, kept] : kept_) {
+    const auto now = Clock::now();
+    if (now - kept.put < older_than) continue;
+    const auto renewed = stores_.blobs.renew({owner_, id});
+    if (!renewed) return api::to_problem(renewed.error());
+    if (!*renewed) return Problem{ProblemKind::storage_unavailable, "a file of the batch was lost: try again", {}};
+    kept.put = now;
+  }
   return std::nullopt;
 }
 

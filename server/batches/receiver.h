@@ -1,6 +1,7 @@
 // The request of a batch as it streams in: its manifest, and mesh files that this names.
 #pragma once
 
+#include <chrono>
 #include <map>
 #include <memory>
 #include <optional>
@@ -42,11 +43,19 @@ class BatchReceiver final : public MultipartSink {
 
   // All of the body, JSON or a form. Once.
   Refusal receive(Exchange& exchange);
+  // Of the files that were kept so long ago: makes them young again, so that a sweep which began before the batch is
+  // stored leaves them to it. Refused when one is gone.
+  Refusal renew(std::chrono::seconds older_than);
 
   const api::BatchRequest& request() const { return request_; }
   const std::map<std::string, BatchFile>& files() const { return files_; }  // by the part's name
 
  private:
+  struct Kept {
+    std::unique_ptr<const store::Reservations::Held> reserved;
+    Clock::time_point put;
+  };
+
   Refusal receive_form(Exchange& exchange);
   Refusal receive_manifest(Exchange& exchange);
   Refusal begin(const PartHead& part) override;
@@ -68,7 +77,7 @@ class BatchReceiver final : public MultipartSink {
   bool parsed_ = false;
   std::set<std::string> awaited_;  // parts that the manifest names
   std::map<std::string, BatchFile> files_;
-  std::map<std::string, std::unique_ptr<const store::Reservations::Held>> reserved_;  // by id
+  std::map<std::string, Kept> kept_;  // by id
   PartHead current_;
   std::unique_ptr<Upload> upload_;  // of the part that is arriving
 };

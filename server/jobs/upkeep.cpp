@@ -16,7 +16,7 @@ using std::chrono::seconds;
 
 constexpr seconds kSweepInterval{30};
 constexpr minutes kSharedListing{10};        // of asking others for all that there is
-constexpr seconds kUnusedBlobs{600};         // longer than any upload takes from its bytes to its row
+constexpr seconds kUnusedBlobs{600};         // longer than from the last put() or renew() of an upload to its row
 constexpr seconds kUnusedSharedBlobs{3600};  // the same, of processes that do not see each other's uploads
 constexpr seconds kRecoveryInterval{5};
 

@@ -36,7 +36,7 @@ class Crowd:
         self.works, self.taken, self.may = list(works), 0, 0
         self.salt, self.lock, self.over, self.failures = "%x" % seed, threading.Lock(), threading.Event(), []
         runs = [self._submit] * clients + [self._look] * lookers
-        self.threads = [threading.Thread(target=self._guarded, args=(run, random.Random(seed + i)), daemon=True)
+        self.threads = [threading.Thread(target=self.guarded, args=(run, random.Random(seed + i)), daemon=True)
                         for i, run in enumerate(runs)]
 
     def start(self):
@@ -49,7 +49,7 @@ class Crowd:
             thread.join(180)
         assert not self.failures, self.failures
 
-    def _guarded(self, run, dice):
+    def guarded(self, run, dice):
         try:
             run(dice)
         except BaseException as error:  # a defect of ours: it must not pass as quiet
@@ -118,11 +118,14 @@ class Crowd:
     def by_id(self, dice, work):
         meshes = [work.pair.a, work.pair.b]
         for mesh in meshes:
-            answer = self.insist(dice, "PUT", "/v1/meshes/" + identity_of(mesh), mesh, MESH)
-            if answer is not None and answer.status not in (200, 201):
-                self.ledger.violated("PUT: %d %s" % (answer.status, answer.body[:500]))
+            self.store(dice, mesh)
         a, b = map(identity_of, meshes)
         return JSON, json.dumps({"a": a, "b": b, "options": work.options}).encode()
+
+    def store(self, dice, mesh):
+        answer = self.insist(dice, "PUT", "/v1/meshes/" + identity_of(mesh), mesh, MESH)
+        if answer is not None and answer.status not in (200, 201):
+            self.ledger.violated("PUT: %d %s" % (answer.status, answer.body[:500]))
 
     def compare_plainly(self, dice, work):
         """Who has no key and sees no answer was promised nothing; here he tries again until he has one."""

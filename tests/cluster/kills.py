@@ -21,10 +21,13 @@ from postgres import SKIPPED, Missing
 from processes import Fleet, migrate, until
 from promises import Gaps, Ledger, longest_stall
 from scratch import inside
+from sweeps import Sweeper, sweeps
 
 FLAGS = ("--lease-ms", "5000", "--heartbeat-ms", "1000", "--max-queued-jobs", "1000", "--log-requests", "problems")
 STALL_SECONDS = 5     # beyond the time in which the database takes no writes
 ENDED_STATES = "(2, 3, 4)"
+BATCHED = 5           # one of so many comparisons comes with a batch
+MOST_IN_BATCH = 50
 
 # Whoever writes to a job that has ended, and does not just remove it, has accepted a second result.
 AUDIT = """
@@ -40,6 +43,14 @@ CREATE TRIGGER second_results AFTER UPDATE ON jobs FOR EACH ROW
 CREATE TABLE pulse (n bigint);
 INSERT INTO pulse VALUES (0);
 """
+
+
+def comes_true(condition, seconds=10):
+    """Within a moment: what a process has killed may take one on a busy machine."""
+    end = time.monotonic() + seconds
+    while not condition() and time.monotonic() < end:
+        time.sleep(0.05)
+    return condition()
 
 
 class Pulse:
@@ -90,14 +101,19 @@ class Campaign:
             self.fleet.add_worker("--workers", "2")
         self.fleet.wait()
         self.back = set(self.fleet.all())  # whoever runs and is not to be started by another thread
-        plan = list(works(self.dice, pairs(cluster.scratch.path), jobs))
+        known = pairs(cluster.scratch.path)
+        size = min(MOST_IN_BATCH, jobs // BATCHED)
+        batches = jobs // BATCHED // size if size else 0
+        plan = list(works(self.dice, known, jobs - batches * size))
         self.crowd = Crowd(self.ledger, [one.port for one in self.fleet.front_ends], plan, seed)
+        self.sweeper = Sweeper(self.crowd, list(sweeps(self.dice, known, batches, size, seed)), seed)
         self.pool = concurrent.futures.ThreadPoolExecutor(8)
         self.pulse = Pulse(url)
 
     def run(self):
         jobs, began = len(self.crowd.works), time.monotonic()
         self.crowd.start()
+        self.sweeper.start()
         victims = [("leader", "worker", "front end")[i % 3] for i in range(self.kills)]
         self.dice.shuffle(victims)
         for number, victim in enumerate(victims, 1):
@@ -113,6 +129,7 @@ class Campaign:
         for back in self.returns:
             back.result()
         until(lambda: not self.ledger.waiting and self.is_promised(), 600, "%s" % self.ledger.waiting)
+        until(lambda: not self.sweeper.waiting() or self.ledger.violations or self.crowd.failures, 600, "the batches' ends")
 
     def is_promised(self):
         """Whether no client still tries to submit."""
@@ -143,10 +160,15 @@ class Campaign:
         self.fleet.wait()
         self.cluster.wait_whole()
         self.crowd.end()
+        self.sweeper.end()
         self.pulse.end()
         for identity, work in self.ledger.accepted.items():
             for front_end in self.fleet.front_ends:
                 self.ledger.check(identity, True, front_end.ask("GET", "/v1/comparisons/" + identity))
+        known = self.sweeper.look_again(self.fleet.front_ends)
+        kept = set(self.cluster.query("SELECT convert_from(id, 'UTF8') FROM jobs WHERE batch <> ''").split())
+        if known != kept:
+            self.ledger.violated("comparisons that are no batch's, or are not there: %s" % (known ^ kept))
         found = self.cluster.query("SELECT * FROM second_results")
         if found:
             self.ledger.violated("second results: " + found)
@@ -156,7 +178,7 @@ class Campaign:
         self.check_times()
         for one in self.fleet.all():
             one.stop()
-            if inside(one.folder):
+            if not comes_true(lambda one=one: not inside(one.folder)):
                 self.ledger.violated("%s left processes behind" % one.name)
             if list((one.folder / "tmp").iterdir()):
                 self.ledger.violated("%s left files behind: %s" % (one.name, list((one.folder / "tmp").iterdir())))

@@ -227,6 +227,52 @@ class Meshes(Case):
         self.assertEqual(maps[0].body, maps[1].body)
 
 
+class Batches(Case):
+    def submit(self, client, *pairs, options=None):
+        """The path of a batch of stored meshes."""
+        for mesh in {mesh for pair in pairs for mesh in pair}:
+            self.assertIn(client.send("PUT", path_of(mesh), mesh, "Content-Type: model/obj\r\n").status, (200, 201))
+        comparisons = [{"a": id_of(a), "b": id_of(b)} for a, b in pairs]
+        body = json.dumps({"options": options or {}, "comparisons": comparisons}).encode()
+        answer = client.send("POST", "/v1/batches", body, "Content-Type: application/json\r\n")
+        self.assertEqual(answer.status, 202, answer.body)
+        return answer.headers["location"]
+
+    def ended(self, client, path):
+        until(lambda: client.get(path).json()["finished"], what="the end of " + path)
+        return client.get(path).json()["counts"], [json.loads(line) for line in client.get(path + "/results.jsonl").body.splitlines()]
+
+    def test_sent_at_one_and_read_at_both(self):
+        heights = [1, 2, 3, 2, 1]
+        path = self.submit(self.one, *((square(0, 1, self.salt), square(height)) for height in heights))
+        counts, lines = self.ended(self.other, path)
+        self.assertEqual((counts["total"], counts["done"]), (5, 5))
+        self.assertEqual([line["position"] for line in lines], list(range(5)))
+        for line, height in zip(lines, heights):
+            self.assertTrue(holds(line, height), line)
+        self.assertEqual([line["comparison"] for line in lines], [lines[i]["comparison"] for i in (0, 1, 2, 1, 0)])
+        self.assertEqual(len({line["comparison"] for line in lines}), 3)
+        self.assertEqual(self.ended(self.one, path), (counts, lines))
+        again = self.submit(self.other, (square(0, 1, self.salt), square(3)))
+        self.assertEqual(self.ended(self.one, again)[1][0]["comparison"], lines[2]["comparison"])
+
+    def test_a_cancel_of_one_leaves_the_other(self):
+        pairs = [(square(0, 40, self.salt + str(i)), square(0, 43)) for i in range(6)]
+        options = endless(100000)["options"]
+        kept = self.submit(self.one, pairs[0], options=options)
+        path = self.submit(self.other, *pairs, options=options)
+        self.assertEqual(self.one.send("DELETE", path).status, 200)
+        until(lambda: self.other.get(path).json()["counts"]["cancelled"] == 5, what="all but one to be cancelled")
+        counts = self.other.get(kept).json()["counts"]
+        self.assertEqual(counts["queued"] + counts["running"], 1, counts)
+        self.assertEqual(self.other.send("DELETE", kept).status, 200)
+        counts, lines = self.ended(self.other, path)
+        self.assertEqual((counts["total"], counts["cancelled"]), (6, 6))
+        self.assertEqual(self.ended(self.one, kept)[1], [{**lines[0], "position": 0}])
+        for line in lines:
+            self.assertTrue(line["result"] is None or holds(line, 0), line)
+
+
 def id_of(mesh):
     return hashlib.sha256(mesh).hexdigest()
 

@@ -68,11 +68,16 @@ MUTATIONS = [
      "search_.drop(blocks_[begin].upper);", ""),
     ("one of four parts is lost", "engine/reduction.cpp", "    add({ab, bc, ca}, piece);\n", ""),
     ("one of two halves is lost", "engine/bisection.cpp", "    add({middle, b, c}, piece, too_far && !at_a);\n", ""),
+    # parts
+    ("of the parts' upper bounds the first is taken", "engine/part.cpp",
+     "  bounds.upper = std::max(bounds.upper, part->bounds.upper);\n", ""),
+    ("off by one: the last run of a part is lost", "engine/part.cpp",
+     "begin = part.index * length; begin < triangles;", "begin = part.index * length; begin + length <= triangles;"),
     # bounds
     ("the bound of a piece looks at two corners", "engine/bounds/piece.h",
      "at[2] = corners[2].point[k];", "at[2] = corners[1].point[k];"),
-    ("a triangle with two corners in common counts as shared", "engine/twins.cpp",
-     "(equal(1, k) && equal(2, l))", "equal(1, k)"),
+    ("a triangle with two corners in common counts as shared", "engine/mesh_index.cpp",
+     "(equal(1, k) && equal(2, l)) || (equal(1, l) && equal(2, k))", "equal(1, k) || equal(1, l)"),
     ("the Lipschitz radius is too small", "engine/bounds/lipschitz.h", "+ kRoundUp * enclosing", "+ 0.9 * enclosing"),
     ("shadows are not bounded", "engine/bounds/overlay.cpp",
      "    if (!view.add(target_.prepared(image.triangle), view.shadow(side, a.at, b.at), work)) return false;\n", ""),
@@ -118,7 +123,7 @@ def build_tree(source, build, configure):
                     "-DMESHGAUGE_BUILD_SERVICE=OFF", "-DMESHGAUGE_WERROR=OFF"])
         if done.returncode != 0:
             return done
-    return run(["ninja", "-C", str(build), "engine_tests", "fuzz_certify"])
+    return run(["cmake", "--build", str(build), "--target", "engine_tests", "fuzz_certify"])
 
 
 def places(root, name, text):

@@ -143,6 +143,33 @@ TEST_CASE_TEMPLATE("blobs: the unused are removed, not the young", Stores, EVERY
   CHECK_FALSE(got(stores.blobs().exists(unused)));
 }
 
+// As the files of a batch, which may come long before its row.
+TEST_CASE_TEMPLATE("blobs: what is renewed while it is reserved outlives sweeps that know nothing of it", Stores,
+                   EVERY_BLOB_STORE) {
+  constexpr int kBlobs = 40;
+  Stores stores;
+  BlobStore& blobs = stores.blobs();
+  const auto nth = [](int i) { return "blob " + std::to_string(i); };
+  const auto renew = [&](int i) {
+    const auto held = blobs.reserve(key_of("ann", nth(i)));
+    return got(blobs.renew(key_of("ann", nth(i))));
+  };
+  for (int i = 0; i < 2 * kBlobs; ++i) got(blobs.put(key_of("ann", nth(i)), bytes_of(nth(i))));
+  pass_time(stores, 2100ms);
+  for (int i = 0; i < kBlobs; ++i) CHECK(renew(i));
+  std::uint64_t removed = 0;
+  std::thread sweep([&] { removed = got(blobs.remove_unused({}, 2s)); });
+  std::uint64_t kept = 0;
+  for (int i = 2 * kBlobs - 1; i >= kBlobs; --i) {
+    const bool renewed = renew(i);
+    CHECK(got(blobs.exists(key_of("ann", nth(i)))) == renewed);
+    kept += renewed ? 1 : 0;
+  }
+  sweep.join();
+  CHECK(removed + kept == kBlobs);
+  for (int i = 0; i < kBlobs; ++i) CHECK(got(blobs.exists(key_of("ann", nth(i)))));
+}
+
 TEST_CASE_TEMPLATE("blobs: what nothing refers to goes at once, unless somebody is about to refer to it", Stores,
                    EVERY_BLOB_STORE) {
   Stores stores;
