@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "api/digest.h"
-#include "engine/hausdorff.h"
+#include "server/jobs/equal_work.h"
 #include "server/jobs/mesh_source.h"
 
 namespace meshgauge::server {
@@ -50,11 +50,6 @@ class Meshes {
 
 MeshSource source_of(const std::string& part, const Named& mesh) {
   return {{part, {}, mesh.file_name, mesh.media_type, -1}, nullptr, mesh.id, {}};
-}
-
-// Equal when the same result comes of it.
-std::string work_of(const store::NewJob& job) {
-  return digest(job.mesh_a + "\n" + job.mesh_b + "\n" + job.hints + "\n" + job.options + "\n" + version());
 }
 
 store::BatchItem item_of(const BatchHead& head, const api::BatchPair& pair, const std::string& options, const Named& a,

@@ -2,7 +2,13 @@
 
 #include <utility>
 
+#include "engine/hausdorff.h"
+
 namespace meshgauge::server {
+
+store::Progress certified(double lower, double upper, std::string stage) {
+  return {lower, upper, std::move(stage), meshgauge::version()};
+}
 
 LiveJob::LiveJob(store::NewJob job, api::Request job_request, MeshSource mesh_a, MeshSource mesh_b, bool is_durable,
                  Clock::time_point submission)
@@ -61,7 +67,7 @@ void LiveJob::started(unsigned tries, store::TimePoint when) {
 }
 
 void LiveJob::progressed(const store::Progress& progress) {
-  change([&](JobView& view) { view.row.progress = progress; });
+  change([&](JobView& view) { view.row.progress = store::narrowed(view.row.progress, progress); });
 }
 
 void LiveJob::ended(JobView last) {
