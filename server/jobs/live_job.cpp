@@ -84,15 +84,17 @@ void LiveJob::handed_back() {
   });
 }
 
+// A store may forget progress when it crashes; who watches keeps what he was shown.
 void LiveJob::seen(const store::Job& row) {
-  const auto same = [&](const store::Job& known) {
-    return known.state == row.state && known.tries == row.tries && known.progress == row.progress &&
-           known.cancel_requested == row.cancel_requested;
-  };
   {
     const std::lock_guard lock(mutex_);
-    if (over() || same(view_.row)) return;
-    view_.row = row;
+    store::Job& known = view_.row;
+    const auto progress = row.progress ? std::optional(store::narrowed(known.progress, *row.progress)) : known.progress;
+    const bool same = known.state == row.state && known.tries == row.tries && known.progress == progress &&
+                      known.cancel_requested == row.cancel_requested;
+    if (over() || same) return;
+    known = row;
+    known.progress = progress;
     ++version_;
   }
   changed_.notify_all();
