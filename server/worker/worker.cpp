@@ -145,6 +145,7 @@ void Worker::stop(milliseconds patience) {
   for (auto* waiting : {&claim_wake_, &open_wake_, &keep_wake_}) waiting->notify_all();
   for (std::thread& thread : threads_) thread.join();
   threads_.clear();
+  const std::lock_guard lock(mutex_);
   if (!handed_back_.empty()) log_event("handed_back", list_of(handed_back_));
 }
 
