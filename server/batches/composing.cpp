@@ -16,8 +16,6 @@ namespace {
 
 constexpr std::size_t kMostErrors = 100;
 
-std::string digest(const std::string& text) { return api::sha256_hex(std::as_bytes(std::span(text))); }
-
 // A mesh as a job needs it.
 struct Named {
   std::string id;
