@@ -19,7 +19,7 @@ int run(const Result<server::Settings>& asked) {
   if (!is_distributed(*settings)) return fail({ErrorCode::invalid_request, "--database is missing", "", ""});
   const auto done = server::store::migrate_database(settings->database);
   if (!done) return fail(done.error());
-  return std::printf("%s\n", done->c_str()) < 0 ? kExitError : kExitResult;
+  return std::printf("%s\n", to_string(*done).c_str()) < 0 ? kExitError : kExitResult;
 }
 
 }  // namespace

@@ -9,6 +9,8 @@
 namespace meshgauge::server {
 namespace {
 
+void report(const std::string& line) { log_event("store", line); }
+
 store::DistributedSettings distributed(const Settings& settings) {
   store::DistributedSettings asked;
   asked.database = settings.database;
@@ -18,7 +20,7 @@ store::DistributedSettings distributed(const Settings& settings) {
   asked.s3_virtual_host = settings.s3_virtual_host;
   asked.blob_cache_bytes = settings.blob_cache_bytes;
   asked.data_folder = settings.data_dir;
-  asked.report = [](const std::string& line) { log_event("store", line); };
+  asked.report = report;
   return asked;
 }
 
@@ -32,7 +34,7 @@ Result<std::unique_ptr<store::AllStores>> opened(Result<std::unique_ptr<Stores>>
 
 Result<std::unique_ptr<store::AllStores>> open_stores(const Settings& settings) {
   if (is_distributed(settings)) return opened(store::DistributedStores::open(distributed(settings)));
-  return opened(store::EmbeddedStores::open({settings.data_dir}));
+  return opened(store::EmbeddedStores::open({settings.data_dir, store::EmbeddedSettings().max_unrecorded, report}));
 }
 
 }  // namespace meshgauge::server

@@ -37,6 +37,12 @@ class Account {
     return std::nullopt;
   }
 
+  std::unique_lock<std::mutex> await_turn() { return std::unique_lock(turn_); }
+  std::uint64_t max_jobs() {
+    const std::lock_guard lock(mutex_);
+    return allowance_.max_jobs;
+  }
+
   void adopt_job() {
     const std::lock_guard lock(mutex_);
     ++jobs_;
@@ -69,6 +75,7 @@ class Account {
   Bucket bucket_;
   std::uint64_t jobs_ = 0;
   std::uint64_t held_ = 0;
+  std::mutex turn_;  // JobTurn's; before mutex_
 };
 
 namespace {
@@ -83,6 +90,11 @@ Denial unauthorized(const char* detail, bool presented) {
 Denial too_many(std::string detail, std::chrono::duration<double> wait) {
   const auto seconds = std::max(1L, static_cast<long>(std::ceil(wait.count())));
   return {{ProblemKind::too_many_requests, std::move(detail), {}}, {{"Retry-After", std::to_string(seconds)}}};
+}
+
+Denial too_many_jobs(std::uint64_t limit) {
+  return too_many("the key has " + std::to_string(limit) + " comparisons queued or running, its max_jobs",
+                  std::chrono::seconds(1));
 }
 
 Denial over_quota(std::uint64_t limit, std::uint64_t most) {
@@ -187,11 +199,20 @@ std::variant<JobSlot, Denial> Access::take_job(const std::string& owner) {
   if (!has_keys()) return JobSlot{};
   auto account = account_of(owner);
   if (!account) return gone();
-  if (const auto limit = account->take_job()) {
-    return too_many("the key has " + std::to_string(*limit) + " comparisons queued or running, its max_jobs",
-                    std::chrono::seconds(1));
-  }
+  if (const auto limit = account->take_job()) return too_many_jobs(*limit);
   return JobSlot(std::move(account));
+}
+
+std::variant<JobTurn, Denial> Access::await_turn(const std::string& owner,
+                                                 const std::function<Result<std::uint64_t>()>& unended) {
+  if (!has_keys()) return JobTurn{};
+  auto account = account_of(owner);
+  if (!account) return gone();
+  auto turn = account->await_turn();
+  const auto there = unended();
+  if (!there) return Denial{api::to_problem(there.error()), {}};
+  if (*there >= account->max_jobs()) return too_many_jobs(account->max_jobs());
+  return JobTurn(std::move(account), std::move(turn));
 }
 
 JobSlot Access::adopt_job(const std::string& owner) {

@@ -54,6 +54,20 @@ class JobSlot {
   std::shared_ptr<Account> account_;
 };
 
+// Held by one at a time of an owner, from the count of his jobs until his new one counts there as well.
+class JobTurn {
+ public:
+  JobTurn() = default;  // of an owner without a limit
+  JobTurn(std::shared_ptr<Account> account, std::unique_lock<std::mutex> turn)
+      : account_(std::move(account)), turn_(std::move(turn)) {}
+  JobTurn(JobTurn&& other) noexcept = default;
+  JobTurn& operator=(JobTurn&&) = delete;
+
+ private:
+  std::shared_ptr<Account> account_;  // longer than the lock, which is its
+  std::unique_lock<std::mutex> turn_;
+};
+
 // Bytes of an owner that are on their way into the store: hold it until they count there, or are gone.
 class StorageHold {
  public:
@@ -90,6 +104,13 @@ class Access {
 
   std::variant<JobSlot, Denial> take_job(const std::string& owner);  // 429 when it has as many as it may
   JobSlot adopt_job(const std::string& owner);  // counted, and never denied: accepted before a restart
+
+  // For one of several processes that let jobs of the same owners in: take_job() knows its own alone. `unended` says
+  // how many there are of all processes, and may fail. 429 when there are as many as may be. Each process has one new
+  // job at most between the count and the store, so that the limit is passed by less than there are processes, for as
+  // long as such a job lasts.
+  std::variant<JobTurn, Denial> await_turn(const std::string& owner,
+                                           const std::function<Result<std::uint64_t>()>& unended);
 
   // 403 when `bytes` more than `stored()` and what is held already is more than the owner may store: `most`, as any
   // owner, and no more than its key says. `stored` must see what was stored before a hold was given back; it is asked

@@ -8,15 +8,13 @@
 #include <utility>
 
 #include "api/digest.h"
-#include "engine/hausdorff.h"
+#include "server/jobs/equal_work.h"
 #include "server/jobs/mesh_source.h"
 
 namespace meshgauge::server {
 namespace {
 
 constexpr std::size_t kMostErrors = 100;
-
-std::string digest(const std::string& text) { return api::sha256_hex(std::as_bytes(std::span(text))); }
 
 // A mesh as a job needs it.
 struct Named {
@@ -50,11 +48,6 @@ class Meshes {
 
 MeshSource source_of(const std::string& part, const Named& mesh) {
   return {{part, {}, mesh.file_name, mesh.media_type, -1}, nullptr, mesh.id, {}};
-}
-
-// Equal when the same result comes of it.
-std::string work_of(const store::NewJob& job) {
-  return digest(job.mesh_a + "\n" + job.mesh_b + "\n" + job.hints + "\n" + job.options + "\n" + version());
 }
 
 store::BatchItem item_of(const BatchHead& head, const api::BatchPair& pair, const std::string& options, const Named& a,

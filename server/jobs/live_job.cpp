@@ -2,7 +2,13 @@
 
 #include <utility>
 
+#include "engine/hausdorff.h"
+
 namespace meshgauge::server {
+
+store::Progress certified(double lower, double upper, std::string stage) {
+  return {lower, upper, std::move(stage), meshgauge::version()};
+}
 
 LiveJob::LiveJob(store::NewJob job, api::Request job_request, MeshSource mesh_a, MeshSource mesh_b, bool is_durable,
                  Clock::time_point submission)
@@ -61,7 +67,7 @@ void LiveJob::started(unsigned tries, store::TimePoint when) {
 }
 
 void LiveJob::progressed(const store::Progress& progress) {
-  change([&](JobView& view) { view.row.progress = progress; });
+  change([&](JobView& view) { view.row.progress = store::narrowed(view.row.progress, progress); });
 }
 
 void LiveJob::ended(JobView last) {
@@ -78,15 +84,17 @@ void LiveJob::handed_back() {
   });
 }
 
+// A store may forget progress when it crashes; who watches keeps what he was shown.
 void LiveJob::seen(const store::Job& row) {
-  const auto same = [&](const store::Job& known) {
-    return known.state == row.state && known.tries == row.tries && known.progress == row.progress &&
-           known.cancel_requested == row.cancel_requested;
-  };
   {
     const std::lock_guard lock(mutex_);
-    if (over() || same(view_.row)) return;
-    view_.row = row;
+    store::Job& known = view_.row;
+    const auto progress = row.progress ? std::optional(store::narrowed(known.progress, *row.progress)) : known.progress;
+    const bool same = known.state == row.state && known.tries == row.tries && known.progress == progress &&
+                      known.cancel_requested == row.cancel_requested;
+    if (over() || same) return;
+    known = row;
+    known.progress = progress;
     ++version_;
   }
   changed_.notify_all();

@@ -32,6 +32,9 @@ struct JobView {
   bool reusable = false;  // store::Ending::reusable
 };
 
+// Of this process's engine.
+store::Progress certified(double lower, double upper, std::string stage);
+
 class LiveJob {
  public:
   using Clock = std::chrono::steady_clock;
@@ -69,6 +72,7 @@ class LiveJob {
 
   // What happened, told by the worker.
   void started(unsigned tries, store::TimePoint when);
+  // By this process's engine, or, before it begins, by another of the same version (store::narrowed()).
   void progressed(const store::Progress& progress);
   void ended(JobView last);  // this and handed_back(): the first one counts
   void handed_back();

@@ -78,9 +78,7 @@ void LocalRunner::run(const std::shared_ptr<LiveJob>& job, Scheduler::Slot slot)
   live_.add(job);
   job->control.set_deadline(job->submitted + job->request.timeout);
   job->control.watch(
-      [watched = job.get()](const Progress& p) {
-        watched->progressed({p.lower, p.upper, p.stage});
-      },
+      [watched = job.get()](const Progress& p) { watched->progressed(certified(p.lower, p.upper, p.stage)); },
       kProgressInterval);
   scheduler_.submit(std::move(slot),
                     {job->key.owner, job->bytes, job->request.timeout, std::shared_ptr<Control>(job, &job->control),

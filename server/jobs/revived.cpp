@@ -4,6 +4,8 @@
 #include <array>
 #include <utility>
 
+#include "engine/hausdorff.h"
+
 namespace meshgauge::server {
 
 api::Request limited(api::Request request, const Settings& settings) {
@@ -22,6 +24,7 @@ std::shared_ptr<LiveJob> live_job_of(const store::Job& row, const Settings& sett
   auto job = std::make_shared<LiveJob>(row, request ? limited(std::move(*request), settings) : api::Request{},
                                        std::move(a), std::move(b), true, LiveJob::Clock::now() - waited);
   if (!request) job->defect = request.error();
+  if (row.progress && row.progress->by == version()) job->progressed(*row.progress);
   return job;
 }
 

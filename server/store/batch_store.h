@@ -17,7 +17,8 @@ namespace meshgauge::server::store {
 struct BatchItem {
   std::string name;  // as its owner said
   NewJob job;        // key.owner and batch are those of the batch, the idempotency key is empty
-  std::string work;  // the same for equal work: of both meshes, hints, options and version. Empty: never looked for
+  std::string work;  // the same for equal work: of both meshes, hints, options and version. Empty: never looked for.
+                     // Who does it may say that he did another (Ending::work); it is found by that then
 };
 
 struct NewBatch {

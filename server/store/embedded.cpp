@@ -10,7 +10,7 @@ Result<std::unique_ptr<EmbeddedStores>> EmbeddedStores::open(const EmbeddedSetti
   if (!blobs) return blobs.error();
   stores->blobs_ = std::move(*blobs);
   Result<std::unique_ptr<SqliteStore>> store =
-      SqliteStore::open(stores->data_folder() + "/jobs.sqlite", settings.max_unrecorded);
+      SqliteStore::open(stores->data_folder() + "/jobs.sqlite", settings.max_unrecorded, settings.report);
   if (!store) return store.error();
   stores->store_ = std::move(*store);
   return stores;

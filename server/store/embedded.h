@@ -6,6 +6,7 @@
 
 #include "server/store/data_folder.h"
 #include "server/store/file_blobs.h"
+#include "server/store/outage.h"
 #include "server/store/sqlite_store.h"
 #include "server/store/stores.h"
 
@@ -14,6 +15,7 @@ namespace meshgauge::server::store {
 struct EmbeddedSettings {
   std::string data_folder;
   std::size_t max_unrecorded = 10'000;  // jobs given to record() that are held while they cannot be written
+  Report report = {};                   // a line when an older schema was brought up
 };
 
 class EmbeddedStores final : public AllStores {

@@ -10,11 +10,6 @@ std::optional<std::string> none_if_empty(const std::string& text) {
   return text;
 }
 
-std::optional<Progress> progress_of(const Query& row, int column) {
-  if (row.is_null(column)) return std::nullopt;
-  return Progress{row.real(column), row.real(column + 1), row.text(column + 2)};
-}
-
 struct HandedBack {
   JobState state;
   unsigned excused;
@@ -27,6 +22,11 @@ HandedBack after_try(bool cancel_requested, unsigned tries, unsigned excused, co
 }
 
 }  // namespace
+
+std::optional<Progress> progress_of(const Query& row, int column, int by) {
+  if (row.is_null(column)) return std::nullopt;
+  return Progress{row.real(column), row.real(column + 1), row.text(column + 2), row.text(by)};
+}
 
 Job job_of(const Query& row) {
   Job job;
@@ -47,7 +47,7 @@ Job job_of(const Query& row) {
   job.started = row.time_if_any(16);
   job.finished = row.time_if_any(17);
   job.expires = row.time_if_any(18);
-  job.progress = progress_of(row, 19);
+  job.progress = progress_of(row, 19, 29);
   job.document = row.text(22);
   job.problem = row.text(23);
   job.last_error = row.text(24);
@@ -76,17 +76,17 @@ bool insert_row(Connection& connection, const NewJob& job) {
 
 void insert_ended_row(Connection& connection, const Job& job) {
   const std::optional<Progress>& at = job.progress;
-  Query(
-      connection,
-      "INSERT INTO jobs (rank, " MESHGAUGE_JOB_COLUMNS
-      ") VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?) ON CONFLICT "
-      "DO NOTHING",
-      rank_of(job), job.key.owner, job.key.id, job.state, job.mesh_a, job.mesh_b, job.hints, job.options, job.cost,
-      none_if_empty(job.idempotency_key), job.fingerprint, job.trace, job.created, job.expires_if_never_run, job.tries,
-      std::string(), job.cancel_requested, job.started, job.finished, job.expires,
-      at ? std::optional(at->lower) : std::nullopt, at ? std::optional(at->upper) : std::nullopt,
-      at ? std::optional(at->stage) : std::nullopt, job.document, job.problem, job.last_error, job.batch, job.deadline,
-      job.verdict, 0)
+  Query(connection,
+        "INSERT INTO jobs (rank, " MESHGAUGE_JOB_COLUMNS
+        ") VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?) ON "
+        "CONFLICT "
+        "DO NOTHING",
+        rank_of(job), job.key.owner, job.key.id, job.state, job.mesh_a, job.mesh_b, job.hints, job.options, job.cost,
+        none_if_empty(job.idempotency_key), job.fingerprint, job.trace, job.created, job.expires_if_never_run,
+        job.tries, std::string(), job.cancel_requested, job.started, job.finished, job.expires,
+        at ? std::optional(at->lower) : std::nullopt, at ? std::optional(at->upper) : std::nullopt,
+        at ? std::optional(at->stage) : std::nullopt, job.document, job.problem, job.last_error, job.batch,
+        job.deadline, job.verdict, 0, at ? at->by : std::string())
       .run();
 }
 

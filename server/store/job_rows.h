@@ -11,9 +11,11 @@ namespace meshgauge::server::store {
 #define MESHGAUGE_JOB_COLUMNS                                                                                \
   "owner, id, state, mesh_a, mesh_b, hints, options, cost, idempotency_key, fingerprint, trace, created, "   \
   "expires_if_never_run, tries, worker, cancel_requested, started, finished, expires, lower, upper, stage, " \
-  "document, problem, last_error, batch, deadline, verdict, excused"
-inline constexpr int kJobColumns = 29;
+  "document, problem, last_error, batch, deadline, verdict, excused, bounds_by"
+inline constexpr int kJobColumns = 30;
 
+// Of the columns lower, upper and stage from `column` on, and bounds_by.
+std::optional<Progress> progress_of(const Query& row, int column, int by);
 Job job_of(const Query& row);
 Token token_of(const Query& row);
 

@@ -1,8 +1,17 @@
 #include "server/store/job_store.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace meshgauge::server::store {
+
+Progress narrowed(const std::optional<Progress>& known, const Progress& newer) {
+  if (!known || known->by != newer.by) return newer;
+  const double lower = std::max(known->lower, newer.lower);
+  const double upper = std::min(known->upper, newer.upper);
+  if (lower > upper) return newer;
+  return {lower, upper, newer.stage, newer.by};
+}
 
 Result<Heartbeat> JobStore::heartbeat(const Token& token, TimePoint lease_until, const Progress& progress) {
   const Beat beat{token, progress};

@@ -71,8 +71,20 @@ struct Progress {
   double lower = 0;
   double upper = 0;  // may be infinity
   std::string stage;
+  std::string by{};  // the version of the engine that certified both bounds
   bool operator==(const Progress&) const = default;
 };
+
+// What is known of a job whose workers have told both, the stage of `newer`: of each bound the better one, if all are
+// certified of the same quantity; else those of `newer`.
+//
+// They are, if the same engine certified them for the same job. The distance that a job asks for is a number: its
+// meshes are named by their digests, and its hints and options, with the direction in them, are written once, with the
+// job. A version of the program makes the same triangles of the same bytes; another one might not. With lower <= h <=
+// upper of each of two intervals of one number h, max(lower) <= h <= min(upper): so no bound is better than one that
+// was certified, and the interval never widens, whoever begins the job anew. That it would be empty is impossible then;
+// if it should be, one of the two was wrong, and they are not mixed.
+Progress narrowed(const std::optional<Progress>& known, const Progress& newer);
 
 struct Job : NewJob {
   JobState state = JobState::queued;
@@ -81,7 +93,7 @@ struct Job : NewJob {
   std::optional<TimePoint> started;   // of the newest try
   std::optional<TimePoint> finished;  // when it has ended
   std::optional<TimePoint> expires;   // likewise
-  std::optional<Progress> progress;   // as of the newest heartbeat
+  std::optional<Progress> progress;   // of all heartbeats, narrowed(); the stage is that of the newest of this try
   std::string document;               // JSON text: the result, or empty
   std::string problem;                // JSON text, or empty. A job given up by the store has last_error alone
   std::string last_error;             // why the newest try that failed did
@@ -120,6 +132,9 @@ struct Ending {
   TimePoint expires{};
   std::string verdict{};  // as in Job
   bool reusable = false;  // equal work would come to the same: it was not cut short by time or by anybody
+  // As BatchItem::work, of what was done: a worker of another version than who asked does other work than was asked
+  // for. None: what was asked for. Nothing becomes of it for a job that has no work.
+  std::optional<std::string> work{};
 };
 
 struct Finished {
@@ -152,7 +167,7 @@ class JobStore {
 
   virtual Result<Inserted> insert(const NewJob& job) = 0;
 
-  // queued -> running. nullopt: not queued (any more), or unknown.
+  // queued -> running. nullopt: not queued (any more), or unknown. What earlier tries have told of the interval stays.
   virtual Result<std::optional<Claimed>> claim(const JobKey& key, const std::string& worker, TimePoint now,
                                                TimePoint lease_until) = 0;
   // The same for a worker that knows no id, and of up to `most` jobs. First the owners with the fewest running jobs; of
@@ -167,7 +182,7 @@ class JobStore {
                                                   Which which, std::size_t most, Suspects suspects = Suspects::too) = 0;
   static constexpr std::int64_t kBytesOfOneSecond = 50'000'000;
 
-  // Of jobs of one worker, in the order given. A crash may undo it.
+  // Of jobs of one worker, in the order given. Progress is stored as narrowed(). A crash may undo it.
   virtual Result<std::vector<Heartbeat>> heartbeats(std::span<const Beat> beats, TimePoint lease_until) = 0;
   Result<Heartbeat> heartbeat(const Token& token, TimePoint lease_until, const Progress& progress);
 
@@ -207,6 +222,9 @@ class JobStore {
                                            Moment moment) = 0;
 
   virtual Result<Counts> counts() = 0;
+  // How many jobs of this owner wait or run, for the limit of a key: those in no batch, which nobody has asked to end
+  // and whose deadline is not over. A whole and its parts are one. It costs as much as there are.
+  virtual Result<std::uint64_t> unended(const std::string& owner, TimePoint now) = 0;
   // What jobs that have not ended and meshes refer to: BlobStore::remove_unused() must leave it. In no order, each
   // once.
   virtual Result<std::vector<BlobKey>> used_blobs() = 0;

@@ -23,8 +23,7 @@ class PartStore {
   virtual Result<Inserted> insert_parts(const NewJob& whole, std::span<const NewJob> parts) = 0;
   // In the order in which they were inserted; empty: unknown, or not in parts.
   virtual Result<std::vector<Job>> parts(const JobKey& whole) = 0;
-  // The greatest lower bound that those of them have told which run or have ended; 0 if none has. A part that runs once
-  // more, after its worker was lost, has told nothing yet.
+  // The greatest lower bound told by those that have ended or run, and in the newest try of each; 0 if none has.
   virtual Result<double> best_lower(const JobKey& whole) = 0;
   // The whole of a job; empty: it is no part.
   virtual Result<std::string> whole_of(const JobKey& part) = 0;

@@ -111,7 +111,13 @@ CREATE TABLE batch_items (
 CREATE INDEX batch_items_by_job ON batch_items (owner, job);
 )sql";
 
-constexpr const char* kSteps[] = {kFirst, kSecond};
+constexpr const char* kThird = R"sql(
+ALTER TABLE jobs ADD COLUMN bounds_by TEXT NOT NULL DEFAULT '';    -- Progress::by
+-- One step from an owner who waits to the next. claim_some() alone asks for it, by its last condition.
+CREATE INDEX jobs_turns ON jobs (owner, rank) WHERE state = 0 AND awaits = 0 AND tries >= 0;
+)sql";
+
+constexpr const char* kSteps[] = {kFirst, kSecond, kThird};
 
 Error refused(const Connection& connection, const std::string& why) {
   return {ErrorCode::internal, "the database '" + connection.path() + "' " + why, "", ""};
@@ -123,7 +129,8 @@ Result<Done> recognise(Connection& connection, std::int64_t version, std::size_t
   if (application != kApplication && !is_new) return refused(connection, "is not one of meshgauge");
   if (version > static_cast<std::int64_t>(newest)) {
     return refused(connection, "was written by a later version of meshgauge (schema " + std::to_string(version) +
-                                   "; this one knows " + std::to_string(newest) + ")");
+                                   "; this one knows " + std::to_string(newest) +
+                                   "): run that version, or restore a backup of before");
   }
   return Done{};
 }
@@ -151,16 +158,16 @@ void take_step(Connection& connection, std::size_t version, const char* step) {
 
 std::span<const char* const> schema_steps() { return kSteps; }
 
-Result<Done> migrate(Connection& connection, std::span<const char* const> steps) {
+Result<Migrated> migrate(Connection& connection, std::span<const char* const> steps) {
   try {
     const std::int64_t version = connection.pragma("user_version");
     Result<Done> sound = recognise(connection, version, steps.size());
     if (sound) sound = look_for_damage(connection);
-    if (!sound) return sound;
+    if (!sound) return sound.error();
     for (auto next = static_cast<std::size_t>(version); next < steps.size(); ++next) {
       take_step(connection, next, steps[next]);
     }
-    return Done{};
+    return Migrated{version, static_cast<std::int64_t>(steps.size())};
   } catch (const SQLite::Exception& exception) {
     return connection.to_error(exception);
   }

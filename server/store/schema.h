@@ -4,6 +4,7 @@
 #include <span>
 
 #include "engine/result.h"
+#include "server/store/migrated.h"
 #include "server/store/sqlite.h"
 
 namespace meshgauge::server::store {
@@ -13,6 +14,6 @@ std::span<const char* const> schema_steps();
 
 // Brings the database to the version of the last step: each step is one transaction, so whatever happens it is of one
 // version or the next. Refuses a database that is another program's, of a later version, or damaged.
-Result<Done> migrate(Connection& connection, std::span<const char* const> steps);
+Result<Migrated> migrate(Connection& connection, std::span<const char* const> steps);
 
 }  // namespace meshgauge::server::store

@@ -49,68 +49,95 @@ std::optional<Claimed> claimed(Query& updated) {
   return Claimed{token_of(updated), job_of(updated)};
 }
 
-// Jobs that are claimed in turns: of one batch, or all of an owner that are in none.
-struct Group {
-  std::string owner, batch;
-  std::int64_t rank = 0;  // of its first
-};
-
-std::optional<Group> group_of(Query&& row) {
-  if (!row.next()) return std::nullopt;
-  return Group{row.text(0), row.text(1), row.number(2)};
-}
-
 using Which = JobStore::Which;
 using Suspects = JobStore::Suspects;
 
-// What claim_some() may take; the parameter is whether suspected jobs are.
-#define MESHGAUGE_CLAIMABLE "state = 0 AND awaits = 0 AND (tries <= excused OR ?) "
+// What waits, by the name of its owner or its batch: the rank of its first job, and how many of it run.
+struct Waiting {
+  std::int64_t rank = 0;
+  std::int64_t running = 0;
+};
+using AllWaiting = std::map<std::string, Waiting>;
 
-// From one group to the next by the index: their jobs may be many, they are few.
-std::vector<Group> waiting_groups(Connection& connection, Which which, bool suspects) {
-  std::vector<Group> groups;
-  std::optional<Group> at =
-      group_of(Query(connection,
-                     "SELECT owner, batch, rank FROM jobs INDEXED BY jobs_waiting WHERE " MESHGAUGE_CLAIMABLE
-                     "ORDER BY owner, batch, rank LIMIT 1",
-                     suspects));
-  while (at) {
-    if (!at->batch.empty() || which == Which::all) groups.push_back(*at);
-    at = group_of(Query(connection,
-                        "SELECT owner, batch, rank FROM jobs INDEXED BY jobs_waiting WHERE " MESHGAUGE_CLAIMABLE
-                        "AND (owner, batch) > (?, ?) ORDER BY owner, batch, rank LIMIT 1",
-                        suspects, at->owner, at->batch));
-  }
-  return groups;
+// The fewest running first, then the first rank. Null: nothing waits.
+const std::string* whose_turn(const AllWaiting& all) {
+  const auto turn = [](const auto& one) { return std::tuple(one.second.running, one.second.rank); };
+  const auto first =
+      std::min_element(all.begin(), all.end(), [&](const auto& x, const auto& y) { return turn(x) < turn(y); });
+  return first == all.end() ? nullptr : &first->first;
 }
 
-std::optional<Group> next_group(Connection& connection, Which which, bool suspects) {
-  std::vector<Group> groups = waiting_groups(connection, which, suspects);
-  if (groups.empty()) return std::nullopt;
-  std::map<std::string, std::int64_t> of_owner;
-  std::map<std::pair<std::string, std::string>, std::int64_t> of_group;
-  Query running(
-      connection,
-      "SELECT owner, batch, count(*) FROM jobs INDEXED BY jobs_running WHERE state = 1 GROUP BY owner, batch");
-  while (running.next()) {
-    of_owner[running.text(0)] += running.number(2);
-    of_group[{running.text(0), running.text(1)}] = running.number(2);
+// Of rows of a name and a number: how many run.
+void add_running(AllWaiting& all, Query&& row) {
+  while (row.next()) {
+    if (const auto found = all.find(row.text(0)); found != all.end()) found->second.running = row.number(1);
   }
-  const auto turn = [&](const Group& group) {
-    return std::tuple(of_owner[group.owner], of_group[{group.owner, group.batch}], group.rank);
+}
+
+// What claim_some() may take. The parameters: whether suspected jobs, and whether jobs that are in no batch.
+#define MESHGAUGE_CLAIMABLE "state = 0 AND awaits = 0 AND (tries <= excused OR ?) AND (batch != '' OR ?) "
+
+struct May {
+  bool suspects;
+  bool in_no_batch;
+};
+
+// From one owner to the next by the index: their jobs may be many, they are few. `tries >= 0` is there for that index.
+AllWaiting waiting_owners(Connection& connection, May may) {
+  AllWaiting owners;
+  const auto add = [&](Query&& row) {
+    return row.next() ? &*owners.emplace(row.text(0), Waiting{row.number(1)}).first : nullptr;
   };
-  return *std::min_element(groups.begin(), groups.end(),
-                           [&](const Group& x, const Group& y) { return turn(x) < turn(y); });
+  const auto* at =
+      add(Query(connection,
+                "SELECT owner, rank FROM jobs INDEXED BY jobs_turns WHERE tries >= 0 AND " MESHGAUGE_CLAIMABLE
+                "ORDER BY owner, rank LIMIT 1",
+                may.suspects, may.in_no_batch));
+  while (at) {
+    at = add(Query(connection,
+                   "SELECT owner, rank FROM jobs INDEXED BY jobs_turns WHERE tries >= 0 AND " MESHGAUGE_CLAIMABLE
+                   "AND owner > ? ORDER BY owner, rank LIMIT 1",
+                   may.suspects, may.in_no_batch, at->first));
+  }
+  add_running(owners, Query(connection,
+                            "SELECT owner, count(*) FROM jobs INDEXED BY jobs_running WHERE state = 1 GROUP BY owner"));
+  return owners;
+}
+
+// Likewise the batches of an owner; "" is what is in none.
+AllWaiting waiting_batches(Connection& connection, const std::string& owner, May may) {
+  AllWaiting batches;
+  const auto add = [&](Query&& row) {
+    return row.next() ? &*batches.emplace(row.text(0), Waiting{row.number(1)}).first : nullptr;
+  };
+  const auto* at = add(Query(connection,
+                             "SELECT batch, rank FROM jobs INDEXED BY jobs_waiting WHERE " MESHGAUGE_CLAIMABLE
+                             "AND owner = ? ORDER BY batch, rank LIMIT 1",
+                             may.suspects, may.in_no_batch, owner));
+  while (at) {
+    at = add(Query(connection,
+                   "SELECT batch, rank FROM jobs INDEXED BY jobs_waiting WHERE " MESHGAUGE_CLAIMABLE
+                   "AND owner = ? AND batch > ? ORDER BY batch, rank LIMIT 1",
+                   may.suspects, may.in_no_batch, owner, at->first));
+  }
+  add_running(batches, Query(connection,
+                             "SELECT batch, count(*) FROM jobs INDEXED BY jobs_running WHERE state = 1 AND owner = ? "
+                             "GROUP BY batch",
+                             owner));
+  return batches;
 }
 
 // What claim_some() takes, in its order: see job_store.h.
-std::vector<std::int64_t> next_jobs(Connection& connection, Which which, std::size_t most, bool suspects) {
-  const std::optional<Group> group = next_group(connection, which, suspects);
-  if (!group) return {};
+std::vector<std::int64_t> next_jobs(Connection& connection, std::size_t most, May may) {
+  const AllWaiting owners = waiting_owners(connection, may);
+  const std::string* const owner = whose_turn(owners);
+  if (!owner) return {};
+  const AllWaiting batches = waiting_batches(connection, *owner, may);
+  const std::string& batch = *whose_turn(batches);
   Query row(connection,
             "SELECT number, cost, tries > excused FROM jobs WHERE " MESHGAUGE_CLAIMABLE
             "AND owner = ? AND batch = ? ORDER BY rank, number LIMIT ?",
-            suspects, group->owner, group->batch, group->batch.empty() ? 1 : most);
+            may.suspects, may.in_no_batch, *owner, batch, batch.empty() ? 1 : most);
   std::vector<std::int64_t> numbers;
   std::int64_t cost = 0;
   while (row.next()) {
@@ -125,44 +152,54 @@ std::vector<std::int64_t> next_jobs(Connection& connection, Which which, std::si
 
 Heartbeat hear(Connection& connection, const Beat& beat, TimePoint lease_until) {
   const Token& token = beat.token;
-  const std::optional<Progress>& progress = beat.progress;
-  const auto none = [&](auto member) { return progress ? std::optional(*progress.*member) : std::nullopt; };
-  Query updated(
+  Query row(
       connection,
-      "UPDATE jobs SET lease_until = ?, lower = ifnull(?, lower), upper = ifnull(?, upper), stage = ifnull(?, "
-      "stage) WHERE owner = ? AND id = ? AND state = 1 AND worker = ? AND tries = ? RETURNING "
-      "cancel_requested",
-      lease_until, none(&Progress::lower), none(&Progress::upper), none(&Progress::stage), token.key.owner,
-      token.key.id, token.worker, token.tries);
-  if (!updated.next()) return Heartbeat::lost;
-  return updated.number(0) != 0 ? Heartbeat::cancel : Heartbeat::go_on;
+      "SELECT cancel_requested, lower, upper, stage, bounds_by FROM jobs WHERE owner = ? AND id = ? AND state = 1 "
+      "AND worker = ? AND tries = ?",
+      token.key.owner, token.key.id, token.worker, token.tries);
+  if (!row.next()) return Heartbeat::lost;
+  const bool cancel = row.number(0) != 0;
+  const std::optional<Progress> known = progress_of(row, 1, 4);
+  const std::optional<Progress> told = beat.progress ? std::optional(narrowed(known, *beat.progress)) : std::nullopt;
+  const auto none = [&](auto member) { return told ? std::optional(*told.*member) : std::nullopt; };
+  Query(
+      connection,
+      "UPDATE jobs SET lease_until = ?, lower = ifnull(?, lower), upper = ifnull(?, upper), stage = ifnull(?, stage), "
+      "bounds_by = ifnull(?, bounds_by) WHERE owner = ? AND id = ?",
+      lease_until, none(&Progress::lower), none(&Progress::upper), none(&Progress::stage), none(&Progress::by),
+      token.key.owner, token.key.id)
+      .run();
+  return cancel ? Heartbeat::cancel : Heartbeat::go_on;
 }
 
 // Once more with the same token and time changes nothing, and is no failure: see job_store.h.
 bool end_job(Connection& connection, const Token& token, const Ending& ending) {
   assert(has_ended(ending.state));
-  return Query(connection,
-               "UPDATE jobs SET state = ?1, document = ?2, problem = ?3, finished = ?4, expires = ?5, verdict = ?10, "
-               "reusable = ?11, lease_until = NULL WHERE owner = ?6 AND id = ?7 AND worker = ?8 AND tries = ?9 AND "
-               "(state = 1 OR (state = ?1 AND finished = ?4))",
-               ending.state, ending.document, ending.problem, ending.finished, ending.expires, token.key.owner,
-               token.key.id, token.worker, token.tries, ending.verdict, ending.reusable)
+  return Query(
+             connection,
+             "UPDATE jobs SET state = ?1, document = ?2, problem = ?3, finished = ?4, expires = ?5, verdict = ?10, "
+             "reusable = ?11, work = iif(work = '', '', ifnull(?12, work)), lease_until = NULL WHERE owner = ?6 AND id "
+             "= ?7 AND worker = ?8 AND tries = ?9 AND "
+             "(state = 1 OR (state = ?1 AND finished = ?4))",
+             ending.state, ending.document, ending.problem, ending.finished, ending.expires, token.key.owner,
+             token.key.id, token.worker, token.tries, ending.verdict, ending.reusable, ending.work)
              .run() == 1;
 }
 
-#define MESHGAUGE_CLAIM                                                                                    \
-  "UPDATE jobs SET state = 1, tries = tries + 1, worker = ?, started = ?, lease_until = ?, lower = NULL, " \
-  "upper = NULL, stage = NULL WHERE "
+#define MESHGAUGE_CLAIM \
+  "UPDATE jobs SET state = 1, tries = tries + 1, worker = ?, started = ?, lease_until = ?, stage = NULL WHERE "
 
 }  // namespace
 
-Result<std::unique_ptr<SqliteStore>> SqliteStore::open(const std::string& path, std::size_t max_unrecorded) {
+Result<std::unique_ptr<SqliteStore>> SqliteStore::open(const std::string& path, std::size_t max_unrecorded,
+                                                       const Report& report) {
   Result<Done> made = make_private_file(path);
   if (!made) return made.error();
   Result<std::unique_ptr<Connection>> connection = connect(path);
   if (!connection) return connection.error();
-  Result<Done> migrated = migrate(**connection, schema_steps());
+  const Result<Migrated> migrated = migrate(**connection, schema_steps());
   if (!migrated) return migrated.error();
+  if (report && migrated->changed() && migrated->from > 0) report(to_string(*migrated));
   return std::unique_ptr<SqliteStore>(new SqliteStore(path, std::move(*connection), max_unrecorded));
 }
 
@@ -201,7 +238,7 @@ Result<std::vector<Claimed>> SqliteStore::claim_some(const std::string& worker, 
                                                      Which which, std::size_t most, Suspects suspects) {
   return writer_.write([&](Connection& connection) {
     std::vector<Claimed> all;
-    for (const std::int64_t number : next_jobs(connection, which, most, suspects == Suspects::too)) {
+    for (const std::int64_t number : next_jobs(connection, most, {suspects == Suspects::too, which == Which::all})) {
       Query updated(connection, MESHGAUGE_CLAIM "number = ? RETURNING " MESHGAUGE_JOB_COLUMNS, worker, now, lease_until,
                     number);
       all.push_back(*claimed(updated));

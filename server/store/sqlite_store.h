@@ -11,6 +11,7 @@
 #include "server/store/batch_store.h"
 #include "server/store/job_store.h"
 #include "server/store/mesh_index.h"
+#include "server/store/outage.h"
 #include "server/store/readers.h"
 #include "server/store/unwritten.h"
 #include "server/store/writer.h"
@@ -20,8 +21,10 @@ namespace meshgauge::server::store {
 class SqliteStore final : public JobStore, public BatchStore, public MeshIndex {
  public:
   // Makes the database when there is none. It is this object's alone (DataFolder sees to it). `max_unrecorded`: how
-  // many jobs given to record() are held at most while they cannot be written.
-  static Result<std::unique_ptr<SqliteStore>> open(const std::string& path, std::size_t max_unrecorded);
+  // many jobs given to record() are held at most while they cannot be written. Tells `report` when the schema of
+  // one that was there was brought up.
+  static Result<std::unique_ptr<SqliteStore>> open(const std::string& path, std::size_t max_unrecorded,
+                                                   const Report& report = {});
   ~SqliteStore() override;  // after what record() was given is written, if it can be
 
   Result<Inserted> insert(const NewJob& job) override;
@@ -41,6 +44,7 @@ class SqliteStore final : public JobStore, public BatchStore, public MeshIndex {
   Result<std::vector<Job>> recover(const std::optional<std::string>& dead_workers, const std::string& why,
                                    Moment moment) override;
   Result<Counts> counts() override;
+  Result<std::uint64_t> unended(const std::string& owner, TimePoint now) override;
   Result<std::vector<BlobKey>> used_blobs() override;
   Result<bool> uses_blob(const BlobKey& key) override;
   Result<SweptJobs> sweep_jobs(Moment moment, std::uint64_t max_kept) override;

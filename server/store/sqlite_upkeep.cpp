@@ -139,6 +139,17 @@ Result<Counts> SqliteStore::counts() {
   return counts;
 }
 
+Result<std::uint64_t> SqliteStore::unended(const std::string& owner, TimePoint now) {
+  return readers_.read([&](Connection& connection) {
+    Query row(
+        connection,
+        "SELECT count(*) FROM jobs WHERE state IN (0, 1) AND owner = ? AND batch = '' AND NOT cancel_requested AND "
+        "(deadline IS NULL OR deadline > ?)",
+        owner, now);
+    return row.next() ? static_cast<std::uint64_t>(row.number(0)) : std::uint64_t{0};
+  });
+}
+
 Result<std::vector<BlobKey>> SqliteStore::used_blobs() {
   return readers_.read([](Connection& connection) {
     Query row(

@@ -21,7 +21,7 @@ std::optional<store::Progress> worth_telling(const HeldJob& job) {
   const auto running_for = HeldJob::Clock::now() - *job.begun;
   if (!job.in_batch || running_for >= kWorthTelling) return job.live->progress();
   if (job.told || running_for < kBegun) return job.told;
-  return job.live->progress().value_or(store::Progress{0, std::numeric_limits<double>::infinity(), ""});
+  return job.live->progress().value_or(certified(0, std::numeric_limits<double>::infinity(), ""));
 }
 
 }  // namespace
@@ -94,7 +94,7 @@ void Worker::share_lowers() {
 
 // Before a part ends: the others, and those who watch the whole, need its last interval. Its result has it in any case.
 void Worker::tell_interval(const LiveJob& part, const Outcome& outcome) {
-  const store::Beat beat{*part.token, store::Progress{outcome.lower, outcome.upper, "certify"}};
+  const store::Beat beat{*part.token, certified(outcome.lower, outcome.upper, "certify")};
   troubles_.note(stores_.jobs.heartbeats({&beat, 1}, stores_.jobs.time() + options_.lease));
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "server/jobs/equal_work.h"
 #include "server/jobs/kept_blobs.h"
 #include "server/log.h"
 
@@ -15,10 +16,19 @@ using Stage = HeldJob::Stage;
 
 constexpr milliseconds kProgressInterval{100};
 constexpr std::size_t kMostCancelled = 1000;
+constexpr std::size_t kMostNamed = 50;  // in one line of the log
 
 // As its last progress was, with the interval that it came to.
 store::Progress interval_of(const Outcome& outcome, const std::optional<store::Progress>& seen) {
-  return {outcome.lower, outcome.upper, seen ? seen->stage : ""};
+  return certified(outcome.lower, outcome.upper, seen ? seen->stage : "");
+}
+
+// "3 jobs: ID, ID, ID". A line of the log is to stay whole: it names as many as fit.
+std::string list_of(const std::vector<std::string>& ids) {
+  const std::size_t shown = std::min(ids.size(), kMostNamed);
+  std::string list = std::to_string(ids.size()) + (ids.size() == 1 ? " job: " : " jobs: ");
+  for (std::size_t i = 0; i < shown; ++i) list += (i == 0 ? "" : ", ") + ids[i];
+  return shown == ids.size() ? list : list + " and " + std::to_string(ids.size() - shown) + " more";
 }
 
 }  // namespace
@@ -135,6 +145,8 @@ void Worker::stop(milliseconds patience) {
   for (auto* waiting : {&claim_wake_, &open_wake_, &keep_wake_}) waiting->notify_all();
   for (std::thread& thread : threads_) thread.join();
   threads_.clear();
+  const std::lock_guard lock(mutex_);
+  if (!handed_back_.empty()) log_event("handed_back", list_of(handed_back_));
 }
 
 void Worker::begin_what_can() {
@@ -190,7 +202,8 @@ bool Worker::begin(HeldJob& job) {
   auto deadline = *job.begun + live.request.timeout;
   if (job.deadline) deadline = std::min(deadline, *job.begun + (*job.deadline - stores_.jobs.time()));
   live.control.set_deadline(deadline);
-  live.control.watch([&live](const Progress& p) { live.progressed({p.lower, p.upper, p.stage}); }, kProgressInterval);
+  live.control.watch([&live](const Progress& p) { live.progressed(certified(p.lower, p.upper, p.stage)); },
+                     kProgressInterval);
   return true;
 }
 
@@ -210,7 +223,7 @@ void Worker::conclude(const HeldJobPtr& job, const Result<api::Comparison>& resu
     delivery.ending = {last.row.state,    std::exchange(last.row.document, {}),
                        last.row.problem,  *last.row.finished,
                        *last.row.expires, last.row.verdict,
-                       last.reusable};
+                       last.reusable,     work_of(last.row)};
     if (live.part && result) tell_interval(live, result->outcome);
   }
   {
@@ -237,6 +250,7 @@ void Worker::delivered(const Delivery& delivery, Deliveries::Outcome outcome) {
   if (ended && job.live->part && job.last.row.state == store::JobState::failed) end_other_parts(*job.live);
   if (ended && options_.ended) options_.ended(job.last);
   const std::lock_guard lock(mutex_);
+  if (draining_ && outcome == Deliveries::Outcome::stored && !delivery.ending) handed_back_.push_back(id);
   std::erase(held_, delivery.job);
   next_claim_ = std::min(next_claim_, Clock::now() + claim_pause_);  // an end may let others begin
   look_again_ = true;

@@ -64,7 +64,8 @@ class Worker {
 
   void drain();  // claims no more, and hands back what has not begun
   // Drains, cancels what runs, hands it back with the interval that it has reached, and waits until the store knows:
-  // at most `patience`, if the store does not answer. What it is not told by then it finds when the lease is over.
+  // at most `patience`, if the store does not answer. What it is not told by then it finds when the lease is over. Logs
+  // which jobs went back since drain().
   void stop(std::chrono::milliseconds patience = std::chrono::seconds(5));
 
   std::size_t running() const;  // that have begun
@@ -129,6 +130,7 @@ class Worker {
   bool look_again_ = false;                 // something happened since the claim that is under way
   std::chrono::milliseconds claim_pause_{0};
   bool draining_ = false;
+  std::vector<std::string> handed_back_;  // since it drains: ids of jobs that the store has back
   bool ending_ = false;
 
   std::uint64_t claims_ = 0;         // the claiming thread's

@@ -119,7 +119,9 @@ def drained(flags=BRIEF):
         seconds = time.monotonic() - began
         document = client.get(path).json()
         assert document["state"] == "queued", document
-        kept = interval_of(document)
+        kept, identity = interval_of(document), path.rsplit("/", 1)[1]
+        said = [line["detail"] for line in first.lines() if line["event"] == "handed_back"]
+        assert said == ["1 job: " + identity], said
         assert kept and kept[0] >= known[0] and kept[1] <= known[1], (known, document)
         first.start()
         document = client.wait_for(path, *ENDED)

@@ -300,7 +300,7 @@ Result<std::vector<BatchRow>> PostgresStore::batch_rows(const JobKey& key, Rows 
                                                         std::size_t most) {
   return pool_.run(Promise::fleeting, [&](PgConnection& connection) {
     PgRows row = connection.query(which == Rows::ended ? kEnded : kFailuresFirst, key.owner, key.id, from, most);
-    constexpr int kPosition = 29;  // after the columns of the job
+    constexpr int kPosition = kPgJobColumns;  // after those of the job
     std::vector<BatchRow> rows;
     while (row.next()) {
       const auto position = static_cast<std::uint64_t>(row.number(kPosition));

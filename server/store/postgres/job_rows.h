@@ -13,7 +13,8 @@ namespace meshgauge::server::store {
 #define MESHGAUGE_PG_JOB                                                                                     \
   "owner, id, state, mesh_a, mesh_b, hints, options, cost, idempotency_key, fingerprint, trace, created, "   \
   "expires_if_never_run, tries, worker, cancel_requested, started, finished, expires, lower, upper, stage, " \
-  "document, problem, last_error, batch, deadline, verdict, excused"
+  "document, problem, last_error, batch, deadline, verdict, excused, bounds_by"
+inline constexpr int kPgJobColumns = 30;
 
 // A job that is looked for by its key is found by the index of keys alone: `state + 0` is in no partial index.
 

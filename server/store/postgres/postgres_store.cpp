@@ -89,8 +89,9 @@ void write_touches(PgConnection& connection, const Unwritten::Touches& touches) 
 }  // namespace
 
 Result<std::unique_ptr<PostgresStore>> PostgresStore::open(const PostgresSettings& settings) {
-  Result<std::string> migrated = migrate_database(settings.database);
+  const Result<Migrated> migrated = migrate_database(settings.database);
   if (!migrated) return migrated.error();
+  if (settings.report && migrated->changed()) settings.report(to_string(*migrated));
   return std::unique_ptr<PostgresStore>(new PostgresStore(settings));
 }
 
@@ -255,7 +256,7 @@ Result<Done> PostgresStore::check() {
   });
 }
 
-Result<std::string> migrate_database(const std::string& database) {
+Result<Migrated> migrate_database(const std::string& database) {
   try {
     const std::unique_ptr<PgConnection> connection = PgConnection::open(database);
     connection->set_deadline(SteadyTime::max());

@@ -13,6 +13,7 @@
 
 #include "server/store/batch_store.h"
 #include "server/store/mesh_index.h"
+#include "server/store/migrated.h"
 #include "server/store/part_store.h"
 #include "server/store/postgres/control.h"
 #include "server/store/postgres/pool.h"
@@ -31,7 +32,7 @@ struct PostgresSettings {
 
 class PostgresStore final : public JobStore, public MeshIndex, public BatchStore, public PartStore {
  public:
-  // Brings the schema up first.
+  // Brings the schema up first, and tells the report if that was needed.
   static Result<std::unique_ptr<PostgresStore>> open(const PostgresSettings& settings);
   ~PostgresStore() override;  // after what record() was given is written, if it can be
 
@@ -56,6 +57,7 @@ class PostgresStore final : public JobStore, public MeshIndex, public BatchStore
   Result<std::vector<Job>> recover(const std::optional<std::string>& dead_workers, const std::string& why,
                                    Moment moment) override;
   Result<Counts> counts() override;
+  Result<std::uint64_t> unended(const std::string& owner, TimePoint now) override;
   Result<std::vector<BlobKey>> used_blobs() override;
   Result<bool> uses_blob(const BlobKey& key) override;
   Result<SweptJobs> sweep_jobs(Moment moment, std::uint64_t max_kept) override;
@@ -106,7 +108,7 @@ class PostgresStore final : public JobStore, public MeshIndex, public BatchStore
   std::thread recorder_;
 };
 
-// `meshgauge migrate`: brings the database to this version's schema. Says what was done.
-Result<std::string> migrate_database(const std::string& database);
+// `meshgauge migrate`: brings the database to this version's schema.
+Result<Migrated> migrate_database(const std::string& database);
 
 }  // namespace meshgauge::server::store

@@ -11,35 +11,47 @@ namespace {
 // A crash may undo what such a statement did: it waits for no disk. One is in a column of what it returns.
 #define MESHGAUGE_PG_FLEETING "set_config('synchronous_commit', 'off', true)"
 
-#define MESHGAUGE_PG_CLAIM                                                                                  \
-  "UPDATE jobs SET state = 1, tries = tries + 1, worker = $1, started = $2, lease_until = $3, claim = $4, " \
-  "lower = NULL, upper = NULL, stage = NULL "
+// What earlier tries have told stays, but of a part: the others go by its lower bound, and what it is told of theirs it
+// need not find itself; so it must find its own once more, or nobody has a witness of it.
+#define MESHGAUGE_PG_CLAIM                                                                                          \
+  "UPDATE jobs SET state = 1, tries = tries + 1, worker = $1, started = $2, lease_until = $3, claim = $4, stage = " \
+  "NULL, "                                                                                                          \
+  "lower = CASE parent WHEN '' THEN lower END, upper = CASE parent WHEN '' THEN upper END "
 
 #define MESHGAUGE_PG_CLAIMABLE "state = 0 AND awaits = 0 AND (tries <= excused OR $8) "
 
-// What claim_some() takes, in its order (job_store.h). The first row of each group, an owner's jobs of one batch, is
-// found by one step in the index from the one before; so it costs as much as there are groups, not jobs. Groups are
-// tried in their order until one has a job that nobody else is just claiming. The last step finds its rows by their
-// numbers alone: they are locked as queued, and to ask for that again would let PostgreSQL, which does not know yet how
-// many jobs a new batch has put there, go through all that are queued instead.
+// What claim_some() takes, in its order (job_store.h). Owners, and then the groups of an owner, his jobs of one batch,
+// are found by one step in an index from each to the next; so it costs as much as there are owners who wait, and groups
+// of the one whose turn it is. His others, and then those of other owners, are tried in their order until one has a job
+// that nobody else is just claiming. `tries >= 0` is there for the index jobs_turns. The last step finds its rows by
+// their numbers alone: they are locked as queued, and to ask for that again would let PostgreSQL, which does not know
+// yet how many jobs a new batch has put there, go through all that are queued instead.
 constexpr const char* kClaimSome =
-    "WITH RECURSIVE groups (owner, batch, rank) AS ("
-    "(SELECT owner, batch, rank FROM jobs WHERE " MESHGAUGE_PG_CLAIMABLE
-    "ORDER BY owner, batch, rank LIMIT 1) "
-    "UNION ALL SELECT next.owner, next.batch, next.rank FROM groups CROSS JOIN LATERAL ("
-    "SELECT owner, batch, rank FROM jobs WHERE " MESHGAUGE_PG_CLAIMABLE
-    "AND (owner, batch) > (groups.owner, groups.batch) ORDER BY owner, batch, rank LIMIT 1) AS next), "
-    "loads AS (SELECT owner, batch, sum(running) OVER (PARTITION BY owner) AS of_owner, running AS of_group, rank FROM "
-    "(SELECT owner, batch, sum(running) AS running, min(rank) AS rank FROM ("
-    "SELECT owner, batch, 0 AS running, rank FROM groups UNION ALL "
-    "SELECT owner, batch, 1, NULL FROM jobs WHERE state = 1) AS all_groups GROUP BY owner, batch) AS counted), "
-    "taken AS MATERIALIZED (SELECT locked.* FROM "
-    "(SELECT owner, batch FROM loads WHERE rank IS NOT NULL AND (batch <> '' OR $5) "
-    "ORDER BY of_owner, of_group, rank) AS ordered CROSS JOIN LATERAL ("
+    "WITH RECURSIVE owners (owner, rank) AS ("
+    "(SELECT owner, rank FROM jobs WHERE tries >= 0 AND " MESHGAUGE_PG_CLAIMABLE
+    "ORDER BY owner, rank LIMIT 1) "
+    "UNION ALL SELECT next.owner, next.rank FROM owners CROSS JOIN LATERAL ("
+    "SELECT owner, rank FROM jobs WHERE tries >= 0 AND " MESHGAUGE_PG_CLAIMABLE
+    "AND owner > owners.owner ORDER BY owner, rank LIMIT 1) AS next), "
+    "turns AS (SELECT owner FROM (SELECT owner, sum(running) AS running, min(rank) AS rank FROM ("
+    "SELECT owner, 0 AS running, rank FROM owners UNION ALL "
+    "SELECT owner, 1, NULL FROM jobs WHERE state = 1) AS each GROUP BY owner) AS load "
+    "WHERE rank IS NOT NULL ORDER BY running, rank), "
+    "taken AS MATERIALIZED (SELECT locked.* FROM turns CROSS JOIN LATERAL ("
+    "WITH RECURSIVE groups (batch, rank) AS ("
+    "(SELECT batch, rank FROM jobs WHERE " MESHGAUGE_PG_CLAIMABLE
+    "AND owner = turns.owner ORDER BY batch, rank LIMIT 1) "
+    "UNION ALL SELECT next.batch, next.rank FROM groups CROSS JOIN LATERAL ("
+    "SELECT batch, rank FROM jobs WHERE " MESHGAUGE_PG_CLAIMABLE
+    "AND owner = turns.owner AND batch > groups.batch ORDER BY batch, rank LIMIT 1) AS next) "
+    "SELECT batch FROM (SELECT batch, sum(running) AS running, min(rank) AS rank FROM ("
+    "SELECT batch, 0 AS running, rank FROM groups UNION ALL "
+    "SELECT batch, 1, NULL FROM jobs WHERE state = 1 AND owner = turns.owner) AS each GROUP BY batch) AS load "
+    "WHERE rank IS NOT NULL AND (batch <> '' OR $5) ORDER BY running, rank) AS ordered CROSS JOIN LATERAL ("
     "SELECT array_agg(number ORDER BY rank, number) AS numbers, array_agg(cost ORDER BY rank, number) AS costs, "
     "array_agg(tries > excused ORDER BY rank, number) AS suspects FROM ("
     "SELECT number, rank, cost, tries, excused FROM jobs WHERE " MESHGAUGE_PG_CLAIMABLE
-    "AND owner = ordered.owner AND batch = ordered.batch ORDER BY rank, number LIMIT CASE WHEN ordered.batch = '' THEN "
+    "AND owner = turns.owner AND batch = ordered.batch ORDER BY rank, number LIMIT CASE WHEN ordered.batch = '' THEN "
     "1 ELSE $6 END FOR NO KEY UPDATE SKIP LOCKED) AS mine HAVING count(*) > 0) AS locked LIMIT 1), "
     "members AS (SELECT member.number, member.place, sum(member.cost) OVER upto AS cost, bool_or(member.suspect) OVER "
     "upto AS suspect FROM taken CROSS JOIN LATERAL unnest(numbers, costs, suspects) WITH ORDINALITY AS member (number, "
@@ -65,15 +77,28 @@ std::vector<Claimed> claimed_before(PgConnection& connection, std::int64_t claim
       "SELECT " MESHGAUGE_PG_JOB " FROM jobs WHERE state = 1 AND claim = $1 ORDER BY rank, number", claim));
 }
 
+// narrowed(), of `row`'s interval and a `newer` one; COLUMN is lower or upper, WHEN what must be true besides.
+#define MESHGAUGE_PG_NARROWED(ROW, NEWER, WHEN, COLUMN, BETTER)                                                       \
+#COLUMN " = CASE WHEN " WHEN " AND " ROW ".bounds_by = " NEWER ".bounds_by AND greatest(" ROW ".lower, " NEWER      \
+          ".lower) <= least(" ROW ".upper, " NEWER ".upper) THEN " #BETTER "(" ROW "." #COLUMN ", " NEWER "." #COLUMN \
+          ") ELSE coalesce(" NEWER "." #COLUMN ", " ROW "." #COLUMN ") END "
+
 // Of the parts in a query `heard` that have told something: what their wholes, which wait for them, come to. What was
-// heard is not in the table yet, as far as this statement sees.
-#define MESHGAUGE_PG_TELL_WHOLES                                                                                    \
-  "told AS (UPDATE jobs AS whole SET lower = sum.lower, upper = sum.upper, stage = sum.stage FROM (SELECT "         \
-  "part.owner, part.parent, coalesce(max(coalesce(heard.lower, part.lower)), 0) AS lower, "                         \
-  "max(coalesce(heard.upper, part.upper, 'infinity')) AS upper, "                                                   \
-  "(array_agg(heard.stage) FILTER (WHERE heard.stage IS NOT NULL))[1] AS stage FROM jobs AS part "                  \
+// heard is not in the table yet, as far as this statement sees. A part's interval is of the triangles that are its
+// share, whatever it has heard of the others' lower bounds (engine/part.h), so the greatest of both bounds are the
+// whole's; certified by one engine if those of all parts were.
+#define MESHGAUGE_PG_TELL_WHOLES \
+  "told AS (UPDATE jobs AS whole SET " MESHGAUGE_PG_NARROWED("whole", "sum", "engines = 1", lower, greatest) \
+  ", " MESHGAUGE_PG_NARROWED("whole", "sum", "engines = 1", upper, least) \
+  ", stage = sum.stage, bounds_by = CASE engines WHEN 1 THEN sum.bounds_by ELSE '' END FROM (SELECT " \
+  "part.owner, part.parent, coalesce(max(coalesce(heard.lower, part.lower)), 0) AS lower, " \
+  "max(coalesce(heard.upper, part.upper, 'infinity')) AS upper, " \
+  "(array_agg(heard.stage) FILTER (WHERE heard.stage IS NOT NULL))[1] AS stage, " \
+  "(array_agg(heard.bounds_by) FILTER (WHERE heard.stage IS NOT NULL))[1] AS bounds_by, " \
+  "count(DISTINCT coalesce(heard.bounds_by, part.bounds_by)) FILTER (WHERE coalesce(heard.lower, part.lower) IS NOT " \
+  "NULL) AS engines FROM jobs AS part " \
   "LEFT JOIN heard ON heard.number = part.number WHERE part.parent <> '' AND (part.owner, part.parent) IN (SELECT " \
-  "owner, parent FROM heard WHERE parent <> '' AND stage IS NOT NULL) GROUP BY part.owner, part.parent ORDER BY "   \
+  "owner, parent FROM heard WHERE parent <> '' AND stage IS NOT NULL) GROUP BY part.owner, part.parent ORDER BY " \
   "part.owner, part.parent) AS sum WHERE whole.owner = sum.owner AND whole.id = sum.parent AND whole.state + 0 = 0) "
 
 struct Heard {
@@ -85,7 +110,7 @@ Heard hear(PgConnection& connection, std::span<const Beat> beats, TimePoint leas
   std::vector<std::string> owners, ids, workers;
   std::vector<std::int64_t> tries;
   std::vector<std::optional<double>> lowers, uppers;
-  std::vector<std::optional<std::string>> stages;
+  std::vector<std::optional<std::string>> stages, engines;
   for (const auto& [token, progress] : beats) {
     owners.push_back(token.key.owner);
     ids.push_back(token.key.id);
@@ -94,23 +119,21 @@ Heard hear(PgConnection& connection, std::span<const Beat> beats, TimePoint leas
     lowers.push_back(progress ? std::optional(progress->lower) : std::nullopt);
     uppers.push_back(progress ? std::optional(progress->upper) : std::nullopt);
     stages.push_back(progress ? std::optional(progress->stage) : std::nullopt);
+    engines.push_back(progress ? std::optional(progress->by) : std::nullopt);
   }
   PgRows row = connection.query(
       "WITH mine AS MATERIALIZED (SELECT found.number, beat.* FROM (SELECT * FROM unnest($1::bytea[], $2::bytea[], "
-      "$3::bytea[], $4::int8[], $5::float8[], $6::float8[], $7::bytea[]) WITH ORDINALITY AS beat (owner, id, worker, "
-      "tries, lower, upper, stage, place) ORDER BY owner, id) AS beat CROSS JOIN LATERAL (SELECT number FROM jobs "
-      "WHERE "
-      "owner = beat.owner AND id = beat.id AND state + 0 = 1 AND worker = beat.worker AND tries = beat.tries FOR "
-      "UPDATE) "
-      "AS "
-      "found), "
-      "heard AS (UPDATE jobs SET lease_until = $8, lower = coalesce(mine.lower, jobs.lower), upper = "
-      "coalesce(mine.upper, jobs.upper), stage = coalesce(mine.stage, jobs.stage) FROM mine WHERE jobs.number = "
-      "mine.number RETURNING place, cancel_requested, batch, jobs.number, jobs.owner, jobs.parent, jobs.lower, "
-      "jobs.upper, "
-      "jobs.stage), " MESHGAUGE_PG_TELL_WHOLES "SELECT place, cancel_requested, batch, parent, " MESHGAUGE_PG_FLEETING
-      " FROM heard",
-      owners, ids, workers, tries, lowers, uppers, stages, lease_until);
+      "$3::bytea[], $4::int8[], $5::float8[], $6::float8[], $7::bytea[], $9::bytea[]) WITH ORDINALITY AS beat (owner, "
+      "id, worker, tries, lower, upper, stage, bounds_by, place) ORDER BY owner, id) AS beat CROSS JOIN LATERAL (SELECT "
+      "number FROM jobs WHERE owner = beat.owner AND id = beat.id AND state + 0 = 1 AND worker = beat.worker AND tries = "
+      "beat.tries FOR UPDATE) AS found), "
+      "heard AS (UPDATE jobs SET lease_until = $8, " MESHGAUGE_PG_NARROWED("jobs", "mine", "true", lower, greatest)
+      ", " MESHGAUGE_PG_NARROWED("jobs", "mine", "true", upper, least)
+      ", stage = coalesce(mine.stage, jobs.stage), bounds_by = coalesce(mine.bounds_by, jobs.bounds_by) FROM mine WHERE "
+      "jobs.number = mine.number RETURNING place, cancel_requested, batch, jobs.number, jobs.owner, jobs.parent, "
+      "jobs.lower, jobs.upper, jobs.stage, jobs.bounds_by), " MESHGAUGE_PG_TELL_WHOLES
+      "SELECT place, cancel_requested, batch, parent, " MESHGAUGE_PG_FLEETING " FROM heard",
+      owners, ids, workers, tries, lowers, uppers, stages, lease_until, engines);
   Heard heard{std::vector<Heartbeat>(beats.size(), Heartbeat::lost), {}};
   while (row.next()) {
     const auto place = static_cast<std::size_t>(row.number(0) - 1);
@@ -132,6 +155,7 @@ struct Ended {
 Ended end_jobs(PgConnection& connection, std::span<const Finished> endings) {
   std::vector<std::string> owners, ids, workers, documents, problems, verdicts;
   std::vector<std::int64_t> tries, states, finished, expires, reusable;
+  std::vector<std::optional<std::string>> works;
   for (const auto& [token, ending] : endings) {
     assert(has_ended(ending.state));
     owners.push_back(token.key.owner);
@@ -145,23 +169,26 @@ Ended end_jobs(PgConnection& connection, std::span<const Finished> endings) {
     finished.push_back(ending.finished.time_since_epoch().count());
     expires.push_back(ending.expires.time_since_epoch().count());
     reusable.push_back(ending.reusable ? 1 : 0);
+    works.push_back(ending.work);
   }
   // Once more with the same token and time changes nothing, and is no failure: see job_store.h.
   PgRows row = connection.query(
       "WITH mine AS MATERIALIZED (SELECT found.*, given.* FROM (SELECT * FROM unnest($1::bytea[], $2::bytea[], "
       "$3::bytea[], $4::int8[], $5::int8[], $6::bytea[], $7::bytea[], $8::bytea[], $9::int8[], $10::int8[], "
-      "$11::int8[]) "
+      "$11::int8[], $12::bytea[]) "
       "WITH ORDINALITY AS given (owner, id, worker, tries, new_state, document, problem, verdict, finished, expires, "
-      "reusable, place) ORDER BY owner, id, place) AS given CROSS JOIN LATERAL (SELECT number, state AS old_state FROM "
+      "reusable, work, place) ORDER BY owner, id, place) AS given CROSS JOIN LATERAL (SELECT number, state AS "
+      "old_state FROM "
       "jobs WHERE owner = given.owner AND id = given.id AND worker = given.worker AND tries = given.tries AND (state = "
       "1 OR (state = given.new_state AND finished = given.finished)) FOR NO KEY UPDATE) AS found), "
       "stored AS (UPDATE jobs SET state = new_state, document = mine.document, problem = mine.problem, verdict = "
-      "mine.verdict, finished = mine.finished, expires = mine.expires, reusable = mine.reusable <> 0, lease_until = "
+      "mine.verdict, finished = mine.finished, expires = mine.expires, reusable = mine.reusable <> 0, work = "
+      "CASE jobs.work WHEN '' THEN '' ELSE coalesce(mine.work, jobs.work) END, lease_until = "
       "NULL FROM mine WHERE jobs.number = mine.number RETURNING place, old_state, jobs.owner, jobs.id, jobs.batch, "
       "jobs.parent), "
       "ended AS (SELECT * FROM stored WHERE old_state = 1), " MESHGAUGE_PG_SETTLE_WHOLES
       "SELECT place, owner, id, batch, parent FROM stored",
-      owners, ids, workers, tries, states, documents, problems, verdicts, finished, expires, reusable);
+      owners, ids, workers, tries, states, documents, problems, verdicts, finished, expires, reusable, works);
   Ended ended{std::vector<bool>(endings.size(), false), {}, false};
   while (row.next()) {
     ended.stored[static_cast<std::size_t>(row.number(0) - 1)] = true;

@@ -151,7 +151,13 @@ CREATE INDEX blob_uploads_by_age ON blob_uploads (begun);
 CREATE TABLE blob_bytes (owner bytea PRIMARY KEY, bytes bigint NOT NULL);  -- sums of blobs.bytes
 )sql";
 
-constexpr const char* kSteps[] = {kFirst, kSecond, kThird};
+constexpr const char* kFourth = R"sql(
+ALTER TABLE jobs ADD COLUMN bounds_by bytea NOT NULL DEFAULT '';  -- Progress::by
+-- One step from an owner who waits to the next. claim_some() alone asks for it, by its last condition.
+CREATE INDEX jobs_turns ON jobs (owner, rank) WHERE state = 0 AND awaits = 0 AND tries >= 0;
+)sql";
+
+constexpr const char* kSteps[] = {kFirst, kSecond, kThird, kFourth};
 
 Error refused(const std::string& why) { return {ErrorCode::internal, "the database " + why, "", ""}; }
 
@@ -180,7 +186,41 @@ Result<std::int64_t> version_of(PgConnection& connection) {
 
 Error written_later(std::int64_t version, std::size_t newest) {
   return refused("was written by a later version of meshgauge (schema " + std::to_string(version) +
-                 "; this one knows " + std::to_string(newest) + ")");
+                 "; this one knows " + std::to_string(newest) + "): run that version, or restore a backup of before");
+}
+
+bool is_about_rights(const PgFailure& failure) { return failure.state == "42501" || failure.state == "3F000"; }
+
+std::string text_of(PgConnection& connection, const char* sql) {
+  PgRows rows = connection.query(sql);
+  return rows.next() ? rows.text(0) : "";
+}
+
+// Of a role that may not read what there is, or may not change it. Precondition: no transaction is open.
+Error lacks_rights(PgConnection& connection, const std::string& to_do, const std::string& remedy,
+                   const PgFailure& failure) {
+  const std::string role = text_of(connection, "SELECT current_user::text::bytea");
+  return {ErrorCode::storage_unavailable,
+          "the database's role '" + role + "' may not " + to_do + ": " + failure.message + ". " + remedy, "", ""};
+}
+
+Error may_not_read(PgConnection& connection, const PgFailure& failure) {
+  return lacks_rights(
+      connection, "use the tables of meshgauge",
+      "Grant it SELECT, INSERT, UPDATE and DELETE on all of them, or connect as the role that owns them", failure);
+}
+
+Error may_not_change(PgConnection& connection, std::int64_t version, std::size_t newest, const PgFailure& failure) {
+  const std::string schema = text_of(connection, "SELECT coalesce(current_schema(), '')::text::bytea");
+  const std::string remedy =
+      schema.empty() ? "No schema of its search_path exists: create one"
+      : version == 0
+          ? "Grant it CREATE on the schema '" + schema + "', or run `meshgauge migrate` as a role that has it"
+          : "Run `meshgauge migrate` as the role that owns the tables in the schema '" + schema +
+                "' and may create others there";
+  return lacks_rights(connection,
+                      "bring the schema from version " + std::to_string(version) + " to " + std::to_string(newest),
+                      remedy, failure);
 }
 
 void take_steps(PgConnection& connection, std::int64_t version, std::span<const char* const> steps) {
@@ -193,7 +233,7 @@ void take_steps(PgConnection& connection, std::int64_t version, std::span<const 
   connection.query("UPDATE meshgauge_schema SET version = $1", steps.size());
 }
 
-Result<std::string> migrate_alone(PgConnection& connection, std::span<const char* const> steps) {
+Result<Migrated> migrate_alone(PgConnection& connection, std::span<const char* const> steps) {
   PgTransaction transaction(connection);
   // Who waits for another's migration waits for as long as that takes.
   connection.execute("SET LOCAL lock_timeout = 0; SET LOCAL statement_timeout = 0");
@@ -202,23 +242,34 @@ Result<std::string> migrate_alone(PgConnection& connection, std::span<const char
   if (!version) return version.error();
   const auto newest = static_cast<std::int64_t>(steps.size());
   if (*version > newest) return written_later(*version, steps.size());
-  if (*version == newest) return "the schema is of version " + std::to_string(newest) + " already";
+  if (*version == newest) return Migrated{newest, newest};
   take_steps(connection, *version, steps);
   transaction.commit();
-  return "the schema was brought from version " + std::to_string(*version) + " to " + std::to_string(newest);
+  return Migrated{*version, newest};
 }
 
 }  // namespace
 
 std::span<const char* const> pg_schema_steps() { return kSteps; }
 
-Result<std::string> pg_migrate(PgConnection& connection, std::span<const char* const> steps) {
-  // Most often there is nothing to do: then without the lock.
-  const Result<std::int64_t> version = version_of(connection);
-  if (version && *version == static_cast<std::int64_t>(steps.size())) {
-    return "the schema is of version " + std::to_string(steps.size()) + " already";
+Result<Migrated> pg_migrate(PgConnection& connection, std::span<const char* const> steps) {
+  const auto newest = static_cast<std::int64_t>(steps.size());
+  std::int64_t found = 0;
+  try {
+    // Most often there is nothing to do: then without the lock.
+    const Result<std::int64_t> version = version_of(connection);
+    if (version && *version == newest) return Migrated{newest, newest};
+    if (version) found = *version;
+  } catch (const PgFailure& failure) {
+    if (!is_about_rights(failure)) throw;
+    return may_not_read(connection, failure);
   }
-  return migrate_alone(connection, steps);
+  try {
+    return migrate_alone(connection, steps);
+  } catch (const PgFailure& failure) {
+    if (!is_about_rights(failure)) throw;
+    return may_not_change(connection, found, steps.size(), failure);
+  }
 }
 
 }  // namespace meshgauge::server::store

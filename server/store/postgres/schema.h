@@ -5,6 +5,7 @@
 #include <string>
 
 #include "engine/result.h"
+#include "server/store/migrated.h"
 #include "server/store/postgres/connection.h"
 
 namespace meshgauge::server::store {
@@ -14,8 +15,9 @@ namespace meshgauge::server::store {
 std::span<const char* const> pg_schema_steps();
 
 // Brings the database to the version of the last step, all in one transaction; of many processes that begin at once
-// one does it and the others wait. Says what was done. Refuses a database that has tables of the same names that are
-// another program's, or that a later version wrote. Throws PgFailure.
-Result<std::string> pg_migrate(PgConnection& connection, std::span<const char* const> steps);
+// one does it and the others wait. Refuses a database that has tables of the same names that are
+// another program's, or that a later version wrote, and says what a role lacks that may not do it. Throws
+// PgFailure.
+Result<Migrated> pg_migrate(PgConnection& connection, std::span<const char* const> steps);
 
 }  // namespace meshgauge::server::store

@@ -186,6 +186,19 @@ Result<Counts> PostgresStore::counts() {
   return counts;
 }
 
+Result<std::uint64_t> PostgresStore::unended(const std::string& owner, TimePoint now) {
+  return pool_.run(Promise::fleeting, [&](PgConnection& connection) {
+    // A whole that awaits parts is known by them: so both halves go by an index in which no batch is looked through.
+    PgRows row = connection.query(
+        "SELECT count(*) FILTER (WHERE parent = '') + count(DISTINCT parent) FILTER (WHERE parent <> '') FROM ("
+        "SELECT parent, deadline, cancel_requested FROM jobs WHERE state = 0 AND awaits = 0 AND owner = $1 AND batch = "
+        "'' UNION ALL SELECT parent, deadline, cancel_requested FROM jobs WHERE state = 1 AND owner = $1 AND batch = "
+        "'') AS mine WHERE NOT cancel_requested AND (deadline IS NULL OR deadline > $2)",
+        owner, now);
+    return row.next() ? static_cast<std::uint64_t>(row.number(0)) : std::uint64_t{0};
+  });
+}
+
 Result<std::vector<BlobKey>> PostgresStore::used_blobs() {
   return pool_.run(
       Promise::fleeting,

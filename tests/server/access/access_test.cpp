@@ -1,9 +1,11 @@
 #include "server/access/access.h"
 
+#include <atomic>
 #include <filesystem>
 #include <fstream>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include <unistd.h>
 
@@ -198,6 +200,41 @@ TEST_CASE("access: as many jobs at a time as the key may have") {
   }
   CHECK(!denied(access.take_job("ci")));
   const JobSlot nobody = access.adopt_job("left the file");
+}
+
+TEST_CASE("access: of several processes, what all of them have counts, one new job of an owner at a time") {
+  House house;
+  house.write({House::key("ci"), House::key("other")});
+  Access access(house.path, house.clocks());
+  REQUIRE(access.reload().ok());
+  const auto there = [](std::uint64_t jobs) { return [jobs] { return meshgauge::Result<std::uint64_t>(jobs); }; };
+  CHECK(!denied(access.await_turn("ci", there(1))));
+  const auto full = access.await_turn("ci", there(2));
+  REQUIRE(denied(full));
+  CHECK(std::get<Denial>(full).problem.kind == ProblemKind::too_many_requests);
+  CHECK(header(std::get<Denial>(full), "Retry-After") == "1");
+  const auto gone = access.await_turn("ci", [] {
+    return meshgauge::Result<std::uint64_t>(Error{ErrorCode::storage_unavailable, "gone", "", ""});
+  });
+  REQUIRE(denied(gone));
+  CHECK(std::get<Denial>(gone).problem.kind == ProblemKind::storage_unavailable);
+  CHECK(denied(access.await_turn("nobody", there(0))));
+  CHECK(!denied(Access("").await_turn("", there(1'000'000))));
+
+  std::atomic<int> stored{0};
+  std::vector<std::thread> clients;
+  for (int i = 0; i < 8; ++i) {
+    clients.emplace_back([&] {
+      const auto turn = access.await_turn("ci", [&] { return meshgauge::Result<std::uint64_t>(stored.load()); });
+      if (!denied(turn)) ++stored;
+    });
+  }
+  {
+    const auto turn = access.await_turn("other", there(0));  // waits for nobody of another owner
+    CHECK(!denied(turn));
+  }
+  for (std::thread& client : clients) client.join();
+  CHECK(stored == 2);
 }
 
 TEST_CASE("access: storage counts what is stored and what is on its way") {

@@ -66,6 +66,9 @@ class FlakyStore final : public JobStore {
     return written([&] { return behind_.recover(dead_workers, why, moment); });
   }
   Result<Counts> counts() override { return behind_.counts(); }
+  Result<std::uint64_t> unended(const std::string& owner, TimePoint now) override {
+    return behind_.unended(owner, now);
+  }
   Result<std::vector<BlobKey>> used_blobs() override { return behind_.used_blobs(); }
   Result<bool> uses_blob(const BlobKey& key) override { return behind_.uses_blob(key); }
   Result<SweptJobs> sweep_jobs(Moment moment, std::uint64_t max_kept) override {

@@ -1,6 +1,8 @@
 // Jobs of front ends: who runs them is somebody else.
 #include "server/jobs/jobs.h"
 
+#include <fstream>
+
 #include "shared_bench.h"
 
 using namespace meshgauge;
@@ -240,4 +242,69 @@ TEST_CASE("front ends: the one on duty gives back to the queue what lost its wor
   common.jobs.duty = true;
   CHECK(eventually([&] { return row_in(common, job->key).state == JobState::queued; }));
   CHECK(row_in(common, job->key).last_error == "its worker gave no sign of life");
+}
+
+namespace {
+
+// A file of one key, "ci", that may have so many jobs.
+struct Keys {
+  explicit Keys(int max_jobs) {
+    std::ofstream(file()) << R"({"keys":[{"id":"ci","sha256":")" << std::string(64, 'a') << R"(","max_jobs":)"
+                          << max_jobs << "}]}";
+  }
+  std::string file() const { return folder / "keys.json"; }
+
+  store::TestFolder folder;
+};
+
+Submission of_ci(const std::string& a) {
+  Submission asked = submission(a, true);
+  asked.key.owner = "ci";
+  return asked;
+}
+
+}  // namespace
+
+TEST_CASE("front ends: a key has as many jobs as it may at all of them together") {
+  Common common;
+  const Keys keys(2);
+  FrontEnd one(common, of_front_end(), keys.file()), other(common, of_front_end(), keys.file());
+  Hands hands(common);
+  begun(submit(*one.jobs, of_ci("a")));
+  begun(submit(*other.jobs, of_ci("b")));
+  for (FrontEnd* front : {&one, &other}) {
+    CHECK(refusal_of(submit(*front->jobs, of_ci("c"))) == api::ProblemKind::too_many_requests);
+  }
+  CHECK_FALSE(got(common.embedded.blobs().exists(store::key_of("ci", "c"))));  // nothing of it is left
+  CHECK(got(common.embedded.jobs().counts()).queued == 2);
+  hands.finish(hands.claim());
+  begun(submit(*other.jobs, of_ci("c")));
+  CHECK(refusal_of(submit(*one.jobs, of_ci("d"))) == api::ProblemKind::too_many_requests);
+  common.jobs.gone = true;
+  CHECK(refusal_of(submit(*one.jobs, of_ci("e"))) == api::ProblemKind::storage_unavailable);
+}
+
+TEST_CASE("front ends: however many submit at once, less than one more for each of them gets in") {
+  Common common;
+  const Keys keys(4);
+  Settings settings = of_front_end();
+  settings.max_queued_jobs = 1000;
+  FrontEnd one(common, settings, keys.file()), two(common, settings, keys.file()), three(common, settings, keys.file());
+  std::vector<std::thread> clients;
+  std::atomic<int> refused{0};
+  for (FrontEnd* front : {&one, &two, &three}) {
+    for (int client = 0; client < 6; ++client) {
+      clients.emplace_back([front, client, &refused] {
+        auto slot = front->jobs->admit(Jobs::Kind::durable);
+        if (!slot) return;
+        const auto submitted = front->jobs->submit(std::move(*slot), of_ci("mesh " + std::to_string(client)));
+        if (std::holds_alternative<Denial>(submitted)) ++refused;
+      });
+    }
+  }
+  for (std::thread& client : clients) client.join();
+  const auto queued = got(common.embedded.jobs().counts()).queued;
+  CHECK(queued >= 4);
+  CHECK(queued <= 4 + 2);
+  CHECK(queued + static_cast<std::uint64_t>(refused) == 18);
 }

@@ -26,7 +26,9 @@ inline Settings of_front_end() {
 
 // One process that lets comparisons in.
 struct FrontEnd {
-  explicit FrontEnd(Common& kept, Settings chosen = of_front_end()) : common(kept), settings(std::move(chosen)) {
+  explicit FrontEnd(Common& kept, Settings chosen = of_front_end(), const std::string& keys_file = "")
+      : common(kept), settings(std::move(chosen)), access(keys_file) {
+    store::got(access.reload());
     common.jobs.tell_to(signals);
     jobs.emplace(
         settings,
@@ -50,7 +52,7 @@ struct FrontEnd {
   Settings settings;
   store::HandSignals signals;
   MeshCache cache{0};
-  Access access{""};
+  Access access;
   Metrics metrics;
   std::optional<Jobs> jobs;
 };

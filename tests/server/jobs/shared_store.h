@@ -96,6 +96,9 @@ class SharedStore final : public JobStore {
   Result<Counts> counts() override {
     return there([&] { return behind_.counts(); });
   }
+  Result<std::uint64_t> unended(const std::string& owner, TimePoint now) override {
+    return there([&] { return behind_.unended(owner, now); });
+  }
   Result<std::vector<BlobKey>> used_blobs() override {
     return there([&] { return behind_.used_blobs(); });
   }

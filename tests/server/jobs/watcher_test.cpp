@@ -151,3 +151,25 @@ TEST_CASE("watcher: its end lets everybody go, and ends what nobody else can wai
   CHECK(scene.state_of("durable") == JobState::queued);
   CHECK(scene.state_of("awaited") == JobState::cancelled);
 }
+
+TEST_CASE("watcher: what is shown of an interval only shrinks, also when the store forgets what it was told") {
+  store::Job row;
+  static_cast<store::NewJob&>(row) = store::new_job("owner", "job");
+  row.state = JobState::running;
+  row.tries = 1;
+  LiveJob job(row, api::Request{}, MeshSource{}, MeshSource{}, true);
+  const auto shown = [&](std::optional<store::Progress> progress) {
+    row.progress = std::move(progress);
+    job.seen(row);
+    return job.view().row.progress;
+  };
+  CHECK_FALSE(shown(std::nullopt).has_value());
+  CHECK(shown(store::Progress{1, 5, "traverse", "v1"}) == store::Progress{1, 5, "traverse", "v1"});
+  CHECK(shown(store::Progress{0.5, 4, "reduce", "v1"}) == store::Progress{1, 4, "reduce", "v1"});
+  const auto version = job.version();
+  row.tries = 2;
+  CHECK(shown(std::nullopt) == store::Progress{1, 4, "reduce", "v1"});
+  CHECK(job.view().row.tries == 2);
+  CHECK(job.version() == version + 1);
+  CHECK(shown(store::Progress{0, 9, "build", "v2"}) == store::Progress{0, 9, "build", "v2"});
+}

@@ -1,7 +1,7 @@
 // What looks at many jobs at once: recovery, counts, sweeps.
 #include <set>
 
-#include "job_steps.h"
+#include "batch_steps.h"
 
 using namespace meshgauge;
 using namespace meshgauge::server::store;
@@ -158,4 +158,33 @@ TEST_CASE_TEMPLATE("jobs: a check writes", Stores, EVERY_IMPLEMENTATION) {
   got(stores.jobs().check());
   got(stores.jobs().check());
   got(stores.blobs().check());
+}
+
+TEST_CASE_TEMPLATE("jobs: how many an owner has that wait or run", Stores, EVERY_IMPLEMENTATION) {
+  Stores stores;
+  JobStore& jobs = stores.jobs();
+  const auto unended = [&](const std::string& owner) { return got(jobs.unended(owner, at(50))); };
+  CHECK(unended("ann") == 0);
+  for (const std::string id : {"1", "2", "3", "4"}) insert(jobs, new_job("ann", id));
+  insert(jobs, new_job("bob", "1"));
+  insert(stores.batches(), new_batch("ann", "b", 3));
+  NewJob awaited = new_job("ann", "in time");
+  awaited.deadline = at(51);
+  insert(jobs, awaited);
+  awaited.key.id = "too late";
+  awaited.deadline = at(50);
+  insert(jobs, awaited);
+  jobs.record(ended_job("ann", "recorded"));
+  CHECK(unended("ann") == 5);
+  CHECK(unended("bob") == 1);
+  const Token running = claimed_token(jobs, {"ann", "1"});
+  CHECK(unended("ann") == 5);
+  end(jobs, {"ann", "2"}, ending());
+  CHECK(unended("ann") == 4);
+  got(jobs.request_cancel({"ann", "3"}, kNow));
+  CHECK(unended("ann") == 3);
+  got(jobs.request_cancel({"ann", "1"}, kNow));  // runs, and is to end
+  CHECK(unended("ann") == 2);
+  CHECK(got(jobs.finish(running, ending(JobState::cancelled))));
+  CHECK(unended("ann") == 2);
 }

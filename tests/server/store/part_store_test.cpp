@@ -189,3 +189,50 @@ TEST_CASE_TEMPLATE("parts: those that nobody ran in time are given up, and the w
   CHECK(got(stores.jobs().sweep_jobs({at(9000), at(19000)}, 100)).expired == 1);
   for (const char* id : {"w", "w.0", "w.1"}) CHECK_FALSE(got(stores.jobs().get({"ann", id})).has_value());
 }
+
+TEST_CASE_TEMPLATE("parts: the interval of the whole only shrinks, whoever begins a part anew", Stores,
+                   EVERY_IMPLEMENTATION) {
+  Stores stores;
+  JobStore& jobs = stores.jobs();
+  insert_whole(stores.parts(), "w", 2);
+  const auto whole = [&] { return job_in(jobs, {"ann", "w"}).progress; };
+  const auto beat = [&](const Token& token, const Progress& progress) {
+    CHECK(got(jobs.heartbeat(token, at(110), progress)) == Heartbeat::go_on);
+  };
+  const Token first = claimed_next(jobs, "w.0");
+  const Token second = claimed_next(jobs, "w.1");
+  beat(first, {3, 9, "reduce", "v1"});
+  beat(second, {2, 7, "reduce", "v1"});
+  CHECK(whole() == Progress{3, 9, "reduce", "v1"});
+  CHECK(got(jobs.hand_back(first, "", kNow)) == JobState::queued);
+  const Token again = claimed_next(jobs, "w.0");
+  SUBCASE("of the same version") {
+    beat(again, {0, std::numeric_limits<double>::infinity(), "build", "v1"});
+    CHECK(whole() == Progress{3, 9, "build", "v1"});
+    CHECK(got(stores.parts().best_lower({"ann", "w"})) == 2);  // it must find its own once more
+    beat(again, {1, 8, "traverse", "v1"});
+    CHECK(whole() == Progress{3, 8, "traverse", "v1"});
+  }
+  SUBCASE("of another version: what they have found is not mixed") {
+    beat(again, {0, std::numeric_limits<double>::infinity(), "build", "v2"});
+    CHECK(whole() == Progress{2, std::numeric_limits<double>::infinity(), "build", ""});
+    beat(again, {1, 8, "traverse", "v2"});
+    CHECK(whole() == Progress{2, 8, "traverse", ""});
+  }
+}
+
+TEST_CASE_TEMPLATE("parts: a whole and its parts are one job of their owner", Stores, EVERY_IMPLEMENTATION) {
+  Stores stores;
+  JobStore& jobs = stores.jobs();
+  insert_whole(stores.parts(), "w", 3);
+  insert(jobs, new_job("ann", "single"));
+  const auto unended = [&] { return got(jobs.unended("ann", at(50))); };
+  CHECK(unended() == 2);
+  got(jobs.claim({"ann", "w.0"}, "w", at(50), at(110)));
+  CHECK(unended() == 2);
+  got(jobs.finish(claimed_token(jobs, {"ann", "w.1"}), ending()));
+  got(jobs.finish(claimed_token(jobs, {"ann", "w.2"}), ending()));
+  CHECK(unended() == 2);
+  got(jobs.request_cancel({"ann", "w"}, kNow));
+  CHECK(unended() == 1);
+}

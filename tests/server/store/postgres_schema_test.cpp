@@ -46,8 +46,8 @@ bool mentions(const Error& error, const std::string& text) { return error.messag
 TEST_CASE("PostgreSQL schema: an older database is brought forward, once") {
   Database database;
   got(pg_migrate(database.connection(), kOne));
-  CHECK(got(pg_migrate(database.connection(), kTwo)) == "the schema was brought from version 1 to 2");
-  CHECK(got(pg_migrate(database.connection(), kTwo)) == "the schema is of version 2 already");
+  CHECK(to_string(got(pg_migrate(database.connection(), kTwo))) == "the schema was brought from version 1 to 2");
+  CHECK(to_string(got(pg_migrate(database.connection(), kTwo))) == "the schema is of version 2 already");
   CHECK(database.number("SELECT x FROM a") == 8);
   CHECK(database.number("SELECT y FROM a") == 8);
 }
@@ -64,7 +64,7 @@ TEST_CASE("PostgreSQL schema: a later version and another program's database are
   Database database;
   SUBCASE("later") {
     got(pg_migrate(database.connection(), kTwo));
-    const Result<std::string> migrated = pg_migrate(database.connection(), kOne);
+    const auto migrated = pg_migrate(database.connection(), kOne);
     REQUIRE_FALSE(migrated.ok());
     CHECK(mentions(migrated.error(), "written by a later version of meshgauge (schema 2; this one knows 1)"));
     CHECK(database.number("SELECT x FROM a") == 8);
@@ -80,7 +80,7 @@ TEST_CASE("PostgreSQL schema: a later version and another program's database are
   }
   SUBCASE("another program's") {
     database.connection().execute("CREATE TABLE jobs (x bigint)");
-    const Result<std::string> migrated = migrate_database(database.name());
+    const auto migrated = migrate_database(database.name());
     REQUIRE_FALSE(migrated.ok());
     CHECK(mentions(migrated.error(), "is not one of meshgauge"));
   }
@@ -95,8 +95,8 @@ TEST_CASE("PostgreSQL schema: of many processes that begin at once, one migrates
   std::vector<std::string> said(8);
   for (std::string& text : said) {
     threads.emplace_back([&] {
-      const Result<std::string> migrated = migrate_database(database.name());
-      text = migrated ? *migrated : migrated.error().message;
+      const auto migrated = migrate_database(database.name());
+      text = migrated ? to_string(*migrated) : migrated.error().message;
     });
   }
   for (std::thread& thread : threads) thread.join();

@@ -169,7 +169,7 @@ std::string PostgresServer::new_empty_database() {
 std::string PostgresServer::new_database() {
   if (!has_template_) {
     execute("CREATE DATABASE ours");
-    const Result<std::string> migrated = migrate_database(connection_string("ours"));
+    const auto migrated = migrate_database(connection_string("ours"));
     if (!migrated) throw std::runtime_error(migrated.error().message);
     has_template_ = true;
   }

@@ -36,10 +36,10 @@ const std::vector<const char*> kBroken{kOne[0], kTwo[1], "UPDATE a SET x = 0; IN
 TEST_CASE("schema: an older database is brought forward, once") {
   const Database database;
   Connection connection = database.connect();
-  got(migrate(connection, kOne));
+  CHECK(to_string(got(migrate(connection, kOne))) == "the schema was brought from version 0 to 1");
   CHECK(connection.pragma("user_version") == 1);
-  got(migrate(connection, kTwo));
-  got(migrate(connection, kTwo));
+  CHECK(to_string(got(migrate(connection, kTwo))) == "the schema was brought from version 1 to 2");
+  CHECK(to_string(got(migrate(connection, kTwo))) == "the schema is of version 2 already");
   CHECK(connection.pragma("user_version") == 2);
   CHECK(number(connection, "SELECT x FROM a") == 8);
   CHECK(number(connection, "SELECT y FROM a") == 8);
@@ -61,7 +61,7 @@ TEST_CASE("schema: a later version and another program's database are refused") 
   Connection connection = database.connect();
   SUBCASE("later") {
     got(migrate(connection, kTwo));
-    const Result<Done> migrated = migrate(connection, kOne);
+    const auto migrated = migrate(connection, kOne);
     REQUIRE_FALSE(migrated.ok());
     CHECK(migrated.error().message.find("written by a later version of meshgauge (schema 2; this one knows 1)") !=
           std::string::npos);
@@ -73,9 +73,45 @@ TEST_CASE("schema: a later version and another program's database are refused") 
   }
   SUBCASE("another program's") {
     connection.execute("PRAGMA application_id = 1");
-    const Result<Done> migrated = migrate(connection, kOne);
+    const auto migrated = migrate(connection, kOne);
     REQUIRE_FALSE(migrated.ok());
     CHECK(migrated.error().message.find("is not one of meshgauge") != std::string::npos);
+  }
+}
+
+TEST_CASE("schema: who opens an older database is told that it was brought up, of a new one nothing") {
+  const Database database;
+  std::vector<std::string> lines;
+  const Report report = [&](const std::string& line) { lines.push_back(line); };
+  {
+    Connection connection = database.connect();
+    got(migrate(connection, schema_steps().first(1)));
+  }
+  got(SqliteStore::open(database.path(), 50, report));
+  got(SqliteStore::open(database.path(), 50, report));
+  const std::string newest = std::to_string(schema_steps().size());
+  CHECK(lines == std::vector<std::string>{"the schema was brought from version 1 to " + newest});
+  got(SqliteStore::open(database.path() + ".new", 50, report));
+  CHECK(lines.size() == 1);
+}
+
+TEST_CASE("schema: what was stored under each earlier version is read under this one") {
+  for (std::size_t version = 1; version < schema_steps().size(); ++version) {
+    const Database database;
+    {
+      Connection connection = database.connect();
+      got(migrate(connection, schema_steps().first(version)));
+      connection.execute(
+          "INSERT INTO jobs (owner, id, state, mesh_a, mesh_b, hints, options, cost, rank, fingerprint, trace, "
+          "created, "
+          "expires_if_never_run, lower, upper, stage) VALUES ('ann', '1', 0, 'a', 'b', '', '{}', 5, 5, 'f', '', 1, "
+          "9000000000000, 1, 2, 'reduce')");
+    }
+    const std::unique_ptr<SqliteStore> store = got(SqliteStore::open(database.path(), 50));
+    const auto claimed = got(store->claim_some("w", at(50), at(110), JobStore::Which::all, 1, JobStore::Suspects::too));
+    REQUIRE(claimed.size() == 1);
+    CHECK(claimed[0].job.progress == Progress{1, 2, "", ""});
+    CHECK(got(store->finish(claimed[0].token, {JobState::done, "{}", "", at(120), at(1120)})));
   }
 }
 

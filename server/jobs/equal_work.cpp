@@ -1,0 +1,15 @@
+#include "server/jobs/equal_work.h"
+
+#include <span>
+
+#include "api/digest.h"
+#include "engine/hausdorff.h"
+
+namespace meshgauge::server {
+
+std::string work_of(const store::NewJob& job) {
+  const std::string all = job.mesh_a + "\n" + job.mesh_b + "\n" + job.hints + "\n" + job.options + "\n" + version();
+  return api::sha256_hex(std::as_bytes(std::span(all)));
+}
+
+}  // namespace meshgauge::server

@@ -1,0 +1,100 @@
+// A fleet of several versions: any worker does any job, and what it did is kept as its own version's.
+#include "server/jobs/equal_work.h"
+
+#include <limits>
+
+#include "bench_of_workers.h"
+#include "engine/hausdorff.h"
+
+using namespace meshgauge;
+using namespace meshgauge::server;
+using store::got;
+using store::JobState;
+
+namespace {
+
+store::NewBatch batch_of(const store::NewJob& job, const std::string& work) {
+  store::NewBatch batch;
+  batch.key = {"", job.batch};
+  batch.created = job.created;
+  batch.items.push_back({"the only one", job, work});
+  return batch;
+}
+
+store::BatchCounts counts_of(Kept& kept, const store::NewBatch& batch) {
+  return got(kept.embedded.batches().insert_batch(batch)).batch.counts;
+}
+
+}  // namespace
+
+TEST_CASE("versions: a worker does what another version was asked for, and that is not found as that version's") {
+  Kept kept;
+  Stand stand;
+  stand.released = true;
+  for (const std::string content : {"mesh", "the other"}) {
+    got(kept.embedded.blobs().put(store::key_of("", content), store::bytes_of(content)));
+  }
+  store::NewJob job = job_named("mesh", "first");
+  CHECK(counts_of(kept, batch_of(job, "of a version that is not this one")).queued == 1);
+  WorkerBench bench(kept.stores(), stand.compare(), options_of("w"));
+  bench.worker.start();
+  REQUIRE(eventually([&] { return has_state(kept, job.key, JobState::done); }));
+  bench.worker.stop();
+
+  job.batch = "second";
+  job.key.id = "mesh again";
+  CHECK(counts_of(kept, batch_of(job, "of a version that is not this one")).queued == 1);
+  job.batch = "third";
+  job.key.id = "mesh once more";
+  CHECK(counts_of(kept, batch_of(job, work_of(job))).done == 1);
+}
+
+TEST_CASE("versions: work is the same for the same meshes, hints and options alone") {
+  const store::NewJob job = job_named("mesh");
+  store::NewJob same = job;
+  same.key.id = "another";
+  same.batch = "another";
+  same.cost = 7;
+  CHECK(work_of(same) == work_of(job));
+  for (auto member : {&store::NewJob::mesh_a, &store::NewJob::mesh_b, &store::NewJob::hints, &store::NewJob::options}) {
+    store::NewJob other = job;
+    other.*member += "x";
+    CHECK(work_of(other) != work_of(job));
+  }
+}
+
+TEST_CASE("versions: what another worker has found of a job stays, if it is of the same version") {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  Kept kept;
+  store::JobStore& jobs = kept.embedded.jobs();
+  const auto key = put_job(kept, job_named("mesh"));
+  const auto now = store::now();
+  const auto before = got(jobs.claim(key, "another worker", now, now));
+  REQUIRE(before.has_value());
+  std::string by = version();
+  store::Progress expected{2, 8, "build", version()};
+  SUBCASE("the same") {}
+  SUBCASE("another") {
+    by = "another version";
+    expected = {0, kInfinity, "build", version()};
+  }
+  got(jobs.heartbeat(before->token, now, {2, 8, "reduce", by}));
+  got(jobs.hand_back(before->token, "", {now, now}));
+
+  Stand stand;
+  const Compare until_released = stand.compare();
+  const auto beginning = [&](const MeshSource& a, const MeshSource& b, const Options& options,
+                             const api::ReadLimits& limits, Control& control) {
+    control.report({0, kInfinity, "build"});
+    return until_released(a, b, options, limits, control);
+  };
+  WorkerBench bench(kept.stores(), beginning, options_of("w"));
+  bench.worker.start();
+  REQUIRE(eventually([&] {
+    const auto progress = row_of(kept, key).progress;
+    return progress && progress->stage == "build";
+  }));
+  CHECK(row_of(kept, key).progress == expected);
+  stand.released = true;
+  CHECK(eventually([&] { return has_state(kept, key, JobState::done); }));
+}
