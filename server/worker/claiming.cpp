@@ -23,16 +23,19 @@ void Worker::claim_in_background() {
   std::unique_lock lock(mutex_);
   while (!ending_) {
     const std::size_t most = draining_ || deliveries_.full() ? 0 : stock_.wanted();
-    if (most == 0) {
+    if (most == 0 && !(draining_ && claiming_)) {
       claim_wake_.wait(lock);
     } else if (Clock::now() < next_claim_) {
       claim_wake_.wait_until(lock, next_claim_);
     } else {
       look_again_ = false;
+      claiming_ = true;
       const auto suspects = suspects_now();
       lock.unlock();
       claim(most, suspects);
       lock.lock();
+      claiming_ = !unsure_.empty();
+      idle_.notify_all();
     }
   }
 }
@@ -49,11 +52,11 @@ store::JobStore::Suspects Worker::suspects_now() {
 }
 
 // Each claim has a name of its own. When one fails it is not known whether it was stored: then what is running under
-// its name, and nothing else, goes back before there is another one.
+// its name, and nothing else, goes back before there is another one. `most` 0: nothing more is claimed.
 void Worker::claim(std::size_t most, store::JobStore::Suspects suspects) {
   bool through = take_back_unsure();
   std::vector<HeldJobPtr> claimed;
-  if (through) {
+  if (through && most > 0) {
     const std::string name = options_.name + "/" + std::to_string(++claims_) + "/";
     const auto now = stores_.jobs.time();
     auto some = stores_.jobs.claim_some(name, now, now + options_.lease, options_.which, most, suspects);
@@ -137,12 +140,14 @@ void Worker::open_in_background() {
 // it is tried again, and then by others.
 void Worker::open(const HeldJobPtr& job) {
   const auto error = look_up(*job->live);
+  bool again = false;
   {
     const std::lock_guard lock(mutex_);
     if (job->stage != Stage::opening) return;  // lost, or handed back
+    again = error && ++job->failures < kOpenings;
     if (!error) {
       job->stage = Stage::ready;
-    } else if (++job->failures < kOpenings) {
+    } else if (again) {
       job->stage = Stage::claimed;
       job->not_before = Clock::now() + kOpeningPause;
     } else {
@@ -152,7 +157,7 @@ void Worker::open(const HeldJobPtr& job) {
   }
   if (!error) return begin_what_can();
   open_wake_.notify_all();
-  if (job->failures < kOpenings) return;
+  if (again) return;  // by now another thread may be at it
   const bool damaged = error->code == ErrorCode::internal;
   leave({job, std::nullopt, std::nullopt, damaged ? error->message : ""});
   begin_what_can();

@@ -124,7 +124,15 @@ std::optional<Error> Deliveries::store_endings(Group& group) {
   for (const Delivery& delivery : group) endings.push_back({token_of(delivery), *delivery.ending});
   const auto stored = jobs_.finish_all(endings);
   if (!stored) return stored.error();
-  for (std::size_t i = 0; i < group.size(); ++i) settle(group[i], (*stored)[i] ? Outcome::stored : Outcome::refused);
+  std::size_t settled = 0;
+  try {
+    for (; settled < group.size(); ++settled) {
+      settle(group[settled], (*stored)[settled] ? Outcome::stored : Outcome::refused);
+    }
+  } catch (const std::bad_alloc&) {  // each is settled once, whatever becomes of those behind it
+    group.erase(group.begin(), group.begin() + static_cast<std::ptrdiff_t>(settled));
+    throw;
+  }
   return std::nullopt;
 }
 

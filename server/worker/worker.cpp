@@ -107,6 +107,7 @@ void Worker::drain() {
       if (job->stage == Stage::running && !job->begun) given.push_back(job);
     }
   }
+  claim_wake_.notify_all();
   for (const HeldJobPtr& job : stock) leave({job, std::nullopt, std::nullopt, ""});
   for (const HeldJobPtr& job : given) withdraw(job);
 }
@@ -137,7 +138,12 @@ void Worker::stop(milliseconds patience) {
     idle_.wait(lock, [&] { return given_ == 0; });
   }
   if (threads_.empty()) return;
-  deliveries_.wait_until_empty(Deliveries::Clock::now() + patience);
+  const auto until = Deliveries::Clock::now() + patience;
+  {
+    std::unique_lock lock(mutex_);  // what is just being claimed is to go back as well
+    idle_.wait_until(lock, until, [&] { return !claiming_; });
+  }
+  deliveries_.wait_until_empty(until);
   {
     const std::lock_guard lock(mutex_);
     ending_ = true;

@@ -127,7 +127,8 @@ class Worker {
   std::size_t given_ = 0;                // to the scheduler, and not through
   Clock::time_point next_claim_{};
   Clock::time_point asked_for_suspects_{};  // when it last did
-  bool look_again_ = false;                 // something happened since the claim that is under way
+  bool claiming_ = false;                   // a claim is under way, or it is not known whether it was stored
+  bool look_again_ = false;                 // something happened since it began
   std::chrono::milliseconds claim_pause_{0};
   bool draining_ = false;
   std::vector<std::string> handed_back_;  // since it drains: ids of jobs that the store has back

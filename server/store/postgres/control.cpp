@@ -24,12 +24,21 @@ std::int64_t ns(Clock::duration time) { return std::chrono::duration_cast<std::c
 
 }  // namespace
 
+std::int64_t clock_offset_ns(PgConnection& connection) {
+  const SteadyTime before = Clock::now();
+  PgRows row = connection.query("SELECT (extract(epoch FROM clock_timestamp()) * 1000000)::int8");
+  const SteadyTime after = Clock::now();
+  row.next();
+  const SteadyTime middle = before + (after - before) / 2;
+  return row.number(0) * 1000 - ns(middle.time_since_epoch());
+}
+
 PgControl::PgControl(ControlSettings settings, std::function<SteadyTime()> newest_trouble)
     : settings_(std::move(settings)),
       newest_trouble_(std::move(newest_trouble)),
       wake_(::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)),
       connected_since_(Clock::now().time_since_epoch().count()),
-      time_offset_ns_(ns(std::chrono::system_clock::now().time_since_epoch()) - ns(Clock::now().time_since_epoch())) {
+      time_offset_ns_(settings_.time_offset_ns) {
   thread_ = std::thread([this] { work(); });
 }
 
@@ -147,13 +156,8 @@ void PgControl::apply_for_duty() {
 }
 
 void PgControl::measure_time() {
-  const SteadyTime before = Clock::now();
-  PgRows row = connection_->query("SELECT (extract(epoch FROM clock_timestamp()) * 1000000)::int8");
-  const SteadyTime after = Clock::now();
-  if (!row.next()) return;
-  const SteadyTime middle = before + (after - before) / 2;
-  time_offset_ns_ = row.number(0) * 1000 - ns(middle.time_since_epoch());
-  measured_at_ = after;
+  time_offset_ns_ = clock_offset_ns(*connection_);
+  measured_at_ = Clock::now();
 }
 
 void PgControl::hear_all() {

@@ -20,7 +20,11 @@ struct ControlSettings {
   // How long all must have gone well before this process is on duty: a worker that could not be heard during an
   // outage is to have its chance to say that it lives.
   std::chrono::milliseconds duty_grace{15'000};
+  std::int64_t time_offset_ns = 0;  // clock_offset_ns(): what time() goes by until it is measured again
 };
+
+// Of the database's clock to this machine's steady one.
+std::int64_t clock_offset_ns(PgConnection& connection);
 
 class PgControl final : public Signals {
  public:
@@ -57,8 +61,7 @@ class PgControl final : public Signals {
   std::atomic<bool> applies_{false};
   std::atomic<bool> holds_duty_{false};
   std::atomic<std::int64_t> connected_since_;  // steady clock's count
-  std::atomic<std::int64_t> time_offset_ns_;   // of the database's clock to this machine's steady one
-  std::atomic<bool> measured_{false};
+  std::atomic<std::int64_t> time_offset_ns_;   // clock_offset_ns()
 
   std::mutex pending_mutex_;
   std::deque<std::string> pending_;  // payloads

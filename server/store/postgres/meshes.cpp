@@ -92,14 +92,14 @@ void PostgresStore::touch_mesh(const BlobKey& key, TimePoint last_used, TimePoin
 }
 
 Result<bool> PostgresStore::delete_mesh(const BlobKey& key) {
+  bool was_there = false;  // also for a try whose commit was not heard of
   return pool_.run(Promise::durable, [&](PgConnection& connection) {
     // In the order of put_mesh(): first what the owner has in all.
     PgTransaction transaction(connection);
     lock_stored(connection, key.owner);
-    const bool deleted =
-        connection.query("DELETE FROM meshes WHERE owner = $1 AND id = $2", key.owner, key.id).changed() == 1;
+    was_there |= connection.query("DELETE FROM meshes WHERE owner = $1 AND id = $2", key.owner, key.id).changed() == 1;
     transaction.commit();
-    return deleted;
+    return was_there;
   });
 }
 

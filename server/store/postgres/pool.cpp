@@ -10,6 +10,7 @@ using Clock = std::chrono::steady_clock;
 
 constexpr auto kBetweenProbes = 250ms;
 constexpr auto kFirstPause = 5ms, kLongestPause = 200ms;  // between tries of one call
+constexpr auto kFairTime = 1s;                            // for an answer: a server that takes longer may be gone
 
 constexpr const char* kBusy = "all connections to it are busy";
 
@@ -90,15 +91,19 @@ void PgPool::tell(const Error& error) {
 
 std::optional<PgFailure> PgPool::attempt(const std::function<void(PgConnection&)>& work, SteadyTime deadline) {
   std::unique_ptr<PgConnection> connection;
+  SteadyTime taken{};
   try {
     connection = take(deadline);
+    taken = Clock::now();
     connection->set_deadline(deadline);
     work(*connection);
     give_back(std::move(connection));
     return std::nullopt;
   } catch (const PgFailure& failure) {
     if (connection) {
-      if (!connection->usable()) lose(failure.message);
+      // Who has waited long for a connection has little time left for an answer: that tells nothing of the server.
+      const bool hurried = failure.message == kSilent && Clock::now() - taken < kFairTime;
+      if (!connection->usable() && !hurried) lose(failure.message);
       give_back(std::move(connection));
     }
     return failure;
@@ -124,7 +129,8 @@ std::unique_ptr<PgConnection> PgPool::take(SteadyTime deadline) {
     wanted_.notify_one();
     const bool in_time = returned_.wait_until(lock, deadline) == std::cv_status::no_timeout;
     --waiting_;
-    if (!in_time && idle_.empty()) {
+    if (!in_time) {
+      if (!idle_.empty()) returned_.notify_one();  // it may have been this one that was told
       throw PgFailure{"", gone_since_ ? why_gone_ : kBusy, true, false};
     }
   }

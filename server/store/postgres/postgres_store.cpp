@@ -77,27 +77,44 @@ std::vector<JobKey> running_parts(PgConnection& connection, const JobKey& whole)
   return keys;
 }
 
+// In one statement: there may be ten thousand, and each way to the database and back takes its time. Locked in one
+// order, since other processes write touches of the same meshes.
 void write_touches(PgConnection& connection, const Unwritten::Touches& touches) {
+  if (touches.empty()) return;
+  std::vector<std::string> owners, ids;
+  std::vector<std::int64_t> used, expires;
   for (const auto& [mesh, touch] : touches) {
-    connection.query(
-        "UPDATE meshes SET last_used = greatest(last_used, $1), expires = greatest(expires, $2) WHERE owner = $3 AND "
-        "id = $4",
-        touch.last_used, touch.expires, mesh.owner, mesh.id);
+    owners.push_back(mesh.owner);
+    ids.push_back(mesh.id);
+    used.push_back(touch.last_used.time_since_epoch().count());
+    expires.push_back(touch.expires.time_since_epoch().count());
   }
+  connection.query(
+      "WITH mine AS MATERIALIZED (SELECT touch.* FROM (SELECT * FROM unnest($1::bytea[], $2::bytea[], $3::int8[], "
+      "$4::int8[]) AS touch (owner, id, last_used, expires) ORDER BY owner, id) AS touch CROSS JOIN LATERAL (SELECT 1 "
+      "FROM meshes WHERE owner = touch.owner AND id = touch.id FOR NO KEY UPDATE) AS found) "
+      "UPDATE meshes SET last_used = greatest(meshes.last_used, mine.last_used), expires = greatest(meshes.expires, "
+      "mine.expires) FROM mine WHERE meshes.owner = mine.owner AND meshes.id = mine.id",
+      owners, ids, used, expires);
 }
 
 }  // namespace
 
 Result<std::unique_ptr<PostgresStore>> PostgresStore::open(const PostgresSettings& settings) {
-  const Result<Migrated> migrated = migrate_database(settings.database);
-  if (!migrated) return migrated.error();
-  if (settings.report && migrated->changed()) settings.report(to_string(*migrated));
-  return std::unique_ptr<PostgresStore>(new PostgresStore(settings));
+  try {
+    const std::unique_ptr<PgConnection> connection = PgConnection::open(settings.database);
+    const Result<Migrated> migrated = pg_migrate(*connection, pg_schema_steps());
+    if (!migrated) return migrated.error();
+    if (settings.report && migrated->changed()) settings.report(to_string(*migrated));
+    return std::unique_ptr<PostgresStore>(new PostgresStore(settings, clock_offset_ns(*connection)));
+  } catch (const PgFailure& failure) {
+    return to_error(failure);
+  }
 }
 
-PostgresStore::PostgresStore(const PostgresSettings& settings)
+PostgresStore::PostgresStore(const PostgresSettings& settings, std::int64_t time_offset_ns)
     : pool_({settings.database, settings.max_connections, settings.patience, settings.report}),
-      control_({settings.database, settings.duty_grace}, [this] { return pool_.newest_trouble(); }),
+      control_({settings.database, settings.duty_grace, time_offset_ns}, [this] { return pool_.newest_trouble(); }),
       unwritten_(settings.max_unrecorded) {
   recorder_ = std::thread([this] { record_in_background(); });
 }
@@ -258,9 +275,7 @@ Result<Done> PostgresStore::check() {
 
 Result<Migrated> migrate_database(const std::string& database) {
   try {
-    const std::unique_ptr<PgConnection> connection = PgConnection::open(database);
-    connection->set_deadline(SteadyTime::max());
-    return pg_migrate(*connection, pg_schema_steps());
+    return pg_migrate(*PgConnection::open(database), pg_schema_steps());
   } catch (const PgFailure& failure) {
     return to_error(failure);
   }

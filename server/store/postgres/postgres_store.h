@@ -91,7 +91,7 @@ class PostgresStore final : public JobStore, public MeshIndex, public BatchStore
   Result<std::string> whole_of(const JobKey& part) override;
 
  private:
-  explicit PostgresStore(const PostgresSettings& settings);
+  PostgresStore(const PostgresSettings& settings, std::int64_t time_offset_ns);
 
   Result<Done> write_batch();
   void record_in_background();

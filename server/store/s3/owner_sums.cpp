@@ -1,6 +1,7 @@
 #include "server/store/s3/owner_sums.h"
 
 #include <algorithm>
+#include <exception>
 #include <vector>
 
 namespace meshgauge::server::store {
@@ -22,19 +23,27 @@ Result<std::uint64_t> OwnerSums::of(const std::string& owner) {
   weighed_.wait(lock, [&] { return sum.known || !sum.weighing; });
   const bool due = !sum.weighing && Clock::now() >= sum.good_until;
   if (sum.known && !due) return sum.bytes;
-  sum.weighing = true;
   sum.meanwhile = 0;
   if (sum.known) {
     sum.refresh = std::async(std::launch::async, [this, owner] { static_cast<void>(weigh(owner)); });
+    sum.weighing = true;
     return sum.bytes;
   }
+  sum.weighing = true;
   lock.unlock();
   return weigh(owner);
 }
 
+// Whoever waits for it must hear of its end.
+Result<std::uint64_t> OwnerSums::weighed(const std::string& owner) const try {
+  return weigh_(owner);
+} catch (const std::exception& error) {
+  return Error{ErrorCode::internal, error.what(), "", ""};
+}
+
 Result<std::uint64_t> OwnerSums::weigh(const std::string& owner) {
   const Clock::time_point begin = Clock::now();
-  const Result<std::uint64_t> found = weigh_(owner);
+  const Result<std::uint64_t> found = weighed(owner);
   const std::lock_guard lock(mutex_);
   Sum& sum = sums_[owner];
   sum.weighing = false;

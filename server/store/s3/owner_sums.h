@@ -49,6 +49,7 @@ class OwnerSums {
   };
 
   Result<std::uint64_t> weigh(const std::string& owner);
+  Result<std::uint64_t> weighed(const std::string& owner) const;
 
   const Weigh weigh_;
   const std::chrono::milliseconds age_;

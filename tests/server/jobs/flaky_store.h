@@ -20,6 +20,8 @@ class FlakyStore final : public JobStore {
   std::atomic<int> unfinished{0};  // of those, results that could not be stored
   std::atomic<int> finishes{0};    // calls of finish_all()
   std::string refused_document;    // that no result can be stored with; empty: none
+  // After each claim_some() that was stored, before it is answered. false: the answer is lost. Empty: nothing.
+  std::function<bool(const std::vector<Claimed>&)> answers_claim;
 
   Result<Inserted> insert(const NewJob& job) override {
     return written([&] { return behind_.insert(job); });
@@ -30,7 +32,9 @@ class FlakyStore final : public JobStore {
   }
   Result<std::vector<Claimed>> claim_some(const std::string& worker, TimePoint now, TimePoint lease_until, Which which,
                                           std::size_t most, Suspects suspects) override {
-    return written([&] { return behind_.claim_some(worker, now, lease_until, which, most, suspects); });
+    auto claimed = written([&] { return behind_.claim_some(worker, now, lease_until, which, most, suspects); });
+    if (!claimed || !answers_claim || answers_claim(*claimed)) return claimed;
+    return Error{ErrorCode::storage_unavailable, "the answer is lost, says the test", "", ""};
   }
   Result<std::vector<Heartbeat>> heartbeats(std::span<const Beat> beats, TimePoint lease_until) override {
     return written([&] { return behind_.heartbeats(beats, lease_until); });

@@ -139,6 +139,22 @@ TEST_CASE("processes: they have one clock, the database's") {
   CHECK(std::chrono::abs(stores.jobs().time() - now()) < 60s);
 }
 
+TEST_CASE("processes: they know the database's clock from their first moment on") {
+  PostgresForTests stores;
+  const std::string name = stores.database().substr(stores.database().rfind('=') + 1);
+  {
+    const auto connection = PgConnection::open(stores.database());
+    connection->execute(
+        "CREATE FUNCTION public.clock_timestamp() RETURNS timestamptz LANGUAGE sql AS "
+        "'SELECT pg_catalog.clock_timestamp() + interval ''1 hour'''");
+    connection->execute("ALTER DATABASE " + name + " SET search_path = public, pg_catalog");
+  }
+  const auto behind = stores.open("behind");
+  const auto ahead = behind->jobs().time() - now();
+  CHECK(ahead > 50min);
+  CHECK(ahead < 70min);
+}
+
 TEST_CASE("processes: they hear what others do, whatever their owners are called") {
   PostgresForTests stores;
   const auto other = stores.open("other");

@@ -34,6 +34,22 @@ std::int64_t number_in(const std::string& database, const char* sql) {
   return row.number(0);
 }
 
+// No commit is acknowledged from then on.
+void demand_standby(const std::string& database) {
+  PostgresServer::shared().execute("ALTER SYSTEM SET synchronous_standby_names = 'nobody'");
+  PostgresServer::shared().execute("SELECT pg_reload_conf()");
+  while (number_in(database,
+                   "SELECT (setting = 'nobody')::int FROM pg_settings WHERE name = 'synchronous_standby_names'") == 0) {
+    std::this_thread::sleep_for(10ms);
+  }
+  std::this_thread::sleep_for(200ms);  // our connections hear of it as well
+}
+
+void demand_no_standby() {
+  PostgresServer::shared().execute("ALTER SYSTEM RESET synchronous_standby_names");
+  PostgresServer::shared().execute("SELECT pg_reload_conf()");
+}
+
 // What a worker does: claims some and ends them. Ids of those whose end was acknowledged.
 void work_once(JobStore& jobs, const std::string& worker, std::mutex& mutex, std::multiset<std::string>& ended) {
   const auto claimed = jobs.claim_some(worker, at(50), at(110), JobStore::Which::all, 3);
@@ -150,14 +166,7 @@ TEST_CASE("trouble: what no standby has confirmed is not acknowledged") {
   DistributedSettings settings = all.settings("impatient");
   settings.patience = 1500ms;
   const auto stores = got(DistributedStores::open(settings));
-  server.execute("ALTER SYSTEM SET synchronous_standby_names = 'nobody'");
-  server.execute("SELECT pg_reload_conf()");
-  while (number_in(all.database(),
-                   "SELECT (setting = 'nobody')::int FROM pg_settings WHERE name = "
-                   "'synchronous_standby_names'") == 0) {
-    std::this_thread::sleep_for(10ms);
-  }
-  std::this_thread::sleep_for(200ms);  // our connections hear of it as well
+  demand_standby(all.database());
   CHECK_FALSE(stores->jobs().insert(new_job("ann", "1")).ok());
   CHECK(got(stores->jobs().counts()).queued == 0);  // nobody sees it, reading waits for nobody
   const auto claimed = stores->jobs().claim_some("w", at(50), at(110), JobStore::Which::all, 1);
@@ -165,8 +174,7 @@ TEST_CASE("trouble: what no standby has confirmed is not acknowledged") {
   // Somebody ends the waiting: it is committed here alone. To find it there is no proof that it is safe.
   server.execute("SELECT pg_cancel_backend(pid) FROM pg_stat_activity WHERE wait_event = 'SyncRep'");
   CHECK_FALSE(stores->jobs().insert(new_job("ann", "1")).ok());
-  server.execute("ALTER SYSTEM RESET synchronous_standby_names");
-  server.execute("SELECT pg_reload_conf()");
+  demand_no_standby();
   Result<Inserted> at_last = stores->jobs().insert(new_job("ann", "1"));
   while (!at_last) at_last = stores->jobs().insert(new_job("ann", "1"));
   CHECK(at_last->existed);
@@ -251,4 +259,73 @@ TEST_CASE("trouble: with more callers than connections all are served") {
   CHECK(number_in(stores.database(),
                   "SELECT count(*) FROM pg_stat_activity WHERE datname = current_database() AND backend_type = 'client "
                   "backend' AND query LIKE 'INSERT INTO jobs%'") <= 2);
+}
+
+TEST_CASE("trouble: touches of many meshes are one statement, whatever the way to the database takes") {
+  PostgresForTests stores;
+  DistributedSettings settings = stores.settings("other");
+  settings.max_unrecorded = 5000;
+  const auto other = got(DistributedStores::open(settings));
+  const auto connection = PgConnection::open(stores.database());
+  connection->execute(
+      "INSERT INTO meshes SELECT 'ann', convert_to(n::text, 'UTF8'), 1, '', '', 0, 0, 0 FROM generate_series(1, 4000) "
+      "AS n; CREATE TABLE updates (one boolean); CREATE FUNCTION note() RETURNS trigger LANGUAGE plpgsql AS $$ BEGIN "
+      "INSERT INTO updates VALUES (true); RETURN NULL; END $$; CREATE TRIGGER note AFTER UPDATE ON meshes FOR EACH "
+      "STATEMENT EXECUTE FUNCTION note()");
+  for (int n = 1; n <= 4000; ++n)
+    other->meshes().touch_mesh({"ann", std::to_string(n)}, at(50), at(n % 2 == 0 ? 200 : 50));
+  got(other->jobs().flush());
+  CHECK(number_in(stores.database(), "SELECT count(*) FROM updates") <= 10);  // some may have been written before
+  CHECK(number_in(stores.database(), "SELECT count(*) FROM meshes WHERE last_used = 1700000050000") == 4000);
+  CHECK(number_in(stores.database(), "SELECT count(*) FROM meshes WHERE expires = 1700000200000") == 2000);
+}
+
+TEST_CASE("trouble: who deletes a mesh hears that it was there, though the answer to the commit was lost") {
+  PostgresForTests stores;
+  PostgresServer& server = PostgresServer::shared();
+  got(stores.meshes().put_mesh({{"ann", "m"}, 10, "", "", at(0), at(0), at(100)}, 100));
+  const std::string waiting =
+      "FROM pg_stat_activity WHERE wait_event = 'SyncRep' AND datname = '" + name_of(stores.database()) + "'";
+  demand_standby(stores.database());
+  std::optional<Result<bool>> deleted;
+  std::thread deleter([&] { deleted = stores.meshes().delete_mesh({"ann", "m"}); });
+  bool committed = false;
+  for (int tries = 0; tries < 3000 && !committed; ++tries) {
+    server.execute("SELECT pg_terminate_backend(pid) " + waiting);  // it is committed, and nobody is told
+    std::this_thread::sleep_for(5ms);
+    committed = number_in(stores.database(), "SELECT count(*) FROM meshes") == 0;
+  }
+  demand_no_standby();
+  deleter.join();
+  REQUIRE(committed);
+  CHECK(got(*deleted));
+  CHECK_FALSE(got(stores.meshes().delete_mesh({"ann", "m"})));
+}
+
+TEST_CASE("trouble: who comes late to a connection takes none from the others") {
+  PostgresForTests stores;
+  PgPool pool({stores.database(), 2, 300ms, {}});
+  const auto pid = [](PgConnection& connection) {
+    PgRows row = connection.query("SELECT pg_backend_pid()");
+    row.next();
+    return row.number(0);
+  };
+  std::set<std::int64_t> pids;
+  Result<std::int64_t> inner = 0;
+  while (pids.size() < 2) {  // the first may come before there are two
+    const auto outer = pool.run(Promise::fleeting, [&](PgConnection& connection) {
+      inner = pool.run(Promise::fleeting, pid);
+      return pid(connection);
+    });
+    if (outer && inner) pids = {*outer, *inner};
+  }
+  const SteadyTime trouble = pool.newest_trouble();
+  const auto late = pool.run(Promise::fleeting, [](PgConnection& connection) {
+    std::this_thread::sleep_for(250ms);
+    connection.query("SELECT pg_sleep(5)");
+    return Done{};
+  });
+  CHECK_FALSE(late.ok());
+  CHECK(pool.newest_trouble() == trouble);
+  CHECK(pids.contains(got(pool.run(Promise::fleeting, pid))));
 }

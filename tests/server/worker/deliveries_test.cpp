@@ -1,5 +1,7 @@
 #include "server/worker/deliveries.h"
 
+#include <new>
+
 #include "bench_of_workers.h"
 
 using namespace meshgauge;
@@ -106,4 +108,28 @@ TEST_CASE("deliveries: an end that the store can never take counts against its j
   const auto row = row_of(kept, poison->live->key);
   CHECK(row.state == JobState::queued);
   CHECK(row.last_error.find("its end could not be stored") != std::string::npos);
+}
+
+TEST_CASE("deliveries: for want of memory those that were not settled are again, and the others not") {
+  Kept kept;
+  Delivered delivered;
+  std::vector<HeldJobPtr> jobs;
+  for (int i = 0; i < 5; ++i) jobs.push_back(claimed(kept, "j" + std::to_string(i)));
+  int left = 3;
+  const auto hear = delivered.hear();
+  const auto short_of_memory = [&](const Delivery& delivery, How outcome) {
+    if (left-- == 0) throw std::bad_alloc();
+    hear(delivery, outcome);
+  };
+  Deliveries deliveries(kept.jobs, {}, short_of_memory, delivered.failed());
+  kept.jobs.full = true;  // so that they become one group
+  for (const auto& job : jobs) deliveries.add(done(job));
+  REQUIRE(eventually([&] { return delivered.failures > 0; }));
+  kept.jobs.full = false;
+  deliveries.hurry();
+  REQUIRE(deliveries.wait_until_empty(Deliveries::Clock::now() + kLong));
+  std::vector<std::pair<std::string, How>> each_once;
+  for (const auto& job : jobs) each_once.emplace_back(job->live->key.id, How::stored);
+  CHECK(delivered.all == each_once);
+  CHECK(deliveries.waiting() == 0);
 }

@@ -1,4 +1,7 @@
 // Workers that the store thinks dead, and a store that is away.
+#include <atomic>
+#include <thread>
+
 #include <nlohmann/json.hpp>
 
 #include "bench_of_workers.h"
@@ -108,4 +111,52 @@ TEST_CASE("worker: who stops while the store is away does not wait for ever, and
   CHECK(row_of(kept, key).state == JobState::running);
   take_from_all(kept);
   CHECK(row_of(kept, key).state == JobState::queued);
+}
+
+TEST_CASE("worker: what is being claimed while it stops goes back") {
+  Kept kept;
+  Stand stand;
+  const auto key = put_job(kept, job_named("late"));
+  std::atomic<bool> claimed{false};
+  kept.jobs.answers_claim = [&](const std::vector<store::Claimed>& some) {
+    claimed = claimed || !some.empty();
+    std::this_thread::sleep_for(milliseconds(300));  // who does not wait for it has stopped by then
+    return true;
+  };
+  WorkerBench bench(kept.stores(), stand.compare(), options_of("w"));
+  bench.worker.start();
+  REQUIRE(eventually([&] { return claimed.load(); }));
+  bench.worker.stop(seconds(60));
+  CHECK(bench.worker.held() == 0);
+  const auto row = row_of(kept, key);
+  CHECK(row.state == JobState::queued);
+  CHECK_FALSE(row.suspected);
+}
+
+TEST_CASE("worker: what it may have claimed without knowing goes back, also when it drains") {
+  Kept kept;
+  Stand stand;
+  const auto key = put_job(kept, job_named("unheard"));
+  std::atomic<bool> claimed{false};
+  kept.jobs.answers_claim = [&](const std::vector<store::Claimed>& some) {
+    if (some.empty()) return true;
+    kept.jobs.full = true;  // until it drains
+    claimed = true;
+    return false;
+  };
+  WorkerBench bench(kept.stores(), stand.compare(), options_of("w"));
+  bench.worker.start();
+  REQUIRE(eventually([&] { return claimed.load(); }));
+  CHECK(row_of(kept, key).state == JobState::running);
+  bench.worker.drain();
+  kept.jobs.full = false;
+  SUBCASE("in the time of its grace") {
+    CHECK(eventually([&] { return has_state(kept, key, JobState::queued); }));
+  }
+  SUBCASE("before it has stopped") {
+    bench.worker.stop(seconds(60));
+    CHECK(row_of(kept, key).state == JobState::queued);
+  }
+  CHECK_FALSE(row_of(kept, key).suspected);
+  CHECK(stand.running == 0);
 }
