@@ -141,6 +141,8 @@ const looks = {
 for (const [look, how] of Object.entries(looks))
   test(`its look, ${look}`, async () => {
     const walk = await opened((await mixed()).view, { ...how, reducedMotion: "reduce", bypassCSP: true });
+    await walk.page.locator("#row-search").fill("part 12");
+    await words(walk, "1 to 8 of 8");
     await walk.still();
     await walk.tab.shot(`batch_${look.replaceAll(" ", "_")}`, { whole: true });
     const { wide, room } = await walk.page.evaluate(() => ({ wide: document.documentElement.scrollWidth, room: innerWidth }));
