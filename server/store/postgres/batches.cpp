@@ -358,11 +358,12 @@ Result<BatchStore::Load> PostgresStore::batch_load(const std::string& owner) {
 }
 
 Result<bool> PostgresStore::forget_batch(const JobKey& key) {
+  bool removed = false;  // also by a try whose commit was not heard of
   return pool_.run(
       Promise::durable,
       [&](PgConnection& connection) {
         PgTransaction transaction(connection);
-        const bool removed = remove_batch(connection, key, std::nullopt);
+        removed |= remove_batch(connection, key, std::nullopt);
         transaction.commit();
         return removed;
       },

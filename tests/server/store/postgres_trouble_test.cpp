@@ -1,5 +1,6 @@
 // Connections that break, a database that goes and comes back, and much at once.
 #include <atomic>
+#include <functional>
 #include <random>
 #include <set>
 #include <thread>
@@ -280,26 +281,38 @@ TEST_CASE("trouble: touches of many meshes are one statement, whatever the way t
   CHECK(number_in(stores.database(), "SELECT count(*) FROM meshes WHERE expires = 1700000200000") == 2000);
 }
 
-TEST_CASE("trouble: who deletes a mesh hears that it was there, though the answer to the commit was lost") {
+TEST_CASE("trouble: who removes something hears that it was there, though the answer to the commit was lost") {
   PostgresForTests stores;
-  PostgresServer& server = PostgresServer::shared();
-  got(stores.meshes().put_mesh({{"ann", "m"}, 10, "", "", at(0), at(0), at(100)}, 100));
   const std::string waiting =
       "FROM pg_stat_activity WHERE wait_event = 'SyncRep' AND datname = '" + name_of(stores.database()) + "'";
+  got(stores.meshes().put_mesh({{"ann", "m"}, 10, "", "", at(0), at(0), at(100)}, 100));
+  insert(stores.batches(), new_batch("ann", "b", 1));
+  got(stores.batches().cancel_batch({"ann", "b"}, {at(50), at(100)}));
+  std::function<Result<bool>()> remove;
+  const char* left = nullptr;
+  SUBCASE("a mesh") {
+    remove = [&] { return stores.meshes().delete_mesh({"ann", "m"}); };
+    left = "SELECT count(*) FROM meshes";
+  }
+  SUBCASE("a batch") {
+    remove = [&] { return stores.batches().forget_batch({"ann", "b"}); };
+    left = "SELECT count(*) FROM batches";
+  }
+  REQUIRE(number_in(stores.database(), left) == 1);
   demand_standby(stores.database());
-  std::optional<Result<bool>> deleted;
-  std::thread deleter([&] { deleted = stores.meshes().delete_mesh({"ann", "m"}); });
+  std::optional<Result<bool>> removed;
+  std::thread remover([&] { removed = remove(); });
   bool committed = false;
   for (int tries = 0; tries < 3000 && !committed; ++tries) {
-    server.execute("SELECT pg_terminate_backend(pid) " + waiting);  // it is committed, and nobody is told
+    PostgresServer::shared().execute("SELECT pg_terminate_backend(pid) " + waiting);  // committed, and nobody is told
     std::this_thread::sleep_for(5ms);
-    committed = number_in(stores.database(), "SELECT count(*) FROM meshes") == 0;
+    committed = number_in(stores.database(), left) == 0;
   }
   demand_no_standby();
-  deleter.join();
+  remover.join();
   REQUIRE(committed);
-  CHECK(got(*deleted));
-  CHECK_FALSE(got(stores.meshes().delete_mesh({"ann", "m"})));
+  CHECK(got(*removed));
+  CHECK_FALSE(got(remove()));
 }
 
 TEST_CASE("trouble: who comes late to a connection takes none from the others") {
