@@ -168,7 +168,7 @@ TEST_CASE("parts: each hears what others have found, and who watches sees the wh
   Machine one(database, "one", waiting.compare()), two(database, "two", waiting.compare());
   const auto job = front.begin("a", "b", R"({"shards":2})");
   CHECK(eventually([&] { return waiting.told.load(); }));
-  CHECK(eventually([&] { return job->view().row.progress == std::optional(store::Progress{5.25, 9, "reduce"}); }));
+  CHECK(eventually([&] { return job->view().row.progress == std::optional(certified(5.25, 9, "reduce")); }));
   CHECK(json::parse(progress_json(job->view()))["state"] == "running");
   const auto row = got(front.jobs.get(job->key));
   CHECK(json::parse(to_json(*row))["progress"] == json{{"lower", 5.25}, {"upper", 9.0}, {"stage", "reduce"}});
