@@ -234,7 +234,7 @@ TEST_CASE("access: of several processes, what all of them have counts, one new j
     CHECK(!denied(turn));
   }
   for (std::thread& client : clients) client.join();
-  CHECK(stored == 2);
+  CHECK(stored.load() == 2);
 }
 
 TEST_CASE("access: storage counts what is stored and what is on its way") {
