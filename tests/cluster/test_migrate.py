@@ -1,6 +1,7 @@
 """Who brings the schema up, and what he is told who may not."""
 
 import subprocess
+import tempfile
 import unittest
 
 from postgres import USER, Missing, Postgres
@@ -39,10 +40,10 @@ class Migrate(unittest.TestCase):
 
     def said(self, verb, url):
         """What a process says that cannot begin."""
-        folder = SERVER.scratch.folder("data-%s-%s" % (self.database, verb))
-        flags = () if verb == "migrate" else ("--port", "0", "--data-dir", str(folder / "data"))
-        done = subprocess.run([BINARY, verb, *flags], env={**ENVIRONMENT, "MESHGAUGE_DATABASE": url}, capture_output=True,
-                              text=True, timeout=60)
+        with tempfile.TemporaryDirectory() as folder:
+            flags = () if verb == "migrate" else ("--port", "0", "--data-dir", folder + "/data")
+            done = subprocess.run([BINARY, verb, *flags], env={**ENVIRONMENT, "MESHGAUGE_DATABASE": url}, capture_output=True,
+                                  text=True, timeout=60)
         self.assertEqual(done.returncode, 3, done.stdout + done.stderr)
         self.assertEqual(done.stderr.count("\n"), 1, done.stderr)
         self.assertNotIn(SERVER.password, done.stderr)
