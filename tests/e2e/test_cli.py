@@ -11,7 +11,7 @@ import unittest
 from pathlib import Path
 
 from contract import OPENAPI, validate
-from harness import BINARY, ENVIRONMENT, RAISED, SLOW, SQUARE, Server, wavy_grid
+from harness import BINARY, ENVIRONMENT, RAISED, SLOW, SQUARE, Server, until_computing, wavy_grid
 
 
 class Cli(unittest.TestCase):
@@ -181,7 +181,7 @@ class Cli(unittest.TestCase):
         a, b = self.file("1.obj", SLOW["a"]), self.file("2.obj", SLOW["b"])
         process = subprocess.Popen([BINARY, "compare", a, b, "--strategy", "four_point", "--absolute", "0", "--timeout-ms", "100000", "--json"],
                                    stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=ENVIRONMENT)
-        time.sleep(1)
+        until_computing(process, 1)
         process.send_signal(signal.SIGINT)
         out, _ = process.communicate(timeout=60)
         self.assertEqual(process.returncode, 0)

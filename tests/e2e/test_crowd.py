@@ -15,7 +15,7 @@ import threading
 import time
 import unittest
 
-from harness import SLOW, SLOW_OPTIONS, Server, comparison, post_head, read_answer, until
+from harness import SLOW, SLOW_OPTIONS, Server, comparison, post_head, read_answer, until, until_computing
 
 MOST_DELAY = 0.1  # seconds that eight dribbling clients may cost an honest one
 ATTACKER = "127.0.0.2"  # honest clients call from 127.0.0.1
@@ -232,7 +232,7 @@ class Accept(unittest.TestCase):
         self.assertEqual(read_answer(stream).status, 200)
         body = comparison(**SLOW, options=SLOW_OPTIONS)
         busy.sendall(post_head(len(body)) + body)
-        time.sleep(0.5)
+        until_computing(server.process)
         with socket_of(server, listens) as listener:
             listener.shutdown(socket.SHUT_RDWR)  # accept() says EINVAL from now on
         self.assertEqual(read_answer(busy.makefile("rb")).status, 200)

@@ -9,7 +9,8 @@ import time
 import unittest
 
 from contract import events_of
-from harness import RAISED, SLOW, SLOW_OPTIONS, SQUARE, Server, ServerCase, comparison, post_head, read_answer, until, wavy_grid
+from harness import (RAISED, SLOW, SLOW_OPTIONS, SQUARE, Server, ServerCase, comparison, post_head, processor_seconds, read_answer, until,
+                     until_computing, wavy_grid)
 
 ASYNC = "Prefer: respond-async\r\n"
 ENDED = ("done", "failed", "cancelled")
@@ -149,15 +150,14 @@ class Ends(ServerCase):
 
     def test_work_stops_within_50_ms(self):
         """Of the service's own processor time, so that nobody else's work counts."""
-        clock = ~self.server.process.pid << 3 | 2  # as clock_getcpuclockid() makes it
         taken = []
         for _ in range(5):
             path, _ = begin_slow(self.server)
             wait_for(self.server, path, "running")
             time.sleep(0.2)
-            before = time.clock_gettime(clock)
+            before = processor_seconds(self.server.process)
             self.assertEqual(self.delete(path).json()["state"], "cancelled")
-            taken.append(1000 * (time.clock_gettime(clock) - before))
+            taken.append(1000 * (processor_seconds(self.server.process) - before))
         print("a running comparison worked for %.0f ms at most after DELETE was sent" % max(taken))
         self.assertLess(min(taken), 50)
 
@@ -174,11 +174,11 @@ class Ends(ServerCase):
         body = comparison(options={"timeout_ms": 100000, **SLOW_OPTIONS}, **SLOW)
         with self.server.connect() as connection:
             connection.sendall(post_head(len(body), key) + body)
-            time.sleep(1)
+            until_computing(self.server.process)
         answer = self.server.raw(post_head(len(body), key + ASYNC) + body)
         self.assertEqual(answer.status, 202)
-        left = [json.loads(line) for line in self.server.log[before:] if '"bytes_in":%d,' % len(body) in line]
-        self.assertEqual({line["status"] for line in left}, {202})  # who left was promised the same
+        both = until(lambda: len(lines := [json.loads(line) for line in self.server.log[before:] if '"bytes_in":%d,' % len(body) in line]) == 2 and lines)
+        self.assertEqual([line["status"] for line in both], [202, 202])  # who left was promised the same
         job = wait_for(self.server, answer.headers["location"], "running")
         self.assertIsNone(job["finished"])
         self.delete(answer.headers["location"])

@@ -8,7 +8,7 @@ import time
 import unittest
 
 from harness import (RAISED, ROOT, SLOW, SLOW_OPTIONS, SQUARE, Server, ServerCase, flat_grid, comparison, multipart, post_head,
-                     read_answer, until, validate, wavy_grid)
+                     read_answer, until, until_computing, validate, wavy_grid)
 
 
 class Comparisons(ServerCase):
@@ -223,7 +223,8 @@ class End(unittest.TestCase):
         threads = [threading.Thread(target=client) for _ in range(2)]
         for thread in threads:
             thread.start()
-        time.sleep(1.5)
+        until(lambda: b"\nmeshgauge_queue_depth 1\n" in server.get("/metrics").body)
+        until_computing(server.process)
         return server, threads, answers
 
     def test_sigterm_answers_everybody(self):

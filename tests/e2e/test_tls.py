@@ -13,7 +13,7 @@ from pathlib import Path
 
 import wire
 from harness import (BINARY, ENVIRONMENT, SLOW, SLOW_OPTIONS, SQUARE, Server, comparison, flat_grid, post_head, read_answer,
-                     until)
+                     until, until_computing)
 
 
 def make_certificate(folder, name="localhost"):
@@ -226,7 +226,7 @@ class Tls(unittest.TestCase):
         self.addCleanup(pipe.socket.close)
         pipe.tls.write(post_head(len(body)) + body)
         pipe.flush()
-        time.sleep(0.5)
+        until_computing(self.server.process)
         end(pipe)
         head, _, document = pipe.rest().partition(b"\r\n\r\n")
         self.assertTrue(head.startswith(b"HTTP/1.1 200 "), head)

@@ -7,7 +7,7 @@ import subprocess
 import time
 import unittest
 
-from harness import SLOW, wavy_grid
+from harness import SLOW, until_computing, wavy_grid
 from workplace import Workplace
 
 FOREVER = ("--max-distance", "0", "--strategy", "four_point", "--timeout", "100 s")
@@ -18,7 +18,7 @@ class Interrupt(Workplace):
         return self.file("1.obj", SLOW["a"]), self.file("2.obj", SLOW["b"])
 
     def ended_by(self, sign, process, after=1.0):
-        time.sleep(after)
+        until_computing(process, after)
         process.send_signal(sign)
         out, err = process.communicate(timeout=60)
         return process.returncode, out, err
@@ -78,7 +78,7 @@ class Interrupt(Workplace):
         self.manifest(many)
         process = self.start("gates.yaml", "--json", "--quiet", stdout=write, stderr=subprocess.DEVNULL)
         os.close(write)
-        time.sleep(1)
+        until_computing(process, 1)
         process.send_signal(signal.SIGINT)
         time.sleep(1)
         self.assertIsNone(process.poll())  # 300 gates do not fit into a pipe
