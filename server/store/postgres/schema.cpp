@@ -155,6 +155,16 @@ constexpr const char* kFourth = R"sql(
 ALTER TABLE jobs ADD COLUMN bounds_by bytea NOT NULL DEFAULT '';  -- Progress::by
 -- One step from an owner who waits to the next. claim_some() alone asks for it, by its last condition.
 CREATE INDEX jobs_turns ON jobs (owner, rank) WHERE state = 0 AND awaits = 0 AND tries >= 0;
+-- Processes of the version before change bounds and leave bounds_by as it is: then nobody knows who certified them.
+CREATE FUNCTION meshgauge_bounds_of_unknown() RETURNS trigger LANGUAGE plpgsql AS $$
+BEGIN
+  new.bounds_by := '';
+  RETURN new;
+END $$;
+CREATE TRIGGER bounds_of_unknown BEFORE UPDATE OF lower, upper ON jobs FOR EACH ROW
+  WHEN (coalesce(current_setting('meshgauge.bounds_by', true), '') = ''
+        AND (new.lower IS DISTINCT FROM old.lower OR new.upper IS DISTINCT FROM old.upper))
+  EXECUTE FUNCTION meshgauge_bounds_of_unknown();
 )sql";
 
 constexpr const char* kSteps[] = {kFirst, kSecond, kThird, kFourth};

@@ -124,6 +124,32 @@ TEST_CASE("PostgreSQL schema: what was stored under each earlier version is read
   }
 }
 
+TEST_CASE("PostgreSQL schema: bounds that the version before tells are certified by nobody who is known") {
+  Database database;
+  PostgresSettings settings;
+  settings.database = database.name();
+  const std::unique_ptr<PostgresStore> store = got(PostgresStore::open(settings));
+  insert(*store, new_job("ann", "1"));
+  const Token token = claimed_token(*store, {"ann", "1"});
+  CHECK(got(store->heartbeat(token, at(170), {2, 8, "reduce", "v1"})) == Heartbeat::go_on);
+  CHECK(got(store->hand_back(token, "", kNow)) == JobState::queued);
+  database.connection().execute("RESET meshgauge.bounds_by");  // as it does
+  SUBCASE("of a job that it claims") {
+    database.connection().execute(
+        "UPDATE jobs SET state = 1, tries = tries + 1, worker = 'old', lower = NULL, upper = NULL, stage = NULL; "
+        "UPDATE "
+        "jobs SET lower = 9, upper = 10, stage = 'build'");
+    got(store->recover("old", "", kNow));
+  }
+  SUBCASE("of a whole whose part it runs") {
+    database.connection().execute("UPDATE jobs AS whole SET lower = 9, upper = 10, stage = 'build'");
+  }
+  CHECK(job_in(*store, {"ann", "1"}).progress == Progress{9, 10, "build", ""});
+  const Token again = claimed_token(*store, {"ann", "1"});
+  CHECK(got(store->heartbeat(again, at(170), {1, 9.5, "reduce", "v1"})) == Heartbeat::go_on);
+  CHECK(job_in(*store, {"ann", "1"}).progress == Progress{1, 9.5, "reduce", "v1"});
+}
+
 TEST_CASE("PostgreSQL: several schemas of one database are apart") {
   Database database;
   database.connection().execute("CREATE SCHEMA one; CREATE SCHEMA two");
