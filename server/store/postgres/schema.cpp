@@ -1,9 +1,13 @@
 #include "server/store/postgres/schema.h"
 
+#include <chrono>
+#include <thread>
+
 namespace meshgauge::server::store {
 namespace {
 
 constexpr std::int64_t kLock = 0x4d474a31;  // "MGJ1": of all who use this database, for who migrates
+constexpr std::chrono::seconds kTables{1};  // between two tries to get the tables
 
 // Text is bytea: see values.h. Its order, and so the index's, is that of the bytes.
 constexpr const char* kFirst = R"sql(
@@ -199,6 +203,8 @@ Error written_later(std::int64_t version, std::size_t newest) {
                  "; this one knows " + std::to_string(newest) + "): run that version, or restore a backup of before");
 }
 
+constexpr const char* kLockTimeout = "55P03";
+
 bool is_about_rights(const PgFailure& failure) { return failure.state == "42501" || failure.state == "3F000"; }
 
 std::string text_of(PgConnection& connection, const char* sql) {
@@ -253,6 +259,8 @@ Result<Migrated> migrate_alone(PgConnection& connection, std::span<const char* c
   const auto newest = static_cast<std::int64_t>(steps.size());
   if (*version > newest) return written_later(*version, steps.size());
   if (*version == newest) return Migrated{newest, newest};
+  // While this waits for a table that somebody reads (a backup does, for hours), all others wait behind it.
+  connection.execute("SET LOCAL lock_timeout = '1s'");
   take_steps(connection, *version, steps);
   transaction.commit();
   return Migrated{*version, newest};
@@ -274,11 +282,14 @@ Result<Migrated> pg_migrate(PgConnection& connection, std::span<const char* cons
     if (!is_about_rights(failure)) throw;
     return may_not_read(connection, failure);
   }
-  try {
-    return migrate_alone(connection, steps);
-  } catch (const PgFailure& failure) {
-    if (!is_about_rights(failure)) throw;
-    return may_not_change(connection, found, steps.size(), failure);
+  while (true) {
+    try {
+      return migrate_alone(connection, steps);
+    } catch (const PgFailure& failure) {
+      if (is_about_rights(failure)) return may_not_change(connection, found, steps.size(), failure);
+      if (failure.state != kLockTimeout) throw;
+    }
+    std::this_thread::sleep_for(kTables);
   }
 }
 

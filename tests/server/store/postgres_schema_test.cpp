@@ -105,6 +105,20 @@ TEST_CASE("PostgreSQL schema: of many processes that begin at once, one migrates
   CHECK(std::count(said.begin(), said.end(), "the schema is of version " + newest + " already") == 7);
 }
 
+TEST_CASE("PostgreSQL schema: nobody waits long behind a migration that waits for a reader") {
+  Database database;
+  got(pg_migrate(database.connection(), kOne));
+  const auto reader = PgConnection::open(database.name());
+  reader->execute("BEGIN; SELECT x FROM a");  // as a backup does
+  std::thread migration([&] { got(pg_migrate(*PgConnection::open(database.name()), kTwo)); });
+  const auto waiting = "SELECT count(*) FROM pg_locks WHERE relation = 'a'::regclass AND NOT granted";
+  while (database.number(waiting) == 0) std::this_thread::yield();
+  CHECK_NOTHROW(database.number("SELECT x FROM a"));  // which waits for 3 s, as all our sessions do
+  reader->execute("COMMIT");
+  migration.join();
+  CHECK(database.number("SELECT y FROM a") == 8);
+}
+
 TEST_CASE("PostgreSQL schema: what was stored under each earlier version is read under this one") {
   for (std::size_t version = 1; version < pg_schema_steps().size(); ++version) {
     Database database;
