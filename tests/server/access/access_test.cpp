@@ -222,7 +222,7 @@ TEST_CASE("access: of several processes, what all of them have counts, one new j
   CHECK(denied(access.await_turn("nobody", there(0))));
   CHECK(!denied(Access("").await_turn("", there(1'000'000))));
 
-  std::atomic<int> stored{0};
+  std::atomic<std::uint64_t> stored{0};
   std::vector<std::thread> clients;
   for (int i = 0; i < 8; ++i) {
     clients.emplace_back([&] {
