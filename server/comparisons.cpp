@@ -284,9 +284,9 @@ void Comparisons::events(Exchange& exchange) {
 // Of a job that runs in this process's worker for batches, or waits for it: what the store says of it.
 void Comparisons::tell_of_stored(Exchange& exchange, const store::JobKey& key, std::shared_ptr<const void> seat) {
   using Told = std::pair<store::JobState, std::optional<store::Progress>>;
-  exchange.response.stream = [this, key, seat = std::move(seat),
+  exchange.response.stream = [this, key, seat = std::move(seat), again = false,
                               told = std::optional<Told>()](std::string& piece) mutable {
-    if (told) std::this_thread::sleep_for(kEventGap);
+    if (std::exchange(again, true)) std::this_thread::sleep_for(kEventGap);
     const auto view = jobs_.get(key);
     const bool over = jobs_.stopping() || (view && (!*view || store::has_ended((**view).row.state)));
     if (over) {

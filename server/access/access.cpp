@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <condition_variable>
 #include <limits>
 
 #include "server/access/bucket.h"
@@ -37,10 +38,33 @@ class Account {
     return std::nullopt;
   }
 
-  std::unique_lock<std::mutex> await_turn() { return std::unique_lock(turn_); }
   std::uint64_t max_jobs() {
     const std::lock_guard lock(mutex_);
     return allowance_.max_jobs;
+  }
+
+  // How many turns there were before this one.
+  std::uint64_t take_turn() {
+    const std::lock_guard gate(gate_);
+    const std::lock_guard lock(mutex_);
+    return turns_++;
+  }
+
+  // While this is held there are no turns, and nobody takes one.
+  std::unique_lock<std::mutex> end_turns() {
+    std::unique_lock gate(gate_);
+    std::unique_lock lock(mutex_);
+    no_turns_.wait(lock, [this] { return turns_ == 0; });
+    return gate;
+  }
+  void take_turn(const std::unique_lock<std::mutex>& /*of end_turns()*/) {
+    const std::lock_guard lock(mutex_);
+    ++turns_;
+  }
+
+  void give_turn() {
+    const std::lock_guard lock(mutex_);
+    if (--turns_ == 0) no_turns_.notify_all();
   }
 
   void adopt_job() {
@@ -75,10 +99,14 @@ class Account {
   Bucket bucket_;
   std::uint64_t jobs_ = 0;
   std::uint64_t held_ = 0;
-  std::mutex turn_;  // JobTurn's; before mutex_
+  std::uint64_t turns_ = 0;
+  std::condition_variable no_turns_;
+  std::mutex gate_;  // to turns; before mutex_
 };
 
 namespace {
+
+constexpr std::uint64_t kProcesses = 8;  // that may let jobs of one owner in at the same time
 
 // RFC 6750 section 3: why, in words for machines; none when there was no key at all.
 Denial unauthorized(const char* detail, bool presented) {
@@ -95,6 +123,12 @@ Denial too_many(std::string detail, std::chrono::duration<double> wait) {
 Denial too_many_jobs(std::uint64_t limit) {
   return too_many("the key has " + std::to_string(limit) + " comparisons queued or running, its max_jobs",
                   std::chrono::seconds(1));
+}
+
+std::optional<Denial> denial_of(Account& account, const Result<std::uint64_t>& unended) {
+  if (!unended) return Denial{api::to_problem(unended.error()), {}};
+  const std::uint64_t limit = account.max_jobs();
+  return *unended >= limit ? std::optional(too_many_jobs(limit)) : std::nullopt;
 }
 
 Denial over_quota(std::uint64_t limit, std::uint64_t most) {
@@ -121,6 +155,10 @@ Denial gone() { return unauthorized("the key is not known any more", true); }
 
 JobSlot::~JobSlot() {
   if (account_) account_->give_job();
+}
+
+JobTurn::~JobTurn() {
+  if (account_) account_->give_turn();
 }
 
 StorageHold::~StorageHold() {
@@ -203,16 +241,28 @@ std::variant<JobSlot, Denial> Access::take_job(const std::string& owner) {
   return JobSlot(std::move(account));
 }
 
-std::variant<JobTurn, Denial> Access::await_turn(const std::string& owner,
-                                                 const std::function<Result<std::uint64_t>()>& unended) {
+std::variant<JobTurn, Denial> Access::await_turn(const std::string& owner, const CountJobs& unended) {
   if (!has_keys()) return JobTurn{};
   auto account = account_of(owner);
   if (!account) return gone();
-  auto turn = account->await_turn();
-  const auto there = unended();
-  if (!there) return Denial{api::to_problem(there.error()), {}};
-  if (*there >= account->max_jobs()) return too_many_jobs(account->max_jobs());
-  return JobTurn(std::move(account), std::move(turn));
+  {
+    const std::uint64_t before = account->take_turn();
+    JobTurn turn(account);
+    const auto there = unended();
+    if (auto denial = denial_of(*account, there)) return std::move(*denial);
+    if (*there + kProcesses * before < account->max_jobs()) return turn;
+  }
+  // Who came before may have been counted twice, or those of other processes not at all.
+  const auto gate = account->end_turns();
+  if (auto denial = denial_of(*account, unended())) return std::move(*denial);
+  account->take_turn(gate);
+  return JobTurn(std::move(account));
+}
+
+std::optional<Denial> Access::find_denial(const std::string& owner, const CountJobs& unended) const {
+  if (!has_keys()) return std::nullopt;
+  const auto account = account_of(owner);
+  return account ? denial_of(*account, unended()) : gone();
 }
 
 JobSlot Access::adopt_job(const std::string& owner) {

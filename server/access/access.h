@@ -54,18 +54,18 @@ class JobSlot {
   std::shared_ptr<Account> account_;
 };
 
-// Held by one at a time of an owner, from the count of his jobs until his new one counts there as well.
+// Held from the count of an owner's jobs until his new one counts there as well.
 class JobTurn {
  public:
-  JobTurn() = default;  // of an owner without a limit
-  JobTurn(std::shared_ptr<Account> account, std::unique_lock<std::mutex> turn)
-      : account_(std::move(account)), turn_(std::move(turn)) {}
-  JobTurn(JobTurn&& other) noexcept = default;
+  JobTurn() = default;                                // of an owner without a limit
+  explicit JobTurn(std::shared_ptr<Account> account)  // taken already
+      : account_(std::move(account)) {}
+  JobTurn(JobTurn&& other) noexcept : account_(std::move(other.account_)) {}
   JobTurn& operator=(JobTurn&&) = delete;
+  ~JobTurn();
 
  private:
-  std::shared_ptr<Account> account_;  // longer than the lock, which is its
-  std::unique_lock<std::mutex> turn_;
+  std::shared_ptr<Account> account_;
 };
 
 // Bytes of an owner that are on their way into the store: hold it until they count there, or are gone.
@@ -106,11 +106,14 @@ class Access {
   JobSlot adopt_job(const std::string& owner);  // counted, and never denied: accepted before a restart
 
   // For one of several processes that let jobs of the same owners in: take_job() knows its own alone. `unended` says
-  // how many there are of all processes, and may fail. 429 when there are as many as may be. Each process has one new
-  // job at most between the count and the store, so that the limit is passed by less than there are processes, for as
-  // long as such a job lasts.
-  std::variant<JobTurn, Denial> await_turn(const std::string& owner,
-                                           const std::function<Result<std::uint64_t>()>& unended);
+  // how many there are of all processes, and may fail. 429 when there are as many as may be, though all turns of this
+  // process came to be stored. Turns are given at once while they are few beside what the limit leaves, as other
+  // processes give theirs meanwhile; closer to it one at a time, and then this may wait. So one process never passes
+  // the limit, and several by less than there are of them, for as long as such a job lasts, unless they are many.
+  using CountJobs = std::function<Result<std::uint64_t>()>;
+  std::variant<JobTurn, Denial> await_turn(const std::string& owner, const CountJobs& unended);
+  // Whether it would be denied now.
+  std::optional<Denial> find_denial(const std::string& owner, const CountJobs& unended) const;
 
   // 403 when `bytes` more than `stored()` and what is held already is more than the owner may store: `most`, as any
   // owner, and no more than its key says. `stored` must see what was stored before a hold was given back; it is asked

@@ -77,7 +77,9 @@ Jobs::Submitted Jobs::submit_stored(Scheduler::Slot slot, Submission submission)
   const store::BlobKey b{submission.key.owner, submission.b.id};
   auto submitted = [&]() -> Submitted {
     // Before bytes are stored for nothing: what counts is asked again when the row is.
-    if (auto turn = await_turn(a.owner); std::holds_alternative<Denial>(turn)) return std::get<Denial>(std::move(turn));
+    if (stores_.shared()) {
+      if (auto denial = access_.find_denial(a.owner, unended_of(a.owner))) return std::move(*denial);
+    }
     const auto reserved_a = stores_.blobs.reserve(a);
     const auto reserved_b = stores_.blobs.reserve(b);
     if (auto denial = keep_blobs(submission)) return std::move(*denial);
@@ -127,18 +129,18 @@ Result<store::Inserted> Jobs::store_row(const store::Job& row, unsigned shards) 
 }
 
 // Where others let jobs of this owner in as well, the store is asked how many there are.
-std::variant<JobTurn, Denial> Jobs::await_turn(const std::string& owner) {
-  if (!stores_.shared()) return JobTurn{};
-  return access_.await_turn(owner, [&] {
+Access::CountJobs Jobs::unended_of(const std::string& owner) {
+  return [this, owner] {
     auto unended = stores_.jobs.unended(owner, stores_.jobs.time());
     troubles_.note(unended);
     return unended;
-  });
+  };
 }
 
 // The job is known here before it is in the store: whoever repeats its idempotency key finds it.
 Jobs::Submitted Jobs::insert(const std::shared_ptr<LiveJob>& job, Scheduler::Slot slot) {
-  const auto turn = await_turn(job->key.owner);
+  const std::string& owner = job->key.owner;
+  const auto turn = stores_.shared() ? access_.await_turn(owner, unended_of(owner)) : JobTurn{};
   if (const auto* denial = std::get_if<Denial>(&turn)) return *denial;
   runner_->expect(job);
   const auto inserted = store_row(job->view().row, job->request.shards);

@@ -110,7 +110,7 @@ class Jobs {
   std::shared_ptr<LiveJob> job_of(Submission submission) const;
   Submitted found(const store::Job& row, bool conflict);
   Result<store::Inserted> store_row(const store::Job& row, unsigned shards);
-  std::variant<JobTurn, Denial> await_turn(const std::string& owner);
+  Access::CountJobs unended_of(const std::string& owner);
   Submitted insert(const std::shared_ptr<LiveJob>& job, Scheduler::Slot slot);
   Result<Deleted> forget(const store::JobKey& key);
   void maintain();

@@ -6,7 +6,7 @@
 namespace meshgauge::server::store {
 
 Progress narrowed(const std::optional<Progress>& known, const Progress& newer) {
-  if (!known || known->by != newer.by) return newer;
+  if (!known || known->by.empty() || known->by != newer.by) return newer;
   const double lower = std::max(known->lower, newer.lower);
   const double upper = std::min(known->upper, newer.upper);
   if (lower > upper) return newer;

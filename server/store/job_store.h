@@ -71,7 +71,7 @@ struct Progress {
   double lower = 0;
   double upper = 0;  // may be infinity
   std::string stage;
-  std::string by{};  // the version of the engine that certified both bounds
+  std::string by{};  // the version of the engine that certified both bounds; empty: not known
   bool operator==(const Progress&) const = default;
 };
 

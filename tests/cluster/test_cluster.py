@@ -17,7 +17,7 @@ TOKENS = {}
 
 def setUpModule():
     global RIG
-    tokens = {name: new_key(name, requests_per_minute=1000000, burst=10000) for name in ("alice", "bob")}
+    tokens = {name: new_key(name, requests_per_minute=1000000, burst=10000, max_jobs=1000) for name in ("alice", "bob")}
     TOKENS.update({name: token for name, (token, _) in tokens.items()})
 
     def keys(folder):

@@ -22,7 +22,7 @@ constexpr std::array kDefaults = {
 // Ours for each session. What a plan does must not depend on how many rows PostgreSQL believes that there are: every
 // table is read, joined and ordered by an index. A client that is gone must not hold locks, nor one that waits for a
 // lock wait long. What is acknowledged is on the disk, and with the standby if there is one that must have it, whatever
-// the server's default.
+// the server's default. Who changes an interval says by whom it is certified: see schema.cpp.
 constexpr const char* kSession = R"sql(
 SET client_min_messages = warning;
 SET statement_timeout = '30s';
@@ -41,6 +41,7 @@ SET enable_sort = off;
 SET enable_incremental_sort = off;
 SET plan_cache_mode = force_generic_plan;
 SET default_transaction_isolation = 'read committed';
+SET meshgauge.bounds_by = 'told';
 SELECT set_config('synchronous_commit', 'on', false)
   WHERE current_setting('synchronous_commit') IN ('off', 'local', 'remote_write');
 )sql";

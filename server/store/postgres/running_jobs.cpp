@@ -77,29 +77,28 @@ std::vector<Claimed> claimed_before(PgConnection& connection, std::int64_t claim
       "SELECT " MESHGAUGE_PG_JOB " FROM jobs WHERE state = 1 AND claim = $1 ORDER BY rank, number", claim));
 }
 
-// narrowed(), of `row`'s interval and a `newer` one; COLUMN is lower or upper, WHEN what must be true besides.
-#define MESHGAUGE_PG_NARROWED(ROW, NEWER, WHEN, COLUMN, BETTER)                                                       \
-#COLUMN " = CASE WHEN " WHEN " AND " ROW ".bounds_by = " NEWER ".bounds_by AND greatest(" ROW ".lower, " NEWER      \
-          ".lower) <= least(" ROW ".upper, " NEWER ".upper) THEN " #BETTER "(" ROW "." #COLUMN ", " NEWER "." #COLUMN \
-          ") ELSE coalesce(" NEWER "." #COLUMN ", " ROW "." #COLUMN ") END "
+// narrowed(), of `row`'s interval and a `newer` one; COLUMN is lower or upper.
+#define MESHGAUGE_PG_NARROWED(ROW, NEWER, COLUMN, BETTER)                                                       \
+#COLUMN " = CASE WHEN " ROW ".bounds_by <> '' AND " ROW ".bounds_by = " NEWER ".bounds_by AND greatest(" ROW  \
+          ".lower, " NEWER ".lower) <= least(" ROW ".upper, " NEWER ".upper) THEN " #BETTER "(" ROW "." #COLUMN \
+          ", " NEWER "." #COLUMN ") ELSE coalesce(" NEWER "." #COLUMN ", " ROW "." #COLUMN ") END "
 
 // Of the parts in a query `heard` that have told something: what their wholes, which wait for them, come to. What was
 // heard is not in the table yet, as far as this statement sees. A part's interval is of the triangles that are its
 // share, whatever it has heard of the others' lower bounds (engine/part.h), so the greatest of both bounds are the
-// whole's; certified by one engine if those of all parts were.
+// whole's; as far as one engine certified them: another one might cut the whole otherwise. Of the parts of others than
+// the one that is heard nothing is known.
 #define MESHGAUGE_PG_TELL_WHOLES \
-  "told AS (UPDATE jobs AS whole SET " MESHGAUGE_PG_NARROWED("whole", "sum", "engines = 1", lower, greatest) \
-  ", " MESHGAUGE_PG_NARROWED("whole", "sum", "engines = 1", upper, least) \
-  ", stage = sum.stage, bounds_by = CASE engines WHEN 1 THEN sum.bounds_by ELSE '' END FROM (SELECT " \
-  "part.owner, part.parent, coalesce(max(coalesce(heard.lower, part.lower)), 0) AS lower, " \
-  "max(coalesce(heard.upper, part.upper, 'infinity')) AS upper, " \
-  "(array_agg(heard.stage) FILTER (WHERE heard.stage IS NOT NULL))[1] AS stage, " \
-  "(array_agg(heard.bounds_by) FILTER (WHERE heard.stage IS NOT NULL))[1] AS bounds_by, " \
-  "count(DISTINCT coalesce(heard.bounds_by, part.bounds_by)) FILTER (WHERE coalesce(heard.lower, part.lower) IS NOT " \
-  "NULL) AS engines FROM jobs AS part " \
-  "LEFT JOIN heard ON heard.number = part.number WHERE part.parent <> '' AND (part.owner, part.parent) IN (SELECT " \
-  "owner, parent FROM heard WHERE parent <> '' AND stage IS NOT NULL) GROUP BY part.owner, part.parent ORDER BY " \
-  "part.owner, part.parent) AS sum WHERE whole.owner = sum.owner AND whole.id = sum.parent AND whole.state + 0 = 0) "
+  "told AS (UPDATE jobs AS whole SET " MESHGAUGE_PG_NARROWED("whole", "sum", lower, greatest) ", "                    \
+  MESHGAUGE_PG_NARROWED("whole", "sum", upper, least) ", stage = sum.stage, bounds_by = sum.bounds_by FROM (SELECT "  \
+  "owner, parent, stage, bounds_by, coalesce(max(lower), 0) AS lower, max(coalesce(upper, 'infinity')) AS upper FROM " \
+  "(SELECT news.*, CASE WHEN same THEN coalesce(heard.lower, part.lower) END AS lower, CASE WHEN same THEN "          \
+  "coalesce(heard.upper, part.upper) END AS upper FROM (SELECT DISTINCT ON (owner, parent) owner, parent, stage, "    \
+  "bounds_by FROM heard WHERE parent <> '' AND stage IS NOT NULL) AS news JOIN jobs AS part ON part.owner = "         \
+  "news.owner AND part.parent = news.parent AND part.parent <> '' LEFT JOIN heard ON heard.number = part.number "     \
+  "CROSS JOIN LATERAL (SELECT coalesce(heard.bounds_by, part.bounds_by) = news.bounds_by AS same) AS engine) AS "     \
+  "each GROUP BY owner, parent, stage, bounds_by ORDER BY owner, parent) AS sum WHERE whole.owner = sum.owner AND "   \
+  "whole.id = sum.parent AND whole.state + 0 = 0) "
 
 struct Heard {
   std::vector<Heartbeat> answers;
@@ -127,8 +126,8 @@ Heard hear(PgConnection& connection, std::span<const Beat> beats, TimePoint leas
       "id, worker, tries, lower, upper, stage, bounds_by, place) ORDER BY owner, id) AS beat CROSS JOIN LATERAL (SELECT "
       "number FROM jobs WHERE owner = beat.owner AND id = beat.id AND state + 0 = 1 AND worker = beat.worker AND tries = "
       "beat.tries FOR UPDATE) AS found), "
-      "heard AS (UPDATE jobs SET lease_until = $8, " MESHGAUGE_PG_NARROWED("jobs", "mine", "true", lower, greatest)
-      ", " MESHGAUGE_PG_NARROWED("jobs", "mine", "true", upper, least)
+      "heard AS (UPDATE jobs SET lease_until = $8, " MESHGAUGE_PG_NARROWED("jobs", "mine", lower, greatest)
+      ", " MESHGAUGE_PG_NARROWED("jobs", "mine", upper, least)
       ", stage = coalesce(mine.stage, jobs.stage), bounds_by = coalesce(mine.bounds_by, jobs.bounds_by) FROM mine WHERE "
       "jobs.number = mine.number RETURNING place, cancel_requested, batch, jobs.number, jobs.owner, jobs.parent, "
       "jobs.lower, jobs.upper, jobs.stage, jobs.bounds_by), " MESHGAUGE_PG_TELL_WHOLES

@@ -1,9 +1,13 @@
 #include "server/store/postgres/schema.h"
 
+#include <chrono>
+#include <thread>
+
 namespace meshgauge::server::store {
 namespace {
 
 constexpr std::int64_t kLock = 0x4d474a31;  // "MGJ1": of all who use this database, for who migrates
+constexpr std::chrono::seconds kTables{1};  // between two tries to get the tables
 
 // Text is bytea: see values.h. Its order, and so the index's, is that of the bytes.
 constexpr const char* kFirst = R"sql(
@@ -155,6 +159,16 @@ constexpr const char* kFourth = R"sql(
 ALTER TABLE jobs ADD COLUMN bounds_by bytea NOT NULL DEFAULT '';  -- Progress::by
 -- One step from an owner who waits to the next. claim_some() alone asks for it, by its last condition.
 CREATE INDEX jobs_turns ON jobs (owner, rank) WHERE state = 0 AND awaits = 0 AND tries >= 0;
+-- Processes of the version before change bounds and leave bounds_by as it is: then nobody knows who certified them.
+CREATE FUNCTION meshgauge_bounds_of_unknown() RETURNS trigger LANGUAGE plpgsql AS $$
+BEGIN
+  new.bounds_by := '';
+  RETURN new;
+END $$;
+CREATE TRIGGER bounds_of_unknown BEFORE UPDATE OF lower, upper ON jobs FOR EACH ROW
+  WHEN (coalesce(current_setting('meshgauge.bounds_by', true), '') = ''
+        AND (new.lower IS DISTINCT FROM old.lower OR new.upper IS DISTINCT FROM old.upper))
+  EXECUTE FUNCTION meshgauge_bounds_of_unknown();
 )sql";
 
 constexpr const char* kSteps[] = {kFirst, kSecond, kThird, kFourth};
@@ -188,6 +202,8 @@ Error written_later(std::int64_t version, std::size_t newest) {
   return refused("was written by a later version of meshgauge (schema " + std::to_string(version) +
                  "; this one knows " + std::to_string(newest) + "): run that version, or restore a backup of before");
 }
+
+constexpr const char* kLockTimeout = "55P03";
 
 bool is_about_rights(const PgFailure& failure) { return failure.state == "42501" || failure.state == "3F000"; }
 
@@ -243,6 +259,8 @@ Result<Migrated> migrate_alone(PgConnection& connection, std::span<const char* c
   const auto newest = static_cast<std::int64_t>(steps.size());
   if (*version > newest) return written_later(*version, steps.size());
   if (*version == newest) return Migrated{newest, newest};
+  // While this waits for a table that somebody reads (a backup does, for hours), all others wait behind it.
+  connection.execute("SET LOCAL lock_timeout = '1s'");
   take_steps(connection, *version, steps);
   transaction.commit();
   return Migrated{*version, newest};
@@ -264,11 +282,14 @@ Result<Migrated> pg_migrate(PgConnection& connection, std::span<const char* cons
     if (!is_about_rights(failure)) throw;
     return may_not_read(connection, failure);
   }
-  try {
-    return migrate_alone(connection, steps);
-  } catch (const PgFailure& failure) {
-    if (!is_about_rights(failure)) throw;
-    return may_not_change(connection, found, steps.size(), failure);
+  while (true) {
+    try {
+      return migrate_alone(connection, steps);
+    } catch (const PgFailure& failure) {
+      if (is_about_rights(failure)) return may_not_change(connection, found, steps.size(), failure);
+      if (failure.state != kLockTimeout) throw;
+    }
+    std::this_thread::sleep_for(kTables);
   }
 }
 

@@ -15,7 +15,8 @@ namespace meshgauge::server::store {
 std::span<const char* const> pg_schema_steps();
 
 // Brings the database to the version of the last step, all in one transaction; of many processes that begin at once
-// one does it and the others wait. Refuses a database that has tables of the same names that are
+// one does it and the others wait. Waits until nobody else uses the tables that change, and lets others pass
+// meanwhile. Refuses a database that has tables of the same names that are
 // another program's, or that a later version wrote, and says what a role lacks that may not do it. Throws
 // PgFailure.
 Result<Migrated> pg_migrate(PgConnection& connection, std::span<const char* const> steps);

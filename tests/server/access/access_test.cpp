@@ -20,6 +20,7 @@ using server::Access;
 using server::Caller;
 using server::Denial;
 using server::JobSlot;
+using server::JobTurn;
 using server::Key;
 using server::Scope;
 using server::StorageHold;
@@ -235,6 +236,42 @@ TEST_CASE("access: of several processes, what all of them have counts, one new j
   }
   for (std::thread& client : clients) client.join();
   CHECK(stored.load() == 2);
+}
+
+TEST_CASE("access: of several processes, far from the limit some come in at once, close to it who was counted waits") {
+  House house;
+  Key wide = House::key("ci");
+  wide.allowance.max_jobs = 20;
+  house.write({wide});
+  Access access(house.path, house.clocks());
+  REQUIRE(access.reload().ok());
+  using Turn = std::variant<JobTurn, Denial>;
+  const auto none = [] { return meshgauge::Result<std::uint64_t>(0); };
+  std::vector<Turn> turns;
+  for (int i = 0; i < 3; ++i) {
+    turns.push_back(access.await_turn("ci", none));
+    CHECK(!denied(turns.back()));
+  }
+  std::atomic<int> counted{0};
+  std::atomic<bool> given{false};
+  bool waited = false;
+  std::thread fourth([&] {
+    const Turn turn = access.await_turn("ci", [&] {
+      waited = given;
+      ++counted;
+      return meshgauge::Result<std::uint64_t>(16);
+    });
+    CHECK(!denied(turn));
+  });
+  while (counted == 0) std::this_thread::yield();
+  given = true;
+  turns.clear();
+  fourth.join();
+  CHECK(counted == 2);  // three who have come in and are not stored yet may be among the 16 or not
+  CHECK(waited);
+  CHECK(!denied(access.await_turn("ci", none)));
+  CHECK(access.find_denial("ci", [] { return meshgauge::Result<std::uint64_t>(20); }));
+  CHECK(!access.find_denial("ci", [] { return meshgauge::Result<std::uint64_t>(19); }));
 }
 
 TEST_CASE("access: storage counts what is stored and what is on its way") {

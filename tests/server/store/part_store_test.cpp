@@ -215,9 +215,14 @@ TEST_CASE_TEMPLATE("parts: the interval of the whole only shrinks, whoever begin
   }
   SUBCASE("of another version: what they have found is not mixed") {
     beat(again, {0, std::numeric_limits<double>::infinity(), "build", "v2"});
-    CHECK(whole() == Progress{2, std::numeric_limits<double>::infinity(), "build", ""});
+    CHECK(whole() == Progress{0, std::numeric_limits<double>::infinity(), "build", "v2"});
     beat(again, {1, 8, "traverse", "v2"});
-    CHECK(whole() == Progress{2, 8, "traverse", ""});
+    CHECK(whole() == Progress{1, std::numeric_limits<double>::infinity(), "traverse", "v2"});
+    beat(second, {2.5, 7, "traverse", "v1"});
+    CHECK(whole() == Progress{2.5, std::numeric_limits<double>::infinity(), "traverse", "v1"});
+    CHECK(got(jobs.hand_back(second, "", kNow)) == JobState::queued);
+    beat(claimed_next(jobs, "w.1"), {0.5, 6, "reduce", "v2"});
+    CHECK(whole() == Progress{1, 8, "reduce", "v2"});
   }
 }
 

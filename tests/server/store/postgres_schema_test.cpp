@@ -105,6 +105,20 @@ TEST_CASE("PostgreSQL schema: of many processes that begin at once, one migrates
   CHECK(std::count(said.begin(), said.end(), "the schema is of version " + newest + " already") == 7);
 }
 
+TEST_CASE("PostgreSQL schema: nobody waits long behind a migration that waits for a reader") {
+  Database database;
+  got(pg_migrate(database.connection(), kOne));
+  const auto reader = PgConnection::open(database.name());
+  reader->execute("BEGIN; SELECT x FROM a");  // as a backup does
+  std::thread migration([&] { got(pg_migrate(*PgConnection::open(database.name()), kTwo)); });
+  const auto waiting = "SELECT count(*) FROM pg_locks WHERE relation = 'a'::regclass AND NOT granted";
+  while (database.number(waiting) == 0) std::this_thread::yield();
+  CHECK_NOTHROW(database.number("SELECT x FROM a"));  // which waits for 3 s, as all our sessions do
+  reader->execute("COMMIT");
+  migration.join();
+  CHECK(database.number("SELECT y FROM a") == 8);
+}
+
 TEST_CASE("PostgreSQL schema: what was stored under each earlier version is read under this one") {
   for (std::size_t version = 1; version < pg_schema_steps().size(); ++version) {
     Database database;
@@ -122,6 +136,32 @@ TEST_CASE("PostgreSQL schema: what was stored under each earlier version is read
     REQUIRE(claimed.size() == 1);
     CHECK(got(store->finish(claimed[0].token, ending())));
   }
+}
+
+TEST_CASE("PostgreSQL schema: bounds that the version before tells are certified by nobody who is known") {
+  Database database;
+  PostgresSettings settings;
+  settings.database = database.name();
+  const std::unique_ptr<PostgresStore> store = got(PostgresStore::open(settings));
+  insert(*store, new_job("ann", "1"));
+  const Token token = claimed_token(*store, {"ann", "1"});
+  CHECK(got(store->heartbeat(token, at(170), {2, 8, "reduce", "v1"})) == Heartbeat::go_on);
+  CHECK(got(store->hand_back(token, "", kNow)) == JobState::queued);
+  database.connection().execute("RESET meshgauge.bounds_by");  // as it does
+  SUBCASE("of a job that it claims") {
+    database.connection().execute(
+        "UPDATE jobs SET state = 1, tries = tries + 1, worker = 'old', lower = NULL, upper = NULL, stage = NULL; "
+        "UPDATE "
+        "jobs SET lower = 9, upper = 10, stage = 'build'");
+    got(store->recover("old", "", kNow));
+  }
+  SUBCASE("of a whole whose part it runs") {
+    database.connection().execute("UPDATE jobs AS whole SET lower = 9, upper = 10, stage = 'build'");
+  }
+  CHECK(job_in(*store, {"ann", "1"}).progress == Progress{9, 10, "build", ""});
+  const Token again = claimed_token(*store, {"ann", "1"});
+  CHECK(got(store->heartbeat(again, at(170), {1, 9.5, "reduce", "v1"})) == Heartbeat::go_on);
+  CHECK(job_in(*store, {"ann", "1"}).progress == Progress{1, 9.5, "reduce", "v1"});
 }
 
 TEST_CASE("PostgreSQL: several schemas of one database are apart") {

@@ -25,6 +25,8 @@ TEST_CASE("progress: of each bound the better one, if one engine certified both"
   CHECK(narrowed(known, {2, kInfinity, "build", "v1"}) == Progress{2, 9, "build", "v1"});
   CHECK(narrowed(known, {0, 10, "", "v1"}) == Progress{1, 9, "", "v1"});
   CHECK(narrowed(known, {0, 10, "build", "v2"}) == Progress{0, 10, "build", "v2"});
+  CHECK(narrowed(Progress{1, 9, "traverse", ""}, {0, 10, "build", ""}) ==
+        Progress{0, 10, "build", ""});  // nobody knows
 }
 
 TEST_CASE("progress: what cannot both be true is not mixed") {
