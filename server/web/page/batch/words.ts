@@ -1,5 +1,6 @@
 // What a batch means, in sentences.
 import type { Batch, BatchProgressEvent } from "../api/types.js";
+import { seenName, withoutOverrides } from "../text/names.js";
 import { grouped } from "../text/numbers.js";
 import type { Tone } from "../text/verdict.js";
 import { tally, type Filter, type Kind } from "./rows.js";
@@ -26,8 +27,9 @@ export const toneOf: Record<Kind, Tone> = {
   fail: "fail", error: "fail", undecided: "undecided", cancelled: "measured", gone: "measured", pass: "pass", measured: "measured",
 };
 
-export function nameOf(batch: Batch): string {
-  return batch.name ?? "Batch";
+/** null: it has none. */
+export function nameOf(batch: Batch): string | null {
+  return seenName(batch.name);
 }
 
 export function wordsOf(now: BatchProgressEvent): BatchWords {
@@ -78,9 +80,9 @@ function sentence(parts: Counted[]): string {
 }
 
 /** Of the browser's tab. */
-export function titleOf(name: string, now: BatchProgressEvent): string {
+export function titleOf(name: string | null, now: BatchProgressEvent): string {
   const { heading } = wordsOf(now);
-  return `${heading}: ${name} · meshgauge`;
+  return `${heading}: ${withoutOverrides(name ?? "Batch")} · meshgauge`;
 }
 
 /** How long a batch takes: "0.4 s", "12 s", "2 min 05 s", "3 h 20 min". */
