@@ -159,6 +159,10 @@ test("a link that is damaged, and one that leads nowhere", async () => {
   await walk.page.getByRole("link", { name: id }).click();
   await walk.page.locator("#batch-view:not([hidden])").waitFor();
   assert.equal(new URL(walk.page.url()).pathname, view);
+  await walk.tab.go("/b/");
+  assert.match(await walk.text("#trouble"), /This link is damaged\s+A link to a batch .* This one has 0: /);
+  await walk.tab.go(`${view}/`);
+  await walk.page.locator("#batch-view:not([hidden])").waitFor();
   await walk.tab.go(`/b/${"0".repeat(32)}`);
   await walk.page.locator("#trouble h1").waitFor();
   assert.match(await walk.text("#trouble"), /There is no such batch, or not any more/);
