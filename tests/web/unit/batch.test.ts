@@ -156,6 +156,8 @@ test("in words, while it runs and at its end", () => {
   assert.deepEqual(at("running", { total: 10_000, queued: 9000, running: 1, done: 999, pass: 999 }), {
     tone: "measured", heading: "999 of 10,000 compared", reason: "All well so far. 1 runs, 9,000 wait.",
   });
+  assert.equal(at("running", { total: 5, queued: 1, running: 1, done: 3, pass: 2 }).reason, "1 runs, 1 waits."); // one has no limit
+  assert.equal(at("running", { total: 5, running: 2, done: 2, pass: 2, gone: 1 }).reason, "1 is not kept any more so far. 2 run, 0 wait.");
   assert.deepEqual(at("running", { total: 5, queued: 1, running: 2, done: 1, failed: 1, fail: 1 }), {
     tone: "fail", heading: "2 of 5 compared", reason: "1 fails, 1 could not be measured so far. 2 run, 1 waits.",
   });

@@ -179,12 +179,14 @@ export class BatchView implements Watcher<BatchProgressEvent> {
         note.textContent = asSentence(told.detail || told.title);
       } finally {
         made.disabled = false;
+        if (document.activeElement === document.body) made.focus({ preventScroll: true }); // a button that is off has none
       }
     };
     return made;
   }
 
   private cancel(): void {
+    this.title.focus({ preventScroll: true }); // the button is about to go
     this.cancelButton.disabled = true;
     this.cancelButton.textContent = "Cancelling …";
     this.face.cancel();

@@ -41,7 +41,8 @@ function whileRunning({ counts }: BatchProgressEvent): BatchWords {
   const tone = counts.fail + counts.failed > 0 ? "fail" : counts.undecided > 0 ? "undecided" : "measured";
   const found = sentence(counted(so).filter(([kind]) => kind !== "pass" && kind !== "measured"));
   const ahead = `${grouped(counts.running)} ${counts.running === 1 ? "runs" : "run"}, ${grouped(counts.queued)} ${counts.queued === 1 ? "waits" : "wait"}.`;
-  const reason = so.open > 0 ? `${found} so far. ${ahead}` : `${so.all > 0 ? "All well so far. " : ""}${ahead}`;
+  const well = so.all > 0 && so.pass === so.all ? "All well so far. " : "";
+  const reason = found === "" ? `${well}${ahead}` : `${found} so far. ${ahead}`;
   return { tone, heading: `${grouped(so.all)} of ${grouped(counts.total)} compared`, reason };
 }
 
