@@ -158,6 +158,10 @@ void show_root(Exchange& exchange) {
 
 void show_permanent_link(Exchange& exchange) {
   if (is_id(exchange.segment)) return show(exchange, "page/index.html", kPagePolicy);
+  show_damaged_link(exchange);
+}
+
+void show_damaged_link(Exchange& exchange) {
   answer(exchange, Problem{ProblemKind::not_found, "the id in a link is 32 hexadecimal digits", {}});
   Response& response = exchange.response;
   add_vary(response, "Accept");

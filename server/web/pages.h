@@ -13,8 +13,11 @@ void send_page_file(Exchange& exchange);       // what the page loads: the route
 void show_reference(Exchange& exchange);       // /docs
 void send_reference_file(Exchange& exchange);  // what it loads
 
-// The page of a comparison or a batch, for any id that could be one, whether or not it is. A link that has none is a
-// 404: the page, which says so, for who prefers text/html to JSON, else a problem.
+// The page of a comparison or a batch, for any id that could be one, whether or not it is; of another id as below.
 void show_permanent_link(Exchange& exchange);
+
+// A link that has no id, or something behind it: 404, as the page, which says what is wrong, for who prefers text/html
+// to JSON; else a problem.
+void show_damaged_link(Exchange& exchange);
 
 }  // namespace meshgauge::server

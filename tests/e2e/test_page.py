@@ -93,7 +93,7 @@ class Page(ServerCase):
     def test_a_damaged_link_is_a_page_for_browsers(self):
         page = self.server.get("/").body
         browser = "text/html,application/xhtml+xml,application/xml;q=0.9,*/*;q=0.8"
-        for path in ("/c/nonsense", "/b/nonsense", "/c/" + ID[1:], "/b/" + ID.upper()):
+        for path in ("/c/nonsense", "/b/nonsense", "/c/" + ID[1:], "/b/" + ID.upper(), "/b/", "/c/", "/c/%s/" % ID, "/b/x/"):
             shown = self.server.get(path, extra="Accept: %s\r\nAccept-Encoding: gzip\r\n" % browser)
             self.assertEqual((shown.status, gzip.decompress(shown.body)), (404, page))
             self.assertIn("script-src 'self'", shown.headers["content-security-policy"])
@@ -141,7 +141,7 @@ class Files(ServerCase):
             self.refused(self.server.get("/page/" + name), 404, "not-found")
 
     def test_what_cannot_be_an_id(self):
-        for id in ("x", ID[1:], ID + "0", ID.upper(), "%30" + ID[1:], "..", ID + "/"):
+        for id in ("", "x", ID[1:], ID + "0", ID.upper(), "%30" + ID[1:], "..", ID + "/", ID + "/more"):
             for folder in ("/b/", "/c/"):
                 self.refused(self.server.get(folder + id), 404, "not-found")
 

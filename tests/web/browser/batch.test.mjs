@@ -100,10 +100,27 @@ test("by the keyboard: a filter, a page, a comparison, and back to where it was"
   await walk.tab.close();
 });
 
+test("what has no limit has not passed", async () => {
+  const { service } = place, flat = await stored(service, square(0)), near = await stored(service, square(0.25));
+  const { id, view } = await begun(service, { comparisons: [{ name: " ", a: near, b: flat }, { a: near, b: flat, options: { gate } }] });
+  await ended(service, id);
+  const walk = await opened(view);
+  assert.match(await walk.text("#batch-view .reason"), /1 passes, 1 is measured\./);
+  await tile(walk, "Not passed").click();
+  await words(walk, /^None\.$/);
+  await tile(walk, "All").click();
+  await words(walk, "1 to 2 of 2");
+  assert.deepEqual((await names(walk)).sort(), ["Comparison 0", "Comparison 1"]);
+  walk.tab.assertClean();
+  await walk.tab.close();
+});
+
 test("the reports are saved", async () => {
   const { id, view } = await mixed(), walk = await opened(view);
   for (const [label, path, name] of [["JUnit report", "junit.xml", /^batch-[0-9a-f]{8}-junit\.xml$/], ["Results as JSON lines", "results.jsonl", /^batch-[0-9a-f]{8}\.jsonl$/]]) {
-    const [saved] = await Promise.all([walk.page.waitForEvent("download"), walk.press(label)]);
+    const pressed = walk.page.getByRole("button", { name: label });
+    const [saved] = await Promise.all([walk.page.waitForEvent("download"), pressed.press("Enter")]);
+    await walk.page.waitForFunction((words) => document.activeElement.textContent === words, label);
     assert.match(saved.suggestedFilename(), name);
     assert.equal(readFileSync(await saved.path(), "utf8"), await (await asked(place.service, `/v1/batches/${id}/${path}`)).text());
   }
@@ -123,8 +140,8 @@ test("running: what has ended is told, through a break, until it is cancelled", 
   assert.ok(broken >= 1);
   assert.ok(await page.getByRole("button", { name: "JUnit report" }).isDisabled());
   await tab.shot("batch_running", { whole: true });
-  await walk.press("Cancel");
-  await page.locator("#batch-view h1", { hasText: "Fail" }).waitFor();
+  await page.getByRole("button", { name: "Cancel", exact: true }).press("Enter");
+  await page.locator("#batch-view h1:focus", { hasText: "Fail" }).waitFor();
   assert.match(await walk.text("#batch-view .reason"), /1 fails, 3 were cancelled\./);
   await tile(walk, "Cancelled").click();
   await words(walk, "1 to 3 of 3");
@@ -159,6 +176,10 @@ test("a link that is damaged, and one that leads nowhere", async () => {
   await walk.page.getByRole("link", { name: id }).click();
   await walk.page.locator("#batch-view:not([hidden])").waitFor();
   assert.equal(new URL(walk.page.url()).pathname, view);
+  await walk.tab.go("/b/");
+  assert.match(await walk.text("#trouble"), /This link is damaged\s+A link to a batch .* This one has 0: /);
+  await walk.tab.go(`${view}/`);
+  await walk.page.locator("#batch-view:not([hidden])").waitFor();
   await walk.tab.go(`/b/${"0".repeat(32)}`);
   await walk.page.locator("#trouble h1").waitFor();
   assert.match(await walk.text("#trouble"), /There is no such batch, or not any more/);

@@ -1,10 +1,11 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import type { Batch, BatchCounts, BatchFailure, BatchResult } from "../../../server/web/page/api/types.js";
+import { partsOf } from "../../../server/web/page/batch/bar.js";
 import { lookingOf } from "../../../server/web/page/batch/looking.js";
 import { inOrder, rowOfFailure, rowOfResult, select, tally } from "../../../server/web/page/batch/rows.js";
 import { RowSource } from "../../../server/web/page/batch/source.js";
-import { lasting, pageWords, titleOf, wordsOf } from "../../../server/web/page/batch/words.js";
+import { lasting, nameOf, pageWords, titleOf, wordsOf } from "../../../server/web/page/batch/words.js";
 import { scaleFor } from "../../../server/web/page/plot/strip.js";
 import { positionOf } from "../../../server/web/page/plot/axis.js";
 import { comparison, gate } from "./samples.js";
@@ -43,6 +44,25 @@ test("what became of it", () => {
   const gone = rowOfResult(result(0, { state: "gone", comparison: null, result: null, verdict: null }));
   assert.deepEqual([gone.kind, gone.id, gone.words], ["gone", null, "Its result is not kept any more."]);
   assert.equal(rowOfResult(result(0, { state: "cancelled", result: null, problem: cancelled })).words, "It was cancelled.");
+});
+
+test("a name that cannot be seen is none, and one that turns text around turns nothing else", () => {
+  for (const name of ["  ", "\u200B\u202E", "\u00A0", ""]) assert.equal(rowOfResult(result(7, { name })).name, "Comparison 7", JSON.stringify(name));
+  for (const name of ["é", "部品", "…", "👍"]) assert.equal(rowOfResult(result(7, { name })).name, name);
+  assert.equal(nameOf({ ...batch({}), name: " \t" }), null);
+  assert.equal(titleOf("\u202Eyl", { state: "done", counts: counts({ done: 1, pass: 1 }) }), "Pass: yl · meshgauge");
+});
+
+test("one of 10,000 is seen in the bar, whatever comes after it", () => {
+  const parts = partsOf(counts({ total: 10_000, done: 9_999, queued: 1, fail: 1, pass: 9_998 }));
+  assert.deepEqual(parts.map(({ kind }) => kind), ["fail", "pass", "waits"]);
+  let end = 0;
+  for (const { x, width } of parts) {
+    assert.ok(Math.abs(x - end) < 1e-9 && width >= 4, `${String(x)}, ${String(width)}`);
+    end = x + width;
+  }
+  assert.ok(Math.abs(end - 1000) < 1e-9, String(end));
+  assert.deepEqual(partsOf(counts({ total: 3, queued: 3 })), [{ kind: "waits", x: 0, width: 1000 }]);
 });
 
 test("counts are those of the filters", () => {
@@ -136,6 +156,8 @@ test("in words, while it runs and at its end", () => {
   assert.deepEqual(at("running", { total: 10_000, queued: 9000, running: 1, done: 999, pass: 999 }), {
     tone: "measured", heading: "999 of 10,000 compared", reason: "All well so far. 1 runs, 9,000 wait.",
   });
+  assert.equal(at("running", { total: 5, queued: 1, running: 1, done: 3, pass: 2 }).reason, "1 runs, 1 waits."); // one has no limit
+  assert.equal(at("running", { total: 5, running: 2, done: 2, pass: 2, gone: 1 }).reason, "1 is not kept any more so far. 2 run, 0 wait.");
   assert.deepEqual(at("running", { total: 5, queued: 1, running: 2, done: 1, failed: 1, fail: 1 }), {
     tone: "fail", heading: "2 of 5 compared", reason: "1 fails, 1 could not be measured so far. 2 run, 1 waits.",
   });

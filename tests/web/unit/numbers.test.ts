@@ -38,6 +38,18 @@ test("what is written is on the same side of the limit as what is meant", () => 
   assert.ok(Number(inside.upper) > 0.2, inside.upper);
 });
 
+test("... also of a limit with many digits, whether it is written in full or not", () => {
+  for (const [lower, upper, limit] of [[0.12, 0.12346, 0.12346999999], [0.123461, 0.2, 0.12346000001], [0.1, 0.1234649999, 0.12346499999]] as const) {
+    const text = intervalText(lower, upper, limit);
+    for (const end of [limit, Number(text.limit)]) {
+      assert.equal(Number(text.upper) <= end, upper <= limit, `${text.upper} and ${String(end)}`);
+      assert.equal(Number(text.lower) > end, lower > limit, `${text.lower} and ${String(end)}`);
+    }
+  }
+});
+
+test("a unit turns nothing around", () => assert.equal(spaces(withUnits("0.35", "\u202Emm\u202C")), "0.35 mm"));
+
 test("equal bounds are one number, and zero is zero", () => {
   assert.equal(intervalWords(0, 0, "mm"), "0\u00A0mm");
   assert.equal(intervalWords(2, 2, ""), "2");

@@ -150,7 +150,9 @@ export class BatchList {
     if (!complete && shown === 0) return "Reading the results …";
     if (total > 0) return pageWords(looking.from, shown, total);
     if (looking.search.trim() !== "") return "No such name here.";
-    if (this.filter === "open") return this.running ? "So far there is nothing that did not pass." : "Everything has passed.";
+    const { all, pass } = source.counts();
+    if (this.filter === "open" && this.running) return "So far there is nothing that did not pass.";
+    if (this.filter === "open" && all === pass) return "Everything has passed.";
     return this.running ? "None so far." : "None.";
   }
 

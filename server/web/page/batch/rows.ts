@@ -1,5 +1,6 @@
 // The comparisons of a batch as rows of its list: what of them is shown, and in which order.
 import type { BatchCounts, BatchFailure, BatchResult } from "../api/types.js";
+import { seenName } from "../text/names.js";
 import { asSentence } from "../text/problems.js";
 
 /** What became of one. `measured`: it has an interval and no limit; `gone`: its result is not kept any more. */
@@ -38,7 +39,7 @@ function rowOf(
   const kind = kindOf(of.state, of.verdict);
   return {
     position: of.position,
-    name: of.name ?? `Comparison ${String(of.position)}`,
+    name: seenName(of.name) ?? `Comparison ${String(of.position)}`,
     id: of.comparison,
     kind,
     distance,

@@ -3,16 +3,17 @@ import { batchAt, reportOf, resultsOf, type Report } from "../api/batches.js";
 import { isAbort, type Client } from "../api/client.js";
 import { hasEnded, type Batch, type BatchProgressEvent } from "../api/types.js";
 import type { Watcher } from "../api/watch.js";
-import { button, card, h, svg, type Announcer } from "../dom.js";
+import { button, card, h, type Announcer } from "../dom.js";
 import { iconOf } from "../result/icon.js";
 import { linkRow, save } from "../result/share.js";
 import { pathOf } from "../route.js";
 import { asSentence, explain } from "../text/problems.js";
+import { stackedBar } from "./bar.js";
 import { BatchList } from "./list.js";
 import type { Looking } from "./looking.js";
-import { tally, type Kind } from "./rows.js";
+import { tally } from "./rows.js";
 import { RowSource } from "./source.js";
-import { lasting, nameOf, titleOf, toneOf, wordsOf } from "./words.js";
+import { lasting, nameOf, titleOf, wordsOf } from "./words.js";
 
 export interface BatchFace {
   client: Client;
@@ -24,7 +25,6 @@ export interface BatchFace {
   signal: AbortSignal; // ends all that the view does
 }
 
-const barLength = 1000; // of the bar, in its own units
 const askEveryMs = 2000; // for new failures
 
 /** One batch; made anew each time that it is shown. */
@@ -56,7 +56,8 @@ export class BatchView implements Watcher<BatchProgressEvent> {
     this.source = face.source ?? new RowSource(batch, (its) => resultsOf(client, batch.id, its));
     this.source.changed = () => this.list.refresh(this.runs());
     this.list = new BatchList(this.source, face.looking, () => face.remember(), announcer, signal, this.runs());
-    this.head.append(h("p", { class: "pair-names" }, batch.name === null ? "Batch" : "Batch ", batch.name === null ? null : h("b", {}, nameOf(batch))), this.title, this.reason, this.bar, this.clock, this.note, this.actions);
+    const name = nameOf(batch);
+    this.head.append(h("p", { class: "pair-names" }, name === null ? "Batch" : "Batch ", name === null ? null : h("b", {}, name)), this.title, this.reason, this.bar, this.clock, this.note, this.actions);
     host.replaceChildren(this.head, card("Comparisons", { class: "card" }, this.list.element), card("Keep it", { class: "card keep" }, this.keep));
     this.ticker = setInterval(() => this.tick(), 1000);
     signal.addEventListener("abort", () => this.dispose(), { once: true });
@@ -68,7 +69,7 @@ export class BatchView implements Watcher<BatchProgressEvent> {
     this.now = event;
     this.note.textContent = "";
     this.drawHead();
-    if (tally(event.counts).all !== tally(this.batch.counts).all) this.ask();
+    if (this.isBehind()) this.ask();
     this.announcer.say(this.said());
   }
 
@@ -101,7 +102,7 @@ export class BatchView implements Watcher<BatchProgressEvent> {
   // How it stands, by its document.
   private take(batch: Batch): void {
     this.batch = batch;
-    this.now = batch;
+    if (hasEnded(batch) || !this.isBehind()) this.now = batch; // an event may have been quicker
     this.source.take(batch);
     this.drawHead();
     this.list.refresh(this.runs());
@@ -126,6 +127,11 @@ export class BatchView implements Watcher<BatchProgressEvent> {
     if (finished !== null) clearInterval(this.ticker);
   }
 
+  // Whether more has ended than the document says.
+  private isBehind(): boolean {
+    return tally(this.batch.counts).all < tally(this.now.counts).all;
+  }
+
   // The events have counts alone: what did not pass is asked for, not too often.
   private ask(): void {
     this.asking ??= setTimeout(() => void this.askNow(), askEveryMs);
@@ -141,6 +147,7 @@ export class BatchView implements Watcher<BatchProgressEvent> {
       this.interrupted();
     } finally {
       this.asking = null;
+      if (!signal.aborted && this.runs() && this.isBehind()) this.ask();
     }
   }
 
@@ -172,12 +179,14 @@ export class BatchView implements Watcher<BatchProgressEvent> {
         note.textContent = asSentence(told.detail || told.title);
       } finally {
         made.disabled = false;
+        if (document.activeElement === document.body) made.focus({ preventScroll: true }); // a button that is off has none
       }
     };
     return made;
   }
 
   private cancel(): void {
+    this.title.focus({ preventScroll: true }); // the button is about to go
     this.cancelButton.disabled = true;
     this.cancelButton.textContent = "Cancelling …";
     this.face.cancel();
@@ -187,23 +196,4 @@ export class BatchView implements Watcher<BatchProgressEvent> {
     clearInterval(this.ticker);
     if (this.asking !== null) clearTimeout(this.asking);
   }
-}
-
-// All comparisons as one bar: what became of them, what runs, what waits.
-function stackedBar(now: BatchProgressEvent): SVGSVGElement {
-  const so = tally(now.counts);
-  const { total, running } = now.counts;
-  const kinds: Kind[] = ["fail", "error", "undecided", "cancelled", "gone", "pass", "measured"];
-  const parts: [string, number][] = [...kinds.map((kind): [string, number] => [`part ${toneOf[kind]} ${kind}`, so[kind]]), ["part runs", running]];
-  const { heading, reason } = wordsOf(now);
-  const picture = svg("svg", { viewBox: `0 0 ${String(barLength)} 20`, preserveAspectRatio: "none", role: "img", "aria-label": `${heading}. ${reason}` });
-  picture.append(svg("rect", { width: barLength, height: 20, class: "part waits" }));
-  let x = 0;
-  for (const [kind, count] of parts) {
-    if (count === 0) continue;
-    const width = (count / total) * barLength;
-    picture.append(svg("rect", { x, width: Math.max(width, 4), height: 20, class: kind })); // one of 10,000 is still seen
-    x += width;
-  }
-  return picture;
 }

@@ -1,5 +1,6 @@
 // What a batch means, in sentences.
 import type { Batch, BatchProgressEvent } from "../api/types.js";
+import { seenName, withoutOverrides } from "../text/names.js";
 import { grouped } from "../text/numbers.js";
 import type { Tone } from "../text/verdict.js";
 import { tally, type Filter, type Kind } from "./rows.js";
@@ -26,8 +27,9 @@ export const toneOf: Record<Kind, Tone> = {
   fail: "fail", error: "fail", undecided: "undecided", cancelled: "measured", gone: "measured", pass: "pass", measured: "measured",
 };
 
-export function nameOf(batch: Batch): string {
-  return batch.name ?? "Batch";
+/** null: it has none. */
+export function nameOf(batch: Batch): string | null {
+  return seenName(batch.name);
 }
 
 export function wordsOf(now: BatchProgressEvent): BatchWords {
@@ -39,7 +41,8 @@ function whileRunning({ counts }: BatchProgressEvent): BatchWords {
   const tone = counts.fail + counts.failed > 0 ? "fail" : counts.undecided > 0 ? "undecided" : "measured";
   const found = sentence(counted(so).filter(([kind]) => kind !== "pass" && kind !== "measured"));
   const ahead = `${grouped(counts.running)} ${counts.running === 1 ? "runs" : "run"}, ${grouped(counts.queued)} ${counts.queued === 1 ? "waits" : "wait"}.`;
-  const reason = so.open > 0 ? `${found} so far. ${ahead}` : `${so.all > 0 ? "All well so far. " : ""}${ahead}`;
+  const well = so.all > 0 && so.pass === so.all ? "All well so far. " : "";
+  const reason = found === "" ? `${well}${ahead}` : `${found} so far. ${ahead}`;
   return { tone, heading: `${grouped(so.all)} of ${grouped(counts.total)} compared`, reason };
 }
 
@@ -78,9 +81,9 @@ function sentence(parts: Counted[]): string {
 }
 
 /** Of the browser's tab. */
-export function titleOf(name: string, now: BatchProgressEvent): string {
+export function titleOf(name: string | null, now: BatchProgressEvent): string {
   const { heading } = wordsOf(now);
-  return `${heading}: ${name} · meshgauge`;
+  return `${heading}: ${withoutOverrides(name ?? "Batch")} · meshgauge`;
 }
 
 /** How long a batch takes: "0.4 s", "12 s", "2 min 05 s", "3 h 20 min". */

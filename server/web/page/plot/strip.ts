@@ -54,13 +54,21 @@ export function strip(scale: StripScale, reading: StripReading): SVGSVGElement |
   const x = (mark: Mark): number => side + positionOf(scale.axis, mark) * (width - 2 * side);
   const [from, to] = marks.map(x) as [number, number];
   const wide = Math.max(to - from, leastBar);
-  const left = Math.min(Math.max((from + to) / 2 - wide / 2, 0), width - wide);
+  const left = besideLimit((from + to) / 2 - wide / 2, wide, scale.relative ? x(1) : null, reading);
   const picture = svg("svg", { viewBox: `0 0 ${String(width)} ${String(height)}`, width, height, "aria-hidden": "true" });
   if (scale.relative) picture.append(...zones(x(1)));
   else picture.append(rect(0, 0, width, height, "zone", { rx: 3 }));
   picture.append(rect(left, 5, wide, height - 10, reading.upper === null ? "bar open" : "bar", { rx: 1.5 }));
   if (scale.relative) picture.append(line(x(1), 0, x(1), height, "limit-line"));
   return picture;
+}
+
+// What is proved to be on one side of the limit is drawn on that side alone.
+function besideLimit(left: number, wide: number, at: number | null, { lower, upper, limit }: StripReading): number {
+  let moved = left;
+  if (at !== null && limit !== null && upper !== null && upper <= limit) moved = Math.min(left, at - wide);
+  else if (at !== null && limit !== null && lower > limit) moved = Math.max(left, at);
+  return Math.min(Math.max(moved, 0), width - wide);
 }
 
 function zones(limit: number): SVGElement[] {

@@ -1,5 +1,7 @@
 // Numbers as people read them: few digits, and never a statement that is not true of the interval.
 
+import { withoutOverrides } from "./names.js";
+
 const fewest = 4;
 const enough = 6; // digits, that bounds which agree in them need not be told apart
 const most = 17; // tells all doubles apart
@@ -59,7 +61,7 @@ export interface IntervalText {
   limit: string; // "" without one
 }
 
-/** As few digits as tell the bounds apart, and as many as leave each on its side of the limit. */
+/** As few digits as tell the bounds apart, and as many as leave each on its side of the limit: as it is written here, and in full. */
 export function intervalText(lower: number, upper: Upper, limit: number | null): IntervalText {
   const top = upper ?? Infinity;
   let text: IntervalText = { lower: "", upper: "", limit: "" };
@@ -82,9 +84,10 @@ function isTrue(text: IntervalText, lower: number, upper: number, limit: number 
   const low = Number(text.lower);
   const high = Number(text.upper);
   const end = Number(text.limit);
-  if (limit !== null && lower > limit !== low > end) return false;
+  const ends = limit === null ? [] : [limit, end];
+  if (limit !== null && ends.some((one) => lower > limit !== low > one)) return false;
   if (!Number.isFinite(upper)) return true;
-  if (limit !== null && upper <= limit !== high <= end) return false;
+  if (limit !== null && ends.some((one) => upper <= limit !== high <= one)) return false;
   return digits >= enough || high - low <= 1.5 * (upper - lower);
 }
 
@@ -97,7 +100,7 @@ export function intervalWords(lower: number, upper: Upper, units: string, limit:
 }
 
 export function withUnits(number: string, units: string): string {
-  return units === "" ? number : `${number}\u00A0${units}`;
+  return units === "" ? number : `${number}\u00A0${withoutOverrides(units)}`;
 }
 
 /** "1,234,567" */
