@@ -35,7 +35,7 @@ store::JobKey key_of(const Exchange& exchange) { return {exchange.owner, exchang
 }  // namespace
 
 Batches::Batches(const Settings& settings, Stores stores, Access& access, ByteBudget& uploads, Seats& seats,
-                 std::function<void()> wake)
+                 std::function<void()> wake, std::function<bool()> stopping)
     : settings_(settings),
       stores_(stores),
       batches_(*stores.batches),
@@ -43,6 +43,7 @@ Batches::Batches(const Settings& settings, Stores stores, Access& access, ByteBu
       uploads_(uploads),
       seats_(seats),
       wake_(std::move(wake)),
+      stopping_(std::move(stopping)),
       kept_(settings.result_ttl_s) {}
 
 void Batches::create(Exchange& exchange, bool draining) {
@@ -183,6 +184,7 @@ void Batches::events(Exchange& exchange) {
   if (exchange.head.method == "HEAD") return;
   exchange.response.stream = [this, key = key_of(exchange), seat, told = std::string(),
                               next = Clock::time_point()](std::string& piece) mutable {
+    if (stopping_()) return false;
     std::this_thread::sleep_until(std::min(next, Clock::now() + kTick));
     if (Clock::now() < next) return true;
     next = Clock::now() + kEventGap;
