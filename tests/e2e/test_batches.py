@@ -72,22 +72,6 @@ def slow_pairs(server, count, extra=""):
     return {"options": SLOW_OPTIONS, "comparisons": comparisons}
 
 
-class Stopping(unittest.TestCase):
-    def test_who_watches_a_batch_holds_up_nobody(self):
-        server = Server("--workers", "1", "--grace-ms", "100")
-        self.addCleanup(server.stop, signal.SIGKILL)
-        slow = slow_pairs(server, 1)
-        path = accepted(submit(server, slow))
-        with server.connect() as watching:
-            watching.sendall(b"GET %s/events HTTP/1.1\r\nHost: test\r\n\r\n" % path.encode())
-            stream = watching.makefile("rb")
-            while b"event: progress" not in stream.readline():
-                pass
-            server.process.send_signal(signal.SIGTERM)
-            self.assertEqual(server.process.wait(60), 0)
-            self.assertNotIn(b"event: end", stream.read())
-
-
 class Done(ServerCase):
     flags = ("--workers", "2")
 
