@@ -268,7 +268,8 @@ void Comparisons::events(Exchange& exchange) {
       job->wait_for_change(seen, kEventGap);
       const auto version = job->version();
       const auto view = job->view();
-      const bool over = store::has_ended(view.row.state) || view.handed_back;
+      const bool over = store::has_ended(view.row.state);
+      if (!over && view.handed_back) return false;  // the service stops: it has no end here
       if (!over && version == seen) return true;
       seen = version;
       next = Clock::now() + kEventGap;
@@ -288,11 +289,11 @@ void Comparisons::tell_of_stored(Exchange& exchange, const store::JobKey& key, s
                               told = std::optional<Told>()](std::string& piece) mutable {
     if (std::exchange(again, true)) std::this_thread::sleep_for(kEventGap);
     const auto view = jobs_.get(key);
-    const bool over = jobs_.stopping() || (view && (!*view || store::has_ended((**view).row.state)));
-    if (over) {
-      piece = event("end", view && *view ? to_json(**view) : "null");
+    if (view && (!*view || store::has_ended((**view).row.state))) {
+      piece = event("end", *view ? to_json(**view) : "null");
       return false;
     }
+    if (jobs_.stopping()) return false;
     if (!view) return true;  // it may pass
     const Told now((**view).row.state, (**view).row.progress);
     if (now == told) return true;

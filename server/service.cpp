@@ -41,7 +41,9 @@ Service::Service(const Settings& settings, Compare compare, Stores stores, Fetch
     return ok ? std::string() : ok.error().message;
   });
   if (stores.batches) {
-    batches_.emplace(settings, stores, access_, uploads_, comparisons_.watchers(), [this] { jobs_.look(); });
+    batches_.emplace(
+        settings, stores, access_, uploads_, comparisons_.watchers(), [this] { jobs_.look(); },
+        [this] { return jobs_.stopping(); });
   }
   add_routes();
   watch_levels();

@@ -35,7 +35,7 @@ store::JobKey key_of(const Exchange& exchange) { return {exchange.owner, exchang
 }  // namespace
 
 Batches::Batches(const Settings& settings, Stores stores, Access& access, ByteBudget& uploads, Seats& seats,
-                 std::function<void()> wake)
+                 std::function<void()> wake, std::function<bool()> stopping)
     : settings_(settings),
       stores_(stores),
       batches_(*stores.batches),
@@ -43,6 +43,7 @@ Batches::Batches(const Settings& settings, Stores stores, Access& access, ByteBu
       uploads_(uploads),
       seats_(seats),
       wake_(std::move(wake)),
+      stopping_(std::move(stopping)),
       kept_(settings.result_ttl_s) {}
 
 void Batches::create(Exchange& exchange, bool draining) {
@@ -183,6 +184,7 @@ void Batches::events(Exchange& exchange) {
   if (exchange.head.method == "HEAD") return;
   exchange.response.stream = [this, key = key_of(exchange), seat, told = std::string(),
                               next = Clock::time_point()](std::string& piece) mutable {
+    if (stopping_()) return false;
     std::this_thread::sleep_until(std::min(next, Clock::now() + kTick));
     if (Clock::now() < next) return true;
     next = Clock::now() + kEventGap;
@@ -201,6 +203,13 @@ void Batches::events(Exchange& exchange) {
   };
 }
 
+// After its last rows were read: a batch that was deleted meanwhile may have had more.
+void Batches::expect_batch(const store::JobKey& key) {
+  const auto batch = batches_.get_batch(key);
+  if (!batch) throw std::runtime_error(batch.error().message);
+  if (!*batch) throw std::runtime_error("the batch was deleted while its rows were sent");
+}
+
 // In pages, so that a batch of any size takes the memory of one.
 void Batches::stream_rows(Exchange& exchange, std::string head, std::function<std::string(const store::BatchRow&)> line,
                           std::string tail) {
@@ -212,10 +221,11 @@ void Batches::stream_rows(Exchange& exchange, std::string head, std::function<st
                               tail = std::move(tail), from = std::uint64_t{0}](std::string& piece) mutable {
     const auto rows = batches_.batch_rows(key, BatchStore::Rows::ended, from, kRowsOfPage);
     if (!rows) throw std::runtime_error(rows.error().message);
+    const bool more = rows->size() == kRowsOfPage;
+    if (!more) expect_batch(key);
     piece = std::exchange(head, {});
     for (const store::BatchRow& row : *rows) piece += line(row);
     if (!rows->empty()) from = rows->back().position + 1;
-    const bool more = rows->size() == kRowsOfPage;
     if (!more) piece += tail;
     return more;
   };

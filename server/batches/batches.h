@@ -30,9 +30,10 @@ class Batches {
   static constexpr std::uint64_t kMostBatches = 200;  // likewise: a worker looks at each when it takes the next job
 
   // Borrows all but the first and `wake`, which is told of each batch that there is. Precondition: stores.batches is
-  // there. `seats`: of all that hold a connection for long.
+  // there. `seats`: of all that hold a connection for long. `stopping`: whether this process ends now, and whoever
+  // watches is to ask again elsewhere.
   Batches(const Settings& settings, Stores stores, Access& access, ByteBudget& uploads, Seats& seats,
-          std::function<void()> wake);
+          std::function<void()> wake, std::function<bool()> stopping);
 
   // Each may throw: out of memory. `draining`: no new work is taken.
   void create(Exchange& exchange, bool draining);
@@ -50,6 +51,7 @@ class Batches {
   Result<std::string> document(const store::Batch& batch);
   void send(Exchange& exchange, const store::Batch& batch, int status);
   std::shared_ptr<const void> take_seat(Exchange& exchange);  // null: the exchange is answered
+  void expect_batch(const store::JobKey& key);
   void stream_rows(Exchange& exchange, std::string head, std::function<std::string(const store::BatchRow&)> line,
                    std::string tail);
 
@@ -60,6 +62,7 @@ class Batches {
   ByteBudget& uploads_;
   Seats& seats_;
   const std::function<void()> wake_;
+  const std::function<bool()> stopping_;
   const std::chrono::seconds kept_;
 };
 

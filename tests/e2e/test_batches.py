@@ -3,14 +3,13 @@
 import json
 import os
 import signal
-import sqlite3
 import tempfile
 import unittest
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
 from contract import events_of
-from harness import RAISED, SLOW, SLOW_OPTIONS, SQUARE, Server, ServerCase, flat_grid, multipart, read_answer, until
+from harness import RAISED, SLOW, SLOW_OPTIONS, SQUARE, Server, ServerCase, flat_grid, multipart, until
 from keys import bearer, new_key, write_keys
 
 AS_JSON = "Content-Type: application/json\r\n"
@@ -55,14 +54,6 @@ def results(server, path):
     answer = server.get(path + "/results.jsonl")
     assert answer.status == 200
     return [json.loads(line) for line in answer.body.splitlines()]
-
-
-def comparisons(folder):
-    """The ids of those that have not ended, which no answer tells: first those that run."""
-    database = sqlite3.connect("file:%s/jobs.sqlite?mode=ro" % folder, uri=True)
-    rows = database.execute("SELECT id FROM jobs WHERE state IN (0, 1) ORDER BY state DESC").fetchall()
-    database.close()
-    return [identity for identity, in rows]
 
 
 def slow_pairs(server, count, extra=""):
@@ -295,59 +286,6 @@ class Running(unittest.TestCase):
         self.assertEqual(suite.get("errors"), "3")
         self.assertEqual(server.send("DELETE", path).status, 204)
         self.assertEqual(server.get(other).json()["counts"]["cancelled"], 1)
-
-    def test_watched(self):
-        server = self.start()
-        flat = put(server, SQUARE)
-        manifest = slow_pairs(server, 2)
-        manifest["comparisons"].append({"a": flat, "b": flat})
-        path = accepted(submit(server, manifest))
-        with server.connect() as connection:
-            connection.sendall(b"GET %s/events HTTP/1.1\r\nHost: t\r\n\r\n" % path.encode())
-            until(lambda: server.get(path).json()["counts"]["running"])
-            server.send("DELETE", path)
-            told = list(events_of(read_answer(connection.makefile("rb")).body))
-        self.assertEqual(told[-1][0], "end")
-        self.assertEqual(told[-1][1]["state"], "cancelled")
-        self.assertEqual([name for name, _ in told[:-1]], ["progress"] * (len(told) - 1))
-        self.assertGreater(len(told), 1)
-
-    def test_its_comparisons_watched(self):
-        with tempfile.TemporaryDirectory() as folder:
-            server = self.start("--data-dir", folder)
-            manifest = slow_pairs(server, 1)
-            manifest["comparisons"].append({**manifest["comparisons"][0], "options": {"timeout_ms": 99999}})
-            path = accepted(submit(server, manifest))
-            until(lambda: server.get(path).json()["counts"]["running"])
-            watched = ["/v1/comparisons/" + identity for identity in comparisons(folder)]
-            self.assertEqual(len(watched), 2)
-            with server.connect() as first, server.connect() as second:
-                answers = [connection.makefile("rb") for connection in (first, second)]
-                for connection, answer, one in zip((first, second), answers, watched):
-                    connection.sendall(b"GET %s/events HTTP/1.1\r\nHost: t\r\n\r\n" % one.encode())
-                    answer.peek()
-                self.assertEqual(server.send("DELETE", path).status, 200)
-                told = [list(events_of(read_answer(answer).body)) for answer in answers]
-            for events, one in zip(told, watched):
-                self.assertEqual([name for name, _ in events], ["progress"] * (len(events) - 1) + ["end"])
-                self.assertIn(events[0][1]["state"], ("running", "queued"))
-                self.assertEqual(events[-1][1], server.get(one).json())
-                self.assertEqual(events[-1][1]["state"], "cancelled")
-
-    def test_its_comparisons_watched_until_the_service_ends(self):
-        with tempfile.TemporaryDirectory() as folder:
-            server = self.start("--data-dir", folder, "--grace-ms", "100")
-            path = accepted(submit(server, slow_pairs(server, 1)))
-            until(lambda: server.get(path).json()["counts"]["running"])
-            running, = comparisons(folder)
-            with server.connect() as connection:
-                connection.sendall(b"GET /v1/comparisons/%s/events HTTP/1.1\r\nHost: t\r\n\r\n" % running.encode())
-                answer = connection.makefile("rb")
-                answer.peek()
-                self.assertEqual(server.stop(), 0)
-                name, last = list(events_of(read_answer(answer).body))[-1]
-            self.assertEqual((name, last["id"], last["result"]), ("end", running, None))
-            self.assertIn(last["state"], ("running", "queued"))
 
     def test_done_after_a_restart(self):
         with tempfile.TemporaryDirectory() as folder:

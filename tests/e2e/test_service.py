@@ -9,6 +9,7 @@ import unittest
 
 from harness import (RAISED, ROOT, SLOW, SLOW_OPTIONS, SQUARE, Server, ServerCase, flat_grid, comparison, multipart, post_head,
                      read_answer, until, until_computing, validate, wavy_grid)
+from test_batches import accepted, slow_pairs, submit
 
 
 class Comparisons(ServerCase):
@@ -274,6 +275,35 @@ class End(unittest.TestCase):
         server = Server(environment={"MESHGAUGE_MAX_PART_BYTES": "10"})
         self.assertEqual(server.compare().status, 413)
         self.assertEqual(server.stop(), 0)
+
+
+class StoppingWhileWatched(unittest.TestCase):
+    def test_who_watches_a_batch_holds_up_nobody(self):
+        server = Server("--workers", "1", "--grace-ms", "100")
+        self.addCleanup(server.stop, signal.SIGKILL)
+        slow = slow_pairs(server, 1)
+        path = accepted(submit(server, slow))
+        with server.connect() as watching:
+            watching.sendall(b"GET %s/events HTTP/1.1\r\nHost: test\r\n\r\n" % path.encode())
+            stream = watching.makefile("rb")
+            while b"event: progress" not in stream.readline():
+                pass
+            server.process.send_signal(signal.SIGTERM)
+            self.assertEqual(server.process.wait(60), 0)
+            self.assertNotIn(b"event: end", stream.read())
+
+    def test_what_goes_on_after_a_restart_has_no_end(self):
+        server = Server("--workers", "1", "--grace-ms", "100")
+        self.addCleanup(server.stop, signal.SIGKILL)
+        path = server.compare(**SLOW, options=SLOW_OPTIONS, extra="Prefer: respond-async\r\n").headers["location"]
+        with server.connect() as watching:
+            watching.sendall(b"GET %s/events HTTP/1.1\r\nHost: test\r\n\r\n" % path.encode())
+            stream = watching.makefile("rb")
+            while b'"running"' not in stream.readline():
+                pass
+            server.process.send_signal(signal.SIGTERM)
+            self.assertEqual(server.process.wait(60), 0)
+            self.assertNotIn(b"event: end", stream.read())
 
 
 if __name__ == "__main__":

@@ -160,6 +160,13 @@ test("watching: a comparison that is gone is an error at once", async () => {
   await assert.rejects(watched(refuse("not-found", 404)), (error) => error instanceof ProblemError && error.kind === "not-found");
 });
 
+test("watching: a service that stops tells an end that is none, and the next one goes on", async () => {
+  answers = [stream(`event: end\ndata: ${JSON.stringify(job("running"))}\n\n`), json(job("done"))];
+  const silent = { progress: () => undefined, interrupted: () => undefined };
+  assert.equal((await watch(new Client(), id, silent, never)).state, "done");
+  assert.equal(asked.length, 2);
+});
+
 test("watching a batch: through a break, and through a forgotten one", async () => {
   const counts = { total: 2, queued: 0, running: 1, done: 1, failed: 0, cancelled: 0, gone: 0, pass: 1, fail: 0, undecided: 0 };
   const batch = (state: string) => ({ id, name: null, state, created: "", finished: null, expires: null, counts, failures: [] });

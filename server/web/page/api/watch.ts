@@ -72,7 +72,7 @@ interface Seen<State> {
   any: boolean;
 }
 
-async function follow<Progress, State>(
+async function follow<Progress, State extends Job | Batch>(
   client: Client,
   what: Watched<Progress, State>,
   watcher: Watcher<Progress>,
@@ -81,7 +81,7 @@ async function follow<Progress, State>(
   let any = false;
   try {
     for await (const event of client.events<Progress, State>(what.path, { signal, doing: what.doing })) {
-      if ("end" in event) return { end: event.end, any: true };
+      if ("end" in event) return { end: hasEnded(event.end) ? event.end : null, any: true }; // else the service stops, and it goes on
       any = true;
       watcher.progress(event.progress);
     }
