@@ -278,32 +278,28 @@ class End(unittest.TestCase):
 
 
 class StoppingWhileWatched(unittest.TestCase):
-    def test_who_watches_a_batch_holds_up_nobody(self):
-        server = Server("--workers", "1", "--grace-ms", "100")
-        self.addCleanup(server.stop, signal.SIGKILL)
-        slow = slow_pairs(server, 1)
-        path = accepted(submit(server, slow))
-        with server.connect() as watching:
+    """Who watches what goes on after a restart holds up nobody, and is told of no end."""
+
+    def setUp(self):
+        self.server = Server("--workers", "1", "--grace-ms", "100")
+        self.addCleanup(self.server.stop, signal.SIGKILL)
+
+    def stop_while_watching(self, path, told):
+        with self.server.connect() as watching:
             watching.sendall(b"GET %s/events HTTP/1.1\r\nHost: test\r\n\r\n" % path.encode())
             stream = watching.makefile("rb")
-            while b"event: progress" not in stream.readline():
+            while told not in stream.readline():
                 pass
-            server.process.send_signal(signal.SIGTERM)
-            self.assertEqual(server.process.wait(60), 0)
+            self.server.process.send_signal(signal.SIGTERM)
+            self.assertEqual(self.server.process.wait(60), 0)
             self.assertNotIn(b"event: end", stream.read())
 
-    def test_what_goes_on_after_a_restart_has_no_end(self):
-        server = Server("--workers", "1", "--grace-ms", "100")
-        self.addCleanup(server.stop, signal.SIGKILL)
-        path = server.compare(**SLOW, options=SLOW_OPTIONS, extra="Prefer: respond-async\r\n").headers["location"]
-        with server.connect() as watching:
-            watching.sendall(b"GET %s/events HTTP/1.1\r\nHost: test\r\n\r\n" % path.encode())
-            stream = watching.makefile("rb")
-            while b'"running"' not in stream.readline():
-                pass
-            server.process.send_signal(signal.SIGTERM)
-            self.assertEqual(server.process.wait(60), 0)
-            self.assertNotIn(b"event: end", stream.read())
+    def test_a_batch(self):
+        self.stop_while_watching(accepted(submit(self.server, slow_pairs(self.server, 1))), b"event: progress")
+
+    def test_a_comparison(self):
+        answer = self.server.compare(**SLOW, options=SLOW_OPTIONS, extra="Prefer: respond-async\r\n")
+        self.stop_while_watching(answer.headers["location"], b'"running"')
 
 
 if __name__ == "__main__":
