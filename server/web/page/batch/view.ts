@@ -5,9 +5,8 @@ import { hasEnded, type Batch, type BatchProgressEvent } from "../api/types.js";
 import type { Watcher } from "../api/watch.js";
 import { button, card, h, type Announcer } from "../dom.js";
 import { iconOf } from "../result/icon.js";
-import { linkRow, save } from "../result/share.js";
+import { downloadButton, linkRow } from "../result/share.js";
 import { pathOf } from "../route.js";
-import { asSentence, explain } from "../text/problems.js";
 import { stackedBar } from "./bar.js";
 import { BatchList } from "./list.js";
 import type { Looking } from "./looking.js";
@@ -166,23 +165,12 @@ export class BatchView implements Watcher<BatchProgressEvent> {
 
   private download(label: string, report: Report, note: HTMLElement): HTMLButtonElement {
     const { client, signal } = this.face;
-    const made = button(label, {}, () => void press());
-    const press = async () => {
-      made.disabled = true;
-      note.textContent = "Loading …";
-      try {
-        const answer = await reportOf(client, this.batch.id, report, signal);
-        save(`batch-${this.batch.id.slice(0, 8)}${report === "junit.xml" ? "-junit.xml" : ".jsonl"}`, await answer.blob());
-        note.textContent = "";
-      } catch (error) {
-        const told = explain(error);
-        note.textContent = asSentence(told.detail || told.title);
-      } finally {
-        made.disabled = false;
-        if (document.activeElement === document.body) made.focus({ preventScroll: true }); // a button that is off has none
-      }
-    };
-    return made;
+    return downloadButton(label, {}, {
+      name: `batch-${this.batch.id.slice(0, 8)}${report === "junit.xml" ? "-junit.xml" : ".jsonl"}`,
+      doing: "Loading …",
+      note,
+      ask: () => reportOf(client, this.batch.id, report, signal),
+    });
   }
 
   private cancel(): void {

@@ -5,7 +5,7 @@ import { button, h } from "../dom.js";
 import { inBytes } from "../text/numbers.js";
 import { asSentence, explain } from "../text/problems.js";
 import { unitsOf, witnessesOf } from "../text/verdict.js";
-import { save } from "./share.js";
+import { downloadButton } from "./share.js";
 
 const shownTriangles = 200_000; // more makes a picture slower, and no clearer
 
@@ -89,20 +89,11 @@ export function mapRows(client: Client, result: Comparison, note: HTMLElement): 
 }
 
 function mapButton(client: Client, result: Comparison, of: Side, form: Form, note: HTMLElement): HTMLButtonElement {
-  const made = button(`${of.toUpperCase()} as ${form.toUpperCase()}`, { "aria-label": `Deviation map of ${of.toUpperCase()} as ${form.toUpperCase()}` }, () => void download());
-  const download = async () => {
-    made.disabled = true;
-    note.textContent = "Computing the map …";
-    try {
-      const answer = await client.sendPatiently(pathOfMap(result.id, form, of), { doing: "loading the deviation map" });
-      save(`deviation-${of}-${result.id.slice(0, 8)}.${form}`, await answer.blob());
-      note.textContent = "";
-    } catch (error) {
-      const told = explain(error);
-      note.textContent = asSentence(told.detail || told.title);
-    } finally {
-      made.disabled = false;
-    }
-  };
-  return made;
+  const label = `${of.toUpperCase()} as ${form.toUpperCase()}`;
+  return downloadButton(label, { "aria-label": `Deviation map of ${label}` }, {
+    name: `deviation-${of}-${result.id.slice(0, 8)}.${form}`,
+    doing: "Computing the map …",
+    note,
+    ask: () => client.sendPatiently(pathOfMap(result.id, form, of), { doing: "loading the deviation map" }),
+  });
 }

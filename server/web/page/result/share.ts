@@ -1,6 +1,7 @@
 // What a person takes away: the link, the document, the maps, and the same measurement for a pipeline.
 import type { Comparison, Side } from "../api/types.js";
-import { button, h } from "../dom.js";
+import { button, h, type Attributes } from "../dom.js";
+import { asSentence, explain } from "../text/problems.js";
 import { checkCommand, curlCommand, gatesYaml, optionsOf, type Names } from "../text/snippets.js";
 
 /** `path`: of the page. `of`: what it is a link to. */
@@ -75,4 +76,31 @@ function snippet(title: string, text: string): HTMLElement {
 /** "candidate" and "baseline" where nothing better is known. */
 export function fallbackNames(result: Comparison): Record<Side, string> {
   return { a: `candidate.${result.meshes.a.format}`, b: `baseline.${result.meshes.b.format}` };
+}
+
+export interface Download {
+  name: string;
+  doing: string; // while it lasts
+  note: HTMLElement; // where this is told, and what became of it
+  ask: () => Promise<Response>;
+}
+
+/** A button that asks for a file and saves it. */
+export function downloadButton(label: string, attributes: Attributes, { name, doing, note, ask }: Download): HTMLButtonElement {
+  const made = button(label, attributes, () => void press());
+  const press = async () => {
+    made.disabled = true;
+    note.textContent = doing;
+    try {
+      save(name, await (await ask()).blob());
+      note.textContent = "";
+    } catch (error) {
+      const told = explain(error);
+      note.textContent = asSentence(told.detail || told.title);
+    } finally {
+      made.disabled = false;
+      if (document.activeElement === document.body) made.focus({ preventScroll: true }); // a button that is off has none
+    }
+  };
+  return made;
 }
