@@ -163,7 +163,7 @@ def without_batches(handler, seen):
 
 
 class FlakyProxy:
-    """Bytes to and from a service over connections that break or stall at random; every few are left alone."""
+    """Bytes to and from a service over connections that break or stall at random; every few are left alone, but never the first."""
 
     def __init__(self, upstream, seed):
         self.upstream = upstream
@@ -174,13 +174,14 @@ class FlakyProxy:
         threading.Thread(target=self._accept, daemon=True).start()
 
     def _accept(self):
+        fate, after = "break", 1
         while True:
             try:
                 client, _ = self.listener.accept()
             except OSError:
                 return
-            fate = self.random.choice(["serve", "refuse", "break", "break", "stall"])
-            threading.Thread(target=self._serve, args=(client, fate, self.random.randrange(1, 3000)), daemon=True).start()
+            threading.Thread(target=self._serve, args=(client, fate, after), daemon=True).start()
+            fate, after = self.random.choice(["serve", "refuse", "break", "break", "stall"]), self.random.randrange(1, 3000)
 
     def _serve(self, client, fate, after):
         if fate == "refuse":
