@@ -18,6 +18,9 @@ from contract import ROOT, validate  # noqa: F401  validate: for the tests
 
 BINARY = os.environ.get("MESHGAUGE_BINARY", str(ROOT / "build" / "meshgauge"))
 ENVIRONMENT = {k: v for k, v in os.environ.items() if not k.startswith("MESHGAUGE_")}
+SCRATCH = tempfile.TemporaryDirectory(prefix="meshgauge-data-", ignore_cleanup_errors=True)
+# For a service that a test starts by itself: tests run beside each other, and a data directory is one service's.
+OWN_DATA = {**ENVIRONMENT, "MESHGAUGE_DATA_DIR": os.path.join(SCRATCH.name, "data")}
 
 SQUARE = b"v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3\nf 1 3 4\n"
 RAISED = b"v 0 0 2\nv 1 0 2\nv 1 1 2\nv 0 1 2\nf 1 2 3\nf 1 3 4\n"

@@ -10,7 +10,7 @@ import time
 import unittest
 from pathlib import Path
 
-from harness import BINARY, ENVIRONMENT, Server, comparison, post_head, read_answer, until
+from harness import BINARY, ENVIRONMENT, OWN_DATA, Server, comparison, post_head, read_answer, until
 from keys import new_key
 
 
@@ -135,7 +135,7 @@ class Keys(unittest.TestCase):
                              ("{\n\n,}", "line 3: not JSON")):
             self.path.write_text(text)
             done = subprocess.run([BINARY, "serve", "--port", "0", "--keys-file", str(self.path)], capture_output=True,
-                                  text=True, timeout=60, env=ENVIRONMENT)
+                                  text=True, timeout=60, env=OWN_DATA)
             self.assertEqual(done.returncode, 3)
             self.assertIn(saying, done.stderr)
 
@@ -151,7 +151,7 @@ class Keys(unittest.TestCase):
 class Openness(unittest.TestCase):
     def test_a_public_address_needs_keys_or_a_word(self):
         done = subprocess.run([BINARY, "serve", "--host", "0.0.0.0", "--port", "0"], capture_output=True, text=True,
-                              timeout=60, env=ENVIRONMENT)
+                              timeout=60, env=OWN_DATA)
         self.assertEqual(done.returncode, 3)
         self.assertIn("--public-without-keys", done.stderr)
         for flags, environment in ((["--public-without-keys"], {}), ([], {"MESHGAUGE_PUBLIC_WITHOUT_KEYS": "true"})):
@@ -187,7 +187,7 @@ class Terminal(unittest.TestCase):
         if child == 0:
             if ignore:
                 signal.signal(signal.SIGHUP, signal.SIG_IGN)
-            os.execve(BINARY, [BINARY, "serve", "--port", "0"], ENVIRONMENT)
+            os.execve(BINARY, [BINARY, "serve", "--port", "0"], OWN_DATA)
         self.addCleanup(lambda: [os.kill(child, signal.SIGKILL), os.waitpid(child, 0)] if not self.ended else None)
         self.ended = False
         line = b""

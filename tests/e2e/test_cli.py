@@ -11,7 +11,7 @@ import unittest
 from pathlib import Path
 
 from contract import OPENAPI, validate
-from harness import BINARY, ENVIRONMENT, RAISED, SLOW, SQUARE, Server, until_computing, wavy_grid
+from harness import BINARY, ENVIRONMENT, OWN_DATA, RAISED, SLOW, SQUARE, Server, until_computing, wavy_grid
 
 
 class Cli(unittest.TestCase):
@@ -28,7 +28,7 @@ class Cli(unittest.TestCase):
 
     def run_cli(self, *arguments, environment=None):
         return subprocess.run([BINARY, *arguments], capture_output=True, text=True, timeout=120,
-                              env={**ENVIRONMENT, **(environment or {})})
+                              env={**OWN_DATA, **(environment or {})})
 
     def fails(self, *arguments, saying):
         result = self.run_cli(*arguments)

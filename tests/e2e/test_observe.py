@@ -5,7 +5,7 @@ import re
 import subprocess
 import unittest
 
-from harness import BINARY, ENVIRONMENT, Server, comparison, post_head, read_answer, until
+from harness import BINARY, OWN_DATA, Server, comparison, post_head, read_answer, until
 
 TRACE_ID, PARENT_ID = "4bf92f3577b34da6a3ce929d0e0e4736", "00f067aa0ba902b7"
 TRACEPARENT = "00-%s-%s-01" % (TRACE_ID, PARENT_ID)
@@ -121,7 +121,7 @@ class Log(unittest.TestCase):
         self.assertIn("stopped", events)
 
     def test_a_word_that_is_no_choice_ends_the_start(self):
-        done = subprocess.run([BINARY, "serve", "--port", "0", "--log-requests", "some"], env=ENVIRONMENT,
+        done = subprocess.run([BINARY, "serve", "--port", "0", "--log-requests", "some"], env=OWN_DATA,
                               capture_output=True, text=True, check=False, timeout=60)
         self.assertEqual(done.returncode, 3)
         self.assertIn("--log-requests must be all, problems or none", done.stderr)

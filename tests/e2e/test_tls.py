@@ -12,7 +12,7 @@ import warnings
 from pathlib import Path
 
 import wire
-from harness import (BINARY, ENVIRONMENT, SLOW, SLOW_OPTIONS, SQUARE, Server, comparison, flat_grid, post_head, read_answer,
+from harness import (BINARY, ENVIRONMENT, OWN_DATA, SLOW, SLOW_OPTIONS, SQUARE, Server, comparison, flat_grid, post_head, read_answer,
                      until, until_computing)
 
 
@@ -285,7 +285,7 @@ class Tls(unittest.TestCase):
     def test_files_that_cannot_be_used_end_the_start(self):
         def fails(certificate, key, saying):
             done = subprocess.run([BINARY, "serve", "--port", "0", "--tls-certificate", str(certificate), "--tls-key", str(key)],
-                                  capture_output=True, text=True, timeout=60, env=ENVIRONMENT, stdin=subprocess.DEVNULL)
+                                  capture_output=True, text=True, timeout=60, env=OWN_DATA, stdin=subprocess.DEVNULL)
             self.assertEqual(done.returncode, 3)
             self.assertIn(saying, done.stderr)
 
