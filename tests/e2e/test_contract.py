@@ -6,7 +6,6 @@ import errno
 import json
 import mmap
 import os
-import re
 import select
 import struct
 import tempfile

@@ -8,7 +8,7 @@ import time
 import unittest
 
 from harness import (RAISED, ROOT, SLOW, SLOW_OPTIONS, SQUARE, Server, ServerCase, flat_grid, comparison, multipart, post_head,
-                     read_answer, until, until_computing, validate, wavy_grid)
+                     read_answer, until, until_computing, wavy_grid)
 from test_batches import accepted, slow_pairs, submit
 
 
