@@ -61,12 +61,22 @@ class Obstacle {
   std::string path_;
 };
 
+bool has_ended(pid_t pid) {
+  const std::string state = status_line(pid, "State");
+  return state.empty() || state.starts_with("Z");
+}
+
+// Stopped before, so that its workers are known: one that was just made holds the spawner's end of the channel still,
+// and as long as it does, orders can be sent to nobody.
 void kill_spawner() {
   REQUIRE(spawners().size() == 1);
   const pid_t spawner = spawners().front().pid;
+  ::kill(spawner, SIGSTOP);
+  REQUIRE(eventually([=] { return status_line(spawner, "State").starts_with("T"); }));
+  const std::vector<Process> its = workers();
   ::kill(spawner, SIGKILL);
-  REQUIRE(eventually([=] { return status_line(spawner, "State").starts_with("Z"); }));
-  REQUIRE(eventually([] { return running().empty(); }));
+  REQUIRE(eventually([=] { return has_ended(spawner); }));
+  for (const Process& worker : its) REQUIRE(eventually([&] { return has_ended(worker.pid); }));
 }
 
 // As long as it lives this process can open nothing.
