@@ -122,7 +122,7 @@ class Campaign:
             until(lambda: self.crowd.taken >= due, 600, "%d works to be begun" % due)
             time.sleep(self.dice.uniform(0, 2))
             self.kill(victim)
-            print("%4.0f s: %d kills (%s), %d jobs accepted, %d wait, %d violations" % (
+            print("%4.0f s: %d kills (%s), %d jobs accepted singly, %d wait, %d violations" % (
                 time.monotonic() - began, number, victim, len(self.ledger.accepted), len(self.ledger.waiting), len(self.ledger.violations)), flush=True)
         self.crowd.may = jobs
         until(lambda: self.crowd.taken == jobs, 600, "all works to be begun")
@@ -193,8 +193,11 @@ class Campaign:
 
     def figures(self, seconds):
         longest = max((end - start for start, end in self.outages), default=0)
-        return "%d jobs accepted in %.0f s, %s killed; %s; database away %d times, %.1f s at most; stalls beyond that: %s" % (
-            len(self.ledger.accepted), seconds, ", ".join("%d %ss" % (n, kind) for kind, n in sorted(self.killed.items())),
+        of_batches = sum(len(sweep.works) for sweep in self.sweeper.accepted())
+        wanted = len(self.crowd.works) + of_batches  # all of them were had, but those that were cancelled: look_again()
+        return ("%d jobs in %.0f s, of them %d accepted singly and %d in batches, %s killed; %s; "
+                "database away %d times, %.1f s at most; stalls beyond that: %s") % (
+            wanted, seconds, len(self.ledger.accepted), of_batches, ", ".join("%d %ss" % (n, kind) for kind, n in sorted(self.killed.items())),
             ", ".join("%s %d" % one for one in sorted(self.ledger.counts.items())), len(self.outages), longest,
             ", ".join("%s %.1f s" % one for one in self.stalls.items()))
 
