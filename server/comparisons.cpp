@@ -258,6 +258,7 @@ void Comparisons::events(Exchange& exchange) {
   const auto seat = seats_.take(exchange.owner);
   if (!seat) return answer(exchange, Problem{ProblemKind::overloaded, "as many clients watch as may", {}});
   exchange.response.content_type = "text/event-stream";
+  exchange.response.length_known = false;
   if (exchange.head.method == "HEAD") return;
   const auto job = jobs_.watch(**first);
   if (!job && !store::has_ended((*first)->row.state)) return tell_of_stored(exchange, key, seat);

@@ -43,17 +43,18 @@ void Readiness::answer(Exchange& exchange, Defects now) {
 // for a while; the others are told what was seen before.
 Readiness::Defects Readiness::seen() {
   std::unique_lock lock(mutex_);
-  if (looking_ || Clock::now() < looked_ + std::chrono::seconds(1)) return defects_;
+  if (looking_) return late_ ? late() : defects_;
+  if (Clock::now() < looked_ + std::chrono::seconds(1)) return defects_;
   begin_look();
-  if (!looked_at_.wait_for(lock, patience_, [this] { return !looking_; })) {
-    defects_ = {{at_, "it does not answer in time"}};
-  }
-  return defects_;
+  late_ = !looked_at_.wait_for(lock, patience_, [this] { return !looking_; });
+  return late_ ? late() : defects_;
 }
 
 // Under the lock, which a look that has ended does not need any more.
 void Readiness::begin_look() {
   looking_ = true;
+  late_ = false;
+  at_ = "service";  // until its thread has come to the first part
   try {
     look_ = std::async(std::launch::async, [this] { look(); });
   } catch (const std::system_error&) {

@@ -34,6 +34,7 @@ class Readiness {
   Defects seen();  // without `now`
 
  private:
+  Defects late() const { return {{at_, "it does not answer in time"}}; }
   void begin_look();
   void look();
   Defects looked_at();
@@ -43,6 +44,7 @@ class Readiness {
   std::mutex mutex_;  // guards what follows; nobody looks under it
   std::condition_variable looked_at_;
   bool looking_ = false;  // a thread does
+  bool late_ = false;     // for longer than anybody's patience
   const char* at_ = "";   // the part that it looks at
   Defects defects_;
   Clock::time_point looked_{};

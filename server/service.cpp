@@ -2,6 +2,7 @@
 
 #include "server/heap.h"
 #include "server/log.h"
+#include "server/maps/spare_room.h"
 #include "server/open_stores.h"
 #include "server/openapi.h"
 #include "server/sandbox/pool.h"
@@ -16,6 +17,13 @@ constexpr std::chrono::milliseconds kTick{50};
 void send(Exchange& exchange, std::string text, const char* type) {
   exchange.response.content_type = type;
   exchange.response.body = std::move(text);
+}
+
+// Kept maps leave room for all that may be uploaded.
+MapCache::Settings map_settings(const Settings& settings, const std::string& data_folder) {
+  const std::string folder = data_folder + "/maps";
+  return {folder, settings.map_cache_bytes, settings.temp_dir,
+          [folder, wanted = settings.max_upload_bytes] { return lacking_bytes_on(folder, wanted); }};
 }
 
 }  // namespace
@@ -194,7 +202,7 @@ Result<Done> run_until_signal(const Settings& settings, const std::vector<std::s
   auto stores = open_stores(settings);
   if (!stores) return stores.error();
   MeshCache cache(settings.max_cache_bytes);
-  MapCache maps({(*stores)->data_folder() + "/maps", settings.map_cache_bytes, settings.temp_dir});
+  MapCache maps(map_settings(settings, (*stores)->data_folder()));
   if (auto opened = maps.open(); !opened) return opened.error();
   const Fetch fetch = fetching_by(pool, cache);
   Service service(settings, comparing_by(fetch),

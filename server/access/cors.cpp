@@ -9,9 +9,10 @@ namespace {
 
 constexpr const char* kMethods = "GET, HEAD, POST, PUT, DELETE";
 constexpr const char* kRequestHeaders =
-    "Authorization, Content-Disposition, Content-Type, Idempotency-Key, Prefer, traceparent, tracestate";
+    "Authorization, Content-Disposition, Content-Type, Idempotency-Key, If-None-Match, Prefer, traceparent, tracestate";
 constexpr const char* kResponseHeaders =
-    "Location, Preference-Applied, Retry-After, Server-Timing, WWW-Authenticate, X-Request-Id";
+    "Content-Disposition, ETag, Location, Preference-Applied, Retry-After, Server-Timing, WWW-Authenticate, "
+    "X-Request-Id";
 constexpr const char* kMaxAgeSeconds = "600";
 
 // scheme://host or scheme://host:port, in lower case: what the WHATWG's serialization of an origin gives.

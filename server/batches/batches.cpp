@@ -181,6 +181,7 @@ void Batches::events(Exchange& exchange) {
   const auto seat = take_seat(exchange);
   if (!seat) return;
   exchange.response.content_type = "text/event-stream";
+  exchange.response.length_known = false;
   if (exchange.head.method == "HEAD") return;
   exchange.response.stream = [this, key = key_of(exchange), seat, told = std::string(),
                               next = Clock::time_point()](std::string& piece) mutable {

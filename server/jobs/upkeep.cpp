@@ -31,6 +31,7 @@ bool due(std::chrono::steady_clock::time_point& next, milliseconds interval) {
 
 // What is thrown for want of memory ends here: it is for the next time, not the end of the process.
 void Upkeep::tick() try {
+  if (stores_.maps) stores_.maps->give_way();
   const bool on_duty = stores_.jobs.on_duty();
   const milliseconds quarter_lease(settings_.lease_ms / 4);
   const bool recovery = stores_.shared() && on_duty;

@@ -89,9 +89,14 @@ Result<MapCache::File> MapCache::keep(const Coming& coming, const Write& write) 
   if (settings_.max_bytes == 0) return write_unnamed(write);
   const std::string path = settings_.folder + "/" + api::random_id();
   auto file = write_named(path + ".part", write);
-  if (!file) return is_of_storage(file.error()) ? write_unnamed(write) : file;
+  if (!file && !is_of_storage(file.error())) return file;
+  if (!file) {
+    give_way();
+    return write_unnamed(write);
+  }
   const bool kept = ::rename((path + ".part").c_str(), path.c_str()) == 0 && move_in(coming, path, (*file)->size());
   if (!kept) remove_all({path, path + ".part"});
+  give_way();
   return file;
 }
 
@@ -154,6 +159,17 @@ void MapCache::take_out_if(const Condition& condition) {
     for (const auto& one : coming_) {
       if (const auto coming = one.lock(); coming && condition(*coming)) coming->forgotten = true;
     }
+  }
+  remove_all(removed);
+}
+
+void MapCache::give_way() {
+  const std::uint64_t lacking = settings_.lacking ? settings_.lacking() : 0;
+  if (lacking == 0) return;
+  Paths removed;
+  {
+    const std::lock_guard lock(mutex_);
+    for (const std::uint64_t before = bytes_; !entries_.empty() && before - bytes_ < lacking;) drop_oldest(removed);
   }
   remove_all(removed);
 }

@@ -4,7 +4,7 @@
 //   <folder>/<random>        whole, never changed
 //
 // What they are is known in memory alone: at the start the folder is emptied. It is a cache: what cannot be kept, on a
-// full disk for instance, is not.
+// full disk for instance, is not, and what is kept goes for what matters more.
 #pragma once
 
 #include <cstdint>
@@ -46,6 +46,8 @@ class MapCache {
     std::string folder;           // used by this object alone
     std::uint64_t max_bytes = 0;  // of all files that are kept; 0: none is, and the folder is not made
     std::string temp_dir;         // for maps that are not kept, as files without a name
+    // Bytes that the disk lacks for uploads and results; null: it never does.
+    std::function<std::uint64_t()> lacking = nullptr;
   };
 
   struct Counters {
@@ -80,6 +82,9 @@ class MapCache {
   void forget_mesh(const std::string& owner, const std::string& id);
   // Forgets the maps of all jobs that are not there any more.
   void sweep(const std::function<bool(const store::JobKey&)>& is_there);
+
+  // Removes the longest unused maps, until what the disk lacks is free.
+  void give_way();
 
   Counters counters() const;
 

@@ -72,6 +72,13 @@ class SpawnSettings {
   posix_spawnattr_t attributes{};
 };
 
+// It is left to be waited for.
+bool has_ended(pid_t pid) {
+  siginfo_t ended{};
+  if (::waitid(P_PID, static_cast<id_t>(pid), &ended, WEXITED | WNOHANG | WNOWAIT) != 0) return errno == ECHILD;
+  return ended.si_pid == pid;
+}
+
 // All processes of a group are: its leader; and its workers, if this is process 1, to which orphans fall.
 bool all_gone(pid_t group) {
   pid_t ended = 0;
@@ -126,11 +133,12 @@ Result<Trial> Nursery::hear(const Interrupted& interrupted) {
   return std::move(*trial);
 }
 
-// After its first word the spawner says nothing: there is something to read when its end is closed.
-bool Nursery::gone() const { return !control_ || readable(control_.get(), milliseconds(0)); }
+// After its first word the spawner says nothing: there is something to read when its end is closed. A worker that it
+// had just made may hold that still.
+bool Nursery::gone() const { return !control_ || readable(control_.get(), milliseconds(0)) || has_ended(pid_); }
 
 std::optional<Worker> Nursery::spawn(const Bounds& bounds) {
-  if (!control_) return std::nullopt;
+  if (gone()) return std::nullopt;
   auto channel = open_channel();
   auto life = open_channel();
   if (!channel || !life) return std::nullopt;

@@ -10,6 +10,7 @@ import hashlib
 import json
 import mmap
 import os
+import signal
 import struct
 import tempfile
 import unittest
@@ -140,6 +141,31 @@ class FullDisk(Case):
         until(lambda: self.state(path) == "done")
         self.assertEqual(list((self.disk / "data/blobs/incoming").iterdir()), [])
         self.assertEqual(self.compare(**{"Idempotency-Key": "one"}).status, 200)
+        self.all_is_well()
+        server.stop()
+
+    def test_kept_maps_leave_room_for_uploads(self):
+        server = self.serve(self.elsewhere)
+        a, b = square(0, 60), square(3, 60)
+        self.assertEqual([self.store(mesh).status for mesh in (a, b)], [201, 201])
+        answer = self.by_id(a, b)
+        self.measured(answer, 3)
+        path, maps = "/v1/comparisons/" + answer.json()["id"], self.disk / "data/maps"
+        for of in "ab":
+            self.assertEqual(self.ask("GET", path + "/deviation.ply?of=" + of).status, 200)
+        self.assertGreater(sum(one.stat().st_size for one in maps.iterdir()), 400000)
+        server.process.send_signal(signal.SIGSTOP)  # else what it gives back meanwhile is filled as well
+        self.fill()
+        server.process.send_signal(signal.SIGCONT)
+        until(lambda: not list(maps.iterdir()))
+        upload = square(5, 50)
+        self.assertGreater(len(upload), 100000)
+        self.assertEqual(self.store(upload).status, 201)
+        self.assertEqual(self.ask("GET", path + "/deviation.ply").status, 200)  # made, and not kept
+        self.assertEqual(list(maps.iterdir()), [])
+        self.make_room()
+        self.assertEqual(self.ask("GET", path + "/deviation.ply").status, 200)
+        self.assertEqual(len(list(maps.iterdir())), 1)
         self.all_is_well()
         server.stop()
 

@@ -1,11 +1,13 @@
 """Starts the built binary and talks to it over sockets; every answer that is read is held against openapi.yaml."""
 
 import atexit
+import contextlib
 import json
 import math
 import os
 import signal
 import socket
+import ssl
 import subprocess
 import tempfile
 import threading
@@ -189,6 +191,22 @@ class ServerCase(unittest.TestCase):
         self.assertEqual(answer.status, status, answer.body)
         self.assertEqual(answer.json()["type"], "urn:meshgauge:problem:" + slug)
         return answer.json()
+
+
+def holding_the_worker(server):
+    """The connection of a slow comparison that has the only place of a service."""
+    body = comparison(**SLOW, options=SLOW_OPTIONS)
+
+    def holds():
+        """A small comparison is refused. When it came first, it was the slow one: that is sent again."""
+        connection = server.connect()
+        with contextlib.suppress(ConnectionError, ssl.SSLError):
+            connection.sendall(post_head(len(body)) + body)
+            if server.compare().status == 503:
+                return connection
+        connection.close()
+        return None
+    return until(holds)
 
 
 def until(condition, seconds=60):

@@ -16,6 +16,7 @@ import time
 import unittest
 
 from harness import SLOW, SLOW_OPTIONS, Server, comparison, post_head, read_answer, until, until_computing
+from test_sandbox import workers
 
 MOST_DELAY = 0.1  # seconds that eight dribbling clients may cost an honest one
 ATTACKER = "127.0.0.2"  # honest clients call from 127.0.0.1
@@ -198,9 +199,11 @@ class Accept(unittest.TestCase):
         return len(os.listdir(f"/proc/{server.process.pid}/fd"))
 
     def test_no_descriptors_left(self):
-        server = Server("--head-timeout-ms", "600000")
+        server = Server("--head-timeout-ms", "600000", "--workers", "2")
         self.assertEqual(server.compare().status, 200)
-        most = self.descriptors(server) + 8
+        until(lambda: len(workers(server)) == 2)  # those that were taken have ended, and each has its successor
+        before = self.descriptors(server)
+        most = before + 8
         resource.prlimit(server.process.pid, resource.RLIMIT_NOFILE, (most, most))
         with contextlib.ExitStack() as stack:
             for _ in range(20):
@@ -208,6 +211,7 @@ class Accept(unittest.TestCase):
             until(lambda: self.descriptors(server) >= most)
             time.sleep(0.3)
             self.assertIsNone(server.process.poll())
+        until(lambda: self.descriptors(server) <= before)
         self.assertEqual(server.get("/healthz").status, 200)
         self.assertEqual(server.compare().status, 200)
         self.assertEqual(server.stop(), 0)

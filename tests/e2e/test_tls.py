@@ -12,8 +12,8 @@ import warnings
 from pathlib import Path
 
 import wire
-from harness import (BINARY, ENVIRONMENT, OWN_DATA, SLOW, SLOW_OPTIONS, SQUARE, Server, comparison, flat_grid, post_head, read_answer,
-                     until, until_computing)
+from harness import (BINARY, ENVIRONMENT, OWN_DATA, SLOW, SLOW_OPTIONS, SQUARE, Server, comparison, flat_grid, holding_the_worker, post_head,
+                     read_answer, until, until_computing)
 
 
 def make_certificate(folder, name="localhost"):
@@ -238,11 +238,7 @@ class Tls(unittest.TestCase):
 
     def test_a_client_that_goes_away_frees_its_worker(self):
         server = self.own("--queue", "0", "--workers", "1")
-        body = comparison(**SLOW, options=SLOW_OPTIONS)
-        connection = server.connect()
-        connection.sendall(post_head(len(body)) + body)
-        until(lambda: server.compare().status == 503)
-        connection.close()
+        holding_the_worker(server).close()
         until(lambda: server.compare().status == 200)
 
     def test_the_end_is_said(self):

@@ -39,7 +39,7 @@ struct Client {
       if (!stays) ::shutdown(ends[1], SHUT_WR);
     });
     Connection connection(ends[0], aborted);
-    Body body(connection, head, limit, std::chrono::milliseconds(300));
+    Body body(connection, head, limit, stays ? std::chrono::milliseconds(300) : std::chrono::milliseconds(60'000));
     auto refusal = body.read([&](std::string_view piece) {
       received.append(piece);
       return std::optional<api::Problem>();

@@ -41,6 +41,8 @@ TEST_CASE("readiness: a part that does not answer is named, and asked no more be
     if (++asked == 1) gone.wait();
     return std::string();
   });
+  static_cast<void>(readiness.seen());  // its thread may still be on its way to the disk
+  while (asked == 0) std::this_thread::sleep_for(1ms);
   for (int i = 0; i < 3; ++i) CHECK(defects_of(readiness) == Texts{"disk: it does not answer in time"});
   CHECK(asked == 1);
   let_go.set_value();

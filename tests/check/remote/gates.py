@@ -12,7 +12,7 @@ import threading
 import time
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 
-from harness import ENVIRONMENT, ROOT
+from harness import ENVIRONMENT, ROOT, until
 
 MEASURE = os.environ.get("MESHGAUGE_MEASURE_GATES", str(ROOT / "build" / "tests" / "check" / "remote" / "measure_gates"))
 CLEAN = {k: v for k, v in ENVIRONMENT.items() if not k.lower().endswith("_proxy")}
@@ -77,6 +77,12 @@ def requests(server, method, prefix=""):
     lines = (json.loads(line) for line in list(server.log))
     return [line for line in lines if line.get("event") == "request" and line["method"] == method
             and line["path"].startswith(prefix)]
+
+
+def count_of(server, method, count):
+    """How many of a method there were, once there are `count`: the line of each is written after its answer."""
+    until(lambda: len(requests(server, method)) >= count)
+    return len(requests(server, method))
 
 
 class Relay:

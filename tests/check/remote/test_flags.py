@@ -4,7 +4,7 @@ import json
 import signal
 import unittest
 
-from gates import requests, url_of, without_chance
+from gates import count_of, requests, url_of, without_chance
 from harness import SLOW, Server, until
 from keys import new_key, write_keys
 from workplace import Workplace, square
@@ -43,9 +43,9 @@ class Command(Workplace):
 
     def test_a_second_run_sends_nothing(self):
         self.exits(1, *self.pair, *self.with_key())
-        self.assertEqual(len(requests(self.server, "PUT")), 2)
+        self.assertEqual(count_of(self.server, "PUT", 2), 2)
         self.exits(1, *self.pair, *self.with_key())
-        self.assertEqual(len(requests(self.server, "PUT")), 2)
+        self.assertEqual(count_of(self.server, "PUT", 2), 2)
 
     def test_the_key_of_the_variable(self):
         self.exits(1, *self.pair, "--server", url_of(self.server), environment={"MESHGAUGE_KEY": self.token})

@@ -8,7 +8,7 @@ import tempfile
 import unittest
 from pathlib import Path
 
-from gates import Relay, Run, gate, measure, requests, url_of, without_batches
+from gates import Relay, Run, count_of, gate, measure, requests, url_of, without_batches
 from harness import BINARY, ENVIRONMENT, RAISED, SLOW, SLOW_OPTIONS, SQUARE, Server, flat_grid, until, wavy_grid
 from keys import new_key, write_keys
 
@@ -51,19 +51,19 @@ class Uploads(Case):
         gates += [gate("again %d" % i, candidate, baseline) for i, candidate in enumerate(self.files(8))]
         gates.append(gate("the same bytes", self.file("copy.obj", SQUARE), baseline, max_distance=0))
         self.assertEqual({o["verdict"] for o in measure(gates, {"url": url_of(server)}).values()}, {"fail", "pass"})
-        self.assertEqual(len(requests(server, "PUT")), 9)
-        self.assertEqual(len(requests(server, "HEAD")), 9)
+        self.assertEqual(count_of(server, "PUT", 9), 9)
+        self.assertEqual(count_of(server, "HEAD", 9), 9)
         self.assertEqual(metric(server, "meshgauge_jobs_total"), 9)
         measure(gates, {"url": url_of(server)})
-        self.assertEqual(len(requests(server, "PUT")), 9)
-        self.assertEqual(len(requests(server, "HEAD")), 18)
+        self.assertEqual(count_of(server, "HEAD", 18), 18)
+        self.assertEqual(count_of(server, "PUT", 9), 9)
 
     def test_a_new_candidate_travels_alone(self):
         server = self.start()
         baseline = self.file("baseline.obj", SQUARE)
         for i, candidate in enumerate(self.files(3)):
             measure([gate("gate", candidate, baseline)], {"url": url_of(server)})
-            self.assertEqual(len(requests(server, "PUT")), 2 + i)
+            self.assertEqual(count_of(server, "PUT", 2 + i), 2 + i)
 
     def test_a_large_file(self):
         server = self.start()
@@ -161,13 +161,12 @@ class Keys(Case):
         with Relay(server.port, without_batches) as relay:
             outcomes = measure(slow, self.service(relay, token, at_once=6))
         self.assertTrue(all(o["document"] for o in outcomes.values()), outcomes)
-        self.assertTrue([line for line in requests(server, "POST") if line["status"] == 429])
+        until(lambda: any(line["status"] == 429 for line in requests(server, "POST")))
 
     def test_a_key_with_a_low_rate(self):
         server, (token,) = self.serve({"requests_per_minute": 600, "burst": 1})
         self.assert_decided(measure(self.gates[:3], self.service(server, token)))
-        lines = requests(server, "POST") + requests(server, "PUT") + requests(server, "HEAD")
-        self.assertTrue([line for line in lines if line["status"] == 429])
+        until(lambda: any(line["status"] == 429 for method in ("POST", "PUT", "HEAD") for line in requests(server, method)))
 
 
 class Limits(Case):
@@ -179,7 +178,7 @@ class Limits(Case):
         with Relay(server.port, without_batches) as relay:
             outcomes = measure(gates, {"url": url_of(relay), "at_once": 6})
         self.assertTrue(all(o["document"] for o in outcomes.values()), outcomes)
-        self.assertTrue([line for line in requests(server, "POST") if line["status"] == 503])
+        until(lambda: any(line["status"] == 503 for line in requests(server, "POST")))
 
     def test_the_timeout_is_the_services(self):
         server = self.start()
@@ -255,7 +254,7 @@ class Restarts(Case):
         server.stop(signal.SIGKILL)
         server = self.again(str(self.folder / "other"), port)
         (outcome,) = run.ended()
-        self.assertEqual(len(requests(server, "PUT")), 2)
+        self.assertEqual(count_of(server, "PUT", 2), 2)
         server.stop()
         self.assertIsNone(outcome["error"])
         self.assertIsNotNone(outcome["document"])

@@ -19,6 +19,7 @@ from harness import RAISED, SQUARE, Server, ServerCase, wavy_grid
 from test_tls import make_certificate
 
 SHORT = {"patience_ms": 1500, "first_contact_ms": 300, "stall_s": 1, "connect_timeout_ms": 1000}
+ANSWERED = {**SHORT, "stall_s": 60}  # where each request has its answer, and is to be sent once
 MEGABYTE = 1 << 20
 
 
@@ -105,14 +106,14 @@ class Addresses(Trouble):
                 handler.answer(503, {"Content-Type": "application/problem+json"}, json.dumps(problem).encode())
             return handler.command == "POST"
         with Relay(self.server.port, late) as relay:
-            for outcome in measure(self.gates, {**SHORT, "url": url_of(relay)}).values():
+            for outcome in measure(self.gates, {**ANSWERED, "url": url_of(relay)}).values():
                 self.assertEqual(outcome["verdict"], "undecided", outcome)
             self.assertEqual(relay.seen[("POST", "/v1/comparisons")], len(self.gates))
 
 
 class Retries(Trouble):
     def once(self, status, headers=None, method="POST"):
-        """The first request of this method is refused; gives when it came, and the next one."""
+        """The first request of this method is refused, with headers of that moment; how much later the next one came."""
         times = []
 
         def refuse(handler, seen):
@@ -120,7 +121,7 @@ class Retries(Trouble):
                 return False
             times.append(time.monotonic())
             if seen == 0:
-                handler.answer(status, headers or {}, b"")
+                handler.answer(status, headers() if headers else {}, b"")
             return seen == 0
         with Relay(self.server.port, refuse) as relay:
             self.assert_decided(measure(self.gates[:1], {"url": url_of(relay)}))
@@ -134,11 +135,10 @@ class Retries(Trouble):
                 self.once(status, method=method)
 
     def test_retry_after_in_seconds(self):
-        self.assertGreaterEqual(self.once(503, {"Retry-After": "2"}), 2)
+        self.assertGreaterEqual(self.once(503, lambda: {"Retry-After": "2"}), 2)
 
     def test_retry_after_as_a_date(self):
-        date = email.utils.formatdate(time.time() + 3, usegmt=True)
-        self.assertGreaterEqual(self.once(429, {"Retry-After": date}), 1)
+        self.assertGreaterEqual(self.once(429, lambda: {"Retry-After": email.utils.formatdate(time.time() + 3, usegmt=True)}), 1)
 
     def test_a_service_that_wants_to_be_left_alone_for_a_day(self):
         def refuse(handler, seen):
@@ -160,7 +160,7 @@ class Retries(Trouble):
             handler.answer(400, {}, b"")
             return True
         with Relay(self.server.port, refuse) as relay:
-            self.assert_errors("it answers 400", url_of(relay))
+            self.assert_errors("it answers 400", url_of(relay), **ANSWERED)
             self.assertEqual(relay.seen, {("HEAD", "/v1/meshes"): 4, ("PUT", "/v1/meshes"): 4})
 
     def test_an_answer_that_is_lost_is_not_computed_again(self):
@@ -246,7 +246,7 @@ class Strangers(Trouble):
             handler.answer(308, {"Location": "http://127.0.0.1:%d%s" % (relay.port, handler.path)}, b"")
             return True
         with Relay(self.server.port, redirect) as relay:
-            self.assert_errors("it redirects to http://127.0.0.1:%d/v1/" % relay.port, url_of(relay))
+            self.assert_errors("it redirects to http://127.0.0.1:%d/v1/" % relay.port, url_of(relay), **ANSWERED)
             self.assertEqual(relay.seen[("PUT", "/v1/meshes")], 4)
 
     def test_an_endless_body(self):
@@ -305,7 +305,7 @@ class Strangers(Trouble):
             return handler.command == "POST"
         with Relay(self.server.port, lose) as relay:
             self.gates = self.gates[:1]
-            self.assert_errors("has lost the comparison", url_of(relay))
+            self.assert_errors("has lost the comparison", url_of(relay), **ANSWERED)
             self.assertEqual(relay.seen[("POST", "/v1/comparisons")], 3)
 
     def test_words_that_a_terminal_or_a_log_would_obey(self):

@@ -151,6 +151,10 @@ TEST_CASE("cors: an origin that is named, and no other, may read") {
     pass(entrance, request);
     CHECK(request.header("Access-Control-Allow-Origin") == origin);
     CHECK(request.header("Vary") == "Origin");
+    const std::string shown = request.header("Access-Control-Expose-Headers");
+    for (const char* name : {"Content-Disposition", "ETag", "Location", "Retry-After", "X-Request-Id"}) {
+      CHECK_MESSAGE(shown.find(name) != std::string::npos, name);
+    }
   }
   for (const char* origin : {"", "null", "*", "http://viewer.example", "https://viewer.example:443",
                              "https://viewer.example.evil", "https://Viewer.example"}) {
@@ -173,7 +177,9 @@ TEST_CASE("cors: a preflight needs no key, and a stranger's is an ordinary reque
   pass(entrance, asks);
   CHECK(asks.exchange.response.status == 204);
   CHECK(asks.header("Access-Control-Allow-Origin") == kPage);
-  CHECK(asks.header("Access-Control-Allow-Headers").find("Authorization") != std::string::npos);
+  for (const char* name : {"Authorization", "Idempotency-Key", "If-None-Match"}) {
+    CHECK(asks.header("Access-Control-Allow-Headers").find(name) != std::string::npos);
+  }
   CHECK(asks.header("Access-Control-Allow-Methods").find("DELETE") != std::string::npos);
   Request stranger(preflight("https://evil.example"));
   pass(entrance, stranger);

@@ -1,4 +1,5 @@
 #include "server/maps/map_cache.h"
+#include "server/maps/spare_room.h"
 
 #include <sys/stat.h>
 
@@ -26,8 +27,9 @@ struct Kept {
   fs::path root;
   MapCache cache;
 
-  explicit Kept(std::uint64_t max_bytes, const std::string& temp_dir = "/tmp")
-      : root(made_folder()), cache({root / "maps", max_bytes, temp_dir}) {
+  explicit Kept(std::uint64_t max_bytes, const std::string& temp_dir = "/tmp",
+                std::function<std::uint64_t()> lacking = nullptr)
+      : root(made_folder()), cache({root / "maps", max_bytes, temp_dir, std::move(lacking)}) {
     fs::create_directory(root / "maps");
     std::ofstream(root / "maps" / "left.part") << "x";
     REQUIRE(cache.open().ok());
@@ -151,6 +153,57 @@ TEST_CASE("map cache: where nothing can be kept a map is still made, and where n
   fs::create_directory(kept.root / "maps");
   Kept nowhere(0, "/no/such/folder");
   CHECK(keep(nowhere.cache, key("1"), {}, writing("map")).error().code == ErrorCode::storage_unavailable);
+}
+
+TEST_CASE("map cache: what is kept goes for what the disk lacks, the longest unused first") {
+  std::uint64_t lacking = 0;
+  Kept kept(1000, "/tmp", [&] { return lacking; });
+  for (const char* job : {"1", "2", "3"}) REQUIRE(keep(kept.cache, key(job), {}, writing("1234")).ok());
+  kept.cache.give_way();
+  CHECK(kept.files() == 3);
+  CHECK(kept.cache.find(key("1")) != nullptr);  // used after the others
+  lacking = 5;
+  kept.cache.give_way();
+  CHECK(kept.files() == 1);
+  CHECK(kept.cache.find(key("1")) != nullptr);
+  lacking = 4;
+  REQUIRE(keep(kept.cache, key("4"), {}, writing("1234")).ok());
+  CHECK(kept.cache.find(key("1")) == nullptr);
+  CHECK(kept.cache.find(key("4")) != nullptr);
+  lacking = 1000;
+  CHECK(text_of(keep(kept.cache, key("5"), {}, writing("map")).value()) == "map");  // for who asked, and not kept
+  CHECK(kept.files() == 0);
+  CHECK(kept.cache.counters().bytes == 0);
+  kept.cache.give_way();
+}
+
+TEST_CASE("map cache: a map that finds no room to be kept makes some for who waits for it") {
+  std::uint64_t lacking = 0;
+  Kept kept(1000, "/tmp", [&] { return lacking; });
+  REQUIRE(keep(kept.cache, key("1"), {}, writing("1234")).ok());
+  lacking = 4;
+  int tries = 0;
+  const auto made = keep(kept.cache, key("2"), {}, [&](std::ostream& out) -> Result<Done> {
+    if (++tries == 1) return Error{ErrorCode::storage_full, "no room", "", ""};
+    CHECK(kept.files() == 0);
+    out << "map";
+    return Done{};
+  });
+  CHECK(text_of(made.value()) == "map");
+  CHECK(tries == 2);
+}
+
+TEST_CASE("spare room: what is wanted, and of a small disk a share") {
+  constexpr std::uint64_t kAll = std::uint64_t{1} << 40, kShare = kAll / 64;
+  using server::lacking_bytes;
+  CHECK(lacking_bytes({kAll, kAll}, 1000) == 0);
+  CHECK(lacking_bytes({kAll, 1000}, 1000) == 0);
+  CHECK(lacking_bytes({kAll, 400}, 1000) == 600);
+  CHECK(lacking_bytes({kAll, 400}, kAll) == kShare - 400);
+  CHECK(lacking_bytes({kAll, kShare}, kAll) == 0);
+  CHECK(lacking_bytes({kAll, 0}, 0) == 0);
+  CHECK(server::lacking_bytes_on("/tmp", 0) == 0);
+  CHECK(server::lacking_bytes_on("/no/such/folder", kAll) == 0);
 }
 
 TEST_CASE("map cache: jobs and meshes are forgotten") {

@@ -348,5 +348,8 @@ int main(int argc, char** argv) {
   if (mode == "forks") g_forks_left = std::atoi(argv[2]);
   if (mode == "ends" && ::access(argv[2], F_OK) == 0) return 1;
   while (mode == "hangs" && ::access(argv[2], F_OK) == 0) ::pause();
+  if (mode == "clings" && ::fork() == 0) {  // a child that holds what the spawner holds
+    for (;;) ::pause();
+  }
   return run_spawner(read);
 }

@@ -5,6 +5,7 @@
 #include <sys/resource.h>
 #include <sys/stat.h>
 
+#include <algorithm>
 #include <cstdlib>
 
 #include "server/sandbox/sandbox.h"
@@ -66,8 +67,17 @@ bool has_ended(pid_t pid) {
   return state.empty() || state.starts_with("Z");
 }
 
-// Stopped before, so that its workers are known: one that was just made holds the spawner's end of the channel still,
-// and as long as it does, orders can be sent to nobody.
+// Waits until the spawner has made all that was ordered, and each of them has its own descriptors alone: one that was
+// just made holds the spawner's end of the channel still, and as long as it does, orders can be sent to nobody.
+void await_workers(std::size_t count) {
+  REQUIRE(eventually([=] {
+    const auto all = workers();
+    return all.size() == count &&
+           std::ranges::all_of(all, [](const Process& p) { return status_line(p.pid, "NoNewPrivs") == "1"; });
+  }));
+}
+
+// Stopped before, so that its workers are known: see await_workers().
 void kill_spawner() {
   REQUIRE(spawners().size() == 1);
   const pid_t spawner = spawners().front().pid;
@@ -131,6 +141,7 @@ TEST_CASE("lost: a worker that dies with its spawner is replaced with it") {
   sandbox.start();
   Endless endless(sandbox);
   const pid_t first = running_but(0);
+  await_workers(3);
   const pid_t spawner = spawners().front().pid;
   REQUIRE(::kill(spawner, SIGKILL) == 0);
   running_but(first);
@@ -138,6 +149,20 @@ TEST_CASE("lost: a worker that dies with its spawner is replaced with it") {
   CHECK(endless.result().error().code == ErrorCode::out_of_time);
   CHECK(sandbox.pool.counters().cancelled == 1);
   CHECK(sandbox.works());
+  REQUIRE(eventually([] { return spawners().size() == 1; }));
+  CHECK(spawners().front().pid != spawner);
+}
+
+TEST_CASE("lost: a spawner that is killed is missed at once, also when a child of it holds its end of the channel") {
+  Sandbox sandbox({hostile_program(), "clings", "x"});
+  sandbox.start();
+  CHECK(sandbox.works());
+  const pid_t spawner = spawners().front().pid;
+  REQUIRE(::kill(spawner, SIGKILL) == 0);
+  REQUIRE(eventually([=] { return has_ended(spawner); }));
+  CHECK(sandbox.works());
+  CHECK(sandbox.pool.counters().read == 2);
+  CHECK(sandbox.logged().empty());
   REQUIRE(eventually([] { return spawners().size() == 1; }));
   CHECK(spawners().front().pid != spawner);
 }
