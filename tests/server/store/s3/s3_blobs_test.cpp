@@ -2,6 +2,12 @@
 // suite of BlobStore (blob_store_test.cpp) runs over it as well.
 #include "server/store/s3/s3_blobs.h"
 
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <fstream>
+#include <thread>
 #include <vector>
 
 #include "../store_text.h"
@@ -198,6 +204,52 @@ TEST_CASE("S3: uploads that were begun and left are aborted, in the end") {
   server.control("age", 3700);
   got(blobs.remove_unused({}, 0s, kAlone));
   CHECK(server.control("state", nullptr)["uploads"] == nlohmann::json{"somebody else's"});
+}
+
+TEST_CASE("S3: parts are sent several at once, and no more than that") {
+  const S3Double server;
+  server.control("settings", {{"least_part", 1 << 20}});
+  S3BlobOptions options = options_for_tests();
+  options.parts_at_once = 3;
+  S3Blobs blobs = blobs_of(server, options);
+  const std::string text = long_text(12'345'678);
+  const BlobKey key = key_of("ann", text);
+  // None of the first is answered before three of them are there.
+  server.control("faults",
+                 {{{"method", "PUT"}, {"match", "partNumber="}, {"times", 3}, {"what", "gather"}, {"count", 3}}});
+  CHECK(got(blobs.put(key, bytes_of(text))) == BlobPut::created);
+  CHECK(server.control("state", nullptr)["most_parts"] == 3);
+  CHECK(server.count("PUT", "partNumber=") == 12);
+  CHECK(fetched(blobs, key) == text);
+}
+
+TEST_CASE("S3: a file that is changed or cut between its digest and its parts is not stored") {
+  const std::string text = long_text(5'000'000);
+  const BlobKey key = key_of("ann", text);
+  for (const bool cut : {false, true}) {
+    const S3Double server;
+    server.control("settings", {{"least_part", 1 << 20}});
+    S3Blobs blobs = blobs_of(server);
+    const TestFolder folder;
+    std::ofstream(folder / "mesh") << text;
+    const meshgauge::server::Descriptor file(::open((folder / "mesh").c_str(), O_RDWR | O_CLOEXEC));
+    server.fail("POST", "uploads", "hold");
+    std::optional<Result<BlobPut>> put;
+    std::atomic<bool> ended{false};
+    std::jthread putting([&] {
+      put = blobs.put(key, file.get(), text.size());
+      ended = true;
+    });
+    while (!ended && server.count("POST", "uploads") == 0) std::this_thread::yield();
+    const bool changed = cut ? ::ftruncate(file.get(), 3'500'000) == 0 : ::pwrite(file.get(), "?", 1, 3'500'000) == 1;
+    server.control("release", nullptr);
+    putting.join();
+    CHECK(changed);
+    REQUIRE_FALSE(put->ok());
+    CHECK(put->error().code == ErrorCode::internal);
+    CHECK(server.control("state", nullptr)["uploads"].empty());
+    CHECK(server.control("state", nullptr)["objects"].empty());
+  }
 }
 
 TEST_CASE("S3: one connection serves one request after another") {
