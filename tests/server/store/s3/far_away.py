@@ -1,9 +1,10 @@
 #!/usr/bin/python3
 """Runs a command whose S3 server is far away: what MESHGAUGE_TEST_S3 names is reached over a proxy that delays.
 
-    with_ceph.py far_away.py 50 build/tests/server/store/s3/s3_bench        50 ms there and back
+    with_ceph.py tests/server/store/s3/far_away.py 50 build/tests/server/store/s3/s3_bench
 
-As over TCP, a connection has no more than 4 MiB under way: what Linux lets a sender buffer, unless told otherwise.
+50 ms there and back. As over TCP, a connection has no more than 4 MiB under way: what Linux lets a sender buffer, unless
+told otherwise.
 """
 import asyncio
 import os

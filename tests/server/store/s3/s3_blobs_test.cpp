@@ -252,6 +252,50 @@ TEST_CASE("S3: a file that is changed or cut between its digest and its parts is
   }
 }
 
+TEST_CASE("S3, any server: what is not there, what was left, and bytes and keys that are wrong") {
+  std::optional<S3Double> server;
+  const S3Settings settings = settings_for_tests(server);
+  S3Client client(settings, limits_for_tests());
+  S3BlobOptions options = options_for_tests();
+  options.abandoned = 0s;
+  S3Blobs blobs(settings, options, limits_for_tests());
+  const std::string text = long_text(1 << 20);
+  const BlobKey key = key_of("ann", text);
+  const std::string object = settings.prefix + "/" + blob_name(key);
+  const ByteSource bytes(bytes_of(text));
+  const auto nothing = [](auto) { return Result<Done>(Done{}); };
+
+  CHECK_FALSE(got(client.get(object, nothing)));
+  CHECK_FALSE(got(client.copy_onto_itself(object)));
+  CHECK(client.remove(object).ok());
+  const std::string left = got(client.begin_upload(object));
+  const std::string etag = got(client.put_part(object, left, 1, bytes, key.id));
+  CHECK(got(client.list_uploads(settings.prefix + "/", "", "")).uploads.size() == 1);
+  CHECK(got(blobs.remove_unused({}, 0s, kAlone)) == 0);
+  CHECK(got(client.list_uploads(settings.prefix + "/", "", "")).uploads.empty());
+  CHECK(client.abort_upload(object, left).ok());
+  const Result<bool> aborted = client.complete_upload(object, left, {etag});  // Ceph 16 has an InternalError for it
+  CHECK_FALSE((aborted && *aborted));
+  const std::string upload = got(client.begin_upload(object));
+  const std::string same_etag = got(client.put_part(object, upload, 1, bytes, key.id));
+  CHECK(got(client.complete_upload(object, upload, {same_etag})));
+  CHECK(client.complete_upload(object, upload, {same_etag}).ok());  // as when the answer was lost
+  CHECK(got(client.head(object))->size == text.size());
+  CHECK(client.remove(object).ok());
+
+  CHECK_FALSE(client.put(object, bytes, key_of("ann", "other").id).ok());
+  CHECK_FALSE(got(client.head(object)).has_value());
+  CHECK(client.put(object, bytes, key.id).ok());
+  CHECK(got(client.head(object))->size == text.size());
+  S3Settings wrong = settings;
+  wrong.credentials.secret_key += "x";
+  CHECK(refusal_of(wrong).find("403") != std::string::npos);
+  wrong = settings;
+  wrong.bucket = "another-bucket-of-tests";
+  CHECK(refusal_of(wrong).find("S3 answers 40") != std::string::npos);
+  CHECK(got(blobs.remove_unused({}, 0s, kAlone)) == 1);
+}
+
 TEST_CASE("S3: one connection serves one request after another") {
   const S3Double server;
   S3Blobs blobs = blobs_of(server);

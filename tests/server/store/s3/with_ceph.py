@@ -3,7 +3,7 @@
 Debian's packages.
 
     apt-get install --no-install-recommends ceph-mon ceph-osd radosgw
-    with_ceph.py build/tests/server/store/store_tests -tc='blobs:*<S3>'
+    tests/server/store/s3/with_ceph.py build/tests/server/store/store_tests -tc='blobs:*<S3>'
 
 All is on the loopback interface, in memory and in a temporary folder. The command finds the server by MESHGAUGE_TEST_S3,
 MESHGAUGE_TEST_S3_BLOBS and AWS_*.
