@@ -44,8 +44,12 @@ bool may_pass(long status, const std::string& code) {
                           "BadDigest", "IncompleteBody", "XAmzContentSHA256Mismatch", "ConditionalRequestConflict"});
 }
 
-// Refusals that have their reason with whoever set this up.
-bool is_refusal(long status) { return status == 401 || status == 403 || (status >= 300 && status < 400); }
+// Refusals that have their reason with whoever set this up: the next key, or process, may be let in. What has no code
+// is HEAD's, which asks nothing that could be wrong, or comes from something that stands before S3.
+bool is_refusal(long status, const std::string& code) {
+  return code.empty() || status == 401 || status == 403 || status == 404 || (status >= 300 && status < 400) ||
+         is_one_of(code, {"ExpiredToken", "InvalidToken", "TokenRefreshRequired", "AuthorizationHeaderMalformed"});
+}
 
 milliseconds shortened(milliseconds pause) {
   thread_local std::minstd_rand random{std::random_device{}()};
@@ -78,11 +82,13 @@ struct S3Client::Call {
 // How a call went after all its attempts.
 struct S3Client::Ending {
   HttpAnswer answer;
-  std::string code;  // of a refusal
+  std::string code;    // of a refusal
+  bool coded = false;  // S3's refusals have one, which those to HEAD have not
   std::uint64_t received = 0;
 
   bool good() const { return is_good(answer.status) && code.empty(); }
-  bool is_not_there() const { return answer.status == 404 && code != "NoSuchBucket"; }
+  // A proxy that does not find S3 says 404 as well: to take that for S3's word would be the end of jobs.
+  bool is_not_there() const { return answer.status == 404 && code != "NoSuchBucket" && !(coded && code.empty()); }
   Error error() const;
 };
 
@@ -94,7 +100,7 @@ Error S3Client::Ending::error() const {
   if (code == "RequestTimeTooSkewed") {
     return {ErrorCode::storage_unavailable, what + ": the clocks of this machine and of S3 differ", "", ""};
   }
-  const bool theirs = is_refusal(answer.status) || may_pass(answer.status, code) || answer.status == 404;
+  const bool theirs = is_refusal(answer.status, code) || may_pass(answer.status, code);
   return {theirs ? ErrorCode::storage_unavailable : ErrorCode::internal, what, "", ""};
 }
 
@@ -141,6 +147,7 @@ S3Client::Ending S3Client::perform(const Call& call) {
 
 S3Client::Ending S3Client::perform_patiently(const Call& call) {
   Ending ending;
+  ending.coded = call.method != "HEAD";
   std::uint64_t skip = 0;  // bytes that a server repeats which knows no ranges
   std::function<Result<Done>(long, std::span<const std::byte>)> take;
   if (call.take) {

@@ -6,11 +6,11 @@
 #include <limits>
 #include <mutex>
 #include <string_view>
-#include <thread>
 #include <unordered_set>
 #include <vector>
 
 #include "api/digest.h"
+#include "server/store/s3/parts.h"
 
 namespace meshgauge::server::store {
 namespace {
@@ -96,19 +96,9 @@ Result<Done> S3Blobs::send(const BlobKey& key, const ByteSource& bytes, const st
 // As complete_upload().
 Result<bool> S3Blobs::send_parts(const BlobKey& key, const std::string& upload, const ByteSource& bytes) {
   const std::string object = object_of(blob_name(key));
-  api::Sha256 whole;
-  std::vector<std::string> etags;
-  for (std::uint64_t offset = 0; offset < bytes.size(); offset += options_.part_bytes) {
-    const ByteSource part = bytes.part(offset, std::min(options_.part_bytes, bytes.size() - offset));
-    const Result<std::string> digest = part.sha256_hex(&whole);
-    if (!digest) return digest.error();
-    const auto number = static_cast<unsigned>(etags.size() + 1);
-    Result<std::string> etag = client_.put_part(object, upload, number, part, *digest);
-    if (!etag) return etag.error();
-    etags.push_back(std::move(*etag));
-  }
-  if (whole.hex() != key.id) return Error{ErrorCode::internal, "the upload has changed while it was stored", "", ""};
-  return client_.complete_upload(object, upload, etags);
+  const auto etags = Parts(client_, object, upload, bytes, options_.part_bytes).send(options_.parts_at_once, key.id);
+  if (!etags) return etags.error();
+  return client_.complete_upload(object, upload, *etags);
 }
 
 // `not_etag`: that of the object that an upload which may have been aborted should have replaced.
@@ -217,12 +207,7 @@ Result<std::uint64_t> S3Blobs::remove_listed(const std::vector<std::string>& nam
       failed = gone.error();
     }
   };
-  {
-    std::vector<std::jthread> threads;
-    const std::size_t wanted = std::min<std::size_t>(options_.removals_at_once, names.size());
-    for (std::size_t i = 1; i < wanted; ++i) threads.emplace_back(remove_some);
-    remove_some();
-  }
+  at_once(std::min<std::size_t>(options_.removals_at_once, names.size()), remove_some);
   if (failed) return *failed;
   return removed.load();
 }

@@ -4,8 +4,8 @@
 //   PREFIX/check                                              what check() writes
 //
 // What is sent is signed with its SHA-256, which is the blob's id, so a server that stores other bytes breaks its word;
-// it is sent along as x-amz-checksum-sha256 too. Large blobs go in parts, each signed with its own. An object's time of
-// modification, by the server's clock, is when it was last put or renewed.
+// it is sent along as x-amz-checksum-sha256 too. Large blobs go in parts, several at once, each signed with its own. An
+// object's time of modification, by the server's clock, is when it was last put or renewed.
 //
 // The server must be strongly consistent: what was put is seen by whoever asks next (S3 is since 2020).
 #pragma once
@@ -23,6 +23,7 @@ namespace meshgauge::server::store {
 struct S3BlobOptions {
   std::uint64_t in_parts_from = std::uint64_t{64} << 20;  // bytes of a blob that is sent in parts
   std::uint64_t part_bytes = std::uint64_t{32} << 20;     // S3 wants at least 5 MiB, and at most 10,000 of them
+  unsigned parts_at_once = 4;                             // of one upload, each over a connection of its own
   // A blob that was put or renewed within this time is not renewed again, and remove_unused() waits so much longer: so
   // that a mesh of which many jobs come at once is not copied for each.
   std::chrono::seconds young{300};

@@ -40,6 +40,24 @@ class Upload:
         self.key, self.begun, self.parts = key, clock, {}
 
 
+class Parts:
+    """How many are being sent: from their heads on, until they are answered."""
+
+    def __init__(self):
+        self.changed, self.sending, self.most, self.crossed = threading.Condition(), 0, 0, 0
+
+    def add(self, difference):
+        with self.changed:
+            self.sending += difference
+            self.most = max(self.most, self.sending)
+            self.changed.notify_all()
+
+    def gather(self, count):
+        """Waits until there were so many at once, or long enough to be sure that there never are."""
+        with self.changed:
+            self.changed.wait_for(lambda: self.most >= count, timeout=10)
+
+
 class World:
     """What the server knows, and what it is told to do wrong."""
 
@@ -47,6 +65,7 @@ class World:
         self.account, self.lock = account, threading.Lock()
         self.objects, self.uploads, self.log, self.faults = {}, {}, [], []
         self.page, self.checksums, self.least_part, self.ahead, self.last_id = 1000, True, LEAST_PART, 0.0, 0
+        self.parts, self.released = Parts(), threading.Event()
 
     def clock(self):
         return time.time() + self.ahead
@@ -91,10 +110,14 @@ class Control:
             setattr(self.world, name, value)
 
     def faults(self, faults):
-        """[{"method", "match", "times", "what"}]: slow_down, status (with status and code), reset, stall (with seconds),
-        cut (the body's half), wrong_bytes, late_error (200, then an error in the body), done_but_lost (carried out, then
-        a reset)."""
+        """[{"method", "match", "times", "what"}]: slow_down, status (with status and code, or with a body that is not
+        S3's), reset, stall (with seconds), late (carried out after seconds), hold (until release), gather (until there
+        were count parts at once), cut (after the body's half), stall_body (there, for seconds), wrong_bytes, late_error
+        (200, then an error in the body), done_but_lost (carried out, then a reset)."""
         self.world.faults = faults
+
+    def release(self, _):
+        self.world.released.set()
 
     def log(self, _):
         log, self.world.log = self.world.log, []
@@ -102,7 +125,8 @@ class Control:
 
     def state(self, _):
         return {"objects": {key: len(stored.body) for key, stored in self.world.objects.items()},
-                "uploads": sorted(upload.key for upload in self.world.uploads.values())}  # fmt: skip
+                "uploads": sorted(upload.key for upload in self.world.uploads.values()),
+                "most_parts": self.world.parts.most, "crossed": self.world.parts.crossed}  # fmt: skip
 
     def plant(self, plants):
         """[{"key", "text", "age_s"}]: objects that nobody signed for."""
@@ -228,6 +252,7 @@ class Operations:
 
     def delete_object_uploadid(self):
         self.upload()
+        self.world.parts.crossed += self.world.parts.sending  # such a part may stay for ever: nobody aborts it
         del self.world.uploads[self.query["uploadId"]]
         raise Answer(204)
 
@@ -251,6 +276,8 @@ class Handler(http.server.BaseHTTPRequestHandler):
 
     def serve(self):
         method, target, _ = self.requestline.split(" ")  # self.path is not what was sent: leading slashes are merged
+        self.part = "partNumber=" in target
+        self.world.parts.add(int(self.part))
         body = self.rfile.read(int(self.headers.get("Content-Length", 0)))
         try:
             if target.startswith("/-/"):
@@ -268,10 +295,16 @@ class Handler(http.server.BaseHTTPRequestHandler):
         if fault["what"] == "slow_down":
             raise refusal(503, "SlowDown", "Reduce your request rate.")
         if fault["what"] == "status":
-            raise refusal(fault["status"], fault["code"])
+            raise refusal(fault["status"], fault["code"]) if "code" in fault else Answer(fault["status"], fault["body"].encode())
         if fault["what"] == "stall":
             time.sleep(fault["seconds"])
             return self.reset()
+        if fault["what"] == "late":
+            time.sleep(fault["seconds"])
+        if fault["what"] == "hold":
+            self.world.released.wait(timeout=20)
+        if fault["what"] == "gather":
+            self.world.parts.gather(fault["count"])
         if fault["what"] == "late_error":
             raise refusal(200, "InternalError")
         if fault["what"] == "reset":
@@ -283,7 +316,9 @@ class Handler(http.server.BaseHTTPRequestHandler):
                 return self.reset()
             if fault["what"] == "wrong_bytes":
                 answer.body = answer.body[:-1] + bytes([answer.body[-1] ^ 1])
-            self.send(method, answer, cut=fault["what"] == "cut")
+            self.send(method, answer, cut=fault["what"] in ("cut", "stall_body"))
+            if fault["what"] == "stall_body":
+                time.sleep(fault["seconds"])
 
     def operate(self, method, target, body):
         names = {name.lower() for name in self.headers}
@@ -300,7 +335,12 @@ class Handler(http.server.BaseHTTPRequestHandler):
         fields = {name: values[0] for name, values in urllib.parse.parse_qs(query.replace("+", "%2B"), keep_blank_values=True).items()}
         Operations(self.world, key, fields, {name: self.headers[name] for name in names}, body).run(method)
 
+    def part_ends(self):
+        self.world.parts.add(-int(self.part))
+        self.part = False
+
     def send(self, method, answer, cut=False):
+        self.part_ends()
         headers = {"Date": formatdate(self.world.clock(), usegmt=True), "Content-Length": len(answer.body), **answer.headers}
         head = f"HTTP/1.1 {answer.status} x\r\n" + "".join(f"{name}: {value}\r\n" for name, value in headers.items()) + "\r\n"
         body = b"" if method == "HEAD" else answer.body[: len(answer.body) // 2] if cut else answer.body
@@ -308,6 +348,7 @@ class Handler(http.server.BaseHTTPRequestHandler):
         self.close_connection = cut
 
     def reset(self):
+        self.part_ends()
         linger_none = b"\1\0\0\0\0\0\0\0"
         self.connection.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, linger_none)
         self.connection.close()

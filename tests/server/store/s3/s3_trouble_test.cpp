@@ -22,7 +22,9 @@ struct Stores {
                     got(BlobCache::open(folder / "cache", 50'000'000))};
 
   Stores() { server.control("settings", {{"least_part", 1 << 20}}); }
-  std::size_t uploads() const { return server.control("state", nullptr)["uploads"].size(); }
+  nlohmann::json state() const { return server.control("state", nullptr); }
+  std::size_t uploads() const { return state()["uploads"].size(); }
+  void fault(const nlohmann::json& fault) { server.control("faults", nlohmann::json::array({fault})); }
 };
 
 template <class T>
@@ -86,6 +88,67 @@ TEST_CASE("S3 in trouble: an upload in parts survives a lost answer to its compl
   CHECK(code_of(stores.blobs.put(key_of("ann", text), bytes_of(text))) == ErrorCode::storage_unavailable);
   CHECK_FALSE(got(stores.blobs.exists(key_of("ann", text))));
   CHECK(stores.uploads() == 0);
+}
+
+TEST_CASE("S3 in trouble: a part that is refused ends the upload, when the others have ended") {
+  Stores stores;
+  const std::string text = long_text(30'000'000);
+  const BlobKey key = key_of("ann", text);
+  const nlohmann::json late{
+      {"method", "PUT"}, {"match", "partNumber=[1245]&"}, {"times", 4}, {"what", "late"}, {"seconds", 0.3}};
+  const nlohmann::json refused{{"method", "PUT"}, {"match", "partNumber=3&"}, {"times", 1}, {"what", "status"},
+                               {"status", 403},   {"code", "AccessDenied"}};
+  stores.server.control("faults", {late, refused});
+  CHECK(code_of(stores.blobs.put(key, bytes_of(text))) == ErrorCode::storage_unavailable);
+  CHECK(stores.uploads() == 0);
+  CHECK(stores.state()["crossed"] == 0);
+  CHECK(stores.server.count("PUT", "partNumber=") < 29);
+  CHECK_FALSE(got(stores.blobs.exists(key)));
+  CHECK(got(stores.blobs.put(key, bytes_of(text))) == BlobPut::created);
+  CHECK(text_of(*got(stores.blobs.open(key))) == text);
+}
+
+TEST_CASE("S3 in trouble: what is no answer of S3 is not taken for one") {
+  Stores stores;
+  const BlobKey key = key_of("ann", "x");
+  got(stores.blobs.put(key, bytes_of("x")));
+  for (const int status : {400, 404, 405, 413}) {
+    CAPTURE(status);
+    const auto answer_once = [&](const char* method) {
+      stores.fault({{"method", method},
+                    {"match", kBlob},
+                    {"times", 1},
+                    {"what", "status"},
+                    {"status", status},
+                    {"body", "<html>default backend</html>"}});
+    };
+    answer_once("GET");
+    CHECK(code_of(stores.blobs.open(key)) == ErrorCode::storage_unavailable);
+    answer_once("PUT");
+    CHECK(code_of(stores.blobs.renew(key)) == ErrorCode::storage_unavailable);
+    answer_once("PUT");
+    CHECK(code_of(stores.blobs.put(key_of("ann", "y"), bytes_of("y"))) == ErrorCode::storage_unavailable);
+    answer_once("DELETE");
+    CHECK(code_of(stores.blobs.remove(key)) == ErrorCode::storage_unavailable);
+  }
+  CHECK(text_of(*got(stores.blobs.open(key))) == "x");
+}
+
+TEST_CASE("S3 in trouble: a token that is over, and another region, are not the request's fault") {
+  Stores stores;
+  const BlobKey key = key_of("ann", "x");
+  got(stores.blobs.put(key, bytes_of("x")));
+  for (const char* code : {"ExpiredToken", "InvalidToken", "AuthorizationHeaderMalformed"}) {
+    CAPTURE(code);
+    const auto refuse_once = [&](const char* method) {
+      stores.fault(
+          {{"method", method}, {"match", kBlob}, {"times", 1}, {"what", "status"}, {"status", 400}, {"code", code}});
+    };
+    refuse_once("GET");
+    CHECK(code_of(stores.blobs.open(key)) == ErrorCode::storage_unavailable);
+    refuse_once("HEAD");  // whose answer cannot say why
+    CHECK(code_of(stores.blobs.exists(key)) == ErrorCode::storage_unavailable);
+  }
 }
 
 TEST_CASE("S3 in trouble: a server without room, and one that does not understand") {
@@ -163,6 +226,24 @@ TEST_CASE("S3 in trouble: a server that falls silent is not waited for") {
   CHECK(code_of(blobs.exists(key)) == ErrorCode::storage_unavailable);
   CHECK(code_of(blobs.fetch(key, [](auto) { return Result<Done>(Done{}); })) == ErrorCode::storage_unavailable);
   CHECK_FALSE(got(blobs.exists(key)));
+}
+
+TEST_CASE("S3 in trouble: a body that stalls is continued over another connection") {
+  const S3Double server;
+  S3Limits limits = limits_for_tests();
+  limits.http.stall = 1s;
+  S3Blobs blobs(server.settings(), options_for_tests(), limits);
+  const std::string text = long_text(1'000'000);
+  const BlobKey key = key_of("ann", text);
+  got(blobs.put(key, bytes_of(text)));
+  server.control("faults",
+                 {{{"method", "GET"}, {"match", kBlob}, {"times", 1}, {"what", "stall_body"}, {"seconds", 30}}});
+  std::string read;
+  CHECK(got(blobs.fetch(key, [&](std::span<const std::byte> piece) -> Result<Done> {
+    read.append(reinterpret_cast<const char*>(piece.data()), piece.size());
+    return Done{};
+  })));
+  CHECK(read == text);
 }
 
 TEST_CASE("S3 in trouble: nobody listens") {

@@ -7,10 +7,6 @@
 All of Swift's servers are in this one process, on the loopback interface and in a temporary folder; it verifies version 4
 of the signatures. The command finds the server by MESHGAUGE_TEST_S3, MESHGAUGE_TEST_S3_BLOBS and AWS_*.
 """
-import datetime
-import hashlib
-import hmac
-import http.client
 import os
 import subprocess
 import sys
@@ -23,6 +19,7 @@ eventlet.monkey_patch(thread=False)
 # ruff: noqa: E402  Swift's modules must find patched ones.
 from array import array
 
+import bucket
 from eventlet import wsgi
 from eventlet.green import threading  # noqa: F401
 from swift.common import utils
@@ -39,7 +36,7 @@ from swift.container.server import ContainerController
 from swift.obj.server import ObjectController
 
 PART_POWER = 3
-BUCKET, USER, SECRET = "meshes-of-tests", "tests:meshgauge", "s3-secret/key+"
+USER, SECRET = "tests:meshgauge", "s3-secret/key+"
 PROXY = """
 [DEFAULT]
 swift_dir = {folder}
@@ -129,25 +126,6 @@ def start(folder):
     return sock.getsockname()[1]
 
 
-def make_bucket(port):
-    """By a signed request of version 4."""
-    stamp = datetime.datetime.now(datetime.timezone.utc).strftime("%Y%m%dT%H%M%SZ")
-    scope = [stamp[:8], "us-east-1", "s3", "aws4_request"]
-    nothing = hashlib.sha256(b"").hexdigest()
-    canonical = f"PUT\n/{BUCKET}\n\nhost:127.0.0.1:{port}\nx-amz-content-sha256:{nothing}\nx-amz-date:{stamp}\n\nhost;x-amz-content-sha256;x-amz-date\n{nothing}"
-    to_sign = "\n".join(["AWS4-HMAC-SHA256", stamp, "/".join(scope), hashlib.sha256(canonical.encode()).hexdigest()])
-    key = ("AWS4" + SECRET).encode()
-    for part in [*scope, to_sign]:
-        key = hmac.new(key, part.encode(), hashlib.sha256).digest()
-    credential = f"Credential={USER}/{'/'.join(scope)},SignedHeaders=host;x-amz-content-sha256;x-amz-date,Signature={key.hex()}"
-    connection = http.client.HTTPConnection("127.0.0.1", port)
-    headers = {"x-amz-content-sha256": nothing, "x-amz-date": stamp, "Authorization": "AWS4-HMAC-SHA256 " + credential}
-    connection.request("PUT", f"/{BUCKET}", headers=headers)
-    answer = connection.getresponse()
-    if answer.status != 200:
-        raise SystemExit(f"Swift makes no bucket: {answer.read().decode()}")
-
-
 def run(command, environment):
     return eventlet.tpool.execute(subprocess.run, command, env=environment, check=False).returncode
 
@@ -155,10 +133,8 @@ def run(command, environment):
 def main():
     with tempfile.TemporaryDirectory(prefix="meshgauge-swift-") as folder:
         port = start(folder)
-        make_bucket(port)
-        environment = os.environ | {"AWS_ACCESS_KEY_ID": USER, "AWS_SECRET_ACCESS_KEY": SECRET,
-                                    "MESHGAUGE_TEST_S3": f"http://127.0.0.1:{port}", "MESHGAUGE_TEST_S3_BLOBS": f"s3://{BUCKET}/run"}  # fmt: skip
-        code = run(sys.argv[1:], environment)
+        bucket.make(port, USER, SECRET)
+        code = run(sys.argv[1:], bucket.environment(port, USER, SECRET))
     raise SystemExit(code)
 
 

@@ -1,0 +1,72 @@
+#include "server/store/s3/parts.h"
+
+#include <algorithm>
+#include <exception>
+#include <system_error>
+#include <thread>
+
+namespace meshgauge::server::store {
+
+void at_once(std::size_t threads, const std::function<void()>& work) {
+  std::vector<std::jthread> others;
+  try {
+    for (std::size_t i = 1; i < threads; ++i) others.emplace_back(work);
+  } catch (const std::system_error&) {
+    // Those that there are do it all.
+  }
+  work();
+}
+
+Parts::Parts(S3Client& client, const std::string& object, const std::string& upload, const ByteSource& bytes,
+             std::uint64_t part_bytes)
+    : client_(client),
+      object_(object),
+      upload_(upload),
+      bytes_(bytes),
+      part_bytes_(part_bytes),
+      etags_((bytes.size() + part_bytes - 1) / part_bytes) {}
+
+Result<std::vector<std::string>> Parts::send(std::size_t threads, const std::string& id) {
+  at_once(std::min(threads, etags_.size()), [this] { send_some(); });
+  if (failed_) return *failed_;
+  if (whole_.hex() != id) return Error{ErrorCode::internal, "the upload has changed while it was stored", "", ""};
+  return std::move(etags_);
+}
+
+// Digests are computed by one thread at a time, in order, since the whole's goes on from part to part; meanwhile the
+// others send.
+std::optional<Parts::Part> Parts::next() {
+  const std::lock_guard lock(mutex_);
+  if (failed_ || begun_ == etags_.size()) return std::nullopt;
+  const std::uint64_t offset = begun_ * part_bytes_;
+  Part part{begun_++, bytes_.part(offset, std::min(part_bytes_, bytes_.size() - offset)), ""};
+  Result<std::string> digest = part.bytes.sha256_hex(&whole_);
+  if (!digest) {
+    failed_ = digest.error();
+    return std::nullopt;
+  }
+  part.sha256 = std::move(*digest);
+  return part;
+}
+
+void Parts::send_all_that_is_left() {
+  while (const std::optional<Part> part = next()) {
+    const auto number = static_cast<unsigned>(part->index + 1);
+    Result<std::string> etag = client_.put_part(object_, upload_, number, part->bytes, part->sha256);
+    const std::lock_guard lock(mutex_);
+    if (etag) {
+      etags_[part->index] = std::move(*etag);
+    } else if (!failed_) {
+      failed_ = etag.error();
+    }
+  }
+}
+
+void Parts::send_some() try {
+  send_all_that_is_left();
+} catch (const std::exception& error) {  // nothing may leave a thread
+  const std::lock_guard lock(mutex_);
+  if (!failed_) failed_ = Error{ErrorCode::internal, error.what(), "", ""};
+}
+
+}  // namespace meshgauge::server::store
