@@ -99,8 +99,10 @@ Deviations::Deviations(const Settings& settings, Jobs& jobs, Stores stores, Acce
       tools_{settings, fetch_, *stores.maps, jobs.threads()},
       sending_(most_files_sent(settings)) {}
 
+// Not by the count of those who share: to read it says nothing of what they have written.
 Deviations::~Deviations() {
-  while (works_.use_count() > 1) std::this_thread::sleep_for(milliseconds(1));
+  works_.reset();
+  while (!idle_.load()) std::this_thread::sleep_for(milliseconds(1));
 }
 
 void Deviations::get(Exchange& exchange, MapKind kind) {

@@ -4,6 +4,7 @@
 // find -> (cached: send) -> admit -> make on a worker, once for all who ask at the same time -> send
 #pragma once
 
+#include <atomic>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -56,8 +57,10 @@ class Deviations {
   Metrics& metrics_;
   const Fetch fetch_;
   const MapTools tools_;
-  Seats sending_;                                                                 // of answers on their way
-  const std::shared_ptr<const bool> works_ = std::make_shared<const bool>(true);  // shared with all tasks
+  Seats sending_;  // of answers on their way
+  std::atomic<bool> idle_{false};
+  // Shared with all tasks; the last one to let go of it says that nothing runs.
+  std::shared_ptr<const void> works_{this, [this](const void*) { idle_.store(true); }};
   std::mutex mutex_;                                  // guards what follows, and who watches them
   std::map<MapKey, std::shared_ptr<Making>> making_;  // that somebody waits for
 };

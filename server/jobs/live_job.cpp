@@ -106,15 +106,21 @@ void LiveJob::let_go() {
   });
 }
 
+// Others may know the job already, by its Idempotency-Key, and leave it just now.
+void LiveJob::hold_place(Scheduler::Slot slot) {
+  const std::lock_guard lock(mutex_);
+  place_.emplace(std::move(slot));
+}
+
 // They are given back without the lock: their owners have locks of their own.
 void LiveJob::give_places_back() {
   std::optional<JobSlot> job;
   std::optional<Scheduler::Slot> place;
   const std::lock_guard lock(mutex_);
   if (counted) job.emplace(std::move(*counted));
-  if (slot) place.emplace(std::move(*slot));
+  if (place_) place.emplace(std::move(*place_));
   counted.reset();
-  slot.reset();
+  place_.reset();
 }
 
 template <class Change>

@@ -51,13 +51,12 @@ class LiveJob {
   MeshSource a;
   MeshSource b;
   Control control;
-  std::optional<Error> defect;          // why it cannot run
-  std::optional<store::Token> token;    // the worker's: since the store let it begin
-  std::vector<store::Job> parts;        // the worker's: of a job whose parts have all ended
-  std::string problem;                  // the worker's: JSON text, of a part that has failed
-  bool has_waited = false;              // the worker's: for the store, and the log knows
-  std::optional<JobSlot> counted;       // among its owner's jobs
-  std::optional<Scheduler::Slot> slot;  // of its client that waits, when it runs elsewhere
+  std::optional<Error> defect;        // why it cannot run
+  std::optional<store::Token> token;  // the worker's: since the store let it begin
+  std::vector<store::Job> parts;      // the worker's: of a job whose parts have all ended
+  std::string problem;                // the worker's: JSON text, of a part that has failed
+  bool has_waited = false;            // the worker's: for the store, and the log knows
+  std::optional<JobSlot> counted;     // among its owner's jobs
 
   JobView view() const;
   std::uint64_t version() const;  // grows with every change
@@ -78,9 +77,10 @@ class LiveJob {
   void handed_back();
 
   // The same of a job that runs elsewhere, told by who watches it there.
-  void seen(const store::Job& row);  // which has not ended
-  void let_go();                     // as handed_back(); it goes on there
-  void give_places_back();           // `slot` and `counted`
+  void seen(const store::Job& row);       // which has not ended
+  void let_go();                          // as handed_back(); it goes on there
+  void hold_place(Scheduler::Slot slot);  // of its client that waits
+  void give_places_back();                // that one, and `counted`
 
  private:
   bool over() const { return store::has_ended(view_.row.state) || view_.handed_back; }
@@ -91,6 +91,7 @@ class LiveJob {
   mutable std::condition_variable changed_;
   JobView view_;
   std::uint64_t version_ = 0;
+  std::optional<Scheduler::Slot> place_;
 };
 
 }  // namespace meshgauge::server

@@ -43,7 +43,7 @@ Scheduler::Figures RemoteRunner::figures() const {
 
 void RemoteRunner::run(const std::shared_ptr<LiveJob>& job, Scheduler::Slot slot) {
   if (job->durable) queue_.added();
-  if (slot.kind() == Scheduler::Kind::awaited) job->slot.emplace(std::move(slot));
+  if (slot.kind() == Scheduler::Kind::awaited) job->hold_place(std::move(slot));
   watcher_.begin(job);
 }
 

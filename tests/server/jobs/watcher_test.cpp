@@ -173,3 +173,18 @@ TEST_CASE("watcher: what is shown of an interval only shrinks, also when the sto
   CHECK(job.version() == version + 1);
   CHECK(shown(store::Progress{0, 9, "build", "v2"}) == store::Progress{0, 9, "build", "v2"});
 }
+
+TEST_CASE("watcher: a place that is taken while another client leaves the job is given back") {
+  Scheduler scheduler({1, 1, 1});
+  for (int i = 0; i < 200; ++i) {
+    LiveJob job(store::new_job("owner", "job"), {}, {}, {}, false);
+    auto slot = scheduler.admit(Scheduler::Kind::awaited);
+    REQUIRE(slot);
+    std::thread other([&] { job.give_places_back(); });
+    job.hold_place(std::move(*slot));
+    slot.reset();
+    other.join();
+    job.give_places_back();
+    CHECK(scheduler.figures().awaited_slots == 0);
+  }
+}
