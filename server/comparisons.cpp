@@ -71,14 +71,32 @@ void Comparisons::create(Exchange& exchange) {
   const auto repeats = jobs_.repeats(submission);
   if (!repeats) return answer(exchange, api::to_problem(repeats.error()));
   if (*repeats) return repeat(exchange, asked);
+  let_in(exchange, asked);
+}
+
+// What takes the last place may be the same request, sent before, which was stored meanwhile. false: it is not.
+bool Comparisons::repeat_if_known(Exchange& exchange, Asked& asked) {
+  const auto repeats = jobs_.repeats(asked.submission);
+  if (!repeats || !*repeats) return false;
+  repeat(exchange, asked);
+  return true;
+}
+
+void Comparisons::let_in(Exchange& exchange, Asked& asked) {
+  Submission& submission = asked.submission;
   // Somebody waits for a job without a preference, and holds a connection.
   auto slot = jobs_.admit(asked.preferences.wait ? Jobs::Kind::durable : Jobs::Kind::awaited);
   if (!slot) {
+    if (repeat_if_known(exchange, asked)) return;
     const Problem full{ProblemKind::overloaded, "all workers are busy and the queue is full; try again", {}};
     return answer(exchange, full, jobs_.expected_wait());
   }
   auto counted = access_.take_job(exchange.owner);
-  if (const auto* denial = std::get_if<Denial>(&counted)) return answer(exchange, *denial);
+  if (const auto* denial = std::get_if<Denial>(&counted)) {
+    slot.reset();
+    if (!repeat_if_known(exchange, asked)) answer(exchange, *denial);
+    return;
+  }
   submission.counted.emplace(std::get<JobSlot>(std::move(counted)));
   submission.trace = traceparent(exchange.trace);
   if (auto refusal = receive(exchange, asked)) return answer(exchange, *refusal);

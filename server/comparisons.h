@@ -42,7 +42,9 @@ class Comparisons {
   std::optional<api::Problem> receive_form(Exchange& exchange, Asked& asked);
   std::optional<api::Problem> receive_ids(Exchange& exchange, Asked& asked);
   std::optional<api::Problem> open_mesh(const std::string& owner, const std::string& part, MeshSource& source);
+  void let_in(Exchange& exchange, Asked& asked);
   void repeat(Exchange& exchange, Asked& asked);
+  bool repeat_if_known(Exchange& exchange, Asked& asked);
   void follow(Exchange& exchange, const Jobs::Submitted& submitted, const Asked& asked);
   void wait(Exchange& exchange, const std::shared_ptr<LiveJob>& waited, const Asked& asked);
   void mark(Exchange& exchange, const JobView& job, const Asked& asked) const;

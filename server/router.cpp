@@ -44,7 +44,7 @@ void Router::operator()(Exchange& exchange) const {
     if (route.method == wanted) return route.action(exchange);
     add_allowed(allowed, route.method);
   }
-  if (allowed.empty()) return answer(exchange, Problem{ProblemKind::not_found, "there is nothing at this path", {}});
+  if (allowed.empty()) return answer(exchange, Problem{ProblemKind::not_found, nothing_, {}});
   exchange.response.headers.emplace_back("Allow", allowed);
   answer(exchange, Problem{ProblemKind::method_not_allowed, "this path takes " + allowed, {}});
 }

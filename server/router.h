@@ -4,6 +4,7 @@
 
 #include <functional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "server/exchange.h"
@@ -13,6 +14,9 @@ namespace meshgauge::server {
 class Router {
  public:
   using Action = std::function<void(Exchange&)>;
+
+  // `nothing`: what a 404 says.
+  explicit Router(std::string nothing = "there is nothing at this path") : nothing_(std::move(nothing)) {}
 
   void add(std::string method, std::string path, Action action);
 
@@ -26,6 +30,7 @@ class Router {
     std::string path;
     Action action;
   };
+  const std::string nothing_;
   std::vector<Route> routes_;
 };
 

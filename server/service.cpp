@@ -64,7 +64,8 @@ Service::~Service() {
 void Service::add_routes() {
   router_.add("GET", "/", show_root);
   for (const char* page : {"/b/{}", "/c/{}"}) router_.add("GET", page, show_permanent_link);
-  for (const char* damaged : {"/b/", "/b/{}/", "/c/", "/c/{}/"}) router_.add("GET", damaged, show_damaged_link);
+  for (const char* damaged : {"/b", "/b/", "/b/{}/", "/c", "/c/", "/c/{}/"})
+    router_.add("GET", damaged, show_damaged_link);
   router_.add("GET", "/page/{}", send_page_file);
   router_.add("GET", "/healthz", answer_health);
   router_.add("GET", "/openapi.yaml", [](Exchange& e) { send(e, std::string(openapi_yaml()), "application/yaml"); });

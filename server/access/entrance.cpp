@@ -9,7 +9,7 @@ namespace meshgauge::server {
 namespace {
 
 // What says nothing about anybody's work. All else needs a key, also a path that there is not.
-constexpr std::array<std::string_view, 5> kOpen{"/", "/docs", "/healthz", "/openapi.yaml", "/readyz"};
+constexpr std::array<std::string_view, 7> kOpen{"/", "/b", "/c", "/docs", "/healthz", "/openapi.yaml", "/readyz"};
 constexpr std::array<std::string_view, 4> kOpenFolders{"/b/", "/c/", "/docs/", "/page/"};
 
 // Why a head was not authenticated.

@@ -30,6 +30,11 @@ constexpr std::chrono::seconds kYoung{60};       // less than what a sweep leave
 
 Problem not_found() { return {ProblemKind::not_found, "there is no batch of this id, or not any more", {}}; }
 
+// ... while the request arrived, which so brought files for nothing: sent again it is a new one.
+Problem removed_just_now() {
+  return {ProblemKind::storage_unavailable, "the batch of this Idempotency-Key was removed just now: try again", {}};
+}
+
 store::JobKey key_of(const Exchange& exchange) { return {exchange.owner, exchange.segment}; }
 
 }  // namespace
@@ -48,20 +53,25 @@ Batches::Batches(const Settings& settings, Stores stores, Access& access, ByteBu
 
 void Batches::create(Exchange& exchange, bool draining) {
   if (draining) return answer(exchange, Problem{ProblemKind::shutting_down, "no new work is taken", {}});
-  if (auto refusal = refuse_query(exchange)) return answer(exchange, *refusal);
+  if (auto wrong = refuse_query(exchange)) return answer(exchange, *wrong);
   std::string key;
-  if (auto refusal = read_idempotency_key(exchange.head, key)) return answer(exchange, *refusal);
-  bool repeats = false;
-  if (!key.empty()) {
-    const auto there = batches_.find_idempotent_batch(exchange.owner, key);
-    if (!there) return answer(exchange, api::to_problem(there.error()));
-    repeats = there->has_value();
-  }
-  // What was promised before needs no place in the queue.
-  if (auto refusal = repeats ? std::nullopt : admit(exchange.owner)) return answer(exchange, *refusal);
-  BatchReceiver receiver(exchange.owner, !repeats, settings_, stores_, access_, uploads_);
-  if (auto refusal = receiver.receive(exchange)) return answer(exchange, *refusal);
-  insert(exchange, key, receiver, repeats);
+  if (auto wrong = read_idempotency_key(exchange.head, key)) return answer(exchange, *wrong);
+  auto repeats = is_known(exchange.owner, key);
+  // What was promised before needs no place in the queue; and what takes the last one may be the same, sent before.
+  auto refusal = repeats && !*repeats ? admit(exchange.owner) : std::nullopt;
+  if (refusal) repeats = is_known(exchange.owner, key);
+  if (!repeats) return answer(exchange, api::to_problem(repeats.error()));
+  if (refusal && !*repeats) return answer(exchange, *refusal);
+  BatchReceiver receiver(exchange.owner, !*repeats, settings_, stores_, access_, uploads_);
+  if (auto wrong = receiver.receive(exchange)) return answer(exchange, *wrong);
+  insert(exchange, key, receiver, *repeats);
+}
+
+Result<bool> Batches::is_known(const std::string& owner, const std::string& idempotency_key) {
+  if (idempotency_key.empty()) return false;
+  const auto there = batches_.find_idempotent_batch(owner, idempotency_key);
+  if (!there) return there.error();
+  return there->has_value();
 }
 
 // By what this owner has there: nobody is kept out by another one's batches.
@@ -94,8 +104,11 @@ void Batches::insert(Exchange& exchange, const std::string& idempotency_key, Bat
                        traceparent(exchange.trace),
                        now,
                        now + std::max<std::chrono::seconds>(kept_, kPatience)};
-  const auto inserted = batches_.insert_batch(compose(head, request, receiver.files(), *known));
+  store::NewBatch batch = compose(head, request, receiver.files(), *known);
+  batch.repeats = repeats;
+  const auto inserted = batches_.insert_batch(batch);
   if (!inserted) return answer(exchange, api::to_problem(inserted.error()));
+  if (inserted->gone) return answer(exchange, removed_just_now());
   if (inserted->mesh_gone) return answer(exchange, gone_meanwhile(exchange.owner, request));
   if (inserted->conflict) {
     return answer(exchange, Problem{ProblemKind::idempotency_key_reused,

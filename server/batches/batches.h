@@ -44,6 +44,7 @@ class Batches {
   void junit(Exchange& exchange);
 
  private:
+  Result<bool> is_known(const std::string& owner, const std::string& idempotency_key);
   std::optional<api::Problem> admit(const std::string& owner);
   void insert(Exchange& exchange, const std::string& idempotency_key, BatchReceiver& receiver, bool repeats);
   api::Problem gone_meanwhile(const std::string& owner, const api::BatchRequest& request);

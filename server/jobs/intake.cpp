@@ -78,7 +78,9 @@ Jobs::Submitted Jobs::submit_stored(Scheduler::Slot slot, Submission submission)
   auto submitted = [&]() -> Submitted {
     // Before bytes are stored for nothing: what counts is asked again when the row is.
     if (stores_.shared()) {
-      if (auto denial = access_.find_denial(a.owner, unended_of(a.owner))) return std::move(*denial);
+      if (auto denial = access_.find_denial(a.owner, unended_of(a.owner))) {
+        return denied(row_of(submission, stores_.jobs.time(), seconds(0)), std::move(*denial));
+      }
     }
     const auto reserved_a = stores_.blobs.reserve(a);
     const auto reserved_b = stores_.blobs.reserve(b);
@@ -137,11 +139,19 @@ Access::CountJobs Jobs::unended_of(const std::string& owner) {
   };
 }
 
+// What counts as the one too many may be the same request, sent before, which was stored meanwhile.
+Jobs::Submitted Jobs::denied(const store::NewJob& row, Denial denial) {
+  if (row.idempotency_key.empty()) return denial;
+  const auto first = stores_.jobs.find_idempotent(row.key.owner, row.idempotency_key);
+  if (!first || !*first) return denial;
+  return found(**first, row.fingerprint != (*first)->fingerprint);
+}
+
 // The job is known here before it is in the store: whoever repeats its idempotency key finds it.
 Jobs::Submitted Jobs::insert(const std::shared_ptr<LiveJob>& job, Scheduler::Slot slot) {
   const std::string& owner = job->key.owner;
   const auto turn = stores_.shared() ? access_.await_turn(owner, unended_of(owner)) : JobTurn{};
-  if (const auto* denial = std::get_if<Denial>(&turn)) return *denial;
+  if (const auto* denial = std::get_if<Denial>(&turn)) return denied(job->view().row, *denial);
   runner_->expect(job);
   const auto inserted = store_row(job->view().row, job->request.shards);
   // One of this id is this one: it was stored by a call whose answer was lost.

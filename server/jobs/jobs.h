@@ -111,6 +111,7 @@ class Jobs {
   Submitted found(const store::Job& row, bool conflict);
   Result<store::Inserted> store_row(const store::Job& row, unsigned shards);
   Access::CountJobs unended_of(const std::string& owner);
+  Submitted denied(const store::NewJob& row, Denial denial);
   Submitted insert(const std::shared_ptr<LiveJob>& job, Scheduler::Slot slot);
   Result<Deleted> forget(const store::JobKey& key);
   void maintain();

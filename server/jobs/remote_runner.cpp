@@ -12,6 +12,8 @@ using api::ProblemKind;
 using std::chrono::seconds;
 using store::JobState;
 
+constexpr seconds kRemoving{1};  // at a time: who calls has to look after more than meshes
+constexpr std::size_t kMostUnneeded = 10'000;
 constexpr seconds kCancelTime{1};
 constexpr seconds kUntold{1};  // beyond a deadline, for the news of an end that came in time
 constexpr seconds kLate{5};    // ... of one that was begun, or while the store is gone
@@ -91,19 +93,25 @@ void RemoteRunner::ended(const LiveJob& job) {
   for (const MeshSource* source : {&job.a, &job.b}) {
     if (!source->id.empty() && !source->kept) unneeded_.push_back({job.key.owner, source->id});
   }
+  while (unneeded_.size() > kMostUnneeded) unneeded_.pop_front();
 }
 
-// What the store is not there to be asked about is for a sweep.
+// What the store is not there to be asked about, and the oldest of what comes faster than it goes, is for a sweep.
 void RemoteRunner::tick() {
-  std::vector<store::BlobKey> unneeded;
-  {
-    const std::lock_guard lock(mutex_);
-    unneeded.swap(unneeded_);
-  }
-  for (const store::BlobKey& key : unneeded) {
+  const auto until = LiveJob::Clock::now() + kRemoving;
+  while (LiveJob::Clock::now() < until) {
+    store::BlobKey key;
+    {
+      const std::lock_guard lock(mutex_);
+      if (unneeded_.empty()) return;
+      key = std::move(unneeded_.front());
+      unneeded_.pop_front();
+    }
     const auto removed = remove_if_unreferenced(stores_, key);
     troubles_.note(removed);
-    if (!removed) return;
+    if (removed) continue;
+    const std::lock_guard lock(mutex_);
+    return unneeded_.clear();
   }
 }
 

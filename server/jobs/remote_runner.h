@@ -1,11 +1,11 @@
 // Comparisons run by workers that share this process's stores: all go through the store's queue, awaited ones with a
 // deadline, and are watched until their end. The scheduler here counts the clients that wait.
 //
-// Meshes that came with a comparison are removed within a second of its end, unless something else refers to them.
+// Meshes that came with a comparison are removed soon after its end, unless something else refers to them.
 #pragma once
 
+#include <deque>
 #include <mutex>
-#include <vector>
 
 #include "server/jobs/runner.h"
 #include "server/jobs/store_queue.h"
@@ -49,8 +49,8 @@ class RemoteRunner final : public Runner {
   Metrics& metrics_;
   Troubles& troubles_;
   Scheduler& scheduler_;
-  std::mutex mutex_;                      // guards what follows
-  std::vector<store::BlobKey> unneeded_;  // by what has ended here
+  std::mutex mutex_;                     // guards what follows
+  std::deque<store::BlobKey> unneeded_;  // by what has ended here
   StoreQueue queue_;
   Watcher watcher_;
 };

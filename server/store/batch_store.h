@@ -29,6 +29,7 @@ struct NewBatch {
   TimePoint created{};
   std::vector<BatchItem> items;     // not empty
   std::vector<std::string> meshes;  // of this owner in the MeshIndex, each once, in order: they must be there
+  bool repeats = false;  // its idempotency key was seen, so nothing was made ready for a new one: none is stored
 };
 
 // Of the jobs that the items point at: an item counts once, wherever else its job counts.
@@ -54,6 +55,7 @@ struct InsertedBatch {
   bool existed = false;    // the idempotency key or the id is taken: nothing was stored
   bool conflict = false;   // ... by a batch with another fingerprint
   bool mesh_gone = false;  // one of NewBatch::meshes is not there: nothing was stored, and `batch` says nothing
+  bool gone = false;       // what NewBatch::repeats is not there any more: likewise
 };
 
 struct BatchRow {

@@ -200,6 +200,7 @@ Result<InsertedBatch> SqliteStore::insert_batch(const NewBatch& batch) {
     std::optional<Found> there = find_batch(connection, batch.key);
     if (!there) there = find_batch_of(connection, batch.key.owner, batch.idempotency_key);
     if (there) return {std::move(there->batch), true, there->fingerprint != batch.fingerprint, false};
+    if (batch.repeats) return {{}, false, false, false, true};
     if (!has_meshes(connection, batch)) return {{}, false, false, true};
     insert_head(connection, batch);
     insert_items(connection, batch);

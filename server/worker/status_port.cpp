@@ -8,6 +8,9 @@
 namespace meshgauge::server {
 namespace {
 
+constexpr const char* kNothing =
+    "this is a worker, which answers for /healthz, /readyz and /metrics alone: ask a front end (meshgauge serve)";
+
 constexpr std::uint64_t kThreads = 4;  // for who scrapes, probes and looks
 
 Settings with_few_threads(Settings settings) {
@@ -25,6 +28,7 @@ StatusPort::StatusPort(const Settings& settings, Metrics& metrics, Readiness& re
       access_(settings.keys_file),
       entrance_(access_, metrics_, Cors::parse(settings.cors_origins).value()),
       tls_(tls_of(settings)),
+      router_(kNothing),
       guard_(
           settings_, [this](Exchange& exchange) { entrance_(exchange, router_); },
           [this](const Exchange& exchange) { record_request(exchange, settings_, metrics_); },

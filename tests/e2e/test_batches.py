@@ -9,7 +9,7 @@ import xml.etree.ElementTree as ET
 from pathlib import Path
 
 from contract import events_of
-from harness import RAISED, SLOW, SLOW_OPTIONS, SQUARE, Server, ServerCase, flat_grid, multipart, until
+from harness import RAISED, SLOW, SLOW_OPTIONS, SQUARE, Server, ServerCase, flat_grid, multipart, read_answer, until
 from keys import bearer, new_key, write_keys
 
 AS_JSON = "Content-Type: application/json\r\n"
@@ -176,6 +176,26 @@ class Done(ServerCase):
         key = "Idempotency-Key: form\r\n"
         self.assertEqual(accepted(send_form(self.server, *form, extra=key)), accepted(send_form(self.server, *form, extra=key)))
         self.refused(send_form(self.server, form[0], ("x", raised(8)), extra=key), 422, "idempotency-key-reused")
+
+    def test_sent_again_while_it_is_forgotten(self):
+        manifest = {"comparisons": [{"a": {"part": "x"}, "b": {"part": "y"}}]}
+        form = multipart((("manifest", json.dumps(manifest).encode()), ("x", raised(21)), ("y", raised(22))))
+        key = AS_FORM + "Idempotency-Key: forgotten\r\n"
+        first = accepted(self.server.send("POST", PATH, form, key))
+        ended(self.server, first)
+        with self.server.connect() as connection:
+            stream = connection.makefile("rb")
+            connection.sendall(("POST %s HTTP/1.1\r\nHost: test\r\nContent-Length: %d\r\nExpect: 100-continue\r\n%s\r\n"
+                                % (PATH, len(form), key)).encode())
+            self.assertEqual(stream.readline(), b"HTTP/1.1 100 Continue\r\n")  # its key was looked for
+            self.assertEqual(self.server.send("DELETE", first).status, 204)
+            stream.readline()
+            connection.sendall(form)
+            problem = self.refused(read_answer(stream), 503, "storage-unavailable")
+        self.assertIn("removed just now", problem["detail"])
+        anew = accepted(self.server.send("POST", PATH, form, key))
+        self.assertNotEqual(anew, first)
+        self.assertEqual(ended(self.server, anew)["counts"]["done"], 1)
 
     def test_one_forgotten_comparison(self):
         a, b = put(self.server, raised(11)), put(self.server, raised(12))

@@ -93,7 +93,7 @@ class Page(ServerCase):
     def test_a_damaged_link_is_a_page_for_browsers(self):
         page = self.server.get("/").body
         browser = "text/html,application/xhtml+xml,application/xml;q=0.9,*/*;q=0.8"
-        for path in ("/c/nonsense", "/b/nonsense", "/c/" + ID[1:], "/b/" + ID.upper(), "/b/", "/c/", "/c/%s/" % ID, "/b/x/"):
+        for path in ("/c/nonsense", "/b/nonsense", "/c/" + ID[1:], "/b/" + ID.upper(), "/b", "/b/", "/c", "/c/", "/c/%s/" % ID, "/b/x/"):
             shown = self.server.get(path, extra="Accept: %s\r\nAccept-Encoding: gzip\r\n" % browser)
             self.assertEqual((shown.status, gzip.decompress(shown.body)), (404, page))
             self.assertIn("script-src 'self'", shown.headers["content-security-policy"])
@@ -115,8 +115,8 @@ class Page(ServerCase):
         write_keys(keys, entry)
         server = Server("--keys-file", str(keys))
         self.addCleanup(server.stop)
-        for path in ["/", "/b/" + ID, "/c/" + ID, "/page/" + self.files()[0], "/b/x"]:
-            self.assertEqual(server.get(path).status, 404 if path == "/b/x" else 200)
+        for path in ["/", "/b/" + ID, "/c/" + ID, "/page/" + self.files()[0], "/b", "/b/x"]:
+            self.assertEqual(server.get(path).status, 404 if path in ("/b", "/b/x") else 200)
         self.refused(server.get("/v1/comparisons/" + ID), 401, "unauthorized")
         self.refused(server.get("/v1/comparisons/" + ID, extra=bearer(token)), 404, "not-found")
 

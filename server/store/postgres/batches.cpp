@@ -141,9 +141,12 @@ void insert_items(PgConnection& connection, const NewBatch& batch) {
 InsertedBatch insert(PgConnection& connection, const NewBatch& batch) {
   PgTransaction transaction(connection);
   lock_batches_of(connection, batch.key.owner);
-  if (!insert_head(connection, batch)) {
-    if (auto there = existing(connection, batch)) return *std::move(there);
-    throw PgFailure{"40001", "a batch went while it was looked at", false, true};
+  if (batch.repeats || !insert_head(connection, batch)) {
+    auto there = existing(connection, batch);
+    if (!there && batch.repeats) return {{}, false, false, false, true};
+    if (!there) throw PgFailure{"40001", "a batch went while it was looked at", false, true};
+    transaction.commit();  // for the barrier
+    return *std::move(there);
   }
   if (!lock_meshes(connection, batch)) return {{}, false, false, true};
   insert_items(connection, batch);
@@ -280,7 +283,7 @@ constexpr const char* kFailuresFirst =
 Result<InsertedBatch> PostgresStore::insert_batch(const NewBatch& batch) {
   Result<InsertedBatch> inserted = pool_.run(
       Promise::durable, [&](PgConnection& connection) { return store::insert(connection, batch); }, kLonger);
-  if (inserted && !inserted->existed && !inserted->mesh_gone) control_.tell(Signal::Kind::work);
+  if (inserted && !inserted->existed && !inserted->mesh_gone && !inserted->gone) control_.tell(Signal::Kind::work);
   return inserted;
 }
 

@@ -45,6 +45,7 @@ class PgConnection {
 
   // All that was committed before, by whomever, is durable afterwards. For a caller who finds done what it was to do:
   // its own commit writes nothing, so it waits for no disk and no standby, and that other one may not have waited.
+  // In a transaction: when that is committed.
   void put_barrier() { query("SELECT pg_logical_emit_message(true, 'meshgauge', '')"); }
 
   bool usable() const;

@@ -82,7 +82,10 @@ TimePoint PgControl::time() const {
 
 bool PgControl::on_duty() {
   if (!applies_.exchange(true)) ::eventfd_write(wake_.get(), 1);
-  if (!holds_duty_.load()) return false;
+  return holds_duty_.load() && is_well();
+}
+
+bool PgControl::is_well() const {
   const SteadyTime connected{Clock::duration(connected_since_.load())};
   return Clock::now() - std::max(connected, newest_trouble_()) >= settings_.duty_grace;
 }
@@ -120,15 +123,14 @@ void PgControl::connect() {
 
 void PgControl::serve() {
   std::array<pollfd, 2> polled{{{connection_->socket(), POLLIN, 0}, {wake_.get(), POLLIN, 0}}};
-  const bool applies = applies_ && !holds_duty_;
-  const auto timeout = static_cast<int>(std::chrono::milliseconds(applies ? kApplyAgain : kPing).count());
+  const auto timeout = static_cast<int>(std::chrono::milliseconds(applies_ ? kApplyAgain : kPing).count());
   ::poll(polled.data(), polled.size(), timeout);
   eventfd_t count = 0;
   if (polled[1].revents != 0) ::eventfd_read(wake_.get(), &count);
   if (stopped_) return;
   connection_->set_deadline(Clock::now() + kStatementTime);
   send_pending();
-  if (applies_ && !holds_duty_ && Clock::now() - applied_ >= kApplyAgain) apply_for_duty();
+  if (applies_) seek_duty();
   if (Clock::now() - measured_at_ >= kPing) measure_time();
   hear_all();
 }
@@ -146,6 +148,19 @@ void PgControl::send_pending() {
   connection_->query(
       "SELECT pg_notify(encode($1, 'escape'), encode(payload, 'escape')) FROM unnest($2::bytea[]) AS payload", channel_,
       payloads);
+}
+
+// This connection may be well while the others are not, or cannot be had: whoever has it so would keep the duty from
+// those who could do it.
+void PgControl::seek_duty() {
+  const bool well = is_well();
+  if (holds_duty_ && !well) return leave_duty();
+  if (!holds_duty_ && well && Clock::now() - applied_ >= kApplyAgain) apply_for_duty();
+}
+
+void PgControl::leave_duty() {
+  holds_duty_ = false;
+  connection_->query("SELECT pg_advisory_unlock($1::int, hashtext(coalesce(current_schema(), '')))", kDuty);
 }
 
 void PgControl::apply_for_duty() {

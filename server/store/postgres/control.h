@@ -18,7 +18,7 @@ namespace meshgauge::server::store {
 struct ControlSettings {
   std::string database;
   // How long all must have gone well before this process is on duty: a worker that could not be heard during an
-  // outage is to have its chance to say that it lives.
+  // outage is to have its chance to say that it lives. With new trouble it leaves the duty to others.
   std::chrono::milliseconds duty_grace{15'000};
   std::int64_t time_offset_ns = 0;  // clock_offset_ns(): what time() goes by until it is measured again
 };
@@ -47,7 +47,10 @@ class PgControl final : public Signals {
   void connect();
   void serve();
   void send_pending();
+  bool is_well() const;  // for the grace, and so fit for the duty
+  void seek_duty();
   void apply_for_duty();
+  void leave_duty();
   void measure_time();
   void pause();
   void hear(const Signal& signal);

@@ -50,13 +50,14 @@ std::uint64_t remove_expired(PgConnection& connection, TimePoint now) {
   if (!oldest.next()) return 0;
   const std::string owner = oldest.text(0);
   lock_stored(connection, owner);
-  const std::uint64_t removed =
-      connection
-          .query(
-              "DELETE FROM meshes WHERE (owner, id) IN (SELECT owner, id FROM meshes WHERE owner = $1 AND expires <= "
-              "$2 LIMIT $3)",
-              owner, now, kPortion)
-          .changed();
+  // The first condition is asked again of one that somebody was just using: it stays.
+  const std::uint64_t removed = connection
+                                    .query(
+                                        "DELETE FROM meshes WHERE expires <= $2 AND (owner, id) IN (SELECT owner, id "
+                                        "FROM meshes WHERE owner = $1 AND expires <= "
+                                        "$2 LIMIT $3)",
+                                        owner, now, kPortion)
+                                    .changed();
   transaction.commit();
   return removed;
 }

@@ -12,6 +12,7 @@ constexpr auto kBetweenProbes = 250ms;
 constexpr auto kFirstPause = 5ms, kLongestPause = 200ms;  // between tries of one call
 constexpr auto kFairTime = 1s;                            // for an answer: a server that takes longer may be gone
 
+constexpr const char* kNoneToSpare = "53300";  // as the database says it
 constexpr const char* kBusy = "all connections to it are busy";
 
 constexpr const char* kSilent = "it did not answer in time";  // connection.cpp's
@@ -23,7 +24,7 @@ const char* trouble_of(const PgFailure& failure) {
     return "did not answer in time";
   }
   if (state.starts_with("40")) return "is busy";
-  if (state.starts_with("53") || failure.message == kBusy) return "has no connection to spare";
+  if (state.starts_with("53")) return "has no connection to spare";
   if (state.starts_with("28") || state.starts_with("3D") || state == "42501") return "refuses this service";
   return "cannot be reached";
 }
@@ -97,6 +98,7 @@ std::optional<PgFailure> PgPool::attempt(const std::function<void(PgConnection&)
     taken = Clock::now();
     connection->set_deadline(deadline);
     work(*connection);
+    note_success();
     give_back(std::move(connection));
     return std::nullopt;
   } catch (const PgFailure& failure) {
@@ -131,9 +133,14 @@ std::unique_ptr<PgConnection> PgPool::take(SteadyTime deadline) {
     --waiting_;
     if (!in_time) {
       if (!idle_.empty()) returned_.notify_one();  // it may have been this one that was told
-      throw PgFailure{"", gone_since_ ? why_gone_ : kBusy, true, false};
+      throw none_in_time();
     }
   }
+}
+
+PgFailure PgPool::none_in_time() const {
+  if (gone_since_) return {"", why_gone_, true, false};
+  return {kNoneToSpare, why_no_more_.empty() ? kBusy : why_no_more_, true, false};
 }
 
 void PgPool::give_back(std::unique_ptr<PgConnection> connection) {
@@ -149,6 +156,12 @@ void PgPool::give_back(std::unique_ptr<PgConnection> connection) {
   }
   returned_.notify_one();
   if (!sound) wanted_.notify_one();
+}
+
+void PgPool::note_success() {
+  const std::lock_guard lock(mutex_);
+  newest_success_ = Clock::now();
+  gone_since_.reset();
 }
 
 // One is lost, so the idle ones are likely to be of the same server: whoever took one would only learn the same.
@@ -183,17 +196,20 @@ void PgPool::open_one(std::unique_lock<std::mutex>& lock) {
     why = failure.message;
   }
   lock.lock();
-  if (connection) {
+  const bool opened = connection != nullptr;
+  why_no_more_ = why;
+  if (opened) {
+    newest_success_ = Clock::now();
     gone_since_.reset();
     ++open_;
     idle_.push_back(std::move(connection));
-  } else {
+  } else if (open_ == 0 || Clock::now() - newest_success_ >= settings_.patience) {
     newest_trouble_ = Clock::now();
     if (!gone_since_) gone_since_ = newest_trouble_;
     why_gone_ = why;
   }
   returned_.notify_all();
-  if (gone_since_) wanted_.wait_for(lock, kBetweenProbes, [this] { return stopped_; });
+  if (!opened) wanted_.wait_for(lock, kBetweenProbes, [this] { return stopped_; });
 }
 
 }  // namespace meshgauge::server::store

@@ -3,7 +3,7 @@
 // One thread opens connections, so that nobody who calls waits for a name server or a host that is silent. A call that
 // fails for a reason that may pass is repeated on another connection, until `patience` is over: a failover of a
 // second or two is not noticed. While the database has been gone for longer, calls fail at once, and that thread tries
-// again and again.
+// again and again. A database that has no more connections to give is not gone: those that there are go round.
 //
 // What a caller is told may be told to anybody: it names no host, no role and no statement. The whole text goes to the
 // report.
@@ -65,7 +65,9 @@ class PgPool {
   void tell(const Error& error);
   std::optional<PgFailure> attempt(const std::function<void(PgConnection&)>& work, SteadyTime deadline);
   std::unique_ptr<PgConnection> take(SteadyTime deadline);  // throws PgFailure
+  PgFailure none_in_time() const;
   void give_back(std::unique_ptr<PgConnection> connection);
+  void note_success();
   void lose(const std::string& why);
   bool is_given_up() const;
   void open_connections();
@@ -80,7 +82,9 @@ class PgPool {
   std::size_t waiting_ = 0;  // callers
   std::optional<SteadyTime> gone_since_;
   SteadyTime newest_trouble_ = std::chrono::steady_clock::now();
+  SteadyTime newest_success_{};  // of a work, or of opening a connection
   std::string why_gone_;
+  std::string why_no_more_;  // connections, beside those that are open; empty: the newest try opened one
   bool stopped_ = false;
   Outage outage_;
   std::thread opener_;

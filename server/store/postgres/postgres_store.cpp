@@ -38,8 +38,10 @@ Inserted insert_with_parts(PgConnection& connection, const NewJob& whole, std::s
   for (const NewJob& part : parts) rows.push_back({as_queued(part), "", whole.key.id, 0});
   PgTransaction transaction(connection);
   if (insert_rows(connection, std::span(rows).first(1)) == 0) {
-    if (auto there = existing(connection, whole)) return *std::move(there);
-    throw PgFailure{"40001", "a job went while it was looked at", false, true};
+    auto there = existing(connection, whole);
+    if (!there) throw PgFailure{"40001", "a job went while it was looked at", false, true};
+    transaction.commit();  // for the barrier
+    return *std::move(there);
   }
   if (insert_rows(connection, std::span(rows).subspan(1)) != parts.size()) {
     throw PgFailure{"23505", "a part has the id of another job", false, false};

@@ -13,7 +13,7 @@ const folders: Record<string, Linked> = { c: "comparison", b: "batch" };
 
 export function routeOf(path: string): Route {
   if (path === "/" || path === "") return { view: "form" };
-  const [, folder = "", id = ""] = /^\/([bc])\/([^/]*)\/?$/.exec(path) ?? [];
+  const [, folder = "", id = ""] = /^\/([bc])(?:\/([^/]*))?\/?$/.exec(path) ?? [];
   const of = folders[folder];
   if (of === undefined) return { view: "unknown", path };
   return /^[0-9a-f]{32}$/.test(id) ? { view: of, id } : { view: "damaged", of, id };

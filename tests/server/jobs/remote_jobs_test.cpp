@@ -2,6 +2,7 @@
 #include "server/jobs/jobs.h"
 
 #include <fstream>
+#include <set>
 
 #include "shared_bench.h"
 
@@ -257,8 +258,8 @@ struct Keys {
   store::TestFolder folder;
 };
 
-Submission of_ci(const std::string& a) {
-  Submission asked = submission(a, true);
+Submission of_ci(const std::string& a, const std::string& idempotency_key = "") {
+  Submission asked = submission(a, true, idempotency_key);
   asked.key.owner = "ci";
   return asked;
 }
@@ -307,4 +308,67 @@ TEST_CASE("front ends: however many submit at once, less than one more for each 
   CHECK(queued >= 4);
   CHECK(queued <= 4 + 2);
   CHECK(queued + static_cast<std::uint64_t>(refused) == 18);
+}
+
+TEST_CASE("front ends: what a key was promised is found though it fills the limit of that key") {
+  Common common;
+  const Keys keys(1);
+  FrontEnd one(common, of_front_end(), keys.file()), other(common, of_front_end(), keys.file());
+  const auto first = begun(submit(*one.jobs, of_ci("a", "k")));
+  for (FrontEnd* front : {&one, &other}) {
+    CHECK(begun(submit(*front->jobs, of_ci("a", "k")))->key == first->key);
+    CHECK(refusal_of(submit(*front->jobs, of_ci("b", "k"))) == api::ProblemKind::idempotency_key_reused);
+    CHECK(refusal_of(submit(*front->jobs, of_ci("a", "l"))) == api::ProblemKind::too_many_requests);
+    CHECK(refusal_of(submit(*front->jobs, of_ci("a"))) == api::ProblemKind::too_many_requests);
+  }
+  CHECK(got(common.embedded.jobs().counts()).queued == 1);
+}
+
+TEST_CASE("front ends: one that is sent again before it is stored is the same, though it fills the limit") {
+  Common common;
+  const Keys keys(1);
+  FrontEnd front(common, of_front_end(), keys.file());
+  std::mutex mutex;
+  std::multiset<std::string> ids;
+  std::vector<std::thread> clients;
+  for (int client = 0; client < 8; ++client) {
+    clients.emplace_back([&] {
+      auto slot = front.jobs->admit(Jobs::Kind::durable);
+      if (!slot) return;
+      const auto submitted = front.jobs->submit(std::move(*slot), of_ci("a", "k"));
+      const auto* job = std::get_if<std::shared_ptr<LiveJob>>(&submitted);
+      const std::lock_guard lock(mutex);
+      ids.insert(job ? (*job)->key.id : "denied");
+    });
+  }
+  for (std::thread& client : clients) client.join();
+  REQUIRE(ids.size() == 8);
+  CHECK(ids.count(*ids.begin()) == 8);
+  CHECK(*ids.begin() != "denied");
+}
+
+TEST_CASE("front ends: however many meshes are to be removed, upkeep goes on beside it") {
+  constexpr int kJobs = 12;
+  Common common;
+  Settings settings = of_front_end();
+  settings.lease_ms = 100;
+  settings.heartbeat_ms = 10;
+  FrontEnd front(common, settings);
+  Hands hands(common);
+  std::vector<std::shared_ptr<LiveJob>> jobs;
+  for (int i = 0; i < kJobs; ++i) {
+    jobs.push_back(begun(submit(*front.jobs, submission("mesh " + std::to_string(i), true))));
+  }
+  common.jobs.look_takes = milliseconds(200);
+  for (int i = 0; i < kJobs; ++i) hands.finish(hands.claim());
+  for (const auto& job : jobs) REQUIRE(job->wait_for_end(kLong));
+  const auto lost = begun(submit(*front.jobs, submission("of a worker that dies", true)));
+  const auto now = common.jobs.time();
+  got(common.jobs.claim(lost->key, "a worker that dies", now, now + milliseconds(1)));
+  REQUIRE(eventually([&] { return common.jobs.looks >= 4; }));
+  common.jobs.duty = true;
+  REQUIRE(eventually([&] { return row_in(common, lost->key).state == JobState::queued; }));
+  CHECK(common.jobs.looks < 2 * kJobs);
+  common.jobs.look_takes = milliseconds(0);
+  CHECK(eventually([&] { return common.jobs.looks >= 2 * kJobs; }));
 }

@@ -5,6 +5,7 @@
 #include <atomic>
 #include <mutex>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -41,6 +42,8 @@ class SharedStore final : public JobStore {
 
   std::atomic<bool> gone{false};
   std::atomic<bool> duty{false};
+  std::atomic<int> looks{0};  // whether a blob is used
+  std::atomic<std::chrono::milliseconds> look_takes{std::chrono::milliseconds(0)};
   std::chrono::milliseconds ahead{0};  // of this machine's clock
 
   // One of each process.
@@ -103,6 +106,8 @@ class SharedStore final : public JobStore {
     return there([&] { return behind_.used_blobs(); });
   }
   Result<bool> uses_blob(const BlobKey& key) override {
+    ++looks;
+    std::this_thread::sleep_for(look_takes.load());
     return there([&] { return behind_.uses_blob(key); });
   }
   Result<SweptJobs> sweep_jobs(Moment moment, std::uint64_t max_kept) override {

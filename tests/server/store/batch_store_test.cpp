@@ -102,6 +102,17 @@ TEST_CASE_TEMPLATE("batches: an idempotency key is one batch's, and apart from t
   insert(stores.batches(), new_batch("ann", "e", 1));
 }
 
+TEST_CASE_TEMPLATE("batches: what repeats one that is gone is not stored", Stores, EVERY_IMPLEMENTATION) {
+  Stores stores;
+  BatchStore& batches = stores.batches();
+  NewBatch repeated = new_batch("ann", "b", 1);
+  repeated.idempotency_key = "k";
+  repeated.repeats = true;
+  CHECK(got(batches.insert_batch(repeated)).gone);
+  insert(batches, new_batch("ann", "b", 1));
+  CHECK(got(batches.insert_batch(repeated)).existed);
+}
+
 TEST_CASE_TEMPLATE("batches: equal work is one job, among items and batches of one owner", Stores,
                    EVERY_IMPLEMENTATION) {
   Stores stores;

@@ -126,7 +126,8 @@ TEST_CASE("processes: nobody is on duty soon after trouble") {
   const auto patient = got(DistributedStores::open(settings));
   CHECK_FALSE(patient->jobs().on_duty());
   std::this_thread::sleep_for(300ms);
-  CHECK_FALSE(patient->jobs().on_duty());  // though it holds the lock by now
+  CHECK_FALSE(patient->jobs().on_duty());  // and keeps nobody from it meanwhile
+  CHECK(in_time([&] { return stores.jobs().on_duty(); }));
 }
 
 TEST_CASE("processes: they have one clock, the database's") {
@@ -236,4 +237,25 @@ TEST_CASE("processes: what one reserves no other removes") {
   }
   CHECK(got(other->blobs().remove_unreferenced(key, no)));
   CHECK_FALSE(got(stores.blobs().exists(key)));
+}
+
+TEST_CASE("processes: a mesh that one is just using no other sweeps") {
+  PostgresForTests stores;
+  got(stores.meshes().put_mesh({{"ann", "m"}, 10, "", "", at(0), at(0), at(100)}, 100));
+  const auto user = PgConnection::open(stores.database());
+  user->execute("BEGIN; UPDATE meshes SET expires = 1700000200000");  // at(200)
+  Result<std::uint64_t> swept = std::uint64_t{1};
+  std::thread sweeper([&] { swept = stores.meshes().sweep_meshes(at(150)); });
+  CHECK(in_time([&] {
+    PgRows row = PgConnection::open(stores.database())
+                     ->query(
+                         "SELECT count(*) FROM pg_stat_activity WHERE datname = current_database() AND "
+                         "wait_event_type = 'Lock'");
+    return row.next() && row.number(0) > 0;
+  }));
+  user->execute("COMMIT");
+  sweeper.join();
+  CHECK(got(swept) == 0);
+  CHECK(got(stores.meshes().get_mesh({"ann", "m"})).has_value());
+  CHECK(got(stores.meshes().sweep_meshes(at(200))) == 1);
 }

@@ -51,6 +51,10 @@ void demand_no_standby() {
   PostgresServer::shared().execute("SELECT pg_reload_conf()");
 }
 
+void end_waiting() {
+  PostgresServer::shared().execute("SELECT pg_cancel_backend(pid) FROM pg_stat_activity WHERE wait_event = 'SyncRep'");
+}
+
 // What a worker does: claims some and ends them. Ids of those whose end was acknowledged.
 void work_once(JobStore& jobs, const std::string& worker, std::mutex& mutex, std::multiset<std::string>& ended) {
   const auto claimed = jobs.claim_some(worker, at(50), at(110), JobStore::Which::all, 3);
@@ -163,7 +167,6 @@ TEST_CASE("trouble: a database that stops is missed for no longer than the patie
 
 TEST_CASE("trouble: what no standby has confirmed is not acknowledged") {
   PostgresForTests all;
-  PostgresServer& server = PostgresServer::shared();
   DistributedSettings settings = all.settings("impatient");
   settings.patience = 1500ms;
   const auto stores = got(DistributedStores::open(settings));
@@ -173,13 +176,46 @@ TEST_CASE("trouble: what no standby has confirmed is not acknowledged") {
   const auto claimed = stores->jobs().claim_some("w", at(50), at(110), JobStore::Which::all, 1);
   CHECK(got(claimed).empty());
   // Somebody ends the waiting: it is committed here alone. To find it there is no proof that it is safe.
-  server.execute("SELECT pg_cancel_backend(pid) FROM pg_stat_activity WHERE wait_event = 'SyncRep'");
+  end_waiting();
   CHECK_FALSE(stores->jobs().insert(new_job("ann", "1")).ok());
   demand_no_standby();
   Result<Inserted> at_last = stores->jobs().insert(new_job("ann", "1"));
   while (!at_last) at_last = stores->jobs().insert(new_job("ann", "1"));
   CHECK(at_last->existed);
   CHECK_FALSE(at_last->conflict);
+}
+
+TEST_CASE("trouble: nor is it to another process, which finds it there") {
+  PostgresForTests all;
+  std::vector<std::unique_ptr<DistributedStores>> stores;
+  for (const char* name : {"one", "other"}) {
+    DistributedSettings settings = all.settings(name);
+    settings.patience = 250ms;
+    stores.push_back(got(DistributedStores::open(settings)));
+  }
+  std::function<Result<bool>(DistributedStores&)> found;  // when it is acknowledged: whether it was there
+  SUBCASE("a batch") {
+    found = [](DistributedStores& there) -> Result<bool> {
+      const auto inserted = there.batches().insert_batch(new_batch("ann", "b", 1));
+      return inserted ? Result<bool>(inserted->existed) : inserted.error();
+    };
+  }
+  SUBCASE("a comparison in parts") {
+    found = [](DistributedStores& there) -> Result<bool> {
+      const NewJob part = new_job("ann", "whole/0");
+      const auto inserted = there.parts()->insert_parts(new_job("ann", "whole"), {&part, 1});
+      return inserted ? Result<bool>(inserted->existed) : inserted.error();
+    };
+  }
+  demand_standby(all.database());
+  CHECK_FALSE(found(*stores[0]).ok());
+  end_waiting();
+  while (number_in(all.database(), "SELECT count(*) FROM jobs") == 0) std::this_thread::sleep_for(10ms);
+  CHECK_FALSE(found(*stores[1]).ok());
+  demand_no_standby();
+  Result<bool> at_last = found(*stores[1]);
+  while (!at_last) at_last = found(*stores[1]);
+  CHECK(*at_last);
 }
 
 TEST_CASE("trouble: sixteen callers hardly ever wait for each other in a circle, and none fails") {
@@ -313,32 +349,4 @@ TEST_CASE("trouble: who removes something hears that it was there, though the an
   REQUIRE(committed);
   CHECK(got(*removed));
   CHECK_FALSE(got(remove()));
-}
-
-TEST_CASE("trouble: who comes late to a connection takes none from the others") {
-  PostgresForTests stores;
-  PgPool pool({stores.database(), 2, 300ms, {}});
-  const auto pid = [](PgConnection& connection) {
-    PgRows row = connection.query("SELECT pg_backend_pid()");
-    row.next();
-    return row.number(0);
-  };
-  std::set<std::int64_t> pids;
-  Result<std::int64_t> inner = 0;
-  while (pids.size() < 2) {  // the first may come before there are two
-    const auto outer = pool.run(Promise::fleeting, [&](PgConnection& connection) {
-      inner = pool.run(Promise::fleeting, pid);
-      return pid(connection);
-    });
-    if (outer && inner) pids = {*outer, *inner};
-  }
-  const SteadyTime trouble = pool.newest_trouble();
-  const auto late = pool.run(Promise::fleeting, [](PgConnection& connection) {
-    std::this_thread::sleep_for(250ms);
-    connection.query("SELECT pg_sleep(5)");
-    return Done{};
-  });
-  CHECK_FALSE(late.ok());
-  CHECK(pool.newest_trouble() == trouble);
-  CHECK(pids.contains(got(pool.run(Promise::fleeting, pid))));
 }

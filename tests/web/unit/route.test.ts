@@ -17,7 +17,7 @@ test("addresses", () => {
   assert.deepEqual(routeOf(`/c/${id}/`), { view: "comparison", id });
   assert.deepEqual(routeOf(pathOf(id, "batch")), { view: "batch", id });
   for (const path of [`/c/${id}/more`, `/d/${id}`, "/docs"]) assert.equal(routeOf(path).view, "unknown", path);
-  for (const path of ["/c/", "/c/xyz", `/c/${id.toUpperCase()}`, `/c/${id}0`]) assert.equal(routeOf(path).view, "damaged", path);
+  for (const path of ["/b", "/c/", "/c/xyz", `/c/${id.toUpperCase()}`, `/c/${id}0`]) assert.equal(routeOf(path).view, "damaged", path);
   assert.deepEqual(routeOf("/b/0d67"), { view: "damaged", of: "batch", id: "0d67" });
 });
 

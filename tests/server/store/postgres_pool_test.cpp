@@ -1,0 +1,147 @@
+// The connections of a process: few, and not always to be had.
+#include <atomic>
+#include <functional>
+#include <set>
+#include <thread>
+
+#include "job_steps.h"
+
+using namespace meshgauge;
+using namespace meshgauge::server::store;
+using namespace std::chrono_literals;
+using Clock = std::chrono::steady_clock;
+
+namespace {
+
+bool in_time(const std::function<bool()>& true_at_last) {
+  for (int i = 0; i < 2400; ++i) {
+    if (true_at_last()) return true;
+    std::this_thread::sleep_for(25ms);
+  }
+  return false;
+}
+
+// A role that may have so many connections. It lives as long as the object.
+class Frugal {
+ public:
+  Frugal(const PostgresForTests& stores, int connections) : database_(stores.database()) {
+    const auto connection = PgConnection::open(database_);
+    connection->execute("CREATE ROLE frugal LOGIN; GRANT ALL ON ALL TABLES IN SCHEMA public TO frugal");
+    allow(connections);
+  }
+  ~Frugal() { PgConnection::open(database_)->execute("DROP OWNED BY frugal; DROP ROLE frugal"); }
+  Frugal(const Frugal&) = delete;
+  Frugal& operator=(const Frugal&) = delete;
+
+  void allow(int connections) {
+    PgConnection::open(database_)->execute("ALTER ROLE frugal CONNECTION LIMIT " + std::to_string(connections));
+  }
+  // Its connections, but for the one that has a lock: who is on duty has one.
+  void end_those_without_lock() {
+    PgConnection::open(database_)->execute(
+        "SELECT pg_terminate_backend(pid, 20000) FROM pg_stat_activity AS each WHERE usename = 'frugal' AND NOT EXISTS "
+        "(SELECT FROM pg_locks WHERE pg_locks.pid = each.pid AND locktype = 'advisory')");
+  }
+  std::string connection_string() const {
+    std::string own = database_;
+    return own.replace(own.find("user=tests"), 10, "user=frugal");
+  }
+
+ private:
+  const std::string database_;
+};
+
+}  // namespace
+
+TEST_CASE("connections: who comes late to a connection takes none from the others") {
+  PostgresForTests stores;
+  PgPool pool({stores.database(), 2, 300ms, {}});
+  const auto pid = [](PgConnection& connection) {
+    PgRows row = connection.query("SELECT pg_backend_pid()");
+    row.next();
+    return row.number(0);
+  };
+  std::set<std::int64_t> pids;
+  Result<std::int64_t> inner = 0;
+  while (pids.size() < 2) {  // the first may come before there are two
+    const auto outer = pool.run(Promise::fleeting, [&](PgConnection& connection) {
+      inner = pool.run(Promise::fleeting, pid);
+      return pid(connection);
+    });
+    if (outer && inner) pids = {*outer, *inner};
+  }
+  const SteadyTime trouble = pool.newest_trouble();
+  const auto late = pool.run(Promise::fleeting, [](PgConnection& connection) {
+    std::this_thread::sleep_for(250ms);
+    connection.query("SELECT pg_sleep(5)");
+    return Done{};
+  });
+  CHECK_FALSE(late.ok());
+  CHECK(pool.newest_trouble() == trouble);
+  CHECK(pids.contains(got(pool.run(Promise::fleeting, pid))));
+}
+
+TEST_CASE("connections: a server that has no more of them is not gone, and those that there are go round") {
+  PostgresForTests stores;
+  Frugal role(stores, 1);
+  PgPool pool({role.connection_string(), 8, 20s, {}});
+  const auto work = [](PgConnection& connection) {
+    connection.query("SELECT pg_sleep(0.02)");
+    return Done{};
+  };
+  got(pool.run(Promise::fleeting, work));
+  const SteadyTime trouble = pool.newest_trouble();
+  std::atomic<int> failed{0};
+  std::vector<std::thread> callers;
+  for (int caller = 0; caller < 4; ++caller) {
+    callers.emplace_back([&] {
+      for (int turn = 0; turn < 10; ++turn) {
+        if (!pool.run(Promise::fleeting, work)) ++failed;
+      }
+    });
+  }
+  for (std::thread& caller : callers) caller.join();
+  CHECK(failed == 0);
+  CHECK(pool.newest_trouble() == trouble);
+}
+
+TEST_CASE("connections: who waited for one in vain is told why there was none") {
+  PostgresForTests stores;
+  Frugal role(stores, 1);
+  std::string reported;
+  PgPool pool({role.connection_string(), 8, 500ms, [&](const std::string& line) { reported += line; }});
+  Result<Done> inner = Done{};
+  const auto outer = pool.run(
+      Promise::fleeting,
+      [&](PgConnection& connection) {
+        connection.query("SELECT 1");
+        inner = pool.run(Promise::fleeting, [](PgConnection&) { return Done{}; });
+        return Done{};
+      },
+      20);
+  got(outer);
+  REQUIRE_FALSE(inner.ok());
+  CHECK(inner.error().code == ErrorCode::storage_unavailable);
+  CHECK(reported.find("too many connections for role \"frugal\"") != std::string::npos);
+  CHECK(inner.error().message.find("frugal") == std::string::npos);
+}
+
+TEST_CASE("connections: who cannot have one leaves the duty to who can") {
+  PostgresForTests stores;
+  Frugal role(stores, -1);
+  DistributedSettings settings = stores.settings("frugal");
+  settings.database = role.connection_string();
+  settings.patience = 500ms;
+  auto first = got(DistributedStores::open(settings));
+  REQUIRE(in_time([&] { return first->jobs().on_duty(); }));
+  CHECK_FALSE(stores.jobs().on_duty());
+  role.allow(0);
+  role.end_those_without_lock();
+  CHECK_FALSE(first->jobs().check().ok());
+  CHECK(in_time([&] { return stores.jobs().on_duty(); }));
+  CHECK_FALSE(first->jobs().on_duty());
+  role.allow(-1);
+  CHECK(in_time([&] { return first->jobs().check().ok(); }));
+  CHECK(stores.jobs().on_duty());
+  first.reset();
+}
