@@ -232,9 +232,15 @@ TEST_CASE("worker: when it is lost, what it had in stock is not suspected, but w
   for (int i = 0; i < 10; ++i) keys.push_back(put_job(kept, job_named("j" + std::to_string(i), "batch")));
   auto options = options_of("w");
   options.heartbeat = std::chrono::hours(1);  // it does not hear that it has lost them
+  options.poll = std::chrono::hours(1);       // nor takes them again
+  std::atomic<bool> found_none{false};
+  kept.jobs.answers_claim = [&](const std::vector<store::Claimed>& some) {
+    found_none = found_none || some.empty();
+    return true;
+  };
   WorkerBench bench(kept.stores(), stand.compare(), options);
   bench.worker.start();
-  REQUIRE(eventually([&] { return stand.running == 1 && bench.worker.held() == 10; }));
+  REQUIRE(eventually([&] { return stand.running == 1 && bench.worker.held() == 10 && found_none; }));
   REQUIRE(eventually([&] { return row_of(kept, keys[0]).progress.has_value(); }));  // soon, though it is of a batch
   lose(kept, "w");
   CHECK(row_of(kept, keys[0]).suspected);
