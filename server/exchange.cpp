@@ -21,6 +21,9 @@ void answer(Exchange& exchange, const api::Problem& problem, std::chrono::millis
 
 void answer(Exchange& exchange, ProblemDocument document, std::chrono::milliseconds retry_after) {
   Response& response = exchange.response;
+  response.stream = nullptr;  // and whatever else was begun
+  response.file.reset();
+  response.length_known = true;
   response.status = document.status;
   response.content_type = "application/problem+json";
   response.body = std::move(document.json);

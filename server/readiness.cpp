@@ -57,10 +57,10 @@ void Readiness::begin_look() {
   at_ = "service";  // until its thread has come to the first part
   try {
     look_ = std::async(std::launch::async, [this] { look(); });
-  } catch (const std::system_error&) {
+  } catch (const std::exception&) {
     looking_ = false;
     looked_ = Clock::now();
-    defects_ = {{"service", "it has no thread to spare"}};
+    defects_ = {{"service", "it has no thread or no memory to spare"}};
   }
 }
 
@@ -70,6 +70,8 @@ void Readiness::look() {
     seen = looked_at();
   } catch (const std::bad_alloc&) {
     seen = {{"service", "memory ran out"}};
+  } catch (const std::exception&) {  // else it would be looked at for ever
+    seen = {{"service", "it could not look"}};
   }
   const std::lock_guard lock(mutex_);
   looking_ = false;

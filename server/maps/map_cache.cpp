@@ -164,6 +164,7 @@ void MapCache::take_out_if(const Condition& condition) {
 }
 
 void MapCache::give_way() {
+  const std::lock_guard one(giving_way_);  // two would take what is lacking twice
   const std::uint64_t lacking = settings_.lacking ? settings_.lacking() : 0;
   if (lacking == 0) return;
   Paths removed;

@@ -107,6 +107,7 @@ class MapCache {
   void take_out_if(const Condition& condition);
 
   const Settings settings_;
+  std::mutex giving_way_;     // before mutex_
   mutable std::mutex mutex_;  // guards what follows
   std::vector<std::weak_ptr<Coming>> coming_;
   Entries entries_;

@@ -15,7 +15,8 @@ using Clock = std::chrono::steady_clock;
 
 constexpr auto kStatementTime = 4s;
 constexpr auto kPing = 5s;
-constexpr auto kApplyAgain = 1s;  // how soon another process takes over the duty
+constexpr auto kApplyAgain = 1s;   // how soon another process takes over the duty
+constexpr auto kForgotten = 2min;  // of a duty that is asked for every second
 constexpr auto kBetweenConnects = 500ms;
 constexpr std::size_t kMostPending = 10'000;
 constexpr std::int64_t kDuty = 0x4d474a32;  // beside the lock of schema.cpp; with the schema's name a pair of numbers
@@ -81,8 +82,13 @@ TimePoint PgControl::time() const {
 }
 
 bool PgControl::on_duty() {
-  if (!applies_.exchange(true)) ::eventfd_write(wake_.get(), 1);
+  if (asked_.exchange(Clock::now().time_since_epoch().count()) == 0) ::eventfd_write(wake_.get(), 1);
   return holds_duty_.load() && is_well();
+}
+
+bool PgControl::applies() const {
+  const std::int64_t asked = asked_.load();
+  return asked != 0 && Clock::now() - SteadyTime(Clock::duration(asked)) < kForgotten;
 }
 
 bool PgControl::is_well() const {
@@ -123,14 +129,14 @@ void PgControl::connect() {
 
 void PgControl::serve() {
   std::array<pollfd, 2> polled{{{connection_->socket(), POLLIN, 0}, {wake_.get(), POLLIN, 0}}};
-  const auto timeout = static_cast<int>(std::chrono::milliseconds(applies_ ? kApplyAgain : kPing).count());
+  const auto timeout = static_cast<int>(std::chrono::milliseconds(asked_ != 0 ? kApplyAgain : kPing).count());
   ::poll(polled.data(), polled.size(), timeout);
   eventfd_t count = 0;
   if (polled[1].revents != 0) ::eventfd_read(wake_.get(), &count);
   if (stopped_) return;
   connection_->set_deadline(Clock::now() + kStatementTime);
   send_pending();
-  if (applies_) seek_duty();
+  if (asked_ != 0) seek_duty();
   if (Clock::now() - measured_at_ >= kPing) measure_time();
   hear_all();
 }
@@ -150,12 +156,12 @@ void PgControl::send_pending() {
       payloads);
 }
 
-// This connection may be well while the others are not, or cannot be had: whoever has it so would keep the duty from
-// those who could do it.
+// This connection may be well while the others are not, or cannot be had, or while whoever does the duty is held up by
+// a disk: so it would be kept from those who could do it.
 void PgControl::seek_duty() {
-  const bool well = is_well();
-  if (holds_duty_ && !well) return leave_duty();
-  if (!holds_duty_ && well && Clock::now() - applied_ >= kApplyAgain) apply_for_duty();
+  const bool fit = is_well() && applies();
+  if (holds_duty_ && !fit) return leave_duty();
+  if (!holds_duty_ && fit && Clock::now() - applied_ >= kApplyAgain) apply_for_duty();
 }
 
 void PgControl::leave_duty() {

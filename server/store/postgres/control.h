@@ -40,14 +40,15 @@ class PgControl final : public Signals {
   void tell(Signal::Kind kind, const JobKey& job = {});
 
   TimePoint time() const;  // JobStore::time(). Measured with each connection and every few seconds
-  bool on_duty();          // JobStore::on_duty(). Its first call applies for it
+  bool on_duty();          // JobStore::on_duty(). Applies for it; who does not call it for minutes leaves it
 
  private:
   void work();
   void connect();
   void serve();
   void send_pending();
-  bool is_well() const;  // for the grace, and so fit for the duty
+  bool applies() const;  // has asked for the duty of late
+  bool is_well() const;  // for the grace
   void seek_duty();
   void apply_for_duty();
   void leave_duty();
@@ -61,7 +62,7 @@ class PgControl final : public Signals {
   const Descriptor wake_;  // an eventfd
 
   std::atomic<bool> stopped_{false};
-  std::atomic<bool> applies_{false};
+  std::atomic<std::int64_t> asked_{0};  // on_duty(), when last: steady clock's count
   std::atomic<bool> holds_duty_{false};
   std::atomic<std::int64_t> connected_since_;  // steady clock's count
   std::atomic<std::int64_t> time_offset_ns_;   // clock_offset_ns()

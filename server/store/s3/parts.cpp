@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <exception>
-#include <system_error>
 #include <thread>
 
 namespace meshgauge::server::store {
@@ -11,7 +10,7 @@ void at_once(std::size_t threads, const std::function<void()>& work) {
   std::vector<std::jthread> others;
   try {
     for (std::size_t i = 1; i < threads; ++i) others.emplace_back(work);
-  } catch (const std::system_error&) {
+  } catch (const std::exception&) {
     // Those that there are do it all.
   }
   work();

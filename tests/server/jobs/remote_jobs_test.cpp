@@ -348,7 +348,7 @@ TEST_CASE("front ends: one that is sent again before it is stored is the same, t
 }
 
 TEST_CASE("front ends: however many meshes are to be removed, upkeep goes on beside it") {
-  constexpr int kJobs = 12;
+  constexpr int kJobs = 40;
   Common common;
   Settings settings = of_front_end();
   settings.lease_ms = 100;

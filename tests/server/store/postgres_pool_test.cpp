@@ -109,7 +109,7 @@ TEST_CASE("connections: who waited for one in vain is told why there was none") 
   PostgresForTests stores;
   Frugal role(stores, 1);
   std::string reported;
-  PgPool pool({role.connection_string(), 8, 500ms, [&](const std::string& line) { reported += line; }});
+  PgPool pool({role.connection_string(), 8, 3s, [&](const std::string& line) { reported += line; }});
   Result<Done> inner = Done{};
   const auto outer = pool.run(
       Promise::fleeting,

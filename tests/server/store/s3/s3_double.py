@@ -120,7 +120,8 @@ class Control:
         self.world.released.set()
 
     def log(self, _):
-        log, self.world.log = self.world.log, []
+        log = list(self.world.log)  # to which another thread may add at any time
+        del self.world.log[:len(log)]
         return log
 
     def state(self, _):

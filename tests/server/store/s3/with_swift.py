@@ -2,7 +2,7 @@
 """Runs a command with a real S3-compatible server: OpenStack Swift with its S3 interface, of Debian's packages.
 
     apt-get install swift-proxy swift-account swift-container swift-object
-    with_swift.py build/tests/server/store/store_tests -tc='blobs*'
+    with_swift.py build/tests/server/store/store_tests -tc='blobs:*<S3>'
 
 All of Swift's servers are in this one process, on the loopback interface and in a temporary folder; it verifies version 4
 of the signatures. The command finds the server by MESHGAUGE_TEST_S3, MESHGAUGE_TEST_S3_BLOBS and AWS_*.
