@@ -349,7 +349,7 @@ int main(int argc, char** argv) {
   if (mode == "ends" && ::access(argv[2], F_OK) == 0) return 1;
   while (mode == "hangs" && ::access(argv[2], F_OK) == 0) ::pause();
   if (mode == "clings" && ::fork() == 0) {  // a child that holds what the spawner holds
-    for (::alarm(600);;) ::pause();  // at the longest
+    for (::alarm(600);;) ::pause();         // at the longest
   }
   return run_spawner(read);
 }
