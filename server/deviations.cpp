@@ -222,23 +222,30 @@ void Deviations::make(Exchange& exchange, Asked& asked) {
     if (cancelled) problem.kind = ProblemKind::shutting_down;
     return answer(exchange, problem);
   }
-  exchange.stages = (*result)->stages;
+  const auto& stages = (*result)->stages;
+  exchange.stages = stages;
   if (!send(exchange, (*result)->file)) return;
-  exchange.response.headers.emplace_back("Server-Timing", api::to_server_timing((*result)->stages));
+  exchange.response.headers.emplace_back("Server-Timing", stages.empty() ? "cached" : api::to_server_timing(stages));
 }
 
-// The map that is on its way, or a new one, which takes the slot.
+// The map that is on its way, or a new one, which takes the slot. What was made since it was looked for is there by
+// now: a map is kept before it leaves those on their way.
 std::shared_ptr<Making> Deviations::begin(Asked& asked, std::optional<Scheduler::Slot>& slot) {
   std::shared_ptr<Making> making;
   {
     const std::lock_guard lock(mutex_);
-    auto& there = making_[asked.order.key];
-    if (there) {
-      ++there->watchers;
-      return there;
+    if (const auto there = making_.find(asked.order.key); there != making_.end()) {
+      ++there->second->watchers;
+      return there->second;
     }
-    there = making = std::make_shared<Making>(std::move(asked.order));
+    making = std::make_shared<Making>(std::move(asked.order));
     making->watchers = 1;
+    if (auto file = stores_.maps->find(making->order.key)) {
+      metrics_.map_found();
+      making->end(MadeFile{std::move(file), {}});
+      return making;
+    }
+    making_.emplace(making->order.key, making);
   }
   try {
     submit(making, std::move(*slot));

@@ -19,11 +19,11 @@ void send(Exchange& exchange, std::string text, const char* type) {
   exchange.response.body = std::move(text);
 }
 
-// Kept maps leave room for all that may be uploaded.
+// Kept maps leave room for uploads and results.
 MapCache::Settings map_settings(const Settings& settings, const std::string& data_folder) {
   const std::string folder = data_folder + "/maps";
   return {folder, settings.map_cache_bytes, settings.temp_dir,
-          [folder, wanted = settings.max_upload_bytes] { return lacking_bytes_on(folder, wanted); }};
+          [folder, wanted = settings.map_cache_room_bytes] { return lacking_bytes_on(folder, wanted); }};
 }
 
 }  // namespace

@@ -51,6 +51,7 @@ struct Settings {
   std::uint64_t mesh_ttl_s = 7 * 86'400;
   std::uint64_t max_stored_bytes = std::uint64_t{16} << 30;
   std::uint64_t map_cache_bytes = std::uint64_t{1} << 30;
+  std::uint64_t map_cache_room_bytes = std::uint64_t{4} << 30;
   std::string temp_dir = default_temp_dir();
   std::string database;  // a secret, if it holds a password
   std::string blobs;
@@ -122,6 +123,8 @@ void for_each_setting(SomeSettings& s, Visit visit) {
         s.max_stored_bytes);
   visit({"map_cache_bytes", "Deviation maps kept as files in the data directory, in bytes; 0: none"},
         s.map_cache_bytes);
+  visit({"map_cache_room_bytes", "Room that such maps leave on the disk, in bytes; on a small one a 64th of it"},
+        s.map_cache_room_bytes);
   visit({"temp_dir", "Directory for uploads, as files without a name"}, s.temp_dir);
   visit({"database", "Connection string of the PostgreSQL that keeps jobs and results; empty: the data directory does"},
         s.database);

@@ -30,7 +30,7 @@ struct MapOrder {
 
 struct MadeFile {
   MapCache::File file;
-  std::vector<api::Stage> stages;
+  std::vector<api::Stage> stages;  // none: it was there already
 };
 
 class Making {

@@ -119,7 +119,8 @@ class Server:
         self.data_dir = tempfile.TemporaryDirectory(prefix="meshgauge-data-", ignore_cleanup_errors=True)
         if user is not None:
             os.chown(self.data_dir.name, user, -1)
-        kept = {"MESHGAUGE_DATA_DIR": os.path.join(self.data_dir.name, "data")}
+        # However full the disk of the tests is, maps are kept.
+        kept = {"MESHGAUGE_DATA_DIR": os.path.join(self.data_dir.name, "data"), "MESHGAUGE_MAP_CACHE_ROOM_BYTES": "0"}
         self.process = subprocess.Popen(
             [*program, "serve", "--port", "0", *flags], stderr=subprocess.PIPE,
             env={**ENVIRONMENT, **kept, **(environment or {})}, user=user)
