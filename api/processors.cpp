@@ -1,0 +1,81 @@
+#include "api/processors.h"
+
+#include <sched.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <optional>
+#include <string_view>
+#include <thread>
+
+namespace meshgauge::api {
+namespace {
+
+using Time = std::optional<double>;  // in processors; nullopt: as much as there is
+
+// Of a quota and the period that it is for; nullopt where there is none: "max", "-1", no file.
+Time time_of(std::istream& quota, std::istream& period) {
+  double granted = 0, each = 0;
+  if (!(quota >> granted) || !(period >> each) || !(granted > 0) || !(each > 0)) return std::nullopt;
+  return granted / each;
+}
+
+Time time_of_version_2(const std::string& group) {
+  std::ifstream both(group + "/cpu.max");
+  return time_of(both, both);
+}
+
+Time time_of_version_1(const std::string& group) {
+  std::ifstream quota(group + "/cpu.cfs_quota_us"), period(group + "/cpu.cfs_period_us");
+  return time_of(quota, period);
+}
+
+bool names_cpu(std::string_view controllers) {
+  while (!controllers.empty()) {
+    const auto end = std::min(controllers.find(','), controllers.size());
+    if (controllers.substr(0, end) == "cpu") return true;
+    controllers.remove_prefix(std::min(end + 1, controllers.size()));
+  }
+  return false;
+}
+
+Time least_of(Time one, Time other) { return one && other ? std::min(one, other) : one ? one : other; }
+
+// The least of a group and of all above it: a process is in all of them. In a container the path may be the host's,
+// of which only the top can be seen.
+Time least_above(const std::string& mount, std::string path, Time (*time_of_group)(const std::string& group)) {
+  Time least = time_of_group(mount);
+  for (; !path.empty() && path != "/"; path.resize(std::min(path.rfind('/'), path.size() - 1))) {
+    least = least_of(least, time_of_group(mount + path));
+  }
+  return least;
+}
+
+}  // namespace
+
+unsigned processors() {
+  unsigned count = std::max(1U, std::thread::hardware_concurrency());
+  cpu_set_t set;
+  if (::sched_getaffinity(0, sizeof set, &set) == 0) count = std::min(count, static_cast<unsigned>(CPU_COUNT(&set)));
+  const unsigned granted = processors_granted();
+  return std::max(1U, granted == 0 ? count : std::min(count, granted));
+}
+
+unsigned processors_granted(const std::string& root) {
+  Time least;
+  std::ifstream groups(root + "/proc/self/cgroup");
+  for (std::string line; std::getline(groups, line);) {  // "0::/path", "1:cpu,cpuacct:/path"
+    const auto first = line.find(':'), second = line.find(':', first + 1);
+    if (first == std::string::npos || second == std::string::npos) continue;
+    const std::string controllers = line.substr(first + 1, second - first - 1), path = line.substr(second + 1);
+    if (controllers.empty()) {
+      least = least_of(least, least_above(root + "/sys/fs/cgroup", path, time_of_version_2));
+    } else if (names_cpu(controllers)) {
+      least = least_of(least, least_above(root + "/sys/fs/cgroup/cpu", path, time_of_version_1));
+    }
+  }
+  return least ? static_cast<unsigned>(std::ceil(std::min(*least, 1e6))) : 0;
+}
+
+}  // namespace meshgauge::api
