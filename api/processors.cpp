@@ -1,13 +1,13 @@
 #include "api/processors.h"
 
 #include <sched.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <optional>
 #include <string_view>
-#include <thread>
 
 namespace meshgauge::api {
 namespace {
@@ -55,11 +55,11 @@ Time least_above(const std::string& mount, std::string path, Time (*time_of_grou
 }  // namespace
 
 unsigned processors() {
-  unsigned count = std::max(1U, std::thread::hardware_concurrency());
-  cpu_set_t set;
-  if (::sched_getaffinity(0, sizeof set, &set) == 0) count = std::min(count, static_cast<unsigned>(CPU_COUNT(&set)));
+  cpu_set_t set;  // of the first 1024: on a larger machine all that there are
+  const bool known = ::sched_getaffinity(0, sizeof set, &set) == 0;
+  const auto count = static_cast<unsigned>(std::max(1L, known ? CPU_COUNT(&set) : ::sysconf(_SC_NPROCESSORS_ONLN)));
   const unsigned granted = processors_granted();
-  return std::max(1U, granted == 0 ? count : std::min(count, granted));
+  return granted == 0 ? count : std::min(count, granted);
 }
 
 unsigned processors_granted(const std::string& root) {
