@@ -20,6 +20,9 @@ Problem malformed(const std::string& what) { return Problem{ProblemKind::malform
 
 Problem not_arrived(Io io, const std::string& what, std::chrono::milliseconds time) {
   if (io == Io::closed) return malformed("the connection ended before the " + what + " did");
+  if (io == Io::aborted) {
+    return Problem{ProblemKind::shutting_down, "the service ended before the " + what + " had arrived", {}};
+  }
   if (io == Io::crowded) {
     return Problem{
         ProblemKind::too_many_requests, "too many requests of this client's address are still arriving; try again", {}};

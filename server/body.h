@@ -14,7 +14,8 @@
 
 namespace meshgauge::server {
 
-// What to answer when the head or the body (`what`) has not arrived within its time. Precondition: io is not ok.
+// What to answer when the head or the body (`what`) has not arrived within `time`, or was not waited for any longer.
+// Precondition: io is not ok.
 api::Problem not_arrived(Io io, const std::string& what, std::chrono::milliseconds time);
 
 class Body {

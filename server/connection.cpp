@@ -51,7 +51,8 @@ Io Connection::wait(short events, Clock::time_point deadline, Counted counted, c
     const int ready = ::poll(&entry, 1, ms_until(deadline));
     if (ready > 0) return Io::ok;
     if (ready < 0 && errno != EINTR) return Io::closed;
-    if (aborted_.load() || Clock::now() >= deadline) return Io::timeout;
+    if (Clock::now() >= deadline) return Io::timeout;
+    if (aborted_.load()) return Io::aborted;
     if (give_up && give_up()) return Io::timeout;
   }
 }

@@ -19,7 +19,8 @@ namespace meshgauge::server {
 
 using Clock = std::chrono::steady_clock;
 
-enum class Io { ok, closed, timeout, crowded };  // crowded: too many connections of this address are waited for
+// aborted: nobody is waited for any more. crowded: too many connections of this address are waited for.
+enum class Io { ok, closed, timeout, aborted, crowded };
 
 class Connection {
  public:
@@ -28,7 +29,7 @@ class Connection {
   static constexpr std::size_t kHeadPiece = std::size_t{4} << 10;
   static constexpr std::size_t kBodyPiece = std::size_t{64} << 10;
 
-  // Borrows all three; `aborted` ends every wait as if its deadline had passed. Without `peers` nothing is counted.
+  // Borrows all three; `aborted` ends every wait. Without `peers` nothing is counted.
   Connection(int fd, const std::atomic<bool>& aborted, Peers* peers = nullptr)
       : fd_(fd), aborted_(aborted), peers_(peers), transport_(std::make_unique<PlainTransport>(fd)) {}
   Connection(const Connection&) = delete;

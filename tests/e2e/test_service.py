@@ -244,6 +244,18 @@ class End(unittest.TestCase):
         for connection in connections:
             connection.close()
 
+    def test_a_body_that_is_still_arriving_is_told_of_the_end(self):
+        server = Server("--grace-ms", "100")
+        with server.connect() as connection:
+            connection.sendall(post_head(1000, "Expect: 100-continue\r\n"))
+            stream = connection.makefile("rb")
+            self.assertTrue(stream.readline().startswith(b"HTTP/1.1 100 "))
+            stream.readline()
+            connection.sendall(b"--XX")
+            self.assertEqual(server.stop(), 0)
+            answer = read_answer(stream)
+        self.assertEqual((answer.status, answer.json()["type"]), (503, "urn:meshgauge:problem:shutting-down"))
+
     def test_log_lines_are_json(self):
         server = Server()
         server.compare()

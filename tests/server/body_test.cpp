@@ -131,6 +131,17 @@ TEST_CASE("body: one that does not come ends at the deadline") {
   CHECK(chunked("5\r\nhel", 100, true).problem == api::ProblemKind::request_timeout);
 }
 
+TEST_CASE("body: one that is not waited for any longer is told of the end") {
+  Client client;
+  client.head.content_length = 5;
+  client.stays = client.aborted = true;
+  bool consumed = false;
+  const auto refusal = client.send("hell", 100, consumed);
+  REQUIRE(refusal);
+  CHECK(refusal->kind == api::ProblemKind::shutting_down);
+  CHECK(!consumed);
+}
+
 TEST_CASE("body: the rest of a refused one is taken when it is here, and never waited for") {
   std::array<int, 2> ends{-1, -1};
   REQUIRE(::socketpair(AF_UNIX, SOCK_STREAM, 0, ends.data()) == 0);

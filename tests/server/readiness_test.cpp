@@ -4,6 +4,8 @@
 
 #include <atomic>
 #include <future>
+#include <new>
+#include <stdexcept>
 #include <string>
 #include <thread>
 #include <vector>
@@ -30,6 +32,23 @@ TEST_CASE("readiness: what two parts say alike is said once") {
   readiness.watch("blobs", [] { return std::string("the database cannot be reached"); });
   readiness.watch("sandbox", [] { return std::string("no process"); });
   CHECK(defects_of(readiness) == Texts{"database: the database cannot be reached", "sandbox: no process"});
+}
+
+TEST_CASE("readiness: a look that throws has ended, and the next one may find all well") {
+  std::atomic<int> asked{0};
+  std::string told;
+  Readiness readiness(60s);
+  SUBCASE("an exception") {
+    told = "service: it could not look";
+    readiness.watch("store", [&] { return ++asked == 1 ? throw std::runtime_error("secret path") : std::string(); });
+  }
+  SUBCASE("for want of memory") {
+    told = "service: memory ran out";
+    readiness.watch("store", [&] { return ++asked == 1 ? throw std::bad_alloc() : std::string(); });
+  }
+  REQUIRE(defects_of(readiness) == Texts{told});
+  while (!defects_of(readiness).empty()) std::this_thread::sleep_for(5ms);
+  CHECK(asked == 2);
 }
 
 TEST_CASE("readiness: a part that does not answer is named, and asked no more before it does") {

@@ -15,8 +15,7 @@ using Clock = std::chrono::steady_clock;
 
 constexpr auto kStatementTime = 4s;
 constexpr auto kPing = 5s;
-constexpr auto kApplyAgain = 1s;   // how soon another process takes over the duty
-constexpr auto kForgotten = 2min;  // of a duty that is asked for every second
+constexpr auto kApplyAgain = 1s;  // how soon another process takes over the duty
 constexpr auto kBetweenConnects = 500ms;
 constexpr std::size_t kMostPending = 10'000;
 constexpr std::int64_t kDuty = 0x4d474a32;  // beside the lock of schema.cpp; with the schema's name a pair of numbers
@@ -88,7 +87,7 @@ bool PgControl::on_duty() {
 
 bool PgControl::applies() const {
   const std::int64_t asked = asked_.load();
-  return asked != 0 && Clock::now() - SteadyTime(Clock::duration(asked)) < kForgotten;
+  return asked != 0 && Clock::now() - SteadyTime(Clock::duration(asked)) < settings_.duty_lapse;
 }
 
 bool PgControl::is_well() const {

@@ -21,6 +21,8 @@ struct ControlSettings {
   // outage is to have its chance to say that it lives. With new trouble it leaves the duty to others.
   std::chrono::milliseconds duty_grace{15'000};
   std::int64_t time_offset_ns = 0;  // clock_offset_ns(): what time() goes by until it is measured again
+  // For how long the duty stays with a process that does not ask for it: each does every second.
+  std::chrono::milliseconds duty_lapse{120'000};
 };
 
 // Of the database's clock to this machine's steady one.
@@ -40,7 +42,7 @@ class PgControl final : public Signals {
   void tell(Signal::Kind kind, const JobKey& job = {});
 
   TimePoint time() const;  // JobStore::time(). Measured with each connection and every few seconds
-  bool on_duty();          // JobStore::on_duty(). Applies for it; who does not call it for minutes leaves it
+  bool on_duty();          // JobStore::on_duty(). Applies for it; who does not call it for duty_lapse leaves it
 
  private:
   void work();

@@ -10,7 +10,6 @@ using Clock = std::chrono::steady_clock;
 
 constexpr auto kBetweenProbes = 250ms;
 constexpr auto kFirstPause = 5ms, kLongestPause = 200ms;  // between tries of one call
-constexpr auto kFairTime = 1s;                            // for an answer: a server that takes longer may be gone
 
 constexpr const char* kNoneToSpare = "53300";  // as the database says it
 constexpr const char* kBusy = "all connections to it are busy";
@@ -104,7 +103,7 @@ std::optional<PgFailure> PgPool::attempt(const std::function<void(PgConnection&)
   } catch (const PgFailure& failure) {
     if (connection) {
       // Who has waited long for a connection has little time left for an answer: that tells nothing of the server.
-      const bool hurried = failure.message == kSilent && Clock::now() - taken < kFairTime;
+      const bool hurried = failure.message == kSilent && Clock::now() - taken < settings_.fair_time;
       if (!connection->usable() && !hurried) lose(failure.message);
       give_back(std::move(connection));
     }

@@ -30,6 +30,7 @@ struct PoolSettings {
   std::size_t max_connections = 8;
   std::chrono::milliseconds patience{4000};
   Report report = {};
+  std::chrono::milliseconds fair_time{1000};  // for an answer: a server that takes longer may be gone
 };
 
 // What a caller is told of a failure.

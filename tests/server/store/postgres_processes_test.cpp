@@ -1,5 +1,6 @@
 // Several processes on one database: each is a DistributedStores of its own, as each has connections of its own.
 #include <algorithm>
+#include <atomic>
 #include <condition_variable>
 #include <functional>
 #include <mutex>
@@ -128,6 +129,31 @@ TEST_CASE("processes: nobody is on duty soon after trouble") {
   std::this_thread::sleep_for(300ms);
   CHECK_FALSE(patient->jobs().on_duty());  // and keeps nobody from it meanwhile
   CHECK(in_time([&] { return stores.jobs().on_duty(); }));
+}
+
+TEST_CASE("processes: who does not ask for the duty any more leaves it to who does") {
+  PostgresForTests stores;
+  ControlSettings settings{stores.database(), 0ms};
+  settings.duty_lapse = 200ms;
+  const auto well = [] { return SteadyTime(); };
+  PgControl held_up(settings, well), other(settings, well);
+  REQUIRE(in_time([&] { return held_up.on_duty(); }));
+  CHECK(in_time([&] { return other.on_duty(); }));
+  CHECK_FALSE(held_up.on_duty());
+  CHECK(in_time([&] { return held_up.on_duty(); }));  // in its turn
+}
+
+TEST_CASE("processes: who has trouble leaves the duty, however often it asks for it") {
+  PostgresForTests stores;
+  const ControlSettings settings{stores.database(), 300ms};
+  std::atomic<bool> troubled{false};
+  PgControl first(settings, [&] { return troubled ? std::chrono::steady_clock::now() : SteadyTime(); });
+  PgControl second(settings, [] { return SteadyTime(); });
+  REQUIRE(in_time([&] { return first.on_duty(); }));
+  CHECK_FALSE(second.on_duty());
+  troubled = true;
+  CHECK_FALSE(first.on_duty());
+  CHECK(in_time([&] { return !first.on_duty() && second.on_duty(); }));
 }
 
 TEST_CASE("processes: they have one clock, the database's") {
