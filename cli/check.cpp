@@ -6,10 +6,10 @@
 #include <memory>
 #include <mutex>
 #include <string>
-#include <thread>
 #include <utility>
 #include <vector>
 
+#include "api/processors.h"
 #include "api/request.h"
 #include "check/html/html.h"
 #include "check/manifest/baselines.h"
@@ -132,7 +132,7 @@ Result<Crew> crew_of(const CheckFlags& flags, const Gates& gates, Places& places
   auto maps = DeviationMaps::open(flags.deviation, flags.files.size() == 1, gates, places);
   if (!maps) return maps.error();
   const bool here = flags.server.empty(), pictures = !flags.html.empty();
-  const unsigned processors = std::max(1U, std::thread::hardware_concurrency());
+  const unsigned processors = api::usable_processors();
   const auto meshes = std::make_shared<check::Meshes>(gates, (here ? 1U : 0U) + CheckExtras::turns(pictures, *maps));
   auto batches = std::make_unique<Batches>();
   auto measurer = here ? check::local(gates, meshes, {processors, *jobs}) : service_of(flags, *jobs, *batches);

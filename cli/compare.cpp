@@ -6,9 +6,9 @@
 #include <cstdio>
 #include <memory>
 #include <optional>
-#include <thread>
 
 #include "api/names.h"
+#include "api/processors.h"
 #include "api/request.h"
 #include "api/response.h"
 #include "check/text.h"
@@ -98,7 +98,7 @@ Result<Done> set_machine(const Flags& flags, Options& options) {
   if (!threads) return threads.error();
   const auto most = static_cast<unsigned>(api::kThreadsRange.high);
   options.threads = static_cast<unsigned>(*threads);
-  if (options.threads == 0) options.threads = std::clamp(std::thread::hardware_concurrency(), 1U, most);
+  if (options.threads == 0) options.threads = std::min(api::usable_processors(), most);
   auto simd = api::as_simd(flags.simd, "--simd");
   if (!simd) return simd.error();
   return options.simd = *simd, Done{};

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cstdlib>
 #include <limits>
-#include <thread>
 
+#include "api/processors.h"
 #include "engine/mesh.h"
 #include "server/access/cors.h"
 #include "server/store/conninfo.h"
@@ -129,7 +129,7 @@ Result<Settings> checked(Settings s) {
   if (s.port > std::numeric_limits<std::uint16_t>::max()) return refused("--port must be at most 65535");
   if (s.tls_certificate.empty() != s.tls_key.empty()) return refused("--tls-certificate and --tls-key need each other");
   if (const auto cors = Cors::parse(s.cors_origins); !cors) return cors.error();
-  if (s.workers == 0) s.workers = std::max(1U, std::thread::hardware_concurrency());
+  if (s.workers == 0) s.workers = api::usable_processors();
   if (s.io_threads == 0) s.io_threads = std::max(kUsualThreads, held_threads(s) + kSpareThreads);
   if (auto ok = check_threads(s); !ok) return ok.error();
   if (s.max_arriving_per_peer == 0) s.max_arriving_per_peer = s.io_threads / 2;  // io_threads are at least 3
