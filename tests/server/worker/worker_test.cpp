@@ -16,8 +16,11 @@ TEST_CASE("worker: what is in the queue is run, smallest first, and its end is s
   Stand stand;
   stand.released = true;
   std::vector<store::JobKey> keys;
+  const auto created = store::now();  // of all: an older one may be larger
   for (const auto& [name, cost] : {std::pair("large", 30'000'000), {"small", 1000}, {"middle", 5'000'000}}) {
-    keys.push_back(put_job(kept, job_named(name, "", static_cast<std::uint64_t>(cost))));
+    store::NewJob job = job_named(name, "", static_cast<std::uint64_t>(cost));
+    job.created = created;
+    keys.push_back(put_job(kept, job));
   }
   WorkerBench bench(kept.stores(), stand.compare(), options_of("w"));
   bench.worker.start();
