@@ -4,10 +4,12 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
 #include <fstream>
 #include <optional>
 #include <string_view>
+#include <vector>
 
 namespace meshgauge::api {
 namespace {
@@ -52,14 +54,24 @@ Time least_above(const std::string& mount, std::string path, Time (*time_of_grou
   return least;
 }
 
+unsigned processors_usable() {
+  constexpr std::size_t kMostSets = 64;  // of 1024 processors each
+  for (std::size_t sets = 1; sets <= kMostSets; sets *= 2) {
+    std::vector<cpu_set_t> usable(sets);
+    const std::size_t bytes = sets * sizeof(cpu_set_t);
+    if (::sched_getaffinity(0, bytes, usable.data()) == 0) {
+      return static_cast<unsigned>(std::max(1, CPU_COUNT_S(bytes, usable.data())));
+    }
+    if (errno != EINVAL) break;  // else the kernel has more than fit
+  }
+  return static_cast<unsigned>(std::max(1L, ::sysconf(_SC_NPROCESSORS_ONLN)));
+}
+
 }  // namespace
 
 unsigned processors() {
-  cpu_set_t set;  // of the first 1024: on a larger machine all that there are
-  const bool known = ::sched_getaffinity(0, sizeof set, &set) == 0;
-  const auto count = static_cast<unsigned>(std::max(1L, known ? CPU_COUNT(&set) : ::sysconf(_SC_NPROCESSORS_ONLN)));
-  const unsigned granted = processors_granted();
-  return granted == 0 ? count : std::min(count, granted);
+  const unsigned usable = processors_usable(), granted = processors_granted();
+  return granted == 0 ? usable : std::min(usable, granted);
 }
 
 unsigned processors_granted(const std::string& root) {

@@ -49,11 +49,20 @@ def within_reach(scratch, base, *parts):
     return scratch.path / "copies"
 
 
+def ports_to_take(handed_out):
+    """Outside of those that the system hands out by itself, so that nobody takes one while its process is down.
+
+    Where those are almost all there are, any: so many that it is not probable.
+    """
+    lowest, highest = handed_out
+    below, above = range(10000, lowest), range(highest + 1, 65536)
+    return next((ports for ports in (below, above) if len(ports) >= 1000), range(10000, 65536))
+
+
 def free_port():
-    """Below the ports that the system hands out by itself, so that nobody takes it while its process is down."""
-    lowest = int(Path("/proc/sys/net/ipv4/ip_local_port_range").read_text().split()[0])
+    ports = ports_to_take(map(int, Path("/proc/sys/net/ipv4/ip_local_port_range").read_text().split()))
     for _ in range(1000):
-        port = random.SystemRandom().randrange(10000, max(lowest, 10100))
+        port = random.SystemRandom().choice(ports)
         with socket.socket() as probe, contextlib.suppress(OSError):
             probe.bind(("127.0.0.1", port))
             return port
@@ -94,7 +103,8 @@ class Scratch:
     """
 
     def __init__(self):
-        self.path = Path(own(tempfile.mkdtemp(prefix="meshgauge-cluster-"))).resolve()
+        everybodys = "/tmp" if servant() else None  # TMPDIR may be closed to the servant
+        self.path = Path(own(tempfile.mkdtemp(prefix="meshgauge-cluster-", dir=everybodys))).resolve()
         self.guard = subprocess.Popen([sys.executable, __file__, str(self.path)], stdin=subprocess.PIPE, cwd="/",
                                       stdout=subprocess.DEVNULL, start_new_session=True)
         atexit.register(self.close)

@@ -18,8 +18,13 @@ import contract
 import wire
 from contract import ROOT, validate  # noqa: F401  validate: for the tests
 
+# Services of tests are on this machine: no proxy stands between, unless a test says so.
+for variable in [name for name in os.environ if name.lower().endswith("_proxy")]:
+    del os.environ[variable]
+
 BINARY = os.environ.get("MESHGAUGE_BINARY", str(ROOT / "build" / "meshgauge"))
 ENVIRONMENT = {k: v for k, v in os.environ.items() if not k.startswith("MESHGAUGE_")}
+EVERYBODYS = "/tmp"  # TMPDIR may be closed to other users
 SCRATCH = tempfile.TemporaryDirectory(prefix="meshgauge-data-", ignore_cleanup_errors=True)
 # For a service that a test starts by itself: tests run beside each other, and a data directory is one service's.
 OWN_DATA = {**ENVIRONMENT, "MESHGAUGE_DATA_DIR": os.path.join(SCRATCH.name, "data")}
@@ -116,14 +121,17 @@ class Server:
     """A service of its own, with a data directory of its own unless `environment` or `flags` name one."""
 
     def __init__(self, *flags, environment=None, program=(BINARY,), user=None):
-        self.data_dir = tempfile.TemporaryDirectory(prefix="meshgauge-data-", ignore_cleanup_errors=True)
+        where = None if user is None else EVERYBODYS
+        self.data_dir = tempfile.TemporaryDirectory(prefix="meshgauge-data-", dir=where, ignore_cleanup_errors=True)
+        reach = {}
         if user is not None:
             os.chown(self.data_dir.name, user, -1)
+            reach["TMPDIR"] = EVERYBODYS
         # However full the disk of the tests is, maps are kept.
         kept = {"MESHGAUGE_DATA_DIR": os.path.join(self.data_dir.name, "data"), "MESHGAUGE_MAP_CACHE_ROOM_BYTES": "0"}
         self.process = subprocess.Popen(
             [*program, "serve", "--port", "0", *flags], stderr=subprocess.PIPE,
-            env={**ENVIRONMENT, **kept, **(environment or {})}, user=user)
+            env={**ENVIRONMENT, **reach, **kept, **(environment or {})}, user=user)
         atexit.register(self.process.kill)  # a test that fails half-way must not leave it behind
         self.log = []
         self.started = self._read_start()
@@ -133,10 +141,10 @@ class Server:
 
     def _read_start(self):
         """The line that tells of the port. A client that knows it already may come before it is written."""
-        while (line := json.loads(self.process.stderr.readline()))["event"] == "request":
-            self.log.append(json.dumps(line) + "\n")
-        assert line["event"] == "listening", line
-        return line
+        while b'"event":"request"' in (line := self.process.stderr.readline()):
+            self.log.append(line.decode())
+        assert b'"listening"' in line, line + self.process.stderr.read()  # it has ended
+        return json.loads(line)
 
     def _read_log(self):
         for line in self.process.stderr:

@@ -10,7 +10,7 @@ import time
 import unittest
 from concurrent.futures import ThreadPoolExecutor
 
-from harness import BINARY, RAISED, SQUARE, Server, comparison, post_head, read_answer, until
+from harness import BINARY, EVERYBODYS, RAISED, SQUARE, Server, comparison, post_head, read_answer, until
 
 WITHOUT = os.environ.get("MESHGAUGE_WITHOUT")
 READER = os.environ.get("MESHGAUGE_READER")
@@ -270,7 +270,7 @@ class Workers(unittest.TestCase):
 
     @unittest.skipIf(os.geteuid() != 0, "only root can become somebody else")
     def test_a_user_without_rights(self):
-        folder = tempfile.TemporaryDirectory()  # the one of the build may be closed to others
+        folder = tempfile.TemporaryDirectory(dir=EVERYBODYS)  # the one of the build may be closed to others
         self.addCleanup(folder.cleanup)
         os.chmod(folder.name, 0o755)
         server = self.server(program=[shutil.copy(BINARY, folder.name)], user=65534)
@@ -279,7 +279,7 @@ class Workers(unittest.TestCase):
 
     @unittest.skipUnless(NAMESPACES, "only root can mount")
     def test_a_user_without_rights_where_nothing_can_be_written_but_uploads(self):
-        folder = tempfile.TemporaryDirectory()
+        folder = tempfile.TemporaryDirectory(dir=EVERYBODYS)
         self.addCleanup(folder.cleanup)
         os.chmod(folder.name, 0o755)
         binary = shutil.copy(BINARY, folder.name)

@@ -32,7 +32,7 @@ class Settings(unittest.TestCase):
 
     def test_a_flag_wins_over_a_variable_that_over_the_file_that_over_the_default(self):
         self.path.write_text("queue = 7\nkeep_alive_ms = 7\ngrace_ms = 7\n")
-        text = self.printed("--config", str(self.path), "--queue", "9",
+        text = self.printed("--config", str(self.path), "--queue", "9", "--workers", "2",
                             environment={"MESHGAUGE_QUEUE": "8", "MESHGAUGE_KEEP_ALIVE_MS": "8"})
         for line in ("queue = 9", "keep_alive_ms = 8", "grace_ms = 7", "io_threads = 0  # here: 64"):
             self.assertIn("\n%s\n" % line, text)

@@ -14,7 +14,6 @@ import os
 import pathlib
 import re
 import signal
-import socket
 import subprocess
 import sys
 import tempfile
@@ -23,6 +22,9 @@ import urllib.request
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 README = ROOT / "README.md"
+# Its services are on this machine: no proxy stands between.
+for variable in [name for name in os.environ if name.lower().endswith("_proxy")]:
+    del os.environ[variable]
 # The defaults are what the README speaks of, whatever is set where the test runs.
 ENVIRONMENT = {k: v for k, v in os.environ.items() if not k.startswith("MESHGAUGE_")} | {"TMPDIR": "/tmp"}
 ADDRESS = "127.0.0.1:8080"
@@ -53,30 +55,19 @@ def request_of(readme):
 @contextlib.contextmanager
 def service(build):
     """A running service; gives its address."""
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        address = f"127.0.0.1:{probe.getsockname()[1]}"
     with tempfile.TemporaryDirectory() as folder:
-        command = [build / "meshgauge", "serve", "--port", address.split(":")[1], "--data-dir", folder]
+        command = [build / "meshgauge", "serve", "--port", "0", "--data-dir", folder]
         server = subprocess.Popen(command, env=ENVIRONMENT, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
         try:
-            wait_until_healthy(server, address)
-            yield address
+            started = server.stderr.readline()
+            if '"listening"' not in started:
+                fail(f"the service said {started!r}")
+            yield "127.0.0.1:" + json.loads(started)["detail"].rsplit(":", 1)[1]
         finally:
             server.send_signal(signal.SIGTERM)
             _, log = server.communicate(timeout=60)
     if server.returncode != 0:
         fail(f"the service ended with {server.returncode}:\n{log}")
-
-
-def wait_until_healthy(server, address):
-    for _ in range(600):
-        with contextlib.suppress(OSError):
-            urllib.request.urlopen(f"http://{address}/healthz", timeout=5).close()
-            return
-        if server.poll() is not None:
-            return
-        time.sleep(0.05)
 
 
 def has_pages(address):

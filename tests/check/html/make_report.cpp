@@ -7,8 +7,8 @@
 #include <filesystem>
 #include <fstream>
 #include <memory>
-#include <thread>
 
+#include "api/processors.h"
 #include "check/html/gallery.h"
 #include "check/html/html.h"
 #include "check/run/local.h"
@@ -103,7 +103,7 @@ std::vector<check::Gate> of_files(int count, char** arguments) {
 int main(int count, char** arguments) {
   if (count < 3) return 64;
   const auto gates = count == 3 ? one_of_each(arguments[2]) : of_files(count - 2, arguments + 2);
-  const unsigned processors = std::max(1U, std::thread::hardware_concurrency());
+  const unsigned processors = api::processors();
   const auto meshes = std::make_shared<check::Meshes>(gates, 2);
   const auto measurer = check::local(gates, meshes, {processors, 0});
   check::Gallery gallery(meshes, processors);

@@ -3,6 +3,7 @@
 import json
 import pathlib
 import re
+import shlex
 import subprocess
 import tempfile
 import unittest
@@ -46,7 +47,8 @@ class Commands(Place):
             (self.folder / name).parent.mkdir(parents=True, exist_ok=True)
             (self.folder / name).write_text(text)
         scripts = [block for block in blocks(page) if block.language == "sh"]
-        script = "".join(f"{{\n{b.text}}} > {self.top}/{i}.out 2> {self.top}/{i}.err\necho $? > {self.top}/{i}.code\n"
+        top = shlex.quote(str(self.top))
+        script = "".join(f"{{\n{b.text}}} > {top}/{i}.out 2> {top}/{i}.err\necho $? > {top}/{i}.code\n"
                          for i, b in enumerate(scripts))
         done = self.run_in("sh", "-uc", script.replace("http://127.0.0.1:8080", service))
         self.assertEqual((done.returncode, done.stderr), (0, ""))

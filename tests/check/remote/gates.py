@@ -15,7 +15,6 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from harness import ENVIRONMENT, ROOT, until
 
 MEASURE = os.environ.get("MESHGAUGE_MEASURE_GATES", str(ROOT / "build" / "tests" / "check" / "remote" / "measure_gates"))
-CLEAN = {k: v for k, v in ENVIRONMENT.items() if not k.lower().endswith("_proxy")}
 
 
 def url_of(server, host="127.0.0.1", scheme="http"):
@@ -31,7 +30,7 @@ class Run:
 
     def __init__(self, gates, service=None, environment=None):
         self.process = subprocess.Popen([MEASURE], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-                                        text=True, env={**CLEAN, **(environment or {})})
+                                        text=True, env={**ENVIRONMENT, **(environment or {})})
         self.process.stdin.write(json.dumps({"service": service, "gates": gates}))
         self.process.stdin.close()
         self.process.stdin = None

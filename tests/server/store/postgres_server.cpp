@@ -72,6 +72,9 @@ std::string within_reach(const std::string& programs, const std::string& folder)
   return fs::path(folder) / "usr" / fs::relative(programs, usr);
 }
 
+// TMPDIR may be closed to another user.
+fs::path place() { return other_user() == nullptr ? fs::temp_directory_path() : fs::path("/tmp"); }
+
 // Not one that is dead and that nobody has asked for.
 bool runs(pid_t process) {
   std::ifstream status("/proc/" + std::to_string(process) + "/stat");
@@ -110,8 +113,7 @@ PostgresServer& PostgresServer::shared() {
   return server;
 }
 
-PostgresServer::PostgresServer()
-    : folder_(fs::temp_directory_path() / ("meshgauge-postgres-" + api::random_id().substr(0, 8))) {
+PostgresServer::PostgresServer() : folder_(place() / ("meshgauge-postgres-" + api::random_id().substr(0, 8))) {
   fs::create_directory(folder_);
   if (const passwd* user = other_user()) {
     if (::chown(folder_.c_str(), user->pw_uid, user->pw_gid) != 0) throw std::runtime_error("chown failed");
