@@ -143,7 +143,9 @@ class Server:
         """The line that tells of the port. A client that knows it already may come before it is written."""
         while b'"event":"request"' in (line := self.process.stderr.readline()):
             self.log.append(line.decode())
-        assert b'"listening"' in line, line + self.process.stderr.read()  # it has ended
+        if b'"listening"' not in line:
+            self.process.kill()
+            raise AssertionError(line + self.process.stderr.read())
         return json.loads(line)
 
     def _read_log(self):
