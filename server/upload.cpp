@@ -76,6 +76,7 @@ Upload::Refusal Upload::append(std::string_view piece) {
   }
   size_ += piece.size();
   if (file_ >= 0 || memory_.size() + piece.size() > kMaxInMemory) return spill(piece);
+  if (memory_.empty()) memory_.reserve(kMaxInMemory);  // mapped (server/heap.h): takes the pages that are written
   const auto* start = reinterpret_cast<const std::byte*>(piece.data());
   memory_.insert(memory_.end(), start, start + piece.size());
   return std::nullopt;

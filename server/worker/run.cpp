@@ -105,7 +105,7 @@ Result<Done> run_worker_until_signal(const Settings& settings, const std::vector
                  "", ""};
   }
   block_signals();
-  limit_arenas(static_cast<unsigned>(settings.workers));
+  keep_heap_small(static_cast<unsigned>(settings.workers));
   sandbox::Pool pool(pool_settings(settings, parser), [](const std::string& detail) { log_event("sandbox", detail); });
   const auto lacks = pool.start();
   if (!lacks) return lacks.error();
