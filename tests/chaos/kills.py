@@ -16,7 +16,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from ledger import ENDED, Ledger
+from ledger import ENDED, MAX_TRIES, Ledger, is_given_up
 from load import Client, Crowd
 from victim import ASYNC, ENDLESS, FORM, Victim, ask, multipart, square, until
 
@@ -24,7 +24,6 @@ CLIENTS = 6
 LONGEST_LIFE = 0.8
 SAMPLE = 25          # of what has ended before, looked at again after each start
 AGE_SECONDS = 3600   # older than any blob that is kept for its own sake
-MAX_TRIES = 5
 
 
 class Campaign:
@@ -34,10 +33,9 @@ class Campaign:
         self.data, self.temporary, self.verbose = folder / "data", folder / "tmp", verbose
         self.temporary.mkdir()
         self.clients = [Client(self.ledger, "client%d" % i, self.dice.random()) for i in range(CLIENTS)]
-        self.lives = 0
 
     def start(self):
-        self.lives += 1
+        self.ledger.lives += 1
         return Victim("--data-dir", str(self.data), "--temp-dir", str(self.temporary), "--workers", "2",
                       "--max-queued-jobs", "200", "--log-requests", "problems")
 
@@ -149,8 +147,7 @@ class Campaign:
             victim.kill()
             victim = self.start()
         document = ask(victim.port, "GET", path).json()
-        given_up = document["state"] == "failed" and document["tries"] == MAX_TRIES and document["result"] is None
-        if not given_up or "the service ended while it ran" not in document["problem"]["detail"]:
+        if not is_given_up(document):
             self.ledger.violated("the poison is not given up: %s" % document)
         self.ledger.count("given up")
         victim.stop()

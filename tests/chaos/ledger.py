@@ -4,12 +4,19 @@ import json
 import threading
 
 ENDED = ("done", "failed", "cancelled")
+MAX_TRIES = 5  # of a job during which the service ends
+
+
+def is_given_up(document):
+    return (document["state"] == "failed" and document["tries"] == MAX_TRIES and document["result"] is None
+            and "the service ended while it ran" in document["problem"]["detail"])
 
 
 class Job:
-    def __init__(self, distance, brief):
+    def __init__(self, distance, brief, accepted_in):
         self.distance = distance    # the true one
-        self.brief = brief          # its time may be over before it has read its meshes, on a slow machine
+        self.brief = brief          # ends by its time, which may be over before it has read its meshes, on a slow machine
+        self.accepted_in = accepted_in  # this life of the service
         self.state = "accepted"     # or "removing": its DELETE may have counted; "forgotten": it did
         self.document = None        # once it had ended
 
@@ -17,6 +24,7 @@ class Job:
 class Ledger:
     def __init__(self):
         self.lock = threading.Lock()
+        self.lives = 0       # that the service has begun
         self.jobs = {}       # by id
         self.keys = {}       # Idempotency-Key to id
         self.meshes = {}     # id to "arriving", "stored", "removing" or "deleted"
@@ -37,7 +45,7 @@ class Ledger:
                 self.violations.append("the Idempotency-Key %s became %s and %s" % (key, self.keys[key], identity))
             if identity in self.jobs and self.jobs[identity].distance != distance:
                 self.violations.append("two jobs have the id " + identity)
-            return self.jobs.setdefault(identity, Job(distance, brief))
+            return self.jobs.setdefault(identity, Job(distance, brief, self.lives))
 
     def check_answer(self, identity, job, answer):
         """GET of a job: whether it is known, whole, right, and the same as before."""
@@ -61,15 +69,16 @@ class Ledger:
     def _check_end(self, identity, job, document):
         if job.document is None:
             job.document = document
-            self.count(document["state"])
+            self.count("given up" if is_given_up(document) else document["state"])
             self.check_result(identity, job.distance, document)
             if not self._may_end(job, document):
                 self.violated("the job %s ended as %s: %s" % (identity, document["state"], document["problem"]))
         elif job.document != document:
             self.violated("the job %s has two ends: %s and %s" % (identity, job.document, document))
 
-    @staticmethod
-    def _may_end(job, document):
+    def _may_end(self, job, document):
+        if is_given_up(document):  # what runs for a good part of a life may be met by the ends of five
+            return job.brief and self.lives - job.accepted_in >= MAX_TRIES
         if document["state"] == "failed":
             return job.brief and document["problem"]["type"].endswith(":out-of-time")
         return document["state"] == "done" or job.state == "removing"
