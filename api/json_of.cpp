@@ -62,9 +62,15 @@ Json json_of(const MeshFacts& facts) {
           {"bbox", {{"low", json_of(facts.bbox.low)}, {"high", json_of(facts.bbox.high)}}},
           {"diagonal", facts.diagonal},
           {"gzip", facts.notes.gzip},
-          {"polygons", facts.notes.polygons},
+          {"polygons",
+           {{"count", facts.notes.polygons.count},
+            {"concave", facts.notes.polygons.concave},
+            {"non_planar", facts.notes.polygons.non_planar},
+            {"self_crossing", facts.notes.polygons.self_crossing},
+            {"largest_deviation", facts.notes.polygons.largest_deviation}}},
           {"skipped_primitives", facts.notes.skipped_primitives},
           {"unused_objects", facts.notes.unused_objects},
+          {"helper_objects", facts.notes.helper_objects},
           {"welded_vertices", facts.notes.welded_vertices},
           {"notes", notes_of(facts)}};
 }

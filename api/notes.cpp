@@ -20,16 +20,19 @@ std::vector<std::string> notes_of(const MeshFacts& mesh) {
   add_contradiction(notes, "the file name", mesh.notes.filename_says, mesh.format);
   add_contradiction(notes, "the media type", mesh.notes.media_type_says, mesh.format);
   if (mesh.notes.unit) {
-    notes.push_back("the unit of the file is the " + std::string(to_string(*mesh.notes.unit)) +
+    notes.push_back("the unit of the file is " + std::string(to_string(*mesh.notes.unit)) +
                     "; all lengths are in millimetres");
   }
-  add_count(notes, "faces of more than three corners, split as fans from their first corner", mesh.notes.polygons);
+  add_count(notes, "faces of more than three corners, split as fans from their first corner", mesh.notes.polygons.count);
   add_count(notes,
             "points, lines, faces of fewer than three corners and joins of strips, left out for want of a surface",
             mesh.notes.skipped_primitives);
   add_count(notes, "objects outside of the build or the scene, left out", mesh.notes.unused_objects);
+  add_count(notes, "objects and volumes that are not printed (support, modifiers, blockers), left out",
+            mesh.notes.helper_objects);
   add_count(notes, "vertices joined with another of exactly the same position", mesh.notes.welded_vertices);
   add_count(notes, "triangles without area, kept as the segment or the point they span", mesh.degenerate);
+  notes.insert(notes.end(), mesh.notes.remarks.begin(), mesh.notes.remarks.end());
   return notes;
 }
 

@@ -23,7 +23,7 @@ constexpr std::array<std::string_view, 5> kSimd{"avx512", "avx2", "sse4", "neon"
 constexpr std::array kFormats{Format::obj,  Format::stl, Format::ply,     Format::off,
                               Format::gltf, Format::glb, Format::three_mf};
 constexpr std::array kUnits{LengthUnit::micron, LengthUnit::millimeter, LengthUnit::centimeter,
-                            LengthUnit::inch,   LengthUnit::foot,       LengthUnit::meter};
+                            LengthUnit::meter,  LengthUnit::inch,       LengthUnit::foot};
 
 Error wrong(const std::string& what) { return Error{ErrorCode::internal, "a part of a comparison " + what, "", ""}; }
 
@@ -78,9 +78,13 @@ MeshFacts facts_of(const Json& json) {
   facts.bbox = {point_of(json.at("bbox").at("low")), point_of(json.at("bbox").at("high"))};
   facts.diagonal = json.at("diagonal").get<double>();
   facts.notes.gzip = json.at("gzip").get<bool>();
-  facts.notes.polygons = json.at("polygons").get<std::size_t>();
+  const Json& polygons = json.at("polygons");
+  facts.notes.polygons = {polygons.at("count").get<std::size_t>(), polygons.at("concave").get<std::size_t>(),
+                          polygons.at("non_planar").get<std::size_t>(), polygons.at("self_crossing").get<std::size_t>(),
+                          polygons.at("largest_deviation").get<double>()};
   facts.notes.skipped_primitives = json.at("skipped_primitives").get<std::size_t>();
   facts.notes.unused_objects = json.at("unused_objects").get<std::size_t>();
+  facts.notes.helper_objects = json.at("helper_objects").get<std::size_t>();
   facts.notes.welded_vertices = json.at("welded_vertices").get<std::size_t>();
   return facts;
 }

@@ -92,11 +92,6 @@ std::string_view to_string(Format format) {
   return "3mf";
 }
 
-std::string_view to_string(LengthUnit unit) {
-  constexpr std::string_view kNames[] = {"micron", "millimeter", "centimeter", "inch", "foot", "meter"};
-  return kNames[static_cast<std::size_t>(unit)];
-}
-
 Result<ReadMesh> read_mesh(std::span<const std::byte> bytes, const ReadHints& hints, const ReadLimits& limits) {
   try {
     return is_gzip(bytes) ? read_gzip(bytes, hints, limits) : read_expanded(bytes, hints, limits);

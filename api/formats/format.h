@@ -14,7 +14,9 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
+#include "api/units.h"
 #include "engine/mesh.h"
 #include "engine/result.h"
 
@@ -24,29 +26,41 @@ enum class Format { obj, stl, ply, off, gltf, glb, three_mf };
 
 std::string_view to_string(Format format);  // "obj", "stl", "ply", "off", "gltf", "glb", "3mf"
 
-// The units that a 3MF may be in.
-enum class LengthUnit { micron, millimeter, centimeter, inch, foot, meter };
-
-std::string_view to_string(LengthUnit unit);  // "micron", "millimeter", ...: the words of the 3MF standard
-
 struct ReadLimits {
   std::size_t max_vertices = 200'000'000;
   std::size_t max_triangles = 100'000'000;
   std::size_t max_expanded_bytes = std::size_t{4} << 30;  // of a gzip-compressed file or a 3MF, once expanded
 };
 
-// What was done to the file beyond reading it; all of it is told in the result.
+// Faces of more than three corners, and how they were split into triangles.
+struct PolygonNotes {
+  std::size_t count = 0;
+  std::size_t concave = 0;
+  std::size_t non_planar = 0;
+  std::size_t self_crossing = 0;
+  double largest_deviation = 0;  // how far two splits of one face can be apart, rounded up; in the file's unit
+
+  bool operator==(const PolygonNotes&) const = default;
+};
+
+// What a reader did to the file beyond reading it; the result reports all of it.
 struct ReadNotes {
   bool gzip = false;                   // the file was gzip-compressed
-  std::size_t polygons = 0;            // faces of more than three corners, fan-triangulated
+  PolygonNotes polygons;
   std::size_t skipped_primitives = 0;  // points, lines, joins of strips: they have no surface
   std::size_t welded_vertices = 0;     // joined with another of the same position; by read_part() alone
   std::size_t unused_objects = 0;      // objects of a 3MF outside of its build, meshes of a glTF outside of its scene
-  std::optional<LengthUnit> unit;      // the file names its unit; the coordinates are in millimetres then
+  std::size_t helper_objects = 0;      // objects and volumes of a 3MF that are not printed: support, modifiers, blockers
+  std::optional<LengthUnit> unit;      // named by the file or fixed by its format
   // What the hints say, where the content is of another format.
   std::optional<Format> filename_says;
   std::optional<Format> media_type_says;
+  // One sentence each, printable ASCII: what no field above has room for.
+  std::vector<std::string> remarks;
 };
+
+inline constexpr std::size_t kMaxRemarks = 16;
+inline constexpr std::size_t kMaxRemarkBytes = 256;
 
 struct ReadHints {
   std::string_view part;        // "a" or "b", for messages

@@ -154,7 +154,7 @@ const char* ObjReader::face(const char* p) {
   }
   if (fan_.corners() == 0) return fail(line, ErrorCode::unreadable_mesh, "a face without corners");
   out_.notes.skipped_primitives += fan_.corners() < 3;
-  out_.notes.polygons += fan_.corners() > 3;
+  out_.notes.polygons.count += fan_.corners() > 3;
   return pass_over(p, false);
 }
 

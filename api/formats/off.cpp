@@ -152,7 +152,7 @@ bool OffReader::face() {
     }
   }
   out_.notes.skipped_primitives += corners < 3;
-  out_.notes.polygons += corners > 3;
+  out_.notes.polygons.count += corners > 3;
   p_ = skip_line(p_, end_);
   return true;
 }

@@ -114,7 +114,7 @@ bool BodyReader<Values>::face(const PlyProperty& property) {
     if (!within_limit()) return false;
   }
   out_.notes.skipped_primitives += length < 3;
-  out_.notes.polygons += length > 3;
+  out_.notes.polygons.count += length > 3;
   return true;
 }
 

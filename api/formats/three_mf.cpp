@@ -69,7 +69,7 @@ Result<MfDocument> read_models(const Source& source, ZipArchive& archive, std::s
 // A position in millimetres. By two whole numbers, of which one is 1 but for inches, so that it is rounded once or not
 // at all.
 Vec3 in_millimetres(const Vec3& position, LengthUnit unit) {
-  constexpr double kFactors[][2] = {{1, 1000}, {1, 1}, {10, 1}, {254, 10}, {3048, 10}, {1000, 1}};
+  constexpr double kFactors[][2] = {{1, 1000}, {1, 1}, {10, 1}, {1000, 1}, {254, 10}, {3048, 10}};
   const auto& [times, over] = kFactors[static_cast<std::size_t>(unit)];
   return position * times / over;
 }

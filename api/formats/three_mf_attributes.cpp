@@ -53,9 +53,9 @@ std::optional<XmlDefect> read_transform(const char* text, std::optional<Eigen::A
 std::optional<XmlDefect> read_unit(const char* text, LengthUnit& unit) {
   unit = LengthUnit::millimeter;
   if (text == nullptr) return std::nullopt;
-  for (const LengthUnit known : {LengthUnit::micron, LengthUnit::millimeter, LengthUnit::centimeter, LengthUnit::inch,
-                                 LengthUnit::foot, LengthUnit::meter}) {
-    if (to_string(known) != text) continue;
+  constexpr std::string_view kWords[] = {"micron", "millimeter", "centimeter", "meter", "inch", "foot"};
+  for (const LengthUnit known : kLengthUnits) {
+    if (kWords[static_cast<std::size_t>(known)] != text) continue;
     unit = known;
     return std::nullopt;
   }

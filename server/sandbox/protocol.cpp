@@ -1,7 +1,9 @@
 #include "server/sandbox/protocol.h"
 
 #include <algorithm>
+#include <bit>
 #include <cstring>
+#include <limits>
 #include <utility>
 
 namespace meshgauge::server::sandbox {
@@ -18,6 +20,7 @@ class Writer {
     bytes_.append(reinterpret_cast<const char*>(&value), sizeof value);
     return *this;
   }
+  Writer& length(double value) { return number(std::bit_cast<std::uint64_t>(value)); }
   Writer& text(std::string_view value) {
     number(value.size());
     bytes_ += value;
@@ -34,6 +37,13 @@ class Reader {
  public:
   explicit Reader(std::string_view bytes) : rest_(bytes) {}
 
+  // Finite and at least 0.
+  double length() {
+    const double value = std::bit_cast<double>(number());
+    if (value >= 0 && value <= std::numeric_limits<double>::max()) return value;
+    ok_ = false;
+    return 0;
+  }
   std::uint64_t number() {
     std::uint64_t value = 0;
     const std::string_view bytes = take(sizeof value);
@@ -90,9 +100,9 @@ bool is_unit(std::uint64_t number) {
     case api::LengthUnit::micron:
     case api::LengthUnit::millimeter:
     case api::LengthUnit::centimeter:
+    case api::LengthUnit::meter:
     case api::LengthUnit::inch:
     case api::LengthUnit::foot:
-    case api::LengthUnit::meter:
       return true;
   }
   return false;
@@ -137,25 +147,50 @@ bool take(Reader& reader, bool (*is_one)(std::uint64_t), std::optional<Enumerati
 }
 
 void put(Writer& writer, const api::ReadNotes& notes) {
-  static_assert(sizeof notes == 64, "a new note must be sent, and taken in take_notes()");
+  static_assert(sizeof notes == 128, "a new note must be sent, and taken in take_notes()");
+  const api::PolygonNotes& polygons = notes.polygons;
   writer.number(notes.gzip ? 1 : 0)
-      .number(notes.polygons)
+      .number(polygons.count)
+      .number(polygons.concave)
+      .number(polygons.non_planar)
+      .number(polygons.self_crossing)
+      .length(polygons.largest_deviation)
       .number(notes.skipped_primitives)
       .number(notes.welded_vertices)
       .number(notes.unused_objects)
+      .number(notes.helper_objects)
       .number(number_of(notes.unit))
       .number(number_of(notes.filename_says))
       .number(number_of(notes.media_type_says));
+  const std::size_t remarks = std::min(notes.remarks.size(), api::kMaxRemarks);
+  writer.number(remarks);
+  for (std::size_t i = 0; i < remarks; ++i) writer.text(notes.remarks[i].substr(0, api::kMaxRemarkBytes));
+}
+
+// Sentences that are shown to people: what is not printable ASCII was not written by a reader.
+bool take_remarks(Reader& reader, std::vector<std::string>& remarks) {
+  remarks.resize(reader.number(api::kMaxRemarks));
+  for (std::string& remark : remarks) {
+    remark = reader.text(api::kMaxRemarkBytes);
+    if (!std::ranges::all_of(remark, [](char c) { return c >= ' ' && c <= '~'; })) return false;
+  }
+  return true;
 }
 
 bool take_notes(Reader& reader, api::ReadNotes& notes) {
   notes.gzip = reader.number(1) == 1;
-  notes.polygons = reader.number();
+  api::PolygonNotes& polygons = notes.polygons;
+  polygons.count = reader.number();
+  polygons.concave = reader.number();
+  polygons.non_planar = reader.number();
+  polygons.self_crossing = reader.number();
+  polygons.largest_deviation = reader.length();
   notes.skipped_primitives = reader.number();
   notes.welded_vertices = reader.number();
   notes.unused_objects = reader.number();
+  notes.helper_objects = reader.number();
   return take(reader, is_unit, notes.unit) && take(reader, is_format, notes.filename_says) &&
-         take(reader, is_format, notes.media_type_says);
+         take(reader, is_format, notes.media_type_says) && take_remarks(reader, notes.remarks);
 }
 
 std::optional<Reply> take_mesh(Reader& reader) {

@@ -36,7 +36,7 @@ TEST_CASE("compare: two parallel squares") {
   CHECK(result->id.size() == 32);
   CHECK(result->a.triangles == 2);
   CHECK(result->a.vertices == 4);
-  CHECK(result->a.notes.polygons == 1);
+  CHECK(result->a.notes.polygons.count == 1);
   CHECK(result->a.bytes == kSquare.size());
   CHECK(result->a.sha256 == api::sha256_hex(bytes_of(kSquare)));
   CHECK(result->b.bbox.low == Vec3(0, 0, 2));

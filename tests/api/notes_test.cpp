@@ -21,7 +21,9 @@ TEST_CASE("notes: a sentence for each thing that was done") {
   mesh.format = api::Format::three_mf;
   mesh.degenerate = 1;
   mesh.notes.welded_vertices = 2;
-  mesh.notes.polygons = 3;
+  mesh.notes.polygons.count = 3;
+  mesh.notes.helper_objects = 6;
+  mesh.notes.remarks = {"the file has a remark"};
   mesh.notes.skipped_primitives = 4;
   mesh.notes.unused_objects = 5;
   mesh.notes.unit = api::LengthUnit::inch;
@@ -30,10 +32,11 @@ TEST_CASE("notes: a sentence for each thing that was done") {
   CHECK(api::notes_of(mesh) ==
         Notes{"the file name says stl, the content is 3mf and was read as that",
               "the media type says obj, the content is 3mf and was read as that",
-              "the unit of the file is the inch; all lengths are in millimetres",
+              "the unit of the file is in; all lengths are in millimetres",
               "faces of more than three corners, split as fans from their first corner: 3",
               "points, lines, faces of fewer than three corners and joins of strips, left out for want of a surface: 4",
               "objects outside of the build or the scene, left out: 5",
+              "objects and volumes that are not printed (support, modifiers, blockers), left out: 6",
               "vertices joined with another of exactly the same position: 2",
-              "triangles without area, kept as the segment or the point they span: 1"});
+              "triangles without area, kept as the segment or the point they span: 1", "the file has a remark"});
 }

@@ -119,7 +119,7 @@ TEST_CASE("response: what was done to a mesh, as numbers and as words") {
   comparison.a.degenerate = 1;
   comparison.a.notes.welded_vertices = 2;
   comparison.a.notes.gzip = true;
-  comparison.a.notes.polygons = 3;
+  comparison.a.notes.polygons = {3, 2, 1, 0, 0.25};
   comparison.a.notes.skipped_primitives = 4;
   comparison.a.notes.unused_objects = 5;
   comparison.a.notes.unit = api::LengthUnit::foot;
@@ -131,7 +131,8 @@ TEST_CASE("response: what was done to a mesh, as numbers and as words") {
   CHECK(mesh["gzip"] == true);
   CHECK(mesh["degenerate"] == 1);
   CHECK(mesh["welded_vertices"] == 2);
-  CHECK(mesh["polygons"] == 3);
+  CHECK(mesh["polygons"].dump() ==
+        R"({"concave":2,"count":3,"largest_deviation":0.25,"non_planar":1,"self_crossing":0})");
   CHECK(mesh["skipped_primitives"] == 4);
   CHECK(mesh["unused_objects"] == 5);
   CHECK(mesh["notes"].size() == 7);

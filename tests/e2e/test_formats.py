@@ -68,7 +68,7 @@ class Notes(FormatCase):
     def test_polygons_points_and_degenerate_triangles(self):
         mesh = SQUARE + b"f 1 2 3 4\np 1\nl 1 2\nf 1 2\nf 1 1 2\n"
         a = self.compare((mesh, "a.obj"), (SQUARE, "b.obj")).json()["meshes"]["a"]
-        self.assertEqual((a["polygons"], a["skipped_primitives"], a["degenerate"], a["welded_vertices"]), (1, 3, 1, 0))
+        self.assertEqual((a["polygons"]["count"], a["skipped_primitives"], a["degenerate"], a["welded_vertices"]), (1, 3, 1, 0))
         self.assertEqual(len(a["notes"]), 3)
 
 

@@ -17,7 +17,7 @@ void check_mesh(const std::string& file) {
   CHECK(result->format == Format::off);
   CHECK(result->mesh.positions.at(3) == Vec3(0, 0, 1.5));
   CHECK(result->mesh.triangles == std::vector<Triangle>{{0, 1, 2}, {0, 1, 2}, {0, 2, 3}});
-  CHECK(result->notes.polygons == 1);
+  CHECK(result->notes.polygons.count == 1);
 }
 
 }  // namespace

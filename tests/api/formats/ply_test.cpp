@@ -51,7 +51,7 @@ void check_mesh(const std::string& file) {
   CHECK(result->mesh.positions[1] == Vec3(1, 0, 0));
   CHECK(result->mesh.positions[3] == Vec3(0, 0, 1.5));
   CHECK(result->mesh.triangles == std::vector<Triangle>{{0, 1, 2}, {0, 1, 2}, {0, 2, 3}});
-  CHECK(result->notes.polygons == 1);
+  CHECK(result->notes.polygons.count == 1);
 }
 
 const std::string kAscii = header("ascii", kVertices + kFaces) + kAsciiBody;
@@ -114,7 +114,7 @@ TEST_CASE("ply: triangle strips, several in one list") {
   REQUIRE(ascii.ok());
   CHECK(ascii->mesh.triangles == expected);
   CHECK(ascii->notes.skipped_primitives == 3 + 1);
-  CHECK(ascii->notes.polygons == 0);
+  CHECK(ascii->notes.polygons.count == 0);
 
   std::string body = binary_body<float, std::uint8_t, std::int32_t>(true).substr(0, 4 * 12);
   body += ordered<std::int32_t>(15, true);

@@ -12,7 +12,9 @@ namespace {
 api::ReadNotes notes() {
   api::ReadNotes notes;
   notes.gzip = true;
-  notes.polygons = 5;
+  notes.polygons = {5, 4, 3, 2, 0.5};
+  notes.helper_objects = 17;
+  notes.remarks = {"one", "two"};
   notes.skipped_primitives = 7;
   notes.welded_vertices = 11;
   notes.unused_objects = 13;
@@ -31,7 +33,9 @@ TEST_CASE("protocol: what is sent is what is read") {
   REQUIRE((mesh && *mesh));
   CHECK((*mesh)->format == api::Format::ply);
   CHECK((*mesh)->notes.gzip);
-  CHECK((*mesh)->notes.polygons == 5);
+  CHECK((*mesh)->notes.polygons == api::PolygonNotes{5, 4, 3, 2, 0.5});
+  CHECK((*mesh)->notes.helper_objects == 17);
+  CHECK((*mesh)->notes.remarks == std::vector<std::string>{"one", "two"});
   CHECK((*mesh)->notes.skipped_primitives == 7);
   CHECK((*mesh)->notes.welded_vertices == 11);
   CHECK((*mesh)->notes.unused_objects == 13);
@@ -102,7 +106,9 @@ TEST_CASE("protocol: no byte of an answer gets an enumeration, a flag or a text 
         if (!decoded) continue;
         if (*decoded) {
           CHECK((*decoded)->format <= api::Format::three_mf);
-          CHECK((*decoded)->notes.unit.value_or(api::LengthUnit::micron) <= api::LengthUnit::meter);
+          CHECK((*decoded)->notes.unit.value_or(api::LengthUnit::micron) <= api::LengthUnit::foot);
+          CHECK((*decoded)->notes.polygons.largest_deviation >= 0);
+          for (const std::string& remark : (*decoded)->notes.remarks) CHECK(remark.size() <= api::kMaxRemarkBytes);
           CHECK((*decoded)->notes.filename_says.value_or(api::Format::obj) <= api::Format::three_mf);
           CHECK((*decoded)->notes.media_type_says.value_or(api::Format::obj) <= api::Format::three_mf);
         } else {

@@ -4,8 +4,8 @@ import type { Comparison, Directed, MeshFacts } from "../../../server/web/page/a
 function mesh(name: string): MeshFacts {
   return {
     format: "obj", format_mismatch: null, unit: null, bytes: 1000, sha256: name.repeat(64).slice(0, 64), vertices: 8, triangles: 12,
-    degenerate: 0, bbox: { low: [0, 0, 0], high: [1, 1, 1] }, diagonal: 1.7320508075688772, gzip: false, polygons: 0,
-    skipped_primitives: 0, unused_objects: 0, welded_vertices: 0, notes: [],
+    degenerate: 0, bbox: { low: [0, 0, 0], high: [1, 1, 1] }, diagonal: 1.7320508075688772, gzip: false, polygons: { count: 0, concave: 0, non_planar: 0, self_crossing: 0, largest_deviation: 0 },
+    skipped_primitives: 0, unused_objects: 0, helper_objects: 0, welded_vertices: 0, notes: [],
   };
 }
 

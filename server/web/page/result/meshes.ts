@@ -17,7 +17,7 @@ const rows: Row[] = [
 ];
 
 function formatWords(mesh: MeshFacts): string {
-  const unit = mesh.unit === null || mesh.unit === "millimeter" ? "" : `, in ${mesh.unit}, converted to millimetres`;
+  const unit = mesh.unit === null || mesh.unit === "mm" ? "" : `, in ${mesh.unit}, converted to millimetres`;
   return mesh.format.toUpperCase().replace("GLTF", "glTF") + unit;
 }
 

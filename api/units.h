@@ -1,0 +1,27 @@
+// Units of length: their names, and where a mesh's unit is known from.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string_view>
+
+namespace meshgauge::api {
+
+enum class LengthUnit { micron, millimeter, centimeter, meter, inch, foot };
+
+inline constexpr LengthUnit kLengthUnits[] = {LengthUnit::micron, LengthUnit::millimeter, LengthUnit::centimeter,
+                                              LengthUnit::meter,  LengthUnit::inch,       LengthUnit::foot};
+
+std::string_view to_string(LengthUnit unit);  // "um", "mm", "cm", "m", "in", "ft"
+
+// Where the unit of a mesh is known from.
+enum class UnitSource {
+  unknown,   // the format has no unit, and none was declared
+  file,      // the file names it (3MF), or its format fixes it (glTF: metres)
+  declared,  // the request, the manifest or a flag names it
+  assumed,   // the limit's unit, taken for two meshes of unknown unit
+};
+
+std::string_view to_string(UnitSource source);
+
+}  // namespace meshgauge::api
