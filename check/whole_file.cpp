@@ -4,8 +4,10 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <cassert>
 #include <cerrno>
 #include <cstring>
+#include <limits>
 #include <new>
 #include <utility>
 
@@ -20,8 +22,7 @@ Error failed(const std::string& path) { return refused(path, std::string("cannot
 
 class Opened {
  public:
-  explicit Opened(const std::string& path)  // a pipe without a writer must not block
-      : fd_(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)) {}
+  explicit Opened(int fd) : fd_(fd) {}
   Opened(const Opened&) = delete;
   Opened& operator=(const Opened&) = delete;
   ~Opened() {
@@ -29,37 +30,78 @@ class Opened {
   }
 
   int fd() const { return fd_; }
-
-  // As many bytes as there are, up to the size of `to`; -1 and errno when it fails.
-  ssize_t read(std::span<std::byte> to) const {
-    std::size_t done = 0;
-    while (done < to.size()) {
-      const ssize_t n = ::read(fd_, to.data() + done, to.size() - done);
-      if (n < 0 && errno == EINTR) continue;
-      if (n < 0) return -1;
-      if (n == 0) break;
-      done += static_cast<std::size_t>(n);
-    }
-    return static_cast<ssize_t>(done);
+  void reset(int fd) {
+    if (fd_ >= 0) ::close(fd_);
+    fd_ = fd;
   }
 
  private:
-  const int fd_;
+  int fd_;
 };
+
+// As many bytes as there are, up to the size of `to`; -1 and errno when it fails.
+ssize_t read_all(int fd, std::span<std::byte> to) {
+  std::size_t done = 0;
+  while (done < to.size()) {
+    const ssize_t n = ::read(fd, to.data() + done, to.size() - done);
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) return -1;
+    if (n == 0) break;
+    done += static_cast<std::size_t>(n);
+  }
+  return static_cast<ssize_t>(done);
+}
+
+constexpr int kToRead = O_RDONLY | O_CLOEXEC | O_NONBLOCK;  // a pipe without a writer must not block
+
+// Behind the path in a message. What openat() makes of a link depends on the flags, so it is looked at.
+Error not_opened(const std::string& path, int folder, const std::string& component) {
+  const int why = errno;
+  struct stat status {};
+  if (::fstatat(folder, component.c_str(), &status, AT_SYMLINK_NOFOLLOW) == 0 && S_ISLNK(status.st_mode)) {
+    return refused(path, "is a symbolic link or lies behind one, which is not followed: copy the file there");
+  }
+  errno = why;
+  return failed(path);
+}
 
 }  // namespace
 
 Result<WholeFile> WholeFile::open(const std::string& path) {
-  const Opened file(path);
+  const Opened file(::open(path.c_str(), kToRead));
+  return file.fd() < 0 ? failed(path) : read(file.fd(), path, std::numeric_limits<std::uint64_t>::max());
+}
+
+Result<WholeFile> WholeFile::open_below(const std::string& folder, const std::string& name, std::uint64_t most) {
+  const std::string path = folder + "/" + name;
+  Opened place(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (place.fd() < 0) return failed(folder);
+  for (std::size_t at = 0, end = 0; end != std::string::npos; at = end + 1) {
+    end = name.find('/', at);
+    const std::string component = name.substr(at, end - at);
+    assert(!component.empty() && component != "..");
+    const int flags = end == std::string::npos ? kToRead : O_RDONLY | O_DIRECTORY | O_CLOEXEC;
+    const int fd = ::openat(place.fd(), component.c_str(), flags | O_NOFOLLOW);
+    if (fd < 0) return not_opened(path, place.fd(), component);
+    place.reset(fd);
+  }
+  return read(place.fd(), path, most);
+}
+
+Result<WholeFile> WholeFile::read(int fd, const std::string& path, std::uint64_t most) {
   struct stat status {};
-  if (file.fd() < 0 || ::fstat(file.fd(), &status) != 0) return failed(path);
+  if (::fstat(fd, &status) != 0) return failed(path);
   if (!S_ISREG(status.st_mode)) return refused(path, "is not a regular file");
   const auto size = static_cast<std::size_t>(status.st_size);
+  if (size > most) {
+    return Error{ErrorCode::too_large, "'" + path + "' is larger than the " + std::to_string(most) + " bytes left", "",
+                 ""};
+  }
   std::unique_ptr<std::byte[]> bytes(new (std::nothrow) std::byte[size + 1]);  // and one to see the end by
   if (!bytes) return Error{ErrorCode::too_large, "'" + path + "' is larger than the memory", "", ""};
-  const ssize_t read = file.read({bytes.get(), size + 1});
-  if (read < 0) return failed(path);
-  if (static_cast<std::size_t>(read) != size) return refused(path, "was changed while it was read");
+  const ssize_t count = read_all(fd, {bytes.get(), size + 1});
+  if (count < 0) return failed(path);
+  if (static_cast<std::size_t>(count) != size) return refused(path, "was changed while it was read");
   return WholeFile(std::move(bytes), size);
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <span>
 #include <string>
@@ -17,9 +18,15 @@ class WholeFile {
  public:
   static Result<WholeFile> open(const std::string& path);
 
+  // The same of a file in `folder` or below, at the relative path `name` of plain components (api/formats/file_path.h).
+  // Refused: a symbolic link on the way from the folder or at its end, and more than `most` bytes. The way to the
+  // folder itself may have links.
+  static Result<WholeFile> open_below(const std::string& folder, const std::string& name, std::uint64_t most);
+
   std::span<const std::byte> bytes() const { return {bytes_.get(), size_}; }
 
  private:
+  static Result<WholeFile> read(int fd, const std::string& path, std::uint64_t most);
   WholeFile(std::unique_ptr<std::byte[]> bytes, std::size_t size) : bytes_(std::move(bytes)), size_(size) {}
 
   std::unique_ptr<std::byte[]> bytes_;

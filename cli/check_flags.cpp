@@ -98,7 +98,7 @@ Result<Done> fit_files(const CheckFlags& flags) {
   const std::string& first = flags.files[0];
   const bool manifest = is_one_of(first, {".yaml", ".yml"});
   if (flags.files.size() == 1) {
-    const bool mesh = !manifest && api::format_by_name(first).has_value();
+    const bool mesh = !manifest && (api::format_by_name(first) || is_one_of(first, {".zip"}));
     return mesh ? bad_flag("FILES",
                            api::shown_text(first) + " is a mesh: name its baseline behind it, and --max-distance")
                 : Result<Done>(Done{});

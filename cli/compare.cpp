@@ -11,8 +11,8 @@
 #include "api/processors.h"
 #include "api/request.h"
 #include "api/response.h"
+#include "check/mesh_file.h"
 #include "check/text.h"
-#include "check/whole_file.h"
 #include "cli/commands.h"
 #include "cli/interrupts.h"
 #include "cli/report.h"
@@ -141,9 +141,9 @@ void show_progress(Control& control) {
 }
 
 Result<api::Comparison> measure_files(const Flags& flags, const api::Request& request) {
-  auto a = check::WholeFile::open(flags.a);
+  auto a = check::MeshFile::open(flags.a);
   if (!a) return a.error();
-  auto b = check::WholeFile::open(flags.b);
+  auto b = check::MeshFile::open(flags.b);
   if (!b) return b.error();
   Control control(Control::Clock::now() + request.timeout);
   const Interrupts interrupts(&control);
@@ -170,7 +170,9 @@ int run(const Flags& flags) {
 void add_compare(CLI::App& app, int& exit_code) {
   CLI::App& command = *app.add_subcommand("compare", "Measure the distance between two mesh files");
   const auto flags = std::make_shared<Flags>();
-  command.add_option("A", flags->a, "Mesh file: OBJ, STL, PLY, OFF, glTF, GLB or 3MF, also gzip-compressed")
+  command
+      .add_option("A", flags->a,
+                  "Mesh file: OBJ, STL, PLY, OFF, glTF, GLB or 3MF, also gzip-compressed; .zip of a glTF")
       ->required();
   command.add_option("B", flags->b, "The mesh file to compare with")->required();
   command.add_option("--direction", flags->direction, api::list_of(api::kDirections))->capture_default_str();

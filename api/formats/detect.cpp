@@ -4,6 +4,7 @@
 #include <array>
 #include <string>
 
+#include "api/formats/gltf_archive.h"
 #include "api/formats/gzip.h"
 #include "api/formats/off.h"
 #include "api/formats/ply_header.h"
@@ -94,7 +95,7 @@ std::optional<Format> format_by_content(std::span<const std::byte> bytes) {
   constexpr std::size_t kEnough = std::size_t{64} << 10U;  // for the comments at the start of an OBJ
   const std::string_view start = beginning(bytes, kEnough);
   if (start.starts_with("glTF")) return Format::glb;
-  if (is_zip(start)) return Format::three_mf;
+  if (is_zip(start)) return holds_gltf(bytes) ? Format::gltf : Format::three_mf;
   if (is_ply(start)) return Format::ply;
   if (!off_keyword(start).empty()) return Format::off;
   if (is_binary_stl(bytes)) return Format::stl;

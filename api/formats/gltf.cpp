@@ -4,9 +4,12 @@
 #include <new>
 #include <utility>
 
+#include "api/formats/file_path.h"
 #include "api/formats/gltf_accessor.h"
+#include "api/formats/gltf_archive.h"
 #include "api/formats/gltf_document.h"
 #include "api/formats/gltf_scene.h"
+#include "api/formats/zip.h"
 
 namespace meshgauge::api {
 namespace {
@@ -47,32 +50,55 @@ Result<Done> load(const Source& source, const std::string& json, tinygltf::Model
   return about(source.part, ErrorCode::unreadable_mesh, "is not a valid glTF: " + printable(error, 200));
 }
 
-// The bytes of each buffer: of the BIN chunk as they are in the file, of data URIs decoded into `decoded`.
-Result<std::vector<std::span<const std::byte>>> resolve_buffers(const Source& source, const GltfDocument& document,
-                                                                const GltfContainer& container,
-                                                                std::vector<std::vector<unsigned char>>& decoded) {
-  std::vector<std::span<const std::byte>> out;
+using Bytes = std::span<const std::byte>;
+
+Result<Bytes> decode_data_uri(const Source& source, const std::string& uri, const std::string& where,
+                              std::vector<unsigned char>& decoded) {
+  std::string media_type;
+  if (tinygltf::DecodeDataURI(&decoded, media_type, uri, 0, false)) return std::as_bytes(std::span(decoded));
+  return fail(source, where, "the data URI is not base64 of a known media type");
+}
+
+Result<Bytes> find_file(const Source& source, const GltfContainer& container, const std::string& uri,
+                        const std::string& where) {
+  const FilePath file = file_path_of_uri(uri);
+  if (!file.defect.empty()) return fail(source, where + ".uri", in_quotes(uri) + " " + file.defect);
+  const std::string named = "names the file " + in_quotes(file.path);
+  if (!container.file) {
+    return fail(source, where,
+                named + ", which was not sent: send both in one .zip, or the file as a part '" +
+                    std::string(source.part) + ".files'");
+  }
+  auto bytes = container.file(file.path);
+  if (!bytes) return std::move(bytes).error();
+  if (!*bytes) return fail(source, where, named + ", which is not among the files that came with it");
+  return **bytes;
+}
+
+// The bytes of each buffer: of the BIN chunk and of files as they are, of data URIs decoded into `decoded`.
+Result<std::vector<Bytes>> resolve_buffers(const Source& source, const GltfDocument& document,
+                                           const GltfContainer& container,
+                                           std::vector<std::vector<unsigned char>>& decoded) {
+  std::vector<Bytes> out;
   decoded.reserve(document.buffers.size());  // spans point into it
   for (const GltfBuffer& buffer : document.buffers) {
     const std::string where = item("buffers", out.size());
-    std::span<const std::byte> bytes;
-    if (!buffer.uri.empty()) {
-      std::string media_type;
-      if (!tinygltf::DecodeDataURI(&decoded.emplace_back(), media_type, buffer.uri, 0, false)) {
-        return fail(source, where, "the data URI is not base64 of a known media type");
-      }
-      bytes = std::as_bytes(std::span(decoded.back()));
+    Result<Bytes> found = fail(source, where, "no data: neither a URI nor a BIN chunk");
+    if (buffer.is_external()) {
+      found = find_file(source, container, buffer.uri, where);
+    } else if (!buffer.uri.empty()) {
+      found = decode_data_uri(source, buffer.uri, where, decoded.emplace_back());
     } else if (out.empty() && container.binary) {
-      bytes = *container.binary;
-    } else {
-      return fail(source, where, "no data: neither a URI nor a BIN chunk");
+      found = *container.binary;
     }
-    if (buffer.byte_length > bytes.size()) {
+    if (!found) return std::move(found).error();
+    if (buffer.byte_length > found->size()) {
       return fail(source, where,
                   "byteLength is " + std::to_string(buffer.byte_length) + ", but there are " +
-                      std::to_string(bytes.size()) + " bytes of data (or they are not base64)");
+                      std::to_string(found->size()) + " bytes of data" +
+                      (buffer.is_external() ? " in " + in_quotes(buffer.uri) : " (or they are not base64)"));
     }
-    out.push_back(bytes.first(buffer.byte_length));
+    out.push_back(found->first(buffer.byte_length));
   }
   return out;
 }
@@ -89,10 +115,22 @@ Result<ReadMesh> read_scene(const Source& source, const GltfContainer& container
   return read_gltf_scene(source, model, accessors);
 }
 
+Result<ReadMesh> read_archive(const Source& source) {
+  auto archive = GltfArchive::open(source);
+  if (!archive) return std::move(archive).error();
+  const Source scene{archive->scene(), source.part, source.limits};
+  GltfContainer container = open_gltf(scene);
+  container.file = [&](const std::string& path) { return archive->file(path); };
+  auto read = read_scene(scene, container);
+  if (read) read->format = Format::gltf;
+  return read;
+}
+
 }  // namespace
 
 Result<ReadMesh> read_gltf(const Source& source, Format format) {
   try {
+    if (is_zip(source.text())) return read_archive(source);
     const auto container = format == Format::glb ? open_glb(source) : Result<GltfContainer>(open_gltf(source));
     if (!container) return container.error();
     auto read = read_scene(source, *container);

@@ -1,4 +1,4 @@
-// glTF 2.0, as JSON with data URIs (.gltf) or in a GLB container.
+// glTF 2.0, as JSON with data URIs (.gltf), in a GLB container, or as a zip archive of a .gltf and its files.
 #pragma once
 
 #include "api/formats/source.h"
@@ -6,8 +6,8 @@
 namespace meshgauge::api {
 
 // The triangles of the default scene (else of the first, else of all root nodes), with node transforms applied in
-// double precision. Skins and morph targets stay in their stored pose. Nothing outside the bytes is opened; Draco,
-// external buffers and unknown required extensions are refused by name. No exception leaves.
+// double precision. Skins and morph targets stay in their stored pose. Nothing outside the bytes is opened; Draco
+// and unknown required extensions are refused by name. No exception leaves.
 Result<ReadMesh> read_gltf(const Source& source, Format format);
 
 }  // namespace meshgauge::api

@@ -106,7 +106,9 @@ Result<GltfAccessors::Elements> GltfAccessors::elements(std::size_t accessor, st
 Result<Done> GltfAccessors::check_count(std::size_t accessor) const {
   if (accessor >= model_.accessors.size()) return fail(accessor, "does not exist");
   const tinygltf::Accessor& a = model_.accessors[accessor];
-  if (a.bufferView < 0 && a.count > source_.bytes.size()) {
+  std::size_t largest = source_.bytes.size();
+  for (const auto& buffer : buffers_) largest = std::max(largest, buffer.size());
+  if (a.bufferView < 0 && a.count > largest) {
     return fail(accessor, std::to_string(a.count) + " elements without a bufferView, more than the file has bytes");
   }
   if (a.sparse.isSparse && static_cast<std::size_t>(a.sparse.count) > a.count) {

@@ -70,7 +70,7 @@ Result<GltfContainer> open_glb(const Source& source) {
 GltfContainer open_gltf(const Source& source) {
   std::string_view text = source.text();
   if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
-  return {text, std::nullopt};
+  return {text, std::nullopt, nullptr};
 }
 
 }  // namespace meshgauge::api

@@ -1,7 +1,9 @@
 // Where the JSON and the binary data of a glTF file are.
 #pragma once
 
+#include <functional>
 #include <optional>
+#include <string>
 
 #include "api/formats/source.h"
 
@@ -10,6 +12,9 @@ namespace meshgauge::api {
 struct GltfContainer {
   std::string_view json;
   std::optional<std::span<const std::byte>> binary;  // the BIN chunk of a GLB
+  // The bytes of a file beside the document, by its path (api/formats/file_path.h); nullopt: there is none of that
+  // path. They live as long as the container. Null: there are no files beside it.
+  std::function<Result<std::optional<std::span<const std::byte>>>(const std::string& path)> file;
 };
 
 // Borrows from the source. GLB: version 2, a JSON chunk, then at most one BIN chunk; chunks of unknown types after

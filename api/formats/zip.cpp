@@ -73,6 +73,12 @@ std::string ZipArchive::key_of(std::string_view name) {
   return key;
 }
 
+std::vector<std::string> ZipArchive::names() const {
+  std::vector<std::string> names;
+  for (const auto& [name, entry] : entries_) names.push_back(name);
+  return names;
+}
+
 Error ZipArchive::fail(std::string_view name, ErrorCode code, const std::string& what) const {
   return at(*source_, printable(name, 100), code, what);
 }

@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "api/formats/source.h"
 
@@ -33,6 +34,8 @@ class ZipArchive {
   static Result<ZipArchive> open(const Source& source);
 
   bool has(std::string_view name) const { return entries_.contains(key_of(name)); }
+
+  std::vector<std::string> names() const;  // of all entries, in lower case, sorted
 
   // Expands one entry, piece by piece, never the whole of it. Refused: an entry that does not exist, is encrypted,
   // compressed by anything but deflate, or damaged (length and CRC are checked); and, over all the calls together,

@@ -9,10 +9,12 @@
 #include <utility>
 
 #include "api/digest.h"
+#include "api/formats/gltf_bundle.h"
 #include "api/json_filter.h"
 #include "api/load.h"
 #include "check/files.h"
 #include "check/manifest/naming.h"
+#include "check/whole_file.h"
 #include "engine/control.h"
 
 namespace meshgauge::check {
@@ -39,6 +41,15 @@ std::optional<std::string> mesh_defect(const fs::path& file) {
   const auto mesh = api::load(input, api::ReadLimits{}, unhurried);
   if (mesh) return std::nullopt;
   return "cannot be read: " + mesh.error().message;
+}
+
+// Why a file is more than its own bytes: a copy of it alone would be no mesh, or one with the files of another.
+std::optional<std::string> several_files_defect(const fs::path& candidate) {
+  const auto whole = WholeFile::open(candidate.string());
+  if (!whole || !api::is_gltf_json(whole->bytes())) return std::nullopt;  // it is told elsewhere why not
+  const auto names = api::files_named_by(whole->bytes());
+  if (names.empty()) return std::nullopt;
+  return "names " + shown_path(names.front()) + " beside it, which would not be copied: export it as one .glb";
 }
 
 // The first folder on the way to `file` that is a symbolic link and leads out of `root`, both without links themselves.
@@ -69,6 +80,9 @@ class Planner {
  public:
   void add(const Gate& gate) {
     if (const auto wrong = file_defect(gate.candidate)) return refuse(gate, "candidate", gate.candidate, *wrong);
+    if (const auto wrong = several_files_defect(gate.candidate)) {
+      return refuse(gate, "candidate", gate.candidate, *wrong);
+    }
     if (const auto wrong = baseline_defect(gate)) return refuse(gate, "baseline", gate.baseline, *wrong);
     const auto [first, is_new] = candidates_.emplace(gate.baseline, gate.candidate);
     if (is_new) return add_update(gate);

@@ -11,9 +11,9 @@
 #include "api/formats/detect.h"
 #include "api/formats/gzip.h"
 #include "api/formats/read_part.h"
+#include "check/mesh_file.h"
 #include "check/remote/address.h"
 #include "check/remote/answer.h"
-#include "check/whole_file.h"
 
 namespace meshgauge::check::service {
 namespace {
@@ -38,9 +38,9 @@ Error named(Error error, Sender::Part part) {
 }
 
 Result<double> diagonal_of(const std::string& file) {
-  const auto whole = WholeFile::open(file);
-  if (!whole) return whole.error();
-  const auto read = api::read_part(whole->bytes(), {file, file, ""}, api::ReadLimits{});
+  const auto opened = MeshFile::open(file);
+  if (!opened) return opened.error();
+  const auto read = api::read_part(opened->bytes(), {file, file, ""}, api::ReadLimits{});
   if (!read) return read.error();
   return diagonal(bounding_box(read->mesh));
 }
@@ -59,7 +59,7 @@ Result<std::string> Sender::stored(const Gate& gate, Part part, Control& control
 
 // What cannot be a mesh is told at once, in the words of who would read it, and does not travel.
 Result<std::string> Sender::hash(const std::filesystem::path& file, Control& control) {
-  const auto whole = WholeFile::open(file.string());
+  const auto whole = MeshFile::open(file.string());
   if (!whole) return whole.error();
   const std::string name = file.string();
   // What is inside of gzip is for the service to see.
@@ -87,11 +87,12 @@ Result<Done> Sender::deliver(const Gate& gate, const std::filesystem::path& file
 
 Result<Done> Sender::put(const Gate& gate, const std::filesystem::path& file, const std::string& id, Control& control) {
   control.report({0, Progress{}.upper, "send"});
-  const auto whole = WholeFile::open(file.string());
+  const auto whole = MeshFile::open(file.string());
   if (!whole) return whole.error();
   const Call call{"PUT",
                   "/v1/meshes/" + id,
-                  {"Content-Type: application/octet-stream", "Content-Disposition: " + disposition(file)},
+                  {"Content-Type: " + std::string(whole->media_type()),
+                   "Content-Disposition: " + disposition(file.string() + std::string(whole->more_suffix()))},
                   whole->bytes(),
                   limit_of(whole->bytes().size())};
   const auto reply = client_.ask(call, control);

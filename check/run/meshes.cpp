@@ -9,8 +9,9 @@
 #include <thread>
 #include <utility>
 
+#include "api/formats/detect.h"
 #include "api/load.h"
-#include "check/whole_file.h"
+#include "check/mesh_file.h"
 
 namespace meshgauge::check {
 namespace {
@@ -18,19 +19,21 @@ namespace {
 constexpr std::chrono::milliseconds kTick{10};
 
 // Two ways to the same file are one mesh. The name stays part of it: its suffix may decide what the bytes are read as.
+// So does the folder of a glTF, which may name files there.
 std::string key_of(const std::filesystem::path& file) {
   std::error_code failed;
-  const auto real = std::filesystem::canonical(file, failed);
+  const bool has_folder = api::format_by_name(file.string()) == api::Format::gltf;
+  const auto real = std::filesystem::canonical(has_folder ? folder_of(file) : file, failed);
   return (failed ? file : real).string() + '\n' + file.filename().string();
 }
 
 Result<Meshes::Mesh> read(const std::string& name, Prepared::Use use) try {
-  const auto whole = WholeFile::open(name);
-  if (!whole) return whole.error();
+  const auto file = MeshFile::open(name);
+  if (!file) return file.error();
   Control unlimited;
-  auto loaded = api::load({name, whole->bytes(), name, ""}, api::ReadLimits{}, unlimited);
+  auto loaded = api::load({name, file->bytes(), name, ""}, api::ReadLimits{}, unlimited);
   if (!loaded) return std::move(loaded).error();
-  return std::make_shared<const api::PreparedMesh>(std::move(*loaded), whole->bytes().size(), use);
+  return std::make_shared<const api::PreparedMesh>(std::move(*loaded), file->bytes().size(), use);
 } catch (const std::bad_alloc&) {
   return Error{ErrorCode::internal, "not enough memory to read '" + name + "'", "", ""};
 } catch (const std::exception& error) {

@@ -180,3 +180,14 @@ TEST_CASE("baselines: what cannot be written leaves everything as it was") {
   CHECK(folder.read("base/b.off") == small_mesh(2));
   CHECK(files_in(folder.path()) == List{"base", "base/b.off", "file", "x.off"});
 }
+
+TEST_CASE("baselines: a glTF of several files is not copied, and what is left of it not compared") {
+  const Folder folder;
+  const Inside inside(folder.path());
+  const std::string scene = R"({"asset": {"version": "2.0"}, "buffers": [{"byteLength": 4, "uri": "x.bin"}]})";
+  folder.write("build/s.gltf", scene);
+  folder.write("base/s.gltf", scene);
+  const auto updates = plan_updates({gate("s", "build/s.gltf", "base/s.gltf")});
+  CHECK(said(updates) == List{"gate 's': the candidate 'build/s.gltf' names 'x.bin' beside it, which would not be "
+                              "copied: export it as one .glb"});
+}

@@ -14,15 +14,11 @@ namespace {
 // docs/formats.md gives the reasons.
 const std::map<std::string, std::string> kOtherAnswers = {{"real/number_formats.obj", "'3.1+e2' is not a number"},
                                                           {"real/face_in_group_name.obj", "has no triangles"},
-                                                          {"real/Mesh_PrimitiveMode_04.gltf", "external buffer"},
-                                                          {"real/Mesh_PrimitiveMode_06.gltf", "external buffer"},
-                                                          {"real/Mesh_PrimitiveMode_12.gltf", "external buffer"},
-                                                          {"real/Mesh_PrimitiveMode_14.gltf", "external buffer"},
                                                           {"real/badNumber.gltf", ""},
                                                           {"real/badString.gltf", ""}};
 
 Result<ReadMesh> read_file(const std::filesystem::path& path) {
-  return read(file_content(path), path.filename().string());
+  return read(bundled_content(path), path.filename().string());
 }
 
 using Corners = std::array<double, 9>;

@@ -2,9 +2,12 @@
 
 #include <cstdlib>
 #include <fstream>
+#include <map>
 #include <sstream>
 #include <stdexcept>
 #include <utility>
+
+#include "api/formats/gltf_bundle.h"
 
 namespace meshgauge::api::test {
 
@@ -33,6 +36,21 @@ std::string file_content(const std::filesystem::path& path) {
   std::ostringstream content;
   content << file.rdbuf();
   return std::move(content).str();
+}
+
+std::string bundled_content(const std::filesystem::path& path) {
+  const std::string content = file_content(path);
+  if (path.extension() != ".gltf") return content;
+  std::map<std::string, std::string> files;
+  for (const std::string& name : files_named_by(bytes_of(content)))
+    files[name] = file_content(path.parent_path() / name);
+  if (files.empty()) return content;
+  files[std::string(kBundleScene)] = content;
+  std::string archive;
+  BundleWriter writer([&](std::string_view piece) { return archive += piece, true; });
+  for (const auto& [name, bytes] : files) writer.add(name, bytes_of(bytes));
+  writer.finish();
+  return archive;
 }
 
 std::vector<std::vector<std::string>> table(const std::filesystem::path& path) {

@@ -53,6 +53,9 @@ std::optional<std::filesystem::path> corpus();
 
 std::string file_content(const std::filesystem::path& path);
 
+// The same; of a .gltf that names files beside it, the archive of all of them.
+std::string bundled_content(const std::filesystem::path& path);
+
 // The rows of a table of tabs, without its heading.
 std::vector<std::vector<std::string>> table(const std::filesystem::path& path);
 

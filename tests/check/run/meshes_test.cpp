@@ -36,6 +36,20 @@ TEST_CASE("a mesh is read once for all gates and threads, by whatever way its fi
   CHECK(got[0]->facts.triangles == 2 * 30 * 30);
 }
 
+TEST_CASE("a glTF behind a link is another mesh, since it names files in its own folder") {
+  const Folder folder;
+  const auto base = folder.obj("base.gltf", shapes::grid(3));  // whatever it holds
+  std::filesystem::create_directory(folder.path() / "sub");
+  const auto link = folder.path() / "sub" / "base.gltf";
+  std::filesystem::create_symlink(base, link);
+  std::filesystem::create_directory_symlink(folder.path(), folder.path() / "same");
+  const auto same = folder.path() / "same" / "base.gltf";
+  Meshes meshes({gate(link, base, 1), gate(same, base, 1)});
+  Control control;
+  CHECK(meshes.get(base, control).value() != meshes.get(link, control).value());
+  CHECK(meshes.get(base, control).value() == meshes.get(same, control).value());
+}
+
 TEST_CASE("a mesh is let go with the last gate and the last turn that needs it") {
   const Folder folder;
   const auto base = folder.obj("base.obj", shapes::grid(3));

@@ -1,0 +1,83 @@
+#include "check/mesh_file.h"
+
+#include <map>
+#include <new>
+#include <utility>
+#include <vector>
+
+#include "api/formats/gltf_bundle.h"
+
+namespace meshgauge::check {
+namespace {
+
+using Files = std::map<std::string, WholeFile>;  // by their paths in the archive, in its order
+
+Error named_by(const std::string& path, Error error) {
+  error.message = "'" + path + "' is a glTF of several files: " + error.message;
+  return error;
+}
+
+Error too_large(const std::string& path, const std::string& what) {
+  return named_by(path, {ErrorCode::too_large, "it and the files that it names are " + what, "", ""});
+}
+
+Result<Files> files_of(const std::string& path, WholeFile scene, const std::vector<std::string>& names) {
+  if (names.size() > api::kMostBundleFiles) {
+    return too_large(path, "more than " + std::to_string(api::kMostBundleFiles) + " and one");
+  }
+  const std::string folder = folder_of(path).string();
+  std::uint64_t left = api::kMostBundleBytes - api::BundleWriter::bytes_for_end();
+  Files files;
+  const auto add = [&](const std::string& name, WholeFile file) {
+    const std::uint64_t bytes = api::BundleWriter::bytes_for(name, file.bytes().size());
+    if (bytes > left) return false;
+    left -= bytes;
+    return files.emplace(name, std::move(file)).second;
+  };
+  for (const std::string& name : names) {
+    if (api::is_scene_path(name))
+      return named_by(path, {ErrorCode::unreadable_mesh, "'" + name + "' is no data", "", ""});
+  }
+  bool fits = add(std::string(api::kBundleScene), std::move(scene));
+  for (const std::string& name : names) {
+    if (!fits) break;
+    auto file = WholeFile::open_below(folder, name, left);
+    if (!file) return named_by(path, std::move(file).error());
+    fits = add(name, std::move(*file));
+  }
+  if (!fits) return too_large(path, "larger than 4 GiB");
+  return files;
+}
+
+std::string bundle_of(const Files& files) {
+  std::uint64_t bytes = api::BundleWriter::bytes_for_end();
+  for (const auto& [name, file] : files) bytes += api::BundleWriter::bytes_for(name, file.bytes().size());
+  std::string bundle;
+  bundle.reserve(bytes);
+  api::BundleWriter writer([&](std::string_view piece) { return bundle += piece, true; });
+  for (const auto& [name, file] : files) writer.add(name, file.bytes());
+  writer.finish();
+  return bundle;
+}
+
+}  // namespace
+
+std::filesystem::path folder_of(const std::filesystem::path& file) {
+  return file.has_parent_path() ? file.parent_path() : ".";
+}
+
+Result<MeshFile> MeshFile::open(const std::string& path) try {
+  auto whole = WholeFile::open(path);
+  if (!whole) return std::move(whole).error();
+  const auto bytes = whole->bytes();
+  if (!api::is_gltf_json(bytes)) return MeshFile(std::move(*whole));
+  const std::vector<std::string> names = api::files_named_by(bytes);
+  if (names.empty()) return MeshFile(std::move(*whole));
+  const auto files = files_of(path, std::move(*whole), names);
+  if (!files) return files.error();
+  return MeshFile(bundle_of(*files));
+} catch (const std::bad_alloc&) {
+  return Error{ErrorCode::too_large, "'" + path + "' with the files that it names is larger than the memory", "", ""};
+}
+
+}  // namespace meshgauge::check

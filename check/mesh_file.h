@@ -1,0 +1,39 @@
+// A mesh file as bytes: one file, or a .gltf with the files that its buffers name.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "check/whole_file.h"
+#include "engine/result.h"
+
+namespace meshgauge::check {
+
+std::filesystem::path folder_of(const std::filesystem::path& file);  // "." where the path has none
+
+class MeshFile {
+ public:
+  // Reads a regular file into memory. A .gltf that names files beside it becomes one archive with them
+  // (api/formats/gltf_bundle.h): they are regular files in its folder or below, and no symbolic link is followed to
+  // them. An Error names the file that is missing, refused or too large.
+  static Result<MeshFile> open(const std::string& path);
+
+  std::span<const std::byte> bytes() const { return whole_ ? whole_->bytes() : std::as_bytes(std::span(bundle_)); }
+
+  // For a service: what the bytes are, and what their name gets behind that of the file ("" or ".zip").
+  std::string_view media_type() const { return whole_ ? "application/octet-stream" : "application/zip"; }
+  std::string_view more_suffix() const { return whole_ ? "" : ".zip"; }
+
+ private:
+  explicit MeshFile(WholeFile whole) : whole_(std::move(whole)) {}
+  explicit MeshFile(std::string bundle) : bundle_(std::move(bundle)) {}
+
+  std::optional<WholeFile> whole_;
+  std::string bundle_;  // when there is no `whole_`
+};
+
+}  // namespace meshgauge::check
