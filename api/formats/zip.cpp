@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <utility>
-#include <vector>
 
 #include <minizip/unzip.h>
 
 #include "api/formats/expansion.h"
+#include "api/formats/zip64.h"
 
 namespace meshgauge::api {
 namespace {
@@ -24,7 +24,11 @@ uLong read_memory(void* /*opaque*/, void* file, void* to, uLong count) {
   ZipMemory& memory = as_memory(file);
   const auto rest = memory.bytes.subspan(memory.at);
   const std::size_t most = std::min<std::size_t>(count, rest.size());
-  std::copy_n(rest.begin(), most, static_cast<std::byte*>(to));
+  auto* const out = static_cast<std::byte*>(to);
+  std::copy_n(rest.begin(), most, out);
+  const std::size_t from = std::max(memory.at, memory.record_at);
+  const std::size_t end = std::min(memory.at + most, memory.record_at + memory.record.size());
+  if (from < end) std::copy_n(&memory.record[from - memory.record_at], end - from, out + (from - memory.at));
   memory.at += most;
   memory.short_read = most < count;
   return most;
@@ -40,6 +44,11 @@ long seek_memory(void* /*opaque*/, void* file, ZPOS64_T offset, int origin) {
   if (origin == ZLIB_FILEFUNC_SEEK_END) base = memory.bytes.size();
   if (offset > memory.bytes.size() - base) return -1;
   memory.at = base + offset;
+  // A record of the directory is sought from the start of the archive, and then read.
+  if (origin == ZLIB_FILEFUNC_SEEK_SET) {
+    memory.record_at = memory.at;
+    memory.record = plain_zip_record(memory.bytes, memory.at);
+  }
   return 0;
 }
 
@@ -58,9 +67,10 @@ void ZipArchive::Close::operator()(void* file) const { unzClose(file); }
 
 ZipArchive::ZipArchive(const Source& source)
     : source_(&source),
-      memory_(std::make_unique<ZipMemory>(ZipMemory{source.bytes})),
+      memory_(std::make_unique<ZipMemory>()),
       limit_(expansion_limit(source.bytes.size(), source.limits)),
       left_(limit_) {
+  memory_->bytes = source.bytes;
   zlib_filefunc64_def calls{open_memory, read_memory,   write_nothing, tell_memory,
                             seek_memory, close_nothing, error_of,      memory_.get()};
   file_.reset(unzOpen2_64("", &calls));
@@ -121,6 +131,10 @@ Result<Done> ZipArchive::add_entry() {
                  "is a zip archive with a damaged entry, or a name of more than 1024 bytes");
   }
   const std::string_view whole(name.data(), info.size_filename);
+  constexpr ZPOS64_T kMostBytes = 0xFFFFFFFE;
+  if (std::max(info.compressed_size, info.uncompressed_size) > kMostBytes) {
+    return fail(whole, ErrorCode::too_large, "an entry of 4 GiB or more, or a damaged Zip64 field");
+  }
   const Entry entry{place.pos_in_zip_directory, place.num_of_file, info.uncompressed_size, info.compression_method,
                     info.flag};
   if (!entries_.try_emplace(key_of(whole), entry).second) {

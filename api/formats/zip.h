@@ -22,6 +22,9 @@ struct ZipMemory {
   std::span<const std::byte> bytes;
   std::size_t at = 0;
   bool short_read = false;  // the last one came to the end
+  // What is read instead of the bytes from `record_at` on: a record of the directory (api/formats/zip64.h).
+  std::size_t record_at = 0;
+  std::vector<std::byte> record;
 };
 
 class ZipArchive {
@@ -29,8 +32,9 @@ class ZipArchive {
   // Given the next expanded bytes of an entry; an Error ends it there.
   using Sink = std::function<std::optional<Error>(std::string_view piece)>;
 
-  // Reads the directory; `source` is borrowed. Refused: an archive without a directory, more than 10,000 entries, two
-  // entries of one name. The names are taken without regard to case, as the standard of such packages has it.
+  // Reads the directory, also that of Zip64; `source` is borrowed. Refused: an archive without a directory, more than
+  // 10,000 entries, two entries of one name, an entry of 4 GiB or more. The names are taken without regard to case, as
+  // the standard of such packages has it.
   static Result<ZipArchive> open(const Source& source);
 
   bool has(std::string_view name) const { return entries_.contains(key_of(name)); }

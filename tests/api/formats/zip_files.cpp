@@ -32,11 +32,22 @@ std::string raw16(std::size_t value) { return raw(static_cast<std::uint16_t>(val
 std::string raw32(std::size_t value) { return raw(static_cast<std::uint32_t>(value)); }
 
 // What the header of an entry and the directory have in common, from the version to the length of the extra field.
-std::string fields(const ZipEntry& entry, std::size_t packed_bytes) {
+std::string fields(const ZipEntry& entry, std::size_t packed_bytes, std::size_t extra_bytes) {
   const auto crc =
       crc32(0, reinterpret_cast<const Bytef*>(entry.content.data()), static_cast<uInt>(entry.content.size()));
-  return raw16(20) + raw16(entry.flags) + raw16(entry.method) + raw32(0) + raw32(crc + entry.crc_lie) +
-         raw32(packed_bytes) + raw32(entry.content.size() + entry.size_lie) + raw16(entry.name.size()) + raw16(0);
+  const std::string sizes = entry.in_zip64 ? raw32(0xFFFFFFFF) + raw32(0xFFFFFFFF)
+                                           : raw32(packed_bytes) + raw32(entry.content.size() + entry.size_lie);
+  return raw16(20) + raw16(entry.flags) + raw16(entry.method) + raw32(0) + raw32(crc + entry.crc_lie) + sizes +
+         raw16(entry.name.size()) + raw16(extra_bytes);
+}
+
+// Empty where the entry is a plain one. The times around the Zip64 field are numbers that would lead far away if they
+// were taken for fields.
+std::string extra_fields(const ZipEntry& entry, std::size_t packed_bytes, std::size_t offset) {
+  if (!entry.in_zip64) return "";
+  const std::string time = "UT" + raw16(5) + "\x03\xFF\xFF\xFF\x7F";
+  return time + raw16(1) + raw16(24) + raw(std::uint64_t{entry.content.size() + entry.size_lie + entry.size_lie_64}) +
+         raw(std::uint64_t{packed_bytes}) + raw(std::uint64_t{offset}) + time;
 }
 
 struct Parts {
@@ -48,10 +59,12 @@ Parts parts_of(const std::vector<ZipEntry>& entries) {
   Parts out;
   for (const ZipEntry& entry : entries) {
     const std::string packed = entry.method == 0 ? entry.content : deflated(entry.content, kRaw);
-    const std::string both = fields(entry, packed.size());
+    const std::size_t offset = out.entries.size();
+    const std::string extra = extra_fields(entry, packed.size(), offset);
+    const std::string both = fields(entry, packed.size(), extra.size());
     out.directory += "PK\x01\x02" + raw16(20) + both + raw16(0) + raw16(0) + raw16(0) + raw32(0) +
-                     raw32(out.entries.size()) + entry.name;
-    out.entries += "PK\x03\x04" + both + entry.name + packed;
+                     raw32(entry.in_zip64 ? 0xFFFFFFFF : offset) + entry.name + extra;
+    out.entries += "PK\x03\x04" + both + entry.name + extra + packed;
   }
   return out;
 }

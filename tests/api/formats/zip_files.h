@@ -17,6 +17,8 @@ struct ZipEntry {
   std::uint16_t flags = 0;     // 1: encrypted
   std::uint32_t size_lie = 0;  // added to the size that is announced
   std::uint32_t crc_lie = 0;   // added to the CRC
+  bool in_zip64 = false;       // sizes and offset in a Zip64 field, between two others; size_lie goes there
+  std::uint64_t size_lie_64 = 0;
 };
 
 std::string zip(const std::vector<ZipEntry>& entries, const std::string& comment = "");

@@ -44,6 +44,41 @@ TEST_CASE("zip: the records of Zip64") {
   CHECK(contains(entry_of(zip64({{"a", kText}}, std::uint64_t{1} << 60U), "a"), "damaged directory, after 1 entries"));
 }
 
+TEST_CASE("zip: entries whose sizes and places are in Zip64 fields") {
+  const auto both = [](ZipEntry second) {
+    second.in_zip64 = true;
+    return std::vector<ZipEntry>{{"a", kText, 8, 0, 0, 0, true}, std::move(second), {"c", "plain"}};
+  };
+  for (const std::uint16_t method : {std::uint16_t{0}, std::uint16_t{8}}) {
+    const auto entries = both({"b", "other", method});
+    for (const std::string& archive : {zip(entries), zip64(entries, 3), "self-extracting" + zip(entries)}) {
+      CHECK(entry_of(archive, "a") == kText);
+      CHECK(entry_of(archive, "b") == "other");
+      CHECK(entry_of(archive, "c") == "plain");
+    }
+  }
+  CHECK(contains(entry_of(zip(both({"b", "other", 8, 0, 1})), "b"), "truncated: 6 bytes are announced, 5 came"));
+  CHECK(contains(entry_of(zip(both({"b", "other", 0, 0, 0, 1})), "b"), "damaged: its CRC is another"));
+  ZipEntry large{"b", "other"};
+  large.size_lie_64 = std::uint64_t{1} << 32U;
+  CHECK(entry_of(zip(both(large)), "a") == "b of 'a': an entry of 4 GiB or more, or a damaged Zip64 field");
+}
+
+TEST_CASE("zip: a Zip64 field that is cut or changed is noticed, or changes nothing of an entry") {
+  const std::string archive = zip({{"a", kText, 8, 0, 0, 0, true}, {"b", kText, 0, 0, 0, 0, true}});
+  for (std::size_t at = 0; at < archive.size(); ++at) {
+    for (unsigned bit = 0; bit < 8; ++bit) {
+      std::string changed = archive;
+      changed[at] = static_cast<char>(changed[at] ^ (1 << bit));
+      for (const char* name : {"a", "b"}) {
+        const std::string answer = entry_of(changed, name);
+        CAPTURE(at);
+        CHECK((answer == kText || contains(answer, "'a'")));
+      }
+    }
+  }
+}
+
 TEST_CASE("zip: names that lead out of the archive lead nowhere") {
   const std::string archive = zip({{"../../etc/passwd", "inside"}, {"/etc/passwd", "inside"}});
   CHECK(entry_of(archive, "../../etc/passwd") == "inside");

@@ -1,0 +1,16 @@
+// The directory of a Zip64 archive in the terms of a plain one. minizip 1.1 (Debian 12) finds the directory of such an
+// archive, but leaves the sizes of its entries at 0xFFFFFFFF; later versions read what this gives them all the same.
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+namespace meshgauge::api {
+
+// The record of the directory that begins at byte `at`, to the end of its extra fields, with the sizes and the offset
+// of its Zip64 field in their plain places, and that field renamed to one of no meaning. Empty: no record begins there,
+// it has no Zip64 field that is in use, or the field is damaged or holds a number of 4 GiB or more.
+std::vector<std::byte> plain_zip_record(std::span<const std::byte> archive, std::size_t at);
+
+}  // namespace meshgauge::api
