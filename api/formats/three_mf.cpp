@@ -1,12 +1,14 @@
 #include "api/formats/three_mf.h"
 
 #include <algorithm>
+#include <map>
 #include <set>
 #include <utility>
 
 #include "api/formats/room.h"
 #include "api/formats/three_mf_attributes.h"
 #include "api/formats/three_mf_model.h"
+#include "api/formats/three_mf_volumes.h"
 #include "api/formats/xml.h"
 
 namespace meshgauge::api {
@@ -82,7 +84,8 @@ Transform combined(const Transform& outer, const Transform& inner) {
 // Copies what the build shows into one mesh.
 class Placer {
  public:
-  Placer(const Source& source, const MfDocument& document) : source_(source), document_(document) {
+  Placer(const Source& source, const MfDocument& document, const MfVolumes& volumes)
+      : source_(source), document_(document), volumes_(volumes) {
     out_.format = Format::three_mf;
     out_.notes.unit = document.unit;
   }
@@ -91,16 +94,27 @@ class Placer {
 
  private:
   Result<Done> place(const MfPlacement& placement, std::size_t user, const Transform& outer);
-  Result<Done> copy(const MfObject& object, const Transform& to_world);
-  Error fail(const MfKey& object, const std::string& what) const {
+  Result<Done> copy(const MfKey& key, const MfObject& object, const Transform& to_world);
+  Result<Done> look_at_ranges(const MfKey& key, const MfObject& object);
+  void copy_triangles(const MfKey& key, const MfObject& object, std::uint32_t first);
+  MfVolume volume_of(const MfPlacement& placement, const MfObject& object) const;
+  Error fail(const MfKey& object, const std::string& what, ErrorCode code = ErrorCode::unreadable_mesh) const {
     return at(source_, printable(document_.parts[object.first], 100) + ", object " + std::to_string(object.second),
-              ErrorCode::unreadable_mesh, what);
+              code, what);
   }
+  Error negative(const MfKey& object) const {
+    return fail(object, "a negative volume, which the slicer subtracts from others; export the result of that instead",
+                ErrorCode::unsupported_format);
+  }
+  Error shows_nothing() const;
 
   const Source& source_;
   const MfDocument& document_;
+  const MfVolumes& volumes_;
   std::vector<MfKey> open_;  // the objects that hold the one at hand
   std::set<MfKey> shown_;
+  std::set<MfKey> helpers_;                      // objects that are not printed where they are placed
+  std::map<MfKey, std::vector<bool>> left_out_;  // triangles of volumes that are not printed
   std::size_t placed_ = 0;
   ReadMesh out_;
 };
@@ -116,9 +130,16 @@ Result<Done> Placer::place(const MfPlacement& placement, std::size_t user, const
   if (++placed_ > kMostPlaced) {
     return about(source_.part, ErrorCode::too_large, "places more than 1000000 objects and components");
   }
+  const MfVolume volume = volume_of(placement, found->second);
+  if (volume == MfVolume::negative) return negative(key);
+  if (volume == MfVolume::helper) {
+    helpers_.insert(key);
+    ++out_.notes.helper_objects;
+    return Done{};
+  }
   shown_.insert(key);
   const Transform to_world = combined(outer, placement.transform);
-  if (auto ok = copy(found->second, to_world); !ok) return ok;
+  if (auto ok = copy(key, found->second, to_world); !ok) return ok;
   open_.push_back(key);
   for (const MfPlacement& component : found->second.components) {
     if (auto ok = place(component, key.first, to_world); !ok) return ok;
@@ -127,7 +148,15 @@ Result<Done> Placer::place(const MfPlacement& placement, std::size_t user, const
   return Done{};
 }
 
-Result<Done> Placer::copy(const MfObject& object, const Transform& to_world) {
+MfVolume Placer::volume_of(const MfPlacement& placement, const MfObject& object) const {
+  if (!open_.empty() && open_.back().first == 0) {
+    const auto noted = volumes_.of_component.find({open_.back().second, placement.object});
+    if (noted != volumes_.of_component.end()) return noted->second;
+  }
+  return placement.printed && object.printed ? MfVolume::printed : MfVolume::helper;
+}
+
+Result<Done> Placer::copy(const MfKey& key, const MfObject& object, const Transform& to_world) {
   std::vector<Vec3>& positions = out_.mesh.positions;
   std::vector<Triangle>& triangles = out_.mesh.triangles;
   if (object.triangles > source_.limits.max_triangles - triangles.size()) {
@@ -136,6 +165,7 @@ Result<Done> Placer::copy(const MfObject& object, const Transform& to_world) {
   if (object.vertices > vertex_limit(source_) - positions.size()) {
     return too_many(source_, "vertices", vertex_limit(source_));
   }
+  if (auto ok = look_at_ranges(key, object); !ok) return ok;
   const auto first = static_cast<std::uint32_t>(positions.size());
   reserve_more(positions, object.vertices);
   reserve_more(triangles, object.triangles);
@@ -143,23 +173,58 @@ Result<Done> Placer::copy(const MfObject& object, const Transform& to_world) {
     const Vec3& local = document_.positions[object.first_vertex + i];
     positions.push_back(in_millimetres(to_world ? Vec3(*to_world * local) : local, document_.unit));
   }
-  for (std::size_t i = 0; i < object.triangles; ++i) {
-    const Triangle& local = document_.triangles[object.first_triangle + i];
-    triangles.push_back({first + local[0], first + local[1], first + local[2]});
-  }
+  copy_triangles(key, object, first);
   return Done{};
+}
+
+// Which triangles of an object belong to volumes that are not printed; empty: none of them. The ranges may overlap in
+// any number: time is linear in them and in the triangles, and they are looked at once for all placements.
+Result<Done> Placer::look_at_ranges(const MfKey& key, const MfObject& object) {
+  const auto noted = key.first == 0 ? volumes_.of_mesh.find(key.second) : volumes_.of_mesh.end();
+  if (noted == volumes_.of_mesh.end() || left_out_.contains(key)) return Done{};
+  std::vector<std::int32_t> begun_less_ended(object.triangles + 1);
+  for (const MfTriangles& range : noted->second) {
+    if (range.last >= object.triangles) return fail(key, "the slicer's notes name a triangle that it does not have");
+    if (range.volume == MfVolume::negative) return negative(key);
+    ++begun_less_ended[range.first];
+    --begun_less_ended[range.last + 1];
+  }
+  std::vector<bool>& left_out = left_out_[key];
+  left_out.resize(object.triangles);
+  std::int32_t open = 0;
+  for (std::size_t i = 0; i < object.triangles; ++i) left_out[i] = (open += begun_less_ended[i]) > 0;
+  return Done{};
+}
+
+// Vertices that only triangles left out use stay: they are no part of the surface.
+void Placer::copy_triangles(const MfKey& key, const MfObject& object, std::uint32_t first) {
+  const auto found = left_out_.find(key);
+  if (found != left_out_.end()) out_.notes.helper_objects += volumes_.of_mesh.at(key.second).size();
+  for (std::size_t i = 0; i < object.triangles; ++i) {
+    if (found != left_out_.end() && found->second[i]) continue;
+    const Triangle& local = document_.triangles[object.first_triangle + i];
+    out_.mesh.triangles.push_back({first + local[0], first + local[1], first + local[2]});
+  }
+}
+
+Error Placer::shows_nothing() const {
+  if (out_.notes.helper_objects != 0) {
+    return about(source_.part, ErrorCode::empty_mesh,
+                 "has no triangles that are printed: its build shows support, modifiers or objects that are marked as "
+                 "not printable");
+  }
+  return about(source_.part, ErrorCode::empty_mesh,
+               "has no triangles: its build shows none of its " + std::to_string(document_.objects.size()) +
+                   " objects, or empty ones");
 }
 
 Result<ReadMesh> Placer::run() {
   for (const MfPlacement& item : document_.build) {
     if (auto ok = place(item, 0, std::nullopt); !ok) return std::move(ok).error();
   }
-  out_.notes.unused_objects = document_.objects.size() - shown_.size();
-  if (out_.mesh.triangles.empty() && !document_.triangles.empty()) {
-    return about(source_.part, ErrorCode::empty_mesh,
-                 "has no triangles: its build shows none of its " + std::to_string(document_.objects.size()) +
-                     " objects, or empty ones");
-  }
+  for (const MfKey& key : shown_) helpers_.erase(key);
+  out_.notes.unused_objects = document_.objects.size() - shown_.size() - helpers_.size();
+  if (out_.mesh.triangles.empty() && !document_.triangles.empty()) return shows_nothing();
   return std::move(out_);
 }
 
@@ -172,7 +237,9 @@ Result<ReadMesh> read_3mf(const Source& source) {
   if (!root) return root.error();
   const auto document = read_models(source, *archive, *root);
   if (!document) return document.error();
-  return Placer(source, *document).run();
+  const auto volumes = read_3mf_volumes(source, *archive);
+  if (!volumes) return volumes.error();
+  return Placer(source, *document, *volumes).run();
 }
 
 }  // namespace meshgauge::api

@@ -50,6 +50,13 @@ std::optional<XmlDefect> read_transform(const char* text, std::optional<Eigen::A
   return std::nullopt;
 }
 
+std::optional<XmlDefect> read_object_type(const char* text, bool& printed) {
+  const std::string_view type = text == nullptr ? "model" : text;
+  printed = type == "model" || type == "surface";
+  if (printed || type == "support" || type == "solidsupport" || type == "other") return std::nullopt;
+  return malformed("the type " + in_quotes(type) + " of an object is not known");
+}
+
 std::optional<XmlDefect> read_unit(const char* text, LengthUnit& unit) {
   unit = LengthUnit::millimeter;
   if (text == nullptr) return std::nullopt;

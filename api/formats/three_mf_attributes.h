@@ -23,6 +23,10 @@ bool read_natural(const char* text, std::int64_t& value);
 // (nullptr).
 std::optional<XmlDefect> read_transform(const char* text, std::optional<Eigen::Affine3d>& transform);
 
+// What an object is for: only a "model", which is also meant without an attribute (nullptr), and a "surface" are part
+// of what is printed; "support", "solidsupport" and "other" are not.
+std::optional<XmlDefect> read_object_type(const char* text, bool& printed);
+
 // Millimetres where there is no attribute (nullptr).
 std::optional<XmlDefect> read_unit(const char* text, LengthUnit& unit);
 

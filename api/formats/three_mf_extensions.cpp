@@ -17,6 +17,16 @@ constexpr std::string_view kUnderstood[] = {kCore, "http://schemas.microsoft.com
 constexpr std::string_view kStandards[] = {"http://schemas.microsoft.com/3dmanufacturing/",
                                            "http://schemas.3mf.io/3dmanufacturing/"};
 
+// What the standard's own names say of an extension that is not read.
+struct Topic {
+  std::string_view part_of_name;
+  std::string_view what;
+};
+constexpr Topic kTopics[] = {{"beamlattice", "a beam lattice"},      {"slice", "slices"},
+                             {"securecontent", "encrypted content"}, {"booleanoperations", "boolean operations"},
+                             {"volumetric", "volumetric content"},   {"implicit", "implicit surfaces"},
+                             {"displacement", "displaced surfaces"}};
+
 bool is_understood(std::string_view name_space) {
   return std::ranges::find(kUnderstood, name_space) != std::end(kUnderstood);
 }
@@ -26,7 +36,14 @@ bool is_standard(std::string_view name_space) {
 }
 
 XmlDefect unsupported(const std::string& what, std::string_view name_space) {
-  return {ErrorCode::unsupported_format, what + " '" + printable(name_space, 100) + "', which is not supported"};
+  std::string topic;
+  for (const Topic& known : kTopics) {
+    if (topic.empty() && name_space.find(known.part_of_name) != std::string_view::npos) {
+      topic = " (" + std::string(known.what) + ")";
+    }
+  }
+  return {ErrorCode::unsupported_format,
+          what + " '" + printable(name_space, 100) + "'" + topic + ", which is not supported"};
 }
 
 }  // namespace

@@ -1,7 +1,11 @@
 #include "api/formats/three_mf_model.h"
 
+#include <algorithm>
+
+#include "api/formats/text.h"
 #include "api/formats/three_mf_attributes.h"
 #include "api/formats/three_mf_extensions.h"
+#include "api/formats/three_mf_volumes.h"
 
 namespace meshgauge::api {
 namespace {
@@ -17,10 +21,14 @@ class ModelReader : public XmlHandler {
 
   void declare(std::string_view prefix, std::string_view name_space) override;
   Defect start(std::string_view name, const XmlAttributes& attributes) override;
-  void end() override { places_.pop_back(); }
+  void end() override;
+  bool wants_text() const override { return helper_setting_; }
+  void text(std::string_view piece) override {
+    if (value_.size() < kLongestValue) value_.append(piece.substr(0, kLongestValue - value_.size()));
+  }
 
  private:
-  enum class Place { outside, model, resources, object, mesh, vertices, triangles, components, build, other };
+  enum class Place { outside, model, resources, object, mesh, vertices, triangles, components, metadata, build, other };
   // What an element is, by where it stands and its name in the core namespace.
   struct Rule {
     Place parent;
@@ -38,6 +46,7 @@ class ModelReader : public XmlHandler {
   Defect triangle(const XmlAttributes& attributes);
   Defect component(const XmlAttributes& attributes);
   Defect item(const XmlAttributes& attributes);
+  Defect metadata(const XmlAttributes& attributes);
 
   Defect placement(const XmlAttributes& attributes, std::vector<MfPlacement>& out);
   Defect list_one_more();
@@ -48,6 +57,9 @@ class ModelReader : public XmlHandler {
   std::vector<Place> places_{Place::outside};
   MfPrefixes prefixes_;  // of the root element
   MfObject* object_ = nullptr;
+  bool helper_setting_ = false;  // in the element of such a setting, whose text is kept
+  std::string value_;
+  static constexpr std::size_t kLongestValue = 16;
 };
 
 const ModelReader::Rule ModelReader::kRules[] = {
@@ -63,6 +75,8 @@ const ModelReader::Rule ModelReader::kRules[] = {
     {Place::mesh, "triangles", Place::triangles, nullptr},
     {Place::components, "component", Place::other, &ModelReader::component},
     {Place::build, "item", Place::other, &ModelReader::item},
+    {Place::object, "metadatagroup", Place::metadata, nullptr},
+    {Place::metadata, "metadata", Place::other, &ModelReader::metadata},
 };
 
 void ModelReader::declare(std::string_view prefix, std::string_view name_space) {
@@ -108,6 +122,7 @@ Defect ModelReader::object(const XmlAttributes& attributes) {
   const auto [entry, is_new] = document_.objects.try_emplace({part_, static_cast<std::uint32_t>(id)});
   if (!is_new) return malformed("a second object " + std::to_string(id));
   object_ = &entry->second;
+  if (auto defect = read_object_type(attributes.find("type"), object_->printed)) return defect;
   return list_one_more();
 }
 
@@ -185,7 +200,25 @@ Defect ModelReader::component(const XmlAttributes& attributes) { return placemen
 
 // Only the root model has a build that counts.
 Defect ModelReader::item(const XmlAttributes& attributes) {
-  return part_ == 0 ? placement(attributes, document_.build) : std::nullopt;
+  if (part_ != 0) return std::nullopt;
+  if (auto defect = placement(attributes, document_.build)) return defect;
+  const char* const printable = attributes.find("printable");  // of slicers
+  document_.build.back().printed = printable == nullptr || printable != std::string_view("0");
+  return std::nullopt;
+}
+
+// Cura's settings of an object.
+Defect ModelReader::metadata(const XmlAttributes& attributes) {
+  const char* const name = attributes.find("name");
+  helper_setting_ = name != nullptr && is_mf_helper_setting(name);
+  value_.clear();
+  return std::nullopt;
+}
+
+void ModelReader::end() {
+  if (helper_setting_ && same_word(value_, "true")) object_->printed = false;
+  helper_setting_ = false;
+  places_.pop_back();
 }
 
 }  // namespace

@@ -20,6 +20,7 @@ struct MfPlacement {
   std::size_t part = 0;  // of MfDocument::parts
   std::uint32_t object = 0;
   std::optional<Eigen::Affine3d> transform;
+  bool printed = true;  // false: an item that the slicer is told to leave out
 };
 
 // A mesh, or components; the arrays are those of the document, its triangles count their vertices from 0.
@@ -30,6 +31,7 @@ struct MfObject {
   std::size_t triangles = 0;
   std::vector<MfPlacement> components;
   bool has_mesh = false;
+  bool printed = true;  // false: support, or of another kind that is none of the part itself
 };
 
 using MfKey = std::pair<std::size_t, std::uint32_t>;  // part and id

@@ -75,11 +75,14 @@ class XmlReader {
   }
 
   std::optional<XmlDefect> start(const char* name, const char** attributes);
+  // Most of the text of a model is the space between its elements: expat is asked for none of it.
+  void listen() { XML_SetCharacterDataHandler(parser_.get(), handler_.wants_text() ? on_text : nullptr); }
   Error here(ErrorCode code, const std::string& what) const;
   Error fault() const;
 
   static void XMLCALL on_start(void* self, const char* name, const char** attributes);
   static void XMLCALL on_end(void* self, const char* name);
+  static void XMLCALL on_text(void* self, const char* text, int bytes);
   static void XMLCALL on_prefix(void* self, const char* prefix, const char* name_space);
   static void XMLCALL on_document_type(void* self, const char* name, const char* system, const char* public_id,
                                        int has_internal_subset);
@@ -117,6 +120,15 @@ void XmlReader::on_end(void* self, const char* /*name*/) {
   reader.step([&]() -> std::optional<XmlDefect> {
     --reader.depth_;
     reader.handler_.end();
+    reader.listen();
+    return std::nullopt;
+  });
+}
+
+void XmlReader::on_text(void* self, const char* text, int bytes) {
+  XmlReader& reader = *static_cast<XmlReader*>(self);
+  reader.step([&]() -> std::optional<XmlDefect> {
+    reader.handler_.text({text, static_cast<std::size_t>(bytes)});
     return std::nullopt;
   });
 }
@@ -139,7 +151,9 @@ void XmlReader::on_document_type(void* self, const char* /*name*/, const char* /
 
 std::optional<XmlDefect> XmlReader::start(const char* name, const char** attributes) {
   if (++depth_ > kDeepest) return XmlDefect{ErrorCode::unreadable_mesh, "XML nested deeper than 64"};
-  return handler_.start(name, XmlAttributes(attributes));
+  auto defect = handler_.start(name, XmlAttributes(attributes));
+  listen();
+  return defect;
 }
 
 Error XmlReader::here(ErrorCode code, const std::string& what) const {

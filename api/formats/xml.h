@@ -45,6 +45,9 @@ class XmlHandler {
   // A defect ends the reading.
   virtual std::optional<XmlDefect> start(std::string_view name, const XmlAttributes& attributes) = 0;
   virtual void end() {}
+  // Whether the text that follows is of use, asked at each start and end; it comes in any number of pieces.
+  virtual bool wants_text() const { return false; }
+  virtual void text(std::string_view /*piece*/) {}
 };
 
 // Reads the entry `name` of the archive to its end. An Error names the entry and the line.

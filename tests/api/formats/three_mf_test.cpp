@@ -11,6 +11,7 @@ namespace meshgauge::api::test {
 namespace {
 
 const std::string kItem = "<item objectid=\"1\"/>";
+const std::string kIdentity = "1 0 0 0 1 0 0 0 1 0 0 0";
 
 ReadMesh good(const std::string& file) {
   auto result = read(file, "m.3mf");
@@ -115,6 +116,117 @@ TEST_CASE("3mf: objects outside of the build are counted and not measured") {
   CHECK(code(package(model("", "")), "m.3mf") == ErrorCode::empty_mesh);
 }
 
+TEST_CASE("3mf: objects that are not printed are counted and not measured") {
+  const auto typed = [](int id, const std::string& type) {
+    std::string object = triangle_object(id);
+    return object.replace(object.find("\"model\""), 7, "\"" + type + "\"");
+  };
+  const std::string both = kItem + "<item objectid=\"2\"/>";
+  for (const char* type : {"support", "solidsupport", "other"}) {
+    const ReadMesh read = good(package(model(triangle_object(1) + typed(2, type), both)));
+    CHECK(read.mesh.triangles.size() == 1);
+    CHECK(read.notes.helper_objects == 1);
+    CHECK(read.notes.unused_objects == 0);
+    const ReadMesh part = good(package(
+        model(triangle_object(1) + typed(2, type) + assembly(3, component(1) + component(2)), item(3, kIdentity))));
+    CHECK(part.mesh.triangles.size() == 1);
+    CHECK(part.notes.helper_objects == 1);
+    CHECK(contains(refused(typed(1, type)), "has no triangles that are printed"));
+  }
+  CHECK(good(package(model(triangle_object(1) + typed(2, "surface"), both))).mesh.triangles.size() == 2);
+  CHECK(contains(refused(typed(1, "modle")), "line 4 of 'a': the type 'modle' of an object is not known"));
+}
+
+TEST_CASE("3mf: items that a slicer is told to leave out") {
+  const std::string resources = triangle_object(1) + triangle_object(2);
+  const ReadMesh one = good(package(model(resources, kItem + "<item objectid=\"2\" printable=\"0\"/>")));
+  CHECK(one.mesh.triangles.size() == 1);
+  CHECK(one.notes.helper_objects == 1);
+  CHECK(one.notes.unused_objects == 0);
+  const ReadMesh again = good(package(model(triangle_object(1), kItem + "<item objectid=\"1\" printable=\"0\"/>")));
+  CHECK(again.mesh.triangles.size() == 1);
+  CHECK(again.notes.helper_objects == 1);
+  CHECK(good(package(model(triangle_object(1), "<item objectid=\"1\" printable=\"1\"/>"))).mesh.triangles.size() == 1);
+  CHECK(contains(refused(resources, "<item objectid=\"2\" printable=\"0\"/>"), "marked as not printable"));
+}
+
+TEST_CASE("3mf: the helper meshes of Cura") {
+  const auto with = [](const std::string& setting, const std::string& value) {
+    std::string object = triangle_object(2);
+    return object.insert(object.find("<mesh>"), "<metadatagroup><metadata name=\"" + setting +
+                                                    "\" type=\"xs:boolean\">" + value + "</metadata></metadatagroup>");
+  };
+  const std::string both = kItem + "<item objectid=\"2\"/>";
+  for (const char* name : {"support_mesh", "anti_overhang_mesh", "infill_mesh", "cutting_mesh"}) {
+    for (const char* prefix : {"cura:", ""}) {
+      const ReadMesh read = good(package(model(triangle_object(1) + with(prefix + std::string(name), "True"), both)));
+      CHECK(read.mesh.triangles.size() == 1);
+      CHECK(read.notes.helper_objects == 1);
+    }
+    CHECK(good(package(model(triangle_object(1) + with(name, "False"), both))).mesh.triangles.size() == 2);
+  }
+  CHECK(good(package(model(triangle_object(1) + with("cura:infill_pattern", "True"), both))).mesh.triangles.size() ==
+        2);
+}
+
+TEST_CASE("3mf: volumes of PrusaSlicer, by ranges of triangles") {
+  std::string object = triangle_object(1);
+  const std::string triangle = "<triangle v1=\"0\" v2=\"1\" v3=\"2\"/>";
+  object.insert(object.find(triangle), triangle + triangle + "<triangle v1=\"2\" v2=\"1\" v3=\"0\"/>");
+  const auto with = [&](const std::string& volumes) {
+    const std::string config = "<config><object id=\"1\">" + volumes + "</object></config>";
+    return package(model(object, kItem + kItem), {{"Metadata/Slic3r_PE_model.config", config}});
+  };
+  const auto volume = [](const std::string& range, const std::string& key, const std::string& value) {
+    return "<volume " + range + "><metadata type=\"volume\" key=\"" + key + "\" value=\"" + value + "\"/></volume>";
+  };
+  const std::string first = "firstid=\"0\" lastid=\"1\"", last = "firstid=\"3\" lastid=\"3\"";
+  const std::string part = volume(first, "volume_type", "ModelPart");
+  for (const char* type : {"ParameterModifier", "SupportEnforcer", "SupportBlocker", "SeamPosition"}) {
+    const ReadMesh read = good(with(part + volume(last, "volume_type", type)));
+    CHECK(read.mesh.triangles.size() == 6);
+    CHECK(read.notes.helper_objects == 2);
+  }
+  CHECK(good(with(part + volume(last, "modifier", "1"))).mesh.triangles.size() == 6);
+  const ReadMesh middle = good(with(volume(first, "modifier", "1") + volume(last, "modifier", "1")));
+  CHECK(middle.mesh.triangles == std::vector<Triangle>{{2, 1, 0}, {5, 4, 3}});
+  CHECK(middle.notes.helper_objects == 4);
+  CHECK(good(with(volume(first, "modifier", "1") + volume(first, "modifier", "1"))).mesh.triangles.size() == 4);
+  CHECK(good(with(part + volume(last, "modifier", "0"))).mesh.triangles.size() == 8);
+  const std::string in = "Metadata/Slic3r_PE_model.config, line 1 of 'a': ";
+  const auto refused_by = [&](const std::string& volumes) { return refusal(with(volumes), "m.3mf"); };
+  CHECK(contains(refused_by(volume(last, "volume_type", "Hologram")), in + "a volume of the kind 'Hologram'"));
+  CHECK(contains(refused_by(volume("firstid=\"0\"", "modifier", "1")), in + "a volume without a valid range"));
+  CHECK(contains(refused_by(volume("firstid=\"2\" lastid=\"1\"", "modifier", "1")), "without a valid range"));
+  CHECK(contains(refused_by(volume("firstid=\"0\" lastid=\"4\"", "modifier", "1")), "does not have"));
+  CHECK(contains(refused_by(volume(last, "volume_type", "NegativeVolume")), "object 1 of 'a': a negative volume"));
+  CHECK(code(with(volume(last, "volume_type", "NegativeVolume")), "m.3mf") == ErrorCode::unsupported_format);
+  CHECK(contains(refused_by(volume("firstid=\"0\" lastid=\"3\"", "modifier", "1")), "has no triangles that are"));
+  CHECK(contains(refused_by("<volume>"), in + "not valid XML"));
+}
+
+TEST_CASE("3mf: volumes of Bambu Studio and OrcaSlicer, by components") {
+  const auto with = [&](const std::string& parts, const std::string& build) {
+    const std::string config = "<config><object id=\"3\">" + parts + "</object><plate/></config>";
+    return package(model(triangle_object(1) + triangle_object(2) + assembly(3, component(1) + component(2)), build),
+                   {{"Metadata/model_settings.config", config}});
+  };
+  const auto part = [](int id, const std::string& subtype) {
+    return "<part id=\"" + std::to_string(id) + "\" subtype=\"" + subtype + "\"><mesh_stat/></part>";
+  };
+  const std::string build = item(3, kIdentity);
+  for (const char* subtype : {"modifier_part", "support_enforcer", "support_blocker"}) {
+    const ReadMesh read = good(with(part(1, "normal_part") + part(2, subtype), build));
+    CHECK(read.mesh.triangles.size() == 1);
+    CHECK(read.notes.helper_objects == 1);
+    CHECK(good(with(part(2, subtype), build + item(2, kIdentity))).mesh.triangles.size() == 2);
+  }
+  CHECK(good(with(part(1, "normal_part") + "<part id=\"2\"/>", build)).mesh.triangles.size() == 2);
+  CHECK(contains(refusal(with(part(2, "negative_part"), build), "m.3mf"), "object 2 of 'a': a negative volume"));
+  CHECK(good(with(part(2, "negative_part"), kItem)).mesh.triangles.size() == 1);
+  CHECK(contains(refusal(with(part(2, "hologram"), build), "m.3mf"), "a volume of the kind 'hologram'"));
+}
+
 TEST_CASE("3mf: objects in other parts, by the production extension") {
   const std::string production =
       "xmlns:p=\"http://schemas.microsoft.com/3dmanufacturing/production/2015/06\" requiredextensions=\"p\"";
@@ -150,14 +262,20 @@ TEST_CASE("3mf: extensions that leave the surface alone pass, others are refused
   CHECK(placed(lattice, kItem, with(standards + "trianglesets/2021/07", required)) == kTriangle);
   CHECK(placed(lattice, kItem, with("http://slicer.example/notes", "")) == kTriangle);
   CHECK(placed(triangle_object(1), kItem, with(standards + "slice/2015/07", "")) == kTriangle);
-  CHECK(contains(refused(lattice, kItem, with(standards + "beamlattice/2017/02", "")),
-                 "geometry of the extension '" + standards + "beamlattice/2017/02', which is not supported"));
+  CHECK(contains(
+      refused(lattice, kItem, with(standards + "beamlattice/2017/02", "")),
+      "geometry of the extension '" + standards + "beamlattice/2017/02' (a beam lattice), which is not supported"));
   CHECK(contains(refused("<object id=\"1\"><e:booleanshape/></object>", kItem,
                          with("http://schemas.3mf.io/3dmanufacturing/booleanoperations/2023/07", "")),
                  "geometry of the extension"));
-  for (const char* name : {"slice/2015/07", "securecontent/2019/04", "beamlattice/2017/02"}) {
-    CHECK(contains(refused(triangle_object(1), kItem, with(standards + name, required)),
-                   "line 2 of 'a': it requires the extension '" + standards + name + "', which is not supported"));
+  const std::pair<std::string, std::string> topics[] = {{"slice/2015/07", " (slices)"},
+                                                        {"securecontent/2019/04", " (encrypted content)"},
+                                                        {"beamlattice/2017/02", " (a beam lattice)"},
+                                                        {"something/2030/01", ""}};
+  for (const auto& [name, topic] : topics) {
+    CHECK(contains(
+        refused(triangle_object(1), kItem, with(standards + name, required)),
+        "line 2 of 'a': it requires the extension '" + standards + name + "'" + topic + ", which is not supported"));
   }
   CHECK(contains(refused(triangle_object(1), kItem, "requiredextensions=\"x\""), "extension 'x' is not declared"));
   CHECK(code(package(model(triangle_object(1), kItem, with("http://other.example", required))), "m.3mf") ==
