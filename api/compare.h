@@ -28,8 +28,7 @@ struct Comparison {
   MeshFacts a;
   MeshFacts b;
   StageTimes times;
-  std::string units;    // label of the gate's unit, as sent; compare() leaves it to its caller
-  unsigned shards = 1;  // parts that it was put together from
+  std::string units;  // label of the gate's unit, as sent; compare() leaves it to its caller
 };
 
 // `control` carries the deadline and the cancellation of the whole job, reading included. An Error is

@@ -1,4 +1,4 @@
-// What results and parts of results have in common, as JSON.
+// Pieces of a result as JSON.
 #pragma once
 
 #include <optional>

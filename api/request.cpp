@@ -56,15 +56,24 @@ const Field* find(std::span<const Field> fields, std::string_view key) {
   return nullptr;
 }
 
+// Why a member that is none of the fields is refused.
+std::string unknown(const std::string& pointer, const std::string& key, std::span<const Field> fields) {
+  if (pointer == "/shards") {
+    return "/shards is no option any more: one comparison is not split among workers, its threads share it; leave it "
+           "out, or set /threads";
+  }
+  return "unknown option " + shown_text(key) + "; known: " + keys_of(fields);
+}
+
 Result<Done> read_object(const Json& value, const std::string& pointer, std::span<const Field> fields,
                          Reading& reading) {
   const std::string name = pointer.empty() ? "the document" : pointer;
   if (!value.is_object()) return refused(pointer, name + " must be an object, not " + shown(value));
   for (const auto& [key, member] : value.items()) {
     const Field* field = find(fields, key);
-    if (!field)
-      return refused(pointer + "/" + key, "unknown option " + shown_text(key) + "; known: " + keys_of(fields));
-    if (auto read = field->read(member, pointer + "/" + std::string(field->key), reading); !read) return read;
+    const std::string place = pointer + "/" + key;
+    if (!field) return refused(place, unknown(place, key, fields));
+    if (auto read = field->read(member, place, reading); !read) return read;
   }
   return Done{};
 }
@@ -203,24 +212,10 @@ Result<Done> read_threads(const Json& value, const std::string& pointer, Reading
   return Done{};
 }
 
-Result<Done> read_shards(const Json& value, const std::string& pointer, Reading& reading) {
-  auto number = read_number(value, kShardsRange, pointer);
-  if (!number) return number.error();
-  reading.request.shards = static_cast<unsigned>(*number);
-  return Done{};
-}
-
-// Sampling looks at whole meshes and needs the whole's upper bound.
-Result<Done> check_shards(const Request& request) {
-  if (request.shards == 1 || !request.options.statistics) return Done{};
-  return refused("/shards", "/shards above 1 does not go with /statistics: ask for them in a comparison of their own");
-}
-
-constexpr Field kOptions[] = {{"direction", read_direction}, {"tolerance", read_tolerance},
-                              {"gate", read_gate},           {"strategy", read_strategy},
-                              {"points", read_points},       {"timeout_ms", read_timeout},
-                              {"threads", read_threads},     {"shards", read_shards},
-                              {"budget", read_budget},       {"statistics", read_statistics}};
+constexpr Field kOptions[] = {
+    {"direction", read_direction}, {"tolerance", read_tolerance}, {"gate", read_gate},
+    {"strategy", read_strategy},   {"points", read_points},       {"timeout_ms", read_timeout},
+    {"threads", read_threads},     {"budget", read_budget},       {"statistics", read_statistics}};
 
 }  // namespace
 
@@ -265,7 +260,6 @@ Result<Request> parse_options(std::string_view json, const RequestLimits& limits
   Reading reading{request, limits};
   if (auto read = read_object(*document, "", kOptions, reading); !read) return read.error();
   if (auto ok = check_points(reading.points_given, request.options.strategy, "/points"); !ok) return ok.error();
-  if (auto ok = check_shards(request); !ok) return ok.error();
   return request;
 }
 

@@ -22,7 +22,6 @@ struct Range {
 inline constexpr Range kToleranceRange{};               // absolute, diagonal, relative; 0: as tight as rounding allows
 inline constexpr Range kMaxDistanceRange{};             // of the gate, in the meshes' unit
 inline constexpr Range kThreadsRange{1, 64, true};      // of one job; a service may grant fewer
-inline constexpr Range kShardsRange{1, 64, true};       // parts of one comparison (engine/part.h)
 inline constexpr Range kWorkItemsRange{1, 1e15, true};  // pieces split
 inline constexpr Range kMemoryBytesRange{1 << 20, 0x1p40, true};  // of waiting pieces; a service may grant less
 inline constexpr Range kTimeoutMsRange{1, 180'000, true};         // a service may set a smaller end
@@ -50,7 +49,6 @@ Result<Done> check_points(bool points_given, Strategy strategy, std::string_view
 struct Request {
   Options options;
   bool threads_given = false;                 // else it is its caller's to say how many
-  unsigned shards = 1;                        // parts to be measured apart; a service may grant fewer
   std::chrono::milliseconds timeout{30'000};  // of the whole job: waiting, reading, measuring
   std::string units;                          // the gate's label, echoed; no meaning here
 };
@@ -62,8 +60,7 @@ struct RequestLimits {
 
 // The `options` document: an object of at most 64 KiB, nested at most 16 deep; every field is optional.
 // Refused, with the JSON pointer in Error::where: a syntax error (where: "byte N"), a duplicate or unknown
-// key, a wrong type, a value out of range, statistics together with shards. When `tolerance` is given, only the rules
-// in it apply.
+// key, a wrong type, a value out of range. When `tolerance` is given, only the rules in it apply.
 Result<Request> parse_options(std::string_view json, const RequestLimits& limits = {});
 
 // A comparison of two stored meshes, as a document: {"a": id, "b": id, "options": {...}}, the last one optional.

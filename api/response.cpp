@@ -48,13 +48,12 @@ Json verdict_of(const Comparison& comparison) {
   return found ? Json(to_string(*found)) : Json(nullptr);
 }
 
-Json engine(const Options& options, const Outcome& outcome, unsigned shards) {
+Json engine(const Options& options, const Outcome& outcome) {
   return {{"version", version()},
           {"strategy", name_of(kStrategies, options.strategy)},
           {"points", options.strategy == Strategy::n_point ? Json(options.points) : Json(nullptr)},
           {"simd", outcome.simd},
-          {"threads", outcome.threads},
-          {"shards", shards}};
+          {"threads", outcome.threads}};
 }
 
 Json json_of(const Estimate& estimate) {
@@ -115,7 +114,7 @@ std::string to_json(const Comparison& comparison) {
             {"precision_floor", outcome.precision_floor},
             {"timings_ms", timings(comparison)},
             {"meshes", {{"a", json_of(comparison.a)}, {"b", json_of(comparison.b)}}},
-            {"engine", engine(comparison.options, outcome, comparison.shards)},
+            {"engine", engine(comparison.options, outcome)},
             {"statistics", json_of(outcome.statistics)}};
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }

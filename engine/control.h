@@ -3,7 +3,6 @@
 
 #include <atomic>
 #include <chrono>
-#include <cmath>
 #include <cstdint>
 #include <functional>
 #include <limits>
@@ -24,8 +23,8 @@ enum class Interruption { none, timeout, cancelled };
 using Interrupted = std::function<bool()>;
 inline bool never_interrupted() { return false; }
 
-// One per job. cancel() and know_lower() may be called from any thread, check() from the job's own threads; everything
-// else belongs to the thread that runs the job.
+// One per job. cancel() may be called from any thread, check() from the job's own threads; everything else belongs to
+// the thread that runs the job.
 class Control {
  public:
   using Clock = std::chrono::steady_clock;
@@ -38,17 +37,6 @@ class Control {
   void cancel() noexcept { cancelled_.store(true, std::memory_order_relaxed); }
   void set_deadline(Clock::time_point deadline) { deadline_ = deadline; }
   std::optional<Clock::time_point> deadline() const { return deadline_; }
-
-  // Of a part (Options::part): the whole's distance is known to be at least this, in the meshes' unit, by a witness
-  // that is another's to report. The part leaves out what cannot exceed it. It may only rise; lower and senseless
-  // numbers are ignored. No interval relies on it (engine/part.h).
-  void know_lower(double distance) noexcept {
-    double known = known_lower();
-    while (std::isfinite(distance) && distance > known &&
-           !known_lower_.compare_exchange_weak(known, distance, std::memory_order_relaxed)) {
-    }
-  }
-  double known_lower() const noexcept { return known_lower_.load(std::memory_order_relaxed); }
 
   // Called by the engine at most every `interval`, on the job's thread; must be quick and must not throw.
   void watch(std::function<void(const Progress&)> callback, std::chrono::milliseconds interval) {
@@ -79,7 +67,6 @@ class Control {
  private:
   std::optional<Clock::time_point> deadline_;
   std::atomic<bool> cancelled_{false};
-  std::atomic<double> known_lower_{0};
   std::atomic<std::uint64_t> checks_{0};
   std::uint64_t cancel_at_ = std::numeric_limits<std::uint64_t>::max();
   std::function<void(const Progress&)> callback_;

@@ -11,10 +11,8 @@
 #include "engine/certify.h"
 #include "engine/conclusion.h"
 #include "engine/crew.h"
-#include "engine/curve.h"
 #include "engine/kernels/kernels.h"
 #include "engine/ordered_mesh.h"
-#include "engine/part.h"
 #include "engine/prepared.h"
 #include "engine/reduction.h"
 #include "engine/rounding.h"
@@ -58,11 +56,8 @@ class Measurement final : public Monitor {
     goal_.width = frame_.length_to_frame(width);
     goal_.relative = t.relative.value_or(0);
     if (options.max_distance) goal_.gate = frame_.length_to_frame(*options.max_distance);
-    const auto [direction, part] =
-        share_of(options.part, options.direction, a.mesh().triangles.size(), b.mesh().triangles.size());
-    part_ = part;
-    if (direction != Direction::b_to_a) open(outcome_.a_to_b, a_, b_);
-    if (direction != Direction::a_to_b) open(outcome_.b_to_a, b_, a_);
+    if (options.direction != Direction::b_to_a) open(outcome_.a_to_b, a_, b_);
+    if (options.direction != Direction::a_to_b) open(outcome_.b_to_a, b_, a_);
   }
 
   Outcome run() {
@@ -84,9 +79,6 @@ class Measurement final : public Monitor {
 
   bool interrupted() override { return control_.check() != Interruption::none; }
 
-  // No distance in the frame is more than 3.47, so that a senseless number cannot overflow.
-  double known_lower() const override { return std::min(frame_.length_to_frame(control_.known_lower()), 4.0); }
-
  private:
   // One of the two meshes.
   struct Side {
@@ -104,7 +96,7 @@ class Measurement final : public Monitor {
     Side& from;
     Side& to;
     bool settled = false;                         // nothing is left to measure
-    std::unique_ptr<OrderedMesh> rest = nullptr;  // what is to be measured, if it is not all of `from`
+    std::unique_ptr<OrderedMesh> rest = nullptr;  // what of `from` is not in `to` as it is, where that is worth it
   };
 
   // Calls work(side, crew) for both sides, at once where they are large enough, each with its share of the threads.
@@ -130,7 +122,7 @@ class Measurement final : public Monitor {
   void open(std::optional<Directed>& directed, Side& from, Side& to) {
     directed.emplace();
     courses_.push_back({*directed, from, to});
-    directed->culling.triangles = size_of_part(from.given().triangles.size(), part_);
+    directed->culling.triangles = from.given().triangles.size();
     directed->culling.survivors = directed->culling.triangles;
     const Box box{frame_.to_frame(from.mesh.box().low), frame_.to_frame(from.mesh.box().high)};
     const double upper = farthest_of_box(box, frame_.to_frame(to.given().corner(0, 0)));
@@ -139,19 +131,15 @@ class Measurement final : public Monitor {
   }
 
   bool is_auto() const { return options_.strategy == Strategy::automatic; }
-  bool is_part() const { return part_.count > 1; }
-  // The paper's traversal needs two trees, of what is measured each; `auto` goes over the mesh measured from by itself.
+  // The paper's traversal needs two trees; `auto` goes over the mesh measured from by itself.
   bool needs_tree(const Side& side) const {
-    return (!is_auto() && !is_part()) || std::any_of(courses_.begin(), courses_.end(), [&](const Course& course) {
-             return &course.to == &side && !course.settled;
-           });
+    return !is_auto() || std::any_of(courses_.begin(), courses_.end(),
+                                     [&](const Course& course) { return &course.to == &side && !course.settled; });
   }
-  // A part is cut out of an order that is there or is worth keeping.
   bool needs_order(const Side& side) const {
-    const bool keeps = !is_part() || side.mesh.use() == Prepared::Use::often;
-    return needs_tree(side) || (keeps && std::any_of(courses_.begin(), courses_.end(), [&](const Course& course) {
-                                  return &course.from == &side && !course.settled && !course.rest;
-                                }));
+    return needs_tree(side) || std::any_of(courses_.begin(), courses_.end(), [&](const Course& course) {
+             return &course.from == &side && !course.settled && !course.rest;
+           });
   }
 
   std::optional<Stop> build() {
@@ -170,12 +158,6 @@ class Measurement final : public Monitor {
       order(needs_order(a_) ? a_ : b_, crew_);
     }
     if (const auto why = control_.check(); why != Interruption::none) return to_stop(why);
-    if (is_part()) {
-      for (Course& course : courses_) {
-        if (!course.settled && !course.rest) take_part(course, {});
-        if (!course.settled && !course.rest->complete()) return to_stop(control_.check());
-      }
-    }
     for (Side* side : {&a_, &b_}) {
       if (!needs_tree(*side)) continue;
       side->tree = side->framed->tree(control_, crew_);
@@ -193,29 +175,13 @@ class Measurement final : public Monitor {
     for (std::uint32_t t = 0; t < twins.size(); ++t) {
       if (twins[t] == kNoTwin) rest.push_back(t);
     }
-    if (!rest.empty()) return take_part(course, rest);
-    const Vec3& point = course.from.given().corner(0, 0);
-    settle(course, {0, 0, Witness{point, 0, point, twins[0]}});
-  }
-
-  // What of the `chosen` triangles, or of all if none are, is to be measured.
-  void take_part(Course& course, std::span<const std::uint32_t> chosen) {
-    const Side& from = course.from;
-    const Box& box = from.mesh.box();
-    const bool has_order = chosen.empty() && from.ordered;
-    LargeArray<std::uint32_t> made;
-    if (!has_order) made = curve_order(from.given(), chosen, box, control_, crew_);
-    const std::span<const std::uint32_t> order = has_order ? from.ordered->original : made;
-    if (is_part()) {
-      const bool is_complete = !order.empty();
-      made = of_part(order, part_);
-      if (is_complete && made.empty()) return settle(course, {0, 0, std::nullopt});
+    if (!rest.empty()) {
+      const Side& from = course.from;
+      course.rest = std::make_unique<OrderedMesh>(from.given(), rest, from.mesh.box(), frame_, control_, crew_);
+      return;
     }
-    course.rest = std::make_unique<OrderedMesh>(from.given(), std::move(made), box, frame_, control_);
-  }
-
-  static void settle(Course& course, const Bounds& bounds) {
-    course.result.bounds = bounds;
+    const Vec3& point = course.from.given().corner(0, 0);
+    course.result.bounds = {0, 0, Witness{point, 0, point, twins[0]}};
     course.result.culling.survivors = 0;
     course.settled = true;
   }
@@ -233,7 +199,7 @@ class Measurement final : public Monitor {
     certifier_ = Certifier();
     search.set_adjacency_source(
         [this, &course] { return course.to.framed->adjacency(crew_, [this] { return interrupted(); }); });
-    const auto stop = is_auto() ? run_auto(search, from, to) : run_paper(search, from, course.from.tree);
+    const auto stop = is_auto() ? run_auto(search, from, to) : run_paper(search, *course.from.tree);
     const StageClock clock(outcome_.timings.certify);
     stage_ = "certify";
     const double opened = directed.bounds.upper;
@@ -241,8 +207,7 @@ class Measurement final : public Monitor {
     directed.bounds.upper = std::min(directed.bounds.upper, opened);
     directed.bounds.witness->triangle_a = from.original[directed.bounds.witness->triangle_a];
     directed.bounds.witness->triangle_b = to.original[directed.bounds.witness->triangle_b];
-    // What both meshes share is not cut as the rest is, so that a part of the rest may be larger by a run.
-    directed.culling.survivors = std::min(search.survivors(), directed.culling.triangles);
+    directed.culling.survivors = search.survivors();
     directed.work = search.work();
     lower_ = std::max(lower_, search.lower());
     lower_slack_ = search.lower_slack();
@@ -256,13 +221,10 @@ class Measurement final : public Monitor {
     return stop;
   }
 
-  // `tree`: of `from`, if there is one.
-  std::optional<Stop> run_paper(Search& search, const OrderedMesh& from, const Bvh* tree) {
-    std::optional<Bvh> own;
-    if (is_part()) tree = &own.emplace(from.view(), *kernels_, control_, crew_);
-    if (!tree->complete()) return to_stop(control_.check());
+  // `tree`: of the mesh measured from.
+  std::optional<Stop> run_paper(Search& search, const Bvh& tree) {
     const auto bound = make_paper_bound(options_, search);
-    auto stop = staged("traverse", outcome_.timings.traverse, [&] { return traverse(search, *tree, *bound); });
+    auto stop = staged("traverse", outcome_.timings.traverse, [&] { return traverse(search, tree, *bound); });
     if (!stop) stop = staged("reduce", outcome_.timings.reduce, [&] { return reduce(search, *bound); });
     return stop;
   }
@@ -276,7 +238,6 @@ class Measurement final : public Monitor {
 
   // Certifying costs one query, so it is asked for only when the lower bound has moved.
   bool fails_gate(const Search& search) {
-    if (options_.max_distance && control_.known_lower() > *options_.max_distance) return true;
     if (!search.above_gate()) return false;
     if (search.lower() != gate_checked_at_) {
       gate_checked_at_ = search.lower();
@@ -297,11 +258,10 @@ class Measurement final : public Monitor {
   void conclude(std::optional<Stop> stop) {
     take_maximum(outcome_);
     outcome_.precision_floor = rounding::scale_up(floor_, frame_.exponent());
-    const double lower = std::max(outcome_.lower, control_.known_lower());
-    outcome_.met_by = rule_met(options_.tolerance, lower, outcome_.upper, outcome_.diagonal_a);
+    outcome_.met_by = rule_met(options_.tolerance, outcome_.lower, outcome_.upper, outcome_.diagonal_a);
     if (outcome_.met_by) {
       outcome_.stop = Stop::converged;
-    } else if (gate_decided(options_.max_distance, lower, outcome_.upper)) {
+    } else if (gate_decided(options_.max_distance, outcome_.lower, outcome_.upper)) {
       outcome_.stop = Stop::gate_decided;
     } else {
       outcome_.stop = stop.value_or(Stop::precision_floor);
@@ -340,7 +300,6 @@ class Measurement final : public Monitor {
   Crew crew_;
   Side a_;
   Side b_;
-  Part part_;  // of each course
   std::vector<Course> courses_;
   Frame frame_;
   Goal goal_;

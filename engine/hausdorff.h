@@ -38,13 +38,6 @@ struct Tolerance {
   std::optional<double> relative;  // U - L <= relative * L             (eq. 17)
 };
 
-// One of `count` parts of a measurement, each of which looks at its share of the triangles measured from, of one
-// direction (engine/part.h).
-struct Part {
-  unsigned index = 0;  // below count
-  unsigned count = 1;  // 1: all
-};
-
 struct Options {
   Direction direction = Direction::symmetric;
   Tolerance tolerance{std::nullopt, 1e-6, 0.01};
@@ -55,8 +48,7 @@ struct Options {
   std::uint64_t max_work_items = std::numeric_limits<std::uint64_t>::max();  // pieces split; when spent: Stop::budget
   unsigned threads = 1;                // of this job, at least 1; more than one for `automatic` only
   std::string_view simd = "auto";      // the instruction set: one of supported_simd(), or "auto" for the fastest
-  std::optional<Sampling> statistics;  // sampled after the measurement, if there is time left; not for a part
-  Part part;                           // what is asked of the whole is asked of the part, as far as it can matter there
+  std::optional<Sampling> statistics;  // sampled after the measurement, if there is time left
 };
 
 // The instruction sets of this processor, the fastest first; the last one is "scalar". They give the same bits.
@@ -86,11 +78,11 @@ struct Witness {
 struct Bounds {
   double lower = 0;
   double upper = 0;
-  std::optional<Witness> witness;  // none only when the work ended before any point was measured, or in an empty part
+  std::optional<Witness> witness;  // none only when the work ended before any point was measured
 };
 
 struct Culling {
-  std::size_t triangles = 0;  // of the mesh measured from, or of the part of it
+  std::size_t triangles = 0;  // of the mesh measured from
   std::size_t survivors = 0;  // triangles that the traversal could not cull
   double rate() const {
     return triangles ? 1.0 - static_cast<double>(survivors) / static_cast<double>(triangles) : 0.0;
@@ -127,7 +119,7 @@ struct Timings {  // milliseconds of wall time
 struct Outcome {
   Stop stop = Stop::converged;
   std::optional<Rule> met_by;  // the rule that holds, when one does (also when the stop was another)
-  double lower = 0;            // of the direction asked for; of a part: what it has found itself
+  double lower = 0;            // of the direction asked for
   double upper = 0;
   std::optional<Directed> a_to_b;
   std::optional<Directed> b_to_a;  // witness.point_a lies on mesh b here: always "the mesh measured from"
@@ -139,9 +131,6 @@ struct Outcome {
   std::optional<Statistics> statistics;  // when they were asked for; nothing above depends on them, or is lost by them
 };
 
-// Of a part (options.part) it is the interval of max over a in the part, and the stop and the rule are about that
-// interval with lower raised to control.known_lower(). Parts are put together by joined() (engine/part.h).
-//
 // Precondition: both meshes pass validate(), is_stencil(options.points) for n_point, options.simd is supported. Out of
 // time, budget or patience it returns the interval reached; std::bad_alloc is all it throws. With one thread
 // deterministic: same input and options, same bits, unless interrupted, whatever the instruction set. With more the

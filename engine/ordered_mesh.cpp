@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <limits>
-#include <utility>
 
 #include "engine/curve.h"
 
@@ -16,12 +15,8 @@ constexpr std::uint32_t kUnseen = std::numeric_limits<std::uint32_t>::max();
 
 OrderedMesh::OrderedMesh(MeshView mesh, std::span<const std::uint32_t> chosen, const Box& original_box,
                          const Frame& frame, Control& control, Crew& crew)
-    : OrderedMesh(mesh, curve_order(mesh, chosen, original_box, control, crew), original_box, frame, control) {}
-
-OrderedMesh::OrderedMesh(MeshView mesh, LargeArray<std::uint32_t> order, const Box& original_box, const Frame& frame,
-                         Control& control)
     : box{frame.to_frame(original_box.low), frame.to_frame(original_box.high)},
-      original(std::move(order)),
+      original(curve_order(mesh, chosen, original_box, control, crew)),
       given(mesh.triangles.size()) {
   LargeArray<std::uint32_t> renumbered(mesh.positions.size(), kUnseen);
   positions.reserve(std::min(mesh.positions.size(), 3 * original.size()));

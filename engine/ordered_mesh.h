@@ -20,11 +20,8 @@ struct OrderedMesh {
   LargeArray<std::uint32_t> original;  // by triangle: its index in the caller's mesh
   std::size_t given;                   // triangles of the caller's mesh
 
-  // Of the triangles `order` of `mesh`, in that order. `original_box` holds the surface of `mesh`. O(n). When `control`
-  // says to stop, what is made has no triangles and must not be used.
-  OrderedMesh(MeshView mesh, LargeArray<std::uint32_t> order, const Box& original_box, const Frame& frame,
-              Control& control);
-  // The same of the `chosen` triangles along a space-filling curve, or of all if none are.
+  // Of the `chosen` triangles of `mesh`, or of all if none are. `original_box` holds the surface of `mesh`. O(n). When
+  // `control` says to stop, what is made has no triangles and must not be used.
   OrderedMesh(MeshView mesh, std::span<const std::uint32_t> chosen, const Box& original_box, const Frame& frame,
               Control& control, Crew& crew);
 

@@ -56,8 +56,6 @@ class Monitor {
   virtual std::optional<Stop> pulse(const Search& search) = 0;
   // In the middle of a step, on any thread: whether the next pulse will tell to stop. Nobody looks at the bounds.
   virtual bool interrupted() = 0;
-  // Between two steps: what others know to be a lower bound of the maximum that this search is a part of.
-  virtual double known_lower() const { return 0; }
 };
 
 class Search {
@@ -71,10 +69,7 @@ class Search {
   const Box& from_box() const { return from_box_; }
   const Bvh& to() const { return to_; }
   Crew& crew() const { return crew_; }
-  std::optional<Stop> pulse() {
-    raise_lower(monitor_.known_lower());
-    return monitor_.pulse(*this);
-  }
+  std::optional<Stop> pulse() { return monitor_.pulse(*this); }
   bool interrupted() const { return monitor_.interrupted(); }
   Work& work() { return work_; }
   const Work& work() const { return work_; }
@@ -98,7 +93,7 @@ class Search {
   // What scaling both bounds back to the file's unit, outwards, costs: nothing unless the results are subnormal.
   void set_output_rounding(double rounding) { output_rounding_ = rounding; }
 
-  // A number that is known to be a (computed) distance attained, here or in another part of A: any thread may say so,
+  // A number that is known to be a (computed) distance attained, here or in another worker: any thread may say so,
   // before its candidate is handed in.
   void raise_lower(double distance) {
     double known = lower();

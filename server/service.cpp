@@ -208,7 +208,7 @@ Result<Done> run_until_signal(const Settings& settings, const std::vector<std::s
   const Fetch fetch = fetching_by(pool, cache);
   Service service(settings, comparing_by(fetch),
                   {(*stores)->jobs(), (*stores)->meshes(), (*stores)->blobs(), cache, &maps, (*stores)->signals(),
-                   &(*stores)->batches(), (*stores)->parts()},
+                   &(*stores)->batches()},
                   fetch);
   service.metrics().watch_sandbox([&pool] { return pool.counters(); });
   service.readiness().watch("sandbox", [&pool] { return defect_of(pool); });

@@ -4,7 +4,6 @@
 
 #include "api/digest.h"
 #include "server/jobs/jobs.h"
-#include "server/jobs/parts.h"
 #include "server/jobs/revived.h"
 
 namespace meshgauge::server {
@@ -124,12 +123,6 @@ std::optional<Denial> Jobs::keep_blob(const std::string& owner, const MeshSource
   return Denial{{ProblemKind::unknown_mesh, "the mesh '" + source.input.part + "' was deleted meanwhile", {}}, {}};
 }
 
-// With its parts, where there are workers for them.
-Result<store::Inserted> Jobs::store_row(const store::Job& row, unsigned shards) {
-  if (shards == 1 || !stores_.parts) return stores_.jobs.insert(row);
-  return stores_.parts->insert_parts(row, parts_of(row, shards));
-}
-
 // Where others let jobs of this owner in as well, the store is asked how many there are.
 Access::CountJobs Jobs::unended_of(const std::string& owner) {
   return [this, owner] {
@@ -153,7 +146,7 @@ Jobs::Submitted Jobs::insert(const std::shared_ptr<LiveJob>& job, Scheduler::Slo
   const auto turn = stores_.shared() ? access_.await_turn(owner, unended_of(owner)) : JobTurn{};
   if (const auto* denial = std::get_if<Denial>(&turn)) return denied(job->view().row, *denial);
   runner_->expect(job);
-  const auto inserted = store_row(job->view().row, job->request.shards);
+  const auto inserted = stores_.jobs.insert(job->view().row);
   // One of this id is this one: it was stored by a call whose answer was lost.
   if (inserted && (!inserted->existed || inserted->job.key == job->key)) {
     let_go_of_bytes(job->a);

@@ -36,12 +36,6 @@ Json gate_of(const store::Job& row) {
 // A path without a host: only the caller knows by which name he reached the service.
 std::string view_of(const store::Job& row) { return "/c/" + row.key.id; }
 
-// A job that nobody has begun and that has come somewhere is one whose parts run.
-store::JobState state_of(const store::Job& row) {
-  const bool in_parts = row.state == store::JobState::queued && row.tries == 0 && row.progress;
-  return in_parts ? store::JobState::running : row.state;
-}
-
 std::optional<std::size_t> triangles_of(const nlohmann::json& document, const char* part) {
   const nlohmann::json::json_pointer pointer(std::string("/meshes/") + part + "/triangles");
   if (!document.contains(pointer) || !document[pointer].is_number_unsigned()) return std::nullopt;
@@ -107,7 +101,7 @@ std::string to_string(store::JobState state) {
 std::string to_json(const JobView& job) {
   const store::Job& row = job.row;
   Json head{{"id", row.key.id},
-            {"state", to_string(state_of(row))},
+            {"state", to_string(row.state)},
             {"created", to_text(row.created)},
             {"started", time_or_null(row.started)},
             {"finished", time_or_null(row.finished)},
@@ -134,7 +128,7 @@ std::string progress_json(const JobView& job) {
   // In the distributed form the beginning is by another clock.
   const auto since =
       std::max(store::TimePoint::duration(0), row.finished.value_or(store::now()) - row.started.value_or(row.created));
-  Json json{{"state", to_string(state_of(row))}};
+  Json json{{"state", to_string(row.state)}};
   const store::Progress none{0, std::numeric_limits<double>::infinity(), ""};
   const store::Progress& progress = row.progress ? *row.progress : none;
   json["lower"] = progress.lower;

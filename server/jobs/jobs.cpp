@@ -55,9 +55,7 @@ void Jobs::stop() {
   runner_->stop();
 }
 
-// Nobody has asked for a part: it is not found.
 Result<std::optional<JobView>> Jobs::get(const store::JobKey& key) {
-  if (part_of(key)) return std::optional<JobView>();
   if (const auto job = live(key)) return std::optional(job->view());
   auto row = stores_.jobs.get(key);
   if (!row) return row.error();

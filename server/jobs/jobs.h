@@ -109,7 +109,6 @@ class Jobs {
   std::optional<Denial> keep_blob(const std::string& owner, const MeshSource& source);
   std::shared_ptr<LiveJob> job_of(Submission submission) const;
   Submitted found(const store::Job& row, bool conflict);
-  Result<store::Inserted> store_row(const store::Job& row, unsigned shards);
   Access::CountJobs unended_of(const std::string& owner);
   Submitted denied(const store::NewJob& row, Denial denial);
   Submitted insert(const std::shared_ptr<LiveJob>& job, Scheduler::Slot slot);

@@ -16,7 +16,6 @@
 #include "server/access/access.h"
 #include "server/exchange.h"
 #include "server/jobs/mesh_source.h"
-#include "server/jobs/parts.h"
 #include "server/jobs/scheduler.h"
 #include "server/store/job_store.h"
 
@@ -43,9 +42,8 @@ class LiveJob {
           Clock::time_point submission = Clock::now());
 
   const store::JobKey key;
-  const std::optional<PartKey> part;  // of another job, which this one is
-  const std::uint64_t bytes;          // of both files
-  const bool durable;                 // in the store since before it was accepted
+  const std::uint64_t bytes;  // of both files
+  const bool durable;         // in the store since before it was accepted
   const Clock::time_point submitted;
   api::Request request;  // the worker's, as are the sources
   MeshSource a;
@@ -53,8 +51,6 @@ class LiveJob {
   Control control;
   std::optional<Error> defect;        // why it cannot run
   std::optional<store::Token> token;  // the worker's: since the store let it begin
-  std::vector<store::Job> parts;      // the worker's: of a job whose parts have all ended
-  std::string problem;                // the worker's: JSON text, of a part that has failed
   bool has_waited = false;            // the worker's: for the store, and the log knows
   std::optional<JobSlot> counted;     // among its owner's jobs
 

@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "api/gate.h"
-#include "api/part_document.h"
 #include "api/problem.h"
 #include "api/response.h"
 #include "server/jobs/job_document.h"
@@ -47,7 +46,6 @@ bool stopped_by_cancel(const Result<api::Comparison>& result) {
 
 Result<api::Comparison> Measuring::measured(LiveJob& job) const {
   try {
-    if (auto whole = merged(job)) return *std::move(whole);
     return measure(job);
   } catch (const std::exception& error) {
     log_event("job_failed", job.key.id + ": " + error.what());
@@ -55,31 +53,14 @@ Result<api::Comparison> Measuring::measured(LiveJob& job) const {
   }
 }
 
-std::optional<Result<api::Comparison>> Measuring::merged(LiveJob& job) const {
-  if (job.parts.empty()) return std::nullopt;
-  Together together = put_together(job.parts, job.request);
-  job.parts.clear();
-  job.problem = std::move(together.problem);
-  if (!job.problem.empty()) return Error{ErrorCode::internal, "a part of this comparison failed", "", ""};
-  if (!together.comparison) return std::nullopt;
-  together.comparison->id = job.key.id;
-  together.comparison->times.total = ms_between(job.submitted, LiveJob::Clock::now());
-  return *std::move(together.comparison);
-}
-
 Result<api::Comparison> Measuring::measure(LiveJob& job) const {
   if (job.defect) return *job.defect;
   if (!job.a.holder || !job.b.holder) {
     return Error{ErrorCode::internal, "what this comparison needs was removed before it could run", "", ""};
   }
-  if (job.part && job.part->index >= job.request.shards) {
-    return Error{ErrorCode::internal, "a part of a comparison that has not so many", "", ""};
-  }
   const auto start = LiveJob::Clock::now();
   Options& options = job.request.options;
-  if (job.part) options = api::options_of_part(job.request, job.part->index);
-  // A part leaves the other processors to other parts.
-  const bool large = !job.request.threads_given && !job.part && job.bytes >= kWorthThreads;
+  const bool large = !job.request.threads_given && job.bytes >= kWorthThreads;
   const ThreadBudget::Loan loan = threads_.lend(large ? static_cast<unsigned>(settings_.workers) : options.threads);
   options.threads = loan.threads();
   metrics_.job_started(ms_between(job.submitted, start) / 1000);
@@ -95,7 +76,6 @@ Result<api::Comparison> Measuring::measure(LiveJob& job) const {
 
 // One that was cancelled before both meshes were read did not fail, whatever its client is told.
 void Measuring::count(LiveJob& job, const Result<api::Comparison>& result) const {
-  if (job.part) return;  // the whole counts
   const Strategy strategy = job.request.options.strategy;
   if (result) return metrics_.job_ended(*result);
   const bool cancelled = stopped_by_cancel(result) && job.control.check() == Interruption::cancelled;
@@ -119,9 +99,9 @@ JobView Measuring::concluded(const LiveJob& job, const Result<api::Comparison>& 
   const bool cancelled = stopped_by_cancel(result) && last.row.cancel_requested;
   if (result) {
     last.row.state = cancelled ? JobState::cancelled : JobState::done;
-    last.row.document = job.part ? to_part_json(*result) : to_json(*result);
-    if (!job.part) last.row.verdict = verdict_of(*result);
-    last.reusable = !job.part && !was_cut_short(result->outcome);
+    last.row.document = to_json(*result);
+    last.row.verdict = verdict_of(*result);
+    last.reusable = !was_cut_short(result->outcome);
     last.timing = to_server_timing(*result);
     last.stages = api::stages(*result);
     last.triangles = MeshSizes{result->a.triangles, result->b.triangles};
@@ -130,7 +110,7 @@ JobView Measuring::concluded(const LiveJob& job, const Result<api::Comparison>& 
     if (stopping && stopped_by_cancel(result)) problem.kind = ProblemKind::shutting_down;
     if (cancelled) problem = cancelled_early();
     last.row.state = cancelled ? JobState::cancelled : JobState::failed;
-    last.row.problem = job.problem.empty() ? to_json(problem) : job.problem;
+    last.row.problem = to_json(problem);
   }
   return last;
 }

@@ -29,7 +29,7 @@ class Measuring {
             const store::JobStore& clock)
       : settings_(settings), compare_(std::move(compare)), metrics_(metrics), threads_(threads), clock_(clock) {}
 
-  // The job's edge: whatever is thrown ends here. One with parts is put together, if they make a whole.
+  // The job's edge: whatever is thrown ends here.
   Result<api::Comparison> measured(LiveJob& job) const;
   void count(LiveJob& job, const Result<api::Comparison>& result) const;
   // The job as it has ended. `stopping`: the process does.
@@ -37,7 +37,6 @@ class Measuring {
 
  private:
   Result<api::Comparison> measure(LiveJob& job) const;
-  std::optional<Result<api::Comparison>> merged(LiveJob& job) const;
   JobView concluded(const LiveJob& job, const Result<api::Comparison>& result, bool stopping) const;
 
   const Settings settings_;

@@ -80,8 +80,7 @@ std::optional<Problem> RemoteRunner::give_up(const LiveJob& job) const {
     return Problem{
         ProblemKind::storage_unavailable, "the store is out of order; the comparison runs when it is back", {}};
   }
-  const store::Job row = job.view().row;
-  const bool begun = row.state != JobState::queued || row.progress;  // ... or its parts have
+  const bool begun = job.view().row.state != JobState::queued;
   const auto late = begun || !there ? kLate : kUntold;
   if (LiveJob::Clock::now() < job.submitted + job.request.timeout + late) return std::nullopt;
   if (!there) return Problem{ProblemKind::storage_unavailable, "the store is out of order, and the time is over", {}};

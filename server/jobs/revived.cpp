@@ -28,14 +28,13 @@ std::shared_ptr<LiveJob> live_job_of(const store::Job& row, const Settings& sett
   return job;
 }
 
-// Parts of one comparison are likely to run in one process.
 Result<Done> recognise_meshes(LiveJob& job, store::MeshIndex& meshes) {
   const auto known = meshes.known_meshes(job.key.owner, std::array{job.a.id, job.b.id});
   if (!known) return known.error();
   for (MeshSource* source : {&job.a, &job.b}) {
     const bool stored = std::any_of(known->begin(), known->end(),
                                     [source](const store::MeshRow& row) { return row.key.id == source->id; });
-    if (!job.part && !stored) continue;
+    if (!stored) continue;
     source->kept = MeshCache::key(job.key.owner, source->id, source->input.filename, source->input.media_type);
   }
   return Done{};

@@ -18,7 +18,7 @@ api::Request limited(api::Request request, const Settings& settings);
 std::shared_ptr<LiveJob> live_job_of(const store::Job& row, const Settings& settings,
                                      std::chrono::milliseconds waited = {});
 
-// Finds out which of its meshes are worth keeping in memory: those that their owner stored as such, and those of parts.
+// Finds out which of its meshes are worth keeping in memory: those that their owner stored as such.
 Result<Done> recognise_meshes(LiveJob& job, store::MeshIndex& meshes);
 
 // Both of the above.

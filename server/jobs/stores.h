@@ -7,7 +7,6 @@
 #include "server/store/blob_store.h"
 #include "server/store/job_store.h"
 #include "server/store/mesh_index.h"
-#include "server/store/part_store.h"
 #include "server/store/signals.h"
 
 namespace meshgauge::server {
@@ -20,7 +19,6 @@ struct Stores {
   MapCache* maps = nullptr;              // none: no deviation maps are made
   store::Signals* signals = nullptr;     // none: nobody else works on these stores
   store::BatchStore* batches = nullptr;  // none: there are no batches
-  store::PartStore* parts = nullptr;     // none: comparisons are measured in one piece
 
   bool shared() const { return signals != nullptr; }
 };

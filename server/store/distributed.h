@@ -37,7 +37,6 @@ class DistributedStores final : public AllStores {
   MeshIndex& meshes() override { return *store_; }
   BatchStore& batches() override { return *store_; }
   BlobStore& blobs() override { return *blobs_; }
-  PartStore* parts() override { return store_.get(); }
   Signals* signals() override { return &store_->signals(); }
   const std::string& data_folder() const override { return folder_.path(); }
 

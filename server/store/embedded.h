@@ -26,7 +26,6 @@ class EmbeddedStores final : public AllStores {
   MeshIndex& meshes() override { return *store_; }
   BatchStore& batches() override { return *store_; }
   BlobStore& blobs() override { return *blobs_; }
-  PartStore* parts() override { return nullptr; }
   Signals* signals() override { return nullptr; }
   const std::string& data_folder() const override { return folder_.path(); }
 

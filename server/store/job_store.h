@@ -223,7 +223,7 @@ class JobStore {
 
   virtual Result<Counts> counts() = 0;
   // How many jobs of this owner wait or run, for the limit of a key: those in no batch, which nobody has asked to end
-  // and whose deadline is not over. A whole and its parts are one. It costs as much as there are.
+  // and whose deadline is not over. It costs as much as there are.
   virtual Result<std::uint64_t> unended(const std::string& owner, TimePoint now) = 0;
   // What jobs that have not ended and meshes refer to: BlobStore::remove_unused() must leave it. In no order, each
   // once.

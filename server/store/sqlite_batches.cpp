@@ -165,7 +165,7 @@ std::uint64_t mark_cancelled(Connection& connection, const JobKey& key) {
 std::vector<JobKey> half_cancelled(Connection& connection) {
   Query row(connection,
             "SELECT owner, id FROM batches AS its WHERE cancel_requested AND (EXISTS (SELECT 1 FROM jobs INDEXED BY "
-            "jobs_waiting WHERE state = 0 AND awaits = 0 AND owner = its.owner AND batch = its.id) OR EXISTS (SELECT 1 "
+            "jobs_waiting WHERE state = 0 AND owner = its.owner AND batch = its.id) OR EXISTS (SELECT 1 "
             "FROM jobs INDEXED BY jobs_running WHERE state = 1 AND NOT cancel_requested AND owner = its.owner AND "
             "batch = its.id))");
   std::vector<JobKey> keys;

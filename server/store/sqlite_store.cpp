@@ -75,7 +75,7 @@ void add_running(AllWaiting& all, Query&& row) {
 }
 
 // What claim_some() may take. The parameters: whether suspected jobs, and whether jobs that are in no batch.
-#define MESHGAUGE_CLAIMABLE "state = 0 AND awaits = 0 AND (tries <= excused OR ?) AND (batch != '' OR ?) "
+#define MESHGAUGE_CLAIMABLE "state = 0 AND (tries <= excused OR ?) AND (batch != '' OR ?) "
 
 struct May {
   bool suspects;

@@ -57,9 +57,7 @@ void add(Counts& counts, JobState state, std::uint64_t number) {
 }
 
 void add_waiting(Connection& connection, Counts& counts) {
-  Query unawaited(
-      connection,
-      "SELECT count(*) FROM jobs WHERE state IN (0, 1) AND batch = '' AND deadline IS NULL AND parent = ''");
+  Query unawaited(connection, "SELECT count(*) FROM jobs WHERE state IN (0, 1) AND batch = '' AND deadline IS NULL");
   if (unawaited.next()) counts.unawaited = static_cast<std::uint64_t>(unawaited.number(0));
   Query oldest(connection, "SELECT created FROM jobs WHERE state = 0 ORDER BY created LIMIT 1");
   if (oldest.next()) counts.oldest_queued = oldest.time(0);

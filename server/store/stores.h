@@ -8,7 +8,6 @@
 #include "server/store/blob_store.h"
 #include "server/store/job_store.h"
 #include "server/store/mesh_index.h"
-#include "server/store/part_store.h"
 #include "server/store/signals.h"
 
 namespace meshgauge::server::store {
@@ -21,7 +20,6 @@ class AllStores {
   virtual MeshIndex& meshes() = 0;
   virtual BatchStore& batches() = 0;
   virtual BlobStore& blobs() = 0;
-  virtual PartStore* parts() = 0;  // null: comparisons are measured in one piece
   virtual Signals* signals() = 0;  // null: nobody else works on these stores
   virtual const std::string& data_folder() const = 0;
 };

@@ -166,12 +166,6 @@ void Worker::open(const HeldJobPtr& job) {
 // Whether its meshes are worth keeping in memory is not worth waiting for.
 std::optional<Error> Worker::look_up(LiveJob& job) {
   troubles_.note(recognise_meshes(job, stores_.meshes));
-  if (stores_.parts && !job.part && job.request.shards > 1) {
-    auto parts = stores_.parts->parts(job.key);
-    troubles_.note(parts);
-    if (!parts) return parts.error();
-    job.parts = std::move(*parts);
-  }
   const auto opened = open_blobs(job, stores_.blobs);
   troubles_.note(opened);
   return opened ? std::nullopt : std::optional(opened.error());

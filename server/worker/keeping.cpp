@@ -35,7 +35,6 @@ void Worker::keep_in_background() {
     const auto now = Clock::now();
     const bool everything = now >= next_beat;
     const bool told = tell(due(everything));
-    if (told) share_lowers();
     if (everything)
       next_beat = now + (told ? options_.heartbeat : std::min<milliseconds>(options_.heartbeat, kBeatAgain));
     if (std::exchange(failing, !told) && told) wake();
@@ -69,43 +68,6 @@ bool Worker::tell(const std::map<std::string, Telling>& due) {
     for (std::size_t i = 0; i < telling.jobs.size(); ++i) hear(telling.jobs[i], telling.beats[i], (*heard)[i]);
   }
   return true;
-}
-
-// Tells the parts that run here what the others of their whole have found.
-void Worker::share_lowers() {
-  if (!stores_.parts) return;
-  std::map<std::pair<std::string, std::string>, std::vector<std::shared_ptr<LiveJob>>> wholes;
-  {
-    const std::lock_guard lock(mutex_);
-    for (const HeldJobPtr& job : held_) {
-      const auto& part = job->live->part;
-      if (part && job->stage == Stage::running && job->begun && !job->lost) {
-        wholes[{part->whole.owner, part->whole.id}].push_back(job->live);
-      }
-    }
-  }
-  for (const auto& [whole, parts] : wholes) {
-    const auto best = stores_.parts->best_lower({whole.first, whole.second});
-    troubles_.note(best);
-    if (!best) return;
-    for (const auto& part : parts) part->control.know_lower(*best);
-  }
-}
-
-// Before a part ends: the others, and those who watch the whole, need its last interval. Its result has it in any case.
-void Worker::tell_interval(const LiveJob& part, const Outcome& outcome) {
-  const store::Beat beat{*part.token, certified(outcome.lower, outcome.upper, "certify")};
-  troubles_.note(stores_.jobs.heartbeats({&beat, 1}, stores_.jobs.time() + options_.lease));
-}
-
-// The whole fails as soon as none of them runs any more.
-void Worker::end_other_parts(const LiveJob& part) {
-  const auto now = stores_.jobs.time();
-  for (unsigned i = 0; i < part.request.shards; ++i) {
-    if (i == part.part->index) continue;
-    troubles_.note(
-        stores_.jobs.request_cancel(part_key(part.part->whole, i), {now, now + seconds(settings_.result_ttl_s)}));
-  }
 }
 
 // A job whose end is on its way may be unknown to the store as one that runs because it has ended: finish_all() says

@@ -112,8 +112,8 @@ Result<Done> run_worker_until_signal(const Settings& settings, const std::vector
   auto opened = open_stores(settings);
   if (!opened) return opened.error();
   MeshCache cache(settings.max_cache_bytes);
-  const Stores stores{(*opened)->jobs(), (*opened)->meshes(),  (*opened)->blobs(),    cache,
-                      nullptr,           (*opened)->signals(), &(*opened)->batches(), (*opened)->parts()};
+  const Stores stores{(*opened)->jobs(), (*opened)->meshes(),  (*opened)->blobs(),   cache,
+                      nullptr,           (*opened)->signals(), &(*opened)->batches()};
   Metrics metrics;
   Troubles troubles(metrics);
   ThreadBudget threads(settings.workers);

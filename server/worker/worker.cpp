@@ -230,7 +230,6 @@ void Worker::conclude(const HeldJobPtr& job, const Result<api::Comparison>& resu
                        last.row.problem,  *last.row.finished,
                        *last.row.expires, last.row.verdict,
                        last.reusable,     work_of(last.row)};
-    if (live.part && result) tell_interval(live, result->outcome);
   }
   {
     const std::lock_guard lock(mutex_);
@@ -253,7 +252,6 @@ void Worker::delivered(const Delivery& delivery, Deliveries::Outcome outcome) {
   }
   const bool ended = outcome == Deliveries::Outcome::stored && delivery.ending;
   if (ended) release_blobs(stores_, troubles_, job.live->key.owner, job.live->a.id, job.live->b.id);
-  if (ended && job.live->part && job.last.row.state == store::JobState::failed) end_other_parts(*job.live);
   if (ended && options_.ended) options_.ended(job.last);
   const std::lock_guard lock(mutex_);
   if (draining_ && outcome == Deliveries::Outcome::stored && !delivery.ending) handed_back_.push_back(id);

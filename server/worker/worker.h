@@ -102,9 +102,6 @@ class Worker {
   };
   std::map<std::string, Telling> due(bool everything);
   bool tell(const std::map<std::string, Telling>& due);
-  void share_lowers();
-  void tell_interval(const LiveJob& part, const Outcome& outcome);
-  void end_other_parts(const LiveJob& part);
   void hear(const HeldJobPtr& job, const store::Beat& beat, store::Heartbeat heard);
 
   const Settings settings_;

@@ -31,14 +31,13 @@ TEST_CASE("request: an empty document gives the defaults") {
   CHECK(!parsed->options.max_distance);
   CHECK(parsed->timeout.count() == 30'000);
   CHECK(parsed->options.threads == 1);
-  CHECK(parsed->shards == 1);
   CHECK(parsed->options.simd == "auto");
 }
 
 TEST_CASE("request: every field arrives") {
   const auto parsed = parse_options(R"({"direction": "b_to_a", "tolerance": {"absolute": 0.25, "diagonal": 0.5,
       "relative": 1e-3}, "gate": {"max_distance": 2, "units": "mm"}, "strategy": "n_point", "points": 31,
-      "timeout_ms": 12345, "threads": 7, "shards": 5, "budget": {"work_items": 1000, "memory_bytes": 2097152}})");
+      "timeout_ms": 12345, "threads": 7, "budget": {"work_items": 1000, "memory_bytes": 2097152}})");
   REQUIRE(parsed.ok());
   CHECK(parsed->options.direction == Direction::b_to_a);
   CHECK(parsed->options.tolerance.absolute == 0.25);
@@ -50,8 +49,6 @@ TEST_CASE("request: every field arrives") {
   CHECK(parsed->options.points == 31);
   CHECK(parsed->timeout.count() == 12345);
   CHECK(parsed->options.threads == 7);
-  CHECK(parsed->shards == 5);
-  CHECK(parsed->options.part.count == 1);  // whoever runs a part says which
   CHECK(parsed->options.max_work_items == 1000);
   CHECK(parsed->options.max_memory_bytes == 2097152);
 }
@@ -77,12 +74,13 @@ TEST_CASE("request: duplicate keys are refused at every level") {
   CHECK(refusal(R"({"gate": {"max_distance": 1, "max_distance": 2}})").message.find("twice") != std::string::npos);
 }
 
-TEST_CASE("request: statistics are of one piece") {
-  const Error error = refusal(R"({"shards": 2, "statistics": true})");
-  CHECK(error.where == "/shards");
-  CHECK(error.message.find("/statistics") != std::string::npos);
-  CHECK(parse_options(R"({"shards": 2, "statistics": false})").ok());
-  CHECK(parse_options(R"({"shards": 1, "statistics": true})").ok());
+TEST_CASE("request: shards are refused whatever they are, and the refusal says what to do instead") {
+  for (const char* value : {"1", "2", "0", "null", R"("two")", "[]"}) {
+    const Error error = refusal(R"({"threads": 2, "shards": )" + std::string(value) + "}");
+    CHECK(error.where == "/shards");
+    CHECK(error.message.find("leave it out") != std::string::npos);
+  }
+  CHECK(refusal(R"({"tolerence": {}})").message.find("shards") == std::string::npos);
 }
 
 TEST_CASE("request: wrong types are named by their place") {
@@ -112,9 +110,6 @@ TEST_CASE("request: numbers out of range are refused") {
   CHECK(refusal(R"({"budget": {"memory_bytes": 1000}})").where == "/budget/memory_bytes");
   CHECK(refusal(R"({"budget": {"time": 1}})").where == "/budget/time");
   CHECK(refusal(R"({"threads": 65})").where == "/threads");
-  CHECK(refusal(R"({"shards": 0})").where == "/shards");
-  CHECK(refusal(R"({"shards": 65})").where == "/shards");
-  CHECK(refusal(R"({"shards": 2.5})").where == "/shards");
   CHECK(refusal(R"({"threads": -1})").where == "/threads");
   CHECK(refusal(R"({"strategy": "n_point", "points": 5})").where == "/points");
   CHECK(refusal(R"({"points": 10})").message.find("n_point") != std::string::npos);

@@ -104,7 +104,6 @@ TEST_CASE("response: the engine is told as it ran, not as it was asked") {
   comparison.options.threads = 64;
   CHECK(rendered(comparison)["engine"]["simd"] == "neon");
   CHECK(rendered(comparison)["engine"]["threads"] == 3);
-  CHECK(rendered(comparison)["engine"]["shards"] == 1);
 }
 
 TEST_CASE("response: what was done to a mesh, as numbers and as words") {

@@ -12,9 +12,10 @@ from test_batches import accepted, slow_pairs, submit
 
 
 class Comparisons(ServerCase):
-    def test_shards_are_one_where_there_is_one_process(self):
+    def test_shards_are_refused_with_what_to_do(self):
         answer = self.server.compare(options={"shards": 4})
-        self.assertEqual((answer.status, answer.json()["engine"]["shards"]), (200, 1), answer.body)
+        self.assertEqual((answer.status, answer.json()["errors"][0]["where"]), (422, "/shards"), answer.body)
+        self.assertIn("leave it out", answer.json()["detail"])
 
     def test_a_comparison(self):
         answer = self.server.compare(options={"tolerance": {"absolute": 1e-6}, "gate": {"max_distance": 3, "units": "mm"}})

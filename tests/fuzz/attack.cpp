@@ -79,7 +79,6 @@ std::optional<Violation> judge_repetition(const Pair& pair, const Attempt& attem
 std::span<const Method> methods() { return kMethods; }
 
 Observed run(const Pair& pair, const Attempt& attempt) {
-  if (attempt.parts > 1) return run_parts(pair, attempt);
   Control control;
   if (attempt.deadline) control.set_deadline(Control::Clock::now() + *attempt.deadline);
   if (attempt.cancel_at) control.cancel_at_check(*attempt.cancel_at);

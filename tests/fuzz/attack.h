@@ -28,10 +28,8 @@ struct Attempt {
   std::optional<std::chrono::microseconds> deadline;
   std::optional<std::uint64_t> cancel_at;  // the check that reports a cancellation
   bool watched = false;                    // follow every progress report
-  bool twice = false;       // a second run, with another instruction set, must give the same bits; without
-                            // a deadline, on one thread
-  unsigned parts = 1;       // measured one by one, each told now and then what others have found
-  std::uint64_t order = 0;  // of the parts and of what they are told: a seed
+  bool twice = false;  // a second run, with another instruction set, must give the same bits; without a deadline, on
+                       // one thread
 };
 
 struct Observed {
@@ -41,8 +39,6 @@ struct Observed {
 };
 
 Observed run(const Pair& pair, const Attempt& attempt);
-// The same of its parts (tests/fuzz/parts.cpp). The check at which it is cancelled is one of one of them.
-Observed run_parts(const Pair& pair, const Attempt& attempt);
 
 struct Attacked {
   Observed seen;

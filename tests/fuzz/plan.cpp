@@ -131,11 +131,6 @@ Attempt Plan::disturbed(const Pair& pair, const Attempt& plain, const Observed& 
       attempt.options.threads = 1;
       break;
   }
-  if (dice_.chance(0.25)) {
-    static constexpr unsigned kCounts[] = {2, 2, 3, 4, 7, 16, 64};
-    attempt.parts = dice_.pick(kCounts);
-    attempt.order = dice_.bits();
-  }
   return attempt;
 }
 
@@ -163,7 +158,6 @@ std::string command_line(const Attempt& attempt, const std::string& a, const std
   if (attempt.cancel_at) line += ", cancelled at check " + std::to_string(*attempt.cancel_at);
   if (attempt.deadline) line += ", deadline after " + std::to_string(attempt.deadline->count()) + " us";
   if (attempt.watched) line += ", watched";
-  if (attempt.parts > 1) line += ", in " + std::to_string(attempt.parts) + " parts";
   return line;
 }
 

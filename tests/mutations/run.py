@@ -68,11 +68,6 @@ MUTATIONS = [
      "search_.drop(blocks_[begin].upper);", ""),
     ("one of four parts is lost", "engine/reduction.cpp", "    add({ab, bc, ca}, piece);\n", ""),
     ("one of two halves is lost", "engine/bisection.cpp", "    add({middle, b, c}, piece, too_far && !at_a);\n", ""),
-    # parts
-    ("of the parts' upper bounds the first is taken", "engine/part.cpp",
-     "  bounds.upper = std::max(bounds.upper, part->bounds.upper);\n", ""),
-    ("off by one: the last run of a part is lost", "engine/part.cpp",
-     "begin = part.index * length; begin < triangles;", "begin = part.index * length; begin + length <= triangles;"),
     # bounds
     ("the bound of a piece looks at two corners", "engine/bounds/piece.h",
      "at[2] = corners[2].point[k];", "at[2] = corners[1].point[k];"),

@@ -126,7 +126,7 @@ void insert_items(PgConnection& connection, const NewBatch& batch) {
     names.push_back(item.name);
     jobs.push_back(found == known.end() ? item.job.key.id : found->second);
     if (found != known.end()) continue;
-    rows.push_back({queued_job(batch, item.job), item.work, "", 0});
+    rows.push_back({queued_job(batch, item.job), item.work});
     if (!item.work.empty()) known.emplace(item.work, item.job.key.id);
   }
   if (!rows.empty() && insert_rows(connection, rows) != rows.size()) {
@@ -221,7 +221,7 @@ bool is_left_to_cancel(PgConnection& connection, const JobKey& key) {
 std::vector<JobKey> half_cancelled(PgConnection& connection) {
   PgRows row = connection.query(
       "SELECT owner, id FROM batches AS its WHERE cancel_requested AND (EXISTS (SELECT FROM jobs WHERE state = 0 AND "
-      "awaits = 0 AND owner = its.owner AND batch = its.id OFFSET 0) OR EXISTS (SELECT FROM jobs WHERE state = 1 AND "
+      "owner = its.owner AND batch = its.id OFFSET 0) OR EXISTS (SELECT FROM jobs WHERE state = 1 AND "
       "NOT cancel_requested AND owner = its.owner AND batch = its.id OFFSET 0))");
   std::vector<JobKey> keys;
   while (row.next()) keys.push_back({row.text(0), row.text(1)});

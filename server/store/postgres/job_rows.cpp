@@ -105,24 +105,22 @@ std::uint64_t insert_rows(PgConnection& connection, std::span<const JobRow> rows
           rows,
           [](const JobRow& row) { return row.job.progress ? std::optional(row.job.progress->stage) : std::nullopt; }),
       column(rows, &Job::document), column(rows, &Job::problem), column(rows, &Job::last_error),
-      column(rows, &Job::verdict), column(rows, &JobRow::work), column(rows, &JobRow::parent),
-      column(rows, &JobRow::awaits),
+      column(rows, &Job::verdict), column(rows, &JobRow::work),
       column(rows, [](const JobRow& row) { return row.job.progress ? row.job.progress->by : std::string(); }));
   return connection
       .query(
           "INSERT INTO jobs (owner, id, state, mesh_a, mesh_b, hints, options, cost, rank, idempotency_key, "
           "fingerprint, trace, created, expires_if_never_run, batch, deadline, tries, cancel_requested, started, "
-          "finished, expires, lower, upper, stage, document, problem, last_error, verdict, work, parent, awaits, "
-          "bounds_by) SELECT c1, c2, c3, c4, c5, c6, c7, c8, c9, c10, c11, c12, c13, c14, c15, c16, c17, c18 <> 0, "
-          "c19, c20, c21, "
-          "c22, c23, c24, c25, c26, c27, c28, c29, c30, c31, c32 FROM unnest($1::bytea[], $2::bytea[], $3::int8[], "
+          "finished, expires, lower, upper, stage, document, problem, last_error, verdict, work, bounds_by) "
+          "SELECT c1, c2, c3, c4, c5, c6, c7, c8, c9, c10, c11, c12, c13, c14, c15, c16, c17, c18 <> 0, "
+          "c19, c20, c21, c22, c23, c24, c25, c26, c27, c28, c29, c30 FROM unnest($1::bytea[], $2::bytea[], "
+          "$3::int8[], "
           "$4::bytea[], $5::bytea[], $6::bytea[], $7::bytea[], $8::int8[], $9::int8[], $10::bytea[], $11::bytea[], "
           "$12::bytea[], $13::int8[], $14::int8[], $15::bytea[], $16::int8[], $17::int8[], $18::int8[], $19::int8[], "
           "$20::int8[], $21::int8[], $22::float8[], $23::float8[], $24::bytea[], $25::bytea[], $26::bytea[], "
-          "$27::bytea[], $28::bytea[], $29::bytea[], $30::bytea[], $31::int8[], $32::bytea[]) WITH ORDINALITY AS given "
-          "(c1, c2, c3, "
-          "c4, c5, c6, c7, c8, c9, c10, c11, c12, c13, c14, c15, c16, c17, c18, c19, c20, c21, c22, c23, c24, c25, "
-          "c26, c27, c28, c29, c30, c31, c32, place) ORDER BY place ON CONFLICT DO NOTHING",
+          "$27::bytea[], $28::bytea[], $29::bytea[], $30::bytea[]) WITH ORDINALITY AS given (c1, c2, c3, c4, c5, c6, "
+          "c7, c8, c9, c10, c11, c12, c13, c14, c15, c16, c17, c18, c19, c20, c21, c22, c23, c24, c25, "
+          "c26, c27, c28, c29, c30, place) ORDER BY place ON CONFLICT DO NOTHING",
           values)
       .changed();
 }

@@ -33,50 +33,17 @@ std::optional<Inserted> existing(PgConnection& connection, const NewJob& job) {
   return Inserted{*std::move(there), true, conflict};
 }
 
-Inserted insert_with_parts(PgConnection& connection, const NewJob& whole, std::span<const NewJob> parts) {
-  std::vector<JobRow> rows{{as_queued(whole), "", "", static_cast<std::int64_t>(parts.size())}};
-  for (const NewJob& part : parts) rows.push_back({as_queued(part), "", whole.key.id, 0});
-  PgTransaction transaction(connection);
-  if (insert_rows(connection, std::span(rows).first(1)) == 0) {
-    auto there = existing(connection, whole);
-    if (!there) throw PgFailure{"40001", "a job went while it was looked at", false, true};
-    transaction.commit();  // for the barrier
-    return *std::move(there);
-  }
-  if (insert_rows(connection, std::span(rows).subspan(1)) != parts.size()) {
-    throw PgFailure{"23505", "a part has the id of another job", false, false};
-  }
-  transaction.commit();
-  return {rows.front().job, false, false};
-}
-
 std::optional<JobState> cancel(PgConnection& connection, const JobKey& key, Moment moment) {
-  // The parts, if it has some, then itself; and of a part that is ended so its whole.
   PgRows row = connection.query(
-      "WITH those AS MATERIALIZED (SELECT owner, id, parent, state FROM jobs WHERE owner = $1 AND parent = $2 AND "
-      "parent <> '' AND state < 2 ORDER BY id FOR NO KEY UPDATE), "
-      "with_it AS (UPDATE jobs SET cancel_requested = true, state = CASE jobs.state WHEN 0 THEN 4 ELSE 1 END, finished "
-      "= CASE jobs.state WHEN 0 THEN $3 END, expires = CASE jobs.state WHEN 0 THEN $4 END FROM those WHERE jobs.owner "
-      "= those.owner AND jobs.id = those.id RETURNING jobs.number), "
-      "ended AS (UPDATE jobs SET cancel_requested = true, state = CASE state WHEN 0 THEN 4 ELSE 1 END, finished = CASE "
-      "state WHEN 0 THEN $3 END, expires = CASE state WHEN 0 THEN $4 END WHERE owner = $1 AND id = $2 AND state + 0 < "
-      "2 "
-      "AND (SELECT count(*) FROM with_it) >= 0 RETURNING owner, CASE state WHEN 4 THEN parent ELSE '' END AS parent, "
-      "state), " MESHGAUGE_PG_SETTLE_WHOLES "SELECT state FROM ended",
+      "UPDATE jobs SET cancel_requested = true, state = CASE state WHEN 0 THEN 4 ELSE 1 END, finished = CASE state "
+      "WHEN 0 THEN $3 END, expires = CASE state WHEN 0 THEN $4 END WHERE owner = $1 AND id = $2 AND state + 0 < 2 "
+      "RETURNING state",
       key.owner, key.id, moment.now, moment.keep_until);
   if (row.next()) return static_cast<JobState>(row.number(0));
   PgRows ended = connection.query("SELECT state FROM jobs WHERE owner = $1 AND id = $2", key.owner, key.id);
   if (!ended.next()) return std::nullopt;
   connection.put_barrier();
   return static_cast<JobState>(ended.number(0));
-}
-
-std::vector<JobKey> running_parts(PgConnection& connection, const JobKey& whole) {
-  PgRows row = connection.query("SELECT id FROM jobs WHERE owner = $1 AND parent = $2 AND parent <> '' AND state = 1",
-                                whole.owner, whole.id);
-  std::vector<JobKey> keys;
-  while (row.next()) keys.push_back({whole.owner, row.text(0)});
-  return keys;
 }
 
 // In one statement: there may be ten thousand, and each way to the database and back takes its time. Locked in one
@@ -130,7 +97,7 @@ PostgresStore::~PostgresStore() {
 
 Result<Inserted> PostgresStore::insert(const NewJob& job) {
   Result<Inserted> inserted = pool_.run(Promise::durable, [&](PgConnection& connection) {
-    const JobRow row{as_queued(job), "", "", 0};
+    const JobRow row{as_queued(job), ""};
     if (insert_rows(connection, {&row, 1}) == 1) return Inserted{row.job, false, false};
     if (auto there = existing(connection, job)) return *std::move(there);
     throw PgFailure{"40001", "a job went while it was looked at", false, true};
@@ -139,53 +106,13 @@ Result<Inserted> PostgresStore::insert(const NewJob& job) {
   return inserted;
 }
 
-Result<Inserted> PostgresStore::insert_parts(const NewJob& whole, std::span<const NewJob> parts) {
-  Result<Inserted> inserted = pool_.run(
-      Promise::durable, [&](PgConnection& connection) { return insert_with_parts(connection, whole, parts); });
-  if (inserted && !inserted->existed) control_.tell(Signal::Kind::work);
-  return inserted;
-}
-
-Result<std::vector<Job>> PostgresStore::parts(const JobKey& whole) {
-  return pool_.run(Promise::fleeting, [&](PgConnection& connection) {
-    PgRows row = connection.query("SELECT " MESHGAUGE_PG_JOB
-                                  " FROM jobs WHERE owner = $1 AND parent = $2 AND parent <> '' ORDER BY number",
-                                  whole.owner, whole.id);
-    std::vector<Job> jobs;
-    while (row.next()) jobs.push_back(pg_job_of(row));
-    return jobs;
-  });
-}
-
-Result<double> PostgresStore::best_lower(const JobKey& whole) {
-  return pool_.run(Promise::fleeting, [&](PgConnection& connection) {
-    PgRows row = connection.query(
-        "SELECT coalesce(max(lower), 0) FROM jobs WHERE owner = $1 AND parent = $2 AND parent <> '' AND state IN (1, "
-        "2)",
-        whole.owner, whole.id);
-    return row.next() ? row.real(0) : 0.0;
-  });
-}
-
-Result<std::string> PostgresStore::whole_of(const JobKey& part) {
-  return pool_.run(Promise::fleeting, [&](PgConnection& connection) {
-    PgRows row = connection.query("SELECT parent FROM jobs WHERE owner = $1 AND id = $2", part.owner, part.id);
-    return row.next() ? row.text(0) : std::string();
-  });
-}
-
 Result<std::optional<JobState>> PostgresStore::request_cancel(const JobKey& key, Moment moment) {
   if (const auto job = unwritten_.find(key)) return std::optional(job->state);
-  std::vector<JobKey> parts;
-  Result<std::optional<JobState>> state = pool_.run(Promise::durable, [&](PgConnection& connection) {
-    const std::optional<JobState> after = cancel(connection, key, moment);
-    if (after) parts = running_parts(connection, key);
-    return after;
-  });
+  Result<std::optional<JobState>> state =
+      pool_.run(Promise::durable, [&](PgConnection& connection) { return cancel(connection, key, moment); });
   if (!state || !*state) return state;
   if (*state == JobState::running) control_.tell(Signal::Kind::cancel, key);
   if (*state == JobState::cancelled) control_.tell(Signal::Kind::changed, key);
-  for (const JobKey& part : parts) control_.tell(Signal::Kind::cancel, part);
   return state;
 }
 
@@ -208,7 +135,7 @@ Result<Done> PostgresStore::write_batch() {
   if (batch.empty()) return Done{};
   Result<Done> written = pool_.run(Promise::durable, [&](PgConnection& connection) {
     std::vector<JobRow> rows;
-    for (const auto& job : batch.jobs) rows.push_back({*job, "", "", 0});
+    for (const auto& job : batch.jobs) rows.push_back({*job, ""});
     PgTransaction transaction(connection);
     if (!rows.empty()) insert_rows(connection, rows);
     write_touches(connection, batch.touches);

@@ -1,8 +1,7 @@
-// JobStore, MeshIndex, BatchStore and PartStore in one PostgreSQL database, for any number of processes at once.
+// JobStore, MeshIndex and BatchStore in one PostgreSQL database, for any number of processes at once.
 //
 // Each call is one statement or one transaction, and repeated until its answer is known, for some seconds at most
-// (pool.h). Rows of jobs are locked in the order of (owner, id), parts before wholes, so that calls do not wait for
-// each other in a circle.
+// (pool.h). Rows of jobs are locked in the order of (owner, id), so that calls do not wait for each other in a circle.
 #pragma once
 
 #include <atomic>
@@ -14,7 +13,6 @@
 #include "server/store/batch_store.h"
 #include "server/store/mesh_index.h"
 #include "server/store/migrated.h"
-#include "server/store/part_store.h"
 #include "server/store/postgres/control.h"
 #include "server/store/postgres/pool.h"
 #include "server/store/unwritten.h"
@@ -30,7 +28,7 @@ struct PostgresSettings {
   Report report = {};                            // of the database's going and coming back
 };
 
-class PostgresStore final : public JobStore, public MeshIndex, public BatchStore, public PartStore {
+class PostgresStore final : public JobStore, public MeshIndex, public BatchStore {
  public:
   // Brings the schema up first, and tells the report if that was needed.
   static Result<std::unique_ptr<PostgresStore>> open(const PostgresSettings& settings);
@@ -84,11 +82,6 @@ class PostgresStore final : public JobStore, public MeshIndex, public BatchStore
   Result<Load> batch_load(const std::string& owner) override;
   Result<bool> forget_batch(const JobKey& key) override;
   Result<std::uint64_t> sweep_batches(TimePoint ended_before) override;
-
-  Result<Inserted> insert_parts(const NewJob& whole, std::span<const NewJob> parts) override;
-  Result<std::vector<Job>> parts(const JobKey& whole) override;
-  Result<double> best_lower(const JobKey& whole) override;
-  Result<std::string> whole_of(const JobKey& part) override;
 
  private:
   PostgresStore(const PostgresSettings& settings, std::int64_t time_offset_ns);

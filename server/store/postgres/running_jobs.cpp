@@ -11,14 +11,12 @@ namespace {
 // A crash may undo what such a statement did: it waits for no disk. One is in a column of what it returns.
 #define MESHGAUGE_PG_FLEETING "set_config('synchronous_commit', 'off', true)"
 
-// What earlier tries have told stays, but of a part: the others go by its lower bound, and what it is told of theirs it
-// need not find itself; so it must find its own once more, or nobody has a witness of it.
+// What earlier tries have told stays, but for the stage.
 #define MESHGAUGE_PG_CLAIM                                                                                          \
   "UPDATE jobs SET state = 1, tries = tries + 1, worker = $1, started = $2, lease_until = $3, claim = $4, stage = " \
-  "NULL, "                                                                                                          \
-  "lower = CASE parent WHEN '' THEN lower END, upper = CASE parent WHEN '' THEN upper END "
+  "NULL "
 
-#define MESHGAUGE_PG_CLAIMABLE "state = 0 AND awaits = 0 AND (tries <= excused OR $8) "
+#define MESHGAUGE_PG_CLAIMABLE "state = 0 AND (tries <= excused OR $8) "
 
 // What claim_some() takes, in its order (job_store.h). Owners, and then the groups of an owner, his jobs of one batch,
 // are found by one step in an index from each to the next; so it costs as much as there are owners who wait, and groups
@@ -83,26 +81,9 @@ std::vector<Claimed> claimed_before(PgConnection& connection, std::int64_t claim
           ".lower, " NEWER ".lower) <= least(" ROW ".upper, " NEWER ".upper) THEN " #BETTER "(" ROW "." #COLUMN \
           ", " NEWER "." #COLUMN ") ELSE coalesce(" NEWER "." #COLUMN ", " ROW "." #COLUMN ") END "
 
-// Of the parts in a query `heard` that have told something: what their wholes, which wait for them, come to. What was
-// heard is not in the table yet, as far as this statement sees. A part's interval is of the triangles that are its
-// share, whatever it has heard of the others' lower bounds (engine/part.h), so the greatest of both bounds are the
-// whole's; as far as one engine certified them: another one might cut the whole otherwise. Of the parts of others than
-// the one that is heard nothing is known.
-#define MESHGAUGE_PG_TELL_WHOLES \
-  "told AS (UPDATE jobs AS whole SET " MESHGAUGE_PG_NARROWED("whole", "sum", lower, greatest) ", "                    \
-  MESHGAUGE_PG_NARROWED("whole", "sum", upper, least) ", stage = sum.stage, bounds_by = sum.bounds_by FROM (SELECT "  \
-  "owner, parent, stage, bounds_by, coalesce(max(lower), 0) AS lower, max(coalesce(upper, 'infinity')) AS upper FROM " \
-  "(SELECT news.*, CASE WHEN same THEN coalesce(heard.lower, part.lower) END AS lower, CASE WHEN same THEN "          \
-  "coalesce(heard.upper, part.upper) END AS upper FROM (SELECT DISTINCT ON (owner, parent) owner, parent, stage, "    \
-  "bounds_by FROM heard WHERE parent <> '' AND stage IS NOT NULL) AS news JOIN jobs AS part ON part.owner = "         \
-  "news.owner AND part.parent = news.parent AND part.parent <> '' LEFT JOIN heard ON heard.number = part.number "     \
-  "CROSS JOIN LATERAL (SELECT coalesce(heard.bounds_by, part.bounds_by) = news.bounds_by AS same) AS engine) AS "     \
-  "each GROUP BY owner, parent, stage, bounds_by ORDER BY owner, parent) AS sum WHERE whole.owner = sum.owner AND "   \
-  "whole.id = sum.parent AND whole.state + 0 = 0) "
-
 struct Heard {
   std::vector<Heartbeat> answers;
-  std::vector<JobKey> to_tell;  // that are in no batch; of a part its whole
+  std::vector<JobKey> to_tell;  // that are in no batch
 };
 
 Heard hear(PgConnection& connection, std::span<const Beat> beats, TimePoint lease_until) {
@@ -125,22 +106,17 @@ Heard hear(PgConnection& connection, std::span<const Beat> beats, TimePoint leas
       "$3::bytea[], $4::int8[], $5::float8[], $6::float8[], $7::bytea[], $9::bytea[]) WITH ORDINALITY AS beat (owner, "
       "id, worker, tries, lower, upper, stage, bounds_by, place) ORDER BY owner, id) AS beat CROSS JOIN LATERAL (SELECT "
       "number FROM jobs WHERE owner = beat.owner AND id = beat.id AND state + 0 = 1 AND worker = beat.worker AND tries = "
-      "beat.tries FOR UPDATE) AS found), "
-      "heard AS (UPDATE jobs SET lease_until = $8, " MESHGAUGE_PG_NARROWED("jobs", "mine", lower, greatest)
+      "beat.tries FOR UPDATE) AS found) "
+      "UPDATE jobs SET lease_until = $8, " MESHGAUGE_PG_NARROWED("jobs", "mine", lower, greatest)
       ", " MESHGAUGE_PG_NARROWED("jobs", "mine", upper, least)
       ", stage = coalesce(mine.stage, jobs.stage), bounds_by = coalesce(mine.bounds_by, jobs.bounds_by) FROM mine WHERE "
-      "jobs.number = mine.number RETURNING place, cancel_requested, batch, jobs.number, jobs.owner, jobs.parent, "
-      "jobs.lower, jobs.upper, jobs.stage, jobs.bounds_by), " MESHGAUGE_PG_TELL_WHOLES
-      "SELECT place, cancel_requested, batch, parent, " MESHGAUGE_PG_FLEETING " FROM heard",
+      "jobs.number = mine.number RETURNING place, cancel_requested, batch, " MESHGAUGE_PG_FLEETING,
       owners, ids, workers, tries, lowers, uppers, stages, lease_until, engines);
   Heard heard{std::vector<Heartbeat>(beats.size(), Heartbeat::lost), {}};
   while (row.next()) {
     const auto place = static_cast<std::size_t>(row.number(0) - 1);
     heard.answers[place] = row.number(1) != 0 ? Heartbeat::cancel : Heartbeat::go_on;
-    const JobKey& key = beats[place].token.key;
-    const std::string whole = row.text(3);
-    if (beats[place].progress && row.bytes(2).empty())
-      heard.to_tell.push_back({key.owner, whole.empty() ? key.id : whole});
+    if (beats[place].progress && row.bytes(2).empty()) heard.to_tell.push_back(beats[place].token.key);
   }
   return heard;
 }
@@ -148,7 +124,6 @@ Heard hear(PgConnection& connection, std::span<const Beat> beats, TimePoint leas
 struct Ended {
   std::vector<bool> stored;
   std::vector<JobKey> to_tell;  // that are in no batch
-  bool parts = false;
 };
 
 Ended end_jobs(PgConnection& connection, std::span<const Finished> endings) {
@@ -176,31 +151,25 @@ Ended end_jobs(PgConnection& connection, std::span<const Finished> endings) {
       "$3::bytea[], $4::int8[], $5::int8[], $6::bytea[], $7::bytea[], $8::bytea[], $9::int8[], $10::int8[], "
       "$11::int8[], $12::bytea[]) "
       "WITH ORDINALITY AS given (owner, id, worker, tries, new_state, document, problem, verdict, finished, expires, "
-      "reusable, work, place) ORDER BY owner, id, place) AS given CROSS JOIN LATERAL (SELECT number, state AS "
-      "old_state FROM "
+      "reusable, work, place) ORDER BY owner, id, place) AS given CROSS JOIN LATERAL (SELECT number FROM "
       "jobs WHERE owner = given.owner AND id = given.id AND worker = given.worker AND tries = given.tries AND (state = "
-      "1 OR (state = given.new_state AND finished = given.finished)) FOR NO KEY UPDATE) AS found), "
-      "stored AS (UPDATE jobs SET state = new_state, document = mine.document, problem = mine.problem, verdict = "
+      "1 OR (state = given.new_state AND finished = given.finished)) FOR NO KEY UPDATE) AS found) "
+      "UPDATE jobs SET state = new_state, document = mine.document, problem = mine.problem, verdict = "
       "mine.verdict, finished = mine.finished, expires = mine.expires, reusable = mine.reusable <> 0, work = "
       "CASE jobs.work WHEN '' THEN '' ELSE coalesce(mine.work, jobs.work) END, lease_until = "
-      "NULL FROM mine WHERE jobs.number = mine.number RETURNING place, old_state, jobs.owner, jobs.id, jobs.batch, "
-      "jobs.parent), "
-      "ended AS (SELECT * FROM stored WHERE old_state = 1), " MESHGAUGE_PG_SETTLE_WHOLES
-      "SELECT place, owner, id, batch, parent FROM stored",
+      "NULL FROM mine WHERE jobs.number = mine.number RETURNING place, jobs.owner, jobs.id, jobs.batch",
       owners, ids, workers, tries, states, documents, problems, verdicts, finished, expires, reusable, works);
-  Ended ended{std::vector<bool>(endings.size(), false), {}, false};
+  Ended ended{std::vector<bool>(endings.size(), false), {}};
   while (row.next()) {
     ended.stored[static_cast<std::size_t>(row.number(0) - 1)] = true;
     if (row.bytes(3).empty()) ended.to_tell.push_back({row.text(1), row.text(2)});
-    ended.parts = ended.parts || !row.bytes(4).empty();
   }
   return ended;
 }
 
 struct HandedBack {
   JobState state = JobState::queued;
-  bool batch = false, part = false;
-  std::vector<JobKey> stopped;  // other parts, which run
+  bool batch = false;
 };
 
 std::optional<HandedBack> give_back(PgConnection& connection, const Token& token, const std::string& last_error,
@@ -208,25 +177,13 @@ std::optional<HandedBack> give_back(PgConnection& connection, const Token& token
   PgRows row = connection.query(
       "WITH mine AS MATERIALIZED (SELECT number, excused + ($5 = '')::int AS excused_now, CASE WHEN cancel_requested "
       "THEN 4 WHEN tries >= excused + ($5 = '')::int + $8 THEN 3 ELSE 0 END AS new_state FROM jobs WHERE owner = $1 "
-      "AND id = $2 AND state + 0 = 1 AND worker = $3 AND tries = $4 FOR NO KEY UPDATE), "
-      "touched AS (UPDATE jobs SET state = new_state, excused = excused_now, worker = '', lease_until = NULL, "
+      "AND id = $2 AND state + 0 = 1 AND worker = $3 AND tries = $4 FOR NO KEY UPDATE) "
+      "UPDATE jobs SET state = new_state, excused = excused_now, worker = '', lease_until = NULL, "
       "finished = CASE WHEN new_state >= 2 THEN $6 END, expires = CASE WHEN new_state >= 2 THEN $7 END, last_error = "
-      "CASE WHEN $5 = '' THEN last_error ELSE $5 END FROM mine WHERE jobs.number = mine.number RETURNING jobs.number, "
-      "owner, state, batch, parent), " MESHGAUGE_PG_STOP_OTHER_PARTS("$6", "$7") MESHGAUGE_PG_SETTLE_WHOLES
-      "SELECT state, batch, parent, ''::bytea FROM touched UNION ALL SELECT state, '', parent, id FROM stopped",
+      "CASE WHEN $5 = '' THEN last_error ELSE $5 END FROM mine WHERE jobs.number = mine.number RETURNING state, batch",
       token.key.owner, token.key.id, token.worker, token.tries, last_error, moment.now, moment.keep_until, kMaxTries);
-  std::optional<HandedBack> back;
-  std::vector<JobKey> stopped;
-  while (row.next()) {
-    const auto state = static_cast<JobState>(row.number(0));
-    if (row.bytes(3).empty()) {
-      back = HandedBack{state, !row.bytes(1).empty(), !row.bytes(2).empty(), {}};
-    } else if (state == JobState::running) {
-      stopped.push_back({token.key.owner, row.text(3)});
-    }
-  }
-  if (back) back->stopped = std::move(stopped);
-  return back;
+  if (!row.next()) return std::nullopt;
+  return HandedBack{static_cast<JobState>(row.number(0)), !row.bytes(1).empty()};
 }
 
 }  // namespace
@@ -243,10 +200,10 @@ Result<std::optional<Claimed>> PostgresStore::claim(const JobKey& key, const std
     if (std::exchange(repeated, true)) {
       if (auto before = claimed_before(connection, claim); !before.empty()) return before;
     }
-    return all_claimed(connection.query(
-        MESHGAUGE_PG_CLAIM "WHERE owner = $5 AND id = $6 AND state + 0 = 0 AND awaits = 0 RETURNING " MESHGAUGE_PG_JOB
-                           ", " MESHGAUGE_PG_FLEETING,
-        worker, now, lease_until, claim, key.owner, key.id));
+    return all_claimed(connection.query(MESHGAUGE_PG_CLAIM
+                                        "WHERE owner = $5 AND id = $6 AND state + 0 = 0 RETURNING " MESHGAUGE_PG_JOB
+                                        ", " MESHGAUGE_PG_FLEETING,
+                                        worker, now, lease_until, claim, key.owner, key.id));
   });
   if (!claimed) return claimed.error();
   if (claimed->empty()) return std::optional<Claimed>();
@@ -285,7 +242,6 @@ Result<std::vector<bool>> PostgresStore::finish_all(std::span<const Finished> en
       pool_.run(Promise::durable, [&](PgConnection& connection) { return end_jobs(connection, endings); });
   if (!ended) return ended.error();
   for (const JobKey& key : ended->to_tell) control_.tell(Signal::Kind::changed, key);
-  if (ended->parts) control_.tell(Signal::Kind::work);  // the whole may be ready now
   return std::move(ended->stored);
 }
 
@@ -295,10 +251,9 @@ Result<std::optional<JobState>> PostgresStore::hand_back(const Token& token, con
       Promise::durable, [&](PgConnection& connection) { return give_back(connection, token, last_error, moment); });
   if (!back) return back.error();
   if (!*back) return std::optional<JobState>();
-  const auto& [state, batch, part, stopped] = **back;
-  if (state == JobState::queued || part) control_.tell(Signal::Kind::work);
+  const auto& [state, batch] = **back;
+  if (state == JobState::queued) control_.tell(Signal::Kind::work);
   if (has_ended(state) && !batch) control_.tell(Signal::Kind::changed, token.key);
-  for (const JobKey& key : stopped) control_.tell(Signal::Kind::cancel, key);
   return std::optional(state);
 }
 

@@ -11,7 +11,8 @@
 namespace meshgauge::server::store {
 
 // Step n makes version n+1 of version n; a new database is version 0. Steps are only ever added. They must leave what
-// processes of the version before read and write: these go on until they are replaced.
+// processes of the version before read and write, which go on until they are replaced. The fifth step alone does not:
+// processes of 0.1.0 fail after it, and lose nothing that they have promised.
 std::span<const char* const> pg_schema_steps();
 
 // Brings the database to the version of the last step, all in one transaction; of many processes that begin at once

@@ -15,57 +15,35 @@ constexpr int kLonger = 5;              // of the patience: what reads or remove
 #define MESHGAUGE_PG_IN_NO_BATCH \
   "NOT EXISTS (SELECT FROM batch_items AS item WHERE item.owner = jobs.owner AND item.job = jobs.id)"
 
-// Removes ended jobs, and with them their parts: first the parts, since a worker that ends one locks it before the
-// whole. The condition on the jobs comes between the two; it may have a limit. Those that somebody is just looking at
-// stay.
-#define MESHGAUGE_PG_REMOVE "WITH old AS MATERIALIZED (SELECT number, owner, id FROM jobs WHERE state >= 2 AND "
-#define MESHGAUGE_PG_WITH_PARTS                                                                                       \
-  "), parts AS MATERIALIZED (SELECT part.number FROM (SELECT * FROM old ORDER BY owner, id) AS old CROSS JOIN "       \
-  "LATERAL "                                                                                                          \
-  "(SELECT number FROM jobs WHERE owner = old.owner AND parent = old.id AND parent <> '' ORDER BY id FOR UPDATE) AS " \
-  "part), parts_gone AS (DELETE FROM jobs WHERE number = ANY (ARRAY(SELECT number FROM parts)) RETURNING 1), "        \
-  "gone AS (DELETE FROM jobs WHERE number = ANY (ARRAY(SELECT number FROM jobs WHERE number = ANY (ARRAY(SELECT "     \
-  "number FROM old)) AND (SELECT count(*) FROM parts_gone) >= 0 FOR UPDATE SKIP LOCKED)) RETURNING 1) "               \
-  "SELECT count(*) FROM gone"
-
-std::uint64_t count_of(PgRows rows) { return rows.next() ? static_cast<std::uint64_t>(rows.number(0)) : 0; }
+// Removes ended jobs, in a statement of three: the condition on the jobs, which may have a limit, comes between these
+// two. Those that somebody is just looking at stay.
+#define MESHGAUGE_PG_REMOVE "DELETE FROM jobs WHERE number = ANY (ARRAY(SELECT number FROM jobs WHERE state >= 2 AND "
+#define MESHGAUGE_PG_UNLOCKED " FOR UPDATE SKIP LOCKED))"
 
 struct Recovered {
   bool queued = false;
-  std::vector<JobKey> ended;    // that are in no batch
-  std::vector<JobKey> stopped;  // parts that run
+  std::vector<JobKey> ended;  // that are in no batch
 };
 
-// A row that is locked is one whose worker is just being heard. Of the parts of one whole, none is tried again when one
-// of them is given up.
+// A row that is locked is one whose worker is just being heard.
 Recovered hand_back_dead(PgConnection& connection, const std::optional<std::string>& dead_workers,
                          const std::string& why, Moment moment) {
   PgRows row = connection.query(
-      "WITH dead AS MATERIALIZED (SELECT number, owner, parent, cancel_requested, tries, excused + ($2 = '' OR (batch "
-      "<> "
-      "'' AND stage IS NULL AND tries <= excused + 1 AND excused < $6))::int AS excused_now FROM jobs WHERE state = 1 "
+      "WITH dead AS MATERIALIZED (SELECT number, cancel_requested, tries, excused + ($2 = '' OR (batch <> '' AND "
+      "stage IS NULL AND tries <= excused + 1 AND excused < $6))::int AS excused_now FROM jobs WHERE state = 1 "
       "AND CASE WHEN $1 IS NULL THEN lease_until <= $3 ELSE substr(worker, 1, length($1)) = $1 END ORDER BY owner, id "
       "FOR NO KEY UPDATE SKIP LOCKED), "
-      "mine AS (SELECT number, owner, parent, excused_now, CASE WHEN cancel_requested THEN 4 WHEN tries >= excused_now "
-      "+ $5 THEN 3 ELSE 0 END AS new_state FROM dead), "
-      "judged AS (SELECT number, excused_now, CASE WHEN new_state = 0 AND parent <> '' AND bool_or(new_state = 3) OVER "
-      "(PARTITION BY owner, parent) THEN 4 ELSE new_state END AS new_state FROM mine), "
-      "touched AS (UPDATE jobs SET state = new_state, excused = excused_now, worker = '', lease_until = NULL, "
+      "mine AS (SELECT number, excused_now, CASE WHEN cancel_requested THEN 4 WHEN tries >= excused_now "
+      "+ $5 THEN 3 ELSE 0 END AS new_state FROM dead) "
+      "UPDATE jobs SET state = new_state, excused = excused_now, worker = '', lease_until = NULL, "
       "finished = CASE WHEN new_state >= 2 THEN $3 END, expires = CASE WHEN new_state >= 2 THEN $4 END, last_error = "
-      "CASE WHEN excused_now > excused THEN last_error ELSE $2 END FROM judged WHERE jobs.number = judged.number "
-      "RETURNING jobs.number, owner, id, state, batch, parent), " MESHGAUGE_PG_STOP_OTHER_PARTS("$3", "$4")
-          MESHGAUGE_PG_SETTLE_WHOLES
-      "SELECT owner, id, state, batch, parent, false FROM touched UNION ALL SELECT owner, id, state, '', parent, true "
-      "FROM stopped WHERE state = 1",
+      "CASE WHEN excused_now > excused THEN last_error ELSE $2 END FROM mine WHERE jobs.number = mine.number "
+      "RETURNING owner, id, state, batch",
       dead_workers, why, moment.now, moment.keep_until, kMaxTries, kMaxUnbegun);
   Recovered recovered;
   while (row.next()) {
-    if (row.number(5) != 0) {
-      recovered.stopped.push_back({row.text(0), row.text(1)});
-      continue;
-    }
     const bool ended = has_ended(static_cast<JobState>(row.number(2)));
-    recovered.queued = recovered.queued || !ended || !row.bytes(4).empty();
+    recovered.queued = recovered.queued || !ended;
     if (ended && row.bytes(3).empty()) recovered.ended.push_back({row.text(0), row.text(1)});
   }
   return recovered;
@@ -78,8 +56,8 @@ void add(Counts& counts, JobState state, std::uint64_t number) {
 
 void add_waiting(PgConnection& connection, Counts& counts) {
   PgRows row = connection.query(
-      "SELECT (SELECT count(*) FROM jobs WHERE state IN (0, 1) AND batch = '' AND deadline IS NULL AND parent = ''), "
-      "(SELECT created FROM jobs WHERE state = 0 ORDER BY created LIMIT 1)");
+      "SELECT (SELECT count(*) FROM jobs WHERE state IN (0, 1) AND batch = '' AND deadline IS NULL), (SELECT "
+      "created FROM jobs WHERE state = 0 ORDER BY created LIMIT 1)");
   if (!row.next()) return;
   counts.unawaited = static_cast<std::uint64_t>(row.number(0));
   counts.oldest_queued = row.time_if_any(1);
@@ -88,25 +66,18 @@ void add_waiting(PgConnection& connection, Counts& counts) {
 struct GivenUp {
   std::uint64_t jobs = 0;
   std::vector<JobKey> to_tell;  // that are in no batch
-  std::vector<JobKey> stopped;  // parts that run
 };
 
-// Parts first: their wholes are locked after them, and may then be given up as well.
-GivenUp give_up_waiting(PgConnection& connection, Moment moment, bool parts) {
+GivenUp give_up_waiting(PgConnection& connection, Moment moment) {
   PgRows row = connection.query(
-      "WITH mine AS MATERIALIZED (SELECT number FROM jobs WHERE state = 0 AND expires_if_never_run <= $1 AND (parent "
-      "<> '') = $3 ORDER BY owner, id LIMIT $4 FOR NO KEY UPDATE SKIP LOCKED), "
-      "touched AS (UPDATE jobs SET state = 3, finished = $1, expires = $2, last_error = CASE last_error WHEN '' THEN "
-      "'nobody ran it in time' ELSE last_error END FROM mine WHERE jobs.number = mine.number RETURNING jobs.number, "
-      "owner, id, parent, batch, state), " MESHGAUGE_PG_STOP_OTHER_PARTS("$1", "$2") MESHGAUGE_PG_SETTLE_WHOLES
-      "SELECT owner, id, batch, false FROM touched UNION ALL SELECT owner, id, '', true FROM stopped WHERE state = 1",
-      moment.now, moment.keep_until, parts, kPortion);
+      "WITH mine AS MATERIALIZED (SELECT number FROM jobs WHERE state = 0 AND expires_if_never_run <= $1 ORDER BY "
+      "owner, id LIMIT $3 FOR NO KEY UPDATE SKIP LOCKED) "
+      "UPDATE jobs SET state = 3, finished = $1, expires = $2, last_error = CASE last_error WHEN '' THEN "
+      "'nobody ran it in time' ELSE last_error END FROM mine WHERE jobs.number = mine.number RETURNING owner, id, "
+      "batch",
+      moment.now, moment.keep_until, kPortion);
   GivenUp given_up;
   while (row.next()) {
-    if (row.number(3) != 0) {
-      given_up.stopped.push_back({row.text(0), row.text(1)});
-      continue;
-    }
     ++given_up.jobs;
     if (row.bytes(2).empty()) given_up.to_tell.push_back({row.text(0), row.text(1)});
   }
@@ -114,13 +85,14 @@ GivenUp give_up_waiting(PgConnection& connection, Moment moment, bool parts) {
 }
 
 std::uint64_t remove_expired(PgConnection& connection, TimePoint now, std::int64_t most) {
-  return count_of(connection.query(MESHGAUGE_PG_REMOVE "expires <= $1 AND parent = '' AND " MESHGAUGE_PG_IN_NO_BATCH
-                                                       " LIMIT $2" MESHGAUGE_PG_WITH_PARTS,
-                                   now, most));
+  return connection
+      .query(MESHGAUGE_PG_REMOVE "expires <= $1 AND " MESHGAUGE_PG_IN_NO_BATCH " LIMIT $2" MESHGAUGE_PG_UNLOCKED, now,
+             most)
+      .changed();
 }
 
 std::vector<Kept> kept_jobs(PgConnection& connection) {
-  PgRows row = connection.query("SELECT owner, count(*) FROM jobs WHERE state >= 2 AND parent = '' GROUP BY owner");
+  PgRows row = connection.query("SELECT owner, count(*) FROM jobs WHERE state >= 2 GROUP BY owner");
   std::vector<Kept> kept;
   while (row.next()) kept.push_back({row.text(0), static_cast<std::uint64_t>(row.number(1))});
   return kept;
@@ -128,16 +100,17 @@ std::vector<Kept> kept_jobs(PgConnection& connection) {
 
 // Those that were given to record() come first: their clients have had their answers.
 std::uint64_t remove_oldest(PgConnection& connection, const std::string& owner, std::uint64_t wanted) {
-  const std::uint64_t records = count_of(
-      connection.query(MESHGAUGE_PG_REMOVE
-                       "owner = $1 AND parent = '' AND worker = '' AND tries = 1 ORDER BY finished, number LIMIT "
-                       "$2" MESHGAUGE_PG_WITH_PARTS,
-                       owner, wanted));
+  const std::uint64_t records =
+      connection
+          .query(MESHGAUGE_PG_REMOVE
+                 "owner = $1 AND worker = '' AND tries = 1 ORDER BY finished, number LIMIT $2" MESHGAUGE_PG_UNLOCKED,
+                 owner, wanted)
+          .changed();
   if (records == wanted) return records;
-  return records + count_of(connection.query(
-                       MESHGAUGE_PG_REMOVE
-                       "owner = $1 AND parent = '' ORDER BY finished, number LIMIT $2" MESHGAUGE_PG_WITH_PARTS,
-                       owner, wanted - records));
+  return records + connection
+                       .query(MESHGAUGE_PG_REMOVE "owner = $1 ORDER BY finished, number LIMIT $2" MESHGAUGE_PG_UNLOCKED,
+                              owner, wanted - records)
+                       .changed();
 }
 
 std::uint64_t remove_over_share(PgConnection& connection, std::uint64_t max_kept, std::int64_t most) {
@@ -154,8 +127,8 @@ Result<bool> PostgresStore::forget(const JobKey& key) {
     if (!flushed) return flushed.error();
   }
   return pool_.run(Promise::durable, [&](PgConnection& connection) {
-    return count_of(connection.query(MESHGAUGE_PG_REMOVE "owner = $1 AND id = $2" MESHGAUGE_PG_WITH_PARTS, key.owner,
-                                     key.id)) == 1;
+    return connection.query(MESHGAUGE_PG_REMOVE "owner = $1 AND id = $2" MESHGAUGE_PG_UNLOCKED, key.owner, key.id)
+               .changed() == 1;
   });
 }
 
@@ -167,7 +140,6 @@ Result<std::vector<Job>> PostgresStore::recover(const std::optional<std::string>
   if (!recovered) return recovered.error();
   if (recovered->queued) control_.tell(Signal::Kind::work);
   for (const JobKey& key : recovered->ended) control_.tell(Signal::Kind::changed, key);
-  for (const JobKey& key : recovered->stopped) control_.tell(Signal::Kind::cancel, key);
   if (const Result<Done> rest = cancel_the_rest(moment); !rest) return rest.error();
   return std::vector<Job>();
 }
@@ -175,7 +147,7 @@ Result<std::vector<Job>> PostgresStore::recover(const std::optional<std::string>
 Result<Counts> PostgresStore::counts() {
   Result<Counts> counts = pool_.run(Promise::fleeting, [](PgConnection& connection) {
     Counts counted;
-    PgRows row = connection.query("SELECT state, count(*) FROM jobs WHERE parent = '' GROUP BY state");
+    PgRows row = connection.query("SELECT state, count(*) FROM jobs GROUP BY state");
     while (row.next()) add(counted, static_cast<JobState>(row.number(0)), static_cast<std::uint64_t>(row.number(1)));
     add_waiting(connection, counted);
     return counted;
@@ -188,12 +160,11 @@ Result<Counts> PostgresStore::counts() {
 
 Result<std::uint64_t> PostgresStore::unended(const std::string& owner, TimePoint now) {
   return pool_.run(Promise::fleeting, [&](PgConnection& connection) {
-    // A whole that awaits parts is known by them: so both halves go by an index in which no batch is looked through.
+    // Both halves go by an index in which no batch is looked through.
     PgRows row = connection.query(
-        "SELECT count(*) FILTER (WHERE parent = '') + count(DISTINCT parent) FILTER (WHERE parent <> '') FROM ("
-        "SELECT parent, deadline, cancel_requested FROM jobs WHERE state = 0 AND awaits = 0 AND owner = $1 AND batch = "
-        "'' UNION ALL SELECT parent, deadline, cancel_requested FROM jobs WHERE state = 1 AND owner = $1 AND batch = "
-        "'') AS mine WHERE NOT cancel_requested AND (deadline IS NULL OR deadline > $2)",
+        "SELECT count(*) FROM (SELECT deadline, cancel_requested FROM jobs WHERE state = 0 AND owner = $1 AND batch = "
+        "'' UNION ALL SELECT deadline, cancel_requested FROM jobs WHERE state = 1 AND owner = $1 AND batch = '') AS "
+        "mine WHERE NOT cancel_requested AND (deadline IS NULL OR deadline > $2)",
         owner, now);
     return row.next() ? static_cast<std::uint64_t>(row.number(0)) : std::uint64_t{0};
   });
@@ -238,16 +209,13 @@ Result<std::uint64_t> PostgresStore::remove_in_portions(
 
 Result<SweptJobs> PostgresStore::sweep_jobs(Moment moment, std::uint64_t max_kept) {
   SweptJobs swept;
-  for (const bool parts : {true, false}) {
-    const auto given_up = remove_in_portions([&](PgConnection& connection, std::int64_t) {
-      const GivenUp some = give_up_waiting(connection, moment, parts);
-      for (const JobKey& key : some.to_tell) control_.tell(Signal::Kind::changed, key);
-      for (const JobKey& key : some.stopped) control_.tell(Signal::Kind::cancel, key);
-      return some.jobs;
-    });
-    if (!given_up) return given_up.error();
-    if (!parts) swept.given_up = *given_up;
-  }
+  const auto given_up = remove_in_portions([&](PgConnection& connection, std::int64_t) {
+    const GivenUp some = give_up_waiting(connection, moment);
+    for (const JobKey& key : some.to_tell) control_.tell(Signal::Kind::changed, key);
+    return some.jobs;
+  });
+  if (!given_up) return given_up.error();
+  swept.given_up = *given_up;
   const auto expired = remove_in_portions(
       [&](PgConnection& connection, std::int64_t most) { return remove_expired(connection, moment.now, most); });
   if (!expired) return expired.error();

@@ -32,7 +32,6 @@ std::string written(const Request& request) {
             {"tolerance", json_of(options.tolerance)},
             {"timeout_ms", request.timeout.count()},
             {"threads", options.threads},
-            {"shards", request.shards},
             {"budget", {{"memory_bytes", options.max_memory_bytes}}}};
   if (options.max_distance) json["gate"] = {{"max_distance", *options.max_distance}, {"units", request.units}};
   if (options.strategy == Strategy::n_point) json["points"] = options.points;
@@ -48,7 +47,7 @@ bool same(const Request& a, const Request& b) {
          x.tolerance.absolute == y.tolerance.absolute && x.tolerance.diagonal == y.tolerance.diagonal &&
          x.tolerance.relative == y.tolerance.relative && x.max_distance == y.max_distance && x.strategy == y.strategy &&
          x.points == y.points && x.max_memory_bytes == y.max_memory_bytes && x.max_work_items == y.max_work_items &&
-         x.threads == y.threads && x.simd == y.simd && a.shards == b.shards;
+         x.threads == y.threads && x.simd == y.simd;
 }
 
 void require_within(std::optional<double> value, const api::Range& range, const char* what) {
@@ -62,8 +61,6 @@ void require_in_range(const Request& request, const api::RequestLimits& limits) 
   require_within(options.tolerance.relative, api::kToleranceRange, "the relative tolerance is in range");
   require_within(options.max_distance, api::kMaxDistanceRange, "the gate's distance is in range");
   require_within(options.threads, api::kThreadsRange, "the number of threads is in range");
-  require_within(request.shards, api::kShardsRange, "the number of shards is in range");
-  require(request.shards == 1 || !options.statistics, "statistics are of one piece");
   require(options.tolerance.absolute || options.tolerance.diagonal || options.tolerance.relative,
           "there is a rule to stop by");
   require(is_stencil(options.points), "the number of points is a stencil");

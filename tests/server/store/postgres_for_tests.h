@@ -30,7 +30,6 @@ class PostgresForTests {
   MeshIndex& meshes() { return stores_->meshes(); }
   BatchStore& batches() { return stores_->batches(); }
   BlobStore& blobs() { return stores_->blobs(); }
-  PartStore& parts() { return *stores_->parts(); }
   Signals& signals() { return *stores_->signals(); }
   void reopen() {
     stores_.reset();

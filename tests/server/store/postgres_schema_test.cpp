@@ -138,6 +138,43 @@ TEST_CASE("PostgreSQL schema: what was stored under each earlier version is read
   }
 }
 
+// Schema 4 had comparisons in shards: a whole, and a row for each part of it.
+TEST_CASE("PostgreSQL schema: what was stored in shards is measured in one piece") {
+  Database database;
+  got(pg_migrate(database.connection(), first_steps(4)));
+  database.connection().execute(R"sql(
+    INSERT INTO jobs (owner, id, state, mesh_a, mesh_b, hints, options, cost, rank, fingerprint, trace, created,
+                      expires_if_never_run, tries, worker, lease_until, parent, awaits, finished, expires)
+    VALUES ('ann', '1', 0, 'a', 'b', '', '{"threads":2, "shards": 3}', 5, 5, 'f', '', 1, 9000000000000, 0, '', NULL, '', 2,
+            NULL, NULL),
+           ('ann', '1.0', 2, 'a', 'b', '', '{"threads":2, "shards": 3}', 5, 5, '', '', 1, 9000000000000, 1, 'w', NULL, '1',
+            0, 2, 9000000000000),
+           ('ann', '1.1', 1, 'a', 'b', '', '{"threads":2, "shards": 3}', 5, 5, '', '', 1, 9000000000000, 1, 'w', 3, '1', 0,
+            NULL, NULL),
+           ('ann', '1.2', 0, 'a', 'b', '', '{"threads":2, "shards": 3}', 5, 5, '', '', 1, 9000000000000, 0, '', NULL, '1', 0,
+            NULL, NULL),
+           ('bob', '2', 0, 'a', 'b', '', convert_to('{ "shards" : 64 , "gate": {"units": "é\"shards\":2\\"}}', 'UTF8'), 5, 6,
+            'f', '', 1, 9000000000000, 0, '', NULL, '', 0, NULL, NULL),
+           ('cat', '3', 0, 'a', 'b', '', '{"shards":1}', 5, 7, 'f', '', 1, 9000000000000, 0, '', NULL, '', 0, NULL, NULL),
+           ('dan', '4', 0, 'a', 'b', '', 'shards', 5, 8, 'f', '', 1, 9000000000000, 0, '', NULL, '', 0, NULL, NULL)
+  )sql");
+  PostgresSettings settings;
+  settings.database = database.name();
+  const std::unique_ptr<PostgresStore> store = got(PostgresStore::open(settings));
+  CHECK(database.number("SELECT count(*) FROM jobs") == 4);
+  CHECK(got(store->counts()).queued == 4);
+  CHECK(got(store->unended("ann", at(50))) == 1);
+  const auto options_of = [&](const char* owner, const char* id) { return job_in(*store, {owner, id}).options; };
+  CHECK(options_of("ann", "1") == R"({"threads":2})");
+  CHECK(options_of("bob", "2") == R"({  "gate": {"units": "é\"shards\":2\\"}})");
+  CHECK(options_of("cat", "3") == "{}");
+  CHECK(options_of("dan", "4") == "shards");
+  const auto claimed = got(store->claim_some("w", at(50), at(110), JobStore::Which::all, 1, JobStore::Suspects::too));
+  REQUIRE(claimed.size() == 1);
+  CHECK(claimed[0].job.key == JobKey{"ann", "1"});
+  CHECK(got(store->finish(claimed[0].token, ending())));
+}
+
 TEST_CASE("PostgreSQL schema: bounds that the version before tells are certified by nobody who is known") {
   Database database;
   PostgresSettings settings;
@@ -148,16 +185,10 @@ TEST_CASE("PostgreSQL schema: bounds that the version before tells are certified
   CHECK(got(store->heartbeat(token, at(170), {2, 8, "reduce", "v1"})) == Heartbeat::go_on);
   CHECK(got(store->hand_back(token, "", kNow)) == JobState::queued);
   database.connection().execute("RESET meshgauge.bounds_by");  // as it does
-  SUBCASE("of a job that it claims") {
-    database.connection().execute(
-        "UPDATE jobs SET state = 1, tries = tries + 1, worker = 'old', lower = NULL, upper = NULL, stage = NULL; "
-        "UPDATE "
-        "jobs SET lower = 9, upper = 10, stage = 'build'");
-    got(store->recover("old", "", kNow));
-  }
-  SUBCASE("of a whole whose part it runs") {
-    database.connection().execute("UPDATE jobs AS whole SET lower = 9, upper = 10, stage = 'build'");
-  }
+  database.connection().execute(
+      "UPDATE jobs SET state = 1, tries = tries + 1, worker = 'old', lower = NULL, upper = NULL, stage = NULL; UPDATE "
+      "jobs SET lower = 9, upper = 10, stage = 'build'");
+  got(store->recover("old", "", kNow));
   CHECK(job_in(*store, {"ann", "1"}).progress == Progress{9, 10, "build", ""});
   const Token again = claimed_token(*store, {"ann", "1"});
   CHECK(got(store->heartbeat(again, at(170), {1, 9.5, "reduce", "v1"})) == Heartbeat::go_on);

@@ -193,20 +193,11 @@ TEST_CASE("trouble: nor is it to another process, which finds it there") {
     settings.patience = 250ms;
     stores.push_back(got(DistributedStores::open(settings)));
   }
-  std::function<Result<bool>(DistributedStores&)> found;  // when it is acknowledged: whether it was there
-  SUBCASE("a batch") {
-    found = [](DistributedStores& there) -> Result<bool> {
-      const auto inserted = there.batches().insert_batch(new_batch("ann", "b", 1));
-      return inserted ? Result<bool>(inserted->existed) : inserted.error();
-    };
-  }
-  SUBCASE("a comparison in parts") {
-    found = [](DistributedStores& there) -> Result<bool> {
-      const NewJob part = new_job("ann", "whole/0");
-      const auto inserted = there.parts()->insert_parts(new_job("ann", "whole"), {&part, 1});
-      return inserted ? Result<bool>(inserted->existed) : inserted.error();
-    };
-  }
+  // When it is acknowledged: whether it was there.
+  const auto found = [](DistributedStores& there) -> Result<bool> {
+    const auto inserted = there.batches().insert_batch(new_batch("ann", "b", 1));
+    return inserted ? Result<bool>(inserted->existed) : inserted.error();
+  };
   demand_standby(all.database());
   do {  // a slow machine may not come to its commit in so short a time
     CHECK_FALSE(found(*stores[0]).ok());
@@ -235,7 +226,6 @@ TEST_CASE("trouble: sixteen callers hardly ever wait for each other in a circle,
     DistributedStores* there = other.get();
     JobStore& jobs = thread % 2 == 0 ? stores.jobs() : there->jobs();
     BatchStore& batches = thread % 2 == 0 ? stores.batches() : there->batches();
-    PartStore& parts = thread % 2 == 0 ? stores.parts() : *there->parts();
     const std::string id = std::to_string(thread) + "-" + std::to_string(turn);
     const JobKey key{"ann", id};
     switch (thread % 8) {
@@ -248,9 +238,7 @@ TEST_CASE("trouble: sixteen callers hardly ever wait for each other in a circle,
         return;
       }
       case 1: {
-        std::vector<NewJob> some;
-        for (int i = 0; i < 5; ++i) some.push_back(new_job("ann", id + "/p" + std::to_string(i)));
-        checked(parts.insert_parts(new_job("ann", id), some));
+        checked(jobs.insert(new_job("ann", id)));
         if (turn % 3 == 0) checked(jobs.request_cancel(key, {at(60), at(1060)}));
         return;
       }

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "implementations.h"
+#include "job_steps.h"
 
 using namespace meshgauge;
 using namespace meshgauge::server::store;
@@ -112,6 +113,34 @@ TEST_CASE("schema: what was stored under each earlier version is read under this
     REQUIRE(claimed.size() == 1);
     CHECK(claimed[0].job.progress == Progress{1, 2, "", ""});
     CHECK(got(store->finish(claimed[0].token, {JobState::done, "{}", "", at(120), at(1120)})));
+  }
+}
+
+TEST_CASE("schema: options that asked for shards are read without them") {
+  const Database database;
+  const char* const options[] = {R"({"threads":2, "shards": 3})",
+                                 R"({ "shards" : 64 , "gate": {"units": "\"shards\":2"}})",
+                                 R"({"shards":1})",
+                                 R"({"threads":2})",
+                                 R"("shards")",
+                                 R"({"shards")"};
+  const char* const left[] = {
+      R"({"threads":2})", R"({"gate":{"units":"\"shards\":2"}})", "{}", R"({"threads":2})", R"("shards")",
+      R"({"shards")"};
+  {
+    Connection connection = database.connect();
+    got(migrate(connection, schema_steps().first(3)));
+    for (std::size_t i = 0; i < std::size(options); ++i) {
+      Query(connection,
+            "INSERT INTO jobs (owner, id, state, mesh_a, mesh_b, hints, options, cost, rank, fingerprint, trace, "
+            "created, expires_if_never_run) VALUES ('ann', ?, 0, 'a', 'b', '', ?, 5, 5, 'f', '', 1, 9000000000000)",
+            std::to_string(i), options[i])
+          .run();
+    }
+  }
+  const std::unique_ptr<SqliteStore> store = got(SqliteStore::open(database.path(), 50));
+  for (std::size_t i = 0; i < std::size(options); ++i) {
+    CHECK(job_in(*store, {"ann", std::to_string(i)}).options == left[i]);
   }
 }
 
