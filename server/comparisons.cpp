@@ -136,7 +136,7 @@ std::optional<Problem> Comparisons::receive_form(Exchange& exchange, Asked& aske
   MultipartParser parser(boundary, receiver);
   if (auto refusal = exchange.body.read([&](std::string_view piece) { return parser.feed(piece); })) return refusal;
   if (auto refusal = parser.finish()) return refusal;
-  if (auto refusal = receiver.check_complete()) return refusal;
+  if (auto refusal = receiver.complete()) return refusal;
   asked.submission.options = std::move(form.options);
   asked.submission.a = source_of("a", std::move(form.a));
   asked.submission.b = source_of("b", std::move(form.b));

@@ -1,19 +1,16 @@
-// The parts of a comparison as they stream in: a and b exactly once, options at most once, within their limits.
+// The parts of a comparison as they stream in: a and b exactly once, options at most once, a.files and b.files up to
+// kMostBundleFiles times each, within their limits.
 #pragma once
 
 #include <memory>
 #include <string>
 
+#include "server/bundle.h"
 #include "server/multipart.h"
 #include "server/settings.h"
 #include "server/upload.h"
 
 namespace meshgauge::server {
-
-struct MeshPart {
-  PartHead head;
-  std::unique_ptr<Upload> upload;
-};
 
 struct Form {
   MeshPart a;
@@ -31,15 +28,19 @@ class FormReceiver final : public MultipartSink {
   Refusal data(std::string_view piece) override;
   Refusal end() override;
 
-  Refusal check_complete() const;
+  // After the last part: refuses a form without a or b, and makes of a mesh and its files one upload.
+  Refusal complete();
 
  private:
+  Refusal begin_mesh(const PartHead& part, MeshPart& mesh);
+  Refusal begin_file(const PartHead& part, MeshPart& mesh);
   Refusal add_option_bytes(std::string_view piece);
 
   Form& form_;
   const Settings& settings_;
   ByteBudget& budget_;
   std::string current_;       // name of the part that is arriving
+  MeshPart* mesh_ = nullptr;  // that it belongs to; null for options
   Upload* upload_ = nullptr;  // of it; null for options
   bool options_seen_ = false;
 };

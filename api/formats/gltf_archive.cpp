@@ -51,6 +51,7 @@ Result<GltfArchive> GltfArchive::open(const Source& source) {
 
 Result<std::vector<char>> GltfArchive::expanded(const std::string& name) {
   std::vector<char> bytes;
+  bytes.reserve(archive_.announced_bytes(name));  // untouched pages of a lie take no memory
   const auto ok = archive_.read(name, [&](std::string_view piece) {
     bytes.insert(bytes.end(), piece.begin(), piece.end());
     return std::optional<Error>();

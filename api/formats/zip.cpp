@@ -89,6 +89,11 @@ std::vector<std::string> ZipArchive::names() const {
   return names;
 }
 
+std::size_t ZipArchive::announced_bytes(std::string_view name) const {
+  const auto found = entries_.find(key_of(name));
+  return found == entries_.end() ? 0 : static_cast<std::size_t>(std::min<std::uint64_t>(found->second.bytes, left_));
+}
+
 Error ZipArchive::fail(std::string_view name, ErrorCode code, const std::string& what) const {
   return at(*source_, printable(name, 100), code, what);
 }

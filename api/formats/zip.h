@@ -41,6 +41,9 @@ class ZipArchive {
 
   std::vector<std::string> names() const;  // of all entries, in lower case, sorted
 
+  // Of an entry once expanded, as it is announced; at most what may still be expanded. 0: there is no such entry.
+  std::size_t announced_bytes(std::string_view name) const;
+
   // Expands one entry, piece by piece, never the whole of it. Refused: an entry that does not exist, is encrypted,
   // compressed by anything but deflate, or damaged (length and CRC are checked); and, over all the calls together,
   // more bytes than expansion_limit() allows.

@@ -26,9 +26,10 @@ struct Updates {
 };
 
 // Looks, and writes nothing. `gates` as by gates_of(..., Baselines::may_be_missing), or from flags. Mistakes: a
-// candidate that is missing, no mesh or a glTF of several files; two candidates for one baseline; another suffix than the candidate's, which
-// would be a wrong name for its bytes; a baseline that is a symbolic link, or lies behind one that leads out of the
-// folder of the manifest (of the current one, when there is none): what is there is not this project's.
+// candidate that is missing, no mesh or a glTF of several files; two candidates for one baseline; another suffix than
+// the candidate's, which would be a wrong name for its bytes; a baseline that is a symbolic link, or lies behind one
+// that leads out of the folder of the manifest (of the current one, when there is none): what is there is not this
+// project's.
 Updates plan_updates(const std::vector<Gate>& gates);
 
 // All or nothing, as far as a file system has it: everything is copied beside its place before the first is renamed

@@ -287,12 +287,14 @@ def wrong_json(text, schema):
 
 def wrong_form(request, schema):
     boundary = re.search(r'boundary="?([^";]+)"?', request.headers["content-type"])[1].encode()
-    parts = {}
+    parts, counts = {}, {}
     for part in (b"\r\n" + request.body).split(b"\r\n--" + boundary)[1:-1]:
         head, _, content = part.partition(b"\r\n\r\n")
         name = re.search(rb'[; ]name="?([^";]+)"?', head)[1].decode()
-        if name in parts:
-            return "the part %s twice" % name
+        several = schema["properties"].get(name, {}).get("type") == "array"
+        counts[name] = counts.get(name, 0) + 1
+        if counts[name] > (schema["properties"][name]["maxItems"] if several else 1):
+            return "the part %s %d times" % (name, counts[name])
         parts[name] = content
     missing, unknown = set(schema["required"]) - set(parts), set(parts) - set(schema["properties"])
     if missing or (unknown and not schema.get("additionalProperties")):

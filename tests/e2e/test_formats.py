@@ -35,10 +35,10 @@ def square_3mf(unit):
 
 
 class FormatCase(ServerCase):
-    def compare(self, a, b, options=b"{}"):
-        """Both are content, file name and perhaps a media type."""
+    def compare(self, a, b, options=b"{}", files=()):
+        """All are content, file name and perhaps a media type; `files` are those beside `a`."""
         body = b""
-        for part, (content, name, *media_type) in (("a", a), ("b", b)):
+        for part, (content, name, *media_type) in (("a", a), ("b", b), *(("a.files", file) for file in files)):
             kind = b"Content-Type: %s\r\n" % media_type[0].encode() if media_type else b""
             body += (b'--XXboundaryXX\r\nContent-Disposition: form-data; name="%s"; filename="%s"\r\n%s\r\n%s\r\n'
                      % (part.encode(), name.encode(), kind, content))
@@ -88,6 +88,13 @@ def other_answers():
     return files
 
 
+def beside(file):
+    """The files of the same folder that a .gltf names."""
+    names = re.findall(rb'"uri"\s*:\s*"([^"%/:]+)"', file.read_bytes()) if file.suffix == ".gltf" else []
+    paths = {file.parent / name.decode(errors="replace") for name in names}
+    return [(path.read_bytes(), path.name) for path in paths if path.is_file() and path.suffix != ".gltf"]
+
+
 def resident_kb(pid):
     """Of the process and of those that it started."""
     total = 0
@@ -102,7 +109,7 @@ def resident_kb(pid):
 class Corpus(FormatCase):
     def ask(self, file, other, options=b"{}"):
         start = time.monotonic()
-        answer = self.compare((file.read_bytes(), file.name), (other.read_bytes(), other.name), options)
+        answer = self.compare((file.read_bytes(), file.name), (other.read_bytes(), other.name), options, beside(file))
         seconds = time.monotonic() - start
         self.assertIsNotNone(answer, file)
         self.assertLess(seconds, MOST_SECONDS, file)

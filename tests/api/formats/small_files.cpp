@@ -142,6 +142,8 @@ std::string embedded_gltf() {
   return tetrahedron_json(R"(,"uri":"data:application/octet-stream;base64,)" + base64(tetrahedron_data()) + '"');
 }
 
+std::string external_gltf() { return tetrahedron_json(R"(,"uri":"./x.bin")"); }
+
 std::string glb(std::string json, std::string data) {
   while (json.size() % 4 != 0) json += ' ';
   while (data.size() % 4 != 0) data += '\0';
@@ -189,6 +191,8 @@ std::string small_model() {
                "<item objectid=\"2\"/><item objectid=\"1\"/>", "unit=\"inch\"");
 }
 
+std::string small_scene_and_data() { return external_gltf() + '\0' + tetrahedron_data(); }
+
 std::vector<SmallFile> small_files() {
   const std::string two_solids = kAsciiStl + "SOLID Y" + kAsciiStl.substr(7);
   return {
@@ -207,6 +211,7 @@ std::vector<SmallFile> small_files() {
       {"colour.off", "COFF\n3 1 3\n0 0 0 9 0 0 1\n1 0 0 0 9 0 1\n0 1 0 0 0 9 1\n3 0 1 2 0.5 0.5 0.5\n", 3, 1, 13},
       {"all.off", kAllOff, 3, 1, 1},
       {"embedded.gltf", embedded_gltf(), 4, 4},
+      {"external.gltf", zip({{"m/s.gltf", external_gltf()}, {"m/x.bin", tetrahedron_data()}}), 4, 4},
       {"plain.glb", glb(tetrahedron_json(""), tetrahedron_data()), 4, 4},
       {"sparse.glb", sparse_glb(), 3, 1},
       {"strip.glb", strip_glb(), 5, 3, 0, 3},  // one corner fewer is a shorter strip, one twice a join

@@ -30,6 +30,9 @@ std::vector<SmallFile> small_files();
 // The model inside of the 3MF: what a checksum keeps all damage from.
 std::string small_model();
 
+// The .gltf with a file beside it and, behind a NUL, the bytes of that: what targets/gltf_zip.cpp puts together.
+std::string small_scene_and_data();
+
 // "gltf" of "m.gltf.gz".
 std::string format_of(const SmallFile& file);
 

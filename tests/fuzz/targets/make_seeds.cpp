@@ -46,8 +46,10 @@ void write_meshes(Seeds& seeds) {
     seeds.write("detect", file.name, file.content);
     if (!is_gzip) seeds.write("gzip", file.name, file.content);
     if (format == "obj" && !is_gzip) seeds.write("obj_tinyobj", file.name, file.content);
+    if (file.content.starts_with("PK") && format == "gltf") seeds.write("gltf_zip", file.name, file.content);
     if (format == "glb") seeds.write("glb", file.name + ".parts", taken_apart(file.content));
   }
+  seeds.write("gltf_zip", "external.parts", meshgauge::api::test::small_scene_and_data());
   seeds.write("3mf", "model.xml", meshgauge::api::test::small_model());
   std::string floats;
   for (int i = 0; i < 45; ++i) floats += raw(0.1F * static_cast<float>(i * i - 100));
@@ -64,6 +66,10 @@ void write_bodies(Seeds& seeds) {
                            "\r\nContent-Type: model/obj";
   const std::string whole = part(file, "v 0 0 0\r\n--X\r\n") + part(R"(name="b")", "") + part("name=options", "{}");
   seeds.write("multipart", "form", type + whole + "--XX--\r\n");
+  const std::string files = part(R"(name="a.files"; filename="x.bin")", "abc") +
+                            part(R"(name="a"; filename="s.gltf")", R"({"buffers": [{"uri": "x.bin"}]})") +
+                            part(R"(name="a.files"; filename="sub/y.bin")", "") + part("name=b", "v 0 0 0\n");
+  seeds.write("multipart", "files", type + files + "--XX--\r\n");
   seeds.write("multipart", "open", type + whole + "--XX\r\n");
   seeds.write("multipart", "quoted", "Multipart/Form-Data; charset=utf-8; boundary=\"a b\"\n--a b--\r\nepilogue");
   seeds.write("multipart", "large", type + part(R"(name="a")", std::string(1200, 'x')) + "--XX--");

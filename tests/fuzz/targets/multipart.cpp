@@ -79,7 +79,7 @@ std::string received(std::string_view body, const std::string& boundary, std::si
     server::Form form;
     server::FormReceiver receiver(form, settings, budget);
     auto refusal = feed(body, boundary, longest, dice, receiver);
-    if (!refusal) refusal = receiver.check_complete();
+    if (!refusal) refusal = receiver.complete();
     if (longest == 0 && refusal) require_answer(*refusal);
     // Which of two limits a part breaks first depends on its pieces.
     out = refusal && is_too_much(*refusal) ? "too much" : told(refusal);

@@ -24,7 +24,7 @@ export function acceptDrops(take: (files: File[]) => void, open: () => boolean):
   document.addEventListener("drop", (event) => {
     if (!hasFiles(event)) return;
     event.preventDefault(); // else the browser would open the file in place of the page
-    if (open()) take([...(event.dataTransfer?.files ?? [])].slice(0, 2));
+    if (open()) take([...(event.dataTransfer?.files ?? [])]);
   });
 }
 

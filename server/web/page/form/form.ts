@@ -4,6 +4,7 @@ import { find, h } from "../dom.js";
 import type { Defect } from "../text/problems.js";
 import { exampleFiles } from "./example.js";
 import { buildOptions, noValues, valuesOf, type Field, type FormValues, type Mistake } from "./options.js";
+import { hasScene, pairUp } from "./pairing.js";
 import { Slot, type Chosen } from "./slot.js";
 
 export type { Chosen } from "./slot.js";
@@ -26,8 +27,8 @@ export class Form {
   constructor(private readonly ordered: (order: Order) => void) {
     const changed = () => (this.general.textContent = "");
     this.slots = {
-      a: new Slot("a", find("#slot-a", HTMLElement), changed),
-      b: new Slot("b", find("#slot-b", HTMLElement), changed),
+      a: new Slot("a", find("#slot-a", HTMLElement), changed, (files) => this.take(files, "a")),
+      b: new Slot("b", find("#slot-b", HTMLElement), changed, (files) => this.take(files, "b")),
     };
     find("#swap", HTMLElement).addEventListener("click", () => this.swap());
     find("#example", HTMLElement).addEventListener("click", () => this.takeExample());
@@ -42,16 +43,32 @@ export class Form {
     this.adapt();
   }
 
-  /** Two files are A and B as they come; one goes where there is room, else it is a new candidate. */
-  take(files: File[]): void {
-    const [first, second] = files;
+  /**
+   * Two meshes are A and B as they come; one goes to `side`, else where there is room, else it is a new candidate. A .gltf and
+   * the files that it names are one mesh.
+   */
+  take(files: File[], side: Side | null = null): void {
+    if (hasScene(files)) void this.pairUp(files, side);
+    else this.place(files, side);
+  }
+
+  private async pairUp(files: File[], side: Side | null): Promise<void> {
+    const meshes = await pairUp(files).catch(() => ({ files: [], complaint: "These files cannot be read." }));
+    if (meshes.complaint === "") return this.place(meshes.files, side);
+    this.slots[side ?? this.sideWithRoom()].complain(meshes.complaint);
+  }
+
+  private place([first, second]: File[], side: Side | null): void {
     if (first && second) {
       this.slots.a.choose({ kind: "file", file: first });
       this.slots.b.choose({ kind: "file", file: second });
     } else if (first) {
-      const side = this.slots.a.value && !this.slots.b.value ? "b" : "a";
-      this.slots[side].choose({ kind: "file", file: first });
+      this.slots[side ?? this.sideWithRoom()].choose({ kind: "file", file: first });
     }
+  }
+
+  private sideWithRoom(): Side {
+    return this.slots.a.value && !this.slots.b.value ? "b" : "a";
   }
 
   /** The pair and the settings of a result, to be measured once more: with the files of its own order, where there is one. */

@@ -10,7 +10,7 @@ const titles: Record<Side, [string, string]> = {
   b: ["Baseline", "what it is compared with"],
 };
 
-const known = ["obj", "stl", "ply", "off", "gltf", "glb", "3mf"];
+const known = ["obj", "stl", "ply", "off", "gltf", "glb", "3mf", "zip"];
 
 /** "STL", "OBJ, gzip-compressed"; null: the name says nothing that the service reads. */
 export function formatOf(name: string): string | null {
@@ -18,7 +18,7 @@ export function formatOf(name: string): string | null {
   const packed = parts.at(-1) === "gz";
   const suffix = parts.at(packed ? -2 : -1) ?? "";
   if (parts.length < 2 || !known.includes(suffix)) return null;
-  return suffix.toUpperCase().replace("GLTF", "glTF") + (packed ? ", gzip-compressed" : "");
+  return suffix.toUpperCase().replace("GLTF", "glTF").replace("ZIP", "glTF, zipped") + (packed ? ", gzip-compressed" : "");
 }
 
 export class Slot {
@@ -32,14 +32,15 @@ export class Slot {
     readonly side: Side,
     private readonly host: HTMLElement,
     private readonly changed: () => void,
+    private readonly took: (files: File[]) => void, // that were chosen or dropped for it
   ) {
     const id = `file-${side}`;
     this.error = h("p", { class: "error", id: `${id}-error`, hidden: true });
-    this.input = h("input", { type: "file", id, class: "unseen", "aria-describedby": `${id}-error` });
+    this.input = h("input", { type: "file", id, class: "unseen", multiple: true, "aria-describedby": `${id}-error` });
     this.zone = h("label", { class: "zone", for: id });
     this.input.addEventListener("change", () => {
-      const [file] = this.input.files ?? [];
-      if (file) this.choose({ kind: "file", file });
+      const files = [...(this.input.files ?? [])];
+      if (files.length > 0) this.took(files);
     });
     this.acceptDrops();
     this.box.append(this.zone);
@@ -78,11 +79,11 @@ export class Slot {
     this.host.addEventListener("dragleave", () => this.host.classList.remove("over"));
     this.host.addEventListener("drop", (event) => {
       this.host.classList.remove("over");
-      const files = event.dataTransfer?.files;
-      if (files?.length !== 1 || !files[0]) return; // two at once belong to the whole page
+      const files = [...(event.dataTransfer?.files ?? [])];
+      if (files.length === 0) return;
       event.preventDefault();
       event.stopPropagation();
-      this.choose({ kind: "file", file: files[0] });
+      this.took(files);
     });
   }
 
