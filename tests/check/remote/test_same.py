@@ -19,7 +19,12 @@ def stl(*triangles):
 
 
 OFF = b"OFF\n4 2 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n3 0 1 2\n3 0 2 3\n"
+SCENE = (b'{"asset": {"version": "2.0"}, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}], "meshes": [{"primitives": '
+         b'[{"attributes": {"POSITION": 0}}]}], "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"}], '
+         b'"bufferViews": [{"buffer": 0, "byteLength": 36}], "buffers": [{"byteLength": 36, "uri": "scene%20data.bin"}]}')
 FILES = {
+    "scene.gltf": SCENE,
+    "scene data.bin": struct.pack("<9f", 0, 0, 0, 1, 0, 0, 0, 1, 0),
     "square.obj": SQUARE,
     "raised.obj": RAISED,
     "square.off": OFF,
@@ -97,12 +102,13 @@ class Same(ServerCase):
             self.gate("points", "waves.obj", "waves2.obj", options={"strategy": "n_point", "points": 31}),
             self.gate("tolerance", "waves.obj", "waves2.obj", options={"tolerance": {"absolute": 0.001}}),
             self.gate("other name", "contradicts its name.ply", "raised.obj"),
+            self.gate("several files", "scene.gltf", "triangle.stl"),
             self.gate("strange name", "caf\u00e9 \"x\".obj", "raised.obj"),
             self.gate("zero", "square.obj", "square.obj", max_distance=0),
         ])
         self.assertEqual({name: outcome["verdict"] for name, outcome in there.items()},
                          {"pass": "pass", "fail": "fail", "waves": "fail", "one way": "fail", "the other": "pass",
-                          "points": "pass", "tolerance": "pass", "other name": "fail", "strange name": "fail",
+                          "points": "pass", "tolerance": "pass", "other name": "fail", "several files": "pass", "strange name": "fail",
                           "zero": "pass"})
         self.assertEqual(there["fail"]["document"]["gate"], {"max_distance": 0.5, "units": "mm"})
 
