@@ -33,6 +33,16 @@ constexpr Signature kForeign[] = {
     {"7z\xBC\xAF", "is a 7z archive, not a mesh"},
     {"Rar!", "is a RAR archive, not a mesh"},
     {"Kaydara FBX", "is an FBX file, which is not supported"},
+    {"; FBX", "is an FBX file, which is not supported"},
+    {"AutoCAD Binary DXF", "is a DXF file, which is not supported"},
+    {"3D Geometry File Format", "is a Rhino file (3DM), which is not supported"},
+    {"xof 0", "is a DirectX file (X), which is not supported"},
+    {"PXR-USDC", "is a USD file, which is not supported"},
+    {"#usda", "is a USD file, which is not supported"},
+    {"#VRML", "is a VRML file, which is not supported"},
+    {"#Inventor", "is an Inventor file, which is not supported"},
+    {"# vtk DataFile", "is a VTK file, which is not supported"},
+    {"$MeshFormat", "is a Gmsh file, which is not supported"},
     {"BLENDER", "is a Blender file, which is not supported"},
     {"ISO-10303-21", "is a STEP file, which is not supported"},
     {"<?xml", "is an XML file (COLLADA, X3D, AMF or another), which is not supported"},
@@ -86,7 +96,8 @@ bool looks_like_obj(std::string_view text) {
                                               "o", "g",  "s",  "mtllib", "usemtl", "mg", "cstype"};
   const char* const end = text.data() + text.size();
   const char* p = text.data() + (text.starts_with("\xEF\xBB\xBF") ? 3 : 0);
-  for (p = skip_spaces(p, end); p != end && *p == '#'; p = skip_spaces(p, end)) p = skip_line(p, end);
+  const auto is_comment = [end](const char* line) { return line != end && (*line == '#' || *line == '$'); };
+  for (p = skip_spaces(p, end); is_comment(p); p = skip_spaces(p, end)) p = skip_line(p, end);
   const std::string_view word = word_at(p, end);
   return word.data() + word.size() != end && std::ranges::find(kStatements, word) != std::end(kStatements);
 }
@@ -127,6 +138,36 @@ bool is_utf16(std::string_view start) {
   return nul_at(0) || nul_at(1);
 }
 
+// Its first words but for comments: group 0, SECTION.
+bool is_dxf(std::string_view start) {
+  const char* const end = start.data() + start.size();
+  const auto word = [end](const char* p) { return word_at(skip_spaces(p, end), end); };
+  std::string_view group = word(start.data());
+  while (group == "999") {  // a comment, on the line below
+    const char* const comment = skip_line(group.data(), end);
+    group = word(skip_line(comment == end ? end : comment + 1, end));
+  }
+  return group == "0" && word(group.data() + group.size()) == "SECTION";
+}
+
+// The main chunk with its size, and in it the version or the editor's chunk.
+bool is_3ds(std::span<const std::byte> bytes) {
+  const std::string_view start = beginning(bytes, 8);
+  const std::string_view inner = start.substr(std::min<std::size_t>(6, start.size()));
+  return start.starts_with("MM") && (inner == std::string_view("\x02\0", 2) || inner == "==") && !is_binary_stl(bytes);
+}
+
+// Lines of 80 characters, the first of the section S.
+bool is_iges(std::string_view start) {
+  return start.size() > 80 && start.substr(72, 8) == "S      1" && is_newline(start[80]);
+}
+
+// The text that stands in a checkout for a file that Git LFS keeps elsewhere.
+bool is_lfs_pointer(std::string_view start) {
+  return start.starts_with("version https://git-lfs.github.com/spec/") ||
+         start.starts_with("version https://hawser.github.com/spec/");
+}
+
 bool is_text_format(Format format) { return format == Format::obj || format == Format::off || format == Format::gltf; }
 
 std::optional<std::string> foreign_kind(std::span<const std::byte> bytes) {
@@ -135,6 +176,12 @@ std::optional<std::string> foreign_kind(std::span<const std::byte> bytes) {
   for (const Signature& foreign : kForeign) {
     if (start.starts_with(foreign.bytes)) return std::string(foreign.what);
   }
+  if (is_lfs_pointer(start)) {
+    return std::string(kLfsPointer) + ", " + std::string(kNoMesh) + ": 'git lfs pull' puts the file in its place";
+  }
+  if (is_dxf(start)) return "is a DXF file, which is not supported";
+  if (is_3ds(bytes)) return "is a 3DS file, which is not supported";
+  if (is_iges(start)) return "is an IGES file, which is not supported";
   if (is_web_page(start)) return "is a web page (HTML), not a mesh";
   if (is_utf16(start)) return "is text in UTF-16, which is not supported; UTF-8 is";
   return std::nullopt;

@@ -13,6 +13,10 @@ namespace meshgauge::api {
 std::optional<Format> format_by_name(std::string_view filename);
 std::optional<Format> format_by_media_type(std::string_view media_type);
 
+// Parts of the messages of refuse_foreign(), by which `meshgauge check` tells what helps.
+inline constexpr std::string_view kLfsPointer = "is a Git LFS pointer";
+inline constexpr std::string_view kNoMesh = "not a mesh";
+
 // Why `bytes`, a file or its beginning, cannot be a mesh that is read here: a web page, an image, an archive,
 // text in UTF-16, Draco, binary data under the name of a text format. nullopt: it may be one.
 std::optional<Error> refuse_foreign(std::span<const std::byte> bytes, const ReadHints& hints);

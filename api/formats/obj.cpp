@@ -208,7 +208,7 @@ const char* ObjReader::pass_over(const char* p, bool continues) {
 }
 
 const char* ObjReader::other(const char* p) {
-  if (*p == '#') return pass_over(p, false);
+  if (*p == '#' || *p == '$') return pass_over(p, false);  // the second one is a comment of old exporters
   if (*p == '\\' && end_of_continuation(p) != nullptr) return blanks(p);
   // A word that is not known is passed over, as is usual. Anything else is what remains of a broken line, and to
   // pass over that would silently lose a part of the mesh.

@@ -6,23 +6,20 @@
 #include <utility>
 
 #include "api/formats/fan.h"
+#include "api/formats/off_binary.h"
 #include "api/formats/room.h"
 #include "api/formats/text.h"
 
 namespace meshgauge::api {
 namespace {
 
-// How many numbers the line of a vertex has at least, beyond its coordinates. Colours are of three or four.
-struct Kind {
-  int normal = 0;
-  int colour = 0;
-  int texture = 0;
-  int extras() const { return normal + colour + texture; }
-};
+// In text, colours are of three numbers or four.
+constexpr int kLeastColour = 3;
+constexpr int kBinaryColour = 4;
 
 // nullopt: a prefix that is not known, or stands twice.
-std::optional<Kind> kind_of(std::string_view keyword) {
-  Kind kind;
+std::optional<OffExtras> extras_of(std::string_view keyword) {
+  OffExtras extras;
   std::string_view prefixes = keyword.substr(0, keyword.size() - 3);
   const auto take = [&](std::string_view prefix, int numbers, int& extra) {
     if (!prefixes.starts_with(prefix) || extra != 0) return false;
@@ -31,16 +28,22 @@ std::optional<Kind> kind_of(std::string_view keyword) {
     return true;
   };
   while (!prefixes.empty()) {
-    if (!take("N", 3, kind.normal) && !take("C", 3, kind.colour) && !take("ST", 2, kind.texture)) return std::nullopt;
+    if (!take("N", 3, extras.normal) && !take("C", kLeastColour, extras.colour) && !take("ST", 2, extras.texture)) {
+      return std::nullopt;
+    }
   }
-  return kind;
+  return extras;
 }
 
 // One line of numbers at a time: what follows the numbers that are read (edge counts, colours) is passed over.
 class OffReader {
  public:
-  OffReader(const Source& source, const char* body, const Kind& kind)
-      : source_(source), p_(body), end_(source.end()), extras_(kind.extras()), fan_(out_.mesh.triangles) {
+  OffReader(const Source& source, const char* body, const OffExtras& extras)
+      : source_(source),
+        p_(body),
+        end_(source.end()),
+        extras_(extras.normal + extras.colour + extras.texture),
+        fan_(out_.mesh.triangles) {
     out_.format = Format::off;
   }
 
@@ -48,6 +51,7 @@ class OffReader {
 
  private:
   bool next_line();
+  bool next_corner();
   bool integer(std::int64_t& value);
   bool coordinate(double& value);
   bool counts();
@@ -85,6 +89,12 @@ class OffReader {
 bool OffReader::next_line() {
   skip_comments();
   return p_ != end_ || fail(ErrorCode::unreadable_mesh, "truncated: the counts announce more lines");
+}
+
+// A face may go on in the next line. One that is cut short takes the line of the next, and the last one finds none.
+bool OffReader::next_corner() {
+  p_ = skip_blanks(p_, end_);
+  return (p_ != end_ && !is_newline(*p_) && *p_ != '#') || next_line();
 }
 
 bool OffReader::integer(std::int64_t& value) {
@@ -140,7 +150,7 @@ bool OffReader::face() {
   fan_.begin();
   for (std::int64_t i = 0; i < corners; ++i) {
     std::int64_t index = 0;
-    if (!integer(index)) return false;
+    if (!next_corner() || !integer(index)) return false;
     if (index < 0 || index >= vertex_count_) {
       return fail(ErrorCode::index_out_of_range,
                   "index " + std::to_string(index) + ", but there are " + std::to_string(vertex_count_) + " vertices");
@@ -180,32 +190,63 @@ Result<ReadMesh> OffReader::read() {
   return std::move(out_);
 }
 
+std::size_t as_size(std::ptrdiff_t bytes) { return static_cast<std::size_t>(bytes); }
+
+// Behind a byte order mark, blanks, blank lines and comments.
+const char* start_of_content(std::string_view text) {
+  const char* const end = text.data() + text.size();
+  const char* p = skip_spaces(text.data() + (text.starts_with("\xEF\xBB\xBF") ? 3 : 0), end);
+  while (p != end && *p == '#') p = skip_spaces(skip_line(p, end), end);
+  return p;
+}
+
+// Geomview takes such files as well. Only a name or a media type leads here: three numbers may be the start of
+// anything.
+Result<ReadMesh> read_without_keyword(const Source& source) {
+  const char* const counts = start_of_content(source.text());
+  int integers = 0;
+  const char* p = counts;
+  for (std::int64_t ignored = 0; p != source.end() && is_digit(*p); ++integers) {
+    p = skip_blanks(parse_integer(p, source.end(), ignored), source.end());
+  }
+  const bool line_ends = p == source.end() || is_newline(*p) || *p == '#';
+  if (!line_ends || (integers != 2 && integers != 3)) {
+    return at_line(source, counts, ErrorCode::unreadable_mesh, "an OFF file begins with 'OFF'");
+  }
+  auto read = OffReader(source, counts, {}).read();
+  if (read) read->notes.remarks.emplace_back("the keyword OFF is missing; the name of the file says that it is one");
+  return read;
+}
+
 }  // namespace
 
 std::string_view off_keyword(std::string_view text) {
-  const std::string_view word = word_at(text.data(), text.data() + std::min<std::size_t>(text.size(), 16));
-  if (!word.ends_with("OFF") || word.size() > 9) return {};
-  const std::string_view prefixes = word.substr(0, word.size() - 3);
-  return prefixes.find_first_not_of("STCN4n") == std::string_view::npos ? word : std::string_view();
+  constexpr std::size_t kLongest = 9;
+  const char* const start = start_of_content(text);
+  const std::string_view word = word_at(start, start + std::min<std::size_t>(32, as_size(text.end() - start)));
+  const std::size_t name = word.find("OFF");
+  if (name == std::string_view::npos || name + 3 > kLongest) return {};
+  const bool counts_follow = word.find_first_not_of("0123456789", name + 3) == std::string_view::npos;
+  const bool known = word.substr(0, name).find_first_not_of("STCN4n") == std::string_view::npos;
+  return counts_follow && known ? word.substr(0, name + 3) : std::string_view();
 }
 
 Result<ReadMesh> read_off(const Source& source) {
   const std::string_view keyword = off_keyword(source.text());
-  const char* body = source.begin() + keyword.size();
-  if (keyword.empty()) {
-    return at_line(source, source.begin(), ErrorCode::unreadable_mesh, "an OFF file begins with 'OFF'");
-  }
-  const auto kind = kind_of(keyword);
-  if (!kind) {
+  if (keyword.empty()) return read_without_keyword(source);
+  const char* const body = keyword.data() + keyword.size();
+  auto extras = extras_of(keyword);
+  if (!extras) {
     return about(source.part, ErrorCode::unsupported_format,
                  "is of the kind " + in_quotes(keyword) +
                      ", which is not supported; OFF with any of the prefixes ST, C and N is");
   }
-  const char* next = skip_blanks(body, source.end());
-  if (same_word(word_at(next, source.end()), "binary")) {
-    return about(source.part, ErrorCode::unsupported_format, "is a binary OFF, which is not supported");
-  }
-  return OffReader(source, body, *kind).read();
+  const char* const next = skip_blanks(body, source.end());
+  if (!same_word(word_at(next, source.end()), "binary")) return OffReader(source, body, *extras).read();
+  if (extras->colour != 0) extras->colour = kBinaryColour;
+  const char* end = skip_line(next, source.end());
+  end += end != source.end() && *end == '\r' && end + 1 != source.end() && end[1] == '\n';
+  return read_binary_off(source, end == source.end() ? end : end + 1, *extras);
 }
 
 }  // namespace meshgauge::api

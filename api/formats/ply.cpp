@@ -177,6 +177,10 @@ Result<ReadMesh> BodyReader<Values>::read() {
   }
   if (!values_.end_body()) return values_.error();
   out_.notes.skipped_primitives += strip_.joins();
+  if (header_.unknown_lines != 0) {
+    out_.notes.remarks.push_back("header lines that begin with a word of no meaning, passed over: " +
+                                 std::to_string(header_.unknown_lines) + ", the first with " + header_.first_unknown);
+  }
   return std::move(out_);
 }
 

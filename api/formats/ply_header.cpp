@@ -13,6 +13,9 @@ namespace {
 constexpr std::size_t kMostElements = 100;
 constexpr std::size_t kMostProperties = 1000;  // of one element
 
+// Of format, element, property and end_header: a word that begins like one of them is that one, misspelt.
+constexpr std::string_view kKeywordStarts[] = {"for", "ele", "pro", "end"};
+
 struct TypeName {
   std::string_view name;
   PlyType type;
@@ -48,6 +51,7 @@ class HeaderReader {
   Result<Done> format();
   Result<Done> element();
   Result<Done> property();
+  Result<Done> unknown(std::string_view keyword);
   Result<PlyType> type(std::string_view name) const;
   Error fail(const std::string& what) const {
     return at_line(source_, line_, ErrorCode::unreadable_mesh, "PLY header: " + what);
@@ -148,7 +152,23 @@ Result<Done> HeaderReader::statement(std::string_view keyword) {
   if (keyword == "format") return format();
   if (keyword == "element") return element();
   if (keyword == "property") return property();
-  return fail(in_quotes(keyword) + " is not a header keyword");
+  return unknown(keyword);
+}
+
+// Programs put a name or a date into a line of its own and forget to begin it with "comment". What looks like the line
+// of an element or a property is none of these: to pass over that would read every value behind it as another one.
+Result<Done> HeaderReader::unknown(std::string_view keyword) {
+  const std::string_view second = word(), third = word(), fourth = word();
+  std::int64_t ignored = 0;
+  const char* const third_end = third.data() + third.size();
+  const bool counts = fourth.empty() && parse_integer(third.data(), third_end, ignored) == third_end;
+  const bool starts_alike = std::ranges::any_of(
+      kKeywordStarts, [&](std::string_view start) { return same_word(keyword.substr(0, start.size()), start); });
+  if (!is_letter(keyword.front()) || starts_alike || counts || second == "list" || type_named(second)) {
+    return fail(in_quotes(keyword) + " is not a header keyword");
+  }
+  if (++header_.unknown_lines == 1) header_.first_unknown = in_quotes(keyword);
+  return Done{};
 }
 
 Result<PlyHeader> HeaderReader::read() {

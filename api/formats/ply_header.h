@@ -39,12 +39,15 @@ struct PlyHeader {
   PlyEncoding encoding = PlyEncoding::ascii;
   std::vector<PlyElement> elements;  // names are unique, and those of properties within an element
   const char* body = nullptr;        // the first byte after the header
+  std::size_t unknown_lines = 0;     // that begin with a word of no meaning, passed over
+  std::string first_unknown;         // the word of the first, as in a message
 };
 
 // True when the bytes begin with "ply" and a line end.
 bool is_ply(std::string_view text);
 
-// Lines end by \n or \r\n, even mixed, or all by \r. Anything not of format 1.0 is refused with its line.
+// A line that begins with a word of no meaning is passed over as a comment, unless it looks like a misspelt one. Lines
+// end by \n or \r\n, even mixed, or all by \r. Anything not of format 1.0 is refused with its line.
 Result<PlyHeader> read_ply_header(const Source& source);
 
 }  // namespace meshgauge::api

@@ -16,6 +16,7 @@ static_assert(std::endian::native == std::endian::little, "binary STL is read as
 constexpr std::size_t kHeaderBytes = 84;
 constexpr std::size_t kFacetBytes = 50;
 constexpr std::size_t kNormalBytes = 12;
+constexpr std::size_t kMostTrailingBytes = 80;
 
 std::size_t facet_count(std::span<const std::byte> bytes) {
   std::uint32_t count = 0;
@@ -50,7 +51,7 @@ Result<Done> check_binary_size(const Source& source) {
   }
   const std::size_t count = facet_count(source.bytes);
   const std::size_t expected = kHeaderBytes + kFacetBytes * count;
-  if (size == expected) return Done{};
+  if (size == expected || is_binary_stl(source.bytes)) return Done{};
   const std::string should = "the count of " + std::to_string(count) + " facets asks for " + std::to_string(expected) +
                              " bytes, the file has " + std::to_string(size);
   if (size < expected) return at_byte(source, size, ErrorCode::unreadable_mesh, "truncated: " + should);
@@ -66,6 +67,10 @@ Result<ReadMesh> read_binary(const Source& source) {
   ReadMesh out;
   out.format = Format::stl;
   if (count == 0) return out;
+  if (const std::size_t left = source.bytes.size() - kHeaderBytes - kFacetBytes * count; left != 0) {
+    out.notes.remarks.push_back("bytes after the last of the " + std::to_string(count) +
+                                " facets that the count announces, passed over: " + std::to_string(left));
+  }
   reserve_room(out.mesh.positions, 3 * count);
   reserve_room(out.mesh.triangles, count);
   out.mesh.positions.resize(3 * count);  // Vec3 has no initial value: this writes nothing
@@ -109,6 +114,8 @@ class AsciiReader {
     if (here) p_ += word.size();
     return here;
   }
+  void to_word(std::string_view word);
+  const char* facet_on_line();
   bool at_end() { return (p_ = skip_spaces(p_, end_)) == end_; }
   void to_line_end() { p_ = skip_line(p_, end_); }
   Error expected(std::string_view what);
@@ -116,8 +123,36 @@ class AsciiReader {
   const Source& source_;
   const char* p_;
   const char* end_;
+  // The last answer of facet_on_line(), and from where on it holds.
+  const char* searched_from_ = nullptr;
+  const char* found_ = nullptr;
   ReadMesh out_;
 };
+
+// To the next `word` on this line, or to the end of the line.
+void AsciiReader::to_word(std::string_view word) {
+  for (p_ = skip_blanks(p_, end_); p_ != end_ && !is_newline(*p_); p_ = skip_blanks(p_, end_)) {
+    const std::string_view next = word_at(p_, end_);
+    if (same_word(next, word)) return;
+    p_ += std::max<std::size_t>(next.size(), 1);  // of no characters where a space is none of the blanks
+  }
+}
+
+// The next "facet normal" on this line, or the end of the line: whether lines are joined. A name may hold "facet".
+const char* AsciiReader::facet_on_line() {
+  if (searched_from_ != nullptr && searched_from_ <= p_ && p_ <= found_) return found_;
+  const char* const start = searched_from_ = p_;
+  for (to_word("facet"); p_ != end_ && !is_newline(*p_); to_word("facet")) {
+    const char* const facet = p_;
+    p_ = skip_blanks(p_ + 5, end_);
+    if (!same_word(word_at(p_, end_), "normal")) continue;
+    p_ = facet;
+    break;
+  }
+  found_ = p_;
+  p_ = start;
+  return found_;
+}
 
 Error AsciiReader::expected(std::string_view what) {
   if (at_end()) {
@@ -156,7 +191,7 @@ Result<Done> AsciiReader::vertex() {
 
 Result<Done> AsciiReader::facet() {
   if (!take("facet")) return expected("facet' or 'endsolid");
-  to_line_end();  // the normal, often wrong and never used
+  to_word("outer");  // past the normal, often wrong and never used
   for (const std::string_view word : {"outer", "loop"}) {
     if (!take(word)) return expected(word);
   }
@@ -179,11 +214,21 @@ Result<Done> AsciiReader::facet() {
 
 Result<Done> AsciiReader::solid() {
   if (!take("solid")) return expected("solid");
-  to_line_end();  // its name
+  p_ = facet_on_line();  // past its name
+  const std::size_t before = out_.mesh.triangles.size();
   while (!take("endsolid")) {
+    if (at_end() && out_.mesh.triangles.size() > before) {
+      out_.notes.remarks.emplace_back("the file ends behind a facet, without endsolid: it may have been cut short");
+      return Done{};
+    }
     if (auto ok = facet(); !ok) return ok;
   }
-  to_line_end();
+  if (const char* const facet = facet_on_line(); facet != end_ && !is_newline(*facet)) {
+    to_word("solid");
+    p_ = std::min(p_, facet);
+  } else {
+    to_line_end();
+  }
   return Done{};
 }
 
@@ -197,7 +242,10 @@ Result<ReadMesh> AsciiReader::read() {
 }  // namespace
 
 bool is_binary_stl(std::span<const std::byte> bytes) {
-  return bytes.size() >= kHeaderBytes && bytes.size() == kHeaderBytes + kFacetBytes * facet_count(bytes);
+  if (bytes.size() < kHeaderBytes) return false;
+  const std::size_t count = facet_count(bytes);
+  const std::size_t expected = kHeaderBytes + kFacetBytes * count;
+  return bytes.size() >= expected && bytes.size() - expected <= (count == 0 ? 0 : kMostTrailingBytes);
 }
 
 Result<ReadMesh> read_stl(const Source& source) {
