@@ -22,23 +22,28 @@ Result<Done> in_time(Control& control, const std::string& what) {
   return not_in_time(why, what);
 }
 
-Result<std::shared_ptr<const PreparedMesh>> get_side(const GetMesh& get, const char* part, Control& control,
-                                                     double& ms) {
+// One mesh of a comparison, and what messages call it.
+struct Side {
+  const GetMesh& get;
+  std::string_view name;
+};
+
+Result<std::shared_ptr<const PreparedMesh>> get_mesh(const Side& side, Control& control, double& ms) {
   const auto start = Clock::now();
-  if (auto ok = in_time(control, std::string("'") + part + "' was read"); !ok) return ok.error();
-  auto mesh = get(control);
+  if (auto ok = in_time(control, "'" + std::string(side.name) + "' was read"); !ok) return ok.error();
+  auto mesh = side.get(control);
   ms = ms_since(start);
   return mesh;
 }
 
-Result<Comparison> run(const GetMesh& get_a, const GetMesh& get_b, const Options& options, Control& control) {
+Result<Comparison> run(const Side& side_a, const Side& side_b, const Options& options, Control& control) {
   const auto start = Clock::now();
   Comparison comparison;
   comparison.id = random_id();
   comparison.options = options;
-  const auto a = get_side(get_a, "a", control, comparison.times.read_a);
+  const auto a = get_mesh(side_a, control, comparison.times.read_a);
   if (!a) return a.error();
-  const auto b = get_side(get_b, "b", control, comparison.times.read_b);
+  const auto b = get_mesh(side_b, control, comparison.times.read_b);
   if (!b) return b.error();
   if (auto ok = in_time(control, "both meshes were read"); !ok) return ok.error();
   comparison.outcome = measure((*a)->mesh, (*b)->mesh, options, control);
@@ -46,6 +51,16 @@ Result<Comparison> run(const GetMesh& get_a, const GetMesh& get_b, const Options
   comparison.b = (*b)->facts;
   comparison.times.total = ms_since(start);
   return comparison;
+}
+
+Result<Comparison> run_guarded(const Side& a, const Side& b, const Options& options, Control& control) {
+  try {
+    return run(a, b, options, control);
+  } catch (const std::bad_alloc&) {
+    return Error{ErrorCode::internal, "not enough memory for this comparison", "", ""};
+  } catch (const std::exception&) {
+    return Error{ErrorCode::internal, "the comparison failed unexpectedly", "", ""};
+  }
 }
 
 }  // namespace
@@ -57,18 +72,13 @@ Result<Comparison> compare(const MeshInput& a, const MeshInput& b, const Options
 
 Result<Comparison> compare_by(const Load& load, const MeshInput& a, const MeshInput& b, const Options& options,
                               const ReadLimits& limits, Control& control) {
-  return compare_prepared(loading(load, a, limits, Prepared::Use::once), loading(load, b, limits, Prepared::Use::once),
-                          options, control);
+  const GetMesh get_a = loading(load, a, limits, Prepared::Use::once);
+  const GetMesh get_b = loading(load, b, limits, Prepared::Use::once);
+  return run_guarded({get_a, a.part}, {get_b, b.part}, options, control);
 }
 
 Result<Comparison> compare_prepared(const GetMesh& a, const GetMesh& b, const Options& options, Control& control) {
-  try {
-    return run(a, b, options, control);
-  } catch (const std::bad_alloc&) {
-    return Error{ErrorCode::internal, "not enough memory for this comparison", "", ""};
-  } catch (const std::exception&) {
-    return Error{ErrorCode::internal, "the comparison failed unexpectedly", "", ""};
-  }
+  return run_guarded({a, "a"}, {b, "b"}, options, control);
 }
 
 }  // namespace meshgauge::api

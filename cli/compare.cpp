@@ -149,8 +149,8 @@ Result<api::Comparison> measure_files(const Flags& flags, const api::Request& re
   const Interrupts interrupts(&control);
   const bool terminal = isatty(STDERR_FILENO) != 0;
   if (terminal) show_progress(control);
-  auto comparison = api::compare({"a", a->bytes(), flags.a, ""}, {"b", b->bytes(), flags.b, ""}, request.options,
-                                 api::ReadLimits{}, control);
+  auto comparison = api::compare({flags.a, a->bytes(), flags.a, ""}, {flags.b, b->bytes(), flags.b, ""},
+                                 request.options, api::ReadLimits{}, control);
   if (terminal) std::fputs("\r\033[K", stderr);
   return comparison;
 }

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <string>
 
+#include "api/formats/detect.h"
 #include "api/request.h"
 #include "check/outcome.h"
 #include "check/text.h"
@@ -60,8 +61,11 @@ std::string for_undecided(const Gate& gate, const Measured& measured) {
 
 std::string repair(const Gate& gate, const Error& error) {
   const std::string file = (error.part == "b" ? gate.baseline : gate.candidate).string();
+  const auto says = [&](std::string_view words) { return error.message.find(words) != std::string::npos; };
   switch (error.code) {
     case ErrorCode::unsupported_format:
+      if (says(api::kLfsPointer)) return "Check the repository out with Git LFS ('lfs: true' of actions/checkout).";
+      if (says(api::kNoMesh)) return "Look at what put '" + file + "' there.";
       return "Export '" + file + "' as OBJ, STL, PLY, OFF, glTF, GLB or 3MF.";
     case ErrorCode::unreadable_mesh:
     case ErrorCode::non_finite_vertex:
@@ -72,6 +76,8 @@ std::string repair(const Gate& gate, const Error& error) {
     case ErrorCode::coordinate_too_large:
     case ErrorCode::too_large:
       return "Make '" + file + "' smaller.";
+    case ErrorCode::invalid_request:
+      return "Look at its path and its rights, or at the step that writes it.";
     default:
       return "";
   }

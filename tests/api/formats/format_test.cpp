@@ -65,6 +65,40 @@ TEST_CASE("format: files that are no meshes are refused by their own name") {
   CHECK(code("hello", "") == ErrorCode::unsupported_format);
 }
 
+TEST_CASE("format: files of other programs are refused by their format's name") {
+  const auto is = [](const std::string& content, const std::string& name, const std::string& what) {
+    CHECK(contains(refusal(content, name), "'a' is " + what));
+    CHECK(code(content, name) == ErrorCode::unsupported_format);
+  };
+  for (const char* name : {"m.fbx", "m.obj", ""}) {
+    is(std::string("Kaydara FBX Binary  \0\x1A\0", 23), name, "an FBX file");
+    is("; FBX 7.7.0 project file\n", name, "an FBX file");
+    is("  0\nSECTION\n  2\nHEADER\n", name, "a DXF file");
+    is("999\nmade by a test\n0\r\nSECTION\r\n", name, "a DXF file");
+    is("AutoCAD Binary DXF\r\n", name, "a DXF file");
+    is(std::string("MM\x20\0\0\0\x02\0\x0A\0\0\0\x03\0\0\0", 16), name, "a 3DS file");
+    is(std::string("MM\x20\0\0\0==\x0A\0\0\0", 12), name, "a 3DS file");
+    is("ISO-10303-21;\nHEADER;", name, "a STEP file");
+    is(std::string(72, ' ') + "S      1\n", name, "an IGES file");
+    is("#VRML V2.0 utf8\n", name, "a VRML file");
+    is("#usda 1.0\n", name, "a USD file");
+    is("# vtk DataFile Version 3.0\n", name, "a VTK file");
+    is("$MeshFormat\n2.2 0 8\n", name, "a Gmsh file");
+  }
+  CHECK(detected("MM\nv 0 0 0\n", "m.obj") == Format::obj);
+  CHECK(!contains(refusal("0\nSECTIONS\n", ""), "DXF"));
+  CHECK(!contains(refusal("999\n", ""), "DXF"));
+}
+
+TEST_CASE("format: a pointer of Git LFS is called so under every name") {
+  const std::string pointer =
+      "version https://git-lfs.github.com/spec/v1\noid sha256:" + std::string(64, 'a') + "\nsize 12345\n";
+  for (const char* name : {"m.obj", "m.stl", "m.ply", "m.off", "m.gltf", "m.glb", "m.3mf", "m.stl.gz", ""}) {
+    CHECK(refusal(pointer, name) == "'a' is a Git LFS pointer, not a mesh: 'git lfs pull' puts the file in its place");
+    CHECK(code(pointer, name) == ErrorCode::unsupported_format);
+  }
+}
+
 TEST_CASE("format: a name or a media type that contradicts the content is noted") {
   const auto notes = [](std::string_view filename, std::string_view media_type) {
     auto result = read_mesh(bytes_of(kObj), ReadHints{"a", filename, media_type}, {});

@@ -224,4 +224,19 @@ TEST_CASE("obj: long lines and long numbers take linear time") {
   CHECK(first_vertex(std::string(100'000, '0') + "1.5 1 2").x() == 1.5);
 }
 
+TEST_CASE("obj: lines that begin with a dollar are comments") {
+  const std::string mesh = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+  for (const std::string& file : {"$ made by a test\n" + mesh, "# c\n$\n" + mesh + "$f 1 2 3", mesh + " $ v 1 2 3\n"}) {
+    const auto result = read(file, "");
+    REQUIRE(result.ok());
+    CHECK(result->format == Format::obj);
+    CHECK(result->mesh.triangles.size() == 1);
+    CHECK(result->mesh.positions.size() == 3);
+  }
+}
+
+TEST_CASE("obj: a vertex of two coordinates is refused with its line") {
+  CHECK(refusal("v 0 0 0\nv 1 0\nv 0 1 0\nf 1 2 3\n", "m.obj") == "line 2 of 'a': a vertex needs three coordinates");
+}
+
 }  // namespace meshgauge::api::test

@@ -2,6 +2,9 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
+#include <limits>
+
 #include "tests/api/formats/files.h"
 
 namespace meshgauge::api::test {
@@ -76,15 +79,119 @@ TEST_CASE("off: malformed files are refused with their line") {
   CHECK(contains(broken("1.5", "1,5"), "line 6 of 'a': '1,5' is not a number"));
   CHECK(contains(broken("1.5", "nan"), "line 6 of 'a': the coordinate 'nan' is not finite"));
   CHECK(contains(broken("3 0 1 2", "3 0 1 4"), "line 7 of 'a': index 4"));
-  CHECK(contains(broken("3 0 1 2", "3 0 1"), "line 7 of 'a': the line ends"));
+  CHECK(contains(broken("3 0 1 2", "3 0 1"), "line 8 of 'a': index 4"));
+  CHECK(contains(broken("4 0 1 2 3", "4 0 1 2"), "line 9 of 'a': truncated"));
   CHECK(contains(broken("3 0 1 2", "-3 0 1 2"), "-3 is not a number of corners"));
   CHECK(contains(broken("4 2 0", "4 1 0"), "line 8 of 'a': left-over lines after the 1 faces"));
   check_mesh(kOff + "# the end\n\n");
   for (const char* kind : {"4OFF", "nOFF", "4nOFF", "NNOFF", "SOFF", "STCN4nOFF"}) {
     CHECK(contains(broken("OFF", kind), "'" + std::string(kind) + "', which is not supported"));
   }
-  CHECK(contains(refusal("OFF BINARY\n" + kOff, "m.off"), "binary OFF"));
-  CHECK(contains(refusal("4 2 0\n", "m.off"), "begins with 'OFF'"));
+  CHECK(contains(refusal("OFF BINARY\n" + kOff, "m.off"), "byte 11 of 'a': truncated or damaged"));
+  CHECK(contains(refusal("4 2 0\n", "m.off"), "line 1 of 'a': 4 vertices and 2 faces do not fit"));
+  for (const char* start : {"4\n", "4 2 0 1\n", "4 2 x\n", "4.5 2 0\n", "-4 2 0\n", "OF\n", "", "#"}) {
+    CHECK(!read(start + kVertices, "m.off").ok());
+  }
+  CHECK(contains(refusal("# c\n4 2 x\n" + kVertices, "m.off"), "line 2 of 'a': an OFF file begins with 'OFF'"));
+}
+
+TEST_CASE("off: the keyword after comments, blanks and a byte order mark, and close to the counts") {
+  const std::string body = kOff.substr(4);
+  check_mesh("# a comment OFF\n\n" + kOff);
+  check_mesh("\xEF\xBB\xBF \t\r\n" + kOff);
+  check_mesh("\t  OFF" + body);
+  check_mesh("OFF4 2 0 # or so\n" + body.substr(6));
+  const auto detected = [](const std::string& file) { return detect_format(bytes_of(file), {"a", "", ""}); };
+  CHECK(detected("# c\n  OFF8 6 12\n") == Format::off);
+  CHECK(detected("OFFICE 1 2 3\n") == std::nullopt);
+  CHECK(detected("TAKEOFF\n") == std::nullopt);
+  CHECK(detected("# OFF\nv 1 2 3\n") == Format::obj);
+}
+
+TEST_CASE("off: faces over several lines") {
+  const std::string head = "OFF\n4 2 0\n" + kVertices;
+  check_mesh(head + "3 0 1\n2\n4\n0\n\n1 # a comment\n 2\n# another\n3 0.5 0.5\n");
+}
+
+TEST_CASE("off: without a keyword, where the name tells what it is") {
+  const std::string file = "# no keyword\n" + kOff.substr(4);
+  check_mesh(file);
+  CHECK(contains(read(file, "m.off")->notes.remarks.at(0), "the keyword OFF is missing"));
+  CHECK(contains(refusal(file, ""), "no known format"));
+  CHECK(read(kOff, "m.off")->notes.remarks.empty());
+}
+
+namespace {
+
+template <class T>
+std::string word(T value, bool big_endian) {
+  std::string out = raw(value);
+  if (big_endian) std::ranges::reverse(out);
+  return out;
+}
+
+// The mesh of kOff, in any of the ways that binary files are written.
+std::string binary(bool big_endian, bool colours, const std::string& keyword = "OFF", int extras = 0) {
+  std::string out = keyword + " BINARY\n";
+  for (const std::uint32_t count : {4U, 2U, 0U}) out += word(count, big_endian);
+  for (const float x : {0.F, 0.F, 0.F, 1.F, 0.F, 0.F, 0.F, 1.F, 0.F, 0.F, 0.F, 1.5F}) {
+    out += word(x, big_endian);
+    static int k = 0;
+    if (++k % 3 != 0) continue;
+    for (int i = 0; i < extras; ++i) out += word(0.25F, big_endian);
+  }
+  for (const std::vector<std::uint32_t>& face : {std::vector<std::uint32_t>{0, 1, 2}, {0, 1, 2, 3}}) {
+    out += word(static_cast<std::uint32_t>(face.size()), big_endian);
+    for (const std::uint32_t corner : face) out += word(corner, big_endian);
+    if (colours) out += word(std::uint32_t{1}, big_endian) + word(0.5F, big_endian);
+  }
+  return out;
+}
+
+}  // namespace
+
+TEST_CASE("off: binary, as Geomview writes it and as others do") {
+  check_mesh(binary(true, true));
+  CHECK(read(binary(true, true), "m.off")->notes.remarks.empty());
+  for (const bool big_endian : {true, false}) {
+    for (const bool colours : {true, false}) {
+      const std::string file = binary(big_endian, colours);
+      check_mesh(file);
+      CHECK(read(file, "")->notes.remarks.size() == (big_endian && colours ? 0 : 1));
+    }
+  }
+  check_mesh(binary(true, true, "NOFF", 3));
+  check_mesh(binary(true, true, "COFF", 4));
+  check_mesh(binary(false, false, "STCNOFF", 9));
+  CHECK(contains(refusal(binary(true, true, "4OFF"), "m.off"), "'4OFF', which is not supported"));
+}
+
+TEST_CASE("off: binary files that are cut, changed or beyond a limit") {
+  for (const bool way : {true, false}) {
+    const std::string file = binary(way, way);
+    for (std::size_t kept = 11; kept < file.size(); ++kept) {
+      CAPTURE(kept);
+      CHECK(code(file.substr(0, kept), "m.off") == ErrorCode::unreadable_mesh);
+    }
+    CHECK(!read(file + "x", "m.off").ok());
+    for (std::size_t at = 11; at < file.size(); ++at) {
+      for (unsigned bit = 0; bit < 8; ++bit) {
+        std::string changed = file;
+        changed[at] = static_cast<char>(changed[at] ^ (1 << bit));
+        const auto result = read(changed, "m.off");
+        if (result) CHECK(result->mesh.positions.size() == 4);
+      }
+    }
+  }
+  std::string nan = binary(true, true);
+  nan.replace(11 + 12 + 4, 4, word(std::numeric_limits<float>::quiet_NaN(), true));
+  CHECK(contains(refusal(nan, "m.off"), "byte 27 of 'a': a coordinate of vertex 0 is not finite"));
+  ReadLimits limits;
+  limits.max_triangles = 2;
+  CHECK(read(binary(true, true), "m.off", limits).error().code == ErrorCode::too_large);
+  limits = {};
+  limits.max_vertices = 3;
+  CHECK(read(binary(true, true), "m.off", limits).error().code == ErrorCode::too_large);
 }
 
 }  // namespace meshgauge::api::test

@@ -136,6 +136,21 @@ TEST_CASE("ply: triangle strips, several in one list") {
   CHECK(limited.error().code == ErrorCode::too_large);
 }
 
+TEST_CASE("ply: header lines that begin with a word of no meaning are passed over with a remark") {
+  const auto with = [](const std::string& lines) {
+    auto result = read(replaced(kAscii, "element face", lines + "element face"), "m.ply");
+    INFO((result ? "" : result.error().message));
+    REQUIRE(result.ok());
+    CHECK(result->mesh.positions.size() == 4);
+    return result->notes.remarks;
+  };
+  CHECK(with("comment x\nobj_info y\n\n").empty());
+  CHECK(with("TextureFile a b.png\nVCGLIB generated\nCreated on 3 May\nx\n") ==
+        std::vector<std::string>{
+            "header lines that begin with a word of no meaning, passed over: 4, the first with 'TextureFile'"});
+  CHECK(with("Caf\xC3\xA9 noir\n").at(0).ends_with("the first with 'Caf\x3F\x3F'"));
+}
+
 TEST_CASE("ply: malformed headers are refused with their line") {
   const auto broken = [](const std::string& from, const std::string& to) {
     return refusal(replaced(kAscii, from, to), "m.ply");
@@ -149,6 +164,10 @@ TEST_CASE("ply: malformed headers are refused with their line") {
   CHECK(contains(broken("property float x", "property real x"), "'real' is not a type"));
   CHECK(contains(broken("property float x", "property float"), "without a name"));
   CHECK(contains(broken("property float x", "property float y"), "a second property 'y'"));
+  for (const char* line :
+       {"propety float x", "shape list uchar int x", "elemnt vertex 4", "Face face 3", "Format x", "0.5"}) {
+    CHECK(contains(broken("property float x", line), "is not a header keyword"));
+  }
   CHECK(contains(broken("property float x", "shape float x"), "'shape' is not a header keyword"));
   CHECK(contains(broken("list uchar int", "list float int"), "must be of an integer type"));
   CHECK(contains(broken("element face 2", "element vertex 2"), "a second element 'vertex'"));

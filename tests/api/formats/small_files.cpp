@@ -200,7 +200,7 @@ std::vector<SmallFile> small_files() {
       {"continued.obj", kContinuedObj, 4, 4, 2, 2, triangles_of_obj},
       {"binary.stl", binary_stl("made by a test"), 6, 2},
       {"solid.stl", binary_stl("solid x"), 6, 2},
-      {"ascii.stl", kAsciiStl, 3, 1, 3},
+      {"ascii.stl", kAsciiStl, 3, 1, 3, 0, triangles_of_stl},
       {"solids.stl", two_solids, 6, 2, 3, 0, triangles_of_stl},
       {"ascii.ply", ply("ascii", kVertexLines + kFaceLines), 4, 4, 1, 2},
       {"little.ply", binary_ply(false), 4, 4},

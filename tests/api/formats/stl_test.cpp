@@ -56,8 +56,9 @@ TEST_CASE("stl: normals are not looked at") {
 
 TEST_CASE("stl: a binary file of any other size is refused") {
   CHECK(contains(refusal(binary(kFacet, 2), "m.stl"), "truncated: the count of 2 facets asks for 184 bytes"));
-  CHECK(contains(refusal(binary(kFacet + kFacet, 1), "m.stl"), "left-over bytes: the count of 1 facets"));
-  CHECK(contains(refusal(binary(kFacet, 1) + "x", "m.stl"), "byte 134 of 'a': left-over"));
+  CHECK(contains(refusal(binary(kFacet + kFacet + kFacet, 1), "m.stl"), "left-over bytes: the count of 1 facets"));
+  CHECK(contains(refusal(binary(kFacet, 1) + std::string(81, 'x'), "m.stl"), "byte 134 of 'a': left-over"));
+  CHECK(contains(refusal(binary("x", 0), "m.stl"), "byte 84 of 'a': left-over"));
   CHECK(contains(refusal(binary(kFacet, 0xFFFFFFFF), "m.stl"), "truncated"));
   CHECK(contains(refusal(binary(kFacet, 2, "solid"), "m.stl"), "truncated"));
   CHECK(contains(refusal("STL", "m.stl"), "truncated"));
@@ -90,6 +91,56 @@ TEST_CASE("stl: ascii, of one solid or more, in any case of letters") {
   CHECK(read("solid\r" + kAscii + "endsolid", "m.stl").ok());
 }
 
+TEST_CASE("stl: up to 80 bytes behind the last facet are passed over with a remark") {
+  for (const std::size_t left : {1U, 2U, 49U, 50U, 80U}) {
+    for (const char* header : {"", "solid x"}) {
+      for (const char* name : {"m.stl", ""}) {
+        const auto result = read(binary(kFacet + kFacet, 2, header) + std::string(left, '\n'), name);
+        REQUIRE(result.ok());
+        CHECK(result->mesh.triangles.size() == 2);
+        CHECK(result->notes.remarks ==
+              std::vector<std::string>{"bytes after the last of the 2 facets that the count announces, passed over: " +
+                                       std::to_string(left)});
+      }
+    }
+  }
+  CHECK(read(binary(kFacet, 1), "m.stl")->notes.remarks.empty());
+}
+
+TEST_CASE("stl: ascii that ends behind a facet, without endsolid, gets a remark") {
+  for (const std::string& file : {"solid x\n" + kAscii, "solid x\n" + kAscii + kAscii + "\n \n",
+                                  "solid x\n" + kAscii + "endsolid x\nsolid y\n" + kAscii}) {
+    const auto result = read(file, "m.stl");
+    REQUIRE(result.ok());
+    CHECK(result->notes.remarks.size() == 1);
+    CHECK(contains(result->notes.remarks.at(0), "without endsolid"));
+  }
+  CHECK(read("solid x\n" + kAscii + "endsolid", "m.stl")->notes.remarks.empty());
+}
+
+TEST_CASE("stl: ascii whose lines are joined") {
+  const auto joined = [](std::string text) {
+    std::ranges::replace(text, '\n', ' ');
+    return text;
+  };
+  const auto triangles = [](const std::string& file) {
+    const auto result = read(file, "m.stl");
+    INFO((result ? "" : result.error().message));
+    REQUIRE(result.ok());
+    return result->mesh.triangles.size();
+  };
+  const std::string one = "solid x\n" + kAscii + kAscii + "endsolid x\n";
+  CHECK(triangles(joined(one)) == 2);
+  CHECK(triangles(joined("solid a facet of it\n" + kAscii + "endsolid a facet of it\n" + one)) == 3);
+  CHECK(triangles(joined(one + one) + "\n" + one) == 6);
+  CHECK(triangles("solid facet\n" + kAscii + "endsolid solid\n" + one) == 3);
+  CHECK(triangles(joined("solid\n" + kAscii + "endsolid\n")) == 1);
+  CHECK(contains(refusal(joined(one + kAscii), "m.stl"), "expected 'solid', found 'facet'"));
+  std::string hostile = "solid";
+  for (int i = 0; i < 200'000; ++i) hostile += " endsolid solid";
+  CHECK(!read(hostile, "m.stl").ok());
+}
+
 TEST_CASE("stl: malformed ascii is refused with its line") {
   const auto broken = [](const std::string& from, const std::string& to) {
     std::string text = "solid\n" + kAscii + "endsolid\n";
@@ -102,7 +153,10 @@ TEST_CASE("stl: malformed ascii is refused with its line") {
   CHECK(contains(broken("  vertex 1 0 0\n", ""), "line 6 of 'a': expected 'vertex', found 'endloop'"));
   CHECK(contains(broken(" endloop\n", "  vertex 0 0 0\n endloop\n"), "expected 'endloop', found 'vertex'"));
   CHECK(contains(broken("endfacet\n", ""), "expected 'endfacet'"));
-  CHECK(contains(broken("endsolid\n", ""), "truncated"));
+  CHECK(contains(broken("endfacet\nendsolid\n", ""), "truncated"));
+  CHECK(contains(broken("endsolid\n", "endsoli"), "expected 'facet' or 'endsolid', found 'endsoli'"));
+  CHECK(contains(refusal("solid x\n", "m.stl"), "truncated"));
+  CHECK(contains(refusal("solid x\n" + kAscii + "endsolid\nsolid y\n", "m.stl"), "truncated"));
   CHECK(contains(broken("endsolid\n", "endsolid\nfacet"), "expected 'solid', found 'facet'"));
   CHECK(code("solid x\nendsolid x\n", "m.stl") == ErrorCode::empty_mesh);
 }

@@ -83,5 +83,12 @@ TEST_CASE("error: what is wrong, and what to repair") {
   }
   CHECK(with(Error{ErrorCode::empty_mesh, "empty", "a", ""}).advice().find("no triangle") != std::string::npos);
   CHECK(with(Error{ErrorCode::too_large, "large", "a", ""}).advice().find("smaller") != std::string::npos);
+  CHECK(with(Error{ErrorCode::unsupported_format, "'b' is a Git LFS pointer, not a mesh: x", "b", ""}).advice() ==
+        "'b' is a Git LFS pointer, not a mesh: x. Check the repository out with Git LFS ('lfs: true' of "
+        "actions/checkout).");
+  CHECK(with(Error{ErrorCode::unsupported_format, "'a' is a web page (HTML), not a mesh", "a", ""}).advice() ==
+        "'a' is a web page (HTML), not a mesh. Look at what put 'part.stl' there.");
+  CHECK(with(Error{ErrorCode::invalid_request, "'part.stl' cannot be read: gone", "a", ""}).advice() ==
+        "'part.stl' cannot be read: gone. Look at its path and its rights, or at the step that writes it.");
   CHECK(with(Error{ErrorCode::internal, "the service is gone", "", ""}).advice() == "the service is gone");
 }
