@@ -77,7 +77,8 @@ std::string repair(const Gate& gate, const Error& error) {
     case ErrorCode::too_large:
       return "Make '" + file + "' smaller.";
     case ErrorCode::invalid_request:
-      return "Look at its path and its rights, or at the step that writes it.";
+      return error.part == "a" || error.part == "b" ? "Look at its path and its rights, or at the step that writes it."
+                                                    : "";
     default:
       return "";
   }

@@ -97,6 +97,20 @@ std::string binary_ply(bool big_endian) {
   return ply(big_endian ? "binary_big_endian" : "binary_little_endian", body);
 }
 
+// With numbers of colours where the order is Geomview's.
+std::string binary_off(bool big_endian) {
+  std::string out = "OFF BINARY\n";
+  for (const std::uint32_t count : {4U, 3U, 0U}) out += in_order(count, big_endian);
+  for (const float c : {0.F, 0.F, 0.F, 1.F, 0.F, 0.F, 0.F, 0.1F, 0.F, 0.F, 0.F, 1.5F}) out += in_order(c, big_endian);
+  const std::vector<std::vector<std::uint32_t>> faces = {{0, 1, 2}, {0, 1, 2, 3}, {1, 2, 3}};
+  for (const auto& face : faces) {
+    out += in_order(static_cast<std::uint32_t>(face.size()), big_endian);
+    for (const std::uint32_t index : face) out += in_order(index, big_endian);
+    if (big_endian) out += in_order(std::uint32_t{1}, big_endian) + in_order(0.5F, big_endian);
+  }
+  return out;
+}
+
 // A strip of two triangles, then one of one.
 std::string strips_ply() {
   return "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
@@ -193,6 +207,16 @@ std::string small_model() {
 
 std::string small_scene_and_data() { return external_gltf() + '\0' + tetrahedron_data(); }
 
+// A triangle, and an object that is none of the part itself.
+std::string zip64_package() {
+  std::string support = triangle_object(2);
+  support.replace(support.find("\"model\""), 7, "\"support\"");
+  const std::string both = model(triangle_object(1) + support, "<item objectid=\"1\"/><item objectid=\"2\"/>");
+  std::vector<ZipEntry> entries{{"_rels/.rels", relationships()}, {"3D/3dmodel.model", both}};
+  for (ZipEntry& entry : entries) entry.in_zip64 = true;
+  return zip64(entries, entries.size());
+}
+
 std::vector<SmallFile> small_files() {
   const std::string two_solids = kAsciiStl + "SOLID Y" + kAsciiStl.substr(7);
   return {
@@ -206,19 +230,34 @@ std::vector<SmallFile> small_files() {
       {"little.ply", binary_ply(false), 4, 4},
       {"big.ply", binary_ply(true), 4, 4},
       {"mixed.ply", mixed_ply(), 3, 2},
+      {"lines.ply", "ply\nmade by a test\n" + ply("ascii", kVertexLines + kFaceLines).substr(4), 4, 4, 1, 2},
       {"strips.ply", strips_ply(), 4, 3, 1, 3},
       {"plain.off", "OFF # kind\n4 3 0\n" + kVertexLines + kFaceLines, 4, 4, 1, 2},
       {"colour.off", "COFF\n3 1 3\n0 0 0 9 0 0 1\n1 0 0 0 9 0 1\n0 1 0 0 0 9 1\n3 0 1 2 0.5 0.5 0.5\n", 3, 1, 13},
       {"all.off", kAllOff, 3, 1, 1},
+      {"lines.off", "# c\n OFF4 2 0\n" + kVertexLines + "4\n0 1\n2 3\n\n3 0\n1 2\n", 4, 3, 1, 1},
+      {"bare.off", "4 3\n" + kVertexLines + kFaceLines, 4, 4, 1, 2},
+      {"big.off", binary_off(true), 4, 4, 0, 2},
+      {"little.off", binary_off(false), 4, 4, 0, 2},
       {"embedded.gltf", embedded_gltf(), 4, 4},
       {"external.gltf", zip({{"m/s.gltf", external_gltf()}, {"m/x.bin", tetrahedron_data()}}), 4, 4},
       {"plain.glb", glb(tetrahedron_json(""), tetrahedron_data()), 4, 4},
       {"sparse.glb", sparse_glb(), 3, 1},
       {"strip.glb", strip_glb(), 5, 3, 0, 3},  // one corner fewer is a shorter strip, one twice a join
       {"instances.3mf", package(small_model()), 6, 2},
+      {"zip64.3mf", zip64_package(), 3, 1, 22},  // the end of a plain archive, which Zip64 has no need of
       {"plain.obj.gz", gzipped(kObj), 5, 4},
       {"binary.stl.gz", gzipped(binary_stl("made by a test")), 6, 2},
   };
+}
+
+std::vector<std::pair<std::string, std::string>> small_archives() {
+  std::vector<ZipEntry> entries{{"a", "some text, some text"}, {"b", "stored", 0}};
+  std::vector<std::pair<std::string, std::string>> archives{{"plain", zip(entries, "a comment")}};
+  for (ZipEntry& entry : entries) entry.in_zip64 = true;
+  archives.emplace_back("fields", zip(entries));
+  archives.emplace_back("zip64", zip64(entries, entries.size()));
+  return archives;
 }
 
 std::string format_of(const SmallFile& file) {

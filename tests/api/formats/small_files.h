@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace meshgauge::api::test {
@@ -32,6 +33,9 @@ std::string small_model();
 
 // The .gltf with a file beside it and, behind a NUL, the bytes of that: what targets/gltf_zip.cpp puts together.
 std::string small_scene_and_data();
+
+// Zip archives that hold "a" and "b", by name: plain ones and Zip64.
+std::vector<std::pair<std::string, std::string>> small_archives();
 
 // "gltf" of "m.gltf.gz".
 std::string format_of(const SmallFile& file);

@@ -50,7 +50,15 @@ void write_meshes(Seeds& seeds) {
     if (format == "glb") seeds.write("glb", file.name + ".parts", taken_apart(file.content));
   }
   seeds.write("gltf_zip", "external.parts", meshgauge::api::test::small_scene_and_data());
+  for (const auto& [name, content] : meshgauge::api::test::small_archives()) seeds.write("zip", name, content);
   seeds.write("3mf", "model.xml", meshgauge::api::test::small_model());
+  const std::string separator(1, '\0');
+  const std::string range = R"(<config><object id="1"><volume firstid="0" lastid="0"><metadata key="volume_type" )";
+  const std::string part = R"(<config><object id="2"><part id="1" subtype=)";
+  seeds.write("3mf", "volumes.xml",
+              meshgauge::api::test::small_model() + separator + range +
+                  R"(value="SupportBlocker"/></volume></object></config>)" + separator + part +
+                  R"("modifier_part"/></object></config>)");
   std::string floats;
   for (int i = 0; i < 45; ++i) floats += raw(0.1F * static_cast<float>(i * i - 100));
   seeds.write("stl_admesh", "floats", floats);
