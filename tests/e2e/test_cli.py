@@ -56,6 +56,13 @@ class Cli(unittest.TestCase):
         over_http.pop("view", None)  # the command line has no page to point to
         self.assertEqual(over_http, local)
 
+    def test_messages_name_files_by_their_paths(self):
+        broken = self.file("broken.obj", SQUARE + b"v 1 2\n")
+        self.fails("compare", self.a, broken, saying=f"line 7 of '{broken}': a vertex needs three coordinates")
+        self.fails("compare", broken, broken, saying=f"line 7 of '{broken}': a vertex needs three coordinates")
+        pointer = self.file("pointer.stl", b"version https://git-lfs.github.com/spec/v1\noid sha256:0\nsize 1\n")
+        self.fails("compare", pointer, self.b, saying=f"'{pointer}' is a Git LFS pointer, not a mesh: 'git lfs pull'")
+
     def test_table_for_people(self):
         result = self.run_cli("compare", self.a, self.b, "--max-distance", "0.5")
         self.assertEqual(result.returncode, 0)
