@@ -61,8 +61,7 @@ Result<Bytes> decode_data_uri(const Source& source, const std::string& uri, cons
 
 Result<Bytes> find_file(const Source& source, const GltfContainer& container, const std::string& uri,
                         const std::string& where) {
-  const FilePath file = file_path_of_uri(uri);
-  if (!file.defect.empty()) return fail(source, where + ".uri", in_quotes(uri) + " " + file.defect);
+  const FilePath file = file_path_of_uri(uri);  // check_gltf() has looked at it
   const std::string named = "names the file " + in_quotes(file.path);
   if (!container.file) {
     return fail(source, where,

@@ -67,10 +67,7 @@ std::vector<std::string> files_named_by(std::span<const std::byte> gltf) {
   if (!document) return {};
   std::set<std::string> paths;
   for (const GltfBuffer& buffer : document->buffers) {
-    if (!buffer.is_external()) continue;
-    FilePath file = file_path_of_uri(buffer.uri);
-    if (!file.defect.empty()) return {};
-    paths.insert(std::move(file.path));
+    if (buffer.is_external()) paths.insert(file_path_of_uri(buffer.uri).path);
   }
   return {paths.begin(), paths.end()};
 }

@@ -5,6 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "api/formats/file_path.h"
 #include "api/formats/gltf_members.h"
 
 namespace meshgauge::api {
@@ -93,6 +94,18 @@ void take_buffers(json& root, GltfDocument& out) {
   }
 }
 
+// All of them before any file is looked for: what is missing may be missing since another name is refused.
+Result<Done> check_uris(const Source& source, const std::vector<GltfBuffer>& buffers) {
+  for (std::size_t i = 0; i < buffers.size(); ++i) {
+    if (!buffers[i].is_external()) continue;
+    const FilePath file = file_path_of_uri(buffers[i].uri);
+    if (file.defect.empty()) continue;
+    return at(source, "buffers[" + std::to_string(i) + "].uri", ErrorCode::unreadable_mesh,
+              in_quotes(buffers[i].uri) + " " + file.defect);
+  }
+  return Done{};
+}
+
 Result<GltfDocument> reduce(const Source& source, const json& whole) {
   auto members = take_gltf_members(source, whole);
   if (!members) return std::move(members).error();
@@ -101,6 +114,7 @@ Result<GltfDocument> reduce(const Source& source, const json& whole) {
   if (auto ok = check_version(source, root); !ok) return std::move(ok).error();
   if (auto ok = check_extensions(source, root, out); !ok) return std::move(ok).error();
   take_buffers(root, out);
+  if (auto ok = check_uris(source, out.buffers); !ok) return std::move(ok).error();
   for (const char* done : {"buffers", "extensionsUsed", "extensionsRequired"}) root.erase(done);
   out.json = root.dump();
   return out;

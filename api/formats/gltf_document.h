@@ -12,7 +12,7 @@ namespace meshgauge::api {
 
 struct GltfBuffer {
   std::size_t byte_length = 0;
-  std::string uri;  // a data URI, or of a file beside the document; empty for the BIN chunk
+  std::string uri;  // a data URI, or that of a file beside the document, with a path; empty for the BIN chunk
   bool is_external() const { return !uri.empty() && !uri.starts_with("data:"); }
 };
 
@@ -24,7 +24,7 @@ struct GltfDocument {
 
 // tinygltf takes a member of a wrong type as absent and cuts integers to 32 bits, so that a broken file would give
 // another mesh without a word; it also recurses as deep as the JSON nests. Therefore nothing reaches it unchecked:
-// depth and number of values first, then JSON, types, integer ranges, the version and the extensions.
+// depth and number of values first, then JSON, types, integer ranges, the version, the extensions and the URIs.
 // Of a key that stands twice in an object, the last counts.
 Result<GltfDocument> check_gltf(const Source& source, std::string_view text);
 

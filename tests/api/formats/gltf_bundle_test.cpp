@@ -117,6 +117,9 @@ TEST_CASE("glTF archive: what is missing, short or elsewhere is refused with its
   }
   CHECK(contains(why(external("/etc/passwd"), {{"/etc/passwd", data}}),
                  "buffers[0].uri of 'a': '/etc/passwd' is absolute"));
+  json second = external("none.bin");
+  second["buffers"].push_back({{"byteLength", 4}, {"uri", "../y.bin"}});
+  CHECK(contains(refusal(second.dump(), "m.gltf"), "buffers[1].uri of 'a': '../y.bin' has '..'"));
   CHECK(contains(why(external("file:///etc/passwd")), "has a scheme, and nothing is fetched"));
   CHECK(contains(why(external("http://127.0.0.1:9/x.bin")), "has a scheme, and nothing is fetched"));
 }
