@@ -65,8 +65,9 @@ Result<Bytes> find_file(const Source& source, const GltfContainer& container, co
   const std::string named = "names the file " + in_quotes(file.path);
   if (!container.file) {
     return fail(source, where,
-                named + ", which was not sent: send both in one .zip, or the file as a part '" +
-                    std::string(source.part) + ".files'");
+                named +
+                    ", which did not come with it: put both into one .zip (or, over HTTP, send the file as a part "
+                    "'a.files' or 'b.files')");
   }
   auto bytes = container.file(file.path);
   if (!bytes) return std::move(bytes).error();

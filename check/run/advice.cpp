@@ -68,6 +68,8 @@ std::string repair(const Gate& gate, const Error& error) {
       if (says(api::kNoMesh)) return "Look at what put '" + file + "' there.";
       return "Export '" + file + "' as OBJ, STL, PLY, OFF, glTF, GLB or 3MF.";
     case ErrorCode::unreadable_mesh:
+      if (error.where.ends_with("].uri")) return "Export '" + file + "' as one .glb.";
+      [[fallthrough]];
     case ErrorCode::non_finite_vertex:
     case ErrorCode::index_out_of_range:
       return "The file is damaged: write '" + file + "' again, and look at what wrote it.";

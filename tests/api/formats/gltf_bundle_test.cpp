@@ -103,9 +103,10 @@ TEST_CASE("glTF archive: files are looked up from the folder of the .gltf") {
 
 TEST_CASE("glTF archive: what is missing, short or elsewhere is refused with its name") {
   const std::string data = tetrahedron_data();
-  CHECK(contains(refusal(external().dump(), "m.gltf"),
-                 "buffers[0] of 'a': names the file 'x.bin', which was not sent: send both in one .zip, or the file as "
-                 "a part 'a.files'"));
+  CHECK(contains(
+      refusal(external().dump(), "m.gltf"),
+      "buffers[0] of 'a': names the file 'x.bin', which did not come with it: put both into one .zip (or, over HTTP, "
+      "send the file as a part 'a.files' or 'b.files')"));
   CHECK(code(external().dump(), "m.gltf") == ErrorCode::unreadable_mesh);
   CHECK(contains(why(external(), {{"x.bin", data}}),
                  "buffers[0] of 'a': names the file 'x.bin', which is not among the files that came with it"));

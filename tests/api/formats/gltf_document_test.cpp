@@ -50,7 +50,7 @@ TEST_CASE("gltf: nothing outside the file is opened") {
   for (const std::string uri : {"http://127.0.0.1:9/a.bin", "file:///etc/passwd"}) {
     CHECK(contains(refused("/buffers/0/uri", uri), "has a scheme, and nothing is fetched"));
   }
-  CHECK(contains(refused("/buffers/0/uri", "a.bin"), "names the file 'a.bin', which was not sent"));
+  CHECK(contains(refused("/buffers/0/uri", "a.bin"), "names the file 'a.bin', which did not come with it"));
   CHECK(contains(refused("/buffers/0/uri", "data:application/octet-stream;base64,AA!AA"), "but there are"));
   CHECK(contains(refused("/buffers/0/uri", "data:text/html,abc"), "the data URI is not base64"));
   CHECK(refused("/images", json::array({{{"uri", "/etc/passwd"}}})).empty());  // images are not looked at

@@ -81,6 +81,8 @@ TEST_CASE("error: what is wrong, and what to repair") {
     CHECK(with(Error{code, "bad", "a", ""}).advice() ==
           "bad. The file is damaged: write 'part.stl' again, and look at what wrote it.");
   }
+  CHECK(with(Error{ErrorCode::unreadable_mesh, "it has '..'", "a", "buffers[0].uri"}).advice() ==
+        "it has '..'. Export 'part.stl' as one .glb.");
   CHECK(with(Error{ErrorCode::empty_mesh, "empty", "a", ""}).advice().find("no triangle") != std::string::npos);
   CHECK(with(Error{ErrorCode::too_large, "large", "a", ""}).advice().find("smaller") != std::string::npos);
   CHECK(with(Error{ErrorCode::unsupported_format, "'b' is a Git LFS pointer, not a mesh: x", "b", ""}).advice() ==
