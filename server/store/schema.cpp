@@ -118,7 +118,7 @@ CREATE INDEX jobs_turns ON jobs (owner, rank) WHERE state = 0 AND awaits = 0 AND
 )sql";
 
 constexpr const char* kFourth = R"sql(
--- A comparison could be asked for in parts (option "shards"), and was measured in one piece here.
+-- The option "shards" asked for a comparison in parts; this store measured it in one piece.
 UPDATE jobs SET options = json_remove(options, '$.shards')
   WHERE state IN (0, 1) AND instr(options, '"shards"') > 0 AND json_valid(options);
 DROP INDEX jobs_by_parent;

@@ -11,7 +11,7 @@ namespace {
 // A crash may undo what such a statement did: it waits for no disk. One is in a column of what it returns.
 #define MESHGAUGE_PG_FLEETING "set_config('synchronous_commit', 'off', true)"
 
-// What earlier tries have told stays, but for the stage.
+// Keeps the interval that earlier tries reported, and clears the stage.
 #define MESHGAUGE_PG_CLAIM                                                                                          \
   "UPDATE jobs SET state = 1, tries = tries + 1, worker = $1, started = $2, lease_until = $3, claim = $4, stage = " \
   "NULL "

@@ -172,8 +172,8 @@ CREATE TRIGGER bounds_of_unknown BEFORE UPDATE OF lower, upper ON jobs FOR EACH 
 )sql";
 
 constexpr const char* kFifth = R"sql(
--- A comparison was measured in parts, each a row, on request (option "shards"). Its parts go; the whole is measured in
--- one piece, by whoever claims it. The pattern fits members of options alone: in a string its quotes are escaped.
+-- On request (option "shards") a comparison was measured in parts, each a row. The parts go; the worker that claims the
+-- whole measures it in one piece. The pattern matches members of options alone: in a string, quotes are escaped.
 DELETE FROM jobs WHERE parent <> '';
 UPDATE jobs SET options = decode(regexp_replace(encode(options, 'escape'),
     ',\s*"shards"\s*:\s*[0-9]+|"shards"\s*:\s*[0-9]+\s*,?', ''), 'escape')

@@ -15,8 +15,7 @@ constexpr int kLonger = 5;              // of the patience: what reads or remove
 #define MESHGAUGE_PG_IN_NO_BATCH \
   "NOT EXISTS (SELECT FROM batch_items AS item WHERE item.owner = jobs.owner AND item.job = jobs.id)"
 
-// Removes ended jobs, in a statement of three: the condition on the jobs, which may have a limit, comes between these
-// two. Those that somebody is just looking at stay.
+// Removes ended jobs that are not locked. A condition on the jobs, which may have a limit, stands between the pieces.
 #define MESHGAUGE_PG_REMOVE "DELETE FROM jobs WHERE number = ANY (ARRAY(SELECT number FROM jobs WHERE state >= 2 AND "
 #define MESHGAUGE_PG_UNLOCKED " FOR UPDATE SKIP LOCKED))"
 

@@ -144,19 +144,16 @@ TEST_CASE("PostgreSQL schema: what was stored in shards is measured in one piece
   got(pg_migrate(database.connection(), first_steps(4)));
   database.connection().execute(R"sql(
     INSERT INTO jobs (owner, id, state, mesh_a, mesh_b, hints, options, cost, rank, fingerprint, trace, created,
-                      expires_if_never_run, tries, worker, lease_until, parent, awaits, finished, expires)
-    VALUES ('ann', '1', 0, 'a', 'b', '', '{"threads":2, "shards": 3}', 5, 5, 'f', '', 1, 9000000000000, 0, '', NULL, '', 2,
-            NULL, NULL),
-           ('ann', '1.0', 2, 'a', 'b', '', '{"threads":2, "shards": 3}', 5, 5, '', '', 1, 9000000000000, 1, 'w', NULL, '1',
-            0, 2, 9000000000000),
-           ('ann', '1.1', 1, 'a', 'b', '', '{"threads":2, "shards": 3}', 5, 5, '', '', 1, 9000000000000, 1, 'w', 3, '1', 0,
-            NULL, NULL),
-           ('ann', '1.2', 0, 'a', 'b', '', '{"threads":2, "shards": 3}', 5, 5, '', '', 1, 9000000000000, 0, '', NULL, '1', 0,
-            NULL, NULL),
-           ('bob', '2', 0, 'a', 'b', '', convert_to('{ "shards" : 64 , "gate": {"units": "é\"shards\":2\\"}}', 'UTF8'), 5, 6,
-            'f', '', 1, 9000000000000, 0, '', NULL, '', 0, NULL, NULL),
-           ('cat', '3', 0, 'a', 'b', '', '{"shards":1}', 5, 7, 'f', '', 1, 9000000000000, 0, '', NULL, '', 0, NULL, NULL),
-           ('dan', '4', 0, 'a', 'b', '', 'shards', 5, 8, 'f', '', 1, 9000000000000, 0, '', NULL, '', 0, NULL, NULL)
+                      expires_if_never_run, parent, awaits, finished, expires)
+    SELECT owner::bytea, id::bytea, state, 'a', 'b', '', convert_to(options, 'UTF8'), 5, rank, 'f', '', 1,
+           9000000000000, parent::bytea, awaits, CASE WHEN state >= 2 THEN 2 END, CASE WHEN state >= 2 THEN 9000000000000 END
+    FROM (VALUES ('ann', '1', 0, '{"threads":2, "shards": 3}', 5, '', 2),
+                 ('ann', '1.0', 2, '{"threads":2, "shards": 3}', 5, '1', 0),
+                 ('ann', '1.1', 1, '{"threads":2, "shards": 3}', 5, '1', 0),
+                 ('ann', '1.2', 0, '{"threads":2, "shards": 3}', 5, '1', 0),
+                 ('bob', '2', 0, '{ "shards" : 64 , "gate": {"units": "é\"shards\":2\\"}}', 6, '', 0),
+                 ('cat', '3', 0, '{"shards":1}', 7, '', 0),
+                 ('dan', '4', 0, 'shards', 8, '', 0)) AS given (owner, id, state, options, rank, parent, awaits)
   )sql");
   PostgresSettings settings;
   settings.database = database.name();
