@@ -162,12 +162,6 @@ bool is_iges(std::string_view start) {
   return start.size() > 80 && start.substr(72, 8) == "S      1" && is_newline(start[80]);
 }
 
-// The text that stands in a checkout for a file that Git LFS keeps elsewhere.
-bool is_lfs_pointer(std::string_view start) {
-  return start.starts_with("version https://git-lfs.github.com/spec/") ||
-         start.starts_with("version https://hawser.github.com/spec/");
-}
-
 bool is_text_format(Format format) { return format == Format::obj || format == Format::off || format == Format::gltf; }
 
 std::optional<std::string> foreign_kind(std::span<const std::byte> bytes) {
@@ -176,9 +170,7 @@ std::optional<std::string> foreign_kind(std::span<const std::byte> bytes) {
   for (const Signature& foreign : kForeign) {
     if (start.starts_with(foreign.bytes)) return std::string(foreign.what);
   }
-  if (is_lfs_pointer(start)) {
-    return std::string(kLfsPointer) + ", " + std::string(kNoMesh) + ": 'git lfs pull' puts the file in its place";
-  }
+  if (auto pointer = lfs_pointer(bytes)) return pointer;
   if (is_dxf(start)) return "is a DXF file, which is not supported";
   if (is_3ds(bytes)) return "is a 3DS file, which is not supported";
   if (is_iges(start)) return "is an IGES file, which is not supported";
@@ -204,6 +196,15 @@ std::optional<Format> format_by_media_type(std::string_view media_type) {
   while (media_type.ends_with(' ')) media_type.remove_suffix(1);
   for (const Name& known : kMediaTypes) {
     if (same_word(media_type, known.name)) return known.format;
+  }
+  return std::nullopt;
+}
+
+std::optional<std::string> lfs_pointer(std::span<const std::byte> bytes) {
+  for (const char* site : {"git-lfs", "hawser"}) {  // the second one is an older name
+    const std::string line = std::string("version https://") + site + ".github.com/spec/";
+    if (!beginning(bytes, line.size()).starts_with(line)) continue;
+    return std::string(kLfsPointer) + ", " + std::string(kNoMesh) + ": 'git lfs pull' puts the file in its place";
   }
   return std::nullopt;
 }

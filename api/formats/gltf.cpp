@@ -4,6 +4,7 @@
 #include <new>
 #include <utility>
 
+#include "api/formats/detect.h"
 #include "api/formats/file_path.h"
 #include "api/formats/gltf_accessor.h"
 #include "api/formats/gltf_archive.h"
@@ -92,6 +93,9 @@ Result<std::vector<Bytes>> resolve_buffers(const Source& source, const GltfDocum
       found = *container.binary;
     }
     if (!found) return std::move(found).error();
+    if (const auto pointer = buffer.is_external() ? lfs_pointer(*found) : std::nullopt) {
+      return at(source, where, ErrorCode::unsupported_format, in_quotes(buffer.uri) + " " + *pointer);
+    }
     if (buffer.byte_length > found->size()) {
       return fail(source, where,
                   "byteLength is " + std::to_string(buffer.byte_length) + ", but there are " +

@@ -135,6 +135,12 @@ class Service(ServerCase):
                                         ("b", "b.zip", square_zip())), 422, "unreadable-mesh")
         self.assertIn("a zip archive with 2 .gltf files; exactly one is read", problem["detail"])
 
+    def test_a_pointer_of_git_lfs_for_a_file(self):
+        pointer = b"version https://git-lfs.github.com/spec/v1\noid sha256:0\nsize 60\n"
+        problem = self.refused(self.ask(("a", "a.zip", zipped({"s.gltf": scene(), "x.bin": pointer})), ("b", "b.zip", square_zip())),
+                               415, "unsupported-format")
+        self.assertIn("buffers[0] of 'a': 'x.bin' is a Git LFS pointer, not a mesh: 'git lfs pull'", problem["detail"])
+
     def test_names_that_lead_elsewhere(self):
         for name, what in (("../x.bin", "has '..'"), ("d/../../x.bin", "has '..'"), ("/etc/passwd", "is absolute"),
                            ("file:///etc/passwd", "has a scheme"), ("C:x.bin", "has a scheme"), ("http://127.0.0.1:9/x", "has a scheme"),
