@@ -68,8 +68,8 @@ def write_seed_list(target):
     """Seeds, earlier findings and the corpus' files, by name: nothing is copied."""
     files = [*(BUILT / "seeds" / target.name).glob("*"), *(FOUND / target.name).glob("*")]
     corpus = os.environ.get("MESHGAUGE_CORPUS")
-    for folder in ("formats", "formats/real", "malformed", "malformed/real") if corpus else ():
-        for file in sorted((pathlib.Path(corpus) / folder).glob("*")):
+    for folder in ("formats", "formats/real", "malformed", "malformed/real", "wild/*") if corpus else ():
+        for file in sorted(pathlib.Path(corpus).glob(folder + "/*")):
             if file.name.lower().endswith(tuple(target.corpus)) and 0 < file.stat().st_size <= MOST_BYTES:
                 files.append(file)
     path = KEPT / f"{target.name}.seeds"
