@@ -51,11 +51,13 @@ class Measurement final : public Monitor {
     outcome_.simd = kernels_->name;
     outcome_.threads = static_cast<unsigned>(crew_.size());
     outcome_.diagonal_a = diagonal(a.box());
+    if (a.error() > 0 || b.error() > 0) error_ = rounding::add_up(a.error(), b.error());
     const Tolerance& t = options.tolerance;
     const double width = std::max(t.absolute.value_or(0), t.diagonal.value_or(0) * outcome_.diagonal_a);
     goal_.width = frame_.length_to_frame(width);
     goal_.relative = t.relative.value_or(0);
-    if (options.max_distance) goal_.gate = frame_.length_to_frame(*options.max_distance);
+    // Lower by what the error takes, and by the rounding of that: the search only has to get there; conclude() decides.
+    if (options.max_distance) goal_.gate = frame_.length_to_frame(*options.max_distance - 2 * error_);
     if (options.direction != Direction::b_to_a) open(outcome_.a_to_b, a_, b_);
     if (options.direction != Direction::a_to_b) open(outcome_.b_to_a, b_, a_);
   }
@@ -127,8 +129,22 @@ class Measurement final : public Monitor {
     const Box box{frame_.to_frame(from.mesh.box().low), frame_.to_frame(from.mesh.box().high)};
     const double upper = farthest_of_box(box, frame_.to_frame(to.given().corner(0, 0)));
     directed->bounds.upper = rounding::scale_up(rounding::add_up(upper, rounding::kDistanceSlack), frame_.exponent());
-    floor_ = rounding::kDistanceSlack;
+    directed->bounds = widened(directed->bounds);
+    floor_ = rounding::kDistanceSlack + cost_of_error();
   }
+
+  // The interval of the meshes that are meant, from that of the meshes at hand.
+  Bounds widened(Bounds bounds) const {
+    if (error_ == 0) return bounds;  // not one bit changes
+    bounds.lower = rounding::subtract_down(bounds.lower, error_);
+    bounds.upper = rounding::add_up(bounds.upper, error_);
+    return bounds;
+  }
+
+  // By how much widened() widens, in the frame, its own roundings included: those of two sums of at most 4.
+  double cost_of_error() const { return error_ == 0 ? 0 : 2 * frame_.length_to_frame(error_) + 16 * rounding::kUnit; }
+
+  Bounds certified(const Search& search) { return widened(certifier_.certify(search, frame_)); }
 
   bool is_auto() const { return options_.strategy == Strategy::automatic; }
   // The paper's traversal needs two trees; `auto` goes over the mesh measured from by itself.
@@ -181,7 +197,7 @@ class Measurement final : public Monitor {
       return;
     }
     const Vec3& point = course.from.given().corner(0, 0);
-    course.result.bounds = {0, 0, Witness{point, 0, point, twins[0]}};
+    course.result.bounds = widened({0, 0, Witness{point, 0, point, twins[0]}});
     course.result.culling.survivors = 0;
     course.settled = true;
   }
@@ -194,7 +210,7 @@ class Measurement final : public Monitor {
     search.set_budget(options_);
     search.set_start_slack(lower_slack_);
     search.set_witness_rounding(frame_.rounding_of_points());
-    search.set_output_rounding(frame_.length_to_frame(2 * std::numeric_limits<double>::denorm_min()));
+    search.set_output_rounding(frame_.length_to_frame(2 * std::numeric_limits<double>::denorm_min()) + cost_of_error());
     running_ = &directed;
     certifier_ = Certifier();
     search.set_adjacency_source(
@@ -203,7 +219,7 @@ class Measurement final : public Monitor {
     const StageClock clock(outcome_.timings.certify);
     stage_ = "certify";
     const double opened = directed.bounds.upper;
-    directed.bounds = certifier_.certify(search, frame_);
+    directed.bounds = certified(search);
     directed.bounds.upper = std::min(directed.bounds.upper, opened);
     directed.bounds.witness->triangle_a = from.original[directed.bounds.witness->triangle_a];
     directed.bounds.witness->triangle_b = to.original[directed.bounds.witness->triangle_b];
@@ -241,14 +257,14 @@ class Measurement final : public Monitor {
     if (!search.above_gate()) return false;
     if (search.lower() != gate_checked_at_) {
       gate_checked_at_ = search.lower();
-      gate_failed_ = certifier_.certify(search, frame_).lower > *options_.max_distance;
+      gate_failed_ = certified(search).lower > *options_.max_distance;
     }
     return gate_failed_;
   }
 
   void report(const Search& search) {
     const Bounds before = running_->bounds;
-    running_->bounds = certifier_.certify(search, frame_);
+    running_->bounds = certified(search);
     running_->bounds.upper = std::min(running_->bounds.upper, before.upper);
     take_maximum(outcome_);
     control_.report({outcome_.lower, outcome_.upper, stage_});
@@ -309,6 +325,7 @@ class Measurement final : public Monitor {
   double lower_ = 0;        // largest computed distance of the directions done; frame units
   double lower_slack_ = 0;  // what certifying takes from it
   double floor_ = 0;        // frame units
+  double error_ = 0;        // of both meshes together (Prepared::error); in their unit
   Certifier certifier_;
   double gate_checked_at_ = -1;  // computed lower bound when the gate was last tried
   bool gate_failed_ = false;

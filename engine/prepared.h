@@ -62,15 +62,18 @@ class Prepared {
   enum class Use { once, often };
 
   // `mesh` passes validate(); it is kept alive by `arrays`, or by the caller. `box`: bounding_box() of it, if that is
-  // known already.
+  // known already. `error`: as error().
   explicit Prepared(MeshView mesh, Use use = Use::once, std::shared_ptr<const void> arrays = nullptr,
-                    const std::optional<Box>& box = std::nullopt)
-      : mesh_(mesh), use_(use), arrays_(std::move(arrays)) {
+                    const std::optional<Box>& box = std::nullopt, double error = 0)
+      : mesh_(mesh), use_(use), arrays_(std::move(arrays)), error_(error) {
     if (box) std::call_once(box_made_, [&] { box_ = *box; });
   }
 
   MeshView mesh() const { return mesh_; }
   Use use() const { return use_; }
+  // The mesh that is meant and this one are within this of each other (engine/scaling.h), in the mesh's unit: what is
+  // certified holds for the mesh that is meant. 0: it is this one.
+  double error() const { return error_; }
   const Box& box() const;     // as bounding_box()
   std::size_t bytes() const;  // of the mesh and of all that is kept with it now
 
@@ -85,6 +88,7 @@ class Prepared {
   const MeshView mesh_;
   const Use use_;
   const std::shared_ptr<const void> arrays_;
+  const double error_;
   mutable std::once_flag box_made_;
   mutable Box box_;
   mutable Made<PositionIndex> positions_;

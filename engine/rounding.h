@@ -54,6 +54,14 @@
 //      square may be held against the near limit, too. (engine/kernels/kernels.h: near_limit, far_limit.)
 //
 // (R7) Overlay. Derived where it is used, in engine/bounds/overlay.h: kOverlayOffset = kOverlaySlack = 128u.
+//
+// (R8) Another unit. Not in the frame, but in the new unit: z = fl(fl(x * p) / q) for whole p and q, which are exact.
+//      Both operations err by at most u relatively, or by 2^-1075 where the result is subnormal:
+//      |z - xp/q| <= (2u + u^2) |xp/q| + 2^-1075 (1 + (1 + u)/q) <= 2u (1 + 4u) |z| + 2^-1074 (1 + 4u).
+//      As a vector, with |z| at most `largest` on each axis: sqrt(3) times that, below 4u * largest + 2^-1073.
+//      scaling_error() adds room for its own roundings: 6u * largest + 2^-1072. A point of a triangle is a convex
+//      combination of corners and moves no farther than they do, so both surfaces are within the error of each other,
+//      and h(A,B) of the exact images is within error(A) + error(B) of h of the rounded ones.
 #pragma once
 
 #include <cstdint>
@@ -90,6 +98,9 @@ inline constexpr double kOverlayGap = 0x1p-40;
 inline double upper_slack(double residual, std::uint32_t max_depth) {
   return kDistanceSlack + residual + kMidpointSlack * max_depth;
 }
+
+// R8, of a mesh whose largest scaled coordinate is `largest`.
+inline double scaling_error(double largest) { return 6 * kUnit * largest + 0x1p-1072; }
 
 // x * 2^exponent, rounded towards +infinity or towards zero. x >= 0 and finite, the result is finite.
 double scale_up(double x, int exponent);
