@@ -36,7 +36,9 @@ Result<std::shared_ptr<const PreparedMesh>> get_mesh(const Side& side, Control& 
   return mesh;
 }
 
-Result<Comparison> run(const Side& side_a, const Side& side_b, const Options& options, Control& control) {
+FileUnit file_unit(const MeshFacts& facts) { return {facts.format, facts.notes.unit}; }
+
+Result<Comparison> run(const Side& side_a, const Side& side_b, const ComparisonOptions& options, Control& control) {
   const auto start = Clock::now();
   Comparison comparison;
   comparison.id = random_id();
@@ -46,14 +48,22 @@ Result<Comparison> run(const Side& side_a, const Side& side_b, const Options& op
   const auto b = get_mesh(side_b, control, comparison.times.read_b);
   if (!b) return b.error();
   if (auto ok = in_time(control, "both meshes were read"); !ok) return ok.error();
-  comparison.outcome = measure((*a)->mesh, (*b)->mesh, options, control);
   comparison.a = (*a)->facts;
   comparison.b = (*b)->facts;
+  const auto plan =
+      resolve(file_unit(comparison.a), file_unit(comparison.b), options.units, options.max_distance.has_value());
+  if (!plan) return plan.error();
+  comparison.units = *plan;
+  const auto measured_a = in_unit(*a, "a", factor_between(plan->a, plan->result), control);
+  if (!measured_a) return measured_a.error();
+  const auto measured_b = in_unit(*b, "b", factor_between(plan->b, plan->result), control);
+  if (!measured_b) return measured_b.error();
+  comparison.outcome = measure(**measured_a, **measured_b, options, control);
   comparison.times.total = ms_since(start);
   return comparison;
 }
 
-Result<Comparison> run_guarded(const Side& a, const Side& b, const Options& options, Control& control) {
+Result<Comparison> run_guarded(const Side& a, const Side& b, const ComparisonOptions& options, Control& control) {
   try {
     return run(a, b, options, control);
   } catch (const std::bad_alloc&) {
@@ -65,19 +75,19 @@ Result<Comparison> run_guarded(const Side& a, const Side& b, const Options& opti
 
 }  // namespace
 
-Result<Comparison> compare(const MeshInput& a, const MeshInput& b, const Options& options, const ReadLimits& limits,
-                           Control& control) {
+Result<Comparison> compare(const MeshInput& a, const MeshInput& b, const ComparisonOptions& options,
+                           const ReadLimits& limits, Control& control) {
   return compare_by(&api::load, a, b, options, limits, control);
 }
 
-Result<Comparison> compare_by(const Load& load, const MeshInput& a, const MeshInput& b, const Options& options,
+Result<Comparison> compare_by(const Load& load, const MeshInput& a, const MeshInput& b, const ComparisonOptions& options,
                               const ReadLimits& limits, Control& control) {
   const GetMesh get_a = loading(load, a, limits, Prepared::Use::once);
   const GetMesh get_b = loading(load, b, limits, Prepared::Use::once);
   return run_guarded({get_a, a.part}, {get_b, b.part}, options, control);
 }
 
-Result<Comparison> compare_prepared(const GetMesh& a, const GetMesh& b, const Options& options, Control& control) {
+Result<Comparison> compare_prepared(const GetMesh& a, const GetMesh& b, const ComparisonOptions& options, Control& control) {
   return run_guarded({a, "a"}, {b, "b"}, options, control);
 }
 

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "api/load.h"
+#include "api/unit_document.h"
 #include "engine/decimation.h"
 #include "engine/deviation.h"
 #include "engine/refinement.h"
@@ -50,8 +51,9 @@ DeviationFacts facts_of(const Json& document, Side candidate) {
   DeviationFacts facts;
   if (const Json& gate = document.at("gate"); !gate.is_null()) {
     facts.limit = gate.at("max_distance").get<double>();
-    if (gate.at("units").is_string()) facts.units = gate.at("units").get<std::string>();
   }
+  facts.plan = unit_plan_of(document);
+  if (facts.plan.result.unit) facts.units = to_string(*facts.plan.result.unit);
   facts.lower = document.at("distance").at("lower").get<double>();
   facts.upper = upper_of(document.at("distance"));
   facts.direction = direction_of(document.at(of_a ? "a_to_b" : "b_to_a"), true);

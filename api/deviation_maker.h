@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "api/deviation_map.h"
+#include "api/unit_plan.h"
 #include "engine/control.h"
 #include "engine/prepared.h"
 #include "engine/result.h"
@@ -19,11 +20,12 @@ namespace meshgauge::api {
 // What is known of a pair beside its meshes.
 struct DeviationFacts {
   std::optional<double> limit;  // none: the colours end at the largest distance
-  std::string units;
-  double lower = 0;  // the certified interval of the comparison
+  std::string units;            // of every length, "mm"; empty: not known
+  double lower = 0;             // the certified interval of the comparison
   double upper = std::numeric_limits<double>::infinity();
   std::optional<DeviationWitness> witness;
   std::optional<DeviationDirection> direction;
+  UnitPlan plan;  // by which both meshes were converted
 };
 
 enum class Side { a, b };
@@ -63,6 +65,7 @@ class MadeMap {
   MadeMap& operator=(const MadeMap&) = delete;
 };
 
+// Both meshes are in the unit of the comparison's result (in_unit(), api/prepared_mesh.h).
 // Distances are never above what is certified of the candidate's. Of a decimated map they are measured at every vertex
 // of the candidate, and what is farthest away or above the limit is shown rather than its neighbours: the farthest
 // vertex always, also of a part that is otherwise too small to be shown.

@@ -50,10 +50,14 @@ Json json_of(const std::optional<Directed>& directed) {
   return json;
 }
 
-Json json_of(const MeshFacts& facts) {
+Json json_of(const KnownUnit& known) {
+  return {{"name", name_or_null(known.unit)}, {"source", to_string(known.source)}};
+}
+
+Json json_of(const MeshFacts& facts, const KnownUnit& unit) {
   return {{"format", to_string(facts.format)},
           {"format_mismatch", mismatch(facts.notes)},
-          {"unit", name_or_null(facts.notes.unit)},
+          {"unit", json_of(unit)},
           {"bytes", facts.bytes},
           {"sha256", facts.sha256},
           {"vertices", facts.vertices},

@@ -1,5 +1,10 @@
 #include "api/notes.h"
 
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <iterator>
+
 namespace meshgauge::api {
 namespace {
 
@@ -13,17 +18,75 @@ void add_contradiction(std::vector<std::string>& notes, const char* who, std::op
                   std::string(to_string(is)) + " and was read as that");
 }
 
+std::string words(LengthUnit unit) { return std::string(in_words(unit)); }
+
+void add_units(std::vector<std::string>& notes, const char* mesh, const KnownUnit& known, const MeshFacts& facts,
+               const KnownUnit& result) {
+  const auto& file = facts.notes.unit;
+  if (known.source == UnitSource::declared && file && known.unit != file) {
+    notes.push_back(std::string(mesh) + " was taken to be in " + words(*known.unit) +
+                    " as declared, though its file is in " + words(*file));
+  }
+  if (factor_between(known, result).is_one()) return;
+  notes.push_back(std::string(mesh) + " was converted from " + words(*known.unit) + " to " + words(*result.unit));
+}
+
+// Two units whose numbers differ by `ratio` for the same length.
+struct LikelyUnits {
+  double ratio;
+  LengthUnit longer;  // has the smaller numbers
+  LengthUnit shorter;
+};
+constexpr LikelyUnits kLikelyUnits[] = {
+    {1000, LengthUnit::meter, LengthUnit::millimeter}, {25.4, LengthUnit::inch, LengthUnit::millimeter},
+    {100, LengthUnit::meter, LengthUnit::centimeter},  {12, LengthUnit::foot, LengthUnit::inch},
+    {1 / 0.0254, LengthUnit::meter, LengthUnit::inch}, {10, LengthUnit::centimeter, LengthUnit::millimeter}};
+constexpr double kNearly = 0.02;
+
+void add_scale(std::vector<std::string>& notes, const Comparison& comparison) {
+  const UnitPlan& units = comparison.units;
+  const auto size = [&](const MeshFacts& mesh, const KnownUnit& known) {
+    const Factor factor = factor_between(known, units.result);
+    return mesh.diagonal * factor.times / factor.over;
+  };
+  const double a = size(comparison.a, units.a), b = size(comparison.b, units.b);
+  const double ratio = std::max(a, b) / std::min(a, b);
+  const auto* likely = std::find_if(std::begin(kLikelyUnits), std::end(kLikelyUnits), [&](const LikelyUnits& one) {
+    return std::abs(ratio / one.ratio - 1) <= kNearly;  // false for NaN
+  });
+  if (likely == std::end(kLikelyUnits)) return;
+  const bool a_is_larger = a > b;
+  char times[32];
+  std::snprintf(times, sizeof times, "%.4g", ratio);
+  const std::string larger = a_is_larger ? "mesh a" : "mesh b", smaller = a_is_larger ? "mesh b" : "mesh a";
+  notes.push_back(larger + " is about " + times + " times as large as " + smaller + ", as if " + larger + " were in " +
+                  words(likely->shorter) + " and " + smaller + " in " + words(likely->longer) +
+                  ": if that is so, declare the unit of each");
+}
+
 }  // namespace
+
+std::vector<std::string> notes_of(const Comparison& comparison) {
+  std::vector<std::string> notes;
+  const UnitPlan& units = comparison.units;
+  add_units(notes, "mesh a", units.a, comparison.a, units.result);
+  add_units(notes, "mesh b", units.b, comparison.b, units.result);
+  if (units.a.unit.has_value() != units.b.unit.has_value()) {
+    const bool knows_a = units.a.unit.has_value();
+    notes.push_back(std::string("mesh ") + (knows_a ? "a" : "b") + " is in " +
+                    words(knows_a ? *units.a.unit : *units.b.unit) + ", the unit of mesh " + (knows_a ? "b" : "a") +
+                    " is not known: their numbers were compared as they are");
+  }
+  add_scale(notes, comparison);
+  return notes;
+}
 
 std::vector<std::string> notes_of(const MeshFacts& mesh) {
   std::vector<std::string> notes;
   add_contradiction(notes, "the file name", mesh.notes.filename_says, mesh.format);
   add_contradiction(notes, "the media type", mesh.notes.media_type_says, mesh.format);
-  if (mesh.notes.unit) {
-    notes.push_back("the unit of the file is " + std::string(to_string(*mesh.notes.unit)) +
-                    "; all lengths are in millimetres");
-  }
-  add_count(notes, "faces of more than three corners, split as fans from their first corner", mesh.notes.polygons.count);
+  add_count(notes, "faces of more than three corners, split as fans from their first corner",
+            mesh.notes.polygons.count);
   add_count(notes,
             "points, lines, faces of fewer than three corners and joins of strips, left out for want of a surface",
             mesh.notes.skipped_primitives);

@@ -24,6 +24,26 @@ MeshFacts facts_of(const LoadedMesh& loaded, std::size_t file_bytes, const Inter
 PreparedMesh::PreparedMesh(LoadedMesh loaded, std::size_t file_bytes, Prepared::Use use, const Interrupted& interrupted)
     : facts(facts_of(loaded, file_bytes, interrupted)), mesh(loaded.mesh, use, std::move(loaded.arrays), facts.bbox) {}
 
+Result<std::shared_ptr<const Prepared>> in_unit(const std::shared_ptr<const PreparedMesh>& mesh,
+                                                const std::string& part, const Factor& factor, Control& control) {
+  if (factor.is_one()) return std::shared_ptr<const Prepared>(mesh, &mesh->mesh);
+  auto image = scaled(mesh->mesh.mesh(), factor, [&control] { return control.check() != Interruption::none; });
+  if (const auto why = control.check(); why != Interruption::none) {
+    return not_in_time(why, "'" + part + "' was converted to the unit of the result");
+  }
+  if (!image) {
+    return Error{ErrorCode::coordinate_too_large, "'" + part + "' has coordinates too large for the unit of the result",
+                 part, ""};
+  }
+  struct Kept {
+    std::shared_ptr<const PreparedMesh> mesh;  // has the triangles
+    std::vector<Vec3> positions;
+  };
+  const auto kept = std::make_shared<const Kept>(Kept{mesh, std::move(image->positions)});
+  const MeshView view(kept->positions, mesh->mesh.mesh().triangles);
+  return std::make_shared<const Prepared>(view, Prepared::Use::once, kept, std::nullopt, image->error);
+}
+
 GetMesh loading(const Load& load, const MeshInput& input, const ReadLimits& limits, Prepared::Use use) {
   return [&load, &input, &limits, use](Control& control) -> Result<std::shared_ptr<const PreparedMesh>> {
     auto loaded = load(input, limits, control);

@@ -12,9 +12,11 @@
 #include "engine/mesh.h"
 #include "engine/prepared.h"
 #include "engine/result.h"
+#include "engine/scaling.h"
 
 namespace meshgauge::api {
 
+// Of the file: lengths and coordinates are its own numbers.
 struct MeshFacts {
   Format format = Format::obj;
   std::size_t bytes = 0;
@@ -38,6 +40,11 @@ struct PreparedMesh {
   const MeshFacts facts;
   const Prepared mesh;
 };
+
+// The mesh as it is measured: times a factor, which costs a copy of its positions unless the factor is one. Keeps
+// `mesh` alive. An Error names `part` ("a", "b"): coordinate_too_large, or out_of_time when `control` said to stop.
+Result<std::shared_ptr<const Prepared>> in_unit(const std::shared_ptr<const PreparedMesh>& mesh,
+                                                const std::string& part, const Factor& factor, Control& control);
 
 // How a comparison gets one of its meshes: an Error is as that of a Load. Called once, on the thread of the job.
 using GetMesh = std::function<Result<std::shared_ptr<const PreparedMesh>>(Control& control)>;

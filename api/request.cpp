@@ -118,16 +118,31 @@ Result<Done> read_max_distance(const Json& value, const std::string& pointer, Re
   return Done{};
 }
 
+Result<Done> read_unit(const Json& value, const std::string& pointer, std::optional<LengthUnit>& out) {
+  if (value.is_string()) out = parse_unit(value.get_ref<const std::string&>());
+  if (out) return Done{};
+  return refused(pointer, pointer + " must be a unit of length (" + std::string(kUnitNames) + "), not " + shown(value));
+}
+
+// "b": the limit is a number in the unit of mesh b, whichever that is.
+Result<Done> read_gate_unit(const Json& value, const std::string& pointer, Reading& reading) {
+  AskedUnits& units = reading.request.options.units;
+  if (value == kUnitOfB) return units.limit_of_b = true, Done{};
+  return read_unit(value, pointer, units.limit);
+}
+
+template <std::optional<LengthUnit> AskedUnits::*unit>
+Result<Done> read_mesh_unit(const Json& value, const std::string& pointer, Reading& reading) {
+  return read_unit(value, pointer, reading.request.options.units.*unit);
+}
+
 Result<Done> read_units(const Json& value, const std::string& pointer, Reading& reading) {
-  if (!value.is_string() || value.get_ref<const std::string&>().size() > kMaxUnitsBytes) {
-    return refused(pointer, pointer + " must be a string of at most " + std::to_string(kMaxUnitsBytes) + " bytes");
-  }
-  reading.request.units = value.get<std::string>();
-  return Done{};
+  static constexpr Field kFields[] = {{"a", read_mesh_unit<&AskedUnits::a>}, {"b", read_mesh_unit<&AskedUnits::b>}};
+  return read_object(value, pointer, kFields, reading);
 }
 
 Result<Done> read_gate(const Json& value, const std::string& pointer, Reading& reading) {
-  static constexpr Field kFields[] = {{"max_distance", read_max_distance}, {"units", read_units}};
+  static constexpr Field kFields[] = {{"max_distance", read_max_distance}, {"units", read_gate_unit}};
   if (auto read = read_object(value, pointer, kFields, reading); !read) return read;
   if (!value.contains("max_distance")) return refused(pointer, pointer + " needs max_distance");
   return Done{};
@@ -215,7 +230,8 @@ Result<Done> read_threads(const Json& value, const std::string& pointer, Reading
 constexpr Field kOptions[] = {
     {"direction", read_direction}, {"tolerance", read_tolerance}, {"gate", read_gate},
     {"strategy", read_strategy},   {"points", read_points},       {"timeout_ms", read_timeout},
-    {"threads", read_threads},     {"budget", read_budget},       {"statistics", read_statistics}};
+    {"threads", read_threads},     {"budget", read_budget},       {"statistics", read_statistics},
+    {"units", read_units}};
 
 }  // namespace
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-#include "engine/hausdorff.h"
+#include "api/comparison_options.h"
 #include "engine/result.h"
 
 namespace meshgauge::api {
@@ -20,14 +20,13 @@ struct Range {
 };
 
 inline constexpr Range kToleranceRange{};               // absolute, diagonal, relative; 0: as tight as rounding allows
-inline constexpr Range kMaxDistanceRange{};             // of the gate, in the meshes' unit
+inline constexpr Range kMaxDistanceRange{};             // of the gate, in the unit of the result
 inline constexpr Range kThreadsRange{1, 64, true};      // of one job; a service may grant fewer
 inline constexpr Range kWorkItemsRange{1, 1e15, true};  // pieces split
 inline constexpr Range kMemoryBytesRange{1 << 20, 0x1p40, true};  // of waiting pieces; a service may grant less
 inline constexpr Range kTimeoutMsRange{1, 180'000, true};         // a service may set a smaller end
 inline constexpr Range kSamplesRange{1'000, 1'000'000, true};     // of the statistics of one direction
 inline constexpr Range kSeedRange{0, 0x1p53 - 1, true};           // every number that JSON's readers keep exactly
-inline constexpr std::size_t kMaxUnitsBytes = 32;
 inline constexpr std::size_t kMaxOptionsBytes = std::size_t{64} << 10;
 
 // `name` is a JSON pointer or a flag and comes back in the message and in Error::where.
@@ -47,10 +46,9 @@ std::string simd_names();
 Result<Done> check_points(bool points_given, Strategy strategy, std::string_view name);
 
 struct Request {
-  Options options;
+  ComparisonOptions options;
   bool threads_given = false;                 // else it is its caller's to say how many
   std::chrono::milliseconds timeout{30'000};  // of the whole job: waiting, reading, measuring
-  std::string units;                          // the gate's label, echoed; no meaning here
 };
 
 struct RequestLimits {

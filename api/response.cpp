@@ -6,6 +6,7 @@
 #include "api/gate.h"
 #include "api/json_of.h"
 #include "api/names.h"
+#include "api/notes.h"
 
 namespace meshgauge::api {
 namespace {
@@ -39,8 +40,8 @@ Json timings(const Comparison& comparison) {
 
 Json gate(const Comparison& comparison) {
   if (!comparison.options.max_distance) return nullptr;
-  return {{"max_distance", *comparison.options.max_distance},
-          {"units", comparison.units.empty() ? Json(nullptr) : Json(comparison.units)}};
+  const std::string_view unit = limit_unit_name(comparison.options.units);
+  return {{"max_distance", *comparison.options.max_distance}, {"units", unit.empty() ? Json(nullptr) : Json(unit)}};
 }
 
 Json verdict_of(const Comparison& comparison) {
@@ -102,20 +103,23 @@ std::vector<Stage> stages(const Comparison& comparison) {
 
 std::string to_json(const Comparison& comparison) {
   const Outcome& outcome = comparison.outcome;
-  Json json{{"id", comparison.id},
-            {"status", name_of(kStops, outcome.stop)},
-            {"verdict", verdict_of(comparison)},
-            {"gate", gate(comparison)},
-            {"direction", name_of(kDirections, comparison.options.direction)},
-            {"distance", interval(outcome.lower, outcome.upper)},
-            {"a_to_b", json_of(outcome.a_to_b)},
-            {"b_to_a", json_of(outcome.b_to_a)},
-            {"tolerance", json_of(comparison.options.tolerance, outcome)},
-            {"precision_floor", outcome.precision_floor},
-            {"timings_ms", timings(comparison)},
-            {"meshes", {{"a", json_of(comparison.a)}, {"b", json_of(comparison.b)}}},
-            {"engine", engine(comparison.options, outcome)},
-            {"statistics", json_of(outcome.statistics)}};
+  Json json{
+      {"id", comparison.id},
+      {"status", name_of(kStops, outcome.stop)},
+      {"verdict", verdict_of(comparison)},
+      {"gate", gate(comparison)},
+      {"unit", json_of(comparison.units.result)},
+      {"notes", notes_of(comparison)},
+      {"direction", name_of(kDirections, comparison.options.direction)},
+      {"distance", interval(outcome.lower, outcome.upper)},
+      {"a_to_b", json_of(outcome.a_to_b)},
+      {"b_to_a", json_of(outcome.b_to_a)},
+      {"tolerance", json_of(comparison.options.tolerance, outcome)},
+      {"precision_floor", outcome.precision_floor},
+      {"timings_ms", timings(comparison)},
+      {"meshes", {{"a", json_of(comparison.a, comparison.units.a)}, {"b", json_of(comparison.b, comparison.units.b)}}},
+      {"engine", engine(comparison.options, outcome)},
+      {"statistics", json_of(outcome.statistics)}};
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 

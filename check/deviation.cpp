@@ -73,10 +73,13 @@ Result<Done> check_deviation_name(const fs::path& path) {
 }
 
 Result<Done> write_deviation(const DeviationFile& file, const Prepared& candidate, const Prepared& baseline,
-                             const Gate& gate, const Measured& measured, Control& control) {
+                             const Measured& measured, Control& control) {
   if (auto ok = check_deviation_name(file.path); !ok) return ok;
-  const api::DeviationFacts facts{measured.limit, gate.limit.units,     measured.lower,
-                                  measured.upper, witness_of(measured), direction_of(measured)};
+  const auto& unit = measured.units.result.unit;
+  const api::DeviationFacts facts{measured.limit,       unit ? std::string(api::to_string(*unit)) : std::string(),
+                                  measured.lower,       measured.upper,
+                                  witness_of(measured), direction_of(measured),
+                                  measured.units};
   api::MapOptions options;
   options.refine = is_refined(file);
   options.threads = file.threads;

@@ -34,7 +34,8 @@ Result<Done> check_deviation_name(const std::filesystem::path& path);
 // the distances are from the candidate to the baseline, and never above what is certified of them, so a gate that
 // passes shows none above its limit; what the candidate lacks, the witness shows. `control` is for this work alone, not
 // that of the measurement, whose deadline may have passed; out_of_time when it says to stop.
+// Both meshes are in the unit of `measured` (api::in_unit).
 Result<Done> write_deviation(const DeviationFile& file, const Prepared& candidate, const Prepared& baseline,
-                             const Gate& gate, const Measured& measured, Control& control);
+                             const Measured& measured, Control& control);
 
 }  // namespace meshgauge::check

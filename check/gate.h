@@ -9,18 +9,21 @@
 #include <optional>
 #include <string>
 
+#include "api/comparison_options.h"
 #include "engine/hausdorff.h"
 
 namespace meshgauge::check {
 
+using api::LengthUnit;
+
 // The largest distance that passes. Exactly one of the two is given.
 struct Limit {
-  std::optional<double> max_distance;        // in the meshes' unit
+  std::optional<double> max_distance;        // in `unit`; without one in the unit of the result (docs/units.md)
   std::optional<double> max_diagonal_share;  // of the diagonal of the baseline's bounding box: 0.01 is one percent
-  std::string units;  // label of max_distance, "mm": shown, echoed, never converted; may be empty
+  std::optional<LengthUnit> unit;            // of max_distance
 };
 
-// In the meshes' unit. `baseline_diagonal`: of the baseline's bounding box.
+// In the unit of `baseline_diagonal`, that of the baseline's bounding box in its own unit, for a share of it.
 inline double max_distance(const Limit& limit, double baseline_diagonal) {
   return limit.max_distance ? *limit.max_distance : limit.max_diagonal_share.value_or(0) * baseline_diagonal;
 }
@@ -39,13 +42,23 @@ struct Gate {
   std::filesystem::path candidate;  // as a person would write it: relative to the current folder where it can be
   std::filesystem::path baseline;
   Limit limit;
-  Options options = gate_options();  // direction, strategy, points, tolerance, threads; max_distance comes from limit
-  bool threads_given = false;        // else the run says how many
+  // direction, strategy, points, tolerance, threads, and the units declared of the meshes; max_distance and the unit of
+  // the limit come from `limit`.
+  api::ComparisonOptions options = gate_options();
+  bool threads_given = false;                 // else the run says how many
   std::chrono::milliseconds timeout{30'000};  // of the whole gate
   bool warn_only = false;                     // a fail or an undecided is shown and does not count
   bool statistics = false;
   std::string manifest;  // where it stands, for reports that point at a line; empty: it was given by flags
   int line = 0;          // 1-based
 };
+
+// What a comparison is told of the gate's units.
+inline api::AskedUnits units_of(const Gate& gate) {
+  api::AskedUnits units = gate.options.units;
+  units.limit = gate.limit.unit;
+  units.limit_of_b = gate.limit.max_diagonal_share.has_value();
+  return units;
+}
 
 }  // namespace meshgauge::check

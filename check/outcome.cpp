@@ -3,7 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <string_view>
 #include <utility>
+
+#include "api/unit_document.h"
 
 namespace meshgauge::check {
 namespace {
@@ -43,6 +46,26 @@ bool is_interval(double lower, double upper) { return std::isfinite(lower) && lo
 Verdict verdict_of(double lower, double upper, double limit) {
   if (upper <= limit) return Verdict::pass;
   return lower > limit ? Verdict::fail : Verdict::undecided;
+}
+
+// "mesh a" and "mesh b" are the candidate and the baseline here. A service may say anything.
+std::vector<std::string> notes_of(const Json& document) {
+  constexpr std::size_t kMost = 16, kMostBytes = 512;
+  std::vector<std::string> notes;
+  const auto found = document.find("notes");
+  if (found == document.end() || !found->is_array()) return notes;
+  for (const Json& note : *found) {
+    if (!note.is_string() || notes.size() == kMost) continue;
+    std::string text = note.get<std::string>().substr(0, kMostBytes);
+    for (const auto& [mesh, role] : {std::pair("mesh a", "the candidate"), std::pair("mesh b", "the baseline")}) {
+      const std::string_view from = mesh, to = role;
+      for (auto at = text.find(from); at != std::string::npos; at = text.find(from, at + to.size())) {
+        text.replace(at, from.size(), to);
+      }
+    }
+    notes.push_back(std::move(text));
+  }
+  return notes;
 }
 
 bool bounded(const GateOutcome& outcome) { return outcome.measured && std::isfinite(outcome.measured->upper); }
@@ -85,6 +108,8 @@ Result<Measured> measured_from(Json document, double limit) try {
   measured.status = document.at("status").get<std::string>();
   measured.verdict = verdict_of(measured.lower, measured.upper, limit);
   measured.witness = best_witness(document);
+  measured.units = api::unit_plan_of(document);
+  measured.notes = notes_of(document);
   measured.document = std::move(document);
   return measured;
 } catch (const Json::exception& error) {
@@ -94,6 +119,11 @@ Result<Measured> measured_from(Json document, double limit) try {
 Verdict GateOutcome::verdict() const {
   if (measured) return measured->verdict;
   return interrupted ? Verdict::undecided : Verdict::error;
+}
+
+std::string GateOutcome::unit() const {
+  const auto& known = measured && measured->units.result.unit ? measured->units.result.unit : gate.limit.unit;
+  return known ? std::string(api::to_string(*known)) : std::string();
 }
 
 Level GateOutcome::level(Undecided rule) const {

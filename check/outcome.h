@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include "api/gate.h"
+#include "api/unit_plan.h"
 #include "check/gate.h"
 #include "engine/mesh.h"
 #include "engine/result.h"
@@ -42,10 +43,12 @@ struct Witness {
 // A measurement, as check reads it from the JSON of a comparison (openapi.yaml, "Comparison").
 struct Measured {
   nlohmann::ordered_json document;  // the whole comparison
-  double limit = 0;                 // max_distance that was asked for, in the meshes' unit
+  double limit = 0;                 // max_distance that was asked for
   double lower = 0;
   double upper = 0;
-  std::string status;  // "converged", "gate_decided", "timeout", ...
+  api::UnitPlan units;             // of the meshes as read, and of every length here
+  std::vector<std::string> notes;  // of the pair, one sentence each: what was converted, what looks like a wrong unit
+  std::string status;              // "converged", "gate_decided", "timeout", ...
   Verdict verdict = Verdict::undecided;
   std::optional<Witness> witness;  // of the direction that attains `lower`
   // Where a browser sees it for as long as the service that measured it keeps it: ASCII, without what ends a link in
@@ -64,6 +67,8 @@ struct GateOutcome {
   double wall_ms = 0;                // reading and waiting included
 
   Verdict verdict() const;
+  // Of every length of this outcome, "mm"; empty: not known.
+  std::string unit() const;
   Level level(Undecided rule) const;
   // What to do, in one or two sentences: for undecided which timeout or limit would decide it, for fail where to look,
   // for error what to repair. Empty for pass.

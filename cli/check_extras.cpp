@@ -89,7 +89,12 @@ Result<Done> CheckExtras::write_map(std::size_t place, const check::GateOutcome&
   const auto baseline = meshes_->get(outcome.gate.baseline, control);
   if (!baseline) return baseline.error();
   const check::DeviationFile file{maps_.file_of(place), check::Refine::by_format, threads_};
-  return check::write_deviation(file, (*candidate)->mesh, (*baseline)->mesh, outcome.gate, *outcome.measured, control);
+  const api::UnitPlan& units = outcome.measured->units;
+  const auto shown = api::in_unit(*candidate, "a", api::factor_between(units.a, units.result), control);
+  if (!shown) return shown.error();
+  const auto other = api::in_unit(*baseline, "b", api::factor_between(units.b, units.result), control);
+  if (!other) return other.error();
+  return check::write_deviation(file, **shown, **other, *outcome.measured, control);
 } catch (const std::bad_alloc&) {
   return no_map(place, "there is not enough memory");
 } catch (const std::exception& error) {

@@ -76,12 +76,16 @@ Result<check::Gate> gate_of_pair(const CheckFlags& flags) {
   if (!limit) return bad_flag("--max-distance", limit.error().message);
   gate.limit = std::move(*limit);
   if (auto ok = set_names(flags, gate.options); !ok) return ok.error();
+  if (auto ok = set_units(flags.units, gate.options.units); !ok) return ok.error();
   return gate;
 }
 
 // Of a manifest's gates these stand in the manifest, each with a line that can be looked at.
 Result<Done> fit_manifest(const CheckFlags& flags) {
   const std::pair<const char*, bool> given[] = {{"--max-distance", flags.max_distance.has_value()},
+                                                {"--unit", flags.units.both.has_value()},
+                                                {"--unit-a", flags.units.a.has_value()},
+                                                {"--unit-b", flags.units.b.has_value()},
                                                 {"--direction", flags.direction.has_value()},
                                                 {"--strategy", flags.strategy.has_value()}};
   for (const auto& [name, is_given] : given) {
@@ -152,6 +156,7 @@ Result<Done> fit_only(const CheckFlags& flags) {
 void declare_measuring(CLI::App& command, CheckFlags& flags) {
   command.add_option("--max-distance", flags.max_distance,
                      "The largest distance that passes: '0.05', '0.05 mm', or '0.5 %' of the baseline's diagonal");
+  declare(command, flags.units, "CANDIDATE", "BASELINE");
   command.add_option("--direction", flags.direction, "symmetric, candidate_to_baseline, baseline_to_candidate");
   command.add_option("--timeout", flags.timeout, "Of each gate: '60 s', '500 ms', or a number of seconds");
   command.add_option("--strategy", flags.strategy, api::list_of(api::kStrategies));

@@ -10,6 +10,7 @@
 #include "check/gate.h"
 #include "check/manifest/mistake.h"
 #include "check/outcome.h"
+#include "cli/unit_flags.h"
 #include "engine/result.h"
 
 namespace meshgauge::cli {
@@ -17,6 +18,7 @@ namespace meshgauge::cli {
 struct CheckFlags {
   std::vector<std::string> files;  // candidate and baseline, or a manifest
   std::optional<std::string> max_distance, direction, timeout, strategy;
+  UnitFlags units;
   std::optional<double> threads;
   bool statistics = false;
   std::vector<std::string> only;

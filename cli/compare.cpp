@@ -12,10 +12,12 @@
 #include "api/request.h"
 #include "api/response.h"
 #include "check/mesh_file.h"
+#include "check/manifest/quantities.h"
 #include "check/text.h"
 #include "cli/commands.h"
 #include "cli/interrupts.h"
 #include "cli/report.h"
+#include "cli/unit_flags.h"
 
 namespace meshgauge::cli {
 namespace {
@@ -25,7 +27,9 @@ struct Flags {
   std::string b;
   std::string direction{api::name_of(api::kDirections, Options{}.direction)};
   std::string strategy{api::name_of(api::kStrategies, Options{}.strategy)};
-  std::optional<double> absolute, diagonal, relative, max_distance, points, work_items, memory_bytes, samples, seed;
+  std::optional<double> absolute, diagonal, relative, points, work_items, memory_bytes, samples, seed;
+  std::optional<std::string> max_distance;
+  UnitFlags units;
   double timeout_ms = 30'000;
   double threads = 0;
   std::string simd = "auto";
@@ -78,6 +82,17 @@ Result<Done> set_budget(const Flags& flags, Options& options) {
   return Done{};
 }
 
+Result<Done> set_limit(const Flags& flags, api::ComparisonOptions& options) {
+  if (!flags.max_distance) return Done{};
+  const auto limit = check::parse_length(*flags.max_distance);
+  if (!limit) {
+    return Error{ErrorCode::invalid_request, "--max-distance " + limit.error().message, "", "--max-distance"};
+  }
+  options.max_distance = limit->max_distance;
+  options.units.limit = limit->unit;
+  return Done{};
+}
+
 Result<Done> set_statistics(const Flags& flags, Options& options) {
   std::optional<double> samples, seed;
   if (auto ok = set_number(flags.samples, api::kSamplesRange, "--samples", samples); !ok) return ok;
@@ -106,15 +121,14 @@ Result<Done> set_machine(const Flags& flags, Options& options) {
 
 Result<api::Request> to_request(const Flags& flags) {
   api::Request request;
-  Options& options = request.options;
+  api::ComparisonOptions& options = request.options;
   if (auto ok = set_name(api::kDirections, "--direction", flags.direction, options.direction); !ok) return ok.error();
   if (auto ok = set_name(api::kStrategies, "--strategy", flags.strategy, options.strategy); !ok) return ok.error();
   if (auto ok = set_points(flags, options); !ok) return ok.error();
   if (auto ok = set_tolerance(flags, options.tolerance); !ok) return ok.error();
   if (auto ok = set_budget(flags, options); !ok) return ok.error();
-  if (auto ok = set_number(flags.max_distance, api::kMaxDistanceRange, "--max-distance", options.max_distance); !ok) {
-    return ok.error();
-  }
+  if (auto ok = set_limit(flags, options); !ok) return ok.error();
+  if (auto ok = set_units(flags.units, options.units); !ok) return ok.error();
   if (auto ok = set_statistics(flags, options); !ok) return ok.error();
   if (auto ok = set_machine(flags, options); !ok) return ok.error();
   auto timeout = api::in_range(flags.timeout_ms, api::kTimeoutMsRange, "--timeout-ms");
@@ -179,7 +193,9 @@ void add_compare(CLI::App& app, int& exit_code) {
   command.add_option("--absolute", flags->absolute, "Stop when upper - lower is at most this");
   command.add_option("--diagonal", flags->diagonal, "Stop when upper - lower is at most this part of A's diagonal");
   command.add_option("--relative", flags->relative, "Stop when upper - lower is at most this part of lower");
-  command.add_option("--max-distance", flags->max_distance, "Gate: stop when the distance is known to pass or fail");
+  command.add_option("--max-distance", flags->max_distance,
+                     "Gate: stop when the distance is known to pass or fail; '0.05', or '0.05 mm'");
+  declare(command, flags->units, "A", "B");
   command.add_option("--strategy", flags->strategy, api::list_of(api::kStrategies))->capture_default_str();
   command.add_option("--points", flags->points, "Samples a piece, for the strategy n_point: 4, 10, 31, 109, 409, 1585");
   command.add_option("--timeout-ms", flags->timeout_ms, "Stop after this time, with the interval reached")

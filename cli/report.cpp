@@ -31,10 +31,22 @@ std::string reason(const Outcome& outcome) {
   return why;
 }
 
-void add_mesh(std::string& out, const char* name, const api::MeshFacts& mesh) {
-  append(out, "%-9s %s, %zu triangles (%zu degenerate), %zu vertices, diagonal %s\n", name,
+// "mm (file)", "mm (assumed)", "unknown".
+std::string described(const api::KnownUnit& known) {
+  if (!known.unit) return "unknown";
+  return std::string(api::to_string(*known.unit)) + " (" + std::string(api::to_string(known.source)) + ")";
+}
+
+// A length that was measured, with its unit where that is known.
+std::string with_unit(const Comparison& comparison, const std::string& number) {
+  const auto& unit = comparison.units.result.unit;
+  return unit ? number + " " + std::string(api::to_string(*unit)) : number;
+}
+
+void add_mesh(std::string& out, const char* name, const api::MeshFacts& mesh, const api::KnownUnit& unit) {
+  append(out, "%-9s %s, %zu triangles (%zu degenerate), %zu vertices, diagonal %s, unit %s\n", name,
          std::string(api::to_string(mesh.format)).c_str(), mesh.triangles, mesh.degenerate, mesh.vertices,
-         shortest(mesh.diagonal).c_str());
+         shortest(mesh.diagonal).c_str(), described(unit).c_str());
   for (const std::string& note : api::notes_of(mesh)) append(out, "  %s\n", note.c_str());
 }
 
@@ -70,18 +82,21 @@ void add_engine(std::string& out, const Comparison& comparison) {
 std::string to_table(const Comparison& comparison) {
   const Outcome& outcome = comparison.outcome;
   std::string out;
-  append(out, "distance  %s .. %s, %s\n", shortest(outcome.lower).c_str(), shortest(outcome.upper).c_str(),
+  append(out, "distance  %s .. %s, %s\n", shortest(outcome.lower).c_str(),
+         with_unit(comparison, shortest(outcome.upper)).c_str(),
          std::string(api::name_of(api::kDirections, comparison.options.direction)).c_str());
-  append(out, "width     %s, %s\n", shortest(outcome.upper - outcome.lower).c_str(), reason(outcome).c_str());
+  append(out, "width     %s, %s\n", with_unit(comparison, shortest(outcome.upper - outcome.lower)).c_str(),
+         reason(outcome).c_str());
   if (const auto verdict = api::verdict(outcome, comparison.options.max_distance)) {
     append(out, "verdict   %s (at most %s)\n", std::string(api::to_string(*verdict)).c_str(),
-           shortest(*comparison.options.max_distance).c_str());
+           with_unit(comparison, shortest(*comparison.options.max_distance)).c_str());
   }
   add_direction(out, "a to b", outcome.a_to_b);
   add_direction(out, "b to a", outcome.b_to_a);
   if (outcome.statistics) out += to_table(*outcome.statistics);
-  add_mesh(out, "mesh a", comparison.a);
-  add_mesh(out, "mesh b", comparison.b);
+  add_mesh(out, "mesh a", comparison.a, comparison.units.a);
+  add_mesh(out, "mesh b", comparison.b, comparison.units.b);
+  for (const std::string& note : api::notes_of(comparison)) append(out, "note      %s\n", note.c_str());
   add_engine(out, comparison);
   add_times(out, comparison);
   return out;

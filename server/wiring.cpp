@@ -59,8 +59,8 @@ Fetch fetching_by(sandbox::Pool& pool, MeshCache& cache) {
 }
 
 Compare comparing_by(const Fetch& fetch) {
-  return [fetch](const MeshSource& a, const MeshSource& b, const Options& options, const api::ReadLimits& limits,
-                 Control& control) {
+  return [fetch](const MeshSource& a, const MeshSource& b, const api::ComparisonOptions& options,
+                 const api::ReadLimits& limits, Control& control) {
     const auto get = [&](const MeshSource& source) -> api::GetMesh {
       return [&](Control& job) { return fetch(source, limits, job); };
     };

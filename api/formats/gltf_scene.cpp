@@ -113,6 +113,7 @@ Result<Done> Scene::push(const std::vector<int>& nodes, const std::string& where
 }
 
 Result<ReadMesh> Scene::read() {
+  out_.notes.unit = LengthUnit::meter;  // of every glTF (glTF 2.0, section 3.4)
   const auto top = roots();
   if (!top) return top.error();
   if (auto ok = push(*top, "the scene", Transform::Identity()); !ok) return std::move(ok).error();

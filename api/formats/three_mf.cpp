@@ -68,14 +68,6 @@ Result<MfDocument> read_models(const Source& source, ZipArchive& archive, std::s
   return document;
 }
 
-// A position in millimetres. By two whole numbers, of which one is 1 but for inches, so that it is rounded once or not
-// at all.
-Vec3 in_millimetres(const Vec3& position, LengthUnit unit) {
-  constexpr double kFactors[][2] = {{1, 1000}, {1, 1}, {10, 1}, {1000, 1}, {254, 10}, {3048, 10}};
-  const auto& [times, over] = kFactors[static_cast<std::size_t>(unit)];
-  return position * times / over;
-}
-
 Transform combined(const Transform& outer, const Transform& inner) {
   if (!outer) return inner;
   return inner ? Transform(*outer * *inner) : outer;
@@ -171,7 +163,7 @@ Result<Done> Placer::copy(const MfKey& key, const MfObject& object, const Transf
   reserve_more(triangles, object.triangles);
   for (std::size_t i = 0; i < object.vertices; ++i) {
     const Vec3& local = document_.positions[object.first_vertex + i];
-    positions.push_back(in_millimetres(to_world ? Vec3(*to_world * local) : local, document_.unit));
+    positions.push_back(to_world ? Vec3(*to_world * local) : local);
   }
   copy_triangles(key, object, first);
   return Done{};

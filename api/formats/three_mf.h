@@ -5,8 +5,8 @@
 
 namespace meshgauge::api {
 
-// The triangles that the build shows, components and instances with their transforms, in millimetres whatever unit
-// the model is in; in millimetres and without transforms the coordinates are the file's own, bit-equal to strtod.
+// The triangles that the build shows, components and instances with their transforms, in the model's own unit
+// (ReadNotes::unit); without transforms the coordinates are the file's own, bit-equal to strtod.
 // Objects outside of the build are counted and not read into the mesh. Read from memory, part by part; nothing outside
 // the bytes is opened. Refused: cycles of components, 64 of them inside each other, a million placed in all.
 Result<ReadMesh> read_3mf(const Source& source);

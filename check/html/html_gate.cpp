@@ -10,8 +10,9 @@
 namespace meshgauge::check {
 namespace {
 
-std::string with_units(const std::string& number, const Gate& gate) {
-  return gate.limit.units.empty() ? number : number + " " + gate.limit.units;
+std::string with_units(const std::string& number, const GateOutcome& outcome) {
+  const std::string unit = outcome.unit();
+  return unit.empty() ? number : number + " " + unit;
 }
 
 IntervalText interval_of(const Measured& measured) { return to_text(measured.lower, measured.upper, measured.limit); }
@@ -136,6 +137,12 @@ std::string advice_part(const GateOutcome& outcome) {
   return "<p class=\"advice\"><strong>What to do.</strong> " + escaped(advice) + "</p>\n";
 }
 
+std::string notes_part(const Measured& measured) {
+  std::string out;
+  for (const std::string& note : measured.notes) out += "<p class=\"note\">Note: " + escaped(note) + ".</p>\n";
+  return out;
+}
+
 std::string link_part(const Measured& measured) {
   if (measured.link.empty()) return "";
   return "<p class=\"link\"><a href=\"" + escaped(measured.link) +
@@ -145,10 +152,9 @@ std::string link_part(const Measured& measured) {
 
 std::string measured_part(const GateOutcome& outcome, const GatePicture* picture) {
   const Measured& measured = *outcome.measured;
-  std::string out = interval_drawing(measured, outcome.gate.limit.units) + "\n";
+  std::string out = interval_drawing(measured, outcome.unit()) + "\n" + notes_part(measured);
   if (picture && picture->left_out) return out + advice_part(outcome) + link_part(measured);
-  out += advice_part(outcome) + link_part(measured) + witness_of(outcome) +
-         pictures_part(picture, outcome.gate.limit.units);
+  out += advice_part(outcome) + link_part(measured) + witness_of(outcome) + pictures_part(picture, outcome.unit());
   return out + facts_part(outcome);
 }
 
@@ -158,9 +164,9 @@ std::string gate_id(std::size_t index) { return "gate-" + std::to_string(index +
 
 std::string limit_text(const GateOutcome& outcome) {
   const Limit& limit = outcome.gate.limit;
-  if (limit.max_distance) return with_units(to_digits(*limit.max_distance, 12), outcome.gate);
+  if (limit.max_distance) return with_units(to_digits(*limit.max_distance, 12), outcome);
   std::string text = to_digits(100 * limit.max_diagonal_share.value_or(0), 12) + " % of the diagonal";
-  if (outcome.measured) text += " (" + interval_of(*outcome.measured).limit + ")";
+  if (outcome.measured) text += " (" + with_units(interval_of(*outcome.measured).limit, outcome) + ")";
   return text;
 }
 
@@ -175,15 +181,15 @@ std::string sentence(const GateOutcome& outcome) {
   const std::string tail =
       (by.empty() ? "" : ", " + by) + ". Measured " + direction_of(outcome.gate.options.direction) + ".";
   if (measured.verdict == Verdict::pass) {
-    return "Certainly within the limit of " + limit + ": the distance is at most " +
-           with_units(text.upper, outcome.gate) + tail;
+    return "Certainly within the limit of " + limit + ": the distance is at most " + with_units(text.upper, outcome) +
+           tail;
   }
   if (measured.verdict == Verdict::fail) {
-    return "Certainly beyond the limit of " + limit + ": the distance is at least " +
-           with_units(text.lower, outcome.gate) + tail;
+    return "Certainly beyond the limit of " + limit + ": the distance is at least " + with_units(text.lower, outcome) +
+           tail;
   }
   return "Not decided: the limit of " + limit + " lies between the bounds of the distance, " + text.lower + " and " +
-         with_units(text.upper, outcome.gate) + tail;
+         with_units(text.upper, outcome) + tail;
 }
 
 std::string gate_card(const GateOutcome& outcome, const GatePicture* picture, std::size_t index, Undecided rule) {

@@ -183,7 +183,12 @@ GatePicture picture_of(const GateOutcome& outcome, Meshes& meshes, Crew& crew, C
   if (!candidate) return without(candidate.error().message);
   const auto baseline = read(outcome.gate.baseline, "b", outcome, meshes, control);
   if (!baseline) return without(baseline.error().message);
-  return make_picture((*candidate)->mesh, (*baseline)->mesh, outcome, crew, control);
+  const api::UnitPlan& units = outcome.measured->units;
+  const auto shown = api::in_unit(*candidate, "a", api::factor_between(units.a, units.result), control);
+  if (!shown) return without(shown.error().message);
+  const auto other = api::in_unit(*baseline, "b", api::factor_between(units.b, units.result), control);
+  if (!other) return without(other.error().message);
+  return make_picture(**shown, **other, outcome, crew, control);
 } catch (const std::bad_alloc&) {
   return without("there is not enough memory for a picture");
 } catch (const nlohmann::json::exception&) {

@@ -36,7 +36,7 @@ constexpr Foreign kForeign[] = {
     {"limit", "the limit is 'max_distance'", "max_distance"},
     {"gate", "write 'max_distance' here, and its unit behind the number", "max_distance"},
     {"max_diagonal_share", "a share of the diagonal is 'max_distance: 0.5 %'", "max_distance"},
-    {"units", "the unit stands behind the number: 'max_distance: 0.05 mm'", ""},
+    {"unit", "the unit of both meshes is 'units: mm', that of the limit stands behind its number", "units"},
     {"timeout_ms", "the unit stands behind the number: 'timeout: 500 ms'", "timeout"},
     {"warn_only", "write 'on_fail: warn'", "on_fail"},
     {"<<", "maps cannot be merged: what gates share stands under 'defaults'", ""}};

@@ -4,12 +4,12 @@
 #include <cmath>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "api/formats/text.h"
 #include "api/json_filter.h"
 #include "api/request.h"
 #include "check/text.h"
-#include "check/utf8.h"
 
 namespace meshgauge::check {
 namespace {
@@ -36,63 +36,58 @@ std::optional<Quantity> split(std::string_view text) {
   return quantity;
 }
 
-bool is_digit(char c) { return api::is_digit(c); }
-
-// Shares of something in other words and signs: as labels they would make a limit of millimetres of "0.5 percent".
-constexpr std::string_view kShares[] = {"percent", "percents", "percentage", "pct",      "perc",
-                                        "prozent", "pourcent", "permille",   "promille", "ppm"};
-constexpr std::string_view kShareSigns[] = {"\xD9\xAA", "\xE2\x80\xB0", "\xE2\x80\xB1", "\xEF\xB9\xAA",
-                                            "\xEF\xBC\x85"};  // U+066A, U+2030, U+2031, U+FE6A, U+FF05
-
-bool is_share(std::string_view unit) {
-  const auto is = [&](std::string_view word) { return api::same_word(unit, word); };
-  const auto holds = [&](std::string_view sign) { return unit.find(sign) != std::string_view::npos; };
-  return std::any_of(std::begin(kShares), std::end(kShares), is) ||
-         std::any_of(std::begin(kShareSigns), std::end(kShareSigns), holds);
-}
-
-// "5e-" and "5e" have lost the digits of their exponent.
-bool is_broken_exponent(std::string_view unit) {
-  if (unit.empty() || (unit[0] != 'e' && unit[0] != 'E')) return false;
-  return unit.size() == 1 || unit[1] == '+' || unit[1] == '-';
-}
-
-// The point of "0,05" read as an end, or the x of "0x10" as a unit, would make another number of it.
-bool is_label(std::string_view unit) {
-  const auto begins = [](char c) { return api::is_letter(c) || static_cast<unsigned char>(c) >= 0x80; };
-  const bool word = std::none_of(unit.begin(), unit.end(), [](char c) { return api::is_space(c) || is_digit(c); });
-  return unit.empty() ||
-         (begins(unit.front()) && word && !is_broken_exponent(unit) && find_control(unit) == std::string_view::npos &&
-          unit.find('%') == std::string_view::npos && is_utf8(unit));
-}
-
-Error no_limit(std::string_view text) {
+Error no_length(std::string_view text, const char* shapes) {
   const bool comma = text.find(',') != std::string_view::npos;
-  return refused(
-      "must be a number (0.05), a number and a unit (0.05 mm) or a share of the baseline's diagonal (0.5 %), " +
-      ("not " + shown_text(text)) + (comma ? "; write the decimals behind a point" : ""));
+  return refused(std::string("must be ") + shapes + ", not " + shown_text(text) +
+                 (comma ? "; write the decimals behind a point" : ""));
+}
+
+Error no_unit(std::string_view text) {
+  return refused("must be a unit of length (" + std::string(api::kUnitNames) + "), not " + shown_text(text));
+}
+
+// "5e-" and "5e" have lost the digits of their exponent, "0,05" and "0x10" are other numbers than was meant: what
+// stands behind the number is a unit or nothing.
+Result<Limit> length_of(const Quantity& quantity, std::string_view text, const char* shapes) {
+  Limit limit;
+  if (!quantity.unit.empty()) {
+    limit.unit = api::parse_unit(quantity.unit);
+    const bool word = std::all_of(quantity.unit.begin(), quantity.unit.end(), api::is_letter);
+    if (!limit.unit && !word) return no_length(text, shapes);
+    if (!limit.unit)
+      return refused("must have a unit of length (" + std::string(api::kUnitNames) +
+                     ") behind the number, or '%' for a share of the baseline's diagonal, not " + shown_text(text));
+  }
+  if (!api::in_range(quantity.number, api::kMaxDistanceRange, "").ok()) {
+    return refused("must be a finite number of at least 0, not " + shown_text(text));
+  }
+  return limit.max_distance = quantity.number, limit;
 }
 
 }  // namespace
 
-Result<Limit> parse_limit(std::string_view text) {
+Result<Limit> parse_length(std::string_view text) {
+  constexpr const char* kShapes = "a number (0.05) or a number and a unit (0.05 mm)";
   const auto quantity = split(text);
-  if (!quantity) return no_limit(text);
-  const bool share = quantity->unit == "%";
-  if (!share && !is_label(quantity->unit)) return no_limit(text);
-  if (is_share(quantity->unit)) return refused("must have '%' for a share of the diagonal, not " + shown_text(text));
-  if (!api::in_range(quantity->number, api::kMaxDistanceRange, "").ok()) {
-    return refused("must be a finite number of at least 0, not " + shown_text(text));
-  }
-  if (quantity->unit.size() > api::kMaxUnitsBytes) {
-    return refused("must have a unit of at most " + std::to_string(api::kMaxUnitsBytes) + " bytes, not " +
-                   shown_text(quantity->unit));
-  }
-  Limit limit;
-  if (share) return limit.max_diagonal_share = quantity->number / 100, limit;
-  limit.max_distance = quantity->number;
-  limit.units = quantity->unit;
+  return quantity ? length_of(*quantity, text, kShapes) : no_length(text, kShapes);
+}
+
+Result<Limit> parse_limit(std::string_view text) {
+  constexpr const char* kShapes =
+      "a number (0.05), a number and a unit (0.05 mm) or a share of the baseline's diagonal (0.5 %)";
+  const auto quantity = split(text);
+  if (!quantity) return no_length(text, kShapes);
+  if (quantity->unit != "%") return length_of(*quantity, text, kShapes);
+  auto limit = length_of({quantity->number, ""}, text, kShapes);
+  if (!limit) return limit;
+  limit->max_diagonal_share = *std::exchange(limit->max_distance, std::nullopt) / 100;
   return limit;
+}
+
+Result<LengthUnit> parse_unit(std::string_view text) {
+  const auto unit = api::parse_unit(trimmed(text));
+  if (!unit) return no_unit(text);
+  return *unit;
 }
 
 Result<std::chrono::milliseconds> parse_duration(std::string_view text) {

@@ -12,11 +12,16 @@ namespace meshgauge::check {
 // In the message of an error the subject is missing, for its caller to put in front, the key or the flag: "must be ...,
 // not '5,0 mm'". Blanks around the text do not matter.
 
-// "0.05", "0.05 mm", "0.05mm": in the meshes' unit, the word behind it is a label. "0.5 %": of the diagonal of the
-// baseline's bounding box. Refused: a comma for the point, hexadecimal, a number below 0 or without end, a label of
-// more than api::kMaxUnitsBytes or with a blank or a digit in it ("1 000 mm"), another word or sign for percent, an
-// exponent without digits.
+// "0.05", "0.05 mm", "0.05mm": with one of the spellings of api::parse_unit(). "0.5 %": of the diagonal of the
+// baseline's bounding box. Refused: a comma for the point, hexadecimal, a number below 0 or without end, anything else
+// behind the number.
 Result<Limit> parse_limit(std::string_view text);
+
+// The same without the share.
+Result<Limit> parse_length(std::string_view text);
+
+// "mm", "inches".
+Result<LengthUnit> parse_unit(std::string_view text);
 
 // "60 s", "500 ms", "2 min", "60s"; a number alone is seconds. Rounded to whole milliseconds, and then within
 // api::kTimeoutMsRange.

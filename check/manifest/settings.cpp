@@ -147,6 +147,38 @@ void read_statistics(const Setting& setting, Draft& draft, Mistakes& mistakes) {
   }
 }
 
+std::optional<LengthUnit> read_unit(std::string_view key, const YamlNode& value, Mistakes& mistakes) {
+  const auto unit = value.is_text() ? parse_unit(value.text) : Result<LengthUnit>(Error{});
+  if (unit) return *unit;
+  const std::string why = value.is_text()
+                              ? unit.error().message
+                              : "must be a unit of length (" + std::string(api::kUnitNames) + "), not " + shown(value);
+  mistakes.add(value.place, std::string(key) + " " + why);
+  return std::nullopt;
+}
+
+// One unit for both meshes, or a map of one for each.
+void read_units(const Setting& setting, Draft& draft, Mistakes& mistakes) {
+  const YamlNode& value = setting.value;
+  api::AskedUnits& units = draft.gate.options.units;
+  units = {};  // as in the API: what is given stands alone
+  if (value.kind != Kind::map) {
+    units.a = units.b = read_unit(setting.key, value, mistakes);
+    return;
+  }
+  constexpr std::string_view kKnown[] = {"candidate", "baseline"};
+  for (std::size_t i = 0; i < value.keys.size(); ++i) {
+    const Written& key = value.keys[i];
+    if (key.text != kKnown[0] && key.text != kKnown[1]) {
+      mistakes.add(key.place, "unknown key " + api::shown_text(key.text) + suggestion(key.text, kKnown));
+      continue;
+    }
+    (key.text == kKnown[0] ? units.a : units.b) = read_unit(key.text, value.items[i], mistakes);
+  }
+  if (value.keys.empty())
+    refuse(setting, "must be a unit, or a map of candidate and baseline, not an empty map", mistakes);
+}
+
 void read_on_fail(const Setting& setting, Draft& draft, Mistakes& mistakes) {
   read_name(kOnFail, setting, draft.gate.warn_only, mistakes);
 }
@@ -163,6 +195,7 @@ constexpr SettingReader kSettings[] = {{"max_distance", read_max_distance},
                                        {"tolerance", read_tolerance},
                                        {"threads", read_threads},
                                        {"statistics", read_statistics},
+                                       {"units", read_units},
                                        {"on_fail", read_on_fail},
                                        {"unmatched_baselines", read_unmatched_baselines}};
 

@@ -6,6 +6,8 @@
 
 #include "api/json_filter.h"
 #include "api/names.h"
+#include "api/unit_document.h"
+#include "check/mesh_names.h"
 #include "check/remote/address.h"
 
 namespace meshgauge::check::service {
@@ -64,13 +66,14 @@ Progress progress_from(const Json& job, const std::string& state) {
           stage_of(state, text(progress, "stage"))};
 }
 
-// The service knows the meshes as 'a' and 'b'.
-std::string named(std::string message, const Gate& gate) {
-  for (const auto& [part, file] : {std::pair("'a'", gate.candidate), std::pair("'b'", gate.baseline)}) {
-    const std::size_t at = message.find(part);
-    if (at != std::string::npos) return message.replace(at, 3, "'" + file.string() + "'");
-  }
-  return message;
+bool has_units_of(const Json& comparison, const api::AskedUnits& asked) {
+  if (asked == api::AskedUnits{}) return true;
+  if (comparison.find("unit") == comparison.end()) return false;
+  const api::UnitPlan given = api::unit_plan_of(comparison);
+  const auto fits = [](const std::optional<LengthUnit>& wanted, const api::KnownUnit& known) {
+    return !wanted || known.unit == wanted;
+  };
+  return fits(asked.limit, given.result) && fits(asked.a, given.a) && fits(asked.b, given.b);
 }
 
 bool is_id(const std::string& text) {
@@ -137,8 +140,9 @@ std::string sha256_of(const Json& comparison, const char* part) {
   return mesh != meshes->end() && mesh->is_object() ? text(*mesh, "sha256") : "";
 }
 
-bool is_answer_to(const Json& comparison, Direction direction, double max_distance) {
-  if (text(comparison, "direction") != api::name_of(api::kDirections, direction)) return false;
+bool is_answer_to(const Json& comparison, const Gate& gate_asked, double max_distance) {
+  if (text(comparison, "direction") != api::name_of(api::kDirections, gate_asked.options.direction)) return false;
+  if (!has_units_of(comparison, units_of(gate_asked))) return false;
   const auto gate = comparison.find("gate");
   if (gate == comparison.end() || !gate->is_object()) return false;
   const auto limit = gate->find("max_distance");
@@ -201,8 +205,9 @@ std::optional<double> run_ms(const Json& comparison) {
 
 Error error_of(const Problem& problem, const Gate& gate, const std::string& base) {
   const ErrorCode code = code_of(problem.slug);
-  if (problem.part == "a" || problem.part == "b")
-    return {code, named(problem.detail, gate), problem.part, problem.where};
+  const bool of_units = problem.where == "/gate/units";
+  if (problem.part == "a" || problem.part == "b" || of_units)
+    return with_files({code, problem.detail, problem.part, problem.where}, gate);
   return {code, "the service at " + base + " says: " + problem.detail, problem.part, problem.where};
 }
 

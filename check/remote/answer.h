@@ -71,8 +71,9 @@ std::string take_view(nlohmann::ordered_json& comparison);
 // Of the mesh "a" or "b" of a comparison; empty when it has none.
 std::string sha256_of(const nlohmann::ordered_json& comparison, const char* part);
 
-// Whether it was measured in that direction, and against that limit to the last bit.
-bool is_answer_to(const nlohmann::ordered_json& comparison, Direction direction, double max_distance);
+// Whether it was measured in the gate's direction, against that limit to the last bit, and in the gate's units: a
+// service that takes a unit for a label gives none.
+bool is_answer_to(const nlohmann::ordered_json& comparison, const Gate& gate, double max_distance);
 
 // `base` is the service's address, for the messages. A message about a mesh is that of the same mesh measured here.
 Error error_of(const Problem& problem, const Gate& gate, const std::string& base);

@@ -41,7 +41,7 @@ Json Pair::asked() const { return asked_of(a_.id, b_.id, gate_, *max_distance_);
 
 bool Pair::is_ours(const Json& document) const {
   return sha256_of(document, "a") == a_.id && sha256_of(document, "b") == b_.id &&
-         is_answer_to(document, gate_.options.direction, *max_distance_);
+         is_answer_to(document, gate_, *max_distance_);
 }
 
 End Pair::end_of(Job job) const {

@@ -35,7 +35,7 @@ class Pair {
 
   const Gate& gate() const { return gate_; }
   // Preconditions of what follows: sent.
-  double max_distance() const { return *max_distance_; }  // the gate's limit, in the meshes' unit
+  double max_distance() const { return *max_distance_; }  // the gate's limit, a share in the baseline's own unit
   nlohmann::ordered_json asked() const;
 
   // Whatever stands between may have its own idea of what was asked.

@@ -15,9 +15,17 @@ Json tolerance(const Tolerance& asked) {
   return json;
 }
 
-Json gate_of(const Limit& limit, double max_distance) {
+Json gate_of(const Gate& gate, double max_distance) {
   Json json{{"max_distance", max_distance}};
-  if (!limit.units.empty()) json["units"] = limit.units;
+  const std::string_view unit = api::limit_unit_name(units_of(gate));
+  if (!unit.empty()) json["units"] = unit;
+  return json;
+}
+
+Json units(const api::AskedUnits& declared) {
+  Json json = Json::object();
+  if (declared.a) json["a"] = to_string(*declared.a);
+  if (declared.b) json["b"] = to_string(*declared.b);
   return json;
 }
 
@@ -33,13 +41,14 @@ Json budget(const Options& options) {
 Json options_of(const Gate& gate, double max_distance) {
   const Options& options = gate.options;
   Json json{{"direction", api::name_of(api::kDirections, options.direction)},
-            {"gate", gate_of(gate.limit, max_distance)},
+            {"gate", gate_of(gate, max_distance)},
             {"strategy", api::name_of(api::kStrategies, options.strategy)},
             {"timeout_ms", gate.timeout.count()}};
   if (Json rules = tolerance(options.tolerance); !rules.empty()) json["tolerance"] = std::move(rules);
   if (options.strategy == Strategy::n_point) json["points"] = options.points;
   if (gate.threads_given) json["threads"] = options.threads;
   if (gate.statistics) json["statistics"] = true;
+  if (Json declared = units(gate.options.units); !declared.empty()) json["units"] = std::move(declared);
   if (Json limits = budget(options); !limits.empty()) json["budget"] = std::move(limits);
   return json;
 }

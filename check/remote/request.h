@@ -10,7 +10,8 @@
 namespace meshgauge::check::service {
 
 // The document of POST /v1/comparisons (openapi.yaml, "StoredPair"): the meshes' ids, and what the same gate measured
-// here is measured with. `max_distance` in the meshes' unit. Threads are the service's to say unless the gate does.
+// here is measured with. `max_distance` is the gate's limit, a share already in numbers. Threads are the service's to
+// say unless the gate does.
 nlohmann::ordered_json asked_of(const std::string& a, const std::string& b, const Gate& gate, double max_distance);
 
 // As text; what is not UTF-8 is replaced.

@@ -38,6 +38,7 @@ std::string description_of(const GateOutcome& outcome) {
   std::string text = "Gate '" + shown_name(outcome.gate.name) + "': " + finding_of(outcome);
   if (outcome.measured) text += ".";
   if (const std::string advice = advice_of(outcome); !advice.empty()) text += " " + advice;
+  for (const std::string& note : notes_of(outcome)) text += " Note: " + note + ".";
   if (const std::string witness = witness_of(outcome); !witness.empty()) text += " Witness: " + witness + ".";
   std::replace_if(
       text.begin(), text.end(), [](char c) { return c == '\n' || c == '\t'; }, ' ');

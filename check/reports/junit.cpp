@@ -78,7 +78,8 @@ void add_properties(pugi::xml_node suite, const GateOutcome& outcome, Level leve
   add_property(properties, "candidate", shown_name(gate.candidate.string()));
   add_property(properties, "baseline", shown_name(gate.baseline.string()));
   add_property(properties, "direction", std::string(api::name_of(api::kDirections, gate.options.direction)));
-  if (!gate.limit.units.empty()) add_property(properties, "units", shown_name(gate.limit.units));
+  if (const std::string unit = outcome.unit(); !unit.empty()) add_property(properties, "units", unit);
+  for (const std::string& note : notes_of(outcome)) add_property(properties, "note", note);
   if (!gate.manifest.empty()) add_property(properties, "source", source_of(gate));
   if (outcome.measured) add_measured(properties, *outcome.measured);
 }
@@ -87,6 +88,7 @@ std::string story_of(const GateOutcome& outcome) {
   std::string story = finding_of(outcome) + "\n";
   if (const std::string witness = witness_of(outcome); !witness.empty()) story += "witness: " + witness + "\n";
   if (const std::string advice = advice_of(outcome); !advice.empty()) story += advice + "\n";
+  for (const std::string& note : notes_of(outcome)) story += "note: " + note + "\n";
   if (outcome.measured && !outcome.measured->link.empty()) story += "to be seen at: " + outcome.measured->link + "\n";
   story += "candidate: " + shown_name(outcome.gate.candidate.string()) + "\n";
   story += "baseline: " + shown_name(outcome.gate.baseline.string()) + "\n";

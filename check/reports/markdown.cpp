@@ -191,6 +191,7 @@ std::string section_of(const Row& row) {
     text += "- [See the difference](<" + outcome.measured->link + ">), as long as the service keeps the result\n";
   }
   if (const std::string witness = witness_of(outcome); !witness.empty()) text += "- witness " + escaped(witness) + "\n";
+  for (const std::string& note : notes_of(outcome)) text += "- note: " + escaped(note) + "\n";
   if (!outcome.gate.candidate.empty()) {  // else it is a mistake of the manifest
     text += "- candidate " + code(outcome.gate.candidate.string()) + "\n";
     text += "- baseline " + code(outcome.gate.baseline.string()) + "\n";

@@ -93,7 +93,8 @@ Json properties_of(const GateOutcome& outcome) {
                   {"baseline", shown_name(gate.baseline.string())},
                   {"direction", api::name_of(api::kDirections, gate.options.direction)},
                   {"wallMs", number(outcome.wall_ms)}};
-  if (!gate.limit.units.empty()) properties["units"] = shown_name(gate.limit.units);
+  if (const std::string unit = outcome.unit(); !unit.empty()) properties["units"] = unit;
+  if (const auto notes = notes_of(outcome); !notes.empty()) properties["notes"] = notes;
   if (!outcome.measured) return properties;
   const Measured& measured = *outcome.measured;
   properties["limit"] = number(measured.limit);

@@ -75,17 +75,20 @@ std::string visible(std::string_view bytes, bool keep_lines) {
 
 IntervalText figures_of(const Measured& measured) { return to_text(measured.lower, measured.upper, measured.limit); }
 
-std::string in_units(const std::string& number, const Gate& gate) {
-  return gate.limit.units.empty() ? number : number + " " + shown_name(gate.limit.units);
+std::string in_units(const std::string& number, const GateOutcome& outcome) {
+  const std::string unit = outcome.unit();
+  return unit.empty() ? number : number + " " + unit;
 }
 
 std::string point(const Vec3& p) {
   return "(" + to_digits(p.x(), kDigits) + ", " + to_digits(p.y(), kDigits) + ", " + to_digits(p.z(), kDigits) + ")";
 }
 
-std::string limit_in_words(const Gate& gate, const std::string& number) {
-  if (!gate.limit.max_diagonal_share) return in_units(number, gate);
-  return number + " (" + to_digits(100 * *gate.limit.max_diagonal_share, kDigits) + " % of the baseline's diagonal)";
+std::string limit_in_words(const GateOutcome& outcome, const std::string& number) {
+  const Gate& gate = outcome.gate;
+  if (!gate.limit.max_diagonal_share) return in_units(number, outcome);
+  return in_units(number, outcome) + " (" + to_digits(100 * *gate.limit.max_diagonal_share, kDigits) +
+         " % of the baseline's diagonal)";
 }
 
 }  // namespace
@@ -99,9 +102,9 @@ std::string shown_name(std::string_view bytes) {
 std::string shown_text(std::string_view bytes) { return visible(bytes, true); }
 
 std::string limit_of(const GateOutcome& outcome) {
-  if (outcome.measured) return limit_in_words(outcome.gate, figures_of(*outcome.measured).limit);
+  if (outcome.measured) return limit_in_words(outcome, figures_of(*outcome.measured).limit);
   const Limit& limit = outcome.gate.limit;
-  if (limit.max_distance) return in_units(to_digits(*limit.max_distance, kDigits), outcome.gate);
+  if (limit.max_distance) return in_units(to_digits(*limit.max_distance, kDigits), outcome);
   if (!limit.max_diagonal_share) return "";
   return to_digits(100 * *limit.max_diagonal_share, kDigits) + " % of the baseline's diagonal";
 }
@@ -109,21 +112,21 @@ std::string limit_of(const GateOutcome& outcome) {
 std::string interval_of(const GateOutcome& outcome) {
   if (!outcome.measured) return "";
   const IntervalText figures = figures_of(*outcome.measured);
-  return in_units(figures.lower + " .. " + figures.upper, outcome.gate);
+  return in_units(figures.lower + " .. " + figures.upper, outcome);
 }
 
 std::string finding_of(const GateOutcome& outcome) {
   if (!outcome.measured) return shown_text(outcome.advice());
   const IntervalText figures = figures_of(*outcome.measured);
-  const std::string limit = limit_in_words(outcome.gate, figures.limit);
+  const std::string limit = limit_in_words(outcome, figures.limit);
   const std::string range = std::isfinite(outcome.measured->upper)
-                                ? "between " + figures.lower + " and " + in_units(figures.upper, outcome.gate)
-                                : "at least " + in_units(figures.lower, outcome.gate);
+                                ? "between " + figures.lower + " and " + in_units(figures.upper, outcome)
+                                : "at least " + in_units(figures.lower, outcome);
   switch (outcome.measured->verdict) {
     case Verdict::pass:
-      return "the distance is at most " + in_units(figures.upper, outcome.gate) + ", within the limit of " + limit;
+      return "the distance is at most " + in_units(figures.upper, outcome) + ", within the limit of " + limit;
     case Verdict::fail:
-      return "the distance is at least " + in_units(figures.lower, outcome.gate) + ", above the limit of " + limit;
+      return "the distance is at least " + in_units(figures.lower, outcome) + ", above the limit of " + limit;
     default:
       return "the distance is " + range + ": whether that is within the limit of " + limit + " is not known (" +
              shown_name(outcome.measured->status) + ")";
@@ -137,6 +140,13 @@ std::string witness_of(const GateOutcome& outcome) {
   const std::string to = witness.on_candidate ? "baseline" : "candidate";
   return point(witness.from) + " on triangle " + std::to_string(witness.from_triangle) + " of the " + from +
          "; nearest is " + point(witness.to) + " on triangle " + std::to_string(witness.to_triangle) + " of the " + to;
+}
+
+std::vector<std::string> notes_of(const GateOutcome& outcome) {
+  std::vector<std::string> notes;
+  if (!outcome.measured) return notes;
+  for (const std::string& note : outcome.measured->notes) notes.push_back(shown_name(note));
+  return notes;
 }
 
 std::string advice_of(const GateOutcome& outcome) { return outcome.measured ? shown_text(outcome.advice()) : ""; }

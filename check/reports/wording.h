@@ -3,6 +3,7 @@
 
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "check/outcome.h"
 
@@ -19,6 +20,8 @@ std::string interval_of(const GateOutcome& outcome);  // "0.0968 .. 0.0977 mm"; 
 // What was found: "the distance is at least 0.0968 mm, above the limit of 0.05 mm". Without a measurement the advice.
 std::string finding_of(const GateOutcome& outcome);
 std::string advice_of(const GateOutcome& outcome);  // empty where finding_of() says it
+// Of the pair, one sentence each without its full stop: what was converted, what looks like a wrong unit.
+std::vector<std::string> notes_of(const GateOutcome& outcome);
 // "(1, 2, 3) on triangle 7 of the candidate; nearest is ..."; empty without one, and for a fail: its advice names it.
 std::string witness_of(const GateOutcome& outcome);
 std::string source_of(const Gate& gate);  // "gates.yaml:7"; empty when flags gave it

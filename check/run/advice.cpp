@@ -10,8 +10,9 @@
 namespace meshgauge::check {
 namespace {
 
-std::string with_units(double length, const Limit& limit) {
-  return shortest(length) + (limit.units.empty() ? "" : " " + limit.units);
+std::string with_units(double length, const Measured& measured) {
+  const auto& unit = measured.units.result.unit;
+  return shortest(length) + (unit ? " " + std::string(api::to_string(*unit)) : "");
 }
 
 std::string seconds(std::chrono::milliseconds time) {
@@ -24,23 +25,23 @@ std::string longer_timeout(const Gate& gate) {
   return "more threads or a faster machine, since its timeout is the longest there is";
 }
 
-std::string for_fail(const Gate& gate, const Measured& measured) {
+std::string for_fail(const Measured& measured) {
   const auto& witness = measured.witness;
   if (!witness) return "";
   const std::string from = witness->on_candidate ? "candidate" : "baseline";
   const std::string to = witness->on_candidate ? "baseline" : "candidate";
   return "Look at " + text(witness->from) + " on triangle " + std::to_string(witness->from_triangle) + " of the " +
-         from + ": it is " + with_units(measured.lower, gate.limit) + " or more from the " + to + ", nearest to " +
+         from + ": it is " + with_units(measured.lower, measured) + " or more from the " + to + ", nearest to " +
          text(witness->to) + " on triangle " + std::to_string(witness->to_triangle) + "." +
          (witness->on_candidate ? "" : " The candidate lacks what the baseline has there, or has it elsewhere.");
 }
 
 // The limits that the interval decides; empty when it says nothing.
-std::string deciding_limit(const Gate& gate, const Measured& measured) {
+std::string deciding_limit(const Measured& measured) {
   std::string text;
-  if (std::isfinite(measured.upper)) text = "of at least " + with_units(measured.upper, gate.limit) + " (pass)";
+  if (std::isfinite(measured.upper)) text = "of at least " + with_units(measured.upper, measured) + " (pass)";
   if (measured.lower > 0)
-    text += (text.empty() ? "below " : " or below ") + with_units(measured.lower, gate.limit) + " (fail)";
+    text += (text.empty() ? "below " : " or below ") + with_units(measured.lower, measured) + " (fail)";
   return text.empty() ? "" : "a limit " + text;
 }
 
@@ -54,7 +55,7 @@ std::string more_effort(const Gate& gate, const std::string& status) {
 }
 
 std::string for_undecided(const Gate& gate, const Measured& measured) {
-  const std::string limit = deciding_limit(gate, measured), effort = more_effort(gate, measured.status);
+  const std::string limit = deciding_limit(measured), effort = more_effort(gate, measured.status);
   const std::string decided = "Decided by " + limit + (limit.empty() || effort.empty() ? "" : "; or ") + effort;
   return decided + (effort.empty() ? "; the limit is closer to the distance than rounding lets be seen." : ".");
 }
@@ -98,7 +99,7 @@ std::string GateOutcome::advice() const {
     case Verdict::pass:
       return "";
     case Verdict::fail:
-      return for_fail(gate, *measured);
+      return for_fail(*measured);
     case Verdict::undecided:
       if (measured) return for_undecided(gate, *measured);
       if (!error) return "Interrupted before anything was known: run it again.";

@@ -18,10 +18,10 @@ Json or_null(const std::string& text) { return text.empty() ? Json(nullptr) : Js
 
 Json json_of(const Vec3& p) { return {p.x(), p.y(), p.z()}; }
 
-Json json_of(const Limit& limit, const std::optional<Measured>& measured) {
-  return {{"max_distance", measured ? Json(measured->limit) : or_null(limit.max_distance)},
+Json json_of(const Limit& limit, const GateOutcome& outcome) {
+  return {{"max_distance", outcome.measured ? Json(outcome.measured->limit) : or_null(limit.max_distance)},
           {"diagonal_share", or_null(limit.max_diagonal_share)},
-          {"units", or_null(limit.units)}};
+          {"units", or_null(outcome.unit())}};
 }
 
 Json json_of(const std::optional<Witness>& witness) {
@@ -57,9 +57,10 @@ Json json_of(const GateOutcome& outcome, Undecided rule) {
           {"candidate", gate.candidate.string()},
           {"baseline", gate.baseline.string()},
           {"direction", api::name_of(api::kDirections, gate.options.direction)},
-          {"limit", json_of(gate.limit, measured)},
+          {"limit", json_of(gate.limit, outcome)},
           {"distance", distance(measured)},
           {"witness", measured ? json_of(measured->witness) : Json(nullptr)},
+          {"notes", measured ? Json(measured->notes) : Json::array()},
           {"advice", or_null(outcome.advice())},
           {"error", json_of(outcome.error)},
           {"interrupted", outcome.interrupted},

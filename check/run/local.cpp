@@ -7,6 +7,7 @@
 #include "api/compare.h"
 #include "api/request.h"
 #include "api/response.h"
+#include "check/mesh_names.h"
 #include "check/run/processors.h"
 
 namespace meshgauge::check {
@@ -78,16 +79,16 @@ class Local final : public Measurer {
     if (!baseline) return named(baseline.error(), "b");
     const double read_b = ms_since(start) - read_a;
 
-    Options options = gate.options;
+    api::ComparisonOptions options = gate.options;
+    options.units = units_of(gate);
     options.threads = std::min(threads, static_cast<unsigned>(api::kThreadsRange.high));
     if (gate.statistics) options.statistics.emplace();
     options.max_distance = max_distance(gate.limit, (*baseline)->facts.diagonal);
     auto comparison = api::compare_prepared(given(*candidate), given(*baseline), options, control);
-    if (!comparison) return comparison.error();
+    if (!comparison) return with_files(comparison.error(), gate);
     comparison->times.read_a = read_a;
     comparison->times.read_b = read_b;
     comparison->times.total = ms_since(start);
-    comparison->units = gate.limit.units;
     return measured_from(nlohmann::ordered_json::parse(api::to_json(*comparison)), *options.max_distance);
   }
 

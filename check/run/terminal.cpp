@@ -63,6 +63,7 @@ std::string verdict_text(const GateOutcome& outcome, Undecided rule) {
 
 struct Row {
   std::string verdict, name, interval, limit, time, advice;
+  std::vector<std::string> notes;
   const char* colour;
 };
 
@@ -73,6 +74,7 @@ Row row_of(const GateOutcome& outcome, Undecided rule) {
           "at most " + limit_of(outcome),
           seconds(outcome.wall_ms),
           outcome.advice().empty() ? "" : shown_name(outcome.advice()),
+          notes_of(outcome),
           colour_of(outcome.verdict(), outcome.level(rule))};
 }
 
@@ -93,6 +95,7 @@ std::string line_of(const Row& row, const Row& widest, bool colour) {
                      padded(row.name, width_of(widest.name)) + "  " + padded(row.interval, widest.interval.size()) +
                      "  " + padded(row.limit, width_of(widest.limit)) + "  " + row.time + "\n";
   if (!row.advice.empty()) line += "    " + row.advice + "\n";
+  for (const std::string& note : row.notes) line += "    note: " + note + "\n";
   return line;
 }
 

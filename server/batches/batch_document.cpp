@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "api/unit_document.h"
 #include "server/jobs/job_document.h"
 #include "server/web/pages.h"
 
@@ -38,24 +39,25 @@ Json head_of(const store::BatchRow& row) {
   return head;
 }
 
+Json gate_of(const store::Job& job) {
+  const Json options = Json::parse(job.options, nullptr, false);
+  const auto gate = options.is_object() ? options.find("gate") : options.end();
+  return gate != options.end() && gate->is_object() ? *gate : Json::object();
+}
+
 Json gate_or_null(const store::Job& job) {
   const auto limit = limit_of(job);
-  return limit ? Json{{"max_distance", *limit}, {"units", text_or_null(units_of(job))}} : Json(nullptr);
+  return limit ? Json{{"max_distance", *limit}, {"units", gate_of(job).value("units", Json(nullptr))}} : Json(nullptr);
 }
 
 Json failure_of(const store::BatchRow& row) {
   Json failure = head_of(row);
   const auto distance = row.job ? distance_of(*row.job) : std::nullopt;
   failure["gate"] = row.job ? gate_or_null(*row.job) : Json(nullptr);
+  failure["unit"] = row.job ? text_or_null(unit_of(*row.job)) : Json(nullptr);
   failure["distance"] = distance ? Json{{"lower", distance->lower}, {"upper", distance->upper}} : Json(nullptr);
   failure["problem"] = row.job ? Json::parse(problem_json(*row.job), nullptr, false) : Json(nullptr);
   return failure;
-}
-
-Json gate_of(const store::Job& job) {
-  const Json options = Json::parse(job.options, nullptr, false);
-  const auto gate = options.is_object() ? options.find("gate") : options.end();
-  return gate != options.end() && gate->is_object() ? *gate : Json::object();
 }
 
 }  // namespace
@@ -105,9 +107,13 @@ std::optional<double> limit_of(const store::Job& job) {
   return gate["max_distance"].get<double>();
 }
 
-std::string units_of(const store::Job& job) {
-  const Json gate = gate_of(job);
-  return gate.contains("units") && gate["units"].is_string() ? gate["units"].get<std::string>() : std::string();
+std::string unit_of(const store::Job& job) {
+  const Json document = Json::parse(job.document, nullptr, false);
+  auto unit = api::unit_plan_of(document).result.unit;
+  if (const Json gate = gate_of(job); !document.is_object() && gate.contains("units") && gate["units"].is_string()) {
+    unit = api::parse_unit(gate["units"].get_ref<const std::string&>());
+  }
+  return unit ? std::string(api::to_string(*unit)) : std::string();
 }
 
 }  // namespace meshgauge::server

@@ -26,6 +26,7 @@ struct Distance {
 };
 std::optional<Distance> distance_of(const store::Job& job);  // nullopt: it has no result
 std::optional<double> limit_of(const store::Job& job);       // of its gate
-std::string units_of(const store::Job& job);                 // likewise; may be empty
+// Of every length that was measured, "mm"; before there is a result, of the limit. Empty: not known.
+std::string unit_of(const store::Job& job);
 
 }  // namespace meshgauge::server

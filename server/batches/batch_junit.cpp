@@ -85,7 +85,7 @@ std::string detail_of(const store::Job& job) {
 std::string found(const store::Job& job) {
   const auto distance = distance_of(job);
   if (!distance) return detail_of(job);
-  const std::string units = units_of(job).empty() ? "" : " " + units_of(job);
+  const std::string units = unit_of(job).empty() ? "" : " " + unit_of(job);
   std::string text = "distance in [" + shortest(distance->lower) + ", " + shortest(distance->upper) + "]" + units;
   if (const auto limit = limit_of(job)) text += ", limit " + shortest(*limit) + units;
   return text;

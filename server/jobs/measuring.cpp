@@ -59,7 +59,7 @@ Result<api::Comparison> Measuring::measure(LiveJob& job) const {
     return Error{ErrorCode::internal, "what this comparison needs was removed before it could run", "", ""};
   }
   const auto start = LiveJob::Clock::now();
-  Options& options = job.request.options;
+  api::ComparisonOptions& options = job.request.options;
   const bool large = !job.request.threads_given && job.bytes >= kWorthThreads;
   const ThreadBudget::Loan loan = threads_.lend(large ? static_cast<unsigned>(settings_.workers) : options.threads);
   options.threads = loan.threads();
@@ -67,7 +67,6 @@ Result<api::Comparison> Measuring::measure(LiveJob& job) const {
   auto result = compare_(job.a, job.b, options, read_limits(settings_), job.control);
   if (result) {
     result->id = job.key.id;
-    result->units = job.request.units;
     result->times.queue = ms_between(job.submitted, start);
     result->times.total += result->times.queue;
   }

@@ -14,7 +14,8 @@
 namespace meshgauge::server {
 
 // api::compare_prepared() with meshes from the cache and the sandbox, or what a test puts in its place.
-using Compare = std::function<Result<api::Comparison>(const MeshSource& a, const MeshSource& b, const Options& options,
+using Compare = std::function<Result<api::Comparison>(const MeshSource& a, const MeshSource& b,
+                                                      const api::ComparisonOptions& options,
                                                       const api::ReadLimits& limits, Control& control)>;
 
 // A mesh of a comparison, from the cache or the sandbox.

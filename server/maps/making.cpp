@@ -71,9 +71,14 @@ Result<MadeFile> made(Making& making, const MapTools& tools) {
   const double read_ms = watch.lap_ms();
 
   const bool of_a = order.query.of == api::Side::a;
-  const Mesh& shown = of_a ? *a : *b;
-  const Mesh& other = of_a ? *b : *a;
-  if (auto ok = check_size(order, shown->mesh, tools.settings.max_heap_bytes); !ok) return ok.error();
+  const api::UnitPlan& units = order.facts.plan;
+  const auto measured_a = api::in_unit(*a, "a", api::factor_between(units.a, units.result), control);
+  if (!measured_a) return measured_a.error();
+  const auto measured_b = api::in_unit(*b, "b", api::factor_between(units.b, units.result), control);
+  if (!measured_b) return measured_b.error();
+  const Prepared& shown = of_a ? **measured_a : **measured_b;
+  const Prepared& other = of_a ? **measured_b : **measured_a;
+  if (auto ok = check_size(order, shown, tools.settings.max_heap_bytes); !ok) return ok.error();
   const auto loan =
       tools.threads.lend(order.bytes >= kWorthThreads ? static_cast<unsigned>(tools.settings.workers) : 1);
   api::MapOptions options;
@@ -81,7 +86,7 @@ Result<MadeFile> made(Making& making, const MapTools& tools) {
   options.max_triangles = order.query.max_triangles.value_or(options.max_triangles);
   options.threads = loan.threads();
   options.simd = tools.settings.simd;
-  const auto map = api::make_deviation(shown->mesh, other->mesh, order.facts, options, control);
+  const auto map = api::make_deviation(shown, other, order.facts, options, control);
   if (!map) return map.error();
   const double measure_ms = watch.lap_ms();
 

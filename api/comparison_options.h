@@ -1,0 +1,18 @@
+// What is asked of a comparison: the engine's options, and what the lengths among them are in.
+#pragma once
+
+#include "api/unit_plan.h"
+#include "engine/hausdorff.h"
+
+namespace meshgauge::api {
+
+// max_distance and tolerance.absolute are in the unit of the result (UnitPlan::result).
+struct ComparisonOptions : Options {
+  ComparisonOptions() = default;
+  // NOLINTNEXTLINE(google-explicit-constructor): the engine's options alone ask for no unit
+  ComparisonOptions(const Options& engine, const AskedUnits& asked = {}) : Options(engine), units(asked) {}
+
+  AskedUnits units;
+};
+
+}  // namespace meshgauge::api

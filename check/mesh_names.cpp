@@ -1,0 +1,21 @@
+#include "check/mesh_names.h"
+
+#include <cstddef>
+#include <string>
+
+namespace meshgauge::check {
+
+// In one pass: what a file's name has in it is not replaced again.
+Error with_files(Error error, const Gate& gate) {
+  const std::string& message = error.message;
+  std::string text;
+  for (std::size_t i = 0; i < message.size();) {
+    const bool a = message.compare(i, 3, "'a'") == 0, b = message.compare(i, 3, "'b'") == 0;
+    text += a || b ? "'" + (a ? gate.candidate : gate.baseline).string() + "'" : std::string(1, message[i]);
+    i += a || b ? 3 : 1;
+  }
+  error.message = std::move(text);
+  return error;
+}
+
+}  // namespace meshgauge::check
