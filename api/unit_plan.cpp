@@ -58,28 +58,37 @@ KnownUnit known(const FileUnit& file, const std::optional<LengthUnit>& declared)
   return {};
 }
 
-// "'a' is in m (a glTF is in metres)".
-std::string described(const std::string& name, const KnownUnit& known, Format format) {
-  if (!known.unit) return "the unit of " + name + " is not known (" + std::string(to_string(format)) + " has none)";
-  const bool fixed = format == Format::gltf || format == Format::glb;
+std::string quoted(const FileUnit& file, const char* part) {
+  return "'" + std::string(file.name.empty() ? std::string_view(part) : file.name) + "'";
+}
+
+// "'part.glb' is in metres (as every glTF)".
+std::string described(const FileUnit& file, const char* part, const KnownUnit& known) {
+  const std::string name = quoted(file, part);
+  if (!known.unit)
+    return "the unit of " + name + " is not known (" + std::string(to_string(file.format)) + " has none)";
+  const bool fixed = file.format == Format::gltf || file.format == Format::glb;
   const char* how = fixed ? "as every glTF" : "as its file says";
   if (known.source == UnitSource::declared) how = "declared";
   return name + " is in " + std::string(in_words(*known.unit)) + " (" + how + ")";
 }
 
+std::string described(const UnitPlan& plan, const FileUnit& a, const FileUnit& b) {
+  return described(a, "a", plan.a) + " and " + described(b, "b", plan.b);
+}
+
 Error one_is_unknown(const UnitPlan& plan, const FileUnit& a, const FileUnit& b, LengthUnit limit) {
   const std::string part = plan.a.unit ? "b" : "a";
+  const std::string name = plan.a.unit ? quoted(b, "b") : quoted(a, "a");
   return {ErrorCode::invalid_request,
-          "the limit is in " + std::string(in_words(limit)) + ", " + described("'a'", plan.a, a.format) + " and " +
-              described("'b'", plan.b, b.format) + ": declare the unit of '" + part + "' (option units." + part +
-              ", flag --unit-" + part + ", or units in a manifest)",
+          "the limit is in " + std::string(in_words(limit)) + ", " + described(plan, a, b) + ": declare the unit of " +
+              name + " (option units." + part + ", flag --unit-" + part + ", or units in a manifest)",
           part, "/units/" + part};
 }
 
 Error bare_limit(const UnitPlan& plan, const FileUnit& a, const FileUnit& b) {
   return {ErrorCode::invalid_request,
-          "the limit has no unit, " + described("'a'", plan.a, a.format) + " and " +
-              described("'b'", plan.b, b.format) +
+          "the limit has no unit, " + described(plan, a, b) +
               ": write the limit with its unit (option gate.units, or '0.05 mm' as flag or in a manifest)",
           "options", "/gate/units"};
 }

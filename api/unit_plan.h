@@ -47,6 +47,7 @@ struct KnownUnit {
 struct FileUnit {
   Format format = Format::obj;
   std::optional<LengthUnit> unit;
+  std::string_view name = {};  // for messages; empty: "a" or "b"
 };
 
 struct UnitPlan {

@@ -10,9 +10,9 @@
 namespace meshgauge::check {
 namespace {
 
-std::string with_units(double length, const Measured& measured) {
-  const auto& unit = measured.units.result.unit;
-  return shortest(length) + (unit ? " " + std::string(api::to_string(*unit)) : "");
+std::string with_unit(double length, const GateOutcome& outcome) {
+  const std::string unit = outcome.unit();
+  return shortest(length) + (unit.empty() ? "" : " " + unit);
 }
 
 std::string seconds(std::chrono::milliseconds time) {
@@ -25,23 +25,25 @@ std::string longer_timeout(const Gate& gate) {
   return "more threads or a faster machine, since its timeout is the longest there is";
 }
 
-std::string for_fail(const Measured& measured) {
+std::string for_fail(const GateOutcome& outcome) {
+  const Measured& measured = *outcome.measured;
   const auto& witness = measured.witness;
   if (!witness) return "";
   const std::string from = witness->on_candidate ? "candidate" : "baseline";
   const std::string to = witness->on_candidate ? "baseline" : "candidate";
   return "Look at " + text(witness->from) + " on triangle " + std::to_string(witness->from_triangle) + " of the " +
-         from + ": it is " + with_units(measured.lower, measured) + " or more from the " + to + ", nearest to " +
+         from + ": it is " + with_unit(measured.lower, outcome) + " or more from the " + to + ", nearest to " +
          text(witness->to) + " on triangle " + std::to_string(witness->to_triangle) + "." +
          (witness->on_candidate ? "" : " The candidate lacks what the baseline has there, or has it elsewhere.");
 }
 
 // The limits that the interval decides; empty when it says nothing.
-std::string deciding_limit(const Measured& measured) {
+std::string deciding_limit(const GateOutcome& outcome) {
+  const Measured& measured = *outcome.measured;
   std::string text;
-  if (std::isfinite(measured.upper)) text = "of at least " + with_units(measured.upper, measured) + " (pass)";
+  if (std::isfinite(measured.upper)) text = "of at least " + with_unit(measured.upper, outcome) + " (pass)";
   if (measured.lower > 0)
-    text += (text.empty() ? "below " : " or below ") + with_units(measured.lower, measured) + " (fail)";
+    text += (text.empty() ? "below " : " or below ") + with_unit(measured.lower, outcome) + " (fail)";
   return text.empty() ? "" : "a limit " + text;
 }
 
@@ -54,8 +56,8 @@ std::string more_effort(const Gate& gate, const std::string& status) {
   return "";
 }
 
-std::string for_undecided(const Gate& gate, const Measured& measured) {
-  const std::string limit = deciding_limit(measured), effort = more_effort(gate, measured.status);
+std::string for_undecided(const GateOutcome& outcome) {
+  const std::string limit = deciding_limit(outcome), effort = more_effort(outcome.gate, outcome.measured->status);
   const std::string decided = "Decided by " + limit + (limit.empty() || effort.empty() ? "" : "; or ") + effort;
   return decided + (effort.empty() ? "; the limit is closer to the distance than rounding lets be seen." : ".");
 }
@@ -99,9 +101,9 @@ std::string GateOutcome::advice() const {
     case Verdict::pass:
       return "";
     case Verdict::fail:
-      return for_fail(*measured);
+      return for_fail(*this);
     case Verdict::undecided:
-      if (measured) return for_undecided(gate, *measured);
+      if (measured) return for_undecided(*this);
       if (!error) return "Interrupted before anything was known: run it again.";
       return error->message + ": decided by " + longer_timeout(gate) + ".";
     case Verdict::error:

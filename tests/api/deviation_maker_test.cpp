@@ -23,6 +23,8 @@ json directed(double lower, const json& upper, double x) {
 
 json document() {
   return {{"gate", {{"max_distance", 0.5}, {"units", "mm"}}},
+          {"unit", {{"name", "mm"}, {"source", "declared"}}},
+          {"meshes", {{"a", {{"unit", {{"name", "in"}, {"source", "file"}}}}}, {"b", {{"unit", nullptr}}}}},
           {"distance", {{"lower", 2}, {"upper", 3}}},
           {"a_to_b", directed(1, 3, 10)},
           {"b_to_a", directed(2, 2.5, 20)}};
@@ -49,6 +51,8 @@ TEST_CASE("deviation facts: each side has its direction, and the witness is that
   const auto a = facts(document(), Side::a);
   CHECK(a.limit == 0.5);
   CHECK(a.units == "mm");
+  CHECK(api::factor_between(a.plan.a, a.plan.result) == Factor{127, 5});
+  CHECK(api::factor_between(a.plan.b, a.plan.result).is_one());
   CHECK(a.lower == 2);
   CHECK(a.upper == 3);
   CHECK(a.direction->upper == 3);

@@ -26,13 +26,11 @@ TEST_CASE("notes: a sentence for each thing that was done") {
   mesh.notes.remarks = {"the file has a remark"};
   mesh.notes.skipped_primitives = 4;
   mesh.notes.unused_objects = 5;
-  mesh.notes.unit = api::LengthUnit::inch;
   mesh.notes.filename_says = api::Format::stl;
   mesh.notes.media_type_says = api::Format::obj;
   CHECK(api::notes_of(mesh) ==
         Notes{"the file name says stl, the content is 3mf and was read as that",
               "the media type says obj, the content is 3mf and was read as that",
-              "the unit of the file is in; all lengths are in millimetres",
               "faces of more than three corners, split as fans from their first corner: 3",
               "points, lines, faces of fewer than three corners and joins of strips, left out for want of a surface: 4",
               "objects outside of the build or the scene, left out: 5",

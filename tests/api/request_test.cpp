@@ -36,15 +36,16 @@ TEST_CASE("request: an empty document gives the defaults") {
 
 TEST_CASE("request: every field arrives") {
   const auto parsed = parse_options(R"({"direction": "b_to_a", "tolerance": {"absolute": 0.25, "diagonal": 0.5,
-      "relative": 1e-3}, "gate": {"max_distance": 2, "units": "mm"}, "strategy": "n_point", "points": 31,
-      "timeout_ms": 12345, "threads": 7, "budget": {"work_items": 1000, "memory_bytes": 2097152}})");
+      "relative": 1e-3}, "gate": {"max_distance": 2, "units": "millimetres"}, "strategy": "n_point", "points": 31,
+      "units": {"a": "in", "b": "m"}, "timeout_ms": 12345, "threads": 7, "budget": {"work_items": 1000, "memory_bytes": 2097152}})");
   REQUIRE(parsed.ok());
   CHECK(parsed->options.direction == Direction::b_to_a);
   CHECK(parsed->options.tolerance.absolute == 0.25);
   CHECK(parsed->options.tolerance.diagonal == 0.5);
   CHECK(parsed->options.tolerance.relative == 1e-3);
   CHECK(parsed->options.max_distance == 2.0);
-  CHECK(parsed->units == "mm");
+  CHECK(parsed->options.units ==
+        api::AskedUnits{api::LengthUnit::inch, api::LengthUnit::meter, api::LengthUnit::millimeter, false});
   CHECK(parsed->options.strategy == Strategy::n_point);
   CHECK(parsed->options.points == 31);
   CHECK(parsed->timeout.count() == 12345);
@@ -94,6 +95,11 @@ TEST_CASE("request: wrong types are named by their place") {
   CHECK(refusal(R"({"tolerance": {"relative": "0.1"}})").where == "/tolerance/relative");
   CHECK(refusal(R"({"gate": {}})").where == "/gate");
   CHECK(refusal(R"({"gate": {"max_distance": 1, "units": 5}})").where == "/gate/units");
+  CHECK(refusal(R"({"gate": {"max_distance": 1, "units": "parsec"}})").message ==
+        "/gate/units must be a unit of length (um, mm, cm, m, in, ft), not 'parsec'");
+  CHECK(refusal(R"({"units": "mm"})").where == "/units");
+  CHECK(refusal(R"({"units": {"a": "", "b": "mm"}})").where == "/units/a");
+  CHECK(refusal(R"({"units": {"c": "mm"}})").where == "/units/c");
   CHECK(refusal(R"({"timeout_ms": 1.5})").where == "/timeout_ms");
   CHECK(refusal(R"({"threads": true})").where == "/threads");
 }

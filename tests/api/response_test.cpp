@@ -83,10 +83,15 @@ TEST_CASE("response: an interval without width meets every rule, also at 0") {
 TEST_CASE("response: the gate comes back with its verdict") {
   api::Comparison comparison = sample();
   comparison.options.max_distance = 0.3;
-  comparison.units = "mm";
+  comparison.options.units.limit = api::LengthUnit::millimeter;
+  comparison.units.result = {api::LengthUnit::millimeter, api::UnitSource::assumed};
   const json result = rendered(comparison);
   CHECK(result["verdict"] == "pass");
   CHECK(result["gate"] == json{{"max_distance", 0.3}, {"units", "mm"}});
+  CHECK(result["unit"] == json{{"name", "mm"}, {"source", "assumed"}});
+  comparison.options.units = {};
+  comparison.options.units.limit_of_b = true;
+  CHECK(rendered(comparison)["gate"]["units"] == "b");
 }
 
 TEST_CASE("response: the samples a piece are told for n_point alone") {
@@ -111,7 +116,7 @@ TEST_CASE("response: what was done to a mesh, as numbers and as words") {
   const json plain = rendered(comparison)["meshes"]["a"];
   CHECK(plain["format"] == "obj");
   CHECK(plain["format_mismatch"].is_null());
-  CHECK(plain["unit"].is_null());
+  CHECK(plain["unit"] == json{{"name", nullptr}, {"source", "unknown"}});
   CHECK(plain["notes"] == json::array());
 
   comparison.a.format = api::Format::three_mf;
@@ -121,12 +126,12 @@ TEST_CASE("response: what was done to a mesh, as numbers and as words") {
   comparison.a.notes.polygons = {3, 2, 1, 0, 0.25};
   comparison.a.notes.skipped_primitives = 4;
   comparison.a.notes.unused_objects = 5;
-  comparison.a.notes.unit = api::LengthUnit::foot;
+  comparison.units.a = {api::LengthUnit::foot, api::UnitSource::file};
   comparison.a.notes.media_type_says = api::Format::glb;
   const json mesh = rendered(comparison)["meshes"]["a"];
   CHECK(mesh["format"] == "3mf");
   CHECK(mesh["format_mismatch"] == json{{"file_name", nullptr}, {"media_type", "glb"}});
-  CHECK(mesh["unit"] == "foot");
+  CHECK(mesh["unit"] == json{{"name", "ft"}, {"source", "file"}});
   CHECK(mesh["gzip"] == true);
   CHECK(mesh["degenerate"] == 1);
   CHECK(mesh["welded_vertices"] == 2);
@@ -134,7 +139,7 @@ TEST_CASE("response: what was done to a mesh, as numbers and as words") {
         R"({"concave":2,"count":3,"largest_deviation":0.25,"non_planar":1,"self_crossing":0})");
   CHECK(mesh["skipped_primitives"] == 4);
   CHECK(mesh["unused_objects"] == 5);
-  CHECK(mesh["notes"].size() == 7);
+  CHECK(mesh["notes"].size() == 6);
   CHECK(rendered(comparison)["meshes"]["b"] == plain);
 }
 

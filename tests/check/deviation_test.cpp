@@ -69,13 +69,12 @@ std::vector<double> distances_of(const fs::path& path) {
 Result<Done> write(const check::DeviationFile& file, const Mesh& candidate, Control& control) {
   const Mesh baseline = shapes::cube(1, {0, 0, 0.1});
   const Prepared a(candidate), b(baseline);
-  check::Gate gate;
-  gate.limit.units = "cm";
   check::Measured measured;
+  measured.units.result = {api::LengthUnit::centimeter, api::UnitSource::declared};
   measured.limit = 0.05;
   measured.lower = 0.1;
   measured.upper = 0.2;
-  return check::write_deviation(file, a, b, gate, measured, control);
+  return check::write_deviation(file, a, b, measured, control);
 }
 
 }  // namespace
@@ -131,12 +130,12 @@ TEST_CASE("what passes at limit 0 shows nothing above it, also where rounding al
     const nlohmann::json exact = {{"lower", 0}, {"upper", outcome.a_to_b->bounds.upper}, {"witness", nullptr}};
     measured.document = {{"gate", nullptr}, {"distance", exact}, {"a_to_b", exact}, {"b_to_a", nullptr}};
     const fs::path path = folder.path() / "map.ply";
-    REQUIRE(check::write_deviation({path, check::Refine::always}, a, b, {}, measured, control).ok());
+    REQUIRE(check::write_deviation({path, check::Refine::always}, a, b, measured, control).ok());
     const auto distances = distances_of(path);
     CHECK(distances.size() > 10'000);
     CHECK(std::all_of(distances.begin(), distances.end(), [](double d) { return d == 0; }));
     measured.document["a_to_b"] = nullptr;  // nothing is certified of this direction
-    REQUIRE(check::write_deviation({path, check::Refine::always}, a, b, {}, measured, control).ok());
+    REQUIRE(check::write_deviation({path, check::Refine::always}, a, b, measured, control).ok());
     const auto free = distances_of(path);
     CHECK(std::any_of(free.begin(), free.end(), [](double d) { return d > 0; }));
   }

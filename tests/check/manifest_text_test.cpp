@@ -29,7 +29,7 @@ Gate gate(const std::string& more, const std::string& defaults = "timeout: 30 s"
 TEST_CASE("manifest text: what is not given is as in the API, but for the tolerance") {
   const Gate read = gate("max_distance: 2");
   CHECK(read.limit.max_distance == 2.0);
-  CHECK(read.limit.units.empty());
+  CHECK_FALSE(read.limit.unit);
   CHECK(read.options.direction == Direction::symmetric);
   CHECK(read.options.strategy == Strategy::automatic);
   CHECK(!read.options.tolerance.relative);  // a gate ends with its verdict
@@ -67,7 +67,7 @@ TEST_CASE("manifest text: a gate's own settings stand over the defaults") {
       gate("max_distance: 1 mm, direction: a_to_b, tolerance: {absolute: 1}, statistics: false, on_fail: fail",
            "max_distance: 5 %, direction: b_to_a, tolerance: {relative: 1}, statistics: true, on_fail: warn");
   CHECK(read.limit.max_distance == 1.0);
-  CHECK(read.limit.units == "mm");
+  CHECK(read.limit.unit == LengthUnit::millimeter);
   CHECK(!read.limit.max_diagonal_share);
   CHECK(read.options.direction == Direction::a_to_b);
   CHECK(!read.options.tolerance.relative);

@@ -88,21 +88,22 @@ TEST_CASE("3mf: components, nested and instanced, before or after what they use"
   CHECK(positions == std::vector<Vec3>{{2, 0, 100}, {4, 0, 100}, {2, 2, 100}, {0, 0, 100}, {2, 0, 100}, {0, 2, 100}});
 }
 
-TEST_CASE("3mf: lengths are in millimetres, and the unit is told") {
+TEST_CASE("3mf: lengths are the file's own numbers, and the unit is told") {
+  using enum api::LengthUnit;
   const std::string object = with_vertex("x=\"0.3\" y=\"1\" z=\"7\"");
-  const auto first = [&](const std::string& unit) {
-    auto read = good(package(model(object, kItem, unit.empty() ? "" : "unit=\"" + unit + "\"")));
-    CHECK(read.notes.unit.has_value());
-    return read.mesh.positions[0];
+  const auto read = [&](const std::string& unit) {
+    return good(package(model(object, kItem, unit.empty() ? "" : "unit=\"" + unit + "\"")));
   };
-  CHECK(first("") == Vec3(0.3, 1, 7));
-  CHECK(first("millimeter") == Vec3(0.3, 1, 7));
-  CHECK(first("micron") == Vec3(0.3 / 1000, 0.001, 0.007));
-  CHECK(first("centimeter") == Vec3(3, 10, 70));
-  CHECK(first("inch") == Vec3(0.3 * 254 / 10, 25.4, 177.8));
-  CHECK(first("foot") == Vec3(0.3 * 3048 / 10, 304.8, 2133.6));
-  CHECK(first("meter") == Vec3(300, 1000, 7000));
-  CHECK(placed(object, item(1, "1 0 0 0 1 0 0 0 1 1 0 0"), "unit=\"inch\"")[0] == Vec3(1.3 * 254 / 10, 25.4, 177.8));
+  const std::pair<const char*, api::LengthUnit> units[] = {
+      {"", millimeter}, {"micron", micron}, {"millimeter", millimeter}, {"centimeter", centimeter}, {"inch", inch},
+      {"foot", foot},   {"meter", meter}};
+  for (const auto& [name, unit] : units) {
+    CAPTURE(name);
+    const ReadMesh mesh = read(name);
+    CHECK(mesh.mesh.positions[0] == Vec3(0.3, 1, 7));
+    CHECK(mesh.notes.unit == unit);
+  }
+  CHECK(placed(object, item(1, "1 0 0 0 1 0 0 0 1 1 0 0"), "unit=\"inch\"")[0] == Vec3(1.3, 1, 7));
   CHECK(contains(refused(object, kItem, "unit=\"parsec\""), "line 2 of 'a': the unit 'parsec' is not known"));
 }
 

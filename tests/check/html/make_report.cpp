@@ -73,7 +73,7 @@ std::vector<check::Gate> one_of_each(const std::filesystem::path& folder) {
       gate("</h2><script>alert(1)</script> \"quoted\" & 'quoted' \xE2\x80\xAE \xFF \x01", hostile, flat, 0.5));
   gates.push_back(gate("missing <file>", (folder / "missing <b>.off").string(), round, 1));
   gates.push_back(gate("share of the diagonal", dent, round, 0));
-  gates.back().limit = {std::nullopt, 0.0125, ""};
+  gates.back().limit = {std::nullopt, 0.0125, std::nullopt};
   gates.push_back(gate("equal, with a limit of 0", round, round, 0));
   gates.push_back(gate("a single point", point, round, 30));
   gates.push_back(gate("only warns", dent, round, 0.3));
@@ -81,7 +81,7 @@ std::vector<check::Gate> one_of_each(const std::filesystem::path& folder) {
   gates.push_back(gate("undecided", dent, round, 0.58));
   gates.back().options.tolerance = {100, std::nullopt, std::nullopt};
   for (check::Gate& each : gates) {
-    if (each.limit.max_distance) each.limit.units = "mm";
+    if (each.limit.max_distance) each.limit.unit = api::LengthUnit::millimeter;
     each.manifest = "gates.yaml";
     each.line = 7;
     each.statistics = true;

@@ -104,7 +104,9 @@ TEST_CASE("answer: whose mesh it is") {
 
 TEST_CASE("answer: which question it answers") {
   const auto is_answer = [](const std::string& body) {
-    return is_answer_to(*document_from(body), Direction::a_to_b, 0.1);
+    Gate asked;
+    asked.options.direction = Direction::a_to_b;
+    return is_answer_to(*document_from(body), asked, 0.1);
   };
   CHECK(is_answer(R"({"direction":"a_to_b","gate":{"max_distance":0.1,"units":"mm"}})"));
   for (const char* body :
@@ -114,6 +116,24 @@ TEST_CASE("answer: which question it answers") {
         R"({"direction":"a_to_b","gate":null})", R"({"direction":"a_to_b"})"}) {
     CAPTURE(body);
     CHECK_FALSE(is_answer(body));
+  }
+}
+
+TEST_CASE("answer: a service that takes units for labels has not answered") {
+  Gate asked;
+  asked.limit = {0.1, std::nullopt, LengthUnit::millimeter};
+  asked.options.units.a = LengthUnit::inch;
+  const auto is_answer = [&](const std::string& more) {
+    const std::string body = R"({"direction":"symmetric","gate":{"max_distance":0.1,"units":"mm"})" + more + "}";
+    return is_answer_to(*document_from(body), asked, 0.1);
+  };
+  const std::string mesh_a = R"(,"meshes":{"a":{"unit":{"name":"in","source":"declared"}}})";
+  CHECK(is_answer(R"(,"unit":{"name":"mm","source":"declared"})" + mesh_a));
+  for (const std::string& more :
+       {std::string(), mesh_a, R"(,"unit":{"name":"m","source":"file"})" + mesh_a,
+        std::string(R"(,"unit":{"name":"mm","source":"declared"})"), R"(,"unit":"mm")" + mesh_a}) {
+    CAPTURE(more);
+    CHECK_FALSE(is_answer(more));
   }
 }
 

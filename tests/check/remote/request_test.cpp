@@ -27,7 +27,8 @@ api::Request read(const Gate& gate, double max_distance) {
 
 TEST_CASE("request: the service measures with what the gate says") {
   Gate gate;
-  gate.limit.units = "mm";
+  gate.limit.unit = LengthUnit::millimeter;
+  gate.options.units = {LengthUnit::inch, LengthUnit::foot, {}, false};
   gate.timeout = std::chrono::milliseconds(1234);
   gate.options.direction = Direction::b_to_a;
   gate.options.strategy = Strategy::n_point;
@@ -39,7 +40,7 @@ TEST_CASE("request: the service measures with what the gate says") {
   gate.options.max_memory_bytes = std::size_t{3} << 20;
   gate.statistics = true;
   const auto request = read(gate, 0.1);
-  CHECK(request.units == "mm");
+  CHECK(request.options.units == api::AskedUnits{LengthUnit::inch, LengthUnit::foot, LengthUnit::millimeter, false});
   CHECK(request.timeout == gate.timeout);
   CHECK(request.options.max_distance == 0.1);
   CHECK(request.options.direction == Direction::b_to_a);
@@ -59,12 +60,18 @@ TEST_CASE("request: what the gate does not say is left to the service") {
   const Gate gate;
   const auto request = read(gate, 0);
   CHECK_FALSE(request.threads_given);
-  CHECK(request.units.empty());
+  CHECK(request.options.units == api::AskedUnits{});
   CHECK(request.options.tolerance.diagonal == gate.options.tolerance.diagonal);
   CHECK_FALSE(request.options.statistics.has_value());
   const auto json = nlohmann::json::parse(service::document_of(service::asked_of(kA, kB, gate, 0)));
   for (const char* absent : {"threads", "budget", "points", "statistics"})
     CHECK_FALSE(json["options"].contains(absent));
+}
+
+TEST_CASE("request: a share of the diagonal is a number in the unit of the baseline") {
+  Gate gate;
+  gate.limit = {std::nullopt, 0.005, std::nullopt};
+  CHECK(read(gate, 0.1).options.units.limit_of_b);
 }
 
 TEST_CASE("request: the limit arrives bit by bit") {

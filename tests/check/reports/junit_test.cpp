@@ -77,7 +77,7 @@ TEST_CASE("junit: names are read back as they are shown, whatever they hold") {
     for (int verdicts = 0; verdicts < 4; ++verdicts, test = test.next_sibling("testsuite")) {
       CHECK(test.attribute("name").value() == shown_name(name));
       CHECK(test.child("testcase").attribute("name").value() == shown_name(name));
-      CHECK(property(test, "units") == shown_name(name));
+      if (verdicts < 3) CHECK(property(test, "note") == shown_name(name));
     }
   }
   CHECK_FALSE(test);

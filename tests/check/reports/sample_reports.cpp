@@ -76,7 +76,7 @@ Report hostile() {
   for (const std::string& name : hostile_names()) {
     for (const Make make : {Make{passed}, Make{failed}, Make{undecided}, Make{broken}}) {
       GateOutcome outcome = make(name);
-      outcome.gate.limit.units = name;
+      if (outcome.measured) outcome.measured->notes = {name};
       outcome.gate.manifest = name;
       if (outcome.measured) outcome.measured->status = name;
       outcomes.push_back(std::move(outcome));
@@ -88,7 +88,7 @@ Report hostile() {
 Report ordinary() {
   GateOutcome warned = failed("lod-2");
   warned.gate.warn_only = true;
-  warned.gate.limit = {{}, 0.005, ""};
+  warned.gate.limit = {{}, 0.005, {}};
   return report_of({passed("bracket"), failed("lid"), undecided("hinge"), broken("screw"), warned});
 }
 

@@ -14,7 +14,7 @@ namespace {
 GateOutcome with(const Measured& measured) {
   GateOutcome outcome;
   outcome.gate = gate("part.stl", "cad.stl", measured.limit);
-  outcome.gate.limit.units = "mm";
+  outcome.gate.limit.unit = LengthUnit::millimeter;
   outcome.measured = measured;
   return outcome;
 }

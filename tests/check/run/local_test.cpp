@@ -34,12 +34,12 @@ Json steady(Json document) {
 
 Json compared(const Gate& gate) {
   const auto a = WholeFile::open(gate.candidate.string()), b = WholeFile::open(gate.baseline.string());
-  Options options = gate.options;
+  api::ComparisonOptions options = gate.options;
   options.max_distance = gate.limit.max_distance;
+  options.units = units_of(gate);
   Control control;
   auto comparison = api::compare({"a", a->bytes(), gate.candidate.string(), ""},
                                  {"b", b->bytes(), gate.baseline.string(), ""}, options, {}, control);
-  comparison->units = gate.limit.units;
   return Json::parse(api::to_json(*comparison));
 }
 
@@ -48,7 +48,7 @@ Json compared(const Gate& gate) {
 TEST_CASE("a gate's document is that of a comparison, with the same bits") {
   const Folder folder;
   Gate asked = gate(folder.obj("a.obj", shapes::sphere(12)), folder.obj("b.obj", shapes::sphere(11, 1.01)), 0.03);
-  asked.limit.units = "mm";
+  asked.limit.unit = LengthUnit::millimeter;
   const Report report = run_here({asked, asked});
   for (const GateOutcome& outcome : report.outcomes) {
     REQUIRE(outcome.measured);

@@ -18,7 +18,7 @@ GateOutcome outcome(const std::string& name, const Measured& measured, bool warn
   GateOutcome made;
   made.gate = gate("a.stl", "b.stl", measured.limit);
   made.gate.name = name;
-  made.gate.limit.units = "mm";
+  made.gate.limit.unit = LengthUnit::millimeter;
   made.gate.warn_only = warn_only;
   made.measured = measured;
   made.wall_ms = 1250;

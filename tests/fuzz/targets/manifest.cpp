@@ -39,7 +39,8 @@ Json json_of(const Entry& entry) {
   Json json{{"name", entry.name.text},
             {"candidate", entry.candidate.text},
             {"baseline", entry.baseline.text},
-            {"max_distance", number(gate.limit.max_distance.value_or(0)) + " " + gate.limit.units},
+            {"max_distance", number(gate.limit.max_distance.value_or(0)) +
+                                 (gate.limit.unit ? " " + std::string(to_string(*gate.limit.unit)) : std::string())},
             {"direction", name_of(api::kDirections, gate.options.direction)},
             {"timeout", std::to_string(gate.timeout.count()) + " ms"},
             {"strategy", name_of(api::kStrategies, gate.options.strategy)},
@@ -48,27 +49,30 @@ Json json_of(const Entry& entry) {
             {"on_fail", gate.warn_only ? "warn" : "fail"}};
   if (gate.options.strategy == Strategy::n_point) json["points"] = gate.options.points;
   if (gate.threads_given) json["threads"] = gate.options.threads;
+  const api::AskedUnits& units = gate.options.units;
+  if (units.a) json["units"]["candidate"] = to_string(*units.a);
+  if (units.b) json["units"]["baseline"] = to_string(*units.b);
   return json;
 }
 
 bool same(const Entry& x, const Entry& y) {
   const Options &a = x.gate.options, &b = y.gate.options;
   const bool same_limit = x.gate.limit.max_diagonal_share || (x.gate.limit.max_distance == y.gate.limit.max_distance &&
-                                                              x.gate.limit.units == y.gate.limit.units);
-  return same_limit && x.name.text == y.name.text && x.candidate.text == y.candidate.text &&
-         x.baseline.text == y.baseline.text && a.direction == b.direction && a.strategy == b.strategy &&
-         (a.strategy != Strategy::n_point || a.points == b.points) && a.threads == b.threads &&
-         a.tolerance.absolute == b.tolerance.absolute && a.tolerance.diagonal == b.tolerance.diagonal &&
-         a.tolerance.relative == b.tolerance.relative && x.gate.timeout == y.gate.timeout &&
-         x.gate.threads_given == y.gate.threads_given && x.gate.statistics == y.gate.statistics &&
-         x.gate.warn_only == y.gate.warn_only;
+                                                              x.gate.limit.unit == y.gate.limit.unit);
+  return same_limit && x.gate.options.units == y.gate.options.units && x.name.text == y.name.text &&
+         x.candidate.text == y.candidate.text && x.baseline.text == y.baseline.text && a.direction == b.direction &&
+         a.strategy == b.strategy && (a.strategy != Strategy::n_point || a.points == b.points) &&
+         a.threads == b.threads && a.tolerance.absolute == b.tolerance.absolute &&
+         a.tolerance.diagonal == b.tolerance.diagonal && a.tolerance.relative == b.tolerance.relative &&
+         x.gate.timeout == y.gate.timeout && x.gate.threads_given == y.gate.threads_given &&
+         x.gate.statistics == y.gate.statistics && x.gate.warn_only == y.gate.warn_only;
 }
 
 void require_sound(const Limit& limit) {
   require(limit.max_distance.has_value() != limit.max_diagonal_share.has_value(), "a limit is of one kind");
   const double value = limit.max_distance ? *limit.max_distance : *limit.max_diagonal_share;
   require(api::in_range(value, api::kMaxDistanceRange, "limit").ok(), "the limit is in range");
-  require(limit.units.size() <= api::kMaxUnitsBytes && is_utf8(limit.units), "the unit is short");
+  require(!limit.unit || limit.max_distance, "a share has no unit");
 }
 
 void require_sound(const Entry& entry) {

@@ -26,14 +26,18 @@ Json json_of(const Tolerance& tolerance) {
 
 // Every member that a request can have; the number of work items has a default that cannot be written.
 std::string written(const Request& request) {
-  const Options& options = request.options;
+  const api::ComparisonOptions& options = request.options;
   Json json{{"direction", name_of(api::kDirections, options.direction)},
             {"strategy", name_of(api::kStrategies, options.strategy)},
             {"tolerance", json_of(options.tolerance)},
             {"timeout_ms", request.timeout.count()},
             {"threads", options.threads},
             {"budget", {{"memory_bytes", options.max_memory_bytes}}}};
-  if (options.max_distance) json["gate"] = {{"max_distance", *options.max_distance}, {"units", request.units}};
+  if (options.max_distance) json["gate"]["max_distance"] = *options.max_distance;
+  const std::string_view limit_unit = api::limit_unit_name(options.units);
+  if (options.max_distance && !limit_unit.empty()) json["gate"]["units"] = limit_unit;
+  if (options.units.a) json["units"]["a"] = to_string(*options.units.a);
+  if (options.units.b) json["units"]["b"] = to_string(*options.units.b);
   if (options.strategy == Strategy::n_point) json["points"] = options.points;
   if (options.max_work_items != std::numeric_limits<std::uint64_t>::max()) {
     json["budget"]["work_items"] = options.max_work_items;
@@ -43,7 +47,7 @@ std::string written(const Request& request) {
 
 bool same(const Request& a, const Request& b) {
   const Options &x = a.options, &y = b.options;
-  return a.timeout == b.timeout && a.units == b.units && x.direction == y.direction &&
+  return a.timeout == b.timeout && a.options.units == b.options.units && x.direction == y.direction &&
          x.tolerance.absolute == y.tolerance.absolute && x.tolerance.diagonal == y.tolerance.diagonal &&
          x.tolerance.relative == y.tolerance.relative && x.max_distance == y.max_distance && x.strategy == y.strategy &&
          x.points == y.points && x.max_memory_bytes == y.max_memory_bytes && x.max_work_items == y.max_work_items &&
@@ -55,7 +59,7 @@ void require_within(std::optional<double> value, const api::Range& range, const 
 }
 
 void require_in_range(const Request& request, const api::RequestLimits& limits) {
-  const Options& options = request.options;
+  const api::ComparisonOptions& options = request.options;
   require_within(options.tolerance.absolute, api::kToleranceRange, "the absolute tolerance is in range");
   require_within(options.tolerance.diagonal, api::kToleranceRange, "the tolerance by the diagonal is in range");
   require_within(options.tolerance.relative, api::kToleranceRange, "the relative tolerance is in range");
@@ -64,7 +68,7 @@ void require_in_range(const Request& request, const api::RequestLimits& limits) 
   require(options.tolerance.absolute || options.tolerance.diagonal || options.tolerance.relative,
           "there is a rule to stop by");
   require(is_stencil(options.points), "the number of points is a stencil");
-  require(request.units.size() <= api::kMaxUnitsBytes, "the units are short");
+  require(!options.units.limit || options.max_distance, "a unit of the limit goes with a limit");
   require(request.timeout.count() >= 1 && request.timeout <= limits.max_timeout, "the time is within the limit");
 }
 
