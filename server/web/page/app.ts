@@ -15,7 +15,7 @@ import { RunView } from "./run/view.js";
 import { ProblemError } from "./api/problem.js";
 import { damagedWords } from "./text/links.js";
 import { optionsOf } from "./text/snippets.js";
-import { titleOf, wordingOf } from "./text/verdict.js";
+import { titleOf, unitAsked, wordingOf } from "./text/verdict.js";
 import { showTrouble } from "./trouble.js";
 
 type View = "form" | "run" | "result" | "batch" | "none";
@@ -143,7 +143,7 @@ export class App {
     this.leave();
     const names = { a: nameOf(order.a), b: nameOf(order.b) };
     const signal = this.controller.signal;
-    const run = this.openRun(names, order.options.gate?.max_distance ?? null, order.options.gate?.units ?? "");
+    const run = this.openRun(names, order.options.gate?.max_distance ?? null, unitAsked(order.options.gate?.units));
     const tell = {
       upload: run.upload.bind(run),
       progress: run.progress.bind(run),
@@ -169,7 +169,7 @@ export class App {
       const job = await this.client.job(id, signal);
       if (hasEnded(job)) return await this.finish(job, signal);
       const memory = this.memories.get(id);
-      const run = this.openRun(memory?.names ?? null, job.gate?.max_distance ?? null, job.gate?.units ?? "");
+      const run = this.openRun(memory?.names ?? null, job.gate?.max_distance ?? null, unitAsked(job.gate?.units));
       this.running = id;
       run.accepted(job);
       await this.finish(await watch(this.client, id, run, signal), signal);

@@ -26,7 +26,9 @@ store::BatchRow row(std::uint64_t position, const std::string& name, store::JobS
   job.started = at(1000);
   job.finished = at(2250);
   job.expires = at(9000);
-  if (state == store::JobState::done) job.document = R"({"id":"x","distance":{"lower":0.5,"upper":0.75}})";
+  if (state == store::JobState::done) {
+    job.document = R"({"id":"x","distance":{"lower":0.5,"upper":0.75},"unit":{"name":"mm","source":"assumed"}})";
+  }
   return {position, name, job};
 }
 
@@ -86,9 +88,10 @@ TEST_CASE("batch report: whatever the names hold") {
   pugi::xml_document document;
   store::BatchRow failed = row(0, hostile, store::JobState::done, "fail");
   failed.job->options = R"({"gate":{"max_distance":1,"units":"\u0000\u0001\u001b"}})";
+  failed.job->document = R"({"distance":{"lower":0.5,"upper":0.75},"unit":{"name":"<mm>","source":"\u0000"}})";
   const std::string text = report(batch(hostile), {failed});
   REQUIRE(document.load_string(text.c_str()));
-  CHECK(text.find("limit 1 ???") != std::string::npos);
+  CHECK(text.find("distance in [0.5, 0.75], limit 1\"") != std::string::npos);  // what is no unit is not shown
   const pugi::xml_node suite = document.child("testsuites").child("testsuite");
   const std::string shown = "<&>\"' ]]> \xC3\xA9 \xF0\x9F\x98\x80 ??";
   CHECK(suite.attribute("name").value() == shown);
@@ -108,6 +111,8 @@ TEST_CASE("batch document: counts, times and failures") {
   CHECK(document["counts"]["total"] == 6);
   CHECK(document["counts"]["undecided"] == 1);
   CHECK(document["failures"][0]["distance"] == json{{"lower", 0.5}, {"upper", 0.75}});
+  CHECK(document["failures"][0]["unit"] == "mm");
+  CHECK(document["failures"][2]["unit"].is_null());  // its result does not say
   CHECK(document["failures"][0]["problem"].is_null());
   CHECK(document["failures"][1]["distance"].is_null());
   CHECK(document["failures"][1]["problem"]["status"] == 500);

@@ -23,7 +23,7 @@ export class Walk {
     if (a) await page.locator("#file-a").setInputFiles(a);
     if (b) await page.locator("#file-b").setInputFiles(b);
     if (limit !== undefined) await page.locator("#limit").fill(limit);
-    if (units !== undefined) await page.locator("#units").fill(units);
+    if (units !== undefined) await page.locator("#units").selectOption(units);
     if (direction) await page.locator(`[name=direction][value=${direction}]`).check();
     if (tolerance) {
       await page.locator("#toleranceKind").selectOption(tolerance[0]);

@@ -20,7 +20,7 @@ const result = (position: number, change: Partial<BatchResult> = {}): BatchResul
 });
 const cancelled = { type: "urn:meshgauge:problem:cancelled", title: "Cancelled", status: 409, detail: "it was cancelled", errors: [] } as unknown as BatchResult["problem"];
 const failure = (position: number, change: Partial<BatchFailure> = {}): BatchFailure => ({
-  position, name: null, comparison: id, state: "done", verdict: "fail", gate: gate(0.05), distance: { lower: 0.1, upper: 0.2 }, problem: null, ...change,
+  position, name: null, comparison: id, state: "done", verdict: "fail", gate: gate(0.05), unit: "mm", distance: { lower: 0.1, upper: 0.2 }, problem: null, ...change,
 });
 const batch = (change: Partial<BatchCounts>, failures: BatchFailure[] = [], state: Batch["state"] = "done"): Batch => ({
   id, name: "nightly", state, created: "2026-03-01T12:00:00.000Z", finished: state === "running" ? null : "2026-03-01T12:00:09.000Z",

@@ -47,9 +47,9 @@ test("mistakes of several fields are all told", () => {
   assert.deepEqual(blamed({ limit: "x", toleranceKind: "absolute", tolerance: "", timeout: "500", threads: "1.5" }), ["limit", "tolerance", "timeout", "threads"]);
 });
 
-test("a unit's name has 32 bytes at most, not letters", () => {
-  assert.deepEqual(blamed({ limit: "1", units: "µ".repeat(17) }), ["units"]);
-  assert.deepEqual(blamed({ limit: "1", units: "µ".repeat(16) }), []);
+test("units of the meshes are declared, one or both", () => {
+  assert.deepEqual(build({ unitA: "in" }).options, { units: { a: "in" } });
+  assert.deepEqual(build({ limit: "1", units: "mm", unitA: "in", unitB: "m" }).options, { gate: { max_distance: 1, units: "mm" }, units: { a: "in", b: "m" } });
 });
 
 test("times and threads have ends", () => {
@@ -71,6 +71,7 @@ test("the form that leads to a result asks for the same", () => {
   const results = [
     comparison(),
     comparison({ gate: gate(0.05), direction: "b_to_a" }),
+    comparison({ meshes: { ...comparison().meshes, b: { ...comparison().meshes.b, unit: { name: "in", source: "declared" } } } }),
     comparison({ gate: gate(2, null), tolerance: { ...comparison().tolerance, asked: { relative: 0.07 } } }),
     comparison({ tolerance: { ...comparison().tolerance, asked: { absolute: 0.25 } }, engine: { ...comparison().engine, strategy: "n_point", points: 109 } }),
   ];

@@ -63,10 +63,13 @@ test("the gate for a pipeline", () => {
   ].join("\n"));
 });
 
-test("a unit that gates.yaml would read otherwise is left out", () => {
-  for (const units of ["%", "percent", "e", "a b", "mm # x", "m\nversion: 2"]) {
-    assert.match(gatesYaml(comparison({ gate: gate(0.05, units) }), { a: "a.stl", b: "b.stl" }), /max_distance: 0.05\n/, units);
-  }
+test("the gate for a pipeline declares what was declared, and a number in the unit of mesh b is in that of the result", () => {
+  const plain = comparison();
+  const meshes = { ...plain.meshes, a: { ...plain.meshes.a, unit: { name: "in", source: "declared" } as const } };
+  const unit = { name: "mm", source: "file" } as const;
+  const told = gatesYaml(comparison({ gate: gate(0.05, "b"), unit, meshes }), { a: "a.stl", b: "b.3mf" });
+  assert.match(told, /max_distance: 0.05 mm\n {4}units: \{candidate: in\}\n/);
+  assert.match(gatesYaml(comparison({ unit }), { a: "a.stl", b: "b.3mf" }), /max_distance: 0.0976 mm {2}# just above/);
 });
 
 test("without a gate the limit is just above what was measured", () => {

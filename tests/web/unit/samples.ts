@@ -3,7 +3,7 @@ import type { Comparison, Directed, MeshFacts } from "../../../server/web/page/a
 
 function mesh(name: string): MeshFacts {
   return {
-    format: "obj", format_mismatch: null, unit: null, bytes: 1000, sha256: name.repeat(64).slice(0, 64), vertices: 8, triangles: 12,
+    format: "obj", format_mismatch: null, unit: { name: null, source: "unknown" }, bytes: 1000, sha256: name.repeat(64).slice(0, 64), vertices: 8, triangles: 12,
     degenerate: 0, bbox: { low: [0, 0, 0], high: [1, 1, 1] }, diagonal: 1.7320508075688772, gzip: false, polygons: { count: 0, concave: 0, non_planar: 0, self_crossing: 0, largest_deviation: 0 },
     skipped_primitives: 0, unused_objects: 0, helper_objects: 0, welded_vertices: 0, notes: [],
   };
@@ -18,9 +18,14 @@ export function directed(lower: number, upper: number | null, triangle = 3): Dir
   };
 }
 
+// As of two meshes without a unit.
+function unitOf({ gate }: Partial<Comparison>): Comparison["unit"] {
+  return gate?.units ? { name: gate.units as Comparison["unit"]["name"], source: "assumed" } : { name: null, source: "unknown" };
+}
+
 export function comparison(change: Partial<Comparison> = {}): Comparison {
   return {
-    id: "0".repeat(32), status: "converged", verdict: null, gate: null, direction: "symmetric",
+    id: "0".repeat(32), status: "converged", verdict: null, gate: null, unit: unitOf(change), notes: [], direction: "symmetric",
     distance: { lower: 0.0968, upper: 0.0976 },
     a_to_b: directed(0.0967, 0.0976), b_to_a: directed(0.0968, 0.09763, 7),
     tolerance: {

@@ -24,17 +24,18 @@ const order: readonly Kind[] = ["fail", "error", "undecided", "cancelled", "gone
 const open = new Set<Kind>(["fail", "error", "undecided", "cancelled"]);
 
 export function rowOfFailure(failure: BatchFailure): Row {
-  return rowOf(failure, failure.distance, failure.gate);
+  return rowOf(failure, failure.distance, failure.gate, failure.unit);
 }
 
 export function rowOfResult(result: BatchResult): Row {
-  return rowOf(result, result.result?.distance ?? null, result.result?.gate ?? null);
+  return rowOf(result, result.result?.distance ?? null, result.result?.gate ?? null, result.result?.unit.name ?? null);
 }
 
 function rowOf(
   of: Pick<BatchResult, "position" | "name" | "comparison" | "state" | "verdict" | "problem">,
   distance: Row["distance"],
   gate: BatchFailure["gate"],
+  unit: BatchFailure["unit"],
 ): Row {
   const kind = kindOf(of.state, of.verdict);
   return {
@@ -44,7 +45,7 @@ function rowOf(
     kind,
     distance,
     limit: gate?.max_distance ?? null,
-    units: gate?.units ?? "",
+    units: unit ?? "",
     words: kind === "gone" ? "Its result is not kept any more." : asSentence(of.problem?.detail ?? ""),
   };
 }

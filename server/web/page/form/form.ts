@@ -15,9 +15,9 @@ export interface Order {
   options: Options;
 }
 
-const inMore: Field[] = ["timeout", "threads", "strategy", "points", "statistics"];
-const texts = ["limit", "units", "tolerance", "timeout", "threads"] as const;
-const choices = ["toleranceKind", "strategy", "points"] as const;
+const inMore: Field[] = ["timeout", "threads", "strategy", "points", "statistics", "unitA", "unitB"];
+const texts = ["limit", "tolerance", "timeout", "threads"] as const;
+const choices = ["units", "unitA", "unitB", "toleranceKind", "strategy", "points"] as const;
 
 export class Form {
   private readonly form = find("#form", HTMLFormElement);
@@ -38,7 +38,7 @@ export class Form {
     });
     this.form.addEventListener("change", () => this.adapt());
     this.form.addEventListener("input", (event) => {
-      if (event.target instanceof HTMLInputElement) this.say(event.target.name as Field, "");
+      if (event.target instanceof HTMLInputElement || event.target instanceof HTMLSelectElement) this.say(event.target.name as Field, "");
     });
     this.adapt();
   }
@@ -117,6 +117,8 @@ export class Form {
     return {
       limit: text("limit"),
       units: text("units"),
+      unitA: text("unitA"),
+      unitB: text("unitB"),
       direction: text("direction") as FormValues["direction"],
       toleranceKind: text("toleranceKind") as FormValues["toleranceKind"],
       tolerance: text("tolerance"),
@@ -190,7 +192,7 @@ export class Form {
 function fieldOf(defect: Defect | undefined): { name: Field; message: string } | null {
   if (!defect) return null;
   const fields: [string, Field][] = [
-    ["/gate/units", "units"], ["/gate", "limit"], ["/tolerance", "tolerance"],
+    ["/gate/units", "units"], ["/units/a", "unitA"], ["/units/b", "unitB"], ["/gate", "limit"], ["/tolerance", "tolerance"],
     ["/timeout_ms", "timeout"], ["/threads", "threads"], ["/points", "points"],
   ];
   const found = fields.find(([pointer]) => defect.where.startsWith(pointer));

@@ -1,11 +1,14 @@
 // What a person typed as the options of a comparison, or what is wrong with it, field by field.
 import type { Comparison, Direction, Options, Strategy, Tolerance } from "../api/types.js";
+import { optionsOf } from "../text/snippets.js";
 
 export type ToleranceKind = "default" | "relative" | "absolute" | "diagonal";
 
 export interface FormValues {
   limit: string; // empty: no gate; "0.05 mm" has its unit with it
-  units: string;
+  units: string; // of the limit; empty: none
+  unitA: string; // of mesh a; empty: as its file says
+  unitB: string;
   direction: Direction;
   toleranceKind: ToleranceKind;
   tolerance: string; // percent where it is relative or of the diagonal
@@ -28,6 +31,8 @@ export type Built = { options: Options; mistakes: [] } | { options: null; mistak
 export const noValues: FormValues = {
   limit: "",
   units: "",
+  unitA: "",
+  unitB: "",
   direction: "symmetric",
   toleranceKind: "default",
   tolerance: "",
@@ -41,13 +46,13 @@ export const noValues: FormValues = {
 export const pointChoices = [4, 10, 31, 109, 409, 1585] as const;
 export const longestTimeoutS = 180;
 const mostThreads = 64;
-const mostUnitBytes = 32;
 
 export function buildOptions(values: FormValues): Built {
   const mistakes: Mistake[] = [];
   const blame = (field: Field) => (message: string) => void mistakes.push({ field, message });
   const options: Options = {
     ...gateOf(values, blame("limit"), blame("units")),
+    ...unitsDeclared(values),
     ...(values.direction === "symmetric" ? {} : { direction: values.direction }),
     ...toleranceOf(values, blame("tolerance")),
     ...strategyOf(values, blame("points")),
@@ -93,18 +98,22 @@ function gateOf(values: FormValues, blame: Blame, blameUnits: Blame): Pick<Optio
   }
   const { number, units: written } = splitLimit(values.limit);
   if (written.startsWith("%")) {
-    blame("A share of the size is not possible here: write a length, in the meshes' unit.");
+    blame("A share of the size is not possible here: write a length.");
     return {};
   }
   const limit = numberOf(number, "The limit", blame);
   const units = named || written;
   if (written !== "" && named !== "" && written !== named) {
-    blameUnits(`The limit is in "${written}" and the unit is "${named}". Nothing is converted: write one of them.`);
+    blameUnits(`The limit is in "${written}" and the unit is "${named}": write one of them.`);
     return {};
   }
-  if (new TextEncoder().encode(units).length > mostUnitBytes) blameUnits(`The unit's name is longer than ${String(mostUnitBytes)} bytes.`);
   if (limit === null) return {};
   return { gate: { max_distance: limit, ...(units === "" ? {} : { units }) } };
+}
+
+function unitsDeclared({ unitA, unitB }: FormValues): Pick<Options, "units"> {
+  if (unitA === "" && unitB === "") return {};
+  return { units: { ...(unitA === "" ? {} : { a: unitA }), ...(unitB === "" ? {} : { b: unitB }) } };
 }
 
 function toleranceOf(values: FormValues, blame: Blame): Pick<Options, "tolerance"> {
@@ -151,10 +160,13 @@ function threadsOf(text: string, blame: Blame): Pick<Options, "threads"> {
 
 /** The form that leads to a result like this one; its time and threads are not in the result. */
 export function valuesOf(result: Comparison): FormValues {
+  const { units = {} } = optionsOf(result);
   return {
     ...noValues,
     limit: result.gate ? String(result.gate.max_distance) : "",
-    units: result.gate?.units ?? "",
+    units: optionsOf(result).gate?.units ?? "",
+    unitA: units.a ?? "",
+    unitB: units.b ?? "",
     direction: result.direction,
     ...toleranceValues(result.tolerance.asked),
     strategy: result.engine.strategy,

@@ -7,6 +7,7 @@ type Row = [string, (mesh: MeshFacts) => string];
 
 const rows: Row[] = [
   ["Format", (mesh) => formatWords(mesh)],
+  ["Unit", (mesh) => unitWords(mesh)],
   ["Size", (mesh) => inBytes(mesh.bytes) + (mesh.gzip ? ", gzip-compressed" : "")],
   ["Triangles", (mesh) => grouped(mesh.triangles)],
   ["Vertices", (mesh) => grouped(mesh.vertices)],
@@ -16,9 +17,12 @@ const rows: Row[] = [
   ["Diagonal", (mesh) => toDigits(mesh.diagonal, 7)],
 ];
 
-function formatWords(mesh: MeshFacts): string {
-  const unit = mesh.unit === null || mesh.unit === "mm" ? "" : `, in ${mesh.unit}, converted to millimetres`;
-  return mesh.format.toUpperCase().replace("GLTF", "glTF") + unit;
+const formatWords = (mesh: MeshFacts): string => mesh.format.toUpperCase().replace("GLTF", "glTF");
+
+const sources = { file: "its file says so", declared: "declared", assumed: "taken from the limit", unknown: "" };
+
+function unitWords({ unit }: MeshFacts): string {
+  return unit.name === null ? "not known" : `${unit.name}, ${sources[unit.source]}`;
 }
 
 export function meshesTable(result: Comparison, names: Record<Side, string>): HTMLElement {

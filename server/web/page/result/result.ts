@@ -61,6 +61,7 @@ function verdictOf(face: ResultFace, ends: (() => void)[]): HTMLElement {
     words.tone === "measured" ? null : h("p", { class: "reading" }, ...readingOf(result)),
     h("p", { class: "reason" }, words.reason),
     words.proof === "" ? null : h("p", { class: "proof" }, words.proof),
+    ...result.notes.map((note) => h("p", { class: "note" }, `Note: ${note}.`)),
     host,
     h("div", { class: "actions" }, narrower(face), button("Measure again", { class: "again" }, () => face.again()), h("a", { class: "button", href: "/" }, "New pair")),
   );
@@ -121,13 +122,15 @@ function precision(result: Comparison): HTMLElement {
       ["Its width", widthWords(reached, units)],
       ["Asked for", askedWords(asked, units)],
       ["Rounding alone", `${withUnits(toDigits(result.precision_floor, 2), units)} of the width`],
-      ["Against the size", sizeWords(upper, result.meshes.b.diagonal)],
+      ["Against the size", sizeWords(upper, result)],
     ]),
   );
 }
 
-// A baseline that is a point has no size.
-function sizeWords(upper: number | null, diagonal: number): string {
+// A baseline that is a point has no size; one that was converted has it in another unit.
+function sizeWords(upper: number | null, { unit, meshes }: Comparison): string {
+  const { diagonal } = meshes.b;
+  if (unit.name !== null && unit.name !== meshes.b.unit.name) return "";
   return upper === null || diagonal === 0 ? "" : `The distance is at most ${inPercentAbove(upper / diagonal, 3)} of B's diagonal`;
 }
 

@@ -1,5 +1,5 @@
 // The same measurement outside of the page: a command line, and a gate of `meshgauge check`.
-import type { Comparison, Options } from "../api/types.js";
+import type { Comparison, MeshFacts, Options } from "../api/types.js";
 import { toDigitsAbove } from "./numbers.js";
 
 export interface Names {
@@ -20,16 +20,28 @@ const quoted = (text: string): string => `'${text.replace(/'/g, "'\\''")}'`;
 
 /** What of the options a result tells. */
 export function optionsOf(result: Comparison): Options {
+  const unit = unitOfLimit(result);
   const { gate, direction, tolerance, engine } = result;
   const usual = tolerance.asked.absolute === undefined && tolerance.asked.relative === 0.01 && tolerance.asked.diagonal === 1e-6;
   return {
-    ...(gate ? { gate: { max_distance: gate.max_distance, ...(gate.units === null ? {} : { units: gate.units }) } } : {}),
+    ...(gate ? { gate: { max_distance: gate.max_distance, ...(unit === null ? {} : { units: unit }) } } : {}),
+    ...unitsDeclared(result),
     ...(direction === "symmetric" ? {} : { direction }),
     ...(usual ? {} : { tolerance: tolerance.asked }),
     ...(engine.strategy === "auto" ? {} : { strategy: engine.strategy }),
     ...(engine.points === null ? {} : { points: engine.points as NonNullable<Options["points"]> }),
     ...(result.statistics ? { statistics: true } : {}),
   };
+}
+
+// A number in the unit of mesh b is one in the unit of the result.
+const unitOfLimit = ({ gate, unit }: Comparison): string | null => (gate?.units === "b" ? unit.name : (gate?.units ?? null));
+
+function unitsDeclared({ meshes: { a, b } }: Comparison): Pick<Options, "units"> {
+  const declared = (mesh: MeshFacts) => (mesh.unit.source === "declared" ? mesh.unit.name : null);
+  const [one, other] = [declared(a), declared(b)];
+  if (one === null && other === null) return {};
+  return { units: { ...(one === null ? {} : { a: one }), ...(other === null ? {} : { b: other }) } };
 }
 
 /** gates.yaml with this gate. Without one, its limit is just above what was measured. */
@@ -45,24 +57,29 @@ export function gatesYaml(result: Comparison, names: Names): string {
     `    candidate: ${JSON.stringify(a)}`,
     `    baseline: ${JSON.stringify(`baselines/${b}`)}`,
     `    max_distance: ${limit}${remark}`,
+    ...unitsLine(result),
     ...directionLine(result),
     ...toleranceLine(result),
   ];
   return lines.join("\n") + "\n";
 }
 
-// A unit of gates.yaml is one word, and none that means a share.
-const unitWord = /^(?!e$|percent|pct$|prozent$|pourcent$|permille$|promille$|ppm$)[A-Za-z\u00B5\u03BC]{1,16}$/i;
-
 function limitOf(result: Comparison): { limit: string; remark: string } {
   const { gate, distance } = result;
   if (!gate) {
     const known = distance.upper ?? distance.lower;
-    return { limit: toDigitsAbove(known, 3), remark: "  # just above what was measured: say what is allowed" };
+    return { limit: `${toDigitsAbove(known, 3)}${result.unit.name === null ? "" : ` ${result.unit.name}`}`, remark: "  # just above what was measured: say what is allowed" };
   }
   const number = String(gate.max_distance);
-  if (gate.units === null) return { limit: number, remark: "" };
-  return unitWord.test(gate.units) ? { limit: `${number} ${gate.units}`, remark: "" } : { limit: number, remark: "" };
+  const unit = unitOfLimit(result);
+  return { limit: unit === null ? number : `${number} ${unit}`, remark: "" };
+}
+
+function unitsLine(result: Comparison): string[] {
+  const { units } = optionsOf(result);
+  if (!units) return [];
+  const both = [...(units.a ? [`candidate: ${units.a}`] : []), ...(units.b ? [`baseline: ${units.b}`] : [])];
+  return [`    units: {${both.join(", ")}}`];
 }
 
 function directionLine(result: Comparison): string[] {

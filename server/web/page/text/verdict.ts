@@ -45,8 +45,14 @@ function witnessOf(from: Side, directed: Directed | null): FoundWitness | null {
   };
 }
 
+/** Of a limit, before there is a result; "b" is the unit of mesh b, which is not known yet. */
+export function unitAsked(units: string | null | undefined): string {
+  return units === "b" ? "" : (units ?? "");
+}
+
+/** Of every length that was measured; empty: not known. */
 export function unitsOf(result: Comparison): string {
-  return result.gate?.units ?? "";
+  return result.unit.name ?? "";
 }
 
 /** `timeoutMs`: what was asked for, where it is known. */
