@@ -102,11 +102,15 @@ class Schema(unittest.TestCase):
                     self.assertTrue(described(value) or "const" in value)
 
     def test_every_limit_and_time_that_is_read(self):
-        for limit in (0, 0.05, "0.05 mm", "0.05mm", "5e-2", ".5 m", "5.", "0.5 %", " 3 in ", "1 \u00b5m", "5em", "2 percents_of_it", "1 em"):
+        for limit in (0, 0.05, "0.05 mm", "0.05mm", "5e-2", ".5 m", "5.", "0.5 %", " 3 in ", "1 \u00b5m", "5 Inches", "2\"", "1 metre"):
             self.assertEqual(defects(gate(max_distance=limit)), [], limit)
-        for limit in (-1, "", "mm", "0,05", "1 000 mm", "0x10", "1_000", "nan", "5 % mm", "5 m2", "0.5 percent", "5 PCT", "5 pct ", "3 permille",
+        for limit in (-1, "", "mm", "0,05", "1 000 mm", "0x10", "1_000", "nan", "5 % mm", "5 m2", "0.5 percent", "5 PCT", "5 pct ", "3 permille", "5em", "1 parsec",
                       "5 \u2030", "5 \uff05", "5 x\u2030", "5e-", "5e", "5 E+mm", "-0.05", True, None, [1]):
             self.assertNotEqual(defects(gate(max_distance=limit)), [], limit)
+        for units in ("mm", " Feet", "'", {"candidate": "in"}, {"candidate": "in", "baseline": "mm"}):
+            self.assertEqual(defects(gate(units=units)), [], units)
+        for units in ("parsec", "", "1 mm", 5, {}, {"a": "mm"}, ["mm"], {"candidate": "pt"}):
+            self.assertNotEqual(defects(gate(units=units)), [], units)
         for time in (1.5, 180, "60 s", "500 ms", "2 min", "60s", "90"):
             self.assertEqual(defects(gate(timeout=time)), [], time)
         for time in (0, 181, "1 h", "1 sec", "1 min 30 s", "1:30", "", True):

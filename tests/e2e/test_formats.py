@@ -56,14 +56,14 @@ class Notes(FormatCase):
         result = self.compare((SQUARE, "a.obj", "model/obj"), (SQUARE, "b.obj", "application/octet-stream")).json()
         self.assertEqual([result["meshes"][part]["format_mismatch"] for part in "ab"], [None, None])
 
-    def test_a_3mf_is_measured_in_millimetres(self):
+    def test_a_3mf_keeps_its_own_numbers(self):
         inches = self.compare((square_3mf("inch"), "a.3mf"), (SQUARE, "b.obj")).json()
-        self.assertEqual(inches["meshes"]["a"]["unit"], "inch")
-        self.assertEqual(inches["meshes"]["a"]["bbox"]["high"], [25.4, 25.4, 0])
-        self.assertIsNone(inches["meshes"]["b"]["unit"])
-        millimetres = self.compare((square_3mf("millimeter"), "a.3mf"), (SQUARE, "b.obj")).json()
-        self.assertEqual(millimetres["distance"]["lower"], 0)
-        self.assertLessEqual(millimetres["distance"]["upper"], 1e-5)
+        self.assertEqual(inches["meshes"]["a"]["unit"], {"name": "in", "source": "file"})
+        self.assertEqual(inches["meshes"]["a"]["bbox"]["high"], [1, 1, 0])
+        self.assertEqual(inches["meshes"]["b"]["unit"], {"name": None, "source": "unknown"})
+        self.assertEqual(inches["unit"], {"name": None, "source": "unknown"})
+        self.assertEqual(inches["distance"]["lower"], 0)
+        self.assertLessEqual(inches["distance"]["upper"], 1e-5)
 
     def test_polygons_points_and_degenerate_triangles(self):
         mesh = SQUARE + b"f 1 2 3 4\np 1\nl 1 2\nf 1 2\nf 1 1 2\n"
