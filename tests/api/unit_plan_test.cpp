@@ -16,7 +16,8 @@ using api::parse_unit;
 
 namespace {
 
-using Row = std::vector<std::string>;  // a, size, declared, b, size, declared, limit, unit, source, distance, verdict, says
+using Row =
+    std::vector<std::string>;  // a, size, declared, b, size, declared, limit, unit, source, distance, verdict, says
 
 std::vector<Row> table() {
   std::ifstream file(MESHGAUGE_SOURCE_DIR "/tests/units/units.tsv");
