@@ -129,3 +129,39 @@ TEST_CASE("digest: SHA-256 of the standard's examples") {
   CHECK(pieces.hex() == api::sha256_hex(bytes_of("abc")));
   CHECK(api::sha256_hex(bytes_of("abc")) == "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
 }
+
+TEST_CASE("compare: meshes are brought to the limit's unit, and a mesh against itself keeps distance 0") {
+  Options engine;
+  engine.tolerance = {std::nullopt, 1e-9, std::nullopt};
+  engine.max_distance = 60;
+  api::ComparisonOptions options(engine, {api::LengthUnit::inch, api::LengthUnit::meter, api::LengthUnit::millimeter});
+  Control control;
+  const auto compare = [&](std::string_view a, std::string_view b) {
+    return api::compare({"a", bytes_of(a), "a.obj", ""}, {"b", bytes_of(b), "b.obj", ""}, options, {}, control);
+  };
+  const auto raised = compare(kSquare, kRaised);
+  REQUIRE(raised.ok());
+  CHECK(raised->units.result.unit == api::LengthUnit::millimeter);
+  CHECK(raised->outcome.lower > 2000);  // 2 m up
+  CHECK(raised->a.diagonal < 2);        // what is said of the file is in its own numbers
+  options.units.b = api::LengthUnit::inch;
+  options.max_distance = 0;
+  const auto same = compare(kSquare, kSquare);
+  REQUIRE(same.ok());
+  CHECK(same->outcome.upper == 0);
+  const auto lifted = compare(kSquare, kRaised);
+  REQUIRE(lifted.ok());
+  CHECK(lifted->outcome.lower <= 50.8);
+  CHECK(lifted->outcome.upper >= 50.8);
+}
+
+TEST_CASE("compare: a mesh that is too large for the unit of the result is refused by name") {
+  const std::string large = "v 0 0 0\nv 1e305 0 0\nv 0 1 0\nf 1 2 3\n";
+  const api::ComparisonOptions options({}, {api::LengthUnit::foot, api::LengthUnit::micron});
+  Control control;
+  const auto result =
+      api::compare({"a", bytes_of(large), "a.obj", ""}, {"b", bytes_of(kSquare), "b.obj", ""}, options, {}, control);
+  REQUIRE_FALSE(result.ok());
+  CHECK(result.error().code == ErrorCode::coordinate_too_large);
+  CHECK(result.error().part == "a");
+}

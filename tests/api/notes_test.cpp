@@ -38,3 +38,32 @@ TEST_CASE("notes: a sentence for each thing that was done") {
               "vertices joined with another of exactly the same position: 2",
               "triangles without area, kept as the segment or the point they span: 1", "the file has a remark"});
 }
+
+TEST_CASE("notes: of a pair, only of what is done or looks wrong") {
+  api::Comparison comparison;
+  comparison.a.diagonal = comparison.b.diagonal = 3;
+  CHECK(api::notes_of(comparison).empty());
+  comparison.a.diagonal = 3 * 25.4 * 1.019;
+  CHECK(
+      api::notes_of(comparison) ==
+      Notes{"mesh a is about 25.88 times as large as mesh b, as if mesh a were in millimetres and mesh b in inches: if "
+            "that is so, declare the unit of each"});
+  comparison.a.diagonal = 3 * 25.4 * 1.021;
+  CHECK(api::notes_of(comparison).empty());
+  comparison.a.diagonal = 0;  // a point is no mistake of units
+  CHECK(api::notes_of(comparison).empty());
+  comparison.b.diagonal = 0;
+  CHECK(api::notes_of(comparison).empty());
+
+  const api::KnownUnit inches{api::LengthUnit::inch, api::UnitSource::declared};
+  const api::KnownUnit millimetres{api::LengthUnit::millimeter, api::UnitSource::file};
+  comparison.a.diagonal = 3;
+  comparison.b.diagonal = 3 * 25.4;
+  comparison.a.notes.unit = api::LengthUnit::meter;
+  comparison.units = {inches, millimetres, millimetres};
+  CHECK(api::notes_of(comparison) == Notes{"mesh a was taken to be in inches as declared, though its file is in metres",
+                                           "mesh a was converted from inches to millimetres"});
+  comparison.units = {millimetres, {}, {}};
+  CHECK(api::notes_of(comparison)[0] ==
+        "mesh a is in millimetres, the unit of mesh b is not known: their numbers were compared as they are");
+}
