@@ -10,6 +10,7 @@
 #include "api/formats/gltf_archive.h"
 #include "api/formats/gltf_document.h"
 #include "api/formats/gltf_scene.h"
+#include "api/formats/gltf_views.h"
 #include "api/formats/zip.h"
 
 namespace meshgauge::api {
@@ -76,7 +77,8 @@ Result<Bytes> find_file(const Source& source, const GltfContainer& container, co
   return **bytes;
 }
 
-// The bytes of each buffer: of the BIN chunk and of files as they are, of data URIs decoded into `decoded`.
+// The bytes of each buffer: of the BIN chunk and of files as they are, of data URIs decoded into `decoded`. Fallbacks
+// stay empty: what they stand in for is read.
 Result<std::vector<Bytes>> resolve_buffers(const Source& source, const GltfDocument& document,
                                            const GltfContainer& container,
                                            std::vector<std::vector<unsigned char>>& decoded) {
@@ -84,6 +86,10 @@ Result<std::vector<Bytes>> resolve_buffers(const Source& source, const GltfDocum
   decoded.reserve(document.buffers.size());  // spans point into it
   for (const GltfBuffer& buffer : document.buffers) {
     const std::string where = item("buffers", out.size());
+    if (buffer.fallback) {
+      out.emplace_back();
+      continue;
+    }
     Result<Bytes> found = fail(source, where, "no data: neither a URI nor a BIN chunk");
     if (buffer.is_external()) {
       found = find_file(source, container, buffer.uri, where);
@@ -115,8 +121,10 @@ Result<ReadMesh> read_scene(const Source& source, const GltfContainer& container
   std::vector<std::vector<unsigned char>> decoded;
   const auto buffers = resolve_buffers(source, *document, container, decoded);
   if (!buffers) return buffers.error();
-  const GltfAccessors accessors(source, model, *buffers, document->quantized);
-  return read_gltf_scene(source, model, accessors);
+  GltfBudget budget(source, *buffers);
+  GltfViews views(source, model, *document, *buffers, budget);
+  const GltfAccessors accessors(source, model, views, document->quantized);
+  return read_gltf_scene({source, model, *document, views, accessors, budget});
 }
 
 Result<ReadMesh> read_archive(const Source& source) {

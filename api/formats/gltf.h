@@ -6,8 +6,8 @@
 namespace meshgauge::api {
 
 // The triangles of the default scene (else of the first, else of all root nodes), with node transforms applied in
-// double precision. Skins and morph targets stay in their stored pose. Nothing outside the bytes is opened; Draco
-// and unknown required extensions are refused by name. No exception leaves.
+// double precision; skinned meshes in the pose of their joints' nodes, morph targets at their default weights. Nothing
+// outside the bytes is opened; unknown required extensions are refused by name. No exception leaves.
 Result<ReadMesh> read_gltf(const Source& source, Format format);
 
 }  // namespace meshgauge::api

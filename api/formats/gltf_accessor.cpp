@@ -40,20 +40,29 @@ double component(const std::byte* p, int type, bool normalized) {
   }
 }
 
-// 0 for a type that POSITION cannot have.
-std::size_t position_component_bytes(int type, bool quantized) {
+// 0 for a type that no vector here has.
+std::size_t component_bytes(int type) {
   switch (type) {
     case TINYGLTF_COMPONENT_TYPE_FLOAT:
       return 4;
     case TINYGLTF_COMPONENT_TYPE_BYTE:
     case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE:
-      return quantized ? 1 : 0;
+      return 1;
     case TINYGLTF_COMPONENT_TYPE_SHORT:
     case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT:
-      return quantized ? 2 : 0;
+      return 2;
     default:
       return 0;
   }
+}
+
+bool is_float(int type, bool /*normalized*/) { return type == TINYGLTF_COMPONENT_TYPE_FLOAT; }
+bool is_quantized(int type, bool /*normalized*/) { return component_bytes(type) != 0; }
+bool is_fraction(int type, bool normalized) {
+  return is_float(type, normalized) || (normalized && component_bytes(type) != 0);
+}
+bool is_joint(int type, bool /*normalized*/) {
+  return type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE || type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT;
 }
 
 std::size_t index_bytes(int type) {
@@ -80,35 +89,31 @@ std::uint32_t load_index(const std::byte* p, std::size_t bytes) {
 // element_bytes and stride are below 2^8.
 Result<GltfAccessors::Elements> GltfAccessors::elements(std::size_t accessor, std::size_t view, std::uint64_t offset,
                                                         std::uint64_t count, std::size_t element_bytes) const {
+  const auto bytes = views_.bytes(view, "accessors[" + std::to_string(accessor) + "]");
+  if (!bytes) return bytes.error();
   const std::string name = "bufferViews[" + std::to_string(view) + "]";
-  if (view >= model_.bufferViews.size()) return fail(accessor, name + " does not exist");
   const tinygltf::BufferView& v = model_.bufferViews[view];
-  const auto buffer = static_cast<std::size_t>(v.buffer);
-  if (buffer >= buffers_.size()) {
-    return fail(accessor, name + " names buffer " + std::to_string(buffer) + ", which does not exist");
-  }
-  if (v.byteOffset + v.byteLength > buffers_[buffer].size()) {
-    return fail(accessor, name + " reaches beyond its buffer of " + std::to_string(buffers_[buffer].size()) + " bytes");
-  }
   const std::size_t stride = v.byteStride != 0 ? v.byteStride : element_bytes;
   if (stride < element_bytes) {
     return fail(accessor,
                 "the stride of " + name + " is less than an element of " + std::to_string(element_bytes) + " bytes");
   }
   const bool fits =
-      offset <= v.byteLength && (count == 0 || (v.byteLength - offset >= element_bytes &&
-                                                (v.byteLength - offset - element_bytes) / stride >= count - 1));
+      offset <= bytes->size() && (count == 0 || (bytes->size() - offset >= element_bytes &&
+                                                 (bytes->size() - offset - element_bytes) / stride >= count - 1));
   if (!fits) return fail(accessor, std::to_string(count) + " elements reach beyond " + name);
-  return Elements{buffers_[buffer].data() + v.byteOffset + offset, stride, static_cast<std::size_t>(count)};
+  return Elements{bytes->data() + offset, stride, static_cast<std::size_t>(count)};
 }
 
 // What has no bufferView has no bytes to be checked against, but shall not grow out of nothing either.
-Result<Done> GltfAccessors::check_count(std::size_t accessor) const {
+Result<Done> GltfAccessors::check_count(std::size_t accessor, const GltfColumn* column) const {
   if (accessor >= model_.accessors.size()) return fail(accessor, "does not exist");
   const tinygltf::Accessor& a = model_.accessors[accessor];
-  std::size_t largest = source_.bytes.size();
-  for (const auto& buffer : buffers_) largest = std::max(largest, buffer.size());
-  if (a.bufferView < 0 && a.count > largest) {
+  if (column != nullptr && column->count != a.count) {
+    return fail(accessor, "count is " + std::to_string(a.count) + ", but the Draco stream holds " +
+                              std::to_string(column->count) + " points");
+  }
+  if (column == nullptr && a.bufferView < 0 && a.count > views_.file_bytes()) {
     return fail(accessor, std::to_string(a.count) + " elements without a bufferView, more than the file has bytes");
   }
   if (a.sparse.isSparse && static_cast<std::size_t>(a.sparse.count) > a.count) {
@@ -118,12 +123,17 @@ Result<Done> GltfAccessors::check_count(std::size_t accessor) const {
 }
 
 template <class T, class Decode>
-Result<std::vector<T>> GltfAccessors::read(std::size_t accessor, std::size_t element_bytes,
-                                           const Decode& decode) const {
+Result<std::vector<T>> GltfAccessors::read(std::size_t accessor, std::size_t element_bytes, const Decode& decode,
+                                           const GltfColumn* column) const {
   const tinygltf::Accessor& a = model_.accessors[accessor];
   std::vector<T> values;
+  if (column != nullptr) {
+    values.reserve(column->count);
+    for (std::size_t i = 0; i < column->count; ++i) values.push_back(decode(&column->bytes[i * element_bytes]));
+    return values;
+  }
   if (a.bufferView < 0) {
-    const std::byte zeros[16] = {};
+    const std::byte zeros[64] = {};
     values.resize(a.count, decode(zeros));
   } else {
     const auto found = elements(accessor, static_cast<std::size_t>(a.bufferView), a.byteOffset, a.count, element_bytes);
@@ -158,19 +168,25 @@ Result<Done> GltfAccessors::read_sparse(std::size_t accessor, std::size_t elemen
   return Done{};
 }
 
-Result<std::vector<Vec3>> GltfAccessors::positions(std::size_t accessor) const {
-  if (auto ok = check_count(accessor); !ok) return std::move(ok).error();
+template <int N>
+Result<std::vector<Eigen::Matrix<double, N, 1>>> GltfAccessors::vectors(std::size_t accessor, const Use& use,
+                                                                        const GltfColumn* column) const {
+  using Vector = Eigen::Matrix<double, N, 1>;
+  if (auto ok = check_count(accessor, column); !ok) return std::move(ok).error();
   const tinygltf::Accessor& a = model_.accessors[accessor];
-  if (a.type != TINYGLTF_TYPE_VEC3) return fail(accessor, "POSITION must be of type VEC3");
-  const std::size_t bytes = position_component_bytes(a.componentType, quantized_);
-  if (bytes == 0) {
-    return fail(accessor, "POSITION must be of float components, or of 8 or 16 bits with KHR_mesh_quantization");
+  const int type = column == nullptr ? a.componentType : column->component_type;
+  const bool has_components = column == nullptr || column->components == N;
+  if (a.type != use.type || !has_components || !use.allows(type, a.normalized)) {
+    return fail(accessor, std::string(use.expected));
   }
   if (a.count > vertex_limit(source_)) return too_many(source_, "vertices", vertex_limit(source_));
-  auto values = read<Vec3>(accessor, 3 * bytes, [&](const std::byte* p) {
-    const auto at = [&](std::size_t k) { return component(p + k * bytes, a.componentType, a.normalized); };
-    return Vec3(at(0), at(1), at(2));
-  });
+  const std::size_t bytes = component_bytes(type);
+  const auto decode = [&, normalized = a.normalized](const std::byte* p) {
+    Vector out;
+    for (int k = 0; k < N; ++k) out[k] = component(p + static_cast<std::size_t>(k) * bytes, type, normalized);
+    return out;
+  };
+  auto values = read<Vector>(accessor, N * bytes, decode, column);
   if (!values) return values;
   for (std::size_t i = 0; i < values->size(); ++i) {
     if (!(*values)[i].allFinite()) {
@@ -181,14 +197,55 @@ Result<std::vector<Vec3>> GltfAccessors::positions(std::size_t accessor) const {
   return values;
 }
 
+Result<std::vector<Vec3>> GltfAccessors::positions(std::size_t accessor, std::string_view name,
+                                                   const GltfColumn* column) const {
+  const std::string expected =
+      std::string(name) +
+      " must be of type VEC3 and of float components, or of 8 or 16 bits with KHR_mesh_quantization";
+  return vectors<3>(accessor, {TINYGLTF_TYPE_VEC3, quantized_ ? is_quantized : is_float, expected}, column);
+}
+
+Result<std::vector<Eigen::Vector4d>> GltfAccessors::rotations(std::size_t accessor) const {
+  const Use use{TINYGLTF_TYPE_VEC4, is_fraction, "ROTATION must be of type VEC4 and of float or normalized components"};
+  return vectors<4>(accessor, use, nullptr);
+}
+
+Result<std::vector<Eigen::Vector4d>> GltfAccessors::weights(std::size_t accessor, const GltfColumn* column) const {
+  const Use use{TINYGLTF_TYPE_VEC4, is_fraction, "WEIGHTS must be of type VEC4 and of float or normalized components"};
+  return vectors<4>(accessor, use, column);
+}
+
+Result<std::vector<std::array<std::uint32_t, 4>>> GltfAccessors::joints(std::size_t accessor,
+                                                                        const GltfColumn* column) const {
+  const Use use{TINYGLTF_TYPE_VEC4, is_joint, "JOINTS must be of type VEC4 and of unsigned components of 8 or 16 bits"};
+  const auto read = vectors<4>(accessor, use, column);
+  if (!read) return read.error();
+  std::vector<std::array<std::uint32_t, 4>> out(read->size());
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    for (std::size_t k = 0; k < 4; ++k) out[i][k] = static_cast<std::uint32_t>((*read)[i][static_cast<int>(k)]);
+  }
+  return out;
+}
+
+Result<std::vector<Eigen::Matrix4d>> GltfAccessors::matrices(std::size_t accessor) const {
+  const Use use{TINYGLTF_TYPE_MAT4, is_float, "inverseBindMatrices must be of type MAT4 and of float components"};
+  const auto read = vectors<16>(accessor, use, nullptr);
+  if (!read) return read.error();
+  std::vector<Eigen::Matrix4d> out;
+  out.reserve(read->size());
+  for (const auto& columns : *read) out.emplace_back(Eigen::Map<const Eigen::Matrix4d>(columns.data()));
+  return out;
+}
+
 Result<std::vector<std::uint32_t>> GltfAccessors::indices(std::size_t accessor) const {
-  if (auto ok = check_count(accessor); !ok) return std::move(ok).error();
+  if (auto ok = check_count(accessor, nullptr); !ok) return std::move(ok).error();
   const tinygltf::Accessor& a = model_.accessors[accessor];
   const std::size_t bytes = index_bytes(a.componentType);
   if (a.type != TINYGLTF_TYPE_SCALAR || bytes == 0) {
     return fail(accessor, "indices must be of type SCALAR and of unsigned integers");
   }
-  return read<std::uint32_t>(accessor, bytes, [bytes](const std::byte* p) { return load_index(p, bytes); });
+  const auto decode = [bytes](const std::byte* p) { return load_index(p, bytes); };
+  return read<std::uint32_t>(accessor, bytes, decode, nullptr);
 }
 
 }  // namespace meshgauge::api

@@ -1,25 +1,47 @@
 // Accessors of a glTF: every offset, stride and count is checked in 64 bits before a byte is read.
 #pragma once
 
+#include <array>
 #include <cstdint>
-#include <span>
+#include <string_view>
 #include <vector>
 
 #include <tiny_gltf.h>
 
+#include "api/formats/gltf_views.h"
 #include "api/formats/source.h"
 
 namespace meshgauge::api {
 
+// An attribute that Draco decoded: it stands in for the bytes of its accessor.
+struct GltfColumn {
+  int component_type = 0;  // as an accessor's
+  std::size_t components = 0;
+  std::size_t count = 0;
+  std::vector<std::byte> bytes;  // tightly packed
+};
+
 class GltfAccessors {
  public:
   // Borrows all of it. `quantized`: positions may be integers, by KHR_mesh_quantization.
-  GltfAccessors(const Source& source, const tinygltf::Model& model, std::span<const std::span<const std::byte>> buffers,
-                bool quantized)
-      : source_(source), model_(model), buffers_(buffers), quantized_(quantized) {}
+  GltfAccessors(const Source& source, const tinygltf::Model& model, GltfViews& views, bool quantized)
+      : source_(source), model_(model), views_(views), quantized_(quantized) {}
 
-  // VEC3 of float (or quantized), sparse or not, all finite; without a bufferView all zero, as the standard has it.
-  Result<std::vector<Vec3>> positions(std::size_t accessor) const;
+  // All of these: sparse or not; without a bufferView all zero, as the standard has it; numbers are finite. `column`,
+  // where it is not null, takes the place of the accessor's own bytes.
+
+  // VEC3 of float (or quantized). `name` is for messages: "POSITION".
+  Result<std::vector<Vec3>> positions(std::size_t accessor, std::string_view name,
+                                      const GltfColumn* column = nullptr) const;
+  // VEC4 of float or normalized signed integers: quaternions, x y z w.
+  Result<std::vector<Eigen::Vector4d>> rotations(std::size_t accessor) const;
+  // VEC4 of float or normalized unsigned integers.
+  Result<std::vector<Eigen::Vector4d>> weights(std::size_t accessor, const GltfColumn* column = nullptr) const;
+  // VEC4 of unsigned integers of 8 or 16 bits.
+  Result<std::vector<std::array<std::uint32_t, 4>>> joints(std::size_t accessor,
+                                                           const GltfColumn* column = nullptr) const;
+  // MAT4 of float.
+  Result<std::vector<Eigen::Matrix4d>> matrices(std::size_t accessor) const;
 
   // SCALAR of unsigned integers.
   Result<std::vector<std::uint32_t>> indices(std::size_t accessor) const;
@@ -33,21 +55,32 @@ class GltfAccessors {
     const std::byte* at(std::size_t i) const { return first + i * stride; }
   };
 
+  // What an accessor is used as: its type and component types.
+  struct Use {
+    int type;
+    bool (*allows)(int component_type, bool normalized);
+    std::string_view expected;  // for messages: "POSITION must be of type VEC3 and of float components"
+  };
+
+  template <int N>
+  Result<std::vector<Eigen::Matrix<double, N, 1>>> vectors(std::size_t accessor, const Use& use,
+                                                           const GltfColumn* column) const;
   template <class T, class Decode>
-  Result<std::vector<T>> read(std::size_t accessor, std::size_t element_bytes, const Decode& decode) const;
+  Result<std::vector<T>> read(std::size_t accessor, std::size_t element_bytes, const Decode& decode,
+                              const GltfColumn* column) const;
   template <class T, class Decode>
   Result<Done> read_sparse(std::size_t accessor, std::size_t element_bytes, const Decode& decode,
                            std::vector<T>& values) const;
   Result<Elements> elements(std::size_t accessor, std::size_t view, std::uint64_t offset, std::uint64_t count,
                             std::size_t element_bytes) const;
-  Result<Done> check_count(std::size_t accessor) const;
+  Result<Done> check_count(std::size_t accessor, const GltfColumn* column) const;
   Error fail(std::size_t accessor, const std::string& what, ErrorCode code = ErrorCode::unreadable_mesh) const {
     return meshgauge::api::at(source_, "accessors[" + std::to_string(accessor) + "]", code, what);
   }
 
   const Source& source_;
   const tinygltf::Model& model_;
-  std::span<const std::span<const std::byte>> buffers_;
+  GltfViews& views_;
   bool quantized_;
 };
 

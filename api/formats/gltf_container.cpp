@@ -24,6 +24,7 @@ Result<Done> check_header(const Source& source) {
   if (!source.text().starts_with("glTF")) return fail(source, 0, "the file does not begin with 'glTF'");
   if (source.bytes.size() < kHeaderBytes) return fail(source, source.bytes.size(), "truncated in the header");
   const std::uint32_t version = word_at(source, 4);
+  if (version == 1) return gltf_1_error(source);
   if (version != 2) {
     return at_byte(source, 4, ErrorCode::unsupported_format,
                    "GLB: version " + std::to_string(version) + " is not supported, only 2");
@@ -49,6 +50,11 @@ Result<Done> take_chunk(const Source& source, std::size_t offset, std::size_t nu
 }
 
 }  // namespace
+
+Error gltf_1_error(const Source& source) {
+  return about(source.part, ErrorCode::unsupported_format,
+               "is of glTF 1.0, which is not supported; save the model as glTF 2.0");
+}
 
 Result<GltfContainer> open_glb(const Source& source) {
   if (auto ok = check_header(source); !ok) return std::move(ok).error();

@@ -22,4 +22,7 @@ struct GltfContainer {
 Result<GltfContainer> open_glb(const Source& source);
 GltfContainer open_gltf(const Source& source);
 
+// The refusal of glTF 1.0, which no reader here takes.
+Error gltf_1_error(const Source& source);
+
 }  // namespace meshgauge::api

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "api/formats/file_path.h"
+#include "api/formats/gltf_extensions.h"
 #include "api/formats/gltf_members.h"
 
 namespace meshgauge::api {
@@ -57,32 +58,24 @@ Result<json> parse(const Source& source, std::string_view text) {
   }
 }
 
-// Required extensions that leave the surface as it is, or are read here.
-bool is_harmless(std::string_view extension) {
-  for (const std::string_view prefix : {"KHR_materials_", "KHR_texture_", "EXT_texture_", "KHR_lights_", "KHR_xmp"}) {
-    if (extension.starts_with(prefix)) return true;
+// glTF 1.0 names its objects in maps where glTF 2.0 has arrays; its version may be a number, or missing.
+bool is_version_1(const json& whole) {
+  if (!whole.is_object()) return false;
+  const auto asset = whole.find("asset");
+  if (asset != whole.end() && asset->is_object() && asset->contains("version")) {
+    const json& version = (*asset)["version"];
+    if (version.is_number()) return version.get<double>() < 2;
+    return version.is_string() && version.get_ref<const std::string&>().starts_with("1");
   }
-  return extension == "KHR_mesh_quantization" || extension == "MSFT_texture_dds";
-}
-
-Result<Done> check_extensions(const Source& source, const json& root, GltfDocument& out) {
-  const auto names = [&](const char* key) { return root.value(key, std::vector<std::string>()); };
-  for (const std::string& extension : names("extensionsRequired")) {
-    if (is_harmless(extension)) continue;
-    return at(source, "extensionsRequired", ErrorCode::unsupported_format,
-              "the extension " + in_quotes(extension) + " is not supported");
-  }
-  for (const char* key : {"extensionsRequired", "extensionsUsed"}) {
-    out.quantized = out.quantized || std::ranges::count(names(key), "KHR_mesh_quantization") > 0;
-  }
-  return Done{};
+  const auto meshes = whole.find("meshes");
+  return meshes != whole.end() && meshes->is_object();
 }
 
 Result<Done> check_version(const Source& source, const json& root) {
   const std::string& version = root["asset"]["version"].get_ref<const std::string&>();
   if (version.starts_with("2.")) return Done{};
   return at(source, "asset.version", ErrorCode::unsupported_format,
-            "glTF version " + in_quotes(version) + " is not supported, only 2");
+            "glTF " + in_quotes(version) + " is not supported; save the model as glTF 2.0");
 }
 
 void take_buffers(json& root, GltfDocument& out) {
@@ -90,6 +83,7 @@ void take_buffers(json& root, GltfDocument& out) {
     GltfBuffer taken;
     taken.byte_length = buffer["byteLength"].get<std::size_t>();
     if (buffer.contains("uri")) taken.uri = std::move(buffer["uri"].get_ref<std::string&>());
+    taken.fallback = is_gltf_fallback(buffer);
     out.buffers.push_back(std::move(taken));
   }
 }
@@ -107,15 +101,16 @@ Result<Done> check_uris(const Source& source, const std::vector<GltfBuffer>& buf
 }
 
 Result<GltfDocument> reduce(const Source& source, const json& whole) {
+  if (is_version_1(whole)) return gltf_1_error(source);
   auto members = take_gltf_members(source, whole);
   if (!members) return std::move(members).error();
   json& root = *members;
   GltfDocument out;
   if (auto ok = check_version(source, root); !ok) return std::move(ok).error();
-  if (auto ok = check_extensions(source, root, out); !ok) return std::move(ok).error();
+  if (auto ok = take_gltf_extensions(source, root, out); !ok) return std::move(ok).error();
   take_buffers(root, out);
   if (auto ok = check_uris(source, out.buffers); !ok) return std::move(ok).error();
-  for (const char* done : {"buffers", "extensionsUsed", "extensionsRequired"}) root.erase(done);
+  root.erase("buffers");
   out.json = root.dump();
   return out;
 }

@@ -8,8 +8,7 @@
 namespace meshgauge::api {
 
 // The members that make the surface, buffers and extensions included; all others are dropped. An Error names the
-// member. Refused by name: extensions that put the geometry of a member elsewhere. Precondition: not nested too deep
-// for recursion.
+// member. Precondition: not nested too deep for recursion.
 Result<nlohmann::json> take_gltf_members(const Source& source, const nlohmann::json& document);
 
 }  // namespace meshgauge::api

@@ -2,91 +2,80 @@
 
 #include <algorithm>
 #include <map>
+#include <optional>
 #include <utility>
 
-#include <Eigen/Geometry>
-
 #include "api/formats/fan.h"
+#include "api/formats/gltf_deform.h"
+#include "api/formats/gltf_draco.h"
+#include "api/formats/gltf_nodes.h"
 #include "api/formats/room.h"
 
 namespace meshgauge::api {
 namespace {
 
-using Transform = Eigen::Affine3d;
-
-Error fail(const Source& source, const std::string& where, const std::string& what) {
-  return at(source, where, ErrorCode::unreadable_mesh, what);
-}
-
-std::string item(const char* array, std::size_t index) { return array + ("[" + std::to_string(index) + "]"); }
-
-Result<Transform> local_transform(const Source& source, const tinygltf::Node& node, std::size_t index) {
-  Transform out = Transform::Identity();
-  if (!node.matrix.empty()) {
-    const Eigen::Map<const Eigen::Matrix4d> matrix(node.matrix.data());
-    if (matrix.row(3) != Eigen::RowVector4d(0, 0, 0, 1)) {
-      return fail(source, item("nodes", index) + ".matrix", "the last row must be 0 0 0 1");
-    }
-    out.matrix() = matrix;
-    return out;
-  }
-  if (!node.translation.empty()) out.translate(Vec3(node.translation.data()));
-  if (!node.rotation.empty()) {
-    const Eigen::Map<const Eigen::Quaterniond> rotation(node.rotation.data());  // x y z w in both
-    if (!(rotation.norm() > 0x1p-500) || !(rotation.norm() < 0x1p500)) {
-      return fail(source, item("nodes", index) + ".rotation", "a quaternion without a direction");
-    }
-    out.rotate(rotation.normalized());  // stored with the rounding of floats
-  }
-  if (!node.scale.empty()) out.scale(Vec3(node.scale.data()));
-  return out;
-}
-
 // Walks the scene without recursion: a chain of nodes may be as long as the file.
 class Scene {
  public:
-  Scene(const Source& source, const tinygltf::Model& model, const GltfAccessors& accessors)
-      : source_(source),
-        model_(model),
-        accessors_(accessors),
-        visited_(model.nodes.size(), false),
-        shown_(model.meshes.size(), false) {}
+  explicit Scene(const GltfFile& file)
+      : file_(file),
+        deformer_(file),
+        visited_(file.model.nodes.size(), false),
+        shown_(file.model.meshes.size(), false) {}
 
   Result<ReadMesh> read();
 
  private:
   struct Visit {
     std::size_t node;
-    Transform parent;
+    GltfTransform parent;
+  };
+  // How a node places its mesh.
+  struct Placing {
+    GltfTransform to_world;
+    std::optional<std::size_t> skin;     // it places the mesh instead
+    const std::vector<double>& weights;  // of the morph targets
+  };
+  // The remarks count these.
+  struct Counts {
+    std::size_t instances = 0;
+    std::size_t skinned = 0;
+    std::size_t morphed = 0;
   };
 
   Result<std::vector<int>> roots() const;
-  Result<Done> push(const std::vector<int>& nodes, const std::string& where, const Transform& parent);
+  Result<Done> push(const std::vector<int>& nodes, const std::string& where, const GltfTransform& parent);
   Result<Done> visit(const Visit& visit);
-  Result<Done> mesh(std::size_t index, const Transform& to_world);
-  Result<Done> primitive(const tinygltf::Primitive& primitive, const std::string& where, const Transform& to_world);
-  Result<std::uint32_t> place_vertices(std::size_t accessor, const Transform& to_world);
-  Result<std::vector<std::uint32_t>> corners(const tinygltf::Primitive& primitive, const std::string& where,
+  Result<Done> node_mesh(std::size_t node, const GltfTransform& to_world);
+  Result<Done> instances(std::size_t node, const GltfInstancing& instancing, const Placing& placing);
+  Result<Done> mesh(std::size_t index, const Placing& placing);
+  Result<Done> primitive(std::size_t mesh, std::size_t index, const Placing& placing);
+  Result<const GltfDracoMesh*> draco(std::size_t mesh, std::size_t index, const std::string& where);
+  Result<std::uint32_t> place_vertices(const GltfShape& shape, std::size_t accessor, const Placing& placing);
+  Result<std::vector<Vec3>> local_vertices(const GltfShape& shape, std::size_t accessor, const Placing& placing);
+  Result<std::vector<std::uint32_t>> corners(const GltfFaces& faces, const std::string& where,
                                              std::size_t vertices) const;
   Result<Done> triangles(int mode, const std::vector<std::uint32_t>& corners, std::uint32_t first,
                          const std::string& where);
+  void add_remarks();
 
-  const Source& source_;
-  const tinygltf::Model& model_;
-  const GltfAccessors& accessors_;
+  const GltfFile& file_;
+  GltfDeformer deformer_;
   std::vector<bool> visited_;  // nodes
   std::vector<bool> shown_;    // meshes
   std::vector<Visit> stack_;
+  std::map<std::pair<std::size_t, std::size_t>, GltfDracoMesh> draco_;  // by mesh and primitive
   std::map<std::size_t, std::uint32_t> placed_;  // of the mesh at hand: accessor of positions -> first vertex
+  Counts counts_;
   ReadMesh out_;
 };
 
 Result<std::vector<int>> Scene::roots() const {
-  const std::size_t scene = model_.defaultScene < 0 ? 0 : static_cast<std::size_t>(model_.defaultScene);
-  if (scene < model_.scenes.size()) return model_.scenes[scene].nodes;
-  if (model_.defaultScene >= 0) return fail(source_, "scene", std::to_string(scene) + " does not exist");
-  std::vector<bool> is_child(model_.nodes.size(), false);
-  for (const tinygltf::Node& node : model_.nodes) {
+  const std::size_t scene = file_.model.defaultScene < 0 ? 0 : static_cast<std::size_t>(file_.model.defaultScene);
+  if (scene < file_.model.scenes.size()) return file_.model.scenes[scene].nodes;
+  if (file_.model.defaultScene >= 0) return file_.fail("scene", std::to_string(scene) + " does not exist");
+  std::vector<bool> is_child(file_.model.nodes.size(), false);
+  for (const tinygltf::Node& node : file_.model.nodes) {
     for (const int child : node.children) {
       if (static_cast<std::size_t>(child) < is_child.size()) is_child[static_cast<std::size_t>(child)] = true;
     }
@@ -99,12 +88,12 @@ Result<std::vector<int>> Scene::roots() const {
 }
 
 // A node has at most one parent; so each is visited once, and neither a cycle nor a doubling ladder goes on.
-Result<Done> Scene::push(const std::vector<int>& nodes, const std::string& where, const Transform& parent) {
+Result<Done> Scene::push(const std::vector<int>& nodes, const std::string& where, const GltfTransform& parent) {
   for (std::size_t i = nodes.size(); i-- > 0;) {  // the last one in is visited first
     const auto index = static_cast<std::size_t>(nodes[i]);
-    if (index >= visited_.size()) return fail(source_, where, item("nodes", index) + " does not exist");
+    if (index >= visited_.size()) return file_.fail(where, gltf_item("nodes", index) + " does not exist");
     if (visited_[index]) {
-      return fail(source_, item("nodes", index), "used twice: several parents, or a cycle of nodes");
+      return file_.fail(gltf_item("nodes", index), "used twice: several parents, or a cycle of nodes");
     }
     visited_[index] = true;
     stack_.push_back({index, parent});
@@ -116,87 +105,162 @@ Result<ReadMesh> Scene::read() {
   out_.notes.unit = LengthUnit::meter;  // of every glTF (glTF 2.0, section 3.4)
   const auto top = roots();
   if (!top) return top.error();
-  if (auto ok = push(*top, "the scene", Transform::Identity()); !ok) return std::move(ok).error();
+  if (auto ok = push(*top, "the scene", GltfTransform::Identity()); !ok) return std::move(ok).error();
   while (!stack_.empty()) {
     const Visit next = stack_.back();
     stack_.pop_back();
     if (auto ok = visit(next); !ok) return std::move(ok).error();
   }
+  add_remarks();
   out_.notes.unused_objects = static_cast<std::size_t>(std::ranges::count(shown_, false));
   return std::move(out_);
 }
 
 Result<Done> Scene::visit(const Visit& visit) {
-  const tinygltf::Node& node = model_.nodes[visit.node];
-  const auto local = local_transform(source_, node, visit.node);
+  const tinygltf::Node& node = file_.model.nodes[visit.node];
+  const auto local = gltf_local_transform(file_, visit.node);
   if (!local) return local.error();
-  const Transform to_world = visit.parent * *local;
+  const GltfTransform to_world = visit.parent * *local;
   if (node.mesh >= 0) {
-    if (auto ok = mesh(static_cast<std::size_t>(node.mesh), to_world); !ok) return ok;
+    if (auto ok = node_mesh(visit.node, to_world); !ok) return ok;
   }
-  return push(node.children, item("nodes", visit.node), to_world);
+  return push(node.children, gltf_item("nodes", visit.node), to_world);
 }
 
-Result<Done> Scene::mesh(std::size_t index, const Transform& to_world) {
-  if (index >= model_.meshes.size()) return fail(source_, item("meshes", index), "does not exist");
-  shown_[index] = true;
-  placed_.clear();
-  const auto& primitives = model_.meshes[index].primitives;
-  for (std::size_t i = 0; i < primitives.size(); ++i) {
-    auto ok = primitive(primitives[i], item("meshes", index) + "." + item("primitives", i), to_world);
+Result<Done> Scene::node_mesh(std::size_t index, const GltfTransform& to_world) {
+  const tinygltf::Node& node = file_.model.nodes[index];
+  const auto mesh_index = static_cast<std::size_t>(node.mesh);
+  if (mesh_index >= file_.model.meshes.size()) {
+    return file_.fail(gltf_item("meshes", mesh_index), "does not exist");
+  }
+  Placing placing{to_world, std::nullopt, node.weights.empty() ? file_.model.meshes[mesh_index].weights : node.weights};
+  if (node.skin >= 0) placing.skin = static_cast<std::size_t>(node.skin);
+  if (placing.skin) ++counts_.skinned;
+  if (const auto found = file_.document.instancing.find(index); found != file_.document.instancing.end()) {
+    return instances(index, found->second, placing);
+  }
+  return mesh(mesh_index, placing);
+}
+
+Result<Done> Scene::instances(std::size_t node, const GltfInstancing& instancing, const Placing& placing) {
+  if (placing.skin) {
+    return at(file_.source, gltf_item("nodes", node), ErrorCode::unsupported_format,
+              "instances of a skinned mesh are not supported");
+  }
+  const auto transforms = gltf_instances(file_, node, instancing);
+  if (!transforms) return transforms.error();
+  // An empty mesh may have instances without end, and each of them takes time.
+  const std::size_t limit = file_.source.limits.max_triangles;
+  if (transforms->size() > limit - counts_.instances) return too_many(file_.source, "instances", limit);
+  counts_.instances += transforms->size();
+  for (const GltfTransform& instance : *transforms) {
+    const auto mesh_index = static_cast<std::size_t>(file_.model.nodes[node].mesh);
+    auto ok = mesh(mesh_index, {placing.to_world * instance, std::nullopt, placing.weights});
     if (!ok) return ok;
   }
   return Done{};
 }
 
-Result<Done> Scene::primitive(const tinygltf::Primitive& primitive, const std::string& where,
-                              const Transform& to_world) {
+Result<Done> Scene::mesh(std::size_t index, const Placing& placing) {
+  shown_[index] = true;
+  placed_.clear();
+  const auto& primitives = file_.model.meshes[index].primitives;
+  if (std::ranges::any_of(primitives, [](const auto& p) { return !p.targets.empty(); })) ++counts_.morphed;
+  for (std::size_t i = 0; i < primitives.size(); ++i) {
+    if (auto ok = primitive(index, i, placing); !ok) return ok;
+  }
+  return Done{};
+}
+
+Result<Done> Scene::primitive(std::size_t mesh, std::size_t index, const Placing& placing) {
+  const tinygltf::Primitive& primitive = file_.model.meshes[mesh].primitives[index];
+  const std::string where = gltf_item("meshes", mesh) + "." + gltf_item("primitives", index);
   if (primitive.mode >= TINYGLTF_MODE_POINTS && primitive.mode < TINYGLTF_MODE_TRIANGLES) {
     ++out_.notes.skipped_primitives;
     return Done{};
   }
   if (primitive.mode > TINYGLTF_MODE_TRIANGLE_FAN) {
-    return fail(source_, where, "mode " + std::to_string(primitive.mode) + " does not exist");
+    return file_.fail(where, "mode " + std::to_string(primitive.mode) + " does not exist");
   }
   const auto position = primitive.attributes.find("POSITION");
-  if (position == primitive.attributes.end()) return fail(source_, where, "no attribute POSITION");
+  if (position == primitive.attributes.end()) return file_.fail(where, "no attribute POSITION");
   const auto accessor = static_cast<std::size_t>(position->second);
-  const auto first = place_vertices(accessor, to_world);
+  const GltfFaces& faces = file_.document.faces[mesh][index];
+  if (!faces.draco) {
+    const auto first = place_vertices({primitive, where, nullptr}, accessor, placing);
+    if (!first) return first.error();
+    const auto used = corners(faces, where, file_.model.accessors[accessor].count);
+    if (!used) return used.error();
+    return triangles(primitive.mode, *used, *first, where);
+  }
+  // What Draco decodes are triangles, also where the accessors that it stands in for hold a strip.
+  const auto decoded = draco(mesh, index, where);
+  if (!decoded) return decoded.error();
+  const auto first = place_vertices({primitive, where, *decoded}, accessor, placing);
   if (!first) return first.error();
-  const auto used = corners(primitive, where, model_.accessors[accessor].count);
-  if (!used) return used.error();
-  return triangles(primitive.mode, *used, *first, where);
+  if ((*decoded)->points != file_.model.accessors[accessor].count) {
+    return file_.fail(where, "POSITION and the triangles of the Draco stream are not of the same points");
+  }
+  return triangles(TINYGLTF_MODE_TRIANGLES, (*decoded)->corners, *first, where);
+}
+
+Result<const GltfDracoMesh*> Scene::draco(std::size_t mesh, std::size_t index, const std::string& where) {
+  auto known = draco_.find({mesh, index});
+  if (known == draco_.end()) {
+    const GltfDraco& draco = *file_.document.faces[mesh][index].draco;
+    const std::string place = where + ".extensions.KHR_draco_mesh_compression";
+    const auto stream = file_.views.bytes(draco.view, place);
+    if (!stream) return stream.error();
+    auto decoded = decode_draco(file_.source, place, *stream, draco.ids, file_.budget);
+    if (!decoded) return std::move(decoded).error();
+    known = draco_.emplace(std::pair(mesh, index), *std::move(decoded)).first;
+  }
+  return &known->second;
 }
 
 // Primitives of a mesh often share their vertices.
-Result<std::uint32_t> Scene::place_vertices(std::size_t accessor, const Transform& to_world) {
-  if (const auto known = placed_.find(accessor); known != placed_.end()) return known->second;
-  auto local = accessors_.positions(accessor);
+Result<std::uint32_t> Scene::place_vertices(const GltfShape& shape, std::size_t accessor, const Placing& placing) {
+  const bool may_share = shape.draco == nullptr && shape.primitive.targets.empty() && !placing.skin;
+  if (const auto known = placed_.find(accessor); may_share && known != placed_.end()) return known->second;
+  auto local = local_vertices(shape, accessor, placing);
   if (!local) return std::move(local).error();
   std::vector<Vec3>& world = out_.mesh.positions;
-  if (local->size() > vertex_limit(source_) - world.size()) {
-    return too_many(source_, "vertices", vertex_limit(source_));
-  }
+  const std::size_t limit = vertex_limit(file_.source);
+  if (local->size() > limit - world.size()) return too_many(file_.source, "vertices", limit);
   const auto first = static_cast<std::uint32_t>(world.size());
   reserve_more(world, local->size());
-  for (const Vec3& p : *local) world.push_back(to_world * p);
-  placed_.emplace(accessor, first);
+  if (placing.skin) world.insert(world.end(), local->begin(), local->end());
+  if (!placing.skin) {
+    for (const Vec3& p : *local) world.push_back(placing.to_world * p);
+  }
+  if (may_share) placed_.emplace(accessor, first);
   return first;
 }
 
-Result<std::vector<std::uint32_t>> Scene::corners(const tinygltf::Primitive& primitive, const std::string& where,
+// Skinned ones are in the world by now.
+Result<std::vector<Vec3>> Scene::local_vertices(const GltfShape& shape, std::size_t accessor, const Placing& placing) {
+  auto positions = file_.accessors.positions(accessor, "POSITION", shape.column("POSITION"));
+  if (!positions) return positions;
+  if (auto ok = deformer_.morph(shape, placing.weights, *positions); !ok) return std::move(ok).error();
+  if (placing.skin) {
+    if (auto ok = deformer_.skin(shape, *placing.skin, *positions); !ok) return std::move(ok).error();
+  }
+  return positions;
+}
+
+Result<std::vector<std::uint32_t>> Scene::corners(const GltfFaces& faces, const std::string& where,
                                                   std::size_t vertices) const {
   std::vector<std::uint32_t> out;
-  if (primitive.indices < 0) {
+  if (!faces.indices) {
     out.resize(vertices);
     for (std::size_t i = 0; i < vertices; ++i) out[i] = static_cast<std::uint32_t>(i);
     return out;
   }
-  auto read = accessors_.indices(static_cast<std::size_t>(primitive.indices));
+  auto read = file_.accessors.indices(*faces.indices);
   if (!read) return read;
   for (std::size_t i = 0; i < read->size(); ++i) {
     if ((*read)[i] < vertices) continue;
-    return at(source_, where, ErrorCode::index_out_of_range,
+    return at(file_.source, where, ErrorCode::index_out_of_range,
               "index " + std::to_string((*read)[i]) + " at place " + std::to_string(i) + ", but there are " +
                   std::to_string(vertices) + " vertices");
   }
@@ -207,11 +271,11 @@ Result<Done> Scene::triangles(int mode, const std::vector<std::uint32_t>& corner
                               const std::string& where) {
   const bool separate = mode == TINYGLTF_MODE_TRIANGLES;
   if (separate && corners.size() % 3 != 0) {
-    return fail(source_, where, std::to_string(corners.size()) + " corners are no whole number of triangles");
+    return file_.fail(where, std::to_string(corners.size()) + " corners are no whole number of triangles");
   }
   const std::size_t count = separate ? corners.size() / 3 : (corners.size() < 3 ? 0 : corners.size() - 2);
-  if (count > source_.limits.max_triangles - out_.mesh.triangles.size()) {
-    return too_many(source_, "triangles", source_.limits.max_triangles);
+  if (count > file_.source.limits.max_triangles - out_.mesh.triangles.size()) {
+    return too_many(file_.source, "triangles", file_.source.limits.max_triangles);
   }
   reserve_more(out_.mesh.triangles, count);
   if (separate) {
@@ -229,10 +293,19 @@ Result<Done> Scene::triangles(int mode, const std::vector<std::uint32_t>& corner
   return Done{};
 }
 
+void Scene::add_remarks() {
+  const auto add = [this](const char* what, std::size_t count) {
+    if (count != 0) out_.notes.remarks.push_back(what + (": " + std::to_string(count)));
+  };
+  add("primitives decoded from Draco", draco_.size());
+  add("bufferViews decompressed by meshopt", file_.views.decompressed());
+  add("meshes skinned to the pose that the file stores", counts_.skinned);
+  add("meshes with morph targets, taken at their default weights", counts_.morphed);
+  add("instances by EXT_mesh_gpu_instancing", counts_.instances);
+}
+
 }  // namespace
 
-Result<ReadMesh> read_gltf_scene(const Source& source, const tinygltf::Model& model, const GltfAccessors& accessors) {
-  return Scene(source, model, accessors).read();
-}
+Result<ReadMesh> read_gltf_scene(const GltfFile& file) { return Scene(file).read(); }
 
 }  // namespace meshgauge::api

@@ -115,7 +115,7 @@ TEST_CASE("gltf: offsets, lengths and counts are checked without overflow") {
   CHECK(contains(refused("/bufferViews/0/byteStride", 16), "4 elements reach beyond bufferViews[0]"));
   CHECK(contains(refused("/buffers/0/byteLength", 73), "byteLength is 73, but there are 72 bytes"));
   CHECK(contains(refused("/accessors/0/type", "VEC2"), "POSITION must be of type VEC3"));
-  CHECK(contains(refused("/accessors/0/componentType", 5123), "POSITION must be of float"));
+  CHECK(contains(refused("/accessors/0/componentType", 5123), "POSITION must be of type VEC3 and of float"));
   CHECK(contains(refused("/accessors/1/componentType", 5126), "indices must be of type SCALAR"));
   json zeros = tetrahedron();
   zeros["accessors"][0].erase("bufferView");

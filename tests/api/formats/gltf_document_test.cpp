@@ -34,14 +34,31 @@ TEST_CASE("gltf: members of a wrong type or range are refused by their path") {
   CHECK(mesh_of(glb(integers_as_floats)).triangles.size() == 4);
 }
 
-TEST_CASE("gltf: extensions that hold the geometry are refused by name, others pass") {
-  const auto message = refused("/extensionsRequired", {"KHR_materials_unlit", "ABC_other"});
-  CHECK(contains(message, "the extension 'ABC_other' is not supported"));
-  CHECK(refused("/extensionsRequired", {"KHR_materials_unlit", "KHR_texture_transform"}).empty());
-  const json draco = {{"KHR_draco_mesh_compression", {{"bufferView", 0}}}};
-  CHECK(contains(refused("/meshes/0/primitives/0/extensions", draco), "KHR_draco_mesh_compression is not supported"));
-  CHECK(contains(refused("/nodes/0/extensions", {{"EXT_mesh_gpu_instancing", 1}}), "nodes[0] of 'a'"));
-  CHECK(contains(refused("/asset/version", "1.0"), "glTF version '1.0' is not supported"));
+TEST_CASE("gltf: required extensions pass where they leave the surface alone, others are refused by name") {
+  for (const char* name : {"KHR_materials_unlit", "KHR_texture_transform", "EXT_texture_webp", "KHR_lights_punctual",
+                           "KHR_technique_webgl", "KHR_animation_pointer", "KHR_xmp_json_ld", "FB_ngon_encoding"}) {
+    CHECK(refused("/extensionsRequired", json::array({name})).empty());
+  }
+  for (const char* name :
+       {"ABC_other", "CESIUM_RTC", "KHR_node_visibility", "WEB3D_quantized_attributes", "KHR_mesh"}) {
+    const std::string message = refused("/extensionsRequired", {"KHR_materials_unlit", name});
+    CHECK(contains(message, std::string("extensionsRequired of 'a': the extension '") + name + "' is not supported"));
+  }
+  CHECK(contains(refused("/asset/version", "3.0"), "glTF '3.0' is not supported"));
+}
+
+TEST_CASE("gltf: glTF 1.0 is named in its refusal") {
+  const std::string name = "'a' is of glTF 1.0, which is not supported; save the model as glTF 2.0";
+  CHECK(refused("/asset/version", "1.0") == name);
+  CHECK(refused("/asset/version", "1.1") == name);
+  CHECK(refused("/asset/version", 1) == name);
+  const std::string maps = R"({"meshes": {"m": {}}, "nodes": {"n": {"meshes": ["m"]}}})";
+  CHECK(refusal(maps, "m.gltf") == name);
+  CHECK(code(maps, "m.gltf") == ErrorCode::unsupported_format);
+  const std::string binary = "glTF" + raw(std::uint32_t{1}) + raw(std::uint32_t{26}) + raw(std::uint32_t{6}) +
+                             raw(std::uint32_t{0}) + R"({"a":})";
+  CHECK(refusal(binary, "m.glb") == name);
+  CHECK(code(binary, "") == ErrorCode::unsupported_format);
 }
 
 TEST_CASE("gltf: nothing outside the file is opened") {

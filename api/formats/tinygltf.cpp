@@ -1,4 +1,6 @@
-// Debian has tinygltf as a shared library alone. Here it is compiled into the program, without what reads pictures.
+// tinygltf, compiled here without what reads pictures. Debian has it as a shared library alone, which the static reader
+// of uploads cannot link; and libdraco carries one of its own under the same names, of another layout, which a linker
+// may take instead of any that comes later.
 #include <nlohmann/json.hpp>
 
 #define TINYGLTF_IMPLEMENTATION

@@ -1,0 +1,46 @@
+// Morph targets and skins: what moves the vertices of a primitive before its node places them.
+#pragma once
+
+#include <map>
+#include <vector>
+
+#include "api/formats/gltf_draco.h"
+#include "api/formats/gltf_file.h"
+#include "api/formats/gltf_nodes.h"
+
+namespace meshgauge::api {
+
+// A primitive, as its deformations need it. Borrowed.
+struct GltfShape {
+  const tinygltf::Primitive& primitive;
+  std::string where;           // for messages
+  const GltfDracoMesh* draco;  // nullptr: none
+
+  const GltfColumn* column(const std::string& attribute) const;  // nullptr: the accessor has the bytes
+};
+
+class GltfDeformer {
+ public:
+  explicit GltfDeformer(const GltfFile& file) : file_(file), world_(file) {}
+
+  // Adds the targets' differences, times their weights; a missing weight is 0. Precondition: one position each vertex.
+  Result<Done> morph(const GltfShape& shape, const std::vector<double>& weights, std::vector<Vec3>& positions);
+
+  // Moves each vertex to the world by the joints that its weights name. The weights are divided by their sum, which
+  // must be 1 but for rounding.
+  Result<Done> skin(const GltfShape& shape, std::size_t skin, std::vector<Vec3>& positions);
+
+ private:
+  using Transforms = std::vector<GltfTransform>;
+
+  Result<const Transforms*> joints(std::size_t skin);
+  Result<Transforms> make_joints(std::size_t skin);
+  Result<Done> count_work(std::size_t vertices);
+
+  const GltfFile& file_;
+  GltfWorld world_;
+  std::map<std::size_t, Transforms> skins_;
+  std::size_t work_ = 0;
+};
+
+}  // namespace meshgauge::api

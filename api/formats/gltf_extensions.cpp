@@ -1,0 +1,144 @@
+#include "api/formats/gltf_extensions.h"
+
+#include <algorithm>
+
+#include <nlohmann/json.hpp>
+
+namespace meshgauge::api {
+namespace {
+
+using nlohmann::json;
+
+constexpr std::string_view kMeshoptNames[] = {"EXT_meshopt_compression", "KHR_meshopt_compression"};
+
+// Read here.
+constexpr std::string_view kRead[] = {"KHR_draco_mesh_compression", "EXT_meshopt_compression",
+                                      "KHR_meshopt_compression", "KHR_mesh_quantization", "EXT_mesh_gpu_instancing"};
+
+// They change materials, textures, lights, sounds, animations or data beside the surface, never the surface.
+constexpr std::string_view kHarmlessFamilies[] = {
+    "KHR_materials_", "EXT_materials_",  "ADOBE_materials_", "NV_materials_", "KHR_texture_",
+    "EXT_texture_",   "GOOGLE_texture_", "MPEG_texture_",    "KHR_lights_",   "EXT_lights_",
+    "KHR_xmp",        "KHR_audio",       "MSFT_audio_",      "EXT_audio_"};
+constexpr std::string_view kHarmless[] = {"KHR_animation_pointer",
+                                          "KHR_techniques_webgl",
+                                          "KHR_technique_webgl",
+                                          "KHR_blend",
+                                          "MSFT_texture_dds",
+                                          "MSFT_packing_normalRoughnessMetallic",
+                                          "MSFT_packing_occlusionRoughnessMetallic",
+                                          "FB_ngon_encoding",
+                                          "FB_geometry_metadata",
+                                          "EXT_mesh_features",
+                                          "EXT_instance_features",
+                                          "EXT_structural_metadata",
+                                          "EXT_feature_metadata",
+                                          "CESIUM_primitive_outline",
+                                          "GODOT_single_root",
+                                          "AGI_stk_metadata"};
+
+bool is_known(std::string_view extension) {
+  return std::ranges::count(kRead, extension) > 0 || std::ranges::count(kHarmless, extension) > 0 ||
+         std::ranges::any_of(kHarmlessFamilies, [&](std::string_view family) { return extension.starts_with(family); });
+}
+
+Result<Done> check_required(const Source& source, const json& root, GltfDocument& out) {
+  const auto names = [&](const char* key) { return root.value(key, std::vector<std::string>()); };
+  for (const std::string& extension : names("extensionsRequired")) {
+    if (is_known(extension)) continue;
+    return at(source, "extensionsRequired", ErrorCode::unsupported_format,
+              "the extension " + in_quotes(extension) + " is not supported; save the model without it");
+  }
+  for (const char* key : {"extensionsRequired", "extensionsUsed"}) {
+    out.quantized = out.quantized || std::ranges::count(names(key), "KHR_mesh_quantization") > 0;
+  }
+  return Done{};
+}
+
+std::optional<std::size_t> index_of(const json& object, const char* name) {
+  const auto found = object.find(name);
+  if (found == object.end()) return std::nullopt;
+  return found->get<std::size_t>();
+}
+
+// The extension of an object, or nullptr.
+const json* extension_of(const json& object, std::string_view name) {
+  const auto extensions = object.find("extensions");
+  if (extensions == object.end()) return nullptr;
+  const auto found = extensions->find(name);
+  return found == extensions->end() ? nullptr : &*found;
+}
+
+GltfFaces faces_of(const json& primitive) {
+  GltfFaces out;
+  out.indices = index_of(primitive, "indices");
+  if (const json* draco = extension_of(primitive, "KHR_draco_mesh_compression")) {
+    out.draco.emplace();
+    out.draco->view = (*draco)["bufferView"].get<std::size_t>();
+    for (const auto& [name, id] : (*draco)["attributes"].items()) out.draco->ids[name] = id.get<std::uint32_t>();
+  }
+  return out;
+}
+
+GltfMeshopt meshopt_of(const json& extension) {
+  GltfMeshopt out;
+  out.buffer = extension["buffer"].get<std::size_t>();
+  out.offset = extension.value("byteOffset", std::size_t{0});
+  out.length = extension["byteLength"].get<std::size_t>();
+  out.stride = extension["byteStride"].get<std::size_t>();
+  out.count = extension["count"].get<std::size_t>();
+  out.mode = extension["mode"].get<std::string>();
+  out.filter = extension.value("filter", "NONE");
+  return out;
+}
+
+void take_faces(json& root, GltfDocument& out) {
+  for (json& mesh : root["meshes"]) {
+    auto& faces = out.faces.emplace_back();
+    for (json& primitive : mesh["primitives"]) {
+      faces.push_back(faces_of(primitive));
+      primitive.erase("indices");
+      primitive.erase("extensions");
+    }
+  }
+}
+
+void take_meshopt(json& views, GltfDocument& out) {
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    for (const std::string_view name : kMeshoptNames) {
+      if (const json* found = extension_of(views[i], name)) out.meshopt[i] = meshopt_of(*found);
+    }
+    views[i].erase("extensions");
+  }
+}
+
+void take_instancing(json& nodes, GltfDocument& out) {
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    if (const json* found = extension_of(nodes[i], "EXT_mesh_gpu_instancing")) {
+      const json& attributes = (*found)["attributes"];
+      out.instancing[i] = {index_of(attributes, "TRANSLATION"), index_of(attributes, "ROTATION"),
+                           index_of(attributes, "SCALE")};
+    }
+    nodes[i].erase("extensions");
+  }
+}
+
+}  // namespace
+
+Result<Done> take_gltf_extensions(const Source& source, json& root, GltfDocument& out) {
+  if (auto ok = check_required(source, root, out); !ok) return ok;
+  if (root.contains("meshes")) take_faces(root, out);
+  if (root.contains("bufferViews")) take_meshopt(root["bufferViews"], out);
+  if (root.contains("nodes")) take_instancing(root["nodes"], out);
+  for (const char* done : {"extensionsUsed", "extensionsRequired"}) root.erase(done);
+  return Done{};
+}
+
+bool is_gltf_fallback(const json& buffer) {
+  return std::ranges::any_of(kMeshoptNames, [&](std::string_view name) {
+    const json* found = extension_of(buffer, name);
+    return found != nullptr && found->value("fallback", false);
+  });
+}
+
+}  // namespace meshgauge::api

@@ -1,0 +1,34 @@
+// What the readers of a glTF's parts share.
+#pragma once
+
+#include <string>
+
+#include <tiny_gltf.h>
+
+#include "api/formats/gltf_accessor.h"
+#include "api/formats/gltf_document.h"
+#include "api/formats/gltf_views.h"
+#include "api/formats/source.h"
+
+namespace meshgauge::api {
+
+// Borrowed. Precondition: model and document come from check_gltf().
+struct GltfFile {
+  const Source& source;
+  const tinygltf::Model& model;
+  const GltfDocument& document;
+  GltfViews& views;
+  const GltfAccessors& accessors;
+  GltfBudget& budget;
+
+  Error fail(const std::string& where, const std::string& what) const {
+    return at(source, where, ErrorCode::unreadable_mesh, what);
+  }
+};
+
+// "nodes[3]".
+inline std::string gltf_item(const char* array, std::size_t index) {
+  return array + ("[" + std::to_string(index) + "]");
+}
+
+}  // namespace meshgauge::api

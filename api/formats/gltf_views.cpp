@@ -1,0 +1,121 @@
+#include "api/formats/gltf_views.h"
+
+#include <algorithm>
+#include <optional>
+#include <utility>
+
+#include "api/formats/expansion.h"
+#include "api/formats/meshopt.h"
+
+namespace meshgauge::api {
+namespace {
+
+constexpr std::size_t kMostPerByte = 256;  // elements: a block of so many takes a byte at least
+
+// What is wrong with the numbers of a meshopt view of `length` bytes, or nullopt.
+std::optional<std::string> defect(const GltfMeshopt& meshopt, std::size_t length) {
+  const bool is_attributes = meshopt.mode == "ATTRIBUTES";
+  const bool is_triangles = meshopt.mode == "TRIANGLES";
+  if (!is_attributes && !is_triangles && meshopt.mode != "INDICES") {
+    return "the mode " + in_quotes(meshopt.mode) + " does not exist";
+  }
+  const bool good_stride = is_attributes ? meshopt.stride >= 4 && meshopt.stride <= 256 && meshopt.stride % 4 == 0
+                                         : meshopt.stride == 2 || meshopt.stride == 4;
+  if (!good_stride) {
+    return "a byteStride of " + std::to_string(meshopt.stride) +
+           (is_attributes ? ", not a multiple of 4 from 4 to 256" : ", neither 2 nor 4");
+  }
+  if (is_triangles && meshopt.count % 3 != 0) {
+    return std::to_string(meshopt.count) + " indices are no whole number of triangles";
+  }
+  if (meshopt.filter != "NONE" && !is_attributes) return "a filter, which only ATTRIBUTES may have";
+  if (meshopt.filter == "QUATERNION" && meshopt.stride != 8) return "the filter QUATERNION without a byteStride of 8";
+  if (meshopt.count / kMostPerByte > meshopt.length) {
+    return std::to_string(meshopt.count) + " elements do not fit in " + std::to_string(meshopt.length) + " bytes";
+  }
+  if (meshopt.count * meshopt.stride != length) {
+    return "count x byteStride is " + std::to_string(meshopt.count * meshopt.stride) + ", but the bufferView has " +
+           std::to_string(length) + " bytes";
+  }
+  return std::nullopt;
+}
+
+bool decode(const GltfMeshopt& meshopt, std::span<const std::byte> stream, std::span<std::byte> out) {
+  if (meshopt.mode == "TRIANGLES") return decode_meshopt_triangles(stream, meshopt.stride, out);
+  if (meshopt.mode == "INDICES") return decode_meshopt_indices(stream, meshopt.stride, out);
+  return decode_meshopt_attributes(stream, meshopt.stride, out);
+}
+
+}  // namespace
+
+// Buffers beside the file (or, as data URIs, inside) may be larger than the file itself.
+GltfBudget::GltfBudget(const Source& source, std::span<const std::span<const std::byte>> buffers)
+    : source_(source), compressed_(0) {
+  for (const auto& buffer : buffers) compressed_ += buffer.size();
+  compressed_ = std::max(compressed_, source.bytes.size());
+  limit_ = expansion_limit(compressed_, source.limits);
+}
+
+Result<Done> GltfBudget::take(std::size_t bytes) {
+  if (bytes > limit_ - taken_) return expands_too_far(source_.part, limit_, compressed_, "compressed glTF");
+  taken_ += bytes;
+  return Done{};
+}
+
+// All numbers come from check_gltf() and are below 2^53, so that no sum overflows 64 bits.
+Result<std::span<const std::byte>> GltfViews::piece(const std::string& where, const std::string& what,
+                                                    std::size_t buffer, std::size_t offset, std::size_t length) const {
+  const auto fail = [&](const std::string& why) { return at(source_, where, ErrorCode::unreadable_mesh, what + why); };
+  if (buffer >= buffers_.size()) return fail(" names buffer " + std::to_string(buffer) + ", which does not exist");
+  if (offset + length > buffers_[buffer].size()) {
+    return fail(" reaches beyond its buffer of " + std::to_string(buffers_[buffer].size()) + " bytes");
+  }
+  return buffers_[buffer].subspan(offset, length);
+}
+
+Result<std::span<const std::byte>> GltfViews::bytes(std::size_t view, const std::string& where) {
+  const std::string name = "bufferViews[" + std::to_string(view) + "]";
+  if (view >= model_.bufferViews.size()) {
+    return at(source_, where, ErrorCode::unreadable_mesh, name + " does not exist");
+  }
+  const auto meshopt = document_.meshopt.find(view);
+  if (meshopt == document_.meshopt.end()) {
+    const tinygltf::BufferView& v = model_.bufferViews[view];
+    return piece(where, name, static_cast<std::size_t>(v.buffer), v.byteOffset, v.byteLength);
+  }
+  auto known = decompressed_.find(view);
+  if (known == decompressed_.end()) {
+    auto decompressed = decompress(view, meshopt->second);
+    if (!decompressed) return std::move(decompressed).error();
+    known = decompressed_.emplace(view, *std::move(decompressed)).first;
+  }
+  return std::span<const std::byte>(known->second);
+}
+
+Result<std::vector<std::byte>> GltfViews::decompress(std::size_t view, const GltfMeshopt& meshopt) {
+  const std::string where = "bufferViews[" + std::to_string(view) + "]";
+  const auto fail = [&](const std::string& what, ErrorCode code = ErrorCode::unreadable_mesh) {
+    return at(source_, where, code, "meshopt: " + what);
+  };
+  const auto stream = piece(where, "meshopt:", meshopt.buffer, meshopt.offset, meshopt.length);
+  if (!stream) return stream.error();
+  if (const auto wrong = defect(meshopt, model_.bufferViews[view].byteLength)) return fail(*wrong);
+  const bool exponential = meshopt.filter == "EXPONENTIAL";
+  const bool quaternion = meshopt.filter == "QUATERNION";
+  if (!exponential && !quaternion && meshopt.filter != "NONE") {
+    return fail("positions, indices or transforms behind the filter " + in_quotes(meshopt.filter) +
+                    ", which is for normals and colours",
+                ErrorCode::unsupported_format);
+  }
+  if (auto ok = budget_.take(meshopt.count * meshopt.stride + meshopt.length); !ok) return std::move(ok).error();
+  std::vector<std::byte> out(meshopt.count * meshopt.stride);
+  if (!decode(meshopt, *stream, out)) {
+    return fail("not a stream of " + std::to_string(meshopt.count) + " elements of " + std::to_string(meshopt.stride) +
+                " bytes in the mode " + meshopt.mode);
+  }
+  if (exponential) undo_meshopt_exponential(out);
+  if (quaternion) undo_meshopt_quaternion(out);
+  return out;
+}
+
+}  // namespace meshgauge::api

@@ -1,0 +1,60 @@
+// The bytes of a glTF's bufferViews, as they are in its buffers or decompressed.
+#pragma once
+
+#include <map>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <tiny_gltf.h>
+
+#include "api/formats/gltf_document.h"
+#include "api/formats/source.h"
+
+namespace meshgauge::api {
+
+// How far the compressed parts of one glTF may expand together (expansion.h). What is decompressed twice counts twice,
+// so that it bounds time, too.
+class GltfBudget {
+ public:
+  GltfBudget(const Source& source, std::span<const std::span<const std::byte>> buffers);
+
+  // Takes this many bytes, or refuses.
+  Result<Done> take(std::size_t bytes);
+
+  std::size_t file_bytes() const { return compressed_; }  // of the document and its buffers, whichever are more
+
+ private:
+  const Source& source_;
+  std::size_t compressed_;
+  std::size_t limit_;
+  std::size_t taken_ = 0;
+};
+
+class GltfViews {
+ public:
+  // Borrows all of it.
+  GltfViews(const Source& source, const tinygltf::Model& model, const GltfDocument& document,
+            std::span<const std::span<const std::byte>> buffers, GltfBudget& budget)
+      : source_(source), model_(model), document_(document), buffers_(buffers), budget_(budget) {}
+
+  // `where`: what names the view, for messages. Decompresses a view once. Valid as long as this object.
+  Result<std::span<const std::byte>> bytes(std::size_t view, const std::string& where);
+
+  std::size_t file_bytes() const { return budget_.file_bytes(); }
+  std::size_t decompressed() const { return decompressed_.size(); }  // views
+
+ private:
+  Result<std::span<const std::byte>> piece(const std::string& where, const std::string& what, std::size_t buffer,
+                                           std::size_t offset, std::size_t length) const;
+  Result<std::vector<std::byte>> decompress(std::size_t view, const GltfMeshopt& meshopt);
+
+  const Source& source_;
+  const tinygltf::Model& model_;
+  const GltfDocument& document_;
+  std::span<const std::span<const std::byte>> buffers_;
+  GltfBudget& budget_;
+  std::map<std::size_t, std::vector<std::byte>> decompressed_;
+};
+
+}  // namespace meshgauge::api
