@@ -17,7 +17,7 @@ struct GltfBuffer {
   std::size_t byte_length = 0;
   std::string uri;        // a data URI, or that of a file beside the document, with a path; empty for the BIN chunk
   bool fallback = false;  // may be absent: stands in for what meshopt compresses
-  bool is_external() const { return !uri.empty() && !uri.starts_with("data:"); }
+  bool is_external() const { return !fallback && !uri.empty() && !uri.starts_with("data:"); }
 };
 
 // A primitive's KHR_draco_mesh_compression.

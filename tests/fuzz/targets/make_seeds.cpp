@@ -7,6 +7,7 @@
 #include <string>
 
 #include "tests/api/formats/files.h"
+#include "tests/api/formats/gltf_compressed.h"
 #include "tests/api/formats/small_files.h"
 
 namespace {
@@ -36,6 +37,35 @@ class Seeds {
 std::string taken_apart(const std::string& glb) {
   const std::size_t bin = glb.find(std::string("BIN\0", 4));
   return glb.substr(20, bin - 4 - 20) + '\0' + glb.substr(bin + 4);
+}
+
+// Streams by themselves, for the targets of their decoders, and the files that hold them.
+void write_compressed(Seeds& seeds) {
+  using namespace meshgauge::api::test;
+  std::vector<float> positions;
+  std::vector<std::uint32_t> corners;
+  for (std::uint32_t i = 0; i < 30; ++i) {
+    for (const std::uint32_t k : {i % 6, i / 6, i * i % 4}) positions.push_back(static_cast<float>(k));
+    if (i % 6 == 5 || i > 23) continue;
+    for (const std::uint32_t corner : {i, i + 1, i + 6, i + 1, i + 7, i + 6}) corners.push_back(corner);
+  }
+  for (const int speed : {0, 5, 10}) {
+    for (const int bits : {0, 8}) {
+      const std::string stream = draco_stream(positions, corners, bits, speed);
+      const std::string name = "speed" + std::to_string(speed) + "_bits" + std::to_string(bits);
+      seeds.write("draco", name, stream);
+      seeds.write("glb", name + ".parts", taken_apart(draco_glb(stream)));
+    }
+  }
+  const std::string meshopt = meshopt_glb("KHR_meshopt_compression");
+  seeds.write("glb", "meshopt.glb", meshopt);
+  seeds.write("glb", "meshopt.parts", taken_apart(meshopt));
+  const std::string data = taken_apart(meshopt);
+  const std::string streams = data.substr(data.find('\0') + 1);
+  const std::size_t triangles = streams.find('\xE1');
+  seeds.write("meshopt", "attributes", std::string("\0\x04\0\x02", 4) + streams.substr(0, triangles));
+  seeds.write("meshopt", "triangles", std::string("\x01\x0C\0\x01", 4) + streams.substr(triangles));
+  seeds.write("meshopt", "indices", std::string("\x02\x03\0\x01\xD1\x02\x04\x06\0\0\0\0", 12));
 }
 
 void write_meshes(Seeds& seeds) {
@@ -119,6 +149,7 @@ int main(int argc, char** argv) {
   if (argc != 2) return std::fprintf(stderr, "usage: make_seeds FOLDER\n"), 1;
   Seeds seeds{fs::path(argv[1])};
   write_meshes(seeds);
+  write_compressed(seeds);
   write_bodies(seeds);
   write_requests(seeds);
   write_manifests(seeds);
