@@ -24,24 +24,45 @@ MeshFacts facts_of(const LoadedMesh& loaded, std::size_t file_bytes, const Inter
 PreparedMesh::PreparedMesh(LoadedMesh loaded, std::size_t file_bytes, Prepared::Use use, const Interrupted& interrupted)
     : facts(facts_of(loaded, file_bytes, interrupted)), mesh(loaded.mesh, use, std::move(loaded.arrays), facts.bbox) {}
 
+PreparedMesh::Image::Image(const Prepared& of, const Factor& its_factor, Scaled scaled)
+    : factor(its_factor),
+      positions(std::move(scaled.positions)),
+      mesh({positions, of.mesh().triangles}, of.use(), nullptr, std::nullopt, scaled.error) {}
+
+std::shared_ptr<const PreparedMesh::Image> PreparedMesh::image(const Factor& factor) const {
+  const std::lock_guard lock(mutex_);
+  return image_ && image_->factor == factor ? image_ : nullptr;
+}
+
+std::size_t PreparedMesh::bytes() const {
+  const std::lock_guard lock(mutex_);
+  const std::size_t of_image = image_ ? sizeof *image_ + image_->mesh.bytes() : 0;
+  return sizeof *this - sizeof mesh + mesh.bytes() + of_image;
+}
+
 Result<std::shared_ptr<const Prepared>> in_unit(const std::shared_ptr<const PreparedMesh>& mesh,
                                                 const std::string& part, const Factor& factor, Control& control) {
   if (factor.is_one()) return std::shared_ptr<const Prepared>(mesh, &mesh->mesh);
-  auto image = scaled(mesh->mesh.mesh(), factor, [&control] { return control.check() != Interruption::none; });
-  if (const auto why = control.check(); why != Interruption::none) {
-    return not_in_time(why, "'" + part + "' was converted to the unit of the result");
-  }
+  auto image = mesh->image(factor);
   if (!image) {
-    return Error{ErrorCode::coordinate_too_large, "'" + part + "' has coordinates too large for the unit of the result",
-                 part, ""};
+    auto positions = scaled(mesh->mesh.mesh(), factor, [&control] { return control.check() != Interruption::none; });
+    if (const auto why = control.check(); why != Interruption::none) {
+      return not_in_time(why, "'" + part + "' was converted to the unit of the result");
+    }
+    if (!positions) {
+      return Error{ErrorCode::coordinate_too_large,
+                   "'" + part + "' has coordinates too large for the unit of the result", part, ""};
+    }
+    image = std::make_shared<const PreparedMesh::Image>(mesh->mesh, factor, *std::move(positions));
+    const std::lock_guard lock(mesh->mutex_);
+    if (mesh->mesh.use() == Prepared::Use::often) mesh->image_ = image;
   }
-  struct Kept {
+  struct Held {
     std::shared_ptr<const PreparedMesh> mesh;  // has the triangles
-    std::vector<Vec3> positions;
+    std::shared_ptr<const PreparedMesh::Image> image;
   };
-  const auto kept = std::make_shared<const Kept>(Kept{mesh, std::move(image->positions)});
-  const MeshView view(kept->positions, mesh->mesh.mesh().triangles);
-  return std::make_shared<const Prepared>(view, Prepared::Use::once, kept, std::nullopt, image->error);
+  const auto held = std::make_shared<const Held>(Held{mesh, std::move(image)});
+  return std::shared_ptr<const Prepared>(held, &held->image->mesh);
 }
 
 GetMesh loading(const Load& load, const MeshInput& input, const ReadLimits& limits, Prepared::Use use) {

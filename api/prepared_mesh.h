@@ -4,7 +4,9 @@
 #include <cstddef>
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <string>
+#include <vector>
 
 #include "api/formats/format.h"
 #include "api/load.h"
@@ -29,20 +31,38 @@ struct MeshFacts {
   ReadNotes notes;
 };
 
-// Immutable; any number of comparisons may use it at once.
-struct PreparedMesh {
+// Immutable as far as can be seen; any number of comparisons may use it at once.
+class PreparedMesh {
+ public:
   // `file_bytes`: of the file that it was loaded from. Linear time. Must not be used when `interrupted` said to stop.
   PreparedMesh(LoadedMesh loaded, std::size_t file_bytes, Prepared::Use use,
                const Interrupted& interrupted = never_interrupted);
 
-  std::size_t bytes() const { return sizeof *this - sizeof mesh + mesh.bytes(); }  // of memory, now
+  std::size_t bytes() const;  // of memory, now
 
   const MeshFacts facts;
   const Prepared mesh;
+
+ private:
+  friend Result<std::shared_ptr<const Prepared>> in_unit(const std::shared_ptr<const PreparedMesh>&, const std::string&,
+                                                         const Factor&, Control&);
+  // The mesh times a factor. Borrows the triangles.
+  struct Image {
+    const Factor factor;
+    const std::vector<Vec3> positions;
+    const Prepared mesh;
+
+    Image(const Prepared& of, const Factor& its_factor, Scaled scaled);
+  };
+  std::shared_ptr<const Image> image(const Factor& factor) const;  // null: none of this factor is kept
+
+  mutable std::mutex mutex_;                    // guards what follows
+  mutable std::shared_ptr<const Image> image_;  // the last one made, of a mesh that is measured often
 };
 
-// The mesh as it is measured: times a factor, which costs a copy of its positions unless the factor is one. Keeps
-// `mesh` alive. An Error names `part` ("a", "b"): coordinate_too_large, or out_of_time when `control` said to stop.
+// The mesh as it is measured: times a factor. Unless that is one, this costs a copy of the positions, which a mesh that
+// is measured often keeps for the next time. Keeps `mesh` alive. An Error names `part` ("a", "b"):
+// coordinate_too_large, or out_of_time when `control` said to stop. Thread safe.
 Result<std::shared_ptr<const Prepared>> in_unit(const std::shared_ptr<const PreparedMesh>& mesh,
                                                 const std::string& part, const Factor& factor, Control& control);
 

@@ -157,11 +157,32 @@ TEST_CASE("compare: meshes are brought to the limit's unit, and a mesh against i
 
 TEST_CASE("compare: a mesh that is too large for the unit of the result is refused by name") {
   const std::string large = "v 0 0 0\nv 1e305 0 0\nv 0 1 0\nf 1 2 3\n";
-  const api::ComparisonOptions options({}, {api::LengthUnit::foot, api::LengthUnit::micron});
+  const api::ComparisonOptions options({}, {api::LengthUnit::foot, api::LengthUnit::micron, {}});
   Control control;
   const auto result =
       api::compare({"a", bytes_of(large), "a.obj", ""}, {"b", bytes_of(kSquare), "b.obj", ""}, options, {}, control);
   REQUIRE_FALSE(result.ok());
   CHECK(result.error().code == ErrorCode::coordinate_too_large);
   CHECK(result.error().part == "a");
+}
+
+TEST_CASE("compare: a mesh that is measured often keeps its last conversion, one that is measured once does not") {
+  Control control;
+  const api::MeshInput input{"a", bytes_of(kSquare), "a.obj", ""};
+  const auto prepared = [&](Prepared::Use use) { return *api::loading(&api::load, input, {}, use)(control); };
+  const Factor inches{127, 5}, metres{1, 1000};
+
+  const auto once = prepared(Prepared::Use::once);
+  CHECK(*api::in_unit(once, "a", inches, control) != *api::in_unit(once, "a", inches, control));
+
+  const auto often = prepared(Prepared::Use::often);
+  const std::size_t bytes = often->bytes();
+  const auto first = *api::in_unit(often, "a", inches, control);
+  CHECK(first == *api::in_unit(often, "a", inches, control));
+  CHECK(often->bytes() > bytes);
+  const auto other = *api::in_unit(often, "a", metres, control);
+  CHECK(other != first);
+  CHECK(first->mesh().positions[2] == Vec3(25.4, 25.4, 0));  // those that hold it may go on
+  CHECK(other->mesh().positions[2] == Vec3(0.001, 0.001, 0));
+  CHECK(often->mesh.mesh().positions[2] == Vec3(1, 1, 0));
 }
