@@ -45,13 +45,13 @@ struct PolygonNotes {
 
 // What a reader did to the file beyond reading it; the result reports all of it.
 struct ReadNotes {
-  bool gzip = false;                   // the file was gzip-compressed
+  bool gzip = false;  // the file was gzip-compressed
   PolygonNotes polygons;
   std::size_t skipped_primitives = 0;  // points, lines, joins of strips: they have no surface
   std::size_t welded_vertices = 0;     // joined with another of the same position; by read_part() alone
   std::size_t unused_objects = 0;      // objects of a 3MF outside of its build, meshes of a glTF outside of its scene
-  std::size_t helper_objects = 0;      // objects and volumes of a 3MF that are not printed: support, modifiers, blockers
-  std::optional<LengthUnit> unit;      // named by the file or fixed by its format
+  std::size_t helper_objects = 0;  // objects and volumes of a 3MF that are not printed: support, modifiers, blockers
+  std::optional<LengthUnit> unit;  // named by the file or fixed by its format
   // What the hints say, where the content is of another format.
   std::optional<Format> filename_says;
   std::optional<Format> media_type_says;
