@@ -59,7 +59,14 @@ void check_records(std::string_view archive) {
   }
 }
 
+// minizip searches the end of an archive for the records that end a directory: those of a stored entry are taken for
+// the archive's own.
+bool holds_end_records(std::string_view content) {
+  return content.find("PK\x06") != std::string_view::npos || content.find("PK\x05") != std::string_view::npos;
+}
+
 void check_made(const std::string& content, bool stored) {
+  if (stored && holds_end_records(content)) return;
   std::vector<ZipEntry> entries{{"a", content}, {"b", content.substr(content.size() / 2)}};
   if (stored) entries[0].method = 0;
   const std::string plain = told(api::test::zip(entries));
