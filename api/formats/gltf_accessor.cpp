@@ -113,6 +113,7 @@ Result<Done> GltfAccessors::check_count(std::size_t accessor, const GltfColumn* 
     return fail(accessor, "count is " + std::to_string(a.count) + ", but the Draco stream holds " +
                               std::to_string(column->count) + " points");
   }
+  if (column != nullptr && a.sparse.isSparse) return fail(accessor, "sparse, and compressed by Draco");
   if (column == nullptr && a.bufferView < 0 && a.count > views_.file_bytes()) {
     return fail(accessor, std::to_string(a.count) + " elements without a bufferView, more than the file has bytes");
   }

@@ -88,6 +88,9 @@ TEST_CASE("draco: a stream is held against what the document says of it") {
   CHECK(contains(refused_in(file, kDracoAt + "/attributes/POSITION", 7), "POSITION is attribute 7"));
   CHECK(contains(refused_in(file, kDracoAt + "/bufferView", 7), "bufferViews[7] does not exist"));
   CHECK(contains(refused_in(file, "/accessors/0/count", 5), "count is 5, but the Draco stream holds 4 points"));
+  const json sparse = {
+      {"count", 0}, {"indices", {{"bufferView", 0}, {"componentType", 5123}}}, {"values", {{"bufferView", 0}}}};
+  CHECK(contains(refused_in(file, "/accessors/0/sparse", sparse), "sparse, and compressed by Draco"));
   CHECK(contains(refused_in(file, "/buffers/0/byteLength", 9), "bufferViews[0] reaches beyond its buffer"));
   CHECK(contains(refused_in(file, kDracoAt, 1), "KHR_draco_mesh_compression of 'a': expected an object"));
 }
