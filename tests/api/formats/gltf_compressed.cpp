@@ -6,7 +6,7 @@
 #include <draco/mesh/triangle_soup_mesh_builder.h>
 #include <meshoptimizer.h>
 
-#include "tests/api/formats/gltf_files.h"
+#include "tests/api/formats/gltf_documents.h"
 
 namespace meshgauge::api::test {
 

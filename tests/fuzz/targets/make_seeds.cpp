@@ -6,6 +6,8 @@
 #include <iterator>
 #include <string>
 
+#include <nlohmann/json.hpp>
+
 #include "tests/api/formats/files.h"
 #include "tests/api/formats/gltf_compressed.h"
 #include "tests/api/formats/small_files.h"
@@ -60,9 +62,11 @@ void write_compressed(Seeds& seeds) {
   const std::string meshopt = meshopt_glb("KHR_meshopt_compression");
   seeds.write("glb", "meshopt.glb", meshopt);
   seeds.write("glb", "meshopt.parts", taken_apart(meshopt));
-  const std::string data = taken_apart(meshopt);
-  const std::string streams = data.substr(data.find('\0') + 1);
-  const std::size_t triangles = streams.find('\xE1');
+  const std::string parts = taken_apart(meshopt);
+  const std::size_t nul = parts.find('\0');
+  const auto views = nlohmann::json::parse(parts.substr(0, nul))["bufferViews"];
+  const std::size_t triangles = views[0]["extensions"]["KHR_meshopt_compression"]["byteLength"];
+  const std::string streams = parts.substr(nul + 1);
   seeds.write("meshopt", "attributes", std::string("\0\x04\0\x02", 4) + streams.substr(0, triangles));
   seeds.write("meshopt", "triangles", std::string("\x01\x0C\0\x01", 4) + streams.substr(triangles));
   seeds.write("meshopt", "indices", std::string("\x02\x03\0\x01\xD1\x02\x04\x06\0\0\0\0", 12));
