@@ -5,8 +5,8 @@
 #include <optional>
 #include <utility>
 
-#include "api/formats/fan.h"
 #include "api/formats/obj_estimate.h"
+#include "api/formats/polygons.h"
 #include "api/formats/room.h"
 #include "api/formats/text.h"
 
@@ -18,7 +18,7 @@ namespace {
 class ObjReader {
  public:
   explicit ObjReader(const Source& source)
-      : source_(source), end_(source.end()), vertex_limit_(vertex_limit(source)), fan_(out_.mesh.triangles) {
+      : source_(source), end_(source.end()), vertex_limit_(vertex_limit(source)), faces_(out_.mesh.triangles) {
     out_.format = Format::obj;
   }
 
@@ -50,7 +50,7 @@ class ObjReader {
   const char* end_;
   std::size_t vertex_limit_;
   ReadMesh out_;
-  Fan fan_;
+  Faces faces_;
   // The highest index so far that named a vertex not yet read, and where.
   std::size_t highest_forward_ = 0;
   const char* highest_forward_place_ = nullptr;
@@ -143,7 +143,7 @@ const char* ObjReader::face(const char* p) {
     if (const char* next = plain_triangle(p)) return next;
   }
   const char* const line = p;
-  fan_.begin();
+  faces_.begin();
   for (p = blanks(p); !at_line_end(p) && *p != '#'; p = blanks(p)) {
     p = corner(p);
     if (p == nullptr) return nullptr;
@@ -152,9 +152,9 @@ const char* ObjReader::face(const char* p) {
       return nullptr;
     }
   }
-  if (fan_.corners() == 0) return fail(line, ErrorCode::unreadable_mesh, "a face without corners");
-  out_.notes.skipped_primitives += fan_.corners() < 3;
-  out_.notes.polygons.count += fan_.corners() > 3;
+  if (faces_.corners() == 0) return fail(line, ErrorCode::unreadable_mesh, "a face without corners");
+  out_.notes.skipped_primitives += faces_.corners() < 3;
+  faces_.end();
   return pass_over(p, false);
 }
 
@@ -193,7 +193,7 @@ const char* ObjReader::resolve(std::int64_t index, const char* place) {
     highest_forward_ = static_cast<std::size_t>(resolved);
     highest_forward_place_ = place;
   }
-  fan_.add(static_cast<std::uint32_t>(resolved));
+  faces_.add(static_cast<std::uint32_t>(resolved));
   return place;
 }
 
@@ -244,6 +244,7 @@ Result<ReadMesh> ObjReader::read() {
                    "index " + std::to_string(highest_forward_ + 1) + ", but the file has " +
                        std::to_string(out_.mesh.positions.size()) + " vertices");
   }
+  if (auto split = split_polygons(source_, faces_.runs(), out_); !split) return std::move(split).error();
   return std::move(out_);
 }
 

@@ -5,8 +5,8 @@
 #include <optional>
 #include <utility>
 
-#include "api/formats/fan.h"
 #include "api/formats/off_binary.h"
+#include "api/formats/polygons.h"
 #include "api/formats/room.h"
 #include "api/formats/text.h"
 
@@ -43,7 +43,7 @@ class OffReader {
         p_(body),
         end_(source.end()),
         extras_(extras.normal + extras.colour + extras.texture),
-        fan_(out_.mesh.triangles) {
+        faces_(out_.mesh.triangles) {
     out_.format = Format::off;
   }
 
@@ -81,7 +81,7 @@ class OffReader {
   std::int64_t vertex_count_ = 0;
   std::int64_t face_count_ = 0;
   ReadMesh out_;
-  Fan fan_;
+  Faces faces_;
   std::optional<Error> error_;
 };
 
@@ -147,7 +147,7 @@ bool OffReader::face() {
   std::int64_t corners = 0;
   if (!next_line() || !integer(corners)) return false;
   if (corners < 1) return fail(ErrorCode::unreadable_mesh, std::to_string(corners) + " is not a number of corners");
-  fan_.begin();
+  faces_.begin();
   for (std::int64_t i = 0; i < corners; ++i) {
     std::int64_t index = 0;
     if (!next_corner() || !integer(index)) return false;
@@ -155,14 +155,14 @@ bool OffReader::face() {
       return fail(ErrorCode::index_out_of_range,
                   "index " + std::to_string(index) + ", but there are " + std::to_string(vertex_count_) + " vertices");
     }
-    fan_.add(static_cast<std::uint32_t>(index));
+    faces_.add(static_cast<std::uint32_t>(index));
     if (out_.mesh.triangles.size() > source_.limits.max_triangles) {
       error_ = too_many(source_, "triangles", source_.limits.max_triangles);
       return false;
     }
   }
   out_.notes.skipped_primitives += corners < 3;
-  out_.notes.polygons.count += corners > 3;
+  faces_.end();
   p_ = skip_line(p_, end_);
   return true;
 }
@@ -187,6 +187,7 @@ Result<ReadMesh> OffReader::read() {
     if (!face()) return std::move(*error_);
   }
   if (!end_of_file()) return std::move(*error_);
+  if (auto split = split_polygons(source_, faces_.runs(), out_); !split) return std::move(split).error();
   return std::move(out_);
 }
 

@@ -6,7 +6,7 @@
 #include <optional>
 #include <utility>
 
-#include "api/formats/fan.h"
+#include "api/formats/polygons.h"
 #include "api/formats/room.h"
 
 namespace meshgauge::api {
@@ -107,20 +107,21 @@ std::optional<Error> read_vertices(const Source& source, const char* body, const
 // Precondition: the words fit.
 std::optional<Error> read_faces(const Source& source, const Words& words, ReadMesh& out) {
   reserve_room(out.mesh.triangles, words.faces());
-  Fan fan(out.mesh.triangles);
+  Faces faces(out.mesh.triangles);
   std::uint64_t word = words.first_of_vertex(words.vertices());
   for (std::uint64_t face = 0; face < words.faces(); ++face) {
-    fan.begin();
+    faces.begin();
     for (std::uint64_t corner = 0; corner < words.at(word); ++corner) {
-      fan.add(words.at(word + 1 + corner));
+      faces.add(words.at(word + 1 + corner));
       if (out.mesh.triangles.size() > source.limits.max_triangles) {
         return too_many(source, "triangles", source.limits.max_triangles);
       }
     }
-    out.notes.skipped_primitives += fan.corners() < 3;
-    out.notes.polygons.count += fan.corners() > 3;
+    out.notes.skipped_primitives += faces.corners() < 3;
+    faces.end();
     word = *words.next_face(word);
   }
+  if (auto split = split_polygons(source, faces.runs(), out); !split) return std::move(split).error();
   return std::nullopt;
 }
 

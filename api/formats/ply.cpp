@@ -2,10 +2,10 @@
 
 #include <utility>
 
-#include "api/formats/fan.h"
 #include "api/formats/ply_header.h"
 #include "api/formats/ply_layout.h"
 #include "api/formats/ply_values.h"
+#include "api/formats/polygons.h"
 #include "api/formats/room.h"
 
 namespace meshgauge::api {
@@ -19,7 +19,7 @@ class BodyReader {
         header_(header),
         layout_(layout),
         values_(source, header.body),
-        fan_(out_.mesh.triangles),
+        faces_(out_.mesh.triangles),
         strip_(out_.mesh.triangles) {
     out_.format = Format::ply;
   }
@@ -42,7 +42,7 @@ class BodyReader {
   const PlyLayout& layout_;
   Values values_;
   ReadMesh out_;
-  Fan fan_;
+  Faces faces_;
   Strip strip_;
 };
 
@@ -106,15 +106,15 @@ bool BodyReader<Values>::face(const PlyProperty& property) {
   if (!list_length(property, length)) return false;
   // Bytes that are out of step show as empty faces first: a count of vertices that is too high, for one.
   if (length == 0) return values_.fail(ErrorCode::unreadable_mesh, "a face without corners");
-  fan_.begin();
+  faces_.begin();
   for (std::int64_t corner = 0; corner < length; ++corner) {
     std::int64_t index = 0;
     if (!values_.integer(property.type, index) || !in_range(index)) return false;
-    fan_.add(static_cast<std::uint32_t>(index));
+    faces_.add(static_cast<std::uint32_t>(index));
     if (!within_limit()) return false;
   }
   out_.notes.skipped_primitives += length < 3;
-  out_.notes.polygons.count += length > 3;
+  faces_.end();
   return true;
 }
 
@@ -181,6 +181,7 @@ Result<ReadMesh> BodyReader<Values>::read() {
     out_.notes.remarks.push_back("header lines that begin with a word of no meaning, passed over: " +
                                  std::to_string(header_.unknown_lines) + ", the first with " + header_.first_unknown);
   }
+  if (auto split = split_polygons(source_, faces_.runs(), out_); !split) return std::move(split).error();
   return std::move(out_);
 }
 

@@ -114,7 +114,7 @@ TEST_CASE("obj: statements that are not faces or vertices are passed over") {
              plain);
 }
 
-TEST_CASE("obj: polygons become fans, lines and points are counted") {
+TEST_CASE("obj: polygons become triangles, lines and points are counted") {
   const auto result = read(kCorners + "v 1 1 1\nf 1 2 3 4 5\nl 1 2\np 1\nf 1 2\nf 3 4 5\nf 1 1 2\n", "m.obj");
   REQUIRE(result.ok());
   CHECK(result->mesh.triangles == std::vector<Triangle>{{0, 1, 2}, {0, 2, 3}, {0, 3, 4}, {2, 3, 4}, {0, 0, 1}});

@@ -9,22 +9,30 @@
 
 #include <tiny_obj_loader.h>
 
+#include "api/formats/polygons.h"
 #include "api/formats/text.h"
 
 namespace meshgauge::api::test {
 namespace {
 
+struct Taken {
+  Mesh mesh;
+  Faces faces{mesh.triangles};
+};
+
 void take_vertex(void* user, tinyobj::real_t x, tinyobj::real_t y, tinyobj::real_t z, tinyobj::real_t /*w*/) {
-  static_cast<Mesh*>(user)->positions.emplace_back(x, y, z);
+  static_cast<Taken*>(user)->mesh.positions.emplace_back(x, y, z);
 }
 
 void take_face(void* user, tinyobj::index_t* corners, int count) {
-  Mesh& mesh = *static_cast<Mesh*>(user);
-  const auto vertex = [&](int corner) {
-    const std::int64_t index = corners[corner].vertex_index;
-    return static_cast<std::uint32_t>(index > 0 ? index - 1 : static_cast<std::int64_t>(mesh.positions.size()) + index);
-  };
-  for (int k = 2; k < count; ++k) mesh.triangles.push_back({vertex(0), vertex(k - 1), vertex(k)});
+  Taken& taken = *static_cast<Taken*>(user);
+  const auto known = static_cast<std::int64_t>(taken.mesh.positions.size());
+  taken.faces.begin();
+  for (int k = 0; k < count; ++k) {
+    const std::int64_t index = corners[k].vertex_index;
+    taken.faces.add(static_cast<std::uint32_t>(index > 0 ? index - 1 : known + index));
+  }
+  taken.faces.end();
 }
 
 std::string_view next_word(std::string_view& line) {
@@ -59,14 +67,22 @@ std::string_view excuse_of_line(std::string_view line) {
 
 }  // namespace
 
-Mesh by_tinyobj(std::string_view text) {
+Mesh by_tinyobj(std::string_view text, const std::vector<Vec3>& positions) {
   std::istringstream stream{std::string(text)};
   tinyobj::callback_t callbacks;
   callbacks.vertex_cb = take_vertex;
   callbacks.index_cb = take_face;
-  Mesh mesh;
-  tinyobj::LoadObjWithCallback(stream, callbacks, &mesh);
-  return mesh;
+  Taken taken;
+  tinyobj::LoadObjWithCallback(stream, callbacks, &taken);
+  ReadMesh split;
+  split.mesh = {positions, taken.mesh.triangles};
+  const auto in_range = [&](const Triangle& t) { return std::ranges::max(t) < positions.size(); };
+  if (std::ranges::all_of(split.mesh.triangles, in_range)) {
+    const ReadLimits limits;
+    if (split_polygons(Source{{}, "peer", limits}, taken.faces.runs(), split))
+      taken.mesh.triangles = split.mesh.triangles;
+  }
+  return std::move(taken.mesh);
 }
 
 std::string_view tinyobj_excuse(std::string_view text) {

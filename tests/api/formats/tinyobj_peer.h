@@ -8,8 +8,10 @@
 
 namespace meshgauge::api::test {
 
-// The mesh as its callbacks tell it, polygons as fans. Nothing is checked: an index may name no vertex.
-Mesh by_tinyobj(std::string_view text);
+// The mesh as its callbacks tell it. Nothing is checked: an index may name no vertex. Faces are split by our rule, as
+// far as all indices name vertices, and at our positions: at theirs, a few roundings away, the rule may choose other
+// triangles.
+Mesh by_tinyobj(std::string_view text, const std::vector<Vec3>& positions);
 
 // In words, why tinyobjloader may see another mesh in this text than a reader of the format; empty when it must see
 // the same. Each is a limit of its own, found in its version 2.0.0rc10.

@@ -1,0 +1,178 @@
+// Polygons against exact references: the surface of planar faces, triangle by triangle, in integers.
+#include "api/formats/polygons.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <map>
+#include <string>
+
+#include <doctest/doctest.h>
+
+#include "tests/api/formats/files.h"
+#include "tests/api/formats/random_polygons.h"
+
+namespace meshgauge::api::test {
+namespace {
+
+using fuzz::Dice;
+using Corners = std::array<GridPoint, 3>;
+
+std::string number(double x) {
+  char text[40];
+  std::snprintf(text, sizeof text, "%.17g", x);
+  return text;
+}
+
+std::string as_obj(const std::vector<Vec3>& corners) {
+  std::string text, face = "f";
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    text += "v " + number(corners[i].x()) + " " + number(corners[i].y()) + " " + number(corners[i].z()) + "\n";
+    face += " " + std::to_string(i + 1);
+  }
+  return text + face + "\n";
+}
+
+Result<ReadMesh> read_face(const std::vector<Vec3>& corners) { return read(as_obj(corners), "m.obj"); }
+
+std::vector<Vec3> placed(const Outline& outline, const Placing& placing) {
+  std::vector<Vec3> corners;
+  for (const GridPoint& p : outline) corners.push_back(placing(p));
+  return corners;
+}
+
+// Whether the surface holds p: what the outline winds around, or the outline.
+bool holds(const Outline& outline, const GridPoint& p) {
+  int winding = 0;
+  for (std::size_t i = 0; i < outline.size(); ++i) {
+    const GridPoint &a = outline[i], &b = outline[(i + 1) % outline.size()];
+    if (on_segment(p, a, b)) return true;
+    if (a.y <= p.y && b.y > p.y && twice_area(a, b, p) > 0) ++winding;
+    if (b.y <= p.y && a.y > p.y && twice_area(a, b, p) < 0) --winding;
+  }
+  return winding != 0;
+}
+
+Outline times(const Outline& outline, std::int64_t factor) {
+  Outline out;
+  for (const GridPoint& p : outline) out.push_back({factor * p.x, factor * p.y});
+  return out;
+}
+
+// Whether the triangle, or the segment that it is, lies in the surface: no edge of the outline leads through it, and it
+// has points there.
+bool lies_in(const Outline& border, const Outline& outline6, const Corners& t) {
+  for (std::size_t k = 0; k < 3; ++k) {
+    const GridPoint &a = t[k], &b = t[(k + 1) % 3];
+    if (!holds(outline6, {3 * (a.x + b.x), 3 * (a.y + b.y)})) return false;
+    for (std::size_t i = 0; i < border.size(); ++i) {
+      const GridPoint &c = border[i], &d = border[(i + 1) % border.size()];
+      if (cross_inside(a, b, c, d) && twice_area(t[0], t[1], t[2]) != 0) return false;
+    }
+  }
+  return holds(outline6, {2 * (t[0].x + t[1].x + t[2].x), 2 * (t[0].y + t[1].y + t[2].y)});
+}
+
+// Whether an edge of either has the other on its outer side.
+bool are_apart(const Corners& a, const Corners& b) {
+  const auto separates = [](const Corners& t, const Corners& other) {
+    const std::int64_t side = twice_area(t[0], t[1], t[2]) > 0 ? 1 : -1;
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (std::all_of(other.begin(), other.end(),
+                      [&](const GridPoint& p) { return side * twice_area(t[k], t[(k + 1) % 3], p) <= 0; })) {
+        return true;
+      }
+    }
+    return false;
+  };
+  return separates(a, b) || separates(b, a);
+}
+
+// The triangles are a disk whose border is the outline: each of its edges once, each other edge once either way.
+bool is_disk(const std::vector<Triangle>& triangles, std::uint32_t corners) {
+  std::map<std::pair<std::uint32_t, std::uint32_t>, int> edges;
+  for (const Triangle& t : triangles) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::uint32_t a = t[k], b = t[(k + 1) % 3];
+      ++edges[{a, b}];
+      --edges[{b, a}];
+    }
+  }
+  for (std::uint32_t i = 0; i < corners; ++i) {
+    const std::uint32_t next = i + 1 == corners ? 0 : i + 1;
+    --edges[{i, next}];
+    ++edges[{next, i}];
+  }
+  return std::all_of(edges.begin(), edges.end(), [](const auto& edge) { return edge.second == 0; });
+}
+
+// What is wrong with the triangles as the surface of the outline; empty: nothing. Together: all lie in the surface, do
+// not overlap, and have its area, so they are the surface; and the outline's edges are edges of theirs.
+std::string fault_of(const Outline& border, const Outline& outline, const std::vector<Triangle>& triangles) {
+  if (triangles.size() + 2 != outline.size()) return "the number of triangles";
+  if (!is_disk(triangles, static_cast<std::uint32_t>(outline.size())))
+    return "not a disk with the outline as its border";
+  const Outline outline6 = times(outline, 6);
+  std::vector<Corners> with_area;
+  std::int64_t area = 0;
+  for (const Triangle& t : triangles) {
+    const Corners corners = {outline[t[0]], outline[t[1]], outline[t[2]]};
+    const std::int64_t its = twice_area(corners[0], corners[1], corners[2]);
+    area += std::abs(its);
+    if (its != 0) with_area.push_back(corners);
+    if (!lies_in(border, outline6, corners)) return "a triangle sticks out";
+  }
+  if (area != std::abs(twice_area(outline))) return "the area";
+  for (std::size_t i = 0; i < with_area.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      if (!are_apart(with_area[i], with_area[j])) return "two triangles overlap";
+    }
+  }
+  return {};
+}
+
+std::string text_of(const Outline& outline) {
+  std::string text;
+  for (const GridPoint& p : outline) text += "(" + std::to_string(p.x) + "," + std::to_string(p.y) + ")";
+  return text;
+}
+
+std::vector<std::array<std::uint32_t, 3>> fan(std::uint32_t corners) {
+  std::vector<std::array<std::uint32_t, 3>> triangles;
+  for (std::uint32_t i = 1; i + 1 < corners; ++i) triangles.push_back({0, i, i + 1});
+  return triangles;
+}
+
+TEST_CASE("polygons: 20,000 planar faces are exactly their surface") {
+  std::size_t concave = 0;
+  for (std::uint64_t seed = 0; seed < 20'000; ++seed) {
+    Dice dice(seed);
+    const OutlineKind kind = dice.pick(kOutlineKinds);
+    Outline outline = random_outline(kind, dice);
+    const Outline border = outline;
+    const bool plain = dice.chance(0.4);
+    if (!plain && dice.chance(0.5)) add_spikes(outline, dice);
+    if (!plain && dice.chance(0.5)) add_collinear_corners(outline, dice);
+    if (!plain && dice.chance(0.5)) add_repeated_corners(outline, dice);
+    turn_around(outline, dice);
+    const auto result = read_face(placed(outline, random_placing(dice)));
+    CAPTURE(seed);
+    CAPTURE(static_cast<int>(kind));
+    CAPTURE(text_of(outline));
+    REQUIRE(result.ok());
+    REQUIRE_EQ(fault_of(border, outline, result->mesh.triangles), "");
+    const PolygonNotes& notes = result->notes.polygons;
+    REQUIRE_EQ(notes.count, outline.size() > 3 ? 1 : 0);
+    REQUIRE_EQ(notes.self_crossing, 0);
+    REQUIRE_EQ(notes.non_planar, 0);
+    concave += notes.concave;
+    if (kind == OutlineKind::convex && plain) {
+      REQUIRE_EQ(notes.concave, 0);
+      REQUIRE(result->mesh.triangles == fan(static_cast<std::uint32_t>(outline.size())));
+    }
+  }
+  CHECK(concave > 12'000);
+}
+
+}  // namespace
+}  // namespace meshgauge::api::test
