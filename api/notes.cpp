@@ -8,8 +8,8 @@
 namespace meshgauge::api {
 namespace {
 
-void add_count(std::vector<std::string>& notes, const char* what, std::size_t count) {
-  if (count != 0) notes.push_back(what + (": " + std::to_string(count)));
+void add_count(std::vector<std::string>& notes, const std::string& what, std::size_t count) {
+  if (count != 0) notes.push_back(what + ": " + std::to_string(count));
 }
 
 void add_contradiction(std::vector<std::string>& notes, const char* who, std::optional<Format> said, Format is) {
@@ -64,6 +64,17 @@ void add_scale(std::vector<std::string>& notes, const Comparison& comparison) {
                   ": if that is so, declare the unit of each");
 }
 
+void add_polygons(std::vector<std::string>& notes, const PolygonNotes& polygons) {
+  add_count(notes, "faces of more than three corners, split into triangles", polygons.count);
+  add_count(notes, "concave faces among them, whose ears were clipped", polygons.concave);
+  add_count(notes, "faces that cross themselves, which have no one surface", polygons.self_crossing);
+  if (polygons.non_planar == 0) return;
+  add_count(notes,
+            "faces that are not planar, which have no one surface (two splits of a face are at most " +
+                shortest(polygons.largest_deviation) + " apart)",
+            polygons.non_planar);
+}
+
 }  // namespace
 
 std::vector<std::string> notes_of(const Comparison& comparison) {
@@ -85,8 +96,7 @@ std::vector<std::string> notes_of(const MeshFacts& mesh) {
   std::vector<std::string> notes;
   add_contradiction(notes, "the file name", mesh.notes.filename_says, mesh.format);
   add_contradiction(notes, "the media type", mesh.notes.media_type_says, mesh.format);
-  add_count(notes, "faces of more than three corners, split as fans from their first corner",
-            mesh.notes.polygons.count);
+  add_polygons(notes, mesh.notes.polygons);
   add_count(notes,
             "points, lines, faces of fewer than three corners and joins of strips, left out for want of a surface",
             mesh.notes.skipped_primitives);

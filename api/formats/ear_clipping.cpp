@@ -167,6 +167,7 @@ void EarClipper::each_inside(std::uint32_t corner, Take take) {
       if (corners_[other].turn >= 0 || corners_[other].clipped) continue;
       if (p.x < low_x || p.x > high_x || p.y < low_y || p.y > high_y) continue;
       if (other == c.previous || other == c.next || other == corner) continue;
+      spent_ = !budget_.spend(kOrientationSteps);
       if (turn(c.previous, corner, other) < 0 || turn(corner, c.next, other) < 0) continue;
       if (turn(c.next, c.previous, other) < 0) continue;
       if (!take(other)) return;

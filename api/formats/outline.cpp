@@ -14,8 +14,9 @@ struct Edge {
   double high_y() const { return std::max(from.y, to.y); }
 };
 
+bool may_cross(const Edge& a, const Edge& b) { return a.low_y() <= b.high_y() && b.low_y() <= a.high_y(); }
+
 bool cross(const Edge& a, const Edge& b) {
-  if (a.low_y() > b.high_y() || b.low_y() > a.high_y()) return false;
   return orientation(a.from, a.to, b.from) * orientation(a.from, a.to, b.to) < 0 &&
          orientation(b.from, b.to, a.from) * orientation(b.from, b.to, a.to) < 0;
 }
@@ -57,8 +58,9 @@ bool crosses_itself(std::span<const Point2> outline, StepBudget& budget) {
   std::sort(edges.begin(), edges.end(), [](const Edge& a, const Edge& b) { return a.low_x() < b.low_x(); });
   for (std::size_t i = 0; i < n; ++i) {
     for (std::size_t j = i + 1; j < n && edges[j].low_x() <= edges[i].high_x(); ++j) {
-      if (!budget.spend(1)) return false;
-      if (cross(edges[i], edges[j])) return true;
+      const bool near = may_cross(edges[i], edges[j]);
+      if (!budget.spend(near ? 1 + kOrientationSteps : 1)) return false;
+      if (near && cross(edges[i], edges[j])) return true;
     }
   }
   return false;

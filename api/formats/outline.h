@@ -25,6 +25,7 @@ class StepBudget {
  private:
   std::size_t left_;
 };
+inline constexpr std::size_t kOrientationSteps = 8;  // of a few orientation tests
 
 struct Turns {
   bool convex = false;    // bounds a convex region once, either way round; corners may lie on edges and repeat

@@ -146,17 +146,23 @@ double deviation_along_axis(std::span<const Vec3> corners, const Vec3& normal) {
   return thickness(corners, normal) * normal.norm() / normal.cwiseAbs().maxCoeff() * kRelative;
 }
 
-double quad_deviation(const std::array<Vec3, 4>& corners, double of_interest, StepBudget& budget) {
-  constexpr std::size_t kBisectionSteps = 2000;
+bool diagonals_cross(const std::array<Vec3, 4>& corners) {
   const auto& [a, b, c, d] = corners;
   const Vec3 normal = (c - a).cross(d - b);
   const double normal_sq = normal.squaredNorm();
   const double on_ac = (b - a).cross(d - b).dot(normal), on_bd = (b - a).cross(c - a).dot(normal);
-  if (on_ac > 0 && on_ac < normal_sq && on_bd > 0 && on_bd < normal_sq) {
+  return on_ac > 0 && on_ac < normal_sq && on_bd > 0 && on_bd < normal_sq;
+}
+
+double quad_deviation(const std::array<Vec3, 4>& corners, double of_interest, StepBudget& budget) {
+  constexpr std::size_t kBisectionSteps = 2000;
+  const auto& [a, b, c, d] = corners;
+  const Vec3 normal = (c - a).cross(d - b);
+  if (diagonals_cross(corners)) {
     const double apart = thickness(corners, normal);
     if (apart <= of_interest) return apart;
     const double smaller_area = std::min(area(a, b, c) + area(a, c, d), area(a, b, d) + area(b, c, d));
-    if (smaller_area < 0.95 * std::sqrt(normal_sq)) return apart;
+    if (smaller_area < 0.95 * normal.norm()) return apart;
   }
   if (!budget.spend(kBisectionSteps)) return deviation_along_axis(corners, normal);
   const double extent = extent_of(corners);

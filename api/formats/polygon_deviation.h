@@ -37,8 +37,11 @@ namespace meshgauge::api {
 // Upper bounds of H for all splits of one face, rounded up, and at most twice what two splits can be apart; D1 alone,
 // which may be more, once the budget is spent. Preconditions: finite coordinates of at most 2^150, `normal` not zero.
 
-// Of a face of four corners that is convex, seen along some axis. Of no interest up to `of_interest`: any bound up to
-// that may be returned.
+// Whether the diagonals of four corners cross, seen along their normal: both are splits.
+bool diagonals_cross(const std::array<Vec3, 4>& corners);
+
+// Of a face of four corners that is convex, seen along an axis or its normal. Of no interest up to `of_interest`: any
+// bound up to that may be returned.
 double quad_deviation(const std::array<Vec3, 4>& corners, double of_interest, StepBudget& budget);
 
 // Of any face that is simple, seen along the largest axis of its normal. Of more than kMostMeasuredCorners corners: D1.

@@ -76,7 +76,7 @@ class Splitter {
   bool split(Triangle* triangles, std::size_t corners);
   bool clip(Triangle* triangles);
   void load(const Triangle* triangles, std::size_t corners);
-  void measure(bool has_splits);
+  void measure(bool convex, bool simple);
   void note_deviation(double deviation) { notes_.largest_deviation = std::max(notes_.largest_deviation, deviation); }
 
   Mesh& mesh_;
@@ -148,8 +148,7 @@ bool Splitter::split(Triangle* triangles, std::size_t corners) {
     notes_.self_crossing += !simple;
     notes_.concave += simple && turns.has_both;
   }
-  // One that crosses itself covers no one region. Four corners that are not convex have one split.
-  measure(turns.convex || (simple && corners > 4));
+  measure(turns.convex, simple);
   return true;
 }
 
@@ -160,17 +159,20 @@ bool Splitter::clip(Triangle* triangles) {
   return true;
 }
 
-void Splitter::measure(bool has_splits) {
+// A face that crosses itself covers no one region, and four corners that are not convex have but one split.
+void Splitter::measure(bool convex, bool simple) {
   double largest = 0;
   for (const Vec3& p : corners_) largest = std::max(largest, p.cwiseAbs().maxCoeff());
-  const double thick = thickness(corners_, normal_);
-  notes_.non_planar += thick > kPlanarThickness * largest;
-  if (!has_splits) return;
+  notes_.non_planar += thickness(corners_, normal_) > kPlanarThickness * largest;
   const double at_most = std::ldexp(deviation_along_axis(corners_, normal_), exponent_);
-  if (at_most <= notes_.largest_deviation) return;
-  const double deviation = corners_.size() == 4
-                               ? quad_deviation({corners_[0], corners_[1], corners_[2], corners_[3]}, 0, measuring_)
-                               : polygon_deviation(corners_, normal_, measuring_);
+  if (!simple || at_most <= notes_.largest_deviation) return;
+  double deviation = 0;
+  if (corners_.size() == 4) {
+    const std::array<Vec3, 4> quad = {corners_[0], corners_[1], corners_[2], corners_[3]};
+    if (convex || diagonals_cross(quad)) deviation = quad_deviation(quad, 0, measuring_);
+  } else {
+    deviation = polygon_deviation(corners_, normal_, measuring_);
+  }
   note_deviation(std::ldexp(deviation, exponent_));
 }
 

@@ -61,9 +61,9 @@ class Faces {
 // need more work than is allowed for one file: kSplitSteps and kStepsPerCorner for each corner; the Error names it.
 Result<Done> split_polygons(const Source& source, const std::vector<FaceRun>& runs, ReadMesh& read);
 
-inline constexpr std::size_t kSplitSteps = std::size_t{1} << 29;
+inline constexpr std::size_t kSplitSteps = std::size_t{1} << 28;
 inline constexpr std::size_t kStepsPerCorner = 32;
-inline constexpr std::size_t kMeasureSteps = std::size_t{1} << 28;  // for deviations; with none left, D1 bounds them
+inline constexpr std::size_t kMeasureSteps = std::size_t{1} << 26;  // for deviations; with none left, D1 bounds them
 
 // Above it a face counts as not planar: its thickness along its normal over its largest coordinate. Rounding
 // coordinates to binary32 or to six digits moves each corner by less than a quarter of that.

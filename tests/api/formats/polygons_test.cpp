@@ -16,6 +16,7 @@ namespace meshgauge::api::test {
 namespace {
 
 using fuzz::Dice;
+using namespace std::string_literals;
 using Corners = std::array<GridPoint, 3>;
 
 std::string number(double x) {
@@ -172,6 +173,106 @@ TEST_CASE("polygons: 20,000 planar faces are exactly their surface") {
     }
   }
   CHECK(concave > 12'000);
+}
+
+ReadMesh read_or_fail(const std::string& text, const std::string& name) {
+  auto result = read(text, name);
+  INFO((result ? "" : result.error().message));
+  REQUIRE(result.ok());
+  return std::move(*result);
+}
+
+TEST_CASE("polygons: a concave face is the same in OBJ, OFF and PLY, also before its vertices") {
+  const std::string corners = "0 0 0\n4 0 0\n4 4 0\n2 1 0\n0 4 0\n";
+  std::string vertices;
+  for (const char* corner : {"0 0 0", "4 0 0", "4 4 0", "2 1 0", "0 4 0"}) vertices += "v " + (corner + "\n"s);
+  const std::string ply = "ply\nformat ascii 1.0\n";
+  const std::string vertex = "element vertex 5\nproperty float x\nproperty float y\nproperty float z\n";
+  const std::string face = "element face 1\nproperty list uchar int vertex_indices\n";
+  const ReadMesh obj = read_or_fail(vertices + "f 1 2 3 4 5\n", "m.obj");
+  CHECK(fault_of({{0, 0}, {4, 0}, {4, 4}, {2, 1}, {0, 4}}, {{0, 0}, {4, 0}, {4, 4}, {2, 1}, {0, 4}},
+                 obj.mesh.triangles) == "");
+  CHECK(obj.notes.polygons == PolygonNotes{1, 1, 0, 0, 0});
+  for (const auto& [text, name] :
+       {std::pair("f 1 2 3 4 5\n" + vertices, "m.obj"), std::pair("OFF\n5 1 0\n" + corners + "5 0 1 2 3 4\n", "m.off"),
+        std::pair(ply + vertex + face + "end_header\n" + corners + "5 0 1 2 3 4\n", "m.ply"),
+        std::pair(ply + face + vertex + "end_header\n5 0 1 2 3 4\n" + corners, "m.ply")}) {
+    CAPTURE(name);
+    const ReadMesh other = read_or_fail(text, name);
+    CHECK(other.mesh.triangles == obj.mesh.triangles);
+    CHECK(other.notes.polygons == obj.notes.polygons);
+  }
+}
+
+TEST_CASE("polygons: faces of any number of corners keep their places among the triangles") {
+  std::string text;
+  for (int i = 0; i < 8; ++i) text += "v " + std::to_string(i % 4) + " " + std::to_string(i / 4) + " 0\n";
+  const ReadMesh read =
+      read_or_fail(text + "f 1 2 5\nf 1 2 6 5\nf 2 3 7 6\nf 2 3 7\nf 1 3 7 6 5\nf 3 4 8 7\n", "m.obj");
+  CHECK(read.mesh.triangles == std::vector<Triangle>{{0, 1, 4},
+                                                     {0, 1, 5},
+                                                     {0, 5, 4},
+                                                     {1, 2, 6},
+                                                     {1, 6, 5},
+                                                     {1, 2, 6},
+                                                     {0, 2, 6},
+                                                     {0, 6, 5},
+                                                     {0, 5, 4},
+                                                     {2, 3, 7},
+                                                     {2, 7, 6}});
+  CHECK(read.notes.polygons == PolygonNotes{4, 0, 0, 0, 0});
+}
+
+TEST_CASE("polygons: a face that crosses itself is counted, and split all the same") {
+  const auto crossing = [](const Outline& outline) {
+    const auto result = read_face(placed(outline, {}));
+    REQUIRE(result.ok());
+    CHECK(result->notes.polygons.self_crossing == 1);
+    CHECK(result->notes.polygons.concave == 0);
+    CHECK(is_disk(result->mesh.triangles, static_cast<std::uint32_t>(outline.size())));
+    std::int64_t area = 0;
+    for (const Triangle& t : result->mesh.triangles)
+      area += std::abs(twice_area(outline[t[0]], outline[t[1]], outline[t[2]]));
+    return area;
+  };
+  crossing({{0, 0}, {4, 4}, {4, 0}, {0, 4}});                 // a bow tie
+  crossing({{0, 10}, {6, -8}, {-10, 3}, {10, 3}, {-6, -8}});  // a pentagram
+  // Two squares that cross at a corner of both: each is filled, though one is wound the other way.
+  CHECK(crossing({{4, 4}, {0, 4}, {0, 0}, {4, 0}, {4, 4}, {8, 4}, {8, 8}, {4, 8}}) == 64);
+}
+
+TEST_CASE("polygons: a crossing by a hair moves the surface by a hair") {
+  // The notch reaches the lower edge, and 1e-9 beyond.
+  const auto result = read_face({{0, 0, 0}, {8, 0, 0}, {8, 4, 0}, {5, 4, 0}, {4, -1e-9, 0}, {3, 4, 0}, {0, 4, 0}});
+  REQUIRE(result.ok());
+  double area = 0;
+  for (std::size_t t = 0; t < result->mesh.triangles.size(); ++t) {
+    const MeshView mesh(result->mesh);
+    area += (mesh.corner(t, 1) - mesh.corner(t, 0)).cross(mesh.corner(t, 2) - mesh.corner(t, 0)).norm() / 2;
+  }
+  CHECK(area == doctest::Approx(28).epsilon(1e-8));
+  CHECK(result->notes.polygons.self_crossing == 1);
+}
+
+TEST_CASE("polygons: a polyline and back is its segments") {
+  const auto result = read_face({{0, 0, 0}, {1, 0, 0}, {1, 1, 1}, {1, 0, 0}});
+  REQUIRE(result.ok());
+  CHECK(count_degenerate(result->mesh) == 2);
+  CHECK(read_face({{0, 0, 0}, {1, 1, 1}, {3, 3, 3}, {2, 2, 2}, {2, 2, 2}})->notes.polygons ==
+        PolygonNotes{1, 0, 0, 0, 0});
+}
+
+TEST_CASE("polygons: a face that takes too long is refused by its size and first vertex") {
+  std::string text = "OFF\n20000 1 0\n", face = "20000";
+  Dice dice(7);
+  for (int i = 0; i < 20'000; ++i) {
+    text += std::to_string(dice.below(1'000'000)) + " " + std::to_string(dice.below(1'000'000)) + " 0\n";
+    face += " " + std::to_string(i);
+  }
+  const auto result = read(text + face + "\n", "m.off");
+  REQUIRE(!result.ok());
+  CHECK(result.error().code == ErrorCode::too_large);
+  CHECK(contains(result.error().message, "the face of 20000 corners that begins with vertex 0 of 'a': "));
 }
 
 }  // namespace

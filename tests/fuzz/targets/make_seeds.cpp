@@ -98,6 +98,19 @@ void write_meshes(Seeds& seeds) {
   seeds.write("stl_admesh", "floats", floats);
 }
 
+// The layout (0: a grid, 1: with heights, 2: doubles), then the coordinates.
+void write_polygons(Seeds& seeds) {
+  using namespace std::string_literals;
+  seeds.write("polygon", "notch", "\0\0\0\x08\0\x08\x08\x04\x02\0\x08"s);
+  seeds.write("polygon", "crossing", "\0\0\0\x08\x08\x08\0\0\x08"s);
+  seeds.write("polygon", "spike", "\0\0\0\x08\0\x0c\0\x08\0\x08\x08\0\x08"s);
+  seeds.write("polygon", "hole", "\0\0\0\x09\0\x09\x09\0\x09\0\0\x02\x02\x02\x05\x05\x02\x02\x02"s);
+  seeds.write("polygon", "warped", "\x01\0\0\0\x08\0\x01\x08\x08\0\x04\x09\x02\0\x08\x01"s);
+  std::string doubles = "\x02";
+  for (int i = 0; i < 15; ++i) doubles += raw(1e-3 * i * (i % 7) * (i % 5) - 1e200 * (i == 8));
+  seeds.write("polygon", "doubles", doubles);
+}
+
 std::string part(const std::string& head, const std::string& data) {
   return "--XX\r\nContent-Disposition: form-data; " + head + "\r\n\r\n" + data + "\r\n";
 }
@@ -154,6 +167,7 @@ int main(int argc, char** argv) {
   Seeds seeds{fs::path(argv[1])};
   write_meshes(seeds);
   write_compressed(seeds);
+  write_polygons(seeds);
   write_bodies(seeds);
   write_requests(seeds);
   write_manifests(seeds);
