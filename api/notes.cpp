@@ -5,6 +5,8 @@
 #include <cstdio>
 #include <iterator>
 
+#include "api/decimal.h"
+
 namespace meshgauge::api {
 namespace {
 
@@ -75,6 +77,19 @@ void add_polygons(std::vector<std::string>& notes, const PolygonNotes& polygons)
             polygons.non_planar);
 }
 
+// Where the limit is close to what the file leaves open, another split of one face could turn the verdict.
+void add_open(std::vector<std::string>& notes, const std::string& mesh, const KnownUnit& known, const MeshFacts& facts,
+              const Comparison& comparison) {
+  constexpr double kClose = 10;
+  const auto& limit = comparison.options.max_distance;
+  const Factor factor = factor_between(known, comparison.units.result);
+  const double apart = facts.notes.polygons.largest_deviation * factor.times / factor.over;
+  if (!limit || !(*limit < kClose * apart)) return;
+  notes.push_back(mesh + " has a face that is not planar and can be split into triangles that are up to " +
+                  shortest(apart) + " apart; the limit " + shortest(*limit) +
+                  " is less than ten times that: the file itself leaves this open");
+}
+
 }  // namespace
 
 std::vector<std::string> notes_of(const Comparison& comparison) {
@@ -89,6 +104,8 @@ std::vector<std::string> notes_of(const Comparison& comparison) {
                     " is not known: their numbers were compared as they are");
   }
   add_scale(notes, comparison);
+  add_open(notes, "mesh a", units.a, comparison.a, comparison);
+  add_open(notes, "mesh b", units.b, comparison.b, comparison);
   return notes;
 }
 

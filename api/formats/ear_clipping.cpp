@@ -17,8 +17,8 @@ double height(const Point2& a, const Point2& b, const Point2& p) {
 
 }  // namespace
 
-std::span<const EarClipper::Clipped> EarClipper::clip(std::span<const Point2> outline) {
-  start(outline);
+std::span<const EarClipper::Clipped> EarClipper::clip(std::span<const Point2> outline, bool crosses) {
+  start(outline, crosses);
   while (left_ > 3 && !spent_) {
     if (clip_straight()) continue;
     if (misses_ >= left_) {
@@ -46,8 +46,9 @@ std::span<const EarClipper::Clipped> EarClipper::clip(std::span<const Point2> ou
   return out_;
 }
 
-void EarClipper::start(std::span<const Point2> outline) {
+void EarClipper::start(std::span<const Point2> outline, bool crosses) {
   points_ = outline;
+  crosses_ = crosses;
   side_ = area_sign(outline) < 0 ? -1 : 1;
   const auto n = static_cast<std::uint32_t>(outline.size());
   corners_.assign(n, {});
@@ -137,12 +138,18 @@ bool EarClipper::clip_straight() {
 bool EarClipper::is_ear(std::uint32_t corner) {
   Corner& c = corners_[corner];
   if (c.turn < 0 || c.blocked) return false;
-  if (right_turns_ == 0) return true;
+  if (right_turns_ == 0 && !crosses_) return true;
   const Clipped triangle = {c.previous, corner, c.next};
   each_inside(corner, [&](std::uint32_t inside) {
     c.blocked = leads_into(inside, triangle);
     return !c.blocked;
   });
+  if (crosses_ && !c.blocked) {
+    each_through(corner, [&](std::uint32_t) {
+      c.blocked = true;
+      return false;
+    });
+  }
   return !c.blocked && !spent_;
 }
 
@@ -172,6 +179,19 @@ void EarClipper::each_inside(std::uint32_t corner, Take take) {
       if (turn(c.next, c.previous, other) < 0) continue;
       if (!take(other)) return;
     }
+  }
+}
+
+// Hands the corners whose edge to the next one crosses the third side of the triangle of `corner` to take(), until that
+// returns false.
+template <class Take>
+void EarClipper::each_through(std::uint32_t corner, Take take) {
+  spent_ = spent_ || !budget_.spend(left_ * kOrientationSteps);
+  if (spent_) return;
+  const std::uint32_t a = corners_[corner].previous, b = corners_[corner].next;
+  for (std::uint32_t from = b; from != a; from = corners_[from].next) {
+    const std::uint32_t to = corners_[from].next;
+    if (turn(a, b, from) * turn(a, b, to) < 0 && turn(from, to, a) * turn(from, to, b) < 0 && !take(from)) return;
   }
 }
 
@@ -206,6 +226,17 @@ double EarClipper::fault(std::uint32_t corner) {
   double deepest = 0;
   each_inside(corner, [&](std::uint32_t inside) {
     deepest = std::max(deepest, depth(inside, triangle));
+    return true;
+  });
+  // An edge that leads through leaves one corner of the triangle alone on its side.
+  each_through(corner, [&](std::uint32_t from) {
+    const std::uint32_t to = corners_[from].next;
+    const int sides = turn(from, to, triangle[0]) + turn(from, to, triangle[1]) + turn(from, to, triangle[2]);
+    double least = std::numeric_limits<double>::infinity();
+    for (const std::uint32_t alone : triangle) {
+      if (turn(from, to, alone) * sides < 0) least = height(points_[from], points_[to], points_[alone]);
+    }
+    if (std::isfinite(least)) deepest = std::max(deepest, least);
     return true;
   });
   return deepest;

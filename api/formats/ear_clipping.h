@@ -14,8 +14,8 @@
 //
 // An outline that crosses itself may leave no ear. What is left is then turned around if it winds around a negative
 // area; else the corner is clipped whose triangle is least at fault: the smallest depth to which the outline leads into
-// it or, for one that turns right, its height. Crossings by a rounding error thus move the surface by no more than such
-// errors.
+// it or, for one that turns right, its height. A crossing by a rounding error thus moves the surface by about
+// as much.
 #pragma once
 
 #include <array>
@@ -35,7 +35,10 @@ class EarClipper {
 
   // Splits an outline of at least three corners, of either orientation, into as many triangles less two, valid until
   // the next call. Precondition: finite coordinates of at most 2^500. Empty: the budget is spent.
-  std::span<const Clipped> clip(std::span<const Point2> outline);
+  //
+  // `crosses`: whether the outline crosses itself (outline.h). Then an edge may lead through an ear without a corner in
+  // it, and all edges are asked, which takes n^2 steps.
+  std::span<const Clipped> clip(std::span<const Point2> outline, bool crosses);
 
   // Whether the last outline had no ear left at some step: it crosses itself, or does so by its rounding.
   bool gave_way() const { return gave_way_; }
@@ -49,7 +52,7 @@ class EarClipper {
     bool clipped = false;
   };
 
-  void start(std::span<const Point2> outline);
+  void start(std::span<const Point2> outline, bool crosses);
   void sort_into_cells();
   std::size_t column(double x) const;
   std::size_t row(double y) const;
@@ -63,6 +66,8 @@ class EarClipper {
   bool leads_into(std::uint32_t from, const Clipped& triangle) const;
   template <class Take>
   void each_inside(std::uint32_t corner, Take take);
+  template <class Take>
+  void each_through(std::uint32_t corner, Take take);
   double depth(std::uint32_t inside, const Clipped& triangle) const;
   double fault(std::uint32_t corner);
   std::uint32_t least_fault();
@@ -71,6 +76,7 @@ class EarClipper {
 
   StepBudget& budget_;
   std::span<const Point2> points_;
+  bool crosses_ = false;
   int side_ = 1;  // 1: the outline is counter-clockwise
   std::vector<Corner> corners_;
   std::vector<std::uint32_t> straight_;  // to be clipped first; may have been already

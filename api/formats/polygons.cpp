@@ -74,7 +74,7 @@ class Splitter {
  private:
   bool split_plain_quad(const Triangle* triangles);
   bool split(Triangle* triangles, std::size_t corners);
-  bool clip(Triangle* triangles);
+  bool clip(Triangle* triangles, bool crosses);
   void load(const Triangle* triangles, std::size_t corners);
   void measure(bool convex, bool simple);
   void note_deviation(double deviation) { notes_.largest_deviation = std::max(notes_.largest_deviation, deviation); }
@@ -142,9 +142,11 @@ bool Splitter::split(Triangle* triangles, std::size_t corners) {
   const Turns turns = turns_of(outline_);
   bool simple = true;
   if (!turns.convex) {
-    if (!clip(triangles)) return false;
-    simple = !clipper_.gave_way() && !crosses_itself(outline_, budget_);
-    if (budget_.left() == 0) return false;
+    const bool crosses = crosses_itself(outline_, budget_);
+    if (budget_.left() == 0 || !clip(triangles, crosses)) return false;
+    simple = !crosses && !clipper_.gave_way();
+    // One that crosses itself at corners alone.
+    if (!simple && !crosses && !clip(triangles, true)) return false;
     notes_.self_crossing += !simple;
     notes_.concave += simple && turns.has_both;
   }
@@ -152,8 +154,8 @@ bool Splitter::split(Triangle* triangles, std::size_t corners) {
   return true;
 }
 
-bool Splitter::clip(Triangle* triangles) {
-  const auto clipped = clipper_.clip(outline_);
+bool Splitter::clip(Triangle* triangles, bool crosses) {
+  const auto clipped = clipper_.clip(outline_, crosses);
   if (clipped.empty()) return false;
   for (const auto& ear : clipped) *triangles++ = {indices_[ear[0]], indices_[ear[1]], indices_[ear[2]]};
   return true;

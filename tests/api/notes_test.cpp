@@ -21,7 +21,7 @@ TEST_CASE("notes: a sentence for each thing that was done") {
   mesh.format = api::Format::three_mf;
   mesh.degenerate = 1;
   mesh.notes.welded_vertices = 2;
-  mesh.notes.polygons.count = 3;
+  mesh.notes.polygons = {3, 2, 1, 7, 0.25};
   mesh.notes.helper_objects = 6;
   mesh.notes.remarks = {"the file has a remark"};
   mesh.notes.skipped_primitives = 4;
@@ -31,7 +31,10 @@ TEST_CASE("notes: a sentence for each thing that was done") {
   CHECK(api::notes_of(mesh) ==
         Notes{"the file name says stl, the content is 3mf and was read as that",
               "the media type says obj, the content is 3mf and was read as that",
-              "faces of more than three corners, split as fans from their first corner: 3",
+              "faces of more than three corners, split into triangles: 3",
+              "concave faces among them, whose ears were clipped: 2",
+              "faces that cross themselves, which have no one surface: 7",
+              "faces that are not planar, which have no one surface (two splits of a face are at most 0.25 apart): 1",
               "points, lines, faces of fewer than three corners and joins of strips, left out for want of a surface: 4",
               "objects outside of the build or the scene, left out: 5",
               "objects and volumes that are not printed (support, modifiers, blockers), left out: 6",
@@ -66,4 +69,26 @@ TEST_CASE("notes: of a pair, only of what is done or looks wrong") {
   comparison.units = {millimetres, {}, {}};
   CHECK(api::notes_of(comparison)[0] ==
         "mesh a is in millimetres, the unit of mesh b is not known: their numbers were compared as they are");
+}
+
+TEST_CASE("notes: of a limit that is less than ten times what a face leaves open, in the unit of the result") {
+  const api::KnownUnit inches{api::LengthUnit::inch, api::UnitSource::declared};
+  const api::KnownUnit millimetres{api::LengthUnit::millimeter, api::UnitSource::declared};
+  api::Comparison comparison;
+  comparison.a.diagonal = comparison.b.diagonal = 3;
+  comparison.b.notes.polygons.largest_deviation = 0.25;
+  CHECK(api::notes_of(comparison).empty());
+  comparison.options.max_distance = 2.5;
+  CHECK(api::notes_of(comparison).empty());
+  comparison.options.max_distance = 2;
+  const std::string open =
+      "mesh b has a face that is not planar and can be split into triangles that are up to 0.25 apart; the limit 2 is "
+      "less "
+      "than ten times that: the file itself leaves this open";
+  CHECK(api::notes_of(comparison) == Notes{open});
+  comparison.options.max_distance = 100;
+  comparison.units = {millimetres, inches, millimetres};
+  CHECK(api::notes_of(comparison).back().find("leaves this open") == std::string::npos);
+  comparison.b.notes.polygons.largest_deviation = 10;  // 254 mm
+  CHECK(api::notes_of(comparison).back().find("up to 254 apart; the limit 100 ") != std::string::npos);
 }
