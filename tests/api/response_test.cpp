@@ -139,7 +139,7 @@ TEST_CASE("response: what was done to a mesh, as numbers and as words") {
         R"({"concave":2,"count":3,"largest_deviation":0.25,"non_planar":1,"self_crossing":0})");
   CHECK(mesh["skipped_primitives"] == 4);
   CHECK(mesh["unused_objects"] == 5);
-  CHECK(mesh["notes"].size() == 6);
+  CHECK(mesh["notes"].size() == 8);
   CHECK(rendered(comparison)["meshes"]["b"] == plain);
 }
 
