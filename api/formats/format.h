@@ -4,7 +4,7 @@
 //   * coordinates are the file's own numbers: text correctly rounded (bit-equal to strtod), binary exact;
 //   * counts are checked against the bytes that remain before anything is allocated;
 //   * NaN, infinity, trailing rubbish in a number and an index out of range are refused, with line or byte;
-//   * polygons are fan-triangulated from their first corner; degenerate triangles are kept;
+//   * faces of more corners are split into triangles (api/formats/polygons.h); degenerate triangles are kept;
 //   * nothing outside the bytes is ever opened.
 #pragma once
 
