@@ -16,6 +16,8 @@ from test_formats import CORPUS, MOST_SECONDS, FormatCase, table
 WILD = CORPUS / "wild"
 OF_THE_SIZE = 1e-6
 OF_SIX_DIGITS = 5.1e-6  # each number of the index has so many
+# Rows whose box is not that of the surface; docs/formats.md gives the reasons.
+OTHER_BOXES = ("30/farm.gltf", "35/manny_med_mod.gltf")
 NAMES = ("beam lattice", "glTF 1.0", "4OFF")
 
 
@@ -36,7 +38,7 @@ class Row:
         self.file, self.want, triangles, box, self.why = (columns + [""] * 5)[:5]
         self.path = WILD / self.file
         self.triangles = int(triangles) if triangles else None
-        self.box = [float(x) for x in box.split()]
+        self.box = [float(x) for x in box.split()] if self.file not in OTHER_BOXES else []
         self.refused = re.match(r"refuse (\d+)", self.want)
 
     def words(self):
