@@ -134,7 +134,8 @@ TEST_CASE("compare: meshes are brought to the limit's unit, and a mesh against i
   Options engine;
   engine.tolerance = {std::nullopt, 1e-9, std::nullopt};
   engine.max_distance = 60;
-  api::ComparisonOptions options(engine, {api::LengthUnit::inch, api::LengthUnit::meter, api::LengthUnit::millimeter});
+  api::ComparisonOptions options(engine,
+                                 {api::LengthUnit::inch, api::LengthUnit::meter, api::LengthUnit::millimeter, false});
   Control control;
   const auto compare = [&](std::string_view a, std::string_view b) {
     return api::compare({"a", bytes_of(a), "a.obj", ""}, {"b", bytes_of(b), "b.obj", ""}, options, {}, control);

@@ -11,7 +11,7 @@ GateOutcome outcome_of(const std::string& name, double lower, double upper, doub
   outcome.gate.name = name;
   outcome.gate.candidate = "build/" + name + ".stl";
   outcome.gate.baseline = "baselines/" + name + ".stl";
-  outcome.gate.limit = {limit, {}, "mm"};
+  outcome.gate.limit = {limit, {}, LengthUnit::millimeter};
   outcome.gate.manifest = "parts/gates.yaml";
   outcome.gate.line = 7;
   outcome.wall_ms = 1234.5678;
