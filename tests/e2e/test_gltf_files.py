@@ -15,7 +15,7 @@ import zipfile
 from harness import BINARY, OWN_DATA, ROOT, ServerCase, post_head, until
 
 CORPUS = pathlib.Path(os.environ.get("MESHGAUGE_CORPUS", ROOT.parent / "shared" / "corpus"))
-WILD = ("03", "08", "09", "10", "16", "18", "25", "34", "35", "37", "38")  # rows of wild/INDEX.tsv with an external .bin
+WILD = ("03", "06", "08", "09", "10", "15", "16", "18", "25", "34", "35", "37", "38")  # rows of wild/INDEX.tsv with an external .bin
 AS_JSON = "Content-Type: application/json\r\n"
 AS_ZIP = 'Content-Type: application/zip\r\nContent-Disposition: attachment; filename="square.zip"\r\n'
 SQUARE_BIN = struct.pack("<12f6H", 0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0, 0, 1, 2, 0, 2, 3)
