@@ -42,7 +42,7 @@ TEST_CASE("wording: what was found, in half a sentence") {
   CHECK(advice_of(samples::broken("a")).empty());
   CHECK(limit_of(samples::broken("a")) == "0.05 mm");
   GateOutcome share = samples::failed("a");
-  share.gate.limit = {{}, 0.005, ""};
+  share.gate.limit = {{}, 0.005, {}};
   CHECK(limit_of(share) == "0.05 (0.5 % of the baseline's diagonal)");
   share.measured.reset();
   CHECK(limit_of(share) == "0.5 % of the baseline's diagonal");

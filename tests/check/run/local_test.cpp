@@ -88,7 +88,7 @@ TEST_CASE("a limit as a share is of the baseline's diagonal") {
   // The baseline's diagonal is 10 * sqrt(2), the candidate's a tenth of that.
   Gate share = gate(folder.obj("a.obj", shapes::grid(4, 1)), folder.obj("b.obj", shapes::grid(4, 10)), 0);
   share.options.direction = Direction::a_to_b;
-  share.limit = {std::nullopt, 0.01, ""};
+  share.limit = {std::nullopt, 0.01, {}};
   const Report report = run_here({share});
   REQUIRE(report.outcomes[0].measured);
   CHECK(report.outcomes[0].measured->limit == doctest::Approx(0.01 * 10 * std::sqrt(2)));

@@ -88,7 +88,7 @@ TEST_CASE("quiet: what passes is left out") {
 TEST_CASE("a share of the diagonal stands beside the length that it came to") {
   Report report;
   report.outcomes = {outcome("share", measured(0.01, 0.02, 0.05))};
-  report.outcomes[0].gate.limit = {std::nullopt, 0.005, ""};
+  report.outcomes[0].gate.limit = {std::nullopt, 0.005, {}};
   CHECK(to_table(report, {}).find("at most 0.05 (0.5 % of the baseline's diagonal)") != std::string::npos);
 }
 
