@@ -107,8 +107,8 @@ Defect ModelReader::model(const XmlAttributes& attributes) {
   if (auto defect = read_unit(attributes.find("unit"), unit)) return defect;
   if (part_ == 0) document_.unit = unit;
   if (unit == document_.unit) return std::nullopt;
-  return malformed("the unit is " + std::string(to_string(unit)) + ", that of the root model " +
-                   std::string(to_string(document_.unit)));
+  return malformed("the unit is " + in_quotes(to_string(unit)) + ", that of the root model " +
+                   in_quotes(to_string(document_.unit)));
 }
 
 Defect ModelReader::list_one_more() {

@@ -243,7 +243,7 @@ TEST_CASE("3mf: objects in other parts, by the production extension") {
   CHECK(good(whole("", "<item objectid=\"7\" " + other + "/>", model(triangle_object(7), ""))).mesh.positions ==
         kTriangle);
   CHECK(contains(refusal(whole(root, kItem, model(triangle_object(1), "", "unit=\"inch\"")), "m.3mf"),
-                 "3D/Objects/One.model, line 2 of 'a': the unit is inch, that of the root model millimeter"));
+                 "3D/Objects/One.model, line 2 of 'a': the unit is 'in', that of the root model 'mm'"));
   CHECK(contains(refusal(whole(root, kItem, model(triangle_object(2), "")), "m.3mf"),
                  "3D/Objects/One.model, object 1 of 'a': does not exist, but 3D/3dmodel.model places it"));
   CHECK(contains(refusal(whole(root, kItem, model(assembly(1, component(2, other)), "", production)), "m.3mf"),
