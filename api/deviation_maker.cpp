@@ -52,6 +52,7 @@ DeviationFacts facts_of(const Json& document, Side candidate) {
   if (const Json& gate = document.at("gate"); !gate.is_null()) {
     facts.limit = gate.at("max_distance").get<double>();
   }
+  (void)document.at("unit");  // a result of before 0.2.0 does not say what its lengths are in
   facts.plan = unit_plan_of(document);
   if (facts.plan.result.unit) facts.units = to_string(*facts.plan.result.unit);
   facts.lower = document.at("distance").at("lower").get<double>();

@@ -85,8 +85,10 @@ void add_open(std::vector<std::string>& notes, const std::string& mesh, const Kn
   const Factor factor = factor_between(known, comparison.units.result);
   const double apart = facts.notes.polygons.largest_deviation * factor.times / factor.over;
   if (!limit || !(*limit < kClose * apart)) return;
+  const auto& unit = comparison.units.result.unit;
+  const auto length = [&](double x) { return shortest(x) + (unit ? " " + std::string(to_string(*unit)) : ""); };
   notes.push_back(mesh + " has a face that is not planar and can be split into triangles that are up to " +
-                  shortest(apart) + " apart; the limit " + shortest(*limit) +
+                  length(apart) + " apart; the limit " + length(*limit) +
                   " is less than ten times that: the file itself leaves this open");
 }
 

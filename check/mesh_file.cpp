@@ -23,7 +23,10 @@ Error too_large(const std::string& path, const std::string& what) {
 
 Result<Files> files_of(const std::string& path, WholeFile scene, const std::vector<std::string>& names) {
   if (names.size() > api::kMostBundleFiles) {
-    return too_large(path, "more than " + std::to_string(api::kMostBundleFiles) + " and one");
+    return named_by(path, {ErrorCode::too_large,
+                           "it names " + std::to_string(names.size()) + " files (limit " +
+                               std::to_string(api::kMostBundleFiles) + ")",
+                           "", ""});
   }
   const std::string folder = folder_of(path).string();
   std::uint64_t left = api::kMostBundleBytes - api::BundleWriter::bytes_for_end();
@@ -36,7 +39,8 @@ Result<Files> files_of(const std::string& path, WholeFile scene, const std::vect
   };
   for (const std::string& name : names) {
     if (api::is_scene_path(name))
-      return named_by(path, {ErrorCode::unreadable_mesh, "'" + name + "' is no data", "", ""});
+      return named_by(path, {ErrorCode::unreadable_mesh,
+                             "a buffer names '" + name + "', a .gltf; name a file of binary data", "", ""});
   }
   bool fits = add(std::string(api::kBundleScene), std::move(scene));
   for (const std::string& name : names) {

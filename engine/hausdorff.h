@@ -138,6 +138,6 @@ struct Outcome {
 // number.
 Outcome measure(MeshView a, MeshView b, const Options& options, Control& control);
 
-const char* version();  // of the engine, "0.1.0"
+const char* version();  // of the engine, "0.2.0"
 
 }  // namespace meshgauge

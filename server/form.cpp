@@ -94,7 +94,7 @@ FormReceiver::Refusal FormReceiver::add_option_bytes(std::string_view piece) {
   return std::nullopt;
 }
 
-FormReceiver::Refusal FormReceiver::end() { return upload_ ? upload_->finish() : std::nullopt; }
+FormReceiver::Refusal FormReceiver::end() { return upload_ ? upload_->finish(mesh_->files.empty()) : std::nullopt; }
 
 FormReceiver::Refusal FormReceiver::complete() {
   if (!form_.a.upload) return missing("a");

@@ -91,11 +91,11 @@ Upload::Refusal Upload::spill(std::string_view piece) {
   return write_all(file_, piece) ? Refusal() : not_stored();
 }
 
-Upload::Refusal Upload::finish() {
+Upload::Refusal Upload::finish(bool with_file) {
   bytes_ = memory_;
   if (file_ < 0) return std::nullopt;
   void* start = ::mmap(nullptr, size_, PROT_READ, MAP_PRIVATE, file_, 0);
-  read_only_ = reopened_to_read(file_);
+  if (with_file) read_only_ = reopened_to_read(file_);
   close_file();  // the mapping keeps the file
   if (start == MAP_FAILED) return not_stored();
   mapped_ = true;

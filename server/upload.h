@@ -41,7 +41,8 @@ class Upload {
   Upload& operator=(const Upload&) = delete;
 
   Refusal append(std::string_view piece);
-  Refusal finish();  // makes bytes() available
+  // Makes bytes() available, and file() unless `with_file` is false: of many uploads each would hold a descriptor.
+  Refusal finish(bool with_file = true);
   std::span<const std::byte> bytes() const { return bytes_; }
   std::uint64_t size() const { return size_; }
   int file() const { return read_only_.get(); }  // a descriptor of the same bytes; -1: they are in memory alone

@@ -1,6 +1,6 @@
 // A glTF of several files as one: a zip archive of the .gltf and the files that its buffers name. What is behind the
 // intake (digest, store, caches, sandbox, batches) sees these bytes alone. The same files give the same bytes, wherever
-// they are put together (docs/formats.md has the layout; server/web/page/api/bundle.ts makes it in the browser).
+// they are put together (docs/formats.md has the layout; server/web/page/form/bundle.ts makes it in the browser).
 #pragma once
 
 #include <cstddef>

@@ -67,8 +67,8 @@ Progress progress_from(const Json& job, const std::string& state) {
 }
 
 bool has_units_of(const Json& comparison, const api::AskedUnits& asked) {
+  if (comparison.find("unit") == comparison.end()) return false;  // of a service to which units are labels
   if (asked == api::AskedUnits{}) return true;
-  if (comparison.find("unit") == comparison.end()) return false;
   const api::UnitPlan given = api::unit_plan_of(comparison);
   const auto fits = [](const std::optional<LengthUnit>& wanted, const api::KnownUnit& known) {
     return !wanted || known.unit == wanted;

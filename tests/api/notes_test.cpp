@@ -90,5 +90,5 @@ TEST_CASE("notes: of a limit that is less than ten times what a face leaves open
   comparison.units = {millimetres, inches, millimetres};
   CHECK(api::notes_of(comparison).back().find("leaves this open") == std::string::npos);
   comparison.b.notes.polygons.largest_deviation = 10;  // 254 mm
-  CHECK(api::notes_of(comparison).back().find("up to 254 apart; the limit 100 ") != std::string::npos);
+  CHECK(api::notes_of(comparison).back().find("up to 254 mm apart; the limit 100 mm ") != std::string::npos);
 }

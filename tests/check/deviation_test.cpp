@@ -128,7 +128,8 @@ TEST_CASE("what passes at limit 0 shows nothing above it, also where rounding al
     REQUIRE(outcome.upper == 0);
     check::Measured measured;
     const nlohmann::json exact = {{"lower", 0}, {"upper", outcome.a_to_b->bounds.upper}, {"witness", nullptr}};
-    measured.document = {{"gate", nullptr}, {"distance", exact}, {"a_to_b", exact}, {"b_to_a", nullptr}};
+    measured.document = {
+        {"gate", nullptr}, {"unit", nullptr}, {"distance", exact}, {"a_to_b", exact}, {"b_to_a", nullptr}};
     const fs::path path = folder.path() / "map.ply";
     REQUIRE(check::write_deviation({path, check::Refine::always}, a, b, measured, control).ok());
     const auto distances = distances_of(path);

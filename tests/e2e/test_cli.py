@@ -165,7 +165,7 @@ class Cli(unittest.TestCase):
         self.fails("compare", self.a, self.folder.name, saying="is not a regular file")
         self.fails("compare", self.a, "/dev/zero", saying="is not a regular file")
         self.fails("compare", self.a, self.folder.name + "/none.obj", saying="No such file")
-        self.fails("compare", self.a, self.file("empty.obj", b""), saying="'b'")
+        self.fails("compare", self.a, self.file("empty.obj", b""), saying="empty.obj' is an empty file")
         self.fails("compare", self.a, self.file("nan.obj", SQUARE.replace(b"v 1 1 0", b"v nan 1 0")), saying="line 3")
         fifo = self.folder.name + "/pipe"
         os.mkfifo(fifo)

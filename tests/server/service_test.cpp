@@ -51,7 +51,7 @@ struct Stub {
   std::atomic<bool> released{false};
 
   server::Compare compare() {
-    return [this](const server::MeshSource& a, const server::MeshSource&, const Options& options,
+    return [this](const server::MeshSource& a, const server::MeshSource&, const api::ComparisonOptions& options,
                   const api::ReadLimits&, Control& control) -> Result<api::Comparison> {
       ++running;
       while (!released && control.check() == Interruption::none)

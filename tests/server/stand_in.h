@@ -6,7 +6,7 @@
 
 namespace meshgauge::server {
 
-inline api::Comparison stand_in(const MeshSource& a, const Options& options) {
+inline api::Comparison stand_in(const MeshSource& a, const api::ComparisonOptions& options) {
   api::Comparison comparison;
   comparison.options = options;
   comparison.outcome.simd = options.simd;

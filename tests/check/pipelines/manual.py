@@ -1,9 +1,11 @@
 """docs/ci.md and the README's part about pipelines as what they show: scripts, files and tables."""
 
+import json
 import os
 import pathlib
 import re
 import shlex
+import struct
 from dataclasses import dataclass
 
 from harness import BINARY, ENVIRONMENT, ROOT
@@ -81,6 +83,27 @@ def box_and_support():
     corners, faces = lines[:8], lines[8:]
     assert head == "8 12 0"
     return "\n".join(["OFF", "11 13 0", *corners, "30 0 0", "30 5 0", "30 0 5", *faces, "3 8 9 10"]) + "\n"
+
+
+def as_glb(off):
+    """The same mesh as a GLB, whose numbers are metres."""
+    head, *lines = off.splitlines()[1:]
+    vertices, faces = (int(count) for count in head.split()[:2])
+    corners = [float(x) for line in lines[:vertices] for x in line.split()]
+    indices = [int(i) for line in lines[vertices:vertices + faces] for i in line.split()[1:]]
+    data = struct.pack(f"<{len(corners)}f{len(indices)}I", *corners, *indices)
+    document = {
+        "asset": {"version": "2.0"}, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
+        "accessors": [{"bufferView": 0, "componentType": 5126, "count": vertices, "type": "VEC3"},
+                      {"bufferView": 1, "componentType": 5125, "count": len(indices), "type": "SCALAR"}],
+        "bufferViews": [{"buffer": 0, "byteLength": 4 * len(corners)},
+                        {"buffer": 0, "byteOffset": 4 * len(corners), "byteLength": 4 * len(indices)}],
+        "buffers": [{"byteLength": len(data)}]}
+    text = json.dumps(document).encode()
+    text += b" " * (-len(text) % 4)
+    chunks = struct.pack("<I4s", len(text), b"JSON") + text + struct.pack("<I4s", len(data), b"BIN\0") + data
+    return struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks
 
 
 def repository(folder, broken=False):

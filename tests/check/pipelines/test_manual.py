@@ -11,7 +11,7 @@ import unittest
 import manual
 import yaml
 from harness import ROOT, Server
-from manual import MANUAL, PIPELINE, README, blocks, box, box_and_support, files, repository, rows, tools
+from manual import MANUAL, PIPELINE, README, as_glb, blocks, box, box_and_support, files, repository, rows, tools
 
 SECONDS = re.compile(r"\d+\.\d+ s\b")
 DIGITS = re.compile(r"\d+\.\d{8,}")
@@ -109,7 +109,8 @@ class Recipes(Place):
             for path, text in ((gate["candidate"].replace("*", "part"), candidate),
                                (gate["baseline"].replace("{stem}", "part"), baseline)):
                 (self.folder / path).parent.mkdir(parents=True, exist_ok=True)
-                (self.folder / path).write_text(text)
+                content = as_glb(text) if path.endswith(".glb") else text.encode()
+                (self.folder / path).write_bytes(content)
         done = self.check(name, "--json")
         self.assertIn(done.returncode, (0, 1), done.stderr)
         return {gate["name"]: (gate["verdict"], gate["level"]) for gate in json.loads(done.stdout)["gates"]}

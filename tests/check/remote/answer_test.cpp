@@ -108,7 +108,9 @@ TEST_CASE("answer: which question it answers") {
     asked.options.direction = Direction::a_to_b;
     return is_answer_to(*document_from(body), asked, 0.1);
   };
-  CHECK(is_answer(R"({"direction":"a_to_b","gate":{"max_distance":0.1,"units":"mm"}})"));
+  CHECK_FALSE(is_answer(R"({"direction":"a_to_b","gate":{"max_distance":0.1,"units":null}})"));
+  CHECK(is_answer(
+      R"({"unit":{"name":null,"source":"unknown"},"direction":"a_to_b","gate":{"max_distance":0.1,"units":null}})"));
   for (const char* body :
        {R"({"direction":"b_to_a","gate":{"max_distance":0.1}})", R"({"direction":7,"gate":{"max_distance":0.1}})",
         R"({"gate":{"max_distance":0.1}})", R"({"direction":"a_to_b","gate":{"max_distance":0.10000000000000002}})",

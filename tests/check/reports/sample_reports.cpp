@@ -42,7 +42,7 @@ GateOutcome broken(const std::string& name) {
 Report report_of(std::vector<GateOutcome> outcomes) {
   Report report;
   report.outcomes = std::move(outcomes);
-  report.version = "0.1.0";
+  report.version = "0.2.0";
   return report;
 }
 

@@ -36,7 +36,7 @@ export function comparison(change: Partial<Comparison> = {}): Comparison {
     precision_floor: 7e-14,
     timings_ms: { queue: 0, read_a: 1, read_b: 1, build: 1, traverse: 3, reduce: 0.5, certify: 0.02, total: 6.8 },
     meshes: { a: mesh("a"), b: mesh("b") },
-    engine: { version: "0.1.0", strategy: "auto", points: null, simd: "avx512", threads: 1 },
+    engine: { version: "0.2.0", strategy: "auto", points: null, simd: "avx512", threads: 1 },
     statistics: null,
     ...change,
   };
