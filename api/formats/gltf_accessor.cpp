@@ -61,7 +61,8 @@ bool is_quantized(int type, bool /*normalized*/) { return component_bytes(type) 
 bool is_fraction(int type, bool normalized) {
   return is_float(type, normalized) || (normalized && component_bytes(type) != 0);
 }
-bool is_joint(int type, bool /*normalized*/) {
+bool is_joint(int type, bool normalized) {
+  if (normalized) return false;
   return type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE || type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT;
 }
 
@@ -94,6 +95,11 @@ Result<GltfAccessors::Elements> GltfAccessors::elements(std::size_t accessor, st
   const std::string name = "bufferViews[" + std::to_string(view) + "]";
   const tinygltf::BufferView& v = model_.bufferViews[view];
   const std::size_t stride = v.byteStride != 0 ? v.byteStride : element_bytes;
+  if (const auto packed = views_.meshopt_stride(view); packed && count > 1 && *packed != stride) {
+    return fail(accessor, name + " holds elements " + std::to_string(*packed) +
+                              " bytes apart by its compression, and " + std::to_string(stride) +
+                              " bytes apart by its byteStride");
+  }
   if (stride < element_bytes) {
     return fail(accessor,
                 "the stride of " + name + " is less than an element of " + std::to_string(element_bytes) + " bytes");
@@ -124,9 +130,10 @@ Result<Done> GltfAccessors::check_count(std::size_t accessor, const GltfColumn* 
 }
 
 template <class T, class Decode>
-Result<std::vector<T>> GltfAccessors::read(std::size_t accessor, std::size_t element_bytes, const Decode& decode,
-                                           const GltfColumn* column) const {
+Result<std::vector<T>> GltfAccessors::read(std::size_t accessor, std::size_t most, std::size_t element_bytes,
+                                           const Decode& decode, const GltfColumn* column) const {
   const tinygltf::Accessor& a = model_.accessors[accessor];
+  const std::size_t count = std::min(a.count, most);
   std::vector<T> values;
   if (column != nullptr) {
     values.reserve(column->count);
@@ -135,12 +142,12 @@ Result<std::vector<T>> GltfAccessors::read(std::size_t accessor, std::size_t ele
   }
   if (a.bufferView < 0) {
     const std::byte zeros[64] = {};
-    values.resize(a.count, decode(zeros));
+    values.resize(count, decode(zeros));
   } else {
     const auto found = elements(accessor, static_cast<std::size_t>(a.bufferView), a.byteOffset, a.count, element_bytes);
     if (!found) return found.error();
-    values.reserve(a.count);
-    for (std::size_t i = 0; i < a.count; ++i) values.push_back(decode(found->at(i)));
+    values.reserve(count);
+    for (std::size_t i = 0; i < count; ++i) values.push_back(decode(found->at(i)));
   }
   if (a.sparse.isSparse) {
     if (auto ok = read_sparse(accessor, element_bytes, decode, values); !ok) return std::move(ok).error();
@@ -163,15 +170,17 @@ Result<Done> GltfAccessors::read_sparse(std::size_t accessor, std::size_t elemen
   if (!replacements) return replacements.error();
   for (std::size_t i = 0; i < count; ++i) {
     const std::uint32_t place = load_index(places->at(i), bytes);
-    if (place >= values.size()) return fail(accessor, "sparse index " + std::to_string(place) + " is out of range");
-    values[place] = decode(replacements->at(i));
+    const std::size_t all = model_.accessors[accessor].count;
+    if (place >= all) return fail(accessor, "sparse index " + std::to_string(place) + " is out of range");
+    if (place < values.size()) values[place] = decode(replacements->at(i));
   }
   return Done{};
 }
 
 template <int N>
 Result<std::vector<Eigen::Matrix<double, N, 1>>> GltfAccessors::vectors(std::size_t accessor, const Use& use,
-                                                                        const GltfColumn* column) const {
+                                                                        const GltfColumn* column,
+                                                                        std::size_t most) const {
   using Vector = Eigen::Matrix<double, N, 1>;
   if (auto ok = check_count(accessor, column); !ok) return std::move(ok).error();
   const tinygltf::Accessor& a = model_.accessors[accessor];
@@ -180,6 +189,9 @@ Result<std::vector<Eigen::Matrix<double, N, 1>>> GltfAccessors::vectors(std::siz
   if (a.type != use.type || !has_components || !use.allows(type, a.normalized)) {
     return fail(accessor, std::string(use.expected));
   }
+  if (a.normalized && type != a.componentType) {
+    return fail(accessor, "normalized, and the Draco stream holds another type of components than it says");
+  }
   if (a.count > vertex_limit(source_)) return too_many(source_, "vertices", vertex_limit(source_));
   const std::size_t bytes = component_bytes(type);
   const auto decode = [&, normalized = a.normalized](const std::byte* p) {
@@ -187,7 +199,7 @@ Result<std::vector<Eigen::Matrix<double, N, 1>>> GltfAccessors::vectors(std::siz
     for (int k = 0; k < N; ++k) out[k] = component(p + static_cast<std::size_t>(k) * bytes, type, normalized);
     return out;
   };
-  auto values = read<Vector>(accessor, N * bytes, decode, column);
+  auto values = read<Vector>(accessor, most, N * bytes, decode, column);
   if (!values) return values;
   for (std::size_t i = 0; i < values->size(); ++i) {
     if (!(*values)[i].allFinite()) {
@@ -228,9 +240,9 @@ Result<std::vector<std::array<std::uint32_t, 4>>> GltfAccessors::joints(std::siz
   return out;
 }
 
-Result<std::vector<Eigen::Matrix4d>> GltfAccessors::matrices(std::size_t accessor) const {
+Result<std::vector<Eigen::Matrix4d>> GltfAccessors::matrices(std::size_t accessor, std::size_t most) const {
   const Use use{TINYGLTF_TYPE_MAT4, is_float, "inverseBindMatrices must be of type MAT4 and of float components"};
-  const auto read = vectors<16>(accessor, use, nullptr);
+  const auto read = vectors<16>(accessor, use, nullptr, most);
   if (!read) return read.error();
   std::vector<Eigen::Matrix4d> out;
   out.reserve(read->size());
@@ -246,7 +258,7 @@ Result<std::vector<std::uint32_t>> GltfAccessors::indices(std::size_t accessor) 
     return fail(accessor, "indices must be of type SCALAR and of unsigned integers");
   }
   const auto decode = [bytes](const std::byte* p) { return load_index(p, bytes); };
-  return read<std::uint32_t>(accessor, bytes, decode, nullptr);
+  return read<std::uint32_t>(accessor, kAll, bytes, decode, nullptr);
 }
 
 }  // namespace meshgauge::api

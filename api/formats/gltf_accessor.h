@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <string_view>
 #include <vector>
 
@@ -40,8 +41,8 @@ class GltfAccessors {
   // VEC4 of unsigned integers of 8 or 16 bits.
   Result<std::vector<std::array<std::uint32_t, 4>>> joints(std::size_t accessor,
                                                            const GltfColumn* column = nullptr) const;
-  // MAT4 of float.
-  Result<std::vector<Eigen::Matrix4d>> matrices(std::size_t accessor) const;
+  // MAT4 of float: the first `most`, as there may be more than are used.
+  Result<std::vector<Eigen::Matrix4d>> matrices(std::size_t accessor, std::size_t most) const;
 
   // SCALAR of unsigned integers.
   Result<std::vector<std::uint32_t>> indices(std::size_t accessor) const;
@@ -62,11 +63,13 @@ class GltfAccessors {
     std::string_view expected;  // for messages: "POSITION must be of type VEC3 and of float components"
   };
 
+  static constexpr std::size_t kAll = std::numeric_limits<std::size_t>::max();
+
   template <int N>
   Result<std::vector<Eigen::Matrix<double, N, 1>>> vectors(std::size_t accessor, const Use& use,
-                                                           const GltfColumn* column) const;
+                                                           const GltfColumn* column, std::size_t most = kAll) const;
   template <class T, class Decode>
-  Result<std::vector<T>> read(std::size_t accessor, std::size_t element_bytes, const Decode& decode,
+  Result<std::vector<T>> read(std::size_t accessor, std::size_t most, std::size_t element_bytes, const Decode& decode,
                               const GltfColumn* column) const;
   template <class T, class Decode>
   Result<Done> read_sparse(std::size_t accessor, std::size_t element_bytes, const Decode& decode,

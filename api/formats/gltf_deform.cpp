@@ -99,7 +99,7 @@ Result<GltfDeformer::Transforms> GltfDeformer::make_joints(std::size_t index) {
   const tinygltf::Skin& skin = file_.model.skins[index];
   std::vector<Eigen::Matrix4d> inverse(skin.joints.size(), Eigen::Matrix4d::Identity());
   if (skin.inverseBindMatrices >= 0) {
-    auto read = file_.accessors.matrices(static_cast<std::size_t>(skin.inverseBindMatrices));
+    auto read = file_.accessors.matrices(static_cast<std::size_t>(skin.inverseBindMatrices), skin.joints.size());
     if (!read) return std::move(read).error();
     if (read->size() < skin.joints.size()) {
       return file_.fail(where, std::to_string(read->size()) + " inverse bind matrices for " +

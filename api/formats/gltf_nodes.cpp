@@ -37,8 +37,19 @@ Result<GltfTransform> gltf_local_transform(const GltfFile& file, std::size_t ind
 }
 
 Result<std::vector<GltfTransform>> gltf_instances(const GltfFile& file, std::size_t node,
-                                                  const GltfInstancing& instancing) {
+                                                  const GltfInstancing& instancing, std::size_t most) {
   const std::string where = gltf_item("nodes", node) + ".extensions.EXT_mesh_gpu_instancing";
+  bool is_placed = false;
+  for (const auto& accessor : {instancing.translation, instancing.scale, instancing.rotation}) {
+    if (!accessor) continue;
+    is_placed = true;
+    // Before memory is taken: an accessor without bytes of its own may claim any count.
+    if (*accessor < file.model.accessors.size() && file.model.accessors[*accessor].count > most) {
+      return too_many(file.source, "instances", most);
+    }
+  }
+  // Instances by other attributes all lie where the node is: one of them is the whole surface.
+  if (!is_placed) return std::vector{GltfTransform(GltfTransform::Identity())};
   std::vector<Vec3> translations;
   std::vector<Vec3> scales;
   std::vector<Eigen::Vector4d> rotations;
@@ -53,9 +64,10 @@ Result<std::vector<GltfTransform>> gltf_instances(const GltfFile& file, std::siz
   if (ok && instancing.rotation) ok = take(file.accessors.rotations(*instancing.rotation), rotations);
   if (!ok) return std::move(ok).error();
   const std::size_t count = std::max({translations.size(), scales.size(), rotations.size()});
-  for (const std::size_t size : {translations.size(), scales.size(), rotations.size()}) {
-    if (size != 0 && size != count) return file.fail(where, "its attributes are of different counts");
-  }
+  const bool same_counts = (!instancing.translation || translations.size() == count) &&
+                           (!instancing.scale || scales.size() == count) &&
+                           (!instancing.rotation || rotations.size() == count);
+  if (!same_counts) return file.fail(where, "its attributes are of different counts");
   std::vector<GltfTransform> out(count, GltfTransform::Identity());
   for (std::size_t i = 0; i < count; ++i) {
     if (!translations.empty()) out[i].translate(translations[i]);

@@ -15,9 +15,9 @@ using GltfTransform = Eigen::Affine3d;
 // Of a node to its parent.
 Result<GltfTransform> gltf_local_transform(const GltfFile& file, std::size_t node);
 
-// Of each instance to the node.
+// Of each instance to the node. Refuses more than `most`.
 Result<std::vector<GltfTransform>> gltf_instances(const GltfFile& file, std::size_t node,
-                                                  const GltfInstancing& instancing);
+                                                  const GltfInstancing& instancing, std::size_t most);
 
 // Transforms of nodes to the world, each made once. Parents are all nodes that name a child, also outside of the scene.
 class GltfWorld {

@@ -147,10 +147,11 @@ Result<Done> Scene::instances(std::size_t node, const GltfInstancing& instancing
     return at(file_.source, gltf_item("nodes", node), ErrorCode::unsupported_format,
               "instances of a skinned mesh are not supported");
   }
-  const auto transforms = gltf_instances(file_, node, instancing);
+  // Each takes memory and time, also of an empty mesh.
+  constexpr std::size_t kMostInstances = 1'000'000;
+  const std::size_t limit = std::min(file_.source.limits.max_triangles, kMostInstances);
+  const auto transforms = gltf_instances(file_, node, instancing, limit);
   if (!transforms) return transforms.error();
-  // An empty mesh may have instances without end, and each of them takes time.
-  const std::size_t limit = file_.source.limits.max_triangles;
   if (transforms->size() > limit - counts_.instances) return too_many(file_.source, "instances", limit);
   counts_.instances += transforms->size();
   for (const GltfTransform& instance : *transforms) {

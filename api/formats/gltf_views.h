@@ -2,6 +2,7 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -40,6 +41,12 @@ class GltfViews {
 
   // `where`: what names the view, for messages. Decompresses a view once. Valid as long as this object.
   Result<std::span<const std::byte>> bytes(std::size_t view, const std::string& where);
+
+  // How far apart the elements of a view are that meshopt compresses; nullopt: it is not compressed.
+  std::optional<std::size_t> meshopt_stride(std::size_t view) const {
+    const auto found = document_.meshopt.find(view);
+    return found == document_.meshopt.end() ? std::nullopt : std::optional<std::size_t>(found->second.stride);
+  }
 
   std::size_t file_bytes() const { return budget_.file_bytes(); }
   std::size_t decompressed() const { return decompressed_.size(); }  // views

@@ -189,6 +189,25 @@ TEST_CASE("instancing: translations, rotations and scales, under the node") {
   CHECK(contains(refusal(file.file(), ""), "nodes[0].extensions.EXT_mesh_gpu_instancing of 'a': its attributes"));
 }
 
+TEST_CASE("instancing: without a transform the mesh is there once; an attribute of no element is not absent") {
+  Builder file;
+  json& attributes = file.document["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"];
+  attributes["_ID"] = file.add("SCALAR", 5126, 3, floats({1, 2, 3}));
+  CHECK(mesh_of(file.file()).positions.size() == 4);
+  attributes["TRANSLATION"] = file.add("VEC3", 5126, 2, floats({0, 0, 0, 10, 0, 0}));
+  attributes["SCALE"] = file.add("VEC3", 5126, 1, floats({1, 1, 1}));
+  file.document["accessors"].back()["count"] = 0;
+  CHECK_FALSE(read(file.file(), "").ok());
+}
+
+TEST_CASE("instancing: a count that no memory holds is refused before it is read") {
+  Builder file;
+  file.document["accessors"].push_back({{"componentType", 5126}, {"count", 1'000'001}, {"type", "VEC3"}});
+  file.document["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"]["TRANSLATION"] =
+      file.document["accessors"].size() - 1;
+  CHECK(contains(refusal(file.file(), ""), "more instances than the limit of 1000000"));
+}
+
 TEST_CASE("instancing: the limits hold over all instances, also of empty meshes") {
   Builder file;
   json& attributes = file.document["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"];
