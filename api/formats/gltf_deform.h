@@ -34,7 +34,7 @@ class GltfDeformer {
   using Transforms = std::vector<GltfTransform>;
 
   Result<const Transforms*> joints(std::size_t skin);
-  Result<Transforms> make_joints(std::size_t skin);
+  Result<Transforms> make_joints(std::size_t index);
   Result<Done> count_work(std::size_t vertices);
 
   const GltfFile& file_;

@@ -13,7 +13,7 @@ namespace meshgauge::api {
 using GltfTransform = Eigen::Affine3d;
 
 // Of a node to its parent.
-Result<GltfTransform> gltf_local_transform(const GltfFile& file, std::size_t node);
+Result<GltfTransform> gltf_local_transform(const GltfFile& file, std::size_t index);
 
 // Of each instance to the node. Refuses more than `most`.
 Result<std::vector<GltfTransform>> gltf_instances(const GltfFile& file, std::size_t node,

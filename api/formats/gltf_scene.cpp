@@ -46,7 +46,7 @@ class Scene {
   Result<std::vector<int>> roots() const;
   Result<Done> push(const std::vector<int>& nodes, const std::string& where, const GltfTransform& parent);
   Result<Done> visit(const Visit& visit);
-  Result<Done> node_mesh(std::size_t node, const GltfTransform& to_world);
+  Result<Done> node_mesh(std::size_t index, const GltfTransform& to_world);
   Result<Done> instances(std::size_t node, const GltfInstancing& instancing, const Placing& placing);
   Result<Done> mesh(std::size_t index, const Placing& placing);
   Result<Done> primitive(std::size_t mesh, std::size_t index, const Placing& placing);

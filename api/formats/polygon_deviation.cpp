@@ -166,7 +166,7 @@ double quad_deviation(const std::array<Vec3, 4>& corners, double of_interest, St
   }
   if (!budget.spend(kBisectionSteps)) return deviation_along_axis(corners, normal);
   const double extent = extent_of(corners);
-  const auto unit = [&](const Vec3& p) -> Vec3 { return (p - a) / extent; };
+  const auto unit = [extent, &origin = corners[0]](const Vec3& p) -> Vec3 { return (p - origin) / extent; };
   return extent * kRelative *
          std::max(farthest_on_diagonal(unit(a), unit(b), unit(c), unit(d)),
                   farthest_on_diagonal(unit(b), unit(c), unit(d), unit(a)));
