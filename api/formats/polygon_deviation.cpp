@@ -58,6 +58,8 @@ class View {
 
   std::span<const Point2> outline() const { return outline_; }
   double largest_crossing() const;
+  // Whether three corners lie on one line, or nearly so.
+  bool has_straight_corners() const;
 
  private:
   std::size_t size() const { return outline_.size(); }
@@ -172,12 +174,27 @@ double quad_deviation(const std::array<Vec3, 4>& corners, double of_interest, St
                   farthest_on_diagonal(unit(b), unit(c), unit(d), unit(a)));
 }
 
+bool View::has_straight_corners() const {
+  constexpr double kNearly = 0x1p-30;
+  const double extent = extent_of(corners_);
+  for (std::size_t a = 0; a < size(); ++a) {
+    for (std::size_t b = a + 1; b < size(); ++b) {
+      for (std::size_t c = b + 1; c < size(); ++c) {
+        if (!(std::abs(twice_area(a, b, c)) > kNearly * extent * extent)) return true;
+      }
+    }
+  }
+  return false;
+}
+
 double polygon_deviation(std::span<const Vec3> corners, const Vec3& normal, StepBudget& budget) {
   const View view(corners, normal);
   if (crosses_itself(view.outline(), budget) || budget.left() == 0) return deviation_along_axis(corners, normal);
   const double thick = thickness(corners, normal);
   const std::size_t n = corners.size();
   if (n > kMostMeasuredCorners || !budget.spend(n * n * n * n / 24)) return thick;
+  // A corner on a diagonal bounds overlaps at which nothing crosses (D2), so the crossings say too little.
+  if (view.has_straight_corners()) return thick;
   return std::min(thick, view.largest_crossing() * kRelative + kAbsolute * extent_of(corners));
 }
 

@@ -145,7 +145,8 @@ MfVolume Placer::volume_of(const MfPlacement& placement, const MfObject& object)
     const auto noted = volumes_.of_component.find({open_.back().second, placement.object});
     if (noted != volumes_.of_component.end()) return noted->second;
   }
-  return placement.printed && object.printed ? MfVolume::printed : MfVolume::helper;
+  const bool is_part = (object.printed || !object.components.empty()) && !object.steers;
+  return placement.printed && is_part ? MfVolume::printed : MfVolume::helper;
 }
 
 Result<Done> Placer::copy(const MfKey& key, const MfObject& object, const Transform& to_world) {

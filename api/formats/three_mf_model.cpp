@@ -216,7 +216,7 @@ Defect ModelReader::metadata(const XmlAttributes& attributes) {
 }
 
 void ModelReader::end() {
-  if (helper_setting_ && same_word(value_, "true")) object_->printed = false;
+  if (helper_setting_ && same_word(value_, "true")) object_->steers = true;
   helper_setting_ = false;
   places_.pop_back();
 }

@@ -31,7 +31,8 @@ struct MfObject {
   std::size_t triangles = 0;
   std::vector<MfPlacement> components;
   bool has_mesh = false;
-  bool printed = true;  // false: support, or of another kind that is none of the part itself
+  bool printed = true;  // by its type, which counts for a mesh only: of components each has its own
+  bool steers = false;  // a setting of the slicer makes it support, or a modifier
 };
 
 using MfKey = std::pair<std::size_t, std::uint32_t>;  // part and id

@@ -165,6 +165,8 @@ TEST_CASE("deviation: of known faces") {
   CHECK(dart.concave == 1);
   CHECK(dart.non_planar == 1);
   CHECK(dart.largest_deviation == 0);
+  // Corners on one line, as seen along the normal: no two diagonals cross, and yet two splits are 0.18 apart.
+  CHECK(notes_of({{0, 0, 0}, {1, 0, 0.125}, {2, 0, -0.125}, {3, 0, 0}, {1.5, 1, 0}}).largest_deviation >= 0.18);
   // Rounding to binary32 is no want of planarity, but a deviation.
   const PolygonNotes rounded =
       notes_of({{0.1F, 0.2F, 0.3F}, {1.1F, 0.2F, 0.4F}, {1.1F, 1.2F, 0.5F}, {0.1F, 1.2F, 0.4F}});

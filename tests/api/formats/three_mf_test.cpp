@@ -134,6 +134,10 @@ TEST_CASE("3mf: objects that are not printed are counted and not measured") {
     CHECK(part.notes.helper_objects == 1);
     CHECK(contains(refused(typed(1, type)), "has no triangles that are printed"));
   }
+  // The type of an object with components is overridden by theirs.
+  std::string whole = assembly(3, component(1));
+  whole.insert(whole.find("id="), "type=\"support\" ");
+  CHECK(good(package(model(triangle_object(1) + whole, item(3, kIdentity)))).mesh.triangles.size() == 1);
   CHECK(good(package(model(triangle_object(1) + typed(2, "surface"), both))).mesh.triangles.size() == 2);
   CHECK(contains(refused(typed(1, "modle")), "line 4 of 'a': the type 'modle' of an object is not known"));
 }
