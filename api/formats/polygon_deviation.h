@@ -13,7 +13,8 @@
 //      convex, so over the part of t that lies above t' it is largest at a corner of that part. Those are corners of
 //      the face, where it is 0, and crossings of an edge of t with an edge of t', seen along the direction. Edges on
 //      the outline are parts of both. So H is at most the largest distance, over all pairs of diagonals that cross, of
-//      the crossing on one from the other. Each diagonal is part of some split.
+//      the crossing on one from the other. Each diagonal is part of some split. Where three corners lie on one line,
+//      a corner of one split may lie on an edge of the other, which is no crossing: D1 bounds such faces.
 //
 // (D3) Four corners a, b, c, d, convex: the splits are by ac and by bd. The distance from x on the triangle abc to the
 // second split is the

@@ -250,8 +250,8 @@ class Workers(unittest.TestCase):
         for i in range(10):
             self.assertEqual(server.compare(large if i % 2 else SQUARE).status, 200)
             self.assertEqual(server.compare(b=b"v 0 0 nan\n").status, 422)
-        # A descriptor left by each of the twenty requests would be twenty more; a few come and go by themselves.
-        until(lambda: len(workers(server)) == 2 and open_files(server) < files + 10)
+        # The first look may have counted a connection that was just closing: fewer is no leak, one more is.
+        until(lambda: len(workers(server)) == 2 and open_files(server) <= files)
         self.assertEqual(set(first) & set(workers(server)), set())
         self.assertEqual([pid for pid, (parent, state, _) in processes().items()
                           if state == "Z" and parent in family(server)], [])

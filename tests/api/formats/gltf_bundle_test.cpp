@@ -1,4 +1,4 @@
-// A glTF of several files: the archive that it becomes, and the reader of such archives, whoever made them.
+// A glTF of several files: the archive that it becomes, and the reader of such archives.
 #include "api/formats/gltf_bundle.h"
 
 #include <doctest/doctest.h>
