@@ -66,7 +66,7 @@ inline constexpr std::size_t kStepsPerCorner = 32;
 inline constexpr std::size_t kMeasureSteps = std::size_t{1} << 26;  // for deviations; with none left, D1 bounds them
 
 // Above it a face counts as not planar: its thickness along its normal over its largest coordinate. Rounding
-// coordinates to binary32  moves each corner by less than a quarter of that.
+// coordinates to binary32 moves each corner by less than a quarter of that.
 inline constexpr double kPlanarThickness = 0x1p-19;
 
 }  // namespace meshgauge::api
