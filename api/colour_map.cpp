@@ -38,15 +38,6 @@ Triple oklab_to_linear(const Triple& lab) {
           -0.0041960863 * l - 0.7034186147 * m + 1.7076147010 * s};
 }
 
-Triple linear_to_oklab(const Triple& c) {
-  const double l = std::cbrt(0.4122214708 * c[0] + 0.5363325363 * c[1] + 0.0514459929 * c[2]);
-  const double m = std::cbrt(0.2119034982 * c[0] + 0.6806995451 * c[1] + 0.1073969566 * c[2]);
-  const double s = std::cbrt(0.0883024619 * c[0] + 0.2817188376 * c[1] + 0.6299787005 * c[2]);
-  return {0.2104542553 * l + 0.7936177850 * m - 0.0040720468 * s,
-          1.9779984951 * l - 2.4285922050 * m + 0.4505937099 * s,
-          0.0259040371 * l + 0.7827717662 * m - 0.8086757660 * s};
-}
-
 // The transfer functions of sRGB, IEC 61966-2-1.
 std::uint8_t encoded(double linear) {
   const double c = std::clamp(linear, 0.0, 1.0);
@@ -107,10 +98,6 @@ Rgb colour_of(double distance, const ColourScale& scale) {
 std::array<float, 3> to_linear(Rgb colour) {
   return {static_cast<float>(decoded(colour.red)), static_cast<float>(decoded(colour.green)),
           static_cast<float>(decoded(colour.blue))};
-}
-
-std::array<double, 3> to_oklab(Rgb colour) {
-  return linear_to_oklab({decoded(colour.red), decoded(colour.green), decoded(colour.blue)});
 }
 
 std::vector<Tick> legend_ticks(const ColourScale& scale) {

@@ -39,10 +39,6 @@ Rgb colour_of(double distance, const ColourScale& scale);
 // The same colours in linear light of the sRGB primaries, from 0 to 1, as glTF has them.
 std::array<float, 3> to_linear(Rgb colour);
 
-// OKLab: lightness from 0 to 1, green to red, blue to yellow. The Euclidean distance is about how different two colours
-// look.
-std::array<double, 3> to_oklab(Rgb colour);
-
 struct Tick {
   double value = 0;   // in the meshes' unit, within [0, top]
   std::string label;  // shortest decimal: "0.05"

@@ -11,7 +11,7 @@
 #include "api/formats/format.h"
 #include "api/load.h"
 #include "api/prepared_mesh.h"
-#include "engine/hausdorff.h"
+#include "engine/outcome.h"
 #include "engine/result.h"
 
 namespace meshgauge::api {
@@ -33,18 +33,13 @@ struct Comparison {
   StageTimes times;
 };
 
-// `control` carries the deadline and the cancellation of the whole job, reading included. An Error is
-// about the input; running out of time while measuring is an Outcome. Thread safe.
+// Both meshes are at hand. `so_far`: what was done before, counted into the total. `control` carries the deadline and
+// the cancellation of the whole job; running out of time is an Outcome. An Error is about the input. Thread safe.
+Result<Comparison> compare(const SharedMesh& a, const SharedMesh& b, const ComparisonOptions& options, Control& control,
+                           const StageTimes& so_far = {});
+
+// Reads both in this process first; running out of time meanwhile is an Error.
 Result<Comparison> compare(const MeshInput& a, const MeshInput& b, const ComparisonOptions& options,
                            const ReadLimits& limits, Control& control);
-
-// The same with meshes that `load` gets, instead of api::load().
-Result<Comparison> compare_by(const Load& load, const MeshInput& a, const MeshInput& b,
-                              const ComparisonOptions& options, const ReadLimits& limits, Control& control);
-
-// The same with meshes that may have been loaded, measured and kept before; then read_a and read_b are next to nothing,
-// and so is the engine's build.
-Result<Comparison> compare_prepared(const GetMesh& a, const GetMesh& b, const ComparisonOptions& options,
-                                    Control& control);
 
 }  // namespace meshgauge::api

@@ -65,9 +65,9 @@ Value index(std::uint32_t value) { return Value(static_cast<int>(value)); }  // 
 Value point(const Vec3& p) { return Value(Value::Array{number(p.x()), number(p.y()), number(p.z())}); }
 Value text(std::string value) { return Value(std::move(value)); }
 
-Value witness_extras(const DeviationWitness& witness) {
+Value witness_extras(const ResultWitness& witness) {
   Value::Object extras;
-  extras["from_candidate"] = Value(witness.from_candidate);
+  extras["from_candidate"] = Value(witness.on_candidate);
   extras["from"] = point(witness.from);
   extras["from_triangle"] = index(witness.from_triangle);
   extras["to"] = point(witness.to);
@@ -75,7 +75,7 @@ Value witness_extras(const DeviationWitness& witness) {
   return Value(std::move(extras));
 }
 
-Value direction_extras(const DeviationDirection& direction) {
+Value direction_extras(const ResultDirection& direction) {
   Value::Object extras;
   extras["lower"] = number(direction.lower);
   extras["upper"] = number(direction.upper);

@@ -4,35 +4,16 @@
 
 #include <cstddef>
 #include <limits>
-#include <optional>
-#include <string>
 #include <string_view>
 #include <vector>
 
 #include "api/deviation_map.h"
-#include "api/unit_plan.h"
+#include "api/result_document.h"
 #include "engine/control.h"
 #include "engine/prepared.h"
 #include "engine/result.h"
 
 namespace meshgauge::api {
-
-// What is known of a pair beside its meshes.
-struct DeviationFacts {
-  std::optional<double> limit;  // none: the colours end at the largest distance
-  std::string units;            // of every length, "mm"; empty: not known
-  double lower = 0;             // the certified interval of the comparison
-  double upper = std::numeric_limits<double>::infinity();
-  std::optional<DeviationWitness> witness;
-  std::optional<DeviationDirection> direction;
-  UnitPlan plan;  // by which both meshes were converted
-};
-
-enum class Side { a, b };
-
-// Of a comparison's document (openapi.yaml, "Comparison"), for the map that shows this mesh: the candidate is it, not
-// always mesh a. internal: it is no such document.
-Result<DeviationFacts> deviation_facts(std::string_view document, Side candidate);
 
 struct MapOptions {
   // Readers that show colours alone see nothing of what lies between vertices: edges longer than a 64th of the
@@ -51,7 +32,7 @@ class MadeMap {
   const DeviationMap& map() const { return map_; }
 
  private:
-  friend Result<MadeMap> make_deviation(const Prepared&, const Prepared&, const DeviationFacts&, const MapOptions&,
+  friend Result<MadeMap> make_deviation(const Prepared&, const Prepared&, const ResultFacts&, const MapOptions&,
                                         Control&);
   Mesh shown_;
   std::vector<double> distances_;
@@ -70,7 +51,7 @@ class MadeMap {
 // of the candidate, and what is farthest away or above the limit is shown rather than its neighbours: the farthest
 // vertex always, also of a part that is otherwise too small to be shown.
 // out_of_time when `control` said to stop. The map must not outlive the candidate.
-Result<MadeMap> make_deviation(const Prepared& candidate, const Prepared& baseline, const DeviationFacts& facts,
+Result<MadeMap> make_deviation(const Prepared& candidate, const Prepared& baseline, const ResultFacts& facts,
                                const MapOptions& options, Control& control);
 
 }  // namespace meshgauge::api

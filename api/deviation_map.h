@@ -7,37 +7,21 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
 #include <optional>
 #include <span>
 #include <string>
 
 #include "api/colour_map.h"
+#include "api/result_document.h"
 #include "engine/mesh.h"
 
 namespace meshgauge::api {
-
-// Where the distance is at least `lower`: a point of one mesh, and the point of the other that is nearest to it.
-struct DeviationWitness {
-  bool from_candidate = true;  // `from` lies on the candidate
-  Vec3 from = Vec3::Zero();
-  std::uint32_t from_triangle = 0;  // 0-based, of the files
-  Vec3 to = Vec3::Zero();
-  std::uint32_t to_triangle = 0;
-};
 
 // What is shown of the candidate.
 enum class MapForm {
   as_is,
   refined,    // with more vertices (engine/refinement.h); the candidate's own come first
   decimated,  // with fewer (engine/decimation.h); each is one of the candidate's
-};
-
-// What is certified of the way from the candidate to the baseline alone.
-struct DeviationDirection {
-  double lower = 0;
-  double upper = 0;
-  std::optional<DeviationWitness> witness;
 };
 
 // Borrows the mesh and the distances.
@@ -51,8 +35,8 @@ struct DeviationMap {
   std::string units;  // label, may be empty
   double lower = 0;   // the certified interval of the gate
   double upper = 0;
-  std::optional<DeviationWitness> witness;
-  std::optional<DeviationDirection> direction;  // if it was measured
+  std::optional<ResultWitness> witness;
+  std::optional<ResultDirection> direction;  // if it was measured
 };
 
 }  // namespace meshgauge::api

@@ -39,12 +39,12 @@ void describe(const DeviationMap& map, Header& header) {
   header.comment((map.scale.limited ? "limit " : "largest ") + shortest(map.scale.top));
   header.comment("certified interval of the measurement " + shortest(map.lower) + " " + shortest(map.upper));
   if (map.witness) {
-    const DeviationWitness& w = *map.witness;
+    const ResultWitness& w = *map.witness;
     const char* const names[] = {"baseline", "candidate"};
     header.comment("witness from " + coordinates(w.from) + " triangle " + std::to_string(w.from_triangle) + " of the " +
-                   names[w.from_candidate]);
+                   names[w.on_candidate]);
     header.comment("witness to " + coordinates(w.to) + " triangle " + std::to_string(w.to_triangle) + " of the " +
-                   names[!w.from_candidate]);
+                   names[!w.on_candidate]);
   }
   if (map.form == MapForm::refined) {
     header.comment("refined for display: the first " + std::to_string(map.candidate_vertices) +

@@ -3,15 +3,8 @@
 namespace meshgauge::api {
 
 std::string_view to_string(Verdict verdict) {
-  switch (verdict) {
-    case Verdict::pass:
-      return "pass";
-    case Verdict::fail:
-      return "fail";
-    case Verdict::undecided:
-      return "undecided";
-  }
-  return "";
+  constexpr std::string_view kNames[] = {"pass", "fail", "undecided"};
+  return kNames[static_cast<std::size_t>(verdict)];
 }
 
 std::optional<Verdict> verdict(const Outcome& outcome, const std::optional<double>& max_distance) {

@@ -4,7 +4,7 @@
 #include <optional>
 #include <string_view>
 
-#include "engine/hausdorff.h"
+#include "engine/outcome.h"
 
 namespace meshgauge::api {
 

@@ -1,5 +1,7 @@
 #include "api/json_filter.h"
 
+#include "api/refused.h"
+
 namespace meshgauge::api {
 
 bool JsonFilter::value() {
@@ -49,12 +51,11 @@ Result<nlohmann::json> parse_document(std::string_view json, const std::string& 
     return Error{ErrorCode::too_large, quoted + " is larger than " + std::to_string(max_bytes) + " bytes", part, ""};
   }
   if (const std::size_t nul = json.find('\0'); nul != std::string_view::npos) {  // the parser would take it for the end
-    return Error{ErrorCode::invalid_request, quoted + " is refused: not JSON: a NUL byte", part,
-                 "byte " + std::to_string(nul)};
+    return refused(quoted + " is refused: not JSON: a NUL byte", part, "byte " + std::to_string(nul));
   }
   JsonFilter filter;
   if (nlohmann::json::sax_parse(json, &filter)) return nlohmann::json::parse(json);
-  return Error{ErrorCode::invalid_request, quoted + " is refused: " + filter.defect, part, filter.where};
+  return refused(quoted + " is refused: " + filter.defect, part, filter.where);
 }
 
 std::string shown_text(std::string_view text) {

@@ -2,6 +2,8 @@
 
 #include <string_view>
 
+#include <nlohmann/json.hpp>
+
 #include "api/notes.h"
 
 namespace meshgauge::api {
@@ -47,6 +49,14 @@ Json json_of(const std::optional<Directed>& directed) {
   json["witness"] = of_witness(directed->bounds.witness);
   json["culling"] = of_culling(directed->culling);
   json["work"] = of_work(directed->work);
+  return json;
+}
+
+Json json_of(const Tolerance& asked) {
+  Json json = Json::object();
+  if (asked.absolute) json["absolute"] = *asked.absolute;
+  if (asked.diagonal) json["diagonal"] = *asked.diagonal;
+  if (asked.relative) json["relative"] = *asked.relative;
   return json;
 }
 

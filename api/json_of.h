@@ -3,7 +3,7 @@
 
 #include <optional>
 
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 
 #include "api/compare.h"
 
@@ -14,6 +14,7 @@ using Json = nlohmann::ordered_json;  // writes a number that is not finite as n
 Json json_of(const Vec3& p);
 Json interval(double lower, double upper);
 Json json_of(const std::optional<Directed>& directed);
+Json json_of(const Tolerance& asked);  // of each rule that was asked for
 Json json_of(const KnownUnit& known);
 Json json_of(const MeshFacts& facts, const KnownUnit& unit);
 

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <cstddef>
-#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -31,14 +30,12 @@ struct LoadedMesh {
   std::shared_ptr<const void> arrays;  // what `mesh` borrows from
 };
 
-// How a comparison gets a mesh. An Error is about the input, or out_of_time when `control` said to stop, or internal.
-// Thread safe.
-using Load = std::function<Result<LoadedMesh>(const MeshInput& input, const ReadLimits& limits, Control& control)>;
-
-// A Load in this process. It does not ask `control`: reading takes time linear in the bytes.
-Result<LoadedMesh> load(const MeshInput& input, const ReadLimits& limits, Control& control);
+// Reads in this process, in time linear in the bytes. An Error is about the input. Thread safe.
+Result<LoadedMesh> load(const MeshInput& input, const ReadLimits& limits);
 
 // The error of a job that was interrupted before it had done `what`: "'a' was read".
 Error not_in_time(Interruption why, const std::string& what);
+// That error if `control` says to stop.
+Result<Done> in_time(Control& control, const std::string& what);
 
 }  // namespace meshgauge::api

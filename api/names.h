@@ -6,7 +6,8 @@
 #include <string>
 #include <string_view>
 
-#include "engine/hausdorff.h"
+#include "engine/options.h"
+#include "engine/outcome.h"
 
 namespace meshgauge::api {
 

@@ -6,6 +6,7 @@
 #include <iterator>
 
 #include "api/decimal.h"
+#include "api/with_unit.h"
 
 namespace meshgauge::api {
 namespace {
@@ -86,7 +87,7 @@ void add_open(std::vector<std::string>& notes, const std::string& mesh, const Kn
   const double apart = facts.notes.polygons.largest_deviation * factor.times / factor.over;
   if (!limit || !(*limit < kClose * apart)) return;
   const auto& unit = comparison.units.result.unit;
-  const auto length = [&](double x) { return shortest(x) + (unit ? " " + std::string(to_string(*unit)) : ""); };
+  const auto length = [&](double x) { return with_unit(shortest(x), unit); };
   notes.push_back(mesh + " has a face that is not planar and can be split into triangles that are up to " +
                   length(apart) + " apart; the limit " + length(*limit) +
                   " is less than ten times that: the file itself leaves this open");

@@ -40,15 +40,14 @@ std::size_t PreparedMesh::bytes() const {
   return sizeof *this - sizeof mesh + mesh.bytes() + of_image;
 }
 
-Result<std::shared_ptr<const Prepared>> in_unit(const std::shared_ptr<const PreparedMesh>& mesh,
-                                                const std::string& part, const Factor& factor, Control& control) {
+Result<std::shared_ptr<const Prepared>> in_unit(const SharedMesh& mesh, const std::string& part, const Factor& factor,
+                                                Control& control) {
   if (factor.is_one()) return std::shared_ptr<const Prepared>(mesh, &mesh->mesh);
   auto image = mesh->image(factor);
   if (!image) {
     auto positions = scaled(mesh->mesh.mesh(), factor, [&control] { return control.check() != Interruption::none; });
-    if (const auto why = control.check(); why != Interruption::none) {
-      return not_in_time(why, "'" + part + "' was converted to the unit of the result");
-    }
+    if (const auto ok = in_time(control, "'" + part + "' was converted to the unit of the result"); !ok)
+      return ok.error();
     if (!positions) {
       return Error{ErrorCode::coordinate_too_large,
                    "'" + part + "' has coordinates too large for the unit of the result", part, ""};
@@ -58,24 +57,19 @@ Result<std::shared_ptr<const Prepared>> in_unit(const std::shared_ptr<const Prep
     if (mesh->mesh.use() == Prepared::Use::often) mesh->image_ = image;
   }
   struct Held {
-    std::shared_ptr<const PreparedMesh> mesh;  // has the triangles
+    SharedMesh mesh;  // has the triangles
     std::shared_ptr<const PreparedMesh::Image> image;
   };
   const auto held = std::make_shared<const Held>(Held{mesh, std::move(image)});
   return std::shared_ptr<const Prepared>(held, &held->image->mesh);
 }
 
-GetMesh loading(const Load& load, const MeshInput& input, const ReadLimits& limits, Prepared::Use use) {
-  return [&load, &input, &limits, use](Control& control) -> Result<std::shared_ptr<const PreparedMesh>> {
-    auto loaded = load(input, limits, control);
-    if (!loaded) return std::move(loaded).error();
-    const auto interrupted = [&control] { return control.check() != Interruption::none; };
-    auto mesh = std::make_shared<const PreparedMesh>(std::move(*loaded), input.bytes.size(), use, interrupted);
-    if (const auto why = control.check(); why != Interruption::none) {
-      return not_in_time(why, "'" + input.part + "' was read");
-    }
-    return mesh;
-  };
+Result<SharedMesh> prepare(Result<LoadedMesh> loaded, const MeshInput& input, Prepared::Use use, Control& control) {
+  if (!loaded) return std::move(loaded).error();
+  const auto interrupted = [&control] { return control.check() != Interruption::none; };
+  auto mesh = std::make_shared<const PreparedMesh>(std::move(*loaded), input.bytes.size(), use, interrupted);
+  if (const auto ok = in_time(control, "'" + input.part + "' was read"); !ok) return ok.error();
+  return mesh;
 }
 
 }  // namespace meshgauge::api

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstddef>
-#include <functional>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -60,16 +59,16 @@ class PreparedMesh {
   mutable std::shared_ptr<const Image> image_;  // the last one made, of a mesh that is measured often
 };
 
+using SharedMesh = std::shared_ptr<const PreparedMesh>;
+
 // The mesh as it is measured: times a factor. Unless that is one, this costs a copy of the positions, which a mesh that
 // is measured often keeps for the next time. Keeps `mesh` alive. An Error names `part` ("a", "b"):
 // coordinate_too_large, or out_of_time when `control` said to stop. Thread safe.
-Result<std::shared_ptr<const Prepared>> in_unit(const std::shared_ptr<const PreparedMesh>& mesh,
-                                                const std::string& part, const Factor& factor, Control& control);
+Result<std::shared_ptr<const Prepared>> in_unit(const SharedMesh& mesh, const std::string& part, const Factor& factor,
+                                                Control& control);
 
-// How a comparison gets one of its meshes: an Error is as that of a Load. Called once, on the thread of the job.
-using GetMesh = std::function<Result<std::shared_ptr<const PreparedMesh>>(Control& control)>;
-
-// Has `load` get that file. Borrows all three.
-GetMesh loading(const Load& load, const MeshInput& input, const ReadLimits& limits, Prepared::Use use);
+// What was loaded of `input`, ready to be compared. An Error is that of `loaded`, or out_of_time when `control` said to
+// stop.
+Result<SharedMesh> prepare(Result<LoadedMesh> loaded, const MeshInput& input, Prepared::Use use, Control& control);
 
 }  // namespace meshgauge::api

@@ -14,7 +14,7 @@ constexpr ProblemRow kTable[] = {
     {ProblemKind::method_not_allowed, "method-not-allowed", "This path does not take this method", 405},
     {ProblemKind::request_timeout, "request-timeout", "The request came too slowly", 408},
     {ProblemKind::length_required, "length-required", "The length of the body is missing", 411},
-    {ProblemKind::too_large, "too-large", "Something is larger than the limit", 413},
+    {ProblemKind::too_large, "too-large", "Something is larger than the limit", 413, ErrorCode::too_large},
     {ProblemKind::uri_too_long, "uri-too-long", "The request target is too long", 414},
     {ProblemKind::unsupported_media_type, "unsupported-media-type", "The body's type or coding is not read", 415},
     {ProblemKind::head_too_large, "head-too-large", "The request's head is too large", 431},
@@ -28,20 +28,26 @@ constexpr ProblemRow kTable[] = {
     {ProblemKind::no_interval, "no-interval", "The comparison has no interval", 409},
     {ProblemKind::not_ended, "not-ended", "The batch has not ended", 409},
     {ProblemKind::not_ready, "not-ready", "The service cannot take work", 503},
-    {ProblemKind::storage_full, "storage-full", "The service has no room to keep this", 507},
-    {ProblemKind::storage_unavailable, "storage-unavailable", "The service cannot keep anything at the moment", 503},
+    {ProblemKind::storage_full, "storage-full", "The service has no room to keep this", 507, ErrorCode::storage_full},
+    {ProblemKind::storage_unavailable, "storage-unavailable", "The service cannot keep anything at the moment", 503,
+     ErrorCode::storage_unavailable},
     {ProblemKind::overloaded, "overloaded", "The service is at its limit", 503},
     {ProblemKind::shutting_down, "shutting-down", "The service is shutting down", 503},
-    {ProblemKind::invalid_request, "invalid-request", "The options are invalid", 422},
-    {ProblemKind::unsupported_format, "unsupported-format", "The file is of a kind that is not read", 415},
-    {ProblemKind::unreadable_mesh, "unreadable-mesh", "The mesh file is malformed", 422},
-    {ProblemKind::empty_mesh, "empty-mesh", "The mesh has no triangles", 422},
-    {ProblemKind::non_finite_vertex, "non-finite-vertex", "A coordinate is NaN or infinite", 422},
-    {ProblemKind::index_out_of_range, "index-out-of-range", "A face names a vertex that does not exist", 422},
-    {ProblemKind::coordinate_too_large, "coordinate-too-large", "A coordinate is too large to measure", 422},
-    {ProblemKind::out_of_time, "out-of-time", "The time was over before there was an answer", 503},
+    {ProblemKind::invalid_request, "invalid-request", "The options are invalid", 422, ErrorCode::invalid_request},
+    {ProblemKind::unsupported_format, "unsupported-format", "The file is of a kind that is not read", 415,
+     ErrorCode::unsupported_format},
+    {ProblemKind::unreadable_mesh, "unreadable-mesh", "The mesh file is malformed", 422, ErrorCode::unreadable_mesh},
+    {ProblemKind::empty_mesh, "empty-mesh", "The mesh has no triangles", 422, ErrorCode::empty_mesh},
+    {ProblemKind::non_finite_vertex, "non-finite-vertex", "A coordinate is NaN or infinite", 422,
+     ErrorCode::non_finite_vertex},
+    {ProblemKind::index_out_of_range, "index-out-of-range", "A face names a vertex that does not exist", 422,
+     ErrorCode::index_out_of_range},
+    {ProblemKind::coordinate_too_large, "coordinate-too-large", "A coordinate is too large to measure", 422,
+     ErrorCode::coordinate_too_large},
+    {ProblemKind::out_of_time, "out-of-time", "The time was over before there was an answer", 503,
+     ErrorCode::out_of_time},
     {ProblemKind::cancelled, "cancelled", "The comparison was cancelled", 409},
-    {ProblemKind::internal, "internal", "The service failed", 500},
+    {ProblemKind::internal, "internal", "The service failed", 500, ErrorCode::internal},
 };
 
 const ProblemRow& row_of(ProblemKind kind) {
@@ -52,31 +58,8 @@ const ProblemRow& row_of(ProblemKind kind) {
 }
 
 ProblemKind kind_of(ErrorCode code) {
-  switch (code) {
-    case ErrorCode::invalid_request:
-      return ProblemKind::invalid_request;
-    case ErrorCode::unsupported_format:
-      return ProblemKind::unsupported_format;
-    case ErrorCode::unreadable_mesh:
-      return ProblemKind::unreadable_mesh;
-    case ErrorCode::empty_mesh:
-      return ProblemKind::empty_mesh;
-    case ErrorCode::non_finite_vertex:
-      return ProblemKind::non_finite_vertex;
-    case ErrorCode::index_out_of_range:
-      return ProblemKind::index_out_of_range;
-    case ErrorCode::coordinate_too_large:
-      return ProblemKind::coordinate_too_large;
-    case ErrorCode::too_large:
-      return ProblemKind::too_large;
-    case ErrorCode::out_of_time:
-      return ProblemKind::out_of_time;
-    case ErrorCode::storage_full:
-      return ProblemKind::storage_full;
-    case ErrorCode::storage_unavailable:
-      return ProblemKind::storage_unavailable;
-    case ErrorCode::internal:
-      return ProblemKind::internal;
+  for (const ProblemRow& row : kTable) {
+    if (row.code == code) return row.kind;
   }
   return ProblemKind::internal;
 }

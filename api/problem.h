@@ -6,6 +6,7 @@
 // `type` is stable; openapi.yaml lists the same kinds.
 #pragma once
 
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -58,7 +59,8 @@ struct ProblemRow {
   ProblemKind kind;
   std::string_view slug;  // ends the type URN
   std::string_view title;
-  int status;  // HTTP
+  int status;                                    // HTTP
+  std::optional<ErrorCode> code = std::nullopt;  // the Error that becomes this problem; each code in one row
 };
 
 std::span<const ProblemRow> problem_table();  // every kind, once

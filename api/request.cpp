@@ -8,21 +8,22 @@
 
 #include "api/json_filter.h"
 #include "api/names.h"
+#include "api/refused.h"
 
 namespace meshgauge::api {
 namespace {
 
-using Json = nlohmann::json;
+using JsonValue = nlohmann::json;
 
-Error refused(std::string_view where, std::string message) {
-  return Error{ErrorCode::invalid_request, std::move(message), "options", std::string(where)};
+Error invalid(std::string_view where, std::string message) {
+  return refused(std::move(message), "options", std::string(where));
 }
 
 std::string text_of(double x) {
   if (std::isnan(x)) return "NaN";
   if (std::isinf(x)) return "infinite";
   const bool whole = std::nearbyint(x) == x && std::abs(x) < 1e15;
-  return whole ? std::to_string(static_cast<std::int64_t>(x)) : Json(x).dump();
+  return whole ? std::to_string(static_cast<std::int64_t>(x)) : JsonValue(x).dump();
 }
 
 std::string described(const Range& range) {
@@ -36,7 +37,7 @@ struct Reading {
   bool points_given = false;
 };
 
-using Reader = Result<Done> (*)(const Json& value, const std::string& pointer, Reading& reading);
+using Reader = Result<Done> (*)(const JsonValue& value, const std::string& pointer, Reading& reading);
 
 struct Field {
   std::string_view key;
@@ -65,145 +66,135 @@ std::string unknown(const std::string& pointer, const std::string& key, std::spa
   return "unknown option " + shown_text(key) + "; known: " + keys_of(fields);
 }
 
-Result<Done> read_object(const Json& value, const std::string& pointer, std::span<const Field> fields,
+Result<Done> read_object(const JsonValue& value, const std::string& pointer, std::span<const Field> fields,
                          Reading& reading) {
   const std::string name = pointer.empty() ? "the document" : pointer;
-  if (!value.is_object()) return refused(pointer, name + " must be an object, not " + shown(value));
+  if (!value.is_object()) return invalid(pointer, name + " must be an object, not " + shown(value));
   for (const auto& [key, member] : value.items()) {
     const Field* field = find(fields, key);
     const std::string place = pointer + "/" + key;
-    if (!field) return refused(place, unknown(place, key, fields));
+    if (!field) return invalid(place, unknown(place, key, fields));
     if (auto read = field->read(member, place, reading); !read) return read;
   }
   return Done{};
 }
 
-Result<double> read_number(const Json& value, const Range& range, const std::string& pointer) {
+Result<double> read_number(const JsonValue& value, const Range& range, const std::string& pointer) {
   if (range.integer ? value.is_number_integer() : value.is_number()) {
     return in_range(value.get<double>(), range, pointer);
   }
-  return refused(pointer, pointer + " must be " + described(range) + ", not " + shown(value));
+  return invalid(pointer, pointer + " must be " + described(range) + ", not " + shown(value));
 }
 
-template <class Enum, std::size_t N>
-Result<Done> read_name(const Name<Enum> (&table)[N], const Json& value, const std::string& pointer, Enum& out) {
-  if (value.is_string()) {
-    if (const auto found = value_of(table, value.get_ref<const std::string&>())) return out = *found, Done{};
-  }
-  return refused(pointer, pointer + " must be one of " + list_of(table) + ", not " + shown(value));
-}
-
-template <std::optional<double> Tolerance::*rule>
-Result<Done> read_rule(const Json& value, const std::string& pointer, Reading& reading) {
-  auto number = read_number(value, kToleranceRange, pointer);
+template <class Number>
+Result<Done> read_number(const JsonValue& value, const Range& range, const std::string& pointer, Number& out) {
+  const auto number = read_number(value, range, pointer);
   if (!number) return number.error();
-  reading.request.options.tolerance.*rule = *number;
+  out = static_cast<Number>(*number);
   return Done{};
 }
 
-Result<Done> read_tolerance(const Json& value, const std::string& pointer, Reading& reading) {
+template <class Enum, std::size_t N>
+Result<Done> read_name(const Name<Enum> (&table)[N], const JsonValue& value, const std::string& pointer, Enum& out) {
+  if (value.is_string()) {
+    if (const auto found = value_of(table, value.get_ref<const std::string&>())) return out = *found, Done{};
+  }
+  return invalid(pointer, pointer + " must be one of " + list_of(table) + ", not " + shown(value));
+}
+
+template <std::optional<double> Tolerance::*rule>
+Result<Done> read_rule(const JsonValue& value, const std::string& pointer, Reading& reading) {
+  return read_number(value, kToleranceRange, pointer, reading.request.options.tolerance.*rule);
+}
+
+Result<Done> read_tolerance(const JsonValue& value, const std::string& pointer, Reading& reading) {
   static constexpr Field kFields[] = {{"absolute", read_rule<&Tolerance::absolute>},
                                       {"diagonal", read_rule<&Tolerance::diagonal>},
                                       {"relative", read_rule<&Tolerance::relative>}};
   reading.request.options.tolerance = Tolerance{};
   if (auto read = read_object(value, pointer, kFields, reading); !read) return read;
-  if (value.empty()) return refused(pointer, pointer + " must have at least one of " + keys_of(kFields));
+  if (value.empty()) return invalid(pointer, pointer + " must have at least one of " + keys_of(kFields));
   return Done{};
 }
 
-Result<Done> read_max_distance(const Json& value, const std::string& pointer, Reading& reading) {
-  auto number = read_number(value, kMaxDistanceRange, pointer);
-  if (!number) return number.error();
-  reading.request.options.max_distance = *number;
-  return Done{};
+Result<Done> read_max_distance(const JsonValue& value, const std::string& pointer, Reading& reading) {
+  return read_number(value, kMaxDistanceRange, pointer, reading.request.options.max_distance);
 }
 
-Result<Done> read_unit(const Json& value, const std::string& pointer, std::optional<LengthUnit>& out) {
+Result<Done> read_unit(const JsonValue& value, const std::string& pointer, std::optional<LengthUnit>& out) {
   if (value.is_string()) out = parse_unit(value.get_ref<const std::string&>());
   if (out) return Done{};
-  return refused(pointer, pointer + " must be a unit of length (" + std::string(kUnitNames) + "), not " + shown(value));
+  return invalid(pointer, pointer + " must be a unit of length (" + std::string(kUnitNames) + "), not " + shown(value));
 }
 
 // "b": the limit is a number in the unit of mesh b, whichever that is.
-Result<Done> read_gate_unit(const Json& value, const std::string& pointer, Reading& reading) {
+Result<Done> read_gate_unit(const JsonValue& value, const std::string& pointer, Reading& reading) {
   AskedUnits& units = reading.request.options.units;
   if (value == kUnitOfB) return units.limit_of_b = true, Done{};
   return read_unit(value, pointer, units.limit);
 }
 
 template <std::optional<LengthUnit> AskedUnits::*unit>
-Result<Done> read_mesh_unit(const Json& value, const std::string& pointer, Reading& reading) {
+Result<Done> read_mesh_unit(const JsonValue& value, const std::string& pointer, Reading& reading) {
   return read_unit(value, pointer, reading.request.options.units.*unit);
 }
 
-Result<Done> read_units(const Json& value, const std::string& pointer, Reading& reading) {
+Result<Done> read_units(const JsonValue& value, const std::string& pointer, Reading& reading) {
   static constexpr Field kFields[] = {{"a", read_mesh_unit<&AskedUnits::a>}, {"b", read_mesh_unit<&AskedUnits::b>}};
   return read_object(value, pointer, kFields, reading);
 }
 
-Result<Done> read_gate(const Json& value, const std::string& pointer, Reading& reading) {
+Result<Done> read_gate(const JsonValue& value, const std::string& pointer, Reading& reading) {
   static constexpr Field kFields[] = {{"max_distance", read_max_distance}, {"units", read_gate_unit}};
   if (auto read = read_object(value, pointer, kFields, reading); !read) return read;
-  if (!value.contains("max_distance")) return refused(pointer, pointer + " needs max_distance");
+  if (!value.contains("max_distance")) return invalid(pointer, pointer + " needs max_distance");
   return Done{};
 }
 
-Result<Done> read_work_items(const Json& value, const std::string& pointer, Reading& reading) {
-  auto number = read_number(value, kWorkItemsRange, pointer);
-  if (!number) return number.error();
-  reading.request.options.max_work_items = static_cast<std::uint64_t>(*number);
-  return Done{};
+Result<Done> read_work_items(const JsonValue& value, const std::string& pointer, Reading& reading) {
+  return read_number(value, kWorkItemsRange, pointer, reading.request.options.max_work_items);
 }
 
-Result<Done> read_memory_bytes(const Json& value, const std::string& pointer, Reading& reading) {
-  auto number = read_number(value, kMemoryBytesRange, pointer);
-  if (!number) return number.error();
-  reading.request.options.max_memory_bytes = static_cast<std::size_t>(*number);
-  return Done{};
+Result<Done> read_memory_bytes(const JsonValue& value, const std::string& pointer, Reading& reading) {
+  return read_number(value, kMemoryBytesRange, pointer, reading.request.options.max_memory_bytes);
 }
 
-Result<Done> read_budget(const Json& value, const std::string& pointer, Reading& reading) {
+Result<Done> read_budget(const JsonValue& value, const std::string& pointer, Reading& reading) {
   static constexpr Field kFields[] = {{"work_items", read_work_items}, {"memory_bytes", read_memory_bytes}};
   return read_object(value, pointer, kFields, reading);
 }
 
-Result<Done> read_samples(const Json& value, const std::string& pointer, Reading& reading) {
-  auto number = read_number(value, kSamplesRange, pointer);
-  if (!number) return number.error();
-  reading.request.options.statistics->samples = static_cast<std::size_t>(*number);
-  return Done{};
+Result<Done> read_samples(const JsonValue& value, const std::string& pointer, Reading& reading) {
+  return read_number(value, kSamplesRange, pointer, reading.request.options.statistics->samples);
 }
 
-Result<Done> read_seed(const Json& value, const std::string& pointer, Reading& reading) {
-  auto number = read_number(value, kSeedRange, pointer);
-  if (!number) return number.error();
-  reading.request.options.statistics->seed = static_cast<std::uint64_t>(*number);
-  return Done{};
+Result<Done> read_seed(const JsonValue& value, const std::string& pointer, Reading& reading) {
+  return read_number(value, kSeedRange, pointer, reading.request.options.statistics->seed);
 }
 
 // true, or an object that says how; false as if it were not there.
-Result<Done> read_statistics(const Json& value, const std::string& pointer, Reading& reading) {
+Result<Done> read_statistics(const JsonValue& value, const std::string& pointer, Reading& reading) {
   static constexpr Field kFields[] = {{"samples", read_samples}, {"seed", read_seed}};
   auto& statistics = reading.request.options.statistics;
   if (value.is_boolean()) {
     if (value.get<bool>()) statistics.emplace();
     return Done{};
   }
-  if (!value.is_object()) return refused(pointer, pointer + " must be true, false or an object, not " + shown(value));
+  if (!value.is_object()) return invalid(pointer, pointer + " must be true, false or an object, not " + shown(value));
   statistics.emplace();
   return read_object(value, pointer, kFields, reading);
 }
 
-Result<Done> read_direction(const Json& value, const std::string& pointer, Reading& reading) {
+Result<Done> read_direction(const JsonValue& value, const std::string& pointer, Reading& reading) {
   return read_name(kDirections, value, pointer, reading.request.options.direction);
 }
 
-Result<Done> read_strategy(const Json& value, const std::string& pointer, Reading& reading) {
+Result<Done> read_strategy(const JsonValue& value, const std::string& pointer, Reading& reading) {
   return read_name(kStrategies, value, pointer, reading.request.options.strategy);
 }
 
-Result<Done> read_points(const Json& value, const std::string& pointer, Reading& reading) {
-  if (!value.is_number()) return refused(pointer, pointer + " must be a number, not " + shown(value));
+Result<Done> read_points(const JsonValue& value, const std::string& pointer, Reading& reading) {
+  if (!value.is_number()) return invalid(pointer, pointer + " must be a number, not " + shown(value));
   auto points = as_points(value.get<double>(), pointer);
   if (!points) return points.error();
   reading.request.options.points = *points;
@@ -211,7 +202,7 @@ Result<Done> read_points(const Json& value, const std::string& pointer, Reading&
   return Done{};
 }
 
-Result<Done> read_timeout(const Json& value, const std::string& pointer, Reading& reading) {
+Result<Done> read_timeout(const JsonValue& value, const std::string& pointer, Reading& reading) {
   const Range range{kTimeoutMsRange.low, static_cast<double>(reading.limits.max_timeout.count()), true};
   auto number = read_number(value, range, pointer);
   if (!number) return number.error();
@@ -219,12 +210,9 @@ Result<Done> read_timeout(const Json& value, const std::string& pointer, Reading
   return Done{};
 }
 
-Result<Done> read_threads(const Json& value, const std::string& pointer, Reading& reading) {
-  auto number = read_number(value, kThreadsRange, pointer);
-  if (!number) return number.error();
-  reading.request.options.threads = static_cast<unsigned>(*number);
+Result<Done> read_threads(const JsonValue& value, const std::string& pointer, Reading& reading) {
   reading.request.threads_given = true;
-  return Done{};
+  return read_number(value, kThreadsRange, pointer, reading.request.options.threads);
 }
 
 constexpr Field kOptions[] = {
@@ -238,13 +226,13 @@ constexpr Field kOptions[] = {
 Result<double> in_range(double value, const Range& range, std::string_view name) {
   const bool whole = !range.integer || std::nearbyint(value) == value;
   if (value >= range.low && value <= range.high && whole) return value;  // false for NaN
-  return refused(name, std::string(name) + " must be " + described(range) + ", not " + text_of(value));
+  return invalid(name, std::string(name) + " must be " + described(range) + ", not " + text_of(value));
 }
 
 Result<int> as_points(double value, std::string_view name) {
   const int points = value >= 1 && value <= 1e6 && std::nearbyint(value) == value ? static_cast<int>(value) : 0;
   if (is_stencil(points)) return points;
-  return refused(name, std::string(name) + " must be one of 4, 10, 31, 109, 409, 1585, not " + text_of(value));
+  return invalid(name, std::string(name) + " must be one of 4, 10, 31, 109, 409, 1585, not " + text_of(value));
 }
 
 Result<std::string_view> as_simd(std::string_view value, std::string_view name) {
@@ -253,7 +241,7 @@ Result<std::string_view> as_simd(std::string_view value, std::string_view name) 
   for (const std::string_view supported : all) {
     if (value == supported) return supported;
   }
-  return refused(
+  return invalid(
       name, std::string(name) + " must be one of " + simd_names() + " on this processor, not " + shown_text(value));
 }
 
@@ -265,7 +253,7 @@ std::string simd_names() {
 
 Result<Done> check_points(bool points_given, Strategy strategy, std::string_view name) {
   if (!points_given || strategy == Strategy::n_point) return Done{};
-  return refused(name, std::string(name) + " goes with the strategy n_point only");
+  return invalid(name, std::string(name) + " goes with the strategy n_point only");
 }
 
 Result<Request> parse_options(std::string_view json, const RequestLimits& limits) {
@@ -282,35 +270,6 @@ Result<Request> parse_options(std::string_view json, const RequestLimits& limits
 bool is_mesh_id(std::string_view text) {
   return text.size() == 64 &&
          std::all_of(text.begin(), text.end(), [](char c) { return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f'); });
-}
-
-Result<StoredPair> parse_stored_pair(std::string_view json) {
-  const auto refused_body = [](const std::string& where, std::string message) {
-    return Error{ErrorCode::invalid_request, std::move(message), "body", where};
-  };
-  const auto document = parse_document(json, "body", kMaxOptionsBytes);
-  if (!document) return document.error();
-  if (!document->is_object()) return refused_body("", "the document must be an object, not " + shown(*document));
-  StoredPair pair;
-  for (const auto& [key, member] : document->items()) {
-    const std::string pointer = "/" + key;
-    if (key == "options") {
-      pair.options = member.dump(-1, ' ', false, Json::error_handler_t::replace);
-      continue;
-    }
-    if (key != "a" && key != "b") {
-      return refused_body(pointer, "unknown member " + shown_text(key) + "; known: a, b, options");
-    }
-    if (!member.is_string() || !is_mesh_id(member.get_ref<const std::string&>())) {
-      return refused_body(pointer,
-                          pointer + " must be the id of a stored mesh, 64 lower-case hex digits, not " + shown(member));
-    }
-    (key == "a" ? pair.a : pair.b) = member.get<std::string>();
-  }
-  for (const char* key : {"a", "b"}) {
-    if (!document->contains(key)) return refused_body(std::string("/") + key, std::string("/") + key + " is missing");
-  }
-  return pair;
 }
 
 }  // namespace meshgauge::api

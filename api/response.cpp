@@ -3,28 +3,23 @@
 #include <cstdio>
 #include <optional>
 
+#include <nlohmann/json.hpp>
+
 #include "api/gate.h"
 #include "api/json_of.h"
 #include "api/names.h"
 #include "api/notes.h"
+#include "engine/hausdorff.h"
 
 namespace meshgauge::api {
 namespace {
-
-Json asked(const Tolerance& tolerance) {
-  Json json = Json::object();
-  if (tolerance.absolute) json["absolute"] = *tolerance.absolute;
-  if (tolerance.diagonal) json["diagonal"] = *tolerance.diagonal;
-  if (tolerance.relative) json["relative"] = *tolerance.relative;
-  return json;
-}
 
 // 0/0 counts as 0: an interval without width satisfies every rule. x/0 is infinite, so null.
 double ratio(double width, double of) { return width == 0 ? 0 : width / of; }
 
 Json json_of(const Tolerance& tolerance, const Outcome& outcome) {
   const double width = outcome.upper - outcome.lower;
-  return {{"asked", asked(tolerance)},
+  return {{"asked", api::json_of(tolerance)},
           {"reached",
            {{"absolute", width},
             {"diagonal", ratio(width, outcome.diagonal_a)},

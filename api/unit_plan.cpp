@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "api/formats/text.h"
+#include "api/refused.h"
 
 namespace meshgauge::api {
 namespace {
@@ -80,17 +81,16 @@ std::string described(const UnitPlan& plan, const FileUnit& a, const FileUnit& b
 Error one_is_unknown(const UnitPlan& plan, const FileUnit& a, const FileUnit& b, LengthUnit limit) {
   const std::string part = plan.a.unit ? "b" : "a";
   const std::string name = plan.a.unit ? quoted(b, "b") : quoted(a, "a");
-  return {ErrorCode::invalid_request,
-          "the limit is in " + std::string(in_words(limit)) + ", " + described(plan, a, b) + ": declare the unit of " +
-              name + " (option units." + part + ", flag --unit-" + part + ", or units in a manifest)",
-          part, "/units/" + part};
+  return refused("the limit is in " + std::string(in_words(limit)) + ", " + described(plan, a, b) +
+                     ": declare the unit of " + name + " (option units." + part + ", flag --unit-" + part +
+                     ", or units in a manifest)",
+                 part, "/units/" + part);
 }
 
 Error bare_limit(const UnitPlan& plan, const FileUnit& a, const FileUnit& b) {
-  return {ErrorCode::invalid_request,
-          "the limit has no unit, " + described(plan, a, b) +
-              ": write the limit with its unit (option gate.units, or '0.05 mm' as flag or in a manifest)",
-          "options", "/gate/units"};
+  return refused("the limit has no unit, " + described(plan, a, b) +
+                     ": write the limit with its unit (option gate.units, or '0.05 mm' as flag or in a manifest)",
+                 "options", "/gate/units");
 }
 
 }  // namespace

@@ -43,7 +43,7 @@ NameParts patterns_of(std::string_view candidate) {
   return {stem_pattern(name), name, dir.string()};
 }
 
-std::string escaped(std::string_view text) {
+std::string literal(std::string_view text) {
   std::string out;
   for (const char c : text) out += c == '[' ? "[[]" : std::string(1, c);
   return out;
@@ -52,20 +52,7 @@ std::string escaped(std::string_view text) {
 }  // namespace
 
 std::string baseline_glob(std::string_view candidate, std::string_view baseline) {
-  return filled(escaped(baseline), patterns_of(candidate));
-}
-
-NameParts parts_of_baseline(std::string_view path, std::string_view baseline) {
-  const std::string file = fs::path(path).filename().string(), pattern = fs::path(baseline).filename().string();
-  const std::size_t open = pattern.find('{'), close = pattern.find('}');
-  NameParts parts{"*", "*", "*"};
-  if (open == std::string::npos || pattern.find('{', open + 1) != std::string::npos) return parts;
-  const std::size_t around = open + (pattern.size() - close - 1);
-  if (file.size() < around) return parts;
-  const std::string value = file.substr(open, file.size() - around), word = pattern.substr(open + 1, close - open - 1);
-  if (word == "name") return name_parts(value, "*");
-  if (word == "stem") parts.stem = value;
-  return parts;
+  return filled(literal(baseline), patterns_of(candidate));
 }
 
 }  // namespace meshgauge::check

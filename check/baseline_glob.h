@@ -13,7 +13,4 @@ namespace meshgauge::check {
 // "build/**/x-*.stl" and "base/{dir}/{stem}.off" it is "base/**/x-*.off". Rather too many than too few.
 std::string baseline_glob(std::string_view candidate, std::string_view baseline);
 
-// What of its candidate's path is seen in a baseline's, '*' for what is not.
-NameParts parts_of_baseline(std::string_view path, std::string_view baseline);
-
 }  // namespace meshgauge::check

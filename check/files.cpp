@@ -1,5 +1,8 @@
 #include "check/files.h"
 
+#include <utility>
+
+#include "api/digest.h"
 #include "check/utf8.h"
 
 namespace meshgauge::check {
@@ -26,6 +29,24 @@ bool is_same_file(const fs::path& a, const fs::path& b) {
 bool is_below(const fs::path& path, const fs::path& folder) {
   const fs::path relative = path.lexically_relative(folder);
   return !relative.empty() && *relative.begin() != "..";
+}
+
+StagedFile::StagedFile(fs::path place)
+    : path_(place.parent_path() / (".meshgauge-" + api::random_id() + ".part")), place_(std::move(place)) {}
+
+StagedFile::StagedFile(StagedFile&& other) noexcept
+    : path_(std::exchange(other.path_, {})), place_(std::move(other.place_)) {}
+
+StagedFile::~StagedFile() {
+  std::error_code none;
+  if (!path_.empty()) fs::remove(path_, none);
+}
+
+std::error_code StagedFile::put() {
+  std::error_code failed;
+  fs::rename(path_, place_, failed);
+  if (!failed) path_.clear();
+  return failed;
 }
 
 std::string shown_path(const fs::path& path) {

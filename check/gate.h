@@ -10,7 +10,7 @@
 #include <string>
 
 #include "api/comparison_options.h"
-#include "engine/hausdorff.h"
+#include "engine/options.h"
 
 namespace meshgauge::check {
 

@@ -3,6 +3,7 @@
 #include <set>
 #include <utility>
 
+#include "api/refused.h"
 #include "engine/hausdorff.h"
 
 namespace meshgauge::check {
@@ -29,7 +30,7 @@ Report mistaken(const std::string& manifest, const std::vector<Mistake>& mistake
     }
     outcome.gate.manifest = manifest;
     outcome.gate.line = mistake.line;
-    outcome.error = Error{ErrorCode::invalid_request, mistake.message, "", ""};
+    outcome.error = refused(mistake.message);
     report.outcomes.push_back(std::move(outcome));
   }
   return report;

@@ -6,42 +6,14 @@
 #include <string_view>
 #include <utility>
 
-#include "api/unit_document.h"
-
 namespace meshgauge::check {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
-// By at(): what is missing or of another type throws, and is caught in measured_from().
-Vec3 point(const Json& json) { return {json.at(0).get<double>(), json.at(1).get<double>(), json.at(2).get<double>()}; }
-
-Witness witness(const Json& json, bool on_candidate) {
-  return {on_candidate, point(json.at("point_a")), json.at("triangle_a").get<std::uint32_t>(),
-          point(json.at("point_b")), json.at("triangle_b").get<std::uint32_t>()};
-}
-
-// Of the direction that attains `lower`: in a symmetric measurement the one that reaches further.
-std::optional<Witness> best_witness(const Json& document) {
-  std::optional<Witness> best;
-  double reached = -1;
-  for (const char* name : {"a_to_b", "b_to_a"}) {
-    const Json& directed = document.at(name);
-    if (directed.is_null() || directed.at("witness").is_null()) continue;
-    const auto lower = directed.at("lower").get<double>();
-    if (lower <= reached) continue;
-    reached = lower;
-    best = witness(directed.at("witness"), name[0] == 'a');
-  }
-  return best;
-}
-
 Error no_comparison(const std::string& why) {
   return {ErrorCode::internal, "the result is not that of a comparison: " + why, "", ""};
 }
-
-// Whoever measured: from nothing else may come a verdict. Also false of NaN.
-bool is_interval(double lower, double upper) { return std::isfinite(lower) && lower >= 0 && lower <= upper; }
 
 Verdict verdict_of(double lower, double upper, double limit) {
   if (upper <= limit) return Verdict::pass;
@@ -73,47 +45,32 @@ bool bounded(const GateOutcome& outcome) { return outcome.measured && std::isfin
 }  // namespace
 
 std::string_view to_string(Verdict verdict) {
-  switch (verdict) {
-    case Verdict::pass:
-      return "pass";
-    case Verdict::fail:
-      return "fail";
-    case Verdict::undecided:
-      return "undecided";
-    case Verdict::error:
-      return "error";
-  }
-  return "";
+  constexpr std::string_view kNames[] = {"pass", "fail", "undecided", "error"};
+  return kNames[static_cast<std::size_t>(verdict)];
 }
 
 std::string_view to_string(Level level) {
-  switch (level) {
-    case Level::ok:
-      return "ok";
-    case Level::warning:
-      return "warning";
-    case Level::failure:
-      return "failure";
-  }
-  return "";
+  constexpr std::string_view kNames[] = {"ok", "warning", "failure"};
+  return kNames[static_cast<std::size_t>(level)];
 }
 
-Result<Measured> measured_from(Json document, double limit) try {
+Result<Measured> measured_from(Json document, double limit) {
+  const auto facts = api::result_facts(document, api::Side::a);
+  if (!facts) return facts.error();
+  const auto status = document.find("status");
+  if (status == document.end() || !status->is_string()) return no_comparison("it has no status");
   Measured measured;
   measured.limit = limit;
-  measured.lower = document.at("distance").at("lower").get<double>();
-  const Json& upper = document.at("distance").at("upper");  // null: ended before there was one
-  measured.upper = upper.is_null() ? std::numeric_limits<double>::infinity() : upper.get<double>();
-  if (!is_interval(measured.lower, measured.upper)) return no_comparison("its distance is no interval");
-  measured.status = document.at("status").get<std::string>();
-  measured.verdict = verdict_of(measured.lower, measured.upper, limit);
-  measured.witness = best_witness(document);
-  measured.units = api::unit_plan_of(document);
+  measured.lower = facts->lower;
+  measured.upper = facts->upper;
+  measured.units = facts->units;
   measured.notes = notes_of(document);
+  measured.status = status->get<std::string>();
+  measured.verdict = verdict_of(measured.lower, measured.upper, limit);
+  measured.witness = facts->witness;
+  measured.direction = facts->direction;
   measured.document = std::move(document);
   return measured;
-} catch (const Json::exception& error) {
-  return no_comparison(error.what());
 }
 
 Verdict GateOutcome::verdict() const {

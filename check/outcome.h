@@ -11,9 +11,8 @@
 #include <nlohmann/json.hpp>
 
 #include "api/gate.h"
-#include "api/unit_plan.h"
+#include "api/result_document.h"
 #include "check/gate.h"
-#include "engine/mesh.h"
 #include "engine/result.h"
 
 namespace meshgauge::check {
@@ -30,15 +29,7 @@ std::string_view to_string(Level level);
 
 enum class Undecided { separate, fail, warn };  // --undecided: exit code 2 of its own, or counted as the others are
 
-// The place where the distance is at least `lower`: a point of the mesh measured from, and the nearest of the other
-// one.
-struct Witness {
-  bool on_candidate = true;  // `from` lies on the candidate
-  Vec3 from = Vec3::Zero();
-  std::uint32_t from_triangle = 0;  // 0-based
-  Vec3 to = Vec3::Zero();
-  std::uint32_t to_triangle = 0;
-};
+using Witness = api::ResultWitness;
 
 // A measurement, as check reads it from the JSON of a comparison (openapi.yaml, "Comparison").
 struct Measured {
@@ -50,7 +41,8 @@ struct Measured {
   std::vector<std::string> notes;  // of the pair, one sentence each: what was converted, what looks like a wrong unit
   std::string status;              // "converged", "gate_decided", "timeout", ...
   Verdict verdict = Verdict::undecided;
-  std::optional<Witness> witness;  // of the direction that attains `lower`
+  std::optional<Witness> witness;                 // of the direction that attains `lower`
+  std::optional<api::ResultDirection> direction;  // from the candidate to the baseline; none: not measured
   // Where a browser sees it for as long as the service that measured it keeps it: ASCII, without what ends a link in
   // any report. Empty: measured in this process, or by a service without a page.
   std::string link;

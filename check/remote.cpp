@@ -1,11 +1,12 @@
 #include "check/remote.h"
 
 #include <cstdlib>
-#include <fstream>
 #include <span>
 #include <utility>
 
 #include "api/digest.h"
+#include "api/refused.h"
+#include "api/text_file.h"
 #include "check/remote/address.h"
 #include "check/remote/comparison.h"
 #include "check/remote/pair.h"
@@ -35,7 +36,7 @@ class Remote final : public Measurer {
   service::Shared shared_;
 };
 
-Error no_key(const std::string& why) { return {ErrorCode::invalid_request, "the key " + why, "", "--key-file"}; }
+Error no_key(const std::string& why) { return refused("the key " + why, "", "--key-file"); }
 
 }  // namespace
 
@@ -57,13 +58,9 @@ Result<std::string> service_key(const std::filesystem::path& file) {
     const char* variable = std::getenv("MESHGAUGE_KEY");
     return std::string(trimmed(variable ? variable : ""));
   }
-  std::ifstream stream(file, std::ios::binary);
-  std::string key(kMostKeyBytes + 1, '\0');
-  stream.read(key.data(), static_cast<std::streamsize>(key.size()));
-  key.resize(static_cast<std::size_t>(stream.gcount()));
-  const bool whole = key.size() <= kMostKeyBytes;
-  key = std::string(trimmed(key));
-  if (whole && service::is_key(key)) return key;
+  const auto text = api::read_text_file(file.string(), kMostKeyBytes);
+  std::string key(text ? trimmed(*text) : "");
+  if (service::is_key(key)) return key;
   return no_key("in '" + file.string() + "' cannot be read, or is not one line of visible ASCII");
 }
 

@@ -7,33 +7,12 @@
 namespace meshgauge::check {
 namespace {
 
-// With '*' for all that is not plain.
-std::string simplified(std::string_view pattern) {
-  std::string out;
-  while (!pattern.empty()) {
-    const std::size_t closed = pattern[0] == '[' ? pattern.find(']', 2) : std::string_view::npos;
-    const bool any = closed != std::string_view::npos || pattern[0] == '*' || pattern[0] == '?';
-    out += any ? '*' : pattern[0];
-    pattern.remove_prefix(closed == std::string_view::npos ? 1 : closed + 1);
-  }
-  return out;
-}
-
-// Whether there is a text that both match. `row[j]`: whether the rests of `a` from i and of `b` from j meet.
-bool meet(const std::string& a, const std::string& b) {
-  std::vector<char> below, row(b.size() + 1);
-  for (std::size_t i = a.size() + 1; i-- > 0; below = row) {
-    for (std::size_t j = b.size() + 1; j-- > 0;) {
-      const bool more_a = i < a.size(), more_b = j < b.size();
-      const bool star_a = more_a && a[i] == '*', star_b = more_b && b[j] == '*';
-      if (star_a || star_b) {
-        row[j] = (more_a && (star_a || star_b) && below[j]) || (more_b && row[j + 1]);
-      } else {
-        row[j] = more_a == more_b && (!more_a || (a[i] == b[j] && below[j + 1]));
-      }
-    }
-  }
-  return row[0] != 0;
+// How they begin up to a wildcard of either, or end behind one, is the same.
+bool meet_at_ends(std::string_view a, std::string_view b) {
+  const std::size_t first = std::min(a.find_first_of("*?["), b.find_first_of("*?["));
+  const auto behind = [](std::string_view text) { return text.size() - 1 - text.find_last_of("*?]"); };
+  const std::size_t last = std::min(behind(a), behind(b));
+  return a.substr(0, first) == b.substr(0, first) && a.substr(a.size() - last) == b.substr(b.size() - last);
 }
 
 }  // namespace
@@ -44,8 +23,8 @@ bool Selection::holds(std::string_view name) const {
 }
 
 bool Selection::may_hold(std::string_view name_pattern) const {
-  const std::string names = simplified(name_pattern);
-  const auto meeting = [&](const std::string& pattern) { return meet(simplified(pattern), names); };
+  if (!is_glob(name_pattern)) return holds(name_pattern);
+  const auto meeting = [&](const std::string& pattern) { return meet_at_ends(pattern, name_pattern); };
   return patterns_.empty() || std::any_of(patterns_.begin(), patterns_.end(), meeting);
 }
 

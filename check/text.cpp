@@ -1,17 +1,10 @@
 #include "check/text.h"
 
-#include <charconv>
 #include <cstdio>
 
 #include "api/formats/text.h"
 
 namespace meshgauge::check {
-
-std::string shortest(double x) {
-  char digits[32];
-  const auto end = std::to_chars(digits, digits + sizeof digits, x).ptr;
-  return {digits, end};
-}
 
 std::string rounded(double x, int digits) {
   char buffer[40];
@@ -23,6 +16,17 @@ std::string_view trimmed(std::string_view text) {
   while (!text.empty() && api::is_space(text.front())) text.remove_prefix(1);
   while (!text.empty() && api::is_space(text.back())) text.remove_suffix(1);
   return text;
+}
+
+std::string percent_encoded(std::string_view bytes, std::string_view kept) {
+  constexpr std::string_view kHex = "0123456789ABCDEF";
+  std::string uri;
+  for (const char c : bytes) {
+    const auto byte = static_cast<unsigned char>(c);
+    const bool plain = api::is_letter(c) || api::is_digit(c) || kept.find(c) != std::string_view::npos;
+    uri += plain ? std::string(1, c) : std::string{'%', kHex[byte >> 4U], kHex[byte & 15U]};
+  }
+  return uri;
 }
 
 std::string text(const Vec3& p) {

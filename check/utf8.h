@@ -2,11 +2,21 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <string_view>
 
 namespace meshgauge::check {
 
-// Where the first byte stands that is not UTF-8 (RFC 3629: no surrogates, no longer forms than needed); npos: nowhere.
+struct Character {
+  std::uint32_t code = 0;
+  std::size_t bytes = 0;  // 0: not UTF-8
+};
+
+// The first character of a text that is not empty. UTF-8 is well-formed: the shortest form, no surrogate, at most
+// U+10FFFF (RFC 3629).
+Character decode(std::string_view text);
+
+// Where the first byte stands that is not UTF-8; npos: nowhere.
 std::size_t find_not_utf8(std::string_view text);
 
 inline bool is_utf8(std::string_view text) { return find_not_utf8(text) == std::string_view::npos; }

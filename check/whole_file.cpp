@@ -11,14 +11,14 @@
 #include <new>
 #include <utility>
 
+#include "api/refused.h"
+
 namespace meshgauge::check {
 namespace {
 
-Error refused(const std::string& path, const std::string& why) {
-  return Error{ErrorCode::invalid_request, "'" + path + "' " + why, "", ""};
-}
+Error unusable(const std::string& path, const std::string& why) { return refused("'" + path + "' " + why); }
 
-Error failed(const std::string& path) { return refused(path, std::string("cannot be read: ") + std::strerror(errno)); }
+Error failed(const std::string& path) { return unusable(path, std::string("cannot be read: ") + std::strerror(errno)); }
 
 class Opened {
  public:
@@ -59,7 +59,7 @@ Error not_opened(const std::string& path, int folder, const std::string& compone
   const int why = errno;
   struct stat status {};
   if (::fstatat(folder, component.c_str(), &status, AT_SYMLINK_NOFOLLOW) == 0 && S_ISLNK(status.st_mode)) {
-    return refused(path, "is a symbolic link or lies behind one, which is not followed: copy the file there");
+    return unusable(path, "is a symbolic link or lies behind one, which is not followed: copy the file there");
   }
   errno = why;
   return failed(path);
@@ -91,17 +91,17 @@ Result<WholeFile> WholeFile::open_below(const std::string& folder, const std::st
 Result<WholeFile> WholeFile::read(int fd, const std::string& path, std::uint64_t most) {
   struct stat status {};
   if (::fstat(fd, &status) != 0) return failed(path);
-  if (!S_ISREG(status.st_mode)) return refused(path, "is not a regular file");
+  if (!S_ISREG(status.st_mode)) return unusable(path, "is not a regular file");
   const auto size = static_cast<std::size_t>(status.st_size);
   if (size > most) {
-    return Error{ErrorCode::too_large, "'" + path + "' is larger than the " + std::to_string(most) + " bytes left", "",
-                 ""};
+    return Error{ErrorCode::too_large,
+                 "'" + path + "' is larger than the " + std::to_string(most) + " bytes that may still be read", "", ""};
   }
   std::unique_ptr<std::byte[]> bytes(new (std::nothrow) std::byte[size + 1]);  // and one to see the end by
   if (!bytes) return Error{ErrorCode::too_large, "'" + path + "' is larger than the memory", "", ""};
   const ssize_t count = read_all(fd, {bytes.get(), size + 1});
   if (count < 0) return failed(path);
-  if (static_cast<std::size_t>(count) != size) return refused(path, "was changed while it was read");
+  if (static_cast<std::size_t>(count) != size) return unusable(path, "was changed while it was read");
   return WholeFile(std::move(bytes), size);
 }
 

@@ -9,6 +9,8 @@
 #include <utility>
 #include <vector>
 
+#include <CLI/CLI.hpp>
+
 #include "api/processors.h"
 #include "api/request.h"
 #include "check/html/html.h"
@@ -41,7 +43,7 @@ using Gates = std::vector<check::Gate>;
 using Pictures = std::vector<check::GatePicture>;
 
 // Messages and names of files come from anywhere: one line each, and nothing in it that a terminal or a runner obeys.
-int fail(const std::string& message) {
+int fail_on_one_line(const std::string& message) {
   std::fprintf(stderr, "meshgauge: %s\n", check::shown_name(message).c_str());
   return kExitError;
 }
@@ -183,9 +185,10 @@ bool print_table(const CheckFlags& flags, const Report& report, bool to_stdout) 
 // The exit code. Whatever cannot be written, the rest is.
 int tell(const CheckFlags& flags, const Report& report, const ReportFiles& reports, const CheckExtras& extras) {
   int exit_code = report.exit_code();
-  if (!print_table(flags, report, !reports.to_stdout())) exit_code = fail("the result could not be written");
-  if (const auto written = reports.write(report); !written) exit_code = fail(written.error().message);
-  for (const std::string& problem : extras.problems()) exit_code = fail(problem);
+  if (!print_table(flags, report, !reports.to_stdout()))
+    exit_code = fail_on_one_line("the result could not be written");
+  if (const auto written = reports.write(report); !written) exit_code = fail_on_one_line(written.error().message);
+  for (const std::string& problem : extras.problems()) exit_code = fail_on_one_line(problem);
   return exit_code;
 }
 
@@ -200,13 +203,13 @@ void leave_at_once_if_cut(const Report& report, const check::Meshes& meshes, int
 // All reports say it as well: those of an earlier run are not to be read as this one's.
 int refuse(const CheckFlags& flags, const Asked& asked) {
   for (const check::Mistake& mistake : asked.mistakes)
-    fail(asked.manifest.empty() ? mistake.message : check::to_string(asked.manifest, mistake));
+    fail_on_one_line(asked.manifest.empty() ? mistake.message : check::to_string(asked.manifest, mistake));
   const Pictures none;
   const ReportFiles reports = reports_of(flags, none);
   Places places = inputs_of(flags, {});
-  if (const auto ok = reports.possible(places); !ok) return fail(ok.error().message);
+  if (const auto ok = reports.possible(places); !ok) return fail_on_one_line(ok.error().message);
   const auto written = reports.write(check::mistaken(asked.manifest, asked.mistakes));
-  return written ? kExitError : fail(written.error().message);
+  return written ? kExitError : fail_on_one_line(written.error().message);
 }
 
 int refuse(const CheckFlags& flags, const Error& error) { return refuse(flags, {{}, {{0, 0, error.message}}, ""}); }
@@ -215,7 +218,7 @@ int check_gates(const CheckFlags& flags, const Gates& gates) {
   Pictures pictures;
   const ReportFiles reports = reports_of(flags, pictures);
   Places places = inputs_of(flags, gates);
-  if (const auto ok = reports.possible(places); !ok) return fail(ok.error().message);
+  if (const auto ok = reports.possible(places); !ok) return fail_on_one_line(ok.error().message);
   auto crew = crew_of(flags, gates, places);
   if (!crew) return refuse(flags, crew.error());
   const Interrupts interrupts;
@@ -229,14 +232,14 @@ int check_gates(const CheckFlags& flags, const Gates& gates) {
 int update_baselines(const CheckFlags& flags, const Gates& gates) {
   const check::Updates updates = check::plan_updates(gates);
   for (const check::Mistake& mistake : updates.mistakes)
-    fail(flags.files.size() == 1 ? check::to_string(flags.files[0], mistake) : mistake.message);
+    fail_on_one_line(flags.files.size() == 1 ? check::to_string(flags.files[0], mistake) : mistake.message);
   if (!updates.mistakes.empty()) return kExitError;
   if (!flags.dry_run) {
-    if (const auto done = check::carry_out(updates); !done) return fail(done.error().message);
+    if (const auto done = check::carry_out(updates); !done) return fail_on_one_line(done.error().message);
   }
   for (const check::Update& update : updates.updates)
     std::printf("%s\n", check::shown_name(check::to_string(update)).c_str());
-  if (std::fflush(stdout) != 0) return fail("the result could not be written");
+  if (std::fflush(stdout) != 0) return fail_on_one_line("the result could not be written");
   return kExitResult;
 }
 

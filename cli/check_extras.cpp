@@ -8,6 +8,8 @@
 #include <system_error>
 #include <utility>
 
+#include "api/measured_pair.h"
+#include "api/refused.h"
 #include "check/deviation.h"
 
 namespace meshgauge::cli {
@@ -34,7 +36,7 @@ std::vector<std::filesystem::path> files_in(const std::filesystem::path& folder,
 }
 
 Error unusable(const std::string& where, const std::string& why) {
-  return {ErrorCode::invalid_request, "--deviation: '" + where + "' " + why, "", "--deviation"};
+  return bad_flag("--deviation", "'" + where + "' " + why);
 }
 
 }  // namespace
@@ -89,12 +91,9 @@ Result<Done> CheckExtras::write_map(std::size_t place, const check::GateOutcome&
   const auto baseline = meshes_->get(outcome.gate.baseline, control);
   if (!baseline) return baseline.error();
   const check::DeviationFile file{maps_.file_of(place), check::Refine::by_format, threads_};
-  const api::UnitPlan& units = outcome.measured->units;
-  const auto shown = api::in_unit(*candidate, "a", api::factor_between(units.a, units.result), control);
-  if (!shown) return shown.error();
-  const auto other = api::in_unit(*baseline, "b", api::factor_between(units.b, units.result), control);
-  if (!other) return other.error();
-  return check::write_deviation(file, **shown, **other, *outcome.measured, control);
+  const auto pair = api::in_unit_of_result(*candidate, *baseline, outcome.measured->units, control);
+  if (!pair) return pair.error();
+  return check::write_deviation(file, *pair->a, *pair->b, *outcome.measured, control);
 } catch (const std::bad_alloc&) {
   return no_map(place, "there is not enough memory");
 } catch (const std::exception& error) {

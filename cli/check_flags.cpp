@@ -7,9 +7,12 @@
 #include <string_view>
 #include <utility>
 
+#include <CLI/CLI.hpp>
+
 #include "api/formats/detect.h"
 #include "api/json_filter.h"
 #include "api/names.h"
+#include "api/refused.h"
 #include "api/request.h"
 #include "check/files.h"
 #include "check/manifest/manifest.h"
@@ -20,10 +23,6 @@
 
 namespace meshgauge::cli {
 namespace {
-
-Error bad_flag(const std::string& name, const std::string& why) {
-  return {ErrorCode::invalid_request, name + ": " + why, "", name};
-}
 
 Result<Done> set_timeout(const CheckFlags& flags, check::Gate& gate) {
   if (!flags.timeout) return Done{};

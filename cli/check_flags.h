@@ -5,13 +5,15 @@
 #include <string>
 #include <vector>
 
-#include <CLI/CLI.hpp>
-
 #include "check/gate.h"
 #include "check/manifest/mistake.h"
 #include "check/outcome.h"
 #include "cli/unit_flags.h"
 #include "engine/result.h"
+
+namespace CLI {
+class App;
+}
 
 namespace meshgauge::cli {
 

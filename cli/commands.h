@@ -1,13 +1,25 @@
 // One function a subcommand: declares its flags and, when it is the one called, runs it and stores the exit code.
 #pragma once
 
-#include <CLI/CLI.hpp>
+#include <cstdio>
+
+#include "engine/result.h"
+
+namespace CLI {
+class App;
+}
 
 namespace meshgauge::cli {
 
 inline constexpr int kExitResult = 0;
 inline constexpr int kExitUnhealthy = 1;
 inline constexpr int kExitError = 3;  // bad flags, unreadable input, a failure
+
+// Says on standard error what is wrong, and is the exit code for it.
+inline int fail(const Error& error) {
+  std::fprintf(stderr, "meshgauge: %s\n", error.message.c_str());
+  return kExitError;
+}
 
 inline constexpr const char* kSandboxCommand = "sandbox";
 

@@ -7,8 +7,11 @@
 #include <memory>
 #include <optional>
 
+#include <CLI/CLI.hpp>
+
 #include "api/names.h"
 #include "api/processors.h"
+#include "api/refused.h"
 #include "api/request.h"
 #include "api/response.h"
 #include "check/manifest/quantities.h"
@@ -37,23 +40,23 @@ struct Flags {
   bool json = false;
 };
 
-Error bad_flag(const std::string& name, const std::string& value, const std::string& known) {
-  return Error{ErrorCode::invalid_request, name + " must be one of " + known + ", not '" + value + "'", "", name};
+Error unlisted(const std::string& name, const std::string& value, const std::string& known) {
+  return refused(name + " must be one of " + known + ", not '" + value + "'", "", name);
 }
 
 template <class Enum, std::size_t N>
 Result<Done> set_name(const api::Name<Enum> (&table)[N], const std::string& name, const std::string& text, Enum& out) {
   const auto found = api::value_of(table, text);
-  if (!found) return bad_flag(name, text, api::list_of(table));
+  if (!found) return unlisted(name, text, api::list_of(table));
   return out = *found, Done{};
 }
 
-Result<Done> set_number(const std::optional<double>& value, const api::Range& range, const char* name,
-                        std::optional<double>& out) {
+template <class Number>
+Result<Done> set_number(const std::optional<double>& value, const api::Range& range, const char* name, Number& out) {
   if (!value) return Done{};
   auto checked = api::in_range(*value, range, name);
   if (!checked) return checked.error();
-  return out = *checked, Done{};
+  return out = static_cast<Number>(*checked), Done{};
 }
 
 Result<Done> set_tolerance(const Flags& flags, Tolerance& tolerance) {
@@ -74,38 +77,28 @@ Result<Done> set_points(const Flags& flags, Options& options) {
 }
 
 Result<Done> set_budget(const Flags& flags, Options& options) {
-  std::optional<double> work_items, memory_bytes;
-  if (auto ok = set_number(flags.work_items, api::kWorkItemsRange, "--work-items", work_items); !ok) return ok;
-  if (auto ok = set_number(flags.memory_bytes, api::kMemoryBytesRange, "--memory-bytes", memory_bytes); !ok) return ok;
-  if (work_items) options.max_work_items = static_cast<std::uint64_t>(*work_items);
-  if (memory_bytes) options.max_memory_bytes = static_cast<std::size_t>(*memory_bytes);
-  return Done{};
+  const auto ok = set_number(flags.work_items, api::kWorkItemsRange, "--work-items", options.max_work_items);
+  if (!ok) return ok;
+  return set_number(flags.memory_bytes, api::kMemoryBytesRange, "--memory-bytes", options.max_memory_bytes);
 }
 
 Result<Done> set_limit(const Flags& flags, api::ComparisonOptions& options) {
   if (!flags.max_distance) return Done{};
   const auto limit = check::parse_length(*flags.max_distance);
-  if (!limit) {
-    return Error{ErrorCode::invalid_request, "--max-distance " + limit.error().message, "", "--max-distance"};
-  }
+  if (!limit) return refused("--max-distance " + limit.error().message, "", "--max-distance");
   options.max_distance = limit->max_distance;
   options.units.limit = limit->unit;
   return Done{};
 }
 
 Result<Done> set_statistics(const Flags& flags, Options& options) {
-  std::optional<double> samples, seed;
-  if (auto ok = set_number(flags.samples, api::kSamplesRange, "--samples", samples); !ok) return ok;
-  if (auto ok = set_number(flags.seed, api::kSeedRange, "--seed", seed); !ok) return ok;
-  if (!flags.statistics) {
-    if (!samples && !seed) return Done{};
-    const std::string name = samples ? "--samples" : "--seed";
-    return Error{ErrorCode::invalid_request, name + " goes with --statistics only", "", name};
-  }
-  Sampling& sampling = options.statistics.emplace();
-  if (samples) sampling.samples = static_cast<std::size_t>(*samples);
-  if (seed) sampling.seed = static_cast<std::uint64_t>(*seed);
-  return Done{};
+  Sampling sampling;
+  if (auto ok = set_number(flags.samples, api::kSamplesRange, "--samples", sampling.samples); !ok) return ok;
+  if (auto ok = set_number(flags.seed, api::kSeedRange, "--seed", sampling.seed); !ok) return ok;
+  if (flags.statistics) return options.statistics = sampling, Done{};
+  if (!flags.samples && !flags.seed) return Done{};
+  const std::string name = flags.samples ? "--samples" : "--seed";
+  return refused(name + " goes with --statistics only", "", name);
 }
 
 Result<Done> set_machine(const Flags& flags, Options& options) {
@@ -135,11 +128,6 @@ Result<api::Request> to_request(const Flags& flags) {
   if (!timeout) return timeout.error();
   request.timeout = std::chrono::milliseconds(static_cast<std::int64_t>(*timeout));
   return request;
-}
-
-int fail(const Error& error) {
-  std::fprintf(stderr, "meshgauge: %s\n", error.message.c_str());
-  return kExitError;
 }
 
 // One line on a terminal that follows the interval, and is gone when the work is done.

@@ -2,6 +2,8 @@
 #include <memory>
 #include <string_view>
 
+#include <CLI/CLI.hpp>
+
 #include "cli/commands.h"
 #include "cli/setting_flags.h"
 #include "server/http_library.h"

@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include <CLI/CLI.hpp>
+
 #include "cli/commands.h"
 #include "server/access/keys.h"
 #include "server/access/token.h"
@@ -11,17 +13,12 @@
 namespace meshgauge::cli {
 namespace {
 
-int fail(const Error& error) {
-  std::fprintf(stderr, "meshgauge: %s\n", error.message.c_str());
-  return kExitError;
-}
-
-struct Flags {
+struct KeyFlags {
   std::string id;
   std::vector<std::string> scopes{"compare"};
 };
 
-int make_key(const Flags& flags) {
+int make_key(const KeyFlags& flags) {
   if (const auto ok = server::check_key_id(flags.id); !ok) return fail(ok.error());
   server::Key key;
   key.id = flags.id;
@@ -48,7 +45,7 @@ int hash_token() {
 void add_keys(CLI::App& app, int& exit_code) {
   CLI::App& command = *app.add_subcommand("keys", "Make bearer keys for --keys-file of `serve`");
   command.require_subcommand(1);
-  const auto flags = std::make_shared<Flags>();
+  const auto flags = std::make_shared<KeyFlags>();
   CLI::App& make = *command.add_subcommand(
       "new",
       "Print a new token, which is for the client and kept nowhere, and on the next line its entry for the file");

@@ -1,6 +1,8 @@
 #include <cstdio>
 #include <exception>
 
+#include <CLI/CLI.hpp>
+
 #include "cli/commands.h"
 #include "engine/hausdorff.h"
 

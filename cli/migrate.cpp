@@ -1,5 +1,8 @@
 #include <cstdio>
 
+#include <CLI/CLI.hpp>
+
+#include "api/refused.h"
 #include "cli/commands.h"
 #include "cli/setting_flags.h"
 #include "server/store/distributed.h"
@@ -7,16 +10,11 @@
 namespace meshgauge::cli {
 namespace {
 
-int fail(const Error& error) {
-  std::fprintf(stderr, "meshgauge: %s\n", error.message.c_str());
-  return kExitError;
-}
-
 int run(const Result<server::Settings>& asked) {
   if (!asked) return fail(asked.error());
   const auto settings = server::checked(*asked);
   if (!settings) return fail(settings.error());
-  if (!is_distributed(*settings)) return fail({ErrorCode::invalid_request, "--database is missing", "", ""});
+  if (!is_distributed(*settings)) return fail(refused("--database is missing"));
   const auto done = server::store::migrate_database(settings->database);
   if (!done) return fail(done.error());
   return std::printf("%s\n", to_string(*done).c_str()) < 0 ? kExitError : kExitResult;

@@ -4,6 +4,8 @@
 
 #include <system_error>
 
+#include "api/refused.h"
+
 namespace meshgauge::cli {
 namespace {
 
@@ -23,7 +25,7 @@ void Places::reads(const std::filesystem::path& file, const std::string& what) {
 Result<Done> Places::writes(const std::string& flag, const std::filesystem::path& file) {
   const auto [place, is_new] = taken_.emplace(identity(file), "written by " + flag + " as well");
   if (is_new) return Done{};
-  return Error{ErrorCode::invalid_request, flag + ": '" + file.string() + "' is " + place->second, "", flag};
+  return bad_flag(flag, "'" + file.string() + "' is " + place->second);
 }
 
 }  // namespace meshgauge::cli

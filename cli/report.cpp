@@ -6,6 +6,7 @@
 #include "api/gate.h"
 #include "api/names.h"
 #include "api/notes.h"
+#include "api/with_unit.h"
 #include "check/text.h"
 #include "cli/statistics_table.h"
 
@@ -15,6 +16,7 @@ namespace {
 using api::Comparison;
 using check::shortest;
 using check::text;
+using Unit = std::optional<api::LengthUnit>;  // of every length that was measured
 
 __attribute__((format(printf, 2, 3))) void append(std::string& out, const char* format, ...) {
   char line[512];
@@ -37,12 +39,6 @@ std::string described(const api::KnownUnit& known) {
   return std::string(api::to_string(*known.unit)) + " (" + std::string(api::to_string(known.source)) + ")";
 }
 
-// A length that was measured, with its unit where that is known.
-std::string with_unit(const Comparison& comparison, const std::string& number) {
-  const auto& unit = comparison.units.result.unit;
-  return unit ? number + " " + std::string(api::to_string(*unit)) : number;
-}
-
 void add_mesh(std::string& out, const char* name, const api::MeshFacts& mesh, const api::KnownUnit& unit) {
   append(out, "%-9s %s, %zu triangles (%zu degenerate), %zu vertices, diagonal %s, unit %s\n", name,
          std::string(api::to_string(mesh.format)).c_str(), mesh.triangles, mesh.degenerate, mesh.vertices,
@@ -50,14 +46,16 @@ void add_mesh(std::string& out, const char* name, const api::MeshFacts& mesh, co
   for (const std::string& note : api::notes_of(mesh)) append(out, "  %s\n", note.c_str());
 }
 
-void add_direction(std::string& out, const char* name, const std::optional<Directed>& directed) {
+void add_direction(std::string& out, const char* name, const std::optional<Directed>& directed, const Unit& unit) {
   if (!directed) return;
   append(out, "%-9s %s .. %s, culled %.2f %% (%zu of %zu triangles left)\n", name,
-         shortest(directed->bounds.lower).c_str(), shortest(directed->bounds.upper).c_str(),
+         shortest(directed->bounds.lower).c_str(), api::with_unit(shortest(directed->bounds.upper), unit).c_str(),
          100 * directed->culling.rate(), directed->culling.survivors, directed->culling.triangles);
   if (const auto& witness = directed->bounds.witness) {
-    append(out, "  witness %s on triangle %u\n", text(witness->point_a).c_str(), witness->triangle_a);
-    append(out, "  nearest %s on triangle %u\n", text(witness->point_b).c_str(), witness->triangle_b);
+    append(out, "  witness %s on triangle %u\n", api::with_unit(text(witness->point_a), unit).c_str(),
+           witness->triangle_a);
+    append(out, "  nearest %s on triangle %u\n", api::with_unit(text(witness->point_b), unit).c_str(),
+           witness->triangle_b);
   }
 }
 
@@ -81,19 +79,19 @@ void add_engine(std::string& out, const Comparison& comparison) {
 
 std::string to_table(const Comparison& comparison) {
   const Outcome& outcome = comparison.outcome;
+  const Unit& unit = comparison.units.result.unit;
+  const auto in_unit = [&unit](double length) { return api::with_unit(shortest(length), unit); };
   std::string out;
-  append(out, "distance  %s .. %s, %s\n", shortest(outcome.lower).c_str(),
-         with_unit(comparison, shortest(outcome.upper)).c_str(),
+  append(out, "distance  %s .. %s, %s\n", shortest(outcome.lower).c_str(), in_unit(outcome.upper).c_str(),
          std::string(api::name_of(api::kDirections, comparison.options.direction)).c_str());
-  append(out, "width     %s, %s\n", with_unit(comparison, shortest(outcome.upper - outcome.lower)).c_str(),
-         reason(outcome).c_str());
+  append(out, "width     %s, %s\n", in_unit(outcome.upper - outcome.lower).c_str(), reason(outcome).c_str());
   if (const auto verdict = api::verdict(outcome, comparison.options.max_distance)) {
     append(out, "verdict   %s (at most %s)\n", std::string(api::to_string(*verdict)).c_str(),
-           with_unit(comparison, shortest(*comparison.options.max_distance)).c_str());
+           in_unit(*comparison.options.max_distance).c_str());
   }
-  add_direction(out, "a to b", outcome.a_to_b);
-  add_direction(out, "b to a", outcome.b_to_a);
-  if (outcome.statistics) out += to_table(*outcome.statistics);
+  add_direction(out, "a to b", outcome.a_to_b, unit);
+  add_direction(out, "b to a", outcome.b_to_a, unit);
+  if (outcome.statistics) out += to_table(*outcome.statistics, unit);
   add_mesh(out, "mesh a", comparison.a, comparison.units.a);
   add_mesh(out, "mesh b", comparison.b, comparison.units.b);
   for (const std::string& note : api::notes_of(comparison)) append(out, "note      %s\n", note.c_str());

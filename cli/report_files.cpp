@@ -10,12 +10,14 @@
 #include <memory>
 #include <utility>
 
+#include "api/refused.h"
+
 namespace meshgauge::cli {
 namespace {
 
 Error unwritable(const std::string& flag, const std::string& where, const std::string& why) {
   const std::string place = where == "-" ? "standard output" : "'" + where + "'";
-  return {ErrorCode::invalid_request, flag + ": " + place + " " + why, "", flag};
+  return bad_flag(flag, place + " " + why);
 }
 
 Error failed(const std::string& flag, const std::string& where) {

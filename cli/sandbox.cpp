@@ -1,3 +1,5 @@
+#include <CLI/CLI.hpp>
+
 #include "api/formats/read_part.h"
 #include "cli/commands.h"
 #include "server/sandbox/become_reader.h"

@@ -3,6 +3,8 @@
 #include <string>
 #include <vector>
 
+#include <CLI/CLI.hpp>
+
 #include "cli/commands.h"
 #include "cli/setting_flags.h"
 #include "server/service.h"
@@ -11,11 +13,6 @@
 
 namespace meshgauge::cli {
 namespace {
-
-int fail(const Error& error) {
-  std::fprintf(stderr, "meshgauge: %s\n", error.message.c_str());
-  return kExitError;
-}
 
 using Serve = Result<Done> (*)(const server::Settings& settings, const std::vector<std::string>& parser);
 

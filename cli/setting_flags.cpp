@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <string>
 
+#include <CLI/CLI.hpp>
+
 #include "server/settings_file.h"
 
 namespace meshgauge::cli {
 namespace {
 
-struct Asked {
+struct AskedSettings {
   std::string config;
   server::Settings settings;  // where the flags write; only what was given counts
 };
@@ -34,7 +36,7 @@ CLI::Option* add(CLI::App& command, const std::string& flag, Field& field, const
 }
 
 // The file first, then what was given by flag or variable.
-Result<server::Settings> gathered(const CLI::App& command, const Asked& asked) {
+Result<server::Settings> gathered(const CLI::App& command, const AskedSettings& asked) {
   server::Settings settings;
   if (!asked.config.empty()) {
     if (auto ok = server::load_settings(asked.config, settings); !ok) return ok.error();
@@ -50,7 +52,7 @@ Result<server::Settings> gathered(const CLI::App& command, const Asked& asked) {
 
 std::function<Result<server::Settings>()> add_settings(CLI::App& command,
                                                        const std::function<bool(std::string_view name)>& wanted) {
-  const auto asked = std::make_shared<Asked>();
+  const auto asked = std::make_shared<AskedSettings>();
   command.add_option("--config", asked->config, "File with lines `name = value` of these settings, '_' for '-'")
       ->envname("MESHGAUGE_CONFIG");
   server::for_each_setting(asked->settings, [&](const server::SettingText& text, auto& field) {

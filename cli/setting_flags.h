@@ -6,10 +6,12 @@
 #include <memory>
 #include <string_view>
 
-#include <CLI/CLI.hpp>
-
 #include "engine/result.h"
 #include "server/settings.h"
+
+namespace CLI {
+class App;
+}
 
 namespace meshgauge::cli {
 

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "api/names.h"
+#include "api/with_unit.h"
 
 namespace meshgauge::cli {
 namespace {
@@ -43,10 +44,13 @@ std::string bars(const Distribution& found) {
   return out;
 }
 
-std::string direction(const char* name, const std::optional<Distribution>& found) {
+using Unit = std::optional<api::LengthUnit>;
+
+std::string direction(const char* name, const std::optional<Distribution>& found, const Unit& unit) {
   if (!found) return "";
-  std::string out = formatted("sampled   %s: %zu points by %s, value +- standard error\n", name, found->samples,
-                              std::string(api::name_of(api::kWeights, found->weight)).c_str());
+  std::string out = formatted("sampled   %s: %zu points by %s, value +- standard error%s\n", name, found->samples,
+                              std::string(api::name_of(api::kWeights, found->weight)).c_str(),
+                              unit ? api::with_unit(", in", unit).c_str() : "");
   out += number_line("mean", found->mean) + number_line("rms", found->rms) + number_line("p50", found->p50) +
          number_line("p95", found->p95) + number_line("p99", found->p99);
   return out + formatted("  %-9s %.6g\n", "max seen", found->max_seen) + bars(*found);
@@ -54,8 +58,8 @@ std::string direction(const char* name, const std::optional<Distribution>& found
 
 }  // namespace
 
-std::string to_table(const Statistics& statistics) {
-  std::string out = direction("a to b", statistics.a_to_b) + direction("b to a", statistics.b_to_a);
+std::string to_table(const Statistics& statistics, const Unit& unit) {
+  std::string out = direction("a to b", statistics.a_to_b, unit) + direction("b to a", statistics.b_to_a, unit);
   if (statistics.status != StatisticsStatus::complete) {
     out += "sampled   not everything that was asked for: " +
            std::string(api::name_of(api::kStatisticsStatuses, statistics.status)) + "\n";

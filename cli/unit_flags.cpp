@@ -1,5 +1,8 @@
 #include "cli/unit_flags.h"
 
+#include <CLI/CLI.hpp>
+
+#include "api/refused.h"
 #include "check/manifest/quantities.h"
 
 namespace meshgauge::cli {
@@ -8,9 +11,7 @@ namespace {
 Result<Done> set(const std::optional<std::string>& text, const char* flag, std::optional<api::LengthUnit>& unit) {
   if (!text) return Done{};
   const auto parsed = check::parse_unit(*text);
-  if (!parsed) {
-    return Error{ErrorCode::invalid_request, std::string(flag) + ": " + parsed.error().message, "", flag};
-  }
+  if (!parsed) return bad_flag(flag, parsed.error().message);
   return unit = *parsed, Done{};
 }
 

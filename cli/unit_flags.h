@@ -4,10 +4,12 @@
 #include <optional>
 #include <string>
 
-#include <CLI/CLI.hpp>
-
 #include "api/unit_plan.h"
 #include "engine/result.h"
+
+namespace CLI {
+class App;
+}
 
 namespace meshgauge::cli {
 

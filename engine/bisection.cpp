@@ -6,7 +6,7 @@
 #include "engine/bounds/lipschitz.h"
 #include "engine/bounds/overlay.h"
 #include "engine/rounding.h"
-#include "engine/worker.h"
+#include "engine/search_worker.h"
 
 namespace meshgauge {
 namespace {
@@ -39,7 +39,7 @@ class Bisector {
  public:
   explicit Bisector(Search& search) : worker_(search) {}
 
-  Worker& worker() { return worker_; }
+  SearchWorker& worker() { return worker_; }
   bool has_overlay() const { return overlay_.has_value(); }
   void adopt_overlay(const Adjacency& adjacency) { overlay_.emplace(worker_.to(), adjacency); }
 
@@ -94,7 +94,7 @@ class Bisector {
     worker_.push(part);
   }
 
-  Worker worker_;
+  SearchWorker worker_;
   std::optional<Overlay> overlay_;
 };
 
@@ -150,7 +150,7 @@ class Bisection {
 
   // Depth first in each of the pieces. What is not done in time stays with the worker, to be handed in.
   static void work_at(Bisector& bisector, std::span<const Piece> pieces, std::size_t steps) {
-    Worker& worker = bisector.worker();
+    SearchWorker& worker = bisector.worker();
     const std::size_t others = worker.waiting();  // left by the tasks before
     for (const Piece& piece : pieces) {
       worker.push(piece);

@@ -3,7 +3,8 @@
 
 #include <optional>
 
-#include "engine/hausdorff.h"
+#include "engine/options.h"
+#include "engine/outcome.h"
 
 namespace meshgauge {
 

@@ -74,4 +74,9 @@ class Control {
   Clock::time_point next_report_{};
 };
 
+// Milliseconds of wall time.
+inline double ms_since(Control::Clock::time_point start) {
+  return std::chrono::duration<double, std::milli>(Control::Clock::now() - start).count();
+}
+
 }  // namespace meshgauge

@@ -13,7 +13,7 @@ std::unique_ptr<const T> if_complete(std::unique_ptr<const T> made) {
 }
 
 template <class T>
-std::size_t bytes_if_made(const Made<T>& made) {
+std::size_t bytes_if_made(const Lazy<T>& made) {
   const T* known = made.peek();
   return known ? known->bytes() : 0;
 }

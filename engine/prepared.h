@@ -13,12 +13,13 @@
 #include "engine/control.h"
 #include "engine/crew.h"
 #include "engine/frame.h"
-#include "engine/hausdorff.h"
 #include "engine/kernels/kernels.h"
-#include "engine/made.h"
+#include "engine/lazy.h"
 #include "engine/mesh.h"
 #include "engine/mesh_index.h"
+#include "engine/options.h"
 #include "engine/ordered_mesh.h"
+#include "engine/outcome.h"
 
 namespace meshgauge {
 
@@ -44,9 +45,9 @@ class Framed {
   const Box box_;
   const Frame frame_;
   const Kernels& kernels_;
-  Made<OrderedMesh> order_;
-  Made<Bvh> tree_;
-  Made<Adjacency> adjacency_;
+  Lazy<OrderedMesh> order_;
+  Lazy<Bvh> tree_;
+  Lazy<Adjacency> adjacency_;
 };
 
 // Immutable, as far as can be seen but for the time a measurement takes: everything is made when it is first needed,
@@ -91,8 +92,8 @@ class Prepared {
   const double error_;
   mutable std::once_flag box_made_;
   mutable Box box_;
-  mutable Made<PositionIndex> positions_;
-  mutable Made<TriangleIndex> triangles_;
+  mutable Lazy<PositionIndex> positions_;
+  mutable Lazy<TriangleIndex> triangles_;
   mutable std::mutex mutex_;                                     // guards what follows
   mutable std::array<std::shared_ptr<Framed>, kFrames> frames_;  // the last one used first; null: none yet
 };

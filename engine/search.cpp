@@ -1,6 +1,6 @@
 #include "engine/search.h"
 
-#include "engine/worker.h"
+#include "engine/search_worker.h"
 
 namespace meshgauge {
 namespace {
@@ -90,7 +90,7 @@ bool Search::take_adjacency() {
   return adjacency_ != nullptr;
 }
 
-void Search::absorb(Worker& worker) {
+void Search::absorb(SearchWorker& worker) {
   if (worker.candidate_.distance > candidate_.distance) candidate_ = worker.candidate_;
   drop(worker.dropped_);
   unresolved_ = std::max(unresolved_, worker.unresolved_);
@@ -98,7 +98,7 @@ void Search::absorb(Worker& worker) {
   for (const Piece& piece : worker.pieces_) push(piece);
   worker.dropped_ = worker.unresolved_ = 0;
   worker.work_ = Work{};
-  worker.next_look_ = Worker::kTestsBetweenLooks;
+  worker.next_look_ = SearchWorker::kTestsBetweenLooks;
   worker.pieces_.clear();
 }
 

@@ -14,7 +14,8 @@
 #include "engine/adjacency.h"
 #include "engine/bounds/piece.h"
 #include "engine/crew.h"
-#include "engine/hausdorff.h"
+#include "engine/options.h"
+#include "engine/outcome.h"
 #include "engine/rounding.h"
 
 namespace meshgauge {
@@ -43,7 +44,7 @@ struct Goal {
 };
 
 class Search;
-class Worker;
+class SearchWorker;
 
 // Looks at a search after each of its steps: the clock, the caller's patience, the gate.
 class Monitor {
@@ -145,7 +146,7 @@ class Search {
   void set_adjacency_source(std::function<const Adjacency*()> source) { adjacency_source_ = std::move(source); }
 
   // Takes over what a worker has found, and leaves it empty.
-  void absorb(Worker& worker);
+  void absorb(SearchWorker& worker);
 
   // No rule needs more work.
   bool reached_goal() const;

@@ -7,8 +7,8 @@
 
 #include "engine/bounds/lipschitz.h"
 #include "engine/rounding.h"
+#include "engine/search_worker.h"
 #include "engine/twins.h"
-#include "engine/worker.h"
 
 namespace meshgauge {
 namespace {
@@ -82,7 +82,7 @@ class Hints {
 
 // One thread's part in the sweep.
 struct Sweeper {
-  Worker worker;
+  SearchWorker worker;
   std::optional<Overlay> overlay;
   std::uint32_t last = Nearest::kNone;  // triangle of B that served last
   std::size_t uncertified = 0;          // triangles of A that no certificate culled
@@ -212,7 +212,7 @@ class Sweep {
   }
 
   void visit(Sweeper& sweeper, std::uint32_t t, double block_upper) {
-    Worker& worker = sweeper.worker;
+    SearchWorker& worker = sweeper.worker;
     const Triangle& triangle = search_.from().triangles[t];
     Piece piece;
     piece.triangle = t;
@@ -243,7 +243,7 @@ class Sweep {
 
   // By the triangle of B that is nearest to the centroid.
   bool owned_by_centroid(Sweeper& sweeper, Piece& piece, const Certificate& certificate) {
-    Worker& worker = sweeper.worker;
+    SearchWorker& worker = sweeper.worker;
     const auto& [a, b, c] = piece.corners;
     sweeper.last = nearest_corner(search_.to(), (a.point + b.point + c.point) / 3, worker.work(), sweeper.last).slot;
     piece.upper = std::min(piece.upper, certificate(sweeper.last, worker.work()));
@@ -256,7 +256,7 @@ class Sweep {
   // By the overlay bound, if it has not failed on the piece before.
   bool overlaid(Sweeper& sweeper, Piece& piece, std::span<const std::uint32_t> starts) {
     if (!sweeper.overlay || piece.overlay_failed) return false;
-    Worker& worker = sweeper.worker;
+    SearchWorker& worker = sweeper.worker;
     const double limit = worker.cull_within_tolerance();
     const Overlay::Attempt attempt = sweeper.overlay->attempt(piece, starts, limit, kMaxVisits, worker.work());
     piece.overlay_failed = attempt.started && !attempt.upper;

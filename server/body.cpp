@@ -14,8 +14,6 @@ using api::ProblemKind;
 constexpr std::size_t kMaxChunkLineBytes = 256;
 constexpr int kMaxTrailers = 32;
 
-Problem malformed(const std::string& what) { return Problem{ProblemKind::malformed_request, what, {}}; }
-
 }  // namespace
 
 Problem not_arrived(Io io, const std::string& what, std::chrono::milliseconds time) {

@@ -6,6 +6,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "api/refused.h"
 #include "server/access/entrance.h"
 #include "server/event_stream.h"
 #include "server/form.h"
@@ -17,16 +18,15 @@
 namespace meshgauge::server {
 namespace {
 
+using api::not_found;
 using api::Problem;
 using api::ProblemKind;
 using std::chrono::milliseconds;
 
-constexpr milliseconds kTick{20};       // how soon a client that went away is noticed
-constexpr milliseconds kEventGap{100};  // between two events of a stream
+constexpr milliseconds kWaitTick{20};      // how soon a client that went away is noticed
+constexpr milliseconds kProgressGap{100};  // between two events of a stream
 
-Problem not_found() { return {ProblemKind::not_found, "there is no comparison of this id, or not any more", {}}; }
-
-store::JobKey key_of(const Exchange& exchange) { return {exchange.owner, exchange.segment}; }
+store::JobKey job_key_of(const Exchange& exchange) { return {exchange.owner, exchange.segment}; }
 
 // Of a comparison that ended without a result. Its problem is stored as text, unless it never came to a worker's end:
 // it was cancelled in the queue, or the store gave it up.
@@ -56,7 +56,7 @@ Comparisons::Comparisons(const Settings& settings, Jobs& jobs, Stores stores, Ac
       stores_(stores),
       access_(access),
       uploads_(uploads),
-      seats_(settings.max_event_streams) {}
+      seats_(ConnectionLimit::shared(settings.max_event_streams)) {}
 
 void Comparisons::create(Exchange& exchange) {
   if (draining_.load()) return answer(exchange, Problem{ProblemKind::shutting_down, "no new work is taken", {}});
@@ -199,7 +199,7 @@ void Comparisons::wait(Exchange& exchange, const std::shared_ptr<LiveJob>& waite
                   Problem{ProblemKind::overloaded, "as many clients wait for comparisons of others as may", {}});
   }
   const auto tick = [&] {
-    return until ? std::min(kTick, std::chrono::ceil<milliseconds>(*until - Clock::now())) : kTick;
+    return until ? std::min(kWaitTick, std::chrono::ceil<milliseconds>(*until - Clock::now())) : kWaitTick;
   };
   while (!job.wait_for_end(tick())) {
     if (until && Clock::now() >= *until) break;
@@ -248,28 +248,28 @@ void Comparisons::respond(Exchange& exchange, const JobView& job, const Asked& a
 
 void Comparisons::get(Exchange& exchange) {
   if (auto refusal = refuse_query(exchange)) return answer(exchange, *refusal);
-  const auto job = jobs_.get(key_of(exchange));
+  const auto job = jobs_.get(job_key_of(exchange));
   if (!job) return answer(exchange, api::to_problem(job.error()));
-  if (!*job) return answer(exchange, not_found());
+  if (!*job) return answer(exchange, not_found("comparison"));
   exchange.response.content_type = "application/json";
   exchange.response.body = to_json(**job);
 }
 
 void Comparisons::remove(Exchange& exchange) {
   if (auto refusal = refuse_query(exchange)) return answer(exchange, *refusal);
-  const auto removed = jobs_.remove(key_of(exchange));
+  const auto removed = jobs_.remove(job_key_of(exchange));
   if (!removed) return answer(exchange, api::to_problem(removed.error()));
-  if (*removed == Jobs::Deleted::unknown) return answer(exchange, not_found());
+  if (*removed == Jobs::Deleted::unknown) return answer(exchange, not_found("comparison"));
   if (*removed == Jobs::Deleted::asked_to_end) return get(exchange);
   exchange.response.status = 204;
 }
 
 void Comparisons::events(Exchange& exchange) {
   if (auto refusal = refuse_query(exchange)) return answer(exchange, *refusal);
-  const auto key = key_of(exchange);
+  const auto key = job_key_of(exchange);
   const auto first = jobs_.get(key);
   if (!first) return answer(exchange, api::to_problem(first.error()));
-  if (!*first) return answer(exchange, not_found());
+  if (!*first) return answer(exchange, not_found("comparison"));
   if (exchange.head.minor_version == 0) {
     return answer(exchange, Problem{ProblemKind::http_version, "events are sent over HTTP/1.1 only", {}});
   }
@@ -279,46 +279,24 @@ void Comparisons::events(Exchange& exchange) {
   exchange.response.length_known = false;
   if (exchange.head.method == "HEAD") return;
   const auto job = jobs_.watch(**first);
-  if (!job && !store::has_ended((*first)->row.state)) return tell_of_stored(exchange, key, seat);
   exchange.response.stream = [this, key, seat, job, seen = ~std::uint64_t{0},
                               next = Clock::time_point()](std::string& piece) mutable {
     if (job) {
-      std::this_thread::sleep_until(std::min(next, Clock::now() + kEventGap));
-      job->wait_for_change(seen, kEventGap);
+      std::this_thread::sleep_until(std::min(next, Clock::now() + kProgressGap));
+      job->wait_for_change(seen, kProgressGap);
       const auto version = job->version();
       const auto view = job->view();
       const bool over = store::has_ended(view.row.state);
       if (!over && view.handed_back) return false;  // the service stops: it has no end here
       if (!over && version == seen) return true;
       seen = version;
-      next = Clock::now() + kEventGap;
+      next = Clock::now() + kProgressGap;
       piece = over ? event("end", to_json(view)) : event("progress", progress_json(view));
       return !over;
     }
     const auto last = jobs_.get(key);
     piece = last && *last ? event("end", to_json(**last)) : event("end", "null");
     return false;
-  };
-}
-
-// Of a job that runs in this process's worker for batches, or waits for it: what the store says of it.
-void Comparisons::tell_of_stored(Exchange& exchange, const store::JobKey& key, std::shared_ptr<const void> seat) {
-  using Told = std::pair<store::JobState, std::optional<store::Progress>>;
-  exchange.response.stream = [this, key, seat = std::move(seat), again = false,
-                              told = std::optional<Told>()](std::string& piece) mutable {
-    if (std::exchange(again, true)) std::this_thread::sleep_for(kEventGap);
-    const auto view = jobs_.get(key);
-    if (view && (!*view || store::has_ended((**view).row.state))) {
-      piece = event("end", *view ? to_json(**view) : "null");
-      return false;
-    }
-    if (jobs_.stopping()) return false;
-    if (!view) return true;  // it may pass
-    const Told now((**view).row.state, (**view).row.progress);
-    if (now == told) return true;
-    told = now;
-    piece = event("progress", progress_json(**view));
-    return true;
   };
 }
 

@@ -10,10 +10,10 @@
 #include <string>
 
 #include "api/request.h"
+#include "server/connection_limit.h"
 #include "server/exchange.h"
 #include "server/jobs/jobs.h"
 #include "server/prefer.h"
-#include "server/seats.h"
 #include "server/settings.h"
 #include "server/upload.h"
 
@@ -33,7 +33,7 @@ class Comparisons {
   void refuse_new() { draining_.store(true); }
   bool refusing() const { return draining_.load(); }
   std::uint64_t seats() const { return seats_.taken(); }
-  Seats& watchers() { return seats_; }
+  ConnectionLimit& watchers() { return seats_; }
 
  private:
   struct Asked;
@@ -50,7 +50,6 @@ class Comparisons {
   void mark(Exchange& exchange, const JobView& job, const Asked& asked) const;
   void accept(Exchange& exchange, const JobView& job, const Asked& asked) const;
   void respond(Exchange& exchange, const JobView& job, const Asked& asked) const;
-  void tell_of_stored(Exchange& exchange, const store::JobKey& key, std::shared_ptr<const void> seat);
 
   const Settings settings_;
   Jobs& jobs_;
@@ -58,7 +57,7 @@ class Comparisons {
   Access& access_;
   ByteBudget& uploads_;
   std::atomic<bool> draining_{false};
-  Seats seats_;  // of clients that watch, or wait as long as they prefer
+  ConnectionLimit seats_;  // of clients that watch, or wait as long as they prefer
 };
 
 }  // namespace meshgauge::server

@@ -1,22 +1,24 @@
 #include "server/connection.h"
 
+#include <netinet/in.h>
 #include <poll.h>
 #include <sys/socket.h>
 
 #include <algorithm>
 #include <cassert>
 #include <cerrno>
+#include <cstring>
 
 namespace meshgauge::server {
 namespace {
 
 using std::chrono::milliseconds;
 
-constexpr milliseconds kTick{50};
+constexpr milliseconds kAbortTick{50};
 
 int ms_until(Clock::time_point deadline) {
   const auto left = std::chrono::ceil<milliseconds>(deadline - Clock::now());
-  return static_cast<int>(std::clamp(left, milliseconds(0), kTick).count());
+  return static_cast<int>(std::clamp(left, milliseconds(0), kAbortTick).count());
 }
 
 bool is_ready(int fd, short events) {
@@ -38,9 +40,7 @@ void Connection::consume(std::size_t n) {
 }
 
 bool Connection::take_place() {
-  if (peers_ && !place_) {
-    if (auto place = peers_->take(peer_of(fd_))) place_.emplace(std::move(*place));
-  }
+  if (peers_ && !place_) place_ = peers_->take(peer_of(fd_));
   return !peers_ || place_;
 }
 
@@ -114,6 +114,23 @@ Io Connection::write(std::string_view bytes, Clock::time_point deadline, Counted
     if (const Io io = wait(events_of(moved.step), deadline, counted, nullptr); io != Io::ok) return io;
   }
   return Io::ok;
+}
+
+std::string peer_of(int fd) {
+  sockaddr_storage storage{};
+  socklen_t size = sizeof storage;
+  if (::getpeername(fd, reinterpret_cast<sockaddr*>(&storage), &size) != 0) return {};
+  if (storage.ss_family == AF_INET) {
+    sockaddr_in address{};
+    std::memcpy(&address, &storage, sizeof address);
+    return {reinterpret_cast<const char*>(&address.sin_addr), 4};
+  }
+  if (storage.ss_family != AF_INET6) return {};
+  sockaddr_in6 address{};
+  std::memcpy(&address, &storage, sizeof address);
+  const char* bytes = reinterpret_cast<const char*>(&address.sin6_addr);
+  if (IN6_IS_ADDR_V4MAPPED(&address.sin6_addr)) return {bytes + 12, 4};
+  return {bytes, 8};
 }
 
 }  // namespace meshgauge::server

@@ -7,12 +7,11 @@
 #include <cstddef>
 #include <functional>
 #include <memory>
-#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 
-#include "server/peers.h"
+#include "server/connection_limit.h"
 #include "server/transport.h"
 
 namespace meshgauge::server {
@@ -30,7 +29,7 @@ class Connection {
   static constexpr std::size_t kBodyPiece = std::size_t{64} << 10;
 
   // Borrows all three; `aborted` ends every wait. Without `peers` nothing is counted.
-  Connection(int fd, const std::atomic<bool>& aborted, Peers* peers = nullptr)
+  Connection(int fd, const std::atomic<bool>& aborted, ConnectionLimit* peers = nullptr)
       : fd_(fd), aborted_(aborted), peers_(peers), transport_(std::make_unique<PlainTransport>(fd)) {}
   Connection(const Connection&) = delete;
   Connection& operator=(const Connection&) = delete;
@@ -75,11 +74,15 @@ class Connection {
 
   int fd_;
   const std::atomic<bool>& aborted_;
-  Peers* peers_;
-  std::optional<Peers::Place> place_;
+  ConnectionLimit* peers_;
+  std::shared_ptr<const void> place_;
   std::unique_ptr<Transport> transport_;
   std::string buffer_;
   std::size_t start_ = 0;
 };
+
+// The address at the other end, as bytes to compare: of IPv4 all 4, of IPv6 the first 8, since a single host is given
+// that many of the rest. Empty for every other kind of socket, and one that is no longer connected.
+std::string peer_of(int fd);
 
 }  // namespace meshgauge::server

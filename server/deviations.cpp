@@ -9,21 +9,22 @@
 #include <nlohmann/json.hpp>
 
 #include "api/digest.h"
+#include "api/refused.h"
+#include "engine/hausdorff.h"
 #include "server/access/entrance.h"
 #include "server/text.h"
 
 namespace meshgauge::server {
 namespace {
 
+using api::not_found;
 using api::Problem;
 using api::ProblemKind;
 using std::chrono::milliseconds;
 
-constexpr milliseconds kTick{20};       // how soon a client that went away is noticed
+constexpr milliseconds kMapTick{20};    // how soon a client that went away is noticed
 constexpr milliseconds kGrace{10'000};  // for a map whose time is over to say so
 constexpr std::size_t kShownIdDigits = 8;
-
-Problem not_found() { return {ProblemKind::not_found, "there is no comparison of this id, or not any more", {}}; }
 
 std::optional<Problem> refuse_unready(const store::Job& row) {
   if (!store::has_ended(row.state)) {
@@ -97,7 +98,7 @@ Deviations::Deviations(const Settings& settings, Jobs& jobs, Stores stores, Acce
       metrics_(metrics),
       fetch_(std::move(fetch)),
       tools_{settings, fetch_, *stores.maps, jobs.threads()},
-      sending_(most_files_sent(settings)) {}
+      sending_(ConnectionLimit::shared(most_files_sent(settings))) {}
 
 // Not by the count of those who share: to read it says nothing of what they have written.
 Deviations::~Deviations() {
@@ -142,7 +143,7 @@ std::variant<Deviations::Asked, Problem> Deviations::find(const Exchange& exchan
   asked.order.key = {{exchange.owner, exchange.segment}, asked.order.query.name()};
   auto job = jobs_.get(asked.order.key.job);
   if (!job) return api::to_problem(job.error());
-  if (!*job) return not_found();
+  if (!*job) return not_found("comparison");
   asked.row = std::move((*job)->row);
   if (auto refusal = refuse_unready(asked.row)) return *refusal;
   asked.etag = etag_of(asked.order.key, settings_.simd);
@@ -176,7 +177,7 @@ std::optional<Problem> Deviations::open_meshes(Asked& asked) {
   order.coming = stores_.maps->expect(order.key, {a, b});
   const auto job = jobs_.get(order.key.job);
   if (!job) return api::to_problem(job.error());
-  if (!*job) return not_found();
+  if (!*job) return not_found("comparison");
   for (const char* part : {"a", "b"}) {
     auto found = open(asked.row.key.owner, part, *part == 'a' ? a : b);
     if (const auto* problem = std::get_if<Problem>(&found)) return *problem;
@@ -187,8 +188,10 @@ std::optional<Problem> Deviations::open_meshes(Asked& asked) {
     if (auto problem = recognise(*source, asked.row.key.owner)) return problem;
     order.bytes += source->input.bytes.size();
   }
-  auto facts = api::deviation_facts(asked.row.document, order.query.of);
+  auto facts = api::result_facts(nlohmann::ordered_json::parse(asked.row.document, nullptr, false), order.query.of);
   if (!facts) return api::to_problem(facts.error());
+  if (!facts->has_units)
+    return Problem{ProblemKind::internal, "the result is of a version before 0.2.0, without unit", {}};
   order.facts = std::move(*facts);
   // As long as the comparison was given.
   const auto request = api::parse_options(asked.row.options, request_limits(settings_));
@@ -208,7 +211,7 @@ void Deviations::make(Exchange& exchange, Asked& asked) {
   if (const auto* denial = std::get_if<Denial>(&counted)) return answer(exchange, *denial);
   const Watching making(*this, begin(asked, slot));
   const Result<MadeFile>* result = nullptr;
-  while (!(result = making->wait(kTick))) {
+  while (!(result = making->wait(kMapTick))) {
     if (Making::Clock::now() >= making->submitted + making->order.timeout + kGrace) {
       return answer(exchange, Problem{ProblemKind::out_of_time, "no worker was free to make the map in its time", {}});
     }

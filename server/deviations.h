@@ -13,12 +13,12 @@
 #include <variant>
 
 #include "server/access/access.h"
+#include "server/connection_limit.h"
 #include "server/exchange.h"
 #include "server/jobs/jobs.h"
 #include "server/maps/making.h"
 #include "server/maps/map_query.h"
 #include "server/observe/metrics.h"
-#include "server/seats.h"
 #include "server/settings.h"
 
 namespace meshgauge::server {
@@ -57,7 +57,7 @@ class Deviations {
   Metrics& metrics_;
   const Fetch fetch_;
   const MapTools tools_;
-  Seats sending_;  // of answers on their way
+  ConnectionLimit sending_;  // of answers on their way
   std::atomic<bool> idle_{false};
   // Shared with all tasks; the last one to let go of it says that nothing runs.
   std::shared_ptr<const void> works_{this, [this](const void*) { idle_.store(true); }};

@@ -8,10 +8,10 @@
 namespace meshgauge::server {
 namespace {
 
-constexpr std::chrono::milliseconds kWriteTime{30'000};
-constexpr std::chrono::milliseconds kPieceTime{10'000};
+constexpr std::chrono::milliseconds kShortestWriteTime{30'000};
+constexpr std::chrono::milliseconds kFilePieceTime{10'000};
 constexpr std::size_t kLeastBytesPerMs = 512;
-constexpr std::size_t kPiece = std::size_t{1} << 20;
+constexpr std::size_t kFilePiece = std::size_t{1} << 20;
 
 std::string head_of(const Response& response, bool close) {
   std::string head = "HTTP/1.1 " + std::to_string(response.status) + " OK\r\nContent-Type: " + response.content_type +
@@ -24,9 +24,9 @@ std::string head_of(const Response& response, bool close) {
 
 void send_file(Exchange& exchange, bool close) {
   const auto file = exchange.response.file->bytes;
-  const auto deadline = Clock::now() + kWriteTime + std::chrono::milliseconds(file.size() / kLeastBytesPerMs);
+  const auto deadline = Clock::now() + kShortestWriteTime + std::chrono::milliseconds(file.size() / kLeastBytesPerMs);
   const auto write = [&](std::string_view bytes) {
-    const auto piece_deadline = std::min(deadline, Clock::now() + kPieceTime);
+    const auto piece_deadline = std::min(deadline, Clock::now() + kFilePieceTime);
     if (exchange.connection.write(bytes, piece_deadline, Connection::Counted::no) != Io::ok) return false;
     exchange.bytes_out += bytes.size();
     return true;
@@ -35,7 +35,7 @@ void send_file(Exchange& exchange, bool close) {
   std::string_view rest(reinterpret_cast<const char*>(file.data()), file.size());
   if (exchange.head.method == "HEAD") rest = {};
   while (sent && !rest.empty()) {
-    const std::size_t count = std::min(rest.size(), kPiece);
+    const std::size_t count = std::min(rest.size(), kFilePiece);
     sent = write(rest.substr(0, count));
     rest.remove_prefix(count);
   }

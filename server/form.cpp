@@ -13,10 +13,6 @@ namespace {
 using api::Problem;
 using api::ProblemKind;
 
-Problem about_part(ProblemKind kind, const std::string& part, const std::string& what) {
-  return Problem{kind, what, {{part, "", what}}};
-}
-
 Problem twice(const std::string& part) {
   return about_part(ProblemKind::malformed_request, part, "the part '" + part + "' was sent twice");
 }
@@ -72,7 +68,14 @@ FormReceiver::Refusal FormReceiver::begin_file(const PartHead& part, MeshPart& m
   api::FilePath file = api::file_path_of_name(part.filename);
   if (!file.defect.empty()) return refuse(shown + file.defect);
   if (api::is_scene_path(file.path)) return refuse(shown + "is that of a .gltf, which the part without '.files' is");
-  if (std::ranges::count(mesh.files, file.path, &SentFile::path) > 0) return refuse(shown + "was sent twice");
+  const auto has_key = [key = api::file_key(file.path)](const SentFile& sent) {
+    return api::file_key(sent.path) == key;
+  };
+  if (const auto sent = std::ranges::find_if(mesh.files, has_key); sent != mesh.files.end()) {
+    return refuse(shown + (sent->path == file.path ? "was sent twice"
+                                                   : "differs from " + api::in_quotes(sent->path) +
+                                                         " by letter case alone: rename one of the files"));
+  }
   mesh.files.push_back({std::move(file.path), std::make_unique<Upload>(budget_, settings_.temp_dir)});
   mesh_ = &mesh;
   upload_ = mesh.files.back().upload.get();
@@ -82,7 +85,8 @@ FormReceiver::Refusal FormReceiver::begin_file(const PartHead& part, MeshPart& m
 FormReceiver::Refusal FormReceiver::data(std::string_view piece) {
   if (!upload_) return add_option_bytes(piece);
   if (bytes_of(*mesh_) + piece.size() > settings_.max_part_bytes) {
-    return too_large(current_, mesh_->files.empty() ? "is" : "with what belongs to it is", settings_.max_part_bytes);
+    return too_large(current_, mesh_->files.empty() ? "is" : "and the files beside it are together",
+                     settings_.max_part_bytes);
   }
   return upload_->append(piece);
 }

@@ -13,8 +13,6 @@ using Refusal = std::optional<Problem>;
 
 constexpr std::size_t kMaxRequestLineBytes = kMaxTargetBytes + 64;  // method, version, spaces
 
-Problem malformed(const std::string& what) { return Problem{ProblemKind::malformed_request, what, {}}; }
-
 Refusal set_target(std::string_view target, Head& head) {
   if (target.size() > kMaxTargetBytes) {
     return Problem{ProblemKind::uri_too_long,

@@ -16,6 +16,9 @@ namespace meshgauge::server {
 inline constexpr std::size_t kMaxHeadBytes = std::size_t{16} << 10;
 inline constexpr std::size_t kMaxTargetBytes = std::size_t{2} << 10;
 
+// Of a request that is not understood.
+inline api::Problem malformed(const std::string& what) { return {api::ProblemKind::malformed_request, what, {}}; }
+
 struct Head {
   std::string method;
   std::string path;  // as sent, without the query; nothing is decoded

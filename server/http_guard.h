@@ -63,7 +63,7 @@ class HttpGuard final : private httplib::Server {
   const Handler log_;
   const Tls* const tls_;
   IoPool* pool_ = nullptr;  // owned by the library while it listens
-  Peers peers_;
+  ConnectionLimit peers_;
   Farewells farewells_;
   std::atomic<bool> draining_{false};
   std::atomic<bool> aborted_{false};

@@ -2,32 +2,21 @@
 
 #include <unistd.h>
 
-#include <array>
-#include <ctime>
+#include <chrono>
 #include <utility>
 
 #include <nlohmann/json.hpp>
 
+#include "api/utc.h"
 #include "server/jobs/job_document.h"
 #include "server/observe/json_line.h"
 
 namespace meshgauge::server {
 namespace {
 
-std::string utc_now() {
-  timespec now{};
-  clock_gettime(CLOCK_REALTIME, &now);
-  std::tm parts{};
-  gmtime_r(&now.tv_sec, &parts);
-  std::array<char, 40> text{};
-  const std::size_t n = std::strftime(text.data(), text.size(), "%Y-%m-%dT%H:%M:%S", &parts);
-  std::snprintf(text.data() + n, text.size() - n, ".%03ldZ", now.tv_nsec / 1'000'000);
-  return text.data();
-}
-
 JsonLine begin(const std::string& event) {
   JsonLine line;
-  line.add("time", utc_now()).add("event", event);
+  line.add("time", api::to_utc_ms(std::chrono::system_clock::now())).add("event", event);
   return line;
 }
 

@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "api/digest.h"
+#include "api/refused.h"
 #include "api/request.h"
 #include "server/access/entrance.h"
 #include "server/jobs/job_document.h"
@@ -11,6 +12,7 @@
 namespace meshgauge::server {
 namespace {
 
+using api::not_found;
 using api::Problem;
 using api::ProblemKind;
 using store::BlobKey;
@@ -18,8 +20,6 @@ using store::MeshRow;
 using Json = nlohmann::ordered_json;
 
 constexpr std::size_t kMostNameBytes = 255;
-
-Problem not_found() { return {ProblemKind::not_found, "there is no mesh of this id, or not any more", {}}; }
 
 Problem over_quota(std::uint64_t most) {
   return {ProblemKind::quota_exceeded,
@@ -146,7 +146,7 @@ void Meshes::get(Exchange& exchange) {
   if (auto refusal = refuse_query(exchange)) return answer(exchange, *refusal);
   const auto row = stores_.meshes.get_mesh({exchange.owner, exchange.segment});
   if (!row) return answer(exchange, api::to_problem(row.error()));
-  if (!*row) return answer(exchange, not_found());
+  if (!*row) return answer(exchange, not_found("mesh"));
   exchange.response.content_type = "application/json";
   exchange.response.body = to_json(**row);
 }
@@ -157,7 +157,7 @@ void Meshes::remove(Exchange& exchange) {
   const BlobKey key{exchange.owner, exchange.segment};
   const auto removed = stores_.meshes.delete_mesh(key);
   if (!removed) return answer(exchange, api::to_problem(removed.error()));
-  if (!*removed) return answer(exchange, not_found());
+  if (!*removed) return answer(exchange, not_found("mesh"));
   stores_.cache.forget(key.owner, key.id);
   discard(key);
   // After its bytes: a map of it that is begun from here on does not find them.

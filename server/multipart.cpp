@@ -1,5 +1,6 @@
 #include "server/multipart.h"
 
+#include "server/head.h"
 #include "server/parameters.h"
 #include "server/text.h"
 
@@ -12,8 +13,6 @@ using Refusal = std::optional<Problem>;
 
 constexpr std::size_t kMaxPartHeadBytes = std::size_t{8} << 10;
 constexpr std::size_t kMaxBoundaryBytes = 70;  // RFC 2046 section 5.1.1
-
-Problem malformed(const std::string& what) { return Problem{ProblemKind::malformed_request, what, {}}; }
 
 bool read_disposition(std::string_view value, PartHead& part) {
   if (take_kind(value) != "form-data") return false;

@@ -15,6 +15,10 @@ struct PartHead {
   std::string content_type;  // may be empty
 };
 
+inline api::Problem about_part(api::ProblemKind kind, const std::string& part, const std::string& what) {
+  return {kind, what, {{part, "", what}}};
+}
+
 class MultipartSink {
  public:
   using Refusal = std::optional<api::Problem>;

@@ -37,4 +37,8 @@ Result<std::unique_ptr<store::AllStores>> open_stores(const Settings& settings) 
   return opened(store::EmbeddedStores::open({settings.data_dir, store::EmbeddedSettings().max_unrecorded, report}));
 }
 
+Stores stores_of(store::AllStores& all, MeshCache& cache, MapCache* maps) {
+  return {all.jobs(), all.meshes(), all.blobs(), all.signals(), cache, all.shared(), maps, &all.batches()};
+}
+
 }  // namespace meshgauge::server

@@ -19,7 +19,7 @@ void send_status(Exchange& exchange, const char* status) {
 }  // namespace
 
 void Readiness::watch_stores(const Stores& stores) {
-  const bool shared = stores.shared();
+  const bool shared = stores.shared;
   watch(shared ? "database" : "store", [stores] { return defect_of(stores.jobs.check()); });
   watch(shared ? "blobs" : "disk", [stores] { return defect_of(stores.blobs.check()); });
 }

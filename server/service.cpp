@@ -12,7 +12,7 @@
 namespace meshgauge::server {
 namespace {
 
-constexpr std::chrono::milliseconds kTick{50};
+constexpr std::chrono::milliseconds kServiceTick{50};
 
 void send(Exchange& exchange, std::string text, const char* type) {
   exchange.response.content_type = type;
@@ -28,30 +28,28 @@ MapCache::Settings map_settings(const Settings& settings, const std::string& dat
 
 }  // namespace
 
-Service::Service(const Settings& settings, Compare compare, Stores stores, Fetch fetch)
+Service::Service(const Settings& settings, const Fetch& fetch, Stores stores)
     : settings_(settings),
       stores_(stores),
       access_(settings.keys_file),
       entrance_(access_, metrics_, Cors::parse(settings.cors_origins).value()),
       tls_(tls_of(settings)),
       uploads_(settings.max_upload_bytes),
-      jobs_(settings, std::move(compare), stores, access_, metrics_),
+      jobs_(settings, fetch, stores, access_, metrics_),
       comparisons_(settings, jobs_, stores, access_, uploads_),
       meshes_(settings, stores, access_, uploads_),
       guard_(
           settings, [this](Exchange& exchange) { entrance_(exchange, router_); },
           [this](const Exchange& exchange) { record_request(exchange, settings_, metrics_); },
           tls_ ? &*tls_ : nullptr) {
-  if (fetch && stores.maps) deviations_.emplace(settings, jobs_, stores, access_, metrics_, std::move(fetch));
+  if (stores.maps) deviations_.emplace(settings, jobs_, stores, access_, metrics_, fetch);
   readiness_.watch_stores(stores_);
   readiness_.watch("disk", [this] {
     const auto ok = check_temp_dir(settings_.temp_dir);
     return ok ? std::string() : ok.error().message;
   });
   if (stores.batches) {
-    batches_.emplace(
-        settings, stores, access_, uploads_, comparisons_.watchers(), [this] { jobs_.look(); },
-        [this] { return jobs_.stopping(); });
+    batches_.emplace(settings, stores, access_, uploads_, comparisons_.watchers(), [this] { return jobs_.stopping(); });
   }
   add_routes();
   watch_levels();
@@ -115,7 +113,7 @@ void Service::watch_levels() {
   const auto watch = [this](Level level, auto read) {
     metrics_.watch(level, [read] { return static_cast<double>(read()); });
   };
-  watch(Level::queue_depth, [this] { return jobs_.figures().waiting; });
+  watch(Level::queue_depth, [this] { return jobs_.waiting(); });
   watch(Level::queue_limit, [this] { return settings_.queue + settings_.max_queued_jobs; });
   watch(Level::jobs_running, [this] { return jobs_.figures().running; });
   watch(Level::workers, [this] { return settings_.workers; });
@@ -131,11 +129,11 @@ void Service::watch_levels() {
   }
   watch(Level::event_streams, [this] { return comparisons_.seats(); });
   watch(Level::stored_bytes, [this] { return stored_bytes(); });
-  if (stores_.shared()) {
-    watch(Level::store_queue_depth, [this] { return jobs_.store_queue().waiting; });
-    watch(Level::store_oldest_waiting_seconds, [this] { return jobs_.store_queue().oldest_seconds; });
+  if (stores_.shared) {
+    watch(Level::store_queue_depth, [this] { return jobs_.store_queue()->counts().queued; });
+    watch(Level::store_oldest_waiting_seconds, [this] { return jobs_.store_queue()->oldest_waiting_seconds(); });
   }
-  if (!stores_.shared()) watch(Level::disk_free_bytes, [this] { return free_bytes(); });  // else nobody knows
+  if (!stores_.shared) watch(Level::disk_free_bytes, [this] { return free_bytes(); });  // else nobody knows
 }
 
 void Service::check_ready(Exchange& exchange) {
@@ -188,7 +186,7 @@ void Service::shutdown(const std::function<bool()>& hurry) {
   jobs_.drain();
   guard_.stop();
   // Nobody may be connected while durable jobs run.
-  while ((!ended_.load() || jobs_.figures().running > 0) && !hurry()) std::this_thread::sleep_for(kTick);
+  while ((!ended_.load() || jobs_.figures().running > 0) && !hurry()) std::this_thread::sleep_for(kServiceTick);
   jobs_.stop();
   guard_.abort();
   listener_.join();
@@ -205,11 +203,7 @@ Result<Done> run_until_signal(const Settings& settings, const std::vector<std::s
   MeshCache cache(settings.max_cache_bytes);
   MapCache maps(map_settings(settings, (*stores)->data_folder()));
   if (auto opened = maps.open(); !opened) return opened.error();
-  const Fetch fetch = fetching_by(pool, cache);
-  Service service(settings, comparing_by(fetch),
-                  {(*stores)->jobs(), (*stores)->meshes(), (*stores)->blobs(), cache, &maps, (*stores)->signals(),
-                   &(*stores)->batches()},
-                  fetch);
+  Service service(settings, fetching_by(pool, cache, read_limits(settings)), stores_of(**stores, cache, &maps));
   service.metrics().watch_sandbox([&pool] { return pool.counters(); });
   service.readiness().watch("sandbox", [&pool] { return defect_of(pool); });
   const auto port = service.start();
@@ -220,7 +214,7 @@ Result<Done> run_until_signal(const Settings& settings, const std::vector<std::s
     log_event("access", "keys are sent in the clear unless a proxy in front speaks TLS");
   }
   for (Signal signal = Signal::none; service.listening() && signal != Signal::end;) {
-    signal = signalled_within(kTick);
+    signal = signalled_within(kServiceTick);
     if (signal == Signal::reload) service.reload();
   }
   const bool failed = !service.listening();  // then a supervisor is to start the service anew

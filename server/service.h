@@ -33,7 +33,7 @@ class Service {
   // Precondition: settings come from checked().
   // Borrows the stores. Deviation maps are made if there is a `fetch` and a cache for them in `stores`, batches taken
   // if there is a place for them.
-  Service(const Settings& settings, Compare compare, Stores stores, Fetch fetch = nullptr);
+  Service(const Settings& settings, const Fetch& fetch, Stores stores);
   ~Service();  // as shutdown() without grace
   Service(const Service&) = delete;
   Service& operator=(const Service&) = delete;

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "api/processors.h"
+#include "api/refused.h"
 #include "engine/mesh.h"
 #include "server/access/cors.h"
 #include "server/store/conninfo.h"
@@ -21,8 +22,6 @@ constexpr std::uint64_t kMostElements = std::uint64_t{1} << 32;  // an index has
 constexpr std::uint64_t kMostParserMemory = std::uint64_t{1} << 46;
 constexpr std::uint64_t kLeastParserMemory = std::uint64_t{32} << 20;  // a program with no file
 constexpr std::uint64_t kBesideArrays = std::uint64_t{256} << 20;      // the program, and what a reader notes down
-
-Error refused(std::string message) { return Error{ErrorCode::invalid_request, std::move(message), "", ""}; }
 
 // Of connections that wait for something else than their client.
 std::uint64_t held_threads(const Settings& s) { return s.workers + s.queue + s.max_event_streams; }

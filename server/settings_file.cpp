@@ -4,9 +4,10 @@
 #include <set>
 #include <vector>
 
+#include "api/refused.h"
+#include "api/text_file.h"
 #include "server/store/conninfo.h"
 #include "server/text.h"
-#include "server/text_file.h"
 
 namespace meshgauge::server {
 namespace {
@@ -14,8 +15,6 @@ namespace {
 constexpr std::size_t kMaxFileBytes = std::size_t{1} << 20;
 constexpr std::string_view kEscapes = "\"\\bfnrt";
 constexpr std::string_view kEscaped = "\"\\\b\f\n\r\t";
-
-Error refused(std::string message) { return Error{ErrorCode::invalid_request, std::move(message), "", ""}; }
 
 bool at_end(std::string_view rest) { return trimmed(rest).empty() || trimmed(rest).starts_with('#'); }
 
@@ -96,7 +95,7 @@ Result<Done> apply_settings(std::string_view text, Settings& settings) {
 
 Result<Done> load_settings(const std::string& file, Settings& settings) {
   const auto failed = [&](const std::string& why) { return refused("--config '" + file + "': " + why); };
-  const auto text = read_text_file(file, kMaxFileBytes);
+  const auto text = api::read_text_file(file, kMaxFileBytes);
   if (!text) return failed(text.error().message);
   const auto ok = apply_settings(*text, settings);
   return ok ? ok : failed(ok.error().message);

@@ -11,6 +11,8 @@
 #include <openssl/ssl.h>
 #include <openssl/x509.h>
 
+#include "api/refused.h"
+
 namespace meshgauge::server {
 namespace {
 
@@ -98,9 +100,7 @@ class TlsTransport final : public Transport {
 Error file_error(const char* flag, const std::string& file) {
   const unsigned long code = ERR_peek_error();
   const char* reason = ERR_SYSTEM_ERROR(code) ? std::strerror(ERR_GET_REASON(code)) : ERR_reason_error_string(code);
-  return Error{ErrorCode::invalid_request,
-               std::string(flag) + " '" + file + "' cannot be used: " + (reason ? reason : "it is no PEM file"), "",
-               ""};
+  return refused(std::string(flag) + " '" + file + "' cannot be used: " + (reason ? reason : "it is no PEM file"));
 }
 
 // A client that offers protocols but not this one is refused: it would not understand the answer.

@@ -19,23 +19,9 @@ api::Problem not_stored() {
   return api::to_problem(store::storage_error(errno, "the upload cannot be kept in the directory for uploads"));
 }
 
-bool write_all(int file, std::string_view bytes) {
-  while (!bytes.empty()) {
-    const ssize_t n = ::write(file, bytes.data(), bytes.size());
-    if (n < 0 && errno == EINTR) continue;
-    if (n <= 0) return false;
-    bytes.remove_prefix(static_cast<std::size_t>(n));
-  }
-  return true;
-}
-
 // Whoever is given this one cannot change the file. None where /proc is not to be seen.
 Descriptor reopened_to_read(int file) {
   return Descriptor(::open(("/proc/self/fd/" + std::to_string(file)).c_str(), O_RDONLY | O_CLOEXEC));
-}
-
-std::string_view text(const std::vector<std::byte>& bytes) {
-  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
 }  // namespace
@@ -85,10 +71,10 @@ Upload::Refusal Upload::append(std::string_view piece) {
 Upload::Refusal Upload::spill(std::string_view piece) {
   if (file_ < 0) {
     file_ = open_unnamed_file(temp_dir_);
-    if (file_ < 0 || !write_all(file_, text(memory_))) return not_stored();
+    if (file_ < 0 || !write_all(file_, memory_)) return not_stored();
     memory_ = {};
   }
-  return write_all(file_, piece) ? Refusal() : not_stored();
+  return write_all(file_, std::as_bytes(std::span(piece))) ? Refusal() : not_stored();
 }
 
 Upload::Refusal Upload::finish(bool with_file) {

@@ -7,6 +7,7 @@
 #include <cstring>
 
 #include "api/compare.h"
+#include "api/refused.h"
 #include "server/log.h"
 #include "server/upload.h"
 
@@ -48,31 +49,21 @@ std::string defect_of(sandbox::Pool& pool) {
   return pool.defect(patience);
 }
 
-Fetch fetching_by(sandbox::Pool& pool, MeshCache& cache) {
-  const api::Load load = [&pool](const api::MeshInput& input, const api::ReadLimits& limits, Control& control) {
-    return pool.load(input, limits, control);
-  };
-  return [load, &cache](const MeshSource& source, const api::ReadLimits& limits, Control& control) {
-    if (!source.kept) return api::loading(load, source.input, limits, Prepared::Use::once)(control);
-    return cache.get(*source.kept, api::loading(load, source.input, limits, Prepared::Use::often), control);
-  };
-}
-
-Compare comparing_by(const Fetch& fetch) {
-  return [fetch](const MeshSource& a, const MeshSource& b, const api::ComparisonOptions& options,
-                 const api::ReadLimits& limits, Control& control) {
-    const auto get = [&](const MeshSource& source) -> api::GetMesh {
-      return [&](Control& job) { return fetch(source, limits, job); };
+Fetch fetching_by(sandbox::Pool& pool, MeshCache& cache, const api::ReadLimits& limits) {
+  return [&pool, &cache, limits](const MeshSource& source, Control& job) {
+    const auto load = [&](Prepared::Use use, Control& control) {
+      return api::prepare(pool.load(source.input, limits, control), source.input, use, control);
     };
-    return api::compare_prepared(get(a), get(b), options, control);
+    if (!source.kept) return load(Prepared::Use::once, job);
+    return cache.get(
+        *source.kept, [&](Control& control) { return load(Prepared::Use::often, control); }, job);
   };
 }
 
 Result<Done> check_temp_dir(const std::string& directory) {
   const int file = open_unnamed_file(directory);
   if (file < 0) {
-    return Error{ErrorCode::invalid_request, "--temp-dir '" + directory + "' takes no files: " + std::strerror(errno),
-                 "", ""};
+    return refused("--temp-dir '" + directory + "' takes no files: " + std::strerror(errno));
   }
   ::close(file);
   return Done{};
@@ -88,11 +79,9 @@ Result<int> bind(HttpGuard& guard, const Settings& settings) {
   }
   // Asked of the socket, since a name can stand for any address.
   if (!settings.keys_file.empty() || settings.public_without_keys || guard.bound_to_loopback()) return *port;
-  return Error{ErrorCode::invalid_request,
-               "other machines can reach " + settings.host +
-                   ": give --keys-file, or say --public-without-keys to serve everybody (MESHGAUGE_KEYS_FILE, "
-                   "MESHGAUGE_PUBLIC_WITHOUT_KEYS=true)",
-               "", ""};
+  return refused("other machines can reach " + settings.host +
+                 ": give --keys-file, or say --public-without-keys to serve everybody (MESHGAUGE_KEYS_FILE, "
+                 "MESHGAUGE_PUBLIC_WITHOUT_KEYS=true)");
 }
 
 std::optional<Tls> tls_of(const Settings& settings) {

@@ -1,4 +1,4 @@
-// What a front end and a worker are put together from alike: the pool of readers, meshes and comparisons by it, and
+// What a front end and a worker are put together from alike: the pool of readers, meshes by it, and
 // what a process is told by signals.
 #pragma once
 
@@ -25,8 +25,7 @@ sandbox::PoolSettings pool_settings(const Settings& settings, const std::vector<
 std::string defect_of(sandbox::Pool& pool);
 
 // Meshes from the pool, those that are stored from the cache. Borrows both.
-Fetch fetching_by(sandbox::Pool& pool, MeshCache& cache);
-Compare comparing_by(const Fetch& fetch);
+Fetch fetching_by(sandbox::Pool& pool, MeshCache& cache, const api::ReadLimits& limits);
 
 // An Error when it takes no files.
 Result<Done> check_temp_dir(const std::string& directory);

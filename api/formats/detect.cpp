@@ -38,9 +38,9 @@ constexpr Signature kForeign[] = {
     {"3D Geometry File Format", "is a Rhino file (3DM), which is not supported"},
     {"xof 0", "is a DirectX file (X), which is not supported"},
     {"PXR-USDC", "is a USD file, which is not supported"},
-    {"#usda", "is a USD file, which is not supported"},
-    {"#VRML", "is a VRML file, which is not supported"},
-    {"#Inventor", "is an Inventor file, which is not supported"},
+    {"#usda 1", "is a USD file, which is not supported"},
+    {"#VRML V", "is a VRML file, which is not supported"},
+    {"#Inventor V", "is an Inventor file, which is not supported"},
     {"# vtk DataFile", "is a VTK file, which is not supported"},
     {"$MeshFormat", "is a Gmsh file, which is not supported"},
     {"BLENDER", "is a Blender file, which is not supported"},
@@ -68,10 +68,6 @@ constexpr Name kMediaTypes[] = {{"model/obj", Format::obj},
                                 {"model/gltf-binary", Format::glb},
                                 {"model/3mf", Format::three_mf},
                                 {"application/vnd.ms-3mfdocument", Format::three_mf}};
-
-std::string_view as_text(std::span<const std::byte> bytes) {
-  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
-}
 
 std::string_view beginning(std::span<const std::byte> bytes, std::size_t count) {
   return as_text(bytes.first(std::min(bytes.size(), count)));
@@ -144,8 +140,7 @@ bool is_dxf(std::string_view start) {
   const auto word = [end](const char* p) { return word_at(skip_spaces(p, end), end); };
   std::string_view group = word(start.data());
   while (group == "999") {  // a comment, on the line below
-    const char* const comment = skip_line(group.data(), end);
-    group = word(skip_line(comment == end ? end : comment + 1, end));
+    group = word(next_line(next_line(group.data(), end), end));
   }
   return group == "0" && word(group.data() + group.size()) == "SECTION";
 }
@@ -168,7 +163,8 @@ std::optional<std::string> foreign_kind(std::span<const std::byte> bytes) {
   if (bytes.empty()) return "is an empty file";
   const std::string_view start = beginning(bytes, 4096);
   for (const Signature& foreign : kForeign) {
-    if (start.starts_with(foreign.bytes)) return std::string(foreign.what);
+    // The header of a binary STL is free text.
+    if (start.starts_with(foreign.bytes) && !is_binary_stl(bytes)) return std::string(foreign.what);
   }
   if (auto pointer = lfs_pointer(bytes)) return pointer;
   if (is_dxf(start)) return "is a DXF file, which is not supported";

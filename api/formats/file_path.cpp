@@ -48,6 +48,12 @@ std::string defect_of(std::string_view name) {
 
 }  // namespace
 
+std::string file_key(std::string_view path) {
+  std::string key(path);
+  for (char& c : key) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  return key;
+}
+
 FilePath file_path_of_name(std::string_view name) {
   if (auto defect = defect_of(name); !defect.empty()) return {"", std::move(defect)};
   std::string path;
@@ -66,6 +72,7 @@ FilePath file_path_of_name(std::string_view name) {
   if (folders > kMostFilePathFolders) {
     return {"", "has more than " + std::to_string(kMostFilePathFolders) + " folders"};
   }
+  if (file_key(path) == "_rels/.rels") return {"", "is the name of a part that every 3MF has: rename the file"};
   return {path, ""};
 }
 

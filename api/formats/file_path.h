@@ -19,8 +19,11 @@ struct FilePath {
   std::string defect;  // behind the name in a message: "leads out of the folder"; empty: the path is good
 };
 
+// The name of an entry in an archive, where the case of ASCII letters does not count: paths of one key are one file.
+std::string file_key(std::string_view path);
+
 // Refused: an empty or absolute path, '..' anywhere, a scheme ("http:", "C:"), a backslash, a control character, more
-// than 1024 bytes, more than 32 folders.
+// than 1024 bytes, more than 32 folders, and "_rels/.rels", by which an archive is told to be a package (3MF).
 FilePath file_path_of_name(std::string_view name);
 
 // The same of a URI reference in a .gltf, whose percent-encoding is decoded first. A '%' without two hex digits stands

@@ -73,23 +73,8 @@ Result<ReadMesh> read_gzip(std::span<const std::byte> bytes, const ReadHints& hi
 }  // namespace
 
 std::string_view to_string(Format format) {
-  switch (format) {
-    case Format::obj:
-      return "obj";
-    case Format::stl:
-      return "stl";
-    case Format::ply:
-      return "ply";
-    case Format::off:
-      return "off";
-    case Format::gltf:
-      return "gltf";
-    case Format::glb:
-      return "glb";
-    case Format::three_mf:
-      break;
-  }
-  return "3mf";
+  constexpr std::string_view kNames[] = {"obj", "stl", "ply", "off", "gltf", "glb", "3mf"};
+  return kNames[static_cast<std::size_t>(format)];
 }
 
 Result<ReadMesh> read_mesh(std::span<const std::byte> bytes, const ReadHints& hints, const ReadLimits& limits) {

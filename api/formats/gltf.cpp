@@ -113,7 +113,8 @@ Result<std::vector<Bytes>> resolve_buffers(const Source& source, const GltfDocum
   return out;
 }
 
-Result<ReadMesh> read_scene(const Source& source, const GltfContainer& container) {
+// `sent`: what came, the document or the archive around it.
+Result<ReadMesh> read_scene(const Source& sent, const Source& source, const GltfContainer& container) {
   const auto document = check_gltf(source, container.json);
   if (!document) return document.error();
   tinygltf::Model model;
@@ -121,7 +122,7 @@ Result<ReadMesh> read_scene(const Source& source, const GltfContainer& container
   std::vector<std::vector<unsigned char>> decoded;
   const auto buffers = resolve_buffers(source, *document, container, decoded);
   if (!buffers) return buffers.error();
-  GltfBudget budget(source, *buffers);
+  GltfBudget budget(sent);
   GltfViews views(source, model, *document, *buffers, budget);
   const GltfAccessors accessors(source, model, views, document->quantized);
   return read_gltf_scene({source, model, *document, views, accessors, budget});
@@ -133,7 +134,7 @@ Result<ReadMesh> read_archive(const Source& source) {
   const Source scene{archive->scene(), source.part, source.limits};
   GltfContainer container = open_gltf(scene);
   container.file = [&](const std::string& path) { return archive->file(path); };
-  auto read = read_scene(scene, container);
+  auto read = read_scene(source, scene, container);
   if (read) read->format = Format::gltf;
   return read;
 }
@@ -145,7 +146,7 @@ Result<ReadMesh> read_gltf(const Source& source, Format format) {
     if (is_zip(source.text())) return read_archive(source);
     const auto container = format == Format::glb ? open_glb(source) : Result<GltfContainer>(open_gltf(source));
     if (!container) return container.error();
-    auto read = read_scene(source, *container);
+    auto read = read_scene(source, source, *container);
     if (read) read->format = format;
     return read;
   } catch (const std::bad_alloc&) {

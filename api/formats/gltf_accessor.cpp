@@ -58,8 +58,13 @@ std::size_t component_bytes(int type) {
 
 bool is_float(int type, bool /*normalized*/) { return type == TINYGLTF_COMPONENT_TYPE_FLOAT; }
 bool is_quantized(int type, bool /*normalized*/) { return component_bytes(type) != 0; }
-bool is_fraction(int type, bool normalized) {
-  return is_float(type, normalized) || (normalized && component_bytes(type) != 0);
+bool is_signed_fraction(int type, bool normalized) {
+  return is_float(type, normalized) ||
+         (normalized && (type == TINYGLTF_COMPONENT_TYPE_BYTE || type == TINYGLTF_COMPONENT_TYPE_SHORT));
+}
+bool is_unsigned_fraction(int type, bool normalized) {
+  return is_float(type, normalized) || (normalized && (type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE ||
+                                                       type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT));
 }
 bool is_joint(int type, bool normalized) {
   if (normalized) return false;
@@ -98,35 +103,48 @@ Result<GltfAccessors::Elements> GltfAccessors::elements(std::size_t accessor, st
   if (const auto packed = views_.meshopt_stride(view); packed && count > 1 && *packed != stride) {
     return fail(accessor, name + " holds elements " + std::to_string(*packed) +
                               " bytes apart by its compression, and " + std::to_string(stride) +
-                              " bytes apart by its byteStride");
+                              " bytes apart by its byteStride; both must be the same");
   }
   if (stride < element_bytes) {
-    return fail(accessor,
-                "the stride of " + name + " is less than an element of " + std::to_string(element_bytes) + " bytes");
+    return fail(accessor, name + " has a byteStride of " + std::to_string(stride) + ", less than the " +
+                              std::to_string(element_bytes) + " bytes of an element");
   }
   const bool fits =
       offset <= bytes->size() && (count == 0 || (bytes->size() - offset >= element_bytes &&
                                                  (bytes->size() - offset - element_bytes) / stride >= count - 1));
-  if (!fits) return fail(accessor, std::to_string(count) + " elements reach beyond " + name);
+  if (!fits) {
+    return fail(accessor, std::to_string(count) + " elements reach beyond " + name + " of " +
+                              std::to_string(bytes->size()) + " bytes");
+  }
   return Elements{bytes->data() + offset, stride, static_cast<std::size_t>(count)};
 }
 
-// What has no bufferView has no bytes to be checked against, but shall not grow out of nothing either.
 Result<Done> GltfAccessors::check_count(std::size_t accessor, const GltfColumn* column) const {
-  if (accessor >= model_.accessors.size()) return fail(accessor, "does not exist");
+  if (accessor >= model_.accessors.size()) {
+    return fail(accessor, "does not exist; the file has " + std::to_string(model_.accessors.size()) + " accessors");
+  }
   const tinygltf::Accessor& a = model_.accessors[accessor];
   if (column != nullptr && column->count != a.count) {
     return fail(accessor, "count is " + std::to_string(a.count) + ", but the Draco stream holds " +
                               std::to_string(column->count) + " points");
   }
-  if (column != nullptr && a.sparse.isSparse) return fail(accessor, "sparse, and compressed by Draco");
-  if (column == nullptr && a.bufferView < 0 && a.count > views_.file_bytes()) {
-    return fail(accessor, std::to_string(a.count) + " elements without a bufferView, more than the file has bytes");
+  if (column != nullptr && a.sparse.isSparse) {
+    return fail(accessor, "is both sparse and compressed by Draco; save the model without one of them");
   }
   if (a.sparse.isSparse && static_cast<std::size_t>(a.sparse.count) > a.count) {
-    return fail(accessor, "more sparse elements than elements");
+    return fail(accessor, std::to_string(a.sparse.count) + " sparse elements, but only " + std::to_string(a.count) +
+                              " elements that they could replace");
   }
   return Done{};
+}
+
+// `component_type`: what was seen, in the accessor or in what Draco decoded.
+Error GltfAccessors::of_another_type(std::size_t accessor, const std::string& expected, int component_type) const {
+  const tinygltf::Accessor& a = model_.accessors[accessor];
+  const int components = tinygltf::GetNumComponentsInType(static_cast<std::uint32_t>(a.type));
+  return fail(accessor, expected + "; it has " + std::to_string(std::max(components, 0)) +
+                            (a.normalized ? " normalized" : "") + " components of componentType " +
+                            std::to_string(component_type));
 }
 
 template <class T, class Decode>
@@ -136,16 +154,24 @@ Result<std::vector<T>> GltfAccessors::read(std::size_t accessor, std::size_t mos
   const std::size_t count = std::min(a.count, most);
   std::vector<T> values;
   if (column != nullptr) {
+    if (auto ok = work(accessor, column->count); !ok) return std::move(ok).error();
     values.reserve(column->count);
     for (std::size_t i = 0; i < column->count; ++i) values.push_back(decode(&column->bytes[i * element_bytes]));
     return values;
   }
   if (a.bufferView < 0) {
+    // There are no bytes to hold the count against, and it shall not grow out of nothing either.
+    if (!views_.budget().fits(count * sizeof(T))) {
+      return fail(accessor,
+                  std::to_string(count) + " elements without a bufferView, more than a file of its size may ask for");
+    }
+    if (auto ok = work(accessor, count); !ok) return std::move(ok).error();
     const std::byte zeros[64] = {};
     values.resize(count, decode(zeros));
   } else {
     const auto found = elements(accessor, static_cast<std::size_t>(a.bufferView), a.byteOffset, a.count, element_bytes);
     if (!found) return found.error();
+    if (auto ok = work(accessor, count); !ok) return std::move(ok).error();
     values.reserve(count);
     for (std::size_t i = 0; i < count; ++i) values.push_back(decode(found->at(i)));
   }
@@ -161,7 +187,11 @@ Result<Done> GltfAccessors::read_sparse(std::size_t accessor, std::size_t elemen
   const auto& sparse = model_.accessors[accessor].sparse;
   const auto count = static_cast<std::uint64_t>(sparse.count);
   const std::size_t bytes = index_bytes(sparse.indices.componentType);
-  if (bytes == 0) return fail(accessor, "sparse indices must be unsigned integers");
+  if (bytes == 0) {
+    return fail(accessor, "sparse indices must be unsigned integers, not of componentType " +
+                              std::to_string(sparse.indices.componentType));
+  }
+  if (auto ok = work(accessor, count); !ok) return ok;
   const auto places = elements(accessor, static_cast<std::size_t>(sparse.indices.bufferView),
                                static_cast<std::uint64_t>(sparse.indices.byteOffset), count, bytes);
   if (!places) return places.error();
@@ -171,7 +201,10 @@ Result<Done> GltfAccessors::read_sparse(std::size_t accessor, std::size_t elemen
   for (std::size_t i = 0; i < count; ++i) {
     const std::uint32_t place = load_index(places->at(i), bytes);
     const std::size_t all = model_.accessors[accessor].count;
-    if (place >= all) return fail(accessor, "sparse index " + std::to_string(place) + " is out of range");
+    if (place >= all) {
+      return fail(accessor, "sparse index " + std::to_string(place) + " at place " + std::to_string(i) +
+                                ", but there are " + std::to_string(all) + " elements");
+    }
     if (place < values.size()) values[place] = decode(replacements->at(i));
   }
   return Done{};
@@ -187,10 +220,11 @@ Result<std::vector<Eigen::Matrix<double, N, 1>>> GltfAccessors::vectors(std::siz
   const int type = column == nullptr ? a.componentType : column->component_type;
   const bool has_components = column == nullptr || column->components == N;
   if (a.type != use.type || !has_components || !use.allows(type, a.normalized)) {
-    return fail(accessor, std::string(use.expected));
+    return of_another_type(accessor, use.expected, type);
   }
   if (a.normalized && type != a.componentType) {
-    return fail(accessor, "normalized, and the Draco stream holds another type of components than it says");
+    return fail(accessor, "is normalized and of componentType " + std::to_string(a.componentType) +
+                              ", but the Draco stream holds componentType " + std::to_string(type));
   }
   if (a.count > vertex_limit(source_)) return too_many(source_, "vertices", vertex_limit(source_));
   const std::size_t bytes = component_bytes(type);
@@ -218,13 +252,21 @@ Result<std::vector<Vec3>> GltfAccessors::positions(std::size_t accessor, std::st
   return vectors<3>(accessor, {TINYGLTF_TYPE_VEC3, quantized_ ? is_quantized : is_float, expected}, column);
 }
 
+Result<std::vector<Vec3>> GltfAccessors::floats(std::size_t accessor, std::string_view name) const {
+  return vectors<3>(accessor,
+                    {TINYGLTF_TYPE_VEC3, is_float, std::string(name) + " must be of type VEC3 and of float components"},
+                    nullptr);
+}
+
 Result<std::vector<Eigen::Vector4d>> GltfAccessors::rotations(std::size_t accessor) const {
-  const Use use{TINYGLTF_TYPE_VEC4, is_fraction, "ROTATION must be of type VEC4 and of float or normalized components"};
+  const Use use{TINYGLTF_TYPE_VEC4, is_signed_fraction,
+                "ROTATION must be of type VEC4 and of float or normalized signed components"};
   return vectors<4>(accessor, use, nullptr);
 }
 
 Result<std::vector<Eigen::Vector4d>> GltfAccessors::weights(std::size_t accessor, const GltfColumn* column) const {
-  const Use use{TINYGLTF_TYPE_VEC4, is_fraction, "WEIGHTS must be of type VEC4 and of float or normalized components"};
+  const Use use{TINYGLTF_TYPE_VEC4, is_unsigned_fraction,
+                "WEIGHTS must be of type VEC4 and of float or normalized unsigned components"};
   return vectors<4>(accessor, use, column);
 }
 
@@ -255,7 +297,7 @@ Result<std::vector<std::uint32_t>> GltfAccessors::indices(std::size_t accessor) 
   const tinygltf::Accessor& a = model_.accessors[accessor];
   const std::size_t bytes = index_bytes(a.componentType);
   if (a.type != TINYGLTF_TYPE_SCALAR || bytes == 0) {
-    return fail(accessor, "indices must be of type SCALAR and of unsigned integers");
+    return of_another_type(accessor, "indices must be of type SCALAR and of unsigned integers", a.componentType);
   }
   const auto decode = [bytes](const std::byte* p) { return load_index(p, bytes); };
   return read<std::uint32_t>(accessor, kAll, bytes, decode, nullptr);

@@ -34,6 +34,8 @@ class GltfAccessors {
   // VEC3 of float (or quantized). `name` is for messages: "POSITION".
   Result<std::vector<Vec3>> positions(std::size_t accessor, std::string_view name,
                                       const GltfColumn* column = nullptr) const;
+  // VEC3 of float: what KHR_mesh_quantization does not allow to be integers.
+  Result<std::vector<Vec3>> floats(std::size_t accessor, std::string_view name) const;
   // VEC4 of float or normalized signed integers: quaternions, x y z w.
   Result<std::vector<Eigen::Vector4d>> rotations(std::size_t accessor) const;
   // VEC4 of float or normalized unsigned integers.
@@ -60,7 +62,7 @@ class GltfAccessors {
   struct Use {
     int type;
     bool (*allows)(int component_type, bool normalized);
-    std::string_view expected;  // for messages: "POSITION must be of type VEC3 and of float components"
+    std::string expected;  // for messages: "POSITION must be of type VEC3 and of float components"
   };
 
   static constexpr std::size_t kAll = std::numeric_limits<std::size_t>::max();
@@ -77,6 +79,10 @@ class GltfAccessors {
   Result<Elements> elements(std::size_t accessor, std::size_t view, std::uint64_t offset, std::uint64_t count,
                             std::size_t element_bytes) const;
   Result<Done> check_count(std::size_t accessor, const GltfColumn* column) const;
+  Error of_another_type(std::size_t accessor, const std::string& expected, int component_type) const;
+  Result<Done> work(std::size_t accessor, std::size_t steps) const {
+    return views_.budget().work(steps, "accessors[" + std::to_string(accessor) + "]");
+  }
   Error fail(std::size_t accessor, const std::string& what, ErrorCode code = ErrorCode::unreadable_mesh) const {
     return meshgauge::api::at(source_, "accessors[" + std::to_string(accessor) + "]", code, what);
   }

@@ -4,11 +4,10 @@
 #include <utility>
 
 #include "api/formats/gltf_bundle.h"
+#include "api/formats/three_mf.h"
 
 namespace meshgauge::api {
 namespace {
-
-constexpr const char* kRelationships = "_rels/.rels";  // every package has them, and a glTF has not
 
 // Of lower-case names. macOS puts a file of attributes beside each file, under the file's own suffix.
 std::vector<std::string> scenes_in(const ZipArchive& archive) {

@@ -41,10 +41,6 @@ Record& entry_facts(Record& record, std::string_view path, std::span<const std::
   return record.u32(crc).u32(bytes.size()).u32(bytes.size()).u16(path.size()).u16(0);
 }
 
-std::string_view as_text(std::span<const std::byte> bytes) {
-  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
-}
-
 }  // namespace
 
 bool is_gltf_json(std::span<const std::byte> bytes) {

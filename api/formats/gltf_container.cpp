@@ -5,46 +5,46 @@
 namespace meshgauge::api {
 namespace {
 
-constexpr std::size_t kHeaderBytes = 12;
+constexpr std::size_t kGlbHeaderBytes = 12;
 constexpr std::size_t kChunkHeaderBytes = 8;
 constexpr std::uint32_t kJson = 0x4E4F534A;
 constexpr std::uint32_t kBinary = 0x004E4942;
 
-std::uint32_t word_at(const Source& source, std::size_t offset) {
+std::uint32_t u32_at(const Source& source, std::size_t offset) {
   std::uint32_t word = 0;
   std::memcpy(&word, source.bytes.data() + offset, sizeof word);
   return word;
 }
 
-Error fail(const Source& source, std::size_t offset, const std::string& what) {
+Error fail_at(const Source& source, std::size_t offset, const std::string& what) {
   return at_byte(source, offset, ErrorCode::unreadable_mesh, "GLB: " + what);
 }
 
 Result<Done> check_header(const Source& source) {
-  if (!source.text().starts_with("glTF")) return fail(source, 0, "the file does not begin with 'glTF'");
-  if (source.bytes.size() < kHeaderBytes) return fail(source, source.bytes.size(), "truncated in the header");
-  const std::uint32_t version = word_at(source, 4);
+  if (!source.text().starts_with("glTF")) return fail_at(source, 0, "the file does not begin with 'glTF'");
+  if (source.bytes.size() < kGlbHeaderBytes) return fail_at(source, source.bytes.size(), "truncated in the header");
+  const std::uint32_t version = u32_at(source, 4);
   if (version == 1) return gltf_1_error(source);
   if (version != 2) {
     return at_byte(source, 4, ErrorCode::unsupported_format,
                    "GLB: version " + std::to_string(version) + " is not supported, only 2");
   }
-  const std::size_t length = word_at(source, 8);
+  const std::size_t length = u32_at(source, 8);
   const std::string lengths =
       "the header says " + std::to_string(length) + " bytes, the file has " + std::to_string(source.bytes.size());
-  if (length > source.bytes.size()) return fail(source, 8, "truncated: " + lengths);
-  if (length < source.bytes.size()) return fail(source, 8, "left-over bytes: " + lengths);
+  if (length > source.bytes.size()) return fail_at(source, 8, "truncated: " + lengths);
+  if (length < source.bytes.size()) return fail_at(source, 8, "left-over bytes: " + lengths);
   return Done{};
 }
 
 // The place of a chunk in the order that the standard sets; unknown types may stand behind.
 Result<Done> take_chunk(const Source& source, std::size_t offset, std::size_t number, GltfContainer& out) {
-  const std::size_t length = word_at(source, offset);
-  const std::uint32_t type = word_at(source, offset + 4);
+  const std::size_t length = u32_at(source, offset);
+  const std::uint32_t type = u32_at(source, offset + 4);
   const auto content = source.bytes.subspan(offset + kChunkHeaderBytes, length);
-  if ((number == 0) != (type == kJson)) return fail(source, offset, "the first chunk, and no other, must be JSON");
+  if ((number == 0) != (type == kJson)) return fail_at(source, offset, "the first chunk, and no other, must be JSON");
   if (type == kJson) out.json = {reinterpret_cast<const char*>(content.data()), content.size()};
-  if (type == kBinary && number != 1) return fail(source, offset, "a BIN chunk that is not the second");
+  if (type == kBinary && number != 1) return fail_at(source, offset, "a BIN chunk that is not the second");
   if (type == kBinary) out.binary = content;
   return Done{};
 }
@@ -60,16 +60,16 @@ Result<GltfContainer> open_glb(const Source& source) {
   if (auto ok = check_header(source); !ok) return std::move(ok).error();
   GltfContainer out;
   std::size_t number = 0;
-  for (std::size_t offset = kHeaderBytes; offset < source.bytes.size(); ++number) {
-    if (source.bytes.size() - offset < kChunkHeaderBytes) return fail(source, offset, "truncated chunk header");
-    const std::size_t length = word_at(source, offset);
+  for (std::size_t offset = kGlbHeaderBytes; offset < source.bytes.size(); ++number) {
+    if (source.bytes.size() - offset < kChunkHeaderBytes) return fail_at(source, offset, "truncated chunk header");
+    const std::size_t length = u32_at(source, offset);
     if (length > source.bytes.size() - offset - kChunkHeaderBytes) {
-      return fail(source, offset, "truncated: a chunk of " + std::to_string(length) + " bytes is announced");
+      return fail_at(source, offset, "truncated: a chunk of " + std::to_string(length) + " bytes is announced");
     }
     if (auto ok = take_chunk(source, offset, number, out); !ok) return std::move(ok).error();
     offset += kChunkHeaderBytes + length;
   }
-  if (number == 0) return fail(source, kHeaderBytes, "no JSON chunk");
+  if (number == 0) return fail_at(source, kGlbHeaderBytes, "no JSON chunk");
   return out;
 }
 

@@ -1,5 +1,6 @@
 #include "api/formats/gltf_deform.h"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -65,21 +66,15 @@ const GltfColumn* GltfShape::column(const std::string& attribute) const {
   return found == draco->columns.end() ? nullptr : &found->second;
 }
 
-// Many targets may share one accessor, and many nodes one mesh: the file does not bound the product.
-Result<Done> GltfDeformer::count_work(std::size_t vertices) {
-  const std::size_t limit = vertex_limit(file_.source);
-  if (vertices > limit - work_) return too_many(file_.source, "vertices to morph and skin", limit);
-  work_ += vertices;
-  return Done{};
-}
-
 Result<Done> GltfDeformer::morph(const GltfShape& shape, const std::vector<double>& weights,
                                  std::vector<Vec3>& positions) {
   const auto& targets = shape.primitive.targets;
-  for (std::size_t t = 0; t < std::min(targets.size(), weights.size()); ++t) {
+  const std::size_t count = std::min(targets.size(), weights.size());
+  if (auto ok = file_.budget.work(count, shape.where); !ok) return ok;
+  for (std::size_t t = 0; t < count; ++t) {
+    if (weights[t] == 0) continue;
     const auto accessor = targets[t].find("POSITION");
-    if (weights[t] == 0 || accessor == targets[t].end()) continue;
-    if (auto ok = count_work(positions.size()); !ok) return ok;
+    if (accessor == targets[t].end()) continue;
     const auto read = file_.accessors.positions(static_cast<std::size_t>(accessor->second), "POSITION of a target");
     if (!read) return read.error();
     if (read->size() != positions.size()) {
@@ -140,7 +135,7 @@ Result<Done> GltfDeformer::skin(const GltfShape& shape, std::size_t skin, std::v
     const auto set = set_of(file_, shape, n);
     if (!set) return set.error();
     if (!*set) break;
-    if (auto ok = count_work(positions.size()); !ok) return ok;
+    if (auto ok = file_.budget.work(4 * positions.size(), shape.where); !ok) return ok;  // four joints each
     const std::string number = std::to_string(n);
     const auto joints = file_.accessors.joints((*set)->first, shape.column("JOINTS_" + number));
     if (!joints) return joints.error();

@@ -35,12 +35,10 @@ class GltfDeformer {
 
   Result<const Transforms*> joints(std::size_t skin);
   Result<Transforms> make_joints(std::size_t index);
-  Result<Done> count_work(std::size_t vertices);
 
   const GltfFile& file_;
   GltfWorld world_;
   std::map<std::size_t, Transforms> skins_;
-  std::size_t work_ = 0;
 };
 
 }  // namespace meshgauge::api

@@ -14,7 +14,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr int kDeepest = 64;
+constexpr int kDeepestValue = 64;
 // An object of JSON, even "{}", costs half a kilobyte once it is a node or an accessor of tinygltf. Real ones are
 // tens of characters long, so the memory stays in proportion to the file.
 constexpr std::size_t kMostValues = 4'000'000;
@@ -38,9 +38,9 @@ Result<Done> check_size(const Source& source, std::string_view text) {
     depth -= *p == '}' || *p == ']';
     values += *p == ',' || *p == '[' || *p == '{';
     objects += *p == '{';
-    if (depth > kDeepest || values > kMostValues || objects > most_objects) {
+    if (depth > kDeepestValue || values > kMostValues || objects > most_objects) {
       return at_byte(source, static_cast<std::size_t>(p - source.begin()), ErrorCode::unreadable_mesh,
-                     depth > kDeepest ? "glTF: JSON nested deeper than 64" : "glTF: too many values in the JSON");
+                     depth > kDeepestValue ? "glTF: JSON nested deeper than 64" : "glTF: too many values in the JSON");
     }
   }
   return Done{};
@@ -58,22 +58,22 @@ Result<json> parse(const Source& source, std::string_view text) {
   }
 }
 
-// glTF 1.0 names its objects in maps where glTF 2.0 has arrays; its version may be a number, or missing.
-bool is_version_1(const json& whole) {
-  if (!whole.is_object()) return false;
-  const auto asset = whole.find("asset");
-  if (asset != whole.end() && asset->is_object() && asset->contains("version")) {
-    const json& version = (*asset)["version"];
-    if (version.is_number()) return version.get<double>() < 2;
-    return version.is_string() && version.get_ref<const std::string&>().starts_with("1");
-  }
-  const auto meshes = whole.find("meshes");
-  return meshes != whole.end() && meshes->is_object();
+// What asset.version says, also as a number below 2; empty: nothing of the kind.
+std::string version_of(const json& whole) {
+  const json* asset = whole.is_object() && whole.contains("asset") ? &whole["asset"] : nullptr;
+  if (asset == nullptr || !asset->is_object() || !asset->contains("version")) return "";
+  const json& version = (*asset)["version"];
+  if (version.is_string()) return version.get<std::string>();
+  return version.is_number() && version.get<double>() < 2 ? version.dump() : "";
 }
 
-Result<Done> check_version(const Source& source, const json& root) {
-  const std::string& version = root["asset"]["version"].get_ref<const std::string&>();
-  if (version.starts_with("2.")) return Done{};
+// Before the members are checked: those of other versions are others. glTF 1.0 names its objects in maps where glTF 2.0
+// has arrays, and may lack a version.
+Result<Done> check_version(const Source& source, const json& whole) {
+  const std::string version = version_of(whole);
+  const bool has_maps = whole.is_object() && whole.contains("meshes") && whole["meshes"].is_object();
+  if (version == "1" || version.starts_with("1.") || (version.empty() && has_maps)) return gltf_1_error(source);
+  if (version.empty() || version.starts_with("2.")) return Done{};  // a missing one is missed with the members
   return at(source, "asset.version", ErrorCode::unsupported_format,
             "glTF " + in_quotes(version) + " is not supported; save the model as glTF 2.0");
 }
@@ -90,9 +90,14 @@ void take_buffers(json& root, GltfDocument& out) {
 
 // All of them before any file is looked for: what is missing may be missing since another name is refused.
 Result<Done> check_uris(const Source& source, const std::vector<GltfBuffer>& buffers) {
+  std::map<std::string, std::string> paths;  // by key
   for (std::size_t i = 0; i < buffers.size(); ++i) {
     if (!buffers[i].is_external()) continue;
-    const FilePath file = file_path_of_uri(buffers[i].uri);
+    FilePath file = file_path_of_uri(buffers[i].uri);
+    const std::string first = file.defect.empty() ? paths.emplace(file_key(file.path), file.path).first->second : "";
+    if (file.defect.empty() && first != file.path) {
+      file.defect = "differs from " + in_quotes(first) + " by letter case alone: rename one of the files";
+    }
     if (file.defect.empty()) continue;
     return at(source, "buffers[" + std::to_string(i) + "].uri", ErrorCode::unreadable_mesh,
               in_quotes(buffers[i].uri) + " " + file.defect);
@@ -101,12 +106,11 @@ Result<Done> check_uris(const Source& source, const std::vector<GltfBuffer>& buf
 }
 
 Result<GltfDocument> reduce(const Source& source, const json& whole) {
-  if (is_version_1(whole)) return gltf_1_error(source);
+  if (auto ok = check_version(source, whole); !ok) return std::move(ok).error();
   auto members = take_gltf_members(source, whole);
   if (!members) return std::move(members).error();
   json& root = *members;
   GltfDocument out;
-  if (auto ok = check_version(source, root); !ok) return std::move(ok).error();
   if (auto ok = take_gltf_extensions(source, root, out); !ok) return std::move(ok).error();
   take_buffers(root, out);
   if (auto ok = check_uris(source, out.buffers); !ok) return std::move(ok).error();

@@ -3,6 +3,7 @@
 
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -57,6 +58,7 @@ struct GltfDocument {
   std::vector<std::vector<GltfFaces>> faces;         // of each primitive of each mesh
   std::map<std::size_t, GltfMeshopt> meshopt;        // by bufferView
   std::map<std::size_t, GltfInstancing> instancing;  // by node
+  std::set<std::size_t> hidden;                      // nodes, by KHR_node_visibility: with all below them
 };
 
 // tinygltf takes a member of a wrong type as absent and cuts integers to 32 bits, so that a broken file would give

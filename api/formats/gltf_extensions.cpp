@@ -13,7 +13,8 @@ constexpr std::string_view kMeshoptNames[] = {"EXT_meshopt_compression", "KHR_me
 
 // Read here.
 constexpr std::string_view kRead[] = {"KHR_draco_mesh_compression", "EXT_meshopt_compression",
-                                      "KHR_meshopt_compression", "KHR_mesh_quantization", "EXT_mesh_gpu_instancing"};
+                                      "KHR_meshopt_compression",    "KHR_mesh_quantization",
+                                      "EXT_mesh_gpu_instancing",    "KHR_node_visibility"};
 
 // They change materials, textures, lights, sounds, animations or data beside the surface, never the surface.
 constexpr std::string_view kHarmlessFamilies[] = {
@@ -103,22 +104,32 @@ void take_faces(json& root, GltfDocument& out) {
   }
 }
 
-void take_meshopt(json& views, GltfDocument& out) {
+// Each extension forbids the other one on the same view: which stream is meant is not known.
+Result<Done> take_meshopt(const Source& source, json& views, GltfDocument& out) {
   for (std::size_t i = 0; i < views.size(); ++i) {
     for (const std::string_view name : kMeshoptNames) {
-      if (const json* found = extension_of(views[i], name)) out.meshopt[i] = meshopt_of(*found);
+      const json* found = extension_of(views[i], name);
+      if (found == nullptr) continue;
+      if (out.meshopt.contains(i)) {
+        return at(source, "bufferViews[" + std::to_string(i) + "].extensions", ErrorCode::unreadable_mesh,
+                  "has EXT_meshopt_compression and KHR_meshopt_compression; save the model with one of them");
+      }
+      out.meshopt[i] = meshopt_of(*found);
     }
     views[i].erase("extensions");
   }
+  return Done{};
 }
 
-void take_instancing(json& nodes, GltfDocument& out) {
+void take_node_extensions(json& nodes, GltfDocument& out) {
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     if (const json* found = extension_of(nodes[i], "EXT_mesh_gpu_instancing")) {
       const json& attributes = (*found)["attributes"];
       out.instancing[i] = {index_of(attributes, "TRANSLATION"), index_of(attributes, "ROTATION"),
                            index_of(attributes, "SCALE")};
     }
+    const json* visibility = extension_of(nodes[i], "KHR_node_visibility");
+    if (visibility != nullptr && !visibility->value("visible", true)) out.hidden.insert(i);
     nodes[i].erase("extensions");
   }
 }
@@ -128,8 +139,10 @@ void take_instancing(json& nodes, GltfDocument& out) {
 Result<Done> take_gltf_extensions(const Source& source, json& root, GltfDocument& out) {
   if (auto ok = check_required(source, root, out); !ok) return ok;
   if (root.contains("meshes")) take_faces(root, out);
-  if (root.contains("bufferViews")) take_meshopt(root["bufferViews"], out);
-  if (root.contains("nodes")) take_instancing(root["nodes"], out);
+  if (root.contains("bufferViews")) {
+    if (auto ok = take_meshopt(source, root["bufferViews"], out); !ok) return ok;
+  }
+  if (root.contains("nodes")) take_node_extensions(root["nodes"], out);
   for (const char* done : {"extensionsUsed", "extensionsRequired"}) root.erase(done);
   return Done{};
 }

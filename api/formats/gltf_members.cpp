@@ -13,7 +13,7 @@ namespace {
 
 using nlohmann::json;
 
-enum class Kind { index, size, flag, text, numbers, indices, texts, object, objects, refused };
+enum class Kind { index, size, flag, text, numbers, indices, texts, object, objects, more_joints };
 
 // A member that is read; what is not named here is dropped. `members` for objects, `count` for numbers: 0 is any.
 struct Field {
@@ -29,7 +29,9 @@ constexpr Field kScene[] = {{"nodes", Kind::indices}};
 constexpr Field kInstanceAttributes[] = {
     {"TRANSLATION", Kind::index}, {"ROTATION", Kind::index}, {"SCALE", Kind::index}};
 constexpr Field kInstancing[] = {{"attributes", Kind::object, true, 0, kInstanceAttributes}};
-constexpr Field kNodeExtensions[] = {{"EXT_mesh_gpu_instancing", Kind::object, false, 0, kInstancing}};
+constexpr Field kVisibility[] = {{"visible", Kind::flag}};
+constexpr Field kNodeExtensions[] = {{"EXT_mesh_gpu_instancing", Kind::object, false, 0, kInstancing},
+                                     {"KHR_node_visibility", Kind::object, false, 0, kVisibility}};
 constexpr Field kNode[] = {{"mesh", Kind::index},
                            {"skin", Kind::index},
                            {"weights", Kind::numbers},
@@ -40,10 +42,10 @@ constexpr Field kNode[] = {{"mesh", Kind::index},
                            {"translation", Kind::numbers, false, 3},
                            {"extensions", Kind::object, false, 0, kNodeExtensions}};
 constexpr Field kSkin[] = {{"joints", Kind::indices, true}, {"inverseBindMatrices", Kind::index}};
-constexpr Field kAttributes[] = {{"POSITION", Kind::index},  {"JOINTS_0", Kind::index},  {"WEIGHTS_0", Kind::index},
-                                 {"JOINTS_1", Kind::index},  {"WEIGHTS_1", Kind::index}, {"JOINTS_2", Kind::index},
-                                 {"WEIGHTS_2", Kind::index}, {"JOINTS_3", Kind::index},  {"WEIGHTS_3", Kind::index},
-                                 {"JOINTS_4", Kind::refused}};
+constexpr Field kAttributes[] = {{"POSITION", Kind::index},      {"JOINTS_0", Kind::index},  {"WEIGHTS_0", Kind::index},
+                                 {"JOINTS_1", Kind::index},      {"WEIGHTS_1", Kind::index}, {"JOINTS_2", Kind::index},
+                                 {"WEIGHTS_2", Kind::index},     {"JOINTS_3", Kind::index},  {"WEIGHTS_3", Kind::index},
+                                 {"JOINTS_4", Kind::more_joints}};
 constexpr Field kDraco[] = {{"bufferView", Kind::index, true}, {"attributes", Kind::object, true, 0, kAttributes}};
 constexpr Field kPrimitiveExtensions[] = {{"KHR_draco_mesh_compression", Kind::object, false, 0, kDraco}};
 constexpr Field kTarget[] = {{"POSITION", Kind::index}};
@@ -199,8 +201,9 @@ bool Checker::value(const json& in, const Field& field, const Path& path, json& 
       return object(in, field.members, path, out);
     case Kind::objects:
       return objects(in, field.members, path, out);
-    case Kind::refused:
-      return fail(path, "not supported", ErrorCode::unsupported_format);
+    case Kind::more_joints:
+      return fail(path, "more than 16 joints a vertex are not supported; save the model with at most 16",
+                  ErrorCode::unsupported_format);
     case Kind::flag:
       if (!in.is_boolean()) return fail(path, "expected true or false");
       break;

@@ -59,8 +59,8 @@ Result<std::vector<GltfTransform>> gltf_instances(const GltfFile& file, std::siz
     return Done{};
   };
   Result<Done> ok = Done{};
-  if (instancing.translation) ok = take(file.accessors.positions(*instancing.translation, "TRANSLATION"), translations);
-  if (ok && instancing.scale) ok = take(file.accessors.positions(*instancing.scale, "SCALE"), scales);
+  if (instancing.translation) ok = take(file.accessors.floats(*instancing.translation, "TRANSLATION"), translations);
+  if (ok && instancing.scale) ok = take(file.accessors.floats(*instancing.scale, "SCALE"), scales);
   if (ok && instancing.rotation) ok = take(file.accessors.rotations(*instancing.rotation), rotations);
   if (!ok) return std::move(ok).error();
   const std::size_t count = std::max({translations.size(), scales.size(), rotations.size()});

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <map>
 #include <optional>
+#include <set>
 #include <utility>
 
 #include "api/formats/fan.h"
@@ -21,7 +22,7 @@ class Scene {
       : file_(file),
         deformer_(file),
         visited_(file.model.nodes.size(), false),
-        shown_(file.model.meshes.size(), false) {}
+        in_scene_(file.model.meshes.size(), false) {}
 
   Result<ReadMesh> read();
 
@@ -29,6 +30,7 @@ class Scene {
   struct Visit {
     std::size_t node;
     GltfTransform parent;
+    bool hidden;  // by a node above
   };
   // How a node places its mesh.
   struct Placing {
@@ -39,14 +41,15 @@ class Scene {
   // The remarks count these.
   struct Counts {
     std::size_t instances = 0;
-    std::size_t skinned = 0;
-    std::size_t morphed = 0;
+    std::size_t hidden = 0;         // nodes with a mesh
+    std::set<std::size_t> skinned;  // meshes
+    std::set<std::size_t> morphed;
   };
 
   Result<std::vector<int>> roots() const;
-  Result<Done> push(const std::vector<int>& nodes, const std::string& where, const GltfTransform& parent);
+  Result<Done> push(const std::vector<int>& nodes, const std::string& where, const GltfTransform& parent, bool hidden);
   Result<Done> visit(const Visit& visit);
-  Result<Done> node_mesh(std::size_t index, const GltfTransform& to_world);
+  Result<Done> node_mesh(std::size_t index, const GltfTransform& to_world, bool hidden);
   Result<Done> instances(std::size_t node, const GltfInstancing& instancing, const Placing& placing);
   Result<Done> mesh(std::size_t index, const Placing& placing);
   Result<Done> primitive(std::size_t mesh, std::size_t index, const Placing& placing);
@@ -55,14 +58,15 @@ class Scene {
   Result<std::vector<Vec3>> local_vertices(const GltfShape& shape, std::size_t accessor, const Placing& placing);
   Result<std::vector<std::uint32_t>> corners(const GltfFaces& faces, const std::string& where,
                                              std::size_t vertices) const;
+  Result<Done> surface(std::size_t mesh, std::size_t index, const Placing& placing, const std::string& where);
   Result<Done> triangles(int mode, const std::vector<std::uint32_t>& corners, std::uint32_t first,
                          const std::string& where);
   void add_remarks();
 
   const GltfFile& file_;
   GltfDeformer deformer_;
-  std::vector<bool> visited_;  // nodes
-  std::vector<bool> shown_;    // meshes
+  std::vector<bool> visited_;   // nodes
+  std::vector<bool> in_scene_;  // meshes, hidden or not
   std::vector<Visit> stack_;
   std::map<std::pair<std::size_t, std::size_t>, GltfDracoMesh> draco_;  // by mesh and primitive
   std::map<std::size_t, std::uint32_t> placed_;  // of the mesh at hand: accessor of positions -> first vertex
@@ -70,16 +74,25 @@ class Scene {
   ReadMesh out_;
 };
 
+// A root of the scene that is another node's child would be placed without that node's transform.
 Result<std::vector<int>> Scene::roots() const {
-  const std::size_t scene = file_.model.defaultScene < 0 ? 0 : static_cast<std::size_t>(file_.model.defaultScene);
-  if (scene < file_.model.scenes.size()) return file_.model.scenes[scene].nodes;
-  if (file_.model.defaultScene >= 0) return file_.fail("scene", std::to_string(scene) + " does not exist");
   std::vector<bool> is_child(file_.model.nodes.size(), false);
   for (const tinygltf::Node& node : file_.model.nodes) {
     for (const int child : node.children) {
       if (static_cast<std::size_t>(child) < is_child.size()) is_child[static_cast<std::size_t>(child)] = true;
     }
   }
+  const std::size_t scene = file_.model.defaultScene < 0 ? 0 : static_cast<std::size_t>(file_.model.defaultScene);
+  if (scene < file_.model.scenes.size()) {
+    for (const int node : file_.model.scenes[scene].nodes) {
+      if (static_cast<std::size_t>(node) >= is_child.size() || !is_child[static_cast<std::size_t>(node)]) continue;
+      return file_.fail(gltf_item("scenes", scene),
+                        "names " + gltf_item("nodes", static_cast<std::size_t>(node)) +
+                            ", which is a child of another node; a scene names root nodes alone");
+    }
+    return file_.model.scenes[scene].nodes;
+  }
+  if (file_.model.defaultScene >= 0) return file_.fail("scene", std::to_string(scene) + " does not exist");
   std::vector<int> out;
   for (std::size_t i = 0; i < is_child.size(); ++i) {
     if (!is_child[i]) out.push_back(static_cast<int>(i));
@@ -88,7 +101,8 @@ Result<std::vector<int>> Scene::roots() const {
 }
 
 // A node has at most one parent; so each is visited once, and neither a cycle nor a doubling ladder goes on.
-Result<Done> Scene::push(const std::vector<int>& nodes, const std::string& where, const GltfTransform& parent) {
+Result<Done> Scene::push(const std::vector<int>& nodes, const std::string& where, const GltfTransform& parent,
+                         bool hidden) {
   for (std::size_t i = nodes.size(); i-- > 0;) {  // the last one in is visited first
     const auto index = static_cast<std::size_t>(nodes[i]);
     if (index >= visited_.size()) return file_.fail(where, gltf_item("nodes", index) + " does not exist");
@@ -96,7 +110,7 @@ Result<Done> Scene::push(const std::vector<int>& nodes, const std::string& where
       return file_.fail(gltf_item("nodes", index), "used twice: several parents, or a cycle of nodes");
     }
     visited_[index] = true;
-    stack_.push_back({index, parent});
+    stack_.push_back({index, parent, hidden});
   }
   return Done{};
 }
@@ -105,14 +119,19 @@ Result<ReadMesh> Scene::read() {
   out_.notes.unit = LengthUnit::meter;  // of every glTF (glTF 2.0, section 3.4)
   const auto top = roots();
   if (!top) return top.error();
-  if (auto ok = push(*top, "the scene", GltfTransform::Identity()); !ok) return std::move(ok).error();
+  if (auto ok = push(*top, "the scene", GltfTransform::Identity(), false); !ok) return std::move(ok).error();
   while (!stack_.empty()) {
     const Visit next = stack_.back();
     stack_.pop_back();
     if (auto ok = visit(next); !ok) return std::move(ok).error();
   }
+  if (counts_.hidden != 0 && out_.mesh.triangles.empty()) {
+    return about(file_.source.part, ErrorCode::empty_mesh,
+                 "has no triangles that are shown: KHR_node_visibility hides " + std::to_string(counts_.hidden) +
+                     " nodes with meshes; save the model with them visible");
+  }
   add_remarks();
-  out_.notes.unused_objects = static_cast<std::size_t>(std::ranges::count(shown_, false));
+  out_.notes.unused_objects = static_cast<std::size_t>(std::ranges::count(in_scene_, false));
   return std::move(out_);
 }
 
@@ -121,21 +140,27 @@ Result<Done> Scene::visit(const Visit& visit) {
   const auto local = gltf_local_transform(file_, visit.node);
   if (!local) return local.error();
   const GltfTransform to_world = visit.parent * *local;
+  const bool hidden = visit.hidden || file_.document.hidden.contains(visit.node);
   if (node.mesh >= 0) {
-    if (auto ok = node_mesh(visit.node, to_world); !ok) return ok;
+    if (auto ok = node_mesh(visit.node, to_world, hidden); !ok) return ok;
   }
-  return push(node.children, gltf_item("nodes", visit.node), to_world);
+  return push(node.children, gltf_item("nodes", visit.node), to_world, hidden);
 }
 
-Result<Done> Scene::node_mesh(std::size_t index, const GltfTransform& to_world) {
+Result<Done> Scene::node_mesh(std::size_t index, const GltfTransform& to_world, bool hidden) {
   const tinygltf::Node& node = file_.model.nodes[index];
   const auto mesh_index = static_cast<std::size_t>(node.mesh);
   if (mesh_index >= file_.model.meshes.size()) {
     return file_.fail(gltf_item("meshes", mesh_index), "does not exist");
   }
+  in_scene_[mesh_index] = true;
+  if (hidden) {
+    ++counts_.hidden;
+    return Done{};
+  }
   Placing placing{to_world, std::nullopt, node.weights.empty() ? file_.model.meshes[mesh_index].weights : node.weights};
   if (node.skin >= 0) placing.skin = static_cast<std::size_t>(node.skin);
-  if (placing.skin) ++counts_.skinned;
+  if (placing.skin) counts_.skinned.insert(mesh_index);
   if (const auto found = file_.document.instancing.find(index); found != file_.document.instancing.end()) {
     return instances(index, found->second, placing);
   }
@@ -163,11 +188,10 @@ Result<Done> Scene::instances(std::size_t node, const GltfInstancing& instancing
 }
 
 Result<Done> Scene::mesh(std::size_t index, const Placing& placing) {
-  shown_[index] = true;
   placed_.clear();
   const auto& primitives = file_.model.meshes[index].primitives;
-  if (std::ranges::any_of(primitives, [](const auto& p) { return !p.targets.empty(); })) ++counts_.morphed;
   for (std::size_t i = 0; i < primitives.size(); ++i) {
+    if (!primitives[i].targets.empty()) counts_.morphed.insert(index);
     if (auto ok = primitive(index, i, placing); !ok) return ok;
   }
   return Done{};
@@ -176,6 +200,10 @@ Result<Done> Scene::mesh(std::size_t index, const Placing& placing) {
 Result<Done> Scene::primitive(std::size_t mesh, std::size_t index, const Placing& placing) {
   const tinygltf::Primitive& primitive = file_.model.meshes[mesh].primitives[index];
   const std::string where = gltf_item("meshes", mesh) + "." + gltf_item("primitives", index);
+  constexpr std::size_t kSteps = 64;  // of a primitive without a vertex
+  const std::size_t steps_before = file_.budget.steps();
+  const std::size_t triangles_before = out_.mesh.triangles.size();
+  if (auto ok = file_.budget.work(kSteps, where); !ok) return ok;
   if (primitive.mode >= TINYGLTF_MODE_POINTS && primitive.mode < TINYGLTF_MODE_TRIANGLES) {
     ++out_.notes.skipped_primitives;
     return Done{};
@@ -183,6 +211,13 @@ Result<Done> Scene::primitive(std::size_t mesh, std::size_t index, const Placing
   if (primitive.mode > TINYGLTF_MODE_TRIANGLE_FAN) {
     return file_.fail(where, "mode " + std::to_string(primitive.mode) + " does not exist");
   }
+  auto ok = surface(mesh, index, placing, where);
+  file_.budget.refund(steps_before, out_.mesh.triangles.size() - triangles_before);
+  return ok;
+}
+
+Result<Done> Scene::surface(std::size_t mesh, std::size_t index, const Placing& placing, const std::string& where) {
+  const tinygltf::Primitive& primitive = file_.model.meshes[mesh].primitives[index];
   const auto position = primitive.attributes.find("POSITION");
   if (position == primitive.attributes.end()) return file_.fail(where, "no attribute POSITION");
   const auto accessor = static_cast<std::size_t>(position->second);
@@ -193,6 +228,10 @@ Result<Done> Scene::primitive(std::size_t mesh, std::size_t index, const Placing
     const auto used = corners(faces, where, file_.model.accessors[accessor].count);
     if (!used) return used.error();
     return triangles(primitive.mode, *used, *first, where);
+  }
+  if (primitive.mode == TINYGLTF_MODE_TRIANGLE_FAN) {
+    return file_.fail(where,
+                      "mode 6, a fan, compressed by Draco, which the extension does not allow; save it as triangles");
   }
   // What Draco decodes are triangles, also where the accessors that it stands in for hold a strip.
   const auto decoded = draco(mesh, index, where);
@@ -212,6 +251,8 @@ Result<const GltfDracoMesh*> Scene::draco(std::size_t mesh, std::size_t index, c
     const std::string place = where + ".extensions.KHR_draco_mesh_compression";
     const auto stream = file_.views.bytes(draco.view, place);
     if (!stream) return stream.error();
+    constexpr std::size_t kSteps = 2000;  // of a stream without a triangle
+    if (auto ok = file_.budget.work(kSteps + stream->size(), place); !ok) return std::move(ok).error();
     auto decoded = decode_draco(file_.source, place, *stream, draco.ids, file_.budget);
     if (!decoded) return std::move(decoded).error();
     known = draco_.emplace(std::pair(mesh, index), *std::move(decoded)).first;
@@ -278,6 +319,7 @@ Result<Done> Scene::triangles(int mode, const std::vector<std::uint32_t>& corner
   if (count > file_.source.limits.max_triangles - out_.mesh.triangles.size()) {
     return too_many(file_.source, "triangles", file_.source.limits.max_triangles);
   }
+  if (auto ok = file_.budget.work(corners.size(), where); !ok) return ok;
   reserve_more(out_.mesh.triangles, count);
   if (separate) {
     for (std::size_t i = 0; i < corners.size(); i += 3) {
@@ -300,8 +342,9 @@ void Scene::add_remarks() {
   };
   add("primitives decoded from Draco", draco_.size());
   add("bufferViews decompressed by meshopt", file_.views.decompressed());
-  add("meshes skinned to the pose that the file stores", counts_.skinned);
-  add("meshes with morph targets, taken at their default weights", counts_.morphed);
+  add("meshes skinned to the pose that the file stores", counts_.skinned.size());
+  add("meshes with morph targets, taken at their default weights", counts_.morphed.size());
+  add("nodes with a mesh that KHR_node_visibility hides, left out", counts_.hidden);
   add("instances by EXT_mesh_gpu_instancing", counts_.instances);
 }
 

@@ -4,7 +4,6 @@
 #include <optional>
 #include <utility>
 
-#include "api/formats/expansion.h"
 #include "api/formats/meshopt.h"
 
 namespace meshgauge::api {
@@ -17,7 +16,7 @@ std::optional<std::string> defect(const GltfMeshopt& meshopt, std::size_t length
   const bool is_attributes = meshopt.mode == "ATTRIBUTES";
   const bool is_triangles = meshopt.mode == "TRIANGLES";
   if (!is_attributes && !is_triangles && meshopt.mode != "INDICES") {
-    return "the mode " + in_quotes(meshopt.mode) + " does not exist";
+    return "the mode " + in_quotes(meshopt.mode) + " does not exist; ATTRIBUTES, TRIANGLES and INDICES do";
   }
   const bool good_stride = is_attributes ? meshopt.stride >= 4 && meshopt.stride <= 256 && meshopt.stride % 4 == 0
                                          : meshopt.stride == 2 || meshopt.stride == 4;
@@ -28,8 +27,13 @@ std::optional<std::string> defect(const GltfMeshopt& meshopt, std::size_t length
   if (is_triangles && meshopt.count % 3 != 0) {
     return std::to_string(meshopt.count) + " indices are no whole number of triangles";
   }
-  if (meshopt.filter != "NONE" && !is_attributes) return "a filter, which only ATTRIBUTES may have";
-  if (meshopt.filter == "QUATERNION" && meshopt.stride != 8) return "the filter QUATERNION without a byteStride of 8";
+  if (meshopt.filter != "NONE" && !is_attributes) {
+    return "the filter " + in_quotes(meshopt.filter) + " in the mode " + meshopt.mode +
+           "; only ATTRIBUTES may have one";
+  }
+  if (meshopt.filter == "QUATERNION" && meshopt.stride != 8) {
+    return "the filter QUATERNION with a byteStride of " + std::to_string(meshopt.stride) + "; it needs 8";
+  }
   if (meshopt.count / kMostPerByte > meshopt.length) {
     return std::to_string(meshopt.count) + " elements do not fit in " + std::to_string(meshopt.length) + " bytes";
   }
@@ -47,20 +51,6 @@ bool decode(const GltfMeshopt& meshopt, std::span<const std::byte> stream, std::
 }
 
 }  // namespace
-
-// Buffers beside the file (or, as data URIs, inside) may be larger than the file itself.
-GltfBudget::GltfBudget(const Source& source, std::span<const std::span<const std::byte>> buffers)
-    : source_(source), compressed_(0) {
-  for (const auto& buffer : buffers) compressed_ += buffer.size();
-  compressed_ = std::max(compressed_, source.bytes.size());
-  limit_ = expansion_limit(compressed_, source.limits);
-}
-
-Result<Done> GltfBudget::take(std::size_t bytes) {
-  if (bytes > limit_ - taken_) return expands_too_far(source_.part, limit_, compressed_, "compressed glTF");
-  taken_ += bytes;
-  return Done{};
-}
 
 // All numbers come from check_gltf() and are below 2^53, so that no sum overflows 64 bits.
 Result<std::span<const std::byte>> GltfViews::piece(const std::string& where, const std::string& what,
@@ -104,7 +94,7 @@ Result<std::vector<std::byte>> GltfViews::decompress(std::size_t view, const Glt
   const bool quaternion = meshopt.filter == "QUATERNION";
   if (!exponential && !quaternion && meshopt.filter != "NONE") {
     return fail("positions, indices or transforms behind the filter " + in_quotes(meshopt.filter) +
-                    ", which is for normals and colours",
+                    ", which is for normals and colours; save the model without it",
                 ErrorCode::unsupported_format);
   }
   if (auto ok = budget_.take(meshopt.count * meshopt.stride + meshopt.length); !ok) return std::move(ok).error();

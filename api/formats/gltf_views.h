@@ -9,28 +9,11 @@
 
 #include <tiny_gltf.h>
 
+#include "api/formats/gltf_budget.h"
 #include "api/formats/gltf_document.h"
 #include "api/formats/source.h"
 
 namespace meshgauge::api {
-
-// How far the compressed parts of one glTF may expand together (expansion.h). What is decompressed twice counts twice,
-// so that it bounds time, too.
-class GltfBudget {
- public:
-  GltfBudget(const Source& source, std::span<const std::span<const std::byte>> buffers);
-
-  // Takes this many bytes, or refuses.
-  Result<Done> take(std::size_t bytes);
-
-  std::size_t file_bytes() const { return compressed_; }  // of the document and its buffers, whichever are more
-
- private:
-  const Source& source_;
-  std::size_t compressed_;
-  std::size_t limit_;
-  std::size_t taken_ = 0;
-};
 
 class GltfViews {
  public:
@@ -48,7 +31,7 @@ class GltfViews {
     return found == document_.meshopt.end() ? std::nullopt : std::optional<std::size_t>(found->second.stride);
   }
 
-  std::size_t file_bytes() const { return budget_.file_bytes(); }
+  GltfBudget& budget() const { return budget_; }
   std::size_t decompressed() const { return decompressed_.size(); }  // views
 
  private:

@@ -34,7 +34,7 @@ int exact_orientation(const Point2& a, const Point2& b, const Point2& c);
 //
 // The filter is Shewchuk's: the determinant is right within (3 + 16u)u of the sum of its two products, u = 2^-53,
 // where nothing underflows. NaN and infinity, after an overflow, do not pass it.
-inline constexpr double kOrientationError = 0x1.8000000000002p-52;
+inline constexpr double kOrientationError = 0x1.8000000000004p-52;
 inline constexpr double kLeastTurn = 0x1p-900;  // smaller determinants may have underflowed
 
 inline int orientation(const Point2& a, const Point2& b, const Point2& c) {

@@ -192,7 +192,9 @@ double polygon_deviation(std::span<const Vec3> corners, const Vec3& normal, Step
   if (crosses_itself(view.outline(), budget) || budget.left() == 0) return deviation_along_axis(corners, normal);
   const double thick = thickness(corners, normal);
   const std::size_t n = corners.size();
-  if (n > kMostMeasuredCorners || !budget.spend(n * n * n * n / 24)) return thick;
+  // Pairs of pairs of diagonals, and each diagonal against each edge.
+  const std::size_t steps = n * n * n * n / 24 + n * n * n / 2 * kOrientationSteps;
+  if (n > kMostMeasuredCorners || !budget.spend(steps)) return thick;
   // A corner on a diagonal bounds overlaps at which nothing crosses (D2), so the crossings say too little.
   if (view.has_straight_corners()) return thick;
   return std::min(thick, view.largest_crossing() * kRelative + kAbsolute * extent_of(corners));

@@ -36,9 +36,17 @@ bool is_plainly_convex(const Point2& a, const Point2& b, const Point2& c, const 
   return std::abs(turn(ab, bc) + turn(bc, cd) + turn(cd, da) + turn(da, ab)) == 4;
 }
 
-// The face's normal, of any length; zero for corners on one line.
-Vec3 normal_of(const std::vector<Vec3>& corners) {
+// The face's normal, its largest component 1; zero for corners on one line. Edges are scaled to about 1 first: products
+// of tiny ones would underflow.
+Vec3 normal_of(std::vector<Vec3> corners) {
   const std::size_t n = corners.size();
+  double extent = 0;
+  for (const Vec3& p : corners) extent = std::max(extent, (p - corners[0]).cwiseAbs().maxCoeff());
+  int exponent = 0;
+  std::frexp(extent, &exponent);
+  const Vec3 origin = corners[0];
+  for (Vec3& p : corners) p = (p - origin).unaryExpr([&](double x) { return std::ldexp(x, -exponent); });
+  const auto size = [](const Vec3& v) { return v.cwiseAbs().maxCoeff(); };
   Vec3 area = Vec3::Zero();  // Newell's: twice the area, by axes
   Vec3 sharpest = Vec3::Zero();
   const auto at_corner = [&](std::size_t i) -> Vec3 {
@@ -46,12 +54,13 @@ Vec3 normal_of(const std::vector<Vec3>& corners) {
     return (p - corners[(i + n - 1) % n]).cross(corners[(i + 1) % n] - p);
   };
   for (std::size_t i = 0; i < n; ++i) {
-    area += (corners[i] - corners[0]).cross(corners[(i + 1) % n] - corners[0]);
-    if (const Vec3 turn = at_corner(i); turn.squaredNorm() > sharpest.squaredNorm()) sharpest = turn;
+    area += corners[i].cross(corners[(i + 1) % n]);
+    if (const Vec3 turn = at_corner(i); size(turn) > size(sharpest)) sharpest = turn;
   }
   // A face whose areas cancel, such as a polyline and back, has a plane nonetheless: that of its corners.
   constexpr double kCancelled = 1e-9;
-  return area.norm() > kCancelled * sharpest.norm() ? area : sharpest;
+  const Vec3 normal = size(area) > kCancelled * size(sharpest) ? area : sharpest;
+  return normal.isZero(0) ? normal : Vec3(normal / size(normal));
 }
 
 class Splitter {
@@ -188,7 +197,7 @@ Result<Done> split_polygons(const Source& source, const std::vector<FaceRun>& ru
     if (splitter.split(run)) continue;
     return at(source,
               "the face of " + std::to_string(run.corners) + " corners that begins with vertex " +
-                  std::to_string(splitter.first_corner()),
+                  std::to_string(splitter.first_corner()) + " (counted from 0)",
               ErrorCode::too_large, "takes too long to split into triangles; split it, or faces like it, before");
   }
   return Done{};

@@ -65,8 +65,9 @@ inline constexpr std::size_t kSplitSteps = std::size_t{1} << 28;
 inline constexpr std::size_t kStepsPerCorner = 32;
 inline constexpr std::size_t kMeasureSteps = std::size_t{1} << 26;  // for deviations; with none left, D1 bounds them
 
-// Above it a face counts as not planar: its thickness along its normal over its largest coordinate. Rounding
-// coordinates to binary32 moves each corner by less than a quarter of that.
-inline constexpr double kPlanarThickness = 0x1p-19;
+// Above it a face counts as not planar: its thickness along its normal over its largest coordinate c. Six significant
+// digits round each coordinate by at most 5e-6 c, which moves a corner along a normal by up to sqrt(3) times that, and
+// two corners apart by twice as much: 1.8e-5 c. Rounding to binary32 moves them by far less.
+inline constexpr double kPlanarThickness = 0x1p-15;
 
 }  // namespace meshgauge::api

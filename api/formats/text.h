@@ -4,10 +4,15 @@
 #include <charconv>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string_view>
 #include <system_error>
 
 namespace meshgauge::api {
+
+inline std::string_view as_text(std::span<const std::byte> bytes) {
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
 
 inline bool is_blank(char c) { return c == ' ' || c == '\t'; }
 inline bool is_newline(char c) { return c == '\n' || c == '\r'; }
@@ -27,6 +32,14 @@ inline const char* skip_spaces(const char* p, const char* end) {
 
 inline const char* skip_line(const char* p, const char* end) {
   while (p != end && !is_newline(*p)) ++p;
+  return p;
+}
+
+// Past the end of the line as well, of \n, \r\n or \r.
+inline const char* next_line(const char* p, const char* end) {
+  p = skip_line(p, end);
+  if (p != end && *p == '\r') ++p;
+  if (p != end && *p == '\n') ++p;
   return p;
 }
 

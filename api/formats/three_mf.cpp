@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <map>
 #include <set>
+#include <span>
 #include <utility>
 
 #include "api/formats/room.h"
@@ -16,8 +17,7 @@ namespace {
 
 using Transform = std::optional<Eigen::Affine3d>;
 
-constexpr const char* kRelationships = "_rels/.rels";
-constexpr int kDeepest = 64;
+constexpr int kDeepestComponent = 64;
 constexpr std::size_t kMostPlaced = 1'000'000;
 
 // Finds the root model in the relationships of the package.
@@ -87,8 +87,7 @@ class Placer {
  private:
   Result<Done> place(const MfPlacement& placement, std::size_t user, const Transform& outer);
   Result<Done> copy(const MfKey& key, const MfObject& object, const Transform& to_world);
-  Result<Done> look_at_ranges(const MfKey& key, const MfObject& object);
-  void copy_triangles(const MfKey& key, const MfObject& object, std::uint32_t first);
+  Result<std::span<const Triangle>> printed_triangles(const MfKey& key, const MfObject& object);
   MfVolume volume_of(const MfPlacement& placement, const MfObject& object) const;
   Error fail(const MfKey& object, const std::string& what, ErrorCode code = ErrorCode::unreadable_mesh) const {
     return at(source_, printable(document_.parts[object.first], 100) + ", object " + std::to_string(object.second),
@@ -105,8 +104,8 @@ class Placer {
   const MfVolumes& volumes_;
   std::vector<MfKey> open_;  // the objects that hold the one at hand
   std::set<MfKey> shown_;
-  std::set<MfKey> helpers_;                      // objects that are not printed where they are placed
-  std::map<MfKey, std::vector<bool>> left_out_;  // triangles of volumes that are not printed
+  std::set<MfKey> helpers_;                         // objects that are not printed where they are placed
+  std::map<MfKey, std::vector<Triangle>> printed_;  // of objects some of whose volumes are not
   std::size_t placed_ = 0;
   ReadMesh out_;
 };
@@ -118,7 +117,7 @@ Result<Done> Placer::place(const MfPlacement& placement, std::size_t user, const
     return fail(key, "does not exist, but " + printable(document_.parts[user], 100) + " places it");
   }
   if (std::ranges::find(open_, key) != open_.end()) return fail(key, "a component of itself");
-  if (open_.size() == kDeepest) return fail(key, "components nested deeper than 64");
+  if (open_.size() == kDeepestComponent) return fail(key, "components nested deeper than 64");
   if (++placed_ > kMostPlaced) {
     return about(source_.part, ErrorCode::too_large, "places more than 1000000 objects and components");
   }
@@ -152,52 +151,50 @@ MfVolume Placer::volume_of(const MfPlacement& placement, const MfObject& object)
 Result<Done> Placer::copy(const MfKey& key, const MfObject& object, const Transform& to_world) {
   std::vector<Vec3>& positions = out_.mesh.positions;
   std::vector<Triangle>& triangles = out_.mesh.triangles;
-  if (object.triangles > source_.limits.max_triangles - triangles.size()) {
+  const auto printed = printed_triangles(key, object);
+  if (!printed) return printed.error();
+  if (printed->empty()) return Done{};
+  if (printed->size() > source_.limits.max_triangles - triangles.size()) {
     return too_many(source_, "triangles", source_.limits.max_triangles);
   }
   if (object.vertices > vertex_limit(source_) - positions.size()) {
     return too_many(source_, "vertices", vertex_limit(source_));
   }
-  if (auto ok = look_at_ranges(key, object); !ok) return ok;
   const auto first = static_cast<std::uint32_t>(positions.size());
   reserve_more(positions, object.vertices);
-  reserve_more(triangles, object.triangles);
+  reserve_more(triangles, printed->size());
   for (std::size_t i = 0; i < object.vertices; ++i) {
     const Vec3& local = document_.positions[object.first_vertex + i];
     positions.push_back(to_world ? Vec3(*to_world * local) : local);
   }
-  copy_triangles(key, object, first);
+  for (const Triangle& local : *printed) {
+    triangles.push_back({first + local[0], first + local[1], first + local[2]});
+  }
   return Done{};
 }
 
-// Which triangles of an object belong to volumes that are not printed; empty: none of them. The ranges may overlap in
-// any number: time is linear in them and in the triangles, and they are looked at once for all placements.
-Result<Done> Placer::look_at_ranges(const MfKey& key, const MfObject& object) {
+// The triangles of an object but for those of volumes that are not printed. The ranges may overlap in any number: time
+// is linear in them and in the triangles, once for all placements. Vertices that only triangles left out use stay where
+// others do: they are no part of the surface.
+Result<std::span<const Triangle>> Placer::printed_triangles(const MfKey& key, const MfObject& object) {
+  const auto all = std::span(document_.triangles).subspan(object.first_triangle, object.triangles);
   const auto noted = key.first == 0 ? volumes_.of_mesh.find(key.second) : volumes_.of_mesh.end();
-  if (noted == volumes_.of_mesh.end() || left_out_.contains(key)) return Done{};
-  std::vector<std::int32_t> begun_less_ended(object.triangles + 1);
+  if (noted == volumes_.of_mesh.end()) return all;
+  out_.notes.helper_objects += noted->second.size();
+  if (const auto known = printed_.find(key); known != printed_.end()) return std::span<const Triangle>(known->second);
+  std::vector<std::int32_t> begun_less_ended(all.size() + 1);
   for (const MfTriangles& range : noted->second) {
-    if (range.last >= object.triangles) return fail(key, "the slicer's notes name a triangle that it does not have");
+    if (range.last >= all.size()) return fail(key, "the slicer's notes name a triangle that it does not have");
     if (range.volume == MfVolume::negative) return negative(key);
     ++begun_less_ended[range.first];
     --begun_less_ended[range.last + 1];
   }
-  std::vector<bool>& left_out = left_out_[key];
-  left_out.resize(object.triangles);
+  std::vector<Triangle>& printed = printed_[key];
   std::int32_t open = 0;
-  for (std::size_t i = 0; i < object.triangles; ++i) left_out[i] = (open += begun_less_ended[i]) > 0;
-  return Done{};
-}
-
-// Vertices that only triangles left out use stay: they are no part of the surface.
-void Placer::copy_triangles(const MfKey& key, const MfObject& object, std::uint32_t first) {
-  const auto found = left_out_.find(key);
-  if (found != left_out_.end()) out_.notes.helper_objects += volumes_.of_mesh.at(key.second).size();
-  for (std::size_t i = 0; i < object.triangles; ++i) {
-    if (found != left_out_.end() && found->second[i]) continue;
-    const Triangle& local = document_.triangles[object.first_triangle + i];
-    out_.mesh.triangles.push_back({first + local[0], first + local[1], first + local[2]});
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if ((open += begun_less_ended[i]) == 0) printed.push_back(all[i]);
   }
+  return std::span<const Triangle>(printed);
 }
 
 Error Placer::shows_nothing() const {

@@ -14,17 +14,17 @@ using Defect = std::optional<XmlDefect>;
 constexpr const char* kFiles[] = {"Metadata/Slic3r_PE_model.config", "Metadata/model_settings.config"};
 constexpr std::size_t kMostVolumes = 1'000'000;
 
-struct Kind {
+struct VolumeKind {
   std::string_view name;
   MfVolume volume;
 };
 // PrusaSlicer's names, SuperSlicer's own, and those of Bambu Studio and OrcaSlicer.
-constexpr Kind kKinds[] = {{"ModelPart", MfVolume::printed},       {"ParameterModifier", MfVolume::helper},
-                           {"SupportEnforcer", MfVolume::helper},  {"SupportBlocker", MfVolume::helper},
-                           {"NegativeVolume", MfVolume::negative}, {"SeamPosition", MfVolume::helper},
-                           {"normal_part", MfVolume::printed},     {"modifier_part", MfVolume::helper},
-                           {"support_enforcer", MfVolume::helper}, {"support_blocker", MfVolume::helper},
-                           {"negative_part", MfVolume::negative}};
+constexpr VolumeKind kKinds[] = {{"ModelPart", MfVolume::printed},       {"ParameterModifier", MfVolume::helper},
+                                 {"SupportEnforcer", MfVolume::helper},  {"SupportBlocker", MfVolume::helper},
+                                 {"NegativeVolume", MfVolume::negative}, {"SeamPosition", MfVolume::helper},
+                                 {"normal_part", MfVolume::printed},     {"modifier_part", MfVolume::helper},
+                                 {"support_enforcer", MfVolume::helper}, {"support_blocker", MfVolume::helper},
+                                 {"negative_part", MfVolume::negative}};
 
 // <config> <object id> <volume firstid lastid> or <part id subtype> <metadata key value>
 class VolumeReader : public XmlHandler {
@@ -101,7 +101,7 @@ Defect VolumeReader::metadata(const XmlAttributes& attributes) {
 }
 
 Defect VolumeReader::set_kind(std::string_view name) {
-  const auto* const known = std::ranges::find(kKinds, name, &Kind::name);
+  const auto* const known = std::ranges::find(kKinds, name, &VolumeKind::name);
   if (known == std::end(kKinds)) {
     return XmlDefect{ErrorCode::unsupported_format,
                      "a volume of the kind " + in_quotes(name) + ", of which it is not known whether it is printed"};

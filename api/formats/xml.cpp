@@ -15,7 +15,7 @@
 namespace meshgauge::api {
 namespace {
 
-constexpr int kDeepest = 64;
+constexpr int kDeepestElement = 64;
 // expat reads a tag again from its beginning with every piece of it that comes, so long ones would take quadratic time.
 constexpr XML_Index kLongestTag = XML_Index{1} << 20U;
 // expat keeps every name that it meets, with a few dozen bytes each.
@@ -150,7 +150,7 @@ void XmlReader::on_document_type(void* self, const char* /*name*/, const char* /
 }
 
 std::optional<XmlDefect> XmlReader::start(const char* name, const char** attributes) {
-  if (++depth_ > kDeepest) return XmlDefect{ErrorCode::unreadable_mesh, "XML nested deeper than 64"};
+  if (++depth_ > kDeepestElement) return XmlDefect{ErrorCode::unreadable_mesh, "XML nested deeper than 64"};
   auto defect = handler_.start(name, XmlAttributes(attributes));
   listen();
   return defect;

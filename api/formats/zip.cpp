@@ -76,13 +76,6 @@ ZipArchive::ZipArchive(const Source& source)
   file_.reset(unzOpen2_64("", &calls));
 }
 
-// Names in such packages are ASCII, and their case does not count.
-std::string ZipArchive::key_of(std::string_view name) {
-  std::string key(name);
-  for (char& c : key) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  return key;
-}
-
 std::vector<std::string> ZipArchive::names() const {
   std::vector<std::string> names;
   for (const auto& [name, entry] : entries_) names.push_back(name);
@@ -90,7 +83,7 @@ std::vector<std::string> ZipArchive::names() const {
 }
 
 std::size_t ZipArchive::announced_bytes(std::string_view name) const {
-  const auto found = entries_.find(key_of(name));
+  const auto found = entries_.find(file_key(name));
   return found == entries_.end() ? 0 : static_cast<std::size_t>(std::min<std::uint64_t>(found->second.bytes, left_));
 }
 
@@ -142,7 +135,7 @@ Result<Done> ZipArchive::add_entry() {
   }
   const Entry entry{place.pos_in_zip_directory, place.num_of_file, info.uncompressed_size, info.compression_method,
                     info.flag};
-  if (!entries_.try_emplace(key_of(whole), entry).second) {
+  if (!entries_.try_emplace(file_key(whole), entry).second) {
     return fail(whole, ErrorCode::unreadable_mesh, "stands twice in the zip archive");
   }
   return Done{};
@@ -159,7 +152,7 @@ Result<Done> ZipArchive::check(std::string_view name, const Entry& entry) const 
 }
 
 Result<Done> ZipArchive::read(std::string_view name, const Sink& sink) {
-  const auto found = entries_.find(key_of(name));
+  const auto found = entries_.find(file_key(name));
   if (found == entries_.end()) return fail(name, ErrorCode::unreadable_mesh, "missing from the zip archive");
   const Entry& entry = found->second;
   if (auto ok = check(name, entry); !ok) return ok;

@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "api/formats/file_path.h"
 #include "api/formats/source.h"
 
 namespace meshgauge::api {
@@ -37,7 +38,7 @@ class ZipArchive {
   // the standard of such packages has it.
   static Result<ZipArchive> open(const Source& source);
 
-  bool has(std::string_view name) const { return entries_.contains(key_of(name)); }
+  bool has(std::string_view name) const { return entries_.contains(file_key(name)); }
 
   std::vector<std::string> names() const;  // of all entries, in lower case, sorted
 
@@ -67,7 +68,6 @@ class ZipArchive {
   Result<Done> check(std::string_view name, const Entry& entry) const;
   Result<Done> expand(std::string_view name, const Entry& entry, const Sink& sink);
   Error fail(std::string_view name, ErrorCode code, const std::string& what) const;
-  static std::string key_of(std::string_view name);
 
   const Source* source_;
   std::unique_ptr<ZipMemory> memory_;

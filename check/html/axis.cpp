@@ -6,6 +6,7 @@
 #include <iterator>
 
 #include "check/html/figures.h"
+#include "check/html/svg.h"
 
 namespace meshgauge::check {
 namespace {
@@ -18,16 +19,9 @@ constexpr std::size_t kMostTicks = 7;
 // arithmetic.
 bool shown(double x) { return x > 1e-300 && x < 1e300; }
 
-// 1, 2 or 5 times a power of ten, so that `width` has two to six of them.
-double round_step(double width) {
-  const double power = std::pow(10, std::floor(std::log10(width / 3)));
-  const double digits = width / 3 / power;
-  return power * (digits < 2 ? 1 : digits < 5 ? 2 : 5);
-}
-
 std::vector<AxisTick> linear_ticks(const Axis& axis) {
   std::vector<AxisTick> ticks;
-  const double step = round_step(axis.high - axis.low);
+  const double step = svg::round_length((axis.high - axis.low) / 3);  // the axis has two to six of them
   const double first = std::ceil(axis.low / step);
   for (double i = first; i * step <= axis.high && ticks.size() < kMostTicks; ++i) {
     ticks.push_back({i * step, to_digits(i * step, 9)});

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <vector>
 
+#include "api/with_unit.h"
 #include "check/html/figures.h"
 #include "check/html/markup.h"
 #include "check/html/svg.h"
@@ -21,10 +22,6 @@ std::string hex(const api::Rgb& colour) {
   char text[8];
   std::snprintf(text, sizeof text, "#%02x%02x%02x", colour.red, colour.green, colour.blue);
   return text;
-}
-
-std::string with_units(const std::string& number, const std::string& units) {
-  return units.empty() ? number : number + " " + units;
 }
 
 std::string drawing(std::string_view css_class, int height, const std::string& described, const std::string& content) {
@@ -105,8 +102,8 @@ std::string interval_drawing(const Measured& measured, const std::string& units)
   out += "<text class=\"zone-name\" x=\"0\" dx=\"8\" y=\"36\">pass</text>";
   out += "<text class=\"zone-name\" x=\"100%\" dx=\"-8\" y=\"36\" text-anchor=\"end\">fail</text>";
   out += interval_bar(from, to, measured.verdict, 34, 12);
-  out += line("limit", limit, 16, 64) + label("limit-name", limit, 12, "limit " + with_units(text.limit, units));
-  out += label("value", 0.5 * (from + to), 76, with_units(text.both(), units));
+  out += line("limit", limit, 16, 64) + label("limit-name", limit, 12, "limit " + api::with_unit(text.limit, units));
+  out += label("value", 0.5 * (from + to), 76, api::with_unit(text.both(), units));
   out += axis_ticks(axis, 84);
   return drawing("interval", 106,
                  "The distance is between " + text.lower + " and " + text.upper + "; the limit is " + text.limit +

@@ -37,7 +37,7 @@ struct Decimal {
   double value() const { return parsed(std::to_string(digits) + "e" + std::to_string(exponent)); }
 };
 
-Decimal nearest(double x, int digits) {
+Decimal rounded_to(double x, int digits) {
   char text[48];
   const auto end = std::to_chars(text, text + sizeof text, x, std::chars_format::scientific, digits - 1).ptr;
   std::string mantissa(text, end);
@@ -61,17 +61,17 @@ bool true_of(const IntervalText& text, double lower, double upper, double limit,
 }  // namespace
 
 std::string to_digits(double x, int digits) {
-  return std::isfinite(x) ? plain(nearest(x, digits).value()) : x > 0 ? "unknown" : "-";
+  return std::isfinite(x) ? plain(rounded_to(x, digits).value()) : x > 0 ? "unknown" : "-";
 }
 
 std::string to_digits_below(double x, int digits) {
-  Decimal decimal = nearest(x, digits);
+  Decimal decimal = rounded_to(x, digits);
   if (decimal.value() > x) --decimal.digits;
   return plain(decimal.value());
 }
 
 std::string to_digits_above(double x, int digits) {
-  Decimal decimal = nearest(x, digits);
+  Decimal decimal = rounded_to(x, digits);
   if (decimal.value() < x) ++decimal.digits;
   return plain(decimal.value());
 }

@@ -9,7 +9,7 @@
 namespace meshgauge::check {
 namespace {
 
-constexpr std::chrono::milliseconds kTick{20};
+constexpr std::chrono::milliseconds kPictureTick{20};
 
 GatePicture left_out() {
   GatePicture none;
@@ -70,7 +70,7 @@ void Gallery::add(const GateOutcome& outcome) {
 
 void Gallery::wait_for_room(Control& control) {
   std::unique_lock lock(mutex_);
-  while (waiting_.size() > kMostWaiting && control.check() == Interruption::none) changed_.wait_for(lock, kTick);
+  while (waiting_.size() > kMostWaiting && control.check() == Interruption::none) changed_.wait_for(lock, kPictureTick);
 }
 
 void Gallery::work() {
@@ -105,7 +105,7 @@ std::vector<GatePicture> Gallery::end(const Report& report, const Interrupted& i
         waiting_.clear();
         control_.cancel();
       }
-      changed_.wait_for(lock, kTick);
+      changed_.wait_for(lock, kPictureTick);
     }
   }
   worker_.join();

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "api/with_unit.h"
 #include "check/html/diagrams.h"
 #include "check/html/figures.h"
 #include "check/html/html_facts.h"
@@ -10,10 +11,7 @@
 namespace meshgauge::check {
 namespace {
 
-std::string with_units(const std::string& number, const GateOutcome& outcome) {
-  const std::string unit = outcome.unit();
-  return unit.empty() ? number : number + " " + unit;
-}
+using api::with_unit;
 
 IntervalText interval_of(const Measured& measured) { return to_text(measured.lower, measured.upper, measured.limit); }
 
@@ -40,15 +38,15 @@ std::string place(const Vec3& p) {
   return to_digits(p.x(), 9) + ", " + to_digits(p.y(), 9) + ", " + to_digits(p.z(), 9);
 }
 
-std::string witness_of(const GateOutcome& outcome) {
+std::string witness_list(const GateOutcome& outcome) {
   const auto& witness = outcome.measured->witness;
   if (!witness) return "";
   const std::string from = witness->on_candidate ? "candidate" : "baseline";
   const std::string to = witness->on_candidate ? "baseline" : "candidate";
   std::string out = "<dl class=\"witness\"><div><dt>Witness, on the " + from + "</dt><dd><code>" +
-                    place(witness->from) + "</code> <span class=\"muted\">triangle " +
+                    with_unit(place(witness->from), outcome.unit()) + "</code> <span class=\"muted\">triangle " +
                     std::to_string(witness->from_triangle) + "</span></dd></div>";
-  out += "<div><dt>Nearest to it, on the " + to + "</dt><dd><code>" + place(witness->to) +
+  out += "<div><dt>Nearest to it, on the " + to + "</dt><dd><code>" + with_unit(place(witness->to), outcome.unit()) +
          "</code> <span class=\"muted\">triangle " + std::to_string(witness->to_triangle) + "</span></dd></div></dl>\n";
   return out;
 }
@@ -154,7 +152,7 @@ std::string measured_part(const GateOutcome& outcome, const GatePicture* picture
   const Measured& measured = *outcome.measured;
   std::string out = interval_drawing(measured, outcome.unit()) + "\n" + notes_part(measured);
   if (picture && picture->left_out) return out + advice_part(outcome) + link_part(measured);
-  out += advice_part(outcome) + link_part(measured) + witness_of(outcome) + pictures_part(picture, outcome.unit());
+  out += advice_part(outcome) + link_part(measured) + witness_list(outcome) + pictures_part(picture, outcome.unit());
   return out + facts_part(outcome);
 }
 
@@ -164,9 +162,9 @@ std::string gate_id(std::size_t index) { return "gate-" + std::to_string(index +
 
 std::string limit_text(const GateOutcome& outcome) {
   const Limit& limit = outcome.gate.limit;
-  if (limit.max_distance) return with_units(to_digits(*limit.max_distance, 12), outcome);
+  if (limit.max_distance) return with_unit(to_digits(*limit.max_distance, 12), outcome.unit());
   std::string text = to_digits(100 * limit.max_diagonal_share.value_or(0), 12) + " % of the diagonal";
-  if (outcome.measured) text += " (" + with_units(interval_of(*outcome.measured).limit, outcome) + ")";
+  if (outcome.measured) text += " (" + with_unit(interval_of(*outcome.measured).limit, outcome.unit()) + ")";
   return text;
 }
 
@@ -181,15 +179,15 @@ std::string sentence(const GateOutcome& outcome) {
   const std::string tail =
       (by.empty() ? "" : ", " + by) + ". Measured " + direction_of(outcome.gate.options.direction) + ".";
   if (measured.verdict == Verdict::pass) {
-    return "Certainly within the limit of " + limit + ": the distance is at most " + with_units(text.upper, outcome) +
-           tail;
+    return "Certainly within the limit of " + limit + ": the distance is at most " +
+           with_unit(text.upper, outcome.unit()) + tail;
   }
   if (measured.verdict == Verdict::fail) {
-    return "Certainly beyond the limit of " + limit + ": the distance is at least " + with_units(text.lower, outcome) +
-           tail;
+    return "Certainly beyond the limit of " + limit + ": the distance is at least " +
+           with_unit(text.lower, outcome.unit()) + tail;
   }
   return "Not decided: the limit of " + limit + " lies between the bounds of the distance, " + text.lower + " and " +
-         with_units(text.upper, outcome) + tail;
+         with_unit(text.upper, outcome.unit()) + tail;
 }
 
 std::string gate_card(const GateOutcome& outcome, const GatePicture* picture, std::size_t index, Undecided rule) {

@@ -8,7 +8,8 @@
 
 #include <Eigen/Geometry>
 
-#include "api/prepared_mesh.h"
+#include "api/measured_pair.h"
+#include "api/refused.h"
 #include "check/html/field.h"
 #include "check/html/render.h"
 
@@ -142,12 +143,12 @@ Surface surface(const Scene& scene, const Side& side, const Box& box) {
 }
 
 // One of a gate's files, if it is still the one that was measured.
-Result<Meshes::Mesh> read(const std::filesystem::path& path, const std::string& part, const GateOutcome& outcome,
-                          Meshes& meshes, Control& control) {
+Result<api::SharedMesh> read(const std::filesystem::path& path, const std::string& part, const GateOutcome& outcome,
+                             Meshes& meshes, Control& control) {
   auto mesh = meshes.get(path, control);
   if (!mesh) return mesh;
   if (outcome.measured->document.at("meshes").at(part).at("sha256") == (*mesh)->facts.sha256) return mesh;
-  return Error{ErrorCode::invalid_request, "'" + path.string() + "' is no longer the file that was measured", part, ""};
+  return refused("'" + path.string() + "' is no longer the file that was measured", part);
 }
 
 GatePicture without(const std::string& why) { return {{}, why}; }
@@ -183,12 +184,9 @@ GatePicture picture_of(const GateOutcome& outcome, Meshes& meshes, Crew& crew, C
   if (!candidate) return without(candidate.error().message);
   const auto baseline = read(outcome.gate.baseline, "b", outcome, meshes, control);
   if (!baseline) return without(baseline.error().message);
-  const api::UnitPlan& units = outcome.measured->units;
-  const auto shown = api::in_unit(*candidate, "a", api::factor_between(units.a, units.result), control);
-  if (!shown) return without(shown.error().message);
-  const auto other = api::in_unit(*baseline, "b", api::factor_between(units.b, units.result), control);
-  if (!other) return without(other.error().message);
-  return make_picture(**shown, **other, outcome, crew, control);
+  const auto pair = api::in_unit_of_result(*candidate, *baseline, outcome.measured->units, control);
+  if (!pair) return without(pair.error().message);
+  return make_picture(*pair->a, *pair->b, outcome, crew, control);
 } catch (const std::bad_alloc&) {
   return without("there is not enough memory for a picture");
 } catch (const nlohmann::json::exception&) {

@@ -5,10 +5,8 @@
 #include <iterator>
 #include <map>
 #include <optional>
-#include <span>
 #include <utility>
 
-#include "api/digest.h"
 #include "api/formats/gltf_bundle.h"
 #include "api/json_filter.h"
 #include "api/load.h"
@@ -32,13 +30,10 @@ bool has_same_bytes(const fs::path& a, const fs::path& b) {
 
 // Why a file is no mesh. A baseline that cannot be read would turn every later check into an error.
 std::optional<std::string> mesh_defect(const fs::path& file) {
-  std::error_code failed;
-  std::vector<char> bytes(fs::file_size(file, failed));
-  std::ifstream stream(file, std::ios::binary);
-  if (failed || !stream.read(bytes.data(), static_cast<std::streamsize>(bytes.size()))) return "cannot be read";
-  Control unhurried;
-  const api::MeshInput input{"candidate", std::as_bytes(std::span(bytes)), file.string(), ""};
-  const auto mesh = api::load(input, api::ReadLimits{}, unhurried);
+  const auto whole = WholeFile::open(file.string());
+  if (!whole) return "cannot be read";
+  const api::MeshInput input{"candidate", whole->bytes(), file.string(), ""};
+  const auto mesh = api::load(input, api::ReadLimits{});
   if (mesh) return std::nullopt;
   return "cannot be read: " + mesh.error().message;
 }
@@ -135,47 +130,18 @@ Error failed_to(const std::string& what, const fs::path& file, const std::error_
   return Error{ErrorCode::internal, shown_path(file) + " could not be " + what + ": " + why.message(), "", ""};
 }
 
-// A copy beside the place that it is for, with the rights of what is there. Removed, unless it was put there.
-class Staged {
- public:
-  static Result<Staged> copy(const Update& update) {
-    std::error_code failed;
-    fs::create_directories(update.baseline.parent_path() / ".", failed);
-    if (failed) return failed_to("made", update.baseline.parent_path(), failed);
-    Staged staged(update);
-    fs::copy_file(update.candidate, staged.copy_, failed);
-    if (!failed && update.kind == Update::Kind::replace) {
-      fs::permissions(staged.copy_, fs::status(update.baseline, failed).permissions(), failed);
-    }
-    if (failed) return failed_to("written", update.baseline, failed);
-    return staged;
+Result<StagedFile> staged_copy(const Update& update) {
+  std::error_code failed;
+  fs::create_directories(update.baseline.parent_path() / ".", failed);
+  if (failed) return failed_to("made", update.baseline.parent_path(), failed);
+  StagedFile copy(update.baseline);
+  fs::copy_file(update.candidate, copy.path(), failed);
+  if (!failed && update.kind == Update::Kind::replace) {  // with the rights of what is there
+    fs::permissions(copy.path(), fs::status(update.baseline, failed).permissions(), failed);
   }
-
-  Result<Done> put() {
-    std::error_code failed;
-    fs::rename(copy_, place_, failed);
-    if (failed) return failed_to("written", place_, failed);
-    copy_.clear();
-    return Done{};
-  }
-
-  Staged(Staged&& other) noexcept : copy_(std::exchange(other.copy_, {})), place_(std::move(other.place_)) {}
-  Staged(const Staged&) = delete;
-  Staged& operator=(const Staged&) = delete;
-  Staged& operator=(Staged&&) = delete;
-  ~Staged() {
-    std::error_code none;
-    if (!copy_.empty()) fs::remove(copy_, none);
-  }
-
- private:
-  explicit Staged(const Update& update)
-      : copy_(update.baseline.parent_path() / ("." + update.baseline.filename().string() + "." + api::random_id())),
-        place_(update.baseline) {}
-
-  fs::path copy_;
-  fs::path place_;
-};
+  if (failed) return failed_to("written", update.baseline, failed);
+  return copy;
+}
 
 }  // namespace
 
@@ -186,15 +152,15 @@ Updates plan_updates(const std::vector<Gate>& gates) {
 }
 
 Result<Done> carry_out(const Updates& updates) {
-  std::vector<Staged> all;
+  std::vector<StagedFile> all;
   for (const Update& update : updates.updates) {
     if (update.kind == Update::Kind::none) continue;
-    auto staged = Staged::copy(update);
+    auto staged = staged_copy(update);
     if (!staged) return staged.error();
     all.push_back(std::move(staged).value());
   }
-  for (Staged& staged : all) {
-    if (auto put = staged.put(); !put) return put;
+  for (StagedFile& staged : all) {
+    if (const auto failed = staged.put()) return failed_to("written", staged.place(), failed);
   }
   return Done{};
 }

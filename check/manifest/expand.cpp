@@ -16,8 +16,6 @@ namespace meshgauge::check {
 namespace {
 
 namespace fs = std::filesystem;
-using api::shown_text;
-
 // Relative to the current folder where it lies below it, as a person there would write it.
 fs::path as_written(const fs::path& folder, const std::string& text) {
   const fs::path path = (folder / text).lexically_normal();
@@ -47,9 +45,10 @@ class Expansion {
     }
   }
 
-  // When all gates are there: one entry's baseline may be another one's.
+  // When all gates are there: one entry's baseline may be another one's. Whether such a gate was asked for cannot be
+  // told by a baseline, so they are looked for when all gates are.
   void check_unmatched() {
-    if (lookup_.baselines == Baselines::may_be_missing) return;
+    if (lookup_.baselines == Baselines::may_be_missing || !lookup_.only.patterns().empty()) return;
     for (const Gate& gate : gates) matched_.insert(place_of(gate.baseline));
     for (const Entry* entry : found_) {
       const bool open = is_glob(entry->candidate.text) && has_placeholder(entry->baseline.text);
@@ -64,36 +63,29 @@ class Expansion {
     if (!is_glob(candidate.text)) return {{candidate.text, ""}};
     auto found = glob(root(), candidate.text);
     if (found && !found->empty()) return std::move(found).value();
-    if (!may_be_asked_for(entry, {"*", "*", "*"})) return {};
+    if (!lookup_.only.may_hold(filled(entry.name.text, {"*", "*", "*"}))) return {};
     const std::string subject =
-        "gate " + shown_text(entry.name.text) + ": the candidate " + shown_text(candidate.text) + " ";
+        "gate " + api::shown_text(entry.name.text) + ": the candidate " + api::shown_text(candidate.text) + " ";
     mistakes_.add(candidate.place, subject + (found ? finds_nothing(candidate.text) : found.error().message));
     return {};
   }
 
   fs::path root() const { return folder_.empty() ? "." : folder_; }
 
-  // Of a gate that is not there. `parts`: what is known of its name.
-  bool may_be_asked_for(const Entry& entry, NameParts parts) const {
-    if (lookup_.only.may_hold(filled(entry.name.text, parts))) return true;
-    parts.dir.clear();
-    return lookup_.only.may_hold(filled(entry.name.text, parts));
-  }
-
   void check_unmatched(const Entry& entry) {
     const std::string pattern = baseline_glob(entry.candidate.text, entry.baseline.text);
     const auto found = glob(root(), pattern);
     if (!found) {
-      mistakes_.add(entry.baseline.place, "gate " + shown_text(entry.name.text) + ": the baseline " +
-                                              shown_text(entry.baseline.text) + " " + found.error().message);
+      mistakes_.add(entry.baseline.place, "gate " + api::shown_text(entry.name.text) + ": the baseline " +
+                                              api::shown_text(entry.baseline.text) + " " + found.error().message);
       return;
     }
     for (const Match& match : *found) {
       const fs::path baseline = as_written(folder_, match.path);
-      if (!may_be_asked_for(entry, parts_of_baseline(match.path, entry.baseline.text))) continue;
       if (!matched_.insert(place_of(baseline)).second) continue;
       mistakes_.add(entry.baseline.place,
-                    "the baseline " + shown_path(baseline) + " has no candidate: " + shown_text(entry.candidate.text) +
+                    "the baseline " + shown_path(baseline) +
+                        " has no candidate: " + api::shown_text(entry.candidate.text) +
                         " finds none; when there is to be none, remove the baseline, or write 'unmatched_baselines: "
                         "ignore'");
     }
@@ -142,12 +134,12 @@ class Expansion {
   void check_name(const Entry& entry, const std::string& name) {
     if (name.empty()) return;  // said already
     if (!is_utf8(name) || find_control(name) != std::string::npos) {
-      mistakes_.add(entry.name.place, "name " + shown_text(name) + " is made of a file name that is not UTF-8");
+      mistakes_.add(entry.name.place, "name " + api::shown_text(name) + " is made of a file name that is not UTF-8");
       return;
     }
     const auto [first, is_new] = lines_.emplace(name, entry.place.line);
     if (is_new) return;
-    std::string message = "the name " + shown_text(name) + " is taken ";
+    std::string message = "the name " + api::shown_text(name) + " is taken ";
     if (first->second == entry.place.line) {
       message += has_placeholder(entry.name.text) ? "twice in this gate: write {dir} in it as well"
                                                   : "by another file of this gate: write {stem} in it";
@@ -160,12 +152,13 @@ class Expansion {
   void check_candidate(const Entry& entry, const Gate& gate) {
     const auto wrong = file_defect(gate.candidate);
     if (!wrong) return;
-    mistakes_.add(entry.candidate.place, "gate " + shown_text(gate.name) + ": the candidate " +
+    mistakes_.add(entry.candidate.place, "gate " + api::shown_text(gate.name) + ": the candidate " +
                                              shown_path(gate.candidate) + " " + *wrong + hint(entry.candidate.text));
   }
 
   void check_baseline(const Entry& entry, const Gate& gate) {
-    const std::string subject = "gate " + shown_text(gate.name) + ": the baseline " + shown_path(gate.baseline) + " ";
+    const std::string subject =
+        "gate " + api::shown_text(gate.name) + ": the baseline " + shown_path(gate.baseline) + " ";
     if (is_same_file(gate.candidate, gate.baseline)) {
       mistakes_.add(entry.baseline.place, subject + "is the candidate itself: the gate would always pass");
       return;
@@ -183,7 +176,7 @@ class Expansion {
 
   void twice(const Entry& entry, const Gate& gate, const std::string& first, const std::string& second) {
     mistakes_.add(entry.baseline.place, "the baseline " + shown_path(gate.baseline) + " is that of both " +
-                                            shown_text(first) + " and " + shown_text(second) +
+                                            api::shown_text(first) + " and " + api::shown_text(second) +
                                             ": write {dir} in it as well");
   }
 

@@ -25,8 +25,8 @@ struct Lookup {
 // Mistakes, at the entry's candidate, baseline or name: a glob that finds nothing; a file that is missing or none; a
 // candidate that is its own baseline, by whatever name; a baseline with a placeholder that is the same for two
 // candidates (without one it is meant so: many candidates, one baseline); a name that two gates have; a file that by
-// its name would be the baseline of a glob's candidate, and is that of no gate: its candidate was not written. For who
-// writes the baselines that is none.
+// its name would be the baseline of a glob's candidate, and is that of no gate: its candidate was not written. The last
+// is none for what writes the baselines, and is not looked for with `only`.
 std::vector<Gate> expand(const std::vector<Entry>& entries, const std::filesystem::path& manifest, const Lookup& lookup,
                          Mistakes& mistakes);
 

@@ -8,14 +8,13 @@
 #include <utility>
 
 #include "api/json_filter.h"
+#include "api/refused.h"
 #include "check/files.h"
 
 namespace meshgauge::check {
 namespace {
 
 namespace fs = std::filesystem;
-
-Error refused(std::string message) { return Error{ErrorCode::invalid_request, std::move(message), "", ""}; }
 
 std::vector<std::string> components(std::string_view pattern) {
   std::vector<std::string> parts;

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "api/json_filter.h"
+#include "api/refused.h"
 #include "check/manifest/glob.h"
 #include "check/manifest/naming.h"
 #include "check/manifest/settings.h"
@@ -17,7 +18,6 @@
 namespace meshgauge::check {
 namespace {
 
-using api::shown_text;
 using Kind = YamlNode::Kind;
 
 constexpr std::string_view kTop[] = {"version", "defaults", "gates"};
@@ -57,7 +57,7 @@ const Foreign* foreign_key(std::string_view key) {
 }
 
 std::string unknown_key(std::string_view key, std::span<const std::string_view> known) {
-  const std::string shown = shown_text(key);
+  const std::string shown = api::shown_text(key);
   if (holds(kOwn, key)) return "key " + shown + " belongs to a gate";
   if (reader_of(key)) return "key " + shown + " belongs to a gate or under 'defaults'";
   const Foreign* foreign = holds(known, "name") ? foreign_key(key) : nullptr;
@@ -117,7 +117,6 @@ void empty_if(Written& written, const char* key, const Result<Done>& checked, Mi
 }
 
 Result<Done> check_candidate(const std::string& text) {
-  const auto refused = [](const char* why) { return Error{ErrorCode::invalid_request, why, "", ""}; };
   if (has_placeholder(text)) {
     return refused(
         "must not have '{': placeholders stand in name and baseline, alternatives are gates of their own; for "
@@ -128,13 +127,12 @@ Result<Done> check_candidate(const std::string& text) {
 
 Result<Done> check_baseline(const std::string& text) {
   if (text.find_first_of("*?") == std::string::npos) return check_template(text);
-  return Error{ErrorCode::invalid_request,
-               "must be one file for each candidate, not a glob: write {stem}, {name} or {dir}", "", ""};
+  return refused("must be one file for each candidate, not a glob: write {stem}, {name} or {dir}");
 }
 
 // "gate 'bracket'", as far as it has a name.
 std::string subject(const Entry& entry) {
-  return entry.name.text.empty() ? "the gate" : "gate " + shown_text(entry.name.text);
+  return entry.name.text.empty() ? "the gate" : "gate " + api::shown_text(entry.name.text);
 }
 
 Entry read_entry(const YamlNode& node, Draft draft, Mistakes& mistakes) {

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "api/names.h"
-#include "engine/hausdorff.h"
+#include "engine/options.h"
 
 namespace meshgauge::check {
 

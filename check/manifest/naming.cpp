@@ -5,14 +5,13 @@
 
 #include "api/formats/text.h"
 #include "api/json_filter.h"
+#include "api/refused.h"
 #include "check/manifest/suggestion.h"
 
 namespace meshgauge::check {
 namespace {
 
 constexpr std::string_view kPlaceholders[] = {"stem", "name", "dir"};
-
-Error refused(std::string message) { return Error{ErrorCode::invalid_request, std::move(message), "", ""}; }
 
 // The suffix of a compressed file is that of the mesh.
 bool is_gzip(const std::filesystem::path& file) { return api::same_word(file.extension().native(), ".gz"); }

@@ -8,15 +8,12 @@
 
 #include "api/formats/text.h"
 #include "api/json_filter.h"
+#include "api/refused.h"
 #include "api/request.h"
 #include "check/text.h"
 
 namespace meshgauge::check {
 namespace {
-
-using api::shown_text;
-
-Error refused(std::string message) { return Error{ErrorCode::invalid_request, std::move(message), "", ""}; }
 
 struct Quantity {
   double number = 0;
@@ -38,28 +35,29 @@ std::optional<Quantity> split(std::string_view text) {
 
 Error no_length(std::string_view text, const char* shapes) {
   const bool comma = text.find(',') != std::string_view::npos;
-  return refused(std::string("must be ") + shapes + ", not " + shown_text(text) +
+  return refused(std::string("must be ") + shapes + ", not " + api::shown_text(text) +
                  (comma ? "; write the decimals behind a point" : ""));
 }
 
 Error no_unit(std::string_view text) {
-  return refused("must be a unit of length (" + std::string(api::kUnitNames) + "), not " + shown_text(text));
+  return refused("must be a unit of length (" + std::string(api::kUnitNames) + "), not " + api::shown_text(text));
 }
 
 // "5e-" and "5e" have lost the digits of their exponent, "0,05" and "0x10" are other numbers than was meant: what
 // stands behind the number is a unit or nothing.
-Result<Limit> length_of(const Quantity& quantity, std::string_view text, const char* shapes) {
+Result<Limit> length_of(const Quantity& quantity, std::string_view text, const char* shapes, bool or_share) {
   Limit limit;
   if (!quantity.unit.empty()) {
     limit.unit = api::parse_unit(quantity.unit);
     const bool word = std::all_of(quantity.unit.begin(), quantity.unit.end(), api::is_letter);
     if (!limit.unit && !word) return no_length(text, shapes);
     if (!limit.unit)
-      return refused("must have a unit of length (" + std::string(api::kUnitNames) +
-                     ") behind the number, or '%' for a share of the baseline's diagonal, not " + shown_text(text));
+      return refused("must have a unit of length (" + std::string(api::kUnitNames) + ") behind the number" +
+                     (or_share ? ", or '%' for a share of the baseline's diagonal" : "") + ", not " +
+                     api::shown_text(text));
   }
   if (!api::in_range(quantity.number, api::kMaxDistanceRange, "").ok()) {
-    return refused("must be a finite number of at least 0, not " + shown_text(text));
+    return refused("must be a finite number of at least 0, not " + api::shown_text(text));
   }
   return limit.max_distance = quantity.number, limit;
 }
@@ -69,7 +67,7 @@ Result<Limit> length_of(const Quantity& quantity, std::string_view text, const c
 Result<Limit> parse_length(std::string_view text) {
   constexpr const char* kShapes = "a number (0.05) or a number and a unit (0.05 mm)";
   const auto quantity = split(text);
-  return quantity ? length_of(*quantity, text, kShapes) : no_length(text, kShapes);
+  return quantity ? length_of(*quantity, text, kShapes, false) : no_length(text, kShapes);
 }
 
 Result<Limit> parse_limit(std::string_view text) {
@@ -77,8 +75,8 @@ Result<Limit> parse_limit(std::string_view text) {
       "a number (0.05), a number and a unit (0.05 mm) or a share of the baseline's diagonal (0.5 %)";
   const auto quantity = split(text);
   if (!quantity) return no_length(text, kShapes);
-  if (quantity->unit != "%") return length_of(*quantity, text, kShapes);
-  auto limit = length_of({quantity->number, ""}, text, kShapes);
+  if (quantity->unit != "%") return length_of(*quantity, text, kShapes, true);
+  auto limit = length_of({quantity->number, ""}, text, kShapes, true);
   if (!limit) return limit;
   limit->max_diagonal_share = *std::exchange(limit->max_distance, std::nullopt) / 100;
   return limit;
@@ -98,11 +96,12 @@ Result<std::chrono::milliseconds> parse_duration(std::string_view text) {
     if (quantity->unit == "ms") return 1;
     return quantity->unit == "min" ? std::optional<double>(60'000) : std::nullopt;
   }();
-  if (!factor) return refused("must be a time, as 60 s, 500 ms, 2 min or a number of seconds, not " + shown_text(text));
+  if (!factor)
+    return refused("must be a time, as 60 s, 500 ms, 2 min or a number of seconds, not " + api::shown_text(text));
   const double milliseconds = std::nearbyint(quantity->number * *factor);
   if (const auto checked = api::in_range(milliseconds, api::kTimeoutMsRange, ""); !checked) {
     const auto most = static_cast<int>(api::kTimeoutMsRange.high / 1000);
-    return refused("must be from 1 ms to " + std::to_string(most) + " s, not " + shown_text(text));
+    return refused("must be from 1 ms to " + std::to_string(most) + " s, not " + api::shown_text(text));
   }
   return std::chrono::milliseconds(static_cast<std::int64_t>(milliseconds));
 }

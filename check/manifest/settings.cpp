@@ -106,8 +106,8 @@ void read_points(const Setting& setting, Draft& draft, Mistakes& mistakes) {
   }
 }
 
-using Rule = std::optional<double> Tolerance::*;
-constexpr std::pair<std::string_view, Rule> kRules[] = {
+using ToleranceRule = std::optional<double> Tolerance::*;
+constexpr std::pair<std::string_view, ToleranceRule> kToleranceRules[] = {
     {"absolute", &Tolerance::absolute}, {"diagonal", &Tolerance::diagonal}, {"relative", &Tolerance::relative}};
 
 void read_tolerance(const Setting& setting, Draft& draft, Mistakes& mistakes) {
@@ -121,8 +121,9 @@ void read_tolerance(const Setting& setting, Draft& draft, Mistakes& mistakes) {
   tolerance = {};  // as in the API: what is given stands alone
   for (std::size_t i = 0; i < map.keys.size(); ++i) {
     const Written& key = map.keys[i];
-    const auto rule = std::find_if(std::begin(kRules), std::end(kRules), [&](auto& r) { return r.first == key.text; });
-    if (rule == std::end(kRules)) {
+    const auto rule = std::find_if(std::begin(kToleranceRules), std::end(kToleranceRules),
+                                   [&](auto& r) { return r.first == key.text; });
+    if (rule == std::end(kToleranceRules)) {
       mistakes.add(key.place, "unknown key " + api::shown_text(key.text) + suggestion(key.text, kKnown));
       continue;
     }

@@ -9,6 +9,9 @@
 
 #include <curl/curl.h>
 
+#include "api/refused.h"
+#include "check/text.h"
+
 namespace meshgauge::check::service {
 namespace {
 
@@ -19,7 +22,7 @@ struct Freed {
   void operator()(char* text) const { curl_free(text); }
 };
 
-Error refused(const std::string& why) { return Error{ErrorCode::invalid_request, "--server: " + why, "", "--server"}; }
+Error bad_server(const std::string& why) { return bad_flag("--server", why); }
 
 bool has(CURLU* url, CURLUPart part) {
   char* text = nullptr;
@@ -53,32 +56,25 @@ bool is_visible(char c) { return c > 0x20 && c < 0x7F; }
 
 Result<std::string> base_of(const std::string& url) {
   const Url parsed(curl_url());
-  if (!parsed) return refused("not enough memory");
+  if (!parsed) return bad_server("not enough memory");
   const bool web = url.starts_with("http://") || url.starts_with("https://");
-  if (!web) return refused("an address begins with http:// or https://");
-  if (curl_url_set(parsed.get(), CURLUPART_URL, url.c_str(), 0) != CURLUE_OK) return refused("this is no address");
+  if (!web) return bad_server("an address begins with http:// or https://");
+  if (curl_url_set(parsed.get(), CURLUPART_URL, url.c_str(), 0) != CURLUE_OK) return bad_server("this is no address");
   if (has(parsed.get(), CURLUPART_USER) || has(parsed.get(), CURLUPART_PASSWORD)) {
-    return refused("a user or a password in the address is not used; give a key by --key-file or MESHGAUGE_KEY");
+    return bad_server("a user or a password in the address is not used; give a key by --key-file or MESHGAUGE_KEY");
   }
   if (has(parsed.get(), CURLUPART_QUERY) || has(parsed.get(), CURLUPART_FRAGMENT)) {
-    return refused("the address ends before '?' and '#'");
+    return bad_server("the address ends before '?' and '#'");
   }
   char* text = nullptr;
-  if (curl_url_get(parsed.get(), CURLUPART_URL, &text, 0) != CURLUE_OK) return refused("this is no address");
+  if (curl_url_get(parsed.get(), CURLUPART_URL, &text, 0) != CURLUE_OK) return bad_server("this is no address");
   std::string base = std::unique_ptr<char, Freed>(text).get();
   while (base.ends_with('/')) base.pop_back();
   return base;
 }
 
 std::string link_to(const std::string& base, const std::string& path) {
-  constexpr std::string_view kKept = "-._~:/%[]", kHex = "0123456789ABCDEF";
-  std::string link;
-  for (const char c : base + path) {
-    const auto byte = static_cast<unsigned char>(c);
-    const bool kept = byte < 0x80 && (std::isalnum(byte) != 0 || kKept.find(c) != std::string_view::npos);
-    link += kept ? std::string(1, c) : std::string{'%', kHex[byte >> 4U], kHex[byte & 15U]};
-  }
-  return link;
+  return percent_encoded(base + path, "-._~:/%[]");
 }
 
 bool is_private(const std::string& base) {

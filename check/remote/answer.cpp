@@ -6,7 +6,8 @@
 
 #include "api/json_filter.h"
 #include "api/names.h"
-#include "api/unit_document.h"
+#include "api/problem.h"
+#include "api/result_document.h"
 #include "check/mesh_names.h"
 #include "check/remote/address.h"
 
@@ -17,25 +18,10 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::string_view kUrn = "urn:meshgauge:problem:";
 
-// Those that are about a mesh, as ErrorCode has them, and those that have a code of their own.
-constexpr std::pair<std::string_view, ErrorCode> kCodes[] = {
-    {"unsupported-format", ErrorCode::unsupported_format},
-    {"unreadable-mesh", ErrorCode::unreadable_mesh},
-    {"empty-mesh", ErrorCode::empty_mesh},
-    {"non-finite-vertex", ErrorCode::non_finite_vertex},
-    {"index-out-of-range", ErrorCode::index_out_of_range},
-    {"coordinate-too-large", ErrorCode::coordinate_too_large},
-    {"too-large", ErrorCode::too_large},
-    {"out-of-time", ErrorCode::out_of_time},
-    {"storage-full", ErrorCode::storage_full},
-    {"quota-exceeded", ErrorCode::storage_full},
-    {"storage-unavailable", ErrorCode::storage_unavailable},
-    {"internal", ErrorCode::internal},
-};
-
 ErrorCode code_of(std::string_view slug) {
-  for (const auto& [name, code] : kCodes) {
-    if (name == slug) return code;
+  if (slug == "quota-exceeded") return ErrorCode::storage_full;
+  for (const api::ProblemRow& row : api::problem_table()) {
+    if (row.slug == slug) return row.code.value_or(ErrorCode::invalid_request);
   }
   return ErrorCode::invalid_request;
 }
@@ -211,14 +197,15 @@ Error error_of(const Problem& problem, const Gate& gate, const std::string& base
   return {code, "the service at " + base + " says: " + problem.detail, problem.part, problem.where};
 }
 
-Error error_of(const Reply& reply, const Gate& gate, const std::string& base, bool has_key) {
+Error error_of(const net::HttpAnswer& reply, const Gate& gate, const std::string& base, bool has_key) {
   if (reply.status >= 300 && reply.status < 400) {
     const std::string where = reply.redirect.empty() ? "nowhere" : "to " + one_line(reply.redirect, 200);
     return not_a_service(base, "it redirects " + where + "; give the address of the service itself");
   }
   const auto problem = problem_from(std::string_view(reply.body));
   if (!problem) {
-    const std::string type = reply.content_type.empty() ? "no type" : one_line(reply.content_type, 64);
+    const std::string named = reply.header("content-type");
+    const std::string type = named.empty() ? "no type" : one_line(named, 64);
     return not_a_service(base, "it answers " + std::to_string(reply.status) + " with a body of " + type);
   }
   Error error = error_of(*problem, gate, base);

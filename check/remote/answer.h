@@ -10,9 +10,9 @@
 #include <nlohmann/json.hpp>
 
 #include "check/gate.h"
-#include "check/remote/exchange.h"
 #include "engine/control.h"
 #include "engine/result.h"
+#include "net/http_client.h"
 
 namespace meshgauge::check::service {
 
@@ -78,7 +78,7 @@ bool is_answer_to(const nlohmann::ordered_json& comparison, const Gate& gate, do
 // `base` is the service's address, for the messages. A message about a mesh is that of the same mesh measured here.
 Error error_of(const Problem& problem, const Gate& gate, const std::string& base);
 // Of a reply that is no success.
-Error error_of(const Reply& reply, const Gate& gate, const std::string& base, bool has_key);
+Error error_of(const net::HttpAnswer& reply, const Gate& gate, const std::string& base, bool has_key);
 Error not_a_service(const std::string& base, const std::string& what);
 
 }  // namespace meshgauge::check::service

@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "api/batch_request.h"
+#include "api/formats/text.h"
 #include "check/remote/batch_results.h"
 #include "check/remote/request.h"
 #include "check/remote/waiting.h"
@@ -41,7 +42,7 @@ bool is_any_of(int status, std::initializer_list<int> statuses) {
 
 Batch::Outcome Batch::measure() {
   document_ = document();
-  const auto reply = client_.ask(call(), control_);
+  const auto reply = client_.ask(request(), control_);
   if (reply) return answered(*reply);
   if (control_.check() == Interruption::cancelled) return abandon();
   return {Fate::failed, reply.error()};
@@ -57,14 +58,14 @@ std::string Batch::document() const {
   return document_of({{"name", "meshgauge check"}, {"comparisons", std::move(comparisons)}});
 }
 
-Call Batch::call() const {
+HttpRequest Batch::request() const {
   return {"POST",
           "/v1/batches",
-          {"Content-Type: application/json", "Idempotency-Key: " + key_},
+          {{"Content-Type", "application/json"}, {"Idempotency-Key", key_}},
           std::as_bytes(std::span(document_))};
 }
 
-Batch::Outcome Batch::answered(const Reply& reply) {
+Batch::Outcome Batch::answered(const HttpAnswer& reply) {
   if (const auto batch = reply.status == 202 ? ours(reply) : std::nullopt) {
     if (!batch->view.empty()) begun_(batch->view);
     return follow(batch->id);
@@ -76,12 +77,12 @@ Batch::Outcome Batch::answered(const Reply& reply) {
   return failed(reply);
 }
 
-Batch::Outcome Batch::failed(const Reply& reply) const {
+Batch::Outcome Batch::failed(const HttpAnswer& reply) const {
   if (reply.status < 300) return {Fate::failed, not_a_service(client_.base(), "its answer is not that to this batch")};
   return {Fate::failed, error_of(reply, pairs_.front()->gate(), client_.base(), client_.has_key())};
 }
 
-std::optional<BatchState> Batch::ours(const Reply& reply) const {
+std::optional<BatchState> Batch::ours(const HttpAnswer& reply) const {
   auto batch = batch_from(reply.body);
   return batch && batch->total == pairs_.size() ? batch : std::nullopt;
 }
@@ -128,17 +129,21 @@ milliseconds Batch::longest() const {
   return longest;
 }
 
-Call Batch::results_call(const std::string& id, Sink& sink) const {
-  Call call{"GET", path_of(id) + "/results.jsonl", {}, {}};
-  call.limit += kTimeOfLine * pairs_.size();
-  call.sink = &sink;
-  return call;
+HttpRequest Batch::results_request(const std::string& id, BatchResults& results) const {
+  HttpRequest request{"GET", path_of(id) + "/results.jsonl", {}};
+  request.limit += kTimeOfLine * pairs_.size();
+  request.begin = [&results] { results.begin(); };
+  request.take = [&results](int, std::span<const std::byte> piece) -> Result<Done> {
+    if (results.take(api::as_text(piece))) return Done{};
+    return Error{ErrorCode::internal, "its answer is not what was asked for", "", ""};
+  };
+  return request;
 }
 
 // A batch that is forgotten meanwhile is found to be so by the next look at it.
 Result<Done> Batch::read(const std::string& id) {
   BatchResults results(pairs_.size(), [this](BatchLine line) { learn(std::move(line)); });
-  const auto reply = client_.ask(results_call(id, results), control_);
+  const auto reply = client_.ask(results_request(id, results), control_);
   read_ = Clock::now();
   if (!reply) return reply.error();
   if (reply->status != 200 && reply->status != 404) return *failed(*reply).error;
@@ -157,7 +162,7 @@ void Batch::learn(BatchLine line) {
 
 // Cancelled in the middle of asking: under its key it is the same batch, so it can be told to end.
 Batch::Outcome Batch::abandon() {
-  const Reply reply = client_.once(call(), after(kFarewell)).reply;
+  const HttpAnswer reply = client_.once(request(), after(kFarewell));
   const auto batch = reply.status == 202 ? ours(reply) : std::nullopt;
   return batch ? cancel(batch->id) : Outcome{Fate::cancelled, {}};
 }
@@ -166,18 +171,18 @@ Batch::Outcome Batch::abandon() {
 Batch::Outcome Batch::cancel(const std::string& id) {
   end_there(id, after(kFarewell - kLastResults));
   BatchResults results(pairs_.size(), [this](BatchLine line) { learn(std::move(line)); });
-  client_.once(results_call(id, results), after(kLastResults));
+  client_.once(results_request(id, results), after(kLastResults));
   return {Fate::cancelled, {}};
 }
 
 // One that has ended would be forgotten by DELETE, with its results; so it is looked at before, and after.
 void Batch::end_there(const std::string& id, const Interrupted& over) {
   bool told = false;
-  for (Call farewell{"GET", path_of(id), {}, {}}; !over();) {
-    const Exchange exchange = client_.once(farewell, over);
-    const int status = exchange.reply.status;
-    if (status == 204 || status == 404 || exchange.trouble == Trouble::no_contact) return;
-    const auto batch = status == 200 ? ours(exchange.reply) : std::nullopt;
+  for (HttpRequest farewell{"GET", path_of(id), {}}; !over();) {
+    const HttpAnswer reply = client_.once(farewell, over);
+    const int status = reply.status;
+    if (status == 204 || status == 404 || reply.trouble == Trouble::no_contact) return;
+    const auto batch = status == 200 ? ours(reply) : std::nullopt;
     if (batch && batch->finished) return;
     farewell.method = batch && !told ? "DELETE" : "GET";
     if (told || !batch) std::this_thread::sleep_for(kFarewellLook);

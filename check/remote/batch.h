@@ -16,6 +16,8 @@
 
 namespace meshgauge::check::service {
 
+class BatchResults;
+
 // Borrows all.
 class Batch {
  public:
@@ -57,15 +59,15 @@ class Batch {
   using Clock = Control::Clock;
 
   std::string document() const;
-  Call call() const;
-  Outcome answered(const Reply& reply);
-  Outcome failed(const Reply& reply) const;
+  HttpRequest request() const;
+  Outcome answered(const HttpAnswer& reply);
+  Outcome failed(const HttpAnswer& reply) const;
   Outcome follow(const std::string& id);
-  std::optional<BatchState> ours(const Reply& reply) const;
+  std::optional<BatchState> ours(const HttpAnswer& reply) const;
   bool due(const BatchState& batch) const;
   std::chrono::milliseconds longest() const;
   Result<Done> read(const std::string& id);
-  Call results_call(const std::string& id, Sink& sink) const;
+  HttpRequest results_request(const std::string& id, BatchResults& results) const;
   void learn(BatchLine line);
   Outcome abandon();
   Outcome cancel(const std::string& id);

@@ -1,6 +1,6 @@
 #include "check/remote/batch_results.h"
 
-#include "check/remote/connection.h"
+#include "check/remote/client.h"
 
 namespace meshgauge::check::service {
 

@@ -8,20 +8,19 @@
 #include <utility>
 
 #include "check/remote/answer.h"
-#include "check/remote/exchange.h"
 
 namespace meshgauge::check::service {
 
 // Holds one line at a time, of kMostReplyBytes at most, and takes no more of them than the batch has comparisons:
 // their positions rise. What stands behind the last end of a line is not believed.
-class BatchResults final : public Sink {
+class BatchResults {
  public:
   // `tell` may be called again for a position: each try begins with the first line.
   BatchResults(std::size_t comparisons, std::function<void(BatchLine)> tell)
       : comparisons_(comparisons), tell_(std::move(tell)) {}
 
-  void begin() override;
-  bool take(std::string_view piece) override;
+  void begin();                       // before each try
+  bool take(std::string_view piece);  // false: these cannot be the results of that batch
 
  private:
   bool take_line(std::string_view line);

@@ -29,7 +29,7 @@ class Seat {
 
 std::span<const std::byte> bytes_of(const std::string& text) { return std::as_bytes(std::span(text)); }
 
-Call job_call(const char* method, const std::string& id) { return {method, "/v1/comparisons/" + id, {}, {}}; }
+HttpRequest job_request(const char* method, const std::string& id) { return {method, "/v1/comparisons/" + id, {}}; }
 
 bool is(const std::optional<Problem>& problem, const char* slug) { return problem && problem->slug == slug; }
 
@@ -61,20 +61,21 @@ Result<End> Comparison::attempt() {
   const Seat seat(seats_);
   ++attempts_;
   control_.report({0, Progress{}.upper, "queue"});
-  const auto reply = client_.ask(call(kWaitSeconds), control_, [&] { seats_.refused(); });
+  const auto reply = client_.ask(request(kWaitSeconds), control_, [&] { seats_.refused(); });
   if (reply) return answered(*reply);
   return control_.check() == Interruption::cancelled ? abandon(reply.error()) : reply.error();
 }
 
-Call Comparison::call(int wait) const {
+HttpRequest Comparison::request(int wait) const {
   return {"POST",
           "/v1/comparisons",
-          {"Content-Type: application/json", "Prefer: respond-async, wait=" + std::to_string(wait),
-           "Idempotency-Key: " + key_ + "." + std::to_string(attempts_)},
+          {{"Content-Type", "application/json"},
+           {"Prefer", "respond-async, wait=" + std::to_string(wait)},
+           {"Idempotency-Key", key_ + "." + std::to_string(attempts_)}},
           bytes_of(document_)};
 }
 
-Result<End> Comparison::answered(const Reply& reply) {
+Result<End> Comparison::answered(const HttpAnswer& reply) {
   End end;
   if (reply.status == 200) {
     end.document = comparison_from(reply.body);
@@ -88,7 +89,7 @@ Result<End> Comparison::answered(const Reply& reply) {
   return unexpected(reply);
 }
 
-Error Comparison::unexpected(const Reply& reply) const {
+Error Comparison::unexpected(const HttpAnswer& reply) const {
   if (reply.status >= 300) return error_of(reply, pair_.gate(), client_.base(), client_.has_key());
   return not_a_service(client_.base(), "its answer is not that to this comparison");
 }
@@ -98,7 +99,7 @@ Result<End> Comparison::follow(const std::string& id) {
   const auto wall = Clock::now() + pair_.gate().timeout + client_.patience();
   milliseconds look = kFirstLook;
   while (pause(look, control_) && Clock::now() < wall) {
-    const auto reply = client_.ask(job_call("GET", id), control_);
+    const auto reply = client_.ask(job_request("GET", id), control_);
     if (control_.check() == Interruption::cancelled) break;
     if (!reply) return reply.error();
     End end;
@@ -128,11 +129,11 @@ bool Comparison::learn(Job job, End& end) {
 // it is looked for.
 Result<End> Comparison::cancel(const std::string& id, const Interrupted& over) {
   End end;
-  for (Call farewell = job_call("DELETE", id); !over(); farewell = job_call("GET", id)) {
-    const Exchange exchange = client_.once(farewell, over);
-    const bool gone = exchange.reply.status == 204 || exchange.reply.status == 404;
-    if (gone || exchange.trouble == Trouble::no_contact) break;
-    auto job = exchange.reply.status == 200 ? job_from(exchange.reply.body) : std::nullopt;
+  for (HttpRequest farewell = job_request("DELETE", id); !over(); farewell = job_request("GET", id)) {
+    const HttpAnswer reply = client_.once(farewell, over);
+    const bool gone = reply.status == 204 || reply.status == 404;
+    if (gone || reply.trouble == Trouble::no_contact) break;
+    auto job = reply.status == 200 ? job_from(reply.body) : std::nullopt;
     if (job && learn(std::move(*job), end)) break;
     std::this_thread::sleep_for(kFarewellLook);
   }
@@ -145,7 +146,7 @@ Result<End> Comparison::cancel(const std::string& id, const Interrupted& over) {
 // Cancelled in the middle of asking: under its name it is the same comparison, so it can be told to end.
 Result<End> Comparison::abandon(const Error& why) {
   const Interrupted over = after(kFarewell);
-  const Reply reply = client_.once(call(0), over).reply;
+  const HttpAnswer reply = client_.once(request(0), over);
   End end;
   if (reply.status == 200) end.document = comparison_from(reply.body);
   if (end.document && pair_.is_ours(*end.document)) return end;

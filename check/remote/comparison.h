@@ -29,14 +29,14 @@ class Comparison {
   using Clock = Control::Clock;
 
   Result<End> attempt();
-  Call call(int wait) const;
-  Result<End> answered(const Reply& reply);
+  HttpRequest request(int wait) const;
+  Result<End> answered(const HttpAnswer& reply);
   Result<End> follow(const std::string& id);
   bool learn(Job job, End& end);
   Result<End> cancel(const std::string& id, const Interrupted& over);
   Result<End> abandon(const Error& why);
   bool again(const End& end);
-  Error unexpected(const Reply& reply) const;
+  Error unexpected(const HttpAnswer& reply) const;
 
   Client& client_;
   Seats& seats_;

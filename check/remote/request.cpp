@@ -1,19 +1,12 @@
 #include "check/remote/request.h"
 
+#include "api/json_of.h"
 #include "api/names.h"
 
 namespace meshgauge::check::service {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-Json tolerance(const Tolerance& asked) {
-  Json json = Json::object();
-  if (asked.absolute) json["absolute"] = *asked.absolute;
-  if (asked.diagonal) json["diagonal"] = *asked.diagonal;
-  if (asked.relative) json["relative"] = *asked.relative;
-  return json;
-}
 
 Json gate_of(const Gate& gate, double max_distance) {
   Json json{{"max_distance", max_distance}};
@@ -44,7 +37,7 @@ Json options_of(const Gate& gate, double max_distance) {
             {"gate", gate_of(gate, max_distance)},
             {"strategy", api::name_of(api::kStrategies, options.strategy)},
             {"timeout_ms", gate.timeout.count()}};
-  if (Json rules = tolerance(options.tolerance); !rules.empty()) json["tolerance"] = std::move(rules);
+  if (Json rules = api::json_of(options.tolerance); !rules.empty()) json["tolerance"] = std::move(rules);
   if (options.strategy == Strategy::n_point) json["points"] = options.points;
   if (gate.threads_given) json["threads"] = options.threads;
   if (gate.statistics) json["statistics"] = true;

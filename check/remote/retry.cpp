@@ -25,19 +25,19 @@ const RetriedStatus* row_of(int status) {
 
 std::span<const RetriedStatus> retried_statuses() { return kRetried; }
 
-std::optional<Retries::Milliseconds> Retries::after(const Exchange& failed, bool reached, Clock::time_point now,
+std::optional<Retries::Milliseconds> Retries::after(const net::HttpAnswer& failed, bool reached, Clock::time_point now,
                                                     double random) {
-  if (failed.trouble == Trouble::hopeless || failed.trouble == Trouble::cancelled) return std::nullopt;
+  if (failed.trouble == net::Trouble::hopeless || failed.trouble == net::Trouble::cancelled) return std::nullopt;
   ++tries_;
-  if (failed.trouble == Trouble::none) {
-    const RetriedStatus* row = row_of(failed.reply.status);
+  if (failed.trouble == net::Trouble::none) {
+    const RetriedStatus* row = row_of(failed.status);
     if (!row || (row->tries && tries_ >= row->tries)) return std::nullopt;
   }
   since_ = since_.value_or(now);
   const Milliseconds doubled = kFirst * (1 << std::min(tries_ - 1, 16));
   Milliseconds pause(
       static_cast<std::int64_t>(static_cast<double>(std::min(doubled, kMost).count()) * (1 + random) / 2));
-  if (failed.reply.retry_after) pause = std::max<Milliseconds>(pause, *failed.reply.retry_after);
+  if (failed.retry_after) pause = std::max<Milliseconds>(pause, *failed.retry_after);
   if (now + pause > *since_ + (reached ? patience_ : first_contact_)) return std::nullopt;
   return pause;
 }

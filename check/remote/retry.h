@@ -5,7 +5,7 @@
 #include <optional>
 #include <span>
 
-#include "check/remote/exchange.h"
+#include "net/http_client.h"
 
 namespace meshgauge::check::service {
 
@@ -33,7 +33,7 @@ class Retries {
 
   // The pause before the next try; nullopt: it was the last one. `reached`: the service has answered something before.
   // `random`: from 0 to 1.
-  std::optional<Milliseconds> after(const Exchange& failed, bool reached, Clock::time_point now, double random);
+  std::optional<Milliseconds> after(const net::HttpAnswer& failed, bool reached, Clock::time_point now, double random);
 
  private:
   const Milliseconds patience_;

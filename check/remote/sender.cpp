@@ -21,7 +21,7 @@ namespace {
 using Bytes = std::span<const std::byte>;
 
 constexpr std::size_t kPiece = std::size_t{4} << 20;  // hashed between two looks at `control`
-constexpr std::chrono::milliseconds kTick{10};        // between two looks at `control` while a file is read
+constexpr std::chrono::milliseconds kReadTick{10};    // between two looks at `control` while a file is read
 constexpr std::size_t kSlowest = 10'000;              // bytes a second; below that sending has no end
 
 std::chrono::milliseconds limit_of(std::size_t bytes) {
@@ -78,7 +78,7 @@ Result<std::string> Sender::hash(const std::filesystem::path& file, Control& con
 Result<Done> Sender::deliver(const Gate& gate, const std::filesystem::path& file, const std::string& id,
                              Control& control, bool forgotten) {
   if (forgotten) return put(gate, file, id, control);
-  const auto known = client_.ask({"HEAD", "/v1/meshes/" + id, {}, {}}, control);
+  const auto known = client_.ask({"HEAD", "/v1/meshes/" + id, {}}, control);
   if (!known) return known.error();
   if (known->status == 200) return Done{};
   // The answer to HEAD has no body to say more; that to PUT has.
@@ -89,13 +89,13 @@ Result<Done> Sender::put(const Gate& gate, const std::filesystem::path& file, co
   control.report({0, Progress{}.upper, "send"});
   const auto whole = MeshFile::open(file.string());
   if (!whole) return whole.error();
-  const Call call{"PUT",
-                  "/v1/meshes/" + id,
-                  {"Content-Type: " + std::string(whole->media_type()),
-                   "Content-Disposition: " + disposition(file.string() + std::string(whole->more_suffix()))},
-                  whole->bytes(),
-                  limit_of(whole->bytes().size())};
-  const auto reply = client_.ask(call, control);
+  const HttpRequest request{"PUT",
+                            "/v1/meshes/" + id,
+                            {{"Content-Type", std::string(whole->media_type())},
+                             {"Content-Disposition", disposition(file.string() + std::string(whole->more_suffix()))}},
+                            whole->bytes(),
+                            limit_of(whole->bytes().size())};
+  const auto reply = client_.ask(request, control);
   if (!reply) return reply.error();
   if (reply->status == 200 || reply->status == 201) return Done{};
   const auto problem = problem_from(std::string_view(reply->body));
@@ -115,7 +115,7 @@ Result<double> Sender::baseline_diagonal(const Gate& gate, Control& control) {
     auto diagonal = reading.get_future();
     std::thread(std::move(reading)).detach();
     while (control.check() != Interruption::cancelled) {
-      if (diagonal.wait_for(kTick) == std::future_status::ready) return diagonal.get();
+      if (diagonal.wait_for(kReadTick) == std::future_status::ready) return diagonal.get();
     }
     return cancelled();
   });

@@ -6,6 +6,7 @@
 
 #include "api/digest.h"
 #include "check/reports/wording.h"
+#include "check/text.h"
 
 namespace meshgauge::check {
 
@@ -15,18 +16,7 @@ Location location_of(const Gate& gate) {
 }
 
 std::string uri_path(const std::filesystem::path& file) {
-  static constexpr std::string_view kPlain = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-._~/";
-  static constexpr std::string_view kHex = "0123456789ABCDEF";
-  std::string uri;
-  for (const char c : file.lexically_normal().generic_string()) {
-    const auto byte = static_cast<unsigned char>(c);
-    if (kPlain.find(c) != std::string_view::npos) {
-      uri += c;
-    } else {
-      uri += {'%', kHex[byte >> 4U], kHex[byte & 15U]};
-    }
-  }
-  return uri;
+  return percent_encoded(file.lexically_normal().generic_string(), "-._~/");
 }
 
 std::string fingerprint_of(const Gate& gate) {

@@ -50,7 +50,7 @@ bool begins_reference(char c) { return std::string_view("@#!$%~&:^").find(c) != 
 std::string entity(char c) { return "&#" + std::to_string(static_cast<unsigned char>(c)) + ";"; }
 
 // Text that stays text. Entities are read as characters, never as Markdown's or HTML's signs.
-std::string escaped(const std::string& whole) {
+std::string in_prose(const std::string& whole) {
   std::string out;
   const std::string text = cut(whole, kProseBytes);
   for (std::size_t i = 0; i < text.size(); ++i) {
@@ -71,7 +71,7 @@ std::string escaped(const std::string& whole) {
 
 // The same at the beginning of a line, where a digit or a blank could begin a list or a block of code.
 std::string paragraph(const std::string& text) {
-  const std::string out = escaped(text);
+  const std::string out = in_prose(text);
   const bool plain = !out.empty() && out[0] != ' ' && std::isdigit(static_cast<unsigned char>(out[0])) == 0;
   return plain || out.empty() ? out : entity(out[0]) + out.substr(1);
 }
@@ -170,7 +170,7 @@ std::string line_of(const Row& row) {
   if (outcome.measured && !outcome.measured->link.empty())
     verdict = "[" + verdict + "](<" + outcome.measured->link + ">)";
   std::string line = std::string("| ") + icon_of(row) + " " + verdict + " | " + code(outcome.gate.name) + " | " +
-                     escaped(interval_of(outcome)) + " | " + escaped(limit_of(outcome)) + " | ";
+                     in_prose(interval_of(outcome)) + " | " + in_prose(limit_of(outcome)) + " | ";
   return line + (outcome.measured ? bar_of(*outcome.measured) : "") + " |\n";
 }
 
@@ -190,8 +190,9 @@ std::string section_of(const Row& row) {
   if (outcome.measured && !outcome.measured->link.empty()) {
     text += "- [See the difference](<" + outcome.measured->link + ">), as long as the service keeps the result\n";
   }
-  if (const std::string witness = witness_of(outcome); !witness.empty()) text += "- witness " + escaped(witness) + "\n";
-  for (const std::string& note : notes_of(outcome)) text += "- note: " + escaped(note) + "\n";
+  if (const std::string witness = witness_of(outcome); !witness.empty())
+    text += "- witness " + in_prose(witness) + "\n";
+  for (const std::string& note : notes_of(outcome)) text += "- note: " + in_prose(note) + "\n";
   if (!outcome.gate.candidate.empty()) {  // else it is a mistake of the manifest
     text += "- candidate " + code(outcome.gate.candidate.string()) + "\n";
     text += "- baseline " + code(outcome.gate.baseline.string()) + "\n";

@@ -75,7 +75,7 @@ Json related(int id, const char* role, const std::filesystem::path& file) {
 }
 
 // JSON has no infinity: an upper bound that is none is null.
-Json number(double x) { return std::isfinite(x) ? Json(x) : Json(nullptr); }
+Json finite_or_null(double x) { return std::isfinite(x) ? Json(x) : Json(nullptr); }
 
 Json witness_json(const Witness& witness) {
   return {{"on", witness.on_candidate ? "candidate" : "baseline"},
@@ -92,14 +92,14 @@ Json properties_of(const GateOutcome& outcome) {
                   {"candidate", shown_name(gate.candidate.string())},
                   {"baseline", shown_name(gate.baseline.string())},
                   {"direction", api::name_of(api::kDirections, gate.options.direction)},
-                  {"wallMs", number(outcome.wall_ms)}};
+                  {"wallMs", finite_or_null(outcome.wall_ms)}};
   if (const std::string unit = outcome.unit(); !unit.empty()) properties["units"] = unit;
   if (const auto notes = notes_of(outcome); !notes.empty()) properties["notes"] = notes;
   if (!outcome.measured) return properties;
   const Measured& measured = *outcome.measured;
-  properties["limit"] = number(measured.limit);
-  properties["lower"] = number(measured.lower);
-  properties["upper"] = number(measured.upper);
+  properties["limit"] = finite_or_null(measured.limit);
+  properties["lower"] = finite_or_null(measured.lower);
+  properties["upper"] = finite_or_null(measured.upper);
   properties["status"] = shown_name(measured.status);
   if (measured.witness) properties["witness"] = witness_json(*measured.witness);
   return properties;

@@ -6,11 +6,14 @@
 #include <cstdint>
 #include <cstdio>
 
+#include "api/with_unit.h"
 #include "check/html/figures.h"
 #include "check/utf8.h"
 
 namespace meshgauge::check {
 namespace {
+
+using api::with_unit;
 
 constexpr int kDigits = 6;  // of a coordinate
 
@@ -28,7 +31,7 @@ bool is_hidden(std::uint32_t c) {
   return c == 0x061C || c == 0xFEFF || (c & 0xFFFE) == 0xFFFE || (c >= 0xFDD0 && c <= 0xFDEF);
 }
 
-std::string escaped(std::uint32_t c) {
+std::string escape_of(std::uint32_t c) {
   if (c == '\n') return "\\n";
   if (c == '\r') return "\\r";
   if (c == '\t') return "\\t";
@@ -36,49 +39,24 @@ std::string escaped(std::uint32_t c) {
   return c < 0x10000 ? escape("\\u%04X", c) : escape("\\U%08X", c);
 }
 
-std::size_t length_of(char first) {
-  const auto byte = static_cast<unsigned char>(first);
-  return byte < 0x80 ? 1 : byte < 0xE0 ? 2 : byte < 0xF0 ? 3 : 4;
-}
-
-// Precondition: one character of UTF-8.
-std::uint32_t code_of(std::string_view character) {
-  const auto first = static_cast<unsigned char>(character[0]);
-  std::uint32_t code = character.size() == 1 ? first : first & (0xFFU >> (character.size() + 1));
-  for (const char next : character.substr(1)) code = code << 6U | (static_cast<unsigned char>(next) & 0x3FU);
-  return code;
-}
-
-// Precondition: UTF-8.
-std::string with_escapes(std::string_view text, bool keep_lines) {
+std::string visible(std::string_view bytes, bool keep_lines) {
   std::string out;
-  while (!text.empty()) {
-    const std::string_view character = text.substr(0, length_of(text[0]));
-    const std::uint32_t c = code_of(character);
-    const bool kept = !is_hidden(c) || (keep_lines && (c == '\n' || c == '\t'));
-    out += kept ? std::string(character) : escaped(c);
-    text.remove_prefix(character.size());
+  while (!bytes.empty()) {
+    const Character next = decode(bytes);
+    const std::size_t length = std::max<std::size_t>(next.bytes, 1);
+    if (next.bytes == 0) {
+      out += escape("\\x%02X", static_cast<unsigned char>(bytes[0]));
+    } else if (!is_hidden(next.code) || (keep_lines && (next.code == '\n' || next.code == '\t'))) {
+      out += bytes.substr(0, length);
+    } else {
+      out += escape_of(next.code);
+    }
+    bytes.remove_prefix(length);
   }
   return out;
 }
 
-std::string visible(std::string_view bytes, bool keep_lines) {
-  std::string out;
-  while (true) {
-    const std::size_t end = find_not_utf8(bytes);
-    out += with_escapes(bytes.substr(0, end), keep_lines);
-    if (end == std::string_view::npos) return out;
-    out += escape("\\x%02X", static_cast<unsigned char>(bytes[end]));
-    bytes.remove_prefix(end + 1);
-  }
-}
-
 IntervalText figures_of(const Measured& measured) { return to_text(measured.lower, measured.upper, measured.limit); }
-
-std::string in_units(const std::string& number, const GateOutcome& outcome) {
-  const std::string unit = outcome.unit();
-  return unit.empty() ? number : number + " " + unit;
-}
 
 std::string point(const Vec3& p) {
   return "(" + to_digits(p.x(), kDigits) + ", " + to_digits(p.y(), kDigits) + ", " + to_digits(p.z(), kDigits) + ")";
@@ -86,8 +64,8 @@ std::string point(const Vec3& p) {
 
 std::string limit_in_words(const GateOutcome& outcome, const std::string& number) {
   const Gate& gate = outcome.gate;
-  if (!gate.limit.max_diagonal_share) return in_units(number, outcome);
-  return in_units(number, outcome) + " (" + to_digits(100 * *gate.limit.max_diagonal_share, kDigits) +
+  if (!gate.limit.max_diagonal_share) return with_unit(number, outcome.unit());
+  return with_unit(number, outcome.unit()) + " (" + to_digits(100 * *gate.limit.max_diagonal_share, kDigits) +
          " % of the baseline's diagonal)";
 }
 
@@ -104,7 +82,7 @@ std::string shown_text(std::string_view bytes) { return visible(bytes, true); }
 std::string limit_of(const GateOutcome& outcome) {
   if (outcome.measured) return limit_in_words(outcome, figures_of(*outcome.measured).limit);
   const Limit& limit = outcome.gate.limit;
-  if (limit.max_distance) return in_units(to_digits(*limit.max_distance, kDigits), outcome);
+  if (limit.max_distance) return with_unit(to_digits(*limit.max_distance, kDigits), outcome.unit());
   if (!limit.max_diagonal_share) return "";
   return to_digits(100 * *limit.max_diagonal_share, kDigits) + " % of the baseline's diagonal";
 }
@@ -112,7 +90,7 @@ std::string limit_of(const GateOutcome& outcome) {
 std::string interval_of(const GateOutcome& outcome) {
   if (!outcome.measured) return "";
   const IntervalText figures = figures_of(*outcome.measured);
-  return in_units(figures.lower + " .. " + figures.upper, outcome);
+  return with_unit(figures.lower + " .. " + figures.upper, outcome.unit());
 }
 
 std::string finding_of(const GateOutcome& outcome) {
@@ -120,13 +98,13 @@ std::string finding_of(const GateOutcome& outcome) {
   const IntervalText figures = figures_of(*outcome.measured);
   const std::string limit = limit_in_words(outcome, figures.limit);
   const std::string range = std::isfinite(outcome.measured->upper)
-                                ? "between " + figures.lower + " and " + in_units(figures.upper, outcome)
-                                : "at least " + in_units(figures.lower, outcome);
+                                ? "between " + figures.lower + " and " + with_unit(figures.upper, outcome.unit())
+                                : "at least " + with_unit(figures.lower, outcome.unit());
   switch (outcome.measured->verdict) {
     case Verdict::pass:
-      return "the distance is at most " + in_units(figures.upper, outcome) + ", within the limit of " + limit;
+      return "the distance is at most " + with_unit(figures.upper, outcome.unit()) + ", within the limit of " + limit;
     case Verdict::fail:
-      return "the distance is at least " + in_units(figures.lower, outcome) + ", above the limit of " + limit;
+      return "the distance is at least " + with_unit(figures.lower, outcome.unit()) + ", above the limit of " + limit;
     default:
       return "the distance is " + range + ": whether that is within the limit of " + limit + " is not known (" +
              shown_name(outcome.measured->status) + ")";
@@ -138,8 +116,9 @@ std::string witness_of(const GateOutcome& outcome) {
   const Witness& witness = *outcome.measured->witness;
   const std::string from = witness.on_candidate ? "candidate" : "baseline";
   const std::string to = witness.on_candidate ? "baseline" : "candidate";
-  return point(witness.from) + " on triangle " + std::to_string(witness.from_triangle) + " of the " + from +
-         "; nearest is " + point(witness.to) + " on triangle " + std::to_string(witness.to_triangle) + " of the " + to;
+  return with_unit(point(witness.from), outcome.unit()) + " on triangle " + std::to_string(witness.from_triangle) +
+         " of the " + from + "; nearest is " + with_unit(point(witness.to), outcome.unit()) + " on triangle " +
+         std::to_string(witness.to_triangle) + " of the " + to;
 }
 
 std::vector<std::string> notes_of(const GateOutcome& outcome) {

@@ -4,16 +4,14 @@
 
 #include "api/formats/detect.h"
 #include "api/request.h"
+#include "api/with_unit.h"
 #include "check/outcome.h"
 #include "check/text.h"
 
 namespace meshgauge::check {
 namespace {
 
-std::string with_unit(double length, const GateOutcome& outcome) {
-  const std::string unit = outcome.unit();
-  return shortest(length) + (unit.empty() ? "" : " " + unit);
-}
+using api::with_unit;
 
 std::string seconds(std::chrono::milliseconds time) {
   return shortest(static_cast<double>(time.count()) / 1000) + " s";
@@ -28,22 +26,24 @@ std::string longer_timeout(const Gate& gate) {
 std::string for_fail(const GateOutcome& outcome) {
   const Measured& measured = *outcome.measured;
   const auto& witness = measured.witness;
+  const std::string unit = outcome.unit();
   if (!witness) return "";
   const std::string from = witness->on_candidate ? "candidate" : "baseline";
   const std::string to = witness->on_candidate ? "baseline" : "candidate";
-  return "Look at " + text(witness->from) + " on triangle " + std::to_string(witness->from_triangle) + " of the " +
-         from + ": it is " + with_unit(measured.lower, outcome) + " or more from the " + to + ", nearest to " +
-         text(witness->to) + " on triangle " + std::to_string(witness->to_triangle) + "." +
-         (witness->on_candidate ? "" : " The candidate lacks what the baseline has there, or has it elsewhere.");
+  return "Look at " + with_unit(text(witness->from), unit) + " on triangle " + std::to_string(witness->from_triangle) +
+         " of the " + from + ": it is " + with_unit(shortest(measured.lower), unit) + " or more from the " + to +
+         ", nearest to " + with_unit(text(witness->to), unit) + " on triangle " + std::to_string(witness->to_triangle) +
+         "." + (witness->on_candidate ? "" : " The candidate lacks what the baseline has there, or has it elsewhere.");
 }
 
 // The limits that the interval decides; empty when it says nothing.
 std::string deciding_limit(const GateOutcome& outcome) {
   const Measured& measured = *outcome.measured;
+  const std::string unit = outcome.unit();
   std::string text;
-  if (std::isfinite(measured.upper)) text = "of at least " + with_unit(measured.upper, outcome) + " (pass)";
+  if (std::isfinite(measured.upper)) text = "of at least " + with_unit(shortest(measured.upper), unit) + " (pass)";
   if (measured.lower > 0)
-    text += (text.empty() ? "below " : " or below ") + with_unit(measured.lower, outcome) + " (fail)";
+    text += (text.empty() ? "below " : " or below ") + with_unit(shortest(measured.lower), unit) + " (fail)";
   return text.empty() ? "" : "a limit " + text;
 }
 

@@ -13,16 +13,6 @@
 namespace meshgauge::check {
 namespace {
 
-using Clock = Control::Clock;
-
-double ms_since(Clock::time_point start) {
-  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-}
-
-api::GetMesh given(const Meshes::Mesh& mesh) {
-  return [mesh](Control&) { return Result<Meshes::Mesh>(mesh); };
-}
-
 Error named(Error error, const char* part) {
   error.part = part;
   return error;
@@ -37,7 +27,7 @@ class Local final : public Measurer {
         processors_(std::max(1U, options.processors), at_once_, gates) {}
 
   Result<Measured> measure(const Gate& gate, Control& control) override {
-    control.set_deadline(Clock::now() + gate.timeout);
+    control.set_deadline(Control::Clock::now() + gate.timeout);
     const Seat seat(*this, gate, control);
     return measure(gate, seat.threads, control);
   }
@@ -70,25 +60,23 @@ class Local final : public Measurer {
   }
 
   Result<Measured> measure(const Gate& gate, unsigned threads, Control& control) {
-    const auto start = Clock::now();
+    const auto start = Control::Clock::now();
     if (threads > 1) meshes_->begin(gate.baseline);  // both at the same time
     const auto candidate = meshes_->get(gate.candidate, control);
     if (!candidate) return named(candidate.error(), "a");
-    const double read_a = ms_since(start);
+    api::StageTimes times;
+    times.read_a = ms_since(start);
     const auto baseline = meshes_->get(gate.baseline, control);
     if (!baseline) return named(baseline.error(), "b");
-    const double read_b = ms_since(start) - read_a;
+    times.read_b = ms_since(start) - times.read_a;
 
     api::ComparisonOptions options = gate.options;
     options.units = units_of(gate);
     options.threads = std::min(threads, static_cast<unsigned>(api::kThreadsRange.high));
     if (gate.statistics) options.statistics.emplace();
     options.max_distance = max_distance(gate.limit, (*baseline)->facts.diagonal);
-    auto comparison = api::compare_prepared(given(*candidate), given(*baseline), options, control);
+    const auto comparison = api::compare(*candidate, *baseline, options, control, times);
     if (!comparison) return with_files(comparison.error(), gate);
-    comparison->times.read_a = read_a;
-    comparison->times.read_b = read_b;
-    comparison->times.total = ms_since(start);
     return measured_from(nlohmann::ordered_json::parse(api::to_json(*comparison)), *options.max_distance);
   }
 

@@ -4,6 +4,7 @@
 
 #include <atomic>
 #include <filesystem>
+#include <future>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -21,8 +22,6 @@ namespace meshgauge::check {
 // not ask whether to give up. The process should end by _Exit() while one is reading().
 class Meshes {
  public:
-  using Mesh = std::shared_ptr<const api::PreparedMesh>;
-
   // `gates`: all that will come; each is done() with its two files `turns` times.
   explicit Meshes(const std::vector<Gate>& gates, unsigned turns = 1);
 
@@ -31,21 +30,21 @@ class Meshes {
 
   // Waits until the file is read. An Error is about the file and names it, or is out_of_time when `control` said to
   // stop. Precondition: of a gate that is not done.
-  Result<Mesh> get(const std::filesystem::path& file, Control& control);
+  Result<api::SharedMesh> get(const std::filesystem::path& file, Control& control);
 
   bool reading() const { return *readers_ > 0; }
 
   void done(const Gate& gate) noexcept;
 
  private:
-  struct File;
+  using File = std::shared_future<Result<api::SharedMesh>>;
   struct Entry {
     std::size_t uses = 0;  // still to come
     Prepared::Use use = Prepared::Use::once;
-    std::shared_ptr<File> file;  // null: nobody has asked
+    File file;  // not valid: not asked for yet
   };
 
-  std::shared_ptr<File> begun(const std::filesystem::path& file);
+  File begun(const std::filesystem::path& file);
 
   // Of this object and of readers that outlive it.
   const std::shared_ptr<std::atomic<int>> readers_ = std::make_shared<std::atomic<int>>(0);

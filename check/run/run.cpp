@@ -1,4 +1,5 @@
 #include "check/run/run.h"
+#include "engine/hausdorff.h"
 
 #include <algorithm>
 #include <atomic>
@@ -20,12 +21,8 @@ namespace {
 
 using Clock = Control::Clock;
 
-constexpr std::chrono::milliseconds kTick{10};  // how soon Ctrl-C is seen
+constexpr std::chrono::milliseconds kStopTick{10};  // how soon Ctrl-C is seen
 constexpr std::chrono::milliseconds kShowEvery{100};
-
-double ms_since(Clock::time_point start) {
-  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-}
 
 std::uintmax_t size_of(const std::filesystem::path& file) {
   std::error_code failed;
@@ -40,7 +37,7 @@ Result<Measured> measure(Measurer& measurer, const Gate& gate, Control& control)
   return Error{ErrorCode::internal, std::string("the measurement failed unexpectedly: ") + error.what(), "", ""};
 }
 
-GateOutcome outcome_of(const Gate& gate, Result<Measured> result, Control& stopped) {
+GateOutcome outcome_of(const Gate& gate, Result<Measured>&& result, Control& stopped) {
   GateOutcome outcome;
   outcome.gate = gate;
   if (result) {
@@ -117,7 +114,7 @@ class Run {
       } else if (const std::vector<Job*> some = next(); !some.empty()) {
         unlocked(lock, [&] { some.size() == 1 ? measure_one(*some.front()) : measure_together(some); });
       } else {
-        changed_.wait_for(lock, kTick);
+        changed_.wait_for(lock, kStopTick);
       }
     }
   }
@@ -131,8 +128,8 @@ class Run {
   void measure_together(const std::vector<Job*>& jobs) {
     std::vector<Task> tasks;
     for (Job* job : jobs) {
-      tasks.push_back(
-          {&gates_[job->gate], &job->control, [this, job](auto result, auto ms) { end(*job, std::move(result), ms); }});
+      tasks.push_back({&gates_[job->gate], &job->control,
+                       [this, job](Result<Measured>&& result, auto ms) { end(*job, std::move(result), ms); }});
     }
     std::string why = "it was left out";
     try {
@@ -145,7 +142,7 @@ class Run {
     }
   }
 
-  void end(Job& job, Result<Measured> result, std::optional<double> run_ms = {}) {
+  void end(Job& job, Result<Measured>&& result, std::optional<double> run_ms = {}) {
     GateOutcome outcome = outcome_of(job, std::move(result));
     if (run_ms) outcome.wall_ms = std::min(outcome.wall_ms, *run_ms);
     job.ended = true;
@@ -155,7 +152,7 @@ class Run {
     changed_.notify_all();
   }
 
-  GateOutcome outcome_of(Job& job, Result<Measured> result) {
+  GateOutcome outcome_of(Job& job, Result<Measured>&& result) {
     GateOutcome outcome = check::outcome_of(gates_[job.gate], std::move(result), job.after);
     outcome.wall_ms = ms_since(job.start);
     return outcome;
@@ -203,7 +200,7 @@ class Run {
     auto shown = Clock::now() - kShowEvery;
     std::size_t told = 0;
     while (!over() || told < ended_.size()) {
-      if (told == ended_.size()) changed_.wait_for(lock, kTick);
+      if (told == ended_.size()) changed_.wait_for(lock, kStopTick);
       if (!stopped_ && watch_.interrupted && watch_.interrupted()) stop();
       for (; told < ended_.size(); ++told) {
         const GateOutcome& outcome = *outcomes_[ended_[told]];  // nobody writes it any more

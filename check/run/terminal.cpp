@@ -48,7 +48,7 @@ std::string cut_to(const std::string& text, std::size_t width) {
   return text.substr(0, end) + "~";
 }
 
-std::string seconds(double ms) {
+std::string time_text(double ms) {
   char buffer[40];
   std::snprintf(buffer, sizeof buffer, ms < 10'000 ? "%.2f s" : "%.0f s", ms / 1000);
   return buffer;
@@ -61,24 +61,24 @@ std::string verdict_text(const GateOutcome& outcome, Undecided rule) {
   return text;
 }
 
-struct Row {
+struct Line {
   std::string verdict, name, interval, limit, time, advice;
   std::vector<std::string> notes;
   const char* colour;
 };
 
-Row row_of(const GateOutcome& outcome, Undecided rule) {
+Line shown_line(const GateOutcome& outcome, Undecided rule) {
   return {verdict_text(outcome, rule),
           shown_name(outcome.gate.name),
           outcome.measured ? interval_of(outcome) : "-",
           "at most " + limit_of(outcome),
-          seconds(outcome.wall_ms),
+          time_text(outcome.wall_ms),
           outcome.advice().empty() ? "" : shown_name(outcome.advice()),
           notes_of(outcome),
           colour_of(outcome.verdict(), outcome.level(rule))};
 }
 
-std::string counts(const Report& report) {
+std::string count_text(const Report& report) {
   std::string text = std::to_string(report.outcomes.size()) + (report.outcomes.size() == 1 ? " gate: " : " gates: ");
   bool first = true;
   for (const auto verdict : {Verdict::pass, Verdict::fail, Verdict::undecided, Verdict::error}) {
@@ -90,7 +90,7 @@ std::string counts(const Report& report) {
   return text + (report.interrupted ? "; interrupted" : "") + "\n";
 }
 
-std::string line_of(const Row& row, const Row& widest, bool colour) {
+std::string line_of(const Line& row, const Line& widest, bool colour) {
   std::string line = coloured(padded(row.verdict, widest.verdict.size()), row.colour, colour) + "  " +
                      padded(row.name, width_of(widest.name)) + "  " + padded(row.interval, widest.interval.size()) +
                      "  " + padded(row.limit, width_of(widest.limit)) + "  " + row.time + "\n";
@@ -100,10 +100,10 @@ std::string line_of(const Row& row, const Row& widest, bool colour) {
 }
 
 // The widest text of each column.
-Row widths(const std::vector<Row>& rows) {
-  Row widest{};
-  for (const Row& row : rows) {
-    for (auto column : {&Row::verdict, &Row::name, &Row::interval, &Row::limit}) {
+Line widths(const std::vector<Line>& rows) {
+  Line widest{};
+  for (const Line& row : rows) {
+    for (auto column : {&Line::verdict, &Line::name, &Line::interval, &Line::limit}) {
       if (width_of(row.*column) > width_of(widest.*column)) widest.*column = row.*column;
     }
   }
@@ -121,22 +121,22 @@ std::string line_of(const Running& running) {
   const bool known = progress.upper < std::numeric_limits<double>::infinity();
   const std::string interval = known ? rounded(progress.lower) + " .. " + rounded(progress.upper) : "reading";
   return "  " + shown_name(running.gate->name) + "  " + interval +
-         (known ? std::string("  ") + progress.stage : std::string()) + "  " + seconds(running.ms);
+         (known ? std::string("  ") + progress.stage : std::string()) + "  " + time_text(running.ms);
 }
 
 }  // namespace
 
 std::string to_table(const Report& report, const TableStyle& style) {
-  std::vector<Row> rows;
+  std::vector<Line> rows;
   for (const GateOutcome& outcome : report.outcomes) {
     if (style.only_not_ok && outcome.level(report.undecided) == Level::ok) continue;
-    rows.push_back(row_of(outcome, report.undecided));
+    rows.push_back(shown_line(outcome, report.undecided));
   }
   if (rows.empty() && style.only_not_ok) return "";
-  const Row widest = widths(rows);
+  const Line widest = widths(rows);
   std::string table;
-  for (const Row& row : rows) table += line_of(row, widest, style.colour);
-  return table + counts(report);
+  for (const Line& row : rows) table += line_of(row, widest, style.colour);
+  return table + count_text(report);
 }
 
 void ProgressDisplay::show(const Standing& standing) {
@@ -157,7 +157,7 @@ void ProgressDisplay::show(const Standing& standing) {
 
 void ProgressDisplay::ended(const GateOutcome& outcome, const Standing& standing, Undecided rule) {
   clear();
-  const Row row = row_of(outcome, rule);
+  const Line row = shown_line(outcome, rule);
   const std::string place = "[" + std::to_string(standing.done) + "/" + std::to_string(standing.gates) + "] ";
   if (columns_ == 0) {
     std::fprintf(out_, "%s%s  %s  %s  %s\n", place.c_str(), coloured(row.verdict, row.colour, colour_).c_str(),

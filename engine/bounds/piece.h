@@ -7,8 +7,8 @@
 #include <limits>
 #include <span>
 
-#include "engine/hausdorff.h"
 #include "engine/nearest.h"
+#include "engine/outcome.h"
 
 namespace meshgauge {
 

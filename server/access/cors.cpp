@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "api/refused.h"
 #include "server/text.h"
 
 namespace meshgauge::server {
@@ -32,10 +33,8 @@ Result<Cors> Cors::parse(std::string_view origins) {
   while (!origins.empty()) {
     const std::string_view origin = trimmed(next(origins, ","));
     if (!is_origin(origin)) {
-      return Error{ErrorCode::invalid_request,
-                   "--cors-origins: '" + std::string(origin) +
-                       "' is no origin; each is like https://viewer.example or http://localhost:3000, in lower case",
-                   "", ""};
+      return refused("--cors-origins: '" + std::string(origin) +
+                     "' is no origin; each is like https://viewer.example or http://localhost:3000, in lower case");
     }
     cors.origins_.emplace_back(origin);
   }

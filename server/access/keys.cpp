@@ -7,54 +7,55 @@
 #include <nlohmann/json.hpp>
 
 #include "api/json_filter.h"
-#include "server/access/utc.h"
+#include "api/refused.h"
+#include "api/text_file.h"
+#include "api/utc.h"
 #include "server/text.h"
-#include "server/text_file.h"
 
 namespace meshgauge::server {
 namespace {
 
-using Json = nlohmann::json;
+using JsonValue = nlohmann::json;
 
 constexpr std::size_t kMaxTokensOfKey = 4;
 constexpr std::size_t kMaxKeysFileBytes = std::size_t{16} << 20;
 
-Error refused(const std::string& where, const std::string& what) {
-  return Error{ErrorCode::invalid_request, (where.empty() ? "" : where + ": ") + what, "", where};
+Error bad_key(const std::string& where, const std::string& what) {
+  return refused((where.empty() ? "" : where + ": ") + what, "", where);
 }
 
-Error wrong(const std::string& pointer, const char* expected, const Json& value) {
-  return refused(pointer, std::string("must be ") + expected + ", not " + api::shown(value));
+Error wrong(const std::string& pointer, const char* expected, const JsonValue& value) {
+  return bad_key(pointer, std::string("must be ") + expected + ", not " + api::shown(value));
 }
 
-using Reader = Result<Done> (*)(const Json& value, const std::string& pointer, Key& key);
+using Reader = Result<Done> (*)(const JsonValue& value, const std::string& pointer, Key& key);
 
-Result<Done> read_id(const Json& value, const std::string& pointer, Key& key) {
+Result<Done> read_id(const JsonValue& value, const std::string& pointer, Key& key) {
   if (!value.is_string()) return wrong(pointer, "a text", value);
   key.id = value.get<std::string>();
   const auto ok = check_key_id(key.id);
-  return ok ? ok : refused(pointer, ok.error().message);
+  return ok ? ok : bad_key(pointer, ok.error().message);
 }
 
-bool is_digest(const Json& value) {
+bool is_digest(const JsonValue& value) {
   if (!value.is_string()) return false;
   const auto& text = value.get_ref<const std::string&>();
   return text.size() == 64 &&
          std::all_of(text.begin(), text.end(), [](char c) { return is_digit(c) || (c >= 'a' && c <= 'f'); });
 }
 
-Result<Done> read_sha256(const Json& value, const std::string& pointer, Key& key) {
-  const Json list = value.is_array() ? value : Json::array({value});
+Result<Done> read_sha256(const JsonValue& value, const std::string& pointer, Key& key) {
+  const JsonValue list = value.is_array() ? value : JsonValue::array({value});
   if (list.empty() || list.size() > kMaxTokensOfKey)
-    return refused(pointer, "must be one digest, or an array of 1 to 4");
-  for (const Json& digest : list) {
+    return bad_key(pointer, "must be one digest, or an array of 1 to 4");
+  for (const JsonValue& digest : list) {
     if (!is_digest(digest)) return wrong(pointer, "the SHA-256 of a token, 64 lower-case hex digits", digest);
     key.sha256.push_back(digest.get<std::string>());
   }
   return Done{};
 }
 
-Result<Done> read_scopes(const Json& value, const std::string& pointer, Key& key) {
+Result<Done> read_scopes(const JsonValue& value, const std::string& pointer, Key& key) {
   if (!value.is_array() || value.empty()) return wrong(pointer, R"(an array of "compare" and "metrics")", value);
   key.scopes = {};
   for (std::size_t i = 0; i < value.size(); ++i) {
@@ -65,7 +66,7 @@ Result<Done> read_scopes(const Json& value, const std::string& pointer, Key& key
   return Done{};
 }
 
-Result<std::uint64_t> read_integer(const Json& value, const std::string& pointer, std::uint64_t low,
+Result<std::uint64_t> read_integer(const JsonValue& value, const std::string& pointer, std::uint64_t low,
                                    std::uint64_t high) {
   const bool fits =
       value.is_number_unsigned() && value.get<std::uint64_t>() >= low && value.get<std::uint64_t>() <= high;
@@ -74,20 +75,20 @@ Result<std::uint64_t> read_integer(const Json& value, const std::string& pointer
 }
 
 template <std::uint64_t Allowance::*Field, std::uint64_t Low, std::uint64_t High>
-Result<Done> read_limit(const Json& value, const std::string& pointer, Key& key) {
+Result<Done> read_limit(const JsonValue& value, const std::string& pointer, Key& key) {
   const auto number = read_integer(value, pointer, Low, High);
   if (!number) return number.error();
   key.allowance.*Field = *number;
   return Done{};
 }
 
-Result<Done> read_expires(const Json& value, const std::string& pointer, Key& key) {
+Result<Done> read_expires(const JsonValue& value, const std::string& pointer, Key& key) {
   if (value.is_null()) return Done{};
-  if (value.is_string()) key.expires = parse_utc(value.get_ref<const std::string&>());
+  if (value.is_string()) key.expires = api::parse_utc(value.get_ref<const std::string&>());
   return key.expires ? Result<Done>(Done{}) : wrong(pointer, "a time like 2027-01-31T12:00:00Z, or null", value);
 }
 
-Result<Done> read_disabled(const Json& value, const std::string& pointer, Key& key) {
+Result<Done> read_disabled(const JsonValue& value, const std::string& pointer, Key& key) {
   if (!value.is_boolean()) return wrong(pointer, "true or false", value);
   key.disabled = value.get<bool>();
   return Done{};
@@ -115,28 +116,28 @@ std::string known_fields() {
   return list;
 }
 
-Result<Key> read_key(const Json& entry, const std::string& pointer) {
+Result<Key> read_key(const JsonValue& entry, const std::string& pointer) {
   if (!entry.is_object()) return wrong(pointer, "an object", entry);
   Key key;
   for (const auto& [name, value] : entry.items()) {
     const auto* field = std::find_if(std::begin(kFields), std::end(kFields),
                                      [&, wanted = std::string_view(name)](const Field& f) { return f.name == wanted; });
     if (field == std::end(kFields)) {
-      return refused(pointer, "unknown field " + api::shown_text(name) + "; known: " + known_fields());
+      return bad_key(pointer, "unknown field " + api::shown_text(name) + "; known: " + known_fields());
     }
     if (auto ok = field->read(value, pointer + "/" + std::string(field->name), key); !ok) return ok.error();
   }
-  if (key.id.empty()) return refused(pointer, "the field 'id' is missing");
-  if (key.sha256.empty()) return refused(pointer, "the field 'sha256' is missing");
+  if (key.id.empty()) return bad_key(pointer, "the field 'id' is missing");
+  if (key.sha256.empty()) return bad_key(pointer, "the field 'sha256' is missing");
   return key;
 }
 
-Result<std::vector<Key>> read_all(const Json& document) {
+Result<std::vector<Key>> read_all(const JsonValue& document) {
   if (!document.is_object() || document.size() != 1 || !document.contains("keys") || !document["keys"].is_array()) {
-    return refused("", "must be an object with the one field 'keys', an array");
+    return bad_key("", "must be an object with the one field 'keys', an array");
   }
-  const Json& entries = document["keys"];
-  if (entries.size() > kMaxKeys) return refused("/keys", "there may be " + std::to_string(kMaxKeys) + " keys at most");
+  const JsonValue& entries = document["keys"];
+  if (entries.size() > kMaxKeys) return bad_key("/keys", "there may be " + std::to_string(kMaxKeys) + " keys at most");
   std::vector<Key> keys;
   std::set<std::string> ids;
   std::set<std::string> digests;
@@ -144,9 +145,9 @@ Result<std::vector<Key>> read_all(const Json& document) {
     const std::string pointer = "/keys/" + std::to_string(i);
     auto key = read_key(entries[i], pointer);
     if (!key) return key.error();
-    if (!ids.insert(key->id).second) return refused(pointer + "/id", "another key is called '" + key->id + "' as well");
+    if (!ids.insert(key->id).second) return bad_key(pointer + "/id", "another key is called '" + key->id + "' as well");
     for (const std::string& digest : key->sha256) {
-      if (!digests.insert(digest).second) return refused(pointer + "/sha256", "this token is there twice");
+      if (!digests.insert(digest).second) return bad_key(pointer + "/sha256", "this token is there twice");
     }
     keys.push_back(std::move(*key));
   }
@@ -163,17 +164,15 @@ std::string line_of(std::string_view text, std::string_view where) {
 }  // namespace
 
 Result<std::vector<Key>> parse_keys(std::string_view json) {
-  if (json.find('\0') != std::string_view::npos) return refused("", "not JSON: a NUL byte");  // else taken for the end
+  if (json.find('\0') != std::string_view::npos) return bad_key("", "not JSON: a NUL byte");  // else taken for the end
   api::JsonFilter filter;
-  if (!Json::sax_parse(json, &filter)) return refused(line_of(json, filter.where), filter.defect);
-  return read_all(Json::parse(json));
+  if (!JsonValue::sax_parse(json, &filter)) return bad_key(line_of(json, filter.where), filter.defect);
+  return read_all(JsonValue::parse(json));
 }
 
 Result<std::vector<Key>> load_keys(const std::string& file) {
-  const auto failed = [&](const std::string& why) {
-    return Error{ErrorCode::invalid_request, "--keys-file '" + file + "': " + why, "", ""};
-  };
-  const auto text = read_text_file(file, kMaxKeysFileBytes);
+  const auto failed = [&](const std::string& why) { return refused("--keys-file '" + file + "': " + why); };
+  const auto text = api::read_text_file(file, kMaxKeysFileBytes);
   if (!text) return failed(text.error().message);
   auto keys = parse_keys(*text);
   return keys ? keys : failed(keys.error().message);
@@ -184,7 +183,7 @@ Result<Done> check_key_id(std::string_view id) {
     return is_digit(c) || (lower(c) >= 'a' && lower(c) <= 'z') || c == '-' || c == '_' || c == '.';
   });
   if (allowed) return Done{};
-  return Error{ErrorCode::invalid_request, "an id has 1 to 64 of A-Z, a-z, 0-9, '-', '_' and '.'", "", ""};
+  return refused("an id has 1 to 64 of A-Z, a-z, 0-9, '-', '_' and '.'");
 }
 
 std::optional<Scope> scope_of(std::string_view name) {
@@ -207,7 +206,7 @@ std::string to_json(const Key& key) {
       {"max_storage_bytes", key.allowance.max_storage_bytes},
       {"expires", nullptr},
       {"disabled", key.disabled}};
-  if (key.expires) json["expires"] = to_utc(*key.expires);
+  if (key.expires) json["expires"] = api::to_utc(*key.expires);
   return json.dump();
 }
 

@@ -6,6 +6,7 @@
 #include <openssl/crypto.h>
 
 #include "api/digest.h"
+#include "api/refused.h"
 #include "server/text.h"
 
 namespace meshgauge::server {
@@ -21,9 +22,6 @@ bool is_token68_char(char c) {
 std::string new_token() { return "mg_" + api::random_id() + api::random_id(); }
 
 Result<Done> check_token(std::string_view token) {
-  const auto refused = [](std::string message) {
-    return Error{ErrorCode::invalid_request, std::move(message), "", ""};
-  };
   if (token.size() < kMinTokenBytes || token.size() > kMaxTokenBytes) {
     return refused("a token must have from " + std::to_string(kMinTokenBytes) + " to " +
                    std::to_string(kMaxTokenBytes) + " characters, and nobody must be able to guess it");

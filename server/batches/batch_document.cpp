@@ -1,10 +1,7 @@
 #include "server/batches/batch_document.h"
 
-#include <limits>
-
 #include <nlohmann/json.hpp>
 
-#include "api/unit_document.h"
 #include "server/jobs/job_document.h"
 #include "server/web/pages.h"
 
@@ -52,10 +49,10 @@ Json gate_or_null(const store::Job& job) {
 
 Json failure_of(const store::BatchRow& row) {
   Json failure = head_of(row);
-  const auto distance = row.job ? distance_of(*row.job) : std::nullopt;
+  const auto facts = row.job ? facts_of(*row.job) : std::nullopt;
   failure["gate"] = row.job ? gate_or_null(*row.job) : Json(nullptr);
   failure["unit"] = row.job ? text_or_null(unit_of(*row.job)) : Json(nullptr);
-  failure["distance"] = distance ? Json{{"lower", distance->lower}, {"upper", distance->upper}} : Json(nullptr);
+  failure["distance"] = facts ? Json{{"lower", facts->lower}, {"upper", facts->upper}} : Json(nullptr);
   failure["problem"] = row.job ? Json::parse(problem_json(*row.job), nullptr, false) : Json(nullptr);
   return failure;
 }
@@ -90,15 +87,9 @@ std::string result_line(const store::BatchRow& row) {
          ",\"problem\":" + (row.job ? problem_json(*row.job) : "null") + "}\n";
 }
 
-std::optional<Distance> distance_of(const store::Job& job) {
-  const Json document = Json::parse(job.document, nullptr, false);
-  if (!document.is_object() || !document.contains("distance")) return std::nullopt;
-  const Json& distance = document["distance"];
-  if (!distance.is_object() || !distance.contains("lower") || !distance.contains("upper")) return std::nullopt;
-  if (!distance["lower"].is_number()) return std::nullopt;
-  const Json& upper = distance["upper"];  // null: nothing was known
-  return Distance{distance["lower"].get<double>(),
-                  upper.is_number() ? upper.get<double>() : std::numeric_limits<double>::infinity()};
+std::optional<api::ResultFacts> facts_of(const store::Job& job) {
+  const auto facts = api::result_facts(Json::parse(job.document, nullptr, false), api::Side::a);
+  return facts ? std::optional(*facts) : std::nullopt;
 }
 
 std::optional<double> limit_of(const store::Job& job) {
@@ -108,9 +99,10 @@ std::optional<double> limit_of(const store::Job& job) {
 }
 
 std::string unit_of(const store::Job& job) {
-  const Json document = Json::parse(job.document, nullptr, false);
-  auto unit = api::unit_plan_of(document).result.unit;
-  if (const Json gate = gate_of(job); !document.is_object() && gate.contains("units") && gate["units"].is_string()) {
+  std::optional<api::LengthUnit> unit;
+  if (const auto facts = facts_of(job)) {
+    unit = facts->units.result.unit;
+  } else if (const Json gate = gate_of(job); gate.contains("units") && gate["units"].is_string()) {
     unit = api::parse_unit(gate["units"].get_ref<const std::string&>());
   }
   return unit ? std::string(api::to_string(*unit)) : std::string();

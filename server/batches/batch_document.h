@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "api/result_document.h"
 #include "server/store/batch_store.h"
 
 namespace meshgauge::server {
@@ -20,12 +21,8 @@ std::string progress_json(const store::Batch& batch);
 std::string result_line(const store::BatchRow& row);
 
 // What a job's document and options say, for reports.
-struct Distance {
-  double lower = 0;
-  double upper = 0;  // may be infinity
-};
-std::optional<Distance> distance_of(const store::Job& job);  // nullopt: it has no result
-std::optional<double> limit_of(const store::Job& job);       // of its gate
+std::optional<api::ResultFacts> facts_of(const store::Job& job);  // nullopt: it has no result
+std::optional<double> limit_of(const store::Job& job);            // of its gate
 // Of every length that was measured, "mm"; before there is a result, of the limit. Empty: not known.
 std::string unit_of(const store::Job& job);
 

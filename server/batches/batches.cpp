@@ -7,6 +7,7 @@
 #include <thread>
 #include <utility>
 
+#include "api/refused.h"
 #include "server/batches/batch_document.h"
 #include "server/batches/batch_junit.h"
 #include "server/batches/composing.h"
@@ -16,6 +17,7 @@
 namespace meshgauge::server {
 namespace {
 
+using api::not_found;
 using api::Problem;
 using api::ProblemKind;
 using std::chrono::milliseconds;
@@ -28,8 +30,6 @@ constexpr milliseconds kTick{100};               // how soon a client that went 
 constexpr std::chrono::hours kPatience{7 * 24};  // of jobs that wait for their turn: a batch may take days
 constexpr std::chrono::seconds kYoung{60};       // less than what a sweep leaves (server/jobs/upkeep.cpp), by far
 
-Problem not_found() { return {ProblemKind::not_found, "there is no batch of this id, or not any more", {}}; }
-
 // ... while the request arrived, which so brought files for nothing: sent again it is a new one.
 Problem removed_just_now() {
   return {ProblemKind::storage_unavailable, "the batch of this Idempotency-Key was removed just now: try again", {}};
@@ -39,15 +39,14 @@ store::JobKey key_of(const Exchange& exchange) { return {exchange.owner, exchang
 
 }  // namespace
 
-Batches::Batches(const Settings& settings, Stores stores, Access& access, ByteBudget& uploads, Seats& seats,
-                 std::function<void()> wake, std::function<bool()> stopping)
+Batches::Batches(const Settings& settings, Stores stores, Access& access, ByteBudget& uploads, ConnectionLimit& seats,
+                 std::function<bool()> stopping)
     : settings_(settings),
       stores_(stores),
       batches_(*stores.batches),
       access_(access),
       uploads_(uploads),
       seats_(seats),
-      wake_(std::move(wake)),
       stopping_(std::move(stopping)),
       kept_(settings.result_ttl_s) {}
 
@@ -115,7 +114,6 @@ void Batches::insert(Exchange& exchange, const std::string& idempotency_key, Bat
                                     "this Idempotency-Key was used for another batch; take a new one",
                                     {}});
   }
-  wake_();
   exchange.response.headers.emplace_back("Location", "/v1/batches/" + inserted->batch.key.id);
   send(exchange, inserted->batch, 202);
 }
@@ -133,7 +131,7 @@ std::optional<store::Batch> Batches::find(Exchange& exchange) {
     answer(exchange, api::to_problem(batch.error()));
     return std::nullopt;
   }
-  if (!*batch) answer(exchange, not_found());
+  if (!*batch) answer(exchange, not_found("batch"));
   return std::move(*batch);
 }
 
@@ -173,7 +171,7 @@ void Batches::remove(Exchange& exchange) {
   const auto now = stores_.jobs.time();
   const auto cancelled = batches_.cancel_batch(key, {now, now + kept_});
   if (!cancelled) return answer(exchange, api::to_problem(cancelled.error()));
-  if (!*cancelled) return answer(exchange, not_found());
+  if (!*cancelled) return answer(exchange, not_found("batch"));
   if (const auto batch = find(exchange)) send(exchange, *batch, 200);
 }
 

@@ -14,9 +14,9 @@
 
 #include "server/access/access.h"
 #include "server/batches/receiver.h"
+#include "server/connection_limit.h"
 #include "server/exchange.h"
 #include "server/jobs/jobs.h"
-#include "server/seats.h"
 #include "server/settings.h"
 #include "server/store/batch_store.h"
 #include "server/upload.h"
@@ -29,11 +29,10 @@ class Batches {
   static constexpr std::uint64_t kMostUnended = 10;
   static constexpr std::uint64_t kMostBatches = 200;  // likewise: a worker looks at each when it takes the next job
 
-  // Borrows all but the first and `wake`, which is told of each batch that there is. Precondition: stores.batches is
-  // there. `seats`: of all that hold a connection for long. `stopping`: whether this process ends now, and whoever
-  // watches is to ask again elsewhere.
-  Batches(const Settings& settings, Stores stores, Access& access, ByteBudget& uploads, Seats& seats,
-          std::function<void()> wake, std::function<bool()> stopping);
+  // Borrows all but the first and last. Precondition: stores.batches is there. `seats`: of all that hold a connection
+  // for long. `stopping`: this process ends now, and clients that watch are to ask again elsewhere.
+  Batches(const Settings& settings, Stores stores, Access& access, ByteBudget& uploads, ConnectionLimit& seats,
+          std::function<bool()> stopping);
 
   // Each may throw: out of memory. `draining`: no new work is taken.
   void create(Exchange& exchange, bool draining);
@@ -61,8 +60,7 @@ class Batches {
   store::BatchStore& batches_;
   Access& access_;
   ByteBudget& uploads_;
-  Seats& seats_;
-  const std::function<void()> wake_;
+  ConnectionLimit& seats_;
   const std::function<bool()> stopping_;
   const std::chrono::seconds kept_;
 };

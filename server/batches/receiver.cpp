@@ -16,10 +16,6 @@ using api::ProblemKind;
 constexpr const char* kManifest = "manifest";
 constexpr std::size_t kBytesOfPair = 2048;  // two ids, a name and some options, with room
 
-Problem about_part(ProblemKind kind, const std::string& part, const std::string& what) {
-  return Problem{kind, what, {{part, "", what}}};
-}
-
 std::string shown(const std::string& name) { return "'" + name.substr(0, 64) + "'"; }
 
 std::string_view text_of(const Upload& upload) {
@@ -42,7 +38,7 @@ BatchReceiver::~BatchReceiver() {
   std::vector<std::string> ids;
   for (const auto& [id, kept] : kept_) ids.push_back(id);
   kept_.clear();
-  if (stores_.shared()) return;  // others may be about to refer to the same bytes: a sweep finds what is old
+  if (stores_.shared) return;  // others may be about to refer to the same bytes: a sweep finds what is old
   for (const std::string& id : ids) {
     const auto removed = remove_if_unreferenced(stores_, {owner_, id});
     static_cast<void>(removed);  // what failed is for a sweep

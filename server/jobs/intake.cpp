@@ -1,4 +1,4 @@
-// Jobs: how they come in, from a request or from the store after a restart.
+// Jobs: how they come in.
 #include <span>
 #include <utility>
 
@@ -62,9 +62,9 @@ std::shared_ptr<LiveJob> Jobs::job_of(Submission submission) const {
 }
 
 Jobs::Submitted Jobs::submit(Scheduler::Slot slot, Submission submission) {
-  if (submission.durable || runner_->stores_all()) return submit_stored(std::move(slot), std::move(submission));
+  if (submission.durable || stores_.shared) return submit_stored(std::move(slot), std::move(submission));
   const auto job = job_of(std::move(submission));
-  runner_->run(job, std::move(slot));
+  run_unstored(job, std::move(slot));
   return job;
 }
 
@@ -76,7 +76,7 @@ Jobs::Submitted Jobs::submit_stored(Scheduler::Slot slot, Submission submission)
   const store::BlobKey b{submission.key.owner, submission.b.id};
   auto submitted = [&]() -> Submitted {
     // Before bytes are stored for nothing: what counts is asked again when the row is.
-    if (stores_.shared()) {
+    if (stores_.shared) {
       if (auto denial = access_.find_denial(a.owner, unended_of(a.owner))) {
         return denied(row_of(submission, stores_.jobs.time(), seconds(0)), std::move(*denial));
       }
@@ -140,21 +140,23 @@ Jobs::Submitted Jobs::denied(const store::NewJob& row, Denial denial) {
   return found(**first, row.fingerprint != (*first)->fingerprint);
 }
 
-// The job is known here before it is in the store: whoever repeats its idempotency key finds it.
+// The job is known here before it is in the store: a request that repeats its idempotency key finds it.
 Jobs::Submitted Jobs::insert(const std::shared_ptr<LiveJob>& job, Scheduler::Slot slot) {
   const std::string& owner = job->key.owner;
-  const auto turn = stores_.shared() ? access_.await_turn(owner, unended_of(owner)) : JobTurn{};
+  const auto turn = stores_.shared ? access_.await_turn(owner, unended_of(owner)) : JobTurn{};
   if (const auto* denial = std::get_if<Denial>(&turn)) return denied(job->view().row, *denial);
-  runner_->expect(job);
+  watcher_.expect(job);
   const auto inserted = stores_.jobs.insert(job->view().row);
   // One of this id is this one: it was stored by a call whose answer was lost.
   if (inserted && (!inserted->existed || inserted->job.key == job->key)) {
     let_go_of_bytes(job->a);
     let_go_of_bytes(job->b);
-    runner_->run(job, std::move(slot));
+    if (queue_ && job->durable) queue_->added();
+    if (worker_ || slot.kind() == Kind::awaited) job->hold_place(std::move(slot));
+    watcher_.begin(job);
     return job;
   }
-  runner_->forget(*job);
+  watcher_.forget(*job);
   troubles_.note(inserted);
   if (!inserted) return Denial{api::to_problem(inserted.error()), {}};
   return found(inserted->job, inserted->conflict);
@@ -167,7 +169,9 @@ Jobs::Submitted Jobs::found(const store::Job& row, bool conflict) {
                    {}},
                   {}};
   }
-  if (auto first = runner_->watch(row)) return first;
+  if (!store::has_ended(row.state)) {
+    if (auto first = watcher_.watch(row)) return first;
+  }
   auto view = get(row.key);  // it has ended since, or it waits for another start
   if (!view) return Denial{api::to_problem(view.error()), {}};
   if (*view) return std::move(**view);

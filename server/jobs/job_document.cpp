@@ -1,12 +1,11 @@
 #include "server/jobs/job_document.h"
 
 #include <algorithm>
-#include <cstdio>
-#include <ctime>
 
 #include <nlohmann/json.hpp>
 
 #include "api/problem.h"
+#include "api/utc.h"
 #include "server/web/pages.h"
 
 namespace meshgauge::server {
@@ -70,17 +69,7 @@ api::Problem cancelled_early() {
   return {api::ProblemKind::cancelled, "the comparison was cancelled before both meshes were read", {}};
 }
 
-std::string to_text(store::TimePoint time) {
-  const auto day = std::chrono::floor<std::chrono::days>(time);
-  const std::chrono::year_month_day date(day);
-  const std::chrono::hh_mm_ss clock(time - day);
-  char text[40];
-  std::snprintf(text, sizeof text, "%04d-%02u-%02uT%02d:%02d:%02d.%03dZ", static_cast<int>(date.year()),
-                static_cast<unsigned>(date.month()), static_cast<unsigned>(date.day()),
-                static_cast<int>(clock.hours().count()), static_cast<int>(clock.minutes().count()),
-                static_cast<int>(clock.seconds().count()), static_cast<int>(clock.subseconds().count()));
-  return text;
-}
+std::string to_text(store::TimePoint time) { return api::to_utc_ms(time); }
 
 std::string to_string(store::JobState state) {
   switch (state) {

@@ -2,31 +2,60 @@
 
 #include <utility>
 
-#include "server/jobs/local_runner.h"
-#include "server/jobs/remote_runner.h"
+#include "api/digest.h"
 
 namespace meshgauge::server {
 namespace {
 
-constexpr std::chrono::seconds kMaintenanceInterval{1};
+using api::Problem;
+using api::ProblemKind;
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+using store::JobState;
+
+constexpr seconds kMaintenanceInterval{1};
+constexpr milliseconds kProgressInterval{100};
+constexpr seconds kCancelTime{1};
+constexpr seconds kUntold{1};  // beyond a deadline, for the news of an end that came in time
+constexpr seconds kLate{5};    // ... of one that was begun, or while the store is gone
+
+// One process works on these stores: the store tells it of everything, and no other one takes a suspected job.
+WorkerOptions embedded_worker() {
+  WorkerOptions options;
+  options.name = api::random_id();
+  options.lease = std::chrono::hours(365L * 24);
+  options.progress = kProgressInterval;
+  options.poll = seconds(10);
+  options.trusted_tries = 2;  // one was lost with the process, like all that ran beside it
+  options.pass_over = milliseconds(0);
+  return options;
+}
 
 }  // namespace
 
-Jobs::Jobs(const Settings& settings, Compare compare, Stores stores, Access& access, Metrics& metrics)
+Jobs::Jobs(const Settings& settings, Fetch fetch, Stores stores, Access& access, Metrics& metrics)
     : settings_(settings),
       stores_(stores),
       access_(access),
+      metrics_(metrics),
       troubles_(metrics),
       threads_(settings.workers),
-      measuring_(settings, std::move(compare), metrics, threads_, stores.jobs),
+      measuring_(settings, std::move(fetch), metrics, threads_, stores.jobs),
       scheduler_({settings.workers, settings.workers + settings.queue, settings.max_queued_jobs}),
+      unneeded_(stores, troubles_),
+      watcher_(
+          stores.jobs, troubles_, metrics,
+          {seconds(settings.result_ttl_s), [this](const LiveJob& job, const store::Job& row) { ended(job, row); }}),
       upkeep_(settings, stores, troubles_) {
-  if (stores.shared()) {
-    runner_ = std::make_unique<RemoteRunner>(settings, stores, metrics, troubles_, scheduler_);
+  if (stores.shared) {
+    queue_.emplace(stores.jobs, troubles_);
   } else {
-    runner_ =
-        std::make_unique<LocalRunner>(settings, stores, access, metrics, troubles_, measuring_, scheduler_, phase_);
+    worker_.emplace(settings, stores, measuring_, scheduler_, troubles_, metrics, embedded_worker());
   }
+  stores.signals.listen([this](const store::Signal& signal) {
+    watcher_.hear(signal);
+    if (worker_) worker_->hear(signal);
+  });
   maintenance_ = std::thread([this] { maintain(); });
 }
 
@@ -38,25 +67,86 @@ Jobs::~Jobs() {
   }
   wake_.notify_all();
   maintenance_.join();
+  stores_.signals.stop_listening();
   scheduler_.end();
-  runner_.reset();
   troubles_.note(stores_.jobs.flush());
 }
 
+// Whatever ran when this process ended before goes back to the queue, whichever worker had claimed it.
+Result<Done> Jobs::recover() {
+  if (!worker_) return Done{};
+  const auto now = stores_.jobs.time();
+  const auto rows =
+      stores_.jobs.recover("", "the service ended while it ran", {now, now + seconds(settings_.result_ttl_s)});
+  if (!rows) return rows.error();
+  for (const store::Job& row : *rows) {
+    watcher_.adopt(row, scheduler_.admit_again(), access_.adopt_job(row.key.owner));
+  }
+  worker_->start();
+  return Done{};
+}
+
 void Jobs::drain() {
-  phase_.draining.store(true);
-  runner_->drain();
+  draining_.store(true);
+  if (!worker_) return;
+  worker_->drain();
+  watcher_.drain();
 }
 
 void Jobs::stop() {
   drain();
-  phase_.stopping.store(true);
+  stopping_.store(true);
   scheduler_.cancel_all();
-  runner_->stop();
+  if (worker_) worker_->stop();
+  watcher_.stop();
+}
+
+// In the distributed form the slot of a durable job is held until it is in the store, and counts there from then on.
+std::optional<Scheduler::Slot> Jobs::admit(Kind kind) {
+  const bool full = queue_ && kind == Kind::durable && figures().durable_slots >= settings_.max_queued_jobs;
+  return full ? std::nullopt : scheduler_.admit(kind);
+}
+
+Scheduler::Figures Jobs::figures() const {
+  Scheduler::Figures figures = scheduler_.figures();
+  if (queue_) figures.durable_slots += queue_->unawaited();
+  return figures;
+}
+
+std::size_t Jobs::waiting() const { return scheduler_.figures().waiting + (worker_ ? watcher_.queued() : 0); }
+
+milliseconds Jobs::expected_wait() const {
+  return queue_ ? queue_->expected_wait() : scheduler_.expected_wait(watcher_.queued());
+}
+
+void Jobs::run_unstored(const std::shared_ptr<LiveJob>& job, Scheduler::Slot slot) {
+  watcher_.expect(job);
+  job->control.set_deadline(job->submitted + job->request.timeout);
+  job->control.watch(
+      [watched = job.get()](const Progress& p) { watched->progressed(certified(p.lower, p.upper, p.stage)); },
+      kProgressInterval);
+  scheduler_.submit(std::move(slot),
+                    {job->key.owner, job->bytes, job->request.timeout, std::shared_ptr<Control>(job, &job->control),
+                     [this, job](Scheduler::Slot held) { measure_unstored(*job, std::move(held)); }});
+}
+
+// Places are given back before the client has its answer: it may come again at once.
+void Jobs::measure_unstored(LiveJob& job, Scheduler::Slot slot) {
+  job.started(1, stores_.jobs.time());
+  const auto result = measuring_.measured(job);
+  measuring_.count(job, result);
+  JobView last = measuring_.told(job, result, stopping_.load());
+  let_go_of_bytes(job.a);
+  let_go_of_bytes(job.b);
+  job.give_places_back();
+  { const Scheduler::Slot done = std::move(slot); }
+  stores_.jobs.record(last.row);
+  watcher_.forget(job);
+  job.ended(std::move(last));
 }
 
 Result<std::optional<JobView>> Jobs::get(const store::JobKey& key) {
-  if (const auto job = live(key)) return std::optional(job->view());
+  if (const auto job = watcher_.unstored(key)) return std::optional(job->view());
   auto row = stores_.jobs.get(key);
   if (!row) return row.error();
   if (!*row) return std::optional<JobView>();
@@ -65,16 +155,37 @@ Result<std::optional<JobView>> Jobs::get(const store::JobKey& key) {
   return std::optional(std::move(view));
 }
 
-std::shared_ptr<LiveJob> Jobs::live(const store::JobKey& key) const { return runner_->here(key); }
+std::shared_ptr<LiveJob> Jobs::watch(const JobView& job) {
+  return store::has_ended(job.row.state) ? nullptr : watcher_.watch(job.row);
+}
 
 Result<Jobs::Deleted> Jobs::remove(const store::JobKey& key) {
   const auto job = get(key);
   if (!job) return job.error();
   if (!*job) return Deleted::unknown;
   if (store::has_ended((*job)->row.state)) return forget(key);
-  const auto cancelled = runner_->cancel((*job)->row);
+  const auto cancelled = cancel((*job)->row);
   if (!cancelled) return cancelled.error();
   return *cancelled ? Deleted::asked_to_end : Deleted::unknown;
+}
+
+// false: it is gone.
+Result<bool> Jobs::cancel(const store::Job& row) {
+  const auto job = watcher_.watch(row);
+  if (const auto unstored = watcher_.unstored(row.key)) {
+    unstored->cancel();
+  } else {
+    const auto now = stores_.jobs.time();
+    const auto state = stores_.jobs.request_cancel(row.key, {now, now + seconds(settings_.result_ttl_s)});
+    if (!state) return state.error();
+    if (!*state) return false;
+    if (**state == JobState::cancelled) {
+      const auto request = api::parse_options(row.options, request_limits(settings_));
+      metrics_.job_cancelled_early(request ? request->options.strategy : Strategy{});
+    }
+  }
+  if (job) job->wait_for_end(kCancelTime);
+  return true;
 }
 
 Result<Jobs::Deleted> Jobs::forget(const store::JobKey& key) {
@@ -84,11 +195,43 @@ Result<Jobs::Deleted> Jobs::forget(const store::JobKey& key) {
   return Deleted::forgotten;
 }
 
+bool Jobs::abandon(const std::shared_ptr<LiveJob>& job) {
+  if (queue_) {
+    watcher_.leave(job);
+  } else {
+    job->control.cancel();
+  }
+  return queue_.has_value();
+}
+
+// The end of an awaited job is its deadline, which its worker keeps; a durable one goes on in any case.
+std::optional<Problem> Jobs::give_up(const LiveJob& job) const {
+  if (!queue_) return std::nullopt;
+  const bool there = queue_->available().ok();
+  if (job.durable) {
+    if (there || queue_->silence() < job.request.timeout) return std::nullopt;
+    return Problem{
+        ProblemKind::storage_unavailable, "the store is out of order; the comparison runs when it is back", {}};
+  }
+  const bool begun = job.view().row.state != JobState::queued;
+  const auto late = begun || !there ? kLate : kUntold;
+  if (LiveJob::Clock::now() < job.submitted + job.request.timeout + late) return std::nullopt;
+  if (!there) return Problem{ProblemKind::storage_unavailable, "the store is out of order, and the time is over", {}};
+  return Problem{ProblemKind::out_of_time, "the time was over before a worker was through", {}};
+}
+
+void Jobs::ended(const LiveJob& job, const store::Job& row) {
+  if (!stores_.shared) return release_blobs(stores_, troubles_, row.key.owner, row.mesh_a, row.mesh_b);
+  for (const MeshSource* source : {&job.a, &job.b}) {
+    if (!source->id.empty() && !source->kept) unneeded_.add({job.key.owner, source->id});
+  }
+}
+
 void Jobs::maintain() {
   std::unique_lock lock(mutex_);
   while (!wake_.wait_for(lock, kMaintenanceInterval, [&] { return ending_; })) {
     lock.unlock();
-    runner_->tick();
+    unneeded_.remove_some();
     upkeep_.tick();
     lock.lock();
   }

@@ -1,13 +1,17 @@
-// Every comparison that this service lets in, whoever waits for it: from its submission to what is kept of it.
+// Every comparison that this service lets in, from its submission to what is kept of it, in both forms.
 //
-//   submit -> (to be stored: blobs and row) -> a Runner, here or elsewhere -> get, watch, remove
+//   stored:   submit -> row and blobs in the store -> a Worker, here or in other processes -> Watcher -> clients
+//   unstored: submit -> scheduler -> measure -> client -> record
 //
-// A durable job was promised to be done: it is in the store before anybody is told so, runs again after a crash, and
-// nobody's going away ends it. Any other job is its client's, and only its end is kept.
+// A durable job is promised: it is in the store before its client is told so, runs again after a crash, and is not
+// cancelled when the client disconnects. Any other job is its client's. In the embedded form this process has the
+// worker, and an awaited job that is not durable is not stored before its end. In the distributed form every job is
+// stored, that of a client that waits with a deadline, and the scheduler counts clients that wait.
 //
 // Thread safe.
 #pragma once
 
+#include <atomic>
 #include <condition_variable>
 #include <memory>
 #include <mutex>
@@ -20,14 +24,16 @@
 #include "server/jobs/kept_blobs.h"
 #include "server/jobs/live_job.h"
 #include "server/jobs/measuring.h"
-#include "server/jobs/runner.h"
 #include "server/jobs/scheduler.h"
+#include "server/jobs/store_queue.h"
 #include "server/jobs/stores.h"
 #include "server/jobs/troubles.h"
 #include "server/jobs/upkeep.h"
+#include "server/jobs/watcher.h"
 #include "server/observe/metrics.h"
 #include "server/settings.h"
 #include "server/thread_budget.h"
+#include "server/worker/worker.h"
 
 namespace meshgauge::server {
 
@@ -50,18 +56,19 @@ class Jobs {
   // a refusal.
   using Submitted = std::variant<std::shared_ptr<LiveJob>, JobView, Denial>;
 
-  // Borrows all but the first two. Comparisons run here unless the stores are shared.
-  Jobs(const Settings& settings, Compare compare, Stores stores, Access& access, Metrics& metrics);
+  // Borrows all but the first two. Listens to the stores' signals until its end.
+  Jobs(const Settings& settings, Fetch fetch, Stores stores, Access& access, Metrics& metrics);
   ~Jobs();  // as stop()
   Jobs(const Jobs&) = delete;
   Jobs& operator=(const Jobs&) = delete;
 
   // Begins what was left undone before this start. Called once, first.
-  Result<Done> recover() { return runner_->recover(); }
+  Result<Done> recover();
 
   // Whether comparisons can be let in at all; at once, whatever the store does.
-  Result<Done> available() const { return runner_->available(); }
-  std::optional<Scheduler::Slot> admit(Kind kind) { return runner_->admit(kind); }
+  Result<Done> available() const { return queue_ ? queue_->available() : Done{}; }
+  // nullopt: the queue is full.
+  std::optional<Scheduler::Slot> admit(Kind kind);
   Submitted submit(Scheduler::Slot slot, Submission submission);
   // Whether its idempotency key is one of a comparison that is kept, whatever is asked for now.
   Result<bool> repeats(const Submission& submission);
@@ -70,40 +77,40 @@ class Jobs {
 
   // nullopt: this owner has no such job.
   Result<std::optional<JobView>> get(const store::JobKey& key);
-  // Of one that get() gave: what to wait for. Null: it has ended, or nobody here can tell when it does.
-  std::shared_ptr<LiveJob> watch(const JobView& job) { return runner_->watch(job.row); }
-  std::shared_ptr<LiveJob> live(const store::JobKey& key) const;  // null: it does not wait or run here
+  // The job of a view that get() gave, to wait for it. Null: it has ended, or this process stops.
+  std::shared_ptr<LiveJob> watch(const JobView& job);
   // Asks a job that has not ended to end, and waits a second for that; forgets one that has.
   enum class Deleted { unknown, asked_to_end, forgotten };
   Result<Deleted> remove(const store::JobKey& key);
 
-  // For who waits for a job. abandon(): see Runner.
-  bool abandon(const std::shared_ptr<LiveJob>& job) { return runner_->abandon(job); }
-  std::optional<api::Problem> give_up(const LiveJob& job) const { return runner_->give_up(job); }
+  // Of a job that is not durable, whose client has gone: it is to end. false: it does so soon, and may be waited for.
+  bool abandon(const std::shared_ptr<LiveJob>& job);
+  // Returns the reason to stop waiting for this job, or nullopt to keep waiting.
+  std::optional<api::Problem> give_up(const LiveJob& job) const;
 
-  // Other work than a comparison, on the same workers and in the same order.
+  // Other work than a comparison, on the same threads and in the same order.
   std::optional<Scheduler::Slot> admit_work() { return scheduler_.admit(Kind::awaited); }
   void work(Scheduler::Slot slot, Scheduler::Task task) { scheduler_.submit(std::move(slot), std::move(task)); }
   bool withdraw(const Control& control) { return scheduler_.withdraw(control); }
   std::chrono::milliseconds expected_wait_for_work() const { return scheduler_.expected_wait(); }
   ThreadBudget& threads() { return threads_; }
-  bool draining() const { return phase_.draining.load(); }
-  bool stopping() const { return phase_.stopping.load(); }
+  bool draining() const { return draining_.load(); }
+  bool stopping() const { return stopping_.load(); }
 
-  Scheduler::Figures figures() const { return runner_->figures(); }
-  std::chrono::milliseconds expected_wait() const { return runner_->expected_wait(); }
-  Runner::Queue store_queue() const { return runner_->store_queue(); }
+  Scheduler::Figures figures() const;  // in the distributed form the durable ones of all front ends
+  std::size_t waiting() const;         // jobs that wait for a thread of this process
+  std::chrono::milliseconds expected_wait() const;
+  const StoreQueue* store_queue() const { return queue_ ? &*queue_ : nullptr; }  // null: the embedded form
 
-  // There are jobs of a batch in the store.
-  void look() { runner_->look(); }
-
-  // No durable job begins here any more. What runs goes on.
+  // No stored job begins here any more. What runs goes on.
   void drain();
 
-  // Ends what runs and waits here: awaited jobs with the interval they have reached, durable ones go back to the store.
+  // Ends what runs and waits here: awaited jobs with the interval they have reached, stored ones go back to the store.
   void stop();
 
  private:
+  void run_unstored(const std::shared_ptr<LiveJob>& job, Scheduler::Slot slot);
+  void measure_unstored(LiveJob& job, Scheduler::Slot slot);
   Submitted submit_stored(Scheduler::Slot slot, Submission submission);
   std::optional<Denial> keep_blobs(const Submission& submission);
   std::optional<Denial> keep_blob(const std::string& owner, const MeshSource& source);
@@ -112,18 +119,25 @@ class Jobs {
   Access::CountJobs unended_of(const std::string& owner);
   Submitted denied(const store::NewJob& row, Denial denial);
   Submitted insert(const std::shared_ptr<LiveJob>& job, Scheduler::Slot slot);
+  Result<bool> cancel(const store::Job& row);
   Result<Deleted> forget(const store::JobKey& key);
+  void ended(const LiveJob& job, const store::Job& row);
   void maintain();
 
   const Settings settings_;
   const Stores stores_;
   Access& access_;
-  Phase phase_;
+  Metrics& metrics_;
+  std::atomic<bool> draining_{false};
+  std::atomic<bool> stopping_{false};
   Troubles troubles_;
   ThreadBudget threads_;
   const Measuring measuring_;
   Scheduler scheduler_;
-  std::unique_ptr<Runner> runner_;  // before the scheduler it has slots of
+  UnneededBlobs unneeded_;
+  std::optional<StoreQueue> queue_;  // of the distributed form
+  Watcher watcher_;
+  std::optional<Worker> worker_;  // of the embedded form
   Upkeep upkeep_;
   std::mutex mutex_;  // guards ending_
   bool ending_ = false;

@@ -1,8 +1,16 @@
 #include "server/jobs/kept_blobs.h"
 
+#include <chrono>
 #include <optional>
+#include <utility>
 
 namespace meshgauge::server {
+namespace {
+
+constexpr std::chrono::seconds kRemoving{1};
+constexpr std::size_t kMostUnneeded = 10'000;
+
+}  // namespace
 
 std::variant<StorageHold, Denial> hold_storage(Access& access, store::BlobStore& blobs, const std::string& owner,
                                                std::uint64_t bytes, std::uint64_t max_stored_bytes) {
@@ -24,8 +32,33 @@ Result<bool> remove_if_unreferenced(const Stores& stores, const store::BlobKey& 
 
 void release_blobs(const Stores& stores, Troubles& troubles, const std::string& owner, const std::string& a,
                    const std::string& b) {
-  if (stores.shared()) return;
+  if (stores.shared) return;
   for (const std::string& id : {a, b}) troubles.note(remove_if_unreferenced(stores, {owner, id}));
+}
+
+void UnneededBlobs::add(store::BlobKey key) {
+  const std::lock_guard lock(mutex_);
+  keys_.push_back(std::move(key));
+  if (keys_.size() > kMostUnneeded) keys_.pop_front();
+}
+
+// A sweep removes the oldest of what comes faster than it goes, and what is left when the store does not answer.
+void UnneededBlobs::remove_some() {
+  const auto until = std::chrono::steady_clock::now() + kRemoving;
+  while (std::chrono::steady_clock::now() < until) {
+    store::BlobKey key;
+    {
+      const std::lock_guard lock(mutex_);
+      if (keys_.empty()) return;
+      key = std::move(keys_.front());
+      keys_.pop_front();
+    }
+    const auto removed = remove_if_unreferenced(stores_, key);
+    troubles_.note(removed);
+    if (removed) continue;
+    const std::lock_guard lock(mutex_);
+    return keys_.clear();
+  }
 }
 
 }  // namespace meshgauge::server

@@ -1,6 +1,8 @@
 // The bytes of meshes in the store: room for them, and their end when nothing refers to them any more.
 #pragma once
 
+#include <deque>
+#include <mutex>
 #include <string>
 #include <variant>
 
@@ -20,8 +22,23 @@ std::variant<StorageHold, Denial> hold_storage(Access& access, store::BlobStore&
 Result<bool> remove_if_unreferenced(const Stores& stores, const store::BlobKey& key);
 
 // What a comparison of this owner does not refer to any more. Nothing in shared stores, where each look is several
-// messages to others: the front end that was sent a mesh with a comparison removes it (remote_runner.h), or a sweep.
+// messages to others: UnneededBlobs of the front end that was sent a mesh with a comparison removes it, or a sweep.
 void release_blobs(const Stores& stores, Troubles& troubles, const std::string& owner, const std::string& a,
                    const std::string& b);
+
+// Blobs to be removed soon, unless something else refers to them. Thread safe.
+class UnneededBlobs {
+ public:
+  UnneededBlobs(const Stores& stores, Troubles& troubles) : stores_(stores), troubles_(troubles) {}
+
+  void add(store::BlobKey key);
+  void remove_some();  // for about a second: its caller has other upkeep to do
+
+ private:
+  const Stores stores_;
+  Troubles& troubles_;
+  std::mutex mutex_;  // guards what follows
+  std::deque<store::BlobKey> keys_;
+};
 
 }  // namespace meshgauge::server

@@ -75,14 +75,6 @@ void LiveJob::ended(JobView last) {
   });
 }
 
-void LiveJob::handed_back() {
-  change([this](JobView& view) {
-    if (over()) return;
-    view.row.state = store::JobState::queued;
-    view.handed_back = true;
-  });
-}
-
 // A store may forget progress when it crashes; who watches keeps what he was shown.
 void LiveJob::seen(const store::Job& row) {
   {

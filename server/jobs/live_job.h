@@ -1,4 +1,5 @@
-// A job of this process, from its submission to its end: what its worker tells, and what those who wait are told.
+// A job as this process knows it: the thread that runs it, or the watcher of the store, writes what happens; clients
+// wait for that and read it.
 #pragma once
 
 #include <chrono>
@@ -24,8 +25,8 @@ namespace meshgauge::server {
 // A job as it stands.
 struct JobView {
   store::Job row;            // `document` and `problem` when it has ended
-  bool handed_back = false;  // this process does not run it, or wait for it, any more: it stops
-  std::string timing;        // Server-Timing; this and what follows: for who waited for its end
+  bool handed_back = false;  // this process stops, and does not follow the job any more
+  std::string timing;        // Server-Timing; this and what follows: once it has ended
   std::vector<api::Stage> stages;
   std::optional<MeshSizes> triangles;
   bool reusable = false;  // store::Ending::reusable
@@ -49,10 +50,8 @@ class LiveJob {
   MeshSource a;
   MeshSource b;
   Control control;
-  std::optional<Error> defect;        // why it cannot run
-  std::optional<store::Token> token;  // the worker's: since the store let it begin
-  bool has_waited = false;            // the worker's: for the store, and the log knows
-  std::optional<JobSlot> counted;     // among its owner's jobs
+  std::optional<Error> defect;     // why it cannot run
+  std::optional<JobSlot> counted;  // among its owner's jobs
 
   JobView view() const;
   std::uint64_t version() const;  // grows with every change
@@ -65,17 +64,16 @@ class LiveJob {
   bool cancel_requested() const;
   std::optional<store::Progress> progress() const;
 
-  // What happened, told by the worker.
+  // What happened: called by the thread that runs it.
   void started(unsigned tries, store::TimePoint when);
   // By this process's engine, or, before it begins, by another of the same version (store::narrowed()).
   void progressed(const store::Progress& progress);
-  void ended(JobView last);  // this and handed_back(): the first one counts
-  void handed_back();
+  void ended(JobView last);  // this and let_go(): the first one counts
 
-  // The same of a job that runs elsewhere, told by who watches it there.
+  // The same of a job in the store: called by the watcher.
   void seen(const store::Job& row);       // which has not ended
-  void let_go();                          // as handed_back(); it goes on there
-  void hold_place(Scheduler::Slot slot);  // of its client that waits
+  void let_go();                          // this process stops; the job is left to the store
+  void hold_place(Scheduler::Slot slot);  // in the queue
   void give_places_back();                // that one, and `counted`
 
  private:

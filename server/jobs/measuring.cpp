@@ -1,6 +1,7 @@
 #include "server/jobs/measuring.h"
 
 #include <exception>
+#include <new>
 #include <utility>
 
 #include "api/gate.h"
@@ -47,6 +48,8 @@ bool stopped_by_cancel(const Result<api::Comparison>& result) {
 Result<api::Comparison> Measuring::measured(LiveJob& job) const {
   try {
     return measure(job);
+  } catch (const std::bad_alloc&) {
+    return Error{ErrorCode::internal, "not enough memory for this comparison", "", ""};
   } catch (const std::exception& error) {
     log_event("job_failed", job.key.id + ": " + error.what());
     return Error{ErrorCode::internal, "the comparison failed unexpectedly", "", ""};
@@ -64,12 +67,17 @@ Result<api::Comparison> Measuring::measure(LiveJob& job) const {
   const ThreadBudget::Loan loan = threads_.lend(large ? static_cast<unsigned>(settings_.workers) : options.threads);
   options.threads = loan.threads();
   metrics_.job_started(ms_between(job.submitted, start) / 1000);
-  auto result = compare_(job.a, job.b, options, read_limits(settings_), job.control);
-  if (result) {
-    result->id = job.key.id;
-    result->times.queue = ms_between(job.submitted, start);
-    result->times.total += result->times.queue;
-  }
+  api::StageTimes times;
+  times.queue = ms_between(job.submitted, start);
+  const auto a = fetch_(job.a, job.control);
+  if (!a) return a.error();
+  const auto begun_b = LiveJob::Clock::now();
+  times.read_a = ms_between(start, begun_b);
+  const auto b = fetch_(job.b, job.control);
+  if (!b) return b.error();
+  times.read_b = ms_between(begun_b, LiveJob::Clock::now());
+  auto result = api::compare(*a, *b, options, job.control, times);
+  if (result) result->id = job.key.id;
   return result;
 }
 

@@ -13,22 +13,17 @@
 
 namespace meshgauge::server {
 
-// api::compare_prepared() with meshes from the cache and the sandbox, or what a test puts in its place.
-using Compare = std::function<Result<api::Comparison>(const MeshSource& a, const MeshSource& b,
-                                                      const api::ComparisonOptions& options,
-                                                      const api::ReadLimits& limits, Control& control)>;
-
-// A mesh of a comparison, from the cache or the sandbox.
-using Fetch = std::function<Result<std::shared_ptr<const api::PreparedMesh>>(
-    const MeshSource& source, const api::ReadLimits& limits, Control& control)>;
+// Where meshes come from: the cache and the sandbox, or what a test puts in their place. An Error is as that of
+// api::compare(). Thread safe.
+using Fetch = std::function<Result<api::SharedMesh>(const MeshSource& source, Control& control)>;
 
 // Thread safe. Borrows all but the first two.
 class Measuring {
  public:
   // `clock`: whose time() a result bears.
-  Measuring(const Settings& settings, Compare compare, Metrics& metrics, ThreadBudget& threads,
+  Measuring(const Settings& settings, Fetch fetch, Metrics& metrics, ThreadBudget& threads,
             const store::JobStore& clock)
-      : settings_(settings), compare_(std::move(compare)), metrics_(metrics), threads_(threads), clock_(clock) {}
+      : settings_(settings), fetch_(std::move(fetch)), metrics_(metrics), threads_(threads), clock_(clock) {}
 
   // The job's edge: whatever is thrown ends here.
   Result<api::Comparison> measured(LiveJob& job) const;
@@ -41,7 +36,7 @@ class Measuring {
   JobView concluded(const LiveJob& job, const Result<api::Comparison>& result, bool stopping) const;
 
   const Settings settings_;
-  const Compare compare_;
+  const Fetch fetch_;
   Metrics& metrics_;
   ThreadBudget& threads_;
   const store::JobStore& clock_;

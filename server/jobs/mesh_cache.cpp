@@ -16,8 +16,7 @@
 namespace meshgauge::server {
 namespace {
 
-using api::PreparedMesh;
-using MeshPointer = std::shared_ptr<const PreparedMesh>;
+using api::SharedMesh;
 
 constexpr std::chrono::milliseconds kTick{10};
 constexpr std::uint64_t kWorthTrimming = std::uint64_t{8} << 20;
@@ -40,7 +39,7 @@ class MeshCache::Shelf : public std::enable_shared_from_this<MeshCache::Shelf> {
  public:
   explicit Shelf(std::uint64_t max_bytes) : max_bytes_(max_bytes) {}
 
-  Result<MeshPointer> get(const Key& key, const api::GetMesh& load, Control& control);
+  Result<SharedMesh> get(const Key& key, const Load& load, Control& control);
   void forget(const std::string& owner, const std::string& id);
   Counters counters() const;
 
@@ -50,7 +49,7 @@ class MeshCache::Shelf : public std::enable_shared_from_this<MeshCache::Shelf> {
   using Place = Entries::iterator;
 
   struct Entry {
-    MeshPointer mesh;  // null: being loaded
+    SharedMesh mesh;  // null: being loaded
     std::uint64_t bytes = 0;
     std::size_t users = 0;
     bool kept = true;                  // in entries_; else whoever uses it is the last to hold it
@@ -77,7 +76,7 @@ class MeshCache::Shelf : public std::enable_shared_from_this<MeshCache::Shelf> {
   class Loading;
   struct Loan;
 
-  MeshPointer lend(Place at);
+  SharedMesh lend(Place at);
   void give_back(std::shared_ptr<Entry> entry);
   void count_anew(Entry& entry);
   void make_room(Dropped& dropped);
@@ -121,7 +120,7 @@ class MeshCache::Shelf::Loading {
     shelf_.changed_.notify_all();
   }
 
-  MeshPointer keep(const MeshPointer& mesh) {
+  SharedMesh keep(const SharedMesh& mesh) {
     Dropped dropped;
     const std::lock_guard lock(shelf_.mutex_);
     const bool forgotten = !entry_->kept;  // meanwhile
@@ -129,7 +128,7 @@ class MeshCache::Shelf::Loading {
     entry_->mesh = mesh;
     shelf_.count_anew(*entry_);
     shelf_.idle_.splice(shelf_.idle_.end(), shelf_.busy_, entry_->place);
-    MeshPointer lent = shelf_.lend(at_);
+    SharedMesh lent = shelf_.lend(at_);
     shelf_.make_room(dropped);
     return lent;
   }
@@ -140,7 +139,7 @@ class MeshCache::Shelf::Loading {
   const std::shared_ptr<Entry> entry_;
 };
 
-Result<MeshPointer> MeshCache::Shelf::get(const Key& key, const api::GetMesh& load, Control& control) {
+Result<SharedMesh> MeshCache::Shelf::get(const Key& key, const Load& load, Control& control) {
   std::unique_lock lock(mutex_);
   auto found = entries_.find(key);
   while (found != entries_.end() && !found->second->mesh) {
@@ -169,7 +168,7 @@ Result<MeshPointer> MeshCache::Shelf::get(const Key& key, const api::GetMesh& lo
 }
 
 // Precondition: locked, and there is a mesh.
-MeshPointer MeshCache::Shelf::lend(Place at) {
+SharedMesh MeshCache::Shelf::lend(Place at) {
   const std::shared_ptr<Entry> entry = at->second;
   const auto loan = std::make_shared<Loan>(shared_from_this(), entry);
   if (entry->users++ == 0) busy_.splice(busy_.end(), idle_, entry->place);
@@ -239,7 +238,7 @@ MeshCache::Key MeshCache::key(std::string owner, std::string id, std::string_vie
 
 MeshCache::MeshCache(std::uint64_t max_bytes) : shelf_(std::make_shared<Shelf>(max_bytes)) {}
 
-Result<MeshPointer> MeshCache::get(const Key& key, const api::GetMesh& load, Control& control) {
+Result<SharedMesh> MeshCache::get(const Key& key, const Load& load, Control& control) {
   return shelf_->get(key, load, control);
 }
 

@@ -3,6 +3,7 @@
 
 #include <compare>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -33,6 +34,9 @@ class MeshCache {
     auto operator<=>(const Key&) const = default;  // NOLINT(modernize-use-nullptr): a false alarm of clang-tidy 14
   };
 
+  // Gets the mesh from its file. An Error is about the file, or out_of_time when `control` said to stop.
+  using Load = std::function<Result<api::SharedMesh>(Control& control)>;
+
   static Key key(std::string owner, std::string id, std::string_view filename, std::string_view media_type);
 
   struct Counters {
@@ -50,7 +54,7 @@ class MeshCache {
   // time for a key: others wait, asking their `control` every 10 ms, and what fails is not kept; then one of those who
   // waited loads. An Error is load's, or has the code out_of_time when `control` said to stop, or internal when the
   // file is not the one that `key` names. Throws what load throws.
-  Result<std::shared_ptr<const api::PreparedMesh>> get(const Key& key, const api::GetMesh& load, Control& control);
+  Result<api::SharedMesh> get(const Key& key, const Load& load, Control& control);
 
   // Nothing of that mesh will be found any more; who uses it keeps it until done.
   void forget(const std::string& owner, const std::string& id);

@@ -7,19 +7,19 @@
 namespace meshgauge::server {
 namespace {
 
-using Json = nlohmann::json;
+using JsonValue = nlohmann::json;
 
-Json hints_of(const MeshSource& source) {
+JsonValue hints_of(const MeshSource& source) {
   return {{"file_name", source.input.filename}, {"media_type", source.input.media_type}};
 }
 
 // Of a store that others may have written to: what is not a text is no hint.
-std::string text_at(const Json& json, const char* part, const char* name) {
-  const Json::json_pointer pointer(std::string("/") + part + "/" + name);
+std::string text_at(const JsonValue& json, const char* part, const char* name) {
+  const JsonValue::json_pointer pointer(std::string("/") + part + "/" + name);
   return json.contains(pointer) && json[pointer].is_string() ? json[pointer].get<std::string>() : std::string();
 }
 
-void set_hints(const Json& json, MeshSource& source) {
+void set_hints(const JsonValue& json, MeshSource& source) {
   source.input.filename = text_at(json, source.input.part.c_str(), "file_name");
   source.input.media_type = text_at(json, source.input.part.c_str(), "media_type");
 }
@@ -51,12 +51,12 @@ void let_go_of_bytes(MeshSource& source) {
 }
 
 std::string hints_of(const MeshSource& a, const MeshSource& b) {
-  const Json hints{{"a", hints_of(a)}, {"b", hints_of(b)}};
-  return hints.dump(-1, ' ', false, Json::error_handler_t::replace);
+  const JsonValue hints{{"a", hints_of(a)}, {"b", hints_of(b)}};
+  return hints.dump(-1, ' ', false, JsonValue::error_handler_t::replace);
 }
 
 void set_hints(const std::string& hints, MeshSource& a, MeshSource& b) {
-  const Json json = Json::parse(hints, nullptr, false);
+  const JsonValue json = JsonValue::parse(hints, nullptr, false);
   set_hints(json, a);
   set_hints(json, b);
 }

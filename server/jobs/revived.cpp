@@ -40,12 +40,6 @@ Result<Done> recognise_meshes(LiveJob& job, store::MeshIndex& meshes) {
   return Done{};
 }
 
-Result<std::shared_ptr<LiveJob>> revived(const store::Job& row, const Settings& settings, store::MeshIndex& meshes) {
-  auto job = live_job_of(row, settings);
-  if (const auto done = recognise_meshes(*job, meshes); !done) return done.error();
-  return job;
-}
-
 Result<Done> open_blobs(LiveJob& job, store::BlobStore& blobs) {
   for (MeshSource* source : {&job.a, &job.b}) {
     auto blob = blobs.open({job.key.owner, source->id});

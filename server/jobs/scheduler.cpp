@@ -15,10 +15,6 @@ milliseconds handicap(const Scheduler::Task& task) {
   return milliseconds(static_cast<std::int64_t>(ms));
 }
 
-double ms_since(Scheduler::Clock::time_point start) {
-  return std::chrono::duration<double, std::milli>(Scheduler::Clock::now() - start).count();
-}
-
 }  // namespace
 
 Scheduler::Slot::~Slot() {
@@ -90,9 +86,9 @@ Scheduler::Figures Scheduler::figures() const {
   return {waiting_.size(), running_.size(), awaited_, durable_};
 }
 
-std::chrono::milliseconds Scheduler::expected_wait() const {
+std::chrono::milliseconds Scheduler::expected_wait(std::size_t elsewhere) const {
   const std::lock_guard lock(mutex_);
-  const double before = static_cast<double>(waiting_.size()) + 1;
+  const double before = static_cast<double>(waiting_.size() + elsewhere) + 1;
   return milliseconds(static_cast<std::int64_t>(mean_ms_ * before / static_cast<double>(limits_.workers)));
 }
 

@@ -76,16 +76,17 @@ class Scheduler {
   Scheduler(const Scheduler&) = delete;
   Scheduler& operator=(const Scheduler&) = delete;
 
-  std::optional<Slot> admit(Kind kind);   // nullopt: all are taken
-  Slot admit_again();                     // for a durable job that was let in before a restart: there is always a slot
-  void submit(Slot slot, Task task);      // never blocks
+  std::optional<Slot> admit(Kind kind);  // nullopt: all are taken
+  Slot admit_again();                    // for a durable job that was let in before a restart: there is always a slot
+  Slot uncounted() { return {nullptr, Kind::durable}; }  // for a job that is counted elsewhere
+  void submit(Slot slot, Task task);                     // never blocks
   bool withdraw(const Control& control);  // of a task that waits: it will not run. false: it does not wait
   void cancel_all();                      // what runs, waits or is still to be submitted
   void end();  // runs what was submitted, then ends the workers; nothing may be submitted then
 
   Figures figures() const;
-  // How long a job that came now would wait, by what the last ones took.
-  std::chrono::milliseconds expected_wait() const;
+  // How long a job that came now would wait, by what the last ones took. `elsewhere`: that wait before it, not here.
+  std::chrono::milliseconds expected_wait(std::size_t elsewhere = 0) const;
 
  private:
   struct Entry {

@@ -10,7 +10,7 @@ using std::chrono::milliseconds;
 constexpr std::chrono::seconds kInterval{1};
 constexpr std::chrono::seconds kPatience{5};     // for an answer, before the store counts as gone
 constexpr std::chrono::minutes kLongestWait{1};  // that anybody is told
-constexpr double kShareOfTheLast = 0.2;
+constexpr double kShareOfTheLastReading = 0.2;
 
 }  // namespace
 
@@ -61,7 +61,7 @@ void StoreQueue::learn(const store::Counts& counts, Clock::time_point now) {
   const double seconds = std::chrono::duration<double>(now - answered_).count();
   if (seconds > 0 && ended(counts) >= ended(counts_)) {
     const double rate = static_cast<double>(ended(counts) - ended(counts_)) / seconds;
-    ended_per_second_ += kShareOfTheLast * (rate - ended_per_second_);
+    ended_per_second_ += kShareOfTheLastReading * (rate - ended_per_second_);
   }
   counts_ = counts;
   answered_ = now;

@@ -15,12 +15,11 @@ struct Stores {
   store::JobStore& jobs;
   store::MeshIndex& meshes;
   store::BlobStore& blobs;
+  store::Signals& signals;
   MeshCache& cache;
+  bool shared = false;                   // other processes work on these stores: workers run the jobs
   MapCache* maps = nullptr;              // none: no deviation maps are made
-  store::Signals* signals = nullptr;     // none: nobody else works on these stores
   store::BatchStore* batches = nullptr;  // none: there are no batches
-
-  bool shared() const { return signals != nullptr; }
 };
 
 }  // namespace meshgauge::server

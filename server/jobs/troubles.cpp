@@ -5,7 +5,7 @@
 namespace meshgauge::server {
 namespace {
 
-constexpr std::chrono::seconds kInterval{10};
+constexpr std::chrono::seconds kBetweenLines{10};
 
 StoreFailure failure_of(ErrorCode code) {
   if (code == ErrorCode::storage_full) return StoreFailure::full;
@@ -19,7 +19,7 @@ void Troubles::failed(const Error& error) {
   {
     const auto now = std::chrono::steady_clock::now();
     const std::lock_guard lock(mutex_);
-    if (error.message == last_ && now - told_ < kInterval) return;
+    if (error.message == last_ && now - told_ < kBetweenLines) return;
     last_ = error.message;
     told_ = now;
   }

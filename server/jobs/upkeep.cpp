@@ -34,13 +34,13 @@ void Upkeep::tick() try {
   if (stores_.maps) stores_.maps->give_way();
   const bool on_duty = stores_.jobs.on_duty();
   const milliseconds quarter_lease(settings_.lease_ms / 4);
-  const bool recovery = stores_.shared() && on_duty;
+  const bool recovery = stores_.shared && on_duty;
   if (recovery && due(next_recovery_, std::min<milliseconds>(kRecoveryInterval, quarter_lease))) recover();
   if (due(next_sweep_, kSweepInterval)) {
     if (on_duty) sweep_rows();
     give_back_free_memory();
   }
-  if (due(next_listing_, stores_.shared() ? milliseconds(kSharedListing) : kSweepInterval)) {
+  if (due(next_listing_, stores_.shared ? milliseconds(kSharedListing) : kSweepInterval)) {
     if (stores_.maps) sweep_maps();
     if (on_duty) sweep_blobs();
   }
@@ -79,7 +79,7 @@ void Upkeep::sweep_blobs() {
   const auto used = stores_.jobs.used_blobs();
   troubles_.note(used);
   if (used) {
-    troubles_.note(stores_.blobs.remove_unused(*used, stores_.shared() ? kUnusedSharedBlobs : kUnusedBlobs));
+    troubles_.note(stores_.blobs.remove_unused(*used, stores_.shared ? kUnusedSharedBlobs : kUnusedBlobs));
   }
 }
 

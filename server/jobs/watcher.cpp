@@ -18,14 +18,12 @@ constexpr std::size_t kMostAtOnce = 500;   // rows of one question
 
 }  // namespace
 
-Watcher::Watcher(store::JobStore& jobs, store::Signals& signals, Troubles& troubles, Metrics& metrics, Options options)
-    : jobs_(jobs), signals_(signals), troubles_(troubles), metrics_(metrics), options_(std::move(options)) {
+Watcher::Watcher(store::JobStore& jobs, Troubles& troubles, Metrics& metrics, Options options)
+    : jobs_(jobs), troubles_(troubles), metrics_(metrics), options_(std::move(options)) {
   thread_ = std::thread([this] { watch_on(); });
-  signals_.listen([this](const store::Signal& signal) { hear(signal); });
 }
 
 Watcher::~Watcher() {
-  signals_.stop_listening();
   stop();
   {
     const std::lock_guard lock(mutex_);
@@ -58,9 +56,28 @@ void Watcher::forget(const LiveJob& job) {
   watched_.erase(job.key.id);
 }
 
+std::shared_ptr<LiveJob> Watcher::unstored(const store::JobKey& key) const {
+  const std::lock_guard lock(mutex_);
+  const auto found = watched_.find(key.id);
+  if (found == watched_.end() || found->second.stored) return nullptr;
+  auto job = found->second.job.lock();
+  return job && job->key == key && !job->durable ? job : nullptr;
+}
+
 std::shared_ptr<LiveJob> Watcher::watch(const store::Job& row) {
   const std::lock_guard lock(mutex_);
-  if (stopped_) return nullptr;
+  return stopped_ ? nullptr : watch_under_lock(row);
+}
+
+void Watcher::adopt(const store::Job& row, Scheduler::Slot slot, JobSlot counted) {
+  const std::lock_guard lock(mutex_);
+  const auto job = watch_under_lock(row);
+  job->hold_place(std::move(slot));
+  job->counted.emplace(std::move(counted));
+  watched_[row.key.id].held = job;
+}
+
+std::shared_ptr<LiveJob> Watcher::watch_under_lock(const store::Job& row) {
   Watched& watched = watched_[row.key.id];
   if (auto job = watched.job.lock(); job && job->key == row.key) return job;
   auto job = std::make_shared<LiveJob>(row, api::Request{}, MeshSource{}, MeshSource{}, !row.deadline);
@@ -80,18 +97,38 @@ void Watcher::leave(const std::shared_ptr<LiveJob>& job) {
   wake_.notify_all();
 }
 
+void Watcher::drain() {
+  const std::lock_guard lock(mutex_);
+  draining_ = true;
+  missed_ = true;
+  wake_.notify_all();
+}
+
+// What has just ended is told as that.
 void Watcher::stop() {
-  Jobs told;
+  Jobs changed, left;
   {
     const std::lock_guard lock(mutex_);
     if (std::exchange(stopped_, true)) return;
+    changed = those_changed();
+  }
+  look_at(changed);
+  {
+    const std::lock_guard lock(mutex_);
     for (const auto& [id, watched] : watched_) {
       auto job = watched.job.lock();
-      if (job && watched.stored) told.push_back(std::move(job));  // else begin() is still to come
+      if (job && watched.stored) left.push_back(std::move(job));  // else begin() or forget() is still to come
     }
-    watched_.clear();
+    std::erase_if(watched_, [](const auto& watched) { return watched.second.stored; });
   }
-  for (const auto& job : told) let_go(job);
+  for (const auto& job : left) let_go(job);
+}
+
+std::size_t Watcher::queued() const {
+  const std::lock_guard lock(mutex_);
+  return static_cast<std::size_t>(std::count_if(watched_.begin(), watched_.end(), [](const auto& watched) {
+    return watched.second.held && watched.second.held->view().row.state == JobState::queued;
+  }));
 }
 
 void Watcher::let_go(const std::shared_ptr<LiveJob>& job) {
@@ -177,16 +214,19 @@ void Watcher::look_at_some(std::span<const std::shared_ptr<LiveJob>> jobs) {
   }
 }
 
-// One that is not kept any more was cancelled and forgotten by its owner, who should know.
+// A job that is not kept any more was cancelled and forgotten by its owner.
 void Watcher::tell(const std::shared_ptr<LiveJob>& job, const store::Job* row) {
-  if (row && !store::has_ended(row->state)) return job->seen(*row);
-  JobView last = row ? as_told(*row) : job->view();
-  if (!row) last.row.state = JobState::cancelled;
+  const bool ended = !row || store::has_ended(row->state);
+  if (!ended) job->seen(*row);
   {
     const std::lock_guard lock(mutex_);
-    watched_.erase(job->key.id);
+    const bool over = ended || (draining_ && job->durable && row->state == JobState::queued);
+    if (!over || watched_.erase(job->key.id) == 0) return;
   }
-  if (options_.ended) options_.ended(*job);
+  if (!ended) return let_go(job);
+  JobView last = row ? as_told(*row) : job->view();
+  if (!row) last.row.state = JobState::cancelled;
+  if (options_.ended) options_.ended(*job, last.row);
   job->give_places_back();  // before anybody is told: who has an answer may come again
   job->ended(std::move(last));
 }

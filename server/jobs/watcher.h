@@ -1,5 +1,5 @@
-// Jobs that others work on, as they go: what clients of this process wait for or watch. Fed by signals, and by looking
-// at all of them once a second.
+// The jobs that clients of this process wait for or follow, by their ids. Reads their rows when a signal tells of a
+// change, and all of them once a second.
 //
 // Thread safe.
 #pragma once
@@ -28,31 +28,41 @@ namespace meshgauge::server {
 class Watcher {
  public:
   struct Options {
-    std::chrono::seconds keep{86'400};                    // a job that is cancelled here
-    std::function<void(const LiveJob&)> ended = nullptr;  // told of each end that is seen; quick
+    std::chrono::seconds keep{86'400};  // a job that is cancelled here
+    // Called with each end that is seen, before any client hears of it; quick.
+    std::function<void(const LiveJob&, const store::Job& row)> ended = nullptr;
   };
 
-  // Borrows all but the options. Listens until its end.
-  Watcher(store::JobStore& jobs, store::Signals& signals, Troubles& troubles, Metrics& metrics, Options options);
+  // Borrows all but the options.
+  Watcher(store::JobStore& jobs, Troubles& troubles, Metrics& metrics, Options options);
   ~Watcher();
   Watcher(const Watcher&) = delete;
   Watcher& operator=(const Watcher&) = delete;
 
-  // A job of this process that is about to be stored: found by watch(), and looked at from begin() on. One that is
-  // durable is followed to its end, whoever waits for it, since it counts among its owner's.
+  void hear(const store::Signal& signal);
+
+  // A job of this process that is not in the store: found by watch(), and read from the store after begin(). A durable
+  // one is then followed to its end, with or without clients, since it holds places.
   void expect(const std::shared_ptr<LiveJob>& job);
   void begin(const std::shared_ptr<LiveJob>& job);
   void forget(const LiveJob& job);
+  // The job if it was expected, is not in the store, and is never promised to be; else null.
+  std::shared_ptr<LiveJob> unstored(const store::JobKey& key) const;
 
-  // Of a row that was just read and had not ended. All who ask share one, as long as anybody holds it. Null after
-  // stop().
+  // The job of a row that was just read and had not ended, one for all clients. Null after stop().
   std::shared_ptr<LiveJob> watch(const store::Job& row);
+  // The same of a durable job of before this start, which holds these places.
+  void adopt(const store::Job& row, Scheduler::Slot slot, JobSlot counted);
 
-  // Nobody waits for it any more: asks the store to end it, again and again until its time is over.
+  // No client waits for it any more: asks the store to end it, again and again until its time is over.
   void leave(const std::shared_ptr<LiveJob>& job);
 
-  // Whoever waits is told that this process does not wait any more; what is not durable is to end.
+  // Queued jobs run after the next start: lets go of them, and of those that go back to the queue.
+  void drain();
+  // Lets go of all: tells their clients that this process stops. Asks the store to end what is not durable.
   void stop();
+
+  std::size_t queued() const;  // durable jobs that are followed and wait to be run
 
  private:
   struct Watched {
@@ -62,8 +72,8 @@ class Watcher {
   };
   using Jobs = std::vector<std::shared_ptr<LiveJob>>;
 
+  std::shared_ptr<LiveJob> watch_under_lock(const store::Job& row);
   void let_go(const std::shared_ptr<LiveJob>& job);
-  void hear(const store::Signal& signal);
   void watch_on();
   Jobs those_changed();
   Jobs all_watched();
@@ -74,17 +84,17 @@ class Watcher {
   bool cancelled(LiveJob& job);
 
   store::JobStore& jobs_;
-  store::Signals& signals_;
   Troubles& troubles_;
   Metrics& metrics_;
   const Options options_;
-  std::mutex mutex_;                            // guards what follows
+  mutable std::mutex mutex_;                    // guards what follows
   std::map<std::string, Watched> watched_;      // by id
   std::set<std::string> changed_;               // ids of some of them
   std::vector<std::shared_ptr<LiveJob>> left_;  // to be cancelled
   unsigned round_ = 0;                          // of looking at all
   bool missed_ = false;
   bool leaving_ = false;
+  bool draining_ = false;
   bool stopped_ = false;
   bool ending_ = false;
   std::condition_variable wake_;

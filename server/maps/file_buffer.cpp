@@ -3,6 +3,9 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <span>
+
+#include "server/sandbox/descriptor.h"
 
 namespace meshgauge::server {
 
@@ -24,16 +27,7 @@ bool FileBuffer::flush_buffer() {
 }
 
 bool FileBuffer::write_all(const char* bytes, std::size_t count) {
-  while (error_number_ == 0 && count > 0) {
-    const ssize_t n = ::write(file_, bytes, count);
-    if (n < 0 && errno == EINTR) continue;
-    if (n < 0) {
-      error_number_ = errno;
-      break;
-    }
-    bytes += n;
-    count -= static_cast<std::size_t>(n);
-  }
+  if (error_number_ == 0 && !server::write_all(file_, std::as_bytes(std::span(bytes, count)))) error_number_ = errno;
   return error_number_ == 0;
 }
 

@@ -7,13 +7,12 @@
 
 #include "api/deviation_glb.h"
 #include "api/deviation_ply.h"
+#include "api/measured_pair.h"
 #include "api/problem.h"
 #include "server/log.h"
 
 namespace meshgauge::server {
 namespace {
-
-using Mesh = std::shared_ptr<const api::PreparedMesh>;
 
 constexpr std::uint64_t kWorthThreads = std::uint64_t{2} << 20;  // bytes of both files
 
@@ -27,12 +26,6 @@ class Watch {
  private:
   Making::Clock::time_point start_ = Making::Clock::now();
 };
-
-Result<Done> in_time(Control& control, const std::string& what) {
-  const Interruption why = control.check();
-  if (why == Interruption::none) return Done{};
-  return api::not_in_time(why, what);
-}
 
 // A GLB is in memory twice before it is a file.
 Result<Done> check_size(const MapOrder& order, const Prepared& shown, std::uint64_t max_bytes) {
@@ -61,23 +54,19 @@ Result<MadeFile> made(Making& making, const MapTools& tools) {
   MadeFile result;
   Watch watch;
   const double queue_ms = std::chrono::duration<double, std::milli>(Making::Clock::now() - making.submitted).count();
-  if (auto ok = in_time(control, "'a' was read"); !ok) return ok.error();
-  const auto limits = read_limits(tools.settings);
-  const auto a = tools.fetch(order.a, limits, control);
+  if (auto ok = api::in_time(control, "'a' was read"); !ok) return ok.error();
+  const auto a = tools.fetch(order.a, control);
   if (!a) return as_ours(a.error());
-  if (auto ok = in_time(control, "'b' was read"); !ok) return ok.error();
-  const auto b = tools.fetch(order.b, limits, control);
+  if (auto ok = api::in_time(control, "'b' was read"); !ok) return ok.error();
+  const auto b = tools.fetch(order.b, control);
   if (!b) return as_ours(b.error());
   const double read_ms = watch.lap_ms();
 
   const bool of_a = order.query.of == api::Side::a;
-  const api::UnitPlan& units = order.facts.plan;
-  const auto measured_a = api::in_unit(*a, "a", api::factor_between(units.a, units.result), control);
-  if (!measured_a) return measured_a.error();
-  const auto measured_b = api::in_unit(*b, "b", api::factor_between(units.b, units.result), control);
-  if (!measured_b) return measured_b.error();
-  const Prepared& shown = of_a ? **measured_a : **measured_b;
-  const Prepared& other = of_a ? **measured_b : **measured_a;
+  const auto measured = api::in_unit_of_result(*a, *b, order.facts.units, control);
+  if (!measured) return measured.error();
+  const Prepared& shown = of_a ? *measured->a : *measured->b;
+  const Prepared& other = of_a ? *measured->b : *measured->a;
   if (auto ok = check_size(order, shown, tools.settings.max_heap_bytes); !ok) return ok.error();
   const auto loan =
       tools.threads.lend(order.bytes >= kWorthThreads ? static_cast<unsigned>(tools.settings.workers) : 1);

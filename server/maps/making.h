@@ -23,7 +23,7 @@ struct MapOrder {
   MapQuery query;
   MeshSource a;
   MeshSource b;
-  api::DeviationFacts facts;
+  api::ResultFacts facts;
   std::uint64_t bytes = 0;  // of both files
   std::chrono::milliseconds timeout{30'000};
 };

@@ -3,9 +3,11 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <sstream>
 #include <string>
 #include <system_error>
 #include <vector>
@@ -20,48 +22,29 @@ double seconds(const timeval& time) {
 // The fields of /proc/self/stat from the third on: the second is the program's name, which may hold anything.
 std::vector<std::string> stat_fields() {
   std::ifstream file("/proc/self/stat");
-  std::string text((std::istreambuf_iterator<char>(file)), {});
-  const std::size_t name_end = text.rfind(')');
-  if (name_end == std::string::npos) return {};
-  std::vector<std::string> fields;
-  for (std::size_t at = text.find_first_not_of(' ', name_end + 1); at < text.size();) {
-    const std::size_t end = std::min(text.find_first_of(" \n", at), text.size());
-    fields.push_back(text.substr(at, end - at));
-    at = end + 1;
-  }
-  return fields;
-}
-
-// Seconds from 1970 to the start of the machine.
-double boot_time() {
-  std::ifstream file("/proc/stat");
-  for (std::string word; file >> word;) {
-    if (word == "btime") {
-      double time = 0;
-      file >> time;
-      return time;
-    }
-  }
-  return 0;
+  const std::string text((std::istreambuf_iterator<char>(file)), {});
+  std::istringstream rest(text.substr(text.rfind(')') + 1));
+  return {std::istream_iterator<std::string>(rest), {}};
 }
 
 std::uint64_t number(const std::string& text) { return std::strtoull(text.c_str(), nullptr, 10); }
 
 void read_stat(ProcessFacts& facts) {
   const auto fields = stat_fields();
-  constexpr std::size_t kThreads = 17, kStart = 19, kVirtual = 20, kResident = 21;  // proc(5), less three
+  constexpr std::size_t kThreads = 17, kVirtual = 20, kResident = 21;  // proc(5), less three
   if (fields.size() <= kResident) return;
   facts.threads = number(fields[kThreads]);
   facts.virtual_bytes = number(fields[kVirtual]);
   facts.resident_bytes = number(fields[kResident]) * static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE));
-  static const double kBoot = boot_time();
-  facts.started = kBoot + static_cast<double>(number(fields[kStart])) / static_cast<double>(::sysconf(_SC_CLK_TCK));
 }
+
+const auto kStarted = std::chrono::system_clock::now();  // before main()
 
 }  // namespace
 
 ProcessFacts process_facts() {
   ProcessFacts facts;
+  facts.started = std::chrono::duration<double>(kStarted.time_since_epoch()).count();
   read_stat(facts);
   std::error_code error;
   const std::filesystem::directory_iterator open("/proc/self/fd", error);

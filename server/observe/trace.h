@@ -37,6 +37,7 @@ struct TraceParent {
   bool sampled = false;
 };
 std::optional<TraceParent> parse_traceparent(std::string_view value);
-bool is_tracestate(std::string_view value);  // within the limits too: 32 members, 512 bytes
+// Whether it is passed on: at most 512 bytes of printable ASCII. Its members are not looked at.
+bool is_tracestate(std::string_view value);
 
 }  // namespace meshgauge::server

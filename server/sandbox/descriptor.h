@@ -1,8 +1,11 @@
-// A file descriptor that closes itself.
+// A file descriptor that closes itself, and what is written to one.
 #pragma once
 
 #include <unistd.h>
 
+#include <cerrno>
+#include <cstddef>
+#include <span>
 #include <utility>
 
 namespace meshgauge::server {
@@ -27,5 +30,16 @@ class Descriptor {
  private:
   int fd_ = -1;
 };
+
+// False: not all of it, and errno says why.
+inline bool write_all(int file, std::span<const std::byte> bytes) {
+  while (!bytes.empty()) {
+    const ssize_t n = ::write(file, bytes.data(), bytes.size());
+    if (n < 0 && errno == EINTR) continue;
+    if (n <= 0) return false;
+    bytes = bytes.subspan(static_cast<std::size_t>(n));
+  }
+  return true;
+}
 
 }  // namespace meshgauge::server

@@ -23,18 +23,8 @@ Descriptor memory_file(unsigned newer = kNoExecSeal) {
 
 bool seal(const Descriptor& file, int seals) { return ::fcntl(file.get(), F_ADD_SEALS, seals) == 0; }
 
-bool write_all(const Descriptor& file, std::span<const std::byte> bytes) {
-  while (!bytes.empty()) {
-    const ssize_t n = ::write(file.get(), bytes.data(), bytes.size());
-    if (n < 0 && errno == EINTR) continue;
-    if (n <= 0) return false;
-    bytes = bytes.subspan(static_cast<std::size_t>(n));
-  }
-  return true;
-}
-
 Descriptor copy(Descriptor file, std::span<const std::byte> bytes) {
-  if (!file || !write_all(file, bytes)) return Descriptor();
+  if (!file || !write_all(file.get(), bytes)) return Descriptor();
   seal(file, kSizeSeals | F_SEAL_WRITE);
   return file;
 }

@@ -90,9 +90,9 @@ bool all_gone(pid_t group) {
 
 }  // namespace
 
-bool Worker::gone() const { return readable(channel_.get(), milliseconds(0)); }
+bool ReaderProcess::gone() const { return readable(channel_.get(), milliseconds(0)); }
 
-std::optional<int> Worker::status(milliseconds time, const Interrupted& interrupted) const {
+std::optional<int> ReaderProcess::status(milliseconds time, const Interrupted& interrupted) const {
   if (!readable(life_.get(), time, interrupted)) return std::nullopt;
   const auto news = receive_message(life_.get(), 0);
   int status = 0;
@@ -137,13 +137,13 @@ Result<Trial> Nursery::hear(const Interrupted& interrupted) {
 // had just made may hold that still.
 bool Nursery::gone() const { return !control_ || readable(control_.get(), milliseconds(0)) || has_ended(pid_); }
 
-std::optional<Worker> Nursery::spawn(const Bounds& bounds) {
+std::optional<ReaderProcess> Nursery::spawn(const Bounds& bounds) {
   if (gone()) return std::nullopt;
   auto channel = open_channel();
   auto life = open_channel();
   if (!channel || !life) return std::nullopt;
   if (!send_message(control_.get(), encode(bounds), {channel->theirs.get(), life->theirs.get()})) return std::nullopt;
-  return Worker(std::move(channel->ours), std::move(life->ours));
+  return ReaderProcess(std::move(channel->ours), std::move(life->ours));
 }
 
 void Nursery::stop(const Interrupted& interrupted) {

@@ -15,9 +15,9 @@
 namespace meshgauge::server::sandbox {
 
 // A worker as long as somebody wants it: it is killed when this object goes. One thread at a time.
-class Worker {
+class ReaderProcess {
  public:
-  Worker(Descriptor channel, Descriptor life) : channel_(std::move(channel)), life_(std::move(life)) {}
+  ReaderProcess(Descriptor channel, Descriptor life) : channel_(std::move(channel)), life_(std::move(life)) {}
 
   int channel() const { return channel_.get(); }
 
@@ -51,7 +51,7 @@ class Nursery {
 
   // Orders a worker; it may be asked at once and answers when it is there. nullopt: the spawner is not running, or no
   // descriptors are left.
-  std::optional<Worker> spawn(const Bounds& bounds);
+  std::optional<ReaderProcess> spawn(const Bounds& bounds);
 
  private:
   Result<Trial> hear(const Interrupted& interrupted);

@@ -18,36 +18,15 @@ constexpr std::chrono::milliseconds kMostPause{1000};
 
 constexpr std::string_view kTriangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
 
-std::uint64_t Counters::*counter_of(End end) {
-  switch (end) {
-    case End::read:
-      return &Counters::read;
-    case End::out_of_memory:
-      return &Counters::out_of_memory;
-    case End::crashed:
-      return &Counters::crashed;
-    case End::untrue:
-      return &Counters::untrue;
-    case End::overdue:
-      return &Counters::overdue;
-    case End::cancelled:
-      return &Counters::cancelled;
-    case End::lost:
-      return &Counters::lost;
-    case End::failed:
-      break;
-  }
-  return &Counters::failed;
-}
-
 }  // namespace
 
-std::string to_string(const Counters& c) {
-  return std::to_string(c.started) + " processes started; " + std::to_string(c.read) + " read, " +
-         std::to_string(c.out_of_memory) + " out of memory, " + std::to_string(c.crashed) + " crashed, " +
-         std::to_string(c.untrue) + " untrue, " + std::to_string(c.overdue) + " overdue, " +
-         std::to_string(c.cancelled) + " cancelled, " + std::to_string(c.lost) + " lost, " + std::to_string(c.failed) +
-         " failed";
+std::string to_string(const Counters& counters) {
+  std::string text = std::to_string(counters.started) + " processes started";
+  for (std::size_t i = 0; i < kEndNames.size(); ++i) {
+    text += (i == 0 ? "; " : ", ") + std::to_string(counters.ended[i]) + " " + std::string(kEndNames[i]);
+  }
+  std::replace(text.begin(), text.end(), '_', ' ');
+  return text;
 }
 
 // One of the readings that may go on at a time.
@@ -96,7 +75,7 @@ Result<std::vector<std::string>> Pool::start() {
 }
 
 Result<api::LoadedMesh> Pool::load(const api::MeshInput& input, const api::ReadLimits& limits, Control& control) {
-  Outcome outcome = [&] {
+  ReadingOutcome outcome = [&] {
     try {
       return read(input, limits, control);
     } catch (const std::bad_alloc&) {
@@ -109,19 +88,19 @@ Result<api::LoadedMesh> Pool::load(const api::MeshInput& input, const api::ReadL
   return std::move(outcome.mesh);
 }
 
-Outcome Pool::read(const api::MeshInput& input, const api::ReadLimits& limits, Control& control) {
+ReadingOutcome Pool::read(const api::MeshInput& input, const api::ReadLimits& limits, Control& control) {
   const Turn turn(*this, control);
   if (turn.why() != Interruption::none) return interrupted(turn.why(), input.part, "was still waited for");
-  Outcome outcome = read_once(input, limits, control);
+  ReadingOutcome outcome = read_once(input, limits, control);
   if (outcome.end != End::lost) return outcome;
   note(outcome, input.part);
   return read_once(input, limits, control);
 }
 
-Outcome Pool::read_once(const api::MeshInput& input, const api::ReadLimits& limits, Control& control) {
+ReadingOutcome Pool::read_once(const api::MeshInput& input, const api::ReadLimits& limits, Control& control) {
   auto taken = take(input.part, control);
-  if (auto* const instead = std::get_if<Outcome>(&taken)) return std::move(*instead);
-  Reading reading(std::get<Worker>(std::move(taken)), input, limits);
+  if (auto* const instead = std::get_if<ReadingOutcome>(&taken)) return std::move(*instead);
+  Reading reading(std::get<ReaderProcess>(std::move(taken)), input, limits);
   if (!reading.begin()) return failed(input.part, "could not be given it: memory or descriptors ran out");
   refill();  // while that one works
   return reading.finish(control);
@@ -141,11 +120,11 @@ std::string Pool::defect(Control& control) {
 std::string Pool::try_triangle(Control& control) {
   const api::MeshInput triangle{"triangle", std::as_bytes(std::span(kTriangle)), "triangle.obj", ""};
   auto taken = take(triangle.part, control, Kind::fresh);
-  if (const auto* none = std::get_if<Outcome>(&taken)) return none->how;
+  if (const auto* none = std::get_if<ReadingOutcome>(&taken)) return none->how;
   const api::ReadLimits limits{3, 1, kTriangle.size()};
-  Reading reading(std::get<Worker>(std::move(taken)), triangle, limits);
+  Reading reading(std::get<ReaderProcess>(std::move(taken)), triangle, limits);
   if (!reading.begin()) return "could not be given a triangle: memory or descriptors ran out";
-  const Outcome outcome = reading.finish(control);
+  const ReadingOutcome outcome = reading.finish(control);
   if (outcome.mesh) return "";
   return outcome.how.empty() ? "did not understand a triangle: " + outcome.mesh.error().message : outcome.how;
 }
@@ -156,7 +135,7 @@ Counters Pool::counters() const {
 }
 
 // Nobody waits longer than for one attempt to start the spawner that began after it came.
-std::variant<Worker, Outcome> Pool::take(const std::string& part, Control& control, Kind kind) {
+std::variant<ReaderProcess, ReadingOutcome> Pool::take(const std::string& part, Control& control, Kind kind) {
   std::unique_lock lock(mutex_);
   const std::uint64_t failed_before = failed_starts_;
   for (;;) {
@@ -176,18 +155,18 @@ std::variant<Worker, Outcome> Pool::take(const std::string& part, Control& contr
 }
 
 // Somebody, or the kernel, may have killed one that was waiting.
-std::optional<Worker> Pool::ready() {
+std::optional<ReaderProcess> Pool::ready() {
   if (starting_) return std::nullopt;
   if (nursery_.gone()) idle_.clear();
   while (!idle_.empty()) {
-    Worker worker = std::move(idle_.front());
+    ReaderProcess worker = std::move(idle_.front());
     idle_.pop_front();
     if (!worker.gone()) return worker;
   }
   return make();
 }
 
-std::optional<Worker> Pool::make() {
+std::optional<ReaderProcess> Pool::make() {
   if (starting_) return std::nullopt;
   auto worker = nursery_.spawn(settings_.bounds);
   if (worker) ++counters_.started;
@@ -233,10 +212,10 @@ void Pool::refill() {
   }
 }
 
-void Pool::note(const Outcome& outcome, const std::string& part) {
+void Pool::note(const ReadingOutcome& outcome, const std::string& part) {
   {
     const std::lock_guard lock(mutex_);
-    ++(counters_.*counter_of(outcome.end));
+    ++counters_[outcome.end];
   }
   if (!outcome.how.empty()) log_("the reader of '" + part + "' " + outcome.how);
 }

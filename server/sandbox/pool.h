@@ -1,7 +1,8 @@
-// The processes in which uploads are read: an api::Load that trusts no file. Each file is read by a process of its own,
-// made beforehand, which may compute and nothing else and ends with it; whatever it does costs that one reading.
+// The processes in which uploads are read: an api::load() that trusts no file. Each file is read by a process of its
+// own, made beforehand, which may compute and nothing else and ends with it; whatever it does costs that one reading.
 #pragma once
 
+#include <array>
 #include <chrono>
 #include <condition_variable>
 #include <cstdint>
@@ -25,18 +26,14 @@ struct PoolSettings {
   Bounds bounds;                     // of each process; `filter` is filled in by start()
 };
 
-// Since start(). Every load() is in one of the last eight; in `lost` and in another, or twice in it, if its file was
-// read a second time.
+// Since start(), by how readings ended. Every load() is in one of them; in `lost` and in another, or twice in it, if
+// its file was read a second time.
 struct Counters {
   std::uint64_t started = 0;  // processes
-  std::uint64_t read = 0;
-  std::uint64_t out_of_memory = 0;
-  std::uint64_t crashed = 0;
-  std::uint64_t untrue = 0;
-  std::uint64_t overdue = 0;
-  std::uint64_t cancelled = 0;
-  std::uint64_t lost = 0;
-  std::uint64_t failed = 0;
+  std::array<std::uint64_t, kEndNames.size()> ended{};
+
+  std::uint64_t& operator[](End end) { return ended[static_cast<std::size_t>(end)]; }
+  std::uint64_t operator[](End end) const { return ended[static_cast<std::size_t>(end)]; }
 };
 
 std::string to_string(const Counters& counters);  // for the log
@@ -53,7 +50,7 @@ class Pool {
   // before load().
   Result<std::vector<std::string>> start();
 
-  // An api::Load. A worker that crashed, broke a rule or lied is the Error unreadable_mesh, one that needed too much
+  // As api::load(). A worker that crashed, broke a rule or lied is the Error unreadable_mesh, one that needed too much
   // memory is too_large. One that ended through no doing of its file is replaced, once; when that does not help, or a
   // process cannot be had, the Error is internal. When `control` says to stop, whatever is going on, it is out_of_time
   // within 10 ms.
@@ -69,17 +66,17 @@ class Pool {
  private:
   class Turn;
 
-  Outcome read(const api::MeshInput& input, const api::ReadLimits& limits, Control& control);
-  Outcome read_once(const api::MeshInput& input, const api::ReadLimits& limits, Control& control);
+  ReadingOutcome read(const api::MeshInput& input, const api::ReadLimits& limits, Control& control);
+  ReadingOutcome read_once(const api::MeshInput& input, const api::ReadLimits& limits, Control& control);
   std::string try_triangle(Control& control);
   enum class Kind { any, fresh };  // fresh: ordered now, which shows that one can be had
-  std::variant<Worker, Outcome> take(const std::string& part, Control& control, Kind kind = Kind::any);
-  std::optional<Worker> ready();
-  std::optional<Worker> make();
+  std::variant<ReaderProcess, ReadingOutcome> take(const std::string& part, Control& control, Kind kind = Kind::any);
+  std::optional<ReaderProcess> ready();
+  std::optional<ReaderProcess> make();
   void start_anew(std::unique_lock<std::mutex>& lock, Control& control);
   std::string try_start(const Interrupted& interrupted);
   void refill();
-  void note(const Outcome& outcome, const std::string& part);
+  void note(const ReadingOutcome& outcome, const std::string& part);
 
   PoolSettings settings_;  // does not change after start()
   const Log log_;
@@ -93,7 +90,7 @@ class Pool {
   std::string why_not_started_;  // the last time
   std::chrono::milliseconds pause_{0};
   Control::Clock::time_point next_start_{};
-  std::deque<Worker> idle_;
+  std::deque<ReaderProcess> idle_;
   Counters counters_;
 };
 

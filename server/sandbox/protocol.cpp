@@ -1,8 +1,10 @@
 #include "server/sandbox/protocol.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cstring>
+#include <iterator>
 #include <limits>
 #include <utility>
 
@@ -80,53 +82,16 @@ class Reader {
 
 std::string_view end_of(std::string_view hint) { return hint.substr(hint.size() - std::min(hint.size(), kMostHint)); }
 
-// A switch, so that the compiler asks for an enumerator that is new.
-bool is_format(std::uint64_t number) {
-  switch (static_cast<api::Format>(number)) {
-    case api::Format::obj:
-    case api::Format::stl:
-    case api::Format::ply:
-    case api::Format::off:
-    case api::Format::gltf:
-    case api::Format::glb:
-    case api::Format::three_mf:
-      return true;
-  }
-  return false;
-}
+bool is_format(std::uint64_t number) { return number <= static_cast<std::uint64_t>(api::Format::three_mf); }
+bool is_unit(std::uint64_t number) { return number < std::size(api::kLengthUnits); }
 
-bool is_unit(std::uint64_t number) {
-  switch (static_cast<api::LengthUnit>(number)) {
-    case api::LengthUnit::micron:
-    case api::LengthUnit::millimeter:
-    case api::LengthUnit::centimeter:
-    case api::LengthUnit::meter:
-    case api::LengthUnit::inch:
-    case api::LengthUnit::foot:
-      return true;
-  }
-  return false;
-}
-
-// The codes that a reader gives.
+// The codes that a reader gives. A worker stores nothing.
 bool is_error_code(std::uint64_t number) {
-  switch (static_cast<ErrorCode>(number)) {
-    case ErrorCode::unsupported_format:
-    case ErrorCode::unreadable_mesh:
-    case ErrorCode::empty_mesh:
-    case ErrorCode::non_finite_vertex:
-    case ErrorCode::index_out_of_range:
-    case ErrorCode::coordinate_too_large:
-    case ErrorCode::too_large:
-    case ErrorCode::internal:
-      return true;
-    case ErrorCode::storage_full:  // a worker stores nothing
-    case ErrorCode::storage_unavailable:
-    case ErrorCode::invalid_request:
-    case ErrorCode::out_of_time:
-      return false;
-  }
-  return false;
+  static constexpr std::array kGiven{ErrorCode::unsupported_format, ErrorCode::unreadable_mesh,
+                                     ErrorCode::empty_mesh,         ErrorCode::non_finite_vertex,
+                                     ErrorCode::index_out_of_range, ErrorCode::coordinate_too_large,
+                                     ErrorCode::too_large,          ErrorCode::internal};
+  return std::ranges::find(kGiven, static_cast<ErrorCode>(number)) != kGiven.end();
 }
 
 // Wide enough for every enumerator, and no cast to an enumeration loses a digit.

@@ -18,7 +18,7 @@ namespace {
 
 using std::chrono::milliseconds;
 
-constexpr milliseconds kEndTime{5000};  // for a process that has closed its channel to be gone
+constexpr milliseconds kReadEndTime{5000};  // for a process that has closed its channel to be gone
 constexpr std::size_t kDigestBytes = std::size_t{1} << 20;
 
 // The server's own copy of a mesh.
@@ -53,17 +53,17 @@ Error unreadable(const std::string& part, const std::string& why) {
 
 }  // namespace
 
-Outcome interrupted(Interruption why, const std::string& part, const std::string& how) {
+ReadingOutcome interrupted(Interruption why, const std::string& part, const std::string& how) {
   const bool late = why == Interruption::timeout;
   return {late ? End::overdue : End::cancelled, how + (late ? " at the deadline" : ": cancelled"),
           api::not_in_time(why, "'" + part + "' was read")};
 }
 
-Outcome failed(const std::string& part, const std::string& how) {
+ReadingOutcome failed(const std::string& part, const std::string& how) {
   return {End::failed, how, Error{ErrorCode::internal, "the service could not read '" + part + "'", "", ""}};
 }
 
-Reading::Reading(Worker worker, const api::MeshInput& input, const api::ReadLimits& limits)
+Reading::Reading(ReaderProcess worker, const api::MeshInput& input, const api::ReadLimits& limits)
     : worker_(std::move(worker)), input_(input), limits_(limits), rest_(input.bytes) {}
 
 bool Reading::begin() {
@@ -76,14 +76,14 @@ bool Reading::begin() {
   return true;
 }
 
-Outcome Reading::finish(Control& control) {
+ReadingOutcome Reading::finish(Control& control) {
   if (const Interruption why = await_message(control); why != Interruption::none) return killed(why);
   const auto message = receive_message(worker_.channel(), 0);
   if (!message) return broken_off(control);
   auto reply = decode_reply(message->bytes);
   if (!reply) return untrue("gave an answer that has no meaning");
   if (!*reply) return refused(std::move(reply->error()));
-  Outcome outcome = take_mesh(**reply, control);
+  ReadingOutcome outcome = take_mesh(**reply, control);
   if (!outcome.mesh) return outcome;
   if (const Interruption why = digest_rest(control); why != Interruption::none) return killed(why);
   outcome.mesh->sha256 = sha256_.hex();
@@ -92,7 +92,7 @@ Outcome Reading::finish(Control& control) {
 
 // The worker may lie about the numbers, but within the limits of any mesh; it may give any bytes, and change them until
 // they are copied; and it may stop.
-Outcome Reading::take_mesh(const Arrays& arrays, Control& control) {
+ReadingOutcome Reading::take_mesh(const Arrays& arrays, Control& control) {
   if (arrays.vertices > limits_.max_vertices || arrays.triangles > limits_.max_triangles) {
     return untrue("gave more than the limits allow");
   }
@@ -145,7 +145,7 @@ void Reading::digest_piece() {
 }
 
 // What a reader says against the file: its words, but about no other part. Or that it failed.
-Outcome Reading::refused(Error error) const {
+ReadingOutcome Reading::refused(Error error) const {
   if (!error.part.empty()) error.part = input_.part;
   if (error.code == ErrorCode::internal) {
     const std::string how = "failed: " + error.message;
@@ -156,10 +156,10 @@ Outcome Reading::refused(Error error) const {
 }
 
 // Nothing that has a meaning comes any more. If the worker has ended, its status tells who is to blame.
-Outcome Reading::broken_off(Control& control) const {
+ReadingOutcome Reading::broken_off(Control& control) const {
   if (!closed(worker_.channel())) return untrue("broke off");
   Interruption why = Interruption::none;
-  const auto status = worker_.status(kEndTime, [&] {
+  const auto status = worker_.status(kReadEndTime, [&] {
     why = control.check();
     return why != Interruption::none;
   });
@@ -171,10 +171,10 @@ Outcome Reading::broken_off(Control& control) const {
           Error{ErrorCode::internal, "the process that read '" + input_.part + "' was lost", "", ""}};
 }
 
-Outcome Reading::untrue(const std::string& how) const {
+ReadingOutcome Reading::untrue(const std::string& how) const {
   return {End::untrue, how, unreadable(input_.part, "its reader gave no valid mesh")};
 }
 
-Outcome Reading::killed(Interruption why) const { return interrupted(why, input_.part, "was killed"); }
+ReadingOutcome Reading::killed(Interruption why) const { return interrupted(why, input_.part, "was killed"); }
 
 }  // namespace meshgauge::server::sandbox

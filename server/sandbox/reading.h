@@ -1,9 +1,11 @@
 // One file in one worker, as the server sees it: hand it over, wait, take what comes back, and only then look at it.
 #pragma once
 
+#include <array>
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 
 #include "api/digest.h"
 #include "api/load.h"
@@ -24,39 +26,41 @@ enum class End {
   lost,           // the worker ended, or never began, through no doing of its file: another may read it
   failed,         // the service, or the reader by its own account, could not do its part
 };
+inline constexpr std::array<std::string_view, 8> kEndNames{"read",    "out_of_memory", "crashed", "untrue",
+                                                           "overdue", "cancelled",     "lost",    "failed"};
 
-struct Outcome {
+struct ReadingOutcome {
   End end = End::read;
   std::string how;  // a clause for the log: "the reader of 'a' ..."; empty when there is nothing to say
   Result<api::LoadedMesh> mesh;
 };
 
 // What comes of a reading that is not to go on; `how` it stood: "was killed".
-Outcome interrupted(Interruption why, const std::string& part, const std::string& how);
-Outcome failed(const std::string& part, const std::string& how);
+ReadingOutcome interrupted(Interruption why, const std::string& part, const std::string& how);
+ReadingOutcome failed(const std::string& part, const std::string& how);
 
 class Reading {
  public:
   // Borrows `input` and `limits`.
-  Reading(Worker worker, const api::MeshInput& input, const api::ReadLimits& limits);
+  Reading(ReaderProcess worker, const api::MeshInput& input, const api::ReadLimits& limits);
 
   bool begin();  // hands the file over, does not wait; false: memory or descriptors ran out
 
   // Precondition: begin() gave true. Waits for the mesh and takes the digest of the file meanwhile. Asks `control`
   // every 10 ms at least; with the reading the worker goes. Throws std::bad_alloc, and std::length_error for as much.
-  Outcome finish(Control& control);
+  ReadingOutcome finish(Control& control);
 
  private:
-  Outcome take_mesh(const Arrays& arrays, Control& control);
+  ReadingOutcome take_mesh(const Arrays& arrays, Control& control);
   Interruption await_message(Control& control);
   Interruption digest_rest(Control& control);
   void digest_piece();
-  Outcome refused(Error error) const;
-  Outcome broken_off(Control& control) const;
-  Outcome untrue(const std::string& how) const;
-  Outcome killed(Interruption why) const;
+  ReadingOutcome refused(Error error) const;
+  ReadingOutcome broken_off(Control& control) const;
+  ReadingOutcome untrue(const std::string& how) const;
+  ReadingOutcome killed(Interruption why) const;
 
-  Worker worker_;
+  ReaderProcess worker_;
   const api::MeshInput& input_;
   const api::ReadLimits& limits_;
   std::optional<Window> window_;

@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <condition_variable>
 #include <filesystem>
 #include <tuple>
 #include <vector>
@@ -75,11 +74,6 @@ struct BlobCache::Incoming {
   std::uint64_t bytes = 0;
 };
 
-struct BlobCache::Flight {
-  std::condition_variable landed;  // with the cache's mutex
-  std::optional<Landed> end;
-};
-
 Result<std::unique_ptr<BlobCache>> BlobCache::open(const std::string& folder, std::uint64_t max_bytes) {
   std::unique_ptr<BlobCache> cache(new BlobCache(folder, max_bytes));
   Result<Done> prepared = cache->prepare();
@@ -127,23 +121,19 @@ Result<std::optional<Blob>> BlobCache::get(const BlobKey& key, const Fetch& fetc
     if (!kept || *kept) return kept;
     std::unique_lock lock(mutex_);
     if (entries_.contains(name)) continue;  // it has just come
-    std::shared_ptr<Flight>& known = flights_[name];
-    if (known) {
-      const std::shared_ptr<Flight> flight = known;
-      flight->landed.wait(lock, [&] { return flight->end.has_value(); });
-      lock.unlock();
-      return blob_of(*flight->end);
+    auto& known = flights_[name];
+    if (!known) {
+      known = std::make_shared<Lazy<Landed>>();
+      ++misses_;
     }
-    const auto flight = known = std::make_shared<Flight>();
-    ++misses_;
+    const auto flight = known;
     lock.unlock();
-    Landed landed = fetch_twice(name, key.id, fetch);
+    const Landed* landed = flight->get(
+        never_interrupted, [&] { return std::make_unique<const Landed>(fetch_twice(name, key.id, fetch)); });
     lock.lock();
-    flight->end = landed;
-    flight->landed.notify_all();
-    flights_.erase(name);
+    if (const auto at = flights_.find(name); at != flights_.end() && at->second == flight) flights_.erase(at);
     lock.unlock();
-    return blob_of(landed);
+    return blob_of(*landed);
   }
 }
 

@@ -19,6 +19,7 @@
 #include <string>
 #include <unordered_map>
 
+#include "engine/lazy.h"
 #include "server/store/blob_store.h"
 #include "server/store/remote_blobs.h"
 
@@ -51,7 +52,6 @@ class BlobCache {
 
  private:
   struct Incoming;  // a file that is being written
-  struct Flight;    // a fetch that others wait for
 
   using Order = std::list<std::string>;  // names, the most recently used first
 
@@ -100,7 +100,7 @@ class BlobCache {
   mutable std::mutex mutex_;  // of all below, and of the names of files
   Order order_;
   std::unordered_map<std::string, Entry> entries_;
-  std::unordered_map<std::string, std::shared_ptr<Flight>> flights_;
+  std::unordered_map<std::string, std::shared_ptr<Lazy<Landed>>> flights_;
   std::uint64_t bytes_ = 0;
   std::uint64_t incoming_ = 0;  // of files that are being written
   std::uint64_t hits_ = 0, misses_ = 0, refused_ = 0;

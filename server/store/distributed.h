@@ -37,7 +37,8 @@ class DistributedStores final : public AllStores {
   MeshIndex& meshes() override { return *store_; }
   BatchStore& batches() override { return *store_; }
   BlobStore& blobs() override { return *blobs_; }
-  Signals* signals() override { return &store_->signals(); }
+  Signals& signals() override { return store_->signals(); }
+  bool shared() const override { return true; }
   const std::string& data_folder() const override { return folder_.path(); }
 
   const CachedBlobs& cached_blobs() const { return *blobs_; }

@@ -26,7 +26,8 @@ class EmbeddedStores final : public AllStores {
   MeshIndex& meshes() override { return *store_; }
   BatchStore& batches() override { return *store_; }
   BlobStore& blobs() override { return *blobs_; }
-  Signals* signals() override { return nullptr; }
+  Signals& signals() override { return store_->signals(); }
+  bool shared() const override { return false; }
   const std::string& data_folder() const override { return folder_.path(); }
 
  private:

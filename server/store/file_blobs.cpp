@@ -26,16 +26,6 @@ constexpr const char* kIncoming = "/incoming";
 
 std::span<const std::byte> as_bytes(const std::string& text) { return std::as_bytes(std::span(text)); }
 
-bool write_all(const Descriptor& file, std::span<const std::byte> bytes) {
-  while (!bytes.empty()) {
-    const ssize_t n = ::write(file.get(), bytes.data(), bytes.size());
-    if (n < 0 && errno == EINTR) continue;
-    if (n < 0) return false;
-    bytes = bytes.subspan(static_cast<std::size_t>(n));
-  }
-  return true;
-}
-
 // As many bytes as there are up to the size of `piece`; -1 and errno when it fails.
 ssize_t read_at(int file, std::span<std::byte> piece, std::uint64_t offset) {
   ssize_t n = 0;
@@ -261,7 +251,7 @@ Result<BlobPut> FileBlobs::put_anew(const Place& place, const std::string& id, c
   int failure = 0;
   Result<Done> read = source.for_each_piece([&](std::span<const std::byte> piece) {
     digest.update(piece);
-    if (!write_all(incoming.file(), piece)) failure = errno;
+    if (!write_all(incoming.file().get(), piece)) failure = errno;
     return failure == 0;
   });
   if (!read) return read.error();
@@ -370,7 +360,7 @@ Result<std::uint64_t> FileBlobs::free_bytes() {
 Result<Done> FileBlobs::check() {
   const Incoming incoming(root_);
   const std::vector<std::byte> block(4096);
-  if (!incoming.file() || !write_all(incoming.file(), block) || !incoming.sync()) return not_stored(errno);
+  if (!incoming.file() || !write_all(incoming.file().get(), block) || !incoming.sync()) return not_stored(errno);
   return Done{};
 }
 

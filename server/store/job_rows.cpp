@@ -1,6 +1,6 @@
 #include "server/store/job_rows.h"
 
-#include "server/store/shares.h"
+#include "server/store/policy.h"
 
 namespace meshgauge::server::store {
 namespace {
@@ -8,17 +8,6 @@ namespace {
 std::optional<std::string> none_if_empty(const std::string& text) {
   if (text.empty()) return std::nullopt;
   return text;
-}
-
-struct HandedBack {
-  JobState state;
-  unsigned excused;
-};
-
-HandedBack after_try(bool cancel_requested, unsigned tries, unsigned excused, const std::string& last_error) {
-  if (last_error.empty()) ++excused;
-  if (cancel_requested) return {JobState::cancelled, excused};
-  return {tries >= excused + kMaxTries ? JobState::failed : JobState::queued, excused};
 }
 
 }  // namespace
@@ -57,6 +46,12 @@ Job job_of(const Query& row) {
   const bool trying = job.state == JobState::running;
   job.suspected = job.tries > row.number(28) + (trying ? 1 : 0);
   return job;
+}
+
+std::vector<JobKey> keys_of(Query& rows) {
+  std::vector<JobKey> keys;
+  while (rows.next()) keys.push_back({rows.text(0), rows.text(1)});
+  return keys;
 }
 
 Token token_of(const Query& row) {
@@ -101,25 +96,6 @@ std::optional<Job> find_idempotent_job(Connection& connection, const std::string
             key);
   if (!row.next()) return std::nullopt;
   return job_of(row);
-}
-
-std::optional<JobState> give_back(Connection& connection, const Token& token, const std::string& last_error,
-                                  Moment moment) {
-  Query row(connection,
-            "SELECT cancel_requested, tries, excused FROM jobs WHERE owner = ? AND id = ? AND state = 1 AND worker = ? "
-            "AND tries = ?",
-            token.key.owner, token.key.id, token.worker, token.tries);
-  if (!row.next()) return std::nullopt;
-  const HandedBack back = after_try(row.number(0) != 0, static_cast<unsigned>(row.number(1)),
-                                    static_cast<unsigned>(row.number(2)), last_error);
-  const bool ended = has_ended(back.state);
-  Query(connection,
-        "UPDATE jobs SET state = ?, excused = ?, worker = '', lease_until = NULL, finished = ?, expires = ?, "
-        "last_error = iif(? = '', last_error, ?) WHERE owner = ? AND id = ?",
-        back.state, back.excused, ended ? std::optional(moment.now) : std::nullopt,
-        ended ? std::optional(moment.keep_until) : std::nullopt, last_error, last_error, token.key.owner, token.key.id)
-      .run();
-  return back.state;
 }
 
 }  // namespace meshgauge::server::store

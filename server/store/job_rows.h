@@ -17,15 +17,12 @@ inline constexpr int kJobColumns = 30;
 // Of the columns lower, upper and stage from `column` on, and bounds_by.
 std::optional<Progress> progress_of(const Query& row, int column, int by);
 Job job_of(const Query& row);
+std::vector<JobKey> keys_of(Query& rows);  // of the columns owner and id, the first two
 Token token_of(const Query& row);
 
 // false: there is one of that id or that idempotency key already.
 bool insert_row(Connection& connection, const NewJob& job);
 void insert_ended_row(Connection& connection, const Job& job);  // likewise left out when there is one
-
-// JobStore::hand_back()
-std::optional<JobState> give_back(Connection& connection, const Token& token, const std::string& last_error,
-                                  Moment moment);
 
 std::optional<Job> find_job(Connection& connection, const JobKey& key);
 std::optional<Job> find_idempotent_job(Connection& connection, const std::string& owner, const std::string& key);

@@ -38,8 +38,7 @@ struct Moment {
 // A job that was begun this often without an end is given up, because it is likely to be what kills its workers.
 inline constexpr unsigned kMaxTries = 5;
 
-// How often it is not the fault of a job of a batch that it was lost with its worker before it told any progress:
-// most likely it was one of many that were claimed at once, and another one ran.
+// How often a job of a batch is excused that was lost with its worker before it told any progress (policy.h).
 inline constexpr unsigned kMaxUnbegun = 2;
 
 enum class JobState { queued, running, done, failed, cancelled };
@@ -167,19 +166,15 @@ class JobStore {
 
   virtual Result<Inserted> insert(const NewJob& job) = 0;
 
-  // queued -> running. nullopt: not queued (any more), or unknown. What earlier tries have told of the interval stays.
-  virtual Result<std::optional<Claimed>> claim(const JobKey& key, const std::string& worker, TimePoint now,
-                                               TimePoint lease_until) = 0;
-  // The same for a worker that knows no id, and of up to `most` jobs. First the owners with the fewest running jobs; of
-  // an owner first what has the fewest running, each batch and all that is in none; of that the smallest job, where
-  // each second of waiting outweighs kBytesOfOneSecond of size, so that none waits for ever. More than one are of one
-  // batch, and together no larger than kBytesOfOneSecond; a job that is `suspected` comes alone, or, when such are
-  // passed over, not at all. A crash may undo a claim: the job is queued then. It costs as much as there are groups,
-  // and suspected jobs that are passed over.
-  enum class Which { all, of_batches };
+  // queued -> running, of up to `most` jobs. What earlier tries have told of the interval stays. First the owners with
+  // the fewest running jobs; of an owner first what has the fewest running, each batch and all that is in none; of that
+  // the smallest job, where each second of waiting outweighs kBytesOfOneSecond of size, so that none waits for ever.
+  // More than one are of one batch, and together no larger than kBytesOfOneSecond; a job that is `suspected` comes
+  // alone, or, when such are passed over, not at all. A crash may undo a claim: the job is queued then. It costs as
+  // much as there are groups, and suspected jobs that are passed over.
   enum class Suspects { too, passed_over };
   virtual Result<std::vector<Claimed>> claim_some(const std::string& worker, TimePoint now, TimePoint lease_until,
-                                                  Which which, std::size_t most, Suspects suspects = Suspects::too) = 0;
+                                                  std::size_t most, Suspects suspects = Suspects::too) = 0;
   static constexpr std::int64_t kBytesOfOneSecond = 50'000'000;
 
   // Of jobs of one worker, in the order given. Progress is stored as narrowed(). A crash may undo it.
@@ -215,9 +210,8 @@ class JobStore {
   // Of nullopt, from time to time where several processes work on one store: running jobs whose lease is over are
   // handed back, with `why` as their last error. Else those whose worker's name starts with `dead_workers` ("" is the
   // start of every name), whatever their lease, and no others: only who is on duty takes from workers that may live.
-  // Not to blame is a job of a batch that has told no progress in this try, unless it is suspected or was excused
-  // kMaxUnbegun times. Says the jobs that are queued then and in no batch, oldest first; nothing where jobs are claimed
-  // by claim_some() alone.
+  // What becomes of them is after_loss() of policy.h. Returns the jobs that are queued then and in no batch, oldest
+  // first; nothing where other processes work on the store.
   virtual Result<std::vector<Job>> recover(const std::optional<std::string>& dead_workers, const std::string& why,
                                            Moment moment) = 0;
 

@@ -7,7 +7,7 @@ namespace {
 
 constexpr std::int64_t kApplication = 0x4d474a31;  // "MGJ1": tells our files from other SQLite databases
 
-constexpr const char* kFirst = R"sql(
+constexpr const char* kSqliteFirst = R"sql(
 CREATE TABLE jobs (
   number INTEGER PRIMARY KEY,
   owner TEXT NOT NULL,
@@ -73,7 +73,7 @@ END;
 CREATE TABLE checks (id INTEGER PRIMARY KEY CHECK (id = 1), at INTEGER NOT NULL);
 )sql";
 
-constexpr const char* kSecond = R"sql(
+constexpr const char* kSqliteSecond = R"sql(
 ALTER TABLE jobs ADD COLUMN batch TEXT NOT NULL DEFAULT '';
 ALTER TABLE jobs ADD COLUMN deadline INTEGER;
 ALTER TABLE jobs ADD COLUMN verdict TEXT NOT NULL DEFAULT '';
@@ -111,13 +111,13 @@ CREATE TABLE batch_items (
 CREATE INDEX batch_items_by_job ON batch_items (owner, job);
 )sql";
 
-constexpr const char* kThird = R"sql(
+constexpr const char* kSqliteThird = R"sql(
 ALTER TABLE jobs ADD COLUMN bounds_by TEXT NOT NULL DEFAULT '';    -- Progress::by
 -- One step from an owner who waits to the next. claim_some() alone asks for it, by its last condition.
 CREATE INDEX jobs_turns ON jobs (owner, rank) WHERE state = 0 AND awaits = 0 AND tries >= 0;
 )sql";
 
-constexpr const char* kFourth = R"sql(
+constexpr const char* kSqliteFourth = R"sql(
 -- The option "shards" asked for a comparison in parts; this store measured it in one piece.
 UPDATE jobs SET options = json_remove(options, '$.shards')
   WHERE state IN (0, 1) AND instr(options, '"shards"') > 0 AND json_valid(options);
@@ -130,20 +130,20 @@ CREATE INDEX jobs_waiting ON jobs (owner, batch, rank) WHERE state = 0;
 CREATE INDEX jobs_turns ON jobs (owner, rank) WHERE state = 0 AND tries >= 0;
 )sql";
 
-constexpr const char* kSteps[] = {kFirst, kSecond, kThird, kFourth};
+constexpr const char* kSqliteSteps[] = {kSqliteFirst, kSqliteSecond, kSqliteThird, kSqliteFourth};
 
-Error refused(const Connection& connection, const std::string& why) {
+Error unusable_file(const Connection& connection, const std::string& why) {
   return {ErrorCode::internal, "the database '" + connection.path() + "' " + why, "", ""};
 }
 
 Result<Done> recognise(Connection& connection, std::int64_t version, std::size_t newest) {
   const std::int64_t application = connection.pragma("application_id");
   const bool is_new = application == 0 && version == 0 && connection.pragma("schema_version") == 0;
-  if (application != kApplication && !is_new) return refused(connection, "is not one of meshgauge");
+  if (application != kApplication && !is_new) return unusable_file(connection, "is not one of meshgauge");
   if (version > static_cast<std::int64_t>(newest)) {
-    return refused(connection, "was written by a later version of meshgauge (schema " + std::to_string(version) +
-                                   "; this one knows " + std::to_string(newest) +
-                                   "): run that version, or restore a backup of before");
+    return unusable_file(connection, "was written by a later version of meshgauge (schema " + std::to_string(version) +
+                                         "; this one knows " + std::to_string(newest) +
+                                         "): run that version, or restore a backup of before");
   }
   return Done{};
 }
@@ -151,7 +151,7 @@ Result<Done> recognise(Connection& connection, std::int64_t version, std::size_t
 Result<Done> look_for_damage(Connection& connection) {
   Query query(connection, "PRAGMA quick_check(1)");
   if (query.next() && query.text(0) == "ok") return Done{};
-  return refused(connection, "is damaged: " + query.text(0));
+  return unusable_file(connection, "is damaged: " + query.text(0));
 }
 
 void take_step(Connection& connection, std::size_t version, const char* step) {
@@ -169,7 +169,7 @@ void take_step(Connection& connection, std::size_t version, const char* step) {
 
 }  // namespace
 
-std::span<const char* const> schema_steps() { return kSteps; }
+std::span<const char* const> schema_steps() { return kSqliteSteps; }
 
 Result<Migrated> migrate(Connection& connection, std::span<const char* const> steps) {
   try {

@@ -1,5 +1,5 @@
-// What processes that work on one store tell each other, so that nobody need ask it again and again. Best effort: a
-// signal may be lost, come twice or late, so whoever waits also looks from time to time.
+// Tells the threads and processes that work on one store what changed in it, so that they need not poll. Best effort: a
+// signal may be lost, come twice or late, so a listener also looks from time to time.
 #pragma once
 
 #include <functional>
@@ -24,10 +24,10 @@ class Signals {
   virtual ~Signals() = default;
 
   using Hear = std::function<void(const Signal&)>;
-  // Calls `hear` on a thread of its own until stop_listening() or the end, one at a time; it must not block for long
-  // nor throw. Once. The store itself sends: insert() and insert_batch() `work`, claims of jobs with a deadline,
-  // heartbeats with progress and ends of jobs that are in no batch `changed`, request_cancel() and cancel_batch()
-  // `cancel`.
+  // Calls `hear` until stop_listening() or the end, one call at a time, on any thread. `hear` must not block for long,
+  // throw, or call the store. One listener at a time. The store itself sends: insert(), insert_batch() and hand_back()
+  // `work`; claims of jobs with a deadline, heartbeats with progress and ends of jobs that are in no batch `changed`
+  // (SQLite: of every job); request_cancel() and cancel_batch() `cancel`.
   virtual void listen(Hear hear) = 0;
   virtual void stop_listening() = 0;
 };

@@ -137,20 +137,24 @@ std::vector<BatchRow> first_failures(Connection& connection, const JobKey& key, 
   return rows_of(row);
 }
 
-constexpr std::uint64_t kPortion = 250;  // items whose jobs one transaction cancels: other writes wait for it
+constexpr std::uint64_t kItemPortion = 250;  // items whose jobs one transaction cancels: other writes wait for it
 
 // Of jobs that were asked for by these items of the batch, from this position on, and by no other that is still wanted.
-std::uint64_t cancel_portion(Connection& connection, const JobKey& key, std::uint64_t from, Moment moment) {
-  return Query(connection,
-               "UPDATE jobs SET cancel_requested = 1, state = iif(state = 0, 4, 1), finished = iif(state = 0, ?1, "
-               "NULL), expires = iif(state = 0, ?2, NULL) WHERE owner = ?3 AND state < 2 AND batch != '' AND id IN "
-               "(SELECT job FROM batch_items WHERE owner = ?3 AND batch = ?4 AND position >= ?5 AND position < ?6) AND "
-               "NOT "
-               "EXISTS (SELECT 1 FROM "
-               "batch_items AS other JOIN batches ON batches.owner = other.owner AND batches.id = other.batch WHERE "
-               "other.owner = ?3 AND other.job = jobs.id AND NOT batches.cancel_requested)",
-               moment.now, moment.keep_until, key.owner, key.id, from, from + kPortion)
-      .run();
+// Returns those that run, and are to be told.
+std::vector<JobKey> cancel_portion(Connection& connection, const JobKey& key, std::uint64_t from, Moment moment) {
+  Query row(connection,
+            "UPDATE jobs SET cancel_requested = 1, state = iif(state = 0, 4, 1), finished = iif(state = 0, ?1, "
+            "NULL), expires = iif(state = 0, ?2, NULL) WHERE owner = ?3 AND state < 2 AND batch != '' AND id IN "
+            "(SELECT job FROM batch_items WHERE owner = ?3 AND batch = ?4 AND position >= ?5 AND position < ?6) AND "
+            "NOT EXISTS (SELECT 1 FROM batch_items AS other JOIN batches ON batches.owner = other.owner AND "
+            "batches.id = other.batch WHERE other.owner = ?3 AND other.job = jobs.id AND NOT "
+            "batches.cancel_requested) RETURNING owner, id, state",
+            moment.now, moment.keep_until, key.owner, key.id, from, from + kItemPortion);
+  std::vector<JobKey> running;
+  while (row.next()) {
+    if (static_cast<JobState>(row.number(2)) == JobState::running) running.push_back({row.text(0), row.text(1)});
+  }
+  return running;
 }
 
 // 0: there is no such batch.
@@ -168,9 +172,7 @@ std::vector<JobKey> half_cancelled(Connection& connection) {
             "jobs_waiting WHERE state = 0 AND owner = its.owner AND batch = its.id) OR EXISTS (SELECT 1 "
             "FROM jobs INDEXED BY jobs_running WHERE state = 1 AND NOT cancel_requested AND owner = its.owner AND "
             "batch = its.id))");
-  std::vector<JobKey> keys;
-  while (row.next()) keys.push_back({row.text(0), row.text(1)});
-  return keys;
+  return keys_of(row);
 }
 
 void remove_batch(Connection& connection, const JobKey& key) {
@@ -196,7 +198,7 @@ std::optional<JobKey> ended_batch(Connection& connection, TimePoint ended_before
 }  // namespace
 
 Result<InsertedBatch> SqliteStore::insert_batch(const NewBatch& batch) {
-  return writer_.write([&](Connection& connection) -> InsertedBatch {
+  auto inserted = writer_.write([&](Connection& connection) -> InsertedBatch {
     std::optional<Found> there = find_batch(connection, batch.key);
     if (!there) there = find_batch_of(connection, batch.key.owner, batch.idempotency_key);
     if (there) return {std::move(there->batch), true, there->fingerprint != batch.fingerprint, false};
@@ -206,6 +208,8 @@ Result<InsertedBatch> SqliteStore::insert_batch(const NewBatch& batch) {
     insert_items(connection, batch);
     return {std::move(find_batch(connection, batch.key)->batch), false, false, false};
   });
+  if (inserted && !inserted->existed) signals_.tell(Signal::Kind::work);
+  return inserted;
 }
 
 Result<std::optional<Batch>> SqliteStore::get_batch(const JobKey& key) {
@@ -228,10 +232,11 @@ Result<bool> SqliteStore::cancel_batch(const JobKey& key, Moment moment) {
   const Result<std::uint64_t> items =
       writer_.write([&](Connection& connection) { return mark_cancelled(connection, key); });
   if (!items) return items.error();
-  for (std::uint64_t from = 0; from < *items; from += kPortion) {
-    const auto portion =
+  for (std::uint64_t from = 0; from < *items; from += kItemPortion) {
+    const auto running =
         writer_.write([&](Connection& connection) { return cancel_portion(connection, key, from, moment); });
-    if (!portion) return portion.error();
+    if (!running) return running.error();
+    for (const JobKey& job : *running) signals_.tell(Signal::Kind::cancel, job);
   }
   return *items > 0;
 }

@@ -60,10 +60,6 @@ Result<std::vector<MeshRow>> SqliteStore::known_meshes(const std::string& owner,
   });
 }
 
-void SqliteStore::touch_mesh(const BlobKey& key, TimePoint last_used, TimePoint expires) {
-  unwritten_.add(key, {last_used, expires});
-}
-
 Result<bool> SqliteStore::delete_mesh(const BlobKey& key) {
   return writer_.write([&](Connection& connection) {
     return Query(connection, "DELETE FROM meshes WHERE owner = ? AND id = ?", key.owner, key.id).run() == 1;

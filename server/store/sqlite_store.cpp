@@ -16,12 +16,6 @@
 namespace meshgauge::server::store {
 namespace {
 
-using namespace std::chrono_literals;
-
-// How long records are gathered before they are written: a busy service syncs its disk ten times a second for them.
-constexpr auto kLinger = 100ms;
-constexpr auto kPauseAfterFailure = 1s;
-
 // SQLite would make the file readable to everybody; its log and index get the mode that it has.
 Result<Done> make_private_file(const std::string& path) {
   const Descriptor file(::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600));
@@ -43,14 +37,6 @@ Job as_queued(const NewJob& job) {
   static_cast<NewJob&>(queued) = job;
   return queued;
 }
-
-std::optional<Claimed> claimed(Query& updated) {
-  if (!updated.next()) return std::nullopt;
-  return Claimed{token_of(updated), job_of(updated)};
-}
-
-using Which = JobStore::Which;
-using Suspects = JobStore::Suspects;
 
 // What waits, by the name of its owner or its batch: the rank of its first job, and how many of it run.
 struct Waiting {
@@ -74,16 +60,11 @@ void add_running(AllWaiting& all, Query&& row) {
   }
 }
 
-// What claim_some() may take. The parameters: whether suspected jobs, and whether jobs that are in no batch.
-#define MESHGAUGE_CLAIMABLE "state = 0 AND (tries <= excused OR ?) AND (batch != '' OR ?) "
-
-struct May {
-  bool suspects;
-  bool in_no_batch;
-};
+// What claim_some() may take. The parameter: whether suspected jobs.
+#define MESHGAUGE_CLAIMABLE "state = 0 AND (tries <= excused OR ?) "
 
 // From one owner to the next by the index: their jobs may be many, they are few. `tries >= 0` is there for that index.
-AllWaiting waiting_owners(Connection& connection, May may) {
+AllWaiting waiting_owners(Connection& connection, bool suspects) {
   AllWaiting owners;
   const auto add = [&](Query&& row) {
     return row.next() ? &*owners.emplace(row.text(0), Waiting{row.number(1)}).first : nullptr;
@@ -92,12 +73,12 @@ AllWaiting waiting_owners(Connection& connection, May may) {
       add(Query(connection,
                 "SELECT owner, rank FROM jobs INDEXED BY jobs_turns WHERE tries >= 0 AND " MESHGAUGE_CLAIMABLE
                 "ORDER BY owner, rank LIMIT 1",
-                may.suspects, may.in_no_batch));
+                suspects));
   while (at) {
     at = add(Query(connection,
                    "SELECT owner, rank FROM jobs INDEXED BY jobs_turns WHERE tries >= 0 AND " MESHGAUGE_CLAIMABLE
                    "AND owner > ? ORDER BY owner, rank LIMIT 1",
-                   may.suspects, may.in_no_batch, at->first));
+                   suspects, at->first));
   }
   add_running(owners, Query(connection,
                             "SELECT owner, count(*) FROM jobs INDEXED BY jobs_running WHERE state = 1 GROUP BY owner"));
@@ -105,7 +86,7 @@ AllWaiting waiting_owners(Connection& connection, May may) {
 }
 
 // Likewise the batches of an owner; "" is what is in none.
-AllWaiting waiting_batches(Connection& connection, const std::string& owner, May may) {
+AllWaiting waiting_batches(Connection& connection, const std::string& owner, bool suspects) {
   AllWaiting batches;
   const auto add = [&](Query&& row) {
     return row.next() ? &*batches.emplace(row.text(0), Waiting{row.number(1)}).first : nullptr;
@@ -113,12 +94,12 @@ AllWaiting waiting_batches(Connection& connection, const std::string& owner, May
   const auto* at = add(Query(connection,
                              "SELECT batch, rank FROM jobs INDEXED BY jobs_waiting WHERE " MESHGAUGE_CLAIMABLE
                              "AND owner = ? ORDER BY batch, rank LIMIT 1",
-                             may.suspects, may.in_no_batch, owner));
+                             suspects, owner));
   while (at) {
     at = add(Query(connection,
                    "SELECT batch, rank FROM jobs INDEXED BY jobs_waiting WHERE " MESHGAUGE_CLAIMABLE
                    "AND owner = ? AND batch > ? ORDER BY batch, rank LIMIT 1",
-                   may.suspects, may.in_no_batch, owner, at->first));
+                   suspects, owner, at->first));
   }
   add_running(batches, Query(connection,
                              "SELECT batch, count(*) FROM jobs INDEXED BY jobs_running WHERE state = 1 AND owner = ? "
@@ -128,16 +109,16 @@ AllWaiting waiting_batches(Connection& connection, const std::string& owner, May
 }
 
 // What claim_some() takes, in its order: see job_store.h.
-std::vector<std::int64_t> next_jobs(Connection& connection, std::size_t most, May may) {
-  const AllWaiting owners = waiting_owners(connection, may);
+std::vector<std::int64_t> next_jobs(Connection& connection, std::size_t most, bool suspects) {
+  const AllWaiting owners = waiting_owners(connection, suspects);
   const std::string* const owner = whose_turn(owners);
   if (!owner) return {};
-  const AllWaiting batches = waiting_batches(connection, *owner, may);
+  const AllWaiting batches = waiting_batches(connection, *owner, suspects);
   const std::string& batch = *whose_turn(batches);
   Query row(connection,
             "SELECT number, cost, tries > excused FROM jobs WHERE " MESHGAUGE_CLAIMABLE
             "AND owner = ? AND batch = ? ORDER BY rank, number LIMIT ?",
-            may.suspects, may.in_no_batch, *owner, batch, batch.empty() ? 1 : most);
+            suspects, *owner, batch, batch.empty() ? 1 : most);
   std::vector<std::int64_t> numbers;
   std::int64_t cost = 0;
   while (row.next()) {
@@ -186,8 +167,15 @@ bool end_job(Connection& connection, const Token& token, const Ending& ending) {
              .run() == 1;
 }
 
-#define MESHGAUGE_CLAIM \
-  "UPDATE jobs SET state = 1, tries = tries + 1, worker = ?, started = ?, lease_until = ?, stage = NULL WHERE "
+Claimed claim(Connection& connection, std::int64_t number, const std::string& worker, TimePoint now,
+              TimePoint lease_until) {
+  Query updated(connection,
+                "UPDATE jobs SET state = 1, tries = tries + 1, worker = ?, started = ?, lease_until = ?, stage = NULL "
+                "WHERE number = ? RETURNING " MESHGAUGE_JOB_COLUMNS,
+                worker, now, lease_until, number);
+  updated.next();
+  return {token_of(updated), job_of(updated)};
+}
 
 }  // namespace
 
@@ -204,73 +192,67 @@ Result<std::unique_ptr<SqliteStore>> SqliteStore::open(const std::string& path, 
 }
 
 SqliteStore::SqliteStore(const std::string& path, std::unique_ptr<Connection> connection, std::size_t max_unrecorded)
-    : readers_(path), writer_(std::move(connection)), unwritten_(max_unrecorded) {
-  recorder_ = std::thread([this] { record_in_background(); });
-}
-
-SqliteStore::~SqliteStore() {
-  unwritten_.stop();
-  recorder_.join();
-  const Result<Done> written = flush();  // nobody is left to be told that it failed
-  static_cast<void>(written);
-}
+    : readers_(path),
+      writer_(std::move(connection)),
+      behind_(max_unrecorded, [this](const WriteBehind::Batch& batch) { return write(batch); }) {}
 
 Result<Inserted> SqliteStore::insert(const NewJob& job) {
-  return writer_.write([&](Connection& connection) {
+  auto inserted = writer_.write([&](Connection& connection) {
     if (insert_row(connection, job)) return Inserted{as_queued(job), false, false};
     std::optional<Job> there = find_job(connection, job.key);
     if (!there) there = find_idempotent_job(connection, job.key.owner, job.idempotency_key);
     const bool conflict = there->fingerprint != job.fingerprint;
     return Inserted{*std::move(there), true, conflict};
   });
-}
-
-Result<std::optional<Claimed>> SqliteStore::claim(const JobKey& key, const std::string& worker, TimePoint now,
-                                                  TimePoint lease_until) {
-  return writer_.write([&](Connection& connection) {
-    Query updated(connection, MESHGAUGE_CLAIM "owner = ? AND id = ? AND state = 0 RETURNING " MESHGAUGE_JOB_COLUMNS,
-                  worker, now, lease_until, key.owner, key.id);
-    return claimed(updated);
-  });
+  if (inserted && !inserted->existed) signals_.tell(Signal::Kind::work);
+  return inserted;
 }
 
 Result<std::vector<Claimed>> SqliteStore::claim_some(const std::string& worker, TimePoint now, TimePoint lease_until,
-                                                     Which which, std::size_t most, Suspects suspects) {
-  return writer_.write([&](Connection& connection) {
-    std::vector<Claimed> all;
-    for (const std::int64_t number : next_jobs(connection, most, {suspects == Suspects::too, which == Which::all})) {
-      Query updated(connection, MESHGAUGE_CLAIM "number = ? RETURNING " MESHGAUGE_JOB_COLUMNS, worker, now, lease_until,
-                    number);
-      all.push_back(*claimed(updated));
-    }
-    return all;
-  });
+                                                     std::size_t most, Suspects suspects) {
+  auto all = writer_.write(
+      [&](Connection& connection) {
+        std::vector<Claimed> claimed;
+        for (const std::int64_t number : next_jobs(connection, most, suspects == Suspects::too)) {
+          claimed.push_back(claim(connection, number, worker, now, lease_until));
+        }
+        return claimed;
+      },
+      Writer::Promise::fleeting);
+  if (!all) return all;
+  for (const Claimed& claimed : *all) signals_.tell(Signal::Kind::changed, claimed.token.key);
+  return all;
 }
 
 Result<std::vector<Heartbeat>> SqliteStore::heartbeats(std::span<const Beat> beats, TimePoint lease_until) {
-  return writer_.write([&](Connection& connection) {
-    std::vector<Heartbeat> heard;
-    for (const Beat& beat : beats) heard.push_back(hear(connection, beat, lease_until));
-    return heard;
-  });
+  auto heard = writer_.write(
+      [&](Connection& connection) {
+        std::vector<Heartbeat> answers;
+        for (const Beat& beat : beats) answers.push_back(hear(connection, beat, lease_until));
+        return answers;
+      },
+      Writer::Promise::fleeting);
+  if (!heard) return heard;
+  for (const Beat& beat : beats) {
+    if (beat.progress) signals_.tell(Signal::Kind::changed, beat.token.key);
+  }
+  return heard;
 }
 
 Result<std::vector<bool>> SqliteStore::finish_all(std::span<const Finished> endings) {
-  return writer_.write([&](Connection& connection) {
-    std::vector<bool> stored;
-    for (const Finished& finished : endings) stored.push_back(end_job(connection, finished.token, finished.ending));
-    return stored;
+  auto stored = writer_.write([&](Connection& connection) {
+    std::vector<bool> ended;
+    for (const Finished& finished : endings) ended.push_back(end_job(connection, finished.token, finished.ending));
+    return ended;
   });
-}
-
-Result<std::optional<JobState>> SqliteStore::hand_back(const Token& token, const std::string& last_error,
-                                                       Moment moment) {
-  return writer_.write([&](Connection& connection) { return give_back(connection, token, last_error, moment); });
+  if (!stored) return stored;
+  for (const Finished& finished : endings) signals_.tell(Signal::Kind::changed, finished.token.key);
+  return stored;
 }
 
 Result<std::optional<JobState>> SqliteStore::request_cancel(const JobKey& key, Moment moment) {
-  if (const auto job = unwritten_.find(key)) return std::optional(job->state);
-  return writer_.write([&](Connection& connection) -> std::optional<JobState> {
+  if (const auto job = behind_.find(key)) return std::optional(job->state);
+  const auto state = writer_.write([&](Connection& connection) -> std::optional<JobState> {
     Query updated(
         connection,
         "UPDATE jobs SET cancel_requested = 1, state = iif(state = 0, 4, 1), finished = iif(state = 0, ?1, NULL), "
@@ -281,26 +263,13 @@ Result<std::optional<JobState>> SqliteStore::request_cancel(const JobKey& key, M
     if (!row.next()) return std::nullopt;
     return static_cast<JobState>(row.number(0));
   });
+  if (!state || !*state) return state;
+  signals_.tell(**state == JobState::running ? Signal::Kind::cancel : Signal::Kind::changed, key);
+  return state;
 }
 
-void SqliteStore::record(Job ended) {
-  assert(has_ended(ended.state) && ended.finished && ended.expires);
-  unwritten_.add(std::move(ended));
-}
-
-void SqliteStore::record_in_background() {
-  while (unwritten_.wait(kLinger)) {
-    std::unique_lock lock(recording_);
-    const bool written = write_batch().ok();
-    lock.unlock();
-    if (!written) unwritten_.pause(kPauseAfterFailure);
-  }
-}
-
-Result<Done> SqliteStore::write_batch() {
-  const Unwritten::Batch& batch = unwritten_.take();
-  if (batch.empty()) return Done{};
-  Result<Done> written = writer_.write([&](Connection& connection) {
+Result<Done> SqliteStore::write(const WriteBehind::Batch& batch) {
+  return writer_.write([&](Connection& connection) {
     for (const auto& job : batch.jobs) insert_ended_row(connection, *job);
     for (const auto& [mesh, touch] : batch.touches) {
       Query(connection,
@@ -310,22 +279,10 @@ Result<Done> SqliteStore::write_batch() {
     }
     return Done{};
   });
-  unwritten_.end(written);
-  return written;
-}
-
-Result<Done> SqliteStore::flush() {
-  const std::lock_guard lock(recording_);
-  const std::uint64_t rounds = unwritten_.jobs() / Unwritten::kBatch + 1;  // for what is there now, not for what comes
-  for (std::uint64_t round = 0; round < rounds; ++round) {
-    Result<Done> written = write_batch();
-    if (!written) return written;
-  }
-  return Done{};
 }
 
 Result<std::optional<Job>> SqliteStore::get(const JobKey& key) {
-  if (const auto job = unwritten_.find(key)) return std::optional<Job>(*job);
+  if (const auto job = behind_.find(key)) return std::optional<Job>(*job);
   return readers_.read([&](Connection& connection) { return find_job(connection, key); });
 }
 
@@ -334,7 +291,7 @@ Result<std::optional<Job>> SqliteStore::find_idempotent(const std::string& owner
 }
 
 Result<bool> SqliteStore::forget(const JobKey& key) {
-  if (unwritten_.find(key)) {
+  if (behind_.find(key)) {
     Result<Done> flushed = flush();
     if (!flushed) return flushed.error();
   }

@@ -10,10 +10,11 @@
 
 #include "server/store/batch_store.h"
 #include "server/store/job_store.h"
+#include "server/store/memory_signals.h"
 #include "server/store/mesh_index.h"
 #include "server/store/outage.h"
 #include "server/store/readers.h"
-#include "server/store/unwritten.h"
+#include "server/store/write_behind.h"
 #include "server/store/writer.h"
 
 namespace meshgauge::server::store {
@@ -25,19 +26,19 @@ class SqliteStore final : public JobStore, public BatchStore, public MeshIndex {
   // one that was there was brought up.
   static Result<std::unique_ptr<SqliteStore>> open(const std::string& path, std::size_t max_unrecorded,
                                                    const Report& report = {});
-  ~SqliteStore() override;  // after what record() was given is written, if it can be
+  ~SqliteStore() override = default;  // after what record() was given is written, if it can be
+
+  Signals& signals() { return signals_; }
 
   Result<Inserted> insert(const NewJob& job) override;
-  Result<std::optional<Claimed>> claim(const JobKey& key, const std::string& worker, TimePoint now,
-                                       TimePoint lease_until) override;
-  Result<std::vector<Claimed>> claim_some(const std::string& worker, TimePoint now, TimePoint lease_until, Which which,
+  Result<std::vector<Claimed>> claim_some(const std::string& worker, TimePoint now, TimePoint lease_until,
                                           std::size_t most, Suspects suspects) override;
   Result<std::vector<Heartbeat>> heartbeats(std::span<const Beat> beats, TimePoint lease_until) override;
   Result<std::vector<bool>> finish_all(std::span<const Finished> endings) override;
   Result<std::optional<JobState>> hand_back(const Token& token, const std::string& last_error, Moment moment) override;
   Result<std::optional<JobState>> request_cancel(const JobKey& key, Moment moment) override;
-  void record(Job ended) override;
-  Result<Done> flush() override;
+  void record(Job ended) override { behind_.record(std::move(ended)); }
+  Result<Done> flush() override { return behind_.flush(); }
   Result<std::optional<Job>> get(const JobKey& key) override;
   Result<std::optional<Job>> find_idempotent(const std::string& owner, const std::string& idempotency_key) override;
   Result<bool> forget(const JobKey& key) override;
@@ -64,7 +65,9 @@ class SqliteStore final : public JobStore, public BatchStore, public MeshIndex {
   Result<PutMesh> put_mesh(const MeshRow& row, std::uint64_t max_stored_bytes) override;
   Result<std::optional<MeshRow>> get_mesh(const BlobKey& key) override;
   Result<std::vector<MeshRow>> known_meshes(const std::string& owner, std::span<const std::string> ids) override;
-  void touch_mesh(const BlobKey& key, TimePoint last_used, TimePoint expires) override;
+  void touch_mesh(const BlobKey& key, TimePoint last_used, TimePoint expires) override {
+    behind_.touch(key, {last_used, expires});
+  }
   Result<bool> delete_mesh(const BlobKey& key) override;
   Result<std::uint64_t> stored_bytes(const std::string& owner) override;
   Result<std::uint64_t> all_stored_bytes() override;
@@ -74,15 +77,13 @@ class SqliteStore final : public JobStore, public BatchStore, public MeshIndex {
   SqliteStore(const std::string& path, std::unique_ptr<Connection> connection, std::size_t max_unrecorded);
 
   Result<Done> cancel_the_rest(Moment moment);  // of cancelled batches, when somebody did not come to the end of them
-  Result<Done> write_batch();
-  void record_in_background();
+  Result<Done> write(const WriteBehind::Batch& batch);
   Result<std::uint64_t> remove_in_portions(const std::function<std::uint64_t(Connection&, std::int64_t most)>& remove);
 
+  MemorySignals signals_;
   Readers readers_;
   Writer writer_;
-  Unwritten unwritten_;
-  std::mutex recording_;  // held by who takes batches of unwritten_
-  std::thread recorder_;
+  WriteBehind behind_;  // ends first: it writes until then
 };
 
 }  // namespace meshgauge::server::store

@@ -2,7 +2,7 @@
 #include <algorithm>
 
 #include "server/store/job_rows.h"
-#include "server/store/shares.h"
+#include "server/store/policy.h"
 #include "server/store/sqlite_store.h"
 
 namespace meshgauge::server::store {
@@ -10,22 +10,39 @@ namespace {
 
 constexpr std::int64_t kPortion = 500;  // rows that one transaction removes: other writes wait for it
 
+// A running job that is to be handed back.
 struct Lost {
-  Token token;
-  bool excused = false;  // it had most likely not begun
+  JobKey key;
+  Loss loss;
 };
 
-std::vector<Lost> lost_with(Connection& connection, const std::optional<std::string>& dead_workers, TimePoint now) {
-  Query row(connection,
-            "SELECT owner, id, worker, tries, batch != '' AND stage IS NULL AND tries <= excused + 1 AND excused < ?3 "
-            "FROM jobs WHERE state = 1 AND iif(?2 IS NULL, lease_until <= ?1, substr(worker, 1, length(?2)) = ?2)",
-            now, dead_workers, kMaxUnbegun);
+constexpr const char* kOfToken =
+    "SELECT owner, id, tries, excused, cancel_requested, batch != '', stage IS NOT NULL FROM jobs WHERE owner = ? AND "
+    "id = ? AND state = 1 AND worker = ? AND tries = ?";
+constexpr const char* kOfTheDead =
+    "SELECT owner, id, tries, excused, cancel_requested, batch != '', stage IS NOT NULL FROM jobs WHERE state = 1 AND "
+    "iif(?2 IS NULL, lease_until <= ?1, substr(worker, 1, length(?2)) = ?2)";
+
+std::vector<Lost> lost_jobs(Query&& row) {
   std::vector<Lost> all;
   while (row.next()) {
-    all.push_back(
-        {{{row.text(0), row.text(1)}, row.text(2), static_cast<unsigned>(row.number(3))}, row.number(4) != 0});
+    all.push_back({{row.text(0), row.text(1)},
+                   {static_cast<unsigned>(row.number(2)), static_cast<unsigned>(row.number(3)), row.number(4) != 0,
+                    row.number(5) != 0, row.number(6) != 0}});
   }
   return all;
+}
+
+// With an empty `why` its last error stays.
+void hand_back(Connection& connection, const JobKey& key, const AfterLoss& after, const std::string& why,
+               Moment moment) {
+  const bool ended = has_ended(after.state);
+  Query(connection,
+        "UPDATE jobs SET state = ?, excused = ?, worker = '', lease_until = NULL, finished = ?, expires = ?, "
+        "last_error = iif(? = '', last_error, ?) WHERE owner = ? AND id = ?",
+        after.state, after.excused, ended ? std::optional(moment.now) : std::nullopt,
+        ended ? std::optional(moment.keep_until) : std::nullopt, why, why, key.owner, key.id)
+      .run();
 }
 
 std::vector<Job> queued_jobs(Connection& connection) {
@@ -63,12 +80,12 @@ void add_waiting(Connection& connection, Counts& counts) {
   if (oldest.next()) counts.oldest_queued = oldest.time(0);
 }
 
-std::uint64_t give_up_waiting(Connection& connection, Moment moment) {
-  return Query(connection,
-               "UPDATE jobs SET state = 3, finished = ?1, expires = ?2, last_error = iif(last_error = '', "
-               "'nobody ran it in time', last_error) WHERE state = 0 AND expires_if_never_run <= ?1",
-               moment.now, moment.keep_until)
-      .run();
+std::vector<JobKey> give_up_waiting(Connection& connection, Moment moment) {
+  Query row(connection,
+            "UPDATE jobs SET state = 3, finished = ?1, expires = ?2, last_error = iif(last_error = '', "
+            "'nobody ran it in time', last_error) WHERE state = 0 AND expires_if_never_run <= ?1 RETURNING owner, id",
+            moment.now, moment.keep_until);
+  return keys_of(row);
 }
 
 // What batches point at stays with them.
@@ -112,15 +129,34 @@ std::uint64_t remove_over_share(Connection& connection, std::uint64_t max_kept, 
 
 }  // namespace
 
+Result<std::optional<JobState>> SqliteStore::hand_back(const Token& token, const std::string& last_error,
+                                                       Moment moment) {
+  const auto state = writer_.write([&](Connection& connection) -> std::optional<JobState> {
+    const auto lost = lost_jobs(Query(connection, kOfToken, token.key.owner, token.key.id, token.worker, token.tries));
+    if (lost.empty()) return std::nullopt;
+    const AfterLoss after = after_hand_back(lost.front().loss, last_error.empty());
+    store::hand_back(connection, token.key, after, last_error, moment);
+    return after.state;
+  });
+  if (!state || !*state) return state;
+  signals_.tell(Signal::Kind::changed, token.key);
+  if (**state == JobState::queued) signals_.tell(Signal::Kind::work);
+  return state;
+}
+
 Result<std::vector<Job>> SqliteStore::recover(const std::optional<std::string>& dead_workers, const std::string& why,
                                               Moment moment) {
   if (const Result<Done> rest = cancel_the_rest(moment); !rest) return rest.error();
-  return writer_.write([&](Connection& connection) {
-    for (const auto& [token, excused] : lost_with(connection, dead_workers, moment.now)) {
-      give_back(connection, token, excused ? "" : why, moment);
+  auto queued = writer_.write([&](Connection& connection) {
+    for (const auto& [key, loss] : lost_jobs(Query(connection, kOfTheDead, moment.now, dead_workers))) {
+      const AfterLoss after = why.empty() ? after_hand_back(loss, true) : after_loss(loss);
+      store::hand_back(connection, key, after, after.excused > loss.excused ? "" : why, moment);
     }
     return queued_jobs(connection);
   });
+  signals_.tell(Signal::Kind::missed);
+  signals_.tell(Signal::Kind::work);
+  return queued;
 }
 
 Result<Counts> SqliteStore::counts() {
@@ -132,8 +168,7 @@ Result<Counts> SqliteStore::counts() {
     return counted;
   });
   if (!counts) return counts;
-  counts->unrecorded = unwritten_.jobs();
-  counts->dropped_records = unwritten_.dropped();
+  behind_.add_to(*counts);
   return counts;
 }
 
@@ -185,16 +220,16 @@ Result<std::uint64_t> SqliteStore::remove_in_portions(
 
 Result<SweptJobs> SqliteStore::sweep_jobs(Moment moment, std::uint64_t max_kept) {
   if (const Result<Done> rest = cancel_the_rest(moment); !rest) return rest.error();
-  Result<std::uint64_t> given_up =
-      writer_.write([&](Connection& connection) { return give_up_waiting(connection, moment); });
+  const auto given_up = writer_.write([&](Connection& connection) { return give_up_waiting(connection, moment); });
   if (!given_up) return given_up.error();
+  for (const JobKey& key : *given_up) signals_.tell(Signal::Kind::changed, key);
   Result<std::uint64_t> expired = remove_in_portions(
       [&](Connection& connection, std::int64_t most) { return remove_expired(connection, moment.now, most); });
   if (!expired) return expired.error();
   Result<std::uint64_t> over_cap = remove_in_portions(
       [&](Connection& connection, std::int64_t most) { return remove_over_share(connection, max_kept, most); });
   if (!over_cap) return over_cap.error();
-  return SweptJobs{*expired, *over_cap, *given_up};
+  return SweptJobs{*expired, *over_cap, given_up->size()};
 }
 
 Result<Done> SqliteStore::check() {

@@ -20,7 +20,8 @@ class AllStores {
   virtual MeshIndex& meshes() = 0;
   virtual BatchStore& batches() = 0;
   virtual BlobStore& blobs() = 0;
-  virtual Signals* signals() = 0;  // null: nobody else works on these stores
+  virtual Signals& signals() = 0;
+  virtual bool shared() const = 0;  // other processes work on these stores as well
   virtual const std::string& data_folder() const = 0;
 };
 

@@ -34,8 +34,8 @@ Writer::~Writer() {
   thread_.join();
 }
 
-std::optional<Error> Writer::submit(std::function<void(Connection&)> work) {
-  Task task{std::move(work), {}, {}};
+std::optional<Error> Writer::submit(std::function<void(Connection&)> work, Promise promise) {
+  Task task{std::move(work), promise, {}, {}};
   std::future<std::optional<Error>> done = task.done.get_future();
   {
     const std::lock_guard lock(mutex_);
@@ -90,6 +90,7 @@ void Writer::run(std::span<Task> tasks) {
 // The error of the transaction, of which nothing is stored then. Errors of single tasks are theirs.
 std::optional<Error> Writer::commit(std::span<Task> tasks) {
   try {
+    sync_commits(std::any_of(tasks.begin(), tasks.end(), [](auto& task) { return task.promise == Promise::durable; }));
     Query(*connection_, "BEGIN IMMEDIATE").run();
     for (Task& task : tasks) {
       task.error.reset();
@@ -104,6 +105,12 @@ std::optional<Error> Writer::commit(std::span<Task> tasks) {
     roll_back();
     return error;
   }
+}
+
+void Writer::sync_commits(bool synced) {
+  if (synced == synced_) return;
+  connection_->execute(synced ? "PRAGMA synchronous = FULL" : "PRAGMA synchronous = NORMAL");
+  synced_ = synced;
 }
 
 bool Writer::run_one(Task& task) {

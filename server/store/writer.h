@@ -28,11 +28,13 @@ class Writer {
 
   // Runs work(Connection&) on the writer's thread; returns its value once that is committed, or the error, and then
   // nothing of it is stored. The work may throw SQLite::Exception, which undoes it alone and not its neighbours; it may
-  // be run more than once, with what it did before undone.
+  // be run more than once, with what it did before undone. `fleeting`: a crash of the machine may undo it, so it does
+  // not wait for the disk; what is written durably after it makes it durable, too.
+  enum class Promise { durable, fleeting };
   template <class Work>
-  auto write(Work work) -> Result<std::invoke_result_t<Work&, Connection&>> {
+  auto write(Work work, Promise promise = Promise::durable) -> Result<std::invoke_result_t<Work&, Connection&>> {
     std::optional<std::invoke_result_t<Work&, Connection&>> value;
-    std::optional<Error> error = submit([&](Connection& connection) { value.emplace(work(connection)); });
+    std::optional<Error> error = submit([&](Connection& connection) { value.emplace(work(connection)); }, promise);
     if (error) return std::move(*error);
     return std::move(*value);
   }
@@ -40,16 +42,18 @@ class Writer {
  private:
   struct Task {
     std::function<void(Connection&)> work;
+    Promise promise;
     std::promise<std::optional<Error>> done;
     std::optional<Error> error;
   };
 
-  std::optional<Error> submit(std::function<void(Connection&)> work);
+  std::optional<Error> submit(std::function<void(Connection&)> work, Promise promise);
   void loop();
   void gather(std::unique_lock<std::mutex>& lock);
   void run(std::span<Task> tasks);
   std::optional<Error> commit(std::span<Task> tasks);
   bool run_one(Task& task);
+  void sync_commits(bool synced);
   void roll_back();
 
   const std::unique_ptr<Connection> connection_;
@@ -57,6 +61,7 @@ class Writer {
   std::condition_variable ready_;
   std::deque<Task> waiting_;
   bool ending_ = false;
+  bool synced_ = true;                                   // the writer's thread alone: commits wait for the disk
   std::size_t last_tasks_ = 0;                           // the writer's thread alone: of its newest transaction
   std::chrono::steady_clock::duration last_duration_{};  // likewise
   std::thread thread_;

@@ -59,7 +59,7 @@ void Worker::claim(std::size_t most, store::JobStore::Suspects suspects) {
   if (through && most > 0) {
     const std::string name = options_.name + "/" + std::to_string(++claims_) + "/";
     const auto now = stores_.jobs.time();
-    auto some = stores_.jobs.claim_some(name, now, now + options_.lease, options_.which, most, suspects);
+    auto some = stores_.jobs.claim_some(name, now, now + options_.lease, most, suspects);
     through = some.ok();
     if (some) {
       for (const store::Claimed& one : *some) claimed.push_back(held_of(one));
@@ -110,13 +110,12 @@ HeldJobPtr Worker::held_of(const store::Claimed& claimed) const {
   const auto now = stores_.jobs.time();
   auto job = std::make_shared<HeldJob>();
   job->live = live_job_of(claimed.job, settings_, std::max(milliseconds(0), now - claimed.job.created));
-  job->live->token = claimed.token;
+  job->token = claimed.token;
   job->live->started(claimed.token.tries, claimed.job.started.value_or(now));
-  if (access_) job->live->counted.emplace(access_->adopt_job(claimed.job.key.owner));
   if (claimed.job.cancel_requested) job->live->cancel();
   job->deadline = claimed.job.deadline;
   job->in_batch = !claimed.job.batch.empty();
-  job->suspected = claimed.job.suspected;
+  job->suspected = claimed.job.suspected && claimed.token.tries > options_.trusted_tries;
   return job;
 }
 

@@ -5,6 +5,8 @@
 #include <new>
 #include <utility>
 
+#include "server/log.h"
+
 namespace meshgauge::server {
 namespace {
 
@@ -17,7 +19,7 @@ bool may_pass(const Error& error) {
   return error.code == ErrorCode::storage_full || error.code == ErrorCode::storage_unavailable;
 }
 
-const store::Token& token_of(const Delivery& delivery) { return *delivery.job->live->token; }
+const store::Token& token_of(const Delivery& delivery) { return delivery.job->token; }
 
 }  // namespace
 
@@ -84,6 +86,7 @@ void Deliveries::deliver_in_background() {
       continue;
     }
     waiting_.insert(waiting_.begin(), std::make_move_iterator(group.begin()), std::make_move_iterator(group.end()));
+    if (pause == settings_.first_pause) log_event("store", std::to_string(unsettled_) + " jobs wait for the store");
     if (hurry_) pause = settings_.first_pause;
     wake_.wait_for(lock, pause, [&] { return ending_ || hurry_; });
     pause = std::min(2 * pause, settings_.longest_pause);

@@ -20,7 +20,8 @@ struct HeldJob {
     leaving,  // its end, or that it is handed back, is on its way to the store
   };
 
-  std::shared_ptr<LiveJob> live;  // its token is there
+  std::shared_ptr<LiveJob> live;
+  store::Token token;
   std::optional<store::TimePoint> deadline;
   bool in_batch = false;
   bool suspected = false;

@@ -53,9 +53,9 @@ std::map<std::string, Worker::Telling> Worker::due(bool everything) {
     if (job->stage == Stage::running && job->begun) progress = worth_telling(*job);
     if (progress == job->told) progress.reset();
     if (!everything && !progress) continue;
-    Telling& telling = all[job->live->token->worker];
+    Telling& telling = all[job->token.worker];
     telling.jobs.push_back(job);
-    telling.beats.push_back({*job->live->token, progress});
+    telling.beats.push_back({job->token, progress});
   }
   return all;
 }

@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "api/digest.h"
+#include "api/refused.h"
 #include "server/heap.h"
 #include "server/jobs/upkeep.h"
 #include "server/log.h"
@@ -76,12 +77,6 @@ class UpkeepThread {
   std::thread thread_;
 };
 
-void hear(Worker& worker, const store::Signal& signal) {
-  using Kind = store::Signal::Kind;
-  if (signal.kind == Kind::cancel) return worker.cancel(signal.job);
-  if (signal.kind == Kind::work || signal.kind == Kind::missed) worker.wake();
-}
-
 void watch_levels(Metrics& metrics, const Settings& settings, const Worker& worker) {
   metrics.watch(Level::jobs_running, [&worker] { return static_cast<double>(worker.running()); });
   metrics.watch(Level::workers, [n = settings.workers] { return static_cast<double>(n); });
@@ -99,10 +94,9 @@ void leave(Worker& worker, milliseconds grace) {
 
 Result<Done> run_worker_until_signal(const Settings& settings, const std::vector<std::string>& parser) {
   if (!is_distributed(settings)) {
-    return Error{ErrorCode::invalid_request,
-                 "a worker needs a --database that it shares with front ends (MESHGAUGE_DATABASE); without one "
-                 "`meshgauge serve` does all by itself",
-                 "", ""};
+    return refused(
+        "a worker needs a --database that it shares with front ends (MESHGAUGE_DATABASE); without one "
+        "`meshgauge serve` does all by itself");
   }
   block_signals();
   keep_heap_small(static_cast<unsigned>(settings.workers));
@@ -112,14 +106,13 @@ Result<Done> run_worker_until_signal(const Settings& settings, const std::vector
   auto opened = open_stores(settings);
   if (!opened) return opened.error();
   MeshCache cache(settings.max_cache_bytes);
-  const Stores stores{(*opened)->jobs(), (*opened)->meshes(),  (*opened)->blobs(),   cache,
-                      nullptr,           (*opened)->signals(), &(*opened)->batches()};
+  const Stores stores = stores_of(**opened, cache, nullptr);
   Metrics metrics;
   Troubles troubles(metrics);
   ThreadBudget threads(settings.workers);
-  const Measuring measuring(settings, comparing_by(fetching_by(pool, cache)), metrics, threads, stores.jobs);
+  const Measuring measuring(settings, fetching_by(pool, cache, read_limits(settings)), metrics, threads, stores.jobs);
   Scheduler scheduler({settings.workers, 0, std::numeric_limits<std::size_t>::max()});
-  Worker worker(settings, stores, measuring, scheduler, nullptr, metrics, options_of(settings));
+  Worker worker(settings, stores, measuring, scheduler, troubles, metrics, options_of(settings));
   Readiness readiness;
   readiness.watch_stores(stores);
   readiness.watch("sandbox", [&pool] { return defect_of(pool); });
@@ -132,7 +125,7 @@ Result<Done> run_worker_until_signal(const Settings& settings, const std::vector
   for (const std::string& lack : *lacks) log_event("sandbox", lack);
   Upkeep upkeep(settings, stores, troubles);
   const UpkeepThread upkeep_thread(upkeep);
-  stores.signals->listen([&worker](const store::Signal& signal) { hear(worker, signal); });
+  stores.signals.listen([&worker](const store::Signal& signal) { worker.hear(signal); });
   worker.start();
   log_listening(settings.host + ":" + std::to_string(*port), settings.simd);
   while (status.listening() && signalled_within(kTick) != Signal::end) continue;
@@ -140,7 +133,7 @@ Result<Done> run_worker_until_signal(const Settings& settings, const std::vector
   status.refuse();
   log_event("stopping", failed ? "the listening socket failed" : "nothing more is claimed");
   leave(worker, milliseconds(settings.grace_ms));
-  stores.signals->stop_listening();
+  stores.signals.stop_listening();
   log_event("sandbox", to_string(pool.counters()));
   log_event("stopped",
             worker.held() == 0 ? "the store knows of every job" : "what the store was not told it finds later");

@@ -34,15 +34,14 @@ std::string list_of(const std::vector<std::string>& ids) {
 }  // namespace
 
 Worker::Worker(const Settings& settings, Stores stores, const Measuring& measuring, Scheduler& scheduler,
-               Access* access, Metrics& metrics, WorkerOptions options)
+               Troubles& troubles, Metrics& metrics, WorkerOptions options)
     : settings_(settings),
       stores_(stores),
       measuring_(measuring),
       scheduler_(scheduler),
-      access_(access),
       metrics_(metrics),
       options_(std::move(options)),
-      troubles_(metrics),
+      troubles_(troubles),
       stock_(settings.workers),
       deliveries_(
           stores.jobs, {seconds(settings.result_ttl_s)},
@@ -70,7 +69,13 @@ void Worker::wake() {
   deliveries_.hurry();
 }
 
-// Who is told before it knows of its claim remembers it: the claim may be under way.
+void Worker::hear(const store::Signal& signal) {
+  using Kind = store::Signal::Kind;
+  if (signal.kind == Kind::cancel) return cancel(signal.job);
+  if (signal.kind == Kind::work || signal.kind == Kind::missed) wake();
+}
+
+// A key that is not held is remembered: its claim may be under way.
 void Worker::cancel(const store::JobKey& key) {
   const std::lock_guard lock(mutex_);
   bool found = false;
@@ -168,9 +173,9 @@ void Worker::begin_what_can() {
 
 void Worker::submit(const HeldJobPtr& job) {
   const std::shared_ptr<LiveJob>& live = job->live;
-  scheduler_.submit(scheduler_.admit_again(), {live->key.owner, live->bytes, live->request.timeout,
-                                               std::shared_ptr<Control>(live, &live->control),
-                                               [this, job](Scheduler::Slot slot) { run(job, std::move(slot)); }});
+  scheduler_.submit(scheduler_.uncounted(), {live->key.owner, live->bytes, live->request.timeout,
+                                             std::shared_ptr<Control>(live, &live->control),
+                                             [this, job](Scheduler::Slot slot) { run(job, std::move(slot)); }});
 }
 
 // What this worker is touched by last is the lock under which it is through: then it may go.
@@ -181,7 +186,6 @@ void Worker::run(const HeldJobPtr& job, Scheduler::Slot slot) {
     measuring_.count(live, result);
     let_go_of_bytes(live.a);
     let_go_of_bytes(live.b);
-    live.counted.reset();
     conclude(job, result);
   }
   { const Scheduler::Slot done = std::move(slot); }
@@ -251,7 +255,7 @@ void Worker::delivered(const Delivery& delivery, Deliveries::Outcome outcome) {
     log_event("store", "job " + id + " was taken over by another worker");
   }
   const bool ended = outcome == Deliveries::Outcome::stored && delivery.ending;
-  if (ended) release_blobs(stores_, troubles_, job.live->key.owner, job.live->a.id, job.live->b.id);
+  if (ended && job.in_batch) release_blobs(stores_, troubles_, job.live->key.owner, job.live->a.id, job.live->b.id);
   if (ended && options_.ended) options_.ended(job.last);
   const std::lock_guard lock(mutex_);
   if (draining_ && outcome == Deliveries::Outcome::stored && !delivery.ending) handed_back_.push_back(id);

@@ -1,4 +1,4 @@
-// Runs jobs of a store that other processes may work on as well.
+// Runs the jobs of a store: `serve`'s own in the embedded form, and one process of several in the distributed form.
 //
 //   claim_some -> stock (meshes are looked up) -> scheduler -> Measuring -> deliveries (finish_all)
 //
@@ -22,7 +22,6 @@
 #include <thread>
 #include <vector>
 
-#include "server/access/access.h"
 #include "server/jobs/measuring.h"
 #include "server/jobs/scheduler.h"
 #include "server/jobs/stores.h"
@@ -41,7 +40,8 @@ struct WorkerOptions {
   std::chrono::milliseconds heartbeat{10'000};
   std::chrono::milliseconds progress{500};  // at least between two tellings of how far a job is
   std::chrono::milliseconds poll{1'000};    // how often it looks for jobs that nobody told it of
-  store::JobStore::Which which = store::JobStore::Which::all;
+  // A suspected job runs alone once it was begun more often than this. Another process may take it before.
+  unsigned trusted_tries = 1;
   std::chrono::milliseconds pass_over{30'000};          // how long it passes suspected jobs over while it is never idle
   std::size_t openers = 2;                              // threads that look up meshes before jobs run
   std::function<void(const JobView&)> ended = nullptr;  // told of each end that the store has taken
@@ -50,7 +50,7 @@ struct WorkerOptions {
 class Worker {
  public:
   // Borrows all but settings and options. The scheduler must outlive the worker, and end after it.
-  Worker(const Settings& settings, Stores stores, const Measuring& measuring, Scheduler& scheduler, Access* access,
+  Worker(const Settings& settings, Stores stores, const Measuring& measuring, Scheduler& scheduler, Troubles& troubles,
          Metrics& metrics, WorkerOptions options);
   ~Worker();  // as stop()
   Worker(const Worker&) = delete;
@@ -58,6 +58,7 @@ class Worker {
 
   void start();  // once
   void wake();   // there may be something to claim, or the store may be back again; quick
+  void hear(const store::Signal& signal);
 
   // Of a job that runs here or waits to; else nothing, until it is claimed within the next moments.
   void cancel(const store::JobKey& key);
@@ -108,10 +109,9 @@ class Worker {
   const Stores stores_;
   const Measuring& measuring_;
   Scheduler& scheduler_;
-  Access* const access_;
   Metrics& metrics_;
   const WorkerOptions options_;
-  Troubles troubles_;
+  Troubles& troubles_;
 
   mutable std::mutex mutex_;  // guards what follows, but the deliveries
   std::condition_variable claim_wake_;

@@ -30,7 +30,7 @@ api::BatchRequest parsed(const std::string& json, bool parts = false) {
   return std::move(*request);
 }
 
-Error refusal(const std::string& json, bool parts = false) {
+Error refused_batch(const std::string& json, bool parts = false) {
   const auto request = api::parse_batch(json, "body", limits(parts));
   REQUIRE_MESSAGE(!request.ok(), json);
   CHECK(request.error().part == "body");
@@ -73,30 +73,31 @@ TEST_CASE("batch request: equal options are one text, however they are written")
 }
 
 TEST_CASE("batch request: what is wrong is named where it stands") {
-  CHECK(refusal("[]").where.empty());
-  CHECK(refusal("{").where.starts_with("byte "));
-  CHECK(refusal(R"({"comparisons":[],"comparisons":[]})").where == "/comparisons");
-  CHECK(refusal("{}").where == "/comparisons");
-  CHECK(refusal(batch("")).where == "/comparisons");
-  CHECK(refusal(batch(pair(), R"(,"gates":1)")).where == "/gates");
-  CHECK(refusal(batch(pair(), R"(,"name":"")")).where == "/name");
-  CHECK(refusal(batch(pair(), R"(,"name":"a\tb")")).where == "/name");
-  CHECK(refusal(batch(pair(), R"(,"name":")" + std::string(256, 'x') + "\"")).where == "/name");
-  CHECK(refusal(batch(pair() + "," + pair(R"(,"c":1)"))).where == "/comparisons/1/c");
-  CHECK(refusal(batch(R"({"a":")" + kA + "\"}")).where == "/comparisons/0/b");
-  CHECK(refusal(batch(R"({"b":")" + kA + R"(","a":{"part":"x"}})")).where == "/comparisons/0/a");
-  CHECK(refusal(batch(R"({"b":")" + kA + R"(","a":{}})"), true).where == "/comparisons/0/a/part");
-  CHECK(refusal(batch(R"({"b":")" + kA + R"(","a":{"part":""}})"), true).where == "/comparisons/0/a/part");
-  CHECK(refusal(batch(pair(), R"(,"options":{"gate":{"max_distance":-1}})")).where == "/options/gate/max_distance");
-  CHECK(refusal(batch(pair(R"(,"options":{"threads":0})"), R"(,"options":{"strategy":"n_point"})")).where ==
+  CHECK(refused_batch("[]").where.empty());
+  CHECK(refused_batch("{").where.starts_with("byte "));
+  CHECK(refused_batch(R"({"comparisons":[],"comparisons":[]})").where == "/comparisons");
+  CHECK(refused_batch("{}").where == "/comparisons");
+  CHECK(refused_batch(batch("")).where == "/comparisons");
+  CHECK(refused_batch(batch(pair(), R"(,"gates":1)")).where == "/gates");
+  CHECK(refused_batch(batch(pair(), R"(,"name":"")")).where == "/name");
+  CHECK(refused_batch(batch(pair(), R"(,"name":"a\tb")")).where == "/name");
+  CHECK(refused_batch(batch(pair(), R"(,"name":")" + std::string(256, 'x') + "\"")).where == "/name");
+  CHECK(refused_batch(batch(pair() + "," + pair(R"(,"c":1)"))).where == "/comparisons/1/c");
+  CHECK(refused_batch(batch(R"({"a":")" + kA + "\"}")).where == "/comparisons/0/b");
+  CHECK(refused_batch(batch(R"({"b":")" + kA + R"(","a":{"part":"x"}})")).where == "/comparisons/0/a");
+  CHECK(refused_batch(batch(R"({"b":")" + kA + R"(","a":{}})"), true).where == "/comparisons/0/a/part");
+  CHECK(refused_batch(batch(R"({"b":")" + kA + R"(","a":{"part":""}})"), true).where == "/comparisons/0/a/part");
+  CHECK(refused_batch(batch(pair(), R"(,"options":{"gate":{"max_distance":-1}})")).where ==
+        "/options/gate/max_distance");
+  CHECK(refused_batch(batch(pair(R"(,"options":{"threads":0})"), R"(,"options":{"strategy":"n_point"})")).where ==
         "/comparisons/0/options/threads");
-  CHECK(refusal(batch(pair(R"(,"options":{"threads":1})"), R"(,"options":{"tolerence":1})")).where ==
+  CHECK(refused_batch(batch(pair(R"(,"options":{"threads":1})"), R"(,"options":{"tolerence":1})")).where ==
         "/options/tolerence");
 }
 
 TEST_CASE("batch request: no more comparisons and bytes than there may be") {
   CHECK(parsed(batch(pair() + "," + pair() + "," + pair())).pairs.size() == 3);
-  CHECK(refusal(batch(pair() + "," + pair() + "," + pair() + "," + pair())).code == ErrorCode::too_large);
+  CHECK(refused_batch(batch(pair() + "," + pair() + "," + pair() + "," + pair())).code == ErrorCode::too_large);
   api::BatchLimits small = limits();
   small.max_bytes = batch(pair()).size() - 1;
   CHECK(api::parse_batch(batch(pair()), "body", small).error().code == ErrorCode::too_large);

@@ -78,43 +78,38 @@ TEST_CASE("compare: no time for reading is an error, no time for measuring is no
   CHECK(unread.error().code == ErrorCode::out_of_time);
 
   Control control;
-  control.cancel_at_check(6);  // after those before and after a, before and after b, and before measuring
+  control.cancel_at_check(5);  // after those before and after a, before and after b
   const auto cut_short = compared(kSquare, kRaised, control);
   REQUIRE(cut_short.ok());
   CHECK(cut_short->outcome.stop == Stop::cancelled);
   CHECK(cut_short->outcome.upper >= 2.0);
 }
 
-TEST_CASE("compare: meshes come from the loader that is given") {
-  Control control;
-  std::string parts;
-  const api::Load load = [&](const api::MeshInput& input, const api::ReadLimits& limits, Control& job) {
-    CHECK(&job == &control);
-    parts += input.part;
-    return input.part == "a" ? api::load(input, limits, job) : api::not_in_time(Interruption::cancelled, "it was read");
-  };
-  const auto result =
-      api::compare_by(load, {"a", bytes_of(kSquare), "", ""}, {"b", bytes_of(kSquare), "", ""}, {}, {}, control);
-  CHECK(parts == "ab");
-  REQUIRE(!result.ok());
-  CHECK(result.error().message == "cancelled before it was read");
-}
-
 TEST_CASE("compare: what is told of a large mesh is not gathered to its end after a cancellation") {
   Mesh mesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {}};
   mesh.triangles.assign(300'000, {0, 1, 2});
-  std::string parts;
-  const api::Load load = [&](const api::MeshInput& input, const api::ReadLimits&, Control&) -> Result<api::LoadedMesh> {
-    parts += input.part;
-    return api::LoadedMesh{mesh, api::Format::obj, {}, "", nullptr};
-  };
   Control control;
-  control.cancel_at_check(2);
-  const auto result = api::compare_by(load, {"a", {}, "", ""}, {"b", {}, "", ""}, {}, {}, control);
+  control.cancel_at_check(1);
+  const auto result = api::prepare(api::LoadedMesh{mesh, api::Format::obj, {}, "", nullptr}, {"a", {}, "", ""},
+                                   Prepared::Use::once, control);
   REQUIRE(!result.ok());
   CHECK(result.error().code == ErrorCode::out_of_time);
-  CHECK(parts == "a");
-  CHECK(control.checks() == 4);  // before a, in each of two passes, before b
+  CHECK(control.checks() == 3);  // in each of two passes, and after them
+}
+
+TEST_CASE("compare: meshes that are at hand have an interval, whenever the job is cancelled") {
+  const auto prepared = [](std::string_view text, const char* part) {
+    const api::MeshInput input{part, bytes_of(text), "a.obj", ""};
+    Control control;
+    return *api::prepare(api::load(input, {}), input, Prepared::Use::once, control);
+  };
+  Control control;
+  control.cancel();
+  const auto result = api::compare(prepared(kSquare, "a"), prepared(kRaised, "b"), {}, control);
+  REQUIRE(result.ok());
+  CHECK(result->outcome.stop == Stop::cancelled);
+  CHECK(result->outcome.lower <= 2.0);
+  CHECK(result->outcome.upper >= 2.0);
 }
 
 TEST_CASE("compare: each comparison has an id of its own") {
@@ -170,7 +165,7 @@ TEST_CASE("compare: a mesh that is too large for the unit of the result is refus
 TEST_CASE("compare: a mesh that is measured often keeps its last conversion, one that is measured once does not") {
   Control control;
   const api::MeshInput input{"a", bytes_of(kSquare), "a.obj", ""};
-  const auto prepared = [&](Prepared::Use use) { return *api::loading(&api::load, input, {}, use)(control); };
+  const auto prepared = [&](Prepared::Use use) { return *api::prepare(api::load(input, {}), input, use, control); };
   const Factor inches{127, 5}, metres{1, 1000};
 
   const auto once = prepared(Prepared::Use::once);

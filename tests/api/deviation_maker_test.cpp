@@ -30,8 +30,8 @@ json document() {
           {"b_to_a", directed(2, 2.5, 20)}};
 }
 
-api::DeviationFacts facts(const json& of, Side side) {
-  const auto found = api::deviation_facts(of.dump(), side);
+api::ResultFacts facts(const json& of, Side side) {
+  const auto found = api::result_facts(nlohmann::ordered_json::parse(of.dump()), side);
   REQUIRE(found.ok());
   return *found;
 }
@@ -47,27 +47,27 @@ struct Pair {
 
 }  // namespace
 
-TEST_CASE("deviation facts: each side has its direction, and the witness is that of the lower bound") {
+TEST_CASE("result facts: each side has its direction, and the witness is that of the lower bound") {
   const auto a = facts(document(), Side::a);
   CHECK(a.limit == 0.5);
-  CHECK(a.units == "mm");
-  CHECK(api::factor_between(a.plan.a, a.plan.result) == Factor{127, 5});
-  CHECK(api::factor_between(a.plan.b, a.plan.result).is_one());
+  CHECK(a.units.result.unit == api::LengthUnit::millimeter);
+  CHECK(api::factor_between(a.units.a, a.units.result) == Factor{127, 5});
+  CHECK(api::factor_between(a.units.b, a.units.result).is_one());
   CHECK(a.lower == 2);
   CHECK(a.upper == 3);
   CHECK(a.direction->upper == 3);
-  CHECK(a.direction->witness->from_candidate);
+  CHECK(a.direction->witness->on_candidate);
   CHECK(a.direction->witness->from.x() == 10);
   CHECK(a.witness->from.x() == 20);
-  CHECK_FALSE(a.witness->from_candidate);
+  CHECK_FALSE(a.witness->on_candidate);
   const auto b = facts(document(), Side::b);
   CHECK(b.direction->upper == 2.5);
   CHECK(b.direction->witness->from.x() == 20);
-  CHECK(b.witness->from_candidate);
+  CHECK(b.witness->on_candidate);
   CHECK(b.witness->to_triangle == 2);
 }
 
-TEST_CASE("deviation facts: what was not measured is not certified") {
+TEST_CASE("result facts: what was not measured is not certified") {
   json one = document();
   one["a_to_b"] = nullptr;
   one["gate"] = nullptr;
@@ -82,14 +82,15 @@ TEST_CASE("deviation facts: what was not measured is not certified") {
   CHECK_FALSE(facts(one, Side::b).direction.has_value());
   CHECK_FALSE(facts(one, Side::b).witness.has_value());
   for (const char* text : {"", "{}", "[]", R"({"gate": 1})", "null"}) {
-    CHECK(api::deviation_facts(text, Side::a).error().code == ErrorCode::internal);
+    CHECK(api::result_facts(nlohmann::ordered_json::parse(text, nullptr, false), Side::a).error().code ==
+          ErrorCode::internal);
   }
 }
 
 TEST_CASE("deviation maker: a map of few triangles shows the farthest vertex, and all that are beyond the limit") {
   const Pair pair;
   const Prepared bumpy(pair.bumpy), plain(pair.plain);
-  api::DeviationFacts known;
+  api::ResultFacts known;
   Control control;
   api::MapOptions options;
   options.refine = true;
@@ -118,7 +119,7 @@ TEST_CASE("deviation maker: a loose fleck is the farthest of a map of few triang
   dirty.positions.insert(dirty.positions.end(), {{1.3, 0, 0}, {1.2999, 1e-4, 0}, {1.2999, 0, 1e-4}});
   dirty.triangles.push_back({first, first + 1, first + 2});
   const Prepared candidate(dirty), baseline(clean);
-  api::DeviationFacts known;
+  api::ResultFacts known;
   known.limit = 0.1;
   Control control;
   for (const std::size_t most : {20'000U, 5000U, 1000U, 1U}) {
@@ -156,8 +157,8 @@ TEST_CASE("deviation maker: refined where there is room, as it is where there is
 TEST_CASE("deviation maker: no distance is above what is certified, and an interruption ends it") {
   const Pair pair;
   const Prepared bumpy(pair.bumpy), plain(pair.plain);
-  api::DeviationFacts known;
-  known.direction = api::DeviationDirection{0, 0.125, std::nullopt};
+  api::ResultFacts known;
+  known.direction = api::ResultDirection{0, 0.125, std::nullopt};
   Control control;
   const auto made = api::make_deviation(bumpy, plain, known, {}, control);
   REQUIRE(made.ok());

@@ -27,7 +27,7 @@ struct MadeMap {
     map.units = "mm";
     map.lower = 0.23;
     map.upper = 0.25;
-    map.witness = DeviationWitness{false, {0.5, 2, 3}, 7, {0.5, 1, 3}, 11};
+    map.witness = ResultWitness{false, {0.5, 2, 3}, 7, {0.5, 1, 3}, 11};
   }
   MadeMap(const MadeMap&) = delete;
   MadeMap& operator=(const MadeMap&) = delete;

@@ -124,8 +124,8 @@ TEST_CASE("request: numbers out of range are refused") {
 TEST_CASE("request: statistics by a word, or as an object that says how") {
   CHECK(!parse_options("{}")->options.statistics);
   CHECK(!parse_options(R"({"statistics": false})")->options.statistics);
-  for (const char* json : {R"({"statistics": true})", R"({"statistics": {}})"}) {
-    const auto sampling = parse_options(json)->options.statistics;
+  for (const char* text : {R"({"statistics": true})", R"({"statistics": {}})"}) {
+    const auto sampling = parse_options(text)->options.statistics;
     REQUIRE(sampling.has_value());
     CHECK(sampling->samples == 100'000);
     CHECK(sampling->seed == 1);

@@ -76,9 +76,21 @@ File read_file(const std::string& path) {
 
 constexpr std::uint64_t kRoom = std::uint64_t{8} << 30;
 
-api::Comparison compare(const api::GetMesh& a, const api::GetMesh& b, const Options& options) {
+using Get = MeshCache::Load;
+
+double ms_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+}
+
+api::Comparison compare(const Get& a, const Get& b, const Options& options) {
   Control control;
-  auto compared = api::compare_prepared(a, b, options, control);
+  api::StageTimes times;
+  const auto start = std::chrono::steady_clock::now();
+  const auto mesh_a = a(control).value();
+  times.read_a = ms_since(start);
+  const auto mesh_b = b(control).value();
+  times.read_b = ms_since(start) - times.read_a;
+  auto compared = api::compare(mesh_a, mesh_b, options, control, times);
   if (!compared) std::exit((std::fprintf(stderr, "%s\n", compared.error().message.c_str()), 1));
   return std::move(*compared);
 }
@@ -87,14 +99,17 @@ api::Comparison compare(const api::GetMesh& a, const api::GetMesh& b, const Opti
 struct Source {
   const File& file;
   const std::string id = api::sha256_hex(std::as_bytes(std::span(file.bytes)));
-  const api::Load load = api::load;
-  const api::ReadLimits limits = {};
   const api::MeshInput input = {"", std::as_bytes(std::span(file.bytes)), file.name, ""};
 
-  api::GetMesh anew() const { return api::loading(load, input, limits, Prepared::Use::once); }
-  api::GetMesh from(MeshCache& cache) const {
+  Result<api::SharedMesh> load(Prepared::Use use, Control& control) const {
+    return api::prepare(api::load(input, {}), input, use, control);
+  }
+  Get anew() const {
+    return [this](Control& control) { return load(Prepared::Use::once, control); };
+  }
+  Get from(MeshCache& cache) const {
     return [this, &cache](Control& control) {
-      const api::GetMesh loading = api::loading(load, input, limits, Prepared::Use::often);
+      const Get loading = [this](Control& job) { return load(Prepared::Use::often, job); };
       return cache.get(MeshCache::key("", id, file.name, ""), loading, control);
     };
   }
@@ -110,7 +125,7 @@ double cpu_ms() {
 }
 
 // Of one comparison; the best of them stays in `least`.
-void keep_least(Stages& least, bool is_first, const api::GetMesh& a, const api::GetMesh& b, const Options& options) {
+void keep_least(Stages& least, bool is_first, const Get& a, const Get& b, const Options& options) {
   const double before = cpu_ms();
   const api::Comparison c = compare(a, b, options);
   const double cpu = cpu_ms() - before;

@@ -52,9 +52,9 @@ void print_rate(const Bench& bench, const std::string& what, int threads, const 
   print(what, threads, rate(threads, bench.seconds, work), counts_a_call);
 }
 
-std::vector<Claimed> claim(PostgresStore& store, JobStore::Which which, std::size_t most) {
+std::vector<Claimed> claim(PostgresStore& store, std::size_t most) {
   const TimePoint time = store.time();
-  return got(store.claim_some("bench", time, time + kLease, which, most, JobStore::Suspects::passed_over));
+  return got(store.claim_some("bench", time, time + kLease, most, JobStore::Suspects::passed_over));
 }
 
 std::uint64_t finish(PostgresStore& store, const std::vector<Claimed>& claimed) {
@@ -72,7 +72,7 @@ std::uint64_t finish(PostgresStore& store, const std::vector<Claimed>& claimed) 
 
 std::uint64_t one_life(PostgresStore& store) {
   got(store.insert(new_job(some_owner(), api::random_id())));
-  return finish(store, claim(store, JobStore::Which::all, 1));
+  return finish(store, claim(store, 1));
 }
 
 // Jobs that run for all of what follows, as they do on the other workers.
@@ -80,7 +80,7 @@ std::vector<Claimed> hold(const Bench& bench) {
   std::vector<Claimed> held;
   while (held.size() < bench.running) {
     got(bench.store.insert(new_job(some_owner(), api::random_id())));
-    for (Claimed& one : claim(bench.store, JobStore::Which::all, 1)) held.push_back(std::move(one));
+    for (Claimed& one : claim(bench.store, 1)) held.push_back(std::move(one));
   }
   return held;
 }
@@ -107,7 +107,7 @@ void measure_batches(const Bench& bench) {
     for (int i = 0; i < kOwners; ++i) insert_batch(bench.store, some_owner());
     std::atomic<bool> ran_dry{false};
     const double a_second = rate(threads, bench.seconds, [&] {
-      const std::uint64_t ended = finish(bench.store, claim(bench.store, JobStore::Which::of_batches, kAtOnce));
+      const std::uint64_t ended = finish(bench.store, claim(bench.store, kAtOnce));
       if (ended == 0) ran_dry = true;
       return ended;
     });

@@ -49,8 +49,8 @@ void measure_jobs(JobStore& jobs, double seconds) {
     const double a_second = rate(threads, seconds, [&] {
       const Job job = ended_job(api::random_id());
       got(jobs.insert(job));
-      const std::optional<Claimed> claimed = got(jobs.claim(job.key, "bench", now(), now() + std::chrono::minutes(1)));
-      got(jobs.finish(claimed->token, {JobState::done, job.document, "", now(), now() + std::chrono::hours(1)}));
+      const auto claimed = got(jobs.claim_some("bench", now(), now() + std::chrono::minutes(1), 1));
+      got(jobs.finish(claimed.front().token, {JobState::done, job.document, "", now(), now() + std::chrono::hours(1)}));
       return 1;
     });
     print("insert, claim, finish", threads, a_second);

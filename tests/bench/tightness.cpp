@@ -1,4 +1,5 @@
-// Tightness of the strategies' bounds against the time they take (engine/bounds/tightness.h; the paper's Figure 2).
+// Tightness of the strategies' bounds against the time they take (tests/engine/bounds/tightness.h; the paper's Figure
+// 2).
 //
 //   bench_tightness MESH_A MESH_B [--sample N] [--pair NAME]
 //
@@ -30,10 +31,10 @@
 
 #include "api/formats/format.h"
 #include "engine/bounds/n_point.h"
-#include "engine/bounds/tightness.h"
 #include "engine/bounds/triangle_set.h"
 #include "engine/frame.h"
 #include "engine/ordered_mesh.h"
+#include "tests/engine/bounds/tightness.h"
 
 namespace {
 

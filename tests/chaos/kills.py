@@ -64,10 +64,10 @@ class Campaign:
             self.check_mesh(port, identity)
 
     def check_job(self, port, identity, job):
-        known = job.state  # before the answer: it may be removed meanwhile
+        known, ended = job.state, job.document  # before the answer: it may end or be removed meanwhile
         answer = ask(port, "GET", "/v1/comparisons/" + identity)
         if known == job.state:
-            self.ledger.check_answer(identity, job, answer)
+            self.ledger.check_answer(identity, job, answer, ended)
 
     def check_mesh(self, port, identity):
         known = self.ledger.meshes[identity]

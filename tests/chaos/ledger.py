@@ -47,8 +47,9 @@ class Ledger:
                 self.violations.append("two jobs have the id " + identity)
             return self.jobs.setdefault(identity, Job(distance, brief, self.lives))
 
-    def check_answer(self, identity, job, answer):
-        """GET of a job: whether it is known, whole, right, and the same as before."""
+    def check_answer(self, identity, job, answer, ended):
+        """GET of a job: whether it is known, whole, right, and the same as before. `ended`: it had been seen to have ended
+        before it was asked for; another thread may see that meanwhile."""
         if answer.status == 404:
             if job.state == "accepted":
                 self.violated("lost: the job " + identity)
@@ -63,7 +64,7 @@ class Ledger:
             return self.violated("half a document: the job %s: %s" % (identity, answer.body[:200]))
         if document["state"] in ENDED:
             self._check_end(identity, job, document)
-        elif job.document:
+        elif ended:
             self.violated("the end of the job %s was taken back: %s" % (identity, document["state"]))
 
     def _check_end(self, identity, job, document):

@@ -136,7 +136,8 @@ class Client:
         if self.own_jobs:
             identity = self.dice.choice(self.own_jobs)
             job = self.ledger.jobs[identity]
-            self.ledger.check_answer(identity, job, ask(self.port, "GET", "/v1/comparisons/" + identity))
+            ended = job.document
+            self.ledger.check_answer(identity, job, ask(self.port, "GET", "/v1/comparisons/" + identity), ended)
 
     def remove_job(self):
         if not self.own_jobs:
@@ -145,13 +146,13 @@ class Client:
         job = self.ledger.jobs[identity]
         if job.state == "forgotten":
             return
-        job.state = "removing"
+        job.state, ended = "removing", job.document
         answer = ask(self.port, "DELETE", "/v1/comparisons/" + identity)
         if answer.status == 204:
             job.state = "forgotten"
             self.ledger.count("forgotten")
         elif answer.status == 200:
-            self.ledger.check_answer(identity, job, answer)
+            self.ledger.check_answer(identity, job, answer, ended)
         elif answer.status not in (404, *REFUSED):
             self.ledger.violated("DELETE of a job: %d %s" % (answer.status, answer.body[:300]))
 

@@ -232,7 +232,7 @@ class DiskThatFails(Case):
         self.measured(answer, 3)
         self.assertEqual(self.state("/v1/comparisons/" + answer.json()["id"]), "done")
         self.assertEqual(self.ask("GET", "/healthz").status, 200)
-        until(lambda: any("waits for the store" in line for line in server.log))  # its end cannot be stored
+        until(lambda: any("wait for the store" in line for line in server.log))  # its end cannot be stored
         self.assertEqual(self.state(path), "running")
         self.fail(server, 0)
         until(lambda: self.state(path) == "done")

@@ -29,15 +29,3 @@ TEST_CASE("baseline glob: the names that candidates of a glob can give") {
     CHECK(baseline_glob(row.candidate, row.baseline) == row.glob);
   }
 }
-
-TEST_CASE("baseline glob: what a baseline tells of its candidate") {
-  const auto parts = [](const char* path, const char* baseline) {
-    const NameParts seen = parts_of_baseline(path, baseline);
-    return seen.stem + " " + seen.name + " " + seen.dir;
-  };
-  CHECK(parts("base/ref-a.off", "base/ref-{stem}.off") == "a * *");
-  CHECK(parts("base/near/a.stl.gz", "base/{dir}/{name}") == "a a.stl.gz *");
-  CHECK(parts("base/near.off", "base/{dir}.off") == "* * *");
-  CHECK(parts("base/a-a.off", "base/{stem}-{stem}.off") == "* * *");
-  CHECK(parts("base/a/x.off", "base/{stem}/x.off") == "* * *");
-}

@@ -21,16 +21,16 @@ namespace fs = std::filesystem;
 namespace {
 
 // A folder of its own, gone with it.
-class Folder {
+class MapFolder {
  public:
-  Folder() {
+  MapFolder() {
     std::string name = (fs::temp_directory_path() / "meshgauge-deviation-XXXXXX").string();
     REQUIRE(mkdtemp(name.data()) != nullptr);
     path_ = name;
   }
-  ~Folder() { fs::remove_all(path_); }
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
+  ~MapFolder() { fs::remove_all(path_); }
+  MapFolder(const MapFolder&) = delete;
+  MapFolder& operator=(const MapFolder&) = delete;
 
   const fs::path& path() const { return path_; }
   std::size_t files() const { return static_cast<std::size_t>(std::distance(fs::directory_iterator(path_), {})); }
@@ -80,7 +80,7 @@ Result<Done> write(const check::DeviationFile& file, const Mesh& candidate, Cont
 }  // namespace
 
 TEST_CASE("the name says the format, in any case") {
-  const Folder folder;
+  const MapFolder folder;
   Control control;
   for (const char* name : {"map.ply", "map.PLY"}) {
     REQUIRE(write({folder.path() / name}, shapes::cube(), control).ok());
@@ -100,7 +100,7 @@ TEST_CASE("the name says the format, in any case") {
 }
 
 TEST_CASE("a PLY has the candidate's vertices alone, a GLB more for display, unless told otherwise") {
-  const Folder folder;
+  const MapFolder folder;
   Control control;
   const fs::path ply = folder.path() / "map.ply", glb = folder.path() / "map.glb";
   REQUIRE(write({ply}, shapes::cube(), control).ok());
@@ -119,7 +119,7 @@ TEST_CASE("a PLY has the candidate's vertices alone, a GLB more for display, unl
 }
 
 TEST_CASE("what passes at limit 0 shows nothing above it, also where rounding alone would") {
-  const Folder folder;
+  const MapFolder folder;
   Control control;
   for (const Vec3& offset : {Vec3(0, 0, 0), Vec3(1e6, -1e6, 1e6)}) {
     const Mesh mesh = shapes::moved(shapes::sphere(12), offset);
@@ -127,15 +127,13 @@ TEST_CASE("what passes at limit 0 shows nothing above it, also where rounding al
     const Outcome outcome = measure(a, b, {}, control);
     REQUIRE(outcome.upper == 0);
     check::Measured measured;
-    const nlohmann::json exact = {{"lower", 0}, {"upper", outcome.a_to_b->bounds.upper}, {"witness", nullptr}};
-    measured.document = {
-        {"gate", nullptr}, {"unit", nullptr}, {"distance", exact}, {"a_to_b", exact}, {"b_to_a", nullptr}};
+    measured.direction = api::ResultDirection{0, outcome.a_to_b->bounds.upper, std::nullopt};
     const fs::path path = folder.path() / "map.ply";
     REQUIRE(check::write_deviation({path, check::Refine::always}, a, b, measured, control).ok());
     const auto distances = distances_of(path);
     CHECK(distances.size() > 10'000);
     CHECK(std::all_of(distances.begin(), distances.end(), [](double d) { return d == 0; }));
-    measured.document["a_to_b"] = nullptr;  // nothing is certified of this direction
+    measured.direction.reset();  // nothing is certified of this direction
     REQUIRE(check::write_deviation({path, check::Refine::always}, a, b, measured, control).ok());
     const auto free = distances_of(path);
     CHECK(std::any_of(free.begin(), free.end(), [](double d) { return d > 0; }));
@@ -143,7 +141,7 @@ TEST_CASE("what passes at limit 0 shows nothing above it, also where rounding al
 }
 
 TEST_CASE("what cannot be written is said, and no half of a file stays") {
-  const Folder folder;
+  const MapFolder folder;
   Control control;
   const auto nowhere = write({folder.path() / "missing" / "map.ply"}, shapes::cube(), control);
   REQUIRE_FALSE(nowhere.ok());
@@ -155,7 +153,7 @@ TEST_CASE("what cannot be written is said, and no half of a file stays") {
 }
 
 TEST_CASE("a file of a name like that of a half-written map is left alone") {
-  const Folder folder;
+  const MapFolder folder;
   Control control;
   const fs::path other = folder.path() / "map.ply.part";
   std::ofstream(other) << "somebody's";
@@ -165,7 +163,7 @@ TEST_CASE("a file of a name like that of a half-written map is left alone") {
 }
 
 TEST_CASE("told to stop, it writes nothing and says so") {
-  const Folder folder;
+  const MapFolder folder;
   Control control;
   control.cancel();
   const auto stopped = write({folder.path() / "map.ply"}, shapes::cube(), control);

@@ -228,8 +228,7 @@ TEST_CASE("expand: of gates that are not asked for no file has to be there") {
   };
   CHECK(mistakes(file).size() == 4);
   CHECK(said("part-a") == 0);
-  CHECK(said("part-b") == 1);  // its candidate was not written
-  CHECK(said("part-*") == 1);
+  for (const char* pattern : {"part-b", "part-*"}) CHECK(said(pattern) == 0);  // unmatched baselines are for all gates
   CHECK(said("gone") == 2);
   CHECK(said("lod-?") == 1);
 }

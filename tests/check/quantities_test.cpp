@@ -87,6 +87,9 @@ TEST_CASE("quantities: a length is no share") {
   CHECK(length->max_distance == 0.5);
   CHECK(length->unit == api::LengthUnit::inch);
   CHECK_FALSE(check::parse_length("0.5 %").ok());
+  const auto advice = [](const auto& limit) { return limit.error().message.find('%') != std::string::npos; };
+  CHECK_FALSE(advice(check::parse_length("0.5 parsec")));
+  CHECK(advice(parse_limit("0.5 parsec")));
   CHECK_FALSE(check::parse_length("-1 mm").ok());
 }
 

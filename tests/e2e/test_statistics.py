@@ -187,6 +187,13 @@ class Cli(unittest.TestCase):
             self.assertEqual(line, line.rstrip())
         self.assertNotIn("sampled", self.run_cli().stdout)
 
+    def test_every_length_of_the_table_has_its_unit(self):
+        table = self.run_cli("--statistics", "--unit", "mm").stdout
+        for line in (r"distance  \S+ \.\. \S+ mm,", r"a to b    \S+ \.\. \S+ mm, culled", r"b to a    \S+ \.\. \S+ mm, culled",
+                     r"  witness \(.*\) mm on triangle", r"  nearest \(.*\) mm on triangle",
+                     r"sampled   a to b: .*, value \+- standard error, in mm\n"):
+            self.assertRegex(table, line)
+
     def test_bad_flags(self):
         for flags, saying in ((("--statistics", "--samples", "999"), "--samples must be an integer from 1000 to 1000000"),
                               (("--statistics", "--seed", "-1"), "--seed must be"),

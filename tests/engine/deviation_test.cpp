@@ -4,6 +4,7 @@
 
 #include <doctest/doctest.h>
 
+#include "engine/hausdorff.h"
 #include "engine/refinement.h"
 #include "engine/rounding.h"
 #include "oracle/exact.h"

@@ -5,6 +5,7 @@
 #include <future>
 #include <thread>
 
+#include "engine/hausdorff.h"
 #include "same_outcome.h"
 #include "shapes.h"
 
@@ -206,7 +207,7 @@ TEST_CASE("measurements on several threads share a prepared mesh") {
 }
 
 TEST_CASE("a value is made once; who waits for it in vain makes it, or gives up when told to") {
-  Made<int> value;
+  Lazy<int> value;
   CHECK(value.peek() == nullptr);
   CHECK(value.get(never(), [] { return std::unique_ptr<const int>(); }) == nullptr);
   CHECK_THROWS_AS(value.get(never(), []() -> std::unique_ptr<const int> { throw std::bad_alloc(); }), std::bad_alloc);

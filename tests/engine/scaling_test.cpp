@@ -16,14 +16,6 @@ namespace {
 
 constexpr Factor kFactors[] = {{127, 5}, {5, 127}, {1000, 1}, {1, 1000}, {12, 1}, {1, 12}, {381, 1250}, {304800, 1}};
 
-oracle::Surface times(const oracle::Surface& surface, double factor) {
-  oracle::Surface result;
-  for (const oracle::Corners& corners : surface) {
-    result.push_back({Dyadic(factor) * corners[0], Dyadic(factor) * corners[1], Dyadic(factor) * corners[2]});
-  }
-  return result;
-}
-
 Dyadic square(const Dyadic& x) { return x * x; }
 
 Mesh random_mesh(std::mt19937_64& bits, double size, double offset) {
@@ -50,11 +42,12 @@ void check_interval(const Mesh& a, const Mesh& b, const Factor& factor, const Op
   const Prepared of_a({image->positions, a.triangles}, Prepared::Use::once, nullptr, std::nullopt, image->error);
   Control control;
   const Outcome outcome = measure(of_a, Prepared(b), options, control);
-  const auto from = times(oracle::surface_of(a), factor.times), to = times(oracle::surface_of(b), factor.over);
+  const auto from = oracle::times(oracle::surface_of(a), factor.times);
+  const auto to = oracle::times(oracle::surface_of(b), factor.over);
   const Dyadic over = factor.over;
   const auto check = [&](const Bounds& bounds, const oracle::Bracket& exact) {
-    CHECK(exact.lower_sq.numerator <= square(over * Dyadic(bounds.upper)) * exact.lower_sq.denominator);
-    CHECK(square(over * Dyadic(bounds.lower)) * exact.upper_sq.denominator <= exact.upper_sq.numerator);
+    CHECK(oracle::root_at_most(exact.lower_sq, over * Dyadic(bounds.upper)));
+    CHECK(oracle::root_at_least(exact.upper_sq, over * Dyadic(bounds.lower)));
   };
   check(outcome.a_to_b->bounds, oracle::exact_bracket(from, to, 200));
   check(outcome.b_to_a->bounds, oracle::exact_bracket(to, from, 200));

@@ -30,6 +30,7 @@ class Campaign {
  private:
   void work();
   void treat(std::uint64_t seed);
+  void try_conversion(const Pair& pair, std::uint64_t seed);
   void try_method(const Method& method, const Pair& pair, std::uint64_t seed, Dice& dice, oracle::Judge& judge);
   // What was seen, if all was well.
   std::optional<Observed> passes(const Pair& pair, const Attempt& attempt, std::uint64_t seed, oracle::Judge& judge);
@@ -44,6 +45,7 @@ class Campaign {
   std::atomic<std::uint64_t> next_{0};
   std::atomic<std::uint64_t> pairs_{0};
   std::atomic<std::uint64_t> outcomes_{0};
+  std::atomic<std::uint64_t> converted_{0};            // pairs that were measured in other units, too
   std::array<std::atomic<std::uint64_t>, 6> stops_{};  // outcomes by stop reason
   std::atomic<bool> failed_{false};
   std::mutex printing_;

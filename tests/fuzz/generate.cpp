@@ -44,9 +44,9 @@ void offset(Dice& dice, Pair& pair) {
 }
 
 void scale(Dice& dice, Pair& pair) {
-  static constexpr double kFactors[] = {1e-320, 1e-310, 1e-300, 1e-160, 1e-155, 1e-100, 1e-20, 1e-8,
-                                        1e8,    1e20,   1e100,  1e150,  1e155,  1e300,  1e306};
-  const double factor = dice.pick(kFactors);
+  static constexpr double kSizes[] = {1e-320, 1e-310, 1e-300, 1e-160, 1e-155, 1e-100, 1e-20, 1e-8,
+                                      1e8,    1e20,   1e100,  1e150,  1e155,  1e300,  1e306};
+  const double factor = dice.pick(kSizes);
   for_each_position(pair, [&](Vec3& p) { p *= factor; });
   note(pair, ", times %.0e", factor);
 }

@@ -8,6 +8,7 @@
 
 #include <Eigen/Geometry>
 
+#include "engine/hausdorff.h"
 #include "fuzz/attack.h"
 #include "fuzz/dice.h"
 

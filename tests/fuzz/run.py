@@ -1,7 +1,8 @@
 #!/usr/bin/python3
 """Runs fuzz targets: ./dev fuzz NAME|all [--seconds N] [--jobs J], which builds them first.
 
-N seconds are spread evenly over the targets, J of which run at once. What a target has learned is kept in build/fuzz/corpus/NAME
+N seconds of a processor are spread evenly over the targets, J of which run at once: beside other work a run takes longer, and
+tries as much. What a target has learned is kept in build/fuzz/corpus/NAME
 and used again; what breaks it goes to build/fuzz/found/NAME, made as small as possible. Prints a table for docs/fuzzing.md; exit
 code 1 when something was found.
 """
@@ -12,6 +13,7 @@ import dataclasses
 import os
 import pathlib
 import re
+import signal
 import subprocess
 import sys
 import time
@@ -26,6 +28,7 @@ MOST_BYTES = 1 << 14  # of an input: no reader has a limit that a larger one wou
 # What an input may cost. The sanitizers alone take some 100 MB, and make everything several times slower.
 LIMITS = ["-timeout=10", "-rss_limit_mb=1024", "-malloc_limit_mb=256"]
 MINIMISE_SECONDS = 30
+INTERRUPTED = 72  # libFuzzer's exit code after SIGINT
 
 
 @dataclasses.dataclass
@@ -101,24 +104,42 @@ def minimised(target, finding):
     return smaller if smaller.exists() else finding
 
 
+def processor_seconds(process):
+    """What a process that has not been waited for has used."""
+    user, system = pathlib.Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[11:13]
+    return (int(user) + int(system)) / os.sysconf("SC_CLK_TCK")
+
+
+def interrupt_after(program, seconds):
+    """Interrupts a program that has used so many seconds of a processor, waits for its end, and returns what it used."""
+    while os.waitid(os.P_PID, program.pid, os.WEXITED | os.WNOWAIT | os.WNOHANG) is None:
+        if processor_seconds(program.pid) >= seconds:
+            program.send_signal(signal.SIGINT)
+            os.waitid(os.P_PID, program.pid, os.WEXITED | os.WNOWAIT)
+        time.sleep(0.5)
+    used = processor_seconds(program.pid)
+    program.wait()
+    return used
+
+
 def fuzz(target, seconds):
     corpus, found = KEPT / "corpus" / target.name, KEPT / "found" / target.name
     for folder in (corpus, found):
         folder.mkdir(parents=True, exist_ok=True)
     before = set(found.iterdir())
-    command = [target.program, *LIMITS, f"-max_total_time={seconds}", f"-max_len={MOST_BYTES}", "-print_final_stats=1",
+    command = [target.program, *LIMITS, f"-max_len={MOST_BYTES}", "-print_final_stats=1",
                f"-artifact_prefix={found}/", f"-seed_inputs=@{write_seed_list(target)}"]
     if target.dictionaries:
         command.append(f"-dict={write_dictionary(target)}")
-    start = time.monotonic()
-    done = subprocess.run([*command, corpus], env=environment(), stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False)
-    elapsed = time.monotonic() - start
-    log = done.stdout.decode(errors="replace")
-    (KEPT / f"{target.name}.log").write_text(log)
+    path = KEPT / f"{target.name}.log"
+    with path.open("wb") as log:
+        program = subprocess.Popen([*command, corpus], env=environment(), stdout=log, stderr=subprocess.STDOUT)
+        used = interrupt_after(program, seconds)
+    log = path.read_text(errors="replace")
     findings = [minimised(target, path) for path in sorted(set(found.iterdir()) - before) if not path.name.startswith("slow-")]
-    return Run(target, elapsed, last_number(r"stat::number_of_executed_units:\s*(\d+)", log),
+    return Run(target, used, last_number(r"stat::number_of_executed_units:\s*(\d+)", log),
                last_number(r" cov: (\d+) ", log), last_number(r" corp: (\d+)/", log),
-               last_number(r"stat::peak_rss_mb:\s*(\d+)", log), findings, done.returncode != 0)
+               last_number(r"stat::peak_rss_mb:\s*(\d+)", log), findings, program.returncode not in (0, INTERRUPTED))
 
 
 def report(run):
@@ -143,7 +164,7 @@ def table(runs):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("name", help="a target, or all")
-    parser.add_argument("--seconds", type=int, default=60, help="in all, spread over the targets (default %(default)s)")
+    parser.add_argument("--seconds", type=int, default=60, help="of a processor, spread over the targets (default %(default)s)")
     parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="targets at once (default: one a processor)")
     arguments = parser.parse_args()
     chosen = [target for target in targets() if arguments.name in ("all", target.name)]

@@ -43,8 +43,8 @@ MUTATIONS = [
     # culling and accounting
     ("the cull forgets what it drops", "engine/search.h",
      "void drop(double upper) { dropped_ = std::max(dropped_, upper); }", "void drop(double) {}"),
-    ("what the overlay could not resolve is forgotten", "engine/worker.h", "    drop(upper);\n", "    (void)upper;\n"),
-    ("a worker forgets what it drops", "engine/worker.h",
+    ("what the overlay could not resolve is forgotten", "engine/search_worker.h", "    drop(upper);\n", "    (void)upper;\n"),
+    ("a worker forgets what it drops", "engine/search_worker.h",
      "void drop(double upper) { dropped_ = std::max(dropped_, upper); }", "void drop(double) {}"),
     ("what a worker dropped is lost when it is handed in", "engine/search.cpp", "  drop(worker.dropped_);\n", ""),
     ("the cull takes twice the tolerance", "engine/search.h",

@@ -41,6 +41,13 @@ Surface surface_of(const Mesh& mesh) {
   return surface;
 }
 
+Surface times(const Surface& surface, double factor) {
+  Surface result;
+  result.reserve(surface.size());
+  for (const auto& [a, b, c] : surface) result.push_back({factor * a, factor * b, factor * c});
+  return result;
+}
+
 Ratio distance_sq(const Point& p, const Corners& triangle) {
   const auto& [a, b, c] = triangle;
   const Point n = cross(b - a, c - a);
@@ -68,15 +75,9 @@ Point point_at(const Corners& triangle, const Weights& w) {
   return first * triangle[0] + second * triangle[1] + (Dyadic(1.0) - first - second) * triangle[2];
 }
 
-bool root_at_least(const Ratio& sq, double bound) {
-  const Dyadic limit = bound;
-  return sq.numerator >= limit * limit * sq.denominator;
-}
+bool root_at_least(const Ratio& sq, const Dyadic& bound) { return sq.numerator >= bound * bound * sq.denominator; }
 
-bool root_at_most(const Ratio& sq, double bound) {
-  const Dyadic limit = bound;
-  return sq.numerator <= limit * limit * sq.denominator;
-}
+bool root_at_most(const Ratio& sq, const Dyadic& bound) { return sq.numerator <= bound * bound * sq.denominator; }
 
 // With x, y the squares: sqrt(x) >= bound + sqrt(y)  <=>  x - y - bound^2 >= 2 bound sqrt(y)
 //   <=>  the left side is >= 0 and its square is >= 4 bound^2 y.

@@ -28,6 +28,7 @@ using Corners = std::array<Point, 3>;
 // The surface of a mesh: what its triangles span.
 using Surface = std::vector<Corners>;
 Surface surface_of(const Mesh& mesh);
+Surface times(const Surface& surface, double factor);  // exactly
 
 // Squared distance to a triangle, which may be degenerate: a segment or a point.
 Ratio distance_sq(const Point& p, const Corners& triangle);
@@ -44,8 +45,8 @@ bool are_inside(const Weights& weights);
 Point point_at(const Corners& triangle, const Weights& weights);
 
 // Exact comparisons of roots of ratios. Bounds are finite and >= 0.
-bool root_at_least(const Ratio& sq, double bound);  // sqrt(sq) >= bound
-bool root_at_most(const Ratio& sq, double bound);   // sqrt(sq) <= bound
+bool root_at_least(const Ratio& sq, const Dyadic& bound);  // sqrt(sq) >= bound
+bool root_at_most(const Ratio& sq, const Dyadic& bound);   // sqrt(sq) <= bound
 bool difference_at_least(const Ratio& large_sq, const Ratio& small_sq,
                          double bound);  // sqrt(large_sq) - sqrt(small_sq) >= bound
 

@@ -67,11 +67,11 @@ double to_triangle_sq(const Vec3& p, const Flat& t) {
   return std::min({to_segment_sq(p, a, b), to_segment_sq(p, b, c), to_segment_sq(p, c, a)});
 }
 
-struct Piece {
+struct Part {
   std::array<std::size_t, 3> corners;  // measured points
   std::size_t triangle = 0;
   double upper = 0;
-  bool operator<(const Piece& other) const { return upper < other.upper; }
+  bool operator<(const Part& other) const { return upper < other.upper; }
 };
 
 class Proposer {
@@ -89,7 +89,7 @@ class Proposer {
     }
     while (!heap_.empty() && nearest_.size() < max_points) {
       std::pop_heap(heap_.begin(), heap_.end());
-      const Piece piece = heap_.back();
+      const Part piece = heap_.back();
       heap_.pop_back();
       if (piece.upper > best_) bisect(piece);
     }
@@ -134,7 +134,7 @@ class Proposer {
   }
 
   void add(const std::array<std::size_t, 3>& corners, std::size_t triangle) {
-    Piece piece{corners, triangle, std::numeric_limits<double>::infinity()};
+    Part piece{corners, triangle, std::numeric_limits<double>::infinity()};
     for (std::size_t t = 0; t < to_.size(); ++t) {
       double worst = 0;
       for (const std::size_t corner : corners) worst = std::max(worst, distances_[corner * to_.size() + t]);
@@ -145,7 +145,7 @@ class Proposer {
     std::push_heap(heap_.begin(), heap_.end());
   }
 
-  void bisect(const Piece& piece) {
+  void bisect(const Part& piece) {
     std::size_t edge = 0;
     double longest = -1;
     for (std::size_t i = 0; i < 3; ++i) {
@@ -193,7 +193,7 @@ class Proposer {
   std::vector<double> distances_;  // squared, of point i to triangle t at i * |to| + t
   std::vector<double> nearest_;    // squared
   double best_ = 0;
-  std::vector<Piece> heap_;
+  std::vector<Part> heap_;
 };
 
 }  // namespace

@@ -17,7 +17,7 @@ using server::Head;
 namespace {
 
 // A body as a client sends it: `sent` in pieces of `step`, then, unless it stays, the end of its stream.
-struct Client {
+struct BodyClient {
   std::array<int, 2> ends{-1, -1};
   std::atomic<bool> aborted{false};
   Head head;
@@ -25,7 +25,7 @@ struct Client {
   std::uint64_t limit = 1000;
   bool stays = false;
 
-  ~Client() {
+  ~BodyClient() {
     for (const int end : ends) ::close(end);
   }
 
@@ -54,15 +54,15 @@ struct Client {
   std::string rest;
 };
 
-struct Outcome {
+struct BodyOutcome {
   std::string received;
   std::string rest;
   bool consumed = false;
   std::optional<api::ProblemKind> problem;
 };
 
-Outcome chunked(const std::string& sent, std::size_t step, bool stays = false) {
-  Client client;
+BodyOutcome chunked(const std::string& sent, std::size_t step, bool stays = false) {
+  BodyClient client;
   client.head.chunked = true;
   client.stays = stays;
   bool consumed = false;
@@ -70,8 +70,8 @@ Outcome chunked(const std::string& sent, std::size_t step, bool stays = false) {
   return {client.received, client.rest, consumed, refusal ? std::optional(refusal->kind) : std::nullopt};
 }
 
-Outcome sized(const std::string& sent, std::uint64_t length, bool stays = false) {
-  Client client;
+BodyOutcome sized(const std::string& sent, std::uint64_t length, bool stays = false) {
+  BodyClient client;
   client.head.content_length = length;
   client.stays = stays;
   bool consumed = false;
@@ -84,7 +84,7 @@ Outcome sized(const std::string& sent, std::uint64_t length, bool stays = false)
 TEST_CASE("body: a chunked body is put together however it arrives") {
   const std::string sent = "5\r\nhello\r\n1;ext=\"x\"\r\n \r\n005\r\nworld\r\n0\r\nTrailer: x\r\n\r\nNEXT";
   for (const std::size_t step : {1U, 2U, 3U, 7U, 100U}) {
-    const Outcome outcome = chunked(sent, step);
+    const BodyOutcome outcome = chunked(sent, step);
     CHECK(outcome.received == "hello world");
     CHECK(outcome.consumed);
     CHECK(!outcome.problem);
@@ -97,7 +97,7 @@ TEST_CASE("body: a malformed chunk is refused, and the rest is not a request") {
        {"x\r\n", "\r\nhello\r\n", "5 \r\nhello\r\n", "-1\r\n", "0x5\r\nhello\r\n", "5\r\nhelloX\r\n0\r\n\r\n",
         "5\nhello\n0\n\n", "11111111111111111\r\n", "5;a\nb\r\nhello\r\n0\r\n\r\n", "5;a\rb\r\nhello\r\n0\r\n\r\n",
         "0\r\nT: x\n\nGET / HTTP/1.1\r\n\r\n"}) {
-    const Outcome outcome = chunked(sent, 100);
+    const BodyOutcome outcome = chunked(sent, 100);
     CHECK_MESSAGE(outcome.problem == api::ProblemKind::malformed_request, sent);
     CHECK(!outcome.consumed);
   }
@@ -132,7 +132,7 @@ TEST_CASE("body: one that does not come ends at the deadline") {
 }
 
 TEST_CASE("body: one that is not waited for any longer is told of the end") {
-  Client client;
+  BodyClient client;
   client.head.content_length = 5;
   client.stays = client.aborted = true;
   bool consumed = false;

@@ -53,9 +53,8 @@ class PausingBlobs : public store::BlobStore {
   store::BlobStore& real_;
 };
 
-Result<std::shared_ptr<const api::PreparedMesh>> fetch(const server::MeshSource& source, const api::ReadLimits& limits,
-                                                       Control& control) {
-  return api::loading(api::load, source.input, limits, Prepared::Use::once)(control);
+Result<api::SharedMesh> fetch(const server::MeshSource& source, Control& control) {
+  return api::prepare(api::load(source.input, {}), source.input, Prepared::Use::once, control);
 }
 
 Settings settings() {
@@ -102,7 +101,7 @@ struct HeldUp {
   server::MeshCache cache{std::uint64_t{1} << 20};
   server::MapCache maps{{embedded.folder() / "maps", 1'000'000, "/tmp"}};
   Service service{
-      settings(), server::comparing_by(fetch), {embedded.jobs(), embedded.meshes(), blobs, cache, &maps}, fetch};
+      settings(), fetch, {embedded.jobs(), embedded.meshes(), blobs, embedded.signals(), cache, false, &maps}};
   int port = 0;
   std::string a, comparison;
 

@@ -118,10 +118,13 @@ TEST_CASE("form: bounds of the files") {
   const Sent a{"a", "a.gltf", kScene}, b{"b", "b.gltf", kScene};
   CHECK(contains(refusal({a, b, {"b.files", "x.bin", ""}, {"b.files", "./x.bin", ""}}),
                  "'./x.bin' of a part 'b.files' was sent twice"));
+  CHECK(contains(refusal({a, b, {"b.files", "A.bin", ""}, {"b.files", "a.bin", ""}}),
+                 "'a.bin' of a part 'b.files' differs from 'A.bin' by letter case alone"));
+  CHECK(contains(refusal({a, b, {"b.files", "./_rels/.RELS", ""}}), "is the name of a part that every 3MF has"));
   CHECK(contains(refusal({{"a", "a.obj", "v 0 0 0"}, {"a.files", "x.bin", "abc"}, b}), "the part 'a' is no .gltf"));
   CHECK(refusal({{"a.files", "x.bin", "abc"}, b}) == "the part 'a' is missing");
   CHECK(refusal({a, {"a.files", "x.bin", std::string(2'000, 'x')}, b}) ==
-        "the part 'a.files' with what belongs to it is larger than the limit of 2000 bytes");
+        "the part 'a.files' and the files beside it are together larger than the limit of 2000 bytes");
   CHECK(refusal({a, {"a.files", "x.bin", std::string(1'800, 'x')}, b}) ==
         "the part 'a' with its files is larger than the limit of 2000 bytes");
   CHECK(contains(refusal({a, {"a.files", "x.bin", std::string(1'000, 'x')}, b}, 1'500), "all uploads together"));

@@ -29,7 +29,7 @@ struct Served {
   explicit Served(Common& kept)
       : common(kept),
         service(of_a_service(), nullptr,
-                Stores{kept.jobs, kept.embedded.meshes(), kept.embedded.blobs(), cache, nullptr, &signals}) {
+                Stores{kept.jobs, kept.embedded.meshes(), kept.embedded.blobs(), signals, cache, true}) {
     common.jobs.tell_to(signals);
     port = service.start().value();
   }

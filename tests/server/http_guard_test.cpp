@@ -55,9 +55,9 @@ class Guarded {
   std::thread listener_;
 };
 
-class Client {
+class RawClient {
  public:
-  explicit Client(int port) : socket_(::socket(AF_INET, SOCK_STREAM, 0)) {
+  explicit RawClient(int port) : socket_(::socket(AF_INET, SOCK_STREAM, 0)) {
     sockaddr_in address{};
     address.sin_family = AF_INET;
     address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
@@ -111,7 +111,7 @@ TEST_CASE("guard: a problem that is answered instead lets go of what was begun")
         throw std::runtime_error("no memory for a header");
       },
       [&](Exchange&) { held = seat.use_count() - 1; });
-  const Client client(guarded.port());
+  const RawClient client(guarded.port());
   client.send(method + " / HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n");
   const std::string answer = client.read_to_end();
   CHECK(answer.starts_with("HTTP/1.1 500 "));
@@ -128,7 +128,7 @@ TEST_CASE("guard: a request that is still arriving at the end is told of it, and
     begun = true;
     if (auto refusal = exchange.body.read([](auto) { return Body::Refusal(); })) answer(exchange, *refusal);
   });
-  const Client client(guarded.port());
+  const RawClient client(guarded.port());
   std::string what;
   SUBCASE("a body") {
     client.send("POST / HTTP/1.1\r\nHost: x\r\nContent-Length: 10\r\n\r\nhalf");

@@ -1,4 +1,4 @@
-// The service against a stand-in for the comparison: what the queue, the limits and the disconnects do.
+// The service against a stand-in for the readers: what the queue, the limits and the disconnects do.
 #include "server/service.h"
 
 #include <netinet/in.h>
@@ -15,6 +15,7 @@
 #include <nlohmann/json.hpp>
 
 #include "server/http_library.h"
+#include "tests/eventually.h"
 #include "tests/server/stand_in.h"
 #include "tests/server/store/implementations.h"
 
@@ -37,11 +38,11 @@ Settings small() {
   return server::checked(settings).value();
 }
 
-struct Kept {
+struct KeptStores {
   server::store::EmbeddedForTests embedded;
   server::MeshCache cache{std::uint64_t{1} << 20};
 
-  server::Stores stores() { return {embedded.jobs(), embedded.meshes(), embedded.blobs(), cache}; }
+  server::Stores stores() { return {embedded.jobs(), embedded.meshes(), embedded.blobs(), embedded.signals(), cache}; }
 };
 
 // Runs until it is released or cancelled, and counts.
@@ -50,14 +51,14 @@ struct Stub {
   std::atomic<int> cancelled{0};
   std::atomic<bool> released{false};
 
-  server::Compare compare() {
-    return [this](const server::MeshSource& a, const server::MeshSource&, const api::ComparisonOptions& options,
-                  const api::ReadLimits&, Control& control) -> Result<api::Comparison> {
+  server::Fetch fetch() {
+    return [this](const server::MeshSource& source, Control& control) -> Result<api::SharedMesh> {
+      if (source.input.part == "b") return server::stand_in(source);
       ++running;
       while (!released && control.check() == Interruption::none)
         std::this_thread::sleep_for(std::chrono::milliseconds(1));
       cancelled += control.check() == Interruption::cancelled;
-      return server::stand_in(a, options);
+      return server::stand_in(source);
     };
   }
 };
@@ -84,21 +85,13 @@ void break_listener(int port) {
   }
 }
 
-bool eventually(const std::function<bool()>& condition) {
-  for (int i = 0; i < 20'000; ++i) {
-    if (condition()) return true;
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  }
-  return false;
-}
-
 }  // namespace
 
 TEST_CASE("service: a comparison is answered with what was compared") {
   Stub stub;
   stub.released = true;
-  Kept kept;
-  Service service(small(), stub.compare(), kept.stores());
+  KeptStores kept;
+  Service service(small(), stub.fetch(), kept.stores());
   const int port = service.start().value();
   const auto response = post(port, form("0123456789", R"({"gate": {"max_distance": 1, "units": "mm"}})"));
   REQUIRE(response);
@@ -112,8 +105,8 @@ TEST_CASE("service: a comparison is answered with what was compared") {
 
 TEST_CASE("service: a full queue answers 503 at once, and whoever was let in is served") {
   Stub stub;
-  Kept kept;
-  Service service(small(), stub.compare(), kept.stores());
+  KeptStores kept;
+  Service service(small(), stub.fetch(), kept.stores());
   const int port = service.start().value();
   std::atomic<int> refused{0};
   std::vector<std::future<int>> clients;
@@ -138,10 +131,10 @@ TEST_CASE("service: a full queue answers 503 at once, and whoever was let in is 
 
 TEST_CASE("service: who repeats an Idempotency-Key waits for the same job, and not more of them than have a seat") {
   Stub stub;
-  Kept kept;
+  KeptStores kept;
   Settings settings = small();
   settings.max_event_streams = 1;
-  Service service(settings, stub.compare(), kept.stores());
+  Service service(settings, stub.fetch(), kept.stores());
   const int port = service.start().value();
   std::atomic<int> refused{0};
   const auto repeat = [&] {
@@ -167,8 +160,8 @@ TEST_CASE("service: who repeats an Idempotency-Key waits for the same job, and n
 
 TEST_CASE("service: health is answered while every worker is busy") {
   Stub stub;
-  Kept kept;
-  Service service(small(), stub.compare(), kept.stores());
+  KeptStores kept;
+  Service service(small(), stub.fetch(), kept.stores());
   const int port = service.start().value();
   auto busy = std::async(std::launch::async, [port] { return post(port)->status; });
   REQUIRE(eventually([&] { return stub.running == 1; }));
@@ -180,8 +173,8 @@ TEST_CASE("service: health is answered while every worker is busy") {
 
 TEST_CASE("service: a client that goes away cancels its job") {
   Stub stub;
-  Kept kept;
-  Service service(small(), stub.compare(), kept.stores());
+  KeptStores kept;
+  Service service(small(), stub.fetch(), kept.stores());
   const int port = service.start().value();
   {
     httplib::Client client("127.0.0.1", port);
@@ -198,8 +191,8 @@ TEST_CASE("service: limits of a part, of the options and of all uploads") {
   stub.released = true;
   Settings settings = small();
   settings.max_upload_bytes = 500;
-  Kept kept;
-  Service service(settings, stub.compare(), kept.stores());
+  KeptStores kept;
+  Service service(settings, stub.fetch(), kept.stores());
   const int port = service.start().value();
   CHECK(post(port, form(std::string(1001, 'x')))->status == 413);
   CHECK(post(port, form(std::string(3001, 'x')))->status == 413);
@@ -214,8 +207,8 @@ TEST_CASE("service: a comparison gets the threads that are idle, and the operato
   settings.workers = 3;
   settings.queue = 0;
   settings.simd = "scalar";
-  Kept kept;
-  Service service(settings, stub.compare(), kept.stores());
+  KeptStores kept;
+  Service service(settings, stub.fetch(), kept.stores());
   const int port = service.start().value();
   const auto engine = [port](const std::string& options) {
     return json::parse(post(port, form("mesh a", options))->body)["engine"];
@@ -239,8 +232,8 @@ TEST_CASE("service: a comparison gets the threads that are idle, and the operato
 TEST_CASE("service: parts are a, b and options, each once") {
   Stub stub;
   stub.released = true;
-  Kept kept;
-  Service service(small(), stub.compare(), kept.stores());
+  KeptStores kept;
+  Service service(small(), stub.fetch(), kept.stores());
   const int port = service.start().value();
   const auto detail = [&](const httplib::MultipartFormDataItems& items) {
     const auto response = post(port, items);
@@ -256,9 +249,9 @@ TEST_CASE("service: parts are a, b and options, each once") {
 }
 
 TEST_CASE("service: what an exception says stays inside") {
-  Kept kept;
+  KeptStores kept;
   Service service(
-      small(), [](auto&&...) -> Result<api::Comparison> { throw std::runtime_error("secret path"); }, kept.stores());
+      small(), [](auto&&...) -> Result<api::SharedMesh> { throw std::runtime_error("secret path"); }, kept.stores());
   const int port = service.start().value();
   const auto response = post(port);
   CHECK(response->status == 500);
@@ -269,8 +262,8 @@ TEST_CASE("service: what an exception says stays inside") {
 
 TEST_CASE("service: the end cancels what runs and answers it") {
   Stub stub;
-  Kept kept;
-  auto service = std::make_unique<Service>(small(), stub.compare(), kept.stores());
+  KeptStores kept;
+  auto service = std::make_unique<Service>(small(), stub.fetch(), kept.stores());
   const int port = service->start().value();
   auto running = std::async(std::launch::async, [port] { return post(port)->status; });
   REQUIRE(eventually([&] { return stub.running == 1; }));
@@ -282,8 +275,8 @@ TEST_CASE("service: the end cancels what runs and answers it") {
 
 TEST_CASE("service: a listening socket that fails is noticed while clients keep every thread busy") {
   Stub stub;
-  Kept kept;
-  Service service(small(), stub.compare(), kept.stores());
+  KeptStores kept;
+  Service service(small(), stub.fetch(), kept.stores());
   const int port = service.start().value();
   httplib::Client steady("127.0.0.1", port);
   steady.set_keep_alive(true);
@@ -300,10 +293,10 @@ TEST_CASE("service: a listening socket that fails is noticed while clients keep 
 
 TEST_CASE("service: an address that is taken is an error") {
   Stub stub;
-  Kept kept;
-  Service first(small(), stub.compare(), kept.stores());
+  KeptStores kept;
+  Service first(small(), stub.fetch(), kept.stores());
   Settings settings = small();
   settings.port = static_cast<std::uint64_t>(first.start().value());
-  Service second(settings, stub.compare(), kept.stores());
+  Service second(settings, stub.fetch(), kept.stores());
   CHECK(!second.start().ok());
 }

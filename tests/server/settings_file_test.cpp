@@ -10,7 +10,7 @@ using server::Settings;
 
 namespace {
 
-std::string refusal(const std::string& text) {
+std::string refused_file(const std::string& text) {
   Settings settings;
   const auto done = apply_settings(text, settings);
   REQUIRE_MESSAGE(!done.ok(), text);
@@ -34,22 +34,22 @@ TEST_CASE("settings file: names, comments and values of each type") {
 }
 
 TEST_CASE("settings file: what is not understood is refused with its line") {
-  CHECK(refusal("port = 1\n\nprot = 2") == "line 3: 'prot' is not a setting");
-  CHECK(refusal("port = 1\nport = 1\n") == "line 2: 'port' stands there twice");
-  CHECK(refusal("[serve]") == "line 1: must be 'name = value'");
-  CHECK(refusal("= 3") == "line 1: '' is not a setting");
-  CHECK(refusal("max-part-bytes = 3") == "line 1: 'max-part-bytes' is not a setting");
-  CHECK(refusal("config = \"x\"") == "line 1: 'config' is not a setting");
+  CHECK(refused_file("port = 1\n\nprot = 2") == "line 3: 'prot' is not a setting");
+  CHECK(refused_file("port = 1\nport = 1\n") == "line 2: 'port' stands there twice");
+  CHECK(refused_file("[serve]") == "line 1: must be 'name = value'");
+  CHECK(refused_file("= 3") == "line 1: '' is not a setting");
+  CHECK(refused_file("max-part-bytes = 3") == "line 1: 'max-part-bytes' is not a setting");
+  CHECK(refused_file("config = \"x\"") == "line 1: 'config' is not a setting");
   for (const char* number : {"", "-1", "1.5", "\"1\"", "1 2", "0x10", "18446744073709551616", "many"}) {
-    CHECK(refusal(std::string("port = ") + number) ==
+    CHECK(refused_file(std::string("port = ") + number) ==
           "line 1: 'port' must be a whole number, 0 or more, without quotes");
   }
   for (const char* text : {"", "x", "\"x", "x\"", "\"x\" y", "'x'", "\"x\\\""}) {
-    CHECK(refusal(std::string("host = ") + text) == "line 1: 'host' must be a text in double quotes");
+    CHECK(refused_file(std::string("host = ") + text) == "line 1: 'host' must be a text in double quotes");
   }
-  CHECK(refusal("host = \"\\q\"").starts_with("line 1: 'host' has an unknown escape"));
+  CHECK(refused_file("host = \"\\q\"").starts_with("line 1: 'host' has an unknown escape"));
   for (const char* word : {"", "1", "yes", "\"true\"", "truely", "true false"}) {
-    CHECK(refusal(std::string("public_without_keys = ") + word) ==
+    CHECK(refused_file(std::string("public_without_keys = ") + word) ==
           "line 1: 'public_without_keys' must be true or false");
   }
 }

@@ -1,20 +1,18 @@
-// What a stand-in for the comparison answers: it was given these options, and never looked at the meshes.
+// What a stand-in for the readers gives: a triangle, whatever the bytes are; that of b is at distance 1 of that of a.
 #pragma once
 
-#include "api/compare.h"
+#include <memory>
+
+#include "api/prepared_mesh.h"
 #include "server/jobs/mesh_source.h"
 
 namespace meshgauge::server {
 
-inline api::Comparison stand_in(const MeshSource& a, const api::ComparisonOptions& options) {
-  api::Comparison comparison;
-  comparison.options = options;
-  comparison.outcome.simd = options.simd;
-  comparison.outcome.threads = options.threads;
-  comparison.a.bytes = a.input.bytes.size();
-  comparison.a.bbox.extend(Vec3::Zero());
-  comparison.b.bbox.extend(Vec3::Zero());
-  return comparison;
+inline api::SharedMesh stand_in(const MeshSource& source) {
+  const double z = source.input.part == "a" ? 0 : 1;
+  const auto mesh = std::make_shared<const Mesh>(Mesh{{{0, 0, z}, {1, 0, z}, {0, 1, z}}, {{0, 1, 2}}});
+  return std::make_shared<const api::PreparedMesh>(api::LoadedMesh{*mesh, api::Format::obj, {}, source.id, mesh},
+                                                   source.input.bytes.size(), Prepared::Use::once);
 }
 
 }  // namespace meshgauge::server

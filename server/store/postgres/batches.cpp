@@ -169,7 +169,7 @@ InsertedBatch insert(PgConnection& connection, const NewBatch& batch) {
 // Of jobs: what a cancelled batch has to end, or to tell that it is to end.
 #define MESHGAUGE_PG_TO_CANCEL "batch <> '' AND (state + 0 = 0 OR (state + 0 = 1 AND NOT cancel_requested)) "
 
-constexpr std::uint64_t kPortion = 250;                 // items whose jobs one transaction cancels
+constexpr std::uint64_t kItemPortion = 250;             // items whose jobs one transaction cancels
 constexpr auto kPause = std::chrono::milliseconds(20);  // before those that somebody had locked are tried again
 
 // 0: there is no such batch. It is promised from now on: whoever is on duty cancels what this process does not come to.
@@ -198,7 +198,7 @@ std::vector<JobKey> cancel_portion(PgConnection& connection, const JobKey& key, 
       "UPDATE jobs SET cancel_requested = true, state = CASE state WHEN 0 THEN 4 ELSE 1 END, finished = CASE state "
       "WHEN 0 THEN $3 END, expires = CASE state WHEN 0 THEN $4 END FROM those WHERE jobs.number = those.number "
       "RETURNING jobs.id, jobs.state",
-      key.owner, key.id, moment.now, moment.keep_until, from, from + kPortion);
+      key.owner, key.id, moment.now, moment.keep_until, from, from + kItemPortion);
   std::vector<JobKey> running;
   while (row.next()) {
     if (static_cast<JobState>(row.number(1)) == JobState::running) running.push_back({key.owner, row.text(0)});
@@ -315,7 +315,7 @@ Result<std::vector<BatchRow>> PostgresStore::batch_rows(const JobKey& key, Rows 
 }
 
 Result<Done> PostgresStore::cancel_jobs_of(const JobKey& key, std::uint64_t items, Moment moment) {
-  for (std::uint64_t from = 0; from < items; from += kPortion) {
+  for (std::uint64_t from = 0; from < items; from += kItemPortion) {
     const Result<std::vector<JobKey>> running = pool_.run(
         Promise::durable, [&](PgConnection& connection) { return cancel_portion(connection, key, from, moment); });
     if (!running) return running.error();

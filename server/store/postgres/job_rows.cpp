@@ -1,6 +1,6 @@
 #include "server/store/postgres/job_rows.h"
 
-#include "server/store/shares.h"
+#include "server/store/policy.h"
 
 namespace meshgauge::server::store {
 namespace {

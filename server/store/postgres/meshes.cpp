@@ -4,7 +4,7 @@
 namespace meshgauge::server::store {
 namespace {
 
-constexpr std::int64_t kPortion = 500;  // rows that one transaction removes
+constexpr std::int64_t kMeshPortion = 500;  // rows that one transaction removes
 
 MeshRow mesh_of(const BlobKey& key, const PgRows& row) {
   return {key,        static_cast<std::uint64_t>(row.number(0)), row.text(1), row.text(2), row.time(3), row.time(4),
@@ -56,7 +56,7 @@ std::uint64_t remove_expired(PgConnection& connection, TimePoint now) {
                                         "DELETE FROM meshes WHERE expires <= $2 AND (owner, id) IN (SELECT owner, id "
                                         "FROM meshes WHERE owner = $1 AND expires <= "
                                         "$2 LIMIT $3)",
-                                        owner, now, kPortion)
+                                        owner, now, kMeshPortion)
                                     .changed();
   transaction.commit();
   return removed;
@@ -86,10 +86,6 @@ Result<std::vector<MeshRow>> PostgresStore::known_meshes(const std::string& owne
     while (row.next()) known.push_back(mesh_of({owner, row.text(6)}, row));
     return known;
   });
-}
-
-void PostgresStore::touch_mesh(const BlobKey& key, TimePoint last_used, TimePoint expires) {
-  unwritten_.add(key, {last_used, expires});
 }
 
 Result<bool> PostgresStore::delete_mesh(const BlobKey& key) {

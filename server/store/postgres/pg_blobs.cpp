@@ -9,8 +9,8 @@
 namespace meshgauge::server::store {
 namespace {
 
-constexpr int kLonger = 5;             // of the patience: what reads or removes much
-constexpr std::int64_t kPortion = 16;  // chunks that one transaction removes
+constexpr int kLonger = 5;                  // of the patience: what reads or removes much
+constexpr std::int64_t kChunkPortion = 16;  // chunks that one transaction removes
 constexpr std::int64_t kBlobsAtOnce = 1000;
 constexpr int kSends = 3;  // of one blob, each after the database lost some of the one before
 
@@ -312,7 +312,7 @@ Result<Done> PgBlobs::remove_chunks(const std::string& upload) {
                   .query(
                       "DELETE FROM blob_chunks WHERE upload = $1 AND position IN (SELECT position FROM blob_chunks "
                       "WHERE upload = $1 LIMIT $2)",
-                      upload, kPortion)
+                      upload, kChunkPortion)
                   .changed();
           if (chunks == 0) connection.query("DELETE FROM blob_uploads WHERE upload = $1", upload);
           return chunks;

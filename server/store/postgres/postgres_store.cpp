@@ -10,11 +10,6 @@
 namespace meshgauge::server::store {
 namespace {
 
-using namespace std::chrono_literals;
-
-constexpr auto kLinger = 100ms;  // how long records are gathered before they are written
-constexpr auto kPauseAfterFailure = 1s;
-
 Job as_queued(const NewJob& job) {
   Job queued;
   static_cast<NewJob&>(queued) = job;
@@ -48,7 +43,7 @@ std::optional<JobState> cancel(PgConnection& connection, const JobKey& key, Mome
 
 // In one statement: there may be ten thousand, and each way to the database and back takes its time. Locked in one
 // order, since other processes write touches of the same meshes.
-void write_touches(PgConnection& connection, const Unwritten::Touches& touches) {
+void write_touches(PgConnection& connection, const WriteBehind::Touches& touches) {
   if (touches.empty()) return;
   std::vector<std::string> owners, ids;
   std::vector<std::int64_t> used, expires;
@@ -84,16 +79,7 @@ Result<std::unique_ptr<PostgresStore>> PostgresStore::open(const PostgresSetting
 PostgresStore::PostgresStore(const PostgresSettings& settings, std::int64_t time_offset_ns)
     : pool_({settings.database, settings.max_connections, settings.patience, settings.report}),
       control_({settings.database, settings.duty_grace, time_offset_ns}, [this] { return pool_.newest_trouble(); }),
-      unwritten_(settings.max_unrecorded) {
-  recorder_ = std::thread([this] { record_in_background(); });
-}
-
-PostgresStore::~PostgresStore() {
-  unwritten_.stop();
-  recorder_.join();
-  const Result<Done> written = flush();  // nobody is left to be told that it failed
-  static_cast<void>(written);
-}
+      behind_(settings.max_unrecorded, [this](const WriteBehind::Batch& batch) { return write(batch); }) {}
 
 Result<Inserted> PostgresStore::insert(const NewJob& job) {
   Result<Inserted> inserted = pool_.run(Promise::durable, [&](PgConnection& connection) {
@@ -107,7 +93,7 @@ Result<Inserted> PostgresStore::insert(const NewJob& job) {
 }
 
 Result<std::optional<JobState>> PostgresStore::request_cancel(const JobKey& key, Moment moment) {
-  if (const auto job = unwritten_.find(key)) return std::optional(job->state);
+  if (const auto job = behind_.find(key)) return std::optional(job->state);
   Result<std::optional<JobState>> state =
       pool_.run(Promise::durable, [&](PgConnection& connection) { return cancel(connection, key, moment); });
   if (!state || !*state) return state;
@@ -116,24 +102,8 @@ Result<std::optional<JobState>> PostgresStore::request_cancel(const JobKey& key,
   return state;
 }
 
-void PostgresStore::record(Job ended) {
-  assert(has_ended(ended.state) && ended.finished && ended.expires);
-  unwritten_.add(std::move(ended));
-}
-
-void PostgresStore::record_in_background() {
-  while (unwritten_.wait(kLinger)) {
-    std::unique_lock lock(recording_);
-    const bool written = write_batch().ok();
-    lock.unlock();
-    if (!written) unwritten_.pause(kPauseAfterFailure);
-  }
-}
-
-Result<Done> PostgresStore::write_batch() {
-  const Unwritten::Batch& batch = unwritten_.take();
-  if (batch.empty()) return Done{};
-  Result<Done> written = pool_.run(Promise::durable, [&](PgConnection& connection) {
+Result<Done> PostgresStore::write(const WriteBehind::Batch& batch) {
+  return pool_.run(Promise::durable, [&](PgConnection& connection) {
     std::vector<JobRow> rows;
     for (const auto& job : batch.jobs) rows.push_back({*job, ""});
     PgTransaction transaction(connection);
@@ -142,22 +112,10 @@ Result<Done> PostgresStore::write_batch() {
     transaction.commit();
     return Done{};
   });
-  unwritten_.end(written);
-  return written;
-}
-
-Result<Done> PostgresStore::flush() {
-  const std::lock_guard lock(recording_);
-  const std::uint64_t rounds = unwritten_.jobs() / Unwritten::kBatch + 1;  // for what is there now, not for what comes
-  for (std::uint64_t round = 0; round < rounds; ++round) {
-    Result<Done> written = write_batch();
-    if (!written) return written;
-  }
-  return Done{};
 }
 
 Result<std::optional<Job>> PostgresStore::get(const JobKey& key) {
-  if (const auto job = unwritten_.find(key)) return std::optional<Job>(*job);
+  if (const auto job = behind_.find(key)) return std::optional<Job>(*job);
   return pool_.run(Promise::fleeting, [&](PgConnection& connection) { return pg_find_job(connection, key); });
 }
 
@@ -165,7 +123,7 @@ Result<std::vector<Job>> PostgresStore::get_many(std::span<const JobKey> keys) {
   std::vector<Job> jobs;
   std::vector<std::string> owners, ids;
   for (const JobKey& key : keys) {
-    if (const auto job = unwritten_.find(key)) {
+    if (const auto job = behind_.find(key)) {
       jobs.push_back(*job);
       continue;
     }

@@ -15,7 +15,7 @@
 #include "server/store/migrated.h"
 #include "server/store/postgres/control.h"
 #include "server/store/postgres/pool.h"
-#include "server/store/unwritten.h"
+#include "server/store/write_behind.h"
 
 namespace meshgauge::server::store {
 
@@ -32,22 +32,20 @@ class PostgresStore final : public JobStore, public MeshIndex, public BatchStore
  public:
   // Brings the schema up first, and tells the report if that was needed.
   static Result<std::unique_ptr<PostgresStore>> open(const PostgresSettings& settings);
-  ~PostgresStore() override;  // after what record() was given is written, if it can be
+  ~PostgresStore() override = default;  // after what record() was given is written, if it can be
 
   Signals& signals() { return control_; }
   PgPool& pool() { return pool_; }
 
   Result<Inserted> insert(const NewJob& job) override;
-  Result<std::optional<Claimed>> claim(const JobKey& key, const std::string& worker, TimePoint now,
-                                       TimePoint lease_until) override;
-  Result<std::vector<Claimed>> claim_some(const std::string& worker, TimePoint now, TimePoint lease_until, Which which,
+  Result<std::vector<Claimed>> claim_some(const std::string& worker, TimePoint now, TimePoint lease_until,
                                           std::size_t most, Suspects suspects) override;
   Result<std::vector<Heartbeat>> heartbeats(std::span<const Beat> beats, TimePoint lease_until) override;
   Result<std::vector<bool>> finish_all(std::span<const Finished> endings) override;
   Result<std::optional<JobState>> hand_back(const Token& token, const std::string& last_error, Moment moment) override;
   Result<std::optional<JobState>> request_cancel(const JobKey& key, Moment moment) override;
-  void record(Job ended) override;
-  Result<Done> flush() override;
+  void record(Job ended) override { behind_.record(std::move(ended)); }
+  Result<Done> flush() override { return behind_.flush(); }
   Result<std::optional<Job>> get(const JobKey& key) override;
   Result<std::vector<Job>> get_many(std::span<const JobKey> keys) override;
   Result<std::optional<Job>> find_idempotent(const std::string& owner, const std::string& idempotency_key) override;
@@ -66,7 +64,9 @@ class PostgresStore final : public JobStore, public MeshIndex, public BatchStore
   Result<PutMesh> put_mesh(const MeshRow& row, std::uint64_t max_stored_bytes) override;
   Result<std::optional<MeshRow>> get_mesh(const BlobKey& key) override;
   Result<std::vector<MeshRow>> known_meshes(const std::string& owner, std::span<const std::string> ids) override;
-  void touch_mesh(const BlobKey& key, TimePoint last_used, TimePoint expires) override;
+  void touch_mesh(const BlobKey& key, TimePoint last_used, TimePoint expires) override {
+    behind_.touch(key, {last_used, expires});
+  }
   Result<bool> delete_mesh(const BlobKey& key) override;
   Result<std::uint64_t> stored_bytes(const std::string& owner) override;
   Result<std::uint64_t> all_stored_bytes() override;
@@ -86,19 +86,16 @@ class PostgresStore final : public JobStore, public MeshIndex, public BatchStore
  private:
   PostgresStore(const PostgresSettings& settings, std::int64_t time_offset_ns);
 
-  Result<Done> write_batch();
-  void record_in_background();
+  Result<Done> write(const WriteBehind::Batch& batch);
+  void tell_handed_back(const JobKey& key, JobState state, bool in_batch);
   Result<std::uint64_t> remove_in_portions(
       const std::function<std::uint64_t(PgConnection&, std::int64_t most)>& remove);
-  void tell_claimed(const Claimed& claimed);
   Result<Done> cancel_jobs_of(const JobKey& key, std::uint64_t items, Moment moment);
   Result<Done> cancel_the_rest(Moment moment);  // of cancelled batches, whoever did not come to the end of them
 
   PgPool pool_;
   PgControl control_;
-  Unwritten unwritten_;
-  std::mutex recording_;  // held by who takes batches of unwritten_
-  std::thread recorder_;
+  WriteBehind behind_;  // ends first: it writes until then
 };
 
 // `meshgauge migrate`: brings the database to this version's schema.

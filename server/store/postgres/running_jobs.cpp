@@ -16,7 +16,7 @@ namespace {
   "UPDATE jobs SET state = 1, tries = tries + 1, worker = $1, started = $2, lease_until = $3, claim = $4, stage = " \
   "NULL "
 
-#define MESHGAUGE_PG_CLAIMABLE "state = 0 AND (tries <= excused OR $8) "
+#define MESHGAUGE_PG_CLAIMABLE "state = 0 AND (tries <= excused OR $7) "
 
 // What claim_some() takes, in its order (job_store.h). Owners, and then the groups of an owner, his jobs of one batch,
 // are found by one step in an index from each to the next; so it costs as much as there are owners who wait, and groups
@@ -45,17 +45,17 @@ constexpr const char* kClaimSome =
     "SELECT batch FROM (SELECT batch, sum(running) AS running, min(rank) AS rank FROM ("
     "SELECT batch, 0 AS running, rank FROM groups UNION ALL "
     "SELECT batch, 1, NULL FROM jobs WHERE state = 1 AND owner = turns.owner) AS each GROUP BY batch) AS load "
-    "WHERE rank IS NOT NULL AND (batch <> '' OR $5) ORDER BY running, rank) AS ordered CROSS JOIN LATERAL ("
+    "WHERE rank IS NOT NULL ORDER BY running, rank) AS ordered CROSS JOIN LATERAL ("
     "SELECT array_agg(number ORDER BY rank, number) AS numbers, array_agg(cost ORDER BY rank, number) AS costs, "
     "array_agg(tries > excused ORDER BY rank, number) AS suspects FROM ("
     "SELECT number, rank, cost, tries, excused FROM jobs WHERE " MESHGAUGE_PG_CLAIMABLE
     "AND owner = turns.owner AND batch = ordered.batch ORDER BY rank, number LIMIT CASE WHEN ordered.batch = '' THEN "
-    "1 ELSE $6 END FOR NO KEY UPDATE SKIP LOCKED) AS mine HAVING count(*) > 0) AS locked LIMIT 1), "
+    "1 ELSE $5 END FOR NO KEY UPDATE SKIP LOCKED) AS mine HAVING count(*) > 0) AS locked LIMIT 1), "
     "members AS (SELECT member.number, member.place, sum(member.cost) OVER upto AS cost, bool_or(member.suspect) OVER "
     "upto AS suspect FROM taken CROSS JOIN LATERAL unnest(numbers, costs, suspects) WITH ORDINALITY AS member (number, "
     "cost, suspect, place) WINDOW upto AS (ORDER BY member.place)), "
     "claimed AS (" MESHGAUGE_PG_CLAIM
-    "WHERE number = ANY (ARRAY(SELECT number FROM members WHERE place = 1 OR (cost <= $7 AND NOT suspect))) RETURNING "
+    "WHERE number = ANY (ARRAY(SELECT number FROM members WHERE place = 1 OR (cost <= $6 AND NOT suspect))) RETURNING "
     "jobs.*) SELECT " MESHGAUGE_PG_JOB ", " MESHGAUGE_PG_FLEETING " FROM claimed ORDER BY rank, number";
 
 std::int64_t random_number() {
@@ -167,63 +167,23 @@ Ended end_jobs(PgConnection& connection, std::span<const Finished> endings) {
   return ended;
 }
 
-struct HandedBack {
-  JobState state = JobState::queued;
-  bool batch = false;
-};
-
-std::optional<HandedBack> give_back(PgConnection& connection, const Token& token, const std::string& last_error,
-                                    Moment moment) {
-  PgRows row = connection.query(
-      "WITH mine AS MATERIALIZED (SELECT number, excused + ($5 = '')::int AS excused_now, CASE WHEN cancel_requested "
-      "THEN 4 WHEN tries >= excused + ($5 = '')::int + $8 THEN 3 ELSE 0 END AS new_state FROM jobs WHERE owner = $1 "
-      "AND id = $2 AND state + 0 = 1 AND worker = $3 AND tries = $4 FOR NO KEY UPDATE) "
-      "UPDATE jobs SET state = new_state, excused = excused_now, worker = '', lease_until = NULL, "
-      "finished = CASE WHEN new_state >= 2 THEN $6 END, expires = CASE WHEN new_state >= 2 THEN $7 END, last_error = "
-      "CASE WHEN $5 = '' THEN last_error ELSE $5 END FROM mine WHERE jobs.number = mine.number RETURNING state, batch",
-      token.key.owner, token.key.id, token.worker, token.tries, last_error, moment.now, moment.keep_until, kMaxTries);
-  if (!row.next()) return std::nullopt;
-  return HandedBack{static_cast<JobState>(row.number(0)), !row.bytes(1).empty()};
-}
-
 }  // namespace
 
-void PostgresStore::tell_claimed(const Claimed& claimed) {
-  if (claimed.job.deadline) control_.tell(Signal::Kind::changed, claimed.token.key);
-}
-
-Result<std::optional<Claimed>> PostgresStore::claim(const JobKey& key, const std::string& worker, TimePoint now,
-                                                    TimePoint lease_until) {
-  const std::int64_t claim = random_number();
-  bool repeated = false;
-  Result<std::vector<Claimed>> claimed = pool_.run(Promise::fleeting, [&](PgConnection& connection) {
-    if (std::exchange(repeated, true)) {
-      if (auto before = claimed_before(connection, claim); !before.empty()) return before;
-    }
-    return all_claimed(connection.query(MESHGAUGE_PG_CLAIM
-                                        "WHERE owner = $5 AND id = $6 AND state + 0 = 0 RETURNING " MESHGAUGE_PG_JOB
-                                        ", " MESHGAUGE_PG_FLEETING,
-                                        worker, now, lease_until, claim, key.owner, key.id));
-  });
-  if (!claimed) return claimed.error();
-  if (claimed->empty()) return std::optional<Claimed>();
-  tell_claimed(claimed->front());
-  return std::optional(std::move(claimed->front()));
-}
-
 Result<std::vector<Claimed>> PostgresStore::claim_some(const std::string& worker, TimePoint now, TimePoint lease_until,
-                                                       Which which, std::size_t most, Suspects suspects) {
+                                                       std::size_t most, Suspects suspects) {
   const std::int64_t claim = random_number();
   bool repeated = false;
   Result<std::vector<Claimed>> claimed = pool_.run(Promise::fleeting, [&](PgConnection& connection) {
     if (std::exchange(repeated, true)) {
       if (auto before = claimed_before(connection, claim); !before.empty()) return before;
     }
-    return all_claimed(connection.query(kClaimSome, worker, now, lease_until, claim, which == Which::all, most,
-                                        kBytesOfOneSecond, suspects == Suspects::too));
+    return all_claimed(connection.query(kClaimSome, worker, now, lease_until, claim, most, kBytesOfOneSecond,
+                                        suspects == Suspects::too));
   });
   if (!claimed) return claimed;
-  for (const Claimed& one : *claimed) tell_claimed(one);
+  for (const Claimed& one : *claimed) {
+    if (one.job.deadline) control_.tell(Signal::Kind::changed, one.token.key);
+  }
   return claimed;
 }
 
@@ -243,18 +203,6 @@ Result<std::vector<bool>> PostgresStore::finish_all(std::span<const Finished> en
   if (!ended) return ended.error();
   for (const JobKey& key : ended->to_tell) control_.tell(Signal::Kind::changed, key);
   return std::move(ended->stored);
-}
-
-Result<std::optional<JobState>> PostgresStore::hand_back(const Token& token, const std::string& last_error,
-                                                         Moment moment) {
-  const Result<std::optional<HandedBack>> back = pool_.run(
-      Promise::durable, [&](PgConnection& connection) { return give_back(connection, token, last_error, moment); });
-  if (!back) return back.error();
-  if (!*back) return std::optional<JobState>();
-  const auto& [state, batch] = **back;
-  if (state == JobState::queued) control_.tell(Signal::Kind::work);
-  if (has_ended(state) && !batch) control_.tell(Signal::Kind::changed, token.key);
-  return std::optional(state);
 }
 
 }  // namespace meshgauge::server::store

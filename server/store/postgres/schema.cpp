@@ -189,7 +189,7 @@ CREATE INDEX jobs_turns ON jobs (owner, rank) WHERE state = 0 AND tries >= 0;
 
 constexpr const char* kSteps[] = {kFirst, kSecond, kThird, kFourth, kFifth};
 
-Error refused(const std::string& why) { return {ErrorCode::internal, "the database " + why, "", ""}; }
+Error unusable_database(const std::string& why) { return {ErrorCode::internal, "the database " + why, "", ""}; }
 
 std::int64_t number_of(PgConnection& connection, const char* sql) {
   PgRows rows = connection.query(sql);
@@ -206,17 +206,18 @@ Result<std::int64_t> version_of(PgConnection& connection) {
       "'batch_items', 'blobs', 'blob_chunks')");
   names.next();
   if (names.number(0) == 0) {
-    if (names.number(1) != 0) return refused("is not one of meshgauge: it has tables of the same names");
+    if (names.number(1) != 0) return unusable_database("is not one of meshgauge: it has tables of the same names");
     return std::int64_t{0};
   }
   const std::int64_t version = number_of(connection, "SELECT version FROM meshgauge_schema");
-  if (version == 0) return refused("is damaged: its schema has no version");
+  if (version == 0) return unusable_database("is damaged: its schema has no version");
   return version;
 }
 
 Error written_later(std::int64_t version, std::size_t newest) {
-  return refused("was written by a later version of meshgauge (schema " + std::to_string(version) +
-                 "; this one knows " + std::to_string(newest) + "): run that version, or restore a backup of before");
+  return unusable_database("was written by a later version of meshgauge (schema " + std::to_string(version) +
+                           "; this one knows " + std::to_string(newest) +
+                           "): run that version, or restore a backup of before");
 }
 
 constexpr const char* kLockTimeout = "55P03";

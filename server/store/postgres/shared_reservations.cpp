@@ -10,8 +10,8 @@ using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
 constexpr std::int64_t kLocks = 0x4d475200;  // and 255 more: beside those of schema.cpp, control.cpp and batches.cpp
-constexpr auto kStatementTime = 4s;
-constexpr auto kBetweenConnects = 1s;
+constexpr auto kReserveTime = 4s;
+constexpr auto kBetweenReconnects = 1s;
 constexpr int kTries = 20;  // for a lock that another process holds while it removes a blob; each waits some seconds
 
 #define MESHGAUGE_PG_BUCKET "($1::int, hashtext(coalesce(current_schema(), '')))"
@@ -35,12 +35,12 @@ PgConnection& SharedReservations::connected() {
     connection_.reset();
     shared_.fill(false);
     // Whoever reserves while the database is gone must not wait for it each time.
-    if (Clock::now() - failed_ < kBetweenConnects) throw PgFailure{"", "there is no connection", true, false};
+    if (Clock::now() - failed_ < kBetweenReconnects) throw PgFailure{"", "there is no connection", true, false};
     failed_ = Clock::now();
     connection_ = PgConnection::open(database_);
     failed_ = {};
   }
-  connection_->set_deadline(Clock::now() + kStatementTime);
+  connection_->set_deadline(Clock::now() + kReserveTime);
   for (std::size_t bucket = 0; bucket < kBuckets; ++bucket) {
     if (held_[bucket] == 0 || shared_[bucket]) continue;
     connection_->query("SELECT pg_advisory_lock_shared" MESHGAUGE_PG_BUCKET, number_of(bucket));

@@ -1,9 +1,9 @@
 // PostgresStore: what looks at many jobs at once.
 #include <algorithm>
 
+#include "server/store/policy.h"
 #include "server/store/postgres/job_rows.h"
 #include "server/store/postgres/postgres_store.h"
-#include "server/store/shares.h"
 
 namespace meshgauge::server::store {
 namespace {
@@ -19,33 +19,58 @@ constexpr int kLonger = 5;              // of the patience: what reads or remove
 #define MESHGAUGE_PG_REMOVE "DELETE FROM jobs WHERE number = ANY (ARRAY(SELECT number FROM jobs WHERE state >= 2 AND "
 #define MESHGAUGE_PG_UNLOCKED " FOR UPDATE SKIP LOCKED))"
 
-struct Recovered {
-  bool queued = false;
-  std::vector<JobKey> ended;  // that are in no batch
+// A running job that is to be handed back, and is locked.
+struct Lost {
+  std::int64_t number = 0;
+  JobKey key;
+  Loss loss;
+  AfterLoss after{};
 };
 
+constexpr const char* kOfToken =
+    "SELECT number, owner, id, tries, excused, cancel_requested, batch <> '', stage IS NOT NULL FROM jobs WHERE owner "
+    "= $1 AND id = $2 AND state + 0 = 1 AND worker = $3 AND tries = $4 FOR NO KEY UPDATE";
 // A row that is locked is one whose worker is just being heard.
-Recovered hand_back_dead(PgConnection& connection, const std::optional<std::string>& dead_workers,
-                         const std::string& why, Moment moment) {
-  PgRows row = connection.query(
-      "WITH dead AS MATERIALIZED (SELECT number, cancel_requested, tries, excused + ($2 = '' OR (batch <> '' AND "
-      "stage IS NULL AND tries <= excused + 1 AND excused < $6))::int AS excused_now FROM jobs WHERE state = 1 "
-      "AND CASE WHEN $1 IS NULL THEN lease_until <= $3 ELSE substr(worker, 1, length($1)) = $1 END ORDER BY owner, id "
-      "FOR NO KEY UPDATE SKIP LOCKED), "
-      "mine AS (SELECT number, excused_now, CASE WHEN cancel_requested THEN 4 WHEN tries >= excused_now "
-      "+ $5 THEN 3 ELSE 0 END AS new_state FROM dead) "
-      "UPDATE jobs SET state = new_state, excused = excused_now, worker = '', lease_until = NULL, "
-      "finished = CASE WHEN new_state >= 2 THEN $3 END, expires = CASE WHEN new_state >= 2 THEN $4 END, last_error = "
-      "CASE WHEN excused_now > excused THEN last_error ELSE $2 END FROM mine WHERE jobs.number = mine.number "
-      "RETURNING owner, id, state, batch",
-      dead_workers, why, moment.now, moment.keep_until, kMaxTries, kMaxUnbegun);
-  Recovered recovered;
+constexpr const char* kOfTheDead =
+    "SELECT number, owner, id, tries, excused, cancel_requested, batch <> '', stage IS NOT NULL FROM jobs WHERE state "
+    "= 1 AND CASE WHEN $1 IS NULL THEN lease_until <= $2 ELSE substr(worker, 1, length($1)) = $1 END ORDER BY owner, "
+    "id FOR NO KEY UPDATE SKIP LOCKED";
+
+std::vector<Lost> lost_jobs(PgRows row) {
+  std::vector<Lost> all;
   while (row.next()) {
-    const bool ended = has_ended(static_cast<JobState>(row.number(2)));
-    recovered.queued = recovered.queued || !ended;
-    if (ended && row.bytes(3).empty()) recovered.ended.push_back({row.text(0), row.text(1)});
+    const Loss loss{static_cast<unsigned>(row.number(3)), static_cast<unsigned>(row.number(4)), row.number(5) != 0,
+                    row.number(6) != 0, row.number(7) != 0};
+    all.push_back({row.number(0), {row.text(1), row.text(2)}, loss});
   }
-  return recovered;
+  return all;
+}
+
+// The last error of an excused one stays.
+void hand_back(PgConnection& connection, const std::vector<Lost>& lost, const std::string& why, Moment moment) {
+  if (lost.empty()) return;
+  std::vector<std::int64_t> numbers, states, excused;
+  for (const Lost& job : lost) {
+    numbers.push_back(job.number);
+    states.push_back(static_cast<std::int64_t>(job.after.state));
+    excused.push_back(job.after.excused);
+  }
+  connection.query(
+      "UPDATE jobs SET state = mine.state, worker = '', lease_until = NULL, finished = CASE WHEN mine.state >= 2 THEN "
+      "$5 END, expires = CASE WHEN mine.state >= 2 THEN $6 END, excused = mine.excused, last_error = CASE WHEN "
+      "mine.excused > jobs.excused THEN last_error ELSE $4 END FROM unnest($1::int8[], $2::int8[], $3::int8[]) AS mine "
+      "(number, state, excused) WHERE jobs.number = mine.number",
+      numbers, states, excused, why, moment.now, moment.keep_until);
+}
+
+std::vector<Lost> hand_back_dead(PgConnection& connection, const std::optional<std::string>& dead_workers,
+                                 const std::string& why, Moment moment) {
+  PgTransaction transaction(connection);
+  auto dead = lost_jobs(connection.query(kOfTheDead, dead_workers, moment.now));
+  for (Lost& job : dead) job.after = why.empty() ? after_hand_back(job.loss, true) : after_loss(job.loss);
+  hand_back(connection, dead, why, moment);
+  transaction.commit();
+  return dead;
 }
 
 void add(Counts& counts, JobState state, std::uint64_t number) {
@@ -121,7 +146,7 @@ std::uint64_t remove_over_share(PgConnection& connection, std::uint64_t max_kept
 }  // namespace
 
 Result<bool> PostgresStore::forget(const JobKey& key) {
-  if (unwritten_.find(key)) {
+  if (behind_.find(key)) {
     Result<Done> flushed = flush();
     if (!flushed) return flushed.error();
   }
@@ -131,14 +156,35 @@ Result<bool> PostgresStore::forget(const JobKey& key) {
   });
 }
 
+void PostgresStore::tell_handed_back(const JobKey& key, JobState state, bool in_batch) {
+  if (state == JobState::queued) control_.tell(Signal::Kind::work);
+  if (has_ended(state) && !in_batch) control_.tell(Signal::Kind::changed, key);
+}
+
+Result<std::optional<JobState>> PostgresStore::hand_back(const Token& token, const std::string& last_error,
+                                                         Moment moment) {
+  const auto back = pool_.run(Promise::durable, [&](PgConnection& connection) {
+    PgTransaction transaction(connection);
+    auto lost = lost_jobs(connection.query(kOfToken, token.key.owner, token.key.id, token.worker, token.tries));
+    for (Lost& job : lost) job.after = after_hand_back(job.loss, last_error.empty());
+    store::hand_back(connection, lost, last_error, moment);
+    transaction.commit();
+    return lost;
+  });
+  if (!back) return back.error();
+  if (back->empty()) return std::optional<JobState>();
+  const Lost& job = back->front();
+  tell_handed_back(job.key, job.after.state, job.loss.in_batch);
+  return std::optional(job.after.state);
+}
+
 Result<std::vector<Job>> PostgresStore::recover(const std::optional<std::string>& dead_workers, const std::string& why,
                                                 Moment moment) {
-  const Result<Recovered> recovered = pool_.run(
+  const auto lost = pool_.run(
       Promise::durable, [&](PgConnection& connection) { return hand_back_dead(connection, dead_workers, why, moment); },
       kLonger);
-  if (!recovered) return recovered.error();
-  if (recovered->queued) control_.tell(Signal::Kind::work);
-  for (const JobKey& key : recovered->ended) control_.tell(Signal::Kind::changed, key);
+  if (!lost) return lost.error();
+  for (const Lost& job : *lost) tell_handed_back(job.key, job.after.state, job.loss.in_batch);
   if (const Result<Done> rest = cancel_the_rest(moment); !rest) return rest.error();
   return std::vector<Job>();
 }
@@ -152,8 +198,7 @@ Result<Counts> PostgresStore::counts() {
     return counted;
   });
   if (!counts) return counts;
-  counts->unrecorded = unwritten_.jobs();
-  counts->dropped_records = unwritten_.dropped();
+  behind_.add_to(*counts);
   return counts;
 }
 

@@ -4,11 +4,12 @@
 
 #include <algorithm>
 #include <charconv>
-#include <cstdio>
 #include <optional>
 #include <pugixml.hpp>
 #include <sstream>
 #include <string_view>
+
+#include "api/utc.h"
 
 namespace meshgauge::server::store {
 namespace {
@@ -20,7 +21,7 @@ Error not_understood(const char* what) {
 }
 
 // pugixml knows no entities but XML's own and loads nothing, so a hostile text can only fail.
-std::optional<pugi::xml_document> parsed(const std::string& text) {
+std::optional<pugi::xml_document> parsed_xml(const std::string& text) {
   pugi::xml_document document;
   if (!document.load_buffer(text.data(), text.size())) return std::nullopt;
   return document;
@@ -66,26 +67,14 @@ Result<ListedUpload> upload_of(const pugi::xml_node& node) {
 
 }  // namespace
 
+// To the second, or with a fraction of it, of which three digits count: "2009-10-12T17:50:30.000Z".
 Result<S3Time> time_of_xml(const std::string& text) {
-  int year = 0;
-  unsigned month = 0, day = 0, hour = 0, minute = 0, second = 0, milli = 0;
-  char end = 0;
-  const int n =
-      std::sscanf(text.c_str(), "%4d-%2u-%2uT%2u:%2u:%2u%c", &year, &month, &day, &hour, &minute, &second, &end);
-  if (n == 7 && end == '.') {
-    std::string digits = text.substr(text.find('.') + 1);
-    if (digits.empty() || digits.back() != 'Z') return not_understood("a time");
-    digits = (digits.substr(0, digits.size() - 1) + "000").substr(0, 3);
-    const std::optional<std::uint64_t> number = number_of(digits);
-    if (!number) return not_understood("a time");
-    milli = static_cast<unsigned>(*number);
-  } else if (n != 7 || end != 'Z') {
-    return not_understood("a time");
-  }
-  const std::chrono::year_month_day date{std::chrono::year(year), std::chrono::month(month), std::chrono::day(day)};
-  if (!date.ok() || hour > 23 || minute > 59 || second > 60) return not_understood("a time");
-  return std::chrono::sys_days(date) + std::chrono::hours(hour) + std::chrono::minutes(minute) +
-         std::chrono::seconds(second) + std::chrono::milliseconds(milli);
+  const std::size_t whole = std::min(text.find_first_of(".Z"), text.size());
+  const std::string fraction = text.substr(whole, text.find('Z') - whole);
+  const auto seconds = api::parse_utc(text.substr(0, whole) + "Z");
+  const auto milli = number_of(((fraction.empty() ? "" : fraction.substr(1)) + "000").substr(0, 3));
+  if (!seconds || !milli || !text.ends_with('Z') || fraction == ".") return not_understood("a time");
+  return std::chrono::floor<std::chrono::milliseconds>(*seconds) + std::chrono::milliseconds(*milli);
 }
 
 Result<S3Time> time_of_header(const std::string& text) {
@@ -94,8 +83,8 @@ Result<S3Time> time_of_header(const std::string& text) {
   return S3Time(std::chrono::seconds(seconds));
 }
 
-Result<ListPage> list_page_of(const HttpAnswer& answer) {
-  const auto document = parsed(answer.text);
+Result<ListPage> list_page_of(const net::HttpAnswer& answer) {
+  const auto document = parsed_xml(answer.body);
   const pugi::xml_node root = document ? document->child("ListBucketResult") : pugi::xml_node();
   if (!root) return not_understood("no list of objects");
   ListPage page;
@@ -114,8 +103,8 @@ Result<ListPage> list_page_of(const HttpAnswer& answer) {
   return page;
 }
 
-Result<UploadsPage> uploads_page_of(const HttpAnswer& answer) {
-  const auto document = parsed(answer.text);
+Result<UploadsPage> uploads_page_of(const net::HttpAnswer& answer) {
+  const auto document = parsed_xml(answer.body);
   const pugi::xml_node root = document ? document->child("ListMultipartUploadsResult") : pugi::xml_node();
   if (!root) return not_understood("no list of uploads");
   UploadsPage page;
@@ -137,8 +126,8 @@ Result<UploadsPage> uploads_page_of(const HttpAnswer& answer) {
   return page;
 }
 
-Result<std::string> upload_id_of(const HttpAnswer& answer) {
-  const auto document = parsed(answer.text);
+Result<std::string> upload_id_of(const net::HttpAnswer& answer) {
+  const auto document = parsed_xml(answer.body);
   const std::string id = document ? text_of(document->child("InitiateMultipartUploadResult"), "UploadId") : "";
   if (id.empty()) return not_understood("an upload without an id");
   return id;
@@ -158,9 +147,9 @@ std::string list_of_parts(const std::vector<std::string>& etags) {
   return text.str();
 }
 
-std::string error_code_of(const HttpAnswer& answer) {
-  if (answer.text.empty()) return "";
-  const auto document = parsed(answer.text);
+std::string error_code_of(const net::HttpAnswer& answer) {
+  if (answer.body.empty()) return "";
+  const auto document = parsed_xml(answer.body);
   std::string code = document ? text_of(document->child("Error"), "Code") : "";
   std::erase_if(
       code, [](char c) { return (c < 'a' || c > 'z') && (c < 'A' || c > 'Z') && (c < '0' || c > '9') && c != '.'; });

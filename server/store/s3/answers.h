@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "engine/result.h"
-#include "server/store/s3/http.h"
+#include "net/http_client.h"
 
 namespace meshgauge::server::store {
 
@@ -38,14 +38,14 @@ struct UploadsPage {
   S3Time now{};
 };
 
-Result<ListPage> list_page_of(const HttpAnswer& answer);
-Result<UploadsPage> uploads_page_of(const HttpAnswer& answer);
-Result<std::string> upload_id_of(const HttpAnswer& answer);
+Result<ListPage> list_page_of(const net::HttpAnswer& answer);
+Result<UploadsPage> uploads_page_of(const net::HttpAnswer& answer);
+Result<std::string> upload_id_of(const net::HttpAnswer& answer);
 std::string list_of_parts(const std::vector<std::string>& etags);  // the body that completes an upload of many parts
 
 // The code that the server gives its refusal ("SlowDown"), also when the status says that all is well, as it does when
 // a long operation fails after the head was sent; else "". Letters and digits, so that it may be shown to anybody.
-std::string error_code_of(const HttpAnswer& answer);
+std::string error_code_of(const net::HttpAnswer& answer);
 
 // "2026-11-22T08:30:00.000Z", and as in headers: "Sun, 22 Nov 2026 08:30:00 GMT".
 Result<S3Time> time_of_xml(const std::string& text);

@@ -7,12 +7,16 @@
 #include <random>
 #include <thread>
 
+#include "server/store/s3/signature.h"
+
 namespace meshgauge::server::store {
 namespace {
 
+using net::HttpAnswer;
 using std::chrono::milliseconds;
 using std::chrono::steady_clock;
 
+constexpr std::size_t kMostText = std::size_t{8} << 20;  // of an answer that is held
 constexpr const char* kBytes = "application/octet-stream";
 
 std::string scheme_of(const std::string& endpoint) { return endpoint.substr(0, endpoint.find("://") + 3); }
@@ -26,19 +30,22 @@ std::string host_of(const S3Settings& settings) {
   return settings.virtual_host ? settings.bucket + "." + host : host;
 }
 
-bool is_good(long status) { return status >= 200 && status < 300; }
+// Of which limits an exchange has.
+enum class Pace { small, body, patient };
+
+bool is_good(int status) { return status >= 200 && status < 300; }
 
 bool is_one_of(const std::string& code, std::initializer_list<const char*> codes) {
   return std::any_of(codes.begin(), codes.end(), [&](const char* one) { return code == one; });
 }
 
-bool means_no_room(long status, const std::string& code) {
+bool means_no_room(int status, const std::string& code) {
   return status == 507 || is_one_of(code, {"QuotaExceeded", "XMinioStorageFull", "XMinioAdminBucketQuotaExceeded",
                                            "InsufficientStorage", "ServiceQuotaExceeded"});
 }
 
 // Digests that differ are bytes that were damaged on their way: we have looked at ours.
-bool may_pass(long status, const std::string& code) {
+bool may_pass(int status, const std::string& code) {
   return status == 429 || status == 408 || (status >= 500 && status != 501 && status != 505 && status != 507) ||
          is_one_of(code, {"RequestTimeout", "SlowDown", "InternalError", "ServiceUnavailable", "OperationAborted",
                           "BadDigest", "IncompleteBody", "XAmzContentSHA256Mismatch", "ConditionalRequestConflict"});
@@ -46,7 +53,7 @@ bool may_pass(long status, const std::string& code) {
 
 // Refusals that have their reason with whoever set this up: the next key, or process, may be let in. What has no code
 // is HEAD's, which asks nothing that could be wrong, or comes from something that stands before S3.
-bool is_refusal(long status, const std::string& code) {
+bool is_refusal(int status, const std::string& code) {
   return code.empty() || status == 401 || status == 403 || status == 404 || (status >= 300 && status < 400) ||
          is_one_of(code, {"ExpiredToken", "InvalidToken", "TokenRefreshRequired", "AuthorizationHeaderMalformed"});
 }
@@ -54,6 +61,16 @@ bool is_refusal(long status, const std::string& code) {
 milliseconds shortened(milliseconds pause) {
   thread_local std::minstd_rand random{std::random_device{}()};
   return pause - milliseconds(std::uniform_int_distribution<milliseconds::rep>(0, pause.count() / 2)(random));
+}
+
+net::HttpSettings http_settings(const S3Settings& settings, const S3Limits& limits) {
+  net::HttpSettings http;
+  http.base = scheme_of(settings.endpoint) + host_of(settings);
+  http.ca_file = settings.ca_file;
+  http.connect = limits.connect;
+  http.stall = limits.stall;
+  http.most_body = kMostText;
+  return http;
 }
 
 }  // namespace
@@ -75,7 +92,7 @@ struct S3Client::Call {
   NamedTexts headers = {};
   ByteSource body = {};
   std::string payload_sha256 = kNoBodySha256;
-  HttpPace pace = HttpPace::small;
+  Pace pace = Pace::small;
   Take take = {};
 };
 
@@ -108,28 +125,29 @@ S3Client::S3Client(S3Settings settings, S3Limits limits, Report report)
     : settings_(std::move(settings)),
       limits_(limits),
       host_(host_of(settings_)),
-      base_url_(scheme_of(settings_.endpoint) + host_),
       base_path_(settings_.virtual_host ? "/" : "/" + settings_.bucket + "/"),
-      connections_(settings_.ca_file, limits_.http),
+      http_(http_settings(settings_, limits_)),
       outage_("S3", std::move(report)) {}
 
-HttpAnswer S3Client::attempt(const Call& call, std::uint64_t received,
-                             const std::function<Result<Done>(long, std::span<const std::byte>)>& take) {
+HttpAnswer S3Client::attempt(const Call& call, std::uint64_t received, const TakeAnswer& take) {
   std::string path = base_path_ + uri_encoded(call.key, true);
   if (call.key.empty() && path.size() > 1) path.pop_back();
   UnsignedRequest unsigned_request{call.method, host_, path, call.query, call.headers, call.payload_sha256};
   if (received > 0) unsigned_request.headers.emplace_back("range", "bytes=" + std::to_string(received) + "-");
   const std::string query = canonical_query(call.query);
 
-  HttpRequest request;
-  request.method = call.method;
-  request.url = base_url_ + path + (query.empty() ? "" : "?" + query);
+  net::HttpRequest request{call.method, path + (query.empty() ? "" : "?" + query), {}};
   // Signed anew each time: a signature is good for a quarter of an hour.
   request.headers = signed_headers(unsigned_request, settings_.credentials, settings_.region, amz_date_now());
-  request.body = call.body;
-  request.pace = call.pace;
+  request.headers.emplace_back("Expect", "");  // not to wait for a leave to send that many servers do not give
+  const auto read = [&call](std::uint64_t offset, std::span<std::byte> into) { return call.body.read(offset, into); };
+  request.body = {call.body.size(), read};
+  request.may_stall = call.pace != Pace::body;
+  request.limit = call.pace == Pace::body    ? milliseconds(0)
+                  : call.pace == Pace::small ? limits_.small
+                                             : limits_.patient;
   request.take = take;
-  return connections_.perform(request);
+  return http_.perform(request);
 }
 
 // A caller that wants no more of a body says nothing about S3.
@@ -139,8 +157,8 @@ S3Client::Ending S3Client::perform(const Call& call) {
   if (ending.good() || ending.is_not_there()) {
     outage_.over();
   } else {
-    const std::string& trouble = ending.answer.trouble;
-    outage_.failed(ending.error().message + (trouble.empty() ? "" : ": " + trouble));
+    const std::string& why = ending.answer.why;
+    outage_.failed(ending.error().message + (why.empty() ? "" : ": " + why));
   }
   return ending;
 }
@@ -149,9 +167,9 @@ S3Client::Ending S3Client::perform_patiently(const Call& call) {
   Ending ending;
   ending.coded = call.method != "HEAD";
   std::uint64_t skip = 0;  // bytes that a server repeats which knows no ranges
-  std::function<Result<Done>(long, std::span<const std::byte>)> take;
+  TakeAnswer take;
   if (call.take) {
-    take = [&](long status, std::span<const std::byte> piece) -> Result<Done> {
+    take = [&](int status, std::span<const std::byte> piece) -> Result<Done> {
       const std::size_t known = status == 206 ? 0 : std::min<std::uint64_t>(skip, piece.size());
       skip -= known;
       piece = piece.subspan(known);
@@ -170,7 +188,8 @@ S3Client::Ending S3Client::perform_patiently(const Call& call) {
       pause = limits_.first_pause;
       tries = 1;
     }
-    const bool again = ending.answer.status == 0 ? ending.answer.may_pass : may_pass(ending.answer.status, ending.code);
+    const bool again =
+        ending.answer.status == 0 ? ending.answer.may_pass() : may_pass(ending.answer.status, ending.code);
     const bool in_time = tries == 1 || steady_clock::now() - begin + pause < limits_.give_up;
     if (!again || tries >= limits_.attempts || !in_time) return ending;
     std::this_thread::sleep_for(shortened(pause));
@@ -197,7 +216,7 @@ Result<std::optional<S3Object>> S3Client::head(const std::string& key) {
 
 Result<Done> S3Client::put(const std::string& key, const ByteSource& body, const std::string& sha256) {
   Call call{"PUT", key, {}, {{"content-type", kBytes}, {"x-amz-checksum-sha256", base64_of_hex(sha256)}}, body, sha256};
-  call.pace = HttpPace::body;
+  call.pace = Pace::body;
   const Ending ending = perform(call);
   if (!ending.good()) return ending.error();
   return Done{};
@@ -205,7 +224,7 @@ Result<Done> S3Client::put(const std::string& key, const ByteSource& body, const
 
 Result<bool> S3Client::get(const std::string& key, const Take& take) {
   Call call{"GET", key};
-  call.pace = HttpPace::body;
+  call.pace = Pace::body;
   call.take = take;
   const Ending ending = perform(call);
   if (ending.answer.status == 416 && ending.received > 0) return true;  // what was lost came after the last byte
@@ -221,7 +240,7 @@ Result<bool> S3Client::copy_onto_itself(const std::string& key) {
             key,
             {},
             {{"content-type", kBytes}, {"x-amz-copy-source", source}, {"x-amz-metadata-directive", "REPLACE"}}};
-  call.pace = HttpPace::patient;
+  call.pace = Pace::patient;
   const Ending ending = perform(call);
   if (ending.is_not_there()) return false;
   if (!ending.good()) return ending.error();
@@ -255,7 +274,7 @@ Result<std::string> S3Client::begin_upload(const std::string& key) {
 Result<std::string> S3Client::put_part(const std::string& key, const std::string& upload, unsigned number,
                                        const ByteSource& body, const std::string& sha256) {
   Call call{"PUT", key, {{"partNumber", std::to_string(number)}, {"uploadId", upload}}, {}, body, sha256};
-  call.pace = HttpPace::body;
+  call.pace = Pace::body;
   const Ending ending = perform(call);
   if (!ending.good()) return ending.error();
   std::string etag = ending.answer.header("etag");
@@ -269,7 +288,7 @@ Result<bool> S3Client::complete_upload(const std::string& key, const std::string
   const ByteSource body(std::as_bytes(std::span(list)));
   const Result<std::string> sha256 = body.sha256_hex();
   Call call{"POST", key, {{"uploadId", upload}}, {{"content-type", "application/xml"}}, body, *sha256};
-  call.pace = HttpPace::patient;
+  call.pace = Pace::patient;
   const Ending ending = perform(call);
   if (ending.code == "NoSuchUpload") return false;
   if (!ending.good()) return ending.error();

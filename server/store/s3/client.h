@@ -16,16 +16,19 @@
 #include <string>
 #include <vector>
 
+#include "net/http_client.h"
 #include "server/store/byte_source.h"
 #include "server/store/outage.h"
 #include "server/store/s3/answers.h"
-#include "server/store/s3/http.h"
 #include "server/store/s3/settings.h"
 
 namespace meshgauge::server::store {
 
 struct S3Limits {
-  HttpLimits http;
+  std::chrono::milliseconds connect{5'000};
+  std::chrono::seconds stall{30};     // without a byte, in either direction, of a large body
+  std::chrono::seconds small{60};     // of an exchange without a large body
+  std::chrono::seconds patient{600};  // of one that the server may think about for minutes, without a byte
   unsigned attempts = 6;
   std::chrono::milliseconds first_pause{100};  // doubled each time, and a random half of it taken off
   std::chrono::milliseconds longest_pause{5'000};
@@ -71,20 +74,19 @@ class S3Client {
   const S3Settings& settings() const { return settings_; }
 
  private:
+  using TakeAnswer = std::function<Result<Done>(int status, std::span<const std::byte> piece)>;
   struct Call;
   struct Ending;
 
   Ending perform(const Call& call);
   Ending perform_patiently(const Call& call);
-  HttpAnswer attempt(const Call& call, std::uint64_t received,
-                     const std::function<Result<Done>(long, std::span<const std::byte>)>& take);
+  net::HttpAnswer attempt(const Call& call, std::uint64_t received, const TakeAnswer& take);
 
   const S3Settings settings_;
   const S3Limits limits_;
   const std::string host_;       // as in the header Host
-  const std::string base_url_;   // before the path
   const std::string base_path_;  // "/" or "/BUCKET/"
-  HttpConnections connections_;
+  net::HttpClient http_;
   Outage outage_;
 };
 

@@ -6,11 +6,11 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
-#include <ctime>
 #include <span>
 #include <stdexcept>
 
 #include "api/digest.h"
+#include "api/utc.h"
 
 namespace meshgauge::server::store {
 namespace {
@@ -115,12 +115,9 @@ NamedTexts signed_headers(const UnsignedRequest& request, const S3Credentials& c
 }
 
 std::string amz_date_now() {
-  const std::time_t now = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
-  std::tm utc{};
-  ::gmtime_r(&now, &utc);
-  std::array<char, 20> text{};
-  const std::size_t size = std::strftime(text.data(), text.size(), "%Y%m%dT%H%M%SZ", &utc);
-  return {text.data(), size};
+  std::string text = api::to_utc(std::chrono::system_clock::now());
+  std::erase_if(text, [](char c) { return c == '-' || c == ':'; });
+  return text;
 }
 
 }  // namespace meshgauge::server::store

@@ -21,11 +21,11 @@ Result<ReadMesh> read_file(const std::filesystem::path& path) {
   return read(bundled_content(path), path.filename().string());
 }
 
-using Corners = std::array<double, 9>;
+using FacetCorners = std::array<double, 9>;
 
 // The three corners with the least first and the orientation kept: the same for a triangle however it is told.
-Corners told_from_least(const Mesh& mesh, const Triangle& triangle) {
-  std::array<Corners, 3> turns;
+FacetCorners told_from_least(const Mesh& mesh, const Triangle& triangle) {
+  std::array<FacetCorners, 3> turns;
   for (std::size_t turn = 0; turn < 3; ++turn) {
     for (std::size_t corner = 0; corner < 3; ++corner) {
       const Vec3& p = mesh.positions[triangle[(turn + corner) % 3]];
@@ -35,32 +35,32 @@ Corners told_from_least(const Mesh& mesh, const Triangle& triangle) {
   return *std::ranges::min_element(turns);
 }
 
-bool is_degenerate(const Corners& c) {
+bool is_degenerate(const FacetCorners& c) {
   const auto same = [&](std::size_t i, std::size_t j) { return std::equal(&c[i], &c[i] + 3, &c[j]); };
   return same(0, 3) || same(3, 6) || same(0, 6);
 }
 
-std::vector<Corners> surface(const Mesh& mesh) {
-  std::vector<Corners> triangles;
+std::vector<FacetCorners> surface(const Mesh& mesh) {
+  std::vector<FacetCorners> triangles;
   for (const Triangle& triangle : mesh.triangles) {
-    const Corners corners = told_from_least(mesh, triangle);
+    const FacetCorners corners = told_from_least(mesh, triangle);
     if (!is_degenerate(corners)) triangles.push_back(corners);
   }
   return triangles;
 }
 
-double distance(const Corners& a, const Corners& b) {
+double distance(const FacetCorners& a, const FacetCorners& b) {
   double most = 0;
   for (std::size_t k = 0; k < 9; ++k) most = std::max(most, std::abs(a[k] - b[k]));
   return most;
 }
 
 // Rounded coordinates may turn and sort otherwise, so each triangle looks for its nearest, in any of its turns.
-double difference(const std::vector<Corners>& a, const std::vector<Corners>& b) {
+double difference(const std::vector<FacetCorners>& a, const std::vector<FacetCorners>& b) {
   double most = 0;
-  for (const Corners& triangle : a) {
+  for (const FacetCorners& triangle : a) {
     double nearest = std::numeric_limits<double>::infinity();
-    for (Corners other : b) {
+    for (FacetCorners other : b) {
       for (int turn = 0; turn < 3; ++turn) {
         nearest = std::min(nearest, distance(triangle, other));
         std::ranges::rotate(other, other.begin() + 3);

@@ -75,6 +75,9 @@ TEST_CASE("format: files of other programs are refused by their format's name") 
     is("; FBX 7.7.0 project file\n", name, "an FBX file");
     is("  0\nSECTION\n  2\nHEADER\n", name, "a DXF file");
     is("999\nmade by a test\n0\r\nSECTION\r\n", name, "a DXF file");
+    is("999\r\nmade by a test\r\n  0\r\nSECTION\r\n", name, "a DXF file");
+    is("999\rmade by a test\r0\rSECTION\r", name, "a DXF file");
+    is("#Inventor V2.1 ascii\n", name, "an Inventor file");
     is("AutoCAD Binary DXF\r\n", name, "a DXF file");
     is(std::string("MM\x20\0\0\0\x02\0\x0A\0\0\0\x03\0\0\0", 16), name, "a 3DS file");
     is(std::string("MM\x20\0\0\0==\x0A\0\0\0", 12), name, "a 3DS file");
@@ -87,6 +90,14 @@ TEST_CASE("format: files of other programs are refused by their format's name") 
   }
   CHECK(detected("MM\nv 0 0 0\n", "m.obj") == Format::obj);
   CHECK(!contains(refusal("0\nSECTIONS\n", ""), "DXF"));
+  for (const char* word : {"#VRML", "#VRML export of a part", "#Inventor 2024", "#usda", "#usda of the shop"}) {
+    CHECK(read(word + ("\n" + kObj), "m.obj").ok());
+  }
+  for (const char* header : {"#VRML V2.0 utf8", "; FBX 7.7.0 project file", "#usda 1.0"}) {
+    std::string stl = header + std::string(80 - std::strlen(header), ' ') + raw(std::uint32_t{1});
+    for (const float c : {0.F, 0.F, 1.F, 0.F, 0.F, 0.F, 1.F, 0.F, 0.F, 0.F, 1.F, 0.F}) stl += raw(c);
+    CHECK(read(stl + std::string(2, '\0'), "m.stl").ok());
+  }
   CHECK(!contains(refusal("999\n", ""), "DXF"));
 }
 

@@ -157,8 +157,8 @@ TEST_CASE("glTF archive: a sparse accessor may be larger than its document") {
   document["accessors"][0] = {{"componentType", 5126}, {"count", 20'000}, {"type", "VEC3"}};
   const std::string data = tetrahedron_data() + std::string(60'000, '\0');
   CHECK(mesh_of(scene_zip(document, {{"m/x.bin", data, 0}})).positions.size() == 20'000);
-  document["accessors"][0]["count"] = 60'001;
-  CHECK(contains(why(document, {{"m/x.bin", data, 0}}), "more than the file has bytes"));
+  document["accessors"][0]["count"] = 10'000'000;
+  CHECK(contains(why(document, {{"m/x.bin", data, 0}}), "more than a file of its size may ask for"));
 }
 
 }  // namespace meshgauge::api::test

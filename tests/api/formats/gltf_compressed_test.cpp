@@ -8,7 +8,7 @@ namespace meshgauge::api::test {
 namespace {
 
 const std::vector<float> kPositions = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
-const std::vector<std::uint32_t> kCorners(kIndices.begin(), kIndices.end());
+const std::vector<std::uint32_t> kTetrahedronCorners(kIndices.begin(), kIndices.end());
 
 json document_of(const std::string& file) {
   std::uint32_t length = 0;
@@ -62,7 +62,7 @@ TEST_CASE("draco: the triangles of both encodings") {
   const auto expected = triangles_of(mesh_of(glb(tetrahedron())));
   for (const int bits : {0, 11}) {
     for (const int speed : {0, 5, 10}) {
-      const auto result = read(draco_glb(draco_stream(kPositions, kCorners, bits, speed)), "m.glb");
+      const auto result = read(draco_glb(draco_stream(kPositions, kTetrahedronCorners, bits, speed)), "m.glb");
       REQUIRE(result.ok());
       CHECK(triangles_of(result->mesh) == expected);
       CHECK(result->notes.remarks == std::vector<std::string>{"primitives decoded from Draco: 1"});
@@ -71,7 +71,7 @@ TEST_CASE("draco: the triangles of both encodings") {
 }
 
 TEST_CASE("draco: what is compressed is read, also where it is not required and stands beside plain data") {
-  const std::string file = draco_glb(draco_stream(kPositions, kCorners, 0, 5));
+  const std::string file = draco_glb(draco_stream(kPositions, kTetrahedronCorners, 0, 5));
   json document = document_of(file);
   document.erase("extensionsRequired");
   const std::string data = data_of(file);
@@ -84,14 +84,17 @@ TEST_CASE("draco: what is compressed is read, also where it is not required and 
 }
 
 TEST_CASE("draco: a stream is held against what the document says of it") {
-  const std::string file = draco_glb(draco_stream(kPositions, kCorners, 0, 5));
+  const std::string file = draco_glb(draco_stream(kPositions, kTetrahedronCorners, 0, 5));
   CHECK(contains(refused_in(file, kDracoAt + "/attributes/POSITION", 7), "POSITION is attribute 7"));
   CHECK(contains(refused_in(file, kDracoAt + "/bufferView", 7), "bufferViews[7] does not exist"));
   CHECK(contains(refused_in(file, "/accessors/0/count", 5), "count is 5, but the Draco stream holds 4 points"));
   const json sparse = {
       {"count", 0}, {"indices", {{"bufferView", 0}, {"componentType", 5123}}}, {"values", {{"bufferView", 0}}}};
-  CHECK(contains(refused_in(file, "/accessors/0/sparse", sparse), "sparse, and compressed by Draco"));
+  CHECK(contains(refused_in(file, "/accessors/0/sparse", sparse), "is both sparse and compressed by Draco"));
   CHECK(contains(refused_in(file, "/buffers/0/byteLength", 9), "bufferViews[0] reaches beyond its buffer"));
+  CHECK(contains(refused_in(file, "/meshes/0/primitives/0/mode", 6),
+                 "meshes[0].primitives[0] of 'a': mode 6, a fan, compressed by Draco"));
+  CHECK(refused_in(file, "/meshes/0/primitives/0/mode", 5).empty());
   CHECK(contains(refused_in(file, kDracoAt, 1), "KHR_draco_mesh_compression of 'a': expected an object"));
 }
 
@@ -101,7 +104,7 @@ TEST_CASE("draco: broken and cut streams are refused") {
                  "of points, not of triangles"));
   CHECK(contains(refusal(draco_glb(std::string("DRACO\x02\x02\x01\x07\x00\x00", 11)), ""), "unknown encoding"));
   for (const int speed : {0, 10}) {
-    const std::string whole = draco_stream(kPositions, kCorners, 11, speed);
+    const std::string whole = draco_stream(kPositions, kTetrahedronCorners, 11, speed);
     for (std::size_t length = 1; length < whole.size(); ++length) {
       CAPTURE(length);
       CHECK(!read(draco_glb(whole.substr(0, length)), "m.glb").ok());
@@ -123,7 +126,7 @@ TEST_CASE("draco: a stream that claims 2^31 faces is refused before memory is ta
   CHECK(contains(refusal(draco_glb(claim(3'000'000'000, 1000)), ""), "more vertices than the limit"));
   ReadLimits limits;
   limits.max_triangles = 3;
-  const auto result = read(draco_glb(draco_stream(kPositions, kCorners, 0, 5)), "", limits);
+  const auto result = read(draco_glb(draco_stream(kPositions, kTetrahedronCorners, 0, 5)), "", limits);
   REQUIRE(!result.ok());
   CHECK(contains(result.error().message, "more triangles than the limit of 3"));
 }
@@ -144,7 +147,7 @@ TEST_CASE("meshopt: a view is held against what the document says of it") {
   };
   CHECK(contains(refused("mode", "STRIPS"), "bufferViews[0] of 'a': meshopt: the mode 'STRIPS' does not exist"));
   CHECK(contains(refused("filter", "COLOR"), "behind the filter 'COLOR', which is for normals and colours"));
-  CHECK(contains(refused("filter", "QUATERNION"), "QUATERNION without a byteStride of 8"));
+  CHECK(contains(refused("filter", "QUATERNION"), "the filter QUATERNION with a byteStride of 12; it needs 8"));
   CHECK(contains(refused("byteStride", 10), "a byteStride of 10, not a multiple of 4"));
   CHECK(contains(refused("byteStride", 0), "a byteStride of 0, not a multiple of 4"));
   CHECK(contains(refused("byteStride", 8), "count x byteStride is 32, but the bufferView has 48 bytes"));
@@ -152,6 +155,13 @@ TEST_CASE("meshopt: a view is held against what the document says of it") {
   CHECK(contains(refused("buffer", 9), "names buffer 9, which does not exist"));
   CHECK(contains(refused("byteOffset", 1000), "reaches beyond its buffer"));
   CHECK(contains(refused("byteLength", 20), "not a stream of 4 elements of 12 bytes in the mode ATTRIBUTES"));
+  CHECK(contains(refused_in(file, "/bufferViews/1/extensions/EXT_meshopt_compression/filter", "COLOR"),
+                 "the filter 'COLOR' in the mode TRIANGLES; only ATTRIBUTES may have one"));
+  json both = document_of(file);
+  both["bufferViews"][1]["extensions"]["KHR_meshopt_compression"] =
+      both["bufferViews"][1]["extensions"]["EXT_meshopt_compression"];
+  CHECK(contains(refusal(glb(both, data_of(file)), ""),
+                 "bufferViews[1].extensions of 'a': has EXT_meshopt_compression and KHR_meshopt_compression"));
   CHECK(contains(refused("mode", "INDICES"), "a byteStride of 12, neither 2 nor 4"));
   CHECK(contains(refused_in(file, "/buffers/1/extensions", json::object()), "buffers[1] of 'a': no data"));
 }

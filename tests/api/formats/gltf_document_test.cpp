@@ -36,15 +36,20 @@ TEST_CASE("gltf: members of a wrong type or range are refused by their path") {
 
 TEST_CASE("gltf: required extensions pass where they leave the surface alone, others are refused by name") {
   for (const char* name : {"KHR_materials_unlit", "KHR_texture_transform", "EXT_texture_webp", "KHR_lights_punctual",
-                           "KHR_technique_webgl", "KHR_animation_pointer", "KHR_xmp_json_ld", "FB_ngon_encoding"}) {
+                           "KHR_technique_webgl", "KHR_techniques_webgl", "KHR_node_visibility",
+                           "KHR_animation_pointer", "KHR_xmp_json_ld", "FB_ngon_encoding"}) {
     CHECK(refused("/extensionsRequired", json::array({name})).empty());
   }
-  for (const char* name :
-       {"ABC_other", "CESIUM_RTC", "KHR_node_visibility", "WEB3D_quantized_attributes", "KHR_mesh"}) {
+  for (const char* name : {"ABC_other", "CESIUM_RTC", "WEB3D_quantized_attributes", "KHR_mesh"}) {
     const std::string message = refused("/extensionsRequired", {"KHR_materials_unlit", name});
     CHECK(contains(message, std::string("extensionsRequired of 'a': the extension '") + name + "' is not supported"));
   }
-  CHECK(contains(refused("/asset/version", "3.0"), "glTF '3.0' is not supported"));
+  for (const std::string version : {"3.0", "0.8", "10.0", "20.0", "2"}) {
+    CHECK(contains(refused("/asset/version", version),
+                   "asset.version of 'a': glTF '" + version + "' is not supported; save the model as glTF 2.0"));
+  }
+  CHECK(contains(refused("/asset/version", 0.8), "glTF '0.8' is not supported"));
+  CHECK(contains(refused("/asset/version", 2.0), "asset.version of 'a': expected a string"));
 }
 
 TEST_CASE("gltf: glTF 1.0 is named in its refusal") {
@@ -67,6 +72,11 @@ TEST_CASE("gltf: nothing outside the file is opened") {
   for (const std::string uri : {"http://127.0.0.1:9/a.bin", "file:///etc/passwd"}) {
     CHECK(contains(refused("/buffers/0/uri", uri), "has a scheme, and nothing is fetched"));
   }
+  json cases = tetrahedron();
+  cases["buffers"] = {{{"byteLength", 72}, {"uri", "A.bin"}}, {{"byteLength", 72}, {"uri", "a.bin"}}};
+  CHECK(contains(refusal(cases.dump(), "m.gltf"),
+                 "buffers[1].uri of 'a': 'a.bin' differs from 'A.bin' by letter case alone: rename one"));
+  CHECK(contains(refused("/buffers/0/uri", "_rels/.rels"), "'_rels/.rels' is the name of a part that every 3MF has"));
   CHECK(contains(refused("/buffers/0/uri", "a.bin"), "names the file 'a.bin', which did not come with it"));
   CHECK(contains(refused("/buffers/0/uri", "data:application/octet-stream;base64,AA!AA"), "but there are"));
   CHECK(contains(refused("/buffers/0/uri", "data:text/html,abc"), "the data URI is not base64"));

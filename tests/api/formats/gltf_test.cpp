@@ -113,6 +113,31 @@ TEST_CASE("gltf: meshes outside of the scene are counted") {
   CHECK(read(glb(document), "")->notes.unused_objects == 0);
 }
 
+TEST_CASE("gltf: hidden nodes and all below them are left out") {
+  json document = tetrahedron();
+  const json hidden = {{"KHR_node_visibility", {{"visible", false}}}};
+  const json visible = {{"KHR_node_visibility", {{"visible", true}}}};
+  document["nodes"] = {{{"mesh", 0}, {"extensions", visible}},
+                       {{"children", {2}}, {"extensions", hidden}},
+                       {{"mesh", 1}, {"extensions", visible}}};
+  document["meshes"].push_back(document["meshes"][0]);
+  document["scenes"][0]["nodes"] = {0, 1};
+  for (const char* key : {"extensionsUsed", "extensionsRequired"}) {
+    document[key] = {"KHR_node_visibility"};
+    const auto result = read(glb(document), "");
+    REQUIRE(result.ok());
+    CHECK(result->mesh.triangles.size() == 4);
+    CHECK(result->notes.unused_objects == 0);
+    CHECK(result->notes.remarks ==
+          std::vector<std::string>{"nodes with a mesh that KHR_node_visibility hides, left out: 1"});
+  }
+  document["nodes"][0]["extensions"] = hidden;
+  CHECK(code(glb(document), "") == ErrorCode::empty_mesh);
+  CHECK(contains(refusal(glb(document), ""), "KHR_node_visibility hides 2 nodes with meshes"));
+  document["nodes"][0]["extensions"]["KHR_node_visibility"]["visible"] = 0;
+  CHECK(contains(refusal(glb(document), ""), "KHR_node_visibility.visible of 'a': expected true or false"));
+}
+
 // Where each instance made room for itself alone, this took minutes.
 TEST_CASE("gltf: a hundred thousand instances") {
   json document = tetrahedron();
@@ -137,6 +162,8 @@ TEST_CASE("gltf: references that lead nowhere are refused") {
 TEST_CASE("gltf: cycles, ladders and long chains of nodes end") {
   json document = tetrahedron();
   document["nodes"] = {{{"children", {1}}}, {{"children", {0}}, {"mesh", 0}}};
+  CHECK(contains(refusal(glb(document), ""), "scenes[0] of 'a': names nodes[0], which is a child of another node"));
+  document["nodes"] = {{{"children", {1}}}, {{"children", {2}}, {"mesh", 0}}, {{"children", {1}}}};
   CHECK(contains(refusal(glb(document), ""), "used twice: several parents, or a cycle"));
   json ladder = json::array();
   for (int i = 1; i <= 40; ++i) ladder.push_back({{"children", {i, i}}});

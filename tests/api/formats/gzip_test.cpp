@@ -8,7 +8,7 @@
 namespace meshgauge::api::test {
 namespace {
 
-const std::string kObj = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+const std::string kTriangleObj = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
 
 std::string repeated(char c, std::size_t count) {
   std::string out;
@@ -24,16 +24,16 @@ Result<Expanded> expand(std::string_view content, const ReadLimits& limits = {})
 
 TEST_CASE("gzip: a compressed file of any name is read and noted") {
   for (const char* name : {"m.obj.gz", "m.obj", "", "m.gz"}) {
-    auto result = read(gzipped(kObj), name);
+    auto result = read(gzipped(kTriangleObj), name);
     REQUIRE(result.ok());
     CHECK(result->notes.gzip);
     CHECK(result->format == Format::obj);
   }
-  CHECK(!read(kObj, "m.obj")->notes.gzip);
+  CHECK(!read(kTriangleObj, "m.obj")->notes.gzip);
 }
 
 TEST_CASE("gzip: several members are one file, larger than any buffer") {
-  std::string text = kObj;
+  std::string text = kTriangleObj;
   while (text.size() < 1'000'000) text += "v 0.125 0.25 " + std::to_string(text.size()) + "\n";
   const auto expanded = expand(gzipped(text.substr(0, 500'001)) + gzipped("") + gzipped(text.substr(500'001)));
   REQUIRE(expanded.ok());
@@ -41,7 +41,7 @@ TEST_CASE("gzip: several members are one file, larger than any buffer") {
 }
 
 TEST_CASE("gzip: truncated and damaged files are refused at every place") {
-  const std::string whole = gzipped(kObj);
+  const std::string whole = gzipped(kTriangleObj);
   for (std::size_t length = 2; length < whole.size(); ++length) {
     const std::string message = refusal(whole.substr(0, length), "m.obj");
     CAPTURE(length);
@@ -61,13 +61,14 @@ TEST_CASE("gzip: truncated and damaged files are refused at every place") {
 
 TEST_CASE("gzip: the expanded size is limited") {
   ReadLimits limits;
-  limits.max_expanded_bytes = kObj.size();
-  CHECK(expand(gzipped(kObj), limits).ok());
+  limits.max_expanded_bytes = kTriangleObj.size();
+  CHECK(expand(gzipped(kTriangleObj), limits).ok());
   --limits.max_expanded_bytes;
-  auto refused = expand(gzipped(kObj), limits);
+  auto refused = expand(gzipped(kTriangleObj), limits);
   REQUIRE(!refused.ok());
   CHECK(refused.error().code == ErrorCode::too_large);
-  CHECK(contains(refused.error().message, "expands to more than " + std::to_string(kObj.size() - 1) + " bytes"));
+  CHECK(
+      contains(refused.error().message, "expands to more than " + std::to_string(kTriangleObj.size() - 1) + " bytes"));
 }
 
 TEST_CASE("gzip: a bomb ends at the limit of its ratio") {

@@ -11,9 +11,9 @@
 namespace meshgauge::api::test {
 namespace {
 
-const std::string kCorners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n";
+const std::string kUnitCorners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n";
 
-Mesh mesh_of(const std::string& text) {
+Mesh mesh_of_obj(const std::string& text) {
   auto result = read(text, "m.obj");
   INFO((result ? "" : result.error().message));
   REQUIRE(result.ok());
@@ -21,11 +21,11 @@ Mesh mesh_of(const std::string& text) {
 }
 
 Vec3 first_vertex(const std::string& numbers) {
-  return mesh_of("v " + numbers + "\n" + kCorners + "f 1 2 3\n").positions.at(0);
+  return mesh_of_obj("v " + numbers + "\n" + kUnitCorners + "f 1 2 3\n").positions.at(0);
 }
 
 std::string refused_vertex(const std::string& numbers) {
-  return refusal(kCorners + "v " + numbers + "\nf 1 2 3\n", "m.obj");
+  return refusal(kUnitCorners + "v " + numbers + "\nf 1 2 3\n", "m.obj");
 }
 
 void check_same(const Mesh& a, const Mesh& b) {
@@ -82,40 +82,40 @@ bool same_bits(double a, double b) { return std::bit_cast<std::uint64_t>(a) == s
 }  // namespace
 
 TEST_CASE("obj: every way to write a face gives the same triangle") {
-  const Mesh plain = mesh_of(kCorners + "f 1 2 3\n");
+  const Mesh plain = mesh_of_obj(kUnitCorners + "f 1 2 3\n");
   CHECK(plain.positions.size() == 4);
   CHECK(plain.triangles == std::vector<Triangle>{{0, 1, 2}});
   for (const char* face :
        {"f 1/1 2/2 3/3", "f 1//1 2//2 3//3", "f 1/1/1 2/2/2 3/3/3", "f 1/7/-9 2// 3/", "f -4 -3 -2", "f\t1  2 \t3 ",
         "f 1 \\\n 2 \\\r\n 3", "f 1 2 3 # the first", "fo 1 2 3", "  f 1 2 3", "f 000001 2 3"}) {
     CAPTURE(std::string(face));
-    check_same(mesh_of(kCorners + face + "\n"), plain);
-    check_same(mesh_of(kCorners + face), plain);
+    check_same(mesh_of_obj(kUnitCorners + face + "\n"), plain);
+    check_same(mesh_of_obj(kUnitCorners + face), plain);
   }
 }
 
 TEST_CASE("obj: line ends, byte order mark and continuation lines") {
-  const Mesh plain = mesh_of(kCorners + "f 1 2 3\nf 1 2 4\n");
-  std::string text = kCorners + "f 1 2 3\nf 1 2 4";
+  const Mesh plain = mesh_of_obj(kUnitCorners + "f 1 2 3\nf 1 2 4\n");
+  std::string text = kUnitCorners + "f 1 2 3\nf 1 2 4";
   for (const char* line_end : {"\n", "\r\n", "\r", "\n\n", "\r\n \t\r\n"}) {
     std::string other;
     for (const char c : text) other += c == '\n' ? std::string(line_end) : std::string(1, c);
-    check_same(mesh_of(other), plain);
-    check_same(mesh_of("\xEF\xBB\xBF" + other + line_end), plain);
+    check_same(mesh_of_obj(other), plain);
+    check_same(mesh_of_obj("\xEF\xBB\xBF" + other + line_end), plain);
   }
-  check_same(mesh_of("v 0 \\\n0 0\nv 1 0\\\n 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1\\\n 2 4\\\n"), plain);
+  check_same(mesh_of_obj("v 0 \\\n0 0\nv 1 0\\\n 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1\\\n 2 4\\\n"), plain);
 }
 
 TEST_CASE("obj: statements that are not faces or vertices are passed over") {
-  const Mesh plain = mesh_of(kCorners + "f 1 2 3\n");
-  check_same(mesh_of("# f 1 2 3 \\\n" + kCorners +
-                     "mtllib ../../etc/passwd\ng a f 1 2 3\no f\nusemtl \\\nf 9 9 9\nvn 0 0 1\nvt nan\ns off\n"
-                     "call x\ncurv2 1\nf 1 2 3\n#"),
+  const Mesh plain = mesh_of_obj(kUnitCorners + "f 1 2 3\n");
+  check_same(mesh_of_obj("# f 1 2 3 \\\n" + kUnitCorners +
+                         "mtllib ../../etc/passwd\ng a f 1 2 3\no f\nusemtl \\\nf 9 9 9\nvn 0 0 1\nvt nan\ns off\n"
+                         "call x\ncurv2 1\nf 1 2 3\n#"),
              plain);
 }
 
 TEST_CASE("obj: polygons become triangles, lines and points are counted") {
-  const auto result = read(kCorners + "v 1 1 1\nf 1 2 3 4 5\nl 1 2\np 1\nf 1 2\nf 3 4 5\nf 1 1 2\n", "m.obj");
+  const auto result = read(kUnitCorners + "v 1 1 1\nf 1 2 3 4 5\nl 1 2\np 1\nf 1 2\nf 3 4 5\nf 1 1 2\n", "m.obj");
   REQUIRE(result.ok());
   CHECK(result->mesh.triangles == std::vector<Triangle>{{0, 1, 2}, {0, 2, 3}, {0, 3, 4}, {2, 3, 4}, {0, 0, 1}});
   CHECK(result->notes.polygons.count == 1);
@@ -145,7 +145,7 @@ TEST_CASE("obj: numbers are bit-equal to strtod") {
     numbers.insert(numbers.end(), 3, edge);
     text += std::string("\nv ") + edge + " " + edge + " " + edge;
   }
-  const Mesh mesh = mesh_of(text + "\nf 1 2 3\n");
+  const Mesh mesh = mesh_of_obj(text + "\nf 1 2 3\n");
   std::size_t different = 0;
   for (std::size_t i = 0; i < numbers.size(); ++i) {
     const double expected = std::strtod(numbers[i].c_str(), nullptr);
@@ -169,57 +169,59 @@ TEST_CASE("obj: bad numbers are refused with their line") {
 TEST_CASE("obj: coordinates that are not finite are refused, used or not") {
   for (const char* bad : {"nan 0 0", "0 inf 0", "0 0 -inf", "0 0 1e999", "-1e400 0 0", "0 0 NAN", "0 infinity 0"}) {
     CAPTURE(std::string(bad));
-    const std::string text = kCorners + "v " + bad + "\nf 1 2 3\n";
+    const std::string text = kUnitCorners + "v " + bad + "\nf 1 2 3\n";
     CHECK(code(text, "m.obj") == ErrorCode::non_finite_vertex);
     CHECK(contains(refusal(text, "m.obj"), "line 5 of 'a'"));
   }
-  CHECK(code("v 1e308 0 0\n" + kCorners + "f 1 2 3\n", "m.obj") == ErrorCode::coordinate_too_large);
+  CHECK(code("v 1e308 0 0\n" + kUnitCorners + "f 1 2 3\n", "m.obj") == ErrorCode::coordinate_too_large);
 }
 
 TEST_CASE("obj: bad indices are refused with their line") {
   for (const char* bad : {"f 1 2 5", "f 1 2 0", "f 1 2 -5", "f 1 2 99999999999999999999", "f 1 2 4294967297",
                           "f -9223372036854775808 1 2", "f 5// 1 2"}) {
     CAPTURE(std::string(bad));
-    CHECK(code(kCorners + bad, "m.obj") == ErrorCode::index_out_of_range);
-    CHECK(contains(refusal(kCorners + bad + "\nf 1 2 3", "m.obj"), "line 5 of 'a'"));
+    CHECK(code(kUnitCorners + bad, "m.obj") == ErrorCode::index_out_of_range);
+    CHECK(contains(refusal(kUnitCorners + bad + "\nf 1 2 3", "m.obj"), "line 5 of 'a'"));
   }
   for (const char* bad :
        {"f 1.0 2 3", "f a b c", "f 1/2/3/4 2 3", "f 1 2 3x", "f 1|2|3", "f 1 2 /3", "f", "f 1 2 +3"}) {
     CAPTURE(std::string(bad));
-    CHECK(code(kCorners + bad, "m.obj") == ErrorCode::unreadable_mesh);
-    CHECK(contains(refusal(kCorners + bad + "\nf 1 2 3", "m.obj"), "line 5 of 'a'"));
+    CHECK(code(kUnitCorners + bad, "m.obj") == ErrorCode::unreadable_mesh);
+    CHECK(contains(refusal(kUnitCorners + bad + "\nf 1 2 3", "m.obj"), "line 5 of 'a'"));
   }
 }
 
 TEST_CASE("obj: faces may stand before their vertices; negative indices count from their own line") {
-  CHECK(mesh_of("f 1 2 3\nf 2 3 4\n" + kCorners).triangles == std::vector<Triangle>{{0, 1, 2}, {1, 2, 3}});
-  CHECK(contains(refusal("f 1 2 3\nf 2 3 5\n" + kCorners, "m.obj"), "line 2 of 'a'"));
-  CHECK(contains(refusal("f -1 2 3\n" + kCorners, "m.obj"), "line 1 of 'a'"));
+  CHECK(mesh_of_obj("f 1 2 3\nf 2 3 4\n" + kUnitCorners).triangles == std::vector<Triangle>{{0, 1, 2}, {1, 2, 3}});
+  CHECK(contains(refusal("f 1 2 3\nf 2 3 5\n" + kUnitCorners, "m.obj"), "line 2 of 'a'"));
+  CHECK(contains(refusal("f -1 2 3\n" + kUnitCorners, "m.obj"), "line 1 of 'a'"));
 }
 
 TEST_CASE("obj: the rest of a broken line is refused") {
-  CHECK(contains(refusal(kCorners + "1 2 3\nf 1 2 3\n", "m.obj"), "line 5 of 'a': '1' does not begin"));
-  CHECK(contains(refusal(kCorners + std::string("\0\0\n", 3) + "f 1 2 3\n", "m.obj"), "line 5 of 'a': binary data"));
-  CHECK(contains(refusal(kCorners + std::string("g \0\n", 4) + "f 1 2 3\n", "m.obj"), "line 5 of 'a': binary data"));
+  CHECK(contains(refusal(kUnitCorners + "1 2 3\nf 1 2 3\n", "m.obj"), "line 5 of 'a': '1' does not begin"));
+  CHECK(
+      contains(refusal(kUnitCorners + std::string("\0\0\n", 3) + "f 1 2 3\n", "m.obj"), "line 5 of 'a': binary data"));
+  CHECK(
+      contains(refusal(kUnitCorners + std::string("g \0\n", 4) + "f 1 2 3\n", "m.obj"), "line 5 of 'a': binary data"));
 }
 
 TEST_CASE("obj: the limits of vertices and triangles hold") {
   ReadLimits limits;
   limits.max_vertices = 4;
   limits.max_triangles = 2;
-  CHECK(read(kCorners + "f 1 2 3 4", "m.obj", limits).ok());
-  auto faces = read(kCorners + "f 1 2 3 4\nf 1 2 3", "m.obj", limits);
+  CHECK(read(kUnitCorners + "f 1 2 3 4", "m.obj", limits).ok());
+  auto faces = read(kUnitCorners + "f 1 2 3 4\nf 1 2 3", "m.obj", limits);
   REQUIRE(!faces.ok());
   CHECK(faces.error().code == ErrorCode::too_large);
-  auto vertices = read(kCorners + "v 1 1 1\nf 1 2 3", "m.obj", limits);
+  auto vertices = read(kUnitCorners + "v 1 1 1\nf 1 2 3", "m.obj", limits);
   REQUIRE(!vertices.ok());
   CHECK(vertices.error().code == ErrorCode::too_large);
 }
 
 TEST_CASE("obj: long lines and long numbers take linear time") {
-  std::string text = kCorners + "f";
+  std::string text = kUnitCorners + "f";
   for (int i = 0; i < 300'000; ++i) text += i % 2 == 0 ? " 1" : " 2";
-  CHECK(mesh_of(text).triangles.size() == 299'998);
+  CHECK(mesh_of_obj(text).triangles.size() == 299'998);
   CHECK(first_vertex("0." + std::string(1'000'000, '0') + "1 1 2").x() == 0);
   CHECK(first_vertex(std::string(100'000, '0') + "1.5 1 2").x() == 1.5);
 }

@@ -13,7 +13,7 @@ namespace {
 const std::string kVertices = "0 0 0\n1 0 0\n0 1 0\n0 0 1.5\n";
 const std::string kOff = "OFF\n4 2 0\n" + kVertices + "3 0 1 2\n4 0 1 2 3\n";
 
-void check_mesh(const std::string& file) {
+void check_off(const std::string& file) {
   auto result = read(file, "m.off");
   INFO((result ? "" : result.error().message));
   REQUIRE(result.ok());
@@ -26,10 +26,10 @@ void check_mesh(const std::string& file) {
 }  // namespace
 
 TEST_CASE("off: comments, blank lines, colours and a count on the first line") {
-  check_mesh(kOff);
-  check_mesh("OFF 4 2 0\n" + kVertices + "3 0 1 2\n4 0 1 2 3");
-  check_mesh("OFF # kind\n# counts\n\n4 2\n" + kVertices + "# faces\n3 0 1 2 255 0 0\n\n4 0 1 2 3 0.5 0.5 0.5 1\n");
-  check_mesh(
+  check_off(kOff);
+  check_off("OFF 4 2 0\n" + kVertices + "3 0 1 2\n4 0 1 2 3");
+  check_off("OFF # kind\n# counts\n\n4 2\n" + kVertices + "# faces\n3 0 1 2 255 0 0\n\n4 0 1 2 3 0.5 0.5 0.5 1\n");
+  check_off(
       "COFF\r\n4 2 0\r\n0 0 0 1 1 1 1\r\n1 0 0 1 1 1 1\r\n0 1 0 1 1 1 1\r\n0 0 1.5 1 1 1 1\r\n3 0 1 2\r\n4 0 1 2 "
       "3\r\n");
 }
@@ -40,12 +40,12 @@ TEST_CASE("off: normals, colours and texture coordinates of vertices are passed 
     for (const char* vertex : {"0 0 0", "1 0 0", "0 1 0", "0 0 1.5"}) text += vertex + (" " + extras) + "\n";
     return text + "3 0 1 2\n4 0 1 2 3\n";
   };
-  check_mesh(with("NOFF", "0 0 nan"));
-  check_mesh(with("COFF", "0.5 0.5 0.5"));
-  check_mesh(with("STOFF", "0.25 0.75 # a comment"));
-  check_mesh(with("CNOFF", "0 0 1 255 0 0 255"));
-  check_mesh(with("STCNOFF", "0 0 1 255 0 0 255 0.5 0.5"));
-  check_mesh(with("NCSTOFF", "0 0 1 255 0 0 255 0.5 0.5"));
+  check_off(with("NOFF", "0 0 nan"));
+  check_off(with("COFF", "0.5 0.5 0.5"));
+  check_off(with("STOFF", "0.25 0.75 # a comment"));
+  check_off(with("CNOFF", "0 0 1 255 0 0 255"));
+  check_off(with("STCNOFF", "0 0 1 255 0 0 255 0.5 0.5"));
+  check_off(with("NCSTOFF", "0 0 1 255 0 0 255 0.5 0.5"));
   const std::string expected = "line 3 of 'a': the line ends where a normal, colour or texture coordinate is expected";
   CHECK(contains(refusal(with("NOFF", "0 1"), "m.off"), expected));
   CHECK(contains(refusal(with("NOFF", "0 1 # 0"), "m.off"), expected));
@@ -83,7 +83,7 @@ TEST_CASE("off: malformed files are refused with their line") {
   CHECK(contains(broken("4 0 1 2 3", "4 0 1 2"), "line 9 of 'a': truncated"));
   CHECK(contains(broken("3 0 1 2", "-3 0 1 2"), "-3 is not a number of corners"));
   CHECK(contains(broken("4 2 0", "4 1 0"), "line 8 of 'a': left-over lines after the 1 faces"));
-  check_mesh(kOff + "# the end\n\n");
+  check_off(kOff + "# the end\n\n");
   for (const char* kind : {"4OFF", "nOFF", "4nOFF", "NNOFF", "SOFF", "STCN4nOFF"}) {
     CHECK(contains(broken("OFF", kind), "'" + std::string(kind) + "', which is not supported"));
   }
@@ -97,10 +97,10 @@ TEST_CASE("off: malformed files are refused with their line") {
 
 TEST_CASE("off: the keyword after comments, blanks and a byte order mark, and close to the counts") {
   const std::string body = kOff.substr(4);
-  check_mesh("# a comment OFF\n\n" + kOff);
-  check_mesh("\xEF\xBB\xBF \t\r\n" + kOff);
-  check_mesh("\t  OFF" + body);
-  check_mesh("OFF4 2 0 # or so\n" + body.substr(6));
+  check_off("# a comment OFF\n\n" + kOff);
+  check_off("\xEF\xBB\xBF \t\r\n" + kOff);
+  check_off("\t  OFF" + body);
+  check_off("OFF4 2 0 # or so\n" + body.substr(6));
   const auto detected = [](const std::string& file) { return detect_format(bytes_of(file), {"a", "", ""}); };
   CHECK(detected("# c\n  OFF8 6 12\n") == Format::off);
   CHECK(detected("OFFICE 1 2 3\n") == std::nullopt);
@@ -110,12 +110,12 @@ TEST_CASE("off: the keyword after comments, blanks and a byte order mark, and cl
 
 TEST_CASE("off: faces over several lines") {
   const std::string head = "OFF\n4 2 0\n" + kVertices;
-  check_mesh(head + "3 0 1\n2\n4\n0\n\n1 # a comment\n 2\n# another\n3 0.5 0.5\n");
+  check_off(head + "3 0 1\n2\n4\n0\n\n1 # a comment\n 2\n# another\n3 0.5 0.5\n");
 }
 
 TEST_CASE("off: without a keyword, where the name tells what it is") {
   const std::string file = "# no keyword\n" + kOff.substr(4);
-  check_mesh(file);
+  check_off(file);
   CHECK(contains(read(file, "m.off")->notes.remarks.at(0), "the keyword OFF is missing"));
   CHECK(contains(refusal(file, ""), "no known format"));
   CHECK(read(kOff, "m.off")->notes.remarks.empty());
@@ -131,7 +131,7 @@ std::string word(T value, bool big_endian) {
 }
 
 // The mesh of kOff, in any of the ways that binary files are written.
-std::string binary(bool big_endian, bool colours, const std::string& keyword = "OFF", int extras = 0) {
+std::string binary_off(bool big_endian, bool colours, const std::string& keyword = "OFF", int extras = 0) {
   std::string out = keyword + " BINARY\n";
   for (const std::uint32_t count : {4U, 2U, 0U}) out += word(count, big_endian);
   for (const float x : {0.F, 0.F, 0.F, 1.F, 0.F, 0.F, 0.F, 1.F, 0.F, 0.F, 0.F, 1.5F}) {
@@ -151,24 +151,24 @@ std::string binary(bool big_endian, bool colours, const std::string& keyword = "
 }  // namespace
 
 TEST_CASE("off: binary, as Geomview writes it and as others do") {
-  check_mesh(binary(true, true));
-  CHECK(read(binary(true, true), "m.off")->notes.remarks.empty());
+  check_off(binary_off(true, true));
+  CHECK(read(binary_off(true, true), "m.off")->notes.remarks.empty());
   for (const bool big_endian : {true, false}) {
     for (const bool colours : {true, false}) {
-      const std::string file = binary(big_endian, colours);
-      check_mesh(file);
+      const std::string file = binary_off(big_endian, colours);
+      check_off(file);
       CHECK(read(file, "")->notes.remarks.size() == (big_endian && colours ? 0 : 1));
     }
   }
-  check_mesh(binary(true, true, "NOFF", 3));
-  check_mesh(binary(true, true, "COFF", 4));
-  check_mesh(binary(false, false, "STCNOFF", 9));
-  CHECK(contains(refusal(binary(true, true, "4OFF"), "m.off"), "'4OFF', which is not supported"));
+  check_off(binary_off(true, true, "NOFF", 3));
+  check_off(binary_off(true, true, "COFF", 4));
+  check_off(binary_off(false, false, "STCNOFF", 9));
+  CHECK(contains(refusal(binary_off(true, true, "4OFF"), "m.off"), "'4OFF', which is not supported"));
 }
 
 TEST_CASE("off: binary files that are cut, changed or beyond a limit") {
   for (const bool way : {true, false}) {
-    const std::string file = binary(way, way);
+    const std::string file = binary_off(way, way);
     for (std::size_t kept = 11; kept < file.size(); ++kept) {
       CAPTURE(kept);
       CHECK(code(file.substr(0, kept), "m.off") == ErrorCode::unreadable_mesh);
@@ -183,15 +183,15 @@ TEST_CASE("off: binary files that are cut, changed or beyond a limit") {
       }
     }
   }
-  std::string nan = binary(true, true);
+  std::string nan = binary_off(true, true);
   nan.replace(11 + 12 + 4, 4, word(std::numeric_limits<float>::quiet_NaN(), true));
   CHECK(contains(refusal(nan, "m.off"), "byte 27 of 'a': a coordinate of vertex 0 is not finite"));
   ReadLimits limits;
   limits.max_triangles = 2;
-  CHECK(read(binary(true, true), "m.off", limits).error().code == ErrorCode::too_large);
+  CHECK(read(binary_off(true, true), "m.off", limits).error().code == ErrorCode::too_large);
   limits = {};
   limits.max_vertices = 3;
-  CHECK(read(binary(true, true), "m.off", limits).error().code == ErrorCode::too_large);
+  CHECK(read(binary_off(true, true), "m.off", limits).error().code == ErrorCode::too_large);
 }
 
 }  // namespace meshgauge::api::test

@@ -14,7 +14,7 @@ std::string header(const std::string& format, const std::string& elements) {
   return "ply\nformat " + format + " 1.0\ncomment made by a test\n" + elements + "end_header\n";
 }
 
-const std::string kVertices = "element vertex 4\nproperty float x\nproperty float y\nproperty float z\n";
+const std::string kVertexElement = "element vertex 4\nproperty float x\nproperty float y\nproperty float z\n";
 const std::string kFaces = "element face 2\nproperty list uchar int vertex_indices\n";
 const std::string kAsciiBody = "0 0 0\n1 0 0\n0 1 0\n0 0 1.5\n3 0 1 2\n4 0 1 2 3\n";
 
@@ -42,7 +42,7 @@ std::string replaced(std::string text, const std::string& from, const std::strin
   return text.replace(at, from.size(), to);
 }
 
-void check_mesh(const std::string& file) {
+void check_ply(const std::string& file) {
   auto result = read(file, "m.ply");
   INFO((result ? "" : result.error().message));
   REQUIRE(result.ok());
@@ -54,54 +54,54 @@ void check_mesh(const std::string& file) {
   CHECK(result->notes.polygons.count == 1);
 }
 
-const std::string kAscii = header("ascii", kVertices + kFaces) + kAsciiBody;
+const std::string kAsciiFile = header("ascii", kVertexElement + kFaces) + kAsciiBody;
 const std::string kLittle =
-    header("binary_little_endian", kVertices + kFaces) + binary_body<float, std::uint8_t, std::int32_t>(false);
+    header("binary_little_endian", kVertexElement + kFaces) + binary_body<float, std::uint8_t, std::int32_t>(false);
 
 }  // namespace
 
 TEST_CASE("ply: all encodings and types give the same mesh") {
-  check_mesh(kAscii);
-  check_mesh(kLittle);
-  check_mesh(header("binary_big_endian", kVertices + kFaces) + binary_body<float, std::uint8_t, std::int32_t>(true));
-  std::string vertices = kVertices;
+  check_ply(kAsciiFile);
+  check_ply(kLittle);
+  check_ply(header("binary_big_endian", kVertexElement + kFaces) +
+            binary_body<float, std::uint8_t, std::int32_t>(true));
+  std::string vertices = kVertexElement;
   while (contains(vertices, "float ")) vertices = replaced(vertices, "float ", "double ");
   const std::string faces = replaced(kFaces, "list uchar int", "list uint16 uint8");
-  check_mesh(header("binary_little_endian", vertices + faces) +
-             binary_body<double, std::uint16_t, std::uint8_t>(false));
-  check_mesh(header("binary_big_endian", vertices + faces) + binary_body<double, std::uint16_t, std::uint8_t>(true));
+  check_ply(header("binary_little_endian", vertices + faces) + binary_body<double, std::uint16_t, std::uint8_t>(false));
+  check_ply(header("binary_big_endian", vertices + faces) + binary_body<double, std::uint16_t, std::uint8_t>(true));
   const std::string singular = replaced(kFaces, "list uchar int vertex_indices", "list int uint vertex_index");
-  check_mesh(header("binary_big_endian", vertices + singular) + binary_body<double, std::int32_t, std::uint32_t>(true));
+  check_ply(header("binary_big_endian", vertices + singular) + binary_body<double, std::int32_t, std::uint32_t>(true));
 }
 
 TEST_CASE("ply: line ends of the header and of the text") {
   std::string crlf;
   std::string cr;
-  for (const char c : kAscii) {
+  for (const char c : kAsciiFile) {
     crlf += c == '\n' ? std::string("\r\n") : std::string(1, c);
     cr += c == '\n' ? '\r' : c;
   }
-  check_mesh(crlf);
-  check_mesh(cr);
-  check_mesh(replaced(kLittle, "end_header\n", "end_header\r\n"));
-  check_mesh(replaced(kAscii, "ascii 1.0", "ascii 1.0   "));
-  check_mesh(kAscii + "\n \n");
-  check_mesh(kLittle + "\n");
+  check_ply(crlf);
+  check_ply(cr);
+  check_ply(replaced(kLittle, "end_header\n", "end_header\r\n"));
+  check_ply(replaced(kAsciiFile, "ascii 1.0", "ascii 1.0   "));
+  check_ply(kAsciiFile + "\n \n");
+  check_ply(kLittle + "\n");
 }
 
 TEST_CASE("ply: other elements and properties are passed over") {
   const std::string extra =
       "element camera 2\nproperty list uchar double m\nproperty short s\nelement none 4000000000\n";
-  check_mesh(header("ascii", extra + kVertices + kFaces) + "0 1\n2 nan x 5\n" + kAsciiBody);
+  check_ply(header("ascii", extra + kVertexElement + kFaces) + "0 1\n2 nan x 5\n" + kAsciiBody);
   const std::string records = ordered<std::uint8_t>(0, true) + ordered<std::int16_t>(1, true) +
                               ordered<std::uint8_t>(1, true) + ordered(0.5, true) + ordered<std::int16_t>(1, true);
-  check_mesh(header("binary_big_endian", extra + kVertices + kFaces) + records +
-             binary_body<float, std::uint8_t, std::int32_t>(true));
-  const std::string coloured = replaced(kVertices, "property float z\n", "property uchar red\nproperty float z\n");
-  check_mesh(header("ascii", coloured + kFaces) +
-             "0 0 7 0\n1 0 7 0\n0 1 7 0\n0 0 7 1.5 9 9 9\n3 0 1 2 255 0 0\n4 0 1 2 3\n");
-  check_mesh(header("ascii", replaced(kFaces, "face 2", "face 2") + kVertices) +
-             "3 0 1 2\n4 0 1 2 3\n0 0 0\n1 0 0\n0 1 0\n0 0 1.5\n");
+  check_ply(header("binary_big_endian", extra + kVertexElement + kFaces) + records +
+            binary_body<float, std::uint8_t, std::int32_t>(true));
+  const std::string coloured = replaced(kVertexElement, "property float z\n", "property uchar red\nproperty float z\n");
+  check_ply(header("ascii", coloured + kFaces) +
+            "0 0 7 0\n1 0 7 0\n0 1 7 0\n0 0 7 1.5 9 9 9\n3 0 1 2 255 0 0\n4 0 1 2 3\n");
+  check_ply(header("ascii", replaced(kFaces, "face 2", "face 2") + kVertexElement) +
+            "3 0 1 2\n4 0 1 2 3\n0 0 0\n1 0 0\n0 1 0\n0 0 1.5\n");
 }
 
 TEST_CASE("ply: triangle strips, several in one list") {
@@ -110,7 +110,7 @@ TEST_CASE("ply: triangle strips, several in one list") {
   // Two strips, the second of two that are joined by a corner twice; what is left of two more has no surface.
   const std::string list = "15 0 1 2 3 -1 3 2 0 0 1 1 -1 0 1 -1\n";
   const std::vector<Triangle> expected = {{0, 1, 2}, {1, 3, 2}, {3, 2, 0}};
-  const auto ascii = read(header("ascii", kVertices + strips) + vertices + list, "m.ply");
+  const auto ascii = read(header("ascii", kVertexElement + strips) + vertices + list, "m.ply");
   REQUIRE(ascii.ok());
   CHECK(ascii->mesh.triangles == expected);
   CHECK(ascii->notes.skipped_primitives == 3 + 1);
@@ -119,26 +119,26 @@ TEST_CASE("ply: triangle strips, several in one list") {
   std::string body = binary_body<float, std::uint8_t, std::int32_t>(true).substr(0, 4 * 12);
   body += ordered<std::int32_t>(15, true);
   for (const std::int32_t i : {0, 1, 2, 3, -1, 3, 2, 0, 0, 1, 1, -1, 0, 1, -1}) body += ordered(i, true);
-  const auto binary = read(header("binary_big_endian", kVertices + strips) + body, "m.ply");
+  const auto binary = read(header("binary_big_endian", kVertexElement + strips) + body, "m.ply");
   REQUIRE(binary.ok());
   CHECK(binary->mesh.triangles == expected);
 
-  const auto both = read(header("ascii", kVertices + kFaces + strips) + kAsciiBody + list, "m.ply");
+  const auto both = read(header("ascii", kVertexElement + kFaces + strips) + kAsciiBody + list, "m.ply");
   REQUIRE(both.ok());
   CHECK(both->mesh.triangles.size() == 3 + 3);
-  CHECK(contains(refusal(header("ascii", kVertices + strips) + vertices + "3 0 1 -2\n", "m.ply"), "index -2"));
-  CHECK(contains(refusal(header("ascii", kVertices + strips) + vertices + "3 0 1 4\n", "m.ply"), "index 4, but"));
-  CHECK(code(header("ascii", kVertices + strips) + vertices + "3 0 1 -1\n", "m.ply") == ErrorCode::empty_mesh);
+  CHECK(contains(refusal(header("ascii", kVertexElement + strips) + vertices + "3 0 1 -2\n", "m.ply"), "index -2"));
+  CHECK(contains(refusal(header("ascii", kVertexElement + strips) + vertices + "3 0 1 4\n", "m.ply"), "index 4, but"));
+  CHECK(code(header("ascii", kVertexElement + strips) + vertices + "3 0 1 -1\n", "m.ply") == ErrorCode::empty_mesh);
   ReadLimits limits;
   limits.max_triangles = 2;
-  auto limited = read(header("ascii", kVertices + strips) + vertices + list, "m.ply", limits);
+  auto limited = read(header("ascii", kVertexElement + strips) + vertices + list, "m.ply", limits);
   REQUIRE(!limited.ok());
   CHECK(limited.error().code == ErrorCode::too_large);
 }
 
 TEST_CASE("ply: header lines that begin with a word of no meaning are passed over with a remark") {
   const auto with = [](const std::string& lines) {
-    auto result = read(replaced(kAscii, "element face", lines + "element face"), "m.ply");
+    auto result = read(replaced(kAsciiFile, "element face", lines + "element face"), "m.ply");
     INFO((result ? "" : result.error().message));
     REQUIRE(result.ok());
     CHECK(result->mesh.positions.size() == 4);
@@ -153,7 +153,7 @@ TEST_CASE("ply: header lines that begin with a word of no meaning are passed ove
 
 TEST_CASE("ply: malformed headers are refused with their line") {
   const auto broken = [](const std::string& from, const std::string& to) {
-    return refusal(replaced(kAscii, from, to), "m.ply");
+    return refusal(replaced(kAsciiFile, from, to), "m.ply");
   };
   CHECK(contains(broken("ascii 1.0", "ascii 2.0"), "line 2 of 'a': PLY header: version '2.0'"));
   CHECK(contains(broken("ascii 1.0", "utf8 1.0"), "format 'utf8' is not known"));
@@ -177,15 +177,15 @@ TEST_CASE("ply: malformed headers are refused with their line") {
   CHECK(contains(broken("property float z\n", "property list uchar float z\n"), "is a list"));
   CHECK(contains(broken("list uchar int", "list uchar float"), "is not of an integer type"));
   CHECK(contains(broken("vertex_indices", "corners"), "no list 'vertex_indices'"));
-  CHECK(code(header("ascii", kVertices) + "0 0 0\n1 0 0\n0 1 0\n0 0 1\n", "m.ply") == ErrorCode::empty_mesh);
+  CHECK(code(header("ascii", kVertexElement) + "0 0 0\n1 0 0\n0 1 0\n0 0 1\n", "m.ply") == ErrorCode::empty_mesh);
   CHECK(code(header("ascii", kFaces), "m.ply") == ErrorCode::empty_mesh);
-  CHECK(contains(refusal(header("ascii", kVertices + "element tristrips 1\nproperty int strip\n"), "m.ply"),
+  CHECK(contains(refusal(header("ascii", kVertexElement + "element tristrips 1\nproperty int strip\n"), "m.ply"),
                  "element 'tristrips' has no list 'vertex_indices'"));
 }
 
 TEST_CASE("ply: malformed text is refused with its line") {
   const auto broken = [](const std::string& from, const std::string& to) {
-    return refusal(replaced(kAscii, from, to), "m.ply");
+    return refusal(replaced(kAsciiFile, from, to), "m.ply");
   };
   CHECK(contains(broken("0 0 1.5\n", "0 0\n"), "line 14 of 'a': the line ends before"));
   CHECK(contains(broken("0 0 1.5\n", "0 0 1,5\n"), "line 14 of 'a': '1,5' is not a number"));
@@ -196,8 +196,8 @@ TEST_CASE("ply: malformed text is refused with its line") {
   CHECK(contains(broken("3 0 1 2\n", "0\n"), "line 15 of 'a': a face without corners"));
   CHECK(contains(broken("4 0 1 2 3\n", ""), "truncated"));
   CHECK(contains(broken("4 0 1 2 3\n", "4 0 1 2 3\n3 0 1 2\n"), "line 17 of 'a': left-over text"));
-  CHECK(code(replaced(kAscii, "0 0 1.5", "0 0 inf"), "m.ply") == ErrorCode::non_finite_vertex);
-  CHECK(code(replaced(kAscii, "0 0 1.5", "0 nan 1.5"), "m.ply") == ErrorCode::non_finite_vertex);
+  CHECK(code(replaced(kAsciiFile, "0 0 1.5", "0 0 inf"), "m.ply") == ErrorCode::non_finite_vertex);
+  CHECK(code(replaced(kAsciiFile, "0 0 1.5", "0 nan 1.5"), "m.ply") == ErrorCode::non_finite_vertex);
 }
 
 TEST_CASE("ply: malformed bytes are refused with their place") {
@@ -221,12 +221,12 @@ TEST_CASE("ply: malformed bytes are refused with their place") {
 TEST_CASE("ply: the limits of vertices and triangles hold") {
   ReadLimits limits;
   limits.max_vertices = 3;
-  auto vertices = read(kAscii, "m.ply", limits);
+  auto vertices = read(kAsciiFile, "m.ply", limits);
   REQUIRE(!vertices.ok());
   CHECK(vertices.error().code == ErrorCode::too_large);
   limits = {};
   limits.max_triangles = 2;
-  for (const std::string& file : {kAscii, kLittle}) {
+  for (const std::string& file : {kAsciiFile, kLittle}) {
     auto triangles = read(file, "m.ply", limits);
     REQUIRE(!triangles.ok());
     CHECK(triangles.error().code == ErrorCode::too_large);

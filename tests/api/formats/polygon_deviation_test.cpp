@@ -104,7 +104,7 @@ std::vector<Vec3> random_face(Dice& dice, int n, bool convex, double height) {
   return corners;
 }
 
-Result<ReadMesh> read_face(const std::vector<Vec3>& corners) {
+Result<ReadMesh> read_off_face(const std::vector<Vec3>& corners) {
   std::string text = "OFF\n" + std::to_string(corners.size()) + " 1 0\n";
   for (const Vec3& p : corners) {
     char line[100];
@@ -126,7 +126,7 @@ TEST_CASE("deviation: of 10,000 faces that are not planar, at least what two spl
     // Quads may be folded as much as they like; of others, steep ones are bounded, but not within twice.
     const double height = dice.chance(0.5) ? dice.power(-4, -1) : dice.uniform(0.1, n == 4 ? 2 : 0.3);
     const std::vector<Vec3> corners = random_face(dice, n, dice.chance(0.6), height);
-    const auto result = read_face(corners);
+    const auto result = read_off_face(corners);
     REQUIRE(result.ok());
     const PolygonNotes& notes = result->notes.polygons;
     const std::vector<Split> splits = Splits(corners).of(0, static_cast<std::uint32_t>(n - 1));
@@ -151,7 +151,7 @@ TEST_CASE("deviation: of 10,000 faces that are not planar, at least what two spl
 
 TEST_CASE("deviation: of known faces") {
   const auto notes_of = [](const std::vector<Vec3>& corners) {
-    const auto result = read_face(corners);
+    const auto result = read_off_face(corners);
     REQUIRE(result.ok());
     return result->notes.polygons;
   };
@@ -181,7 +181,7 @@ TEST_CASE("deviation: large faces have the bound of their thickness") {
     const double angle = 2 * std::numbers::pi * i / 200;
     corners.emplace_back(std::cos(angle), std::sin(angle), i % 2 == 0 ? 0.01 : -0.01);
   }
-  const auto result = read_face(corners);
+  const auto result = read_off_face(corners);
   REQUIRE(result.ok());
   CHECK(result->notes.polygons.largest_deviation >= 0.02 - 1e-12);
   CHECK(result->notes.polygons.largest_deviation < 0.021);

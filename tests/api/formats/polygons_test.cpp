@@ -263,6 +263,42 @@ TEST_CASE("polygons: a polyline and back is its segments") {
         PolygonNotes{1, 0, 0, 0, 0});
 }
 
+TEST_CASE("polygons: a face of edges far below its coordinates has a plane all the same") {
+  for (const double edge : {1.0, 1e-80, 1e-90, 1e-110}) {
+    CAPTURE(edge);
+    std::vector<Vec3> corners;
+    for (const auto& [y, z] : {std::pair(0, 0), {4, 0}, {4, 4}, {2, 1}, {0, 4}}) {
+      corners.emplace_back(1, edge * y, edge * z);
+    }
+    const auto result = read_face(corners);
+    REQUIRE(result.ok());
+    CHECK(result->notes.polygons == PolygonNotes{1, 1, 0, 0, 0});
+    const Outline outline = {{0, 0}, {4, 0}, {4, 4}, {2, 1}, {0, 4}};
+    CHECK(fault_of(outline, outline, result->mesh.triangles) == "");
+  }
+}
+
+TEST_CASE("polygons: planar faces stay so when their coordinates are printed with six digits") {
+  Dice dice(5);
+  for (int round = 0; round < 2000; ++round) {
+    const Vec3 right = Vec3(dice.uniform(-1, 1), dice.uniform(-1, 1), dice.uniform(-1, 1)).normalized();
+    const Vec3 up = right.cross(Vec3(dice.uniform(-1, 1), dice.uniform(-1, 1), dice.uniform(-1, 1))).normalized();
+    const Vec3 origin(dice.uniform(-3, 3), dice.uniform(-3, 3), dice.uniform(-3, 3));
+    std::string text;
+    for (const auto& [x, y] : {std::pair(0, 0), {2, 0}, {3, 1}, {2, 3}, {0, 2}}) {
+      const Vec3 p = origin + x * right + y * up;
+      char line[100];
+      std::snprintf(line, sizeof line, "v %.6g %.6g %.6g\n", p.x(), p.y(), p.z());
+      text += line;
+    }
+    const auto five = read(text + "f 1 2 3 4 5\n", "m.obj"), four = read(text + "f 1 2 3 4\n", "m.obj");
+    REQUIRE(five.ok());
+    REQUIRE(four.ok());
+    CHECK(five->notes.polygons.non_planar + four->notes.polygons.non_planar == 0);
+    CHECK(five->notes.polygons.largest_deviation > 0);
+  }
+}
+
 TEST_CASE("polygons: a face that takes too long is refused by its size and first vertex") {
   std::string text = "OFF\n20000 1 0\n", face = "20000";
   Dice dice(7);
@@ -273,7 +309,8 @@ TEST_CASE("polygons: a face that takes too long is refused by its size and first
   const auto result = read(text + face + "\n", "m.off");
   REQUIRE(!result.ok());
   CHECK(result.error().code == ErrorCode::too_large);
-  CHECK(contains(result.error().message, "the face of 20000 corners that begins with vertex 0 of 'a': "));
+  CHECK(contains(result.error().message,
+                 "the face of 20000 corners that begins with vertex 0 (counted from 0) of 'a': "));
 }
 
 }  // namespace

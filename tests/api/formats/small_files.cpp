@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "tests/api/formats/files.h"
+#include "tests/api/formats/gltf_documents.h"
 #include "tests/api/formats/zip_files.h"
 
 namespace meshgauge::api::test {
@@ -134,14 +135,6 @@ std::string mixed_ply() {
 }
 
 // --- glTF -----------------------------------------------------------------------------------------------------------
-
-// A tetrahedron: four vertices of float (bytes 0 to 47), twelve indices of 16 bits (48 to 71).
-std::string tetrahedron_data() {
-  std::string data;
-  for (const float c : {0.F, 0.F, 0.F, 1.F, 0.F, 0.F, 0.F, 1.F, 0.F, 0.F, 0.F, 1.F}) data += raw(c);
-  for (const int i : {0, 2, 1, 0, 1, 3, 1, 2, 3, 2, 0, 3}) data += raw(static_cast<std::uint16_t>(i));
-  return data;
-}
 
 std::string tetrahedron_json(const std::string& uri) {
   return R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],"meshes":[{"primitives":)"

@@ -15,7 +15,7 @@ std::string facet(const std::array<float, 9>& corners, float normal = 0) {
   return out + std::string(2, '\xAB');  // attribute bytes, as colours use them
 }
 
-std::string binary(const std::string& facets, std::uint32_t count, std::string header = "made by a test") {
+std::string binary_stl(const std::string& facets, std::uint32_t count, std::string header = "made by a test") {
   header.resize(80, '\0');
   return header + raw(count) + facets;
 }
@@ -28,7 +28,7 @@ const std::string kAscii =
 }  // namespace
 
 TEST_CASE("stl: a binary file gives three vertices a facet, exactly") {
-  auto result = read(binary(kFacet + kFacet, 2), "m.stl");
+  auto result = read(binary_stl(kFacet + kFacet, 2), "m.stl");
   REQUIRE(result.ok());
   CHECK(result->format == Format::stl);
   CHECK(result->mesh.positions.size() == 6);
@@ -39,7 +39,7 @@ TEST_CASE("stl: a binary file gives three vertices a facet, exactly") {
 TEST_CASE("stl: binary is told by its size, whatever the header and the name say") {
   for (const char* header : {"solid", "solid part one", "solid x\nfacet normal 0 0 1\n", "", "v 1 2 3"}) {
     for (const char* name : {"m.stl", "m.obj", ""}) {
-      auto result = read(binary(kFacet, 1, header), name);
+      auto result = read(binary_stl(kFacet, 1, header), name);
       REQUIRE(result.ok());
       CHECK(result->format == Format::stl);
       CHECK(result->mesh.triangles.size() == 1);
@@ -48,21 +48,21 @@ TEST_CASE("stl: binary is told by its size, whatever the header and the name say
 }
 
 TEST_CASE("stl: normals are not looked at") {
-  CHECK(read(binary(facet(kCorners, std::numeric_limits<float>::quiet_NaN()), 1), "m.stl").ok());
+  CHECK(read(binary_stl(facet(kCorners, std::numeric_limits<float>::quiet_NaN()), 1), "m.stl").ok());
   std::string text = "solid\n" + kAscii + "endsolid\n";
   text.replace(text.find("0 0 1"), 5, "nan nan nan");
   CHECK(read(text, "m.stl").ok());
 }
 
 TEST_CASE("stl: a binary file of any other size is refused") {
-  CHECK(contains(refusal(binary(kFacet, 2), "m.stl"), "truncated: the count of 2 facets asks for 184 bytes"));
-  CHECK(contains(refusal(binary(kFacet + kFacet + kFacet, 1), "m.stl"), "left-over bytes: the count of 1 facets"));
-  CHECK(contains(refusal(binary(kFacet, 1) + std::string(81, 'x'), "m.stl"), "byte 134 of 'a': left-over"));
-  CHECK(contains(refusal(binary("x", 0), "m.stl"), "byte 84 of 'a': left-over"));
-  CHECK(contains(refusal(binary(kFacet, 0xFFFFFFFF), "m.stl"), "truncated"));
-  CHECK(contains(refusal(binary(kFacet, 2, "solid"), "m.stl"), "truncated"));
+  CHECK(contains(refusal(binary_stl(kFacet, 2), "m.stl"), "truncated: the count of 2 facets asks for 184 bytes"));
+  CHECK(contains(refusal(binary_stl(kFacet + kFacet + kFacet, 1), "m.stl"), "left-over bytes: the count of 1 facets"));
+  CHECK(contains(refusal(binary_stl(kFacet, 1) + std::string(81, 'x'), "m.stl"), "byte 134 of 'a': left-over"));
+  CHECK(contains(refusal(binary_stl("x", 0), "m.stl"), "byte 84 of 'a': left-over"));
+  CHECK(contains(refusal(binary_stl(kFacet, 0xFFFFFFFF), "m.stl"), "truncated"));
+  CHECK(contains(refusal(binary_stl(kFacet, 2, "solid"), "m.stl"), "truncated"));
   CHECK(contains(refusal("STL", "m.stl"), "truncated"));
-  CHECK(code(binary("", 0), "m.stl") == ErrorCode::empty_mesh);
+  CHECK(code(binary_stl("", 0), "m.stl") == ErrorCode::empty_mesh);
 }
 
 TEST_CASE("stl: coordinates that are not finite are refused with their byte") {
@@ -70,14 +70,14 @@ TEST_CASE("stl: coordinates that are not finite are refused with their byte") {
     for (const float bad : {std::numeric_limits<float>::quiet_NaN(), -std::numeric_limits<float>::infinity()}) {
       auto corners = kCorners;
       corners[k] = bad;
-      const std::string file = binary(kFacet + facet(corners), 2);
+      const std::string file = binary_stl(kFacet + facet(corners), 2);
       CHECK(code(file, "m.stl") == ErrorCode::non_finite_vertex);
       CHECK(contains(refusal(file, "m.stl"), "byte " + std::to_string(84 + 50 + 12 + 4 * k) + " of 'a'"));
     }
   }
   auto corners = kCorners;
   corners[3] = std::numeric_limits<float>::max();
-  CHECK(read(binary(facet(corners), 1), "m.stl").ok());
+  CHECK(read(binary_stl(facet(corners), 1), "m.stl").ok());
 }
 
 TEST_CASE("stl: ascii, of one solid or more, in any case of letters") {
@@ -95,7 +95,7 @@ TEST_CASE("stl: up to 80 bytes behind the last facet are passed over with a rema
   for (const std::size_t left : {1U, 2U, 49U, 50U, 80U}) {
     for (const char* header : {"", "solid x"}) {
       for (const char* name : {"m.stl", ""}) {
-        const auto result = read(binary(kFacet + kFacet, 2, header) + std::string(left, '\n'), name);
+        const auto result = read(binary_stl(kFacet + kFacet, 2, header) + std::string(left, '\n'), name);
         REQUIRE(result.ok());
         CHECK(result->mesh.triangles.size() == 2);
         CHECK(result->notes.remarks ==
@@ -104,7 +104,7 @@ TEST_CASE("stl: up to 80 bytes behind the last facet are passed over with a rema
       }
     }
   }
-  CHECK(read(binary(kFacet, 1), "m.stl")->notes.remarks.empty());
+  CHECK(read(binary_stl(kFacet, 1), "m.stl")->notes.remarks.empty());
 }
 
 TEST_CASE("stl: ascii that ends behind a facet, without endsolid, gets a remark") {
@@ -165,14 +165,14 @@ TEST_CASE("stl: the limits of vertices and triangles hold") {
   ReadLimits limits;
   limits.max_triangles = 1;
   const std::string ascii = "solid\n" + kAscii + kAscii + "endsolid\n";
-  for (const std::string& file : {binary(kFacet + kFacet, 2), ascii}) {
+  for (const std::string& file : {binary_stl(kFacet + kFacet, 2), ascii}) {
     auto result = read(file, "m.stl", limits);
     REQUIRE(!result.ok());
     CHECK(result.error().code == ErrorCode::too_large);
   }
   limits = {};
   limits.max_vertices = 5;
-  for (const std::string& file : {binary(kFacet + kFacet, 2), ascii}) {
+  for (const std::string& file : {binary_stl(kFacet + kFacet, 2), ascii}) {
     auto result = read(file, "m.stl", limits);
     REQUIRE(!result.ok());
     CHECK(result.error().code == ErrorCode::too_large);

@@ -25,8 +25,8 @@ std::vector<Vec3> placed(const std::string& resources, const std::string& build,
   return good(package(model(resources, build, attributes))).mesh.positions;
 }
 
-std::string refused(const std::string& resources, const std::string& build = kItem,
-                    const std::string& attributes = "") {
+std::string refused_3mf(const std::string& resources, const std::string& build = kItem,
+                        const std::string& attributes = "") {
   return refusal(package(model(resources, build, attributes)), "m.3mf");
 }
 
@@ -104,7 +104,7 @@ TEST_CASE("3mf: lengths are the file's own numbers, and the unit is told") {
     CHECK(mesh.notes.unit == unit);
   }
   CHECK(placed(object, item(1, "1 0 0 0 1 0 0 0 1 1 0 0"), "unit=\"inch\"")[0] == Vec3(1.3, 1, 7));
-  CHECK(contains(refused(object, kItem, "unit=\"parsec\""), "line 2 of 'a': the unit 'parsec' is not known"));
+  CHECK(contains(refused_3mf(object, kItem, "unit=\"parsec\""), "line 2 of 'a': the unit 'parsec' is not known"));
 }
 
 TEST_CASE("3mf: objects outside of the build are counted and not measured") {
@@ -113,7 +113,7 @@ TEST_CASE("3mf: objects outside of the build are counted and not measured") {
   CHECK(read.mesh.triangles.size() == 1);
   CHECK(read.notes.unused_objects == 2);
   CHECK(good(package(model(triangle_object(1), kItem))).notes.unused_objects == 0);
-  CHECK(contains(refused(triangle_object(1) + triangle_object(2), ""), "its build shows none of its 2 objects"));
+  CHECK(contains(refused_3mf(triangle_object(1) + triangle_object(2), ""), "its build shows none of its 2 objects"));
   CHECK(code(package(model("", "")), "m.3mf") == ErrorCode::empty_mesh);
 }
 
@@ -132,14 +132,14 @@ TEST_CASE("3mf: objects that are not printed are counted and not measured") {
         model(triangle_object(1) + typed(2, type) + assembly(3, component(1) + component(2)), item(3, kIdentity))));
     CHECK(part.mesh.triangles.size() == 1);
     CHECK(part.notes.helper_objects == 1);
-    CHECK(contains(refused(typed(1, type)), "has no triangles that are printed"));
+    CHECK(contains(refused_3mf(typed(1, type)), "has no triangles that are printed"));
   }
   // The type of an object with components is overridden by theirs.
   std::string whole = assembly(3, component(1));
   whole.insert(whole.find("id="), "type=\"support\" ");
   CHECK(good(package(model(triangle_object(1) + whole, item(3, kIdentity)))).mesh.triangles.size() == 1);
   CHECK(good(package(model(triangle_object(1) + typed(2, "surface"), both))).mesh.triangles.size() == 2);
-  CHECK(contains(refused(typed(1, "modle")), "line 4 of 'a': the type 'modle' of an object is not known"));
+  CHECK(contains(refused_3mf(typed(1, "modle")), "line 4 of 'a': the type 'modle' of an object is not known"));
 }
 
 TEST_CASE("3mf: items that a slicer is told to leave out") {
@@ -152,7 +152,7 @@ TEST_CASE("3mf: items that a slicer is told to leave out") {
   CHECK(again.mesh.triangles.size() == 1);
   CHECK(again.notes.helper_objects == 1);
   CHECK(good(package(model(triangle_object(1), "<item objectid=\"1\" printable=\"1\"/>"))).mesh.triangles.size() == 1);
-  CHECK(contains(refused(resources, "<item objectid=\"2\" printable=\"0\"/>"), "marked as not printable"));
+  CHECK(contains(refused_3mf(resources, "<item objectid=\"2\" printable=\"0\"/>"), "marked as not printable"));
 }
 
 TEST_CASE("3mf: the helper meshes of Cura") {
@@ -252,7 +252,7 @@ TEST_CASE("3mf: objects in other parts, by the production extension") {
                  "3D/Objects/One.model, object 1 of 'a': does not exist, but 3D/3dmodel.model places it"));
   CHECK(contains(refusal(whole(root, kItem, model(assembly(1, component(2, other)), "", production)), "m.3mf"),
                  "a path to another part, which only the root model may have"));
-  CHECK(contains(refused(root, kItem, production), "3D/Objects/One.model of 'a': missing from the zip archive"));
+  CHECK(contains(refused_3mf(root, kItem, production), "3D/Objects/One.model of 'a': missing from the zip archive"));
 }
 
 TEST_CASE("3mf: extensions that leave the surface alone pass, others are refused by name") {
@@ -268,10 +268,10 @@ TEST_CASE("3mf: extensions that leave the surface alone pass, others are refused
   CHECK(placed(lattice, kItem, with("http://slicer.example/notes", "")) == kTriangle);
   CHECK(placed(triangle_object(1), kItem, with(standards + "slice/2015/07", "")) == kTriangle);
   CHECK(contains(
-      refused(lattice, kItem, with(standards + "beamlattice/2017/02", "")),
+      refused_3mf(lattice, kItem, with(standards + "beamlattice/2017/02", "")),
       "geometry of the extension '" + standards + "beamlattice/2017/02' (a beam lattice), which is not supported"));
-  CHECK(contains(refused("<object id=\"1\"><e:booleanshape/></object>", kItem,
-                         with("http://schemas.3mf.io/3dmanufacturing/booleanoperations/2023/07", "")),
+  CHECK(contains(refused_3mf("<object id=\"1\"><e:booleanshape/></object>", kItem,
+                             with("http://schemas.3mf.io/3dmanufacturing/booleanoperations/2023/07", "")),
                  "geometry of the extension"));
   const std::pair<std::string, std::string> topics[] = {{"slice/2015/07", " (slices)"},
                                                         {"securecontent/2019/04", " (encrypted content)"},
@@ -279,53 +279,55 @@ TEST_CASE("3mf: extensions that leave the surface alone pass, others are refused
                                                         {"something/2030/01", ""}};
   for (const auto& [name, topic] : topics) {
     CHECK(contains(
-        refused(triangle_object(1), kItem, with(standards + name, required)),
+        refused_3mf(triangle_object(1), kItem, with(standards + name, required)),
         "line 2 of 'a': it requires the extension '" + standards + name + "'" + topic + ", which is not supported"));
   }
-  CHECK(contains(refused(triangle_object(1), kItem, "requiredextensions=\"x\""), "extension 'x' is not declared"));
+  CHECK(contains(refused_3mf(triangle_object(1), kItem, "requiredextensions=\"x\""), "extension 'x' is not declared"));
   CHECK(code(package(model(triangle_object(1), kItem, with("http://other.example", required))), "m.3mf") ==
         ErrorCode::unsupported_format);
 }
 
 TEST_CASE("3mf: malformed models are refused with part and line") {
   const std::string here = "3D/3dmodel.model, line 4 of 'a': ";
-  CHECK(contains(refused(with_vertex("x=\"0\" y=\"1,5\" z=\"0\"")), here + "the coordinate '1,5' is not a number"));
-  CHECK(contains(refused(with_vertex("x=\"0\" y=\"\" z=\"0\"")), "the coordinate '' is not a number"));
-  CHECK(contains(refused(with_vertex("x=\"0\" y=\"1 2\" z=\"0\"")), "is not a number"));
-  CHECK(contains(refused(with_vertex("x=\"0\" y=\"nan\" z=\"0\"")), "the coordinate 'nan' is not finite"));
-  CHECK(contains(refused(with_vertex("x=\"0\" y=\"1e999\" z=\"0\"")), "the coordinate '1e999' is not finite"));
-  CHECK(contains(refused(with_vertex("x=\"0\" y=\"1\"")), here + "a vertex needs the attributes x, y and z"));
-  CHECK(contains(refused(with_triangle("v1=\"0\" v2=\"1\" v3=\"3\"")), here + "index '3', but there are 3 vertices"));
-  CHECK(contains(refused(with_triangle("v1=\"0\" v2=\"1\" v3=\"-1\"")), "'-1' is not an index"));
-  CHECK(contains(refused(with_triangle("v1=\"0\" v2=\"1\" v3=\"1.0\"")), "'1.0' is not an index"));
-  CHECK(contains(refused(with_triangle("v1=\"0\" v2=\"1\"")), "a triangle needs the attributes v1, v2 and v3"));
-  CHECK(contains(refused(triangle_object(1) + triangle_object(1)), "a second object 1"));
-  CHECK(contains(refused("<object><mesh/></object>"), "an object without a valid id"));
-  CHECK(contains(refused("<object id=\"1\"><mesh/><mesh/></object>"), "a second mesh"));
-  CHECK(contains(refused("<object id=\"1\"><mesh/><components/></object>"), "components beside a mesh"));
-  CHECK(contains(refused(triangle_object(1), "<item/>"), "line 5 of 'a': no valid objectid"));
-  CHECK(contains(refused(triangle_object(1), item(1, "1 0 0")), "the transform '1 0 0' is not of twelve"));
-  CHECK(contains(refused(triangle_object(1), item(1, "1 0 0 0 1 0 0 0 1 0 0 0x")), "is not of twelve"));
-  CHECK(contains(refused(triangle_object(1), item(1, "1 0 0 0 1 0 0 0 1 0 0 nan")), "is not of twelve"));
-  CHECK(contains(refused(triangle_object(1), item(1, "1 0 0 0 1 0 0 0 1 0 0 0 0")), "more than twelve numbers"));
-  CHECK(contains(refused(triangle_object(1), item(2, "1 0 0 0 1 0 0 0 1 0 0 0")), "object 2 of 'a': does not exist"));
+  CHECK(contains(refused_3mf(with_vertex("x=\"0\" y=\"1,5\" z=\"0\"")), here + "the coordinate '1,5' is not a number"));
+  CHECK(contains(refused_3mf(with_vertex("x=\"0\" y=\"\" z=\"0\"")), "the coordinate '' is not a number"));
+  CHECK(contains(refused_3mf(with_vertex("x=\"0\" y=\"1 2\" z=\"0\"")), "is not a number"));
+  CHECK(contains(refused_3mf(with_vertex("x=\"0\" y=\"nan\" z=\"0\"")), "the coordinate 'nan' is not finite"));
+  CHECK(contains(refused_3mf(with_vertex("x=\"0\" y=\"1e999\" z=\"0\"")), "the coordinate '1e999' is not finite"));
+  CHECK(contains(refused_3mf(with_vertex("x=\"0\" y=\"1\"")), here + "a vertex needs the attributes x, y and z"));
+  CHECK(
+      contains(refused_3mf(with_triangle("v1=\"0\" v2=\"1\" v3=\"3\"")), here + "index '3', but there are 3 vertices"));
+  CHECK(contains(refused_3mf(with_triangle("v1=\"0\" v2=\"1\" v3=\"-1\"")), "'-1' is not an index"));
+  CHECK(contains(refused_3mf(with_triangle("v1=\"0\" v2=\"1\" v3=\"1.0\"")), "'1.0' is not an index"));
+  CHECK(contains(refused_3mf(with_triangle("v1=\"0\" v2=\"1\"")), "a triangle needs the attributes v1, v2 and v3"));
+  CHECK(contains(refused_3mf(triangle_object(1) + triangle_object(1)), "a second object 1"));
+  CHECK(contains(refused_3mf("<object><mesh/></object>"), "an object without a valid id"));
+  CHECK(contains(refused_3mf("<object id=\"1\"><mesh/><mesh/></object>"), "a second mesh"));
+  CHECK(contains(refused_3mf("<object id=\"1\"><mesh/><components/></object>"), "components beside a mesh"));
+  CHECK(contains(refused_3mf(triangle_object(1), "<item/>"), "line 5 of 'a': no valid objectid"));
+  CHECK(contains(refused_3mf(triangle_object(1), item(1, "1 0 0")), "the transform '1 0 0' is not of twelve"));
+  CHECK(contains(refused_3mf(triangle_object(1), item(1, "1 0 0 0 1 0 0 0 1 0 0 0x")), "is not of twelve"));
+  CHECK(contains(refused_3mf(triangle_object(1), item(1, "1 0 0 0 1 0 0 0 1 0 0 nan")), "is not of twelve"));
+  CHECK(contains(refused_3mf(triangle_object(1), item(1, "1 0 0 0 1 0 0 0 1 0 0 0 0")), "more than twelve numbers"));
+  CHECK(
+      contains(refused_3mf(triangle_object(1), item(2, "1 0 0 0 1 0 0 0 1 0 0 0")), "object 2 of 'a': does not exist"));
   CHECK(contains(refusal(package("<model/>"), "m.3mf"), "the root element 'model' is not the model of 3MF's core"));
   CHECK(contains(refusal(package("<html>"), "m.3mf"), "3D/3dmodel.model, line 1 of 'a': the root element 'html'"));
 }
 
 TEST_CASE("3mf: cycles, ladders and long chains of components end") {
-  CHECK(contains(refused(assembly(1, component(1))), "3D/3dmodel.model, object 1 of 'a': a component of itself"));
-  CHECK(contains(refused(assembly(1, component(2)) + assembly(2, component(1))),
+  CHECK(contains(refused_3mf(assembly(1, component(1))), "3D/3dmodel.model, object 1 of 'a': a component of itself"));
+  CHECK(contains(refused_3mf(assembly(1, component(2)) + assembly(2, component(1))),
                  "object 1 of 'a': a component of itself"));
   std::string ladder = triangle_object(41);
   std::string chain = triangle_object(100);
   for (int i = 1; i <= 40; ++i) ladder += assembly(i, component(i + 1) + component(i + 1));
   for (int i = 1; i < 100; ++i) chain += assembly(i, component(i + 1));
-  CHECK(contains(refused(ladder), "places more than 1000000 objects and components"));
-  CHECK(contains(refused(chain), "components nested deeper than 64"));
+  CHECK(contains(refused_3mf(ladder), "places more than 1000000 objects and components"));
+  CHECK(contains(refused_3mf(chain), "components nested deeper than 64"));
   std::string many;
   for (int i = 0; i < 1'000'001; ++i) many += "<component objectid=\"1\"/>";
-  CHECK(contains(refused(assembly(2, many), ""), "more than 1000000 objects, components and items"));
+  CHECK(contains(refused_3mf(assembly(2, many), ""), "more than 1000000 objects, components and items"));
 }
 
 TEST_CASE("3mf: the limits of vertices and triangles hold over all instances") {

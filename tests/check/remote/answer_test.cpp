@@ -33,11 +33,11 @@ Gate gate() {
   return gate;
 }
 
-Reply reply(int status, const std::string& body, const std::string& type = "application/problem+json") {
-  Reply reply;
+net::HttpAnswer reply(int status, const std::string& body, const std::string& type = "application/problem+json") {
+  net::HttpAnswer reply;
   reply.status = status;
   reply.body = body;
-  reply.content_type = type;
+  reply.headers["content-type"] = type;
   return reply;
 }
 
@@ -173,7 +173,7 @@ TEST_CASE("answer: a refusal says what to do") {
 }
 
 TEST_CASE("answer: what is no meshgauge service") {
-  Reply moved = reply(301, "", "text/html");
+  net::HttpAnswer moved = reply(301, "", "text/html");
   moved.redirect = "https://elsewhere/\n::error::";
   CHECK(error_of(moved, gate(), kBase, false).message ==
         "http://service does not answer as a meshgauge service: it redirects to https://elsewhere/ ::error::; give the "

@@ -5,16 +5,16 @@
 
 #include <doctest/doctest.h>
 
-#include "check/remote/connection.h"
+#include "check/remote/client.h"
 
 using namespace meshgauge::check::service;
 
 namespace {
 
-const std::string kId(32, '0');
+const std::string kBatchId(32, '0');
 
 std::string line(int position, const std::string& state = "failed") {
-  return R"({"position":)" + std::to_string(position) + R"(,"name":null,"comparison":")" + kId + R"(","state":")" +
+  return R"({"position":)" + std::to_string(position) + R"(,"name":null,"comparison":")" + kBatchId + R"(","state":")" +
          state + R"(","verdict":null,"result":null,"problem":{"type":"urn:meshgauge:problem:empty-mesh"}})" + "\n";
 }
 

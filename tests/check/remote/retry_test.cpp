@@ -4,20 +4,26 @@
 
 #include <doctest/doctest.h>
 
+using namespace meshgauge;
 using namespace meshgauge::check::service;
+using net::Trouble;
 using namespace std::chrono_literals;
 
 namespace {
 
 constexpr Retries::Clock::time_point kStart{};
 
-Exchange lost(Trouble trouble = Trouble::broken) { return {trouble, "why", {}}; }
+net::HttpAnswer lost(Trouble trouble = Trouble::broken) {
+  net::HttpAnswer answer;
+  answer.trouble = trouble;
+  return answer;
+}
 
-Exchange refused(int status, std::optional<std::chrono::seconds> after = {}) {
-  Exchange exchange;
-  exchange.reply.status = status;
-  exchange.reply.retry_after = after;
-  return exchange;
+net::HttpAnswer refused(int status, std::optional<std::chrono::seconds> after = {}) {
+  net::HttpAnswer answer;
+  answer.status = status;
+  answer.retry_after = after;
+  return answer;
 }
 
 }  // namespace

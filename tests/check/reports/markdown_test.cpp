@@ -49,7 +49,7 @@ TEST_CASE("markdown: the verdict, then what did not pass, the worst first, then 
   CHECK(position(text, "### ⚠️ `lod-2`") < position(text, "<details><summary>1 gate passed</summary>"));
   CHECK(position(text, "<details>") < position(text, "| ✅ pass | `bracket` |"));
   CHECK(text.find("### ✅") == std::string::npos);
-  position(text, "- witness (1.5, &#45;2, 0.3) on triangle 17");
+  position(text, "- witness (1.5, &#45;2, 0.3) mm on triangle 17");
   position(text, "- gate `parts/gates.yaml:7`\n");
 }
 

@@ -66,8 +66,8 @@ TEST_CASE("fail: where to look, and on which of the two") {
   Measured failed = measured(0.75, 0.8, 0.5);
   failed.witness = check::Witness{true, Vec3(1, 2.5, -3), 17, Vec3(1, 2.5, -2.25), 4};
   CHECK(with(failed).advice() ==
-        "Look at (1, 2.5, -3) on triangle 17 of the candidate: it is 0.75 mm or more from the baseline, nearest to "
-        "(1, 2.5, -2.25) on triangle 4.");
+        "Look at (1, 2.5, -3) mm on triangle 17 of the candidate: it is 0.75 mm or more from the baseline, nearest to "
+        "(1, 2.5, -2.25) mm on triangle 4.");
   failed.witness->on_candidate = false;
   const std::string hole = with(failed).advice();
   CHECK(hole.find("triangle 17 of the baseline: it is 0.75 mm or more from the candidate") != std::string::npos);

@@ -22,7 +22,7 @@ TEST_CASE("a mesh is read once for all gates and threads, by whatever way its fi
   std::filesystem::create_directory(folder.path() / "sub");
   const auto detour = folder.path() / "sub" / ".." / "base.obj";
   Meshes meshes({gate(other, base, 1), gate(other, detour, 1)});
-  std::vector<Meshes::Mesh> got(8);
+  std::vector<api::SharedMesh> got(8);
   std::vector<std::thread> threads;
   for (std::size_t i = 0; i < got.size(); ++i) {
     threads.emplace_back([&, i] {

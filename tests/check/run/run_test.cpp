@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "check/run/gates.h"
+#include "engine/hausdorff.h"
 
 using namespace meshgauge;
 using namespace meshgauge::check;

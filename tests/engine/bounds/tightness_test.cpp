@@ -1,4 +1,4 @@
-#include "engine/bounds/tightness.h"
+#include "tests/engine/bounds/tightness.h"
 
 #include <doctest/doctest.h>
 
@@ -12,7 +12,7 @@ using namespace meshgauge;
 
 namespace {
 
-struct Fixture : PatientSearch {
+struct Measured : PatientSearch {
   using PatientSearch::PatientSearch;
 
   double of(PieceBound&& bound, const Piece& p) { return tightness(best_upper(p, to), bound.upper(p), to); }
@@ -31,7 +31,7 @@ void add_spike(Mesh& mesh, const Vec3& tip) {
 }
 
 // A lid a quarter above the triangle (0,0) (1,0) (0,1), and a spike an eighth below each of its four points.
-Fixture lid_and_spikes() {
+Measured lid_and_spikes() {
   Mesh b = shapes::triangle({-1, -1, 0.25}, {3, -1, 0.25}, {-1, 3, 0.25});
   for (const auto& [x, y] :
        {std::pair(0.0, 0.0), std::pair(1.0, 0.0), std::pair(0.0, 1.0), std::pair(1 / 3.0, 1 / 3.0)})
@@ -42,7 +42,7 @@ Fixture lid_and_spikes() {
 }  // namespace
 
 TEST_CASE("tightness of a pair made by hand: the spikes hide the lid from four points, not from ten") {
-  Fixture f = lid_and_spikes();
+  Measured f = lid_and_spikes();
   const Piece piece = f.piece();
   CHECK(best_upper(piece, f.to) == doctest::Approx(0.25).epsilon(1e-14));
   // The best that the four points see is the spike of the centroid, sqrt(5)/3 from the farther corners.
@@ -57,7 +57,7 @@ TEST_CASE("tightness of a pair made by hand: the spikes hide the lid from four p
 TEST_CASE("best_upper is the least over all triangles, each looked at in the mesh's own order") {
   std::mt19937_64 random(21);
   for (int round = 0; round < 30; ++round) {
-    Fixture f(shapes::scaled(shapes::soup(2, random), 0.4), shapes::soup(50, random));
+    Measured f(shapes::scaled(shapes::soup(2, random), 0.4), shapes::soup(50, random));
     const Piece piece = f.piece(1);
     const MeshView b = f.b;
     double least = std::numeric_limits<double>::infinity();
@@ -75,7 +75,7 @@ TEST_CASE("tightness is in 0 to 1, never falls from stencil to stencil, and is 1
   std::mt19937_64 random(22);
   int loose = 0, gained = 0;
   for (int round = 0; round < 80; ++round) {
-    Fixture f(shapes::scaled(shapes::soup(4, random), round % 2 ? 0.5 : 0.05), shapes::soup(60, random));
+    Measured f(shapes::scaled(shapes::soup(4, random), round % 2 ? 0.5 : 0.05), shapes::soup(60, random));
     for (std::uint32_t t = 0; t < 4; ++t) {
       const Piece piece = f.piece(t);
       CHECK(f.of_triangle_set(piece) == 1);
@@ -97,7 +97,7 @@ TEST_CASE("tightness is in 0 to 1, never falls from stencil to stencil, and is 1
 
 TEST_CASE("on a closed surface, where triangles share the points nearest to samples") {
   std::mt19937_64 random(23);
-  Fixture f(shapes::scaled(shapes::soup(200, random), 0.5), shapes::sphere(8, 0.5));
+  Measured f(shapes::scaled(shapes::soup(200, random), 0.5), shapes::sphere(8, 0.5));
   std::array<double, 4> sums{};
   for (std::uint32_t t = 0; t < 200; ++t) {
     const Piece piece = f.piece(t);
@@ -114,7 +114,7 @@ TEST_CASE("on a closed surface, where triangles share the points nearest to samp
 }
 
 TEST_CASE("a bound that rounding cannot tell from 0 has lost nothing") {
-  Fixture same(shapes::sphere(6), shapes::sphere(6));
+  Measured same(shapes::sphere(6), shapes::sphere(6));
   for (std::uint32_t t = 0; t < same.a.triangles.size(); ++t) {
     const Piece piece = same.piece(t);
     CHECK(same.of_four_point(piece) == 1);

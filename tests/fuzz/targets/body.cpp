@@ -68,7 +68,7 @@ std::string received(std::string_view sent, const server::Head& head, std::size_
 }  // namespace
 }  // namespace meshgauge::fuzz
 
-int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(body) {
   using namespace meshgauge::fuzz;
   if (size == 0 || size > kLongestInput) return 0;
   const auto sent = text_of(data, size).substr(1);

@@ -2,7 +2,7 @@
 #include "tests/fuzz/targets/mesh_file.h"
 #include "tests/fuzz/targets/target.h"
 
-int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(detect) {
   meshgauge::fuzz::check_mesh_file(meshgauge::fuzz::text_of(data, size), "");
   return 0;
 }

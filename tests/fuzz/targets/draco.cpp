@@ -23,7 +23,7 @@ void require_whole(const api::GltfDracoMesh& mesh, const api::ReadLimits& limits
 
 }  // namespace
 
-int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(draco) {
   const std::vector<std::uint8_t> exact(data, data + size);
   const auto bytes = std::as_bytes(std::span(exact));
   api::ReadLimits limits;
@@ -32,7 +32,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   limits.max_expanded_bytes = std::size_t{4} << 20;
   const api::Source source{bytes, "a", limits};
   const auto read = [&] {
-    api::GltfBudget budget(source, {});
+    api::GltfBudget budget(source);
     return api::decode_draco(source, "meshes[0]", bytes, {{"POSITION", 0}}, budget);
   };
   const auto first = read();

@@ -31,7 +31,7 @@ std::string container(std::string_view parts) {
 
 }  // namespace
 
-int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(glb) {
   const auto input = meshgauge::fuzz::text_of(data, size);
   meshgauge::fuzz::check_file_of("glb", input.starts_with("glTF") ? std::string(input) : container(input));
   return 0;

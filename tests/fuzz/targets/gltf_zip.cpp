@@ -30,7 +30,7 @@ std::string archive(std::string_view json, std::string_view data) {
 
 }  // namespace
 
-int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(gltf_zip) {
   const auto input = meshgauge::fuzz::text_of(data, size);
   const std::size_t nul = std::min(input.find('\0'), input.size());
   const std::string file = input.starts_with("PK")

@@ -3,7 +3,7 @@
 #include "tests/fuzz/targets/mesh_file.h"
 #include "tests/fuzz/targets/target.h"
 
-int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(gzip) {
   const auto file = meshgauge::fuzz::text_of(data, size);
   meshgauge::fuzz::check_mesh_file(file, "m.obj.gz");
   meshgauge::fuzz::check_compressed(file);

@@ -59,7 +59,7 @@ void require_accepted_in_parts(std::string_view text) {
 }  // namespace
 }  // namespace meshgauge::fuzz
 
-int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(head) {
   using namespace meshgauge;
   const auto input = fuzz::text_of(data, size);
   const std::size_t end = input.substr(0, server::kMaxHeadBytes).find("\r\n\r\n");

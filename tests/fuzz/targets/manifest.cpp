@@ -25,7 +25,7 @@ using Json = nlohmann::ordered_json;
 
 std::string number(double x) { return Json(x).dump(); }
 
-Json json_of(const Tolerance& tolerance) {
+Json as_manifest(const Tolerance& tolerance) {
   Json json = Json::object();
   if (tolerance.absolute) json["absolute"] = *tolerance.absolute;
   if (tolerance.diagonal) json["diagonal"] = *tolerance.diagonal;
@@ -34,7 +34,7 @@ Json json_of(const Tolerance& tolerance) {
 }
 
 // JSON is YAML. A share has been divided by a hundred, and is checked apart.
-Json json_of(const Entry& entry) {
+Json as_manifest(const Entry& entry) {
   const Gate& gate = entry.gate;
   Json json{{"name", entry.name.text},
             {"candidate", entry.candidate.text},
@@ -44,7 +44,7 @@ Json json_of(const Entry& entry) {
             {"direction", name_of(api::kDirections, gate.options.direction)},
             {"timeout", std::to_string(gate.timeout.count()) + " ms"},
             {"strategy", name_of(api::kStrategies, gate.options.strategy)},
-            {"tolerance", json_of(gate.options.tolerance)},
+            {"tolerance", as_manifest(gate.options.tolerance)},
             {"statistics", gate.statistics},
             {"on_fail", gate.warn_only ? "warn" : "fail"}};
   if (gate.options.strategy == Strategy::n_point) json["points"] = gate.options.points;
@@ -55,7 +55,7 @@ Json json_of(const Entry& entry) {
   return json;
 }
 
-bool same(const Entry& x, const Entry& y) {
+bool same_entry(const Entry& x, const Entry& y) {
   const Options &a = x.gate.options, &b = y.gate.options;
   const bool same_limit = x.gate.limit.max_diagonal_share || (x.gate.limit.max_distance == y.gate.limit.max_distance &&
                                                               x.gate.limit.unit == y.gate.limit.unit);
@@ -107,11 +107,11 @@ void check_manifest(std::string_view text) {
   Json again{{"version", 1}, {"gates", Json::array()}};
   for (const Entry& entry : entries) {
     require_sound(entry);
-    again["gates"].push_back(json_of(entry));
+    again["gates"].push_back(as_manifest(entry));
   }
   Mistakes none;
   const auto reread = read_manifest(again.dump(), none);
-  require(none.empty() && std::equal(entries.begin(), entries.end(), reread.begin(), reread.end(), same),
+  require(none.empty() && std::equal(entries.begin(), entries.end(), reread.begin(), reread.end(), same_entry),
           "a manifest written anew is read as the same", again.dump());
 }
 
@@ -126,7 +126,7 @@ void check_quantities(std::string_view text) {
 }  // namespace
 }  // namespace meshgauge::fuzz
 
-int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(manifest) {
   const auto text = meshgauge::fuzz::text_of(data, size);
   meshgauge::fuzz::check_manifest(text);
   meshgauge::fuzz::check_quantities(text);

@@ -37,7 +37,7 @@ struct Input {
 
 }  // namespace
 
-int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(meshopt) {
   if (size < 4) return 0;
   Input input;
   input.mode = data[0] % 3U;

@@ -93,7 +93,7 @@ std::string received(std::string_view body, const std::string& boundary, std::si
 }  // namespace
 }  // namespace meshgauge::fuzz
 
-int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(multipart) {
   using namespace meshgauge::fuzz;
   const auto input = text_of(data, size);
   const std::size_t line = std::min(input.find('\n'), input.size());

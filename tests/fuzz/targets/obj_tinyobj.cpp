@@ -7,7 +7,7 @@
 #include "tests/fuzz/targets/checks.h"
 #include "tests/fuzz/targets/target.h"
 
-int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(obj_tinyobj) {
   using namespace meshgauge;
   const auto text = fuzz::text_of(data, size);
   const auto ours = api::test::read(text, "m.obj");

@@ -87,7 +87,7 @@ void check(std::string_view text, const api::RequestLimits& limits) {
 }  // namespace
 }  // namespace meshgauge::fuzz
 
-int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(options) {
   using std::chrono::milliseconds;
   const auto text = meshgauge::fuzz::text_of(data, size);
   meshgauge::fuzz::check(text, {});

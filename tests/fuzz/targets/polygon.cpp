@@ -89,7 +89,7 @@ bool turn_one_way(const Mesh& mesh) {
 }  // namespace
 }  // namespace meshgauge::fuzz
 
-int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(polygon) {
   using namespace meshgauge::fuzz;
   const Face face = face_of(data, size);
   if (face.corners.size() < 3) return 0;

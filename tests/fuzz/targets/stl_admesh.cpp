@@ -72,7 +72,7 @@ bool same_bits(const std::vector<Facet>& a, const std::vector<Facet>& b) {
 }  // namespace
 }  // namespace meshgauge::fuzz
 
-int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(stl_admesh) {
   using namespace meshgauge::fuzz;
   const auto facets = facets_of(data, size);
   for (const std::string& file : {binary(facets), ascii(facets)}) {

@@ -8,7 +8,7 @@
 #include "tests/fuzz/targets/mesh_file.h"
 #include "tests/fuzz/targets/target.h"
 
-int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(3mf) {
   using namespace meshgauge;
   const std::string input(fuzz::text_of(data, size));
   if (input.starts_with("PK")) return fuzz::check_file_of("3mf", input), 0;

@@ -80,7 +80,7 @@ void check_made(const std::string& content, bool stored) {
 }  // namespace
 }  // namespace meshgauge::fuzz
 
-int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+FUZZ_TARGET(zip) {
   using namespace meshgauge::fuzz;
   const auto input = text_of(data, size);
   require(told(input) == told(input), "the same bytes give the same answer");

@@ -6,8 +6,8 @@
 
 #include <doctest/doctest.h>
 
+#include "api/utc.h"
 #include "server/access/token.h"
-#include "server/access/utc.h"
 
 using namespace meshgauge;
 using server::Key;
@@ -54,7 +54,7 @@ TEST_CASE("keys: what is printed is what is read") {
   key.sha256 = {kDigest, kOther};
   key.scopes = {false, true};
   key.allowance = {1, 2, 3, 0};
-  key.expires = server::parse_utc("2027-01-31T12:34:56Z");
+  key.expires = api::parse_utc("2027-01-31T12:34:56Z");
   key.disabled = true;
   const auto keys = parse_keys(file(to_json(key)));
   REQUIRE(keys.ok());
@@ -145,13 +145,13 @@ TEST_CASE("token: where it stands in a request") {
 
 TEST_CASE("utc: there and back, and no time that there is not") {
   for (const char* text : {"1970-01-01T00:00:00Z", "2024-02-29T23:59:59Z", "2200-12-31T00:00:01Z"}) {
-    const auto time = server::parse_utc(text);
+    const auto time = api::parse_utc(text);
     REQUIRE(time);
-    CHECK(server::to_utc(*time) == text);
+    CHECK(api::to_utc(*time) == text);
   }
   for (const char* text : {"", "2027-01-01", "2027-01-01T00:00:00", "2027-01-01T00:00:00+01", "2027-13-01T00:00:00Z",
                            "2023-02-29T00:00:00Z", "2027-01-01T24:00:00Z", "2027-01-01T00:60:00Z",
                            "2027-01-01T00:00:60Z", "2027-01-0aT00:00:00Z", "9999-01-01T00:00:00Z"}) {
-    CHECK_MESSAGE(!server::parse_utc(text), text);
+    CHECK_MESSAGE(!api::parse_utc(text), text);
   }
 }

@@ -52,7 +52,7 @@ struct Bench {
   store::EmbeddedForTests embedded;
   store::BlobStore& blobs = embedded.blobs();
   MeshCache cache{1 << 20};
-  const Stores stores{embedded.jobs(), embedded.meshes(), blobs, cache};
+  const Stores stores{embedded.jobs(), embedded.meshes(), blobs, embedded.signals(), cache};
   const Settings settings = checked(Settings()).value();
   Access access{""};
   ByteBudget budget{1 << 20};

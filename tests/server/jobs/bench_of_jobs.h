@@ -1,4 +1,4 @@
-// Jobs over real stores and a stand-in for the comparison: what its tests and its stress test begin with.
+// Jobs over real stores and a stand-in for the readers: what its tests and its stress test begin with.
 #pragma once
 
 #include <atomic>
@@ -16,12 +16,20 @@
 
 #include "flaky_store.h"
 #include "server/jobs/jobs.h"
+#include "tests/eventually.h"
 #include "tests/server/stand_in.h"
 #include "tests/server/store/implementations.h"
 
 namespace meshgauge::server {
 
-// Runs until it is released or interrupted; never looks at the meshes.
+inline constexpr std::chrono::seconds kLong{60};  // longer than anything here takes
+
+inline api::ProblemKind refusal_of(const Jobs::Submitted& submitted) {
+  REQUIRE(std::holds_alternative<Denial>(submitted));
+  return std::get<Denial>(submitted).problem.kind;
+}
+
+// Gives the meshes when it is released or the job interrupted: so long a comparison runs.
 struct Stand {
   std::atomic<int> running{0};  // that were begun
   std::atomic<bool> released{false};
@@ -29,25 +37,20 @@ struct Stand {
   std::mutex mutex;
   std::vector<std::string> order;  // file names of a
   std::vector<Control::Clock::time_point> deadlines;
-  std::vector<Options> options;
 
-  Compare compare() {
-    return [this](const MeshSource& a, const MeshSource&, const Options& asked, const api::ReadLimits&,
-                  Control& control) -> Result<api::Comparison> {
+  Fetch fetch() {
+    return [this](const MeshSource& source, Control& control) -> Result<api::SharedMesh> {
+      if (source.input.part == "b") return stand_in(source);
       {
         const std::lock_guard lock(mutex);
-        order.push_back(a.input.filename);
+        order.push_back(source.input.filename);
         deadlines.push_back(*control.deadline());
-        options.push_back(asked);
       }
       ++running;
       while (!released && (deaf || control.check() == Interruption::none)) {
         std::this_thread::sleep_for(std::chrono::milliseconds(1));
       }
-      api::Comparison comparison = stand_in(a, asked);
-      const Interruption why = deaf ? Interruption::none : control.check();
-      if (why == Interruption::cancelled) comparison.outcome.stop = Stop::cancelled;
-      return comparison;
+      return stand_in(source);
     };
   }
 };
@@ -58,7 +61,7 @@ struct Kept {
   store::FlakyStore jobs{embedded.jobs()};
   MeshCache cache{std::uint64_t{1} << 20};
 
-  Stores stores() { return {jobs, embedded.meshes(), embedded.blobs(), cache}; }
+  Stores stores() { return {jobs, embedded.meshes(), embedded.blobs(), embedded.signals(), cache}; }
 };
 
 inline Settings one_worker() {
@@ -70,8 +73,10 @@ inline Settings one_worker() {
 }
 
 struct Bench {
-  explicit Bench(Kept& kept, Compare compare, Settings chosen = one_worker())
-      : settings(std::move(chosen)), jobs(settings, std::move(compare), kept.stores(), access, metrics) {}
+  explicit Bench(Kept& kept, Fetch fetch, Settings chosen = one_worker())
+      : settings(std::move(chosen)), jobs(settings, std::move(fetch), kept.stores(), access, metrics) {
+    store::got(jobs.recover());
+  }
 
   Settings settings;
   Access access{""};
@@ -117,14 +122,6 @@ inline std::shared_ptr<LiveJob> begun(Jobs::Submitted submitted) {
   if (const auto* denial = std::get_if<Denial>(&submitted)) FAIL(denial->problem.detail);
   REQUIRE(std::holds_alternative<std::shared_ptr<LiveJob>>(submitted));
   return std::get<std::shared_ptr<LiveJob>>(submitted);
-}
-
-inline bool eventually(const std::function<bool()>& condition) {
-  for (int i = 0; i < 30'000; ++i) {
-    if (condition()) return true;
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  }
-  return false;
 }
 
 inline store::Job row_of(Kept& kept, const store::JobKey& key) {

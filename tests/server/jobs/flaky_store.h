@@ -26,13 +26,9 @@ class FlakyStore final : public JobStore {
   Result<Inserted> insert(const NewJob& job) override {
     return written([&] { return behind_.insert(job); });
   }
-  Result<std::optional<Claimed>> claim(const JobKey& key, const std::string& worker, TimePoint now,
-                                       TimePoint lease_until) override {
-    return written([&] { return behind_.claim(key, worker, now, lease_until); });
-  }
-  Result<std::vector<Claimed>> claim_some(const std::string& worker, TimePoint now, TimePoint lease_until, Which which,
+  Result<std::vector<Claimed>> claim_some(const std::string& worker, TimePoint now, TimePoint lease_until,
                                           std::size_t most, Suspects suspects) override {
-    auto claimed = written([&] { return behind_.claim_some(worker, now, lease_until, which, most, suspects); });
+    auto claimed = written([&] { return behind_.claim_some(worker, now, lease_until, most, suspects); });
     if (!claimed || !answers_claim || answers_claim(*claimed)) return claimed;
     return Error{ErrorCode::storage_unavailable, "the answer is lost, says the test", "", ""};
   }

@@ -7,21 +7,10 @@ using namespace meshgauge::server;
 using std::chrono::seconds;
 using store::got;
 
-namespace {
-
-constexpr seconds kLong{60};
-
-api::ProblemKind refusal_of(const Jobs::Submitted& submitted) {
-  REQUIRE(std::holds_alternative<Denial>(submitted));
-  return std::get<Denial>(submitted).problem.kind;
-}
-
-}  // namespace
-
 TEST_CASE("jobs: what one brought goes with its end, what is stored or needed by another stays") {
   Kept kept;
   Stand stand;
-  Bench bench(kept, stand.compare());
+  Bench bench(kept, stand.fetch());
   const auto bytes = [&] { return got(kept.embedded.blobs().stored_bytes("")); };
   const std::uint64_t other = std::string("the other").size();
   const auto runs = begun(submit(bench.jobs, submission("runs", true)));
@@ -43,7 +32,7 @@ TEST_CASE("jobs: refused and repeated ones leave nothing behind") {
   Stand stand;
   Settings settings = one_worker();
   settings.max_stored_bytes = 30;
-  Bench bench(kept, stand.compare(), settings);
+  Bench bench(kept, stand.fetch(), settings);
   const auto bytes = [&] { return got(kept.embedded.blobs().stored_bytes("")); };
   begun(submit(bench.jobs, submission("first", true, "key")));
   const std::uint64_t before = bytes();
@@ -61,14 +50,13 @@ TEST_CASE("jobs: what waits for a restart counts after it") {
   settings.max_stored_bytes = 30;
   {
     Stand stand;
-    Bench bench(kept, stand.compare(), settings);
+    Bench bench(kept, stand.fetch(), settings);
     begun(submit(bench.jobs, submission("first", true)));
     REQUIRE(eventually([&] { return stand.running == 1; }));
     begun(submit(bench.jobs, submission("second", true)));
   }
   Stand stand;
-  Bench bench(kept, stand.compare(), settings);
-  got(bench.jobs.recover());
+  Bench bench(kept, stand.fetch(), settings);
   CHECK(refusal_of(submit(bench.jobs, submission(std::string(20, 'x'), true))) == api::ProblemKind::quota_exceeded);
   stand.released = true;
   CHECK(eventually([&] { return got(kept.embedded.blobs().stored_bytes("")) == 0; }));

@@ -23,7 +23,7 @@ using server::MeshCache;
 
 namespace {
 
-using MeshPointer = std::shared_ptr<const api::PreparedMesh>;
+using api::SharedMesh;
 
 constexpr std::uint64_t kPlenty = std::uint64_t{1} << 40;
 
@@ -41,7 +41,7 @@ struct Source {
 
   explicit Source(std::string of) : name(std::move(of)) {}
 
-  Result<MeshPointer> operator()(Control&) {
+  Result<SharedMesh> operator()(Control&) {
     ++loads;
     const auto held = std::make_shared<const Mesh>(mesh);
     return std::make_shared<const api::PreparedMesh>(api::LoadedMesh{*held, api::Format::obj, {}, id_of(name), held},
@@ -49,19 +49,19 @@ struct Source {
   }
 };
 
-Result<MeshPointer> get(MeshCache& cache, Source& source, const std::string& owner = "") {
+Result<SharedMesh> get(MeshCache& cache, Source& source, const std::string& owner = "") {
   Control control;
   return cache.get(key_of(source.name, owner), std::ref(source), control);
 }
 
-MeshPointer take(MeshCache& cache, Source& source, const std::string& owner = "") {
+SharedMesh take(MeshCache& cache, Source& source, const std::string& owner = "") {
   auto mesh = get(cache, source, owner);
   REQUIRE(mesh.ok());
   return *mesh;
 }
 
 // As a comparison does.
-Outcome measured(const MeshPointer& a, const MeshPointer& b) {
+Outcome measured(const SharedMesh& a, const SharedMesh& b) {
   Control control;
   return measure(a->mesh, b->mesh, Options{}, control);
 }
@@ -71,7 +71,7 @@ Outcome measured(const MeshPointer& a, const MeshPointer& b) {
 TEST_CASE("mesh cache: what was loaded once is there, for its owner and in its reading alone") {
   MeshCache cache(kPlenty);
   Source source("a");
-  const MeshPointer first = take(cache, source);
+  const SharedMesh first = take(cache, source);
   CHECK(take(cache, source) == first);
   CHECK(source.loads == 1);
   CHECK(take(cache, source, "somebody") != first);
@@ -94,13 +94,13 @@ TEST_CASE("mesh cache: a comparison makes the trees, and they are counted when i
   b.mesh = shapes::sphere(15, 1.1);
   Outcome first;
   {
-    const MeshPointer mesh_a = take(cache, a), mesh_b = take(cache, b);
+    const SharedMesh mesh_a = take(cache, a), mesh_b = take(cache, b);
     CHECK(cache.counters().in_use == 2);
     first = measured(mesh_a, mesh_b);
   }
   const auto counters = cache.counters();
   CHECK(counters.in_use == 0);
-  const MeshPointer again_a = take(cache, a), again_b = take(cache, b);
+  const SharedMesh again_a = take(cache, a), again_b = take(cache, b);
   CHECK(counters.bytes == again_a->bytes() + again_b->bytes());
   CHECK(again_a->bytes() > 3 * a.mesh.positions.size() * sizeof(Vec3));
   CHECK(same_outcome(measured(again_a, again_b), first));
@@ -115,13 +115,13 @@ TEST_CASE("mesh cache: over the budget the longest unused goes, never what is in
   sources[0].loads = 0;
   std::weak_ptr<const api::PreparedMesh> second;
   {
-    const MeshPointer held = take(cache, sources[0]);
+    const SharedMesh held = take(cache, sources[0]);
     second = take(cache, sources[1]);
     (void)get(cache, sources[2]);
     CHECK(second.expired());
     CHECK(cache.counters().evictions == 1);
     CHECK(take(cache, sources[0]) == held);  // the oldest, but in use
-    const MeshPointer more[] = {take(cache, sources[1]), take(cache, sources[2]), take(cache, sources[3])};
+    const SharedMesh more[] = {take(cache, sources[1]), take(cache, sources[2]), take(cache, sources[3])};
     CHECK(cache.counters().bytes == 4 * one);  // all in use
     CHECK(measured(held, more[2]).lower == 0);
   }
@@ -139,7 +139,7 @@ TEST_CASE("mesh cache: trees that outgrow the budget take their mesh along") {
   MeshCache cache(take(unlimited, large)->bytes() * 2);
   (void)get(cache, small);
   {
-    const MeshPointer mesh = take(cache, large);
+    const SharedMesh mesh = take(cache, large);
     (void)measured(mesh, take(cache, small));
   }
   CHECK(cache.counters().evictions == 1);
@@ -166,13 +166,13 @@ TEST_CASE("mesh cache: what is larger than the budget is given, drives nobody ou
 TEST_CASE("mesh cache: a mesh that is forgotten is loaded anew, and lives while it is in use") {
   MeshCache cache(kPlenty);
   Source source("a");
-  MeshPointer held = take(cache, source);
+  SharedMesh held = take(cache, source);
   (void)get(cache, source, "somebody");
   cache.forget("", id_of("a"));
   cache.forget("", id_of("b"));
   CHECK(cache.counters().meshes == 1);
   CHECK(measured(held, held).upper == 0);
-  const MeshPointer other = take(cache, source);
+  const SharedMesh other = take(cache, source);
   CHECK(other != held);
   const std::weak_ptr<const api::PreparedMesh> watched = held;
   held.reset();
@@ -184,7 +184,7 @@ TEST_CASE("mesh cache: a mesh that is forgotten is loaded anew, and lives while 
 
 TEST_CASE("mesh cache: the mesh outlives the cache while it is in use") {
   Source source("a");
-  MeshPointer held;
+  SharedMesh held;
   {
     MeshCache cache(kPlenty);
     held = take(cache, source);
@@ -196,8 +196,8 @@ TEST_CASE("mesh cache: failures are not kept, nor bytes that are not what they a
   MeshCache cache(kPlenty);
   Source source("a");
   Control control;
-  const api::GetMesh refuses = [](Control&) { return Error{ErrorCode::unreadable_mesh, "no mesh", "a", ""}; };
-  const api::GetMesh throws = [](Control&) -> Result<MeshPointer> { throw std::bad_alloc(); };
+  const MeshCache::Load refuses = [](Control&) { return Error{ErrorCode::unreadable_mesh, "no mesh", "a", ""}; };
+  const MeshCache::Load throws = [](Control&) -> Result<SharedMesh> { throw std::bad_alloc(); };
   CHECK(cache.get(key_of("a"), refuses, control).error().message == "no mesh");
   CHECK_THROWS_AS((void)cache.get(key_of("a"), throws, control), std::bad_alloc);
   const auto damaged = cache.get(key_of("b"), std::ref(source), control);
@@ -211,7 +211,7 @@ TEST_CASE("mesh cache: one load at a time for a mesh; who waits can be stopped, 
   MeshCache cache(kPlenty);
   Source source("a");
   std::promise<void> begun, end;
-  const api::GetMesh slow = [&](Control&) -> Result<MeshPointer> {
+  const MeshCache::Load slow = [&](Control&) -> Result<SharedMesh> {
     begun.set_value();
     end.get_future().wait();
     return Error{ErrorCode::unreadable_mesh, "no mesh", "a", ""};
@@ -229,7 +229,7 @@ TEST_CASE("mesh cache: one load at a time for a mesh; who waits can be stopped, 
   Source other("other");
   CHECK(get(cache, other).ok());  // waits for nobody
 
-  std::vector<std::future<Result<MeshPointer>>> waiting;
+  std::vector<std::future<Result<SharedMesh>>> waiting;
   waiting.reserve(4);
   for (int i = 0; i < 4; ++i) waiting.push_back(std::async(std::launch::async, [&] { return get(cache, source); }));
   end.set_value();
@@ -241,7 +241,7 @@ TEST_CASE("mesh cache: one load at a time for a mesh; who waits can be stopped, 
 TEST_CASE("mesh cache: forgotten while it is loaded, it is given and not kept") {
   MeshCache cache(kPlenty);
   Source source("a");
-  const api::GetMesh load = [&](Control& control) {
+  const MeshCache::Load load = [&](Control& control) {
     cache.forget("", id_of("a"));
     return source(control);
   };
@@ -271,7 +271,7 @@ TEST_CASE("mesh cache: many at once, with too little room, measure what they wou
       for (int i = 0; i < 40; ++i) {
         const std::size_t which = random() % sources.size();
         if (i % 10 == 9) cache.forget("", id_of(sources[which]->name));
-        const MeshPointer a = take(cache, *sources[0]), b = take(cache, *sources[which]);
+        const SharedMesh a = take(cache, *sources[0]), b = take(cache, *sources[which]);
         wrong += same_outcome(measured(a, b), alone[which]) ? 0 : 1;
       }
       return wrong;
@@ -303,7 +303,7 @@ TEST_CASE("mesh cache: the memory of what goes is given back to the system") {
     for (int i = 0; i < 60; ++i) {  // of sizes that the allocator would keep
       Source source(std::to_string(i));
       source.mesh = shapes::sphere(60);
-      const MeshPointer mesh = take(cache, source);
+      const SharedMesh mesh = take(cache, source);
       (void)measured(mesh, mesh);
       (void)std::async(std::launch::async, [&] { return measured(mesh, take(cache, source)); }).get();
     }

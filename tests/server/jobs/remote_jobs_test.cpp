@@ -15,17 +15,10 @@ using store::JobState;
 
 namespace {
 
-constexpr seconds kLong{60};
-
 store::Job row_in(Common& common, const store::JobKey& key) {
   const auto row = got(common.embedded.jobs().get(key));
   REQUIRE(row.has_value());
   return *row;
-}
-
-api::ProblemKind refusal_of(const Jobs::Submitted& submitted) {
-  REQUIRE(std::holds_alternative<Denial>(submitted));
-  return std::get<Denial>(submitted).problem.kind;
 }
 
 Submission keyed(const std::string& a, const std::string& key) { return submission(a, true, key); }
@@ -139,7 +132,7 @@ TEST_CASE("front ends: places of clients that wait are counted by each, durable 
   REQUIRE(eventually([&] { return other.jobs->figures().durable_slots == 2; }));
   begun(submit(*other.jobs, submission("2", true)));
   CHECK_FALSE(other.jobs->admit(Jobs::Kind::durable).has_value());
-  REQUIRE(eventually([&] { return other.jobs->store_queue().waiting == 3; }));
+  REQUIRE(eventually([&] { return other.jobs->store_queue()->counts().queued == 3; }));
   std::vector<Scheduler::Slot> slots;
   for (int i = 0; i < 4; ++i) {
     auto slot = other.jobs->admit(Jobs::Kind::awaited);
@@ -160,7 +153,7 @@ TEST_CASE("front ends: what batches and waiting clients have in the queue keeps 
   item.expires_if_never_run = common.jobs.time() + kLong;
   got(common.jobs.insert(item));
   begun(submit(*front.jobs, submission("awaited", false)));
-  REQUIRE(eventually([&] { return front.jobs->store_queue().waiting == 2; }));
+  REQUIRE(eventually([&] { return front.jobs->store_queue()->counts().queued == 2; }));
   CHECK(front.jobs->figures().durable_slots == 0);
   CHECK(front.jobs->admit(Jobs::Kind::durable).has_value());
 }
@@ -238,7 +231,7 @@ TEST_CASE("front ends: the one on duty gives back to the queue what lost its wor
   FrontEnd front(common, settings);
   const auto job = begun(submit(*front.jobs, submission("a", true)));
   const auto now = common.jobs.time();
-  got(common.jobs.claim(job->key, "a worker that dies", now, now + milliseconds(1)));
+  store::claim_one(common.jobs, job->key, "a worker that dies", now, now + milliseconds(1));
   REQUIRE(eventually([&] { return job->view().row.state == JobState::running; }));
   common.jobs.duty = true;
   CHECK(eventually([&] { return row_in(common, job->key).state == JobState::queued; }));
@@ -364,7 +357,7 @@ TEST_CASE("front ends: however many meshes are to be removed, upkeep goes on bes
   for (const auto& job : jobs) REQUIRE(job->wait_for_end(kLong));
   const auto lost = begun(submit(*front.jobs, submission("of a worker that dies", true)));
   const auto now = common.jobs.time();
-  got(common.jobs.claim(lost->key, "a worker that dies", now, now + milliseconds(1)));
+  store::claim_one(common.jobs, lost->key, "a worker that dies", now, now + milliseconds(1));
   REQUIRE(eventually([&] { return common.jobs.looks >= 4; }));
   common.jobs.duty = true;
   REQUIRE(eventually([&] { return row_in(common, lost->key).state == JobState::queued; }));

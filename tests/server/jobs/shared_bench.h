@@ -32,11 +32,10 @@ struct FrontEnd {
     common.jobs.tell_to(signals);
     jobs.emplace(
         settings,
-        [](const auto&, const auto&, const auto&, const auto&, auto&) -> Result<api::Comparison> {
-          return Error{ErrorCode::internal, "a front end measures nothing", "", ""};
+        [](const MeshSource&, Control&) -> Result<api::SharedMesh> {
+          return Error{ErrorCode::internal, "a front end reads nothing", "", ""};
         },
-        Stores{common.jobs, common.embedded.meshes(), common.embedded.blobs(), cache, nullptr, &signals}, access,
-        metrics);
+        Stores{common.jobs, common.embedded.meshes(), common.embedded.blobs(), signals, cache, true}, access, metrics);
   }
   ~FrontEnd() {
     jobs.reset();
@@ -62,8 +61,7 @@ struct Hands {
   explicit Hands(Common& common) : jobs(common.jobs) {}
 
   store::Claimed claim() {
-    auto claimed = store::got(
-        jobs.claim_some("hands", jobs.time(), lease(), store::JobStore::Which::all, 1, store::JobStore::Suspects::too));
+    auto claimed = store::got(jobs.claim_some("hands", jobs.time(), lease(), 1, store::JobStore::Suspects::too));
     REQUIRE(claimed.size() == 1);
     jobs.tell(store::Signal::Kind::changed, claimed.front().token.key);
     return std::move(claimed.front());

@@ -59,13 +59,9 @@ class SharedStore final : public JobStore {
   Result<Inserted> insert(const NewJob& job) override {
     return there([&] { return behind_.insert(job); });
   }
-  Result<std::optional<Claimed>> claim(const JobKey& key, const std::string& worker, TimePoint now,
-                                       TimePoint lease_until) override {
-    return told(key, [&] { return behind_.claim(key, worker, now, lease_until); });
-  }
-  Result<std::vector<Claimed>> claim_some(const std::string& worker, TimePoint now, TimePoint lease_until, Which which,
+  Result<std::vector<Claimed>> claim_some(const std::string& worker, TimePoint now, TimePoint lease_until,
                                           std::size_t most, Suspects suspects) override {
-    return there([&] { return behind_.claim_some(worker, now, lease_until, which, most, suspects); });
+    return there([&] { return behind_.claim_some(worker, now, lease_until, most, suspects); });
   }
   Result<std::vector<Heartbeat>> heartbeats(std::span<const Beat> beats, TimePoint lease_until) override {
     return told(beats.front().token.key, [&] { return behind_.heartbeats(beats, lease_until); });

@@ -11,8 +11,6 @@ using store::Signal;
 
 namespace {
 
-constexpr seconds kLong{60};
-
 struct Scene {
   Common common;
   store::HandSignals signals;
@@ -23,8 +21,10 @@ struct Scene {
 
   Scene() {
     common.jobs.tell_to(signals);
-    watcher.emplace(common.jobs, signals, troubles, metrics, Watcher::Options{kLong});
+    watcher.emplace(common.jobs, troubles, metrics, Watcher::Options{kLong});
+    signals.listen([this](const Signal& signal) { watcher->hear(signal); });
   }
+  ~Scene() { signals.stop_listening(); }
 
   store::Job put(const std::string& id, bool awaited = false) {
     store::NewJob job = store::new_job("owner", id);
@@ -147,6 +147,7 @@ TEST_CASE("watcher: its end lets everybody go, and ends what nobody else can wai
     CHECK(job->view().row.state == JobState::queued);
   }
   CHECK(scene.watcher->watch(got(scene.common.jobs.get(durable->key)).value()) == nullptr);
+  scene.signals.stop_listening();
   scene.watcher.reset();
   CHECK(scene.state_of("durable") == JobState::queued);
   CHECK(scene.state_of("awaited") == JobState::cancelled);

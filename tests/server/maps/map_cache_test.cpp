@@ -23,23 +23,23 @@ namespace fs = std::filesystem;
 namespace {
 
 // A cache in a folder of its own, gone with it.
-struct Kept {
+struct KeptMaps {
   fs::path root;
   MapCache cache;
 
-  explicit Kept(std::uint64_t max_bytes, const std::string& temp_dir = "/tmp",
-                std::function<std::uint64_t()> lacking = nullptr)
+  explicit KeptMaps(std::uint64_t max_bytes, const std::string& temp_dir = "/tmp",
+                    std::function<std::uint64_t()> lacking = nullptr)
       : root(made_folder()), cache({root / "maps", max_bytes, temp_dir, std::move(lacking)}) {
     fs::create_directory(root / "maps");
     std::ofstream(root / "maps" / "left.part") << "x";
     REQUIRE(cache.open().ok());
   }
-  ~Kept() {
+  ~KeptMaps() {
     fs::permissions(root / "maps", fs::perms::owner_all);
     fs::remove_all(root);
   }
-  Kept(const Kept&) = delete;
-  Kept& operator=(const Kept&) = delete;
+  KeptMaps(const KeptMaps&) = delete;
+  KeptMaps& operator=(const KeptMaps&) = delete;
 
   static fs::path made_folder() {
     std::string name = (fs::temp_directory_path() / "meshgauge-maps-XXXXXX").string();
@@ -74,7 +74,7 @@ std::string text_of(const MapCache::File& file) {
 }  // namespace
 
 TEST_CASE("map cache: what is kept is found, by its whole key alone") {
-  Kept kept(1000);
+  KeptMaps kept(1000);
   CHECK(kept.files() == 0);  // what was left by an earlier process
   CHECK(kept.cache.find(key("1")) == nullptr);
   const auto made = keep(kept.cache, key("1"), {}, writing("map"));
@@ -90,7 +90,7 @@ TEST_CASE("map cache: what is kept is found, by its whole key alone") {
 }
 
 TEST_CASE("map cache: the longest unused go, and who has one keeps it") {
-  Kept kept(10);
+  KeptMaps kept(10);
   for (const char* job : {"1", "2"}) REQUIRE(keep(kept.cache, key(job), {}, writing("1234")).ok());
   const auto second = kept.cache.find(key("2"));
   CHECK(kept.cache.find(key("1")) != nullptr);  // used after the other one
@@ -106,7 +106,7 @@ TEST_CASE("map cache: the longest unused go, and who has one keeps it") {
 }
 
 TEST_CASE("map cache: the same again takes the place of the first") {
-  Kept kept(10);
+  KeptMaps kept(10);
   for (const char* text : {"12345678", "abcdefgh"}) REQUIRE(keep(kept.cache, key("1"), {}, writing(text)).ok());
   CHECK(text_of(kept.cache.find(key("1"))) == "abcdefgh");
   CHECK(kept.cache.counters().bytes == 8);
@@ -115,7 +115,7 @@ TEST_CASE("map cache: the same again takes the place of the first") {
 
 TEST_CASE("map cache: what is larger than the budget, or when there is none, is made and not kept") {
   for (const std::uint64_t budget : {0U, 3U}) {
-    Kept kept(budget);
+    KeptMaps kept(budget);
     const auto made = keep(kept.cache, key("1"), {}, writing("1234"));
     REQUIRE(made.ok());
     CHECK(text_of(*made) == "1234");
@@ -125,7 +125,7 @@ TEST_CASE("map cache: what is larger than the budget, or when there is none, is 
 }
 
 TEST_CASE("map cache: large files are whole, empty ones too") {
-  Kept kept(std::uint64_t{1} << 30);
+  KeptMaps kept(std::uint64_t{1} << 30);
   std::string text(3'000'001, 'x');
   text[1'234'567] = 'y';
   CHECK(text_of(keep(kept.cache, key("1"), {}, writing(text)).value()) == text);
@@ -134,7 +134,7 @@ TEST_CASE("map cache: large files are whole, empty ones too") {
 }
 
 TEST_CASE("map cache: a map that cannot be made leaves nothing") {
-  Kept kept(1000);
+  KeptMaps kept(1000);
   const auto failing = [](std::ostream& out) -> Result<Done> {
     out << "half";
     return Error{ErrorCode::too_large, "too large", "", ""};
@@ -146,18 +146,18 @@ TEST_CASE("map cache: a map that cannot be made leaves nothing") {
 }
 
 TEST_CASE("map cache: where nothing can be kept a map is still made, and where nothing can be written it says so") {
-  Kept kept(1000);
+  KeptMaps kept(1000);
   fs::remove(kept.root / "maps");  // as a disk that takes no files, also for root
   CHECK(text_of(keep(kept.cache, key("1"), {}, writing("map")).value()) == "map");
   CHECK(kept.cache.find(key("1")) == nullptr);
   fs::create_directory(kept.root / "maps");
-  Kept nowhere(0, "/no/such/folder");
+  KeptMaps nowhere(0, "/no/such/folder");
   CHECK(keep(nowhere.cache, key("1"), {}, writing("map")).error().code == ErrorCode::storage_unavailable);
 }
 
 TEST_CASE("map cache: what is kept goes for what the disk lacks, the longest unused first") {
   std::uint64_t lacking = 0;
-  Kept kept(1000, "/tmp", [&] { return lacking; });
+  KeptMaps kept(1000, "/tmp", [&] { return lacking; });
   for (const char* job : {"1", "2", "3"}) REQUIRE(keep(kept.cache, key(job), {}, writing("1234")).ok());
   kept.cache.give_way();
   CHECK(kept.files() == 3);
@@ -179,7 +179,7 @@ TEST_CASE("map cache: what is kept goes for what the disk lacks, the longest unu
 
 TEST_CASE("map cache: a map that finds no room to be kept makes some for who waits for it") {
   std::uint64_t lacking = 0;
-  Kept kept(1000, "/tmp", [&] { return lacking; });
+  KeptMaps kept(1000, "/tmp", [&] { return lacking; });
   REQUIRE(keep(kept.cache, key("1"), {}, writing("1234")).ok());
   lacking = 4;
   int tries = 0;
@@ -207,7 +207,7 @@ TEST_CASE("spare room: what is wanted, and of a small disk a share") {
 }
 
 TEST_CASE("map cache: jobs and meshes are forgotten") {
-  Kept kept(1000);
+  KeptMaps kept(1000);
   for (const char* name : {"a.ply", "b.ply"}) REQUIRE(keep(kept.cache, key("1", name), {"m", "n"}, writing("x")).ok());
   REQUIRE(keep(kept.cache, key("2"), {"n", "o"}, writing("x")).ok());
   REQUIRE(keep(kept.cache, key("3"), {"o", "p"}, writing("x")).ok());
@@ -224,7 +224,7 @@ TEST_CASE("map cache: jobs and meshes are forgotten") {
 }
 
 TEST_CASE("map cache: what was forgotten while it was made is not kept") {
-  Kept kept(1000);
+  KeptMaps kept(1000);
   const auto kept_after = [&](const std::function<void()>& event) {
     const auto coming = kept.cache.expect(key("1"), {"m", "n"});
     event();
@@ -243,7 +243,7 @@ TEST_CASE("map cache: what was forgotten while it was made is not kept") {
 }
 
 TEST_CASE("map cache: a file that somebody removed is as one that was never kept") {
-  Kept kept(1000);
+  KeptMaps kept(1000);
   REQUIRE(keep(kept.cache, key("1"), {}, writing("x")).ok());
   fs::remove(*fs::directory_iterator(kept.root / "maps"));
   CHECK(kept.cache.find(key("1")) == nullptr);
@@ -252,7 +252,7 @@ TEST_CASE("map cache: a file that somebody removed is as one that was never kept
 }
 
 TEST_CASE("map cache: many at once") {
-  Kept kept(200);
+  KeptMaps kept(200);
   std::atomic<int> wrong{0};
   std::vector<std::thread> threads;
   for (int t = 0; t < 4; ++t) {

@@ -14,7 +14,7 @@ using nlohmann::json;
 
 namespace {
 
-struct Client {
+struct LogClient {
   std::atomic<bool> aborted{false};
   Connection connection{-1, aborted};
   Head head;
@@ -33,7 +33,7 @@ json line_of(const Exchange& exchange) {
 }  // namespace
 
 TEST_CASE("log: a comparison's line has its sizes, its stages and its trace") {
-  Client client;
+  LogClient client;
   client.head.method = "POST";
   client.head.path = "/v1/comparisons";
   client.head.headers = {{"traceparent", "00-4bf92f3577b34da6a3ce929d0e0e4736-00f067aa0ba902b7-01"}};
@@ -68,7 +68,7 @@ TEST_CASE("log: a comparison's line has its sizes, its stages and its trace") {
 }
 
 TEST_CASE("log: what a client makes up stays one short line") {
-  Client client;
+  LogClient client;
   client.head.method = "GET\r\n{\"event\":\"forged\"}";
   client.head.path = "/\n\x1b[31m\xff\"" + std::string(5000, '"');
   Exchange exchange("0123", client.head, client.body, client.connection);

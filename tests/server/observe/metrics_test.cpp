@@ -1,4 +1,5 @@
 #include "server/observe/metrics.h"
+#include "engine/hausdorff.h"
 
 #include <ctime>
 #include <string>
@@ -108,7 +109,7 @@ TEST_CASE("metrics: levels are asked of their owners, and only those that have o
   metrics.watch_sandbox([] {
     sandbox::Counters counters;
     counters.started = 9;
-    counters.crashed = 2;
+    counters[sandbox::End::crashed] = 2;
     return counters;
   });
   CHECK(value_of(metrics, "meshgauge_sandbox_workers_started_total") == 9);

@@ -18,7 +18,7 @@ TEST_CASE("hostile: an end that is none costs that reading alone") {
   std::uint64_t crashed = 0;
   for (const std::string_view misdeed : {"crash", "stop", "leave"}) {
     check_refused(sandbox.read(misdeed), ErrorCode::unreadable_mesh);
-    CHECK(sandbox.pool.counters().crashed == ++crashed);
+    CHECK(sandbox.pool.counters()[End::crashed] == ++crashed);
     CHECK(sandbox.works());
   }
   CHECK(sandbox.logged().find("the reader of 'a' ended with exit code 0\n") != std::string::npos);
@@ -36,7 +36,7 @@ TEST_CASE("hostile: a call that a reader has no need of ends it" * doctest::skip
         "make code of window", "write input", "write file", "shorten window", "outlive parent"}) {
     CAPTURE(misdeed);
     check_refused(sandbox.read(misdeed), ErrorCode::unreadable_mesh);
-    CHECK(sandbox.pool.counters().crashed == ++crashed);
+    CHECK(sandbox.pool.counters()[End::crashed] == ++crashed);
     CHECK(sandbox.works());
   }
   std::string expected;
@@ -59,8 +59,8 @@ TEST_CASE("hostile: an endless reading holds up nobody, and ends when it is canc
   Control late(Control::Clock::now() + milliseconds(100));
   CHECK(sandbox.read("loop", late).error().message == "the time was over before 'a' was read");
   CHECK(eventually([] { return running().empty(); }));
-  CHECK(sandbox.pool.counters().cancelled == 1);
-  CHECK(sandbox.pool.counters().overdue == 1);
+  CHECK(sandbox.pool.counters()[End::cancelled] == 1);
+  CHECK(sandbox.pool.counters()[End::overdue] == 1);
   CHECK(sandbox.works());
 }
 
@@ -77,7 +77,7 @@ TEST_CASE("hostile: a reading that uses up its processor time ends by its own do
   Sandbox sandbox({hostile_program()}, 1, 1);
   sandbox.start();
   check_refused(sandbox.read("loop"), ErrorCode::unreadable_mesh);
-  CHECK(sandbox.pool.counters().crashed == 1);
+  CHECK(sandbox.pool.counters()[End::crashed] == 1);
   CHECK(sandbox.logged().find("was ended by signal 24 (") != std::string::npos);
   CHECK(sandbox.works());
 }
@@ -103,13 +103,13 @@ TEST_CASE("hostile: memory is limited, whether a reader asks politely or not" * 
   Sandbox sandbox;
   sandbox.start();
   check_refused(sandbox.read("greedy"), ErrorCode::too_large);
-  CHECK(sandbox.pool.counters().out_of_memory == 1);
+  CHECK(sandbox.pool.counters()[End::out_of_memory] == 1);
   const auto hoarded = sandbox.read("hoard");
   REQUIRE(!hoarded.ok());
   const int taken_mib = std::stoi(hoarded.error().message);
   CHECK(taken_mib > 0);
   CHECK(taken_mib < static_cast<int>(kMemoryMiB));
-  CHECK(sandbox.pool.counters().failed == 1);  // what a reader says of itself, not of the file
+  CHECK(sandbox.pool.counters()[End::failed] == 1);  // what a reader says of itself, not of the file
   CHECK(sandbox.logged().ends_with("the reader of 'a' failed: " + hoarded.error().message + "\n"));
   CHECK(sandbox.works());
 }
@@ -122,7 +122,7 @@ TEST_CASE("hostile: an answer that is no true one is refused") {
                                      "format", "error code", "out of time", "bad request", "rubbish", "long message"}) {
     CAPTURE(lie);
     check_refused(sandbox.read(lie), ErrorCode::unreadable_mesh);
-    CHECK(sandbox.pool.counters().untrue == ++untrue);
+    CHECK(sandbox.pool.counters()[End::untrue] == ++untrue);
     CHECK(sandbox.works());
   }
   check_refused(sandbox.read("too few and gone"), ErrorCode::unreadable_mesh);
@@ -202,8 +202,8 @@ TEST_CASE("hostile: many at a time") {
     }));
   }
   for (auto& reading : readings) CHECK(reading.get());
-  CHECK(sandbox.pool.counters().read == 40);
-  CHECK(sandbox.pool.counters().crashed == 40);
+  CHECK(sandbox.pool.counters()[End::read] == 40);
+  CHECK(sandbox.pool.counters()[End::crashed] == 40);
 }
 
 TEST_CASE("hostile: where calls cannot be forbidden it says so, and the rest still holds") {
@@ -216,7 +216,7 @@ TEST_CASE("hostile: where calls cannot be forbidden it says so, and the rest sti
   check_refused(sandbox.read("crash"), ErrorCode::unreadable_mesh);
   Control late(Control::Clock::now() + milliseconds(100));
   CHECK(sandbox.read("close and live", late).error().code == ErrorCode::out_of_time);
-  CHECK(sandbox.pool.counters().overdue == 1);
+  CHECK(sandbox.pool.counters()[End::overdue] == 1);
   CHECK(eventually([] { return running().empty(); }));
   if (!kSanitized) {
     CHECK(std::stoi(sandbox.read("hoard").error().message) < static_cast<int>(kMemoryMiB));

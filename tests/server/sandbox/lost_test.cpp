@@ -118,8 +118,8 @@ TEST_CASE("lost: a file whose worker is killed is read by another") {
   endless.control().cancel();
   CHECK(endless.result().error().code == ErrorCode::out_of_time);
   CHECK(sandbox.logged() == std::string(kKilled) + "the reader of 'a' was killed: cancelled\n");
-  CHECK(sandbox.pool.counters().lost == 1);
-  CHECK(sandbox.pool.counters().cancelled == 1);
+  CHECK(sandbox.pool.counters()[End::lost] == 1);
+  CHECK(sandbox.pool.counters()[End::cancelled] == 1);
   CHECK(sandbox.works());
 }
 
@@ -132,7 +132,7 @@ TEST_CASE("lost: a file that loses two workers has failed, and nobody says that 
   REQUIRE(::kill(running_but(first), SIGKILL) == 0);
   check_failed(endless.result(), kLost);
   CHECK(sandbox.logged() == std::string(kKilled) + kKilled);
-  CHECK(sandbox.pool.counters().lost == 2);
+  CHECK(sandbox.pool.counters()[End::lost] == 2);
   CHECK(sandbox.works());
 }
 
@@ -147,7 +147,7 @@ TEST_CASE("lost: a worker that dies with its spawner is replaced with it") {
   running_but(first);
   endless.control().cancel();
   CHECK(endless.result().error().code == ErrorCode::out_of_time);
-  CHECK(sandbox.pool.counters().cancelled == 1);
+  CHECK(sandbox.pool.counters()[End::cancelled] == 1);
   CHECK(sandbox.works());
   REQUIRE(eventually([] { return spawners().size() == 1; }));
   CHECK(spawners().front().pid != spawner);
@@ -161,7 +161,7 @@ TEST_CASE("lost: a spawner that is killed is missed at once, also when a child o
   REQUIRE(::kill(spawner, SIGKILL) == 0);
   REQUIRE(eventually([=] { return has_ended(spawner); }));
   CHECK(sandbox.works());
-  CHECK(sandbox.pool.counters().read == 2);
+  CHECK(sandbox.pool.counters()[End::read] == 2);
   CHECK(sandbox.logged().empty());
   REQUIRE(eventually([] { return spawners().size() == 1; }));
   CHECK(spawners().front().pid != spawner);
@@ -171,7 +171,7 @@ TEST_CASE("lost: a worker that could not be confined says nothing about its file
   Sandbox sandbox;
   sandbox.start();
   check_failed(sandbox.read("unconfined"), kLost);
-  CHECK(sandbox.pool.counters().lost == 2);
+  CHECK(sandbox.pool.counters()[End::lost] == 2);
   CHECK(sandbox.works());
 }
 
@@ -180,8 +180,8 @@ TEST_CASE("lost: a worker that could not be made says nothing about its file") {
   sandbox.start();
   for (int i = 0; i < 3; ++i) CHECK(sandbox.works());
   check_failed(sandbox.read(kTriangle), kLost);
-  CHECK(sandbox.pool.counters().read == 3);
-  CHECK(sandbox.pool.counters().lost == 2);
+  CHECK(sandbox.pool.counters()[End::read] == 3);
+  CHECK(sandbox.pool.counters()[End::lost] == 2);
   CHECK(sandbox.logged().find("was never made") != std::string::npos);
 }
 
@@ -198,16 +198,16 @@ TEST_CASE("lost: while a spawner does not come back everybody still looks at the
     if (all.size() == 1 && all.front().state == 'S') hung = all.front().pid;
     return hung > 0;
   }));
-  CHECK(sandbox.pool.counters().read == 0);
+  CHECK(sandbox.pool.counters()[End::read] == 0);
   Control late(Control::Clock::now() + milliseconds(50));
   CHECK(sandbox.read(kTriangle, late).error().message == "the time was over before 'a' was read");
   REQUIRE(spawners().size() == 1);
   CHECK(spawners().front().pid == hung);  // all that went on while it was waited for
   endless.control().cancel();
   CHECK(endless.result().error().message == "cancelled before 'a' was read");
-  CHECK(sandbox.pool.counters().overdue == 1);
-  CHECK(sandbox.pool.counters().cancelled == 1);
-  CHECK(sandbox.pool.counters().failed == 0);
+  CHECK(sandbox.pool.counters()[End::overdue] == 1);
+  CHECK(sandbox.pool.counters()[End::cancelled] == 1);
+  CHECK(sandbox.pool.counters()[End::failed] == 0);
   obstacle.lift();
   CHECK(sandbox.works());
 }
@@ -226,7 +226,7 @@ TEST_CASE("lost: a spawner that ends at once is started again, but not at every 
   }
   CHECK(Control::Clock::now() - start >= milliseconds(50 + 100 + 200));
   CHECK(sandbox.logged() == log);
-  CHECK(sandbox.pool.counters().failed == 4);
+  CHECK(sandbox.pool.counters()[End::failed] == 4);
   obstacle.lift();
   CHECK(sandbox.works());
 }
@@ -255,8 +255,8 @@ TEST_CASE("lost: whether files would be read is known, and asking brings back a 
   CHECK(defect().empty());
   CHECK(sandbox.works());
   const auto counters = sandbox.pool.counters();
-  CHECK(counters.read == 2);
-  CHECK(counters.failed == 0);
+  CHECK(counters[End::read] == 2);
+  CHECK(counters[End::failed] == 0);
 }
 
 TEST_CASE("lost: a spawner that stands still, or makes no more workers, is found out while others wait for files") {
@@ -297,8 +297,8 @@ TEST_CASE("lost: many that wait for a spawner are told when it does not come, an
     for (int i = 0; i < 8; ++i) readings.push_back(std::async(std::launch::async, [&] { return sandbox.works(); }));
     for (auto& reading : readings) CHECK(reading.get() == there);
   }
-  CHECK(sandbox.pool.counters().failed == 8);
-  CHECK(sandbox.pool.counters().read == 8);
+  CHECK(sandbox.pool.counters()[End::failed] == 8);
+  CHECK(sandbox.pool.counters()[End::read] == 8);
   CHECK(spawners().size() == 1);
 }
 
@@ -310,12 +310,12 @@ TEST_CASE("lost: a service that has no memory or no descriptor left counts and t
     const NoDescriptors none;
     check_failed(sandbox.read(kTriangle), kNotRead);
   }
-  CHECK(sandbox.pool.counters().failed == 1);
+  CHECK(sandbox.pool.counters()[End::failed] == 1);
   CHECK(sandbox.logged() == "the reader of 'a' could not be given it: memory or descriptors ran out\n");
   if (!kSanitized) {  // whose allocators end the process
     Control control;
     check_failed(sandbox.read("far too many", control, {std::uint64_t{1} << 50, 10, 1000}), kNotRead);
-    CHECK(sandbox.pool.counters().failed == 2);
+    CHECK(sandbox.pool.counters()[End::failed] == 2);
     CHECK(sandbox.logged().ends_with("the reader of 'a' did not get through: the service ran out of memory\n"));
   }
   CHECK(sandbox.works());

@@ -57,12 +57,11 @@ TEST_CASE("pool: a mesh is what it is when it is read here") {
       "facet normal 0 0 0\nouter loop\nvertex 1 0 0\nvertex 1 1 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid x\n",
   };
   for (const std::string_view file : files) {
-    Control control;
-    const auto here = api::load({"a", std::as_bytes(std::span(file)), "a.obj", ""}, {}, control);
+    const auto here = api::load({"a", std::as_bytes(std::span(file)), "a.obj", ""}, {});
     REQUIRE(here.ok());
     check_same(here, sandbox.read(file));
   }
-  CHECK(sandbox.pool.counters().read == std::size(files));
+  CHECK(sandbox.pool.counters()[End::read] == std::size(files));
   CHECK(sandbox.logged().empty());
 }
 
@@ -70,12 +69,11 @@ TEST_CASE("pool: what a reader says against a file is what it says here") {
   Sandbox sandbox;
   sandbox.start();
   for (const std::string_view file : {"v 0 0 0\nv 1 0 nan\nf 1 2 3\n", "v 0 0 0\nf 1 2 3\n", "", "?", "v 0 0 0\n"}) {
-    Control control;
-    const auto here = api::load({"a", std::as_bytes(std::span(file)), "a.obj", ""}, {}, control);
+    const auto here = api::load({"a", std::as_bytes(std::span(file)), "a.obj", ""}, {});
     REQUIRE(!here.ok());
     check_same(here, sandbox.read(file));
   }
-  CHECK(sandbox.pool.counters().read == 5);
+  CHECK(sandbox.pool.counters()[End::read] == 5);
 }
 
 // With no corpus at hand there is nothing to see: MESHGAUGE_CORPUS.
@@ -93,12 +91,12 @@ TEST_CASE("pool: every file of the corpus has the answer that it has here") {
       const std::string text{std::istreambuf_iterator<char>(file), {}};
       const api::MeshInput input{"a", std::as_bytes(std::span(text)), entry.path().filename(), ""};
       Control control;
-      check_same(api::load(input, {}, control), sandbox.pool.load(input, {}, control));
+      check_same(api::load(input, {}), sandbox.pool.load(input, {}, control));
       ++files;
     }
   }
   CHECK(files > 0);
-  CHECK(sandbox.pool.counters().read == files);
+  CHECK(sandbox.pool.counters()[End::read] == files);
 }
 
 TEST_CASE("pool: limits and hints reach the reader") {

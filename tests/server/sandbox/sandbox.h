@@ -18,19 +18,12 @@
 #include "server/sandbox/confine.h"
 #include "server/sandbox/pool.h"
 #include "server/sandbox/processes.h"
+#include "tests/eventually.h"
 
 namespace meshgauge::server::sandbox {
 
 inline constexpr std::string_view kTriangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
 inline constexpr std::uint64_t kMemoryMiB = 512;
-
-inline bool eventually(const std::function<bool()>& condition) {
-  for (int i = 0; i < 20'000; ++i) {
-    if (condition()) return true;
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  }
-  return false;
-}
 
 inline std::string beside_this_program(const std::string& name) {
   return std::filesystem::read_symlink("/proc/self/exe").parent_path() / name;

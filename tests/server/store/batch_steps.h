@@ -46,10 +46,9 @@ inline void end(JobStore& jobs, const JobKey& key, const Ending& ending) {
 
 // Ids of the jobs that one claim hands out.
 inline std::vector<std::string> claim_ids(JobStore& jobs, std::size_t most,
-                                          JobStore::Which which = JobStore::Which::all,
                                           JobStore::Suspects suspects = JobStore::Suspects::too) {
   std::vector<std::string> ids;
-  for (const Claimed& claimed : got(jobs.claim_some("w1", at(50), at(110), which, most, suspects))) {
+  for (const Claimed& claimed : got(jobs.claim_some("w1", at(50), at(110), most, suspects))) {
     ids.push_back(claimed.token.key.id);
   }
   return ids;

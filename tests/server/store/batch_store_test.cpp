@@ -360,7 +360,7 @@ TEST_CASE_TEMPLATE("batches: ten thousand items", Stores, EVERY_IMPLEMENTATION) 
   CHECK_FALSE(got(stores.jobs().uses_blob({"ann", "a10000"})));
   std::set<std::string> claimed;
   for (int i = 0; i < 20; ++i) {
-    for (const std::string& id : claim_ids(stores.jobs(), 50, JobStore::Which::of_batches)) claimed.insert(id);
+    for (const std::string& id : claim_ids(stores.jobs(), 50)) claimed.insert(id);
   }
   CHECK(claimed.size() == 1000);
   CHECK(batch_in(stores.batches(), batch.key).counts.running == 1000);

@@ -3,7 +3,6 @@
 
 #include "batch_steps.h"
 
-using namespace meshgauge;
 using namespace meshgauge::server::store;
 
 using Ids = std::vector<std::string>;
@@ -54,22 +53,12 @@ TEST_CASE_TEMPLATE("claims: owners share, then the batches and the single jobs o
   CHECK(claim_ids(stores.jobs(), 1) == Ids{"c/2"});
 }
 
-TEST_CASE_TEMPLATE("claims: of batches alone, when that is asked for", Stores, EVERY_IMPLEMENTATION) {
-  Stores stores;
-  insert(stores.jobs(), new_job("ann", "single"));
-  CHECK(claim_ids(stores.jobs(), 9, JobStore::Which::of_batches).empty());
-  insert(stores.batches(), new_batch("ann", "b", 1));
-  CHECK(claim_ids(stores.jobs(), 9, JobStore::Which::of_batches) == Ids{"b/0"});
-  CHECK(claim_ids(stores.jobs(), 9, JobStore::Which::of_batches).empty());
-  CHECK(claim_ids(stores.jobs(), 9) == Ids{"single"});
-}
-
 TEST_CASE_TEMPLATE("claims: a job that is suspected comes alone", Stores, EVERY_IMPLEMENTATION) {
   Stores stores;
   JobStore& jobs = stores.jobs();
   insert(stores.batches(), new_batch("ann", "b", 4));
   CHECK_FALSE(job_in(jobs, {"ann", "b/1"}).suspected);
-  const std::optional<Claimed> first = got(jobs.claim({"ann", "b/1"}, "w1", at(50), at(110)));
+  const std::optional<Claimed> first = claim_one(jobs, {"ann", "b/1"}, "w1", at(50), at(110));
   CHECK_FALSE(first->job.suspected);
   CHECK(got(jobs.hand_back(first->token, "", kNow)) == JobState::queued);  // without its fault
   CHECK_FALSE(job_in(jobs, {"ann", "b/1"}).suspected);
@@ -77,7 +66,7 @@ TEST_CASE_TEMPLATE("claims: a job that is suspected comes alone", Stores, EVERY_
   CHECK(job_in(jobs, {"ann", "b/1"}).suspected);
 
   CHECK(claim_ids(jobs, 10) == Ids{"b/0"});  // up to it
-  const std::vector<Claimed> alone = got(jobs.claim_some("w1", at(50), at(110), JobStore::Which::all, 10));
+  const std::vector<Claimed> alone = got(jobs.claim_some("w1", at(50), at(110), 10));
   REQUIRE(alone.size() == 1);
   CHECK(alone[0].token.key.id == "b/1");
   CHECK(alone[0].job.suspected);
@@ -98,7 +87,7 @@ TEST_CASE_TEMPLATE("claims: jobs that are suspected are passed over, with all of
   for (const std::string id : {"b/0", "b/2", "c/0", "single"}) {
     CHECK(got(jobs.hand_back(claimed_token(jobs, {"ann", id}), "its worker was lost", kNow)) == JobState::queued);
   }
-  const auto claimed = [&](JobStore::Suspects suspects) { return claim_ids(jobs, 10, JobStore::Which::all, suspects); };
+  const auto claimed = [&](JobStore::Suspects suspects) { return claim_ids(jobs, 10, suspects); };
   CHECK(claimed(JobStore::Suspects::passed_over) == Ids{"b/1", "b/3"});
   CHECK(claimed(JobStore::Suspects::passed_over) == Ids{"last"});
   CHECK(claimed(JobStore::Suspects::passed_over).empty());
@@ -120,9 +109,9 @@ TEST_CASE_TEMPLATE("claims: of what is lost with its worker, that is suspected w
   single.created = at(1);
   insert(jobs, single);
   const auto lose = [&] { got(jobs.recover("w1", "its worker was lost", kNow)); };
-  const auto claimed = got(jobs.claim_some("w1", at(50), at(110), JobStore::Which::all, 10));
+  const auto claimed = got(jobs.claim_some("w1", at(50), at(110), 10));
   REQUIRE(claimed.size() == 3);
-  const std::vector<Beat> beats{{claimed[0].token, Progress{0, 1, ""}}, {claimed[1].token, {}}};
+  const std::vector<Beat> beats{{claimed[0].token, server::store::Progress{0, 1, ""}}, {claimed[1].token, {}}};
   got(jobs.heartbeats(beats, at(300)));
   claimed_token(jobs, {"zoe", "single"});
   lose();
@@ -155,13 +144,13 @@ TEST_CASE_TEMPLATE("claims: many heartbeats and endings at once, each by its own
   JobStore& jobs = stores.jobs();
   insert(stores.batches(), new_batch("ann", "b", 4));
   std::vector<Token> tokens;
-  for (const Claimed& claimed : got(jobs.claim_some("w1", at(50), at(110), JobStore::Which::all, 4))) {
+  for (const Claimed& claimed : got(jobs.claim_some("w1", at(50), at(110), 4))) {
     tokens.push_back(claimed.token);
   }
   REQUIRE(tokens.size() == 4);
   got(jobs.hand_back(tokens[1], "x", kNow));
   got(jobs.request_cancel(tokens[2].key, kNow));
-  const Progress progress{1, 2, "traverse"};
+  const server::store::Progress progress{1, 2, "traverse"};
   const std::vector<Beat> beats{{tokens[0], progress}, {tokens[1], progress}, {tokens[2], {}}, {tokens[3], {}}};
   CHECK(got(jobs.heartbeats(beats, at(300))) ==
         std::vector{Heartbeat::go_on, Heartbeat::lost, Heartbeat::cancel, Heartbeat::go_on});

@@ -77,13 +77,14 @@ class Victim {
 
   void finish() {
     for (int i = 0;; ++i) {
-      const NewJob job = new_job("bob", "f" + prefix_ + std::to_string(i));
+      NewJob job = new_job("bob", "f" + prefix_ + std::to_string(i));
+      job.created = at(-1'000'000L * (1 + std::stoi(prefix_)) - i);  // claimed before all others
       stop_unless(jobs().insert(job));
-      const Result<std::optional<Claimed>> claimed = jobs().claim(job.key, "victim", at(1), at(60));
+      const Result<std::vector<Claimed>> claimed = jobs().claim_some("victim", at(1), at(60), 1);
       stop_unless(claimed);
       promise("claimed", job.key.id);
       const Ending ending{JobState::done, content(job.key.id), "", at(2), at(100)};
-      stop_unless(jobs().finish((*claimed)->token, ending));
+      stop_unless(jobs().finish(claimed->front().token, ending));
       promise("finished", job.key.id);
     }
   }

@@ -168,30 +168,43 @@ TEST_CASE("embedded: a damaged database is refused by name") {
   }
 }
 
-TEST_CASE("embedded: of records that cannot be written the newest are held") {
-  Unwritten unwritten(3);
-  for (int i = 0; i < 5; ++i) unwritten.add(ended_job("ann", std::to_string(i)));
-  CHECK(unwritten.jobs() == 3);
-  CHECK(unwritten.dropped() == 2);
-  CHECK(unwritten.find({"ann", "1"}) == nullptr);
-  CHECK(unwritten.find({"ann", "2"}) != nullptr);
-  CHECK(unwritten.take().jobs.size() == 3);
-  unwritten.add(ended_job("ann", "5"));
-  CHECK(unwritten.dropped() == 2);  // what is being written is not dropped
-  unwritten.put_back();
-  CHECK(unwritten.dropped() == 3);
-  CHECK(unwritten.find({"ann", "2"}) == nullptr);
-  const Unwritten::Batch& batch = unwritten.take();
-  REQUIRE(batch.jobs.size() == 3);
-  CHECK(batch.jobs.front()->key.id == "3");
-  unwritten.settle();
-  CHECK(unwritten.jobs() == 0);
-  CHECK(unwritten.find({"ann", "3"}) == nullptr);
-  unwritten.add(ended_job("ann", "6"));
-  unwritten.take();
-  unwritten.give_up();
-  CHECK(unwritten.dropped() == 4);
-  CHECK(unwritten.jobs() == 0);
+TEST_CASE("write behind: what cannot be written is held, the newest of it, until it can be") {
+  std::optional<ErrorCode> trouble = ErrorCode::storage_full;  // nothing is given while it changes
+  std::vector<std::string> written;
+  std::size_t touched = 0;
+  WriteBehind behind(3, [&](const WriteBehind::Batch& batch) -> Result<Done> {
+    if (trouble) return Error{*trouble, "says the test", "", ""};
+    for (const auto& job : batch.jobs) written.push_back(job->key.id);
+    touched += batch.touches.size();
+    return Done{};
+  });
+  const auto counts = [&] {
+    Counts counted;
+    behind.add_to(counted);
+    return counted;
+  };
+  for (int i = 0; i < 5; ++i) behind.record(ended_job("ann", std::to_string(i)));
+  behind.touch({"ann", "m"}, {at(1), at(2)});
+  CHECK_FALSE(behind.flush().ok());
+  CHECK(counts().unrecorded == 3);
+  CHECK(counts().dropped_records == 2);
+  CHECK(behind.find({"ann", "1"}) == nullptr);
+  CHECK(behind.find({"ann", "2"}) != nullptr);
+  behind.record(ended_job("ann", "5"));
+  CHECK_FALSE(behind.flush().ok());
+  CHECK(counts().dropped_records == 3);
+  CHECK(behind.find({"ann", "2"}) == nullptr);
+  trouble.reset();
+  got(behind.flush());
+  CHECK(written == std::vector<std::string>{"3", "4", "5"});
+  CHECK(touched == 1);
+  CHECK(counts().unrecorded == 0);
+  CHECK(behind.find({"ann", "3"}) == nullptr);
+  trouble = ErrorCode::internal;  // does not pass
+  behind.record(ended_job("ann", "6"));
+  CHECK_FALSE(behind.flush().ok());
+  CHECK(counts().dropped_records == 4);
+  CHECK(counts().unrecorded == 0);
 }
 
 TEST_CASE("embedded: a batch that was half cancelled when the service died is cancelled at its start") {

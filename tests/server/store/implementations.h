@@ -36,6 +36,7 @@ class EmbeddedForTests {
   MeshIndex& meshes() { return stores_->meshes(); }
   BatchStore& batches() { return stores_->batches(); }
   BlobStore& blobs() { return stores_->blobs(); }
+  Signals& signals() { return stores_->signals(); }
   void reopen() {
     stores_.reset();
     stores_ = got(EmbeddedStores::open({folder_ / "data", 50}));
@@ -74,6 +75,23 @@ inline Job ended_job(const std::string& owner, const std::string& id, TimePoint 
   job.expires = at(1000);
   job.document = R"({"status":"converged"})";
   return job;
+}
+
+// Claims this job, whatever else is queued: that goes back. nullopt: it cannot be claimed.
+inline std::optional<Claimed> claim_one(JobStore& jobs, const JobKey& key, const std::string& worker, TimePoint now,
+                                        TimePoint lease_until) {
+  std::optional<Claimed> found;
+  std::vector<Token> others;
+  for (auto some = got(jobs.claim_some(worker, now, lease_until, 1)); !some.empty();
+       some = got(jobs.claim_some(worker, now, lease_until, 1))) {
+    if (some.front().token.key == key) {
+      found = std::move(some.front());
+      break;
+    }
+    others.push_back(some.front().token);
+  }
+  for (const Token& token : others) got(jobs.hand_back(token, "", {now, now}));
+  return found;
 }
 
 }  // namespace meshgauge::server::store

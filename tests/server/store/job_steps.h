@@ -17,7 +17,7 @@ inline Job job_in(JobStore& jobs, const JobKey& key) {
 }
 
 inline Token claimed_token(JobStore& jobs, const JobKey& key, const std::string& worker = "w1") {
-  const std::optional<Claimed> claimed = got(jobs.claim(key, worker, at(50), at(110)));
+  const std::optional<Claimed> claimed = claim_one(jobs, key, worker, at(50), at(110));
   REQUIRE(claimed.has_value());
   return claimed->token;
 }

@@ -8,7 +8,9 @@
 
 #include "job_steps.h"
 
-using namespace meshgauge;
+using meshgauge::Error;
+using meshgauge::ErrorCode;
+using meshgauge::Result;
 using namespace meshgauge::server::store;
 
 TEST_CASE_TEMPLATE("jobs: what was inserted is what is read, after a restart as well", Stores, EVERY_IMPLEMENTATION) {
@@ -56,7 +58,7 @@ TEST_CASE_TEMPLATE("jobs: of another owner there is nothing", Stores, EVERY_IMPL
     const JobKey key{owner, "1"};
     CHECK_FALSE(got(stores.jobs().get(key)).has_value());
     CHECK_FALSE(got(stores.jobs().find_idempotent(owner, "k")).has_value());
-    CHECK_FALSE(got(stores.jobs().claim(key, "w", at(0), at(60))).has_value());
+    CHECK_FALSE(claim_one(stores.jobs(), key, "w", at(0), at(60)).has_value());
     CHECK_FALSE(got(stores.jobs().request_cancel(key, kNow)).has_value());
     CHECK_FALSE(got(stores.jobs().forget(key)));
   }
@@ -111,16 +113,16 @@ TEST_CASE_TEMPLATE("jobs: of many that insert one idempotency key at once, one d
 TEST_CASE_TEMPLATE("jobs: claimed, kept alive, finished", Stores, EVERY_IMPLEMENTATION) {
   Stores stores;
   insert(stores.jobs(), new_job("ann", "1"));
-  const std::optional<Claimed> claimed = got(stores.jobs().claim({"ann", "1"}, "w1", at(50), at(110)));
+  const std::optional<Claimed> claimed = claim_one(stores.jobs(), {"ann", "1"}, "w1", at(50), at(110));
   REQUIRE(claimed.has_value());
   CHECK(claimed->token.worker == "w1");
   CHECK(claimed->token.tries == 1);
   CHECK(claimed->job.state == JobState::running);
   CHECK(claimed->job.started == at(50));
   CHECK(claimed->job.options == new_job("ann", "1").options);
-  CHECK_FALSE(got(stores.jobs().claim({"ann", "1"}, "w2", at(50), at(110))).has_value());
+  CHECK_FALSE(claim_one(stores.jobs(), {"ann", "1"}, "w2", at(50), at(110)).has_value());
 
-  const Progress progress{0.25, std::numeric_limits<double>::infinity(), "traverse"};
+  const server::store::Progress progress{0.25, std::numeric_limits<double>::infinity(), "traverse"};
   CHECK(got(stores.jobs().heartbeat(claimed->token, at(170), progress)) == Heartbeat::go_on);
   CHECK(job_in(stores.jobs(), {"ann", "1"}).progress == progress);
 
@@ -178,7 +180,7 @@ TEST_CASE_TEMPLATE("jobs: the next is of the owner with the fewest running, then
   add("bob", "huge", std::numeric_limits<std::uint64_t>::max() / 2, 9);
   std::vector<std::string> order;
   while (true) {
-    const auto claimed = got(stores.jobs().claim_some("w", at(20), at(80), JobStore::Which::all, 10));
+    const auto claimed = got(stores.jobs().claim_some("w", at(20), at(80), 10));
     if (claimed.empty()) break;
     REQUIRE(claimed.size() == 1);  // they are in no batch
     order.push_back(claimed.front().job.key.owner + " " + claimed.front().job.key.id);
@@ -194,7 +196,7 @@ TEST_CASE_TEMPLATE("jobs: workers that claim at the same time get different ones
   for (auto& mine : claimed) {
     threads.emplace_back([&] {
       while (true) {
-        const auto next = stores.jobs().claim_some("w", at(20), at(80), JobStore::Which::all, 1);
+        const auto next = stores.jobs().claim_some("w", at(20), at(80), 1);
         if (!next || next->empty()) return;
         mine.push_back(next->front().job.key.id);
       }
@@ -225,7 +227,7 @@ TEST_CASE_TEMPLATE("jobs: handed back, until it was the fifth time", Stores, EVE
   CHECK(job.state == JobState::failed);
   CHECK(job.finished == kNow.now);
   CHECK(job.expires == kNow.keep_until);
-  CHECK_FALSE(got(stores.jobs().claim({"ann", "1"}, "w", at(0), at(60))).has_value());
+  CHECK_FALSE(claim_one(stores.jobs(), {"ann", "1"}, "w", at(0), at(60)).has_value());
   CHECK(got(stores.jobs().forget({"ann", "1"})));
 }
 
@@ -249,7 +251,7 @@ TEST_CASE_TEMPLATE("jobs: cancelled, before and while they run", Stores, EVERY_I
   const Job queued = job_in(jobs, {"ann", "queued"});
   CHECK(queued.finished == kNow.now);
   CHECK(queued.expires == kNow.keep_until);
-  CHECK_FALSE(got(jobs.claim({"ann", "queued"}, "w", at(0), at(60))).has_value());
+  CHECK_FALSE(claim_one(jobs, {"ann", "queued"}, "w", at(0), at(60)).has_value());
 
   const Token running = claimed_token(jobs, {"ann", "running"});
   CHECK(got(jobs.request_cancel({"ann", "running"}, kNow)) == JobState::running);
@@ -268,7 +270,7 @@ TEST_CASE_TEMPLATE("jobs: cancelled, before and while they run", Stores, EVERY_I
 TEST_CASE_TEMPLATE("jobs: recorded ones are known at once and durable after flush", Stores, EVERY_IMPLEMENTATION) {
   Stores stores;
   Job job = ended_job("ann", "1");
-  job.progress = Progress{1, 2, "certify"};
+  job.progress = server::store::Progress{1, 2, "certify"};
   job.problem = "{}";
   stores.jobs().record(job);
   CHECK(got(stores.jobs().request_cancel(job.key, kNow)) == JobState::done);

@@ -30,7 +30,7 @@ class PostgresForTests {
   MeshIndex& meshes() { return stores_->meshes(); }
   BatchStore& batches() { return stores_->batches(); }
   BlobStore& blobs() { return stores_->blobs(); }
-  Signals& signals() { return *stores_->signals(); }
+  Signals& signals() { return stores_->signals(); }
   void reopen() {
     stores_.reset();
     stores_ = open("own");

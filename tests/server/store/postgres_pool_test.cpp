@@ -5,6 +5,7 @@
 #include <thread>
 
 #include "job_steps.h"
+#include "tests/eventually.h"
 
 using namespace meshgauge;
 using namespace meshgauge::server::store;
@@ -12,14 +13,6 @@ using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
 namespace {
-
-bool in_time(const std::function<bool()>& true_at_last) {
-  for (int i = 0; i < 2400; ++i) {
-    if (true_at_last()) return true;
-    std::this_thread::sleep_for(25ms);
-  }
-  return false;
-}
 
 // A role that may have so many connections. It lives as long as the object.
 class Frugal {
@@ -140,15 +133,15 @@ TEST_CASE("connections: who cannot have one leaves the duty to who can") {
   settings.database = role.connection_string();
   settings.patience = 500ms;
   auto first = got(DistributedStores::open(settings));
-  REQUIRE(in_time([&] { return first->jobs().on_duty(); }));
+  REQUIRE(eventually([&] { return first->jobs().on_duty(); }));
   CHECK_FALSE(stores.jobs().on_duty());
   role.allow(0);
   role.end_those_without_lock();
   CHECK_FALSE(first->jobs().check().ok());
-  CHECK(in_time([&] { return stores.jobs().on_duty(); }));
+  CHECK(eventually([&] { return stores.jobs().on_duty(); }));
   CHECK_FALSE(first->jobs().on_duty());
   role.allow(-1);
-  CHECK(in_time([&] { return first->jobs().check().ok(); }));
+  CHECK(eventually([&] { return first->jobs().check().ok(); }));
   CHECK(stores.jobs().on_duty());
   first.reset();
 }

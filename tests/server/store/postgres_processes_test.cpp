@@ -9,6 +9,7 @@
 
 #include "batch_steps.h"
 #include "server/store/postgres/control.h"
+#include "tests/eventually.h"
 
 using namespace meshgauge;
 using namespace meshgauge::server::store;
@@ -49,14 +50,6 @@ class Heard {
   std::vector<Signal> heard_;
 };
 
-bool in_time(const std::function<bool()>& true_at_last) {
-  for (int i = 0; i < 2400; ++i) {
-    if (true_at_last()) return true;
-    std::this_thread::sleep_for(25ms);
-  }
-  return false;
-}
-
 void terminate_all(PostgresServer& server, const std::string& which = "true") {
   server.execute("SELECT pg_terminate_backend(pid, 20000) FROM pg_stat_activity WHERE datname LIKE 'd%' AND " + which);
 }
@@ -77,7 +70,7 @@ TEST_CASE("processes: they claim apart, and all there is") {
     threads.emplace_back([&, i] {
       JobStore& jobs = i % 2 == 0 ? stores.jobs() : other->jobs();
       while (true) {
-        const auto some = jobs.claim_some("w" + std::to_string(i), at(50), at(110), JobStore::Which::all, 7);
+        const auto some = jobs.claim_some("w" + std::to_string(i), at(50), at(110), 7);
         const std::lock_guard lock(mutex);
         if (!some || some->empty()) return;
         number += some->size();
@@ -94,10 +87,10 @@ TEST_CASE("processes: a worker that was thought dead can write nothing, wherever
   PostgresForTests stores;
   const auto other = stores.open("other");
   insert(stores.jobs(), new_job("ann", "1"));
-  const auto first = got(stores.jobs().claim_some("w1", at(50), at(110), JobStore::Which::all, 1));
+  const auto first = got(stores.jobs().claim_some("w1", at(50), at(110), 1));
   REQUIRE(first.size() == 1);
   got(other->jobs().recover(std::nullopt, "its lease was over", {at(110), at(1110)}));
-  const auto second = got(other->jobs().claim_some("w2", at(120), at(180), JobStore::Which::all, 1));
+  const auto second = got(other->jobs().claim_some("w2", at(120), at(180), 1));
   REQUIRE(second.size() == 1);
   CHECK(second[0].job.suspected);
   CHECK_FALSE(got(stores.jobs().finish(first[0].token, ending())));
@@ -109,7 +102,7 @@ TEST_CASE("processes: a worker that was thought dead can write nothing, wherever
 TEST_CASE("processes: one is on duty, and another when that ends") {
   PostgresForTests stores;
   auto first = stores.open("first");
-  REQUIRE(in_time([&] { return first->jobs().on_duty(); }));
+  REQUIRE(eventually([&] { return first->jobs().on_duty(); }));
   const auto second = stores.open("second");
   for (int i = 0; i < 20; ++i) {
     CHECK_FALSE(second->jobs().on_duty());
@@ -117,7 +110,7 @@ TEST_CASE("processes: one is on duty, and another when that ends") {
     std::this_thread::sleep_for(20ms);
   }
   first.reset();
-  CHECK(in_time([&] { return second->jobs().on_duty(); }));
+  CHECK(eventually([&] { return second->jobs().on_duty(); }));
 }
 
 TEST_CASE("processes: nobody is on duty soon after trouble") {
@@ -128,7 +121,7 @@ TEST_CASE("processes: nobody is on duty soon after trouble") {
   CHECK_FALSE(patient->jobs().on_duty());
   std::this_thread::sleep_for(300ms);
   CHECK_FALSE(patient->jobs().on_duty());  // and keeps nobody from it meanwhile
-  CHECK(in_time([&] { return stores.jobs().on_duty(); }));
+  CHECK(eventually([&] { return stores.jobs().on_duty(); }));
 }
 
 TEST_CASE("processes: who does not ask for the duty any more leaves it to who does") {
@@ -137,10 +130,10 @@ TEST_CASE("processes: who does not ask for the duty any more leaves it to who do
   settings.duty_lapse = 200ms;
   const auto well = [] { return SteadyTime(); };
   PgControl held_up(settings, well), other(settings, well);
-  REQUIRE(in_time([&] { return held_up.on_duty(); }));
-  CHECK(in_time([&] { return other.on_duty(); }));
+  REQUIRE(eventually([&] { return held_up.on_duty(); }));
+  CHECK(eventually([&] { return other.on_duty(); }));
   CHECK_FALSE(held_up.on_duty());
-  CHECK(in_time([&] { return held_up.on_duty(); }));  // in its turn
+  CHECK(eventually([&] { return held_up.on_duty(); }));  // in its turn
 }
 
 TEST_CASE("processes: who has trouble leaves the duty, however often it asks for it") {
@@ -149,17 +142,17 @@ TEST_CASE("processes: who has trouble leaves the duty, however often it asks for
   std::atomic<bool> troubled{false};
   PgControl first(settings, [&] { return troubled ? std::chrono::steady_clock::now() : SteadyTime(); });
   PgControl second(settings, [] { return SteadyTime(); });
-  REQUIRE(in_time([&] { return first.on_duty(); }));
+  REQUIRE(eventually([&] { return first.on_duty(); }));
   CHECK_FALSE(second.on_duty());
   troubled = true;
   CHECK_FALSE(first.on_duty());
-  CHECK(in_time([&] { return !first.on_duty() && second.on_duty(); }));
+  CHECK(eventually([&] { return !first.on_duty() && second.on_duty(); }));
 }
 
 TEST_CASE("processes: they have one clock, the database's") {
   PostgresForTests stores;
   const auto other = stores.open("other");
-  CHECK(in_time([&] {
+  CHECK(eventually([&] {
     const auto apart = stores.jobs().time() - other->jobs().time();
     return std::chrono::abs(apart) < 100ms;
   }));
@@ -185,11 +178,11 @@ TEST_CASE("processes: they know the database's clock from their first moment on"
 TEST_CASE("processes: they hear what others do, whatever their owners are called") {
   PostgresForTests stores;
   const auto other = stores.open("other");
-  Heard heard(*other->signals());
+  Heard heard(other->signals());
   JobStore& jobs = stores.jobs();
   const std::string owner = std::string("o'w\\n er\0\xff\n", 11);
   // The first signals may come before the other one listens.
-  REQUIRE(in_time([&] {
+  REQUIRE(eventually([&] {
     static int n = 0;
     insert(jobs, new_job("try", std::to_string(n++)));
     return heard.number(Signal::Kind::work) > 0;
@@ -216,7 +209,7 @@ TEST_CASE("processes: they hear what others do, whatever their owners are called
   CHECK(heard.comes(Signal::Kind::missed));
   insert(jobs, new_job(owner, "3"));
   CHECK(got(jobs.request_cancel({owner, "3"}, kNow)) == JobState::cancelled);
-  CHECK(in_time([&] {
+  CHECK(eventually([&] {
     static int n = 0;
     const std::string id = "again " + std::to_string(n++);
     insert(jobs, new_job("ann", id));
@@ -272,7 +265,7 @@ TEST_CASE("processes: a mesh that one is just using no other sweeps") {
   user->execute("BEGIN; UPDATE meshes SET expires = 1700000200000");  // at(200)
   Result<std::uint64_t> swept = std::uint64_t{1};
   std::thread sweeper([&] { swept = stores.meshes().sweep_meshes(at(150)); });
-  CHECK(in_time([&] {
+  CHECK(eventually([&] {
     PgRows row = PgConnection::open(stores.database())
                      ->query(
                          "SELECT count(*) FROM pg_stat_activity WHERE datname = current_database() AND "

@@ -6,7 +6,9 @@
 
 #include "job_steps.h"
 
-using namespace meshgauge;
+using meshgauge::Error;
+using meshgauge::ErrorCode;
+using meshgauge::Result;
 using namespace meshgauge::server::store;
 
 namespace {
@@ -132,7 +134,7 @@ TEST_CASE("PostgreSQL schema: what was stored under each earlier version is read
     const std::unique_ptr<PostgresStore> store = got(PostgresStore::open(settings));
     CHECK(job_in(*store, {"ann", "1"}).cost == 5);
     CHECK(got(store->stored_bytes("ann")) == 77);
-    const auto claimed = got(store->claim_some("w", at(50), at(110), JobStore::Which::all, 1, JobStore::Suspects::too));
+    const auto claimed = got(store->claim_some("w", at(50), at(110), 1, JobStore::Suspects::too));
     REQUIRE(claimed.size() == 1);
     CHECK(got(store->finish(claimed[0].token, ending())));
   }
@@ -166,7 +168,7 @@ TEST_CASE("PostgreSQL schema: what was stored in shards is measured in one piece
   CHECK(options_of("bob", "2") == R"({  "gate": {"units": "é\"shards\":2\\"}})");
   CHECK(options_of("cat", "3") == "{}");
   CHECK(options_of("dan", "4") == "shards");
-  const auto claimed = got(store->claim_some("w", at(50), at(110), JobStore::Which::all, 1, JobStore::Suspects::too));
+  const auto claimed = got(store->claim_some("w", at(50), at(110), 1, JobStore::Suspects::too));
   REQUIRE(claimed.size() == 1);
   CHECK(claimed[0].job.key == JobKey{"ann", "1"});
   CHECK(got(store->finish(claimed[0].token, ending())));
@@ -186,10 +188,10 @@ TEST_CASE("PostgreSQL schema: bounds that the version before tells are certified
       "UPDATE jobs SET state = 1, tries = tries + 1, worker = 'old', lower = NULL, upper = NULL, stage = NULL; UPDATE "
       "jobs SET lower = 9, upper = 10, stage = 'build'");
   got(store->recover("old", "", kNow));
-  CHECK(job_in(*store, {"ann", "1"}).progress == Progress{9, 10, "build", ""});
+  CHECK(job_in(*store, {"ann", "1"}).progress == server::store::Progress{9, 10, "build", ""});
   const Token again = claimed_token(*store, {"ann", "1"});
   CHECK(got(store->heartbeat(again, at(170), {1, 9.5, "reduce", "v1"})) == Heartbeat::go_on);
-  CHECK(job_in(*store, {"ann", "1"}).progress == Progress{1, 9.5, "reduce", "v1"});
+  CHECK(job_in(*store, {"ann", "1"}).progress == server::store::Progress{1, 9.5, "reduce", "v1"});
 }
 
 TEST_CASE("PostgreSQL: several schemas of one database are apart") {

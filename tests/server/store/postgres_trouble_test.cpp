@@ -7,7 +7,9 @@
 
 #include "batch_steps.h"
 
-using namespace meshgauge;
+using meshgauge::Error;
+using meshgauge::ErrorCode;
+using meshgauge::Result;
 using namespace meshgauge::server::store;
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
@@ -57,7 +59,7 @@ void end_waiting() {
 
 // What a worker does: claims some and ends them. Ids of those whose end was acknowledged.
 void work_once(JobStore& jobs, const std::string& worker, std::mutex& mutex, std::multiset<std::string>& ended) {
-  const auto claimed = jobs.claim_some(worker, at(50), at(110), JobStore::Which::all, 3);
+  const auto claimed = jobs.claim_some(worker, at(50), at(110), 3);
   if (!claimed) return;
   std::vector<Finished> endings;
   for (const Claimed& one : *claimed) endings.push_back({one.token, ending()});
@@ -128,7 +130,7 @@ TEST_CASE("trouble: a claim whose answer is lost is found again, not made twice"
   });
   std::set<std::string> claimed;
   for (int i = 0; i < 40; ++i) {
-    const auto some = stores.jobs().claim_some("w", at(50), at(110), JobStore::Which::all, 1);
+    const auto some = stores.jobs().claim_some("w", at(50), at(110), 1);
     if (some) {
       for (const Claimed& one : *some) CHECK(claimed.insert(one.token.key.id).second);
     }
@@ -173,7 +175,7 @@ TEST_CASE("trouble: what no standby has confirmed is not acknowledged") {
   demand_standby(all.database());
   CHECK_FALSE(stores->jobs().insert(new_job("ann", "1")).ok());
   CHECK(got(stores->jobs().counts()).queued == 0);  // nobody sees it, reading waits for nobody
-  const auto claimed = stores->jobs().claim_some("w", at(50), at(110), JobStore::Which::all, 1);
+  const auto claimed = stores->jobs().claim_some("w", at(50), at(110), 1);
   CHECK(got(claimed).empty());
   // Somebody ends the waiting: it is committed here alone. To find it there is no proof that it is safe.
   end_waiting();
@@ -250,11 +252,11 @@ TEST_CASE("trouble: sixteen callers hardly ever wait for each other in a circle,
         checked(batches.sweep_batches(at(130)));
         return;
       case 4: {
-        const auto claimed = jobs.claim_some("w4", at(50), at(110), JobStore::Which::all, 10);
+        const auto claimed = jobs.claim_some("w4", at(50), at(110), 10);
         checked(claimed);
         std::vector<Beat> beats;
         for (std::size_t i = 0; claimed && i < claimed->size(); ++i)
-          beats.push_back({(*claimed)[i].token, Progress{1, 2, "s"}});
+          beats.push_back({(*claimed)[i].token, server::store::Progress{1, 2, "s"}});
         checked(jobs.heartbeats(beats, at(120)));
         return;
       }

@@ -3,9 +3,7 @@
 
 #include "job_steps.h"
 
-using namespace meshgauge;
-using namespace meshgauge::server::store;
-
+namespace meshgauge::server::store {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -49,7 +47,7 @@ TEST_CASE_TEMPLATE("progress: the interval of a job only shrinks, whoever begins
   CHECK(got(jobs.hand_back(first, "", kNow)) == JobState::queued);
   CHECK(progress_of(jobs) == Progress{1.5, 8, "traverse", "v1"});
 
-  const std::optional<Claimed> second = got(jobs.claim({"ann", "1"}, "w2", at(50), at(110)));
+  const std::optional<Claimed> second = claim_one(jobs, {"ann", "1"}, "w2", at(50), at(110));
   REQUIRE(second.has_value());
   CHECK(second->job.progress == Progress{1.5, 8, "", "v1"});  // in which stage this one is nobody knows yet
   tell(jobs, second->token, {0, kInfinity, "build", "v1"});
@@ -61,7 +59,7 @@ TEST_CASE_TEMPLATE("progress: the interval of a job only shrinks, whoever begins
   CHECK(progress_of(jobs) == Progress{2, 8, "reduce", "v1"});
 
   got(jobs.recover("w2", "its worker was lost", kNow));
-  const auto third = got(jobs.claim_some("w3", at(50), at(110), JobStore::Which::all, 1));
+  const auto third = got(jobs.claim_some("w3", at(50), at(110), 1));
   REQUIRE(third.size() == 1);
   CHECK(third[0].job.progress == Progress{2, 8, "", "v1"});
   CHECK(got(jobs.heartbeat(second->token, at(170), {4, 5, "reduce", "v1"})) == Heartbeat::lost);
@@ -107,3 +105,5 @@ TEST_CASE_TEMPLATE("progress: of many jobs at once, each its own", Stores, EVERY
   CHECK(job_in(jobs, {"ann", "2"}).progress == Progress{3, 10, "traverse", "v1"});
   CHECK(job_in(jobs, {"ann", "3"}).progress == Progress{4, 10, "reduce", "v1"});
 }
+
+}  // namespace meshgauge::server::store

@@ -1,4 +1,4 @@
-// Workers over real stores and a stand-in for the comparison. Several on one store are as several processes.
+// Workers over real stores and a stand-in for the readers. Several on one store are as several processes.
 #pragma once
 
 #include <memory>
@@ -31,12 +31,12 @@ inline Settings with_threads(std::uint64_t threads) {
 
 // What one process has.
 struct WorkerBench {
-  WorkerBench(Stores stores, Compare compare, WorkerOptions options, const Settings& chosen = one_worker())
+  WorkerBench(Stores stores, Fetch fetch, WorkerOptions options, const Settings& chosen = one_worker())
       : settings(chosen),
         threads(settings.workers),
-        measuring(settings, std::move(compare), metrics, threads, stores.jobs),
+        measuring(settings, std::move(fetch), metrics, threads, stores.jobs),
         scheduler({settings.workers, settings.workers, 1000}),
-        worker(settings, stores, measuring, scheduler, nullptr, metrics, std::move(options)) {}
+        worker(settings, stores, measuring, scheduler, troubles, metrics, std::move(options)) {}
 
   double metric(const std::string& name) const {
     const std::string text = metrics.text();
@@ -47,6 +47,7 @@ struct WorkerBench {
 
   Settings settings;
   Metrics metrics;
+  Troubles troubles{metrics};
   ThreadBudget threads;
   Measuring measuring;
   Scheduler scheduler;

@@ -32,11 +32,11 @@ struct Delivered {
 HeldJobPtr claimed(Kept& kept, const std::string& name) {
   const auto key = put_job(kept, job_named(name));
   const auto now = store::now();
-  const auto one = got(kept.embedded.jobs().claim(key, "w", now, now + seconds(60)));
+  const auto one = store::claim_one(kept.embedded.jobs(), key, "w", now, now + seconds(60));
   REQUIRE(one.has_value());
   auto job = std::make_shared<HeldJob>();
-  job->live = live_job_of(one->job, one_worker());
-  job->live->token = one->token;
+  job->live = live_job_of(one->job, one_worker(), {});
+  job->token = one->token;
   return job;
 }
 
@@ -45,7 +45,7 @@ Delivery done(const HeldJobPtr& job, const std::string& document = "{}") {
   return {job, store::Ending{JobState::done, document, "", now, now + seconds(60)}, std::nullopt, ""};
 }
 
-constexpr auto kLong = std::chrono::seconds(60);
+constexpr auto kEnough = std::chrono::seconds(60);
 
 }  // namespace
 
@@ -62,7 +62,7 @@ TEST_CASE("deliveries: what comes while the store is busy or away is stored in o
   kept.jobs.full = false;
   const int before = kept.jobs.finishes;
   deliveries.hurry();
-  REQUIRE(deliveries.wait_until_empty(Deliveries::Clock::now() + kLong));
+  REQUIRE(deliveries.wait_until_empty(Deliveries::Clock::now() + kEnough));
   CHECK(kept.jobs.finishes - before <= 2);  // one may have been on its way with the first alone
   CHECK(delivered.all.size() == 20);
   for (const auto& job : jobs) CHECK(has_state(kept, job->live->key, JobState::done));
@@ -73,11 +73,11 @@ TEST_CASE("deliveries: one whose job is another worker's is refused, the others 
   Delivered delivered;
   const auto mine = claimed(kept, "mine");
   const auto lost = claimed(kept, "lost");
-  got(kept.embedded.jobs().hand_back(*lost->live->token, "", {store::now(), store::now() + seconds(60)}));
+  got(kept.embedded.jobs().hand_back(lost->token, "", {store::now(), store::now() + seconds(60)}));
   Deliveries deliveries(kept.jobs, {}, delivered.hear(), delivered.failed());
   deliveries.add(done(lost));
   deliveries.add(done(mine));
-  REQUIRE(deliveries.wait_until_empty(Deliveries::Clock::now() + kLong));
+  REQUIRE(deliveries.wait_until_empty(Deliveries::Clock::now() + kEnough));
   CHECK(delivered.all == std::vector<std::pair<std::string, How>>{{"lost", How::refused}, {"mine", How::stored}});
   CHECK(has_state(kept, lost->live->key, JobState::queued));
 }
@@ -88,7 +88,7 @@ TEST_CASE("deliveries: what is handed back takes its interval along") {
   const auto job = claimed(kept, "back");
   Deliveries deliveries(kept.jobs, {}, delivered.hear(), delivered.failed());
   deliveries.add({job, std::nullopt, store::Progress{1, 2, "traverse"}, ""});
-  REQUIRE(deliveries.wait_until_empty(Deliveries::Clock::now() + kLong));
+  REQUIRE(deliveries.wait_until_empty(Deliveries::Clock::now() + kEnough));
   const auto row = row_of(kept, job->live->key);
   CHECK(row.state == JobState::queued);
   CHECK(row.progress == store::Progress{1, 2, "traverse"});
@@ -103,7 +103,7 @@ TEST_CASE("deliveries: an end that the store can never take counts against its j
   Deliveries deliveries(kept.jobs, {}, delivered.hear(), delivered.failed());
   deliveries.add(done(poison, "poison"));
   deliveries.add(done(other));
-  REQUIRE(deliveries.wait_until_empty(Deliveries::Clock::now() + kLong));
+  REQUIRE(deliveries.wait_until_empty(Deliveries::Clock::now() + kEnough));
   CHECK(has_state(kept, other->live->key, JobState::done));
   const auto row = row_of(kept, poison->live->key);
   CHECK(row.state == JobState::queued);
@@ -127,7 +127,7 @@ TEST_CASE("deliveries: for want of memory those that were not settled are again,
   REQUIRE(eventually([&] { return delivered.failures > 0; }));
   kept.jobs.full = false;
   deliveries.hurry();
-  REQUIRE(deliveries.wait_until_empty(Deliveries::Clock::now() + kLong));
+  REQUIRE(deliveries.wait_until_empty(Deliveries::Clock::now() + kEnough));
   std::vector<std::pair<std::string, How>> each_once;
   for (const auto& job : jobs) each_once.emplace_back(job->live->key.id, How::stored);
   CHECK(delivered.all == each_once);

@@ -37,13 +37,13 @@ TEST_CASE("worker: who was thought dead has its result refused, and another's st
   Stand quick;
   quick.released = true;
   const auto key = put_job(kept, job_named("contested"));
-  WorkerBench stopped(kept.stores(), late.compare(), silent("stopped"));
+  WorkerBench stopped(kept.stores(), late.fetch(), silent("stopped"));
   stopped.worker.start();
   REQUIRE(eventually([&] { return late.running == 1; }));
   take_from_all(kept);
   // Its own next claim must not be quicker.
   stopped.worker.drain();
-  WorkerBench other(kept.stores(), quick.compare(), options_of("other"));
+  WorkerBench other(kept.stores(), quick.fetch(), options_of("other"));
   other.worker.start();
   REQUIRE(eventually([&] { return has_state(kept, key, JobState::done); }));
   const auto row = row_of(kept, key);
@@ -60,7 +60,7 @@ TEST_CASE("worker: who hears that a job is not its own any more ends it, and tel
   Kept kept;
   Stand stand;
   const auto key = put_job(kept, job_named("lost"));
-  WorkerBench bench(kept.stores(), stand.compare(), options_of("w"));
+  WorkerBench bench(kept.stores(), stand.fetch(), options_of("w"));
   bench.worker.start();
   REQUIRE(eventually([&] { return stand.running == 1; }));
   const auto now = store::now();
@@ -78,7 +78,7 @@ TEST_CASE("worker: it goes on while the store is away, and delivers afterwards")
   Stand stand;
   std::vector<store::JobKey> keys;
   for (int i = 0; i < 10; ++i) keys.push_back(put_job(kept, job_named("j" + std::to_string(i), "batch")));
-  WorkerBench bench(kept.stores(), stand.compare(), options_of("w"));
+  WorkerBench bench(kept.stores(), stand.fetch(), options_of("w"));
   bench.worker.start();
   REQUIRE(eventually([&] { return stand.running == 1 && bench.worker.held() == 10; }));
   kept.jobs.full = true;
@@ -100,7 +100,7 @@ TEST_CASE("worker: who stops while the store is away does not wait for ever, and
   Stand stand;
   const auto key = put_job(kept, job_named("long"));
   {
-    WorkerBench bench(kept.stores(), stand.compare(), options_of("w"));
+    WorkerBench bench(kept.stores(), stand.fetch(), options_of("w"));
     bench.worker.start();
     REQUIRE(eventually([&] { return stand.running == 1; }));
     kept.jobs.full = true;
@@ -123,7 +123,7 @@ TEST_CASE("worker: what is being claimed while it stops goes back") {
     std::this_thread::sleep_for(milliseconds(300));  // who does not wait for it has stopped by then
     return true;
   };
-  WorkerBench bench(kept.stores(), stand.compare(), options_of("w"));
+  WorkerBench bench(kept.stores(), stand.fetch(), options_of("w"));
   bench.worker.start();
   REQUIRE(eventually([&] { return claimed.load(); }));
   bench.worker.stop(seconds(60));
@@ -144,7 +144,7 @@ TEST_CASE("worker: what it may have claimed without knowing goes back, also when
     claimed = true;
     return false;
   };
-  WorkerBench bench(kept.stores(), stand.compare(), options_of("w"));
+  WorkerBench bench(kept.stores(), stand.fetch(), options_of("w"));
   bench.worker.start();
   REQUIRE(eventually([&] { return claimed.load(); }));
   CHECK(row_of(kept, key).state == JobState::running);

@@ -12,7 +12,7 @@ HeldJobPtr ready(const std::string& name, const std::string& batch = "", std::ui
   store::Job row;
   static_cast<store::NewJob&>(row) = job_named(name, batch, cost);
   auto job = std::make_shared<HeldJob>();
-  job->live = live_job_of(row, one_worker());
+  job->live = live_job_of(row, one_worker(), {});
   job->in_batch = !batch.empty();
   job->stage = Stage::ready;
   return job;

@@ -36,7 +36,7 @@ TEST_CASE("versions: a worker does what another version was asked for, and that 
   }
   store::NewJob job = job_named("mesh", "first");
   CHECK(counts_of(kept, batch_of(job, "of a version that is not this one")).queued == 1);
-  WorkerBench bench(kept.stores(), stand.compare(), options_of("w"));
+  WorkerBench bench(kept.stores(), stand.fetch(), options_of("w"));
   bench.worker.start();
   REQUIRE(eventually([&] { return has_state(kept, job.key, JobState::done); }));
   bench.worker.stop();
@@ -69,7 +69,7 @@ TEST_CASE("versions: what another worker has found of a job stays, if it is of t
   store::JobStore& jobs = kept.embedded.jobs();
   const auto key = put_job(kept, job_named("mesh"));
   const auto now = store::now();
-  const auto before = got(jobs.claim(key, "another worker", now, now));
+  const auto before = store::claim_one(jobs, key, "another worker", now, now);
   REQUIRE(before.has_value());
   std::string by = version();
   store::Progress expected{2, 8, "build", version()};
@@ -82,11 +82,10 @@ TEST_CASE("versions: what another worker has found of a job stays, if it is of t
   got(jobs.hand_back(before->token, "", {now, now}));
 
   Stand stand;
-  const Compare until_released = stand.compare();
-  const auto beginning = [&](const MeshSource& a, const MeshSource& b, const Options& options,
-                             const api::ReadLimits& limits, Control& control) {
+  const Fetch until_released = stand.fetch();
+  const auto beginning = [&](const MeshSource& source, Control& control) {
     control.report({0, kInfinity, "build"});
-    return until_released(a, b, options, limits, control);
+    return until_released(source, control);
   };
   WorkerBench bench(kept.stores(), beginning, options_of("w"));
   bench.worker.start();

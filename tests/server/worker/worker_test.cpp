@@ -22,7 +22,7 @@ TEST_CASE("worker: what is in the queue is run, smallest first, and its end is s
     job.created = now;
     keys.push_back(put_job(kept, job));
   }
-  WorkerBench bench(kept.stores(), stand.compare(), options_of("w"));
+  WorkerBench bench(kept.stores(), stand.fetch(), options_of("w"));
   bench.worker.start();
   for (const auto& key : keys) CHECK(eventually([&] { return has_state(kept, key, JobState::done); }));
   CHECK(stand.order == std::vector<std::string>{"small", "middle", "large"});
@@ -39,7 +39,7 @@ TEST_CASE("worker: it is told of what comes later") {
   stand.released = true;
   auto options = options_of("w");
   options.poll = std::chrono::hours(1);
-  WorkerBench bench(kept.stores(), stand.compare(), options);
+  WorkerBench bench(kept.stores(), stand.fetch(), options);
   bench.worker.start();
   const auto key = put_job(kept, job_named("late"));
   bench.worker.wake();
@@ -52,8 +52,8 @@ TEST_CASE("worker: two share a batch, each job is run once") {
   stand.released = true;
   std::vector<store::JobKey> keys;
   for (int i = 0; i < 50; ++i) keys.push_back(put_job(kept, job_named("j" + std::to_string(i), "batch")));
-  WorkerBench one(kept.stores(), stand.compare(), options_of("one"), with_threads(2));
-  WorkerBench two(kept.stores(), stand.compare(), options_of("two"), with_threads(2));
+  WorkerBench one(kept.stores(), stand.fetch(), options_of("one"), with_threads(2));
+  WorkerBench two(kept.stores(), stand.fetch(), options_of("two"), with_threads(2));
   one.worker.start();
   two.worker.start();
   for (const auto& key : keys) REQUIRE(eventually([&] { return has_state(kept, key, JobState::done); }));
@@ -65,7 +65,7 @@ TEST_CASE("worker: an owner's cancel ends what runs, with the interval reached")
   Kept kept;
   Stand stand;
   const auto key = put_job(kept, job_named("long"));
-  WorkerBench bench(kept.stores(), stand.compare(), options_of("w"));
+  WorkerBench bench(kept.stores(), stand.fetch(), options_of("w"));
   bench.worker.start();
   REQUIRE(eventually([&] { return stand.running == 1; }));
   got(kept.embedded.jobs().request_cancel(key, {store::now(), store::now() + seconds(60)}));
@@ -78,7 +78,7 @@ TEST_CASE("worker: an owner's cancel ends what runs, with the interval reached")
 TEST_CASE("worker: a cancel that comes before the claim is known is not forgotten") {
   Kept kept;
   Stand stand;
-  WorkerBench bench(kept.stores(), stand.compare(), options_of("w"));
+  WorkerBench bench(kept.stores(), stand.fetch(), options_of("w"));
   bench.worker.cancel({"", "early"});
   const auto key = put_job(kept, job_named("early"));
   bench.worker.start();
@@ -90,7 +90,7 @@ TEST_CASE("worker: who drains hands back what has not begun, without blame, and 
   Stand stand;
   std::vector<store::JobKey> keys;
   for (int i = 0; i < 10; ++i) keys.push_back(put_job(kept, job_named("j" + std::to_string(i), "batch")));
-  WorkerBench bench(kept.stores(), stand.compare(), options_of("w"));
+  WorkerBench bench(kept.stores(), stand.fetch(), options_of("w"));
   bench.worker.start();
   REQUIRE(eventually([&] { return stand.running == 1 && bench.worker.held() == 10; }));
   bench.worker.drain();
@@ -112,7 +112,7 @@ TEST_CASE("worker: who stops hands back what runs, with its interval") {
   Stand stand;
   const auto key = put_job(kept, job_named("long"));
   {
-    WorkerBench bench(kept.stores(), stand.compare(), options_of("w"));
+    WorkerBench bench(kept.stores(), stand.fetch(), options_of("w"));
     bench.worker.start();
     REQUIRE(eventually([&] { return stand.running == 1; }));
     bench.worker.stop();
@@ -124,7 +124,7 @@ TEST_CASE("worker: who stops hands back what runs, with its interval") {
   CHECK_FALSE(row.suspected);
   REQUIRE(row.progress.has_value());
   stand.released = true;
-  WorkerBench next(kept.stores(), stand.compare(), options_of("next"));
+  WorkerBench next(kept.stores(), stand.fetch(), options_of("next"));
   next.worker.start();
   CHECK(eventually([&] { return has_state(kept, key, JobState::done); }));
 }
@@ -133,7 +133,7 @@ TEST_CASE("worker: one that is suspected of ending its workers runs alone") {
   Kept kept;
   const auto key = put_job(kept, job_named("suspect", "", 95'000'000));  // in the middle
   const auto now = store::now();
-  got(kept.embedded.jobs().claim(key, "dead", now, now + seconds(60)));
+  store::claim_one(kept.embedded.jobs(), key, "dead", now, now + seconds(60));
   got(kept.embedded.jobs().recover("dead", "it went away", {now, now + seconds(60)}));
   REQUIRE(row_of(kept, key).suspected);
   std::vector<store::JobKey> keys{key};
@@ -141,18 +141,17 @@ TEST_CASE("worker: one that is suspected of ending its workers runs alone") {
     keys.push_back(put_job(kept, job_named("j" + std::to_string(i), "", i * 10'000'000U)));
   std::atomic<int> running{0};
   std::atomic<int> beside_suspect{0};
-  const Compare compare = [&](const MeshSource& a, const MeshSource&, const Options& asked, const api::ReadLimits&,
-                              Control&) -> Result<api::Comparison> {
+  const Fetch fetch = [&](const MeshSource& source, Control&) -> Result<api::SharedMesh> {
+    if (source.input.part == "b") return stand_in(source);
     ++running;
     std::this_thread::sleep_for(milliseconds(5));
-    if (a.input.filename == "suspect") beside_suspect = running - 1;
-    const auto comparison = stand_in(a, asked);
+    if (source.input.filename == "suspect") beside_suspect = running - 1;
     std::this_thread::sleep_for(milliseconds(1));
-    if (a.input.filename == "suspect") beside_suspect += running - 1;
+    if (source.input.filename == "suspect") beside_suspect += running - 1;
     --running;
-    return comparison;
+    return stand_in(source);
   };
-  WorkerBench bench(kept.stores(), compare, options_of("w"), with_threads(4));
+  WorkerBench bench(kept.stores(), fetch, options_of("w"), with_threads(4));
   bench.worker.start();
   for (const auto& each : keys) REQUIRE(eventually([&] { return has_state(kept, each, JobState::done); }));
   CHECK(beside_suspect == 0);
@@ -164,7 +163,7 @@ namespace {
 store::JobKey put_running(Kept& kept, const std::string& name) {
   const auto key = put_job(kept, job_named(name));
   const auto now = store::now();
-  REQUIRE(got(kept.embedded.jobs().claim(key, "other", now, now + std::chrono::hours(1))));
+  REQUIRE(store::claim_one(kept.embedded.jobs(), key, "other", now, now + std::chrono::hours(1)));
   return key;
 }
 
@@ -174,13 +173,12 @@ void lose(Kept& kept, const std::string& worker) {
 }
 
 // Of the comparisons "long" lasts until it is released, all others are over at once.
-Compare lasting(const std::atomic<bool>& released) {
-  return [&](const MeshSource& a, const MeshSource&, const Options& asked, const api::ReadLimits&,
-             Control& control) -> Result<api::Comparison> {
-    while (a.input.filename == "long" && !released && control.check() == Interruption::none) {
+Fetch lasting(const std::atomic<bool>& released) {
+  return [&](const MeshSource& source, Control& control) -> Result<api::SharedMesh> {
+    while (source.input.filename == "long" && !released && control.check() == Interruption::none) {
       std::this_thread::sleep_for(milliseconds(1));
     }
-    return stand_in(a, asked);
+    return stand_in(source);
   };
 }
 
@@ -241,7 +239,7 @@ TEST_CASE("worker: when it is lost, what it had in stock is not suspected, but w
     found_none = found_none || some.empty();
     return true;
   };
-  WorkerBench bench(kept.stores(), stand.compare(), options);
+  WorkerBench bench(kept.stores(), stand.fetch(), options);
   bench.worker.start();
   REQUIRE(eventually([&] { return stand.running == 1 && bench.worker.held() == 10 && found_none; }));
   REQUIRE(eventually([&] { return row_of(kept, keys[0]).progress.has_value(); }));  // soon, though it is of a batch
@@ -264,7 +262,7 @@ TEST_CASE("worker: the time of a job begins with its run, and ends with that of 
   patient.created -= std::chrono::hours(1);
   const auto durable = put_job(kept, patient);
   const auto start = Control::Clock::now();
-  WorkerBench bench(kept.stores(), stand.compare(), options_of("w"));
+  WorkerBench bench(kept.stores(), stand.fetch(), options_of("w"));
   bench.worker.start();
   REQUIRE(eventually([&] { return has_state(kept, awaited, JobState::done); }));
   REQUIRE(eventually([&] { return has_state(kept, durable, JobState::done); }));
@@ -277,8 +275,8 @@ TEST_CASE("worker: the time of a job begins with its run, and ends with that of 
 TEST_CASE("worker: a job whose time is over before its meshes are read has ended, and is not tried again") {
   Kept kept;
   const auto key = put_job(kept, job_named("late"));
-  const auto too_late = [](const MeshSource&, const MeshSource&, const Options&, const api::ReadLimits&, Control&) {
-    return Result<api::Comparison>(Error{ErrorCode::out_of_time, "the time was over", "", ""});
+  const auto too_late = [](const MeshSource&, Control&) {
+    return Result<api::SharedMesh>(Error{ErrorCode::out_of_time, "the time was over", "", ""});
   };
   WorkerBench bench(kept.stores(), too_late, options_of("w"));
   bench.worker.start();
@@ -293,7 +291,7 @@ TEST_CASE("worker: a job whose meshes are gone fails, and says why") {
   stand.released = true;
   const auto key = job_named("gone").key;
   got(kept.embedded.jobs().insert(job_named("gone")));
-  WorkerBench bench(kept.stores(), stand.compare(), options_of("w"));
+  WorkerBench bench(kept.stores(), stand.fetch(), options_of("w"));
   bench.worker.start();
   REQUIRE(eventually([&] { return has_state(kept, key, JobState::failed); }));
   const auto row = row_of(kept, key);
@@ -308,7 +306,7 @@ TEST_CASE("worker: a job whose options this version does not know fails, and say
   store::NewJob job = job_named("strange");
   job.options = R"({"of_later":1})";
   const auto key = put_job(kept, job);
-  WorkerBench bench(kept.stores(), stand.compare(), options_of("w"));
+  WorkerBench bench(kept.stores(), stand.fetch(), options_of("w"));
   bench.worker.start();
   REQUIRE(eventually([&] { return has_state(kept, key, JobState::failed); }));
   CHECK(row_of(kept, key).problem.find("of_later") != std::string::npos);
@@ -318,9 +316,9 @@ TEST_CASE("worker: blobs go with the last job that needs them") {
   Kept kept;
   Stand stand;
   stand.released = true;
-  const auto job = job_named("last");
+  const auto job = job_named("last", "batch");  // those of others are removed by Jobs
   const auto key = put_job(kept, job);
-  WorkerBench bench(kept.stores(), stand.compare(), options_of("w"));
+  WorkerBench bench(kept.stores(), stand.fetch(), options_of("w"));
   bench.worker.start();
   REQUIRE(eventually([&] { return bench.worker.held() == 0 && has_state(kept, key, JobState::done); }));
   CHECK_FALSE(got(kept.embedded.blobs().exists({"", job.mesh_a})));

@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { titleOf, witnessesOf, wordingOf } from "../../../server/web/page/text/verdict.js";
+import { pairNotes, titleOf, unitsOf, witnessesOf, wordingOf } from "../../../server/web/page/text/verdict.js";
 import { stageTimes, stageWords } from "../../../server/web/page/text/stages.js";
 import { comparison, directed, gate } from "./samples.js";
 
@@ -25,7 +25,7 @@ test("a pass of one direction speaks of that direction alone", () => {
 test("a fail names the point, its mesh and triangle, and how far it is at least", () => {
   const told = words(comparison({ verdict: "fail", gate: gate(0.05), status: "gate_decided", a_to_b: directed(0.0968, 0.0976), b_to_a: directed(0.01, 0.0976) }));
   assert.equal(told.tone, "fail");
-  assert.equal(told.reason, "The point (1, 2, 3) of the candidate (A), on triangle 3, is 0.0968 mm or more from the baseline (B). The limit is 0.05 mm.");
+  assert.equal(told.reason, "The point (1, 2, 3) mm of the candidate (A), on triangle 3, is 0.0968 mm or more from the baseline (B). The limit is 0.05 mm.");
 });
 
 test("a fail whose point is on the baseline says what the candidate lacks", () => {
@@ -98,4 +98,14 @@ test("stages have words, and times without statistics have no statistics", () =>
   const { timings_ms } = comparison();
   assert.deepEqual(stageTimes(timings_ms).map(({ name }) => name), ["queue", "read_a", "read_b", "build", "traverse", "reduce", "certify"]);
   assert.equal(stageTimes({ ...timings_ms, statistics: 4 }).at(-1)?.ms, 4);
+});
+
+test("a result of before 0.2.0 says no unit and has no notes", () => {
+  const old: Record<string, unknown> = { ...comparison({ verdict: "pass", gate: { max_distance: 0.2, units: null } }) };
+  delete old["unit"];
+  delete old["notes"];
+  const result = old as unknown as Parameters<typeof wordingOf>[0];
+  assert.equal(unitsOf(result), "");
+  assert.deepEqual(pairNotes(result), []);
+  assert.match(words(result).reason, /within 0.2 of the other surface: at most 0.0976 away/);
 });

@@ -2,6 +2,7 @@
 import type { BatchCounts, BatchFailure, BatchResult } from "../api/types.js";
 import { seenName } from "../text/names.js";
 import { asSentence } from "../text/problems.js";
+import { unitOf } from "../text/verdict.js";
 
 /** What became of one. `measured`: it has an interval and no limit; `gone`: its result is not kept any more. */
 export type Kind = "fail" | "error" | "undecided" | "cancelled" | "gone" | "pass" | "measured";
@@ -28,7 +29,7 @@ export function rowOfFailure(failure: BatchFailure): Row {
 }
 
 export function rowOfResult(result: BatchResult): Row {
-  return rowOf(result, result.result?.distance ?? null, result.result?.gate ?? null, result.result?.unit.name ?? null);
+  return rowOf(result, result.result?.distance ?? null, result.result?.gate ?? null, result.result ? unitOf(result.result) : null);
 }
 
 function rowOf(

@@ -44,8 +44,8 @@ function witnessFacts(directed: Directed, one: string, other: string, units: str
   const { witness } = directed;
   if (!witness) return [["Witness", "No point was measured"]];
   return [
-    [`A point at least ${withUnits(intervalText(directed.lower, directed.upper, null).lower, units)} away, on ${one}`, `${pointText(witness.point_a)}, triangle ${String(witness.triangle_a)}`],
-    [`Nearest to it, on ${other}`, `${pointText(witness.point_b)}, triangle ${String(witness.triangle_b)}`],
+    [`A point at least ${withUnits(intervalText(directed.lower, directed.upper, null).lower, units)} away, on ${one}`, `${withUnits(pointText(witness.point_a), units)}, triangle ${String(witness.triangle_a)}`],
+    [`Nearest to it, on ${other}`, `${withUnits(pointText(witness.point_b), units)}, triangle ${String(witness.triangle_b)}`],
   ];
 }
 

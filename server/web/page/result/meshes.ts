@@ -21,8 +21,9 @@ const formatWords = (mesh: MeshFacts): string => mesh.format.toUpperCase().repla
 
 const sources = { file: "its file says so", declared: "declared", assumed: "taken from the limit", unknown: "" };
 
-function unitWords({ unit }: MeshFacts): string {
-  return unit.name === null ? "not known" : `${unit.name}, ${sources[unit.source]}`;
+// Results of before 0.2.0 have none.
+function unitWords({ unit }: { unit?: MeshFacts["unit"] }): string {
+  return !unit || unit.name === null ? "not known" : `${unit.name}, ${sources[unit.source]}`;
 }
 
 export function meshesTable(result: Comparison, names: Record<Side, string>): HTMLElement {

@@ -7,7 +7,7 @@ import { Gauge } from "../plot/gauge.js";
 import type { History } from "../plot/history.js";
 import { TimelinePlot } from "../plot/timeline.js";
 import { inPercent, inPercentAbove, inTime, intervalText, intervalWords, plain, toDigits, withUnits } from "../text/numbers.js";
-import { statusSentence, unitsOf, wordingOf } from "../text/verdict.js";
+import { pairNotes, statusSentence, unitOf, unitsOf, wordingOf } from "../text/verdict.js";
 import { directionsOf } from "./directions.js";
 import { iconOf } from "./icon.js";
 import { mapRows, showViewer } from "./maps.js";
@@ -61,7 +61,7 @@ function verdictOf(face: ResultFace, ends: (() => void)[]): HTMLElement {
     words.tone === "measured" ? null : h("p", { class: "reading" }, ...readingOf(result)),
     h("p", { class: "reason" }, words.reason),
     words.proof === "" ? null : h("p", { class: "proof" }, words.proof),
-    ...result.notes.map((note) => h("p", { class: "note" }, `Note: ${note}.`)),
+    ...pairNotes(result).map((note) => h("p", { class: "note" }, `Note: ${note}.`)),
     host,
     h("div", { class: "actions" }, narrower(face), button("Measure again", { class: "again" }, () => face.again()), h("a", { class: "button", href: "/" }, "New pair")),
   );
@@ -128,9 +128,10 @@ function precision(result: Comparison): HTMLElement {
 }
 
 // A baseline that is a point has no size; one that was converted has it in another unit.
-function sizeWords(upper: number | null, { unit, meshes }: Comparison): string {
-  const { diagonal } = meshes.b;
-  if (unit.name !== null && unit.name !== meshes.b.unit.name) return "";
+function sizeWords(upper: number | null, result: Comparison): string {
+  const { diagonal } = result.meshes.b;
+  const unit = unitOf(result);
+  if (unit !== null && unit !== unitOf(result.meshes.b)) return "";
   return upper === null || diagonal === 0 ? "" : `The distance is at most ${inPercentAbove(upper / diagonal, 3)} of B's diagonal`;
 }
 

@@ -1,6 +1,7 @@
 // The same measurement outside of the page: a command line, and a gate of `meshgauge check`.
 import type { Comparison, MeshFacts, Options } from "../api/types.js";
 import { toDigitsAbove } from "./numbers.js";
+import { unitOf, unitsOf } from "./verdict.js";
 
 export interface Names {
   a: string; // file names, as they were sent
@@ -35,10 +36,10 @@ export function optionsOf(result: Comparison): Options {
 }
 
 // A number in the unit of mesh b is one in the unit of the result.
-const unitOfLimit = ({ gate, unit }: Comparison): string | null => (gate?.units === "b" ? unit.name : (gate?.units ?? null));
+const unitOfLimit = (result: Comparison): string | null => (result.gate?.units === "b" ? unitOf(result) : (result.gate?.units ?? null));
 
 function unitsDeclared({ meshes: { a, b } }: Comparison): Pick<Options, "units"> {
-  const declared = (mesh: MeshFacts) => (mesh.unit.source === "declared" ? mesh.unit.name : null);
+  const declared = ({ unit }: { unit?: MeshFacts["unit"] }) => (unit?.source === "declared" ? unit.name : null);
   const [one, other] = [declared(a), declared(b)];
   if (one === null && other === null) return {};
   return { units: { ...(one === null ? {} : { a: one }), ...(other === null ? {} : { b: other }) } };
@@ -68,7 +69,7 @@ function limitOf(result: Comparison): { limit: string; remark: string } {
   const { gate, distance } = result;
   if (!gate) {
     const known = distance.upper ?? distance.lower;
-    return { limit: `${toDigitsAbove(known, 3)}${result.unit.name === null ? "" : ` ${result.unit.name}`}`, remark: "  # just above what was measured: say what is allowed" };
+    return { limit: `${toDigitsAbove(known, 3)}${unitsOf(result) === "" ? "" : ` ${unitsOf(result)}`}`, remark: "  # just above what was measured: say what is allowed" };
   }
   const number = String(gate.max_distance);
   const unit = unitOfLimit(result);

@@ -50,9 +50,24 @@ export function unitAsked(units: string | null | undefined): string {
   return units === "b" ? "" : (units ?? "");
 }
 
-/** Of every length that was measured; empty: not known. */
-export function unitsOf(result: Comparison): string {
-  return result.unit.name ?? "";
+/** What says its unit, or nothing of it, as results of before 0.2.0. */
+interface OfUnit {
+  unit?: Pick<Comparison["unit"], "name">;
+}
+
+/** Of every length that was measured; null: not known. */
+export function unitOf({ unit }: OfUnit): Comparison["unit"]["name"] {
+  return unit?.name ?? null;
+}
+
+/** The same as text; empty: not known. */
+export function unitsOf(result: OfUnit): string {
+  return unitOf(result) ?? "";
+}
+
+/** Of the pair. Results of before 0.2.0 have none. */
+export function pairNotes({ notes }: { notes?: string[] }): string[] {
+  return notes ?? [];
 }
 
 /** `timeoutMs`: what was asked for, where it is known. */
@@ -102,7 +117,7 @@ function forFail(result: Comparison): Wording {
     tone: "fail",
     heading: "Fail",
     reason:
-      `The point ${pointText(witness.point)} of the ${meshName[witness.from]}, on triangle ${String(witness.triangle)}, ` +
+      `The point ${withUnits(pointText(witness.point), unitsOf(result))} of the ${meshName[witness.from]}, on triangle ${String(witness.triangle)}, ` +
       `is ${lower} or more from the ${meshName[other]}. The limit is ${limit}.${lacking}`,
     proof: provedFail,
   };

@@ -7,11 +7,11 @@ using namespace meshgauge::server::store;
 
 namespace {
 
-HttpAnswer answer_of(const std::string& text) {
-  HttpAnswer answer;
+net::HttpAnswer answer_of(const std::string& text) {
+  net::HttpAnswer answer;
   answer.status = 200;
   answer.headers["date"] = "Sun, 22 Nov 2026 08:30:00 GMT";
-  answer.text = text;
+  answer.body = text;
   return answer;
 }
 
@@ -52,7 +52,7 @@ TEST_CASE("answers of S3: what is not understood is no empty list") {
     REQUIRE_FALSE(page.ok());
     CHECK(page.error().code == ErrorCode::storage_unavailable);
   }
-  HttpAnswer timeless = answer_of(list_of(whole));
+  net::HttpAnswer timeless = answer_of(list_of(whole));
   timeless.headers.clear();
   CHECK_FALSE(list_page_of(timeless).ok());
   CHECK_FALSE(upload_id_of(answer_of("<InitiateMultipartUploadResult/>")).ok());

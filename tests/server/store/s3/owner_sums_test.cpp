@@ -6,18 +6,13 @@
 
 #include <doctest/doctest.h>
 
+#include "tests/server/store/store_text.h"
+
 using namespace meshgauge;
 using namespace meshgauge::server::store;
 using namespace std::chrono_literals;
 
-namespace {
-
-std::uint64_t got(Result<std::uint64_t> sum) {
-  REQUIRE(sum.ok());
-  return *sum;
-}
-
-}  // namespace
+namespace {}  // namespace
 
 TEST_CASE("sums of owners: listed once, then kept up") {
   std::atomic<int> listings{0};

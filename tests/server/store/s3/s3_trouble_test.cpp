@@ -214,7 +214,7 @@ TEST_CASE("S3 in trouble: what is in the cache is there without S3") {
 TEST_CASE("S3 in trouble: a server that falls silent is not waited for") {
   const S3Double server;
   S3Limits limits = limits_for_tests();
-  limits.http.small = limits.http.stall = 1s;
+  limits.small = limits.stall = 1s;
   limits.attempts = 1;
   S3Blobs blobs(server.settings(), options_for_tests(), limits);
   nlohmann::json faults = nlohmann::json::array();
@@ -231,7 +231,7 @@ TEST_CASE("S3 in trouble: a server that falls silent is not waited for") {
 TEST_CASE("S3 in trouble: a body that stalls is continued over another connection") {
   const S3Double server;
   S3Limits limits = limits_for_tests();
-  limits.http.stall = 1s;
+  limits.stall = 1s;
   S3Blobs blobs(server.settings(), options_for_tests(), limits);
   const std::string text = long_text(1'000'000);
   const BlobKey key = key_of("ann", text);

@@ -1,0 +1,51 @@
+// JUnit XML, which every CI system reads. Valid by the schema of Ant's reports (windyroad's JUnit.xsd, the strictest)
+// and by that of Jenkins, whatever UTF-8 the texts are.
+//
+//   junit_begin() + (junit_suite() + junit_case()... + junit_suite_end())... + junit_end()
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace meshgauge::api {
+
+struct JUnitSuite {
+  std::string name;
+  std::string package;
+  std::size_t id = 0;
+  std::chrono::system_clock::time_point when;
+  std::size_t tests = 1;
+  std::size_t failures = 0;
+  std::size_t errors = 0;
+  double seconds = 0;
+  std::vector<std::pair<std::string, std::string>> properties = {};
+};
+
+struct JUnitDefect {
+  const char* element = "";  // "failure" or "error"
+  std::string type;
+  std::string message;
+  std::string text;
+};
+
+struct JUnitCase {
+  std::string name;
+  std::string class_name;
+  double seconds = 0;
+  std::optional<JUnitDefect> defect;
+};
+
+// "meshgauge.NAME": viewers make a package of what stands before the last dot.
+std::string junit_class(std::string name);
+
+std::string junit_begin();
+std::string junit_suite(const JUnitSuite& suite);
+std::string junit_case(const JUnitCase& test);
+std::string junit_suite_end(const std::string& out = "");  // `out`: the suite's output
+std::string junit_end();
+
+}  // namespace meshgauge::api

@@ -1,0 +1,17 @@
+#include "api/measured_pair.h"
+
+#include <utility>
+
+namespace meshgauge::api {
+
+Result<MeasuredPair> in_unit_of_result(const std::shared_ptr<const PreparedMesh>& a,
+                                       const std::shared_ptr<const PreparedMesh>& b, const UnitPlan& units,
+                                       Control& control) {
+  auto measured_a = in_unit(a, "a", factor_between(units.a, units.result), control);
+  if (!measured_a) return std::move(measured_a).error();
+  auto measured_b = in_unit(b, "b", factor_between(units.b, units.result), control);
+  if (!measured_b) return std::move(measured_b).error();
+  return MeasuredPair{*std::move(measured_a), *std::move(measured_b)};
+}
+
+}  // namespace meshgauge::api

@@ -1,0 +1,99 @@
+#include "api/result_document.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <string>
+#include <utility>
+
+#include <nlohmann/json.hpp>
+
+namespace meshgauge::api {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// By at(): what is missing or of another type throws, and is caught in result_facts().
+Vec3 point(const Json& json) { return {json.at(0).get<double>(), json.at(1).get<double>(), json.at(2).get<double>()}; }
+
+std::optional<ResultWitness> witness_of(const Json& json, bool on_candidate) {
+  if (json.is_null()) return std::nullopt;
+  return ResultWitness{on_candidate, point(json.at("point_a")), json.at("triangle_a").get<std::uint32_t>(),
+                       point(json.at("point_b")), json.at("triangle_b").get<std::uint32_t>()};
+}
+
+double upper_of(const Json& interval) {
+  const Json& upper = interval.at("upper");  // null: ended before there was one
+  return upper.is_null() ? std::numeric_limits<double>::infinity() : upper.get<double>();
+}
+
+// Whoever measured: from nothing else may come a verdict or a bound. Also false of NaN.
+bool is_interval(double lower, double upper) { return std::isfinite(lower) && lower >= 0 && lower <= upper; }
+
+std::optional<ResultDirection> direction_of(const Json& document, const char* name, bool on_candidate) {
+  const auto directed = document.find(name);
+  if (directed == document.end() || directed->is_null()) return std::nullopt;
+  const ResultDirection direction{directed->at("lower").get<double>(), upper_of(*directed),
+                                  witness_of(directed->at("witness"), on_candidate)};
+  return is_interval(direction.lower, direction.upper) ? std::optional(direction) : std::nullopt;
+}
+
+ResultFacts facts_of(const Json& document, Side candidate) {
+  const bool of_a = candidate == Side::a;
+  ResultFacts facts;
+  if (const auto gate = document.find("gate"); gate != document.end() && !gate->is_null()) {
+    facts.limit = gate->at("max_distance").get<double>();
+  }
+  facts.lower = document.at("distance").at("lower").get<double>();
+  facts.upper = upper_of(document.at("distance"));
+  facts.units = unit_plan_of(document);
+  facts.has_units = document.contains("unit");
+  facts.direction = direction_of(document, of_a ? "a_to_b" : "b_to_a", true);
+  const auto other = direction_of(document, of_a ? "b_to_a" : "a_to_b", false);
+  // In a symmetric measurement the direction that reaches further attains `lower`.
+  double reached = -1;
+  for (const std::optional<ResultDirection>* direction : {&std::as_const(facts.direction), &other}) {
+    if (!*direction || !(*direction)->witness || (*direction)->lower <= reached) continue;
+    reached = (*direction)->lower;
+    facts.witness = (*direction)->witness;
+  }
+  return facts;
+}
+
+Error no_comparison(const std::string& why) {
+  return {ErrorCode::internal, "the result is not that of a comparison: " + why, "", ""};
+}
+
+KnownUnit known_unit(const Json& document, const char* pointer) {
+  KnownUnit known;
+  const Json::json_pointer at(pointer);
+  if (!document.contains(at) || !document.at(at).is_object()) return known;
+  const Json& json = document.at(at);
+  const auto named = [&](const char* key, const auto& all, auto& out) {
+    const auto text = json.find(key);
+    if (text == json.end() || !text->is_string()) return;
+    const auto found = std::find_if(std::begin(all), std::end(all), [&](auto one) { return to_string(one) == *text; });
+    if (found != std::end(all)) out = *found;
+  };
+  static constexpr UnitSource kSources[] = {UnitSource::file, UnitSource::declared, UnitSource::assumed};
+  named("name", kLengthUnits, known.unit);
+  named("source", kSources, known.source);
+  return known;
+}
+
+}  // namespace
+
+Result<ResultFacts> result_facts(const Json& document, Side candidate) try {
+  ResultFacts facts = facts_of(document, candidate);
+  if (!is_interval(facts.lower, facts.upper)) return no_comparison("its distance is no interval");
+  return facts;
+} catch (const Json::exception& error) {
+  return no_comparison(error.what());
+}
+
+UnitPlan unit_plan_of(const Json& document) {
+  return {known_unit(document, "/meshes/a/unit"), known_unit(document, "/meshes/b/unit"),
+          known_unit(document, "/unit")};
+}
+
+}  // namespace meshgauge::api

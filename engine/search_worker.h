@@ -1,0 +1,77 @@
+// What one thread finds while it searches a part of A, until it hands it in: Search::absorb().
+//
+// The lower bound alone is shared at once; everything else stays with its thread.
+#pragma once
+
+#include <vector>
+
+#include "engine/search.h"
+
+namespace meshgauge {
+
+class SearchWorker {
+ public:
+  explicit SearchWorker(Search& search) : search_(search) {}
+
+  const Bvh& to() const { return search_.to(); }
+  Work& work() { return work_; }
+
+  // As those of Search.
+  double lower() const { return search_.lower(); }
+  double cull_within_tolerance() {
+    const double lower_now = lower();
+    if (lower_now != known_limit_.lower) known_limit_ = {lower_now, search_.cull_within_tolerance(lower_now)};
+    return known_limit_.limit;
+  }
+  void saw(const Corner& corner, std::uint32_t triangle, bool is_vertex) {
+    if (corner.distance <= candidate_.distance || corner.distance <= search_.lower()) return;
+    candidate_ = Candidate{corner.point, corner.distance, triangle, is_vertex};
+    search_.raise_lower(corner.distance);
+  }
+  void drop(double upper) { dropped_ = std::max(dropped_, upper); }
+  // For a piece whose bound is above what was asked for, but which rounding does not let be resolved further.
+  void drop_unresolved(double upper) {
+    unresolved_ = std::max(unresolved_, upper);
+    drop(upper);
+  }
+
+  // The pieces to be handed in; the last one pushed is popped first.
+  void push(const Piece& piece) { pieces_.push_back(piece); }
+  Piece pop() {
+    const Piece piece = pieces_.back();
+    pieces_.pop_back();
+    return piece;
+  }
+  std::size_t waiting() const { return pieces_.size(); }
+  // Only the first `count` stay: for what else is known of the others.
+  void forget_beyond(std::size_t count) { pieces_.resize(count); }
+
+  // Whether the search is to end. Looks at the clock after every 0.1 ms of work or so.
+  bool interrupted() {
+    if (interrupted_ || work_.triangle_tests < next_look_) return interrupted_;
+    next_look_ = work_.triangle_tests + kTestsBetweenLooks;
+    interrupted_ = search_.interrupted();
+    return interrupted_;
+  }
+
+ private:
+  friend void Search::absorb(SearchWorker&);
+  static constexpr std::uint64_t kTestsBetweenLooks = 1 << 14;
+
+  Search& search_;
+  Candidate candidate_;
+  double dropped_ = 0;
+  double unresolved_ = 0;
+  std::vector<Piece> pieces_;
+  Work work_;
+  std::uint64_t next_look_ = kTestsBetweenLooks;  // at the clock, in tests
+  bool interrupted_ = false;
+
+  struct Limit {
+    double lower;
+    double limit;  // what cull_within_tolerance() says for it
+  };
+  Limit known_limit_{-1, 0};
+};
+
+}  // namespace meshgauge

@@ -1,0 +1,39 @@
+// Decisions that every store takes, without one.
+#include "server/store/policy.h"
+
+#include <doctest/doctest.h>
+
+using namespace meshgauge::server::store;
+
+TEST_CASE("policy: a try that was not the job's fault does not count") {
+  const Loss fifth{kMaxTries, 0};
+  CHECK(after_hand_back(fifth, true).state == JobState::queued);
+  CHECK(after_hand_back(fifth, true).excused == 1);
+  CHECK(after_hand_back(fifth, false).state == JobState::failed);
+  CHECK(after_hand_back({kMaxTries, 1}, false).state == JobState::queued);
+  CHECK(after_hand_back({kMaxTries - 1, 0}, false).state == JobState::queued);
+}
+
+TEST_CASE("policy: a job whose cancel was asked for is cancelled, in whatever try") {
+  for (const unsigned tries : {1U, kMaxTries, kMaxTries + 3}) {
+    CHECK(after_hand_back({tries, 0, true}, false).state == JobState::cancelled);
+    CHECK(after_loss({tries, 0, true}).state == JobState::cancelled);
+  }
+}
+
+TEST_CASE("policy: only a job of a batch that has told nothing is excused when its worker is lost, and only twice") {
+  const auto excused = [](const Loss& loss) { return after_loss(loss).excused - loss.excused; };
+  CHECK(excused({1, 0, false, true, false}) == 1);
+  CHECK(excused({1, 0, false, true, true}) == 0);
+  CHECK(excused({1, 0, false, false, false}) == 0);
+  CHECK(excused({2, 0, false, true, false}) == 0);  // suspected
+  CHECK(excused({2, 1, false, true, false}) == 1);
+  CHECK(excused({kMaxUnbegun + 1, kMaxUnbegun, false, true, false}) == 0);
+}
+
+TEST_CASE("policy: one that keeps little loses nothing to one that keeps much") {
+  CHECK(share_of({}, 10) == 10);
+  CHECK(share_of({{"ann", 4}, {"bob", 6}}, 10) == 10);
+  CHECK(share_of({{"ann", 2}, {"bob", 100}}, 10) == 8);
+  CHECK(share_of({{"ann", 50}, {"bob", 100}}, 10) == 5);
+}
