@@ -6,7 +6,7 @@
 
 #include "cli/commands.h"
 #include "cli/setting_flags.h"
-#include "server/http_library.h"
+#include "server/http/http_library.h"
 
 namespace meshgauge::cli {
 namespace {

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "engine/control.h"
-#include "engine/crew.h"
+#include "engine/thread_pool.h"
 #include "engine/kernels/kernels.h"
 #include "engine/large_array.h"
 #include "engine/mesh.h"

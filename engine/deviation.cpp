@@ -5,7 +5,7 @@
 #include <cmath>
 #include <memory>
 
-#include "engine/crew.h"
+#include "engine/thread_pool.h"
 #include "engine/frame.h"
 #include "engine/nearest.h"
 #include "engine/twins.h"

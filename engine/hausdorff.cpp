@@ -10,7 +10,7 @@
 #include "engine/bounds/paper_bound.h"
 #include "engine/certify.h"
 #include "engine/conclusion.h"
-#include "engine/crew.h"
+#include "engine/thread_pool.h"
 #include "engine/kernels/kernels.h"
 #include "engine/ordered_mesh.h"
 #include "engine/prepared.h"

@@ -6,7 +6,7 @@
 #include <span>
 
 #include "engine/control.h"
-#include "engine/crew.h"
+#include "engine/thread_pool.h"
 #include "engine/frame.h"
 #include "engine/large_array.h"
 #include "engine/mesh.h"

@@ -11,7 +11,7 @@
 #include "engine/adjacency.h"
 #include "engine/bvh.h"
 #include "engine/control.h"
-#include "engine/crew.h"
+#include "engine/thread_pool.h"
 #include "engine/frame.h"
 #include "engine/kernels/kernels.h"
 #include "engine/lazy.h"

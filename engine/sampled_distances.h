@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "engine/control.h"
-#include "engine/crew.h"
+#include "engine/thread_pool.h"
 #include "engine/prepared.h"
 #include "engine/statistics.h"
 

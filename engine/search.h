@@ -13,7 +13,7 @@
 
 #include "engine/adjacency.h"
 #include "engine/bounds/piece.h"
-#include "engine/crew.h"
+#include "engine/thread_pool.h"
 #include "engine/options.h"
 #include "engine/outcome.h"
 #include "engine/rounding.h"

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "server/log.h"
+#include "server/observe/log.h"
 #include "server/store/distributed.h"
 #include "server/store/embedded.h"
 

@@ -7,7 +7,7 @@
 #include "api/refused.h"
 #include "api/text_file.h"
 #include "server/store/conninfo.h"
-#include "server/text.h"
+#include "server/http/text.h"
 
 namespace meshgauge::server {
 namespace {

@@ -8,8 +8,8 @@
 
 #include "api/compare.h"
 #include "api/refused.h"
-#include "server/log.h"
-#include "server/upload.h"
+#include "server/observe/log.h"
+#include "server/http/upload.h"
 
 namespace meshgauge::server {
 namespace {

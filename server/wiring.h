@@ -8,13 +8,13 @@
 #include <string>
 #include <vector>
 
-#include "server/http_guard.h"
+#include "server/http/http_guard.h"
 #include "server/jobs/measuring.h"
 #include "server/jobs/mesh_cache.h"
 #include "server/observe/metrics.h"
 #include "server/sandbox/pool.h"
 #include "server/settings.h"
-#include "server/tls.h"
+#include "server/http/tls.h"
 
 namespace meshgauge::server {
 

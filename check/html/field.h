@@ -3,7 +3,7 @@
 
 #include <memory>
 
-#include "engine/crew.h"
+#include "engine/thread_pool.h"
 #include "engine/prepared.h"
 
 namespace meshgauge::check {

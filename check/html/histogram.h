@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "check/html/axis.h"
-#include "engine/crew.h"
+#include "engine/thread_pool.h"
 #include "engine/mesh.h"
 
 namespace meshgauge::check {

@@ -12,7 +12,7 @@
 #include "check/outcome.h"
 #include "check/run/meshes.h"
 #include "engine/control.h"
-#include "engine/crew.h"
+#include "engine/thread_pool.h"
 #include "engine/prepared.h"
 
 namespace meshgauge::check {

@@ -9,7 +9,7 @@
 
 #include "api/colour_map.h"
 #include "check/html/camera.h"
-#include "engine/crew.h"
+#include "engine/thread_pool.h"
 
 namespace meshgauge::check {
 

@@ -19,7 +19,7 @@
 #include "api/problem.h"
 #include "engine/result.h"
 #include "server/access/keys.h"
-#include "server/head.h"
+#include "server/http/head.h"
 
 namespace meshgauge::server {
 

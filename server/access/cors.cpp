@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "api/refused.h"
-#include "server/text.h"
+#include "server/http/text.h"
 
 namespace meshgauge::server {
 namespace {

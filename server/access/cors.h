@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "engine/result.h"
-#include "server/exchange.h"
+#include "server/http/exchange.h"
 
 namespace meshgauge::server {
 

@@ -6,7 +6,7 @@
 
 #include "server/access/access.h"
 #include "server/access/cors.h"
-#include "server/exchange.h"
+#include "server/http/exchange.h"
 #include "server/observe/metrics.h"
 
 namespace meshgauge::server {

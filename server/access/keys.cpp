@@ -10,7 +10,7 @@
 #include "api/refused.h"
 #include "api/text_file.h"
 #include "api/utc.h"
-#include "server/text.h"
+#include "server/http/text.h"
 
 namespace meshgauge::server {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "api/digest.h"
 #include "api/refused.h"
-#include "server/text.h"
+#include "server/http/text.h"
 
 namespace meshgauge::server {
 namespace {

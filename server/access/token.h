@@ -5,7 +5,7 @@
 #include <string_view>
 
 #include "engine/result.h"
-#include "server/head.h"
+#include "server/http/head.h"
 
 namespace meshgauge::server {
 

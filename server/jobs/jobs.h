@@ -27,12 +27,12 @@
 #include "server/jobs/scheduler.h"
 #include "server/jobs/store_queue.h"
 #include "server/jobs/stores.h"
-#include "server/jobs/troubles.h"
+#include "server/jobs/store_errors.h"
 #include "server/jobs/upkeep.h"
 #include "server/jobs/watcher.h"
 #include "server/observe/metrics.h"
 #include "server/settings.h"
-#include "server/thread_budget.h"
+#include "server/jobs/thread_budget.h"
 #include "server/worker/worker.h"
 
 namespace meshgauge::server {

@@ -8,7 +8,7 @@
 
 #include "server/access/access.h"
 #include "server/jobs/stores.h"
-#include "server/jobs/troubles.h"
+#include "server/jobs/store_errors.h"
 
 namespace meshgauge::server {
 

@@ -15,7 +15,7 @@
 #include "api/response.h"
 #include "engine/control.h"
 #include "server/access/access.h"
-#include "server/exchange.h"
+#include "server/http/exchange.h"
 #include "server/jobs/mesh_source.h"
 #include "server/jobs/scheduler.h"
 #include "server/store/job_store.h"

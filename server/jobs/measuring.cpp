@@ -8,7 +8,7 @@
 #include "api/problem.h"
 #include "api/response.h"
 #include "server/jobs/job_document.h"
-#include "server/log.h"
+#include "server/observe/log.h"
 
 namespace meshgauge::server {
 namespace {

@@ -9,7 +9,7 @@
 #include "server/observe/metrics.h"
 #include "server/settings.h"
 #include "server/store/job_store.h"
-#include "server/thread_budget.h"
+#include "server/jobs/thread_budget.h"
 
 namespace meshgauge::server {
 

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "api/load.h"
-#include "server/form.h"
+#include "server/handlers/comparison_form.h"
 #include "server/jobs/mesh_cache.h"
 #include "server/store/blob_store.h"
 

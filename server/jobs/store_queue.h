@@ -8,7 +8,7 @@
 #include <optional>
 #include <thread>
 
-#include "server/jobs/troubles.h"
+#include "server/jobs/store_errors.h"
 #include "server/store/job_store.h"
 
 namespace meshgauge::server {

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "server/heap.h"
-#include "server/log.h"
+#include "server/observe/log.h"
 
 namespace meshgauge::server {
 namespace {

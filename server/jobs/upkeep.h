@@ -5,7 +5,7 @@
 #include <chrono>
 
 #include "server/jobs/stores.h"
-#include "server/jobs/troubles.h"
+#include "server/jobs/store_errors.h"
 #include "server/settings.h"
 
 namespace meshgauge::server {

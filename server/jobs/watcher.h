@@ -18,7 +18,7 @@
 #include <vector>
 
 #include "server/jobs/live_job.h"
-#include "server/jobs/troubles.h"
+#include "server/jobs/store_errors.h"
 #include "server/observe/metrics.h"
 #include "server/store/job_store.h"
 #include "server/store/signals.h"

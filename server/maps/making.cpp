@@ -9,7 +9,7 @@
 #include "api/deviation_ply.h"
 #include "api/measured_pair.h"
 #include "api/problem.h"
-#include "server/log.h"
+#include "server/observe/log.h"
 
 namespace meshgauge::server {
 namespace {

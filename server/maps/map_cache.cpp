@@ -15,7 +15,7 @@
 #include "server/sandbox/descriptor.h"
 #include "server/store/data_folder.h"
 #include "server/store/errors.h"
-#include "server/upload.h"
+#include "server/http/upload.h"
 
 namespace meshgauge::server {
 namespace {

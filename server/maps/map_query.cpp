@@ -2,7 +2,7 @@
 
 #include <charconv>
 
-#include "server/text.h"
+#include "server/http/text.h"
 
 namespace meshgauge::server {
 namespace {

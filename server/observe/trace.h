@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "server/head.h"
+#include "server/http/head.h"
 
 namespace meshgauge::server {
 

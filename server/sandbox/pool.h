@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "api/load.h"
-#include "server/sandbox/nursery.h"
+#include "server/sandbox/spawner_client.h"
 #include "server/sandbox/reading.h"
 
 namespace meshgauge::server::sandbox {

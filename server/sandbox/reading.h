@@ -9,7 +9,7 @@
 
 #include "api/digest.h"
 #include "api/load.h"
-#include "server/sandbox/nursery.h"
+#include "server/sandbox/spawner_client.h"
 #include "server/sandbox/protocol.h"
 #include "server/sandbox/window.h"
 

@@ -1,4 +1,4 @@
-// The process that makes the workers. The server starts it by executing its own program anew (nursery.h), so it and its
+// The process that makes the workers. The server starts it by executing its own program anew (spawner_client.h), so it and its
 // workers have nothing of the server's memory and another layout of addresses; and it has one thread, so it may fork.
 //
 // It never sees a byte of a file. It ends when the server closes its end of the control channel or dies, and its

@@ -2,7 +2,7 @@
 // binary's own files (assets.h); they load nothing from elsewhere, and their policy lets them load nothing else.
 #pragma once
 
-#include "server/exchange.h"
+#include "server/http/exchange.h"
 
 namespace meshgauge::server {
 

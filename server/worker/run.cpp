@@ -12,7 +12,7 @@
 #include "api/refused.h"
 #include "server/heap.h"
 #include "server/jobs/upkeep.h"
-#include "server/log.h"
+#include "server/observe/log.h"
 #include "server/open_stores.h"
 #include "server/wiring.h"
 #include "server/worker/status_port.h"

@@ -5,7 +5,7 @@
 
 #include "server/jobs/equal_work.h"
 #include "server/jobs/kept_blobs.h"
-#include "server/log.h"
+#include "server/observe/log.h"
 
 namespace meshgauge::server {
 namespace {

@@ -4,7 +4,7 @@
 #include <functional>
 
 #include "api/response.h"
-#include "server/log.h"
+#include "server/observe/log.h"
 #include "server/observe/metrics.h"
 
 using namespace meshgauge;

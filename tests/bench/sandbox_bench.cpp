@@ -22,7 +22,7 @@
 #include "server/sandbox/pool.h"
 #include "server/sandbox/reader/image.h"
 #include "server/sandbox/spawner.h"
-#include "server/upload.h"
+#include "server/http/upload.h"
 
 namespace {
 

@@ -4,7 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "server/http_library.h"
+#include "server/http/http_library.h"
 #include "server/service.h"
 #include "tests/server/jobs/shared_bench.h"
 

@@ -14,7 +14,7 @@
 #include <doctest/doctest.h>
 #include <nlohmann/json.hpp>
 
-#include "server/http_library.h"
+#include "server/http/http_library.h"
 #include "tests/eventually.h"
 #include "tests/server/stand_in.h"
 #include "tests/server/store/implementations.h"

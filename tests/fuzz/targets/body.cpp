@@ -8,7 +8,7 @@
 #include <atomic>
 #include <string>
 
-#include "server/body.h"
+#include "server/http/body.h"
 #include "tests/fuzz/targets/checks.h"
 #include "tests/fuzz/targets/target.h"
 

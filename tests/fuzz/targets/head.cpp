@@ -5,7 +5,7 @@
 #include <array>
 #include <string>
 
-#include "server/head.h"
+#include "server/http/head.h"
 #include "tests/fuzz/targets/checks.h"
 #include "tests/fuzz/targets/target.h"
 

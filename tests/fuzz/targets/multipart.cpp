@@ -3,8 +3,8 @@
 // gets back what it gave; sizes stay within their limits.
 #include <string>
 
-#include "server/form.h"
-#include "server/multipart.h"
+#include "server/handlers/comparison_form.h"
+#include "server/http/multipart.h"
 #include "tests/fuzz/targets/checks.h"
 #include "tests/fuzz/targets/target.h"
 

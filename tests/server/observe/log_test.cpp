@@ -1,5 +1,5 @@
 // The line of a request: what stands in it, and that nothing a client sends can end it.
-#include "server/log.h"
+#include "server/observe/log.h"
 
 #include <atomic>
 #include <string>

@@ -1,0 +1,111 @@
+#include "server/handlers/batch_document.h"
+
+#include <nlohmann/json.hpp>
+
+#include "server/jobs/job_document.h"
+#include "server/web/pages.h"
+
+namespace meshgauge::server {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json time_or_null(const std::optional<store::TimePoint>& time) { return time ? Json(to_text(*time)) : Json(nullptr); }
+Json text_or_null(const std::string& text) { return text.empty() ? Json(nullptr) : Json(text); }
+
+std::string dumped(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
+
+const char* state_of(const store::Batch& batch) {
+  if (!batch.finished) return "running";
+  return batch.cancel_requested ? "cancelled" : "done";
+}
+
+Json counts_of(const store::BatchCounts& counts) {
+  return {{"total", counts.total},        {"queued", counts.queued}, {"running", counts.running},
+          {"done", counts.done},          {"failed", counts.failed}, {"cancelled", counts.cancelled},
+          {"gone", counts.gone},          {"pass", counts.pass},     {"fail", counts.fail},
+          {"undecided", counts.undecided}};
+}
+
+// What every list of a batch's comparisons says of one.
+Json head_of(const store::BatchRow& row) {
+  Json head{{"position", row.position}, {"name", text_or_null(row.name)}};
+  head["comparison"] = row.job ? Json(row.job->key.id) : Json(nullptr);
+  head["state"] = row.job ? to_string(row.job->state) : "gone";
+  head["verdict"] = row.job ? text_or_null(row.job->verdict) : Json(nullptr);
+  return head;
+}
+
+Json gate_of(const store::Job& job) {
+  const Json options = Json::parse(job.options, nullptr, false);
+  const auto gate = options.is_object() ? options.find("gate") : options.end();
+  return gate != options.end() && gate->is_object() ? *gate : Json::object();
+}
+
+Json gate_or_null(const store::Job& job) {
+  const auto limit = limit_of(job);
+  return limit ? Json{{"max_distance", *limit}, {"units", gate_of(job).value("units", Json(nullptr))}} : Json(nullptr);
+}
+
+Json failure_of(const store::BatchRow& row) {
+  Json failure = head_of(row);
+  const auto facts = row.job ? facts_of(*row.job) : std::nullopt;
+  failure["gate"] = row.job ? gate_or_null(*row.job) : Json(nullptr);
+  failure["unit"] = row.job ? text_or_null(unit_of(*row.job)) : Json(nullptr);
+  failure["distance"] = facts ? Json{{"lower", facts->lower}, {"upper", facts->upper}} : Json(nullptr);
+  failure["problem"] = row.job ? Json::parse(problem_json(*row.job), nullptr, false) : Json(nullptr);
+  return failure;
+}
+
+}  // namespace
+
+std::string to_json(const store::Batch& batch, const std::vector<store::BatchRow>& failures,
+                    std::chrono::seconds kept) {
+  Json json{{"id", batch.key.id},
+            {"name", text_or_null(batch.name)},
+            {"state", state_of(batch)},
+            {"created", to_text(batch.created)},
+            {"finished", time_or_null(batch.finished)},
+            {"expires", batch.finished ? Json(to_text(*batch.finished + kept)) : Json(nullptr)},
+            {"counts", counts_of(batch.counts)},
+            {"failures", Json::array()}};
+  if (has_pages()) json["view"] = "/b/" + batch.key.id;
+  for (const store::BatchRow& row : failures) json["failures"].push_back(failure_of(row));
+  return dumped(json);
+}
+
+std::string progress_json(const store::Batch& batch) {
+  return dumped({{"state", state_of(batch)}, {"counts", counts_of(batch.counts)}});
+}
+
+std::string result_line(const store::BatchRow& row) {
+  // The last two are documents already, and may be large.
+  std::string line = dumped(head_of(row));
+  line.pop_back();
+  const bool has_result = row.job && !row.job->document.empty();
+  return line + ",\"result\":" + (has_result ? result_json(*row.job) : "null") +
+         ",\"problem\":" + (row.job ? problem_json(*row.job) : "null") + "}\n";
+}
+
+std::optional<api::ResultFacts> facts_of(const store::Job& job) {
+  const auto facts = api::result_facts(Json::parse(job.document, nullptr, false), api::Side::a);
+  return facts ? std::optional(*facts) : std::nullopt;
+}
+
+std::optional<double> limit_of(const store::Job& job) {
+  const Json gate = gate_of(job);
+  if (!gate.contains("max_distance") || !gate["max_distance"].is_number()) return std::nullopt;
+  return gate["max_distance"].get<double>();
+}
+
+std::string unit_of(const store::Job& job) {
+  std::optional<api::LengthUnit> unit;
+  if (const auto facts = facts_of(job)) {
+    unit = facts->units.result.unit;
+  } else if (const Json gate = gate_of(job); gate.contains("units") && gate["units"].is_string()) {
+    unit = api::parse_unit(gate["units"].get_ref<const std::string&>());
+  }
+  return unit ? std::string(api::to_string(*unit)) : std::string();
+}
+
+}  // namespace meshgauge::server

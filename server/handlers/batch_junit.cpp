@@ -1,0 +1,80 @@
+#include "server/handlers/batch_junit.h"
+
+#include <chrono>
+
+#include <nlohmann/json.hpp>
+
+#include "api/decimal.h"
+#include "api/junit.h"
+#include "server/handlers/batch_document.h"
+#include "server/jobs/job_document.h"
+
+namespace meshgauge::server {
+namespace {
+
+using api::shortest;
+
+double seconds_between(store::TimePoint from, store::TimePoint to) {
+  return std::chrono::duration<double>(to - from).count();
+}
+
+// Of the measurement. The store's own times count what a job waits for in its worker's stock.
+double seconds_of_work(const store::Job& job) {
+  const auto document = nlohmann::json::parse(job.document, nullptr, false);
+  const auto times = document.is_object() ? document.find("timings_ms") : document.end();
+  if (times == document.end() || !times->is_object()) {
+    return job.started && job.finished ? seconds_between(*job.started, *job.finished) : 0;
+  }
+  return (times->value("total", 0.0) - times->value("queue", 0.0)) / 1000;
+}
+
+std::string name_of(const store::Batch& batch) { return batch.name.empty() ? batch.key.id : batch.name; }
+
+std::string detail_of(const store::Job& job) {
+  const auto problem = nlohmann::json::parse(problem_json(job), nullptr, false);
+  return problem.is_object() ? problem.value("detail", std::string("it failed")) : "it failed";
+}
+
+std::string found(const store::Job& job) {
+  const auto facts = facts_of(job);
+  if (!facts) return detail_of(job);
+  const std::string units = unit_of(job).empty() ? "" : " " + unit_of(job);
+  std::string text = "distance in [" + shortest(facts->lower) + ", " + shortest(facts->upper) + "]" + units;
+  if (const auto limit = limit_of(job)) text += ", limit " + shortest(*limit) + units;
+  return text;
+}
+
+std::optional<api::JUnitDefect> defect_of(const store::BatchRow& row) {
+  if (!row.job) return api::JUnitDefect{"error", "gone", "its result is not kept any more", ""};
+  const store::Job& job = *row.job;
+  if (job.state != store::JobState::done) return api::JUnitDefect{"error", to_string(job.state), found(job), ""};
+  if (job.verdict.empty() || job.verdict == "pass") return std::nullopt;
+  return api::JUnitDefect{"failure", job.verdict, found(job), ""};
+}
+
+}  // namespace
+
+std::string junit_head(const store::Batch& batch) {
+  const store::BatchCounts& counts = batch.counts;
+  api::JUnitSuite suite{name_of(batch), api::junit_class(name_of(batch)), 0, batch.created};
+  suite.tests = counts.total;
+  suite.failures = counts.fail + counts.undecided;
+  suite.errors = counts.failed + counts.cancelled + counts.gone;
+  suite.seconds = seconds_between(batch.created, batch.finished.value_or(batch.created));
+  suite.properties = {{"batch", "/v1/batches/" + batch.key.id}};
+  return api::junit_begin() + junit_suite(suite);
+}
+
+std::string junit_case(const store::Batch& batch, const store::BatchRow& row) {
+  api::JUnitCase test{row.name.empty() ? "comparison " + std::to_string(row.position) : row.name,
+                      api::junit_class(name_of(batch)), row.job ? seconds_of_work(*row.job) : 0, defect_of(row)};
+  if (test.defect) {
+    test.defect->text = test.defect->message;
+    if (row.job) test.defect->text += "\ncomparison: /v1/comparisons/" + row.job->key.id;
+  }
+  return junit_case(test);
+}
+
+std::string junit_tail() { return api::junit_suite_end() + api::junit_end(); }
+
+}  // namespace meshgauge::server

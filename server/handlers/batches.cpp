@@ -1,0 +1,266 @@
+#include "server/handlers/batches.h"
+
+#include <algorithm>
+#include <list>
+#include <memory>
+#include <stdexcept>
+#include <thread>
+#include <utility>
+
+#include "api/refused.h"
+#include "server/handlers/batch_document.h"
+#include "server/handlers/batch_junit.h"
+#include "server/handlers/batch_composing.h"
+#include "server/http/event_stream.h"
+#include "server/http/idempotency.h"
+
+namespace meshgauge::server {
+namespace {
+
+using api::not_found;
+using api::Problem;
+using api::ProblemKind;
+using std::chrono::milliseconds;
+using store::BatchStore;
+
+constexpr std::size_t kFailuresShown = 100;
+constexpr std::size_t kRowsOfPage = 100;
+constexpr milliseconds kEventGap{500};           // between two events of a stream
+constexpr milliseconds kTick{100};               // how soon a client that went away is noticed
+constexpr std::chrono::hours kPatience{7 * 24};  // of jobs that wait for their turn: a batch may take days
+constexpr std::chrono::seconds kYoung{60};       // less than what a sweep leaves (server/jobs/upkeep.cpp), by far
+
+// ... while the request arrived, which so brought files for nothing: sent again it is a new one.
+Problem removed_just_now() {
+  return {ProblemKind::storage_unavailable, "the batch of this Idempotency-Key was removed just now: try again", {}};
+}
+
+store::JobKey key_of(const Exchange& exchange) { return {exchange.owner, exchange.segment}; }
+
+}  // namespace
+
+Batches::Batches(const Settings& settings, Stores stores, Access& access, ByteBudget& uploads, ConnectionLimit& seats,
+                 std::function<bool()> stopping)
+    : settings_(settings),
+      stores_(stores),
+      batches_(*stores.batches),
+      access_(access),
+      uploads_(uploads),
+      seats_(seats),
+      stopping_(std::move(stopping)),
+      kept_(settings.result_ttl_s) {}
+
+void Batches::create(Exchange& exchange, bool draining) {
+  if (draining) return answer(exchange, Problem{ProblemKind::shutting_down, "no new work is taken", {}});
+  if (auto wrong = refuse_query(exchange)) return answer(exchange, *wrong);
+  std::string key;
+  if (auto wrong = read_idempotency_key(exchange.head, key)) return answer(exchange, *wrong);
+  auto repeats = is_known(exchange.owner, key);
+  // What was promised before needs no place in the queue; and what takes the last one may be the same, sent before.
+  auto refusal = repeats && !*repeats ? admit(exchange.owner) : std::nullopt;
+  if (refusal) repeats = is_known(exchange.owner, key);
+  if (!repeats) return answer(exchange, api::to_problem(repeats.error()));
+  if (refusal && !*repeats) return answer(exchange, *refusal);
+  BatchReceiver receiver(exchange.owner, !*repeats, settings_, stores_, access_, uploads_);
+  if (auto wrong = receiver.receive(exchange)) return answer(exchange, *wrong);
+  insert(exchange, key, receiver, *repeats);
+}
+
+Result<bool> Batches::is_known(const std::string& owner, const std::string& idempotency_key) {
+  if (idempotency_key.empty()) return false;
+  const auto there = batches_.find_idempotent_batch(owner, idempotency_key);
+  if (!there) return there.error();
+  return there->has_value();
+}
+
+// By what this owner has there: nobody is kept out by another one's batches.
+std::optional<Problem> Batches::admit(const std::string& owner) {
+  const auto load = batches_.batch_load(owner);
+  if (!load) return api::to_problem(load.error());
+  if (load->jobs < kMostUnended * settings_.max_batch_pairs && load->batches < kMostBatches) return std::nullopt;
+  return Problem{ProblemKind::overloaded, "as many comparisons of your batches wait as may; try again", {}};
+}
+
+// The meshes are reserved before they are looked up: whoever deletes one meanwhile leaves its bytes to the batch.
+void Batches::insert(Exchange& exchange, const std::string& idempotency_key, BatchReceiver& receiver, bool repeats) {
+  const api::BatchRequest& request = receiver.request();
+  const std::vector<std::string> ids = stored_ids(request);
+  std::list<std::unique_ptr<const store::Reservations::Held>> reserved;
+  for (const std::string& id : ids) {
+    reserved.emplace_back(new store::Reservations::Held(stores_.blobs.reserve({exchange.owner, id})));
+  }
+  const auto known = stores_.meshes.known_meshes(exchange.owner, ids);
+  if (!known) return answer(exchange, api::to_problem(known.error()));
+  const auto missing = repeats ? std::nullopt : find_unknown(request, *known);
+  if (missing) return answer(exchange, *missing);
+  if (auto refusal = receiver.renew(kYoung)) return answer(exchange, *refusal);
+  const auto now = stores_.jobs.time();
+  for (const store::MeshRow& row : *known) {
+    stores_.meshes.touch_mesh(row.key, now, now + std::chrono::seconds(settings_.mesh_ttl_s));
+  }
+  const BatchHead head{{exchange.owner, exchange.id},
+                       idempotency_key,
+                       traceparent(exchange.trace),
+                       now,
+                       now + std::max<std::chrono::seconds>(kept_, kPatience)};
+  store::NewBatch batch = compose(head, request, receiver.files(), *known);
+  batch.repeats = repeats;
+  const auto inserted = batches_.insert_batch(batch);
+  if (!inserted) return answer(exchange, api::to_problem(inserted.error()));
+  if (inserted->gone) return answer(exchange, removed_just_now());
+  if (inserted->mesh_gone) return answer(exchange, gone_meanwhile(exchange.owner, request));
+  if (inserted->conflict) {
+    return answer(exchange, Problem{ProblemKind::idempotency_key_reused,
+                                    "this Idempotency-Key was used for another batch; take a new one",
+                                    {}});
+  }
+  exchange.response.headers.emplace_back("Location", "/v1/batches/" + inserted->batch.key.id);
+  send(exchange, inserted->batch, 202);
+}
+
+Problem Batches::gone_meanwhile(const std::string& owner, const api::BatchRequest& request) {
+  const auto known = stores_.meshes.known_meshes(owner, stored_ids(request));
+  if (!known) return api::to_problem(known.error());
+  if (auto unknown = find_unknown(request, *known)) return *std::move(unknown);
+  return {ProblemKind::storage_unavailable, "a mesh of the batch was removed and is back now: try again", {}};
+}
+
+std::optional<store::Batch> Batches::find(Exchange& exchange) {
+  auto batch = batches_.get_batch(key_of(exchange));
+  if (!batch) {
+    answer(exchange, api::to_problem(batch.error()));
+    return std::nullopt;
+  }
+  if (!*batch) answer(exchange, not_found("batch"));
+  return std::move(*batch);
+}
+
+Result<std::string> Batches::document(const store::Batch& batch) {
+  const store::BatchCounts& counts = batch.counts;
+  std::vector<store::BatchRow> failures;
+  if (counts.fail + counts.undecided + counts.failed + counts.cancelled > 0) {
+    auto rows = batches_.batch_rows(batch.key, BatchStore::Rows::failures_first, 0, kFailuresShown);
+    if (!rows) return rows.error();
+    failures = std::move(*rows);
+  }
+  return to_json(batch, failures, kept_);
+}
+
+void Batches::send(Exchange& exchange, const store::Batch& batch, int status) {
+  auto told = document(batch);
+  if (!told) return answer(exchange, api::to_problem(told.error()));
+  exchange.response.status = status;
+  exchange.response.content_type = "application/json";
+  exchange.response.body = std::move(*told);
+}
+
+void Batches::get(Exchange& exchange) {
+  if (auto refusal = refuse_query(exchange)) return answer(exchange, *refusal);
+  if (const auto batch = find(exchange)) send(exchange, *batch, 200);
+}
+
+void Batches::remove(Exchange& exchange) {
+  if (auto refusal = refuse_query(exchange)) return answer(exchange, *refusal);
+  const store::JobKey key = key_of(exchange);
+  const auto forgotten = batches_.forget_batch(key);
+  if (!forgotten) return answer(exchange, api::to_problem(forgotten.error()));
+  if (*forgotten) {
+    exchange.response.status = 204;
+    return;
+  }
+  const auto now = stores_.jobs.time();
+  const auto cancelled = batches_.cancel_batch(key, {now, now + kept_});
+  if (!cancelled) return answer(exchange, api::to_problem(cancelled.error()));
+  if (!*cancelled) return answer(exchange, not_found("batch"));
+  if (const auto batch = find(exchange)) send(exchange, *batch, 200);
+}
+
+// Of whoever holds a connection for as long as he takes. HEAD needs none.
+std::shared_ptr<const void> Batches::take_seat(Exchange& exchange) {
+  if (exchange.head.minor_version == 0) {
+    answer(exchange, Problem{ProblemKind::http_version, "this is sent over HTTP/1.1 only", {}});
+    return nullptr;
+  }
+  auto seat = seats_.take(exchange.owner);
+  if (!seat) answer(exchange, Problem{ProblemKind::overloaded, "as many clients watch as may", {}});
+  return seat;
+}
+
+void Batches::events(Exchange& exchange) {
+  if (auto refusal = refuse_query(exchange)) return answer(exchange, *refusal);
+  if (!find(exchange)) return;
+  const auto seat = take_seat(exchange);
+  if (!seat) return;
+  exchange.response.content_type = "text/event-stream";
+  exchange.response.length_known = false;
+  if (exchange.head.method == "HEAD") return;
+  exchange.response.stream = [this, key = key_of(exchange), seat, told = std::string(),
+                              next = Clock::time_point()](std::string& piece) mutable {
+    if (stopping_()) return false;
+    std::this_thread::sleep_until(std::min(next, Clock::now() + kTick));
+    if (Clock::now() < next) return true;
+    next = Clock::now() + kEventGap;
+    const auto batch = batches_.get_batch(key);
+    if (!batch) return true;  // it may pass
+    if (!*batch || (*batch)->finished) {
+      const auto last = *batch ? document(**batch) : Result<std::string>("null");
+      if (last) piece = event("end", *last);
+      return !last.ok();
+    }
+    std::string progress = progress_json(**batch);
+    if (progress == told) return true;
+    told = std::move(progress);
+    piece = event("progress", told);
+    return true;
+  };
+}
+
+// After its last rows were read: a batch that was deleted meanwhile may have had more.
+void Batches::expect_batch(const store::JobKey& key) {
+  const auto batch = batches_.get_batch(key);
+  if (!batch) throw std::runtime_error(batch.error().message);
+  if (!*batch) throw std::runtime_error("the batch was deleted while its rows were sent");
+}
+
+// In pages, so that a batch of any size takes the memory of one.
+void Batches::stream_rows(Exchange& exchange, std::string head, std::function<std::string(const store::BatchRow&)> line,
+                          std::string tail) {
+  const auto seat = take_seat(exchange);
+  if (!seat) return;
+  exchange.response.length_known = false;
+  if (exchange.head.method == "HEAD") return;
+  exchange.response.stream = [this, key = key_of(exchange), seat, head = std::move(head), line = std::move(line),
+                              tail = std::move(tail), from = std::uint64_t{0}](std::string& piece) mutable {
+    const auto rows = batches_.batch_rows(key, BatchStore::Rows::ended, from, kRowsOfPage);
+    if (!rows) throw std::runtime_error(rows.error().message);
+    const bool more = rows->size() == kRowsOfPage;
+    if (!more) expect_batch(key);
+    piece = std::exchange(head, {});
+    for (const store::BatchRow& row : *rows) piece += line(row);
+    if (!rows->empty()) from = rows->back().position + 1;
+    if (!more) piece += tail;
+    return more;
+  };
+}
+
+void Batches::results(Exchange& exchange) {
+  if (auto refusal = refuse_query(exchange)) return answer(exchange, *refusal);
+  if (!find(exchange)) return;
+  exchange.response.content_type = "application/jsonl";
+  stream_rows(exchange, "", result_line, "");
+}
+
+void Batches::junit(Exchange& exchange) {
+  if (auto refusal = refuse_query(exchange)) return answer(exchange, *refusal);
+  const auto batch = find(exchange);
+  if (!batch) return;
+  if (!batch->finished) {
+    return answer(exchange, Problem{ProblemKind::not_ended, "the batch has not ended: its report comes then", {}});
+  }
+  exchange.response.content_type = "application/xml";
+  stream_rows(
+      exchange, junit_head(*batch), [batch = *batch](const store::BatchRow& row) { return junit_case(batch, row); },
+      junit_tail());
+}
+
+}  // namespace meshgauge::server

@@ -1,0 +1,68 @@
+// /v1/batches and what is below it: many comparisons that are asked for, watched and told of together.
+//
+// POST: admit -> receive (manifest, files) -> look up meshes -> compose -> insert -> 202. Whoever claims jobs runs
+// them.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "server/access/access.h"
+#include "server/handlers/batch_receiver.h"
+#include "server/http/connection_limit.h"
+#include "server/http/exchange.h"
+#include "server/jobs/jobs.h"
+#include "server/settings.h"
+#include "server/store/batch_store.h"
+#include "server/http/upload.h"
+
+namespace meshgauge::server {
+
+class Batches {
+ public:
+  // As many times `max_batch_pairs` comparisons of an owner's batches may wait or run before his new ones are refused.
+  static constexpr std::uint64_t kMostUnended = 10;
+  static constexpr std::uint64_t kMostBatches = 200;  // likewise: a worker looks at each when it takes the next job
+
+  // Borrows all but the first and last. Precondition: stores.batches is there. `seats`: of all that hold a connection
+  // for long. `stopping`: this process ends now, and clients that watch are to ask again elsewhere.
+  Batches(const Settings& settings, Stores stores, Access& access, ByteBudget& uploads, ConnectionLimit& seats,
+          std::function<bool()> stopping);
+
+  // Each may throw: out of memory. `draining`: no new work is taken.
+  void create(Exchange& exchange, bool draining);
+  void get(Exchange& exchange);
+  void remove(Exchange& exchange);
+  void events(Exchange& exchange);
+  void results(Exchange& exchange);
+  void junit(Exchange& exchange);
+
+ private:
+  Result<bool> is_known(const std::string& owner, const std::string& idempotency_key);
+  std::optional<api::Problem> admit(const std::string& owner);
+  void insert(Exchange& exchange, const std::string& idempotency_key, BatchReceiver& receiver, bool repeats);
+  api::Problem gone_meanwhile(const std::string& owner, const api::BatchRequest& request);
+  std::optional<store::Batch> find(Exchange& exchange);  // nullopt: the exchange is answered
+  Result<std::string> document(const store::Batch& batch);
+  void send(Exchange& exchange, const store::Batch& batch, int status);
+  std::shared_ptr<const void> take_seat(Exchange& exchange);  // null: the exchange is answered
+  void expect_batch(const store::JobKey& key);
+  void stream_rows(Exchange& exchange, std::string head, std::function<std::string(const store::BatchRow&)> line,
+                   std::string tail);
+
+  const Settings settings_;
+  const Stores stores_;
+  store::BatchStore& batches_;
+  Access& access_;
+  ByteBudget& uploads_;
+  ConnectionLimit& seats_;
+  const std::function<bool()> stopping_;
+  const std::chrono::seconds kept_;
+};
+
+}  // namespace meshgauge::server

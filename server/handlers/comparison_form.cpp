@@ -1,0 +1,112 @@
+#include "server/handlers/comparison_form.h"
+
+#include <algorithm>
+
+#include "api/formats/file_path.h"
+#include "api/formats/gltf_bundle.h"
+#include "api/formats/source.h"
+#include "api/request.h"
+
+namespace meshgauge::server {
+namespace {
+
+using api::Problem;
+using api::ProblemKind;
+
+Problem twice(const std::string& part) {
+  return about_part(ProblemKind::malformed_request, part, "the part '" + part + "' was sent twice");
+}
+
+Problem missing(const std::string& part) {
+  return about_part(ProblemKind::malformed_request, part, "the part '" + part + "' is missing");
+}
+
+Problem too_large(const std::string& part, const std::string& is, std::uint64_t limit) {
+  return about_part(ProblemKind::too_large, part,
+                    "the part '" + part + "' " + is + " larger than the limit of " + std::to_string(limit) + " bytes");
+}
+
+}  // namespace
+
+FormReceiver::Refusal FormReceiver::begin(const PartHead& part) {
+  current_ = part.name;
+  mesh_ = nullptr;
+  upload_ = nullptr;
+  if (part.name == "options") {
+    if (options_seen_) return twice(part.name);
+    options_seen_ = true;
+    form_.options.clear();
+    return std::nullopt;
+  }
+  if (part.name == "a") return begin_mesh(part, form_.a);
+  if (part.name == "b") return begin_mesh(part, form_.b);
+  if (part.name == "a.files") return begin_file(part, form_.a);
+  if (part.name == "b.files") return begin_file(part, form_.b);
+  const std::string name = part.name.substr(0, 64);
+  return about_part(ProblemKind::malformed_request, name,
+                    "unknown part '" + name + "'; known: a, a.files, b, b.files, options");
+}
+
+FormReceiver::Refusal FormReceiver::begin_mesh(const PartHead& part, MeshPart& mesh) {
+  if (mesh.upload) return twice(part.name);
+  mesh.head = part;
+  mesh.upload = std::make_unique<Upload>(budget_, settings_.temp_dir);
+  mesh_ = &mesh;
+  upload_ = mesh.upload.get();
+  return std::nullopt;
+}
+
+// The name comes from the client: it is never opened, but shall not say what no .gltf could name either.
+FormReceiver::Refusal FormReceiver::begin_file(const PartHead& part, MeshPart& mesh) {
+  const auto refuse = [&](const std::string& what) {
+    return about_part(ProblemKind::malformed_request, part.name, what);
+  };
+  if (mesh.files.size() == api::kMostBundleFiles) {
+    return refuse("more than " + std::to_string(api::kMostBundleFiles) + " parts '" + part.name + "'");
+  }
+  const std::string shown = "the file name " + api::in_quotes(part.filename) + " of a part '" + part.name + "' ";
+  api::FilePath file = api::file_path_of_name(part.filename);
+  if (!file.defect.empty()) return refuse(shown + file.defect);
+  if (api::is_scene_path(file.path)) return refuse(shown + "is that of a .gltf, which the part without '.files' is");
+  const auto has_key = [key = api::file_key(file.path)](const SentFile& sent) {
+    return api::file_key(sent.path) == key;
+  };
+  if (const auto sent = std::ranges::find_if(mesh.files, has_key); sent != mesh.files.end()) {
+    return refuse(shown + (sent->path == file.path ? "was sent twice"
+                                                   : "differs from " + api::in_quotes(sent->path) +
+                                                         " by letter case alone: rename one of the files"));
+  }
+  mesh.files.push_back({std::move(file.path), std::make_unique<Upload>(budget_, settings_.temp_dir)});
+  mesh_ = &mesh;
+  upload_ = mesh.files.back().upload.get();
+  return std::nullopt;
+}
+
+FormReceiver::Refusal FormReceiver::data(std::string_view piece) {
+  if (!upload_) return add_option_bytes(piece);
+  if (bytes_of(*mesh_) + piece.size() > settings_.max_part_bytes) {
+    return too_large(current_, mesh_->files.empty() ? "is" : "and the files beside it are together",
+                     settings_.max_part_bytes);
+  }
+  return upload_->append(piece);
+}
+
+FormReceiver::Refusal FormReceiver::add_option_bytes(std::string_view piece) {
+  if (form_.options.size() + piece.size() > api::kMaxOptionsBytes)
+    return too_large(current_, "is", api::kMaxOptionsBytes);
+  form_.options.append(piece);
+  return std::nullopt;
+}
+
+FormReceiver::Refusal FormReceiver::end() { return upload_ ? upload_->finish(mesh_->files.empty()) : std::nullopt; }
+
+FormReceiver::Refusal FormReceiver::complete() {
+  if (!form_.a.upload) return missing("a");
+  if (!form_.b.upload) return missing("b");
+  for (MeshPart* mesh : {&form_.a, &form_.b}) {
+    if (auto refusal = put_together(*mesh, settings_.max_part_bytes, budget_, settings_.temp_dir)) return refusal;
+  }
+  return std::nullopt;
+}
+
+}  // namespace meshgauge::server

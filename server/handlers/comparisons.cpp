@@ -1,0 +1,303 @@
+#include "server/handlers/comparisons.h"
+
+#include <algorithm>
+#include <memory>
+#include <utility>
+
+#include <nlohmann/json.hpp>
+
+#include "api/refused.h"
+#include "server/access/entrance.h"
+#include "server/http/event_stream.h"
+#include "server/handlers/comparison_form.h"
+#include "server/http/idempotency.h"
+#include "server/jobs/job_document.h"
+#include "server/http/multipart.h"
+#include "server/http/parameters.h"
+
+namespace meshgauge::server {
+namespace {
+
+using api::not_found;
+using api::Problem;
+using api::ProblemKind;
+using std::chrono::milliseconds;
+
+constexpr milliseconds kWaitTick{20};      // how soon a client that went away is noticed
+constexpr milliseconds kProgressGap{100};  // between two events of a stream
+
+store::JobKey job_key_of(const Exchange& exchange) { return {exchange.owner, exchange.segment}; }
+
+// Of a comparison that ended without a result. Its problem is stored as text, unless it never came to a worker's end:
+// it was cancelled in the queue, or the store gave it up.
+void answer_stored(Exchange& exchange, const store::Job& row) {
+  if (row.problem.empty() && row.state == store::JobState::cancelled) {
+    return answer(exchange, cancelled_early());
+  }
+  if (row.problem.empty()) return answer(exchange, Problem{ProblemKind::internal, "given up: " + row.last_error, {}});
+  const auto json = nlohmann::json::parse(row.problem, nullptr, false);
+  if (!json.is_object()) return answer(exchange, Problem{ProblemKind::internal, "the comparison failed", {}});
+  answer(exchange, {json.value("status", 500), json.value("type", ""), row.problem}, std::chrono::seconds(1));
+}
+
+}  // namespace
+
+// What a POST asks for.
+struct Comparisons::Asked {
+  Preferences preferences;
+  Clock::time_point since = Clock::now();
+  bool repeats = false;  // its Idempotency-Key is known
+  Submission submission;
+};
+
+Comparisons::Comparisons(const Settings& settings, Jobs& jobs, Stores stores, Access& access, ByteBudget& uploads)
+    : settings_(settings),
+      jobs_(jobs),
+      stores_(stores),
+      access_(access),
+      uploads_(uploads),
+      seats_(ConnectionLimit::shared(settings.max_event_streams)) {}
+
+void Comparisons::create(Exchange& exchange) {
+  if (draining_.load()) return answer(exchange, Problem{ProblemKind::shutting_down, "no new work is taken", {}});
+  Asked asked;
+  asked.preferences = preferences(exchange.head);
+  Submission& submission = asked.submission;
+  submission.key = {exchange.owner, exchange.id};
+  if (auto refusal = refuse_query(exchange)) return answer(exchange, *refusal);
+  if (auto refusal = read_idempotency_key(exchange.head, submission.idempotency_key)) return answer(exchange, *refusal);
+  submission.durable = asked.preferences.wait || !submission.idempotency_key.empty();
+  if (const auto there = jobs_.available(); !there) return answer(exchange, api::to_problem(there.error()));
+  const auto repeats = jobs_.repeats(submission);
+  if (!repeats) return answer(exchange, api::to_problem(repeats.error()));
+  if (*repeats) return repeat(exchange, asked);
+  let_in(exchange, asked);
+}
+
+// What takes the last place may be the same request, sent before, which was stored meanwhile. false: it is not.
+bool Comparisons::repeat_if_known(Exchange& exchange, Asked& asked) {
+  const auto repeats = jobs_.repeats(asked.submission);
+  if (!repeats || !*repeats) return false;
+  repeat(exchange, asked);
+  return true;
+}
+
+void Comparisons::let_in(Exchange& exchange, Asked& asked) {
+  Submission& submission = asked.submission;
+  // Somebody waits for a job without a preference, and holds a connection.
+  auto slot = jobs_.admit(asked.preferences.wait ? Jobs::Kind::durable : Jobs::Kind::awaited);
+  if (!slot) {
+    if (repeat_if_known(exchange, asked)) return;
+    const Problem full{ProblemKind::overloaded, "all workers are busy and the queue is full; try again", {}};
+    return answer(exchange, full, jobs_.expected_wait());
+  }
+  auto counted = access_.take_job(exchange.owner);
+  if (const auto* denial = std::get_if<Denial>(&counted)) {
+    slot.reset();
+    if (!repeat_if_known(exchange, asked)) answer(exchange, *denial);
+    return;
+  }
+  submission.counted.emplace(std::get<JobSlot>(std::move(counted)));
+  submission.trace = traceparent(exchange.trace);
+  if (auto refusal = receive(exchange, asked)) return answer(exchange, *refusal);
+  follow(exchange, jobs_.submit(std::move(*slot), std::move(submission)), asked);
+}
+
+// What was promised before needs no place in the queue, no room and no stored meshes: nobody is refused for want of
+// them.
+void Comparisons::repeat(Exchange& exchange, Asked& asked) {
+  asked.repeats = true;
+  if (auto refusal = receive(exchange, asked)) return answer(exchange, *refusal);
+  follow(exchange, jobs_.repeated(asked.submission), asked);
+}
+
+void Comparisons::follow(Exchange& exchange, const Jobs::Submitted& submitted, const Asked& asked) {
+  if (const auto* denial = std::get_if<Denial>(&submitted)) return answer(exchange, *denial);
+  if (const auto* job = std::get_if<std::shared_ptr<LiveJob>>(&submitted)) return wait(exchange, *job, asked);
+  respond(exchange, std::get<JobView>(submitted), asked);
+}
+
+std::optional<Problem> Comparisons::receive(Exchange& exchange, Asked& asked) {
+  std::string_view type = exchange.head.header("content-type");
+  const bool ids = take_kind(type) == "application/json";
+  if (auto refusal = ids ? receive_ids(exchange, asked) : receive_form(exchange, asked)) return refusal;
+  auto request = api::parse_options(asked.submission.options, request_limits(settings_));
+  if (!request) return api::to_problem(request.error());
+  asked.submission.request = std::move(*request);
+  return std::nullopt;
+}
+
+std::optional<Problem> Comparisons::receive_form(Exchange& exchange, Asked& asked) {
+  std::string boundary;
+  constexpr const char* kWanted = "multipart/form-data, with the parts a, b and options";
+  if (auto refusal = find_boundary(exchange.head.header("content-type"), kWanted, boundary)) return refusal;
+  Form form;
+  FormReceiver receiver(form, settings_, uploads_);
+  MultipartParser parser(boundary, receiver);
+  if (auto refusal = exchange.body.read([&](std::string_view piece) { return parser.feed(piece); })) return refusal;
+  if (auto refusal = parser.finish()) return refusal;
+  if (auto refusal = receiver.complete()) return refusal;
+  asked.submission.options = std::move(form.options);
+  asked.submission.a = source_of("a", std::move(form.a));
+  asked.submission.b = source_of("b", std::move(form.b));
+  return std::nullopt;
+}
+
+std::optional<Problem> Comparisons::receive_ids(Exchange& exchange, Asked& asked) {
+  std::string text;
+  const auto refusal = exchange.body.read([&](std::string_view piece) -> std::optional<Problem> {
+    if (text.size() + piece.size() > api::kMaxOptionsBytes) {
+      return Problem{
+          ProblemKind::too_large, "the body is larger than " + std::to_string(api::kMaxOptionsBytes) + " bytes", {}};
+    }
+    text.append(piece);
+    return std::nullopt;
+  });
+  if (refusal) return refusal;
+  auto pair = api::parse_stored_pair(text);
+  if (!pair) return api::to_problem(pair.error());
+  asked.submission.options = std::move(pair->options);
+  asked.submission.a.id = std::move(pair->a);
+  asked.submission.b.id = std::move(pair->b);
+  if (asked.repeats) return std::nullopt;
+  if (auto missing = open_mesh(exchange.owner, "a", asked.submission.a)) return missing;
+  return open_mesh(exchange.owner, "b", asked.submission.b);
+}
+
+std::optional<Problem> Comparisons::open_mesh(const std::string& owner, const std::string& part, MeshSource& source) {
+  const std::string id = source.id;
+  const store::BlobKey key{owner, id};
+  const auto row = stores_.meshes.get_mesh(key);
+  if (!row) return api::to_problem(row.error());
+  auto blob = *row ? stores_.blobs.open(key) : Result<std::optional<store::Blob>>(std::optional<store::Blob>());
+  if (!blob) return api::to_problem(blob.error());
+  if (!*blob) {
+    const std::string what = "the mesh '" + part + "' is not stored; send it by PUT /v1/meshes/" + id;
+    return Problem{ProblemKind::unknown_mesh, what, {{part, "/" + part, what}}};
+  }
+  const auto now = stores_.jobs.time();
+  stores_.meshes.touch_mesh(key, now, now + std::chrono::seconds(settings_.mesh_ttl_s));
+  source = source_of(part, std::move(**blob), id);
+  source.input.filename = (*row)->file_name;
+  source.input.media_type = (*row)->media_type;
+  source.kept = MeshCache::key(owner, id, source.input.filename, source.input.media_type);
+  return std::nullopt;
+}
+
+// A client that goes away ends its comparison, unless it was promised that it will be done.
+void Comparisons::wait(Exchange& exchange, const std::shared_ptr<LiveJob>& waited, const Asked& asked) {
+  LiveJob& job = *waited;
+  // Who wants no waiting needs no seat, and is told the same whether the job was quick or not.
+  if (asked.preferences.wait == milliseconds(0)) return accept(exchange, job.view(), asked);
+  std::optional<Clock::time_point> until;
+  std::shared_ptr<const void> seat;
+  const bool repeated = job.key.id != exchange.id;  // its Idempotency-Key: the place in the queue is the first one's
+  if (asked.preferences.wait || repeated) seat = seats_.take(exchange.owner);
+  if (asked.preferences.wait) until = seat ? asked.since + *asked.preferences.wait : Clock::now();
+  if (repeated && !until && !seat) {
+    return answer(exchange,
+                  Problem{ProblemKind::overloaded, "as many clients wait for comparisons of others as may", {}});
+  }
+  const auto tick = [&] {
+    return until ? std::min(kWaitTick, std::chrono::ceil<milliseconds>(*until - Clock::now())) : kWaitTick;
+  };
+  while (!job.wait_for_end(tick())) {
+    if (until && Clock::now() >= *until) break;
+    if (const auto problem = jobs_.give_up(job)) {
+      if (!job.durable) jobs_.abandon(waited);
+      return answer(exchange, *problem);
+    }
+    if (!exchange.connection.peer_gone()) continue;
+    if (job.durable) return accept(exchange, job.view(), asked);  // which nobody reads but the log
+    if (jobs_.abandon(waited)) return answer(exchange, cancelled_early());
+  }
+  respond(exchange, job.view(), asked);
+}
+
+void Comparisons::mark(Exchange& exchange, const JobView& job, const Asked& asked) const {
+  auto& headers = exchange.response.headers;
+  if (!asked.preferences.applied.empty()) headers.emplace_back("Preference-Applied", asked.preferences.applied);
+  if (asked.submission.durable) headers.emplace_back("Location", "/v1/comparisons/" + job.row.key.id);
+}
+
+void Comparisons::accept(Exchange& exchange, const JobView& job, const Asked& asked) const {
+  mark(exchange, job, asked);
+  exchange.response.status = 202;
+  exchange.response.content_type = "application/json";
+  exchange.response.body = to_json(job);
+}
+
+void Comparisons::respond(Exchange& exchange, const JobView& job, const Asked& asked) const {
+  const bool ended = store::has_ended(job.row.state);
+  if (!ended && asked.preferences.wait) return accept(exchange, job, asked);
+  mark(exchange, job, asked);
+  if (!ended) {
+    return answer(exchange, Problem{ProblemKind::shutting_down,
+                                    asked.submission.durable ? "the comparison will run when the service is back"
+                                                             : "this service stops; ask again",
+                                    {}});
+  }
+  Response& response = exchange.response;
+  exchange.stages = job.stages;
+  exchange.triangles = job.triangles;
+  if (job.row.document.empty()) return answer_stored(exchange, job.row);
+  response.content_type = "application/json";
+  response.body = result_json(job.row);
+  if (!job.timing.empty()) response.headers.emplace_back("Server-Timing", job.timing);
+}
+
+void Comparisons::get(Exchange& exchange) {
+  if (auto refusal = refuse_query(exchange)) return answer(exchange, *refusal);
+  const auto job = jobs_.get(job_key_of(exchange));
+  if (!job) return answer(exchange, api::to_problem(job.error()));
+  if (!*job) return answer(exchange, not_found("comparison"));
+  exchange.response.content_type = "application/json";
+  exchange.response.body = to_json(**job);
+}
+
+void Comparisons::remove(Exchange& exchange) {
+  if (auto refusal = refuse_query(exchange)) return answer(exchange, *refusal);
+  const auto removed = jobs_.remove(job_key_of(exchange));
+  if (!removed) return answer(exchange, api::to_problem(removed.error()));
+  if (*removed == Jobs::Deleted::unknown) return answer(exchange, not_found("comparison"));
+  if (*removed == Jobs::Deleted::asked_to_end) return get(exchange);
+  exchange.response.status = 204;
+}
+
+void Comparisons::events(Exchange& exchange) {
+  if (auto refusal = refuse_query(exchange)) return answer(exchange, *refusal);
+  const auto key = job_key_of(exchange);
+  const auto first = jobs_.get(key);
+  if (!first) return answer(exchange, api::to_problem(first.error()));
+  if (!*first) return answer(exchange, not_found("comparison"));
+  if (exchange.head.minor_version == 0) {
+    return answer(exchange, Problem{ProblemKind::http_version, "events are sent over HTTP/1.1 only", {}});
+  }
+  const auto seat = seats_.take(exchange.owner);
+  if (!seat) return answer(exchange, Problem{ProblemKind::overloaded, "as many clients watch as may", {}});
+  exchange.response.content_type = "text/event-stream";
+  exchange.response.length_known = false;
+  if (exchange.head.method == "HEAD") return;
+  const auto job = jobs_.watch(**first);
+  exchange.response.stream = [this, key, seat, job, seen = ~std::uint64_t{0},
+                              next = Clock::time_point()](std::string& piece) mutable {
+    if (job) {
+      std::this_thread::sleep_until(std::min(next, Clock::now() + kProgressGap));
+      job->wait_for_change(seen, kProgressGap);
+      const auto version = job->version();
+      const auto view = job->view();
+      const bool over = store::has_ended(view.row.state);
+      if (!over && view.handed_back) return false;  // the service stops: it has no end here
+      if (!over && version == seen) return true;
+      seen = version;
+      next = Clock::now() + kProgressGap;
+      piece = over ? event("end", to_json(view)) : event("progress", progress_json(view));
+      return !over;
+    }
+    const auto last = jobs_.get(key);
+    piece = last && *last ? event("end", to_json(**last)) : event("end", "null");
+    return false;
+  };
+}
+
+}  // namespace meshgauge::server

@@ -1,0 +1,300 @@
+#include "server/handlers/deviations.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <new>
+#include <thread>
+#include <utility>
+
+#include <nlohmann/json.hpp>
+
+#include "api/digest.h"
+#include "api/refused.h"
+#include "engine/hausdorff.h"
+#include "server/access/entrance.h"
+#include "server/http/text.h"
+
+namespace meshgauge::server {
+namespace {
+
+using api::not_found;
+using api::Problem;
+using api::ProblemKind;
+using std::chrono::milliseconds;
+
+constexpr milliseconds kMapTick{20};    // how soon a client that went away is noticed
+constexpr milliseconds kGrace{10'000};  // for a map whose time is over to say so
+constexpr std::size_t kShownIdDigits = 8;
+
+std::optional<Problem> refuse_unready(const store::Job& row) {
+  if (!store::has_ended(row.state)) {
+    return Problem{ProblemKind::no_interval, "the comparison has not ended; its maps are made when it has", {}};
+  }
+  if (!row.document.empty()) return std::nullopt;
+  return Problem{ProblemKind::no_interval, "the comparison ended without an interval, so there is nothing to show", {}};
+}
+
+Problem gone(const std::string& part, const std::string& id) {
+  const std::string what =
+      "the file of mesh '" + part + "' is not kept any more; send it by PUT /v1/meshes/" + id + " and ask again";
+  return {ProblemKind::mesh_gone, what, {{part, "", what}}};
+}
+
+// The same map has the same bytes, unless the program is another one.
+std::string etag_of(const MapKey& key, const std::string& simd) {
+  const std::string all = key.job.owner + "\n" + key.job.id + "\n" + key.name + "\n" + version() + "\n" + simd;
+  return "\"" + api::sha256_hex(std::as_bytes(std::span(all))).substr(0, 32) + "\"";
+}
+
+// Weakly, as RFC 9110 section 13.1.2 has it.
+bool matches(std::string_view if_none_match, std::string_view etag) {
+  while (!if_none_match.empty()) {
+    std::string_view tag = trimmed(next(if_none_match, ","));
+    if (tag == "*") return true;
+    if (tag.starts_with("W/")) tag.remove_prefix(2);
+    if (tag == etag) return true;
+  }
+  return false;
+}
+
+// Of a mesh that was stored, or that came with a durable comparison; or of one that its owner has sent again since.
+std::string mesh_of(const store::Job& row, const std::string& part) {
+  const std::string& id = part == "a" ? row.mesh_a : row.mesh_b;
+  if (!id.empty()) return id;
+  const auto document = nlohmann::json::parse(row.document, nullptr, false);
+  const nlohmann::json::json_pointer digest("/meshes/" + part + "/sha256");
+  return document.contains(digest) && document[digest].is_string() ? document[digest].get<std::string>() : "";
+}
+
+}  // namespace
+
+struct Deviations::Asked {
+  MapOrder order;
+  store::Job row;
+  std::string etag;
+};
+
+// A client that waits for a map; the last one that leaves takes the work with it.
+class Deviations::Watching {
+ public:
+  Watching(Deviations& all, std::shared_ptr<Making> making) : all_(all), making_(std::move(making)) {}
+  ~Watching() { all_.leave(*making_); }
+  Watching(const Watching&) = delete;
+  Watching& operator=(const Watching&) = delete;
+
+  const Making* operator->() const { return making_.get(); }
+
+ private:
+  Deviations& all_;
+  const std::shared_ptr<Making> making_;
+};
+
+Deviations::Deviations(const Settings& settings, Jobs& jobs, Stores stores, Access& access, Metrics& metrics,
+                       Fetch fetch)
+    : settings_(settings),
+      jobs_(jobs),
+      stores_(stores),
+      access_(access),
+      metrics_(metrics),
+      fetch_(std::move(fetch)),
+      tools_{settings, fetch_, *stores.maps, jobs.threads()},
+      sending_(ConnectionLimit::shared(most_files_sent(settings))) {}
+
+// Not by the count of those who share: to read it says nothing of what they have written.
+Deviations::~Deviations() {
+  works_.reset();
+  while (!idle_.load()) std::this_thread::sleep_for(milliseconds(1));
+}
+
+void Deviations::get(Exchange& exchange, MapKind kind) {
+  auto found = find(exchange, kind);
+  if (const auto* problem = std::get_if<Problem>(&found)) return answer(exchange, *problem);
+  auto& asked = std::get<Asked>(found);
+  const std::string etag = asked.etag;
+  const bool of_a = asked.order.query.of == api::Side::a;
+  const std::string name = "deviation-" + std::string(of_a ? "a-" : "b-") + asked.row.key.id.substr(0, kShownIdDigits) +
+                           (kind == MapKind::ply ? ".ply" : ".glb");
+  if (matches(exchange.head.header("if-none-match"), etag)) {
+    exchange.response.status = kNotModified;
+  } else if (const auto file = stores_.maps->find(asked.order.key)) {
+    metrics_.map_found();
+    if (send(exchange, file)) exchange.response.headers.emplace_back("Server-Timing", "cached");
+  } else if (auto problem = open_meshes(asked)) {
+    return answer(exchange, *problem);
+  } else if (exchange.head.method == "HEAD") {
+    exchange.response.length_known = false;
+  } else {
+    make(exchange, asked);
+  }
+  if (exchange.response.status >= 400) return;
+  auto& headers = exchange.response.headers;
+  headers.emplace_back("ETag", etag);
+  headers.emplace_back("Cache-Control", "private, no-cache");  // asked again each time: whose key it is must be seen
+  if (exchange.response.status == kNotModified) return;
+  exchange.response.content_type = kind == MapKind::ply ? "model/ply" : "model/gltf-binary";
+  headers.emplace_back("Content-Disposition", "attachment; filename=\"" + name + "\"");
+}
+
+std::variant<Deviations::Asked, Problem> Deviations::find(const Exchange& exchange, MapKind kind) {
+  const auto query = parse_map_query(exchange.head.query, kind);
+  if (const auto* problem = std::get_if<Problem>(&query)) return *problem;
+  Asked asked;
+  asked.order.query = std::get<MapQuery>(query);
+  asked.order.key = {{exchange.owner, exchange.segment}, asked.order.query.name()};
+  auto job = jobs_.get(asked.order.key.job);
+  if (!job) return api::to_problem(job.error());
+  if (!*job) return not_found("comparison");
+  asked.row = std::move((*job)->row);
+  if (auto refusal = refuse_unready(asked.row)) return *refusal;
+  asked.etag = etag_of(asked.order.key, settings_.simd);
+  return asked;
+}
+
+std::variant<MeshSource, Problem> Deviations::open(const std::string& owner, const std::string& part,
+                                                   const std::string& id) {
+  auto blob = stores_.blobs.open({owner, id});
+  if (!blob) return api::to_problem(blob.error());
+  if (!*blob) return gone(part, id);
+  return source_of(part, std::move(**blob), id);
+}
+
+// A mesh that its owner stored is worth keeping in memory, and was used just now.
+std::optional<Problem> Deviations::recognise(MeshSource& source, const std::string& owner) {
+  const store::BlobKey key{owner, source.id};
+  const auto stored = stores_.meshes.get_mesh(key);
+  if (!stored) return api::to_problem(stored.error());
+  if (!*stored) return std::nullopt;
+  const auto now = stores_.jobs.time();
+  stores_.meshes.touch_mesh(key, now, now + std::chrono::seconds(settings_.mesh_ttl_s));
+  source.kept = MeshCache::key(owner, source.id, source.input.filename, source.input.media_type);
+  return std::nullopt;
+}
+
+std::optional<Problem> Deviations::open_meshes(Asked& asked) {
+  MapOrder& order = asked.order;
+  const std::string a = mesh_of(asked.row, "a"), b = mesh_of(asked.row, "b");
+  // What is deleted from here on is noticed by the cache; what was before, now.
+  order.coming = stores_.maps->expect(order.key, {a, b});
+  const auto job = jobs_.get(order.key.job);
+  if (!job) return api::to_problem(job.error());
+  if (!*job) return not_found("comparison");
+  for (const char* part : {"a", "b"}) {
+    auto found = open(asked.row.key.owner, part, *part == 'a' ? a : b);
+    if (const auto* problem = std::get_if<Problem>(&found)) return *problem;
+    (*part == 'a' ? order.a : order.b) = std::move(std::get<MeshSource>(found));
+  }
+  set_hints(asked.row.hints, order.a, order.b);
+  for (MeshSource* source : {&order.a, &order.b}) {
+    if (auto problem = recognise(*source, asked.row.key.owner)) return problem;
+    order.bytes += source->input.bytes.size();
+  }
+  auto facts = api::result_facts(nlohmann::ordered_json::parse(asked.row.document, nullptr, false), order.query.of);
+  if (!facts) return api::to_problem(facts.error());
+  if (!facts->has_units)
+    return Problem{ProblemKind::internal, "the result is of a version before 0.2.0, without unit", {}};
+  order.facts = std::move(*facts);
+  // As long as the comparison was given.
+  const auto request = api::parse_options(asked.row.options, request_limits(settings_));
+  order.timeout = request ? request->timeout : milliseconds(settings_.default_timeout_ms);
+  return std::nullopt;
+}
+
+void Deviations::make(Exchange& exchange, Asked& asked) {
+  if (jobs_.draining()) return answer(exchange, Problem{ProblemKind::shutting_down, "no new work is taken", {}});
+  // Everyone who waits takes a place, and holds a connection; also for a map that another one has asked for already.
+  auto slot = jobs_.admit_work();
+  if (!slot) {
+    const Problem full{ProblemKind::overloaded, "all workers are busy and the queue is full; try again", {}};
+    return answer(exchange, full, jobs_.expected_wait_for_work());
+  }
+  const auto counted = access_.take_job(exchange.owner);
+  if (const auto* denial = std::get_if<Denial>(&counted)) return answer(exchange, *denial);
+  const Watching making(*this, begin(asked, slot));
+  const Result<MadeFile>* result = nullptr;
+  while (!(result = making->wait(kMapTick))) {
+    if (Making::Clock::now() >= making->submitted + making->order.timeout + kGrace) {
+      return answer(exchange, Problem{ProblemKind::out_of_time, "no worker was free to make the map in its time", {}});
+    }
+    if (exchange.connection.peer_gone()) {
+      return answer(exchange, Problem{ProblemKind::out_of_time, "cancelled: the client went away", {}});
+    }
+  }
+  if (!*result) {
+    Problem problem = api::to_problem(result->error());
+    const bool cancelled = result->error().code == ErrorCode::out_of_time && jobs_.stopping();
+    if (cancelled) problem.kind = ProblemKind::shutting_down;
+    return answer(exchange, problem);
+  }
+  const auto& stages = (*result)->stages;
+  exchange.stages = stages;
+  if (!send(exchange, (*result)->file)) return;
+  exchange.response.headers.emplace_back("Server-Timing", stages.empty() ? "cached" : api::to_server_timing(stages));
+}
+
+// The map that is on its way, or a new one, which takes the slot. What was made since it was looked for is there by
+// now: a map is kept before it leaves those on their way.
+std::shared_ptr<Making> Deviations::begin(Asked& asked, std::optional<Scheduler::Slot>& slot) {
+  std::shared_ptr<Making> making;
+  {
+    const std::lock_guard lock(mutex_);
+    if (const auto there = making_.find(asked.order.key); there != making_.end()) {
+      ++there->second->watchers;
+      return there->second;
+    }
+    making = std::make_shared<Making>(std::move(asked.order));
+    making->watchers = 1;
+    if (auto file = stores_.maps->find(making->order.key)) {
+      metrics_.map_found();
+      making->end(MadeFile{std::move(file), {}});
+      return making;
+    }
+    making_.emplace(making->order.key, making);
+  }
+  try {
+    submit(making, std::move(*slot));
+  } catch (const std::bad_alloc&) {  // whoever has joined meanwhile waits for it
+    making->end(Error{ErrorCode::internal, "no memory", "", ""});
+  }
+  slot.reset();
+  return making;
+}
+
+void Deviations::submit(const std::shared_ptr<Making>& making, Scheduler::Slot slot) {
+  const MapOrder& order = making->order;
+  jobs_.work(std::move(slot),
+             {order.key.job.owner, order.bytes, order.timeout, std::shared_ptr<Control>(making, &making->control),
+              [this, making, works = works_](Scheduler::Slot held) { run(making, std::move(held)); }});
+}
+
+void Deviations::run(const std::shared_ptr<Making>& making, Scheduler::Slot slot) {
+  auto result = make_map(*making, tools_);
+  metrics_.map_ended(making->order.query.kind == MapKind::ply ? "ply" : "glb", result.ok(),
+                     result.ok() ? result->stages.back().ms / 1000 : 0);
+  { const Scheduler::Slot done = std::move(slot); }
+  making->end(std::move(result));
+}
+
+void Deviations::leave(Making& making) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (--making.watchers > 0) return;
+    const auto found = making_.find(making.order.key);
+    if (found != making_.end() && found->second.get() == &making) making_.erase(found);
+  }
+  making.control.cancel();
+  jobs_.withdraw(making.control);
+}
+
+// False: it is refused. A client that takes its file slowly holds a thread for long.
+bool Deviations::send(Exchange& exchange, const MapCache::File& file) {
+  std::shared_ptr<const void> seat;
+  if (exchange.head.method != "HEAD" && !(seat = sending_.take(exchange.owner))) {
+    answer(exchange, Problem{ProblemKind::overloaded, "as many clients take maps as may; try again", {}});
+    return false;
+  }
+  using Held = std::pair<MapCache::File, std::shared_ptr<const void>>;
+  exchange.response.file = FileBody{file->bytes(), std::make_shared<const Held>(file, std::move(seat))};
+  return true;
+}
+
+}  // namespace meshgauge::server

@@ -1,0 +1,68 @@
+// /v1/comparisons/{id}/deviation.ply and .glb: one mesh of a comparison that has ended, coloured by its distance from
+// the other one.
+//
+// find -> (cached: send) -> admit -> make on a worker, once for all who ask at the same time -> send
+#pragma once
+
+#include <atomic>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <variant>
+
+#include "server/access/access.h"
+#include "server/http/connection_limit.h"
+#include "server/http/exchange.h"
+#include "server/jobs/jobs.h"
+#include "server/maps/making.h"
+#include "server/maps/map_query.h"
+#include "server/observe/metrics.h"
+#include "server/settings.h"
+
+namespace meshgauge::server {
+
+class Deviations {
+ public:
+  // Borrows all but the first and `fetch`. Precondition: stores.maps is there.
+  Deviations(const Settings& settings, Jobs& jobs, Stores stores, Access& access, Metrics& metrics, Fetch fetch);
+
+  ~Deviations();  // waits for what runs; nobody may ask any more
+  Deviations(const Deviations&) = delete;
+  Deviations& operator=(const Deviations&) = delete;
+
+  // May throw: out of memory.
+  void get(Exchange& exchange, MapKind kind);
+
+ private:
+  struct Asked;
+  class Watching;
+
+  std::variant<Asked, api::Problem> find(const Exchange& exchange, MapKind kind);
+  std::variant<MeshSource, api::Problem> open(const std::string& owner, const std::string& part, const std::string& id);
+  std::optional<api::Problem> recognise(MeshSource& source, const std::string& owner);
+  std::optional<api::Problem> open_meshes(Asked& asked);
+  void make(Exchange& exchange, Asked& asked);
+  std::shared_ptr<Making> begin(Asked& asked, std::optional<Scheduler::Slot>& slot);
+  void submit(const std::shared_ptr<Making>& making, Scheduler::Slot slot);
+  void run(const std::shared_ptr<Making>& making, Scheduler::Slot slot);
+  void leave(Making& making);
+  bool send(Exchange& exchange, const MapCache::File& file);
+
+  const Settings settings_;
+  Jobs& jobs_;
+  const Stores stores_;
+  Access& access_;
+  Metrics& metrics_;
+  const Fetch fetch_;
+  const MapTools tools_;
+  ConnectionLimit sending_;  // of answers on their way
+  std::atomic<bool> idle_{false};
+  // Shared with all tasks; the last one to let go of it says that nothing runs.
+  std::shared_ptr<const void> works_{this, [this](const void*) { idle_.store(true); }};
+  std::mutex mutex_;                                  // guards what follows, and who watches them
+  std::map<MapKey, std::shared_ptr<Making>> making_;  // that somebody waits for
+};
+
+}  // namespace meshgauge::server

@@ -1,0 +1,168 @@
+#include "server/handlers/meshes.h"
+
+#include <nlohmann/json.hpp>
+
+#include "api/digest.h"
+#include "api/refused.h"
+#include "api/request.h"
+#include "server/access/entrance.h"
+#include "server/jobs/job_document.h"
+#include "server/http/parameters.h"
+
+namespace meshgauge::server {
+namespace {
+
+using api::not_found;
+using api::Problem;
+using api::ProblemKind;
+using store::BlobKey;
+using store::MeshRow;
+using Json = nlohmann::ordered_json;
+
+constexpr std::size_t kMostNameBytes = 255;
+
+Problem over_quota(std::uint64_t most) {
+  return {ProblemKind::quota_exceeded,
+          "the stored meshes would be larger than the limit of " + std::to_string(most) + " bytes; delete some",
+          {}};
+}
+
+Json text_or_null(const std::string& text) { return text.empty() ? Json(nullptr) : Json(text); }
+
+std::string to_json(const MeshRow& row) {
+  const Json json{{"id", row.key.id},
+                  {"bytes", row.bytes},
+                  {"media_type", text_or_null(row.media_type)},
+                  {"file_name", text_or_null(row.file_name)},
+                  {"created", to_text(row.created)},
+                  {"last_used", to_text(row.last_used)},
+                  {"expires", to_text(row.expires)}};
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+std::optional<Problem> check_id(const Exchange& exchange) {
+  if (api::is_mesh_id(exchange.segment)) return std::nullopt;
+  return Problem{ProblemKind::malformed_request, "a mesh is named by its SHA-256: 64 lower-case hex digits", {}};
+}
+
+std::string file_name(const Head& head) {
+  std::string_view disposition = head.header("content-disposition");
+  take_kind(disposition);
+  std::string found;
+  for_each_parameter(disposition, [&](const std::string& name, const std::string& value) {
+    if (name == "filename") found = value.substr(0, kMostNameBytes);
+  });
+  return found;
+}
+
+}  // namespace
+
+Meshes::Meshes(const Settings& settings, Stores stores, Access& access, ByteBudget& uploads)
+    : settings_(settings), stores_(stores), access_(access), uploads_(uploads) {}
+
+void Meshes::put(Exchange& exchange) {
+  if (auto refusal = check_id(exchange)) return answer(exchange, *refusal);
+  const auto there = stores_.blobs.exists({exchange.owner, exchange.segment});
+  if (!there) return answer(exchange, api::to_problem(there.error()));
+  Upload upload(uploads_, settings_.temp_dir);
+  if (auto refusal = receive(exchange, *there ? 0 : exchange.head.content_length.value_or(0), upload)) {
+    return answer(exchange, *refusal);
+  }
+  keep(exchange, exchange.segment, upload);
+}
+
+void Meshes::post(Exchange& exchange) {
+  Upload upload(uploads_, settings_.temp_dir);
+  if (auto refusal = receive(exchange, exchange.head.content_length.value_or(0), upload)) {
+    return answer(exchange, *refusal);
+  }
+  keep(exchange, api::sha256_hex(upload.bytes()), upload);
+}
+
+std::optional<Denial> Meshes::receive(Exchange& exchange, std::uint64_t new_bytes, Upload& upload) const {
+  if (auto refusal = refuse_query(exchange)) return Denial{*refusal, {}};
+  const auto room = hold_room(exchange.owner, new_bytes);
+  if (const auto* denial = std::get_if<Denial>(&room)) return *denial;
+  auto refusal = exchange.body.read([&](std::string_view piece) -> std::optional<Problem> {
+    if (upload.size() + piece.size() <= settings_.max_part_bytes) return upload.append(piece);
+    return Problem{ProblemKind::too_large,
+                   "the mesh is larger than the limit of " + std::to_string(settings_.max_part_bytes) + " bytes",
+                   {}};
+  });
+  if (!refusal && upload.size() == 0) {
+    refusal = Problem{ProblemKind::malformed_request, "the body is empty: it is the mesh file", {}};
+  }
+  if (!refusal) refusal = upload.finish();
+  return refusal ? std::optional(Denial{*refusal, {}}) : std::nullopt;
+}
+
+std::variant<StorageHold, Denial> Meshes::hold_room(const std::string& owner, std::uint64_t more) const {
+  return hold_storage(access_, stores_.blobs, owner, more, settings_.max_stored_bytes);
+}
+
+void Meshes::keep(Exchange& exchange, const std::string& id, const Upload& upload) {
+  const BlobKey key{exchange.owner, id};
+  {
+    const auto reserved = stores_.blobs.reserve(key);
+    store(exchange, key, upload);
+  }
+  if (!exchange.problem.empty()) discard(key);
+}
+
+// The bytes come before the row, so that a row is never without them.
+void Meshes::store(Exchange& exchange, const BlobKey& key, const Upload& upload) {
+  const auto there = stores_.blobs.exists(key);
+  if (!there) return answer(exchange, api::to_problem(there.error()));
+  const auto room = hold_room(exchange.owner, *there ? 0 : upload.size());
+  if (const auto* denial = std::get_if<Denial>(&room)) return answer(exchange, *denial);
+  const auto blob = stores_.blobs.put(key, upload.bytes());
+  if (!blob) return answer(exchange, api::to_problem(blob.error()));
+  if (*blob == store::BlobPut::other_digest) {
+    return answer(exchange,
+                  Problem{ProblemKind::digest_mismatch,
+                          "the body's SHA-256 is " + api::sha256_hex(upload.bytes()) + ", not that of the path",
+                          {}});
+  }
+  const auto now = stores_.jobs.time();
+  const auto row =
+      stores_.meshes.put_mesh({key, upload.size(), std::string(exchange.head.header("content-type")),
+                               file_name(exchange.head), now, now, now + std::chrono::seconds(settings_.mesh_ttl_s)},
+                              settings_.max_stored_bytes);
+  if (!row) return answer(exchange, api::to_problem(row.error()));
+  if (row->what == store::MeshPut::over_quota) return answer(exchange, over_quota(settings_.max_stored_bytes));
+  exchange.response.status = row->what == store::MeshPut::created ? 201 : 200;
+  exchange.response.content_type = "application/json";
+  exchange.response.body = to_json(row->row);
+  exchange.response.headers.emplace_back("Location", "/v1/meshes/" + key.id);
+}
+
+void Meshes::discard(const BlobKey& key) const {
+  const auto removed = remove_if_unreferenced(stores_, key);
+  static_cast<void>(removed);  // what failed is for a sweep
+}
+
+void Meshes::get(Exchange& exchange) {
+  if (auto refusal = check_id(exchange)) return answer(exchange, *refusal);
+  if (auto refusal = refuse_query(exchange)) return answer(exchange, *refusal);
+  const auto row = stores_.meshes.get_mesh({exchange.owner, exchange.segment});
+  if (!row) return answer(exchange, api::to_problem(row.error()));
+  if (!*row) return answer(exchange, not_found("mesh"));
+  exchange.response.content_type = "application/json";
+  exchange.response.body = to_json(**row);
+}
+
+void Meshes::remove(Exchange& exchange) {
+  if (auto refusal = check_id(exchange)) return answer(exchange, *refusal);
+  if (auto refusal = refuse_query(exchange)) return answer(exchange, *refusal);
+  const BlobKey key{exchange.owner, exchange.segment};
+  const auto removed = stores_.meshes.delete_mesh(key);
+  if (!removed) return answer(exchange, api::to_problem(removed.error()));
+  if (!*removed) return answer(exchange, not_found("mesh"));
+  stores_.cache.forget(key.owner, key.id);
+  discard(key);
+  // After its bytes: a map of it that is begun from here on does not find them.
+  if (stores_.maps) stores_.maps->forget_mesh(key.owner, key.id);
+  exchange.response.status = 204;
+}
+
+}  // namespace meshgauge::server

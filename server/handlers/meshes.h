@@ -1,0 +1,40 @@
+// /v1/meshes: meshes that their owner stores once and compares often, under the SHA-256 of their bytes.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <variant>
+
+#include "server/access/access.h"
+#include "server/http/exchange.h"
+#include "server/jobs/jobs.h"
+#include "server/settings.h"
+#include "server/http/upload.h"
+
+namespace meshgauge::server {
+
+class Meshes {
+ public:
+  // Borrows all but the first. `uploads`: shared by all that receive bytes.
+  Meshes(const Settings& settings, Stores stores, Access& access, ByteBudget& uploads);
+
+  // Each may throw: out of memory. What is stored is not looked into: a comparison says what is wrong with it.
+  void put(Exchange& exchange);
+  void post(Exchange& exchange);
+  void get(Exchange& exchange);
+  void remove(Exchange& exchange);
+
+ private:
+  std::optional<Denial> receive(Exchange& exchange, std::uint64_t new_bytes, Upload& upload) const;
+  std::variant<StorageHold, Denial> hold_room(const std::string& owner, std::uint64_t more) const;
+  void keep(Exchange& exchange, const std::string& id, const Upload& upload);
+  void store(Exchange& exchange, const store::BlobKey& key, const Upload& upload);
+  void discard(const store::BlobKey& key) const;
+
+  const Settings settings_;
+  const Stores stores_;
+  Access& access_;
+  ByteBudget& uploads_;
+};
+
+}  // namespace meshgauge::server

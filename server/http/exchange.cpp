@@ -1,0 +1,60 @@
+#include "server/http/exchange.h"
+
+#include <algorithm>
+
+namespace meshgauge::server {
+namespace {
+
+void add_missing(Response& response, const char* name, const char* value) {
+  const bool there = std::any_of(response.headers.begin(), response.headers.end(),
+                                 [&](const auto& header) { return header.first == name; });
+  if (!there) response.headers.emplace_back(name, value);
+}
+
+}  // namespace
+
+void answer(Exchange& exchange, const api::Problem& problem) { answer(exchange, problem, std::chrono::seconds(1)); }
+
+void answer(Exchange& exchange, const api::Problem& problem, std::chrono::milliseconds retry_after) {
+  answer(exchange, {problem.status(), problem.type(), to_json(problem)}, retry_after);
+}
+
+void answer(Exchange& exchange, ProblemDocument document, std::chrono::milliseconds retry_after) {
+  Response& response = exchange.response;
+  response.stream = nullptr;  // and whatever else was begun
+  response.file.reset();
+  response.length_known = true;
+  response.status = document.status;
+  response.content_type = "application/problem+json";
+  response.body = std::move(document.json);
+  if (document.status == 503 || document.status == 429) {
+    const auto seconds = std::clamp<std::int64_t>(std::chrono::ceil<std::chrono::seconds>(retry_after).count(), 1, 60);
+    response.headers.emplace_back("Retry-After", std::to_string(seconds));
+  }
+  exchange.problem = std::move(document.type);
+}
+
+std::optional<api::Problem> refuse_query(const Exchange& exchange) {
+  if (exchange.head.query.empty()) return std::nullopt;
+  return api::Problem{api::ProblemKind::malformed_request, "this path takes no query parameters", {}};
+}
+
+void add_vary(Response& response, const std::string& header) {
+  for (auto& [name, value] : response.headers) {
+    if (name != "Vary") continue;
+    value += ", " + header;
+    return;
+  }
+  response.headers.emplace_back("Vary", header);
+}
+
+void add_security_headers(Response& response) {
+  add_missing(response, "X-Content-Type-Options", "nosniff");
+  add_missing(response, "Cache-Control", "no-store");
+  add_missing(response, "Referrer-Policy", "no-referrer");
+  if (!response.content_type.starts_with("text/html")) return;
+  add_missing(response, "Content-Security-Policy",
+              "default-src 'none'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'");
+}
+
+}  // namespace meshgauge::server

@@ -1,0 +1,178 @@
+#include "server/http/head.h"
+
+#include <charconv>
+
+#include "server/http/text.h"
+
+namespace meshgauge::server {
+namespace {
+
+using api::Problem;
+using api::ProblemKind;
+using Refusal = std::optional<Problem>;
+
+constexpr std::size_t kMaxRequestLineBytes = kMaxTargetBytes + 64;  // method, version, spaces
+
+Refusal set_target(std::string_view target, Head& head) {
+  if (target.size() > kMaxTargetBytes) {
+    return Problem{ProblemKind::uri_too_long,
+                   "the request target is longer than " + std::to_string(kMaxTargetBytes) + " bytes",
+                   {}};
+  }
+  for (const char c : target) {
+    if (c <= ' ' || c > '~' || c == '#') return malformed("the request target has a character that is not allowed");
+  }
+  if (const std::string_view scheme = "http://"; target.starts_with(scheme)) {  // absolute form, as sent to a proxy
+    target.remove_prefix(std::min(target.find('/', scheme.size()), target.size()));
+    if (target.empty()) target = "/";
+  }
+  if (target != "*" && !target.starts_with('/')) return malformed("the request target must start with '/'");
+  head.path = next(target, "?");
+  head.query = target;
+  return std::nullopt;
+}
+
+Refusal set_version(std::string_view version, Head& head) {
+  if (version == "HTTP/1.1" || version == "HTTP/1.0") {
+    head.minor_version = version.back() - '0';
+    return std::nullopt;
+  }
+  if (version.starts_with("HTTP/")) {
+    return Problem{ProblemKind::http_version, "only HTTP/1.1 and HTTP/1.0 are spoken here", {}};
+  }
+  return malformed("the request line must be: method, target, HTTP/1.1");
+}
+
+Refusal parse_request_line(std::string_view line, Head& head) {
+  head.method = next(line, " ");
+  const std::string_view target = next(line, " ");
+  if (!is_token(head.method)) return malformed("the request line must start with a method");
+  if (auto refusal = set_version(line, head)) return refusal;
+  if (auto refusal = set_target(target, head)) return refusal;
+  for (const char* known : {"GET", "HEAD", "POST", "PUT", "PATCH", "DELETE", "OPTIONS"}) {
+    if (head.method == known) return std::nullopt;
+  }
+  return Problem{ProblemKind::not_implemented, "the method is not known here", {}};
+}
+
+Refusal parse_field(std::string_view line, Head& head) {
+  const std::size_t colon = line.find(':');
+  if (colon == std::string_view::npos || !is_token(line.substr(0, colon))) {
+    return malformed("header line " + std::to_string(head.headers.size() + 1) + " must be 'Name: value'");
+  }
+  const std::string_view value = trimmed(line.substr(colon + 1));
+  if (!is_field_text(value)) {
+    return malformed("header line " + std::to_string(head.headers.size() + 1) + " has a control character");
+  }
+  head.headers.emplace_back(lower(line.substr(0, colon)), value);
+  return std::nullopt;
+}
+
+Refusal set_length(std::string_view text, std::uint64_t max_body_bytes, Head& head) {
+  std::uint64_t length = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), length);
+  const bool digits = !text.empty() && std::all_of(text.begin(), text.end(), is_digit);
+  if (!digits) return malformed("Content-Length must be one decimal number");
+  if (error != std::errc() || length > max_body_bytes) {
+    return Problem{ProblemKind::too_large,
+                   "the body is larger than the limit of " + std::to_string(max_body_bytes) + " bytes",
+                   {}};
+  }
+  head.content_length = length;
+  return std::nullopt;
+}
+
+Refusal set_transfer_coding(std::string_view value, Head& head) {
+  if (head.minor_version == 0) return malformed("Transfer-Encoding does not exist in HTTP/1.0");
+  if (lower(value) != "chunked") {
+    return Problem{ProblemKind::not_implemented, "the only transfer coding known here is 'chunked'", {}};
+  }
+  head.chunked = true;
+  return std::nullopt;
+}
+
+Refusal set_content_coding(std::string_view value) {
+  if (lower(value) == "identity") return std::nullopt;
+  return Problem{ProblemKind::unsupported_media_type,
+                 "a Content-Encoding is not accepted; a mesh file itself may be gzip-compressed",
+                 {}};
+}
+
+Refusal set_connection(std::string_view value, Head& head) {
+  while (!value.empty()) {
+    const std::string option = lower(trimmed(next(value, ",")));
+    if (option == "close") head.keep_alive = false;
+  }
+  return std::nullopt;
+}
+
+Refusal interpret(const std::string& name, const std::string& value, std::uint64_t max_body_bytes, Head& head) {
+  if (name == "content-length") return set_length(value, max_body_bytes, head);
+  if (name == "transfer-encoding") return set_transfer_coding(value, head);
+  if (name == "content-encoding") return set_content_coding(value);
+  if (name == "connection") return set_connection(value, head);
+  if (name == "expect") {
+    if (lower(value) != "100-continue") return malformed("the only expectation known here is '100-continue'");
+    head.expects_continue = head.minor_version > 0;
+  }
+  return std::nullopt;
+}
+
+std::size_t count(const Head& head, std::string_view name) {
+  return static_cast<std::size_t>(
+      std::count_if(head.headers.begin(), head.headers.end(), [&](const auto& field) { return field.first == name; }));
+}
+
+Refusal check_unique(const Head& head) {
+  for (const char* name :
+       {"content-length", "transfer-encoding", "content-type", "host", "expect", "authorization", "origin"}) {
+    if (count(head, name) > 1) return malformed("the header '" + std::string(name) + "' stands there twice");
+  }
+  if (count(head, "content-length") + count(head, "transfer-encoding") > 1) {
+    return malformed("Content-Length and Transfer-Encoding exclude each other");
+  }
+  if (head.minor_version > 0 && count(head, "host") == 0) return malformed("the header 'Host' is missing");
+  return std::nullopt;
+}
+
+Refusal check_length(const Head& head) {
+  const bool carries = head.method == "POST" || head.method == "PUT" || head.method == "PATCH";
+  if (!carries || head.chunked || head.content_length) return std::nullopt;
+  return Problem{ProblemKind::length_required, "a body needs Content-Length or Transfer-Encoding: chunked", {}};
+}
+
+}  // namespace
+
+Refusal parse_head(std::string_view text, std::uint64_t max_body_bytes, Head& head) {
+  if (auto refusal = parse_request_line(next(text, "\r\n"), head)) return refusal;
+  head.keep_alive = head.minor_version > 0;
+  for (std::string_view line = next(text, "\r\n"); !line.empty(); line = next(text, "\r\n")) {
+    if (auto refusal = parse_field(line, head)) return refusal;
+  }
+  if (auto refusal = check_unique(head)) return refusal;
+  for (const auto& [name, value] : head.headers) {
+    if (auto refusal = interpret(name, value, max_body_bytes, head)) return refusal;
+  }
+  return check_length(head);
+}
+
+std::string_view Head::header(std::string_view lower_case_name) const {
+  for (const auto& [name, value] : headers) {
+    if (name == lower_case_name) return value;
+  }
+  return {};
+}
+
+Refusal check_incomplete(std::string_view head) {
+  if (head.find("\n\n") != std::string_view::npos) return malformed("lines of the head must end with CR LF");
+  if (head.size() >= kMaxRequestLineBytes && head.find("\r\n") >= kMaxRequestLineBytes) {
+    return Problem{ProblemKind::uri_too_long,
+                   "the request target is longer than " + std::to_string(kMaxTargetBytes) + " bytes",
+                   {}};
+  }
+  if (head.size() < kMaxHeadBytes) return std::nullopt;
+  return Problem{
+      ProblemKind::head_too_large, "the request's head is larger than " + std::to_string(kMaxHeadBytes) + " bytes", {}};
+}
+
+}  // namespace meshgauge::server

@@ -1,0 +1,71 @@
+#include "server/http/lingering_close.h"
+
+#include <sys/socket.h>
+
+#include <cerrno>
+#include <utility>
+
+namespace meshgauge::server {
+namespace {
+
+constexpr std::chrono::milliseconds kRound{5};
+constexpr std::size_t kPiece = std::size_t{1} << 20;
+
+// Throws away what is there. False: the client has closed, or has sent enough.
+bool drain(int fd, std::size_t& drained) {
+  while (drained < Farewells::kMostBytes) {
+    const ssize_t n = ::recv(fd, nullptr, kPiece, MSG_DONTWAIT | MSG_TRUNC);  // TCP throws them away uncopied
+    if (n == 0) return false;
+    if (n < 0) return errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR;
+    drained += static_cast<std::size_t>(n);
+  }
+  return false;
+}
+
+}  // namespace
+
+Farewells::Farewells(std::size_t most) : most_(most), thread_([this] { run(); }) {}
+
+Farewells::~Farewells() {
+  {
+    const std::lock_guard lock(mutex_);
+    ending_ = true;
+  }
+  changed_.notify_one();
+  thread_.join();
+}
+
+void Farewells::take(Descriptor socket) {
+  const std::lock_guard lock(mutex_);
+  if (hurried_) return;
+  if (partings_.size() >= most_) partings_.pop_front();
+  partings_.push_back({std::move(socket), Clock::now() + kTime, 0});
+  if (partings_.size() == 1) changed_.notify_one();
+}
+
+void Farewells::hurry() {
+  const std::lock_guard lock(mutex_);
+  hurried_ = true;
+  partings_.clear();
+}
+
+std::size_t Farewells::size() const {
+  const std::lock_guard lock(mutex_);
+  return partings_.size();
+}
+
+void Farewells::run() {
+  std::unique_lock lock(mutex_);
+  for (;;) {
+    changed_.wait(lock, [this] { return ending_ || !partings_.empty(); });
+    if (partings_.empty()) return;
+    const auto now = Clock::now();
+    std::erase_if(partings_,
+                  [&](Parting& one) { return one.deadline <= now || !drain(one.socket.get(), one.drained); });
+    lock.unlock();
+    std::this_thread::sleep_for(kRound);
+    lock.lock();
+  }
+}
+
+}  // namespace meshgauge::server

@@ -1,0 +1,52 @@
+#include "server/http/router.h"
+
+#include <optional>
+#include <string_view>
+
+namespace meshgauge::server {
+namespace {
+
+using api::Problem;
+using api::ProblemKind;
+
+void add_allowed(std::string& allowed, const std::string& method) {
+  allowed += (allowed.empty() ? "" : ", ") + method + (method == "GET" ? ", HEAD" : "");
+}
+
+// What stands for the {} of a pattern, empty where it has none; nullopt: the path is another one.
+std::optional<std::string> match(std::string_view pattern, std::string_view path) {
+  const std::size_t hole = pattern.find("{}");
+  if (hole == std::string_view::npos) return path == pattern ? std::optional(std::string()) : std::nullopt;
+  const std::string_view before = pattern.substr(0, hole);
+  const std::string_view after = pattern.substr(hole + 2);
+  if (path.size() <= before.size() + after.size() || !path.starts_with(before) || !path.ends_with(after)) {
+    return std::nullopt;
+  }
+  const std::string_view segment = path.substr(hole, path.size() - before.size() - after.size());
+  if (segment.find('/') != std::string_view::npos) return std::nullopt;
+  return std::string(segment);
+}
+
+}  // namespace
+
+void Router::add(std::string method, std::string path, Action action) {
+  routes_.push_back({std::move(method), std::move(path), std::move(action)});
+}
+
+void Router::operator()(Exchange& exchange) const {
+  const std::string wanted = exchange.head.method == "HEAD" ? "GET" : exchange.head.method;
+  std::string allowed;
+  for (const Route& route : routes_) {
+    auto segment = match(route.path, exchange.head.path);
+    if (!segment) continue;
+    exchange.route = route.path;
+    exchange.segment = std::move(*segment);
+    if (route.method == wanted) return route.action(exchange);
+    add_allowed(allowed, route.method);
+  }
+  if (allowed.empty()) return answer(exchange, Problem{ProblemKind::not_found, nothing_, {}});
+  exchange.response.headers.emplace_back("Allow", allowed);
+  answer(exchange, Problem{ProblemKind::method_not_allowed, "this path takes " + allowed, {}});
+}
+
+}  // namespace meshgauge::server

@@ -1,0 +1,92 @@
+#include "server/http/upload.h"
+
+#include <fcntl.h>
+#include <stdlib.h>
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <cerrno>
+
+#include "server/store/errors.h"
+
+namespace meshgauge::server {
+namespace {
+
+constexpr std::size_t kMaxInMemory = std::size_t{256} << 10;
+
+// Why is in errno.
+api::Problem not_stored() {
+  return api::to_problem(store::storage_error(errno, "the upload cannot be kept in the directory for uploads"));
+}
+
+// Whoever is given this one cannot change the file. None where /proc is not to be seen.
+Descriptor reopened_to_read(int file) {
+  return Descriptor(::open(("/proc/self/fd/" + std::to_string(file)).c_str(), O_RDONLY | O_CLOEXEC));
+}
+
+}  // namespace
+
+int open_unnamed_file(const std::string& directory) {
+  const int file = ::open(directory.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0600);
+  if (file >= 0 || (errno != EOPNOTSUPP && errno != EISDIR && errno != EINVAL)) return file;
+  std::string path = directory + "/meshgauge-XXXXXX";  // overlay file systems have no O_TMPFILE
+  const int named = ::mkostemp(path.data(), O_CLOEXEC);
+  if (named >= 0) ::unlink(path.c_str());
+  return named;
+}
+
+bool ByteBudget::take(std::uint64_t bytes) {
+  std::uint64_t used = used_.load();
+  do {
+    if (bytes > max_bytes_ || used > max_bytes_ - bytes) return false;
+  } while (!used_.compare_exchange_weak(used, used + bytes));
+  return true;
+}
+
+Upload::~Upload() {
+  if (mapped_) ::munmap(const_cast<std::byte*>(bytes_.data()), bytes_.size());
+  close_file();
+  budget_.give(size_);
+}
+
+void Upload::close_file() {
+  if (file_ >= 0) ::close(file_);
+  file_ = -1;
+}
+
+Upload::Refusal Upload::append(std::string_view piece) {
+  if (!budget_.take(piece.size())) {
+    return api::Problem{api::ProblemKind::overloaded,
+                        "all uploads together hold the limit of " + std::to_string(budget_.max_bytes()) + " bytes",
+                        {}};
+  }
+  size_ += piece.size();
+  if (file_ >= 0 || memory_.size() + piece.size() > kMaxInMemory) return spill(piece);
+  if (memory_.empty()) memory_.reserve(kMaxInMemory);  // mapped (server/heap.h): takes the pages that are written
+  const auto* start = reinterpret_cast<const std::byte*>(piece.data());
+  memory_.insert(memory_.end(), start, start + piece.size());
+  return std::nullopt;
+}
+
+Upload::Refusal Upload::spill(std::string_view piece) {
+  if (file_ < 0) {
+    file_ = open_unnamed_file(temp_dir_);
+    if (file_ < 0 || !write_all(file_, memory_)) return not_stored();
+    memory_ = {};
+  }
+  return write_all(file_, std::as_bytes(std::span(piece))) ? Refusal() : not_stored();
+}
+
+Upload::Refusal Upload::finish(bool with_file) {
+  bytes_ = memory_;
+  if (file_ < 0) return std::nullopt;
+  void* start = ::mmap(nullptr, size_, PROT_READ, MAP_PRIVATE, file_, 0);
+  if (with_file) read_only_ = reopened_to_read(file_);
+  close_file();  // the mapping keeps the file
+  if (start == MAP_FAILED) return not_stored();
+  mapped_ = true;
+  bytes_ = {static_cast<const std::byte*>(start), static_cast<std::size_t>(size_)};
+  return std::nullopt;
+}
+
+}  // namespace meshgauge::server

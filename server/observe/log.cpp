@@ -1,0 +1,108 @@
+#include "server/observe/log.h"
+
+#include <unistd.h>
+
+#include <chrono>
+#include <utility>
+
+#include <nlohmann/json.hpp>
+
+#include "api/utc.h"
+#include "server/jobs/job_document.h"
+#include "server/observe/json_line.h"
+
+namespace meshgauge::server {
+namespace {
+
+JsonLine begin(const std::string& event) {
+  JsonLine line;
+  line.add("time", api::to_utc_ms(std::chrono::system_clock::now())).add("event", event);
+  return line;
+}
+
+// One write a line, so that the lines of several threads do not mix.
+void write_line(const std::string& line) {
+  [[maybe_unused]] const ssize_t written = ::write(STDERR_FILENO, line.data(), line.size());
+}
+
+// A pipe takes lines of up to 4096 bytes in one piece.
+std::string shortened(const std::string& text) {
+  constexpr std::size_t kMostBytes = 256;
+  return text.size() <= kMostBytes ? text : text.substr(0, kMostBytes) + "...";
+}
+
+void add_trace(JsonLine& line, const Trace& trace) {
+  line.add("trace_id", trace.trace_id).add("span_id", trace.span_id);
+  if (!trace.parent_id.empty()) line.add("parent_id", trace.parent_id);
+}
+
+std::string problem_type_of(const store::Job& row) {
+  const auto problem = nlohmann::json::parse(row.problem, nullptr, false);
+  return problem.is_object() ? problem.value("type", std::string()) : std::string();
+}
+
+void add_triangles(JsonLine& line, const MeshSizes& triangles) {
+  line.open("triangles").add("a", triangles.a).add("b", triangles.b).close();
+}
+
+void add_stages(JsonLine& line, const std::vector<api::Stage>& stages) {
+  line.open("stages_ms");
+  for (const api::Stage& stage : stages) line.add_ms(stage.name, stage.ms);
+  line.close();
+}
+
+}  // namespace
+
+std::string request_line(const Exchange& exchange, double seconds) {
+  JsonLine line = begin("request");
+  line.add("id", exchange.id);
+  if (!exchange.owner.empty()) line.add("key", exchange.owner);
+  line.add("method", shortened(exchange.head.method)).add("path", shortened(exchange.head.path));
+  exchange.route.empty() ? line.add_null("route") : line.add("route", exchange.route);
+  line.add("status", exchange.response.status)
+      .add("bytes_in", exchange.body.bytes())
+      .add("bytes_out", exchange.bytes_out)
+      .add_ms("duration_ms", seconds * 1000);
+  add_trace(line, exchange.trace);
+  if (!exchange.delivered) line.add_bool("delivered", false);
+  if (!exchange.problem.empty()) line.add("problem", exchange.problem);
+  if (!exchange.failure.empty()) line.add("failure", shortened(exchange.failure));
+  if (const auto& triangles = exchange.triangles) add_triangles(line, *triangles);
+  if (!exchange.stages.empty()) add_stages(line, exchange.stages);
+  return std::move(line).finish();
+}
+
+void log_request(const Exchange& exchange, double seconds) { write_line(request_line(exchange, seconds)); }
+
+// Its trace is its client's: so a trace goes on from the service that took the job in to the worker that ran it.
+std::string job_line(const JobView& job) {
+  const store::Job& row = job.row;
+  JsonLine line = begin("job");
+  line.add("id", row.key.id);
+  if (!row.key.owner.empty()) line.add("key", row.key.owner);
+  if (!row.batch.empty()) line.add("batch", row.batch);
+  line.add("state", to_string(row.state)).add("tries", row.tries);
+  if (row.started && row.finished) {
+    line.add_ms("duration_ms", static_cast<double>((*row.finished - *row.started).count()));
+  }
+  if (const auto trace = parse_traceparent(row.trace)) {
+    line.add("trace_id", trace->trace_id).add("parent_id", trace->parent_id);
+  }
+  if (!row.problem.empty()) line.add("problem", problem_type_of(row));
+  if (!row.verdict.empty()) line.add("verdict", row.verdict);
+  if (const auto& triangles = job.triangles) add_triangles(line, *triangles);
+  if (!job.stages.empty()) add_stages(line, job.stages);
+  return std::move(line).finish();
+}
+
+void log_job(const JobView& job) { write_line(job_line(job)); }
+
+void log_listening(const std::string& address, const std::string& simd) {
+  write_line(std::move(begin("listening").add("detail", address).add("simd", simd)).finish());
+}
+
+void log_event(const std::string& event, const std::string& detail) {
+  write_line(std::move(begin(event).add("detail", detail)).finish());
+}
+
+}  // namespace meshgauge::server

@@ -1,0 +1,181 @@
+#include "server/worker/pending_results.h"
+
+#include <algorithm>
+#include <iterator>
+#include <new>
+#include <utility>
+
+#include "server/observe/log.h"
+
+namespace meshgauge::server {
+namespace {
+
+std::uint64_t bytes_of(const Delivery& delivery) {
+  return delivery.ending ? delivery.ending->document.size() + delivery.ending->problem.size() : 0;
+}
+
+// What may pass by itself; anything else would be refused again.
+bool may_pass(const Error& error) {
+  return error.code == ErrorCode::storage_full || error.code == ErrorCode::storage_unavailable;
+}
+
+const store::Token& token_of(const Delivery& delivery) { return delivery.job->token; }
+
+}  // namespace
+
+Deliveries::Deliveries(store::JobStore& jobs, Settings settings, Delivered delivered, Failed failed)
+    : jobs_(jobs), settings_(settings), delivered_(std::move(delivered)), failed_(std::move(failed)) {
+  thread_ = std::thread([this] { deliver_in_background(); });
+}
+
+Deliveries::~Deliveries() {
+  {
+    const std::lock_guard lock(mutex_);
+    ending_ = true;
+  }
+  wake_.notify_all();
+  thread_.join();
+}
+
+void Deliveries::add(Delivery delivery) {
+  {
+    const std::lock_guard lock(mutex_);
+    ++unsettled_;
+    unsettled_bytes_ += bytes_of(delivery);
+    waiting_.push_back(std::move(delivery));
+  }
+  wake_.notify_all();
+}
+
+void Deliveries::hurry() {
+  {
+    const std::lock_guard lock(mutex_);
+    hurry_ = true;
+  }
+  wake_.notify_all();
+}
+
+std::size_t Deliveries::waiting() const {
+  const std::lock_guard lock(mutex_);
+  return unsettled_;
+}
+
+bool Deliveries::full() const {
+  const std::lock_guard lock(mutex_);
+  return unsettled_ >= kFull || unsettled_bytes_ >= kFullBytes;
+}
+
+bool Deliveries::wait_until_empty(Clock::time_point until) const {
+  std::unique_lock lock(mutex_);
+  return emptied_.wait_until(lock, until, [&] { return unsettled_ == 0; });
+}
+
+void Deliveries::deliver_in_background() {
+  auto pause = settings_.first_pause;
+  std::unique_lock lock(mutex_);
+  for (;;) {
+    wake_.wait(lock, [&] { return ending_ || !waiting_.empty(); });
+    if (ending_) return;
+    Group group = next_group();
+    hurry_ = false;
+    lock.unlock();
+    const bool through = deliver(group);
+    lock.lock();
+    if (through) {
+      pause = settings_.first_pause;
+      continue;
+    }
+    waiting_.insert(waiting_.begin(), std::make_move_iterator(group.begin()), std::make_move_iterator(group.end()));
+    if (pause == settings_.first_pause) log_event("store", std::to_string(unsettled_) + " jobs wait for the store");
+    if (hurry_) pause = settings_.first_pause;
+    wake_.wait_for(lock, pause, [&] { return ending_ || hurry_; });
+    pause = std::min(2 * pause, settings_.longest_pause);
+  }
+}
+
+// Precondition: mutex_ is held and something waits. Endings that follow each other, or one job that is handed back.
+Deliveries::Group Deliveries::next_group() {
+  Group group;
+  std::uint64_t bytes = 0;
+  while (!waiting_.empty() && group.size() < kGroup && bytes < kGroupBytes) {
+    if (!group.empty() && !(waiting_.front().ending && group.back().ending)) break;
+    bytes += bytes_of(waiting_.front());
+    group.push_back(std::move(waiting_.front()));
+    waiting_.pop_front();
+  }
+  return group;
+}
+
+// True when nothing of the group is left to be delivered. For want of memory it is tried again, as for want of a store.
+bool Deliveries::deliver(Group& group) try {
+  auto error = group.front().ending ? store_endings(group) : give_back(group.front());
+  if (error && !may_pass(*error)) {
+    failed_(*error);
+    error = one_by_one(group);
+  } else if (!error) {
+    group.clear();
+  }
+  if (error) failed_(*error);
+  return group.empty();
+} catch (const std::bad_alloc&) {
+  return false;
+}
+
+std::optional<Error> Deliveries::store_endings(Group& group) {
+  std::vector<store::Finished> endings;
+  endings.reserve(group.size());
+  for (const Delivery& delivery : group) endings.push_back({token_of(delivery), *delivery.ending});
+  const auto stored = jobs_.finish_all(endings);
+  if (!stored) return stored.error();
+  std::size_t settled = 0;
+  try {
+    for (; settled < group.size(); ++settled) {
+      settle(group[settled], (*stored)[settled] ? Outcome::stored : Outcome::refused);
+    }
+  } catch (const std::bad_alloc&) {  // each is settled once, whatever becomes of those behind it
+    group.erase(group.begin(), group.begin() + static_cast<std::ptrdiff_t>(settled));
+    throw;
+  }
+  return std::nullopt;
+}
+
+// The interval first: it is what the next worker's owner sees meanwhile.
+std::optional<Error> Deliveries::give_back(const Delivery& delivery) {
+  const auto now = jobs_.time();
+  if (delivery.progress) {
+    const auto beat = jobs_.heartbeat(token_of(delivery), now + std::chrono::seconds(60), *delivery.progress);
+    if (!beat) return beat.error();
+  }
+  const auto state = jobs_.hand_back(token_of(delivery), delivery.blame, {now, now + settings_.keep});
+  if (!state) return state.error();
+  settle(delivery, *state ? Outcome::stored : Outcome::refused);
+  return std::nullopt;
+}
+
+// One that the store cannot take must not keep the others from it. It goes back, and counts as a failure of the job: so
+// it ends after some tries. On an error that may pass, what is left of the group is still to be delivered.
+std::optional<Error> Deliveries::one_by_one(Group& group) {
+  while (!group.empty()) {
+    Group single;
+    single.push_back(group.front());
+    auto error = single.front().ending ? store_endings(single) : give_back(single.front());
+    if (error && !may_pass(*error) && single.front().ending) {
+      Delivery back{single.front().job, std::nullopt, std::nullopt, "its end could not be stored: " + error->message};
+      error = give_back(back);
+    }
+    if (error && may_pass(*error)) return error;
+    if (error) settle(single.front(), Outcome::given_up);
+    group.erase(group.begin());
+  }
+  return std::nullopt;
+}
+
+void Deliveries::settle(const Delivery& delivery, Outcome outcome) {
+  delivered_(delivery, outcome);
+  const std::lock_guard lock(mutex_);
+  --unsettled_;
+  unsettled_bytes_ -= bytes_of(delivery);
+  if (unsettled_ == 0) emptied_.notify_all();
+}
+
+}  // namespace meshgauge::server

@@ -1,0 +1,42 @@
+#include "server/http/connection_limit.h"
+
+#include <vector>
+
+#include <doctest/doctest.h>
+
+using meshgauge::server::ConnectionLimit;
+
+TEST_CASE("connection limit: so many, half of them for one key, all without keys") {
+  ConnectionLimit seats = ConnectionLimit::shared(4);
+  std::vector<std::shared_ptr<const void>> held;
+  for (int i = 0; i < 2; ++i) held.push_back(seats.take("one"));
+  CHECK(seats.take("one") == nullptr);
+  for (int i = 0; i < 2; ++i) held.push_back(seats.take("two"));
+  for (const auto& seat : held) CHECK(seat != nullptr);
+  CHECK(seats.take("three") == nullptr);
+  CHECK(seats.taken() == 4);
+  held.erase(held.begin());
+  CHECK(seats.take("two") == nullptr);
+  CHECK(seats.take("three") != nullptr);
+  held.clear();
+  CHECK(seats.taken() == 0);
+  for (int i = 0; i < 4; ++i) held.push_back(seats.take(""));
+  CHECK(held.back() != nullptr);
+  CHECK(seats.take("") == nullptr);
+}
+
+TEST_CASE("connection limit: an address has so many places, and gets each back") {
+  ConnectionLimit peers(2);
+  auto first = peers.take("x");
+  {
+    const auto second = peers.take("x");
+    CHECK(second);
+    CHECK(!peers.take("x"));
+    CHECK(peers.take("y"));
+  }
+  CHECK(peers.take("x"));
+  const auto moved = std::move(first);
+  const auto third = peers.take("x");
+  CHECK(third);
+  CHECK(!peers.take("x"));
+}

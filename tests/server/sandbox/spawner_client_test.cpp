@@ -1,0 +1,61 @@
+#include "server/sandbox/spawner_client.h"
+
+#include <signal.h>
+#include <sys/ptrace.h>
+#include <sys/wait.h>
+
+#include "server/sandbox/sandbox.h"
+
+using namespace meshgauge;
+using namespace meshgauge::server::sandbox;
+
+namespace {
+
+constexpr Bounds kBounds{kMemoryMiB << 20, 1 << 20, 100, true};
+
+// A process that traces another, which then cannot be waited for by its parent as long as the tracer lives.
+pid_t start_tracer(pid_t traced) {
+  auto channel = open_channel();
+  REQUIRE(channel);
+  const pid_t tracer = ::fork();
+  if (tracer == 0) {
+    send_message(channel->theirs.get(), ::ptrace(PTRACE_SEIZE, traced, nullptr, nullptr) == 0 ? "1" : "0");
+    for (;;) ::pause();
+  }
+  const auto word = receive_message(channel->ours.get(), 0);
+  if (word && word->bytes == "1") return tracer;
+  ::kill(tracer, SIGKILL);
+  ::waitpid(tracer, nullptr, 0);
+  return -1;
+}
+
+}  // namespace
+
+TEST_CASE("nursery: what does not go when it is killed is not waited for without end") {
+  std::optional<Nursery> nursery(std::in_place, std::vector{hostile_program()});
+  REQUIRE(nursery->start(kBounds).ok());
+  REQUIRE(spawners().size() == 1);
+  const pid_t spawner = spawners().front().pid;
+  const pid_t tracer = start_tracer(spawner);
+  if (tracer < 0) {
+    MESSAGE("this machine does not let one process trace another");
+    return;
+  }
+  CHECK(nursery->start(kBounds).ok());  // in its place
+  CHECK(nursery->spawn(kBounds).has_value());
+  nursery.reset();
+  REQUIRE(::kill(tracer, SIGKILL) == 0);
+  CHECK(::waitpid(tracer, nullptr, 0) == tracer);
+  CHECK(::waitpid(spawner, nullptr, 0) == spawner);  // it was left
+}
+
+TEST_CASE("nursery: a start that is interrupted ends, and leaves nothing") {
+  Nursery nursery({"/bin/sleep", "1000"});
+  int asked = 0;
+  const auto started = nursery.start(kBounds, [&asked] { return ++asked > 3; });
+  REQUIRE(!started.ok());
+  CHECK(started.error().message.ends_with("it does not answer"));
+  CHECK(nursery.gone());
+  CHECK(!nursery.spawn(kBounds));
+  CHECK(nursery.start(kBounds, [] { return true; }).error().message.ends_with("it does not answer"));
+}
