@@ -121,14 +121,14 @@ Result<std::unique_ptr<check::Measurer>> service_of(const CheckFlags& flags, uns
 }
 
 // Who measures, and what else is made of the meshes.
-struct Crew {
+struct ThreadPool {
   std::unique_ptr<Batches> batches;
   std::shared_ptr<check::Meshes> meshes;
   std::unique_ptr<check::Measurer> measurer;
   std::unique_ptr<CheckExtras> extras;
 };
 
-Result<Crew> crew_of(const CheckFlags& flags, const Gates& gates, Places& places) {
+Result<ThreadPool> crew_of(const CheckFlags& flags, const Gates& gates, Places& places) {
   const auto jobs = jobs_of(flags);
   if (!jobs) return jobs.error();
   auto maps = DeviationMaps::open(flags.deviation, flags.files.size() == 1, gates, places);
@@ -143,22 +143,22 @@ Result<Crew> crew_of(const CheckFlags& flags, const Gates& gates, Places& places
   const auto seats = std::min<std::size_t>((*measurer)->at_once(), gates.size());
   auto extras = std::make_unique<CheckExtras>(meshes, pictures, std::move(*maps),
                                               check::Processors::part(processors, seats), processors);
-  return Crew{std::move(batches), meshes, std::move(*measurer), std::move(extras)};
+  return ThreadPool{std::move(batches), meshes, std::move(*measurer), std::move(extras)};
 }
 
-Report measure(const CheckFlags& flags, const Gates& gates, Crew& crew, const Interrupts& interrupts) {
+Report measure(const CheckFlags& flags, const Gates& gates, ThreadPool& pool, const Interrupts& interrupts) {
   const auto rule = undecided_rule(flags);
   check::ProgressDisplay display(stderr, check::terminal_columns(STDERR_FILENO), colours(flags, STDERR_FILENO));
   check::Watch watch;
   watch.interrupted = [&] { return interrupts.seen(); };
   watch.after = [&](std::size_t place, const auto& outcome, Control& control) {
-    crew.extras->after(place, outcome, control);
+    pool.extras->after(place, outcome, control);
   };
   const auto tell_batches = [&] {
-    for (const std::string& link : crew.batches->fresh()) display.say("Seen in a browser at " + link);
+    for (const std::string& link : pool.batches->fresh()) display.say("Seen in a browser at " + link);
   };
   watch.ended = [&](const auto& outcome, const auto& standing) {
-    if (!interrupts.seen()) crew.extras->ended(outcome);  // else nobody waits for pictures
+    if (!interrupts.seen()) pool.extras->ended(outcome);  // else nobody waits for pictures
     if (flags.quiet) return;
     tell_batches();
     display.ended(outcome, standing, rule);
@@ -169,10 +169,10 @@ Report measure(const CheckFlags& flags, const Gates& gates, Crew& crew, const In
       display.show(standing);
     };
   }
-  Report report = check::run(gates, *crew.measurer, watch);
+  Report report = check::run(gates, *pool.measurer, watch);
   display.clear();
   report.undecided = rule;
-  report.batches = crew.batches->all();
+  report.batches = pool.batches->all();
   return report;
 }
 
@@ -219,13 +219,13 @@ int check_gates(const CheckFlags& flags, const Gates& gates) {
   const ReportFiles reports = reports_of(flags, pictures);
   Places places = inputs_of(flags, gates);
   if (const auto ok = reports.possible(places); !ok) return fail_on_one_line(ok.error().message);
-  auto crew = crew_of(flags, gates, places);
-  if (!crew) return refuse(flags, crew.error());
+  auto pool = crew_of(flags, gates, places);
+  if (!pool) return refuse(flags, pool.error());
   const Interrupts interrupts;
-  const Report report = measure(flags, gates, *crew, interrupts);
-  pictures = crew->extras->pictures(report, [&] { return interrupts.seen(); });
-  const int exit_code = tell(flags, report, reports, *crew->extras);
-  leave_at_once_if_cut(report, *crew->meshes, exit_code);
+  const Report report = measure(flags, gates, *pool, interrupts);
+  pictures = pool->extras->pictures(report, [&] { return interrupts.seen(); });
+  const int exit_code = tell(flags, report, reports, *pool->extras);
+  leave_at_once_if_cut(report, *pool->meshes, exit_code);
   return exit_code;
 }
 

@@ -27,9 +27,9 @@ bool each(std::size_t count, const Interrupted& interrupted, Visit&& visit) {
 
 // Calls visit(first, last) for ranges that make up [0, count), on all threads. False: interrupted.
 template <class Visit>
-bool each_range(std::size_t count, Crew& crew, const Interrupted& interrupted, Visit&& visit) {
+bool each_range(std::size_t count, ThreadPool& pool, const Interrupted& interrupted, Visit&& visit) {
   std::atomic<bool> complete{true};
-  crew.run((count + kRange - 1) / kRange, [&](std::size_t, std::size_t range) {
+  pool.run((count + kRange - 1) / kRange, [&](std::size_t, std::size_t range) {
     if (!complete || interrupted()) {
       complete = false;
     } else {
@@ -47,9 +47,9 @@ struct Hashes {
   std::size_t share_of(std::size_t v) const { return ((of_position[v] >> 32) * counts.size()) >> 32; }
 };
 
-bool hash_positions(MeshView mesh, Crew& crew, const Interrupted& interrupted, Hashes& hashes) {
+bool hash_positions(MeshView mesh, ThreadPool& pool, const Interrupted& interrupted, Hashes& hashes) {
   hashes.of_position.resize(mesh.positions.size());
-  return each_range(mesh.positions.size(), crew, interrupted, [&](std::size_t first, std::size_t last) {
+  return each_range(mesh.positions.size(), pool, interrupted, [&](std::size_t first, std::size_t last) {
     std::vector<std::size_t> counts(hashes.counts.size());
     for (std::size_t v = first; v < last; ++v) {
       hashes.of_position[v] = hash_of(mesh.positions[v]);
@@ -60,13 +60,13 @@ bool hash_positions(MeshView mesh, Crew& crew, const Interrupted& interrupted, H
 }
 
 // Puts into `vertex`, for each vertex, the first one at its position.
-bool weld(MeshView mesh, Crew& crew, const Interrupted& interrupted, LargeArray<std::uint32_t>& vertex) {
-  Hashes hashes{{}, std::vector<std::atomic<std::size_t>>(crew.size())};
-  if (!hash_positions(mesh, crew, interrupted, hashes)) return false;
+bool weld(MeshView mesh, ThreadPool& pool, const Interrupted& interrupted, LargeArray<std::uint32_t>& vertex) {
+  Hashes hashes{{}, std::vector<std::atomic<std::size_t>>(pool.size())};
+  if (!hash_positions(mesh, pool, interrupted, hashes)) return false;
   const std::span<const Vec3> positions = mesh.positions;
   vertex.resize(positions.size());
   std::atomic<bool> complete{true};
-  crew.run(crew.size(), [&](std::size_t, std::size_t share) {
+  pool.run(pool.size(), [&](std::size_t, std::size_t share) {
     IndexTable table(hashes.counts[share]);
     const bool done = each(positions.size(), interrupted, [&](std::uint32_t v) {
       if (hashes.share_of(v) != share) return;
@@ -125,11 +125,12 @@ void link(Filed* first, Filed* last, LargeArray<std::uint32_t>& next_around) {
 
 }  // namespace
 
-Adjacency::Adjacency(MeshView mesh, Crew& crew, const Interrupted& interrupted) : next_(3 * mesh.triangles.size()) {
+Adjacency::Adjacency(MeshView mesh, ThreadPool& pool, const Interrupted& interrupted)
+    : next_(3 * mesh.triangles.size()) {
   LargeArray<std::uint32_t> vertex;
   Files files;
-  if (!weld(mesh, crew, interrupted, vertex) || !file_by_lower_end(mesh, vertex, interrupted, files)) return;
-  complete_ = each_range(mesh.positions.size(), crew, interrupted, [&](std::size_t first, std::size_t last) {
+  if (!weld(mesh, pool, interrupted, vertex) || !file_by_lower_end(mesh, vertex, interrupted, files)) return;
+  complete_ = each_range(mesh.positions.size(), pool, interrupted, [&](std::size_t first, std::size_t last) {
     for (std::size_t v = first; v < last; ++v) {
       link(files.entries.data() + files.begin[v], files.entries.data() + files.begin[v + 1], next_);
     }

@@ -6,9 +6,9 @@
 #include <cstdint>
 
 #include "engine/control.h"
-#include "engine/thread_pool.h"
 #include "engine/large_array.h"
 #include "engine/mesh.h"
+#include "engine/thread_pool.h"
 
 namespace meshgauge {
 
@@ -20,9 +20,9 @@ class Adjacency {
     std::uint32_t edge;
   };
 
-  // All positions of `mesh` must be finite. Linear time, 0.05 us a triangle; the same whatever the crew. When
+  // All positions of `mesh` must be finite. Linear time, 0.05 us a triangle; the same whatever the pool. When
   // `interrupted`, asked on any thread, says so it stops: then complete() is false, and this must not be used.
-  Adjacency(MeshView mesh, Crew& crew, const Interrupted& interrupted = never_interrupted);
+  Adjacency(MeshView mesh, ThreadPool& pool, const Interrupted& interrupted = never_interrupted);
   bool complete() const { return complete_; }
   std::size_t bytes() const { return sizeof *this + bytes_of(next_); }
 

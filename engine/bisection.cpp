@@ -101,7 +101,7 @@ class Bisector {
 class Bisection {
  public:
   explicit Bisection(Search& search) : search_(search) {
-    for (std::size_t i = 0; i < search.crew().size(); ++i) bisectors_.emplace_back(search);
+    for (std::size_t i = 0; i < search.pool().size(); ++i) bisectors_.emplace_back(search);
   }
 
   std::optional<Stop> run() {
@@ -135,11 +135,11 @@ class Bisection {
       taken.clear();
       const std::uint64_t left = search_.work_items_left();  // not to be overdrawn
       const std::size_t count = static_cast<std::size_t>(std::min<std::uint64_t>(
-          {search_.waiting(), search_.crew().size() * kTasksARound * kPiecesATask, std::max<std::uint64_t>(left, 1)}));
+          {search_.waiting(), search_.pool().size() * kTasksARound * kPiecesATask, std::max<std::uint64_t>(left, 1)}));
       for (std::size_t i = 0; i < count; ++i) taken.push_back(search_.pop());
       const std::size_t tasks = 1 + (count - 1) / kPiecesATask;
       const auto steps = static_cast<std::size_t>(std::clamp<std::uint64_t>(left / tasks, 1, kStepsATask));
-      search_.crew().run(tasks, [&](std::size_t w, std::size_t task) {
+      search_.pool().run(tasks, [&](std::size_t w, std::size_t task) {
         const std::size_t begin = task * kPiecesATask;
         work_at(bisectors_[w], std::span(taken).subspan(begin, std::min(kPiecesATask, count - begin)), steps);
       });

@@ -26,20 +26,20 @@ void store_empty(WideNode& node, std::size_t lane) {
 
 }  // namespace
 
-Bvh::Bvh(MeshView mesh, const Kernels& kernels, Control& control, Crew& crew) : mesh_(mesh), kernels_(&kernels) {
-  const std::vector<Box> block_boxes = prepare_blocks(control, crew);
+Bvh::Bvh(MeshView mesh, const Kernels& kernels, Control& control, ThreadPool& pool) : mesh_(mesh), kernels_(&kernels) {
+  const std::vector<Box> block_boxes = prepare_blocks(control, pool);
   if (block_boxes.empty()) return;
-  nodes_ = split_wide(block_boxes, control, crew);
+  nodes_ = split_wide(block_boxes, control, pool);
   if (!fit_boxes(block_boxes, control)) nodes_.clear();
 }
 
 // Empty: told to stop.
-std::vector<Box> Bvh::prepare_blocks(Control& control, Crew& crew) {
+std::vector<Box> Bvh::prepare_blocks(Control& control, ThreadPool& pool) {
   const std::size_t triangles = mesh_.triangles.size();
   const std::size_t count = (triangles + kLanes - 1) / kLanes;
   blocks_.resize(count);
   std::vector<Box> boxes(count);
-  std::vector<double> residuals(crew.size(), 0.0);
+  std::vector<double> residuals(pool.size(), 0.0);
   const auto prepare_block = [&](std::size_t worker, std::size_t b) {
     std::array<PointBlock, 3> corners;
     for (std::size_t lane = 0; lane < kLanes; ++lane) {
@@ -52,11 +52,11 @@ std::vector<Box> Bvh::prepare_blocks(Control& control, Crew& crew) {
     }
     residuals[worker] = std::max(residuals[worker], kernels_->prepare(corners.data(), blocks_[b]));
   };
-  const std::size_t round = kBlocksATask * crew.size() * 4;
+  const std::size_t round = kBlocksATask * pool.size() * 4;
   for (std::size_t begin = 0; begin < count; begin += round) {
     if (control.check() != Interruption::none) return {};
     const std::size_t end = std::min(begin + round, count);
-    crew.run((end - begin + kBlocksATask - 1) / kBlocksATask, [&](std::size_t worker, std::size_t task) {
+    pool.run((end - begin + kBlocksATask - 1) / kBlocksATask, [&](std::size_t worker, std::size_t task) {
       const std::size_t first = begin + task * kBlocksATask;
       for (std::size_t b = first; b < std::min(first + kBlocksATask, end); ++b) prepare_block(worker, b);
     });

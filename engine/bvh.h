@@ -12,10 +12,10 @@
 #include <vector>
 
 #include "engine/control.h"
-#include "engine/thread_pool.h"
 #include "engine/kernels/kernels.h"
 #include "engine/large_array.h"
 #include "engine/mesh.h"
+#include "engine/thread_pool.h"
 #include "engine/triangle.h"
 
 namespace meshgauge {
@@ -25,8 +25,8 @@ class Bvh {
   static constexpr std::uint32_t kRoot = 0;
 
   // Builds over `mesh`, which must outlive the tree and have a triangle. Stops when `control` says so: then complete()
-  // is false and the tree must not be used. The same tree whatever the crew and the kernels. O(n log n).
-  Bvh(MeshView mesh, const Kernels& kernels, Control& control, Crew& crew);
+  // is false and the tree must not be used. The same tree whatever the pool and the kernels. O(n log n).
+  Bvh(MeshView mesh, const Kernels& kernels, Control& control, ThreadPool& pool);
 
   MeshView mesh() const { return mesh_; }
   bool complete() const { return !nodes_.empty(); }
@@ -55,7 +55,7 @@ class Bvh {
   double residual() const { return residual_; }
 
  private:
-  std::vector<Box> prepare_blocks(Control& control, Crew& crew);
+  std::vector<Box> prepare_blocks(Control& control, ThreadPool& pool);
   bool fit_boxes(std::span<const Box> block_boxes, Control& control);
 
   MeshView mesh_;

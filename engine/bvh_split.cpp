@@ -279,12 +279,12 @@ class Splitter {
 }  // namespace
 
 // The large nodes one after the other, then the trees below them, at once.
-LargeArray<WideNode> split_wide(std::span<const Box> leaves, Control& control, Crew& crew) {
+LargeArray<WideNode> split_wide(std::span<const Box> leaves, Control& control, ThreadPool& pool) {
   std::vector<Item> items = items_of(leaves);
   Splitter top(leaves, items, kTreeATask, control);
   if (!top.run({0, static_cast<std::uint32_t>(items.size()), 0}, 0)) return {};
   std::vector<LargeArray<WideNode>> trees(top.put_aside().size());
-  crew.run(trees.size(), [&](std::size_t, std::size_t i) {
+  pool.run(trees.size(), [&](std::size_t, std::size_t i) {
     if (control.check() != Interruption::none) return;
     const Task& task = top.put_aside()[i];
     Splitter below(leaves, items, 0, control);

@@ -157,13 +157,13 @@ bool refine(MeshView mesh, LargeArray<Item>& items, Control& control) {
 }  // namespace
 
 LargeArray<std::uint32_t> curve_order(MeshView mesh, std::span<const std::uint32_t> chosen, const Box& box,
-                                      Control& control, Crew& crew) {
+                                      Control& control, ThreadPool& pool) {
   LargeArray<Item> items(chosen.empty() ? mesh.triangles.size() : chosen.size());
   const Box of_centres{3 * box.low, 3 * box.high};
   const std::size_t tasks = (items.size() + kCheckEvery - 1) / kCheckEvery;
-  for (std::size_t done = 0; done < tasks; done += crew.size()) {
+  for (std::size_t done = 0; done < tasks; done += pool.size()) {
     if (control.check() != Interruption::none) return {};
-    crew.run(std::min(crew.size(), tasks - done), [&](std::size_t, std::size_t task) {
+    pool.run(std::min(pool.size(), tasks - done), [&](std::size_t, std::size_t task) {
       const std::size_t begin = (done + task) * kCheckEvery;
       const std::size_t end = std::min(begin + kCheckEvery, items.size());
       for (std::size_t i = begin; i < end; ++i)

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <memory>
 
-#include "engine/thread_pool.h"
 #include "engine/frame.h"
 #include "engine/nearest.h"
+#include "engine/thread_pool.h"
 #include "engine/twins.h"
 
 namespace meshgauge {
@@ -24,7 +24,7 @@ class Measuring {
         kernels_(*find_kernels(options.simd)),
         upper_(options.upper),
         control_(control),
-        crew_(std::max(options.threads, 1U)),
+        pool_(std::max(options.threads, 1U)),
         frame_(joint(from.box(), to.box())) {}
 
   std::optional<Deviation> run() {
@@ -63,7 +63,7 @@ class Measuring {
   // Neighbours after one another, so that the nearest triangle of the one is a hint for the next.
   bool await_vertices() {
     framed_from_ = from_.in(frame_, kernels_);
-    ordered_ = framed_from_->order(control_, crew_);
+    ordered_ = framed_from_->order(control_, pool_);
     if (!ordered_) return false;
     std::vector<bool> seen(ordered_->positions.size());
     for (std::uint32_t t = 0; t < ordered_->triangles.size(); ++t) {
@@ -81,11 +81,11 @@ class Measuring {
   bool measure_waiting() {
     if (waiting_.empty()) return true;
     framed_to_ = to_.in(frame_, kernels_);
-    tree_ = framed_to_->tree(control_, crew_);
+    tree_ = framed_to_->tree(control_, pool_);
     if (!tree_) return false;
-    target_ = framed_to_->order(control_, crew_);
+    target_ = framed_to_->order(control_, pool_);
     std::atomic<bool> stop{!target_};
-    crew_.run((waiting_.size() + kBlockSize - 1) / kBlockSize, [&](std::size_t, std::size_t block) {
+    pool_.run((waiting_.size() + kBlockSize - 1) / kBlockSize, [&](std::size_t, std::size_t block) {
       if (stop.load(std::memory_order_relaxed) || stopped() || !measure_block(block)) stop = true;
     });
     return !stop;
@@ -121,7 +121,7 @@ class Measuring {
   const Kernels& kernels_;
   const double upper_;
   Control& control_;
-  Crew crew_;
+  ThreadPool pool_;
   const Frame frame_;
   std::shared_ptr<Framed> framed_from_;
   std::shared_ptr<Framed> framed_to_;

@@ -10,7 +10,6 @@
 #include "engine/bounds/paper_bound.h"
 #include "engine/certify.h"
 #include "engine/conclusion.h"
-#include "engine/thread_pool.h"
 #include "engine/kernels/kernels.h"
 #include "engine/ordered_mesh.h"
 #include "engine/prepared.h"
@@ -19,6 +18,7 @@
 #include "engine/sampled_distances.h"
 #include "engine/stage_clock.h"
 #include "engine/sweep.h"
+#include "engine/thread_pool.h"
 #include "engine/traversal.h"
 #include "engine/twins.h"
 
@@ -41,15 +41,15 @@ class Measurement final : public Monitor {
       : options_(options),
         control_(control),
         kernels_(find_kernels(options.simd)),
-        crew_(options.strategy == Strategy::automatic ? std::max(options.threads, 1U) : 1),
+        pool_(options.strategy == Strategy::automatic ? std::max(options.threads, 1U) : 1),
         a_{a},
         b_{b} {
     const StageClock clock(outcome_.timings.build);
-    on_both_sides([](Side& side, Crew&) { (void)side.mesh.box(); });
+    on_both_sides([](Side& side, ThreadPool&) { (void)side.mesh.box(); });
     frame_ = Frame(joint(a.box(), b.box()));
     for (Side* side : {&a_, &b_}) side->framed = side->mesh.in(frame_, *kernels_);
     outcome_.simd = kernels_->name;
-    outcome_.threads = static_cast<unsigned>(crew_.size());
+    outcome_.threads = static_cast<unsigned>(pool_.size());
     outcome_.diagonal_a = diagonal(a.box());
     if (a.error() > 0 || b.error() > 0) error_ = rounding::add_up(a.error(), b.error());
     const Tolerance& t = options.tolerance;
@@ -101,15 +101,15 @@ class Measurement final : public Monitor {
     std::unique_ptr<OrderedMesh> rest = nullptr;  // what of `from` is not in `to` as it is, where that is worth it
   };
 
-  // Calls work(side, crew) for both sides, at once where they are large enough, each with its share of the threads.
+  // Calls work(side, pool) for both sides, at once where they are large enough, each with its share of the threads.
   template <class Work>
   void on_both_sides(const Work& work) {
     const std::array sides{&a_, &b_};
-    if (crew_.size() == 1 || a_.given().triangles.size() + b_.given().triangles.size() < kWorthThreads) {
-      for (Side* side : sides) work(*side, crew_);
+    if (pool_.size() == 1 || a_.given().triangles.size() + b_.given().triangles.size() < kWorthThreads) {
+      for (Side* side : sides) work(*side, pool_);
     } else {
-      crew_.run(sides.size(), [&](std::size_t, std::size_t i) {
-        Crew half(std::max<std::size_t>(crew_.size() / 2, 1));
+      pool_.run(sides.size(), [&](std::size_t, std::size_t i) {
+        ThreadPool half(std::max<std::size_t>(pool_.size() / 2, 1));
         work(*sides[i], half);
       });
     }
@@ -167,16 +167,16 @@ class Measurement final : public Monitor {
         if (const auto why = control_.check(); why != Interruption::none) return to_stop(why);
       }
     }
-    const auto order = [this](Side& side, Crew& crew) { side.ordered = side.framed->order(control_, crew); };
+    const auto order = [this](Side& side, ThreadPool& pool) { side.ordered = side.framed->order(control_, pool); };
     if (needs_order(a_) && needs_order(b_)) {
       on_both_sides(order);
     } else if (needs_order(a_) || needs_order(b_)) {
-      order(needs_order(a_) ? a_ : b_, crew_);
+      order(needs_order(a_) ? a_ : b_, pool_);
     }
     if (const auto why = control_.check(); why != Interruption::none) return to_stop(why);
     for (Side* side : {&a_, &b_}) {
       if (!needs_tree(*side)) continue;
-      side->tree = side->framed->tree(control_, crew_);
+      side->tree = side->framed->tree(control_, pool_);
       if (!side->tree) return to_stop(control_.check());
     }
     return std::nullopt;
@@ -193,7 +193,7 @@ class Measurement final : public Monitor {
     }
     if (!rest.empty()) {
       const Side& from = course.from;
-      course.rest = std::make_unique<OrderedMesh>(from.given(), rest, from.mesh.box(), frame_, control_, crew_);
+      course.rest = std::make_unique<OrderedMesh>(from.given(), rest, from.mesh.box(), frame_, control_, pool_);
       return;
     }
     const Vec3& point = course.from.given().corner(0, 0);
@@ -206,7 +206,7 @@ class Measurement final : public Monitor {
     Directed& directed = course.result;
     const OrderedMesh& from = course.rest ? *course.rest : *course.from.ordered;
     const OrderedMesh& to = *course.to.ordered;
-    Search search(from.view(), from.box, *course.to.tree, goal_, lower_, *this, crew_);
+    Search search(from.view(), from.box, *course.to.tree, goal_, lower_, *this, pool_);
     search.set_budget(options_);
     search.set_start_slack(lower_slack_);
     search.set_witness_rounding(frame_.rounding_of_points());
@@ -214,7 +214,7 @@ class Measurement final : public Monitor {
     running_ = &directed;
     certifier_ = Certifier();
     search.set_adjacency_source(
-        [this, &course] { return course.to.framed->adjacency(crew_, [this] { return interrupted(); }); });
+        [this, &course] { return course.to.framed->adjacency(pool_, [this] { return interrupted(); }); });
     const auto stop = is_auto() ? run_auto(search, from, to) : run_paper(search, *course.from.tree);
     const StageClock clock(outcome_.timings.certify);
     stage_ = "certify";
@@ -306,14 +306,14 @@ class Measurement final : public Monitor {
       if (control_.report_due()) control_.report({outcome_.lower, outcome_.upper, stage_});
     };
     const std::uint32_t stream = &course.from == &a_ ? 0 : 1;
-    return distribution({*course.from.framed, *course.to.framed, *options_.statistics, stream, crew_, control_, tell},
+    return distribution({*course.from.framed, *course.to.framed, *options_.statistics, stream, pool_, control_, tell},
                         course.result.bounds.upper);
   }
 
   const Options& options_;
   Control& control_;
   const Kernels* kernels_;
-  Crew crew_;
+  ThreadPool pool_;
   Side a_;
   Side b_;
   std::vector<Course> courses_;

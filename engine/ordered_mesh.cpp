@@ -14,9 +14,9 @@ constexpr std::uint32_t kUnseen = std::numeric_limits<std::uint32_t>::max();
 }  // namespace
 
 OrderedMesh::OrderedMesh(MeshView mesh, std::span<const std::uint32_t> chosen, const Box& original_box,
-                         const Frame& frame, Control& control, Crew& crew)
+                         const Frame& frame, Control& control, ThreadPool& pool)
     : box{frame.to_frame(original_box.low), frame.to_frame(original_box.high)},
-      original(curve_order(mesh, chosen, original_box, control, crew)),
+      original(curve_order(mesh, chosen, original_box, control, pool)),
       given(mesh.triangles.size()) {
   LargeArray<std::uint32_t> renumbered(mesh.positions.size(), kUnseen);
   positions.reserve(std::min(mesh.positions.size(), 3 * original.size()));

@@ -6,10 +6,10 @@
 #include <span>
 
 #include "engine/control.h"
-#include "engine/thread_pool.h"
 #include "engine/frame.h"
 #include "engine/large_array.h"
 #include "engine/mesh.h"
+#include "engine/thread_pool.h"
 
 namespace meshgauge {
 
@@ -23,7 +23,7 @@ struct OrderedMesh {
   // Of the `chosen` triangles of `mesh`, or of all if none are. `original_box` holds the surface of `mesh`. O(n). When
   // `control` says to stop, what is made has no triangles and must not be used.
   OrderedMesh(MeshView mesh, std::span<const std::uint32_t> chosen, const Box& original_box, const Frame& frame,
-              Control& control, Crew& crew);
+              Control& control, ThreadPool& pool);
 
   MeshView view() const { return {positions, triangles}; }
   bool complete() const { return !triangles.empty(); }

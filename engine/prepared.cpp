@@ -24,23 +24,23 @@ Interrupted asking(Control& control) {
 
 }  // namespace
 
-const OrderedMesh* Framed::order(Control& control, Crew& crew) {
+const OrderedMesh* Framed::order(Control& control, ThreadPool& pool) {
   return order_.get(asking(control), [&] {
     return if_complete(
-        std::make_unique<const OrderedMesh>(given_, std::span<const std::uint32_t>(), box_, frame_, control, crew));
+        std::make_unique<const OrderedMesh>(given_, std::span<const std::uint32_t>(), box_, frame_, control, pool));
   });
 }
 
-const Bvh* Framed::tree(Control& control, Crew& crew) {
-  const OrderedMesh* ordered = order(control, crew);
+const Bvh* Framed::tree(Control& control, ThreadPool& pool) {
+  const OrderedMesh* ordered = order(control, pool);
   if (!ordered) return nullptr;
   return tree_.get(asking(control),
-                   [&] { return if_complete(std::make_unique<const Bvh>(ordered->view(), kernels_, control, crew)); });
+                   [&] { return if_complete(std::make_unique<const Bvh>(ordered->view(), kernels_, control, pool)); });
 }
 
-const Adjacency* Framed::adjacency(Crew& crew, const Interrupted& interrupted) {
+const Adjacency* Framed::adjacency(ThreadPool& pool, const Interrupted& interrupted) {
   return adjacency_.get(interrupted, [&] {
-    return if_complete(std::make_unique<const Adjacency>(order_.peek()->view(), crew, interrupted));
+    return if_complete(std::make_unique<const Adjacency>(order_.peek()->view(), pool, interrupted));
   });
 }
 

@@ -11,7 +11,6 @@
 #include "engine/adjacency.h"
 #include "engine/bvh.h"
 #include "engine/control.h"
-#include "engine/thread_pool.h"
 #include "engine/frame.h"
 #include "engine/kernels/kernels.h"
 #include "engine/lazy.h"
@@ -20,6 +19,7 @@
 #include "engine/options.h"
 #include "engine/ordered_mesh.h"
 #include "engine/outcome.h"
+#include "engine/thread_pool.h"
 
 namespace meshgauge {
 
@@ -33,10 +33,10 @@ class Framed {
   const Frame& frame() const { return frame_; }
   const Kernels& kernels() const { return kernels_; }
 
-  const OrderedMesh* order(Control& control, Crew& crew);
-  const Bvh* tree(Control& control, Crew& crew);
+  const OrderedMesh* order(Control& control, ThreadPool& pool);
+  const Bvh* tree(Control& control, ThreadPool& pool);
   // Precondition: order() has given one.
-  const Adjacency* adjacency(Crew& crew, const Interrupted& interrupted);
+  const Adjacency* adjacency(ThreadPool& pool, const Interrupted& interrupted);
 
   std::size_t bytes() const;  // of what is made
 

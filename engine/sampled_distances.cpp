@@ -43,15 +43,15 @@ bool run_task(const SampledCourse& course, const SurfaceSampler& sampler, const 
 }  // namespace
 
 std::optional<SampledDistances> sample_distances(const SampledCourse& course) {
-  const OrderedMesh* from = course.from.order(course.control, course.crew);
-  const Bvh* to = from ? course.to.tree(course.control, course.crew) : nullptr;
+  const OrderedMesh* from = course.from.order(course.control, course.pool);
+  const Bvh* to = from ? course.to.tree(course.control, course.pool) : nullptr;
   if (!to) return std::nullopt;
   const std::size_t strata = (course.sampling.samples + kPointsAStratum - 1) / kPointsAStratum;
   const SurfaceSampler sampler(from->view(), strata, course.control);
   std::atomic<bool> stopped{course.control.check() != Interruption::none};
   if (stopped) return std::nullopt;
   SampledDistances found{sampler.weight(), std::vector<double>(strata * kPointsAStratum)};
-  course.crew.run((strata + kStrataATask - 1) / kStrataATask, [&](std::size_t worker, std::size_t task) {
+  course.pool.run((strata + kStrataATask - 1) / kStrataATask, [&](std::size_t worker, std::size_t task) {
     if (stopped) return;
     if (!run_task(course, sampler, *to, task, found.values)) stopped = true;
     if (worker == 0) course.tell();

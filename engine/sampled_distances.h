@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "engine/control.h"
-#include "engine/thread_pool.h"
 #include "engine/prepared.h"
 #include "engine/statistics.h"
+#include "engine/thread_pool.h"
 
 namespace meshgauge {
 
@@ -19,7 +19,7 @@ struct SampledCourse {
   Framed& to;  // in the same frame
   Sampling sampling;
   std::uint32_t stream;  // a number of its own makes a direction independent of the other
-  Crew& crew;
+  ThreadPool& pool;
   Control& control;                   // asked before every point
   const std::function<void()>& tell;  // called now and then, on this thread
 };
@@ -29,7 +29,7 @@ struct SampledDistances {
   std::vector<double> values;    // as summarize() takes them, in frame units; what may be rounding alone is 0
 };
 
-// The same numbers whatever the crew. None: `control` said to stop.
+// The same numbers whatever the pool. None: `control` said to stop.
 std::optional<SampledDistances> sample_distances(const SampledCourse& course);
 
 // What they look like, in the meshes' unit. `upper` bounds the distance of every point of `from`, in that unit; what

@@ -14,13 +14,13 @@ double Goal::gap(double lower, double slack) const {
 }
 
 Search::Search(MeshView from, const Box& from_box, const Bvh& to, const Goal& goal, double start_lower,
-               Monitor& monitor, Crew& crew)
+               Monitor& monitor, ThreadPool& pool)
     : from_(from),
       from_box_(from_box),
       to_(to),
       goal_(goal),
       monitor_(monitor),
-      crew_(crew),
+      pool_(pool),
       lower_(start_lower),
       unvisited_(farthest_of_box(from_box, to.mesh().corner(0, 0))) {
   saw(nearest_corner(to, from.corner(0, 0), work_), 0, true);

@@ -13,10 +13,10 @@
 
 #include "engine/adjacency.h"
 #include "engine/bounds/piece.h"
-#include "engine/thread_pool.h"
 #include "engine/options.h"
 #include "engine/outcome.h"
 #include "engine/rounding.h"
+#include "engine/thread_pool.h"
 
 namespace meshgauge {
 
@@ -64,12 +64,12 @@ class Search {
   // Measures one vertex of A, so that there is a candidate from the start. `from_box` is A's. `start_lower`: distances
   // up to this are of no interest (the other direction has reached it already).
   Search(MeshView from, const Box& from_box, const Bvh& to, const Goal& goal, double start_lower, Monitor& monitor,
-         Crew& crew);
+         ThreadPool& pool);
 
   MeshView from() const { return from_; }
   const Box& from_box() const { return from_box_; }
   const Bvh& to() const { return to_; }
-  Crew& crew() const { return crew_; }
+  ThreadPool& pool() const { return pool_; }
   std::optional<Stop> pulse() { return monitor_.pulse(*this); }
   bool interrupted() const { return monitor_.interrupted(); }
   Work& work() { return work_; }
@@ -163,7 +163,7 @@ class Search {
   const Bvh& to_;
   Goal goal_;
   Monitor& monitor_;
-  Crew& crew_;
+  ThreadPool& pool_;
   std::function<const Adjacency*()> adjacency_source_;
   const Adjacency* adjacency_ = nullptr;
   std::atomic<double> lower_;

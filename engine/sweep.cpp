@@ -98,7 +98,7 @@ class Sweep {
  public:
   Sweep(Search& search, const OrderedMesh& from, const OrderedMesh& to)
       : search_(search), from_(from), to_(to), vertices_(search.from().positions.size()) {
-    for (std::size_t i = 0; i < search.crew().size(); ++i) sweepers_.emplace_back(search);
+    for (std::size_t i = 0; i < search.pool().size(); ++i) sweepers_.emplace_back(search);
   }
 
   std::optional<Stop> run() {
@@ -109,7 +109,7 @@ class Sweep {
     std::sort(blocks_.begin(), blocks_.end(), [](const Block& a, const Block& b) {
       return std::pair(-a.upper, a.begin) < std::pair(-b.upper, b.begin);
     });
-    const std::size_t round = kBlocksARound * search_.crew().size();
+    const std::size_t round = kBlocksARound * search_.pool().size();
     for (std::size_t begin = 0;;) {
       while (begin < blocks_.size() && blocks_[begin].visited) ++begin;
       if (begin == blocks_.size()) break;
@@ -141,7 +141,7 @@ class Sweep {
     if (blocks_.size() < kBlocksWorthThreads) {
       for (std::size_t i = 0; i < count; ++i) task(0, i);
     } else {
-      search_.crew().run(count, task);
+      search_.pool().run(count, task);
     }
     for (Sweeper& sweeper : sweepers_) search_.absorb(sweeper.worker);
   }
@@ -153,7 +153,7 @@ class Sweep {
     for (std::size_t first = 0; first < triangles; first += kBlockSize) {
       blocks_.push_back(Block{first, std::min(first + kBlockSize, triangles)});
     }
-    const std::size_t round = 8 * kBlocksARound * search_.crew().size();
+    const std::size_t round = 8 * kBlocksARound * search_.pool().size();
     for (std::size_t begin = 0;;) {
       while (begin < blocks_.size() && blocks_[begin].bounded) ++begin;
       if (const auto stop = search_.pulse()) return stop;

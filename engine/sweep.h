@@ -21,7 +21,7 @@ namespace meshgauge {
 
 // `from` and `to` are the search's meshes. Leaves in `search` the triangles of A that survive, each with its bounds.
 // Returns the reason when it was stopped early; what it had not visited then stays accounted for in search.upper(). On
-// all threads of the search's crew.
+// all threads of the search's pool.
 std::optional<Stop> sweep(Search& search, const OrderedMesh& from, const OrderedMesh& to);
 
 }  // namespace meshgauge

@@ -6,7 +6,7 @@
 
 namespace meshgauge {
 
-Crew::~Crew() {
+ThreadPool::~ThreadPool() {
   {
     const std::lock_guard lock(mutex_);
     leave_ = true;
@@ -15,7 +15,7 @@ Crew::~Crew() {
   for (std::thread& helper : helpers_) helper.join();
 }
 
-void Crew::run(std::size_t tasks, const std::function<void(std::size_t, std::size_t)>& work) {
+void ThreadPool::run(std::size_t tasks, const std::function<void(std::size_t, std::size_t)>& work) {
   if (size_ == 1 || tasks <= 1) {
     for (std::size_t task = 0; task < tasks; ++task) work(0, task);
     return;
@@ -37,7 +37,7 @@ void Crew::run(std::size_t tasks, const std::function<void(std::size_t, std::siz
 }
 
 // Where the system gives no more threads, those that there are do the work.
-void Crew::start_helpers(std::size_t count) try {
+void ThreadPool::start_helpers(std::size_t count) try {
   while (helpers_.size() < count) {
     helpers_.emplace_back([this, worker = helpers_.size() + 1, seen = round_] { help(worker, seen); });
   }
@@ -45,7 +45,7 @@ void Crew::start_helpers(std::size_t count) try {
 }
 
 // `seen`: the last round that is none of this helper's business.
-void Crew::help(std::size_t worker, std::size_t seen) {
+void ThreadPool::help(std::size_t worker, std::size_t seen) {
   std::unique_lock lock(mutex_);
   for (;;) {
     begin_.wait(lock, [&] { return leave_ || round_ != seen; });
@@ -58,7 +58,7 @@ void Crew::help(std::size_t worker, std::size_t seen) {
   }
 }
 
-void Crew::take_tasks(std::size_t worker) {
+void ThreadPool::take_tasks(std::size_t worker) {
   try {
     for (std::size_t task = next_++; task < tasks_; task = next_++) (*work_)(worker, task);
   } catch (...) {

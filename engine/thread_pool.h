@@ -15,20 +15,20 @@
 
 namespace meshgauge {
 
-class Crew {
+class ThreadPool {
  public:
   // `size` >= 1 threads, the caller's included. Helpers are started by the first run() that needs
   // them; where the system refuses, there are fewer.
-  explicit Crew(std::size_t size) : size_(size) {}
-  Crew(const Crew&) = delete;
-  Crew& operator=(const Crew&) = delete;
-  ~Crew();
+  explicit ThreadPool(std::size_t size) : size_(size) {}
+  ThreadPool(const ThreadPool&) = delete;
+  ThreadPool& operator=(const ThreadPool&) = delete;
+  ~ThreadPool();
 
   std::size_t size() const { return size_; }
 
   // Calls work(worker, task) once for each task in [0, tasks), worker < size(), no two at a time with the same worker.
   // In order with one thread, in any order otherwise. Returns when all are done. What one throws is thrown here, after
-  // the tasks that had begun are done; the rest is then left out. Only the thread that made the crew may call this.
+  // the tasks that had begun are done; the rest is then left out. Only the thread that made the pool may call this.
   void run(std::size_t tasks, const std::function<void(std::size_t worker, std::size_t task)>& work);
 
  private:

@@ -1,11 +1,11 @@
 #include "server/service.h"
 
 #include "server/heap.h"
-#include "server/observe/log.h"
 #include "server/maps/spare_room.h"
+#include "server/observe/log.h"
 #include "server/open_stores.h"
-#include "server/web/openapi.h"
 #include "server/sandbox/pool.h"
+#include "server/web/openapi.h"
 #include "server/web/pages.h"
 #include "server/wiring.h"
 

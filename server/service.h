@@ -17,14 +17,14 @@
 #include "server/handlers/batches.h"
 #include "server/handlers/comparisons.h"
 #include "server/handlers/deviations.h"
-#include "server/http/http_guard.h"
-#include "server/jobs/jobs.h"
 #include "server/handlers/meshes.h"
-#include "server/observe/metrics.h"
 #include "server/handlers/readiness.h"
+#include "server/http/http_guard.h"
 #include "server/http/router.h"
-#include "server/settings.h"
 #include "server/http/tls.h"
+#include "server/jobs/jobs.h"
+#include "server/observe/metrics.h"
+#include "server/settings.h"
 
 namespace meshgauge::server {
 

@@ -6,8 +6,8 @@
 
 #include "api/refused.h"
 #include "api/text_file.h"
-#include "server/store/conninfo.h"
 #include "server/http/text.h"
+#include "server/store/conninfo.h"
 
 namespace meshgauge::server {
 namespace {

@@ -8,8 +8,8 @@
 
 #include "api/compare.h"
 #include "api/refused.h"
-#include "server/observe/log.h"
 #include "server/http/upload.h"
+#include "server/observe/log.h"
 
 namespace meshgauge::server {
 namespace {

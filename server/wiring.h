@@ -9,12 +9,12 @@
 #include <vector>
 
 #include "server/http/http_guard.h"
+#include "server/http/tls.h"
 #include "server/jobs/measuring.h"
 #include "server/jobs/mesh_cache.h"
 #include "server/observe/metrics.h"
 #include "server/sandbox/pool.h"
 #include "server/settings.h"
-#include "server/http/tls.h"
 
 namespace meshgauge::server {
 

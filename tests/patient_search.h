@@ -17,14 +17,14 @@ struct PatientSearch {
   Mesh a, b;
   Bvh to;
   Patient monitor;
-  Crew crew{1};
+  ThreadPool pool{1};
   Search search;
 
   PatientSearch(Mesh a_in, Mesh b_in)
       : a(std::move(a_in)),
         b(std::move(b_in)),
         to(tree_of(b)),
-        search(a, bounding_box(a), to, Goal{}, 0, monitor, crew) {}
+        search(a, bounding_box(a), to, Goal{}, 0, monitor, pool) {}
 
   // A whole triangle of a, with its corners measured.
   Piece piece(std::uint32_t triangle = 0) {

@@ -8,8 +8,8 @@ namespace meshgauge {
 // Over `mesh` as it is, which must outlive the tree.
 inline Bvh tree_of(MeshView mesh, const Kernels& kernels = *find_kernels("auto")) {
   Control control;
-  Crew crew(1);
-  return Bvh(mesh, kernels, control, crew);
+  ThreadPool pool(1);
+  return Bvh(mesh, kernels, control, pool);
 }
 
 }  // namespace meshgauge

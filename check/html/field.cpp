@@ -12,8 +12,8 @@ constexpr double kOnMesh = 0x1p-44;
 
 }  // namespace
 
-DistanceField::DistanceField(const Prepared& mesh, const Box& box, Crew& crew, Control& control)
-    : frame_(box), framed_(mesh.in(frame_, *find_kernels("auto"))), tree_(framed_->tree(control, crew)) {}
+DistanceField::DistanceField(const Prepared& mesh, const Box& box, ThreadPool& pool, Control& control)
+    : frame_(box), framed_(mesh.in(frame_, *find_kernels("auto"))), tree_(framed_->tree(control, pool)) {}
 
 double DistanceField::at(const Vec3& point) const {
   std::uint64_t tests = 0;

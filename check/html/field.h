@@ -3,8 +3,8 @@
 
 #include <memory>
 
-#include "engine/thread_pool.h"
 #include "engine/prepared.h"
+#include "engine/thread_pool.h"
 
 namespace meshgauge::check {
 
@@ -13,7 +13,7 @@ class DistanceField {
  public:
   // Of `mesh`, which it borrows. `box` holds all points that will be asked about and the mesh. Builds a tree, unless
   // the mesh has one for that frame. When `control` says to stop, complete() is false and at() must not be called.
-  DistanceField(const Prepared& mesh, const Box& box, Crew& crew, Control& control);
+  DistanceField(const Prepared& mesh, const Box& box, ThreadPool& pool, Control& control);
 
   bool complete() const { return tree_ != nullptr; }
 

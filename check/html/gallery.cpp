@@ -74,19 +74,19 @@ void Gallery::wait_for_room(Control& control) {
 }
 
 void Gallery::work() {
-  Crew alone(1), all(threads_);
+  ThreadPool alone(1), all(threads_);
   std::unique_lock lock(mutex_);
   while (true) {
     changed_.wait(lock, [this] { return ending_ || !waiting_.empty(); });
     if (waiting_.empty()) break;
-    Crew& crew = ending_ ? all : alone;
+    ThreadPool& pool = ending_ ? all : alone;
     const GateOutcome outcome = std::move(waiting_.front());
     waiting_.pop_front();
     changed_.notify_all();
     const Need need = need_of(outcome);
     const bool needed = !outcome.measured || is_needed(need);
     lock.unlock();
-    GatePicture picture = needed ? picture_of(outcome, *meshes_, crew, control_) : left_out();
+    GatePicture picture = needed ? picture_of(outcome, *meshes_, pool, control_) : left_out();
     if (!needed) meshes_->done(outcome.gate);
     lock.lock();
     keep(need, std::move(picture));

@@ -73,13 +73,13 @@ std::vector<Vec3> spread_points(MeshView mesh, std::size_t count) {
 }
 
 Histogram histogram_of(MeshView mesh, const std::function<double(const Vec3&)>& distance, double limit,
-                       std::size_t points, Crew& crew) {
+                       std::size_t points, ThreadPool& pool) {
   const std::vector<Vec3> places = spread_points(mesh, points);
   Histogram histogram;
   histogram.points = places.size();
   if (places.empty()) return histogram;
   std::vector<double> distances(places.size());
-  crew.run((places.size() + kPointsATask - 1) / kPointsATask, [&](std::size_t, std::size_t task) {
+  pool.run((places.size() + kPointsATask - 1) / kPointsATask, [&](std::size_t, std::size_t task) {
     const std::size_t end = std::min(places.size(), (task + 1) * kPointsATask);
     for (std::size_t i = task * kPointsATask; i < end; ++i) distances[i] = distance(places[i]);
   });

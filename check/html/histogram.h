@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "check/html/axis.h"
-#include "engine/thread_pool.h"
 #include "engine/mesh.h"
+#include "engine/thread_pool.h"
 
 namespace meshgauge::check {
 
@@ -26,7 +26,7 @@ struct Histogram {
 // Distances at `points` places, each of which stands for the same area: along the mesh in steps of equal area, and
 // within the triangles by a sequence of low discrepancy. Deterministic. `distance` must be thread safe.
 Histogram histogram_of(MeshView mesh, const std::function<double(const Vec3&)>& distance, double limit,
-                       std::size_t points, Crew& crew);
+                       std::size_t points, ThreadPool& pool);
 
 // Points of equal shares of the area; none where there is no area.
 std::vector<Vec3> spread_points(MeshView mesh, std::size_t count);

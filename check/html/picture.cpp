@@ -34,7 +34,7 @@ struct Scene {
   double diagonal = 0;
   ChosenView chosen;
   std::optional<Witness> witness;
-  Crew& crew;
+  ThreadPool& pool;
   Control& control;
 };
 
@@ -99,7 +99,7 @@ Shot whole_shot(const Scene& scene, const Side& side, Paint& paint, const Size& 
   go_on(scene.control);
   shot.camera = whole_view(side.mesh.mesh(), scene.frame, scene.chosen.view, points, size.width, size.height);
   paint.inside = inside_of(side.mesh.mesh(), shot.camera);
-  shot.png = to_png(render(side.mesh.mesh(), shot.camera, paint, scene.crew));
+  shot.png = to_png(render(side.mesh.mesh(), shot.camera, paint, scene.pool));
   mark(shot, scene);
   if (scene.witness) {
     const Vec3& own = scene.witness->on_candidate == side.candidate ? scene.witness->from : scene.witness->to;
@@ -124,12 +124,12 @@ Shot close_shot(const Scene& scene, const Side& side, const Paint& paint, Shot& 
   shot.cut = whole.hidden;
   const double before = std::max(shot.from->depth, shot.to->depth) + 0.01 * kLarge.height;
   const double cut = shot.cut ? before : std::numeric_limits<double>::infinity();
-  shot.png = to_png(render(side.mesh.mesh(), shot.camera, paint, scene.crew, cut));
+  shot.png = to_png(render(side.mesh.mesh(), shot.camera, paint, scene.pool, cut));
   return shot;
 }
 
 Surface surface(const Scene& scene, const Side& side, const Box& box) {
-  const DistanceField field(side.other, box, scene.crew, scene.control);
+  const DistanceField field(side.other, box, scene.pool, scene.control);
   if (!field.complete()) throw Stopped();
   Paint paint{[&](const Vec3& p) { return go_on(scene.control), field.at(p); },
               {scene.outcome.measured->limit, true},
@@ -138,7 +138,7 @@ Surface surface(const Scene& scene, const Side& side, const Box& box) {
   Surface made{side.candidate, paint.scale, whole_shot(scene, side, paint, large ? kLarge : kSmall), std::nullopt, {}};
   if (large && scene.witness) made.close_up = close_shot(scene, side, paint, made.whole);
   made.histogram =
-      histogram_of(side.mesh.mesh(), paint.distance, paint.scale.top, large ? kManyPoints : kFewPoints, scene.crew);
+      histogram_of(side.mesh.mesh(), paint.distance, paint.scale.top, large ? kManyPoints : kFewPoints, scene.pool);
   return made;
 }
 
@@ -155,14 +155,14 @@ GatePicture without(const std::string& why) { return {{}, why}; }
 
 }  // namespace
 
-GatePicture make_picture(const Prepared& candidate, const Prepared& baseline, const GateOutcome& outcome, Crew& crew,
-                         Control& control) try {
+GatePicture make_picture(const Prepared& candidate, const Prepared& baseline, const GateOutcome& outcome,
+                         ThreadPool& pool, Control& control) try {
   const Measured& measured = *outcome.measured;
   Box box = candidate.box();
   box.extend(baseline.box());
   const bool from_baseline = measured.witness && !measured.witness->on_candidate;
   const Prepared& from = from_baseline ? baseline : candidate;
-  Scene scene{outcome, Frame(box), diagonal(box), {}, checked(measured.witness, box, from), crew, control};
+  Scene scene{outcome, Frame(box), diagonal(box), {}, checked(measured.witness, box, from), pool, control};
   scene.chosen = chosen_view(scene, from, from_baseline ? candidate : baseline, box);
 
   GatePicture picture;
@@ -177,7 +177,7 @@ GatePicture make_picture(const Prepared& candidate, const Prepared& baseline, co
   return without("the run was interrupted");
 }
 
-GatePicture picture_of(const GateOutcome& outcome, Meshes& meshes, Crew& crew, Control& control) try {
+GatePicture picture_of(const GateOutcome& outcome, Meshes& meshes, ThreadPool& pool, Control& control) try {
   const Turn turn{meshes, outcome.gate};
   if (!outcome.measured) return without("nothing was measured");
   const auto candidate = read(outcome.gate.candidate, "a", outcome, meshes, control);
@@ -186,7 +186,7 @@ GatePicture picture_of(const GateOutcome& outcome, Meshes& meshes, Crew& crew, C
   if (!baseline) return without(baseline.error().message);
   const auto pair = api::in_unit_of_result(*candidate, *baseline, outcome.measured->units, control);
   if (!pair) return without(pair.error().message);
-  return make_picture(*pair->a, *pair->b, outcome, crew, control);
+  return make_picture(*pair->a, *pair->b, outcome, pool, control);
 } catch (const std::bad_alloc&) {
   return without("there is not enough memory for a picture");
 } catch (const nlohmann::json::exception&) {

@@ -12,8 +12,8 @@
 #include "check/outcome.h"
 #include "check/run/meshes.h"
 #include "engine/control.h"
-#include "engine/thread_pool.h"
 #include "engine/prepared.h"
+#include "engine/thread_pool.h"
 
 namespace meshgauge::check {
 
@@ -46,11 +46,11 @@ struct GatePicture {
 // passes gets one small view. Distances are computed here, for each pixel; nothing of it is certified. Memory: the two
 // trees, if the meshes do not have them yet, and the samples of one view. Precondition: the outcome is measured.
 // When `control` says to stop, which is asked between the passes over a mesh and for each pixel, there is none.
-GatePicture make_picture(const Prepared& candidate, const Prepared& baseline, const GateOutcome& outcome, Crew& crew,
-                         Control& control);
+GatePicture make_picture(const Prepared& candidate, const Prepared& baseline, const GateOutcome& outcome,
+                         ThreadPool& pool, Control& control);
 
 // The same of the files that `meshes` has or reads, in one of the turns that it was told of; then it is done with them.
 // Whatever stands against it, files that are gone or are not those that were measured, is said in `missing`.
-GatePicture picture_of(const GateOutcome& outcome, Meshes& meshes, Crew& crew, Control& control);
+GatePicture picture_of(const GateOutcome& outcome, Meshes& meshes, ThreadPool& pool, Control& control);
 
 }  // namespace meshgauge::check

@@ -167,14 +167,14 @@ Inside inside_of(MeshView mesh, const Camera& camera) {
   return front < seen / 4 ? Inside::front : Inside::unknown;
 }
 
-Image render(MeshView mesh, const Camera& camera, const Paint& paint, Crew& crew, double cut) {
+Image render(MeshView mesh, const Camera& camera, const Paint& paint, ThreadPool& pool, double cut) {
   const Camera fine = finer(camera);
   const Samples samples = rasterise(mesh, fine, kFiner * cut);
   const Painter painter(mesh, fine, samples, paint);
   const auto width = static_cast<std::size_t>(camera.width), height = static_cast<std::size_t>(camera.height);
   Image image{camera.width, camera.height, std::vector<std::uint8_t>(4 * width * height)};
   const auto tasks = static_cast<std::size_t>((camera.height + kRowsATask - 1) / kRowsATask);
-  crew.run(tasks, [&](std::size_t, std::size_t task) {
+  pool.run(tasks, [&](std::size_t, std::size_t task) {
     const int first = static_cast<int>(task) * kRowsATask;
     for (int y = first; y < std::min(first + kRowsATask, camera.height); ++y) {
       for (int x = 0; x < camera.width; ++x) {

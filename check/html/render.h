@@ -34,8 +34,8 @@ struct Paint {
 // Every pixel has the distance of its own piece of surface, whatever the triangles' size; what is above the limit is
 // hatched as well as coloured, so that it can be told without colours. Lit from over the viewer's shoulder;
 // steps in depth are outlined. Four samples a pixel. `cut`: see
-// rasterise(). Deterministic, whatever the size of the crew; memory for the samples alone.
-Image render(MeshView mesh, const Camera& camera, const Paint& paint, Crew& crew,
+// rasterise(). Deterministic, whatever the size of the pool; memory for the samples alone.
+Image render(MeshView mesh, const Camera& camera, const Paint& paint, ThreadPool& pool,
              double cut = std::numeric_limits<double>::infinity());
 
 std::vector<std::byte> to_png(const Image& image);  // throws std::bad_alloc where memory is short

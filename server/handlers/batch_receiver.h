@@ -13,10 +13,10 @@
 #include "api/batch_request.h"
 #include "server/access/access.h"
 #include "server/http/exchange.h"
-#include "server/jobs/kept_blobs.h"
 #include "server/http/multipart.h"
-#include "server/settings.h"
 #include "server/http/upload.h"
+#include "server/jobs/kept_blobs.h"
+#include "server/settings.h"
 
 namespace meshgauge::server {
 

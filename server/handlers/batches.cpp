@@ -8,9 +8,9 @@
 #include <utility>
 
 #include "api/refused.h"
+#include "server/handlers/batch_composing.h"
 #include "server/handlers/batch_document.h"
 #include "server/handlers/batch_junit.h"
-#include "server/handlers/batch_composing.h"
 #include "server/http/event_stream.h"
 #include "server/http/idempotency.h"
 

@@ -16,10 +16,10 @@
 #include "server/handlers/batch_receiver.h"
 #include "server/http/connection_limit.h"
 #include "server/http/exchange.h"
+#include "server/http/upload.h"
 #include "server/jobs/jobs.h"
 #include "server/settings.h"
 #include "server/store/batch_store.h"
-#include "server/http/upload.h"
 
 namespace meshgauge::server {
 

@@ -7,8 +7,8 @@
 
 #include "server/handlers/bundle.h"
 #include "server/http/multipart.h"
-#include "server/settings.h"
 #include "server/http/upload.h"
+#include "server/settings.h"
 
 namespace meshgauge::server {
 

@@ -8,12 +8,12 @@
 
 #include "api/refused.h"
 #include "server/access/entrance.h"
-#include "server/http/event_stream.h"
 #include "server/handlers/comparison_form.h"
+#include "server/http/event_stream.h"
 #include "server/http/idempotency.h"
-#include "server/jobs/job_document.h"
 #include "server/http/multipart.h"
 #include "server/http/parameters.h"
+#include "server/jobs/job_document.h"
 
 namespace meshgauge::server {
 namespace {

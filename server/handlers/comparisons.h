@@ -12,10 +12,10 @@
 #include "api/request.h"
 #include "server/http/connection_limit.h"
 #include "server/http/exchange.h"
-#include "server/jobs/jobs.h"
 #include "server/http/prefer.h"
-#include "server/settings.h"
 #include "server/http/upload.h"
+#include "server/jobs/jobs.h"
+#include "server/settings.h"
 
 namespace meshgauge::server {
 

@@ -6,8 +6,8 @@
 #include "api/refused.h"
 #include "api/request.h"
 #include "server/access/entrance.h"
-#include "server/jobs/job_document.h"
 #include "server/http/parameters.h"
+#include "server/jobs/job_document.h"
 
 namespace meshgauge::server {
 namespace {

@@ -7,9 +7,9 @@
 
 #include "server/access/access.h"
 #include "server/http/exchange.h"
+#include "server/http/upload.h"
 #include "server/jobs/jobs.h"
 #include "server/settings.h"
-#include "server/http/upload.h"
 
 namespace meshgauge::server {
 

@@ -61,7 +61,9 @@ class Connection {
   // The client has closed its side (or half of it), or the connection is broken. By the thread that reads and writes.
   bool peer_gone() { return transport_->peer_gone(); }
 
-  void end() { transport_->end(); }  // tells the client that nothing more will be sent; then server/http/lingering_close.h
+  void end() {
+    transport_->end();
+  }  // tells the client that nothing more will be sent; then server/http/lingering_close.h
 
   int fd() const { return fd_; }
 

@@ -1,7 +1,8 @@
 // The HTTP library behind a guard: all that is known of its weak sides stays in this file.
 //
 // cpp-httplib listens, accepts, writes responses and (later) streams. It never sees a byte from a client: a
-// head is read and judged by server/http/head, a body by server/http/body, and the library is given a request line only.
+// head is read and judged by server/http/head, a body by server/http/body, and the library is given a request line
+// only.
 #pragma once
 
 #include <atomic>
@@ -12,11 +13,11 @@
 
 #include "api/problem.h"
 #include "server/http/exchange.h"
-#include "server/http/lingering_close.h"
 #include "server/http/http_library.h"
 #include "server/http/io_pool.h"
-#include "server/settings.h"
+#include "server/http/lingering_close.h"
 #include "server/http/tls.h"
+#include "server/settings.h"
 
 namespace meshgauge::server {
 

@@ -25,14 +25,14 @@
 #include "server/jobs/live_job.h"
 #include "server/jobs/measuring.h"
 #include "server/jobs/scheduler.h"
+#include "server/jobs/store_errors.h"
 #include "server/jobs/store_queue.h"
 #include "server/jobs/stores.h"
-#include "server/jobs/store_errors.h"
+#include "server/jobs/thread_budget.h"
 #include "server/jobs/upkeep.h"
 #include "server/jobs/watcher.h"
 #include "server/observe/metrics.h"
 #include "server/settings.h"
-#include "server/jobs/thread_budget.h"
 #include "server/worker/worker.h"
 
 namespace meshgauge::server {

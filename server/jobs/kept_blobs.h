@@ -7,8 +7,8 @@
 #include <variant>
 
 #include "server/access/access.h"
-#include "server/jobs/stores.h"
 #include "server/jobs/store_errors.h"
+#include "server/jobs/stores.h"
 
 namespace meshgauge::server {
 

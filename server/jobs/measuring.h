@@ -6,10 +6,10 @@
 
 #include "api/compare.h"
 #include "server/jobs/live_job.h"
+#include "server/jobs/thread_budget.h"
 #include "server/observe/metrics.h"
 #include "server/settings.h"
 #include "server/store/job_store.h"
-#include "server/jobs/thread_budget.h"
 
 namespace meshgauge::server {
 

@@ -4,8 +4,8 @@
 
 #include <chrono>
 
-#include "server/jobs/stores.h"
 #include "server/jobs/store_errors.h"
+#include "server/jobs/stores.h"
 #include "server/settings.h"
 
 namespace meshgauge::server {

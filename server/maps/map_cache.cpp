@@ -11,11 +11,11 @@
 #include <optional>
 
 #include "api/digest.h"
+#include "server/http/upload.h"
 #include "server/maps/file_buffer.h"
 #include "server/sandbox/descriptor.h"
 #include "server/store/data_folder.h"
 #include "server/store/errors.h"
-#include "server/http/upload.h"
 
 namespace meshgauge::server {
 namespace {

@@ -15,8 +15,8 @@
 #include <vector>
 
 #include "api/load.h"
-#include "server/sandbox/spawner_client.h"
 #include "server/sandbox/reading.h"
+#include "server/sandbox/spawner_client.h"
 
 namespace meshgauge::server::sandbox {
 

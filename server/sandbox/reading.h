@@ -9,8 +9,8 @@
 
 #include "api/digest.h"
 #include "api/load.h"
-#include "server/sandbox/spawner_client.h"
 #include "server/sandbox/protocol.h"
+#include "server/sandbox/spawner_client.h"
 #include "server/sandbox/window.h"
 
 namespace meshgauge::server::sandbox {

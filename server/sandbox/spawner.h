@@ -1,5 +1,6 @@
-// The process that makes the workers. The server starts it by executing its own program anew (spawner_client.h), so it and its
-// workers have nothing of the server's memory and another layout of addresses; and it has one thread, so it may fork.
+// The process that makes the workers. The server starts it by executing its own program anew (spawner_client.h), so it
+// and its workers have nothing of the server's memory and another layout of addresses; and it has one thread, so it may
+// fork.
 //
 // It never sees a byte of a file. It ends when the server closes its end of the control channel or dies, and its
 // workers with it; a worker is killed when the server closes that worker's second channel.

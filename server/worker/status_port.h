@@ -7,12 +7,12 @@
 
 #include "server/access/access.h"
 #include "server/access/entrance.h"
-#include "server/http/http_guard.h"
-#include "server/observe/metrics.h"
 #include "server/handlers/readiness.h"
+#include "server/http/http_guard.h"
 #include "server/http/router.h"
-#include "server/settings.h"
 #include "server/http/tls.h"
+#include "server/observe/metrics.h"
+#include "server/settings.h"
 
 namespace meshgauge::server {
 

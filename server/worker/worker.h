@@ -24,13 +24,13 @@
 
 #include "server/jobs/measuring.h"
 #include "server/jobs/scheduler.h"
-#include "server/jobs/stores.h"
 #include "server/jobs/store_errors.h"
+#include "server/jobs/stores.h"
 #include "server/observe/metrics.h"
 #include "server/settings.h"
-#include "server/worker/pending_results.h"
-#include "server/worker/held_job.h"
 #include "server/worker/claim_buffer.h"
+#include "server/worker/held_job.h"
+#include "server/worker/pending_results.h"
 
 namespace meshgauge::server {
 

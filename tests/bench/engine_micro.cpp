@@ -43,12 +43,12 @@ Mesh bumpy(std::int64_t n, double phase = 0) {
 // A mesh in the engine's order, with its tree.
 struct Ordered {
   Control control;
-  Crew crew{1};
+  ThreadPool pool{1};
   OrderedMesh mesh;
   Bvh tree;
   explicit Ordered(const Mesh& given)
-      : mesh(given, {}, bounding_box(given), Frame(bounding_box(given)), control, crew),
-        tree(mesh.view(), *find_kernels("auto"), control, crew) {}
+      : mesh(given, {}, bounding_box(given), Frame(bounding_box(given)), control, pool),
+        tree(mesh.view(), *find_kernels("auto"), control, pool) {}
 };
 
 void per_triangle(benchmark::State& state, std::size_t triangles) {
@@ -60,11 +60,11 @@ void per_triangle(benchmark::State& state, std::size_t triangles) {
 void build(benchmark::State& state) {
   const Mesh mesh = bumpy(state.range(0));
   Control control;
-  Crew crew(1);
+  ThreadPool pool(1);
   const Box box = bounding_box(mesh);
   for (auto _ : state) {
-    const OrderedMesh ordered(mesh, {}, box, Frame(box), control, crew);
-    const Bvh tree(ordered.view(), *find_kernels("auto"), control, crew);
+    const OrderedMesh ordered(mesh, {}, box, Frame(box), control, pool);
+    const Bvh tree(ordered.view(), *find_kernels("auto"), control, pool);
     benchmark::DoNotOptimize(&tree);
   }
   per_triangle(state, mesh.triangles.size());

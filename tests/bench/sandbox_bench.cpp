@@ -18,11 +18,11 @@
 #include "api/digest.h"
 #include "api/formats/read_part.h"
 #include "api/load.h"
+#include "server/http/upload.h"
 #include "server/sandbox/become_reader.h"
 #include "server/sandbox/pool.h"
 #include "server/sandbox/reader/image.h"
 #include "server/sandbox/spawner.h"
-#include "server/http/upload.h"
 
 namespace {
 

@@ -53,13 +53,13 @@ inline const std::string& usual_document() {
 inline double rate(int threads, double seconds, const std::function<std::uint64_t()>& work) {
   std::atomic<std::uint64_t> counts{0};
   const auto start = std::chrono::steady_clock::now();
-  std::vector<std::thread> crew;
+  std::vector<std::thread> pool;
   for (int i = 0; i < threads; ++i) {
-    crew.emplace_back([&] {
+    pool.emplace_back([&] {
       while (seconds_since(start) < seconds) counts.fetch_add(work());
     });
   }
-  for (std::thread& thread : crew) thread.join();
+  for (std::thread& thread : pool) thread.join();
   return static_cast<double>(counts.load()) / seconds_since(start);
 }
 

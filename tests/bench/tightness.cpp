@@ -78,9 +78,9 @@ struct Bounded {
 class Bench {
  public:
   Bench(const Mesh& a, const Mesh& b, std::size_t sample)
-      : ordered_(b, {}, bounding_box(b), Frame{}, control_, crew_),
-        to_(ordered_.view(), *find_kernels("auto"), control_, crew_),
-        search_(a, bounding_box(a), to_, Goal{}, 0, monitor_, crew_) {
+      : ordered_(b, {}, bounding_box(b), Frame{}, control_, pool_),
+        to_(ordered_.view(), *find_kernels("auto"), control_, pool_),
+        search_(a, bounding_box(a), to_, Goal{}, 0, monitor_, pool_) {
     const std::size_t n = std::min(sample, a.triangles.size());
     for (std::size_t i = 0; i < n; ++i) {
       Piece& piece = pieces_.emplace_back();
@@ -132,7 +132,7 @@ class Bench {
   }
 
   Control control_;
-  Crew crew_{1};
+  ThreadPool pool_{1};
   OrderedMesh ordered_;
   Bvh to_;
   Patient monitor_;

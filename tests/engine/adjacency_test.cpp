@@ -32,8 +32,8 @@ TEST_CASE("in a closed surface every edge has two triangles, welded or not") {
     soup.triangles.push_back({3 * t, 3 * t + 1, 3 * t + 2});
   }
   for (const Mesh& mesh : {cube, soup}) {
-    Crew crew(1);
-    const Adjacency adjacency(mesh, crew);
+    ThreadPool pool(1);
+    const Adjacency adjacency(mesh, pool);
     for (std::uint32_t t = 0; t < 12; ++t) {
       for (std::uint32_t e = 0; e < 3; ++e) CHECK(ring(adjacency, t, e).size() == 2);
     }
@@ -44,14 +44,14 @@ TEST_CASE("borders, fins, and zeros of either sign") {
   Mesh mesh = shapes::triangle({0, 0, 0}, {1, 0, 0}, {0, 1, 0});
   mesh.positions.insert(mesh.positions.end(), {Vec3(0, 0, 1), Vec3(0, -1, 0), Vec3(-0.0, 0, -0.0)});
   mesh.triangles = {{0, 1, 2}, {1, 0, 3}, {5, 1, 4}};  // three around the edge 0-1, one of them by a copy with -0
-  Crew crew(1);
-  const Adjacency adjacency(mesh, crew);
+  ThreadPool pool(1);
+  const Adjacency adjacency(mesh, pool);
   CHECK(ring(adjacency, 0, 0) == std::set<std::uint32_t>{0, 1, 2});
   CHECK(ring(adjacency, 2, 0) == std::set<std::uint32_t>{0, 1, 2});
   CHECK(ring(adjacency, 0, 1) == std::set<std::uint32_t>{0});
 }
 
-TEST_CASE("the same rings whatever the crew, and none when interrupted") {
+TEST_CASE("the same rings whatever the pool, and none when interrupted") {
   std::mt19937_64 random(91);
   Mesh mesh = shapes::sphere(80);
   for (Triangle& t : mesh.triangles) {
@@ -62,11 +62,11 @@ TEST_CASE("the same rings whatever the crew, and none when interrupted") {
       mesh.positions.push_back(copy);
     }
   }
-  Crew one(1);
+  ThreadPool one(1);
   const Adjacency alone(mesh, one);
   for (const std::size_t size : {2U, 3U, 7U}) {
-    Crew crew(size);
-    const Adjacency together(mesh, crew);
+    ThreadPool pool(size);
+    const Adjacency together(mesh, pool);
     REQUIRE(together.complete());
     for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
       for (std::uint32_t e = 0; e < 3; ++e) {
@@ -74,6 +74,6 @@ TEST_CASE("the same rings whatever the crew, and none when interrupted") {
         CHECK((a.triangle == b.triangle && a.edge == b.edge));
       }
     }
-    CHECK_FALSE(Adjacency(mesh, crew, [] { return true; }).complete());
+    CHECK_FALSE(Adjacency(mesh, pool, [] { return true; }).complete());
   }
 }

@@ -84,8 +84,8 @@ TEST_CASE("the same tree for any number of threads and any instruction set") {
   const Bvh tree = tree_of(mesh);
   for (const Kernels& kernels : supported_kernels()) {
     Control control;
-    Crew crew(3);
-    const Bvh other(mesh, kernels, control, crew);
+    ThreadPool pool(3);
+    const Bvh other(mesh, kernels, control, pool);
     REQUIRE(other.nodes().size() == tree.nodes().size());
     CHECK(std::memcmp(other.nodes().data(), tree.nodes().data(), tree.nodes().size() * sizeof(WideNode)) == 0);
     CHECK(other.residual() == tree.residual());
@@ -100,6 +100,6 @@ TEST_CASE("building stops when it is told to") {
   Control control;
   control.cancel();
   const Mesh mesh = shapes::sphere(150);
-  Crew crew(1);
-  CHECK_FALSE(Bvh(mesh, *find_kernels("auto"), control, crew).complete());
+  ThreadPool pool(1);
+  CHECK_FALSE(Bvh(mesh, *find_kernels("auto"), control, pool).complete());
 }

@@ -12,8 +12,8 @@ namespace {
 
 LargeArray<std::uint32_t> order_of(const Mesh& mesh, std::size_t threads = 1) {
   Control control;
-  Crew crew(threads);
-  return curve_order(mesh, {}, bounding_box(mesh), control, crew);
+  ThreadPool pool(threads);
+  return curve_order(mesh, {}, bounding_box(mesh), control, pool);
 }
 
 void check_permutation(const LargeArray<std::uint32_t>& order, std::size_t size) {
@@ -77,10 +77,10 @@ TEST_CASE("extents from the smallest to the largest number") {
 
 TEST_CASE("ordering stops when it is told to") {
   const Mesh mesh = shapes::grid(100);
-  Crew crew(1);
+  ThreadPool pool(1);
   for (const std::uint64_t check : {1UL, 2UL, 3UL}) {
     Control control;
     control.cancel_at_check(check);
-    CHECK(curve_order(mesh, {}, bounding_box(mesh), control, crew).empty());
+    CHECK(curve_order(mesh, {}, bounding_box(mesh), control, pool).empty());
   }
 }

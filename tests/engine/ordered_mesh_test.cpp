@@ -13,8 +13,8 @@ TEST_CASE("an ordered mesh has the same triangles, in the frame, and no vertex t
     const Box box = bounding_box(mesh);
     const Frame frame(box);
     Control control;
-    Crew crew(1);
-    const OrderedMesh ordered(mesh, {}, box, frame, control, crew);
+    ThreadPool pool(1);
+    const OrderedMesh ordered(mesh, {}, box, frame, control, pool);
     REQUIRE(ordered.complete());
     REQUIRE(ordered.triangles.size() == mesh.triangles.size());
     CHECK(ordered.positions.size() < mesh.positions.size());
@@ -34,7 +34,7 @@ TEST_CASE("an ordered mesh has the same triangles, in the frame, and no vertex t
 TEST_CASE("laying out stops when it is told to") {
   const Mesh mesh = shapes::sphere(150);
   Control control;
-  Crew crew(1);
+  ThreadPool pool(1);
   control.cancel();
-  CHECK_FALSE(OrderedMesh(mesh, {}, bounding_box(mesh), Frame(bounding_box(mesh)), control, crew).complete());
+  CHECK_FALSE(OrderedMesh(mesh, {}, bounding_box(mesh), Frame(bounding_box(mesh)), control, pool).complete());
 }

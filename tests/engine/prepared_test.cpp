@@ -112,10 +112,10 @@ TEST_CASE("what is made once is there for the next measurement, and counted") {
 
   Control told_to_stop;
   told_to_stop.cancel();
-  Crew crew(1);
+  ThreadPool pool(1);
   const auto framed = baseline.in(frame, kernels());
-  CHECK(framed->order(told_to_stop, crew) != nullptr);
-  CHECK(framed->tree(told_to_stop, crew) != nullptr);
+  CHECK(framed->order(told_to_stop, pool) != nullptr);
+  CHECK(framed->tree(told_to_stop, pool) != nullptr);
   CHECK(baseline.positions([] { return true; }) != nullptr);
   (void)prepared(baseline, Prepared(other), auto_options());
   CHECK(baseline.bytes() == after);
@@ -125,12 +125,12 @@ TEST_CASE("the parts of the last frames are kept, those before are given back") 
   const Mesh mesh = shapes::sphere(20);
   const Prepared prepared(mesh);
   Control control;
-  Crew crew(1);
+  ThreadPool pool(1);
   std::vector<std::weak_ptr<Framed>> frames;
   std::size_t most = 0;
   for (int k = 0; k < 4; ++k) {
     const auto framed = prepared.in(frame_of(mesh, shapes::scaled(mesh, std::ldexp(1.0, k))), kernels());
-    REQUIRE(framed->tree(control, crew));
+    REQUIRE(framed->tree(control, pool));
     frames.push_back(framed);
     if (k == 1) most = prepared.bytes();
   }

@@ -220,14 +220,14 @@ TEST_CASE("no sample is above the upper bound, but for rounding") {
   for (int i = 0; i < 40; ++i) {
     const Mesh a = shapes::soup(20, random), b = shapes::soup(20, random);
     Control control;
-    Crew crew(1);
+    ThreadPool pool(1);
     Box box = bounding_box(a);
     box.extend(bounding_box(b));
     const Frame frame(box);
     const Prepared from(a), to(b);
     const Outcome outcome = sampled(a, b, {1000, 1});
     const auto framed_from = from.in(frame, *find_kernels("auto")), framed_to = to.in(frame, *find_kernels("auto"));
-    const auto found = sample_distances({*framed_from, *framed_to, {1000, 1}, 0, crew, control, [] {}});
+    const auto found = sample_distances({*framed_from, *framed_to, {1000, 1}, 0, pool, control, [] {}});
     REQUIRE(found.has_value());
     const double largest = *std::max_element(found->values.begin(), found->values.end());
     CHECK(std::ldexp(largest, frame.exponent()) <= outcome.upper * (1 + 1e-14));

@@ -10,12 +10,12 @@ using namespace meshgauge;
 
 TEST_CASE("every task is done once, no two at a time by one worker, round after round") {
   for (const std::size_t size : {1UL, 2UL, 4UL, 7UL}) {
-    Crew crew(size);
+    ThreadPool pool(size);
     for (const std::size_t tasks : {0UL, 1UL, 2UL, 3UL, 100UL, 1000UL}) {
       std::vector<int> done(tasks, 0);
       std::vector<std::atomic<int>> inside(size);
       std::atomic<bool> alone{true};
-      crew.run(tasks, [&](std::size_t worker, std::size_t task) {
+      pool.run(tasks, [&](std::size_t worker, std::size_t task) {
         if (inside[worker].fetch_add(1) != 0) alone = false;
         ++done[task];
         inside[worker].fetch_sub(1);
@@ -27,22 +27,22 @@ TEST_CASE("every task is done once, no two at a time by one worker, round after 
 }
 
 TEST_CASE("one thread takes the tasks in order") {
-  Crew crew(1);
+  ThreadPool pool(1);
   std::vector<std::size_t> seen;
-  crew.run(50, [&](std::size_t, std::size_t task) { seen.push_back(task); });
+  pool.run(50, [&](std::size_t, std::size_t task) { seen.push_back(task); });
   CHECK(std::is_sorted(seen.begin(), seen.end()));
 }
 
-TEST_CASE("what a task throws reaches the caller, and the crew goes on") {
+TEST_CASE("what a task throws reaches the caller, and the pool goes on") {
   for (const std::size_t size : {1UL, 2UL, 4UL}) {
-    Crew crew(size);
-    CHECK_THROWS_AS(crew.run(100,
+    ThreadPool pool(size);
+    CHECK_THROWS_AS(pool.run(100,
                              [](std::size_t, std::size_t task) {
                                if (task == 20) throw std::runtime_error("task 20");
                              }),
                     std::runtime_error);
     std::atomic<int> count{0};
-    crew.run(100, [&](std::size_t, std::size_t) { ++count; });
+    pool.run(100, [&](std::size_t, std::size_t) { ++count; });
     CHECK(count == 100);
   }
 }

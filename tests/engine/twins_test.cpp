@@ -14,8 +14,8 @@ namespace {
 
 OrderedMesh ordered(const Mesh& mesh) {
   Control control;
-  Crew crew(1);
-  return {mesh, {}, bounding_box(mesh), Frame{}, control, crew};
+  ThreadPool pool(1);
+  return {mesh, {}, bounding_box(mesh), Frame{}, control, pool};
 }
 
 LargeArray<std::uint32_t> shared(const Mesh& from, const Mesh& to) {

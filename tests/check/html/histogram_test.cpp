@@ -13,8 +13,8 @@ using namespace meshgauge::check;
 namespace {
 
 Histogram of(MeshView mesh, const std::function<double(const Vec3&)>& distance, double limit, std::size_t threads = 1) {
-  Crew crew(threads);
-  return histogram_of(mesh, distance, limit, 20'000, crew);
+  ThreadPool pool(threads);
+  return histogram_of(mesh, distance, limit, 20'000, pool);
 }
 
 }  // namespace
@@ -75,7 +75,7 @@ TEST_CASE("distances of many magnitudes get a logarithmic axis, none at all a li
             .shares.front() == doctest::Approx(1));
 }
 
-TEST_CASE("the same bits whatever the size of the crew") {
+TEST_CASE("the same bits whatever the size of the pool") {
   const auto distance = [](const Vec3& p) { return p.x() * p.y() + 1; };
   const Histogram one = of(shapes::sphere(9), distance, 1), four = of(shapes::sphere(9), distance, 1, 4);
   CHECK(one.shares == four.shares);

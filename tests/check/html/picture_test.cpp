@@ -29,9 +29,9 @@ GateOutcome outcome_of(Verdict verdict, const Vec3& from, const Vec3& to) {
 }
 
 GatePicture picture(const Mesh& candidate, const Mesh& baseline, const GateOutcome& outcome) {
-  Crew crew(2);
+  ThreadPool pool(2);
   Control control;
-  return make_picture(Prepared(candidate), Prepared(baseline), outcome, crew, control);
+  return make_picture(Prepared(candidate), Prepared(baseline), outcome, pool, control);
 }
 
 // A sphere of which one vertex is pulled out, and that vertex.
@@ -123,11 +123,11 @@ TEST_CASE("a witness that cannot be one is not marked") {
 
 TEST_CASE("who interrupts gets no picture, and is told so") {
   const Mesh mesh = shapes::sphere(8);
-  Crew crew(1);
+  ThreadPool pool(1);
   Control control;
   control.cancel();
   const GatePicture made = make_picture(
-      Prepared(mesh), Prepared(mesh), outcome_of(Verdict::fail, mesh.positions[40], mesh.positions[41]), crew, control);
+      Prepared(mesh), Prepared(mesh), outcome_of(Verdict::fail, mesh.positions[40], mesh.positions[41]), pool, control);
   CHECK(made.surfaces.empty());
   CHECK(made.missing.find("interrupted") != std::string::npos);
 }
@@ -147,9 +147,9 @@ TEST_CASE("the files of a gate give a picture while they are those that were mea
 
   const auto made = [&] {
     Meshes meshes(gates);
-    Crew crew(1);
+    ThreadPool pool(1);
     Control control;
-    return picture_of(report.outcomes[0], meshes, crew, control);
+    return picture_of(report.outcomes[0], meshes, pool, control);
   };
   CHECK(made().surfaces.size() == 2);
   write(gate.candidate.string(), shapes::sphere(9));

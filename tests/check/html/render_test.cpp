@@ -32,8 +32,8 @@ bool reddish(const Pixel& p) { return p[0] > 90 && p[0] > 2 * p[1] && p[0] > 2 *
 
 Image picture(MeshView mesh, const Camera& camera, const std::function<double(const Vec3&)>& distance, double limit,
               std::size_t threads = 1) {
-  Crew crew(threads);
-  return render(mesh, camera, {distance, {limit, true}, Inside::unknown}, crew);
+  ThreadPool pool(threads);
+  return render(mesh, camera, {distance, {limit, true}, Inside::unknown}, pool);
 }
 
 }  // namespace
@@ -93,7 +93,7 @@ TEST_CASE("the place of the witness is the pixel that the camera says") {
   CHECK(std::abs(y / red - seen.y) < 1.5);
 }
 
-TEST_CASE("the same bits whatever the size of the crew") {
+TEST_CASE("the same bits whatever the size of the pool") {
   const Mesh mesh = shapes::sphere(30);
   const Camera camera = from_above(mesh, 150, 110);
   const auto distance = [](const Vec3& p) { return p.x() * p.x(); };
@@ -130,9 +130,9 @@ TEST_CASE("the side that is seen through a hole alone is found, and drawn darker
 
   Mesh whole = shapes::sphere(30);
   std::erase_if(whole.triangles, [&](const Triangle& t) { return whole.positions[t[0]].z() > 0.9; });
-  Crew crew(1);
+  ThreadPool pool(1);
   const auto middle = [&](Inside dark) {
-    return pixel(render(whole, camera, {[](const Vec3&) { return 0.5; }, {1, true}, dark}, crew), 60, 60)[1];
+    return pixel(render(whole, camera, {[](const Vec3&) { return 0.5; }, {1, true}, dark}, pool), 60, 60)[1];
   };
   CHECK(middle(inside) < 0.8 * middle(Inside::unknown));
 }

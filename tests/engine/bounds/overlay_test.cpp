@@ -53,8 +53,8 @@ Tally attack(const Mesh& mesh, std::uint64_t seed, int pieces, double height) {
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> uniform(0, 1);
   const Bvh tree = tree_of(mesh);
-  Crew crew(1);
-  const Adjacency adjacency(mesh, crew);
+  ThreadPool pool(1);
+  const Adjacency adjacency(mesh, pool);
   Overlay overlay(tree, adjacency);
   Tally tally;
   for (int i = 0; i < pieces; ++i) {
@@ -136,8 +136,8 @@ TEST_CASE("a plane cut otherwise is bounded by rounding alone, welded or not") {
   for (const bool welded : {true, false}) {
     const Mesh fine = welded ? shapes::grid(5) : unwelded(shapes::grid(5));
     const Bvh tree = tree_of(fine);
-    Crew crew(1);
-    const Adjacency adjacency(fine, crew);
+    ThreadPool pool(1);
+    const Adjacency adjacency(fine, pool);
     Overlay overlay(tree, adjacency);
     Work work;
     const auto upper = bounded(overlay, piece_of(tree, {0, 0, 0}, {1, 0, 0}, {0.3, 1, 0}), 1e-9, 64, work);
@@ -160,8 +160,8 @@ TEST_CASE("a hole under the piece is not overlooked") {
     return (centre - Vec3(0.5, 0.5, 0)).norm() < 0.2;
   });
   const Bvh tree = tree_of(mesh);
-  Crew crew(1);
-  const Adjacency adjacency(mesh, crew);
+  ThreadPool pool(1);
+  const Adjacency adjacency(mesh, pool);
   Overlay overlay(tree, adjacency);
   Work work;
   const Piece piece = piece_of(tree, {0.05, 0.05, 0}, {0.95, 0.05, 0}, {0.5, 0.95, 0});
