@@ -5,7 +5,7 @@
 
 namespace meshgauge::server {
 
-void Stock::add(HeldJobPtr job) {
+void ClaimBuffer::add(HeldJobPtr job) {
   waiting_bytes_ += job->live->bytes;
   suspected_ += job->suspected ? 1U : 0U;
   const auto place = job->in_batch || job->suspected ? waiting_.end()
@@ -14,7 +14,7 @@ void Stock::add(HeldJobPtr job) {
   waiting_.insert(place, std::move(job));
 }
 
-HeldJobPtr Stock::take() {
+HeldJobPtr ClaimBuffer::take() {
   if (running_ >= threads_ || alone_) return nullptr;
   for (const HeldJobPtr& job : waiting_) {
     if (job->stage != HeldJob::Stage::ready || (job->suspected && running_ > 0)) continue;
@@ -30,7 +30,7 @@ HeldJobPtr Stock::take() {
   return nullptr;
 }
 
-void Stock::ended(const HeldJob& job) {
+void ClaimBuffer::ended(const HeldJob& job) {
   --running_;
   large_running_ -= is_small(job) ? 0U : 1U;
   if (!job.suspected) return;
@@ -38,7 +38,7 @@ void Stock::ended(const HeldJob& job) {
   --suspected_;
 }
 
-void Stock::remove(const HeldJob& job) {
+void ClaimBuffer::remove(const HeldJob& job) {
   const auto found =
       std::find_if(waiting_.begin(), waiting_.end(), [&](const auto& held) { return held.get() == &job; });
   if (found == waiting_.end()) return;
@@ -47,13 +47,13 @@ void Stock::remove(const HeldJob& job) {
   waiting_.erase(found);
 }
 
-std::vector<HeldJobPtr> Stock::take_all() {
+std::vector<HeldJobPtr> ClaimBuffer::take_all() {
   std::vector<HeldJobPtr> all(waiting_.begin(), waiting_.end());
   for (const HeldJobPtr& job : all) remove(*job);
   return all;
 }
 
-std::size_t Stock::wanted() const {
+std::size_t ClaimBuffer::wanted() const {
   if (suspected_ > 0) return 0;
   if (running_ + waiting_.size() < threads_) return kMost;
   // What comes may be large, or of no batch: some thread must be about to be free for it.
@@ -64,14 +64,14 @@ std::size_t Stock::wanted() const {
   return kMost - waiting_.size();
 }
 
-HeldJobPtr Stock::to_open(LiveJob::Clock::time_point now) const {
+HeldJobPtr ClaimBuffer::to_open(LiveJob::Clock::time_point now) const {
   const auto found = std::find_if(waiting_.begin(), waiting_.end(), [&](const auto& job) {
     return job->stage == HeldJob::Stage::claimed && job->not_before <= now;
   });
   return found == waiting_.end() ? nullptr : *found;
 }
 
-std::optional<LiveJob::Clock::time_point> Stock::next_opening() const {
+std::optional<LiveJob::Clock::time_point> ClaimBuffer::next_opening() const {
   std::optional<LiveJob::Clock::time_point> next;
   for (const HeldJobPtr& job : waiting_) {
     if (job->stage == HeldJob::Stage::claimed && (!next || job->not_before < *next)) next = job->not_before;

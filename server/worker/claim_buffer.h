@@ -19,14 +19,14 @@
 
 namespace meshgauge::server {
 
-class Stock {
+class ClaimBuffer {
  public:
   static constexpr std::size_t kMost = 64;
   static constexpr std::size_t kRefillBelow = 32;
   static constexpr std::uint64_t kMostBytes = static_cast<std::uint64_t>(store::JobStore::kBytesOfOneSecond) / 2;
   static constexpr std::uint64_t kSmallBytes = std::uint64_t{4} << 20;
 
-  explicit Stock(std::size_t threads) : threads_(threads) {}
+  explicit ClaimBuffer(std::size_t threads) : threads_(threads) {}
 
   void add(HeldJobPtr job);
   // The next one that begins now: it counts as running until ended(). null: none, or none yet.

@@ -22,7 +22,7 @@ constexpr unsigned kOpenings = 3;
 void Worker::claim_in_background() {
   std::unique_lock lock(mutex_);
   while (!ending_) {
-    const std::size_t most = draining_ || deliveries_.full() ? 0 : stock_.wanted();
+    const std::size_t most = draining_ || deliveries_.full() ? 0 : buffer_.wanted();
     if (most == 0 && !(draining_ && claiming_)) {
       claim_wake_.wait(lock);
     } else if (Clock::now() < next_claim_) {
@@ -44,7 +44,7 @@ void Worker::claim_in_background() {
 // to have it; who always holds something asks for one now and then, or none might ever run.
 // Precondition: mutex_ is held.
 store::JobStore::Suspects Worker::suspects_now() {
-  const bool idle = stock_.running() + stock_.waiting() == 0;
+  const bool idle = buffer_.running() + buffer_.waiting() == 0;
   const auto now = Clock::now();
   if (!idle && now - asked_for_suspects_ < options_.pass_over) return store::JobStore::Suspects::passed_over;
   asked_for_suspects_ = now;
@@ -100,7 +100,7 @@ void Worker::adopt(const std::vector<HeldJobPtr>& claimed) {
       job->stage = Stage::leaving;
       leave({job, std::nullopt, std::nullopt, ""});
     } else {
-      stock_.add(job);
+      buffer_.add(job);
     }
   }
   open_wake_.notify_all();
@@ -122,12 +122,12 @@ HeldJobPtr Worker::held_of(const store::Claimed& claimed) const {
 void Worker::open_in_background() {
   std::unique_lock lock(mutex_);
   while (!ending_) {
-    if (const HeldJobPtr job = stock_.to_open(Clock::now())) {
+    if (const HeldJobPtr job = buffer_.to_open(Clock::now())) {
       job->stage = Stage::opening;
       lock.unlock();
       open(job);
       lock.lock();
-    } else if (const auto next = stock_.next_opening()) {
+    } else if (const auto next = buffer_.next_opening()) {
       open_wake_.wait_until(lock, *next);
     } else {
       open_wake_.wait(lock);
@@ -151,7 +151,7 @@ void Worker::open(const HeldJobPtr& job) {
       job->not_before = Clock::now() + kOpeningPause;
     } else {
       job->stage = Stage::leaving;
-      stock_.remove(*job);
+      buffer_.remove(*job);
     }
   }
   if (!error) return begin_what_can();

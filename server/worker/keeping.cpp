@@ -83,7 +83,7 @@ void Worker::hear(const HeldJobPtr& job, const store::Beat& beat, store::Heartbe
     metrics_.worker_lease_lost();
     job->live->control.cancel();
     if (job->stage != Stage::running) {
-      stock_.remove(*job);
+      buffer_.remove(*job);
       job->stage = Stage::leaving;
       std::erase(held_, job);
       freed = true;

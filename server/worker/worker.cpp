@@ -42,7 +42,7 @@ Worker::Worker(const Settings& settings, Stores stores, const Measuring& measuri
       metrics_(metrics),
       options_(std::move(options)),
       troubles_(troubles),
-      stock_(settings.workers),
+      buffer_(settings.workers),
       deliveries_(
           stores.jobs, {seconds(settings.result_ttl_s)},
           [this](const Delivery& delivery, Deliveries::Outcome outcome) { delivered(delivery, outcome); },
@@ -101,12 +101,12 @@ std::size_t Worker::held() const {
 }
 
 void Worker::drain() {
-  std::vector<HeldJobPtr> stock;
+  std::vector<HeldJobPtr> buffer;
   std::vector<HeldJobPtr> given;
   {
     const std::lock_guard lock(mutex_);
     draining_ = true;
-    stock = stock_.take_all();
+    stock = buffer_.take_all();
     for (const HeldJobPtr& job : stock) job->stage = Stage::leaving;
     for (const HeldJobPtr& job : held_) {
       if (job->stage == Stage::running && !job->begun) given.push_back(job);
@@ -123,7 +123,7 @@ void Worker::withdraw(const HeldJobPtr& job) {
   bool lost = false;
   {
     const std::lock_guard lock(mutex_);
-    stock_.ended(*job);
+    buffer_.ended(*job);
     job->stage = Stage::leaving;
     lost = job->lost;
     if (lost) std::erase(held_, job);
@@ -164,7 +164,7 @@ void Worker::begin_what_can() {
   std::vector<HeldJobPtr> next;
   {
     const std::lock_guard lock(mutex_);
-    while (HeldJobPtr job = stock_.take()) next.push_back(std::move(job));
+    while (HeldJobPtr job = buffer_.take()) next.push_back(std::move(job));
     given_ += next.size();
   }
   for (const HeldJobPtr& job : next) submit(job);
@@ -191,7 +191,7 @@ void Worker::run(const HeldJobPtr& job, Scheduler::Slot slot) {
   { const Scheduler::Slot done = std::move(slot); }
   {
     const std::lock_guard lock(mutex_);
-    stock_.ended(*job);
+    buffer_.ended(*job);
     if (job->lost) std::erase(held_, job);
   }
   begin_what_can();

@@ -118,7 +118,7 @@ class Worker {
   std::condition_variable open_wake_;
   std::condition_variable keep_wake_;
   std::condition_variable idle_;
-  Stock stock_;
+  ClaimBuffer buffer_;
   std::vector<HeldJobPtr> held_;         // all
   std::deque<store::JobKey> cancelled_;  // the newest of those that are not held
   std::size_t given_ = 0;                // to the scheduler, and not through

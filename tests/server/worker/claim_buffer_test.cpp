@@ -23,72 +23,72 @@ std::string name_of(const HeldJobPtr& job) { return job ? job->live->key.id : ""
 }  // namespace
 
 TEST_CASE("stock: as many begin as there are threads, those that somebody may wait for first") {
-  Stock stock(2);
-  for (const auto& job : {ready("b1", "b"), ready("b2", "b"), ready("single")}) stock.add(job);
-  const auto first = stock.take();
+  ClaimBuffer stock(2);
+  for (const auto& job : {ready("b1", "b"), ready("b2", "b"), ready("single")}) buffer.add(job);
+  const auto first = buffer.take();
   CHECK(name_of(first) == "single");
-  CHECK(name_of(stock.take()) == "b1");
-  CHECK(stock.take() == nullptr);
-  stock.ended(*first);
-  CHECK(name_of(stock.take()) == "b2");
+  CHECK(name_of(buffer.take()) == "b1");
+  CHECK(buffer.take() == nullptr);
+  buffer.ended(*first);
+  CHECK(name_of(buffer.take()) == "b2");
 }
 
 TEST_CASE("stock: what is not ready does not hold up what is") {
-  Stock stock(1);
+  ClaimBuffer stock(1);
   const auto slow = ready("slow");
   slow->stage = Stage::claimed;
-  stock.add(slow);
-  stock.add(ready("next"));
-  CHECK(name_of(stock.take()) == "next");
+  buffer.add(slow);
+  buffer.add(ready("next"));
+  CHECK(name_of(buffer.take()) == "next");
 }
 
 TEST_CASE("stock: it is refilled before it is empty, from small jobs of batches alone") {
-  Stock stock(2);
-  CHECK(stock.wanted() == Stock::kMost);
-  for (std::size_t i = 0; i < Stock::kMost; ++i) stock.add(ready("j" + std::to_string(i), "b"));
-  CHECK(stock.wanted() == 0);
-  while (stock.waiting() >= Stock::kRefillBelow) {
-    const auto job = stock.take();
+  ClaimBuffer stock(2);
+  CHECK(buffer.wanted() == ClaimBuffer::kMost);
+  for (std::size_t i = 0; i < ClaimBuffer::kMost; ++i) buffer.add(ready("j" + std::to_string(i), "b"));
+  CHECK(buffer.wanted() == 0);
+  while (buffer.waiting() >= ClaimBuffer::kRefillBelow) {
+    const auto job = buffer.take();
     REQUIRE(job);
-    stock.ended(*job);
+    buffer.ended(*job);
   }
-  CHECK(stock.wanted() == Stock::kMost - stock.waiting());
-  stock.add(ready("large", "b", Stock::kSmallBytes + 1));
-  CHECK(stock.wanted() == 0);
+  CHECK(buffer.wanted() == ClaimBuffer::kMost - buffer.waiting());
+  buffer.add(ready("large", "b", ClaimBuffer::kSmallBytes + 1));
+  CHECK(buffer.wanted() == 0);
 }
 
 TEST_CASE("stock: no more than there are idle threads when all of them may be busy for long") {
-  Stock stock(2);
-  stock.add(ready("x"));
-  REQUIRE(stock.take());
-  CHECK(stock.wanted() > 0);
-  stock.add(ready("y"));
-  CHECK(stock.wanted() == 0);
-  REQUIRE(stock.take());
-  CHECK(stock.wanted() == 0);
+  ClaimBuffer stock(2);
+  buffer.add(ready("x"));
+  REQUIRE(buffer.take());
+  CHECK(buffer.wanted() > 0);
+  buffer.add(ready("y"));
+  CHECK(buffer.wanted() == 0);
+  REQUIRE(buffer.take());
+  CHECK(buffer.wanted() == 0);
 }
 
 TEST_CASE("stock: one that is suspected waits for all that is there, and nothing is claimed meanwhile") {
-  Stock stock(4);
+  ClaimBuffer stock(4);
   const auto before = ready("before");
-  stock.add(before);
-  REQUIRE(stock.take());
+  buffer.add(before);
+  REQUIRE(buffer.take());
   const auto suspect = ready("suspect");
   suspect->suspected = true;
-  stock.add(suspect);
-  stock.add(ready("after"));
-  CHECK(stock.wanted() == 0);
-  const auto after = stock.take();
+  buffer.add(suspect);
+  buffer.add(ready("after"));
+  CHECK(buffer.wanted() == 0);
+  const auto after = buffer.take();
   CHECK(name_of(after) == "after");
-  CHECK(stock.take() == nullptr);
-  stock.ended(*before);
-  CHECK(stock.take() == nullptr);
-  stock.ended(*after);
-  CHECK(name_of(stock.take()) == "suspect");
-  stock.add(ready("last"));
-  CHECK(stock.take() == nullptr);
-  CHECK(stock.wanted() == 0);
-  stock.ended(*suspect);
-  CHECK(name_of(stock.take()) == "last");
-  CHECK(stock.wanted() > 0);
+  CHECK(buffer.take() == nullptr);
+  buffer.ended(*before);
+  CHECK(buffer.take() == nullptr);
+  buffer.ended(*after);
+  CHECK(name_of(buffer.take()) == "suspect");
+  buffer.add(ready("last"));
+  CHECK(buffer.take() == nullptr);
+  CHECK(buffer.wanted() == 0);
+  buffer.ended(*suspect);
+  CHECK(name_of(buffer.take()) == "last");
+  CHECK(buffer.wanted() > 0);
 }
