@@ -22,7 +22,7 @@ constexpr unsigned kOpenings = 3;
 void Worker::claim_in_background() {
   std::unique_lock lock(mutex_);
   while (!ending_) {
-    const std::size_t most = draining_ || deliveries_.full() ? 0 : buffer_.wanted();
+    const std::size_t most = draining_ || results_.full() ? 0 : buffer_.wanted();
     if (most == 0 && !(draining_ && claiming_)) {
       claim_wake_.wait(lock);
     } else if (Clock::now() < next_claim_) {

@@ -10,7 +10,7 @@
 namespace meshgauge::server {
 namespace {
 
-std::uint64_t bytes_of(const Delivery& delivery) {
+std::uint64_t bytes_of(const PendingResult& delivery) {
   return delivery.ending ? delivery.ending->document.size() + delivery.ending->problem.size() : 0;
 }
 
@@ -19,16 +19,16 @@ bool may_pass(const Error& error) {
   return error.code == ErrorCode::storage_full || error.code == ErrorCode::storage_unavailable;
 }
 
-const store::Token& token_of(const Delivery& delivery) { return delivery.job->token; }
+const store::Token& token_of(const PendingResult& delivery) { return delivery.job->token; }
 
 }  // namespace
 
-Deliveries::Deliveries(store::JobStore& jobs, Settings settings, Delivered delivered, Failed failed)
+PendingResults::PendingResults(store::JobStore& jobs, Settings settings, Delivered delivered, Failed failed)
     : jobs_(jobs), settings_(settings), delivered_(std::move(delivered)), failed_(std::move(failed)) {
   thread_ = std::thread([this] { deliver_in_background(); });
 }
 
-Deliveries::~Deliveries() {
+PendingResults::~PendingResults() {
   {
     const std::lock_guard lock(mutex_);
     ending_ = true;
@@ -37,7 +37,7 @@ Deliveries::~Deliveries() {
   thread_.join();
 }
 
-void Deliveries::add(Delivery delivery) {
+void PendingResults::add(PendingResult delivery) {
   {
     const std::lock_guard lock(mutex_);
     ++unsettled_;
@@ -47,7 +47,7 @@ void Deliveries::add(Delivery delivery) {
   wake_.notify_all();
 }
 
-void Deliveries::hurry() {
+void PendingResults::hurry() {
   {
     const std::lock_guard lock(mutex_);
     hurry_ = true;
@@ -55,22 +55,22 @@ void Deliveries::hurry() {
   wake_.notify_all();
 }
 
-std::size_t Deliveries::waiting() const {
+std::size_t PendingResults::waiting() const {
   const std::lock_guard lock(mutex_);
   return unsettled_;
 }
 
-bool Deliveries::full() const {
+bool PendingResults::full() const {
   const std::lock_guard lock(mutex_);
   return unsettled_ >= kFull || unsettled_bytes_ >= kFullBytes;
 }
 
-bool Deliveries::wait_until_empty(Clock::time_point until) const {
+bool PendingResults::wait_until_empty(Clock::time_point until) const {
   std::unique_lock lock(mutex_);
   return emptied_.wait_until(lock, until, [&] { return unsettled_ == 0; });
 }
 
-void Deliveries::deliver_in_background() {
+void PendingResults::deliver_in_background() {
   auto pause = settings_.first_pause;
   std::unique_lock lock(mutex_);
   for (;;) {
@@ -94,7 +94,7 @@ void Deliveries::deliver_in_background() {
 }
 
 // Precondition: mutex_ is held and something waits. Endings that follow each other, or one job that is handed back.
-Deliveries::Group Deliveries::next_group() {
+PendingResults::Group PendingResults::next_group() {
   Group group;
   std::uint64_t bytes = 0;
   while (!waiting_.empty() && group.size() < kGroup && bytes < kGroupBytes) {
@@ -107,7 +107,7 @@ Deliveries::Group Deliveries::next_group() {
 }
 
 // True when nothing of the group is left to be delivered. For want of memory it is tried again, as for want of a store.
-bool Deliveries::deliver(Group& group) try {
+bool PendingResults::deliver(Group& group) try {
   auto error = group.front().ending ? store_endings(group) : give_back(group.front());
   if (error && !may_pass(*error)) {
     failed_(*error);
@@ -121,10 +121,10 @@ bool Deliveries::deliver(Group& group) try {
   return false;
 }
 
-std::optional<Error> Deliveries::store_endings(Group& group) {
+std::optional<Error> PendingResults::store_endings(Group& group) {
   std::vector<store::Finished> endings;
   endings.reserve(group.size());
-  for (const Delivery& delivery : group) endings.push_back({token_of(delivery), *delivery.ending});
+  for (const PendingResult& delivery : group) endings.push_back({token_of(delivery), *delivery.ending});
   const auto stored = jobs_.finish_all(endings);
   if (!stored) return stored.error();
   std::size_t settled = 0;
@@ -140,7 +140,7 @@ std::optional<Error> Deliveries::store_endings(Group& group) {
 }
 
 // The interval first: it is what the next worker's owner sees meanwhile.
-std::optional<Error> Deliveries::give_back(const Delivery& delivery) {
+std::optional<Error> PendingResults::give_back(const PendingResult& delivery) {
   const auto now = jobs_.time();
   if (delivery.progress) {
     const auto beat = jobs_.heartbeat(token_of(delivery), now + std::chrono::seconds(60), *delivery.progress);
@@ -154,13 +154,14 @@ std::optional<Error> Deliveries::give_back(const Delivery& delivery) {
 
 // One that the store cannot take must not keep the others from it. It goes back, and counts as a failure of the job: so
 // it ends after some tries. On an error that may pass, what is left of the group is still to be delivered.
-std::optional<Error> Deliveries::one_by_one(Group& group) {
+std::optional<Error> PendingResults::one_by_one(Group& group) {
   while (!group.empty()) {
     Group single;
     single.push_back(group.front());
     auto error = single.front().ending ? store_endings(single) : give_back(single.front());
     if (error && !may_pass(*error) && single.front().ending) {
-      Delivery back{single.front().job, std::nullopt, std::nullopt, "its end could not be stored: " + error->message};
+      PendingResult back{single.front().job, std::nullopt, std::nullopt,
+                         "its end could not be stored: " + error->message};
       error = give_back(back);
     }
     if (error && may_pass(*error)) return error;
@@ -170,7 +171,7 @@ std::optional<Error> Deliveries::one_by_one(Group& group) {
   return std::nullopt;
 }
 
-void Deliveries::settle(const Delivery& delivery, Outcome outcome) {
+void PendingResults::settle(const PendingResult& delivery, Outcome outcome) {
   delivered_(delivery, outcome);
   const std::lock_guard lock(mutex_);
   --unsettled_;

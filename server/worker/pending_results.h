@@ -23,14 +23,14 @@
 
 namespace meshgauge::server {
 
-struct Delivery {
+struct PendingResult {
   HeldJobPtr job;
   std::optional<store::Ending> ending;      // none: the job is handed back
   std::optional<store::Progress> progress;  // that goes back with it
   std::string blame;                        // as `last_error` of JobStore::hand_back()
 };
 
-class Deliveries {
+class PendingResults {
  public:
   using Clock = std::chrono::steady_clock;
 
@@ -39,8 +39,8 @@ class Deliveries {
     refused,   // the job is another worker's by now
     given_up,  // the store would never take it
   };
-  // Called on the delivering thread, once for each; it may not wait for deliveries.
-  using Delivered = std::function<void(const Delivery&, Outcome)>;
+  // Called on the delivering thread, once for each; it may not wait for results.
+  using Delivered = std::function<void(const PendingResult&, Outcome)>;
   using Failed = std::function<void(const Error&)>;
 
   struct Settings {
@@ -55,27 +55,27 @@ class Deliveries {
   static constexpr std::uint64_t kFullBytes = std::uint64_t{128} << 20;
 
   // Borrows the store.
-  Deliveries(store::JobStore& jobs, Settings settings, Delivered delivered, Failed failed);
-  ~Deliveries();  // what waits is dropped
-  Deliveries(const Deliveries&) = delete;
-  Deliveries& operator=(const Deliveries&) = delete;
+  PendingResults(store::JobStore& jobs, Settings settings, Delivered delivered, Failed failed);
+  ~PendingResults();  // what waits is dropped
+  PendingResults(const PendingResults&) = delete;
+  PendingResults& operator=(const PendingResults&) = delete;
 
-  void add(Delivery delivery);  // however full it is
-  void hurry();                 // the store may be back
+  void add(PendingResult delivery);  // however full it is
+  void hurry();                      // the store may be back
   std::size_t waiting() const;
   bool full() const;  // no more work should be begun
   bool wait_until_empty(Clock::time_point until) const;
 
  private:
-  using Group = std::vector<Delivery>;
+  using Group = std::vector<PendingResult>;
 
   void deliver_in_background();
   Group next_group();
   bool deliver(Group& group);
   std::optional<Error> store_endings(Group& group);
-  std::optional<Error> give_back(const Delivery& delivery);
+  std::optional<Error> give_back(const PendingResult& delivery);
   std::optional<Error> one_by_one(Group& group);
-  void settle(const Delivery& delivery, Outcome outcome);
+  void settle(const PendingResult& delivery, Outcome outcome);
 
   store::JobStore& jobs_;
   const Settings settings_;
@@ -84,7 +84,7 @@ class Deliveries {
   mutable std::mutex mutex_;
   std::condition_variable wake_;
   mutable std::condition_variable emptied_;
-  std::deque<Delivery> waiting_;
+  std::deque<PendingResult> waiting_;
   std::size_t unsettled_ = 0;  // those, and what is being stored
   std::uint64_t unsettled_bytes_ = 0;
   bool hurry_ = false;

@@ -43,11 +43,11 @@ Worker::Worker(const Settings& settings, Stores stores, const Measuring& measuri
       options_(std::move(options)),
       troubles_(troubles),
       buffer_(settings.workers),
-      deliveries_(
+      results_(
           stores.jobs, {seconds(settings.result_ttl_s)},
-          [this](const Delivery& delivery, Deliveries::Outcome outcome) { delivered(delivery, outcome); },
+          [this](const PendingResult& delivery, PendingResults::Outcome outcome) { delivered(delivery, outcome); },
           [this](const Error& error) { troubles_.note(Result<Done>(error)); }) {
-  metrics_.watch(Level::deliveries_waiting, [this] { return static_cast<double>(deliveries_.waiting()); });
+  metrics_.watch(Level::deliveries_waiting, [this] { return static_cast<double>(results_.waiting()); });
 }
 
 Worker::~Worker() { stop(); }
@@ -66,7 +66,7 @@ void Worker::wake() {
     claim_pause_ = milliseconds(0);
   }
   claim_wake_.notify_all();
-  deliveries_.hurry();
+  results_.hurry();
 }
 
 void Worker::hear(const store::Signal& signal) {
@@ -143,12 +143,12 @@ void Worker::stop(milliseconds patience) {
     idle_.wait(lock, [&] { return given_ == 0; });
   }
   if (threads_.empty()) return;
-  const auto until = Deliveries::Clock::now() + patience;
+  const auto until = PendingResults::Clock::now() + patience;
   {
     std::unique_lock lock(mutex_);  // what is just being claimed is to go back as well
     idle_.wait_until(lock, until, [&] { return !claiming_; });
   }
-  deliveries_.wait_until_empty(until);
+  results_.wait_until_empty(until);
   {
     const std::lock_guard lock(mutex_);
     ending_ = true;
@@ -221,7 +221,7 @@ bool Worker::begin(HeldJob& job) {
 // run it.
 void Worker::conclude(const HeldJobPtr& job, const Result<api::Comparison>& result) {
   LiveJob& live = *job->live;
-  Delivery delivery{job, std::nullopt, live.progress(), ""};
+  PendingResult delivery{job, std::nullopt, live.progress(), ""};
   // The error of one whose time was over before both meshes were read looks the same: the control knows which it was.
   const bool cancelled = stopped_by_cancel(result) && live.control.check() == Interruption::cancelled;
   const bool interrupted = cancelled && !live.cancel_requested();
@@ -244,21 +244,21 @@ void Worker::conclude(const HeldJobPtr& job, const Result<api::Comparison>& resu
   leave(std::move(delivery));
 }
 
-void Worker::leave(Delivery delivery) { deliveries_.add(std::move(delivery)); }
+void Worker::leave(PendingResult delivery) { results_.add(std::move(delivery)); }
 
-void Worker::delivered(const Delivery& delivery, Deliveries::Outcome outcome) {
+void Worker::delivered(const PendingResult& delivery, PendingResults::Outcome outcome) {
   const HeldJob& job = *delivery.job;
   const std::string& id = job.live->key.id;
-  if (outcome == Deliveries::Outcome::given_up) log_event("store", "job " + id + ": its end could not be stored");
-  if (outcome == Deliveries::Outcome::refused && delivery.ending) {
+  if (outcome == PendingResults::Outcome::given_up) log_event("store", "job " + id + ": its end could not be stored");
+  if (outcome == PendingResults::Outcome::refused && delivery.ending) {
     metrics_.worker_lease_lost();
     log_event("store", "job " + id + " was taken over by another worker");
   }
-  const bool ended = outcome == Deliveries::Outcome::stored && delivery.ending;
+  const bool ended = outcome == PendingResults::Outcome::stored && delivery.ending;
   if (ended && job.in_batch) release_blobs(stores_, troubles_, job.live->key.owner, job.live->a.id, job.live->b.id);
   if (ended && options_.ended) options_.ended(job.last);
   const std::lock_guard lock(mutex_);
-  if (draining_ && outcome == Deliveries::Outcome::stored && !delivery.ending) handed_back_.push_back(id);
+  if (draining_ && outcome == PendingResults::Outcome::stored && !delivery.ending) handed_back_.push_back(id);
   std::erase(held_, delivery.job);
   next_claim_ = std::min(next_claim_, Clock::now() + claim_pause_);  // an end may let others begin
   look_again_ = true;

@@ -71,7 +71,7 @@ class Worker {
 
   std::size_t running() const;  // that have begun
   std::size_t held() const;     // claimed, and not yet delivered
-  std::size_t deliveries_waiting() const { return deliveries_.waiting(); }
+  std::size_t deliveries_waiting() const { return results_.waiting(); }
 
  private:
   using Clock = LiveJob::Clock;
@@ -93,8 +93,8 @@ class Worker {
   bool begin(HeldJob& job);
   void conclude(const HeldJobPtr& job, const Result<api::Comparison>& result);
   void withdraw(const HeldJobPtr& job);
-  void leave(Delivery delivery);
-  void delivered(const Delivery& delivery, Deliveries::Outcome outcome);
+  void leave(PendingResult delivery);
+  void delivered(const PendingResult& delivery, PendingResults::Outcome outcome);
 
   void keep_in_background();
   struct Telling {
@@ -134,7 +134,7 @@ class Worker {
   std::uint64_t claims_ = 0;         // the claiming thread's
   std::vector<std::string> unsure_;  // likewise: names under which jobs may have been claimed without our knowledge
 
-  Deliveries deliveries_;
+  PendingResults results_;
   std::vector<std::thread> threads_;
 };
 

@@ -9,7 +9,7 @@ using namespace meshgauge::server;
 using std::chrono::seconds;
 using store::got;
 using store::JobState;
-using How = Deliveries::Outcome;
+using How = PendingResults::Outcome;
 
 namespace {
 
@@ -18,13 +18,13 @@ struct Delivered {
   std::vector<std::pair<std::string, How>> all;
   std::atomic<int> failures{0};
 
-  Deliveries::Delivered hear() {
-    return [this](const Delivery& delivery, How outcome) {
+  PendingResults::Delivered hear() {
+    return [this](const PendingResult& delivery, How outcome) {
       const std::lock_guard lock(mutex);
       all.emplace_back(delivery.job->live->key.id, outcome);
     };
   }
-  Deliveries::Failed failed() {
+  PendingResults::Failed failed() {
     return [this](const Error&) { ++failures; };
   }
 };
@@ -40,7 +40,7 @@ HeldJobPtr claimed(Kept& kept, const std::string& name) {
   return job;
 }
 
-Delivery done(const HeldJobPtr& job, const std::string& document = "{}") {
+PendingResult done(const HeldJobPtr& job, const std::string& document = "{}") {
   const auto now = store::now();
   return {job, store::Ending{JobState::done, document, "", now, now + seconds(60)}, std::nullopt, ""};
 }
@@ -54,15 +54,15 @@ TEST_CASE("deliveries: what comes while the store is busy or away is stored in o
   Delivered delivered;
   std::vector<HeldJobPtr> jobs;
   for (int i = 0; i < 20; ++i) jobs.push_back(claimed(kept, "j" + std::to_string(i)));
-  Deliveries deliveries(kept.jobs, {}, delivered.hear(), delivered.failed());
+  PendingResults results(kept.jobs, {}, delivered.hear(), delivered.failed());
   kept.jobs.full = true;
-  for (const auto& job : jobs) deliveries.add(done(job));
+  for (const auto& job : jobs) results.add(done(job));
   REQUIRE(eventually([&] { return delivered.failures > 0; }));
-  CHECK(deliveries.waiting() == 20);
+  CHECK(results.waiting() == 20);
   kept.jobs.full = false;
   const int before = kept.jobs.finishes;
-  deliveries.hurry();
-  REQUIRE(deliveries.wait_until_empty(Deliveries::Clock::now() + kEnough));
+  results.hurry();
+  REQUIRE(results.wait_until_empty(PendingResults::Clock::now() + kEnough));
   CHECK(kept.jobs.finishes - before <= 2);  // one may have been on its way with the first alone
   CHECK(delivered.all.size() == 20);
   for (const auto& job : jobs) CHECK(has_state(kept, job->live->key, JobState::done));
@@ -74,10 +74,10 @@ TEST_CASE("deliveries: one whose job is another worker's is refused, the others 
   const auto mine = claimed(kept, "mine");
   const auto lost = claimed(kept, "lost");
   got(kept.embedded.jobs().hand_back(lost->token, "", {store::now(), store::now() + seconds(60)}));
-  Deliveries deliveries(kept.jobs, {}, delivered.hear(), delivered.failed());
-  deliveries.add(done(lost));
-  deliveries.add(done(mine));
-  REQUIRE(deliveries.wait_until_empty(Deliveries::Clock::now() + kEnough));
+  PendingResults results(kept.jobs, {}, delivered.hear(), delivered.failed());
+  results.add(done(lost));
+  results.add(done(mine));
+  REQUIRE(results.wait_until_empty(PendingResults::Clock::now() + kEnough));
   CHECK(delivered.all == std::vector<std::pair<std::string, How>>{{"lost", How::refused}, {"mine", How::stored}});
   CHECK(has_state(kept, lost->live->key, JobState::queued));
 }
@@ -86,9 +86,9 @@ TEST_CASE("deliveries: what is handed back takes its interval along") {
   Kept kept;
   Delivered delivered;
   const auto job = claimed(kept, "back");
-  Deliveries deliveries(kept.jobs, {}, delivered.hear(), delivered.failed());
-  deliveries.add({job, std::nullopt, store::Progress{1, 2, "traverse"}, ""});
-  REQUIRE(deliveries.wait_until_empty(Deliveries::Clock::now() + kEnough));
+  PendingResults results(kept.jobs, {}, delivered.hear(), delivered.failed());
+  results.add({job, std::nullopt, store::Progress{1, 2, "traverse"}, ""});
+  REQUIRE(results.wait_until_empty(PendingResults::Clock::now() + kEnough));
   const auto row = row_of(kept, job->live->key);
   CHECK(row.state == JobState::queued);
   CHECK(row.progress == store::Progress{1, 2, "traverse"});
@@ -100,10 +100,10 @@ TEST_CASE("deliveries: an end that the store can never take counts against its j
   const auto poison = claimed(kept, "poison");
   const auto other = claimed(kept, "other");
   kept.jobs.refused_document = "poison";
-  Deliveries deliveries(kept.jobs, {}, delivered.hear(), delivered.failed());
-  deliveries.add(done(poison, "poison"));
-  deliveries.add(done(other));
-  REQUIRE(deliveries.wait_until_empty(Deliveries::Clock::now() + kEnough));
+  PendingResults results(kept.jobs, {}, delivered.hear(), delivered.failed());
+  results.add(done(poison, "poison"));
+  results.add(done(other));
+  REQUIRE(results.wait_until_empty(PendingResults::Clock::now() + kEnough));
   CHECK(has_state(kept, other->live->key, JobState::done));
   const auto row = row_of(kept, poison->live->key);
   CHECK(row.state == JobState::queued);
@@ -117,19 +117,19 @@ TEST_CASE("deliveries: for want of memory those that were not settled are again,
   for (int i = 0; i < 5; ++i) jobs.push_back(claimed(kept, "j" + std::to_string(i)));
   int left = 3;
   const auto hear = delivered.hear();
-  const auto short_of_memory = [&](const Delivery& delivery, How outcome) {
+  const auto short_of_memory = [&](const PendingResult& delivery, How outcome) {
     if (left-- == 0) throw std::bad_alloc();
     hear(delivery, outcome);
   };
-  Deliveries deliveries(kept.jobs, {}, short_of_memory, delivered.failed());
+  PendingResults results(kept.jobs, {}, short_of_memory, delivered.failed());
   kept.jobs.full = true;  // so that they become one group
-  for (const auto& job : jobs) deliveries.add(done(job));
+  for (const auto& job : jobs) results.add(done(job));
   REQUIRE(eventually([&] { return delivered.failures > 0; }));
   kept.jobs.full = false;
-  deliveries.hurry();
-  REQUIRE(deliveries.wait_until_empty(Deliveries::Clock::now() + kEnough));
+  results.hurry();
+  REQUIRE(results.wait_until_empty(PendingResults::Clock::now() + kEnough));
   std::vector<std::pair<std::string, How>> each_once;
   for (const auto& job : jobs) each_once.emplace_back(job->live->key.id, How::stored);
   CHECK(delivered.all == each_once);
-  CHECK(deliveries.waiting() == 0);
+  CHECK(results.waiting() == 0);
 }
