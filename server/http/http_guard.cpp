@@ -157,7 +157,7 @@ void HttpGuard::stop() {
 
 void HttpGuard::abort() {
   aborted_.store(true);
-  farewells_.hurry();
+  lingering_.hurry();
 }
 
 bool HttpGuard::process_and_close_socket(socket_t socket) {
@@ -165,7 +165,7 @@ bool HttpGuard::process_and_close_socket(socket_t socket) {
   if (IoPool::role() == IoPool::Role::drop) return ++dropped_, true;
   const Counted counted(connections_);
   try {
-    if (attend(socket) == End::answered) farewells_.take(std::move(owned));
+    if (attend(socket) == End::answered) lingering_.take(std::move(owned));
   } catch (const std::exception&) {  // out of memory between two requests: this connection is lost, no other
   }
   return true;

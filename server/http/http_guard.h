@@ -65,7 +65,7 @@ class HttpGuard final : private httplib::Server {
   const Tls* const tls_;
   IoPool* pool_ = nullptr;  // owned by the library while it listens
   ConnectionLimit peers_;
-  Farewells farewells_;
+  LingeringClose lingering_;
   std::atomic<bool> draining_{false};
   std::atomic<bool> aborted_{false};
   std::atomic<std::uint64_t> connections_{0};

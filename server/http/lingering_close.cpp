@@ -13,7 +13,7 @@ constexpr std::size_t kPiece = std::size_t{1} << 20;
 
 // Throws away what is there. False: the client has closed, or has sent enough.
 bool drain(int fd, std::size_t& drained) {
-  while (drained < Farewells::kMostBytes) {
+  while (drained < LingeringClose::kMostBytes) {
     const ssize_t n = ::recv(fd, nullptr, kPiece, MSG_DONTWAIT | MSG_TRUNC);  // TCP throws them away uncopied
     if (n == 0) return false;
     if (n < 0) return errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR;
@@ -24,9 +24,9 @@ bool drain(int fd, std::size_t& drained) {
 
 }  // namespace
 
-Farewells::Farewells(std::size_t most) : most_(most), thread_([this] { run(); }) {}
+LingeringClose::LingeringClose(std::size_t most) : most_(most), thread_([this] { run(); }) {}
 
-Farewells::~Farewells() {
+LingeringClose::~LingeringClose() {
   {
     const std::lock_guard lock(mutex_);
     ending_ = true;
@@ -35,7 +35,7 @@ Farewells::~Farewells() {
   thread_.join();
 }
 
-void Farewells::take(Descriptor socket) {
+void LingeringClose::take(Descriptor socket) {
   const std::lock_guard lock(mutex_);
   if (hurried_) return;
   if (partings_.size() >= most_) partings_.pop_front();
@@ -43,18 +43,18 @@ void Farewells::take(Descriptor socket) {
   if (partings_.size() == 1) changed_.notify_one();
 }
 
-void Farewells::hurry() {
+void LingeringClose::hurry() {
   const std::lock_guard lock(mutex_);
   hurried_ = true;
   partings_.clear();
 }
 
-std::size_t Farewells::size() const {
+std::size_t LingeringClose::size() const {
   const std::lock_guard lock(mutex_);
   return partings_.size();
 }
 
-void Farewells::run() {
+void LingeringClose::run() {
   std::unique_lock lock(mutex_);
   for (;;) {
     changed_.wait(lock, [this] { return ending_ || !partings_.empty(); });

@@ -17,16 +17,16 @@
 
 namespace meshgauge::server {
 
-class Farewells {
+class LingeringClose {
  public:
   static constexpr std::chrono::milliseconds kTime{1000};           // that a client has to close
   static constexpr std::size_t kMostBytes = std::size_t{16} << 20;  // of one client that are thrown away
   static constexpr std::size_t kMost = 256;                         // at once
 
-  explicit Farewells(std::size_t most = kMost);  // beyond `most` the oldest is closed
-  ~Farewells();                                  // gives those that are left their time
-  Farewells(const Farewells&) = delete;
-  Farewells& operator=(const Farewells&) = delete;
+  explicit LingeringClose(std::size_t most = kMost);  // beyond `most` the oldest is closed
+  ~LingeringClose();                                  // gives those that are left their time
+  LingeringClose(const LingeringClose&) = delete;
+  LingeringClose& operator=(const LingeringClose&) = delete;
 
   // Takes `socket` over; nothing may be written to it any more. Any thread; does not wait.
   void take(Descriptor socket);

@@ -71,67 +71,67 @@ bool is_closed(int fd) {
   return ::poll(&entry, 1, 10) > 0 && (entry.revents & (POLLHUP | POLLERR)) != 0;
 }
 
-TEST_CASE("farewells: who has sent more than was read still gets its answer") {
+TEST_CASE("lingering: who has sent more than was read still gets its answer") {
   Listener listener;
-  Farewells farewells;
+  LingeringClose lingering;
   Ends ends = listener.connect();
   flood(ends.theirs.get());  // closing now would reset the connection
   answer(ends, "no");
-  farewells.take(std::move(ends.ours));
+  lingering.take(std::move(ends.ours));
   flood(ends.theirs.get());
   CHECK(read_all(ends.theirs.get()) == "no");
   ends.theirs.close();
-  while (farewells.size() > 0) std::this_thread::yield();
+  while (lingering.size() > 0) std::this_thread::yield();
 }
 
-TEST_CASE("farewells: who never closes is left") {
+TEST_CASE("lingering: who never closes is left") {
   Listener listener;
-  Farewells farewells;
+  LingeringClose lingering;
   Ends ends = listener.connect();
   answer(ends, "no");
-  farewells.take(std::move(ends.ours));
+  lingering.take(std::move(ends.ours));
   CHECK(read_all(ends.theirs.get()) == "no");
-  while (farewells.size() > 0) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  while (lingering.size() > 0) std::this_thread::sleep_for(std::chrono::milliseconds(10));
   while (!is_closed(ends.theirs.get())) {
   }
 }
 
-TEST_CASE("farewells: who sends without end is left") {
+TEST_CASE("lingering: who sends without end is left") {
   Listener listener;
-  Farewells farewells;
+  LingeringClose lingering;
   Ends ends = listener.connect();
   answer(ends, "no");
-  farewells.take(std::move(ends.ours));
+  lingering.take(std::move(ends.ours));
   const std::vector<char> bytes(1 << 16, 'x');
   std::size_t sent = 0;
   while (::send(ends.theirs.get(), bytes.data(), bytes.size(), MSG_NOSIGNAL) > 0) sent += bytes.size();
-  CHECK(sent < 4 * Farewells::kMostBytes);  // and what the kernel's buffers take
+  CHECK(sent < 4 * LingeringClose::kMostBytes);  // and what the kernel's buffers take
 }
 
-TEST_CASE("farewells: beyond the most there can be, the oldest goes first") {
+TEST_CASE("lingering: beyond the most there can be, the oldest goes first") {
   constexpr std::size_t most = 5;
   Listener listener;
-  Farewells farewells(most);
+  LingeringClose lingering(most);
   std::vector<Ends> all;
   for (std::size_t i = 0; i < most + 3; ++i) {
     all.push_back(listener.connect());
     answer(all.back(), "no");
-    farewells.take(std::move(all.back().ours));
+    lingering.take(std::move(all.back().ours));
   }
-  CHECK(farewells.size() <= most);
+  CHECK(lingering.size() <= most);
   for (const Ends& ends : all) CHECK(read_all(ends.theirs.get()) == "no");
 }
 
-TEST_CASE("farewells: in a hurry nobody is waited for") {
+TEST_CASE("lingering: in a hurry nobody is waited for") {
   Listener listener;
-  Farewells farewells;
+  LingeringClose lingering;
   Ends before = listener.connect();
   Ends after = listener.connect();
-  farewells.take(std::move(before.ours));
-  farewells.hurry();
-  while (farewells.size() > 0) std::this_thread::yield();
-  farewells.take(std::move(after.ours));
-  CHECK(farewells.size() == 0);
+  lingering.take(std::move(before.ours));
+  lingering.hurry();
+  while (lingering.size() > 0) std::this_thread::yield();
+  lingering.take(std::move(after.ours));
+  CHECK(lingering.size() == 0);
   CHECK(read_all(after.theirs.get()).empty());
 }
 
