@@ -44,9 +44,9 @@ sandbox::PoolSettings pool_settings(const Settings& settings, const std::vector<
 }
 
 std::string defect_of(sandbox::Pool& pool) {
-  Control patience;
-  patience.set_deadline(Control::Clock::now() + kReaderTime);
-  return pool.defect(patience);
+  Control limit;
+  limit.set_deadline(Control::Clock::now() + kReaderTime);
+  return pool.defect(limit);
 }
 
 Fetch fetching_by(sandbox::Pool& pool, MeshCache& cache, const api::ReadLimits& limits) {

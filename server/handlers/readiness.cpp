@@ -46,7 +46,7 @@ Readiness::Defects Readiness::seen() {
   if (looking_) return late_ ? late() : defects_;
   if (Clock::now() < looked_ + std::chrono::seconds(1)) return defects_;
   begin_look();
-  late_ = !looked_at_.wait_for(lock, patience_, [this] { return !looking_; });
+  late_ = !looked_at_.wait_for(lock, timeout_, [this] { return !looking_; });
   return late_ ? late() : defects_;
 }
 

@@ -17,8 +17,8 @@ namespace meshgauge::server {
 // Thread safe, but for watch().
 class Readiness {
  public:
-  // `patience`: for how long one look holds up who asks; a part that takes longer does not answer.
-  explicit Readiness(std::chrono::milliseconds patience = std::chrono::milliseconds(1500)) : patience_(patience) {}
+  // `timeout`: for how long one look holds up who asks; a part that takes longer does not answer.
+  explicit Readiness(std::chrono::milliseconds timeout = std::chrono::milliseconds(1500)) : timeout_(timeout) {}
   ~Readiness();  // waits for a look that goes on
 
   using Defects = std::vector<std::pair<const char*, std::string>>;  // a part, and what is wrong with it
@@ -39,12 +39,12 @@ class Readiness {
   void look();
   Defects looked_at();
 
-  const std::chrono::milliseconds patience_;
+  const std::chrono::milliseconds timeout_;
   std::vector<std::pair<const char*, std::function<std::string()>>> looks_;
   std::mutex mutex_;  // guards what follows; nobody looks under it
   std::condition_variable looked_at_;
   bool looking_ = false;  // a thread does
-  bool late_ = false;     // for longer than anybody's patience
+  bool late_ = false;     // for longer than anybody's timeout
   const char* at_ = "";   // the part that it looks at
   Defects defects_;
   Clock::time_point looked_{};

@@ -12,7 +12,7 @@ thread_local IoPool::Role current_role = IoPool::Role::serve;
 }  // namespace
 
 IoPool::IoPool(std::size_t threads, std::size_t max_pending, std::function<void()> at_end)
-    : at_end_(std::move(at_end)), patience_(max_pending) {
+    : at_end_(std::move(at_end)), limit_(max_pending) {
   for (std::size_t i = 0; i < threads; ++i) threads_.emplace_back([this] { run(serving_, Role::serve); });
   threads_.emplace_back([this] { run(refusing_, Role::refuse); });
 }
@@ -22,7 +22,7 @@ IoPool::~IoPool() { shutdown(); }
 IoPool::Role IoPool::place(Task& task) {
   const std::lock_guard lock(mutex_);
   const std::size_t waiting = serving_.tasks.size() - std::min(serving_.tasks.size(), idle_);
-  if (serving_.tasks.size() < idle_ + patience_.limit(waiting, Patience::Clock::now())) {
+  if (serving_.tasks.size() < idle_ + limit_.limit(waiting, QueueLimit::Clock::now())) {
     serving_.tasks.push_back(std::move(task));
     serving_.ready.notify_one();
     return Role::serve;

@@ -44,7 +44,7 @@ class IoPool final : public httplib::TaskQueue {
 
   const std::function<void()> at_end_;
   mutable std::mutex mutex_;  // guards what follows
-  Patience patience_;
+  QueueLimit limit_;
   Lane serving_;
   Lane refusing_;
   std::size_t idle_ = 0;  // serving threads that wait

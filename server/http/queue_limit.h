@@ -10,13 +10,13 @@
 namespace meshgauge::server {
 
 // One thread at a time.
-class Patience {
+class QueueLimit {
  public:
   using Clock = std::chrono::steady_clock;
   static constexpr std::chrono::milliseconds kBurst{100};
   static constexpr std::size_t kPart = 8;
 
-  explicit Patience(std::size_t most) : most_(most) {}
+  explicit QueueLimit(std::size_t most) : most_(most) {}
 
   // When one more comes and finds `waiting`: how many may wait.
   std::size_t limit(std::size_t waiting, Clock::time_point now) {

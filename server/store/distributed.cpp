@@ -22,7 +22,7 @@ Result<std::unique_ptr<DistributedStores>> DistributedStores::open(const Distrib
   if (!folder) return folder.error();
   std::unique_ptr<DistributedStores> stores(new DistributedStores(std::move(*folder)));
   Result<std::unique_ptr<PostgresStore>> store =
-      PostgresStore::open({settings.database, settings.max_connections, settings.patience, settings.duty_grace,
+      PostgresStore::open({settings.database, settings.max_connections, settings.call_timeout, settings.duty_grace,
                            settings.max_unrecorded, settings.report});
   if (!store) return store.error();
   stores->store_ = std::move(*store);

@@ -24,7 +24,7 @@ struct DistributedSettings {
   std::string data_folder;  // this process's own: cache/ in it
   std::size_t max_unrecorded = 10'000;
   std::size_t max_connections = 8;
-  std::chrono::milliseconds patience{4000};      // PostgresSettings'
+  std::chrono::milliseconds call_timeout{4000};  // PostgresSettings'
   std::chrono::milliseconds duty_grace{15'000};  // likewise
   Report report = {};                            // lines for the log: of the database and of S3
 };

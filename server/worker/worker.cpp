@@ -133,7 +133,7 @@ void Worker::withdraw(const HeldJobPtr& job) {
   if (!lost) leave({job, std::nullopt, std::nullopt, ""});
 }
 
-void Worker::stop(milliseconds patience) {
+void Worker::stop(milliseconds timeout) {
   drain();
   {
     std::unique_lock lock(mutex_);
@@ -143,7 +143,7 @@ void Worker::stop(milliseconds patience) {
     idle_.wait(lock, [&] { return given_ == 0; });
   }
   if (threads_.empty()) return;
-  const auto until = PendingResults::Clock::now() + patience;
+  const auto until = PendingResults::Clock::now() + timeout;
   {
     std::unique_lock lock(mutex_);  // what is just being claimed is to go back as well
     idle_.wait_until(lock, until, [&] { return !claiming_; });

@@ -65,9 +65,9 @@ class Worker {
 
   void drain();  // claims no more, and hands back what has not begun
   // Drains, cancels what runs, hands it back with the interval that it has reached, and waits until the store knows:
-  // at most `patience`, if the store does not answer. What it is not told by then it finds when the lease is over. Logs
+  // at most `timeout`, if the store does not answer. What it is not told by then it finds when the lease is over. Logs
   // which jobs went back since drain().
-  void stop(std::chrono::milliseconds patience = std::chrono::seconds(5));
+  void stop(std::chrono::milliseconds timeout = std::chrono::seconds(5));
 
   std::size_t running() const;  // that have begun
   std::size_t held() const;     // claimed, and not yet delivered

@@ -12,7 +12,7 @@
 namespace meshgauge::server::store {
 namespace {
 
-constexpr int kLonger = 5;                           // of the patience, for ten thousand rows
+constexpr int kLonger = 5;                           // of the call_timeout, for ten thousand rows
 constexpr std::int64_t kOwnersBatches = 0x4d474a33;  // a lock beside those of schema.cpp and control.cpp
 
 void lock_batches_of(PgConnection& connection, const std::string& owner) {
@@ -325,7 +325,7 @@ Result<Done> PostgresStore::cancel_jobs_of(const JobKey& key, std::uint64_t item
 }
 
 Result<bool> PostgresStore::cancel_batch(const JobKey& key, Moment moment) {
-  const auto until = std::chrono::steady_clock::now() + kLonger * pool_.settings().patience;
+  const auto until = std::chrono::steady_clock::now() + kLonger * pool_.settings().call_timeout;
   const Result<std::uint64_t> items =
       pool_.run(Promise::durable, [&](PgConnection& connection) { return mark_cancelled(connection, key); });
   if (!items) return items.error();

@@ -9,7 +9,7 @@
 namespace meshgauge::server::store {
 namespace {
 
-constexpr int kLonger = 5;                  // of the patience: what reads or removes much
+constexpr int kLonger = 5;                  // of the call_timeout: what reads or removes much
 constexpr std::int64_t kChunkPortion = 16;  // chunks that one transaction removes
 constexpr std::int64_t kBlobsAtOnce = 1000;
 constexpr int kSends = 3;  // of one blob, each after the database lost some of the one before

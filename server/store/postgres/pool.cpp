@@ -114,7 +114,7 @@ std::optional<PgFailure> PgPool::attempt(const std::function<void(PgConnection&)
   }
 }
 
-bool PgPool::is_given_up() const { return gone_since_ && Clock::now() - *gone_since_ >= settings_.patience; }
+bool PgPool::is_given_up() const { return gone_since_ && Clock::now() - *gone_since_ >= settings_.call_timeout; }
 
 std::unique_ptr<PgConnection> PgPool::take(SteadyTime deadline) {
   std::unique_lock lock(mutex_);
@@ -202,7 +202,7 @@ void PgPool::open_one(std::unique_lock<std::mutex>& lock) {
     gone_since_.reset();
     ++open_;
     idle_.push_back(std::move(connection));
-  } else if (open_ == 0 || Clock::now() - newest_success_ >= settings_.patience) {
+  } else if (open_ == 0 || Clock::now() - newest_success_ >= settings_.call_timeout) {
     newest_trouble_ = Clock::now();
     if (!gone_since_) gone_since_ = newest_trouble_;
     why_gone_ = why;

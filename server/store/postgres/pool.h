@@ -1,7 +1,7 @@
 // The connections of a process to its database, and how what it asks survives a failover.
 //
 // One thread opens connections, so that nobody who calls waits for a name server or a host that is silent. A call that
-// fails for a reason that may pass is repeated on another connection, until `patience` is over: a failover of a
+// fails for a reason that may pass is repeated on another connection, until `call_timeout` is over: a failover of a
 // second or two is not noticed. While the database has been gone for longer, calls fail at once, and that thread tries
 // again and again. A database that has no more connections to give is not gone: those that there are go round.
 //
@@ -28,7 +28,7 @@ namespace meshgauge::server::store {
 struct PoolSettings {
   std::string database;  // connection string
   std::size_t max_connections = 8;
-  std::chrono::milliseconds patience{4000};
+  std::chrono::milliseconds call_timeout{4000};
   Report report = {};
   std::chrono::milliseconds fair_time{1000};  // for an answer: a server that takes longer may be gone
 };
@@ -46,13 +46,13 @@ class PgPool {
   ~PgPool();
 
   // work(PgConnection&), which may throw PgFailure; what it returns. It is called again when that may help. `longer`:
-  // how many times the patience a large work gets. Thread safe.
+  // how many times the call_timeout a large work gets. Thread safe.
   template <class Work>
   auto run(Promise promise, Work work, int longer = 1) -> Result<std::invoke_result_t<Work&, PgConnection&>> {
     std::optional<std::invoke_result_t<Work&, PgConnection&>> value;
     Result<Done> done = run_until(
         promise, [&](PgConnection& connection) { value.emplace(work(connection)); },
-        std::chrono::steady_clock::now() + longer * settings_.patience);
+        std::chrono::steady_clock::now() + longer * settings_.call_timeout);
     if (!done) return done.error();
     return *std::move(value);
   }

@@ -22,7 +22,7 @@ namespace meshgauge::server::store {
 struct PostgresSettings {
   std::string database;                          // connection string; several hosts are tried in turn
   std::size_t max_connections = 8;               // beside the one that listens
-  std::chrono::milliseconds patience{4000};      // for how long a call goes on when the database does not answer
+  std::chrono::milliseconds call_timeout{4000};  // for how long a call goes on when the database does not answer
   std::chrono::milliseconds duty_grace{15'000};  // PgControl's
   std::size_t max_unrecorded = 10'000;           // jobs given to record() that are held while they cannot be written
   Report report = {};                            // of the database's going and coming back

@@ -9,7 +9,7 @@ namespace meshgauge::server::store {
 namespace {
 
 constexpr std::int64_t kPortion = 500;  // rows that one transaction ends or removes
-constexpr int kLonger = 5;              // of the patience: what reads or removes much
+constexpr int kLonger = 5;              // of the call_timeout: what reads or removes much
 
 // What an item of a batch points at stays as long as the batch, whenever it expires.
 #define MESHGAUGE_PG_IN_NO_BATCH \

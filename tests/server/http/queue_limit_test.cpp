@@ -7,23 +7,23 @@ namespace {
 
 using std::chrono::milliseconds;
 
-TEST_CASE("patience: a burst may fill the queue, one that stands is cut short until it was empty") {
-  Patience patience(80);
-  const auto start = Patience::Clock::now();
-  CHECK(patience.limit(0, start) == 80);
-  CHECK(patience.limit(70, start + Patience::kBurst) == 80);
-  CHECK(patience.limit(11, start + Patience::kBurst + milliseconds(1)) == 11);
-  CHECK(patience.limit(1, start + milliseconds(5000)) == 11);
-  CHECK(patience.limit(0, start + milliseconds(5001)) == 80);
-  CHECK(patience.limit(79, start + milliseconds(5050)) == 80);
+TEST_CASE("limit: a burst may fill the queue, one that stands is cut short until it was empty") {
+  QueueLimit limit(80);
+  const auto start = QueueLimit::Clock::now();
+  CHECK(limit.limit(0, start) == 80);
+  CHECK(limit.limit(70, start + QueueLimit::kBurst) == 80);
+  CHECK(limit.limit(11, start + QueueLimit::kBurst + milliseconds(1)) == 11);
+  CHECK(limit.limit(1, start + milliseconds(5000)) == 11);
+  CHECK(limit.limit(0, start + milliseconds(5001)) == 80);
+  CHECK(limit.limit(79, start + milliseconds(5050)) == 80);
 }
 
-TEST_CASE("patience: never more than there may be, and after an idle hour as at the start") {
+TEST_CASE("limit: never more than there may be, and after an idle hour as at the start") {
   for (const std::size_t most : {0U, 1U, 2U}) {
-    Patience patience(most);
-    const auto start = Patience::Clock::now();
-    CHECK(patience.limit(1, start) <= most);
-    CHECK(patience.limit(0, start + std::chrono::hours(1)) == most);
+    QueueLimit limit(most);
+    const auto start = QueueLimit::Clock::now();
+    CHECK(limit.limit(1, start) <= most);
+    CHECK(limit.limit(0, start + std::chrono::hours(1)) == most);
   }
 }
 

@@ -38,7 +38,7 @@ TEST_CASE("large batches: removed within a call's time, when PostgreSQL believes
   insert(stores.batches(), new_batch("ann", "c", 10'000));
   end_all(stores);
   DistributedSettings settings = stores.settings("hasty");
-  settings.patience = 1s;
+  settings.call_timeout = 1s;
   const auto hasty = got(DistributedStores::open(settings));
   SUBCASE("forgotten") {
     CHECK(got(hasty->batches().forget_batch({"ann", "b"})));
@@ -100,7 +100,7 @@ TEST_CASE("outages: callers are told in general words, the report has the whole 
   DistributedSettings settings;
   settings.database = server.new_database();
   settings.data_folder = folder / "data";
-  settings.patience = 500ms;
+  settings.call_timeout = 500ms;
   std::mutex mutex;
   std::vector<std::string> lines;
   settings.report = [&](const std::string& line) {

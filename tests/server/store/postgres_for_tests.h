@@ -46,7 +46,7 @@ class PostgresForTests {
     settings.database = database_;
     settings.data_folder = folder_ / folder;
     settings.max_unrecorded = 50;
-    settings.patience = std::chrono::seconds(20);  // a slow machine is no failure
+    settings.call_timeout = std::chrono::seconds(20);  // a slow machine is no failure
     settings.duty_grace = std::chrono::milliseconds(300);
     return settings;
   }

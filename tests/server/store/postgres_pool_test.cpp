@@ -47,7 +47,7 @@ class Frugal {
 }  // namespace
 
 TEST_CASE("connections: who comes late to a connection takes none from the others") {
-  constexpr int kAllTheTime = 100;  // times the patience
+  constexpr int kAllTheTime = 100;  // times the call_timeout
   PostgresForTests stores;
   PoolSettings settings{stores.database(), 2, 300ms};
   bool late = false;
@@ -131,7 +131,7 @@ TEST_CASE("connections: who cannot have one leaves the duty to who can") {
   Frugal role(stores, -1);
   DistributedSettings settings = stores.settings("frugal");
   settings.database = role.connection_string();
-  settings.patience = 500ms;
+  settings.call_timeout = 500ms;
   auto first = got(DistributedStores::open(settings));
   REQUIRE(eventually([&] { return first->jobs().on_duty(); }));
   CHECK_FALSE(stores.jobs().on_duty());

@@ -104,7 +104,7 @@ TEST_CASE("trouble: connections that break at any moment lose nothing and do not
   });
   over = true;
   breaker.join();
-  // None was given up for good: whoever asks with patience is answered.
+  // None was given up for good: whoever asks with call_timeout is answered.
   CHECK(failed == 0);
   got(stores.jobs().recover("", "the test is over", {at(200), at(1200)}));
   while (got(stores.jobs().counts()).queued > 0) work_once(stores.jobs(), "last", mutex, ended);
@@ -142,11 +142,11 @@ TEST_CASE("trouble: a claim whose answer is lost is found again, not made twice"
         claimed.size());
 }
 
-TEST_CASE("trouble: a database that stops is missed for no longer than the patience, and found again") {
+TEST_CASE("trouble: a database that stops is missed for no longer than the call_timeout, and found again") {
   PostgresForTests all;
   PostgresServer& server = PostgresServer::shared();
   DistributedSettings settings = all.settings("impatient");
-  settings.patience = 1500ms;
+  settings.call_timeout = 1500ms;
   settings.duty_grace = 0ms;
   const auto stores = got(DistributedStores::open(settings));
   insert(stores->jobs(), new_job("ann", "before"));
@@ -170,7 +170,7 @@ TEST_CASE("trouble: a database that stops is missed for no longer than the patie
 TEST_CASE("trouble: what no standby has confirmed is not acknowledged") {
   PostgresForTests all;
   DistributedSettings settings = all.settings("impatient");
-  settings.patience = 1500ms;
+  settings.call_timeout = 1500ms;
   const auto stores = got(DistributedStores::open(settings));
   demand_standby(all.database());
   CHECK_FALSE(stores->jobs().insert(new_job("ann", "1")).ok());
@@ -192,7 +192,7 @@ TEST_CASE("trouble: nor is it to another process, which finds it there") {
   std::vector<std::unique_ptr<DistributedStores>> stores;
   for (const char* name : {"one", "other"}) {
     DistributedSettings settings = all.settings(name);
-    settings.patience = 250ms;
+    settings.call_timeout = 250ms;
     stores.push_back(got(DistributedStores::open(settings)));
   }
   // When it is acknowledged: whether it was there.
@@ -278,7 +278,7 @@ TEST_CASE("trouble: with more callers than connections all are served") {
   PostgresForTests stores;
   DistributedSettings settings = stores.settings("other");
   settings.max_connections = 2;
-  settings.patience = 60s;
+  settings.call_timeout = 60s;
   const auto few = got(DistributedStores::open(settings));
   std::atomic<int> failed{0};
   for_a_while(300ms, 12, [&](int thread, int turn) {

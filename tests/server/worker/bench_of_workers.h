@@ -11,7 +11,7 @@
 
 namespace meshgauge::server {
 
-// Long leases and much patience, but for what a test is about: none depends on how fast the machine is.
+// Long leases and much call_timeout, but for what a test is about: none depends on how fast the machine is.
 inline WorkerOptions options_of(const std::string& name) {
   WorkerOptions options;
   options.name = name;
