@@ -87,7 +87,7 @@ Jobs::Submitted Jobs::submit_stored(Scheduler::Slot slot, Submission submission)
     return insert(job_of(std::move(submission)), std::move(slot));
   }();
   const auto* job = std::get_if<std::shared_ptr<LiveJob>>(&submitted);
-  if (!job || (*job)->key.id != id) release_blobs(stores_, troubles_, a.owner, a.id, b.id);
+  if (!job || (*job)->key.id != id) release_blobs(stores_, store_errors_, a.owner, a.id, b.id);
   return submitted;
 }
 
@@ -113,11 +113,11 @@ std::optional<Denial> Jobs::keep_blobs(const Submission& submission) {
 std::optional<Denial> Jobs::keep_blob(const std::string& owner, const MeshSource& source) {
   if (!source.kept) {
     const auto put = stores_.blobs.put({owner, source.id}, source.input.bytes);
-    troubles_.note(put);
+    store_errors_.note(put);
     return put ? std::nullopt : std::optional(Denial{api::to_problem(put.error()), {}});
   }
   const auto renewed = stores_.blobs.renew({owner, source.id});
-  troubles_.note(renewed);
+  store_errors_.note(renewed);
   if (!renewed) return Denial{api::to_problem(renewed.error()), {}};
   if (*renewed) return std::nullopt;
   return Denial{{ProblemKind::unknown_mesh, "the mesh '" + source.input.part + "' was deleted meanwhile", {}}, {}};
@@ -127,7 +127,7 @@ std::optional<Denial> Jobs::keep_blob(const std::string& owner, const MeshSource
 Access::CountJobs Jobs::unended_of(const std::string& owner) {
   return [this, owner] {
     auto unended = stores_.jobs.unended(owner, stores_.jobs.time());
-    troubles_.note(unended);
+    store_errors_.note(unended);
     return unended;
   };
 }
@@ -157,7 +157,7 @@ Jobs::Submitted Jobs::insert(const std::shared_ptr<LiveJob>& job, Scheduler::Slo
     return job;
   }
   watcher_.forget(*job);
-  troubles_.note(inserted);
+  store_errors_.note(inserted);
   if (!inserted) return Denial{api::to_problem(inserted.error()), {}};
   return found(inserted->job, inserted->conflict);
 }

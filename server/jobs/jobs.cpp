@@ -38,19 +38,19 @@ Jobs::Jobs(const Settings& settings, Fetch fetch, Stores stores, Access& access,
       stores_(stores),
       access_(access),
       metrics_(metrics),
-      troubles_(metrics),
+      store_errors_(metrics),
       threads_(settings.workers),
       measuring_(settings, std::move(fetch), metrics, threads_, stores.jobs),
       scheduler_({settings.workers, settings.workers + settings.queue, settings.max_queued_jobs}),
-      unneeded_(stores, troubles_),
+      unneeded_(stores, store_errors_),
       watcher_(
-          stores.jobs, troubles_, metrics,
+          stores.jobs, store_errors_, metrics,
           {seconds(settings.result_ttl_s), [this](const LiveJob& job, const store::Job& row) { ended(job, row); }}),
-      upkeep_(settings, stores, troubles_) {
+      upkeep_(settings, stores, store_errors_) {
   if (stores.shared) {
-    queue_.emplace(stores.jobs, troubles_);
+    queue_.emplace(stores.jobs, store_errors_);
   } else {
-    worker_.emplace(settings, stores, measuring_, scheduler_, troubles_, metrics, embedded_worker());
+    worker_.emplace(settings, stores, measuring_, scheduler_, store_errors_, metrics, embedded_worker());
   }
   stores.signals.listen([this](const store::Signal& signal) {
     watcher_.hear(signal);
@@ -69,7 +69,7 @@ Jobs::~Jobs() {
   maintenance_.join();
   stores_.signals.stop_listening();
   scheduler_.end();
-  troubles_.note(stores_.jobs.flush());
+  store_errors_.note(stores_.jobs.flush());
 }
 
 // Whatever ran when this process ended before goes back to the queue, whichever worker had claimed it.
@@ -221,7 +221,7 @@ std::optional<Problem> Jobs::give_up(const LiveJob& job) const {
 }
 
 void Jobs::ended(const LiveJob& job, const store::Job& row) {
-  if (!stores_.shared) return release_blobs(stores_, troubles_, row.key.owner, row.mesh_a, row.mesh_b);
+  if (!stores_.shared) return release_blobs(stores_, store_errors_, row.key.owner, row.mesh_a, row.mesh_b);
   for (const MeshSource* source : {&job.a, &job.b}) {
     if (!source->id.empty() && !source->kept) unneeded_.add({job.key.owner, source->id});
   }

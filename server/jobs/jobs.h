@@ -130,7 +130,7 @@ class Jobs {
   Metrics& metrics_;
   std::atomic<bool> draining_{false};
   std::atomic<bool> stopping_{false};
-  Troubles troubles_;
+  StoreErrors store_errors_;
   ThreadBudget threads_;
   const Measuring measuring_;
   Scheduler scheduler_;

@@ -30,10 +30,10 @@ Result<bool> remove_if_unreferenced(const Stores& stores, const store::BlobKey& 
   return stores.blobs.remove_unreferenced(key, [&] { return stores.jobs.uses_blob(key); });
 }
 
-void release_blobs(const Stores& stores, Troubles& troubles, const std::string& owner, const std::string& a,
+void release_blobs(const Stores& stores, StoreErrors& store_errors, const std::string& owner, const std::string& a,
                    const std::string& b) {
   if (stores.shared) return;
-  for (const std::string& id : {a, b}) troubles.note(remove_if_unreferenced(stores, {owner, id}));
+  for (const std::string& id : {a, b}) store_errors.note(remove_if_unreferenced(stores, {owner, id}));
 }
 
 void UnneededBlobs::add(store::BlobKey key) {
@@ -54,7 +54,7 @@ void UnneededBlobs::remove_some() {
       keys_.pop_front();
     }
     const auto removed = remove_if_unreferenced(stores_, key);
-    troubles_.note(removed);
+    store_errors_.note(removed);
     if (removed) continue;
     const std::lock_guard lock(mutex_);
     return keys_.clear();

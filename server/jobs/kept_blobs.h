@@ -23,20 +23,20 @@ Result<bool> remove_if_unreferenced(const Stores& stores, const store::BlobKey& 
 
 // What a comparison of this owner does not refer to any more. Nothing in shared stores, where each look is several
 // messages to others: UnneededBlobs of the front end that was sent a mesh with a comparison removes it, or a sweep.
-void release_blobs(const Stores& stores, Troubles& troubles, const std::string& owner, const std::string& a,
+void release_blobs(const Stores& stores, StoreErrors& store_errors, const std::string& owner, const std::string& a,
                    const std::string& b);
 
 // Blobs to be removed soon, unless something else refers to them. Thread safe.
 class UnneededBlobs {
  public:
-  UnneededBlobs(const Stores& stores, Troubles& troubles) : stores_(stores), troubles_(troubles) {}
+  UnneededBlobs(const Stores& stores, StoreErrors& store_errors) : stores_(stores), store_errors_(store_errors) {}
 
   void add(store::BlobKey key);
   void remove_some();  // for about a second: its caller has other upkeep to do
 
  private:
   const Stores stores_;
-  Troubles& troubles_;
+  StoreErrors& store_errors_;
   std::mutex mutex_;  // guards what follows
   std::deque<store::BlobKey> keys_;
 };

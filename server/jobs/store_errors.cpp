@@ -14,7 +14,7 @@ StoreFailure failure_of(ErrorCode code) {
 
 }  // namespace
 
-void Troubles::failed(const Error& error) {
+void StoreErrors::failed(const Error& error) {
   metrics_.store_failed(failure_of(error.code));
   {
     const auto now = std::chrono::steady_clock::now();

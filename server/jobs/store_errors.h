@@ -11,9 +11,9 @@
 
 namespace meshgauge::server {
 
-class Troubles {
+class StoreErrors {
  public:
-  explicit Troubles(Metrics& metrics) : metrics_(metrics) {}  // borrows it
+  explicit StoreErrors(Metrics& metrics) : metrics_(metrics) {}  // borrows it
 
   // Of any Result.
   void note(const auto& result) {

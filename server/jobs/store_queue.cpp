@@ -14,7 +14,7 @@ constexpr double kShareOfTheLastReading = 0.2;
 
 }  // namespace
 
-StoreQueue::StoreQueue(store::JobStore& jobs, Troubles& troubles) : jobs_(jobs), troubles_(troubles) {
+StoreQueue::StoreQueue(store::JobStore& jobs, StoreErrors& store_errors) : jobs_(jobs), store_errors_(store_errors) {
   look();
   thread_ = std::thread([this] { keep_looking(); });
 }
@@ -44,7 +44,7 @@ void StoreQueue::look() {
     before = added_;
   }
   const auto counts = jobs_.counts();
-  troubles_.note(counts);
+  store_errors_.note(counts);
   const std::lock_guard lock(mutex_);
   if (!counts) {
     error_ = counts.error();

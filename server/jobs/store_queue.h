@@ -18,7 +18,7 @@ class StoreQueue {
   using Clock = std::chrono::steady_clock;
 
   // Borrows both, and asks for the first time before it returns.
-  StoreQueue(store::JobStore& jobs, Troubles& troubles);
+  StoreQueue(store::JobStore& jobs, StoreErrors& store_errors);
   ~StoreQueue();
   StoreQueue(const StoreQueue&) = delete;
   StoreQueue& operator=(const StoreQueue&) = delete;
@@ -41,7 +41,7 @@ class StoreQueue {
   void learn(const store::Counts& counts, Clock::time_point now);
 
   store::JobStore& jobs_;
-  Troubles& troubles_;
+  StoreErrors& store_errors_;
   mutable std::mutex mutex_;  // guards what follows
   store::Counts counts_;
   std::optional<Error> error_;

@@ -54,15 +54,15 @@ store::Moment Upkeep::moment() const {
 }
 
 void Upkeep::recover() {
-  troubles_.note(stores_.jobs.recover(std::nullopt, "its worker gave no sign of life", moment()));
+  store_errors_.note(stores_.jobs.recover(std::nullopt, "its worker gave no sign of life", moment()));
 }
 
 void Upkeep::sweep_rows() {
   if (stores_.batches) {
-    troubles_.note(stores_.batches->sweep_batches(stores_.jobs.time() - seconds(settings_.result_ttl_s)));
+    store_errors_.note(stores_.batches->sweep_batches(stores_.jobs.time() - seconds(settings_.result_ttl_s)));
   }
-  troubles_.note(stores_.jobs.sweep_jobs(moment(), settings_.max_kept_results));
-  troubles_.note(stores_.meshes.sweep_meshes(stores_.jobs.time()));
+  store_errors_.note(stores_.jobs.sweep_jobs(moment(), settings_.max_kept_results));
+  store_errors_.note(stores_.meshes.sweep_meshes(stores_.jobs.time()));
 }
 
 void Upkeep::sweep_maps() {
@@ -77,9 +77,9 @@ void Upkeep::sweep_maps() {
 
 void Upkeep::sweep_blobs() {
   const auto used = stores_.jobs.used_blobs();
-  troubles_.note(used);
+  store_errors_.note(used);
   if (used) {
-    troubles_.note(stores_.blobs.remove_unused(*used, stores_.shared ? kUnusedSharedBlobs : kUnusedBlobs));
+    store_errors_.note(stores_.blobs.remove_unused(*used, stores_.shared ? kUnusedSharedBlobs : kUnusedBlobs));
   }
 }
 

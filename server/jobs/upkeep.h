@@ -13,8 +13,8 @@ namespace meshgauge::server {
 class Upkeep {
  public:
   // Borrows all but the first.
-  Upkeep(const Settings& settings, Stores stores, Troubles& troubles)
-      : settings_(settings), stores_(stores), troubles_(troubles) {}
+  Upkeep(const Settings& settings, Stores stores, StoreErrors& store_errors)
+      : settings_(settings), stores_(stores), store_errors_(store_errors) {}
 
   void tick();  // does what is due; once a second, by one thread
 
@@ -29,7 +29,7 @@ class Upkeep {
 
   const Settings settings_;
   const Stores stores_;
-  Troubles& troubles_;
+  StoreErrors& store_errors_;
   // At once: a service that is killed again and again is to sweep as well.
   Clock::time_point next_recovery_ = Clock::now();
   Clock::time_point next_sweep_ = Clock::now();

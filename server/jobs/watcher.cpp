@@ -18,8 +18,8 @@ constexpr std::size_t kMostAtOnce = 500;   // rows of one question
 
 }  // namespace
 
-Watcher::Watcher(store::JobStore& jobs, Troubles& troubles, Metrics& metrics, Options options)
-    : jobs_(jobs), troubles_(troubles), metrics_(metrics), options_(std::move(options)) {
+Watcher::Watcher(store::JobStore& jobs, StoreErrors& store_errors, Metrics& metrics, Options options)
+    : jobs_(jobs), store_errors_(store_errors), metrics_(metrics), options_(std::move(options)) {
   thread_ = std::thread([this] { watch_on(); });
 }
 
@@ -204,7 +204,7 @@ void Watcher::look_at_some(std::span<const std::shared_ptr<LiveJob>> jobs) {
   std::vector<store::JobKey> keys;
   for (const auto& job : jobs) keys.push_back(job->key);
   const auto rows = jobs_.get_many(keys);
-  troubles_.note(rows);
+  store_errors_.note(rows);
   if (!rows) return;  // they are looked at again in a second
   std::map<std::string, const store::Job*> by_id;
   for (const store::Job& row : *rows) by_id[row.key.id] = &row;
@@ -248,7 +248,7 @@ void Watcher::cancel_left() {
 bool Watcher::cancelled(LiveJob& job) {
   const auto now = jobs_.time();
   const auto state = jobs_.request_cancel(job.key, {now, now + options_.keep});
-  troubles_.note(state);
+  store_errors_.note(state);
   if (!state) return false;
   if (*state == JobState::cancelled) metrics_.job_cancelled_early(job.request.options.strategy);
   return true;

@@ -34,7 +34,7 @@ class Watcher {
   };
 
   // Borrows all but the options.
-  Watcher(store::JobStore& jobs, Troubles& troubles, Metrics& metrics, Options options);
+  Watcher(store::JobStore& jobs, StoreErrors& store_errors, Metrics& metrics, Options options);
   ~Watcher();
   Watcher(const Watcher&) = delete;
   Watcher& operator=(const Watcher&) = delete;
@@ -84,7 +84,7 @@ class Watcher {
   bool cancelled(LiveJob& job);
 
   store::JobStore& jobs_;
-  Troubles& troubles_;
+  StoreErrors& store_errors_;
   Metrics& metrics_;
   const Options options_;
   mutable std::mutex mutex_;                    // guards what follows

@@ -65,7 +65,7 @@ void Worker::claim(std::size_t most, store::JobStore::Suspects suspects) {
       for (const store::Claimed& one : *some) claimed.push_back(held_of(one));
     } else {
       unsure_.push_back(name);
-      troubles_.note(some);
+      store_errors_.note(some);
     }
   }
   const std::lock_guard lock(mutex_);
@@ -83,7 +83,7 @@ bool Worker::take_back_unsure() {
   while (!unsure_.empty()) {
     const auto now = stores_.jobs.time();
     const auto back = stores_.jobs.recover(unsure_.back(), "", {now, now + seconds(settings_.result_ttl_s)});
-    troubles_.note(back);
+    store_errors_.note(back);
     if (!back) return false;
     unsure_.pop_back();
   }
@@ -164,9 +164,9 @@ void Worker::open(const HeldJobPtr& job) {
 
 // Whether its meshes are worth keeping in memory is not worth waiting for.
 std::optional<Error> Worker::look_up(LiveJob& job) {
-  troubles_.note(recognise_meshes(job, stores_.meshes));
+  store_errors_.note(recognise_meshes(job, stores_.meshes));
   const auto opened = open_blobs(job, stores_.blobs);
-  troubles_.note(opened);
+  store_errors_.note(opened);
   return opened ? std::nullopt : std::optional(opened.error());
 }
 

@@ -63,7 +63,7 @@ std::map<std::string, Worker::Telling> Worker::due(bool everything) {
 bool Worker::tell(const std::map<std::string, Telling>& due) {
   for (const auto& [name, telling] : due) {
     const auto heard = stores_.jobs.heartbeats(telling.beats, stores_.jobs.time() + options_.lease);
-    troubles_.note(heard);
+    store_errors_.note(heard);
     if (!heard) return false;
     for (std::size_t i = 0; i < telling.jobs.size(); ++i) hear(telling.jobs[i], telling.beats[i], (*heard)[i]);
   }

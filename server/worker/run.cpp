@@ -108,11 +108,11 @@ Result<Done> run_worker_until_signal(const Settings& settings, const std::vector
   MeshCache cache(settings.max_cache_bytes);
   const Stores stores = stores_of(**opened, cache, nullptr);
   Metrics metrics;
-  Troubles troubles(metrics);
+  StoreErrors store_errors(metrics);
   ThreadBudget threads(settings.workers);
   const Measuring measuring(settings, fetching_by(pool, cache, read_limits(settings)), metrics, threads, stores.jobs);
   Scheduler scheduler({settings.workers, 0, std::numeric_limits<std::size_t>::max()});
-  Worker worker(settings, stores, measuring, scheduler, troubles, metrics, options_of(settings));
+  Worker worker(settings, stores, measuring, scheduler, store_errors, metrics, options_of(settings));
   Readiness readiness;
   readiness.watch_stores(stores);
   readiness.watch("sandbox", [&pool] { return defect_of(pool); });
@@ -123,7 +123,7 @@ Result<Done> run_worker_until_signal(const Settings& settings, const std::vector
   const auto port = status.start();
   if (!port) return port.error();
   for (const std::string& lack : *lacks) log_event("sandbox", lack);
-  Upkeep upkeep(settings, stores, troubles);
+  Upkeep upkeep(settings, stores, store_errors);
   const UpkeepThread upkeep_thread(upkeep);
   stores.signals.listen([&worker](const store::Signal& signal) { worker.hear(signal); });
   worker.start();

@@ -34,19 +34,19 @@ std::string list_of(const std::vector<std::string>& ids) {
 }  // namespace
 
 Worker::Worker(const Settings& settings, Stores stores, const Measuring& measuring, Scheduler& scheduler,
-               Troubles& troubles, Metrics& metrics, WorkerOptions options)
+               StoreErrors& store_errors, Metrics& metrics, WorkerOptions options)
     : settings_(settings),
       stores_(stores),
       measuring_(measuring),
       scheduler_(scheduler),
       metrics_(metrics),
       options_(std::move(options)),
-      troubles_(troubles),
+      store_errors_(store_errors),
       buffer_(settings.workers),
       results_(
           stores.jobs, {seconds(settings.result_ttl_s)},
           [this](const PendingResult& delivery, PendingResults::Outcome outcome) { delivered(delivery, outcome); },
-          [this](const Error& error) { troubles_.note(Result<Done>(error)); }) {
+          [this](const Error& error) { store_errors_.note(Result<Done>(error)); }) {
   metrics_.watch(Level::deliveries_waiting, [this] { return static_cast<double>(results_.waiting()); });
 }
 
@@ -255,7 +255,7 @@ void Worker::delivered(const PendingResult& delivery, PendingResults::Outcome ou
     log_event("store", "job " + id + " was taken over by another worker");
   }
   const bool ended = outcome == PendingResults::Outcome::stored && delivery.ending;
-  if (ended && job.in_batch) release_blobs(stores_, troubles_, job.live->key.owner, job.live->a.id, job.live->b.id);
+  if (ended && job.in_batch) release_blobs(stores_, store_errors_, job.live->key.owner, job.live->a.id, job.live->b.id);
   if (ended && options_.ended) options_.ended(job.last);
   const std::lock_guard lock(mutex_);
   if (draining_ && outcome == PendingResults::Outcome::stored && !delivery.ending) handed_back_.push_back(id);

@@ -50,8 +50,8 @@ struct WorkerOptions {
 class Worker {
  public:
   // Borrows all but settings and options. The scheduler must outlive the worker, and end after it.
-  Worker(const Settings& settings, Stores stores, const Measuring& measuring, Scheduler& scheduler, Troubles& troubles,
-         Metrics& metrics, WorkerOptions options);
+  Worker(const Settings& settings, Stores stores, const Measuring& measuring, Scheduler& scheduler,
+         StoreErrors& store_errors, Metrics& metrics, WorkerOptions options);
   ~Worker();  // as stop()
   Worker(const Worker&) = delete;
   Worker& operator=(const Worker&) = delete;
@@ -111,7 +111,7 @@ class Worker {
   Scheduler& scheduler_;
   Metrics& metrics_;
   const WorkerOptions options_;
-  Troubles& troubles_;
+  StoreErrors& store_errors_;
 
   mutable std::mutex mutex_;  // guards what follows, but the deliveries
   std::condition_variable claim_wake_;

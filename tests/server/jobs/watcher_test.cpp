@@ -15,13 +15,13 @@ struct Scene {
   Common common;
   store::HandSignals signals;
   Metrics metrics;
-  Troubles troubles{metrics};
+  StoreErrors store_errors{metrics};
   std::optional<Watcher> watcher;
   Hands hands{common};
 
   Scene() {
     common.jobs.tell_to(signals);
-    watcher.emplace(common.jobs, troubles, metrics, Watcher::Options{kLong});
+    watcher.emplace(common.jobs, store_errors, metrics, Watcher::Options{kLong});
     signals.listen([this](const Signal& signal) { watcher->hear(signal); });
   }
   ~Scene() { signals.stop_listening(); }

@@ -36,7 +36,7 @@ struct WorkerBench {
         threads(settings.workers),
         measuring(settings, std::move(fetch), metrics, threads, stores.jobs),
         scheduler({settings.workers, settings.workers, 1000}),
-        worker(settings, stores, measuring, scheduler, troubles, metrics, std::move(options)) {}
+        worker(settings, stores, measuring, scheduler, store_errors, metrics, std::move(options)) {}
 
   double metric(const std::string& name) const {
     const std::string text = metrics.text();
@@ -47,7 +47,7 @@ struct WorkerBench {
 
   Settings settings;
   Metrics metrics;
-  Troubles troubles{metrics};
+  StoreErrors store_errors{metrics};
   ThreadBudget threads;
   Measuring measuring;
   Scheduler scheduler;
