@@ -59,10 +59,10 @@ class Pool::Turn {
 };
 
 Pool::Pool(PoolSettings settings, Log log)
-    : settings_(std::move(settings)), log_(std::move(log)), nursery_(settings_.command) {}
+    : settings_(std::move(settings)), log_(std::move(log)), spawner_(settings_.command) {}
 
 Result<std::vector<std::string>> Pool::start() {
-  auto trial = nursery_.start(settings_.bounds);
+  auto trial = spawner_.start(settings_.bounds);
   if (!trial) return std::move(trial).error();
   settings_.bounds.filter = trial->filter.empty();
   refill();
@@ -142,7 +142,7 @@ std::variant<ReaderProcess, ReadingOutcome> Pool::take(const std::string& part, 
     if (auto worker = kind == Kind::fresh ? make() : ready()) return std::move(*worker);
     if (failed_starts_ != failed_before) return failed(part, "is not there: " + why_not_started_);
     // A spawner that lives, and could not be asked for want of descriptors, has workers that others wait for.
-    if (!starting_ && !nursery_.gone()) return failed(part, "is not there: no process could be ordered");
+    if (!starting_ && !spawner_.gone()) return failed(part, "is not there: no process could be ordered");
     if (const Interruption why = control.check(); why != Interruption::none) {
       return interrupted(why, part, "was still waited for");
     }
@@ -157,7 +157,7 @@ std::variant<ReaderProcess, ReadingOutcome> Pool::take(const std::string& part, 
 // Somebody, or the kernel, may have killed one that was waiting.
 std::optional<ReaderProcess> Pool::ready() {
   if (starting_) return std::nullopt;
-  if (nursery_.gone()) idle_.clear();
+  if (spawner_.gone()) idle_.clear();
   while (!idle_.empty()) {
     ReaderProcess worker = std::move(idle_.front());
     idle_.pop_front();
@@ -168,7 +168,7 @@ std::optional<ReaderProcess> Pool::ready() {
 
 std::optional<ReaderProcess> Pool::make() {
   if (starting_) return std::nullopt;
-  auto worker = nursery_.spawn(settings_.bounds);
+  auto worker = spawner_.spawn(settings_.bounds);
   if (worker) ++counters_.started;
   return worker;
 }
@@ -196,7 +196,7 @@ void Pool::start_anew(std::unique_lock<std::mutex>& lock, Control& control) {
 // Why not; empty when the spawner runs.
 std::string Pool::try_start(const Interrupted& interrupted) {
   try {
-    const auto started = nursery_.start(settings_.bounds, interrupted);
+    const auto started = spawner_.start(settings_.bounds, interrupted);
     return started ? "" : started.error().message;
   } catch (const std::bad_alloc&) {
     return "memory ran out";

@@ -83,7 +83,7 @@ class Pool {
   mutable std::mutex mutex_;  // guards what follows; held by nobody who waits
   std::condition_variable turn_free_;
   std::size_t busy_ = 0;
-  Nursery nursery_;        // its spawner's life; belongs to the thread that starts it anew
+  SpawnerClient spawner_;  // its spawner's life; belongs to the thread that starts it anew
   bool starting_ = false;  // there is such a thread
   std::condition_variable started_;
   std::uint64_t failed_starts_ = 0;

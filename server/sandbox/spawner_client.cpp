@@ -101,7 +101,7 @@ std::optional<int> ReaderProcess::status(milliseconds time, const Interrupted& i
   return status;
 }
 
-Result<Trial> Nursery::start(const Bounds& bounds, const Interrupted& interrupted) {
+Result<Trial> SpawnerClient::start(const Bounds& bounds, const Interrupted& interrupted) {
   stop(interrupted);
   auto control = open_channel();
   if (!control) return not_started(std::strerror(errno));
@@ -123,7 +123,7 @@ Result<Trial> Nursery::start(const Bounds& bounds, const Interrupted& interrupte
 }
 
 // The first word of a spawner.
-Result<Trial> Nursery::hear(const Interrupted& interrupted) {
+Result<Trial> SpawnerClient::hear(const Interrupted& interrupted) {
   if (!readable(control_.get(), kStartTime, interrupted)) return not_started("it does not answer");
   const auto message = receive_message(control_.get(), 0);
   if (!message) return not_started("it ended at once");
@@ -135,9 +135,9 @@ Result<Trial> Nursery::hear(const Interrupted& interrupted) {
 
 // After its first word the spawner says nothing: there is something to read when its end is closed. A worker that it
 // had just made may hold that still.
-bool Nursery::gone() const { return !control_ || readable(control_.get(), milliseconds(0)) || has_ended(pid_); }
+bool SpawnerClient::gone() const { return !control_ || readable(control_.get(), milliseconds(0)) || has_ended(pid_); }
 
-std::optional<ReaderProcess> Nursery::spawn(const Bounds& bounds) {
+std::optional<ReaderProcess> SpawnerClient::spawn(const Bounds& bounds) {
   if (gone()) return std::nullopt;
   auto channel = open_channel();
   auto life = open_channel();
@@ -146,7 +146,7 @@ std::optional<ReaderProcess> Nursery::spawn(const Bounds& bounds) {
   return ReaderProcess(std::move(channel->ours), std::move(life->ours));
 }
 
-void Nursery::stop(const Interrupted& interrupted) {
+void SpawnerClient::stop(const Interrupted& interrupted) {
   control_.close();
   if (pid_ > 0) {
     ::kill(-pid_, SIGKILL);  // it leads a group, of which its workers are

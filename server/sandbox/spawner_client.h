@@ -33,13 +33,13 @@ class ReaderProcess {
 };
 
 // Not thread safe.
-class Nursery {
+class SpawnerClient {
  public:
   // `command` is a program and its arguments, which calls run_spawner() (spawner.h).
-  explicit Nursery(std::vector<std::string> command) : command_(std::move(command)) {}
-  ~Nursery() { stop(); }
-  Nursery(const Nursery&) = delete;
-  Nursery& operator=(const Nursery&) = delete;
+  explicit SpawnerClient(std::vector<std::string> command) : command_(std::move(command)) {}
+  ~SpawnerClient() { stop(); }
+  SpawnerClient(const SpawnerClient&) = delete;
+  SpawnerClient& operator=(const SpawnerClient&) = delete;
 
   // Starts the spawner, in place of one that ran before, and has it try `bounds`. May be called while there are other
   // threads. Gives its Trial, of which `limits` is empty. Takes ten seconds at most, and 10 ms from when

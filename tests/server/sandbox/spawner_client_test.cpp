@@ -31,9 +31,9 @@ pid_t start_tracer(pid_t traced) {
 
 }  // namespace
 
-TEST_CASE("nursery: what does not go when it is killed is not waited for without end") {
-  std::optional<Nursery> nursery(std::in_place, std::vector{hostile_program()});
-  REQUIRE(nursery->start(kBounds).ok());
+TEST_CASE("spawner: what does not go when it is killed is not waited for without end") {
+  std::optional<SpawnerClient> spawner(std::in_place, std::vector{hostile_program()});
+  REQUIRE(spawner->start(kBounds).ok());
   REQUIRE(spawners().size() == 1);
   const pid_t spawner = spawners().front().pid;
   const pid_t tracer = start_tracer(spawner);
@@ -41,21 +41,21 @@ TEST_CASE("nursery: what does not go when it is killed is not waited for without
     MESSAGE("this machine does not let one process trace another");
     return;
   }
-  CHECK(nursery->start(kBounds).ok());  // in its place
-  CHECK(nursery->spawn(kBounds).has_value());
-  nursery.reset();
+  CHECK(spawner->start(kBounds).ok());  // in its place
+  CHECK(spawner->spawn(kBounds).has_value());
+  spawner.reset();
   REQUIRE(::kill(tracer, SIGKILL) == 0);
   CHECK(::waitpid(tracer, nullptr, 0) == tracer);
   CHECK(::waitpid(spawner, nullptr, 0) == spawner);  // it was left
 }
 
-TEST_CASE("nursery: a start that is interrupted ends, and leaves nothing") {
-  Nursery nursery({"/bin/sleep", "1000"});
+TEST_CASE("spawner: a start that is interrupted ends, and leaves nothing") {
+  SpawnerClient spawner({"/bin/sleep", "1000"});
   int asked = 0;
-  const auto started = nursery.start(kBounds, [&asked] { return ++asked > 3; });
+  const auto started = spawner.start(kBounds, [&asked] { return ++asked > 3; });
   REQUIRE(!started.ok());
   CHECK(started.error().message.ends_with("it does not answer"));
-  CHECK(nursery.gone());
-  CHECK(!nursery.spawn(kBounds));
-  CHECK(nursery.start(kBounds, [] { return true; }).error().message.ends_with("it does not answer"));
+  CHECK(spawner.gone());
+  CHECK(!spawner.spawn(kBounds));
+  CHECK(spawner.start(kBounds, [] { return true; }).error().message.ends_with("it does not answer"));
 }
