@@ -48,7 +48,7 @@ class Bisector {
     Overlay::Attempt overlay;
     if (overlay_ && !piece.overlay_failed) overlay = attempt(piece);
     if (overlay.upper) {
-      return *overlay.upper > worker_.cull_within_tolerance() ? worker_.drop_unresolved(*overlay.upper)
+      return *overlay.upper > worker_.cull_within_tolerance() ? worker_.cull_unresolved(*overlay.upper)
                                                               : worker_.drop(*overlay.upper);
     }
     const Longest longest = longest_edge(piece);
@@ -70,7 +70,7 @@ class Bisector {
     work.max_depth = std::max(work.max_depth, piece.depth + 1);
     const Corner &a = piece.corners[edge], &b = piece.corners[(edge + 1) % 3], &c = piece.corners[(edge + 2) % 3];
     const Corner middle = nearest_corner(worker_.to(), (a.point + b.point) * 0.5, work, a.slot);
-    worker_.saw(middle, piece.triangle, false);
+    worker_.observe(middle, piece.triangle, false);
     const bool at_a = too_far && beside(*too_far, a.point, middle.point, c.point);
     add({a, middle, c}, piece, at_a);
     add({middle, b, c}, piece, too_far && !at_a);

@@ -213,7 +213,7 @@ class Splitter {
     std::array<Range, kLanes> children{task.range};
     std::size_t count = 1;
     const auto split = [&](Range& range) {
-      look_at_clock(range.size());
+      check_clock(range.size());
       const std::size_t left = partition(leaves_, part(range), task.depth);
       const auto middle = range.begin + static_cast<std::uint32_t>(left);
       children[count++] = measured(middle, range.end);
@@ -246,7 +246,7 @@ class Splitter {
     }
   }
 
-  void look_at_clock(std::size_t items) {
+  void check_clock(std::size_t items) {
     if ((since_check_ += items) < kCheckEvery) return;
     since_check_ = 0;
     interrupted_ = control_.check() != Interruption::none;

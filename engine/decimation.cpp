@@ -192,7 +192,7 @@ class Clustering {
   }
 
  private:
-  bool look() { return stopped_ = stopped_ || interrupted_(); }
+  bool interrupted() { return stopped_ = stopped_ || interrupted_(); }
 
   Vec3 within(std::uint32_t vertex) const { return (mesh_.positions[vertex] - low_) / widest_; }  // from 0 to 1
 
@@ -210,7 +210,7 @@ class Clustering {
     keys_.clear();
     std::fill(cluster_of_.begin(), cluster_of_.end(), kNone);
     for (std::size_t t = 0; t < mesh_.triangles.size(); ++t) {
-      if (t % kBlock == 0 && look()) return false;
+      if (t % kBlock == 0 && interrupted()) return false;
       for (const std::uint32_t vertex : mesh_.triangles[t]) {
         if (cluster_of_[vertex] == kNone) cluster_of_[vertex] = cluster_at(key_of(vertex), table);
       }
@@ -239,7 +239,7 @@ class Clustering {
     IndexTable table(std::min(all, wanted_.max_triangles + 1));
     kept_.clear();
     for (std::uint32_t t = 0; t < all; ++t) {
-      if (t % kBlock == 0 && look()) return 0;
+      if (t % kBlock == 0 && interrupted()) return 0;
       const Corners c = corners_of(t);
       if (c[0] == c[1] || c[1] == c[2]) continue;
       const std::uint64_t hash = mix(mix(hash_seed() ^ (std::uint64_t{c[0]} << 32 | c[1])) ^ c[2]);

@@ -43,7 +43,7 @@ class Reduction {
  private:
   Corner measure(const Vec3& p, const Piece& parent) {
     const Corner corner = bound_.measure(p, parent);
-    search_.saw(corner, parent.triangle, false);
+    search_.observe(corner, parent.triangle, false);
     return corner;
   }
 

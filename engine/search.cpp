@@ -23,7 +23,7 @@ Search::Search(MeshView from, const Box& from_box, const Bvh& to, const Goal& go
       pool_(pool),
       lower_(start_lower),
       unvisited_(farthest_of_box(from_box, to.mesh().corner(0, 0))) {
-  saw(nearest_corner(to, from.corner(0, 0), work_), 0, true);
+  observe(nearest_corner(to, from.corner(0, 0), work_), 0, true);
 }
 
 double Search::upper() const {
@@ -51,7 +51,7 @@ double Search::slack_to_come() const {
 
 double Search::upper_slack() const { return rounding::upper_slack(to_.residual(), work_.max_depth); }
 
-void Search::saw(const Corner& corner, std::uint32_t triangle, bool is_vertex) {
+void Search::observe(const Corner& corner, std::uint32_t triangle, bool is_vertex) {
   if (corner.distance <= candidate_.distance) return;
   candidate_ = Candidate{corner.point, corner.distance, triangle, is_vertex};
   raise_lower(corner.distance);

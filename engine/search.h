@@ -102,7 +102,7 @@ class Search {
     }
   }
   // A sample of A at distance `corner.distance` from B.
-  void saw(const Corner& corner, std::uint32_t triangle, bool is_vertex);
+  void observe(const Corner& corner, std::uint32_t triangle, bool is_vertex);
 
   // Pieces and nodes with upper bounds at or below this need not be followed.
   double cull_below() const { return cull_below(lower()); }

@@ -23,14 +23,14 @@ class SearchWorker {
     if (lower_now != known_limit_.lower) known_limit_ = {lower_now, search_.cull_within_tolerance(lower_now)};
     return known_limit_.limit;
   }
-  void saw(const Corner& corner, std::uint32_t triangle, bool is_vertex) {
+  void observe(const Corner& corner, std::uint32_t triangle, bool is_vertex) {
     if (corner.distance <= candidate_.distance || corner.distance <= search_.lower()) return;
     candidate_ = Candidate{corner.point, corner.distance, triangle, is_vertex};
     search_.raise_lower(corner.distance);
   }
   void drop(double upper) { dropped_ = std::max(dropped_, upper); }
   // For a piece whose bound is above what was asked for, but which rounding does not let be resolved further.
-  void drop_unresolved(double upper) {
+  void cull_unresolved(double upper) {
     unresolved_ = std::max(unresolved_, upper);
     drop(upper);
   }

@@ -310,7 +310,7 @@ class Sweep {
     const Corner corner = nearest_corner(search_.to(), p, sweeper.worker.work(), hint);
     vertex.set(corner.distance, corner.slot);
     sweeper.last = corner.slot;
-    sweeper.worker.saw(corner, triangle, true);
+    sweeper.worker.observe(corner, triangle, true);
     return corner;
   }
 

@@ -69,7 +69,7 @@ class Traversal {
     for (int i = 0; i < 3; ++i) {
       const Corner& corner = measure_vertex(search_.from().triangles[triangle][static_cast<std::size_t>(i)]);
       piece.corners[static_cast<std::size_t>(i)] = corner;
-      search_.saw(corner, triangle, true);  // eq. 6
+      search_.observe(corner, triangle, true);  // eq. 6
     }
     piece.upper = std::min(node_upper, bound_.upper(piece));
     if (piece.upper <= search_.cull_below()) return search_.drop(piece.upper);

@@ -23,7 +23,7 @@ std::span<const EarClipper::Clipped> EarClipper::clip(std::span<const Point2> ou
     if (clip_straight()) continue;
     if (misses_ >= left_) {
       if (stale_) {
-        look_again();
+        rescan();
       } else {
         give_way();
       }
@@ -257,7 +257,7 @@ std::uint32_t EarClipper::least_fault() {
 }
 
 // What has been clipped may have been in the way of a corner other than its neighbours.
-void EarClipper::look_again() {
+void EarClipper::rescan() {
   for (Corner& c : corners_) c.blocked = false;
   spent_ = spent_ || !budget_.spend(corners_.size());
   stale_ = false;

@@ -71,7 +71,7 @@ class EarClipper {
   double depth(std::uint32_t inside, const Clipped& triangle) const;
   double fault(std::uint32_t corner);
   std::uint32_t least_fault();
-  void look_again();
+  void rescan();
   void give_way();
 
   StepBudget& budget_;

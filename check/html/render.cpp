@@ -96,7 +96,7 @@ class Painter {
   };
 
   std::array<double, 3> sample(int column, int row, std::size_t at, Known& known) const {
-    const Spot spot = look(samples_.triangle[at], column + 0.5, row + 0.5);
+    const Spot spot = spot_at(samples_.triangle[at], column + 0.5, row + 0.5);
     const float depth = samples_.depth[at];
     if (known.distance < 0 || std::abs(depth - known.depth) > kStep) known = {paint_.distance(spot.point), depth};
     const api::Rgb base = api::colour_of(known.distance, paint_.scale);
@@ -109,7 +109,7 @@ class Painter {
     return colour;
   }
 
-  Spot look(std::uint32_t triangle, double x, double y) const {
+  Spot spot_at(std::uint32_t triangle, double x, double y) const {
     Seen seen[3];
     for (int i = 0; i < 3; ++i) seen[i] = camera_.see(mesh_.corner(triangle, i));
     const double ux = seen[1].x - seen[0].x, uy = seen[1].y - seen[0].y, vx = seen[2].x - seen[0].x,

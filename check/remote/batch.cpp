@@ -152,10 +152,10 @@ Result<Done> Batch::read(const std::string& id) {
 
 // What is neither a result of ours nor a problem is left: it can be asked for otherwise.
 void Batch::learn(BatchLine line) {
-  if (told_[line.position] || !line.job) return;
+  if (reported_[line.position] || !line.job) return;
   End end = pairs_[line.position]->end_of(std::move(*line.job));
   if (!end.document && !end.problem) return;
-  told_[line.position] = true;
+  reported_[line.position] = true;
   ++known_;
   tell_(line.position, std::move(end));
 }

@@ -50,7 +50,7 @@ class Batch {
         control_(control),
         tell_(std::move(told)),
         begun_(std::move(begun)),
-        told_(pairs_.size(), false) {}
+        reported_(pairs_.size(), false) {}
 
   // Once.
   Outcome measure();
@@ -80,7 +80,7 @@ class Batch {
   const Told tell_;
   const Begun begun_;
   std::string document_;  // what is asked for
-  std::vector<bool> told_;
+  std::vector<bool> reported_;
   std::size_t known_ = 0;   // of them
   Clock::time_point read_;  // when results were read
 };

@@ -27,7 +27,7 @@ Result<Measured> measured_of(const Shared& shared, const Pair& pair, Result<Json
 }
 
 Together::Together(Shared& shared, std::span<const Task> tasks)
-    : shared_(shared), tasks_(tasks), told_(tasks.size(), 0) {
+    : shared_(shared), tasks_(tasks), reported_(tasks.size(), 0) {
   for (const Task& task : tasks) pairs_.emplace_back(shared.sender, *task.gate, *task.control);
 }
 
@@ -109,7 +109,8 @@ void Together::ask_alone(const Places& places) {
 
 Together::Places Together::left_of(const Places& places) const {
   Places left;
-  std::copy_if(places.begin(), places.end(), std::back_inserter(left), [&](std::size_t i) { return told_[i] == 0; });
+  std::copy_if(places.begin(), places.end(), std::back_inserter(left),
+               [&](std::size_t i) { return reported_[i] == 0; });
   return left;
 }
 
@@ -122,7 +123,7 @@ void Together::each(const Places& places, const std::function<void(std::size_t p
         work(places[i]);
       } catch (const std::exception& error) {
         const std::string what = std::string("the measurement failed unexpectedly: ") + error.what();
-        if (told_[places[i]] == 0) tell(places[i], Error{ErrorCode::internal, what, "", ""});
+        if (reported_[places[i]] == 0) tell(places[i], Error{ErrorCode::internal, what, "", ""});
       }
     }
   };
@@ -144,7 +145,7 @@ void Together::tell(std::size_t place, End end) {
 }
 
 void Together::tell(std::size_t place, Result<Measured> result, std::optional<double> run_ms) {
-  told_[place] = 1;
+  reported_[place] = 1;
   tasks_[place].ended(std::move(result), run_ms);
 }
 

@@ -72,7 +72,7 @@ class Together {
   Shared& shared_;
   const std::span<const Task> tasks_;
   std::deque<Pair> pairs_;
-  std::vector<char> told_;  // not bits: each is written by a thread of its own
+  std::vector<char> reported_;  // not bits: each is written by a thread of its own
 };
 
 }  // namespace meshgauge::check::service

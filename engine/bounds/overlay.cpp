@@ -48,7 +48,7 @@ struct Overlay::View {
 
   Vec3 point(const Vec2& x) const { return frame.a + x.x() * frame.e1 + x.y() * frame.e2; }
 
-  Seen look_at(const Vec3& p) const {
+  Seen project(const Vec3& p) const {
     const Vec3 ap = p - frame.a;
     const Vec2 at(ap.dot(frame.e1), ap.dot(frame.e2));
     Seen seen{at, (ap - at.x() * frame.e1 - at.y() * frame.e2).squaredNorm(), 0};
@@ -58,9 +58,9 @@ struct Overlay::View {
     return seen;
   }
 
-  Image look_at(MeshView mesh, std::uint32_t triangle) const {
+  Image project(MeshView mesh, std::uint32_t triangle) const {
     Image image{triangle, {}};
-    for (std::size_t i = 0; i < 3; ++i) image.corners[i] = look_at(mesh.corner(triangle, static_cast<int>(i)));
+    for (std::size_t i = 0; i < 3; ++i) image.corners[i] = project(mesh.corner(triangle, static_cast<int>(i)));
     return image;
   }
 
@@ -169,7 +169,7 @@ Overlay::Attempt Overlay::attempt(const Piece& piece, std::span<const std::uint3
   open_.clear();
   seen_.start(3 * max_visits + 1);  // each visit opens three at most
   for (const std::uint32_t t : starts) {
-    const Image image = view.look_at(target_.mesh(), t);
+    const Image image = view.project(target_.mesh(), t);
     if (!view.set_start(image)) continue;
     seen_.add(t);
     open_.push_back(image);
@@ -210,7 +210,7 @@ bool Overlay::cross(const View& view, const Image& image, std::uint32_t edge, co
   for (Adjacency::Edge n = adjacency_.next_around(image.triangle, edge);
        (n.triangle != image.triangle || n.edge != edge) && ++tried <= kMaxAround;
        n = adjacency_.next_around(n.triangle, n.edge)) {
-    const Seen apex = view.look_at(mesh.corner(n.triangle, static_cast<int>((n.edge + 2) % 3)));
+    const Seen apex = view.project(mesh.corner(n.triangle, static_cast<int>((n.edge + 2) % 3)));
     if (!side.surely_outside(apex.at, kOffset)) continue;
     if (seen_.holds(n.triangle)) return true;
     Image next{n.triangle, {}};

@@ -25,7 +25,7 @@ void Readiness::watch_stores(const Stores& stores) {
 }
 
 Readiness::~Readiness() {
-  if (look_.valid()) look_.wait();
+  if (check_.valid()) check_.wait();
 }
 
 void Readiness::answer(Exchange& exchange, Defects now) {
@@ -56,7 +56,7 @@ void Readiness::begin_look() {
   late_ = false;
   at_ = "service";  // until its thread has come to the first part
   try {
-    look_ = std::async(std::launch::async, [this] { look(); });
+    check_ = std::async(std::launch::async, [this] { check(); });
   } catch (const std::exception&) {
     looking_ = false;
     looked_ = Clock::now();
@@ -64,10 +64,10 @@ void Readiness::begin_look() {
   }
 }
 
-void Readiness::look() {
+void Readiness::check() {
   Defects seen;
   try {
-    seen = looked_at();
+    seen = find_defects();
   } catch (const std::bad_alloc&) {
     seen = {{"service", "memory ran out"}};
   } catch (const std::exception&) {  // else it would be looked at for ever
@@ -80,7 +80,7 @@ void Readiness::look() {
   looked_at_.notify_all();
 }
 
-Readiness::Defects Readiness::looked_at() {
+Readiness::Defects Readiness::find_defects() {
   Defects seen;
   for (const auto& [part, defect_of] : looks_) {
     {

@@ -36,8 +36,8 @@ class Readiness {
  private:
   Defects late() const { return {{at_, "it does not answer in time"}}; }
   void begin_look();
-  void look();
-  Defects looked_at();
+  void check();
+  Defects find_defects();
 
   const std::chrono::milliseconds timeout_;
   std::vector<std::pair<const char*, std::function<std::string()>>> looks_;
@@ -48,7 +48,7 @@ class Readiness {
   const char* at_ = "";   // the part that it looks at
   Defects defects_;
   Clock::time_point looked_{};
-  std::future<void> look_;
+  std::future<void> check_;
 };
 
 // GET /healthz: it answers.

@@ -149,8 +149,8 @@ Jobs::Submitted Jobs::insert(const std::shared_ptr<LiveJob>& job, Scheduler::Slo
   const auto inserted = stores_.jobs.insert(job->view().row);
   // One of this id is this one: it was stored by a call whose answer was lost.
   if (inserted && (!inserted->existed || inserted->job.key == job->key)) {
-    let_go_of_bytes(job->a);
-    let_go_of_bytes(job->b);
+    release_bytes(job->a);
+    release_bytes(job->b);
     if (queue_ && job->durable) queue_->added();
     if (worker_ || slot.kind() == Kind::awaited) job->hold_place(std::move(slot));
     watcher_.begin(job);

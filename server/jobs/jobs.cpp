@@ -135,9 +135,9 @@ void Jobs::measure_unstored(LiveJob& job, Scheduler::Slot slot) {
   job.started(1, stores_.jobs.time());
   const auto result = measuring_.measured(job);
   measuring_.count(job, result);
-  JobView last = measuring_.told(job, result, stopping_.load());
-  let_go_of_bytes(job.a);
-  let_go_of_bytes(job.b);
+  JobView last = measuring_.last_view(job, result, stopping_.load());
+  release_bytes(job.a);
+  release_bytes(job.b);
   job.give_places_back();
   { const Scheduler::Slot done = std::move(slot); }
   stores_.jobs.record(last.row);

@@ -91,7 +91,7 @@ void LiveJob::seen(const store::Job& row) {
   changed_.notify_all();
 }
 
-void LiveJob::let_go() {
+void LiveJob::release() {
   change([this](JobView& view) {
     if (!over()) view.handed_back = true;
   });

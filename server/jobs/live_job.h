@@ -68,11 +68,11 @@ class LiveJob {
   void started(unsigned tries, store::TimePoint when);
   // By this process's engine, or, before it begins, by another of the same version (store::narrowed()).
   void progressed(const store::Progress& progress);
-  void ended(JobView last);  // this and let_go(): the first one counts
+  void ended(JobView last);  // this and release(): the first one counts
 
   // The same of a job in the store: called by the watcher.
   void seen(const store::Job& row);       // which has not ended
-  void let_go();                          // this process stops; the job is left to the store
+  void release();                         // this process stops; the job is left to the store
   void hold_place(Scheduler::Slot slot);  // in the queue
   void give_places_back();                // that one, and `counted`
 

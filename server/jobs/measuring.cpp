@@ -91,7 +91,7 @@ void Measuring::count(LiveJob& job, const Result<api::Comparison>& result) const
 }
 
 // A result that cannot be written down, for want of memory, is a failure.
-JobView Measuring::told(const LiveJob& job, const Result<api::Comparison>& result, bool stopping) const {
+JobView Measuring::last_view(const LiveJob& job, const Result<api::Comparison>& result, bool stopping) const {
   try {
     return concluded(job, result, stopping);
   } catch (const std::exception&) {

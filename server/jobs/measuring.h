@@ -29,7 +29,7 @@ class Measuring {
   Result<api::Comparison> measured(LiveJob& job) const;
   void count(LiveJob& job, const Result<api::Comparison>& result) const;
   // The job as it has ended. `stopping`: the process does.
-  JobView told(const LiveJob& job, const Result<api::Comparison>& result, bool stopping) const;
+  JobView last_view(const LiveJob& job, const Result<api::Comparison>& result, bool stopping) const;
 
  private:
   Result<api::Comparison> measure(LiveJob& job) const;

@@ -44,7 +44,7 @@ void hold_bytes(MeshSource& source, store::Blob blob) {
   source.holder = held;
 }
 
-void let_go_of_bytes(MeshSource& source) {
+void release_bytes(MeshSource& source) {
   source.input.bytes = {};
   source.input.file = -1;
   source.holder = nullptr;

@@ -24,7 +24,7 @@ MeshSource source_of(const std::string& part, store::Blob blob, const std::strin
 
 // The same source, with and without its bytes at hand.
 void hold_bytes(MeshSource& source, store::Blob blob);
-void let_go_of_bytes(MeshSource& source);
+void release_bytes(MeshSource& source);
 
 // What is known of two sources beside their bytes, as JSON for the store's `hints`, and back.
 std::string hints_of(const MeshSource& a, const MeshSource& b);

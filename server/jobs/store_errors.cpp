@@ -19,9 +19,9 @@ void StoreErrors::failed(const Error& error) {
   {
     const auto now = std::chrono::steady_clock::now();
     const std::lock_guard lock(mutex_);
-    if (error.message == last_ && now - told_ < kBetweenLines) return;
+    if (error.message == last_ && now - logged_ < kBetweenLines) return;
     last_ = error.message;
-    told_ = now;
+    logged_ = now;
   }
   log_event("store", error.message);
 }

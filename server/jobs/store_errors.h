@@ -26,7 +26,7 @@ class StoreErrors {
   Metrics& metrics_;
   std::mutex mutex_;
   std::string last_;
-  std::chrono::steady_clock::time_point told_;
+  std::chrono::steady_clock::time_point logged_;
 };
 
 }  // namespace meshgauge::server

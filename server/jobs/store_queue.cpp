@@ -15,7 +15,7 @@ constexpr double kShareOfTheLastReading = 0.2;
 }  // namespace
 
 StoreQueue::StoreQueue(store::JobStore& jobs, StoreErrors& store_errors) : jobs_(jobs), store_errors_(store_errors) {
-  look();
+  poll();
   thread_ = std::thread([this] { keep_looking(); });
 }
 
@@ -32,12 +32,12 @@ void StoreQueue::keep_looking() {
   std::unique_lock lock(mutex_);
   while (!wake_.wait_for(lock, kInterval, [&] { return ending_; })) {
     lock.unlock();
-    look();
+    poll();
     lock.lock();
   }
 }
 
-void StoreQueue::look() {
+void StoreQueue::poll() {
   std::uint64_t before = 0;
   {
     const std::lock_guard lock(mutex_);

@@ -36,7 +36,7 @@ class StoreQueue {
   std::chrono::milliseconds expected_wait() const;
 
  private:
-  void look();
+  void poll();
   void keep_looking();
   void learn(const store::Counts& counts, Clock::time_point now);
 

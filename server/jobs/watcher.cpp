@@ -48,7 +48,7 @@ void Watcher::begin(const std::shared_ptr<LiveJob>& job) {
       return;
     }
   }
-  let_go(job);
+  release(job);
 }
 
 void Watcher::forget(const LiveJob& job) {
@@ -112,7 +112,7 @@ void Watcher::stop() {
     if (std::exchange(stopped_, true)) return;
     changed = those_changed();
   }
-  look_at(changed);
+  poll(changed);
   {
     const std::lock_guard lock(mutex_);
     for (const auto& [id, watched] : watched_) {
@@ -121,7 +121,7 @@ void Watcher::stop() {
     }
     std::erase_if(watched_, [](const auto& watched) { return watched.second.stored; });
   }
-  for (const auto& job : left) let_go(job);
+  for (const auto& job : left) release(job);
 }
 
 std::size_t Watcher::queued() const {
@@ -131,9 +131,9 @@ std::size_t Watcher::queued() const {
   }));
 }
 
-void Watcher::let_go(const std::shared_ptr<LiveJob>& job) {
+void Watcher::release(const std::shared_ptr<LiveJob>& job) {
   job->durable ? job->give_places_back() : leave(job);
-  job->let_go();
+  job->release();
 }
 
 void Watcher::hear(const store::Signal& signal) {
@@ -157,7 +157,7 @@ void Watcher::watch_on() {
     const bool leaving = std::exchange(leaving_, false) || all;
     const Jobs jobs = all ? all_watched() : those_changed();
     lock.unlock();
-    look_at(jobs);
+    poll(jobs);
     if (leaving) cancel_left();
     if (all) next = LiveJob::Clock::now() + kInterval;
     lock.lock();
@@ -194,13 +194,13 @@ Watcher::Jobs Watcher::all_watched() {
   return jobs;
 }
 
-void Watcher::look_at(const Jobs& jobs) {
+void Watcher::poll(const Jobs& jobs) {
   for (std::size_t first = 0; first < jobs.size(); first += kMostAtOnce) {
-    look_at_some(std::span(jobs).subspan(first, std::min(kMostAtOnce, jobs.size() - first)));
+    poll_some(std::span(jobs).subspan(first, std::min(kMostAtOnce, jobs.size() - first)));
   }
 }
 
-void Watcher::look_at_some(std::span<const std::shared_ptr<LiveJob>> jobs) {
+void Watcher::poll_some(std::span<const std::shared_ptr<LiveJob>> jobs) {
   std::vector<store::JobKey> keys;
   for (const auto& job : jobs) keys.push_back(job->key);
   const auto rows = jobs_.get_many(keys);
@@ -223,7 +223,7 @@ void Watcher::tell(const std::shared_ptr<LiveJob>& job, const store::Job* row) {
     const bool over = ended || (draining_ && job->durable && row->state == JobState::queued);
     if (!over || watched_.erase(job->key.id) == 0) return;
   }
-  if (!ended) return let_go(job);
+  if (!ended) return release(job);
   JobView last = row ? as_told(*row) : job->view();
   if (!row) last.row.state = JobState::cancelled;
   if (options_.ended) options_.ended(*job, last.row);

@@ -73,12 +73,12 @@ class Watcher {
   using Jobs = std::vector<std::shared_ptr<LiveJob>>;
 
   std::shared_ptr<LiveJob> watch_under_lock(const store::Job& row);
-  void let_go(const std::shared_ptr<LiveJob>& job);
+  void release(const std::shared_ptr<LiveJob>& job);
   void watch_on();
   Jobs those_changed();
   Jobs all_watched();
-  void look_at(const Jobs& jobs);
-  void look_at_some(std::span<const std::shared_ptr<LiveJob>> jobs);
+  void poll(const Jobs& jobs);
+  void poll_some(std::span<const std::shared_ptr<LiveJob>> jobs);
   void tell(const std::shared_ptr<LiveJob>& job, const store::Job* row);
   void cancel_left();
   bool cancelled(LiveJob& job);

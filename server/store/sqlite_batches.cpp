@@ -101,7 +101,7 @@ std::optional<Found> find_batch_of(Connection& connection, const std::string& ow
   return found(row);
 }
 
-std::optional<Batch> told(std::optional<Found> found) {
+std::optional<Batch> batch_of(std::optional<Found> found) {
   if (!found) return std::nullopt;
   return std::move(found->batch);
 }
@@ -213,12 +213,13 @@ Result<InsertedBatch> SqliteStore::insert_batch(const NewBatch& batch) {
 }
 
 Result<std::optional<Batch>> SqliteStore::get_batch(const JobKey& key) {
-  return readers_.read([&](Connection& connection) { return told(find_batch(connection, key)); });
+  return readers_.read([&](Connection& connection) { return batch_of(find_batch(connection, key)); });
 }
 
 Result<std::optional<Batch>> SqliteStore::find_idempotent_batch(const std::string& owner,
                                                                 const std::string& idempotency_key) {
-  return readers_.read([&](Connection& connection) { return told(find_batch_of(connection, owner, idempotency_key)); });
+  return readers_.read(
+      [&](Connection& connection) { return batch_of(find_batch_of(connection, owner, idempotency_key)); });
 }
 
 Result<std::vector<BatchRow>> SqliteStore::batch_rows(const JobKey& key, Rows which, std::uint64_t from,
@@ -252,7 +253,7 @@ Result<Done> SqliteStore::cancel_the_rest(Moment moment) {
 
 Result<bool> SqliteStore::forget_batch(const JobKey& key) {
   return writer_.write([&](Connection& connection) {
-    const std::optional<Batch> batch = told(find_batch(connection, key));
+    const std::optional<Batch> batch = batch_of(find_batch(connection, key));
     if (!batch || !batch->finished) return false;
     remove_batch(connection, key);
     return true;

@@ -184,8 +184,8 @@ void Worker::run(const HeldJobPtr& job, Scheduler::Slot slot) {
   if (begin(*job)) {
     const auto result = measuring_.measured(live);
     measuring_.count(live, result);
-    let_go_of_bytes(live.a);
-    let_go_of_bytes(live.b);
+    release_bytes(live.a);
+    release_bytes(live.b);
     conclude(job, result);
   }
   { const Scheduler::Slot done = std::move(slot); }
@@ -229,7 +229,7 @@ void Worker::conclude(const HeldJobPtr& job, const Result<api::Comparison>& resu
   if (interrupted) {
     if (result) delivery.progress = interval_of(result->outcome, delivery.progress);
   } else {
-    last = measuring_.told(live, result, false);
+    last = measuring_.last_view(live, result, false);
     delivery.ending = {last.row.state,    std::exchange(last.row.document, {}),
                        last.row.problem,  *last.row.finished,
                        *last.row.expires, last.row.verdict,
