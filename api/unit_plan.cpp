@@ -130,7 +130,8 @@ Factor factor_between(const KnownUnit& mesh, const KnownUnit& result) {
   if (!mesh.unit || !result.unit) return {};
   const std::int64_t times = micrometres(*mesh.unit), over = micrometres(*result.unit);
   const std::int64_t common = std::gcd(times, over);
-  return {static_cast<double>(times / common), static_cast<double>(over / common)};
+  const std::int64_t numerator = times / common, denominator = over / common;
+  return {static_cast<double>(numerator), static_cast<double>(denominator)};
 }
 
 }  // namespace meshgauge::api

@@ -23,7 +23,7 @@ class BatchResults {
   bool take(std::string_view piece);  // false: these cannot be the results of that batch
 
  private:
-  bool take_line(std::string_view line);
+  bool take_line(std::string_view text);
 
   const std::size_t comparisons_;
   const std::function<void(BatchLine)> tell_;
