@@ -72,27 +72,27 @@ BatchReceiver::Refusal BatchReceiver::receive_manifest(Exchange& exchange) {
   return parse(current_.name, false);
 }
 
-BatchReceiver::Refusal BatchReceiver::begin(const PartHead& part) {
-  current_ = part;
+BatchReceiver::Refusal BatchReceiver::begin(const FieldHead& field) {
+  current_ = field;
   upload_ = std::make_unique<Upload>(budget_, settings_.temp_dir);
   if (!parsed_) {
-    if (part.name == kManifest) return std::nullopt;
-    return about_part(ProblemKind::malformed_request, kManifest,
-                      "the first part must be 'manifest', not " + shown(part.name));
+    if (field.name == kManifest) return std::nullopt;
+    return field_problem(ProblemKind::malformed_request, kManifest,
+                         "the first part must be 'manifest', not " + shown(field.name));
   }
-  const std::string name = part.name.substr(0, 64);
-  if (part.name == kManifest || files_.contains(part.name)) {
-    return about_part(ProblemKind::malformed_request, name, "the part " + shown(name) + " was sent twice");
+  const std::string name = field.name.substr(0, 64);
+  if (field.name == kManifest || files_.contains(field.name)) {
+    return field_problem(ProblemKind::malformed_request, name, "the part " + shown(name) + " was sent twice");
   }
-  if (awaited_.contains(part.name)) return std::nullopt;
-  return about_part(ProblemKind::malformed_request, name, "no comparison names the part " + shown(name));
+  if (awaited_.contains(field.name)) return std::nullopt;
+  return field_problem(ProblemKind::malformed_request, name, "no comparison names the part " + shown(name));
 }
 
 BatchReceiver::Refusal BatchReceiver::data(std::string_view piece) {
   const std::uint64_t most = parsed_ ? settings_.max_part_bytes : max_manifest_bytes();
   if (upload_->size() + piece.size() <= most) return upload_->append(piece);
-  return about_part(ProblemKind::too_large, current_.name,
-                    shown(current_.name) + " is larger than the limit of " + std::to_string(most) + " bytes");
+  return field_problem(ProblemKind::too_large, current_.name,
+                       shown(current_.name) + " is larger than the limit of " + std::to_string(most) + " bytes");
 }
 
 BatchReceiver::Refusal BatchReceiver::end() {
@@ -157,10 +157,10 @@ BatchReceiver::Refusal BatchReceiver::renew(std::chrono::seconds older_than) {
 }
 
 BatchReceiver::Refusal BatchReceiver::check_complete() const {
-  if (!parsed_) return about_part(ProblemKind::malformed_request, kManifest, "the part 'manifest' is missing");
+  if (!parsed_) return field_problem(ProblemKind::malformed_request, kManifest, "the part 'manifest' is missing");
   for (const std::string& name : awaited_) {
     if (files_.contains(name)) continue;
-    return about_part(ProblemKind::malformed_request, name, "the part " + shown(name) + " is missing");
+    return field_problem(ProblemKind::malformed_request, name, "the part " + shown(name) + " is missing");
   }
   return std::nullopt;
 }

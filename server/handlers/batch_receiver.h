@@ -58,7 +58,7 @@ class BatchReceiver final : public MultipartSink {
 
   Refusal receive_form(Exchange& exchange);
   Refusal receive_manifest(Exchange& exchange);
-  Refusal begin(const PartHead& part) override;
+  Refusal begin(const FieldHead& field) override;
   Refusal data(std::string_view piece) override;
   Refusal end() override;
   Refusal parse(const std::string& document, bool parts);
@@ -78,7 +78,7 @@ class BatchReceiver final : public MultipartSink {
   std::set<std::string> awaited_;  // parts that the manifest names
   std::map<std::string, BatchFile> files_;
   std::map<std::string, Kept> kept_;  // by id
-  PartHead current_;
+  FieldHead current_;
   std::unique_ptr<Upload> upload_;  // of the part that is arriving
 };
 

@@ -16,35 +16,30 @@ std::uint64_t archive_bytes(const std::vector<SentFile>& files) {
   return bytes;
 }
 
-Problem about(const MeshPart& part, ProblemKind kind, const std::string& what) {
-  return Problem{kind, what, {{part.head.name, "", what}}};
-}
-
 }  // namespace
 
-std::uint64_t bytes_of(const MeshPart& part) {
-  std::uint64_t bytes = part.upload ? part.upload->size() : 0;
-  for (const SentFile& file : part.files) bytes += file.upload->size();
+std::uint64_t bytes_of(const MeshField& field) {
+  std::uint64_t bytes = field.upload ? field.upload->size() : 0;
+  for (const SentFile& file : field.files) bytes += file.upload->size();
   return bytes;
 }
 
-std::optional<Problem> put_together(MeshPart& part, std::uint64_t most, ByteBudget& budget,
+std::optional<Problem> put_together(MeshField& field, std::uint64_t most, ByteBudget& budget,
                                     const std::string& temp_dir) {
-  if (part.files.empty()) return std::nullopt;
-  const std::string& name = part.head.name;
-  if (!api::is_gltf_json(part.upload->bytes())) {
-    return about(part, ProblemKind::malformed_request,
-                 "the part '" + name + "' is no .gltf, and the parts '" + name +
-                     ".files' go with one: send a mesh of "
-                     "one file without them");
+  if (field.files.empty()) return std::nullopt;
+  const std::string& name = field.head.name;
+  if (!api::is_gltf_json(field.upload->bytes())) {
+    return field_problem(ProblemKind::malformed_request, name,
+                         "the part '" + name + "' is not a .gltf document, so no part '" + name +
+                             ".files' may be sent with it; send a mesh of one file without them");
   }
-  std::vector<SentFile> files = std::move(part.files);
-  files.push_back({std::string(api::kBundleScene), std::move(part.upload)});
+  std::vector<SentFile> files = std::move(field.files);
+  files.push_back({std::string(api::kBundleScene), std::move(field.upload)});
   std::ranges::sort(files, {}, &SentFile::path);
   const std::uint64_t limit = std::min(most, api::kMostBundleBytes);
   if (archive_bytes(files) > limit) {
-    return about(
-        part, ProblemKind::too_large,
+    return field_problem(
+        ProblemKind::too_large, name,
         "the part '" + name + "' with its files is larger than the limit of " + std::to_string(limit) + " bytes");
   }
   auto archive = std::make_unique<Upload>(budget, temp_dir);
@@ -55,8 +50,8 @@ std::optional<Problem> put_together(MeshPart& part, std::uint64_t most, ByteBudg
     file.upload.reset();
   }
   if (!writer.finish()) return refusal;
-  part.upload = std::move(archive);
-  return part.upload->finish();
+  field.upload = std::move(archive);
+  return field.upload->finish();
 }
 
 }  // namespace meshgauge::server

@@ -14,42 +14,43 @@ using api::Problem;
 using api::ProblemKind;
 
 Problem twice(const std::string& part) {
-  return about_part(ProblemKind::malformed_request, part, "the part '" + part + "' was sent twice");
+  return field_problem(ProblemKind::malformed_request, part, "the part '" + part + "' was sent twice");
 }
 
 Problem missing(const std::string& part) {
-  return about_part(ProblemKind::malformed_request, part, "the part '" + part + "' is missing");
+  return field_problem(ProblemKind::malformed_request, part, "the part '" + part + "' is missing");
 }
 
 Problem too_large(const std::string& part, const std::string& is, std::uint64_t limit) {
-  return about_part(ProblemKind::too_large, part,
-                    "the part '" + part + "' " + is + " larger than the limit of " + std::to_string(limit) + " bytes");
+  return field_problem(
+      ProblemKind::too_large, part,
+      "the part '" + part + "' " + is + " larger than the limit of " + std::to_string(limit) + " bytes");
 }
 
 }  // namespace
 
-FormReceiver::Refusal FormReceiver::begin(const PartHead& part) {
-  current_ = part.name;
+FormReceiver::Refusal FormReceiver::begin(const FieldHead& field) {
+  current_ = field.name;
   mesh_ = nullptr;
   upload_ = nullptr;
-  if (part.name == "options") {
-    if (options_seen_) return twice(part.name);
+  if (field.name == "options") {
+    if (options_seen_) return twice(field.name);
     options_seen_ = true;
     form_.options.clear();
     return std::nullopt;
   }
-  if (part.name == "a") return begin_mesh(part, form_.a);
-  if (part.name == "b") return begin_mesh(part, form_.b);
-  if (part.name == "a.files") return begin_file(part, form_.a);
-  if (part.name == "b.files") return begin_file(part, form_.b);
-  const std::string name = part.name.substr(0, 64);
-  return about_part(ProblemKind::malformed_request, name,
-                    "unknown part '" + name + "'; known: a, a.files, b, b.files, options");
+  if (field.name == "a") return begin_mesh(field, form_.a);
+  if (field.name == "b") return begin_mesh(field, form_.b);
+  if (field.name == "a.files") return begin_file(field, form_.a);
+  if (field.name == "b.files") return begin_file(field, form_.b);
+  const std::string name = field.name.substr(0, 64);
+  return field_problem(ProblemKind::malformed_request, name,
+                       "unknown part '" + name + "'; known: a, a.files, b, b.files, options");
 }
 
-FormReceiver::Refusal FormReceiver::begin_mesh(const PartHead& part, MeshPart& mesh) {
-  if (mesh.upload) return twice(part.name);
-  mesh.head = part;
+FormReceiver::Refusal FormReceiver::begin_mesh(const FieldHead& field, MeshField& mesh) {
+  if (mesh.upload) return twice(field.name);
+  mesh.head = field;
   mesh.upload = std::make_unique<Upload>(budget_, settings_.temp_dir);
   mesh_ = &mesh;
   upload_ = mesh.upload.get();
@@ -57,15 +58,15 @@ FormReceiver::Refusal FormReceiver::begin_mesh(const PartHead& part, MeshPart& m
 }
 
 // The name comes from the client: it is never opened, but shall not say what no .gltf could name either.
-FormReceiver::Refusal FormReceiver::begin_file(const PartHead& part, MeshPart& mesh) {
+FormReceiver::Refusal FormReceiver::begin_file(const FieldHead& field, MeshField& mesh) {
   const auto refuse = [&](const std::string& what) {
-    return about_part(ProblemKind::malformed_request, part.name, what);
+    return field_problem(ProblemKind::malformed_request, field.name, what);
   };
   if (mesh.files.size() == api::kMostBundleFiles) {
-    return refuse("more than " + std::to_string(api::kMostBundleFiles) + " parts '" + part.name + "'");
+    return refuse("more than " + std::to_string(api::kMostBundleFiles) + " parts '" + field.name + "'");
   }
-  const std::string shown = "the file name " + api::in_quotes(part.filename) + " of a part '" + part.name + "' ";
-  api::FilePath file = api::file_path_of_name(part.filename);
+  const std::string shown = "the file name " + api::in_quotes(field.filename) + " of a part '" + field.name + "' ";
+  api::FilePath file = api::file_path_of_name(field.filename);
   if (!file.defect.empty()) return refuse(shown + file.defect);
   if (api::is_scene_path(file.path)) return refuse(shown + "is that of a .gltf, which the part without '.files' is");
   const auto has_key = [key = api::file_key(file.path)](const SentFile& sent) {
@@ -103,7 +104,7 @@ FormReceiver::Refusal FormReceiver::end() { return upload_ ? upload_->finish(mes
 FormReceiver::Refusal FormReceiver::complete() {
   if (!form_.a.upload) return missing("a");
   if (!form_.b.upload) return missing("b");
-  for (MeshPart* mesh : {&form_.a, &form_.b}) {
+  for (MeshField* mesh : {&form_.a, &form_.b}) {
     if (auto refusal = put_together(*mesh, settings_.max_part_bytes, budget_, settings_.temp_dir)) return refusal;
   }
   return std::nullopt;

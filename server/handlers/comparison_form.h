@@ -13,8 +13,8 @@
 namespace meshgauge::server {
 
 struct Form {
-  MeshPart a;
-  MeshPart b;
+  MeshField a;
+  MeshField b;
   std::string options = "{}";  // when the part is not sent
 };
 
@@ -24,7 +24,7 @@ class FormReceiver final : public MultipartSink {
   FormReceiver(Form& form, const Settings& settings, ByteBudget& budget)
       : form_(form), settings_(settings), budget_(budget) {}
 
-  Refusal begin(const PartHead& part) override;
+  Refusal begin(const FieldHead& field) override;
   Refusal data(std::string_view piece) override;
   Refusal end() override;
 
@@ -32,16 +32,16 @@ class FormReceiver final : public MultipartSink {
   Refusal complete();
 
  private:
-  Refusal begin_mesh(const PartHead& part, MeshPart& mesh);
-  Refusal begin_file(const PartHead& part, MeshPart& mesh);
+  Refusal begin_mesh(const FieldHead& field, MeshField& mesh);
+  Refusal begin_file(const FieldHead& field, MeshField& mesh);
   Refusal add_option_bytes(std::string_view piece);
 
   Form& form_;
   const Settings& settings_;
   ByteBudget& budget_;
-  std::string current_;       // name of the part that is arriving
-  MeshPart* mesh_ = nullptr;  // that it belongs to; null for options
-  Upload* upload_ = nullptr;  // of it; null for options
+  std::string current_;        // name of the part that is arriving
+  MeshField* mesh_ = nullptr;  // that it belongs to; null for options
+  Upload* upload_ = nullptr;   // of it; null for options
   bool options_seen_ = false;
 };
 

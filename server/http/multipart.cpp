@@ -11,26 +11,26 @@ using api::Problem;
 using api::ProblemKind;
 using Refusal = std::optional<Problem>;
 
-constexpr std::size_t kMaxPartHeadBytes = std::size_t{8} << 10;
+constexpr std::size_t kMaxFieldHeadBytes = std::size_t{8} << 10;
 constexpr std::size_t kMaxBoundaryBytes = 70;  // RFC 2046 section 5.1.1
 
-bool read_disposition(std::string_view value, PartHead& part) {
+bool read_disposition(std::string_view value, FieldHead& field) {
   if (take_kind(value) != "form-data") return false;
   return for_each_parameter(value, [&](const std::string& name, const std::string& text) {
-    if (name == "name") part.name = text;
-    if (name == "filename") part.filename = text;
+    if (name == "name") field.name = text;
+    if (name == "filename") field.filename = text;
   });
 }
 
-Refusal parse_part_head(std::string_view text, PartHead& part) {
+Refusal parse_field_head(std::string_view text, FieldHead& field) {
   bool named = false;
   while (!text.empty()) {
     std::string_view line = next(text, "\r\n");
     const std::string name = lower(next(line, ":"));
     const std::string_view value = trimmed(line);
     if (!is_token(name) || !is_field_text(value)) return malformed("a part's header must be 'Name: value'");
-    if (name == "content-type") part.content_type = value;
-    if (name == "content-disposition") named = read_disposition(value, part) && !part.name.empty();
+    if (name == "content-type") field.content_type = value;
+    if (name == "content-disposition") named = read_disposition(value, field) && !field.name.empty();
   }
   if (named) return std::nullopt;
   return malformed("each part needs 'Content-Disposition: form-data; name=\"...\"'");
@@ -73,10 +73,10 @@ Refusal MultipartParser::step(bool& stuck) {
       return take_start(stuck);
     case State::after_delimiter:
       return take_after_delimiter(stuck);
-    case State::part_head:
-      return take_part_head(stuck);
-    case State::part_data:
-      return take_part_data(stuck);
+    case State::field_head:
+      return take_field_head(stuck);
+    case State::field_data:
+      return take_field_data(stuck);
     case State::epilogue:
       break;
   }
@@ -99,26 +99,26 @@ Refusal MultipartParser::take_after_delimiter(bool& stuck) {
   stuck = rest_.size() < 2;
   if (stuck) return std::nullopt;
   if (!rest_.starts_with("\r\n") && !rest_.starts_with("--")) return malformed("a boundary must end its line");
-  state_ = rest_.front() == '-' ? State::epilogue : State::part_head;
+  state_ = rest_.front() == '-' ? State::epilogue : State::field_head;
   consume(2);
   return std::nullopt;
 }
 
-Refusal MultipartParser::take_part_head(bool& stuck) {
-  const std::size_t end = rest_.substr(0, kMaxPartHeadBytes).find("\r\n\r\n");
+Refusal MultipartParser::take_field_head(bool& stuck) {
+  const std::size_t end = rest_.substr(0, kMaxFieldHeadBytes).find("\r\n\r\n");
   stuck = end == std::string_view::npos;
   if (stuck) {
-    return rest_.size() >= kMaxPartHeadBytes ? Refusal(malformed("a part's head is larger than 8192 bytes"))
-                                             : std::nullopt;
+    return rest_.size() >= kMaxFieldHeadBytes ? Refusal(malformed("a part's head is larger than 8192 bytes"))
+                                              : std::nullopt;
   }
-  PartHead part;
-  if (auto refusal = parse_part_head(rest_.substr(0, end), part)) return refusal;
+  FieldHead field;
+  if (auto refusal = parse_field_head(rest_.substr(0, end), field)) return refusal;
   consume(end + 4);
-  state_ = State::part_data;
-  return sink_.begin(part);
+  state_ = State::field_data;
+  return sink_.begin(field);
 }
 
-Refusal MultipartParser::take_part_data(bool& stuck) {
+Refusal MultipartParser::take_field_data(bool& stuck) {
   const std::size_t end = rest_.find(delimiter_);
   stuck = end == std::string_view::npos;
   // What could be the start of a delimiter waits for more bytes.

@@ -9,13 +9,13 @@
 
 namespace meshgauge::server {
 
-struct PartHead {
+struct FieldHead {
   std::string name;
   std::string filename;      // may be empty; from the client, not a path to open
   std::string content_type;  // may be empty
 };
 
-inline api::Problem about_part(api::ProblemKind kind, const std::string& part, const std::string& what) {
+inline api::Problem field_problem(api::ProblemKind kind, const std::string& part, const std::string& what) {
   return {kind, what, {{part, "", what}}};
 }
 
@@ -24,7 +24,7 @@ class MultipartSink {
   using Refusal = std::optional<api::Problem>;
 
   virtual ~MultipartSink() = default;
-  virtual Refusal begin(const PartHead& part) = 0;
+  virtual Refusal begin(const FieldHead& field) = 0;
   virtual Refusal data(std::string_view piece) = 0;
   virtual Refusal end() = 0;
 };
@@ -43,13 +43,13 @@ class MultipartParser {
   Refusal finish() const;  // a problem when the closing boundary has not been seen
 
  private:
-  enum class State { start, after_delimiter, part_head, part_data, epilogue };
+  enum class State { start, after_delimiter, field_head, field_data, epilogue };
 
   Refusal step(bool& stuck);
   Refusal take_start(bool& stuck);
   Refusal take_after_delimiter(bool& stuck);
-  Refusal take_part_head(bool& stuck);
-  Refusal take_part_data(bool& stuck);
+  Refusal take_field_head(bool& stuck);
+  Refusal take_field_data(bool& stuck);
   void consume(std::size_t n) { rest_.remove_prefix(n); }
 
   MultipartSink& sink_;

@@ -26,7 +26,7 @@ void set_hints(const JsonValue& json, MeshSource& source) {
 
 }  // namespace
 
-MeshSource source_of(const std::string& part, MeshPart mesh) {
+MeshSource source_of(const std::string& part, MeshField mesh) {
   const std::shared_ptr<const Upload> upload = std::move(mesh.upload);
   return {{part, upload->bytes(), mesh.head.filename, mesh.head.content_type, upload->file()}, upload, "", {}};
 }

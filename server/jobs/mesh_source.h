@@ -19,7 +19,7 @@ struct MeshSource {
   std::optional<MeshCache::Key> kept;  // of a mesh that its owner stored to compare it often
 };
 
-MeshSource source_of(const std::string& part, MeshPart mesh);
+MeshSource source_of(const std::string& part, MeshField mesh);
 MeshSource source_of(const std::string& part, store::Blob blob, const std::string& id);
 
 // The same source, with and without its bytes at hand.

@@ -169,7 +169,7 @@ class Service(ServerCase):
         for content in (b"v 0 0 0\n", b"", square_zip()):
             problem = self.refused(self.ask(("a", "a", content), ("a.files", "x.bin", SQUARE_BIN), ("b", "b.zip", square_zip())),
                                    400, "malformed-request")
-            self.assertIn("the part 'a' is no .gltf", problem["detail"])
+            self.assertIn("the part 'a' is not a .gltf document", problem["detail"])
         twice = self.ask(("a", "a.gltf", scene()), ("a.files", "x.bin", b""), ("a.files", "./x.bin", b""), ("b", "b.zip", square_zip()))
         self.assertIn("was sent twice", self.refused(twice, 400, "malformed-request")["detail"])
         many = [("a.files", "x%d.bin" % i, b"") for i in range(65)]

@@ -17,8 +17,8 @@ using Refusal = std::optional<api::Problem>;
 struct Transcript final : server::MultipartSink {
   std::string text;
 
-  Refusal begin(const server::PartHead& part) override {
-    text += "part " + part.name + '\n' + part.filename + '\n' + part.content_type + '\n';
+  Refusal begin(const server::FieldHead& field) override {
+    text += "part " + field.name + '\n' + field.filename + '\n' + field.content_type + '\n';
     return std::nullopt;
   }
   Refusal data(std::string_view piece) override {
@@ -56,10 +56,11 @@ std::string parsed(std::string_view body, const std::string& boundary, std::size
   return transcript.text + told(refusal);
 }
 
-std::string told(const server::MeshPart& part, const server::Settings& settings) {
-  const auto bytes = part.upload->bytes();
-  require(bytes.size() == part.upload->size() && bytes.size() <= settings.max_part_bytes, "a part is within its limit");
-  return part.head.filename + '\n' + part.head.content_type + '\n' +
+std::string told(const server::MeshField& field, const server::Settings& settings) {
+  const auto bytes = field.upload->bytes();
+  require(bytes.size() == field.upload->size() && bytes.size() <= settings.max_part_bytes,
+          "a part is within its limit");
+  return field.head.filename + '\n' + field.head.content_type + '\n' +
          std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size()) + '\n';
 }
 

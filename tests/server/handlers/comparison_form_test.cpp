@@ -121,7 +121,7 @@ TEST_CASE("form: bounds of the files") {
   CHECK(contains(refusal({a, b, {"b.files", "A.bin", ""}, {"b.files", "a.bin", ""}}),
                  "'a.bin' of a part 'b.files' differs from 'A.bin' by letter case alone"));
   CHECK(contains(refusal({a, b, {"b.files", "./_rels/.RELS", ""}}), "is the name of a part that every 3MF has"));
-  CHECK(contains(refusal({{"a", "a.obj", "v 0 0 0"}, {"a.files", "x.bin", "abc"}, b}), "the part 'a' is no .gltf"));
+  CHECK(contains(refusal({{"a", "a.obj", "v 0 0 0"}, {"a.files", "x.bin", "abc"}, b}), "the part 'a' is not a .gltf document"));
   CHECK(refusal({{"a.files", "x.bin", "abc"}, b}) == "the part 'a' is missing");
   CHECK(refusal({a, {"a.files", "x.bin", std::string(2'000, 'x')}, b}) ==
         "the part 'a.files' and the files beside it are together larger than the limit of 2000 bytes");

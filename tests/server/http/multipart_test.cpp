@@ -6,13 +6,13 @@
 #include <doctest/doctest.h>
 
 using namespace meshgauge;
+using server::FieldHead;
 using server::MultipartParser;
-using server::PartHead;
 
 namespace {
 
 struct Part {
-  PartHead head;
+  FieldHead head;
   std::string data;
   bool ended = false;
 };
@@ -20,8 +20,8 @@ struct Part {
 struct Collector final : server::MultipartSink {
   std::vector<Part> parts;
 
-  Refusal begin(const PartHead& part) override {
-    parts.push_back({part, "", false});
+  Refusal begin(const FieldHead& field) override {
+    parts.push_back({field, "", false});
     return std::nullopt;
   }
   Refusal data(std::string_view piece) override {
