@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
-"""Holds README.md to what the program does.
+"""Holds README.md and the pages that continue it to what the program does.
 
-  readme_test.py BUILD_DIR            the README's request gets the README's response; its table of settings is that of
-                                      `meshgauge serve --help`; its requests of jobs and meshes do what is said of them; its many
-                                      machines answer; its C++ is that of tests/consumer/main.cpp
-  readme_test.py BUILD_DIR --update   writes the response and the table anew
+  readme_test.py BUILD_DIR            the README's request gets its response, which docs/api.md shows in full; the table of
+                                      docs/settings.md is that of `meshgauge serve --help`; the requests of docs/api.md do what
+                                      it says; the machines of docs/scaling.md answer; the C++ of docs/library.md is that of
+                                      tests/consumer/main.cpp; links lead to files and headings; the README is short
+  readme_test.py BUILD_DIR --update   writes the responses and the table anew
 """
 
 import contextlib
@@ -21,11 +22,13 @@ import time
 import urllib.request
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-README = ROOT / "README.md"
-# Its services are on this machine: no proxy stands between.
+README, API, SETTINGS, SCALING, LIBRARY = (ROOT / page for page in (
+    "README.md", "docs/api.md", "docs/settings.md", "docs/scaling.md", "docs/library.md"))
+MAX_LINES, MAX_WORDS = 200, 1800
+# The services run on this machine: requests go to them without a proxy.
 for variable in [name for name in os.environ if name.lower().endswith("_proxy")]:
     del os.environ[variable]
-# The defaults are what the README speaks of, whatever is set where the test runs.
+# The pages show the defaults: settings of the machine that runs the test do not count.
 ENVIRONMENT = {k: v for k, v in os.environ.items() if not k.startswith("MESHGAUGE_")} | {"TMPDIR": "/tmp"}
 ADDRESS = "127.0.0.1:8080"
 # What another version of the engine, another machine or another run may change: the shape is compared, the value is not.
@@ -33,7 +36,7 @@ VARYING = {"id", "timings_ms", "engine", "distance", "a_to_b", "b_to_a", "reache
 
 
 def fail(message):
-    sys.exit(f"README.md: {message}")
+    sys.exit(f"readme_test: {message}")
 
 
 def block(text, language, beginning):
@@ -78,7 +81,7 @@ def has_pages(address):
 
 
 def said(request, address, build):
-    """What a line of the README prints."""
+    """What a line of a page prints."""
     line = re.sub(r"(?<=[@ ])build/", f"{build}/", request.replace(ADDRESS, address))
     done = subprocess.run(["sh", "-c", line], capture_output=True, text=True, check=False)
     if done.returncode != 0:
@@ -97,8 +100,8 @@ def ask(request, address, build, member="distance"):
     return answer
 
 
-def check_jobs(readme, address, build):
-    body, _ = block(readme, "sh", "respond-async")
+def check_jobs(page, address, build):
+    body, _ = block(page, "sh", "respond-async")
     later, baseline, candidate, stored, again = (line for line in body.splitlines() if line.startswith("curl "))
     accepted = said(later, address, build)
     location = re.search(r"^location: (/v1/comparisons/\w+)\r?$", accepted, re.M | re.I)
@@ -146,6 +149,22 @@ def same(shown, got, path="response"):
         fail(f"{path} is {got!r}, not {shown!r}")
 
 
+def part_of(shown, got, path="README.md's response"):
+    """Fails unless every member that the README shows is in the full response of docs/api.md, with the same value."""
+    if isinstance(shown, dict):
+        for key in shown:
+            if key not in got:
+                fail(f"{path} has the member {key!r}, which docs/api.md has not")
+            part_of(shown[key], got[key], f"{path}.{key}")
+    elif shown != got:
+        fail(f"{path} is {shown!r}, and {got!r} in docs/api.md")
+
+
+def cut(shown, got):
+    """The members of `got` that `shown` has."""
+    return {key: cut(shown[key], got[key]) for key in shown} if isinstance(shown, dict) else got
+
+
 def overlap(shown, got):
     """Two intervals that both hold the true distance have it in common, and each is as narrow as asked."""
     (lower, upper), (low, high) = ((r["distance"]["lower"], r["distance"]["upper"]) for r in (shown, got))
@@ -186,17 +205,17 @@ def laid_out(value, indent="", width=112):
 # --- many machines ------------------------------------------------------------------------------------------------------
 
 
-def check_cluster(readme, build):
-    """Follows the lines of the section, on a PostgreSQL of this test's and on ports that are free."""
+def check_cluster(page, build):
+    """Follows the lines of docs/scaling.md, on a PostgreSQL of this test's and on ports that are free."""
     sys.path.insert(0, str(ROOT / "tests/cluster"))
     from postgres import Missing, Postgres
     from scratch import free_port
 
-    lines, _ = block(readme, "sh", "meshgauge migrate")
+    lines, _ = block(page, "sh", "meshgauge migrate")
     try:
         database = Postgres()
     except Missing as reason:
-        print(f"README.md: the section on many machines is not followed: {reason}")
+        print(f"docs/scaling.md: its commands are not run: {reason}")
         return
     with database, tempfile.TemporaryDirectory() as folder:
         lines = re.sub(r"(?<=^export MESHGAUGE_DATABASE=).*", f"'{database.url()}'", lines, count=1, flags=re.M)
@@ -207,7 +226,7 @@ def check_cluster(readme, build):
         done = subprocess.run(["bash", "-c", script], cwd=folder, env=ENVIRONMENT, capture_output=True, text=True, check=False)
     if done.returncode != 0:
         fail(f"many machines: {done.stdout}{done.stderr}")
-    same_shape(json.loads(block(readme, "json", '"distance"')[0])["distance"], json.loads(done.stdout.splitlines()[-1])["distance"], "distance")  # after what migrate says
+    same_shape({"lower": 0.0, "upper": 0.0}, json.loads(done.stdout.splitlines()[-1])["distance"], "distance")  # after what migrate says
 
 
 # --- the settings ------------------------------------------------------------------------------------------------------
@@ -232,13 +251,13 @@ def settings_of(build):
 TABLE = re.compile(r"(?<=^\| flag \| default \| meaning \|\n\|---\|---\|---\|\n)(?:\|.*\n)+", re.M)
 
 
-def rows_of(readme):
-    table = TABLE.search(readme) or fail("no table of settings")
+def rows_of(page):
+    table = TABLE.search(page) or fail("no table of settings")
     return [tuple(cell.strip(" `") for cell in re.split(r"(?<!\\)\|", row)[1:4]) for row in table[0].splitlines()]
 
 
-def check_settings(readme, build):
-    shown, real = rows_of(readme), settings_of(build)
+def check_settings(page, build):
+    shown, real = rows_of(page), settings_of(build)
     for row in real:
         if row not in shown:
             fail(f"the table of settings has not {row}")
@@ -247,41 +266,79 @@ def check_settings(readme, build):
             fail(f"the table of settings has {row}, which `meshgauge serve --help` has not")
 
 
+# --- size and links ----------------------------------------------------------------------------------------------------
+
+
+def anchors(text):
+    """The anchors of a page's headings, as GitHub makes them."""
+    return {re.sub(r"[^\w -]", "", heading).strip().lower().replace(" ", "-") for heading in re.findall(r"^#+ (.*)$", text, re.M)}
+
+
+def check_links():
+    """Every link of every page leads to a file, and to a heading where it names one."""
+    for page in [README, ROOT / "CHANGELOG.md", *sorted((ROOT / "docs").rglob("*.md")), *sorted((ROOT / "docker").rglob("*.md"))]:
+        text = re.sub(r"^```.*?^```$", "", page.read_text(), flags=re.M | re.S)
+        for target in re.findall(r"\]\(([^)\s]+)\)", text):
+            path, _, anchor = target.partition("#")
+            if ":" in path:
+                continue
+            file = page.parent / path if path else page
+            if not file.exists():
+                fail(f"{page.relative_to(ROOT)} links to {target}, which is not there")
+            if anchor and file.suffix == ".md" and anchor not in anchors(file.read_text()):
+                fail(f"{page.relative_to(ROOT)} links to {target}, which has no such heading")
+
+
+def check_size(readme):
+    lines, words = readme.count("\n"), len(readme.split())
+    if lines > MAX_LINES or words > MAX_WORDS:
+        fail(f"README.md has {lines} lines and {words} words, at most {MAX_LINES} and {MAX_WORDS} are allowed")
+
+
 # --- all of it ---------------------------------------------------------------------------------------------------------
+
+
+def response_of(page):
+    return json.loads(block(page, "json", '"distance"')[0])
 
 
 def check(build):
     readme = README.read_text()
+    check_size(readme)
+    check_links()
     request = request_of(readme)
     if request.replace(ADDRESS, "%s") not in (ROOT / "dev").read_text():
         fail(f"./dev run prints another line than {request!r}")
-    example = block(readme, "cpp", "meshgauge::measure")[0]
+    example = block(LIBRARY.read_text(), "cpp", "meshgauge::measure")[0]
     if example not in (ROOT / "tests/consumer/main.cpp").read_text().replace("\n  ", "\n"):
-        fail("the C++ is not the one that tests/consumer/main.cpp compiles")
-    check_settings(readme, build)
-    shown = json.loads(block(readme, "json", '"distance"')[0])
+        fail("the C++ of docs/library.md is not the one that tests/consumer/main.cpp compiles")
+    check_settings(SETTINGS.read_text(), build)
+    shown = response_of(API.read_text())
+    part_of(response_of(readme), shown)
     with service(build) as address:
         got = ask(request, address, build)
         if not has_pages(address):
             del shown["view"]
         same(shown, got)
         overlap(shown, got)
-        check_jobs(readme, address, build)
+        check_jobs(API.read_text(), address, build)
     verbs = subprocess.run([build / "meshgauge", "--help"], env=ENVIRONMENT, capture_output=True, text=True, check=True).stdout
     if "  worker " in verbs:
-        check_cluster(readme, build)
+        check_cluster(SCALING.read_text(), build)
     print(f"README.md holds: {request}\n{json.dumps(got['distance'])}")
 
 
 def update(build):
-    readme = README.read_text()
     with service(build) as address:
-        got = ask(request_of(readme), address, build)
-    _, (start, end) = block(readme, "json", '"distance"')
-    readme = readme[:start] + laid_out(got) + "\n" + readme[end:]
+        got = ask(request_of(README.read_text()), address, build)
+    for page in (README, API):
+        text = page.read_text()
+        _, (start, end) = block(text, "json", '"distance"')
+        shown = cut(response_of(text), got) if page == README else got
+        page.write_text(text[:start] + laid_out(shown) + "\n" + text[end:])
     rows = "".join(f"| `{flag}` | {f'`{default}` ' if default else ''}| {meaning} |\n"
                    for flag, default, meaning in settings_of(build))
-    README.write_text(TABLE.sub(lambda _: rows, readme))
+    SETTINGS.write_text(TABLE.sub(lambda _: rows, SETTINGS.read_text()))
 
 
 if __name__ == "__main__":
