@@ -1,5 +1,5 @@
-// The whole path of one comparison, without sockets or threads: two files as bytes in, the outcome out.
-// HTTP and the command line both go through here, so that they give the same JSON.
+// The whole path of one comparison, without sockets or threads, from the bytes of two files to the outcome.
+// HTTP and the command line both call it, so that they give the same JSON.
 //
 //   load x2 (api/load.h: read_mesh, weld, digest) -> prepare x2 -> one unit (api/unit_plan.h) -> measure -> Comparison
 //   (-> to_json, api/response.h)
@@ -24,21 +24,24 @@ struct StageTimes {  // milliseconds of wall time; the engine's own stages are i
 };
 
 struct Comparison {
-  std::string id;             // unguessable, 32 hex digits
-  ComparisonOptions options;  // as run
+  std::string id;             // random, 32 hex digits (random_id())
+  ComparisonOptions options;  // as applied
   Outcome outcome;            // lengths and points in the unit of the result
-  MeshFacts a;                // lengths in the file's own numbers
+  MeshFacts a;                // lengths in the file's unit
   MeshFacts b;
   UnitPlan units;
   StageTimes times;
 };
 
-// Both meshes are at hand. `so_far`: what was done before, counted into the total. `control` carries the deadline and
-// the cancellation of the whole job; running out of time is an Outcome. An Error is about the input. Thread safe.
+// Compares two prepared meshes. `so_far`: stage times before this call; they count into the total. `control` carries
+// the deadline and the cancellation of the whole job. Running out of time while measuring is an Outcome
+// (Stop::timeout). Errors: contradicting units; out_of_time while a mesh is converted to the result's unit; internal
+// when out of memory. Thread safe.
 Result<Comparison> compare(const SharedMesh& a, const SharedMesh& b, const ComparisonOptions& options, Control& control,
                            const StageTimes& so_far = {});
 
-// Reads both in this process first; running out of time meanwhile is an Error.
+// Reads and prepares both files in this process, then compares them. Errors also: the input is refused, or out_of_time
+// while reading.
 Result<Comparison> compare(const MeshInput& a, const MeshInput& b, const ComparisonOptions& options,
                            const ReadLimits& limits, Control& control);
 

@@ -1,4 +1,4 @@
-// What is asked of a comparison: the engine's options, and what the lengths among them are in.
+// Options of a comparison: the engine's options and the units of the lengths among them.
 #pragma once
 
 #include "api/unit_plan.h"
@@ -6,7 +6,7 @@
 
 namespace meshgauge::api {
 
-// max_distance and tolerance.absolute are in the unit of the result (UnitPlan::result).
+// Engine options with units. max_distance and tolerance.absolute are in the unit of the result (UnitPlan::result).
 struct ComparisonOptions : Options {
   ComparisonOptions() = default;
   // NOLINTNEXTLINE(google-explicit-constructor): the engine's options alone ask for no unit

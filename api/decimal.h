@@ -1,4 +1,4 @@
-// Numbers as text, for files and reports.
+// Formats numbers for files and reports.
 #pragma once
 
 #include <charconv>
@@ -6,7 +6,7 @@
 
 namespace meshgauge::api {
 
-// The shortest digits that read back as the same number.
+// Returns the shortest decimal text that reads back as the same number.
 inline std::string shortest(double value) {
   char digits[32];
   return {digits, std::to_chars(digits, digits + sizeof digits, value).ptr};

@@ -1,26 +1,27 @@
-// A deviation map as GLB (glTF 2.0), for three.js, Blender, ParaView and browsers.
+// Writes a deviation map as GLB (glTF 2.0), for three.js, Blender, ParaView and browsers.
 //
-//   node "candidate"  one primitive of triangles: POSITION, COLOR_0, _DISTANCE, indices of 32 bits. No normals: readers
-//                     shade it flat, as the standard has it. Its extras say what the numbers mean.
-//   node "witness"    lines, without light: from the witness to the nearest point of the other mesh, and a cross there
-//                     where it begins. Its own primitive, so that the candidate's counts are the mesh's.
+//   node "candidate"  one primitive of triangles: POSITION, COLOR_0, _DISTANCE, 32-bit indices. No normals: readers
+//                     shade it flat, as glTF 2.0 requires. Its extras describe the numbers.
+//   node "witness"    unlit lines: from the witness to the nearest point of the other mesh, and a cross at the witness.
+//                     A primitive of its own, so that the candidate's counts are the mesh's.
 //
-//   POSITION   float, rounded to nearest. Where the mesh lies far from 0 on an axis, at least as far as it is wide,
-//              both nodes are moved there instead (translation, exact in single precision), so that positions keep
-//              the precision of the mesh's size, not of its offset: within 2^-24 of the size and 2^-48 of the offset.
-//              Else the nodes do not move anything, and coordinates that are floats stay as they are.
-//              They are the candidate's own: not turned so that y is up, as readers of glTF take it.
-//   COLOR_0    unsigned short, normalised, RGBA; linear light, as the standard has it (api/colour_map.h is sRGB)
-//   _DISTANCE  float, rounded to nearest, of what was computed
+//   POSITION   float, rounded to nearest. On each axis where the mesh is at least as far from 0 as its box is wide,
+//              both nodes have a translation (exact in single precision), and positions are relative to it. They then
+//              keep the precision of the mesh's size, not of its offset: within 2^-24 of the size and 2^-48 of the
+//              offset.
+//              Otherwise there is no translation, and coordinates that are floats are unchanged.
+//              The axes are the candidate's own: not rotated to glTF's y-up.
+//   COLOR_0    unsigned short, normalised, RGBA; linear light as glTF 2.0 requires (api/colour_map.h is sRGB)
+//   _DISTANCE  float, the computed distance rounded to nearest
 //
 //   extras of "candidate"
-//   limit | largest          what the last colour stands for: a limit, or the largest distance of a vertex
-//   units                    label, may be empty
-//   lower, upper, witness    the certified interval of the comparison, and where `lower` is attained: on the candidate
-//                            or, without from_candidate, on the baseline; null: there is no upper bound
-//   direction                the same of the way from the candidate to the baseline alone, where that was measured
-//   display                  form: as_is, refined or decimated; vertices and triangles of the candidate itself
-//   candidate_vertices, candidate_triangles: the same numbers; of a map that is not decimated these vertices come first
+//   limit | largest          distance of the last colour: a limit, or the largest distance of a vertex
+//   units                    unit's name, may be empty
+//   lower, upper             certified interval of the comparison; upper null: there is no upper bound
+//   witness                  where `lower` is attained: from_candidate true: from the candidate, false: from the
+//   baseline direction                interval and witness from the candidate to the baseline alone, if that was
+//   measured display                  form: as_is, refined or decimated; vertices and triangles of the candidate itself
+//   candidate_vertices, candidate_triangles: the same counts; unless decimated, the candidate's vertices come first
 #pragma once
 
 #include <ostream>
@@ -30,11 +31,11 @@
 
 namespace meshgauge::api {
 
-// too_large: more than the 4 GiB of a GLB, or numbers beyond what a float holds. Whether it could be written, `out`
-// says. Takes twice the size of the file in memory.
+// Writes the map; takes twice the file's size of memory. The caller checks the state of `out`. Error: too_large for
+// more than the 4 GiB of a GLB or numbers beyond single precision.
 Result<Done> write_deviation_glb(const DeviationMap& map, std::ostream& out);
 
-// How large such a file is, but for a few thousand bytes.
+// Estimates the size of the file in bytes, to within a few thousand.
 std::size_t glb_bytes(std::size_t vertices, std::size_t triangles);
 
 }  // namespace meshgauge::api

@@ -1,5 +1,5 @@
-// The way to a deviation map: measure, choose what to show, know what the numbers mean. For `check --deviation` and for
-// the service, so that both write the same.
+// Makes deviation maps: measures distances, refines or decimates the mesh for display, sets the colour scale. `check
+// --deviation` and the service share it, so that both write the same map.
 #pragma once
 
 #include <cstddef>
@@ -16,17 +16,17 @@
 namespace meshgauge::api {
 
 struct MapOptions {
-  // Readers that show colours alone see nothing of what lies between vertices: edges longer than a 64th of the
-  // candidate's diagonal are split, to at most kMostRefined triangles.
+  // Splits edges longer than 1/64 of the candidate's diagonal, to at most kMostRefined triangles: viewers that show
+  // vertex colours alone show nothing between vertices.
   bool refine = false;
-  std::size_t max_triangles = std::numeric_limits<std::size_t>::max();  // a candidate of more is decimated
+  std::size_t max_triangles = std::numeric_limits<std::size_t>::max();  // a candidate with more is decimated
   unsigned threads = 1;
   std::string_view simd = "auto";
 
   static constexpr std::size_t kMostRefined = 250'000;
 };
 
-// A map with what it borrows, but for the candidate's own arrays.
+// A map and the arrays it borrows, except the candidate's own. Must not outlive the candidate.
 class MadeMap {
  public:
   const DeviationMap& map() const { return map_; }
@@ -46,11 +46,10 @@ class MadeMap {
   MadeMap& operator=(const MadeMap&) = delete;
 };
 
-// Both meshes are in the unit of the comparison's result (in_unit(), api/prepared_mesh.h).
-// Distances are never above what is certified of the candidate's. Of a decimated map they are measured at every vertex
-// of the candidate, and what is farthest away or above the limit is shown rather than its neighbours: the farthest
-// vertex always, also of a part that is otherwise too small to be shown.
-// out_of_time when `control` said to stop. The map must not outlive the candidate.
+// Makes a map of the distance from `candidate` to `baseline`. Precondition: both are in the unit of the comparison's
+// result (in_unit(), api/prepared_mesh.h). No distance exceeds the certified upper bound of that direction. A decimated
+// map is measured at every vertex of the candidate and prefers to keep vertices above the limit; the farthest vertex is
+// always kept. Error: out_of_time when `control` says to stop.
 Result<MadeMap> make_deviation(const Prepared& candidate, const Prepared& baseline, const ResultFacts& facts,
                                const MapOptions& options, Control& control);
 

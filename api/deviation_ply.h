@@ -1,12 +1,12 @@
-// A deviation map as PLY, for MeshLab, CloudCompare, CGAL, Blender, three.js and whatever reads PLY.
+// Writes a deviation map as PLY, for MeshLab, CloudCompare, CGAL, Blender, three.js and other readers of PLY.
 //
-//   vertex   x y z          float if every coordinate is one exactly, else double: the candidate's own positions
-//            red green blue uchar, sRGB: api/colour_map.h
-//            quality        float, rounded to nearest: the name that MeshLab looks for; it works in single precision
-//            distance       double, exactly what was computed
+//   vertex   x y z          positions of the candidate: float if every coordinate is a float exactly, else double
+//            red green blue uchar, sRGB (api/colour_map.h)
+//            quality        float, the distance rounded to nearest, under the name that MeshLab reads
+//            distance       double, the computed distance
 //   face     vertex_indices uchar, uint
 //
-// What the numbers mean stands in comments, one fact each: limit, unit, certified interval, witness.
+// Header comments describe the numbers, one fact each: limit, unit, certified interval, witness.
 #pragma once
 
 #include <ostream>
@@ -15,7 +15,7 @@
 
 namespace meshgauge::api {
 
-// Binary, little-endian. Whether it could be written, `out` says.
+// Writes binary little-endian PLY. The caller checks the state of `out`.
 void write_deviation_ply(const DeviationMap& map, std::ostream& out);
 
 }  // namespace meshgauge::api

@@ -1,4 +1,4 @@
-// The two uses of OpenSSL: names for bytes, and names nobody can guess.
+// SHA-256 digests and random ids, by OpenSSL.
 #pragma once
 
 #include <cstddef>
@@ -12,12 +12,12 @@ namespace meshgauge::api {
 
 std::string sha256_hex(std::span<const std::byte> bytes);  // 64 lower-case hex digits
 
-// The same of bytes that are looked at piece by piece. Throws when the library has no SHA-256.
+// Computes SHA-256 over pieces of data. The constructor throws std::runtime_error when OpenSSL provides no SHA-256.
 class Sha256 {
  public:
   Sha256();
   void update(std::span<const std::byte> piece);
-  std::string hex();  // of all pieces; the last call
+  std::string hex();  // 64 lower-case hex digits; no call may follow
 
  private:
   struct Freed {
@@ -26,6 +26,7 @@ class Sha256 {
   std::unique_ptr<evp_md_ctx_st, Freed> context_;
 };
 
-std::string random_id();  // 128 bits from the system's generator, 32 lower-case hex digits; throws when it fails
+std::string
+random_id();  // 128 random bits as 32 lower-case hex digits; throws std::runtime_error when OpenSSL has none
 
 }  // namespace meshgauge::api

@@ -1,4 +1,4 @@
-// The verdict of a gate: what an interval says about a limit.
+// The verdict of a gate: whether an interval is within a limit.
 #pragma once
 
 #include <optional>
@@ -12,8 +12,8 @@ enum class Verdict { pass, fail, undecided };
 
 std::string_view to_string(Verdict verdict);
 
-// pass: the distance is certainly at most max_distance (upper <= max_distance). fail: it is certainly above
-// (lower > max_distance). undecided: max_distance lies inside the interval. nullopt: no gate was asked for.
+// Returns pass when the distance is certainly at most max_distance (upper <= max_distance), fail when it is certainly
+// above (lower > max_distance), undecided when max_distance lies inside the interval; nullopt: without max_distance.
 std::optional<Verdict> verdict(const Outcome& outcome, const std::optional<double>& max_distance);
 
 }  // namespace meshgauge::api

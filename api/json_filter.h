@@ -1,5 +1,5 @@
-// A first look at a JSON document from outside, before it is built: a tree of unbounded depth overflows the stack when
-// it is copied or destroyed, and of a duplicate key the library silently keeps the last.
+// Checks untrusted JSON before a tree is built: a tree of unbounded depth overflows the stack when it is copied or
+// destroyed, and nlohmann::json silently keeps the last of duplicate keys.
 #pragma once
 
 #include <cstddef>
@@ -14,8 +14,8 @@
 
 namespace meshgauge::api {
 
-// For nlohmann::json::sax_parse(), once. After it has returned false, `defect` says what is wrong and `where` where: a
-// JSON pointer, or "byte N" of what is not JSON.
+// Handler for one nlohmann::json::sax_parse(). When that returns false, `defect` says what is wrong and `where` has the
+// place: a JSON pointer, or "byte N" for a syntax error.
 class JsonFilter : public nlohmann::json_sax<nlohmann::json> {
  public:
   static constexpr std::size_t kMaxDepth = 16;
@@ -40,8 +40,8 @@ class JsonFilter : public nlohmann::json_sax<nlohmann::json> {
  private:
   struct Level {
     bool array;
-    std::size_t values = 0;  // seen so far, of an array
-    std::string key;         // the last one, of an object
+    std::size_t values = 0;  // array: number of values so far
+    std::string key;         // object: the last key
     std::set<std::string> keys;
   };
 
@@ -53,11 +53,11 @@ class JsonFilter : public nlohmann::json_sax<nlohmann::json> {
   std::vector<Level> levels_;
 };
 
-// A document of at most `max_bytes` that the filter lets through. `part` is what the errors call it: the JSON pointer,
-// or "byte N", is in Error::where.
+// Parses a document that JsonFilter accepts. `part` names the document in errors; Error::where is a JSON pointer or
+// "byte N". Errors: too_large above `max_bytes`, else invalid_request.
 Result<nlohmann::json> parse_document(std::string_view json, const std::string& part, std::size_t max_bytes);
 
-// Foreign text in a message: short, and on one line.
+// Quotes untrusted text for a message: shortened, on one line.
 std::string shown_text(std::string_view text);
 std::string shown(const nlohmann::json& value);
 

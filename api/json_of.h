@@ -1,4 +1,4 @@
-// Pieces of a result as JSON.
+// Converts pieces of a result to JSON.
 #pragma once
 
 #include <optional>
@@ -14,7 +14,7 @@ using Json = nlohmann::ordered_json;  // writes a number that is not finite as n
 Json json_of(const Vec3& p);
 Json interval(double lower, double upper);
 Json json_of(const std::optional<Directed>& directed);
-Json json_of(const Tolerance& asked);  // of each rule that was asked for
+Json json_of(const Tolerance& asked);  // has only the rules that are set
 Json json_of(const KnownUnit& known);
 Json json_of(const MeshFacts& facts, const KnownUnit& unit);
 

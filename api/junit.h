@@ -1,5 +1,5 @@
-// JUnit XML, which every CI system reads. Valid by the schema of Ant's reports (windyroad's JUnit.xsd, the strictest)
-// and by that of Jenkins, whatever UTF-8 the texts are.
+// Writes JUnit XML. Valid for any UTF-8 text by the schema of Ant's reports (windyroad's JUnit.xsd, the strictest) and
+// by that of Jenkins.
 //
 //   junit_begin() + (junit_suite() + junit_case()... + junit_suite_end())... + junit_end()
 #pragma once
@@ -39,7 +39,7 @@ struct JUnitCase {
   std::optional<JUnitDefect> defect;
 };
 
-// "meshgauge.NAME": viewers make a package of what stands before the last dot.
+// Returns "meshgauge.NAME", dots in NAME replaced by '_': viewers take the text before the last dot as a package.
 std::string junit_class(std::string name);
 
 std::string junit_begin();

@@ -1,4 +1,4 @@
-// Both meshes of a comparison as they were measured.
+// Both meshes of a comparison in the unit of its result.
 #pragma once
 
 #include <memory>
@@ -13,7 +13,7 @@ struct MeasuredPair {
   std::shared_ptr<const Prepared> b;
 };
 
-// Each as in_unit() gives it, in the unit of the result.
+// Converts both meshes to the unit of the result. Errors: as for in_unit().
 Result<MeasuredPair> in_unit_of_result(const std::shared_ptr<const PreparedMesh>& a,
                                        const std::shared_ptr<const PreparedMesh>& b, const UnitPlan& units,
                                        Control& control);

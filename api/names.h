@@ -1,4 +1,4 @@
-// The names that enums of the engine have in JSON and as flags. One table an enum: a new value is one new row.
+// Names of the engine's enums in JSON and flags. One table per enum: a new value needs one new row.
 #pragma once
 
 #include <optional>
@@ -35,13 +35,13 @@ inline constexpr Name<Rule> kRules[] = {
 inline constexpr Name<Weight> kWeights[] = {
     {Weight::area, "area"}, {Weight::length, "length"}, {Weight::points, "points"}};
 
-// Of statistics: whether they are there, or why not.
+// Whether the statistics are complete, or why they are not.
 inline constexpr Name<StatisticsStatus> kStatisticsStatuses[] = {{StatisticsStatus::complete, "complete"},
                                                                  {StatisticsStatus::timeout, "timeout"},
                                                                  {StatisticsStatus::cancelled, "cancelled"},
                                                                  {StatisticsStatus::memory, "memory"}};
 
-// Precondition: the table names every value of the enum.
+// Returns the name of a value. Precondition: the table has it.
 template <class Enum, std::size_t N>
 std::string_view name_of(const Name<Enum> (&table)[N], Enum value) {
   for (const auto& row : table) {
@@ -50,6 +50,7 @@ std::string_view name_of(const Name<Enum> (&table)[N], Enum value) {
   return "";
 }
 
+// Returns the value of a name. nullopt: the table has no such name.
 template <class Enum, std::size_t N>
 std::optional<Enum> value_of(const Name<Enum> (&table)[N], std::string_view text) {
   for (const auto& row : table) {
@@ -58,7 +59,7 @@ std::optional<Enum> value_of(const Name<Enum> (&table)[N], std::string_view text
   return std::nullopt;
 }
 
-// "one, two, three": for messages and help texts.
+// Returns the names as "one, two, three", for messages and help texts.
 template <class Enum, std::size_t N>
 std::string list_of(const Name<Enum> (&table)[N]) {
   std::string list;

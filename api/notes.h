@@ -1,4 +1,4 @@
-// What was done to a mesh beyond reading it, and to a pair beyond measuring it, in words.
+// Notes: sentences about what was done to a mesh besides reading it and to a pair besides measuring it.
 #pragma once
 
 #include <string>
@@ -8,11 +8,11 @@
 
 namespace meshgauge::api {
 
-// One sentence each, with its count where there is one; nothing for what did not happen. The rules are those of
-// docs/formats.md.
+// Returns the notes of one mesh, one sentence each, with counts; none for a count of 0 (docs/formats.md).
 std::vector<std::string> notes_of(const MeshFacts& mesh);
 
-// What concerns both: the units that were taken, and sizes that look like a mistake of units. Likewise.
+// Returns the notes of the pair: units assumed or converted, sizes that suggest a wrong unit, a limit that non-planar
+// faces leave open (docs/units.md, docs/formats.md).
 std::vector<std::string> notes_of(const Comparison& comparison);
 
 }  // namespace meshgauge::api

@@ -1,4 +1,4 @@
-// A mesh that is ready to be compared, once or many times: read, prepared (engine/prepared.h), and known by its facts.
+// A mesh ready to be compared, once or many times: loaded, prepared (engine/prepared.h), with the facts of its file.
 #pragma once
 
 #include <cstddef>
@@ -17,11 +17,11 @@
 
 namespace meshgauge::api {
 
-// Of the file: lengths and coordinates are its own numbers.
+// Facts of a mesh file. Lengths and coordinates are in the file's unit.
 struct MeshFacts {
   Format format = Format::obj;
   std::size_t bytes = 0;
-  std::string sha256;  // of the bytes as sent, 64 lower-case hex digits
+  std::string sha256;  // digest of the bytes as sent, 64 lower-case hex digits
   std::size_t vertices = 0;
   std::size_t triangles = 0;
   std::size_t degenerate = 0;
@@ -30,14 +30,15 @@ struct MeshFacts {
   ReadNotes notes;
 };
 
-// Immutable as far as can be seen; any number of comparisons may use it at once.
+// A prepared mesh file. Logically immutable and thread safe: any number of comparisons may share it.
 class PreparedMesh {
  public:
-  // `file_bytes`: of the file that it was loaded from. Linear time. Must not be used when `interrupted` said to stop.
+  // Computes the facts, in linear time. `file_bytes`: size of the file. When `interrupted` said to stop, the facts are
+  // incomplete and the object must not be used.
   PreparedMesh(LoadedMesh loaded, std::size_t file_bytes, Prepared::Use use,
                const Interrupted& interrupted = never_interrupted);
 
-  std::size_t bytes() const;  // of memory, now
+  std::size_t bytes() const;  // memory used now
 
   const MeshFacts facts;
   const Prepared mesh;
@@ -45,7 +46,7 @@ class PreparedMesh {
  private:
   friend Result<std::shared_ptr<const Prepared>> in_unit(const std::shared_ptr<const PreparedMesh>&, const std::string&,
                                                          const Factor&, Control&);
-  // The mesh times a factor. Borrows the triangles.
+  // The mesh with its positions times a factor. Borrows the triangles.
   struct Image {
     const Factor factor;
     const std::vector<Vec3> positions;
@@ -53,22 +54,21 @@ class PreparedMesh {
 
     Image(const Prepared& of, const Factor& its_factor, Scaled scaled);
   };
-  std::shared_ptr<const Image> image(const Factor& factor) const;  // null: none of this factor is kept
+  std::shared_ptr<const Image> image(const Factor& factor) const;  // nullptr: not cached for this factor
 
-  mutable std::mutex mutex_;                    // guards what follows
-  mutable std::shared_ptr<const Image> image_;  // the last one made, of a mesh that is measured often
+  mutable std::mutex mutex_;                    // guards image_
+  mutable std::shared_ptr<const Image> image_;  // the last image, cached for Prepared::Use::often
 };
 
 using SharedMesh = std::shared_ptr<const PreparedMesh>;
 
-// The mesh as it is measured: times a factor. Unless that is one, this costs a copy of the positions, which a mesh that
-// is measured often keeps for the next time. Keeps `mesh` alive. An Error names `part` ("a", "b"):
-// coordinate_too_large, or out_of_time when `control` said to stop. Thread safe.
+// Returns the mesh with its positions times `factor`; the result keeps `mesh` alive. A factor other than 1 costs a copy
+// of the positions, which a mesh of Use::often caches. Errors, with the part `part` ("a", "b"): coordinate_too_large;
+// out_of_time when `control` says to stop. Thread safe.
 Result<std::shared_ptr<const Prepared>> in_unit(const SharedMesh& mesh, const std::string& part, const Factor& factor,
                                                 Control& control);
 
-// What was loaded of `input`, ready to be compared. An Error is that of `loaded`, or out_of_time when `control` said to
-// stop.
+// Prepares the mesh loaded from `input`. Errors: that of `loaded`; out_of_time when `control` says to stop.
 Result<SharedMesh> prepare(Result<LoadedMesh> loaded, const MeshInput& input, Prepared::Use use, Control& control);
 
 }  // namespace meshgauge::api

@@ -1,9 +1,9 @@
-// RFC 9457 problem documents: the one shape of every answer that is not a result.
+// RFC 9457 problem documents: the body of every answer that is not a result.
 //
 //   {"type": "urn:meshgauge:problem:unreadable-mesh", "title", "status", "detail", "errors": [{"part", "where",
 //   "message"}]}
 //
-// `type` is stable; openapi.yaml lists the same kinds.
+// `type` is stable. openapi.yaml lists the same kinds.
 #pragma once
 
 #include <optional>
@@ -17,31 +17,31 @@
 namespace meshgauge::api {
 
 enum class ProblemKind {
-  malformed_request,  // not HTTP, not multipart, a part missing, unknown or twice
-  unauthorized,       // no key, or not one that counts
-  forbidden,          // the key's scopes do not allow this
-  quota_exceeded,     // of what the key may store
+  malformed_request,  // not HTTP, not multipart, or a part that is missing, unknown or repeated
+  unauthorized,       // no key, or one that is unknown, disabled or expired
+  forbidden,          // the key lacks the scope
+  quota_exceeded,     // the key's storage quota is used up
   not_found,
   method_not_allowed,
-  request_timeout,  // the head or the body came too slowly
+  request_timeout,  // the head or the body arrived too slowly
   length_required,
   too_large,
   uri_too_long,
-  unsupported_media_type,  // of the request: Content-Type, Content-Encoding
+  unsupported_media_type,  // the request's Content-Type or Content-Encoding
   head_too_large,
-  too_many_requests,  // of one key: its rate, or its jobs at the same time; or of one client's address
-  not_implemented,    // a method or transfer coding that is not known here
+  too_many_requests,  // a limit of one key (rate, jobs at a time) or of one client address
+  not_implemented,    // an unknown method or transfer coding
   http_version,
-  digest_mismatch,         // the bytes are not those that their name says
-  idempotency_key_reused,  // with another request
-  unknown_mesh,            // a comparison names one that is not stored
-  mesh_gone,               // a comparison had one that is not kept any more
-  no_interval,             // the comparison has not ended, or has none
-  not_ended,               // a batch, that is told of when it has
+  digest_mismatch,         // the bytes do not have the SHA-256 of the path
+  idempotency_key_reused,  // sent before with a different request
+  unknown_mesh,            // a comparison names a mesh that is not stored
+  mesh_gone,               // a mesh of the comparison is no longer stored
+  no_interval,             // the comparison has not ended or has no interval
+  not_ended,               // the batch has not ended, so it has no report
   not_ready,
   storage_full,
   storage_unavailable,
-  overloaded,  // the queue, the connections or the bytes of all uploads are at their limit
+  overloaded,  // the queue, the connections or the total upload bytes are at their limit
   shutting_down,
   invalid_request,
   unsupported_format,
@@ -51,19 +51,19 @@ enum class ProblemKind {
   index_out_of_range,
   coordinate_too_large,
   out_of_time,
-  cancelled,  // a comparison, by its owner, before there was an interval to give
+  cancelled,  // the owner cancelled the comparison before it had an interval
   internal,
 };
 
 struct ProblemRow {
   ProblemKind kind;
-  std::string_view slug;  // ends the type URN
+  std::string_view slug;  // last component of the type URN
   std::string_view title;
   int status;                                    // HTTP
-  std::optional<ErrorCode> code = std::nullopt;  // the Error that becomes this problem; each code in one row
+  std::optional<ErrorCode> code = std::nullopt;  // Errors of this code become this problem; each code is in one row
 };
 
-std::span<const ProblemRow> problem_table();  // every kind, once
+std::span<const ProblemRow> problem_table();  // every kind once
 
 struct ProblemItem {
   std::string part;  // "a", "b", "options"; may be empty
@@ -82,7 +82,7 @@ struct Problem {
 
 Problem to_problem(const Error& error);
 
-// Any bytes may stand in the strings: what is not UTF-8 becomes U+FFFD.
+// Serialises a problem. Invalid UTF-8 in its strings becomes U+FFFD.
 std::string to_json(const Problem& problem);
 
 }  // namespace meshgauge::api

@@ -1,16 +1,15 @@
-// The processors that a process may use: in a container, under a quota or bound to some, these are fewer than the
-// machine has.
+// The number of processors that a process may use: fewer than the machine has under a quota or a CPU affinity.
 #pragma once
 
 #include <string>
 
 namespace meshgauge::api {
 
-// Those it may run on, or as many as its control groups grant the time of, whichever is fewer; at least 1.
+// Returns the smaller of the process's CPU affinity and its control groups' quota; at least 1.
 unsigned processors();
 
-// What the control groups of this process grant (version 2, or 1 in its usual place), a part of a processor counted as
-// one; 0: no limit. `root` is "" but for tests: the folder that has proc/self/cgroup and sys/fs/cgroup.
+// Returns the processors that this process's control groups grant (version 2, or 1 at its usual path), rounded up;
+// 0: no limit. `root`: folder that contains proc/self/cgroup and sys/fs/cgroup; "" except in tests.
 unsigned processors_granted(const std::string& root = "");
 
 }  // namespace meshgauge::api

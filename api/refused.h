@@ -1,4 +1,4 @@
-// Refusals that many places give, made here alone.
+// Constructors of the errors and problems that many places return.
 #pragma once
 
 #include <string>
@@ -9,17 +9,17 @@
 
 namespace meshgauge {
 
-// Of code invalid_request; `part` and `where` as in Error.
+// Returns an Error of code invalid_request; `part` and `where` as in Error.
 inline Error refused(std::string message, std::string part = "", std::string where = "") {
   return {ErrorCode::invalid_request, std::move(message), std::move(part), std::move(where)};
 }
 
-// Of code invalid_request: names the flag in the message and as the place.
+// Returns an invalid_request Error that names the flag in the message and in Error::where.
 inline Error bad_flag(const std::string& flag, const std::string& why) { return refused(flag + ": " + why, "", flag); }
 
 namespace api {
 
-// No resource has the id of the path; `kind` is its noun.
+// Returns the problem of a path whose id no resource has. `kind`: the noun of the resource.
 inline Problem not_found(const std::string& kind) {
   return {ProblemKind::not_found, "there is no " + kind + " of this id, or not any more", {}};
 }

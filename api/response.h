@@ -1,4 +1,4 @@
-// The result of a comparison as JSON: the same bytes from HTTP and from the command line.
+// Writes the result of a comparison as JSON, the same for HTTP and the command line.
 #pragma once
 
 #include <string>
@@ -8,7 +8,7 @@
 
 namespace meshgauge::api {
 
-// Compact, keys in a fixed order. Numbers round-trip; what is not finite is null.
+// Returns compact JSON with keys in a fixed order. Numbers round-trip; NaN and infinity are null.
 std::string to_json(const Comparison& comparison);
 
 struct Stage {
@@ -19,10 +19,10 @@ struct Stage {
 inline constexpr const char* kStageNames[] = {"queue",  "read_a",  "read_b",     "build", "traverse",
                                               "reduce", "certify", "statistics", "total"};
 
-// The stages in their order, and "total" at the end; "statistics" before it where there are some.
+// Returns the stages in the order of kStageNames; "statistics" only if it was requested.
 std::vector<Stage> stages(const Comparison& comparison);
 
-// The stage times as the value of a Server-Timing header: "queue;dur=0.1, read_a;dur=12.3, ...".
+// Returns the stage times as the value of a Server-Timing header: "queue;dur=0.1, read_a;dur=12.3, ...".
 std::string to_server_timing(const std::vector<Stage>& stages);
 std::string to_server_timing(const Comparison& comparison);
 

@@ -1,4 +1,4 @@
-// What a comparison's document says (openapi.yaml, "Comparison"): the reader of what api/response.h writes.
+// Reads a comparison's result document (openapi.yaml, "Comparison"), which api/response.h writes.
 #pragma once
 
 #include <cstdint>
@@ -15,16 +15,16 @@ namespace meshgauge::api {
 
 enum class Side { a, b };
 
-// Where the distance is at least `lower`: a point of one mesh, and the point of the other that is nearest to it.
+// Where `lower` is attained: a point of one mesh and the nearest point of the other.
 struct ResultWitness {
-  bool on_candidate = true;  // `from` lies on the candidate
+  bool on_candidate = true;  // true: `from` lies on the candidate; false: on the baseline
   Vec3 from = Vec3::Zero();
-  std::uint32_t from_triangle = 0;  // 0-based, of the files
+  std::uint32_t from_triangle = 0;  // 0-based index in the mesh as read
   Vec3 to = Vec3::Zero();
   std::uint32_t to_triangle = 0;
 };
 
-// What is certified of one direction.
+// The certified interval of one direction.
 struct ResultDirection {
   double lower = 0;
   double upper = 0;
@@ -32,19 +32,20 @@ struct ResultDirection {
 };
 
 struct ResultFacts {
-  std::optional<double> limit;  // none: no gate
-  double lower = 0;             // the certified interval; `upper` is infinite when the work ended before there was one
+  std::optional<double> limit;  // nullopt: no gate
+  double lower = 0;             // the certified interval; `upper` is infinite when there is no upper bound yet
   double upper = std::numeric_limits<double>::infinity();
-  std::optional<ResultWitness> witness;      // of the direction that attains `lower`
-  std::optional<ResultDirection> direction;  // from the candidate to the other mesh; none: not measured
-  UnitPlan units;                            // of the meshes as read, and of every length here
-  bool has_units = false;                    // false: of a version before 0.2.0, which did not say
+  std::optional<ResultWitness> witness;      // for the direction that attains `lower`
+  std::optional<ResultDirection> direction;  // from the candidate to the baseline; nullopt: not measured
+  UnitPlan units;                            // of both files; `result` is the unit of every length here
+  bool has_units = false;                    // false: written before version 0.2.0, without units
 };
 
-// `candidate`: which of the two meshes is looked at. internal: it is no such document, or its interval is none.
+// Reads a result document. `candidate`: the mesh that the facts are about. Error: internal when the document is not a
+// result or its bounds are not an interval.
 Result<ResultFacts> result_facts(const nlohmann::ordered_json& document, Side candidate);
 
-// What is missing or is none of the names that a document has is not known: nothing is converted by it.
+// Reads the units of a result document. A missing or unknown unit is nullopt, which converts nothing.
 UnitPlan unit_plan_of(const nlohmann::ordered_json& document);
 
 }  // namespace meshgauge::api

@@ -1,4 +1,4 @@
-// A small file that an operator or a user wrote, as a whole.
+// Reads small text files, such as settings and manifests.
 #pragma once
 
 #include <cstddef>
@@ -8,6 +8,8 @@
 
 namespace meshgauge::api {
 
-Result<std::string> read_text_file(const std::string& file, std::size_t max_bytes);  // the message says why, not which
+// Returns the whole file. Error: invalid_request when it cannot be read or has more than `max_bytes`; the message does
+// not name the file.
+Result<std::string> read_text_file(const std::string& file, std::size_t max_bytes);
 
 }  // namespace meshgauge::api

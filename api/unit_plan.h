@@ -1,5 +1,4 @@
-// Which unit each mesh of a comparison is in, and which one its lengths are measured in. The rules are those of
-// docs/units.md.
+// Resolves the units of a comparison: of each mesh and of the result. docs/units.md has the rules.
 #pragma once
 
 #include <optional>
@@ -13,53 +12,55 @@
 
 namespace meshgauge::api {
 
-// "mm", "millimeter", "Millimetres", "\"", "µm": the usual spellings, ASCII letters in either case. nullopt: none.
+// Parses the usual spellings of a unit, ASCII letters in either case: "mm", "millimeter", "Millimetres", "\"", "µm".
+// nullopt: not a unit.
 std::optional<LengthUnit> parse_unit(std::string_view text);
 
 std::string_view in_words(LengthUnit unit);  // "millimetres", for sentences
 
 inline constexpr std::string_view kUnitNames = "um, mm, cm, m, in, ft";
 
-// In the place of a limit's unit: the unit of mesh b, whichever that is (AskedUnits::limit_of_b).
+// Given as a limit's unit: the unit of mesh b (AskedUnits::limit_of_b).
 inline constexpr std::string_view kUnitOfB = "b";
 
-// What a request says of units.
+// The units that a request declares.
 struct AskedUnits {
-  std::optional<LengthUnit> a;      // declared; the file's own unit is not asked then
-  std::optional<LengthUnit> b;      // likewise
-  std::optional<LengthUnit> limit;  // none: a number without unit, or no limit
-  bool limit_of_b = false;          // the limit is a number in the unit of mesh b, known or not
+  std::optional<LengthUnit> a;      // overrides the file's unit; nullopt: not declared
+  std::optional<LengthUnit> b;      // overrides the file's unit; nullopt: not declared
+  std::optional<LengthUnit> limit;  // nullopt: a limit without unit, or no limit
+  bool limit_of_b = false;          // true: the limit is in the unit of mesh b, known or not
 
   bool operator==(const AskedUnits&) const = default;
 };
 
-// The limit's unit as a request names it; empty: none.
+// Returns the limit's unit as a request names it: a unit or kUnitOfB; empty: none.
 std::string_view limit_unit_name(const AskedUnits& asked);
 
 struct KnownUnit {
-  std::optional<LengthUnit> unit;  // none: not known
+  std::optional<LengthUnit> unit;  // nullopt: not known
   UnitSource source = UnitSource::unknown;
 
   bool operator==(const KnownUnit&) const = default;
 };
 
-// What the file of a mesh says.
+// The unit that a mesh file names.
 struct FileUnit {
   Format format = Format::obj;
   std::optional<LengthUnit> unit;
-  std::string_view name = {};  // for messages; empty: "a" or "b"
+  std::string_view name = {};  // the mesh's name in messages; empty: "a" or "b"
 };
 
 struct UnitPlan {
   KnownUnit a;
   KnownUnit b;
-  KnownUnit result;  // of every length that is measured
+  KnownUnit result;  // unit of every measured length
 };
 
-// The plan, or an Error that names both meshes with their units and says what to declare. Pure.
+// Resolves the units of a pair. Error: when they contradict the limit's unit or each other; the message names both
+// meshes with their units and says what to declare. Pure.
 Result<UnitPlan> resolve(const FileUnit& a, const FileUnit& b, const AskedUnits& asked, bool has_limit);
 
-// What a mesh's coordinates are multiplied by. One, where either is not known.
+// Returns the factor from a mesh's unit to the result's; 1 when either is unknown.
 Factor factor_between(const KnownUnit& mesh, const KnownUnit& result);
 
 }  // namespace meshgauge::api

@@ -1,4 +1,4 @@
-// Units of length: their names, and where a mesh's unit is known from.
+// Units of length, and the source of a mesh's unit.
 #pragma once
 
 #include <cstdint>
@@ -14,12 +14,12 @@ inline constexpr LengthUnit kLengthUnits[] = {LengthUnit::micron, LengthUnit::mi
 
 std::string_view to_string(LengthUnit unit);  // "um", "mm", "cm", "m", "in", "ft"
 
-// Where the unit of a mesh is known from.
+// The source of a mesh's unit.
 enum class UnitSource {
   unknown,   // the format has no unit, and none was declared
   file,      // the file names it (3MF), or its format fixes it (glTF: metres)
-  declared,  // the request, the manifest or a flag names it
-  assumed,   // the limit's unit, taken for two meshes of unknown unit
+  declared,  // by the request, the manifest or a flag
+  assumed,   // the limit's unit, assumed for two meshes of unknown unit
 };
 
 std::string_view to_string(UnitSource source);

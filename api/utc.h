@@ -1,4 +1,4 @@
-// Times as text: "2027-01-31T12:00:00Z" (RFC 3339 in UTC).
+// Converts times to and from text: "2027-01-31T12:00:00Z" (RFC 3339 in UTC).
 #pragma once
 
 #include <chrono>
@@ -8,10 +8,10 @@
 
 namespace meshgauge::api {
 
-// To the second, from 1970 to 2200. nullopt: no such time.
+// Parses a time with a resolution of one second, from 1970 to 2200. nullopt: not such a time.
 std::optional<std::chrono::system_clock::time_point> parse_utc(std::string_view text);
 
-std::string to_utc(std::chrono::system_clock::time_point time);     // to the second
+std::string to_utc(std::chrono::system_clock::time_point time);     // "2027-01-31T12:00:00Z"
 std::string to_utc_ms(std::chrono::system_clock::time_point time);  // "2027-01-31T12:00:00.123Z"
 
 }  // namespace meshgauge::api

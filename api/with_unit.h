@@ -1,4 +1,4 @@
-// The one way to write a length with its unit.
+// Formats a length with its unit.
 #pragma once
 
 #include <optional>
@@ -10,7 +10,7 @@
 
 namespace meshgauge::api {
 
-// "0.05 mm", "(1, 2, 3) mm"; the number alone where the unit is not known (empty).
+// Returns "0.05 mm" or "(1, 2, 3) mm"; the number alone when the unit is unknown (empty).
 inline std::string with_unit(std::string number, std::string_view unit) {
   if (!unit.empty()) number.append(" ").append(unit);
   return number;
