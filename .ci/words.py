@@ -1,0 +1,78 @@
+#!/usr/bin/env python3
+"""Words and lines that this project's text does without: .ci/words.py [file ...], all files by default.
+
+In comments and strings of C++ and TypeScript: code is not a person, so no "who" or "nobody"; a comment above a
+declaration begins with what it is about, not with "Of" or a pronoun. In README.md and docs/: lines of prose of at most
+100 characters; tables, blocks of code and the targets of links do not count.
+"""
+
+import pathlib
+import re
+import subprocess
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parents[1]
+PERSONS = re.compile(r"\b(who|whoever|whom|whomever|nobody|somebody|one had better|one's|his)\b", re.I)
+BEGINNING = re.compile(r"(Of|It|Its|They|Their|Them|He|She|Whose)\b")
+MAX_PROSE = 100
+# (file, a part of the line): right as it is.
+ALLOWED: list[tuple[str, str]] = []
+
+# A raw string, a string, a character, a comment of a line, a comment of lines; of TypeScript also a template.
+TOKEN = re.compile(r'R"(?P<tag>[^\s()\\]{0,16})\((?P<raw>.*?)\)(?P=tag)"|"(?P<text>(?:[^"\\\n]|\\.)*)"|(?<![\w])\'(?P<char>(?:[^\'\\\n]|\\.)*)\''
+                   r"|//(?P<line>[^\n]*)|/\*(?P<lines>.*?)\*/|`(?P<template>(?:[^`\\]|\\.)*)`", re.S)
+
+
+def pieces(text):
+    """(line number, kind, text) of every comment and string."""
+    for found in TOKEN.finditer(text):
+        kind = found.lastgroup
+        yield text.count("\n", 0, found.start(kind)) + 1, kind, found[kind]
+
+
+def in_source(name, text):
+    rows = text.split("\n")
+    for number, kind, piece in pieces(text):
+        if kind == "text" and rows[number - 1].lstrip().startswith("#include"):
+            continue
+        for offset, row in enumerate(piece.split("\n")):
+            for word in PERSONS.finditer(row):
+                yield number + offset, f'"{word[0]}": name the client, caller, thread or owner'
+    for i, row in enumerate(rows):
+        found = re.match(r"\s*// ?(.*)", row)
+        first = found and not (i and rows[i - 1].lstrip().startswith("//"))
+        if first and BEGINNING.match(found[1]):
+            yield i + 1, f'a comment that begins with "{found[1].split()[0]}": begin with what it is about'
+
+
+def in_prose(name, text):
+    fenced = False
+    for i, row in enumerate(text.split("\n")):
+        if row.lstrip().startswith("```"):
+            fenced = not fenced
+        plain = re.sub(r"\[([^\]]*)\]\([^)\s]*\)", r"\1", row)
+        if not fenced and len(plain) > MAX_PROSE and not row.lstrip().startswith(("|", "![", "<")):
+            yield i + 1, f"{len(plain)} characters, more than {MAX_PROSE}"
+
+
+def main(names):
+    if not names:
+        listed = subprocess.run(["git", "ls-files", "--cached", "--others", "--exclude-standard", "--", "*.h", "*.cpp", "*.ts", "README.md", "docs/*.md"],
+                                cwd=ROOT, capture_output=True, text=True, check=True)
+        names = [name for name in listed.stdout.split("\n") if (ROOT / name).is_file()]
+    bad = 0
+    for name in names:
+        if name.endswith(".d.ts") and "generated" in name:
+            continue
+        text = (ROOT / name).read_text()
+        rows = text.split("\n")
+        for line, what in (in_prose if name.endswith(".md") else in_source)(name, text):
+            if any(name == file and part in rows[line - 1] for file, part in ALLOWED):
+                continue
+            print(f"{name}:{line}: {what}", file=sys.stderr)
+            bad += 1
+    return 1 if bad else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
