@@ -127,7 +127,7 @@ void Service::watch_levels() {
     watch(Level::map_cache_limit_bytes, [this] { return settings_.map_cache_bytes; });
     watch(Level::map_cache_files, [this] { return stores_.maps->counters().files; });
   }
-  watch(Level::event_streams, [this] { return comparisons_.seats(); });
+  watch(Level::event_streams, [this] { return comparisons_.watcher_count(); });
   watch(Level::stored_bytes, [this] { return stored_bytes(); });
   if (stores_.shared) {
     watch(Level::store_queue_depth, [this] { return jobs_.store_queue()->counts().queued; });

@@ -25,10 +25,10 @@ using store::BatchStore;
 
 constexpr std::size_t kFailuresShown = 100;
 constexpr std::size_t kRowsOfPage = 100;
-constexpr milliseconds kEventGap{500};           // between two events of a stream
-constexpr milliseconds kTick{100};               // how soon a client that went away is noticed
-constexpr std::chrono::hours kPatience{7 * 24};  // of jobs that wait for their turn: a batch may take days
-constexpr std::chrono::seconds kYoung{60};       // less than what a sweep leaves (server/jobs/upkeep.cpp), by far
+constexpr milliseconds kEventGap{500};               // between two events of a stream
+constexpr milliseconds kTick{100};                   // how soon a client that went away is noticed
+constexpr std::chrono::hours kMaxQueueTime{7 * 24};  // of jobs that wait for their turn: a batch may take days
+constexpr std::chrono::seconds kRenewAfter{60};      // less than what a sweep leaves (server/jobs/upkeep.cpp), by far
 
 // ... while the request arrived, which so brought files for nothing: sent again it is a new one.
 Problem removed_just_now() {
@@ -39,14 +39,14 @@ store::JobKey key_of(const Exchange& exchange) { return {exchange.owner, exchang
 
 }  // namespace
 
-Batches::Batches(const Settings& settings, Stores stores, Access& access, ByteBudget& uploads, ConnectionLimit& seats,
-                 std::function<bool()> stopping)
+Batches::Batches(const Settings& settings, Stores stores, Access& access, ByteBudget& uploads,
+                 ConnectionLimit& watchers, std::function<bool()> stopping)
     : settings_(settings),
       stores_(stores),
       batches_(*stores.batches),
       access_(access),
       uploads_(uploads),
-      seats_(seats),
+      watchers_(watchers),
       stopping_(std::move(stopping)),
       kept_(settings.result_ttl_s) {}
 
@@ -93,7 +93,7 @@ void Batches::insert(Exchange& exchange, const std::string& idempotency_key, Bat
   if (!known) return answer(exchange, api::to_problem(known.error()));
   const auto missing = repeats ? std::nullopt : find_unknown(request, *known);
   if (missing) return answer(exchange, *missing);
-  if (auto refusal = receiver.renew(kYoung)) return answer(exchange, *refusal);
+  if (auto refusal = receiver.renew(kRenewAfter)) return answer(exchange, *refusal);
   const auto now = stores_.jobs.time();
   for (const store::MeshRow& row : *known) {
     stores_.meshes.touch_mesh(row.key, now, now + std::chrono::seconds(settings_.mesh_ttl_s));
@@ -102,7 +102,7 @@ void Batches::insert(Exchange& exchange, const std::string& idempotency_key, Bat
                        idempotency_key,
                        traceparent(exchange.trace),
                        now,
-                       now + std::max<std::chrono::seconds>(kept_, kPatience)};
+                       now + std::max<std::chrono::seconds>(kept_, kMaxQueueTime)};
   store::NewBatch batch = compose(head, request, receiver.files(), *known);
   batch.repeats = repeats;
   const auto inserted = batches_.insert_batch(batch);
@@ -147,11 +147,11 @@ Result<std::string> Batches::document(const store::Batch& batch) {
 }
 
 void Batches::send(Exchange& exchange, const store::Batch& batch, int status) {
-  auto told = document(batch);
-  if (!told) return answer(exchange, api::to_problem(told.error()));
+  auto json = document(batch);
+  if (!json) return answer(exchange, api::to_problem(json.error()));
   exchange.response.status = status;
   exchange.response.content_type = "application/json";
-  exchange.response.body = std::move(*told);
+  exchange.response.body = std::move(*json);
 }
 
 void Batches::get(Exchange& exchange) {
@@ -176,25 +176,25 @@ void Batches::remove(Exchange& exchange) {
 }
 
 // Of whoever holds a connection for as long as he takes. HEAD needs none.
-std::shared_ptr<const void> Batches::take_seat(Exchange& exchange) {
+std::shared_ptr<const void> Batches::take_place(Exchange& exchange) {
   if (exchange.head.minor_version == 0) {
     answer(exchange, Problem{ProblemKind::http_version, "this is sent over HTTP/1.1 only", {}});
     return nullptr;
   }
-  auto seat = seats_.take(exchange.owner);
-  if (!seat) answer(exchange, Problem{ProblemKind::overloaded, "as many clients watch as may", {}});
-  return seat;
+  auto place = watchers_.take(exchange.owner);
+  if (!place) answer(exchange, Problem{ProblemKind::overloaded, "as many clients watch as may", {}});
+  return place;
 }
 
 void Batches::events(Exchange& exchange) {
   if (auto refusal = refuse_query(exchange)) return answer(exchange, *refusal);
   if (!find(exchange)) return;
-  const auto seat = take_seat(exchange);
-  if (!seat) return;
+  const auto place = take_place(exchange);
+  if (!place) return;
   exchange.response.content_type = "text/event-stream";
   exchange.response.length_known = false;
   if (exchange.head.method == "HEAD") return;
-  exchange.response.stream = [this, key = key_of(exchange), seat, told = std::string(),
+  exchange.response.stream = [this, key = key_of(exchange), place, last_sent = std::string(),
                               next = Clock::time_point()](std::string& piece) mutable {
     if (stopping_()) return false;
     std::this_thread::sleep_until(std::min(next, Clock::now() + kTick));
@@ -208,9 +208,9 @@ void Batches::events(Exchange& exchange) {
       return !last.ok();
     }
     std::string progress = progress_json(**batch);
-    if (progress == told) return true;
-    told = std::move(progress);
-    piece = event("progress", told);
+    if (progress == last_sent) return true;
+    last_sent = std::move(progress);
+    piece = event("progress", last_sent);
     return true;
   };
 }
@@ -225,11 +225,11 @@ void Batches::expect_batch(const store::JobKey& key) {
 // In pages, so that a batch of any size takes the memory of one.
 void Batches::stream_rows(Exchange& exchange, std::string head, std::function<std::string(const store::BatchRow&)> line,
                           std::string tail) {
-  const auto seat = take_seat(exchange);
-  if (!seat) return;
+  const auto place = take_place(exchange);
+  if (!place) return;
   exchange.response.length_known = false;
   if (exchange.head.method == "HEAD") return;
-  exchange.response.stream = [this, key = key_of(exchange), seat, head = std::move(head), line = std::move(line),
+  exchange.response.stream = [this, key = key_of(exchange), place, head = std::move(head), line = std::move(line),
                               tail = std::move(tail), from = std::uint64_t{0}](std::string& piece) mutable {
     const auto rows = batches_.batch_rows(key, BatchStore::Rows::ended, from, kRowsOfPage);
     if (!rows) throw std::runtime_error(rows.error().message);

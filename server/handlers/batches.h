@@ -29,9 +29,9 @@ class Batches {
   static constexpr std::uint64_t kMostUnended = 10;
   static constexpr std::uint64_t kMostBatches = 200;  // likewise: a worker looks at each when it takes the next job
 
-  // Borrows all but the first and last. Precondition: stores.batches is there. `seats`: of all that hold a connection
-  // for long. `stopping`: this process ends now, and clients that watch are to ask again elsewhere.
-  Batches(const Settings& settings, Stores stores, Access& access, ByteBudget& uploads, ConnectionLimit& seats,
+  // Borrows all but the first and last. Precondition: stores.batches is there. `watchers`: of all that hold a
+  // connection for long. `stopping`: this process ends now, and clients that watch are to ask again elsewhere.
+  Batches(const Settings& settings, Stores stores, Access& access, ByteBudget& uploads, ConnectionLimit& watchers,
           std::function<bool()> stopping);
 
   // Each may throw: out of memory. `draining`: no new work is taken.
@@ -50,7 +50,7 @@ class Batches {
   std::optional<store::Batch> find(Exchange& exchange);  // nullopt: the exchange is answered
   Result<std::string> document(const store::Batch& batch);
   void send(Exchange& exchange, const store::Batch& batch, int status);
-  std::shared_ptr<const void> take_seat(Exchange& exchange);  // null: the exchange is answered
+  std::shared_ptr<const void> take_place(Exchange& exchange);  // null: the exchange is answered
   void expect_batch(const store::JobKey& key);
   void stream_rows(Exchange& exchange, std::string head, std::function<std::string(const store::BatchRow&)> line,
                    std::string tail);
@@ -60,7 +60,7 @@ class Batches {
   store::BatchStore& batches_;
   Access& access_;
   ByteBudget& uploads_;
-  ConnectionLimit& seats_;
+  ConnectionLimit& watchers_;
   const std::function<bool()> stopping_;
   const std::chrono::seconds kept_;
 };

@@ -56,7 +56,7 @@ Comparisons::Comparisons(const Settings& settings, Jobs& jobs, Stores stores, Ac
       stores_(stores),
       access_(access),
       uploads_(uploads),
-      seats_(ConnectionLimit::shared(settings.max_event_streams)) {}
+      watchers_(ConnectionLimit::shared(settings.max_event_streams)) {}
 
 void Comparisons::create(Exchange& exchange) {
   if (draining_.load()) return answer(exchange, Problem{ProblemKind::shutting_down, "no new work is taken", {}});
@@ -71,7 +71,7 @@ void Comparisons::create(Exchange& exchange) {
   const auto repeats = jobs_.repeats(submission);
   if (!repeats) return answer(exchange, api::to_problem(repeats.error()));
   if (*repeats) return repeat(exchange, asked);
-  let_in(exchange, asked);
+  admit(exchange, asked);
 }
 
 // What takes the last place may be the same request, sent before, which was stored meanwhile. false: it is not.
@@ -82,7 +82,7 @@ bool Comparisons::repeat_if_known(Exchange& exchange, Asked& asked) {
   return true;
 }
 
-void Comparisons::let_in(Exchange& exchange, Asked& asked) {
+void Comparisons::admit(Exchange& exchange, Asked& asked) {
   Submission& submission = asked.submission;
   // Somebody waits for a job without a preference, and holds a connection.
   auto slot = jobs_.admit(asked.preferences.wait ? Jobs::Kind::durable : Jobs::Kind::awaited);
@@ -187,14 +187,14 @@ std::optional<Problem> Comparisons::open_mesh(const std::string& owner, const st
 // A client that goes away ends its comparison, unless it was promised that it will be done.
 void Comparisons::wait(Exchange& exchange, const std::shared_ptr<LiveJob>& waited, const Asked& asked) {
   LiveJob& job = *waited;
-  // Who wants no waiting needs no seat, and is told the same whether the job was quick or not.
+  // Who wants no waiting needs no place, and is told the same whether the job was quick or not.
   if (asked.preferences.wait == milliseconds(0)) return accept(exchange, job.view(), asked);
   std::optional<Clock::time_point> until;
-  std::shared_ptr<const void> seat;
+  std::shared_ptr<const void> place;
   const bool repeated = job.key.id != exchange.id;  // its Idempotency-Key: the place in the queue is the first one's
-  if (asked.preferences.wait || repeated) seat = seats_.take(exchange.owner);
-  if (asked.preferences.wait) until = seat ? asked.since + *asked.preferences.wait : Clock::now();
-  if (repeated && !until && !seat) {
+  if (asked.preferences.wait || repeated) place = watchers_.take(exchange.owner);
+  if (asked.preferences.wait) until = place ? asked.since + *asked.preferences.wait : Clock::now();
+  if (repeated && !until && !place) {
     return answer(exchange,
                   Problem{ProblemKind::overloaded, "as many clients wait for comparisons of others as may", {}});
   }
@@ -273,13 +273,13 @@ void Comparisons::events(Exchange& exchange) {
   if (exchange.head.minor_version == 0) {
     return answer(exchange, Problem{ProblemKind::http_version, "events are sent over HTTP/1.1 only", {}});
   }
-  const auto seat = seats_.take(exchange.owner);
-  if (!seat) return answer(exchange, Problem{ProblemKind::overloaded, "as many clients watch as may", {}});
+  const auto place = watchers_.take(exchange.owner);
+  if (!place) return answer(exchange, Problem{ProblemKind::overloaded, "as many clients watch as may", {}});
   exchange.response.content_type = "text/event-stream";
   exchange.response.length_known = false;
   if (exchange.head.method == "HEAD") return;
   const auto job = jobs_.watch(**first);
-  exchange.response.stream = [this, key, seat, job, seen = ~std::uint64_t{0},
+  exchange.response.stream = [this, key, place, job, seen = ~std::uint64_t{0},
                               next = Clock::time_point()](std::string& piece) mutable {
     if (job) {
       std::this_thread::sleep_until(std::min(next, Clock::now() + kProgressGap));

@@ -32,8 +32,8 @@ class Comparisons {
 
   void refuse_new() { draining_.store(true); }
   bool refusing() const { return draining_.load(); }
-  std::uint64_t seats() const { return seats_.taken(); }
-  ConnectionLimit& watchers() { return seats_; }
+  std::uint64_t watcher_count() const { return watchers_.taken(); }
+  ConnectionLimit& watchers() { return watchers_; }
 
  private:
   struct Asked;
@@ -42,7 +42,7 @@ class Comparisons {
   std::optional<api::Problem> receive_form(Exchange& exchange, Asked& asked);
   std::optional<api::Problem> receive_ids(Exchange& exchange, Asked& asked);
   std::optional<api::Problem> open_mesh(const std::string& owner, const std::string& part, MeshSource& source);
-  void let_in(Exchange& exchange, Asked& asked);
+  void admit(Exchange& exchange, Asked& asked);
   void repeat(Exchange& exchange, Asked& asked);
   bool repeat_if_known(Exchange& exchange, Asked& asked);
   void follow(Exchange& exchange, const Jobs::Submitted& submitted, const Asked& asked);
@@ -57,7 +57,7 @@ class Comparisons {
   Access& access_;
   ByteBudget& uploads_;
   std::atomic<bool> draining_{false};
-  ConnectionLimit seats_;  // of clients that watch, or wait as long as they prefer
+  ConnectionLimit watchers_;  // of clients that watch, or wait as long as they prefer
 };
 
 }  // namespace meshgauge::server

@@ -287,13 +287,13 @@ void Deviations::leave(Making& making) {
 
 // False: it is refused. A client that takes its file slowly holds a thread for long.
 bool Deviations::send(Exchange& exchange, const MapCache::File& file) {
-  std::shared_ptr<const void> seat;
-  if (exchange.head.method != "HEAD" && !(seat = sending_.take(exchange.owner))) {
+  std::shared_ptr<const void> place;
+  if (exchange.head.method != "HEAD" && !(place = sending_.take(exchange.owner))) {
     answer(exchange, Problem{ProblemKind::overloaded, "as many clients take maps as may; try again", {}});
     return false;
   }
   using Held = std::pair<MapCache::File, std::shared_ptr<const void>>;
-  exchange.response.file = FileBody{file->bytes(), std::make_shared<const Held>(file, std::move(seat))};
+  exchange.response.file = FileBody{file->bytes(), std::make_shared<const Held>(file, std::move(place))};
   return true;
 }
 

@@ -24,10 +24,10 @@ std::uint64_t ConnectionLimit::taken() const {
 
 bool ConnectionLimit::add(const std::string& key) {
   const std::lock_guard lock(mutex_);
-  if (taken_ >= of_all_) return false;
+  if (taken_ >= max_total_) return false;
   const auto found = taken_by_.find(key);
   const std::uint64_t own = found == taken_by_.end() ? 0 : found->second;
-  if (!key.empty() && own >= of_one_) return false;
+  if (!key.empty() && own >= max_per_key_) return false;
   taken_by_[key] = own + 1;
   ++taken_;
   return true;

@@ -16,11 +16,12 @@ namespace meshgauge::server {
 class ConnectionLimit {
  public:
   // Must outlive what it gives.
-  explicit ConnectionLimit(std::uint64_t of_one, std::uint64_t of_all = std::numeric_limits<std::uint64_t>::max())
-      : of_one_(of_one), of_all_(of_all) {}
+  explicit ConnectionLimit(std::uint64_t max_per_key,
+                           std::uint64_t max_total = std::numeric_limits<std::uint64_t>::max())
+      : max_per_key_(max_per_key), max_total_(max_total) {}
 
-  // `of_all` together, and one key of several has half of them at most.
-  static ConnectionLimit shared(std::uint64_t of_all) { return ConnectionLimit((of_all + 1) / 2, of_all); }
+  // `max_total` together, and one key of several has half of them at most.
+  static ConnectionLimit shared(std::uint64_t max_total) { return ConnectionLimit((max_total + 1) / 2, max_total); }
 
   // Given back when the last copy goes; null: there is none for this key now. The empty key, which is no key, may have
   // all. May throw: out of memory.
@@ -32,7 +33,7 @@ class ConnectionLimit {
   bool add(const std::string& key);
   void give_back(const std::string& key);
 
-  const std::uint64_t of_one_, of_all_;
+  const std::uint64_t max_per_key_, max_total_;
   mutable std::mutex mutex_;  // guards what follows
   std::uint64_t taken_ = 0;
   std::map<std::string, std::uint64_t> taken_by_;  // never 0: else every address that ever called would stay

@@ -7,22 +7,22 @@
 using meshgauge::server::ConnectionLimit;
 
 TEST_CASE("connection limit: so many, half of them for one key, all without keys") {
-  ConnectionLimit seats = ConnectionLimit::shared(4);
+  ConnectionLimit limit = ConnectionLimit::shared(4);
   std::vector<std::shared_ptr<const void>> held;
-  for (int i = 0; i < 2; ++i) held.push_back(seats.take("one"));
-  CHECK(seats.take("one") == nullptr);
-  for (int i = 0; i < 2; ++i) held.push_back(seats.take("two"));
-  for (const auto& seat : held) CHECK(seat != nullptr);
-  CHECK(seats.take("three") == nullptr);
-  CHECK(seats.taken() == 4);
+  for (int i = 0; i < 2; ++i) held.push_back(limit.take("one"));
+  CHECK(limit.take("one") == nullptr);
+  for (int i = 0; i < 2; ++i) held.push_back(limit.take("two"));
+  for (const auto& place : held) CHECK(place != nullptr);
+  CHECK(limit.take("three") == nullptr);
+  CHECK(limit.taken() == 4);
   held.erase(held.begin());
-  CHECK(seats.take("two") == nullptr);
-  CHECK(seats.take("three") != nullptr);
+  CHECK(limit.take("two") == nullptr);
+  CHECK(limit.take("three") != nullptr);
   held.clear();
-  CHECK(seats.taken() == 0);
-  for (int i = 0; i < 4; ++i) held.push_back(seats.take(""));
+  CHECK(limit.taken() == 0);
+  for (int i = 0; i < 4; ++i) held.push_back(limit.take(""));
   CHECK(held.back() != nullptr);
-  CHECK(seats.take("") == nullptr);
+  CHECK(limit.take("") == nullptr);
 }
 
 TEST_CASE("connection limit: an address has so many places, and gets each back") {

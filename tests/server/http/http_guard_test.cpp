@@ -86,20 +86,20 @@ bool has(const std::string& text, const std::string& part) { return text.find(pa
 }  // namespace
 
 TEST_CASE("guard: a problem that is answered instead lets go of what was begun") {
-  const auto seat = std::make_shared<int>(0);
+  const auto holder = std::make_shared<int>(0);
   std::atomic<long> held{-1};
   std::function<void(Response&)> begin;
   std::string method = "GET";
   SUBCASE("a stream") {
     begin = [&](Response& response) {
-      response.stream = [seat](std::string& piece) {
+      response.stream = [holder](std::string& piece) {
         piece = "begun";
         return false;
       };
     };
   }
   SUBCASE("a file") {
-    begin = [&](Response& response) { response.file = FileBody{std::as_bytes(std::span("begun", 5)), seat}; };
+    begin = [&](Response& response) { response.file = FileBody{std::as_bytes(std::span("begun", 5)), holder}; };
   }
   SUBCASE("an answer to HEAD without a length") {
     method = "HEAD";
@@ -110,7 +110,7 @@ TEST_CASE("guard: a problem that is answered instead lets go of what was begun")
         begin(exchange.response);
         throw std::runtime_error("no memory for a header");
       },
-      [&](Exchange&) { held = seat.use_count() - 1; });
+      [&](Exchange&) { held = holder.use_count() - 1; });
   const RawClient client(guarded.port());
   client.send(method + " / HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n");
   const std::string answer = client.read_to_end();
