@@ -43,8 +43,8 @@ Service::Service(const Settings& settings, const Fetch& fetch, Stores stores)
           [this](const Exchange& exchange) { record_request(exchange, settings_, metrics_); },
           tls_ ? &*tls_ : nullptr) {
   if (stores.maps) deviations_.emplace(settings, jobs_, stores, access_, metrics_, fetch);
-  readiness_.watch_stores(stores_);
-  readiness_.watch("disk", [this] {
+  readiness_.add_store_checks(stores_);
+  readiness_.add_check("disk", [this] {
     const auto ok = check_temp_dir(settings_.temp_dir);
     return ok ? std::string() : ok.error().message;
   });
@@ -205,7 +205,7 @@ Result<Done> run_until_signal(const Settings& settings, const std::vector<std::s
   if (auto opened = maps.open(); !opened) return opened.error();
   Service service(settings, fetching_by(pool, cache, read_limits(settings)), stores_of(**stores, cache, &maps));
   service.metrics().watch_sandbox([&pool] { return pool.counters(); });
-  service.readiness().watch("sandbox", [&pool] { return defect_of(pool); });
+  service.readiness().add_check("sandbox", [&pool] { return defect_of(pool); });
   const auto port = service.start();
   if (!port) return port.error();
   log_listening(settings.host + ":" + std::to_string(*port), settings.simd);

@@ -18,19 +18,19 @@ void send_status(Exchange& exchange, const char* status) {
 
 }  // namespace
 
-void Readiness::watch_stores(const Stores& stores) {
+void Readiness::add_store_checks(const Stores& stores) {
   const bool shared = stores.shared;
-  watch(shared ? "database" : "store", [stores] { return defect_of(stores.jobs.check()); });
-  watch(shared ? "blobs" : "disk", [stores] { return defect_of(stores.blobs.check()); });
+  add_check(shared ? "database" : "store", [stores] { return defect_of(stores.jobs.check()); });
+  add_check(shared ? "blobs" : "disk", [stores] { return defect_of(stores.blobs.check()); });
 }
 
 Readiness::~Readiness() {
-  if (check_.valid()) check_.wait();
+  if (running_checks_.valid()) running_checks_.wait();
 }
 
 void Readiness::answer(Exchange& exchange, Defects now) {
   api::Problem problem{api::ProblemKind::not_ready, "", {}};
-  for (auto& defect : seen()) now.push_back(std::move(defect));
+  for (auto& defect : last_defects()) now.push_back(std::move(defect));
   for (const auto& [part, message] : now) {
     problem.errors.push_back({part, "", message});
     problem.detail += (problem.detail.empty() ? "" : "; ") + message;
@@ -39,59 +39,65 @@ void Readiness::answer(Exchange& exchange, Defects now) {
   send_status(exchange, "ready");
 }
 
-// Anybody may ask, and each look costs the disk a write: it counts for a second. Whoever begins a look waits for it,
-// for a while; the others are told what was seen before.
-Readiness::Defects Readiness::seen() {
-  std::unique_lock lock(mutex_);
-  if (looking_) return late_ ? late() : defects_;
-  if (Clock::now() < looked_ + std::chrono::seconds(1)) return defects_;
-  begin_look();
-  late_ = !looked_at_.wait_for(lock, timeout_, [this] { return !looking_; });
-  return late_ ? late() : defects_;
+Readiness::Defects Readiness::overdue() const {
+  const std::string part(current_part_);
+  return {
+      {current_part_, "the check of '" + part + "' did not end within " + std::to_string(timeout_.count()) + " ms"}};
 }
 
-// Under the lock, which a look that has ended does not need any more.
-void Readiness::begin_look() {
-  looking_ = true;
-  late_ = false;
-  at_ = "service";  // until its thread has come to the first part
+// Anyone may ask for /readyz without a key, and each round of checks writes to the disk: hence once a second at most.
+Readiness::Defects Readiness::last_defects() {
+  std::unique_lock lock(mutex_);
+  if (checking_) return overdue_ ? overdue() : defects_;
+  if (Clock::now() < checked_at_ + std::chrono::seconds(1)) return defects_;
+  start_checks();
+  overdue_ = !checks_ended_.wait_for(lock, timeout_, [this] { return !checking_; });
+  return overdue_ ? overdue() : defects_;
+}
+
+// Under the lock. Assigning to running_checks_ waits for the thread before, which does not need the lock any more.
+void Readiness::start_checks() {
+  checking_ = true;
+  overdue_ = false;
+  current_part_ = "service";  // until the thread has come to the first part
   try {
-    check_ = std::async(std::launch::async, [this] { check(); });
+    running_checks_ = std::async(std::launch::async, [this] { run_checks(); });
   } catch (const std::exception&) {
-    looking_ = false;
-    looked_ = Clock::now();
-    defects_ = {{"service", "it has no thread or no memory to spare"}};
+    checking_ = false;
+    checked_at_ = Clock::now();
+    defects_ = {{"service", "no thread or memory is left for a check"}};
   }
 }
 
-void Readiness::check() {
-  Defects seen;
+void Readiness::run_checks() {
+  Defects found;
   try {
-    seen = find_defects();
+    found = find_defects();
   } catch (const std::bad_alloc&) {
-    seen = {{"service", "memory ran out"}};
-  } catch (const std::exception&) {  // else it would be looked at for ever
-    seen = {{"service", "it could not look"}};
+    found = {{"service", "out of memory during a check"}};
+  } catch (const std::exception&) {  // else checking_ would stay set for ever
+    found = {{"service", "a check failed unexpectedly"}};
   }
   const std::lock_guard lock(mutex_);
-  looking_ = false;
-  defects_ = std::move(seen);
-  looked_ = Clock::now();
-  looked_at_.notify_all();
+  checking_ = false;
+  defects_ = std::move(found);
+  checked_at_ = Clock::now();
+  checks_ended_.notify_all();
 }
 
 Readiness::Defects Readiness::find_defects() {
-  Defects seen;
-  for (const auto& [part, defect_of] : looks_) {
+  Defects found;
+  for (const auto& [part, check] : checks_) {
     {
       const std::lock_guard lock(mutex_);
-      at_ = part;
+      current_part_ = part;
     }
-    std::string defect = defect_of();
-    const bool told = std::any_of(seen.begin(), seen.end(), [&](const auto& other) { return other.second == defect; });
-    if (!defect.empty() && !told) seen.emplace_back(part, std::move(defect));
+    std::string defect = check();
+    const bool known =
+        std::any_of(found.begin(), found.end(), [&](const auto& other) { return other.second == defect; });
+    if (!defect.empty() && !known) found.emplace_back(part, std::move(defect));
   }
-  return seen;
+  return found;
 }
 
 void answer_health(Exchange& exchange) { send_status(exchange, "ok"); }

@@ -1,4 +1,4 @@
-// Whether a process can do its work: GET /readyz.
+// Readiness of a process: GET /readyz.
 #pragma once
 
 #include <condition_variable>
@@ -14,44 +14,49 @@
 
 namespace meshgauge::server {
 
-// Thread safe, but for watch().
+// Runs checks of the parts that a process needs, at most once a second, and answers from their last result. Thread
+// safe, except for add_check() and add_store_checks().
 class Readiness {
  public:
-  // `timeout`: for how long one look holds up who asks; a part that takes longer does not answer.
+  // `timeout`: maximum time that one request waits for the checks. A part whose check takes longer counts as not ready.
   explicit Readiness(std::chrono::milliseconds timeout = std::chrono::milliseconds(1500)) : timeout_(timeout) {}
-  ~Readiness();  // waits for a look that goes on
+  ~Readiness();  // waits for checks that are running
 
   using Defects = std::vector<std::pair<const char*, std::string>>;  // a part, and what is wrong with it
 
-  // `look` says what is not in order with a part, or is empty. Asked once a second at most, by one thread at a time;
-  // whoever asks meanwhile is told what was seen before. Before the first answer.
-  void watch(const char* part, std::function<std::string()> look) { looks_.emplace_back(part, std::move(look)); }
-  void watch_stores(const Stores& stores);  // borrows them; what one part says already, the next does not repeat
+  // Adds a check of `part`. It returns what is wrong with the part, or an empty text; it may block or throw. One thread
+  // at a time runs the checks. Call before the first answer().
+  void add_check(const char* part, std::function<std::string()> check) { checks_.emplace_back(part, std::move(check)); }
+  // Adds the checks of the job store and the blob store, which must outlive this object.
+  void add_store_checks(const Stores& stores);
 
-  // Ready, or a problem with `now` and what was seen: every defect is named, so that whoever reads it need not ask
-  // again.
+  // Answers 200, or the problem not-ready that names every defect: those in `now` and those of last_defects().
   void answer(Exchange& exchange, Defects now);
-  Defects seen();  // without `now`
+
+  // Returns the defects that the last checks found, a message that two parts share once. Starts new checks when the
+  // last ones ended more than a second ago, and waits for them for the timeout at most; while another thread runs them,
+  // returns the result before.
+  Defects last_defects();
 
  private:
-  Defects late() const { return {{at_, "it does not answer in time"}}; }
-  void begin_look();
-  void check();
+  Defects overdue() const;
+  void start_checks();
+  void run_checks();
   Defects find_defects();
 
   const std::chrono::milliseconds timeout_;
-  std::vector<std::pair<const char*, std::function<std::string()>>> looks_;
-  std::mutex mutex_;  // guards what follows; nobody looks under it
-  std::condition_variable looked_at_;
-  bool looking_ = false;  // a thread does
-  bool late_ = false;     // for longer than anybody's timeout
-  const char* at_ = "";   // the part that it looks at
+  std::vector<std::pair<const char*, std::function<std::string()>>> checks_;
+  std::mutex mutex_;  // guards what follows; no check runs under it
+  std::condition_variable checks_ended_;
+  bool checking_ = false;          // a thread runs the checks
+  bool overdue_ = false;           // it has for longer than timeout_
+  const char* current_part_ = "";  // the part that it checks
   Defects defects_;
-  Clock::time_point looked_{};
-  std::future<void> check_;
+  Clock::time_point checked_at_{};
+  std::future<void> running_checks_;
 };
 
-// GET /healthz: it answers.
+// GET /healthz: 200 as long as the process answers at all.
 void answer_health(Exchange& exchange);
 
 }  // namespace meshgauge::server

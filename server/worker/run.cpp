@@ -114,8 +114,8 @@ Result<Done> run_worker_until_signal(const Settings& settings, const std::vector
   Scheduler scheduler({settings.workers, 0, std::numeric_limits<std::size_t>::max()});
   Worker worker(settings, stores, measuring, scheduler, store_errors, metrics, options_of(settings));
   Readiness readiness;
-  readiness.watch_stores(stores);
-  readiness.watch("sandbox", [&pool] { return defect_of(pool); });
+  readiness.add_store_checks(stores);
+  readiness.add_check("sandbox", [&pool] { return defect_of(pool); });
   metrics.watch_sandbox([&pool] { return pool.counters(); });
   watch_cache(metrics, cache, settings.max_cache_bytes);
   watch_levels(metrics, settings, worker);

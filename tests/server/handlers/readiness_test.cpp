@@ -18,7 +18,7 @@ namespace {
 // As "PART: TEXT".
 std::vector<std::string> defects_of(Readiness& readiness) {
   std::vector<std::string> defects;
-  for (const auto& [part, text] : readiness.seen()) defects.push_back(std::string(part) + ": " + text);
+  for (const auto& [part, text] : readiness.last_defects()) defects.push_back(std::string(part) + ": " + text);
   return defects;
 }
 
@@ -26,44 +26,46 @@ using Texts = std::vector<std::string>;
 
 }  // namespace
 
-TEST_CASE("readiness: what two parts say alike is said once") {
+TEST_CASE("readiness: a message that two parts share is reported once") {
   Readiness readiness;
-  readiness.watch("database", [] { return std::string("the database cannot be reached"); });
-  readiness.watch("blobs", [] { return std::string("the database cannot be reached"); });
-  readiness.watch("sandbox", [] { return std::string("no process"); });
+  readiness.add_check("database", [] { return std::string("the database cannot be reached"); });
+  readiness.add_check("blobs", [] { return std::string("the database cannot be reached"); });
+  readiness.add_check("sandbox", [] { return std::string("no process"); });
   CHECK(defects_of(readiness) == Texts{"database: the database cannot be reached", "sandbox: no process"});
 }
 
-TEST_CASE("readiness: a look that throws has ended, and the next one may find all well") {
-  std::atomic<int> asked{0};
-  std::string told;
+TEST_CASE("readiness: a check that throws counts as ended, and the next one may succeed") {
+  std::atomic<int> checks{0};
+  std::string expected;
   Readiness readiness(60s);
   SUBCASE("an exception") {
-    told = "service: it could not look";
-    readiness.watch("store", [&] { return ++asked == 1 ? throw std::runtime_error("secret path") : std::string(); });
+    expected = "service: a check failed unexpectedly";
+    readiness.add_check("store",
+                        [&] { return ++checks == 1 ? throw std::runtime_error("secret path") : std::string(); });
   }
-  SUBCASE("for want of memory") {
-    told = "service: memory ran out";
-    readiness.watch("store", [&] { return ++asked == 1 ? throw std::bad_alloc() : std::string(); });
+  SUBCASE("out of memory") {
+    expected = "service: out of memory during a check";
+    readiness.add_check("store", [&] { return ++checks == 1 ? throw std::bad_alloc() : std::string(); });
   }
-  REQUIRE(defects_of(readiness) == Texts{told});
+  REQUIRE(defects_of(readiness) == Texts{expected});
   while (!defects_of(readiness).empty()) std::this_thread::sleep_for(5ms);
-  CHECK(asked == 2);
+  CHECK(checks == 2);
 }
 
-TEST_CASE("readiness: a part that does not answer is named, and asked no more before it does") {
-  std::promise<void> let_go;
-  std::atomic<int> asked{0};
+TEST_CASE("readiness: a part whose check hangs is named, and not checked again before it ends") {
+  std::promise<void> release;
+  std::atomic<int> checks{0};
   Readiness readiness(50ms);
-  readiness.watch("store", [] { return std::string(); });
-  readiness.watch("disk", [&, gone = let_go.get_future().share()] {
-    if (++asked == 1) gone.wait();
+  readiness.add_check("store", [] { return std::string(); });
+  readiness.add_check("disk", [&, released = release.get_future().share()] {
+    if (++checks == 1) released.wait();
     return std::string();
   });
-  static_cast<void>(readiness.seen());  // its thread may still be on its way to the disk
-  while (asked == 0) std::this_thread::sleep_for(1ms);
-  for (int i = 0; i < 3; ++i) CHECK(defects_of(readiness) == Texts{"disk: it does not answer in time"});
-  CHECK(asked == 1);
-  let_go.set_value();
+  static_cast<void>(readiness.last_defects());  // its thread may still be on its way to the disk
+  while (checks == 0) std::this_thread::sleep_for(1ms);
+  for (int i = 0; i < 3; ++i)
+    CHECK(defects_of(readiness) == Texts{"disk: the check of 'disk' did not end within 50 ms"});
+  CHECK(checks == 1);
+  release.set_value();
   while (!defects_of(readiness).empty()) std::this_thread::sleep_for(5ms);
 }
