@@ -180,13 +180,13 @@ void Service::reload() {
   if (!access_.has_keys() && !tls_) log_event("reload", "there are no keys and no certificate to read");
 }
 
-void Service::shutdown(const std::function<bool()>& hurry) {
+void Service::shutdown(const std::function<bool()>& give_up) {
   if (!listener_.joinable()) return;
   comparisons_.refuse_new();
   jobs_.drain();
   guard_.stop();
   // Nobody may be connected while durable jobs run.
-  while ((!ended_.load() || jobs_.figures().running > 0) && !hurry()) std::this_thread::sleep_for(kServiceTick);
+  while ((!ended_.load() || jobs_.figures().running > 0) && !give_up()) std::this_thread::sleep_for(kServiceTick);
   jobs_.stop();
   guard_.abort();
   listener_.join();

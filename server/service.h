@@ -52,9 +52,9 @@ class Service {
 
   bool listening() const { return !ended_.load() && !guard_.draining(); }
 
-  // Takes no new work, lets running requests finish until `hurry` says so (asked every 50 ms), then cancels them:
+  // Takes no new work, lets running requests finish until `give_up` says so (asked every 50 ms), then cancels them:
   // each still gets its answer, with the interval it has reached.
-  void shutdown(const std::function<bool()>& hurry);
+  void shutdown(const std::function<bool()>& give_up);
 
  private:
   void add_routes();

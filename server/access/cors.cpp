@@ -45,7 +45,7 @@ bool Cors::allows(std::string_view origin) const {
   return std::find(origins_.begin(), origins_.end(), origin) != origins_.end();
 }
 
-void Cors::mark(Exchange& exchange) const {
+void Cors::add_headers(Exchange& exchange) const {
   if (origins_.empty()) return;
   auto& headers = exchange.response.headers;
   add_vary(exchange.response, "Origin");
@@ -59,7 +59,7 @@ bool Cors::answer_preflight(Exchange& exchange) const {
   const bool asks = exchange.head.method == "OPTIONS" && !exchange.head.header("access-control-request-method").empty();
   if (!asks || !allows(exchange.head.header("origin"))) return false;
   exchange.response.status = kNoContent;
-  mark(exchange);
+  add_headers(exchange);
   auto& headers = exchange.response.headers;
   headers.emplace_back("Access-Control-Allow-Methods", kMethods);
   headers.emplace_back("Access-Control-Allow-Headers", kRequestHeaders);

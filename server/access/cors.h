@@ -16,7 +16,7 @@ class Cors {
   static Result<Cors> parse(std::string_view origins);
 
   // Adds what a browser must see on an answer to a page of such an origin.
-  void mark(Exchange& exchange) const;
+  void add_headers(Exchange& exchange) const;
 
   // Answers a browser's question whether it may send a request. False: it was none, or of another origin.
   bool answer_preflight(Exchange& exchange) const;

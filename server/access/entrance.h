@@ -20,7 +20,7 @@ class Entrance {
   void operator()(Exchange& exchange, const GoOn& go_on) const {
     if (cors_.answer_preflight(exchange)) return;
     if (admit(exchange)) go_on(exchange);
-    cors_.mark(exchange);
+    cors_.add_headers(exchange);
   }
 
  private:

@@ -214,14 +214,14 @@ void Comparisons::wait(Exchange& exchange, const std::shared_ptr<LiveJob>& waite
   respond(exchange, job.view(), asked);
 }
 
-void Comparisons::mark(Exchange& exchange, const JobView& job, const Asked& asked) const {
+void Comparisons::add_headers(Exchange& exchange, const JobView& job, const Asked& asked) const {
   auto& headers = exchange.response.headers;
   if (!asked.preferences.applied.empty()) headers.emplace_back("Preference-Applied", asked.preferences.applied);
   if (asked.submission.durable) headers.emplace_back("Location", "/v1/comparisons/" + job.row.key.id);
 }
 
 void Comparisons::accept(Exchange& exchange, const JobView& job, const Asked& asked) const {
-  mark(exchange, job, asked);
+  add_headers(exchange, job, asked);
   exchange.response.status = 202;
   exchange.response.content_type = "application/json";
   exchange.response.body = to_json(job);
@@ -230,7 +230,7 @@ void Comparisons::accept(Exchange& exchange, const JobView& job, const Asked& as
 void Comparisons::respond(Exchange& exchange, const JobView& job, const Asked& asked) const {
   const bool ended = store::has_ended(job.row.state);
   if (!ended && asked.preferences.wait) return accept(exchange, job, asked);
-  mark(exchange, job, asked);
+  add_headers(exchange, job, asked);
   if (!ended) {
     return answer(exchange, Problem{ProblemKind::shutting_down,
                                     asked.submission.durable ? "the comparison will run when the service is back"

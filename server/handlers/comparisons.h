@@ -47,7 +47,7 @@ class Comparisons {
   bool repeat_if_known(Exchange& exchange, Asked& asked);
   void follow(Exchange& exchange, const Jobs::Submitted& submitted, const Asked& asked);
   void wait(Exchange& exchange, const std::shared_ptr<LiveJob>& waited, const Asked& asked);
-  void mark(Exchange& exchange, const JobView& job, const Asked& asked) const;
+  void add_headers(Exchange& exchange, const JobView& job, const Asked& asked) const;
   void accept(Exchange& exchange, const JobView& job, const Asked& asked) const;
   void respond(Exchange& exchange, const JobView& job, const Asked& asked) const;
 

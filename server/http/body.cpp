@@ -21,7 +21,7 @@ Problem not_arrived(Io io, const std::string& what, std::chrono::milliseconds ti
   if (io == Io::aborted) {
     return Problem{ProblemKind::shutting_down, "the service ended before the " + what + " had arrived", {}};
   }
-  if (io == Io::crowded) {
+  if (io == Io::peer_limit) {
     return Problem{
         ProblemKind::too_many_requests, "too many requests of this client's address are still arriving; try again", {}};
   }
@@ -47,7 +47,7 @@ Body::Refusal Body::read(const Receive& receive) {
   }
   auto refusal = head_.chunked ? read_chunked(receive) : read_sized(*head_.content_length, receive);
   consumed_ = !refusal;
-  if (consumed_) connection_.settle();
+  if (consumed_) connection_.release_place();
   return refusal;
 }
 
@@ -57,7 +57,7 @@ void Body::discard_arrived() {
   if (connection_.buffered().size() < left) return;
   connection_.consume(static_cast<std::size_t>(left));
   consumed_ = true;
-  connection_.settle();
+  connection_.release_place();
 }
 
 Body::Refusal Body::more() {

@@ -45,7 +45,7 @@ bool Connection::take_place() {
 }
 
 Io Connection::wait(short events, Clock::time_point deadline, Counted counted, const std::function<bool()>& give_up) {
-  if (counted == Counted::yes && !is_ready(fd_, events) && !take_place()) return Io::crowded;
+  if (counted == Counted::yes && !is_ready(fd_, events) && !take_place()) return Io::peer_limit;
   for (;;) {
     pollfd entry{fd_, events, 0};
     const int ready = ::poll(&entry, 1, ms_until(deadline));

@@ -18,8 +18,8 @@ namespace meshgauge::server {
 
 using Clock = std::chrono::steady_clock;
 
-// aborted: nobody is waited for any more. crowded: too many connections of this address are waited for.
-enum class Io { ok, closed, timeout, aborted, crowded };
+// aborted: nobody is waited for any more. peer_limit: too many connections of this address are waited for.
+enum class Io { ok, closed, timeout, aborted, peer_limit };
 
 class Connection {
  public:
@@ -45,7 +45,7 @@ class Connection {
   void consume(std::size_t n);  // precondition: n <= buffered().size()
 
   // Waits for more bytes and appends them to buffered(). The first time that they are not there yet takes one of the
-  // places of this address, which is kept until settle().
+  // places of this address, which is kept until release_place().
   Io fill(Clock::time_point deadline, std::size_t most = kBodyPiece);
 
   // The same between two requests, where nobody is owed anything: takes no place. `give_up` is asked every 50 ms.
@@ -56,7 +56,7 @@ class Connection {
   // for want of one.
   Io write(std::string_view bytes, Clock::time_point deadline, Counted counted = Counted::yes);
 
-  void settle() { place_.reset(); }  // the request is here: its client is waited for no more
+  void release_place() { place_.reset(); }  // the request is here: its client is waited for no more
 
   // The client has closed its side (or half of it), or the connection is broken. By the thread that reads and writes.
   bool peer_gone() { return transport_->peer_gone(); }

@@ -54,7 +54,7 @@ struct Exchange {
         head(request_head),
         body(request_body),
         connection(client),
-        trace(take_up(request_head)) {}
+        trace(continue_trace(request_head)) {}
 
   std::string id;       // unguessable; also the id of a comparison that it begins
   std::string owner;    // the id of the key that asks; empty: no key, everything stored under it is everybody's

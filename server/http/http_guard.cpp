@@ -157,7 +157,7 @@ void HttpGuard::stop() {
 
 void HttpGuard::abort() {
   aborted_.store(true);
-  lingering_.hurry();
+  lingering_.abort();
 }
 
 bool HttpGuard::process_and_close_socket(socket_t socket) {
@@ -165,13 +165,13 @@ bool HttpGuard::process_and_close_socket(socket_t socket) {
   if (IoPool::role() == IoPool::Role::drop) return ++dropped_, true;
   const Counted counted(connections_);
   try {
-    if (attend(socket) == End::answered) lingering_.take(std::move(owned));
+    if (serve_or_refuse(socket) == End::answered) lingering_.take(std::move(owned));
   } catch (const std::exception&) {  // out of memory between two requests: this connection is lost, no other
   }
   return true;
 }
 
-HttpGuard::End HttpGuard::attend(int socket) {
+HttpGuard::End HttpGuard::serve_or_refuse(int socket) {
   const bool serving = IoPool::role() == IoPool::Role::serve;
   Connection connection(socket, aborted_, serving ? &peers_ : nullptr);
   End end = secure(connection);
@@ -186,7 +186,7 @@ HttpGuard::End HttpGuard::secure(Connection& connection) {
   const bool refusing = IoPool::role() == IoPool::Role::refuse;
   const auto idle_until = Clock::now() + (refusing ? kRefusalHandshake : ms(settings_.keep_alive_ms));
   char first = 0;
-  const auto give_up = [&] { return !refusing && wanted_elsewhere(); };
+  const auto give_up = [&] { return !refusing && should_yield(); };
   if (connection.first_byte(first, idle_until, give_up) != Io::ok) return End::lost;
   if (first >= 'A' && first <= 'Z') {  // of a method
     respond(connection, Head{}, Problem{ProblemKind::malformed_request, "this port speaks TLS: use https", {}});
@@ -209,20 +209,20 @@ HttpGuard::End HttpGuard::refuse(Connection& connection) {
 }
 
 // An idle connection gives its thread to one that waits.
-bool HttpGuard::wanted_elsewhere() const { return draining_.load() || pool_->has_pending(); }
+bool HttpGuard::should_yield() const { return draining_.load() || pool_->has_pending(); }
 
 bool HttpGuard::await_request(Connection& connection) const {
-  connection.settle();
+  connection.release_place();
   if (!connection.buffered().empty()) return true;
   const auto idle_until = Clock::now() + ms(settings_.keep_alive_ms);
-  return connection.idle(idle_until, [this] { return wanted_elsewhere(); }) == Io::ok;
+  return connection.idle(idle_until, [this] { return should_yield(); }) == Io::ok;
 }
 
 bool HttpGuard::serve_one(Connection& connection) {
   Head head;
   const Refusal refusal = read_head(connection, Clock::now() + ms(settings_.head_timeout_ms), head);
   const bool has_body = head.chunked || head.content_length.value_or(0) > 0;
-  if (!refusal && !has_body) connection.settle();  // else when the body is here
+  if (!refusal && !has_body) connection.release_place();  // else when the body is here
   return respond(connection, head, refusal);
 }
 

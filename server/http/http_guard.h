@@ -45,7 +45,7 @@ class HttpGuard final : private httplib::Server {
 
   bool process_and_close_socket(socket_t socket) override;
   enum class End { open, answered, lost };  // answered: the client is to read its last response
-  End attend(int socket);
+  End serve_or_refuse(int socket);
   End secure(Connection& connection);
   End serve(Connection& connection);
   bool await_request(Connection& connection) const;
@@ -57,7 +57,7 @@ class HttpGuard final : private httplib::Server {
   template <class Stream>
   void process(Stream& stream);
   void handle(Current& serving) const;
-  bool wanted_elsewhere() const;
+  bool should_yield() const;
 
   const Settings settings_;
   const Handler handle_;

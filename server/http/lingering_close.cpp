@@ -37,31 +37,31 @@ LingeringClose::~LingeringClose() {
 
 void LingeringClose::take(Descriptor socket) {
   const std::lock_guard lock(mutex_);
-  if (hurried_) return;
-  if (partings_.size() >= most_) partings_.pop_front();
-  partings_.push_back({std::move(socket), Clock::now() + kTime, 0});
-  if (partings_.size() == 1) changed_.notify_one();
+  if (aborted_) return;
+  if (closings_.size() >= most_) closings_.pop_front();
+  closings_.push_back({std::move(socket), Clock::now() + kTime, 0});
+  if (closings_.size() == 1) changed_.notify_one();
 }
 
-void LingeringClose::hurry() {
+void LingeringClose::abort() {
   const std::lock_guard lock(mutex_);
-  hurried_ = true;
-  partings_.clear();
+  aborted_ = true;
+  closings_.clear();
 }
 
 std::size_t LingeringClose::size() const {
   const std::lock_guard lock(mutex_);
-  return partings_.size();
+  return closings_.size();
 }
 
 void LingeringClose::run() {
   std::unique_lock lock(mutex_);
   for (;;) {
-    changed_.wait(lock, [this] { return ending_ || !partings_.empty(); });
-    if (partings_.empty()) return;
+    changed_.wait(lock, [this] { return ending_ || !closings_.empty(); });
+    if (closings_.empty()) return;
     const auto now = Clock::now();
-    std::erase_if(partings_,
-                  [&](Parting& one) { return one.deadline <= now || !drain(one.socket.get(), one.drained); });
+    std::erase_if(closings_,
+                  [&](Closing& one) { return one.deadline <= now || !drain(one.socket.get(), one.drained); });
     lock.unlock();
     std::this_thread::sleep_for(kRound);
     lock.lock();

@@ -31,12 +31,12 @@ class LingeringClose {
   // Takes `socket` over; nothing may be written to it any more. Any thread; does not wait.
   void take(Descriptor socket);
 
-  void hurry();  // from now on nobody is waited for
+  void abort();  // from now on nobody is waited for
   std::size_t size() const;
 
  private:
   using Clock = std::chrono::steady_clock;
-  struct Parting {
+  struct Closing {
     Descriptor socket;
     Clock::time_point deadline;
     std::size_t drained = 0;
@@ -47,9 +47,9 @@ class LingeringClose {
   const std::size_t most_;
   mutable std::mutex mutex_;  // guards what follows; nothing under it waits for a client
   std::condition_variable changed_;
-  std::deque<Parting> partings_;  // the oldest first
+  std::deque<Closing> closings_;  // the oldest first
   bool ending_ = false;
-  bool hurried_ = false;
+  bool aborted_ = false;
   std::thread thread_;
 };
 

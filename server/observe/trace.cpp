@@ -48,7 +48,7 @@ bool is_tracestate(std::string_view value) {
          std::all_of(value.begin(), value.end(), [](char c) { return c >= ' ' && c <= '~'; });
 }
 
-Trace take_up(const Head& head) {
+Trace continue_trace(const Head& head) {
   Trace trace;
   trace.span_id = api::random_id().substr(0, 16);
   if (is_zero(trace.span_id)) trace.span_id.back() = '1';

@@ -22,7 +22,7 @@ struct Trace {
 // The trace that the head's traceparent and tracestate name, with a new span for us. A traceparent that is missing, not
 // valid or there twice begins a new trace, and its tracestate is not looked at. Throws when there are no random
 // numbers.
-Trace take_up(const Head& head);
+Trace continue_trace(const Head& head);
 
 // The value of the header: version 00, our span as the parent.
 std::string traceparent(const Trace& trace);
@@ -30,7 +30,7 @@ std::string traceparent(const Trace& trace);
 // The headers that hand the trace on.
 std::vector<std::pair<std::string, std::string>> trace_headers(const Trace& trace);
 
-// What take_up() is made of.
+// What continue_trace() is made of.
 struct TraceParent {
   std::string_view trace_id;
   std::string_view parent_id;

@@ -52,7 +52,7 @@ int main() {
     metrics.job_ended(comparison);
   });
   measure("a trace taken up and handed on", kCalls, [&] {
-    if (trace_headers(take_up(head)).empty()) std::abort();
+    if (trace_headers(continue_trace(head)).empty()) std::abort();
   });
   measure("a comparison's line of the log, not written", kCalls, [&] {
     if (request_line(exchange, 0.0123).empty()) std::abort();

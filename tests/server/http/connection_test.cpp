@@ -76,15 +76,15 @@ TEST_CASE("connection: only a connection whose bytes are waited for takes a plac
   Connection &slow = two.slow, &other = two.other;
   CHECK(slow.idle(soon(), [] { return true; }) == Io::timeout);
   CHECK(slow.fill(soon()) == Io::timeout);
-  CHECK(other.fill(soon()) == Io::crowded);
+  CHECK(other.fill(soon()) == Io::peer_limit);
   REQUIRE(::send(two.b.ends[1], "x", 1, 0) == 1);
   pollfd arrived{two.b.ends[0], POLLIN, 0};
   REQUIRE(::poll(&arrived, 1, 10'000) == 1);
   CHECK(other.fill(soon()) == Io::ok);  // its bytes were here
-  CHECK(other.fill(soon()) == Io::crowded);
-  slow.settle();
+  CHECK(other.fill(soon()) == Io::peer_limit);
+  slow.release_place();
   CHECK(other.fill(soon()) == Io::timeout);
-  CHECK(slow.fill(soon()) == Io::crowded);
+  CHECK(slow.fill(soon()) == Io::peer_limit);
 }
 
 TEST_CASE("connection: who does not take what is written is waited for as well") {
@@ -93,7 +93,7 @@ TEST_CASE("connection: who does not take what is written is waited for as well")
   const std::string much(std::size_t{64} << 20, 'x');
   CHECK(slow.write("a little", soon()) == Io::ok);
   CHECK(other.fill(soon()) == Io::timeout);
-  CHECK(slow.write(much, soon()) == Io::crowded);
-  other.settle();
+  CHECK(slow.write(much, soon()) == Io::peer_limit);
+  other.release_place();
   CHECK(slow.write(much, soon()) == Io::timeout);
 }

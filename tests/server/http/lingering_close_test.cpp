@@ -122,13 +122,13 @@ TEST_CASE("lingering: beyond the most there can be, the oldest goes first") {
   for (const Ends& ends : all) CHECK(read_all(ends.theirs.get()) == "no");
 }
 
-TEST_CASE("lingering: in a hurry nobody is waited for") {
+TEST_CASE("lingering: abort() closes every connection at once") {
   Listener listener;
   LingeringClose lingering;
   Ends before = listener.connect();
   Ends after = listener.connect();
   lingering.take(std::move(before.ours));
-  lingering.hurry();
+  lingering.abort();
   while (lingering.size() > 0) std::this_thread::yield();
   lingering.take(std::move(after.ours));
   CHECK(lingering.size() == 0);

@@ -67,7 +67,7 @@ TEST_CASE("trace: a version to come is read as far as it is known") {
 }
 
 TEST_CASE("trace: a caller's trace goes on under a new span") {
-  const Trace trace = take_up(head_with({{"traceparent", kValid}, {"tracestate", "rojo=00f0,congo=t61"}}));
+  const Trace trace = continue_trace(head_with({{"traceparent", kValid}, {"tracestate", "rojo=00f0,congo=t61"}}));
   CHECK(trace.trace_id == kTraceId);
   CHECK(trace.parent_id == kParentId);
   CHECK(is_hex(trace.span_id, 16));
@@ -76,14 +76,14 @@ TEST_CASE("trace: a caller's trace goes on under a new span") {
   const auto headers = trace_headers(trace);
   REQUIRE(headers.size() == 2);
   CHECK(headers[1] == std::pair<std::string, std::string>("tracestate", "rojo=00f0,congo=t61"));
-  CHECK(take_up(head_with({{"traceparent", kValid}})).span_id != trace.span_id);
+  CHECK(continue_trace(head_with({{"traceparent", kValid}})).span_id != trace.span_id);
 }
 
 TEST_CASE("trace: no trace, a broken one or two begin a new one, without the state") {
   for (const Head& head :
        {head_with({{"tracestate", "a=b"}}), head_with({{"traceparent", kValid + "x"}, {"tracestate", "a=b"}}),
         head_with({{"traceparent", kValid}, {"traceparent", kValid}, {"tracestate", "a=b"}})}) {
-    const Trace trace = take_up(head);
+    const Trace trace = continue_trace(head);
     CHECK(is_hex(trace.trace_id, 32));
     CHECK(trace.trace_id != kTraceId);
     CHECK(trace.parent_id.empty());
@@ -95,13 +95,13 @@ TEST_CASE("trace: no trace, a broken one or two begin a new one, without the sta
 }
 
 TEST_CASE("trace: a state of several lines is one list") {
-  const auto trace = take_up(head_with({{"traceparent", kValid}, {"tracestate", "a=1"}, {"tracestate", "b=2"}}));
+  const auto trace = continue_trace(head_with({{"traceparent", kValid}, {"tracestate", "a=1"}, {"tracestate", "b=2"}}));
   CHECK(trace.state == "a=1,b=2");
 }
 
 TEST_CASE("trace: a state that is too long or not printable is dropped, the trace is not") {
   const auto kept = [](const std::string& state) {
-    const Trace trace = take_up(head_with({{"traceparent", kValid}, {"tracestate", state}}));
+    const Trace trace = continue_trace(head_with({{"traceparent", kValid}, {"tracestate", state}}));
     CHECK(trace.trace_id == kTraceId);
     return trace.state == state && !state.empty();
   };
