@@ -73,7 +73,7 @@ Result<check::Gate> gate_of_pair(const CheckFlags& flags) {
   if (!flags.max_distance) return bad_flag("--max-distance", "is needed for two files, as in --max-distance '0.05 mm'");
   auto limit = check::parse_limit(*flags.max_distance);
   if (!limit) return bad_flag("--max-distance", limit.error().message);
-  gate.limit = std::move(*limit);
+  gate.limit = *limit;
   if (auto ok = set_names(flags, gate.options); !ok) return ok.error();
   if (auto ok = set_units(flags.units, gate.options.units); !ok) return ok.error();
   return gate;

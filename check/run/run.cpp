@@ -127,6 +127,7 @@ class Run {
   // Exceptions end here, as those of one gate.
   void measure_together(const std::vector<Job*>& jobs) {
     std::vector<Task> tasks;
+    tasks.reserve(jobs.size());
     for (Job* job : jobs) {
       tasks.push_back({&gates_[job->gate], &job->control,
                        [this, job](Result<Measured>&& result, auto ms) { end(*job, std::move(result), ms); }});

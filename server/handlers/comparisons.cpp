@@ -123,7 +123,7 @@ std::optional<Problem> Comparisons::receive(Exchange& exchange, Asked& asked) {
   if (auto refusal = ids ? receive_ids(exchange, asked) : receive_form(exchange, asked)) return refusal;
   auto request = api::parse_options(asked.submission.options, request_limits(settings_));
   if (!request) return api::to_problem(request.error());
-  asked.submission.request = std::move(*request);
+  asked.submission.request = *request;
   return std::nullopt;
 }
 
