@@ -15,23 +15,23 @@ namespace {
 constexpr std::size_t kStrataATask = 16;
 
 // Of one task: which thread runs it, and what ran before, must not matter.
-std::mt19937_64 generator(const SampledCourse& course, std::size_t task) {
-  const std::uint64_t seed = course.sampling.seed;
-  std::seed_seq seeds{static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32), course.stream,
+std::mt19937_64 generator(const SampledDirection& direction, std::size_t task) {
+  const std::uint64_t seed = direction.sampling.seed;
+  std::seed_seq seeds{static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32), direction.stream,
                       static_cast<std::uint32_t>(task)};
   return std::mt19937_64(seeds);
 }
 
 // The distances of the strata of one task. False: interrupted.
-bool run_task(const SampledCourse& course, const SurfaceSampler& sampler, const Bvh& to, std::size_t task,
+bool run_task(const SampledDirection& direction, const SurfaceSampler& sampler, const Bvh& to, std::size_t task,
               std::vector<double>& values) {
-  std::mt19937_64 random = generator(course, task);
+  std::mt19937_64 random = generator(direction, task);
   std::uint32_t hint = Nearest::kNone;
   std::uint64_t tests = 0;
   const std::size_t end = std::min((task + 1) * kStrataATask, sampler.strata());
   for (std::size_t stratum = task * kStrataATask; stratum < end; ++stratum) {
     for (std::size_t i = stratum * kPointsAStratum; i < (stratum + 1) * kPointsAStratum; ++i) {
-      if (course.control.check() != Interruption::none) return false;
+      if (direction.control.check() != Interruption::none) return false;
       const Nearest found = nearest(to, sampler.point(stratum, random), tests, hint);
       values[i] = found.distance > rounding::kDistanceSlack ? found.distance : 0;
       hint = found.slot;
@@ -42,28 +42,28 @@ bool run_task(const SampledCourse& course, const SurfaceSampler& sampler, const 
 
 }  // namespace
 
-std::optional<SampledDistances> sample_distances(const SampledCourse& course) {
-  const OrderedMesh* from = course.from.order(course.control, course.pool);
-  const Bvh* to = from ? course.to.tree(course.control, course.pool) : nullptr;
+std::optional<SampledDistances> sample_distances(const SampledDirection& direction) {
+  const OrderedMesh* from = direction.from.order(direction.control, direction.pool);
+  const Bvh* to = from ? direction.to.tree(direction.control, direction.pool) : nullptr;
   if (!to) return std::nullopt;
-  const std::size_t strata = (course.sampling.samples + kPointsAStratum - 1) / kPointsAStratum;
-  const SurfaceSampler sampler(from->view(), strata, course.control);
-  std::atomic<bool> stopped{course.control.check() != Interruption::none};
+  const std::size_t strata = (direction.sampling.samples + kPointsAStratum - 1) / kPointsAStratum;
+  const SurfaceSampler sampler(from->view(), strata, direction.control);
+  std::atomic<bool> stopped{direction.control.check() != Interruption::none};
   if (stopped) return std::nullopt;
   SampledDistances found{sampler.weight(), std::vector<double>(strata * kPointsAStratum)};
-  course.pool.run((strata + kStrataATask - 1) / kStrataATask, [&](std::size_t worker, std::size_t task) {
+  direction.pool.run((strata + kStrataATask - 1) / kStrataATask, [&](std::size_t worker, std::size_t task) {
     if (stopped) return;
-    if (!run_task(course, sampler, *to, task, found.values)) stopped = true;
-    if (worker == 0) course.tell();
+    if (!run_task(direction, sampler, *to, task, found.values)) stopped = true;
+    if (worker == 0) direction.tell();
   });
   if (stopped) return std::nullopt;
   return found;
 }
 
-std::optional<Distribution> distribution(const SampledCourse& course, double upper) {
-  auto sampled = sample_distances(course);
+std::optional<Distribution> distribution(const SampledDirection& direction, double upper) {
+  auto sampled = sample_distances(direction);
   if (!sampled) return std::nullopt;
-  const Frame& frame = course.from.frame();
+  const Frame& frame = direction.from.frame();
   for (double& value : sampled->values) value = std::min(value, frame.length_to_frame(upper));
   Distribution found = summarize(sampled->values);
   found.weight = sampled->weight;

@@ -14,7 +14,7 @@
 namespace meshgauge {
 
 // One direction, and what its sampling may use.
-struct SampledCourse {
+struct SampledDirection {
   Framed& from;
   Framed& to;  // in the same frame
   Sampling sampling;
@@ -30,10 +30,10 @@ struct SampledDistances {
 };
 
 // The same numbers whatever the pool. None: `control` said to stop.
-std::optional<SampledDistances> sample_distances(const SampledCourse& course);
+std::optional<SampledDistances> sample_distances(const SampledDirection& direction);
 
 // What they look like, in the meshes' unit. `upper` bounds the distance of every point of `from`, in that unit; what
 // rounding may have put above it is taken off. None: interrupted.
-std::optional<Distribution> distribution(const SampledCourse& course, double upper);
+std::optional<Distribution> distribution(const SampledDirection& direction, double upper);
 
 }  // namespace meshgauge

@@ -76,6 +76,7 @@ class Search {
   const Work& work() const { return work_; }
   // Triangles of A that the traversal could not cull.
   std::size_t& survivors() { return survivors_; }
+  std::size_t survivors() const { return survivors_; }
   const Goal& goal() const { return goal_; }
 
   double lower() const { return lower_.load(std::memory_order_relaxed); }

@@ -1,0 +1,182 @@
+#include "engine/measurement.h"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+#include "engine/bisection.h"
+#include "engine/bounds/paper_bound.h"
+#include "engine/build_stage.h"
+#include "engine/conclusion.h"
+#include "engine/reduction.h"
+#include "engine/rounding.h"
+#include "engine/stage_clock.h"
+#include "engine/statistics_stage.h"
+#include "engine/sweep.h"
+#include "engine/traversal.h"
+
+namespace meshgauge {
+
+Measurement::Measurement(const Prepared& a, const Prepared& b, const Options& options, Control& control)
+    : options_(options),
+      control_(control),
+      kernels_(find_kernels(options.simd)),
+      pool_(options.strategy == Strategy::automatic ? std::max(options.threads, 1U) : 1),
+      pair_(a, b) {
+  const StageClock clock(outcome_.timings.build);
+  enter_frame(pair_, *kernels_, pool_);
+  outcome_.simd = kernels_->name;
+  outcome_.threads = static_cast<unsigned>(pool_.size());
+  outcome_.diagonal_a = diagonal(a.box());
+  set_goal();
+  if (options.direction != Direction::b_to_a) open(outcome_.a_to_b, pair_.a, pair_.b);
+  if (options.direction != Direction::a_to_b) open(outcome_.b_to_a, pair_.b, pair_.a);
+}
+
+void Measurement::set_goal() {
+  const Tolerance& t = options_.tolerance;
+  const double width = std::max(t.absolute.value_or(0), t.diagonal.value_or(0) * outcome_.diagonal_a);
+  goal_.width = pair_.frame.length_to_frame(width);
+  goal_.relative = t.relative.value_or(0);
+  // Lower by what the input error takes, and by the rounding of that: the search only has to get there; conclude()
+  // decides.
+  if (options_.max_distance) goal_.gate = pair_.frame.length_to_frame(*options_.max_distance - 2 * pair_.error.value());
+}
+
+// The interval before any work: every point of `from` is within the far corner's distance of any point of `to`.
+void Measurement::open(std::optional<Directed>& directed, MeasuredMesh& from, MeasuredMesh& to) {
+  const Frame& frame = pair_.frame;
+  directed.emplace();
+  pair_.directions.push_back({*directed, from, to});
+  directed->culling.triangles = from.given().triangles.size();
+  directed->culling.survivors = directed->culling.triangles;
+  const Box box{frame.to_frame(from.prepared.box().low), frame.to_frame(from.prepared.box().high)};
+  const double upper = farthest_of_box(box, frame.to_frame(to.given().corner(0, 0)));
+  directed->bounds.upper = rounding::scale_up(rounding::add_up(upper, rounding::kDistanceSlack), frame.exponent());
+  directed->bounds = pair_.error.widened(directed->bounds);
+  floor_ = rounding::kDistanceSlack + pair_.error.cost(frame);
+}
+
+Outcome Measurement::run() {
+  auto stop = build_both();
+  for (MeasuredDirection& direction : pair_.directions) {
+    if (!stop && !direction.settled) stop = measure(direction);
+  }
+  conclude(stop);
+  if (options_.statistics) sample();
+  return std::move(outcome_);
+}
+
+std::optional<Stop> Measurement::pulse(const Search& search) {
+  if (const auto why = control_.check(); why != Interruption::none) return to_stop(why);
+  if (fails_gate(search)) return Stop::gate_decided;
+  if (control_.report_due()) report(search);
+  return std::nullopt;
+}
+
+template <class Work>
+std::optional<Stop> Measurement::staged(const char* name, double& total_ms, Work&& work) {
+  const StageClock clock(total_ms);
+  stage_ = name;
+  return work();
+}
+
+std::optional<Stop> Measurement::build_both() {
+  return staged("build", outcome_.timings.build, [this] { return build(pair_, options_.strategy, pool_, control_); });
+}
+
+std::optional<Stop> Measurement::measure(MeasuredDirection& direction) {
+  const OrderedMesh& from = direction.rest ? *direction.rest : *direction.from.ordered;
+  const OrderedMesh& to = *direction.to.ordered;
+  Search search(from.view(), from.box, *direction.to.tree, goal_, lower_, *this, pool_);
+  set_up(search, direction);
+  const auto stop = is_auto() ? search_auto(search, from, to) : search_paper(search, *direction.from.tree);
+  certify(search, direction.result, from, to);
+  return stop;
+}
+
+void Measurement::set_up(Search& search, MeasuredDirection& direction) {
+  const Frame& frame = pair_.frame;
+  search.set_budget(options_);
+  search.set_start_slack(lower_slack_);
+  search.set_witness_rounding(frame.rounding_of_points());
+  search.set_output_rounding(frame.length_to_frame(2 * std::numeric_limits<double>::denorm_min()) +
+                             pair_.error.cost(frame));
+  running_ = &direction.result;
+  certifier_ = Certifier();
+  search.set_adjacency_source(
+      [this, &direction] { return direction.to.framed->adjacency(pool_, [this] { return interrupted(); }); });
+}
+
+std::optional<Stop> Measurement::search_auto(Search& search, const OrderedMesh& from, const OrderedMesh& to) {
+  auto stop = staged("traverse", outcome_.timings.traverse, [&] { return sweep(search, from, to); });
+  if (!stop) stop = staged("reduce", outcome_.timings.reduce, [&] { return bisect(search); });
+  return stop;
+}
+
+std::optional<Stop> Measurement::search_paper(Search& search, const Bvh& from_tree) {
+  const auto bound = make_paper_bound(options_, search);
+  auto stop = staged("traverse", outcome_.timings.traverse, [&] { return traverse(search, from_tree, *bound); });
+  if (!stop) stop = staged("reduce", outcome_.timings.reduce, [&] { return reduce(search, *bound); });
+  return stop;
+}
+
+void Measurement::certify(const Search& search, Directed& directed, const OrderedMesh& from, const OrderedMesh& to) {
+  const StageClock clock(outcome_.timings.certify);
+  stage_ = "certify";
+  const double opened = directed.bounds.upper;
+  directed.bounds = certified(search);
+  directed.bounds.upper = std::min(directed.bounds.upper, opened);
+  directed.bounds.witness->triangle_a = from.original[directed.bounds.witness->triangle_a];
+  directed.bounds.witness->triangle_b = to.original[directed.bounds.witness->triangle_b];
+  directed.culling.survivors = search.survivors();
+  directed.work = search.work();
+  lower_ = std::max(lower_, search.lower());
+  lower_slack_ = search.lower_slack();
+  floor_ = std::max(floor_, search.slack() + search.unresolved_gap());
+}
+
+// Certifying costs one query, so it is asked for only when the lower bound has moved.
+bool Measurement::fails_gate(const Search& search) {
+  if (!search.above_gate()) return false;
+  if (search.lower() != gate_checked_at_) {
+    gate_checked_at_ = search.lower();
+    gate_failed_ = certified(search).lower > *options_.max_distance;
+  }
+  return gate_failed_;
+}
+
+// Reports the interval as it would be if the search ended now; the stored result stays as it was.
+void Measurement::report(const Search& search) {
+  const Bounds before = running_->bounds;
+  running_->bounds = certified(search);
+  running_->bounds.upper = std::min(running_->bounds.upper, before.upper);
+  take_maximum(outcome_);
+  control_.report({outcome_.lower, outcome_.upper, stage_});
+  running_->bounds = before;
+}
+
+void Measurement::conclude(std::optional<Stop> stop) {
+  take_maximum(outcome_);
+  outcome_.precision_floor = rounding::scale_up(floor_, pair_.frame.exponent());
+  outcome_.met_by = rule_met(options_.tolerance, outcome_.lower, outcome_.upper, outcome_.diagonal_a);
+  if (outcome_.met_by) {
+    outcome_.stop = Stop::converged;
+  } else if (gate_decided(options_.max_distance, outcome_.lower, outcome_.upper)) {
+    outcome_.stop = Stop::gate_decided;
+  } else {
+    outcome_.stop = stop.value_or(Stop::precision_floor);
+  }
+}
+
+// The interval is final here: no failure of the statistics changes it.
+void Measurement::sample() {
+  const StageClock clock(outcome_.timings.statistics);
+  stage_ = "statistics";
+  const auto tell = [this] {
+    if (control_.report_due()) control_.report({outcome_.lower, outcome_.upper, stage_});
+  };
+  take_statistics(pair_, *options_.statistics, pool_, control_, tell, outcome_.statistics.emplace());
+}
+
+}  // namespace meshgauge
