@@ -17,13 +17,14 @@ constexpr int kMaxTrailers = 32;
 }  // namespace
 
 Problem not_arrived(Io io, const std::string& what, std::chrono::milliseconds time) {
-  if (io == Io::closed) return malformed("the connection ended before the " + what + " did");
+  if (io == Io::closed) return malformed("the connection was closed before the " + what + " was complete");
   if (io == Io::aborted) {
-    return Problem{ProblemKind::shutting_down, "the service ended before the " + what + " had arrived", {}};
+    return Problem{ProblemKind::shutting_down, "the service shut down before the " + what + " had arrived", {}};
   }
   if (io == Io::peer_limit) {
-    return Problem{
-        ProblemKind::too_many_requests, "too many requests of this client's address are still arriving; try again", {}};
+    return Problem{ProblemKind::too_many_requests,
+                   "too many requests from this client address are still arriving; retry in a moment",
+                   {}};
   }
   return Problem{ProblemKind::request_timeout,
                  "the " + what + " did not arrive within " + std::to_string(time.count()) + " ms",
@@ -40,7 +41,7 @@ Body::Body(Connection& connection, const Head& head, std::uint64_t max_bytes, st
 Body::Refusal Body::read(const Receive& receive) {
   if (consumed_) return std::nullopt;
   deadline_ = Clock::now() + time_;
-  // A client that is sending already needs no invitation.
+  // A client that is sending already does not wait for the interim response.
   if (head_.expects_continue && connection_.buffered().empty() &&
       connection_.write("HTTP/1.1 100 Continue\r\n\r\n", deadline_) != Io::ok) {
     return not_arrived(Io::closed, "body", time_);
@@ -95,17 +96,19 @@ Body::Refusal Body::read_chunked(const Receive& receive) {
   }
 }
 
-// The line stays valid until the connection is read again.
+// `line` stays valid until the next read from the connection.
 Body::Refusal Body::read_line(std::string_view& line) {
   for (;;) {
     const std::string_view buffered = connection_.buffered();
     const std::size_t end = buffered.substr(0, kMaxChunkLineBytes).find("\r\n");
     if (end != std::string_view::npos) {
       line = buffered.substr(0, end);
-      // To another parser on the way, a bare LF may end the line.
-      return is_field_text(line) ? std::nullopt : Refusal(malformed("a chunk's line has a control character"));
+      // A proxy's parser may take a bare LF for the end of the line.
+      return is_field_text(line) ? std::nullopt : Refusal(malformed("a chunk header has a control character"));
     }
-    if (buffered.size() >= kMaxChunkLineBytes) return malformed("a chunk's line is too long");
+    if (buffered.size() >= kMaxChunkLineBytes) {
+      return malformed("a chunk header is longer than " + std::to_string(kMaxChunkLineBytes) + " bytes");
+    }
     if (auto refusal = more()) return refusal;
   }
 }
@@ -114,9 +117,11 @@ Body::Refusal Body::read_chunk_size(std::uint64_t& size) {
   std::string_view line;
   if (auto refusal = read_line(line)) return refusal;
   const std::size_t line_bytes = line.size() + 2;
-  const std::string_view digits = next(line, ";");  // what follows is a chunk extension: no meaning here
+  const std::string_view digits = next(line, ";");  // the rest is a chunk extension, which is ignored
   const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), size, 16);
-  if (error != std::errc() || end != digits.data() + digits.size()) return malformed("a chunk has no valid size");
+  if (error != std::errc() || end != digits.data() + digits.size()) {
+    return malformed("a chunk size must be a hexadecimal number");
+  }
   connection_.consume(line_bytes);
   return std::nullopt;
 }
@@ -125,7 +130,7 @@ Body::Refusal Body::expect_crlf() {
   while (connection_.buffered().size() < 2) {
     if (auto refusal = more()) return refusal;
   }
-  if (!connection_.buffered().starts_with("\r\n")) return malformed("a chunk does not end where its size says");
+  if (!connection_.buffered().starts_with("\r\n")) return malformed("a chunk must end with CR LF where its size says");
   connection_.consume(2);
   return std::nullopt;
 }
@@ -138,7 +143,7 @@ Body::Refusal Body::read_trailers() {
     connection_.consume(line.size() + 2);
     if (last) return std::nullopt;
   }
-  return malformed("the body has too many trailers");
+  return malformed("the body has more than " + std::to_string(kMaxTrailers - 1) + " trailers");
 }
 
 }  // namespace meshgauge::server

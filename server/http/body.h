@@ -1,4 +1,4 @@
-// The body of a request as it streams in: bounded, under one absolute deadline, never in memory as a whole.
+// Reads the body of a request piece by piece: bounded in size, under one absolute deadline, never in memory as a whole.
 #pragma once
 
 #include <chrono>
@@ -14,8 +14,8 @@
 
 namespace meshgauge::server {
 
-// What to answer when the head or the body (`what`) has not arrived within `time`, or was not waited for any longer.
-// Precondition: io is not ok.
+// Returns the problem for a head or body (`what` names which) whose reading ended with `io` before it was complete.
+// `time`: the time limit, for the message. Precondition: io is not Io::ok.
 api::Problem not_arrived(Io io, const std::string& what, std::chrono::milliseconds time);
 
 class Body {
@@ -23,17 +23,19 @@ class Body {
   using Refusal = std::optional<api::Problem>;
   using Receive = std::function<Refusal(std::string_view piece)>;
 
-  // Borrows both. The deadline starts with read().
+  // Borrows connection and head. `time` starts with read().
   Body(Connection& connection, const Head& head, std::uint64_t max_bytes, std::chrono::milliseconds time);
 
-  // Hands the whole body to `receive`, piece by piece, until its end or the first refusal. Invites a client that
-  // sent Expect: 100-continue; one whose body is never read is never invited. Once.
+  // Passes the body to `receive` piece by piece. Returns nullopt at its end; else the first refusal of `receive`, or
+  // the problem of a body that is malformed, too large or late. Sends 100 Continue to a client that expects it. Blocks
+  // for `time` at most. Call once.
   Refusal read(const Receive& receive);
 
-  // Takes the rest, unless it still has to be waited for: after a refusal the connection can then go on.
+  // Discards the rest of the body if all of it is in the connection's buffer, so that the connection can serve the next
+  // request after a refusal. Does not block.
   void discard_arrived();
 
-  bool consumed() const { return consumed_; }     // nothing of it is left on the connection
+  bool consumed() const { return consumed_; }     // the whole body was taken off the connection
   std::uint64_t bytes() const { return bytes_; }  // received so far
 
  private:

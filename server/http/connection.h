@@ -1,5 +1,5 @@
-// One accepted socket: buffered reading and writing, each with an absolute deadline. A time-out per read
-// would let a client hold a thread for ever by sending one byte at a time.
+// One accepted socket: buffered reading and writing, each with an absolute deadline. A time-out per read would let a
+// client hold a thread for ever by sending one byte at a time.
 #pragma once
 
 #include <atomic>
@@ -18,52 +18,54 @@ namespace meshgauge::server {
 
 using Clock = std::chrono::steady_clock;
 
-// aborted: nobody is waited for any more. peer_limit: too many connections of this address are waited for.
+// closed: the peer closed the connection, or it broke. aborted: the service is shutting down. peer_limit: too many
+// connections from this address are being waited for.
 enum class Io { ok, closed, timeout, aborted, peer_limit };
 
 class Connection {
  public:
-  // Read at a time. What may be refused by its head is not read any further: of a body that nobody wants nothing is
-  // copied.
+  // Bytes per read. Small while a head is read, so that little of a body is copied before the head can refuse it.
   static constexpr std::size_t kHeadPiece = std::size_t{4} << 10;
   static constexpr std::size_t kBodyPiece = std::size_t{64} << 10;
 
-  // Borrows all three; `aborted` ends every wait. Without `peers` nothing is counted.
+  // Borrows all three. `aborted`: once true, every wait ends with Io::aborted. `peers`: limits how many connections per
+  // address are waited for; null: no limit.
   Connection(int fd, const std::atomic<bool>& aborted, ConnectionLimit* peers = nullptr)
       : fd_(fd), aborted_(aborted), peers_(peers), transport_(std::make_unique<PlainTransport>(fd)) {}
   Connection(const Connection&) = delete;
   Connection& operator=(const Connection&) = delete;
 
-  // Waits for the peer's first byte, which stays unread: at the start it tells TLS from a request. Before anything
-  // else.
+  // Waits for the first byte and copies it to `byte`; it stays unread. It tells TLS from plain HTTP. Call before any
+  // other read. `give_up` as for idle().
   Io first_byte(char& byte, Clock::time_point deadline, const std::function<bool()>& give_up);
 
-  // From now on the connection speaks through `transport`, once its handshake is done.
+  // Replaces the transport and completes its handshake.
   Io secure(std::unique_ptr<Transport> transport, Clock::time_point deadline);
 
   std::string_view buffered() const { return std::string_view(buffer_).substr(start_); }
   void consume(std::size_t n);  // precondition: n <= buffered().size()
 
-  // Waits for more bytes and appends them to buffered(). The first time that they are not there yet takes one of the
-  // places of this address, which is kept until release_place().
+  // Appends up to `most` bytes to buffered(), waiting for them if none has arrived. The first wait takes one of the
+  // places of this address and keeps it until release_place(); Io::peer_limit when none is free.
   Io fill(Clock::time_point deadline, std::size_t most = kBodyPiece);
 
-  // The same between two requests, where nobody is owed anything: takes no place. `give_up` is asked every 50 ms.
+  // As fill(), between two requests: takes no place. `give_up` is called every 50 ms; true ends the wait with
+  // Io::timeout.
   Io idle(Clock::time_point deadline, const std::function<bool()>& give_up);
 
   enum class Counted { yes, no };
-  // Takes a place as fill() does, unless what is written is counted elsewhere: an answer that has begun must not fail
-  // for want of one.
+  // Writes all of `bytes`. Waiting takes a place as in fill(); with Counted::no it does not, for responses that are
+  // limited elsewhere and must not fail in the middle for lack of a place.
   Io write(std::string_view bytes, Clock::time_point deadline, Counted counted = Counted::yes);
 
-  void release_place() { place_.reset(); }  // the request is here: its client is waited for no more
+  void release_place() { place_.reset(); }  // call when the request has arrived in full
 
-  // The client has closed its side (or half of it), or the connection is broken. By the thread that reads and writes.
+  // True: the client has closed its side (or half of it), or the connection is broken. Call on the thread that reads
+  // and writes. Does not block.
   bool peer_gone() { return transport_->peer_gone(); }
 
-  void end() {
-    transport_->end();
-  }  // tells the client that nothing more will be sent; then server/http/lingering_close.h
+  // Tells the client that nothing more will be sent. The socket then goes to server/http/lingering_close.h.
+  void end() { transport_->end(); }
 
   int fd() const { return fd_; }
 
@@ -83,8 +85,8 @@ class Connection {
   std::size_t start_ = 0;
 };
 
-// The address at the other end, as bytes to compare: of IPv4 all 4, of IPv6 the first 8, since a single host is given
-// that many of the rest. Empty for every other kind of socket, and one that is no longer connected.
+// Returns the peer's address as bytes to compare: 4 bytes for IPv4; the first 8 for IPv6, since one host may use any
+// address of its /64. Empty: another kind of socket, or not connected any more.
 std::string peer_of(int fd);
 
 }  // namespace meshgauge::server

@@ -4,7 +4,7 @@ namespace meshgauge::server {
 
 std::shared_ptr<const void> ConnectionLimit::take(const std::string& key) {
   struct Place {
-    ConnectionLimit* limit = nullptr;  // none: not taken
+    ConnectionLimit* limit = nullptr;  // null: not taken
     std::string key;
     ~Place() {
       if (limit) limit->give_back(key);

@@ -1,7 +1,8 @@
-// How many connections may be held at the same time, of each key or address and of all together. Thread safe.
+// A counting semaphore with a limit per key (an API key or a client address) and one for all keys together. Thread
+// safe.
 //
-// A slow client costs a thread for as long as its bytes are waited for, and a file that is taken slowly a connection.
-// Deadlines bound that for one connection; this bounds it for one client, so that no single one can hold every thread.
+// A slow client occupies a thread while its bytes are awaited. Deadlines bound that for one connection; this limit
+// bounds it for one client, so that no single client can occupy every thread.
 #pragma once
 
 #include <cstdint>
@@ -15,16 +16,16 @@ namespace meshgauge::server {
 
 class ConnectionLimit {
  public:
-  // Must outlive what it gives.
+  // Must outlive the places that take() returns.
   explicit ConnectionLimit(std::uint64_t max_per_key,
                            std::uint64_t max_total = std::numeric_limits<std::uint64_t>::max())
       : max_per_key_(max_per_key), max_total_(max_total) {}
 
-  // `max_total` together, and one key of several has half of them at most.
+  // A limit of `max_total`, of which one key may take half (rounded up).
   static ConnectionLimit shared(std::uint64_t max_total) { return ConnectionLimit((max_total + 1) / 2, max_total); }
 
-  // Given back when the last copy goes; null: there is none for this key now. The empty key, which is no key, may have
-  // all. May throw: out of memory.
+  // Takes a place for `key`; it is given back when the last copy of the pointer is destroyed. Returns null when a limit
+  // is reached. The empty key has no limit of its own. Does not block. May throw: out of memory.
   std::shared_ptr<const void> take(const std::string& key);
 
   std::uint64_t taken() const;
@@ -36,7 +37,7 @@ class ConnectionLimit {
   const std::uint64_t max_per_key_, max_total_;
   mutable std::mutex mutex_;  // guards what follows
   std::uint64_t taken_ = 0;
-  std::map<std::string, std::uint64_t> taken_by_;  // never 0: else every address that ever called would stay
+  std::map<std::string, std::uint64_t> taken_by_;  // entries of 0 are erased, so that the map cannot grow for ever
 };
 
 }  // namespace meshgauge::server

@@ -8,7 +8,7 @@ namespace meshgauge::server {
 namespace {
 
 constexpr std::chrono::seconds kPieceTime{30};
-constexpr std::chrono::seconds kSilence{15};  // proxies close a connection that says nothing for longer
+constexpr std::chrono::seconds kSilence{15};  // proxies close connections that are silent for longer
 
 std::string head_of(const Response& response) {
   std::string head = "HTTP/1.1 " + std::to_string(response.status) + " OK\r\nContent-Type: " + response.content_type;

@@ -1,7 +1,7 @@
-// A response that is sent piece by piece while it comes into being, chunked (RFC 9112 section 7.1), and the events
-// that it is made of (text/event-stream).
+// Sends chunked responses (RFC 9112 section 7.1) whose content is produced over time, and formats server-sent events
+// (text/event-stream).
 //
-// The HTTP library is not asked to: it breaks its streams off, without an end, when it stops listening.
+// The HTTP library's own streams are not used: they are cut off without an end when the library stops listening.
 #pragma once
 
 #include <string>
@@ -11,12 +11,14 @@
 
 namespace meshgauge::server {
 
-// Sends head and pieces of exchange.response.stream, then ends the stream; the connection must end with it. It is not
-// delivered when the client goes away, or takes no piece for 30 s, or the next piece throws: then the stream is broken
-// off, and its reader knows that something is missing.
+// Sends the head, then the pieces of exchange.response.stream until it returns false, then the terminating chunk. After
+// 15 s without a piece it sends a comment, so that proxies keep the connection. Close the connection afterwards.
+//
+// Stops without a terminating chunk, exchange.delivered false, when the client disconnects, does not take a piece
+// within 30 s, or the stream throws; so the client sees that the response is incomplete. Blocks until then.
 void send_stream(Exchange& exchange);
 
-// One event. `data` is one line.
+// Returns one event as text. Precondition: `data` is one line.
 std::string event(std::string_view name, std::string_view data);
 
 }  // namespace meshgauge::server

@@ -1,4 +1,4 @@
-// One request and what becomes of it: what a handler is given, and what the log line tells.
+// One request and its response: the argument of every handler, and the source of the request's log line and metrics.
 #pragma once
 
 #include <chrono>
@@ -30,7 +30,7 @@ inline constexpr int kNotModified = 304;
 // RFC 9110 sections 8.6 and 15.4.5.
 inline bool has_content(int status) { return status != kNoContent && status != kNotModified; }
 
-// Bytes, and what keeps them.
+// Bytes, and the object that keeps them alive.
 struct FileBody {
   std::span<const std::byte> bytes;
   std::shared_ptr<const void> holder;
@@ -40,12 +40,12 @@ struct Response {
   int status = 200;
   std::string content_type;
   std::string body;
-  std::vector<std::pair<std::string, std::string>> headers;  // more than Content-Type and Content-Length
-  // Instead of a body: appends the next piece, if there is one within 100 ms, and says whether there are more to come.
-  // Called on the connection's thread until then, or until the client is gone.
+  std::vector<std::pair<std::string, std::string>> headers;  // all but Content-Type and Content-Length
+  // Instead of `body` (server/http/event_stream.h). Appends the next piece to `piece`, or leaves it empty when there is
+  // none within 100 ms; returns false after the last piece. Called on the connection's thread. May throw.
   std::function<bool(std::string& piece)> stream = nullptr;
-  std::optional<FileBody> file = std::nullopt;  // instead of a body (server/http/file_body.h)
-  bool length_known = true;                     // else an answer to HEAD says none
+  std::optional<FileBody> file = std::nullopt;  // instead of `body` (server/http/file_body.h)
+  bool length_known = true;                     // false: a response to HEAD has no Content-Length
 };
 
 struct Exchange {
@@ -56,32 +56,32 @@ struct Exchange {
         connection(client),
         trace(continue_trace(request_head)) {}
 
-  std::string id;       // unguessable; also the id of a comparison that it begins
-  std::string owner;    // the id of the key that asks; empty: no key, everything stored under it is everybody's
+  std::string id;       // random, 128 bits; also the id of a comparison that this request creates
+  std::string owner;    // id of the client's key; empty: the service runs without keys
   std::string route;    // the router's template; empty: none matched
-  std::string segment;  // what stands for the {} of the route
+  std::string segment;  // the part of the path that matched {} in the template
   const Head& head;
   Body& body;
   Connection& connection;
-  const Trace trace;  // the caller's, or one that begins here
+  const Trace trace;  // the client's trace, or a new one
   Response response;
 
   // For the log and the metrics.
-  Clock::time_point started = Clock::now();  // the head is there
+  Clock::time_point started = Clock::now();  // when the head was complete
   std::uint64_t bytes_out = 0;               // written, head included
-  bool delivered = false;                    // to its last byte, as far as the kernel knows
-  std::string problem;                       // type; empty for a result
-  std::string failure;                       // what an exception said; never sent
+  bool delivered = false;                    // the kernel has taken the response to its last byte
+  std::string problem;                       // problem type of the response; empty: no problem
+  std::string failure;                       // text of an exception, for the log; never sent
   std::vector<api::Stage> stages;
   std::optional<MeshSizes> triangles;
 };
 
-// Makes the answer of this exchange a problem document. A 503 says to come again in a second.
+// Sets the response to a problem document, whatever it was before. With status 429 or 503 it gets Retry-After: 1 s, or
+// `retry_after` rounded up to whole seconds, 1 to 60.
 void answer(Exchange& exchange, const api::Problem& problem);
-// ... or in so long.
 void answer(Exchange& exchange, const api::Problem& problem, std::chrono::milliseconds retry_after);
 
-// A problem as it was written down before.
+// A problem that was serialized before.
 struct ProblemDocument {
   int status = 500;
   std::string type;
@@ -89,14 +89,15 @@ struct ProblemDocument {
 };
 void answer(Exchange& exchange, ProblemDocument document, std::chrono::milliseconds retry_after);
 
-// Refuses a query where none means anything: an option that is misspelt or misplaced must not pass unnoticed.
+// Returns a problem if the request has a query; nullopt: it has none. For paths without query parameters: a misplaced
+// option must not be ignored silently.
 std::optional<api::Problem> refuse_query(const Exchange& exchange);
 
-// Says that the answer depends on a header of the request, beside those that were said before.
+// Adds `header` to the response's Vary.
 void add_vary(Response& response, const std::string& header);
 
-// What every answer tells a browser: not to guess types, not to keep it, and, of a page that says nothing else, to load
-// and to run nothing. A header that is there already stays.
+// Adds the headers of every response: nosniff, no-store, no-referrer, and for HTML a policy that loads and runs
+// nothing. Headers that the handler has set stay.
 void add_security_headers(Response& response);
 
 }  // namespace meshgauge::server

@@ -1,14 +1,14 @@
-// A response whose body is a file: sent from its mapping, piece by piece, so that it is never in memory as a whole.
+// Sends a response whose body is a mapped file, piece by piece.
 #pragma once
 
 #include "server/http/exchange.h"
 
 namespace meshgauge::server {
 
-// Sends the head and exchange.response.file, of which HEAD gets the length alone. Not delivered when the client goes
-// away, takes less than half a megabyte a second for long, or less than one in ten seconds. Takes no place of its
-// address: whoever offers files bounds how many are on their way. `close`: the connection ends with it, and the head
-// says so.
+// Sends the head and, unless the method is HEAD, the bytes of exchange.response.file. Stops with exchange.delivered
+// false when the client disconnects, takes longer than 10 s for 1 MiB, or longer in all than 30 s and 1 s per 0.5 MB.
+// `close`: the head says Connection: close. Takes no place of the client's address: the handler limits how many files
+// are being sent. Blocks until sent or stopped.
 void send_file(Exchange& exchange, bool close);
 
 }  // namespace meshgauge::server

@@ -20,9 +20,10 @@ Refusal set_target(std::string_view target, Head& head) {
                    {}};
   }
   for (const char c : target) {
-    if (c <= ' ' || c > '~' || c == '#') return malformed("the request target has a character that is not allowed");
+    if (c <= ' ' || c > '~' || c == '#')
+      return malformed("the request target may hold visible ASCII characters only, without '#'");
   }
-  if (const std::string_view scheme = "http://"; target.starts_with(scheme)) {  // absolute form, as sent to a proxy
+  if (const std::string_view scheme = "http://"; target.starts_with(scheme)) {  // absolute form (RFC 9112 3.2.2)
     target.remove_prefix(std::min(target.find('/', scheme.size()), target.size()));
     if (target.empty()) target = "/";
   }
@@ -38,9 +39,9 @@ Refusal set_version(std::string_view version, Head& head) {
     return std::nullopt;
   }
   if (version.starts_with("HTTP/")) {
-    return Problem{ProblemKind::http_version, "only HTTP/1.1 and HTTP/1.0 are spoken here", {}};
+    return Problem{ProblemKind::http_version, "unsupported HTTP version; send HTTP/1.1 or HTTP/1.0", {}};
   }
-  return malformed("the request line must be: method, target, HTTP/1.1");
+  return malformed("the request line must be 'METHOD TARGET HTTP/1.1'");
 }
 
 Refusal parse_request_line(std::string_view line, Head& head) {
@@ -52,7 +53,8 @@ Refusal parse_request_line(std::string_view line, Head& head) {
   for (const char* known : {"GET", "HEAD", "POST", "PUT", "PATCH", "DELETE", "OPTIONS"}) {
     if (head.method == known) return std::nullopt;
   }
-  return Problem{ProblemKind::not_implemented, "the method is not known here", {}};
+  return Problem{
+      ProblemKind::not_implemented, "unknown method; known: GET, HEAD, POST, PUT, PATCH, DELETE, OPTIONS", {}};
 }
 
 Refusal parse_field(std::string_view line, Head& head) {
@@ -85,7 +87,8 @@ Refusal set_length(std::string_view text, std::uint64_t max_body_bytes, Head& he
 Refusal set_transfer_coding(std::string_view value, Head& head) {
   if (head.minor_version == 0) return malformed("Transfer-Encoding does not exist in HTTP/1.0");
   if (lower(value) != "chunked") {
-    return Problem{ProblemKind::not_implemented, "the only transfer coding known here is 'chunked'", {}};
+    return Problem{
+        ProblemKind::not_implemented, "unsupported Transfer-Encoding; the only one supported is 'chunked'", {}};
   }
   head.chunked = true;
   return std::nullopt;
@@ -94,7 +97,7 @@ Refusal set_transfer_coding(std::string_view value, Head& head) {
 Refusal set_content_coding(std::string_view value) {
   if (lower(value) == "identity") return std::nullopt;
   return Problem{ProblemKind::unsupported_media_type,
-                 "a Content-Encoding is not accepted; a mesh file itself may be gzip-compressed",
+                 "Content-Encoding is not supported; a mesh file itself may be gzip-compressed",
                  {}};
 }
 
@@ -112,7 +115,8 @@ Refusal interpret(const std::string& name, const std::string& value, std::uint64
   if (name == "content-encoding") return set_content_coding(value);
   if (name == "connection") return set_connection(value, head);
   if (name == "expect") {
-    if (lower(value) != "100-continue") return malformed("the only expectation known here is '100-continue'");
+    if (lower(value) != "100-continue")
+      return malformed("unsupported Expect; the only one supported is '100-continue'");
     head.expects_continue = head.minor_version > 0;
   }
   return std::nullopt;
@@ -126,10 +130,10 @@ std::size_t count(const Head& head, std::string_view name) {
 Refusal check_unique(const Head& head) {
   for (const char* name :
        {"content-length", "transfer-encoding", "content-type", "host", "expect", "authorization", "origin"}) {
-    if (count(head, name) > 1) return malformed("the header '" + std::string(name) + "' stands there twice");
+    if (count(head, name) > 1) return malformed("the header '" + std::string(name) + "' was sent twice");
   }
   if (count(head, "content-length") + count(head, "transfer-encoding") > 1) {
-    return malformed("Content-Length and Transfer-Encoding exclude each other");
+    return malformed("Content-Length and Transfer-Encoding must not be sent together");
   }
   if (head.minor_version > 0 && count(head, "host") == 0) return malformed("the header 'Host' is missing");
   return std::nullopt;
@@ -138,7 +142,8 @@ Refusal check_unique(const Head& head) {
 Refusal check_length(const Head& head) {
   const bool carries = head.method == "POST" || head.method == "PUT" || head.method == "PATCH";
   if (!carries || head.chunked || head.content_length) return std::nullopt;
-  return Problem{ProblemKind::length_required, "a body needs Content-Length or Transfer-Encoding: chunked", {}};
+  return Problem{
+      ProblemKind::length_required, "the body has no length; send Content-Length or Transfer-Encoding: chunked", {}};
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// The head of a request: what is let through to the HTTP library, decided on bytes alone.
+// Parses and validates the head of a request, before the HTTP library sees any of it.
 #pragma once
 
 #include <cstddef>
@@ -16,7 +16,7 @@ namespace meshgauge::server {
 inline constexpr std::size_t kMaxHeadBytes = std::size_t{16} << 10;
 inline constexpr std::size_t kMaxTargetBytes = std::size_t{2} << 10;
 
-// Of a request that is not understood.
+// The problem of a request that cannot be parsed.
 inline api::Problem malformed(const std::string& what) { return {api::ProblemKind::malformed_request, what, {}}; }
 
 struct Head {
@@ -30,15 +30,16 @@ struct Head {
   bool expects_continue = false;
   bool keep_alive = true;
 
-  std::string_view header(std::string_view lower_case_name) const;  // the first of the name, or empty
+  std::string_view header(std::string_view lower_case_name) const;  // the first of that name; empty: none
 };
 
-// What a head that is still arriving already breaks: too long a line or head, lines without a CR.
+// Returns the problem that a head which is still arriving has already: a line or head that is too long, or lines that
+// end without CR. nullopt: none yet.
 std::optional<api::Problem> check_incomplete(std::string_view head);
 
-// `text` ends with the empty line. Whatever two parsers could understand differently is refused: a bare CR or LF,
-// a folded line, a space before the colon, Content-Length twice or beside Transfer-Encoding.
-// `head` keeps what was understood before a refusal.
+// Parses `text`, which ends with the empty line, into `head`. Returns nullopt or the problem; `head` then holds what
+// was parsed before it. Rejects what two parsers could understand differently: a bare CR or LF, a folded line, a space
+// before the colon, Content-Length twice or together with Transfer-Encoding. `max_body_bytes`: limit of Content-Length.
 std::optional<api::Problem> parse_head(std::string_view text, std::uint64_t max_body_bytes, Head& head);
 
 }  // namespace meshgauge::server

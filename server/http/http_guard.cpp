@@ -17,13 +17,13 @@ using api::Problem;
 using api::ProblemKind;
 using std::chrono::milliseconds;
 
-constexpr int kBacklog = 1024;  // the library's own is 5: a burst would be refused by the kernel
+constexpr int kBacklog = 1024;  // with the library's own, 5, the kernel would refuse a burst
 constexpr milliseconds kWriteTime{30'000};
-constexpr milliseconds kRefusalHandshake{250};  // one thread refuses all: a slow client is left without an answer
+constexpr milliseconds kRefusalHandshake{250};  // one thread sends all refusals, so it cannot wait for slow clients
 
 milliseconds ms(std::uint64_t count) { return milliseconds(static_cast<std::int64_t>(count)); }
 
-// What the library reads from: a request line of our own making, never the socket.
+// The library's view of the connection: it reads a request line made here, and writes to the socket.
 class GuardedStream final : public httplib::Stream {
  public:
   GuardedStream(Connection& connection, std::string request)
@@ -39,7 +39,7 @@ class GuardedStream final : public httplib::Stream {
   }
 
   ssize_t write(const char* bytes, size_t size) override {
-    if (!started_) deadline_ = Clock::now() + kWriteTime;  // the time of a response, however slowly it is taken
+    if (!started_) deadline_ = Clock::now() + kWriteTime;  // of the whole response
     started_ = true;
     broken_ = broken_ || connection_.write({bytes, size}, deadline_) != Io::ok;
     if (!broken_) written_ += size;
@@ -63,7 +63,7 @@ class GuardedStream final : public httplib::Stream {
   std::uint64_t written_ = 0;
 };
 
-// One more for as long as it lives.
+// Increments a counter for its own lifetime.
 class Counted {
  public:
   explicit Counted(std::atomic<std::uint64_t>& count) : count_(count) { ++count_; }
@@ -83,11 +83,11 @@ void hand_over(const Response& from, httplib::Response& to) {
 
 }  // namespace
 
-// The request that this thread is serving: the library's handlers have no room for it.
+// The request that this thread serves. Thread local, because the library's handlers cannot be given it.
 struct HttpGuard::Current {
   Exchange& exchange;
   const Refusal& refusal;
-  bool close;  // the connection ends with this response
+  bool close;  // close the connection after this response
 };
 thread_local HttpGuard::Current* HttpGuard::current_ = nullptr;
 
@@ -101,7 +101,7 @@ HttpGuard::HttpGuard(const Settings& settings, Handler handle, Handler log, cons
     const auto at_end = [this] { draining_.store(true); };
     return pool_ = new IoPool(settings_.io_threads, settings_.max_pending_connections, at_end);
   };
-  set_tcp_nodelay(true);  // else each response waits for the client's delayed acknowledgement
+  set_tcp_nodelay(true);  // else responses wait for the client's delayed acknowledgement
   set_socket_options([](socket_t socket) {
     const int yes = 1;  // the library's default, SO_REUSEPORT, would let two services share a port unnoticed
     ::setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
@@ -110,7 +110,7 @@ HttpGuard::HttpGuard(const Settings& settings, Handler handle, Handler log, cons
     hand_over(current_->exchange.response, response);
     return HandlerResponse::Handled;
   });
-  // The last word on a response, after the library has added headers of its own.
+  // Runs after the library has added headers of its own.
   set_post_routing_handler([](const httplib::Request&, httplib::Response& response) {
     for (const char* name : {"Keep-Alive", "Accept-Ranges", "Connection"}) response.headers.erase(name);
     const bool has_length = has_content(response.status) && current_->exchange.response.length_known;
@@ -149,8 +149,8 @@ bool HttpGuard::running() const { return is_running(); }
 
 bool HttpGuard::draining() const { return draining_.load(); }
 
-// After a failed accept the library has closed the listening socket: its stop() would close that number again, whoever
-// has it by now.
+// After a failed accept the library has closed the listening socket. Its stop() would close that descriptor again,
+// which may be another file's by now.
 void HttpGuard::stop() {
   if (!draining_.exchange(true)) httplib::Server::stop();
 }
@@ -166,7 +166,7 @@ bool HttpGuard::process_and_close_socket(socket_t socket) {
   const Counted counted(connections_);
   try {
     if (serve_or_refuse(socket) == End::answered) lingering_.take(std::move(owned));
-  } catch (const std::exception&) {  // out of memory between two requests: this connection is lost, no other
+  } catch (const std::exception&) {  // out of memory between two requests: only this connection is lost
   }
   return true;
 }
@@ -180,7 +180,7 @@ HttpGuard::End HttpGuard::serve_or_refuse(int socket) {
   return end;
 }
 
-// The handshake has the time of a head, from its first byte on. A client that does not speak TLS is told so.
+// The handshake has the time limit of a head, from its first byte on. A client that sends plain HTTP gets a 400.
 HttpGuard::End HttpGuard::secure(Connection& connection) {
   if (!tls_) return End::open;
   const bool refusing = IoPool::role() == IoPool::Role::refuse;
@@ -188,7 +188,7 @@ HttpGuard::End HttpGuard::secure(Connection& connection) {
   char first = 0;
   const auto give_up = [&] { return !refusing && should_yield(); };
   if (connection.first_byte(first, idle_until, give_up) != Io::ok) return End::lost;
-  if (first >= 'A' && first <= 'Z') {  // of a method
+  if (first >= 'A' && first <= 'Z') {  // the first letter of an HTTP method
     respond(connection, Head{}, Problem{ProblemKind::malformed_request, "this port speaks TLS: use https", {}});
     return End::answered;
   }
@@ -204,11 +204,11 @@ HttpGuard::End HttpGuard::serve(Connection& connection) {
 }
 
 HttpGuard::End HttpGuard::refuse(Connection& connection) {
-  respond(connection, Head{}, Problem{ProblemKind::overloaded, "all connections are in use", {}});
+  respond(connection, Head{}, Problem{ProblemKind::overloaded, "all connections are in use; retry in a moment", {}});
   return End::answered;
 }
 
-// An idle connection gives its thread to one that waits.
+// True: an idle connection is to be closed, since its thread is needed for a pending one or the service stops.
 bool HttpGuard::should_yield() const { return draining_.load() || pool_->has_pending(); }
 
 bool HttpGuard::await_request(Connection& connection) const {
@@ -222,7 +222,7 @@ bool HttpGuard::serve_one(Connection& connection) {
   Head head;
   const Refusal refusal = read_head(connection, Clock::now() + ms(settings_.head_timeout_ms), head);
   const bool has_body = head.chunked || head.content_length.value_or(0) > 0;
-  if (!refusal && !has_body) connection.release_place();  // else when the body is here
+  if (!refusal && !has_body) connection.release_place();  // else Body::read() releases it
   return respond(connection, head, refusal);
 }
 
@@ -242,7 +242,7 @@ HttpGuard::Refusal HttpGuard::read_head(Connection& connection, Clock::time_poin
   }
 }
 
-// A template, so that only the call that this version of the library has is compiled.
+// A template, so that only the overload that the installed version of the library has is compiled.
 template <class Stream>
 void HttpGuard::process(Stream& stream) {
   bool closed = false;
@@ -286,17 +286,18 @@ void HttpGuard::handle(Current& serving) const {
     serving.refusal ? answer(exchange, *serving.refusal) : handle_(exchange);
   } catch (const std::exception& error) {
     exchange.failure = error.what();
-    answer(exchange, Problem{ProblemKind::internal, "the service failed; its log has more under " + exchange.id, {}});
+    answer(exchange, Problem{ProblemKind::internal,
+                             "internal error; the service's log has the cause under the id " + exchange.id,
+                             {}});
   }
   auto& headers = exchange.response.headers;
   headers.emplace_back("X-Request-Id", exchange.id);
   for (auto& header : trace_headers(exchange.trace)) headers.push_back(std::move(header));
   add_security_headers(exchange.response);
-  // Nothing is wrong with a request that came at a bad time; under a surplus a new connection for each would cost more
-  // than refusing it.
+  // The connection is kept after such a refusal: under overload a new connection would cost more than the refusal.
   const bool try_again = exchange.response.status == 429 || exchange.response.status == 503;
   if (try_again && exchange.head.method == "POST") exchange.body.discard_arrived();
-  // What is left of a body would be taken for the next request.
+  // The unread rest of a body would be parsed as the next request.
   serving.close = serving.close || draining_.load() || !exchange.body.consumed() || exchange.response.stream;
 }
 

@@ -1,8 +1,7 @@
-// The HTTP library behind a guard: all that is known of its weak sides stays in this file.
+// The HTTP server: wraps cpp-httplib and shields it from clients. Workarounds for the library live here.
 //
-// cpp-httplib listens, accepts, writes responses and (later) streams. It never sees a byte from a client: a
-// head is read and judged by server/http/head, a body by server/http/body, and the library is given a request line
-// only.
+// cpp-httplib listens, accepts and writes plain responses. It never sees a byte from a client: server/http/head reads
+// and validates the head, server/http/body the body, and the library gets a request line made here.
 #pragma once
 
 #include <atomic>
@@ -25,26 +24,28 @@ class HttpGuard final : private httplib::Server {
  public:
   using Handler = std::function<void(Exchange&)>;
 
-  // Called on the I/O threads: `handle` for every request that is let through (it may throw: 500), `log` for every
-  // request that was answered. With `tls`, which must outlive the guard, it speaks TLS alone.
+  // `handle` is called for every valid request, on an I/O thread; if it throws, the response is 500. `log` is called
+  // after every response, on the same thread. `tls`: serve TLS only; it must outlive the guard. Null: plain HTTP.
   HttpGuard(const Settings& settings, Handler handle, Handler log, const Tls* tls);
 
-  std::optional<int> bind();       // the port; nullopt when the address cannot be had
-  bool bound_to_loopback() const;  // after bind(): nobody but this machine can reach the port
+  std::optional<int> bind();                                         // the port; nullopt: failed, see errno
+  bool bound_to_loopback() const;                                    // after bind(): only this machine can connect
   std::uint64_t connections() const { return connections_.load(); }  // being served
-  std::uint64_t dropped() const { return dropped_.load(); }          // closed without an answer, since the start
-  void run();             // serves until stop(), or until accepting fails for good
-  bool running() const;   // run() has come as far as to be stopped: the library forgets a stop() before that
-  bool draining() const;  // no connection is accepted any more: after stop(), or the listening socket failed
-  void stop();            // no new connections; run() returns when the running requests have their answers
-  void abort();           // every wait for a client ends now
+  std::uint64_t dropped() const { return dropped_.load(); }          // closed without a response, since the start
+
+  // Serves until stop(), or until the listening socket fails. Blocks until the running requests have their responses.
+  void run();
+  bool running() const;   // run() can be stopped; the library ignores a stop() before that
+  bool draining() const;  // no connection is accepted any more, after stop() or a failure
+  void stop();            // accepts no more connections; does not wait
+  void abort();           // ends every wait for a client with Io::aborted
 
  private:
   using Refusal = std::optional<api::Problem>;
   struct Current;
 
   bool process_and_close_socket(socket_t socket) override;
-  enum class End { open, answered, lost };  // answered: the client is to read its last response
+  enum class End { open, answered, lost };  // answered: the last response is sent, but perhaps not read yet
   End serve_or_refuse(int socket);
   End secure(Connection& connection);
   End serve(Connection& connection);
@@ -63,7 +64,7 @@ class HttpGuard final : private httplib::Server {
   const Handler handle_;
   const Handler log_;
   const Tls* const tls_;
-  IoPool* pool_ = nullptr;  // owned by the library while it listens
+  IoPool* pool_ = nullptr;  // the library owns it while it listens
   ConnectionLimit peers_;
   LingeringClose lingering_;
   std::atomic<bool> draining_{false};

@@ -1,4 +1,5 @@
-// The only way to include cpp-httplib: its <resolv.h> defines a macro _res that Eigen's headers trip over.
+// Includes cpp-httplib; include it only here. Its <resolv.h> defines a macro _res that breaks Eigen's headers if they
+// come later.
 #pragma once
 
 #include <Eigen/Core>

@@ -5,7 +5,7 @@
 namespace meshgauge::server {
 namespace {
 
-constexpr std::size_t kMaxRefusals = 256;  // that wait for their answer; beyond that a connection is just closed
+constexpr std::size_t kMaxRefusals = 256;  // queued refusals; further connections are closed without a response
 
 thread_local IoPool::Role current_role = IoPool::Role::serve;
 

@@ -1,5 +1,5 @@
-// The threads that serve connections, as the HTTP library's task queue. Bounded: a connection that finds no
-// room (server/http/queue_limit.h) is refused at once by a thread of its own, instead of waiting unseen.
+// The threads that serve connections, as a task queue of the HTTP library. The queue is bounded
+// (server/http/queue_limit.h): one extra thread refuses connections beyond its limit at once.
 #pragma once
 
 #include <condition_variable>
@@ -18,20 +18,21 @@ namespace meshgauge::server {
 class IoPool final : public httplib::TaskQueue {
  public:
   using Task = std::function<void()>;
-  enum class Role { serve, refuse, drop };  // what the task that runs on this thread is to do with its connection
+  enum class Role { serve, refuse, drop };  // what a task does with its connection; drop: close it without a response
 
-  // `at_end` is called when no task comes any more, before those that are here have run.
+  // `at_end` is called by shutdown() before it waits for the queued tasks.
   IoPool(std::size_t threads, std::size_t max_pending, std::function<void()> at_end);
   ~IoPool() override;
 
-  // void in older versions of the library, bool in newer ones. Takes every task: its role says how far it comes.
+  // Accepts every task and picks its role. A task to drop runs at once on the calling thread. Returns true; void in
+  // older versions of the library.
   decltype(std::declval<httplib::TaskQueue&>().enqueue(Task())) enqueue(Task task) override;
 
-  void shutdown() override;  // ends when every task has run
+  void shutdown() override;  // blocks until every task has run
 
-  bool has_pending() const;  // a connection waits for a thread
+  bool has_pending() const;  // true: a connection waits for a thread
 
-  static Role role();
+  static Role role();  // of the task that runs on the calling thread
 
  private:
   struct Lane {
@@ -47,7 +48,7 @@ class IoPool final : public httplib::TaskQueue {
   QueueLimit limit_;
   Lane serving_;
   Lane refusing_;
-  std::size_t idle_ = 0;  // serving threads that wait
+  std::size_t idle_ = 0;  // serving threads that wait for a task
   bool ending_ = false;
   std::vector<std::thread> threads_;
 };

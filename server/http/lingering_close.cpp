@@ -11,10 +11,10 @@ namespace {
 constexpr std::chrono::milliseconds kRound{5};
 constexpr std::size_t kPiece = std::size_t{1} << 20;
 
-// Throws away what is there. False: the client has closed, or has sent enough.
+// Discards what has arrived. False: the client has closed, or has sent kMostBytes.
 bool drain(int fd, std::size_t& drained) {
   while (drained < LingeringClose::kMostBytes) {
-    const ssize_t n = ::recv(fd, nullptr, kPiece, MSG_DONTWAIT | MSG_TRUNC);  // TCP throws them away uncopied
+    const ssize_t n = ::recv(fd, nullptr, kPiece, MSG_DONTWAIT | MSG_TRUNC);  // TCP discards them without copying
     if (n == 0) return false;
     if (n < 0) return errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR;
     drained += static_cast<std::size_t>(n);

@@ -1,9 +1,9 @@
-// Connections that have had their last response. The client must get to read it: closing a socket with unread bytes
-// resets the connection and takes the response with it. So our side is ended, and what still arrives is thrown away
-// until the client closes as well.
+// Closes connections without losing their last response. Closing a socket with unread bytes resets the connection, and
+// the client may lose the response. So the service ends its own direction and discards what still arrives until the
+// client closes as well.
 //
-// One thread does that for all of them: an I/O thread that waited for each client would serve nobody else meanwhile,
-// and under a surplus of requests most connections end this way.
+// One thread does this for all connections, so that no I/O thread waits for a client. Under overload most connections
+// end this way.
 #pragma once
 
 #include <chrono>
@@ -19,19 +19,19 @@ namespace meshgauge::server {
 
 class LingeringClose {
  public:
-  static constexpr std::chrono::milliseconds kTime{1000};           // that a client has to close
-  static constexpr std::size_t kMostBytes = std::size_t{16} << 20;  // of one client that are thrown away
-  static constexpr std::size_t kMost = 256;                         // at once
+  static constexpr std::chrono::milliseconds kTime{1000};           // time that a client has to close
+  static constexpr std::size_t kMostBytes = std::size_t{16} << 20;  // bytes discarded for one client
+  static constexpr std::size_t kMost = 256;                         // connections at once
 
-  explicit LingeringClose(std::size_t most = kMost);  // beyond `most` the oldest is closed
-  ~LingeringClose();                                  // gives those that are left their time
+  explicit LingeringClose(std::size_t most = kMost);  // beyond `most` connections the oldest is closed
+  ~LingeringClose();                                  // waits for those that are left, for kTime at most
   LingeringClose(const LingeringClose&) = delete;
   LingeringClose& operator=(const LingeringClose&) = delete;
 
-  // Takes `socket` over; nothing may be written to it any more. Any thread; does not wait.
+  // Takes ownership of `socket`. Precondition: its sending direction is ended. Thread safe; does not block.
   void take(Descriptor socket);
 
-  void abort();  // from now on nobody is waited for
+  void abort();  // closes all connections at once, also those that come later
   std::size_t size() const;
 
  private:
@@ -45,9 +45,9 @@ class LingeringClose {
   void run();
 
   const std::size_t most_;
-  mutable std::mutex mutex_;  // guards what follows; nothing under it waits for a client
+  mutable std::mutex mutex_;  // guards what follows; never held while waiting
   std::condition_variable changed_;
-  std::deque<Closing> closings_;  // the oldest first
+  std::deque<Closing> closings_;  // oldest first
   bool ending_ = false;
   bool aborted_ = false;
   std::thread thread_;

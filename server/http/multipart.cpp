@@ -98,7 +98,8 @@ Refusal MultipartParser::take_start(bool& stuck) {
 Refusal MultipartParser::take_after_delimiter(bool& stuck) {
   stuck = rest_.size() < 2;
   if (stuck) return std::nullopt;
-  if (!rest_.starts_with("\r\n") && !rest_.starts_with("--")) return malformed("a boundary must end its line");
+  if (!rest_.starts_with("\r\n") && !rest_.starts_with("--"))
+    return malformed("a boundary must be followed by CR LF or '--'");
   state_ = rest_.front() == '-' ? State::epilogue : State::field_head;
   consume(2);
   return std::nullopt;
@@ -121,7 +122,7 @@ Refusal MultipartParser::take_field_head(bool& stuck) {
 Refusal MultipartParser::take_field_data(bool& stuck) {
   const std::size_t end = rest_.find(delimiter_);
   stuck = end == std::string_view::npos;
-  // What could be the start of a delimiter waits for more bytes.
+  // The last bytes may be the start of a delimiter: keep them until more arrive.
   const std::size_t certain = stuck ? rest_.size() - std::min(rest_.size(), delimiter_.size() - 1) : end;
   if (certain > 0) {
     if (auto refusal = sink_.data(rest_.substr(0, certain))) return refusal;

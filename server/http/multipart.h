@@ -1,4 +1,5 @@
-// multipart/form-data (RFC 7578) as a stream: nothing is kept but the head of a part and the start of a boundary.
+// A streaming parser of multipart/form-data (RFC 7578). It buffers only the head of a field and what may be the start
+// of a boundary.
 #pragma once
 
 #include <optional>
@@ -9,9 +10,10 @@
 
 namespace meshgauge::server {
 
+// The headers of one field of the form ("part" in RFC 7578).
 struct FieldHead {
   std::string name;
-  std::string filename;      // may be empty; from the client, not a path to open
+  std::string filename;      // may be empty; chosen by the client, never opened as a path
   std::string content_type;  // may be empty
 };
 
@@ -19,6 +21,7 @@ inline api::Problem field_problem(api::ProblemKind kind, const std::string& part
   return {kind, what, {{part, "", what}}};
 }
 
+// Receives the fields of a form: begin(), data() any number of times, end(), for each. A refusal ends the parsing.
 class MultipartSink {
  public:
   using Refusal = std::optional<api::Problem>;
@@ -29,18 +32,19 @@ class MultipartSink {
   virtual Refusal end() = 0;
 };
 
-// The boundary that a Content-Type names; a problem when it is not multipart/form-data or names none. `wanted`: what it
-// must be, for that problem.
+// Sets `boundary` from a Content-Type. Returns a problem if it is not multipart/form-data, or has no valid boundary.
+// `wanted`: what the message says that Content-Type must be.
 std::optional<api::Problem> find_boundary(std::string_view content_type, const char* wanted, std::string& boundary);
 
 class MultipartParser {
  public:
   using Refusal = std::optional<api::Problem>;
 
-  MultipartParser(const std::string& boundary, MultipartSink& sink);
+  MultipartParser(const std::string& boundary, MultipartSink& sink);  // borrows the sink
 
+  // Parses the next bytes of the body. Returns nullopt, or the first problem, of the syntax or of the sink.
   Refusal feed(std::string_view bytes);
-  Refusal finish() const;  // a problem when the closing boundary has not been seen
+  Refusal finish() const;  // after the last byte: a problem if the closing boundary is missing
 
  private:
   enum class State { start, after_delimiter, field_head, field_data, epilogue };
@@ -56,7 +60,7 @@ class MultipartParser {
   std::string delimiter_;  // CR LF -- boundary
   State state_ = State::start;
   std::string buffer_;
-  std::string_view rest_;  // of buffer_: not consumed yet
+  std::string_view rest_;  // the part of buffer_ that is not consumed yet
 };
 
 }  // namespace meshgauge::server

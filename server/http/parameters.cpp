@@ -7,7 +7,7 @@
 namespace meshgauge::server {
 namespace {
 
-// A token, or a quoted string with backslash escapes. Takes it off `rest`.
+// Removes a token, or a quoted string with backslash escapes, from `rest` and returns its text. nullopt: malformed.
 std::optional<std::string> take_value(std::string_view& rest) {
   std::string value;
   if (!rest.starts_with('"')) {

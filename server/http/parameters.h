@@ -1,4 +1,4 @@
-// The parameters of a header's value: form-data; name="a"; filename="part.stl" (RFC 9110 section 5.6.6).
+// Parses the parameters of a header's value (RFC 9110 section 5.6.6): form-data; name="a"; filename="part.stl"
 #pragma once
 
 #include <functional>
@@ -7,12 +7,13 @@
 
 namespace meshgauge::server {
 
-// Calls visit(name, value) for each "name=value" of a list that semicolons part, names in lower case; false when the
-// list is malformed.
+// Calls visit(name, value) for each "name=value" of a list separated by semicolons, names in lower case. Returns false
+// at the first malformed element.
 bool for_each_parameter(std::string_view list,
                         const std::function<void(const std::string& name, const std::string& value)>& visit);
 
-// What a Content-Type or Content-Disposition says before its parameters, in lower case; `value` is left with these.
+// Removes from `value` what comes before the parameters, and returns it in lower case: the media type of a
+// Content-Type, the kind of a Content-Disposition.
 std::string take_kind(std::string_view& value);
 
 }  // namespace meshgauge::server

@@ -28,7 +28,7 @@ struct Found {
 };
 
 void take(std::string_view preference, Found& found) {
-  preference = next(preference, ";");  // parameters mean nothing to either
+  preference = next(preference, ";");  // neither preference has parameters
   const std::string name = lower(trimmed(next(preference, "=")));
   if (name == "respond-async") found.respond_async = true;
   if (name == "wait" && !found.wait) found.wait = seconds_of(preference);

@@ -1,4 +1,4 @@
-// What a client prefers (RFC 7240): Prefer: respond-async, wait=10.
+// The header Prefer (RFC 7240): Prefer: respond-async, wait=10
 #pragma once
 
 #include <chrono>
@@ -10,13 +10,13 @@
 namespace meshgauge::server {
 
 struct Preferences {
-  // How long the client wants to wait for the result before it is told where to ask for it; nullopt: until it is there.
+  // Time that the client waits for the result before it gets a 202; nullopt: until the result is there.
   std::optional<std::chrono::milliseconds> wait;
-  std::string applied;  // the value of Preference-Applied; empty: nothing was asked for
+  std::string applied;  // value for Preference-Applied; empty: no preference was sent
 };
 
-// Preferences that are not known here, or not understood, are ignored, as the RFC asks. Of two of a kind the first
-// counts.
+// Unknown and malformed preferences are ignored, as the RFC demands. Of two with the same name the first counts. `wait`
+// is capped at one hour.
 Preferences preferences(const Head& head);
 
 }  // namespace meshgauge::server

@@ -1,6 +1,6 @@
-// How many may wait in a queue. A burst may fill it; but a queue that has not been empty for a while hides a surplus,
-// and all that its length does is that everybody waits longer, also for being refused. Then a part of it has to do.
-// (The idea is that of Nichols and Jacobson, "Controlling Queue Delay", ACM Queue 2012.)
+// The length limit of a queue. A short burst may fill the whole queue. When the queue has not been empty for 100 ms,
+// the load exceeds the capacity, and a long queue only adds delay; the limit is then an eighth. (After Nichols and
+// Jacobson, "Controlling Queue Delay", ACM Queue 2012.)
 #pragma once
 
 #include <algorithm>
@@ -14,11 +14,11 @@ class QueueLimit {
  public:
   using Clock = std::chrono::steady_clock;
   static constexpr std::chrono::milliseconds kBurst{100};
-  static constexpr std::size_t kPart = 8;
+  static constexpr std::size_t kPart = 8;  // under overload the limit is max / kPart + 1
 
   explicit QueueLimit(std::size_t most) : most_(most) {}
 
-  // When one more comes and finds `waiting`: how many may wait.
+  // Returns how many may wait at `now`. Call for each new element; `waiting`: how many wait before it.
   std::size_t limit(std::size_t waiting, Clock::time_point now) {
     if (waiting == 0) empty_ = now;
     return now - empty_ <= kBurst ? most_ : std::min(most_, most_ / kPart + 1);
@@ -26,7 +26,7 @@ class QueueLimit {
 
  private:
   const std::size_t most_;
-  Clock::time_point empty_{};  // when it last was
+  Clock::time_point empty_{};  // when the queue was last empty
 };
 
 }  // namespace meshgauge::server

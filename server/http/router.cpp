@@ -13,7 +13,7 @@ void add_allowed(std::string& allowed, const std::string& method) {
   allowed += (allowed.empty() ? "" : ", ") + method + (method == "GET" ? ", HEAD" : "");
 }
 
-// What stands for the {} of a pattern, empty where it has none; nullopt: the path is another one.
+// Returns the segment that {} matches, empty if the pattern has none. nullopt: the path does not match.
 std::optional<std::string> match(std::string_view pattern, std::string_view path) {
   const std::size_t hole = pattern.find("{}");
   if (hole == std::string_view::npos) return path == pattern ? std::optional(std::string()) : std::nullopt;
@@ -44,9 +44,10 @@ void Router::operator()(Exchange& exchange) const {
     if (route.method == wanted) return route.action(exchange);
     add_allowed(allowed, route.method);
   }
-  if (allowed.empty()) return answer(exchange, Problem{ProblemKind::not_found, nothing_, {}});
+  if (allowed.empty()) return answer(exchange, Problem{ProblemKind::not_found, not_found_, {}});
   exchange.response.headers.emplace_back("Allow", allowed);
-  answer(exchange, Problem{ProblemKind::method_not_allowed, "this path takes " + allowed, {}});
+  answer(exchange,
+         Problem{ProblemKind::method_not_allowed, "this path does not support the method; it takes " + allowed, {}});
 }
 
 }  // namespace meshgauge::server

@@ -1,5 +1,5 @@
-// Method and path to handler, by plain comparison: a regular expression on a hostile path can overflow the stack.
-// "/v1/comparisons/{}/events" takes any one segment, not empty, for its {}.
+// Maps method and path to a handler, by plain comparison: a regular expression on a hostile path can overflow the
+// stack. In a template such as "/v1/comparisons/{}/events", {} matches exactly one segment that is not empty.
 #pragma once
 
 #include <functional>
@@ -15,13 +15,14 @@ class Router {
  public:
   using Action = std::function<void(Exchange&)>;
 
-  // `nothing`: what a 404 says.
-  explicit Router(std::string nothing = "there is nothing at this path") : nothing_(std::move(nothing)) {}
+  // `not_found`: detail of the 404 for a path without a route.
+  explicit Router(std::string not_found = "no such path; /openapi.yaml describes all paths")
+      : not_found_(std::move(not_found)) {}
 
   void add(std::string method, std::string path, Action action);
 
-  // Runs the action, with what stood for the {} in exchange.segment, or answers 404, or 405 with Allow. HEAD goes where
-  // GET goes.
+  // Sets exchange.route and exchange.segment and runs the action; answers 404 if no template matches the path, 405 with
+  // Allow if only the method differs. HEAD runs the action of GET.
   void operator()(Exchange& exchange) const;
 
  private:
@@ -30,7 +31,7 @@ class Router {
     std::string path;
     Action action;
   };
-  const std::string nothing_;
+  const std::string not_found_;
   std::vector<Route> routes_;
 };
 

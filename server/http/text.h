@@ -1,4 +1,4 @@
-// Small pieces of HTTP grammar (RFC 9110 section 5.6), independent of the locale.
+// Helpers for HTTP grammar (RFC 9110 section 5.6), independent of the locale.
 #pragma once
 
 #include <algorithm>
@@ -33,7 +33,7 @@ inline bool is_token(std::string_view text) {
   return !text.empty() && std::all_of(text.begin(), text.end(), is_token_char);
 }
 
-// Visible ASCII, space, tab and bytes beyond ASCII: no control character that could end a line somewhere else.
+// True: visible ASCII, space, tab and bytes beyond ASCII only. A control character could end a line for another parser.
 inline bool is_field_text(std::string_view text) {
   return std::all_of(text.begin(), text.end(), [](char c) {
     const auto byte = static_cast<unsigned char>(c);
@@ -41,7 +41,8 @@ inline bool is_field_text(std::string_view text) {
   });
 }
 
-// Takes the text up to `separator` off the front of `rest`; all of it when there is none.
+// Removes the text before the first `separator`, and the separator, from `rest`; returns that text. Without a
+// separator: all of `rest`.
 inline std::string_view next(std::string_view& rest, std::string_view separator) {
   const std::size_t end = rest.find(separator);
   const std::string_view item = rest.substr(0, end);

@@ -16,7 +16,7 @@
 namespace meshgauge::server {
 namespace {
 
-// Of TLS 1.2: forward secret and authenticated. Those of TLS 1.3 all are.
+// Cipher suites of TLS 1.2 with forward secrecy and authenticated encryption. All suites of TLS 1.3 have both.
 constexpr const char* kCiphers = "ECDHE+AESGCM:ECDHE+CHACHA20";
 
 class TlsTransport final : public Transport {
@@ -36,7 +36,7 @@ class TlsTransport final : public Transport {
     return result == 1 ? Step::done : step_of(result);
   }
 
-  // Record after record: one alone is 16 KiB.
+  // Reads several records: one has 16 KiB at most.
   Moved read(char* out, std::size_t size) override {
     ERR_clear_error();
     std::size_t total = 0;
@@ -58,7 +58,7 @@ class TlsTransport final : public Transport {
     return {step_of(result), 0};
   }
 
-  // A peer may say that it ends without closing its socket; the record that says so must be looked for.
+  // A peer may send close_notify without closing its socket, so the next record is looked at as well.
   bool peer_gone() override {
     if (peer_hung_up(fd_)) return true;
     ERR_clear_error();
@@ -87,7 +87,7 @@ class TlsTransport final : public Transport {
       case SSL_ERROR_ZERO_RETURN:
         return Step::closed;
       default:
-        broken_ = true;  // after which the library must not be asked to say goodbye
+        broken_ = true;  // after a fatal error SSL_shutdown() must not be called
         return Step::closed;
     }
   }
@@ -100,10 +100,10 @@ class TlsTransport final : public Transport {
 Error file_error(const char* flag, const std::string& file) {
   const unsigned long code = ERR_peek_error();
   const char* reason = ERR_SYSTEM_ERROR(code) ? std::strerror(ERR_GET_REASON(code)) : ERR_reason_error_string(code);
-  return refused(std::string(flag) + " '" + file + "' cannot be used: " + (reason ? reason : "it is no PEM file"));
+  return refused(std::string(flag) + " '" + file + "' cannot be used: " + (reason ? reason : "it is not a PEM file"));
 }
 
-// A client that offers protocols but not this one is refused: it would not understand the answer.
+// Rejects a client whose ALPN list lacks http/1.1: it would not understand the response.
 int select_protocol(SSL*, const unsigned char** out, unsigned char* out_size, const unsigned char* offered,
                     unsigned int offered_size, void*) {
   static constexpr unsigned char kHttp[] = "\x08http/1.1";
@@ -113,14 +113,14 @@ int select_protocol(SSL*, const unsigned char** out, unsigned char* out_size, co
   return selected == OPENSSL_NPN_NEGOTIATED ? SSL_TLSEXT_ERR_OK : SSL_TLSEXT_ERR_ALERT_FATAL;
 }
 
-int no_passphrase(char*, int, int, void*) { return -1; }  // else the library asks for one on the terminal
+int no_passphrase(char*, int, int, void*) { return -1; }  // else OpenSSL asks for one on the terminal
 
 bool configure(SSL_CTX* context) {
   SSL_CTX_set_options(context, SSL_OP_NO_RENEGOTIATION | SSL_OP_NO_COMPRESSION | SSL_OP_CIPHER_SERVER_PREFERENCE |
                                    SSL_OP_PRIORITIZE_CHACHA);
   SSL_CTX_set_mode(context,
                    SSL_MODE_ENABLE_PARTIAL_WRITE | SSL_MODE_ACCEPT_MOVING_WRITE_BUFFER | SSL_MODE_RELEASE_BUFFERS);
-  SSL_CTX_set_session_cache_mode(context, SSL_SESS_CACHE_OFF);  // clients keep their tickets; nothing is kept here
+  SSL_CTX_set_session_cache_mode(context, SSL_SESS_CACHE_OFF);  // sessions are resumed by the clients' tickets
   SSL_CTX_set_default_passwd_cb(context, no_passphrase);
   SSL_CTX_set_alpn_select_cb(context, select_protocol, nullptr);
   return SSL_CTX_set_min_proto_version(context, TLS1_2_VERSION) == 1 && SSL_CTX_set_cipher_list(context, kCiphers) == 1;
@@ -160,7 +160,7 @@ std::unique_ptr<Transport> Tls::accept(int fd) const {
     context = context_;
   }
   assert(context);
-  return std::make_unique<TlsTransport>(context.get(), fd);  // a session shares the context
+  return std::make_unique<TlsTransport>(context.get(), fd);  // the session keeps a reference to the context
 }
 
 }  // namespace meshgauge::server

@@ -1,5 +1,4 @@
-// TLS 1.2 and 1.3 by OpenSSL, for the connections of the service: a certificate and its key, read from files, and the
-// sessions that show it.
+// TLS 1.2 and 1.3 by OpenSSL for accepted connections, with a certificate and key that can be reloaded.
 #pragma once
 
 #include <memory>
@@ -16,14 +15,15 @@ namespace meshgauge::server {
 // Thread safe.
 class Tls {
  public:
-  // PEM files: the certificate with its chain, and the key without a passphrase. reload() reads them.
+  // Names of PEM files: the certificate with its chain, and its key without a passphrase. Only reload() reads them.
   Tls(std::string certificate, std::string key);
 
-  // Reads both files anew, for the connections that come. After an Error, which names the file, those that came before
-  // are used on. Returns until when the certificate is valid, for people.
+  // Reads both files, for new connections. Returns the certificate's end of validity as text. An Error names the file;
+  // the certificate and key that were loaded before stay in use.
   Result<std::string> reload();
 
-  // What an accepted socket speaks. Precondition: reload() was successful once. Throws: out of memory.
+  // Returns a transport for an accepted socket, which it borrows. Precondition: reload() has succeeded once. Throws:
+  // out of memory.
   std::unique_ptr<Transport> accept(int fd) const;
 
  private:

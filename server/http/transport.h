@@ -1,4 +1,4 @@
-// How bytes pass an accepted socket: as they are, or through TLS (server/http/tls). No call blocks.
+// Reads and writes an accepted socket, as plain bytes or through TLS (server/http/tls). No call blocks.
 #pragma once
 
 #include <cstddef>
@@ -6,14 +6,14 @@
 
 namespace meshgauge::server {
 
-// One thread at a time.
+// Not thread safe.
 class Transport {
  public:
-  enum class Step { done, wants_read, wants_write, closed };  // wants_*: poll the socket for that, then call again
+  enum class Step { done, wants_read, wants_write, closed };  // wants_*: poll the socket for it, then call again
 
   struct Moved {
     Step step = Step::closed;
-    std::size_t bytes = 0;  // more than none exactly when done
+    std::size_t bytes = 0;  // 0 unless step is done
   };
 
   Transport() = default;
@@ -21,16 +21,16 @@ class Transport {
   Transport& operator=(const Transport&) = delete;
   virtual ~Transport() = default;
 
-  virtual Step handshake() = 0;  // until it is done: the first call
+  virtual Step handshake() = 0;  // before anything else; call until it is done
   virtual Moved read(char* out, std::size_t size) = 0;
-  virtual Moved write(std::string_view bytes) = 0;  // not empty; a retry must begin with the same bytes
-  virtual bool peer_gone() = 0;  // it has closed its side, or half of it, or the connection is broken
+  virtual Moved write(std::string_view bytes) = 0;  // precondition: not empty; a retry starts with the same bytes
+  virtual bool peer_gone() = 0;  // the peer has closed its side, or half of it, or the connection is broken
   virtual void end() = 0;        // tells the peer that nothing more will be sent
 };
 
 class PlainTransport final : public Transport {
  public:
-  explicit PlainTransport(int fd) : fd_(fd) {}  // borrowed
+  explicit PlainTransport(int fd) : fd_(fd) {}  // borrows fd
 
   Step handshake() override { return Step::done; }
   Moved read(char* out, std::size_t size) override;
@@ -42,6 +42,6 @@ class PlainTransport final : public Transport {
   const int fd_;
 };
 
-bool peer_hung_up(int fd);
+bool peer_hung_up(int fd);  // true: the peer has shut down its sending direction, or the socket has an error
 
 }  // namespace meshgauge::server

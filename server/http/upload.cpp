@@ -14,12 +14,12 @@ namespace {
 
 constexpr std::size_t kMaxInMemory = std::size_t{256} << 10;
 
-// Why is in errno.
+// The cause is in errno.
 api::Problem not_stored() {
-  return api::to_problem(store::storage_error(errno, "the upload cannot be kept in the directory for uploads"));
+  return api::to_problem(store::storage_error(errno, "the upload cannot be written to the directory for uploads"));
 }
 
-// Whoever is given this one cannot change the file. None where /proc is not to be seen.
+// Opens the file again, for a process that must not change it. Invalid where /proc is not mounted.
 Descriptor reopened_to_read(int file) {
   return Descriptor(::open(("/proc/self/fd/" + std::to_string(file)).c_str(), O_RDONLY | O_CLOEXEC));
 }
@@ -56,13 +56,15 @@ void Upload::close_file() {
 
 Upload::Refusal Upload::append(std::string_view piece) {
   if (!budget_.take(piece.size())) {
-    return api::Problem{api::ProblemKind::overloaded,
-                        "all uploads together hold the limit of " + std::to_string(budget_.max_bytes()) + " bytes",
-                        {}};
+    return api::Problem{
+        api::ProblemKind::overloaded,
+        "all uploads together are at their limit of " + std::to_string(budget_.max_bytes()) + " bytes; retry later",
+        {}};
   }
   size_ += piece.size();
   if (file_ >= 0 || memory_.size() + piece.size() > kMaxInMemory) return spill(piece);
-  if (memory_.empty()) memory_.reserve(kMaxInMemory);  // mapped (server/heap.h): takes the pages that are written
+  if (memory_.empty())
+    memory_.reserve(kMaxInMemory);  // a mapping of its own (server/heap.h): only written pages cost memory
   const auto* start = reinterpret_cast<const std::byte*>(piece.data());
   memory_.insert(memory_.end(), start, start + piece.size());
   return std::nullopt;

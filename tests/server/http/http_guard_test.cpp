@@ -148,6 +148,6 @@ TEST_CASE("guard: a request that is still arriving at the end is told of it, and
   const std::string answer = client.read_to_end();
   CHECK(answer.starts_with("HTTP/1.1 503 "));
   CHECK(has(answer, "urn:meshgauge:problem:shutting-down"));
-  CHECK(has(answer, "the service ended before the " + what + " had arrived"));
+  CHECK(has(answer, "the service shut down before the " + what + " had arrived"));
   CHECK(has(answer, "\r\nRetry-After: 1\r\n"));
 }
