@@ -1,10 +1,10 @@
-// A face's outline as triangles, by clipping one ear after another. Decisions are exact (orientation.h).
+// Splits a face's outline into triangles by ear clipping. Decisions are exact (orientation.h).
 //
-// A corner is clipped by the triangle (corner before, corner, corner after); what remains is an outline of one
-// corner less. Corners on a line with their neighbours (straight ones, repeated ones, tips of spikes) come first: their
-// triangle spans nothing but the two edges. Then come ears: corners that turn left, into whose triangle no other part
-// of the outline leads. An outline that merely touches itself (a hole that a doubled edge joins to the outside) stays
-// so.
+// Clipping a corner cuts off the triangle (corner before, corner, corner after); an outline of one corner less remains.
+// Corners on a line with their neighbours (straight ones, repeated ones, tips of spikes) come first: their triangle
+// spans only the two edges. Then come ears: corners that turn left, into whose triangle no other part of the outline
+// leads. An outline that only touches itself (a hole that a doubled edge joins to the outside) still only touches
+// itself after each clipping.
 //
 // Surface. Let w(x) be how often the outline winds around x. Each clipping subtracts the triangle, by its sign, from
 // the outline as a chain, so w is the sum of the triangles' indicators, by their signs, almost everywhere. When no
@@ -12,10 +12,10 @@
 // overlap. Triangles without area span a part of the outline. So the surface of an outline that does not cross itself
 // is what it encloses and itself.
 //
-// An outline that crosses itself may leave no ear. What is left is then turned around if it winds around a negative
-// area; else the corner is clipped whose triangle is least at fault: the smallest depth to which the outline leads into
-// it or, for one that turns right, its height. A crossing by a rounding error thus moves the surface by about
-// as much.
+// An outline that crosses itself may leave no ear. If what is left winds around a negative area, it is then reversed.
+// Otherwise the corner with the least fault is clipped. The fault of a corner is the depth to which the outline leads
+// into its triangle; for a corner that turns right, it is the triangle's height. A crossing by a rounding error thus
+// moves the surface by about that error.
 #pragma once
 
 #include <array>
@@ -33,14 +33,14 @@ class EarClipper {
 
   explicit EarClipper(StepBudget& budget) : budget_(budget) {}
 
-  // Splits an outline of at least three corners, of either orientation, into as many triangles less two, valid until
-  // the next call. Precondition: finite coordinates of at most 2^500. Empty: the budget is spent.
+  // Splits an outline of n >= 3 corners, of either orientation, into n - 2 triangles, valid until the next call. Empty:
+  // the budget is spent. Precondition: finite coordinates of at most 2^500.
   //
   // `crosses`: whether the outline crosses itself (outline.h). Then an edge may lead through an ear without a corner in
-  // it, and all edges are asked, which takes n^2 steps.
+  // it, so that all edges are tested, which takes n^2 steps.
   std::span<const Clipped> clip(std::span<const Point2> outline, bool crosses);
 
-  // Whether the last outline had no ear left at some step: it crosses itself, or does so by its rounding.
+  // Returns true when the last outline had no ear left at some step: it crosses itself, perhaps only by rounding.
   bool gave_way() const { return gave_way_; }
 
  private:
@@ -48,7 +48,7 @@ class EarClipper {
     std::uint32_t previous = 0;
     std::uint32_t next = 0;
     int turn = 0;          // 1: left, -1: right, 0: on a line with its neighbours
-    bool blocked = false;  // found to be no ear since its neighbours last changed
+    bool blocked = false;  // not an ear when last tested; its neighbours have not changed since
     bool clipped = false;
   };
 
@@ -79,17 +79,17 @@ class EarClipper {
   bool crosses_ = false;
   int side_ = 1;  // 1: the outline is counter-clockwise
   std::vector<Corner> corners_;
-  std::vector<std::uint32_t> straight_;  // to be clipped first; may have been already
+  std::vector<std::uint32_t> straight_;  // to be clipped first; some may be clipped already
   std::vector<Clipped> out_;
   std::uint32_t cursor_ = 0;
   std::size_t left_ = 0;         // corners not clipped
-  std::size_t right_turns_ = 0;  // of them
-  std::size_t misses_ = 0;       // corners in a row that are no ears
-  bool stale_ = false;           // something was clipped after a corner was found blocked
+  std::size_t right_turns_ = 0;  // corners not clipped that turn right
+  std::size_t misses_ = 0;       // consecutive corners that are not ears
+  bool stale_ = false;           // a corner was clipped after another was found blocked
   bool gave_way_ = false;
   bool spent_ = false;
 
-  // The corners by cells of a grid over their box.
+  // A grid over the corners' box, and the corners in each cell.
   Point2 low_;
   double cells_per_x_ = 0;
   double cells_per_y_ = 0;

@@ -1,4 +1,4 @@
-// Polygons and strips as triangles.
+// Splits polygons and strips into triangles.
 #pragma once
 
 #include <cstddef>
@@ -8,7 +8,7 @@
 
 namespace meshgauge::api {
 
-// Takes the corners of one polygon after another and appends their fan triangulation: (0 1 2), (0 2 3), ...
+// Takes the corners of polygons one by one and appends their fan triangulation: (0 1 2), (0 2 3), ...
 class Fan {
  public:
   explicit Fan(std::vector<Triangle>& triangles) : triangles_(triangles) {}
@@ -31,9 +31,9 @@ class Fan {
   std::uint32_t previous_ = 0;
 };
 
-// Takes the corners of one triangle strip after another. Every second triangle is turned round, so that all face the
-// same way. One with the same corner twice joins two strips that were made one; the segment that it spans leads through
-// the air between them, and is no part of the surface.
+// Takes the corners of triangle strips one by one. Every second triangle is reversed, so that all face the same way. A
+// triangle with a repeated corner joins two strips written as one; it is left out, since the segment that it spans is
+// not part of the surface.
 class Strip {
  public:
   explicit Strip(std::vector<Triangle>& triangles) : triangles_(triangles) {}
@@ -48,7 +48,7 @@ class Strip {
   }
 
   std::size_t corners() const { return corners_; }
-  std::size_t joins() const { return joins_; }  // of all strips so far, left out
+  std::size_t joins() const { return joins_; }  // triangles left out, in all strips so far
 
  private:
   void add_triangle(std::uint32_t corner) {

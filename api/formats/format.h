@@ -1,11 +1,12 @@
-// One function for every mesh file: read_mesh(bytes, hints, limits). One reader a format behind it.
+// Reads mesh files of every format: read_mesh(bytes, hints, limits), with one reader for each format.
 //
-// What every reader promises (docs/formats.md):
+// Guarantees of every reader (docs/formats.md):
 //   * coordinates are the file's own numbers: text correctly rounded (bit-equal to strtod), binary exact;
-//   * counts are checked against the bytes that remain before anything is allocated;
-//   * NaN, infinity, trailing rubbish in a number and an index out of range are refused, with line or byte;
-//   * faces of more corners are split into triangles (api/formats/polygons.h); degenerate triangles are kept;
-//   * nothing outside the bytes is ever opened.
+//   * counts are checked against the remaining bytes before memory is allocated;
+//   * NaN, infinity, trailing characters in a number and an index out of range are refused, with line or byte;
+//   * faces of more than three corners are split into triangles (api/formats/polygons.h); degenerate triangles are
+//   kept;
+//   * nothing outside the bytes is opened.
 #pragma once
 
 #include <cstddef>
@@ -29,33 +30,33 @@ std::string_view to_string(Format format);  // "obj", "stl", "ply", "off", "gltf
 struct ReadLimits {
   std::size_t max_vertices = 200'000'000;
   std::size_t max_triangles = 100'000'000;
-  std::size_t max_expanded_bytes = std::size_t{4} << 30;  // of a gzip-compressed file or a 3MF, once expanded
+  std::size_t max_expanded_bytes = std::size_t{4} << 30;  // expanded size of a gzip-compressed file or a 3MF
 };
 
-// Faces of more than three corners, and how they were split into triangles.
+// Counts of faces of more than three corners, and how far their splits into triangles may differ.
 struct PolygonNotes {
   std::size_t count = 0;
   std::size_t concave = 0;
   std::size_t non_planar = 0;
   std::size_t self_crossing = 0;
-  double largest_deviation = 0;  // how far two splits of one face can be apart, rounded up; in the file's unit
+  double largest_deviation = 0;  // most that two splits of one face can be apart, rounded up; in the file's unit
 
   bool operator==(const PolygonNotes&) const = default;
 };
 
-// What a reader did to the file beyond reading it; the result reports all of it.
+// What a reader changed or left out; the result reports all of it.
 struct ReadNotes {
   bool gzip = false;  // the file was gzip-compressed
   PolygonNotes polygons;
-  std::size_t skipped_primitives = 0;  // points, lines, joins of strips: they have no surface
-  std::size_t welded_vertices = 0;     // joined with another of the same position; by read_part() alone
-  std::size_t unused_objects = 0;      // objects of a 3MF outside of its build, meshes of a glTF outside of its scene
+  std::size_t skipped_primitives = 0;  // points, lines, joins of strips: without a surface
+  std::size_t welded_vertices = 0;     // merged with a vertex of the same position; only by read_part()
+  std::size_t unused_objects = 0;      // objects of a 3MF outside its build, meshes of a glTF outside its scene
   std::size_t helper_objects = 0;  // objects and volumes of a 3MF that are not printed: support, modifiers, blockers
-  std::optional<LengthUnit> unit;  // named by the file or fixed by its format
-  // What the hints say, where the content is of another format.
+  std::optional<LengthUnit> unit;  // named by the file or fixed by its format; nullopt: not known
+  // The format by a hint, only if the content is of another format.
   std::optional<Format> filename_says;
   std::optional<Format> media_type_says;
-  // One sentence each, printable ASCII: what no field above has room for.
+  // Further notes, one sentence each, printable ASCII.
   std::vector<std::string> remarks;
 };
 
@@ -63,7 +64,7 @@ inline constexpr std::size_t kMaxRemarks = 16;
 inline constexpr std::size_t kMaxRemarkBytes = 256;
 
 struct ReadHints {
-  std::string_view part;        // "a" or "b", for messages
+  std::string_view part;        // name of the input in messages: "a" or "b"
   std::string_view filename;    // may be empty
   std::string_view media_type;  // may be empty
 };
@@ -74,11 +75,11 @@ struct ReadMesh {
   ReadNotes notes;
 };
 
-// The format by content first, then by file name and media type. nullopt: none is recognised.
+// Detects the format by content first, then by file name and media type. nullopt: not recognised.
 std::optional<Format> detect_format(std::span<const std::byte> bytes, const ReadHints& hints);
 
-// Reads a whole file. An Error names part, line or byte. Guarantee: the mesh passes validate() within `limits`.
-// Thread safe, no global state.
+// Reads a whole file. The mesh passes validate() within `limits`. Errors name the part and the line or byte. Thread
+// safe, no global state.
 Result<ReadMesh> read_mesh(std::span<const std::byte> bytes, const ReadHints& hints, const ReadLimits& limits);
 
 }  // namespace meshgauge::api

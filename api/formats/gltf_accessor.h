@@ -1,4 +1,4 @@
-// Accessors of a glTF: every offset, stride and count is checked in 64 bits before a byte is read.
+// Reads the accessors of a glTF. Every offset, stride and count is checked in 64 bits before a byte is read.
 #pragma once
 
 #include <array>
@@ -14,9 +14,9 @@
 
 namespace meshgauge::api {
 
-// An attribute that Draco decoded: it stands in for the bytes of its accessor.
+// An attribute decoded by Draco; replaces the bytes of its accessor.
 struct GltfColumn {
-  int component_type = 0;  // as an accessor's
+  int component_type = 0;  // as for an accessor
   std::size_t components = 0;
   std::size_t count = 0;
   std::vector<std::byte> bytes;  // tightly packed
@@ -24,29 +24,29 @@ struct GltfColumn {
 
 class GltfAccessors {
  public:
-  // Borrows all of it. `quantized`: positions may be integers, by KHR_mesh_quantization.
+  // Borrows its arguments. `quantized`: positions may be integers (KHR_mesh_quantization).
   GltfAccessors(const Source& source, const tinygltf::Model& model, GltfViews& views, bool quantized)
       : source_(source), model_(model), views_(views), quantized_(quantized) {}
 
-  // All of these: sparse or not; without a bufferView all zero, as the standard has it; numbers are finite. `column`,
-  // where it is not null, takes the place of the accessor's own bytes.
+  // All functions below take sparse accessors as well, return zeros for an accessor without a bufferView (glTF 2.0),
+  // and return finite numbers only. A `column` that is not nullptr replaces the accessor's bytes.
 
-  // VEC3 of float (or quantized). `name` is for messages: "POSITION".
+  // Reads VEC3 of float (or quantized). `name`: the attribute in messages, "POSITION".
   Result<std::vector<Vec3>> positions(std::size_t accessor, std::string_view name,
                                       const GltfColumn* column = nullptr) const;
-  // VEC3 of float: what KHR_mesh_quantization does not allow to be integers.
+  // Reads VEC3 of float, for attributes that KHR_mesh_quantization does not allow to be integers.
   Result<std::vector<Vec3>> floats(std::size_t accessor, std::string_view name) const;
-  // VEC4 of float or normalized signed integers: quaternions, x y z w.
+  // Reads VEC4 of float or normalized signed integers: quaternions, x y z w.
   Result<std::vector<Eigen::Vector4d>> rotations(std::size_t accessor) const;
-  // VEC4 of float or normalized unsigned integers.
+  // Reads VEC4 of float or normalized unsigned integers.
   Result<std::vector<Eigen::Vector4d>> weights(std::size_t accessor, const GltfColumn* column = nullptr) const;
-  // VEC4 of unsigned integers of 8 or 16 bits.
+  // Reads VEC4 of unsigned integers of 8 or 16 bits.
   Result<std::vector<std::array<std::uint32_t, 4>>> joints(std::size_t accessor,
                                                            const GltfColumn* column = nullptr) const;
-  // MAT4 of float: the first `most`, as there may be more than are used.
+  // Reads MAT4 of float: only the first `most`, since there may be more than are used.
   Result<std::vector<Eigen::Matrix4d>> matrices(std::size_t accessor, std::size_t most) const;
 
-  // SCALAR of unsigned integers.
+  // Reads SCALAR of unsigned integers.
   Result<std::vector<std::uint32_t>> indices(std::size_t accessor) const;
 
  private:
@@ -58,7 +58,7 @@ class GltfAccessors {
     const std::byte* at(std::size_t i) const { return first + i * stride; }
   };
 
-  // What an accessor is used as: its type and component types.
+  // The type and component types that a use of an accessor allows.
   struct Use {
     int type;
     bool (*allows)(int component_type, bool normalized);

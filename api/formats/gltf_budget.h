@@ -1,5 +1,4 @@
-// What the reading of one glTF may cost, by the size of what was sent: the file, or the archive with the files beside
-// it.
+// Limits the cost of reading one glTF by the size sent: of the file, or of the archive with the files beside it.
 #pragma once
 
 #include <cstddef>
@@ -11,24 +10,24 @@ namespace meshgauge::api {
 
 class GltfBudget {
  public:
-  // `sent`: the file or the archive, borrowed. Buffers that name the same bytes twice, and bytes that an archive
-  // expands, add nothing to it.
+  // Borrows `sent`, the file or the archive; its size sets the limits. Buffers that share bytes and entries that an
+  // archive expands do not raise them.
   explicit GltfBudget(const Source& sent);
 
-  // Takes bytes that compressed parts expand to, or refuses once they pass expansion_limit() together. What is
-  // decompressed twice counts twice.
+  // Charges bytes that compressed parts expand to; bytes decompressed twice count twice. Error: too_large once their
+  // sum exceeds expansion_limit().
   Result<Done> take(std::size_t bytes);
 
-  // Whether elements that have no bytes in the file may take so much memory for a moment.
+  // Returns true when elements without bytes in the file may temporarily take so much memory.
   bool fits(std::size_t bytes) const { return bytes <= most_bytes_; }
 
-  // Takes steps of a few nanoseconds: an element that is read, a corner that is placed. Refuses with `where` once they
-  // pass kFreeSteps and kStepsPerByte for each byte sent. For the few numbers of a file may be asked for millions of
-  // times: by nodes, instances, primitives, targets.
+  // Charges steps of a few nanoseconds each: an element read, a corner placed. Error, naming `where`: their sum exceeds
+  // kFreeSteps + kStepsPerByte * bytes sent. Nodes, instances, primitives and targets of a small file may read its few
+  // numbers millions of times.
   Result<Done> work(std::size_t steps, const std::string& where);
 
-  // Gives back up to kStepsPerTriangle for each triangle that the work since steps() == `since` has put into the mesh:
-  // max_triangles bounds these.
+  // Refunds up to kStepsPerTriangle for each triangle added to the mesh since steps() was `since`: max_triangles
+  // already bounds that work.
   void refund(std::size_t since, std::size_t triangles);
 
   std::size_t steps() const { return steps_; }

@@ -1,6 +1,6 @@
-// A glTF of several files as one: a zip archive of the .gltf and the files that its buffers name. What is behind the
-// intake (digest, store, caches, sandbox, batches) sees these bytes alone. The same files give the same bytes, wherever
-// they are put together (docs/formats.md has the layout; server/web/page/form/bundle.ts makes it in the browser).
+// Bundles a glTF of several files: a zip archive of the .gltf and the files that its buffers name. Digest, store,
+// caches, sandbox and batches see the bundle's bytes alone. The same files always give the same bytes (docs/formats.md
+// has the layout; server/web/page/form/bundle.ts makes it in the browser).
 #pragma once
 
 #include <cstddef>
@@ -20,30 +20,30 @@ inline constexpr std::string_view kBundleScene = "scene.gltf";  // the .gltf's n
 inline constexpr std::size_t kMostBundleFiles = 64;             // beside the .gltf
 inline constexpr std::uint64_t kMostBundleBytes = (std::uint64_t{1} << 32U) - 1;
 
-// True when the bytes begin as the JSON of a .gltf does.
+// Returns true when the bytes begin like the JSON of a .gltf.
 bool is_gltf_json(std::span<const std::byte> bytes);
 
-// True when a file of this path would be taken for a .gltf: an archive has exactly one.
+// Returns true when a file at this path counts as a .gltf: an archive has exactly one.
 bool is_scene_path(std::string_view path);
 
-// The paths of the files that the buffers of a .gltf name, sorted, each once. Empty too where the document or one of
-// its URIs is refused: its reader says so. Parses the document: for files that no sandbox has to keep apart.
+// Returns the distinct paths of the files that the buffers of a .gltf name, sorted; empty also when the document or one
+// of its URIs is invalid, which its reader reports. Parses the document outside the sandbox: only for trusted files.
 std::vector<std::string> files_named_by(std::span<const std::byte> gltf);
 
-// Writes the archive: entries as they are, without compression, times or attributes.
+// Writes the archive: entries uncompressed, without times or attributes.
 class BundleWriter {
  public:
-  // Given the next bytes of the archive; false: they cannot be taken.
+  // Takes the next bytes of the archive; returns false on failure.
   using Sink = std::function<bool(std::string_view piece)>;
 
   explicit BundleWriter(Sink sink) : sink_(std::move(sink)) {}
 
-  // How many bytes the archive gets for one entry, its directory's record included.
+  // Returns the bytes that one entry takes in the archive, its directory record included.
   static std::uint64_t bytes_for(std::string_view path, std::uint64_t bytes);
   static std::uint64_t bytes_for_end();
 
-  // Precondition: paths come in the order of their bytes, each once, and the archive stays within kMostBundleBytes.
-  // False: the sink said so.
+  // Appends an entry. Returns false when the sink failed. Precondition: paths come in ascending order of their bytes,
+  // each once, and the archive stays within kMostBundleBytes.
   bool add(std::string_view path, std::span<const std::byte> bytes);
   bool finish();
 

@@ -1,4 +1,4 @@
-// Where the JSON and the binary data of a glTF file are.
+// Locates the JSON and the binary data of a glTF file.
 #pragma once
 
 #include <functional>
@@ -12,17 +12,17 @@ namespace meshgauge::api {
 struct GltfContainer {
   std::string_view json;
   std::optional<std::span<const std::byte>> binary;  // the BIN chunk of a GLB
-  // The bytes of a file beside the document, by its path (api/formats/file_path.h); nullopt: there is none of that
-  // path. They live as long as the container. Null: there are no files beside it.
+  // Returns the bytes of a file beside the document, by its path (api/formats/file_path.h); nullopt: no such file. They
+  // live as long as the container. A null function: the document came alone.
   std::function<Result<std::optional<std::span<const std::byte>>>(const std::string& path)> file;
 };
 
-// Borrows from the source. GLB: version 2, a JSON chunk, then at most one BIN chunk; chunks of unknown types after
-// them are passed over, as the standard asks.
+// Opens a GLB of version 2: a JSON chunk, then at most one BIN chunk; later chunks of unknown types are ignored, as
+// glTF 2.0 requires. Borrows from the source.
 Result<GltfContainer> open_glb(const Source& source);
 GltfContainer open_gltf(const Source& source);
 
-// The refusal of glTF 1.0, which no reader here takes.
+// Returns the error for glTF 1.0, which is not supported.
 Error gltf_1_error(const Source& source);
 
 }  // namespace meshgauge::api

@@ -1,4 +1,4 @@
-// Morph targets and skins: what moves the vertices of a primitive before its node places them.
+// Morph targets and skins, which move the vertices of a primitive before its node places them.
 #pragma once
 
 #include <map>
@@ -10,24 +10,25 @@
 
 namespace meshgauge::api {
 
-// A primitive, as its deformations need it. Borrowed.
+// A primitive with what its deformations need. Borrows.
 struct GltfShape {
   const tinygltf::Primitive& primitive;
   std::string where;           // for messages
-  const GltfDracoMesh* draco;  // nullptr: none
+  const GltfDracoMesh* draco;  // nullptr: not compressed by Draco
 
-  const GltfColumn* column(const std::string& attribute) const;  // nullptr: the accessor has the bytes
+  const GltfColumn* column(const std::string& attribute) const;  // nullptr: read the accessor's bytes
 };
 
 class GltfDeformer {
  public:
   explicit GltfDeformer(const GltfFile& file) : file_(file), world_(file) {}
 
-  // Adds the targets' differences, times their weights; a missing weight is 0. Precondition: one position each vertex.
+  // Adds the displacements of the targets times their weights; a missing weight is 0. Precondition: one position for
+  // each vertex.
   Result<Done> morph(const GltfShape& shape, const std::vector<double>& weights, std::vector<Vec3>& positions);
 
-  // Moves each vertex to the world by the joints that its weights name. The weights are divided by their sum, which
-  // must be 1 but for rounding.
+  // Moves each vertex to world space by the joints that its weights name. Divides the weights by their sum, which must
+  // be 1 up to rounding.
   Result<Done> skin(const GltfShape& shape, std::size_t skin, std::vector<Vec3>& positions);
 
  private:

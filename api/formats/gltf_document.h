@@ -1,4 +1,4 @@
-// The JSON of a glTF file, checked and reduced to what makes its surface.
+// Checks the JSON of a glTF file and reduces it to what makes up its surface.
 #pragma once
 
 #include <map>
@@ -16,24 +16,24 @@ namespace meshgauge::api {
 
 struct GltfBuffer {
   std::size_t byte_length = 0;
-  std::string uri;        // a data URI, or that of a file beside the document, with a path; empty for the BIN chunk
-  bool fallback = false;  // may be absent: stands in for what meshopt compresses
+  std::string uri;        // a data URI, or the URI of a file beside the document; empty: the BIN chunk
+  bool fallback = false;  // may be absent: replaces data that meshopt compresses
   bool is_external() const { return !fallback && !uri.empty() && !uri.starts_with("data:"); }
 };
 
-// A primitive's KHR_draco_mesh_compression.
+// KHR_draco_mesh_compression of a primitive.
 struct GltfDraco {
   std::size_t view = 0;
-  std::map<std::string, std::uint32_t> ids;  // of the attributes in the stream, by name
+  std::map<std::string, std::uint32_t> ids;  // attribute ids in the stream, by name
 };
 
-// What tinygltf must not see of a primitive: it refuses indices without a bufferView.
+// The part of a primitive that is kept from tinygltf, which refuses indices without a bufferView.
 struct GltfFaces {
   std::optional<std::size_t> indices;  // accessor
   std::optional<GltfDraco> draco;
 };
 
-// A bufferView's EXT_meshopt_compression or KHR_meshopt_compression.
+// EXT_meshopt_compression or KHR_meshopt_compression of a bufferView.
 struct GltfMeshopt {
   std::size_t buffer = 0;
   std::size_t offset = 0;
@@ -44,7 +44,7 @@ struct GltfMeshopt {
   std::string filter;
 };
 
-// A node's EXT_mesh_gpu_instancing: accessors.
+// EXT_mesh_gpu_instancing of a node: indices of accessors.
 struct GltfInstancing {
   std::optional<std::size_t> translation;
   std::optional<std::size_t> rotation;
@@ -54,17 +54,16 @@ struct GltfInstancing {
 struct GltfDocument {
   std::string json;  // asset, scene, scenes, nodes, skins, meshes, accessors and bufferViews, their known members only
   std::vector<GltfBuffer> buffers;
-  bool quantized = false;                            // KHR_mesh_quantization is in use
-  std::vector<std::vector<GltfFaces>> faces;         // of each primitive of each mesh
-  std::map<std::size_t, GltfMeshopt> meshopt;        // by bufferView
-  std::map<std::size_t, GltfInstancing> instancing;  // by node
-  std::set<std::size_t> hidden;                      // nodes, by KHR_node_visibility: with all below them
+  bool quantized = false;                            // KHR_mesh_quantization is used
+  std::vector<std::vector<GltfFaces>> faces;         // [mesh][primitive]
+  std::map<std::size_t, GltfMeshopt> meshopt;        // key: bufferView
+  std::map<std::size_t, GltfInstancing> instancing;  // key: node
+  std::set<std::size_t> hidden;                      // nodes hidden, with all below them (KHR_node_visibility)
 };
 
-// tinygltf takes a member of a wrong type as absent and cuts integers to 32 bits, so that a broken file would give
-// another mesh without a word; it also recurses as deep as the JSON nests. Therefore nothing reaches it unchecked:
-// depth and number of values first, then JSON, types, integer ranges, the version, the extensions and the URIs.
-// Of a key that stands twice in an object, the last counts.
+// Checks depth and number of values, then JSON syntax, types, integer ranges, the version, the extensions and the URIs.
+// tinygltf would take a member of a wrong type as absent, truncate integers to 32 bits and recurse as deep as the JSON
+// nests: a broken file would silently give another mesh. Of duplicate keys in an object the last counts.
 Result<GltfDocument> check_gltf(const Source& source, std::string_view text);
 
 }  // namespace meshgauge::api

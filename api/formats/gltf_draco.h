@@ -1,4 +1,4 @@
-// KHR_draco_mesh_compression, by libdraco.
+// Decodes KHR_draco_mesh_compression, by libdraco.
 #pragma once
 
 #include <map>
@@ -12,14 +12,14 @@
 namespace meshgauge::api {
 
 struct GltfDracoMesh {
-  std::vector<std::uint32_t> corners;  // three of each triangle, each below `points`
+  std::vector<std::uint32_t> corners;  // three for each triangle, each below `points`
   std::size_t points = 0;
-  std::map<std::string, GltfColumn> columns;  // of the attributes asked for, by name
+  std::map<std::string, GltfColumn> columns;  // the requested attributes, by name
 };
 
-// Decodes a stream. `ids`: the attributes that are wanted, by name. `where` is for messages. What the stream claims to
-// hold is checked against the limits and the budget before memory is taken for it; libdraco takes about ten times
-// those bytes while it decodes. Throws std::bad_alloc.
+// Decodes a stream. `ids`: the requested attributes, by name. `where`: the place in messages. The sizes that the stream
+// claims are checked against the limits and the budget before memory is allocated; libdraco uses about ten times those
+// bytes while it decodes. Throws std::bad_alloc.
 Result<GltfDracoMesh> decode_draco(const Source& source, const std::string& where, std::span<const std::byte> stream,
                                    const std::map<std::string, std::uint32_t>& ids, GltfBudget& budget);
 

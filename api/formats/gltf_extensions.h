@@ -1,4 +1,4 @@
-// The extensions of a glTF: which are read, which leave the surface as it is, and which end the reading.
+// The extensions of a glTF: read, without effect on the surface, or refused.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -7,11 +7,11 @@
 
 namespace meshgauge::api {
 
-// Moves what extensions say, and each primitive's indices, from the members of take_gltf_members() to `out`. Refuses a
-// required extension by its name, unless it is read or known to leave the surface alone.
+// Moves the extensions and each primitive's indices from the members of take_gltf_members() to `out`. Refuses a
+// required extension by name, unless it is read or known not to affect the surface.
 Result<Done> take_gltf_extensions(const Source& source, nlohmann::json& root, GltfDocument& out);
 
-// Whether a buffer only stands in for what meshopt compresses.
+// Returns true when a buffer only replaces data that meshopt compresses.
 bool is_gltf_fallback(const nlohmann::json& buffer);
 
 }  // namespace meshgauge::api

@@ -1,4 +1,4 @@
-// What the readers of a glTF's parts share.
+// Context shared by the readers of a glTF's parts.
 #pragma once
 
 #include <string>
@@ -12,7 +12,7 @@
 
 namespace meshgauge::api {
 
-// Borrowed. Precondition: model and document come from check_gltf().
+// Borrows its members. Precondition: model and document come from check_gltf().
 struct GltfFile {
   const Source& source;
   const tinygltf::Model& model;
@@ -26,7 +26,7 @@ struct GltfFile {
   }
 };
 
-// "nodes[3]".
+// Returns the place of an item in messages: "nodes[3]".
 inline std::string gltf_item(const char* array, std::size_t index) {
   return array + ("[" + std::to_string(index) + "]");
 }

@@ -1,4 +1,4 @@
-// Which members of a glTF's JSON are read, and of what type and range each must be.
+// The members of a glTF's JSON that are read, with their types and ranges.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -7,7 +7,7 @@
 
 namespace meshgauge::api {
 
-// The members that make the surface, buffers and extensions included; all others are dropped. An Error names the
+// Returns the members that make up the surface, buffers and extensions included, without all others. Errors name the
 // member. Precondition: not nested too deep for recursion.
 Result<nlohmann::json> take_gltf_members(const Source& source, const nlohmann::json& document);
 

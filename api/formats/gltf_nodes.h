@@ -12,14 +12,15 @@ namespace meshgauge::api {
 
 using GltfTransform = Eigen::Affine3d;
 
-// Of a node to its parent.
+// Returns the transform from a node to its parent.
 Result<GltfTransform> gltf_local_transform(const GltfFile& file, std::size_t index);
 
-// Of each instance to the node. Refuses more than `most`.
+// Returns the transform from each instance to the node. Refuses more than `most` instances.
 Result<std::vector<GltfTransform>> gltf_instances(const GltfFile& file, std::size_t node,
                                                   const GltfInstancing& instancing, std::size_t most);
 
-// Transforms of nodes to the world, each made once. Parents are all nodes that name a child, also outside of the scene.
+// Transforms from nodes to world space, each computed once. A parent is any node that names the child, also outside the
+// scene.
 class GltfWorld {
  public:
   explicit GltfWorld(const GltfFile& file) : file_(file) {}
@@ -31,7 +32,7 @@ class GltfWorld {
   Result<Done> find_parents();
 
   const GltfFile& file_;
-  std::vector<std::optional<std::size_t>> parents_;  // empty until asked for
+  std::vector<std::optional<std::size_t>> parents_;  // empty before the first of()
   std::vector<std::optional<GltfTransform>> known_;
 };
 

@@ -1,4 +1,4 @@
-// The surface of a glTF: what its scene shows, placed by its nodes.
+// The surface of a glTF: the meshes of its scene, placed by its nodes.
 #pragma once
 
 #include "api/formats/gltf_file.h"
@@ -6,8 +6,8 @@
 
 namespace meshgauge::api {
 
-// The triangles of the default scene, else of the first, else of all root nodes. The format of the result is left to
-// the caller.
+// Reads the triangles of the default scene, else of the first scene, else of all root nodes. The caller sets the format
+// of the result.
 Result<ReadMesh> read_gltf_scene(const GltfFile& file);
 
 }  // namespace meshgauge::api

@@ -1,4 +1,4 @@
-// The bytes of a glTF's bufferViews, as they are in its buffers or decompressed.
+// The bytes of a glTF's bufferViews, from its buffers or decompressed.
 #pragma once
 
 #include <map>
@@ -17,22 +17,23 @@ namespace meshgauge::api {
 
 class GltfViews {
  public:
-  // Borrows all of it.
+  // Borrows its arguments.
   GltfViews(const Source& source, const tinygltf::Model& model, const GltfDocument& document,
             std::span<const std::span<const std::byte>> buffers, GltfBudget& budget)
       : source_(source), model_(model), document_(document), buffers_(buffers), budget_(budget) {}
 
-  // `where`: what names the view, for messages. Decompresses a view once. Valid as long as this object.
+  // Returns the bytes of a view, valid as long as this object. Decompresses a view once. `where`: the place that names
+  // the view, for messages.
   Result<std::span<const std::byte>> bytes(std::size_t view, const std::string& where);
 
-  // How far apart the elements of a view are that meshopt compresses; nullopt: it is not compressed.
+  // Returns the stride in bytes of a view compressed by meshopt; nullopt: it is not compressed.
   std::optional<std::size_t> meshopt_stride(std::size_t view) const {
     const auto found = document_.meshopt.find(view);
     return found == document_.meshopt.end() ? std::nullopt : std::optional<std::size_t>(found->second.stride);
   }
 
   GltfBudget& budget() const { return budget_; }
-  std::size_t decompressed() const { return decompressed_.size(); }  // views
+  std::size_t decompressed() const { return decompressed_.size(); }  // number of views decompressed so far
 
  private:
   Result<std::span<const std::byte>> piece(const std::string& where, const std::string& what, std::size_t buffer,

@@ -1,4 +1,4 @@
-// gzip around a mesh file of any format.
+// Expands gzip-compressed files.
 #pragma once
 
 #include <cstddef>
@@ -25,11 +25,11 @@ struct Expanded {
   std::span<const std::byte> bytes() const { return {data.get(), size}; }
 };
 
-// Shown the first expanded bytes before the rest is expanded; an Error ends it there.
+// Checks the first expanded bytes before the rest is expanded; an Error ends the expansion.
 using FirstLook = std::function<std::optional<Error>(std::span<const std::byte> beginning)>;
 
-// Expands all members. Refused: a truncated or damaged file (CRC and length are checked), bytes after the last
-// member, more than expansion_limit() allows.
+// Expands all members. Refuses a truncated or damaged file (CRC and length are checked), bytes after the last member,
+// and more than expansion_limit() bytes.
 Result<Expanded> expand_gzip(std::span<const std::byte> bytes, std::string_view part, const ReadLimits& limits,
                              const FirstLook& first_look);
 

@@ -1,4 +1,4 @@
-// The bytes of a meshopt stream, taken one after the other.
+// Reads the bytes of a meshopt stream in order.
 #pragma once
 
 #include <cstddef>
@@ -11,7 +11,7 @@ class MeshoptBytes {
  public:
   explicit MeshoptBytes(std::span<const std::byte> bytes) : bytes_(bytes) {}
 
-  // nullptr: fewer are left. Valid as long as the stream.
+  // Returns the next `count` bytes, valid as long as the stream. nullptr: fewer are left.
   const std::byte* take(std::size_t count) {
     if (count > bytes_.size() - at_) return nullptr;
     const std::byte* taken = bytes_.data() + at_;

@@ -1,13 +1,12 @@
-// Wavefront OBJ: v and f statements; l and p are counted as skipped, everything else is passed over.
+// Reads Wavefront OBJ: v and f statements. l and p are counted as skipped; other statements are ignored.
 #pragma once
 
 #include "api/formats/source.h"
 
 namespace meshgauge::api {
 
-// Takes \n, \r\n and \r line ends, a byte order mark, continuation lines, relative indices, texture and normal
-// indices (which are not looked up), vertex weights and colours (which are not used), and faces before their
-// vertices. Linear time.
+// Accepts \n, \r\n and \r line ends, a byte order mark, continuation lines, relative indices, texture and normal
+// indices (not looked up), vertex weights and colours (not used), and faces before their vertices. Linear time.
 Result<ReadMesh> read_obj(const Source& source);
 
 }  // namespace meshgauge::api

@@ -1,4 +1,4 @@
-// How much room an OBJ will need.
+// Estimates the size of the mesh in an OBJ.
 #pragma once
 
 #include <cstddef>
@@ -11,8 +11,8 @@ struct ObjEstimate {
   std::size_t faces = 0;
 };
 
-// From small windows spread over the file; nothing for a small one. Only a hint: one allocation of the right size
-// instead of twenty that double, each with its copy and its page faults.
+// Estimates the counts from small windows spread over the file; zeros for a small file. A hint for allocation: one of
+// about the right size replaces twenty that double, each with its copy and its page faults.
 ObjEstimate estimate_obj(std::string_view text);
 
 }  // namespace meshgauge::api

@@ -1,4 +1,4 @@
-// On which side of a line a point lies, decided exactly.
+// Decides exactly on which side of a line a point lies.
 #pragma once
 
 #include <cmath>
@@ -14,8 +14,8 @@ struct Point2 {
   bool operator==(const Point2&) const = default;
 };
 
-// A sum of doubles and of products of two, without rounding: an expansion of parts that do not overlap, smallest
-// first (Shewchuk 1997, grow-expansion). Exact while no product overflows and none other than 0 is below 2^-960.
+// An unrounded sum of doubles and of products of two doubles: an expansion of parts that do not overlap, smallest first
+// (Shewchuk 1997, grow-expansion). Exact while no product overflows and no nonzero product is below 2^-960.
 class ExactSum {
  public:
   void add(double x);
@@ -26,14 +26,14 @@ class ExactSum {
   std::vector<double> parts_;
 };
 
-// The sign by exact arithmetic, for what orientation() cannot decide.
+// Returns the sign by exact arithmetic, for cases that the filter of orientation() cannot decide.
 int exact_orientation(const Point2& a, const Point2& b, const Point2& c);
 
-// 1: a, b, c turn left (counter-clockwise); -1: they turn right; 0: they lie on one line. Exact for finite coordinates
-// of any size, but for those that are more than 2^400 times smaller than the largest of the six, which count as 0.
+// Returns 1: a, b, c turn left (counter-clockwise); -1: they turn right; 0: they lie on one line. Exact for finite
+// coordinates of any size; those more than 2^400 times smaller than the largest of the six count as 0.
 //
-// The filter is Shewchuk's: the determinant is right within (3 + 16u)u of the sum of its two products, u = 2^-53,
-// where nothing underflows. NaN and infinity, after an overflow, do not pass it.
+// The filter is Shewchuk's: the computed determinant is within (3 + 16u)u times the sum of the magnitudes of its two
+// products of the exact one, u = 2^-53, where nothing underflows. NaN and infinity, after an overflow, do not pass it.
 inline constexpr double kOrientationError = 0x1.8000000000004p-52;
 inline constexpr double kLeastTurn = 0x1p-900;  // smaller determinants may have underflowed
 
@@ -47,7 +47,8 @@ inline int orientation(const Point2& a, const Point2& b, const Point2& c) {
   return exact_orientation(a, b, c);
 }
 
-// The sign of the area that an outline winds around: 1 counter-clockwise, -1 clockwise, 0 none. As exact.
+// Returns the sign of the area that an outline winds around: 1 counter-clockwise, -1 clockwise, 0 no area. Exact under
+// the same conditions.
 int area_sign(std::span<const Point2> outline);
 
 }  // namespace meshgauge::api

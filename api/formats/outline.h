@@ -1,4 +1,4 @@
-// What the outline of a face is: convex, crossing itself. Closed: the last corner is followed by the first.
+// Tests the outline of a face: convex, crossing itself. Outlines are closed: the first corner follows the last.
 #pragma once
 
 #include <cstddef>
@@ -9,12 +9,12 @@
 
 namespace meshgauge::api {
 
-// Work left for splitting the faces of one file, in steps of a few nanoseconds.
+// Budget for splitting the faces of one file, in steps of a few nanoseconds.
 class StepBudget {
  public:
   explicit StepBudget(std::size_t steps) : left_(steps) {}
 
-  // false: fewer steps than that are left, and from now on none.
+  // Takes steps from the budget. false: fewer were left; the budget is then 0.
   bool spend(std::size_t steps) {
     const bool enough = steps <= left_;
     left_ = enough ? left_ - steps : 0;
@@ -25,17 +25,17 @@ class StepBudget {
  private:
   std::size_t left_;
 };
-inline constexpr std::size_t kOrientationSteps = 8;  // of a few orientation tests
+inline constexpr std::size_t kOrientationSteps = 8;  // cost of a few orientation tests
 
 struct Turns {
-  bool convex = false;    // bounds a convex region once, either way round; corners may lie on edges and repeat
+  bool convex = false;    // winds once around a convex region, in either direction; corners may lie on edges or repeat
   bool has_both = false;  // some corners turn left and some right
 };
 
 Turns turns_of(std::span<const Point2> outline);
 
-// Whether two edges cross at an inner point of both. Outlines that only touch themselves do not cross. The work is
-// n log n for outlines that do not run back and forth many times; false, too, once the budget is spent.
+// Returns true when two edges cross at an inner point of both; false also once the budget is spent. An outline that
+// only touches itself does not cross. Takes n log n steps unless the outline runs back and forth many times.
 bool crosses_itself(std::span<const Point2> outline, StepBudget& budget);
 
 }  // namespace meshgauge::api

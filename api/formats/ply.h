@@ -1,4 +1,4 @@
-// PLY 1.0: ASCII, binary little endian and binary big endian.
+// Reads PLY 1.0: ASCII, binary little endian and binary big endian.
 #pragma once
 
 #include "api/formats/source.h"
@@ -6,7 +6,7 @@
 namespace meshgauge::api {
 
 // Reads the elements "vertex" (x, y, z of any type), "face" and "tristrips" (vertex_indices or vertex_index, a list of
-// any integer type; -1 ends a strip), wherever they stand; other elements and properties are passed over. Linear time.
+// any integer type; -1 ends a strip), in any order; ignores other elements and properties. Linear time.
 Result<ReadMesh> read_ply(const Source& source);
 
 }  // namespace meshgauge::api

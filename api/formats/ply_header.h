@@ -1,4 +1,4 @@
-// The header of a PLY file: which elements follow, and how each record is laid out.
+// Reads the header of a PLY file: the elements that follow and the layout of their records.
 #pragma once
 
 #include <cstdint>
@@ -19,9 +19,9 @@ inline bool is_integer(PlyType type) { return type < PlyType::float32; }
 
 struct PlyProperty {
   std::string name;
-  PlyType type = PlyType::float32;  // of the value, or of each item of the list
+  PlyType type = PlyType::float32;  // type of the value, or of each item of the list
   bool is_list = false;
-  PlyType count_type = PlyType::uint8;  // of the list's length
+  PlyType count_type = PlyType::uint8;  // type of the list's length
 };
 
 struct PlyElement {
@@ -30,24 +30,24 @@ struct PlyElement {
   std::vector<PlyProperty> properties;
 
   bool has_list() const;
-  std::size_t least_bytes() const;  // of one binary record: its scalars, and its lists as if empty
+  std::size_t least_bytes() const;  // size of one binary record with empty lists
 };
 
 enum class PlyEncoding { ascii, little_endian, big_endian };
 
 struct PlyHeader {
   PlyEncoding encoding = PlyEncoding::ascii;
-  std::vector<PlyElement> elements;  // names are unique, and those of properties within an element
+  std::vector<PlyElement> elements;  // with unique names; properties have unique names within an element
   const char* body = nullptr;        // the first byte after the header
-  std::size_t unknown_lines = 0;     // that begin with a word of no meaning, passed over
-  std::string first_unknown;         // the word of the first, as in a message
+  std::size_t unknown_lines = 0;     // ignored lines that begin with an unknown word
+  std::string first_unknown;         // first word of the first such line, quoted for a message
 };
 
-// True when the bytes begin with "ply" and a line end.
+// Returns true when the bytes begin with "ply" and a line end.
 bool is_ply(std::string_view text);
 
-// A line that begins with a word of no meaning is passed over as a comment, unless it looks like a misspelt one. Lines
-// end by \n or \r\n, even mixed, or all by \r. Anything not of format 1.0 is refused with its line.
+// Reads the header. Ignores a line that begins with an unknown word, unless the word looks like a misspelt keyword.
+// Lines end with \n or \r\n, even mixed, or all with \r. Refuses what is not format 1.0, with the line.
 Result<PlyHeader> read_ply_header(const Source& source);
 
 }  // namespace meshgauge::api

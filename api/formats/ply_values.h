@@ -1,14 +1,15 @@
-// The values of a PLY body, one after another, from text or from bytes. Both kinds have the same face, on which
-// the reader of ply.cpp is built:
+// Reads the values of a PLY body in order, from text or from bytes. Both classes have the same interface, for the
+// reader in ply.cpp:
 //
-//   bool number(type, double&)         a coordinate, finite
-//   bool integer(type, int64_t&)       a list's length or an index
-//   bool skip(type, count)             values that are not used
-//   bool end_record()                  called after each record
-//   uint64_t most_records(element)     how many records what remains can hold at most
-//   Error fail(code, what), fail_here  about the last value, about the place reached
+//   bool number(type, double&)      reads a coordinate; refuses NaN and infinity
+//   bool integer(type, int64_t&)    reads a list's length or an index
+//   bool skip(type, count)          skips unused values
+//   bool end_record()               called after each record
+//   bool end_body()                 called after the last record
+//   uint64_t most_records(element)  upper bound of the records that the remaining bytes can hold
+//   bool fail(code, what)           sets error() at the last value, returns false
 //
-// A false return means that error() tells what is wrong.
+// false: error() has the defect.
 #pragma once
 
 #include <bit>
@@ -41,7 +42,7 @@ class PlyText {
 
   const Source& source_;
   const char* p_;
-  const char* last_;       // the last value's place
+  const char* last_;       // place of the last value
   std::string_view word_;  // the last value
   const char* end_;
   std::optional<Error> error_;

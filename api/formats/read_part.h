@@ -1,4 +1,4 @@
-// All that is done to the bytes of a mesh file before they are a mesh: what the service does in a process apart.
+// Turns the bytes of a mesh file into a mesh. The service does so in a sandbox.
 #pragma once
 
 #include <cstddef>
@@ -9,7 +9,8 @@
 
 namespace meshgauge::api {
 
-// read_mesh(), and weld() where the format repeats every corner. Promises what read_mesh() does.
+// Calls read_mesh(), then weld() if every triangle has three vertices of its own. Guarantees and errors: as for
+// read_mesh().
 Result<ReadMesh> read_part(std::span<const std::byte> bytes, const ReadHints& hints, const ReadLimits& limits);
 
 }  // namespace meshgauge::api

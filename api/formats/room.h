@@ -1,4 +1,4 @@
-// Room for large arrays.
+// Allocates large arrays.
 #pragma once
 
 #include <algorithm>
@@ -7,8 +7,8 @@
 
 namespace meshgauge::api {
 
-// Asks the system for huge pages under a block just allocated and not yet written. Only a hint, without effect
-// where the system has none. Half of the time of reading a large binary STL would else go to page faults.
+// Asks the system for huge pages for a block just allocated and not yet written. A hint, without effect where there are
+// none. Page faults would otherwise take half of the time of reading a large binary STL.
 void advise_huge_pages(void* block, std::size_t bytes);
 
 template <class T>
@@ -17,8 +17,8 @@ void reserve_room(std::vector<T>& array, std::size_t count) {
   advise_huge_pages(array.data(), array.capacity() * sizeof(T));
 }
 
-// Room for `more` at the end. Where the array has to grow it at least doubles, so that many small additions take
-// linear time together.
+// Reserves room for `more` elements at the end. Growing at least doubles the capacity, so that many small additions
+// take linear time in total.
 template <class T>
 void reserve_more(std::vector<T>& array, std::size_t more) {
   if (more > array.capacity() - array.size()) reserve_room(array, std::max(array.size() + more, 2 * array.capacity()));

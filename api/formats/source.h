@@ -1,4 +1,4 @@
-// What a reader is given, and how it names the place of a defect.
+// The input of a reader, and errors that name the place of a defect.
 #pragma once
 
 #include <cstddef>
@@ -10,7 +10,7 @@
 
 namespace meshgauge::api {
 
-// One file on its way through a reader, already expanded. Borrowed; outlives the reader.
+// One file, already expanded. Borrows; must outlive the reader.
 struct Source {
   std::span<const std::byte> bytes;
   std::string_view part;
@@ -21,19 +21,20 @@ struct Source {
   std::string_view text() const { return {begin(), bytes.size()}; }
 };
 
-// Errors about a part: "line 12 of 'a': ...", "byte 84 of 'a': ...", "accessor 3 of 'a': ...", "'a' is empty".
+// Return errors about a part: "line 12 of 'a': ...", "byte 84 of 'a': ...", "accessors[3] of 'a': ...", "'a' is ...".
 Error at(const Source& source, std::string where, ErrorCode code, const std::string& what);
 Error at_line(const Source& source, const char* place, ErrorCode code, const std::string& what);
 Error at_byte(const Source& source, std::size_t offset, ErrorCode code, const std::string& what);
 Error about(std::string_view part, ErrorCode code, const std::string& what);
 Error out_of_memory(std::string_view part);
 
-// A piece of the file for a message: at most so many characters of it, printable ASCII only. in_quotes() puts at most
-// 32 into single quotes.
+// Returns text of the file for a message: at most `longest` characters, printable ASCII only. in_quotes() puts at most
+// 32 characters into single quotes.
 std::string printable(std::string_view text, std::size_t longest);
 std::string in_quotes(std::string_view text);
 
-// The first counts beyond the limits end a reader early; indices are 32 bits wide.
+// Returns the too_large error for more `things` ("vertices") than `limit`. vertex_limit() is max_vertices, or less if
+// 32-bit indices require it.
 Error too_many(const Source& source, std::string_view things, std::size_t limit);
 std::size_t vertex_limit(const Source& source);
 

@@ -1,4 +1,4 @@
-// Numbers and words of the text formats. All functions read [p, end) and never beyond.
+// Parses numbers and words of the text formats. All functions read only [p, end).
 #pragma once
 
 #include <charconv>
@@ -35,7 +35,7 @@ inline const char* skip_line(const char* p, const char* end) {
   return p;
 }
 
-// Past the end of the line as well, of \n, \r\n or \r.
+// Skips the rest of the line and its end: \n, \r\n or \r.
 inline const char* next_line(const char* p, const char* end) {
   p = skip_line(p, end);
   if (p != end && *p == '\r') ++p;
@@ -43,14 +43,14 @@ inline const char* next_line(const char* p, const char* end) {
   return p;
 }
 
-// The characters up to the next space.
+// Returns the characters up to the next space.
 inline std::string_view word_at(const char* p, const char* end) {
   const char* q = p;
   while (q != end && !is_space(*q)) ++q;
   return {p, static_cast<std::size_t>(q - p)};
 }
 
-// Lower case by ASCII alone, whatever the locale.
+// Compares without regard to case, for ASCII letters only, in any locale.
 inline bool same_word(std::string_view text, std::string_view lower_case) {
   if (text.size() != lower_case.size()) return false;
   for (std::size_t i = 0; i < text.size(); ++i) {
@@ -60,12 +60,12 @@ inline bool same_word(std::string_view text, std::string_view lower_case) {
   return true;
 }
 
-// strtod's value for a number that from_chars reports as out of range: infinity, a denormal or zero.
+// Returns strtod's value of a number that from_chars reports as out of range: infinity, a denormal or zero.
 double out_of_range_value(const char* first, const char* last);
 
-// The longest decimal number at p, correctly rounded: bit-equal to strtod in the C locale. Returns the place
-// after it, or nullptr when there is none. "nan", "inf" and numbers beyond the range give a non-finite value,
-// for the caller to refuse; so is what follows the number.
+// Parses the longest decimal number at p, correctly rounded: bit-equal to strtod in the C locale. Returns the place
+// after it; nullptr: no number. "nan", "inf" and numbers beyond the range give a non-finite value; the caller refuses
+// it, and checks the characters after the number.
 inline const char* parse_number(const char* p, const char* end, double& value) {
   // strtod takes one leading '+', from_chars takes none.
   if (p != end && *p == '+' && ++p != end && (*p == '-' || *p == '+')) return nullptr;
@@ -76,7 +76,8 @@ inline const char* parse_number(const char* p, const char* end, double& value) {
   return next;
 }
 
-// An integer with an optional '-'. A value of more digits than 64 bits hold comes back saturated.
+// Parses an integer with an optional '-'. Returns the place after it; nullptr: no integer. A value of more
+// digits than 64 bits hold becomes some value of at least 2^58 in magnitude.
 inline const char* parse_integer(const char* p, const char* end, std::int64_t& value) {
   const bool negative = p != end && *p == '-';
   p += negative;

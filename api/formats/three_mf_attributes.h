@@ -1,4 +1,4 @@
-// The values of attributes in the XML of a 3MF. Each may have spaces around it and nothing else.
+// Reads values of attributes in the XML of a 3MF. Spaces around a value are allowed, nothing else.
 #pragma once
 
 #include <cstdint>
@@ -13,21 +13,20 @@ namespace meshgauge::api {
 
 XmlDefect malformed(std::string what);
 
-// Bit-equal to strtod, and finite.
+// Reads a coordinate, bit-equal to strtod; a defect when it is not finite.
 std::optional<XmlDefect> read_coordinate(const char* text, double& value);
 
-// An integer from 0; false for anything else, nullptr included.
+// Reads an integer >= 0. false: `text` is something else, or nullptr.
 bool read_natural(const char* text, std::int64_t& value);
 
-// Twelve finite numbers, row by row of the matrix that is applied to row vectors. Nothing where there is no attribute
-// (nullptr).
+// Reads twelve finite numbers, row by row of a matrix for row vectors. Sets nullopt without the attribute (nullptr).
 std::optional<XmlDefect> read_transform(const char* text, std::optional<Eigen::Affine3d>& transform);
 
-// What an object is for: only a "model", which is also meant without an attribute (nullptr), and a "surface" are part
-// of what is printed; "support", "solidsupport" and "other" are not.
+// Reads the type of an object. Printed are "model", which is also the default (nullptr), and "surface"; not printed are
+// "support", "solidsupport" and "other".
 std::optional<XmlDefect> read_object_type(const char* text, bool& printed);
 
-// Millimetres where there is no attribute (nullptr).
+// Reads the unit; millimetres without the attribute (nullptr).
 std::optional<XmlDefect> read_unit(const char* text, LengthUnit& unit);
 
 }  // namespace meshgauge::api

@@ -1,4 +1,4 @@
-// Which extensions of 3MF are understood, and what becomes of the others.
+// The extensions of 3MF that are understood; others are refused if they matter.
 #pragma once
 
 #include <functional>
@@ -11,20 +11,20 @@
 
 namespace meshgauge::api {
 
-using MfPrefixes = std::map<std::string, std::string, std::less<>>;  // and the namespaces that they stand for
+using MfPrefixes = std::map<std::string, std::string, std::less<>>;  // prefix -> namespace
 
-// True for an element of the core of the standard.
+// Returns true for the core element of the local name `local`.
 bool is_mf_core(std::string_view name, std::string_view local);
 
-// The attribute of the production extension that names another part.
+// Name of the production extension's attribute that names another part.
 inline constexpr std::string_view kMfPathAttribute =
     "http://schemas.microsoft.com/3dmanufacturing/production/2015/06\npath";
 
-// Understood are production, materials and triangle sets; any other that a model requires is refused by name.
+// Refuses by name a required extension other than production, materials and triangle sets, which are understood.
 std::optional<XmlDefect> check_mf_extensions(std::string_view required_prefixes, const MfPrefixes& prefixes);
 
-// Of an element inside of an object or a mesh, where the standard's extensions (beams, volumes, booleans, ...) put
-// geometry: refuses those that are not understood. Elements of other makers are nobody's geometry.
+// Refuses an element inside an object or a mesh when it is of an extension of the standard that is not understood:
+// there extensions put geometry (beams, volumes, booleans, ...). Elements of vendors' own namespaces are not geometry.
 std::optional<XmlDefect> refuse_mf_geometry(std::string_view element);
 
 }  // namespace meshgauge::api

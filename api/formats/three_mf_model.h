@@ -1,4 +1,4 @@
-// The model parts of a 3MF package: objects, and which of them the build shows where.
+// Reads the model parts of a 3MF package: objects, and where the build places them.
 #pragma once
 
 #include <cstdint>
@@ -17,13 +17,13 @@ namespace meshgauge::api {
 
 // A component of an object, or an item of the build.
 struct MfPlacement {
-  std::size_t part = 0;  // of MfDocument::parts
+  std::size_t part = 0;  // index into MfDocument::parts
   std::uint32_t object = 0;
   std::optional<Eigen::Affine3d> transform;
-  bool printed = true;  // false: an item that the slicer is told to leave out
+  bool printed = true;  // false: an item marked as not printable
 };
 
-// A mesh, or components; the arrays are those of the document, its triangles count their vertices from 0.
+// A mesh or components. The mesh is a range of the document's arrays; its triangles count its vertices from 0.
 struct MfObject {
   std::size_t first_vertex = 0;
   std::size_t vertices = 0;
@@ -31,8 +31,8 @@ struct MfObject {
   std::size_t triangles = 0;
   std::vector<MfPlacement> components;
   bool has_mesh = false;
-  bool printed = true;  // by its type, which counts for a mesh only: of components each has its own
-  bool steers = false;  // a setting of the slicer makes it support, or a modifier
+  bool printed = true;  // by its type; only for a mesh, since each component has its own type
+  bool steers = false;  // true: a setting of the slicer makes it a support or a modifier
 };
 
 using MfKey = std::pair<std::size_t, std::uint32_t>;  // part and id
@@ -44,22 +44,22 @@ struct MfDocument {
   std::vector<Triangle> triangles;
   std::map<MfKey, MfObject> objects;
   std::vector<MfPlacement> build;
-  std::size_t listed = 0;  // objects, components and items, which are limited
+  std::size_t listed = 0;  // number of objects, components and items, for their limit
 
-  // The number of a part, new or known.
+  // Returns the index of a part in `parts`; appends a new one.
   std::size_t part_named(std::string_view name);
 
  private:
   std::map<std::string, std::size_t, std::less<>> numbers_;
 };
 
-// Reads the model of document.parts[part]; those it names are appended to `parts`. Understood are the core of the
-// standard and, of its extensions, production (objects in other parts), materials and triangle sets. Refused by name:
-// every other required extension, and geometry of an extension that is not required. Vertices and triangles are
-// limited.
+// Reads the model of document.parts[part] and appends the parts that it names to `parts`. Understands the core of the
+// standard and the extensions production (objects in other parts), materials and triangle sets. Refuses by name every
+// other required extension, and geometry of an extension that is not required. Errors also: too many vertices or
+// triangles.
 Result<Done> read_3mf_model(const Source& source, ZipArchive& archive, std::size_t part, MfDocument& document);
 
-// As in a relationship or a path: without the leading slash of an absolute name.
+// Returns the name of a part in a relationship or a path: without the leading slash of an absolute name.
 std::string_view part_name(std::string_view path);
 
 }  // namespace meshgauge::api

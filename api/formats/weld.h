@@ -1,4 +1,4 @@
-// Joins vertices of equal position, for the formats that store three vertices a triangle.
+// Merges vertices of equal position, for formats that store three vertices for each triangle.
 #pragma once
 
 #include <cstddef>
@@ -7,10 +7,9 @@
 
 namespace meshgauge::api {
 
-// Vertices are equal when all three coordinates are (-0.0 equals 0.0, and becomes it). Keeps the order in which
-// positions are first seen, and every triangle, also those that become degenerate. Returns how many vertices
-// went. Precondition: indices in range, no NaN. Expected linear time whatever the positions; memory of two
-// arrays of indices.
+// Merges vertices whose three coordinates are equal (-0.0 equals 0.0 and becomes 0.0). Keeps the order in which
+// positions first occur, and every triangle, also those that become degenerate. Returns the number of vertices removed.
+// Precondition: indices in range, no NaN. Expected linear time for any positions; allocates two arrays of indices.
 std::size_t weld(Mesh& mesh);
 
 }  // namespace meshgauge::api

@@ -1,6 +1,6 @@
-// XML from a zip archive, element by element, by expat. What a document may do to its reader beyond naming elements is
-// refused: a document type, and with it every entity but the standard's five, and nothing outside is opened. Time and
-// memory are bounded by the document's size: nesting, the length of a tag, and what is held of names.
+// Reads XML from a zip archive element by element, by expat. Refuses a document type, and with it every entity except
+// the standard's five; opens nothing outside. Limits on nesting, the length of a tag and the memory for names bound
+// time and memory by the document's size.
 #pragma once
 
 #include <optional>
@@ -19,7 +19,7 @@ struct XmlDefect {
 
 class XmlAttributes {
  public:
-  // Name, value, name, value, ..., nullptr: as expat has them.
+  // `pairs`: name, value, name, value, ..., nullptr, as from expat.
   explicit XmlAttributes(const char* const* pairs) : pairs_(pairs) {}
 
   const char* const* pairs() const { return pairs_; }
@@ -29,8 +29,8 @@ class XmlAttributes {
   const char* const* pairs_;
 };
 
-// Names of elements and of attributes with a prefix are their namespace, this character and their local name; without
-// a namespace they are the local name alone. No namespace may hold it.
+// Separator in names of elements and of prefixed attributes: namespace, separator, local name. A name without namespace
+// is the local name alone. No namespace may contain it.
 inline constexpr char kXmlSeparator = '\n';
 
 class XmlHandler {
@@ -40,17 +40,18 @@ class XmlHandler {
   XmlHandler& operator=(const XmlHandler&) = delete;
   virtual ~XmlHandler() = default;
 
-  // A prefix and what it stands for, told before the element that declares it.
+  // Called with a prefix and its namespace before start() of the element that declares it.
   virtual void declare(std::string_view /*prefix*/, std::string_view /*name_space*/) {}
-  // A defect ends the reading.
+  // Called at the start of an element. A defect ends the reading.
   virtual std::optional<XmlDefect> start(std::string_view name, const XmlAttributes& attributes) = 0;
   virtual void end() {}
-  // Whether the text that follows is of use, asked at each start and end; it comes in any number of pieces.
+  // Returns true when text() is to be called with the text that follows, in any number of pieces. Called at each start
+  // and end of an element.
   virtual bool wants_text() const { return false; }
   virtual void text(std::string_view /*piece*/) {}
 };
 
-// Reads the entry `name` of the archive to its end. An Error names the entry and the line.
+// Reads the entry `name` of the archive to its end. Errors name the entry and the line.
 Result<Done> read_xml(const Source& source, ZipArchive& archive, const std::string& name, XmlHandler& handler);
 
 }  // namespace meshgauge::api

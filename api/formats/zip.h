@@ -1,4 +1,4 @@
-// The zip archive that a 3MF is, read where it lies in memory.
+// Reads zip archives from memory: 3MF, and .gltf with its files.
 #pragma once
 
 #include <cstdint>
@@ -15,39 +15,39 @@
 
 namespace meshgauge::api {
 
-// True when the bytes begin as a zip archive does, an empty one included.
+// Returns true when the bytes begin like a zip archive, including an empty one.
 bool is_zip(std::string_view text);
 
-// What the library that reads zip archives takes for a file.
+// The archive's bytes as a file for minizip.
 struct ZipMemory {
   std::span<const std::byte> bytes;
   std::size_t at = 0;
-  bool short_read = false;  // the last one came to the end
-  // What is read instead of the bytes from `record_at` on: a record of the directory (api/formats/zip64.h).
+  bool short_read = false;  // true: the last read reached the end
+  // A directory record that replaces the bytes from `record_at` on (api/formats/zip64.h).
   std::size_t record_at = 0;
   std::vector<std::byte> record;
 };
 
 class ZipArchive {
  public:
-  // Given the next expanded bytes of an entry; an Error ends it there.
+  // Takes the next expanded bytes of an entry; an Error ends the reading.
   using Sink = std::function<std::optional<Error>(std::string_view piece)>;
 
-  // Reads the directory, also that of Zip64; `source` is borrowed. Refused: an archive without a directory, more than
-  // 10,000 entries, two entries of one name, an entry of 4 GiB or more. The names are taken without regard to case, as
-  // the standard of such packages has it.
+  // Reads the directory, also of Zip64; borrows `source`. Refuses an archive without a directory, more than 10,000
+  // entries, two entries of one name and an entry of 4 GiB or more. Names are compared without regard to case, as the
+  // Open Packaging Conventions require.
   static Result<ZipArchive> open(const Source& source);
 
   bool has(std::string_view name) const { return entries_.contains(file_key(name)); }
 
-  std::vector<std::string> names() const;  // of all entries, in lower case, sorted
+  std::vector<std::string> names() const;  // names of all entries, in lower case, sorted
 
-  // Of an entry once expanded, as it is announced; at most what may still be expanded. 0: there is no such entry.
+  // Returns the expanded size of an entry by its directory, at most the bytes that may still be expanded. 0: no such
+  // entry.
   std::size_t announced_bytes(std::string_view name) const;
 
-  // Expands one entry, piece by piece, never the whole of it. Refused: an entry that does not exist, is encrypted,
-  // compressed by anything but deflate, or damaged (length and CRC are checked); and, over all the calls together,
-  // more bytes than expansion_limit() allows.
+  // Expands one entry piece by piece. Refuses an entry that does not exist, is encrypted, is compressed by anything but
+  // deflate or is damaged (length and CRC are checked), and more than expansion_limit() bytes over all calls.
   Result<Done> read(std::string_view name, const Sink& sink);
 
  private:
@@ -74,7 +74,7 @@ class ZipArchive {
   std::unique_ptr<void, Close> file_;
   std::map<std::string, Entry> entries_;
   std::size_t limit_;
-  std::size_t left_;  // of limit_
+  std::size_t left_;  // bytes of limit_ not used yet
 };
 
 }  // namespace meshgauge::api
