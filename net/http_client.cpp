@@ -204,7 +204,8 @@ void read_head(CURL* easy, HttpAnswer& answer) {
 void conclude(Transfer& transfer, std::optional<CURLcode> code, const HttpSettings& settings, const char* text) {
   HttpAnswer& answer = transfer.answer;
   const int status = transfer.status();
-  const bool early = settings.early_refusals && status >= 400 && (code == CURLE_SEND_ERROR || code == CURLE_RECV_ERROR);
+  const bool cut = code && (*code == CURLE_SEND_ERROR || *code == CURLE_RECV_ERROR);
+  const bool early = settings.early_refusals && status >= 400 && cut;
   if (code == CURLE_OK || early) {
     answer.status = status;
     return read_head(transfer.easy, answer);

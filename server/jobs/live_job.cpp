@@ -16,7 +16,7 @@ LiveJob::LiveJob(store::NewJob job, api::Request job_request, MeshSource mesh_a,
       bytes(job.cost),
       durable(is_durable),
       submitted(submission),
-      request(std::move(job_request)),
+      request(job_request),
       a(std::move(mesh_a)),
       b(std::move(mesh_b)) {
   static_cast<store::NewJob&>(view_.row) = std::move(job);

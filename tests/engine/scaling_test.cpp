@@ -6,6 +6,7 @@
 
 #include <doctest/doctest.h>
 
+#include "engine/hausdorff.h"
 #include "engine/prepared.h"
 #include "oracle/farthest.h"
 

@@ -111,7 +111,8 @@ TEST_CASE_TEMPLATE("claims: of what is lost with its worker, that is suspected w
   const auto lose = [&] { got(jobs.recover("w1", "its worker was lost", kNow)); };
   const auto claimed = got(jobs.claim_some("w1", at(50), at(110), 10));
   REQUIRE(claimed.size() == 3);
-  const std::vector<Beat> beats{{claimed[0].token, server::store::Progress{0, 1, ""}}, {claimed[1].token, {}}};
+  const std::vector<Beat> beats{{claimed[0].token, meshgauge::server::store::Progress{0, 1, ""}},
+                                {claimed[1].token, {}}};
   got(jobs.heartbeats(beats, at(300)));
   claimed_token(jobs, {"zoe", "single"});
   lose();
@@ -150,7 +151,7 @@ TEST_CASE_TEMPLATE("claims: many heartbeats and endings at once, each by its own
   REQUIRE(tokens.size() == 4);
   got(jobs.hand_back(tokens[1], "x", kNow));
   got(jobs.request_cancel(tokens[2].key, kNow));
-  const server::store::Progress progress{1, 2, "traverse"};
+  const meshgauge::server::store::Progress progress{1, 2, "traverse"};
   const std::vector<Beat> beats{{tokens[0], progress}, {tokens[1], progress}, {tokens[2], {}}, {tokens[3], {}}};
   CHECK(got(jobs.heartbeats(beats, at(300))) ==
         std::vector{Heartbeat::go_on, Heartbeat::lost, Heartbeat::cancel, Heartbeat::go_on});

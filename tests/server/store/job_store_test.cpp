@@ -122,7 +122,7 @@ TEST_CASE_TEMPLATE("jobs: claimed, kept alive, finished", Stores, EVERY_IMPLEMEN
   CHECK(claimed->job.options == new_job("ann", "1").options);
   CHECK_FALSE(claim_one(stores.jobs(), {"ann", "1"}, "w2", at(50), at(110)).has_value());
 
-  const server::store::Progress progress{0.25, std::numeric_limits<double>::infinity(), "traverse"};
+  const meshgauge::server::store::Progress progress{0.25, std::numeric_limits<double>::infinity(), "traverse"};
   CHECK(got(stores.jobs().heartbeat(claimed->token, at(170), progress)) == Heartbeat::go_on);
   CHECK(job_in(stores.jobs(), {"ann", "1"}).progress == progress);
 
@@ -270,7 +270,7 @@ TEST_CASE_TEMPLATE("jobs: cancelled, before and while they run", Stores, EVERY_I
 TEST_CASE_TEMPLATE("jobs: recorded ones are known at once and durable after flush", Stores, EVERY_IMPLEMENTATION) {
   Stores stores;
   Job job = ended_job("ann", "1");
-  job.progress = server::store::Progress{1, 2, "certify"};
+  job.progress = meshgauge::server::store::Progress{1, 2, "certify"};
   job.problem = "{}";
   stores.jobs().record(job);
   CHECK(got(stores.jobs().request_cancel(job.key, kNow)) == JobState::done);

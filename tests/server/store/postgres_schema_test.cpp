@@ -188,10 +188,10 @@ TEST_CASE("PostgreSQL schema: bounds that the version before tells are certified
       "UPDATE jobs SET state = 1, tries = tries + 1, worker = 'old', lower = NULL, upper = NULL, stage = NULL; UPDATE "
       "jobs SET lower = 9, upper = 10, stage = 'build'");
   got(store->recover("old", "", kNow));
-  CHECK(job_in(*store, {"ann", "1"}).progress == server::store::Progress{9, 10, "build", ""});
+  CHECK(job_in(*store, {"ann", "1"}).progress == meshgauge::server::store::Progress{9, 10, "build", ""});
   const Token again = claimed_token(*store, {"ann", "1"});
   CHECK(got(store->heartbeat(again, at(170), {1, 9.5, "reduce", "v1"})) == Heartbeat::go_on);
-  CHECK(job_in(*store, {"ann", "1"}).progress == server::store::Progress{1, 9.5, "reduce", "v1"});
+  CHECK(job_in(*store, {"ann", "1"}).progress == meshgauge::server::store::Progress{1, 9.5, "reduce", "v1"});
 }
 
 TEST_CASE("PostgreSQL: several schemas of one database are apart") {

@@ -256,7 +256,7 @@ TEST_CASE("trouble: sixteen callers hardly ever wait for each other in a circle,
         checked(claimed);
         std::vector<Beat> beats;
         for (std::size_t i = 0; claimed && i < claimed->size(); ++i)
-          beats.push_back({(*claimed)[i].token, server::store::Progress{1, 2, "s"}});
+          beats.push_back({(*claimed)[i].token, meshgauge::server::store::Progress{1, 2, "s"}});
         checked(jobs.heartbeats(beats, at(120)));
         return;
       }
