@@ -23,14 +23,14 @@ class Account {
     bucket_.change(allowance.requests_per_minute, allowance.burst, now);
   }
 
-  // Seconds until there is room in the rate; nullopt: there was.
+  // Returns the time until the rate allows a request; nullopt: one was taken.
   std::optional<std::chrono::duration<double>> begin_request(Bucket::Time now) {
     const std::lock_guard lock(mutex_);
     if (bucket_.take(now)) return std::nullopt;
     return bucket_.wait();
   }
 
-  // The limit when it is reached.
+  // Returns the limit if it is reached; nullopt: the job is counted.
   std::optional<std::uint64_t> take_job() {
     const std::lock_guard lock(mutex_);
     if (jobs_ >= allowance_.max_jobs) return allowance_.max_jobs;
@@ -43,14 +43,14 @@ class Account {
     return allowance_.max_jobs;
   }
 
-  // How many turns there were before this one.
+  // Returns the number of turns before this one.
   std::uint64_t take_turn() {
     const std::lock_guard gate(gate_);
     const std::lock_guard lock(mutex_);
     return turns_++;
   }
 
-  // While this is held there are no turns, and nobody takes one.
+  // Waits until all turns have ended. While the lock is held no other thread gets a turn.
   std::unique_lock<std::mutex> end_turns() {
     std::unique_lock gate(gate_);
     std::unique_lock lock(mutex_);
@@ -77,7 +77,7 @@ class Account {
     --jobs_;
   }
 
-  // The limit when it would be passed: `most`, or this owner's own.
+  // Returns the limit if it would be exceeded; nullopt: the bytes are held.
   std::optional<std::uint64_t> hold(std::uint64_t bytes, std::uint64_t most,
                                     const std::function<std::uint64_t()>& stored) {
     const std::lock_guard lock(mutex_);
@@ -101,14 +101,14 @@ class Account {
   std::uint64_t held_ = 0;
   std::uint64_t turns_ = 0;
   std::condition_variable no_turns_;
-  std::mutex gate_;  // to turns; before mutex_
+  std::mutex gate_;  // of turns; locked before mutex_
 };
 
 namespace {
 
-constexpr std::uint64_t kProcesses = 8;  // that may let jobs of one owner in at the same time
+constexpr std::uint64_t kProcesses = 8;  // front ends that may store jobs of one owner at the same time
 
-// RFC 6750 section 3: why, in words for machines; none when there was no key at all.
+// RFC 6750 section 3: no error code when the request carries no key.
 Denial unauthorized(const char* detail, bool presented) {
   return {{ProblemKind::unauthorized, detail, {}},
           {{"WWW-Authenticate",
@@ -121,7 +121,8 @@ Denial too_many(std::string detail, std::chrono::duration<double> wait) {
 }
 
 Denial too_many_jobs(std::uint64_t limit) {
-  return too_many("the key has " + std::to_string(limit) + " comparisons queued or running, its max_jobs",
+  return too_many("the key has " + std::to_string(limit) +
+                      " comparisons queued or running, its limit max_jobs; wait for one to end",
                   std::chrono::seconds(1));
 }
 
@@ -134,22 +135,22 @@ std::optional<Denial> denial_of(Account& account, const Result<std::uint64_t>& u
 Denial over_quota(std::uint64_t limit, std::uint64_t most) {
   const std::string bytes = std::to_string(limit) + " bytes";
   return {{ProblemKind::quota_exceeded,
-           limit < most ? "the key may store " + bytes + ", and with this it would be more"
-                        : "stored meshes and those of waiting comparisons would be larger than the limit of " + bytes +
-                              "; delete some",
+           (limit < most ? "the key's meshes would exceed its limit max_storage_bytes of "
+                         : "stored meshes and those of waiting comparisons would exceed the limit of ") +
+               bytes + "; delete some",
            {}},
           {}};
 }
 
-// The owner when there are no keys: what the service's own settings say is all that limits it.
+// For the owner of a service without keys, which only the service's own settings limit.
 Allowance unlimited() {
   Allowance all;
   all.max_storage_bytes = std::numeric_limits<std::uint64_t>::max();
   return all;
 }
 
-// Between authentication and now the key was taken out of the file.
-Denial gone() { return unauthorized("the key is not known any more", true); }
+// The key was removed from the file after the request was authenticated.
+Denial gone() { return unauthorized("the key was removed from the service", true); }
 
 }  // namespace
 
@@ -206,7 +207,7 @@ std::variant<Caller, Denial> Access::authenticate(const Head& head) const {
   const std::string digest = token_sha256(token.substr(0, kMaxTokenBytes + 1));
   const auto all = keys();
   const Key* match = nullptr;
-  for (const Key& key : *all) {  // to the end, whichever it is
+  for (const Key& key : *all) {  // without an early exit, so that the time does not depend on the match
     for (const std::string& known : key.sha256) {
       if (same_digest(known, digest)) match = &key;
     }
@@ -220,7 +221,7 @@ std::optional<Denial> Access::require(const Caller& caller, Scope scope) {
   if (scope == Scope::compare ? caller.scopes.compare : caller.scopes.metrics) return std::nullopt;
   const std::string name = scope == Scope::compare ? "compare" : "metrics";
   return Denial{
-      {ProblemKind::forbidden, "this needs a key with the scope '" + name + "'", {}},
+      {ProblemKind::forbidden, "this request needs a key with the scope '" + name + "'", {}},
       {{"WWW-Authenticate", R"(Bearer realm="meshgauge", error="insufficient_scope", scope=")" + name + "\""}}};
 }
 
@@ -230,7 +231,7 @@ std::optional<Denial> Access::begin_request(const std::string& owner) {
   if (!account) return gone();
   const auto wait = account->begin_request(clocks_.steady());
   if (!wait) return std::nullopt;
-  return too_many("the key's requests come faster than its requests_per_minute", *wait);
+  return too_many("the key has exceeded its rate, requests_per_minute; retry later", *wait);
 }
 
 std::variant<JobSlot, Denial> Access::take_job(const std::string& owner) {
@@ -252,7 +253,7 @@ std::variant<JobTurn, Denial> Access::await_turn(const std::string& owner, const
     if (auto denial = denial_of(*account, there)) return std::move(*denial);
     if (*there + kProcesses * before < account->max_jobs()) return turn;
   }
-  // Who came before may have been counted twice, or those of other processes not at all.
+  // Jobs of earlier turns may have been counted twice above, and those of other processes not at all.
   const auto gate = account->end_turns();
   if (auto denial = denial_of(*account, unended())) return std::move(*denial);
   account->take_turn(gate);

@@ -1,7 +1,7 @@
-// Who may use the service, and how much of it: bearer keys from a file, with a rate, jobs and storage each.
+// Authentication by bearer keys from a file, and the limits of each key: request rate, jobs and storage.
 //
-// Everything stored belongs to an owner, the id of the key that stored it. Without a file of keys there is one owner,
-// "", who may do everything; of the limits here only the service's own on storage is for it.
+// Everything stored belongs to an owner, which is the id of the key that stored it. Without a keys file there is one
+// owner, "", with all scopes and no limits but the service's own on storage.
 #pragma once
 
 #include <chrono>
@@ -39,12 +39,12 @@ struct AccessClocks {
   std::function<std::chrono::system_clock::time_point()> system = std::chrono::system_clock::now;  // of expiry
 };
 
-class Account;  // what one owner holds
+class Account;  // what one owner uses of its limits
 
-// One job of an owner, queued or running. May outlive the Access.
+// Counts one queued or running job of an owner until it is destroyed. May outlive the Access.
 class JobSlot {
  public:
-  JobSlot() = default;  // counts nowhere
+  JobSlot() = default;  // not counted
   explicit JobSlot(std::shared_ptr<Account> account) : account_(std::move(account)) {}
   JobSlot(JobSlot&& other) noexcept = default;
   JobSlot& operator=(JobSlot&&) = delete;
@@ -54,11 +54,12 @@ class JobSlot {
   std::shared_ptr<Account> account_;
 };
 
-// Held from the count of an owner's jobs until his new one counts there as well.
+// Permission to store one job of an owner. Hold it from the count of the owner's jobs in the store until the new job is
+// counted there as well.
 class JobTurn {
  public:
-  JobTurn() = default;                                // of an owner without a limit
-  explicit JobTurn(std::shared_ptr<Account> account)  // taken already
+  JobTurn() = default;                                // for an owner without a limit
+  explicit JobTurn(std::shared_ptr<Account> account)  // precondition: the account has counted it
       : account_(std::move(account)) {}
   JobTurn(JobTurn&& other) noexcept : account_(std::move(other.account_)) {}
   JobTurn& operator=(JobTurn&&) = delete;
@@ -68,7 +69,7 @@ class JobTurn {
   std::shared_ptr<Account> account_;
 };
 
-// Bytes of an owner that are on their way into the store: hold it until they count there, or are gone.
+// Counts bytes of an owner that are being stored. Hold it until they are counted in the store, or discarded.
 class StorageHold {
  public:
   StorageHold() = default;
@@ -85,49 +86,55 @@ class StorageHold {
 // Thread safe.
 class Access {
  public:
-  // `keys_file` empty: without keys. reload() reads it.
+  // `keys_file`: name of the keys file, which only reload() reads; empty: the service runs without keys.
   explicit Access(std::string keys_file, AccessClocks clocks = {});
 
-  // Reads the file anew. After an Error the keys that were there stay in force. What an owner has used of its limits
-  // stays used, jobs that run go on, and an owner without a key any more is let in no more.
-  Result<std::size_t> reload();  // how many keys there are
+  // Reads the keys file. Returns the number of keys. After an Error the keys loaded before stay in force. Usage of
+  // limits is kept and running jobs go on; a key that was removed is rejected from now on.
+  Result<std::size_t> reload();
 
   bool has_keys() const { return !keys_file_.empty(); }
 
-  // Whose key the head carries, in a time that tells nothing about the keys there are. An unknown, an expired and a
-  // disabled key get the same 401.
+  // Returns the owner and scopes of the request's key, or a 401. Unknown, expired and disabled keys get the same 401.
+  // The time taken depends on the number of keys, not on which one matches.
   std::variant<Caller, Denial> authenticate(const Head& head) const;
 
-  static std::optional<Denial> require(const Caller& caller, Scope scope);  // 403
+  // Returns a 403 if the key lacks the scope; nullopt: it has it.
+  static std::optional<Denial> require(const Caller& caller, Scope scope);
 
-  std::optional<Denial> begin_request(const std::string& owner);  // one of its rate; 429
+  // Takes one request from the owner's rate. Returns a 429 with Retry-After if the rate is exceeded; nullopt: it is
+  // not.
+  std::optional<Denial> begin_request(const std::string& owner);
 
-  std::variant<JobSlot, Denial> take_job(const std::string& owner);  // 429 when it has as many as it may
-  JobSlot adopt_job(const std::string& owner);  // counted, and never denied: accepted before a restart
+  // Counts a job of this process. Returns a 429 if the owner has max_jobs of them already.
+  std::variant<JobSlot, Denial> take_job(const std::string& owner);
+  JobSlot adopt_job(const std::string& owner);  // counts a job that was accepted before a restart; never denied
 
-  // For one of several processes that let jobs of the same owners in: take_job() knows its own alone. `unended` says
-  // how many there are of all processes, and may fail. 429 when there are as many as may be, though all turns of this
-  // process came to be stored. Turns are given at once while they are few beside what the limit leaves, as other
-  // processes give theirs meanwhile; closer to it one at a time, and then this may wait. So one process never passes
-  // the limit, and several by less than there are of them, for as long as such a job lasts, unless they are many.
+  // Enforces max_jobs where several front ends share a store; take_job() knows the jobs of its own process only.
+  // `unended` returns the owner's jobs of all processes and may fail; it is called once or twice.
+  //
+  // Returns a turn, or a 429 if the owner has max_jobs jobs in the store. Far from the limit (8 front ends could each
+  // store as many jobs as this one has turns) turns are given at once. Near it they are given one at a time, and the
+  // call blocks until the other turns of this owner in this process have ended. So one front end never exceeds the
+  // limit, and n of them (up to 8) exceed it by less than n.
   using CountJobs = std::function<Result<std::uint64_t>()>;
   std::variant<JobTurn, Denial> await_turn(const std::string& owner, const CountJobs& unended);
-  // Whether it would be denied now.
+  // Returns the denial that await_turn() would give now, without taking a turn; nullopt: none. Does not wait for turns.
   std::optional<Denial> find_denial(const std::string& owner, const CountJobs& unended) const;
 
-  // 403 when `bytes` more than `stored()` and what is held already is more than the owner may store: `most`, as any
-  // owner, and no more than its key says. `stored` must see what was stored before a hold was given back; it is asked
-  // under a lock of this owner.
+  // Reserves `bytes` of the owner's storage. Returns a 403 if stored() + bytes held + `bytes` exceeds the smaller of
+  // `most` and the key's max_storage_bytes. `stored` returns the owner's bytes in the store, including everything
+  // stored before a hold was destroyed; it is called under a lock of this owner.
   std::variant<StorageHold, Denial> hold_storage(const std::string& owner, std::uint64_t bytes, std::uint64_t most,
                                                  const std::function<std::uint64_t()>& stored);
 
  private:
   std::shared_ptr<const std::vector<Key>> keys() const;
-  std::shared_ptr<Account> account_of(const std::string& owner) const;  // nullptr: not limited, or gone
+  std::shared_ptr<Account> account_of(const std::string& owner) const;  // nullptr: no key has this id (any more)
 
   const std::string keys_file_;
   const AccessClocks clocks_;
-  const std::shared_ptr<Account> nameless_;  // of the only owner when there are no keys
+  const std::shared_ptr<Account> nameless_;  // account of the only owner when the service runs without keys
   mutable std::mutex mutex_;
   std::shared_ptr<const std::vector<Key>> keys_;
   std::map<std::string, std::shared_ptr<Account>> accounts_;

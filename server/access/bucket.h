@@ -1,4 +1,4 @@
-// A token bucket: `burst` requests at once, then as many as flow in.
+// A token bucket: allows `burst` requests at once, and `per_minute` in the long run.
 #pragma once
 
 #include <algorithm>
@@ -12,7 +12,7 @@ class Bucket {
  public:
   using Time = std::chrono::steady_clock::time_point;
 
-  // Full. Precondition: both at least 1.
+  // Starts full. Precondition: both numbers are at least 1.
   Bucket(std::uint64_t per_minute, std::uint64_t burst, Time now)
       : per_second_(static_cast<double>(per_minute) / 60),
         burst_(static_cast<double>(burst)),
@@ -26,10 +26,10 @@ class Bucket {
     return true;
   }
 
-  // Until take() would succeed; after one that did not.
+  // Time until take() would succeed. Precondition: the last take() returned false.
   std::chrono::duration<double> wait() const { return std::chrono::duration<double>((1 - level_) / per_second_); }
 
-  // Other figures from now on; what was used stays used.
+  // Changes rate and capacity; tokens that were used stay used.
   void change(std::uint64_t per_minute, std::uint64_t burst, Time now) {
     flow(now);
     per_second_ = static_cast<double>(per_minute) / 60;

@@ -16,7 +16,7 @@ constexpr const char* kResponseHeaders =
     "X-Request-Id";
 constexpr const char* kMaxAgeSeconds = "600";
 
-// scheme://host or scheme://host:port, in lower case: what the WHATWG's serialization of an origin gives.
+// scheme://host or scheme://host:port, in lower case, as in the WHATWG's serialization of an origin.
 bool is_origin(std::string_view text) {
   std::string_view rest = text;
   const std::string_view scheme = next(rest, "://");
@@ -34,7 +34,8 @@ Result<Cors> Cors::parse(std::string_view origins) {
     const std::string_view origin = trimmed(next(origins, ","));
     if (!is_origin(origin)) {
       return refused("--cors-origins: '" + std::string(origin) +
-                     "' is no origin; each is like https://viewer.example or http://localhost:3000, in lower case");
+                     "' is not an origin; write each like https://viewer.example or http://localhost:3000, in lower "
+                     "case");
     }
     cors.origins_.emplace_back(origin);
   }

@@ -1,4 +1,4 @@
-// Which web pages' scripts may read the answers (CORS): none, but those of the origins that are named.
+// Cross-origin resource sharing: which origins' web pages may read responses. By default none.
 #pragma once
 
 #include <string>
@@ -12,13 +12,14 @@ namespace meshgauge::server {
 
 class Cors {
  public:
-  // "https://a.example, http://localhost:3000": each exactly as a browser sends it in Origin. There is no '*'.
+  // Parses a list such as "https://a.example, http://localhost:3000": each exactly as browsers send it in Origin. '*'
+  // is an Error.
   static Result<Cors> parse(std::string_view origins);
 
-  // Adds what a browser must see on an answer to a page of such an origin.
+  // Adds the CORS headers to the response if the request's origin is in the list.
   void add_headers(Exchange& exchange) const;
 
-  // Answers a browser's question whether it may send a request. False: it was none, or of another origin.
+  // Answers a preflight request with 204. False: the request is not one, or its origin is not in the list.
   bool answer_preflight(Exchange& exchange) const;
 
  private:

@@ -8,11 +8,11 @@
 namespace meshgauge::server {
 namespace {
 
-// What says nothing about anybody's work. All else needs a key, also a path that there is not.
+// Paths that show nothing of any owner's data. Every other path needs a key, even one that does not exist.
 constexpr std::array<std::string_view, 7> kOpen{"/", "/b", "/c", "/docs", "/healthz", "/openapi.yaml", "/readyz"};
 constexpr std::array<std::string_view, 4> kOpenFolders{"/b/", "/c/", "/docs/", "/page/"};
 
-// Why a head was not authenticated.
+// The reason, for the metrics, why a request was not authenticated.
 AuthFailure failure_of(const Head& head) {
   if (!bearer_token(head).empty()) return AuthFailure::unknown;
   return head.header("authorization").empty() ? AuthFailure::missing : AuthFailure::malformed;
@@ -35,11 +35,11 @@ bool Entrance::admit(Exchange& exchange) const {
     metrics_.auth_failed(failure_of(exchange.head));
     return answer(exchange, *denial), false;
   }
-  const auto& who = std::get<Caller>(caller);
-  exchange.owner = who.owner;
-  // The rate first: a key that may not do this must not ask without end.
-  if (const auto denial = access_.begin_request(who.owner)) return answer(exchange, *denial), false;
-  if (const auto denial = Access::require(who, *scope)) {
+  const auto& known = std::get<Caller>(caller);
+  exchange.owner = known.owner;
+  // Rate before scope, so that forbidden requests are limited as well.
+  if (const auto denial = access_.begin_request(known.owner)) return answer(exchange, *denial), false;
+  if (const auto denial = Access::require(known, *scope)) {
     metrics_.auth_failed(AuthFailure::forbidden);
     return answer(exchange, *denial), false;
   }
@@ -49,7 +49,7 @@ bool Entrance::admit(Exchange& exchange) const {
 void answer(Exchange& exchange, const Denial& denial) {
   answer(exchange, denial.problem);
   auto& headers = exchange.response.headers;
-  for (const auto& header : denial.headers) {  // what the denial says counts more than what any such problem says
+  for (const auto& header : denial.headers) {  // replaces the default header of such a problem
     std::erase_if(headers, [&](const auto& other) { return other.first == header.first; });
     headers.push_back(header);
   }

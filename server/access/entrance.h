@@ -1,4 +1,4 @@
-// What every request passes before it is routed, on its head alone: browsers' questions, keys, scopes and rates.
+// The checks of every request before routing, on its head alone: CORS preflight, key, rate and scope.
 #pragma once
 
 #include <optional>
@@ -15,7 +15,8 @@ class Entrance {
  public:
   Entrance(Access& access, Metrics& metrics, Cors cors) : access_(access), metrics_(metrics), cors_(std::move(cors)) {}
 
-  // Runs `go_on` with exchange.owner set, or answers; what either answers is marked for the pages that may read it.
+  // Answers a preflight or a denied request; else sets exchange.owner and calls `go_on`. Adds CORS headers to the
+  // response of either.
   template <class GoOn>
   void operator()(Exchange& exchange, const GoOn& go_on) const {
     if (cors_.answer_preflight(exchange)) return;
@@ -27,14 +28,14 @@ class Entrance {
   bool admit(Exchange& exchange) const;
 
   Access& access_;
-  Metrics& metrics_;  // told of keys that did not fit
+  Metrics& metrics_;  // counts failed authentications
   const Cors cors_;
 };
 
-// What a path needs of a key; nullopt: it is open to everybody.
+// Returns the scope that a path requires; nullopt: it needs no key. Unknown paths require Scope::compare.
 std::optional<Scope> scope_of_path(std::string_view path);
 
-// Makes the answer of this exchange a denial.
+// Sets the response to the denial's problem and headers.
 void answer(Exchange& exchange, const Denial& denial);
 
 }  // namespace meshgauge::server

@@ -47,7 +47,7 @@ bool is_digest(const JsonValue& value) {
 Result<Done> read_sha256(const JsonValue& value, const std::string& pointer, Key& key) {
   const JsonValue list = value.is_array() ? value : JsonValue::array({value});
   if (list.empty() || list.size() > kMaxTokensOfKey)
-    return bad_key(pointer, "must be one digest, or an array of 1 to 4");
+    return bad_key(pointer, "must be one digest, or an array of 1 to 4 digests");
   for (const JsonValue& digest : list) {
     if (!is_digest(digest)) return wrong(pointer, "the SHA-256 of a token, 64 lower-case hex digits", digest);
     key.sha256.push_back(digest.get<std::string>());
@@ -134,10 +134,10 @@ Result<Key> read_key(const JsonValue& entry, const std::string& pointer) {
 
 Result<std::vector<Key>> read_all(const JsonValue& document) {
   if (!document.is_object() || document.size() != 1 || !document.contains("keys") || !document["keys"].is_array()) {
-    return bad_key("", "must be an object with the one field 'keys', an array");
+    return bad_key("", "must be an object with the one field 'keys', an array of keys");
   }
   const JsonValue& entries = document["keys"];
-  if (entries.size() > kMaxKeys) return bad_key("/keys", "there may be " + std::to_string(kMaxKeys) + " keys at most");
+  if (entries.size() > kMaxKeys) return bad_key("/keys", "has more than " + std::to_string(kMaxKeys) + " keys");
   std::vector<Key> keys;
   std::set<std::string> ids;
   std::set<std::string> digests;
@@ -145,16 +145,18 @@ Result<std::vector<Key>> read_all(const JsonValue& document) {
     const std::string pointer = "/keys/" + std::to_string(i);
     auto key = read_key(entries[i], pointer);
     if (!key) return key.error();
-    if (!ids.insert(key->id).second) return bad_key(pointer + "/id", "another key is called '" + key->id + "' as well");
+    if (!ids.insert(key->id).second)
+      return bad_key(pointer + "/id", "another key has the id '" + key->id + "' as well");
     for (const std::string& digest : key->sha256) {
-      if (!digests.insert(digest).second) return bad_key(pointer + "/sha256", "this token is there twice");
+      if (!digests.insert(digest).second)
+        return bad_key(pointer + "/sha256", "this digest occurs twice in the file; give each key a token of its own");
     }
     keys.push_back(std::move(*key));
   }
   return keys;
 }
 
-// A JSON library counts bytes; whoever wrote the file counts lines.
+// Converts the JSON library's "byte N" to a line number.
 std::string line_of(std::string_view text, std::string_view where) {
   if (!where.starts_with("byte ")) return std::string(where);
   const std::size_t byte = std::min<std::size_t>(std::stoull(std::string(where.substr(5))), text.size());
@@ -164,7 +166,8 @@ std::string line_of(std::string_view text, std::string_view where) {
 }  // namespace
 
 Result<std::vector<Key>> parse_keys(std::string_view json) {
-  if (json.find('\0') != std::string_view::npos) return bad_key("", "not JSON: a NUL byte");  // else taken for the end
+  if (json.find('\0') != std::string_view::npos)
+    return bad_key("", "not JSON: has a NUL byte");  // the parser would stop at it
   api::JsonFilter filter;
   if (!JsonValue::sax_parse(json, &filter)) return bad_key(line_of(json, filter.where), filter.defect);
   return read_all(JsonValue::parse(json));

@@ -1,10 +1,10 @@
-// The file of keys: who may use the service, for what, and how much of it.
+// The keys file: bearer keys with their scopes and limits.
 //
 //   {"keys": [{"id": "ci", "sha256": "<of the token>", "scopes": ["compare"], "requests_per_minute": 600, "burst": 100,
 //              "max_jobs": 8, "max_storage_bytes": 10737418240, "expires": "2027-01-01T00:00:00Z", "disabled": false}]}
 //
-// Of a key, only `id` and `sha256` must be there. `sha256` may be an array of up to four: while a token is being
-// replaced, the old and the new one open the same door.
+// Only `id` and `sha256` are required. `sha256` may be an array of up to four digests: while a token is being replaced,
+// the old and the new one are valid for the same key.
 #pragma once
 
 #include <chrono>
@@ -25,16 +25,16 @@ struct Scopes {
   bool metrics = false;
 };
 
-// What a key that says nothing else gets.
+// The limits of a key, with their defaults.
 struct Allowance {
   std::uint64_t requests_per_minute = 600;
   std::uint64_t burst = 100;                                  // requests at once
-  std::uint64_t max_jobs = 8;                                 // queued and running
+  std::uint64_t max_jobs = 8;                                 // comparisons queued and running
   std::uint64_t max_storage_bytes = std::uint64_t{10} << 30;  // of stored meshes
 };
 
 struct Key {
-  std::string id;  // owns what is stored with the key; never empty
+  std::string id;  // owner of everything stored with the key; never empty
   std::vector<std::string> sha256;
   Scopes scopes{true, false};
   Allowance allowance;
@@ -44,17 +44,16 @@ struct Key {
 
 inline constexpr std::size_t kMaxKeys = 10'000;
 
-// Strictly: an unknown or repeated field, a wrong type, an impossible number, an id or a token that is there twice is
-// refused, with the line or the JSON pointer in the message.
+// Parses the text of a keys file. Rejects unknown and repeated fields, wrong types, numbers out of range, and ids or
+// tokens that occur twice; the message has the line or the JSON pointer.
 Result<std::vector<Key>> parse_keys(std::string_view json);
 
-Result<std::vector<Key>> load_keys(const std::string& file);  // messages begin with the file
+Result<std::vector<Key>> load_keys(const std::string& file);  // messages begin with the file's name
 
-Result<Done> check_key_id(std::string_view id);  // 1 to 64 of A-Z, a-z, 0-9, '-', '_' and '.'
+Result<Done> check_key_id(std::string_view id);  // valid: 1 to 64 of A-Z, a-z, 0-9, '-', '_' and '.'
 
-// The name of the scope, or nullopt.
-std::optional<Scope> scope_of(std::string_view name);
+std::optional<Scope> scope_of(std::string_view name);  // nullopt: no scope has this name
 
-std::string to_json(const Key& key);  // one entry of a file, on one line
+std::string to_json(const Key& key);  // an entry of a keys file, on one line
 
 }  // namespace meshgauge::server

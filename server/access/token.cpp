@@ -24,7 +24,7 @@ std::string new_token() { return "mg_" + api::random_id() + api::random_id(); }
 Result<Done> check_token(std::string_view token) {
   if (token.size() < kMinTokenBytes || token.size() > kMaxTokenBytes) {
     return refused("a token must have from " + std::to_string(kMinTokenBytes) + " to " +
-                   std::to_string(kMaxTokenBytes) + " characters, and nobody must be able to guess it");
+                   std::to_string(kMaxTokenBytes) + " characters; use random ones");
   }
   if (std::all_of(token.begin(), token.end(), is_token68_char)) return Done{};
   return refused("a token must be made of A-Z, a-z, 0-9 and -._~+/=");

@@ -1,5 +1,5 @@
-// One line of JSON, written from front to back: a document of nlohmann's takes four times as long to make, and the log
-// has a line for every request.
+// Writes one line of JSON from front to back. It takes a quarter of the time of an nlohmann document, and the log has a
+// line for every request.
 #pragma once
 
 #include <concepts>
@@ -12,18 +12,18 @@ class JsonLine {
  public:
   JsonLine() : text_("{") {}
 
-  // Names are ours and need no escapes. A value may be any bytes: control characters are escaped, what is not UTF-8 is
-  // replaced.
+  // Precondition of all: `name` needs no escapes. A text value may be any bytes: control characters are escaped, bytes
+  // that are not UTF-8 are replaced.
   JsonLine& add(std::string_view name, std::string_view value);
   JsonLine& add(std::string_view name, std::integral auto value) { return add_plain(name, std::to_string(value)); }
   JsonLine& add_bool(std::string_view name, bool value) { return add_plain(name, value ? "true" : "false"); }
   JsonLine& add_null(std::string_view name) { return add_plain(name, "null"); }
-  JsonLine& add_ms(std::string_view name, double ms);  // in steps of a microsecond
+  JsonLine& add_ms(std::string_view name, double ms);  // with three decimals; null if not finite
 
-  JsonLine& open(std::string_view name);  // an object, up to close()
+  JsonLine& open(std::string_view name);  // begins an object that close() ends
   JsonLine& close();
 
-  std::string finish() &&;  // with a newline
+  std::string finish() &&;  // the line, newline included
 
  private:
   JsonLine& add_plain(std::string_view name, std::string_view value);

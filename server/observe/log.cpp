@@ -20,12 +20,12 @@ JsonLine begin(const std::string& event) {
   return line;
 }
 
-// One write a line, so that the lines of several threads do not mix.
+// One write() per line, so that the lines of several threads do not mix.
 void write_line(const std::string& line) {
   [[maybe_unused]] const ssize_t written = ::write(STDERR_FILENO, line.data(), line.size());
 }
 
-// A pipe takes lines of up to 4096 bytes in one piece.
+// A pipe takes writes of up to 4096 bytes (PIPE_BUF) in one piece.
 std::string shortened(const std::string& text) {
   constexpr std::size_t kMostBytes = 256;
   return text.size() <= kMostBytes ? text : text.substr(0, kMostBytes) + "...";
@@ -74,7 +74,7 @@ std::string request_line(const Exchange& exchange, double seconds) {
 
 void log_request(const Exchange& exchange, double seconds) { write_line(request_line(exchange, seconds)); }
 
-// Its trace is its client's: so a trace goes on from the service that took the job in to the worker that ran it.
+// The trace is the client's, so that it continues from the front end that accepted the job to the worker that ran it.
 std::string job_line(const JobView& job) {
   const store::Job& row = job.row;
   JsonLine line = begin("job");

@@ -63,7 +63,7 @@ std::map<std::string_view, Histogram*> stage_histograms(Family<Histogram>& famil
   return all;
 }
 
-// A method is the client's to make up.
+// Clients can invent any number of methods; unknown ones share a label.
 std::string_view known(std::string_view method) {
   constexpr std::array<std::string_view, 7> kMethods{"GET", "HEAD", "POST", "PUT", "PATCH", "DELETE", "OPTIONS"};
   return std::find(kMethods.begin(), kMethods.end(), method) == kMethods.end() ? "other" : method;
@@ -81,7 +81,7 @@ std::string status_class(int status) { return std::to_string(status / 100) + "xx
 struct Metrics::Series {
   using RequestView = std::tuple<std::string_view, std::string_view, int>;
 
-  // Of one route, method and status: looked up once, then only counted.
+  // The series of one route, method and status, looked up once.
   struct Request {
     Counter* count;
     Histogram* seconds;
@@ -106,37 +106,39 @@ struct Metrics::Series {
   Registry registry;
   Family<Counter>& requests{counters(registry, "meshgauge_requests_total", "Requests answered")};
   Family<Histogram>& request_seconds{
-      histograms(registry, "meshgauge_request_seconds", "From a request's head to the last byte of its response")};
-  Family<Counter>& request_bytes{counters(registry, "meshgauge_request_bytes_total", "Bytes of bodies received")};
+      histograms(registry, "meshgauge_request_seconds", "Time from a request's head to the last byte of its response")};
+  Family<Counter>& request_bytes{
+      counters(registry, "meshgauge_request_bytes_total", "Bytes of request bodies received")};
   Family<Counter>& response_bytes{counters(registry, "meshgauge_response_bytes_total", "Bytes of responses sent")};
-  Family<Counter>& rejected{counters(registry, "meshgauge_rejected_total", "Requests answered by a problem document")};
+  Family<Counter>& rejected{
+      counters(registry, "meshgauge_rejected_total", "Requests answered by a problem document, by problem")};
   Family<Counter>& jobs{counters(registry, "meshgauge_jobs_total", "Comparisons that ended")};
   Histogram& queue_wait{
-      histograms(registry, "meshgauge_queue_wait_seconds", "Time in the queue").Add({}, kStageSeconds)};
+      histograms(registry, "meshgauge_queue_wait_seconds", "Time of comparisons in the queue").Add({}, kStageSeconds)};
   Histogram& culling{histograms(registry, "meshgauge_culling_rate",
-                                "Part of the triangles that the first pass could rule out, a one-sided search each")
+                                "Fraction of triangles ruled out by the first pass, per one-sided search")
                          .Add({}, kCullingRates)};
-  Counter& triangles{
-      counters(registry, "meshgauge_triangles_total", "Triangles of the meshes that were compared").Add({})};
+  Counter& triangles{counters(registry, "meshgauge_triangles_total", "Triangles of compared meshes").Add({})};
   std::map<std::string_view, Histogram*> stages{
-      stage_histograms(histograms(registry, "meshgauge_stage_seconds", "Time of a comparison's stages"))};
-  Family<Counter>& maps{counters(registry, "meshgauge_maps_total", "Deviation maps that were asked for")};
+      stage_histograms(histograms(registry, "meshgauge_stage_seconds", "Time of each stage of a comparison"))};
+  Family<Counter>& maps{counters(registry, "meshgauge_maps_total", "Deviation maps requested, by outcome")};
   Counter& maps_made{maps.Add({{"outcome", "made"}})};
   Counter& maps_failed{maps.Add({{"outcome", "failed"}})};
   Counter& maps_found{maps.Add({{"outcome", "cached"}})};
   Family<Histogram>& map_seconds{
-      histograms(registry, "meshgauge_map_seconds", "Time of making a deviation map, waiting included")};
+      histograms(registry, "meshgauge_map_seconds", "Time to make a deviation map, waiting included")};
   Histogram& glb_seconds{map_seconds.Add({{"format", "glb"}}, kStageSeconds)};
   Histogram& ply_seconds{map_seconds.Add({{"format", "ply"}}, kStageSeconds)};
-  Counter& claimed{counters(registry, "meshgauge_worker_claimed_total", "Jobs that this process has claimed").Add({})};
+  Counter& claimed{counters(registry, "meshgauge_worker_claimed_total", "Jobs that this worker has claimed").Add({})};
   Counter& leases_lost{counters(registry, "meshgauge_worker_leases_lost_total",
-                                "Jobs that were given to others while this process ran them")
+                                "Jobs that were given to another worker while this one ran them")
                            .Add({})};
-  std::array<Counter*, 4> auth_failures{
-      counter_each(counters(registry, "meshgauge_auth_failures_total", "Requests whose key did not open the door"),
-                   "reason", kAuthFailures)};
-  std::array<Counter*, 3> store_errors{counter_each(
-      counters(registry, "meshgauge_store_errors_total", "Calls of the stores that failed"), "kind", kStoreFailures)};
+  std::array<Counter*, 4> auth_failures{counter_each(
+      counters(registry, "meshgauge_auth_failures_total", "Requests that failed authentication or lacked a scope"),
+      "reason", kAuthFailures)};
+  std::array<Counter*, 3> store_errors{
+      counter_each(counters(registry, "meshgauge_store_errors_total", "Failed calls of the stores, by kind"), "kind",
+                   kStoreFailures)};
   Readings readings;
 
   std::mutex mutex;  // guards what follows
@@ -162,7 +164,7 @@ Counter& Metrics::Series::job(const char* state, std::string_view status, Strate
 }
 
 Metrics::Metrics() : series_(std::make_unique<Series>()) {
-  // A series that begins at its first event hides that event from rate(): these are there from the start.
+  // rate() misses the first event of a series that starts with it, so the usual series start at 0.
   for (const auto& stop : api::kStops) {
     series_->job(stop.value == Stop::cancelled ? "cancelled" : "done", stop.text, Strategy::automatic);
   }

@@ -1,5 +1,5 @@
-// The numbers behind GET /metrics. What happens is told by the one who sees it happen; how things stand is asked of its
-// owner when the numbers are read. docs/operations.md lists them all.
+// The metrics behind GET /metrics. Counters and histograms are updated where the event occurs; levels are read from
+// their owners on scrape. docs/operations.md lists them all.
 #pragma once
 
 #include <cstdint>
@@ -14,19 +14,21 @@
 namespace meshgauge::server {
 
 struct RequestEnd {
-  std::string_view route;  // the template that matched, never the path: anyone can make up paths
+  std::string_view route;  // the template that matched, never the path: clients can invent any number of paths
   std::string_view method;
   int status = 0;
   std::string_view problem;  // type URN; empty for a result
-  double seconds = 0;        // from the head to the last byte of the response
+  double seconds = 0;        // from the complete head to the last byte of the response
   std::uint64_t bytes_in = 0;
   std::uint64_t bytes_out = 0;
 };
 
-enum class AuthFailure { missing, malformed, unknown, forbidden };  // no key, not a key, nobody's, not for this
+// missing: no key. malformed: Authorization holds no bearer token. unknown: unknown, expired or disabled. forbidden:
+// the key lacks the scope.
+enum class AuthFailure { missing, malformed, unknown, forbidden };
 enum class StoreFailure { full, unavailable, broken };
 
-// What is read out. One that nobody watches is not shown.
+// Values that are read on scrape. A level without watch() is not shown.
 enum class Level {
   queue_depth,
   queue_limit,
@@ -52,7 +54,7 @@ enum class Level {
   disk_free_bytes,
 };
 
-// Thread safe; the methods that count take about a microsecond.
+// Thread safe, except watch() and watch_sandbox(). Counting takes about a microsecond.
 class Metrics {
  public:
   Metrics();
@@ -63,25 +65,25 @@ class Metrics {
   void request_ended(const RequestEnd& request);
 
   void job_started(double waited_seconds);
-  void job_ended(const api::Comparison& comparison);                  // with an interval, however it ended
-  void job_failed(std::string_view problem_type, Strategy strategy);  // without
-  void job_cancelled_early(Strategy strategy);                        // in the queue, or while its meshes were read
+  void job_ended(const api::Comparison& comparison);                  // ended with an interval, complete or not
+  void job_failed(std::string_view problem_type, Strategy strategy);  // ended without an interval
+  void job_cancelled_early(Strategy strategy);                        // cancelled in the queue or while reading meshes
 
-  void map_found();  // a deviation map that was made before
-  void map_ended(std::string_view format, bool made, double seconds);
+  void map_found();                                                    // a deviation map was served from the cache
+  void map_ended(std::string_view format, bool made, double seconds);  // `made` false: it failed
 
   void worker_claimed(std::size_t jobs);
-  void worker_lease_lost();  // a job that runs here is another worker's by now
+  void worker_lease_lost();  // a job that this process runs was given to another worker
 
   void auth_failed(AuthFailure why);
   void store_failed(StoreFailure why);
 
-  // Both must be set before the first text(), and stay callable until the last; they are called by the thread that asks
-  // for the text.
+  // Sets the function that reads a level. Call before the first text(). text() calls it on its own thread; it must stay
+  // callable until the last text().
   void watch(Level level, std::function<double()> read);
   void watch_sandbox(std::function<sandbox::Counters()> read);
 
-  // Prometheus' text format, version 0.0.4.
+  // Returns all metrics in Prometheus' text format, version 0.0.4.
   std::string text() const;
   static constexpr const char* kContentType = "text/plain; version=0.0.4; charset=utf-8";
 

@@ -48,7 +48,7 @@ ProcessFacts process_facts() {
   read_stat(facts);
   std::error_code error;
   const std::filesystem::directory_iterator open("/proc/self/fd", error);
-  // One of them is the iterator's own.
+  // Less the descriptor of the iterator itself.
   if (!error) facts.open_descriptors = static_cast<std::uint64_t>(std::distance(begin(open), end(open))) - 1;
   rlimit limit{};
   if (::getrlimit(RLIMIT_NOFILE, &limit) == 0) facts.most_descriptors = limit.rlim_cur;

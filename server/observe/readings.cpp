@@ -21,28 +21,27 @@ struct LevelText {
 
 // In the order of Level.
 constexpr LevelText kLevels[] = {
-    {"meshgauge_queue_depth", "Comparisons that wait for a worker"},
-    {"meshgauge_queue_limit",
-     "Comparisons that may be let in beside those that run, awaited and durable ones together"},
-    {"meshgauge_jobs_running", "Comparisons that workers are busy with"},
-    {"meshgauge_workers", "Comparisons that may run at the same time"},
-    {"meshgauge_connections", "Connections that a thread is serving"},
-    {"meshgauge_connections_dropped_total", "Connections closed without an answer, for want of room",
+    {"meshgauge_queue_depth", "Jobs that wait for a thread of this process; jobs that wait in a database do not count"},
+    {"meshgauge_queue_limit", "Limit of queued comparisons, awaited and durable ones together"},
+    {"meshgauge_jobs_running", "Jobs that run in this process"},
+    {"meshgauge_workers", "Jobs that may run in this process at the same time"},
+    {"meshgauge_connections", "Connections being served"},
+    {"meshgauge_connections_dropped_total", "Connections closed without a response, all threads and queues being full",
      MetricType::Counter},
-    {"meshgauge_upload_bytes", "Bytes of all uploads, received or being measured"},
-    {"meshgauge_upload_limit_bytes", "Most that they may be"},
+    {"meshgauge_upload_bytes", "Bytes of all uploads being received or measured"},
+    {"meshgauge_upload_limit_bytes", "Limit of meshgauge_upload_bytes"},
     {"meshgauge_mesh_cache_hits_total", "Meshes found in the cache, with their tree", MetricType::Counter},
     {"meshgauge_mesh_cache_misses_total", "Meshes that had to be read and built", MetricType::Counter},
-    {"meshgauge_mesh_cache_bytes", "Memory of the meshes and trees that are kept"},
-    {"meshgauge_mesh_cache_limit_bytes", "Most that they may take"},
-    {"meshgauge_mesh_cache_meshes", "Meshes that are kept, with their tree"},
-    {"meshgauge_map_cache_bytes", "Bytes on disk of the deviation maps that are kept"},
-    {"meshgauge_map_cache_limit_bytes", "Most that they may be"},
-    {"meshgauge_map_cache_files", "Deviation maps that are kept"},
-    {"meshgauge_event_streams", "Clients that follow a comparison's events"},
+    {"meshgauge_mesh_cache_bytes", "Memory of cached meshes and their trees"},
+    {"meshgauge_mesh_cache_limit_bytes", "Limit of meshgauge_mesh_cache_bytes"},
+    {"meshgauge_mesh_cache_meshes", "Cached meshes"},
+    {"meshgauge_map_cache_bytes", "Bytes on disk of cached deviation maps"},
+    {"meshgauge_map_cache_limit_bytes", "Limit of meshgauge_map_cache_bytes"},
+    {"meshgauge_map_cache_files", "Cached deviation maps"},
+    {"meshgauge_event_streams", "Clients that hold a connection to follow events or to wait for a result"},
     {"meshgauge_store_queue_depth", "Comparisons of all front ends that wait for a worker"},
-    {"meshgauge_store_oldest_waiting_seconds", "How long the oldest of them has waited"},
-    {"meshgauge_worker_deliveries_waiting", "Ends of jobs on their way into the store"},
+    {"meshgauge_store_oldest_waiting_seconds", "Age of the oldest of them"},
+    {"meshgauge_worker_deliveries_waiting", "Results of this worker that are not stored yet"},
     {"meshgauge_stored_bytes", "Bytes of the meshes in the store"},
     {"meshgauge_disk_free_bytes", "Free bytes of the file system that holds the store"}};
 static_assert(std::size(kLevels) == static_cast<std::size_t>(Level::disk_free_bytes) + 1);
@@ -61,10 +60,12 @@ MetricFamily family(const LevelText& text, double value) {
 void append_sandbox(const sandbox::Counters& counters, std::vector<MetricFamily>& families) {
   const auto count = [](std::uint64_t n) { return static_cast<double>(n); };
   families.push_back(
-      family({"meshgauge_sandbox_workers_started_total", "Processes made to read uploads", MetricType::Counter},
+      family({"meshgauge_sandbox_workers_started_total", "Reader processes started", MetricType::Counter},
              count(counters.started)));
-  MetricFamily ended{
-      "meshgauge_sandbox_workers_ended_total", "How those that were given a file ended", MetricType::Counter, {}};
+  MetricFamily ended{"meshgauge_sandbox_workers_ended_total",
+                     "Reader processes that were given a file, by outcome",
+                     MetricType::Counter,
+                     {}};
   using sandbox::End;
   for (const End end : {End::read, End::out_of_memory, End::crashed, End::untrue, End::overdue, End::cancelled}) {
     const std::string outcome(sandbox::kEndNames[static_cast<std::size_t>(end)]);
@@ -73,20 +74,18 @@ void append_sandbox(const sandbox::Counters& counters, std::vector<MetricFamily>
   families.push_back(std::move(ended));
 }
 
-// Names and meanings that every Prometheus client has.
+// The standard metrics of Prometheus' client libraries.
 void append_process(const ProcessFacts& facts, std::vector<MetricFamily>& families) {
   const auto add = [&](const LevelText& text, auto value) {
     families.push_back(family(text, static_cast<double>(value)));
   };
-  add({"process_cpu_seconds_total", "Processor time of the service, without the processes that read uploads",
-       MetricType::Counter},
+  add({"process_cpu_seconds_total", "Processor time of the service, without its reader processes", MetricType::Counter},
       facts.cpu_seconds);
-  add({"process_start_time_seconds", "When the service started, in seconds since 1970"}, facts.started);
-  add({"process_resident_memory_bytes", "Memory of the service, without the processes that read uploads"},
-      facts.resident_bytes);
+  add({"process_start_time_seconds", "Start of the service, in seconds since 1970"}, facts.started);
+  add({"process_resident_memory_bytes", "Memory of the service, without its reader processes"}, facts.resident_bytes);
   add({"process_virtual_memory_bytes", "Address space of the service"}, facts.virtual_bytes);
-  add({"process_open_fds", "Open descriptors of the service"}, facts.open_descriptors);
-  add({"process_max_fds", "Most descriptors that the service may open"}, facts.most_descriptors);
+  add({"process_open_fds", "Open file descriptors of the service"}, facts.open_descriptors);
+  add({"process_max_fds", "Limit of open file descriptors"}, facts.most_descriptors);
   add({"process_threads", "Threads of the service"}, facts.threads);
 }
 
@@ -98,7 +97,7 @@ void Readings::append_to(std::vector<MetricFamily>& families) const {
   if (sandbox_) append_sandbox(sandbox_(), families);
   append_process(process_facts(), families);
   families.push_back({"meshgauge_build_info",
-                      "1, with the version that runs",
+                      "Always 1; the label has the running version",
                       MetricType::Gauge,
                       {sample(MetricType::Gauge, 1, {{"version", version()}})}});
 }

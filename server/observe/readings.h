@@ -1,4 +1,4 @@
-// Numbers that are read when somebody asks for them: levels of their owners, the sandbox's counts, this process.
+// Metrics that are read on scrape: levels of their owners, the sandbox's counters, and this process's resources.
 #pragma once
 
 #include <functional>
@@ -16,7 +16,7 @@ class Readings {
   void watch(Level level, std::function<double()> read) { levels_[level] = std::move(read); }
   void watch_sandbox(std::function<sandbox::Counters()> read) { sandbox_ = std::move(read); }
 
-  void append_to(std::vector<prometheus::MetricFamily>& families) const;
+  void append_to(std::vector<prometheus::MetricFamily>& families) const;  // reads them all
 
  private:
   std::map<Level, std::function<double()>> levels_;

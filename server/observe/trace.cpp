@@ -9,7 +9,7 @@ namespace meshgauge::server {
 namespace {
 
 constexpr std::size_t kTraceParentBytes = 55;  // 00-<32>-<16>-<2>
-constexpr std::size_t kMostStateBytes = 512;   // what everyone must be able to pass on; more is dropped
+constexpr std::size_t kMostStateBytes = 512;   // the length that implementations must support; more is dropped
 
 bool is_lower_hex(std::string_view text) {
   return std::all_of(text.begin(), text.end(), [](char c) { return is_digit(c) || (c >= 'a' && c <= 'f'); });
@@ -17,7 +17,7 @@ bool is_lower_hex(std::string_view text) {
 
 bool is_zero(std::string_view text) { return text.find_first_not_of('0') == std::string_view::npos; }
 
-// The values of the name, joined as RFC 9110 section 5.3 has it.
+// All values of the header, joined as in RFC 9110 section 5.3.
 std::string joined(const Head& head, std::string_view name) {
   std::string all;
   for (const auto& [key, value] : head.headers) {
@@ -37,7 +37,7 @@ std::optional<TraceParent> parse_traceparent(std::string_view value) {
     if (!is_lower_hex(field)) return std::nullopt;
   }
   if (version == "ff" || is_zero(trace_id) || is_zero(parent_id)) return std::nullopt;
-  // A version to come may have more fields, behind another dash; this one has not.
+  // A later version may add fields after another dash; version 00 has none.
   if (value.size() > kTraceParentBytes && (version == "00" || value[kTraceParentBytes] != '-')) return std::nullopt;
   const bool odd = std::string_view("13579bdf").find(flags[1]) != std::string_view::npos;
   return TraceParent{trace_id, parent_id, odd};

@@ -189,7 +189,7 @@ TEST_CASE("cors: a preflight needs no key, and a stranger's is an ordinary reque
   CHECK(plain.exchange.response.status == 401);
 }
 
-TEST_CASE("cors: what is no origin is refused") {
+TEST_CASE("cors: a text that is not an origin is refused") {
   for (const char* text : {"*", "viewer.example", "https://", "https://Viewer.example", "https://a.example/", "null",
                            "https://a.example https://b.example", "ftp://a.example"}) {
     CHECK_MESSAGE(!Cors::parse(text).ok(), text);

@@ -106,8 +106,9 @@ TEST_CASE("keys: impossible values are refused") {
 }
 
 TEST_CASE("keys: an id and a token are each one key's") {
-  CHECK(refusal(file(entry() + "," + entry("", "ci", kOther))) == "/keys/1/id: another key is called 'ci' as well");
-  CHECK(refusal(file(entry() + "," + entry("", "other"))) == "/keys/1/sha256: this token is there twice");
+  CHECK(refusal(file(entry() + "," + entry("", "ci", kOther))) == "/keys/1/id: another key has the id 'ci' as well");
+  CHECK(refusal(file(entry() + "," + entry("", "other"))) ==
+        "/keys/1/sha256: this digest occurs twice in the file; give each key a token of its own");
 }
 
 TEST_CASE("keys: a file that cannot be read says why") {
