@@ -77,7 +77,7 @@ class BatchReader {
     return invalid(where, where + " must be an object, not " + shown(*found));
   }
 
-  // Names come back in documents and reports, where control characters have no place.
+  // Names appear in documents and reports, where control characters are not allowed.
   Result<Done> short_text(const JsonValue& json, const std::string& where, std::string& out) const {
     const auto control = [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7F; };
     if (json.is_string()) {
@@ -130,7 +130,8 @@ class BatchReader {
     return Done{};
   }
 
-  // Most comparisons of a batch have the options of others: each text is looked into once.
+  // Returns the index of the merged options. Most comparisons share their options, so each distinct text is parsed
+  // once.
   Result<std::size_t> options_of(const JsonValue& own, const std::string& pointer) {
     if (own.empty() && common_known_) return *common_known_;
     JsonValue merged = common_;
@@ -144,7 +145,7 @@ class BatchReader {
     return known->second;
   }
 
-  // An error in options, at its place in the document.
+  // Moves an error in options to its place in the document.
   Error placed(Error error, const JsonValue& own, const std::string& pointer) const {
     const std::string member = error.where.substr(0, error.where.find('/', 1));
     const bool is_own = !own.empty() && (member.empty() || own.contains(member.substr(1)));
@@ -156,7 +157,7 @@ class BatchReader {
   const std::string& document_;
   const BatchLimits& limits_;
   BatchRequest batch_;
-  JsonValue common_;  // options of all
+  JsonValue common_;  // options of the batch
   std::optional<std::size_t> common_known_;
   std::unordered_map<std::string, std::size_t> known_;
 };

@@ -10,8 +10,8 @@ namespace {
 
 using Triple = std::array<double, 3>;
 
-// The helix. Chosen by a search of all that lie inside of sRGB: among the longest, the one whose colours stay apart
-// best for the colour-blind (tests/api/colour_map_test.cpp says how far).
+// The helix, found by a search over those inside sRGB: among the longest, the one whose colours stay farthest apart
+// with colour blindness (tests/api/colour_map_test.cpp has the distances).
 constexpr double kDarkest = 0.25;
 constexpr double kLightest = 0.93;
 constexpr double kCentreA = 0.02;
@@ -28,7 +28,7 @@ Triple helix(double share) {
 
 double cube(double x) { return x * x * x; }
 
-// The matrices of OKLab, as published.
+// Converts by OKLab's published matrices.
 Triple oklab_to_linear(const Triple& lab) {
   const double l = cube(lab[0] + 0.3963377774 * lab[1] + 0.2158037573 * lab[2]);
   const double m = cube(lab[0] - 0.1055613458 * lab[1] - 0.0638541728 * lab[2]);
@@ -50,7 +50,7 @@ double decoded(std::uint8_t byte) {
   return c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4);
 }
 
-// A table: whoever colours a million vertices should not take a million cube roots.
+// A table, so that colouring a million vertices does not need a million powers.
 constexpr std::size_t kSteps = 1024;
 const std::array<Rgb, kSteps + 1>& table() {
   static const auto colours = [] {
@@ -64,16 +64,18 @@ const std::array<Rgb, kSteps + 1>& table() {
   return colours;
 }
 
-// Whole numbers of 10^exponent, by one correctly rounded operation where that can be: 3 * 10^-1 is 0.3.
+// Returns count * 10^exponent by one correctly rounded operation where possible: 3 * 10^-1 is 0.3.
 double decimal(double count, int exponent) {
   return exponent < 0 ? count / std::pow(10, -exponent) : count * std::pow(10, exponent);
 }
 
-// A step that fits three to six times into `top`.
+// The distance of ticks: digit * 10^exponent.
 struct Step {
   double digit;
   int exponent;
 };
+
+// Returns a step that fits three to six times into `top`.
 Step step_for(double top) {
   const int exponent = static_cast<int>(std::floor(std::log10(top))) - 1;
   for (const Step& step : {Step{1, exponent}, {2, exponent}, {5, exponent}, {1, exponent + 1}, {2, exponent + 1}}) {
@@ -102,7 +104,7 @@ std::array<float, 3> to_linear(Rgb colour) {
 
 std::vector<Tick> legend_ticks(const ColourScale& scale) {
   std::vector<Tick> ticks{{0, "0"}};
-  // Beyond these no power of ten is at hand; nobody's meshes are there.
+  // Beyond these, powers of ten overflow or underflow; no mesh is that large or small.
   if (!(scale.top > 1e-290 && scale.top < 1e290)) return ticks;
   const Step step = step_for(scale.top);
   const double width = decimal(step.digit, step.exponent);

@@ -19,7 +19,7 @@ Result<SharedMesh> read(const MeshInput& input, const ReadLimits& limits, Contro
   return mesh;
 }
 
-// One mesh of a comparison, and what messages call it.
+// One mesh of a comparison and its name in messages.
 struct NamedMesh {
   const SharedMesh& mesh;
   std::string_view name;
@@ -31,7 +31,8 @@ bool is_same(MeshView a, MeshView b) {
   return std::ranges::equal(a.positions, b.positions) && std::ranges::equal(a.triangles, b.triangles);
 }
 
-// A mesh against itself is at distance 0 in any unit, whatever its conversion rounds.
+// Measures in the unit of the result. Two equal meshes are at distance 0 in any unit: the rounding of their conversion
+// does not count.
 Result<Outcome> measure_in_unit(const NamedMesh& a, const NamedMesh& b, const UnitPlan& plan,
                                 const ComparisonOptions& options, Control& control) {
   const Factor factor_a = factor_between(plan.a, plan.result), factor_b = factor_between(plan.b, plan.result);
@@ -65,7 +66,7 @@ Result<Comparison> measured(const NamedMesh& a, const NamedMesh& b, const Compar
   return comparison;
 }
 
-// Calls run(); what it throws becomes an Error.
+// Calls run() and turns its exceptions into Errors.
 template <class Run>
 Result<Comparison> guarded(const Run& run) try {
   return run();

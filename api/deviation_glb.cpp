@@ -17,7 +17,7 @@ namespace {
 static_assert(std::endian::native == std::endian::little, "written as it is in memory");
 
 constexpr double kMostFloat = std::numeric_limits<float>::max();
-constexpr double kCrossShare = 0.01;  // half a cross, of the mesh's diagonal
+constexpr double kCrossShare = 0.01;  // arm of the cross, as a share of the mesh's diagonal
 
 using Float3 = std::array<float, 3>;
 using Colour = std::array<std::uint16_t, 4>;
@@ -35,8 +35,8 @@ const char* to_string(MapForm form) {
   return "";
 }
 
-// What both nodes are moved by: the middle of the box on each axis where that is farther from 0 than the box is wide,
-// rounded to float, as some readers keep nodes in single precision.
+// Returns the translation of both nodes: on each axis where the box is at least as far from 0 as it is wide, its
+// middle, else 0. Rounded to float, since some readers keep nodes in single precision.
 Vec3 translation_of(const Box& box) {
   Vec3 moved = Vec3::Zero();
   const double widest = (box.high - box.low).maxCoeff();
@@ -105,7 +105,7 @@ Value extras_of(const DeviationMap& map) {
   return Value(std::move(extras));
 }
 
-// The document, and the one buffer behind it.
+// Builds the document and its one buffer.
 class Document {
  public:
   explicit Document(const DeviationMap& map) : map_(map), box_(bounding_box(map.mesh)), moved_(translation_of(box_)) {}
@@ -169,7 +169,7 @@ class Document {
     return ends;
   }
 
-  // At the edge of what a float holds a cross has shorter arms.
+  // Clamps to the range of float: a cross at its edge has shorter arms.
   Vec3 within_float(const Vec3& p) const {
     const Vec3 most = Vec3::Constant(kMostFloat);
     return (p - moved_).cwiseMin(most).cwiseMax(-most) + moved_;
@@ -190,7 +190,7 @@ class Document {
     return model_.nodes.emplace_back(std::move(node));
   }
 
-  // With the bounds that the standard asks for.
+  // Adds an accessor with the minimum and maximum that glTF requires.
   int positions(std::span<const Vec3> points) {
     Box bounds;
     const int accessor = array<Float3>(points.size(), TINYGLTF_TYPE_VEC3, TINYGLTF_COMPONENT_TYPE_FLOAT,
@@ -204,8 +204,8 @@ class Document {
     return accessor;
   }
 
-  // A view and an accessor of its own for `count` elements. Every element is a multiple of four bytes long, so all
-  // stay aligned.
+  // Adds a view and an accessor for `count` elements. The size of every element is a multiple of four bytes, so all are
+  // aligned.
   template <class Element, class Make>
   int array(std::size_t count, int type, int component, int target, const Make& element) {
     std::vector<unsigned char>& data = model_.buffers[0].data;
@@ -235,7 +235,7 @@ class Document {
   tinygltf::Model model_;
 };
 
-// The rest is a few thousand bytes.
+// Returns the size of the arrays; the rest of the file is a few thousand bytes.
 std::size_t bytes_of(const MeshView& mesh) { return glb_bytes(mesh.positions.size(), mesh.triangles.size()); }
 
 bool is_within_float(const Vec3& p) { return p.cwiseAbs().maxCoeff() <= kMostFloat; }

@@ -14,10 +14,11 @@
 namespace meshgauge::api {
 namespace {
 
-constexpr double kLongestEdge = 1.0 / 64;  // of the diagonal
+constexpr double kLongestEdge = 1.0 / 64;  // times the diagonal
 constexpr const char* kWhat = "the deviation map was made";
 
-// What must be seen: the farthest vertex, and then all that are beyond the limit, the farther the sooner.
+// Returns the rank of each vertex for decimation: highest for the farthest vertex, then by distance for vertices beyond
+// the limit, 0 for all others.
 std::vector<std::uint8_t> ranks(const Deviation& deviations, const ColourScale& scale) {
   constexpr double kLevels = 253;
   const double farthest = deviations.distances[deviations.farthest];

@@ -14,7 +14,7 @@ static_assert(std::endian::native == std::endian::little, "written as it is in m
 
 std::string coordinates(const Vec3& p) { return shortest(p.x()) + " " + shortest(p.y()) + " " + shortest(p.z()); }
 
-// A header is lines: nothing of a label may end one.
+// Replaces characters that would end a line of the header.
 std::string one_line(std::string text) {
   std::replace_if(
       text.begin(), text.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; }, ' ');
@@ -67,7 +67,7 @@ void write_header(const DeviationMap& map, const std::string& coordinate, std::o
   out << header.end();
 }
 
-// One element, at most 24 + 3 + 4 + 8 bytes.
+// A buffer for one element of at most 24 + 3 + 4 + 8 bytes.
 class Record {
  public:
   template <class T>

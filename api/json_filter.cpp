@@ -50,7 +50,8 @@ Result<nlohmann::json> parse_document(std::string_view json, const std::string& 
   if (json.size() > max_bytes) {
     return Error{ErrorCode::too_large, quoted + " is larger than " + std::to_string(max_bytes) + " bytes", part, ""};
   }
-  if (const std::size_t nul = json.find('\0'); nul != std::string_view::npos) {  // the parser would take it for the end
+  if (const std::size_t nul = json.find('\0');
+      nul != std::string_view::npos) {  // the parser would take NUL as the end of the text
     return refused(quoted + " is refused: not JSON: a NUL byte", part, "byte " + std::to_string(nul));
   }
   JsonFilter filter;

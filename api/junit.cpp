@@ -17,7 +17,7 @@ void replace_all(std::string& text, std::string_view what, std::string_view by) 
   }
 }
 
-// XML has no control characters and neither U+FFFE nor U+FFFF, however they are written.
+// XML allows neither most control characters nor U+FFFE and U+FFFF, not even as character references.
 std::string escaped(std::string text) {
   for (char& c : text) {
     if ((static_cast<unsigned char>(c) < 0x20 && c != '\n') || c == 0x7F) c = '?';
@@ -28,7 +28,7 @@ std::string escaped(std::string text) {
   return text;
 }
 
-// A line end would be read as a blank.
+// XML readers turn a line end in an attribute into a blank, so it is written as a reference.
 std::string attribute(const std::string& name, const std::string& value) {
   std::string text = escaped(value);
   replace_all(text, "\n", "&#10;");
@@ -43,7 +43,7 @@ std::string in_seconds(double seconds) {
   return {text.begin(), std::to_chars(text.begin(), text.end(), s, std::chars_format::fixed, 3).ptr};
 }
 
-// The schema knows no time zones: this is UTC.
+// Returns UTC without the zone, which the schema does not allow.
 std::string timestamp(std::chrono::system_clock::time_point when) { return to_utc(when).substr(0, 19); }
 
 }  // namespace

@@ -34,7 +34,7 @@ void add_units(std::vector<std::string>& notes, const char* mesh, const KnownUni
   notes.push_back(std::string(mesh) + " was converted from " + words(*known.unit) + " to " + words(*result.unit));
 }
 
-// Two units whose numbers differ by `ratio` for the same length.
+// Two units whose numbers for the same length differ by the factor `ratio`.
 struct LikelyUnits {
   double ratio;
   LengthUnit longer;  // has the smaller numbers
@@ -78,7 +78,8 @@ void add_polygons(std::vector<std::string>& notes, const PolygonNotes& polygons)
             polygons.non_planar);
 }
 
-// Where the limit is close to what the file leaves open, another split of one face could turn the verdict.
+// Adds a note when the limit is so close to the deviation of splits that another split of one face could change the
+// verdict.
 void add_open(std::vector<std::string>& notes, const std::string& mesh, const KnownUnit& known, const MeshFacts& facts,
               const Comparison& comparison) {
   constexpr double kClose = 10;

@@ -57,7 +57,7 @@ Result<std::shared_ptr<const Prepared>> in_unit(const SharedMesh& mesh, const st
     if (mesh->mesh.use() == Prepared::Use::often) mesh->image_ = image;
   }
   struct Held {
-    SharedMesh mesh;  // has the triangles
+    SharedMesh mesh;  // owns the triangles
     std::shared_ptr<const PreparedMesh::Image> image;
   };
   const auto held = std::make_shared<const Held>(Held{mesh, std::move(image)});

@@ -14,9 +14,9 @@
 namespace meshgauge::api {
 namespace {
 
-using Time = std::optional<double>;  // in processors; nullopt: as much as there is
+using Time = std::optional<double>;  // number of processors; nullopt: no limit
 
-// Of a quota and the period that it is for; nullopt where there is none: "max", "-1", no file.
+// Returns quota / period; nullopt: no quota ("max", "-1", no file).
 Time time_of(std::istream& quota, std::istream& period) {
   double granted = 0, each = 0;
   if (!(quota >> granted) || !(period >> each) || !(granted > 0) || !(each > 0)) return std::nullopt;
@@ -44,8 +44,8 @@ bool names_cpu(std::string_view controllers) {
 
 Time least_of(Time one, Time other) { return one && other ? std::min(one, other) : one ? one : other; }
 
-// The least of a group and of all above it: a process is in all of them. In a container the path may be the host's,
-// of which only the top can be seen.
+// Returns the smallest limit of a group and its ancestors, since a process is in all of them. In a container the path
+// may be the host's, of which only the root is visible.
 Time least_above(const std::string& mount, std::string path, Time (*time_of_group)(const std::string& group)) {
   Time least = time_of_group(mount);
   for (; !path.empty() && path != "/"; path.resize(std::min(path.rfind('/'), path.size() - 1))) {
@@ -55,14 +55,14 @@ Time least_above(const std::string& mount, std::string path, Time (*time_of_grou
 }
 
 unsigned processors_usable() {
-  constexpr std::size_t kMostSets = 64;  // of 1024 processors each
+  constexpr std::size_t kMostSets = 64;  // sets of 1024 processors
   for (std::size_t sets = 1; sets <= kMostSets; sets *= 2) {
     std::vector<cpu_set_t> usable(sets);
     const std::size_t bytes = sets * sizeof(cpu_set_t);
     if (::sched_getaffinity(0, bytes, usable.data()) == 0) {
       return static_cast<unsigned>(std::max(1, CPU_COUNT_S(bytes, usable.data())));
     }
-    if (errno != EINVAL) break;  // else the kernel has more than fit
+    if (errno != EINVAL) break;  // EINVAL: the kernel has more processors than fit
   }
   return static_cast<unsigned>(std::max(1L, ::sysconf(_SC_NPROCESSORS_ONLN)));
 }

@@ -57,7 +57,7 @@ const Field* find(std::span<const Field> fields, std::string_view key) {
   return nullptr;
 }
 
-// Why a member that is none of the fields is refused.
+// Returns the message for an unknown member.
 std::string unknown(const std::string& pointer, const std::string& key, std::span<const Field> fields) {
   if (pointer == "/shards") {
     return "/shards is no option any more: one comparison is not split among workers, its threads share it; leave it "
@@ -127,7 +127,7 @@ Result<Done> read_unit(const JsonValue& value, const std::string& pointer, std::
   return invalid(pointer, pointer + " must be a unit of length (" + std::string(kUnitNames) + "), not " + shown(value));
 }
 
-// "b": the limit is a number in the unit of mesh b, whichever that is.
+// Reads the unit of the limit. "b": the unit of mesh b, known or not.
 Result<Done> read_gate_unit(const JsonValue& value, const std::string& pointer, Reading& reading) {
   AskedUnits& units = reading.request.options.units;
   if (value == kUnitOfB) return units.limit_of_b = true, Done{};
@@ -172,7 +172,7 @@ Result<Done> read_seed(const JsonValue& value, const std::string& pointer, Readi
   return read_number(value, kSeedRange, pointer, reading.request.options.statistics->seed);
 }
 
-// true, or an object that says how; false as if it were not there.
+// Reads the request for statistics: true or an object of settings; false: none.
 Result<Done> read_statistics(const JsonValue& value, const std::string& pointer, Reading& reading) {
   static constexpr Field kFields[] = {{"samples", read_samples}, {"seed", read_seed}};
   auto& statistics = reading.request.options.statistics;

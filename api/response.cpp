@@ -14,7 +14,7 @@
 namespace meshgauge::api {
 namespace {
 
-// 0/0 counts as 0: an interval without width satisfies every rule. x/0 is infinite, so null.
+// Returns width / of. 0/0 is 0, since an interval without width satisfies every rule; x/0 is infinite, null in JSON.
 double ratio(double width, double of) { return width == 0 ? 0 : width / of; }
 
 Json json_of(const Tolerance& tolerance, const Outcome& outcome) {

@@ -13,7 +13,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// By at(): what is missing or of another type throws, and is caught in result_facts().
+// Uses at(), which throws for a missing member or a wrong type; result_facts() catches that.
 Vec3 point(const Json& json) { return {json.at(0).get<double>(), json.at(1).get<double>(), json.at(2).get<double>()}; }
 
 std::optional<ResultWitness> witness_of(const Json& json, bool on_candidate) {
@@ -23,11 +23,11 @@ std::optional<ResultWitness> witness_of(const Json& json, bool on_candidate) {
 }
 
 double upper_of(const Json& interval) {
-  const Json& upper = interval.at("upper");  // null: ended before there was one
+  const Json& upper = interval.at("upper");  // null: no upper bound yet
   return upper.is_null() ? std::numeric_limits<double>::infinity() : upper.get<double>();
 }
 
-// Whoever measured: from nothing else may come a verdict or a bound. Also false of NaN.
+// Returns false also for NaN. Documents may come from another service, and verdicts need valid bounds.
 bool is_interval(double lower, double upper) { return std::isfinite(lower) && lower >= 0 && lower <= upper; }
 
 std::optional<ResultDirection> direction_of(const Json& document, const char* name, bool on_candidate) {
@@ -50,7 +50,7 @@ ResultFacts facts_of(const Json& document, Side candidate) {
   facts.has_units = document.contains("unit");
   facts.direction = direction_of(document, of_a ? "a_to_b" : "b_to_a", true);
   const auto other = direction_of(document, of_a ? "b_to_a" : "a_to_b", false);
-  // In a symmetric measurement the direction that reaches further attains `lower`.
+  // In a symmetric measurement the direction with the larger lower bound attains `lower`.
   double reached = -1;
   for (const std::optional<ResultDirection>* direction : {&std::as_const(facts.direction), &other}) {
     if (!*direction || !(*direction)->witness || (*direction)->lower <= reached) continue;

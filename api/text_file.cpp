@@ -11,7 +11,7 @@ namespace meshgauge::api {
 Result<std::string> read_text_file(const std::string& file, std::size_t max_bytes) {
   std::ifstream stream(file, std::ios::binary);
   if (!stream) return refused(std::string("cannot be read: ") + std::strerror(errno));
-  // One byte more than is taken, so that the limit is seen to be broken; a device without end is no problem.
+  // Reads one byte more than the limit to detect a larger file; a device without end then ends as well.
   std::string text(max_bytes + 1, '\0');
   stream.read(text.data(), static_cast<std::streamsize>(text.size()));
   if (stream.bad()) return refused("cannot be read");

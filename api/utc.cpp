@@ -35,7 +35,7 @@ std::optional<chr::system_clock::time_point> parse_utc(std::string_view text) {
   const int hour = number(text, 11, 2);
   const int minute = number(text, 14, 2);
   const int second = number(text, 17, 2);
-  // A system_clock counts nanoseconds, which end in 2262.
+  // system_clock counts nanoseconds in 64 bits, which overflow in 2262.
   if (!day.ok() || int(day.year()) < 1970 || int(day.year()) > 2200 || hour > 23 || minute > 59 || second > 59) {
     return std::nullopt;
   }
@@ -52,7 +52,7 @@ std::string to_utc(chr::system_clock::time_point time) {
 
 std::string to_utc_ms(chr::system_clock::time_point time) {
   const auto ms = chr::floor<chr::milliseconds>(time) - chr::floor<chr::seconds>(time);
-  const std::string digits = std::to_string(1000 + ms.count());  // "1007": leading zeros stay
+  const std::string digits = std::to_string(1000 + ms.count());  // "1007": keeps leading zeros
   return to_utc(time).replace(19, 1, "." + digits.substr(1) + "Z");
 }
 

@@ -86,7 +86,7 @@ std::optional<Format> format_by_hints(const ReadHints& hints) {
   return format_by_media_type(hints.media_type);
 }
 
-// True when the first statement is one of OBJ's.
+// Returns true when the first statement is one of OBJ.
 bool looks_like_obj(std::string_view text) {
   constexpr std::string_view kStatements[] = {"v", "vn", "vt", "vp",     "f",      "l",  "p",
                                               "o", "g",  "s",  "mtllib", "usemtl", "mg", "cstype"};
@@ -99,7 +99,7 @@ bool looks_like_obj(std::string_view text) {
 }
 
 std::optional<Format> format_by_content(std::span<const std::byte> bytes) {
-  constexpr std::size_t kEnough = std::size_t{64} << 10U;  // for the comments at the start of an OBJ
+  constexpr std::size_t kEnough = std::size_t{64} << 10U;  // covers the comments at the start of most OBJ files
   const std::string_view start = beginning(bytes, kEnough);
   if (start.starts_with("glTF")) return Format::glb;
   if (is_zip(start)) return holds_gltf(bytes) ? Format::gltf : Format::three_mf;
@@ -121,7 +121,7 @@ bool is_web_page(std::string_view start) {
   return same_word(start.substr(0, 9), "<!doctype") || same_word(start.substr(0, 5), "<html");
 }
 
-// By its byte order mark, or because every other byte of its beginning is NUL.
+// Detects UTF-16 by its byte order mark, or because every other byte of the beginning is NUL.
 bool is_utf16(std::string_view start) {
   if (start.starts_with("\xFF\xFE") || start.starts_with("\xFE\xFF")) return true;
   if (start.size() < 8) return false;
@@ -134,7 +134,7 @@ bool is_utf16(std::string_view start) {
   return nul_at(0) || nul_at(1);
 }
 
-// Its first words but for comments: group 0, SECTION.
+// Returns true when the first words after comments are group 0, SECTION.
 bool is_dxf(std::string_view start) {
   const char* const end = start.data() + start.size();
   const auto word = [end](const char* p) { return word_at(skip_spaces(p, end), end); };
@@ -145,14 +145,14 @@ bool is_dxf(std::string_view start) {
   return group == "0" && word(group.data() + group.size()) == "SECTION";
 }
 
-// The main chunk with its size, and in it the version or the editor's chunk.
+// Returns true for the main chunk with its size, followed by the version or the editor's chunk.
 bool is_3ds(std::span<const std::byte> bytes) {
   const std::string_view start = beginning(bytes, 8);
   const std::string_view inner = start.substr(std::min<std::size_t>(6, start.size()));
   return start.starts_with("MM") && (inner == std::string_view("\x02\0", 2) || inner == "==") && !is_binary_stl(bytes);
 }
 
-// Lines of 80 characters, the first of the section S.
+// Returns true for lines of 80 characters, the first in section S.
 bool is_iges(std::string_view start) {
   return start.size() > 80 && start.substr(72, 8) == "S      1" && is_newline(start[80]);
 }
@@ -197,7 +197,7 @@ std::optional<Format> format_by_media_type(std::string_view media_type) {
 }
 
 std::optional<std::string> lfs_pointer(std::span<const std::byte> bytes) {
-  for (const char* site : {"git-lfs", "hawser"}) {  // the second one is an older name
+  for (const char* site : {"git-lfs", "hawser"}) {  // hawser: the older name
     const std::string line = std::string("version https://") + site + ".github.com/spec/";
     if (!beginning(bytes, line.size()).starts_with(line)) continue;
     return std::string(kLfsPointer) + ", " + std::string(kNoMesh) + ": 'git lfs pull' puts the file in its place";

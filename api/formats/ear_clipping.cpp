@@ -8,7 +8,7 @@ namespace {
 
 double length(const Point2& a, const Point2& b) { return std::hypot(b.x - a.x, b.y - a.y); }
 
-// Of p from the line through a and b, or from a where there is none. For comparisons alone.
+// Returns the distance of p from the line through a and b, or from a if a = b. Not exact: only for choosing corners.
 double height(const Point2& a, const Point2& b, const Point2& p) {
   const double base = length(a, b);
   if (base == 0) return length(a, p);
@@ -32,7 +32,7 @@ std::span<const EarClipper::Clipped> EarClipper::clip(std::span<const Point2> ou
     const std::uint32_t corner = cursor_;
     if (is_ear(corner)) {
       clip_corner(corner);
-      // Past the next corner: clipping in turns around the outline gives small triangles, and short searches.
+      // Skips the next corner: clipping in turns around the outline gives small triangles and short searches.
       cursor_ = corners_[corners_[corner].next].next;
     } else {
       ++misses_;
@@ -83,7 +83,7 @@ void EarClipper::sort_into_cells() {
   for (std::size_t i = 1; i < cell_begin_.size(); ++i) cell_begin_[i] += cell_begin_[i - 1];
   cell_corners_.resize(points_.size());
   for (std::size_t i = points_.size(); i-- > 0;) {
-    // Filling backwards leaves each begin where it was: the ends are the begins of the cells behind.
+    // cell_begin_[c + 1] is the end of cell c here. Filling backwards turns it into the begin of cell c.
     const std::size_t at = cell(points_[i]);
     cell_corners_[--cell_begin_[at + 1]] = static_cast<std::uint32_t>(i);
   }
@@ -91,8 +91,8 @@ void EarClipper::sort_into_cells() {
   cell_begin_.back() = static_cast<std::uint32_t>(points_.size());
 }
 
-// Both round monotonically, so a box's cells hold all corners in it. An infinite number of cells a unit makes 0 or
-// infinity.
+// column() and row() round monotonically, so the cells of a box contain all corners in it. An infinite number of cells
+// per unit gives 0 or infinity.
 std::size_t EarClipper::column(double x) const {
   const double at = (x - low_.x) * cells_per_x_;
   return at < static_cast<double>(side_cells_) ? static_cast<std::size_t>(std::max(at, 0.0)) : side_cells_ - 1;
@@ -153,8 +153,8 @@ bool EarClipper::is_ear(std::uint32_t corner) {
   return !c.blocked && !spent_;
 }
 
-// Hands the corners that turn right and lie in the triangle of `corner`, on its border included, to take(); until that
-// returns false. Of an outline that leads into the triangle, the corner that is farthest in turns right.
+// Passes to take() the corners that turn right and lie in the triangle of `corner` or on its border, until it returns
+// false. If an outline leads into the triangle, the corner farthest inside turns right.
 template <class Take>
 void EarClipper::each_inside(std::uint32_t corner, Take take) {
   const Corner& c = corners_[corner];
@@ -182,8 +182,8 @@ void EarClipper::each_inside(std::uint32_t corner, Take take) {
   }
 }
 
-// Hands the corners whose edge to the next one crosses the third side of the triangle of `corner` to take(), until that
-// returns false.
+// Passes to take() the corners whose edge to the next corner crosses the third side of the triangle of `corner`, until
+// it returns false.
 template <class Take>
 void EarClipper::each_through(std::uint32_t corner, Take take) {
   spent_ = spent_ || !budget_.spend(left_ * kOrientationSteps);
@@ -195,7 +195,8 @@ void EarClipper::each_through(std::uint32_t corner, Take take) {
   }
 }
 
-// Whether an edge at the corner `from`, which lies in the triangle, has points inside of it next to that corner.
+// Returns true when an edge at the corner `from`, which lies in the triangle, has points inside the triangle next to
+// that corner.
 bool EarClipper::leads_into(std::uint32_t from, const Clipped& triangle) const {
   const auto leads = [&](std::uint32_t to) {
     for (std::size_t k = 0; k < 3; ++k) {
@@ -228,7 +229,7 @@ double EarClipper::fault(std::uint32_t corner) {
     deepest = std::max(deepest, depth(inside, triangle));
     return true;
   });
-  // An edge that leads through leaves one corner of the triangle alone on its side.
+  // An edge that leads through the triangle has one of its corners on one side, two on the other.
   each_through(corner, [&](std::uint32_t from) {
     const std::uint32_t to = corners_[from].next;
     const int sides = turn(from, to, triangle[0]) + turn(from, to, triangle[1]) + turn(from, to, triangle[2]);
@@ -256,7 +257,7 @@ std::uint32_t EarClipper::least_fault() {
   return best;
 }
 
-// What has been clipped may have been in the way of a corner other than its neighbours.
+// Clears all blocked marks: a clipped corner may have blocked a corner other than its neighbours.
 void EarClipper::rescan() {
   for (Corner& c : corners_) c.blocked = false;
   spent_ = spent_ || !budget_.spend(corners_.size());

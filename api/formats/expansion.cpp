@@ -7,7 +7,7 @@ namespace meshgauge::api {
 std::size_t expansion_limit(std::size_t compressed_bytes, const ReadLimits& limits) {
   constexpr std::size_t kFreeOfRatio = std::size_t{64} << 20U;
   constexpr std::size_t kMostRatio = 200;
-  // The inner bound keeps the product within 64 bits.
+  // min() keeps the product within 64 bits.
   const std::size_t by_ratio = kMostRatio * std::min(compressed_bytes, kFreeOfRatio * kMostRatio);
   return std::min(limits.max_expanded_bytes, std::max(kFreeOfRatio, by_ratio));
 }

@@ -9,7 +9,7 @@ namespace meshgauge::api {
 // memory by the size sent; meshes compress far less.
 std::size_t expansion_limit(std::size_t compressed_bytes, const ReadLimits& limits);
 
-// Returns the too_large error for more than `limit` bytes. `kind`: the compression, "gzip" or "zip".
+// Returns the too_large error for more than `limit` bytes. `kind`: the compression, such as "gzip".
 Error expands_too_far(std::string_view part, std::size_t limit, std::size_t compressed_bytes, std::string_view kind);
 
 }  // namespace meshgauge::api

@@ -33,7 +33,7 @@ bool has_scheme(std::string_view name) {
                              [](char c) { return is_letter(c) || is_digit(c) || c == '+' || c == '-' || c == '.'; });
 }
 
-// What speaks against the name as a whole; empty: nothing.
+// Returns the defect of the name as a whole; empty: none.
 std::string defect_of(std::string_view name) {
   const auto is_control = [](char c) { return (c >= 0 && c < ' ') || c == '\x7F'; };
   if (name.empty()) return "is empty";
@@ -58,7 +58,7 @@ FilePath file_path_of_name(std::string_view name) {
   if (auto defect = defect_of(name); !defect.empty()) return {"", std::move(defect)};
   std::string path;
   std::size_t folders = 0;
-  bool is_file = false;  // the last component may be one
+  bool is_file = false;  // true: the last component may name a file
   while (!name.empty()) {
     const std::string_view component = name.substr(0, name.find('/'));
     name.remove_prefix(std::min(name.size(), component.size() + 1));

@@ -62,7 +62,7 @@ Result<ReadMesh> read_gzip(std::span<const std::byte> bytes, const ReadHints& hi
     return refuse_foreign(beginning, hints);
   });
   if (!expanded) return expanded.error();
-  // A 3MF in gzip expands twice, but not farther from what was sent than either alone may.
+  // A 3MF in gzip expands twice; its limit counts from the size sent.
   ReadLimits what_is_left = limits;
   what_is_left.max_expanded_bytes = expansion_limit(bytes.size(), limits);
   auto read = read_expanded(expanded->bytes(), hints, what_is_left);

@@ -22,8 +22,8 @@ Error fail(const Source& source, const std::string& where, const std::string& wh
 
 std::string item(const char* array, std::size_t index) { return array + ("[" + std::to_string(index) + "]"); }
 
-// The member functions of tinygltf that would reach outside. Nothing that reaches it names a file, but its
-// defaults open whatever a URI says.
+// Returns file callbacks for tinygltf that open nothing. Its defaults open any file that a URI names; the documents
+// that it gets name none.
 tinygltf::FsCallbacks no_files() {
   tinygltf::FsCallbacks none{};
   none.FileExists = [](const std::string&, void*) { return false; };
@@ -63,7 +63,7 @@ Result<Bytes> decode_data_uri(const Source& source, const std::string& uri, cons
 
 Result<Bytes> find_file(const Source& source, const GltfContainer& container, const std::string& uri,
                         const std::string& where) {
-  const FilePath file = file_path_of_uri(uri);  // check_gltf() has looked at it
+  const FilePath file = file_path_of_uri(uri);  // valid: check_gltf() checked it
   const std::string named = "names the file " + in_quotes(file.path);
   if (!container.file) {
     return fail(source, where,
@@ -77,13 +77,13 @@ Result<Bytes> find_file(const Source& source, const GltfContainer& container, co
   return **bytes;
 }
 
-// The bytes of each buffer: of the BIN chunk and of files as they are, of data URIs decoded into `decoded`. Fallbacks
-// stay empty: what they stand in for is read.
+// Returns the bytes of each buffer: the BIN chunk, a file, or a data URI decoded into `decoded`. Fallback buffers stay
+// empty, since the compressed data is read instead.
 Result<std::vector<Bytes>> resolve_buffers(const Source& source, const GltfDocument& document,
                                            const GltfContainer& container,
                                            std::vector<std::vector<unsigned char>>& decoded) {
   std::vector<Bytes> out;
-  decoded.reserve(document.buffers.size());  // spans point into it
+  decoded.reserve(document.buffers.size());  // spans point into it, so it must not grow
   for (const GltfBuffer& buffer : document.buffers) {
     const std::string where = item("buffers", out.size());
     if (buffer.fallback) {
@@ -113,7 +113,7 @@ Result<std::vector<Bytes>> resolve_buffers(const Source& source, const GltfDocum
   return out;
 }
 
-// `sent`: what came, the document or the archive around it.
+// `sent`: the file sent, which is the document or the archive that contains it.
 Result<ReadMesh> read_scene(const Source& sent, const Source& source, const GltfContainer& container) {
   const auto document = check_gltf(source, container.json);
   if (!document) return document.error();

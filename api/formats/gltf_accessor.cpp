@@ -15,7 +15,7 @@ T load(const std::byte* p) {
   return value;
 }
 
-// A component as the standard maps it to a real number.
+// Converts a component to a real number, as glTF defines it.
 template <class T>
 double component(const std::byte* p, bool normalized) {
   const auto value = static_cast<double>(load<T>(p));
@@ -40,7 +40,7 @@ double component(const std::byte* p, int type, bool normalized) {
   }
 }
 
-// 0 for a type that no vector here has.
+// Returns the number of components; 0: not a type that is read here.
 std::size_t component_bytes(int type) {
   switch (type) {
     case TINYGLTF_COMPONENT_TYPE_FLOAT:
@@ -91,8 +91,8 @@ std::uint32_t load_index(const std::byte* p, std::size_t bytes) {
 
 }  // namespace
 
-// All numbers come from check_gltf() and are below 2^53, so that no sum or product below overflows 64 bits:
-// element_bytes and stride are below 2^8.
+// No sum or product below overflows 64 bits: all numbers come from check_gltf() and are below 2^53; element_bytes and
+// stride are below 2^8.
 Result<GltfAccessors::Elements> GltfAccessors::elements(std::size_t accessor, std::size_t view, std::uint64_t offset,
                                                         std::uint64_t count, std::size_t element_bytes) const {
   const auto bytes = views_.bytes(view, "accessors[" + std::to_string(accessor) + "]");
@@ -138,7 +138,7 @@ Result<Done> GltfAccessors::check_count(std::size_t accessor, const GltfColumn* 
   return Done{};
 }
 
-// `component_type`: what was seen, in the accessor or in what Draco decoded.
+// `component_type`: the one found, in the accessor or in the decoded Draco attribute.
 Error GltfAccessors::of_another_type(std::size_t accessor, const std::string& expected, int component_type) const {
   const tinygltf::Accessor& a = model_.accessors[accessor];
   const int components = tinygltf::GetNumComponentsInType(static_cast<std::uint32_t>(a.type));
@@ -160,7 +160,7 @@ Result<std::vector<T>> GltfAccessors::read(std::size_t accessor, std::size_t mos
     return values;
   }
   if (a.bufferView < 0) {
-    // There are no bytes to hold the count against, and it shall not grow out of nothing either.
+    // There are no bytes to check the count against, so the budget limits it.
     if (!views_.budget().fits(count * sizeof(T))) {
       return fail(accessor,
                   std::to_string(count) + " elements without a bufferView, more than a file of its size may ask for");

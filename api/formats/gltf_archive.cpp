@@ -9,7 +9,8 @@
 namespace meshgauge::api {
 namespace {
 
-// Of lower-case names. macOS puts a file of attributes beside each file, under the file's own suffix.
+// Returns the names of all .gltf files, in lower case. Skips __macosx/: macOS adds a file of attributes there for each
+// file, with the same suffix.
 std::vector<std::string> scenes_in(const ZipArchive& archive) {
   std::vector<std::string> scenes;
   for (std::string& name : archive.names()) {
@@ -50,7 +51,7 @@ Result<GltfArchive> GltfArchive::open(const Source& source) {
 
 Result<std::vector<char>> GltfArchive::expanded(const std::string& name) {
   std::vector<char> bytes;
-  bytes.reserve(archive_.announced_bytes(name));  // untouched pages of a lie take no memory
+  bytes.reserve(archive_.announced_bytes(name));  // if the size is false, untouched pages take no memory
   const auto ok = archive_.read(name, [&](std::string_view piece) {
     bytes.insert(bytes.end(), piece.begin(), piece.end());
     return std::optional<Error>();

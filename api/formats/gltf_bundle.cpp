@@ -15,7 +15,7 @@ namespace {
 constexpr std::size_t kLocalHeaderBytes = 30;
 constexpr std::size_t kDirectoryRecordBytes = 46;
 constexpr std::size_t kEndBytes = 22;
-constexpr std::uint32_t kVersion = 20;       // of the format: folders
+constexpr std::uint32_t kVersion = 20;       // version 2.0 of the zip format, which has folders
 constexpr std::uint32_t kNamesUtf8 = 0x800;  // general purpose flag
 constexpr std::uint32_t kFirstDay = 0x21;    // 1980-01-01 in the time stamps of DOS, whose midnight is 0
 
@@ -35,7 +35,7 @@ class Record {
   std::string bytes_;
 };
 
-// What the header of an entry and its record in the directory share.
+// Returns the fields shared by the header of an entry and its directory record.
 Record& entry_facts(Record& record, std::string_view path, std::span<const std::byte> bytes, std::uint64_t crc) {
   record.u16(kVersion).u16(kNamesUtf8).u16(0).u16(0).u16(kFirstDay);
   return record.u32(crc).u32(bytes.size()).u32(bytes.size()).u16(path.size()).u16(0);

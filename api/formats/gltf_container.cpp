@@ -37,7 +37,7 @@ Result<Done> check_header(const Source& source) {
   return Done{};
 }
 
-// The place of a chunk in the order that the standard sets; unknown types may stand behind.
+// Checks the place of a chunk: JSON first, BIN second; unknown types may follow.
 Result<Done> take_chunk(const Source& source, std::size_t offset, std::size_t number, GltfContainer& out) {
   const std::size_t length = u32_at(source, offset);
   const std::uint32_t type = u32_at(source, offset + 4);

@@ -7,13 +7,13 @@
 namespace meshgauge::api {
 namespace {
 
-constexpr int kMostSets = 4;                 // of joints, four each; check_gltf() refuses more
-constexpr double kRowTolerance = 1e-5;       // exporters invert in floats
-constexpr double kWeightTolerance = 0x1p-4;  // eight weights of 8 bits, each rounded by itself, stay well within
+constexpr int kMostSets = 4;                 // sets of four joints; check_gltf() refuses more
+constexpr double kRowTolerance = 1e-5;       // exporters invert matrices in floats
+constexpr double kWeightTolerance = 0x1p-4;  // more than the rounding of eight weights of 8 bits
 
 using Joints = std::vector<std::array<std::uint32_t, 4>>;
 
-// What the joints make of each vertex, before it is divided by the sum of its weights.
+// The weighted sum of each vertex over its joints, before division by the sum of its weights.
 struct Sums {
   explicit Sums(std::size_t vertices) : positions(vertices, Vec3::Zero()), weights(vertices, 0.0) {}
 
@@ -21,7 +21,7 @@ struct Sums {
   std::vector<double> weights;
 };
 
-// The accessors of JOINTS_n and WEIGHTS_n; nullopt: the primitive has neither.
+// Returns the accessors of JOINTS_n and WEIGHTS_n; nullopt: the primitive has neither.
 Result<std::optional<std::pair<std::size_t, std::size_t>>> set_of(const GltfFile& file, const GltfShape& shape, int n) {
   const auto& attributes = shape.primitive.attributes;
   const auto joints = attributes.find("JOINTS_" + std::to_string(n));
@@ -87,8 +87,8 @@ Result<Done> GltfDeformer::morph(const GltfShape& shape, const std::vector<doubl
   return Done{};
 }
 
-// The pose that the file stores: the joints where their nodes are. The transform of the mesh's own node has no part in
-// it, as the standard has it.
+// Returns the joints' transforms in the pose that the file stores, where their nodes are. The transform of the mesh's
+// own node is ignored, as glTF defines it.
 Result<GltfDeformer::Transforms> GltfDeformer::make_joints(std::size_t index) {
   const std::string where = gltf_item("skins", index);
   const tinygltf::Skin& skin = file_.model.skins[index];
@@ -135,7 +135,7 @@ Result<Done> GltfDeformer::skin(const GltfShape& shape, std::size_t skin, std::v
     const auto set = set_of(file_, shape, n);
     if (!set) return set.error();
     if (!*set) break;
-    if (auto ok = file_.budget.work(4 * positions.size(), shape.where); !ok) return ok;  // four joints each
+    if (auto ok = file_.budget.work(4 * positions.size(), shape.where); !ok) return ok;  // four joints per vertex
     const std::string number = std::to_string(n);
     const auto joints = file_.accessors.joints((*set)->first, shape.column("JOINTS_" + number));
     if (!joints) return joints.error();

@@ -15,13 +15,13 @@ namespace {
 using nlohmann::json;
 
 constexpr int kDeepestValue = 64;
-// An object of JSON, even "{}", costs half a kilobyte once it is a node or an accessor of tinygltf. Real ones are
-// tens of characters long, so the memory stays in proportion to the file.
+// A JSON object, even "{}", takes half a kilobyte as a node or an accessor of tinygltf. Real ones have tens of
+// characters. These limits keep memory in proportion to the file.
 constexpr std::size_t kMostValues = 4'000'000;
 constexpr std::size_t kMostObjects = 500'000;
-constexpr std::size_t kLeastObjectBytes = 12;  // on average, beyond the first thousand
+constexpr std::size_t kLeastObjectBytes = 12;  // on average, after the first thousand objects
 
-// Depth and number of values by the brackets and commas outside of strings, before any parser sees the text.
+// Checks depth and number of values before parsing, by counting brackets and commas outside strings.
 Result<Done> check_size(const Source& source, std::string_view text) {
   const std::size_t most_objects = std::min(kMostObjects, 1000 + text.size() / kLeastObjectBytes);
   int depth = 0;
@@ -32,7 +32,7 @@ Result<Done> check_size(const Source& source, std::string_view text) {
       for (++p; p != text.data() + text.size() && *p != '"'; ++p) {
         if (*p == '\\' && p + 1 != text.data() + text.size()) ++p;
       }
-      if (p == text.data() + text.size()) break;  // the parser will say what is wrong
+      if (p == text.data() + text.size()) break;  // the parser reports the defect
     }
     depth += *p == '{' || *p == '[';
     depth -= *p == '}' || *p == ']';
@@ -58,7 +58,7 @@ Result<json> parse(const Source& source, std::string_view text) {
   }
 }
 
-// What asset.version says, also as a number below 2; empty: nothing of the kind.
+// Returns asset.version, a string or a number below 2; empty: no such version.
 std::string version_of(const json& whole) {
   const json* asset = whole.is_object() && whole.contains("asset") ? &whole["asset"] : nullptr;
   if (asset == nullptr || !asset->is_object() || !asset->contains("version")) return "";
@@ -67,13 +67,13 @@ std::string version_of(const json& whole) {
   return version.is_number() && version.get<double>() < 2 ? version.dump() : "";
 }
 
-// Before the members are checked: those of other versions are others. glTF 1.0 names its objects in maps where glTF 2.0
-// has arrays, and may lack a version.
+// Checks the version before the members, which differ between versions. glTF 1.0 has maps of named objects where glTF
+// 2.0 has arrays, and may lack a version.
 Result<Done> check_version(const Source& source, const json& whole) {
   const std::string version = version_of(whole);
   const bool has_maps = whole.is_object() && whole.contains("meshes") && whole["meshes"].is_object();
   if (version == "1" || version.starts_with("1.") || (version.empty() && has_maps)) return gltf_1_error(source);
-  if (version.empty() || version.starts_with("2.")) return Done{};  // a missing one is missed with the members
+  if (version.empty() || version.starts_with("2.")) return Done{};  // take_gltf_members() reports a missing one
   return at(source, "asset.version", ErrorCode::unsupported_format,
             "glTF " + in_quotes(version) + " is not supported; save the model as glTF 2.0");
 }
@@ -88,9 +88,9 @@ void take_buffers(json& root, GltfDocument& out) {
   }
 }
 
-// All of them before any file is looked for: what is missing may be missing since another name is refused.
+// Checks all URIs before any file is looked up: a file may be missing because another name was refused.
 Result<Done> check_uris(const Source& source, const std::vector<GltfBuffer>& buffers) {
-  std::map<std::string, std::string> paths;  // by key
+  std::map<std::string, std::string> paths;  // key: file_key()
   for (std::size_t i = 0; i < buffers.size(); ++i) {
     if (!buffers[i].is_external()) continue;
     FilePath file = file_path_of_uri(buffers[i].uri);

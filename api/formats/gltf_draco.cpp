@@ -12,19 +12,19 @@
 namespace meshgauge::api {
 namespace {
 
-// What a stream says of itself before its connectivity.
+// The sizes that a stream claims before its connectivity.
 struct Claim {
   std::uint32_t faces = 0;
   std::uint32_t points = 0;
-  std::uint8_t attribute_tables = 0;  // seams of attributes: each of them takes memory for every corner
+  std::uint8_t attribute_tables = 0;  // seams of attributes; each takes memory for every corner
 };
 
 bool take_count(draco::DecoderBuffer& in, bool is_varint, std::uint32_t& out) {
   return is_varint ? draco::DecodeVarint(&out, &in) : in.Decode(&out);
 }
 
-// Both read a copy of the decoder's buffer, which stands where its connectivity begins. Older streams have numbers of
-// 32 bits; libdraco reads them as well.
+// Both functions read a copy of the decoder's buffer, positioned where the connectivity begins. Older streams have
+// 32-bit numbers, which libdraco also reads.
 bool take_claim(const draco::MeshEdgebreakerDecoder& /*kind*/, draco::DecoderBuffer in, Claim& out) {
   const bool is_varint = in.bitstream_version() >= DRACO_BITSTREAM_VERSION(2, 0);
   std::uint32_t ignored = 0;
@@ -38,8 +38,8 @@ bool take_claim(const draco::MeshSequentialDecoder& /*kind*/, draco::DecoderBuff
   return take_count(in, is_varint, out.faces) && take_count(in, is_varint, out.points);
 }
 
-// libdraco trusts what a stream claims: 2^31 / 3 faces of a stream of twenty bytes are 35 GB. These decoders look
-// first.
+// A decoder that checks the claimed sizes first. libdraco trusts them: a stream of twenty bytes that claims 2^31 / 3
+// faces takes 35 GB.
 template <class Decoder>
 class Checked : public Decoder {
  public:
@@ -59,7 +59,7 @@ class Checked : public Decoder {
     return take(std::size_t{12} * claim.faces * (1 + claim.attribute_tables)) && Decoder::DecodeConnectivity();
   }
 
-  // By now the headers of all attributes are read, and none of their values.
+  // Called when the headers of all attributes have been read, but none of their values.
   bool DecodeAllAttributes() override {
     const draco::PointCloud& points = *this->point_cloud();
     if (points.num_points() > vertex_limit(source_)) {
@@ -118,7 +118,7 @@ Result<Done> decode_any(const Source& source, const std::string& where, std::spa
   return fail("a Draco stream of an unknown encoding");
 }
 
-// The component type of an accessor; 0: none has this.
+// Returns the component type for an accessor; 0: accessors have no such type.
 int component_type(draco::DataType type) {
   switch (type) {
     case draco::DT_INT8:
@@ -136,7 +136,7 @@ int component_type(draco::DataType type) {
   }
 }
 
-// nullopt: the attribute has no value for some point. A broken stream may leave it so.
+// Returns the values of all points; nullopt: some point has none, which happens in broken streams.
 std::optional<GltfColumn> column_of(const draco::PointAttribute& attribute, std::size_t points) {
   GltfColumn out;
   out.component_type = component_type(attribute.data_type());

@@ -11,12 +11,12 @@ using nlohmann::json;
 
 constexpr std::string_view kMeshoptNames[] = {"EXT_meshopt_compression", "KHR_meshopt_compression"};
 
-// Read here.
+// Extensions that are read.
 constexpr std::string_view kRead[] = {"KHR_draco_mesh_compression", "EXT_meshopt_compression",
                                       "KHR_meshopt_compression",    "KHR_mesh_quantization",
                                       "EXT_mesh_gpu_instancing",    "KHR_node_visibility"};
 
-// They change materials, textures, lights, sounds, animations or data beside the surface, never the surface.
+// Extensions without effect on the surface: they change materials, textures, lights, sounds, animations or metadata.
 constexpr std::string_view kHarmlessFamilies[] = {
     "KHR_materials_", "EXT_materials_",  "ADOBE_materials_", "NV_materials_", "KHR_texture_",
     "EXT_texture_",   "GOOGLE_texture_", "MPEG_texture_",    "KHR_lights_",   "EXT_lights_",
@@ -62,7 +62,7 @@ std::optional<std::size_t> index_of(const json& object, const char* name) {
   return found->get<std::size_t>();
 }
 
-// The extension of an object, or nullptr.
+// Returns the extension of an object; nullptr: it has none of this name.
 const json* extension_of(const json& object, std::string_view name) {
   const auto extensions = object.find("extensions");
   if (extensions == object.end()) return nullptr;
@@ -104,7 +104,7 @@ void take_faces(json& root, GltfDocument& out) {
   }
 }
 
-// Each extension forbids the other one on the same view: which stream is meant is not known.
+// Refuses a view with both extensions: each forbids the other, and the choice would be arbitrary.
 Result<Done> take_meshopt(const Source& source, json& views, GltfDocument& out) {
   for (std::size_t i = 0; i < views.size(); ++i) {
     for (const std::string_view name : kMeshoptNames) {

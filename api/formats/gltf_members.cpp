@@ -15,7 +15,7 @@ using nlohmann::json;
 
 enum class Kind { index, size, flag, text, numbers, indices, texts, object, objects, more_joints };
 
-// A member that is read; what is not named here is dropped. `members` for objects, `count` for numbers: 0 is any.
+// A member that is read; all others are dropped. `members`: for objects. `count`: for arrays of numbers; 0: any.
 struct Field {
   std::string_view name;
   Kind kind = Kind::index;
@@ -99,7 +99,7 @@ constexpr Field kRoot[] = {{"asset", Kind::object, true, 0, kAsset},
                            {"bufferViews", Kind::objects, false, 0, kBufferView},
                            {"buffers", Kind::objects, false, 0, kBuffer}};
 
-// Where in the document; made into words only for an error.
+// A place in the document; turned into text only for an error.
 struct Path {
   const Path* parent = nullptr;
   std::string_view name;
@@ -117,7 +117,7 @@ class Checker {
  public:
   explicit Checker(const Source& source) : source_(source) {}
 
-  // Writes the known members of `in` to `out`; false with error() set when one is not as it must be.
+  // Writes the known members of `in` to `out`. false: one of them is invalid, error() has the defect.
   bool object(const json& in, std::span<const Field> fields, const Path& path, json& out);
   Error error() { return std::move(*error_); }
 
@@ -138,7 +138,7 @@ class Checker {
   std::optional<Error> error_;
 };
 
-// Integers may be written as 24.0, which JSON does not tell from 24.
+// Accepts 24.0 as an integer: JSON does not distinguish it from 24.
 bool Checker::integer(const json& in, double most, const Path& path, json& out) {
   const double number = in.is_number() ? in.get<double>() : -1;
   if (number < 0 || number > most || number != std::floor(number)) {

@@ -6,7 +6,7 @@
 namespace meshgauge::api {
 namespace {
 
-// Files store a quaternion with the rounding of floats. nullopt: it has no direction.
+// Normalises a quaternion, which files store rounded to float. nullopt: its length is 0 or not finite.
 std::optional<Eigen::Quaterniond> rotation_of(const Eigen::Vector4d& xyzw) {
   const Eigen::Quaterniond rotation(xyzw[3], xyzw[0], xyzw[1], xyzw[2]);
   if (!(rotation.norm() > 0x1p-500) || !(rotation.norm() < 0x1p500)) return std::nullopt;
@@ -43,12 +43,12 @@ Result<std::vector<GltfTransform>> gltf_instances(const GltfFile& file, std::siz
   for (const auto& accessor : {instancing.translation, instancing.scale, instancing.rotation}) {
     if (!accessor) continue;
     is_placed = true;
-    // Before memory is taken: an accessor without bytes of its own may claim any count.
+    // Checks before allocating: an accessor without bytes may claim any count.
     if (*accessor < file.model.accessors.size() && file.model.accessors[*accessor].count > most) {
       return too_many(file.source, "instances", most);
     }
   }
-  // Instances by other attributes all lie where the node is: one of them is the whole surface.
+  // Without these attributes all instances lie at the node, so one of them is the whole surface.
   if (!is_placed) return std::vector{GltfTransform(GltfTransform::Identity())};
   std::vector<Vec3> translations;
   std::vector<Vec3> scales;
@@ -103,7 +103,7 @@ Result<GltfTransform> GltfWorld::of(std::size_t node) {
   if (parents_.empty()) {
     if (auto ok = find_parents(); !ok) return std::move(ok).error();
   }
-  std::vector<std::size_t> unknown;  // from the node up to the first ancestor whose transform is known
+  std::vector<std::size_t> unknown;  // nodes from `node` up to the first ancestor with a known transform
   for (std::optional<std::size_t> at = node; at && !known_[*at]; at = parents_[*at]) {
     if (unknown.size() == parents_.size()) return file_.fail(gltf_item("nodes", node), "in a cycle of nodes");
     unknown.push_back(*at);

@@ -15,7 +15,7 @@
 namespace meshgauge::api {
 namespace {
 
-// Walks the scene without recursion: a chain of nodes may be as long as the file.
+// Walks the scene without recursion, since a chain of nodes may be as long as the file.
 class Scene {
  public:
   explicit Scene(const GltfFile& file)
@@ -30,19 +30,19 @@ class Scene {
   struct Visit {
     std::size_t node;
     GltfTransform parent;
-    bool hidden;  // by a node above
+    bool hidden;  // true: a node above is hidden
   };
-  // How a node places its mesh.
+  // The placement of a mesh by its node.
   struct Placing {
     GltfTransform to_world;
-    std::optional<std::size_t> skin;     // it places the mesh instead
-    const std::vector<double>& weights;  // of the morph targets
+    std::optional<std::size_t> skin;     // if set, it places the mesh instead of to_world
+    const std::vector<double>& weights;  // weights of the morph targets
   };
-  // The remarks count these.
+  // Counts for the remarks.
   struct Counts {
     std::size_t instances = 0;
-    std::size_t hidden = 0;         // nodes with a mesh
-    std::set<std::size_t> skinned;  // meshes
+    std::size_t hidden = 0;         // hidden nodes with a mesh
+    std::set<std::size_t> skinned;  // indices of meshes
     std::set<std::size_t> morphed;
   };
 
@@ -65,16 +65,17 @@ class Scene {
 
   const GltfFile& file_;
   GltfDeformer deformer_;
-  std::vector<bool> visited_;   // nodes
-  std::vector<bool> in_scene_;  // meshes, hidden or not
+  std::vector<bool> visited_;   // by node
+  std::vector<bool> in_scene_;  // by mesh, also hidden ones
   std::vector<Visit> stack_;
-  std::map<std::pair<std::size_t, std::size_t>, GltfDracoMesh> draco_;  // by mesh and primitive
-  std::map<std::size_t, std::uint32_t> placed_;  // of the mesh at hand: accessor of positions -> first vertex
+  std::map<std::pair<std::size_t, std::size_t>, GltfDracoMesh> draco_;  // key: mesh, primitive
+  std::map<std::size_t, std::uint32_t> placed_;  // current mesh: accessor of positions -> first vertex
   Counts counts_;
   ReadMesh out_;
 };
 
-// A root of the scene that is another node's child would be placed without that node's transform.
+// Returns the root nodes. Refuses a scene that names a child of another node: it would be placed without that node's
+// transform.
 Result<std::vector<int>> Scene::roots() const {
   std::vector<bool> is_child(file_.model.nodes.size(), false);
   for (const tinygltf::Node& node : file_.model.nodes) {
@@ -100,10 +101,10 @@ Result<std::vector<int>> Scene::roots() const {
   return out;
 }
 
-// A node has at most one parent; so each is visited once, and neither a cycle nor a doubling ladder goes on.
+// Refuses a node that is visited twice, that is with several parents or in a cycle, so that the walk is linear.
 Result<Done> Scene::push(const std::vector<int>& nodes, const std::string& where, const GltfTransform& parent,
                          bool hidden) {
-  for (std::size_t i = nodes.size(); i-- > 0;) {  // the last one in is visited first
+  for (std::size_t i = nodes.size(); i-- > 0;) {  // the last node pushed is visited first
     const auto index = static_cast<std::size_t>(nodes[i]);
     if (index >= visited_.size()) return file_.fail(where, gltf_item("nodes", index) + " does not exist");
     if (visited_[index]) {
@@ -116,7 +117,7 @@ Result<Done> Scene::push(const std::vector<int>& nodes, const std::string& where
 }
 
 Result<ReadMesh> Scene::read() {
-  out_.notes.unit = LengthUnit::meter;  // of every glTF (glTF 2.0, section 3.4)
+  out_.notes.unit = LengthUnit::meter;  // glTF 2.0, section 3.4
   const auto top = roots();
   if (!top) return top.error();
   if (auto ok = push(*top, "the scene", GltfTransform::Identity(), false); !ok) return std::move(ok).error();
@@ -172,7 +173,7 @@ Result<Done> Scene::instances(std::size_t node, const GltfInstancing& instancing
     return at(file_.source, gltf_item("nodes", node), ErrorCode::unsupported_format,
               "instances of a skinned mesh are not supported");
   }
-  // Each takes memory and time, also of an empty mesh.
+  // Each instance takes memory and time, even of an empty mesh.
   constexpr std::size_t kMostInstances = 1'000'000;
   const std::size_t limit = std::min(file_.source.limits.max_triangles, kMostInstances);
   const auto transforms = gltf_instances(file_, node, instancing, limit);
@@ -200,7 +201,7 @@ Result<Done> Scene::mesh(std::size_t index, const Placing& placing) {
 Result<Done> Scene::primitive(std::size_t mesh, std::size_t index, const Placing& placing) {
   const tinygltf::Primitive& primitive = file_.model.meshes[mesh].primitives[index];
   const std::string where = gltf_item("meshes", mesh) + "." + gltf_item("primitives", index);
-  constexpr std::size_t kSteps = 64;  // of a primitive without a vertex
+  constexpr std::size_t kSteps = 64;  // cost of a primitive without vertices
   const std::size_t steps_before = file_.budget.steps();
   const std::size_t triangles_before = out_.mesh.triangles.size();
   if (auto ok = file_.budget.work(kSteps, where); !ok) return ok;
@@ -233,7 +234,7 @@ Result<Done> Scene::surface(std::size_t mesh, std::size_t index, const Placing& 
     return file_.fail(where,
                       "mode 6, a fan, compressed by Draco, which the extension does not allow; save it as triangles");
   }
-  // What Draco decodes are triangles, also where the accessors that it stands in for hold a strip.
+  // Draco decodes to triangles, even if the accessors that it replaces hold a strip.
   const auto decoded = draco(mesh, index, where);
   if (!decoded) return decoded.error();
   const auto first = place_vertices({primitive, where, *decoded}, accessor, placing);
@@ -251,7 +252,7 @@ Result<const GltfDracoMesh*> Scene::draco(std::size_t mesh, std::size_t index, c
     const std::string place = where + ".extensions.KHR_draco_mesh_compression";
     const auto stream = file_.views.bytes(draco.view, place);
     if (!stream) return stream.error();
-    constexpr std::size_t kSteps = 2000;  // of a stream without a triangle
+    constexpr std::size_t kSteps = 2000;  // cost of a stream without triangles
     if (auto ok = file_.budget.work(kSteps + stream->size(), place); !ok) return std::move(ok).error();
     auto decoded = decode_draco(file_.source, place, *stream, draco.ids, file_.budget);
     if (!decoded) return std::move(decoded).error();
@@ -260,7 +261,7 @@ Result<const GltfDracoMesh*> Scene::draco(std::size_t mesh, std::size_t index, c
   return &known->second;
 }
 
-// Primitives of a mesh often share their vertices.
+// Returns the first vertex. Primitives of a mesh often share their vertices, which are then placed once.
 Result<std::uint32_t> Scene::place_vertices(const GltfShape& shape, std::size_t accessor, const Placing& placing) {
   const bool may_share = shape.draco == nullptr && shape.primitive.targets.empty() && !placing.skin;
   if (const auto known = placed_.find(accessor); may_share && known != placed_.end()) return known->second;
@@ -279,7 +280,7 @@ Result<std::uint32_t> Scene::place_vertices(const GltfShape& shape, std::size_t 
   return first;
 }
 
-// Skinned ones are in the world by now.
+// Returns positions relative to the node, or in world space for a skinned mesh.
 Result<std::vector<Vec3>> Scene::local_vertices(const GltfShape& shape, std::size_t accessor, const Placing& placing) {
   auto positions = file_.accessors.positions(accessor, "POSITION", shape.column("POSITION"));
   if (!positions) return positions;

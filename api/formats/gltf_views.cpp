@@ -9,9 +9,9 @@
 namespace meshgauge::api {
 namespace {
 
-constexpr std::size_t kMostPerByte = 256;  // elements: a block of so many takes a byte at least
+constexpr std::size_t kMostPerByte = 256;  // a block of 256 elements takes at least one byte
 
-// What is wrong with the numbers of a meshopt view of `length` bytes, or nullopt.
+// Returns the defect in the numbers of a meshopt view of `length` bytes; nullopt: none.
 std::optional<std::string> defect(const GltfMeshopt& meshopt, std::size_t length) {
   const bool is_attributes = meshopt.mode == "ATTRIBUTES";
   const bool is_triangles = meshopt.mode == "TRIANGLES";
@@ -52,7 +52,7 @@ bool decode(const GltfMeshopt& meshopt, std::span<const std::byte> stream, std::
 
 }  // namespace
 
-// All numbers come from check_gltf() and are below 2^53, so that no sum overflows 64 bits.
+// No sum overflows 64 bits: all numbers come from check_gltf() and are below 2^53.
 Result<std::span<const std::byte>> GltfViews::piece(const std::string& where, const std::string& what,
                                                     std::size_t buffer, std::size_t offset, std::size_t length) const {
   const auto fail = [&](const std::string& why) { return at(source_, where, ErrorCode::unreadable_mesh, what + why); };

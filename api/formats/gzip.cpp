@@ -41,7 +41,7 @@ class Inflater {
   std::span<const std::byte> input_;
   std::string_view part_;
   std::size_t limit_;
-  std::size_t read_ = 0;  // of the input, handed to zlib so far
+  std::size_t read_ = 0;  // bytes of the input passed to zlib so far
   std::size_t capacity_ = 0;
   bool ready_ = false;
   bool done_ = false;
@@ -49,8 +49,8 @@ class Inflater {
   Expanded out_;
 };
 
-// Doubles the room, up to one byte over the limit: so much tells "at the limit" from "over it". realloc moves
-// large blocks by their pages, without copying.
+// Doubles the capacity, up to one byte over the limit, to tell "at the limit" from "over the limit". realloc remaps the
+// pages of large blocks without copying.
 bool Inflater::grow() {
   const std::size_t wanted = std::min(std::max(kFirstBytes, 2 * capacity_), limit_ + 1);
   auto* moved = static_cast<std::byte*>(std::realloc(out_.data.get(), wanted));
@@ -61,7 +61,7 @@ bool Inflater::grow() {
   return true;
 }
 
-// zlib counts its input in 32 bits.
+// Passes input to zlib in pieces, since zlib counts in 32 bits.
 void Inflater::feed() {
   constexpr std::size_t kMostAtOnce = std::size_t{1} << 30U;
   if (stream_.avail_in != 0) return;

@@ -14,14 +14,14 @@ constexpr unsigned kHeader = 0xA0;
 constexpr std::size_t kGroup = 16;
 constexpr std::size_t kMostInBlock = 256;
 constexpr std::size_t kBlockBytes = 8192;
-constexpr std::size_t kLeastTail[] = {32, 24};  // by version
+constexpr std::size_t kLeastTail[] = {32, 24};  // [version]
 
-// By version and control: what the two bits of a group's header stand for.
+// Bits per value by the two bits of a group's header. Row 0: version 0; rows 1 and 2: version 1, control 0 and 1.
 constexpr unsigned kBits[3][4] = {{0, 2, 4, 8}, {0, 1, 2, 4}, {1, 2, 4, 8}};
 
 std::uint8_t byte_at(const std::byte* bytes, std::size_t i) { return static_cast<std::uint8_t>(bytes[i]); }
 
-// Sixteen values of `bits` bits. The greatest of them stands for a byte of its own, behind the group.
+// Reads sixteen values of `bits` bits. The greatest value means that a byte after the group holds the value.
 bool take_group(MeshoptBytes& in, unsigned bits, std::uint8_t* out) {
   if (bits == 0) return std::fill_n(out, kGroup, std::uint8_t{0}), true;
   const std::byte* packed = in.take(2 * bits);
@@ -30,7 +30,7 @@ bool take_group(MeshoptBytes& in, unsigned bits, std::uint8_t* out) {
   const unsigned escape = (1U << bits) - 1;
   for (unsigned i = 0; i < kGroup; ++i) {
     const unsigned from_low = i * bits % 8;
-    const unsigned shift = bits == 1 ? from_low : 8 - bits - from_low;  // single bits begin at the low end
+    const unsigned shift = bits == 1 ? from_low : 8 - bits - from_low;  // single bits start at the low end
     const unsigned value = (byte_at(packed, i * bits / 8) >> shift) & escape;
     out[i] = static_cast<std::uint8_t>(value);
     if (value == escape && !in.take_byte(out[i])) return false;
@@ -38,7 +38,7 @@ bool take_group(MeshoptBytes& in, unsigned bits, std::uint8_t* out) {
   return true;
 }
 
-// One byte of each element of a block.
+// One byte for each element of a block.
 using Plane = std::array<std::uint8_t, kMostInBlock>;
 
 bool take_groups(MeshoptBytes& in, std::size_t count, const unsigned (&bits)[4], Plane& plane) {
@@ -61,8 +61,8 @@ bool take_plane(MeshoptBytes& in, std::size_t count, unsigned version, unsigned 
   return plain != nullptr;
 }
 
-// Adds up the differences of one component, `planes` its bytes from the lowest on. `at` is the component in the first
-// element, `last` in the one before.
+// Sums the differences of one component. `planes`: its bytes, lowest first. `at`: the component in the first element;
+// `last`: in the element before.
 template <class T, class Next>
 void add_up(const Plane* planes, std::size_t count, std::size_t stride, const std::byte* last, std::byte* at,
             const Next& next) {
@@ -114,7 +114,7 @@ class Attributes {
     return true;
   }
 
-  // The four bytes at `k` of each element: as bytes, as words of 16 bits, or as one of 32.
+  // Decodes the four bytes at `k` of each element: as bytes, as 16-bit words or as one 32-bit word.
   bool add_up_word(const std::array<Plane, 4>& planes, std::size_t count, std::size_t k, std::span<std::byte> out) {
     const unsigned channel = version_ == 0 ? 0 : byte_at(channels_.data(), k / 4);
     switch (channel & 3U) {
@@ -143,12 +143,12 @@ class Attributes {
   unsigned version_;
   std::size_t stride_;
   std::array<std::byte, 256> last_{};
-  std::span<const std::byte> channels_;  // of version 1: one for each four bytes
+  std::span<const std::byte> channels_;  // version 1: one for each four bytes
 };
 
 }  // namespace
 
-// A header of one byte, the blocks, and a tail: the element before the first, and the channels.
+// Stream: a header of one byte, the blocks, and a tail with the element before the first and the channels.
 bool decode_meshopt_attributes(std::span<const std::byte> stream, std::size_t stride, std::span<std::byte> out) {
   if (stream.empty() || (static_cast<unsigned>(stream[0]) & 0xF0U) != kHeader) return false;
   const unsigned version = static_cast<unsigned>(stream[0]) & 0x0FU;
@@ -160,7 +160,7 @@ bool decode_meshopt_attributes(std::span<const std::byte> stream, std::size_t st
   return Attributes(blocks, version, stride, stream.last(tail)).decode(out);
 }
 
-// An exponent of 8 bits over a mantissa of 24, both signed, to a float.
+// Converts a signed 8-bit exponent above a signed 24-bit mantissa to float.
 void undo_meshopt_exponential(std::span<std::byte> data) {
   for (std::size_t at = 0; at < data.size(); at += 4) {
     std::uint32_t stored = 0;
@@ -172,8 +172,8 @@ void undo_meshopt_exponential(std::span<std::byte> data) {
   }
 }
 
-// Three components of a unit quaternion, the greatest left out; the fourth value holds their scale and, in its lowest
-// two bits, which one that is.
+// Restores a unit quaternion from its components without the greatest; the fourth value holds their scale and, in its
+// lowest two bits, the index of the one left out.
 void undo_meshopt_quaternion(std::span<std::byte> data) {
   for (std::size_t at = 0; at < data.size(); at += 8) {
     std::array<std::int16_t, 4> stored{};

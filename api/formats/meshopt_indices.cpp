@@ -18,7 +18,7 @@ bool is_version_of(unsigned header, std::byte first) {
   return (byte & 0xF0U) == header && (byte & 0x0FU) <= kNewestVersion;
 }
 
-// Seven bits a byte, the lowest first; at most five bytes.
+// Reads a number of seven bits per byte, lowest first, in at most five bytes.
 bool take_number(MeshoptBytes& in, std::uint32_t& out) {
   out = 0;
   for (unsigned shift = 0; shift < 35; shift += 7) {
@@ -38,7 +38,7 @@ void store_index(std::byte* at, std::size_t index_bytes, std::uint32_t index) {
   if (index_bytes == 4) std::memcpy(at, &index, 4);
 }
 
-// Triangles by the edges and vertices that the last ones used. Every code is one byte; its data stand behind all codes.
+// Decodes triangles relative to recent edges and vertices. Each code is one byte; the data follow all codes.
 class Triangles {
  public:
   Triangles(MeshoptBytes in, const std::byte* table, unsigned version)
@@ -68,7 +68,7 @@ class Triangles {
     return apart(code == 0xFE ? 0 : 15, codes, true);
   }
 
-  // Beside an edge of the last sixteen; its third corner is new, one of the last, or an index by itself.
+  // Decodes a triangle on one of the last sixteen edges. Its third corner is new, a recent vertex or an explicit index.
   bool beside_edge(unsigned edge, unsigned code) {
     const auto [a, b] = edges_[(edge_end_ - 1 - edge) & 15U];
     std::uint32_t c = 0;
@@ -77,7 +77,7 @@ class Triangles {
     } else if (code == 15) {
       if (!take_index(c)) return false;
     } else {
-      c = last_ = last_ + code * 2 - 27;  // 13 and 14: one less, one more
+      c = last_ = last_ + code * 2 - 27;  // code 13: one less, 14: one more
     }
     push_vertex(c, code == 0 || code >= fresh_codes_);
     push_edge(c, b);
@@ -86,7 +86,7 @@ class Triangles {
     return true;
   }
 
-  // Beside none. Each corner is new (0), an index by itself (15, where `free`), or one of the last.
+  // Decodes a triangle on no recent edge. Each corner is new (0), an explicit index (15, if `free`) or a recent vertex.
   bool apart(unsigned code_a, unsigned codes, bool free) {
     const unsigned code_b = codes >> 4U;
     const unsigned code_c = codes & 15U;
@@ -115,7 +115,7 @@ class Triangles {
     return true;
   }
 
-  // One that does not stay is overwritten by the next.
+  // Unless `stays`, the next vertex overwrites this one.
   void push_vertex(std::uint32_t vertex, bool stays) {
     vertices_[vertex_end_] = vertex;
     vertex_end_ = (vertex_end_ + (stays ? 1U : 0U)) & 15U;
@@ -139,7 +139,7 @@ class Triangles {
 
 }  // namespace
 
-// A header of one byte, a code for each triangle, their data, and a table of codes.
+// Stream: a header of one byte, a code for each triangle, their data and a table of codes.
 bool decode_meshopt_triangles(std::span<const std::byte> stream, std::size_t index_bytes, std::span<std::byte> out) {
   const std::size_t count = out.size() / index_bytes / 3;
   if (stream.size() < 1 + kTableBytes || stream.size() - 1 - kTableBytes < count) return false;
@@ -150,7 +150,7 @@ bool decode_meshopt_triangles(std::span<const std::byte> stream, std::size_t ind
   return triangles.decode(stream.subspan(1, count), index_bytes, out.data());
 }
 
-// A header of one byte, differences to one of the last two of their kind, and a tail that only makes room.
+// Stream: a header of one byte, differences to one of two last indices, and an unused tail.
 bool decode_meshopt_indices(std::span<const std::byte> stream, std::size_t index_bytes, std::span<std::byte> out) {
   const std::size_t count = out.size() / index_bytes;
   if (stream.size() < 1 + kIndicesTail || stream.size() - 1 - kIndicesTail < count) return false;

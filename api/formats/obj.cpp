@@ -13,8 +13,8 @@
 namespace meshgauge::api {
 namespace {
 
-// Each reading function takes a place in the text and gives the place after what it read, or nullptr once
-// error_ says what is wrong.
+// Each reading function takes a place in the text and returns the place after what it read; nullptr: error_ has the
+// defect.
 class ObjReader {
  public:
   explicit ObjReader(const Source& source)
@@ -51,7 +51,7 @@ class ObjReader {
   std::size_t vertex_limit_;
   ReadMesh out_;
   Faces faces_;
-  // The highest index so far that named a vertex not yet read, and where.
+  // The highest index so far of a vertex not yet read, and its place.
   std::size_t highest_forward_ = 0;
   const char* highest_forward_place_ = nullptr;
   std::optional<Error> error_;
@@ -67,7 +67,7 @@ const char* ObjReader::bad_number(const char* p) {
   return fail(p, ErrorCode::unreadable_mesh, in_quotes(word_at(p, end_)) + " is not a number");
 }
 
-// The start of the next line when p is a backslash that ends its line; else nullptr.
+// Returns the start of the next line when p is a backslash that ends its line, else nullptr.
 const char* ObjReader::end_of_continuation(const char* p) const {
   if (++p == end_ || !is_newline(*p)) return nullptr;
   return p + (*p == '\r' && p + 1 != end_ && p[1] == '\n' ? 2 : 1);
@@ -103,7 +103,7 @@ const char* ObjReader::vertex(const char* p) {
   return at_line_end(p) ? p : vertex_extras(p);
 }
 
-// A weight, a colour, or both. They do not move the surface, but a line of other things is a broken line.
+// Checks a weight, a colour or both. They do not affect the surface, but anything else means a broken line.
 const char* ObjReader::vertex_extras(const char* p) {
   constexpr int kMost = 4;
   for (int count = 0;; ++count) {
@@ -117,8 +117,8 @@ const char* ObjReader::vertex_extras(const char* p) {
   }
 }
 
-// One space and an index of a vertex already read, three times, and the line's end: the bulk of most files, read
-// at twice the speed of face(). nullptr, and nothing done, when the line has anything else.
+// Reads the most frequent form at twice the speed of face(): three times a space and an index of a vertex already read,
+// then the line's end. nullptr: the line has anything else; nothing is changed.
 const char* ObjReader::plain_triangle(const char* p) {
   constexpr std::ptrdiff_t kMostDigits = 9;
   constexpr std::ptrdiff_t kLongest = 3 * (1 + kMostDigits) + 1;
@@ -130,7 +130,7 @@ const char* ObjReader::plain_triangle(const char* p) {
     std::uint32_t index = 0;
     const char* const first = p;
     for (; is_digit(*p) && p - first < kMostDigits; ++p) index = index * 10 + static_cast<std::uint32_t>(*p - '0');
-    corner = index - 1;  // 0 wraps around, beyond any vertex
+    corner = index - 1;  // 0 wraps around to an index beyond any vertex
     if (corner >= known) return nullptr;
   }
   if (!is_newline(*p)) return nullptr;
@@ -169,7 +169,7 @@ const char* ObjReader::corner(const char* p) {
   return resolve(index, p) == nullptr ? nullptr : next;
 }
 
-// "/t", "//n", "/t/n", and the same with nothing after a slash.
+// Skips "/t", "//n" or "/t/n", also with nothing after a slash.
 const char* ObjReader::texture_and_normal(const char* p, const char* token) {
   for (int slashes = 0; slashes < 2 && p != end_ && *p == '/'; ++slashes) {
     std::int64_t ignored = 0;
@@ -197,7 +197,7 @@ const char* ObjReader::resolve(std::int64_t index, const char* place) {
   return place;
 }
 
-// To the end of the statement, refusing binary data on the way.
+// Skips to the end of the statement; refuses binary data.
 const char* ObjReader::pass_over(const char* p, bool continues) {
   for (; p != end_ && !is_newline(*p); ++p) {
     if (*p == '\0') return binary_data(p);
@@ -208,10 +208,10 @@ const char* ObjReader::pass_over(const char* p, bool continues) {
 }
 
 const char* ObjReader::other(const char* p) {
-  if (*p == '#' || *p == '$') return pass_over(p, false);  // the second one is a comment of old exporters
+  if (*p == '#' || *p == '$') return pass_over(p, false);  // '$': a comment of old exporters
   if (*p == '\\' && end_of_continuation(p) != nullptr) return blanks(p);
-  // A word that is not known is passed over, as is usual. Anything else is what remains of a broken line, and to
-  // pass over that would silently lose a part of the mesh.
+  // Skips an unknown word, as readers usually do. Anything else is the rest of a broken line; skipping that would
+  // silently lose a part of the mesh.
   if (!is_letter(*p)) {
     if (static_cast<unsigned char>(*p) < ' ') return binary_data(p);
     return fail(p, ErrorCode::unreadable_mesh, in_quotes(word_at(p, end_)) + " does not begin an OBJ statement");
@@ -224,7 +224,7 @@ const char* ObjReader::statement(const char* p) {
   const bool one_letter = p + 1 == end_ || is_space(p[1]) || p[1] == '\\';
   if (*p == 'v' && one_letter) return vertex(p + 1);
   if (*p == 'f' && one_letter) return face(p + 1);
-  if (word_at(p, end_) == "fo") return face(p + 2);  // the face of the format's first versions
+  if (word_at(p, end_) == "fo") return face(p + 2);  // faces in the format's first versions
   return other(p);
 }
 

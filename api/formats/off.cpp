@@ -13,11 +13,11 @@
 namespace meshgauge::api {
 namespace {
 
-// In text, colours are of three numbers or four.
+// Text files have colours of three or four numbers.
 constexpr int kLeastColour = 3;
 constexpr int kBinaryColour = 4;
 
-// nullopt: a prefix that is not known, or stands twice.
+// Returns the numbers that the prefixes add. nullopt: a prefix is unknown or repeated.
 std::optional<OffExtras> extras_of(std::string_view keyword) {
   OffExtras extras;
   std::string_view prefixes = keyword.substr(0, keyword.size() - 3);
@@ -35,7 +35,7 @@ std::optional<OffExtras> extras_of(std::string_view keyword) {
   return extras;
 }
 
-// One line of numbers at a time: what follows the numbers that are read (edge counts, colours) is passed over.
+// Reads line by line; ignores the rest of a line after the numbers needed (edge counts, colours).
 class OffReader {
  public:
   OffReader(const Source& source, const char* body, const OffExtras& extras)
@@ -85,13 +85,14 @@ class OffReader {
   std::optional<Error> error_;
 };
 
-// To the next line that holds more than a comment.
+// Skips to the next line that has more than a comment.
 bool OffReader::next_line() {
   skip_comments();
   return p_ != end_ || fail(ErrorCode::unreadable_mesh, "truncated: the counts announce more lines");
 }
 
-// A face may go on in the next line. One that is cut short takes the line of the next, and the last one finds none.
+// Skips to the next corner, also on the next line. A face cut short takes the line of the next face; the last one then
+// finds no line.
 bool OffReader::next_corner() {
   p_ = skip_blanks(p_, end_);
   return (p_ != end_ && !is_newline(*p_) && *p_ != '#') || next_line();
@@ -132,7 +133,7 @@ bool OffReader::vertex() {
   for (int k = 0; k < 3; ++k) {
     if (!coordinate(position[k])) return false;
   }
-  // They are not used, but on a line of their own they would be taken for the next vertex.
+  // Not used, but required here: on the next line they would be read as a vertex.
   for (int i = 0; i < extras_; ++i) {
     const std::string_view extra = word();
     if (extra.empty() || extra.starts_with('#')) return bad({}, "a normal, colour or texture coordinate");
@@ -193,7 +194,7 @@ Result<ReadMesh> OffReader::read() {
 
 std::size_t as_size(std::ptrdiff_t bytes) { return static_cast<std::size_t>(bytes); }
 
-// Behind a byte order mark, blanks, blank lines and comments.
+// Returns the place after a byte order mark, blanks, blank lines and comments.
 const char* start_of_content(std::string_view text) {
   const char* const end = text.data() + text.size();
   const char* p = skip_spaces(text.data() + (text.starts_with("\xEF\xBB\xBF") ? 3 : 0), end);
@@ -201,8 +202,8 @@ const char* start_of_content(std::string_view text) {
   return p;
 }
 
-// Geomview takes such files as well. Only a name or a media type leads here: three numbers may be the start of
-// anything.
+// Reads a file without the keyword, as Geomview does. Used only when a name or a media type says OFF, since any file
+// may begin with three numbers.
 Result<ReadMesh> read_without_keyword(const Source& source) {
   const char* const counts = start_of_content(source.text());
   int integers = 0;

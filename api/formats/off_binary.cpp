@@ -28,7 +28,7 @@ constexpr Layout kLayouts[] = {
     {true, false, "binary OFF without the numbers of colours that Geomview puts behind each face"},
     {false, false, "binary OFF of the least significant byte first and without numbers of colours, unlike Geomview's"}};
 
-// The body as words of four bytes, read in one of the layouts.
+// The body as words of four bytes in one of the layouts.
 class Words {
  public:
   Words(const Source& source, const char* body, const Layout& layout, const OffExtras& extras)
@@ -50,7 +50,7 @@ class Words {
   std::uint64_t faces() const { return faces_; }
   std::uint64_t first_of_vertex(std::uint64_t vertex) const { return kCounts + vertex * stride_; }
 
-  // The word behind the face that begins at `word`, nullopt where none does.
+  // Returns the word after the face that begins at `word`; nullopt: no face fits there.
   std::optional<std::uint64_t> next_face(std::uint64_t word) const {
     if (word >= count_) return std::nullopt;
     const std::uint64_t corners = at(word);
@@ -62,7 +62,7 @@ class Words {
     return next <= count_ ? std::optional(next) : std::nullopt;
   }
 
-  // True when the faces end with the last word, and all their corners are vertices.
+  // Returns true when the faces end with the last word and all their indices are in range.
   bool fit() const {
     if (count_ < kCounts || first_of_vertex(vertices_) > count_ || faces_ > count_) return false;
     std::uint64_t word = first_of_vertex(vertices_);
@@ -104,7 +104,7 @@ std::optional<Error> read_vertices(const Source& source, const char* body, const
   return std::nullopt;
 }
 
-// Precondition: the words fit.
+// Precondition: words.fit().
 std::optional<Error> read_faces(const Source& source, const Words& words, ReadMesh& out) {
   reserve_room(out.mesh.triangles, words.faces());
   Faces faces(out.mesh.triangles);

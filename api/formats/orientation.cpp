@@ -15,7 +15,7 @@ double sum_with_error(double a, double b, double& error) {
 
 double size_of(const Point2& p) { return std::max(std::abs(p.x), std::abs(p.y)); }
 
-// To coordinates of at most 1, so that products neither overflow nor lose bits.
+// Scales coordinates to at most 1, so that products neither overflow nor lose bits.
 class Scale {
  public:
   explicit Scale(double largest) { std::frexp(largest, &exponent_); }
@@ -39,7 +39,8 @@ void add_cross(ExactSum& sum, const Point2& a, const Point2& b) {
 
 int sign_of(double x) { return x > 0 ? 1 : (x < 0 ? -1 : 0); }
 
-// Of a b - c d, for exact factors. Equal products are rounded alike, and rounding keeps the order of others.
+// Returns the sign of ab - cd, for exact factors. Equal products round to the same number, and rounding keeps the order
+// of different ones.
 int compare_products(double a, double b, double c, double d) {
   const double left = a * b, right = c * d;
   if (left != right) return sign_of(left - right);
@@ -68,7 +69,7 @@ void ExactSum::add_product(double a, double b) {
 int exact_orientation(const Point2& a, const Point2& b, const Point2& c) {
   const Scale scale(std::max({size_of(a), size_of(b), size_of(c)}));
   const Point2 p = scale(a), q = scale(b), r = scale(c);
-  // Most points that lie on one line have coordinates of few digits, whose differences are exact.
+  // Most collinear points have coordinates of few digits, whose differences are exact.
   double errors[4] = {};
   const double px = sum_with_error(p.x, -r.x, errors[0]), py = sum_with_error(p.y, -r.y, errors[1]);
   const double qx = sum_with_error(q.x, -r.x, errors[2]), qy = sum_with_error(q.y, -r.y, errors[3]);

@@ -62,7 +62,7 @@ bool BodyReader<Values>::skip(const PlyProperty& property) {
 
 template <class Values>
 bool BodyReader<Values>::vertices(const PlyElement& element) {
-  // Which coordinate each property is; 3 for none.
+  // The coordinate of each property: 0 to 2; 3: none.
   std::vector<int> axes;
   for (const PlyProperty& property : element.properties) {
     const std::size_t axis = property.name.size() == 1 ? std::string_view("xyz").find(property.name) : 3;
@@ -91,7 +91,7 @@ bool BodyReader<Values>::in_range(std::int64_t index) {
                       "index " + std::to_string(index) + ", but there are " + std::to_string(count) + " vertices");
 }
 
-// Asked after every corner: a list of a byte each would else become twelve times its size before anybody looks.
+// Called after every corner: a list of single bytes becomes twelve times its size in memory.
 template <class Values>
 bool BodyReader<Values>::within_limit() {
   if (out_.mesh.triangles.size() <= source_.limits.max_triangles) [[likely]]
@@ -104,7 +104,7 @@ template <class Values>
 bool BodyReader<Values>::face(const PlyProperty& property) {
   std::int64_t length = 0;
   if (!list_length(property, length)) return false;
-  // Bytes that are out of step show as empty faces first: a count of vertices that is too high, for one.
+  // Misaligned bytes, for example after a wrong count of vertices, first show as empty faces.
   if (length == 0) return values_.fail(ErrorCode::unreadable_mesh, "a face without corners");
   faces_.begin();
   for (std::int64_t corner = 0; corner < length; ++corner) {
@@ -118,7 +118,7 @@ bool BodyReader<Values>::face(const PlyProperty& property) {
   return true;
 }
 
-// Any number of strips, each but the last ended by -1.
+// Reads any number of strips, separated by -1.
 template <class Values>
 bool BodyReader<Values>::strips(const PlyProperty& property) {
   std::int64_t length = 0;
@@ -158,7 +158,7 @@ bool BodyReader<Values>::records(const PlyElement& element) {
 
 template <class Values>
 bool BodyReader<Values>::element(const PlyElement& element) {
-  if (element.properties.empty()) return true;  // records of no bytes, however many
+  if (element.properties.empty()) return true;  // records of no bytes, in any number
   if (element.count > values_.most_records(element)) {
     return values_.fail(ErrorCode::unreadable_mesh, "truncated: " + std::to_string(element.count) +
                                                         " records of element " + in_quotes(element.name) +

@@ -9,11 +9,11 @@
 namespace meshgauge::api {
 namespace {
 
-// More than any exporter writes; keeps a header from becoming the bulk of the memory.
+// More than any exporter writes; bounds the memory for a header.
 constexpr std::size_t kMostElements = 100;
-constexpr std::size_t kMostProperties = 1000;  // of one element
+constexpr std::size_t kMostProperties = 1000;  // per element
 
-// Of format, element, property and end_header: a word that begins like one of them is that one, misspelt.
+// Starts of format, element, property and end_header: a word that begins like one of them is a misspelt keyword.
 constexpr std::string_view kKeywordStarts[] = {"for", "ele", "pro", "end"};
 
 struct TypeName {
@@ -67,13 +67,13 @@ class HeaderReader {
   PlyHeader header_;
 };
 
-// False at the end of the file, and where no line end follows: a header line is never the last thing in a file.
+// Moves to the next line. false: the file ends, or the line has no end, since a header is never the end of a file.
 bool HeaderReader::next_line() {
   line_ = word_ = p_;
   line_end_ = skip_line(p_, end_);
   if (line_end_ == end_) return false;
   p_ = line_end_ + 1;
-  // Where lines end by \r alone, a \n after the header belongs to the data.
+  // If lines end with \r alone, a \n after the header belongs to the data.
   const bool cr_only = source_.text().starts_with("ply\r") && !source_.text().starts_with("ply\r\n");
   if (*line_end_ == '\r' && p_ != end_ && *p_ == '\n' && !cr_only) ++p_;
   return true;
@@ -155,8 +155,8 @@ Result<Done> HeaderReader::statement(std::string_view keyword) {
   return unknown(keyword);
 }
 
-// Programs put a name or a date into a line of its own and forget to begin it with "comment". What looks like the line
-// of an element or a property is none of these: to pass over that would read every value behind it as another one.
+// Ignores a line of an unknown word: some programs write a name or a date without "comment". Refuses a line that looks
+// like an element or a property: without it, all later values would be misread.
 Result<Done> HeaderReader::unknown(std::string_view keyword) {
   const std::string_view second = word(), third = word(), fourth = word();
   std::int64_t ignored = 0;

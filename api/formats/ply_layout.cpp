@@ -32,7 +32,7 @@ Result<Done> check_coordinates(const Source& source, const PlyElement& vertex) {
   return Done{};
 }
 
-// The list of corners of an element; nullptr where there is no such element.
+// Returns the list of corners of an element; nullptr: no such element.
 Result<const PlyProperty*> find_corners(const Source& source, const PlyHeader& header, const std::string& name) {
   const PlyElement* element = find_element(header, name);
   if (element == nullptr) return nullptr;

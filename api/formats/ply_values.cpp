@@ -54,8 +54,8 @@ bool PlyText::skip(PlyType /*type*/, std::uint64_t count) {
   return true;
 }
 
-// One line a record. Values that the header does not announce stand at the end of their line in real files; there
-// they cannot shift what follows.
+// Skips to the next line: one record per line. Some files have values that the header does not announce at the end of
+// their lines, where they do not shift other values.
 bool PlyText::end_record() {
   p_ = skip_spaces(skip_line(p_, end_), end_);
   return true;
@@ -66,7 +66,7 @@ bool PlyText::end_body() {
   return p_ == end_ || fail(ErrorCode::unreadable_mesh, "left-over text after the last element");
 }
 
-// Every value takes at least a character and a space, but for the last.
+// Every value takes at least a character and a space; the last one needs no space.
 std::uint64_t PlyText::most_records(const PlyElement& element) const {
   return (static_cast<std::uint64_t>(end_ - p_) + 1) / (2 * element.properties.size());
 }
@@ -146,7 +146,7 @@ bool PlyBytes<Order>::skip(PlyType type, std::uint64_t count) {
 template <std::endian Order>
 bool PlyBytes<Order>::end_body() {
   last_ = p_;
-  // Some writers end the file by a line end.
+  // Some writers add a line end.
   return skip_spaces(p_, end_) == end_ ||
          fail(ErrorCode::unreadable_mesh, std::to_string(remaining()) + " left-over bytes after the last element");
 }

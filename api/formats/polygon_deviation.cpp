@@ -11,8 +11,9 @@
 namespace meshgauge::api {
 namespace {
 
-constexpr double kRelative = 1 + 0x1p-40;  // far more than the roundings of any formula here, relative to its result
-constexpr double kAbsolute = 0x1p-46;      // and relative to the face's extent
+// Far more than the rounding errors of any formula here, relative to its result and to the face's extent.
+constexpr double kRelative = 1 + 0x1p-40;
+constexpr double kAbsolute = 0x1p-46;
 
 double extent_of(std::span<const Vec3> corners) {
   double extent = 0;
@@ -29,7 +30,8 @@ double distance_to_segment(const Vec3& p, const Vec3& a, const Vec3& b) {
   return (a + along * ab - p).norm();
 }
 
-// D3: the largest distance of a point on ac from the triangles abd and bcd, all within the unit frame.
+// Bounds the largest distance of a point on ac from the triangles abd and bcd (D3). Precondition: coordinates of at
+// most 1.
 double farthest_on_diagonal(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
   const Preparation at_a = prepare(a, b, d), at_c = prepare(c, b, d);
   double low = 0, high = 1;
@@ -45,7 +47,7 @@ double farthest_on_diagonal(const Vec3& a, const Vec3& b, const Vec3& c, const V
 
 double area(const Vec3& a, const Vec3& b, const Vec3& c) { return (b - a).cross(c - a).norm() / 2; }
 
-// A face as seen along its normal.
+// A face seen along its normal.
 class View {
  public:
   View(std::span<const Vec3> corners, const Vec3& normal) : corners_(corners), normal_(normal.normalized()) {
@@ -58,7 +60,7 @@ class View {
 
   std::span<const Point2> outline() const { return outline_; }
   double largest_crossing() const;
-  // Whether three corners lie on one line, or nearly so.
+  // Returns true when three corners lie on one line or nearly so.
   bool has_straight_corners() const;
 
  private:
@@ -86,7 +88,7 @@ bool View::starts_inside(std::size_t from, std::size_t to) const {
   return turn(from, to, after) < 0 || turn(to, from, before) < 0;
 }
 
-// Diagonals that touch the outline count.
+// Returns true also for diagonals that touch the outline.
 bool View::is_diagonal(std::size_t from, std::size_t to) const {
   if (!starts_inside(from, to) || !starts_inside(to, from)) return false;
   for (std::size_t a = 0; a < size(); ++a) {
@@ -96,7 +98,8 @@ bool View::is_diagonal(std::size_t from, std::size_t to) const {
   return true;
 }
 
-// D2 for the diagonals ik and jl, i < j < k < l; 0 where they do not cross or are not farther apart than `above`.
+// Returns the distance at the crossing of the diagonals ik and jl, i < j < k < l (D2); 0: they do not cross, or are not
+// farther apart than `above`.
 double View::crossing(std::size_t i, std::size_t j, std::size_t k, std::size_t l, double above) const {
   const double to_j = twice_area(i, k, j), to_l = twice_area(i, k, l);
   const double to_i = twice_area(j, l, i), to_k = twice_area(j, l, k);
@@ -131,7 +134,7 @@ double View::largest_crossing() const {
 
 }  // namespace
 
-// The products of each height, and their sums, err by at most a few 2^-53 of the sum of their magnitudes.
+// The products in each height and their sum have errors of at most a few 2^-53 of the sum of their magnitudes.
 double thickness(std::span<const Vec3> corners, const Vec3& normal) {
   double low = 0, high = 0, magnitude = 0;
   for (const Vec3& p : corners) {
@@ -192,10 +195,10 @@ double polygon_deviation(std::span<const Vec3> corners, const Vec3& normal, Step
   if (crosses_itself(view.outline(), budget) || budget.left() == 0) return deviation_along_axis(corners, normal);
   const double thick = thickness(corners, normal);
   const std::size_t n = corners.size();
-  // Pairs of pairs of diagonals, and each diagonal against each edge.
+  // Cost of all pairs of crossing diagonals, and of each diagonal against each edge.
   const std::size_t steps = n * n * n * n / 24 + n * n * n / 2 * kOrientationSteps;
   if (n > kMostMeasuredCorners || !budget.spend(steps)) return thick;
-  // A corner on a diagonal bounds overlaps at which nothing crosses (D2), so the crossings say too little.
+  // With a corner on a diagonal, crossings do not bound all overlaps (D2).
   if (view.has_straight_corners()) return thick;
   return std::min(thick, view.largest_crossing() * kRelative + kAbsolute * extent_of(corners));
 }

@@ -18,13 +18,13 @@ Eigen::Index largest_axis(const Vec3& v) {
   return axis;
 }
 
-// Leaves out the coordinate `axis`; orientations may be mirrored.
+// Projects along `axis`; orientations may be mirrored.
 Point2 seen_along(Eigen::Index axis, const Vec3& p) {
   if (axis == 0) return {p.y(), p.z()};
   return axis == 1 ? Point2{p.x(), p.z()} : Point2{p.x(), p.y()};
 }
 
-// Whether the outline of four turns one way at each corner, beyond rounding (as in orientation()).
+// Returns true when an outline of four corners certainly turns one way at each, by the error bound of orientation().
 bool is_plainly_convex(const Point2& a, const Point2& b, const Point2& c, const Point2& d) {
   const Point2 ab = {b.x - a.x, b.y - a.y}, bc = {c.x - b.x, c.y - b.y};
   const Point2 cd = {d.x - c.x, d.y - c.y}, da = {a.x - d.x, a.y - d.y};
@@ -36,8 +36,8 @@ bool is_plainly_convex(const Point2& a, const Point2& b, const Point2& c, const 
   return std::abs(turn(ab, bc) + turn(bc, cd) + turn(cd, da) + turn(da, ab)) == 4;
 }
 
-// The face's normal, its largest component 1; zero for corners on one line. Edges are scaled to about 1 first: products
-// of tiny ones would underflow.
+// Returns the face's normal with largest component 1; zero: all corners lie on one line. Scales edges to about 1 first,
+// since products of tiny edges would underflow.
 Vec3 normal_of(std::vector<Vec3> corners) {
   const std::size_t n = corners.size();
   double extent = 0;
@@ -47,7 +47,7 @@ Vec3 normal_of(std::vector<Vec3> corners) {
   const Vec3 origin = corners[0];
   for (Vec3& p : corners) p = (p - origin).unaryExpr([&](double x) { return std::ldexp(x, -exponent); });
   const auto size = [](const Vec3& v) { return v.cwiseAbs().maxCoeff(); };
-  Vec3 area = Vec3::Zero();  // Newell's: twice the area, by axes
+  Vec3 area = Vec3::Zero();  // twice the area along each axis (Newell)
   Vec3 sharpest = Vec3::Zero();
   const auto at_corner = [&](std::size_t i) -> Vec3 {
     const Vec3& p = corners[i];
@@ -57,7 +57,7 @@ Vec3 normal_of(std::vector<Vec3> corners) {
     area += corners[i].cross(corners[(i + 1) % n]);
     if (const Vec3 turn = at_corner(i); size(turn) > size(sharpest)) sharpest = turn;
   }
-  // A face whose areas cancel, such as a polyline and back, has a plane nonetheless: that of its corners.
+  // A face whose areas cancel, such as a polyline there and back, takes the plane at its sharpest corner.
   constexpr double kCancelled = 1e-9;
   const Vec3 normal = size(area) > kCancelled * size(sharpest) ? area : sharpest;
   return normal.isZero(0) ? normal : Vec3(normal / size(normal));
@@ -78,7 +78,7 @@ class Splitter {
     return true;
   }
 
-  std::uint32_t first_corner() const { return indices_[0]; }  // of the face last split
+  std::uint32_t first_corner() const { return indices_[0]; }  // first vertex of the last face
 
  private:
   bool split_plain_quad(const Triangle* triangles);
@@ -93,7 +93,7 @@ class Splitter {
   StepBudget budget_;
   StepBudget measuring_{kMeasureSteps};
   EarClipper clipper_{budget_};
-  // The face at hand. Corners are scaled by 2^-exponent_ where they would overflow or underflow.
+  // The current face. Corners are scaled by 2^-exponent_ if they could overflow or underflow.
   std::vector<std::uint32_t> indices_;
   std::vector<Vec3> corners_;
   std::vector<Point2> outline_;
@@ -101,7 +101,7 @@ class Splitter {
   Vec3 normal_;
 };
 
-// Splits a strictly convex quad, which stays a fan: most faces of most files. false: it may be anything.
+// Splits a strictly convex quad, the most frequent face, which stays a fan. false: not certainly such a quad.
 bool Splitter::split_plain_quad(const Triangle* triangles) {
   const std::vector<Vec3>& at = mesh_.positions;
   const Vec3 &a = at[triangles[0][0]], &b = at[triangles[0][1]], &c = at[triangles[0][2]], &d = at[triangles[1][2]];
@@ -113,8 +113,8 @@ bool Splitter::split_plain_quad(const Triangle* triangles) {
   if (!is_plainly_convex(seen_along(axis, a), seen_along(axis, b), seen_along(axis, c), seen_along(axis, d))) {
     return false;
   }
-  // The diagonals are this far apart along the normal, times its length: the thickness. Along the axis they bound the
-  // deviation (D1).
+  // The thickness times the normal's length: how far apart the diagonals are along the normal. Along the axis it bounds
+  // the deviation (D1).
   const Vec3 ab = b - a;
   const double height = std::abs(ab.dot(normal)) + 0x1p-48 * ab.cwiseAbs().dot(normal.cwiseAbs());
   if (height == 0) return true;
@@ -154,7 +154,7 @@ bool Splitter::split(Triangle* triangles, std::size_t corners) {
     const bool crosses = crosses_itself(outline_, budget_);
     if (budget_.left() == 0 || !clip(triangles, crosses)) return false;
     simple = !crosses && !clipper_.gave_way();
-    // One that crosses itself at corners alone.
+    // The outline crosses itself at corners only.
     if (!simple && !crosses && !clip(triangles, true)) return false;
     notes_.self_crossing += !simple;
     notes_.concave += simple && turns.has_both;
@@ -170,7 +170,8 @@ bool Splitter::clip(Triangle* triangles, bool crosses) {
   return true;
 }
 
-// A face that crosses itself covers no one region, and four corners that are not convex have but one split.
+// Notes the deviation. A face that crosses itself has no unique region; four corners that are not convex have one
+// split.
 void Splitter::measure(bool convex, bool simple) {
   double largest = 0;
   for (const Vec3& p : corners_) largest = std::max(largest, p.cwiseAbs().maxCoeff());

@@ -11,7 +11,7 @@ Result<ReadMesh> read_part(std::span<const std::byte> bytes, const ReadHints& hi
   auto read = read_mesh(bytes, hints, limits);
   if (!read) return read;
   try {
-    // Formats without indices repeat every corner; shared vertices save the engine most of its queries.
+    // Formats without indices repeat every corner; merged vertices save the engine most of its queries.
     const bool repeats_corners = read->mesh.positions.size() == 3 * read->mesh.triangles.size();
     if (repeats_corners) read->notes.welded_vertices = weld(read->mesh);
   } catch (const std::bad_alloc&) {

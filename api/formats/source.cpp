@@ -7,7 +7,7 @@
 namespace meshgauge::api {
 namespace {
 
-// Lines end by \n, \r\n or \r alone, as the readers take them.
+// Counts lines like the readers: lines end with \n, \r\n or \r.
 std::size_t line_number(const Source& source, const char* place) {
   std::size_t line = 1;
   for (const char* p = source.begin(); p < place; ++p) {

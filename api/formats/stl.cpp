@@ -24,8 +24,8 @@ std::size_t facet_count(std::span<const std::byte> bytes) {
   return count;
 }
 
-// ASCII when it starts with "solid" and its beginning is text: a binary file's header may say "solid" as well,
-// but its count and its normals hold bytes that no text has.
+// Returns true when the file starts with "solid" and its beginning is text. The header of a binary file may also say
+// "solid", but its count and its normals contain bytes that no text has.
 bool is_ascii(std::string_view text) {
   const char* p = skip_spaces(text.data(), text.data() + text.size());
   const std::string_view beginning(p, std::min<std::size_t>(1024, static_cast<std::size_t>(text.end() - p)));
@@ -73,7 +73,7 @@ Result<ReadMesh> read_binary(const Source& source) {
   }
   reserve_room(out.mesh.positions, 3 * count);
   reserve_room(out.mesh.triangles, count);
-  out.mesh.positions.resize(3 * count);  // Vec3 has no initial value: this writes nothing
+  out.mesh.positions.resize(3 * count);  // Vec3 is not initialised, so this writes nothing
   const std::byte* facet = source.bytes.data() + kHeaderBytes + kNormalBytes;
   double* position = out.mesh.positions.data()->data();
   for (std::size_t i = 0; i < count; ++i, facet += kFacetBytes, position += 9) {
@@ -123,22 +123,23 @@ class AsciiReader {
   const Source& source_;
   const char* p_;
   const char* end_;
-  // The last answer of facet_on_line(), and from where on it holds.
+  // The last result of facet_on_line(), and the place from which it is valid.
   const char* searched_from_ = nullptr;
   const char* found_ = nullptr;
   ReadMesh out_;
 };
 
-// To the next `word` on this line, or to the end of the line.
+// Skips to the next `word` on this line, or to the end of the line.
 void AsciiReader::to_word(std::string_view word) {
   for (p_ = skip_blanks(p_, end_); p_ != end_ && !is_newline(*p_); p_ = skip_blanks(p_, end_)) {
     const std::string_view next = word_at(p_, end_);
     if (same_word(next, word)) return;
-    p_ += std::max<std::size_t>(next.size(), 1);  // of no characters where a space is none of the blanks
+    p_ += std::max<std::size_t>(next.size(), 1);  // size 0: a space that is not a blank
   }
 }
 
-// The next "facet normal" on this line, or the end of the line: whether lines are joined. A name may hold "facet".
+// Returns the next "facet normal" on this line, or the end of the line. Finds out whether lines are joined; a name may
+// contain "facet".
 const char* AsciiReader::facet_on_line() {
   if (searched_from_ != nullptr && searched_from_ <= p_ && p_ <= found_) return found_;
   const char* const start = searched_from_ = p_;
@@ -191,7 +192,7 @@ Result<Done> AsciiReader::vertex() {
 
 Result<Done> AsciiReader::facet() {
   if (!take("facet")) return expected("facet' or 'endsolid");
-  to_word("outer");  // past the normal, often wrong and never used
+  to_word("outer");  // skips the normal, which is often wrong and not used
   for (const std::string_view word : {"outer", "loop"}) {
     if (!take(word)) return expected(word);
   }
@@ -214,7 +215,7 @@ Result<Done> AsciiReader::facet() {
 
 Result<Done> AsciiReader::solid() {
   if (!take("solid")) return expected("solid");
-  p_ = facet_on_line();  // past its name
+  p_ = facet_on_line();  // skips the name
   const std::size_t before = out_.mesh.triangles.size();
   while (!take("endsolid")) {
     if (at_end() && out_.mesh.triangles.size() > before) {

@@ -73,7 +73,7 @@ Transform combined(const Transform& outer, const Transform& inner) {
   return inner ? Transform(*outer * *inner) : outer;
 }
 
-// Copies what the build shows into one mesh.
+// Copies the objects that the build places into one mesh.
 class Placer {
  public:
   Placer(const Source& source, const MfDocument& document, const MfVolumes& volumes)
@@ -102,10 +102,10 @@ class Placer {
   const Source& source_;
   const MfDocument& document_;
   const MfVolumes& volumes_;
-  std::vector<MfKey> open_;  // the objects that hold the one at hand
+  std::vector<MfKey> open_;  // the objects that contain the current one
   std::set<MfKey> shown_;
-  std::set<MfKey> helpers_;                         // objects that are not printed where they are placed
-  std::map<MfKey, std::vector<Triangle>> printed_;  // of objects some of whose volumes are not
+  std::set<MfKey> helpers_;                         // objects placed but not printed
+  std::map<MfKey, std::vector<Triangle>> printed_;  // printed triangles of objects with helper volumes
   std::size_t placed_ = 0;
   ReadMesh out_;
 };
@@ -173,9 +173,9 @@ Result<Done> Placer::copy(const MfKey& key, const MfObject& object, const Transf
   return Done{};
 }
 
-// The triangles of an object but for those of volumes that are not printed. The ranges may overlap in any number: time
-// is linear in them and in the triangles, once for all placements. Vertices that only triangles left out use stay where
-// others do: they are no part of the surface.
+// Returns the triangles of an object without those of volumes that are not printed. Ranges may overlap. Takes time
+// linear in ranges and triangles, once for all placements. Vertices used only by triangles left out remain; they are
+// not part of the surface.
 Result<std::span<const Triangle>> Placer::printed_triangles(const MfKey& key, const MfObject& object) {
   const auto all = std::span(document_.triangles).subspan(object.first_triangle, object.triangles);
   const auto noted = key.first == 0 ? volumes_.of_mesh.find(key.second) : volumes_.of_mesh.end();

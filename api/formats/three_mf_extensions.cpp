@@ -9,15 +9,15 @@ namespace meshgauge::api {
 namespace {
 
 constexpr std::string_view kCore = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02";
-// Of the standard's extensions, those that leave the surface as it is or are read here.
+// The namespaces that are read or do not affect the surface.
 constexpr std::string_view kUnderstood[] = {kCore, "http://schemas.microsoft.com/3dmanufacturing/production/2015/06",
                                             "http://schemas.microsoft.com/3dmanufacturing/material/2015/02",
                                             "http://schemas.microsoft.com/3dmanufacturing/trianglesets/2021/07"};
-// Where the namespaces of the standard's extensions begin; others are notes of some program to itself.
+// Prefixes of the standard's namespaces; others are metadata of some program.
 constexpr std::string_view kStandards[] = {"http://schemas.microsoft.com/3dmanufacturing/",
                                            "http://schemas.3mf.io/3dmanufacturing/"};
 
-// What the standard's own names say of an extension that is not read.
+// Describes an unsupported extension by a part of its namespace's name.
 struct Topic {
   std::string_view part_of_name;
   std::string_view what;

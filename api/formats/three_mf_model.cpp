@@ -29,7 +29,7 @@ class ModelReader : public XmlHandler {
 
  private:
   enum class Place { outside, model, resources, object, mesh, vertices, triangles, components, metadata, build, other };
-  // What an element is, by where it stands and its name in the core namespace.
+  // The meaning of an element by its parent and its name in the core namespace.
   struct Rule {
     Place parent;
     std::string_view name;
@@ -55,15 +55,15 @@ class ModelReader : public XmlHandler {
   std::size_t part_;
   MfDocument& document_;
   std::vector<Place> places_{Place::outside};
-  MfPrefixes prefixes_;  // of the root element
+  MfPrefixes prefixes_;  // prefixes of the root element
   MfObject* object_ = nullptr;
-  bool helper_setting_ = false;  // in the element of such a setting, whose text is kept
+  bool helper_setting_ = false;  // true: inside such a setting, whose text is kept in value_
   std::string value_;
   static constexpr std::size_t kLongestValue = 16;
 };
 
 const ModelReader::Rule ModelReader::kRules[] = {
-    {Place::triangles, "triangle", Place::other, &ModelReader::triangle},  // the frequent ones first
+    {Place::triangles, "triangle", Place::other, &ModelReader::triangle},  // frequent elements first
     {Place::vertices, "vertex", Place::other, &ModelReader::vertex},
     {Place::outside, "model", Place::model, &ModelReader::model},
     {Place::model, "resources", Place::resources, nullptr},
@@ -95,7 +95,7 @@ Defect ModelReader::start(std::string_view name, const XmlAttributes& attributes
     return XmlDefect{ErrorCode::unsupported_format,
                      "the root element '" + printable(name, 100) + "' is not the model of 3MF's core namespace"};
   }
-  // What the standard's extensions put into an object or a mesh is geometry, as beams are, or stands in for it.
+  // Elements of the standard's extensions in an object or a mesh are geometry, such as beams, or replace it.
   return parent == Place::object || parent == Place::mesh ? refuse_mf_geometry(name) : std::nullopt;
 }
 
@@ -198,16 +198,16 @@ Defect ModelReader::placement(const XmlAttributes& attributes, std::vector<MfPla
 
 Defect ModelReader::component(const XmlAttributes& attributes) { return placement(attributes, object_->components); }
 
-// Only the root model has a build that counts.
+// Ignores the build of any model but the root.
 Defect ModelReader::item(const XmlAttributes& attributes) {
   if (part_ != 0) return std::nullopt;
   if (auto defect = placement(attributes, document_.build)) return defect;
-  const char* const printable = attributes.find("printable");  // of slicers
+  const char* const printable = attributes.find("printable");  // written by slicers
   document_.build.back().printed = printable == nullptr || printable != std::string_view("0");
   return std::nullopt;
 }
 
-// Cura's settings of an object.
+// Reads Cura's settings of an object.
 Defect ModelReader::metadata(const XmlAttributes& attributes) {
   const char* const name = attributes.find("name");
   helper_setting_ = name != nullptr && is_mf_helper_setting(name);
@@ -231,7 +231,7 @@ std::size_t MfDocument::part_named(std::string_view name) {
 }
 
 Result<Done> read_3mf_model(const Source& source, ZipArchive& archive, std::size_t part, MfDocument& document) {
-  const std::string name = document.parts[part];  // `parts` grows
+  const std::string name = document.parts[part];  // a copy, since `parts` grows
   ModelReader reader(source, part, document);
   return read_xml(source, archive, name, reader);
 }

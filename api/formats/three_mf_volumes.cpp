@@ -18,7 +18,7 @@ struct VolumeKind {
   std::string_view name;
   MfVolume volume;
 };
-// PrusaSlicer's names, SuperSlicer's own, and those of Bambu Studio and OrcaSlicer.
+// Names by PrusaSlicer, SuperSlicer, Bambu Studio and OrcaSlicer.
 constexpr VolumeKind kKinds[] = {{"ModelPart", MfVolume::printed},       {"ParameterModifier", MfVolume::helper},
                                  {"SupportEnforcer", MfVolume::helper},  {"SupportBlocker", MfVolume::helper},
                                  {"NegativeVolume", MfVolume::negative}, {"SeamPosition", MfVolume::helper},
@@ -26,7 +26,7 @@ constexpr VolumeKind kKinds[] = {{"ModelPart", MfVolume::printed},       {"Param
                                  {"support_enforcer", MfVolume::helper}, {"support_blocker", MfVolume::helper},
                                  {"negative_part", MfVolume::negative}};
 
-// <config> <object id> <volume firstid lastid> or <part id subtype> <metadata key value>
+// Reads <config> <object id> <volume firstid lastid> or <part id subtype> <metadata key value>.
 class VolumeReader : public XmlHandler {
  public:
   explicit VolumeReader(MfVolumes& volumes) : volumes_(volumes) {}
@@ -50,8 +50,8 @@ class VolumeReader : public XmlHandler {
   bool in_object_ = false;
   bool in_volume_ = false;
   bool has_range_ = false;
-  std::int64_t id_ = -1;  // below 0: none
-  MfTriangles range_;     // its kind counts for the component as well
+  std::int64_t id_ = -1;  // negative: none
+  MfTriangles range_;     // its kind applies to the component as well
 };
 
 Defect VolumeReader::start(std::string_view name, const XmlAttributes& attributes) {
@@ -65,7 +65,7 @@ Defect VolumeReader::start(std::string_view name, const XmlAttributes& attribute
 
 Defect VolumeReader::object(const XmlAttributes& attributes) {
   std::int64_t id = 0;
-  in_object_ = read_natural(attributes.find("id"), id) && id <= INT32_MAX;  // others belong to no object
+  in_object_ = read_natural(attributes.find("id"), id) && id <= INT32_MAX;  // other ids belong to no object
   object_ = in_object_ ? static_cast<std::uint32_t>(id) : 0;
   return std::nullopt;
 }
@@ -88,7 +88,7 @@ Defect VolumeReader::volume(const XmlAttributes& attributes) {
   return kind == nullptr ? std::nullopt : set_kind(kind);
 }
 
-// "modifier" is how volumes were marked before they had a type; where both stand, they agree.
+// Reads the volume's type, or "modifier", which older files have instead; if both are present, they agree.
 Defect VolumeReader::metadata(const XmlAttributes& attributes) {
   const char* const key = attributes.find("key");
   const char* const value = attributes.find("value");

@@ -1,6 +1,6 @@
-// tinygltf, compiled here without what reads pictures. Debian has it as a shared library alone, which the static reader
-// of uploads cannot link; and libdraco carries one of its own under the same names, of another layout, which a linker
-// may take instead of any that comes later.
+// Compiles tinygltf without its image reader. Debian has it only as a shared library, which the static reader of
+// uploads cannot link. libdraco contains a tinygltf of another layout under the same names, which a linker may take
+// instead of a later library.
 #include <nlohmann/json.hpp>
 
 #define TINYGLTF_IMPLEMENTATION
@@ -9,10 +9,10 @@
 #define TINYGLTF_NO_STB_IMAGE_WRITE
 #include <tiny_gltf.h>
 
-// What a loader is made with before its user puts his own in their place: no picture is read or written.
+// The default image callbacks of a loader: no image is read or written.
 namespace tinygltf {
 
-// NOLINTBEGIN(readability-identifier-naming): its names
+// NOLINTBEGIN(readability-identifier-naming): tinygltf's names
 bool LoadImageData(Image* /*image*/, int /*index*/, std::string* /*error*/, std::string* /*warning*/, int /*width*/,
                    int /*height*/, const unsigned char* /*bytes*/, int /*size*/, void* /*user*/) {
   return false;

@@ -21,7 +21,7 @@ class Positions {
   explicit Positions(std::size_t count)
       : mask_(std::bit_ceil(2 * count + 1) - 1), table_(mask_ + 1, kFree), seed_(unforeseen()) {}
 
-  // The index of p among `kept`, appended to it if new.
+  // Returns the index of p in `kept`; appends a new position.
   std::uint32_t index_of(const Vec3& p, Vec3* kept, std::uint32_t& kept_count) {
     for (std::size_t slot = hash(p) & mask_;; slot = (slot + 1) & mask_) {
       if (table_[slot] == kFree) {
@@ -35,8 +35,8 @@ class Positions {
  private:
   static constexpr std::uint32_t kFree = std::numeric_limits<std::uint32_t>::max();
 
-  // Another one each time, so that no file can be made whose positions all collide. The result does not depend
-  // on it.
+  // Returns a different seed each time, so that no file can be crafted whose positions all collide. The result of
+  // weld() does not depend on it.
   std::uint64_t unforeseen() const {
     const auto now = std::chrono::steady_clock::now().time_since_epoch().count();
     return mix(static_cast<std::uint64_t>(now), reinterpret_cast<std::uintptr_t>(table_.data()));
@@ -61,7 +61,7 @@ std::size_t weld(Mesh& mesh) {
   std::vector<std::uint32_t> welded(before);
   std::uint32_t kept = 0;
   for (std::size_t i = 0; i < before; ++i) {
-    const Vec3 p = mesh.positions[i].array() + 0.0;              // -0.0 + 0.0 is 0.0; every other number stays
+    const Vec3 p = mesh.positions[i].array() + 0.0;              // -0.0 + 0.0 is 0.0; every other number is unchanged
     welded[i] = known.index_of(p, mesh.positions.data(), kept);  // kept <= i: in place
   }
   mesh.positions.resize(kept);

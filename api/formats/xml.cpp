@@ -16,12 +16,12 @@ namespace meshgauge::api {
 namespace {
 
 constexpr int kDeepestElement = 64;
-// expat reads a tag again from its beginning with every piece of it that comes, so long ones would take quadratic time.
+// expat rescans a tag from its beginning for every piece of it, so long tags would take quadratic time.
 constexpr XML_Index kLongestTag = XML_Index{1} << 20U;
-// expat keeps every name that it meets, with a few dozen bytes each.
+// expat keeps every name that it reads, with a few dozen bytes each.
 constexpr std::size_t kMostHeld = std::size_t{64} << 20U;
 
-// What the parser of this thread holds; there is one at a time.
+// Bytes held by the parser of this thread; there is one at a time.
 thread_local std::size_t held = 0;
 
 bool may_take(std::size_t bytes) { return held <= kMostHeld && bytes <= kMostHeld - held; }
@@ -45,7 +45,8 @@ void* counted_realloc(void* block, std::size_t bytes) {
   return moved;
 }
 
-// Another one each time, so that no document can be made whose names all collide; expat itself would ask the system.
+// Returns a different seed each time, so that no document can be crafted whose names all collide. expat itself would
+// need a system call.
 unsigned long unforeseen(const void* address) {
   const auto now = static_cast<std::uint64_t>(std::chrono::steady_clock::now().time_since_epoch().count());
   return ((now ^ reinterpret_cast<std::uintptr_t>(address)) * 0x9E3779B97F4A7C15U) | 1U;
@@ -62,20 +63,21 @@ class XmlReader {
     void operator()(XML_Parser parser) const { XML_ParserFree(parser); }
   };
 
-  // expat is C: no exception may pass through it, and it may still tell of the end of an element where it was stopped.
+  // No exception may pass through expat, which is C. After XML_StopParser() expat may still report the end of an
+  // element.
   template <class Step>
   void step(const Step& step) {
     if (defect_ || no_memory_) return;
     try {
       defect_ = step();
     } catch (const std::exception&) {
-      no_memory_ = true;  // nothing else is thrown
+      no_memory_ = true;  // the only exception thrown
     }
     if (defect_ || no_memory_) XML_StopParser(parser_.get(), XML_FALSE);
   }
 
   std::optional<XmlDefect> start(const char* name, const char** attributes);
-  // Most of the text of a model is the space between its elements: expat is asked for none of it.
+  // Most text in a model is space between elements, so expat reports text only on request.
   void listen() { XML_SetCharacterDataHandler(parser_.get(), handler_.wants_text() ? on_text : nullptr); }
   Error here(ErrorCode code, const std::string& what) const;
   Error fault() const;
@@ -136,7 +138,7 @@ void XmlReader::on_text(void* self, const char* text, int bytes) {
 void XmlReader::on_prefix(void* self, const char* prefix, const char* name_space) {
   XmlReader& reader = *static_cast<XmlReader*>(self);
   reader.step([&]() -> std::optional<XmlDefect> {
-    // No prefix: the namespace of names without one. No namespace: the end of it.
+    // Null prefix: the default namespace. Null namespace: it is undeclared.
     reader.handler_.declare(prefix == nullptr ? "" : prefix, name_space == nullptr ? "" : name_space);
     return std::nullopt;
   });

@@ -36,7 +36,7 @@ uLong read_memory(void* /*opaque*/, void* file, void* to, uLong count) {
 
 uLong write_nothing(void* /*opaque*/, void* /*file*/, const void* /*from*/, uLong /*count*/) { return 0; }
 
-// Offsets come from the archive: any may lead anywhere.
+// Offsets come from the archive and are not trusted.
 long seek_memory(void* /*opaque*/, void* file, ZPOS64_T offset, int origin) {
   ZipMemory& memory = as_memory(file);
   std::size_t base = 0;
@@ -44,7 +44,7 @@ long seek_memory(void* /*opaque*/, void* file, ZPOS64_T offset, int origin) {
   if (origin == ZLIB_FILEFUNC_SEEK_END) base = memory.bytes.size();
   if (offset > memory.bytes.size() - base) return -1;
   memory.at = base + offset;
-  // A record of the directory is sought from the start of the archive, and then read.
+  // minizip seeks to a directory record from the start of the archive, then reads it.
   if (origin == ZLIB_FILEFUNC_SEEK_SET) {
     memory.record_at = memory.at;
     memory.record = plain_zip_record(memory.bytes, memory.at);
@@ -56,7 +56,8 @@ ZPOS64_T tell_memory(void* /*opaque*/, void* file) { return as_memory(file).at; 
 
 int close_nothing(void* /*opaque*/, void* /*file*/) { return 0; }
 
-// minizip asks after a read that came to the end. Without an error it would go on with a byte that it never got.
+// minizip calls this after a read that reached the end. Without an error it would continue with a byte that it did not
+// get.
 int error_of(void* /*opaque*/, void* file) { return as_memory(file).short_read ? 1 : 0; }
 
 }  // namespace
@@ -142,7 +143,7 @@ Result<Done> ZipArchive::add_entry() {
 }
 
 Result<Done> ZipArchive::check(std::string_view name, const Entry& entry) const {
-  constexpr unsigned long kEncrypted = 0x2041;  // by any of three ways
+  constexpr unsigned long kEncrypted = 0x2041;  // flags of three kinds of encryption
   if ((entry.flags & kEncrypted) != 0) return fail(name, ErrorCode::unsupported_format, "encrypted");
   if (entry.method != 0 && entry.method != Z_DEFLATED) {
     return fail(name, ErrorCode::unsupported_format,
@@ -182,7 +183,7 @@ Result<Done> ZipArchive::expand(std::string_view name, const Entry& entry, const
     expanded += bytes;
     if (auto error = sink({piece.data(), bytes})) return std::move(*error);
   }
-  // minizip compares the CRC only where all the bytes came.
+  // minizip checks the CRC only if all bytes were read.
   if (expanded == entry.bytes) return Done{};
   return fail(
       name, ErrorCode::unreadable_mesh,

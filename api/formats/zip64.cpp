@@ -13,8 +13,8 @@ static_assert(std::endian::native == std::endian::little, "zip archives are read
 constexpr std::size_t kFixedBytes = 46;
 constexpr std::size_t kNameLengthAt = 28;
 constexpr std::size_t kExtraLengthAt = 30;
-// Size, packed size and offset in the record. Zip64 keeps them in the order of this table, each only where its plain
-// place is full.
+// Places of size, packed size and offset in the record. The Zip64 field has them in this order, each only if its plain
+// place holds 0xFFFFFFFF.
 constexpr std::size_t kPlacesInOrder[] = {24, 20, 42};
 constexpr std::uint32_t kElsewhere = 0xFFFFFFFF;
 constexpr std::uint16_t kZip64 = 0x0001;
@@ -32,7 +32,7 @@ void put(std::span<std::byte> bytes, std::size_t at, Integer value) {
   std::memcpy(bytes.data() + at, &value, sizeof value);
 }
 
-// Where the Zip64 field begins among the extra fields.
+// Returns the place of the Zip64 field among the extra fields; nullopt: none.
 std::optional<std::size_t> find_zip64(std::span<const std::byte> record, std::size_t at) {
   while (at + 4 <= record.size()) {
     const std::size_t next = at + 4 + integer_at<std::uint16_t>(record, at + 2);
@@ -43,7 +43,7 @@ std::optional<std::size_t> find_zip64(std::span<const std::byte> record, std::si
   return std::nullopt;
 }
 
-// False: a number that the record needs is missing, or too large for its plain place.
+// Copies numbers from the Zip64 field to their plain places. false: one is missing or too large.
 bool put_in_place(std::span<std::byte> record, std::size_t field) {
   const std::size_t end = field + 4 + integer_at<std::uint16_t>(record, field + 2);
   std::size_t at = field + 4;
