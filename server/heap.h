@@ -1,14 +1,14 @@
-// What the allocator keeps of what was freed. By itself glibc gives each thread one of eight arenas a processor, and
-// takes ever larger blocks from them: what was freed between blocks in use is not given back, and memory grows for
-// hours.
+// Limits how much freed memory the allocator keeps. By default glibc has up to eight arenas per processor and takes
+// ever larger blocks from them; memory freed between blocks in use is not given back, and the process grows for hours.
 #pragma once
 
 namespace meshgauge::server {
 
-// Once, before any thread begins: few arenas, and large blocks outside of them.
+// Sets up few arenas, and maps large blocks outside of them. Call once, before any thread starts. Does nothing without
+// glibc.
 void keep_heap_small(unsigned threads_that_compute);
 
-// Whole free pages, of all arenas. Takes milliseconds for some hundred megabytes: from time to time.
+// Returns whole free pages of all arenas to the kernel. Takes milliseconds per some hundred megabytes; call it rarely.
 void give_back_free_memory();
 
 }  // namespace meshgauge::server

@@ -1,4 +1,4 @@
-// All that a process keeps, in the form that the settings ask for.
+// Opens the stores of a process: embedded in data_dir, or on PostgreSQL and S3, as the settings say.
 #pragma once
 
 #include <memory>
@@ -10,9 +10,10 @@
 
 namespace meshgauge::server {
 
+// Precondition: settings come from checked(). An Error names what cannot be opened.
 Result<std::unique_ptr<store::AllStores>> open_stores(const Settings& settings);
 
-// As the handlers are given them. Borrows all.
+// Returns the view of the stores that handlers and jobs use. Borrows everything; `maps` may be null.
 Stores stores_of(store::AllStores& all, MeshCache& cache, MapCache* maps);
 
 }  // namespace meshgauge::server

@@ -19,7 +19,7 @@ void send(Exchange& exchange, std::string text, const char* type) {
   exchange.response.body = std::move(text);
 }
 
-// Kept maps leave room for uploads and results.
+// Cached maps leave map_cache_room_bytes free on the disk, for uploads and results.
 MapCache::Settings map_settings(const Settings& settings, const std::string& data_folder) {
   const std::string folder = data_folder + "/maps";
   return {folder, settings.map_cache_bytes, settings.temp_dir,
@@ -133,7 +133,7 @@ void Service::watch_levels() {
     watch(Level::store_queue_depth, [this] { return jobs_.store_queue()->counts().queued; });
     watch(Level::store_oldest_waiting_seconds, [this] { return jobs_.store_queue()->oldest_waiting_seconds(); });
   }
-  if (!stores_.shared) watch(Level::disk_free_bytes, [this] { return free_bytes(); });  // else nobody knows
+  if (!stores_.shared) watch(Level::disk_free_bytes, [this] { return free_bytes(); });  // shared stores cannot tell
 }
 
 void Service::check_ready(Exchange& exchange) {
@@ -141,7 +141,9 @@ void Service::check_ready(Exchange& exchange) {
   if (!listening() || comparisons_.refusing()) now.emplace_back("service", "the service is shutting down");
   const auto figures = jobs_.figures();
   if (figures.awaited_slots >= settings_.workers + settings_.queue) now.emplace_back("queue", "the queue is full");
-  if (figures.durable_slots >= settings_.max_queued_jobs) now.emplace_back("queue", "the queue of jobs is full");
+  if (figures.durable_slots >= settings_.max_queued_jobs) {
+    now.emplace_back("queue", "the queue of durable comparisons is full");
+  }
   readiness_.answer(exchange, std::move(now));
 }
 
@@ -177,7 +179,7 @@ void Service::reload() {
     const auto end = tls_->reload();
     log_event("reload", end ? "certificate valid until " + *end : end.error().message + "; the old certificate stays");
   }
-  if (!access_.has_keys() && !tls_) log_event("reload", "there are no keys and no certificate to read");
+  if (!access_.has_keys() && !tls_) log_event("reload", "nothing to reload: neither keys nor a certificate are set");
 }
 
 void Service::shutdown(const std::function<bool()>& give_up) {
@@ -185,7 +187,7 @@ void Service::shutdown(const std::function<bool()>& give_up) {
   comparisons_.refuse_new();
   jobs_.drain();
   guard_.stop();
-  // Nobody may be connected while durable jobs run.
+  // Durable jobs may run without a connection, so their end is awaited as well.
   while ((!ended_.load() || jobs_.figures().running > 0) && !give_up()) std::this_thread::sleep_for(kServiceTick);
   jobs_.stop();
   guard_.abort();
@@ -211,14 +213,14 @@ Result<Done> run_until_signal(const Settings& settings, const std::vector<std::s
   log_listening(settings.host + ":" + std::to_string(*port), settings.simd);
   for (const std::string& lack : *lacks) log_event("sandbox", lack);
   if (!settings.keys_file.empty() && settings.tls_certificate.empty()) {
-    log_event("access", "keys are sent in the clear unless a proxy in front speaks TLS");
+    log_event("access", "keys are sent unencrypted; set tls_certificate, or use a proxy in front that speaks TLS");
   }
   for (Signal signal = Signal::none; service.listening() && signal != Signal::end;) {
     signal = signalled_within(kServiceTick);
     if (signal == Signal::reload) service.reload();
   }
-  const bool failed = !service.listening();  // then a supervisor is to start the service anew
-  log_event("stopping", failed ? "the listening socket failed" : "no new work is taken");
+  const bool failed = !service.listening();  // exit with an error, so that a supervisor restarts the service
+  log_event("stopping", failed ? "the listening socket failed" : "no new work is accepted");
   const auto grace_end = Clock::now() + std::chrono::milliseconds(settings.grace_ms);
   service.shutdown(
       [&] { return Clock::now() >= grace_end || signalled_within(std::chrono::milliseconds(0)) == Signal::end; });

@@ -30,30 +30,27 @@ namespace meshgauge::server {
 
 class Service {
  public:
-  // Precondition: settings come from checked().
-  // Borrows the stores. Deviation maps are made if there is a `fetch` and a cache for them in `stores`, batches taken
-  // if there is a place for them.
+  // Precondition: settings come from checked(). Borrows the stores. `fetch`: loads meshes. Without stores.maps there
+  // are no routes for deviation maps, without stores.batches none for batches.
   Service(const Settings& settings, const Fetch& fetch, Stores stores);
-  ~Service();  // as shutdown() without grace
+  ~Service();  // as shutdown() without a grace period
   Service(const Service&) = delete;
   Service& operator=(const Service&) = delete;
 
-  // Listens and serves on threads of its own; returns the port. An Error says why it cannot.
+  // Listens, serves on threads of its own, and returns the port. An Error says why it cannot.
   Result<int> start();
 
-  // Reads keys, certificate and its key anew, and logs what became of it; what cannot be used leaves the old ones.
+  // Reads the keys file, the certificate and its key again, and logs the result. A file that cannot be used leaves the
+  // old keys or certificate in force.
   void reload();
 
-  // Where others than the service have something to be watched, before start().
-  Metrics& metrics() { return metrics_; }
-
-  // What else must be in order for a request to be taken, before start().
-  Readiness& readiness() { return readiness_; }
+  Metrics& metrics() { return metrics_; }        // to add levels before start()
+  Readiness& readiness() { return readiness_; }  // to add checks before start()
 
   bool listening() const { return !ended_.load() && !guard_.draining(); }
 
-  // Takes no new work, lets running requests finish until `give_up` says so (asked every 50 ms), then cancels them:
-  // each still gets its answer, with the interval it has reached.
+  // Accepts no new work and waits for running requests until `give_up` returns true (called every 50 ms). Then cancels
+  // them; each is still answered, with the interval reached so far. Blocks until all threads have ended.
   void shutdown(const std::function<bool()>& give_up);
 
  private:
@@ -86,10 +83,10 @@ class Service {
   std::atomic<bool> ended_{true};
 };
 
-// Serves until SIGTERM or SIGINT, or until its terminal is closed; a second one ends the grace. SIGHUP by anyone else
-// is for Service::reload(). An Error when it could not start or go on listening. Blocks these signals in the calling
-// thread and those it starts. Uploads are read by processes that `parser` makes: a program and its arguments that calls
-// sandbox::run_spawner().
+// Runs the service until SIGTERM, SIGINT or the end of its terminal; a second such signal ends the grace period. Any
+// other SIGHUP calls Service::reload(). Returns an Error if the service could not start, or could not go on listening.
+// Blocks these signals in the calling thread and the threads it starts. `parser`: the command line of the spawner of
+// reader processes, a program that calls sandbox::run_spawner().
 Result<Done> run_until_signal(const Settings& settings, const std::vector<std::string>& parser);
 
 }  // namespace meshgauge::server

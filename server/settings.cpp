@@ -21,9 +21,9 @@ constexpr std::uint64_t kUsualThreads = 64;
 constexpr std::uint64_t kMostElements = std::uint64_t{1} << 32;  // an index has 32 bits
 constexpr std::uint64_t kMostParserMemory = std::uint64_t{1} << 46;
 constexpr std::uint64_t kLeastParserMemory = std::uint64_t{32} << 20;  // a program with no file
-constexpr std::uint64_t kBesideArrays = std::uint64_t{256} << 20;      // the program, and what a reader notes down
+constexpr std::uint64_t kBesideArrays = std::uint64_t{256} << 20;      // the program, and a reader's own tables
 
-// Of connections that wait for something else than their client.
+// I/O threads that may be occupied by connections waiting for something else than their client.
 std::uint64_t held_threads(const Settings& s) { return s.workers + s.queue + s.max_event_streams; }
 
 Result<Done> check_threads(const Settings& s) {
@@ -34,7 +34,7 @@ Result<Done> check_threads(const Settings& s) {
   if (s.io_threads >= held_threads(s) + kLeastSpareThreads) return Done{};
   return refused("--io-threads must be at least --workers + --queue + --max-event-streams + " +
                  std::to_string(kLeastSpareThreads) + " (" + std::to_string(held_threads(s) + kLeastSpareThreads) +
-                 "), since every waiting request holds one");
+                 "), since every waiting request occupies one");
 }
 
 Result<Done> check_times(const Settings& s) {
@@ -56,8 +56,8 @@ Result<Done> check_times(const Settings& s) {
   return Done{};
 }
 
-// What a reader may need for a file at all limits: the expanded file, and each array once more while it grows or while
-// vertices are welded. A file that is not compressed is mapped, and does not count.
+// The memory that a reader process may need for a file that reaches all limits: the expanded file, and each array twice
+// while it grows or vertices are welded. An uncompressed file is mapped and does not count.
 std::uint64_t memory_of_a_parser(const Settings& s) {
   const std::uint64_t arrays = std::min(s.max_vertices, kMostElements) * sizeof(Vec3) +
                                std::min(s.max_triangles, kMostElements) * sizeof(Triangle);
@@ -82,11 +82,11 @@ bool is_bucket(std::string_view url) {
          });
 }
 
-// The text itself is not shown: it may hold a password.
+// Messages do not show the connection string, which may hold a password.
 Result<Done> check_database(const Settings& s) {
   if (s.database.empty()) return s.blobs.empty() ? Result<Done>(Done{}) : refused("--blobs needs --database");
   if (!store::is_conninfo(s.database)) {
-    return refused("--database must be a connection string of PostgreSQL, as postgresql://USER@HOST/NAME");
+    return refused("--database must be a PostgreSQL connection string, such as postgresql://USER@HOST/NAME");
   }
   if (!s.blobs.empty() && !is_bucket(s.blobs)) return refused("--blobs must be s3://BUCKET or s3://BUCKET/PREFIX");
   if (!s.s3_endpoint.empty() && !s.s3_endpoint.starts_with("http://") && !s.s3_endpoint.starts_with("https://")) {
@@ -99,7 +99,8 @@ Result<Done> check_database(const Settings& s) {
 Result<Done> check_leases(const Settings& s) {
   constexpr std::uint64_t kHour = 3'600'000;
   if (s.heartbeat_ms < 1 || s.heartbeat_ms > kHour || s.lease_ms > kHour || s.lease_ms < 2 * s.heartbeat_ms) {
-    return refused("--heartbeat-ms must be at least 1, and --lease-ms from twice that to " + std::to_string(kHour));
+    return refused("--heartbeat-ms must be at least 1, and --lease-ms from twice --heartbeat-ms to " +
+                   std::to_string(kHour));
   }
   constexpr std::uint64_t kMostPairs = 100'000;
   if (s.max_batch_pairs >= 1 && s.max_batch_pairs <= kMostPairs) return Done{};
@@ -126,7 +127,8 @@ api::ReadLimits read_limits(const Settings& s) { return {s.max_vertices, s.max_t
 
 Result<Settings> checked(Settings s) {
   if (s.port > std::numeric_limits<std::uint16_t>::max()) return refused("--port must be at most 65535");
-  if (s.tls_certificate.empty() != s.tls_key.empty()) return refused("--tls-certificate and --tls-key need each other");
+  if (s.tls_certificate.empty() != s.tls_key.empty())
+    return refused("--tls-certificate and --tls-key must be given together");
   if (const auto cors = Cors::parse(s.cors_origins); !cors) return cors.error();
   if (s.workers == 0) s.workers = api::processors();
   if (s.io_threads == 0) s.io_threads = std::max(kUsualThreads, held_threads(s) + kSpareThreads);

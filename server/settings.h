@@ -1,6 +1,5 @@
-// Everything an operator may set, with its default. Each field is a flag of `meshgauge serve`, an environment variable
-// and a line of a file, of the same name: max_part_bytes is --max-part-bytes, MESHGAUGE_MAX_PART_BYTES and
-// max_part_bytes.
+// The settings of the service, with their defaults. Each field is a flag of `meshgauge serve`, an environment variable
+// and a line of a file: max_part_bytes is --max-part-bytes, MESHGAUGE_MAX_PART_BYTES and max_part_bytes.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +11,7 @@
 
 namespace meshgauge::server {
 
-std::string default_temp_dir();  // TMPDIR or /tmp; whether it takes files is seen when the service starts
+std::string default_temp_dir();  // TMPDIR or /tmp; check_temp_dir() checks it when the service starts
 
 struct Settings {
   std::string host = "127.0.0.1";
@@ -22,11 +21,11 @@ struct Settings {
   std::string keys_file;
   bool public_without_keys = false;
   std::string cors_origins;
-  std::uint64_t workers = 0;  // 0: one for each processor
+  std::uint64_t workers = 0;  // 0: one per processor
   std::uint64_t queue = 16;
   std::uint64_t max_queued_jobs = 1000;
   std::uint64_t max_event_streams = 16;
-  std::uint64_t io_threads = 0;  // 0: as many as the settings above ask for
+  std::uint64_t io_threads = 0;  // 0: derived from the settings above
   std::uint64_t max_pending_connections = 256;
   std::uint64_t max_arriving_per_peer = 0;  // 0: half of io_threads
   std::uint64_t default_timeout_ms = 30'000;
@@ -44,7 +43,7 @@ struct Settings {
   std::uint64_t max_heap_bytes = std::uint64_t{512} << 20;
   std::uint64_t max_cache_bytes = std::uint64_t{1} << 30;
   std::uint64_t parsers = 0;              // 0: as many as workers
-  std::uint64_t parser_memory_bytes = 0;  // 0: what the limits on files allow
+  std::uint64_t parser_memory_bytes = 0;  // 0: derived from the limits on files
   std::string data_dir = ".meshgauge";
   std::uint64_t result_ttl_s = 86'400;
   std::uint64_t max_kept_results = 100'000;
@@ -53,7 +52,7 @@ struct Settings {
   std::uint64_t map_cache_bytes = std::uint64_t{1} << 30;
   std::uint64_t map_cache_room_bytes = std::uint64_t{4} << 30;
   std::string temp_dir = default_temp_dir();
-  std::string database;  // a secret, if it holds a password
+  std::string database;  // may hold a password
   std::string blobs;
   std::string s3_endpoint;
   std::string s3_region = "us-east-1";
@@ -76,85 +75,90 @@ template <class SomeSettings, class Visit>
 void for_each_setting(SomeSettings& s, Visit visit) {
   visit({"host", "Address to listen on"}, s.host);
   visit({"port", "Port to listen on; 0 takes a free one"}, s.port);
-  visit({"tls_certificate", "PEM file of a certificate and its chain: the port then speaks TLS alone"},
+  visit({"tls_certificate", "PEM file of the certificate and its chain; with it the port serves TLS only"},
         s.tls_certificate);
   visit({"tls_key", "PEM file of the certificate's key, without a passphrase"}, s.tls_key);
-  visit({"keys_file", "JSON file of bearer keys; empty: no request needs one"}, s.keys_file);
-  visit({"public_without_keys", "Start without keys on an address that other machines can reach"},
+  visit({"keys_file", "JSON file of bearer keys; empty: requests need no key"}, s.keys_file);
+  visit({"public_without_keys", "Allow serving without keys on an address that other machines can reach"},
         s.public_without_keys);
-  visit({"cors_origins", "Origins of web pages that may read answers, separated by commas"}, s.cors_origins);
-  visit({"workers", "Comparisons that run at the same time; 0: one for each processor"}, s.workers);
-  visit({"queue", "Comparisons that may upload or wait beside those that run; beyond that: 503"}, s.queue);
-  visit({"max_queued_jobs", "Comparisons that nobody waits for which may be queued or run; beyond that: 503"},
+  visit({"cors_origins", "Origins whose web pages may read responses, separated by commas"}, s.cors_origins);
+  visit({"workers", "Maximum number of comparisons running at the same time; 0: one per processor"}, s.workers);
+  visit({"queue", "Maximum number of comparisons uploading or waiting beside the running ones; beyond it: 503"},
+        s.queue);
+  visit({"max_queued_jobs", "Maximum number of durable comparisons queued or running, batches apart; beyond it: 503"},
         s.max_queued_jobs);
-  visit({"max_event_streams", "Clients that may watch a comparison, or wait for one as long as they prefer"},
-        s.max_event_streams);
-  visit({"io_threads", "Threads that serve connections; 0: as many as the settings above ask for"}, s.io_threads);
-  visit({"max_pending_connections", "Connections that may wait for an I/O thread; beyond that: 503"},
+  visit(
+      {"max_event_streams", "Maximum number of clients following events or waiting with Prefer: wait; beyond it: 503"},
+      s.max_event_streams);
+  visit({"io_threads", "Threads that serve connections; 0: derived from the settings above"}, s.io_threads);
+  visit({"max_pending_connections", "Maximum number of connections waiting for an I/O thread; beyond it: 503"},
         s.max_pending_connections);
   visit({"max_arriving_per_peer",
-         "Requests of one client address that may still be arriving; beyond that: 429; 0: half of io_threads"},
+         "Maximum number of requests still arriving from one client address; beyond it: 429; 0: half of io_threads"},
         s.max_arriving_per_peer);
-  visit({"default_timeout_ms", "Time of a comparison that names none"}, s.default_timeout_ms);
-  visit({"max_timeout_ms", "Largest timeout_ms a request may ask for, at most 180000"}, s.max_timeout_ms);
-  visit({"head_timeout_ms", "Time for a request's head to arrive in full"}, s.head_timeout_ms);
-  visit({"body_timeout_ms", "Time for a request's body to arrive in full"}, s.body_timeout_ms);
-  visit({"keep_alive_ms", "Time an idle connection is kept"}, s.keep_alive_ms);
+  visit({"default_timeout_ms", "Time limit of a comparison without timeout_ms"}, s.default_timeout_ms);
+  visit({"max_timeout_ms", "Maximum timeout_ms of a comparison, up to 180000"}, s.max_timeout_ms);
+  visit({"head_timeout_ms", "Maximum time for a request's head to arrive"}, s.head_timeout_ms);
+  visit({"body_timeout_ms", "Maximum time for a request's body to arrive"}, s.body_timeout_ms);
+  visit({"keep_alive_ms", "Time that an idle connection is kept open"}, s.keep_alive_ms);
   visit({"grace_ms", "Time that running requests have to finish after SIGTERM"}, s.grace_ms);
-  visit({"max_part_bytes", "Largest mesh file"}, s.max_part_bytes);
-  visit({"max_request_bytes", "Largest request body"}, s.max_request_bytes);
-  visit({"max_upload_bytes", "Bytes of all uploads together, received or being measured"}, s.max_upload_bytes);
-  visit({"max_vertices", "Largest mesh, in vertices"}, s.max_vertices);
-  visit({"max_triangles", "Largest mesh, in triangles"}, s.max_triangles);
-  visit({"max_expanded_bytes", "Largest gzip-compressed or 3MF mesh file, once expanded"}, s.max_expanded_bytes);
-  visit({"max_heap_bytes", "Memory of one comparison's search, beside its meshes and trees"}, s.max_heap_bytes);
-  visit({"max_cache_bytes", "Stored meshes kept in memory, with their trees, for the next comparison; 0: none"},
-        s.max_cache_bytes);
-  visit({"parsers", "Files read at the same time, each by a process of its own; 0: one for each worker"}, s.parsers);
-  visit({"parser_memory_bytes", "Memory of such a process; 0: what the limits on files ask for"},
+  visit({"max_part_bytes", "Maximum size of a mesh file"}, s.max_part_bytes);
+  visit({"max_request_bytes", "Maximum size of a request body"}, s.max_request_bytes);
+  visit({"max_upload_bytes", "Maximum size of all uploads together that are being received or measured"},
+        s.max_upload_bytes);
+  visit({"max_vertices", "Maximum number of vertices of a mesh"}, s.max_vertices);
+  visit({"max_triangles", "Maximum number of triangles of a mesh"}, s.max_triangles);
+  visit({"max_expanded_bytes", "Maximum size of a gzip-compressed or 3MF file after decompression"},
+        s.max_expanded_bytes);
+  visit({"max_heap_bytes", "Maximum memory of one comparison's search, without its meshes and trees"},
+        s.max_heap_bytes);
+  visit({"max_cache_bytes", "Maximum memory of cached stored meshes with their trees; 0: no cache"}, s.max_cache_bytes);
+  visit({"parsers", "Maximum number of reader processes, each reading one file; 0: one per worker"}, s.parsers);
+  visit({"parser_memory_bytes", "Maximum memory of a reader process; 0: derived from the limits on files"},
         s.parser_memory_bytes);
-  visit({"data_dir", "Directory for what is kept: meshes, jobs and results; made when it is missing"}, s.data_dir);
-  visit({"result_ttl_s", "Time a result is kept, in seconds"}, s.result_ttl_s);
-  visit(
-      {"max_kept_results", "Results that are kept; beyond that the oldest go, of the keys with more than their share"},
-      s.max_kept_results);
-  visit({"mesh_ttl_s", "Time a stored mesh is kept after its last use, in seconds"}, s.mesh_ttl_s);
-  visit({"max_stored_bytes", "Meshes that one key may store, in bytes; all of them when there are no keys"},
+  visit({"data_dir", "Directory of stored meshes, jobs and results; created if missing"}, s.data_dir);
+  visit({"result_ttl_s",
+         "Seconds that a result is kept, and that a durable comparison outside of a batch may wait to be run"},
+        s.result_ttl_s);
+  visit({"max_kept_results", "Maximum number of results kept; beyond it the oldest of keys above their share go"},
+        s.max_kept_results);
+  visit({"mesh_ttl_s", "Seconds that a stored mesh is kept after its last use"}, s.mesh_ttl_s);
+  visit({"max_stored_bytes", "Maximum size of all meshes stored by one key; without keys: of all meshes"},
         s.max_stored_bytes);
-  visit({"map_cache_bytes", "Deviation maps kept as files in the data directory, in bytes; 0: none"},
+  visit({"map_cache_bytes", "Maximum size of deviation maps cached as files in data_dir; 0: no cache"},
         s.map_cache_bytes);
-  visit({"map_cache_room_bytes", "Room that such maps leave on the disk, in bytes; on a small one a 64th of it"},
+  visit({"map_cache_room_bytes", "Free disk space that the cached maps leave, at most a 64th of the disk"},
         s.map_cache_room_bytes);
-  visit({"temp_dir", "Directory for uploads, as files without a name"}, s.temp_dir);
-  visit({"database", "Connection string of the PostgreSQL that keeps jobs and results; empty: the data directory does"},
+  visit({"temp_dir", "Directory for uploads, which are unnamed files"}, s.temp_dir);
+  visit({"database", "PostgreSQL connection string of the store of jobs and results; empty: they are in data_dir"},
         s.database);
-  visit({"blobs", "Where meshes are kept beside `database`: s3://BUCKET or s3://BUCKET/PREFIX; empty: in the database"},
+  visit({"blobs", "Store of meshes beside `database`: s3://BUCKET or s3://BUCKET/PREFIX; empty: in the database"},
         s.blobs);
-  visit({"s3_endpoint", "URL of the S3 server; empty: Amazon's of the region"}, s.s3_endpoint);
+  visit({"s3_endpoint", "URL of the S3 server; empty: Amazon's server of the region"}, s.s3_endpoint);
   visit({"s3_region", "Region of the bucket"}, s.s3_region);
-  visit({"s3_virtual_host", "The bucket is part of the server's name, not of the path"}, s.s3_virtual_host);
-  visit({"blob_cache_bytes", "Files of meshes kept in the data directory beside `database`, in bytes"},
-        s.blob_cache_bytes);
-  visit({"lease_ms", "Time without a sign of life after which a worker's jobs go to others"}, s.lease_ms);
-  visit({"heartbeat_ms", "Time between two signs of life of a worker, at most half of lease_ms"}, s.heartbeat_ms);
-  visit({"max_batch_pairs", "Comparisons of one batch"}, s.max_batch_pairs);
+  visit({"s3_virtual_host", "Address the bucket by the server's name, not by the path"}, s.s3_virtual_host);
+  visit({"blob_cache_bytes", "Maximum size of mesh files cached in data_dir beside `database`"}, s.blob_cache_bytes);
+  visit({"lease_ms", "Time without a heartbeat after which a worker's jobs are requeued"}, s.lease_ms);
+  visit({"heartbeat_ms", "Time between two heartbeats of a worker, at most half of lease_ms"}, s.heartbeat_ms);
+  visit({"max_batch_pairs", "Maximum number of comparisons of one batch"}, s.max_batch_pairs);
   visit({"simd", "Instruction set: avx512, avx2, sse4, neon or scalar; auto: the fastest that the processor has"},
         s.simd);
-  visit({"log_requests", "Which requests the log tells of: all, problems or none"}, s.log_requests);
+  visit({"log_requests", "Which requests are logged: all, problems or none"}, s.log_requests);
 }
 
-// Of one request, and of one mesh file.
-api::RequestLimits request_limits(const Settings& settings);
-api::ReadLimits read_limits(const Settings& settings);
+api::RequestLimits request_limits(const Settings& settings);  // limits of one request's options
+api::ReadLimits read_limits(const Settings& settings);        // limits of one mesh file
 
-// Whether jobs, results and meshes are on engines that several machines share, or all in the data directory.
+// True: jobs, results and meshes are in a database that several processes share. False: they are in data_dir.
 inline bool is_distributed(const Settings& settings) { return !settings.database.empty(); }
 
-// How many files may be on their way to clients at a time: half of the threads that nothing else holds.
+// Maximum number of files sent to clients at the same time: half of the I/O threads that are not reserved.
+// Precondition: settings come from checked().
 std::uint64_t most_files_sent(const Settings& settings);
 
-// Fills in `workers`, `io_threads`, `max_arriving_per_peer`, `parsers`, `parser_memory_bytes` and `simd`, and refuses
-// what this processor cannot run, and values that contradict each other.
+// Returns the settings with values for `workers`, `io_threads`, `max_arriving_per_peer`, `parsers`,
+// `parser_memory_bytes` and `simd` in place of 0 and auto. An Error names the flag of a value that is out of range,
+// contradicts another one, or asks for an instruction set that this processor lacks.
 Result<Settings> checked(Settings settings);
 
 }  // namespace meshgauge::server

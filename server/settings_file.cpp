@@ -85,7 +85,7 @@ Result<Done> apply_settings(std::string_view text, Settings& settings) {
     const std::string at = "line " + std::to_string(number) + ": ";
     if (line.find('=') == std::string_view::npos) return refused(at + "must be 'name = value'");
     const std::string_view name = trimmed(next(line, "="));
-    if (!seen.insert(name).second) return refused(at + "'" + std::string(name) + "' stands there twice");
+    if (!seen.insert(name).second) return refused(at + "'" + std::string(name) + "' is set twice");
     if (const auto ok = set(name, trimmed(line), settings); !ok) {
       return refused(at + "'" + std::string(name) + "' " + ok.error().message);
     }
@@ -101,7 +101,6 @@ Result<Done> load_settings(const std::string& file, Settings& settings) {
   return ok ? ok : failed(ok.error().message);
 }
 
-// What is printed is for everybody's eyes.
 std::string to_text(Settings asked, Settings in_force) {
   const std::string database = store::without_password(asked.database);
   const bool hidden = database != asked.database;
@@ -114,7 +113,7 @@ std::string to_text(Settings asked, Settings in_force) {
     const std::string value = printed(field);
     text += std::string("# ") + setting.help + "\n" + setting.name + " = " + value;
     if (forced[i] != value) text += "  # here: " + forced[i];
-    if (hidden && setting.name == std::string_view("database")) text += "  # and a password";
+    if (hidden && setting.name == std::string_view("database")) text += "  # a password is set, but not shown";
     text += '\n';
     ++i;
   });

@@ -1,5 +1,5 @@
-// A file of settings: a line each, `name = value`, in the syntax of TOML. Texts stand in double quotes, '#' begins a
-// comment; there are no sections.
+// Reads and writes a settings file: one `name = value` per line, in the syntax of TOML without sections. Texts are in
+// double quotes; '#' starts a comment.
 #pragma once
 
 #include <string>
@@ -10,14 +10,14 @@
 
 namespace meshgauge::server {
 
-// Sets what the text names and leaves the rest. An unknown name, one that stands there twice and a value of another
-// type are refused, with the line in the message.
+// Sets the settings that the text names and leaves the rest. An Error names the line of an unknown name, a name that
+// occurs twice, or a value of the wrong type; settings of earlier lines are then set.
 Result<Done> apply_settings(std::string_view text, Settings& settings);
 
-Result<Done> load_settings(const std::string& file, Settings& settings);  // messages begin with the file
+Result<Done> load_settings(const std::string& file, Settings& settings);  // messages begin with the file's name
 
-// Such a text, which sets each as in `asked`; a comment says what `in_force`, which is checked(asked), made of it.
-// A password in `database` is left out.
+// Returns the text of a settings file with every setting of `asked`, and its help as a comment. Where `in_force`, which
+// is checked(asked), differs, another comment shows its value. A password in `database` is left out.
 std::string to_text(Settings asked, Settings in_force);
 
 }  // namespace meshgauge::server

@@ -14,7 +14,7 @@
 namespace meshgauge::server {
 namespace {
 
-constexpr std::chrono::milliseconds kReaderTime{1000};  // for a reader to be there, before the service is not ready
+constexpr std::chrono::milliseconds kReaderTime{1000};  // to wait for a reader, before the service is not ready
 
 sigset_t awaited_signals() {
   sigset_t set;
@@ -25,7 +25,7 @@ sigset_t awaited_signals() {
   return set;
 }
 
-// SIGHUP from the kernel: the terminal was closed. Who started the service by nohup wants it to outlive that.
+// A SIGHUP from the kernel means that the terminal was closed. Under nohup the service ignores it.
 Signal meaning_of_hangup(const siginfo_t& info) {
   if (info.si_code != SI_KERNEL) return Signal::reload;
   struct sigaction started {};
@@ -39,7 +39,7 @@ sandbox::PoolSettings pool_settings(const Settings& settings, const std::vector<
   sandbox::Bounds bounds;
   bounds.memory_bytes = settings.parser_memory_bytes;
   bounds.input_bytes = settings.max_part_bytes;
-  bounds.cpu_seconds = settings.max_timeout_ms / 1000 + 2;  // a second net: the deadline comes first
+  bounds.cpu_seconds = settings.max_timeout_ms / 1000 + 2;  // a backstop; the deadline comes first
   return {command, settings.parsers, bounds};
 }
 
@@ -63,7 +63,7 @@ Fetch fetching_by(sandbox::Pool& pool, MeshCache& cache, const api::ReadLimits& 
 Result<Done> check_temp_dir(const std::string& directory) {
   const int file = open_unnamed_file(directory);
   if (file < 0) {
-    return refused("--temp-dir '" + directory + "' takes no files: " + std::strerror(errno));
+    return refused("no file can be created in --temp-dir '" + directory + "': " + std::strerror(errno));
   }
   ::close(file);
   return Done{};
@@ -77,11 +77,11 @@ Result<int> bind(HttpGuard& guard, const Settings& settings) {
         "cannot listen on " + settings.host + ":" + std::to_string(settings.port) + ": " + std::strerror(errno), "",
         ""};
   }
-  // Asked of the socket, since a name can stand for any address.
+  // By the socket's address, since a host name can stand for any address.
   if (!settings.keys_file.empty() || settings.public_without_keys || guard.bound_to_loopback()) return *port;
   return refused("other machines can reach " + settings.host +
-                 ": give --keys-file, or say --public-without-keys to serve everybody (MESHGAUGE_KEYS_FILE, "
-                 "MESHGAUGE_PUBLIC_WITHOUT_KEYS=true)");
+                 ": give --keys-file, or --public-without-keys to serve every client without a key "
+                 "(MESHGAUGE_KEYS_FILE, MESHGAUGE_PUBLIC_WITHOUT_KEYS=true)");
 }
 
 std::optional<Tls> tls_of(const Settings& settings) {

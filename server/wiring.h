@@ -1,5 +1,5 @@
-// What a front end and a worker are put together from alike: the pool of readers, meshes by it, and
-// what a process is told by signals.
+// Parts that `serve` and `worker` set up alike: the pool of reader processes, loading of meshes, the listening socket,
+// and signals.
 #pragma once
 
 #include <chrono>
@@ -18,31 +18,31 @@
 
 namespace meshgauge::server {
 
-// Uploads are read by processes that `command` makes: a program and its arguments that calls sandbox::run_spawner().
+// `command`: the command line of the spawner of reader processes, a program that calls sandbox::run_spawner().
 sandbox::PoolSettings pool_settings(const Settings& settings, const std::vector<std::string>& command);
 
-// Why it cannot read now, or empty: waits for a reader, a second at most.
+// Returns the reason why the pool cannot read files now; empty: it can. Waits for a reader for a second at most.
 std::string defect_of(sandbox::Pool& pool);
 
-// Meshes from the pool, those that are stored from the cache. Borrows both.
+// Returns a function that loads a mesh: from the cache if it is a stored mesh, else by the pool. Borrows both.
 Fetch fetching_by(sandbox::Pool& pool, MeshCache& cache, const api::ReadLimits& limits);
 
-// An Error when it takes no files.
+// Returns an Error if no file can be created in the directory.
 Result<Done> check_temp_dir(const std::string& directory);
 
-// The port. An Error when there is none, or when other machines can reach it and nobody said that they may.
+// Binds the guard and returns the port. An Error if the address is not available, or if other machines can reach it and
+// neither keys_file nor public_without_keys is set.
 Result<int> bind(HttpGuard& guard, const Settings& settings);
-std::optional<Tls> tls_of(const Settings& settings);  // none: the port speaks plain HTTP
+std::optional<Tls> tls_of(const Settings& settings);  // nullopt: the port speaks plain HTTP
 
-// The end of a request: counted and, as the settings say, logged after its last byte.
+// Counts a request and, depending on log_requests, logs it. Call after the last byte of its response.
 void record_request(const Exchange& exchange, const Settings& settings, Metrics& metrics);
 
-void watch_cache(Metrics& metrics, const MeshCache& cache, std::uint64_t max_bytes);  // borrows it
+void watch_cache(Metrics& metrics, const MeshCache& cache, std::uint64_t max_bytes);  // borrows the cache
 
-// What a process that serves is told: to end by SIGTERM, SIGINT and the end of its terminal; to read its files anew by
-// SIGHUP from anyone else.
+// end: SIGTERM, SIGINT, or SIGHUP because the terminal was closed. reload: any other SIGHUP.
 enum class Signal { none, end, reload };
-void block_signals();  // those, in this thread and those that it starts; first of all
-Signal signalled_within(std::chrono::milliseconds time);
+void block_signals();  // in this thread and those it starts; call before any thread starts
+Signal signalled_within(std::chrono::milliseconds time);  // blocks until a signal or the end of `time`, under a second
 
 }  // namespace meshgauge::server

@@ -69,7 +69,7 @@ class Settings(unittest.TestCase):
 
     def test_bad_files(self):
         self.fails("port = 1\nprot = 2\n", "line 2: 'prot' is not a setting")
-        self.fails("port = 1\nport = 2\n", "line 2: 'port' stands there twice")
+        self.fails("port = 1\nport = 2\n", "line 2: 'port' is set twice")
         self.fails("port = \"1\"\n", "line 1: 'port' must be a whole number")
         self.fails("host = 0.0.0.0\n", "line 1: 'host' must be a text in double quotes")
         self.fails("[serve]\nport = 1\n", "line 1: must be 'name = value'")

@@ -35,7 +35,7 @@ TEST_CASE("settings file: names, comments and values of each type") {
 
 TEST_CASE("settings file: what is not understood is refused with its line") {
   CHECK(refused_file("port = 1\n\nprot = 2") == "line 3: 'prot' is not a setting");
-  CHECK(refused_file("port = 1\nport = 1\n") == "line 2: 'port' stands there twice");
+  CHECK(refused_file("port = 1\nport = 1\n") == "line 2: 'port' is set twice");
   CHECK(refused_file("[serve]") == "line 1: must be 'name = value'");
   CHECK(refused_file("= 3") == "line 1: '' is not a setting");
   CHECK(refused_file("max-part-bytes = 3") == "line 1: 'max-part-bytes' is not a setting");
@@ -82,9 +82,9 @@ TEST_CASE("settings file: a password is not printed, what is beside it is") {
   CHECK(line("postgresql://me@one,two/x?sslmode=require") ==
         "database = \"postgresql://me@one,two/x?sslmode=require\"");
   const std::string url = line("postgresql://me:secret@one:1,two:2/x");
-  CHECK(url == "database = \"user='me' dbname='x' host='one,two' port='1,2'\"  # and a password");
+  CHECK(url == "database = \"user='me' dbname='x' host='one,two' port='1,2'\"  # a password is set, but not shown");
   CHECK(line("host=one password='it\\'s secret' sslpassword=secret user='a b'") ==
-        "database = \"user='a b' host='one'\"  # and a password");
+        "database = \"user='a b' host='one'\"  # a password is set, but not shown");
   Settings read;
   REQUIRE(apply_settings(url, read).ok());
   CHECK(read.database == "user='me' dbname='x' host='one,two' port='1,2'");
