@@ -1,0 +1,339 @@
+"""Mesh files that are refused, one for each mistake that the page of messages shows."""
+
+import base64
+import gzip
+import io
+import json
+import struct
+import warnings
+import zipfile
+
+TRIANGLE = [(0, 0, 0), (1, 0, 0), (0, 1, 0)]
+OBJ = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
+GOOD = OBJ.encode()
+
+
+def text(old, new, whole):
+    assert old in whole, old
+    return whole.replace(old, new, 1).encode()
+
+
+# --- OBJ --------------------------------------------------------------------------------------------------------------
+
+
+def obj_files():
+    def obj(old, new):
+        return text(old, new, OBJ)
+
+    return [
+        ("a word in place of a coordinate", obj("0 1 0", "0 1 x")),
+        ("a comma in place of the decimal point", obj("v 1 0 0", "v 1,5 0 0")),
+        ("a vertex of two coordinates", obj("v 1 0 0", "v 1 0")),
+        ("a vertex of eight numbers", obj("v 1 0 0", "v 1 0 0 1 1 1 1 1")),
+        ("a coordinate that is NaN", obj("v 1 0 0", "v 1 nan 0")),
+        ("a coordinate too large for a double", obj("v 1 0 0", "v 1 1e999 0")),
+        ("a coordinate too large to measure", obj("v 1 0 0", "v 1 1e308 0")),
+        ("index 0", obj("f 1 2 3", "f 0 2 3")),
+        ("an index beyond the last vertex", obj("f 1 2 3", "f 1 2 4")),
+        ("a relative index before the first vertex", obj("f 1 2 3", "f 1 2 -4")),
+        ("a word in place of an index", obj("f 1 2 3", "f 1 2 x")),
+        ("a face without corners", obj("f 1 2 3", "f")),
+        ("a line that is no OBJ statement", obj("f 1 2 3", "?? 1 2 3")),
+        ("binary data", obj("f 1 2 3", "f 1 2 3\n\0\0")),
+        ("no face", obj("f 1 2 3\n", "")),
+    ]
+
+
+# --- STL --------------------------------------------------------------------------------------------------------------
+
+STL = "solid x\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid x\n"
+
+
+def binary_stl(count, facets, tail=b""):
+    facet = struct.pack("<12fH", 0, 0, 1, *TRIANGLE[0], *TRIANGLE[1], *TRIANGLE[2], 0)
+    return bytes(80) + struct.pack("<I", count) + facet * facets + tail
+
+
+def stl_files():
+    def stl(old, new):
+        return text(old, new, STL)
+
+    not_finite = bytearray(binary_stl(2, 2))
+    not_finite[84 + 12:84 + 16] = struct.pack("<f", float("inf"))
+    return [
+        ("ASCII: a word in place of a coordinate", stl("vertex 1 0 0", "vertex 1 0 x")),
+        ("ASCII: a vertex of two coordinates", stl("vertex 1 0 0", "vertex 1 0")),
+        ("ASCII: a facet of two vertices", stl("vertex 1 0 0\n", "")),
+        ("ASCII: no endfacet", stl("endfacet\n", "")),
+        ("ASCII: a coordinate that is infinite", stl("vertex 1 0 0", "vertex 1 inf 0")),
+        ("ASCII: no facet", b"solid x\nendsolid x\n"),
+        ("binary: fewer facets than announced", binary_stl(3, 2)),
+        ("binary: more bytes than announced", binary_stl(1, 1, bytes(200))),
+        ("binary: cut within a facet", binary_stl(2, 2)[:-7]),
+        ("binary: no facet", binary_stl(0, 0)),
+        ("binary: a coordinate that is infinite", bytes(not_finite)),
+    ]
+
+
+# --- PLY --------------------------------------------------------------------------------------------------------------
+
+PLY = ("ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+       "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n")
+
+
+def ply_files():
+    def ply(old, new):
+        return text(old, new, PLY)
+
+    binary = ply("ascii", "binary_little_endian").split(b"end_header\n")[0] + b"end_header\n"
+    body = struct.pack("<9f", *sum(TRIANGLE, ())) + struct.pack("<B3i", 3, 0, 1, 2)
+    return [
+        ("an unknown encoding", ply("ascii", "utf8")),
+        ("another version", ply("1.0", "2.0")),
+        ("no format", ply("format ascii 1.0\n", "")),
+        ("an unknown type", ply("float y", "real y")),
+        ("a count that is no number", ply("vertex 3", "vertex three")),
+        ("an element twice", ply("element face", "element vertex")),
+        ("a property before any element", ply("format ascii 1.0\n", "format ascii 1.0\nproperty float x\n")),
+        ("a property twice", ply("float y", "float x")),
+        ("a property without a name", ply("property float y", "property float")),
+        ("a line of no known keyword", ply("element face", "elements face")),
+        ("no property z", ply("property float z\n", "")),
+        ("no list of vertices", ply("vertex_indices", "corners")),
+        ("a list of an unsuitable type", ply("list uchar int", "list uchar float")),
+        ("the header has no end", ply("end_header", "comment")),
+        ("a word in place of a coordinate", ply("0 1 0", "0 1 x")),
+        ("a coordinate that is NaN", ply("0 1 0", "0 nan 0")),
+        ("a vertex of two coordinates", ply("0 1 0", "0 1")),
+        ("an index beyond the last vertex", ply("3 0 1 2", "3 0 1 3")),
+        ("a face without corners", ply("3 0 1 2", "0")),
+        ("a face of a negative length", ply("3 0 1 2", "-1")),
+        ("fewer lines than announced", ply("3 0 1 2\n", "")),
+        ("more lines than announced", ply("3 0 1 2\n", "3 0 1 2\n3 0 1 2\n")),
+        ("more elements than the file can hold", ply("vertex 3", "vertex 3000000")),
+        ("no element of faces", text("element face 1\nproperty list uchar int vertex_indices\n", "", PLY)),
+        ("binary: cut", binary + body[:-3]),
+        ("binary: bytes behind the last face", binary + body + b"left"),
+        ("binary: a coordinate that is NaN", binary + struct.pack("<f", float("nan")) + body[4:]),
+    ]
+
+
+# --- OFF --------------------------------------------------------------------------------------------------------------
+
+OFF = "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"
+
+
+def off_files():
+    def off(old, new):
+        return text(old, new, OFF)
+
+    return [
+        ("counts that are no numbers", off("3 1 0", "three 1 0")),
+        ("a word in place of a coordinate", off("0 1 0", "0 1 x")),
+        ("a coordinate that is NaN", off("0 1 0", "0 nan 0")),
+        ("a vertex of two coordinates", off("0 1 0", "0 1")),
+        ("an index beyond the last vertex", off("3 0 1 2", "3 0 1 3")),
+        ("a face without corners", off("3 0 1 2", "0")),
+        ("fewer lines than announced", off("3 0 1 2\n", "")),
+        ("more lines than announced", off("3 0 1 2\n", "3 0 1 2\n3 0 1 2\n")),
+        ("more elements than the file can hold", off("3 1 0", "3000000 1 0")),
+        ("four-dimensional vertices", off("OFF", "4OFF")),
+        ("binary: damaged", b"OFF BINARY\n" + struct.pack(">3I", 3, 9, 0) + bytes(40)),
+        ("no face", b"OFF\n3 0 0\n0 0 0\n1 0 0\n0 1 0\n"),
+    ]
+
+
+# --- glTF -------------------------------------------------------------------------------------------------------------
+
+DATA = struct.pack("<9f3H", *sum(TRIANGLE, ()), 0, 1, 2) + bytes(2)
+
+
+def document(uri=True):
+    buffer = {"byteLength": len(DATA)}
+    if uri:
+        buffer["uri"] = "data:application/octet-stream;base64," + base64.b64encode(DATA).decode()
+    return {
+        "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
+        "buffers": [buffer],
+        "bufferViews": [{"buffer": 0, "byteLength": 36}, {"buffer": 0, "byteOffset": 36, "byteLength": 6}],
+        "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"},
+                      {"bufferView": 1, "componentType": 5123, "count": 3, "type": "SCALAR"}]}
+
+
+def gltf(change):
+    """The document after `change(document)`."""
+    whole = document()
+    change(whole)
+    return json.dumps(whole).encode()
+
+
+def put(path, value):
+    """A change: sets the member at a path such as "nodes.0.mesh"."""
+    def change(whole):
+        *places, last = path.split(".")
+        for place in places:
+            whole = whole[int(place) if place.isdigit() else place]
+        whole[int(last) if last.isdigit() else last] = value
+    return change
+
+
+def gltf_files():
+    nan = struct.pack("<f", float("nan")) + DATA[4:]
+    beyond = DATA[:36] + struct.pack("<3H", 0, 1, 9) + bytes(2)
+
+    def data(content):
+        return put("buffers.0.uri", "data:application/octet-stream;base64," + base64.b64encode(content).decode())
+
+    return [
+        ("not JSON", b'{"asset": {"version": "2.0"}, "scenes": ['),
+        ("version 1.0", gltf(put("asset.version", "1.0"))),
+        ("an extension that is required and not known", gltf(put("extensionsRequired", ["EXT_of_tomorrow"]))),
+        ("a scene that does not exist", gltf(put("scene", 4))),
+        ("a node that does not exist", gltf(put("scenes.0.nodes", [7]))),
+        ("a node that is its own child", gltf(put("nodes.0.children", [0]))),
+        ("a mesh that does not exist", gltf(put("nodes.0.mesh", 3))),
+        ("a matrix of 15 numbers", gltf(put("nodes.0.matrix", [1] * 15))),
+        ("a primitive without POSITION", gltf(put("meshes.0.primitives.0.attributes", {"NORMAL": 0}))),
+        ("an accessor that does not exist", gltf(put("meshes.0.primitives.0.attributes.POSITION", 5))),
+        ("positions of type VEC2", gltf(put("accessors.0.type", "VEC2"))),
+        ("indices of floats", gltf(put("accessors.1.componentType", 5126))),
+        ("more indices than the view holds", gltf(put("accessors.1.count", 6))),
+        ("a view beyond its buffer", gltf(put("bufferViews.0.byteLength", 4000))),
+        ("a view that does not exist", gltf(put("accessors.0.bufferView", 9))),
+        ("a buffer that is longer than its data", gltf(put("buffers.0.byteLength", 4000))),
+        ("a buffer without data", gltf(lambda whole: whole["buffers"][0].pop("uri"))),
+        ("data that are not base64", gltf(put("buffers.0.uri", "data:application/octet-stream;base64,***"))),
+        ("a coordinate that is NaN", gltf(data(nan))),
+        ("an index beyond the last vertex", gltf(data(beyond))),
+        ("no triangles, lines alone", gltf(put("meshes.0.primitives.0.mode", 1))),
+    ]
+
+
+def glb(json_text, binary=DATA, version=2, length=None, kind=0x4E4F534A):
+    json_text += b" " * (-len(json_text) % 4)
+    body = struct.pack("<II", len(json_text), kind) + json_text + struct.pack("<II", len(binary), 0x004E4942) + binary
+    return struct.pack("<4sII", b"glTF", version, length or 12 + len(body)) + body
+
+
+def glb_files():
+    good = json.dumps(document(uri=False)).encode()
+    return [
+        ("cut in the header", b"glTF\x02\0\0\0"),
+        ("version 1", glb(good, version=1)),
+        ("another length than announced", glb(good, length=4096)),
+        ("cut within a chunk", glb(good)[:-20]),
+        ("a first chunk that is not JSON", glb(good, kind=0x12345678)),
+        ("a buffer that is longer than the BIN chunk", glb(good, binary=DATA[:20])),
+    ]
+
+
+# The files beside a .gltf: for `compare` and `check` from its folder. (what, URI, content of other files)
+SCENE_FILES = [
+    ("a file that is not there", "gone.bin", {}),
+    ("a file above the folder", "../up.bin", {}),
+    ("an absolute path", "/data/part.bin", {}),
+    ("an address in the web", "https://example.com/part.bin", {}),
+    ("a file that is shorter than its buffer", "short.bin", {"short.bin": DATA[:10]}),
+    ("a folder", "folder/", {}),
+]
+
+
+def scene(uri):
+    whole = document(uri=False)
+    whole["buffers"][0]["uri"] = uri
+    return json.dumps(whole).encode()
+
+
+# --- 3MF --------------------------------------------------------------------------------------------------------------
+
+CORE = 'xmlns="http://schemas.microsoft.com/3dmanufacturing/core/2015/02"'
+VERTICES = "".join(f'<vertex x="{x}" y="{y}" z="{z}"/>' for x, y, z in [*TRIANGLE, (0, 0, 1)])
+FACES = "".join(f'<triangle v1="{a}" v2="{b}" v3="{c}"/>' for a, b, c in [(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)])
+MODEL = (f'<?xml version="1.0"?>\n<model unit="millimeter" {CORE}>\n<resources><object id="1"><mesh>\n'
+         f'<vertices>{VERTICES}</vertices>\n<triangles>{FACES}</triangles>\n</mesh></object></resources>\n'
+         '<build><item objectid="1"/></build>\n</model>\n')
+RELATIONS = ('<?xml version="1.0"?>\n<Relationships xmlns="http://schemas.openxmlformats.org/package/2006/relationships">'
+             '<Relationship Target="/3D/3dmodel.model" Id="r" '
+             'Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/></Relationships>')
+
+
+def zipped(files):
+    out = io.BytesIO()
+    with warnings.catch_warnings(), zipfile.ZipFile(out, "w", zipfile.ZIP_STORED) as archive:
+        warnings.simplefilter("ignore")  # a name that is there twice is meant so
+        for name, content in files:
+            archive.writestr(zipfile.ZipInfo(name), content)
+    return out.getvalue()
+
+
+def package(model, relations=RELATIONS):
+    return zipped([("_rels/.rels", relations), ("3D/3dmodel.model", model)])
+
+
+def three_mf_files():
+    def model(old, new):
+        return package(text(old, new, MODEL))
+
+    whole = package(MODEL.encode())
+    return [
+        ("no model in the archive", zipped([("_rels/.rels", RELATIONS)])),
+        ("no relationships", zipped([("3D/3dmodel.model", MODEL)])),
+        ("cut", whole[:-30]),
+        ("two entries of one name", zipped([("_rels/.rels", RELATIONS), ("3D/3dmodel.model", MODEL), ("3D/3dmodel.model", MODEL)])),
+        ("XML that does not end", model("</model>", "")),
+        ("a document type", model("<model", "<!DOCTYPE model><model")),
+        ("an unknown unit", model("millimeter", "furlong")),
+        ("a word in place of a coordinate", model('x="1"', 'x="one"')),
+        ("a vertex without z", model(' z="1"', "")),
+        ("an index beyond the last vertex", model('v3="1"', 'v3="9"')),
+        ("an item of an object that does not exist", model('objectid="1"', 'objectid="8"')),
+        ("two objects of one id", model("</resources>", f'<object id="1"><mesh><vertices>{VERTICES}</vertices><triangles>{FACES}'
+                                        "</triangles></mesh></object></resources>")),
+        ("a transformation of 11 numbers", model('objectid="1"', 'objectid="1" transform="1 0 0 0 1 0 0 0 1 0 0"')),
+        ("an extension that is required and not known", model("<model", '<model requiredextensions="q" xmlns:q="http://example.com/q"')),
+        ("an object of an unknown type", model('<object id="1"', '<object id="1" type="cloud"')),
+        ("nothing to print", model('<item objectid="1"/>', "")),
+    ]
+
+
+# --- what is no mesh --------------------------------------------------------------------------------------------------
+
+
+def other_files():
+    pointer = b"version https://git-lfs.github.com/spec/v1\noid sha256:" + b"0" * 64 + b"\nsize 12345\n"
+    two_scenes = zipped([("a.gltf", json.dumps(document())), ("b.gltf", json.dumps(document()))])
+    return [
+        ("an empty file", "empty.obj", b""),
+        ("a pointer of Git LFS", "pointer.stl", pointer),
+        ("a web page", "page.stl", b"<!DOCTYPE html><html><body>Not found</body></html>"),
+        ("a PNG image", "picture.obj", b"\x89PNG\r\n\x1a\n" + bytes(40)),
+        ("an FBX file", "part.fbx", b"Kaydara FBX Binary  \0\x1a\0" + bytes(40)),
+        ("a STEP file", "part.step", b"ISO-10303-21;\nHEADER;\n"),
+        ("an XML file", "part.dae", b'<?xml version="1.0"?><COLLADA/>'),
+        ("bytes of no known format", "part.bin", bytes(range(128, 256))),
+        ("text in UTF-16", "wide.obj", OBJ.encode("utf-16")),
+        ("gzip that ends too early", "cut.obj.gz", gzip.compress(GOOD, mtime=0)[:-10]),
+        ("gzip with left-over bytes", "more.obj.gz", gzip.compress(GOOD, mtime=0) + b"more"),
+        ("gzip inside gzip", "twice.obj.gz", gzip.compress(gzip.compress(GOOD, mtime=0), mtime=0)),
+        ("compressed by zstd", "part.obj.zst", b"\x28\xb5\x2f\xfd" + bytes(20)),
+        ("an archive of no glTF", "parts.zip", zipped([("part.obj", GOOD)])),
+        ("an archive of two .gltf", "scenes.zip", two_scenes),
+    ]
+
+
+def all_files():
+    """[(heading, [(what is wrong, name of the file, content)])]"""
+    def named(suffix, files):
+        return [(what, f"part.{suffix}", content) for what, content in files]
+
+    return [
+        ("Files that are no mesh", other_files()),
+        ("OBJ", named("obj", obj_files())),
+        ("STL", named("stl", stl_files())),
+        ("PLY", named("ply", ply_files())),
+        ("OFF", named("off", off_files())),
+        ("glTF", named("gltf", gltf_files())),
+        ("GLB", named("glb", glb_files())),
+        ("3MF", named("3mf", three_mf_files())),
+    ]
