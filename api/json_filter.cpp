@@ -27,7 +27,7 @@ bool JsonFilter::key(string_t& key) {
   level.key = key.substr(0, 64);
   if (level.keys.insert(key).second) return true;
   where = pointer();
-  defect = "the key " + shown_text(key) + " stands twice in one object";
+  defect = "the key " + shown_text(key) + " occurs twice in one object";
   return false;
 }
 

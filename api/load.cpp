@@ -15,7 +15,7 @@ Result<LoadedMesh> load(const MeshInput& input, const ReadLimits& limits) {
 }
 
 Error not_in_time(Interruption why, const std::string& what) {
-  const std::string how = why == Interruption::timeout ? "the time was over before " : "cancelled before ";
+  const std::string how = why == Interruption::timeout ? "timed out before " : "cancelled before ";
   return Error{ErrorCode::out_of_time, how + what, "", ""};
 }
 

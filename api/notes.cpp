@@ -17,8 +17,8 @@ void add_count(std::vector<std::string>& notes, const std::string& what, std::si
 
 void add_contradiction(std::vector<std::string>& notes, const char* who, std::optional<Format> said, Format is) {
   if (!said) return;
-  notes.push_back(std::string(who) + " says " + std::string(to_string(*said)) + ", the content is " +
-                  std::string(to_string(is)) + " and was read as that");
+  notes.push_back(std::string(who) + " says " + std::string(to_string(*said)) + ", but the content is " +
+                  std::string(to_string(is)) + "; it was read as that");
 }
 
 std::string words(LengthUnit unit) { return std::string(in_words(unit)); }
@@ -64,16 +64,16 @@ void add_scale(std::vector<std::string>& notes, const Comparison& comparison) {
   const std::string larger = a_is_larger ? "mesh a" : "mesh b", smaller = a_is_larger ? "mesh b" : "mesh a";
   notes.push_back(larger + " is about " + times + " times as large as " + smaller + ", as if " + larger + " were in " +
                   words(likely->shorter) + " and " + smaller + " in " + words(likely->longer) +
-                  ": if that is so, declare the unit of each");
+                  ": if so, declare the unit of each mesh");
 }
 
 void add_polygons(std::vector<std::string>& notes, const PolygonNotes& polygons) {
   add_count(notes, "faces of more than three corners, split into triangles", polygons.count);
-  add_count(notes, "concave faces among them, whose ears were clipped", polygons.concave);
-  add_count(notes, "faces that cross themselves, which have no one surface", polygons.self_crossing);
+  add_count(notes, "concave faces among them, split by ear clipping", polygons.concave);
+  add_count(notes, "faces that cross themselves, whose surface is ambiguous", polygons.self_crossing);
   if (polygons.non_planar == 0) return;
   add_count(notes,
-            "faces that are not planar, which have no one surface (two splits of a face are at most " +
+            "faces that are not planar, whose surface is ambiguous (two splits of a face are at most " +
                 shortest(polygons.largest_deviation) + " apart)",
             polygons.non_planar);
 }
@@ -91,7 +91,7 @@ void add_open(std::vector<std::string>& notes, const std::string& mesh, const Kn
   const auto length = [&](double x) { return with_unit(shortest(x), unit); };
   notes.push_back(mesh + " has a face that is not planar and can be split into triangles that are up to " +
                   length(apart) + " apart; the limit " + length(*limit) +
-                  " is less than ten times that: the file itself leaves this open");
+                  " is less than ten times that: the verdict may depend on how such a face is split");
 }
 
 }  // namespace
@@ -105,7 +105,7 @@ std::vector<std::string> notes_of(const Comparison& comparison) {
     const bool knows_a = units.a.unit.has_value();
     notes.push_back(std::string("mesh ") + (knows_a ? "a" : "b") + " is in " +
                     words(knows_a ? *units.a.unit : *units.b.unit) + ", the unit of mesh " + (knows_a ? "b" : "a") +
-                    " is not known: their numbers were compared as they are");
+                    " is not known: the numbers were compared without conversion");
   }
   add_scale(notes, comparison);
   add_open(notes, "mesh a", units.a, comparison.a, comparison);
@@ -118,13 +118,14 @@ std::vector<std::string> notes_of(const MeshFacts& mesh) {
   add_contradiction(notes, "the file name", mesh.notes.filename_says, mesh.format);
   add_contradiction(notes, "the media type", mesh.notes.media_type_says, mesh.format);
   add_polygons(notes, mesh.notes.polygons);
-  add_count(notes,
-            "points, lines, faces of fewer than three corners and joins of strips, left out for want of a surface",
-            mesh.notes.skipped_primitives);
+  add_count(
+      notes,
+      "points, lines, faces of fewer than three corners and joins of strips, left out, since they have no surface",
+      mesh.notes.skipped_primitives);
   add_count(notes, "objects outside of the build or the scene, left out", mesh.notes.unused_objects);
   add_count(notes, "objects and volumes that are not printed (support, modifiers, blockers), left out",
             mesh.notes.helper_objects);
-  add_count(notes, "vertices joined with another of exactly the same position", mesh.notes.welded_vertices);
+  add_count(notes, "vertices merged with another at exactly the same position", mesh.notes.welded_vertices);
   add_count(notes, "triangles without area, kept as the segment or the point they span", mesh.degenerate);
   notes.insert(notes.end(), mesh.notes.remarks.begin(), mesh.notes.remarks.end());
   return notes;

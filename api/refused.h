@@ -21,7 +21,7 @@ namespace api {
 
 // Returns the problem of a path whose id no resource has. `kind`: the noun of the resource.
 inline Problem not_found(const std::string& kind) {
-  return {ProblemKind::not_found, "there is no " + kind + " of this id, or not any more", {}};
+  return {ProblemKind::not_found, "no " + kind + " has this id, or it is no longer stored", {}};
 }
 
 }  // namespace api

@@ -60,8 +60,7 @@ const Field* find(std::span<const Field> fields, std::string_view key) {
 // Returns the message for an unknown member.
 std::string unknown(const std::string& pointer, const std::string& key, std::span<const Field> fields) {
   if (pointer == "/shards") {
-    return "/shards is no option any more: one comparison is not split among workers, its threads share it; leave it "
-           "out, or set /threads";
+    return "/shards is not an option: the threads of one worker share a comparison; leave it out, or set /threads";
   }
   return "unknown option " + shown_text(key) + "; known: " + keys_of(fields);
 }

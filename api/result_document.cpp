@@ -85,7 +85,7 @@ KnownUnit known_unit(const Json& document, const char* pointer) {
 
 Result<ResultFacts> result_facts(const Json& document, Side candidate) try {
   ResultFacts facts = facts_of(document, candidate);
-  if (!is_interval(facts.lower, facts.upper)) return no_comparison("its distance is no interval");
+  if (!is_interval(facts.lower, facts.upper)) return no_comparison("its distance is not an interval");
   return facts;
 } catch (const Json::exception& error) {
   return no_comparison(error.what());

@@ -47,7 +47,7 @@ Result<ReadMesh> read_expanded(std::span<const std::byte> bytes, const ReadHints
   const auto format = detect_format(bytes, hints);
   if (!format) {
     return about(hints.part, ErrorCode::unsupported_format,
-                 "is of no known format; OBJ, STL, PLY, OFF, glTF, GLB and 3MF are read");
+                 "has an unknown format; supported are OBJ, STL, PLY, OFF, glTF, GLB and 3MF");
   }
   auto read = read_as(*format, Source{bytes, hints.part, limits});
   if (!read) return read;

@@ -68,12 +68,12 @@ Result<Bytes> find_file(const Source& source, const GltfContainer& container, co
   if (!container.file) {
     return fail(source, where,
                 named +
-                    ", which did not come with it: put both into one .zip (or, over HTTP, send the file as a part "
+                    ", which was not sent with it: put both into one .zip (or, over HTTP, send the file as a part "
                     "'a.files' or 'b.files')");
   }
   auto bytes = container.file(file.path);
   if (!bytes) return std::move(bytes).error();
-  if (!*bytes) return fail(source, where, named + ", which is not among the files that came with it");
+  if (!*bytes) return fail(source, where, named + ", which is not among the files sent with it");
   return **bytes;
 }
 
@@ -90,7 +90,7 @@ Result<std::vector<Bytes>> resolve_buffers(const Source& source, const GltfDocum
       out.emplace_back();
       continue;
     }
-    Result<Bytes> found = fail(source, where, "no data: neither a URI nor a BIN chunk");
+    Result<Bytes> found = fail(source, where, "has no data: neither a URI nor a BIN chunk");
     if (buffer.is_external()) {
       found = find_file(source, container, buffer.uri, where);
     } else if (!buffer.uri.empty()) {

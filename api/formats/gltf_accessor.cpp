@@ -162,8 +162,8 @@ Result<std::vector<T>> GltfAccessors::read(std::size_t accessor, std::size_t mos
   if (a.bufferView < 0) {
     // There are no bytes to check the count against, so the budget limits it.
     if (!views_.budget().fits(count * sizeof(T))) {
-      return fail(accessor,
-                  std::to_string(count) + " elements without a bufferView, more than a file of its size may ask for");
+      return fail(accessor, std::to_string(count) +
+                                " elements without a bufferView, more than the limit for a file of this size");
     }
     if (auto ok = work(accessor, count); !ok) return std::move(ok).error();
     const std::byte zeros[64] = {};

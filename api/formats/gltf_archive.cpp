@@ -39,7 +39,7 @@ Result<GltfArchive> GltfArchive::open(const Source& source) {
   const auto scenes = scenes_in(*archive);
   if (scenes.size() != 1) {
     return about(source.part, ErrorCode::unreadable_mesh,
-                 "is a zip archive with " + std::to_string(scenes.size()) + " .gltf files; exactly one is read");
+                 "is a zip archive with " + std::to_string(scenes.size()) + " .gltf files; exactly one is allowed");
   }
   GltfArchive opened(std::move(*archive));
   opened.folder_ = folder_of(scenes.front());

@@ -21,11 +21,12 @@ Result<Done> GltfBudget::take(std::size_t bytes) {
 
 Result<Done> GltfBudget::work(std::size_t steps, const std::string& where) {
   if (steps > most_steps_ - steps_) {
-    return at(sent_, where, ErrorCode::too_large,
-              "takes too long: nodes, instances, primitives and morph targets have the same numbers read more often "
-              "than a file of " +
-                  std::to_string(sent_.bytes.size()) +
-                  " bytes may; leave out what has no triangles, or save the model without instances");
+    return at(
+        sent_, where, ErrorCode::too_large,
+        "takes too long: nodes, instances, primitives and morph targets read the same numbers more often than the "
+        "limit for a file of " +
+            std::to_string(sent_.bytes.size()) +
+            " bytes; remove objects without triangles, or save the model without instances");
   }
   steps_ += steps;
   return Done{};

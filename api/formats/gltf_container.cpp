@@ -44,7 +44,7 @@ Result<Done> take_chunk(const Source& source, std::size_t offset, std::size_t nu
   const auto content = source.bytes.subspan(offset + kChunkHeaderBytes, length);
   if ((number == 0) != (type == kJson)) return fail_at(source, offset, "the first chunk, and no other, must be JSON");
   if (type == kJson) out.json = {reinterpret_cast<const char*>(content.data()), content.size()};
-  if (type == kBinary && number != 1) return fail_at(source, offset, "a BIN chunk that is not the second");
+  if (type == kBinary && number != 1) return fail_at(source, offset, "a BIN chunk must be the second chunk");
   if (type == kBinary) out.binary = content;
   return Done{};
 }

@@ -38,8 +38,8 @@ Result<Done> add_set(const GltfFile& file, const GltfShape& shape, const std::ve
                      const Joints& joints, const std::vector<Eigen::Vector4d>& weights,
                      const std::vector<Vec3>& positions, Sums& sums) {
   if (joints.size() != positions.size() || weights.size() != positions.size()) {
-    return file.fail(shape.where,
-                     "JOINTS and WEIGHTS are not as many as the " + std::to_string(positions.size()) + " vertices");
+    return file.fail(shape.where, "there must be one of JOINTS and WEIGHTS for each of the " +
+                                      std::to_string(positions.size()) + " vertices");
   }
   for (std::size_t i = 0; i < positions.size(); ++i) {
     for (std::size_t k = 0; k < 4; ++k) {

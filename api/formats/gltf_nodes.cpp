@@ -29,7 +29,8 @@ Result<GltfTransform> gltf_local_transform(const GltfFile& file, std::size_t ind
   if (!node.translation.empty()) out.translate(Vec3(node.translation.data()));
   if (!node.rotation.empty()) {
     const auto rotation = rotation_of(Eigen::Vector4d(node.rotation.data()));
-    if (!rotation) return file.fail(gltf_item("nodes", index) + ".rotation", "a quaternion without a direction");
+    if (!rotation)
+      return file.fail(gltf_item("nodes", index) + ".rotation", "a quaternion of length zero or too large");
     out.rotate(*rotation);
   }
   if (!node.scale.empty()) out.scale(Vec3(node.scale.data()));
@@ -67,13 +68,14 @@ Result<std::vector<GltfTransform>> gltf_instances(const GltfFile& file, std::siz
   const bool same_counts = (!instancing.translation || translations.size() == count) &&
                            (!instancing.scale || scales.size() == count) &&
                            (!instancing.rotation || rotations.size() == count);
-  if (!same_counts) return file.fail(where, "its attributes are of different counts");
+  if (!same_counts) return file.fail(where, "its attributes have different counts");
   std::vector<GltfTransform> out(count, GltfTransform::Identity());
   for (std::size_t i = 0; i < count; ++i) {
     if (!translations.empty()) out[i].translate(translations[i]);
     if (!rotations.empty()) {
       const auto rotation = rotation_of(rotations[i]);
-      if (!rotation) return file.fail(where, "instance " + std::to_string(i) + " has a quaternion without a direction");
+      if (!rotation)
+        return file.fail(where, "instance " + std::to_string(i) + " has a quaternion of length zero or too large");
       out[i].rotate(*rotation);
     }
     if (!scales.empty()) out[i].scale(scales[i]);

@@ -89,7 +89,7 @@ Result<std::vector<int>> Scene::roots() const {
       if (static_cast<std::size_t>(node) >= is_child.size() || !is_child[static_cast<std::size_t>(node)]) continue;
       return file_.fail(gltf_item("scenes", scene),
                         "names " + gltf_item("nodes", static_cast<std::size_t>(node)) +
-                            ", which is a child of another node; a scene names root nodes alone");
+                            ", which is a child of another node; a scene may name root nodes only");
     }
     return file_.model.scenes[scene].nodes;
   }
@@ -231,8 +231,8 @@ Result<Done> Scene::surface(std::size_t mesh, std::size_t index, const Placing& 
     return triangles(primitive.mode, *used, *first, where);
   }
   if (primitive.mode == TINYGLTF_MODE_TRIANGLE_FAN) {
-    return file_.fail(where,
-                      "mode 6, a fan, compressed by Draco, which the extension does not allow; save it as triangles");
+    return file_.fail(
+        where, "mode 6, a triangle fan, compressed by Draco, which the extension does not allow; save it as triangles");
   }
   // Draco decodes to triangles, even if the accessors that it replaces hold a strip.
   const auto decoded = draco(mesh, index, where);
@@ -240,7 +240,7 @@ Result<Done> Scene::surface(std::size_t mesh, std::size_t index, const Placing& 
   const auto first = place_vertices({primitive, where, *decoded}, accessor, placing);
   if (!first) return first.error();
   if ((*decoded)->points != file_.model.accessors[accessor].count) {
-    return file_.fail(where, "POSITION and the triangles of the Draco stream are not of the same points");
+    return file_.fail(where, "the numbers of points in POSITION and in the Draco stream differ");
   }
   return triangles(TINYGLTF_MODE_TRIANGLES, (*decoded)->corners, *first, where);
 }
@@ -314,7 +314,7 @@ Result<Done> Scene::triangles(int mode, const std::vector<std::uint32_t>& corner
                               const std::string& where) {
   const bool separate = mode == TINYGLTF_MODE_TRIANGLES;
   if (separate && corners.size() % 3 != 0) {
-    return file_.fail(where, std::to_string(corners.size()) + " corners are no whole number of triangles");
+    return file_.fail(where, std::to_string(corners.size()) + " corners are not a multiple of three");
   }
   const std::size_t count = separate ? corners.size() / 3 : (corners.size() < 3 ? 0 : corners.size() - 2);
   if (count > file_.source.limits.max_triangles - out_.mesh.triangles.size()) {

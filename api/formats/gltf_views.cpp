@@ -16,7 +16,7 @@ std::optional<std::string> defect(const GltfMeshopt& meshopt, std::size_t length
   const bool is_attributes = meshopt.mode == "ATTRIBUTES";
   const bool is_triangles = meshopt.mode == "TRIANGLES";
   if (!is_attributes && !is_triangles && meshopt.mode != "INDICES") {
-    return "the mode " + in_quotes(meshopt.mode) + " does not exist; ATTRIBUTES, TRIANGLES and INDICES do";
+    return "the mode " + in_quotes(meshopt.mode) + " is unknown; known are ATTRIBUTES, TRIANGLES and INDICES";
   }
   const bool good_stride = is_attributes ? meshopt.stride >= 4 && meshopt.stride <= 256 && meshopt.stride % 4 == 0
                                          : meshopt.stride == 2 || meshopt.stride == 4;
@@ -25,7 +25,7 @@ std::optional<std::string> defect(const GltfMeshopt& meshopt, std::size_t length
            (is_attributes ? ", not a multiple of 4 from 4 to 256" : ", neither 2 nor 4");
   }
   if (is_triangles && meshopt.count % 3 != 0) {
-    return std::to_string(meshopt.count) + " indices are no whole number of triangles";
+    return std::to_string(meshopt.count) + " indices are not a multiple of three";
   }
   if (meshopt.filter != "NONE" && !is_attributes) {
     return "the filter " + in_quotes(meshopt.filter) + " in the mode " + meshopt.mode +
@@ -93,7 +93,7 @@ Result<std::vector<std::byte>> GltfViews::decompress(std::size_t view, const Glt
   const bool exponential = meshopt.filter == "EXPONENTIAL";
   const bool quaternion = meshopt.filter == "QUATERNION";
   if (!exponential && !quaternion && meshopt.filter != "NONE") {
-    return fail("positions, indices or transforms behind the filter " + in_quotes(meshopt.filter) +
+    return fail("positions, indices or transforms with the filter " + in_quotes(meshopt.filter) +
                     ", which is for normals and colours; save the model without it",
                 ErrorCode::unsupported_format);
   }

@@ -185,9 +185,9 @@ const char* ObjReader::resolve(std::int64_t index, const char* place) {
   if (index == 0) return fail(place, ErrorCode::index_out_of_range, "index 0: indices count from 1");
   const std::int64_t resolved = index > 0 ? index - 1 : count + index;
   if (resolved < 0 || resolved >= static_cast<std::int64_t>(vertex_limit_)) {
-    return fail(
-        place, ErrorCode::index_out_of_range,
-        "index " + in_quotes(word_at(place, end_)) + " names no vertex; " + std::to_string(count) + " are known here");
+    return fail(place, ErrorCode::index_out_of_range,
+                "index " + in_quotes(word_at(place, end_)) + " names no vertex; " + std::to_string(count) +
+                    " are defined before it");
   }
   if (resolved >= count && static_cast<std::size_t>(resolved) >= highest_forward_) {
     highest_forward_ = static_cast<std::size_t>(resolved);

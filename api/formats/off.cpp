@@ -213,7 +213,7 @@ Result<ReadMesh> read_without_keyword(const Source& source) {
   }
   const bool line_ends = p == source.end() || is_newline(*p) || *p == '#';
   if (!line_ends || (integers != 2 && integers != 3)) {
-    return at_line(source, counts, ErrorCode::unreadable_mesh, "an OFF file begins with 'OFF'");
+    return at_line(source, counts, ErrorCode::unreadable_mesh, "an OFF file must begin with 'OFF'");
   }
   auto read = OffReader(source, counts, {}).read();
   if (read) read->notes.remarks.emplace_back("the keyword OFF is missing; the name of the file says that it is one");
@@ -241,7 +241,7 @@ Result<ReadMesh> read_off(const Source& source) {
   if (!extras) {
     return about(source.part, ErrorCode::unsupported_format,
                  "is of the kind " + in_quotes(keyword) +
-                     ", which is not supported; OFF with any of the prefixes ST, C and N is");
+                     ", which is not supported; supported is OFF with any of the prefixes ST, C and N");
   }
   const char* const next = skip_blanks(body, source.end());
   if (!same_word(word_at(next, source.end()), "binary")) return OffReader(source, body, *extras).read();

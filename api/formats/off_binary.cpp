@@ -24,9 +24,9 @@ struct Layout {
 };
 constexpr Layout kLayouts[] = {
     {true, true, nullptr},
-    {false, true, "binary OFF of the least significant byte first, unlike Geomview's"},
-    {true, false, "binary OFF without the numbers of colours that Geomview puts behind each face"},
-    {false, false, "binary OFF of the least significant byte first and without numbers of colours, unlike Geomview's"}};
+    {false, true, "binary OFF in little-endian byte order, unlike Geomview's"},
+    {true, false, "binary OFF without the number of colour components that Geomview writes after each face"},
+    {false, false, "binary OFF in little-endian byte order, without the number of colour components after each face"}};
 
 // The body as words of four bytes in one of the layouts.
 class Words {
@@ -140,9 +140,10 @@ Result<ReadMesh> read_binary_off(const Source& source, const char* body, const O
     if (layout.remark != nullptr) out.notes.remarks.emplace_back(layout.remark);
     return out;
   }
-  return at_byte(source, static_cast<std::size_t>(body - source.begin()), ErrorCode::unreadable_mesh,
-                 "truncated or damaged: in neither byte order do the counts and faces of this binary OFF end where the "
-                 "file ends");
+  return at_byte(
+      source, static_cast<std::size_t>(body - source.begin()), ErrorCode::unreadable_mesh,
+      "truncated or damaged: the counts and faces of this binary OFF do not end where the file ends, in either "
+      "byte order");
 }
 
 }  // namespace meshgauge::api

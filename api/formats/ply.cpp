@@ -50,7 +50,7 @@ template <class Values>
 bool BodyReader<Values>::list_length(const PlyProperty& property, std::int64_t& length) {
   if (!values_.integer(property.count_type, length)) return false;
   if (length >= 0 && length <= std::int64_t{0xFFFFFFFF}) return true;
-  return values_.fail(ErrorCode::unreadable_mesh, std::to_string(length) + " is not a length of a list");
+  return values_.fail(ErrorCode::unreadable_mesh, std::to_string(length) + " is not a valid length of a list");
 }
 
 template <class Values>
@@ -178,7 +178,7 @@ Result<ReadMesh> BodyReader<Values>::read() {
   if (!values_.end_body()) return values_.error();
   out_.notes.skipped_primitives += strip_.joins();
   if (header_.unknown_lines != 0) {
-    out_.notes.remarks.push_back("header lines that begin with a word of no meaning, passed over: " +
+    out_.notes.remarks.push_back("header lines that begin with an unknown word, ignored: " +
                                  std::to_string(header_.unknown_lines) + ", the first with " + header_.first_unknown);
   }
   if (auto split = split_polygons(source_, faces_.runs(), out_); !split) return std::move(split).error();

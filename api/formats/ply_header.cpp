@@ -88,7 +88,7 @@ std::string_view HeaderReader::word() {
 
 Result<PlyType> HeaderReader::type(std::string_view name) const {
   if (const auto found = type_named(name)) return *found;
-  return fail(in_quotes(name) + " is not a type");
+  return fail(in_quotes(name) + " is not a PLY type");
 }
 
 Result<Done> HeaderReader::format() {
@@ -103,7 +103,7 @@ Result<Done> HeaderReader::format() {
   } else {
     return fail("format " + in_quotes(encoding) + " is not known");
   }
-  if (version != "1.0") return fail("version " + in_quotes(version) + " is not read, only 1.0");
+  if (version != "1.0") return fail("version " + in_quotes(version) + " is not supported, only 1.0");
   format_seen_ = true;
   return Done{};
 }

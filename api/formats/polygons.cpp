@@ -199,7 +199,7 @@ Result<Done> split_polygons(const Source& source, const std::vector<FaceRun>& ru
     return at(source,
               "the face of " + std::to_string(run.corners) + " corners that begins with vertex " +
                   std::to_string(splitter.first_corner()) + " (counted from 0)",
-              ErrorCode::too_large, "takes too long to split into triangles; split it, or faces like it, before");
+              ErrorCode::too_large, "takes too long to split into triangles; split such faces into smaller ones first");
   }
   return Done{};
 }

@@ -36,7 +36,7 @@ Error about(std::string_view part, ErrorCode code, const std::string& what) {
 }
 
 Error out_of_memory(std::string_view part) {
-  return about(part, ErrorCode::too_large, "needs more memory than there is");
+  return about(part, ErrorCode::too_large, "needs more memory than is available");
 }
 
 std::string printable(std::string_view text, std::size_t longest) {

@@ -52,7 +52,7 @@ Result<Done> check_binary_size(const Source& source) {
   const std::size_t count = facet_count(source.bytes);
   const std::size_t expected = kHeaderBytes + kFacetBytes * count;
   if (size == expected || is_binary_stl(source.bytes)) return Done{};
-  const std::string should = "the count of " + std::to_string(count) + " facets asks for " + std::to_string(expected) +
+  const std::string should = "the count of " + std::to_string(count) + " facets needs " + std::to_string(expected) +
                              " bytes, the file has " + std::to_string(size);
   if (size < expected) return at_byte(source, size, ErrorCode::unreadable_mesh, "truncated: " + should);
   return at_byte(source, expected, ErrorCode::unreadable_mesh, "left-over bytes: " + should);
@@ -69,7 +69,7 @@ Result<ReadMesh> read_binary(const Source& source) {
   if (count == 0) return out;
   if (const std::size_t left = source.bytes.size() - kHeaderBytes - kFacetBytes * count; left != 0) {
     out.notes.remarks.push_back("bytes after the last of the " + std::to_string(count) +
-                                " facets that the count announces, passed over: " + std::to_string(left));
+                                " facets that the header announces, ignored: " + std::to_string(left));
   }
   reserve_room(out.mesh.positions, 3 * count);
   reserve_room(out.mesh.triangles, count);
@@ -219,7 +219,7 @@ Result<Done> AsciiReader::solid() {
   const std::size_t before = out_.mesh.triangles.size();
   while (!take("endsolid")) {
     if (at_end() && out_.mesh.triangles.size() > before) {
-      out_.notes.remarks.emplace_back("the file ends behind a facet, without endsolid: it may have been cut short");
+      out_.notes.remarks.emplace_back("the file ends after a facet, without endsolid: it may be truncated");
       return Done{};
     }
     if (auto ok = facet(); !ok) return ok;

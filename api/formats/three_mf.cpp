@@ -49,12 +49,12 @@ class RootFinder : public XmlHandler {
 Result<std::string> find_root(const Source& source, ZipArchive& archive) {
   if (!archive.has(kRelationships)) {
     return about(source.part, ErrorCode::unsupported_format,
-                 "is a zip archive, not a mesh: a 3MF would hold '_rels/.rels'");
+                 "is a zip archive, not a mesh: a 3MF contains '_rels/.rels'");
   }
   RootFinder finder;
   if (auto ok = read_xml(source, archive, kRelationships, finder); !ok) return std::move(ok).error();
   if (finder.root().empty()) {
-    return about(source.part, ErrorCode::unsupported_format, "is a package of another kind, without a 3D model in it");
+    return about(source.part, ErrorCode::unsupported_format, "is a package without a 3D model");
   }
   return finder.root();
 }
@@ -94,7 +94,7 @@ class Placer {
               code, what);
   }
   Error negative(const MfKey& object) const {
-    return fail(object, "a negative volume, which the slicer subtracts from others; export the result of that instead",
+    return fail(object, "a negative volume, which the slicer subtracts from others; export the resulting mesh instead",
                 ErrorCode::unsupported_format);
   }
   Error shows_nothing() const;
@@ -184,7 +184,7 @@ Result<std::span<const Triangle>> Placer::printed_triangles(const MfKey& key, co
   if (const auto known = printed_.find(key); known != printed_.end()) return std::span<const Triangle>(known->second);
   std::vector<std::int32_t> begun_less_ended(all.size() + 1);
   for (const MfTriangles& range : noted->second) {
-    if (range.last >= all.size()) return fail(key, "the slicer's notes name a triangle that it does not have");
+    if (range.last >= all.size()) return fail(key, "the slicer's metadata names a triangle that does not exist");
     if (range.volume == MfVolume::negative) return negative(key);
     ++begun_less_ended[range.first];
     --begun_less_ended[range.last + 1];
@@ -199,13 +199,13 @@ Result<std::span<const Triangle>> Placer::printed_triangles(const MfKey& key, co
 
 Error Placer::shows_nothing() const {
   if (out_.notes.helper_objects != 0) {
-    return about(source_.part, ErrorCode::empty_mesh,
-                 "has no triangles that are printed: its build shows support, modifiers or objects that are marked as "
-                 "not printable");
+    return about(
+        source_.part, ErrorCode::empty_mesh,
+        "has no printed triangles: its build places only supports, modifiers and objects marked as not printable");
   }
   return about(source_.part, ErrorCode::empty_mesh,
-               "has no triangles: its build shows none of its " + std::to_string(document_.objects.size()) +
-                   " objects, or empty ones");
+               "has no triangles: its build places none of its " + std::to_string(document_.objects.size()) +
+                   " objects, or only empty ones");
 }
 
 Result<ReadMesh> Placer::run() {

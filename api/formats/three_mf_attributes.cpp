@@ -40,7 +40,7 @@ std::optional<XmlDefect> read_transform(const char* text, std::optional<Eigen::A
     double& number = columns(k % 3, k / 3);
     const char* const next = parse_number(p, end, number);
     if (next == nullptr || !std::isfinite(number) || (next != end && !is_space(*next))) {
-      return malformed("the transform " + in_quotes(text) + " is not of twelve finite numbers");
+      return malformed("the transform " + in_quotes(text) + " must have twelve finite numbers");
     }
     p = next;
   }

@@ -104,7 +104,7 @@ Defect VolumeReader::set_kind(std::string_view name) {
   const auto* const known = std::ranges::find(kKinds, name, &VolumeKind::name);
   if (known == std::end(kKinds)) {
     return XmlDefect{ErrorCode::unsupported_format,
-                     "a volume of the kind " + in_quotes(name) + ", of which it is not known whether it is printed"};
+                     "the kind of volume " + in_quotes(name) + " is unknown, and so is whether it is printed"};
   }
   range_.volume = known->volume;
   return std::nullopt;

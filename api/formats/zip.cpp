@@ -137,7 +137,7 @@ Result<Done> ZipArchive::add_entry() {
   const Entry entry{place.pos_in_zip_directory, place.num_of_file, info.uncompressed_size, info.compression_method,
                     info.flag};
   if (!entries_.try_emplace(file_key(whole), entry).second) {
-    return fail(whole, ErrorCode::unreadable_mesh, "stands twice in the zip archive");
+    return fail(whole, ErrorCode::unreadable_mesh, "occurs twice in the zip archive");
   }
   return Done{};
 }
@@ -147,7 +147,7 @@ Result<Done> ZipArchive::check(std::string_view name, const Entry& entry) const 
   if ((entry.flags & kEncrypted) != 0) return fail(name, ErrorCode::unsupported_format, "encrypted");
   if (entry.method != 0 && entry.method != Z_DEFLATED) {
     return fail(name, ErrorCode::unsupported_format,
-                "compressed by method " + std::to_string(entry.method) + "; deflate is read");
+                "compressed by method " + std::to_string(entry.method) + "; only deflate is supported");
   }
   return Done{};
 }
@@ -163,7 +163,7 @@ Result<Done> ZipArchive::read(std::string_view name, const Sink& sink) {
   }
   auto ok = expand(name, entry, sink);
   const int closed = unzCloseCurrentFile(file_.get());
-  if (ok && closed != UNZ_OK) return fail(name, ErrorCode::unreadable_mesh, "damaged: its CRC is another");
+  if (ok && closed != UNZ_OK) return fail(name, ErrorCode::unreadable_mesh, "damaged: its CRC does not match");
   return ok;
 }
 
@@ -187,7 +187,7 @@ Result<Done> ZipArchive::expand(std::string_view name, const Entry& entry, const
   if (expanded == entry.bytes) return Done{};
   return fail(
       name, ErrorCode::unreadable_mesh,
-      "truncated: " + std::to_string(entry.bytes) + " bytes are announced, " + std::to_string(expanded) + " came");
+      "truncated: " + std::to_string(entry.bytes) + " bytes are announced, " + std::to_string(expanded) + " were read");
 }
 
 }  // namespace meshgauge::api

@@ -29,16 +29,17 @@ TEST_CASE("notes: a sentence for each thing that was done") {
   mesh.notes.filename_says = api::Format::stl;
   mesh.notes.media_type_says = api::Format::obj;
   CHECK(api::notes_of(mesh) ==
-        Notes{"the file name says stl, the content is 3mf and was read as that",
-              "the media type says obj, the content is 3mf and was read as that",
+        Notes{"the file name says stl, but the content is 3mf; it was read as that",
+              "the media type says obj, but the content is 3mf; it was read as that",
               "faces of more than three corners, split into triangles: 3",
-              "concave faces among them, whose ears were clipped: 2",
-              "faces that cross themselves, which have no one surface: 7",
-              "faces that are not planar, which have no one surface (two splits of a face are at most 0.25 apart): 1",
-              "points, lines, faces of fewer than three corners and joins of strips, left out for want of a surface: 4",
+              "concave faces among them, split by ear clipping: 2",
+              "faces that cross themselves, whose surface is ambiguous: 7",
+              "faces that are not planar, whose surface is ambiguous (two splits of a face are at most 0.25 apart): 1",
+              "points, lines, faces of fewer than three corners and joins of strips, left out, since they have no "
+              "surface: 4",
               "objects outside of the build or the scene, left out: 5",
               "objects and volumes that are not printed (support, modifiers, blockers), left out: 6",
-              "vertices joined with another of exactly the same position: 2",
+              "vertices merged with another at exactly the same position: 2",
               "triangles without area, kept as the segment or the point they span: 1", "the file has a remark"});
 }
 
@@ -50,7 +51,7 @@ TEST_CASE("notes: of a pair, only of what is done or looks wrong") {
   CHECK(
       api::notes_of(comparison) ==
       Notes{"mesh a is about 25.88 times as large as mesh b, as if mesh a were in millimetres and mesh b in inches: if "
-            "that is so, declare the unit of each"});
+            "so, declare the unit of each mesh"});
   comparison.a.diagonal = 3 * 25.4 * 1.021;
   CHECK(api::notes_of(comparison).empty());
   comparison.a.diagonal = 0;  // a point is no mistake of units
@@ -68,7 +69,7 @@ TEST_CASE("notes: of a pair, only of what is done or looks wrong") {
                                            "mesh a was converted from inches to millimetres"});
   comparison.units = {millimetres, {}, {}};
   CHECK(api::notes_of(comparison)[0] ==
-        "mesh a is in millimetres, the unit of mesh b is not known: their numbers were compared as they are");
+        "mesh a is in millimetres, the unit of mesh b is not known: the numbers were compared without conversion");
 }
 
 TEST_CASE("notes: of a limit that is less than ten times what a face leaves open, in the unit of the result") {
@@ -84,7 +85,7 @@ TEST_CASE("notes: of a limit that is less than ten times what a face leaves open
   const std::string open =
       "mesh b has a face that is not planar and can be split into triangles that are up to 0.25 apart; the limit 2 is "
       "less "
-      "than ten times that: the file itself leaves this open";
+      "than ten times that: the verdict may depend on how such a face is split";
   CHECK(api::notes_of(comparison) == Notes{open});
   comparison.options.max_distance = 100;
   comparison.units = {millimetres, inches, millimetres};

@@ -71,7 +71,7 @@ TEST_CASE("request: unknown keys are refused with the known ones") {
 }
 
 TEST_CASE("request: duplicate keys are refused at every level") {
-  CHECK(refusal(R"({"threads": 1, "threads": 2})").message.find("'threads' stands twice") != std::string::npos);
+  CHECK(refusal(R"({"threads": 1, "threads": 2})").message.find("'threads' occurs twice") != std::string::npos);
   CHECK(refusal(R"({"gate": {"max_distance": 1, "max_distance": 2}})").message.find("twice") != std::string::npos);
 }
 

@@ -101,7 +101,7 @@ class Keys(unittest.TestCase):
         server = self.start()
         self.assertEqual(self.get(server, "/none", token).status, 404)
         self.path.write_text('{"keys": [{"id": "ci", "id": "ci"}]}')
-        self.reload(server, "/keys/0/id: the key 'id' stands twice")
+        self.reload(server, "/keys/0/id: the key 'id' occurs twice")
         self.refused(self.get(server, "/none", token), 429, "too-many-requests")  # the old file and its bucket
         other, second = new_key("other")
         self.write(entry, second)

@@ -191,7 +191,7 @@ class Refusals(ServerCase):
         until(lambda: self.server.get(running).json()["state"] == "running")
         threading.Timer(2.5, lambda: self.server.send("DELETE", running)).start()
         problem = self.refused(self.server.get(path + "/deviation.glb"), 503, "out-of-time")
-        self.assertIn("the time was over before", problem["detail"])
+        self.assertIn("timed out before", problem["detail"])
 
 
 if __name__ == "__main__":

@@ -52,7 +52,7 @@ class Notes(FormatCase):
         a, b = result["meshes"]["a"], result["meshes"]["b"]
         self.assertEqual((a["format"], a["format_mismatch"]), ("obj", {"file_name": "stl", "media_type": None}))
         self.assertEqual((b["format"], b["format_mismatch"]), ("obj", {"file_name": None, "media_type": "glb"}))
-        self.assertEqual(a["notes"], ["the file name says stl, the content is obj and was read as that"])
+        self.assertEqual(a["notes"], ["the file name says stl, but the content is obj; it was read as that"])
         result = self.compare((SQUARE, "a.obj", "model/obj"), (SQUARE, "b.obj", "application/octet-stream")).json()
         self.assertEqual([result["meshes"][part]["format_mismatch"] for part in "ab"], [None, None])
 

@@ -125,15 +125,15 @@ class Service(ServerCase):
 
     def test_what_is_missing(self):
         problem = self.refused(self.ask(("a", "a.gltf", scene()), ("b", "b.zip", square_zip())), 422, "unreadable-mesh")
-        self.assertIn("buffers[0] of 'a': names the file 'x.bin', which did not come with it: put both into one .zip (or, over HTTP, "
+        self.assertIn("buffers[0] of 'a': names the file 'x.bin', which was not sent with it: put both into one .zip (or, over HTTP, "
                       "send the file as a part 'a.files' or 'b.files')", problem["detail"])
         for parts in ((("a", "a.gltf", scene()), ("a.files", "y.bin", SQUARE_BIN)),
                       (("a", "a.zip", zipped({"m/s.gltf": scene(), "x.bin": SQUARE_BIN})),)):
             problem = self.refused(self.ask(*parts, ("b", "b.zip", square_zip())), 422, "unreadable-mesh")
-            self.assertIn("names the file 'x.bin', which is not among the files that came with it", problem["detail"])
+            self.assertIn("names the file 'x.bin', which is not among the files sent with it", problem["detail"])
         problem = self.refused(self.ask(("a", "a.zip", zipped({"s.gltf": scene(), "t.gltf": scene(), "x.bin": SQUARE_BIN})),
                                         ("b", "b.zip", square_zip())), 422, "unreadable-mesh")
-        self.assertIn("a zip archive with 2 .gltf files; exactly one is read", problem["detail"])
+        self.assertIn("a zip archive with 2 .gltf files; exactly one is allowed", problem["detail"])
 
     def test_a_pointer_of_git_lfs_for_a_file(self):
         pointer = b"version https://git-lfs.github.com/spec/v1\noid sha256:0\nsize 60\n"

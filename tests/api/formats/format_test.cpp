@@ -59,8 +59,8 @@ TEST_CASE("format: files that are no meshes are refused by their own name") {
   CHECK(contains(refusal(with_nuls("v0 010203040"), "m.obj"), "UTF-16"));
   CHECK(contains(refusal(with_nuls("0v0 01020304"), "m.obj"), "UTF-16"));
   CHECK(contains(refusal(with_nuls("##0\x01\x02 #0\x01##"), "m.obj"), "binary data"));
-  CHECK(contains(refusal("hello", "m.txt"), "no known format"));
-  CHECK(contains(refusal("hello", ""), "no known format"));
+  CHECK(contains(refusal("hello", "m.txt"), "has an unknown format"));
+  CHECK(contains(refusal("hello", ""), "has an unknown format"));
   CHECK(code("hello world", "m.obj") == ErrorCode::empty_mesh);
   CHECK(code("hello", "") == ErrorCode::unsupported_format);
 }

@@ -105,14 +105,14 @@ TEST_CASE("glTF archive: what is missing, short or elsewhere is refused with its
   const std::string data = tetrahedron_data();
   CHECK(contains(
       refusal(external().dump(), "m.gltf"),
-      "buffers[0] of 'a': names the file 'x.bin', which did not come with it: put both into one .zip (or, over HTTP, "
+      "buffers[0] of 'a': names the file 'x.bin', which was not sent with it: put both into one .zip (or, over HTTP, "
       "send the file as a part 'a.files' or 'b.files')"));
   CHECK(code(external().dump(), "m.gltf") == ErrorCode::unreadable_mesh);
   CHECK(contains(why(external(), {{"x.bin", data}}),
-                 "buffers[0] of 'a': names the file 'x.bin', which is not among the files that came with it"));
+                 "buffers[0] of 'a': names the file 'x.bin', which is not among the files sent with it"));
   CHECK(contains(why(external(), {{"m/x.bin", data.substr(0, 71)}}),
                  "byteLength is 72, but there are 71 bytes of data in 'x.bin'"));
-  CHECK(contains(why(external(), {{"m/x.bin", data, 8, 0, 0, 1}}), "m/x.bin of 'a': damaged: its CRC is another"));
+  CHECK(contains(why(external(), {{"m/x.bin", data, 8, 0, 0, 1}}), "m/x.bin of 'a': damaged: its CRC does not match"));
   for (const char* uri : {"../x.bin", "%2e%2e/x.bin", "a/%2E%2E/../x.bin"}) {
     CHECK(contains(why(external(uri), {{"x.bin", data}, {"m/../x.bin", data}}), "has '..'"));
   }
@@ -128,7 +128,7 @@ TEST_CASE("glTF archive: what is missing, short or elsewhere is refused with its
 TEST_CASE("glTF archive: exactly one .gltf") {
   const std::string data = tetrahedron_data();
   CHECK(contains(why(external(), {{"m/x.bin", data}, {"other/t.GLTF", "{}"}}),
-                 "'a' is a zip archive with 2 .gltf files; exactly one is read"));
+                 "'a' is a zip archive with 2 .gltf files; exactly one is allowed"));
   CHECK(contains(refusal(zip({{"s.glb", glb(tetrahedron())}}), ""), "is a zip archive, not a mesh"));
   CHECK(contains(why(external(), {{"_rels/.rels", relationships()}}), "'a'"));  // a package is no glTF
   CHECK(!contains(why(external(), {{"_rels/.rels", relationships()}}), "x.bin"));
@@ -158,7 +158,7 @@ TEST_CASE("glTF archive: a sparse accessor may be larger than its document") {
   const std::string data = tetrahedron_data() + std::string(60'000, '\0');
   CHECK(mesh_of(scene_zip(document, {{"m/x.bin", data, 0}})).positions.size() == 20'000);
   document["accessors"][0]["count"] = 10'000'000;
-  CHECK(contains(why(document, {{"m/x.bin", data, 0}}), "more than a file of its size may ask for"));
+  CHECK(contains(why(document, {{"m/x.bin", data, 0}}), "more than the limit for a file of this size"));
 }
 
 }  // namespace meshgauge::api::test

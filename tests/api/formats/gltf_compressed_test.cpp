@@ -93,7 +93,7 @@ TEST_CASE("draco: a stream is held against what the document says of it") {
   CHECK(contains(refused_in(file, "/accessors/0/sparse", sparse), "is both sparse and compressed by Draco"));
   CHECK(contains(refused_in(file, "/buffers/0/byteLength", 9), "bufferViews[0] reaches beyond its buffer"));
   CHECK(contains(refused_in(file, "/meshes/0/primitives/0/mode", 6),
-                 "meshes[0].primitives[0] of 'a': mode 6, a fan, compressed by Draco"));
+                 "meshes[0].primitives[0] of 'a': mode 6, a triangle fan, compressed by Draco"));
   CHECK(refused_in(file, "/meshes/0/primitives/0/mode", 5).empty());
   CHECK(contains(refused_in(file, kDracoAt, 1), "KHR_draco_mesh_compression of 'a': expected an object"));
 }

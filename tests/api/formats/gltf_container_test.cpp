@@ -16,7 +16,7 @@ TEST_CASE("gltf: malformed containers are refused with their byte") {
   CHECK(contains(refusal(whole + "x", ""), "left-over bytes"));
   CHECK(contains(refusal(container(bin_chunk + json_chunk), ""), "byte 12 of 'a': GLB: the first chunk"));
   CHECK(contains(refusal(container(json_chunk + json_chunk), ""), "the first chunk, and no other, must be JSON"));
-  CHECK(contains(refusal(container(json_chunk + bin_chunk + bin_chunk), ""), "a BIN chunk that is not the second"));
+  CHECK(contains(refusal(container(json_chunk + bin_chunk + bin_chunk), ""), "a BIN chunk must be the second chunk"));
   CHECK(contains(refusal(container(json_chunk + "abc"), ""), "truncated chunk header"));
   CHECK(contains(refusal(container(json_chunk), ""), "neither a URI nor a BIN chunk"));
   CHECK(contains(refusal(container(""), ""), "no JSON chunk"));

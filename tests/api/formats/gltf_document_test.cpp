@@ -77,7 +77,7 @@ TEST_CASE("gltf: nothing outside the file is opened") {
   CHECK(contains(refusal(cases.dump(), "m.gltf"),
                  "buffers[1].uri of 'a': 'a.bin' differs from 'A.bin' by letter case alone: rename one"));
   CHECK(contains(refused("/buffers/0/uri", "_rels/.rels"), "'_rels/.rels' is the name of a part that every 3MF has"));
-  CHECK(contains(refused("/buffers/0/uri", "a.bin"), "names the file 'a.bin', which did not come with it"));
+  CHECK(contains(refused("/buffers/0/uri", "a.bin"), "names the file 'a.bin', which was not sent with it"));
   CHECK(contains(refused("/buffers/0/uri", "data:application/octet-stream;base64,AA!AA"), "but there are"));
   CHECK(contains(refused("/buffers/0/uri", "data:text/html,abc"), "the data URI is not base64"));
   CHECK(refused("/images", json::array({{{"uri", "/etc/passwd"}}})).empty());  // images are not looked at

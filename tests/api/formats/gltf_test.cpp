@@ -100,7 +100,7 @@ TEST_CASE("gltf: every mode of triangles; points and lines are counted") {
   primitives[0]["mode"] = 7;
   CHECK(contains(refusal(glb(document), ""), "mode 7 does not exist"));
   primitives[0]["mode"] = 4;
-  CHECK(contains(refusal(glb(document), ""), "4 corners are no whole number of triangles"));
+  CHECK(contains(refusal(glb(document), ""), "4 corners are not a multiple of three"));
 }
 
 TEST_CASE("gltf: meshes outside of the scene are counted") {

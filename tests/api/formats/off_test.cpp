@@ -92,7 +92,7 @@ TEST_CASE("off: malformed files are refused with their line") {
   for (const char* start : {"4\n", "4 2 0 1\n", "4 2 x\n", "4.5 2 0\n", "-4 2 0\n", "OF\n", "", "#"}) {
     CHECK(!read(start + kVertices, "m.off").ok());
   }
-  CHECK(contains(refusal("# c\n4 2 x\n" + kVertices, "m.off"), "line 2 of 'a': an OFF file begins with 'OFF'"));
+  CHECK(contains(refusal("# c\n4 2 x\n" + kVertices, "m.off"), "line 2 of 'a': an OFF file must begin with 'OFF'"));
 }
 
 TEST_CASE("off: the keyword after comments, blanks and a byte order mark, and close to the counts") {
@@ -117,7 +117,7 @@ TEST_CASE("off: without a keyword, where the name tells what it is") {
   const std::string file = "# no keyword\n" + kOff.substr(4);
   check_off(file);
   CHECK(contains(read(file, "m.off")->notes.remarks.at(0), "the keyword OFF is missing"));
-  CHECK(contains(refusal(file, ""), "no known format"));
+  CHECK(contains(refusal(file, ""), "has an unknown format"));
   CHECK(read(kOff, "m.off")->notes.remarks.empty());
 }
 

@@ -136,7 +136,7 @@ TEST_CASE("ply: triangle strips, several in one list") {
   CHECK(limited.error().code == ErrorCode::too_large);
 }
 
-TEST_CASE("ply: header lines that begin with a word of no meaning are passed over with a remark") {
+TEST_CASE("ply: header lines that begin with an unknown word are ignored with a remark") {
   const auto with = [](const std::string& lines) {
     auto result = read(replaced(kAsciiFile, "element face", lines + "element face"), "m.ply");
     INFO((result ? "" : result.error().message));
@@ -147,7 +147,7 @@ TEST_CASE("ply: header lines that begin with a word of no meaning are passed ove
   CHECK(with("comment x\nobj_info y\n\n").empty());
   CHECK(with("TextureFile a b.png\nVCGLIB generated\nCreated on 3 May\nx\n") ==
         std::vector<std::string>{
-            "header lines that begin with a word of no meaning, passed over: 4, the first with 'TextureFile'"});
+            "header lines that begin with an unknown word, ignored: 4, the first with 'TextureFile'"});
   CHECK(with("Caf\xC3\xA9 noir\n").at(0).ends_with("the first with 'Caf\x3F\x3F'"));
 }
 

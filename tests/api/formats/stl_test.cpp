@@ -55,7 +55,7 @@ TEST_CASE("stl: normals are not looked at") {
 }
 
 TEST_CASE("stl: a binary file of any other size is refused") {
-  CHECK(contains(refusal(binary_stl(kFacet, 2), "m.stl"), "truncated: the count of 2 facets asks for 184 bytes"));
+  CHECK(contains(refusal(binary_stl(kFacet, 2), "m.stl"), "truncated: the count of 2 facets needs 184 bytes"));
   CHECK(contains(refusal(binary_stl(kFacet + kFacet + kFacet, 1), "m.stl"), "left-over bytes: the count of 1 facets"));
   CHECK(contains(refusal(binary_stl(kFacet, 1) + std::string(81, 'x'), "m.stl"), "byte 134 of 'a': left-over"));
   CHECK(contains(refusal(binary_stl("x", 0), "m.stl"), "byte 84 of 'a': left-over"));
@@ -99,7 +99,7 @@ TEST_CASE("stl: up to 80 bytes behind the last facet are passed over with a rema
         REQUIRE(result.ok());
         CHECK(result->mesh.triangles.size() == 2);
         CHECK(result->notes.remarks ==
-              std::vector<std::string>{"bytes after the last of the 2 facets that the count announces, passed over: " +
+              std::vector<std::string>{"bytes after the last of the 2 facets that the header announces, ignored: " +
                                        std::to_string(left)});
       }
     }
@@ -107,7 +107,7 @@ TEST_CASE("stl: up to 80 bytes behind the last facet are passed over with a rema
   CHECK(read(binary_stl(kFacet, 1), "m.stl")->notes.remarks.empty());
 }
 
-TEST_CASE("stl: ascii that ends behind a facet, without endsolid, gets a remark") {
+TEST_CASE("stl: ascii that ends after a facet, without endsolid, gets a remark") {
   for (const std::string& file : {"solid x\n" + kAscii, "solid x\n" + kAscii + kAscii + "\n \n",
                                   "solid x\n" + kAscii + "endsolid x\nsolid y\n" + kAscii}) {
     const auto result = read(file, "m.stl");

@@ -113,7 +113,7 @@ TEST_CASE("3mf: objects outside of the build are counted and not measured") {
   CHECK(read.mesh.triangles.size() == 1);
   CHECK(read.notes.unused_objects == 2);
   CHECK(good(package(model(triangle_object(1), kItem))).notes.unused_objects == 0);
-  CHECK(contains(refused_3mf(triangle_object(1) + triangle_object(2), ""), "its build shows none of its 2 objects"));
+  CHECK(contains(refused_3mf(triangle_object(1) + triangle_object(2), ""), "its build places none of its 2 objects"));
   CHECK(code(package(model("", "")), "m.3mf") == ErrorCode::empty_mesh);
 }
 
@@ -305,9 +305,9 @@ TEST_CASE("3mf: malformed models are refused with part and line") {
   CHECK(contains(refused_3mf("<object id=\"1\"><mesh/><mesh/></object>"), "a second mesh"));
   CHECK(contains(refused_3mf("<object id=\"1\"><mesh/><components/></object>"), "components beside a mesh"));
   CHECK(contains(refused_3mf(triangle_object(1), "<item/>"), "line 5 of 'a': no valid objectid"));
-  CHECK(contains(refused_3mf(triangle_object(1), item(1, "1 0 0")), "the transform '1 0 0' is not of twelve"));
-  CHECK(contains(refused_3mf(triangle_object(1), item(1, "1 0 0 0 1 0 0 0 1 0 0 0x")), "is not of twelve"));
-  CHECK(contains(refused_3mf(triangle_object(1), item(1, "1 0 0 0 1 0 0 0 1 0 0 nan")), "is not of twelve"));
+  CHECK(contains(refused_3mf(triangle_object(1), item(1, "1 0 0")), "the transform '1 0 0' must have twelve"));
+  CHECK(contains(refused_3mf(triangle_object(1), item(1, "1 0 0 0 1 0 0 0 1 0 0 0x")), "must have twelve"));
+  CHECK(contains(refused_3mf(triangle_object(1), item(1, "1 0 0 0 1 0 0 0 1 0 0 nan")), "must have twelve"));
   CHECK(contains(refused_3mf(triangle_object(1), item(1, "1 0 0 0 1 0 0 0 1 0 0 0 0")), "more than twelve numbers"));
   CHECK(
       contains(refused_3mf(triangle_object(1), item(2, "1 0 0 0 1 0 0 0 1 0 0 0")), "object 2 of 'a': does not exist"));
@@ -359,7 +359,7 @@ TEST_CASE("3mf: packages that are none, or of another kind") {
         kTriangle);
   CHECK(contains(message({{"m.stl", "solid"}}), "'a' is a zip archive, not a mesh"));
   CHECK(contains(message({}), "'a' is a zip archive"));
-  CHECK(contains(message({{"_rels/.rels", "<Relationships/>"}}), "a package of another kind, without a 3D model"));
+  CHECK(contains(message({{"_rels/.rels", "<Relationships/>"}}), "a package without a 3D model"));
   CHECK(contains(message({{"_rels/.rels", relationships()}}), "3D/3dmodel.model of 'a': missing"));
   CHECK(contains(message({{"_rels/.rels", relationships("http://x\" TargetMode=\"External")}}),
                  "_rels/.rels, line 2 of 'a': the model 'http://x' is outside of the file"));

@@ -102,7 +102,7 @@ class Addresses(Trouble):
                 return True
             if handler.command == "POST":
                 problem = {"type": "urn:meshgauge:problem:out-of-time", "title": "t", "status": 503,
-                           "detail": "the time was over before 'a' was read", "errors": []}
+                           "detail": "timed out before 'a' was read", "errors": []}
                 handler.answer(503, {"Content-Type": "application/problem+json"}, json.dumps(problem).encode())
             return handler.command == "POST"
         with Relay(self.server.port, late) as relay:

@@ -58,8 +58,8 @@ TEST_CASE("undecided without an interval: by Ctrl-C, or by the timeout") {
   outcome.gate.timeout = std::chrono::milliseconds(1500);
   outcome.interrupted = true;
   CHECK(outcome.advice() == "Interrupted before anything was known: run it again.");
-  outcome.error = Error{ErrorCode::out_of_time, "the time was over before 'part.stl' was read", "a", ""};
-  CHECK(outcome.advice() == "the time was over before 'part.stl' was read: decided by a longer timeout than 1.5 s.");
+  outcome.error = Error{ErrorCode::out_of_time, "timed out before 'part.stl' was read", "a", ""};
+  CHECK(outcome.advice() == "timed out before 'part.stl' was read: decided by a longer timeout than 1.5 s.");
 }
 
 TEST_CASE("fail: where to look, and on which of the two") {

@@ -23,7 +23,7 @@ GateOutcome not_in_time(bool warn_only) {
   GateOutcome outcome = with(measured(0, 1, 2), warn_only);
   outcome.measured.reset();
   outcome.interrupted = true;
-  outcome.error = Error{ErrorCode::out_of_time, "the time was over before 'part.stl' was read", "a", ""};
+  outcome.error = Error{ErrorCode::out_of_time, "timed out before 'part.stl' was read", "a", ""};
   return outcome;
 }
 

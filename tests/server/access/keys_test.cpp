@@ -78,7 +78,7 @@ TEST_CASE("keys: what is not understood is refused, with its place") {
   CHECK(refusal(R"({"keys": [], "more": 1})").starts_with("must be an object with the one field 'keys'"));
   CHECK(refusal(file(entry(R"(, "rate": 1)"))).starts_with("/keys/0: unknown field 'rate'; known: id, sha256, scopes"));
   CHECK(refusal(file(entry() + ", " + entry(R"(, "disabled": true, "disabled": false)", "other", kOther))) ==
-        "/keys/1/disabled: the key 'disabled' stands twice in one object");
+        "/keys/1/disabled: the key 'disabled' occurs twice in one object");
   CHECK(refusal(file(R"({"id": "ci"})")) == "/keys/0: the field 'sha256' is missing");
   CHECK(refusal(file(R"({"sha256": ")" + kDigest + "\"}")) == "/keys/0: the field 'id' is missing");
   CHECK(refusal(file("7")) == "/keys/0: must be an object, not 7");

@@ -57,7 +57,7 @@ TEST_CASE("hostile: an endless reading holds up nobody, and ends when it is canc
   CHECK(cancelled.error().message == "cancelled before 'a' was read");
 
   Control late(Control::Clock::now() + milliseconds(100));
-  CHECK(sandbox.read("loop", late).error().message == "the time was over before 'a' was read");
+  CHECK(sandbox.read("loop", late).error().message == "timed out before 'a' was read");
   CHECK(eventually([] { return running().empty(); }));
   CHECK(sandbox.pool.counters()[End::cancelled] == 1);
   CHECK(sandbox.pool.counters()[End::overdue] == 1);

@@ -200,7 +200,7 @@ TEST_CASE("lost: while a spawner does not come back everybody still looks at the
   }));
   CHECK(sandbox.pool.counters()[End::read] == 0);
   Control late(Control::Clock::now() + milliseconds(50));
-  CHECK(sandbox.read(kTriangle, late).error().message == "the time was over before 'a' was read");
+  CHECK(sandbox.read(kTriangle, late).error().message == "timed out before 'a' was read");
   REQUIRE(spawners().size() == 1);
   CHECK(spawners().front().pid == hung);  // all that went on while it was waited for
   endless.control().cancel();

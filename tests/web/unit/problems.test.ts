@@ -46,7 +46,7 @@ test("defects of the options and of the rest", () => {
 });
 
 test("a link to nothing says what may have happened", () => {
-  const told = explainProblem(document("not-found", 404, "there is no comparison of this id, or not any more"), null);
+  const told = explainProblem(document("not-found", 404, "no comparison has this id, or it is no longer stored"), null);
   assert.match(told.title, /no such comparison/);
   assert.match(told.advice, /mistyped.*no longer be kept.*another key/);
 });

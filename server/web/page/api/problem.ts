@@ -65,9 +65,9 @@ function isDefect(value: unknown): boolean {
 
 const kinds: Record<number, [string, string]> = {
   401: ["unauthorized", "A key is needed"],
-  403: ["forbidden", "The key does not allow this"],
+  403: ["forbidden", "The key lacks the required scope"],
   404: ["not-found", "There is nothing at this path"],
-  413: ["too-large", "Something is larger than the limit"],
+  413: ["too-large", "A size limit is exceeded"],
   429: ["too-many-requests", "The key or the client's address is at its limit"],
   503: ["overloaded", "The service is at its limit"],
 };

@@ -60,7 +60,7 @@ export function explain(error: unknown): Explained {
 export function explainProblem(problem: Problem, requestId: string | null): Explained {
   const kind = problem.type.slice(problem.type.lastIndexOf(":") + 1);
   const defects = problem.errors.map(toDefect);
-  const gone = kind === "not-found" && /(comparison|batch) of this id/.exec(problem.detail)?.[1];
+  const gone = kind === "not-found" && /(comparison|batch) has this id/.exec(problem.detail)?.[1];
   // What the service says there is for programs.
   const repeats = typeof gone === "string" || kind === "unauthorized" || (defects.length === 1 && defects[0]?.message === problem.detail);
   return {
