@@ -101,19 +101,19 @@ std::size_t Worker::held() const {
 }
 
 void Worker::drain() {
-  std::vector<HeldJobPtr> buffer;
+  std::vector<HeldJobPtr> waiting;
   std::vector<HeldJobPtr> given;
   {
     const std::lock_guard lock(mutex_);
     draining_ = true;
-    stock = buffer_.take_all();
-    for (const HeldJobPtr& job : stock) job->stage = Stage::leaving;
+    waiting = buffer_.take_all();
+    for (const HeldJobPtr& job : waiting) job->stage = Stage::leaving;
     for (const HeldJobPtr& job : held_) {
       if (job->stage == Stage::running && !job->begun) given.push_back(job);
     }
   }
   claim_wake_.notify_all();
-  for (const HeldJobPtr& job : stock) leave({job, std::nullopt, std::nullopt, ""});
+  for (const HeldJobPtr& job : waiting) leave({job, std::nullopt, std::nullopt, ""});
   for (const HeldJobPtr& job : given) withdraw(job);
 }
 

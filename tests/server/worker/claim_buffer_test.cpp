@@ -22,8 +22,8 @@ std::string name_of(const HeldJobPtr& job) { return job ? job->live->key.id : ""
 
 }  // namespace
 
-TEST_CASE("stock: as many begin as there are threads, those that somebody may wait for first") {
-  ClaimBuffer stock(2);
+TEST_CASE("claim buffer: as many begin as there are threads, those that somebody may wait for first") {
+  ClaimBuffer buffer(2);
   for (const auto& job : {ready("b1", "b"), ready("b2", "b"), ready("single")}) buffer.add(job);
   const auto first = buffer.take();
   CHECK(name_of(first) == "single");
@@ -33,8 +33,8 @@ TEST_CASE("stock: as many begin as there are threads, those that somebody may wa
   CHECK(name_of(buffer.take()) == "b2");
 }
 
-TEST_CASE("stock: what is not ready does not hold up what is") {
-  ClaimBuffer stock(1);
+TEST_CASE("claim buffer: what is not ready does not hold up what is") {
+  ClaimBuffer buffer(1);
   const auto slow = ready("slow");
   slow->stage = Stage::claimed;
   buffer.add(slow);
@@ -42,8 +42,8 @@ TEST_CASE("stock: what is not ready does not hold up what is") {
   CHECK(name_of(buffer.take()) == "next");
 }
 
-TEST_CASE("stock: it is refilled before it is empty, from small jobs of batches alone") {
-  ClaimBuffer stock(2);
+TEST_CASE("claim buffer: it is refilled before it is empty, from small jobs of batches alone") {
+  ClaimBuffer buffer(2);
   CHECK(buffer.wanted() == ClaimBuffer::kMost);
   for (std::size_t i = 0; i < ClaimBuffer::kMost; ++i) buffer.add(ready("j" + std::to_string(i), "b"));
   CHECK(buffer.wanted() == 0);
@@ -57,8 +57,8 @@ TEST_CASE("stock: it is refilled before it is empty, from small jobs of batches 
   CHECK(buffer.wanted() == 0);
 }
 
-TEST_CASE("stock: no more than there are idle threads when all of them may be busy for long") {
-  ClaimBuffer stock(2);
+TEST_CASE("claim buffer: no more than there are idle threads when all of them may be busy for long") {
+  ClaimBuffer buffer(2);
   buffer.add(ready("x"));
   REQUIRE(buffer.take());
   CHECK(buffer.wanted() > 0);
@@ -68,8 +68,8 @@ TEST_CASE("stock: no more than there are idle threads when all of them may be bu
   CHECK(buffer.wanted() == 0);
 }
 
-TEST_CASE("stock: one that is suspected waits for all that is there, and nothing is claimed meanwhile") {
-  ClaimBuffer stock(4);
+TEST_CASE("claim buffer: one that is suspected waits for all that is there, and nothing is claimed meanwhile") {
+  ClaimBuffer buffer(4);
   const auto before = ready("before");
   buffer.add(before);
   REQUIRE(buffer.take());
