@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::size_t kMostErrors = 100;
 
-// A mesh as a job needs it.
+// What a job's row says of a mesh.
 struct Named {
   std::string id;
   std::uint64_t bytes = 0;
@@ -69,7 +69,7 @@ store::BatchItem item_of(const BatchHead& head, const api::BatchPair& pair, cons
   return item;
 }
 
-// Of what was asked for, not of what is known of it: meshes may be gone when it is asked for again.
+// A digest of the request alone, not of its meshes' rows: these may be gone when the request is repeated.
 std::string fingerprint_of(const api::BatchRequest& request, const store::NewBatch& batch) {
   api::Sha256 all;
   const auto add = [&](const std::string& text) {
@@ -111,8 +111,8 @@ std::optional<api::Problem> find_unknown(const api::BatchRequest& request, const
     }
   }
   if (unknown.empty()) return std::nullopt;
-  problem.detail = std::to_string(unknown.size()) + " of the batch's meshes are not stored, first " +
-                   problem.errors.front().where + ": send them by PUT /v1/meshes/{id}";
+  problem.detail = std::to_string(unknown.size()) + " of the batch's meshes are not stored, the first at " +
+                   problem.errors.front().where + "; send them by PUT /v1/meshes/{id}";
   return problem;
 }
 

@@ -1,4 +1,4 @@
-// From what a client asked for to the rows of a batch.
+// Makes the rows of a batch from its parsed request.
 #pragma once
 
 #include <map>
@@ -15,10 +15,11 @@
 
 namespace meshgauge::server {
 
-// Of the stored meshes that the batch names, each once.
+// Returns the ids of the stored meshes that the batch names, each once.
 std::vector<std::string> stored_ids(const api::BatchRequest& request);
 
-// Says of up to 100 meshes that are not stored where they are named; nothing when all are.
+// Returns a problem that lists up to 100 places where the request names a mesh that is not in `known`; nullopt: all
+// are.
 std::optional<api::Problem> find_unknown(const api::BatchRequest& request, const std::vector<store::MeshRow>& known);
 
 struct BatchHead {
@@ -29,7 +30,8 @@ struct BatchHead {
   store::TimePoint expires_if_never_run{};
 };
 
-// `known` may lack some, when the batch was accepted before: then it is only compared.
+// `files`: the uploaded files, by field name. `known`: rows of the stored meshes; it may lack some if the batch repeats
+// an Idempotency-Key, since it is then only compared with the stored batch.
 store::NewBatch compose(const BatchHead& head, const api::BatchRequest& request,
                         const std::map<std::string, BatchFile>& files, const std::vector<store::MeshRow>& known);
 

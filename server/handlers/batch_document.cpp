@@ -27,7 +27,7 @@ Json counts_of(const store::BatchCounts& counts) {
           {"undecided", counts.undecided}};
 }
 
-// What every list of a batch's comparisons says of one.
+// The members that every list of a batch's comparisons has for each.
 Json head_of(const store::BatchRow& row) {
   Json head{{"position", row.position}, {"name", text_or_null(row.name)}};
   head["comparison"] = row.job ? Json(row.job->key.id) : Json(nullptr);
@@ -79,7 +79,7 @@ std::string progress_json(const store::Batch& batch) {
 }
 
 std::string result_line(const store::BatchRow& row) {
-  // The last two are documents already, and may be large.
+  // Result and problem are JSON text already, and may be large: they are not parsed.
   std::string line = dumped(head_of(row));
   line.pop_back();
   const bool has_result = row.job && !row.job->document.empty();

@@ -1,4 +1,4 @@
-// A batch as its owner sees it.
+// The JSON documents of a batch.
 #pragma once
 
 #include <chrono>
@@ -11,19 +11,17 @@
 
 namespace meshgauge::server {
 
-// GET /v1/batches/{id}, and the body of a 202. `kept`: how long after its end.
+// Returns the document of GET /v1/batches/{id} and of the 202. `failures`: the comparisons to list in it. `kept`: how
+// long the batch is kept after its end.
 std::string to_json(const store::Batch& batch, const std::vector<store::BatchRow>& failures, std::chrono::seconds kept);
 
-// One line: the data of a `progress` event.
-std::string progress_json(const store::Batch& batch);
+std::string progress_json(const store::Batch& batch);  // the data of a `progress` event, on one line
+std::string result_line(const store::BatchRow& row);   // a line of results.jsonl, newline included
 
-// One line of the results, its end included.
-std::string result_line(const store::BatchRow& row);
-
-// What a job's document and options say, for reports.
+// Facts from a job's result and options, for reports.
 std::optional<api::ResultFacts> facts_of(const store::Job& job);  // nullopt: it has no result
-std::optional<double> limit_of(const store::Job& job);            // of its gate
-// Of every length that was measured, "mm"; before there is a result, of the limit. Empty: not known.
+std::optional<double> limit_of(const store::Job& job);            // of its gate; nullopt: no gate
+// The unit of all lengths of the result, such as "mm"; without a result that of the limit. Empty: not known.
 std::string unit_of(const store::Job& job);
 
 }  // namespace meshgauge::server

@@ -18,7 +18,7 @@ double seconds_between(store::TimePoint from, store::TimePoint to) {
   return std::chrono::duration<double>(to - from).count();
 }
 
-// Of the measurement. The store's own times count what a job waits for in its worker's stock.
+// The time of the measurement. The store's times also include the time that a claimed job waits for a thread.
 double seconds_of_work(const store::Job& job) {
   const auto document = nlohmann::json::parse(job.document, nullptr, false);
   const auto times = document.is_object() ? document.find("timings_ms") : document.end();
@@ -32,7 +32,7 @@ std::string name_of(const store::Batch& batch) { return batch.name.empty() ? bat
 
 std::string detail_of(const store::Job& job) {
   const auto problem = nlohmann::json::parse(problem_json(job), nullptr, false);
-  return problem.is_object() ? problem.value("detail", std::string("it failed")) : "it failed";
+  return problem.is_object() ? problem.value("detail", std::string("the comparison failed")) : "the comparison failed";
 }
 
 std::string found(const store::Job& job) {
@@ -45,7 +45,7 @@ std::string found(const store::Job& job) {
 }
 
 std::optional<api::JUnitDefect> defect_of(const store::BatchRow& row) {
-  if (!row.job) return api::JUnitDefect{"error", "gone", "its result is not kept any more", ""};
+  if (!row.job) return api::JUnitDefect{"error", "gone", "the result was removed after its time or by its owner", ""};
   const store::Job& job = *row.job;
   if (job.state != store::JobState::done) return api::JUnitDefect{"error", to_string(job.state), found(job), ""};
   if (job.verdict.empty() || job.verdict == "pass") return std::nullopt;

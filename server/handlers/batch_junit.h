@@ -1,7 +1,7 @@
-// A batch that has ended, as JUnit XML: one suite with a test for each comparison. Valid by the schema of Ant's reports
-// (windyroad's JUnit.xsd, the strictest) and by that of Jenkins, whatever the names hold.
+// A finished batch as JUnit XML: one suite with a test per comparison. Valid by the schema of Ant's reports
+// (windyroad's JUnit.xsd, the strictest) and by that of Jenkins, for any names.
 //
-// A comparison whose gate has failed or is undecided is a <failure> of that type; one that has no result an <error> of
+// A comparison whose gate has failed or is undecided is a <failure> of that type. One without a result is an <error> of
 // type failed, cancelled or gone.
 //
 //   junit_head(batch) + junit_case(row)... + junit_tail()

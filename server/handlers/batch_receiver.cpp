@@ -14,7 +14,7 @@ using api::Problem;
 using api::ProblemKind;
 
 constexpr const char* kManifest = "manifest";
-constexpr std::size_t kBytesOfPair = 2048;  // two ids, a name and some options, with room
+constexpr std::size_t kBytesOfPair = 2048;  // room for two ids, a name and options
 
 std::string shown(const std::string& name) { return "'" + name.substr(0, 64) + "'"; }
 
@@ -22,7 +22,7 @@ std::string_view text_of(const Upload& upload) {
   return {reinterpret_cast<const char*>(upload.bytes().data()), upload.bytes().size()};
 }
 
-// A parsed manifest takes several times its bytes: one at a time does.
+// Serializes the parsing of manifests, since a parsed one takes several times its size in memory.
 std::mutex& parsing() {
   static std::mutex one;
   return one;
@@ -38,10 +38,10 @@ BatchReceiver::~BatchReceiver() {
   std::vector<std::string> ids;
   for (const auto& [id, kept] : kept_) ids.push_back(id);
   kept_.clear();
-  if (stores_.shared) return;  // others may be about to refer to the same bytes: a sweep finds what is old
+  if (stores_.shared) return;  // another front end may be about to use the same bytes; a sweep removes them later
   for (const std::string& id : ids) {
     const auto removed = remove_if_unreferenced(stores_, {owner_, id});
-    static_cast<void>(removed);  // what failed is for a sweep
+    static_cast<void>(removed);  // a sweep removes what this could not
   }
 }
 
@@ -85,7 +85,8 @@ BatchReceiver::Refusal BatchReceiver::begin(const FieldHead& field) {
     return field_problem(ProblemKind::malformed_request, name, "the part " + shown(name) + " was sent twice");
   }
   if (awaited_.contains(field.name)) return std::nullopt;
-  return field_problem(ProblemKind::malformed_request, name, "no comparison names the part " + shown(name));
+  return field_problem(ProblemKind::malformed_request, name,
+                       "no comparison of the manifest names the part " + shown(name));
 }
 
 BatchReceiver::Refusal BatchReceiver::data(std::string_view piece) {
@@ -117,7 +118,7 @@ BatchReceiver::Refusal BatchReceiver::parse(const std::string& document, bool pa
   return std::nullopt;
 }
 
-// At once, so that of many files one is held at a time.
+// Stores the file before the next one arrives, so that only one is held at a time.
 BatchReceiver::Refusal BatchReceiver::keep_file() {
   BatchFile file{api::sha256_hex(upload_->bytes()), upload_->size(), current_.filename, current_.content_type};
   if (keep_) {
@@ -150,7 +151,10 @@ BatchReceiver::Refusal BatchReceiver::renew(std::chrono::seconds older_than) {
     if (now - kept.put < older_than) continue;
     const auto renewed = stores_.blobs.renew({owner_, id});
     if (!renewed) return api::to_problem(renewed.error());
-    if (!*renewed) return Problem{ProblemKind::storage_unavailable, "a file of the batch was lost: try again", {}};
+    if (!*renewed)
+      return Problem{ProblemKind::storage_unavailable,
+                     "a file of the batch was removed before the batch was stored; send the batch again",
+                     {}};
     kept.put = now;
   }
   return std::nullopt;

@@ -1,4 +1,4 @@
-// The request of a batch as it streams in: its manifest, and mesh files that this names.
+// Receives the request of a batch: its manifest, and the mesh files that the manifest names.
 #pragma once
 
 #include <chrono>
@@ -20,7 +20,7 @@
 
 namespace meshgauge::server {
 
-// A mesh file that came with a batch.
+// A mesh file that was uploaded with a batch.
 struct BatchFile {
   std::string id;  // its SHA-256
   std::uint64_t bytes = 0;
@@ -32,23 +32,23 @@ class BatchReceiver final : public MultipartSink {
  public:
   using Refusal = std::optional<api::Problem>;
 
-  // Borrows all but the owner. `keep`: files go into the blob store as they come, reserved as long as this object
-  // lives; else they are only looked at.
+  // Borrows all but the owner. `keep`: store each file as a blob when it has arrived, reserved for the lifetime of this
+  // object. Without it, files are only hashed.
   BatchReceiver(std::string owner, bool keep, const Settings& settings, const Stores& stores, Access& access,
                 ByteBudget& budget);
-  // Files that nothing refers to by now are removed.
+  // Removes stored files that no row refers to; in the distributed form a sweep does.
   ~BatchReceiver() override;
   BatchReceiver(const BatchReceiver&) = delete;
   BatchReceiver& operator=(const BatchReceiver&) = delete;
 
-  // All of the body, JSON or a form. Once.
+  // Reads the whole body, JSON or a form. Returns nullopt, or the problem. Call once.
   Refusal receive(Exchange& exchange);
-  // Of the files that were kept so long ago: makes them young again, so that a sweep which began before the batch is
-  // stored leaves them to it. Refused when one is gone.
+  // Renews the age of files stored more than `older_than` ago, so that a sweep does not remove them before the batch is
+  // stored. Returns a problem if one is gone.
   Refusal renew(std::chrono::seconds older_than);
 
   const api::BatchRequest& request() const { return request_; }
-  const std::map<std::string, BatchFile>& files() const { return files_; }  // by the part's name
+  const std::map<std::string, BatchFile>& files() const { return files_; }  // by field name
 
  private:
   struct Kept {
@@ -75,11 +75,11 @@ class BatchReceiver final : public MultipartSink {
   ByteBudget& budget_;
   api::BatchRequest request_;
   bool parsed_ = false;
-  std::set<std::string> awaited_;  // parts that the manifest names
+  std::set<std::string> awaited_;  // fields that the manifest names
   std::map<std::string, BatchFile> files_;
   std::map<std::string, Kept> kept_;  // by id
   FieldHead current_;
-  std::unique_ptr<Upload> upload_;  // of the part that is arriving
+  std::unique_ptr<Upload> upload_;  // of the field that is arriving
 };
 
 }  // namespace meshgauge::server

@@ -11,6 +11,7 @@
 #include "server/handlers/batch_composing.h"
 #include "server/handlers/batch_document.h"
 #include "server/handlers/batch_junit.h"
+#include "server/handlers/refusals.h"
 #include "server/http/event_stream.h"
 #include "server/http/idempotency.h"
 
@@ -26,13 +27,15 @@ using store::BatchStore;
 constexpr std::size_t kFailuresShown = 100;
 constexpr std::size_t kRowsOfPage = 100;
 constexpr milliseconds kEventGap{500};               // between two events of a stream
-constexpr milliseconds kTick{100};                   // how soon a client that went away is noticed
-constexpr std::chrono::hours kMaxQueueTime{7 * 24};  // of jobs that wait for their turn: a batch may take days
-constexpr std::chrono::seconds kRenewAfter{60};      // less than what a sweep leaves (server/jobs/upkeep.cpp), by far
+constexpr milliseconds kTick{100};                   // between two checks for a disconnected client
+constexpr std::chrono::hours kMaxQueueTime{7 * 24};  // of a batch's jobs, at least: a batch may take days
+constexpr std::chrono::seconds kRenewAfter{60};      // far less than the age at which a sweep removes unused blobs
 
-// ... while the request arrived, which so brought files for nothing: sent again it is a new one.
+// The batch was removed while the request arrived. Sent again, the request makes a new batch.
 Problem removed_just_now() {
-  return {ProblemKind::storage_unavailable, "the batch of this Idempotency-Key was removed just now: try again", {}};
+  return {ProblemKind::storage_unavailable,
+          "the batch of this Idempotency-Key was removed while the request arrived; send it again",
+          {}};
 }
 
 store::JobKey key_of(const Exchange& exchange) { return {exchange.owner, exchange.segment}; }
@@ -51,12 +54,13 @@ Batches::Batches(const Settings& settings, Stores stores, Access& access, ByteBu
       kept_(settings.result_ttl_s) {}
 
 void Batches::create(Exchange& exchange, bool draining) {
-  if (draining) return answer(exchange, Problem{ProblemKind::shutting_down, "no new work is taken", {}});
+  if (draining) return answer(exchange, shutting_down());
   if (auto wrong = refuse_query(exchange)) return answer(exchange, *wrong);
   std::string key;
   if (auto wrong = read_idempotency_key(exchange.head, key)) return answer(exchange, *wrong);
   auto repeats = is_known(exchange.owner, key);
-  // What was promised before needs no place in the queue; and what takes the last one may be the same, sent before.
+  // A batch that was accepted before needs no place in the queue. The batch that took the last place may be this one,
+  // sent before: hence the second look.
   auto refusal = repeats && !*repeats ? admit(exchange.owner) : std::nullopt;
   if (refusal) repeats = is_known(exchange.owner, key);
   if (!repeats) return answer(exchange, api::to_problem(repeats.error()));
@@ -73,15 +77,19 @@ Result<bool> Batches::is_known(const std::string& owner, const std::string& idem
   return there->has_value();
 }
 
-// By what this owner has there: nobody is kept out by another one's batches.
+// Limits each owner by its own batches, so that none is locked out by another owner's.
 std::optional<Problem> Batches::admit(const std::string& owner) {
   const auto load = batches_.batch_load(owner);
   if (!load) return api::to_problem(load.error());
   if (load->jobs < kMostUnended * settings_.max_batch_pairs && load->batches < kMostBatches) return std::nullopt;
-  return Problem{ProblemKind::overloaded, "as many comparisons of your batches wait as may; try again", {}};
+  const std::string most = std::to_string(kMostUnended * settings_.max_batch_pairs);
+  return Problem{ProblemKind::overloaded,
+                 "too many comparisons of your batches are queued or running (limit " + most + " comparisons, " +
+                     std::to_string(kMostBatches) + " batches); retry later",
+                 {}};
 }
 
-// The meshes are reserved before they are looked up: whoever deletes one meanwhile leaves its bytes to the batch.
+// The meshes are reserved before they are looked up: if one is deleted meanwhile, its bytes stay for the batch.
 void Batches::insert(Exchange& exchange, const std::string& idempotency_key, BatchReceiver& receiver, bool repeats) {
   const api::BatchRequest& request = receiver.request();
   const std::vector<std::string> ids = stored_ids(request);
@@ -122,7 +130,9 @@ Problem Batches::gone_meanwhile(const std::string& owner, const api::BatchReques
   const auto known = stores_.meshes.known_meshes(owner, stored_ids(request));
   if (!known) return api::to_problem(known.error());
   if (auto unknown = find_unknown(request, *known)) return *std::move(unknown);
-  return {ProblemKind::storage_unavailable, "a mesh of the batch was removed and is back now: try again", {}};
+  return {ProblemKind::storage_unavailable,
+          "a mesh of the batch was removed and stored again meanwhile; send the batch again",
+          {}};
 }
 
 std::optional<store::Batch> Batches::find(Exchange& exchange) {
@@ -175,14 +185,14 @@ void Batches::remove(Exchange& exchange) {
   if (const auto batch = find(exchange)) send(exchange, *batch, 200);
 }
 
-// Of whoever holds a connection for as long as he takes. HEAD needs none.
+// For responses that occupy a connection for long. null: the exchange is answered.
 std::shared_ptr<const void> Batches::take_place(Exchange& exchange) {
   if (exchange.head.minor_version == 0) {
-    answer(exchange, Problem{ProblemKind::http_version, "this is sent over HTTP/1.1 only", {}});
+    answer(exchange, Problem{ProblemKind::http_version, "this path streams its response: send HTTP/1.1", {}});
     return nullptr;
   }
   auto place = watchers_.take(exchange.owner);
-  if (!place) answer(exchange, Problem{ProblemKind::overloaded, "as many clients watch as may", {}});
+  if (!place) answer(exchange, too_many_watchers(settings_));
   return place;
 }
 
@@ -201,7 +211,7 @@ void Batches::events(Exchange& exchange) {
     if (Clock::now() < next) return true;
     next = Clock::now() + kEventGap;
     const auto batch = batches_.get_batch(key);
-    if (!batch) return true;  // it may pass
+    if (!batch) return true;  // the store may be back at the next look
     if (!*batch || (*batch)->finished) {
       const auto last = *batch ? document(**batch) : Result<std::string>("null");
       if (last) piece = event("end", *last);
@@ -215,14 +225,14 @@ void Batches::events(Exchange& exchange) {
   };
 }
 
-// After its last rows were read: a batch that was deleted meanwhile may have had more.
+// Throws if the batch was deleted while its rows were read: it may have had more.
 void Batches::expect_batch(const store::JobKey& key) {
   const auto batch = batches_.get_batch(key);
   if (!batch) throw std::runtime_error(batch.error().message);
   if (!*batch) throw std::runtime_error("the batch was deleted while its rows were sent");
 }
 
-// In pages, so that a batch of any size takes the memory of one.
+// Reads the rows in pages, so that a batch of any size takes the memory of one page.
 void Batches::stream_rows(Exchange& exchange, std::string head, std::function<std::string(const store::BatchRow&)> line,
                           std::string tail) {
   const auto place = take_place(exchange);
@@ -255,7 +265,8 @@ void Batches::junit(Exchange& exchange) {
   const auto batch = find(exchange);
   if (!batch) return;
   if (!batch->finished) {
-    return answer(exchange, Problem{ProblemKind::not_ended, "the batch has not ended: its report comes then", {}});
+    return answer(exchange,
+                  Problem{ProblemKind::not_ended, "the batch has not ended; ask for its report when it has", {}});
   }
   exchange.response.content_type = "application/xml";
   stream_rows(

@@ -1,7 +1,6 @@
-// /v1/batches and what is below it: many comparisons that are asked for, watched and told of together.
+// Handlers of /v1/batches and the paths below it: many comparisons in one request.
 //
-// POST: admit -> receive (manifest, files) -> look up meshes -> compose -> insert -> 202. Whoever claims jobs runs
-// them.
+// POST: admit -> receive (manifest, files) -> look up meshes -> compose -> insert -> 202. Workers then claim the jobs.
 #pragma once
 
 #include <chrono>
@@ -25,16 +24,18 @@ namespace meshgauge::server {
 
 class Batches {
  public:
-  // As many times `max_batch_pairs` comparisons of an owner's batches may wait or run before his new ones are refused.
+  // Limits per owner, beyond which new batches are refused: kMostUnended * max_batch_pairs comparisons queued or
+  // running in batches, and kMostBatches unfinished batches (each claim looks at all of them).
   static constexpr std::uint64_t kMostUnended = 10;
-  static constexpr std::uint64_t kMostBatches = 200;  // likewise: a worker looks at each when it takes the next job
+  static constexpr std::uint64_t kMostBatches = 200;
 
-  // Borrows all but the first and last. Precondition: stores.batches is there. `watchers`: of all that hold a
-  // connection for long. `stopping`: this process ends now, and clients that watch are to ask again elsewhere.
+  // Borrows all but the first and last. Precondition: stores.batches is not null. `watchers`: limits clients that
+  // occupy a connection for long. `stopping` returns true when this process ends; event streams then end too, and
+  // clients reconnect elsewhere.
   Batches(const Settings& settings, Stores stores, Access& access, ByteBudget& uploads, ConnectionLimit& watchers,
           std::function<bool()> stopping);
 
-  // Each may throw: out of memory. `draining`: no new work is taken.
+  // Each may throw: out of memory. `draining`: refuse new batches.
   void create(Exchange& exchange, bool draining);
   void get(Exchange& exchange);
   void remove(Exchange& exchange);

@@ -1,4 +1,4 @@
-// A .gltf and the files that were sent beside it, on their way to be one object.
+// Combines an uploaded .gltf and the files sent beside it into one archive.
 #pragma once
 
 #include <memory>
@@ -13,24 +13,26 @@
 namespace meshgauge::server {
 
 struct SentFile {
-  std::string path;  // relative, of plain components (api/formats/file_path.h)
+  std::string path;  // relative, without '.' and '..' (api/formats/file_path.h)
   std::unique_ptr<Upload> upload;
 };
 
+// A mesh of the form, with the files that belong to it.
 struct MeshField {
   FieldHead head;
-  std::unique_ptr<Upload> upload;  // null: it has not been sent
-  std::vector<SentFile> files;     // that were sent beside it
+  std::unique_ptr<Upload> upload;  // null: not sent
+  std::vector<SentFile> files;     // sent as a.files or b.files
 };
 
-// How many bytes the part takes with its files, in whatever form.
+// Returns the size of the mesh's upload and its files together.
 std::uint64_t bytes_of(const MeshField& field);
 
-// Puts a part and its files together as one archive (api/formats/gltf_bundle.h), which replaces its upload; a part
-// without files stays as it is. The document is not parsed: which of the files it names is for its reader in the
-// sandbox to see. While it is written, the budget holds the largest of the files twice. Refused: files beside what is
-// not JSON, an archive of more than `most` bytes or of 4 GiB, and what Upload::append() refuses.
-// Precondition: all uploads are finished, and each path is there once.
+// Replaces the upload of a mesh that has files by one archive of all of them (api/formats/gltf_bundle.h); a mesh
+// without files stays as it is. The document is not parsed here: its reader in the sandbox checks which files it names.
+// While the archive is written, the budget counts the largest file twice.
+//
+// Returns a problem if the mesh is not a JSON document, if the archive is larger than `most` bytes or 4 GiB, or if
+// Upload::append() returns one. Precondition: all uploads are finished, and their paths differ.
 std::optional<api::Problem> put_together(MeshField& field, std::uint64_t most, ByteBudget& budget,
                                          const std::string& temp_dir);
 

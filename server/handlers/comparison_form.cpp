@@ -57,18 +57,19 @@ FormReceiver::Refusal FormReceiver::begin_mesh(const FieldHead& field, MeshField
   return std::nullopt;
 }
 
-// The name comes from the client: it is never opened, but shall not say what no .gltf could name either.
+// The name comes from the client. It is never opened as a path; names that no .gltf could refer to are refused anyway.
 FormReceiver::Refusal FormReceiver::begin_file(const FieldHead& field, MeshField& mesh) {
   const auto refuse = [&](const std::string& what) {
     return field_problem(ProblemKind::malformed_request, field.name, what);
   };
   if (mesh.files.size() == api::kMostBundleFiles) {
-    return refuse("more than " + std::to_string(api::kMostBundleFiles) + " parts '" + field.name + "'");
+    return refuse("too many parts '" + field.name + "' (limit " + std::to_string(api::kMostBundleFiles) + ")");
   }
   const std::string shown = "the file name " + api::in_quotes(field.filename) + " of a part '" + field.name + "' ";
   api::FilePath file = api::file_path_of_name(field.filename);
   if (!file.defect.empty()) return refuse(shown + file.defect);
-  if (api::is_scene_path(file.path)) return refuse(shown + "is that of a .gltf, which the part without '.files' is");
+  if (api::is_scene_path(file.path))
+    return refuse(shown + "is that of a .gltf; send the .gltf itself as the part without '.files'");
   const auto has_key = [key = api::file_key(file.path)](const SentFile& sent) {
     return api::file_key(sent.path) == key;
   };

@@ -1,5 +1,5 @@
-// The parts of a comparison as they stream in: a and b exactly once, options at most once, a.files and b.files up to
-// kMostBundleFiles times each, within their limits.
+// Receives the fields of a comparison: a and b once each, options at most once, a.files and b.files up to
+// kMostBundleFiles times each.
 #pragma once
 
 #include <memory>
@@ -15,7 +15,7 @@ namespace meshgauge::server {
 struct Form {
   MeshField a;
   MeshField b;
-  std::string options = "{}";  // when the part is not sent
+  std::string options = "{}";  // the default if the field is not sent
 };
 
 class FormReceiver final : public MultipartSink {
@@ -28,7 +28,7 @@ class FormReceiver final : public MultipartSink {
   Refusal data(std::string_view piece) override;
   Refusal end() override;
 
-  // After the last part: refuses a form without a or b, and makes of a mesh and its files one upload.
+  // Call after the last field: returns a problem if a or b is missing, and combines each mesh with its files.
   Refusal complete();
 
  private:

@@ -9,6 +9,7 @@
 #include "api/refused.h"
 #include "server/access/entrance.h"
 #include "server/handlers/comparison_form.h"
+#include "server/handlers/refusals.h"
 #include "server/http/event_stream.h"
 #include "server/http/idempotency.h"
 #include "server/http/multipart.h"
@@ -23,13 +24,13 @@ using api::Problem;
 using api::ProblemKind;
 using std::chrono::milliseconds;
 
-constexpr milliseconds kWaitTick{20};      // how soon a client that went away is noticed
+constexpr milliseconds kWaitTick{20};      // between two checks for a disconnected client
 constexpr milliseconds kProgressGap{100};  // between two events of a stream
 
 store::JobKey job_key_of(const Exchange& exchange) { return {exchange.owner, exchange.segment}; }
 
-// Of a comparison that ended without a result. Its problem is stored as text, unless it never came to a worker's end:
-// it was cancelled in the queue, or the store gave it up.
+// Answers for a comparison that ended without a result. The worker stores its problem as JSON text; a job that was
+// cancelled in the queue, or that the store gave up, has none.
 void answer_stored(Exchange& exchange, const store::Job& row) {
   if (row.problem.empty() && row.state == store::JobState::cancelled) {
     return answer(exchange, cancelled_early());
@@ -42,11 +43,11 @@ void answer_stored(Exchange& exchange, const store::Job& row) {
 
 }  // namespace
 
-// What a POST asks for.
+// A POST, as far as it is parsed.
 struct Comparisons::Asked {
   Preferences preferences;
   Clock::time_point since = Clock::now();
-  bool repeats = false;  // its Idempotency-Key is known
+  bool repeats = false;  // a comparison with its Idempotency-Key is stored
   Submission submission;
 };
 
@@ -59,7 +60,7 @@ Comparisons::Comparisons(const Settings& settings, Jobs& jobs, Stores stores, Ac
       watchers_(ConnectionLimit::shared(settings.max_event_streams)) {}
 
 void Comparisons::create(Exchange& exchange) {
-  if (draining_.load()) return answer(exchange, Problem{ProblemKind::shutting_down, "no new work is taken", {}});
+  if (draining_.load()) return answer(exchange, shutting_down());
   Asked asked;
   asked.preferences = preferences(exchange.head);
   Submission& submission = asked.submission;
@@ -74,7 +75,7 @@ void Comparisons::create(Exchange& exchange) {
   admit(exchange, asked);
 }
 
-// What takes the last place may be the same request, sent before, which was stored meanwhile. false: it is not.
+// The comparison that took the last place may be this request, sent before and stored meanwhile. false: it is not.
 bool Comparisons::repeat_if_known(Exchange& exchange, Asked& asked) {
   const auto repeats = jobs_.repeats(asked.submission);
   if (!repeats || !*repeats) return false;
@@ -84,12 +85,11 @@ bool Comparisons::repeat_if_known(Exchange& exchange, Asked& asked) {
 
 void Comparisons::admit(Exchange& exchange, Asked& asked) {
   Submission& submission = asked.submission;
-  // Somebody waits for a job without a preference, and holds a connection.
+  // Without a preference the client waits for the result and occupies a connection.
   auto slot = jobs_.admit(asked.preferences.wait ? Jobs::Kind::durable : Jobs::Kind::awaited);
   if (!slot) {
     if (repeat_if_known(exchange, asked)) return;
-    const Problem full{ProblemKind::overloaded, "all workers are busy and the queue is full; try again", {}};
-    return answer(exchange, full, jobs_.expected_wait());
+    return answer(exchange, queue_full(), jobs_.expected_wait());
   }
   auto counted = access_.take_job(exchange.owner);
   if (const auto* denial = std::get_if<Denial>(&counted)) {
@@ -103,8 +103,8 @@ void Comparisons::admit(Exchange& exchange, Asked& asked) {
   follow(exchange, jobs_.submit(std::move(*slot), std::move(submission)), asked);
 }
 
-// What was promised before needs no place in the queue, no room and no stored meshes: nobody is refused for want of
-// them.
+// A comparison that was accepted before needs no place in the queue, no storage and no stored meshes, and is not
+// refused for lack of them.
 void Comparisons::repeat(Exchange& exchange, Asked& asked) {
   asked.repeats = true;
   if (auto refusal = receive(exchange, asked)) return answer(exchange, *refusal);
@@ -147,8 +147,9 @@ std::optional<Problem> Comparisons::receive_ids(Exchange& exchange, Asked& asked
   std::string text;
   const auto refusal = exchange.body.read([&](std::string_view piece) -> std::optional<Problem> {
     if (text.size() + piece.size() > api::kMaxOptionsBytes) {
-      return Problem{
-          ProblemKind::too_large, "the body is larger than " + std::to_string(api::kMaxOptionsBytes) + " bytes", {}};
+      return Problem{ProblemKind::too_large,
+                     "the body is larger than the limit of " + std::to_string(api::kMaxOptionsBytes) + " bytes",
+                     {}};
     }
     text.append(piece);
     return std::nullopt;
@@ -184,19 +185,19 @@ std::optional<Problem> Comparisons::open_mesh(const std::string& owner, const st
   return std::nullopt;
 }
 
-// A client that goes away ends its comparison, unless it was promised that it will be done.
+// A client that disconnects ends its comparison, unless that is durable.
 void Comparisons::wait(Exchange& exchange, const std::shared_ptr<LiveJob>& waited, const Asked& asked) {
   LiveJob& job = *waited;
-  // Who wants no waiting needs no place, and is told the same whether the job was quick or not.
+  // A client that does not want to wait needs no place, and gets a 202 even if the job has already ended.
   if (asked.preferences.wait == milliseconds(0)) return accept(exchange, job.view(), asked);
   std::optional<Clock::time_point> until;
   std::shared_ptr<const void> place;
-  const bool repeated = job.key.id != exchange.id;  // its Idempotency-Key: the place in the queue is the first one's
+  const bool repeated =
+      job.key.id != exchange.id;  // an earlier request with this Idempotency-Key holds the queue place
   if (asked.preferences.wait || repeated) place = watchers_.take(exchange.owner);
   if (asked.preferences.wait) until = place ? asked.since + *asked.preferences.wait : Clock::now();
   if (repeated && !until && !place) {
-    return answer(exchange,
-                  Problem{ProblemKind::overloaded, "as many clients wait for comparisons of others as may", {}});
+    return answer(exchange, too_many_watchers(settings_));
   }
   const auto tick = [&] {
     return until ? std::min(kWaitTick, std::chrono::ceil<milliseconds>(*until - Clock::now())) : kWaitTick;
@@ -208,7 +209,7 @@ void Comparisons::wait(Exchange& exchange, const std::shared_ptr<LiveJob>& waite
       return answer(exchange, *problem);
     }
     if (!exchange.connection.peer_gone()) continue;
-    if (job.durable) return accept(exchange, job.view(), asked);  // which nobody reads but the log
+    if (job.durable) return accept(exchange, job.view(), asked);  // for the log; the client has gone
     if (jobs_.abandon(waited)) return answer(exchange, cancelled_early());
   }
   respond(exchange, job.view(), asked);
@@ -233,8 +234,9 @@ void Comparisons::respond(Exchange& exchange, const JobView& job, const Asked& a
   add_headers(exchange, job, asked);
   if (!ended) {
     return answer(exchange, Problem{ProblemKind::shutting_down,
-                                    asked.submission.durable ? "the comparison will run when the service is back"
-                                                             : "this service stops; ask again",
+                                    asked.submission.durable
+                                        ? "the service is shutting down; the comparison is stored and runs later"
+                                        : "the service is shutting down; send the request again",
                                     {}});
   }
   Response& response = exchange.response;
@@ -271,10 +273,10 @@ void Comparisons::events(Exchange& exchange) {
   if (!first) return answer(exchange, api::to_problem(first.error()));
   if (!*first) return answer(exchange, not_found("comparison"));
   if (exchange.head.minor_version == 0) {
-    return answer(exchange, Problem{ProblemKind::http_version, "events are sent over HTTP/1.1 only", {}});
+    return answer(exchange, Problem{ProblemKind::http_version, "this path streams its response: send HTTP/1.1", {}});
   }
   const auto place = watchers_.take(exchange.owner);
-  if (!place) return answer(exchange, Problem{ProblemKind::overloaded, "as many clients watch as may", {}});
+  if (!place) return answer(exchange, too_many_watchers(settings_));
   exchange.response.content_type = "text/event-stream";
   exchange.response.length_known = false;
   if (exchange.head.method == "HEAD") return;
@@ -287,7 +289,7 @@ void Comparisons::events(Exchange& exchange) {
       const auto version = job->version();
       const auto view = job->view();
       const bool over = store::has_ended(view.row.state);
-      if (!over && view.handed_back) return false;  // the service stops: it has no end here
+      if (!over && view.handed_back) return false;  // the service stops; the job ends elsewhere
       if (!over && version == seen) return true;
       seen = version;
       next = Clock::now() + kProgressGap;

@@ -1,6 +1,6 @@
-// /v1/comparisons and what is below it.
+// Handlers of /v1/comparisons and the paths below it.
 //
-// POST: admit -> receive -> parse -> submit -> wait -> respond. What happens between the last three is server/jobs.
+// POST: admit -> receive -> parse -> submit -> wait -> respond. server/jobs runs what is submitted.
 #pragma once
 
 #include <atomic>
@@ -21,7 +21,7 @@ namespace meshgauge::server {
 
 class Comparisons {
  public:
-  // Borrows all but the first. `uploads`: shared by all that receive bytes.
+  // Borrows all but the first. `uploads`: the byte budget of all uploads of the service.
   Comparisons(const Settings& settings, Jobs& jobs, Stores stores, Access& access, ByteBudget& uploads);
 
   // Each may throw: out of memory.
@@ -30,7 +30,7 @@ class Comparisons {
   void remove(Exchange& exchange);
   void events(Exchange& exchange);
 
-  void refuse_new() { draining_.store(true); }
+  void refuse_new() { draining_.store(true); }  // answers every POST with shutting-down from now on
   bool refusing() const { return draining_.load(); }
   std::uint64_t watcher_count() const { return watchers_.taken(); }
   ConnectionLimit& watchers() { return watchers_; }
@@ -57,7 +57,7 @@ class Comparisons {
   Access& access_;
   ByteBudget& uploads_;
   std::atomic<bool> draining_{false};
-  ConnectionLimit watchers_;  // of clients that watch, or wait as long as they prefer
+  ConnectionLimit watchers_;  // clients that follow events, or wait with Prefer: wait
 };
 
 }  // namespace meshgauge::server

@@ -12,6 +12,7 @@
 #include "api/refused.h"
 #include "engine/hausdorff.h"
 #include "server/access/entrance.h"
+#include "server/handlers/refusals.h"
 #include "server/http/text.h"
 
 namespace meshgauge::server {
@@ -22,16 +23,16 @@ using api::Problem;
 using api::ProblemKind;
 using std::chrono::milliseconds;
 
-constexpr milliseconds kMapTick{20};    // how soon a client that went away is noticed
-constexpr milliseconds kGrace{10'000};  // for a map whose time is over to say so
+constexpr milliseconds kMapTick{20};    // between two checks for a disconnected client
+constexpr milliseconds kGrace{10'000};  // beyond a map's time limit, for its worker to report the time-out
 constexpr std::size_t kShownIdDigits = 8;
 
 std::optional<Problem> refuse_unready(const store::Job& row) {
   if (!store::has_ended(row.state)) {
-    return Problem{ProblemKind::no_interval, "the comparison has not ended; its maps are made when it has", {}};
+    return Problem{ProblemKind::no_interval, "the comparison has not ended; ask for its maps when it has", {}};
   }
   if (!row.document.empty()) return std::nullopt;
-  return Problem{ProblemKind::no_interval, "the comparison ended without an interval, so there is nothing to show", {}};
+  return Problem{ProblemKind::no_interval, "the comparison ended without an interval, so there is no map", {}};
 }
 
 Problem gone(const std::string& part, const std::string& id) {
@@ -40,13 +41,13 @@ Problem gone(const std::string& part, const std::string& id) {
   return {ProblemKind::mesh_gone, what, {{part, "", what}}};
 }
 
-// The same map has the same bytes, unless the program is another one.
+// A map has the same bytes as long as version and instruction set are the same.
 std::string etag_of(const MapKey& key, const std::string& simd) {
   const std::string all = key.job.owner + "\n" + key.job.id + "\n" + key.name + "\n" + version() + "\n" + simd;
   return "\"" + api::sha256_hex(std::as_bytes(std::span(all))).substr(0, 32) + "\"";
 }
 
-// Weakly, as RFC 9110 section 13.1.2 has it.
+// By weak comparison (RFC 9110 section 13.1.2).
 bool matches(std::string_view if_none_match, std::string_view etag) {
   while (!if_none_match.empty()) {
     std::string_view tag = trimmed(next(if_none_match, ","));
@@ -57,7 +58,8 @@ bool matches(std::string_view if_none_match, std::string_view etag) {
   return false;
 }
 
-// Of a mesh that was stored, or that came with a durable comparison; or of one that its owner has sent again since.
+// Returns the id of the comparison's mesh: from the row for stored meshes and durable comparisons, else the digest in
+// the result, under which the owner may have stored the mesh since. Empty: not known.
 std::string mesh_of(const store::Job& row, const std::string& part) {
   const std::string& id = part == "a" ? row.mesh_a : row.mesh_b;
   if (!id.empty()) return id;
@@ -74,7 +76,7 @@ struct Deviations::Asked {
   std::string etag;
 };
 
-// A client that waits for a map; the last one that leaves takes the work with it.
+// Registers a client that waits for a map. When the last one is destroyed, the work is cancelled.
 class Deviations::Watching {
  public:
   Watching(Deviations& all, std::shared_ptr<Making> making) : all_(all), making_(std::move(making)) {}
@@ -100,7 +102,7 @@ Deviations::Deviations(const Settings& settings, Jobs& jobs, Stores stores, Acce
       tools_{settings, fetch_, *stores.maps, jobs.threads()},
       sending_(ConnectionLimit::shared(most_files_sent(settings))) {}
 
-// Not by the count of those who share: to read it says nothing of what they have written.
+// Waits for idle_, not for a use_count of 1: reading use_count() does not synchronize with the tasks' writes.
 Deviations::~Deviations() {
   works_.reset();
   while (!idle_.load()) std::this_thread::sleep_for(milliseconds(1));
@@ -129,7 +131,7 @@ void Deviations::get(Exchange& exchange, MapKind kind) {
   if (exchange.response.status >= 400) return;
   auto& headers = exchange.response.headers;
   headers.emplace_back("ETag", etag);
-  headers.emplace_back("Cache-Control", "private, no-cache");  // asked again each time: whose key it is must be seen
+  headers.emplace_back("Cache-Control", "private, no-cache");  // revalidated each time, so that the key is checked
   if (exchange.response.status == kNotModified) return;
   exchange.response.content_type = kind == MapKind::ply ? "model/ply" : "model/gltf-binary";
   headers.emplace_back("Content-Disposition", "attachment; filename=\"" + name + "\"");
@@ -158,7 +160,7 @@ std::variant<MeshSource, Problem> Deviations::open(const std::string& owner, con
   return source_of(part, std::move(**blob), id);
 }
 
-// A mesh that its owner stored is worth keeping in memory, and was used just now.
+// Marks a stored mesh as used now, and as one for the mesh cache.
 std::optional<Problem> Deviations::recognise(MeshSource& source, const std::string& owner) {
   const store::BlobKey key{owner, source.id};
   const auto stored = stores_.meshes.get_mesh(key);
@@ -173,7 +175,7 @@ std::optional<Problem> Deviations::recognise(MeshSource& source, const std::stri
 std::optional<Problem> Deviations::open_meshes(Asked& asked) {
   MapOrder& order = asked.order;
   const std::string a = mesh_of(asked.row, "a"), b = mesh_of(asked.row, "b");
-  // What is deleted from here on is noticed by the cache; what was before, now.
+  // The cache notices deletions from here on; those before are found by the following look-ups.
   order.coming = stores_.maps->expect(order.key, {a, b});
   const auto job = jobs_.get(order.key.job);
   if (!job) return api::to_problem(job.error());
@@ -191,21 +193,22 @@ std::optional<Problem> Deviations::open_meshes(Asked& asked) {
   auto facts = api::result_facts(nlohmann::ordered_json::parse(asked.row.document, nullptr, false), order.query.of);
   if (!facts) return api::to_problem(facts.error());
   if (!facts->has_units)
-    return Problem{ProblemKind::internal, "the result is of a version before 0.2.0, without unit", {}};
+    return Problem{ProblemKind::internal,
+                   "the result was made by a version before 0.2.0 and has no unit; compare the meshes again",
+                   {}};
   order.facts = std::move(*facts);
-  // As long as the comparison was given.
+  // The same time limit as the comparison had.
   const auto request = api::parse_options(asked.row.options, request_limits(settings_));
   order.timeout = request ? request->timeout : milliseconds(settings_.default_timeout_ms);
   return std::nullopt;
 }
 
 void Deviations::make(Exchange& exchange, Asked& asked) {
-  if (jobs_.draining()) return answer(exchange, Problem{ProblemKind::shutting_down, "no new work is taken", {}});
-  // Everyone who waits takes a place, and holds a connection; also for a map that another one has asked for already.
+  if (jobs_.draining()) return answer(exchange, shutting_down());
+  // Every waiting client occupies a connection and so takes a place, even if the map is already being made.
   auto slot = jobs_.admit_work();
   if (!slot) {
-    const Problem full{ProblemKind::overloaded, "all workers are busy and the queue is full; try again", {}};
-    return answer(exchange, full, jobs_.expected_wait_for_work());
+    return answer(exchange, queue_full(), jobs_.expected_wait_for_work());
   }
   const auto counted = access_.take_job(exchange.owner);
   if (const auto* denial = std::get_if<Denial>(&counted)) return answer(exchange, *denial);
@@ -213,10 +216,13 @@ void Deviations::make(Exchange& exchange, Asked& asked) {
   const Result<MadeFile>* result = nullptr;
   while (!(result = making->wait(kMapTick))) {
     if (Making::Clock::now() >= making->submitted + making->order.timeout + kGrace) {
-      return answer(exchange, Problem{ProblemKind::out_of_time, "no worker was free to make the map in its time", {}});
+      return answer(exchange, Problem{ProblemKind::out_of_time,
+                                      "no worker made the map within " + std::to_string(making->order.timeout.count()) +
+                                          " ms; ask again",
+                                      {}});
     }
     if (exchange.connection.peer_gone()) {
-      return answer(exchange, Problem{ProblemKind::out_of_time, "cancelled: the client went away", {}});
+      return answer(exchange, Problem{ProblemKind::out_of_time, "cancelled: the client disconnected", {}});
     }
   }
   if (!*result) {
@@ -231,8 +237,8 @@ void Deviations::make(Exchange& exchange, Asked& asked) {
   exchange.response.headers.emplace_back("Server-Timing", stages.empty() ? "cached" : api::to_server_timing(stages));
 }
 
-// The map that is on its way, or a new one, which takes the slot. What was made since it was looked for is there by
-// now: a map is kept before it leaves those on their way.
+// Returns the map that is being made, or starts a new one, which takes the slot. The cache is looked at again under the
+// lock: a map enters the cache before it leaves making_.
 std::shared_ptr<Making> Deviations::begin(Asked& asked, std::optional<Scheduler::Slot>& slot) {
   std::shared_ptr<Making> making;
   {
@@ -252,8 +258,8 @@ std::shared_ptr<Making> Deviations::begin(Asked& asked, std::optional<Scheduler:
   }
   try {
     submit(making, std::move(*slot));
-  } catch (const std::bad_alloc&) {  // whoever has joined meanwhile waits for it
-    making->end(Error{ErrorCode::internal, "no memory", "", ""});
+  } catch (const std::bad_alloc&) {  // other clients may have joined and wait for its end
+    making->end(Error{ErrorCode::internal, "out of memory", "", ""});
   }
   slot.reset();
   return making;
@@ -285,11 +291,14 @@ void Deviations::leave(Making& making) {
   jobs_.withdraw(making.control);
 }
 
-// False: it is refused. A client that takes its file slowly holds a thread for long.
+// False: refused. The number is limited because a slow client occupies a thread for long.
 bool Deviations::send(Exchange& exchange, const MapCache::File& file) {
   std::shared_ptr<const void> place;
   if (exchange.head.method != "HEAD" && !(place = sending_.take(exchange.owner))) {
-    answer(exchange, Problem{ProblemKind::overloaded, "as many clients take maps as may; try again", {}});
+    answer(exchange, Problem{ProblemKind::overloaded,
+                             "too many maps are being sent (limit " + std::to_string(most_files_sent(settings_)) +
+                                 "); retry in a moment",
+                             {}});
     return false;
   }
   using Held = std::pair<MapCache::File, std::shared_ptr<const void>>;

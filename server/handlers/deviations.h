@@ -1,7 +1,7 @@
-// /v1/comparisons/{id}/deviation.ply and .glb: one mesh of a comparison that has ended, coloured by its distance from
-// the other one.
+// Handlers of /v1/comparisons/{id}/deviation.ply and .glb: one mesh of a comparison that has ended, coloured by its
+// distance from the other one.
 //
-// find -> (cached: send) -> admit -> make on a worker, once for all who ask at the same time -> send
+// find -> (cached: send) -> admit -> make on a worker thread, once for all simultaneous requests -> send
 #pragma once
 
 #include <atomic>
@@ -25,10 +25,10 @@ namespace meshgauge::server {
 
 class Deviations {
  public:
-  // Borrows all but the first and `fetch`. Precondition: stores.maps is there.
+  // Borrows all but the first and `fetch`. Precondition: stores.maps is not null.
   Deviations(const Settings& settings, Jobs& jobs, Stores stores, Access& access, Metrics& metrics, Fetch fetch);
 
-  ~Deviations();  // waits for what runs; nobody may ask any more
+  ~Deviations();  // waits for running tasks. Precondition: no call of get() is running
   Deviations(const Deviations&) = delete;
   Deviations& operator=(const Deviations&) = delete;
 
@@ -57,12 +57,12 @@ class Deviations {
   Metrics& metrics_;
   const Fetch fetch_;
   const MapTools tools_;
-  ConnectionLimit sending_;  // of answers on their way
+  ConnectionLimit sending_;  // maps being sent
   std::atomic<bool> idle_{false};
-  // Shared with all tasks; the last one to let go of it says that nothing runs.
+  // Every task holds a copy; when the last copy is gone, idle_ becomes true.
   std::shared_ptr<const void> works_{this, [this](const void*) { idle_.store(true); }};
-  std::mutex mutex_;                                  // guards what follows, and who watches them
-  std::map<MapKey, std::shared_ptr<Making>> making_;  // that somebody waits for
+  std::mutex mutex_;                                  // guards what follows, and Making::watchers
+  std::map<MapKey, std::shared_ptr<Making>> making_;  // maps that clients wait for
 };
 
 }  // namespace meshgauge::server

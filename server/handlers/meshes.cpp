@@ -23,7 +23,7 @@ constexpr std::size_t kMostNameBytes = 255;
 
 Problem over_quota(std::uint64_t most) {
   return {ProblemKind::quota_exceeded,
-          "the stored meshes would be larger than the limit of " + std::to_string(most) + " bytes; delete some",
+          "the stored meshes would exceed the limit of " + std::to_string(most) + " bytes; delete some",
           {}};
 }
 
@@ -42,7 +42,7 @@ std::string to_json(const MeshRow& row) {
 
 std::optional<Problem> check_id(const Exchange& exchange) {
   if (api::is_mesh_id(exchange.segment)) return std::nullopt;
-  return Problem{ProblemKind::malformed_request, "a mesh is named by its SHA-256: 64 lower-case hex digits", {}};
+  return Problem{ProblemKind::malformed_request, "the id of a mesh must be its SHA-256, 64 lower-case hex digits", {}};
 }
 
 std::string file_name(const Head& head) {
@@ -90,7 +90,7 @@ std::optional<Denial> Meshes::receive(Exchange& exchange, std::uint64_t new_byte
                    {}};
   });
   if (!refusal && upload.size() == 0) {
-    refusal = Problem{ProblemKind::malformed_request, "the body is empty: it is the mesh file", {}};
+    refusal = Problem{ProblemKind::malformed_request, "the body is empty; send the mesh file as the body", {}};
   }
   if (!refusal) refusal = upload.finish();
   return refusal ? std::optional(Denial{*refusal, {}}) : std::nullopt;
@@ -109,7 +109,7 @@ void Meshes::keep(Exchange& exchange, const std::string& id, const Upload& uploa
   if (!exchange.problem.empty()) discard(key);
 }
 
-// The bytes come before the row, so that a row is never without them.
+// Stores the bytes before the row, so that no row is without its bytes.
 void Meshes::store(Exchange& exchange, const BlobKey& key, const Upload& upload) {
   const auto there = stores_.blobs.exists(key);
   if (!there) return answer(exchange, api::to_problem(there.error()));
@@ -138,7 +138,7 @@ void Meshes::store(Exchange& exchange, const BlobKey& key, const Upload& upload)
 
 void Meshes::discard(const BlobKey& key) const {
   const auto removed = remove_if_unreferenced(stores_, key);
-  static_cast<void>(removed);  // what failed is for a sweep
+  static_cast<void>(removed);  // a sweep removes what this could not
 }
 
 void Meshes::get(Exchange& exchange) {
@@ -160,7 +160,7 @@ void Meshes::remove(Exchange& exchange) {
   if (!*removed) return answer(exchange, not_found("mesh"));
   stores_.cache.forget(key.owner, key.id);
   discard(key);
-  // After its bytes: a map of it that is begun from here on does not find them.
+  // After the bytes are gone, so that a map started from here on does not find them.
   if (stores_.maps) stores_.maps->forget_mesh(key.owner, key.id);
   exchange.response.status = 204;
 }

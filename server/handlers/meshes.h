@@ -1,4 +1,4 @@
-// /v1/meshes: meshes that their owner stores once and compares often, under the SHA-256 of their bytes.
+// Handlers of /v1/meshes: meshes that an owner stores once and compares often, named by the SHA-256 of their bytes.
 #pragma once
 
 #include <optional>
@@ -15,10 +15,10 @@ namespace meshgauge::server {
 
 class Meshes {
  public:
-  // Borrows all but the first. `uploads`: shared by all that receive bytes.
+  // Borrows all but the first. `uploads`: the byte budget of all uploads of the service.
   Meshes(const Settings& settings, Stores stores, Access& access, ByteBudget& uploads);
 
-  // Each may throw: out of memory. What is stored is not looked into: a comparison says what is wrong with it.
+  // Each may throw: out of memory. Files are stored without being read; a comparison reports what is wrong with them.
   void put(Exchange& exchange);
   void post(Exchange& exchange);
   void get(Exchange& exchange);

@@ -173,7 +173,7 @@ class Service(ServerCase):
         twice = self.ask(("a", "a.gltf", scene()), ("a.files", "x.bin", b""), ("a.files", "./x.bin", b""), ("b", "b.zip", square_zip()))
         self.assertIn("was sent twice", self.refused(twice, 400, "malformed-request")["detail"])
         many = [("a.files", "x%d.bin" % i, b"") for i in range(65)]
-        self.assertIn("more than 64 parts 'a.files'", self.refused(self.ask(("a", "a", scene()), *many), 400, "malformed-request")["detail"])
+        self.assertIn("too many parts 'a.files' (limit 64)", self.refused(self.ask(("a", "a", scene()), *many), 400, "malformed-request")["detail"])
 
     def test_check_by_a_service_sends_an_archive(self):
         with tempfile.TemporaryDirectory() as folder:

@@ -130,7 +130,7 @@ TEST_CASE("form: bounds of the files") {
   CHECK(contains(refusal({a, {"a.files", "x.bin", std::string(1'000, 'x')}, b}, 1'500), "all uploads together"));
   std::vector<Sent> many{a, b};
   for (std::size_t i = 0; i <= api::kMostBundleFiles; ++i) many.push_back({"a.files", "x" + std::to_string(i), ""});
-  CHECK(refusal(many) == "more than 64 parts 'a.files'");
+  CHECK(refusal(many) == "too many parts 'a.files' (limit 64)");
   CHECK(contains(refusal({a, b, {"c.files", "x", ""}}),
                  "unknown part 'c.files'; known: a, a.files, b, b.files, options"));
 }

@@ -1,0 +1,27 @@
+// Problems that several handlers answer with.
+#pragma once
+
+#include <string>
+
+#include "api/problem.h"
+#include "server/settings.h"
+
+namespace meshgauge::server {
+
+inline api::Problem shutting_down() {
+  return {api::ProblemKind::shutting_down, "the service is shutting down and accepts no new work; retry later", {}};
+}
+
+inline api::Problem queue_full() {
+  return {api::ProblemKind::overloaded, "all workers are busy and the queue is full; retry later", {}};
+}
+
+// For clients that would occupy a connection for long: to follow events, download rows, or wait for a result.
+inline api::Problem too_many_watchers(const Settings& settings) {
+  return {api::ProblemKind::overloaded,
+          "too many clients follow events or wait (limit " + std::to_string(settings.max_event_streams) +
+              "); retry in a moment",
+          {}};
+}
+
+}  // namespace meshgauge::server
