@@ -14,7 +14,7 @@ constexpr std::uint32_t kNone = IndexTable::kNone;
 constexpr std::size_t kAskEvery = std::size_t{1} << 17;  // triangles or vertices, about 3 ms
 constexpr std::size_t kRange = std::size_t{1} << 12;     // vertices
 
-// Calls visit(i) for each i below `count`. False: interrupted.
+// Calls visit(i) for each i in [0, count). False: interrupted.
 template <class Visit>
 bool each(std::size_t count, const Interrupted& interrupted, Visit&& visit) {
   for (std::size_t begin = 0; begin < count; begin += kAskEvery) {
@@ -25,7 +25,7 @@ bool each(std::size_t count, const Interrupted& interrupted, Visit&& visit) {
   return true;
 }
 
-// Calls visit(first, last) for ranges that make up [0, count), on all threads. False: interrupted.
+// Calls visit(first, last) on all threads of the pool, for ranges that make up [0, count). False: interrupted.
 template <class Visit>
 bool each_range(std::size_t count, ThreadPool& pool, const Interrupted& interrupted, Visit&& visit) {
   std::atomic<bool> complete{true};
@@ -39,10 +39,10 @@ bool each_range(std::size_t count, ThreadPool& pool, const Interrupted& interrup
   return complete;
 }
 
-// The hashes of the mesh's positions, and how many of them each thread is to file: every one has a share of the hashes.
+// The hashes of the mesh's positions. They are divided into shares, one for each thread, by their value.
 struct Hashes {
   LargeArray<std::uint64_t> of_position;
-  std::vector<std::atomic<std::size_t>> counts;  // by share
+  std::vector<std::atomic<std::size_t>> counts;  // by share: the number of its positions
 
   std::size_t share_of(std::size_t v) const { return ((of_position[v] >> 32) * counts.size()) >> 32; }
 };
@@ -59,7 +59,7 @@ bool hash_positions(MeshView mesh, ThreadPool& pool, const Interrupted& interrup
   });
 }
 
-// Puts into `vertex`, for each vertex, the first one at its position.
+// Sets `vertex` to the first vertex at the same position, for each vertex. False: interrupted.
 bool weld(MeshView mesh, ThreadPool& pool, const Interrupted& interrupted, LargeArray<std::uint32_t>& vertex) {
   Hashes hashes{{}, std::vector<std::atomic<std::size_t>>(pool.size())};
   if (!hash_positions(mesh, pool, interrupted, hashes)) return false;
@@ -79,13 +79,13 @@ bool weld(MeshView mesh, ThreadPool& pool, const Interrupted& interrupted, Large
   return complete;
 }
 
-// A half-edge, filed under the lower of its two (welded) ends.
+// A half-edge in the list of the lower of its two welded ends.
 struct Filed {
   std::uint32_t higher_end;
   std::uint32_t half_edge;
 };
 
-// All half-edges, those with the same lower end side by side: `begin[v]` is where those of v begin.
+// All half-edges, grouped by their lower end: those of vertex v are [begin[v], begin[v + 1]).
 struct Files {
   LargeArray<std::uint32_t> begin;
   LargeArray<Filed> entries;

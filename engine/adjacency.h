@@ -1,5 +1,5 @@
-// Which triangles of a mesh share an edge. Corners at the same position count as one vertex, so that unwelded meshes
-// have neighbours too; any number of triangles may meet in an edge.
+// The triangles of a mesh that share an edge. Corners at the same position count as one vertex, so that unwelded meshes
+// have neighbours too. Any number of triangles may meet in an edge.
 #pragma once
 
 #include <array>
@@ -14,19 +14,21 @@ namespace meshgauge {
 
 class Adjacency {
  public:
-  // Triangle t's edge i joins its corners i and i+1 (mod 3).
+  // An edge of a triangle: edge i joins the corners i and i+1 (mod 3).
   struct Edge {
     std::uint32_t triangle;
     std::uint32_t edge;
   };
 
-  // All positions of `mesh` must be finite. Linear time, 0.05 us a triangle; the same whatever the pool. When
-  // `interrupted`, asked on any thread, says so it stops: then complete() is false, and this must not be used.
+  // Precondition: all positions of `mesh` are finite. Linear time, about 0.05 us for each triangle; the result does not
+  // depend on the pool. `interrupted` is polled on any of its threads; if it returns true, complete() is false and the
+  // adjacency must not be used.
   Adjacency(MeshView mesh, ThreadPool& pool, const Interrupted& interrupted = never_interrupted);
   bool complete() const { return complete_; }
   std::size_t bytes() const { return sizeof *this + bytes_of(next_); }
 
-  // The next triangle around that edge, in a ring: follow it until it comes back. Itself if there is no other.
+  // Returns the next triangle around that edge. The triangles of an edge form a ring, which leads back to the first; a
+  // triangle without a neighbour is its own successor.
   Edge next_around(std::uint32_t triangle, std::uint32_t edge) const {
     const std::uint32_t half_edge = next_[3 * std::size_t{triangle} + edge];
     return {half_edge / 3, half_edge % 3};

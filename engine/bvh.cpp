@@ -13,7 +13,7 @@ namespace {
 constexpr std::size_t kBlocksATask = 512;                   // about 0.2 ms
 constexpr std::size_t kNodesACheck = std::size_t{1} << 13;  // about 2 ms
 
-// Offsets of a box from `origin` in single precision, wider by `pad` than it is, on one axis: rounding.h R6.
+// Stores a box on one axis as offsets from `origin` in single precision, widened by `pad`: rounding.h R6.
 void store_offsets(const Box& box, int axis, double origin, double pad, WideNode& node, std::size_t lane) {
   node.low[axis][lane] = rounding::float_down(box.low[axis] - origin - pad);
   node.high[axis][lane] = rounding::float_up(box.high[axis] - origin + pad);
@@ -33,7 +33,7 @@ Bvh::Bvh(MeshView mesh, const Kernels& kernels, Control& control, ThreadPool& po
   if (!fit_boxes(block_boxes, control)) nodes_.clear();
 }
 
-// Empty: told to stop.
+// Returns the boxes of the blocks. Empty: interrupted.
 std::vector<Box> Bvh::prepare_blocks(Control& control, ThreadPool& pool) {
   const std::size_t triangles = mesh_.triangles.size();
   const std::size_t count = (triangles + kLanes - 1) / kLanes;
@@ -65,7 +65,7 @@ std::vector<Box> Bvh::prepare_blocks(Control& control, ThreadPool& pool) {
   return boxes;
 }
 
-// Bottom up: children come after their parent in nodes_. False: told to stop.
+// Bottom up: children come after their parent in nodes_. False: interrupted.
 bool Bvh::fit_boxes(std::span<const Box> block_boxes, Control& control) {
   std::vector<Box> node_boxes(nodes_.size());
   for (std::size_t n = nodes_.size(); n-- > 0;) {
@@ -95,7 +95,7 @@ bool Bvh::fit_boxes(std::span<const Box> block_boxes, Control& control) {
   return true;
 }
 
-// The offsets are outside of the exact ones, and adding rounds monotonically: no coordinate below is left out.
+// The offsets are rounded outwards, and addition rounds monotonically: the box holds every coordinate below it.
 Box Bvh::child_box(const WideNode& node, std::size_t lane) {
   Box box;
   for (int k = 0; k < 3; ++k) {

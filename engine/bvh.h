@@ -1,8 +1,8 @@
 // A tree of axis-aligned boxes over the triangles of one mesh, in the unit frame.
 //
 // Flat and wide: nodes of eight children in one array, leaves of eight prepared triangles in another
-// (engine/kernels/layout.h). Each leaf is eight triangles in a row, and the nodes above are split by the surface area
-// heuristic: the mesh should be an OrderedMesh, or the tree is valid but slow.
+// (engine/kernels/layout.h). Each leaf holds eight consecutive triangles, and the nodes above are split by the surface
+// area heuristic. The mesh should be an OrderedMesh; for any other the tree is valid but slow.
 #pragma once
 
 #include <algorithm>
@@ -24,8 +24,8 @@ class Bvh {
  public:
   static constexpr std::uint32_t kRoot = 0;
 
-  // Builds over `mesh`, which must outlive the tree and have a triangle. Stops when `control` says so: then complete()
-  // is false and the tree must not be used. The same tree whatever the pool and the kernels. O(n log n).
+  // Builds a tree over `mesh`, which must have a triangle and outlive the tree. If `control` interrupts it, complete()
+  // is false and the tree must not be used. The tree does not depend on the pool and the kernels. O(n log n).
   Bvh(MeshView mesh, const Kernels& kernels, Control& control, ThreadPool& pool);
 
   MeshView mesh() const { return mesh_; }
@@ -35,23 +35,24 @@ class Bvh {
   TreeView view() const { return {nodes_.data(), blocks_.data()}; }
 
   const LargeArray<WideNode>& nodes() const { return nodes_; }
-  // A box that holds all that is below the child; node.child[lane] must not be kNone.
+  // Returns a box that holds all triangles below the child. Precondition: node.child[lane] is not kNone.
   static Box child_box(const WideNode& node, std::size_t lane);
 
-  // Triangle t is lane t % 8 of block t / 8.
+  // The prepared triangle: lane t % 8 of block t / 8 for triangle t.
   PreparedTriangle prepared(std::uint32_t triangle) const;
-  // The largest computed distance of the points from it: rounding.h R3. For `points` see Kernels.
+  // The largest computed distance of `points` from the triangle: rounding.h R3. Layout of `points`: see
+  // Kernels::farthest_sq.
   double farthest(const PointBlock& points, std::uint32_t triangle) const {
     return std::sqrt(kernels_->farthest_sq(blocks_[triangle / kLanes], triangle % kLanes, points));
   }
-  // The triangles of a block.
+  // The triangles of a block are [block_begin, block_end).
   static std::uint32_t block_begin(std::uint32_t block) { return block * static_cast<std::uint32_t>(kLanes); }
   std::uint32_t block_end(std::uint32_t block) const {
     return std::min(block_begin(block) + static_cast<std::uint32_t>(kLanes),
                     static_cast<std::uint32_t>(mesh_.triangles.size()));
   }
 
-  // Largest residual of the prepared triangles (rounding.h, R2).
+  // The largest residual of the prepared triangles (rounding.h R2).
   double residual() const { return residual_; }
 
  private:

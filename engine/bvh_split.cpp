@@ -15,7 +15,7 @@ constexpr int kBins = 16;
 // (sizes in geometric progression), and a path must fit kMaxTreeDepth.
 constexpr std::uint32_t kHeuristicDepth = 56;
 constexpr std::size_t kTreeATask = 1024;                   // leaves, about 0.2 ms
-constexpr std::size_t kCheckEvery = std::size_t{1} << 15;  // items between two looks at the clock, less than 1 ms
+constexpr std::size_t kCheckEvery = std::size_t{1} << 15;  // items between two checks of the clock, less than 1 ms
 
 using Vec3f = Eigen::Array3f;
 
@@ -28,8 +28,8 @@ struct FloatBox {
   }
 };
 
-// A leaf while it is sorted into the tree. In float: this decides only where to split, never what a box holds.
-// Moved around as a whole, so that the passes over a range read memory in order.
+// A leaf while it is sorted into the tree. Its box is in float because it only decides where to split, never what a box
+// holds. Items are moved as a whole, so that the passes over a range read memory in order.
 struct Item {
   FloatBox box;
   std::uint32_t leaf;
@@ -109,7 +109,7 @@ Split best_split(std::span<const Item> items, const FloatBox& centres) {
   return split;
 }
 
-// Splits at the median of the true centres: for ranges that float cannot tell apart, far from the frame's centre.
+// Splits at the median of the exact centres, for ranges far from the frame's centre that float cannot resolve.
 std::size_t split_at_median(std::span<const Box> leaves, std::span<Item> items) {
   const auto centre = [&](const Item& item) { return Vec3(leaves[item.leaf].low + leaves[item.leaf].high); };
   Box box;
@@ -124,13 +124,13 @@ std::size_t split_at_median(std::span<const Box> leaves, std::span<Item> items) 
   return middle;
 }
 
-// Bins would be narrower than a few units of float.
+// Whether bins would be narrower than a few units of float.
 bool too_fine_for_float(const FloatBox& centres) {
   const float magnitude = centres.low.abs().max(centres.high.abs()).maxCoeff();
   return (centres.high - centres.low).maxCoeff() < magnitude * (8 * kBins * std::numeric_limits<float>::epsilon());
 }
 
-// How many of the items go left, after moving them to the front.
+// Moves the items of the left half to the front and returns their number.
 std::size_t partition(std::span<const Box> leaves, std::span<Item> items, std::uint32_t depth) {
   const FloatBox centres = box_of_centres(items);
   if (depth >= kHeuristicDepth || too_fine_for_float(centres)) return split_at_median(leaves, items);
@@ -155,21 +155,21 @@ float half_area(std::span<const Item> items) {
   return half_area(box);
 }
 
-// A node to be made.
+// A node to make.
 struct Task {
   std::uint32_t node;
   Range range;
   std::uint32_t depth;  // of the node, in nodes
 };
 
-// Makes nodes over a range of the leaves; touches no other.
+// Makes the nodes over a range of the leaves; does not touch other items.
 class Splitter {
  public:
-  // `items` are those of all leaves. Tasks of at most `smallest` of them are put aside.
+  // `items`: those of all leaves. Tasks of at most `smallest` items are put aside, not split.
   Splitter(std::span<const Box> leaves, std::span<Item> items, std::size_t smallest, Control& control)
       : leaves_(leaves), items_(items), smallest_(smallest), control_(control) {}
 
-  // The root is node 0. False: told to stop.
+  // Makes the nodes; the root is node 0. False: interrupted.
   bool run(const Range& range, std::uint32_t depth) {
     nodes_.reserve(range.size() / 4 + 1);
     nodes_.emplace_back();
@@ -190,7 +190,7 @@ class Splitter {
 
   // Takes over the nodes of a tree made for a task that was put aside.
   void attach(const Task& task, const LargeArray<WideNode>& tree) {
-    const auto base = static_cast<std::uint32_t>(nodes_.size() - 1);  // its node 0 has its place already
+    const auto base = static_cast<std::uint32_t>(nodes_.size() - 1);  // node 0 of `tree` takes the place of task.node
     for (std::size_t n = 0; n < tree.size(); ++n) {
       WideNode node = tree[n];
       for (std::uint32_t& child : node.child) {
@@ -207,8 +207,8 @@ class Splitter {
   LargeArray<WideNode> take_nodes() { return std::move(nodes_); }
 
  private:
-  // Splits the child with the largest surface until there are eight children or none would need more than one node;
-  // then dissolves the smallest into their leaves as long as there is room.
+  // Splits the child with the largest surface until there are eight children or each fits one node; then replaces the
+  // smallest children by their leaves while there is room.
   void fill(const Task& task, std::vector<Task>& open) {
     std::array<Range, kLanes> children{task.range};
     std::size_t count = 1;
@@ -251,11 +251,11 @@ class Splitter {
     since_check_ = 0;
     interrupted_ = control_.check() != Interruption::none;
   }
-  // Ranges that fit a node need not be split.
+  // Ranges that fit a node come first: they need not be split.
   static bool narrower(const Range& a, const Range& b) {
     return std::pair(a.size() > kLanes, a.area) < std::pair(b.size() > kLanes, b.area);
   }
-  // Single leaves are dissolved already: they come last.
+  // Single leaves come last: they are dissolved already.
   static bool easier_to_dissolve(const Range& a, const Range& b) {
     return std::pair(a.size() == 1, a.size()) < std::pair(b.size() == 1, b.size());
   }
@@ -278,7 +278,7 @@ class Splitter {
 
 }  // namespace
 
-// The large nodes one after the other, then the trees below them, at once.
+// Makes the large nodes on this thread, then the trees below them in parallel.
 LargeArray<WideNode> split_wide(std::span<const Box> leaves, Control& control, ThreadPool& pool) {
   std::vector<Item> items = items_of(leaves);
   Splitter top(leaves, items, kTreeATask, control);

@@ -1,4 +1,4 @@
-// How the leaves of a tree are gathered into nodes: engine/bvh.h.
+// Splits the leaves of a tree into nodes: engine/bvh.h.
 #pragma once
 
 #include <span>
@@ -12,9 +12,9 @@
 
 namespace meshgauge {
 
-// Nodes over leaves with these boxes, with children but without boxes: child[lane] is set, the rest is not. Parents
-// come before their children, node 0 is the root, no path is longer than kMaxTreeDepth. By the surface area heuristic,
-// from the top down. The same whatever the pool. Empty when `control` says to stop.
+// Returns the nodes over leaves with these boxes, by the surface area heuristic from the top down. Node 0 is the root,
+// parents come before their children, no path is longer than kMaxTreeDepth. Only child[lane] is set, not the boxes. The
+// result does not depend on the pool. Empty: interrupted.
 LargeArray<WideNode> split_wide(std::span<const Box> leaves, Control& control, ThreadPool& pool);
 
 }  // namespace meshgauge

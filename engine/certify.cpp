@@ -5,7 +5,7 @@
 namespace meshgauge {
 namespace {
 
-// r >= d(w, triangle).
+// Returns r >= d(w, triangle).
 double distance_above(MeshView mesh, std::uint32_t triangle, const Vec3& w) {
   const Vec3 &a = mesh.corner(triangle, 0), &b = mesh.corner(triangle, 1), &c = mesh.corner(triangle, 2);
   if (w == a || w == b || w == c) return 0;
@@ -32,7 +32,7 @@ Certifier::Known Certifier::lower_bound(const Search& search, const Frame& frame
   return {candidate.point, candidate.triangle, lower, witness};
 }
 
-// Both are bounds of the same number; a computed lower bound above the upper one cannot happen.
+// Both bound the same number, so the lower bound is never above the upper one.
 Bounds Certifier::certify(const Search& search, const Frame& frame) {
   const Candidate& candidate = search.candidate();
   if (!known_ || known_->candidate != candidate.point || known_->triangle != candidate.triangle) {

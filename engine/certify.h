@@ -1,4 +1,4 @@
-// The end of a search: computed bounds become certified ones, in the file's own unit.
+// The end of a search: turns its computed bounds into certified ones, in the meshes' unit.
 #pragma once
 
 #include <optional>
@@ -8,16 +8,18 @@
 
 namespace meshgauge {
 
-// lower <= h(A,B) <= upper for the search's two meshes, and the witness, whose exact distance to B is at least lower.
+// Statement. certify() returns lower <= h(A,B) <= upper for the search's two meshes, and a witness whose exact distance
+// to B is at least lower.
 //
 // Lower: the witness as reported, w, is the candidate rounded to the file's coordinates. With r >= d(w, A) some point
 // of A is within r of w, and d(., B) is 1-Lipschitz, so h(A,B) >= d(w,B) - r. Both are bounded by rounding.h R5 and R3.
 // Upper: every point of A lies in a piece whose computed bound is in search.upper(); R3 and R4 give the slack.
 //
-// The lower bound costs two queries and depends on the candidate alone: it is kept until there is another one. One
-// object a search.
+// One object for each search. The lower bound costs two queries and depends on the candidate alone, so it is kept until
+// the candidate changes.
 class Certifier {
  public:
+  // Precondition: the search has a candidate. The witness names triangles by their numbers in the search's meshes.
   Bounds certify(const Search& search, const Frame& frame);
 
  private:

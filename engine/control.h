@@ -1,4 +1,4 @@
-// What a caller may do to a running job: give it a deadline, cancel it, watch it.
+// How a caller controls a running job: deadline, cancellation, progress.
 #pragma once
 
 #include <atomic>
@@ -10,7 +10,7 @@
 
 namespace meshgauge {
 
-// The interval as it stands, of the direction asked for; valid at every moment.
+// The certified interval reached so far, of the distance asked for; in the meshes' unit.
 struct Progress {
   double lower = 0;
   double upper = std::numeric_limits<double>::infinity();  // infinite until the first bound is known
@@ -19,11 +19,11 @@ struct Progress {
 
 enum class Interruption { none, timeout, cancelled };
 
-// Asked in the middle of long passes: whether to give up.
+// Polled inside long passes. True: stop.
 using Interrupted = std::function<bool()>;
 inline bool never_interrupted() { return false; }
 
-// One per job. cancel() may be called from any thread, check() from the job's own threads; everything else belongs to
+// One object for each job. cancel() may be called on any thread, check() on the job's threads, everything else only on
 // the thread that runs the job.
 class Control {
  public:
@@ -38,17 +38,20 @@ class Control {
   void set_deadline(Clock::time_point deadline) { deadline_ = deadline; }
   std::optional<Clock::time_point> deadline() const { return deadline_; }
 
-  // Called by the engine at most every `interval`, on the job's thread; must be quick and must not throw.
+  // Sets a callback for progress. The engine calls it at most once every `interval`, on the thread that runs the job.
+  // It must return quickly and must not throw.
   void watch(std::function<void(const Progress&)> callback, std::chrono::milliseconds interval) {
     callback_ = std::move(callback);
     interval_ = interval;
   }
 
-  // For tests: the n-th check from now reports a cancellation.
+  // For tests: check() returns `cancelled` from its n-th call on.
   void cancel_at_check(std::uint64_t n) { cancel_at_ = n; }
+  // The number of calls of check() so far.
   std::uint64_t checks() const { return checks_.load(std::memory_order_relaxed); }
 
-  // The engine asks this at least every 10 ms of work, and ends at once on anything but `none`.
+  // Returns the reason to stop, or `none`. The engine calls it at least every 10 ms of work and stops at once on any
+  // other value.
   Interruption check() {
     const std::uint64_t count = checks_.fetch_add(1, std::memory_order_relaxed) + 1;
     if (count >= cancel_at_ || cancelled_.load(std::memory_order_relaxed)) return Interruption::cancelled;
@@ -56,8 +59,9 @@ class Control {
     return Interruption::none;
   }
 
-  // Whether anybody is watching and enough time has passed; report() then tells.
+  // Whether a callback is set and its interval has passed since the last report.
   bool report_due() const { return callback_ && Clock::now() >= next_report_; }
+  // Calls the callback, if there is one, even when no report is due.
   void report(const Progress& progress) {
     if (!callback_) return;
     next_report_ = Clock::now() + interval_;
@@ -74,7 +78,7 @@ class Control {
   Clock::time_point next_report_{};
 };
 
-// Milliseconds of wall time.
+// Milliseconds of wall time since `start`.
 inline double ms_since(Control::Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Control::Clock::now() - start).count();
 }

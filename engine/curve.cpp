@@ -8,12 +8,12 @@
 namespace meshgauge {
 namespace {
 
-constexpr unsigned kBits = 10;                             // of a cell's number, an axis
+constexpr unsigned kBits = 10;                             // bits of a cell's number on one axis
 constexpr std::size_t kBatch = 256;                        // centres turned into codes at once
-constexpr std::size_t kCheckEvery = std::size_t{1} << 16;  // items between two looks at the clock, about 1 ms
+constexpr std::size_t kCheckEvery = std::size_t{1} << 16;  // items between two checks of the clock, about 1 ms
 constexpr std::size_t kFewEnough = 8;                      // items of one cell that need no order of their own
 constexpr std::size_t kWorthRadix = 2048;                  // items from which counting beats comparing
-constexpr double kSmallestBox = 0x1p-1010;                 // what is smaller has no cells
+constexpr double kSmallestBox = 0x1p-1010;                 // a smaller box is not divided into cells
 constexpr int kMaxDepth = 8;                               // cells within cells: 1024^8 is beyond what double resolves
 
 struct Item {
@@ -24,7 +24,7 @@ struct Item {
 using Cells = std::array<std::array<std::uint32_t, kBatch>, 3>;
 using Codes = std::array<std::uint32_t, kBatch>;
 
-// 10 bits spread to every third place.
+// Spreads 10 bits to every third place.
 std::uint32_t spread(std::uint32_t x) {
   x = (x | (x << 16)) & 0x030000FF;
   x = (x | (x << 8)) & 0x0300F00F;
@@ -60,12 +60,12 @@ void hilbert_codes(Cells& cells, std::size_t count, Codes& codes) {
   }
 }
 
-// Three times the centre. Rounding only moves a triangle along the curve.
+// Three times the centre of a triangle. Its rounding may change the order, nothing else.
 Vec3 centre(MeshView mesh, std::uint32_t triangle) {
   return mesh.corner(triangle, 0) + mesh.corner(triangle, 1) + mesh.corner(triangle, 2);
 }
 
-// Numbers the cells of `box` that the items' centres are in.
+// Sets the items' codes: the numbers, along the curve, of the cells of `box` that hold their centres.
 void encode(MeshView mesh, const Box& box, std::span<Item> items) {
   const double size = std::max((box.high - box.low).maxCoeff(), kSmallestBox);
   const double cells_per_unit = (1U << kBits) / size;
@@ -114,7 +114,7 @@ struct Cell {
   int depth;
 };
 
-// The runs of equal codes that are too long to be left as they are.
+// Adds the runs of equal codes with more than kFewEnough items to `crowded`.
 void find_crowded(std::span<const Item> items, const Cell& within, std::vector<Cell>& crowded) {
   for (std::size_t begin = within.begin; begin < within.end;) {
     std::size_t end = begin + 1;
@@ -137,7 +137,7 @@ bool sort_by_code(std::span<Item> items, Control& control) {
   return true;
 }
 
-// Orders what shares a cell by a curve through its own box.
+// Orders the items that share a cell by a curve through their own box. False: interrupted.
 bool refine(MeshView mesh, LargeArray<Item>& items, Control& control) {
   std::vector<Cell> crowded;
   find_crowded(items, {0, items.size(), 0}, crowded);

@@ -1,4 +1,4 @@
-// The triangles of a mesh along a space-filling curve, so that neighbours in the order are neighbours in space.
+// Orders the triangles of a mesh along a space-filling curve, so that neighbours in the order are neighbours in space.
 #pragma once
 
 #include <cstdint>
@@ -11,9 +11,9 @@
 
 namespace meshgauge {
 
-// The `chosen` triangles, or all if none are, by the place of their centres on a Hilbert curve through `box` (that of
-// the mesh), 1024 cells an axis; what shares a cell is ordered the same way within its own box, and so on.
-// Deterministic, whatever the pool. Linear time. Empty when `control` says to stop.
+// Returns the `chosen` triangles (empty: all) in the order of their centres along a Hilbert curve through `box`, the
+// box of the mesh, with 1024 cells on each axis. Triangles in one cell are ordered the same way within their own box,
+// and so on. Deterministic, also with several threads. Linear time. Empty: interrupted.
 LargeArray<std::uint32_t> curve_order(MeshView mesh, std::span<const std::uint32_t> chosen, const Box& box,
                                       Control& control, ThreadPool& pool);
 

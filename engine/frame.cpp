@@ -8,12 +8,11 @@
 namespace meshgauge {
 namespace {
 
-// The centres there are on an axis: the multiples of a step, where it is not too small for the numbers at hand.
+// Up to this many steps from 0 the centre of an axis is a multiple of the step; beyond, it is the middle itself.
 constexpr double kMostSteps = 0x1p40;
 
 // A power of two from 0.29 to 0.585 times the width; 0 for a single point. The limits between two steps are not at
-// powers of two: people scale meshes to a size of 1, and a frame should not depend on whether one of them is a rounding
-// smaller.
+// powers of two: many meshes are scaled to a size of 1, and their frame should not depend on a rounding of it.
 double step_of(double widest) {
   if (widest == 0) return 0;
   int exponent = 0;
@@ -21,8 +20,7 @@ double step_of(double widest) {
   return std::ldexp(1.0, exponent - 2);
 }
 
-// The multiple of `step` nearest to `middle`, or nearly so: the limit between two of them is not halfway, where round
-// numbers are.
+// A multiple of `step` near `middle`. The limit between two of them is not halfway, where round numbers are.
 double coarse_middle(double middle, double step) {
   if (!(std::abs(middle) < step * kMostSteps)) return middle;
   return std::copysign(step * std::floor(std::abs(middle) / step + 0.44), middle);

@@ -3,13 +3,13 @@
 // x -> (x - centre) * 2^-exponent, axis by axis. The scaling is by a power of two. The centre of an axis is 0 unless
 // the meshes lie far from 0 there (all of one sign, and at least as far away as they are wide on their widest axis);
 // then x and centre are within a factor of two of each other and the subtraction is exact (Sterbenz). So the map is an
-// exact similarity, but for numbers that the scaling pushes below 2^-1022, which err by at most 2^-1075 in the frame:
-// far below every slack. A part at offset 1e6 is therefore measured with the precision of its own size, not of its
-// offset, and scaling all input by a power of two changes no bit of the computation.
+// exact similarity, except for numbers that the scaling pushes below 2^-1022, which err by at most 2^-1075 in the
+// frame: far below every slack. A part at offset 1e6 is therefore measured with the precision of its own size, not of
+// its offset, and scaling all input by a power of two changes no bit of the computation.
 //
-// Exponent and centres are coarse: meshes whose joint boxes differ by little have the same frame, but for few that lie
-// beside a limit, and what was made of a mesh in its frame serves again (engine/prepared.h). That centres are not the
-// best there are costs at most two bits of the precision.
+// Exponent and centres are coarse: meshes whose joint boxes differ by little have the same frame, except for few near a
+// limit between two steps, so that the structures of a mesh in its frame can be reused (engine/prepared.h). The coarse
+// centres cost at most two bits of precision.
 #pragma once
 
 #include "engine/mesh.h"
@@ -19,19 +19,21 @@ namespace meshgauge {
 class Frame {
  public:
   Frame() = default;
-  explicit Frame(const Box& box);  // of the surfaces of both meshes; finite, within kMaxCoordinate
+  // `box`: the joint box of both surfaces; finite, coordinates of at most kMaxCoordinate.
+  explicit Frame(const Box& box);
 
   Vec3 to_frame(const Vec3& p) const { return (p - centre_) * factor_ * factor_rest_; }
-  // Rounded to the nearest representable point.
+  // Returns the nearest representable point.
   Vec3 from_frame(const Vec3& p) const;
 
-  // A point taken from the frame to the file's coordinates and back moves by at most this, in frame units: half an ulp
-  // of an offset coordinate on each axis. Next to nothing unless the meshes lie far from 0.
+  // The largest distance, in frame units, by which a point moves on its way from the frame to the meshes' coordinates
+  // and back: half an ulp of an offset coordinate on each axis. Negligible unless the meshes lie far from 0.
   double rounding_of_points() const;
 
-  // Lengths: file unit = frame unit * 2^exponent.
+  // A length in the meshes' unit is the length in frame units times 2^exponent().
   int exponent() const { return exponent_; }
-  double length_to_frame(double length) const;  // rounded to nearest, may overflow to infinity or underflow to 0
+  // Rounds to nearest; may overflow to infinity or underflow to 0.
+  double length_to_frame(double length) const;
 
   bool operator==(const Frame&) const = default;
 

@@ -1,9 +1,9 @@
-// The face of the engine: bounds of the Hausdorff distance between two triangle meshes.
+// The engine's entry point: certified bounds of the Hausdorff distance between two triangle meshes.
 //
 //   h(A,B) = max over a in A of min over b in B of |a-b|        one-sided
 //   H(A,B) = max(h(A,B), h(B,A))                                symmetric
 //
-// measure() returns lower <= distance <= upper, certified: rounding included (docs/design.md, engine/rounding.h).
+// measure() returns lower <= distance <= upper, rounding included: docs/design.md and engine/rounding.h have the proof.
 // The method is that of Zheng et al., "Economic Upper Bound Estimation in Hausdorff Distance Computation
 // for Triangle Meshes", Computer Graphics Forum 2022 ("the paper").
 #pragma once
@@ -15,13 +15,16 @@
 
 namespace meshgauge {
 
-// Precondition: both meshes pass validate(), is_stencil(options.points) for n_point, options.simd is supported. Out of
-// time, budget or patience it returns the interval reached; std::bad_alloc is all it throws. With one thread
-// deterministic: same input and options, same bits, unless interrupted, whatever the instruction set. With more the
-// interval may differ within what was asked for, never a verdict that was given. Statistics are the same with any
-// number.
+// Measures the direction that the options ask for. Blocks until the tolerance is met or the gate decided, or until a
+// deadline, a cancellation or a budget stops it: Outcome::stop says which. The interval holds in every case.
+// Preconditions: both meshes pass validate(); options.simd is "auto" or in supported_simd(); with strategy n_point,
+// is_stencil(options.points). Throws std::bad_alloc, nothing else.
+// Deterministic with one thread: the same input and options give the same bits on every instruction set, unless the
+// job is interrupted. With more threads the interval may differ within the tolerance, but a gate verdict does not
+// change. Statistics do not depend on the number of threads.
 Outcome measure(MeshView a, MeshView b, const Options& options, Control& control);
 
-const char* version();  // of the engine, "0.2.0"
+// The engine's version, such as "0.2.0".
+const char* version();
 
 }  // namespace meshgauge

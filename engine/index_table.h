@@ -1,4 +1,4 @@
-// Hashing of positions and of what is made of them.
+// Hashes of positions, and a hash table of indices.
 #pragma once
 
 #include <bit>
@@ -17,7 +17,8 @@ inline std::uint64_t mix(std::uint64_t x) {
   return x ^ (x >> 32);
 }
 
-// Drawn once a process, so that nobody can make a mesh whose vertices collide. No result depends on it.
+// A random number drawn once in each process, so that no mesh can be crafted whose vertices collide. No result depends
+// on it. Thread safe.
 std::uint64_t hash_seed();
 
 inline std::uint64_t hash_of(const Vec3& p) {
@@ -26,20 +27,21 @@ inline std::uint64_t hash_of(const Vec3& p) {
   return hash;
 }
 
-// Open addressing over indices: maps a key to the index first stored with it.
+// An open-addressed hash table that maps a key to the index first stored with it. The caller keeps the keys:
+// equal(index) tells whether that index has the key looked for. It holds at most the number of keys it was made for.
 class IndexTable {
  public:
   static constexpr std::uint32_t kNone = ~std::uint32_t{0};
 
   explicit IndexTable(std::size_t expected) : slots_(std::bit_ceil(2 * expected + 2), kNone) {}
 
-  // The index stored under an equal key, or kNone.
+  // Returns the index stored with an equal key, or kNone.
   template <class Equal>
   std::uint32_t find(std::uint64_t hash, Equal&& equal) const {
     return slots_[place_of(hash, equal)];
   }
 
-  // The index stored under an equal key, or kNone after storing `index`.
+  // Returns the index stored with an equal key; if there is none, stores `index` and returns kNone.
   template <class Equal>
   std::uint32_t find_or_store(std::uint64_t hash, std::uint32_t index, Equal&& equal) {
     std::uint32_t& slot = slots_[place_of(hash, equal)];

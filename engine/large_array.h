@@ -1,4 +1,4 @@
-// Vectors for large arrays that are read all over the place.
+// Vectors for large arrays that are read in random order.
 #pragma once
 
 #include <cstddef>
@@ -12,8 +12,8 @@
 
 namespace meshgauge {
 
-// Aligned to the lines of the cache and, where the array is large, to huge pages, which the system is asked for: that
-// halves the misses of address translation in a query. Elements of trivial types are left uninitialised by resize().
+// Aligns to cache lines; for large arrays to huge pages, which it asks the system for: that halves the misses of
+// address translation in a query. resize() leaves elements of trivial types uninitialised.
 template <class T>
 struct LargeAllocator {
   using value_type = T;
@@ -28,7 +28,7 @@ struct LargeAllocator {
     void* const memory = ::operator new(count * sizeof(T), alignment_of(count));
 #ifdef __linux__
     if (alignment_of(count) == std::align_val_t{kHugePage})
-      madvise(memory, count * sizeof(T), MADV_HUGEPAGE);  // a wish: without it all works, slower
+      madvise(memory, count * sizeof(T), MADV_HUGEPAGE);  // best effort: a refusal only costs speed
 #endif
     return static_cast<T*>(memory);
   }

@@ -1,5 +1,4 @@
-// Single flight: a value that is made when it is first asked for, by one thread while the others wait, and never
-// changes afterwards.
+// Single flight: a value that one thread makes on first use while the others wait, and that never changes afterwards.
 #pragma once
 
 #include <atomic>
@@ -16,9 +15,9 @@ namespace meshgauge {
 template <class T>
 class Lazy {
  public:
-  // The value. If there is none yet, make() makes it: a std::unique_ptr<const T>, null when it was interrupted. Then
-  // nothing is kept, and one of those who waited makes it. Null: make() gave none, or `interrupted`, asked every 10 ms
-  // while another thread makes it, said so. What make() throws is thrown here. Thread safe.
+  // Returns the value. If there is none yet, calls make(), which returns a std::unique_ptr<const T>; on null nothing is
+  // kept, and a waiting call makes the value instead. Returns nullptr if make() returned null, or if `interrupted`,
+  // polled every 10 ms while another thread makes the value, returned true. Throws what make() throws. Thread safe.
   template <class Make>
   const T* get(const Interrupted& interrupted, Make&& make) {
     if (const T* known = peek()) return known;
@@ -28,12 +27,12 @@ class Lazy {
     return turn.made.get();
   }
 
-  const T* peek() const { return value_.load(std::memory_order_acquire); }  // null: not made yet
+  const T* peek() const { return value_.load(std::memory_order_acquire); }  // nullptr: not made yet
 
  private:
   static constexpr std::chrono::milliseconds kTick{10};
 
-  // Hands in what was made, be it nothing because make() threw.
+  // Ends the making in its destructor: stores what was made, or nothing if make() threw.
   struct Turn {
     explicit Turn(Lazy& of) : made_for(of) {}
     Turn(const Turn&) = delete;
@@ -44,7 +43,7 @@ class Lazy {
     std::unique_ptr<const T> made;
   };
 
-  // True: it is the caller's to make. False: it is there, or the caller was interrupted while another was making it.
+  // True: the caller must make the value. False: the value is there, or the caller was interrupted while waiting.
   bool begin(const Interrupted& interrupted) {
     std::unique_lock lock(mutex_);
     while (making_) {

@@ -7,9 +7,9 @@
 namespace meshgauge {
 namespace {
 
-constexpr std::size_t kBlock = std::size_t{1} << 17;  // elements; a few ms where each is a walk through memory
+constexpr std::size_t kBlock = std::size_t{1} << 17;  // elements; a few ms even if each access misses the cache
 
-// Calls each(first, end) for one block after the other. Between two it asks `interrupted`: false when that says so.
+// Calls each(first, end) for one block after another and polls `interrupted` between them. False: interrupted.
 template <class Each>
 bool in_blocks(std::size_t count, const Interrupted& interrupted, Each each) {
   for (std::size_t first = 0; first < count; first += kBlock) {
@@ -36,8 +36,8 @@ Result<Done> check_vertex(const Vec3& p, std::uint32_t index, std::string_view p
   return Done{};
 }
 
-// One pass over each array without a branch, which the compiler vectorises: true for nearly every mesh. A vertex
-// that no triangle uses may make it false for a mesh that is valid, and so may an interruption.
+// A fast sufficient test: one pass over each array without branches, which the compiler vectorises. False for an
+// invalid mesh, when interrupted, and for a valid mesh with a bad vertex that no triangle uses.
 bool surely_valid(MeshView mesh, const Interrupted& interrupted) {
   std::uint32_t highest = 0;
   const bool all_indices = in_blocks(mesh.triangles.size(), interrupted, [&](std::size_t first, std::size_t end) {

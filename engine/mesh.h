@@ -1,6 +1,5 @@
-// Mesh: a triangle soup as two flat arrays. No manifoldness, orientation or connectivity is assumed;
-// a degenerate triangle is the segment or the point it spans; a vertex that no triangle uses is not
-// part of the surface.
+// Mesh: a triangle soup as two flat arrays. It need not be manifold, oriented or connected. A degenerate triangle is
+// the segment or the point that it spans. A vertex that no triangle uses is not part of the surface.
 #pragma once
 
 #include <array>
@@ -21,7 +20,7 @@ namespace meshgauge {
 using Vec3 = Eigen::Vector3d;
 using Triangle = std::array<std::uint32_t, 3>;  // indices into Mesh::positions
 
-// Largest |coordinate| accepted. Distances stay below 2*sqrt(3)*2^1020 < 2^1022, so no result overflows.
+// The largest |coordinate| accepted. Distances stay below 2*sqrt(3)*2^1020 < 2^1022, so no result overflows.
 inline constexpr double kMaxCoordinate = 0x1p1020;
 
 struct Mesh {
@@ -29,14 +28,14 @@ struct Mesh {
   std::vector<Triangle> triangles;
 };
 
-// Borrowed arrays; must outlive the call they are given to.
+// A mesh in borrowed arrays, which must outlive every use of the view.
 struct MeshView {
   std::span<const Vec3> positions;
   std::span<const Triangle> triangles;
 
   MeshView() = default;
   MeshView(std::span<const Vec3> p, std::span<const Triangle> t) : positions(p), triangles(t) {}
-  // NOLINTNEXTLINE(google-explicit-constructor): a mesh is a view wherever one is asked for
+  // NOLINTNEXTLINE(google-explicit-constructor): a Mesh may be passed where a view is expected
   MeshView(const Mesh& mesh) : positions(mesh.positions), triangles(mesh.triangles) {}
 
   const Vec3& corner(std::size_t triangle, int i) const {
@@ -44,6 +43,7 @@ struct MeshView {
   }
 };
 
+// An axis-aligned box. By default empty.
 struct Box {
   Vec3 low = Vec3::Constant(std::numeric_limits<double>::infinity());
   Vec3 high = Vec3::Constant(-std::numeric_limits<double>::infinity());
@@ -63,25 +63,25 @@ struct MeshLimits {
   std::size_t max_triangles = std::size_t{1} << 30;
 };
 
-// Checks what measure() relies on: at least one triangle, every index in range, every coordinate that
-// a triangle uses finite and at most kMaxCoordinate, counts within `limits`. `part` ("a", "b") goes
-// into the message. Linear time; `interrupted` is asked every 131,072 elements, as in the functions below, and when it
-// says so the Error is out_of_time.
+// Checks the preconditions of measure(): at least one triangle, every index in range, every coordinate that a triangle
+// uses finite and at most kMaxCoordinate in magnitude, counts within `limits`. The Error names a defect and the mesh as
+// `part` ("a", "b"); ErrorCode::out_of_time: interrupted. Linear time. This and the functions below poll `interrupted`
+// every 131,072 elements.
 Result<Done> validate(MeshView mesh, const MeshLimits& limits, std::string_view part,
                       const Interrupted& interrupted = never_interrupted);
 
-// Box of the surface: of the vertices that triangles use; of some of them if interrupted. Precondition: validated.
+// Returns the box of the vertices that triangles use; when interrupted, of some of them. Precondition: the mesh passes
+// validate().
 Box bounding_box(MeshView mesh, const Interrupted& interrupted = never_interrupted);
 
-// Length of the box's diagonal; of that of bounding_box(mesh). In the file's unit, rounded to nearest; without
-// overflow.
+// The length of the diagonal of `box`, or of bounding_box(mesh), in their unit. Does not overflow.
 double diagonal(const Box& box);
 double diagonal(MeshView mesh);
 
 // Whether the triangle has zero area: a repeated position, or (within rounding) collinear corners.
 bool is_degenerate(const Vec3& a, const Vec3& b, const Vec3& c);
 
-// Triangles of zero area. Too few if interrupted.
+// The number of triangles of zero area; too low when interrupted.
 std::size_t count_degenerate(MeshView mesh, const Interrupted& interrupted = never_interrupted);
 
 }  // namespace meshgauge

@@ -3,7 +3,7 @@
 namespace meshgauge {
 namespace {
 
-// The same for any order of the corners.
+// Does not depend on the order of the corners.
 std::uint64_t triangle_hash(MeshView mesh, std::size_t t) {
   return mix(hash_of(mesh.corner(t, 0)) + hash_of(mesh.corner(t, 1)) + hash_of(mesh.corner(t, 2)));
 }

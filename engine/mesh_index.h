@@ -1,4 +1,4 @@
-// What is where in a mesh, by exact coordinates: positions and whole triangles. -0 equals 0.
+// Look-up of positions and of whole triangles in a mesh, by exact coordinates. -0 equals 0.
 #pragma once
 
 #include <cstddef>
@@ -14,7 +14,7 @@ namespace meshgauge {
 // The positions of a mesh, whether a triangle uses them or not.
 class PositionIndex {
  public:
-  // Borrows `mesh`. Linear time; told to stop, it is not complete() and must not be used.
+  // Borrows `mesh`. Linear time. If it is interrupted, complete() is false and it must not be used.
   PositionIndex(MeshView mesh, const Interrupted& interrupted);
   bool complete() const { return complete_; }
 
@@ -32,11 +32,11 @@ class TriangleIndex {
  public:
   static constexpr std::uint32_t kNone = IndexTable::kNone;
 
-  // As PositionIndex.
+  // Borrows `mesh`. Linear time. If it is interrupted, complete() is false and it must not be used.
   TriangleIndex(MeshView mesh, const Interrupted& interrupted);
   bool complete() const { return complete_; }
 
-  // The first triangle of the mesh with the corners of `from`'s triangle t, or kNone.
+  // Returns the first triangle of the mesh with the corners of `from`'s triangle t, or kNone.
   std::uint32_t find(MeshView from, std::size_t t) const;
   std::size_t bytes() const { return table_.bytes() + bytes_of(hashes_); }
 
@@ -49,10 +49,10 @@ class TriangleIndex {
   bool complete_;
 };
 
-// Whether triangle s of a has the corners of triangle t of b, in any order, each as often.
+// Whether triangle s of `a` and triangle t of `b` have the same corners, in any order.
 bool same_corners(MeshView a, std::size_t s, MeshView b, std::size_t t);
 
-// Calls visit(i) for each i below `count`. False: interrupted, which is asked every 5 ms at most.
+// Calls visit(i) for each i below `count` and polls `interrupted` at least every 5 ms. False: interrupted.
 template <class Visit>
 bool each_unless(const Interrupted& interrupted, std::size_t count, Visit&& visit) {
   constexpr std::size_t kAskEvery = std::size_t{1} << 13;

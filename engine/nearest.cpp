@@ -17,7 +17,7 @@ double separation(const std::array<Vec3, 3>& corners, const Vec3& w, const Vec3&
   return std::min({(w - corners[0]).dot(n), (w - corners[1]).dot(n), (w - corners[2]).dot(n)});
 }
 
-// `v` without its part along the unit vector `e`; twice, so that the result is orthogonal to rounding.
+// Removes from `v` its component along the unit vector `e`; twice, so that the result is orthogonal to rounding.
 Vec3 orthogonal(Vec3 v, const Vec3& e) {
   v -= v.dot(e) * e;
   v -= v.dot(e) * e;

@@ -8,7 +8,7 @@
 namespace meshgauge {
 namespace {
 
-constexpr std::size_t kCheckEvery = std::size_t{1} << 15;  // triangles between two looks at the clock, about 1 ms
+constexpr std::size_t kCheckEvery = std::size_t{1} << 15;  // triangles between two checks of the clock, about 1 ms
 constexpr std::uint32_t kUnseen = std::numeric_limits<std::uint32_t>::max();
 
 }  // namespace

@@ -1,5 +1,4 @@
-// A mesh as the engine works with it: in the unit frame, and laid out so that neighbours in memory are neighbours in
-// space.
+// A mesh in the unit frame, laid out so that neighbours in memory are neighbours in space.
 #pragma once
 
 #include <cstdint>
@@ -14,14 +13,14 @@
 namespace meshgauge {
 
 struct OrderedMesh {
-  Box box;                             // the map to the frame is monotonic, so it takes the box along
-  LargeArray<Vec3> positions;          // of the vertices that triangles use, in the order of their first use
+  Box box;                             // of the surface, in the frame
+  LargeArray<Vec3> positions;          // the vertices that triangles use, in the order of first use
   LargeArray<Triangle> triangles;      // along a space-filling curve (engine/curve.h)
-  LargeArray<std::uint32_t> original;  // by triangle: its index in the caller's mesh
-  std::size_t given;                   // triangles of the caller's mesh
+  LargeArray<std::uint32_t> original;  // by triangle: its index in the given mesh
+  std::size_t given;                   // number of triangles of the given mesh
 
-  // Of the `chosen` triangles of `mesh`, or of all if none are. `original_box` holds the surface of `mesh`. O(n). When
-  // `control` says to stop, what is made has no triangles and must not be used.
+  // Orders the `chosen` triangles of `mesh`; empty: all. `original_box` is the box of the surface of `mesh`. O(n). If
+  // `control` interrupts it, complete() is false and the mesh must not be used.
   OrderedMesh(MeshView mesh, std::span<const std::uint32_t> chosen, const Box& original_box, const Frame& frame,
               Control& control, ThreadPool& pool);
 

@@ -5,7 +5,7 @@
 namespace meshgauge {
 namespace {
 
-// `made` if it is complete.
+// Returns `made`, or null if it is not complete.
 template <class T>
 std::unique_ptr<const T> if_complete(std::unique_ptr<const T> made) {
   if (!made->complete()) made.reset();
@@ -63,7 +63,7 @@ std::size_t Prepared::bytes() const {
 
 std::shared_ptr<Framed> Prepared::in(const Frame& frame, const Kernels& kernels) const {
   const Box& of_mesh = box();
-  std::shared_ptr<Framed> replaced;  // dies after the lock is given back
+  std::shared_ptr<Framed> replaced;  // destroyed after the lock is released
   const std::lock_guard lock(mutex_);
   auto found = std::find_if(frames_.begin(), frames_.end(), [&](const auto& framed) {
     return framed && &framed->kernels() == &kernels && framed->frame() == frame;

@@ -1,4 +1,4 @@
-// A mesh with all that measuring makes of it, so that a mesh that is measured again and again is prepared once.
+// A mesh with the structures that measuring builds from it: repeated measurements of the mesh build them once.
 #pragma once
 
 #include <array>
@@ -23,8 +23,8 @@
 
 namespace meshgauge {
 
-// A mesh in one frame, and what is made of it there. Each part is made by the first who needs it and is the same
-// whoever makes it, on however many threads. Null: `control` (or `interrupted`) said to stop. Thread safe.
+// One mesh in one frame: its order, tree and adjacency. The first call that needs a structure builds it while other
+// calls for it wait; the result is the same on any number of threads. nullptr: interrupted. Thread safe.
 class Framed {
  public:
   Framed(MeshView given, const Box& box, const Frame& frame, const Kernels& kernels)
@@ -35,10 +35,10 @@ class Framed {
 
   const OrderedMesh* order(Control& control, ThreadPool& pool);
   const Bvh* tree(Control& control, ThreadPool& pool);
-  // Precondition: order() has given one.
+  // Precondition: order() has returned a mesh.
   const Adjacency* adjacency(ThreadPool& pool, const Interrupted& interrupted);
 
-  std::size_t bytes() const;  // of what is made
+  std::size_t bytes() const;  // of the structures built so far
 
  private:
   const MeshView given_;
@@ -50,20 +50,20 @@ class Framed {
   Lazy<Adjacency> adjacency_;
 };
 
-// Immutable, as far as can be seen but for the time a measurement takes: everything is made when it is first needed,
-// and kept. Any number of measurements may use it at once; one that is interrupted leaves nothing half made.
+// Builds every structure on first use and keeps it; to callers it is immutable. Thread safe: any number of measurements
+// may use it at the same time, and an interrupted one leaves no incomplete structure.
 //
-// Orders, trees and adjacencies are those of a frame (engine/frame.h), which depends on both meshes. Frames are coarse
-// so that nearly equal partners lead to the same one; those of the last kFrames are kept.
+// Orders, trees and adjacencies belong to a frame (engine/frame.h), which depends on both meshes. Frames are coarse so
+// that nearly equal partners lead to the same one. The kFrames used last are kept.
 class Prepared {
  public:
   static constexpr std::size_t kFrames = 2;
 
-  // `once`: what pays only from the second measurement on is not made.
+  // `once` skips structures that pay only from the second measurement on.
   enum class Use { once, often };
 
-  // `mesh` passes validate(); it is kept alive by `arrays`, or by the caller. `box`: bounding_box() of it, if that is
-  // known already. `error`: as error().
+  // Precondition: `mesh` passes validate(). `arrays` keeps its memory alive; null: the caller does. `box`:
+  // bounding_box(mesh), if it is known already. `error`: see error().
   explicit Prepared(MeshView mesh, Use use = Use::once, std::shared_ptr<const void> arrays = nullptr,
                     const std::optional<Box>& box = std::nullopt, double error = 0)
       : mesh_(mesh), use_(use), arrays_(std::move(arrays)), error_(error) {
@@ -72,16 +72,16 @@ class Prepared {
 
   MeshView mesh() const { return mesh_; }
   Use use() const { return use_; }
-  // The mesh that is meant and this one are within this of each other (engine/scaling.h), in the mesh's unit: what is
-  // certified holds for the mesh that is meant. 0: it is this one.
+  // How far the surface may be from the exact one that it stands for, in the mesh's unit: above 0 when rounding has
+  // moved its vertices (engine/scaling.h). measure() certifies bounds for the exact surface.
   double error() const { return error_; }
-  const Box& box() const;     // as bounding_box()
-  std::size_t bytes() const;  // of the mesh and of all that is kept with it now
+  const Box& box() const;     // bounding_box(mesh())
+  std::size_t bytes() const;  // of the mesh and of the structures kept with it now
 
-  // For measure(). The parts of this mesh in that frame. Whoever holds them may use them as long as the mesh lives,
-  // also when they are no longer kept here.
+  // For measure(): this mesh in `frame`. The result is valid as long as the mesh's arrays, even when it is no longer
+  // kept here.
   std::shared_ptr<Framed> in(const Frame& frame, const Kernels& kernels) const;
-  // Null: interrupted.
+  // Indexes over the mesh's own coordinates. nullptr: interrupted.
   const PositionIndex* positions(const Interrupted& interrupted) const;
   const TriangleIndex* triangles(const Interrupted& interrupted) const;
 
@@ -94,11 +94,11 @@ class Prepared {
   mutable Box box_;
   mutable Lazy<PositionIndex> positions_;
   mutable Lazy<TriangleIndex> triangles_;
-  mutable std::mutex mutex_;                                     // guards what follows
-  mutable std::array<std::shared_ptr<Framed>, kFrames> frames_;  // the last one used first; null: none yet
+  mutable std::mutex mutex_;                                     // guards frames_
+  mutable std::array<std::shared_ptr<Framed>, kFrames> frames_;  // the last used first; null: none yet
 };
 
-// As measure() of two meshes, with the same bits on one thread, whatever was made of them before.
+// As measure() of engine/hausdorff.h. On one thread the bits do not depend on what was built before.
 Outcome measure(const Prepared& a, const Prepared& b, const Options& options, Control& control);
 
 }  // namespace meshgauge

@@ -1,5 +1,5 @@
-// Result<T>: a value, or an Error that names the defect. The only way a failure crosses a border
-// between the libraries; exceptions end at the job's edge.
+// Result<T>: a value, or an Error that names the defect. Failures cross the borders between the libraries only as
+// Results; exceptions end at the job's edge.
 #pragma once
 
 #include <cassert>
@@ -9,27 +9,27 @@
 
 namespace meshgauge {
 
-// What went wrong, in the words of a caller. api/problem.h gives each its HTTP status.
+// The kind of a failure. api/problem.h gives each its HTTP status.
 enum class ErrorCode {
   invalid_request,       // options, parts or flags that cannot be understood
-  unsupported_format,    // a file of a kind, version or extension that is not read
+  unsupported_format,    // a file's format, version or extension is not supported
   unreadable_mesh,       // malformed file: truncated, bad number, bad reference
-  empty_mesh,            // no triangle at all
+  empty_mesh,            // no triangle
   non_finite_vertex,     // NaN or infinity in a coordinate
   index_out_of_range,    // a face names a vertex that does not exist
   coordinate_too_large,  // beyond kMaxCoordinate: distances could overflow
   too_large,             // over a stated limit of bytes, vertices or triangles
-  out_of_time,           // the deadline passed before there was anything to bound
-  storage_full,          // what is to be kept finds no room; passes by itself when there is some
-  storage_unavailable,   // it cannot be written or read: a read-only disk, an I/O error, a lock; may pass
-  internal,              // our own bug, or the machine's failure (a file that cannot be opened)
+  out_of_time,           // the deadline passed before there was an interval
+  storage_full,          // the store has no room; may succeed later
+  storage_unavailable,   // the store cannot be read or written: read-only disk, I/O error, lock; may succeed later
+  internal,              // a bug, or a failure of the machine (a file that cannot be opened)
 };
 
 struct Error {
   ErrorCode code = ErrorCode::internal;
-  std::string message;  // complete sentence fragment for people: "vertex 17 of 'a' is NaN"
-  std::string part;     // which input: "a", "b", "options"; empty when none is to blame
-  std::string where;    // "line 12", "byte 84", "accessor 3", "triangle 7"; empty when unknown
+  std::string message;  // for users: names the defect, "vertex 17 of 'a' is NaN"
+  std::string part;     // the input at fault: "a", "b", "options"; empty: none
+  std::string where;    // "line 12", "byte 84", "accessor 3", "triangle 7"; empty: unknown
 };
 
 template <class T>
@@ -57,7 +57,7 @@ class [[nodiscard]] Result {
   std::variant<T, Error> state_;
 };
 
-// For calls that return nothing: Result<Done>.
+// The value of a call that returns nothing: Result<Done>.
 struct Done {};
 
 }  // namespace meshgauge

@@ -1,4 +1,5 @@
-// A mesh in another unit: every coordinate times a quotient of two whole numbers, and what rounding costs.
+// Conversion of a mesh to another unit: every coordinate times a quotient of two whole numbers, with the rounding
+// error.
 #pragma once
 
 #include <optional>
@@ -9,7 +10,7 @@
 
 namespace meshgauge {
 
-// A factor times / over, both whole and from 1 to kMost.
+// The factor times / over; both are whole numbers from 1 to kMost.
 struct Factor {
   static constexpr double kMost = 0x1p20;
 
@@ -22,13 +23,14 @@ struct Factor {
 
 struct Scaled {
   std::vector<Vec3> positions;
-  // Every position is within this of its exact image, so every point of the surface is, too (engine/rounding.h, R8).
-  // In the new unit.
+  // The largest distance of a position from its exact image, in the new unit. It holds for every point of the surface,
+  // too (engine/rounding.h R8).
   double error = 0;
 };
 
-// Precondition: the mesh passes validate(). Linear time. nullopt: `interrupted` said to stop, or a coordinate that a
-// triangle uses is beyond kMaxCoordinate in the new unit; of a vertex that no triangle uses nothing is promised.
+// Returns the scaled positions. nullopt: interrupted, or a coordinate that a triangle uses is beyond kMaxCoordinate in
+// the new unit. The position and the error of a vertex that no triangle uses are not specified. Precondition: the mesh
+// passes validate(). Linear time.
 std::optional<Scaled> scaled(MeshView mesh, const Factor& factor, const Interrupted& interrupted = never_interrupted);
 
 }  // namespace meshgauge

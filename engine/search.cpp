@@ -44,7 +44,7 @@ double Search::lower_slack(bool interior) const {
   return std::max(start_slack_, interior ? point + off : point);
 }
 
-// With the slack of a depth that is never reached: what was dropped early must be within the tolerance in the end.
+// The slack at a depth that is never reached: a piece that is dropped now must be within the tolerance at the end.
 double Search::slack_to_come() const {
   return output_rounding_ + lower_slack(true) + rounding::upper_slack(to_.residual(), rounding::kDepthAllowance);
 }
@@ -59,7 +59,7 @@ void Search::observe(const Corner& corner, std::uint32_t triangle, bool is_verte
 
 double Search::cull_below(double lower) const {
   if (!goal_.gate) return lower;
-  // With the slack of a depth that is never reached, so that what was dropped stays below the gate later on.
+  // The slack at a depth that is never reached: a piece that is dropped now must be below the gate at the end.
   return std::max(lower, *goal_.gate - rounding::upper_slack(to_.residual(), rounding::kDepthAllowance));
 }
 

@@ -1,7 +1,7 @@
 // The state of one direction of a measurement while it runs: from mesh A to mesh B, in the unit frame.
 //
-// lower() <= (up to slack) h(A,B) <= upper() + slack holds at every moment between two calls, but for what Workers have
-// not handed in yet.
+// Invariant between two calls, once absorb() has taken what the SearchWorkers found:
+// lower() <= h(A,B) + lower_slack() and h(A,B) <= upper() + upper_slack().
 #pragma once
 
 #include <algorithm>
@@ -20,49 +20,50 @@
 
 namespace meshgauge {
 
-// Where the largest distance so far was seen. Frame coordinates.
+// The sample of A with the largest distance so far, in frame coordinates.
 struct Candidate {
   Vec3 point = Vec3::Zero();
-  double distance = -1;  // computed
+  double distance = -1;  // computed; -1: no sample yet
   std::uint32_t triangle = 0;
-  bool is_vertex = true;  // of A, hence exactly on A
+  bool is_vertex = true;  // a vertex of A, hence exactly on A
 };
 
-// Every point of the box is within this of b (eq. 4/5 for any point b of B).
+// The largest distance of a point of the box from b: bounds h(box, B) for any point b of B (eq. 4/5).
 inline double farthest_of_box(const Box& box, const Vec3& b) {
   return (b - box.low).cwiseAbs().cwiseMax((box.high - b).cwiseAbs()).norm();
 }
 
-// When a search may end. All in frame units; `slack` is what certifying will cost the interval.
+// When a search may end. Lengths in frame units.
 struct Goal {
-  double width = 0;     // the absolute and the diagonal rule: upper - lower <= width
-  double relative = 0;  // the relative rule
-  std::optional<double> gate;
+  double width = 0;            // the absolute and the diagonal rule: upper - lower <= width
+  double relative = 0;         // the relative rule: upper - lower <= relative * lower
+  std::optional<double> gate;  // Options::max_distance
 
-  // The computed gap upper - lower at which a rule will hold after certifying; never below rounding::kSmallestGap.
+  // The largest computed gap upper - lower at which a rule will hold after certifying, but at least
+  // rounding::kSmallestGap. `slack`: by how much certifying will widen the interval.
   double gap(double lower, double slack) const;
 };
 
 class Search;
 class SearchWorker;
 
-// Looks at a search after each of its steps: the clock, the caller's patience, the gate.
+// Decides between the steps of a search whether it goes on: deadline, cancellation, gate.
 class Monitor {
  public:
   Monitor() = default;
   Monitor(const Monitor&) = delete;
   Monitor& operator=(const Monitor&) = delete;
   virtual ~Monitor() = default;
-  // Between two steps, when the search's bounds hold: a reason to stop now, if there is one.
+  // Called between two steps, when the search's bounds hold. Returns the reason to stop now; nullopt: go on.
   virtual std::optional<Stop> pulse(const Search& search) = 0;
-  // In the middle of a step, on any thread: whether the next pulse will tell to stop. Nobody looks at the bounds.
+  // Called inside a step, on any thread. Whether the next pulse() will return a reason. Must not read the bounds.
   virtual bool interrupted() = 0;
 };
 
 class Search {
  public:
-  // Measures one vertex of A, so that there is a candidate from the start. `from_box` is A's. `start_lower`: distances
-  // up to this are of no interest (the other direction has reached it already).
+  // Measures one vertex of A, so that there is a candidate from the start. `from_box` is the box of A. `start_lower`:
+  // the lower bound to begin with, which the other direction has reached already. Borrows all references.
   Search(MeshView from, const Box& from_box, const Bvh& to, const Goal& goal, double start_lower, Monitor& monitor,
          ThreadPool& pool);
 
@@ -83,43 +84,43 @@ class Search {
   double upper() const;
   const Candidate& candidate() const { return candidate_; }
 
-  // What certifying will take from the lower and add to the upper bound, as far as is known now.
+  // What certifying would take from the lower bound and add to the upper bound now. Frame units, like all slacks here.
   double lower_slack() const;
   double upper_slack() const;
   double slack() const { return lower_slack() + upper_slack() + output_rounding_; }
-  // How far the reported witness may lie from the computed one, because the file's own frame is coarser.
+  // How far the reported witness may lie from the candidate, because the meshes' own coordinates are coarser.
   void set_witness_rounding(double rounding) { witness_rounding_ = rounding; }
-  // What certifying takes from the lower bound that the search started with: the other direction's witness may cost
-  // more.
+  // What certifying takes from `start_lower`: the other direction's witness may cost more than this one's.
   void set_start_slack(double slack) { start_slack_ = slack; }
-  // What scaling both bounds back to the file's unit, outwards, costs: nothing unless the results are subnormal.
+  // By how much the interval widens after certify(): the outward rounding of the scaling back to the meshes' unit (0
+  // unless the results are subnormal) and the input error.
   void set_output_rounding(double rounding) { output_rounding_ = rounding; }
 
-  // A number that is known to be a (computed) distance attained, here or in another worker: any thread may say so,
-  // before its candidate is handed in.
+  // Raises the lower bound to a computed distance of a sample of A. Any thread may call it, before absorb() takes the
+  // sample over as the candidate.
   void raise_lower(double distance) {
     double known = lower();
     while (distance > known && !lower_.compare_exchange_weak(known, distance, std::memory_order_relaxed)) {
     }
   }
-  // A sample of A at distance `corner.distance` from B.
+  // Takes a sample of A at the computed distance `corner.distance` from B: raises the lower bound and the candidate.
   void observe(const Corner& corner, std::uint32_t triangle, bool is_vertex);
 
-  // Pieces and nodes with upper bounds at or below this need not be followed.
+  // Pieces and nodes with upper bounds of at most this cannot decide the result and may be dropped.
   double cull_below() const { return cull_below(lower()); }
-  // The same for strategy `auto`, which stops following what is within the tolerance already. With more slack than is
-  // known now, because it may grow after something was dropped. Any thread may ask.
+  // The same for strategy `auto`, which also drops what is within the tolerance of the lower bound. It reckons with the
+  // largest possible slack, because the slack may grow after a piece was dropped. Any thread may call it.
   double cull_within_tolerance() const { return cull_within_tolerance(lower()); }
-  // If `lower` were the lower bound. Depends on nothing else that changes.
+  // The same for a given lower bound; depends on nothing else that changes.
   double cull_within_tolerance(double lower) const {
     return std::max(cull_below(lower), lower + goal_.gap(lower, slack_to_come()));
   }
-  // Forgets a piece; its bound stays in upper().
+  // Records that a piece with this upper bound is not followed any further: upper() stays at least as large.
   void drop(double upper) { dropped_ = std::max(dropped_, upper); }
-  // The gap between the computed bounds that the search does not resolve any further.
+  // The smallest gap between the computed bounds that the search can reach.
   double unresolved_gap() const { return std::max(rounding::kSmallestGap, unresolved_ - lower()); }
 
-  // The pieces that wait for reduction: a max-heap by upper bound, or a stack once depth_first() was called.
+  // The pieces that wait for the next phase: a max-heap by upper bound, or a stack once depth_first() was called.
   void push(const Piece& piece);
   Piece pop();
   bool empty() const { return waiting_.empty(); }
@@ -128,30 +129,33 @@ class Search {
   // Drops the pieces whose bounds are at most `limit`; a heap stays a heap.
   void keep_above(double limit);
 
-  // Memory for waiting pieces, and pieces split, from which on pulses should end the search. `others_bytes` is what a
-  // strategy keeps besides.
+  // Sets max_memory_bytes and max_work_items; without it there is no budget. Borrows `options`.
   void set_budget(const Options& options) { budget_ = &options; }
+  // Whether the waiting pieces and `others_bytes`, the strategy's own memory, exceed the memory, or all work items are
+  // used: the search should end with Stop::budget.
   bool over_budget(std::size_t others_bytes = 0) const;
+  // How many pieces may still be split.
   std::uint64_t work_items_left() const {
     return budget_ ? budget_->max_work_items - std::min(budget_->max_work_items, work_.subdivisions)
                    : std::numeric_limits<std::uint64_t>::max();
   }
 
-  // Bound of what has not been looked at yet: the first phase sets it, to 0 when it is through.
+  // Sets the upper bound of the part of A that the first phase has not visited yet; 0: it has visited all.
   void set_unvisited(double upper) { unvisited_ = upper; }
 
-  // That of B, from the moment on when it was worth its time; null before.
+  // The adjacency of B; nullptr: take_adjacency() has not succeeded yet.
   const Adjacency* adjacency() const { return adjacency_; }
-  // Gets it from `source`, which gives null when it was interrupted. False: then.
+  // Makes adjacency() available by calling the source, unless it is already. False: the source was interrupted and
+  // returned nullptr.
   bool take_adjacency();
   void set_adjacency_source(std::function<const Adjacency*()> source) { adjacency_source_ = std::move(source); }
 
-  // Takes over what a worker has found, and leaves it empty.
+  // Takes over what a worker has found, and empties the worker.
   void absorb(SearchWorker& worker);
 
-  // No rule needs more work.
+  // Whether a rule will hold, or the gate passes, without more work.
   bool reached_goal() const;
-  // The computed lower bound is above the gate by more than any slack: worth certifying.
+  // Whether the computed lower bound exceeds the gate by more than its slack: certifying may show that the gate fails.
   bool above_gate() const { return goal_.gate && lower() - lower_slack() > *goal_.gate; }
 
  private:

@@ -1,6 +1,6 @@
-// What one thread finds while it searches a part of A, until it hands it in: Search::absorb().
+// What one thread finds while it searches a part of A. Search::absorb() takes it over.
 //
-// The lower bound alone is shared at once; everything else stays with its thread.
+// The lower bound alone is shared at once; everything else stays in the worker until then.
 #pragma once
 
 #include <vector>
@@ -9,6 +9,7 @@
 
 namespace meshgauge {
 
+// One for each thread; not thread safe.
 class SearchWorker {
  public:
   explicit SearchWorker(Search& search) : search_(search) {}
@@ -16,7 +17,7 @@ class SearchWorker {
   const Bvh& to() const { return search_.to(); }
   Work& work() { return work_; }
 
-  // As those of Search.
+  // These have the meaning of the functions of Search.
   double lower() const { return search_.lower(); }
   double cull_within_tolerance() {
     const double lower_now = lower();
@@ -29,13 +30,13 @@ class SearchWorker {
     search_.raise_lower(corner.distance);
   }
   void drop(double upper) { dropped_ = std::max(dropped_, upper); }
-  // For a piece whose bound is above what was asked for, but which rounding does not let be resolved further.
+  // Drops a piece whose bound is above the tolerance but which rounding does not let resolve any further.
   void cull_unresolved(double upper) {
     unresolved_ = std::max(unresolved_, upper);
     drop(upper);
   }
 
-  // The pieces to be handed in; the last one pushed is popped first.
+  // The pieces that absorb() will take: a stack.
   void push(const Piece& piece) { pieces_.push_back(piece); }
   Piece pop() {
     const Piece piece = pieces_.back();
@@ -43,10 +44,10 @@ class SearchWorker {
     return piece;
   }
   std::size_t waiting() const { return pieces_.size(); }
-  // Only the first `count` stay: for what else is known of the others.
+  // Keeps the first `count` pieces. For a block that is interrupted: the whole block counts as not visited.
   void forget_beyond(std::size_t count) { pieces_.resize(count); }
 
-  // Whether the search is to end. Looks at the clock after every 0.1 ms of work or so.
+  // Whether the search must end. Polls the monitor about every 0.1 ms of work.
   bool interrupted() {
     if (interrupted_ || work_.triangle_tests < next_look_) return interrupted_;
     next_look_ = work_.triangle_tests + kTestsBetweenLooks;
@@ -64,12 +65,12 @@ class SearchWorker {
   double unresolved_ = 0;
   std::vector<Piece> pieces_;
   Work work_;
-  std::uint64_t next_look_ = kTestsBetweenLooks;  // at the clock, in tests
+  std::uint64_t next_look_ = kTestsBetweenLooks;  // next poll of the monitor, in triangle tests
   bool interrupted_ = false;
 
   struct Limit {
     double lower;
-    double limit;  // what cull_within_tolerance() says for it
+    double limit;  // cull_within_tolerance() for it
   };
   Limit known_limit_{-1, 0};
 };

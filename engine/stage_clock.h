@@ -1,11 +1,11 @@
-// How long the stages of a measurement take.
+// Wall time of the stages of a measurement.
 #pragma once
 
 #include "engine/control.h"
 
 namespace meshgauge {
 
-// Adds the time of its scope to a stage.
+// Adds its lifetime in milliseconds to `total_ms`.
 class StageClock {
  public:
   explicit StageClock(double& total_ms) : total_ms_(total_ms) {}

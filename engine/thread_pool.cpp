@@ -36,7 +36,7 @@ void ThreadPool::run(std::size_t tasks, const std::function<void(std::size_t, st
   if (error_) std::rethrow_exception(std::exchange(error_, nullptr));
 }
 
-// Where the system gives no more threads, those that there are do the work.
+// If the system refuses a thread, the existing ones do the work.
 void ThreadPool::start_helpers(std::size_t count) try {
   while (helpers_.size() < count) {
     helpers_.emplace_back([this, worker = helpers_.size() + 1, seen = round_] { help(worker, seen); });
@@ -44,7 +44,7 @@ void ThreadPool::start_helpers(std::size_t count) try {
 } catch (const std::system_error&) {
 }
 
-// `seen`: the last round that is none of this helper's business.
+// `seen`: the last round before this helper was started.
 void ThreadPool::help(std::size_t worker, std::size_t seen) {
   std::unique_lock lock(mutex_);
   for (;;) {

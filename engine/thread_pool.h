@@ -1,7 +1,7 @@
-// The threads of one job: the caller's and its helpers.
+// A thread pool for one job: the thread that owns it and its helpers. Each thread takes one task at a time.
 //
-// Plain threads and an atomic counter, so that ThreadSanitizer sees every hand-over (it cannot look into a prebuilt
-// scheduler). Tasks are taken one by one by whoever is free.
+// It uses plain threads and an atomic counter, so that ThreadSanitizer sees every hand-over, which it cannot in a
+// prebuilt scheduler.
 #pragma once
 
 #include <atomic>
@@ -17,8 +17,8 @@ namespace meshgauge {
 
 class ThreadPool {
  public:
-  // `size` >= 1 threads, the caller's included. Helpers are started by the first run() that needs
-  // them; where the system refuses, there are fewer.
+  // `size` >= 1 is the number of threads, the owner's included. The first run() that needs helpers starts them. If the
+  // system refuses threads, there are fewer.
   explicit ThreadPool(std::size_t size) : size_(size) {}
   ThreadPool(const ThreadPool&) = delete;
   ThreadPool& operator=(const ThreadPool&) = delete;
@@ -26,9 +26,10 @@ class ThreadPool {
 
   std::size_t size() const { return size_; }
 
-  // Calls work(worker, task) once for each task in [0, tasks), worker < size(), no two at a time with the same worker.
-  // In order with one thread, in any order otherwise. Returns when all are done. What one throws is thrown here, after
-  // the tasks that had begun are done; the rest is then left out. Only the thread that made the pool may call this.
+  // Calls work(worker, task) once for each task in [0, tasks), with worker < size() and never two calls at a time with
+  // the same worker; in ascending order with one thread, in any order with more. Blocks until all are done. If a task
+  // throws, no further task begins, and its exception is thrown here when the running ones have ended. Only the thread
+  // that made the pool may call this.
   void run(std::size_t tasks, const std::function<void(std::size_t worker, std::size_t task)>& work);
 
  private:
@@ -42,8 +43,8 @@ class ThreadPool {
   std::mutex mutex_;
   std::condition_variable begin_;
   std::condition_variable end_;
-  std::size_t round_ = 0;  // how many runs have been begun
-  std::size_t busy_ = 0;   // helpers that have not finished this one
+  std::size_t round_ = 0;  // number of runs begun
+  std::size_t busy_ = 0;   // helpers that have not finished the current run
   bool leave_ = false;
   std::exception_ptr error_;
 

@@ -4,7 +4,7 @@
 // to c. With the longest edge as the base the computation is accurate to a few units of rounding for slivers
 // of any width: the position along ab is well conditioned, and the position across is measured from the foot on ab, so
 // the direction e2, which is ill conditioned in a sliver, is only multiplied by small numbers or errs in second order.
-// (The usual barycentric formulas lose all digits on slivers 1e-8 wide; every published code shows it.)
+// (The usual barycentric formulas lose all digits on slivers 1e-8 wide.)
 #pragma once
 
 #include <algorithm>
@@ -24,12 +24,15 @@ struct PreparedTriangle {
 
 struct Preparation {
   PreparedTriangle triangle;
-  double residual = 0;  // how far the prepared triangle may be from the true one: rounding.h, R2
+  double residual = 0;  // largest distance of the prepared triangle from the given one: rounding.h R2
 };
+
+// Precondition: the corners lie in the unit frame. They may span a segment or a point.
 
 Preparation prepare(const Vec3& a, const Vec3& b, const Vec3& c);
 
-// The point of the triangle closest to p, up to rounding.h R2. |p| and the corners within the unit frame.
+// Returns the point of the triangle closest to p, up to rounding.h R2. Precondition: p and the corners lie in the unit
+// frame.
 inline Vec3 closest_point(const PreparedTriangle& t, const Vec3& p) {
   const Vec3 ap = p - t.a;
   const double x = ap.dot(t.e1);

@@ -33,8 +33,8 @@ double segments_sq(const Vec3& p, const Vec3& d, const Vec3& q, const Vec3& e) {
   return best;
 }
 
-// The edge a..b goes through the plane of t, and through t. Where rounding misses a crossing close to t's border, that
-// border's own distance to the edge is close to zero, so nothing is lost.
+// Whether the edge a..b crosses t. If rounding misses a crossing close to t's border, the distance between that border
+// and the edge is close to zero, so nothing is lost.
 bool pierces(const Vec3& a, const Vec3& b, const PreparedTriangle& t) {
   const Vec3 normal = t.e1.cross(t.e2);
   const double ha = (a - t.a).dot(normal), hb = (b - t.a).dot(normal);

@@ -12,8 +12,8 @@ struct CornersAndFrame {
   PreparedTriangle prepared;
 };
 
-// d(S,T) for triangles in the unit frame, 0 where they meet: piercing, touching, coplanar overlap. Degenerate triangles
-// are segments or points. Computed: within some units of rounding of the true distance.
+// Returns d(S,T) of two triangles in the unit frame; 0 where they pierce, touch or overlap. Degenerate triangles are
+// segments or points. The result is within some units of rounding of the true distance.
 double triangle_distance(const CornersAndFrame& s, const CornersAndFrame& t);
 
 }  // namespace meshgauge

@@ -16,7 +16,7 @@ bool holds(const Box& box, const Vec3& p) {
   return (p.array() >= box.low.array()).all() && (p.array() <= box.high.array()).all();
 }
 
-// Which of the points are positions of `to`. Empty: interrupted.
+// Returns for each point whether it is a position of `to`. Empty: interrupted.
 std::vector<bool> are_positions(std::span<const Vec3> points, MeshView to, const Interrupted& interrupted) {
   IndexTable table(points.size());
   std::vector<std::uint32_t> first_equal(points.size());
@@ -36,7 +36,7 @@ std::vector<bool> are_positions(std::span<const Vec3> points, MeshView to, const
   return found;
 }
 
-// The same from the index, which takes longer to make than to look through all positions once.
+// The same. It uses the index if `to` is used often: making the index takes longer than one pass over all positions.
 std::vector<bool> are_positions(std::span<const Vec3> points, const Prepared& to, const Interrupted& interrupted) {
   if (to.use() == Prepared::Use::once) return are_positions(points, to.mesh(), interrupted);
   const PositionIndex* index = to.positions(interrupted);
@@ -46,8 +46,8 @@ std::vector<bool> are_positions(std::span<const Vec3> points, const Prepared& to
   return found;
 }
 
-// Whether all corners of at least every other triangle of a sample are positions of `to`, which need not be used there.
-// False, too, when interrupted.
+// Whether for at least half of a sample of triangles all corners are positions of `to`, used there or not. False also
+// when interrupted.
 bool seems_shared(MeshView from, const Prepared& to, const Interrupted& interrupted) {
   const std::size_t step = from.triangles.size() / kSample + 1;
   std::vector<Vec3> corners;
@@ -70,7 +70,7 @@ bool same_number(const MeshView& a, const MeshView& b, std::size_t t) {
   return t < b.triangles.size() && same_corners(a, t, b, t);
 }
 
-// Whether every other triangle of a sample has its twin under its own number.
+// Whether at least half of a sample of triangles have their twin under their own number.
 bool numbers_agree(MeshView from, MeshView to) {
   const std::size_t step = from.triangles.size() / kSample + 1;
   std::size_t sampled = 0, agree = 0;
@@ -104,7 +104,7 @@ LargeArray<std::uint32_t> twins_by_corners(MeshView from, const Prepared& to, co
 LargeArray<std::uint32_t> twins_by_number(const OrderedMesh& from, const OrderedMesh& to) {
   LargeArray<std::uint32_t> twins;
   if (from.given > 2 * to.given || to.given > 2 * from.given) return twins;
-  LargeArray<std::uint32_t> place(to.given);  // by number in the caller's mesh
+  LargeArray<std::uint32_t> place(to.given);  // by number in the given mesh
   for (std::uint32_t t = 0; t < to.original.size(); ++t) place[to.original[t]] = t;
   twins.reserve(from.original.size());
   for (const std::uint32_t number : from.original) twins.push_back(number < place.size() ? place[number] : kNoTwin);
