@@ -12,16 +12,16 @@ namespace meshgauge {
 namespace {
 
 constexpr std::size_t kSettled = 256;       // pieces without a new lower bound, after which the search goes depth first
-constexpr std::size_t kMaxVisits = 64;      // triangles of B over one piece
-constexpr std::size_t kWorthAdjacency = 8;  // pieces waiting or split from which the overlay may pay for its adjacency
-constexpr std::size_t kAdjacencyShare = 256;  // triangles of B that one such piece is as dear as, in adjacency
+constexpr std::size_t kMaxVisits = 64;      // limit of the triangles of B over one piece
+constexpr std::size_t kWorthAdjacency = 8;  // pieces waiting or split below which no adjacency is made for the overlay
+constexpr std::size_t kAdjacencyShare = 256;  // triangles of B whose adjacency costs as much as one such piece
 constexpr std::size_t kTasksARound = 16;      // for each thread, between two pulses
-constexpr std::size_t kPiecesATask = 16;      // taken from the pile at once
+constexpr std::size_t kPiecesATask = 16;      // waiting pieces in a task
 constexpr std::size_t kStepsATask =
-    256;  // pieces treated by a task at most, some 0.3 ms; the rest goes back to the pile
+    256;  // limit of the pieces that a task treats, some 0.3 ms; the rest waits for the next round
 
 struct Longest {
-  std::size_t edge = 0;  // from corner `edge` to the next
+  std::size_t edge = 0;  // joins the corners `edge` and edge + 1 (mod 3)
   double length = 0;
 };
 
@@ -34,7 +34,7 @@ Longest longest_edge(const Piece& piece) {
   return best;
 }
 
-// One thread's part in the bisection.
+// One thread's state in the bisection.
 class Bisector {
  public:
   explicit Bisector(Search& search) : worker_(search) {}
@@ -63,7 +63,7 @@ class Bisector {
     return overlay_->attempt(piece, std::array{a.slot, b.slot, c.slot}, limit, kMaxVisits, worker_.work());
   }
 
-  // `too_far`: where the overlay bound of the whole piece failed; the half that holds it would fail there again.
+  // `too_far`: the point where the overlay bound of the whole piece failed. The half that holds it would fail again.
   void split(const Piece& piece, std::size_t edge, const std::optional<Vec3>& too_far) {
     Work& work = worker_.work();
     ++work.subdivisions;
@@ -76,7 +76,7 @@ class Bisector {
     add({middle, b, c}, piece, too_far && !at_a);
   }
 
-  // On a's side of the line middle-c, in the plane of the three.
+  // Whether p lies on a's side of the line from `middle` to c, in the plane of the three.
   static bool beside(const Vec3& p, const Vec3& a, const Vec3& middle, const Vec3& c) {
     const Vec3 line = c - middle, to_a = a - middle;
     const Vec3 across = to_a * line.squaredNorm() - line * line.dot(to_a);
@@ -111,7 +111,7 @@ class Bisection {
   }
 
  private:
-  // Until the lower bound has settled.
+  // Treats the piece with the largest bound, one at a time, until the lower bound has settled.
   std::optional<Stop> best_first() {
     std::size_t since_rise = 0;
     double last_lower = search_.lower();
@@ -126,14 +126,14 @@ class Bisection {
     return std::nullopt;
   }
 
-  // In rounds: some of the pieces are handed out, and what is left of them comes back.
+  // Works in rounds. A round hands some of the waiting pieces to the threads and takes back what is left of them.
   std::optional<Stop> depth_first() {
     std::vector<Piece> taken;
     while (!search_.empty()) {
       if (const auto stop = reason_to_stop()) return stop;
       if (overlay_pays()) adopt_overlay();
       taken.clear();
-      const std::uint64_t left = search_.work_items_left();  // not to be overdrawn
+      const std::uint64_t left = search_.work_items_left();  // limits the steps of this round
       const std::size_t count = static_cast<std::size_t>(std::min<std::uint64_t>(
           {search_.waiting(), search_.pool().size() * kTasksARound * kPiecesATask, std::max<std::uint64_t>(left, 1)}));
       for (std::size_t i = 0; i < count; ++i) taken.push_back(search_.pop());
@@ -148,10 +148,10 @@ class Bisection {
     return std::nullopt;
   }
 
-  // Depth first in each of the pieces. What is not done in time stays with the worker, to be handed in.
+  // Treats the pieces depth first, `steps` steps at most. What is left stays in the worker for absorb().
   static void work_at(Bisector& bisector, std::span<const Piece> pieces, std::size_t steps) {
     SearchWorker& worker = bisector.worker();
-    const std::size_t others = worker.waiting();  // left by the tasks before
+    const std::size_t others = worker.waiting();  // left by earlier tasks
     for (const Piece& piece : pieces) {
       worker.push(piece);
       while (worker.waiting() > others && steps > 0 && !worker.interrupted()) {

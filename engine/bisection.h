@@ -1,7 +1,7 @@
-// The second phase of strategy `auto`: bisect the longest edge of what survives, with every bound there is.
+// The second phase of strategy `auto`: bisects the longest edges of the pieces that survive, and uses every bound.
 //
-// Best first while the lower bound moves, because only that finds it quickly; depth first once it has settled, because
-// the order no longer matters: all threads then work at stacks of their own, and memory stays flat.
+// It goes best first while the lower bound rises, because that finds the maximum quickly. Once the lower bound has
+// settled the order no longer matters: it goes depth first, each thread with its own stack, and memory stays small.
 #pragma once
 
 #include <optional>
@@ -10,8 +10,8 @@
 
 namespace meshgauge {
 
-// Works until nothing is left that could exceed the lower bound by more than the tolerance, or returns the reason why
-// not.
+// Returns nullopt: no piece is left that could exceed the lower bound by more than the tolerance; else the reason to
+// stop, the monitor's or Stop::budget. Uses all threads of the search's pool.
 std::optional<Stop> bisect(Search& search);
 
 }  // namespace meshgauge

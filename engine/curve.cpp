@@ -84,7 +84,7 @@ void encode(MeshView mesh, const Box& box, std::span<Item> items) {
   }
 }
 
-// Stable, by 10 bits at a time. False: told to stop.
+// Sorts stably by the code, 10 bits at a time. False: interrupted.
 bool radix_sort(LargeArray<Item>& items, Control& control) {
   constexpr std::uint32_t kBuckets = 1U << kBits;
   LargeArray<Item> other(items.size());

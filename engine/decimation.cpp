@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::uint32_t kNone = ~std::uint32_t{0};
 constexpr std::uint64_t kFinest = std::uint64_t{1} << 20;  // cells along the widest axis: three fit into a word
-constexpr std::size_t kBlock = std::size_t{1} << 16;       // elements between two looks at the clock
+constexpr std::size_t kBlock = std::size_t{1} << 16;       // elements between two checks of the clock
 constexpr int kMostGrids = 14;
 constexpr double kEnough = 0.7;  // of max_triangles: no further grid is tried
 constexpr double kAimedAt = 0.85;
@@ -23,7 +23,7 @@ bool is_smaller(const std::pair<double, std::uint32_t>& a, const std::pair<doubl
   return a.first != b.first ? a.first > b.first : a.second < b.second;
 }
 
-// Triangles of vertices of a mesh, and of its vertices those that they use.
+// Collects triangles over the vertices of a mesh, with those vertices that they use.
 class Collected {
  public:
   explicit Collected(MeshView mesh) : mesh_(mesh), names_(mesh.positions.size(), kNone) {}
@@ -49,11 +49,11 @@ class Collected {
 
  private:
   const MeshView mesh_;
-  std::vector<std::uint32_t> names_;  // by vertex of the mesh: the one of what is made
+  std::vector<std::uint32_t> names_;  // by vertex of the mesh: its number in the result
   Decimated made_;
 };
 
-// How much there is to see of a triangle: twice its area, as a share of the square of the box's widest side.
+// The visible size of a triangle: twice its area, relative to the square of the box's widest side.
 class Sizes {
  public:
   Sizes(MeshView mesh, const Box& box) : mesh_(mesh), low_(box.low), widest_((box.high - box.low).maxCoeff()) {}
@@ -65,7 +65,7 @@ class Sizes {
     return cross.norm();
   }
 
-  // The larger one; one with area before one without, whatever the rounding says.
+  // Whether a is larger than b. A triangle with area is larger than one without, regardless of rounding.
   bool is_larger(std::uint32_t a, std::uint32_t b) const {
     const bool flat_a = is_flat(a), flat_b = is_flat(b);
     return flat_a != flat_b ? flat_b : (*this)(a) > (*this)(b);
@@ -83,8 +83,8 @@ class Sizes {
   const double widest_;
 };
 
-// Triangles as they are: for each vertex of a rank one that has it, the highest first, on up to half of `count`; then
-// the largest.
+// A selection of unchanged triangles: for each vertex with a rank one that uses it, the highest ranks first, on up to
+// half of max_triangles; then the largest triangles.
 class AsTheyAre {
  public:
   AsTheyAre(MeshView mesh, const Decimation& wanted, const Box& box)
@@ -148,8 +148,8 @@ class Clustering {
         interrupted_(interrupted),
         cluster_of_(mesh.positions.size(), kNone) {}
 
-  // Makes the clusters of a grid with `cells` along the widest axis, and says how many triangles they leave; about how
-  // many where that is too many. 0 when interrupted.
+  // Makes the clusters of a grid with `cells` along the widest axis. Returns how many triangles they leave: an estimate
+  // if it is more than max_triangles; 0 if interrupted.
   double make(std::uint64_t cells) {
     cells_ = cells;
     return assign_clusters() ? collect_triangles() : 0;
@@ -158,8 +158,8 @@ class Clustering {
   bool stopped() const { return stopped_; }
   double widest() const { return widest_; }
 
-  // Of the clusters made last, which must not be too many: says which triangles stay, and how many more are needed so
-  // that no cluster with a vertex of a rank is without one.
+  // Selects the triangles that stay with the clusters made last, and returns how many more are needed so that every
+  // cluster with a ranked vertex has one. Precondition: make() returned at most max_triangles.
   std::size_t settle() {
     choose();
     std::erase_if(kept_, [&](std::uint32_t t) { return is_flat(t); });
@@ -178,8 +178,8 @@ class Clustering {
 
   std::size_t kept() const { return kept_.size(); }
 
-  // After settle(): the triangles that stay, and of what would be lost an own one each, the highest rank first, as many
-  // as fit.
+  // After settle(): returns the triangles that stay and, for each cluster that would be lost, one of its own, the
+  // highest ranks first, as many as fit.
   Decimated result() const {
     Collected made(mesh_);
     for (const std::uint32_t t : kept_) made.add(chosen_of(t));
@@ -247,7 +247,7 @@ class Clustering {
         continue;
       }
       kept_.push_back(t);
-      // The table has room for no more; so goes the rest, by and large.
+      // The table is full: estimates the number for all triangles from the share seen.
       if (kept_.size() > wanted_.max_triangles) {
         return std::max(static_cast<double>(kept_.size()),
                         static_cast<double>(kept_.size()) * (static_cast<double>(all) / static_cast<double>(t + 1)));
@@ -258,7 +258,7 @@ class Clustering {
 
   std::uint8_t rank_of(std::uint32_t vertex) const { return wanted_.rank.empty() ? 0 : wanted_.rank[vertex]; }
 
-  // Of each cluster the vertex that stands for it.
+  // Chooses for each cluster the vertex that stands for it.
   void choose() {
     std::vector<Vec3> mean(keys_.size(), Vec3::Zero());
     std::vector<double> members(keys_.size(), 0);
@@ -292,7 +292,7 @@ class Clustering {
     return is_degenerate(mesh_.positions[c[0]], mesh_.positions[c[1]], mesh_.positions[c[2]]);
   }
 
-  // By cluster that is lost: the largest triangle at its chosen vertex.
+  // By cluster, for those that are lost: the largest triangle at the chosen vertex.
   std::vector<std::uint32_t> own_triangles() const {
     std::vector<std::uint32_t> own(keys_.size(), kNone);
     if (lost_.empty()) return own;
@@ -320,16 +320,16 @@ class Clustering {
   std::vector<std::uint64_t> keys_;        // by cluster: its cell
   std::vector<std::uint32_t> kept_;        // triangles
   std::vector<std::uint32_t> chosen_;      // by cluster: a vertex
-  std::vector<std::uint32_t> lost_;        // clusters that no kept triangle shows, and should
+  std::vector<std::uint32_t> lost_;        // clusters with a ranked vertex but no kept triangle
 };
 
-// Looks for the finest grid that leaves few enough triangles. Their number grows about as the square of the cells along
-// an axis, but not evenly: a bracket is kept, and halved once guessing took too long.
+// Searches the finest grid that leaves few enough triangles. Their number grows about as the square of the cells along
+// an axis, but not evenly: it keeps a bracket, and bisects it after five guesses.
 class Search {
  public:
   Search(Clustering& clustering, std::size_t most) : clustering_(clustering), most_(static_cast<double>(most)) {}
 
-  // The cells along an axis; 0: no grid leaves a triangle and not too many, or interrupted.
+  // Returns the cells along an axis. 0: no grid that leaves few enough triangles leaves any, or interrupted.
   std::uint64_t run() {
     std::uint64_t cells = clamped(std::sqrt(most_ / 6));
     for (int grid = 0; grid < kMostGrids; ++grid) {
@@ -365,7 +365,8 @@ class Search {
   double best_left_ = 0;
 };
 
-// nullopt: no grid leaves a triangle, or interrupted. Where all fits but what would be lost, a coarser grid makes room.
+// Returns the mesh of the finest grid that fits, or of a coarser one if that makes room for the lost clusters. nullopt:
+// no grid leaves a triangle, or interrupted.
 std::optional<Decimated> clustered(Clustering& clustering, std::size_t most) {
   for (std::size_t left_to_grid = most;;) {
     const std::uint64_t cells = Search(clustering, left_to_grid).run();

@@ -1,4 +1,4 @@
-// Fewer triangles that look like the same surface, for display: nothing may be measured on them.
+// Reduces a mesh to fewer triangles, for display only: distances must not be measured on the result.
 #pragma once
 
 #include <cstddef>
@@ -13,28 +13,30 @@
 namespace meshgauge {
 
 struct Decimation {
-  std::size_t max_triangles = 0;  // never more; at least 1
-  // By vertex: in a cell of the grid one of the highest rank is kept, so that what must be seen is not lost between its
-  // neighbours, nor with a part that is too small for the grid. Empty: all alike.
+  std::size_t max_triangles = 0;  // limit of the result; at least 1
+  // By vertex: each cell of the grid keeps a vertex of its highest rank, so that a vertex that must be visible is not
+  // lost among its neighbours or with a part that is too small for the grid. Empty: all have rank 0.
   std::span<const std::uint8_t> rank;
 };
 
 struct Decimated {
   Mesh mesh;
-  std::vector<std::uint32_t> source;  // by vertex of it: the same vertex of the mesh that was given
+  std::vector<std::uint32_t> source;  // by vertex of `mesh`: its number in the given mesh
 };
 
-// Vertex clustering: the vertices in one cell of a grid become one of them, the one nearest to their mean. So every
-// vertex is one of `mesh`, at its own place, and no more than a cell's diagonal from those that it stands for.
-// Triangles within one or two cells go, and all but the first of those with the same three vertices, whichever way they
-// face. The grid is the finest of those tried that leaves few enough; most meshes keep 60 % of max_triangles or more.
-// A cell with a vertex of a rank above 0 that has no triangle left is shown by one of `mesh` at that vertex, as it is,
-// the highest ranks first, as many as fit. One of the highest rank of all is always there.
-// Where no grid leaves a triangle, some of `mesh` are kept as they are: for vertices of a rank, and the largest.
+// Returns a mesh of at most max_triangles by vertex clustering. The vertices in one cell of a grid are replaced by the
+// one of them that is nearest to their mean. So every vertex is a vertex of `mesh` at its own place, within a cell's
+// diagonal of those that it stands for. Triangles within one or two cells are left out, and of those with the same
+// three vertices, in either orientation, all but the first. The grid is the finest of those tried whose result fits;
+// most meshes keep 60 % of max_triangles or more.
 //
-// Passes validate(), and has area where `mesh` has. Deterministic. nullopt: `mesh` has no more triangles than that, or
-// `interrupted` said so. Linear time, some ten passes, or twice that. Precondition: passes validate(), and so many
-// ranks as vertices or none.
+// If no triangle is left at a cell's vertex of a rank above 0, one of `mesh` at that vertex is added unchanged: the
+// highest ranks first, as many as fit. A vertex of the highest rank of all is always in the result.
+// If no grid leaves a triangle, the result consists of triangles of `mesh`: for vertices with a rank, then the largest.
+//
+// The result passes validate(), and has area if `mesh` has. Deterministic. nullopt: `mesh` has at most max_triangles,
+// or interrupted. Linear time, ten to twenty passes. Precondition: `mesh` passes validate(); `rank` is empty or has an
+// entry for each vertex.
 std::optional<Decimated> decimated(MeshView mesh, const Decimation& wanted,
                                    const Interrupted& interrupted = never_interrupted);
 

@@ -13,8 +13,8 @@
 namespace meshgauge {
 namespace {
 
-constexpr std::size_t kBlockSize = 256;                // vertices, neighbours in space
-constexpr std::uint64_t kTestsBetweenLooks = 1 << 14;  // at the clock: 0.1 ms or so
+constexpr std::size_t kBlockSize = 256;                // vertices; consecutive ones are neighbours in space
+constexpr std::uint64_t kTestsBetweenLooks = 1 << 14;  // between two checks of the clock: about 0.1 ms
 
 class Measuring {
  public:
@@ -39,10 +39,10 @@ class Measuring {
   }
 
  private:
-  // A vertex to be measured.
+  // A vertex to measure.
   struct Waiting {
-    std::uint32_t vertex;   // of the caller's mesh
-    std::uint32_t ordered;  // the same in the ordered mesh
+    std::uint32_t vertex;   // number in the given mesh
+    std::uint32_t ordered;  // number in the ordered mesh
   };
 
   static Box joint(Box box, const Box& other) {
@@ -60,7 +60,8 @@ class Measuring {
     }
   }
 
-  // Neighbours after one another, so that the nearest triangle of the one is a hint for the next.
+  // Collects the vertices to measure in the order of the mesh, so that the nearest triangle of one is a hint for the
+  // next. False: interrupted.
   bool await_vertices() {
     framed_from_ = from_.in(frame_, kernels_);
     ordered_ = framed_from_->order(control_, pool_);

@@ -24,9 +24,8 @@ Vec3 orthogonal(Vec3 v, const Vec3& e) {
   return v;
 }
 
-// The best separating direction is one of seven: the triangle's normal, or from the closest point of an edge's line,
-// or from a corner. Each gives a valid bound, so trying them all needs no case distinction that rounding could get
-// wrong.
+// The best separating direction is one of seven: the triangle's normal, or from the closest point of an edge's line, or
+// from a corner. Each gives a valid bound, so trying them all needs no case distinction that rounding could get wrong.
 double certified_distance_below(const std::array<Vec3, 3>& corners, const PreparedTriangle& t, const Vec3& w) {
   double best = 0;
   const auto attempt = [&](const Vec3& n) {

@@ -12,8 +12,8 @@ double longest_edge(const Piece& piece) {
   return std::max({(a.point - b.point).norm(), (b.point - c.point).norm(), (c.point - a.point).norm()});
 }
 
-// A piece smaller than rounding can resolve: d(., B) is 1-Lipschitz, so no point of it is farther from B than a
-// corner's distance plus the piece's size. That is below lower + kSmallestGap, and the piece is done with.
+// The bound of a piece that is smaller than rounding can resolve: d(., B) is 1-Lipschitz, so no point of the piece is
+// farther from B than a corner's distance plus the piece's size. That is below lower + kSmallestGap.
 double unsplittable_upper(const Piece& piece, double size) {
   double farthest = 0;
   for (const Corner& corner : piece.corners) farthest = std::max(farthest, corner.distance);

@@ -7,7 +7,8 @@
 
 namespace meshgauge {
 
-// Works until search.reached_goal(), or returns the reason why not: the monitor's, or Stop::budget.
+// Splits the pieces that wait in `search`. Returns nullopt: search.reached_goal() or no piece is left; else the reason
+// to stop, the monitor's or Stop::budget.
 std::optional<Stop> reduce(Search& search, PieceBound& bound);
 
 }  // namespace meshgauge

@@ -8,7 +8,7 @@
 namespace meshgauge {
 namespace {
 
-constexpr int kMostRounds = 64;  // each halves the longest edges; a budget of triangles ends it long before
+constexpr int kMostRounds = 64;  // each halves the longest edges; max_triangles ends it long before
 
 double length(const Mesh& mesh, std::uint32_t a, std::uint32_t b) {
   return (mesh.positions[b] - mesh.positions[a]).stableNorm();
@@ -27,7 +27,7 @@ class Round {
  public:
   Round(Mesh& mesh, double threshold) : mesh_(mesh), threshold_(threshold) {}
 
-  // False: it would be more than `max_triangles`, and nothing is done.
+  // Splits the long edges. False: the result would have more than `max_triangles`; the mesh is unchanged.
   bool split(std::size_t max_triangles) {
     std::size_t count = 0;
     for (const Triangle& t : mesh_.triangles) count += 1 + static_cast<std::size_t>(std::popcount(long_edges(t)));
@@ -71,13 +71,13 @@ class Round {
     return {t[first % 3], t[(first + 1) % 3], t[(first + 2) % 3]};
   }
 
-  // The edge ab.
+  // Splits the edge ab.
   void split_one(const Triangle& t) {
     const std::uint32_t ab = middle(t[0], t[1]);
     triangles_.insert(triangles_.end(), {{t[0], ab, t[2]}, {ab, t[1], t[2]}});
   }
 
-  // The edges ab and bc; what is left of the corner b is cut along its shorter diagonal.
+  // Splits the edges ab and bc; the quadrangle that is left is cut along its shorter diagonal.
   void split_two(const Triangle& t) {
     const std::uint32_t ab = middle(t[0], t[1]), bc = middle(t[1], t[2]);
     triangles_.push_back({ab, t[1], bc});

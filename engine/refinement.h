@@ -1,4 +1,5 @@
-// More vertices on the same surface, for display: a colour at each vertex says nothing of what lies between them.
+// Adds vertices on the same surface, for display: colours are per vertex and do not show what lies between two
+// vertices.
 #pragma once
 
 #include <cstddef>
@@ -10,14 +11,14 @@
 namespace meshgauge {
 
 struct Refinement {
-  double longest_edge = 0;        // wanted; in the mesh's unit
-  std::size_t max_triangles = 0;  // never more; the longest edges are split first
+  double longest_edge = 0;        // edges longer than this are split; in the mesh's unit
+  std::size_t max_triangles = 0;  // limit of the result; the longest edges are split first
 };
 
-// `mesh` with its long edges split at their middles, the same in both triangles of an edge, so that no cracks open.
-// The vertices of `mesh` come first, with their numbers; triangles lose theirs. The surface is the same but for the
-// rounding of midpoints, half a unit in the last place. nullopt: there is nothing to split, or no room for it.
-// Precondition: passes validate(). `interrupted` ends it early, with a mesh as valid as any.
+// Returns `mesh` with its long edges split in the middle, in all triangles of an edge alike, so that no cracks open.
+// The vertices of `mesh` come first and keep their numbers; triangles do not. The surface is the same up to the
+// rounding of midpoints, half a unit in the last place. nullopt: no edge to split, or too few max_triangles. If
+// interrupted, it returns the valid mesh reached so far, or nullopt. Precondition: `mesh` passes validate().
 std::optional<Mesh> refined(MeshView mesh, const Refinement& wanted,
                             const Interrupted& interrupted = never_interrupted);
 

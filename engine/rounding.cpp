@@ -6,8 +6,8 @@
 
 namespace meshgauge::rounding {
 
-// ldexp is exact except where the result is subnormal; there it rounds to nearest, and scaling back, which is
-// exact, shows which way it went.
+// ldexp is exact unless the result is subnormal; then it rounds to nearest, and scaling back, which is exact, shows in
+// which direction.
 double scale_up(double x, int exponent) {
   const double scaled = std::ldexp(x, exponent);
   return std::ldexp(scaled, -exponent) < x ? std::nextafter(scaled, std::numeric_limits<double>::infinity()) : scaled;

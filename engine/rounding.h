@@ -1,11 +1,11 @@
-// The sole home of error bounds and outward rounding. Every certified number of the engine gets its
-// slack from here; each constant is derived below, and docs/design.md walks through the same steps.
+// All error bounds and all outward rounding of the engine. Every certified number gets its slack from here; each
+// constant is derived below, and docs/design.md follows the same steps.
 //
-// Setting. All computing happens in the unit frame of engine/frame.h: every coordinate of both meshes is at
-// most 1 in magnitude, so two points are at most 2*sqrt(3) < 3.47 apart. u = 2^-53: each operation of
-// IEEE double arithmetic, rounded to nearest, returns x(1+d) with |d| <= u, or errs by at most 2^-1075 where
-// the result is subnormal. (d1..dk multiply to 1+t with |t| <= k*u + O(u^2); the O(u^2) is far below the
-// room that rounding each constant up to an integer leaves.)
+// Setting. All computing happens in the unit frame of engine/frame.h: every coordinate of both meshes is at most 1 in
+// magnitude, so two points are at most 2*sqrt(3) < 3.47 apart. u = 2^-53: each operation of IEEE double arithmetic,
+// rounded to nearest, returns x(1+d) with |d| <= u, or errs by at most 2^-1075 where the result is subnormal. (d1..dk
+// multiply to 1+t with |t| <= k*u + O(u^2); the O(u^2) is far below the room that rounding each constant up to an
+// integer leaves.)
 //
 // (R1) Length. |p-q| from the rounded differences of stored p and q: 3 factors for each square, 2 for the sum,
 //      halved by the root, 1 for the root: (1+t), |t| <= 3.5u. Squares below 2^-1022 may lose 3 * 2^-1075, which
@@ -45,17 +45,19 @@
 //      and wider by pad_k = 2^-22 E_k on axis k, E_k the largest |offset|. With t_k >= 0 the distance of p_k to the
 //      child's true interval, |p_k - o_k| <= t_k + E_k.
 //      Near: a query takes s_k = float(p_k - o_k), which errs by at most 2^-23.9 (t_k + E_k) + 2^-149; so the gap to
-//      the stored interval, max(low - s_k, s_k - high, 0), is computed as at most (t_k (1 + 2^-23.9) + 2^-149)(1 +
-//      2^-24). Squared and summed in single precision: at most d^2 (1 + 2^-21) + 2^-140, d the true distance of p to
-//      the box. So what is computed above best^2 (1 + 2^-18) + 2^-100, that sum itself rounded to single precision, is
-//      of a box farther than `best`. Far (single precision cannot tell such boxes apart): the same in double. s_k = p_k
-//      - o_k errs by u (t_k + E_k), far less than the pad takes care of; the rest is at most 12 roundings and
-//      underflows of 2^-1074, so that the limit is best^2 (1 + 2^-48) + 2^-1000. Rounded to single precision such a
-//      square may be held against the near limit, too. (engine/kernels/kernels.h: near_limit, far_limit.)
+//      the stored interval, max(low - s_k, s_k - high, 0), is computed as at most
+//      (t_k (1 + 2^-23.9) + 2^-149)(1 + 2^-24). Squared and summed in single precision: at most
+//      d^2 (1 + 2^-21) + 2^-140, d the true distance of p to the box. So if the computed square is above
+//      best^2 (1 + 2^-18) + 2^-100, that sum itself rounded to single precision, the box is farther than `best`.
+//      Far (single precision cannot tell such boxes apart): the same in double. s_k = p_k - o_k errs by
+//      u (t_k + E_k), far less than the pad covers; the rest is at most 12 roundings and underflows of 2^-1074, so
+//      that the limit is best^2 (1 + 2^-48) + 2^-1000. Rounded to single precision, such a square may be compared
+//      with the near limit, too. (engine/kernels/kernels.h: near_limit, far_limit.)
 //
 // (R7) Overlay. Derived where it is used, in engine/bounds/overlay.h: kOverlayOffset = kOverlaySlack = 128u.
 //
-// (R8) Another unit. Not in the frame, but in the new unit: z = fl(fl(x * p) / q) for whole p and q, which are exact.
+// (R8) Conversion to another unit. Lengths are in the new unit, not in the frame. z = fl(fl(x * p) / q) for whole p
+//      and q, which are exact.
 //      Both operations err by at most u relatively, or by 2^-1075 where the result is subnormal:
 //      |z - xp/q| <= (2u + u^2) |xp/q| + 2^-1075 (1 + (1 + u)/q) <= 2u (1 + 4u) |z| + 2^-1074 (1 + 4u).
 //      As a vector, with |z| at most `largest` on each axis: sqrt(3) times that, below 4u * largest + 2^-1073.
@@ -78,39 +80,39 @@ inline constexpr double kOffsetPad = 0x1p-22;           // R6, relative
 inline constexpr double kOverlayOffset = 128 * kUnit;   // R7
 inline constexpr double kOverlaySlack = 128 * kUnit;    // R7
 
-// Pieces shorter than this are not split: their own size is below what rounding hides.
+// Pieces shorter than this are not split: rounding is larger than they are.
 inline constexpr double kSmallestPiece = 0x1p-50;
 
-// More levels than any piece is ever split: a coordinate has 53 bits, and bisecting the longest
-// edge reached kSmallestPiece within 106 levels for every shape tried.
+// More levels than any piece is ever split: a coordinate has 53 bits, and bisecting the longest edge reached
+// kSmallestPiece within 106 levels for every shape tried.
 inline constexpr std::uint32_t kDepthAllowance = 256;
 
 // The search itself stops at this gap between its computed U and L, whatever tolerance was asked for.
 // At least kSmallestPiece, so that unsplittable pieces end the search instead of being asked for again.
 inline constexpr double kSmallestGap = 0x1p-49;
 
-// What the overlay bound is asked to resolve at least. Its outward offsets grow at sharp corners, so that even for a
-// piece that lies on B it is well above kOverlaySlack; without this, equal surfaces under a tolerance of zero would be
-// bisected down to kSmallestPiece all over.
+// The smallest gap that the overlay bound has to resolve. Its outward offsets grow at sharp corners, so that even for a
+// piece that lies on B the bound is well above kOverlaySlack. Without this limit, equal surfaces under a tolerance of
+// zero would be bisected down to kSmallestPiece everywhere.
 inline constexpr double kOverlayGap = 0x1p-40;
 
-// Slack of an upper bound computed at the corners of pieces: R3 + R4, for triangles of the given residual.
+// The slack of an upper bound computed at the corners of pieces: R3 + R4. `residual`: the largest of B's triangles.
 inline double upper_slack(double residual, std::uint32_t max_depth) {
   return kDistanceSlack + residual + kMidpointSlack * max_depth;
 }
 
-// R8, of a mesh whose largest scaled coordinate is `largest`.
+// The error of R8 for a mesh whose largest scaled coordinate is `largest` in magnitude.
 inline double scaling_error(double largest) { return 6 * kUnit * largest + 0x1p-1072; }
 
-// x * 2^exponent, rounded towards +infinity or towards zero. x >= 0 and finite, the result is finite.
+// Return x * 2^exponent, rounded towards +infinity or towards zero. Precondition: x >= 0; x and the result are finite.
 double scale_up(double x, int exponent);
 double scale_down(double x, int exponent);
 
-// A number >= a + b; a number <= a - b, at least 0. For finite arguments.
+// Return a number >= a + b, and max(0, a number <= a - b). Precondition: the arguments are finite.
 double add_up(double a, double b);
 double subtract_down(double a, double b);
 
-// The nearest float >= x; the nearest float <= x. |x| below the largest float.
+// Return the nearest float >= x and the nearest float <= x. Precondition: |x| is below the largest float.
 float float_up(double x);
 float float_down(double x);
 

@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::size_t kStrataATask = 16;
 
-// Of one task: which thread runs it, and what ran before, must not matter.
+// The random generator of one task. It does not depend on the thread or on earlier tasks.
 std::mt19937_64 generator(const SampledDirection& direction, std::size_t task) {
   const std::uint64_t seed = direction.sampling.seed;
   std::seed_seq seeds{static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32), direction.stream,
@@ -22,7 +22,7 @@ std::mt19937_64 generator(const SampledDirection& direction, std::size_t task) {
   return std::mt19937_64(seeds);
 }
 
-// The distances of the strata of one task. False: interrupted.
+// Sets the distances of the strata of one task. False: interrupted.
 bool run_task(const SampledDirection& direction, const SurfaceSampler& sampler, const Bvh& to, std::size_t task,
               std::vector<double>& values) {
   std::mt19937_64 random = generator(direction, task);

@@ -1,4 +1,4 @@
-// Distances from sampled points of one mesh to another mesh: what statistics are made of.
+// Distances from sampled points of one mesh to another mesh, and their statistics.
 #pragma once
 
 #include <cstdint>
@@ -13,27 +13,27 @@
 
 namespace meshgauge {
 
-// One direction, and what its sampling may use.
+// The input of sampling in one direction.
 struct SampledDirection {
   Framed& from;
   Framed& to;  // in the same frame
   Sampling sampling;
-  std::uint32_t stream;  // a number of its own makes a direction independent of the other
+  std::uint32_t stream;  // random stream: a different number for each direction
   ThreadPool& pool;
-  Control& control;                   // asked before every point
-  const std::function<void()>& tell;  // called now and then, on this thread
+  Control& control;                   // polled before every point
+  const std::function<void()>& tell;  // called after each task of this thread, to report progress
 };
 
 struct SampledDistances {
   Weight weight = Weight::area;  // of `from`
-  std::vector<double> values;    // as summarize() takes them, in frame units; what may be rounding alone is 0
+  std::vector<double> values;    // in the order of summarize(), in frame units; 0 if it could be rounding alone
 };
 
-// The same numbers whatever the pool. None: `control` said to stop.
+// Returns the distances; they do not depend on the pool. nullopt: `control` interrupted it.
 std::optional<SampledDistances> sample_distances(const SampledDirection& direction);
 
-// What they look like, in the meshes' unit. `upper` bounds the distance of every point of `from`, in that unit; what
-// rounding may have put above it is taken off. None: interrupted.
+// Returns the statistics of these distances, in the meshes' unit. `upper`: certified bound of the distance of every
+// point of `from`, in that unit; larger distances, which rounding can cause, are reduced to it. nullopt: interrupted.
 std::optional<Distribution> distribution(const SampledDirection& direction, double upper);
 
 }  // namespace meshgauge

@@ -1,7 +1,7 @@
 // The state of one direction of a measurement while it runs: from mesh A to mesh B, in the unit frame.
 //
 // Invariant between two calls, once absorb() has taken what the SearchWorkers found:
-// lower() <= h(A,B) + lower_slack() and h(A,B) <= upper() + upper_slack().
+//   lower() - slack() <= max(start_lower, h(A,B))   and   h(A,B) <= upper() + slack()
 #pragma once
 
 #include <algorithm>

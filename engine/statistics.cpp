@@ -8,10 +8,10 @@
 namespace meshgauge {
 namespace {
 
-// A quantile's error comes from the values at ranks so many standard errors above and below it.
+// The error of a quantile is derived from the values this many standard errors of the rank above and below it.
 constexpr double kErrorsAside = 2;
 
-// Variance of the number of values of which something is true, where it is true of `count` in one stratum.
+// One stratum's share in the variance of a count of values: `count` of its values are counted.
 double variance_of_count(std::size_t count) {
   return static_cast<double>(count * (kPointsAStratum - count)) / static_cast<double>(kPointsAStratum - 1);
 }
@@ -31,7 +31,7 @@ class Summary {
   Estimate mean(const Value& value) const {
     double sum = 0, squares = 0;
     in_strata([&](std::span<const double> stratum) {
-      const double first = value(stratum[0]);  // taken off: values that are all the same deviate by exactly 0
+      const double first = value(stratum[0]);  // subtracted, so that equal values deviate by exactly 0
       double here = 0;
       for (const double x : stratum) here += value(x) - first;
       for (const double x : stratum) squares += square(value(x) - first - here / kPointsAStratum);
@@ -40,8 +40,8 @@ class Summary {
     return {sum / n_, std::sqrt(squares * kPointsAStratum / (kPointsAStratum - 1)) / n_};
   }
 
-  // The delta method: an error e of the mean square is e / (2 rms) of its root. Relative to the largest value, whose
-  // square may be too small for a double.
+  // By the delta method: an error e of the mean square is an error e / (2 rms) of its root. Values are divided by the
+  // largest one, because its square may underflow.
   Estimate rms() const {
     if (largest() == 0) return {};
     const Estimate squares = mean([this](double x) { return square(x / largest()); });
@@ -49,8 +49,9 @@ class Summary {
     return {root * largest(), squares.standard_error / (2 * root) * largest()};
   }
 
-  // Woodruff's interval: how many values are at most `value` has a standard error, and the values at the ranks so much
-  // higher and lower are as far apart as the quantile errs. One more rank, for what lies between two values.
+  // By Woodruff's interval: the number of values of at most `value` has a standard error, and the values at the ranks
+  // that much higher and lower show how far the quantile errs. The variance starts at 1, for the gap between two
+  // values.
   Estimate quantile(double share) const {
     const double value = at_rank(share * n_);
     double variance = 1;
@@ -62,7 +63,7 @@ class Summary {
     return {value, (at_rank(share * n_ + aside) - at_rank(share * n_ - aside)) / (2 * kErrorsAside)};
   }
 
-  // Shares of equal bins from 0 to the largest value.
+  // The shares of equal bins from 0 to the largest value.
   std::array<Estimate, Distribution::kBins> histogram() const {
     std::array<double, Distribution::kBins> counts{}, variances{};
     in_strata([&](std::span<const double> stratum) {
@@ -86,7 +87,7 @@ class Summary {
     for (std::size_t i = 0; i < values_.size(); i += kPointsAStratum) each(values_.subspan(i, kPointsAStratum));
   }
 
-  double at_rank(double rank) const {  // counted from 1
+  double at_rank(double rank) const {  // `rank` counts from 1
     return sorted_[static_cast<std::size_t>(std::clamp(std::ceil(rank), 1.0, n_)) - 1];
   }
 
@@ -115,7 +116,7 @@ Distribution summarize(std::span<const double> values) {
   found.p99 = summary.quantile(0.99);
   found.max_seen = summary.largest();
   found.histogram = summary.histogram();
-  // A sum rounds: the mean of equal values must not be above them.
+  // Rounding of the sum could put the mean of equal values above them.
   for (Estimate* average : {&found.mean, &found.rms}) average->value = std::min(average->value, found.max_seen);
   return found;
 }

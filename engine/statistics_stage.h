@@ -10,9 +10,9 @@
 
 namespace meshgauge {
 
-// Samples each direction of `pair` and fills `statistics`. On a deadline, a cancellation or lack of memory `status`
-// says so, and the directions that were done stay. Does not throw std::bad_alloc. Calls `tell` now and then, on this
-// thread.
+// Samples each direction of `pair` and fills `statistics`. On a deadline, a cancellation or lack of memory it sets
+// `status` and keeps the directions that were done; it does not throw std::bad_alloc. Calls `tell` repeatedly, on this
+// thread, to report progress.
 void take_statistics(const MeasuredPair& pair, const Sampling& sampling, ThreadPool& pool, Control& control,
                      const std::function<void()>& tell, Statistics& statistics);
 

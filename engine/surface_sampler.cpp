@@ -10,9 +10,9 @@ namespace meshgauge {
 namespace {
 
 constexpr std::size_t kAskEvery = std::size_t{1} << 14;  // triangles; less than a ms
-constexpr int kHalvings = 20;                            // of a triangle along its curve: cells of a millionth of it
+constexpr int kHalvings = 20;  // of a triangle along its curve: its cells are a millionth of it
 
-// In [0,1), the same on every platform.
+// Uniform in [0,1); the same numbers on every platform.
 double uniform(std::mt19937_64& random) { return static_cast<double>(random() >> 11) * 0x1p-53; }
 
 struct Corners {
@@ -32,9 +32,9 @@ Corners corners_of(MeshView mesh, std::size_t t) { return {mesh.corner(t, 0), me
 
 double area_of(const Corners& t) { return is_degenerate(t.a, t.b, t.c) ? 0 : (t.b - t.a).cross(t.c - t.a).norm() / 2; }
 
-// Sierpinski's curve: it goes from a to b by way of c, through the halves on both sides of the line from c to the
-// middle of ab, and so on in each. Halves have the same area, so a uniform place on the curve is a uniform point.
-// `place` is followed into a cell; within that the point is drawn.
+// Returns the point at `place` in [0,1) of Sierpinski's curve, which goes from a to b by way of c: through the halves
+// on both sides of the line from c to the middle of ab, and so on in each. Both halves have the same area, so a uniform
+// place on the curve is a uniform point. Within the cell that `place` leads to the point is drawn at random.
 Vec3 on_curve(Corners t, double place, std::mt19937_64& random) {
   for (int i = 0; i < kHalvings; ++i) {
     const Vec3 middle = (t.a + t.b) / 2;
@@ -65,7 +65,7 @@ SurfaceSampler::SurfaceSampler(MeshView mesh, std::size_t strata, Control& contr
   }
 }
 
-// False: nothing has any, or interrupted.
+// Adds up the lengths of the triangles. False: all are 0, or interrupted.
 template <class Length>
 bool SurfaceSampler::measure(Control& control, const Length& length) {
   double end = 0;
@@ -79,7 +79,7 @@ bool SurfaceSampler::measure(Control& control, const Length& length) {
 Vec3 SurfaceSampler::point(std::size_t stratum, std::mt19937_64& random) const {
   const double all = ends_.back();
   const double at = (static_cast<double>(stratum) + uniform(random)) / static_cast<double>(strata_) * all;
-  // The first triangle that ends behind the place: one of no length never does.
+  // The first triangle that ends after the place; that is never one without length.
   const auto found = std::upper_bound(ends_.begin(), ends_.end(), std::min(at, std::nextafter(all, 0)));
   const auto t = static_cast<std::size_t>(found - ends_.begin());
   const double begin = t == 0 ? 0 : ends_[t - 1];

@@ -1,4 +1,4 @@
-// Points that lie evenly on a mesh: stratified, so that few of them tell much.
+// Draws points uniformly on a mesh, stratified so that fewer points give the same precision.
 #pragma once
 
 #include <cstddef>
@@ -11,23 +11,23 @@
 
 namespace meshgauge {
 
-// The surface as one line: its triangles in a row, each along a curve that fills it, and every stretch of the line as
-// long as the area that it covers. Cut into equal strata, which are compact patches of the surface when the triangles
-// come along a space-filling curve (OrderedMesh). A point that is uniform in a stratum chosen uniformly is uniform on
-// the surface.
+// Maps the surface to a line: its triangles in a row, each along a curve that fills it, so that every stretch of the
+// line is as long as the area that it covers. The line is cut into equal strata, which are compact patches of the
+// surface if the triangles are in the order of a space-filling curve (OrderedMesh). A uniform point in a uniformly
+// chosen stratum is uniform on the surface.
 //
-// Degenerate triangles have no area and are never hit; without any area the line is that of their longest edges, or
-// gives every triangle, all of them points, the same length.
+// Degenerate triangles have no area and are never hit. If no triangle has area, the line consists of their longest
+// edges; if those have no length either, of the same length for each triangle.
 class SurfaceSampler {
  public:
-  // `mesh` has a triangle, lies in the unit frame and must outlive the sampler. Linear time; must not be used when
-  // `control` said to stop.
+  // `mesh` has a triangle, lies in the unit frame and must outlive the sampler. Linear time. If `control` interrupts
+  // it, it must not be used.
   SurfaceSampler(MeshView mesh, std::size_t strata, Control& control);
 
   Weight weight() const { return weight_; }
   std::size_t strata() const { return strata_; }
 
-  // Uniform in the stratum, up to rounding. Thread safe.
+  // Returns a point that is uniform in the stratum, up to rounding. Thread safe.
   Vec3 point(std::size_t stratum, std::mt19937_64& random) const;
 
  private:

@@ -13,29 +13,31 @@
 namespace meshgauge {
 namespace {
 
-constexpr std::size_t kBlockSize = 64;           // triangles; some 0.1 ms at most
-constexpr std::size_t kBlocksARound = 16;        // for each thread, between two pulses: about 1 ms
-constexpr std::uint64_t kTestsARound = 1 << 19;  // and no more point-triangle distances: about 10 ms
-constexpr std::size_t kBlocksWorthThreads = 16;  // fewer are done before a thread has started
-constexpr std::size_t kMaxVisits = 64;           // triangles of B over one of A
-constexpr std::size_t kAdjacencyShare = 8;   // triangles of B that one failed certificate is as dear as, in adjacency
-constexpr std::size_t kWorthAdjacency = 64;  // failed certificates before which it is never made
+constexpr std::size_t kBlockSize = 64;     // triangles; some 0.1 ms at most
+constexpr std::size_t kBlocksARound = 16;  // for each thread, between two pulses: about 1 ms
+constexpr std::uint64_t kTestsARound =
+    1 << 19;  // limit of a round's point-triangle distances for each thread: about 10 ms
+constexpr std::size_t kBlocksWorthThreads = 16;  // fewer blocks take less time than the start of a thread
+constexpr std::size_t kMaxVisits = 64;           // limit of the triangles of B over one of A
+constexpr std::size_t kAdjacencyShare = 8;   // triangles of B whose adjacency costs as much as one failed certificate
+constexpr std::size_t kWorthAdjacency = 64;  // failed certificates below which no adjacency is made
 
-// Neighbouring triangles, looked at together first.
+// Consecutive triangles of A, which are neighbours in space.
 struct Block {
   std::size_t begin = 0;  // triangles of A
   std::size_t end = 0;
   double upper = 0;      // of h(block, B), computed
   bool bounded = false;  // `upper` is known
-  bool visited = false;  // its triangles are dropped or wait as pieces
+  bool visited = false;  // all its triangles are dropped or wait as pieces
 };
 
-// What is known of a vertex of A. Two threads may measure a vertex of two blocks at once: both are right.
+// The distance of a vertex of A from B and a triangle for its queries. Thread safe: two threads may measure a vertex of
+// two blocks at the same time, and both results are right.
 class Vertex {
  public:
   bool measured() const { return distance_.load(std::memory_order_acquire) >= 0; }
   double distance() const { return distance_.load(std::memory_order_relaxed); }
-  // Nearest if measured, else one that a neighbour used, or kNone.
+  // The nearest triangle of B if measured(), else one that culled a neighbour, or kNone.
   std::uint32_t slot() const { return slot_.load(std::memory_order_relaxed); }
   void set(double distance, std::uint32_t slot) {
     slot_.store(slot, std::memory_order_relaxed);
@@ -50,14 +52,14 @@ class Vertex {
   std::atomic<std::uint32_t> slot_{Nearest::kNone};
 };
 
-// How often something succeeded of late.
+// The recent success rate of a kind of attempt, to decide whether to try it.
 class Record {
  public:
   bool note(bool success) {
     rate_ += ((success ? 1.0F : 0.0F) - rate_) / 16;
     return success;
   }
-  // Also now and then when it is not, to see whether that has changed.
+  // Whether more than half of the recent attempts succeeded. Also true for every 64th call, to notice a change.
   bool promising() { return rate_ > 0.5F || ++asked_ % 64 == 0; }
 
  private:
@@ -65,7 +67,7 @@ class Record {
   unsigned asked_ = 0;
 };
 
-// A few triangles of B, each once.
+// Up to four different triangles of B.
 class Hints {
  public:
   void add(std::uint32_t slot) {
@@ -80,16 +82,16 @@ class Hints {
   std::ptrdiff_t size_ = 0;
 };
 
-// One thread's part in the sweep.
+// One thread's state in the sweep.
 struct Sweeper {
   SearchWorker worker;
   std::optional<Overlay> overlay;
-  std::uint32_t last = Nearest::kNone;  // triangle of B that served last
+  std::uint32_t last = Nearest::kNone;  // triangle of B used last
   std::size_t uncertified = 0;          // triangles of A that no certificate culled
-  Record centroids;                     // whether the triangle nearest to the centroid culled
-  Record overlays;                      // whether the overlay bound did
-  Record twins;                         // whether the triangle of the same number did
-  Record successors;                    // whether the one behind the last one did
+  Record centroids;                     // attempts with the triangle nearest to the centroid
+  Record overlays;                      // attempts with the overlay bound
+  Record twins;                         // attempts with the triangle of the same number
+  Record successors;                    // attempts with the triangle after `last`
 
   explicit Sweeper(Search& search) : worker(search) {}
 };
@@ -104,8 +106,8 @@ class Sweep {
   std::optional<Stop> run() {
     if (const auto stop = bound_blocks()) return give_up(stop);
     twins_ = twins_by_number(from_, to_);
-    // Largest bound first: what is not visited yet is bounded by the block at hand, and soon the rest can be dropped at
-    // once.
+    // Largest bound first: the current block's bound covers all that is not visited yet, and soon the rest can be
+    // dropped at once.
     std::sort(blocks_.begin(), blocks_.end(), [](const Block& a, const Block& b) {
       return std::pair(-a.upper, a.begin) < std::pair(-b.upper, b.begin);
     });
@@ -124,15 +126,16 @@ class Sweep {
       const std::size_t end = std::min(begin + round, blocks_.size());
       run_tasks(end - begin, [&](Sweeper& sweeper, std::size_t i) { visit(sweeper, blocks_[begin + i]); });
     }
-    search_.keep_above(search_.cull_within_tolerance());  // the lower bound has risen since the first of them survived
+    search_.keep_above(search_.cull_within_tolerance());  // the lower bound has risen since the first pieces survived
     search_.survivors() = search_.waiting();
     search_.set_unvisited(0);
     return std::nullopt;
   }
 
  private:
-  // On all threads if it is worth it; then everything is handed in. One that has done enough leaves the rest to the
-  // next round, so that somebody looks at the search in time.
+  // Calls work(sweeper, i) for each i below `count`, on all threads if it is worth it, and absorbs the results. A
+  // thread that has reached kTestsARound skips its further tasks; the next round does them, so that pulses stay
+  // frequent.
   template <class Work>
   void run_tasks(std::size_t count, Work&& work) {
     const auto task = [&](std::size_t w, std::size_t i) {
@@ -146,8 +149,7 @@ class Sweep {
     for (Sweeper& sweeper : sweepers_) search_.absorb(sweeper.worker);
   }
 
-  // eq. 4/5 for each block's box, and the distance of one of its vertices: that sample gives most of the final lower
-  // bound.
+  // Bounds each block's box by eq. 4/5 and measures one of its vertices, which gives most of the final lower bound.
   std::optional<Stop> bound_blocks() {
     const std::size_t triangles = search_.from().triangles.size();
     for (std::size_t first = 0; first < triangles; first += kBlockSize) {
@@ -178,7 +180,7 @@ class Sweep {
     block.bounded = true;
   }
 
-  // Stopped early: the rest stays unvisited.
+  // Ends the sweep early: counts the triangles that are not visited as survivors. Returns `stop`.
   std::optional<Stop> give_up(std::optional<Stop> stop) {
     std::size_t unvisited = 0;
     for (const Block& block : blocks_) unvisited += block.visited ? 0 : block.end - block.begin;
@@ -221,7 +223,7 @@ class Sweep {
     const Certificate certificate(piece.corners, search_.to());
     if (culled_by_guess(sweeper, certificate, t)) return;
     ++sweeper.uncertified;
-    // Without measuring the corners first, if that has worked of late.
+    // These two need no measured corners. Each is tried first if it has succeeded recently.
     const bool centroid_first = sweeper.centroids.promising();
     if (centroid_first && owned_by_centroid(sweeper, piece, certificate)) return;
     if (!centroid_first && sweeper.overlays.promising()) {
@@ -241,7 +243,7 @@ class Sweep {
     worker.push(piece);
   }
 
-  // By the triangle of B that is nearest to the centroid.
+  // Tries to cull the triangle with the triangle of B nearest to its centroid. Returns whether it did.
   bool owned_by_centroid(Sweeper& sweeper, Piece& piece, const Certificate& certificate) {
     SearchWorker& worker = sweeper.worker;
     const auto& [a, b, c] = piece.corners;
@@ -253,7 +255,7 @@ class Sweep {
     return culled;
   }
 
-  // By the overlay bound, if it has not failed on the piece before.
+  // Tries to cull the piece with the overlay bound, unless that has failed before. Returns whether it did.
   bool overlaid(Sweeper& sweeper, Piece& piece, std::span<const std::uint32_t> starts) {
     if (!sweeper.overlay || piece.overlay_failed) return false;
     SearchWorker& worker = sweeper.worker;
@@ -265,7 +267,7 @@ class Sweep {
     return attempt.upper.has_value();
   }
 
-  // The triangles of B that neighbours used, each once.
+  // The triangles of B that culled neighbours or are nearest to the corners, each once.
   Hints hints(const Sweeper& sweeper, const Triangle& triangle) const {
     Hints hints;
     hints.add(sweeper.last);
@@ -273,14 +275,14 @@ class Sweep {
     return hints;
   }
 
-  // By a triangle of B that can be guessed without a query.
+  // Tries to cull triangle t with triangles of B that need no query. Returns whether it did.
   bool culled_by_guess(Sweeper& sweeper, const Certificate& certificate, std::uint32_t t) {
     const Triangle& triangle = search_.from().triangles[t];
     const std::uint32_t twin = twins_.empty() ? kNoTwin : twins_[t];
     if (twin != kNoTwin && sweeper.twins.promising()) {
       if (sweeper.twins.note(certified(sweeper, certificate, triangle, twin))) return true;
     }
-    const std::uint32_t next = sweeper.last + 1;  // B lies along a curve like A's; kNone has no successor
+    const std::uint32_t next = sweeper.last + 1;  // B is ordered along a curve like A; kNone has no successor
     if (next < search_.to().mesh().triangles.size() && sweeper.successors.promising()) {
       if (sweeper.successors.note(certified(sweeper, certificate, triangle, next))) return true;
     }
@@ -289,7 +291,7 @@ class Sweep {
                        [&](std::uint32_t hint) { return certified(sweeper, certificate, triangle, hint); });
   }
 
-  // Whether that triangle of B alone shows that `triangle` of A can be dropped.
+  // Drops `triangle` of A if triangle `slot` of B alone shows that it is within the tolerance. Returns whether it did.
   bool certified(Sweeper& sweeper, const Certificate& certificate, const Triangle& triangle, std::uint32_t slot) {
     const double upper = certificate(slot, sweeper.worker.work());
     if (upper > sweeper.worker.cull_within_tolerance()) return false;
@@ -317,7 +319,7 @@ class Sweep {
   Search& search_;
   const OrderedMesh& from_;
   const OrderedMesh& to_;
-  LargeArray<std::uint32_t> twins_;  // by triangle of A; or empty
+  LargeArray<std::uint32_t> twins_;  // twins_by_number(): by triangle of A, or empty
   std::vector<Block> blocks_;
   std::vector<Vertex> vertices_;
   std::deque<Sweeper> sweepers_;  // one a thread

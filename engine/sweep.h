@@ -1,14 +1,20 @@
-// The first phase of strategy `auto`: most triangles of A are culled without a query.
+// The first phase of strategy `auto`. It culls most triangles of A without a query:
 //
-//  * A is cut into blocks of 64 triangles along a space-filling curve. One vertex of each is measured first: this
-//  sparse
-//    sample gives most of the final lower bound. Each block's box is bounded (eq. 4/5); the blocks are visited from the
-//    largest bound down, and the first that is small enough ends the sweep.
-//  * To cull a triangle any triangle T of B will do with max over corners d(v,T) <= lower + tolerance (eq. 9), not the
-//    nearest. Tried are its twin (engine/twins.h), the one behind the one that served last, and those that neighbours
-//    used.
-//  * What they do not cull the overlay bound often does, without a query, once B's adjacency pays.
-//  * A query starts from the distance to a triangle that a neighbour found: most of the tree is never entered.
+//  1. It divides A into blocks of 64 triangles along a space-filling curve and measures one vertex of each block. This
+//     sample gives most of the final lower bound.
+//
+//  2. It bounds the box of each block (eq. 4/5) and visits the blocks by descending bound. The first block whose bound
+//     is within the tolerance ends the sweep.
+//
+//  3. Any triangle T of B with max over corners d(v,T) <= lower + tolerance culls a triangle of A (eq. 9); T need not
+//     be the nearest. The candidates are the triangle's twin (engine/twins.h), the successor in B's order of the
+//     triangle used last, and the triangles that culled its neighbours.
+//
+//  4. If none of them does, the overlay bound often culls the triangle without a query, once there are enough such
+//     triangles to pay for B's adjacency.
+//
+//  5. Otherwise it queries the corners' nearest triangles. A query starts from a triangle that a neighbour found, which
+//     saves entering most of the tree.
 #pragma once
 
 #include <optional>
@@ -19,9 +25,9 @@
 
 namespace meshgauge {
 
-// `from` and `to` are the search's meshes. Leaves in `search` the triangles of A that survive, each with its bounds.
-// Returns the reason when it was stopped early; what it had not visited then stays accounted for in search.upper(). On
-// all threads of the search's pool.
+// Pushes the triangles of A that survive into `search`, each with its bound. `from` and `to` are the search's meshes.
+// Returns nullopt: all of A is visited; else the reason to stop, and search.upper() still covers what was not visited.
+// Uses all threads of the search's pool.
 std::optional<Stop> sweep(Search& search, const OrderedMesh& from, const OrderedMesh& to);
 
 }  // namespace meshgauge

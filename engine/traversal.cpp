@@ -35,7 +35,7 @@ class Traversal {
   }
 
  private:
-  // The larger bound is visited first: it is the likelier to raise the lower bound.
+  // Visits the child with the largest bound first: it is the most likely to raise the lower bound.
   void visit(const OpenNode& entry) {
     if (entry.upper <= search_.cull_below()) return search_.drop(entry.upper);
     if (entry.child & WideNode::kLeaf) {
@@ -55,8 +55,8 @@ class Traversal {
                      [](const OpenNode& a, const OpenNode& b) { return a.upper < b.upper; });
   }
 
-  // eq. 4/5: with b the point of B nearest to the box's centre, every point of the box is within the distance
-  // from b to the farthest corner of the box, and h(node, B) is at most that.
+  // An upper bound of h(node, B), eq. 4/5: the distance from b, the point of B nearest to the box's centre, to the
+  // farthest corner of the box. No point of the box is farther from b.
   double box_upper(const Box& box) {
     ++search_.work().nearest_queries;
     const Vec3 b = nearest(search_.to(), (box.low + box.high) * 0.5, search_.work().triangle_tests).point;

@@ -1,4 +1,4 @@
-// The traversal (paper, Algorithm 2): A's tree depth first, culling what cannot hold the maximum.
+// The traversal (paper, Algorithm 2): goes through A's tree depth first and culls what cannot hold the maximum.
 #pragma once
 
 #include <optional>
@@ -7,9 +7,9 @@
 
 namespace meshgauge {
 
-// `from` is a tree over search.from(). Leaves in `search` the triangles of A that survive, each with its bounds; raises
-// its lower bound by every vertex it measures. Returns the reason when it was stopped early; what it had not visited
-// then stays accounted for in search.upper(). Each vertex of A is measured at most once.
+// Pushes the triangles of A that survive into `search`, each with its bound, and raises the lower bound at every vertex
+// that it measures; it measures each vertex at most once. `from` is a tree over search.from().
+// Returns nullopt: all of A is visited; else the reason to stop, and search.upper() still covers what was not visited.
 std::optional<Stop> traverse(Search& search, const Bvh& from, PieceBound& bound);
 
 }  // namespace meshgauge

@@ -1,10 +1,10 @@
 // A triangle prepared for closest-point queries in its own plane frame.
 //
 // The corners are renamed so that ab is the longest edge; e1 is the direction of ab, e2 the direction from the line ab
-// to c. With the longest edge as the base the computation is accurate to a few units of rounding for slivers
-// of any width: the position along ab is well conditioned, and the position across is measured from the foot on ab, so
-// the direction e2, which is ill conditioned in a sliver, is only multiplied by small numbers or errs in second order.
-// (The usual barycentric formulas lose all digits on slivers 1e-8 wide.)
+// to c. With the longest edge as the base the computation is accurate to a few units of rounding for slivers of any
+// width: the position along ab is well conditioned, and the position across is measured from the foot on ab, so the
+// direction e2, which is ill conditioned in a sliver, is only multiplied by small numbers or errs in second order. (The
+// usual barycentric formulas lose all digits on slivers 1e-8 wide.)
 #pragma once
 
 #include <algorithm>

@@ -1,7 +1,7 @@
 // A bound that needs no triangle of B.
 //
 // Statement. Let p_i be the corners of a piece P and R the radius of the smallest circle around it. Then
-// h(P,B) <= max d(p_i,B) + R.
+//   h(P,B) <= max d(p_i,B) + R.
 // Proof. Let m be the circle's centre and x in P, a convex combination of the corners: sum w_i (p_i - x) = 0, so for
 // some i (p_i - x).(m - x) <= 0, and then |p_i - m|^2 >= |p_i - x|^2 + |x - m|^2. So |p_i - x| <= |p_i - m| <= R, and
 // d(.,B) is 1-Lipschitz.
@@ -18,8 +18,8 @@
 
 namespace meshgauge {
 
-// R: half of the longest edge if the angle opposite is obtuse or right, else the circumradius. The computed value may
-// be some units of rounding too small.
+// Returns R: half of the longest edge if the angle opposite is obtuse or right, else the circumradius. The computed
+// value may be some units of rounding too small.
 inline double enclosing_radius(const Vec3& a, const Vec3& b, const Vec3& c) {
   double x = (b - a).squaredNorm(), y = (c - b).squaredNorm(), z = (a - c).squaredNorm();
   if (x < y) std::swap(x, y);
@@ -33,6 +33,7 @@ inline double enclosing_radius(const Vec3& a, const Vec3& b, const Vec3& c) {
   return std::clamp(std::sqrt(x * y * z / area_sq_16), half, 1.1547005383792517 * half);
 }
 
+// Returns the bound of h(piece, B), rounded up as derived above.
 inline double lipschitz_upper(const Piece& piece) {
   const auto& [a, b, c] = piece.corners;
   constexpr double kRoundUp = 1 + 0x1p-47;

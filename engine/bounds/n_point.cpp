@@ -6,7 +6,7 @@ namespace {
 constexpr std::size_t kAskEvery = 64;  // samples; about 0.1 ms
 constexpr std::array<int, 6> kStencils{4, 10, 31, 109, 409, 1585};
 
-// Weights of the point (i,j)/m of the triangle, plus a shift.
+// The barycentric coordinates of the point (i,j)/m of the triangle.
 Vec3 weights_at(double i, double j, double m) { return {1 - (i + j) / m, i / m, j / m}; }
 
 std::vector<Vec3> stencil(int level) {

@@ -1,8 +1,9 @@
-// The paper's n-point bound (Figure 1): the candidates are the owners of n regularly spread samples of the piece.
+// The paper's n-point bound (Figure 1): the candidates are the owners of n regular samples of the piece. The owner of a
+// point is the triangle of B that holds the point of B nearest to it.
 //
-// The samples are the corners and the centroids of the piece cut uniformly k times: with m = 2^k cuts an edge,
-// (m+1)(m+2)/2 + m^2 of them, that is 4, 10, 31, 109, 409 and 1585 for k = 0..5. Four points is strategy `four_point`.
-// Statement and proof: as in four_point.h, which holds for any set of candidates.
+// The samples are the corners and the centroids of the piece cut uniformly k times: with m = 2^k parts of an edge they
+// are (m+1)(m+2)/2 + m^2, that is 4, 10, 31, 109, 409 and 1585 for k = 0..5. Four points are the strategy `four_point`.
+// Statement and proof: as in four_point.h, which hold for any set of candidates.
 #pragma once
 
 #include <optional>
@@ -12,12 +13,12 @@
 
 namespace meshgauge {
 
-// k for n samples; none if there is no such stencil.
+// Returns k for n = `points` samples. nullopt: no k gives this number.
 std::optional<int> stencil_level(int points);
 
 class NPoint final : public PieceBound {
  public:
-  // Once `interrupted`, bounds are made of fewer samples: looser, but valid.
+  // `level`: k. When `interrupted` returns true, bounds use fewer samples: they are looser, but hold.
   NPoint(const Bvh& target, int level, Work& work, Interrupted interrupted = never_interrupted);
 
   Corner measure(const Vec3& p, const Piece& parent) override;
@@ -25,10 +26,10 @@ class NPoint final : public PieceBound {
 
  private:
   const Bvh& target_;
-  std::vector<Vec3> weights_;  // barycentric, of the samples other than the corners
+  std::vector<Vec3> weights_;  // barycentric coordinates of the samples other than the corners
   Work& work_;
   Interrupted interrupted_;
-  std::vector<std::uint32_t> owners_;  // of the piece at hand
+  std::vector<std::uint32_t> owners_;  // of the current piece
 };
 
 }  // namespace meshgauge

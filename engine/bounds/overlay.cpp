@@ -10,13 +10,13 @@ namespace meshgauge {
 namespace {
 
 constexpr double kOffset = rounding::kOverlayOffset;
-// Of where an edge is cut, relative to its length: four roundings.
+// For the place where an edge is cut, relative to its length: four roundings.
 constexpr double kParameterSlack = 8 * rounding::kUnit;
 
-// Triangles tried around one edge. An edge with more is taken as blocked, which is always safe.
+// Limit of the triangles tried around one edge. An edge with more counts as blocked, which is always safe.
 constexpr int kMaxAround = 16;
 
-// A vertex of B seen in the piece's plane.
+// A vertex of B projected into the piece's plane.
 struct Seen {
   Vec2 at;                  // its image
   double off_sq = 0;        // squared distance from the image to the vertex
@@ -25,20 +25,20 @@ struct Seen {
 
 }  // namespace
 
-// One triangle of B seen in the piece's plane.
+// One triangle of B projected into the piece's plane.
 struct Overlay::Image {
   std::uint32_t triangle = 0;
   std::array<Seen, 3> corners;
 };
 
-// The piece's plane: the images of B's triangles in it, and the way back.
+// The piece's plane: maps B's triangles into it and points of it back to space.
 struct Overlay::View {
   PreparedTriangle frame;
   Polygon piece;
   std::array<HalfPlane, 3> sides;
   Vec2 start = Vec2::Zero();  // y0
   double limit_sq = 0;
-  double farthest_sq = 0;  // the bound so far
+  double farthest_sq = 0;  // square of the bound so far
   std::optional<Vec3> too_far;
 
   View(const PreparedTriangle& prepared, double limit) : frame(prepared), limit_sq(limit * limit) {
@@ -64,7 +64,7 @@ struct Overlay::View {
     return image;
   }
 
-  // The inner side of the image's edge; none if the image is too thin to tell.
+  // The inner side of the image's edge. nullopt: the image is too thin to decide.
   static std::optional<HalfPlane> inner_side(const Image& image, std::uint32_t edge) {
     const HalfPlane side = left_of(image.corners[edge].at, image.corners[(edge + 1) % 3].at);
     const Vec2& apex = image.corners[(edge + 2) % 3].at;
@@ -73,7 +73,7 @@ struct Overlay::View {
     return std::nullopt;
   }
 
-  // The inner sides of the image's three edges; none if it is too thin to tell.
+  // The inner sides of the image's three edges. nullopt: it is too thin to decide.
   static std::optional<std::array<HalfPlane, 3>> inner_sides(const Image& image) {
     std::array<HalfPlane, 3> result;
     for (std::uint32_t edge = 0; edge < 3; ++edge) {
@@ -84,14 +84,14 @@ struct Overlay::View {
     return result;
   }
 
-  // What the image with these inner sides and the piece have in common.
+  // The intersection of the piece with the image that has these inner sides, moved outwards by `offset`.
   Polygon common(const std::array<HalfPlane, 3>& inner, double offset) const {
     Polygon polygon = piece;
     for (const HalfPlane& side : inner) clip(polygon, side, offset);
     return polygon;
   }
 
-  // Finds y0 where the image and the piece surely overlap.
+  // Sets y0 to a point in the image and in the piece. False: they do not surely overlap.
   bool set_start(const Image& image) {
     const auto inner = inner_sides(image);
     if (!inner) return false;
@@ -102,7 +102,7 @@ struct Overlay::View {
     return true;
   }
 
-  // Takes the polygon's corners into the bound, as distances from T. False: beyond the limit.
+  // Adds the distances of the polygon's corners from the triangle to the bound. False: one exceeds the limit.
   bool add(const PreparedTriangle& triangle, const Polygon& polygon, Work& work) {
     work.triangle_tests += polygon.size;
     for (std::size_t i = 0; i < polygon.size; ++i) {
@@ -116,7 +116,7 @@ struct Overlay::View {
     return true;
   }
 
-  // Takes the whole image into the bound, if it is within the limit.
+  // Adds the whole image to the bound. False: it exceeds the limit, and the bound is unchanged.
   bool add_whole(const Image& image) {
     const double most = std::max({image.corners[0].off_sq, image.corners[1].off_sq, image.corners[2].off_sq});
     if (most > limit_sq) return false;
@@ -132,7 +132,7 @@ struct Overlay::View {
     return !common.empty && common.from <= common.to + kParameterSlack;
   }
 
-  // P beyond the edge a-b with inside `side`, within the wedge from y0.
+  // The shadow of the edge a-b: the part of P beyond it, within the wedge from y0. `side`: the inner side of the edge.
   Polygon shadow(const HalfPlane& side, const Vec2& a, const Vec2& b) const {
     Polygon polygon = piece;
     clip(polygon, side.flipped(), kOffset);
@@ -147,7 +147,8 @@ struct Overlay::View {
 
 void SeenTriangles::start(std::size_t most) {
   const std::size_t size = std::bit_ceil(2 * most + 2);
-  if (entries_.size() < size || ++flood_ == 0) {  // too small, or the counter has come round: old marks would look new
+  if (entries_.size() < size ||
+      ++flood_ == 0) {  // too small, or the counter wrapped around: old entries would count as new
     entries_.assign(std::max(size, entries_.size()), 0);
     flood_ = 1;
   }
@@ -164,10 +165,10 @@ Overlay::Attempt Overlay::attempt(const Piece& piece, std::span<const std::uint3
   if (prepared.residual > 32 * rounding::kUnit || prepared.triangle.cy <= 4 * kOffset)
     return {true, std::nullopt, std::nullopt};
 
-  if (!(limit > rounding::kOverlaySlack)) return {true, std::nullopt, std::nullopt};  // what is added alone is more
+  if (!(limit > rounding::kOverlaySlack)) return {true, std::nullopt, std::nullopt};  // the slack alone exceeds it
   View view(prepared.triangle, limit - rounding::kOverlaySlack);
   open_.clear();
-  seen_.start(3 * max_visits + 1);  // each visit opens three at most
+  seen_.start(3 * max_visits + 1);  // each visit opens at most three
   for (const std::uint32_t t : starts) {
     const Image image = view.project(target_.mesh(), t);
     if (!view.set_start(image)) continue;
@@ -186,7 +187,7 @@ Overlay::Attempt Overlay::attempt(const Piece& piece, std::span<const std::uint3
   return {true, std::sqrt(view.farthest_sq) + rounding::kOverlaySlack, std::nullopt};
 }
 
-// Bounds the part of the piece that the image lies over, and goes on to the neighbours. False: the bound fails.
+// Bounds the part of the piece that the image covers and opens the neighbours. False: the bound fails.
 bool Overlay::visit(View& view, const Image& image, Work& work) {
   ++work.triangle_tests;
   const auto inner = View::inner_sides(image);
@@ -203,7 +204,7 @@ bool Overlay::visit(View& view, const Image& image, Work& work) {
   return true;
 }
 
-// Goes into the first neighbour across the edge that lies beyond it. False: there is none, the edge is blocked.
+// Opens the first neighbour across the edge that lies beyond it. False: there is none, so the edge is blocked.
 bool Overlay::cross(const View& view, const Image& image, std::uint32_t edge, const HalfPlane& side) {
   const MeshView mesh = target_.mesh();
   int tried = 0;

@@ -1,7 +1,7 @@
-// The overlay bound: the piece is covered by triangles of B seen along its normal, and each one bounds its own part.
+// The overlay bound: triangles of B, seen along the normal of a piece, cover it, and each one bounds its own part.
 //
-// Setting. Let P be a piece, and pi a map of B's vertices into P's plane, extended linearly over each triangle: here
-// the projection along P's normal, but the proof needs no more than that equal positions go to equal points. Lay B's
+// Setting. Let P be a piece, and pi a map of B's vertices into P's plane, extended linearly over each triangle. Here pi
+// is the projection along P's normal, but the proof only needs that it maps equal positions to equal points. Lay B's
 // triangles over P by pi. Let T0 be a triangle of B whose image is not degenerate, and y0 a point in P and in pi(T0).
 // Flood from T0: from T cross an edge whose image meets P, and only into a neighbour whose apex (its corner off that
 // edge) lies strictly to the other side of the edge's image than T's apex. Edges that meet P but may not be crossed are
@@ -24,21 +24,25 @@
 // measured.
 //
 // Rounding. The images are taken as computed: pi is then an exact map onto floating-point points, and the statement
-// holds for it as it is. What remains is to err to the safe side when comparing them:
-//  * Polygons are clipped by half-planes moved outwards by kOffset. A signed distance errs by at most 32u and a cut
-//  point is within
-//    12u of the edge it is on, so after the at most 3 cuts the computed polygon, widened by 36u, contains the exact one
-//    if kOffset >= 36u + 32u. kOffset = 128u.
-//  * "Meets P" clips the edge by P's sides moved outwards, and where it is cut errs by 4u of its length: towards yes.
-//  "Strictly on the other side" asks for kOffset on both
-//    sides: errs towards no. A triangle whose image is thinner than that is not trusted: the attempt ends.
-//  * y0 is taken from a polygon clipped by half-planes moved *inwards*, so it is in P and in pi(T0) exactly. "Beyond"
-//  asks for kOffset.
-//    A side of a wedge on which the other end of the edge is closer than that is left out, which only makes the shadow
-//    larger.
-//  * A corner's point in space errs by 10u, and 36u from clipping; P itself is off by the residual of its frame, which
-//  is at
-//    most 32u or the bound is not used. kOverlaySlack = 128u is added to the result.
+// holds for it unchanged. It remains to show that the comparisons between images err to the safe side:
+//
+//  1. Polygons are clipped by half-planes moved outwards by kOffset. A signed distance errs by at most 32u, and a cut
+//     point is within 12u of its edge. So after the at most 3 cuts the computed polygon, widened by 36u, contains the
+//     exact one if kOffset >= 36u + 32u. kOffset = 128u.
+//
+//  2. "Meets P" clips the edge by P's sides moved outwards. The place of a cut errs by 4u of the edge's length, for
+//     which the comparison of two cuts leaves room: it errs towards yes.
+//
+//  3. "Strictly on the other side" requires kOffset on both sides: it errs towards no. If an image is thinner than
+//     that, the attempt ends.
+//
+//  4. y0 is taken from a polygon clipped by half-planes moved *inwards*, so it is in P and in pi(T0) exactly.
+//
+//  5. "Beyond" requires kOffset. A side of a wedge is left out if the other end of the edge is closer to it than that,
+//     which only makes the shadow larger.
+//
+//  6. A corner's point in space errs by 10u, and by 36u from clipping. P itself is off by the residual of its frame,
+//     which is at most 32u, or the bound is not used. kOverlaySlack = 128u is added to the result.
 #pragma once
 
 #include <optional>
@@ -51,43 +55,43 @@
 
 namespace meshgauge {
 
-// Triangles seen by one flood: a small open-addressed table, emptied by starting the next flood.
+// The triangles seen by one flood: a small open-addressed table.
 class SeenTriangles {
  public:
-  // Room for `most` triangles.
+  // Empties the table for a new flood and makes room for `most` triangles.
   void start(std::size_t most);
   bool holds(std::uint32_t triangle) const { return entries_[place_of(triangle)] == entry(triangle); }
   void add(std::uint32_t triangle) { entries_[place_of(triangle)] = entry(triangle); }
 
  private:
   std::uint64_t entry(std::uint32_t triangle) const { return (std::uint64_t{flood_} << 32) | triangle; }
-  // Where it is, or the free place where it would be.
+  // The place of the triangle, or the free place for it.
   std::size_t place_of(std::uint32_t triangle) const {
     std::size_t i = triangle & (entries_.size() - 1);
     while (entries_[i] >> 32 == flood_ && entries_[i] != entry(triangle)) i = (i + 1) & (entries_.size() - 1);
     return i;
   }
 
-  std::vector<std::uint64_t> entries_;  // number of the flood and the triangle
+  std::vector<std::uint64_t> entries_;  // upper half: number of the flood; lower half: triangle
   std::uint32_t flood_ = 0;
 };
 
-// One a thread.
+// One object for each thread.
 class Overlay {
  public:
-  // `adjacency` is that of the target's mesh; both must outlive this.
+  // `adjacency`: of the target's mesh. Both must outlive the object.
   Overlay(const Bvh& target, const Adjacency& adjacency);
   ~Overlay();
 
   struct Attempt {
-    bool started = false;         // one of the starts lies over the piece
-    std::optional<double> upper;  // of h(piece, B), if it is at most the limit
-    std::optional<Vec3> too_far;  // where it failed: the attempt would fail again for a part that holds this point
+    bool started = false;         // one of `starts` lies over the piece, or the bound is impossible for it
+    std::optional<double> upper;  // upper bound of h(piece, B), slack included, at most `limit`; nullopt: failed
+    std::optional<Vec3> too_far;  // after a failure, if known: an attempt for a part that holds this point fails, too
   };
 
-  // Tries to show that h(piece, B) is at most `limit`, and ends as soon as that fails, or when more than `max_visits`
-  // triangles lie over the piece. The flood begins in the first of `starts`, triangles of B, that lies over the piece.
-  // `work` counts point-triangle distances.
+  // Tries to show that h(piece, B) is at most `limit`. Fails as soon as that is refuted, or when more than `max_visits`
+  // triangles lie over the piece. `starts`: triangles of B; the flood begins in the first one that lies over the piece.
+  // Adds the computed point-triangle distances to `work`.
   Attempt attempt(const Piece& piece, std::span<const std::uint32_t> starts, double limit, std::size_t max_visits,
                   Work& work);
 

@@ -1,4 +1,4 @@
-// The bound that a strategy of the paper gives a piece.
+// Makes the bound of one of the paper's strategies.
 #pragma once
 
 #include <memory>
@@ -8,7 +8,7 @@
 
 namespace meshgauge {
 
-// That of options.strategy, which is not `automatic`. It borrows `search`.
+// Returns the bound of options.strategy. It borrows `search`. Precondition: the strategy is not `automatic`.
 std::unique_ptr<PieceBound> make_paper_bound(const Options& options, Search& search);
 
 }  // namespace meshgauge

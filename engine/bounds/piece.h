@@ -1,4 +1,4 @@
-// A piece of A: a triangle of A or a part of one, and the interface by which a strategy bounds its distance to B.
+// A piece of A, which is a triangle of A or a part of one, and the interface of the bounds of its distance from B.
 #pragma once
 
 #include <algorithm>
@@ -12,21 +12,22 @@
 
 namespace meshgauge {
 
+// A measured point of A.
 struct Corner {
   Vec3 point = Vec3::Zero();            // unit frame
   double distance = 0;                  // d(point, B), computed
-  std::uint32_t slot = Nearest::kNone;  // triangle of B, in its tree's mesh, that is nearest
+  std::uint32_t slot = Nearest::kNone;  // the nearest triangle of B, in its tree's mesh
 };
 
 struct Piece {
   std::array<Corner, 3> corners;
-  double upper = 0;             // of h(piece, B), computed: without slack
-  std::uint32_t triangle = 0;   // of A
+  double upper = 0;             // computed upper bound of h(piece, B), without slack
+  std::uint32_t triangle = 0;   // the triangle of A that holds the piece
   std::uint32_t depth = 0;      // subdivisions since the whole triangle
-  bool overlay_failed = false;  // the overlay bound cannot succeed, or is not worth trying again
+  bool overlay_failed = false;  // the overlay bound failed or would fail: do not try it again
 };
 
-// What distinguishes the paper's strategies. One object a search; not thread safe.
+// The bound of one of the paper's strategies. One object for each search; not thread safe.
 class PieceBound {
  public:
   PieceBound() = default;
@@ -34,25 +35,25 @@ class PieceBound {
   PieceBound& operator=(const PieceBound&) = delete;
   virtual ~PieceBound() = default;
 
-  // d(p, B) for p, a new corner of a part of `parent`.
+  // Measures d(p, B) for a new corner p of a part of `parent`.
   virtual Corner measure(const Vec3& p, const Piece& parent) = 0;
 
-  // An upper bound of h(piece, B), computed from the piece's corners: rounding.h R3 and R4 give its slack.
+  // Returns an upper bound of h(piece, B), computed from the piece's corners: rounding.h R3 and R4 give its slack.
   virtual double upper(const Piece& piece) = 0;
 
-  // What the strategy itself keeps in memory; counts towards Options::max_memory_bytes.
+  // The strategy's own memory, which counts towards Options::max_memory_bytes.
   virtual std::size_t memory_bytes() const { return 0; }
 };
 
-// A query for a point's nearest triangle, counted. `hint`: see nearest().
+// Queries the nearest triangle of a point and counts the query in `work`. `hint`: see nearest().
 inline Corner nearest_corner(const Bvh& target, const Vec3& p, Work& work, std::uint32_t hint = Nearest::kNone) {
   ++work.nearest_queries;
   const Nearest found = nearest(target, p, work.triangle_tests, hint);
   return {p, found.distance, found.slot};
 }
 
-// eq. 9: max over the piece's corners v of d(v, T), for triangles T of B. d(., T) is convex, so its maximum over the
-// piece is at a corner: this bounds h(piece, T) and so h(piece, B).
+// The bound of eq. 9: max over the piece's corners v of d(v, T), for one triangle T of B. d(., T) is convex, so its
+// maximum over the piece is at a corner: this bounds h(piece, T) and so h(piece, B). Computed: rounding.h R3.
 class Certificate {
  public:
   Certificate(const std::array<Corner, 3>& corners, const Bvh& target) : target_(target) {
@@ -64,6 +65,7 @@ class Certificate {
     }
   }
 
+  // The bound for triangle `slot` of the target.
   double operator()(std::uint32_t slot, Work& work) const {
     work.triangle_tests += 3;
     return target_.farthest(corners_, slot);
@@ -74,8 +76,8 @@ class Certificate {
   PointBlock corners_;
 };
 
-// eq. 8: min over the candidates T of max over corners v of d(v, T). The minimum over any set of triangles of B bounds
-// h(piece, B), because each one does.
+// Returns the bound of eq. 8: min over the candidates T of max over corners v of d(v, T). It bounds h(piece, B) for any
+// set of candidates, because each of them does. Infinite without candidates.
 inline double least_farthest(const Piece& piece, const Bvh& target, std::span<const std::uint32_t> candidates,
                              Work& work) {
   const Certificate certificate(piece.corners, target);

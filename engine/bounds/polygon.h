@@ -1,4 +1,4 @@
-// Convex polygons in a plane, as the overlay bound needs them: few corners, no allocation.
+// Convex polygons in a plane, for the overlay bound: few corners, no allocation.
 #pragma once
 
 #include <algorithm>
@@ -14,9 +14,8 @@ namespace meshgauge {
 
 using Vec2 = Eigen::Vector2d;
 
-// Points x with inward . (x - origin) >= 0. `inward` is not a unit vector: dividing by its length is left out, and
-// distances are compared after multiplying the other side by `scale` instead, which is between the length and sqrt(2)
-// times it.
+// The points x with inward . (x - origin) >= 0. `inward` is not a unit vector, which saves a division: a comparison
+// multiplies the other side by `scale` instead, which is between the length of `inward` and sqrt(2) times it.
 struct HalfPlane {
   Vec2 origin;
   Vec2 inward;
@@ -24,7 +23,7 @@ struct HalfPlane {
 
   // Signed distance times the length of `inward`.
   double weighted_distance(const Vec2& x) const { return inward.dot(x - origin); }
-  // At least `offset` inside; at least `offset` outside. Both err towards no for offsets above the rounding of 32u.
+  // Whether x is at least `offset` inside, or outside. Both err towards no for offsets above the rounding of 32u.
   bool surely_inside(const Vec2& x, double offset) const { return weighted_distance(x) > offset * scale; }
   bool surely_outside(const Vec2& x, double offset) const { return weighted_distance(x) < -offset * scale; }
   HalfPlane flipped() const { return {origin, -inward, scale}; }
@@ -36,7 +35,7 @@ inline HalfPlane left_of(const Vec2& a, const Vec2& b) {
   return {a, Vec2(-d.y(), d.x()), std::abs(d.x()) + std::abs(d.y())};
 }
 
-// Copied without what lies beyond its last corner: it is copied a lot.
+// A convex polygon. A copy leaves out the unused corners, because polygons are copied often.
 struct Polygon {
   // A cut adds one corner to a convex polygon. Rounded corners may be out of convex position by a little, and then a
   // cut can multiply their number by up to 1.5: from 3, six cuts give at most 28.
@@ -44,7 +43,7 @@ struct Polygon {
   std::array<Vec2, kMaxCorners> corners;
   std::size_t size = 0;
 
-  Polygon() {}  // NOLINT(modernize-use-equals-default): that one would fill the corners with zeros first
+  Polygon() {}  // NOLINT(modernize-use-equals-default): the default would fill the corners with zeros first
   Polygon(std::initializer_list<Vec2> points) {
     for (const Vec2& p : points) add(p);
   }
@@ -72,7 +71,7 @@ struct Polygon {
   }
 };
 
-// Leaves what lies within the half-plane moved outwards by 1 to sqrt(2) times `offset` (inwards if negative).
+// Clips the polygon to the half-plane moved outwards by 1 to sqrt(2) times `offset` (inwards if negative).
 inline void clip(Polygon& polygon, const HalfPlane& half, double offset) {
   std::array<double, Polygon::kMaxCorners> inside;  // distance, weighted
   bool any = false, all = true;
@@ -93,13 +92,13 @@ inline void clip(Polygon& polygon, const HalfPlane& half, double offset) {
   polygon = out;
 }
 
-// The part of a segment a..b that half-planes leave, as an interval of the parameter: 0 at a, 1 at b.
+// The part of a segment a..b that is left after clipping, as an interval of the parameter: 0 at a, 1 at b.
 struct Interval {
   double from = 0;
   double to = 1;
   bool empty = false;
 
-  // Keeps what lies within the half-plane moved outwards by 1 to sqrt(2) times `offset`.
+  // Clips the segment to the half-plane moved outwards by 1 to sqrt(2) times `offset`.
   void clip(const HalfPlane& half, const Vec2& a, const Vec2& b, double offset) {
     const double da = half.weighted_distance(a) + offset * half.scale;
     const double db = half.weighted_distance(b) + offset * half.scale;

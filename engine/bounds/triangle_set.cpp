@@ -7,7 +7,7 @@ namespace meshgauge {
 namespace {
 
 constexpr double kSetMargin = 256 * rounding::kUnit;
-constexpr std::size_t kPulseEvery = 1024;  // triangle-triangle distances between two looks at the clock, about 1 ms
+constexpr std::size_t kPulseEvery = 1024;  // triangle-triangle distances between two checks of the clock, about 1 ms
 
 double box_distance_sq(const Box& a, const Box& b) {
   return (a.low - b.high).cwiseMax(b.low - a.high).cwiseMax(Vec3::Zero()).squaredNorm();

@@ -1,8 +1,9 @@
 // The bound of Tang, Lee, Kim, "Interactive Hausdorff distance computation for general polygonal models", 2009
 // ([TLK09]; the paper's eq. 11): all candidate triangles that can matter for a triangle of A.
 //
-// Statement. Let c >= h(S,B) for a triangle S of A, and L = { T of B : d(S,T) <= c }. Then for every v in S
-// d(v,B) = min over T in L of d(v,T), and for every piece P of S: h(P,B) <= min over T in L of max over corners d(v,T).
+// Statement. Let c >= h(S,B) for a triangle S of A, and L = { T of B : d(S,T) <= c }. Then
+//   for every v in S:        d(v,B) = min over T in L of d(v,T),
+//   for every piece P of S:  h(P,B) <= min over T in L of max over corners v of d(v,T).
 // Proof. Let T* own the point of B nearest to v. d(S,T*) <= d(v,T*) = d(v,B) <= h(S,B) <= c, so T* is in L; the other
 // triangles of L are no nearer. The second part is eq. 8, which holds for any set of triangles (piece.h).
 // So L is found once for S and serves all its pieces, without further queries.
@@ -35,9 +36,9 @@ class TriangleSet final : public PieceBound {
     bool complete;
   };
 
-  // L for a whole triangle of A. Incomplete when the search is to stop: good for a bound still, not for distances.
+  // Collects L for a whole triangle of A. Incomplete if interrupted: it still gives valid bounds, but no distances.
   Collected collect(const Piece& whole);
-  // L for the triangle that `piece` is a part of, kept from its first splitting on; null if that was interrupted.
+  // Returns L for the triangle that holds `piece`; it is kept from the first split on. nullptr: interrupted.
   const Slots* set_of(const Piece& piece);
 
   Search& search_;

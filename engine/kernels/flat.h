@@ -1,4 +1,4 @@
-// Between the lanes of a block and single triangles.
+// Copies single triangles out of and into the lanes of a block.
 #pragma once
 
 #include "engine/kernels/layout.h"

@@ -1,4 +1,5 @@
-// What the kernels read: the nodes and leaves of engine/bvh.h, as plain arrays of numbers with one entry a lane.
+// The data of the kernels: the nodes and leaves of engine/bvh.h as plain arrays of numbers, with one entry for each
+// lane.
 #pragma once
 
 #include <cstddef>
@@ -9,16 +10,16 @@ namespace meshgauge {
 inline constexpr std::size_t kLanes = 8;  // children of a node, triangles of a block
 
 // The boxes of up to eight children, as offsets from the node's own origin in single precision, widened so that
-// rounding.h R6 holds. A child that is not there has an empty box, which no distance is below.
+// rounding.h R6 holds. A missing child has an empty box, at infinite distance.
 struct alignas(64) WideNode {
-  static constexpr std::uint32_t kLeaf = 0x8000'0000U;  // this bit and the number of a block; else the number of a node
+  static constexpr std::uint32_t kLeaf = 0x8000'0000U;  // set: the other bits number a block; else a node
   static constexpr std::uint32_t kNone = 0xffff'ffffU;
 
   float low[3][kLanes];
   float high[3][kLanes];
   double origin[3];
   std::uint32_t child[kLanes];
-  float reach;  // no coordinate below is farther from the origin, along an axis
+  float reach;  // largest distance of a coordinate below from the origin, on one axis
 };
 
 // Eight prepared triangles (engine/triangle.h). Lanes beyond the last triangle repeat it.
@@ -31,7 +32,7 @@ struct alignas(64) TriangleBlock {
   double cy[kLanes];
 };
 
-// One of them.
+// One prepared triangle.
 struct FlatTriangle {
   double a[3];
   double e1[3];
@@ -41,10 +42,10 @@ struct FlatTriangle {
   double cy;
 };
 
-// Lengths below this are taken as zero, so that no square underflows; the measured residual accounts for it.
+// Shorter lengths count as zero, so that no square underflows; the measured residual accounts for it.
 inline constexpr double kNegligibleLength = 0x1p-400;
 
-// Points, a coordinate an array.
+// Points: one array for each coordinate.
 struct PointBlock {
   alignas(64) double at[3][kLanes];
 };

@@ -12,13 +12,14 @@
 namespace meshgauge {
 namespace {
 
-// As the instructions do it: never -0.
+// Clamps s to [0, most] as the instructions do: never returns -0.
 double clamp(double s, double most) {
   const double positive = s > 0 ? s : 0;
   return positive < most ? positive : most;
 }
 
-// closest_point() of engine/triangle.h without branches, as the SIMD kernels do it, and the distance to it squared.
+// The squared distance of a point from its closest_point() (engine/triangle.h), without branches as in the SIMD
+// kernels.
 double distance_sq(const FlatTriangle& t, double px, double py, double pz) {
   const double ax = px - t.a[0], ay = py - t.a[1], az = pz - t.a[2];
   const double x = ax * t.e1[0] + ay * t.e1[1] + az * t.e1[2];

@@ -1,6 +1,6 @@
-// The kernels for instruction sets that work on several lanes at once: this file is compiled once for each of them, and
-// HWY_NAMESPACE is another name each time. No header but Highway's is included after HWY_BEFORE_NAMESPACE: the linker
-// keeps one copy of an inline function, which must be one that every processor can run.
+// The kernels for instruction sets that work on several lanes at once. This file is compiled once for each of them,
+// with another HWY_NAMESPACE each time. Only Highway's headers are included after HWY_BEFORE_NAMESPACE: the linker
+// keeps one copy of an inline function, and every processor must be able to run it.
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -30,7 +30,7 @@ constexpr Floats kFloats;
 
 constexpr std::uint32_t kLanes32 = static_cast<std::uint32_t>(kLanes);
 
-// A triangle, or several, a lane each.
+// A triangle, or several triangles with one in each lane.
 struct Triangles {
   D a[3], e1[3], e2[3], length, cx, cy;
 };
@@ -94,7 +94,7 @@ struct Entry {
   std::uint32_t child;
 };
 
-// Lays the lanes that are set in `within`, not 0, on the stack; see the reference, walk.h.
+// Pushes the lanes that are set in `within`, which is not 0; see the reference, walk.h.
 template <class Number>
 std::size_t push(const WideNode& node, unsigned within, const Number distances_sq[kLanes], Entry* stack,
                  std::size_t size) {
@@ -115,7 +115,7 @@ std::size_t push(const WideNode& node, unsigned within, const Number distances_s
   return size;
 }
 
-// In double. Seldom needed.
+// The same in double, for far queries; rarely needed.
 HWY_NOINLINE std::size_t push_far_children(const WideNode& node, const double p[3], double limit, Entry* stack,
                                            std::size_t size) {
   constexpr hn::Rebind<float, Doubles> kHalf;
@@ -171,7 +171,7 @@ void closest_of_block(const TriangleBlock& block, std::uint32_t number, const do
   }
 }
 
-// The triangle in that lane, in all lanes.
+// The triangle of one lane, copied to all lanes.
 Triangles spread(const TriangleBlock& block, std::size_t lane) {
   Triangles t;
   for (int k = 0; k < 3; ++k) {
@@ -219,7 +219,7 @@ Closest nearest(const TreeView& tree, const double p[3], Closest best, std::uint
   return best;
 }
 
-// A point, or several, a lane each.
+// A point, or several points with one in each lane.
 struct Points {
   D x, y, z;
 };
@@ -246,7 +246,7 @@ Points choose(Mask mask, const Points& yes, const Points& no) {
   return {hn::IfThenElse(mask, yes.x, no.x), hn::IfThenElse(mask, yes.y, no.y), hn::IfThenElse(mask, yes.z, no.z)};
 }
 
-// See the reference, scalar.cpp. Returns the residuals of these lanes.
+// See the reference, scalar.cpp. Returns the residual of each lane.
 D prepare(const Points& p, const Points& q, const Points& r, TriangleBlock& out, std::size_t i) {
   const D zero = hn::Zero(kDoubles), negligible = hn::Set(kDoubles, kNegligibleLength);
   const Points none{zero, zero, zero};
@@ -312,8 +312,8 @@ struct Target {
   void (*fill)(Kernels&);
 };
 
-// By the compiler's own test, of all that Highway compiles for: its library would bring a clock that is calibrated for
-// 4 ms whenever a program starts.
+// Uses the compiler's own test of the processor. Highway's library has one, too, but calibrates a clock for 4 ms at
+// every start of a program.
 #if HWY_ARCH_X86
 bool has_sse4() {
   return __builtin_cpu_supports("sse4.2") && __builtin_cpu_supports("pclmul") && __builtin_cpu_supports("aes");
@@ -321,7 +321,7 @@ bool has_sse4() {
 bool has_avx2() {
   return has_sse4() && __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") &&
          __builtin_cpu_supports("bmi") &&
-         __builtin_cpu_supports("bmi2");  // and F16C, which came before: clang 14 has no name for it
+         __builtin_cpu_supports("bmi2");  // implies F16C, which is older; clang 14 has no name for that
 }
 bool has_avx512() {
   return has_avx2() && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl") &&

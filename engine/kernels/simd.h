@@ -7,7 +7,7 @@
 
 namespace meshgauge {
 
-// The fastest first. None on a processor that Highway knows nothing about.
+// Returns the kernels, the fastest first. Empty: Highway does not support this processor.
 std::vector<Kernels> simd_kernels();
 
 }  // namespace meshgauge

@@ -1,4 +1,4 @@
-// The leaves of a tree in the order of their distance, in plain C++.
+// Visits the leaves of a tree, near ones first, in plain C++.
 #pragma once
 
 #include <algorithm>
@@ -12,12 +12,13 @@
 
 namespace meshgauge {
 
+// A child on the stack of a walk.
 struct WalkEntry {
   float distance_sq;
   std::uint32_t child;
 };
 
-// Squared distance of p, as an offset from the node's origin, to a child's box.
+// The squared distance of p, given as an offset from the node's origin, from a child's box.
 template <class Number>
 Number box_distance_sq(const WideNode& node, std::size_t lane, const std::array<Number, 3>& p) {
   Number sum = 0;
@@ -29,8 +30,8 @@ Number box_distance_sq(const WideNode& node, std::size_t lane, const std::array<
   return sum;
 }
 
-// Lays the children within `limit` on the stack: in the order of their lanes, but for the nearest, which changes places
-// with the last.
+// Pushes the children within `limit` in the order of their lanes, then swaps the nearest to the top. Returns the new
+// size of the stack.
 template <class Number>
 std::size_t push_within(const WideNode& node, const std::array<Number, 3>& p, Number limit, WalkEntry* stack,
                         std::size_t size) {
@@ -47,7 +48,7 @@ std::size_t push_within(const WideNode& node, const std::array<Number, 3>& p, Nu
   return size;
 }
 
-// The children that may be closer than sqrt(best_sq).
+// Pushes the children that may be closer than sqrt(best_sq). Returns the new size of the stack.
 inline std::size_t push_children(const WideNode& node, const double p[3], double best_sq, WalkEntry* stack,
                                  std::size_t size) {
   std::array<double, 3> local;
@@ -62,8 +63,8 @@ inline std::size_t push_children(const WideNode& node, const double p[3], double
   return push_within(node, local_float, near_limit(best_sq), stack, size);
 }
 
-// Depth first, the nearest child first. `visit(block)` returns the squared distance beyond which nothing is of interest
-// any more; what is passed over is farther than that. Ends when it is 0.
+// Calls visit(block) for the blocks that may be closer to p than sqrt(best_sq), depth first, the nearest child first.
+// visit() returns the new best_sq; the walk skips boxes that are farther and ends at 0.
 template <class Visit>
 void walk(const TreeView& tree, const double p[3], double best_sq, Visit&& visit) {
   std::array<WalkEntry, kMaxStack> stack;
