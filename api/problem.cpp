@@ -36,6 +36,8 @@ constexpr ProblemRow kTable[] = {
     {ProblemKind::overloaded, "overloaded", "The service is at its limit", 503},
     {ProblemKind::shutting_down, "shutting-down", "The service is shutting down", 503},
     {ProblemKind::invalid_request, "invalid-request", "The options are invalid", 422, ErrorCode::invalid_request},
+    {ProblemKind::unit_conflict, "unit-conflict", "The units of the meshes and the limit do not fit", 422,
+     ErrorCode::unit_conflict},
     {ProblemKind::unsupported_format, "unsupported-format", "The file format is not supported", 415,
      ErrorCode::unsupported_format},
     {ProblemKind::unreadable_mesh, "unreadable-mesh", "The mesh file is malformed", 422, ErrorCode::unreadable_mesh},

@@ -44,6 +44,7 @@ enum class ProblemKind {
   overloaded,  // the queue, the connections or the total upload bytes are at their limit
   shutting_down,
   invalid_request,
+  unit_conflict,  // one mesh's unit is unknown, or a limit without unit for meshes of different units
   unsupported_format,
   unreadable_mesh,
   empty_mesh,

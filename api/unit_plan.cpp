@@ -4,9 +4,9 @@
 #include <cstdint>
 #include <iterator>
 #include <numeric>
+#include <utility>
 
 #include "api/formats/text.h"
-#include "api/refused.h"
 
 namespace meshgauge::api {
 namespace {
@@ -78,19 +78,23 @@ std::string described(const UnitPlan& plan, const FileUnit& a, const FileUnit& b
   return described(a, "a", plan.a) + " and " + described(b, "b", plan.b);
 }
 
+Error conflict(std::string message, std::string part, std::string where) {
+  return {ErrorCode::unit_conflict, std::move(message), std::move(part), std::move(where)};
+}
+
 Error one_is_unknown(const UnitPlan& plan, const FileUnit& a, const FileUnit& b, LengthUnit limit) {
   const std::string part = plan.a.unit ? "b" : "a";
   const std::string name = plan.a.unit ? quoted(b, "b") : quoted(a, "a");
-  return refused("the limit is in " + std::string(in_words(limit)) + ", " + described(plan, a, b) +
-                     ": declare the unit of " + name + " (option units." + part + ", flag --unit-" + part +
-                     ", or units in a manifest)",
-                 part, "/units/" + part);
+  return conflict("the limit is in " + std::string(in_words(limit)) + ", " + described(plan, a, b) +
+                      ": declare the unit of " + name + " (option units." + part + ", flag --unit-" + part +
+                      ", or units in a manifest)",
+                  part, "/units/" + part);
 }
 
 Error bare_limit(const UnitPlan& plan, const FileUnit& a, const FileUnit& b) {
-  return refused("the limit has no unit, " + described(plan, a, b) +
-                     ": write the limit with its unit (option gate.units, or '0.05 mm' as flag or in a manifest)",
-                 "options", "/gate/units");
+  return conflict("the limit has no unit, " + described(plan, a, b) +
+                      ": write the limit with its unit (option gate.units, or '0.05 mm' as flag or in a manifest)",
+                  "options", "/gate/units");
 }
 
 }  // namespace

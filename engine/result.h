@@ -12,6 +12,7 @@ namespace meshgauge {
 // The kind of a failure. api/problem.h gives each its HTTP status.
 enum class ErrorCode {
   invalid_request,       // options, parts or flags that cannot be understood
+  unit_conflict,         // the units of a limit and two meshes contradict each other, or one is unknown
   unsupported_format,    // a file's format, version or extension is not supported
   unreadable_mesh,       // malformed file: truncated, bad number, bad reference
   empty_mesh,            // no triangle

@@ -82,7 +82,6 @@ std::string repair(const Gate& gate, const Error& error) {
     case ErrorCode::too_large:
       return "Make '" + file + "' smaller.";
     case ErrorCode::invalid_request:
-      if (error.where.starts_with("/units/")) return "";  // the message says what to declare
       return error.part == "a" || error.part == "b" ? "Look at its path and its rights, or at the step that writes it."
                                                     : "";
     default:

@@ -108,7 +108,7 @@ TEST_CASE("units: the truth table") {
     const auto plan = resolve(file_of(row[0]), file_of(row[3]), asked, row[6] != "-");
     CHECK(plan.ok() == (row[10] != "error"));
     if (!plan) {
-      CHECK(plan.error().code == ErrorCode::invalid_request);
+      CHECK(plan.error().code == ErrorCode::unit_conflict);
       CHECK(plan.error().message.find(row[11]) != std::string::npos);
       for (const char* mesh : {"'a'", "'b'"}) CHECK(plan.error().message.find(mesh) != std::string::npos);
       continue;

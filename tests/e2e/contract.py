@@ -239,14 +239,9 @@ def check_accepted(operation, request):
     demand(wrong is None, operation.id, "accepted what the description does not allow:", wrong)
 
 
-# Of units: whether they go together depends on what the files say.
-OF_FILES = ("/units/a", "/units/b", "/gate/units")
-
-
 def check_refused(operation, request, slug, problem):
-    """... and what it refuses as invalid is what the description does not allow, unless the files stand against it."""
-    of_files = any(error["where"] in OF_FILES and "'a'" in error["message"] for error in problem["errors"])
-    if slug == "invalid-request" and request.body is not None and not of_files:
+    """... and what it refuses as invalid is what the description does not allow."""
+    if slug == "invalid-request" and request.body is not None:
         demand(wrong_with(operation, request) is not None, operation.id, "refused what the description allows:", request)
 
 

@@ -135,7 +135,7 @@ class Table(UnitCase):
             with self.subTest(row.line):
                 answer = self.post(*self.files(row), row.options())
                 if row.verdict == "error":
-                    self.refused(answer, 422, "invalid-request")
+                    self.refused(answer, 422, "unit-conflict")
                     problem = answer.json()
                     for part in (row.says, "'a'", "'b'"):
                         self.assertIn(part, problem["detail"])

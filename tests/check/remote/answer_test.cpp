@@ -158,6 +158,7 @@ TEST_CASE("answer: every kind of problem that a mesh can have keeps its code") {
                                                      {"coordinate-too-large", ErrorCode::coordinate_too_large},
                                                      {"too-large", ErrorCode::too_large},
                                                      {"out-of-time", ErrorCode::out_of_time},
+                                                     {"unit-conflict", ErrorCode::unit_conflict},
                                                      {"invalid-request", ErrorCode::invalid_request}};
   for (const auto& [slug, code] : cases) {
     CAPTURE(slug);

@@ -34,6 +34,7 @@ const advices: Record<string, string> = {
   "index-out-of-range": "The file is inconsistent: export it again, and look at what wrote it.",
   "coordinate-too-large": "Scale the mesh down: squares of such coordinates no longer fit a floating-point number.",
   "invalid-request": "Correct the setting that is named.",
+  "unit-conflict": "Say which unit each mesh and the limit is in.",
   "unknown-mesh": "Choose the file again: the service no longer keeps it.",
   "digest-mismatch": "The file changed while it was sent: choose it again.",
   "internal": "This is a fault of the service. Report it with the request's id.",
