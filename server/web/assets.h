@@ -1,4 +1,4 @@
-// What build.mjs made of the pages / and /docs, as it was when the binary was built.
+// The files of the pages / and /docs, which build.mjs makes and the build embeds.
 #pragma once
 
 #include <string_view>
@@ -8,9 +8,9 @@ namespace meshgauge::server {
 
 struct Asset {
   std::string_view name;  // with its folder: "page/index.html"
-  std::string_view gzip;  // the file, compressed
+  std::string_view gzip;  // the file's bytes, compressed by gzip
 };
 
-const std::vector<Asset>& assets();  // none: built without them
+const std::vector<Asset>& assets();  // empty: the binary was built without pages
 
 }  // namespace meshgauge::server

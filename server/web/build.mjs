@@ -1,7 +1,7 @@
-// Bundles page/ and compresses all that the service serves to browsers: node build.mjs FOLDER
+// Bundles page/ and compresses all files that the service serves to browsers: node build.mjs FOLDER
 //
-// FOLDER is emptied, then gets page/*.gz and docs/*.gz, each served under its name without the .gz. The same sources
-// give the same bytes. Scripts, styles and pictures have a digest in their names, so a browser may keep them for ever.
+// Empties FOLDER and writes page/*.gz and docs/*.gz to it, each served under its name without the .gz. The same sources
+// give the same bytes. Scripts, styles and pictures have a digest in their names, so browsers may cache them for ever.
 import { mkdirSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { basename, dirname, join, relative } from "node:path";
 import { fileURLToPath } from "node:url";
@@ -18,7 +18,7 @@ const bundling = {
   entryNames: "[name]-[hash]",
   chunkNames: "[name]-[hash]",
   assetNames: "[name]-[hash]",
-  outdir: "bundle", // a name alone: nothing is written by esbuild itself
+  outdir: "bundle", // required by esbuild, which writes nothing itself
   write: false,
   metafile: true,
   bundle: true,
@@ -26,14 +26,14 @@ const bundling = {
   splitting: true,
   minify: true,
   sourcemap: false,
-  legalComments: "none", // whole texts are in licenses.txt, which each script names
+  legalComments: "none", // licenses.txt has the whole texts; each script names it
   banner: { js: `/*! Licences: /page/${licences} */` },
   loader: { ".svg": "copy" },
   target: ["chrome111", "firefox114", "safari16.4"],
   logLevel: "warning",
 };
 
-// What the bundle contains of others, with the licence of each.
+// Returns the name, version and licence of each package in the bundle.
 function licenceTexts(inputs) {
   const packages = new Set();
   for (const input of Object.keys(inputs)) {
@@ -49,7 +49,7 @@ function licenceTexts(inputs) {
   return texts.length ? `${intro}Its scripts contain:\n\n${texts.join("\n\n")}` : intro;
 }
 
-// index.html names the files as they are called in page/; the browser is given the bundle's names.
+// Returns index.html with the names of page/ replaced by those of the bundle.
 function indexPage(outputs) {
   const named = new Map(Object.entries(outputs).flatMap(([name, { entryPoint }]) =>
     entries.includes(entryPoint) ? [[entryPoint, name]] : []));
@@ -73,7 +73,7 @@ async function page() {
   return files;
 }
 
-// swagger-ui, as it comes.
+// Returns the files of /docs: two of this folder, and swagger-ui unchanged.
 function docs() {
   const swagger = join(here, "node_modules/swagger-ui-dist");
   const theirs = ["swagger-ui-bundle.js", "swagger-ui.css", "favicon-32x32.png", "LICENSE", "NOTICE", "swagger-ui-bundle.js.LICENSE.txt"];
@@ -81,7 +81,7 @@ function docs() {
   return new Map(paths.map((path) => [basename(path), readFileSync(path)]));
 }
 
-// Writes the files compressed, and says how many bytes that makes.
+// Writes the files, compressed, and returns the number of bytes written.
 function write(folder, files) {
   mkdirSync(folder, { recursive: true });
   let bytes = 0;
@@ -105,6 +105,6 @@ try {
     console.log(`${name}: ${some.size} files, ${write(join(out, name), some)} bytes of gzip in ${relative("", out) || out}`);
   }
 } catch (error) {
-  if (!error.errors) console.error(`build.mjs: ${error.message}`); // esbuild has said its own
+  if (!error.errors) console.error(`build.mjs: ${error.message}`); // esbuild has printed its errors
   process.exit(1);
 }

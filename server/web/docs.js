@@ -1,4 +1,4 @@
-// No plugin that asks a service elsewhere, and a description from here alone: the page's policy allows nothing else.
+// No validator service, and no description from another origin: the page's policy would block both.
 SwaggerUIBundle({
   dom_id: "#reference",
   url: "openapi.yaml",

@@ -1,10 +1,10 @@
-# The pages / and /docs become part of the binary. Node makes them (build.mjs), from packages that `npm ci` brings to this
-# folder: ./dev build runs it where there is an npm. Without, the service says that it has no such pages.
+# Embeds the pages / and /docs into the binary. build.mjs makes them by Node, from packages that `npm ci` installs in this
+# folder; ./dev build runs it if there is an npm. Without npm the service answers 404 for its pages.
 set(web ${CMAKE_CURRENT_SOURCE_DIR}/web)
 set(web_out ${CMAKE_CURRENT_BINARY_DIR}/web)
 set(MESHGAUGE_WEB_BUNDLE "" CACHE PATH "A folder that server/web/build.mjs has filled elsewhere, for a machine without node")
 if(MESHGAUGE_NODE AND NOT EXISTS "${MESHGAUGE_NODE}")
-  unset(MESHGAUGE_NODE CACHE)  # it was there once
+  unset(MESHGAUGE_NODE CACHE)  # it was removed since the last run
 endif()
 find_program(MESHGAUGE_NODE node)
 mark_as_advanced(MESHGAUGE_NODE)

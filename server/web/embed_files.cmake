@@ -1,7 +1,8 @@
 cmake_minimum_required(VERSION 3.25)
 
-# Writes the source that embeds the compressed files of a folder:
-# cmake -DFOLDER=of build.mjs -DTEMPLATE=assets.cpp.in -DOUTPUT=assets.cpp -P embed_files.cmake. Without FOLDER: none of them.
+# Writes the source that embeds the compressed files of a folder that build.mjs has made:
+# cmake -DFOLDER=FOLDER -DTEMPLATE=assets.cpp.in -DOUTPUT=assets.cpp -P embed_files.cmake
+# Without FOLDER it embeds none.
 set(files "")
 if(FOLDER)
   file(GLOB_RECURSE files RELATIVE ${FOLDER} ${FOLDER}/*.gz)
@@ -23,4 +24,4 @@ foreach(file IN LISTS files)
   math(EXPR number "${number} + 1")
 endforeach()
 configure_file(${TEMPLATE} ${OUTPUT} @ONLY)
-file(TOUCH ${OUTPUT})  # the files' bytes may be others though their names are not
+file(TOUCH ${OUTPUT})  # the contents may have changed although the names have not

@@ -20,7 +20,7 @@ std::string lower(std::string_view text) {
   return copy;
 }
 
-// Takes what stands before the next separator off the text.
+// Removes the text before the next separator from `text` and returns it.
 std::string_view next(std::string_view& text, char separator) {
   const auto end = std::min(text.find(separator), text.size());
   const std::string_view piece = trimmed(text.substr(0, end));
@@ -28,7 +28,7 @@ std::string_view next(std::string_view& text, char separator) {
   return piece;
 }
 
-// 0: does not fit; the higher the more exact.
+// How specifically the range matches; 0: not at all.
 int fit(const std::string& range, std::string_view value) {
   if (range == value) return 3;
   if (range == "*/*" || range == "*") return 1;

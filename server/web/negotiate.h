@@ -1,13 +1,13 @@
-// What a client would rather have (RFC 9110 section 12.5).
+// Content negotiation (RFC 9110 section 12.5).
 #pragma once
 
 #include <string_view>
 
 namespace meshgauge::server {
 
-// The weight, 0 to 1, that a field such as Accept or Accept-Encoding gives to a value: that of the most exact of its
-// elements that fits ("text/html" before "text/*" before "*/*" or "*"); 0: named by none, or refused. Weights that are
-// none are 0; other parameters are not looked at.
+// Returns the weight, 0 to 1, that a field such as Accept or Accept-Encoding gives to a value: that of its most
+// specific element that matches ("text/html" before "text/*" before "*/*" or "*"). 0: no element matches, the value is
+// refused, or its weight is malformed. Other parameters are ignored.
 double weight_of(std::string_view field, std::string_view value);
 
 }  // namespace meshgauge::server

@@ -1,4 +1,4 @@
-// openapi.yaml, as it was when the binary was built.
+// openapi.yaml, embedded by the build.
 #pragma once
 
 #include <string_view>

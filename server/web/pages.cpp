@@ -21,8 +21,8 @@ namespace {
 using api::Problem;
 using api::ProblemKind;
 
-// No script or style within a page, nothing from elsewhere, no frame around it. swagger-ui's pictures are in its style
-// sheet; it makes markup of strings, which the other page must not.
+// The policies allow no inline script or style, no other origin and no framing. swagger-ui has pictures in its style
+// sheet, and makes markup from strings, which trusted types forbid on the other page.
 constexpr std::string_view kReferencePolicy =
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; connect-src 'self'; "
     "base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
@@ -31,8 +31,8 @@ constexpr std::string_view kPagePolicy =
     "base-uri 'none'; form-action 'none'; frame-ancestors 'none'; require-trusted-types-for 'script'; "
     "trusted-types 'none'";
 
-constexpr const char* kAskAgain = "no-cache";                            // kept, but asked for by its ETag each time
-constexpr const char* kForEver = "public, max-age=31536000, immutable";  // the name tells what is in it
+constexpr const char* kAskAgain = "no-cache";                            // revalidated by its ETag each time
+constexpr const char* kForEver = "public, max-age=31536000, immutable";  // for names with a digest of the content
 constexpr const char* kForAnHour = "public, max-age=3600";
 
 constexpr std::array<std::pair<std::string_view, const char*>, 5> kTypes{{{".html", "text/html; charset=utf-8"},
@@ -70,7 +70,7 @@ const File* find(std::string_view name) {
   return found == files().end() ? nullptr : &found->second;
 }
 
-// Of our own bytes: they are what zlib made of a file of this length, or the build is broken.
+// Decompresses an embedded file. Its last four bytes give the length; a mismatch is a broken build.
 std::string expanded(std::string_view gzip) {
   std::uint32_t length = 0;  // the last four bytes, the lowest first
   for (std::size_t i = 1; i <= 4; ++i) length = length << 8 | static_cast<unsigned char>(gzip[gzip.size() - i]);
@@ -114,8 +114,7 @@ void show(Exchange& exchange, const char* name, std::string_view policy) {
   const File* page = find(name);
   if (!page) {
     const Problem without{ProblemKind::not_found,
-                          "this service was built without its pages, for which npm is needed; /openapi.yaml describes "
-                          "what it does",
+                          "this service was built without its pages, which needs npm; /openapi.yaml describes the API",
                           {}};
     return answer(exchange, without);
   }
@@ -123,7 +122,7 @@ void show(Exchange& exchange, const char* name, std::string_view policy) {
   send(exchange, *page, kAskAgain);
 }
 
-// As browsers say; programs that say nothing, or take anything, would rather have a problem.
+// True for browsers. Clients without Accept, or that accept anything, get a problem.
 bool prefers_a_page(const Head& head) {
   const std::string_view accept = head.header("accept");
   const double problem = std::max(weight_of(accept, "application/problem+json"), weight_of(accept, "application/json"));
@@ -134,7 +133,7 @@ bool is_id(std::string_view text) {
   return text.size() == 32 && text.find_first_not_of("0123456789abcdef") == std::string_view::npos;
 }
 
-// The bundler's names end in a digest of eight capitals and digits.
+// True for names that the bundler made: they end in a digest of eight characters of base 32.
 bool is_named_by_digest(std::string_view name) {
   const std::string_view stem = name.substr(0, name.rfind('.'));
   const auto dash = stem.rfind('-');
@@ -152,8 +151,8 @@ void show_root(Exchange& exchange) {
   add_vary(exchange.response, "Accept");
   if (has_pages() && !text) return show(exchange, "page/index.html", kPagePolicy);
   exchange.response.content_type = "text/plain";
-  exchange.response.body =
-      std::string("meshgauge ") + version() + "\nPOST /v1/comparisons, described by /docs and /openapi.yaml\n";
+  exchange.response.body = std::string("meshgauge ") + version() +
+                           "\nPOST /v1/comparisons compares two meshes; see /docs and /openapi.yaml\n";
 }
 
 void show_permanent_link(Exchange& exchange) {
@@ -162,7 +161,7 @@ void show_permanent_link(Exchange& exchange) {
 }
 
 void show_damaged_link(Exchange& exchange) {
-  answer(exchange, Problem{ProblemKind::not_found, "the id in a link is 32 hexadecimal digits", {}});
+  answer(exchange, Problem{ProblemKind::not_found, "the link is damaged: its id must be 32 lower-case hex digits", {}});
   Response& response = exchange.response;
   add_vary(response, "Accept");
   const File* page = find("page/index.html");

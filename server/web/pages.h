@@ -1,23 +1,24 @@
-// The pages of the service: /, which measures and shows, and /docs, which is openapi.yaml by swagger-ui. Both from the
-// binary's own files (assets.h); they load nothing from elsewhere, and their policy lets them load nothing else.
+// Handlers of the pages: /, on which meshes are compared, and /docs, which shows openapi.yaml by swagger-ui. Both come
+// from the binary (assets.h), and their content security policy allows no other origin.
 #pragma once
 
 #include "server/http/exchange.h"
 
 namespace meshgauge::server {
 
-bool has_pages();  // whether the binary was built with them
+bool has_pages();  // false: the binary was built without them
 
-void show_root(Exchange& exchange);            // the page, or a line of text for who would rather have text
-void send_page_file(Exchange& exchange);       // what the page loads: the route's segment names it
+void show_root(Exchange& exchange);            // /: the page; plain text if the client prefers text/plain
+void send_page_file(Exchange& exchange);       // /page/{}: a file that the page loads
 void show_reference(Exchange& exchange);       // /docs
-void send_reference_file(Exchange& exchange);  // what it loads
+void send_reference_file(Exchange& exchange);  // /docs/{}: a file that /docs loads
 
-// The page of a comparison or a batch, for any id that could be one, whether or not it is; of another id as below.
+// /c/{} and /b/{}: the page of a comparison or a batch. Any well-formed id gets the page, which then asks for it;
+// another one as show_damaged_link().
 void show_permanent_link(Exchange& exchange);
 
-// A link that has no id, or something behind it: 404, as the page, which says what is wrong, for who prefers text/html
-// to JSON; else a problem.
+// A link without an id, or with text after it: 404. The body is the page, which explains it, if the client prefers
+// text/html to JSON; else a problem.
 void show_damaged_link(Exchange& exchange);
 
 }  // namespace meshgauge::server
