@@ -178,7 +178,7 @@ class Bisection {
   }
 
   Search& search_;
-  std::deque<Bisector> bisectors_;  // one a thread
+  std::deque<Bisector> bisectors_;  // one for each thread
 };
 
 }  // namespace

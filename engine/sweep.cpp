@@ -322,7 +322,7 @@ class Sweep {
   LargeArray<std::uint32_t> twins_;  // twins_by_number(): by triangle of A, or empty
   std::vector<Block> blocks_;
   std::vector<Vertex> vertices_;
-  std::deque<Sweeper> sweepers_;  // one a thread
+  std::deque<Sweeper> sweepers_;  // one for each thread
 };
 
 }  // namespace
