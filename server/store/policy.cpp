@@ -1,6 +1,7 @@
 #include "server/store/policy.h"
 
 #include <algorithm>
+#include <tuple>
 
 namespace meshgauge::server::store {
 
@@ -11,15 +12,21 @@ std::int64_t rank_of(const NewJob& job) {
          static_cast<std::int64_t>(std::min(job.cost, kMost));
 }
 
-AfterLoss after_hand_back(const Loss& loss, bool excused) {
-  const unsigned excuses = loss.excused + (excused ? 1U : 0U);
-  if (loss.cancel_requested) return {JobState::cancelled, excuses};
-  return {loss.tries >= excuses + kMaxTries ? JobState::failed : JobState::queued, excuses};
+const Group* next_group(std::span<const Group> groups) {
+  const auto first = std::min_element(groups.begin(), groups.end(), [](const Group& x, const Group& y) {
+    return std::tie(x.running, x.rank) < std::tie(y.running, y.rank);
+  });
+  return first == groups.end() ? nullptr : &*first;
 }
 
-AfterLoss after_loss(const Loss& loss) {
-  const bool suspected = loss.tries > loss.excused + 1;
-  return after_hand_back(loss, loss.in_batch && !loss.told_progress && !suspected && loss.excused < kMaxUnbegun);
+std::size_t fit_in_claim(std::span<const Candidate> first) {
+  std::uint64_t cost = 0;
+  for (std::size_t i = 0; i < first.size(); ++i) {
+    cost += first[i].cost;
+    if (i > 0 && (first[i].suspected || cost > JobStore::kBytesOfOneSecond)) return i;
+    if (first[i].suspected) return i + 1;
+  }
+  return first.size();
 }
 
 std::uint64_t share_of(std::vector<Kept> kept, std::uint64_t max_kept) {

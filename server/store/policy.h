@@ -1,8 +1,10 @@
-// Decisions that are the same in every JobStore: pure functions over what a store reads.
+// Decisions that both stores share: whose job is next, and what the sweeps remove. Pure functions over what a store
+// reads.
 #pragma once
 
 #include <cstdint>
 #include <functional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -13,38 +15,35 @@ namespace meshgauge::server::store {
 // The order of claim_some(), lowest first: earlier by one second is as good as smaller by kBytesOfOneSecond.
 std::int64_t rank_of(const NewJob& job);
 
-// A running job whose try ends without a result.
-struct Loss {
-  unsigned tries = 0;  // with this one
-  unsigned excused = 0;
-  bool cancel_requested = false;
-  bool in_batch = false;
-  bool told_progress = false;  // in this try
+// Jobs of one owner, or of one batch of an owner, of which some are queued.
+struct Group {
+  std::string name;
+  std::int64_t rank = 0;  // the lowest of those that are queued
+  std::int64_t running = 0;
 };
+// The group that claim_some() takes from: of those with the fewest running jobs the one with the lowest rank. nullptr:
+// there is no group.
+const Group* next_group(std::span<const Group> groups);
 
-struct AfterLoss {
-  JobState state = JobState::queued;
-  unsigned excused = 0;
+struct Candidate {
+  std::uint64_t cost = 0;
+  bool suspected = false;
 };
-
-// What becomes of it. An excused try does not count towards kMaxTries.
-AfterLoss after_hand_back(const Loss& loss, bool excused);
-// The same when it was lost with its worker. A job of a batch that has told no progress is excused, unless it is
-// suspected or was excused kMaxUnbegun times: most likely it was one of many that were claimed at once, and another one
-// ran.
-AfterLoss after_loss(const Loss& loss);
+// How many of a group's first jobs one claim takes: as many as cost kBytesOfOneSecond together, at least one, and none
+// beside a suspected one.
+std::size_t fit_in_claim(std::span<const Candidate> first);
 
 struct Kept {
   std::string owner;
   std::uint64_t jobs = 0;
 };
 
-// What each owner may keep of `max_kept` for all: an equal share, and of what others leave of theirs as much as is
-// needed. Whoever keeps little loses nothing to one who keeps much.
+// The number of jobs that each owner may keep when all keep `max_kept`: an equal share, and what others leave of
+// theirs.
 std::uint64_t share_of(std::vector<Kept> kept, std::uint64_t max_kept);
 
-// Removes what owners keep beyond their share, at most `most`, by `remove_oldest` of an owner and a number, which says
-// how many it has removed. How many there were.
+// Removes what owners keep beyond their share, at most `most` jobs. `remove_oldest` removes up to `wanted` jobs of an
+// owner and returns their number. Returns the number of all.
 std::uint64_t remove_over_share(
     const std::vector<Kept>& kept, std::uint64_t max_kept, std::uint64_t most,
     const std::function<std::uint64_t(const std::string& owner, std::uint64_t wanted)>& remove_oldest);

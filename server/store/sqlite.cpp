@@ -1,5 +1,6 @@
 #include "server/store/sqlite.h"
 
+#include <algorithm>
 #include <cerrno>
 
 #include <sqlite3.h>
@@ -32,7 +33,9 @@ Connection::Connection(const std::string& path, Use use) : database_(path, kFlag
 SQLite::Statement& Connection::prepared(const char* sql) {
   const auto found = statements_.find(sql);
   if (found != statements_.end()) return found->second;
-  return statements_.emplace(sql, SQLite::Statement(database_, sql)).first->second;
+  std::string numbered(sql);
+  std::replace(numbered.begin(), numbered.end(), '$', '?');  // SQLite gives $2 the next number, and ?2 the second
+  return statements_.emplace(sql, SQLite::Statement(database_, numbered)).first->second;
 }
 
 std::int64_t Connection::pragma(const char* name) {

@@ -12,14 +12,24 @@
 #include <SQLiteCpp/SQLiteCpp.h>
 
 #include "server/store/job_store.h"
+#include "server/store/sql.h"
 
 namespace meshgauge::server::store {
+
+class Query;
 
 class Connection {
  public:
   enum class Use { write, read };
 
+  // Of a row `item` of batch_items: its job, all NULL where it is gone (rows.h).
+  static constexpr Sql kJobOfItem{"LEFT JOIN jobs ON jobs.owner = item.owner AND jobs.id = item.job"};
+
   Connection(const std::string& path, Use use);
+
+  // A statement with the values of its parameters $1, $2, ... Runs as its rows are asked for.
+  template <class... Values>
+  Query query(const char* sql, const Values&... values);
 
   SQLite::Statement& prepared(const char* sql);
   void execute(const char* sql) { database_.exec(sql); }
@@ -40,7 +50,7 @@ class Connection {
 // Of an exception on the way to a connection. `system_error`: errno of the call that failed; 0: unknown.
 Error to_error(const SQLite::Exception& exception, const std::string& path, int system_error = 0);
 
-// One run of a prepared statement: Query(connection, sql, values of its parameters in order).
+// One run of a prepared statement.
 class Query {
  public:
   template <class... Values>
@@ -78,5 +88,10 @@ class Query {
   SQLite::Statement& statement_;
   int bound_ = 0;
 };
+
+template <class... Values>
+Query Connection::query(const char* sql, const Values&... values) {
+  return Query(*this, sql, values...);
+}
 
 }  // namespace meshgauge::server::store

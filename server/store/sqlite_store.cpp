@@ -5,18 +5,18 @@
 #include <algorithm>
 #include <cassert>
 #include <cerrno>
-#include <map>
-#include <tuple>
 #include <utility>
 
 #include "server/store/errors.h"
 #include "server/store/job_rows.h"
+#include "server/store/rows.h"
 #include "server/store/schema.h"
+#include "server/store/transitions.h"
 
 namespace meshgauge::server::store {
 namespace {
 
-// SQLite would make the file readable to everybody; its log and index get the mode that it has.
+// SQLite would make the file readable to every user; its log and index get the mode that it has.
 Result<Done> make_private_file(const std::string& path) {
   const Descriptor file(::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600));
   if (!file) return storage_error(errno, "the database '" + path + "' cannot be opened");
@@ -32,150 +32,94 @@ Result<std::unique_ptr<Connection>> connect(const std::string& path) {
   }
 }
 
-Job as_queued(const NewJob& job) {
-  Job queued;
-  static_cast<NewJob&>(queued) = job;
-  return queued;
-}
+constexpr auto kNextOwner = R"sql(
+    SELECT owner, rank FROM jobs INDEXED BY jobs_turns
+    WHERE tries >= 0 AND )sql" +
+                            kClaimable + R"sql( AND owner >= $2
+    ORDER BY owner, rank LIMIT 1)sql";
+constexpr auto kNextBatch = R"sql(
+    SELECT batch, rank FROM jobs INDEXED BY jobs_waiting
+    WHERE )sql" + kClaimable +
+                            R"sql( AND owner = $3 AND batch >= $2
+    ORDER BY batch, rank LIMIT 1)sql";
+constexpr auto kFirstJobs = "SELECT number, cost, tries > excused FROM jobs WHERE " + kClaimable + R"sql(
+      AND owner = $2 AND batch = $3
+    ORDER BY rank, number LIMIT $4)sql";
 
-// What waits, by the name of its owner or its batch: the rank of its first job, and how many of it run.
-struct Waiting {
-  std::int64_t rank = 0;
-  std::int64_t running = 0;
-};
-using AllWaiting = std::map<std::string, Waiting>;
-
-// The fewest running first, then the first rank. Null: nothing waits.
-const std::string* whose_turn(const AllWaiting& all) {
-  const auto turn = [](const auto& one) { return std::tuple(one.second.running, one.second.rank); };
-  const auto first =
-      std::min_element(all.begin(), all.end(), [&](const auto& x, const auto& y) { return turn(x) < turn(y); });
-  return first == all.end() ? nullptr : &first->first;
-}
-
-// Of rows of a name and a number: how many run.
-void add_running(AllWaiting& all, Query&& row) {
-  while (row.next()) {
-    if (const auto found = all.find(row.text(0)); found != all.end()) found->second.running = row.number(1);
+// The groups that wait: `next` returns name and rank of the first whose name is not less than the one it is given, so
+// each costs one step in an index. `running` returns name and number of those of which some run.
+std::vector<Group> waiting_groups(const std::function<Query(const std::string& from)>& next, Query&& running) {
+  std::vector<Group> groups;
+  for (std::string from;; from = groups.back().name + '\0') {
+    Query row = next(from);
+    if (!row.next()) break;
+    groups.push_back({row.text(0), row.number(1), 0});
   }
-}
-
-// What claim_some() may take. The parameter: whether suspected jobs.
-#define MESHGAUGE_CLAIMABLE "state = 0 AND (tries <= excused OR ?) "
-
-// From one owner to the next by the index: their jobs may be many, they are few. `tries >= 0` is there for that index.
-AllWaiting waiting_owners(Connection& connection, bool suspects) {
-  AllWaiting owners;
-  const auto add = [&](Query&& row) {
-    return row.next() ? &*owners.emplace(row.text(0), Waiting{row.number(1)}).first : nullptr;
-  };
-  const auto* at =
-      add(Query(connection,
-                "SELECT owner, rank FROM jobs INDEXED BY jobs_turns WHERE tries >= 0 AND " MESHGAUGE_CLAIMABLE
-                "ORDER BY owner, rank LIMIT 1",
-                suspects));
-  while (at) {
-    at = add(Query(connection,
-                   "SELECT owner, rank FROM jobs INDEXED BY jobs_turns WHERE tries >= 0 AND " MESHGAUGE_CLAIMABLE
-                   "AND owner > ? ORDER BY owner, rank LIMIT 1",
-                   suspects, at->first));
+  while (running.next()) {
+    const auto found = std::lower_bound(groups.begin(), groups.end(), running.text(0),
+                                        [](const Group& group, const std::string& name) { return group.name < name; });
+    if (found != groups.end() && found->name == running.text(0)) found->running = running.number(1);
   }
-  add_running(owners, Query(connection,
-                            "SELECT owner, count(*) FROM jobs INDEXED BY jobs_running WHERE state = 1 GROUP BY owner"));
-  return owners;
+  return groups;
 }
 
-// Likewise the batches of an owner; "" is what is in none.
-AllWaiting waiting_batches(Connection& connection, const std::string& owner, bool suspects) {
-  AllWaiting batches;
-  const auto add = [&](Query&& row) {
-    return row.next() ? &*batches.emplace(row.text(0), Waiting{row.number(1)}).first : nullptr;
-  };
-  const auto* at = add(Query(connection,
-                             "SELECT batch, rank FROM jobs INDEXED BY jobs_waiting WHERE " MESHGAUGE_CLAIMABLE
-                             "AND owner = ? ORDER BY batch, rank LIMIT 1",
-                             suspects, owner));
-  while (at) {
-    at = add(Query(connection,
-                   "SELECT batch, rank FROM jobs INDEXED BY jobs_waiting WHERE " MESHGAUGE_CLAIMABLE
-                   "AND owner = ? AND batch > ? ORDER BY batch, rank LIMIT 1",
-                   suspects, owner, at->first));
-  }
-  add_running(batches, Query(connection,
-                             "SELECT batch, count(*) FROM jobs INDEXED BY jobs_running WHERE state = 1 AND owner = ? "
-                             "GROUP BY batch",
-                             owner));
-  return batches;
-}
-
-// What claim_some() takes, in its order: see job_store.h.
+// The rows that claim_some() takes, in its order.
 std::vector<std::int64_t> next_jobs(Connection& connection, std::size_t most, bool suspects) {
-  const AllWaiting owners = waiting_owners(connection, suspects);
-  const std::string* const owner = whose_turn(owners);
+  const auto owners = waiting_groups(
+      [&](const std::string& from) { return connection.query(kNextOwner, suspects, from); },
+      connection.query("SELECT owner, count(*) FROM jobs INDEXED BY jobs_running WHERE state = 1 GROUP BY owner"));
+  const Group* const owner = next_group(owners);
   if (!owner) return {};
-  const AllWaiting batches = waiting_batches(connection, *owner, suspects);
-  const std::string& batch = *whose_turn(batches);
-  Query row(connection,
-            "SELECT number, cost, tries > excused FROM jobs WHERE " MESHGAUGE_CLAIMABLE
-            "AND owner = ? AND batch = ? ORDER BY rank, number LIMIT ?",
-            suspects, *owner, batch, batch.empty() ? 1 : most);
+  const auto batches = waiting_groups(
+      [&](const std::string& from) { return connection.query(kNextBatch, suspects, from, owner->name); },
+      connection.query("SELECT batch, count(*) FROM jobs INDEXED BY jobs_running WHERE state = 1 AND owner = $1 "
+                       "GROUP BY batch",
+                       owner->name));
+  const std::string& batch = next_group(batches)->name;
+  Query row = connection.query(kFirstJobs, suspects, owner->name, batch, batch.empty() ? 1 : most);
   std::vector<std::int64_t> numbers;
-  std::int64_t cost = 0;
+  std::vector<Candidate> candidates;
   while (row.next()) {
-    cost += row.number(1);
-    const bool suspected = row.number(2) != 0;
-    if (!numbers.empty() && (suspected || cost > JobStore::kBytesOfOneSecond)) break;
     numbers.push_back(row.number(0));
-    if (suspected) break;
+    candidates.push_back({count_in(row, 1), row.number(2) != 0});
   }
+  numbers.resize(fit_in_claim(candidates));
   return numbers;
 }
 
+constexpr auto kClaimJob = "UPDATE jobs SET " + kClaim + " WHERE number = $1 RETURNING" + kJobColumns;
+
+constexpr auto kHear = "UPDATE jobs SET" + kRenew + R"sql(
+    FROM (SELECT $1 AS owner, $2 AS id, $3 AS worker, $4 AS tries, $5 AS lease_until, $6 AS lower, $7 AS upper,
+            $8 AS stage, $9 AS bounds_by) AS given
+    WHERE )sql" + kHeld +
+                       " RETURNING cancel_requested";
+
 Heartbeat hear(Connection& connection, const Beat& beat, TimePoint lease_until) {
   const Token& token = beat.token;
-  Query row(
-      connection,
-      "SELECT cancel_requested, lower, upper, stage, bounds_by FROM jobs WHERE owner = ? AND id = ? AND state = 1 "
-      "AND worker = ? AND tries = ?",
-      token.key.owner, token.key.id, token.worker, token.tries);
+  const auto told = [&](auto member) { return beat.progress ? std::optional(*beat.progress.*member) : std::nullopt; };
+  Query row =
+      connection.query(kHear, token.key.owner, token.key.id, token.worker, token.tries, lease_until,
+                       told(&Progress::lower), told(&Progress::upper), told(&Progress::stage), told(&Progress::by));
   if (!row.next()) return Heartbeat::lost;
-  const bool cancel = row.number(0) != 0;
-  const std::optional<Progress> known = progress_of(row, 1, 4);
-  const std::optional<Progress> told = beat.progress ? std::optional(narrowed(known, *beat.progress)) : std::nullopt;
-  const auto none = [&](auto member) { return told ? std::optional(*told.*member) : std::nullopt; };
-  Query(
-      connection,
-      "UPDATE jobs SET lease_until = ?, lower = ifnull(?, lower), upper = ifnull(?, upper), stage = ifnull(?, stage), "
-      "bounds_by = ifnull(?, bounds_by) WHERE owner = ? AND id = ?",
-      lease_until, none(&Progress::lower), none(&Progress::upper), none(&Progress::stage), none(&Progress::by),
-      token.key.owner, token.key.id)
-      .run();
-  return cancel ? Heartbeat::cancel : Heartbeat::go_on;
+  return row.number(0) != 0 ? Heartbeat::cancel : Heartbeat::go_on;
 }
 
-// Once more with the same token and time changes nothing, and is no failure: see job_store.h.
+constexpr auto kEndJob = "UPDATE jobs SET" + kEnd + R"sql(
+    FROM (SELECT $1 AS owner, $2 AS id, $3 AS worker, $4 AS tries, $5 AS new_state, $6 AS document, $7 AS problem,
+            $8 AS verdict, $9 AS finished, $10 AS expires, $11 AS reusable, $12 AS work) AS given
+    WHERE )sql" + kEndable;
+
 bool end_job(Connection& connection, const Token& token, const Ending& ending) {
   assert(has_ended(ending.state));
-  return Query(
-             connection,
-             "UPDATE jobs SET state = ?1, document = ?2, problem = ?3, finished = ?4, expires = ?5, verdict = ?10, "
-             "reusable = ?11, work = iif(work = '', '', ifnull(?12, work)), lease_until = NULL WHERE owner = ?6 AND id "
-             "= ?7 AND worker = ?8 AND tries = ?9 AND "
-             "(state = 1 OR (state = ?1 AND finished = ?4))",
-             ending.state, ending.document, ending.problem, ending.finished, ending.expires, token.key.owner,
-             token.key.id, token.worker, token.tries, ending.verdict, ending.reusable, ending.work)
+  return connection
+             .query(kEndJob, token.key.owner, token.key.id, token.worker, token.tries, ending.state, ending.document,
+                    ending.problem, ending.verdict, ending.finished, ending.expires, ending.reusable, ending.work)
              .run() == 1;
 }
 
-Claimed claim(Connection& connection, std::int64_t number, const std::string& worker, TimePoint now,
-              TimePoint lease_until) {
-  Query updated(connection,
-                "UPDATE jobs SET state = 1, tries = tries + 1, worker = ?, started = ?, lease_until = ?, stage = NULL "
-                "WHERE number = ? RETURNING " MESHGAUGE_JOB_COLUMNS,
-                worker, now, lease_until, number);
-  updated.next();
-  return {token_of(updated), job_of(updated)};
-}
+constexpr auto kCancelJob =
+    "UPDATE jobs SET" + kCancel + " WHERE owner = $1 AND id = $2 AND " + kCancellable + " RETURNING state";
 
 }  // namespace
 
@@ -198,11 +142,8 @@ SqliteStore::SqliteStore(const std::string& path, std::unique_ptr<Connection> co
 
 Result<Inserted> SqliteStore::insert(const NewJob& job) {
   auto inserted = writer_.write([&](Connection& connection) {
-    if (insert_row(connection, job)) return Inserted{as_queued(job), false, false};
-    std::optional<Job> there = find_job(connection, job.key);
-    if (!there) there = find_idempotent_job(connection, job.key.owner, job.idempotency_key);
-    const bool conflict = there->fingerprint != job.fingerprint;
-    return Inserted{*std::move(there), true, conflict};
+    if (insert_row(connection, job, "")) return Inserted{as_queued(job), false, false};
+    return *existing_job(connection, job);
   });
   if (inserted && !inserted->existed) signals_.tell(Signal::Kind::work);
   return inserted;
@@ -214,7 +155,9 @@ Result<std::vector<Claimed>> SqliteStore::claim_some(const std::string& worker, 
       [&](Connection& connection) {
         std::vector<Claimed> claimed;
         for (const std::int64_t number : next_jobs(connection, most, suspects == Suspects::too)) {
-          claimed.push_back(claim(connection, number, worker, now, lease_until));
+          Query row = connection.query(kClaimJob, number, worker, now, lease_until);
+          row.next();
+          claimed.push_back(claimed_of(row));
         }
         return claimed;
       },
@@ -253,15 +196,10 @@ Result<std::vector<bool>> SqliteStore::finish_all(std::span<const Finished> endi
 Result<std::optional<JobState>> SqliteStore::request_cancel(const JobKey& key, Moment moment) {
   if (const auto job = behind_.find(key)) return std::optional(job->state);
   const auto state = writer_.write([&](Connection& connection) -> std::optional<JobState> {
-    Query updated(
-        connection,
-        "UPDATE jobs SET cancel_requested = 1, state = iif(state = 0, 4, 1), finished = iif(state = 0, ?1, NULL), "
-        "expires = iif(state = 0, ?2, NULL) WHERE owner = ?3 AND id = ?4 AND state < 2 RETURNING state",
-        moment.now, moment.keep_until, key.owner, key.id);
+    Query updated = connection.query(kCancelJob, key.owner, key.id, moment.now, moment.keep_until);
     if (updated.next()) return static_cast<JobState>(updated.number(0));
-    Query row(connection, "SELECT state FROM jobs WHERE owner = ? AND id = ?", key.owner, key.id);
-    if (!row.next()) return std::nullopt;
-    return static_cast<JobState>(row.number(0));
+    const std::optional<Job> ended = find_job(connection, key);
+    return ended ? std::optional(ended->state) : std::nullopt;
   });
   if (!state || !*state) return state;
   signals_.tell(**state == JobState::running ? Signal::Kind::cancel : Signal::Kind::changed, key);
@@ -271,12 +209,7 @@ Result<std::optional<JobState>> SqliteStore::request_cancel(const JobKey& key, M
 Result<Done> SqliteStore::write(const WriteBehind::Batch& batch) {
   return writer_.write([&](Connection& connection) {
     for (const auto& job : batch.jobs) insert_ended_row(connection, *job);
-    for (const auto& [mesh, touch] : batch.touches) {
-      Query(connection,
-            "UPDATE meshes SET last_used = max(last_used, ?), expires = max(expires, ?) WHERE owner = ? AND id = ?",
-            touch.last_used, touch.expires, mesh.owner, mesh.id)
-          .run();
-    }
+    for (const auto& [mesh, touch] : batch.touches) use_mesh(connection, mesh, touch.last_used, touch.expires);
     return Done{};
   });
 }
@@ -296,7 +229,7 @@ Result<bool> SqliteStore::forget(const JobKey& key) {
     if (!flushed) return flushed.error();
   }
   return writer_.write([&](Connection& connection) {
-    return Query(connection, "DELETE FROM jobs WHERE owner = ? AND id = ? AND state >= 2", key.owner, key.id).run() ==
+    return connection.query("DELETE FROM jobs WHERE owner = $1 AND id = $2 AND state >= 2", key.owner, key.id).run() ==
            1;
   });
 }

@@ -64,7 +64,6 @@ class SqliteStore final : public JobStore, public BatchStore, public MeshIndex {
 
   Result<PutMesh> put_mesh(const MeshRow& row, std::uint64_t max_stored_bytes) override;
   Result<std::optional<MeshRow>> get_mesh(const BlobKey& key) override;
-  Result<std::vector<MeshRow>> known_meshes(const std::string& owner, std::span<const std::string> ids) override;
   void touch_mesh(const BlobKey& key, TimePoint last_used, TimePoint expires) override {
     behind_.touch(key, {last_used, expires});
   }

@@ -9,6 +9,7 @@
 #include <unordered_map>
 
 #include "server/store/postgres/values.h"
+#include "server/store/sql.h"
 
 struct pg_conn;  // libpq's PGconn
 
@@ -28,6 +29,12 @@ Error to_error(const PgFailure& failure);
 
 class PgConnection {
  public:
+  // Of a row `item` of batch_items: its job, all NULL where it is gone (rows.h). OFFSET 0, here and in other
+  // statements, makes PostgreSQL find the rows one by one by the index of their keys, whatever it estimates of their
+  // number.
+  static constexpr Sql kJobOfItem{R"sql(
+      LEFT JOIN LATERAL (SELECT * FROM jobs WHERE owner = item.owner AND id = item.job OFFSET 0) AS jobs ON true)sql"};
+
   // Blocks for the connection string's connect_timeout for each host, 2 s by default. The server is one that can be
   // written to.
   static std::unique_ptr<PgConnection> open(const std::string& database);

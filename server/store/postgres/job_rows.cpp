@@ -50,41 +50,6 @@ auto reals(std::span<const JobRow> rows, double Progress::*member) {
 
 }  // namespace
 
-Job pg_job_of(const PgRows& row) {
-  Job job;
-  job.key = {row.text(0), row.text(1)};
-  job.state = static_cast<JobState>(row.number(2));
-  job.mesh_a = row.text(3);
-  job.mesh_b = row.text(4);
-  job.hints = row.text(5);
-  job.options = row.text(6);
-  job.cost = static_cast<std::uint64_t>(row.number(7));
-  job.idempotency_key = row.text(8);
-  job.fingerprint = row.text(9);
-  job.trace = row.text(10);
-  job.created = row.time(11);
-  job.expires_if_never_run = row.time(12);
-  job.tries = static_cast<unsigned>(row.number(13));
-  job.cancel_requested = row.number(15) != 0;
-  job.started = row.time_if_any(16);
-  job.finished = row.time_if_any(17);
-  job.expires = row.time_if_any(18);
-  if (!row.is_null(19)) job.progress = Progress{row.real(19), row.real(20), row.text(21), row.text(29)};
-  job.document = row.text(22);
-  job.problem = row.text(23);
-  job.last_error = row.text(24);
-  job.batch = row.text(25);
-  job.deadline = row.time_if_any(26);
-  job.verdict = row.text(27);
-  const bool trying = job.state == JobState::running;
-  job.suspected = job.tries > static_cast<unsigned>(row.number(28)) + (trying ? 1U : 0U);
-  return job;
-}
-
-Token pg_token_of(const PgRows& row) {
-  return {{row.text(0), row.text(1)}, row.text(14), static_cast<unsigned>(row.number(13))};
-}
-
 std::uint64_t insert_rows(PgConnection& connection, std::span<const JobRow> rows) {
   const auto number = [](auto of) { return [of](const JobRow& row) { return static_cast<std::int64_t>(of(row)); }; };
   const PgValues values(
@@ -108,35 +73,24 @@ std::uint64_t insert_rows(PgConnection& connection, std::span<const JobRow> rows
       column(rows, &Job::verdict), column(rows, &JobRow::work),
       column(rows, [](const JobRow& row) { return row.job.progress ? row.job.progress->by : std::string(); }));
   return connection
-      .query(
-          "INSERT INTO jobs (owner, id, state, mesh_a, mesh_b, hints, options, cost, rank, idempotency_key, "
-          "fingerprint, trace, created, expires_if_never_run, batch, deadline, tries, cancel_requested, started, "
-          "finished, expires, lower, upper, stage, document, problem, last_error, verdict, work, bounds_by) "
-          "SELECT c1, c2, c3, c4, c5, c6, c7, c8, c9, c10, c11, c12, c13, c14, c15, c16, c17, c18 <> 0, "
-          "c19, c20, c21, c22, c23, c24, c25, c26, c27, c28, c29, c30 FROM unnest($1::bytea[], $2::bytea[], "
-          "$3::int8[], "
-          "$4::bytea[], $5::bytea[], $6::bytea[], $7::bytea[], $8::int8[], $9::int8[], $10::bytea[], $11::bytea[], "
-          "$12::bytea[], $13::int8[], $14::int8[], $15::bytea[], $16::int8[], $17::int8[], $18::int8[], $19::int8[], "
-          "$20::int8[], $21::int8[], $22::float8[], $23::float8[], $24::bytea[], $25::bytea[], $26::bytea[], "
-          "$27::bytea[], $28::bytea[], $29::bytea[], $30::bytea[]) WITH ORDINALITY AS given (c1, c2, c3, c4, c5, c6, "
-          "c7, c8, c9, c10, c11, c12, c13, c14, c15, c16, c17, c18, c19, c20, c21, c22, c23, c24, c25, "
-          "c26, c27, c28, c29, c30, place) ORDER BY place ON CONFLICT DO NOTHING",
-          values)
+      .query(R"sql(
+    INSERT INTO jobs (owner, id, state, mesh_a, mesh_b, hints, options, cost, rank, idempotency_key, fingerprint, trace,
+      created, expires_if_never_run, batch, deadline, tries, cancel_requested, started, finished, expires, lower, upper,
+      stage, document, problem, last_error, verdict, work, bounds_by)
+    SELECT owner, id, state, mesh_a, mesh_b, hints, options, cost, rank, idempotency_key, fingerprint, trace,
+      created, expires_if_never_run, batch, deadline, tries, cancel_requested <> 0, started, finished, expires, lower,
+      upper, stage, document, problem, last_error, verdict, work, bounds_by
+    FROM unnest($1::bytea[], $2::bytea[], $3::int8[], $4::bytea[], $5::bytea[], $6::bytea[], $7::bytea[], $8::int8[],
+        $9::int8[], $10::bytea[], $11::bytea[], $12::bytea[], $13::int8[], $14::int8[], $15::bytea[], $16::int8[],
+        $17::int8[], $18::int8[], $19::int8[], $20::int8[], $21::int8[], $22::float8[], $23::float8[], $24::bytea[],
+        $25::bytea[], $26::bytea[], $27::bytea[], $28::bytea[], $29::bytea[], $30::bytea[])
+      WITH ORDINALITY AS given (owner, id, state, mesh_a, mesh_b, hints, options, cost, rank, idempotency_key,
+        fingerprint, trace, created, expires_if_never_run, batch, deadline, tries, cancel_requested, started, finished,
+        expires, lower, upper, stage, document, problem, last_error, verdict, work, bounds_by, place)
+    ORDER BY place
+    ON CONFLICT DO NOTHING)sql",
+             values)
       .changed();
-}
-
-std::optional<Job> pg_find_job(PgConnection& connection, const JobKey& key) {
-  PgRows row =
-      connection.query("SELECT " MESHGAUGE_PG_JOB " FROM jobs WHERE owner = $1 AND id = $2", key.owner, key.id);
-  if (!row.next()) return std::nullopt;
-  return pg_job_of(row);
-}
-
-std::optional<Job> pg_find_idempotent_job(PgConnection& connection, const std::string& owner, const std::string& key) {
-  PgRows row =
-      connection.query("SELECT " MESHGAUGE_PG_JOB " FROM jobs WHERE owner = $1 AND idempotency_key = $2", owner, key);
-  if (!row.next()) return std::nullopt;
-  return pg_job_of(row);
 }
 
 }  // namespace meshgauge::server::store

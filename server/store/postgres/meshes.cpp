@@ -1,38 +1,30 @@
 // PostgresStore: MeshIndex.
 #include "server/store/postgres/postgres_store.h"
+#include "server/store/rows.h"
 
 namespace meshgauge::server::store {
 namespace {
 
 constexpr std::int64_t kMeshPortion = 500;  // rows that one transaction removes
 
-MeshRow mesh_of(const BlobKey& key, const PgRows& row) {
-  return {key,        static_cast<std::uint64_t>(row.number(0)), row.text(1), row.text(2), row.time(3), row.time(4),
-          row.time(5)};
-}
-
-#define MESHGAUGE_PG_MESH "bytes, media_type, file_name, created, last_used, expires"
-
-std::optional<MeshRow> use_mesh(PgConnection& connection, const MeshRow& mesh) {
-  PgRows row = connection.query(
-      "UPDATE meshes SET last_used = greatest(last_used, $1), expires = greatest(expires, $2) WHERE owner = $3 AND id "
-      "= $4 RETURNING " MESHGAUGE_PG_MESH,
-      mesh.last_used, mesh.expires, mesh.key.owner, mesh.key.id);
-  if (!row.next()) return std::nullopt;
-  return mesh_of(mesh.key, row);
-}
+constexpr auto kUseMesh = R"sql(
+    UPDATE meshes SET last_used = greatest(last_used, $3), expires = greatest(expires, $4)
+    WHERE owner = $1 AND id = $2
+    RETURNING )sql" + kMeshColumns;
+constexpr auto kFindMeshes =
+    "SELECT " + kMeshColumns + " FROM meshes WHERE owner = $1 AND id IN (SELECT unnest($2::bytea[]))";
 
 // What is stored of an owner; nobody else adds to it until the end of the transaction.
 std::uint64_t lock_stored(PgConnection& connection, const std::string& owner) {
   connection.query("INSERT INTO stored VALUES ($1, 0) ON CONFLICT DO NOTHING", owner);
-  PgRows row = connection.query("SELECT bytes FROM stored WHERE owner = $1 FOR UPDATE", owner);
-  return row.next() ? static_cast<std::uint64_t>(row.number(0)) : 0;
+  return only_count(connection.query("SELECT bytes FROM stored WHERE owner = $1 FOR UPDATE", owner));
 }
 
 PutMesh put(PgConnection& connection, const MeshRow& mesh, std::uint64_t max_stored_bytes) {
   PgTransaction transaction(connection);
   const std::uint64_t stored = lock_stored(connection, mesh.key.owner);
-  if (auto there = use_mesh(connection, mesh)) {
+  auto there = first_mesh(connection.query(kUseMesh, mesh.key.owner, mesh.key.id, mesh.last_used, mesh.expires));
+  if (there) {
     transaction.commit();
     return {MeshPut::existed, *std::move(there)};
   }
@@ -52,11 +44,11 @@ std::uint64_t remove_expired(PgConnection& connection, TimePoint now) {
   lock_stored(connection, owner);
   // The first condition is asked again of one that somebody was just using: it stays.
   const std::uint64_t removed = connection
-                                    .query(
-                                        "DELETE FROM meshes WHERE expires <= $2 AND (owner, id) IN (SELECT owner, id "
-                                        "FROM meshes WHERE owner = $1 AND expires <= "
-                                        "$2 LIMIT $3)",
-                                        owner, now, kMeshPortion)
+                                    .query(R"sql(
+    DELETE FROM meshes
+    WHERE expires <= $2
+      AND (owner, id) IN (SELECT owner, id FROM meshes WHERE owner = $1 AND expires <= $2 LIMIT $3))sql",
+                                           owner, now, kMeshPortion)
                                     .changed();
   transaction.commit();
   return removed;
@@ -69,21 +61,15 @@ Result<PutMesh> PostgresStore::put_mesh(const MeshRow& row, std::uint64_t max_st
 }
 
 Result<std::optional<MeshRow>> PostgresStore::get_mesh(const BlobKey& key) {
-  return pool_.run(Promise::fleeting, [&](PgConnection& connection) -> std::optional<MeshRow> {
-    PgRows row =
-        connection.query("SELECT " MESHGAUGE_PG_MESH " FROM meshes WHERE owner = $1 AND id = $2", key.owner, key.id);
-    if (!row.next()) return std::nullopt;
-    return mesh_of(key, row);
-  });
+  return pool_.run(Promise::fleeting, [&](PgConnection& connection) { return find_mesh(connection, key); });
 }
 
 Result<std::vector<MeshRow>> PostgresStore::known_meshes(const std::string& owner, std::span<const std::string> ids) {
+  const std::vector<std::string> wanted(ids.begin(), ids.end());
   return pool_.run(Promise::fleeting, [&](PgConnection& connection) {
-    PgRows row = connection.query("SELECT " MESHGAUGE_PG_MESH
-                                  ", id FROM meshes WHERE owner = $1 AND id IN (SELECT unnest($2::bytea[]))",
-                                  owner, std::vector<std::string>(ids.begin(), ids.end()));
+    PgRows row = connection.query(kFindMeshes, owner, wanted);
     std::vector<MeshRow> known;
-    while (row.next()) known.push_back(mesh_of({owner, row.text(6)}, row));
+    while (auto mesh = first_mesh(row)) known.push_back(*std::move(mesh));
     return known;
   });
 }
@@ -101,18 +87,11 @@ Result<bool> PostgresStore::delete_mesh(const BlobKey& key) {
 }
 
 Result<std::uint64_t> PostgresStore::stored_bytes(const std::string& owner) {
-  return pool_.run(Promise::fleeting, [&](PgConnection& connection) {
-    PgRows row = connection.query("SELECT bytes FROM stored WHERE owner = $1", owner);
-    return row.next() ? static_cast<std::uint64_t>(row.number(0)) : std::uint64_t{0};
-  });
+  return pool_.run(Promise::fleeting, [&](PgConnection& connection) { return count_stored_by(connection, owner); });
 }
 
 Result<std::uint64_t> PostgresStore::all_stored_bytes() {
-  return pool_.run(Promise::fleeting, [](PgConnection& connection) {
-    PgRows row = connection.query("SELECT coalesce(sum(bytes), 0)::int8 FROM stored");
-    row.next();
-    return static_cast<std::uint64_t>(row.number(0));
-  });
+  return pool_.run(Promise::fleeting, count_stored<PgConnection>);
 }
 
 // One owner at a time, whose sum is locked first, as in put_mesh().

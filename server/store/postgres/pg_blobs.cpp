@@ -5,6 +5,7 @@
 #include <set>
 
 #include "api/digest.h"
+#include "server/store/rows.h"
 
 namespace meshgauge::server::store {
 namespace {
@@ -15,7 +16,32 @@ constexpr std::int64_t kBlobsAtOnce = 1000;
 constexpr int kSends = 3;  // of one blob, each after the database lost some of the one before
 
 // Milliseconds since 1970, by the clock of the database.
-#define MESHGAUGE_PG_NOW "(extract(epoch FROM clock_timestamp()) * 1000)::int8"
+constexpr Sql kNow("(extract(epoch FROM clock_timestamp()) * 1000)::int8");
+
+constexpr auto kRenewBlob =
+    "UPDATE blobs SET renewed = greatest(renewed, " + kNow + ") WHERE owner = $1 AND id = $2 AND upload = $3";
+constexpr auto kPutBlob = R"sql(
+    INSERT INTO blobs (owner, id, bytes, upload, renewed)
+    VALUES ($1, $2, $3, $4, )sql" +
+                          kNow + R"sql()
+    ON CONFLICT (owner, id) DO UPDATE SET
+      bytes = excluded.bytes, upload = excluded.upload, renewed = excluded.renewed)sql";
+constexpr auto kRemoveBlob = R"sql(
+    DELETE FROM blobs
+    WHERE owner = $1 AND id = $2
+      AND ($3 < 0 OR (renewed <= )sql" +
+                             kNow + " - $3 AND NOT" + kBlobIsUsed + R"sql())
+    RETURNING upload, bytes)sql";
+constexpr auto kOlderBlobs = R"sql(
+    SELECT owner, id FROM blobs
+    WHERE (owner, id) > ($1, $2) AND renewed <= )sql" +
+                             kNow + R"sql( - $3
+    ORDER BY owner, id LIMIT $4)sql";
+constexpr auto kBeginUpload = "INSERT INTO blob_uploads VALUES ($1, " + kNow + ") ON CONFLICT DO NOTHING";
+constexpr auto kCheck =
+    "INSERT INTO checks VALUES ('blobs', " + kNow + ") ON CONFLICT (process) DO UPDATE SET at = excluded.at";
+// From then on it cannot become a blob.
+constexpr auto kGiveUpUploads = "UPDATE blob_uploads SET begun = 0 WHERE begun <= " + kNow + " - $1 RETURNING upload";
 
 struct Row {
   std::string upload;
@@ -53,20 +79,16 @@ bool holds(PgConnection& connection, const Row& row, const std::vector<std::stri
 }
 
 bool renew_row(PgConnection& connection, const BlobKey& key, const std::string& upload) {
-  return connection
-             .query("UPDATE blobs SET renewed = greatest(renewed, " MESHGAUGE_PG_NOW
-                    ") WHERE owner = $1 AND id = $2 AND upload = $3",
-                    key.owner, key.id, upload)
-             .changed() == 1;
+  return connection.query(kRenewBlob, key.owner, key.id, upload).changed() == 1;
 }
 
 // No chunk's commit waited for a disk, so a database that died and came back may lack some of them, or the upload's
 // row.
 bool is_whole(PgConnection& connection, const std::string& upload, std::uint64_t bytes) {
-  PgRows sent = connection.query(
-      "SELECT count(*), coalesce(sum(length(bytes)), 0)::int8, EXISTS (SELECT FROM blob_uploads WHERE upload = $1) "
-      "FROM blob_chunks WHERE upload = $1",
-      upload);
+  PgRows sent = connection.query(R"sql(
+    SELECT count(*), coalesce(sum(length(bytes)), 0)::int8, EXISTS (SELECT FROM blob_uploads WHERE upload = $1)
+    FROM blob_chunks WHERE upload = $1)sql",
+                                 upload);
   const std::uint64_t chunks = (bytes + PgBlobs::kChunk - 1) / PgBlobs::kChunk;
   return sent.next() && static_cast<std::uint64_t>(sent.number(0)) == chunks &&
          static_cast<std::uint64_t>(sent.number(1)) == bytes && sent.number(2) != 0;
@@ -90,11 +112,7 @@ std::optional<BlobPut> settle(PgConnection& connection, const BlobKey& key, cons
     put.reset();
   } else {
     if (there) make_garbage(connection, there->upload);
-    connection.query(
-        "INSERT INTO blobs (owner, id, bytes, upload, renewed) VALUES ($1, $2, $3, $4, " MESHGAUGE_PG_NOW
-        ") ON CONFLICT (owner, id) DO UPDATE SET bytes = excluded.bytes, upload = excluded.upload, renewed "
-        "= excluded.renewed",
-        key.owner, key.id, bytes, upload);
+    connection.query(kPutBlob, key.owner, key.id, bytes, upload);
     if (connection.query("DELETE FROM blob_uploads WHERE upload = $1 AND begun > 0", upload).changed() == 0) {
       throw PgFailure{"57014", "the upload took so long that it was given up", false, false};
     }
@@ -112,12 +130,7 @@ std::optional<std::string> remove_row(PgConnection& connection, const BlobKey& k
   PgTransaction transaction(connection);
   lock_sum(connection, key.owner);
   const std::int64_t age_ms = older_than ? std::chrono::milliseconds(*older_than).count() : -1;
-  PgRows row = connection.query(
-      "DELETE FROM blobs WHERE owner = $1 AND id = $2 AND ($3 < 0 OR (renewed <= " MESHGAUGE_PG_NOW
-      " - $3 AND NOT EXISTS (SELECT FROM meshes WHERE owner = $1 AND id = $2) AND NOT EXISTS (SELECT FROM jobs WHERE "
-      "state IN (0, 1) AND owner = $1 AND mesh_a = $2) AND NOT EXISTS (SELECT FROM jobs WHERE state IN (0, 1) AND "
-      "owner = $1 AND mesh_b = $2))) RETURNING upload, bytes",
-      key.owner, key.id, age_ms);
+  PgRows row = connection.query(kRemoveBlob, key.owner, key.id, age_ms);
   if (!row.next()) return std::nullopt;
   const std::string upload = row.text(0);
   add_to_sum(connection, key.owner, -row.number(1));
@@ -127,13 +140,8 @@ std::optional<std::string> remove_row(PgConnection& connection, const BlobKey& k
 }
 
 std::vector<BlobKey> older_blobs(PgConnection& connection, std::chrono::seconds older_than, const BlobKey& after) {
-  PgRows row =
-      connection.query("SELECT owner, id FROM blobs WHERE (owner, id) > ($1, $2) AND renewed <= " MESHGAUGE_PG_NOW
-                       " - $3 ORDER BY owner, id LIMIT $4",
-                       after.owner, after.id, std::chrono::milliseconds(older_than).count(), kBlobsAtOnce);
-  std::vector<BlobKey> keys;
-  while (row.next()) keys.push_back({row.text(0), row.text(1)});
-  return keys;
+  return keys_of<BlobKey>(connection.query(kOlderBlobs, after.owner, after.id,
+                                           std::chrono::milliseconds(older_than).count(), kBlobsAtOnce));
 }
 
 // Of a blob of which a chunk is missing. What is damaged stays so until somebody puts it again.
@@ -218,7 +226,7 @@ Result<std::optional<BlobPut>> PgBlobs::put_once(const BlobKey& key, const ByteS
 // The digest of what was sent.
 Result<std::string> PgBlobs::send(const ByteSource& source, const std::string& upload) {
   const auto begun = pool_.run(Promise::fleeting, [&](PgConnection& connection) {
-    connection.query("INSERT INTO blob_uploads VALUES ($1, " MESHGAUGE_PG_NOW ") ON CONFLICT DO NOTHING", upload);
+    connection.query(kBeginUpload, upload);
     return Done{};
   });
   if (!begun) return begun.error();
@@ -234,11 +242,14 @@ Result<std::string> PgBlobs::send(const ByteSource& source, const std::string& u
     // None of these commits waits for a disk: the one that makes them a blob waits for all. Without the upload's row
     // nobody would find them again.
     const auto sent = pool_.run(Promise::fleeting, [&](PgConnection& connection) {
-      connection.query(
-          "WITH stored AS (INSERT INTO blob_chunks SELECT $1, $2, $3 WHERE EXISTS (SELECT FROM blob_uploads WHERE "
-          "upload = $1) ON CONFLICT DO NOTHING RETURNING 1) SELECT set_config('synchronous_commit', 'off', true) FROM "
-          "stored",
-          upload, position, piece);
+      connection.query(R"sql(
+    WITH stored AS (
+      INSERT INTO blob_chunks
+      SELECT $1, $2, $3 WHERE EXISTS (SELECT FROM blob_uploads WHERE upload = $1)
+      ON CONFLICT DO NOTHING
+      RETURNING 1)
+    SELECT set_config('synchronous_commit', 'off', true) FROM stored)sql",
+                       upload, position, piece);
       return Done{};
     });
     if (!sent) return sent.error();
@@ -307,13 +318,12 @@ Result<Done> PgBlobs::remove_chunks(const std::string& upload) {
     const auto removed = pool_.run(
         Promise::fleeting,
         [&](PgConnection& connection) {
-          const std::uint64_t chunks =
-              connection
-                  .query(
-                      "DELETE FROM blob_chunks WHERE upload = $1 AND position IN (SELECT position FROM blob_chunks "
-                      "WHERE upload = $1 LIMIT $2)",
-                      upload, kChunkPortion)
-                  .changed();
+          const std::uint64_t chunks = connection
+                                           .query(R"sql(
+    DELETE FROM blob_chunks
+    WHERE upload = $1 AND position IN (SELECT position FROM blob_chunks WHERE upload = $1 LIMIT $2))sql",
+                                                  upload, kChunkPortion)
+                                           .changed();
           if (chunks == 0) connection.query("DELETE FROM blob_uploads WHERE upload = $1", upload);
           return chunks;
         },
@@ -325,10 +335,7 @@ Result<Done> PgBlobs::remove_chunks(const std::string& upload) {
 
 Result<Done> PgBlobs::remove_garbage() {
   const auto uploads = pool_.run(Promise::fleeting, [&](PgConnection& connection) {
-    // From now on it cannot become a blob.
-    PgRows row =
-        connection.query("UPDATE blob_uploads SET begun = 0 WHERE begun <= " MESHGAUGE_PG_NOW " - $1 RETURNING upload",
-                         std::chrono::milliseconds(kAbandoned).count());
+    PgRows row = connection.query(kGiveUpUploads, std::chrono::milliseconds(kAbandoned).count());
     std::vector<std::string> found;
     while (row.next()) found.push_back(row.text(0));
     return found;
@@ -368,8 +375,7 @@ Result<std::uint64_t> PgBlobs::remove_unused(std::span<const BlobKey> used, std:
 
 Result<std::uint64_t> PgBlobs::stored_bytes(const std::string& owner) {
   return pool_.run(Promise::fleeting, [&](PgConnection& connection) {
-    PgRows row = connection.query("SELECT bytes FROM blob_bytes WHERE owner = $1", owner);
-    return row.next() ? static_cast<std::uint64_t>(row.number(0)) : std::uint64_t{0};
+    return only_count(connection.query("SELECT bytes FROM blob_bytes WHERE owner = $1", owner));
   });
 }
 
@@ -377,8 +383,7 @@ Result<std::uint64_t> PgBlobs::free_bytes() { return std::numeric_limits<std::ui
 
 Result<Done> PgBlobs::check() {
   return pool_.run(Promise::durable, [](PgConnection& connection) {
-    connection.query("INSERT INTO checks VALUES ('blobs', " MESHGAUGE_PG_NOW
-                     ") ON CONFLICT (process) DO UPDATE SET at = excluded.at");
+    connection.query(kCheck);
     return Done{};
   });
 }

@@ -6,39 +6,24 @@
 #include "api/digest.h"
 #include "server/store/postgres/job_rows.h"
 #include "server/store/postgres/schema.h"
+#include "server/store/rows.h"
+#include "server/store/transitions.h"
 
 namespace meshgauge::server::store {
 namespace {
 
-Job as_queued(const NewJob& job) {
-  Job queued;
-  static_cast<NewJob&>(queued) = job;
-  return queued;
-}
-
-// Why a new job was not stored: the one that is there. nullopt: it has gone since.
-std::optional<Inserted> existing(PgConnection& connection, const NewJob& job) {
-  std::optional<Job> there = pg_find_job(connection, job.key);
-  if (!there && !job.idempotency_key.empty()) {
-    there = pg_find_idempotent_job(connection, job.key.owner, job.idempotency_key);
-  }
-  if (!there) return std::nullopt;
-  connection.put_barrier();
-  const bool conflict = there->fingerprint != job.fingerprint;
-  return Inserted{*std::move(there), true, conflict};
-}
+constexpr auto kCancelJob =
+    "UPDATE jobs SET" + kCancel + " WHERE owner = $1 AND id = $2 AND " + kCancellable + " RETURNING state";
+constexpr auto kFindJobs =
+    "SELECT" + kJobColumns + " FROM jobs WHERE (owner, id) IN (SELECT * FROM unnest($1::bytea[], $2::bytea[]))";
 
 std::optional<JobState> cancel(PgConnection& connection, const JobKey& key, Moment moment) {
-  PgRows row = connection.query(
-      "UPDATE jobs SET cancel_requested = true, state = CASE state WHEN 0 THEN 4 ELSE 1 END, finished = CASE state "
-      "WHEN 0 THEN $3 END, expires = CASE state WHEN 0 THEN $4 END WHERE owner = $1 AND id = $2 AND state + 0 < 2 "
-      "RETURNING state",
-      key.owner, key.id, moment.now, moment.keep_until);
+  PgRows row = connection.query(kCancelJob, key.owner, key.id, moment.now, moment.keep_until);
   if (row.next()) return static_cast<JobState>(row.number(0));
-  PgRows ended = connection.query("SELECT state FROM jobs WHERE owner = $1 AND id = $2", key.owner, key.id);
-  if (!ended.next()) return std::nullopt;
+  const std::optional<Job> ended = find_job(connection, key);
+  if (!ended) return std::nullopt;
   connection.put_barrier();
-  return static_cast<JobState>(ended.number(0));
+  return ended->state;
 }
 
 // In one statement: there may be ten thousand, and each way to the database and back takes its time. Locked in one
@@ -53,13 +38,17 @@ void write_touches(PgConnection& connection, const WriteBehind::Touches& touches
     used.push_back(touch.last_used.time_since_epoch().count());
     expires.push_back(touch.expires.time_since_epoch().count());
   }
-  connection.query(
-      "WITH mine AS MATERIALIZED (SELECT touch.* FROM (SELECT * FROM unnest($1::bytea[], $2::bytea[], $3::int8[], "
-      "$4::int8[]) AS touch (owner, id, last_used, expires) ORDER BY owner, id) AS touch CROSS JOIN LATERAL (SELECT 1 "
-      "FROM meshes WHERE owner = touch.owner AND id = touch.id FOR NO KEY UPDATE) AS found) "
-      "UPDATE meshes SET last_used = greatest(meshes.last_used, mine.last_used), expires = greatest(meshes.expires, "
-      "mine.expires) FROM mine WHERE meshes.owner = mine.owner AND meshes.id = mine.id",
-      owners, ids, used, expires);
+  connection.query(R"sql(
+    WITH locked AS MATERIALIZED (
+      SELECT touch.*
+      FROM (SELECT * FROM unnest($1::bytea[], $2::bytea[], $3::int8[], $4::int8[])
+              AS touch (owner, id, last_used, expires)
+            ORDER BY owner, id) AS touch
+      CROSS JOIN LATERAL (SELECT 1 FROM meshes WHERE owner = touch.owner AND id = touch.id FOR NO KEY UPDATE) AS found)
+    UPDATE meshes SET
+      last_used = greatest(meshes.last_used, locked.last_used), expires = greatest(meshes.expires, locked.expires)
+    FROM locked WHERE meshes.owner = locked.owner AND meshes.id = locked.id)sql",
+                   owners, ids, used, expires);
 }
 
 }  // namespace
@@ -85,7 +74,10 @@ Result<Inserted> PostgresStore::insert(const NewJob& job) {
   Result<Inserted> inserted = pool_.run(Promise::durable, [&](PgConnection& connection) {
     const JobRow row{as_queued(job), ""};
     if (insert_rows(connection, {&row, 1}) == 1) return Inserted{row.job, false, false};
-    if (auto there = existing(connection, job)) return *std::move(there);
+    if (auto there = existing_job(connection, job)) {
+      connection.put_barrier();
+      return *std::move(there);
+    }
     throw PgFailure{"40001", "a job went while it was looked at", false, true};
   });
   if (inserted && !inserted->existed) control_.tell(Signal::Kind::work);
@@ -116,7 +108,7 @@ Result<Done> PostgresStore::write(const WriteBehind::Batch& batch) {
 
 Result<std::optional<Job>> PostgresStore::get(const JobKey& key) {
   if (const auto job = behind_.find(key)) return std::optional<Job>(*job);
-  return pool_.run(Promise::fleeting, [&](PgConnection& connection) { return pg_find_job(connection, key); });
+  return pool_.run(Promise::fleeting, [&](PgConnection& connection) { return find_job(connection, key); });
 }
 
 Result<std::vector<Job>> PostgresStore::get_many(std::span<const JobKey> keys) {
@@ -131,14 +123,8 @@ Result<std::vector<Job>> PostgresStore::get_many(std::span<const JobKey> keys) {
     ids.push_back(key.id);
   }
   if (ids.empty()) return jobs;
-  const auto stored = pool_.run(Promise::fleeting, [&](PgConnection& connection) {
-    PgRows row = connection.query("SELECT " MESHGAUGE_PG_JOB
-                                  " FROM jobs WHERE (owner, id) IN (SELECT * FROM unnest($1::bytea[], $2::bytea[]))",
-                                  owners, ids);
-    std::vector<Job> found;
-    while (row.next()) found.push_back(pg_job_of(row));
-    return found;
-  });
+  const auto stored = pool_.run(
+      Promise::fleeting, [&](PgConnection& connection) { return jobs_of(connection.query(kFindJobs, owners, ids)); });
   if (!stored) return stored.error();
   jobs.insert(jobs.end(), stored->begin(), stored->end());
   return jobs;
@@ -146,9 +132,8 @@ Result<std::vector<Job>> PostgresStore::get_many(std::span<const JobKey> keys) {
 
 Result<std::optional<Job>> PostgresStore::find_idempotent(const std::string& owner,
                                                           const std::string& idempotency_key) {
-  return pool_.run(Promise::fleeting, [&](PgConnection& connection) {
-    return pg_find_idempotent_job(connection, owner, idempotency_key);
-  });
+  return pool_.run(Promise::fleeting,
+                   [&](PgConnection& connection) { return find_idempotent_job(connection, owner, idempotency_key); });
 }
 
 Result<Done> PostgresStore::check() {

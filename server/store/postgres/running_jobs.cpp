@@ -1,85 +1,114 @@
-// PostgresStore: what workers do with jobs, from the claim to the end.
+// PostgresStore: claims, heartbeats and ends of jobs.
 #include <cassert>
 
 #include "api/digest.h"
-#include "server/store/postgres/job_rows.h"
 #include "server/store/postgres/postgres_store.h"
+#include "server/store/rows.h"
+#include "server/store/transitions.h"
 
 namespace meshgauge::server::store {
 namespace {
 
-// A crash may undo what such a statement did: it waits for no disk. One is in a column of what it returns.
-#define MESHGAUGE_PG_FLEETING "set_config('synchronous_commit', 'off', true)"
+// In a column of what a statement returns: its commit waits for no disk, so a crash may undo it.
+constexpr Sql kFleeting("set_config('synchronous_commit', 'off', true)");
 
-// Keeps the interval that earlier tries reported, and clears the stage.
-#define MESHGAUGE_PG_CLAIM                                                                                          \
-  "UPDATE jobs SET state = 1, tries = tries + 1, worker = $1, started = $2, lease_until = $3, claim = $4, stage = " \
-  "NULL "
+// What claim_some() takes, in its order (job_store.h). $5 most, $6 kBytesOfOneSecond, $7 number of this claim.
+//   owners, groups  each owner that waits, and of an owner each batch ('' is none), found by one step in an index from
+//                   each to the next: a claim costs as much as there are owners, and groups of the owner it takes from
+//   turns, ordered  next_group()
+//   taken           the first group that has a job which no other process is just claiming, and its first jobs, locked
+//   members         fit_in_claim()
+// `tries >= 0` is there for the index jobs_turns. The last step finds its rows by their numbers alone: they are locked
+// as queued, and to ask for that again would let PostgreSQL, which does not know yet how many jobs a new batch has put
+// there, go through all that are queued instead.
+constexpr auto kClaimSome = R"sql(
+    WITH RECURSIVE
+      owners (owner, rank) AS (
+        (SELECT owner, rank FROM jobs WHERE tries >= 0 AND )sql" +
+                            kClaimable + R"sql( ORDER BY owner, rank LIMIT 1)
+        UNION ALL
+        SELECT next.owner, next.rank FROM owners CROSS JOIN LATERAL (
+          SELECT owner, rank FROM jobs
+          WHERE tries >= 0 AND )sql" +
+                            kClaimable + R"sql( AND owner > owners.owner
+          ORDER BY owner, rank LIMIT 1) AS next),
+      turns AS (
+        SELECT owner FROM (
+          SELECT owner, sum(running) AS running, min(rank) AS rank FROM (
+            SELECT owner, 0 AS running, rank FROM owners
+            UNION ALL SELECT owner, 1, NULL FROM jobs WHERE state = 1) AS each
+          GROUP BY owner) AS load
+        WHERE rank IS NOT NULL ORDER BY running, rank),
+      taken AS MATERIALIZED (
+        SELECT locked.* FROM turns CROSS JOIN LATERAL (
+          WITH RECURSIVE groups (batch, rank) AS (
+            (SELECT batch, rank FROM jobs WHERE )sql" +
+                            kClaimable + R"sql( AND owner = turns.owner ORDER BY batch, rank LIMIT 1)
+            UNION ALL
+            SELECT next.batch, next.rank FROM groups CROSS JOIN LATERAL (
+              SELECT batch, rank FROM jobs
+              WHERE )sql" + kClaimable +
+                            R"sql( AND owner = turns.owner AND batch > groups.batch
+              ORDER BY batch, rank LIMIT 1) AS next)
+          SELECT batch FROM (
+            SELECT batch, sum(running) AS running, min(rank) AS rank FROM (
+              SELECT batch, 0 AS running, rank FROM groups
+              UNION ALL SELECT batch, 1, NULL FROM jobs WHERE state = 1 AND owner = turns.owner) AS each
+            GROUP BY batch) AS load
+          WHERE rank IS NOT NULL ORDER BY running, rank) AS ordered
+        CROSS JOIN LATERAL (
+          SELECT array_agg(number ORDER BY rank, number) AS numbers, array_agg(cost ORDER BY rank, number) AS costs,
+            array_agg(tries > excused ORDER BY rank, number) AS suspects
+          FROM (
+            SELECT number, rank, cost, tries, excused FROM jobs
+            WHERE )sql" + kClaimable +
+                            R"sql( AND owner = turns.owner AND batch = ordered.batch
+            ORDER BY rank, number LIMIT CASE WHEN ordered.batch = '' THEN 1 ELSE $5 END
+            FOR NO KEY UPDATE SKIP LOCKED) AS mine
+          HAVING count(*) > 0) AS locked
+        LIMIT 1),
+      members AS (
+        SELECT member.number, member.place, sum(member.cost) OVER upto AS cost,
+          bool_or(member.suspect) OVER upto AS suspect
+        FROM taken CROSS JOIN LATERAL unnest(numbers, costs, suspects)
+          WITH ORDINALITY AS member (number, cost, suspect, place)
+        WINDOW upto AS (ORDER BY member.place)),
+      claimed AS (
+        UPDATE jobs SET )sql" +
+                            kClaim + R"sql(, claim = $7
+        WHERE number = ANY (ARRAY(SELECT number FROM members WHERE place = 1 OR (cost <= $6 AND NOT suspect)))
+        RETURNING jobs.*)
+    SELECT)sql" + kJobColumns +
+                            ", " + kFleeting + " FROM claimed ORDER BY rank, number";
 
-#define MESHGAUGE_PG_CLAIMABLE "state = 0 AND (tries <= excused OR $7) "
-
-// What claim_some() takes, in its order (job_store.h). Owners, and then the groups of an owner, his jobs of one batch,
-// are found by one step in an index from each to the next; so it costs as much as there are owners who wait, and groups
-// of the one whose turn it is. His others, and then those of other owners, are tried in their order until one has a job
-// that nobody else is just claiming. `tries >= 0` is there for the index jobs_turns. The last step finds its rows by
-// their numbers alone: they are locked as queued, and to ask for that again would let PostgreSQL, which does not know
-// yet how many jobs a new batch has put there, go through all that are queued instead.
-constexpr const char* kClaimSome =
-    "WITH RECURSIVE owners (owner, rank) AS ("
-    "(SELECT owner, rank FROM jobs WHERE tries >= 0 AND " MESHGAUGE_PG_CLAIMABLE
-    "ORDER BY owner, rank LIMIT 1) "
-    "UNION ALL SELECT next.owner, next.rank FROM owners CROSS JOIN LATERAL ("
-    "SELECT owner, rank FROM jobs WHERE tries >= 0 AND " MESHGAUGE_PG_CLAIMABLE
-    "AND owner > owners.owner ORDER BY owner, rank LIMIT 1) AS next), "
-    "turns AS (SELECT owner FROM (SELECT owner, sum(running) AS running, min(rank) AS rank FROM ("
-    "SELECT owner, 0 AS running, rank FROM owners UNION ALL "
-    "SELECT owner, 1, NULL FROM jobs WHERE state = 1) AS each GROUP BY owner) AS load "
-    "WHERE rank IS NOT NULL ORDER BY running, rank), "
-    "taken AS MATERIALIZED (SELECT locked.* FROM turns CROSS JOIN LATERAL ("
-    "WITH RECURSIVE groups (batch, rank) AS ("
-    "(SELECT batch, rank FROM jobs WHERE " MESHGAUGE_PG_CLAIMABLE
-    "AND owner = turns.owner ORDER BY batch, rank LIMIT 1) "
-    "UNION ALL SELECT next.batch, next.rank FROM groups CROSS JOIN LATERAL ("
-    "SELECT batch, rank FROM jobs WHERE " MESHGAUGE_PG_CLAIMABLE
-    "AND owner = turns.owner AND batch > groups.batch ORDER BY batch, rank LIMIT 1) AS next) "
-    "SELECT batch FROM (SELECT batch, sum(running) AS running, min(rank) AS rank FROM ("
-    "SELECT batch, 0 AS running, rank FROM groups UNION ALL "
-    "SELECT batch, 1, NULL FROM jobs WHERE state = 1 AND owner = turns.owner) AS each GROUP BY batch) AS load "
-    "WHERE rank IS NOT NULL ORDER BY running, rank) AS ordered CROSS JOIN LATERAL ("
-    "SELECT array_agg(number ORDER BY rank, number) AS numbers, array_agg(cost ORDER BY rank, number) AS costs, "
-    "array_agg(tries > excused ORDER BY rank, number) AS suspects FROM ("
-    "SELECT number, rank, cost, tries, excused FROM jobs WHERE " MESHGAUGE_PG_CLAIMABLE
-    "AND owner = turns.owner AND batch = ordered.batch ORDER BY rank, number LIMIT CASE WHEN ordered.batch = '' THEN "
-    "1 ELSE $5 END FOR NO KEY UPDATE SKIP LOCKED) AS mine HAVING count(*) > 0) AS locked LIMIT 1), "
-    "members AS (SELECT member.number, member.place, sum(member.cost) OVER upto AS cost, bool_or(member.suspect) OVER "
-    "upto AS suspect FROM taken CROSS JOIN LATERAL unnest(numbers, costs, suspects) WITH ORDINALITY AS member (number, "
-    "cost, suspect, place) WINDOW upto AS (ORDER BY member.place)), "
-    "claimed AS (" MESHGAUGE_PG_CLAIM
-    "WHERE number = ANY (ARRAY(SELECT number FROM members WHERE place = 1 OR (cost <= $6 AND NOT suspect))) RETURNING "
-    "jobs.*) SELECT " MESHGAUGE_PG_JOB ", " MESHGAUGE_PG_FLEETING " FROM claimed ORDER BY rank, number";
+constexpr auto kClaimedBefore =
+    "SELECT" + kJobColumns + " FROM jobs WHERE state = 1 AND claim = $1 ORDER BY rank, number";
 
 std::int64_t random_number() {
   const std::string digits = api::random_id().substr(0, 15);
   return std::stoll(digits, nullptr, 16);
 }
 
-std::vector<Claimed> all_claimed(PgRows rows) {
+std::vector<Claimed> all_claimed(PgRows row) {
   std::vector<Claimed> all;
-  while (rows.next()) all.push_back({pg_token_of(rows), pg_job_of(rows)});
+  while (row.next()) all.push_back(claimed_of(row));
   return all;
 }
 
-// Of a claim whose answer was lost: what it has claimed.
-std::vector<Claimed> claimed_before(PgConnection& connection, std::int64_t claim) {
-  return all_claimed(connection.query(
-      "SELECT " MESHGAUGE_PG_JOB " FROM jobs WHERE state = 1 AND claim = $1 ORDER BY rank, number", claim));
-}
-
-// narrowed(), of `row`'s interval and a `newer` one; COLUMN is lower or upper.
-#define MESHGAUGE_PG_NARROWED(ROW, NEWER, COLUMN, BETTER)                                                       \
-#COLUMN " = CASE WHEN " ROW ".bounds_by <> '' AND " ROW ".bounds_by = " NEWER ".bounds_by AND greatest(" ROW  \
-          ".lower, " NEWER ".lower) <= least(" ROW ".upper, " NEWER ".upper) THEN " #BETTER "(" ROW "." #COLUMN \
-          ", " NEWER "." #COLUMN ") ELSE coalesce(" NEWER "." #COLUMN ", " ROW "." #COLUMN ") END "
+constexpr auto kHear = R"sql(
+    WITH locked AS MATERIALIZED (
+      SELECT found.number, given.*, $9::int8 AS lease_until
+      FROM (SELECT * FROM unnest($1::bytea[], $2::bytea[], $3::bytea[], $4::int8[], $5::float8[], $6::float8[],
+                $7::bytea[], $8::bytea[])
+              WITH ORDINALITY AS beat (owner, id, worker, tries, lower, upper, stage, bounds_by, place)
+            ORDER BY owner, id) AS given
+      CROSS JOIN LATERAL (SELECT number FROM jobs WHERE )sql" +
+                       kHeld + R"sql( FOR UPDATE) AS found)
+    UPDATE jobs SET)sql" +
+                       kRenew + R"sql(
+    FROM locked AS given WHERE jobs.number = given.number
+    RETURNING place, cancel_requested, batch, )sql" +
+                       kFleeting;
 
 struct Heard {
   std::vector<Heartbeat> answers;
@@ -101,17 +130,7 @@ Heard hear(PgConnection& connection, std::span<const Beat> beats, TimePoint leas
     stages.push_back(progress ? std::optional(progress->stage) : std::nullopt);
     engines.push_back(progress ? std::optional(progress->by) : std::nullopt);
   }
-  PgRows row = connection.query(
-      "WITH mine AS MATERIALIZED (SELECT found.number, beat.* FROM (SELECT * FROM unnest($1::bytea[], $2::bytea[], "
-      "$3::bytea[], $4::int8[], $5::float8[], $6::float8[], $7::bytea[], $9::bytea[]) WITH ORDINALITY AS beat (owner, "
-      "id, worker, tries, lower, upper, stage, bounds_by, place) ORDER BY owner, id) AS beat CROSS JOIN LATERAL (SELECT "
-      "number FROM jobs WHERE owner = beat.owner AND id = beat.id AND state + 0 = 1 AND worker = beat.worker AND tries = "
-      "beat.tries FOR UPDATE) AS found) "
-      "UPDATE jobs SET lease_until = $8, " MESHGAUGE_PG_NARROWED("jobs", "mine", lower, greatest)
-      ", " MESHGAUGE_PG_NARROWED("jobs", "mine", upper, least)
-      ", stage = coalesce(mine.stage, jobs.stage), bounds_by = coalesce(mine.bounds_by, jobs.bounds_by) FROM mine WHERE "
-      "jobs.number = mine.number RETURNING place, cancel_requested, batch, " MESHGAUGE_PG_FLEETING,
-      owners, ids, workers, tries, lowers, uppers, stages, lease_until, engines);
+  PgRows row = connection.query(kHear, owners, ids, workers, tries, lowers, uppers, stages, engines, lease_until);
   Heard heard{std::vector<Heartbeat>(beats.size(), Heartbeat::lost), {}};
   while (row.next()) {
     const auto place = static_cast<std::size_t>(row.number(0) - 1);
@@ -120,6 +139,21 @@ Heard hear(PgConnection& connection, std::span<const Beat> beats, TimePoint leas
   }
   return heard;
 }
+
+constexpr auto kEndJobs = R"sql(
+    WITH locked AS MATERIALIZED (
+      SELECT found.number, given.*
+      FROM (SELECT * FROM unnest($1::bytea[], $2::bytea[], $3::bytea[], $4::int8[], $5::int8[], $6::bytea[],
+                $7::bytea[], $8::bytea[], $9::int8[], $10::int8[], $11::int8[], $12::bytea[])
+              WITH ORDINALITY AS ending (owner, id, worker, tries, new_state, document, problem, verdict, finished,
+                expires, reusable, work, place)
+            ORDER BY owner, id, place) AS given
+      CROSS JOIN LATERAL (SELECT number FROM jobs WHERE )sql" +
+                          kEndable + R"sql( FOR NO KEY UPDATE) AS found)
+    UPDATE jobs SET)sql" + kEnd +
+                          R"sql(
+    FROM locked AS given WHERE jobs.number = given.number
+    RETURNING place, jobs.owner, jobs.id, jobs.batch)sql";
 
 struct Ended {
   std::vector<bool> stored;
@@ -145,20 +179,8 @@ Ended end_jobs(PgConnection& connection, std::span<const Finished> endings) {
     reusable.push_back(ending.reusable ? 1 : 0);
     works.push_back(ending.work);
   }
-  // Once more with the same token and time changes nothing, and is no failure: see job_store.h.
-  PgRows row = connection.query(
-      "WITH mine AS MATERIALIZED (SELECT found.*, given.* FROM (SELECT * FROM unnest($1::bytea[], $2::bytea[], "
-      "$3::bytea[], $4::int8[], $5::int8[], $6::bytea[], $7::bytea[], $8::bytea[], $9::int8[], $10::int8[], "
-      "$11::int8[], $12::bytea[]) "
-      "WITH ORDINALITY AS given (owner, id, worker, tries, new_state, document, problem, verdict, finished, expires, "
-      "reusable, work, place) ORDER BY owner, id, place) AS given CROSS JOIN LATERAL (SELECT number FROM "
-      "jobs WHERE owner = given.owner AND id = given.id AND worker = given.worker AND tries = given.tries AND (state = "
-      "1 OR (state = given.new_state AND finished = given.finished)) FOR NO KEY UPDATE) AS found) "
-      "UPDATE jobs SET state = new_state, document = mine.document, problem = mine.problem, verdict = "
-      "mine.verdict, finished = mine.finished, expires = mine.expires, reusable = mine.reusable <> 0, work = "
-      "CASE jobs.work WHEN '' THEN '' ELSE coalesce(mine.work, jobs.work) END, lease_until = "
-      "NULL FROM mine WHERE jobs.number = mine.number RETURNING place, jobs.owner, jobs.id, jobs.batch",
-      owners, ids, workers, tries, states, documents, problems, verdicts, finished, expires, reusable, works);
+  PgRows row = connection.query(kEndJobs, owners, ids, workers, tries, states, documents, problems, verdicts, finished,
+                                expires, reusable, works);
   Ended ended{std::vector<bool>(endings.size(), false), {}};
   while (row.next()) {
     ended.stored[static_cast<std::size_t>(row.number(0) - 1)] = true;
@@ -175,10 +197,10 @@ Result<std::vector<Claimed>> PostgresStore::claim_some(const std::string& worker
   bool repeated = false;
   Result<std::vector<Claimed>> claimed = pool_.run(Promise::fleeting, [&](PgConnection& connection) {
     if (std::exchange(repeated, true)) {
-      if (auto before = claimed_before(connection, claim); !before.empty()) return before;
+      if (auto before = all_claimed(connection.query(kClaimedBefore, claim)); !before.empty()) return before;
     }
-    return all_claimed(connection.query(kClaimSome, worker, now, lease_until, claim, most, kBytesOfOneSecond,
-                                        suspects == Suspects::too));
+    return all_claimed(connection.query(kClaimSome, suspects == Suspects::too, worker, now, lease_until, most,
+                                        kBytesOfOneSecond, claim));
   });
   if (!claimed) return claimed;
   for (const Claimed& one : *claimed) {

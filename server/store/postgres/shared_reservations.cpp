@@ -14,7 +14,11 @@ constexpr auto kReserveTime = 4s;
 constexpr auto kBetweenReconnects = 1s;
 constexpr int kTries = 20;  // for a lock that another process holds while it removes a blob; each waits some seconds
 
-#define MESHGAUGE_PG_BUCKET "($1::int, hashtext(coalesce(current_schema(), '')))"
+constexpr Sql kBucket("($1::int, hashtext(coalesce(current_schema(), '')))");
+constexpr auto kShare = "SELECT pg_advisory_lock_shared" + kBucket;
+constexpr auto kUnshare = "SELECT pg_advisory_unlock_shared" + kBucket;
+constexpr auto kTryLock = "SELECT pg_try_advisory_lock" + kBucket;
+constexpr auto kUnlock = "SELECT pg_advisory_unlock" + kBucket;
 
 std::int64_t number_of(std::size_t bucket) { return kLocks + static_cast<std::int64_t>(bucket); }
 
@@ -43,7 +47,7 @@ PgConnection& SharedReservations::connected() {
   connection_->set_deadline(Clock::now() + kReserveTime);
   for (std::size_t bucket = 0; bucket < kBuckets; ++bucket) {
     if (held_[bucket] == 0 || shared_[bucket]) continue;
-    connection_->query("SELECT pg_advisory_lock_shared" MESHGAUGE_PG_BUCKET, number_of(bucket));
+    connection_->query(kShare, number_of(bucket));
     shared_[bucket] = true;
   }
   return *connection_;
@@ -82,7 +86,7 @@ void SharedReservations::end(const std::string& name) {
     const std::lock_guard lock(mutex_);
     if (--held_[bucket] == 0 && shared_[bucket]) {
       shared_[bucket] = false;
-      static_cast<void>(ask("SELECT pg_advisory_unlock_shared" MESHGAUGE_PG_BUCKET, bucket));
+      static_cast<void>(ask(kUnshare, bucket));
     }
   }
   Reservations::end(name);
@@ -97,10 +101,10 @@ Result<bool> SharedReservations::unless_held(const std::string& name, const std:
       const std::lock_guard lock(mutex_);
       return ask(sql, bucket);
     };
-    Result<bool> alone = asked("SELECT pg_try_advisory_lock" MESHGAUGE_PG_BUCKET);
+    Result<bool> alone = asked(kTryLock);
     if (!alone || !*alone) return alone;
     Result<bool> done = work();
-    static_cast<void>(asked("SELECT pg_advisory_unlock" MESHGAUGE_PG_BUCKET));  // else it is gone with the connection
+    static_cast<void>(asked(kUnlock));  // else it is gone with the connection
     return done;
   });
 }
