@@ -1,7 +1,10 @@
 // What hands out, beats and ends many jobs at once.
+#include <map>
+#include <random>
 #include <set>
 
 #include "batch_steps.h"
+#include "server/store/policy.h"
 
 using namespace meshgauge::server::store;
 
@@ -138,6 +141,126 @@ TEST_CASE_TEMPLATE("claims: of what is lost with its worker, that is suspected w
   CHECK(poison.state == JobState::failed);
   CHECK(poison.tries == kMaxUnbegun + kMaxTries);
   CHECK(poison.last_error == "its worker was lost");
+}
+
+namespace {
+
+// A queue that claims by policy.h alone.
+class QueueModel {
+ public:
+  void add(const NewJob& job) { jobs_.push_back({job, rank_of(job), false, false}); }
+  void lose(const std::string& id) { at(id) = {at(id).job, at(id).rank, false, true}; }
+  void end(const std::string& id) {
+    std::erase_if(jobs_, [&](const Entry& entry) { return entry.job.key.id == id; });
+  }
+
+  Ids claim(std::size_t most) {
+    const auto owner = next([](const Entry& entry) { return std::optional(entry.job.key.owner); });
+    if (!owner) return {};
+    const auto batch = next([&](const Entry& entry) {
+      return entry.job.key.owner == *owner ? std::optional(entry.job.batch) : std::nullopt;
+    });
+    std::vector<Entry*> first;
+    for (Entry& entry : jobs_) {
+      if (!entry.running && entry.job.key.owner == *owner && entry.job.batch == *batch) first.push_back(&entry);
+    }
+    std::stable_sort(first.begin(), first.end(), [](const Entry* x, const Entry* y) { return x->rank < y->rank; });
+    first.resize(std::min(first.size(), batch->empty() ? 1 : most));
+    std::vector<Candidate> candidates;
+    for (const Entry* entry : first) candidates.push_back({entry->job.cost, entry->suspected});
+    first.resize(fit_in_claim(candidates));
+    Ids ids;
+    for (Entry* entry : first) {
+      entry->running = true;
+      ids.push_back(entry->job.key.id);
+    }
+    return ids;
+  }
+
+ private:
+  struct Entry {
+    NewJob job;
+    std::int64_t rank = 0;
+    bool running = false;
+    bool suspected = false;
+  };
+
+  Entry& at(const std::string& id) {
+    return *std::find_if(jobs_.begin(), jobs_.end(), [&](const Entry& entry) { return entry.job.key.id == id; });
+  }
+
+  template <class Name>
+  std::optional<std::string> next(Name name_of) const {
+    std::map<std::string, Group> waiting;
+    for (const Entry& entry : jobs_) {
+      const auto name = name_of(entry);
+      if (!name || entry.running) continue;
+      Group& group = waiting.try_emplace(*name, Group{*name, entry.rank, 0}).first->second;
+      group.rank = std::min(group.rank, entry.rank);
+    }
+    for (const Entry& entry : jobs_) {
+      const auto name = name_of(entry);
+      if (name && entry.running && waiting.contains(*name)) ++waiting[*name].running;
+    }
+    std::vector<Group> groups;
+    for (const auto& [name, group] : waiting) groups.push_back(group);
+    const Group* const group = next_group(groups);
+    return group ? std::optional(group->name) : std::nullopt;
+  }
+
+  std::vector<Entry> jobs_;
+};
+
+}  // namespace
+
+TEST_CASE_TEMPLATE("claims: random queues are claimed in the order of the policy", Stores, EVERY_IMPLEMENTATION) {
+  for (unsigned seed = 1; seed <= 4; ++seed) {
+    CAPTURE(seed);
+    Stores stores;
+    JobStore& jobs = stores.jobs();
+    QueueModel model;
+    std::mt19937 random(seed);
+    std::int64_t second = 0;
+    const auto vary = [&](NewJob& job) {  // no two ranks are equal
+      job.created = at(second++);
+      job.cost = random() % 3 * 20'000'000 + random() % 1000;
+      model.add(job);
+    };
+    for (int i = 0; i < 12; ++i) {
+      const std::string owner(1, static_cast<char>('a' + random() % 3));
+      const std::string id = owner + std::to_string(i);
+      if (i % 2 == 0) {
+        NewJob job = new_job(owner, id);
+        vary(job);
+        insert(jobs, job);
+        continue;
+      }
+      NewBatch batch = new_batch(owner, id, 1 + random() % 8);
+      for (BatchItem& item : batch.items) vary(item.job);
+      insert(stores.batches(), batch);
+    }
+    std::vector<Token> running;
+    while (true) {
+      const std::size_t most = 1 + random() % 6;
+      const auto claimed = got(jobs.claim_some("w1", at(50), at(110), most));
+      Ids ids;
+      for (const Claimed& one : claimed) {
+        ids.push_back(one.token.key.id);
+        running.push_back(one.token);
+      }
+      REQUIRE(ids == model.claim(most));
+      if (ids.empty() && running.empty()) break;
+      while (!running.empty() && (ids.empty() || random() % 2 == 0)) {
+        const Token token = running[random() % running.size()];
+        std::erase_if(running, [&](const Token& other) { return other.key == token.key; });
+        const bool lost = random() % 3 == 0 && token.tries < kMaxTries;
+        if (lost) CHECK(got(jobs.hand_back(token, "lost", kNow)) == JobState::queued);
+        if (!lost) CHECK(got(jobs.finish(token, ending())));
+        lost ? model.lose(token.key.id) : model.end(token.key.id);
+        if (ids.empty()) break;
+      }
+    }
+  }
 }
 
 TEST_CASE_TEMPLATE("claims: many heartbeats and endings at once, each by its own token", Stores, EVERY_IMPLEMENTATION) {

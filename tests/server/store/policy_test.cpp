@@ -1,6 +1,8 @@
 // Decisions that every store takes, without one.
 #include "server/store/policy.h"
 
+#include "server/store/transitions.h"
+
 #include <doctest/doctest.h>
 
 using namespace meshgauge::server::store;
@@ -29,6 +31,22 @@ TEST_CASE("policy: only a job of a batch that has told nothing is excused when i
   CHECK(excused({2, 0, false, true, false}) == 0);  // suspected
   CHECK(excused({2, 1, false, true, false}) == 1);
   CHECK(excused({kMaxUnbegun + 1, kMaxUnbegun, false, true, false}) == 0);
+}
+
+TEST_CASE("policy: the next group has the fewest running jobs, then the lowest rank") {
+  CHECK(next_group({}) == nullptr);
+  const std::vector<Group> groups{{"a", 5, 1}, {"b", 9, 0}, {"c", 7, 0}, {"d", 1, 2}};
+  CHECK(next_group(groups)->name == "c");
+}
+
+TEST_CASE("policy: a claim takes what fits into one second, at least one job, and none beside a suspected one") {
+  constexpr std::uint64_t kFull = JobStore::kBytesOfOneSecond;
+  using Candidates = std::vector<Candidate>;
+  CHECK(fit_in_claim({}) == 0);
+  CHECK(fit_in_claim(Candidates{{2 * kFull, false}, {1, false}}) == 1);
+  CHECK(fit_in_claim(Candidates{{kFull - 1, false}, {1, false}, {1, false}}) == 2);
+  CHECK(fit_in_claim(Candidates{{1, false}, {1, false}, {1, true}, {1, false}}) == 2);
+  CHECK(fit_in_claim(Candidates{{1, true}, {1, false}}) == 1);
 }
 
 TEST_CASE("policy: one that keeps little loses nothing to one that keeps much") {
