@@ -1,5 +1,4 @@
-// A baseline that has no candidate any more is how a part that was not written is seen: the glob of the candidates
-// cannot know of it.
+// Finds baselines whose candidate was not written: the glob of the candidates cannot show them.
 #pragma once
 
 #include <string>
@@ -9,8 +8,8 @@
 
 namespace meshgauge::check {
 
-// The glob of all baselines that candidates of the glob `candidate` could have, by the template `baseline`: of
-// "build/**/x-*.stl" and "base/{dir}/{stem}.off" it is "base/**/x-*.off". Rather too many than too few.
+// Returns a glob of every baseline that candidates of the glob `candidate` could have by the template `baseline`: for
+// "build/**/x-*.stl" and "base/{dir}/{stem}.off" it is "base/**/x-*.off". It may match more files, never fewer.
 std::string baseline_glob(std::string_view candidate, std::string_view baseline);
 
 }  // namespace meshgauge::check

@@ -11,11 +11,11 @@
 
 namespace meshgauge::check {
 
-// Readers that show colours alone see nothing of what lies between vertices: a dent under the middle of a cube's face
-// is invisible. Refining splits edges longer than a 64th of the candidate's diagonal, for display, to at most 250,000
-// triangles; a mesh of more is written as it is.
+// Refinement, for display. Viewers show colours of vertices only, so a dent in the middle of a cube's face would be
+// invisible. Refining splits edges longer than a 64th of the candidate's diagonal, up to 250,000 triangles. A larger
+// mesh is written as it is.
 enum class Refine {
-  by_format,  // .glb is for looking: refined. .ply is for computing: one scalar for each vertex of the candidate.
+  by_format,  // .glb is refined, since it is for viewing; .ply is not: one scalar for each vertex of the candidate
   never,
   always,
 };
@@ -26,15 +26,15 @@ struct DeviationFile {
   unsigned threads = 1;
 };
 
-// Whether the name says which format; invalid_request otherwise. For asking before anything is measured.
+// Checks that the suffix of `path` is that of a known format; invalid_request otherwise. Call it before measuring.
 Result<Done> check_deviation_name(const std::filesystem::path& path);
 
-// Measures the distances and writes the file: under another name in the same folder first, so that what is at `path` is
-// whole. The limit is the end of the colour map, what is above it has another colour. Whatever the gate's direction,
-// the distances are from the candidate to the baseline, and never above what is certified of them, so a gate that
-// passes shows none above its limit; what the candidate lacks, the witness shows. `control` is for this work alone, not
-// that of the measurement, whose deadline may have passed; out_of_time when it says to stop.
-// Both meshes are in the unit of `measured` (api::in_unit).
+// Measures the distances from the candidate to the baseline, whatever the gate's direction, and writes the file under
+// another name first, so that the file at `path` is always complete. The colour map ends at the limit; distances
+// above it have a colour of their own. No distance exceeds the certified upper bound, so a gate that passes shows
+// none above its limit. What the candidate lacks is shown by the witness. `control` belongs to this work alone, since
+// the measurement's deadline may have passed; out_of_time when it stops the work. Precondition: both meshes are in
+// the unit of `measured` (api::in_unit).
 Result<Done> write_deviation(const DeviationFile& file, const Prepared& candidate, const Prepared& baseline,
                              const Measured& measured, Control& control);
 

@@ -1,4 +1,4 @@
-// What gates ask of files.
+// Files of gates: checks before reading, and replacing a file as a whole.
 #pragma once
 
 #include <filesystem>
@@ -8,16 +8,18 @@
 
 namespace meshgauge::check {
 
-// What speaks against reading a file, behind its name: "does not exist"; nullopt: nothing.
+// Returns why the file cannot be read, as the end of a sentence ("does not exist"), or nullopt if it can.
 std::optional<std::string> file_defect(const std::filesystem::path& file);
 
-// Whether they are one file, links of both kinds included. What does not exist yet is compared by where it would be.
+// Whether both paths name one file, through symbolic and hard links. A path that does not exist yet is compared by
+// its canonical form.
 bool is_same_file(const std::filesystem::path& a, const std::filesystem::path& b);
 
-// Whether `path` lies in `folder` or below; as they are written, links are not looked at.
+// Whether `path` is `folder` or below it, as the paths are written; links are not followed.
 bool is_below(const std::filesystem::path& path, const std::filesystem::path& folder);
 
-// A file that is written beside its place and then put there, so that what is there is whole. Removed, unless it was.
+// A file written beside its final place and then renamed, so that the file there is always complete. The destructor
+// removes a file that was not put.
 class StagedFile {
  public:
   explicit StagedFile(std::filesystem::path place);
@@ -25,15 +27,15 @@ class StagedFile {
   StagedFile& operator=(StagedFile&&) = delete;
   ~StagedFile();
 
-  const std::filesystem::path& path() const { return path_; }  // to be written, and closed
+  const std::filesystem::path& path() const { return path_; }  // write this file and close it before put()
   const std::filesystem::path& place() const { return place_; }
   std::error_code put();
 
  private:
-  std::filesystem::path path_;  // of a name that no other run has; empty: it was put
+  std::filesystem::path path_;  // unique to this run; empty after put()
   std::filesystem::path place_;
 };
 
-std::string shown_path(const std::filesystem::path& path);  // for messages
+std::string shown_path(const std::filesystem::path& path);  // quoted, control characters as '?'; for messages
 
 }  // namespace meshgauge::check

@@ -1,4 +1,4 @@
-// Who measures a gate: this process (local.h) or a service (remote.h). Reports cannot tell the difference.
+// Measures gates, in this process (run/local.h) or by a service (remote.h). Reports do not depend on which.
 #pragma once
 
 #include <cstddef>
@@ -13,12 +13,11 @@
 
 namespace meshgauge::check {
 
-// One of several gates that are measured together. Their controls are cancelled together.
+// One of several gates that are measured together. Cancelling one control cancels all of them.
 struct Task {
   const Gate* gate = nullptr;
   Control* control = nullptr;
-  // To be called once, from any thread. `run_ms`: the time of its run alone, where that is known; how long it was
-  // waited for says nothing of it.
+  // Called once, from any thread. `run_ms`: running time without waiting; nullopt: not known.
   std::function<void(Result<Measured>, std::optional<double> run_ms)> ended;
 };
 
@@ -26,20 +25,18 @@ class Measurer {
  public:
   virtual ~Measurer() = default;
 
-  // Measures one gate. `control` carries cancellation (Ctrl-C) and the watcher that a progress bar is drawn from; the
-  // deadline is the gate's timeout, set by the measurer. Running out of time or patience is a Measured with a valid
-  // interval; an Error is about a file, the request or the service. May be called from many threads at once, each with
-  // a control of its own.
+  // Measures one gate. `control` carries cancellation (Ctrl-C) and the watcher of the progress bar; the measurer sets
+  // its deadline to the gate's timeout. Running out of time or budget gives a Measured with a valid interval. An
+  // Error is about a file, the request or the service. Thread safe, with a control for each call.
   virtual Result<Measured> measure(const Gate& gate, Control& control) = 0;
 
-  // How many gates it is worth to measure at the same time.
+  // Number of gates worth measuring at the same time.
   virtual unsigned at_once() const = 0;
 
-  // How many gates measure_together() takes at most; 1: each is measured by itself.
+  // Maximum number of gates for measure_together(); 1: each gate is measured by itself.
   virtual std::size_t together() const { return 1; }
 
-  // As measure() for each of them, told as they end, and all of them when this returns. From many threads at once, as
-  // well.
+  // Calls measure() for each task and task.ended with its result; returns when all have ended. Thread safe.
   virtual void measure_together(std::span<const Task> tasks) {
     for (const Task& task : tasks) task.ended(measure(*task.gate, *task.control), std::nullopt);
   }

@@ -1,4 +1,4 @@
-// Messages of a comparison know its meshes as 'a' and 'b'; those of a gate name its files.
+// Replaces the mesh names 'a' and 'b' of a comparison's messages by the files of a gate.
 #pragma once
 
 #include "check/gate.h"
@@ -6,7 +6,7 @@
 
 namespace meshgauge::check {
 
-// The error with 'a' and 'b' replaced by the gate's candidate and baseline, wherever they stand in the message.
+// Returns the error with every 'a' replaced by the gate's candidate and every 'b' by its baseline.
 Error with_files(Error error, const Gate& gate);
 
 }  // namespace meshgauge::check

@@ -1,5 +1,5 @@
-// The report of a run that did not begin: so that who reads the reports, and not the log, sees why, and never takes
-// those of an earlier run for this one's.
+// Report of a run that did not begin. It is written so that the reports show the mistakes and no older report is
+// taken for this run's.
 #pragma once
 
 #include <string>
@@ -10,8 +10,8 @@
 
 namespace meshgauge::check {
 
-// An outcome for each mistake: an error, named by its place ("gates.yaml:7:5") and without meshes. `manifest`: empty
-// when it is none of a manifest.
+// Returns a report with one outcome for each mistake: an error, named by its place ("gates.yaml:7:5"), without
+// meshes. `manifest`: empty if the mistakes are not in a manifest.
 Report mistaken(const std::string& manifest, const std::vector<Mistake>& mistakes);
 
 }  // namespace meshgauge::check

@@ -1,5 +1,5 @@
-// What became of the gates. Everything that reports show is here, whoever measured: `document` is what the service
-// answers.
+// Results of gates: everything that reports show. `document` is the same JSON whether this process or a service
+// measured.
 #pragma once
 
 #include <cstdint>
@@ -17,53 +17,58 @@
 
 namespace meshgauge::check {
 
-// pass, fail, undecided: what the interval says about the limit (api/gate.h). error: there is no interval: a file that
-// is missing or cannot be read, a service that cannot be reached.
+// pass, fail, undecided: the interval against the limit (api/gate.h). error: there is no interval, because a file is
+// missing or unreadable or the service cannot be reached.
 enum class Verdict { pass, fail, undecided, error };
 std::string_view to_string(Verdict verdict);
 
-// What of it counts: `level` of a failed gate is `warning` when the gate only warns. Errors always count, and so does
-// an undecided gate of which nothing is known, since its time was over while a file was read.
+// How an outcome counts. `warning`: a fail or an undecided gate with warn_only, or an undecided one with
+// --undecided=warn. `failure`: every other outcome that is not a pass, every error, and an undecided gate without a
+// finite upper bound.
 enum class Level { ok, warning, failure };
 std::string_view to_string(Level level);
 
-enum class Undecided { separate, fail, warn };  // --undecided: exit code 2 of its own, or counted as the others are
+enum class Undecided {
+  separate,
+  fail,
+  warn
+};  // --undecided: exit code 2 of its own, counted as a fail, or as a warning
 
 using Witness = api::ResultWitness;
 
 // A measurement, as check reads it from the JSON of a comparison (openapi.yaml, "Comparison").
 struct Measured {
-  nlohmann::ordered_json document;  // the whole comparison
-  double limit = 0;                 // max_distance that was asked for
+  nlohmann::ordered_json document;  // JSON of the whole comparison
+  double limit = 0;                 // max_distance of the request
   double lower = 0;
   double upper = 0;
-  api::UnitPlan units;             // of the meshes as read, and of every length here
-  std::vector<std::string> notes;  // of the pair, one sentence each: what was converted, what looks like a wrong unit
+  api::UnitPlan units;             // units of the meshes as read, and of every length here
+  std::vector<std::string> notes;  // one sentence each: what was converted, what looks like a wrong unit
   std::string status;              // "converged", "gate_decided", "timeout", ...
   Verdict verdict = Verdict::undecided;
-  std::optional<Witness> witness;                 // of the direction that attains `lower`
-  std::optional<api::ResultDirection> direction;  // from the candidate to the baseline; none: not measured
-  // Where a browser sees it for as long as the service that measured it keeps it: ASCII, without what ends a link in
-  // any report. Empty: measured in this process, or by a service without a page.
+  std::optional<Witness> witness;                 // of the direction that attains `lower`; nullopt: there is none
+  std::optional<api::ResultDirection> direction;  // from the candidate to the baseline; nullopt: not measured
+  // URL of the page that shows the comparison while the service keeps it: ASCII, safe inside a link of any report.
+  // Empty: measured in this process, or by a service without pages.
   std::string link;
 };
 
-// The fields of a comparison's JSON; internal when it is none, or its interval none.
+// Extracts the fields from a comparison's JSON. Errors: internal if it is not a comparison or has no valid interval.
 Result<Measured> measured_from(nlohmann::ordered_json document, double limit);
 
 struct GateOutcome {
   Gate gate;
-  std::optional<Measured> measured;  // none: `error` says why
-  std::optional<Error> error;        // with `interrupted`: that the time was over; none after Ctrl-C
-  bool interrupted = false;          // by Ctrl-C or its timeout, before there was an interval: undecided
-  double wall_ms = 0;                // reading and waiting included
+  std::optional<Measured> measured;  // nullopt: see `error`
+  std::optional<Error> error;        // with `interrupted`: the time was over; nullopt after Ctrl-C
+  bool interrupted = false;          // by Ctrl-C or the timeout, before there was an interval; the verdict is undecided
+  double wall_ms = 0;                // includes reading and waiting
 
   Verdict verdict() const;
-  // Of every length of this outcome, "mm"; empty: not known.
+  // Unit of every length of this outcome, such as "mm"; empty: not known.
   std::string unit() const;
   Level level(Undecided rule) const;
-  // What to do, in one or two sentences: for undecided which timeout or limit would decide it, for fail where to look,
-  // for error what to repair. Empty for pass.
+  // What to do, in one or two sentences: for undecided, which timeout or limit would decide; for fail, where to look;
+  // for error, what to repair. Empty for pass.
   std::string advice() const;
 };
 
@@ -72,11 +77,11 @@ struct Report {
   Undecided undecided = Undecided::separate;
   bool interrupted = false;  // by Ctrl-C
   std::string version;       // of meshgauge
-  // Of the pages on which a browser sees gates that a service has measured together, as Measured::link. May be empty.
+  // URLs of the pages of batches that a service measured, in the form of Measured::link. May be empty.
   std::vector<std::string> batches;
 
   std::size_t count(Verdict verdict) const;
-  // 0 pass, 1 fail, 2 undecided, 3 error; the worst of all gates in the order 3, 1, 2, 0.
+  // 0 pass, 1 fail, 2 undecided, 3 error: the worst of all gates, in the order 3, 1, 2, 0.
   int exit_code() const;
 };
 

@@ -1,8 +1,8 @@
-// Gates measured by a meshgauge service: files travel there once, comparisons are asked for and followed, many as a
-// batch (openapi.yaml).
+// Measures gates by a meshgauge service: uploads each file once, requests comparisons, many as a batch, and follows
+// them to their end (openapi.yaml).
 //
-//   measure -> hash each file once -> HEAD, PUT what is not there -> POST the pair, or all pairs -> GET until it has
-//   ended -> Measured
+//   measure -> hash each file once -> HEAD, PUT missing meshes -> POST the pair, or all pairs -> GET until the end
+//   -> Measured
 #pragma once
 
 #include <chrono>
@@ -17,32 +17,32 @@
 namespace meshgauge::check {
 
 struct RemoteOptions {
-  std::string url;                // http or https, with a path where the service stands below one
-  std::string key;                // bearer key; empty: none. In no message
-  bool key_in_clear = false;      // the key may travel by http, where whoever is on the way reads it
-  std::filesystem::path ca_file;  // certificates to trust, PEM, and no others; empty: those of this machine
+  std::string url;                // http or https, with a path if the service is below one
+  std::string key;                // bearer key; empty: none. Never part of a message
+  bool key_in_clear = false;      // permits sending the key over http, where it can be read in transit
+  std::filesystem::path ca_file;  // PEM file of the only certificates to trust; empty: those of this machine
   unsigned at_once = 4;           // gates at the same time; fewer while the service refuses more
-  // Told of each batch, when the service has accepted it: the link to its page there, as Measured::link. From any
-  // thread; may be empty, and is not called for a service without pages.
+  // Called with the link of each batch that the service accepts, in the form of Measured::link. From any thread; may
+  // be empty; not called for a service without pages.
   std::function<void(const std::string& link)> batch_begun;
 
   std::chrono::milliseconds connect_timeout{10'000};
-  std::chrono::seconds stall{60};  // an exchange that hardly moves for so long has failed
-  // How long what may pass is tried again: a service that was reached before; one that never was.
+  std::chrono::seconds stall{60};  // an exchange without progress for so long has failed
+  // Time to retry transient failures: of a service that has answered before; of one that never has.
   std::chrono::milliseconds patience{300'000};
   std::chrono::milliseconds first_contact{10'000};
 };
 
-// invalid_request when the URL or the key cannot be used, or when the key would be readable on its way to another
-// machine. Nothing is sent before the first measure(). Proxies are those of the environment (http_proxy, https_proxy,
-// no_proxy), but a key that goes to this machine by http passes none; certificates are always checked.
+// Creates the measurer; sends nothing before the first measure(). Errors: invalid_request if the URL or the key is
+// unusable, or if the key would travel over http to another machine. Uses the proxies of the environment (http_proxy,
+// https_proxy, no_proxy), except for a key that goes to this machine over http. Certificates are always checked.
 //
-// Cancelled, measure() ends within about two seconds, with the interval that the service had reached. The gate's
-// timeout is that of the comparison, the way of the files not counted; an answer that does not come in spite of it is
-// waited for as long as `patience` says.
+// A cancelled measure() ends within about two seconds, with the service's interval so far. The gate's timeout limits
+// the comparison, not the uploads; a late answer is awaited for `patience`.
 Result<std::unique_ptr<Measurer>> remote(const RemoteOptions& options);
 
-// The key in that file, without the white space around it; without a file that of the variable MESHGAUGE_KEY, or none.
+// Returns the key in `file`, without surrounding white space. Without a file: the variable MESHGAUGE_KEY, or an empty
+// string.
 Result<std::string> service_key(const std::filesystem::path& file);
 
 }  // namespace meshgauge::check

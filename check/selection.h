@@ -1,4 +1,4 @@
-// Which gates of a manifest are asked for: --only.
+// Selects gates of a manifest by name: --only.
 #pragma once
 
 #include <string>
@@ -11,15 +11,15 @@ namespace meshgauge::check {
 class Selection {
  public:
   Selection() = default;  // all gates
-  // Patterns of *, ? and [..], in which '?' stands for one character of UTF-8; a gate that one of them matches is asked
-  // for.
+  // Selects the gates that one of the patterns matches. Patterns have *, ? and [..]; '?' stands for one character of
+  // UTF-8.
   explicit Selection(std::vector<std::string> patterns) : patterns_(std::move(patterns)) {}
 
   const std::vector<std::string>& patterns() const { return patterns_; }
   bool holds(std::string_view name) const;
 
-  // Whether it could hold a name of which only a pattern is known, that of a gate whose candidate was not found. Rather
-  // yes than no.
+  // Whether a name of this pattern could be selected; the pattern is the name of a gate whose candidate was not
+  // found. When in doubt: true.
   bool may_hold(std::string_view name_pattern) const;
 
  private:

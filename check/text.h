@@ -1,4 +1,4 @@
-// Numbers and places as people read them.
+// Numbers and points as text for people.
 #pragma once
 
 #include <string>
@@ -11,12 +11,12 @@ namespace meshgauge::check {
 
 using api::shortest;
 
-// Rounded to `digits` significant ones: for tables, where every digit would be too many.
+// Rounds to `digits` significant digits, for tables.
 std::string rounded(double x, int digits = 6);
 
-std::string_view trimmed(std::string_view text);  // without the blanks and line ends around it
+std::string_view trimmed(std::string_view text);  // without surrounding blanks and line ends
 
-// For URIs (RFC 3986): letters, digits and what is `kept` stay, every other byte is percent-encoded.
+// Percent-encodes every byte except letters, digits and those in `kept` (RFC 3986).
 std::string percent_encoded(std::string_view bytes, std::string_view kept);
 
 std::string text(const Vec3& p);  // "(1, 2.5, 3)", each number by shortest()

@@ -1,4 +1,4 @@
-// UTF-8, for what reports will carry: JSON and XML take no other bytes.
+// UTF-8, which reports in JSON and XML require.
 #pragma once
 
 #include <cstddef>
@@ -12,17 +12,17 @@ struct Character {
   std::size_t bytes = 0;  // 0: not UTF-8
 };
 
-// The first character of a text that is not empty. UTF-8 is well-formed: the shortest form, no surrogate, at most
-// U+10FFFF (RFC 3629).
+// Decodes the first character. Precondition: `text` is not empty. Accepts the shortest form alone, no surrogates, at
+// most U+10FFFF (RFC 3629).
 Character decode(std::string_view text);
 
-// Where the first byte stands that is not UTF-8; npos: nowhere.
+// Position of the first byte that is not UTF-8; npos: there is none.
 std::size_t find_not_utf8(std::string_view text);
 
 inline bool is_utf8(std::string_view text) { return find_not_utf8(text) == std::string_view::npos; }
 
-// Of ASCII alone: what no name or label may hold.
+// Whether `c` is an ASCII control character, which names and labels must not contain.
 inline bool is_control(char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7F; }
-std::size_t find_control(std::string_view text);  // the first; npos: there is none
+std::size_t find_control(std::string_view text);  // position of the first one; npos: there is none
 
 }  // namespace meshgauge::check

@@ -1,4 +1,4 @@
-// A file as bytes.
+// Reads a whole file into memory.
 #pragma once
 
 #include <cstddef>
@@ -11,16 +11,16 @@
 
 namespace meshgauge::check {
 
-// Reads a regular file into memory; anything else (a directory, a pipe, a device) is refused, since it has no size to
-// check. It is not mapped: a file that another program shortens while it is looked at would end the process. One that
-// changes its size while it is read is an Error.
+// The content of a regular file. A directory, pipe or device is refused, since it has no size to check. The file is
+// not mapped, because shortening a mapped file would end the process. A file whose size changes while it is read is
+// an Error.
 class WholeFile {
  public:
   static Result<WholeFile> open(const std::string& path);
 
-  // The same of a file in `folder` or below, at the relative path `name` of plain components (api/formats/file_path.h).
-  // Refused: a symbolic link on the way from the folder or at its end, and more than `most` bytes. The way to the
-  // folder itself may have links.
+  // Opens the file at the relative path `name` of plain components (api/formats/file_path.h) in `folder` or below.
+  // Refuses symbolic links below the folder, and more than `most` bytes. The path of the folder itself may have
+  // links.
   static Result<WholeFile> open_below(const std::string& folder, const std::string& name, std::uint64_t most);
 
   std::span<const std::byte> bytes() const { return {bytes_.get(), size_}; }

@@ -1,4 +1,4 @@
-// New baselines from candidates that a person has looked at: --update-baselines, and --dry-run, which only says so.
+// Copies candidates over their baselines: --update-baselines, and --dry-run, which only reports.
 #pragma once
 
 #include <filesystem>
@@ -12,7 +12,7 @@
 namespace meshgauge::check {
 
 struct Update {
-  enum class Kind { create, replace, none };  // none: the bytes are the same
+  enum class Kind { create, replace, none };  // none: both have the same bytes
 
   std::string gate;
   std::filesystem::path candidate;
@@ -22,21 +22,20 @@ struct Update {
 
 struct Updates {
   std::vector<Update> updates;    // each baseline once
-  std::vector<Mistake> mistakes;  // any: nothing is to be written
+  std::vector<Mistake> mistakes;  // if any: nothing is written
 };
 
-// Looks, and writes nothing. `gates` as by gates_of(..., Baselines::may_be_missing), or from flags. Mistakes: a
-// candidate that is missing, no mesh or a glTF of several files; two candidates for one baseline; another suffix than
-// the candidate's, which would be a wrong name for its bytes; a baseline that is a symbolic link, or lies behind one
-// that leads out of the folder of the manifest (of the current one, when there is none): what is there is not this
-// project's.
+// Plans the updates and writes nothing. `gates`: from gates_of(..., Baselines::may_be_missing), or from flags.
+// Mistakes: a candidate that is missing, is no mesh or is a glTF of several files; two candidates for one baseline; a
+// suffix that differs from the candidate's; a baseline that is a symbolic link, or lies behind one that leads out of
+// the manifest's folder (without a manifest: the current folder).
 Updates plan_updates(const std::vector<Gate>& gates);
 
-// All or nothing, as far as a file system has it: everything is copied beside its place before the first is renamed
-// into it. Who reads a baseline meanwhile sees the old one or the new one. Precondition: no mistakes.
+// Carries out all updates or none, as far as the file system allows: copies everything first, then renames. A
+// concurrent reader sees the old or the new baseline, never a part. Precondition: no mistakes.
 Result<Done> carry_out(const Updates& updates);
 
-// "create baselines/x.stl from build/x.stl": for a dry run, or after it is done.
+// "create baselines/x.stl from build/x.stl", for a dry run or a report.
 std::string to_string(const Update& update);
 
 }  // namespace meshgauge::check

@@ -1,4 +1,4 @@
-// From what a manifest says to the gates that it means: its globs looked up, its names filled in, its files found.
+// Expands the entries of a manifest to gates: looks up globs, fills in names, checks files.
 #pragma once
 
 #include <filesystem>
@@ -13,20 +13,19 @@ namespace meshgauge::check {
 
 inline constexpr std::size_t kMaxGates = 10'000;
 
-// `may_be_missing` is for what writes the baselines.
+// `may_be_missing` is for --update-baselines.
 enum class Baselines { must_exist, may_be_missing };
 
-// `only`: of other gates no file has to be there. They are returned as well.
+// `only`: files of other gates need not exist; these gates are returned as well.
 struct Lookup {
   Baselines baselines = Baselines::must_exist;
   const Selection& only;
 };
 
-// Mistakes, at the entry's candidate, baseline or name: a glob that finds nothing; a file that is missing or none; a
-// candidate that is its own baseline, by whatever name; a baseline with a placeholder that is the same for two
-// candidates (without one it is meant so: many candidates, one baseline); a name that two gates have; a file that by
-// its name would be the baseline of a glob's candidate, and is that of no gate: its candidate was not written. The last
-// is none for what writes the baselines, and is not looked for with `only`.
+// Returns the gates. Adds mistakes at the entry's candidate, baseline or name: a glob without matches; a missing or
+// unusable file; a candidate that is its own baseline; a baseline with a placeholder that is the same for two
+// candidates; two gates of one name; a baseline that matches a glob's template and has no candidate. The last is
+// skipped for --update-baselines and with `only`.
 std::vector<Gate> expand(const std::vector<Entry>& entries, const std::filesystem::path& manifest, const Lookup& lookup,
                          Mistakes& mistakes);
 

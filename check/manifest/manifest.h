@@ -1,4 +1,4 @@
-// gates.yaml: what to check, as a file beside the parts. Its keys, with examples, are in gates.schema.json.
+// Reads gates.yaml: which files to check, and how. gates.schema.json has its keys with examples.
 #pragma once
 
 #include <filesystem>
@@ -12,12 +12,12 @@ namespace meshgauge::check {
 
 struct Gates {
   std::vector<Gate> gates;
-  std::vector<Mistake> mistakes;  // any: nothing is to be measured
+  std::vector<Mistake> mistakes;  // if any: nothing is measured
 };
 
-// Reads a manifest and looks up the files of the gates in `only`; says everything that is wrong, not the first alone.
-// Paths in it are relative to its folder. Limits: kMaxYamlBytes, kMaxYamlDepth and kMaxYamlNodes of the file
-// (yaml_tree.h), kMaxGates, and kMaxGlobEntries for each glob.
+// Reads a manifest and looks up the files of the gates in `only`. Reports every mistake, not only the first. Paths in
+// it are relative to its folder. Limits: kMaxYamlBytes, kMaxYamlDepth and kMaxYamlNodes (yaml_tree.h), kMaxGates, and
+// kMaxGlobEntries for each glob.
 Gates gates_of(const std::filesystem::path& manifest, Baselines baselines = Baselines::must_exist,
                const Selection& only = {});
 

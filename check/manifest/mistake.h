@@ -1,4 +1,4 @@
-// What is wrong in a manifest, and where: for people, who want all of it at once.
+// Mistakes of a manifest with their places.
 #pragma once
 
 #include <string>
@@ -7,19 +7,19 @@
 
 namespace meshgauge::check {
 
-// 1-based, a column in characters; line 0: nowhere in particular.
+// 1-based; the column counts characters. Line 0: no place in particular.
 struct Place {
   int line = 0;
   int column = 0;
 };
 
 struct Mistake {
-  int line = 0;  // 0: of the file as a whole
+  int line = 0;  // 0: the file as a whole
   int column = 0;
   std::string message;  // "unknown key 'max_distnace'; did you mean 'max_distance'?"
 };
 
-// A text of the manifest, and where it stands.
+// A text of the manifest with its place.
 struct Written {
   std::string text;
   Place place;
@@ -27,21 +27,20 @@ struct Written {
 
 class Mistakes {
  public:
-  // Beyond this many one hides the other: what one misunderstanding has caused a thousand times is said a hundred
-  // times.
+  // Maximum number of mistakes shown; a single misunderstanding may cause thousands.
   static constexpr std::size_t kMost = 100;
 
   void add(Place place, std::string message);
   bool empty() const { return all_.empty(); }
 
-  // In the order of the file, each once; of more than kMost the first, and how many there are besides.
+  // Returns the mistakes in the order of the file, each once: the first kMost, and how many more there are.
   std::vector<Mistake> sorted() &&;
 
  private:
   std::vector<Mistake> all_;
 };
 
-// "gates.yaml:7:5: unknown key 'x'": as editors and people find it.
+// Formats a mistake as editors expect it: "gates.yaml:7:5: unknown key 'x'".
 std::string to_string(std::string_view file, const Mistake& mistake);
 
 }  // namespace meshgauge::check

@@ -1,5 +1,4 @@
-// The naming rule: what stands in braces in a gate's name and baseline, filled in for each file that its candidate
-// finds.
+// Fills in the placeholders of a gate's name and baseline for each file that its candidate's glob finds.
 #pragma once
 
 #include <filesystem>
@@ -10,7 +9,7 @@
 
 namespace meshgauge::check {
 
-// Of "build/lod/near/part.glb.gz", found by "build/lod/**/*.glb.gz":
+// The parts of "build/lod/near/part.glb.gz", found by "build/lod/**/*.glb.gz":
 struct NameParts {
   std::string stem;  // "part": without suffix, and without the ".gz" of a compressed file
   std::string name;  // "part.glb.gz"
@@ -19,15 +18,16 @@ struct NameParts {
 
 NameParts name_parts(std::string_view file_name, std::string dir);
 
-// ".stl.gz" of "part.v2.STL.gz": in lower case, and with what stands before the ".gz" of a compressed file.
+// Returns the suffix in lower case; before ".gz" the inner one as well: ".stl.gz" for "part.v2.STL.gz".
 std::string suffix_of(const std::filesystem::path& file);
 
-// A placeholder that is not known, a brace without its partner: what is wrong, behind the subject ("has ...").
+// Checks the braces of a template. The Error is the end of a sentence ("has ...") about an unknown placeholder or an
+// unmatched brace.
 Result<Done> check_template(std::string_view text);
 bool has_placeholder(std::string_view text);
 
-// Precondition: check_template() has no objection. "{dir}/" is left out when there is no such folder; "{dir}" is then
-// ".".
+// Fills in the placeholders. An empty "{dir}/" is left out; an empty "{dir}" becomes ".". Precondition:
+// check_template() accepts the text.
 std::string filled(std::string_view text, const NameParts& parts);
 
 }  // namespace meshgauge::check

@@ -1,4 +1,4 @@
-// Limits and durations as people write them, in gates.yaml and as flags.
+// Parses limits and durations of gates.yaml and of flags.
 #pragma once
 
 #include <chrono>
@@ -9,22 +9,22 @@
 
 namespace meshgauge::check {
 
-// In the message of an error the subject is missing, for its caller to put in front, the key or the flag: "must be ...,
-// not '5,0 mm'". Blanks around the text do not matter.
+// Errors are the end of a sentence; the caller adds the key or flag: "must be ..., not '5,0 mm'". Surrounding blanks
+// are ignored.
 
-// "0.05", "0.05 mm", "0.05mm": with one of the spellings of api::parse_unit(). "0.5 %": of the diagonal of the
-// baseline's bounding box. Refused: a comma for the point, hexadecimal, a number below 0 or without end, anything else
-// behind the number.
+// Parses "0.05", "0.05 mm" or "0.05mm", with the spellings of api::parse_unit(), or "0.5 %" of the diagonal of the
+// baseline's bounding box. Refuses a decimal comma, hexadecimal, negative or infinite numbers and any text after the
+// number.
 Result<Limit> parse_limit(std::string_view text);
 
-// The same without the share.
+// Parses a limit that is not a share.
 Result<Limit> parse_length(std::string_view text);
 
-// "mm", "inches".
+// Parses "mm" or "inches".
 Result<LengthUnit> parse_unit(std::string_view text);
 
-// "60 s", "500 ms", "2 min", "60s"; a number alone is seconds. Rounded to whole milliseconds, and then within
-// api::kTimeoutMsRange.
+// Parses "60 s", "500 ms", "2 min" or "60s"; a bare number is in seconds. Rounds to whole milliseconds, which must
+// lie in api::kTimeoutMsRange.
 Result<std::chrono::milliseconds> parse_duration(std::string_view text);
 
 }  // namespace meshgauge::check

@@ -1,4 +1,4 @@
-// The settings of a gate in a manifest: the keys that stand in a gate or under `defaults`.
+// Settings of a gate in a manifest: the keys of a gate or of `defaults`.
 #pragma once
 
 #include <span>
@@ -10,17 +10,17 @@
 
 namespace meshgauge::check {
 
-// A gate's settings while they are read: those of `defaults` first, then its own over them.
+// Settings of a gate while they are read: `defaults` first, then the gate's own.
 struct Draft {
   Gate gate;
-  bool unmatched_ignored = false;  // a baseline without a candidate is no mistake
-  bool limit_given = false;        // also when it could not be read: said once is enough
+  bool unmatched_ignored = false;  // a baseline without a candidate is not a mistake
+  bool limit_given = false;        // also set when the limit could not be read, so that it is reported once
   bool own_strategy = false;
   bool own_points = false;
   Place points;  // line 0: not given
 };
 
-// A value and the key that it stands behind.
+// A value with its key.
 struct Setting {
   std::string_view key;
   const YamlNode& value;
@@ -33,13 +33,13 @@ struct SettingReader {
 
 std::span<const SettingReader> setting_readers();
 
-// What is wrong between settings, once all are read.
+// Adds mistakes about combinations of settings. Call it when all are read.
 void check_settings(const Draft& draft, Mistakes& mistakes);
 
-// "'x'", "a list", "a map", "empty": for "must be ..., not ...".
+// Describes a node for "must be ..., not ...": "'x'", "a list", "a map", "empty".
 std::string shown(const YamlNode& node);
 
-// A number or true, by YAML's rules: what is meant as a text has to stand in quotes.
+// Whether YAML reads the node as a number or a boolean; a text that looks like one must be quoted.
 bool is_bare_value(const YamlNode& node);
 
 }  // namespace meshgauge::check

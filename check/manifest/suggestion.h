@@ -1,4 +1,4 @@
-// What somebody may have meant by a word that is not known.
+// Suggests a known word for an unknown one.
 #pragma once
 
 #include <span>
@@ -7,11 +7,11 @@
 
 namespace meshgauge::check {
 
-// The one of `known` that is near, or nothing. Near: a few letters more, less, exchanged or swapped, '-' for '_',
-// capitals, or one begins with the other ("timeout_ms").
+// Returns the word of `known` that is near, or an empty view. Near: a few letters added, missing, replaced or
+// swapped, '-' for '_', other case, or a common beginning ("timeout_ms").
 std::string_view nearest(std::string_view word, std::span<const std::string_view> known);
 
-// The end of a message: "; did you mean 'max_distance'?" when one is near, otherwise "; known: name, ...".
+// Returns the end of a message: "; did you mean 'max_distance'?" if a word is near, otherwise "; known: name, ...".
 std::string suggestion(std::string_view word, std::span<const std::string_view> known);
 
 }  // namespace meshgauge::check

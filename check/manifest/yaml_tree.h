@@ -1,5 +1,5 @@
-// A YAML document as a small tree in which everything knows where it stands. yaml-cpp reads it, event by event; its own
-// tree keeps the last of two keys that are the same, and follows aliases, of which a few lines can make billions.
+// A YAML document as a tree in which every node has its place. Built from yaml-cpp's events, because its own tree
+// keeps the last of duplicate keys and expands aliases, a few of which can produce billions of nodes.
 #pragma once
 
 #include <cstddef>
@@ -21,16 +21,16 @@ struct YamlNode {
 
   Kind kind = Kind::none;
   Place place;                  // of "key:" without a value: the key's
-  std::string text;             // of a word or a quoted text
-  std::vector<Written> keys;    // of a map
-  std::vector<YamlNode> items;  // of a list, or the values of `keys`
+  std::string text;             // value of a scalar
+  std::vector<Written> keys;    // keys of a map
+  std::vector<YamlNode> items;  // items of a list, or the values of `keys`
 
   bool is_text() const { return kind == Kind::word || kind == Kind::quoted; }
 };
 
-// The one document of a file; an empty file holds `none`. Mistakes: a key that stands twice in a map, which then has it
-// twice. Mistakes after which nothing is returned: what is not YAML, in UTF-8; more than the limits above; aliases,
-// tags and keys that are no texts, which nothing here needs.
+// Parses the one document of a file; an empty file gives `none`. Adds a mistake for a duplicate key, and keeps both.
+// Returns nullopt after a mistake of these kinds: not YAML or not UTF-8, above a limit, aliases, tags, keys that are
+// not text.
 std::optional<YamlNode> parse_yaml(std::string_view text, Mistakes& mistakes);
 
 }  // namespace meshgauge::check
