@@ -1,4 +1,4 @@
-// Where the service is, and what can be said to it in a header.
+// The address of a service, and texts that may go into headers and links.
 #pragma once
 
 #include <filesystem>
@@ -9,25 +9,26 @@
 
 namespace meshgauge::check::service {
 
-// What every path is put behind: "https://host:8443/prefix", without a slash at its end. Refused: another scheme than
-// http and https, a user or a password (which is not repeated in the message), a query, a fragment.
+// Returns the base of every URL: "https://host:8443/prefix", without a trailing slash. Refuses schemes other than
+// http and https, a user or password (not repeated in the message), a query, a fragment.
 Result<std::string> base_of(const std::string& url);
 
-// The address of a path there, as a link in somebody's report: what could end one is percent-encoded. Precondition:
-// `base` is from base_of().
+// Returns the URL of a path as a link for reports: characters that could end a link are percent-encoded.
+// Precondition: `base` is from base_of().
 std::string link_to(const std::string& base, const std::string& path);
 
-// Whether nobody but this machine can read what is sent there: https, or http to localhost or a loopback address.
-// Precondition: from base_of().
+// Whether what is sent there can be read by this machine and the service alone: https, or http to localhost or a
+// loopback address. Precondition: `base` is from base_of().
 bool is_private(const std::string& base);
 
-// Whether a bearer key can stand in a header: visible ASCII alone, and not empty.
+// Whether `key` can be a bearer key: visible ASCII, not empty.
 bool is_key(std::string_view key);
 
-// "attachment; filename=..." of the file's own name, without its folder: what may not stand in a header is replaced.
+// Returns "attachment; filename=..." with the file's name, without its folder; characters that a header forbids are
+// replaced.
 std::string disposition(const std::filesystem::path& file);
 
-// Foreign text in a message: on one line, without control characters, at most `most` bytes.
+// Returns foreign text for a message: one line, no control characters, at most `most` bytes.
 std::string one_line(std::string_view text, std::size_t most = 500);
 
 }  // namespace meshgauge::check::service

@@ -1,4 +1,4 @@
-// What the service says, read with suspicion: its answers may be those of anything that listens at the address.
+// Parses and checks the answers of a service. They are untrusted: anything may listen at the address.
 #pragma once
 
 #include <cstddef>
@@ -24,11 +24,11 @@ struct Problem {
   std::string where;
 };
 
-// nullopt: it is none.
+// nullopt: not a problem document.
 std::optional<Problem> problem_from(const nlohmann::ordered_json& json);
 std::optional<Problem> problem_from(std::string_view body);
 
-// A comparison as it stands (openapi.yaml, "Job").
+// The state of a comparison (openapi.yaml, "Job").
 struct Job {
   std::string id;
   std::string state;  // "queued", "running", "done", "failed", "cancelled"
@@ -39,45 +39,46 @@ struct Job {
   bool ended() const { return state != "queued" && state != "running"; }
 };
 
-// A batch as it stands (openapi.yaml, "Batch").
+// The state of a batch (openapi.yaml, "Batch").
 struct BatchState {
   std::string id;
   std::string view;  // the path of its page, "/b/{id}"; empty: the service does not say that
   bool finished = false;
   std::size_t total = 0;  // comparisons
-  std::size_t ended = 0;  // of them; at most all
+  std::size_t ended = 0;  // comparisons that have ended; at most `total`
 };
 
-// A line of a batch's results (openapi.yaml, "BatchResult").
+// One line of a batch's results (openapi.yaml, "BatchResult").
 struct BatchLine {
-  std::size_t position = 0;  // in the batch
-  std::optional<Job> job;    // ended; none: the service has its result no more
+  std::size_t position = 0;  // index of the comparison in the batch
+  std::optional<Job> job;    // a job that has ended; nullopt: the service no longer has its result
 };
 
-// nullopt: not JSON, nested too deep, or not what it should be.
+// nullopt: not JSON, nested too deeply, or without the required members.
 std::optional<nlohmann::ordered_json> document_from(std::string_view body);
 std::optional<nlohmann::ordered_json> comparison_from(std::string_view body);
 std::optional<Job> job_from(std::string_view body);
 std::optional<BatchState> batch_from(std::string_view body);
 std::optional<BatchLine> batch_line_from(std::string_view line);
 
-// The time of its run, as a comparison says; nullopt: it does not.
+// Running time in milliseconds; nullopt: the comparison has none.
 std::optional<double> run_ms(const nlohmann::ordered_json& comparison);
 
-// Takes away where the service shows the comparison: the path of that page, "/c/{id}", or empty when it does not say
-// that.
+// Removes the member `view` and returns it: the path of the comparison's page, "/c/{id}". Empty if there is none of
+// that form.
 std::string take_view(nlohmann::ordered_json& comparison);
 
-// Of the mesh "a" or "b" of a comparison; empty when it has none.
+// SHA-256 of the mesh "a" or "b"; empty: none.
 std::string sha256_of(const nlohmann::ordered_json& comparison, const char* part);
 
-// Whether it was measured in the gate's direction, against that limit to the last bit, and in the gate's units: a
-// service that takes a unit for a label gives none.
+// Whether the comparison has the gate's direction, this limit to the last bit, and the gate's units. A service that
+// does not convert units has no units.
 bool is_answer_to(const nlohmann::ordered_json& comparison, const Gate& gate, double max_distance);
 
-// `base` is the service's address, for the messages. A message about a mesh is that of the same mesh measured here.
+// Makes the gate's Error of a problem. `base`: address of the service, for messages. The message about a mesh is the
+// same as if this process had measured.
 Error error_of(const Problem& problem, const Gate& gate, const std::string& base);
-// Of a reply that is no success.
+// Makes the gate's Error of an unsuccessful reply.
 Error error_of(const net::HttpAnswer& reply, const Gate& gate, const std::string& base, bool has_key);
 Error not_a_service(const std::string& base, const std::string& what);
 

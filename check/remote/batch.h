@@ -1,4 +1,4 @@
-// Several gates at the service by one request: asked for, followed to their end, or given up.
+// Measures several gates by one batch of a service: submits it, follows it to its end, or cancels it.
 #pragma once
 
 #include <cstddef>
@@ -18,30 +18,30 @@ namespace meshgauge::check::service {
 
 class BatchResults;
 
-// Borrows all.
+// Borrows all arguments.
 class Batch {
  public:
-  // What became of it. Whatever it is, pairs that were told of have ended.
+  // How the batch ended. Pairs whose results were reported have ended in any case.
   enum class Fate {
-    ended,         // what was not told of has no result there any more
+    ended,         // pairs without a reported result have no result at the service
     absent,        // the service has no batches
-    unknown_mesh,  // it has not all meshes
-    refused,       // it is too large, or one of its pairs is not taken
-    lost,          // the service does not know it any more
-    failed,        // by `error`
+    unknown_mesh,  // the service lacks a mesh
+    refused,       // the batch is too large, or one of its pairs is refused
+    lost,          // the service no longer knows the batch
+    failed,        // see `error`
     cancelled,
   };
   struct Outcome {
     Fate fate = Fate::ended;
     std::optional<Error> error;
   };
-  // Once for each place in `pairs`, on the thread of measure(): how it ended.
+  // Called once for each pair, on the thread of measure(): how it ended. `place`: index in `pairs`.
   using Told = std::function<void(std::size_t place, End end)>;
 
-  // Once at most, likewise: it is accepted, and a browser sees it at this path of the service.
+  // Called at most once, on the thread of measure(), when the batch is accepted. `view`: path of its page.
   using Begun = std::function<void(const std::string& view)>;
 
-  // Precondition: the pairs were sent, and there are some. `key`: no other batch of any run has it. `control` is
+  // Preconditions: `pairs` is not empty and every pair is sent; no other batch of any run has `key`. `control` is
   // cancelled with those of all pairs.
   Batch(Client& client, std::vector<const Pair*> pairs, std::string key, Control& control, Told told, Begun begun)
       : client_(client),
@@ -52,7 +52,7 @@ class Batch {
         begun_(std::move(begun)),
         reported_(pairs_.size(), false) {}
 
-  // Once.
+  // Call once.
   Outcome measure();
 
  private:
@@ -79,10 +79,10 @@ class Batch {
   Control& control_;
   const Told tell_;
   const Begun begun_;
-  std::string document_;  // what is asked for
+  std::string document_;  // the request
   std::vector<bool> reported_;
-  std::size_t known_ = 0;   // of them
-  Clock::time_point read_;  // when results were read
+  std::size_t known_ = 0;   // ended pairs at the last poll
+  Clock::time_point read_;  // time of the last read of results
 };
 
 }  // namespace meshgauge::check::service

@@ -1,4 +1,4 @@
-// The service, asked as often as it takes.
+// Sends requests to the service, with retries.
 #pragma once
 
 #include <atomic>
@@ -18,26 +18,27 @@ using net::HttpAnswer;
 using net::HttpRequest;
 using net::Trouble;
 
-inline constexpr std::size_t kMostReplyBytes = std::size_t{4} << 20;  // held of an answer
+inline constexpr std::size_t kMostReplyBytes = std::size_t{4} << 20;  // maximum size of an answer
 
-// The error of a gate that was cancelled before there was an interval.
+// Error of a gate that was cancelled before there was an interval.
 Error cancelled();
 
 // Thread safe.
 class Client {
  public:
-  // `base`: base_of() the options' URL.
+  // `base`: base_of() of the options' URL.
   Client(const RemoteOptions& options, const std::string& base);
 
   const std::string& base() const { return http_.settings().base; }
   bool has_key() const { return !http_.settings().key.empty(); }
   std::chrono::milliseconds patience() const { return patience_; }
 
-  // The last reply: a success, what is not tried again, or what has not passed for as long as patience lasts. An Error
-  // is cancelled(), or says why there is no reply. `refused` is told of each 429 and 503.
+  // Sends the request, again after transient failures. Returns the last reply: a success, a permanent refusal, or a
+  // failure that outlasted `patience`. Errors: cancelled(), or why there is no reply. Calls `refused` for each 429
+  // and 503. Blocks.
   Result<HttpAnswer> ask(const HttpRequest& request, Control& control, const std::function<void()>& refused = {});
 
-  // One try.
+  // Sends the request once.
   HttpAnswer once(const HttpRequest& request, const Interrupted& interrupted);
 
  private:
@@ -47,9 +48,9 @@ class Client {
   net::HttpClient http_;
   const std::chrono::milliseconds patience_;
   const std::chrono::milliseconds first_contact_;
-  std::atomic<bool> reached_{false};  // something has answered
+  std::atomic<bool> reached_{false};  // the service has answered at least once
   std::mutex mutex_;
-  std::optional<Error> never_reached_;  // guarded by it; so the next gates need not try for as long
+  std::optional<Error> never_reached_;  // guarded by mutex_; spares the next gates the same waiting
 };
 
 }  // namespace meshgauge::check::service

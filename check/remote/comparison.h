@@ -1,4 +1,4 @@
-// One gate at the service: asked for, followed to its end, or given up.
+// Measures one gate by a service: submits the comparison, follows it to its end, or cancels it.
 #pragma once
 
 #include <string>
@@ -15,14 +15,14 @@
 
 namespace meshgauge::check::service {
 
-// Borrows all.
+// Borrows all arguments.
 class Comparison {
  public:
-  // `key`: no other gate of any run has it.
+  // Precondition: no other gate of any run has `key`.
   Comparison(Client& client, Seats& seats, Pair& pair, std::string key, Control& control)
       : client_(client), seats_(seats), pair_(pair), key_(std::move(key)), control_(control) {}
 
-  // The document of the comparison. Once.
+  // Returns the JSON of the comparison. Blocks. Call once.
   Result<nlohmann::ordered_json> measure();
 
  private:
@@ -43,7 +43,7 @@ class Comparison {
   Pair& pair_;
   const std::string key_;
   Control& control_;
-  std::string document_;  // what is asked for
+  std::string document_;  // the request
   int attempts_ = 0;
   Progress progress_;
 };

@@ -1,4 +1,4 @@
-// What is made once for each name, by the thread that needs it first; the others wait.
+// Computes a value once for each name: the first thread that needs it computes, the others wait.
 #pragma once
 
 #include <functional>
@@ -16,8 +16,7 @@
 
 namespace meshgauge::check::service {
 
-// Thread safe. An Error is for its maker alone: the next one tries again. A waiting thread gives up when it is
-// cancelled.
+// Thread safe. After an Error the next caller tries again. A waiting thread gives up when it is cancelled.
 template <class T>
 class Once {
  public:

@@ -1,4 +1,4 @@
-// A gate as the service is asked about it: two meshes that are there, and a limit.
+// A gate as a request to the service: two stored meshes and a limit.
 #pragma once
 
 #include <optional>
@@ -14,31 +14,31 @@
 
 namespace meshgauge::check::service {
 
-// What came of asking once: a document, or why there is none.
+// The result of one attempt: a document, or why there is none.
 struct End {
   std::optional<nlohmann::ordered_json> document;
   std::optional<Problem> problem;
-  bool lost = false;  // the service does not know the comparison any more
+  bool lost = false;  // the service no longer knows the comparison
 };
 
-// For one thread at a time. Borrows all.
+// For one thread at a time. Borrows all arguments.
 class Pair {
  public:
   Pair(Sender& sender, const Gate& gate, Control& control) : sender_(sender), gate_(gate), control_(control) {}
 
-  // The limit is known, and the service has both meshes when this returns.
+  // Computes the limit and stores both meshes at the service. Blocks.
   Result<Done> send();
 
-  // The service has said that it has this mesh no more, "a" or "b": the next send() sends it without asking. False: it
-  // said so before.
+  // Makes the next send() upload this mesh, "a" or "b", without asking, since the service has lost it. False: it was
+  // uploaded again before.
   bool forget(const std::string& part);
 
   const Gate& gate() const { return gate_; }
-  // Preconditions of what follows: sent.
-  double max_distance() const { return *max_distance_; }  // the gate's limit, a share in the baseline's own unit
+  // Precondition of the following: send() has succeeded.
+  double max_distance() const { return *max_distance_; }  // the gate's limit; a share is in the baseline's own unit
   nlohmann::ordered_json asked() const;
 
-  // Whatever stands between may have its own idea of what was asked.
+  // Whether the document is about these meshes and options. A proxy may answer with something else.
   bool is_ours(const nlohmann::ordered_json& document) const;
   // Precondition: the job has ended.
   End end_of(Job job) const;
@@ -46,8 +46,8 @@ class Pair {
  private:
   struct Mesh {
     std::string id;
-    bool forgotten = false;   // it is to be sent without asking
-    bool sent_again = false;  // that was done
+    bool forgotten = false;   // upload without asking
+    bool sent_again = false;  // uploaded again once
   };
 
   Result<Done> find_limit();

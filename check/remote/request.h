@@ -1,4 +1,4 @@
-// What a gate asks the service for.
+// Composes the request of a gate.
 #pragma once
 
 #include <string>
@@ -9,12 +9,12 @@
 
 namespace meshgauge::check::service {
 
-// The document of POST /v1/comparisons (openapi.yaml, "StoredPair"): the meshes' ids, and what the same gate measured
-// here is measured with. `max_distance` is the gate's limit, a share already in numbers. Threads are the service's to
-// say unless the gate does.
+// Returns the document of POST /v1/comparisons (openapi.yaml, "StoredPair"): the meshes' ids and the options with
+// which this process would measure the gate. `max_distance`: the gate's limit, a share as a distance. The service
+// chooses the number of threads unless the gate does.
 nlohmann::ordered_json asked_of(const std::string& a, const std::string& b, const Gate& gate, double max_distance);
 
-// As text; what is not UTF-8 is replaced.
+// Serialises the document; bytes that are not UTF-8 are replaced.
 std::string document_of(const nlohmann::ordered_json& asked);
 
 }  // namespace meshgauge::check::service

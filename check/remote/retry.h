@@ -1,4 +1,4 @@
-// Which failures are tried again, how often and after how long.
+// Decides which failures are retried, how often and after which pause.
 #pragma once
 
 #include <chrono>
@@ -11,15 +11,15 @@ namespace meshgauge::check::service {
 
 struct RetriedStatus {
   int status;
-  int tries;  // in all; 0: as long as patience lasts
+  int tries;  // maximum number of tries; 0: until `patience` is over
 };
 
-// Everything that may pass by itself. Every request here may be sent twice: meshes are named by their bytes,
-// comparisons by an Idempotency-Key.
+// Statuses of transient failures. Every request may be repeated: meshes are named by their bytes, comparisons by an
+// Idempotency-Key.
 std::span<const RetriedStatus> retried_statuses();
 
-// Of one call. The pause doubles from try to try and is drawn at random from its upper half, so that clients that were
-// refused together do not come back together; a service that says how long to wait is not asked before.
+// The retries of one call. The pause doubles from try to try and is drawn from its upper half, so that clients that
+// were refused together do not return together. It is never shorter than the service's Retry-After.
 class Retries {
  public:
   using Clock = std::chrono::steady_clock;
@@ -28,10 +28,10 @@ class Retries {
   static constexpr Milliseconds kFirst{200};
   static constexpr Milliseconds kMost{15'000};
 
-  // Both from the first failure on.
+  // Both times count from the first failure.
   Retries(Milliseconds patience, Milliseconds first_contact) : patience_(patience), first_contact_(first_contact) {}
 
-  // The pause before the next try; nullopt: it was the last one. `reached`: the service has answered something before.
+  // Returns the pause before the next try, or nullopt after the last one. `reached`: the service has answered before.
   // `random`: from 0 to 1.
   std::optional<Milliseconds> after(const net::HttpAnswer& failed, bool reached, Clock::time_point now, double random);
 

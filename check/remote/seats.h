@@ -1,4 +1,4 @@
-// How many comparisons are asked for at the same time: as many as the service takes.
+// Limits how many comparisons are at the service at the same time, and adapts to what it accepts.
 #pragma once
 
 #include <algorithm>
@@ -10,15 +10,16 @@
 
 namespace meshgauge::check::service {
 
-// Thread safe. Begins with all seats; each refusal takes one away below those that are taken, down to one, and as many
-// comparisons without a refusal as there are seats bring one back. Who waits here waits without asking the service.
+// Thread safe. Starts at the maximum. Each refusal lowers the limit to one less than the comparisons under way, at
+// least to 1; as many comparisons without a refusal as the limit raise it by one. Waiting in take() sends no
+// requests.
 class Seats {
  public:
   explicit Seats(unsigned most) : most_(std::max(1U, most)), seats_(most_) {}
 
   unsigned most() const { return most_; }
 
-  // False: cancelled, and no seat is taken.
+  // Waits for a place. False: cancelled, and no place is taken.
   bool take(Control& control) {
     std::unique_lock lock(mutex_);
     while (taken_ >= seats_) {
@@ -49,11 +50,11 @@ class Seats {
   static constexpr std::chrono::milliseconds kTick{10};
 
   const unsigned most_;
-  std::mutex mutex_;  // guards what follows
+  std::mutex mutex_;  // guards the members below
   std::condition_variable changed_;
   unsigned seats_;
   unsigned taken_ = 0;
-  unsigned served_ = 0;  // since the last refusal or new seat
+  unsigned served_ = 0;  // since the limit last changed
 };
 
 }  // namespace meshgauge::check::service

@@ -1,4 +1,4 @@
-// The mesh files of a run on their way to the service: each is looked at once, and travels at most once.
+// Uploads the mesh files of a run: hashes each file once and sends it at most once.
 #pragma once
 
 #include <filesystem>
@@ -12,22 +12,23 @@
 
 namespace meshgauge::check::service {
 
-// Thread safe. Errors are about the file and name it, or about the service.
+// Thread safe. Errors name the file, or are about the service.
 class Sender {
  public:
   explicit Sender(Client& client) : client_(client) {}
 
   enum class Part { candidate, baseline };
 
-  // The id of the gate's mesh, which the service has when this returns. `forgotten`: the service has said that it has
-  // it no more, so it is sent without asking.
+  // Stores the gate's mesh at the service and returns its id. Blocks. `forgotten`: the service has lost the mesh, so
+  // it is sent without asking.
   Result<std::string> stored(const Gate& gate, Part part, Control& control, bool forgotten = false);
 
-  // The service may have lost meshes: each is asked for anew.
+  // Forgets which meshes were delivered; the service is asked again for each.
   void doubt() { delivered_.forget_all(); }
 
-  // Of the baseline's bounding box, bit by bit as measured here. Read on a thread of its own, which may outlive even
-  // main() when this was cancelled: then the process should end by _Exit(), as with Meshes (check/run/meshes.h).
+  // Diagonal of the baseline's bounding box, the same bits as measured here. The file is read by a thread of its own
+  // that may outlive main() after a cancellation; the process should then end by _Exit(), as with Meshes
+  // (check/run/meshes.h).
   Result<double> baseline_diagonal(const Gate& gate, Control& control);
 
  private:

@@ -1,7 +1,8 @@
-// Many gates measured by a service: as batches, and one by one where that is not to be had.
+// Measures many gates by a service: as batches, and one by one where batches fail.
 //
-//   send all meshes, several at once -> Batch -> each result as it comes; a batch that is not taken is cut in halves,
-//   one that is lost is asked for anew, and what has no result there is asked for by itself
+//   store all meshes, several at once -> Batch -> each result as it comes
+//
+// A refused batch is cut in halves, a lost one is submitted again, and a gate without a result is measured by itself.
 #pragma once
 
 #include <atomic>
@@ -23,7 +24,7 @@
 
 namespace meshgauge::check::service {
 
-// What all gates of a run share. Thread safe.
+// State that all gates of a run share. Thread safe.
 struct Shared {
   Shared(const RemoteOptions& options, const std::string& base, std::string its_run)
       : client(options, base),
@@ -32,7 +33,7 @@ struct Shared {
         batch_begun(options.batch_begun),
         run(std::move(its_run)) {}
 
-  // Of an Idempotency-Key: no other run has it, and none comes twice.
+  // Returns a new Idempotency-Key that no other run has.
   std::string next_key() { return "check-" + run + "-" + std::to_string(++keys); }
 
   Client client;
@@ -41,23 +42,23 @@ struct Shared {
   const std::function<void(const std::string& link)> batch_begun;
   const std::string run;
   std::atomic<unsigned> keys{0};
-  std::atomic<std::size_t> most_of_batch{1000};  // gates; 1: the service has no batches
-  std::mutex sending;  // held by the group of gates whose meshes are being sent: the next one's follow meanwhile
+  std::atomic<std::size_t> most_of_batch{1000};  // gates per batch; 1: the service has no batches
+  std::mutex sending;  // held by the group of gates whose meshes are being uploaded; the next group uploads meanwhile
 };
 
-// What a service has measured of a gate.
+// Makes the gate's result of the service's document.
 Result<Measured> measured_of(const Shared& shared, const Pair& pair, Result<nlohmann::ordered_json> document);
 
-// Borrows all.
+// Borrows all arguments.
 class Together {
  public:
   Together(Shared& shared, std::span<const Task> tasks);
 
-  // All have ended when it returns. Once.
+  // Blocks until all gates have ended. Call once.
   void measure();
 
  private:
-  using Places = std::vector<std::size_t>;  // of gates
+  using Places = std::vector<std::size_t>;  // indices of gates
 
   Places sent(const Places& places);
   void ask(Places places);
@@ -72,7 +73,7 @@ class Together {
   Shared& shared_;
   const std::span<const Task> tasks_;
   std::deque<Pair> pairs_;
-  std::vector<char> reported_;  // not bits: each is written by a thread of its own
+  std::vector<char> reported_;  // not vector<bool>: threads write single elements
 };
 
 }  // namespace meshgauge::check::service

@@ -1,4 +1,4 @@
-// How long what is asked for is waited for, and how it is let go.
+// Intervals of polling, and how long a cancellation may take.
 #pragma once
 
 #include <chrono>
@@ -8,21 +8,21 @@
 
 namespace meshgauge::check::service {
 
-// Between two looks at how something stands: the first, of one comparison, then half as much again each time.
+// Interval of polling a comparison: the first; then half as much again each time, up to the last.
 inline constexpr std::chrono::milliseconds kFirstLook{250};
 inline constexpr std::chrono::milliseconds kLastLook{1000};
-inline constexpr int kAttempts = 3;  // in all, of what got lost
+inline constexpr int kAttempts = 3;  // attempts at a comparison or batch that gets lost
 
-// For the service to be told of a cancellation, and to answer.
+// Time for a cancellation to reach the service and to be answered.
 inline constexpr std::chrono::milliseconds kFarewell{2000};
 inline constexpr std::chrono::milliseconds kFarewellLook{50};
 
-// From now on, over after that time.
+// Returns an Interrupted that is true once `time` has passed from now.
 inline Interrupted after(std::chrono::milliseconds time) {
   return [end = Control::Clock::now() + time] { return Control::Clock::now() >= end; };
 }
 
-// False: cancelled.
+// Sleeps for `time`. False: cancelled.
 inline bool pause(std::chrono::milliseconds time, Control& control) {
   constexpr std::chrono::milliseconds kTick{10};
   const Interrupted over = after(time);

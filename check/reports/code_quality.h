@@ -1,4 +1,4 @@
-// The outcomes as GitLab's Code Quality report, which a merge request shows: a list of findings in the form of Code
+// Writes outcomes as GitLab's Code Quality report, which merge requests show: a list of findings in the form of Code
 // Climate.
 #pragma once
 
@@ -8,8 +8,8 @@
 
 namespace meshgauge::check {
 
-// A finding for each gate that did not pass, at its line of the manifest. Severity: critical for an error, major for a
-// fail or an undecided that counts, minor for a fail and info for an undecided that are allowed.
+// Returns a finding for each gate that did not pass, at its line of the manifest. Severity: critical for an error,
+// major for a fail or an undecided that counts, minor for a fail and info for an undecided that are allowed.
 std::string to_code_quality(const Report& report);
 
 }  // namespace meshgauge::check

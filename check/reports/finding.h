@@ -1,4 +1,4 @@
-// What viewers of findings want of a gate that did not pass: a place in a file, an identity, a description.
+// Facts of a gate that did not pass, for viewers of findings: a place in a file, an identity, a description.
 #pragma once
 
 #include <filesystem>
@@ -8,22 +8,22 @@
 
 namespace meshgauge::check {
 
-// The gate's line of the manifest. Flags have none: then the candidate, and its first line, since viewers ask for one.
+// The gate's line in the manifest. Without a manifest: line 1 of the candidate, since viewers need a place.
 struct Location {
   std::filesystem::path file;
   int line = 1;
 };
 Location location_of(const Gate& gate);
 
-// The path of a URI (RFC 3986): shortened lexically, every byte percent-encoded but the unreserved ones and '/', so
-// that a name may be of any bytes.
+// Returns the path of a URI (RFC 3986), shortened lexically. Every byte except unreserved ones and '/' is
+// percent-encoded.
 std::string uri_path(const std::filesystem::path& file);
 
-// 32 hex digits of the manifest's and the gate's name. A finding stays the same one while its distance or its line
-// changes, and another one than its neighbours of the same glob and line.
+// Returns 32 hex digits, made from the manifest's and the gate's name. They stay the same when the distance or the
+// line changes, and differ between gates of one glob.
 std::string fingerprint_of(const Gate& gate);
 
-// On one line: "Gate 'bracket': the distance is at least 0.0968 mm, above the limit of 0.05 mm. Look at ..."
+// Returns one line: "Gate 'bracket': the distance is at least 0.0968 mm, above the limit of 0.05 mm. Look at ..."
 std::string description_of(const GateOutcome& outcome);
 
 }  // namespace meshgauge::check

@@ -1,5 +1,5 @@
-// The outcomes as JUnit XML, which every CI system reads: a test suite a gate, with one test. Valid by the schema of
-// Ant's reports (windyroad's JUnit.xsd, the strictest) and by that of Jenkins, whatever a file's name holds.
+// Writes outcomes as JUnit XML: a test suite with one test for each gate. Valid by the schema of Ant's reports
+// (windyroad's JUnit.xsd, the strictest) and by that of Jenkins, for any file name.
 #pragma once
 
 #include <chrono>
@@ -9,9 +9,9 @@
 
 namespace meshgauge::check {
 
-// A gate that counts as failed is a <failure> of type fail or undecided, one that could not be measured an <error>;
-// one that only warns has passed, and its <system-out> says so. The suite's properties hold the interval, the limit and
-// the witness in all digits. `when` is what the schema asks for: the time of the run.
+// A gate that counts as failed is a <failure> of type fail or undecided; one that could not be measured is an
+// <error>; one that only warns has passed, and its <system-out> says so. The suite's properties hold the interval,
+// the limit and the witness with all digits. `when`: time of the run, which the schema requires.
 std::string to_junit(const Report& report,
                      std::chrono::system_clock::time_point when = std::chrono::system_clock::now());
 

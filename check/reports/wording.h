@@ -1,4 +1,4 @@
-// The words that reports share: names of files, numbers and what a gate's outcome says, for people.
+// Wording that reports share: names of files, numbers, and sentences about an outcome.
 #pragma once
 
 #include <string>
@@ -9,20 +9,23 @@
 
 namespace meshgauge::check {
 
-// The name of a file is any bytes. On one line, in UTF-8 and as it is read: line ends, control characters, marks that
-// turn the direction of reading, and bytes that are not UTF-8 are written as escapes: \n, \x1B, \u202E. What is left
-// may stand in XML 1.0 and JSON. "(unnamed)" for nothing but blanks.
+// Returns a file's name, which may be any bytes, as one line of UTF-8. Line ends, control characters, marks that
+// change the direction of writing and bytes that are not UTF-8 become escapes:
+// , \x1B, \u202E. The result is valid in XML 1.0 and JSON. "(unnamed)" if there are only blanks.
 std::string shown_name(std::string_view bytes);
-std::string shown_text(std::string_view bytes);  // the same for sentences: line ends and tabs stay, and so does nothing
+std::string shown_text(
+    std::string_view bytes);  // the same for sentences: line ends and tabs stay, and an empty text stays empty
 
 std::string limit_of(const GateOutcome& outcome);     // "0.05 mm", "0.0173 (0.5 % of the baseline's diagonal)"
 std::string interval_of(const GateOutcome& outcome);  // "0.0968 .. 0.0977 mm"; empty without one
-// What was found: "the distance is at least 0.0968 mm, above the limit of 0.05 mm". Without a measurement the advice.
+// Returns the finding: "the distance is at least 0.0968 mm, above the limit of 0.05 mm". Without a measurement: the
+// advice.
 std::string finding_of(const GateOutcome& outcome);
-std::string advice_of(const GateOutcome& outcome);  // empty where finding_of() says it
-// Of the pair, one sentence each without its full stop: what was converted, what looks like a wrong unit.
+std::string advice_of(const GateOutcome& outcome);  // empty if finding_of() says it
+// Notes on the pair, one sentence each without full stop: what was converted, what looks like a wrong unit.
 std::vector<std::string> notes_of(const GateOutcome& outcome);
-// "(1, 2, 3) on triangle 7 of the candidate; nearest is ..."; empty without one, and for a fail: its advice names it.
+// Returns "(1, 2, 3) on triangle 7 of the candidate; nearest is ...". Empty without a witness, and for a fail, whose
+// advice names it.
 std::string witness_of(const GateOutcome& outcome);
 std::string source_of(const Gate& gate);  // "gates.yaml:7"; empty when flags gave it
 

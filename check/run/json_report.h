@@ -1,4 +1,4 @@
-// The whole report as JSON (docs/check.md).
+// Writes the report as JSON (docs/check.md).
 #pragma once
 
 #include <string>
@@ -7,8 +7,8 @@
 
 namespace meshgauge::check {
 
-// Indented, members in a fixed order, a line end at the end. Numbers round-trip; what is not finite is null, and what
-// is not UTF-8 becomes U+FFFD. `comparison` of a gate is what POST /v1/comparisons answers.
+// Returns indented JSON with members in a fixed order and a final line end. Numbers round-trip, non-finite ones
+// become null, bytes that are not UTF-8 become U+FFFD. `comparison` of a gate is the answer of POST /v1/comparisons.
 std::string to_json(const Report& report);
 
 }  // namespace meshgauge::check

@@ -1,4 +1,4 @@
-// Gates measured in this process.
+// Measures gates in this process.
 #pragma once
 
 #include <memory>
@@ -11,12 +11,12 @@
 namespace meshgauge::check {
 
 struct LocalOptions {
-  unsigned processors = 1;  // to be shared by the gates
+  unsigned processors = 1;  // shared by the gates
   unsigned jobs = 0;        // gates at the same time; 0: one for each processor
 };
 
-// `gates`: all that will be measured, each once. `meshes` holds a turn for each of them, and is done() with it when
-// the gate is measured.
+// `gates`: all that will be measured, each once. `meshes` must have a turn for each gate; the measurer calls done()
+// after it.
 std::unique_ptr<Measurer> local(const std::vector<Gate>& gates, std::shared_ptr<Meshes> meshes,
                                 const LocalOptions& options);
 

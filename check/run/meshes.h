@@ -1,4 +1,4 @@
-// The mesh files of a run: each is read and prepared once, shared by all gates that need it, and let go with the last
+// The mesh files of a run. Each is read and prepared once, shared by the gates that need it, and freed after the last
 // of them.
 #pragma once
 
@@ -18,18 +18,18 @@
 
 namespace meshgauge::check {
 
-// Thread safe. Files are read on threads of their own, which may outlive this object and even main(): the readers do
-// not ask whether to give up. The process should end by _Exit() while one is reading().
+// Thread safe. Each file is read by a thread of its own that may outlive this object and even main(), because readers
+// cannot be cancelled. The process should end by _Exit() while reading() is true.
 class Meshes {
  public:
-  // `gates`: all that will come; each is done() with its two files `turns` times.
+  // `gates`: all that will come. done() is called `turns` times for each.
   explicit Meshes(const std::vector<Gate>& gates, unsigned turns = 1);
 
-  // Begins to read, unless somebody has already.
+  // Starts to read the file unless it was started before.
   void begin(const std::filesystem::path& file);
 
-  // Waits until the file is read. An Error is about the file and names it, or is out_of_time when `control` said to
-  // stop. Precondition: of a gate that is not done.
+  // Waits until the file is read. Errors name the file, or are out_of_time when `control` says to stop. Precondition:
+  // the file is of a gate that is not done.
   Result<api::SharedMesh> get(const std::filesystem::path& file, Control& control);
 
   bool reading() const { return *readers_ > 0; }
@@ -39,22 +39,22 @@ class Meshes {
  private:
   using File = std::shared_future<Result<api::SharedMesh>>;
   struct Entry {
-    std::size_t uses = 0;  // still to come
+    std::size_t uses = 0;  // turns still to come
     Prepared::Use use = Prepared::Use::once;
-    File file;  // not valid: not asked for yet
+    File file;  // not valid: not requested yet
   };
 
   File begun(const std::filesystem::path& file);
 
-  // Of this object and of readers that outlive it.
+  // shared with readers that outlive this object
   const std::shared_ptr<std::atomic<int>> readers_ = std::make_shared<std::atomic<int>>(0);
-  std::mutex mutex_;  // guards what follows
+  std::mutex mutex_;  // guards the members below
   std::map<std::string, Entry> entries_;
-  // Which of them a file is, as it was when the run began: links may be moved and files removed meanwhile.
+  // The file of each path when the run began: links may change and files may be removed meanwhile.
   std::map<std::filesystem::path, Entry*> of_file_;
 };
 
-// One of the turns with a gate's meshes: done with its end, however that comes.
+// Calls done() for one turn of a gate when it is destroyed.
 struct Turn {
   ~Turn() { meshes.done(gate); }
   Meshes& meshes;

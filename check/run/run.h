@@ -15,31 +15,31 @@ namespace meshgauge::check {
 struct Running {
   const Gate* gate = nullptr;
   Progress progress;
-  double ms = 0;  // since it began
+  double ms = 0;  // since the gate began
 };
 
 struct Standing {
   std::size_t gates = 0;
   std::size_t done = 0;
-  std::vector<Running> running;  // the longest first
+  std::vector<Running> running;  // longest running first
 };
 
-// What the caller is told and asked meanwhile, on its own thread but for `after`.
+// Callbacks of a run, called on the caller's thread, except `after`.
 struct Watch {
-  std::function<bool()> interrupted;              // asked every 10 ms: whether to end now; may be empty
-  std::function<void(const Standing&)> standing;  // ten times a second; may be empty
-  std::function<void(const GateOutcome&, const Standing&)> ended;  // once for a gate, as they end; may be empty
-  // With the place of each gate that has begun, on the thread that has measured it, before it counts as ended: what is
-  // made of its meshes while they are at hand. `control` is cancelled when the run is interrupted. May be empty.
+  std::function<bool()> interrupted;                               // asked every 10 ms; true ends the run; may be empty
+  std::function<void(const Standing&)> standing;                   // called ten times a second; may be empty
+  std::function<void(const GateOutcome&, const Standing&)> ended;  // called once for each gate that ends; may be empty
+  // Called for each gate that has begun, on the thread that measured it, before it counts as ended: makes pictures
+  // and maps while its meshes are in memory. `control` is cancelled when the run is interrupted. May be empty.
   std::function<void(std::size_t place, const GateOutcome&, Control& control)> after;
 };
 
-// The outcomes are in the order of `gates`. Large files begin first, so that the end does not wait for one of them, and
-// gates with the same large file one after another, so that it is held for a short time. Interrupted, running gates
-// return the intervals that they have and the rest does not begin. What `after` throws is lost.
+// Returns the outcomes in the order of `gates`. Gates with large files begin first, so that the end does not wait for
+// one of them; gates with the same large file run one after another, so that it is held briefly. When interrupted,
+// running gates return their intervals so far and the others do not begin. Exceptions of `after` are ignored.
 Report run(const std::vector<Gate>& gates, Measurer& measurer, const Watch& watch = {});
 
-// The order in which they begin: places in `gates`.
+// Returns the order in which gates begin, as indices into `gates`.
 std::vector<std::size_t> order_of(const std::vector<Gate>& gates);
 
 }  // namespace meshgauge::check

@@ -1,4 +1,4 @@
-// A run for people: progress while it lasts, and a table at its end.
+// Prints a run on a terminal: progress while it lasts, and a table at its end.
 #pragma once
 
 #include <cstdio>
@@ -11,32 +11,32 @@ namespace meshgauge::check {
 
 struct TableStyle {
   bool colour = false;
-  bool only_not_ok = false;  // leave out what passes, and the counts when everything does
+  bool only_not_ok = false;  // leave out gates that pass, and the counts if all do
 };
 
-// Verdict, gate, interval against limit, time; below that where a failed gate failed and what to do. Ends with counts.
-// Empty where `only_not_ok` leaves nothing.
+// Returns a line for each gate (verdict, name, interval against limit, time), below it where a failed gate failed and
+// what to do, and at the end the counts. Empty if `only_not_ok` leaves nothing.
 std::string to_table(const Report& report, const TableStyle& style);
 
-// On a terminal a bar and the gates that run, drawn again and again in place; elsewhere a line for each gate that ends.
-// For one thread.
+// On a terminal: a bar and the running gates, drawn in place. Elsewhere: a line for each gate that ends. For one
+// thread.
 class ProgressDisplay {
  public:
-  // Borrows `out`. `columns`: of the terminal; 0: it is none.
+  // Borrows `out`. `columns`: width of the terminal; 0: not a terminal.
   ProgressDisplay(std::FILE* out, unsigned columns, bool colour) : out_(out), columns_(columns), colour_(colour) {}
 
-  void show(const Standing& standing);  // on a terminal alone
+  void show(const Standing& standing);  // does nothing without a terminal
   void ended(const GateOutcome& outcome, const Standing& standing, Undecided rule);
-  void say(const std::string& line);  // above what is drawn
-  void clear();                       // what stands there now; before anything else is written
+  void say(const std::string& line);  // prints a line above the display
+  void clear();                       // removes the display; call before writing anything else
 
  private:
   std::FILE* out_;
   unsigned columns_;
   bool colour_;
-  std::size_t lines_ = 0;  // drawn
+  std::size_t lines_ = 0;  // lines of the display
 };
 
-unsigned terminal_columns(int file);  // 0: it is no terminal
+unsigned terminal_columns(int file);  // 0: not a terminal
 
 }  // namespace meshgauge::check
