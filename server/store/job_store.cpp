@@ -13,20 +13,6 @@ Progress narrowed(const std::optional<Progress>& known, const Progress& newer) {
   return {lower, upper, newer.stage, newer.by};
 }
 
-Result<Heartbeat> JobStore::heartbeat(const Token& token, TimePoint lease_until, const Progress& progress) {
-  const Beat beat{token, progress};
-  const auto heard = heartbeats({&beat, 1}, lease_until);
-  if (!heard) return heard.error();
-  return heard->front();
-}
-
-Result<bool> JobStore::finish(const Token& token, const Ending& ending) {
-  const Finished finished{token, ending};
-  const auto stored = finish_all({&finished, 1});
-  if (!stored) return stored.error();
-  return stored->front();
-}
-
 Result<std::vector<Job>> JobStore::get_many(std::span<const JobKey> keys) {
   std::vector<Job> jobs;
   for (const JobKey& key : keys) {

@@ -179,12 +179,10 @@ class JobStore {
 
   // Of jobs of one worker, in the order given. Progress is stored as narrowed(). A crash may undo it.
   virtual Result<std::vector<Heartbeat>> heartbeats(std::span<const Beat> beats, TimePoint lease_until) = 0;
-  Result<Heartbeat> heartbeat(const Token& token, TimePoint lease_until, const Progress& progress);
 
   // running -> ended, all of them or (an Error) none. false, in the order given: the token is no longer the newest,
   // nothing is stored. True again when it is repeated.
   virtual Result<std::vector<bool>> finish_all(std::span<const Finished> endings) = 0;
-  Result<bool> finish(const Token& token, const Ending& ending);
   // running -> queued; -> failed after kMaxTries, without a problem but with `last_error`; -> cancelled when that was
   // asked for. With an empty `last_error` the job is not to blame (the service shuts down), and the try does not count
   // towards kMaxTries. Says the new state; nullopt: the token is no longer the newest.

@@ -143,8 +143,9 @@ std::optional<Error> PendingResults::store_endings(Group& group) {
 std::optional<Error> PendingResults::give_back(const PendingResult& delivery) {
   const auto now = jobs_.time();
   if (delivery.progress) {
-    const auto beat = jobs_.heartbeat(token_of(delivery), now + std::chrono::seconds(60), *delivery.progress);
-    if (!beat) return beat.error();
+    const store::Beat beat{token_of(delivery), delivery.progress};
+    const auto heard = jobs_.heartbeats({&beat, 1}, now + std::chrono::seconds(60));
+    if (!heard) return heard.error();
   }
   const auto state = jobs_.hand_back(token_of(delivery), delivery.blame, {now, now + settings_.keep});
   if (!state) return state.error();

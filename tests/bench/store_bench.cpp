@@ -17,6 +17,7 @@
 #include "api/digest.h"
 #include "server/store/embedded.h"
 #include "tests/bench/store_timing.h"
+#include "tests/server/store/single_job.h"
 
 namespace {
 
@@ -50,7 +51,8 @@ void measure_jobs(JobStore& jobs, double seconds) {
       const Job job = ended_job(api::random_id());
       got(jobs.insert(job));
       const auto claimed = got(jobs.claim_some("bench", now(), now() + std::chrono::minutes(1), 1));
-      got(jobs.finish(claimed.front().token, {JobState::done, job.document, "", now(), now() + std::chrono::hours(1)}));
+      got(finish(jobs, claimed.front().token,
+                 {JobState::done, job.document, "", now(), now() + std::chrono::hours(1)}));
       return 1;
     });
     print("insert, claim, finish", threads, a_second);

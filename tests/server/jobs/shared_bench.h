@@ -9,6 +9,7 @@
 
 #include "bench_of_jobs.h"
 #include "shared_store.h"
+#include "tests/server/store/single_job.h"
 
 namespace meshgauge::server {
 
@@ -67,12 +68,12 @@ struct Hands {
     return std::move(claimed.front());
   }
   store::Heartbeat beat(const store::Claimed& job, const store::Progress& progress) {
-    return store::got(jobs.heartbeat(job.token, lease(), progress));
+    return store::got(store::heartbeat(jobs, job.token, lease(), progress));
   }
   void finish(const store::Claimed& job, store::JobState state = store::JobState::done, std::string problem = "") {
     const auto now = jobs.time();
     const std::string document = problem.empty() ? document_of(job.token.key.id) : "";
-    REQUIRE(store::got(jobs.finish(job.token, {state, document, problem, now, now + std::chrono::hours(1)})));
+    REQUIRE(store::got(store::finish(jobs, job.token, {state, document, problem, now, now + std::chrono::hours(1)})));
   }
   static std::string document_of(const std::string& id) {
     return R"({"id":")" + id +

@@ -41,7 +41,7 @@ inline Ending reusable(const std::string& verdict = "") {
 }
 
 inline void end(JobStore& jobs, const JobKey& key, const Ending& ending) {
-  REQUIRE(got(jobs.finish(claimed_token(jobs, key), ending)));
+  REQUIRE(got(finish(jobs, claimed_token(jobs, key), ending)));
 }
 
 // Ids of the jobs that one claim hands out.

@@ -235,7 +235,7 @@ TEST_CASE_TEMPLATE("batches: one that is cancelled leaves what others want", Sto
   end(jobs, {"ann", "b/2"}, reusable());
   CHECK(got(stores.batches().cancel_batch({"ann", "b"}, kNow)));
   CHECK(got(stores.batches().cancel_batch({"ann", "b"}, kNow)));  // the same call once more
-  CHECK(got(jobs.heartbeat(runs, at(170), {})) == Heartbeat::cancel);
+  CHECK(got(heartbeat(jobs, runs, at(170), {})) == Heartbeat::cancel);
   const Job cancelled = job_in(jobs, {"ann", "b/0"});
   CHECK(cancelled.state == JobState::cancelled);
   CHECK(cancelled.finished == kNow.now);

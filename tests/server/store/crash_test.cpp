@@ -13,6 +13,7 @@
 #include <thread>
 
 #include "implementations.h"
+#include "single_job.h"
 
 using namespace meshgauge;
 using namespace meshgauge::server::store;
@@ -84,7 +85,7 @@ class Victim {
       stop_unless(claimed);
       promise("claimed", job.key.id);
       const Ending ending{JobState::done, content(job.key.id), "", at(2), at(100)};
-      stop_unless(jobs().finish(claimed->front().token, ending));
+      stop_unless(meshgauge::server::store::finish(jobs(), claimed->front().token, ending));
       promise("finished", job.key.id);
     }
   }

@@ -225,6 +225,6 @@ TEST_CASE("embedded: a batch that was half cancelled when the service died is ca
   SUBCASE("swept") {
     got(stores.jobs().sweep_jobs(kNow, 1000));
     CHECK(batch_in(stores.batches(), {"ann", "b"}).counts.cancelled == 599);
-    CHECK(got(stores.jobs().heartbeat(runs, at(170), {})) == Heartbeat::cancel);
+    CHECK(got(heartbeat(stores.jobs(), runs, at(170), {})) == Heartbeat::cancel);
   }
 }

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "implementations.h"
+#include "single_job.h"
 
 namespace meshgauge::server::store {
 

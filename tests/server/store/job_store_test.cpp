@@ -123,11 +123,11 @@ TEST_CASE_TEMPLATE("jobs: claimed, kept alive, finished", Stores, EVERY_IMPLEMEN
   CHECK_FALSE(claim_one(stores.jobs(), {"ann", "1"}, "w2", at(50), at(110)).has_value());
 
   const meshgauge::server::store::Progress progress{0.25, std::numeric_limits<double>::infinity(), "traverse"};
-  CHECK(got(stores.jobs().heartbeat(claimed->token, at(170), progress)) == Heartbeat::go_on);
+  CHECK(got(heartbeat(stores.jobs(), claimed->token, at(170), progress)) == Heartbeat::go_on);
   CHECK(job_in(stores.jobs(), {"ann", "1"}).progress == progress);
 
   CHECK_FALSE(got(stores.jobs().forget({"ann", "1"})));
-  CHECK(got(stores.jobs().finish(claimed->token, {JobState::failed, "{}", "{\"p\":1}", at(120), at(1120)})));
+  CHECK(got(finish(stores.jobs(), claimed->token, {JobState::failed, "{}", "{\"p\":1}", at(120), at(1120)})));
   stores.reopen();
   const Job job = job_in(stores.jobs(), {"ann", "1"});
   CHECK(job.state == JobState::failed);
@@ -148,18 +148,18 @@ TEST_CASE_TEMPLATE("jobs: only the newest token can write", Stores, EVERY_IMPLEM
   got(jobs.recover("w1", "its worker died", kNow));
   const Token newer = claimed_token(jobs, {"ann", "1"}, "w1");  // even of the same worker
   CHECK(newer.tries == 2);
-  CHECK(got(jobs.heartbeat(old, at(170), {})) == Heartbeat::lost);
-  CHECK_FALSE(got(jobs.finish(old, ending())));
+  CHECK(got(heartbeat(jobs, old, at(170), {})) == Heartbeat::lost);
+  CHECK_FALSE(got(finish(jobs, old, ending())));
   CHECK_FALSE(got(jobs.hand_back(old, "late", kNow)).has_value());
-  CHECK_FALSE(got(jobs.finish({newer.key, "w2", newer.tries}, ending())));
+  CHECK_FALSE(got(finish(jobs, {newer.key, "w2", newer.tries}, ending())));
   CHECK(job_in(jobs, {"ann", "1"}).state == JobState::running);
-  CHECK(got(jobs.finish(newer, ending())));
-  CHECK(got(jobs.finish(newer, ending())));  // the same call once more
+  CHECK(got(finish(jobs, newer, ending())));
+  CHECK(got(finish(jobs, newer, ending())));  // the same call once more
   Ending other = ending(JobState::cancelled);
   other.finished = at(121);
-  CHECK_FALSE(got(jobs.finish(newer, other)));
-  CHECK_FALSE(got(jobs.finish(old, ending())));
-  CHECK(got(jobs.heartbeat(newer, at(170), {})) == Heartbeat::lost);
+  CHECK_FALSE(got(finish(jobs, newer, other)));
+  CHECK_FALSE(got(finish(jobs, old, ending())));
+  CHECK(got(heartbeat(jobs, newer, at(170), {})) == Heartbeat::lost);
   CHECK(job_in(jobs, {"ann", "1"}).state == JobState::done);
 }
 
@@ -256,8 +256,8 @@ TEST_CASE_TEMPLATE("jobs: cancelled, before and while they run", Stores, EVERY_I
   const Token running = claimed_token(jobs, {"ann", "running"});
   CHECK(got(jobs.request_cancel({"ann", "running"}, kNow)) == JobState::running);
   CHECK(job_in(jobs, {"ann", "running"}).cancel_requested);
-  CHECK(got(jobs.heartbeat(running, at(170), {})) == Heartbeat::cancel);
-  CHECK(got(jobs.finish(running, ending(JobState::cancelled))));
+  CHECK(got(heartbeat(jobs, running, at(170), {})) == Heartbeat::cancel);
+  CHECK(got(finish(jobs, running, ending(JobState::cancelled))));
   CHECK(got(jobs.request_cancel({"ann", "running"}, kNow)) == JobState::cancelled);
   CHECK(job_in(jobs, {"ann", "running"}).finished == at(120));
 

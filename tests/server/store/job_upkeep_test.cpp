@@ -21,7 +21,7 @@ TEST_CASE_TEMPLATE("jobs: recovery runs the jobs of the dead again, and none tha
   claimed_token(jobs, {"ann", "cancelled"}, "host-a/3");
   claimed_token(jobs, {"ann", "late"}, "host-b/1");
   const Token alive = claimed_token(jobs, {"ann", "alive"}, "host-b/2");
-  got(jobs.heartbeat(alive, at(500), {}));
+  got(heartbeat(jobs, alive, at(500), {}));
   got(jobs.request_cancel({"ann", "cancelled"}, kNow));
   const unsigned tries = job_in(jobs, {"ann", "dead"}).tries;
 
@@ -62,8 +62,8 @@ TEST_CASE_TEMPLATE("jobs: counts and what they refer to", Stores, EVERY_IMPLEMEN
     insert(jobs, job);
   }
   claimed_token(jobs, {"ann", "0"});
-  got(jobs.finish(claimed_token(jobs, {"ann", "1"}), ending()));
-  got(jobs.finish(claimed_token(jobs, {"ann", "2"}), ending(JobState::failed)));
+  got(finish(jobs, claimed_token(jobs, {"ann", "1"}), ending()));
+  got(finish(jobs, claimed_token(jobs, {"ann", "2"}), ending(JobState::failed)));
   got(jobs.request_cancel({"ann", "3"}, kNow));
   const Counts counts = got(jobs.counts());
   CHECK(counts.queued == 2);
@@ -186,6 +186,6 @@ TEST_CASE_TEMPLATE("jobs: how many an owner has that wait or run", Stores, EVERY
   CHECK(unended("ann") == 3);
   got(jobs.request_cancel({"ann", "1"}, kNow));  // runs, and is to end
   CHECK(unended("ann") == 2);
-  CHECK(got(jobs.finish(running, ending(JobState::cancelled))));
+  CHECK(got(finish(jobs, running, ending(JobState::cancelled))));
   CHECK(unended("ann") == 2);
 }

@@ -68,8 +68,8 @@ TEST_CASE("large batches: cancelled around what others hold, and nobody waits fo
     CHECK(count().queued == 1);
     CHECK(count().running == 2);
     CHECK(claim_ids(jobs, 10).empty());
-    CHECK(got(jobs.finish(first, ending())));
-    while (got(jobs.heartbeat(last, at(170), {})) != Heartbeat::cancel) std::this_thread::sleep_for(5ms);
+    CHECK(got(finish(jobs, first, ending())));
+    while (got(heartbeat(jobs, last, at(170), {})) != Heartbeat::cancel) std::this_thread::sleep_for(5ms);
   }  // rolled back
   canceller.join();
   const BatchCounts counts = batch_in(stores.batches(), {"ann", "b"}).counts;
@@ -89,7 +89,7 @@ TEST_CASE("large batches: what a process that died has not cancelled, whoever is
   PgConnection::open(stores.database())->execute("UPDATE batches SET cancel_requested = true WHERE id = 'b'");
   got(jobs.recover(std::nullopt, "no sign of life", kLater));
   CHECK(batch_in(stores.batches(), {"ann", "b"}).counts.cancelled == 298);
-  CHECK(got(jobs.heartbeat(runs, at(170), {})) == Heartbeat::cancel);
+  CHECK(got(heartbeat(jobs, runs, at(170), {})) == Heartbeat::cancel);
   CHECK(job_in(jobs, {"ann", "b/299"}).state == JobState::queued);  // the other batch waits for it
   CHECK(batch_in(stores.batches(), {"ann", "c"}).counts.queued == 2);
 }

@@ -93,9 +93,9 @@ TEST_CASE("processes: a worker that was thought dead can write nothing, wherever
   const auto second = got(other->jobs().claim_some("w2", at(120), at(180), 1));
   REQUIRE(second.size() == 1);
   CHECK(second[0].job.suspected);
-  CHECK_FALSE(got(stores.jobs().finish(first[0].token, ending())));
-  CHECK(got(stores.jobs().heartbeat(first[0].token, at(300), {})) == Heartbeat::lost);
-  CHECK(got(other->jobs().finish(second[0].token, ending())));
+  CHECK_FALSE(got(finish(stores.jobs(), first[0].token, ending())));
+  CHECK(got(heartbeat(stores.jobs(), first[0].token, at(300), {})) == Heartbeat::lost);
+  CHECK(got(finish(other->jobs(), second[0].token, ending())));
   CHECK(job_in(stores.jobs(), {"ann", "1"}).tries == 2);
 }
 
@@ -199,7 +199,7 @@ TEST_CASE("processes: they hear what others do, whatever their owners are called
   end(jobs, {"ann", "b/0"}, reusable());  // in a batch: nobody is told
   insert(jobs, new_job(owner, "2"));
   const Token second = claimed_token(jobs, {owner, "2"});
-  got(jobs.heartbeat(second, at(200), {1, 2, "traverse"}));
+  got(heartbeat(jobs, second, at(200), {1, 2, "traverse"}));
   CHECK(heard.comes(Signal::Kind::changed, {owner, "2"}));
   CHECK_FALSE(heard.number(Signal::Kind::missed) > 0);
   const std::size_t changed = heard.number(Signal::Kind::changed);

@@ -11,7 +11,7 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 std::optional<Progress> progress_of(JobStore& jobs) { return job_in(jobs, {"ann", "1"}).progress; }
 
 void tell(JobStore& jobs, const Token& token, const Progress& progress) {
-  CHECK(got(jobs.heartbeat(token, at(170), progress)) == Heartbeat::go_on);
+  CHECK(got(heartbeat(jobs, token, at(170), progress)) == Heartbeat::go_on);
 }
 
 }  // namespace
@@ -62,7 +62,7 @@ TEST_CASE_TEMPLATE("progress: the interval of a job only shrinks, whoever begins
   const auto third = got(jobs.claim_some("w3", at(50), at(110), 1));
   REQUIRE(third.size() == 1);
   CHECK(third[0].job.progress == Progress{2, 8, "", "v1"});
-  CHECK(got(jobs.heartbeat(second->token, at(170), {4, 5, "reduce", "v1"})) == Heartbeat::lost);
+  CHECK(got(heartbeat(jobs, second->token, at(170), {4, 5, "reduce", "v1"})) == Heartbeat::lost);
   CHECK(progress_of(jobs) == Progress{2, 8, "", "v1"});
 }
 

@@ -40,7 +40,7 @@ void bring_to(World& world, const std::string& state) {
   if (state == "cancelling" || state == "cancelled") got(world.jobs.request_cancel(kJob, kNow));
   for (const JobState end : {JobState::done, JobState::failed, JobState::cancelled}) {
     if (state == kStates[5 + static_cast<std::size_t>(end) - static_cast<std::size_t>(JobState::done)]) {
-      REQUIRE(got(world.jobs.finish(world.token, ending(end))));
+      REQUIRE(got(finish(world.jobs, world.token, ending(end))));
     }
   }
 }
@@ -62,7 +62,7 @@ std::string state_in(JobStore& jobs) {
 }
 
 std::string beat(JobStore& jobs, const Token& token) {
-  const Heartbeat heard = got(jobs.heartbeat(token, at(500), {1, 2, "traverse", "v1"}));
+  const Heartbeat heard = got(heartbeat(jobs, token, at(500), {1, 2, "traverse", "v1"}));
   return heard == Heartbeat::lost ? "lost" : heard == Heartbeat::cancel ? "cancel" : "go on";
 }
 
@@ -104,15 +104,15 @@ std::vector<Event> events_of_workers() {
        {"lost > unknown", "lost > queued", "lost > running", "lost > cancelling", "lost > running", "lost > done",
         "lost > failed", "lost > cancelled"}},
       {"finish",
-       [](W& w) { return text_of(got(w.jobs.finish(w.token, ending()))); },
+       [](W& w) { return text_of(got(finish(w.jobs, w.token, ending()))); },
        {"no > unknown", "no > queued", "yes > done", "yes > done", "yes > done", "yes > done", "no > failed",
         "no > cancelled"}},
       {"finish, another end",
-       [later](W& w) { return text_of(got(w.jobs.finish(w.token, later()))); },
+       [later](W& w) { return text_of(got(finish(w.jobs, w.token, later()))); },
        {"no > unknown", "no > queued", "yes > done", "yes > done", "yes > done", "no > done", "no > failed",
         "no > cancelled"}},
       {"finish, older token",
-       [](W& w) { return text_of(got(w.jobs.finish(older(w.token), ending()))); },
+       [](W& w) { return text_of(got(finish(w.jobs, older(w.token), ending()))); },
        {"no > unknown", "no > queued", "no > running", "no > cancelling", "no > running", "no > done", "no > failed",
         "no > cancelled"}},
       {"hand_back",

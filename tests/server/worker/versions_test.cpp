@@ -5,6 +5,7 @@
 
 #include "bench_of_workers.h"
 #include "engine/hausdorff.h"
+#include "tests/server/store/single_job.h"
 
 using namespace meshgauge;
 using namespace meshgauge::server;
@@ -78,7 +79,7 @@ TEST_CASE("versions: what another worker has found of a job stays, if it is of t
     by = "another version";
     expected = {0, kInfinity, "build", version()};
   }
-  got(jobs.heartbeat(before->token, now, {2, 8, "reduce", by}));
+  got(heartbeat(jobs, before->token, now, {2, 8, "reduce", by}));
   got(jobs.hand_back(before->token, "", {now, now}));
 
   Stand stand;
