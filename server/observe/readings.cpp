@@ -21,7 +21,7 @@ struct LevelText {
 
 // In the order of Level.
 constexpr LevelText kLevels[] = {
-    {"meshgauge_queue_depth", "Jobs that wait for a thread of this process; jobs that wait in a database do not count"},
+    {"meshgauge_queue_depth", "Jobs that wait for a thread of this process, without those that wait in a database"},
     {"meshgauge_queue_limit", "Limit of queued comparisons, awaited and durable ones together"},
     {"meshgauge_jobs_running", "Jobs that run in this process"},
     {"meshgauge_workers", "Jobs that may run in this process at the same time"},
