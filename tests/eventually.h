@@ -1,4 +1,4 @@
-// To wait for what changes by itself.
+// Waits for a condition that another thread or process makes true.
 #pragma once
 
 #include <chrono>
@@ -7,7 +7,8 @@
 
 namespace meshgauge {
 
-// Whether the condition holds within a minute: longer than anything takes that the tests wait for.
+// Polls `condition` every millisecond. Returns false if it does not hold within a minute, which is longer than any
+// condition of the tests takes.
 inline bool eventually(const std::function<bool()>& condition) {
   const auto end = std::chrono::steady_clock::now() + std::chrono::minutes(1);
   while (!condition()) {

@@ -1,4 +1,4 @@
-// A search from one mesh to another that nobody ever stops, for tests of what works inside of one.
+// A search from one mesh to another whose monitor never stops it, for tests of the parts of a search.
 #pragma once
 
 #include <utility>
@@ -26,7 +26,7 @@ struct PatientSearch {
         to(tree_of(b)),
         search(a, bounding_box(a), to, Goal{}, 0, monitor, pool) {}
 
-  // A whole triangle of a, with its corners measured.
+  // Returns a whole triangle of `a`, with its corners measured.
   Piece piece(std::uint32_t triangle = 0) {
     Piece p;
     p.triangle = triangle;

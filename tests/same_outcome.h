@@ -1,4 +1,4 @@
-// Whether two measurements found the same, bit by bit; how long they took does not matter.
+// Compares the outcomes of two measurements bit by bit, except for their timings and threads.
 #pragma once
 
 #include <bit>

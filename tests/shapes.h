@@ -1,4 +1,4 @@
-// Meshes that the tests make for themselves.
+// Small meshes for tests.
 #pragma once
 
 #include <cmath>
@@ -11,7 +11,7 @@ namespace meshgauge::shapes {
 
 inline Mesh triangle(const Vec3& a, const Vec3& b, const Vec3& c) { return {{a, b, c}, {{0, 1, 2}}}; }
 
-// [0,size]^2 in the plane z = height, n*n squares; `flip` cuts them along the other diagonal.
+// The square [0,size]^2 in the plane z = height, made of n*n squares; `flip` cuts them along the other diagonal.
 inline Mesh grid(std::uint32_t n, double size = 1, double height = 0, bool flip = false) {
   Mesh mesh;
   for (std::uint32_t j = 0; j <= n; ++j) {
@@ -30,7 +30,7 @@ inline Mesh grid(std::uint32_t n, double size = 1, double height = 0, bool flip 
   return mesh;
 }
 
-// A sphere of `rings` times 2*`rings` quads, poles included (their triangles are degenerate on one side).
+// A sphere of `rings` times 2*`rings` quads, poles included. Half of the triangles at the poles are degenerate.
 inline Mesh sphere(std::uint32_t rings, double radius = 1, const Vec3& centre = Vec3::Zero()) {
   Mesh mesh;
   const std::uint32_t around = 2 * rings;

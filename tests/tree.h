@@ -1,11 +1,11 @@
-// Trees for tests, built at once and without an end in time.
+// Trees for tests, built on one thread and without a deadline.
 #pragma once
 
 #include "engine/bvh.h"
 
 namespace meshgauge {
 
-// Over `mesh` as it is, which must outlive the tree.
+// Returns a tree over `mesh`, which must outlive it.
 inline Bvh tree_of(MeshView mesh, const Kernels& kernels = *find_kernels("auto")) {
   Control control;
   ThreadPool pool(1);

@@ -11,7 +11,7 @@ using namespace meshgauge;
 
 namespace {
 
-// The triangles around an edge, in the order of the ring.
+// Returns the triangles around an edge, in the order of the ring.
 std::set<std::uint32_t> ring(const Adjacency& adjacency, std::uint32_t triangle, std::uint32_t edge) {
   std::set<std::uint32_t> seen;
   Adjacency::Edge e{triangle, edge};
@@ -24,7 +24,7 @@ std::set<std::uint32_t> ring(const Adjacency& adjacency, std::uint32_t triangle,
 
 }  // namespace
 
-TEST_CASE("in a closed surface every edge has two triangles, welded or not") {
+TEST_CASE("adjacency: in a closed surface every edge has two triangles, welded or not") {
   Mesh cube = shapes::cube();
   Mesh soup;
   for (std::uint32_t t = 0; t < cube.triangles.size(); ++t) {
@@ -40,10 +40,10 @@ TEST_CASE("in a closed surface every edge has two triangles, welded or not") {
   }
 }
 
-TEST_CASE("borders, fins, and zeros of either sign") {
+TEST_CASE("adjacency: borders, three triangles at an edge, zeros of either sign") {
   Mesh mesh = shapes::triangle({0, 0, 0}, {1, 0, 0}, {0, 1, 0});
   mesh.positions.insert(mesh.positions.end(), {Vec3(0, 0, 1), Vec3(0, -1, 0), Vec3(-0.0, 0, -0.0)});
-  mesh.triangles = {{0, 1, 2}, {1, 0, 3}, {5, 1, 4}};  // three around the edge 0-1, one of them by a copy with -0
+  mesh.triangles = {{0, 1, 2}, {1, 0, 3}, {5, 1, 4}};  // three around the edge 0-1, one through a copy with -0
   ThreadPool pool(1);
   const Adjacency adjacency(mesh, pool);
   CHECK(ring(adjacency, 0, 0) == std::set<std::uint32_t>{0, 1, 2});
@@ -51,7 +51,7 @@ TEST_CASE("borders, fins, and zeros of either sign") {
   CHECK(ring(adjacency, 0, 1) == std::set<std::uint32_t>{0});
 }
 
-TEST_CASE("the same rings whatever the pool, and none when interrupted") {
+TEST_CASE("adjacency: the rings do not depend on the pool; interrupted, it is not complete") {
   std::mt19937_64 random(91);
   Mesh mesh = shapes::sphere(80);
   for (Triangle& t : mesh.triangles) {

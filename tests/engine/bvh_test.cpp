@@ -24,14 +24,14 @@ void check_block(const Bvh& tree, std::uint32_t block, const std::vector<Box>& b
   }
 }
 
-// Every triangle is in exactly one leaf, every box on the way to it holds it, and no path is too long.
+// Checks that every triangle is in exactly one leaf and within every box on its path, and that no path is too long.
 void check_tree(const Mesh& mesh) {
   const Bvh tree = tree_of(mesh);
   REQUIRE(tree.complete());
   std::vector<int> seen(mesh.triangles.size());
   struct Entry {
     std::uint32_t node;
-    std::vector<Box> boxes;  // on the way
+    std::vector<Box> boxes;  // on the path
   };
   std::vector<Entry> stack{{Bvh::kRoot, {}}};
   while (!stack.empty()) {
@@ -79,7 +79,7 @@ TEST_CASE("a thousand equal triangles, and sizes in geometric progression, give 
   check_tree(shrinking);
 }
 
-TEST_CASE("the same tree for any number of threads and any instruction set") {
+TEST_CASE("a tree does not depend on threads or instruction sets") {
   const Mesh mesh = shapes::sphere(100);
   const Bvh tree = tree_of(mesh);
   for (const Kernels& kernels : supported_kernels()) {
@@ -96,7 +96,7 @@ TEST_CASE("the same tree for any number of threads and any instruction set") {
   }
 }
 
-TEST_CASE("building stops when it is told to") {
+TEST_CASE("building a tree stops when it is interrupted") {
   Control control;
   control.cancel();
   const Mesh mesh = shapes::sphere(150);

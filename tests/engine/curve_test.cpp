@@ -39,7 +39,7 @@ Mesh shuffled(Mesh mesh, std::uint64_t seed) {
 
 }  // namespace
 
-TEST_CASE("the order is a permutation that keeps neighbours together, the same for any number of threads") {
+TEST_CASE("curve order: a permutation that keeps neighbours together, the same for any number of threads") {
   const Mesh mesh = shuffled(shapes::grid(200), 41);
   const auto order = order_of(mesh);
   check_permutation(order, mesh.triangles.size());
@@ -48,7 +48,7 @@ TEST_CASE("the order is a permutation that keeps neighbours together, the same f
   CHECK(order_of(mesh, 4) == order);
 }
 
-TEST_CASE("what shares a cell is in order, too") {
+TEST_CASE("curve order: triangles that share a cell are in order, too") {
   Mesh mesh = shapes::moved(shapes::scaled(shapes::grid(60), 1e-7), {0.3, 0.3, 0.3});  // all in a cell of the unit cube
   const auto first = static_cast<std::uint32_t>(mesh.positions.size());
   mesh.positions.insert(mesh.positions.end(), {Vec3(-1, -1, -1), Vec3(1, 1, 1)});
@@ -62,20 +62,20 @@ TEST_CASE("what shares a cell is in order, too") {
   CHECK(apart < 50);
 }
 
-TEST_CASE("one triangle, and triangles all in one place") {
+TEST_CASE("curve order: one triangle, and equal triangles") {
   CHECK(order_of(shapes::triangle({0, 0, 0}, {0, 0, 0}, {0, 0, 0})).size() == 1);
   Mesh mesh = shapes::triangle({0, 0, 0}, {1, 0, 0}, {0, 1, 0});
   mesh.triangles.resize(5000, mesh.triangles[0]);
   check_permutation(order_of(mesh), 5000);
 }
 
-TEST_CASE("extents from the smallest to the largest number") {
+TEST_CASE("curve order: extents from the smallest to the largest number") {
   for (const double scale : {5e-324, 1e-310, 1e-300, 1e300}) {
     check_permutation(order_of(shapes::scaled(shapes::grid(30), scale)), shapes::grid(30).triangles.size());
   }
 }
 
-TEST_CASE("ordering stops when it is told to") {
+TEST_CASE("curve order: ordering stops when it is interrupted") {
   const Mesh mesh = shapes::grid(100);
   ThreadPool pool(1);
   for (const std::uint64_t check : {1UL, 2UL, 3UL}) {

@@ -14,7 +14,7 @@ using namespace meshgauge;
 
 namespace {
 
-// What holds of every result, whatever the mesh.
+// Decimates and checks what holds for every result.
 Decimated checked(const Mesh& mesh, std::size_t most, std::span<const std::uint8_t> rank = {}) {
   const auto made = decimated(mesh, {most, rank});
   REQUIRE(made.has_value());
@@ -53,17 +53,17 @@ TEST_CASE("decimated: most of the budget is used, and the shape stays") {
   CHECK(plane.mesh.triangles.size() >= 6000);
 }
 
-TEST_CASE("decimated: what is small enough stays as it is") {
+TEST_CASE("decimated: a mesh that is small enough gives nullopt") {
   CHECK_FALSE(decimated(shapes::cube(), {12, {}}).has_value());
   CHECK_FALSE(decimated(shapes::triangle({0, 0, 0}, {1, 0, 0}, {0, 1, 0}), {1, {}}).has_value());
 }
 
-TEST_CASE("decimated: there is always something to see") {
+TEST_CASE("decimated: the result always has an area to show") {
   for (const std::size_t most : {1U, 2U, 3U, 7U, 11U}) {
     CHECK(count_degenerate(checked(shapes::cube(), most).mesh) == 0);
     CHECK(count_degenerate(checked(shapes::sphere(20), most).mesh) == 0);
   }
-  // One large triangle among many that a cell swallows.
+  // One large triangle among many that are smaller than a cell.
   Mesh mesh = shapes::scaled(shapes::sphere(30), 1e-9);
   const auto first = static_cast<std::uint32_t>(mesh.positions.size());
   mesh.positions.insert(mesh.positions.end(), {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}});
@@ -114,7 +114,7 @@ bool has(const Decimated& made, std::uint32_t vertex) {
   return std::find(made.source.begin(), made.source.end(), vertex) != made.source.end();
 }
 
-// A speck of a triangle at `where`: much smaller than any cell.
+// Adds a triangle at `where` that is much smaller than any cell.
 std::uint32_t add_fleck(Mesh& mesh, const Vec3& where, double size = 1e-4) {
   const auto first = static_cast<std::uint32_t>(mesh.positions.size());
   mesh.positions.insert(mesh.positions.end(), {where, where + Vec3(size, 0, 0), where + Vec3(0, size, 0)});
@@ -124,7 +124,7 @@ std::uint32_t add_fleck(Mesh& mesh, const Vec3& where, double size = 1e-4) {
 
 }  // namespace
 
-TEST_CASE("decimated: a loose part that a cell swallows is kept where it has a rank") {
+TEST_CASE("decimated: a loose part smaller than a cell is kept if it has a rank") {
   Mesh mesh = shapes::sphere(100);
   const std::uint32_t fleck = add_fleck(mesh, {1.3, 0, 0});
   std::vector<std::uint8_t> rank(mesh.positions.size(), 0);
@@ -152,8 +152,8 @@ TEST_CASE("decimated: of many loose parts those of the highest rank are kept, wi
   }
 }
 
-// The cells of its corners are each shown by a fleck's vertex, and these three are on one line.
-TEST_CASE("decimated: a vertex whose triangles turn flat is kept where it has a rank") {
+// A fleck's vertex stands for each of its corners' cells, and these three vertices are on one line.
+TEST_CASE("decimated: a vertex whose triangles become flat is kept if it has a rank") {
   Mesh mesh = shapes::grid(40);
   const auto first = static_cast<std::uint32_t>(mesh.positions.size());
   mesh.positions.insert(mesh.positions.end(), {{0, 0.01, 1}, {0.5, 0.02, 1}, {1, 0.01, 1}});
@@ -169,7 +169,7 @@ TEST_CASE("decimated: a vertex whose triangles turn flat is kept where it has a 
   }
 }
 
-TEST_CASE("decimated: the same again and again") {
+TEST_CASE("decimated: the result is deterministic") {
   const Mesh sphere = shapes::sphere(60);
   const Decimated first = checked(sphere, 3000);
   const Decimated second = checked(sphere, 3000);

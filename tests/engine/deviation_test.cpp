@@ -21,7 +21,7 @@ Deviation deviation_of(const Mesh& from, const Mesh& to, const DeviationOptions&
   return std::move(*found);
 }
 
-// Each distance against the exact one to all triangles, and the triangle named against its own.
+// Checks each distance against the exact one to all triangles, and against that to the triangle that it names.
 void check_against_all(const Mesh& from, const Mesh& to, double size) {
   const oracle::Surface surface = oracle::surface_of(to);
   const Deviation found = deviation_of(from, to);
@@ -41,7 +41,7 @@ bool all_zero(const Deviation& deviation) {
 
 }  // namespace
 
-TEST_CASE("distances of vertices are those of exact arithmetic over all triangles, in the meshes' unit") {
+TEST_CASE("deviation: distances agree with exact arithmetic over all triangles, in the meshes' unit") {
   std::mt19937_64 random(1);
   for (const double scale : {1.0, 3e-7, 5e11}) {
     const auto at = [&](const Mesh& mesh) { return shapes::scaled(mesh, scale); };
@@ -52,7 +52,7 @@ TEST_CASE("distances of vertices are those of exact arithmetic over all triangle
   check_against_all(shapes::moved(shapes::cube(1.25), far_away), shapes::moved(shapes::sphere(5), far_away), 8);
 }
 
-TEST_CASE("a vertex that the other mesh has is at distance 0, and so is all of the same mesh") {
+TEST_CASE("deviation: a vertex that both meshes have is at distance 0, and so is every vertex of the same mesh") {
   std::mt19937_64 random(2);
   for (const Mesh& mesh : {shapes::sphere(20, 0.3, {7, 1, 1}), shapes::soup(300, random), shapes::cube()}) {
     CHECK(all_zero(deviation_of(mesh, mesh)));
@@ -60,10 +60,10 @@ TEST_CASE("a vertex that the other mesh has is at distance 0, and so is all of t
     std::shuffle(stirred.triangles.begin(), stirred.triangles.end(), random);
     CHECK(all_zero(deviation_of(mesh, stirred)));
   }
-  CHECK(all_zero(deviation_of(shapes::grid(8, 1, 0), shapes::grid(8, 1, 0, true))));  // corners, but no triangles
+  CHECK(all_zero(deviation_of(shapes::grid(8, 1, 0), shapes::grid(8, 1, 0, true))));  // same corners, no same triangle
 }
 
-TEST_CASE("a vertex of no triangle is no part of the surface") {
+TEST_CASE("deviation: a vertex that no triangle uses is not part of the surface") {
   Mesh mesh = shapes::cube();
   mesh.positions.emplace_back(1e9, 0, 0);
   const Deviation found = deviation_of(mesh, shapes::cube(1, {0.25, 0, 0}));
@@ -74,7 +74,7 @@ TEST_CASE("a vertex of no triangle is no part of the surface") {
   CHECK(found.farthest == 0);
 }
 
-TEST_CASE("distances do not depend on threads or instruction sets") {
+TEST_CASE("deviation: distances do not depend on threads or instruction sets") {
   const Mesh from = shapes::sphere(40, 1.01), to = shapes::sphere(37);
   const Deviation one = deviation_of(from, to);
   for (const std::string_view simd : supported_simd()) {
@@ -83,7 +83,8 @@ TEST_CASE("distances do not depend on threads or instruction sets") {
   }
 }
 
-TEST_CASE("the farthest vertex is no farther than the certified distance, with the trees of the measurement") {
+TEST_CASE(
+    "deviation: the farthest vertex is within the certified distance, and the trees of the measurement are reused") {
   const Mesh from = shapes::sphere(30, 1.02), to = shapes::sphere(25);
   const Prepared a(from), b(to);
   Control control;
@@ -94,7 +95,7 @@ TEST_CASE("the farthest vertex is no farther than the certified distance, with t
   CHECK(found->distances[found->farthest] > 0.015);
 }
 
-TEST_CASE("no distance is above the certified bound, where rounding alone makes one") {
+TEST_CASE("deviation: no distance exceeds the certified bound when rounding alone causes distances") {
   for (const Vec3& offset : {Vec3(0, 0, 0), Vec3(1e6, -1e6, 1e6)}) {
     const Mesh to = shapes::moved(shapes::sphere(12), offset);
     const Mesh from = refined(to, {0.05, 10'000}).value();
@@ -109,7 +110,7 @@ TEST_CASE("no distance is above the certified bound, where rounding alone makes 
   }
 }
 
-TEST_CASE("whenever it is told to stop, it does, and leaves nothing half made") {
+TEST_CASE("deviation: an interruption at any check stops it and leaves no incomplete structure") {
   const Mesh from = shapes::sphere(60, 1.3), to = shapes::sphere(60);
   Control all;
   const auto whole = deviation(Prepared(from), Prepared(to), {}, all);

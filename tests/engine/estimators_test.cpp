@@ -1,4 +1,4 @@
-// What is made of sampled distances, by hand.
+// The estimators of sampled distances against values computed by hand.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -9,7 +9,7 @@
 
 using namespace meshgauge;
 
-TEST_CASE("the estimators, by hand") {
+TEST_CASE("the estimators agree with values computed by hand") {
   // Two strata: nine times 0 and a 2; half 4, half 6. Their means are 0.2 and 5.
   std::vector<double> values(20, 0);
   values[9] = 2;
@@ -21,7 +21,7 @@ TEST_CASE("the estimators, by hand") {
   CHECK(found.rms.value == doctest::Approx(std::sqrt(13.2)));  // squares: 0.4 and 26 in the mean
   const double of_square = std::sqrt((9 * 0.16 + 3.6 * 3.6 + 10 * 100) * 10 / 9) / 20;
   CHECK(found.rms.standard_error == doctest::Approx(of_square / (2 * std::sqrt(13.2))));
-  // All of one stratum and none of the other is at most 2: one rank, two errors of it to each side, 0 and 4.
+  // All values of one stratum and none of the other are at most 2: one rank, two errors to each side: 0 and 4.
   CHECK(found.p50.value == 2);
   CHECK(found.p50.standard_error == 1);
   CHECK(found.p99.value == 6);
@@ -33,7 +33,7 @@ TEST_CASE("the estimators, by hand") {
   CHECK(found.histogram.back().standard_error == doctest::Approx(std::sqrt(25.0 / 9 + 1) / 20));
 }
 
-TEST_CASE("values that are all the same have no error, and their mean is not above them") {
+TEST_CASE("equal values have no error, and their mean is not above them") {
   for (const double x : {0.0, 0.1, 1e-300}) {
     const Distribution found = summarize(std::vector<double>(1010, x));
     for (const auto estimate :

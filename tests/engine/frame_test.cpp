@@ -30,7 +30,7 @@ void check_frame(const Vec3& low, const Vec3& high) {
     const Vec3 q = frame.to_frame(p);
     largest = std::max(largest, q.cwiseAbs().maxCoeff());
     CHECK(q.cwiseAbs().maxCoeff() < 1);
-    CHECK(frame.from_frame(q) == p);  // the map loses nothing
+    CHECK(frame.from_frame(q) == p);  // the map is exact
   }
   CHECK(largest >= 0.5);
 }
@@ -69,7 +69,7 @@ TEST_CASE("the unit frame is exact on thin axes and at every limit of a centre")
   }
 }
 
-// A baseline and its candidates: what is in the joint box is the baseline and, at times, a little more.
+// A baseline and its candidates: the joint box is that of the baseline or a little larger.
 TEST_CASE("boxes that differ by little have the same frame, near 0 and far away") {
   std::mt19937_64 random(6);
   std::uniform_real_distribution<double> uniform(0, 1);

@@ -30,7 +30,7 @@ Outcome run_one(const Mesh& a, const Mesh& b, const Options& options, std::chron
   return outcome;
 }
 
-// The outcome of `auto`, whose interval meets that of the paper's strategies, be they finished or not.
+// Returns the outcome of `auto` and checks that its interval meets those of the paper's strategies, finished or not.
 Outcome run(const Mesh& a, const Mesh& b, const Options& options) {
   const Outcome outcome = run_one(a, b, options, std::chrono::seconds(60));
   for (const auto strategy : {Strategy::four_point, Strategy::triangle_set}) {
@@ -97,7 +97,7 @@ TEST_CASE("identical meshes end at once with zero, under every rule") {
 
       Options relative = with({std::nullopt, std::nullopt, 0.01}, direction);
       CHECK(run(mesh, mesh, relative).stop == Stop::converged);
-      relative.strategy = Strategy::four_point;  // does not look whether they are the same
+      relative.strategy = Strategy::four_point;  // does not test whether they are the same
       const Outcome searched = run(mesh, mesh, relative);
       CHECK(searched.stop == Stop::precision_floor);
       CHECK(searched.upper <= searched.precision_floor);
@@ -105,7 +105,7 @@ TEST_CASE("identical meshes end at once with zero, under every rule") {
   }
 }
 
-TEST_CASE("h = 0 without identity: a subset, and a plane cut otherwise") {
+TEST_CASE("h = 0 without identity: a subset, and a plane cut into other triangles") {
   Mesh face = shapes::cube();
   face.triangles.resize(1);
   const Outcome subset = run(face, shapes::cube(), with({std::nullopt, std::nullopt, 0.01}));
@@ -116,7 +116,7 @@ TEST_CASE("h = 0 without identity: a subset, and a plane cut otherwise") {
   CHECK(recut.stop == Stop::converged);
   check_holds(recut, 0);
 
-  // Under a relative rule only `auto` gets to the floor: by the overlay.
+  // With a relative rule only `auto` reaches the floor, by the overlay.
   Control control(Control::Clock::now() + std::chrono::seconds(60));
   const Outcome floor = measure(shapes::grid(12), shapes::grid(11), with({std::nullopt, std::nullopt, 0.01}), control);
   CHECK(floor.stop == Stop::precision_floor);
@@ -124,7 +124,7 @@ TEST_CASE("h = 0 without identity: a subset, and a plane cut otherwise") {
   CHECK(floor.upper < 1e-11);
 }
 
-TEST_CASE("one triangle each, and degenerate ones on either side") {
+TEST_CASE("one triangle in each mesh, and degenerate ones on either side") {
   const Vec3 o(0, 0, 0), x(1, 0, 0), y(0, 1, 0), z(0, 0, 1);
   check_holds(run(shapes::triangle(o, x, y), shapes::triangle(o + z, x + z, y + z), absolute(1e-9)), 1);
   // to a point, from a point, to a segment given in two ways
@@ -159,7 +159,7 @@ TEST_CASE("symmetric is the larger of both directions") {
   check_holds(run(b, a, absolute(1e-5, Direction::symmetric)), std::sqrt(2.0));
 }
 
-TEST_CASE("each stop rule stops by itself") {
+TEST_CASE("each stop rule alone ends the work") {
   const Mesh a = shapes::sphere(24, 1), b = shapes::sphere(7, 1.1);
   const Outcome fine = run(a, b, absolute(1e-7));
   for (const Tolerance& tolerance : {Tolerance{1e-3, {}, {}}, Tolerance{{}, 1e-3, {}}, Tolerance{{}, {}, 1e-2}}) {
@@ -232,7 +232,7 @@ TEST_CASE("far offsets and extreme scales keep the precision of the part's own s
   check_holds(out, 0.125);
 }
 
-TEST_CASE("whenever it is interrupted, the interval holds") {
+TEST_CASE("the interval holds after an interruption at any check") {
   const Mesh a = shapes::sphere(24, 1), b = shapes::sphere(11, 1.03);
   const Outcome fine = run(a, b, absolute(1e-5, Direction::symmetric));
   Control counter;
@@ -252,8 +252,8 @@ TEST_CASE("whenever it is interrupted, the interval holds") {
   }
 }
 
-// Triangles so large and so mixed that one block of them takes longer than the time between two looks at the clock.
-TEST_CASE("interrupted in the middle of a block, the interval holds") {
+// Triangles so large and so mixed that one block of them takes longer than the time between two checks of the clock.
+TEST_CASE("the interval holds after an interruption in the middle of a block") {
   std::mt19937_64 random(17);
   const Mesh a = shapes::soup(300, random), b = shapes::scaled(shapes::soup(300, random), 0.75);
   for (const unsigned threads : {1U, 3U}) {
@@ -291,14 +291,14 @@ TEST_CASE("deadline and memory budget are reasons to stop, with an interval") {
   CHECK(few.a_to_b->work.subdivisions == 10);
   check_holds(few, 0);
 
-  options.strategy = Strategy::triangle_set;  // its sets of candidates count, too
+  options.strategy = Strategy::triangle_set;  // its sets of candidates count as memory, too
   options.max_work_items = 1'000'000;
   options.max_memory_bytes = 1 << 20;
   CHECK(run(a, b, options).stop == Stop::budget);
 }
 
-TEST_CASE("progress only ever tells valid intervals, whatever the strategy") {
-  // A ring with one large triangle across the hole of the other: what is left to the end is not what comes first.
+TEST_CASE("every progress report has a valid interval, with every strategy") {
+  // A ring, and the same ring with one large triangle across its hole.
   Mesh ring = shapes::grid(24);
   std::erase_if(ring.triangles, [&](const Triangle& t) {
     return (ring.positions[t[0]] - Vec3(0.5, 0.5, 0)).cwiseAbs().maxCoeff() < 0.3;
@@ -352,7 +352,7 @@ TEST_CASE("a stray triangle far away does not make the rest slow or wrong") {
   CHECK(out.a_to_b->work.triangle_tests < pairs / 20);
 }
 
-TEST_CASE("vertices that no triangle uses cost nothing, not even when they are NaN") {
+TEST_CASE("vertices that no triangle uses cost nothing, even if they are NaN") {
   const Mesh a = shapes::grid(12);
   Mesh b = shapes::grid(11);
   b.positions.resize(b.positions.size() + 300'000, Vec3::Constant(std::numeric_limits<double>::quiet_NaN()));

@@ -40,7 +40,7 @@ TEST_CASE("validate names the part, the place and the defect") {
   CHECK(refusal(mesh).code == ErrorCode::empty_mesh);
 }
 
-TEST_CASE("validate holds to the limits") {
+TEST_CASE("validate enforces the limits") {
   CHECK(refusal(shapes::cube(), {7, 100}).code == ErrorCode::too_large);
   CHECK(refusal(shapes::cube(), {100, 11}).code == ErrorCode::too_large);
   CHECK(validate(shapes::cube(), {8, 12}, "a").ok());
@@ -68,7 +68,7 @@ TEST_CASE("the diagonal does not overflow") {
   CHECK(diagonal(shapes::triangle({-1e300, 0, 0}, {1e300, 0, 0}, {0, 0, 0})) == 2e300);
 }
 
-// 300,000 triangles and vertices: three blocks, between which two questions are asked.
+// 300,000 triangles and vertices are three blocks, between which `interrupted` is polled twice.
 TEST_CASE("a long pass over a mesh ends when it is interrupted") {
   Mesh mesh;
   for (std::uint32_t i = 0; i < 300'000; ++i) {
@@ -93,8 +93,8 @@ TEST_CASE("a long pass over a mesh ends when it is interrupted") {
   const std::size_t counted = count_degenerate(mesh, impatient);
   CHECK(counted > 0);
   CHECK(counted < 300'000);
-  mesh.positions.front().z() = -1;  // of the first block, and of the others
-  mesh.positions.back().z() = 1;    // of the last alone
+  mesh.positions.front().z() = -1;  // used by the first block
+  mesh.positions.back().z() = 1;    // used by the last block only
   CHECK(bounding_box(mesh, impatient).high.z() == 0);
 
   mesh.positions.back().z() = kNan;

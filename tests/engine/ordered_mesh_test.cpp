@@ -6,7 +6,7 @@
 
 using namespace meshgauge;
 
-TEST_CASE("an ordered mesh has the same triangles, in the frame, and no vertex that none uses") {
+TEST_CASE("an ordered mesh has the same triangles, in the frame, and no unused vertex") {
   std::mt19937_64 random(51);
   for (Mesh mesh : {shapes::sphere(20), shapes::soup(300, random), shapes::moved(shapes::cube(), {1e6, 0, 0})}) {
     mesh.positions.push_back(Vec3(1e9, std::nan(""), 0));  // unused
@@ -31,7 +31,7 @@ TEST_CASE("an ordered mesh has the same triangles, in the frame, and no vertex t
   }
 }
 
-TEST_CASE("laying out stops when it is told to") {
+TEST_CASE("ordering a mesh stops when it is interrupted") {
   const Mesh mesh = shapes::sphere(150);
   Control control;
   ThreadPool pool(1);

@@ -23,7 +23,7 @@ Frame frame_of(const Mesh& a, const Mesh& b) {
 
 const Kernels& kernels() { return *find_kernels("auto"); }
 
-// A baseline and meshes that are compared with it: coarser, moved, changed in part, stirred, and far larger.
+// A baseline and meshes that are compared with it: coarser, moved, changed in part, reordered, and far larger.
 struct Partners {
   std::mt19937_64 random{91};
   Mesh baseline = shapes::sphere(40);
@@ -63,7 +63,7 @@ Outcome prepared(const Prepared& a, const Prepared& b, const Options& options) {
 
 }  // namespace
 
-TEST_CASE("a prepared mesh gives the same bits, whatever it was used for before") {
+TEST_CASE("a prepared mesh gives the same bits regardless of its earlier use") {
   const Partners partners;
   for (const auto use : {Prepared::Use::once, Prepared::Use::often}) {
     const Prepared baseline(partners.baseline, use);
@@ -98,7 +98,7 @@ TEST_CASE("every strategy and instruction set gets the same bits from one prepar
   }
 }
 
-TEST_CASE("what is made once is there for the next measurement, and counted") {
+TEST_CASE("structures are kept for the next measurement, and their bytes are counted") {
   const Partners partners;
   const Prepared baseline(partners.baseline, Prepared::Use::often);
   const std::size_t bare = baseline.bytes();
@@ -121,7 +121,7 @@ TEST_CASE("what is made once is there for the next measurement, and counted") {
   CHECK(baseline.bytes() == after);
 }
 
-TEST_CASE("the parts of the last frames are kept, those before are given back") {
+TEST_CASE("the structures of the last frames are kept, those of earlier ones are released") {
   const Mesh mesh = shapes::sphere(20);
   const Prepared prepared(mesh);
   Control control;
@@ -142,10 +142,10 @@ TEST_CASE("the parts of the last frames are kept, those before are given back") 
   const auto again = prepared.in(frame_of(mesh, shapes::scaled(mesh, 4)), kernels());
   CHECK(again == frames[2].lock());
   (void)prepared.in(frame_of(mesh, mesh), kernels());
-  CHECK(frames[3].expired());  // not [2], which was used since
+  CHECK(frames[3].expired());  // not frames[2], which was used more recently
 }
 
-TEST_CASE("interrupted at any check, nothing half made stays") {
+TEST_CASE("an interruption at any check leaves no incomplete structure") {
   const Partners partners;
   for (const std::size_t i : {0U, 3U}) {
     const Mesh& mesh = partners.others[i];
@@ -164,7 +164,7 @@ TEST_CASE("interrupted at any check, nothing half made stays") {
   }
 }
 
-TEST_CASE("many measurements at once share what they make, and give the bits they give alone") {
+TEST_CASE("simultaneous measurements share structures and give the same bits as alone") {
   const Partners partners;
   for (int round = 0; round < 3; ++round) {
     const Prepared baseline(partners.baseline, Prepared::Use::often);
@@ -173,7 +173,7 @@ TEST_CASE("many measurements at once share what they make, and give the bits the
       same.push_back(std::async(std::launch::async, [&, i] {
         const Mesh& mesh = partners.others[i % partners.others.size()];
         const Prepared other(mesh, Prepared::Use::often);
-        if (i % 4 == 3) {  // some are cut short, maybe while others wait for what they make
+        if (i % 4 == 3) {  // some are interrupted, perhaps while others wait for their structures
           Control control;
           control.cancel_at_check(1 + i);
           (void)measure(baseline, other, auto_options(), control);
@@ -206,7 +206,8 @@ TEST_CASE("measurements on several threads share a prepared mesh") {
   }
 }
 
-TEST_CASE("a value is made once; who waits for it in vain makes it, or gives up when told to") {
+TEST_CASE(
+    "a value is made once; after an interruption a waiting call makes it, or returns null if interrupted itself") {
   Lazy<int> value;
   CHECK(value.peek() == nullptr);
   CHECK(value.get(never(), [] { return std::unique_ptr<const int>(); }) == nullptr);

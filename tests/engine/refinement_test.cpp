@@ -23,7 +23,7 @@ double longest_edge(const Mesh& mesh) {
   return longest;
 }
 
-// Twice the area, as a vector: of a closed surface it is 0, and it tells a triangle that was turned over.
+// Twice the area as a vector. It is 0 for a closed surface, and changes if a triangle is turned over.
 Vec3 area_of(const Mesh& mesh) {
   Vec3 sum = Vec3::Zero();
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -33,7 +33,7 @@ Vec3 area_of(const Mesh& mesh) {
   return sum;
 }
 
-// Edges that only one triangle has.
+// The number of edges that only one triangle has.
 std::size_t borders(const Mesh& mesh) {
   std::map<std::pair<std::uint32_t, std::uint32_t>, int> edges;
   for (const Triangle& t : mesh.triangles) {
@@ -45,7 +45,7 @@ std::size_t borders(const Mesh& mesh) {
 
 }  // namespace
 
-TEST_CASE("no edge is too long, no crack opens, and the surface is the same") {
+TEST_CASE("refined: no edge is too long, no crack opens, and the surface is the same") {
   for (const double longest : {0.7, 0.3, 0.11}) {
     const auto cube = refined(shapes::cube(), {longest, 100'000});
     REQUIRE(cube.has_value());
@@ -63,7 +63,7 @@ TEST_CASE("no edge is too long, no crack opens, and the surface is the same") {
   }
 }
 
-TEST_CASE("the vertices there were keep their numbers, and short edges stay") {
+TEST_CASE("refined: the given vertices keep their numbers, and short edges stay") {
   const Mesh grid = shapes::grid(4);
   CHECK_FALSE(refined(grid, {0.5, 1000}).has_value());
   Mesh mixed = grid;
@@ -77,7 +77,7 @@ TEST_CASE("the vertices there were keep their numbers, and short edges stay") {
   CHECK(validate(*result, {}, "a").ok());
 }
 
-TEST_CASE("there are never more triangles than allowed, and the longest edges go first") {
+TEST_CASE("refined: there are at most max_triangles, and the longest edges are split first") {
   CHECK_FALSE(refined(shapes::cube(), {0.01, 12}).has_value());
   for (const std::size_t most : {60U, 500U, 4000U}) {
     const auto some = refined(shapes::cube(), {1e-9, most});
@@ -91,7 +91,7 @@ TEST_CASE("there are never more triangles than allowed, and the longest edges go
   CHECK(nothing_is_short_enough->triangles.size() <= 100);
 }
 
-TEST_CASE("told to stop, it gives what it has") {
+TEST_CASE("refined: an interruption returns the mesh reached so far") {
   int asked = 0;
   const auto result = refined(shapes::cube(), {0.01, 1'000'000}, [&asked] { return ++asked > 2; });
   REQUIRE(result.has_value());

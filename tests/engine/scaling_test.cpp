@@ -1,4 +1,4 @@
-// A mesh in another unit, against exact arithmetic: both surfaces times `over`, so that no quotient is left.
+// Conversion to another unit against exact arithmetic: both surfaces times `over`, which avoids the quotient.
 #include "engine/scaling.h"
 
 #include <cmath>
@@ -35,8 +35,8 @@ Mesh image_of(const Mesh& mesh, const Factor& factor) {
   return {std::move(image->positions), mesh.triangles};
 }
 
-// h(a times the factor, b) is in the interval, by exact arithmetic: sqrt(known.lower_sq) <= over * h and the same
-// above.
+// Checks by exact arithmetic that h(a times the factor, b) is in the interval: sqrt(known.lower_sq) <= over * h, and
+// likewise above.
 void check_interval(const Mesh& a, const Mesh& b, const Factor& factor, const Options& options) {
   const auto image = scaled(a, factor);
   REQUIRE(image);
@@ -64,7 +64,7 @@ Options tight() {
 
 }  // namespace
 
-TEST_CASE("scaling: every coordinate is the nearest double wherever the product is exact") {
+TEST_CASE("scaling: every coordinate is the nearest double if the product is exact") {
   const Mesh mesh{{{1, 2, 3}, {-0.5, 1000, 7}, {0, 0, 0}}, {{0, 1, 2}}};
   const auto inches = scaled(mesh, {127, 5});
   REQUIRE(inches);
@@ -75,7 +75,7 @@ TEST_CASE("scaling: every coordinate is the nearest double wherever the product 
   CHECK(metres->positions[0] == Vec3(0.001, 0.002, 0.003));
 }
 
-TEST_CASE("scaling: no position is farther from its exact image than the error says") {
+TEST_CASE("scaling: no position is farther from its exact image than the error") {
   std::mt19937_64 bits(19);
   for (const double size : {1.0, 1e-310, 5e-324, 1e295}) {
     for (int i = 0; i < 50; ++i) {
@@ -92,7 +92,7 @@ TEST_CASE("scaling: no position is farther from its exact image than the error s
   }
 }
 
-TEST_CASE("scaling: a coordinate beyond the largest is refused, unless no triangle uses it") {
+TEST_CASE("scaling: a coordinate beyond kMaxCoordinate gives nullopt, unless no triangle uses it") {
   Mesh mesh{{{0x1p1010, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0x1p1010, 0, 0}}, {{0, 1, 2}}};
   CHECK(scaled(mesh, {1000, 1}).has_value());
   CHECK_FALSE(scaled(mesh, {304800, 1}).has_value());
@@ -125,7 +125,7 @@ TEST_CASE("scaling: triangles that are equal after rounding are not at distance 
   }
 }
 
-TEST_CASE("scaling: a limit inside of the error is not decided, and one beside it is") {
+TEST_CASE("scaling: a limit within the error is undecided, a limit outside is decided") {
   const Mesh a{{{0.1, 0.2, 0.3}, {1.1, 0.7, 0.3}, {0.4, 1.3, 0.3}}, {{0, 1, 2}}};
   const Mesh b = image_of(a, {127, 5});
   const auto image = scaled(a, {127, 5});
@@ -141,7 +141,7 @@ TEST_CASE("scaling: a limit inside of the error is not decided, and one beside i
   CHECK(upper(4 * image->error) <= 4 * image->error);
 }
 
-TEST_CASE("scaling: a gate beside the distance is decided as far as the error lets it be") {
+TEST_CASE("scaling: a gate near the distance is decided unless it is within the error") {
   const Mesh a{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}}};
   const Mesh b{{{0, 0, 1}, {25.4, 0, 1}, {0, 25.4, 1}}, {{0, 1, 2}}};
   const auto image = scaled(a, {127, 5});
@@ -161,7 +161,7 @@ TEST_CASE("scaling: a gate beside the distance is decided as far as the error le
   }
 }
 
-TEST_CASE("scaling: without an error not one bit changes") {
+TEST_CASE("scaling: an error of 0 changes no bit") {
   std::mt19937_64 bits(5);
   const Mesh a = random_mesh(bits, 1, 0), b = random_mesh(bits, 1, 0);
   Control control;

@@ -1,4 +1,4 @@
-// Sampled statistics: the estimators, and what measure() makes of them on shapes whose statistics are known.
+// Sampled statistics of measure() for shapes whose statistics are known.
 #include "engine/statistics.h"
 
 #include <doctest/doctest.h>
@@ -45,7 +45,7 @@ bool same(const std::optional<Distribution>& a, const std::optional<Distribution
                     [](const Estimate& x, const Estimate& y) { return same(x, y); });
 }
 
-// What the estimates are of.
+// The true values.
 struct Truth {
   double mean, rms, p50, p95, p99;
 };
@@ -55,8 +55,8 @@ constexpr Estimate Distribution::*kEstimates[] = {&Distribution::mean, &Distribu
 constexpr double Truth::*kTruths[] = {&Truth::mean, &Truth::rms, &Truth::p50, &Truth::p95, &Truth::p99};
 const std::string kNames[] = {"mean", "rms", "p50", "p95", "p99"};
 
-// Over many seeds: every estimate within 4 standard errors of the truth, and about 95 % of them within 1.96. Of 200
-// that are normal it is 95 % +- 1.5 %. `accuracy`: of the truth.
+// Checks over many seeds that every estimate is within 4 standard errors of the true value, and about 95 % of them
+// within 1.96. Of 200 normal ones 95 % +- 1.5 % are. `accuracy`: of the true values.
 void agree(const Mesh& a, const Mesh& b, const Truth& truth, std::size_t samples, double accuracy = 0) {
   constexpr std::uint64_t kSeeds = 200;
   std::vector<Distribution> found;
@@ -104,8 +104,8 @@ Mesh icosahedron(double radius) {
   return mesh;
 }
 
-// By the middles of the edges of the n * n parts of one face, which is exact for quadratics; the other faces are alike.
-// Quantiles by the centroids.
+// Quadrature at the middles of the edges of the n * n parts of one face, which is exact for quadratics; the other faces
+// are alike. Quantiles use the centroids.
 Truth integrated(const Mesh& from, const Mesh& to, int n) {
   std::vector<PreparedTriangle> triangles;
   for (std::size_t t = 0; t < to.triangles.size(); ++t) {
@@ -144,12 +144,12 @@ Truth integrated(const Mesh& from, const Mesh& to, int n) {
 
 }  // namespace
 
-TEST_CASE("a tilted patch above a plane: distances uniform from 0 to 1") {
+TEST_CASE("statistics: a tilted patch above a plane has uniform distances from 0 to 1") {
   const Mesh patch{{{0, 0, 0}, {2, 0, 1}, {2, 3, 1}, {0, 3, 0}}, {{0, 1, 2}, {0, 2, 3}}};
   agree(patch, kFloor, {0.5, std::sqrt(1.0 / 3), 0.50, 0.95, 0.99}, 2000);
 }
 
-TEST_CASE("the same patch in many slivers, of very different sizes") {
+TEST_CASE("statistics: the same patch in many slivers of very different sizes") {
   Mesh patch;
   for (int i = 0; i <= 60; ++i) {
     const double x = std::pow(i / 60.0, 3);
@@ -161,7 +161,7 @@ TEST_CASE("the same patch in many slivers, of very different sizes") {
   agree(patch, kFloor, {0.5, std::sqrt(1.0 / 3), 0.50, 0.95, 0.99}, 2000);
 }
 
-TEST_CASE("a square and the point in its middle") {
+TEST_CASE("statistics: a square and the point in its middle") {
   const Mesh square = shapes::moved(shapes::grid(3), Vec3(-0.5, -0.5, 0));
   const Mesh point = shapes::triangle(Vec3::Zero(), Vec3::Zero(), Vec3::Zero());
   // Within r < 1/2 lies the area pi r^2. Beyond that lie the corners: 1 - pi r^2 + 4 (r^2 acos(1/(2r)) - sqrt(r^2 -
@@ -182,7 +182,7 @@ TEST_CASE("a square and the point in its middle") {
   CHECK(back.max_seen == 0);
 }
 
-TEST_CASE("a segment that leaves a plane: distances uniform from 0 to 1, by length") {
+TEST_CASE("statistics: a segment that leaves a plane has uniform distances from 0 to 1, by length") {
   const Mesh segment = shapes::triangle({0, 0, 0}, {0, 0, 0.3}, {0, 0, 1});
   const Distribution found = from_a(segment, kFloor, {10'000, 1});
   CHECK(found.weight == Weight::length);
@@ -192,7 +192,7 @@ TEST_CASE("a segment that leaves a plane: distances uniform from 0 to 1, by leng
   for (const Estimate& bin : found.histogram) CHECK(std::abs(bin.value - 1.0 / 32) <= 4 * bin.standard_error);
 }
 
-TEST_CASE("parallel squares: one distance everywhere") {
+TEST_CASE("statistics: parallel squares have one distance everywhere") {
   const Distribution found = from_a(shapes::grid(5, 1, 0.3), kFloor, {1000, 1});
   for (const auto estimate : kEstimates) {
     CHECK((found.*estimate).value == doctest::Approx(0.3).epsilon(1e-13));
@@ -200,7 +200,7 @@ TEST_CASE("parallel squares: one distance everywhere") {
   }
 }
 
-TEST_CASE("two icosahedra with one centre, against quadrature") {
+TEST_CASE("statistics: two concentric icosahedra agree with quadrature") {
   const Mesh outer = icosahedron(1.5), inner = icosahedron(1);
   REQUIRE(outer.triangles.size() == 20);
   const Truth coarse = integrated(outer, inner, 150), fine = integrated(outer, inner, 300);
@@ -215,7 +215,7 @@ TEST_CASE("two icosahedra with one centre, against quadrature") {
           many.mean.standard_error, ", ", many.rms.value, " +- ", many.rms.standard_error);
 }
 
-TEST_CASE("no sample is above the upper bound, but for rounding") {
+TEST_CASE("statistics: no sample exceeds the upper bound, up to rounding") {
   std::mt19937_64 random(7);
   for (int i = 0; i < 40; ++i) {
     const Mesh a = shapes::soup(20, random), b = shapes::soup(20, random);
@@ -237,19 +237,19 @@ TEST_CASE("no sample is above the upper bound, but for rounding") {
   }
 }
 
-TEST_CASE("both directions, each with points of its own") {
+TEST_CASE("statistics: each direction has its own points") {
   const Mesh small = shapes::grid(4), large = shapes::moved(shapes::grid(4, 2), Vec3(0, 0, 0.25));
   const Statistics found = sampled(small, large, {1000, 1}, Direction::symmetric).statistics.value();
   CHECK(found.status == StatisticsStatus::complete);
   CHECK(found.a_to_b->mean.value == doctest::Approx(0.25));
-  CHECK(found.b_to_a->mean.value > 0.3);  // three quarters of it lie beside the small one
+  CHECK(found.b_to_a->mean.value > 0.3);  // three quarters of it lie outside the small one
   CHECK(!sampled(small, large, {1000, 1}, Direction::a_to_b).statistics->b_to_a);
   const Statistics back = sampled(small, large, {1000, 1}, Direction::b_to_a).statistics.value();
   CHECK(!back.a_to_b);
   CHECK(same(back.b_to_a, found.b_to_a));
 }
 
-TEST_CASE("the same bits on any number of threads, for the same seed") {
+TEST_CASE("statistics: the same seed gives the same bits on any number of threads") {
   const Mesh a = shapes::sphere(60), b = shapes::sphere(51, 1.01, Vec3(0.01, 0, 0));
   const Outcome one = sampled(a, b, {5000, 1}, Direction::symmetric);
   for (const unsigned threads : {2U, 4U}) {
@@ -261,7 +261,7 @@ TEST_CASE("the same bits on any number of threads, for the same seed") {
   CHECK(sampled(a, b, {4991, 1}).statistics->a_to_b->samples == 5000);
 }
 
-TEST_CASE("in the meshes' own unit, wherever they lie") {
+TEST_CASE("statistics: values are in the meshes' unit at any offset and scale") {
   const Mesh a = shapes::sphere(20), b = shapes::sphere(17, 1.02);
   const Distribution unit = from_a(a, b, {2000, 1});
   const Distribution scaled = from_a(shapes::scaled(a, 1024), shapes::scaled(b, 1024), {2000, 1});
@@ -274,7 +274,7 @@ TEST_CASE("in the meshes' own unit, wherever they lie") {
   CHECK(moved.rms.value == doctest::Approx(unit.rms.value).epsilon(1e-3));
 }
 
-TEST_CASE("lengths and areas beyond what a double can square") {
+TEST_CASE("statistics: lengths and areas whose squares overflow or underflow") {
   const Mesh a = shapes::sphere(10), b = shapes::sphere(9, 1.02);
   const Distribution unit = from_a(a, b, {1000, 1});
   for (const int exponent : {900, -900}) {
@@ -285,13 +285,13 @@ TEST_CASE("lengths and areas beyond what a double can square") {
       CHECK(same_bits((found.*estimate).standard_error, factor * (unit.*estimate).standard_error));
     }
   }
-  // In the frame of the large mesh the small one is a point, as far as squares of its lengths go.
+  // In the frame of the large mesh the squares of the small one's lengths underflow.
   const Distribution small = from_a(shapes::scaled(a, 1e-200), b, {1000, 1});
   CHECK(small.weight == Weight::points);
   CHECK(small.mean.value == doctest::Approx(small.max_seen));
 }
 
-TEST_CASE("the interval is the same with statistics and without") {
+TEST_CASE("statistics: the interval is the same with and without them") {
   const Mesh a = shapes::sphere(20), b = shapes::sphere(17, 1.02);
   for (const Strategy strategy : {Strategy::automatic, Strategy::four_point}) {
     Options options;
@@ -304,7 +304,7 @@ TEST_CASE("the interval is the same with statistics and without") {
   }
 }
 
-TEST_CASE("equal meshes: nothing but zeros") {
+TEST_CASE("statistics: equal meshes give zeros") {
   const Mesh mesh = shapes::sphere(10);
   const Outcome outcome = sampled(mesh, mesh, {1000, 1}, Direction::symmetric);
   CHECK(outcome.upper == 0);
@@ -316,7 +316,7 @@ TEST_CASE("equal meshes: nothing but zeros") {
   }
 }
 
-TEST_CASE("interrupted at any moment: no half statistics, and the interval as it was") {
+TEST_CASE("statistics: an interruption leaves no incomplete direction and does not change the interval") {
   const Mesh a = shapes::sphere(20), b = shapes::sphere(17, 1.02);
   Options options;
   Control first;
@@ -338,7 +338,7 @@ TEST_CASE("interrupted at any moment: no half statistics, and the interval as it
   CHECK(measure(a, b, options, late).statistics->status == StatisticsStatus::timeout);
 }
 
-TEST_CASE("memory that runs out in one direction: the interval stays, and the direction that was done") {
+TEST_CASE("statistics: lack of memory in one direction keeps the interval and the other direction") {
   const Mesh a = shapes::sphere(20), b = shapes::sphere(17, 1.02);
   Options options;
   Control first, second;
@@ -351,7 +351,7 @@ TEST_CASE("memory that runs out in one direction: the interval stays, and the di
   for (const int nth : {1, all}) {
     int seen = 0;
     Control control;
-    // Not what a watcher may do: it stands for an allocation in the middle of sampling.
+    // A callback must not throw; this one stands for a failed allocation during sampling.
     control.watch(
         [&](const Progress& p) {
           if (p.stage == std::string("statistics") && ++seen == nth) throw std::bad_alloc();
@@ -366,7 +366,7 @@ TEST_CASE("memory that runs out in one direction: the interval stays, and the di
   }
 }
 
-TEST_CASE("a mesh that is kept gives the same statistics again") {
+TEST_CASE("statistics: a kept mesh gives the same statistics again") {
   const Mesh a = shapes::sphere(20), b = shapes::sphere(17, 1.02);
   const Prepared from(a, Prepared::Use::often), to(b, Prepared::Use::often);
   Options options;

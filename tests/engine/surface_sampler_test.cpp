@@ -19,7 +19,7 @@ SurfaceSampler sampler_of(const Mesh& mesh, std::size_t strata) {
   return {mesh, strata, control};
 }
 
-// One point of each stratum.
+// Returns one point of each stratum.
 std::vector<Vec3> points_of(const Mesh& mesh, std::size_t strata) {
   const SurfaceSampler sampler = sampler_of(mesh, strata);
   std::mt19937_64 random(1);
@@ -28,7 +28,7 @@ std::vector<Vec3> points_of(const Mesh& mesh, std::size_t strata) {
   return points;
 }
 
-// Of a point of the plane z = 0 in a triangle there: its weights of the three corners.
+// Returns the barycentric coordinates of a point in a triangle, both in the plane z = 0.
 Vec3 weights_in(MeshView mesh, std::size_t t, const Vec3& p) {
   const Vec3 &a = mesh.corner(t, 0), &b = mesh.corner(t, 1), &c = mesh.corner(t, 2);
   const double all = (b - a).cross(c - a).z();
@@ -39,7 +39,7 @@ bool holds(MeshView mesh, std::size_t t, const Vec3& p) { return weights_in(mesh
 
 }  // namespace
 
-TEST_CASE("each triangle gets its share of the points") {
+TEST_CASE("sampler: each triangle gets points in proportion to its area") {
   // Areas 1, 3 and 0.
   const Mesh mesh{{{0, 0, 0}, {1, 0, 0}, {0, 0.5, 0}, {0, -1.5, 0}, {-1, 0, 0}}, {{0, 1, 2}, {0, 3, 1}, {0, 1, 4}}};
   CHECK(sampler_of(mesh, 10).weight() == Weight::area);
@@ -52,7 +52,7 @@ TEST_CASE("each triangle gets its share of the points") {
   CHECK(small == 1000);  // strata end where the triangle does
 }
 
-TEST_CASE("the points of a triangle are uniform, whichever its longest edge is") {
+TEST_CASE("sampler: the points of a triangle are uniform, whichever edge is the longest") {
   const std::vector<Vec3> corners{{0, 0, 0}, {0.9, 0.1, 0}, {0.2, 0.3, 0}};
   for (const Triangle& order : {Triangle{0, 1, 2}, Triangle{1, 2, 0}, Triangle{2, 0, 1}, Triangle{2, 1, 0}}) {
     const Mesh mesh{corners, {order}};
@@ -73,7 +73,7 @@ TEST_CASE("the points of a triangle are uniform, whichever its longest edge is")
   }
 }
 
-TEST_CASE("a stratum is a compact patch") {
+TEST_CASE("sampler: a stratum is a compact patch") {
   const Mesh mesh{{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}}, {{0, 1, 2}, {0, 2, 3}}};
   const SurfaceSampler sampler = sampler_of(mesh, 1024);
   std::mt19937_64 random(1);
@@ -85,7 +85,7 @@ TEST_CASE("a stratum is a compact patch") {
   }
 }
 
-TEST_CASE("the seed makes the points, and another one makes others") {
+TEST_CASE("sampler: the seed determines the points") {
   const Mesh mesh = shapes::sphere(4, 0.5);
   const SurfaceSampler sampler = sampler_of(mesh, 8);
   std::mt19937_64 one(1), again(1), two(2);
@@ -94,8 +94,8 @@ TEST_CASE("the seed makes the points, and another one makes others") {
   CHECK(p != sampler.point(3, two));
 }
 
-TEST_CASE("without any area: the segments by their length, without any length: the points") {
-  // Collinear: 0.6 and 0.2 long, and a point.
+TEST_CASE("sampler: without area it samples segments by length, without length points") {
+  // Collinear triangles, 0.6 and 0.2 long, and a point.
   const Mesh segments{{{0, 0, 0}, {0.6, 0, 0}, {0.3, 0, 0}, {0, 0.5, 0}, {0, 0.5, 0.2}},
                       {{0, 2, 1}, {3, 4, 3}, {3, 3, 3}}};
   CHECK(sampler_of(segments, 10).weight() == Weight::length);

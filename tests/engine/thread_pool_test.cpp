@@ -8,7 +8,7 @@
 
 using namespace meshgauge;
 
-TEST_CASE("every task is done once, no two at a time by one worker, round after round") {
+TEST_CASE("thread pool: every task is done once in each run, and calls of one worker never overlap") {
   for (const std::size_t size : {1UL, 2UL, 4UL, 7UL}) {
     ThreadPool pool(size);
     for (const std::size_t tasks : {0UL, 1UL, 2UL, 3UL, 100UL, 1000UL}) {
@@ -26,14 +26,14 @@ TEST_CASE("every task is done once, no two at a time by one worker, round after 
   }
 }
 
-TEST_CASE("one thread takes the tasks in order") {
+TEST_CASE("thread pool: one thread takes the tasks in order") {
   ThreadPool pool(1);
   std::vector<std::size_t> seen;
   pool.run(50, [&](std::size_t, std::size_t task) { seen.push_back(task); });
   CHECK(std::is_sorted(seen.begin(), seen.end()));
 }
 
-TEST_CASE("what a task throws reaches the caller, and the pool goes on") {
+TEST_CASE("thread pool: run() throws the exception of a task, and the pool stays usable") {
   for (const std::size_t size : {1UL, 2UL, 4UL}) {
     ThreadPool pool(size);
     CHECK_THROWS_AS(pool.run(100,

@@ -1,4 +1,4 @@
-// One job on several threads: the interval holds, converges and decides as it does on one.
+// One job on several threads: the interval holds, converges and decides the gate as on one thread.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -10,7 +10,7 @@ using namespace meshgauge;
 
 namespace {
 
-// A bumpy sphere; two phases lie near each other, so that there is much to bisect.
+// A sphere with bumps of the given phase. Two phases lie near each other, so that there is much to bisect.
 Mesh bumpy(std::uint32_t rings, double phase) {
   Mesh mesh = shapes::sphere(rings);
   for (Vec3& p : mesh.positions) {
@@ -42,7 +42,7 @@ constexpr unsigned kThreads[] = {1, 2, 4};
 
 }  // namespace
 
-TEST_CASE("the same distance on any number of threads") {
+TEST_CASE("threads: the intervals of any number of threads meet and converge") {
   Setup setup;
   for (const Direction direction : {Direction::a_to_b, Direction::b_to_a, Direction::symmetric}) {
     setup.options.direction = direction;
@@ -58,7 +58,7 @@ TEST_CASE("the same distance on any number of threads") {
   }
 }
 
-TEST_CASE("one thread gives the same bits every time, on every instruction set") {
+TEST_CASE("threads: one thread gives the same bits every time, on every instruction set") {
   Setup setup;
   const Outcome first = setup.run(1);
   for (const std::string_view simd : supported_simd()) {
@@ -73,7 +73,7 @@ TEST_CASE("one thread gives the same bits every time, on every instruction set")
   }
 }
 
-TEST_CASE("a gate is decided alike on any number of threads") {
+TEST_CASE("threads: the gate's verdict is the same on any number of threads") {
   Setup setup;
   const Outcome known = setup.run(1);
   for (const double factor : {0.5, 0.99, 1.01, 2.0}) {
@@ -86,7 +86,7 @@ TEST_CASE("a gate is decided alike on any number of threads") {
   }
 }
 
-TEST_CASE("cancelled at any check, or out of a budget, the interval holds on any number of threads") {
+TEST_CASE("threads: the interval holds after a cancellation at any check and after a spent budget") {
   Setup setup;
   const Outcome known = setup.run(1);
   for (const unsigned threads : kThreads) {
@@ -108,7 +108,7 @@ TEST_CASE("cancelled at any check, or out of a budget, the interval holds on any
   }
 }
 
-TEST_CASE("progress on several threads only ever tells what holds") {
+TEST_CASE("threads: every progress report has a valid interval") {
   const Setup setup;
   const Outcome known = setup.run(1);
   for (const unsigned threads : kThreads) {

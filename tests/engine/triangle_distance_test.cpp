@@ -16,7 +16,7 @@ double between(const CornersAndFrame& s, const CornersAndFrame& t) {
   return d;
 }
 
-// By convex descent: alternate closest points between the two triangles from many starts.
+// The distance by convex descent: alternates closest points between the two triangles, from many starts.
 double reference(const CornersAndFrame& s, const CornersAndFrame& t, std::mt19937_64& random) {
   std::uniform_real_distribution<double> uniform(0, 1);
   double best = std::numeric_limits<double>::infinity();

@@ -24,7 +24,7 @@ LargeArray<std::uint32_t> shared(const Mesh& from, const Mesh& to) {
   return once;
 }
 
-// The same triangles, in another order and each beginning at another corner, some turned over.
+// Returns the same triangles in another order, each beginning at another corner, some turned over.
 Mesh stirred(Mesh mesh, std::mt19937_64& random) {
   std::shuffle(mesh.triangles.begin(), mesh.triangles.end(), random);
   for (Triangle& t : mesh.triangles) std::shuffle(t.begin(), t.end(), random);
@@ -33,7 +33,7 @@ Mesh stirred(Mesh mesh, std::mt19937_64& random) {
 
 }  // namespace
 
-TEST_CASE("twins by number follow the numbers, whatever the order in memory") {
+TEST_CASE("twins by number follow the given numbers, not the order in memory") {
   std::mt19937_64 random(71);
   const Mesh mesh = shapes::sphere(20);
   const OrderedMesh a = ordered(mesh), b = ordered(shapes::moved(shapes::scaled(mesh, 0.4), {0.2, 0, 0.1}));
@@ -42,7 +42,7 @@ TEST_CASE("twins by number follow the numbers, whatever the order in memory") {
   for (std::size_t t = 0; t < twins.size(); ++t) CHECK(b.original[twins[t]] == a.original[t]);
 }
 
-TEST_CASE("twins by number: fewer on the other side, and far fewer") {
+TEST_CASE("twins by number: the other mesh has fewer triangles, or far fewer") {
   Mesh mesh = shapes::sphere(20);
   const OrderedMesh a = ordered(mesh);
   mesh.triangles.resize(mesh.triangles.size() - 100);
@@ -53,7 +53,7 @@ TEST_CASE("twins by number: fewer on the other side, and far fewer") {
   CHECK(twins_by_number(ordered(mesh), a).empty());
 }
 
-TEST_CASE("shared triangles are the same, stirred and in part, and nothing else") {
+TEST_CASE("shared triangles: exactly the equal ones, in a reordered and in a partial copy") {
   std::mt19937_64 random(72);
   Mesh wall = shapes::grid(10);  // in a plane x = const
   for (Vec3& p : wall.positions) std::swap(p.x(), p.z());
@@ -77,7 +77,7 @@ TEST_CASE("shared triangles are the same, stirred and in part, and nothing else"
   }
 }
 
-TEST_CASE("shared triangles: where the numbers agree they are enough") {
+TEST_CASE("shared triangles: if the numbers agree, only equal numbers are compared") {
   const Mesh mesh = shapes::sphere(20);
   Mesh longer = mesh;
   longer.triangles.push_back({0, 1, 1});
@@ -89,7 +89,7 @@ TEST_CASE("shared triangles: where the numbers agree they are enough") {
   CHECK(without_last.back() == kNoTwin);
 }
 
-TEST_CASE("shared triangles: meshes that have little in common are told by a sample") {
+TEST_CASE("shared triangles: a sample detects meshes with little in common") {
   const Mesh mesh = shapes::sphere(20);
   Mesh few = mesh;
   few.triangles.resize(few.triangles.size() / 3);
@@ -100,14 +100,14 @@ TEST_CASE("shared triangles: meshes that have little in common are told by a sam
   CHECK(shared(mesh, shapes::moved(mesh, {1e-9, 0, 0})).empty());
 }
 
-TEST_CASE("shared triangles: equal corners are counted, not just met") {
+TEST_CASE("shared triangles: repeated corners must be repeated in both") {
   const Mesh a = shapes::triangle({0, 0, 0}, {1, 0, 0}, {1, 0, 0}),
              b = shapes::triangle({0, 0, 0}, {0, 0, 0}, {1, 0, 0});
   CHECK(shared(a, b)[0] == kNoTwin);
   CHECK(shared(a, a)[0] == 0);
 }
 
-TEST_CASE("meshes with the same triangles are at distance zero, exactly, in every direction") {
+TEST_CASE("shared triangles: meshes with the same triangles are at distance 0, exactly, in every direction") {
   std::mt19937_64 random(73);
   for (const Mesh& mesh : {shapes::sphere(20), shapes::soup(400, random)}) {
     Mesh copy = stirred(mesh, random);
@@ -134,7 +134,7 @@ TEST_CASE("meshes with the same triangles are at distance zero, exactly, in ever
   }
 }
 
-TEST_CASE("a copy with a moved part, cancelled at every check: the interval holds") {
+TEST_CASE("shared triangles: a copy with a moved part, cancelled at every check: the interval holds") {
   std::mt19937_64 random(75);
   const Mesh mesh = shapes::sphere(120);
   Mesh moved = mesh;
@@ -156,7 +156,7 @@ TEST_CASE("a copy with a moved part, cancelled at every check: the interval hold
   }
 }
 
-TEST_CASE("what is left of a copy is measured as the whole would be") {
+TEST_CASE("shared triangles: measuring the rest of a copy gives the interval of the whole") {
   std::mt19937_64 random(74);
   const Mesh mesh = shapes::sphere(30);
   Mesh moved = stirred(mesh, random);

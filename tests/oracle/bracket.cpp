@@ -6,7 +6,7 @@
 namespace meshgauge::oracle {
 namespace {
 
-// A point with its distances to all triangles; shared by the pieces around it.
+// A point with its distances to all triangles; the pieces around it share it.
 struct Measured {
   Point point;
   std::vector<Ratio> to_triangle_sq;
@@ -38,7 +38,7 @@ class Search {
     add({ab, bc, ca});
   }
 
-  // Pieces below the lower bound matter no more, so the heap may run empty.
+  // Pieces below the lower bound are dropped, so the heap may become empty.
   Bracket bracket() const {
     Ratio upper_sq = lower_sq_;
     for (const Piece& piece : pieces_) upper_sq = std::max(upper_sq, piece.upper_sq);

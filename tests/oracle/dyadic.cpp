@@ -12,7 +12,7 @@ Dyadic::Dyadic(double x) {
   if (x == 0) return;
   int exponent = 0;
   const auto mantissa = static_cast<std::int64_t>(std::ldexp(std::frexp(x, &exponent), 53));  // an integer: exact
-  const int zeros = std::countr_zero(static_cast<std::uint64_t>(mantissa));                   // of -m as many as of m
+  const int zeros = std::countr_zero(static_cast<std::uint64_t>(mantissa));                   // -m has as many as m
   mantissa_ = static_cast<long>(mantissa >> zeros);
   exponent_ = exponent - 53 + zeros;
 }
@@ -25,7 +25,7 @@ double Dyadic::approximate(long exponent) const {
 
 double Ratio::approximate_root() const {
   if (numerator.sign() == 0) return 0;
-  // An even power of two is taken out first, so that the root overflows and underflows only if it must.
+  // Takes out an even power of two first, so that the root overflows or underflows only if it must.
   const long half = (numerator.magnitude() - denominator.magnitude()) / 2;
   const double quotient =
       numerator.approximate(-numerator.magnitude()) / denominator.approximate(-denominator.magnitude());

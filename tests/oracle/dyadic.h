@@ -1,5 +1,5 @@
-// Dyadic: exact numbers mantissa * 2^exponent with integers of any size. Every finite double is one, and sums,
-// differences and products of them are. Ratio: a quotient of two.
+// Dyadic: exact numbers mantissa * 2^exponent with integers of any size. Every finite double is one, and so are sums,
+// differences and products. Ratio: a quotient of two Dyadics.
 #pragma once
 
 #include <cmath>
@@ -19,9 +19,9 @@ class Dyadic {
 
   int sign() const { return sgn(mantissa_); }
   double approximate() const { return approximate(0); }  // truncated; overflows to infinity, underflows to 0
-  // Of this * 2^exponent, without intermediate overflow.
+  // The same for this * 2^exponent, without intermediate overflow.
   double approximate(long exponent) const;
-  // Exponent of the leading bit: 2^(n-1) <= |x| < 2^n. Precondition: not 0.
+  // The exponent n of the leading bit: 2^(n-1) <= |x| < 2^n. Precondition: not 0.
   long magnitude() const { return static_cast<long>(mpz_sizeinbase(mantissa_.get_mpz_t(), 2)) + exponent_; }
   Dyadic half() const { return Dyadic(mantissa_, exponent_ - 1); }
 
@@ -43,7 +43,7 @@ class Dyadic {
  private:
   Dyadic(mpz_class mantissa, long exponent) : mantissa_(std::move(mantissa)), exponent_(exponent) {}
 
-  // The mantissa of the same number at a smaller or equal exponent.
+  // Returns the mantissa of the same number at a smaller or equal exponent.
   mpz_class shifted(long exponent) const {
     return mantissa_ << static_cast<mp_bitcnt_t>(sgn(mantissa_) == 0 ? 0 : exponent_ - exponent);
   }
@@ -56,7 +56,7 @@ struct Ratio {
   Dyadic numerator;
   Dyadic denominator = 1.0;  // > 0
 
-  // The square root, for people and for orderings that need not be exact.
+  // The rounded square root, for messages and for orderings that need not be exact.
   double approximate_root() const;
 
   friend std::strong_ordering operator<=>(const Ratio& a, const Ratio& b) {

@@ -17,7 +17,7 @@ Ratio distance_to_segment_sq(const Point& p, const Point& a, const Point& b) {
   return {dot(ap, ap) * length_sq - along * along, length_sq};
 }
 
-// Whether p, projected along n, is not outside of the edge from -> to.
+// Whether p, projected along n, lies inside of the edge from -> to, or on it.
 bool is_left_of(const Point& p, const Point& from, const Point& to, const Point& n) {
   return dot(cross(to - from, p - from), n).sign() >= 0;
 }

@@ -1,5 +1,5 @@
-// The exact geometry of the oracle: squared distances as ratios of big integers. Shares no code with the engine but the
-// plain structs of engine/mesh.h.
+// The exact geometry of the oracle: squared distances as ratios of big integers. The only code that it shares with the
+// engine are the plain structs of engine/mesh.h.
 #pragma once
 
 #include <array>
@@ -25,26 +25,26 @@ Point cross(const Point& a, const Point& b);
 
 using Corners = std::array<Point, 3>;
 
-// The surface of a mesh: what its triangles span.
+// The surface of a mesh: its triangles.
 using Surface = std::vector<Corners>;
 Surface surface_of(const Mesh& mesh);
-Surface times(const Surface& surface, double factor);  // exactly
+Surface times(const Surface& surface, double factor);  // exact
 
-// Squared distance to a triangle, which may be degenerate: a segment or a point.
+// The squared distance to a triangle, which may be degenerate: a segment or a point.
 Ratio distance_sq(const Point& p, const Corners& triangle);
-// To the nearest of all triangles. Precondition: there is one.
+// The squared distance to the nearest triangle. Precondition: the surface has one.
 Ratio distance_sq(const Point& p, const Surface& surface);
 
-// Where a point lies in a triangle: v0 * first + v1 * second + v2 * (1 - first - second).
+// The position of a point in a triangle: v0 * first + v1 * second + v2 * (1 - first - second).
 struct Weights {
   double first = 1;
   double second = 0;
 };
-// Whether the weights, taken exactly, are of a point of the triangle.
+// Whether the exact weights are those of a point of the triangle.
 bool are_inside(const Weights& weights);
 Point point_at(const Corners& triangle, const Weights& weights);
 
-// Exact comparisons of roots of ratios. Bounds are finite and >= 0.
+// Exact comparisons of square roots of ratios. Precondition: bounds are finite and >= 0.
 bool root_at_least(const Ratio& sq, const Dyadic& bound);  // sqrt(sq) >= bound
 bool root_at_most(const Ratio& sq, const Dyadic& bound);   // sqrt(sq) <= bound
 bool difference_at_least(const Ratio& large_sq, const Ratio& small_sq,

@@ -24,7 +24,7 @@ double between(double low, double high, std::mt19937_64& random) {
 
 }  // namespace
 
-TEST_CASE("doubles go into exact numbers and come back") {
+TEST_CASE("a double converts to an exact number and back") {
   for (const double x : {0.0, 1.0, -1.0, 0.1, -1e-300, 1e300, kTiny, -kTiny, kHuge, 0x1.fffffffffffffp-1022, 3e-320,
                          std::numeric_limits<double>::max()}) {
     CHECK(Dyadic(x).approximate() == x);
@@ -37,7 +37,7 @@ TEST_CASE("sums and products keep every bit") {
   const Dyadic sum = Dyadic(1e300) + Dyadic(kTiny);
   CHECK(sum > Dyadic(1e300));
   CHECK(sum - Dyadic(1e300) == Dyadic(kTiny));
-  CHECK(Dyadic(0.1) + Dyadic(0.2) != Dyadic(0.3));  // of the doubles, not of what they are printed as
+  CHECK(Dyadic(0.1) + Dyadic(0.2) != Dyadic(0.3));  // the doubles, not the decimals that they print as
   CHECK(Dyadic(0.1) * Dyadic(10.0) > Dyadic(1.0));
   CHECK((Dyadic(kTiny) * Dyadic(kTiny)).sign() == 1);
   CHECK((Dyadic(kTiny) * Dyadic(kTiny)).approximate(2148) == 1);

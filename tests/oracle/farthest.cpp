@@ -11,8 +11,8 @@ namespace {
 
 using Flat = std::array<Vec3, 3>;
 
-// Both surfaces seen from a corner of the first and scaled to about unit size. Rounded: proposals are all that comes of
-// it.
+// Both surfaces relative to a corner of the first and scaled to about unit size. They are rounded, which is enough for
+// proposals.
 class Frame {
  public:
   Frame(const Surface& from, const Surface& to) : origin_(from.front()[0]) {
@@ -95,7 +95,7 @@ class Proposer {
     }
   }
 
-  // The best point of each of the best few pieces of surface, improved by a climb, and some more for good measure.
+  // The best point of each of the best few pieces of surface, improved by a climb, and some more points.
   std::vector<Proposal> proposals() {
     std::vector<std::size_t> order(points_.size());
     for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
@@ -159,7 +159,7 @@ class Proposer {
     add({m, b, c}, piece.triangle);
   }
 
-  // Pattern search over the triangle: steps in six directions, halved when none leads up.
+  // A pattern search over the triangle: steps in six directions, halved when none increases the distance.
   Proposal climb(Proposal at) {
     static constexpr std::array<Weights, 6> kDirections{{{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {1, -1}, {-1, 1}}};
     double height = height_of(at);

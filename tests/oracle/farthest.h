@@ -1,6 +1,6 @@
-// The farthest points of one surface from another: a lower bound of h that owes nothing to the engine.
+// The farthest points of one surface from another: a lower bound of h that does not depend on the engine.
 //
-// A search in double precision only proposes points; what counts is their exact distance.
+// A search in double precision proposes points; their distances are computed exactly.
 #pragma once
 
 #include <vector>
@@ -14,8 +14,8 @@ struct Proposal {
   Weights weights;
 };
 
-// Points of `from` that look far from `to`: best-first bisection up to `max_points` measured points, then a climb from
-// the best few. At least the three corners of some triangle.
+// Returns points of `from` that are probably far from `to`: best-first bisection up to `max_points` measured points,
+// then a climb from the best few. The result holds at least the three corners of a triangle.
 std::vector<Proposal> propose_farthest(const Surface& from, const Surface& to, std::size_t max_points);
 
 struct Farthest {
@@ -23,12 +23,12 @@ struct Farthest {
   Ratio distance_sq;  // exact: h(from, to) is at least its root
 };
 
-// The farthest of the points proposed. Precondition: both surfaces have a triangle.
+// Returns the farthest of the proposed points. Precondition: both surfaces have a triangle.
 Farthest farthest_sample(const Surface& from, const Surface& to, std::size_t max_points);
 
-// Both in exact arithmetic: sqrt(lower_sq) <= h(from, to) <= sqrt(upper_sq). Best first over pieces of `from`, each
-// bounded by the least over triangles T of `to` of its corners' largest distance to T; at most `max_splits` splits in
-// four.
+// Returns sqrt(lower_sq) <= h(from, to) <= sqrt(upper_sq), in exact arithmetic. Goes best first over pieces of `from`,
+// each bounded by the minimum over triangles T of `to` of its corners' largest distance to T; makes at most
+// `max_splits` splits in four.
 struct Bracket {
   Ratio lower_sq;
   Ratio upper_sq;

@@ -13,7 +13,7 @@ namespace {
 
 Surface surface(const Mesh& mesh) { return surface_of(mesh); }
 
-// sqrt(low) <= h <= sqrt(high), and what the search found lies between.
+// Checks sqrt(low) <= h <= sqrt(high), and that the distance found lies between them.
 void check_contains(const Mesh& a, const Mesh& b, const Ratio& h_sq) {
   const Bracket bracket = exact_bracket(surface(a), surface(b), 60);
   CHECK(bracket.lower_sq <= h_sq);
@@ -25,7 +25,7 @@ void check_contains(const Mesh& a, const Mesh& b, const Ratio& h_sq) {
 
 }  // namespace
 
-TEST_CASE("known distances are bracketed, and found") {
+TEST_CASE("known distances lie in the bracket and are found") {
   const Mesh floor = shapes::grid(1, 4), high = shapes::moved(shapes::grid(1), {1, 1, 1});
   check_contains(high, floor, {1.0, 1.0});
   check_contains(floor, high, {9.0, 1.0});  // from the corner (4,4): 2, 2, 1
@@ -35,7 +35,7 @@ TEST_CASE("known distances are bracketed, and found") {
   check_contains(shapes::cube(2, {-0.5, -0.5, -0.5}), shapes::cube(), {3.0, 4.0});  // (1/2, 1/2, 1/2) beyond a corner
 }
 
-TEST_CASE("the farthest point lies inside: midway between two points, in the middle of a box") {
+TEST_CASE("a farthest point inside a triangle is found: midway between two points, in the middle of a box") {
   Mesh points = shapes::triangle({0, 0, 0}, {0, 0, 0}, {0, 0, 0});
   points.positions.emplace_back(2, 0, 0);
   points.triangles.push_back({3, 3, 3});
@@ -47,7 +47,7 @@ TEST_CASE("the farthest point lies inside: midway between two points, in the mid
   check_contains(shapes::triangle({0, 0, 0}, {2, 0, 0}, {0, 1, 0}), points, {5.0, 4.0});
 }
 
-TEST_CASE("found at any scale and offset, between slivers and points") {
+TEST_CASE("the farthest point is found at any scale and offset, between slivers and points") {
   for (const double scale : {0x1p-1040, 0x1p-500, 0x1p-20, 0x1p500, 0x1p1015}) {
     const Ratio expected{Dyadic(scale) * Dyadic(scale), 2.0};
     check_contains(shapes::scaled(shapes::grid(1), scale),
@@ -58,7 +58,7 @@ TEST_CASE("found at any scale and offset, between slivers and points") {
                  {1.0, 2.0});
 }
 
-TEST_CASE("a bracket narrows with every split and never turns round") {
+TEST_CASE("a bracket narrows with every split and never inverts") {
   std::mt19937_64 random(11);
   for (int i = 0; i < 10; ++i) {
     const Surface a = surface(shapes::soup(2, random)), b = surface(shapes::soup(2, random));

@@ -19,7 +19,7 @@ __attribute__((format(printf, 2, 3))) Violation violation(const char* check, con
   return {check, text};
 }
 
-// Rounding may move a point by some units of the size of both meshes, and of its own magnitude.
+// Rounding may move a point by some units of rounding of the size of both meshes and of its own magnitude.
 double tolerance_of_points(const Mesh& a, const Mesh& b) {
   Vec3 low = a.positions[a.triangles[0][0]], high = low;
   for (const Mesh* mesh : {&a, &b}) {
@@ -56,7 +56,7 @@ std::optional<Violation> judge_combination(const Options& options, const Outcome
                    outcome.upper, largest.lower, largest.upper);
 }
 
-// The width of a rule for these numbers.
+// The largest width of an interval with these numbers that meets the rule.
 std::optional<double> width_of(Rule rule, const Tolerance& tolerance, const Outcome& outcome) {
   if (rule == Rule::absolute) return tolerance.absolute;
   if (rule == Rule::diagonal && tolerance.diagonal) return *tolerance.diagonal * outcome.diagonal_a;
@@ -206,7 +206,7 @@ std::optional<Violation> Judge::judge_witness(Side& side, const Bounds& bounds, 
     return violation("witness", "triangles %u and %u do not exist", witness.triangle_a, witness.triangle_b);
   }
   if (!witness.point_a.allFinite() || !witness.point_b.allFinite()) return violation("finite", "witness");
-  if (bounds.lower == 0) return judge_points(side, witness);  // says nothing that could be wrong
+  if (bounds.lower == 0) return judge_points(side, witness);  // a bound of 0 always holds
   const Ratio& to_b = distance_to_sq(side, witness.point_a);
   const Ratio to_a = distance_sq(exact(witness.point_a), side.from_surface[witness.triangle_a]);
   if (!root_at_least(to_b, bounds.lower) || !difference_at_least(to_b, to_a, bounds.lower)) {

@@ -1,4 +1,4 @@
-// Judges what the engine says about a pair of meshes, by exact arithmetic.
+// Checks the engine's outcome for a pair of meshes by exact arithmetic.
 #pragma once
 
 #include <array>
@@ -12,11 +12,11 @@
 namespace meshgauge::oracle {
 
 struct Violation {
-  std::string check;   // a short name: what should have held
-  std::string detail;  // the numbers, for people
+  std::string check;   // short name of the check that failed
+  std::string detail;  // the numbers, for a message
 };
 
-// What happened to a measurement from outside; explains its stop reason.
+// What was done to a measurement from outside, which explains its stop reason.
 struct Circumstances {
   bool deadline = false;
   bool cancelled = false;
@@ -24,11 +24,11 @@ struct Circumstances {
 };
 
 struct Effort {
-  std::size_t max_points = 400;  // of the search for farthest points, a direction
-  std::size_t max_splits = 0;    // of the exact bracket, a direction; 0: no bracket
+  std::size_t max_points = 400;  // of the search for farthest points, in each direction
+  std::size_t max_splits = 0;    // of the exact bracket, in each direction; 0: no bracket
 };
 
-// One pair of valid meshes. What is learnt for one outcome serves the next.
+// One pair of valid meshes. Distances found for one outcome are reused for the next.
 class Judge {
  public:
   Judge(const Mesh& a, const Mesh& b, const Effort& effort);
@@ -36,19 +36,19 @@ class Judge {
   // Checks, each by name:
   //   finite, order     0 <= lower <= upper, finite, of the outcome and of each direction; no NaN anywhere
   //   combine           the outcome is the maximum of the directions asked for
-  //   lower             d(w,B) - d(w,A) >= lower for the witness w, and literally d(w,B) >= lower
+  //   lower             d(w,B) - d(w,A) >= lower for the witness w, and d(w,B) >= lower
   //   upper             no sample of the mesh measured from is farther than upper
   //   bracket           the exact bracket and the interval meet
   //   witness           indices in range; both points on their triangles and |w - point_b| = d(w,B), within rounding
-  //   rule, stop        a rule that holds is reported and none else; the stop reason is one that happened
-  //   floor             precision_floor is reported only of intervals that narrow, and only below it
+  //   rule, stop        exactly a rule that holds is reported; the stop reason is one that happened
+  //   floor             precision_floor is reported only for intervals that narrow, and only below it
   //   diagonal, culling
   std::optional<Violation> judge(const Options& options, const Outcome& outcome, const Circumstances& circumstances);
 
-  // The largest exact distance seen, of the direction asked for: h is at least its root.
+  // The largest exact squared distance seen in the direction asked for: h is at least its root.
   Ratio largest_seen_sq(Direction direction);
 
-  // How far rounding may move a reported point.
+  // The largest distance by which rounding may move a reported point.
   double point_tolerance() const { return point_tolerance_; }
 
  private:

@@ -1,4 +1,4 @@
-// The judge accepts right answers and catches wrong ones, down to one unit in the last place.
+// The judge accepts right outcomes and catches wrong ones, down to one unit in the last place.
 #include "oracle/judge.h"
 
 #include <doctest/doctest.h>
@@ -53,12 +53,12 @@ struct Case {
 
 }  // namespace
 
-TEST_CASE("a right answer is accepted") {
+TEST_CASE("the judge accepts a right outcome") {
   CHECK(Case().verdict() == "");
   CHECK(Case().only_a().verdict() == "");
 }
 
-TEST_CASE("an upper bound one unit too small") {
+TEST_CASE("the judge catches an upper bound one unit too small") {
   Case c;
   c.only_a();
   c.bounds().lower = c.outcome.lower = 0.5;
@@ -67,7 +67,7 @@ TEST_CASE("an upper bound one unit too small") {
   CHECK(c.verdict() == "upper");
 }
 
-TEST_CASE("a lower bound one unit too large") {
+TEST_CASE("the judge catches a lower bound one unit too large") {
   Case c;
   c.only_a();
   c.bounds().upper = c.outcome.upper = 1 + 1e-10;
@@ -76,7 +76,7 @@ TEST_CASE("a lower bound one unit too large") {
   CHECK(c.verdict() == "lower");
 }
 
-TEST_CASE("a lower bound that forgets how far the witness is from its mesh") {
+TEST_CASE("the judge catches a lower bound that ignores the distance of the witness from its mesh") {
   Case c;
   c.only_a();
   c.witness().point_a.z() = next_up(1);
@@ -88,7 +88,7 @@ TEST_CASE("a lower bound that forgets how far the witness is from its mesh") {
   CHECK(c.verdict() == "lower");
 }
 
-TEST_CASE("an irrational distance, rounded the wrong way") {
+TEST_CASE("the judge catches an irrational distance that is rounded the wrong way") {
   Case c;
   c.only_a();
   c.a = shapes::grid(1);
@@ -103,7 +103,7 @@ TEST_CASE("an irrational distance, rounded the wrong way") {
   CHECK(c.verdict() == "upper");
 }
 
-TEST_CASE("the exact bracket catches both, with no witness and no sample") {
+TEST_CASE("the exact bracket catches both wrong bounds without a witness or a sample") {
   Case c;
   c.only_a();
   CHECK(c.verdict({}, 10) == "");
@@ -112,7 +112,7 @@ TEST_CASE("the exact bracket catches both, with no witness and no sample") {
   CHECK(c.verdict({}, 10) == "bracket");
 }
 
-TEST_CASE("directions swapped, missing or badly combined") {
+TEST_CASE("the judge catches directions that are swapped, missing or badly combined") {
   Case c;
   std::swap(c.outcome.a_to_b, c.outcome.b_to_a);
   CHECK(c.verdict() != "");
@@ -125,7 +125,7 @@ TEST_CASE("directions swapped, missing or badly combined") {
   CHECK(combined.verdict() == "combine");
 }
 
-TEST_CASE("an interval that is none") {
+TEST_CASE("the judge catches an invalid interval") {
   for (const auto& [lower, upper] :
        {std::pair(2.0, 1.0), std::pair(-1.0, 1.0), std::pair(0.0, kInf), std::pair(std::nan(""), 1.0)}) {
     Case c;
@@ -136,7 +136,7 @@ TEST_CASE("an interval that is none") {
   }
 }
 
-TEST_CASE("a witness that is none") {
+TEST_CASE("the judge catches an invalid witness") {
   Case off;
   off.only_a().witness().point_a.x() += 0.5;  // on the square, but not on triangle 0's side of the diagonal
   off.witness().point_a.y() = 2;
@@ -156,7 +156,7 @@ TEST_CASE("a witness that is none") {
   CHECK(none.verdict() == "lower");
 }
 
-TEST_CASE("a rule or a stop reason that does not hold") {
+TEST_CASE("the judge catches a rule or a stop reason that does not hold") {
   Case unmet;
   unmet.outcome.met_by.reset();
   CHECK(unmet.verdict() == "rule");
@@ -182,7 +182,7 @@ TEST_CASE("a rule or a stop reason that does not hold") {
   CHECK(gate.verdict() == "");
 }
 
-TEST_CASE("a precision floor that explains nothing") {
+TEST_CASE("the judge catches a precision floor that does not explain the width") {
   Case c;
   c.only_a().outcome.stop = Stop::precision_floor;
   c.outcome.met_by.reset();
@@ -196,7 +196,7 @@ TEST_CASE("a precision floor that explains nothing") {
   CHECK(c.verdict() == "rule");
 }
 
-TEST_CASE("a wrong diagonal, a wrong count") {
+TEST_CASE("the judge catches a wrong diagonal and a wrong count") {
   Case c;
   c.outcome.diagonal_a = 1.41421356;
   CHECK(c.verdict() == "diagonal");

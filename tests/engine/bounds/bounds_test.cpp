@@ -1,4 +1,4 @@
-// What every strategy's bound promises, whatever its candidates: engine/bounds/piece.h.
+// The contract of every strategy's bound: engine/bounds/piece.h.
 #include <doctest/doctest.h>
 
 #include <memory>
@@ -34,7 +34,7 @@ std::vector<std::unique_ptr<PieceBound>> all_bounds(Fixture& f) {
 
 }  // namespace
 
-TEST_CASE("no sample of a piece lies above any strategy's bound; more candidates are never looser") {
+TEST_CASE("no sample of a piece exceeds any strategy's bound; more candidates never loosen it") {
   std::mt19937_64 random(11);
   std::uniform_real_distribution<double> uniform(0, 1);
   for (int round = 0; round < 60; ++round) {
@@ -47,7 +47,7 @@ TEST_CASE("no sample of a piece lies above any strategy's bound; more candidates
       for (const auto& bound : bounds) uppers.push_back(bound->upper(piece));
       CHECK(uppers[0] == uppers[1]);  // four_point is n_point with 4
       for (const double upper : uppers)
-        CHECK(uppers.back() <= upper + rounding::kDistanceSlack);  // triangle_set has all
+        CHECK(uppers.back() <= upper + rounding::kDistanceSlack);  // triangle_set has every candidate
       for (int i = 0; i < 50; ++i) {
         const double d = f.distance_at(piece, uniform(random), uniform(random));
         for (const double upper : uppers) CHECK(d <= upper + rounding::kDistanceSlack + f.to.residual());

@@ -10,7 +10,7 @@ using namespace meshgauge;
 
 namespace {
 
-// A piece with its corners' nearest triangles of the tree.
+// Returns a piece with the nearest triangles of its corners.
 Piece piece_of(const Bvh& tree, const Vec3& a, const Vec3& b, const Vec3& c) {
   Work work;
   Piece piece;
@@ -28,7 +28,7 @@ struct Tally {
   int bounded = 0;
 };
 
-// Whatever the overlay says, no sample of the piece lies above it.
+// Checks that no sample of the piece exceeds the bound that the overlay gives.
 void check_piece(Overlay& overlay, const Bvh& tree, const Piece& piece, double limit, std::mt19937_64& random,
                  Tally& tally) {
   Work work;
@@ -48,7 +48,7 @@ void check_piece(Overlay& overlay, const Bvh& tree, const Piece& piece, double l
   }
 }
 
-// Random pieces close to the mesh, limits from hopeless to generous.
+// Tries random pieces close to the mesh, with limits from far too small to generous.
 Tally attack(const Mesh& mesh, std::uint64_t seed, int pieces, double height) {
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> uniform(0, 1);
@@ -86,7 +86,7 @@ Mesh sheet(std::uint32_t n, double height, double missing, std::mt19937_64& rand
   return mesh;
 }
 
-// The same with the vertices moved sideways until the sheet folds over itself.
+// The same sheet with the vertices moved sideways until it folds over itself.
 Mesh crumpled(std::uint32_t n, double height, std::mt19937_64& random) {
   std::uniform_real_distribution<double> uniform(-1, 1);
   Mesh mesh = sheet(n, height, 0.05, random);
@@ -105,7 +105,7 @@ Mesh unwelded(const Mesh& mesh) {
 
 }  // namespace
 
-TEST_CASE("no sample lies above the overlay bound: sheets with holes, folds, doubles and turned triangles") {
+TEST_CASE("no sample exceeds the overlay bound: sheets with holes, folds, doubled and turned triangles") {
   std::mt19937_64 random(21);
   Tally all;
   for (int round = 0; round < 60; ++round) {
@@ -120,10 +120,10 @@ TEST_CASE("no sample lies above the overlay bound: sheets with holes, folds, dou
       }
     }
   }
-  CHECK(all.bounded > all.attempts / 10);  // it is not just giving up
+  CHECK(all.bounded > all.attempts / 10);  // it succeeds often enough to be a test
 }
 
-TEST_CASE("no sample lies above the overlay bound: soups and closed shapes") {
+TEST_CASE("no sample exceeds the overlay bound: soups and closed shapes") {
   std::mt19937_64 random(22);
   for (int round = 0; round < 30; ++round) {
     attack(shapes::moved(shapes::scaled(shapes::soup(30, random), 0.5), {0.5, 0.5, 0}), random(), 60, 0.3);
@@ -132,7 +132,7 @@ TEST_CASE("no sample lies above the overlay bound: soups and closed shapes") {
   }
 }
 
-TEST_CASE("a plane cut otherwise is bounded by rounding alone, welded or not") {
+TEST_CASE("overlay: a plane cut into other triangles is bounded by rounding alone, welded or not") {
   for (const bool welded : {true, false}) {
     const Mesh fine = welded ? shapes::grid(5) : unwelded(shapes::grid(5));
     const Bvh tree = tree_of(fine);
@@ -153,7 +153,7 @@ TEST_CASE("a plane cut otherwise is bounded by rounding alone, welded or not") {
   }
 }
 
-TEST_CASE("a hole under the piece is not overlooked") {
+TEST_CASE("overlay: a hole under the piece is noticed") {
   Mesh mesh = shapes::grid(9);
   std::erase_if(mesh.triangles, [&](const Triangle& t) {
     const Vec3 centre = (mesh.positions[t[0]] + mesh.positions[t[1]] + mesh.positions[t[2]]) / 3;

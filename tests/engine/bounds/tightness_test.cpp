@@ -23,14 +23,14 @@ struct Measured : PatientSearch {
   double of_triangle_set(const Piece& p) { return of(TriangleSet(search), p); }
 };
 
-// A triangle that stands on its tip: every point above its tip's height is nearest to the tip.
+// Adds a triangle that stands on its tip: the tip is its nearest point for every point above the tip.
 void add_spike(Mesh& mesh, const Vec3& tip) {
   const auto first = static_cast<std::uint32_t>(mesh.positions.size());
   mesh.positions.insert(mesh.positions.end(), {tip, tip + Vec3(0.01, 0, -1), tip + Vec3(0, 0.01, -1)});
   mesh.triangles.push_back({first, first + 1, first + 2});
 }
 
-// A lid a quarter above the triangle (0,0) (1,0) (0,1), and a spike an eighth below each of its four points.
+// A lid 1/4 above the triangle (0,0) (1,0) (0,1), and a spike 1/8 below each of its four points.
 Measured lid_and_spikes() {
   Mesh b = shapes::triangle({-1, -1, 0.25}, {3, -1, 0.25}, {-1, 3, 0.25});
   for (const auto& [x, y] :
@@ -41,11 +41,11 @@ Measured lid_and_spikes() {
 
 }  // namespace
 
-TEST_CASE("tightness of a pair made by hand: the spikes hide the lid from four points, not from ten") {
+TEST_CASE("tightness of a constructed pair: the spikes hide the lid from four points, not from ten") {
   Measured f = lid_and_spikes();
   const Piece piece = f.piece();
   CHECK(best_upper(piece, f.to) == doctest::Approx(0.25).epsilon(1e-14));
-  // The best that the four points see is the spike of the centroid, sqrt(5)/3 from the farther corners.
+  // The best candidate of the four points is the spike of the centroid, sqrt(5)/3 from the farther corners.
   const double four = std::sqrt(5.0 / 9 + 1.0 / 64);
   CHECK(FourPoint(f.to, f.search.work()).upper(piece) == doctest::Approx(four).epsilon(1e-14));
   CHECK(f.of_four_point(piece) == doctest::Approx(0.25 / four).epsilon(1e-14));
@@ -54,7 +54,7 @@ TEST_CASE("tightness of a pair made by hand: the spikes hide the lid from four p
   CHECK(f.of_triangle_set(piece) == 1);
 }
 
-TEST_CASE("best_upper is the least over all triangles, each looked at in the mesh's own order") {
+TEST_CASE("best_upper is the minimum over all triangles by brute force") {
   std::mt19937_64 random(21);
   for (int round = 0; round < 30; ++round) {
     Measured f(shapes::scaled(shapes::soup(2, random), 0.4), shapes::soup(50, random));
@@ -95,7 +95,7 @@ TEST_CASE("tightness is in 0 to 1, never falls from stencil to stencil, and is 1
   CHECK(gained > 30);
 }
 
-TEST_CASE("on a closed surface, where triangles share the points nearest to samples") {
+TEST_CASE("tightness on a closed surface, where triangles share the points nearest to samples") {
   std::mt19937_64 random(23);
   Measured f(shapes::scaled(shapes::soup(200, random), 0.5), shapes::sphere(8, 0.5));
   std::array<double, 4> sums{};
@@ -113,7 +113,7 @@ TEST_CASE("on a closed surface, where triangles share the points nearest to samp
   CHECK(sums.front() < 199);
 }
 
-TEST_CASE("a bound that rounding cannot tell from 0 has lost nothing") {
+TEST_CASE("tightness is 1 for a bound within rounding of 0") {
   Measured same(shapes::sphere(6), shapes::sphere(6));
   for (std::uint32_t t = 0; t < same.a.triangles.size(); ++t) {
     const Piece piece = same.piece(t);

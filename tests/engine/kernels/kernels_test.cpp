@@ -1,4 +1,4 @@
-// Every instruction set against the reference, bit by bit, and the reference against the plain functions.
+// Compares every instruction set with the reference, bit by bit, and the reference with the plain functions.
 #include "engine/kernels/kernels.h"
 #include "engine/kernels/flat.h"
 
@@ -18,7 +18,7 @@ namespace {
 
 constexpr int kRounds = 3000;
 
-// Points and triangles of every kind that hurts: slivers, segments, points, tiny, equal corners, far corners.
+// Points and triangles of every difficult kind: slivers, segments, points, tiny, equal corners, far corners.
 class Dice {
  public:
   explicit Dice(std::uint64_t seed) : random_(seed) {}
@@ -94,7 +94,7 @@ TEST_CASE("the list of instruction sets ends with the reference, and each is fou
   CHECK(find_kernels("abacus") == nullptr);
 }
 
-TEST_CASE("prepare: the same bits everywhere, within the residual of the corners") {
+TEST_CASE("prepare: the same bits on every set, within the residual of the corners") {
   Dice dice(61);
   for (int round = 0; round < kRounds; ++round) {
     const auto corners = dice.triangles();
@@ -114,7 +114,7 @@ TEST_CASE("prepare: the same bits everywhere, within the residual of the corners
   }
 }
 
-TEST_CASE("nearest: the same triangle and bits everywhere, with and without a hint") {
+TEST_CASE("nearest: the same triangle and bits on every set, with and without a hint") {
   std::mt19937_64 random(63);
   std::uniform_real_distribution<double> uniform(-1, 1);
   for (const Mesh& mesh : {shapes::sphere(30, 0.8), shapes::soup(2000, random), shapes::cube(0.5)}) {
@@ -140,7 +140,7 @@ TEST_CASE("nearest: the same triangle and bits everywhere, with and without a hi
   }
 }
 
-TEST_CASE("farthest: the same bits everywhere, and what the closest points say") {
+TEST_CASE("farthest: the same bits on every set, and the distances of the closest points") {
   Dice dice(64);
   std::mt19937_64 random(65);
   std::uniform_real_distribution<double> uniform(-1, 1);
