@@ -12,12 +12,12 @@ namespace {
 namespace fs = std::filesystem;
 
 std::string with_star(std::string text) {
-  if (!text.ends_with('*')) text += '*';  // two of them would be any folders
+  if (!text.ends_with('*')) text += '*';  // '**' would match any folders
   return text;
 }
 
-// The pattern of the stems of files that `name` matches. With a wildcard behind the last dot, or instead of it, any dot
-// may be the one before the suffix.
+// Returns the pattern of the stems of files that `name` matches. If a wildcard stands after or instead of the last
+// dot, any dot may be the one before the suffix.
 std::string stem_pattern(const std::string& name) {
   if (!is_glob(name)) return name_parts(name, "").stem;
   const std::string stem = name_parts(name, "").stem;

@@ -5,7 +5,7 @@
 
 namespace meshgauge::check {
 
-// In one pass: what a file's name has in it is not replaced again.
+// One pass: 'a' or 'b' inside a file's name is not replaced again.
 Error with_files(Error error, const Gate& gate) {
   const std::string& message = error.message;
   std::string text;

@@ -20,7 +20,7 @@ Verdict verdict_of(double lower, double upper, double limit) {
   return lower > limit ? Verdict::fail : Verdict::undecided;
 }
 
-// "mesh a" and "mesh b" are the candidate and the baseline here. A service may say anything.
+// Replaces "mesh a" and "mesh b". Number and size of the notes are limited, since a service is untrusted.
 std::vector<std::string> notes_of(const Json& document) {
   constexpr std::size_t kMost = 16, kMostBytes = 512;
   std::vector<std::string> notes;

@@ -7,7 +7,7 @@
 namespace meshgauge::check {
 namespace {
 
-// How they begin up to a wildcard of either, or end behind one, is the same.
+// Whether two patterns have the same beginning, up to the first wildcard of either, and the same end.
 bool meet_at_ends(std::string_view a, std::string_view b) {
   const std::size_t first = std::min(a.find_first_of("*?["), b.find_first_of("*?["));
   const auto behind = [](std::string_view text) { return text.size() - 1 - text.find_last_of("*?]"); };

@@ -39,7 +39,7 @@ class Opened {
   int fd_;
 };
 
-// As many bytes as there are, up to the size of `to`; -1 and errno when it fails.
+// Reads up to to.size() bytes and returns their number; -1 with errno: it failed.
 ssize_t read_all(int fd, std::span<std::byte> to) {
   std::size_t done = 0;
   while (done < to.size()) {
@@ -52,9 +52,11 @@ ssize_t read_all(int fd, std::span<std::byte> to) {
   return static_cast<ssize_t>(done);
 }
 
-constexpr int kToRead = O_RDONLY | O_CLOEXEC | O_NONBLOCK;  // a pipe without a writer must not block
+constexpr int kToRead =
+    O_RDONLY | O_CLOEXEC | O_NONBLOCK;  // O_NONBLOCK: opening a pipe without a writer must not block
 
-// Behind the path in a message. What openat() makes of a link depends on the flags, so it is looked at.
+// Returns why a component could not be opened. A symbolic link is detected here, since the errno of openat() depends
+// on its flags.
 Error not_opened(const std::string& path, int folder, const std::string& component) {
   const int why = errno;
   struct stat status {};
@@ -97,7 +99,8 @@ Result<WholeFile> WholeFile::read(int fd, const std::string& path, std::uint64_t
     return Error{ErrorCode::too_large,
                  "'" + path + "' is larger than the " + std::to_string(most) + " bytes that may still be read", "", ""};
   }
-  std::unique_ptr<std::byte[]> bytes(new (std::nothrow) std::byte[size + 1]);  // and one to see the end by
+  std::unique_ptr<std::byte[]> bytes(new (std::nothrow)
+                                         std::byte[size + 1]);  // one byte more, to detect a file that grows
   if (!bytes) return Error{ErrorCode::too_large, "'" + path + "' is larger than the memory", "", ""};
   const ssize_t count = read_all(fd, {bytes.get(), size + 1});
   if (count < 0) return failed(path);

@@ -11,17 +11,16 @@
 namespace meshgauge::check {
 namespace {
 
-constexpr double kMagnitudes = 15;   // largest over smallest, from which on a linear axis hides the small ones
-constexpr double kNeighbours = 0.8;  // smallest over largest, from which on they are shown with their neighbourhood
+constexpr double kMagnitudes = 15;   // ratio of largest to smallest from which a linear axis would hide the small ones
+constexpr double kNeighbours = 0.8;  // ratio of smallest to largest from which the axis shows their neighbourhood
 constexpr std::size_t kMostTicks = 7;
 
-// The numbers that an axis can show; half of the range of double is beyond any mesh, and leaves room for the
-// arithmetic.
+// Whether an axis can show the number; the limits leave room for the arithmetic.
 bool shown(double x) { return x > 1e-300 && x < 1e300; }
 
 std::vector<AxisTick> linear_ticks(const Axis& axis) {
   std::vector<AxisTick> ticks;
-  const double step = svg::round_length((axis.high - axis.low) / 3);  // the axis has two to six of them
+  const double step = svg::round_length((axis.high - axis.low) / 3);  // gives two to six ticks
   const double first = std::ceil(axis.low / step);
   for (double i = first; i * step <= axis.high && ticks.size() < kMostTicks; ++i) {
     ticks.push_back({i * step, to_digits(i * step, 9)});
@@ -29,7 +28,7 @@ std::vector<AxisTick> linear_ticks(const Axis& axis) {
   return ticks;
 }
 
-// Powers of ten, with 2 and 5 times as much between them where there is room.
+// Powers of ten, with their 2- and 5-fold if there is room.
 std::vector<AxisTick> logarithmic_ticks(const Axis& axis) {
   std::vector<AxisTick> ticks;
   const double first = std::floor(std::log10(axis.low)), last = std::floor(std::log10(axis.high));
@@ -50,7 +49,7 @@ double Axis::at(double x) const {
   if (!(x > low)) return 0;
   if (!(x < high)) return 1;
   if (!logarithmic) return (x - low) / (high - low);
-  return (std::log(x) - std::log(low)) / (std::log(high) - std::log(low));  // high / low may overflow
+  return (std::log(x) - std::log(low)) / (std::log(high) - std::log(low));  // high / low could overflow
 }
 
 double Axis::value(double share) const {

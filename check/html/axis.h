@@ -1,4 +1,4 @@
-// Where a number lies on the axis of a picture, and the numbers that are written along it.
+// An axis of a diagram: positions of numbers, and its ticks.
 #pragma once
 
 #include <span>
@@ -7,20 +7,19 @@
 
 namespace meshgauge::check {
 
-// Linear, or logarithmic where the numbers are of several magnitudes. low < high, both finite; on a logarithmic axis
-// low > 0, and what is below it lies at its beginning.
+// Linear, or logarithmic for numbers of several magnitudes. low < high, both finite; low > 0 on a logarithmic axis,
+// where smaller numbers lie at its beginning.
 struct Axis {
   bool logarithmic = false;
   double low = 0;
   double high = 1;
 
-  double at(double x) const;         // 0 at the beginning, 1 at the end, never beyond; NaN is 0
-  double value(double share) const;  // the inverse
+  double at(double x) const;         // from 0 at the beginning to 1 at the end, clamped; NaN is 0
+  double value(double share) const;  // inverse of at()
 };
 
-// An axis that shows all of `values` with room on both sides. Those that are not positive and finite do not count.
-// Values that are close together get an axis of their own neighbourhood, values of several magnitudes a logarithmic
-// one.
+// Returns an axis that shows all of `values` with room on both sides. Ignores values that are not positive and
+// finite. Values close together get an axis around them, values of several magnitudes a logarithmic one.
 Axis axis_for(std::span<const double> values);
 
 struct AxisTick {
@@ -28,7 +27,7 @@ struct AxisTick {
   std::string label;
 };
 
-// Round numbers on the axis, at most nine.
+// Returns round numbers on the axis, at most nine.
 std::vector<AxisTick> ticks(const Axis& axis);
 
 }  // namespace meshgauge::check

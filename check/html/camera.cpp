@@ -9,7 +9,7 @@
 namespace meshgauge::check {
 namespace {
 
-constexpr double kMargin = 0.06;  // of the picture, on each side
+constexpr double kMargin = 0.06;  // share of the picture, on each side
 
 View looking_from(const Vec3& toward, int up) {
   const Vec3 upright = up == 1 ? Vec3::UnitY() : Vec3::UnitZ();
@@ -32,7 +32,7 @@ struct Candidate {
   double score = 0;
 };
 
-// Height above the horizon, in degrees, and how much people like it.
+// Height above the horizon, in degrees, and its preference.
 struct Elevation {
   double degrees;
   double liking;
@@ -40,7 +40,7 @@ struct Elevation {
 constexpr Elevation kElevations[] = {{28, 1}, {55, 0.8}, {4, 0.5}, {-28, 0.45}, {-55, 0.2}};
 constexpr int kAround = 12;
 
-// How much of the picture the box fills, seen along `toward`.
+// Area of the box's outline as seen along `toward`.
 double box_area(const Vec3& size, const Vec3& toward) {
   return size.y() * size.z() * std::abs(toward.x()) + size.x() * size.z() * std::abs(toward.y()) +
          size.x() * size.y() * std::abs(toward.z());
@@ -51,7 +51,7 @@ std::vector<Candidate> views_around(int up) {
   std::vector<Candidate> views;
   for (const Elevation& elevation : kElevations) {
     for (int i = 0; i < kAround; ++i) {
-      // Half a step aside of the axes: a box shows three of its faces. The first ones look from the front.
+      // Half a step off the axes, so that a box shows three faces. The first views are from the front.
       const double azimuth = (-52.5 + 30 * i) * radian, height = elevation.degrees * radian;
       const Vec3 z_up(std::cos(height) * std::cos(azimuth), std::cos(height) * std::sin(azimuth), std::sin(height));
       const Vec3 toward = up == 1 ? Vec3(z_up.x(), z_up.z(), -z_up.y()) : z_up;
@@ -74,8 +74,8 @@ void add_scores(std::vector<Candidate>& views, const Vec3& size, const Vec3& nor
                    [](const Candidate& a, const Candidate& b) { return a.score > b.score; });
 }
 
-// Whether the triangle lies between the origin and a viewer in direction `view.toward`. A triangle through the origin
-// itself, as the one that the point is of, does not.
+// Whether the triangle lies between the origin and a viewer in direction `view.toward`. A triangle through the
+// origin, such as the point's own, does not count.
 bool covers(const View& view, const Vec3 (&corners)[3], double slack) {
   double x[3], y[3];
   for (int i = 0; i < 3; ++i) x[i] = corners[i].dot(view.right);
@@ -89,7 +89,7 @@ bool covers(const View& view, const Vec3 (&corners)[3], double slack) {
   return hit.dot(view.toward) > slack;
 }
 
-// Takes out the views that have something before the point.
+// Removes views in which something covers the point.
 void keep_open(std::vector<Candidate>& views, MeshView mesh, const Frame& frame, const Vec3& point) {
   const Vec3 origin = frame.to_frame(point);
   const double slack = 1e-5 * size_of(mesh, frame).norm();
@@ -140,7 +140,7 @@ Camera whole_view(MeshView mesh, const Frame& frame, const View& view, std::span
   Camera camera{frame, view,  middle.x() * view.right + middle.y() * view.up + middle.z() * view.toward,
                 1,     width, height};
   const double room = 1 - 2 * kMargin;
-  // A mesh that is seen as one point would be magnified without end.
+  // limits the magnification of a mesh that is seen as one point
   const double least = 1e-9;
   camera.pixels_per_unit = room * std::min(width / std::max(size.x(), least), height / std::max(size.y(), least));
   return camera;

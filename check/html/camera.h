@@ -1,4 +1,4 @@
-// From where a mesh is looked at: an orthographic camera, so that lengths can be taken from the picture.
+// An orthographic camera: lengths can be measured in its pictures.
 #pragma once
 
 #include <optional>
@@ -9,7 +9,7 @@
 
 namespace meshgauge::check {
 
-// A point as the camera sees it: pixels from the upper left corner, and how far towards the viewer it lies, in pixels.
+// A point as the camera sees it: pixels from the upper left corner, and its depth towards the viewer, in pixels.
 struct Seen {
   double x = 0;
   double y = 0;
@@ -20,16 +20,15 @@ struct Seen {
 struct View {
   Vec3 right = Vec3::UnitX();
   Vec3 up = Vec3::UnitY();
-  Vec3 toward = Vec3::UnitZ();  // the viewer
+  Vec3 toward = Vec3::UnitZ();  // towards the viewer
 };
 
-// Works in the frame of the meshes (engine/frame.h), so that a part far from the origin, or a tiny or a huge one, is
-// drawn as exactly as any.
+// Works in the frame of the meshes (engine/frame.h), so that precision does not depend on a mesh's position or size.
 struct Camera {
   Frame frame;
   View view;
-  Vec3 centre = Vec3::Zero();  // of the picture, in the frame
-  double pixels_per_unit = 1;  // of the frame
+  Vec3 centre = Vec3::Zero();  // middle of the picture, in the frame
+  double pixels_per_unit = 1;  // pixels per unit of the frame
   int width = 1;
   int height = 1;
 
@@ -38,36 +37,35 @@ struct Camera {
     return {0.5 * width + pixels_per_unit * q.dot(view.right), 0.5 * height - pixels_per_unit * q.dot(view.up),
             pixels_per_unit * q.dot(view.toward)};
   }
-  // Of one pixel, in the meshes' unit.
+  // Size of one pixel, in the meshes' unit.
   double pixel_size() const;
 };
 
-// A place that is to be seen.
+// A point that should be visible.
 struct Sight {
   MeshView mesh;
-  Vec3 point = Vec3::Zero();  // on the mesh or near to it
+  Vec3 point = Vec3::Zero();  // on the mesh or near it
 };
 
 struct ChosenView {
   View view;
-  bool hidden = false;  // from everywhere: the first point lies inside of its mesh
+  bool hidden = false;  // hidden in every view: the first point lies inside its mesh
 };
 
-// Of some sixty views all around, the one that has nothing of its mesh between the viewer and the first point, where
-// possible neither before the second one, looks onto the surface rather than along it, and shows much of the first
-// mesh. `normal`: of the surface at the first point, of either side; zero if it has none. `up` is the axis that people
-// stand the part on: 1 (y) or 2 (z). Linear time.
+// Chooses among about sixty views all around. In the chosen view nothing of the mesh covers the first point and,
+// where possible, the second; it faces the surface and shows much of the first mesh. `normal`: normal of the surface
+// at the first point, of either sign; zero if there is none. `up`: the vertical axis, 1 (y) or 2 (z). Linear time.
 ChosenView choose_view(const Sight& first, const std::optional<Sight>& second, const Frame& frame, const Vec3& normal,
                        int up);
 
-// Whether something of the mesh lies between the point and the viewer. O(n).
+// Whether the mesh covers the point in this view. Linear time.
 bool covered(MeshView mesh, const Frame& frame, const View& view, const Vec3& point);
 
-// The whole mesh and the points, with a margin. Linear time.
+// Returns a camera that shows the whole mesh and the points, with a margin. Linear time.
 Camera whole_view(MeshView mesh, const Frame& frame, const View& view, std::span<const Vec3> points, int width,
                   int height);
 
-// Looks at `centre` with `reach` (in the meshes' unit) to each side of it that is the nearer.
+// Returns a camera centred on `centre` that shows `reach` (in the meshes' unit) to the nearer edges.
 Camera close_view(const Camera& whole, const Vec3& centre, double reach, int width, int height);
 
 }  // namespace meshgauge::check

@@ -62,7 +62,7 @@ std::string ramp() {
   return out + "</linearGradient>";
 }
 
-// Positions of an interval on an axis; an upper bound that is not known reaches to the end.
+// An unknown upper bound extends to the end.
 std::string interval_bar(double from, double to, Verdict verdict, int y, int height) {
   const std::string kind(to_string(verdict));
   return box("bar " + kind, from, to, y, height) + line("cap " + kind, from, y - 3, y + height + 3) +
@@ -90,7 +90,7 @@ std::string icon(Verdict verdict) {
 }
 
 std::string interval_drawing(const Measured& measured, const std::string& units) {
-  // An upper bound that is not known is no place on an axis: it reaches to the end.
+  // An unknown upper bound has no place on the axis; it extends to the end.
   std::vector<double> values{measured.lower, measured.limit};
   if (std::isfinite(measured.upper)) values.push_back(measured.upper);
   const Axis axis = axis_for(values);
@@ -112,7 +112,7 @@ std::string interval_drawing(const Measured& measured, const std::string& units)
 }
 
 std::string interval_line(const Measured& measured) {
-  // x/(1+x) of the share of the limit: 0 at the left, the limit in the middle, without an end to the right.
+  // x/(1+x) of the share of the limit: 0 at the left, the limit in the middle, infinity at the right.
   const auto place = [&](double x) {
     const double share = measured.limit > 0 ? x / measured.limit : x > 0 ? INFINITY : 0;
     return std::isfinite(share) ? share / (1 + share) : 1;
@@ -128,7 +128,7 @@ std::string histogram_drawing(const Histogram& histogram, double limit, const st
   const auto bins = static_cast<double>(histogram.shares.size());
   double least = 1;
   for (const double share : histogram.shares) least = share > 0 ? std::min(least, share) : least;
-  // Shares over powers of ten: a hole that is a thousandth of the surface is seen.
+  // Logarithmic shares, so that a thousandth of the surface is visible.
   const double decades = std::max(1.0, std::ceil(-std::log10(least) + 0.05));
   const auto height = [&](double share) {
     return share > 0 ? std::max(2.0, (kBottom - kTop) * (1 + std::log10(share) / decades)) : 0;

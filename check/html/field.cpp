@@ -7,7 +7,7 @@
 namespace meshgauge::check {
 namespace {
 
-// In the frame: what is nearer is rounding, and the point lies on the mesh.
+// In the frame: smaller distances are rounding errors of a point on the mesh.
 constexpr double kOnMesh = 0x1p-44;
 
 }  // namespace

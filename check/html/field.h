@@ -1,4 +1,4 @@
-// How far points are from a mesh.
+// Distances of points to a mesh.
 #pragma once
 
 #include <memory>
@@ -8,11 +8,11 @@
 
 namespace meshgauge::check {
 
-// A computed distance, not a certified one: for pictures and histograms, never for verdicts.
+// Computed, not certified, distances: for pictures and histograms, never for verdicts.
 class DistanceField {
  public:
-  // Of `mesh`, which it borrows. `box` holds all points that will be asked about and the mesh. Builds a tree, unless
-  // the mesh has one for that frame. When `control` says to stop, complete() is false and at() must not be called.
+  // Borrows `mesh`. `box` contains the mesh and all points that will be asked for. Builds a tree, unless the mesh has
+  // one for that frame. If `control` stops it, complete() is false and at() must not be called.
   DistanceField(const Prepared& mesh, const Box& box, ThreadPool& pool, Control& control);
 
   bool complete() const { return tree_ != nullptr; }

@@ -8,7 +8,7 @@ namespace meshgauge::check {
 namespace {
 
 constexpr int kFewest = 4;
-constexpr int kMost = 17;  // tells all doubles apart
+constexpr int kMost = 17;  // distinguishes all doubles
 
 double parsed(const std::string& text) {
   double value = 0;
@@ -16,7 +16,7 @@ double parsed(const std::string& text) {
   return value;
 }
 
-// The shortest digits that read back as x; fixed notation for the sizes that people have names for, else "1.5e-6".
+// Shortest digits that read back as x: fixed notation for common sizes, otherwise "1.5e-6".
 std::string plain(double x) {
   char text[64];
   const double size = std::abs(x);
@@ -25,11 +25,11 @@ std::string plain(double x) {
   std::string digits(text, std::to_chars(text, text + sizeof text, x, form).ptr);
   const auto e = digits.find('e');
   if (e == std::string::npos) return digits;
-  digits.erase(e + 2, digits[e + 2] == '0' ? 1 : 0);  // of two digits
+  digits.erase(e + 2, digits[e + 2] == '0' ? 1 : 0);  // exponents of two digits
   return digits.erase(e + 1, digits[e + 1] == '+' ? 1 : 0);
 }
 
-// x as a whole number of units of its last digit: "123456e-7".
+// x as an integer times a power of ten: "123456e-7".
 struct Decimal {
   long long digits = 0;
   int exponent = 0;
@@ -48,9 +48,9 @@ Decimal rounded_to(double x, int digits) {
   return {std::atoll(mantissa.c_str()), exponent - (digits - 1)};
 }
 
-constexpr int kEnough = 6;  // digits, that bounds which agree in them need not be told apart
+constexpr int kEnough = 6;  // digits; bounds that agree in them need not be told apart
 
-// Whether what is written says what is true: the verdict that follows from it, and an interval not much wider.
+// Whether the text gives the right verdict and an interval that is not much wider.
 bool true_of(const IntervalText& text, double lower, double upper, double limit, int digits) {
   const double low = parsed(text.lower), high = parsed(text.upper), most = parsed(text.limit);
   if ((lower > limit) != (low > most)) return false;
@@ -76,7 +76,7 @@ std::string to_digits_above(double x, int digits) {
   return plain(decimal.value());
 }
 
-// With 17 digits every number is itself, so that the last turn is always true.
+// The last iteration succeeds: 17 digits distinguish all doubles.
 IntervalText to_text(double lower, double upper, double limit) {
   IntervalText text;
   for (int digits = kFewest; digits <= kMost; ++digits) {

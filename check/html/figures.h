@@ -1,4 +1,4 @@
-// Numbers as people read them: few digits, and never a statement that is not true of the interval.
+// Formats numbers for people: few digits, and never a statement that the interval contradicts.
 #pragma once
 
 #include <cstdint>
@@ -6,21 +6,21 @@
 
 namespace meshgauge::check {
 
-// x to that many significant digits, 1 to 17; zeros at the end are left out. "0.00012", "150000", "1.5e-12".
+// Formats x with up to `digits` significant digits, 1 to 17, without trailing zeros: "0.00012", "150000", "1.5e-12".
 std::string to_digits(double x, int digits);
-std::string to_digits_below(double x, int digits);  // the number written is not above x
-std::string to_digits_above(double x, int digits);  // the number written is not below x
+std::string to_digits_below(double x, int digits);  // rounded down: the printed number is at most x
+std::string to_digits_above(double x, int digits);  // rounded up: the printed number is at least x
 
 struct IntervalText {
-  std::string lower;  // not above lower
+  std::string lower;  // rounded down
   std::string upper;  // not below upper; "unknown" where it is infinite
   std::string limit;
 
   std::string both() const { return lower == upper ? lower : lower + " \xE2\x80\xA6 " + upper; }  // "1.2 … 1.3"
 };
 
-// As few digits as tell the two bounds apart, up to six, and as many as leave each on its side of the limit: what is
-// written is as true as the interval is.
+// Formats the bounds with as few digits as tell them apart, up to six, and with enough that each stays on its side of
+// the limit.
 IntervalText to_text(double lower, double upper, double limit);
 
 std::string grouped(std::uint64_t count);   // "1,234,567"

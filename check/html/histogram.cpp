@@ -12,10 +12,10 @@ namespace {
 
 constexpr std::size_t kBins = 48;
 constexpr std::size_t kPointsATask = 512;
-constexpr double kFewMagnitudes = 25;    // top over median, up to which a linear axis shows the shape
+constexpr double kFewMagnitudes = 25;    // ratio of top to median up to which a linear axis shows the shape
 constexpr double kMostMagnitudes = 1e7;  // shown below the top
 
-// The k-th point of the R2 sequence, folded into the triangle: even in it, whatever range of k falls there.
+// The k-th point of the R2 sequence, folded into the triangle: evenly distributed for any range of k.
 Vec3 point_in(MeshView mesh, std::size_t triangle, std::size_t k) {
   double u = std::fmod(0.5 + 0.7548776662466927 * static_cast<double>(k), 1.0);
   double v = std::fmod(0.5 + 0.5698402909980532 * static_cast<double>(k), 1.0);
@@ -35,7 +35,7 @@ double quantile(const std::vector<double>& sorted, double share) {
   return sorted[static_cast<std::size_t>(share * static_cast<double>(sorted.size() - 1))];
 }
 
-// From 0, or over several magnitudes where most of the surface would else be in the first bin.
+// Starts at 0, or is logarithmic where most of the surface would fall into the first bin.
 Axis axis_of(const std::vector<double>& sorted, double limit) {
   const double top = 1.2 * std::max(limit, sorted.back());
   if (!(top > 1e-290 && top < 1e300)) return {};

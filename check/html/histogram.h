@@ -1,4 +1,4 @@
-// How a surface is distributed over distances.
+// Distribution of distances over a surface.
 #pragma once
 
 #include <cstddef>
@@ -11,11 +11,11 @@
 
 namespace meshgauge::check {
 
-// Estimates from points spread evenly over the surface: nothing here is certified.
+// Estimated from points spread evenly over the surface; not certified.
 struct Histogram {
-  Axis axis;  // of the distances
+  Axis axis;  // axis of distances
   std::vector<double>
-      shares;              // of the area, by bin of equal width on the axis; below its beginning counts to the first
+      shares;  // share of the area for each bin of equal width on the axis; the first bin includes smaller distances
   std::size_t points = 0;  // 0: the surface has no area
   double above_limit = 0;  // share of the area
   double median = 0;
@@ -23,12 +23,12 @@ struct Histogram {
   double largest = 0;
 };
 
-// Distances at `points` places, each of which stands for the same area: along the mesh in steps of equal area, and
-// within the triangles by a sequence of low discrepancy. Deterministic. `distance` must be thread safe.
+// Samples `distance` at `points` points of equal area: along the mesh in steps of equal area, and within triangles by
+// a low-discrepancy sequence. Deterministic. `distance` must be thread safe.
 Histogram histogram_of(MeshView mesh, const std::function<double(const Vec3&)>& distance, double limit,
                        std::size_t points, ThreadPool& pool);
 
-// Points of equal shares of the area; none where there is no area.
+// Points that each stand for an equal share of the area; empty if the mesh has no area.
 std::vector<Vec3> spread_points(MeshView mesh, std::size_t count);
 
 }  // namespace meshgauge::check

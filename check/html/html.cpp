@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::array kOrder{Verdict::fail, Verdict::error, Verdict::undecided, Verdict::pass};
 
-// Failures that count before those that only warn; else in the order of the gates.
+// Order: failures that count, then those that only warn; otherwise the order of the gates.
 std::vector<std::size_t> by_urgency(const Report& report) {
   std::vector<std::size_t> order(report.outcomes.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
@@ -64,7 +64,7 @@ std::string headline(const Report& report) {
   return text;
 }
 
-// What is worst of it: titles of windows are short.
+// The worst result, since titles of windows are short.
 std::string title(const Report& report) {
   const std::string all = headline(report);
   return all.substr(0, all.find(','));
@@ -104,7 +104,7 @@ std::string head(const Report& report) {
          title(report) + " \xC2\xB7 meshgauge</title>\n<style>" + style + "</style>\n</head>\n";
 }
 
-// A strip of the whole run, each verdict as wide as its share.
+// Strip of the whole run: each verdict as wide as its share.
 std::string strip(const Report& report) {
   std::string out;
   double from = 0;
@@ -124,7 +124,7 @@ std::string choice(const std::string& id, const std::string& label, bool chosen)
          "><label for=\"show-" + id + "\">" + label + "</label>\n";
 }
 
-// Radio buttons that the style sheet looks at: no script.
+// Radio buttons that the style sheet evaluates, without script.
 std::string filter(const Report& report) {
   std::string out = "<fieldset class=\"filter\"><legend>Show</legend>\n" +
                     choice("all", "All <b>" + std::to_string(report.outcomes.size()) + "</b>", true);

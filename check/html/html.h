@@ -1,4 +1,4 @@
-// The report as one HTML file: opens from disk, asks for nothing from anywhere, runs no script.
+// Writes the report as one HTML file that opens from disk, loads nothing and runs no script.
 #pragma once
 
 #include <span>
@@ -9,10 +9,9 @@
 
 namespace meshgauge::check {
 
-// pictures[i] belongs to report.outcomes[i]; there may be fewer, or none at all. Deterministic. What comes from outside
-// (names, messages, a service's result) is escaped; a Content-Security-Policy forbids everything but the page's own
-// style and the pictures inside of it. Failures come first. Size: 40 kB, 10 to 30 kB a gate, and its pictures;
-// 3 kB a gate that was left out of them.
+// pictures[i] belongs to report.outcomes[i]; there may be fewer. Deterministic. Foreign text (names, messages, a
+// service's result) is escaped, and a Content-Security-Policy forbids everything but the page's own style and inline
+// pictures. Failures come first. Size: 40 kB, 10 to 30 kB for each gate, and its pictures; 3 kB for a gate without.
 std::string to_html(const Report& report, std::span<const GatePicture> pictures);
 
 }  // namespace meshgauge::check

@@ -13,7 +13,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// Null where something on the way is missing.
+// Null if a member on the path is missing.
 const Json& at(const Json& json, const std::string& path) {
   static const Json kNull;
   const Json::json_pointer pointer(path);
@@ -74,7 +74,7 @@ std::string notes(const Json& mesh) {
   return all;
 }
 
-// One cell for each mesh.
+// A row with one cell for each mesh.
 template <class Cell>
 std::vector<std::string> both(const Json& document, const Cell& cell) {
   return {cell(at(document, "/meshes/a")), cell(at(document, "/meshes/b"))};
@@ -144,7 +144,7 @@ std::string work_table(const GateOutcome& outcome) {
 
 namespace {
 
-// Directions that were done before the end of the time or of the memory stay.
+// Directions that ended before the time or the memory was used up are kept.
 std::string what_is_missing(const std::string& status) {
   if (status.empty() || status == "complete") return "";
   const std::string why = status == "timeout"     ? "the time was over"

@@ -1,4 +1,5 @@
-// What a comparison's JSON says of the meshes and of the work, as tables. Whatever a service leaves out is left out.
+// Facts about the meshes and the work, from a comparison's JSON, as tables. Members that a service leaves out are
+// left out.
 #pragma once
 
 #include <string>
@@ -10,6 +11,6 @@ namespace meshgauge::check {
 std::string mesh_table(const GateOutcome& outcome);
 std::string time_table(const Measured& measured);
 std::string work_table(const GateOutcome& outcome);
-std::string statistics_table(const Measured& measured);  // empty where none were asked for
+std::string statistics_table(const Measured& measured);  // empty if no statistics were requested
 
 }  // namespace meshgauge::check

@@ -15,7 +15,7 @@ using api::with_unit;
 
 IntervalText interval_of(const Measured& measured) { return to_text(measured.lower, measured.upper, measured.limit); }
 
-// By how much of the limit: rounded towards what the interval proves.
+// Difference to the limit, rounded towards what the interval proves.
 std::string margin(const Measured& measured) {
   if (!(measured.limit > 0)) return "";
   if (measured.verdict == Verdict::pass) {

@@ -1,4 +1,4 @@
-// One gate in the report.
+// One gate as a card of the report.
 #pragma once
 
 #include <cstddef>
@@ -11,10 +11,10 @@ namespace meshgauge::check {
 
 std::string gate_id(std::size_t index);  // its anchor: "gate-3" for index 2
 
-// "0.05 mm", or "0.5 % of the diagonal" with the length that it is, where that is known.
+// "0.05 mm", or "0.5 % of the diagonal" followed by the length, if known.
 std::string limit_text(const GateOutcome& outcome);
 
-// The result in one sentence that is as true as the interval is. For people: not escaped.
+// Returns the result as one sentence that the interval supports. Not escaped.
 std::string sentence(const GateOutcome& outcome);
 
 // `picture` may be null.

@@ -1,4 +1,4 @@
-// Text that comes from outside, names of files and gates and messages, as HTML that shows it and does nothing else.
+// Escapes foreign text (names of files and gates, messages) for HTML.
 #pragma once
 
 #include <cstddef>
@@ -8,12 +8,12 @@
 
 namespace meshgauge::check {
 
-// For text and for attributes in quotes: & < > " ' are written as references. What is not UTF-8, or is a character that
-// HTML forbids (most control characters), becomes U+FFFD, as do those that turn the direction of writing: nothing that
-// follows a name may read otherwise because of it.
+// For text and quoted attributes: & < > " ' become references. Bytes that are not UTF-8, characters that HTML forbids
+// and characters that change the direction of writing become U+FFFD.
 std::string escaped(std::string_view text);
 
 std::string base64(std::span<const std::byte> bytes);
-std::string sha256_base64(std::string_view text);  // as a Content-Security-Policy names an inline style
+std::string sha256_base64(
+    std::string_view text);  // in the form in which a Content-Security-Policy names an inline style
 
 }  // namespace meshgauge::check

@@ -25,7 +25,7 @@ std::string circle(const Seen& at, double radius, std::string_view css_class) {
          "\" r=\"" + number(radius) + "\"/>";
 }
 
-// Cross hairs that leave the place itself free; dashed where the part hides it.
+// Cross hairs that leave the point itself visible; dashed if the part hides it.
 std::string witness_mark(const Seen& at, bool hidden) {
   constexpr double kRadius = 11, kArm = 9;
   const std::string_view kind = hidden ? "mark hidden" : "mark";
@@ -44,7 +44,7 @@ std::string reach_line(const Shot& shot) {
 
 std::string close_up_frame(const Shot& shot) {
   const double width = shot.close_up * shot.camera.width, height = shot.close_up * shot.camera.height;
-  if (height < 28 || height > 0.9 * shot.camera.height) return "";  // it would run into the cross hairs, or the rim
+  if (height < 28 || height > 0.9 * shot.camera.height) return "";  // would overlap the cross hairs or the rim
   const std::string place = "x=\"" + number(shot.from->x - width / 2) + "\" y=\"" + number(shot.from->y - height / 2) +
                             "\" width=\"" + number(width) + "\" height=\"" + number(height) + "\"/>";
   return "<rect class=\"frame-casing\" " + place + "<rect class=\"frame\" " + place;
@@ -56,7 +56,7 @@ std::string axes(const Camera& camera) {
   std::string out;
   for (int k = 0; k < 3; ++k) {
     const double dx = kLength * camera.view.right[k], dy = -kLength * camera.view.up[k];
-    if (std::hypot(dx, dy) < 4) continue;  // towards the viewer
+    if (std::hypot(dx, dy) < 4) continue;  // parallel to the view
     const double beyond = 1 + 9 / std::hypot(dx, dy);
     out += cased_line(x, y, x + dx, y + dy, "axis-line") +
            text_at(x + beyond * dx, y + beyond * dy + 4, "axis-name", std::string(1, static_cast<char>('x' + k)));

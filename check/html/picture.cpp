@@ -23,11 +23,11 @@ struct Size {
 constexpr Size kLarge{640, 480}, kSmall{400, 300};
 constexpr std::size_t kManyPoints = 40'000, kFewPoints = 10'000;
 
-// Shares of the diagonal of both meshes between which a close-up reaches to each side.
+// Smallest and largest reach of a close-up, as shares of the diagonal of both meshes.
 constexpr double kClosest = 0.05, kWidest = 0.2;
-constexpr double kMostMagnified = 60;  // against the whole view
+constexpr double kMostMagnified = 60;  // relative to the whole view
 
-// All that the views of one gate have in common.
+// What all views of one gate share.
 struct Scene {
   const GateOutcome& outcome;
   Frame frame;
@@ -38,7 +38,7 @@ struct Scene {
   Control& control;
 };
 
-// Ends the work of a picture from wherever it is; does not leave this file.
+// Thrown to stop a picture; caught in this file.
 struct Stopped {};
 
 void go_on(Control& control) {
@@ -51,7 +51,7 @@ struct Side {
   bool candidate;
 };
 
-// The points of a real witness lie on the meshes. A service could say anything.
+// A service could send any witness; a real one lies on the meshes.
 bool lies_in(const Box& box, const Vec3& p) {
   const Vec3 slack = Vec3::Constant(1e-6 * diagonal(box));
   return (p.array() >= (box.low - slack).array()).all() && (p.array() <= (box.high + slack).array()).all();
@@ -69,7 +69,7 @@ Vec3 normal(MeshView mesh, const Frame& frame, std::uint32_t triangle) {
   return n.norm() > 0 ? Vec3(n.normalized()) : Vec3(Vec3::Zero());
 }
 
-// glTF says that y is up, and most OBJ have it so; what is drawn by CAD and printed has z up.
+// glTF is y up by specification and most OBJ are; CAD and printing use z up.
 int up_axis(const nlohmann::ordered_json& document) {
   const std::string format = document.at("meshes").at("a").at("format").get<std::string>();
   return format == "gltf" || format == "glb" || format == "obj" ? 1 : 2;
@@ -114,7 +114,7 @@ double reach(const Scene& scene, const Camera& whole) {
   return std::max(wanted, 0.5 * kLarge.height / kMostMagnified * whole.pixel_size());
 }
 
-// Where the part covers the witness, it is cut open just before it.
+// If the part covers the witness, it is cut open in front of it.
 Shot close_shot(const Scene& scene, const Side& side, const Paint& paint, Shot& whole) {
   const double wide = reach(scene, whole.camera);
   whole.close_up = 2 * wide / (whole.camera.height * whole.camera.pixel_size());
@@ -142,7 +142,7 @@ Surface surface(const Scene& scene, const Side& side, const Box& box) {
   return made;
 }
 
-// One of a gate's files, if it is still the one that was measured.
+// Reads one of a gate's files and checks that it is still the one that was measured.
 Result<api::SharedMesh> read(const std::filesystem::path& path, const std::string& part, const GateOutcome& outcome,
                              Meshes& meshes, Control& control) {
   auto mesh = meshes.get(path, control);

@@ -1,4 +1,4 @@
-// What a report shows of a gate's meshes: views coloured by distance, and how the surfaces are distributed over it.
+// Pictures of a gate's meshes: views coloured by distance, and a histogram.
 #pragma once
 
 #include <cstddef>
@@ -20,14 +20,14 @@ namespace meshgauge::check {
 struct Shot {
   std::vector<std::byte> png;
   Camera camera;
-  std::optional<Seen> from;  // the witness, where the camera sees it
+  std::optional<Seen> from;  // end of the witness on this mesh; nullopt: not in the picture
   std::optional<Seen> to;
-  bool hidden = false;  // the part covers the end of the witness that lies on it
-  bool cut = false;     // what covers the witness is left out
-  double close_up = 0;  // size of what the close-up shows around `from`, as a share of this picture's; 0: there is none
+  bool hidden = false;  // the part covers that end of the witness
+  bool cut = false;     // the part is cut open in front of the witness
+  double close_up = 0;  // size of the close-up around `from`, as a share of this picture's; 0: there is none
 };
 
-// One of the two meshes, coloured by the distance to the other one.
+// One mesh, coloured by its distance to the other.
 struct Surface {
   bool candidate = true;
   api::ColourScale scale;
@@ -37,20 +37,20 @@ struct Surface {
 };
 
 struct GatePicture {
-  std::vector<Surface> surfaces;  // those that the gate's direction measures, the candidate first
-  std::string missing;            // why there is none; empty where there are some
-  bool left_out = false;          // there is none because other gates need one more
+  std::vector<Surface> surfaces;  // surfaces that the gate's direction measures, the candidate first
+  std::string missing;            // why there is no picture; empty if there is one
+  bool left_out = false;          // true: other gates need a picture more
 };
 
-// A failed or undecided gate gets large views of all that is measured from, with close-ups of the witness; one that
-// passes gets one small view. Distances are computed here, for each pixel; nothing of it is certified. Memory: the two
-// trees, if the meshes do not have them yet, and the samples of one view. Precondition: the outcome is measured.
-// When `control` says to stop, which is asked between the passes over a mesh and for each pixel, there is none.
+// Makes a gate's pictures. A failed or undecided gate gets large views of each measured surface and close-ups of the
+// witness, a passed gate one small view. Distances are computed for each pixel and not certified. Memory: both trees,
+// unless the meshes have them, and the samples of one view. Precondition: the outcome is measured. Returns no picture
+// if `control`, which is polled, says to stop.
 GatePicture make_picture(const Prepared& candidate, const Prepared& baseline, const GateOutcome& outcome,
                          ThreadPool& pool, Control& control);
 
-// The same of the files that `meshes` has or reads, in one of the turns that it was told of; then it is done with them.
-// Whatever stands against it, files that are gone or are not those that were measured, is said in `missing`.
+// Makes the pictures from the files of the outcome, in one turn of `meshes`, and ends that turn. If a file is gone or
+// has changed since the measurement, `missing` says so.
 GatePicture picture_of(const GateOutcome& outcome, Meshes& meshes, ThreadPool& pool, Control& control);
 
 }  // namespace meshgauge::check

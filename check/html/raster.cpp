@@ -6,10 +6,10 @@
 namespace meshgauge::check {
 namespace {
 
-constexpr std::int64_t kSteps = 64;  // of a pixel
+constexpr std::int64_t kSteps = 64;  // per pixel
 
-// A corner on the grid of 64ths: edges are judged in whole numbers, without error. A camera zooms in on some hundredth
-// of a mesh at most, so that products stay far below 2^63.
+// A corner on the grid of 64ths: edges are tested in integers, without error. A camera magnifies at most about a
+// hundredfold, so that products stay far below 2^63.
 struct Corner {
   std::int64_t x = 0;
   std::int64_t y = 0;
@@ -21,8 +21,7 @@ Corner corner(const Seen& seen) {
           seen.depth};
 }
 
-// Twice the area of (a, b, p), positive on one side of the edge: at p, and its growth for one pixel to the right and
-// down.
+// Twice the area of (a, b, p), positive on one side of the edge: at p, and its change for one pixel right and down.
 struct Edge {
   std::int64_t value;
   std::int64_t right;
@@ -33,13 +32,13 @@ Edge edge(const Corner& a, const Corner& b, std::int64_t x, std::int64_t y) {
   return {(b.x - a.x) * (y - a.y) - (b.y - a.y) * (x - a.x), -(b.y - a.y) * kSteps, (b.x - a.x) * kSteps};
 }
 
-// The pixels whose middles lie within [low, high], of `count`.
+// Pixels of `count` whose centres lie within [low, high].
 struct Range {
   int first;
   int last;
 };
 Range middles(std::int64_t low, std::int64_t high, int count) {
-  const auto middle_after = [](std::int64_t x) { return (x + kSteps / 2 - 1) >> 6; };  // rounded up, of (x - 32) / 64
+  const auto middle_after = [](std::int64_t x) { return (x + kSteps / 2 - 1) >> 6; };  // (x - 32) / 64, rounded up
   const auto middle_before = [](std::int64_t x) { return (x - kSteps / 2) >> 6; };
   return {static_cast<int>(std::clamp<std::int64_t>(middle_after(low), 0, count)),
           static_cast<int>(std::clamp<std::int64_t>(middle_before(high), -1, count - 1))};
@@ -80,7 +79,7 @@ class Raster {
                              area;
         show(samples_.at(column, row), depth, triangle);
       } else if (entered) {
-        return;  // a triangle is convex
+        return;  // no more in this row: a triangle is convex
       }
       a += edges[0].right, b += edges[1].right, c += edges[2].right;
     }

@@ -14,15 +14,15 @@
 namespace meshgauge::check {
 namespace {
 
-constexpr int kFiner = 2;  // samples a pixel, along each axis
+constexpr int kFiner = 2;  // samples per pixel along each axis
 constexpr int kRowsATask = 16;
 constexpr double kAmbient = 0.58;
-// Of white: the darkest colours show a shape as well, where the light falls straight most of all.
+// Shares of white that keep the shape visible in the darkest colours, most where the light is perpendicular.
 constexpr double kGlow = 0.06, kSheen = 0.2;
-constexpr double kInside = 0.42;                         // of the light, on the side that is seen through holes alone
+constexpr double kInside = 0.42;                         // share of the light on the inner side
 const Vec3 kLight = Vec3(-0.35, 0.5, 0.8).normalized();  // right, up, toward
-constexpr double kOutline = 0.45;                        // what is left of the light at a step in depth
-constexpr float kStep = 7;                               // such a step, in samples
+constexpr double kOutline = 0.45;                        // share of the light at a step in depth
+constexpr float kStep = 7;                               // size of a step in depth, in samples
 constexpr int kHatchPeriod = 14, kHatchWidth = 4;        // in samples
 constexpr std::array<double, 3> kHatch{255, 196, 178};
 
@@ -33,20 +33,20 @@ Camera finer(Camera camera) {
   return camera;
 }
 
-// The point of a triangle that is seen at a place of the picture, and how the surface lies there.
+// The point of a triangle that is visible at a place of the picture, and the surface there.
 struct Spot {
   Vec3 point;
   double light = 1;
   double sheen = 0;
 };
 
-// By the area that a triangle has in the picture, or its normal towards the viewer; neither where it has none.
+// `toward`: signed area in the picture, or the normal's component towards the viewer; nullopt if it is zero.
 std::optional<Inside> side_of(double toward) {
   if (toward == 0) return std::nullopt;
   return toward > 0 ? Inside::front : Inside::back;
 }
 
-// Of the side from which the corners run counterclockwise; along right, up, toward.
+// Normal of the side on which corners run counterclockwise, along right, up, toward.
 Vec3 normal_of(const Seen (&corners)[3]) {
   const auto edge = [&](int i) {
     return Vec3(corners[i].x - corners[0].x, corners[0].y - corners[i].y, corners[i].depth - corners[0].depth);
@@ -58,7 +58,7 @@ Vec3 normal_of(MeshView mesh, const Camera& camera, std::uint32_t triangle) {
                     camera.see(mesh.corner(triangle, 2))});
 }
 
-// Of 64 levels: a third less to compress, and not to be seen.
+// 64 levels: a third smaller when compressed, without a visible difference.
 std::uint8_t to_level(double channel) {
   return static_cast<std::uint8_t>(std::min(255L, 4 * std::lround(channel / 4)));
 }
@@ -68,7 +68,7 @@ class Painter {
   Painter(MeshView mesh, const Camera& camera, const Samples& samples, const Paint& paint)
       : mesh_(mesh), camera_(camera), samples_(samples), paint_(paint) {}
 
-  // Of one pixel of the picture: its samples put together.
+  // Combines the samples of one pixel.
   std::array<std::uint8_t, 4> pixel(int x, int y) const {
     std::array<double, 3> sum{};
     int covered = 0;
@@ -89,7 +89,7 @@ class Painter {
   }
 
  private:
-  // The distance at a sample of the same pixel: asked anew only where the depth makes a step.
+  // Distance at a sample of the same pixel; computed again only at a step in depth.
   struct Known {
     double distance = -1;
     float depth = 0;
@@ -123,7 +123,7 @@ class Painter {
     return lit(point, normal_of(seen));
   }
 
-  // `normal` along right, up, toward; of any length.
+  // `normal`: along right, up, toward; any length.
   Spot lit(const Vec3& point, const Vec3& normal) const {
     const double length = normal.norm();
     if (!(length > 0)) return {point, 1, 0};
@@ -132,8 +132,8 @@ class Painter {
     return {point, kAmbient + (1 - kAmbient) * facing, kGlow + kSheen * facing * facing};
   }
 
-  // Whether a neighbour is that much farther away, or nothing is there. The slope of the surface itself is no step:
-  // where the neighbour on the other side is as much nearer, it goes on.
+  // Whether a neighbour is that much farther away, or empty. A steep surface is no step: there the neighbour on the
+  // other side is as much nearer.
   bool outlined(int column, int row, float depth) const {
     return step(column, row, 1, 0, depth) || step(column, row, 0, 1, depth);
   }

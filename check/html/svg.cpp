@@ -12,7 +12,7 @@ std::string percent(double share) { return number(100 * std::clamp(share, 0.0, 1
 
 std::string number(double x) {
   if (!std::isfinite(x)) return "0";
-  char text[400];  // no double is longer
+  char text[400];  // longer than any double
   std::snprintf(text, sizeof text, "%.2f", x);
   return text;
 }

@@ -28,7 +28,7 @@ bool has_same_bytes(const fs::path& a, const fs::path& b) {
   return in_a && in_b && std::equal(Bytes(in_a), Bytes(), Bytes(in_b), Bytes());
 }
 
-// Why a file is no mesh. A baseline that cannot be read would turn every later check into an error.
+// Returns why the file is not a mesh. An unreadable baseline would turn every later check into an error.
 std::optional<std::string> mesh_defect(const fs::path& file) {
   const auto whole = WholeFile::open(file.string());
   if (!whole) return "cannot be read";
@@ -38,16 +38,17 @@ std::optional<std::string> mesh_defect(const fs::path& file) {
   return "cannot be read: " + mesh.error().message;
 }
 
-// Why a file is more than its own bytes: a copy of it alone would be no mesh, or one with the files of another.
+// Returns why the candidate is more than one file: a copy of the .gltf alone would lack the files beside it.
 std::optional<std::string> several_files_defect(const fs::path& candidate) {
   const auto whole = WholeFile::open(candidate.string());
-  if (!whole || !api::is_gltf_json(whole->bytes())) return std::nullopt;  // it is told elsewhere why not
+  if (!whole || !api::is_gltf_json(whole->bytes())) return std::nullopt;  // reported elsewhere
   const auto names = api::files_named_by(whole->bytes());
   if (names.empty()) return std::nullopt;
   return "names " + shown_path(names.front()) + " beside it, which would not be copied: export it as one .glb";
 }
 
-// The first folder on the way to `file` that is a symbolic link and leads out of `root`, both without links themselves.
+// Returns the first folder on the way to `file` that is a symbolic link out of `root`. Preconditions: both are
+// without links.
 std::optional<fs::path> way_out(const fs::path& start, const fs::path& way, const fs::path& root) {
   fs::path place = start;
   for (const fs::path& part : way.parent_path()) {
@@ -123,7 +124,7 @@ class Planner {
     updates.push_back(std::move(update));
   }
 
-  std::map<fs::path, fs::path> candidates_;  // of each baseline
+  std::map<fs::path, fs::path> candidates_;  // baseline -> candidate
 };
 
 Error failed_to(const std::string& what, const fs::path& file, const std::error_code& why) {
@@ -136,7 +137,7 @@ Result<StagedFile> staged_copy(const Update& update) {
   if (failed) return failed_to("made", update.baseline.parent_path(), failed);
   StagedFile copy(update.baseline);
   fs::copy_file(update.candidate, copy.path(), failed);
-  if (!failed && update.kind == Update::Kind::replace) {  // with the rights of what is there
+  if (!failed && update.kind == Update::Kind::replace) {  // keep the permissions of the old file
     fs::permissions(copy.path(), fs::status(update.baseline, failed).permissions(), failed);
   }
   if (failed) return failed_to("written", update.baseline, failed);

@@ -16,7 +16,7 @@ namespace meshgauge::check {
 namespace {
 
 namespace fs = std::filesystem;
-// Relative to the current folder where it lies below it, as a person there would write it.
+// Relative to the current folder if it lies below it, as a user would write it.
 fs::path as_written(const fs::path& folder, const std::string& text) {
   const fs::path path = (folder / text).lexically_normal();
   if (path.is_relative() || fs::path(text).is_absolute()) return path;
@@ -33,7 +33,7 @@ class Expansion {
   std::vector<Gate> gates;
 
   void add(const Entry& entry) {
-    std::map<std::string, std::string> taken;  // baseline -> its candidate, of this entry
+    std::map<std::string, std::string> taken;  // baseline -> its candidate, within this entry
     const std::vector<Match> found = candidates(entry);
     if (!found.empty()) found_.push_back(&entry);
     for (const Match& match : found) {
@@ -45,8 +45,8 @@ class Expansion {
     }
   }
 
-  // When all gates are there: one entry's baseline may be another one's. Whether such a gate was asked for cannot be
-  // told by a baseline, so they are looked for when all gates are.
+  // Call when all gates are known, since the baseline of one entry may match the template of another. Skipped with
+  // --only: a baseline does not tell whether its gate was selected.
   void check_unmatched() {
     if (lookup_.baselines == Baselines::may_be_missing || !lookup_.only.patterns().empty()) return;
     for (const Gate& gate : gates) matched_.insert(place_of(gate.baseline));
@@ -91,7 +91,7 @@ class Expansion {
     }
   }
 
-  // Through links to its folder, so that a baseline has one place only.
+  // Resolves links of the folder, so that each baseline has one place.
   fs::path place_of(const fs::path& baseline) {
     const fs::path folder = baseline.has_parent_path() ? baseline.parent_path() : fs::path(".");
     const auto [known, is_new] = folders_.emplace(folder, folder);
@@ -132,7 +132,7 @@ class Expansion {
   }
 
   void check_name(const Entry& entry, const std::string& name) {
-    if (name.empty()) return;  // said already
+    if (name.empty()) return;  // already reported
     if (!is_utf8(name) || find_control(name) != std::string::npos) {
       mistakes_.add(entry.name.place, "name " + api::shown_text(name) + " is made of a file name that is not UTF-8");
       return;
@@ -180,7 +180,7 @@ class Expansion {
                                             ": write {dir} in it as well");
   }
 
-  // For who thought of the current folder.
+  // Names the manifest's folder, in case the current one was meant.
   std::string hint(const std::string& text) const {
     std::error_code none;
     const bool here = !folder_.empty() && fs::path(text).is_relative() && fs::exists(text, none);
@@ -191,10 +191,10 @@ class Expansion {
   fs::path folder_;
   Lookup lookup_;
   Mistakes& mistakes_;
-  std::map<std::string, int> lines_;      // of the gates that have a name
-  std::vector<const Entry*> found_;       // whose candidates are there
-  std::set<fs::path> matched_;            // the places of the gates' baselines
-  std::map<fs::path, fs::path> folders_;  // of baselines, without links
+  std::map<std::string, int> lines_;      // gate name -> line
+  std::vector<const Entry*> found_;       // entries whose candidates exist
+  std::set<fs::path> matched_;            // places of the gates' baselines
+  std::map<fs::path, fs::path> folders_;  // folders of baselines, without links
 };
 
 }  // namespace

@@ -28,14 +28,14 @@ std::vector<std::string> components(std::string_view pattern) {
   return parts;
 }
 
-// A ']' right behind the bracket, or behind its '!', is one of the characters.
+// A ']' directly after the bracket, or after its '!', is an ordinary character.
 bool is_closed(std::string_view bracket) {
   std::size_t from = 1;
   if (from < bracket.size() && (bracket[from] == '!' || bracket[from] == '^')) ++from;
   return bracket.find(']', from + 1) != std::string_view::npos;
 }
 
-// While it lives, fnmatch() in this thread knows what a character of UTF-8 is, whatever the locale of the process.
+// Makes fnmatch() in this thread treat characters as UTF-8 while it lives, whatever the process's locale.
 class Utf8Locale {
  public:
   Utf8Locale() : locale_(newlocale(LC_CTYPE_MASK, "C.UTF-8", nullptr)) {
@@ -74,7 +74,7 @@ class Walk {
     if (parts_.back() == "**") parts_.emplace_back("*");
   }
 
-  // `written`: the path so far, as the pattern has it; `dir`: its end, from the first wildcard on.
+  // `written`: the path so far, in the pattern's form; `dir`: its part from the first wildcard on.
   void into(const std::string& written, const std::string& dir, std::size_t i) {
     if (i + 1 == parts_.size()) return files(written, dir, parts_[i]);
     if (parts_[i] == "**") return below(written, dir, i);
@@ -87,7 +87,7 @@ class Walk {
   std::optional<Error> error;
 
  private:
-  // What is not there is passed over. What cannot be looked at is not: candidates may lie behind it.
+  // A path that does not exist is skipped. Any other failure is an error, since candidates may be there.
   void stop_if(const std::error_code& failed, const fs::path& path) {
     if (!failed || is_missing(failed) || error) return;
     error = refused("cannot be looked up: " + shown_path(path) + ": " + failed.message());
@@ -107,7 +107,7 @@ class Walk {
     return is;
   }
 
-  // Calls visit(entry, name) for what lies in a folder.
+  // Calls visit(entry, name) for each entry of a folder.
   template <class Visit>
   void each(const std::string& written, Visit visit) {
     std::error_code failed;
@@ -128,7 +128,8 @@ class Walk {
     each(written, [&](const fs::directory_entry& entry, const std::string& name) {
       if (!matches_file(part, name)) return;
       std::error_code failed;
-      // What cannot be asked, as a link to nothing, is a file that is missing: to leave it out would be to pass it.
+      // An entry that cannot be examined, such as a dangling link, counts as a match: leaving it out would let its
+      // gate pass.
       if (!entry.is_regular_file(failed) && !failed) return;
       found.push_back({joined(written, name), dir});
       if (found.size() > kMaxGlobMatches)
@@ -154,7 +155,7 @@ class Walk {
 
   fs::path folder_;
   std::vector<std::string> parts_;
-  std::size_t fixed_ = 0;  // how many stand before the first wildcard
+  std::size_t fixed_ = 0;  // components before the first wildcard
   std::size_t looked_at_ = 0;
 };
 

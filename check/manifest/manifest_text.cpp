@@ -21,14 +21,14 @@ namespace {
 using Kind = YamlNode::Kind;
 
 constexpr std::string_view kTop[] = {"version", "defaults", "gates"};
-constexpr std::string_view kOwn[] = {"name", "candidate", "baseline"};  // of a gate, beside its settings
+constexpr std::string_view kOwn[] = {"name", "candidate", "baseline"};  // keys of a gate that are not settings
 constexpr std::string_view kExample = "version: 1, then gates: with a list of '- name: ...'";
 
-// Keys that people bring along from elsewhere: from the API, from flags, from YAML.
+// Keys from elsewhere: the API, flags, YAML.
 struct Foreign {
   std::string_view key;
   std::string_view advice;
-  std::string_view meant;  // the key that stands for it, when it has another name alone
+  std::string_view meant;  // the manifest's key of that meaning; empty: there is none
 };
 constexpr Foreign kForeign[] = {
     {"a", "the mesh that is checked is 'candidate'", "candidate"},
@@ -71,7 +71,7 @@ const YamlNode* find(const YamlNode& map, std::string_view key) {
   return nullptr;
 }
 
-// Whether a key is there under another name, of which there is a mistake already.
+// Whether the key is there under another name, which is already a mistake.
 bool is_misnamed(const YamlNode& map, std::string_view key) {
   return std::any_of(map.keys.begin(), map.keys.end(), [&](const Written& written) {
     if (holds(kOwn, written.text) || reader_of(written.text)) return false;
@@ -80,7 +80,7 @@ bool is_misnamed(const YamlNode& map, std::string_view key) {
   });
 }
 
-// `own`: the keys of the map that are no settings.
+// `own`: the keys of the map that are not settings.
 void read_settings(const YamlNode& map, std::span<const std::string_view> own, Draft& draft, Mistakes& mistakes) {
   std::vector<std::string_view> known(own.begin(), own.end());
   for (const SettingReader& reader : setting_readers()) known.push_back(reader.key);
@@ -92,7 +92,7 @@ void read_settings(const YamlNode& map, std::span<const std::string_view> own, D
   }
 }
 
-// Empty when it is no text that can be used.
+// Returns an empty text if the node is not a usable text.
 Written read_text(std::string_view key, const YamlNode& node, std::size_t max_bytes, Mistakes& mistakes) {
   const auto refuse = [&](const std::string& what) {
     mistakes.add(node.place, std::string(key) + " " + what);
@@ -130,7 +130,7 @@ Result<Done> check_baseline(const std::string& text) {
   return refused("must be one file for each candidate, not a glob: write {stem}, {name} or {dir}");
 }
 
-// "gate 'bracket'", as far as it has a name.
+// Returns "gate 'bracket'", or a description without the name.
 std::string subject(const Entry& entry) {
   return entry.name.text.empty() ? "the gate" : "gate " + api::shown_text(entry.name.text);
 }

@@ -13,11 +13,11 @@ namespace {
 
 constexpr std::string_view kPlaceholders[] = {"stem", "name", "dir"};
 
-// The suffix of a compressed file is that of the mesh.
+// The suffix of a compressed file is the mesh's.
 bool is_gzip(const std::filesystem::path& file) { return api::same_word(file.extension().native(), ".gz"); }
 
-// Calls `text` with what stands outside of braces, `placeholder` with what stands inside, in order. Both may say false:
-// enough.
+// Calls `text` for each piece outside of braces and `placeholder` for each name inside, in order. Returning false
+// ends the visit.
 struct Visitor {
   std::function<bool(std::string_view)> text;
   std::function<bool(std::string_view)> placeholder;
@@ -76,7 +76,7 @@ bool has_placeholder(std::string_view text) { return text.find('{') != std::stri
 
 std::string filled(std::string_view text, const NameParts& parts) {
   std::string out;
-  bool no_folder = false;  // a slash that follows would make a path from the root
+  bool no_folder = false;  // a following slash would make the path absolute
   const auto copy = [&](std::string_view plain) {
     if (no_folder && !plain.starts_with('/')) out += '.';
     out += no_folder && plain.starts_with('/') ? plain.substr(1) : plain;

@@ -20,7 +20,7 @@ struct Quantity {
   std::string_view unit;
 };
 
-// A number in decimal and what stands behind it. Words for numbers ("inf", "nan") are none.
+// Splits a decimal number from the text behind it. "inf" and "nan" are not numbers.
 std::optional<Quantity> split(std::string_view text) {
   text = trimmed(text);
   const std::size_t digit = text.find_first_not_of("+-.");
@@ -43,8 +43,7 @@ Error no_unit(std::string_view text) {
   return refused("must be a unit of length (" + std::string(api::kUnitNames) + "), not " + api::shown_text(text));
 }
 
-// "5e-" and "5e" have lost the digits of their exponent, "0,05" and "0x10" are other numbers than was meant: what
-// stands behind the number is a unit or nothing.
+// Text behind the number must be a unit: "5e-", "0,05" and "0x10" are mistakes, not the numbers that they begin with.
 Result<Limit> length_of(const Quantity& quantity, std::string_view text, const char* shapes, bool or_share) {
   Limit limit;
   if (!quantity.unit.empty()) {

@@ -118,7 +118,7 @@ void read_tolerance(const Setting& setting, Draft& draft, Mistakes& mistakes) {
                   mistakes);
   }
   Tolerance& tolerance = draft.gate.options.tolerance;
-  tolerance = {};  // as in the API: what is given stands alone
+  tolerance = {};  // as in the API: given members replace the defaults
   for (std::size_t i = 0; i < map.keys.size(); ++i) {
     const Written& key = map.keys[i];
     const auto rule = std::find_if(std::begin(kToleranceRules), std::end(kToleranceRules),
@@ -158,11 +158,11 @@ std::optional<LengthUnit> read_unit(std::string_view key, const YamlNode& value,
   return std::nullopt;
 }
 
-// One unit for both meshes, or a map of one for each.
+// Reads one unit for both meshes, or a map with one for each.
 void read_units(const Setting& setting, Draft& draft, Mistakes& mistakes) {
   const YamlNode& value = setting.value;
   api::AskedUnits& units = draft.gate.options.units;
-  units = {};  // as in the API: what is given stands alone
+  units = {};  // as in the API: given members replace the defaults
   if (value.kind != Kind::map) {
     units.a = units.b = read_unit(setting.key, value, mistakes);
     return;
@@ -205,7 +205,7 @@ constexpr SettingReader kSettings[] = {{"max_distance", read_max_distance},
 std::span<const SettingReader> setting_readers() { return kSettings; }
 
 void check_settings(const Draft& draft, Mistakes& mistakes) {
-  // The points of `defaults` are for the gates that leave them their strategy.
+  // `points` of the defaults applies to gates that keep the defaults' strategy.
   const bool counts = draft.points.line > 0 && (draft.own_points || !draft.own_strategy);
   if (!counts) return;
   const auto ok = api::check_points(true, draft.gate.options.strategy, "points");

@@ -7,7 +7,7 @@
 namespace meshgauge::check {
 namespace {
 
-constexpr std::size_t kLongestWord = 64;  // nobody means a key by more
+constexpr std::size_t kLongestWord = 64;  // no key is longer
 
 std::string folded(std::string_view word) {
   std::string out(word);
@@ -18,7 +18,7 @@ std::string folded(std::string_view word) {
   return out;
 }
 
-// How many letters to insert, to leave out, to exchange or to swap with the next (optimal string alignment).
+// Optimal string alignment distance: letters to insert, remove, replace, or swap with the next.
 std::size_t distance(std::string_view a, std::string_view b) {
   std::vector<std::size_t> before(b.size() + 1), last(b.size() + 1), row(b.size() + 1);
   std::iota(last.begin(), last.end(), std::size_t{0});

@@ -21,13 +21,13 @@ constexpr std::string_view kNoAlias =
     "'*' begins an alias in YAML, and aliases are not taken: put a glob in quotes, and what gates share under "
     "'defaults'";
 
-// Ends the reading: what follows would only be misunderstood.
+// Ends the parsing: further mistakes would be consequences of this one.
 struct Stop {
   Place place;
   std::string message;
 };
 
-// From yaml-cpp's marks, 0-based and in bytes.
+// Converts yaml-cpp's marks, which are 0-based and count bytes.
 class Places {
  public:
   explicit Places(std::string_view text) : text_(text), lines_{0} {
@@ -54,7 +54,7 @@ class Places {
   }
 
   std::string_view text_;
-  std::vector<std::size_t> lines_;  // where each begins
+  std::vector<std::size_t> lines_;  // byte where each line begins
 };
 
 class Builder : public YAML::EventHandler {
@@ -92,7 +92,7 @@ class Builder : public YAML::EventHandler {
  private:
   struct Open {
     YamlNode node;
-    std::map<std::string, Place> seen;  // of a map: its keys
+    std::map<std::string, Place> seen;  // keys of the map
     bool awaits_value = false;
   };
 
@@ -155,8 +155,7 @@ class Builder : public YAML::EventHandler {
   int documents_ = 0;
 };
 
-// yaml-cpp's words are about its own grammar; most of what people get wrong is one of these. Later versions say more
-// behind some of them.
+// Translates yaml-cpp's messages, which speak of its grammar. Later versions append text to some of them.
 std::string explained(const std::string& message) {
   namespace words = YAML::ErrorMsg;
   const std::pair<std::string_view, std::string_view> known[] = {
@@ -181,12 +180,12 @@ std::string explained(const std::string& message) {
   const auto found =
       std::find_if(std::begin(known), std::end(known), [&](auto& pair) { return message.starts_with(pair.first); });
   if (found != std::end(known)) return std::string(found->second);
-  std::string shown = "not YAML: " + message;  // some name the character that they stumbled over
+  std::string shown = "not YAML: " + message;  // some messages name the character
   std::replace_if(shown.begin(), shown.end(), is_control, '?');
   return shown;
 }
 
-// Where yaml-cpp would be misled, or would not say so: other encodings, and characters that YAML does not have.
+// Refuses encodings and characters that yaml-cpp would misread silently.
 void refuse_bytes(std::string_view text, const Places& places) {
   if (text.size() > kMaxYamlBytes) throw Stop{{}, "larger than " + std::to_string(kMaxYamlBytes) + " bytes"};
   if (const std::size_t bad = find_not_utf8(text); bad != std::string_view::npos) {
@@ -199,7 +198,7 @@ void refuse_bytes(std::string_view text, const Places& places) {
 }
 
 void read(std::string_view text, Builder& builder) {
-  // At the end of a file yaml-cpp takes a quote that was never closed for a closed one; at the end of a document not.
+  // yaml-cpp accepts an unclosed quote at the end of a file, but not at the end of a document.
   std::istringstream stream(std::string(text) + "\n...\n");
   YAML::Parser parser(stream);
   while (parser.HandleNextDocument(builder)) {

@@ -33,7 +33,7 @@ bool has(CURLU* url, CURLUPart part) {
 
 using Url = std::unique_ptr<CURLU, Freed>;
 
-// In lower case; in brackets if it is an IPv6 address. Empty: this is no address.
+// Returns the host in lower case, IPv6 addresses in brackets; empty: not an address.
 std::string host_of(const std::string& base) {
   const Url parsed(curl_url());
   char* text = nullptr;
@@ -44,7 +44,7 @@ std::string host_of(const std::string& base) {
   return host;
 }
 
-// 127.0.0.0/8, as an address: a name may begin with 127, too.
+// Whether the host is an address in 127.0.0.0/8. A host name may begin with 127 as well.
 bool is_ipv4_loopback(const std::string& host) {
   in_addr address{};
   return inet_pton(AF_INET, host.c_str(), &address) == 1 && ntohl(address.s_addr) >> 24 == 127;
@@ -85,7 +85,7 @@ bool is_private(const std::string& base) {
 
 bool is_key(std::string_view key) { return !key.empty() && std::all_of(key.begin(), key.end(), is_visible); }
 
-// The end of the name is what counts: the suffix may decide what the bytes are read as.
+// A long name is cut at its beginning, since its suffix may decide the format.
 std::string disposition(const std::filesystem::path& file) {
   std::string name = file.filename().string();
   if (name.size() > kMostNameBytes) name.erase(0, name.size() - kMostNameBytes);

@@ -26,7 +26,7 @@ ErrorCode code_of(std::string_view slug) {
   return ErrorCode::invalid_request;
 }
 
-// Of a member that is missing or no string: empty.
+// Empty if the member is missing or not a string.
 std::string text(const Json& json, const char* member) {
   const auto found = json.find(member);
   return found != json.end() && found->is_string() ? found->get<std::string>() : std::string();
@@ -37,7 +37,7 @@ double number_or(const Json& json, const char* member, double other) {
   return found != json.end() && found->is_number() ? found->get<double>() : other;
 }
 
-// Progress::stage lives as long as the program.
+// Returns a static string, since Progress::stage is not copied.
 const char* stage_of(const std::string& state, const std::string& stage) {
   for (const char* known : {"build", "traverse", "reduce", "certify"}) {
     if (stage == known) return known;
@@ -53,7 +53,7 @@ Progress progress_from(const Json& job, const std::string& state) {
 }
 
 bool has_units_of(const Json& comparison, const api::AskedUnits& asked) {
-  if (comparison.find("unit") == comparison.end()) return false;  // of a service to which units are labels
+  if (comparison.find("unit") == comparison.end()) return false;  // the service does not know units
   if (asked == api::AskedUnits{}) return true;
   const api::UnitPlan given = api::unit_plan_of(comparison);
   const auto fits = [](const std::optional<LengthUnit>& wanted, const api::KnownUnit& known) {
@@ -66,12 +66,12 @@ bool is_id(const std::string& text) {
   return text.size() == 32 && text.find_first_not_of("0123456789abcdef") == std::string::npos;
 }
 
-// What is shown of it must be one of the words that it can be; measured_from() looks at the numbers.
+// Checks the members that are shown; measured_from() checks the numbers.
 bool is_comparison(const Json& json) {
   return json.is_object() && is_id(text(json, "id")) && api::value_of(api::kStops, text(json, "status"));
 }
 
-// False: it has none.
+// False: the member is not a count.
 bool read_count(const Json& json, const char* member, std::size_t& count) {
   const auto found = json.find(member);
   if (found == json.end() || !found->is_number_unsigned()) return false;
@@ -79,7 +79,7 @@ bool read_count(const Json& json, const char* member, std::size_t& count) {
   return true;
 }
 
-// `id`: the member that has it.
+// `id`: name of the member with the id.
 std::optional<Job> job_of(Json& json, const char* id) {
   Job job{text(json, id), text(json, "state"), {}, {}, {}};
   constexpr std::array kStates{"queued", "running", "done", "failed", "cancelled"};
@@ -111,7 +111,7 @@ std::optional<Json> comparison_from(std::string_view body) {
   return json && is_comparison(*json) ? json : std::nullopt;
 }
 
-// Anything else than our own path is none: a report must not lead wherever a service says.
+// Only the expected path is accepted: a report must not link wherever a service says.
 std::string take_view(Json& comparison) {
   const std::string said = text(comparison, "view");
   comparison.erase("view");
@@ -169,7 +169,7 @@ std::optional<BatchState> batch_from(std::string_view body) {
   if (!read_count(*counts, "queued", queued) || !read_count(*counts, "running", running)) return std::nullopt;
   if (queued > batch.total || running > batch.total - queued) return std::nullopt;
   batch.ended = batch.total - queued - running;
-  if (batch.view != "/b/" + batch.id) batch.view.clear();  // as take_view()
+  if (batch.view != "/b/" + batch.id) batch.view.clear();  // as in take_view()
   return batch;
 }
 

@@ -19,16 +19,17 @@ namespace {
 using Json = nlohmann::ordered_json;
 using std::chrono::milliseconds;
 
-// All results come each time, so they are looked at when that many have ended since, or after that time.
+// Each read sends all results, so they are read again when an eighth of them has ended since the last read, or after
+// kReadEvery.
 constexpr std::size_t kShareOfRead = 8;
 constexpr std::chrono::seconds kReadEvery{5};
-constexpr milliseconds kFirstLookAtBatch{50};  // of small pairs many have ended by then
-constexpr milliseconds kTimeOfLine{200};       // of the limit of an exchange
-constexpr milliseconds kLastResults{1000};     // for those of a batch that was given up
+constexpr milliseconds kFirstLookAtBatch{50};  // many small pairs have ended by then
+constexpr milliseconds kTimeOfLine{200};       // for each result, in the time limit of the exchange that reads them
+constexpr milliseconds kLastResults{1000};     // time to read the results of a cancelled batch
 
 std::string path_of(const std::string& id) { return "/v1/batches/" + id; }
 
-// Of a batch a name may not have any; it is for people, and results are told apart by their positions.
+// A name is for people only: results are identified by their positions.
 bool can_be_named(const std::string& name) {
   return !name.empty() && name.size() <= api::kMaxBatchNameBytes && is_utf8(name) &&
          find_control(name) == std::string::npos;
@@ -87,8 +88,7 @@ std::optional<BatchState> Batch::ours(const HttpAnswer& reply) const {
   return batch && batch->total == pairs_.size() ? batch : std::nullopt;
 }
 
-// Looks how it stands until it has ended, through restarts of the service and of everything between. Its comparisons
-// wait for those of others, but some end all the time.
+// Polls the batch until it has ended, through restarts of the service and of proxies.
 Batch::Outcome Batch::follow(const std::string& id) {
   const auto slack = longest() + client_.patience();
   std::size_t ended = 0;
@@ -140,7 +140,7 @@ HttpRequest Batch::results_request(const std::string& id, BatchResults& results)
   return request;
 }
 
-// A batch that is forgotten meanwhile is found to be so by the next look at it.
+// If the batch is forgotten meanwhile, the next poll notices.
 Result<Done> Batch::read(const std::string& id) {
   BatchResults results(pairs_.size(), [this](BatchLine line) { learn(std::move(line)); });
   const auto reply = client_.ask(results_request(id, results), control_);
@@ -150,7 +150,7 @@ Result<Done> Batch::read(const std::string& id) {
   return Done{};
 }
 
-// What is neither a result of ours nor a problem is left: it can be asked for otherwise.
+// A line that is neither a result nor a problem is skipped; its gate is measured by itself.
 void Batch::learn(BatchLine line) {
   if (reported_[line.position] || !line.job) return;
   End end = pairs_[line.position]->end_of(std::move(*line.job));
@@ -160,14 +160,15 @@ void Batch::learn(BatchLine line) {
   tell_(line.position, std::move(end));
 }
 
-// Cancelled in the middle of asking: under its key it is the same batch, so it can be told to end.
+// Cancelled while the batch was being submitted: submits it again with the same key, which returns the same batch,
+// and cancels that.
 Batch::Outcome Batch::abandon() {
   const HttpAnswer reply = client_.once(request(), after(kFarewell));
   const auto batch = reply.status == 202 ? ours(reply) : std::nullopt;
   return batch ? cancel(batch->id) : Outcome{Fate::cancelled, {}};
 }
 
-// Asked to end, it has the results so far, and the intervals of what has begun.
+// Cancels the batch and reads its results, with the intervals of comparisons that had begun.
 Batch::Outcome Batch::cancel(const std::string& id) {
   end_there(id, after(kFarewell - kLastResults));
   BatchResults results(pairs_.size(), [this](BatchLine line) { learn(std::move(line)); });
@@ -175,7 +176,7 @@ Batch::Outcome Batch::cancel(const std::string& id) {
   return {Fate::cancelled, {}};
 }
 
-// One that has ended would be forgotten by DELETE, with its results; so it is looked at before, and after.
+// DELETE of an ended batch would remove its results, so its state is checked before and after.
 void Batch::end_there(const std::string& id, const Interrupted& over) {
   bool told = false;
   for (HttpRequest farewell{"GET", path_of(id), {}}; !over();) {

@@ -14,14 +14,14 @@ namespace {
 
 using Clock = Control::Clock;
 
-constexpr long kHardlyMoves = 1000;  // bytes a second
+constexpr long kHardlyMoves = 1000;  // bytes per second
 
 double random_part() {
   thread_local std::mt19937_64 generator{std::random_device{}()};
   return std::uniform_real_distribution<double>(0, 1)(generator);
 }
 
-// A comparison that ended without an interval is answered as if by a service that is busy.
+// A comparison that ended without an interval has the same status as a busy service.
 bool is_out_of_time(const HttpAnswer& answer) {
   if (answer.status != 503) return false;
   const auto problem = problem_from(std::string_view(answer.body));

@@ -14,7 +14,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 using std::chrono::milliseconds;
 
-constexpr int kWaitSeconds = 1;  // for the answer to the first request: most comparisons end in it
+constexpr int kWaitSeconds = 1;  // for the answer to the first request; most comparisons end within it
 
 class Seat {
  public:
@@ -47,8 +47,8 @@ Result<Json> Comparison::measure() {
   }
 }
 
-// Each time under a new name: that of before stands for how it ended. Not when it was out of time, which is counted
-// from its turn on: it would be again.
+// Whether to submit the comparison again, with a new key, since the old key stands for the old result. Not after a
+// timeout, which would occur again.
 bool Comparison::again(const End& end) {
   if (is(end.problem, "unknown-mesh")) return pair_.forget(end.problem->part);
   return end.lost && attempts_ < kAttempts;
@@ -94,7 +94,7 @@ Error Comparison::unexpected(const HttpAnswer& reply) const {
   return not_a_service(client_.base(), "its answer is not that to this comparison");
 }
 
-// Looks how it stands until it has ended, through restarts of the service and of everything between.
+// Polls the comparison until it has ended, through restarts of the service and of proxies.
 Result<End> Comparison::follow(const std::string& id) {
   const auto wall = Clock::now() + pair_.gate().timeout + client_.patience();
   milliseconds look = kFirstLook;
@@ -113,7 +113,7 @@ Result<End> Comparison::follow(const std::string& id) {
   return cancel(id, after(kFarewell));
 }
 
-// True: it has ended, and `end` is how. The interval never widens, also when the work begins again after a restart.
+// True: it has ended, see `end`. Progress never widens, also if the work begins again after a restart.
 bool Comparison::learn(Job job, End& end) {
   if (job.ended()) {
     end = pair_.end_of(std::move(job));
@@ -125,8 +125,8 @@ bool Comparison::learn(Job job, End& end) {
   return false;
 }
 
-// Asked to end, it has the interval so far as its result. A second DELETE would forget that, so if the answer is lost
-// it is looked for.
+// Cancels the comparison and reads its interval so far. If the answer to DELETE is lost, the comparison is polled: a
+// second DELETE would remove the result.
 Result<End> Comparison::cancel(const std::string& id, const Interrupted& over) {
   End end;
   for (HttpRequest farewell = job_request("DELETE", id); !over(); farewell = job_request("GET", id)) {
@@ -143,7 +143,8 @@ Result<End> Comparison::cancel(const std::string& id, const Interrupted& over) {
                "--server"};
 }
 
-// Cancelled in the middle of asking: under its name it is the same comparison, so it can be told to end.
+// Cancelled while the comparison was being submitted: submits it again with the same key, which returns the same
+// comparison, and cancels that.
 Result<End> Comparison::abandon(const Error& why) {
   const Interrupted over = after(kFarewell);
   const HttpAnswer reply = client_.once(request(0), over);

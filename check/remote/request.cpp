@@ -22,7 +22,7 @@ Json units(const api::AskedUnits& declared) {
   return json;
 }
 
-// Only what is not the engine's own default: the service may have a smaller one.
+// Writes only what differs from the engine's defaults: the service may have a smaller limit.
 Json budget(const Options& options) {
   const Options usual;
   Json json = Json::object();

@@ -6,12 +6,12 @@ namespace meshgauge::check::service {
 namespace {
 
 constexpr RetriedStatus kRetried[] = {
-    {408, 3},            // what was sent came too slowly
-    {429, 0},            // the key's rate, or its jobs at the same time
-    {500, 3},            // a proxy's, or a defect
-    {502, 0},            // a proxy in front of a service that starts again
+    {408, 3},            // the upload was too slow
+    {429, 0},            // the key's rate or number of jobs
+    {500, 3},            // a proxy's failure, or a defect
+    {502, 0},            // a proxy whose service restarts
     {503, 0},            // the queue is full, or the service shuts down
-    {504, 0}, {507, 3},  // the disk is full
+    {504, 0}, {507, 3},  // 507: the disk is full
 };
 
 const RetriedStatus* row_of(int status) {

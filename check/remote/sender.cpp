@@ -20,9 +20,9 @@ namespace {
 
 using Bytes = std::span<const std::byte>;
 
-constexpr std::size_t kPiece = std::size_t{4} << 20;  // hashed between two looks at `control`
-constexpr std::chrono::milliseconds kReadTick{10};    // between two looks at `control` while a file is read
-constexpr std::size_t kSlowest = 10'000;              // bytes a second; below that sending has no end
+constexpr std::size_t kPiece = std::size_t{4} << 20;  // bytes hashed between two checks of `control`
+constexpr std::chrono::milliseconds kReadTick{10};    // between two checks of `control` while a file is read
+constexpr std::size_t kSlowest = 10'000;              // bytes per second; slower uploads fail
 
 std::chrono::milliseconds limit_of(std::size_t bytes) {
   return std::chrono::milliseconds(120'000) + std::chrono::seconds(bytes / kSlowest);
@@ -57,12 +57,12 @@ Result<std::string> Sender::stored(const Gate& gate, Part part, Control& control
   return id;
 }
 
-// What cannot be a mesh is told at once, in the words of who would read it, and does not travel.
+// Refuses a file that cannot be a mesh without sending it, with the message that the reader would give.
 Result<std::string> Sender::hash(const std::filesystem::path& file, Control& control) {
   const auto whole = MeshFile::open(file.string());
   if (!whole) return whole.error();
   const std::string name = file.string();
-  // What is inside of gzip is for the service to see.
+  // Gzip-compressed files are checked by the service.
   const bool packed = api::is_gzip(whole->bytes());
   if (auto foreign = api::refuse_foreign(whole->bytes(), {name, name, ""}); foreign && !packed) return *foreign;
   api::Sha256 sha256;
@@ -81,7 +81,7 @@ Result<Done> Sender::deliver(const Gate& gate, const std::filesystem::path& file
   const auto known = client_.ask({"HEAD", "/v1/meshes/" + id, {}}, control);
   if (!known) return known.error();
   if (known->status == 200) return Done{};
-  // The answer to HEAD has no body to say more; that to PUT has.
+  // A refused HEAD has no body that says why; PUT has.
   return put(gate, file, id, control);
 }
 
@@ -110,7 +110,7 @@ Result<Done> Sender::put(const Gate& gate, const std::filesystem::path& file, co
 Result<double> Sender::baseline_diagonal(const Gate& gate, Control& control) {
   const std::string name = gate.baseline.string();
   auto found = diagonals_.get(name, control, [&]() -> Result<double> {
-    // A reader does not ask whether to give up, so it is left behind.
+    // A reader cannot be cancelled, so its thread is left behind.
     std::packaged_task<Result<double>()> reading([name] { return diagonal_of(name); });
     auto diagonal = reading.get_future();
     std::thread(std::move(reading)).detach();

@@ -19,7 +19,7 @@ using Json = nlohmann::ordered_json;
 
 Result<Measured> measured_of(const Shared& shared, const Pair& pair, Result<Json> document) {
   if (!document) return document.error();
-  // Taken away, since documents are the same whoever measured.
+  // Removed, since the document must not depend on whether a service measured.
   const std::string view = take_view(*document);
   auto measured = measured_from(std::move(*document), pair.max_distance());
   if (measured && !view.empty()) measured->link = link_to(shared.client.base(), view);
@@ -37,7 +37,7 @@ void Together::measure() {
   ask(sent(all));
 }
 
-// Those whose meshes the service has; the others have ended.
+// Returns the gates whose meshes are stored; the others have ended.
 Together::Places Together::sent(const Places& places) {
   const std::lock_guard lock(shared_.sending);
   each(places, [&](std::size_t place) {
@@ -92,7 +92,7 @@ Batch::Outcome Together::ask_once(const Places& places) {
   return Batch(shared_.client, std::move(pairs), shared_.next_key(), control, told, begun).measure();
 }
 
-// Too large, or one of them is not taken: that one is found, and told of by itself.
+// Submits the halves of a refused batch, down to the single gate that is refused.
 void Together::halve(const Places& places) {
   const auto middle = places.begin() + static_cast<std::ptrdiff_t>(places.size() / 2);
   ask({places.begin(), middle});
@@ -114,7 +114,7 @@ Together::Places Together::left_of(const Places& places) const {
   return left;
 }
 
-// As many at the same time as the service is asked for.
+// Runs `work` for all gates, on as many threads as the service may be asked by.
 void Together::each(const Places& places, const std::function<void(std::size_t place)>& work) {
   std::atomic<std::size_t> next{0};
   const auto some = [&] {
@@ -130,7 +130,7 @@ void Together::each(const Places& places, const std::function<void(std::size_t p
   std::vector<std::jthread> threads;
   try {
     while (threads.size() + 1 < std::min<std::size_t>(shared_.seats.most(), places.size())) threads.emplace_back(some);
-  } catch (const std::system_error&) {  // fewer at the same time, then
+  } catch (const std::system_error&) {  // continue with fewer threads
   }
   some();
 }

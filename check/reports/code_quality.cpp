@@ -22,7 +22,7 @@ const char* severity_of(const GateOutcome& outcome, Undecided rule) {
 
 Json finding_json(const GateOutcome& outcome, Undecided rule) {
   const Location place = location_of(outcome.gate);
-  // A path, not a URI: GitLab compares it with those of the repository.
+  // GitLab compares the path with those of the repository, so it is not a URI.
   const std::string path = shown_name(place.file.lexically_normal().generic_string());
   return {{"type", "issue"},
           {"description", description_of(outcome)},

@@ -13,19 +13,19 @@ namespace meshgauge::check {
 namespace {
 
 constexpr int kBarCells = 24;
-constexpr std::size_t kNameBytes = 300;    // of a name that is shown; a path may have 4096
+constexpr std::size_t kNameBytes = 300;    // of a name; a path may have 4096 bytes
 constexpr std::size_t kProseBytes = 2000;  // of a sentence
-constexpr std::size_t kReserved = 400;     // for closing a fold and saying what is left out
+constexpr std::size_t kReserved = 400;     // room for the end of a fold and the line about what is left out
 
-// Whole characters of UTF-8 alone.
+// Cuts between characters of UTF-8.
 std::string cut(std::string text, std::size_t bytes) {
   if (text.size() <= bytes) return text;
   while (bytes > 0 && (static_cast<unsigned char>(text[bytes]) & 0xC0U) == 0x80U) --bytes;
   return text.substr(0, bytes) + "...";
 }
 
-// In a table a '|' ends the cell in code as well, and a backslash before it is read differently from one forge to the
-// next: it is written as an escape. The fence is longer than any run of backticks inside.
+// Code span for a table. '|' would end the cell and a backslash before it is read differently by each forge, so it is
+// escaped. The fence is longer than any run of backticks inside.
 std::string code(const std::string& name) {
   std::string body;
   std::size_t run = 0, longest = 0;
@@ -44,18 +44,19 @@ bool is_plain(char c) {
          std::string_view(" .,;?()'\"/").find(c) != std::string_view::npos;
 }
 
-// What a forge makes a reference of, "@name", "#12", "!3": a word joiner, which nobody sees, stands after it.
+// Whether a forge makes a reference of it, as in "@name", "#12" or "!3". An invisible word joiner is written after
+// it.
 bool begins_reference(char c) { return std::string_view("@#!$%~&:^").find(c) != std::string_view::npos; }
 
 std::string entity(char c) { return "&#" + std::to_string(static_cast<unsigned char>(c)) + ";"; }
 
-// Text that stays text. Entities are read as characters, never as Markdown's or HTML's signs.
+// Escapes text for a sentence. Entities are shown as characters, never read as Markdown or HTML.
 std::string in_prose(const std::string& whole) {
   std::string out;
   const std::string text = cut(whole, kProseBytes);
   for (std::size_t i = 0; i < text.size(); ++i) {
     const char c = text[i];
-    const bool address = c == 'w' && text.compare(i, 4, "www.") == 0;  // a link, to the forges
+    const bool address = c == 'w' && text.compare(i, 4, "www.") == 0;  // forges make a link of it
     if (c == '\n' || c == '\t') {
       out += ' ';
     } else if (static_cast<unsigned char>(c) >= 0x80 || (is_plain(c) && !address)) {
@@ -69,15 +70,14 @@ std::string in_prose(const std::string& whole) {
   return out;
 }
 
-// The same at the beginning of a line, where a digit or a blank could begin a list or a block of code.
+// Escapes text for the beginning of a line, where a digit or a blank could begin a list or a block of code.
 std::string paragraph(const std::string& text) {
   const std::string out = in_prose(text);
   const bool plain = !out.empty() && out[0] != ' ' && std::isdigit(static_cast<unsigned char>(out[0])) == 0;
   return plain || out.empty() ? out : entity(out[0]) + out.substr(1);
 }
 
-// Where the interval and the limit are, on a scale from 0. What the cells show agrees with the verdict however near the
-// limit is.
+// Draws interval and limit on a scale from 0. The cells agree with the verdict however near the limit is.
 std::string bar_of(const Measured& measured) {
   const double end = 1.25 * std::max(measured.limit, std::isfinite(measured.upper) ? measured.upper : measured.lower);
   const auto cell = [&](double x) {
@@ -85,8 +85,8 @@ std::string bar_of(const Measured& measured) {
   };
   const int limit = std::clamp(static_cast<int>(cell(measured.limit)), 1, kBarCells - 1);
   int first = measured.lower > 0 ? std::min(static_cast<int>(cell(measured.lower)), kBarCells - 1) : 0;
-  int last =
-      measured.upper > 0 ? std::max(static_cast<int>(std::ceil(cell(measured.upper))), first + 1) : 1;  // one behind
+  int last = measured.upper > 0 ? std::max(static_cast<int>(std::ceil(cell(measured.upper))), first + 1)
+                                : 1;  // at least one cell after it
   if (measured.verdict == Verdict::pass) {
     last = std::min(last, limit);
     first = std::min(first, last - 1);
@@ -116,7 +116,7 @@ const char* icon_of(const Row& row) {
   return row.outcome->verdict() == Verdict::undecided ? "❔" : "❌";
 }
 
-// The worst first; among equals in the order of the manifest.
+// Order: the worst first; equal ones in the order of the manifest.
 int rank_of(const Row& row) {
   if (row.level == Level::ok) return 4;
   if (row.level == Level::warning) return 3;
@@ -150,7 +150,7 @@ std::string title_of(const Report& report, const std::vector<Row>& rows) {
   return title + "\n";
 }
 
-// Few of them: the rest must find room.
+// Lists only some, since the rest of the page must fit.
 std::string batches_of(const Report& report) {
   if (report.batches.empty()) return "";
   const std::size_t count = report.batches.size(), shown = std::min<std::size_t>(count, 3);
@@ -193,7 +193,7 @@ std::string section_of(const Row& row) {
   if (const std::string witness = witness_of(outcome); !witness.empty())
     text += "- witness " + in_prose(witness) + "\n";
   for (const std::string& note : notes_of(outcome)) text += "- note: " + in_prose(note) + "\n";
-  if (!outcome.gate.candidate.empty()) {  // else it is a mistake of the manifest
+  if (!outcome.gate.candidate.empty()) {  // empty: a mistake of the manifest
     text += "- candidate " + code(outcome.gate.candidate.string()) + "\n";
     text += "- baseline " + code(outcome.gate.baseline.string()) + "\n";
   }
@@ -201,7 +201,7 @@ std::string section_of(const Row& row) {
   return text;
 }
 
-// Parts that fit; the others are counted.
+// Adds parts while they fit and counts the others.
 class Page {
  public:
   explicit Page(std::size_t max_bytes) : max_bytes_(max_bytes) {}
@@ -212,7 +212,7 @@ class Page {
     return true;
   }
   bool full() const { return full_; }
-  void close(const std::string& part) { text_ += part; }  // what kReserved is for
+  void close(const std::string& part) { text_ += part; }  // uses the room of kReserved
 
   std::string take() && { return std::move(text_); }
 
@@ -222,7 +222,7 @@ class Page {
   bool full_ = false;
 };
 
-// How many of the rows found no room.
+// Returns the number of rows that did not fit.
 std::size_t add_table(Page& page, const std::vector<Row>& rows) {
   if (rows.empty()) return 0;
   std::size_t written = 0;

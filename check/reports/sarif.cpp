@@ -54,7 +54,7 @@ Json artifact(const std::filesystem::path& path) {
   return {{"uri", uri_path(path)}, {"uriBaseId", "%SRCROOT%"}};
 }
 
-// In SARIF's messages [words](target) is a link and {0} a placeholder.
+// Escapes text for SARIF's messages, where [words](target) is a link and {0} a placeholder.
 std::string plain(const std::string& text) {
   std::string out;
   for (const char c : text) {
@@ -74,7 +74,7 @@ Json related(int id, const char* role, const std::filesystem::path& file) {
   return {{"id", id}, {"physicalLocation", {{"artifactLocation", artifact(file)}}}, {"message", {{"text", role}}}};
 }
 
-// JSON has no infinity: an upper bound that is none is null.
+// JSON has no infinity: an unknown upper bound is null.
 Json finite_or_null(double x) { return std::isfinite(x) ? Json(x) : Json(nullptr); }
 
 Json witness_json(const Witness& witness) {
@@ -122,7 +122,7 @@ Json result_of(const GateOutcome& outcome, Undecided undecided) {
               {"message", {{"text", plain(description_of(outcome))}}},
               {"locations", Json::array({location_json(outcome.gate)})},
               {"relatedLocations", std::move(meshes)},
-              // The first is the one that GitHub reads; it would else be made of the line, which gates of a glob share.
+              // GitHub reads the first one. Its own would be made of the line, which the gates of a glob share.
               {"partialFingerprints", {{"primaryLocationLineHash", fingerprint + ":1"}, {"gate/v1", fingerprint}}},
               {"properties", properties_of(outcome)}};
   if (outcome.measured && !outcome.measured->link.empty()) result["hostedViewerUri"] = outcome.measured->link;

@@ -23,7 +23,7 @@ std::string escape(const char* format, std::uint32_t value) {
   return {text.data(), static_cast<std::size_t>(n)};
 }
 
-// What a reader does not see as it stands, or XML 1.0 forbids: controls, line separators, marks of direction,
+// Whether a character is invisible or forbidden in XML 1.0: controls, line separators, marks of direction,
 // noncharacters.
 bool is_hidden(std::uint32_t c) {
   if (c < 0x20 || (c >= 0x7F && c < 0xA0)) return true;

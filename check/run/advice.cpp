@@ -36,7 +36,7 @@ std::string for_fail(const GateOutcome& outcome) {
          "." + (witness->on_candidate ? "" : " The candidate lacks what the baseline has there, or has it elsewhere.");
 }
 
-// The limits that the interval decides; empty when it says nothing.
+// Returns the limits that the interval decides; empty: none.
 std::string deciding_limit(const GateOutcome& outcome) {
   const Measured& measured = *outcome.measured;
   const std::string unit = outcome.unit();
@@ -47,7 +47,7 @@ std::string deciding_limit(const GateOutcome& outcome) {
   return text.empty() ? "" : "a limit " + text;
 }
 
-// What ended the work decides what would have let it go on.
+// Returns what would have let the work go on, by the reason why it stopped.
 std::string more_effort(const Gate& gate, const std::string& status) {
   if (status == "timeout") return longer_timeout(gate);
   if (status == "cancelled") return "letting it run to its end";

@@ -35,11 +35,11 @@ class Local final : public Measurer {
   unsigned at_once() const override { return at_once_; }
 
  private:
-  // While a gate is measured: its threads, and its two meshes.
+  // A running gate's threads and meshes.
   struct Seat {
     Seat(Local& its_owner, const Gate& its_gate, Control& its_control)
         : owner(its_owner), gate(its_gate), control(its_control), threads(owner.processors_.take(wanted(gate))) {}
-    // After Ctrl-C the meshes stay: freeing a million triangles takes longer than who pressed it should wait.
+    // After Ctrl-C the meshes stay in memory: freeing a million triangles would delay the end.
     ~Seat() {
       owner.processors_.give_back(threads);
       if (control.check() != Interruption::cancelled) owner.meshes_->done(gate);
@@ -53,7 +53,7 @@ class Local final : public Measurer {
     const unsigned threads;
   };
 
-  // More than one thread is of use to `automatic` alone.
+  // Only `automatic` uses more than one thread.
   static unsigned wanted(const Gate& gate) {
     if (gate.options.strategy != Strategy::automatic) return 1;
     return gate.threads_given ? gate.options.threads : 0;
@@ -61,7 +61,7 @@ class Local final : public Measurer {
 
   Result<Measured> measure(const Gate& gate, unsigned threads, Control& control) {
     const auto start = Control::Clock::now();
-    if (threads > 1) meshes_->begin(gate.baseline);  // both at the same time
+    if (threads > 1) meshes_->begin(gate.baseline);  // read both files at the same time
     const auto candidate = meshes_->get(gate.candidate, control);
     if (!candidate) return named(candidate.error(), "a");
     api::StageTimes times;

@@ -16,8 +16,8 @@ namespace {
 
 constexpr std::chrono::milliseconds kMeshTick{10};
 
-// Two ways to the same file are one mesh. The name stays part of it: its suffix may decide what the bytes are read as.
-// So does the folder of a glTF, which may name files there.
+// Two paths to one file are one mesh. The file's name is part of the key, since its suffix may decide the format, and
+// for a .gltf the folder, which holds its other files.
 std::string key_of(const std::filesystem::path& file) {
   std::error_code failed;
   const bool has_folder = api::format_by_name(file.string()) == api::Format::gltf;
@@ -61,13 +61,13 @@ Meshes::File Meshes::begun(const std::filesystem::path& file) {
   entry.file = reading->get_future().share();
   const auto work = [reading = std::move(reading), readers = readers_]() mutable {
     (*reading)();
-    reading.reset();  // frees the mesh here if nothing waits for it any more
+    reading.reset();  // frees the mesh here if no thread waits for it
     --*readers;
   };
   ++*readers_;
   try {
     std::thread(work).detach();
-  } catch (const std::system_error&) {  // no more threads: then here, and a waiting thread cannot give up
+  } catch (const std::system_error&) {  // no thread to be had: read here; a waiting thread cannot give up then
     auto here = work;
     here();
   }
@@ -86,7 +86,7 @@ Result<api::SharedMesh> Meshes::get(const std::filesystem::path& file, Control& 
 
 void Meshes::done(const Gate& gate) noexcept {
   for (const auto* file : {&gate.candidate, &gate.baseline}) {
-    File last;  // its mesh is freed without the lock
+    File last;  // freed after the lock is released
     const std::lock_guard lock(mutex_);
     const auto entry = of_file_.find(*file);
     if (entry != of_file_.end() && --entry->second->uses == 0) last = std::move(entry->second->file);

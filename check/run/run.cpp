@@ -21,16 +21,16 @@ namespace {
 
 using Clock = Control::Clock;
 
-constexpr std::chrono::milliseconds kStopTick{10};  // how soon Ctrl-C is seen
+constexpr std::chrono::milliseconds kStopTick{10};  // time until Ctrl-C is noticed
 constexpr std::chrono::milliseconds kShowEvery{100};
 
 std::uintmax_t size_of(const std::filesystem::path& file) {
   std::error_code failed;
   const auto bytes = std::filesystem::file_size(file, failed);
-  return failed ? 0 : bytes;  // measuring it will say what is wrong
+  return failed ? 0 : bytes;  // measuring reports the problem
 }
 
-// Exceptions end here.
+// Turns exceptions into an Error.
 Result<Measured> measure(Measurer& measurer, const Gate& gate, Control& control) try {
   return measurer.measure(gate, control);
 } catch (const std::exception& error) {
@@ -64,7 +64,7 @@ class Run {
     std::vector<std::thread> workers;
     try {
       while (workers.size() < threads) workers.emplace_back([this] { work(); });
-    } catch (const std::system_error&) {  // fewer gates at the same time, then
+    } catch (const std::system_error&) {  // continue with fewer gates at the same time
       if (workers.empty()) throw;
     }
     const Joined joined{*this, workers};
@@ -74,7 +74,7 @@ class Run {
   }
 
  private:
-  // Whatever the watch throws, no worker is left: then what runs is cancelled, and the rest does not begin.
+  // If a callback throws: cancels running gates, begins no more, and joins the threads.
   struct Joined {
     ~Joined() {
       {
@@ -96,14 +96,14 @@ class Run {
     std::size_t gate;
     Clock::time_point start = Clock::now();
     Control control;  // of the measurement
-    Control after;    // of what comes after it: the gate's deadline is not its
+    Control after;    // of the work after it, which the gate's deadline does not limit
     Progress progress;
-    std::atomic<bool> ended{false};  // it was told of, of gates measured together
+    std::atomic<bool> ended{false};  // of gates measured together: the result has arrived
 
     explicit Job(std::size_t its_gate) : gate(its_gate) {}
   };
 
-  // Gates that were measured together end faster than one thread makes pictures of them: whoever is free does.
+  // Any free thread makes pictures, since gates that are measured together end faster than one thread makes them.
   void work() {
     std::unique_lock lock(mutex_);
     while (!over()) {
@@ -124,7 +124,7 @@ class Run {
     conclude(job, outcome_of(job, measure(measurer_, gate, job.control)));
   }
 
-  // Exceptions end here, as those of one gate.
+  // An exception becomes the Error of each gate without a result.
   void measure_together(const std::vector<Job*>& jobs) {
     std::vector<Task> tasks;
     tasks.reserve(jobs.size());
@@ -164,13 +164,13 @@ class Run {
     finish(job, std::move(outcome));
   }
 
-  // A picture that cannot be made is no reason to lose what was measured.
+  // A picture that cannot be made must not lose the measurement.
   void keep(const GateOutcome& outcome, Job& job) try {
     watch_.after(job.gate, outcome, job.after);
   } catch (const std::exception&) {
   }
 
-  // Empty: nothing is left to begin.
+  // Empty: no gate is left to begin.
   std::vector<Job*> next() {
     std::vector<Job*> some;
     const std::size_t most = measurer_.together();
@@ -204,7 +204,7 @@ class Run {
       if (told == ended_.size()) changed_.wait_for(lock, kStopTick);
       if (!stopped_ && watch_.interrupted && watch_.interrupted()) stop();
       for (; told < ended_.size(); ++told) {
-        const GateOutcome& outcome = *outcomes_[ended_[told]];  // nobody writes it any more
+        const GateOutcome& outcome = *outcomes_[ended_[told]];  // no thread writes it any more
         if (watch_.ended) unlocked(lock, [&, now = standing()] { watch_.ended(outcome, now); });
       }
       if (watch_.standing && Clock::now() >= shown + kShowEvery) {
@@ -254,14 +254,14 @@ class Run {
   const Watch& watch_;
   const std::vector<std::size_t> order_;
 
-  std::mutex mutex_;  // guards what follows
+  std::mutex mutex_;  // guards the members below
   std::condition_variable changed_;
   std::size_t begun_ = 0;
   bool stopped_ = false;
-  std::deque<Job> jobs_;                                     // begun; their places do not change
-  std::vector<Job*> running_;                                // as they began
-  std::deque<std::pair<Job*, GateOutcome>> ended_together_;  // what comes after is not done yet
-  std::vector<std::size_t> ended_;                           // gates, as they ended
+  std::deque<Job> jobs_;                                     // gates that have begun; addresses are stable
+  std::vector<Job*> running_;                                // in the order in which they began
+  std::deque<std::pair<Job*, GateOutcome>> ended_together_;  // results whose after() has not run yet
+  std::vector<std::size_t> ended_;                           // indices of gates, in the order in which they ended
   std::vector<std::optional<GateOutcome>> outcomes_;
 };
 
@@ -270,7 +270,7 @@ class Run {
 std::vector<std::size_t> order_of(const std::vector<Gate>& gates) {
   struct Rank {
     std::uintmax_t largest = 0;
-    std::filesystem::path name;  // of the larger file: gates that share it stay together
+    std::filesystem::path name;  // of the larger file: gates that share it run one after another
     std::uintmax_t other = 0;
   };
   std::vector<std::pair<Rank, std::size_t>> ranks;

@@ -17,7 +17,7 @@ namespace {
 constexpr std::size_t kMostShown = 8;  // gates below the bar
 constexpr std::size_t kBarWidth = 24;
 
-// Red for what counts, yellow for what only warns.
+// Red for a failure, yellow for a warning.
 const char* colour_of(Verdict verdict, Level level) {
   if (level == Level::warning) return "\033[33m";
   if (verdict == Verdict::pass) return "\033[32m";
@@ -28,7 +28,7 @@ std::string coloured(const std::string& text, const char* colour, bool on) {
   return on ? colour + text + "\033[0m" : text;
 }
 
-// Letters, not bytes.
+// Counts characters, not bytes.
 std::size_t width_of(std::string_view text) {
   return static_cast<std::size_t>(
       std::count_if(text.begin(), text.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; }));
@@ -99,7 +99,7 @@ std::string line_of(const Line& row, const Line& widest, bool colour) {
   return line;
 }
 
-// The widest text of each column.
+// Returns the width of the widest text of each column.
 Line widths(const std::vector<Line>& rows) {
   Line widest{};
   for (const Line& row : rows) {
