@@ -145,8 +145,8 @@ TEST_CASE("meshopt: a view is held against what the document says of it") {
   const auto refused = [&](const char* member, const json& value) {
     return refused_in(file, kMeshoptAt + "/" + member, value);
   };
-  CHECK(contains(refused("mode", "STRIPS"), "bufferViews[0] of 'a': meshopt: the mode 'STRIPS' does not exist"));
-  CHECK(contains(refused("filter", "COLOR"), "behind the filter 'COLOR', which is for normals and colours"));
+  CHECK(contains(refused("mode", "STRIPS"), "bufferViews[0] of 'a': meshopt: the mode 'STRIPS' is unknown"));
+  CHECK(contains(refused("filter", "COLOR"), "with the filter 'COLOR', which is for normals and colours"));
   CHECK(contains(refused("filter", "QUATERNION"), "the filter QUATERNION with a byteStride of 12; it needs 8"));
   CHECK(contains(refused("byteStride", 10), "a byteStride of 10, not a multiple of 4"));
   CHECK(contains(refused("byteStride", 0), "a byteStride of 0, not a multiple of 4"));

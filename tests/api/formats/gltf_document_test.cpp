@@ -17,7 +17,7 @@ TEST_CASE("gltf: members of a wrong type or range are refused by their path") {
   CHECK(contains(refused("/nodes/0/matrix", json::array({1, 2})),
                  "nodes[0].matrix of 'a': expected an array of 16 numbers"));
   CHECK(contains(refused("/nodes/0/scale", {nullptr, 1, 1}), "nodes[0].scale of 'a': expected an array of 3 numbers"));
-  CHECK(contains(refused("/nodes/0/rotation", {0, 0, 0, 0}), "nodes[0].rotation of 'a': a quaternion without"));
+  CHECK(contains(refused("/nodes/0/rotation", {0, 0, 0, 0}), "nodes[0].rotation of 'a': a quaternion of length zero"));
   CHECK(contains(refused("/nodes/0/matrix", std::vector<int>(16, 1)), "nodes[0].matrix of 'a': the last row"));
   CHECK(contains(refused("/nodes/0/children", 1), "nodes[0].children of 'a': expected an array"));
   CHECK(contains(refused("/nodes/0/children", {0.5}), "nodes[0].children[0] of 'a': expected an integer"));

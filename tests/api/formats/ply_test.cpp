@@ -161,7 +161,7 @@ TEST_CASE("ply: malformed headers are refused with their line") {
   CHECK(contains(broken("vertex 4", "vertex -4"), "line 4 of 'a': PLY header: '-4' is not a count"));
   CHECK(contains(broken("vertex 4", "vertex"), "is not a count"));
   CHECK(contains(broken("vertex 4", "vertex 4e0"), "is not a count"));
-  CHECK(contains(broken("property float x", "property real x"), "'real' is not a type"));
+  CHECK(contains(broken("property float x", "property real x"), "'real' is not a PLY type"));
   CHECK(contains(broken("property float x", "property float"), "without a name"));
   CHECK(contains(broken("property float x", "property float y"), "a second property 'y'"));
   for (const char* line :
@@ -192,7 +192,7 @@ TEST_CASE("ply: malformed text is refused with its line") {
   CHECK(contains(broken("3 0 1 2\n", "3 0 1 4\n"), "line 15 of 'a': index 4, but there are 4 vertices"));
   CHECK(contains(broken("3 0 1 2\n", "3 0 1 -1\n"), "line 15 of 'a': index -1"));
   CHECK(contains(broken("3 0 1 2\n", "3 0 1 1.0\n"), "'1.0' is not an integer"));
-  CHECK(contains(broken("3 0 1 2\n", "-3 0 1 2\n"), "-3 is not a length"));
+  CHECK(contains(broken("3 0 1 2\n", "-3 0 1 2\n"), "-3 is not a valid length"));
   CHECK(contains(broken("3 0 1 2\n", "0\n"), "line 15 of 'a': a face without corners"));
   CHECK(contains(broken("4 0 1 2 3\n", ""), "truncated"));
   CHECK(contains(broken("4 0 1 2 3\n", "4 0 1 2 3\n3 0 1 2\n"), "line 17 of 'a': left-over text"));

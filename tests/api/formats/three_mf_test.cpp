@@ -132,7 +132,7 @@ TEST_CASE("3mf: objects that are not printed are counted and not measured") {
         model(triangle_object(1) + typed(2, type) + assembly(3, component(1) + component(2)), item(3, kIdentity))));
     CHECK(part.mesh.triangles.size() == 1);
     CHECK(part.notes.helper_objects == 1);
-    CHECK(contains(refused_3mf(typed(1, type)), "has no triangles that are printed"));
+    CHECK(contains(refused_3mf(typed(1, type)), "has no printed triangles"));
   }
   // The type of an object with components is overridden by theirs.
   std::string whole = assembly(3, component(1));
@@ -200,13 +200,13 @@ TEST_CASE("3mf: volumes of PrusaSlicer, by ranges of triangles") {
   CHECK(good(with(part + volume(last, "modifier", "0"))).mesh.triangles.size() == 8);
   const std::string in = "Metadata/Slic3r_PE_model.config, line 1 of 'a': ";
   const auto refused_by = [&](const std::string& volumes) { return refusal(with(volumes), "m.3mf"); };
-  CHECK(contains(refused_by(volume(last, "volume_type", "Hologram")), in + "a volume of the kind 'Hologram'"));
+  CHECK(contains(refused_by(volume(last, "volume_type", "Hologram")), in + "the kind of volume 'Hologram'"));
   CHECK(contains(refused_by(volume("firstid=\"0\"", "modifier", "1")), in + "a volume without a valid range"));
   CHECK(contains(refused_by(volume("firstid=\"2\" lastid=\"1\"", "modifier", "1")), "without a valid range"));
-  CHECK(contains(refused_by(volume("firstid=\"0\" lastid=\"4\"", "modifier", "1")), "does not have"));
+  CHECK(contains(refused_by(volume("firstid=\"0\" lastid=\"4\"", "modifier", "1")), "a triangle that does not exist"));
   CHECK(contains(refused_by(volume(last, "volume_type", "NegativeVolume")), "object 1 of 'a': a negative volume"));
   CHECK(code(with(volume(last, "volume_type", "NegativeVolume")), "m.3mf") == ErrorCode::unsupported_format);
-  CHECK(contains(refused_by(volume("firstid=\"0\" lastid=\"3\"", "modifier", "1")), "has no triangles that are"));
+  CHECK(contains(refused_by(volume("firstid=\"0\" lastid=\"3\"", "modifier", "1")), "has no printed triangles"));
   CHECK(contains(refused_by("<volume>"), in + "not valid XML"));
 }
 
@@ -229,7 +229,7 @@ TEST_CASE("3mf: volumes of Bambu Studio and OrcaSlicer, by components") {
   CHECK(good(with(part(1, "normal_part") + "<part id=\"2\"/>", build)).mesh.triangles.size() == 2);
   CHECK(contains(refusal(with(part(2, "negative_part"), build), "m.3mf"), "object 2 of 'a': a negative volume"));
   CHECK(good(with(part(2, "negative_part"), kItem)).mesh.triangles.size() == 1);
-  CHECK(contains(refusal(with(part(2, "hologram"), build), "m.3mf"), "a volume of the kind 'hologram'"));
+  CHECK(contains(refusal(with(part(2, "hologram"), build), "m.3mf"), "the kind of volume 'hologram'"));
 }
 
 TEST_CASE("3mf: objects in other parts, by the production extension") {
