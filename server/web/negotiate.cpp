@@ -1,32 +1,12 @@
 #include "server/web/negotiate.h"
 
-#include <algorithm>
-#include <cctype>
 #include <charconv>
 #include <string>
 
+#include "server/http/text.h"
+
 namespace meshgauge::server {
 namespace {
-
-std::string_view trimmed(std::string_view text) {
-  const auto first = text.find_first_not_of(" \t");
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(" \t") - first + 1);
-}
-
-std::string lower(std::string_view text) {
-  std::string copy(text);
-  std::transform(copy.begin(), copy.end(), copy.begin(), [](unsigned char c) { return std::tolower(c); });
-  return copy;
-}
-
-// Removes the text before the next separator from `text` and returns it.
-std::string_view next(std::string_view& text, char separator) {
-  const auto end = std::min(text.find(separator), text.size());
-  const std::string_view piece = trimmed(text.substr(0, end));
-  text.remove_prefix(std::min(end + 1, text.size()));
-  return piece;
-}
 
 // How specifically the range matches; 0: not at all.
 int fit(const std::string& range, std::string_view value) {
@@ -38,7 +18,7 @@ int fit(const std::string& range, std::string_view value) {
 
 double weight(std::string_view parameters) {
   while (!parameters.empty()) {
-    const std::string parameter = lower(next(parameters, ';'));
+    const std::string parameter = lower(trimmed(next(parameters, ";")));
     if (!parameter.starts_with("q=")) continue;
     double q = 0;
     const char* const end = parameter.data() + parameter.size();
@@ -54,8 +34,8 @@ double weight_of(std::string_view field, std::string_view value) {
   int best = 0;
   double found = 0;
   while (!field.empty()) {
-    std::string_view element = next(field, ',');
-    const int fits = fit(lower(next(element, ';')), value);
+    std::string_view element = next(field, ",");
+    const int fits = fit(lower(trimmed(next(element, ";"))), value);
     if (fits <= best) continue;
     best = fits;
     found = weight(element);
