@@ -1,12 +1,11 @@
-// What a cached baseline saves: comparisons of a baseline with candidates, each as the first one (nothing is known of
-// either mesh), as the second (the baseline was measured before, with another candidate; this one is new) and as one
-// more of the same pair (both are cached), stage by stage, in milliseconds.
+// Measures what a cached baseline saves. Compares a baseline with candidates: first with no mesh cached, then with the
+// baseline cached by another comparison, then with both cached. Prints milliseconds for each stage.
 //
 //   cache_bench [REPETITIONS [BASELINE CANDIDATE...]]
 //
 // Without files: a bumpy sphere of half a million triangles against coarser ones, one of other vertices, a copy with a
-// dent, and a copy far from the origin. One thread. Of all repetitions the one that took the processor the least time
-// (`cpu`) is shown, and the factor is of that time: others who use the machine change it little.
+// dent, and a copy far from the origin. One thread. Shows the repetition with the smallest processor time (`cpu`) and
+// the factor of that time, which other load on the machine changes little.
 #include <time.h>
 
 #include <algorithm>
@@ -41,7 +40,7 @@ struct Question {
   Options options;
 };
 
-// Bumps at any place, whatever the mesh is made of.
+// The radius of the bumpy sphere near p; it does not depend on the tessellation.
 double radius_at(const Vec3& p) {
   return 50 *
          (1 + 0.05 * std::sin(7 * p.x()) * std::cos(9 * p.y()) + 0.02 * std::sin(23 * p.z()) * std::sin(17 * p.x()));
@@ -124,7 +123,7 @@ double cpu_ms() {
   return 1e3 * static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_nsec);
 }
 
-// Of one comparison; the best of them stays in `least`.
+// Times one comparison; `least` keeps the best.
 void keep_least(Stages& least, bool is_first, const Get& a, const Get& b, const Options& options) {
   const double before = cpu_ms();
   const api::Comparison c = compare(a, b, options);
@@ -140,7 +139,7 @@ void print(const char* which, const Stages& stages) {
   std::printf("\n");
 }
 
-// Of the candidate whose distance is at most `upper`.
+// Returns the options to compare with. `upper`: upper bound of the distance of the candidate.
 std::vector<Question> questions(double upper) {
   Options one_sided, coarse, pass, fail;
   one_sided.direction = Direction::b_to_a;
@@ -165,7 +164,7 @@ void run(const File& baseline, const std::vector<File>& candidates, int repetiti
     for (const Question& question : questions(upper)) {
       Stages first{}, second{}, again{};
       for (int i = 0; i < repetitions; ++i) {
-        MeshCache cold(kRoom);  // goes when the clock has stopped
+        MeshCache cold(kRoom);  // destroyed after the clock has stopped
         keep_least(first, i == 0, a.from(cold), b.anew(), question.options);
         keep_least(second, i == 0, a.from(warm), b.anew(), question.options);
         keep_least(again, i == 0, a.from(both), b.from(both), question.options);

@@ -3,9 +3,8 @@
 //   bench_cgal A B TOLERANCE LIMIT_SECONDS
 //
 // The error bound is TOLERANCE * diagonal of A, as in `meshgauge compare --direction a_to_b --diagonal TOLERANCE`.
-// Files are read by the project's own readers, so both measure the same triangles. CGAL's mesh is made of them
-// beforehand; that is timed as `prepare_seconds`, apart from `seconds`, which is the one call (it builds CGAL's trees).
-// One line of JSON on stdout.
+// The project's own readers read the files, so both measure the same triangles. CGAL's mesh is made of them first,
+// timed as `prepare_seconds`; `seconds` is the one call, which builds CGAL's trees. Prints one line of JSON.
 //
 // CGAL's Polygon Mesh Processing is under the GPL: it is linked into this program alone, never into the product.
 #include <CGAL/Kernel/global_functions.h>  // distance.h needs it and does not include it
@@ -60,8 +59,9 @@ Mesh read(const char* path) {
   return std::move(read->mesh);
 }
 
-// The same set of points: CGAL refuses faces with a repeated corner and meshes that are not manifold, so points at one
-// place are merged, such faces and duplicates dropped, and vertices doubled where the surface is not manifold.
+// Returns the same set of points as a mesh for CGAL: CGAL rejects faces with a repeated corner and meshes that are not
+// manifold, so points at one place are merged, such faces and duplicates dropped, and vertices doubled where the
+// surface is not manifold.
 Surface to_surface(const Mesh& mesh) {
   std::vector<Kernel::Point_3> points;
   points.reserve(mesh.positions.size());

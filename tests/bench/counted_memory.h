@@ -1,4 +1,4 @@
-// Counts what the program holds: its own operator new and delete, so every container is seen. Thread safe.
+// Counts the memory of the program with its own operator new and delete, which every container uses. Thread safe.
 #pragma once
 
 #include <cstddef>
@@ -8,7 +8,7 @@ namespace meshgauge::bench {
 // Bytes held now, as the allocator rounds them.
 std::size_t held_bytes();
 
-// The most that was held at once since the last reset_peak().
+// The largest number of bytes held at once since the last reset_peak().
 std::size_t peak_bytes();
 void reset_peak();
 

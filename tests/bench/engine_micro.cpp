@@ -1,13 +1,11 @@
 // Micro-benchmarks of the engine (Google Benchmark): ./dev bench micro [--benchmark_filter=REGEX ...]
 //
-// kernel_*/SET    the kernels of one instruction set: eight triangles prepared; a cold query among 100,000
-// build/N         the tree over N triangles
-// nearest_*/N     one closest-point query in a tree of N: `cold` in random order without a hint, `hinted` along a walk
-// over the
-//                 surface, each query starting from the triangle that the last one found
-// measure_*/N     measure() end to end on N against N triangles at 1e-4 of the diagonal: `near` two meshes of one
-// shape, `same` a
-//                 mesh against itself, `far` two that do not touch. Counts the memory held beside both meshes.
+//   kernel_*/SET   the kernels of one instruction set: eight triangles prepared; a cold query among 100,000
+//   build/N        the tree over N triangles
+//   nearest_*/N    one closest-point query in a tree of N: `cold` in random order without a hint, `hinted` along a
+//                  walk over the surface, where each query starts from the triangle that the last one found
+//   measure_*/N    measure() on N against N triangles at 1e-4 of the diagonal: `near` two meshes of one shape,
+//                  `same` a mesh against itself, `far` two that do not touch; counts the memory held beside them
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
@@ -33,7 +31,7 @@ using namespace meshgauge;
 // the same.
 Mesh bumpy(std::int64_t n, double phase = 0) {
   const auto rings = static_cast<std::uint32_t>(std::lround(std::sqrt(static_cast<double>(n) / 4)));
-  Mesh mesh = shapes::scaled(shapes::sphere(rings), 0.9);  // in the unit frame, as Bvh wants it
+  Mesh mesh = shapes::scaled(shapes::sphere(rings), 0.9);  // in the unit frame, as Bvh requires
   for (Vec3& p : mesh.positions) {
     p *= 1 + 0.05 * std::sin(7 * p.x() + phase) * std::cos(5 * p.y()) * std::sin(6 * p.z() + phase);
   }
@@ -94,7 +92,7 @@ void nearest_cold(benchmark::State& state) {
 
 void nearest_hinted(benchmark::State& state) {
   const Mesh mesh = bumpy(state.range(0));
-  const Mesh other = bumpy(state.range(0), 0.1);  // its vertices come ring by ring: a walk
+  const Mesh other = bumpy(state.range(0), 0.1);  // its vertices are in rings: a walk
   const Ordered ordered(mesh);
   const Bvh& tree = ordered.tree;
   std::uint64_t tests = 0, done = 0;

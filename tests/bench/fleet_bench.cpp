@@ -1,11 +1,14 @@
-// What one PostgreSQL does for a fleet of workers, by the calls that they make: comparisons inserted, claimed, kept
-// alive and ended, while so many others run.
+// The speed of one PostgreSQL for a fleet of workers: comparisons inserted, claimed, renewed and ended, while others
+// run.
 //
-//   MESHGAUGE_DATABASE=... fleet_bench [seconds] [threads] [running]     5 seconds a figure, 32 threads with a
-//   connection
-//                                                                        each, 1000 comparisons that run elsewhere
+//   MESHGAUGE_DATABASE=... fleet_bench [seconds] [threads] [running]
 //
-// Rows of a table: what, how many a second, milliseconds of a call. The database keeps what was put there.
+//   seconds   of each figure; 5 by default
+//   threads   each with its own connection; 32 by default
+//   running   comparisons that run elsewhere meanwhile; 1000 by default
+//
+// Prints rows of a table: the call, calls a second, milliseconds of a call. The rows that it inserts stay in the
+// database.
 #include <atomic>
 #include <chrono>
 #include <cstdio>
@@ -75,7 +78,7 @@ std::uint64_t one_life(PostgresStore& store) {
   return finish(store, claim(store, 1));
 }
 
-// Jobs that run for all of what follows, as they do on the other workers.
+// Jobs that run during the whole benchmark, as they would on other workers.
 std::vector<Claimed> hold(const Bench& bench) {
   std::vector<Claimed> held;
   while (held.size() < bench.running) {

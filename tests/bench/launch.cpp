@@ -1,12 +1,12 @@
-// Runs one program under limits and says what it took:
+// Runs one program under limits and reports its cost:
 //
 //   bench_launch LIMIT_SECONDS LIMIT_BYTES REPORT COMMAND [ARGUMENT ...]
 //
 // The command inherits stdin, stdout and stderr. When it has ended, REPORT holds one line of JSON: how it ended, wall,
 // user and system seconds, peak resident bytes. LIMIT_BYTES is of address space (RLIMIT_AS). A command that outlives
-// LIMIT_SECONDS is killed; one whose launcher dies, too.
+// LIMIT_SECONDS is killed, and so is one whose launcher dies.
 //
-// A program of its own, and a small one: Linux counts the parent's pages towards the peak of a process that it forks.
+// This is a small separate program because Linux counts the parent's pages towards the peak of a process that it forks.
 #include <fcntl.h>
 #include <poll.h>
 #include <signal.h>
@@ -35,7 +35,7 @@ using Clock = std::chrono::steady_clock;
   _exit(127);
 }
 
-// Whether it had to be killed.
+// Returns whether the command had to be killed.
 bool wait_or_kill(pid_t child, double seconds) {
   const int handle = static_cast<int>(syscall(SYS_pidfd_open, child, 0));
   pollfd ended{handle, POLLIN, 0};

@@ -1,4 +1,4 @@
-// A mesh as a file of every format, for readers_bench.
+// Writes a mesh as a file of each format, for readers_bench.
 #pragma once
 
 #include <filesystem>

@@ -1,7 +1,7 @@
-// Our OBJ reader against tinyobjloader: build/tests/bench/obj_peer_bench [VERTICES]
+// Compares our OBJ reader with tinyobjloader: build/tests/bench/obj_peer_bench [VERTICES]
 //
 // Writes an OBJ of random coordinates, each with 17 digits, reads it by both, and prints how many coordinates differ
-// from strtod's and how long each reader took, the least of five times. docs/decisions/packages.md quotes it.
+// from those of strtod and the time of each reader, the smallest of five. docs/decisions/packages.md quotes it.
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -55,7 +55,7 @@ Coordinates by_us(const std::string& text) {
   return out;
 }
 
-// By its fastest interface.
+// Reads with its fastest interface.
 Coordinates by_tinyobj(const std::string& text) {
   std::istringstream stream(text);
   tinyobj::callback_t callbacks;

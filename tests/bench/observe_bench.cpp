@@ -1,4 +1,4 @@
-// What it costs to count, log and trace a request: microseconds a call on one thread, and the time to write /metrics.
+// The cost of counting, logging and tracing a request: microseconds of a call on one thread, and the time of /metrics.
 #include <chrono>
 #include <cstdio>
 #include <functional>

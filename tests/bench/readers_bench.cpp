@@ -1,9 +1,9 @@
-// Times read_mesh on a file of about 100 MB of every format, each made here, and for STL and OBJ the plainest readers
-// that fill the same Mesh and check nothing. Each reading is a process of its own, so that all pay for their pages and
-// each has its own peak of memory. Prints the fastest of each as a table.
+// Times read_mesh on a generated file of about 100 MB of each format, and for STL and OBJ also the simplest readers
+// that fill the same Mesh and check nothing. Each reading is a separate process, so that each pays for its pages and
+// has its own peak of memory. Prints a table of the fastest times.
 //
 //   readers_bench [REPETITIONS]
-//   readers_bench read|plain FILE     one reading: its seconds and the most KiB that were resident
+//   readers_bench read|plain FILE     one reading: its seconds and its peak of resident KiB
 #include <fcntl.h>
 #include <sys/mman.h>
 #include <unistd.h>
@@ -139,7 +139,7 @@ Reading in_a_process(const std::string& reader, const bench::Path& path) {
   return reading;
 }
 
-// What else runs on the machine only ever slows a reading down.
+// The smallest time counts: other load on the machine can only slow a reading down.
 Reading fastest_of(const std::string& reader, const bench::Path& path, int repetitions) {
   std::vector<Reading> readings;
   in_a_process(reader, path);  // brings the file into memory

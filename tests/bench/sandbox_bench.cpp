@@ -1,8 +1,8 @@
-// What it costs to read uploads in processes apart: times sandbox::Pool::load() next to api::load(), which does the
-// same work in this process, on a mesh of two triangles and on a binary STL and an OBJ of about 100 MB (2 million
-// triangles), each uploaded anew for every reading. Then how long a reading goes on after its deadline.
+// The cost of reading uploads in separate processes: times sandbox::Pool::load() and api::load(), which does the same
+// work in this process, on a mesh of two triangles and on a binary STL and an OBJ of about 100 MB (2 million
+// triangles), each uploaded again for every reading. Then measures how long a reading goes on after its deadline.
 //
-//   sandbox_bench [repetitions]     `taskset -c 0` shows what is left when there is no second processor
+//   sandbox_bench [repetitions]     with `taskset -c 0`: the figures without a second processor
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -139,7 +139,7 @@ void compare(const char* name, std::string_view bytes, const Load& apart, int re
   }
 }
 
-// Without the digest, which the server takes while the worker reads: what remains if it had nothing to do meanwhile.
+// The time without the digest, which the server computes while the worker reads.
 void time_parts(const char* name, std::string_view bytes) {
   const auto span = std::as_bytes(std::span(bytes));
   auto start = Clock::now();
@@ -160,7 +160,7 @@ void time_deadline(std::string_view bytes, server::sandbox::Pool& pool, int repe
     const auto deadline = Clock::now() + std::chrono::milliseconds(20 + 5 * i);
     Control control(deadline);
     const auto loaded = pool.load({"a", upload.bytes(), "", "", upload.file()}, {}, control);
-    if (loaded) continue;  // it was in time
+    if (loaded) continue;  // it ended before the deadline
     worst = std::max(worst, ms_since(deadline));
   }
   std::printf("after its deadline a reading goes on for at most %.1f ms (of %d)\n", worst, repetitions);

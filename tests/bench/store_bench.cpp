@@ -1,6 +1,6 @@
-// What the embedded stores can do on a disk: jobs inserted durably by 1, 8 and 64 threads that each wait for theirs,
-// the three writes of a job's life, ended jobs recorded, reads, meshes put, and how long a start takes with what has
-// gathered.
+// The speed of the embedded stores on a disk: jobs inserted durably by 1, 8 and 64 threads that each wait for their
+// own, the three writes of a job's life, ended jobs recorded, reads, meshes put, and the time of a start with all these
+// rows.
 //
 //   store_bench [folder] [seconds]     the folder is made and removed: /tmp by default; 3 seconds for each figure
 #include <algorithm>

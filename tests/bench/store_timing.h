@@ -1,4 +1,4 @@
-// What the benches of stores have in common: values or the end, jobs of the usual size, and calls a second.
+// Helpers of the stores' benchmarks: unwrapping of results, jobs of typical size, calls for each second.
 #pragma once
 
 #include <atomic>
@@ -39,7 +39,7 @@ inline NewJob new_job(const std::string& owner, const std::string& id) {
   return job;
 }
 
-// Of digits that a database cannot press together.
+// Random digits, which a database cannot compress.
 inline const std::string& usual_document() {
   static const std::string document = [] {
     std::string digits;
@@ -49,7 +49,7 @@ inline const std::string& usual_document() {
   return document;
 }
 
-// Calls work(), which says how many times it counts, on so many threads for so long; counts a second.
+// Calls work() on `threads` threads for the given time and adds up the counts that it returns. Returns counts a second.
 inline double rate(int threads, double seconds, const std::function<std::uint64_t()>& work) {
   std::atomic<std::uint64_t> counts{0};
   const auto start = std::chrono::steady_clock::now();

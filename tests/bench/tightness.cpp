@@ -1,24 +1,23 @@
-// Tightness of the strategies' bounds against the time they take (tests/engine/bounds/tightness.h; the paper's Figure
-// 2).
+// Prints the tightness of the strategies' bounds and their time: tests/engine/bounds/tightness.h, the paper's Figure 2.
 //
 //   bench_tightness MESH_A MESH_B [--sample N] [--pair NAME]
 //
-// Takes N triangles of A (1000 by default; all, if there are fewer), evenly spread over the file's order, and bounds
-// each one's distance to B. Prints CSV: a line of names, then one line for each stencil of n_point and one for
+// Takes N triangles of A (1000 by default, or all if there are fewer), evenly spread over the file's order, and bounds
+// the distance of each from B. Prints CSV: a line of names, then one line for each stencil of n_point and one for
 // triangle_set.
 //
 //   pair              NAME; by default the files' names without extensions, "bunny-bunny_half"
 //   strategy          n_point (with 4 points it is four_point) or triangle_set
 //   points            samples of n_point: 4, 10, 31, 109, 409 or 1585; empty for triangle_set
 //   triangles         triangles of A that were measured
-//   mean_tightness    over those triangles; 1 is the best there is
+//   mean_tightness    over those triangles; 1 is the optimum
 //   min_tightness
 //   median_tightness
 //   seconds_per_bound of PieceBound::upper(), on one thread: the median of five passes over the triangles, divided by
-//                     their number (fewer where they take ten seconds). The nearest points of A's vertices are known by
-//                     then, as in a measurement, where neighbours share them.
+//                     their number (fewer passes if they take ten seconds). The nearest points of A's vertices are
+//                     computed before, as in a measurement, where neighbours share them.
 //
-// All numbers but the last are the same in every run. Ends with 1 and a message on stderr if a mesh cannot be read.
+// All numbers except the last are the same in every run. Exits with 1 and a message on stderr if a mesh cannot be read.
 #include <CLI/CLI.hpp>
 #include <chrono>
 #include <cstdio>
@@ -103,7 +102,7 @@ class Bench {
   }
 
  private:
-  // Few passes: over hundreds, the processor learns the branches of the short ones by heart.
+  // Few passes: with hundreds, branch prediction would adapt to the short ones.
   Bounded timed(PieceBound& bound) const {
     Bounded result;
     std::vector<double> passes;

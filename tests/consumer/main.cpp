@@ -1,4 +1,4 @@
-// The example of docs/library.md, the engine as a library, and its check: exit 0 when the interval is right.
+// The example of docs/library.md (the engine as a library) with a check: exits with 0 if the interval is right.
 #include <chrono>
 #include <cstdio>
 

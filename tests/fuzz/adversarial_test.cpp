@@ -1,5 +1,5 @@
-// The pairs of corpus/adversarial, on which published codes crash, hang or lie. Each strategy ends within its deadline
-// and a gigabyte, with an interval that the oracle accepts.
+// The pairs of corpus/adversarial, for which published codes crash, hang or return wrong results. Each strategy ends
+// within its deadline and a gigabyte, with an interval that the oracle accepts.
 #include <doctest/doctest.h>
 #include <sys/resource.h>
 
@@ -15,7 +15,7 @@ using namespace meshgauge::fuzz;
 
 namespace {
 
-// What a pair may take that must converge; and what is enough to see that another one has a valid interval.
+// Deadlines for a pair that must converge, and for one that only needs a valid interval.
 constexpr auto kPatience = std::chrono::seconds(10), kLittlePatience = std::chrono::seconds(1);
 
 std::filesystem::path folder() {
@@ -23,7 +23,7 @@ std::filesystem::path folder() {
   return std::filesystem::path(set != nullptr ? set : MESHGAUGE_SOURCE_DIR "/../shared/corpus") / "adversarial";
 }
 
-// Own and simple, so that no reader of the product is part of the evidence: lines `v x y z` and `f i j k`.
+// A simple reader of lines `v x y z` and `f i j k`, so that the test does not depend on the product's readers.
 Mesh read_obj(const std::filesystem::path& path) {
   std::ifstream file(path);
   REQUIRE(file);
@@ -67,13 +67,14 @@ std::vector<Row> rows() {
   return rows;
 }
 
-// Its own surface again, cut differently: no finite set of the paper's certificates proves 0.
+// Whether A and B are one surface cut differently: no finite set of the paper's certificates proves 0.
 bool is_near_coplanar(const std::string& name) {
   return name.find("otherdiag") != std::string::npos || name.find("flatgrid") != std::string::npos ||
          name == "tang_invalid_lower";
 }
 
-// `auto` always does; the paper's strategies where the distance is 0 and not only nearly coplanar.
+// Whether the strategy must converge: `auto` always; the paper's if the distance is 0 and the pair is not only nearly
+// coplanar.
 bool must_converge(const Row& row, Strategy strategy) {
   return strategy == Strategy::automatic || (row.truth == 0.0 && !is_near_coplanar(row.name));
 }
@@ -120,7 +121,7 @@ long peak_kilobytes() {
 
 }  // namespace
 
-TEST_CASE("every adversarial pair ends, with an interval that holds") {
+TEST_CASE("every adversarial pair ends with an interval that holds") {
   if (!std::filesystem::exists(folder() / "INDEX.tsv")) {
     MESSAGE("no corpus at ", folder().string());
     return;

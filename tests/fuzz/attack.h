@@ -1,4 +1,4 @@
-// One attack on the engine: a pair of meshes measured in one way, and the oracle's judgement.
+// One attack on the engine: measures a pair of meshes in one way and checks the outcome with the oracle.
 #pragma once
 
 #include <chrono>
@@ -14,28 +14,28 @@
 
 namespace meshgauge::fuzz {
 
-// What is attacked. A new strategy is one more line in attack.cpp.
+// A strategy to attack. A new strategy is one more line in attack.cpp.
 struct Method {
-  const char* name;  // as `compare --strategy` takes it
+  const char* name;  // the value of `compare --strategy`
   Strategy strategy;
 };
 std::span<const Method> methods();
 
-// How one measurement is made. Everything but a deadline makes it repeatable.
+// The parameters of one measurement. It is repeatable unless it has a deadline.
 struct Attempt {
-  const char* what = "";  // which plan made it
+  const char* what = "";  // the plan that made it
   Options options;
   std::optional<std::chrono::microseconds> deadline;
   std::optional<std::uint64_t> cancel_at;  // the check that reports a cancellation
   bool watched = false;                    // follow every progress report
-  bool twice = false;  // a second run, with another instruction set, must give the same bits; without a deadline, on
-                       // one thread
+  bool twice = false;  // run again with another instruction set and expect the same bits; only without a deadline and
+                       // on one thread
 };
 
 struct Observed {
   Outcome outcome;
   std::uint64_t checks = 0;
-  Progress tightest;  // the largest lower and the least upper bound reported on the way
+  Progress tightest;  // the largest lower and the smallest upper bound of all reports
 };
 
 Observed run(const Pair& pair, const Attempt& attempt);
@@ -45,12 +45,12 @@ struct Attacked {
   std::optional<oracle::Violation> violation;
 };
 
-// Everything that the judge checks, and: progress reports are valid ("progress"), equal runs give equal bits
-// ("repeat"), no exception ("exception").
+// Measures and checks everything that the judge checks, and also: progress reports are valid ("progress"), equal runs
+// give equal bits ("repeat"), there is no exception ("exception").
 Attacked attack(const Pair& pair, const Attempt& attempt, oracle::Judge& judge);
 
-// The attempts at one pair for one method: a measurement, and one that is disturbed or decided in a way that depends on
-// how the first one went.
+// The attempts for one pair and one method: a plain measurement, and one that is interrupted or has a gate, chosen by
+// the result of the first.
 class Plan {
  public:
   Plan(const Method& method, Dice& dice) : method_(method), dice_(dice) {}
@@ -67,7 +67,7 @@ class Plan {
   Dice& dice_;
 };
 
-// `meshgauge compare ...` as far as its flags can say it, and the rest in words.
+// Returns `meshgauge compare ...` with the flags of the attempt; parameters that have no flag follow in words.
 std::string command_line(const Attempt& attempt, const std::string& a, const std::string& b);
 
 }  // namespace meshgauge::fuzz

@@ -12,10 +12,10 @@ namespace {
 
 constexpr auto kShrinkPatience = std::chrono::seconds(20);
 
-// Exact brackets measure every corner to every triangle.
+// Whether the pair is small enough for an exact bracket, which measures every corner to every triangle.
 bool is_small(const Pair& pair) { return pair.a.triangles.size() * pair.b.triangles.size() <= 300; }
 
-// Most pairs are searched a little, a share of them hard, and a few are bracketed in exact arithmetic.
+// The oracle's effort: small for most pairs, large for some, with a bracket in exact arithmetic for a few.
 oracle::Effort effort_for(const Pair& pair, Dice& dice) {
   const double x = dice.unit();
   return {x < 0.05 ? std::size_t{4000} : std::size_t{250},
@@ -61,13 +61,13 @@ void Campaign::treat(std::uint64_t seed) {
   oracle::Judge judge(pair.a, pair.b, effort_for(pair, dice));
   try_conversion(pair, seed);
   for (const Method& method : methods()) {
-    Dice own(dice.bits());  // so that leaving out a method changes nothing for the others
+    Dice own(dice.bits());  // so that leaving out a method does not change the others
     if (!settings_.strategy.empty() && settings_.strategy != method.name) continue;
     try_method(method, pair, seed, own, judge);
   }
 }
 
-// Every fourth pair, in a way of its own: with dice that no other attempt throws.
+// For every fourth pair, with its own random numbers, so that the other attempts do not change.
 void Campaign::try_conversion(const Pair& pair, std::uint64_t seed) {
   constexpr std::uint64_t kEvery = 4, kOwn = 0x5CA1ED;
   if (seed % kEvery != 0) return;

@@ -1,4 +1,4 @@
-// fuzz_certify: attacks the engine with small pairs of meshes and checks every answer by exact arithmetic.
+// fuzz_certify: attacks the engine with small pairs of meshes and checks every outcome by exact arithmetic.
 #include <algorithm>
 #include <string>
 #include <thread>

@@ -13,12 +13,12 @@ namespace {
 using oracle::Dyadic;
 using oracle::Violation;
 
-// Quotients of um, mm, cm, m, in and ft, in lowest terms; the first converts nothing.
+// The quotients of um, mm, cm, m, in and ft, in lowest terms; the first one is 1.
 constexpr Factor kFactors[] = {{1, 1},      {1000, 1},   {1, 1000},   {10, 1},    {1, 10},    {100, 1},    {1, 100},
                                {127, 5},    {5, 127},    {127, 50},   {50, 127},  {12, 1},    {1, 12},     {381, 1250},
                                {1250, 381}, {127, 5000}, {5000, 127}, {25400, 1}, {1, 25400}, {304800, 1}, {1, 304800}};
 
-// A mesh in another unit, and its exact surface there times `over` of both factors: no quotient is left.
+// A mesh in another unit, and its exact surface there times `over` of both factors, which avoids quotients.
 struct Converted {
   Converted(const Mesh& mesh, const Factor& factor, Scaled image, double other_over)
       : positions(std::move(image.positions)),

@@ -1,5 +1,4 @@
-// One attack on meshes in other units: both are converted, measured, and the interval is held against the exact
-// surfaces.
+// One attack on meshes in other units: converts and measures both, and checks the interval with the exact surfaces.
 #pragma once
 
 #include <cstddef>
@@ -12,11 +11,11 @@
 
 namespace meshgauge::fuzz {
 
-// Converts the meshes of the pair by factors of two of the units, drawn by the dice, and measures. Checked in exact
-// arithmetic, of the surfaces times their factors, in each direction:
+// Converts both meshes by the factors of two random units, and measures. Checks in each direction, in exact arithmetic
+// on the surfaces times their factors:
 //   converted upper   no sample is farther than upper
-//   converted lower   the exact bracket does not end below lower; with `effort.max_splits` of 0 it is not asked
-// nullopt: all holds, or a coordinate is too large for the unit.
+//   converted lower   the exact bracket does not end below lower; not checked if effort.max_splits is 0
+// Returns the violation. nullopt: all holds, or a coordinate is too large for the unit.
 std::optional<oracle::Violation> attack_converted(const Pair& pair, const Options& options,
                                                   const oracle::Effort& effort, Dice& dice);
 

@@ -32,7 +32,7 @@ void rotate(Dice& dice, Pair& pair) {
   pair.what += ", rotated";
 }
 
-// On all axes, or on one.
+// Moves the pair on all axes or on one.
 void offset(Dice& dice, Pair& pair) {
   const double by = dice.sign() * dice.power(3, 12);
   const std::uint32_t axis = dice.below(4);
@@ -57,7 +57,7 @@ void flatten(Dice& dice, Pair& pair) {
   note(pair, ", flattened by %.1e", factors.z());
 }
 
-// Some coordinates, or one mesh, many orders of magnitude away from the others.
+// Scales some coordinates, or one mesh, by many orders of magnitude.
 void mix_magnitudes(Dice& dice, Pair& pair) {
   const double factor = std::pow(10.0, dice.between(-300, 300));
   if (dice.chance(0.4)) {
@@ -80,7 +80,7 @@ void nudge(Dice& dice, Pair& pair) {
   pair.what += ", nudged";
 }
 
-// Vertices that no triangle uses may be anything.
+// Adds vertices that no triangle uses, with any coordinates.
 void add_unreferenced(Dice& dice, Pair& pair) {
   static constexpr double kOdd[] = {0, 1e300, -1e308, std::numeric_limits<double>::infinity(),
                                     std::numeric_limits<double>::quiet_NaN()};
@@ -97,7 +97,7 @@ void clamp(Pair& pair) {
   });
 }
 
-// Each as often as the others, but the last, which is made of many triangles and costs as much as ten.
+// All kinds are equally frequent except the last, whose many triangles cost as much as ten other pairs.
 const Kind& pick_kind(Dice& dice) {
   const auto all = kinds();
   if (dice.chance(0.01)) return all.back();

@@ -1,4 +1,4 @@
-// Pairs of small meshes, random and adversarial, made from a seed alone.
+// Generates pairs of small meshes, random and adversarial, from a seed.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,8 @@ struct Pair {
   std::string what;  // the recipe: "slivers, rotated, offset 1e6"
 };
 
-// 1 to about 12 triangles a side, some hundred now and then; both pass validate(). Equal seeds give equal pairs.
+// Returns a pair of meshes with 1 to about 12 triangles each, rarely some hundred. Both pass validate(). Equal seeds
+// give equal pairs.
 Pair generate(std::uint64_t seed);
 
 }  // namespace meshgauge::fuzz

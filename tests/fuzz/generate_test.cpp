@@ -15,7 +15,7 @@ using namespace meshgauge::fuzz;
 
 namespace {
 
-// A reader of what to_obj() writes.
+// Reads what to_obj() writes.
 Mesh from_obj(const std::string& text) {
   Mesh mesh;
   std::istringstream lines(text);
@@ -31,7 +31,7 @@ Mesh from_obj(const std::string& text) {
 
 }  // namespace
 
-TEST_CASE("every pair is valid, small, and the same for the same seed") {
+TEST_CASE("every generated pair is valid, small, and the same for the same seed") {
   std::set<std::string> seen;
   for (std::uint64_t seed = 0; seed < 3000; ++seed) {
     const Pair pair = generate(seed), again = generate(seed);
@@ -59,7 +59,7 @@ TEST_CASE("a pair written as OBJ reads back bit for bit") {
   }
 }
 
-TEST_CASE("a failing pair shrinks to what fails") {
+TEST_CASE("a failing pair shrinks to the part that fails") {
   Pair pair{shapes::cube(), shapes::cube(), "two cubes"};
   pair.a.positions.emplace_back(0.1, 0.2, 0.3);
   add_triangle(pair.b, {0.123456789, 7.5, 3}, {1, 2, 3}, {4, 5, 6});

@@ -1,4 +1,4 @@
-// Stopped at any moment whatever, the interval holds.
+// The interval holds after an interruption at any moment.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -20,7 +20,7 @@ Attempt attempt_with(const Method& method) {
 
 }  // namespace
 
-TEST_CASE("cancelled at every single check") {
+TEST_CASE("the interval holds after a cancellation at every single check") {
   std::uint64_t interruptions = 0;
   for (std::uint64_t seed = 80'000; seed < 80'060; ++seed) {
     const Pair pair = generate(seed);

@@ -6,7 +6,7 @@
 namespace meshgauge::fuzz {
 namespace {
 
-// Mostly few: a small pair costs little and has all the geometry.
+// Mostly few triangles: a small pair is cheap and still has all kinds of geometry.
 std::uint32_t some(Dice& dice) { return 1 + dice.below(dice.chance(0.7) ? 3 : 10); }
 
 Mesh soup(Dice& dice, std::uint32_t n) {
@@ -86,7 +86,7 @@ void make_slivers(Dice& dice, Pair& pair) {
   pair.b = slivers(dice, some(dice));
 }
 
-// In one plane, with lattice corners: overlaps, common edges, corners on edges.
+// Both meshes in one plane, with lattice corners: overlaps, common edges, corners on edges.
 void make_coplanar(Dice& dice, Pair& pair) {
   const int size = dice.between(2, 5), axis = dice.between(0, 2);
   pair.a = lattice_soup(dice, some(dice), size);
@@ -116,7 +116,7 @@ void make_ulp(Dice& dice, Pair& pair) {
   for (Vec3& p : pair.b.positions) p = one_ulp_away(dice, p);
 }
 
-// The same plane or the same folded sheet, cut into other triangles; or nearly the same.
+// The same plane or the same folded sheet, or nearly the same, cut into other triangles.
 void make_recut(Dice& dice, Pair& pair) {
   const double height = dice.chance(0.5) ? 0 : dice.power(-14, -1);
   const int w = dice.between(1, 3), h = dice.between(1, 2);
@@ -127,7 +127,7 @@ void make_recut(Dice& dice, Pair& pair) {
   }
 }
 
-// Corners at the edges' midpoints or a point inside: the surface is the same, within rounding.
+// Splits triangles at the edges' midpoints or at a point inside: the surface is the same within rounding.
 void make_split(Dice& dice, Pair& pair) {
   pair.a = dice.chance(0.5) ? soup(dice, some(dice)) : small_sheet(dice, dice.power(-3, 0));
   const double noise = dice.chance(0.6) ? 0 : dice.power(-16, -2);

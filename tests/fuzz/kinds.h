@@ -1,4 +1,4 @@
-// The kinds of pairs that the generator starts from, before it moves, scales and spoils them.
+// The kinds of pairs that the generator starts from, before it moves, scales and distorts them.
 #pragma once
 
 #include <span>
@@ -15,7 +15,7 @@ struct Kind {
 
 std::span<const Kind> kinds();
 
-// Small helpers of both.
+// Small helpers of kinds.cpp and generate.cpp.
 void add_triangle(Mesh& mesh, const Vec3& a, const Vec3& b, const Vec3& c);
 Vec3 one_ulp_away(Dice& dice, const Vec3& p);
 

@@ -1,5 +1,5 @@
-// What must not matter: where a pair stands, its unit, which mesh comes first, the order of triangles and vertices, how
-// a triangle is cut up. Intervals of equal distances must meet.
+// Changes that must not change the distance: position, unit, which mesh comes first, the order of triangles and
+// vertices, splitting of triangles. Intervals of equal distances must meet.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -29,7 +29,7 @@ Outcome measure_with(const Method& method, const Mesh& a, const Mesh& b, Directi
   return measure(a, b, options, control);
 }
 
-// Of all positions, used or not; 0 for one that is not finite.
+// The largest |coordinate| of all positions, used or not; a position that is not finite counts as 0.
 double magnitude(const Pair& pair) {
   double largest = 0;
   for (const Mesh* mesh : {&pair.a, &pair.b}) {
@@ -49,8 +49,8 @@ Mesh changed(Mesh mesh, Change&& change) {
   return mesh;
 }
 
-// For each pair of moderate size, each method and each direction: the outcome against that of the changed pair, which
-// may have moved by `roundings` units in the last place.
+// For each pair of moderate size, each method and each direction: compares the outcome with that of the changed pair,
+// whose points may have moved by `roundings` units in the last place.
 template <class Change>
 void check_invariance(std::uint64_t seed, double roundings, Change&& change) {
   for (std::uint64_t i = 0; i < kPairs; ++i) {
@@ -102,7 +102,7 @@ Mesh shuffled(const Mesh& mesh, Dice& dice) {
   return out;
 }
 
-// Every triangle in four, at its rounded midpoints.
+// Splits every triangle in four at its rounded midpoints.
 Mesh split(const Mesh& mesh) {
   Mesh out;
   for (const Triangle& t : mesh.triangles) {
@@ -117,7 +117,7 @@ Mesh split(const Mesh& mesh) {
 
 }  // namespace
 
-TEST_CASE("the unit is a power of two: the same bits after scaling back") {
+TEST_CASE("invariance: scaling by a power of two gives the same bits after scaling back") {
   std::uint64_t compared = 0;
   for (std::uint64_t i = 0; i < kPairs; ++i) {
     const Pair pair = generate(70'000 + i);
@@ -144,7 +144,7 @@ TEST_CASE("the unit is a power of two: the same bits after scaling back") {
   CHECK(compared > 5 * kPairs);
 }
 
-TEST_CASE("reflections and exchanges of axes, which are exact") {
+TEST_CASE("invariance: reflections and exchanges of axes, which are exact") {
   check_invariance(71'000, 0, [](const Pair& pair, Dice& dice) {
     const int shift = dice.between(0, 2);
     const Vec3 signs(dice.sign(), dice.sign(), dice.sign());
@@ -155,7 +155,7 @@ TEST_CASE("reflections and exchanges of axes, which are exact") {
   });
 }
 
-TEST_CASE("rotations and translations, which round") {
+TEST_CASE("invariance: rotations and translations, which round") {
   check_invariance(72'000, 64, [](const Pair& pair, Dice& dice) {
     const Eigen::AngleAxisd turn(dice.uniform(0, 6), (dice.point() + Vec3(0, 0, 2)).normalized());
     const Vec3 shift = dice.point(magnitude(pair));
@@ -164,20 +164,20 @@ TEST_CASE("rotations and translations, which round") {
   });
 }
 
-TEST_CASE("the order of triangles, of vertices, and of a triangle's corners") {
+TEST_CASE("invariance: the order of triangles, of vertices, and of a triangle's corners") {
   check_invariance(73'000, 0, [](const Pair& pair, Dice& dice) {
     const Mesh a = shuffled(pair.a, dice);
     return Pair{a, shuffled(pair.b, dice), pair.what};
   });
 }
 
-TEST_CASE("triangles split in four") {
+TEST_CASE("invariance: triangles split in four") {
   check_invariance(74'000, 4, [](const Pair& pair, Dice& dice) {
     return Pair{dice.chance(0.7) ? split(pair.a) : pair.a, dice.chance(0.7) ? split(pair.b) : pair.b, pair.what};
   });
 }
 
-TEST_CASE("A and B swapped, and what the strategies say of one pair") {
+TEST_CASE("invariance: A and B swapped; all strategies agree on one pair") {
   for (std::uint64_t i = 0; i < kPairs; ++i) {
     CAPTURE(75'000 + i);
     const Pair pair = generate(75'000 + i);

@@ -10,16 +10,16 @@ namespace {
 
 using std::chrono::microseconds;
 
-// One hard pair must not hold up the others.
+// Limits the time that one hard pair takes.
 constexpr microseconds kPatience{100'000};
 
-// Large stencils cost a millisecond a piece.
+// Large stencils are rare: they cost a millisecond for each piece.
 int stencil(Dice& dice) {
   const double x = dice.unit();
   return x < 0.4 ? 4 : x < 0.7 ? 10 : x < 0.95 ? 31 : x < 0.99 ? 109 : x < 0.998 ? 409 : 1585;
 }
 
-// A few are followed far, most are stopped where the geometry has been seen.
+// Most pairs have a small budget of work items, a few a large one.
 std::uint64_t work_items(Dice& dice, int points) {
   const std::uint64_t items = dice.chance(0.02) ? 20'000 : dice.chance(0.3) ? 1000 : 250;
   return 1 + items * 4 / static_cast<std::uint64_t>(points);
@@ -44,7 +44,7 @@ Tolerance Plan::tolerance(double diagonal) {
       t.diagonal = eps, t.relative = dice_.power(-6, 0);
       break;
     case 4:
-      break;  // none: as tight as rounding allows
+      break;  // no rule: as tight as rounding allows
     default:
       t = Options{}.tolerance;
       break;
@@ -75,7 +75,7 @@ Attempt Plan::plain(const Pair& pair) {
   return attempt;
 }
 
-// A limit at, beside or far from what is known of the distance.
+// Returns a gate limit at, near or far from the interval of the distance.
 double Plan::limit_near(const Outcome& outcome) {
   const double values[] = {outcome.lower, outcome.upper, outcome.lower / 2 + outcome.upper / 2};
   double limit = dice_.pick(values);

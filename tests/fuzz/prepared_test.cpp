@@ -1,4 +1,4 @@
-// Meshes that are kept and measured again and again, in any order and company, give what they give alone, bit by bit.
+// Kept meshes that are measured repeatedly, in any order and with any partner, give the same bits as fresh ones.
 #include "engine/prepared.h"
 
 #include <doctest/doctest.h>
@@ -16,9 +16,9 @@ using namespace meshgauge::fuzz;
 namespace {
 
 constexpr int kRounds = MESHGAUGE_SANITIZED ? 15 : 150;
-constexpr int kMeasurements = 40;  // a round
+constexpr int kMeasurements = 40;  // in each round
 
-// Meshes of all kinds, and the same prepared.
+// Meshes of all kinds, and the same meshes prepared.
 struct Shelf {
   std::vector<Mesh> meshes;
   std::vector<std::unique_ptr<Prepared>> prepared;
@@ -49,7 +49,7 @@ Options random_options(Dice& dice) {
 
 }  // namespace
 
-TEST_CASE("prepared meshes in any order and company give the bits they give alone") {
+TEST_CASE("prepared meshes in any order and with any partner give the same bits as fresh ones") {
   for (int round = 0; round < kRounds; ++round) {
     const std::uint64_t seed = 90'000 + 3 * static_cast<std::uint64_t>(round);
     CAPTURE(seed);

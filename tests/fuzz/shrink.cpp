@@ -72,7 +72,7 @@ class Shrinker {
     return changed;
   }
 
-  // The first that still fails of 0, 1, whole numbers, and 4, 8, 16, 32 bits.
+  // Takes the first of 0, 1, a whole number, and 4, 8, 16, 32 bits with which the pair still fails.
   bool simplify(Mesh Pair::*side, std::size_t v, int k) {
     const double x = (pair_.*side).positions[v][k];
     if (!std::isfinite(x)) return false;

@@ -1,4 +1,4 @@
-// Makes a failing pair small: fewer triangles, fewer digits.
+// Shrinks a failing pair: fewer triangles, fewer digits.
 #pragma once
 
 #include <chrono>
@@ -9,10 +9,10 @@
 
 namespace meshgauge::fuzz {
 
-// The smallest pair found within `patience` for which `fails` holds. Precondition: it holds for `pair`.
+// Returns the smallest pair found within `patience` for which `fails` holds. Precondition: it holds for `pair`.
 Pair shrink(Pair pair, const std::function<bool(const Pair&)>& fails, std::chrono::milliseconds patience);
 
-// As OBJ, coordinates with 17 digits: reads back as the same doubles.
+// Returns the mesh as OBJ. Coordinates have 17 digits and read back as the same doubles.
 std::string to_obj(const Mesh& mesh);
 
 }  // namespace meshgauge::fuzz

@@ -29,7 +29,7 @@ Sphere octahedron() {
           {{0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4}, {2, 0, 5}, {1, 2, 5}, {3, 1, 5}, {0, 3, 5}}};
 }
 
-// Every triangle into four, the new points pushed out onto the sphere.
+// Splits every triangle in four and moves the new points onto the sphere.
 Sphere refined(const Sphere& coarse) {
   Sphere fine{coarse.points, {}};
   std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> middles;
@@ -55,7 +55,7 @@ Sphere sphere(int levels) {
   return result;
 }
 
-// A smooth dent, 0.1 deep, around the direction (1, 2, 2) / 3.
+// Makes a smooth dent, 0.1 deep, around the direction (1, 2, 2) / 3.
 void dent(Sphere& mesh) {
   for (Point& p : mesh.points) {
     const double away = 1 - (p[0] + 2 * p[1] + 2 * p[2]) / 3;
