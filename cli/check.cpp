@@ -42,13 +42,14 @@ using check::Report;
 using Gates = std::vector<check::Gate>;
 using Pictures = std::vector<check::GatePicture>;
 
-// Messages and names of files come from anywhere: one line each, and nothing in it that a terminal or a runner obeys.
+// Prints the message on one line, without anything that a terminal or a CI runner would interpret: messages and names
+// of files are foreign text.
 int fail_on_one_line(const std::string& message) {
   std::fprintf(stderr, "meshgauge: %s\n", check::shown_name(message).c_str());
   return kExitError;
 }
 
-// Borrows `pictures`, which are there when the reports are written.
+// Borrows `pictures`, which are complete when the reports are written.
 ReportFiles reports_of(const CheckFlags& flags, const Pictures& pictures) {
   ReportFiles reports;
   reports.add("--json", flags.json, check::to_json);
@@ -72,7 +73,7 @@ Places inputs_of(const CheckFlags& flags, const Gates& gates) {
   return places;
 }
 
-// https://no-color.org: set to anything but nothing.
+// https://no-color.org: any value but an empty one turns colours off.
 bool colours(const CheckFlags& flags, int file) {
   const char* no_color = std::getenv("NO_COLOR");
   return !flags.no_colour && !(no_color && *no_color) && isatty(file) != 0;
@@ -84,14 +85,14 @@ Result<unsigned> jobs_of(const CheckFlags& flags) {
   return static_cast<unsigned>(*jobs);
 }
 
-// Links to the pages of what a service measures together. Threads of the measurer bring them, another one tells them.
+// Links to the pages of batches at a service. Threads of the measurer add them, another thread prints them.
 class Batches {
  public:
   void add(const std::string& link) {
     const std::lock_guard lock(mutex_);
     links_.push_back(link);
   }
-  // Those that were not taken before.
+  // Returns the links added since the last call.
   std::vector<std::string> fresh() {
     const std::lock_guard lock(mutex_);
     return {links_.begin() + static_cast<std::ptrdiff_t>(std::exchange(taken_, links_.size())), links_.end()};
@@ -120,15 +121,15 @@ Result<std::unique_ptr<check::Measurer>> service_of(const CheckFlags& flags, uns
   return check::remote(options);
 }
 
-// Who measures, and what else is made of the meshes.
-struct ThreadPool {
+// The measurer of a run, and what else is made of its meshes.
+struct RunParts {
   std::unique_ptr<Batches> batches;
   std::shared_ptr<check::Meshes> meshes;
   std::unique_ptr<check::Measurer> measurer;
   std::unique_ptr<CheckExtras> extras;
 };
 
-Result<ThreadPool> crew_of(const CheckFlags& flags, const Gates& gates, Places& places) {
+Result<RunParts> parts_of(const CheckFlags& flags, const Gates& gates, Places& places) {
   const auto jobs = jobs_of(flags);
   if (!jobs) return jobs.error();
   auto maps = DeviationMaps::open(flags.deviation, flags.files.size() == 1, gates, places);
@@ -139,26 +140,26 @@ Result<ThreadPool> crew_of(const CheckFlags& flags, const Gates& gates, Places& 
   auto batches = std::make_unique<Batches>();
   auto measurer = here ? check::local(gates, meshes, {processors, *jobs}) : service_of(flags, *jobs, *batches);
   if (!measurer) return measurer.error();
-  // Maps are made by the threads that measure, while other gates run under a deadline.
+  // The threads that measure make the maps, while other gates run under a deadline.
   const auto seats = std::min<std::size_t>((*measurer)->at_once(), gates.size());
   auto extras = std::make_unique<CheckExtras>(meshes, pictures, std::move(*maps),
                                               check::Processors::part(processors, seats), processors);
-  return ThreadPool{std::move(batches), meshes, std::move(*measurer), std::move(extras)};
+  return RunParts{std::move(batches), meshes, std::move(*measurer), std::move(extras)};
 }
 
-Report measure(const CheckFlags& flags, const Gates& gates, ThreadPool& pool, const Interrupts& interrupts) {
+Report measure(const CheckFlags& flags, const Gates& gates, RunParts& parts, const Interrupts& interrupts) {
   const auto rule = undecided_rule(flags);
   check::ProgressDisplay display(stderr, check::terminal_columns(STDERR_FILENO), colours(flags, STDERR_FILENO));
   check::Watch watch;
   watch.interrupted = [&] { return interrupts.seen(); };
   watch.after = [&](std::size_t place, const auto& outcome, Control& control) {
-    pool.extras->after(place, outcome, control);
+    parts.extras->after(place, outcome, control);
   };
   const auto tell_batches = [&] {
-    for (const std::string& link : pool.batches->fresh()) display.say("Seen in a browser at " + link);
+    for (const std::string& link : parts.batches->fresh()) display.say("Seen in a browser at " + link);
   };
   watch.ended = [&](const auto& outcome, const auto& standing) {
-    if (!interrupts.seen()) pool.extras->ended(outcome);  // else nobody waits for pictures
+    if (!interrupts.seen()) parts.extras->ended(outcome);  // after an interruption no pictures are made
     if (flags.quiet) return;
     tell_batches();
     display.ended(outcome, standing, rule);
@@ -169,10 +170,10 @@ Report measure(const CheckFlags& flags, const Gates& gates, ThreadPool& pool, co
       display.show(standing);
     };
   }
-  Report report = check::run(gates, *pool.measurer, watch);
+  Report report = check::run(gates, *parts.measurer, watch);
   display.clear();
   report.undecided = rule;
-  report.batches = pool.batches->all();
+  report.batches = parts.batches->all();
   return report;
 }
 
@@ -182,7 +183,7 @@ bool print_table(const CheckFlags& flags, const Report& report, bool to_stdout) 
   return std::fputs(check::to_table(report, style).c_str(), out) >= 0 && std::fflush(out) == 0;
 }
 
-// The exit code. Whatever cannot be written, the rest is.
+// Prints the table and writes the reports and maps, as many as possible. Returns the exit code.
 int tell(const CheckFlags& flags, const Report& report, const ReportFiles& reports, const CheckExtras& extras) {
   int exit_code = report.exit_code();
   if (!print_table(flags, report, !reports.to_stdout()))
@@ -192,15 +193,15 @@ int tell(const CheckFlags& flags, const Report& report, const ReportFiles& repor
   return exit_code;
 }
 
-// Interrupted, nobody waits until large meshes are freed. And who gave up waiting for a file, or needed it no more, has
-// left a reader behind, which uses what exit() destroys.
+// Ends the process without destructors after an interruption, which freeing large meshes would delay, and while a
+// reader is left behind, which uses what exit() destroys.
 void leave_at_once_if_cut(const Report& report, const check::Meshes& meshes, int exit_code) {
   if (!meshes.reading() && !report.interrupted) return;
   std::fflush(nullptr);
   std::_Exit(exit_code);
 }
 
-// All reports say it as well: those of an earlier run are not to be read as this one's.
+// Writes the mistakes into all reports, so that an earlier run's reports are not taken for those of this run.
 int refuse(const CheckFlags& flags, const Asked& asked) {
   for (const check::Mistake& mistake : asked.mistakes)
     fail_on_one_line(asked.manifest.empty() ? mistake.message : check::to_string(asked.manifest, mistake));
@@ -219,13 +220,13 @@ int check_gates(const CheckFlags& flags, const Gates& gates) {
   const ReportFiles reports = reports_of(flags, pictures);
   Places places = inputs_of(flags, gates);
   if (const auto ok = reports.possible(places); !ok) return fail_on_one_line(ok.error().message);
-  auto pool = crew_of(flags, gates, places);
-  if (!pool) return refuse(flags, pool.error());
+  auto parts = parts_of(flags, gates, places);
+  if (!parts) return refuse(flags, parts.error());
   const Interrupts interrupts;
-  const Report report = measure(flags, gates, *pool, interrupts);
-  pictures = pool->extras->pictures(report, [&] { return interrupts.seen(); });
-  const int exit_code = tell(flags, report, reports, *pool->extras);
-  leave_at_once_if_cut(report, *pool->meshes, exit_code);
+  const Report report = measure(flags, gates, *parts, interrupts);
+  pictures = parts->extras->pictures(report, [&] { return interrupts.seen(); });
+  const int exit_code = tell(flags, report, reports, *parts->extras);
+  leave_at_once_if_cut(report, *parts->meshes, exit_code);
   return exit_code;
 }
 

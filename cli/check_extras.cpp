@@ -15,7 +15,7 @@
 namespace meshgauge::cli {
 namespace {
 
-// A gate's name as that of a file: whatever it holds, it stays in its folder.
+// Makes a file's name of a gate's, without any path.
 std::string file_name_of(std::string name) {
   std::replace_if(
       name.begin(), name.end(),

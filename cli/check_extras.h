@@ -1,4 +1,4 @@
-// What `check` makes of the meshes of a run beside the verdicts: pictures for the HTML report, and deviation maps.
+// Makes pictures for the HTML report and deviation maps of the meshes of a run.
 #pragma once
 
 #include <cstddef>
@@ -19,11 +19,11 @@
 
 namespace meshgauge::cli {
 
-// --deviation: a file for two meshes given by flags, a folder for the gates of a manifest.
+// Files of --deviation: one file for two meshes given by flags, a folder for the gates of a manifest.
 class DeviationMaps {
  public:
-  // `where`: empty for none. Makes the folder; an Error when that, or the name of a file, cannot be, and when a file is
-  // one of `places`, which gets all of them.
+  // Creates the folder and adds all files to `places`. `where`: empty: no maps. Errors: the folder or a file cannot
+  // be created, or a file is already one of `places`.
   static Result<DeviationMaps> open(const std::string& where, bool of_manifest, const std::vector<check::Gate>& gates,
                                     Places& places);
 
@@ -31,26 +31,26 @@ class DeviationMaps {
   const std::filesystem::path& file_of(std::size_t gate) const { return files_.at(gate); }
 
  private:
-  std::vector<std::filesystem::path> files_;  // one a gate
+  std::vector<std::filesystem::path> files_;  // one per gate
 };
 
-// Thread safe where check::Watch asks for it.
+// after() is thread safe; the others are for the thread that runs the gates.
 class CheckExtras {
  public:
-  // `meshes` were told of turns() for it, beside those of others.
+  // Number of turns that `meshes` must have for it, beside those of others.
   static unsigned turns(bool pictures, const DeviationMaps& maps) {
     return (pictures ? 1U : 0U) + (maps.wanted() ? 1U : 0U);
   }
-  // `threads` of one map; `processors`: all that there are, for pictures when the gates have ended.
+  // `threads`: for one map; `processors`: all of them, for pictures when the gates have ended.
   CheckExtras(std::shared_ptr<check::Meshes> meshes, bool pictures, DeviationMaps maps, unsigned threads,
               unsigned processors);
 
-  void ended(const check::GateOutcome& outcome);                                       // Watch::ended
-  void after(std::size_t place, const check::GateOutcome& outcome, Control& control);  // Watch::after
+  void ended(const check::GateOutcome& outcome);                                       // call it from Watch::ended
+  void after(std::size_t place, const check::GateOutcome& outcome, Control& control);  // call it from Watch::after
   std::vector<check::GatePicture> pictures(const check::Report& report,
-                                           const Interrupted& interrupted);  // empty: not wanted
+                                           const Interrupted& interrupted);  // empty: no pictures wanted
 
-  const std::vector<std::string>& problems() const { return problems_; }  // when the run is over
+  const std::vector<std::string>& problems() const { return problems_; }  // complete when the run is over
 
  private:
   Error no_map(std::size_t place, const std::string& why) const;
@@ -60,7 +60,7 @@ class CheckExtras {
   const DeviationMaps maps_;
   const unsigned threads_;
   std::optional<check::Gallery> gallery_;
-  std::mutex mutex_;  // guards what follows
+  std::mutex mutex_;  // guards the members below
   std::vector<std::string> problems_;
 };
 

@@ -40,7 +40,7 @@ Result<Done> set_threads(const CheckFlags& flags, check::Gate& gate) {
   return Done{};
 }
 
-// What counts for two files and for the gates of a manifest alike: a slow machine, a small one.
+// Applies flags that may differ between machines, to two files and to the gates of a manifest alike.
 Result<Done> set_common(const CheckFlags& flags, check::Gate& gate) {
   if (auto ok = set_timeout(flags, gate); !ok) return ok;
   if (auto ok = set_threads(flags, gate); !ok) return ok;
@@ -69,7 +69,7 @@ Result<check::Gate> gate_of_pair(const CheckFlags& flags) {
   gate.baseline = flags.files[1];
   if (check::is_same_file(gate.candidate, gate.baseline))
     return bad_flag("FILES", "candidate and baseline are the same file, '" + flags.files[0] + "'");
-  if (flags.update_baselines) return gate;  // whatever its limit
+  if (flags.update_baselines) return gate;  // a limit is not needed
   if (!flags.max_distance) return bad_flag("--max-distance", "is needed for two files, as in --max-distance '0.05 mm'");
   auto limit = check::parse_limit(*flags.max_distance);
   if (!limit) return bad_flag("--max-distance", limit.error().message);
@@ -79,7 +79,7 @@ Result<check::Gate> gate_of_pair(const CheckFlags& flags) {
   return gate;
 }
 
-// Of a manifest's gates these stand in the manifest, each with a line that can be looked at.
+// Refuses flags that stand in the manifest of gates, where each has a line.
 Result<Done> fit_manifest(const CheckFlags& flags) {
   const std::pair<const char*, bool> given[] = {{"--max-distance", flags.max_distance.has_value()},
                                                 {"--unit", flags.units.both.has_value()},
@@ -93,7 +93,7 @@ Result<Done> fit_manifest(const CheckFlags& flags) {
   return Done{};
 }
 
-// What the names of the files say against what they are taken for.
+// Refuses files whose names contradict their roles.
 Result<Done> fit_files(const CheckFlags& flags) {
   const auto is_one_of = [](const std::string& file, std::initializer_list<std::string_view> suffixes) {
     return std::find(suffixes.begin(), suffixes.end(), check::suffix_of(file)) != suffixes.end();
@@ -134,7 +134,7 @@ Asked all_gates(const CheckFlags& flags) {
   return {{std::move(*gate)}, {}, ""};
 }
 
-// Each pattern has to name a gate: a misspelt one beside others would leave its gates out unseen.
+// Each pattern must match a gate; otherwise a misspelt one would silently leave its gates out.
 void keep_only(const std::vector<std::string>& patterns, Asked& asked) {
   for (const std::string& pattern : patterns) {
     const auto named = [one = check::Selection({pattern})](const check::Gate& gate) { return one.holds(gate.name); };
@@ -145,7 +145,7 @@ void keep_only(const std::vector<std::string>& patterns, Asked& asked) {
   std::erase_if(asked.gates, [&](const check::Gate& gate) { return !only.holds(gate.name); });
 }
 
-// An empty variable of a pipeline is no wish for all gates.
+// An empty pattern is refused: an empty variable of a pipeline does not mean all gates.
 Result<Done> fit_only(const CheckFlags& flags) {
   const auto is_empty = [](const std::string& pattern) { return pattern.empty(); };
   if (std::none_of(flags.only.begin(), flags.only.end(), is_empty)) return Done{};
@@ -190,7 +190,7 @@ void declare_service(CLI::App& command, CheckFlags& flags) {
       ->needs("--server");
   command
       .add_flag("--key-in-clear", flags.key_in_clear,
-                "Send the key by http:// as well, where whoever is on the way can read it")
+                "Allow sending the key by http://, where it can be read in transit")
       ->needs("--server");
   command.add_option("--ca-file", flags.ca_file, "PEM file of the certificates to trust, instead of this machine's")
       ->needs("--server");
@@ -211,7 +211,7 @@ void declare(CLI::App& command, CheckFlags& flags) {
                                          "Measure nothing: copy each gate's candidate over its baseline");
   for (const char* unheard : {"--json", "--junit", "--sarif", "--markdown", "--code-quality", "--html", "--deviation",
                               "--server", "--statistics", "--undecided"}) {
-    update->excludes(command.get_option(unheard));  // nothing is measured, so that there is nothing to report
+    update->excludes(command.get_option(unheard));  // these flags are about a measurement
   }
   command.add_flag("--dry-run", flags.dry_run, "With --update-baselines: only say what it would do")->needs(update);
 }

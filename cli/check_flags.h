@@ -1,4 +1,4 @@
-// The flags of `meshgauge check`, and the gates that they ask for.
+// Flags of `meshgauge check`, and the gates that they select.
 #pragma once
 
 #include <optional>
@@ -39,12 +39,11 @@ struct CheckFlags {
 
 void declare(CLI::App& command, CheckFlags& flags);
 
-// The gates of the manifest or of the two files, of which --only leaves those it names. Errors name flag or line, all
-// at once.
+// The gates of the manifest or of the two files, selected by --only, or all mistakes at once.
 struct Asked {
   std::vector<check::Gate> gates;
-  std::vector<check::Mistake> mistakes;  // any: nothing is to be measured
-  std::string manifest;                  // that they are of; empty: of the flags
+  std::vector<check::Mistake> mistakes;  // if any: nothing is measured
+  std::string manifest;                  // manifest with the mistakes; empty: they are about flags
 };
 Asked gates_asked(const CheckFlags& flags);
 

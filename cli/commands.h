@@ -1,4 +1,4 @@
-// One function a subcommand: declares its flags and, when it is the one called, runs it and stores the exit code.
+// Subcommands. Each function declares the flags of one; its callback runs it and stores the exit code.
 #pragma once
 
 #include <cstdio>
@@ -13,9 +13,9 @@ namespace meshgauge::cli {
 
 inline constexpr int kExitResult = 0;
 inline constexpr int kExitUnhealthy = 1;
-inline constexpr int kExitError = 3;  // bad flags, unreadable input, a failure
+inline constexpr int kExitError = 3;  // bad flags, unreadable input, or a failure
 
-// Says on standard error what is wrong, and is the exit code for it.
+// Prints the message on standard error. Returns the exit code for it.
 inline int fail(const Error& error) {
   std::fprintf(stderr, "meshgauge: %s\n", error.message.c_str());
   return kExitError;

@@ -130,7 +130,7 @@ Result<api::Request> to_request(const Flags& flags) {
   return request;
 }
 
-// One line on a terminal that follows the interval, and is gone when the work is done.
+// Shows the interval on one line of the terminal while the work runs.
 void show_progress(Control& control) {
   using std::chrono::milliseconds;
   control.watch(

@@ -11,7 +11,7 @@
 namespace meshgauge::cli {
 namespace {
 
-// The certificate is not looked at: nothing secret is sent, and a port is asked, not somebody by name.
+// The certificate is not verified: nothing secret is sent, and the address is an IP and a port rather than a name.
 httplib::Result ask(const server::Settings& settings, bool tls) {
   const std::string scheme = tls ? "https://" : "http://";
   const bool v6 = settings.host.find(':') != std::string::npos;

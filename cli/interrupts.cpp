@@ -5,7 +5,7 @@
 namespace meshgauge::cli {
 namespace {
 
-// A signal handler may touch nothing that locks.
+// A signal handler must not lock.
 std::atomic<bool> interrupted{false};
 std::atomic<Control*> cancelled_job{nullptr};
 static_assert(std::atomic<bool>::is_always_lock_free && std::atomic<Control*>::is_always_lock_free);

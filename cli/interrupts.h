@@ -1,4 +1,4 @@
-// Ctrl-C and SIGTERM as something to ask for, or to cancel a job.
+// Turns Ctrl-C and SIGTERM into a flag, and cancels a job.
 #pragma once
 
 #include <signal.h>
@@ -7,10 +7,11 @@
 
 namespace meshgauge::cli {
 
-// While one lives, the first signal is noted, and a second one of the same kind ends the process. One at a time.
+// While it lives, the first signal is recorded; a second one of the same kind ends the process. At most one object at
+// a time.
 class Interrupts {
  public:
-  explicit Interrupts(Control* job = nullptr);  // that is cancelled; null: nothing is
+  explicit Interrupts(Control* job = nullptr);  // job to cancel; null: none
   ~Interrupts();
   Interrupts(const Interrupts&) = delete;
   Interrupts& operator=(const Interrupts&) = delete;

@@ -49,7 +49,7 @@ void add_keys(CLI::App& app, int& exit_code) {
   CLI::App& make = *command.add_subcommand(
       "new",
       "Print a new token, which is for the client and kept nowhere, and on the next line its entry for the file");
-  make.add_option("id", flags->id, "Who it is for; what is stored with the key belongs to this name")->required();
+  make.add_option("id", flags->id, "Name of the owner: what is stored with the key belongs to it")->required();
   make.add_option("--scope", flags->scopes, "What it may be used for: compare, metrics; may be repeated")
       ->check(CLI::IsMember({"compare", "metrics"}))
       ->capture_default_str();

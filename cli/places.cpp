@@ -9,7 +9,7 @@
 namespace meshgauge::cli {
 namespace {
 
-// The same for all names of a file. Of one that does not exist yet, where it would be.
+// Returns the same string for every path of a file; of a file that does not exist, its canonical path.
 std::string identity(const std::filesystem::path& file) {
   struct stat status {};
   if (stat(file.c_str(), &status) == 0) return std::to_string(status.st_dev) + ':' + std::to_string(status.st_ino);

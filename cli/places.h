@@ -1,4 +1,4 @@
-// The files that a run reads and writes: nothing is written over what is read, or twice.
+// The files that a run reads and writes. No file is written over an input, or twice.
 #pragma once
 
 #include <filesystem>
@@ -11,14 +11,14 @@ namespace meshgauge::cli {
 
 class Places {
  public:
-  // `what` it is to the run: "the manifest". All of these come first.
+  // `what` describes the file in messages: "the manifest". Call it for all inputs before writes().
   void reads(const std::filesystem::path& file, const std::string& what);
 
-  // An Error that names `flag` when the file, by whatever name or link, is one of those above or written already.
+  // Errors name `flag`: the file, through any path or link, is an input or is already written.
   Result<Done> writes(const std::string& flag, const std::filesystem::path& file);
 
  private:
-  std::map<std::string, std::string> taken_;  // what each is
+  std::map<std::string, std::string> taken_;  // file -> description
 };
 
 }  // namespace meshgauge::cli

@@ -16,7 +16,7 @@ namespace {
 using api::Comparison;
 using check::shortest;
 using check::text;
-using Unit = std::optional<api::LengthUnit>;  // of every length that was measured
+using Unit = std::optional<api::LengthUnit>;  // unit of all measured lengths
 
 __attribute__((format(printf, 2, 3))) void append(std::string& out, const char* format, ...) {
   char line[512];

@@ -1,4 +1,4 @@
-// A comparison as a table for people.
+// Formats a comparison as a table for people.
 #pragma once
 
 #include <string>

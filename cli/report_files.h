@@ -1,4 +1,4 @@
-// The reports that `check` writes, and where to.
+// Writes the reports that `check` was asked for.
 #pragma once
 
 #include <functional>
@@ -15,16 +15,16 @@ class ReportFiles {
  public:
   using Write = std::function<std::string(const check::Report&)>;
 
-  // `where`: a file, "-" for standard output, or empty: then the report is not asked for. `flag` names it in messages.
+  // `where`: a file, "-" for standard output, or empty: not wanted. `flag` names it in messages.
   void add(const std::string& flag, const std::string& where, Write write);
 
-  // Before anything is measured: an Error when two reports are to share standard output, when one is to be written over
-  // a file of `places`, which gets all of them, or when there is no folder to write to.
+  // Checks before measuring and adds all files to `places`. Errors: two reports for standard output, a report over a
+  // file of `places`, a folder that does not exist or is not writable.
   Result<Done> possible(Places& places) const;
 
-  bool to_stdout() const;  // so that nothing else may go there
+  bool to_stdout() const;  // nothing else may be printed there
 
-  // Writes all of them, also when one fails: the first Error.
+  // Writes all reports, also after a failure. Returns the first Error.
   Result<Done> write(const check::Report& report) const;
 
  private:

@@ -25,7 +25,7 @@ int run(const Result<server::Settings>& asked, bool print, Serve serve) {
   return ended ? kExitResult : fail(ended.error());
 }
 
-// A process that goes on until it is told to end, with all settings of the service.
+// Adds a subcommand that runs until it is told to end, with all settings of the service.
 void add(CLI::App& app, int& exit_code, const char* name, const char* help, Serve serve) {
   CLI::App& command = *app.add_subcommand(name, help);
   const auto settings = add_settings(command);

@@ -12,7 +12,7 @@ namespace {
 
 struct AskedSettings {
   std::string config;
-  server::Settings settings;  // where the flags write; only what was given counts
+  server::Settings settings;  // written by the flags; only those that were given count
 };
 
 std::string flag_of(std::string name) {
@@ -35,7 +35,7 @@ CLI::Option* add(CLI::App& command, const std::string& flag, Field& field, const
   return command.add_option(flag, field, help)->capture_default_str();
 }
 
-// The file first, then what was given by flag or variable.
+// Reads the file first, then applies flags and variables.
 Result<server::Settings> gathered(const CLI::App& command, const AskedSettings& asked) {
   server::Settings settings;
   if (!asked.config.empty()) {

@@ -1,5 +1,4 @@
-// The settings of the service from flags, variables and a file. A flag wins over a variable, a variable over the file,
-// and the file over the default.
+// Collects the service's settings. A flag overrides a variable, a variable the file, the file the default.
 #pragma once
 
 #include <functional>
@@ -15,8 +14,8 @@ class App;
 
 namespace meshgauge::cli {
 
-// Declares --config and a flag for each setting that `wanted` names, with its variable. What it returns gives the
-// settings once the command line is read.
+// Declares --config and, for each setting that `wanted` accepts, a flag with its variable. The returned function
+// gives the settings after parsing.
 std::function<Result<server::Settings>()> add_settings(
     CLI::App& command,
     const std::function<bool(std::string_view name)>& wanted = [](std::string_view) { return true; });

@@ -13,7 +13,7 @@
 namespace meshgauge::cli {
 namespace {
 
-constexpr double kBarWidth = 50;  // characters
+constexpr double kBarWidth = 50;  // in characters
 constexpr std::size_t kBinsALine = 2;
 
 __attribute__((format(printf, 1, 2))) std::string formatted(const char* format, ...) {
@@ -29,7 +29,7 @@ std::string number_line(const char* name, const Estimate& estimate) {
   return formatted("  %-9s %-12.6g +- %.2g\n", name, estimate.value, estimate.standard_error);
 }
 
-// As long as the share of the longest one.
+// Returns bars in proportion to the longest one.
 std::string bars(const Distribution& found) {
   std::array<double, Distribution::kBins / kBinsALine> shares{};
   for (std::size_t b = 0; b < found.histogram.size(); ++b) shares[b / kBinsALine] += found.histogram[b].value;

@@ -1,4 +1,4 @@
-// Sampled statistics as text for people: one line of numbers and a histogram of bars for each direction.
+// Formats sampled statistics: for each direction a line of numbers and a histogram.
 #pragma once
 
 #include <optional>
@@ -9,7 +9,7 @@
 
 namespace meshgauge::cli {
 
-// `unit`: of every length.
+// `unit`: unit of every length.
 std::string to_table(const Statistics& statistics, const std::optional<api::LengthUnit>& unit);
 
 }  // namespace meshgauge::cli

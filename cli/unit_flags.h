@@ -1,4 +1,4 @@
-// --unit, --unit-a and --unit-b: what the numbers of two mesh files are in.
+// Flags --unit, --unit-a and --unit-b: units of the numbers in two mesh files.
 #pragma once
 
 #include <optional>
@@ -17,7 +17,7 @@ struct UnitFlags {
   std::optional<std::string> both, a, b;
 };
 
-// `a` and `b`: what the command calls its files.
+// `a` and `b`: names of the two files in the help.
 void declare(CLI::App& command, UnitFlags& flags, const std::string& a, const std::string& b);
 
 // Sets the declared units; --unit-a and --unit-b take precedence over --unit. The Error names its flag.

@@ -12,13 +12,13 @@ namespace meshgauge::net {
 namespace {
 
 constexpr std::size_t kMaxIdle = 64;
-constexpr long kIdleSeconds = 60;  // servers close what is idle for longer
+constexpr long kIdleSeconds = 60;  // servers close connections that are idle for longer
 constexpr int kTickMs = 10;
-constexpr std::uint64_t kWorthLeave = 1U << 20U;  // bytes of a body that waits for the server's leave to be sent
+constexpr std::uint64_t kWorthLeave = 1U << 20U;  // bytes from which a body waits for 100 Continue
 
 void start_library() {
   static const bool started = [] {
-    std::signal(SIGPIPE, SIG_IGN);  // CURLOPT_NOSIGNAL leaves that to us; TLS may write to a peer that has gone
+    std::signal(SIGPIPE, SIG_IGN);  // CURLOPT_NOSIGNAL requires it: TLS may write to a closed connection
     if (curl_global_init(CURL_GLOBAL_DEFAULT) != CURLE_OK) throw std::runtime_error("libcurl does not start");
     return true;
   }();
@@ -36,7 +36,7 @@ Trouble trouble_of(CURLcode code) {
     case CURLE_RECV_ERROR:
     case CURLE_GOT_NOTHING:
     case CURLE_PARTIAL_FILE:
-    case CURLE_SSL_CONNECT_ERROR:  // also of a connection that is lost in the handshake
+    case CURLE_SSL_CONNECT_ERROR:  // also a connection lost during the handshake
     case CURLE_PROXY:
       return Trouble::broken;
     default:
@@ -52,7 +52,7 @@ struct Ended {
   void operator()(CURLM* multi) const { curl_multi_cleanup(multi); }
 };
 
-// A transfer as libcurl's callbacks see it.
+// State of a transfer for libcurl's callbacks.
 struct Transfer {
   CURL* easy;
   const HttpRequest& request;
@@ -79,14 +79,14 @@ std::size_t send_more(char* buffer, std::size_t size, std::size_t count, void* c
   return *read;
 }
 
-// A connection that was closed meanwhile is replaced by libcurl, and what was sent over it is sent again.
+// Rewinds the body: libcurl replaces a connection that was closed meanwhile and sends again.
 int send_again(void* context, curl_off_t offset, int origin) {
   if (origin != SEEK_SET || offset < 0) return CURL_SEEKFUNC_CANTSEEK;
   static_cast<Transfer*>(context)->sent = static_cast<std::uint64_t>(offset);
   return CURL_SEEKFUNC_OK;
 }
 
-// Another number than `size` ends the transfer.
+// Returning another number than `size` ends the transfer.
 std::size_t receive(char* data, std::size_t size, std::size_t count, void* context) {
   auto& transfer = *static_cast<Transfer*>(context);
   const std::size_t all = size * count;
@@ -110,7 +110,7 @@ Headers headers_of(const HttpRequest& request) {
   const auto append = [&](const std::string& line) {
     curl_slist* longer = curl_slist_append(list.get(), line.c_str());
     if (!longer) throw std::bad_alloc();
-    (void)list.release();  // the same list
+    (void)list.release();  // the pointer has not changed
     list.reset(longer);
   };
   for (const auto& [name, value] : request.headers) append(value.empty() ? name + ":" : name + ": " + value);
@@ -154,7 +154,7 @@ void set_access(CURL* easy, const HttpSettings& settings) {
   if (settings.without_proxy) curl_easy_setopt(easy, CURLOPT_NOPROXY, "*");
   if (!settings.ca_file.empty()) {
     curl_easy_setopt(easy, CURLOPT_CAINFO, settings.ca_file.c_str());
-    curl_easy_setopt(easy, CURLOPT_CAPATH, nullptr);  // this machine's, which would be trusted as well
+    curl_easy_setopt(easy, CURLOPT_CAPATH, nullptr);  // this machine's certificates would be trusted as well
   }
   if (settings.key.empty()) return;
   curl_easy_setopt(easy, CURLOPT_HTTPAUTH, CURLAUTH_BEARER);
@@ -162,10 +162,10 @@ void set_access(CURL* easy, const HttpSettings& settings) {
 }
 
 void set_connection(CURL* easy) {
-  curl_easy_setopt(easy, CURLOPT_PATH_AS_IS, 1L);  // what is signed is what is sent
+  curl_easy_setopt(easy, CURLOPT_PATH_AS_IS, 1L);  // the path must be sent as it was signed
   curl_easy_setopt(easy, CURLOPT_HTTP_VERSION, static_cast<long>(CURL_HTTP_VERSION_1_1));
   curl_easy_setopt(easy, CURLOPT_NOSIGNAL, 1L);
-  curl_easy_setopt(easy, CURLOPT_QUICK_EXIT, 1L);  // an interruption does not wait for a name's look-up
+  curl_easy_setopt(easy, CURLOPT_QUICK_EXIT, 1L);  // an interruption does not wait for a DNS lookup
   curl_easy_setopt(easy, CURLOPT_MAXAGE_CONN, kIdleSeconds);
   curl_easy_setopt(easy, CURLOPT_UPLOAD_BUFFERSIZE, 1L << 20);
   curl_easy_setopt(easy, CURLOPT_BUFFERSIZE, 256L << 10);
@@ -200,7 +200,7 @@ void read_head(CURL* easy, HttpAnswer& answer) {
   if (redirect) answer.redirect = redirect;
 }
 
-// What went wrong with a transfer, if anything did.
+// Stores the failure of a transfer, if any, in its answer.
 void conclude(Transfer& transfer, std::optional<CURLcode> code, const HttpSettings& settings, const char* text) {
   HttpAnswer& answer = transfer.answer;
   const int status = transfer.status();
@@ -241,7 +241,7 @@ std::string HttpAnswer::header(const std::string& name) const {
   return found == headers.end() ? "" : found->second;
 }
 
-// The multi handle owns the connection that is kept, so it outlives the easy one.
+// The multi handle owns the kept connection, so it must outlive the easy handle.
 struct HttpClient::Connection {
   std::unique_ptr<CURLM, Ended> multi{curl_multi_init()};
   std::unique_ptr<CURL, Freed> easy{curl_easy_init()};
@@ -255,7 +255,7 @@ std::unique_ptr<HttpClient::Connection> HttpClient::take_idle() {
   {
     const std::lock_guard lock(mutex_);
     if (!idle_.empty()) {
-      auto connection = std::move(idle_.back());  // the newest: the others may be closed by the server in peace
+      auto connection = std::move(idle_.back());  // newest first: the server may close the others
       idle_.pop_back();
       return connection;
     }
@@ -293,7 +293,7 @@ HttpAnswer HttpClient::perform(const HttpRequest& request, const Interrupted& in
   const auto code = drive(multi, interrupted);
   curl_multi_remove_handle(multi, easy);
   conclude(transfer, code, settings_, text);
-  // libcurl itself closes what did not end well.
+  // libcurl closes connections that did not end well.
   curl_easy_reset(easy);
   give_back(std::move(connection));
   return std::move(transfer.answer);

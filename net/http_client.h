@@ -1,4 +1,4 @@
-// The one HTTP client, by libcurl: the front end's and the workers' for S3, the gate's for a service.
+// The one HTTP client, by libcurl: for S3, and for gates at a service.
 #pragma once
 
 #include <chrono>
@@ -20,20 +20,20 @@
 namespace meshgauge::net {
 
 struct HttpSettings {
-  std::string base;            // scheme, host and port, in front of each request's path
+  std::string base;            // scheme, host and port, before each request's path
   std::string key;             // a bearer token; empty: none
   std::string user_agent;      // empty: none
-  std::string ca_file;         // trusted instead of this machine's certificates; empty: those
-  bool without_proxy = false;  // else as the environment says
-  // A status of 400 or more is an answer although the connection broke while the body was sent.
+  std::string ca_file;         // certificates trusted instead of this machine's; empty: this machine's
+  bool without_proxy = false;  // false: proxies of the environment
+  // A status of 400 or more counts as the answer even if the connection broke while the body was sent.
   bool early_refusals = false;
   std::chrono::milliseconds connect{10'000};
-  std::chrono::seconds stall{30};       // that long slower than `least_speed` ends an exchange
-  long least_speed = 1;                 // bytes a second, in either direction
-  std::size_t most_body = 4ULL << 20U;  // bytes held of an answer; more is Trouble::hopeless
+  std::chrono::seconds stall{30};       // an exchange slower than `least_speed` for so long fails
+  long least_speed = 1;                 // bytes per second, in either direction
+  std::size_t most_body = 4ULL << 20U;  // maximum size of an answer; beyond it Trouble::hopeless
 };
 
-// The bytes that a request sends, read by offset. Refers to what outlives the exchange.
+// The body of a request, read by offset. What it refers to must outlive the exchange.
 struct HttpBody {
   HttpBody() = default;
   HttpBody(std::span<const std::byte> bytes);  // NOLINT(google-explicit-constructor)
@@ -41,41 +41,44 @@ struct HttpBody {
   HttpBody(std::uint64_t its_size, Read its_read) : size(its_size), read(std::move(its_read)) {}
 
   std::uint64_t size = 0;
-  // Fills `into` from the offset on, as far as there are bytes; returns how many. An Error ends the exchange.
+  // Fills `into` from the offset on and returns the number of bytes, less than its size only at the end. An Error
+  // ends the exchange.
   std::function<Result<std::size_t>(std::uint64_t offset, std::span<std::byte> into)> read;
 };
 
 struct HttpRequest {
   std::string method;  // "HEAD", "GET", "PUT", "POST" or "DELETE"
-  std::string path;    // encoded, sent as it is
-  // An empty value takes back a header of libcurl's own.
+  std::string path;    // percent-encoded; sent as it is
+  // An empty value removes libcurl's own header of that name.
   std::vector<std::pair<std::string, std::string>> headers;
-  HttpBody body = {};                       // of PUT and POST
-  std::chrono::milliseconds limit{60'000};  // of the whole exchange; 0: none
-  bool may_stall = false;                   // the server may think for minutes without a byte
+  HttpBody body = {};                       // for PUT and POST
+  std::chrono::milliseconds limit{60'000};  // time limit of the whole exchange; 0: none
+  bool may_stall = false;                   // the server may take minutes without sending a byte
   std::function<void()> begin = nullptr;    // called before each exchange
-  // Takes the body of an answer 200 or 206, piece by piece; an Error ends the exchange. Null: it is the answer's body.
+  // Receives the body of a 200 or 206 piece by piece; an Error ends the exchange. Null: the body is stored in the
+  // answer.
   std::function<Result<Done>(int status, std::span<const std::byte> piece)> take = nullptr;
 };
 
-// Why there is no whole answer.
+// Why there is no complete answer.
 enum class Trouble {
   none,
-  no_contact,  // nothing listens there; may pass
-  broken,      // the connection was lost or stalled; may pass
-  hopeless,    // an untrusted certificate, an answer that is not HTTP or too large, an Error of take() or the body
+  no_contact,  // no connection; transient
+  broken,      // the connection was lost or stalled; transient
+  hopeless,    // permanent: an untrusted certificate, an answer that is not HTTP or too large, an Error of take() or of
+               // the body
   cancelled,   // interrupted
 };
 
 struct HttpAnswer {
   Trouble trouble = Trouble::none;
-  std::string why;                             // for people; of a trouble
-  std::optional<Error> stopped;                // of take() or the body
+  std::string why;                             // explanation of a trouble, for people
+  std::optional<Error> stopped;                // the Error of take() or of the body
   int status = 0;                              // 0: there is a trouble
   std::map<std::string, std::string> headers;  // names in lower case
   std::string body;
   std::optional<std::chrono::seconds> retry_after;
-  std::string redirect;  // where a redirection points
+  std::string redirect;  // target of a redirection
 
   std::string header(const std::string& name) const;  // "" when there is none
   bool may_pass() const { return trouble == Trouble::no_contact || trouble == Trouble::broken; }

@@ -1,4 +1,4 @@
-// The small program that is a spawner and nothing else (server/sandbox/reader), in place of the one that runs.
+// Executes the small spawner program (server/sandbox/reader) in place of the running one.
 #pragma once
 
 #include <cstddef>
@@ -7,9 +7,9 @@
 
 namespace meshgauge::server::sandbox {
 
-// For the process that was started as a spawner, while it has one thread. Executes `program` from memory, with the
-// arguments and the variables that this process has and with its descriptors 0 to kControl (spawner.h), and does not
-// return then. Else gives a clause, why not; empty when `program` is.
+// Executes `program` from memory, with this process's arguments, environment and descriptors 0 to kControl
+// (spawner.h); does not return on success. Otherwise returns why not, as a clause; empty if `program` is empty. Call
+// it in the spawner's process while it has one thread.
 std::string become_reader(std::span<const std::byte> program, char* const* arguments);
 
 }  // namespace meshgauge::server::sandbox

@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::size_t kMostFiles = 2;
 
-// Room for the descriptors that go along with a message.
+// Buffer for the descriptors of a message.
 struct Along {
   alignas(cmsghdr) char bytes[CMSG_SPACE(kMostFiles * sizeof(int))] = {};
 };

@@ -1,5 +1,6 @@
-// Messages and descriptors between two processes: a pair of sockets that keep messages apart (SOCK_SEQPACKET). What
-// comes in is not believed: a message that is too long, or that has other descriptors than asked for, is none.
+// Messages and descriptors between two processes, over a pair of sockets that keep message boundaries
+// (SOCK_SEQPACKET). Received data is untrusted: a message that is too long, or carries another number of descriptors
+// than expected, is rejected.
 #pragma once
 
 #include <chrono>
@@ -15,7 +16,7 @@
 
 namespace meshgauge::server::sandbox {
 
-inline constexpr std::chrono::milliseconds kTick{10};  // how often one who waits asks whether to go on
+inline constexpr std::chrono::milliseconds kTick{10};  // interval at which waiting functions check `interrupted`
 inline constexpr std::size_t kMaxMessageBytes = std::size_t{16} << 10;
 
 struct Channel {
@@ -23,28 +24,28 @@ struct Channel {
   Descriptor theirs;
 };
 
-std::optional<Channel> open_channel();  // both ends are closed on exec; nullopt: no descriptors are left
+std::optional<Channel> open_channel();  // both ends close on exec; nullopt: no descriptors left
 
 struct Message {
   std::string bytes;
   std::vector<Descriptor> files;
 };
 
-// At most two files, which stay the caller's. False when the other end is closed or its buffer is full; never waits.
+// Sends a message with at most two descriptors, which stay open here. False: the other end is closed, or its buffer
+// is full. Does not block.
 bool send_message(int socket, std::string_view bytes, std::initializer_list<int> files = {});
 
-// Waits at most `time` until a message can be received, or nothing will come any more.
+// Waits up to `time` until a message can be received or the other end is closed. False: neither.
 bool readable(int socket, std::chrono::milliseconds time);
 
-// The same, but ends, with false, within kTick when `interrupted` says so.
+// As above; returns false within kTick when `interrupted` is true.
 bool readable(int socket, std::chrono::milliseconds time, const Interrupted& interrupted);
 
-// The other end is closed, by its process or with it, or will be within kTick. What it sent before may still be
-// received.
+// Whether the other end is closed, or its process ends within kTick. Messages sent before may still be received.
 bool closed(int socket);
 
-// Waits. nullopt: the other end is closed (or sent an empty message), or what came does not fit or has not exactly
-// `files` descriptors, of which there are at most two. With `files` 0 whatever is sent along never enters this process.
+// Receives a message. Blocks. nullopt: the other end is closed or sent an empty message, the message does not fit, or
+// it does not carry exactly `files` descriptors (at most two). With `files` 0 no descriptor enters this process.
 std::optional<Message> receive_message(int socket, std::size_t files);
 
 }  // namespace meshgauge::server::sandbox

@@ -25,14 +25,15 @@
 namespace meshgauge::server::sandbox {
 namespace {
 
-// The program and its libraries; generous, since what it is for is shared memory, which RLIMIT_DATA does not count.
+// Address space of the program and its libraries. Generous, since the limit is for shared memory, which RLIMIT_DATA
+// does not count.
 constexpr std::uint64_t kProgramBytes = std::uint64_t{1} << 30;
-constexpr std::uint64_t kMost = std::uint64_t{1} << 60;  // so that no sum overflows
+constexpr std::uint64_t kMost = std::uint64_t{1} << 60;  // sums must not overflow
 constexpr std::uint64_t kStackBytes = std::uint64_t{8} << 20;
 
-// Exit codes of the probe, beside the errno of a filter that is refused.
+// Exit codes of the probe, beside an errno of the filter.
 constexpr int kUnlimited = 254;    // a limit was refused
-constexpr int kWentThrough = 255;  // a forbidden call was carried out
+constexpr int kWentThrough = 255;  // a forbidden call succeeded
 
 template <class Resource>
 bool limit(Resource resource, std::uint64_t soft, std::uint64_t hard) {
@@ -58,7 +59,7 @@ class Filter {
   Filter() : context_(seccomp_init(SCMP_ACT_KILL_PROCESS)) {
     if (!context_) error_ = -ENOMEM;
     set(SCMP_FLTATR_ACT_BADARCH, SCMP_ACT_KILL_PROCESS);
-    set(SCMP_FLTATR_API_SYSRAWRC, 1);  // or every refusal of the kernel is told as ECANCELED
+    set(SCMP_FLTATR_API_SYSRAWRC, 1);  // otherwise every refusal of the kernel becomes ECANCELED
   }
 
   void allow(int call, std::initializer_list<scmp_arg_cmp> conditions = {}) {
@@ -68,7 +69,7 @@ class Filter {
         seccomp_rule_add_array(context_.get(), SCMP_ACT_ALLOW, call, static_cast<unsigned>(all.size()), all.data());
   }
 
-  // 0, or the errno that says why there is none.
+  // Returns 0, or the errno of the failure.
   int compile(std::vector<sock_filter>& program) {
     const Descriptor file(::memfd_create("filter", MFD_CLOEXEC));
     if (error_ == 0 && !file) error_ = -errno;
@@ -101,7 +102,7 @@ scmp_arg_cmp masked(unsigned argument, int mask, int value) {
   return {argument, SCMP_CMP_MASKED_EQ, static_cast<scmp_datum_t>(mask), static_cast<scmp_datum_t>(value)};
 }
 
-// What the end of the probe says.
+// Interprets the wait status of the probe.
 Trial judge(int status) {
   if (WIFSIGNALED(status)) {
     if (WTERMSIG(status) == SIGSYS) return {};
@@ -116,13 +117,13 @@ Trial judge(int status) {
 }  // namespace
 
 bool drop_capabilities() {
-  // The bounding set needs a right to be reduced; who has none to lose loses nothing by keeping it.
+  // Reducing the bounding set needs a capability; without it the set is harmless.
   for (unsigned long capability = 0; ::prctl(PR_CAPBSET_READ, capability) >= 0; ++capability) {
     ::prctl(PR_CAPBSET_DROP, capability);
   }
   __user_cap_header_struct header{_LINUX_CAPABILITY_VERSION_3, 0};
   __user_cap_data_struct sets[_LINUX_CAPABILITY_U32S_3] = {};
-  ::syscall(SYS_capset, &header, sets);  // the ambient set shrinks with these
+  ::syscall(SYS_capset, &header, sets);  // also clears the ambient set
   return ::syscall(SYS_capget, &header, sets) == 0 &&
          std::ranges::all_of(sets, [](const auto& set) { return (set.permitted | set.inheritable) == 0; });
 }
@@ -155,7 +156,7 @@ int forbid_calls(const Rules& rules) {
   if (kSanitized) return ENOTSUP;
   if (rules.error != 0) return rules.error;
   const sock_fprog program{static_cast<unsigned short>(rules.program.size()),
-                           const_cast<sock_filter*>(rules.program.data())};  // which only reads it
+                           const_cast<sock_filter*>(rules.program.data())};  // the kernel only reads it
   return ::prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &program) == 0 ? 0 : errno;
 }
 

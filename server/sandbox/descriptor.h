@@ -1,4 +1,4 @@
-// A file descriptor that closes itself, and what is written to one.
+// A file descriptor that closes itself, and writing to one.
 #pragma once
 
 #include <unistd.h>
@@ -13,7 +13,7 @@ namespace meshgauge::server {
 class Descriptor {
  public:
   Descriptor() = default;
-  explicit Descriptor(int fd) : fd_(fd) {}  // takes it over; -1: none
+  explicit Descriptor(int fd) : fd_(fd) {}  // takes ownership; -1: none
   Descriptor(Descriptor&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
   Descriptor& operator=(Descriptor&& other) noexcept {
     std::swap(fd_, other.fd_);
@@ -31,7 +31,7 @@ class Descriptor {
   int fd_ = -1;
 };
 
-// False: not all of it, and errno says why.
+// False: not everything was written; see errno.
 inline bool write_all(int file, std::span<const std::byte> bytes) {
   while (!bytes.empty()) {
     const ssize_t n = ::write(file, bytes.data(), bytes.size());

@@ -9,7 +9,7 @@
 namespace meshgauge::server::sandbox {
 namespace {
 
-// MFD_NOEXEC_SEAL and MFD_EXEC of Linux 6.3, which the C library may not know yet.
+// MFD_NOEXEC_SEAL and MFD_EXEC of Linux 6.3, which the C library may lack.
 constexpr unsigned kNoExecSeal = 0x0008U;
 constexpr unsigned kExec = 0x0010U;
 constexpr int kSizeSeals = F_SEAL_SHRINK | F_SEAL_GROW | F_SEAL_SEAL;

@@ -1,4 +1,4 @@
-// Files without a name, in memory, that pass between the server and its workers, and seals that keep them as they are.
+// Unnamed files in memory, shared by the server and its workers, and seals that fix their content.
 #pragma once
 
 #include <cstddef>
@@ -8,19 +8,20 @@
 
 namespace meshgauge::server::sandbox {
 
-bool seals_are_known();  // to this kernel
+bool seals_are_known();  // whether this kernel supports them
 
-// A copy that nobody can change, where seals are known. No file when memory ran out.
+// Returns a read-only copy, sealed where seals are supported. No file: memory ran out.
 Descriptor sealed_copy(std::span<const std::byte> bytes);
 
-// The same, of a program. No file, and errno, when memory ran out or this machine executes no such files.
+// Returns an executable copy of a program. No file, with errno: memory ran out, or this machine does not execute such
+// files.
 Descriptor executable_copy(std::span<const std::byte> bytes);
 
-// Zeros, to be written to. `fixed` tells whether its size is sealed: then it can be mapped without fear.
+// A writable file of zeros. `fixed`: its size is sealed, so mapping it is safe.
 struct SizedFile {
   Descriptor file;
   bool fixed = false;
 };
-SizedFile file_of_size(std::size_t bytes);  // no file when memory ran out
+SizedFile file_of_size(std::size_t bytes);  // no file: memory ran out
 
 }  // namespace meshgauge::server::sandbox

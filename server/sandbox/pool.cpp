@@ -12,7 +12,7 @@
 namespace meshgauge::server::sandbox {
 namespace {
 
-// Between two attempts to start a spawner, of which the first failed; doubled by each that fails.
+// Pause after the first failed start of a spawner; doubles with each failure.
 constexpr std::chrono::milliseconds kLeastPause{50};
 constexpr std::chrono::milliseconds kMostPause{1000};
 
@@ -29,7 +29,7 @@ std::string to_string(const Counters& counters) {
   return text;
 }
 
-// One of the readings that may go on at a time.
+// One of the readings that may run at the same time.
 class Pool::Turn {
  public:
   Turn(Pool& pool, Control& control) : pool_(pool) {
@@ -51,7 +51,7 @@ class Pool::Turn {
     pool_.turn_free_.notify_one();
   }
 
-  Interruption why() const { return why_; }  // it was not had; none: it was
+  Interruption why() const { return why_; }  // why there is no turn; none: it was granted
 
  private:
   Pool& pool_;
@@ -102,7 +102,7 @@ ReadingOutcome Pool::read_once(const api::MeshInput& input, const api::ReadLimit
   if (auto* const instead = std::get_if<ReadingOutcome>(&taken)) return std::move(*instead);
   Reading reading(std::get<ReaderProcess>(std::move(taken)), input, limits);
   if (!reading.begin()) return failed(input.part, "could not be given it: memory or descriptors ran out");
-  refill();  // while that one works
+  refill();  // while the worker reads
   return reading.finish(control);
 }
 
@@ -115,8 +115,7 @@ std::string Pool::defect(Control& control) {
   }
 }
 
-// Those that wait for a file say nothing of whether there will be more: a spawner may stand still, or be unable to
-// fork.
+// Uses a new worker: the idle ones do not show whether the spawner can still fork.
 std::string Pool::try_triangle(Control& control) {
   const api::MeshInput triangle{"triangle", std::as_bytes(std::span(kTriangle)), "triangle.obj", ""};
   auto taken = take(triangle.part, control, Kind::fresh);
@@ -134,14 +133,14 @@ Counters Pool::counters() const {
   return counters_;
 }
 
-// Nobody waits longer than for one attempt to start the spawner that began after it came.
+// Waits at most for one attempt to start the spawner that began after the call.
 std::variant<ReaderProcess, ReadingOutcome> Pool::take(const std::string& part, Control& control, Kind kind) {
   std::unique_lock lock(mutex_);
   const std::uint64_t failed_before = failed_starts_;
   for (;;) {
     if (auto worker = kind == Kind::fresh ? make() : ready()) return std::move(*worker);
     if (failed_starts_ != failed_before) return failed(part, "is not there: " + why_not_started_);
-    // A spawner that lives, and could not be asked for want of descriptors, has workers that others wait for.
+    // The spawner lives and could not be asked, because descriptors ran out. Other readings wait for its workers.
     if (!starting_ && !spawner_.gone()) return failed(part, "is not there: no process could be ordered");
     if (const Interruption why = control.check(); why != Interruption::none) {
       return interrupted(why, part, "was still waited for");
@@ -154,7 +153,7 @@ std::variant<ReaderProcess, ReadingOutcome> Pool::take(const std::string& part, 
   }
 }
 
-// Somebody, or the kernel, may have killed one that was waiting.
+// An idle worker may have been killed, by the kernel or an operator.
 std::optional<ReaderProcess> Pool::ready() {
   if (starting_) return std::nullopt;
   if (spawner_.gone()) idle_.clear();
@@ -173,11 +172,11 @@ std::optional<ReaderProcess> Pool::make() {
   return worker;
 }
 
-// One whose reading is interrupted leaves the start to another: that is no failure.
+// An interrupted thread leaves the start to another one; that is not a failure.
 void Pool::start_anew(std::unique_lock<std::mutex>& lock, Control& control) {
   bool given_up = false;
   starting_ = true;
-  idle_.clear();  // those of a dead spawner are about to die
+  idle_.clear();  // workers of a dead spawner are about to die
   lock.unlock();
   std::string why_not = try_start([&] { return given_up = control.check() != Interruption::none; });
   lock.lock();
@@ -193,7 +192,7 @@ void Pool::start_anew(std::unique_lock<std::mutex>& lock, Control& control) {
   started_.notify_all();
 }
 
-// Why not; empty when the spawner runs.
+// Returns why the spawner does not run; empty: it runs.
 std::string Pool::try_start(const Interrupted& interrupted) {
   try {
     const auto started = spawner_.start(settings_.bounds, interrupted);
@@ -207,7 +206,7 @@ void Pool::refill() {
   const std::lock_guard lock(mutex_);
   while (idle_.size() < settings_.parsers) {
     auto worker = make();
-    if (!worker) return;  // take() sees to it
+    if (!worker) return;  // take() handles it
     idle_.push_back(std::move(*worker));
   }
 }

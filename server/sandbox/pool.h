@@ -1,5 +1,5 @@
-// The processes in which uploads are read: an api::load() that trusts no file. Each file is read by a process of its
-// own, made beforehand, which may compute and nothing else and ends with it; whatever it does costs that one reading.
+// Reads uploads in separate processes: an api::load() for untrusted files. Each file has a process of its own,
+// started in advance, that may only compute and ends with the file. Whatever a file does costs that one reading.
 #pragma once
 
 #include <array>
@@ -21,15 +21,15 @@
 namespace meshgauge::server::sandbox {
 
 struct PoolSettings {
-  std::vector<std::string> command;  // a program and its arguments that calls run_spawner() (spawner.h)
-  std::size_t parsers = 1;           // files read at a time; as many processes more are kept ready
-  Bounds bounds;                     // of each process; `filter` is filled in by start()
+  std::vector<std::string> command;  // program and arguments that call run_spawner() (spawner.h)
+  std::size_t parsers = 1;           // files read at the same time; as many more processes are kept ready
+  Bounds bounds;                     // limits of each process; start() fills in `filter`
 };
 
-// Since start(), by how readings ended. Every load() is in one of them; in `lost` and in another, or twice in it, if
-// its file was read a second time.
+// Numbers of readings since start(), by how they ended. Each load() counts in one; a file that was read twice counts
+// in `lost` and in one more, or twice in `lost`.
 struct Counters {
-  std::uint64_t started = 0;  // processes
+  std::uint64_t started = 0;  // processes started
   std::array<std::uint64_t, kEndNames.size()> ended{};
 
   std::uint64_t& operator[](End end) { return ended[static_cast<std::size_t>(end)]; }
@@ -43,22 +43,20 @@ class Pool {
  public:
   using Log = std::function<void(const std::string& detail)>;
 
-  // `log` is told of every reading that did not end well.
+  // Calls `log` for each reading that failed.
   Pool(PoolSettings settings, Log log);
 
-  // Makes the first processes. Gives what this machine lacks and what follows from that, a line each. Called once,
-  // before load().
+  // Starts the first processes. Returns a line for each protection that this machine lacks, with its consequence.
+  // Call once, before load().
   Result<std::vector<std::string>> start();
 
-  // As api::load(). A worker that crashed, broke a rule or lied is the Error unreadable_mesh, one that needed too much
-  // memory is too_large. One that ended through no doing of its file is replaced, once; when that does not help, or a
-  // process cannot be had, the Error is internal. When `control` says to stop, whatever is going on, it is out_of_time
-  // within 10 ms.
+  // As api::load(). Errors: unreadable_mesh: the worker crashed, broke a rule or lied; too_large: it needed too much
+  // memory; internal: no process was available, or two were lost through no fault of the file; out_of_time: within 10
+  // ms after `control` says to stop. Blocks.
   Result<api::LoadedMesh> load(const api::MeshInput& input, const api::ReadLimits& limits, Control& control);
 
-  // Whether a file would be read: why not, or empty. Tries it, with a triangle and a worker ordered for that, which may
-  // take as long as `control` allows; a spawner that has ended is started for it, as it is for load(). That worker is
-  // beside those of `parsers`.
+  // Checks whether a file would be read: returns why not, or an empty string. Reads a triangle in an extra worker,
+  // and starts the spawner if it has ended, as load() does. Blocks as long as `control` allows.
   std::string defect(Control& control);
 
   Counters counters() const;
@@ -69,7 +67,7 @@ class Pool {
   ReadingOutcome read(const api::MeshInput& input, const api::ReadLimits& limits, Control& control);
   ReadingOutcome read_once(const api::MeshInput& input, const api::ReadLimits& limits, Control& control);
   std::string try_triangle(Control& control);
-  enum class Kind { any, fresh };  // fresh: ordered now, which shows that one can be had
+  enum class Kind { any, fresh };  // fresh: a new one, to see whether the spawner can make one
   std::variant<ReaderProcess, ReadingOutcome> take(const std::string& part, Control& control, Kind kind = Kind::any);
   std::optional<ReaderProcess> ready();
   std::optional<ReaderProcess> make();
@@ -78,16 +76,16 @@ class Pool {
   void refill();
   void note(const ReadingOutcome& outcome, const std::string& part);
 
-  PoolSettings settings_;  // does not change after start()
+  PoolSettings settings_;  // constant after start()
   const Log log_;
-  mutable std::mutex mutex_;  // guards what follows; held by nobody who waits
+  mutable std::mutex mutex_;  // guards the members below; not held while waiting
   std::condition_variable turn_free_;
   std::size_t busy_ = 0;
-  SpawnerClient spawner_;  // its spawner's life; belongs to the thread that starts it anew
-  bool starting_ = false;  // there is such a thread
+  SpawnerClient spawner_;  // its start and end belong to the thread that restarts it
+  bool starting_ = false;  // a thread restarts the spawner
   std::condition_variable started_;
   std::uint64_t failed_starts_ = 0;
-  std::string why_not_started_;  // the last time
+  std::string why_not_started_;  // reason of the last failure
   std::chrono::milliseconds pause_{0};
   Control::Clock::time_point next_start_{};
   std::deque<ReaderProcess> idle_;

@@ -34,12 +34,12 @@ class Writer {
   std::string bytes_;
 };
 
-// After the first thing that is not there all others are zero, and complete() is false.
+// Reads numbers and texts in order. After the first missing one all others are zero and complete() is false.
 class Reader {
  public:
   explicit Reader(std::string_view bytes) : rest_(bytes) {}
 
-  // Finite and at least 0.
+  // Reads a length: finite and at least 0.
   double length() {
     const double value = std::bit_cast<double>(number());
     if (value >= 0 && value <= std::numeric_limits<double>::max()) return value;
@@ -52,7 +52,7 @@ class Reader {
     if (!bytes.empty()) std::memcpy(&value, bytes.data(), sizeof value);
     return value;
   }
-  // Of the numbers 0 to `most`.
+  // Reads a number from 0 to `most`.
   std::uint64_t number(std::uint64_t most) {
     const std::uint64_t value = number();
     if (value <= most) return value;
@@ -85,7 +85,7 @@ std::string_view end_of(std::string_view hint) { return hint.substr(hint.size() 
 bool is_format(std::uint64_t number) { return number <= static_cast<std::uint64_t>(api::Format::three_mf); }
 bool is_unit(std::uint64_t number) { return number < std::size(api::kLengthUnits); }
 
-// The codes that a reader gives. A worker stores nothing.
+// Whether a reader may return this code. A worker stores nothing, so storage errors are excluded.
 bool is_error_code(std::uint64_t number) {
   static constexpr std::array kGiven{ErrorCode::unsupported_format, ErrorCode::unreadable_mesh,
                                      ErrorCode::empty_mesh,         ErrorCode::non_finite_vertex,
@@ -94,10 +94,10 @@ bool is_error_code(std::uint64_t number) {
   return std::ranges::find(kGiven, static_cast<ErrorCode>(number)) != kGiven.end();
 }
 
-// Wide enough for every enumerator, and no cast to an enumeration loses a digit.
+// Covers every enumerator; no cast to an enumeration loses a digit.
 constexpr std::uint64_t kMostEnumerator = 255;
 
-// Nothing is 0, an enumerator the number behind its own.
+// Encoding of an optional enumerator: 0 for none, otherwise the enumerator plus 1.
 template <class Enumeration>
 std::uint64_t number_of(std::optional<Enumeration> value) {
   return value ? static_cast<std::uint64_t>(*value) + 1 : 0;
@@ -132,7 +132,7 @@ void put(Writer& writer, const api::ReadNotes& notes) {
   for (std::size_t i = 0; i < remarks; ++i) writer.text(notes.remarks[i].substr(0, api::kMaxRemarkBytes));
 }
 
-// Sentences that are shown to people: what is not printable ASCII was not written by a reader.
+// Accepts printable ASCII only: the sentences are shown to users, and a reader writes nothing else.
 bool take_remarks(Reader& reader, std::vector<std::string>& remarks) {
   remarks.resize(reader.number(api::kMaxRemarks));
   for (std::string& remark : remarks) {

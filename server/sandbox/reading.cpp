@@ -18,10 +18,10 @@ namespace {
 
 using std::chrono::milliseconds;
 
-constexpr milliseconds kReadEndTime{5000};  // for a process that has closed its channel to be gone
+constexpr milliseconds kReadEndTime{5000};  // time for a process to end after it has closed its channel
 constexpr std::size_t kDigestBytes = std::size_t{1} << 20;
 
-// The server's own copy of a mesh.
+// The server's own copy of the arrays.
 struct Copy {
   Copy(std::size_t vertices, std::size_t count) : positions(vertices), triangles(count) {}
 
@@ -40,7 +40,7 @@ std::string describe(std::optional<int> status) {
   return "ended with exit code " + std::to_string(WEXITSTATUS(*status));
 }
 
-// SIGKILL comes from outside, since a worker is not ended by the server before its status is known.
+// SIGKILL comes from outside: the server does not kill a worker before its status is known.
 bool was_lost(std::optional<int> status) {
   if (!status) return true;
   if (WIFSIGNALED(*status)) return WTERMSIG(*status) == SIGKILL;
@@ -72,7 +72,7 @@ bool Reading::begin() {
   const int file = input_.file < 0 ? copy.get() : input_.file;
   if (!window_ || file < 0) return false;
   const Request request{input_.bytes.size(), limits_, input_.part, input_.filename, input_.media_type};
-  send_message(worker_.channel(), encode(request), {file, window_->file()});  // to a dead one: finish() sees it
+  send_message(worker_.channel(), encode(request), {file, window_->file()});  // finish() detects a dead worker
   return true;
 }
 
@@ -90,8 +90,8 @@ ReadingOutcome Reading::finish(Control& control) {
   return outcome;
 }
 
-// The worker may lie about the numbers, but within the limits of any mesh; it may give any bytes, and change them until
-// they are copied; and it may stop.
+// The worker may lie about the counts, within the limits of any mesh, send any bytes, change them until they are
+// copied, and stop at any time.
 ReadingOutcome Reading::take_mesh(const Arrays& arrays, Control& control) {
   if (arrays.vertices > limits_.max_vertices || arrays.triangles > limits_.max_triangles) {
     return untrue("gave more than the limits allow");
@@ -121,7 +121,7 @@ ReadingOutcome Reading::take_mesh(const Arrays& arrays, Control& control) {
   return {End::read, "", api::LoadedMesh{mesh, arrays.format, arrays.notes, "", copy}};
 }
 
-// None: a message can be received, or the worker is gone.
+// none: a message can be received, or the worker has ended.
 Interruption Reading::await_message(Control& control) {
   for (;;) {
     if (const Interruption why = control.check(); why != Interruption::none) return why;
@@ -144,7 +144,7 @@ void Reading::digest_piece() {
   rest_ = rest_.subspan(piece.size());
 }
 
-// What a reader says against the file: its words, but about no other part. Or that it failed.
+// A reader's Error about the file, with the part checked, or the failure that it reports.
 ReadingOutcome Reading::refused(Error error) const {
   if (!error.part.empty()) error.part = input_.part;
   if (error.code == ErrorCode::internal) {
@@ -155,7 +155,7 @@ ReadingOutcome Reading::refused(Error error) const {
   return {memory ? End::out_of_memory : End::read, memory ? "ran out of memory" : "", std::move(error)};
 }
 
-// Nothing that has a meaning comes any more. If the worker has ended, its status tells who is to blame.
+// The channel is closed or carries nonsense. If the worker has ended, its status decides how the reading ended.
 ReadingOutcome Reading::broken_off(Control& control) const {
   if (!closed(worker_.channel())) return untrue("broke off");
   Interruption why = Interruption::none;

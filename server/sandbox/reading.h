@@ -1,4 +1,4 @@
-// One file in one worker, as the server sees it: hand it over, wait, take what comes back, and only then look at it.
+// One file in one worker, from the server's side: hands the file over, waits, copies the arrays, then checks them.
 #pragma once
 
 #include <array>
@@ -17,14 +17,14 @@ namespace meshgauge::server::sandbox {
 
 // How a reading ended.
 enum class End {
-  read,           // with a mesh, or with what a reader has to say against the file
-  out_of_memory,  // the reader ran into the limit of its memory and said so
-  crashed,        // the worker ended before it had given all: by what it did
-  untrue,         // what it gave is not what a reader gives
+  read,           // a mesh, or a reader's Error about the file
+  out_of_memory,  // the reader reported that its memory limit was reached
+  crashed,        // the worker ended early, through its own doing
+  untrue,         // the reply is not one that a reader gives
   overdue,        // at the deadline
-  cancelled,      // nobody wants the mesh any more
-  lost,           // the worker ended, or never began, through no doing of its file: another may read it
-  failed,         // the service, or the reader by its own account, could not do its part
+  cancelled,      // the caller cancelled
+  lost,           // the worker ended or never began through no doing of the file; another may read it
+  failed,         // the service, or the reader by its own report, failed
 };
 inline constexpr std::array<std::string_view, 8> kEndNames{"read",    "out_of_memory", "crashed", "untrue",
                                                            "overdue", "cancelled",     "lost",    "failed"};
@@ -35,7 +35,7 @@ struct ReadingOutcome {
   Result<api::LoadedMesh> mesh;
 };
 
-// What comes of a reading that is not to go on; `how` it stood: "was killed".
+// Returns the outcome of a reading that was stopped. `how`: what happened to it, such as "was killed".
 ReadingOutcome interrupted(Interruption why, const std::string& part, const std::string& how);
 ReadingOutcome failed(const std::string& part, const std::string& how);
 
@@ -44,10 +44,11 @@ class Reading {
   // Borrows `input` and `limits`.
   Reading(ReaderProcess worker, const api::MeshInput& input, const api::ReadLimits& limits);
 
-  bool begin();  // hands the file over, does not wait; false: memory or descriptors ran out
+  bool begin();  // hands the file over without blocking; false: memory or descriptors ran out
 
-  // Precondition: begin() gave true. Waits for the mesh and takes the digest of the file meanwhile. Asks `control`
-  // every 10 ms at least; with the reading the worker goes. Throws std::bad_alloc, and std::length_error for as much.
+  // Waits for the mesh, and computes the file's digest meanwhile. Precondition: begin() returned true. Checks
+  // `control` at least every 10 ms. The worker ends with this object. Throws std::bad_alloc, or std::length_error
+  // when the arrays are too large.
   ReadingOutcome finish(Control& control);
 
  private:
@@ -65,7 +66,7 @@ class Reading {
   const api::ReadLimits& limits_;
   std::optional<Window> window_;
   api::Sha256 sha256_;
-  std::span<const std::byte> rest_;  // of the input, still to be digested
+  std::span<const std::byte> rest_;  // input still to be digested
 };
 
 }  // namespace meshgauge::server::sandbox

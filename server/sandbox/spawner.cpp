@@ -25,7 +25,7 @@ constexpr int kNotForPeople = 3;
 
 struct Child {
   pid_t pid = 0;
-  Descriptor life;  // the server holds the other end as long as it wants the worker
+  Descriptor life;  // closed by the server when it no longer needs the worker
   bool killed = false;
 };
 
@@ -34,7 +34,7 @@ class Spawner {
   explicit Spawner(Read read) : read_(read) {}
 
   bool prepare(const std::string& small);
-  bool wait_and_serve();  // false when the server is gone
+  bool wait_and_serve();  // false: the server is gone
 
  private:
   void spawn(const Bounds& bounds, Descriptor channel, Descriptor life);
@@ -53,16 +53,17 @@ bool is_channel(int fd) {
   return ::getsockopt(fd, SOL_SOCKET, SO_TYPE, &type, &size) == 0 && type == SOCK_SEQPACKET;
 }
 
-// When memory runs out, the kernel is to take a worker and not the server. Only a wish.
+// Asks the kernel to kill workers before the server when memory runs out. May fail.
 void ask_to_be_killed_first() {
   const Descriptor file(::open("/proc/self/oom_score_adj", O_WRONLY | O_CLOEXEC));
   [[maybe_unused]] const ssize_t written = ::write(file.get(), "500", 3);
 }
 
 bool Spawner::prepare(const std::string& small) {
-  // Ctrl-C and a supervisor's SIGTERM are for the server, which ends this process when its own work is done.
+  // Signals of a terminal or supervisor are for the server, which ends this process after its own work.
   for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGPIPE}) ::signal(signal, SIG_IGN);
-  ::signal(SIGCHLD, SIG_DFL);  // were it ignored, as the server may have been started, no child could be waited for
+  ::signal(SIGCHLD,
+           SIG_DFL);  // if it were ignored, as inherited from the server's parent, children could not be waited for
   const rlimit no_core{0, 0};
   ::setrlimit(RLIMIT_CORE, &no_core);
   ask_to_be_killed_first();
@@ -80,10 +81,10 @@ bool Spawner::prepare(const std::string& small) {
   return ended_ && send_message(kControl, encode(trial));
 }
 
-// Of the spawner's descriptors a worker keeps its channel. Each is closed by its number: close_range() is not to be had
+// A worker keeps only its channel. Descriptors are closed one by one, since close_range() is not available
 // everywhere.
 void Spawner::become_worker(const Bounds& bounds, int channel, int life, int parent) {
-  if (::dup2(channel, kChannel) < 0) ::_exit(kNotConfined);  // in place of kControl
+  if (::dup2(channel, kChannel) < 0) ::_exit(kNotConfined);  // replaces kControl
   ::close(channel);
   ::close(life);
   ::close(ended_.get());
@@ -96,7 +97,7 @@ void Spawner::spawn(const Bounds& bounds, Descriptor channel, Descriptor life) {
   const pid_t pid = ::fork();
   if (pid == 0) become_worker(bounds, channel.get(), life.get(), self);
   if (pid > 0) children_.push_back({pid, std::move(life), false});
-  // Else both channels close, which tells the server.
+  // If fork failed, both channels close, which tells the server.
 }
 
 void Spawner::reap() {
@@ -116,7 +117,7 @@ bool Spawner::wait_and_serve() {
   std::vector<pollfd> waits{{kControl, POLLIN, 0}, {ended_.get(), POLLIN, 0}};
   for (const Child& child : children_) waits.push_back({child.killed ? -1 : child.life.get(), POLLIN, 0});
   if (::poll(waits.data(), waits.size(), -1) < 0) return errno == EINTR;
-  // A server never sends on these: they can only have been closed.
+  // A server never sends on these, so a readable one is closed.
   for (std::size_t i = 0; i < children_.size(); ++i) {
     if (waits[i + 2].revents == 0) continue;
     ::kill(children_[i].pid, SIGKILL);

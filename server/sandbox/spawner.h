@@ -1,9 +1,8 @@
-// The process that makes the workers. The server starts it by executing its own program anew (spawner_client.h), so it
-// and its workers have nothing of the server's memory and another layout of addresses; and it has one thread, so it may
-// fork.
+// The process that forks the workers. The server executes its own program anew for it (spawner_client.h), so that it
+// shares no memory with the server and has another layout of addresses. It has one thread, so it may fork.
 //
-// It never sees a byte of a file. It ends when the server closes its end of the control channel or dies, and its
-// workers with it; a worker is killed when the server closes that worker's second channel.
+// It never sees a byte of a file. It ends, with its workers, when the server closes its end of the control channel or
+// dies; it kills a worker when the server closes that worker's second channel.
 #pragma once
 
 #include <string>
@@ -12,11 +11,11 @@
 
 namespace meshgauge::server::sandbox {
 
-inline constexpr int kControl = 3;  // the channel on which a spawner is told what to fork
+inline constexpr int kControl = 3;  // channel of the spawner's orders
 
-// Gives up its capabilities, is told Bounds on kControl and answers with its Trial of them, then forks a worker for
-// every message. Gives the exit code of the process: 0, or 3 when kControl is no channel, that is when a person started
-// it. `small` goes into the Trial: why this is not the small program.
+// Runs the spawner: drops capabilities, receives Bounds on kControl, answers with its Trial of them, then forks a
+// worker for each message. Returns the exit code: 0, or 3 if kControl is not a channel, as when a user starts it.
+// `small`: why this is not the small program, for the Trial.
 int run_spawner(Read read, const std::string& small = "");
 
 }  // namespace meshgauge::server::sandbox

@@ -20,7 +20,7 @@ namespace {
 using std::chrono::milliseconds;
 
 constexpr milliseconds kStartTime{10'000};
-constexpr milliseconds kEndTime{1'000};  // for what was killed to be gone; then it is left to the next time
+constexpr milliseconds kEndTime{1'000};  // time for killed processes to be gone; after that they are reaped later
 
 Error not_started(const std::string& why) {
   return Error{ErrorCode::internal, "the process that reads uploads could not be started: " + why, "", ""};
@@ -34,8 +34,8 @@ std::vector<char*> pointers(std::vector<std::string>& texts) {
   return all;
 }
 
-// Of the server's environment only what the program needs to be loaded: the rest may hold secrets. Every symbol is
-// looked up at its start: else each worker would look up anew those that it uses.
+// Passes only the variables that the program needs to be loaded, since others may hold secrets. LD_BIND_NOW: symbols
+// are looked up once, instead of in each worker.
 std::vector<std::string> environment() {
   std::vector<std::string> kept{"LD_BIND_NOW=1"};
   for (char** variable = environ; *variable != nullptr; ++variable) {
@@ -58,7 +58,7 @@ class SpawnSettings {
     sigset_t none;
     sigemptyset(&none);
     posix_spawnattr_setsigmask(&attributes, &none);
-    // A session and a group of its own: a terminal's signals are for the server.
+    // A session and group of its own: a terminal's signals are for the server.
     posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSID);
   }
   SpawnSettings(const SpawnSettings&) = delete;
@@ -72,14 +72,15 @@ class SpawnSettings {
   posix_spawnattr_t attributes{};
 };
 
-// It is left to be waited for.
+// Does not reap the process.
 bool has_ended(pid_t pid) {
   siginfo_t ended{};
   if (::waitid(P_PID, static_cast<id_t>(pid), &ended, WEXITED | WNOHANG | WNOWAIT) != 0) return errno == ECHILD;
   return ended.si_pid == pid;
 }
 
-// All processes of a group are: its leader; and its workers, if this is process 1, to which orphans fall.
+// Whether all processes of a group are gone: the leader, and its workers if this is process 1, which inherits
+// orphans.
 bool all_gone(pid_t group) {
   pid_t ended = 0;
   do {
@@ -116,13 +117,13 @@ Result<Trial> SpawnerClient::start(const Bounds& bounds, const Interrupted& inte
   }
   control_ = std::move(control->ours);
   control->theirs.close();
-  send_message(control_.get(), encode(bounds));  // to a dead one: hear() hears nothing
+  send_message(control_.get(), encode(bounds));  // hear() detects a dead spawner
   auto trial = hear(interrupted);
   if (!trial) stop(interrupted);
   return trial;
 }
 
-// The first word of a spawner.
+// Receives the spawner's first message.
 Result<Trial> SpawnerClient::hear(const Interrupted& interrupted) {
   if (!readable(control_.get(), kStartTime, interrupted)) return not_started("it does not answer");
   const auto message = receive_message(control_.get(), 0);
@@ -133,8 +134,8 @@ Result<Trial> SpawnerClient::hear(const Interrupted& interrupted) {
   return std::move(*trial);
 }
 
-// After its first word the spawner says nothing: there is something to read when its end is closed. A worker that it
-// had just made may hold that still.
+// After its first message the spawner sends nothing, so a readable channel is closed. A worker that was just forked
+// may still hold the other end.
 bool SpawnerClient::gone() const { return !control_ || readable(control_.get(), milliseconds(0)) || has_ended(pid_); }
 
 std::optional<ReaderProcess> SpawnerClient::spawn(const Bounds& bounds) {
@@ -149,7 +150,7 @@ std::optional<ReaderProcess> SpawnerClient::spawn(const Bounds& bounds) {
 void SpawnerClient::stop(const Interrupted& interrupted) {
   control_.close();
   if (pid_ > 0) {
-    ::kill(-pid_, SIGKILL);  // it leads a group, of which its workers are
+    ::kill(-pid_, SIGKILL);  // kills the whole group: the spawner and its workers
     killed_.push_back(pid_);
     pid_ = -1;
   }

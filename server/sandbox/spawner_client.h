@@ -1,4 +1,4 @@
-// The server's side of the spawner: starts it, orders workers from it, and ends it.
+// The server's side of the spawner: starts it, orders workers, ends it.
 #pragma once
 
 #include <sys/types.h>
@@ -14,17 +14,17 @@
 
 namespace meshgauge::server::sandbox {
 
-// A worker as long as somebody wants it: it is killed when this object goes. One thread at a time.
+// A worker, killed when this object is destroyed. For one thread at a time.
 class ReaderProcess {
  public:
   ReaderProcess(Descriptor channel, Descriptor life) : channel_(std::move(channel)), life_(std::move(life)) {}
 
   int channel() const { return channel_.get(); }
 
-  bool gone() const;  // it has ended, or has said something unasked: of no use either way
+  bool gone() const;  // it has ended, or has sent something unexpected; useless in both cases
 
-  // Waits until it has ended, and does not make it. Gives its wait status (waitpid); nullopt when that is not known
-  // within `time` or until `interrupted` says so, or when the spawner could not make it or ended before it.
+  // Waits until the worker has ended, without killing it. Returns its wait status (waitpid). nullopt: unknown within
+  // `time` or until `interrupted`, not forked, or the spawner ended before it.
   std::optional<int> status(std::chrono::milliseconds time, const Interrupted& interrupted) const;
 
  private:
@@ -35,22 +35,21 @@ class ReaderProcess {
 // Not thread safe.
 class SpawnerClient {
  public:
-  // `command` is a program and its arguments, which calls run_spawner() (spawner.h).
+  // `command`: program and arguments that call run_spawner() (spawner.h).
   explicit SpawnerClient(std::vector<std::string> command) : command_(std::move(command)) {}
   ~SpawnerClient() { stop(); }
   SpawnerClient(const SpawnerClient&) = delete;
   SpawnerClient& operator=(const SpawnerClient&) = delete;
 
-  // Starts the spawner, in place of one that ran before, and has it try `bounds`. May be called while there are other
-  // threads. Gives its Trial, of which `limits` is empty. Takes ten seconds at most, and 10 ms from when
-  // `interrupted` says so.
+  // Starts the spawner, replacing one that ran before, and has it try `bounds`. Threads may exist. Returns its Trial,
+  // with empty `limits`. Blocks for at most ten seconds, and 10 ms after `interrupted` is true.
   Result<Trial> start(const Bounds& bounds, const Interrupted& interrupted = never_interrupted);
 
-  // The spawner is not running.
+  // Whether the spawner does not run.
   bool gone() const;
 
-  // Orders a worker; it may be asked at once and answers when it is there. nullopt: the spawner is not running, or no
-  // descriptors are left.
+  // Orders a worker, which may be sent a request at once. nullopt: the spawner does not run, or no descriptors are
+  // left.
   std::optional<ReaderProcess> spawn(const Bounds& bounds);
 
  private:
@@ -60,7 +59,7 @@ class SpawnerClient {
   const std::vector<std::string> command_;
   Descriptor control_;
   pid_t pid_ = -1;
-  std::vector<pid_t> killed_;  // groups that were killed and are not all gone: the kernel may take its time
+  std::vector<pid_t> killed_;  // groups that were killed and may still have processes
 };
 
 }  // namespace meshgauge::server::sandbox

@@ -1,9 +1,10 @@
 // The shared memory through which a worker's arrays come to the server: a few slots that are filled and emptied in
 // turn. A mesh of any size passes through the same small memory, which stays in the processor's cache, and the server
-// has its own copy of every byte before it looks at any.
+// has its own copy of every byte before it checks any.
 //
-// With its Reply a worker has filled the first kSlots pieces, or all. For each further one the server says that a slot
-// is empty, and the worker that it is filled again: an empty message each ("."), so what they mean is their number.
+// With its Reply a worker has filled the first kSlots pieces, or all. For each further piece the server sends that a
+// slot is empty, and the worker that it is filled again: the same short message (kTurn), so that their number carries
+// the meaning.
 #pragma once
 
 #include <algorithm>
@@ -20,11 +21,11 @@ namespace meshgauge::server::sandbox {
 inline constexpr std::size_t kSlotBytes = std::size_t{256} << 10;
 inline constexpr std::uint64_t kSlots = 4;
 inline constexpr std::size_t kWindowBytes = kSlots * kSlotBytes;
-inline constexpr char kTurn[] = ".";  // the message that passes a slot on
+inline constexpr char kTurn[] = ".";  // message that passes a slot on
 
 inline std::size_t slot_of(std::uint64_t piece) { return static_cast<std::size_t>(piece % kSlots) * kSlotBytes; }
 
-// The pieces in which two arrays travel: visit(number, bytes) for each until one gives false, as does the whole then.
+// Calls visit(number, bytes) for each piece of the two arrays. Stops and returns false when visit does.
 template <class Byte, class Visit>
 bool for_each_piece(std::span<Byte> first, std::span<Byte> second, Visit visit) {
   std::uint64_t number = 0;
@@ -43,7 +44,8 @@ inline std::uint64_t count_pieces(std::uint64_t first_bytes, std::uint64_t secon
   return (first_bytes + kSlotBytes - 1) / kSlotBytes + (second_bytes + kSlotBytes - 1) / kSlotBytes;
 }
 
-// The server's end. Mapped if nobody can shorten the file, which would end the server; else it is read.
+// The server's end. Mapped if the size of the file is sealed, since a shortened mapping would end the server;
+// otherwise it is read.
 class Window {
  public:
   static std::optional<Window> open();  // nullopt: memory or descriptors ran out
@@ -54,7 +56,7 @@ class Window {
 
   int file() const { return sized_.file.get(); }
 
-  // Copies the beginning of a slot, which a worker may be changing. False when the file was shortened.
+  // Copies the beginning of a slot, which a worker may change meanwhile. False: the file was shortened.
   bool copy(std::uint64_t piece, std::span<std::byte> to) const;
 
  private:

@@ -17,9 +17,9 @@ namespace meshgauge::server::sandbox {
 namespace {
 
 bool confine(const Bounds& bounds, const Rules& rules, int parent) {
-  if (!kSanitized && ::dup2(STDIN_FILENO, STDERR_FILENO) < 0) return false;  // /dev/null, to read from alone
+  if (!kSanitized && ::dup2(STDIN_FILENO, STDERR_FILENO) < 0) return false;  // /dev/null, opened for reading
   if (!limit_resources(bounds)) return false;
-  if (::getppid() != parent) return false;  // it died before this process had asked to die with it
+  if (::getppid() != parent) return false;  // the parent died before PR_SET_PDEATHSIG was set
   return !bounds.filter || forbid_calls(rules) == 0;
 }
 
@@ -32,7 +32,7 @@ std::optional<std::span<const std::byte>> map_input(std::uint64_t size) {
 
 std::span<const std::byte> bytes_of(const auto& array) { return std::as_bytes(std::span(array)); }
 
-// The way of the arrays: window.h.
+// Sends the arrays; see window.h.
 bool hand_over(const api::ReadMesh& read) {
   const auto positions = bytes_of(read.mesh.positions);
   const auto triangles = bytes_of(read.mesh.triangles);
@@ -61,7 +61,7 @@ void run_worker(Read read, const Bounds& bounds, const Rules& rules, int parent)
   const auto mesh = input ? read(*input, {request->part, request->filename, request->media_type}, request->limits)
                           : api::out_of_memory(request->part);
   const bool done = mesh ? hand_over(*mesh) : send_message(kChannel, encode(Reply(mesh.error())));
-  ::_exit(done ? 0 : kNotTaken);  // nothing is freed or closed: the kernel is quicker at that
+  ::_exit(done ? 0 : kNotTaken);  // nothing is freed or closed: the kernel does it faster
 }
 
 }  // namespace meshgauge::server::sandbox

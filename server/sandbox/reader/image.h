@@ -1,4 +1,4 @@
-// The program meshgauge_reader as the same build made it.
+// The program meshgauge_reader of the same build.
 #pragma once
 
 #include <cstddef>
@@ -6,6 +6,6 @@
 
 namespace meshgauge::server::sandbox {
 
-std::span<const std::byte> reader_image();  // empty when the build could make none
+std::span<const std::byte> reader_image();  // empty if the build could not make it
 
 }  // namespace meshgauge::server::sandbox

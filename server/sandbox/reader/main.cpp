@@ -1,4 +1,4 @@
-// The spawner and its workers as a program of their own, part of `meshgauge` and executed from there
+// The spawner and its workers as a small program, embedded in `meshgauge` and executed from there
 // (server/sandbox/become_reader.h).
 #include "api/formats/read_part.h"
 #include "server/sandbox/spawner.h"
