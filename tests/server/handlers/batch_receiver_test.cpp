@@ -23,8 +23,8 @@ namespace {
 const std::string kManifest = R"({"comparisons": [{"a": {"part": "x"}, "b": {"part": "y"}}]})";
 
 // Receives a form of the manifest and two files.
-struct Bench {
-  Bench() {
+struct ReceiverBench {
+  ReceiverBench() {
     REQUIRE(::socketpair(AF_UNIX, SOCK_STREAM, 0, ends.data()) == 0);
     std::string form;
     for (const auto& [name, bytes] : {std::pair<std::string, std::string>("manifest", kManifest), {"x", x}, {"y", y}}) {
@@ -40,7 +40,7 @@ struct Bench {
     Exchange exchange("id", head, body, connection);
     CHECK_FALSE(receiver.receive(exchange));
   }
-  ~Bench() {
+  ~ReceiverBench() {
     for (const int end : ends) ::close(end);
   }
 
@@ -62,7 +62,7 @@ struct Bench {
 }  // namespace
 
 TEST_CASE("batches: files that came long before the last one are young when the batch is stored") {
-  Bench bench;
+  ReceiverBench bench;
   std::this_thread::sleep_for(1100ms);
   CHECK_FALSE(bench.receiver.renew(1s));
   CHECK(got(bench.blobs.remove_unused({}, 1s)) == 0);
@@ -72,7 +72,7 @@ TEST_CASE("batches: files that came long before the last one are young when the 
 }
 
 TEST_CASE("batches: a file that was lost meanwhile is told of before the batch is stored") {
-  Bench bench;
+  ReceiverBench bench;
   got(bench.blobs.remove(key_of("ann", bench.y)));
   CHECK_FALSE(bench.receiver.renew(60s));
   const auto refusal = bench.receiver.renew(0s);

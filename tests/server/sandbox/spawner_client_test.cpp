@@ -35,8 +35,8 @@ TEST_CASE("spawner: what does not go when it is killed is not waited for without
   std::optional<SpawnerClient> spawner(std::in_place, std::vector{hostile_program()});
   REQUIRE(spawner->start(kBounds).ok());
   REQUIRE(spawners().size() == 1);
-  const pid_t spawner = spawners().front().pid;
-  const pid_t tracer = start_tracer(spawner);
+  const pid_t process = spawners().front().pid;
+  const pid_t tracer = start_tracer(process);
   if (tracer < 0) {
     MESSAGE("this machine does not let one process trace another");
     return;
@@ -46,7 +46,7 @@ TEST_CASE("spawner: what does not go when it is killed is not waited for without
   spawner.reset();
   REQUIRE(::kill(tracer, SIGKILL) == 0);
   CHECK(::waitpid(tracer, nullptr, 0) == tracer);
-  CHECK(::waitpid(spawner, nullptr, 0) == spawner);  // it was left
+  CHECK(::waitpid(process, nullptr, 0) == process);  // it was left
 }
 
 TEST_CASE("spawner: a start that is interrupted ends, and leaves nothing") {
