@@ -1,4 +1,4 @@
-// The page's three views, and the ways between them. The address says which one is shown.
+// The page's views and the transitions between them. The address decides which one is shown.
 import { Client, isAbort } from "./api/client.js";
 import { BatchDesk } from "./batch/desk.js";
 import { hasEnded, type Comparison, type Job, type Options, type Side } from "./api/types.js";
@@ -20,7 +20,7 @@ import { showTrouble } from "./trouble.js";
 
 type View = "form" | "run" | "result" | "batch" | "none";
 
-/** What is known of a measurement that this page began; a link alone tells none of it. */
+/** What is known of a measurement that this page started; a link alone has none of it. */
 interface Memory {
   names: Record<Side, string>;
   order: Order;
@@ -50,7 +50,7 @@ export class App {
   });
   private controller = new AbortController();
   private run: RunView | null = null;
-  private running: string | null = null; // the comparison that is watched; the address may still name another one
+  private running: string | null = null; // the comparison being watched; the address may still name another one
   private endResult: () => void = () => undefined;
 
   start(): void {
@@ -62,7 +62,7 @@ export class App {
     void this.go();
   }
 
-  /** Shows what the address asks for. */
+  /** Shows what the address names. */
   private async go(): Promise<void> {
     this.leave();
     const route = routeOf(location.pathname);
@@ -98,7 +98,7 @@ export class App {
     this.over("This link is damaged", damagedWords(of, id), meant);
   }
 
-  // Links to the page itself keep the files that were chosen, and the key where a browser keeps nothing for the page.
+  // Links to the page itself are followed without a reload, which keeps the chosen files, and a key that could not be stored.
   private stayOnPage(event: MouseEvent): void {
     const link = event.target instanceof Element ? event.target.closest("a") : null;
     const plain = event.button === 0 && !event.ctrlKey && !event.metaKey && !event.shiftKey && !event.altKey;
@@ -186,8 +186,8 @@ export class App {
     return this.run;
   }
 
-  // Before there is a comparison, giving up is all there is to cancel: the page goes back to where it was. DELETE makes the
-  // service forget what has ended, so that its state is asked for first.
+  // Before the service has accepted the comparison, cancelling only stops the page: it goes back to where it was. DELETE makes
+  // the service forget a comparison that has ended, so its state is asked for first.
   private async cancel(): Promise<void> {
     const { running, run } = this;
     const { signal } = this.controller;
@@ -213,7 +213,7 @@ export class App {
     }
   }
 
-  // It ended between the question and the DELETE.
+  // It ended between the state's response and the DELETE.
   private forgotten(id: string, signal: AbortSignal): void {
     const why = "It ended just before it was cancelled, and cancelling what has ended makes the service forget it: its link leads nowhere now.";
     if (!signal.aborted) this.over("Ended, and forgotten", `${why} Measure again to have the result.`);
@@ -246,7 +246,7 @@ export class App {
     this.toForm();
   }
 
-  // The service keeps names with the meshes, which may be gone by now.
+  // The service keeps names with the meshes, which may be removed by now.
   private async namesOf(job: Job): Promise<Record<Side, string>> {
     const { result } = job;
     if (!result) return { a: "candidate", b: "baseline" };
@@ -257,7 +257,7 @@ export class App {
     return { a, b };
   }
 
-  // An end without a result.
+  // It ended without a result.
   private over(title: string, words: string, more: HTMLElement | null = null): void {
     this.leave();
     this.show("none", `${title} · meshgauge`);
@@ -279,7 +279,7 @@ export class App {
     this.form.blame(told.defects);
   }
 
-  // What was looked at before stays a step back; an order that has failed is no place to go back to.
+  // The view before stays one step back in the history; a failed start is not a place to go back to.
   private toFormAddress(order: Order): void {
     const route = routeOf(location.pathname);
     const own = route.view === "comparison" && this.memories.get(route.id)?.order === order;
@@ -287,7 +287,7 @@ export class App {
     else if (route.view !== "form") history.pushState(null, "", "/");
   }
 
-  // The comparison goes on without the page: its link stays.
+  // The comparison goes on without the page: its link stays valid.
   private lost(error: unknown): void {
     this.leave();
     this.show("none", "A problem · meshgauge");
@@ -307,7 +307,7 @@ export class App {
   }
 }
 
-/** The same meshes, which the service has, and the same options but the limit. */
+/** The same meshes, which the service has, and the same options without the limit. */
 function withoutLimit(result: Comparison, names: Record<Side, string>, known: Options): Order {
   const options = { ...known, ...optionsOf(result) };
   delete options.gate;

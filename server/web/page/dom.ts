@@ -1,9 +1,9 @@
-// Elements. Whatever comes from the service or from a file enters the page here, as text.
+// Creates elements. All text from the service or from files enters the page here, as text.
 
 type Child = Node | string | null | undefined | false;
 export type Attributes = Record<string, string | number | boolean | null | undefined>;
 
-/** An element; an attribute that is false or null is left out, true is there without a value. */
+/** Returns an element. Attributes that are false or null are left out; true sets one without a value. */
 export function h<K extends keyof HTMLElementTagNameMap>(tag: K, attributes: Attributes = {}, ...children: Child[]): HTMLElementTagNameMap[K] {
   const element = document.createElement(tag);
   fill(element, attributes, children);
@@ -24,7 +24,7 @@ function fill(element: Element, attributes: Attributes, children: Child[]): void
   element.append(...children.filter((child): child is Node | string => child !== null && child !== undefined && child !== false));
 }
 
-/** What the page's own markup promises to have. */
+/** Returns an element that the page's own markup must have. */
 export function find<T extends Element>(selector: string, kind: new () => T, within: ParentNode = document): T {
   const found = within.querySelector(selector);
   if (!(found instanceof kind)) throw new Error(`the page has no ${selector}`);
@@ -37,7 +37,7 @@ export function button(label: string, attributes: Attributes, press: () => void)
   return element;
 }
 
-/** A list of terms; rows without a value are left out. */
+/** Returns a list of terms; rows without a value are left out. */
 export function facts(rows: [string, Child | Child[]][]): HTMLDListElement {
   const list = h("dl", { class: "facts" });
   for (const [term, value] of rows) {
@@ -47,13 +47,13 @@ export function facts(rows: [string, Child | Child[]][]): HTMLDListElement {
   return list;
 }
 
-/** A part of the result, with its heading. */
+/** Returns a part of the result with its heading. */
 export function card(title: string, attributes: Attributes, ...children: Child[]): HTMLElement {
   const id = `h-${title.toLowerCase().replace(/[^a-z]+/g, "-")}`;
   return h("section", { ...attributes, "aria-labelledby": id }, h("h2", { id }, title), ...children);
 }
 
-/** What may be wider than its place. While it is, the keyboard reaches it, and `label` says what is scrolled. */
+/** Wraps content that may be wider than its place. While it is, the keyboard can scroll it; `label` names it. */
 export function scroller(label: string, child: HTMLElement): HTMLElement {
   const box = h("div", { class: "scroll" }, child);
   const adapt = () => {
@@ -71,7 +71,7 @@ export function scroller(label: string, child: HTMLElement): HTMLElement {
 
 const leastGapMs = 8000;
 
-/** A live region that is told the newest sentence only, and not more often than it can be read out. */
+/** A live region that announces the newest sentence only, and no more often than it can be read out. */
 export class Announcer {
   private timer: ReturnType<typeof setTimeout> | null = null;
   private pending = "";
@@ -85,7 +85,7 @@ export class Announcer {
     this.timer = setTimeout(() => this.tell(), Math.max(0, this.last + leastGapMs - now));
   }
 
-  /** At once: of what ends the work. */
+  /** Announces at once, for ends of the work. */
   sayNow(text: string): void {
     this.pending = text;
     this.tell();

@@ -14,7 +14,7 @@ export class KeyDialog {
   private readonly opener = find("#key-button", HTMLElement);
   private settle: (given: boolean) => void = () => undefined;
 
-  /** `store` is asked late: it and this dialog need each other. */
+  /** `store` is a function because the store and this dialog need each other. */
   constructor(private readonly store: () => KeyStore) {
     find("#key-form", HTMLFormElement).addEventListener("submit", (event) => {
       event.preventDefault();
@@ -25,7 +25,7 @@ export class KeyDialog {
     });
     find("#key-forget", HTMLElement).addEventListener("click", () => this.keep(""));
     find("#key-cancel", HTMLElement).addEventListener("click", () => this.dialog.close());
-    // The event comes late: by then the next question may be open.
+    // The event comes late, when the next question may be open.
     this.dialog.addEventListener("close", () => {
       if (!this.dialog.open) this.settle(false);
     });
@@ -38,7 +38,7 @@ export class KeyDialog {
     return this.open(had ? "The key that was entered is not known here, has ended, or is switched off." : "Enter the key that you were given for it.");
   }
 
-  /** Whether requests carry a key is seen at the button. */
+  /** Marks the button if requests carry a key. */
   refresh(): void {
     const set = this.store().key !== "";
     this.opener.classList.toggle("set", set);

@@ -1,4 +1,4 @@
-// What the address asks for.
+// Parses the address.
 
 export type Linked = "comparison" | "batch";
 
@@ -6,7 +6,7 @@ export type Route =
   | { view: "form" }
   | { view: "comparison"; id: string }
   | { view: "batch"; id: string }
-  | { view: "damaged"; of: Linked; id: string } // a link whose id is none
+  | { view: "damaged"; of: Linked; id: string } // a link with a malformed id
   | { view: "unknown"; path: string };
 
 const folders: Record<string, Linked> = { c: "comparison", b: "batch" };
@@ -23,7 +23,7 @@ export function pathOf(id: string, of: Linked = "comparison"): string {
   return `/${of === "batch" ? "b" : "c"}/${id}`;
 }
 
-/** The id that stands in a damaged one, where something was added to it or its letters were made large; null: there is none. */
+/** Finds the id in a damaged link, where text was added or letters were made upper case; null: there is none. */
 export function idWithin(damaged: string): string | null {
   const found = damaged.toLowerCase().match(/[0-9a-f]+/g)?.filter((one) => one.length >= 32) ?? [];
   return found.length === 1 && found[0]?.length === 32 ? found[0] : null;

@@ -1,17 +1,17 @@
-// A problem on the page: what, whose, and what to do.
+// A problem on the page: what is wrong, where, and what to do.
 import { button, h } from "./dom.js";
 import { explain, type Defect, type Explained } from "./text/problems.js";
 
 export interface Ways {
   again?: (() => void) | undefined;
-  look?: (() => void) | undefined; // what was begun goes on: only to be looked at again
+  look?: (() => void) | undefined; // the work goes on and only has to be watched again
   form?: (() => void) | undefined;
 }
 
-/** Shows the problem in `host`, as an alert; gives its words. */
+/** Shows the problem in `host` as an alert; returns its explanation. */
 export function showTrouble(host: HTMLElement, error: unknown, ways: Ways): Explained {
   const told = explain(error);
-  const title = h(ways.form ? "h1" : "h2", { tabindex: "-1" }, told.title); // the form has a title of its own
+  const title = h(ways.form ? "h1" : "h2", { tabindex: "-1" }, told.title); // the form has a heading of its own
   const box = h(
     "div",
     { class: "trouble", role: "alert" },

@@ -1,4 +1,4 @@
-// What the service is asked of a batch. Errors are those of Client.
+// Requests about a batch. They throw as those of Client.
 import type { Client } from "./client.js";
 import { NetworkError } from "./problem.js";
 import type { Batch, BatchResult } from "./types.js";
@@ -12,7 +12,7 @@ export async function batchAt(client: Client, id: string, signal?: AbortSignal):
   return (await answer.json()) as Batch;
 }
 
-/** null: it had ended before, and is forgotten. */
+/** Cancels a batch. null: it had ended before, and is forgotten. */
 export async function cancelBatch(client: Client, id: string): Promise<Batch | null> {
   const answer = await client.sendPatiently(pathOf(id), { method: "DELETE", doing: "cancelling the batch" });
   return answer.status === 204 ? null : ((await answer.json()) as Batch);
@@ -22,7 +22,7 @@ export async function reportOf(client: Client, id: string, report: Report, signa
   return client.sendPatiently(`${pathOf(id)}/${report}`, { signal, doing: "reading the results" });
 }
 
-/** What has ended, in the order of the manifest, some at a time as they come. */
+/** Yields the ended comparisons in the order of the manifest, in portions as they arrive. */
 export async function* resultsOf(client: Client, id: string, signal: AbortSignal): AsyncGenerator<BatchResult[], void, undefined> {
   const answer = await reportOf(client, id, "results.jsonl", signal);
   if (!answer.body) return;
@@ -43,6 +43,6 @@ async function* linesOf(body: ReadableStream<Uint8Array>, signal: AbortSignal): 
   } catch (error) {
     throw signal.aborted ? error : new NetworkError("reading the results");
   } finally {
-    reader.cancel().catch(() => undefined); // whoever stops reading early lets go of the connection
+    reader.cancel().catch(() => undefined); // a reader that stops early releases the connection
   }
 }

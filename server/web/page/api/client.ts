@@ -1,33 +1,33 @@
-// Requests to the service that the page came from. Each throws ProblemError or NetworkError, or DOMException AbortError.
+// Requests to the service that the page came from. Each throws ProblemError, NetworkError, or DOMException AbortError.
 import { NetworkError, ProblemError, toError } from "./problem.js";
 import type { Job, StoredMesh, StoredPair } from "./types.js";
 import { eventsOf } from "./sse.js";
 
 export const keyName = "meshgauge.key";
-const mostTries = 60; // of one request that is told to come back later
+const mostTries = 60; // tries of one request that the service asks to repeat later
 
 export interface Call {
   method?: string;
   body?: string;
   headers?: Record<string, string>;
   signal?: AbortSignal | undefined;
-  doing: string; // for people: "there was no answer while ..."
+  doing: string; // completes "there was no answer while ..."
 }
 
-/** Told of each wait for a service that is busy: its seconds, and why. null: the wait is over. */
+/** Called before each wait for a busy service with its seconds and the reason; with null when the wait is over. */
 export type OnWait = (wait: { seconds: number; title: string } | null) => void;
 
-/** Whether a header may have it: fetch() refuses to send other letters, and the service has none such. */
+/** True if a header can carry the key: fetch() refuses other letters, and no key has them. */
 export function isKey(text: string): boolean {
   return /^[\x21-\x7e]+$/.test(text);
 }
 
-/** A person is asked for a key; false: there is none. */
+/** Asks the user for a key; false: none was entered. */
 export type AskKey = () => Promise<boolean>;
 
 export class Client {
   private asking: Promise<boolean> | null = null;
-  private unstored = ""; // the key where a browser keeps nothing for the page
+  private unstored = ""; // the key, where the browser forbids storage
 
   constructor(
     private readonly onWait: OnWait = () => undefined,
@@ -48,7 +48,7 @@ export class Client {
       if (value === "") sessionStorage.removeItem(keyName);
       else sessionStorage.setItem(keyName, value);
     } catch {
-      // Data of sites is blocked: the key lives as long as the page.
+      // Site data is blocked: the key lives as long as the page.
     }
   }
 
@@ -56,12 +56,12 @@ export class Client {
     return this.key === "" ? {} : { Authorization: `Bearer ${this.key}` };
   }
 
-  /** One request, again with a key where one is needed; what is not a success is thrown. */
+  /** Sends one request, and again with a key if one is needed. Throws unless it succeeds. */
   async send(path: string, call: Call): Promise<Response> {
     return this.authorized(() => this.sendOnce(path, call));
   }
 
-  /** Requests that are refused together ask for one key. */
+  /** Requests that are refused at the same time share one question for a key. */
   async authorized<T>(once: () => Promise<T>): Promise<T> {
     for (;;) {
       const key = this.key;
@@ -92,7 +92,7 @@ export class Client {
     throw toError(answer.status, await answer.text().catch(() => ""), (name) => answer.headers.get(name));
   }
 
-  /** As send(), and where the service asks to come back later (429, 503), it does. */
+  /** As send(), but repeats the request when the service asks for it (429, 503). */
   async sendPatiently(path: string, call: Call): Promise<Response> {
     return this.patiently(() => this.send(path, call), call.signal);
   }
@@ -132,12 +132,12 @@ export class Client {
       doing: "starting the comparison",
     });
     if (answer.status === 202) return (await answer.json()) as Job;
-    // The key was known, and its comparison has ended: the answer is the result alone.
+    // The Idempotency-Key was known and its comparison has ended: the response is the result alone.
     const { id } = (await answer.json()) as { id: string };
     return this.job(id, signal);
   }
 
-  /** null: it had ended before. */
+  /** Cancels a comparison. null: it had ended before, and is forgotten. */
   async cancel(id: string): Promise<Job | null> {
     const answer = await this.sendPatiently(`/v1/comparisons/${id}`, { method: "DELETE", doing: "cancelling the comparison" });
     return answer.status === 204 ? null : ((await answer.json()) as Job);
@@ -148,7 +148,7 @@ export class Client {
     return (await answer.json()) as StoredMesh;
   }
 
-  /** Progress as it is told, then what has ended; returns early where the stream does. */
+  /** Yields progress events, then the ended comparison; returns early if the stream does. */
   async *events<Progress, State>(path: string, call: Call): AsyncGenerator<{ progress: Progress } | { end: State }, void, undefined> {
     const answer = await this.send(path, call);
     if (!answer.body) return;
@@ -162,7 +162,7 @@ export class Client {
   }
 }
 
-// Its end by the clock is final for out-of-time: the same request would run out again.
+// out-of-time is final: the same request would run out of time again.
 function asksToWait(error: ProblemError): boolean {
   const { status } = error.problem;
   return error.kind !== "out-of-time" && (status === 429 || status === 503);

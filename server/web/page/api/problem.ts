@@ -1,4 +1,4 @@
-// A refusal as an error that is thrown: what the service says (RFC 9457), and what its headers add.
+// A refused request as an error: the service's problem (RFC 9457) and what the response's headers add.
 import type { Problem } from "./types.js";
 
 export class ProblemError extends Error {
@@ -16,7 +16,7 @@ export class ProblemError extends Error {
   }
 }
 
-/** No answer came: the network, or a service that closed the connection. */
+/** No response: the network failed, or the service closed the connection. */
 export class NetworkError extends Error {
   constructor(readonly doing: string) {
     super(`there was no answer while ${doing}`);
@@ -24,14 +24,14 @@ export class NetworkError extends Error {
   }
 }
 
-/** "not-found" of "urn:meshgauge:problem:not-found". */
+/** Returns "not-found" for "urn:meshgauge:problem:not-found". */
 export function kindOf(problem: Problem): string {
   return problem.type.slice(problem.type.lastIndexOf(":") + 1);
 }
 
 type Header = (name: string) => string | null;
 
-/** Of an answer that is no success. One without a document (of HEAD, or of a proxy) gets one that says what is known. */
+/** Returns the error of a response that is not a success. Without a problem document (HEAD, a proxy) it makes one from the status. */
 export function toError(status: number, body: string, header: Header): ProblemError {
   const seconds = Number.parseInt(header("Retry-After") ?? "", 10);
   return new ProblemError(

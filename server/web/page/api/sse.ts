@@ -1,11 +1,11 @@
-// Server-sent events out of a stream of bytes (HTML standard, section 9.2.6), for fetch: EventSource sends no Authorization.
+// Parses server-sent events from a stream of bytes (HTML standard, section 9.2.6), for fetch: EventSource sends no Authorization.
 
 export interface ServerEvent {
-  name: string; // "message" when the stream gives none
+  name: string; // "message" if the stream names none
   data: string;
 }
 
-/** Text goes in as it comes, cut anywhere; events come out when their blank line has been seen. */
+/** Takes text cut anywhere; returns events whose blank line has been seen. */
 export class EventParser {
   private rest = "";
   private begun = false;
@@ -49,7 +49,7 @@ export class EventParser {
   }
 }
 
-/** What a body says, event by event; returns where the body ends, throws where it breaks. */
+/** Yields the events of a body; returns at its end, throws if it breaks off. */
 export async function* eventsOf(body: ReadableStream<Uint8Array>): AsyncGenerator<ServerEvent, void, undefined> {
   const parser = new EventParser();
   const reader = body.pipeThrough(new TextDecoderStream() as ReadableWritablePair<string, Uint8Array>).getReader();
@@ -60,6 +60,6 @@ export async function* eventsOf(body: ReadableStream<Uint8Array>): AsyncGenerato
       yield* parser.push(value);
     }
   } finally {
-    reader.cancel().catch(() => undefined); // whoever stops reading early lets go of the connection
+    reader.cancel().catch(() => undefined); // a reader that stops early releases the connection
   }
 }

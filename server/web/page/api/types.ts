@@ -1,4 +1,4 @@
-// The contract, as openapi.yaml has it. "openapi" is the file that openapi-typescript makes of it; only the type checker reads it.
+// The types of openapi.yaml. openapi-typescript makes "openapi" from it; only the type checker reads that file.
 import type { components } from "openapi";
 
 type Schemas = components["schemas"];
@@ -27,7 +27,7 @@ export type Timings = Comparison["timings_ms"];
 export type Status = Comparison["status"];
 export type Verdict = NonNullable<Comparison["verdict"]>;
 
-/** As the schema Problem, whose table of types may grow: a page that is older than its service shows what it is told. */
+/** The schema Problem. Its table of types may grow: a page older than its service shows the problem as it is. */
 export interface Problem {
   type: string;
   title: string;

@@ -1,13 +1,13 @@
-// A mesh to the service: not at all when it has it, else with progress, which fetch does not tell.
+// Uploads a mesh, unless the service has it. Reports progress, which fetch() cannot.
 import type { Client } from "./client.js";
 import { NetworkError, ProblemError, toError } from "./problem.js";
 import type { StoredMesh } from "./types.js";
 
 export type UploadStep = { step: "hashing" } | { step: "sending"; sent: number; of: number } | { step: "there"; reused: boolean };
 
-const mostHashedBytes = 512 * 1024 * 1024; // subtle.digest wants the whole file in memory
+const mostHashedBytes = 512 * 1024 * 1024; // subtle.digest needs the whole file in memory
 
-/** The mesh's id. */
+/** Returns the mesh's id. */
 export async function store(client: Client, file: File, tell: (step: UploadStep) => void, signal: AbortSignal): Promise<string> {
   const id = await hash(file, tell);
   if (id !== null && (await isThere(client, id, signal))) {
@@ -76,7 +76,7 @@ function headersFor(client: Client, file: File): Record<string, string> {
   };
 }
 
-/** `attachment; filename="..."` in UTF-8, one character a byte as header values are, without what no header may have. */
+/** Returns `attachment; filename="..."` in UTF-8, one character per byte as in header values, without control characters. */
 export function disposition(name: string): string {
   const shown = Array.from(name, (c) => (c < " " || c === "\x7F" ? "_" : c)).join("");
   const bytes = new TextEncoder().encode(shown.replace(/["\\]/g, "\\$&"));

@@ -1,4 +1,4 @@
-// A comparison or a batch until it has ended: by its events, and by asking where these are refused or break off.
+// Watches a comparison or a batch until it has ended: by its events, and by polling if these are refused or break off.
 import { batchAt } from "./batches.js";
 import { isAbort, pause, type Client } from "./client.js";
 import { NetworkError, ProblemError } from "./problem.js";
@@ -6,21 +6,21 @@ import { hasEnded, type Batch, type BatchProgressEvent, type Job, type ProgressE
 
 export interface Watcher<Progress> {
   progress(event: Progress): void;
-  /** The stream broke: the work goes on, and is asked for. */
+  /** The stream broke. The work goes on and is polled. */
   interrupted(): void;
 }
 
 /** What can be watched. */
 interface Watched<Progress, State> {
-  path: string; // of its events
-  doing: string; // for people
+  path: string; // of the events
+  doing: string; // completes "there was no answer while ..."
   ask(signal: AbortSignal): Promise<State>;
   toEvent(state: State): Progress;
 }
 
 const firstPauseMs = 500;
 const longestPauseMs = 5000;
-const mostSilences = 12; // answers that did not come, one after the other
+const mostSilences = 12; // failed polls in a row
 
 export function watch(client: Client, id: string, watcher: Watcher<ProgressEvent>, signal: AbortSignal): Promise<Job> {
   const comparison: Watched<ProgressEvent, Job> = {
@@ -81,7 +81,7 @@ async function follow<Progress, State extends Job | Batch>(
   let any = false;
   try {
     for await (const event of client.events<Progress, State>(what.path, { signal, doing: what.doing })) {
-      if ("end" in event) return { end: hasEnded(event.end) ? event.end : null, any: true }; // else the service stops, and it goes on
+      if ("end" in event) return { end: hasEnded(event.end) ? event.end : null, any: true }; // null: the service stops, and the job goes on elsewhere
       any = true;
       watcher.progress(event.progress);
     }
@@ -95,7 +95,7 @@ function mayPass(error: ProblemError): boolean {
   return error.problem.status === 429 || error.problem.status === 503;
 }
 
-/** What GET says, in the form of an event. `now` as Date.now(). */
+/** Converts the document of GET to an event. `now`: as Date.now(). */
 export function toEvent(job: Job, now: number): ProgressEvent {
   const since = Date.parse(job.started ?? job.created);
   return {

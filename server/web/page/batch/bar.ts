@@ -1,4 +1,4 @@
-// All comparisons of a batch as one bar: what became of them, what runs, what waits.
+// All comparisons of a batch as one bar: their outcomes, those running and those waiting.
 import type { BatchCounts, BatchProgressEvent } from "../api/types.js";
 import { svg } from "../dom.js";
 import { tally, type Kind } from "./rows.js";
@@ -10,11 +10,11 @@ export interface BarPart {
   width: number;
 }
 
-const barLength = 1000; // in its own units
-const leastPart = 4; // one of 10,000 is still seen
+const barLength = 1000; // in units of the picture
+const leastPart = 4; // so that one of 10,000 is visible
 const kinds: readonly Kind[] = ["fail", "error", "undecided", "cancelled", "gone", "pass", "measured"];
 
-/** Those that there are, one after the other, from 0 to 1000. */
+/** The segments that are not empty, side by side from 0 to 1000. */
 export function partsOf(counts: BatchCounts): BarPart[] {
   const so = tally(counts);
   const all: [BarPart["kind"], number][] = [...kinds.map((kind): [Kind, number] => [kind, so[kind]]), ["runs", counts.running], ["waits", counts.queued]];

@@ -1,4 +1,4 @@
-// A batch from its link to its end: asked for, watched, cancelled.
+// A batch from its link to its end: loads, watches and cancels it.
 import { batchAt, cancelBatch } from "../api/batches.js";
 import { isAbort, type Client } from "../api/client.js";
 import { hasEnded } from "../api/types.js";
@@ -13,18 +13,18 @@ export interface Around {
   host: HTMLElement;
   client: Client;
   announcer: Announcer;
-  shown(): void; // the host is to be seen
-  over(title: string, words: string): void; // there is nothing to show any more
-  trouble(error: unknown): void; // beside what is shown
+  shown(): void; // show the host
+  over(title: string, words: string): void; // replace the view: there is nothing to show
+  trouble(error: unknown): void; // show an error beside the view
 }
 
 export class BatchDesk {
   private view: BatchView | null = null;
-  private last: { id: string; source: RowSource } | null = null; // its rows need not be read again on the way back
+  private last: { id: string; source: RowSource } | null = null; // kept, so that going back does not read the rows again
 
   constructor(private readonly around: Around) {}
 
-  /** Until it has ended, or until the signal. `watching`: it runs, and is seen. Throws what asking throws. */
+  /** Shows the batch until it has ended, or until the signal. `watching` is called when it runs and is visible. Throws as requests do. */
   async open(id: string, signal: AbortSignal, watching: () => void): Promise<void> {
     const { client, host, announcer } = this.around;
     const batch = await batchAt(client, id, signal);
@@ -40,12 +40,12 @@ export class BatchDesk {
     view.end(await watchBatch(client, id, view, signal));
   }
 
-  // It ended between the question and the DELETE.
+  // It ended between the state's response and the DELETE.
   private forgotten(signal: AbortSignal): void {
     if (!signal.aborted) this.around.over("Ended, and forgotten", forgotten);
   }
 
-  // DELETE makes the service forget what has ended, so that its state is asked for first.
+  // DELETE makes the service forget a batch that has ended, so its state is asked for first.
   private async cancel(id: string, signal: AbortSignal): Promise<void> {
     const { client, announcer } = this.around;
     try {

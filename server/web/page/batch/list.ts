@@ -1,4 +1,4 @@
-// The comparisons of a batch: counts that are its filters, a search by name, and a page of rows.
+// The comparisons of a batch: counts that act as filters, a search by name, and a page of rows.
 import { button, h, scroller, type Announcer } from "../dom.js";
 import { scaleFor, strip, stripStripes, type StripScale } from "../plot/strip.js";
 import { pathOf } from "../route.js";
@@ -27,11 +27,11 @@ export class BatchList {
   private readonly earlier = button("Previous", {}, () => this.turn(-pageRows));
   private readonly later = button("Next", {}, () => this.turn(pageRows));
   private readonly pager = h("nav", { class: "actions pager", "aria-label": "Pages of comparisons" }, this.earlier, this.later);
-  private drawn = ""; // what the table shows
+  private drawn = ""; // what the table shows, to skip equal updates
   private searching: ReturnType<typeof setTimeout> | null = null;
   private again: ReturnType<typeof setTimeout> | null = null;
   private failed = false;
-  private unsaid = false; // somebody has asked for rows, and was not told of them yet
+  private unsaid = false; // rows were requested and not announced yet
 
   constructor(
     private readonly source: RowSource,
@@ -61,7 +61,7 @@ export class BatchList {
     return tile;
   }
 
-  /** On the way back the row that was opened has the focus; false: there is none. */
+  /** Focuses the row that was opened, after going back; false: there is none. */
   focusOpened(): boolean {
     const link = this.looking.opened === null ? null : this.linkOf(String(this.looking.opened));
     link?.focus();
@@ -72,7 +72,7 @@ export class BatchList {
     return this.body.querySelector<HTMLElement>(`a[data-position="${position}"]`);
   }
 
-  // A step back leads here again.
+  // Going back in the history leads here again.
   private open(event: Event): void {
     const link = event.target instanceof Element ? event.target.closest<HTMLElement>("a[data-position]") : null;
     if (!link) return;
@@ -80,7 +80,7 @@ export class BatchList {
     this.remember();
   }
 
-  /** The source has more, or the counts are others. */
+  /** Call when the source has more rows, or the counts have changed. */
   refresh(running: boolean): void {
     this.running = running;
     this.draw();
@@ -127,7 +127,7 @@ export class BatchList {
     }
     let shown = source.shown(this.filter, looking.search, looking.from, pageRows);
     if (shown.complete && shown.rows.length === 0 && looking.from > 0) {
-      looking.from = 0; // the list is shorter than it was
+      looking.from = 0; // the list is shorter than before
       shown = source.shown(this.filter, looking.search, 0, pageRows);
     }
     const { rows, total, complete } = shown;
@@ -170,7 +170,7 @@ export class BatchList {
     }
   }
 
-  // What has the focus keeps it, also where its row moves.
+  // The focused row keeps the focus, also when it moves.
   private drawRows(rows: readonly Row[]): void {
     const drawn = JSON.stringify(rows);
     if (drawn === this.drawn) return;

@@ -1,15 +1,15 @@
-// What is looked at of a batch's list. The browser's history keeps it, so that a step back leads to it.
+// The state of a batch's list, kept in the browser's history, so that going back restores it.
 import type { Filter } from "./rows.js";
 import { filterWords } from "./words.js";
 
 export interface Looking {
-  filter: Filter | null; // null: nobody has chosen, what did not pass is shown while there is some
+  filter: Filter | null; // null: not chosen; comparisons that did not pass are shown as long as there are any
   search: string;
-  from: number; // the page's first row
-  opened: number | null; // the position of the row that was followed last
+  from: number; // first row of the page
+  opened: number | null; // position of the row that was opened last
 }
 
-/** As it was kept; whatever else is there is taken for nothing. */
+/** Reads the state from the history; anything else is ignored. */
 export function lookingOf(state: unknown): Looking {
   const { looking } = (typeof state === "object" && state !== null ? state : {}) as { looking?: Partial<Looking> };
   const { filter, search, from, opened } = looking ?? {};

@@ -1,19 +1,19 @@
-// The comparisons of a batch as rows of its list: what of them is shown, and in which order.
+// The comparisons of a batch as rows of its list: their content and their order.
 import type { BatchCounts, BatchFailure, BatchResult } from "../api/types.js";
 import { seenName } from "../text/names.js";
 import { asSentence } from "../text/problems.js";
 import { unitOf } from "../text/verdict.js";
 
-/** What became of one. `measured`: it has an interval and no limit; `gone`: its result is not kept any more. */
+/** Outcome of a comparison. `measured`: an interval without a limit; `gone`: its result was removed. */
 export type Kind = "fail" | "error" | "undecided" | "cancelled" | "gone" | "pass" | "measured";
 
-/** `open`: what has ended and not passed, as the service tells it first. */
+/** `open`: ended without passing; the service lists these first. */
 export type Filter = "open" | "all" | Kind;
 
 export interface Row {
   position: number; // in the manifest, from 0
   name: string;
-  id: string | null; // of the comparison; null: it is gone
+  id: string | null; // of the comparison; null: it was removed
   kind: Kind;
   distance: { lower: number; upper: number | null } | null;
   limit: number | null;
@@ -56,7 +56,7 @@ function kindOf(state: BatchResult["state"], verdict: BatchResult["verdict"]): K
   return state === "failed" ? "error" : state;
 }
 
-/** How many rows each filter has. */
+/** Returns the number of rows of each filter. */
 export function tally(counts: BatchCounts): Record<Filter, number> {
   const { total, queued, running, done, failed, cancelled, gone, pass, fail, undecided } = counts;
   return {
@@ -72,13 +72,13 @@ export function tally(counts: BatchCounts): Record<Filter, number> {
   };
 }
 
-/** What did not pass first, by kind; each kind in the order of the manifest. */
+/** Orders rows: those that did not pass first, by kind; each kind in the order of the manifest. */
 export function inOrder(rows: readonly Row[]): Row[] {
   const rank = (row: Row): number => Math.min(order.indexOf(row.kind), order.indexOf("pass"));
   return [...rows].sort((one, other) => rank(one) - rank(other) || one.position - other.position);
 }
 
-/** `search`: what the name has to contain, large and small letters alike. */
+/** `search`: text that the name has to contain, ignoring case. */
 export function select(rows: readonly Row[], filter: Filter, search: string): Row[] {
   const wanted = search.trim().toLowerCase();
   return rows.filter((row) => fits(row.kind, filter) && (wanted === "" || row.name.toLowerCase().includes(wanted)));

@@ -1,29 +1,29 @@
-// Where the rows of a batch's list come from: the first hundred that did not pass are in its document, and all are read only
-// when more than that is looked at. While it runs they are read again, so seldom that reading takes a tenth of the time.
+// The source of a batch's rows. Its document has the first hundred that did not pass; all rows are read only when more than
+// these are shown. While the batch runs they are read again, so rarely that reading takes a tenth of the time.
 import type { Batch, BatchResult } from "../api/types.js";
 import { inOrder, rowOfFailure, rowOfResult, select, tally, type Filter, type Row } from "./rows.js";
 
 export interface Shown {
-  rows: Row[]; // of the page that was asked for
+  rows: Row[]; // of the requested page
   total: number; // rows on all pages
-  complete: boolean; // false: they are still to be read
+  complete: boolean; // false: not all rows are read yet
 }
 
 const leastRestMs = 3000;
 const restFactor = 10;
-const tellEveryMs = 250; // while all are read
+const tellEveryMs = 250; // while all rows are read
 
 export class RowSource {
   private batch: Batch;
   private failures: Row[] = [];
-  private whole: Row[] = []; // in order
-  private wholeOf = -1; // how many had ended when all were read; -1: never
+  private whole: Row[] = []; // all rows, in order
+  private wholeOf = -1; // how many comparisons had ended when all rows were read; -1: never read
   private restUntil = 0; // as performance.now()
   private reading = false;
-  /** How many rows have been read, while all are read for the first time. */
+  /** Number of rows read so far, while all are read for the first time. */
   readSoFar: number | null = null;
 
-  /** `read`: all that has ended, some at a time. `changed`: there is more to show. */
+  /** `read` yields all ended comparisons in portions. `changed` is called when there is more to show. */
   constructor(
     batch: Batch,
     private readonly read: (signal: AbortSignal) => AsyncIterable<BatchResult[]>,
@@ -33,7 +33,7 @@ export class RowSource {
     this.take(batch);
   }
 
-  /** How it stands now. */
+  /** Sets the batch's newest document. */
   take(batch: Batch): void {
     this.batch = batch;
     this.failures = batch.failures.map(rowOfFailure);
@@ -55,7 +55,7 @@ export class RowSource {
     return page(rows, search.trim() === "" ? Math.max(count, rows.length) : rows.length, this.wholeOf >= this.counts().all);
   }
 
-  /** Reads all rows, unless that is done just now or was done a moment ago; ms until it is worth to ask again, else 0. Throws what reading throws. */
+  /** Reads all rows, unless it is doing so or has just done so. Returns the ms until it should be called again, else 0. Throws as `read`. */
   async load(signal: AbortSignal): Promise<number> {
     const rest = this.restUntil - performance.now();
     if (this.reading) return leastRestMs;
@@ -75,7 +75,7 @@ export class RowSource {
 
   private async readAll(signal: AbortSignal): Promise<void> {
     const rows: Row[] = [];
-    const ended = this.counts().all; // at least so many are read
+    const ended = this.counts().all; // at least this many are read
     let told = performance.now();
     for await (const some of this.read(signal)) {
       rows.push(...some.map(rowOfResult));

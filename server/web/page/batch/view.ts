@@ -1,4 +1,4 @@
-// A batch on the page: how far it is, what became of its comparisons, and what a person takes away.
+// A batch on the page: progress, outcomes of its comparisons, and downloads.
 import { batchAt, reportOf, resultsOf, type Report } from "../api/batches.js";
 import { isAbort, type Client } from "../api/client.js";
 import { hasEnded, type Batch, type BatchProgressEvent } from "../api/types.js";
@@ -17,16 +17,16 @@ import { lasting, nameOf, titleOf, wordsOf } from "./words.js";
 export interface BatchFace {
   client: Client;
   batch: Batch;
-  source: RowSource | null; // of this batch, when it was shown before
+  source: RowSource | null; // of this batch, if it was shown before
   looking: Looking;
-  remember(): void; // what is looked at is another
+  remember(): void; // called when the list's state changes
   cancel(): void;
-  signal: AbortSignal; // ends all that the view does
+  signal: AbortSignal; // ends everything that the view does
 }
 
-const askEveryMs = 2000; // for new failures
+const askEveryMs = 2000; // between two requests for new failures
 
-/** One batch; made anew each time that it is shown. */
+/** The view of one batch; made anew each time that it is shown. */
 export class BatchView implements Watcher<BatchProgressEvent> {
   readonly source: RowSource;
   private readonly head = h("header", { class: "verdict" });
@@ -40,7 +40,7 @@ export class BatchView implements Watcher<BatchProgressEvent> {
   private readonly keep = h("div");
   private readonly list: BatchList;
   private readonly ticker: ReturnType<typeof setInterval>;
-  private batch: Batch; // as it was asked for last
+  private batch: Batch; // the newest document
   private now: BatchProgressEvent;
   private asking: ReturnType<typeof setTimeout> | null = null;
 
@@ -76,14 +76,14 @@ export class BatchView implements Watcher<BatchProgressEvent> {
     this.note.textContent = "The connection broke. The batch does not depend on it; asking again …";
   }
 
-  /** It has ended. */
+  /** Call when the batch has ended. */
   end(batch: Batch): void {
     this.note.textContent = "";
     this.take(batch);
     this.announcer.sayNow(this.said());
   }
 
-  /** Cancelling did not reach the service: it may be tried again. */
+  /** Call when cancelling did not reach the service: it can be tried again. */
   mayCancel(): void {
     this.cancelButton.disabled = false;
     this.cancelButton.textContent = "Cancel";
@@ -98,10 +98,10 @@ export class BatchView implements Watcher<BatchProgressEvent> {
     return `${heading}. ${reason}`;
   }
 
-  // How it stands, by its document.
+  // Takes the batch's document.
   private take(batch: Batch): void {
     this.batch = batch;
-    if (hasEnded(batch) || !this.isBehind()) this.now = batch; // an event may have been quicker
+    if (hasEnded(batch) || !this.isBehind()) this.now = batch; // an event may have been newer
     this.source.take(batch);
     this.drawHead();
     this.list.refresh(this.runs());
@@ -126,12 +126,12 @@ export class BatchView implements Watcher<BatchProgressEvent> {
     if (finished !== null) clearInterval(this.ticker);
   }
 
-  // Whether more has ended than the document says.
+  // True if more comparisons have ended than the document has.
   private isBehind(): boolean {
     return tally(this.batch.counts).all < tally(this.now.counts).all;
   }
 
-  // The events have counts alone: what did not pass is asked for, not too often.
+  // Events have counts only; the failures are requested, at intervals.
   private ask(): void {
     this.asking ??= setTimeout(() => void this.askNow(), askEveryMs);
   }
@@ -140,7 +140,7 @@ export class BatchView implements Watcher<BatchProgressEvent> {
     const { client, signal } = this.face;
     try {
       const batch = await batchAt(client, this.batch.id, signal);
-      if (!signal.aborted && this.runs() && !hasEnded(batch)) this.take(batch); // its end is told by whoever watches
+      if (!signal.aborted && this.runs() && !hasEnded(batch)) this.take(batch); // the watcher reports the end
     } catch (error) {
       if (signal.aborted || isAbort(error)) return;
       this.interrupted();
@@ -174,7 +174,7 @@ export class BatchView implements Watcher<BatchProgressEvent> {
   }
 
   private cancel(): void {
-    this.title.focus({ preventScroll: true }); // the button is about to go
+    this.title.focus({ preventScroll: true }); // the focused button is about to be removed
     this.cancelButton.disabled = true;
     this.cancelButton.textContent = "Cancelling …";
     this.face.cancel();

@@ -1,4 +1,4 @@
-// What a batch means, in sentences.
+// The meaning of a batch's state, in sentences.
 import type { Batch, BatchProgressEvent } from "../api/types.js";
 import { seenName, withoutOverrides } from "../text/names.js";
 import { grouped } from "../text/numbers.js";
@@ -80,13 +80,13 @@ function sentence(parts: Counted[]): string {
   return parts.map(([kind, count]) => `${grouped(count)} ${(count === 1 ? one : many)[kind]}`).join(", ");
 }
 
-/** Of the browser's tab. */
+/** The title of the browser's tab. */
 export function titleOf(name: string | null, now: BatchProgressEvent): string {
   const { heading } = wordsOf(now);
   return `${heading}: ${withoutOverrides(name ?? "Batch")} · meshgauge`;
 }
 
-/** How long a batch takes: "0.4 s", "12 s", "2 min 05 s", "3 h 20 min". */
+/** Formats the duration of a batch: "0.4 s", "12 s", "2 min 05 s", "3 h 20 min". */
 export function lasting(ms: number): string {
   const seconds = Math.max(0, ms) / 1000;
   if (seconds < 10) return `${seconds.toFixed(1)}\u00A0s`;

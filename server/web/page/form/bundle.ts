@@ -1,5 +1,5 @@
-// A glTF of several files as one: the archive that the service makes of the same files, byte for byte (api/formats/gltf_bundle.h).
-// So a mesh that the service has already is known by its SHA-256, however it was sent.
+// Combines the files of a glTF into the archive that the service makes of them, byte for byte (api/formats/gltf_bundle.h), so that a
+// mesh has the same SHA-256 however it is sent.
 
 export interface Entry {
   path: string;
@@ -35,7 +35,7 @@ function encoded({ path, content }: Entry): { name: Uint8Array<ArrayBuffer>; con
   return { name: new TextEncoder().encode(path), content };
 }
 
-// By the bytes of UTF-8, which is not the order of JavaScript's strings.
+// By the bytes of UTF-8, which differs from the order of JavaScript's strings.
 function order(a: Uint8Array, b: Uint8Array): number {
   const length = Math.min(a.length, b.length);
   for (let i = 0; i < length; ++i) {

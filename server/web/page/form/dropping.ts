@@ -1,10 +1,10 @@
 // Files dropped anywhere on the page.
 import { find } from "../dom.js";
 
-/** `take` gets what was dropped outside of the places for one mesh; `open` says whether files are wanted now. */
+/** `take` gets files dropped outside of the two mesh slots; `open` returns whether files are accepted now. */
 export function acceptDrops(take: (files: File[]) => void, open: () => boolean): void {
   const curtain = find("#dropping", HTMLElement);
-  let depth = 0; // dragenter and dragleave come for each element on the way
+  let depth = 0; // dragenter and dragleave fire for every element on the way
   const close = () => {
     depth = 0;
     curtain.hidden = true;
@@ -23,7 +23,7 @@ export function acceptDrops(take: (files: File[]) => void, open: () => boolean):
   document.addEventListener("drop", close, true);
   document.addEventListener("drop", (event) => {
     if (!hasFiles(event)) return;
-    event.preventDefault(); // else the browser would open the file in place of the page
+    event.preventDefault(); // else the browser would open the file instead of the page
     if (open()) take([...(event.dataTransfer?.files ?? [])]);
   });
 }

@@ -1,9 +1,9 @@
-// Two meshes to try the page with: a sphere, and a coarser one with a dent. Made here, as text in the format OBJ.
+// Two meshes to try the page with, made here as OBJ text: a sphere, and a coarser one with a dent.
 import type { Vec3 } from "../api/types.js";
 
 const dentAt: Vec3 = normalised([0.3, -0.8, 0.42]);
 const dentRadius = 0.45; // as an angle
-const dentDepth = 0.1; // of the sphere's radius, 1
+const dentDepth = 0.1; // relative to the sphere's radius
 
 /** The baseline: a sphere of radius 20. */
 export function sphere(rings = 48): string {
@@ -35,7 +35,7 @@ function toObj(name: string, rings: number, radius: (direction: Vec3) => number)
   return lines.join("\n") + "\n";
 }
 
-// The poles first and last, the rings between them.
+// The poles are first and last, the rings between them.
 function directions(rings: number, segments: number): Vec3[] {
   const all: Vec3[] = [[0, 0, 1]];
   for (let ring = 1; ring < rings; ++ring) {
@@ -72,7 +72,7 @@ function angleBetween(v: Vec3, w: Vec3): number {
   return Math.acos(Math.min(1, Math.max(-1, v[0] * w[0] + v[1] * w[1] + v[2] * w[2])));
 }
 
-// 1 in the middle, 0 from 1 on, smooth at both.
+// 1 in the middle, 0 from 1 on, smooth at both ends.
 function bump(x: number): number {
   return x >= 1 ? 0 : (1 - x * x) ** 2;
 }

@@ -1,4 +1,4 @@
-// The form: two meshes, the options, and what is wrong with them beside the field that it is about.
+// The form: two meshes, the options, and errors beside the fields that they are about.
 import type { Comparison, Options, Side } from "../api/types.js";
 import { find, h } from "../dom.js";
 import type { Defect } from "../text/problems.js";
@@ -71,7 +71,7 @@ export class Form {
     return this.slots.a.value && !this.slots.b.value ? "b" : "a";
   }
 
-  /** The pair and the settings of a result, to be measured once more: with the files of its own order, where there is one. */
+  /** Fills in the pair and the settings of a result, to measure again, with the files of its own order if there is one. */
   again(result: Comparison, names: Record<Side, string>, order: Order | null): void {
     for (const side of ["a", "b"] as const) {
       const { sha256, bytes } = result.meshes[side];
@@ -85,7 +85,7 @@ export class Form {
     this.slots[side].choose(null);
   }
 
-  /** Of the service: each beside the part that it belongs to. */
+  /** Shows the service's defects, each beside the part that it belongs to. */
   blame(defects: Defect[]): void {
     for (const { part, message } of defects) {
       if (part === "a" || part === "b") this.slots[part].complain(message);
@@ -142,7 +142,7 @@ export class Form {
     return find(`#${name}`, kind, this.form);
   }
 
-  // Fields that mean something only with a choice.
+  // Shows fields that apply only with a certain choice.
   private adapt(): void {
     const { toleranceKind, strategy } = this.values();
     find("#tolerance-field", HTMLElement).hidden = toleranceKind === "default";
@@ -168,7 +168,7 @@ export class Form {
     for (const wrong of this.form.querySelectorAll("[aria-invalid]")) wrong.removeAttribute("aria-invalid");
   }
 
-  // To the first defect, with the general line for whoever does not see the field.
+  // Focuses the first defect, and shows a general line in case the field is out of view.
   private goTo(slot: Slot | null, mistakes: readonly Mistake[]): void {
     const count = mistakes.length + (slot ? 1 : 0);
     this.general.replaceChildren(h("span", {}, count === 1 ? "One thing is missing or wrong above." : "Some things are missing or wrong above."));
@@ -188,7 +188,7 @@ export class Form {
   }
 }
 
-// "/gate/max_distance" is the field `limit`.
+// "/gate/max_distance" belongs to the field `limit`.
 function fieldOf(defect: Defect | undefined): { name: Field; message: string } | null {
   if (!defect) return null;
   const fields: [string, Field][] = [

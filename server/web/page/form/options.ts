@@ -1,17 +1,17 @@
-// What a person typed as the options of a comparison, or what is wrong with it, field by field.
+// Parses the options that a user typed, or reports what is wrong, field by field.
 import type { Comparison, Direction, Options, Strategy, Tolerance } from "../api/types.js";
 import { optionsOf } from "../text/snippets.js";
 
 export type ToleranceKind = "default" | "relative" | "absolute" | "diagonal";
 
 export interface FormValues {
-  limit: string; // empty: no gate; "0.05 mm" has its unit with it
+  limit: string; // empty: no gate; may contain its unit, "0.05 mm"
   units: string; // of the limit; empty: none
   unitA: string; // of mesh a; empty: as its file says
   unitB: string;
   direction: Direction;
   toleranceKind: ToleranceKind;
-  tolerance: string; // percent where it is relative or of the diagonal
+  tolerance: string; // percent if relative or of the diagonal
   strategy: Strategy;
   points: string;
   timeout: string; // seconds; empty: the service's default
@@ -65,7 +65,7 @@ export function buildOptions(values: FormValues): Built {
 
 type Blame = (message: string) => void;
 
-/** A number as people and programs write it; null: it is none. */
+/** Parses a number as users and programs write it; null: not a number. */
 export function parseNumber(text: string): number | null {
   const value = /^[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?$/i.test(text.trim()) ? Number(text.trim()) : NaN;
   return Number.isFinite(value) ? value : null;
@@ -82,7 +82,7 @@ function numberOf(text: string, what: string, blame: Blame): number | null {
   return value < 0 ? null : value;
 }
 
-/** "0.05 mm" as its number and its unit. */
+/** Splits "0.05 mm" into number and unit. */
 export function splitLimit(text: string): { number: string; units: string } {
   const whole = text.trim();
   const number = /^[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?/i.exec(whole)?.[0] ?? "";
@@ -158,7 +158,7 @@ function threadsOf(text: string, blame: Blame): Pick<Options, "threads"> {
   return { threads };
 }
 
-/** The form that leads to a result like this one; its time and threads are not in the result. */
+/** Returns the form values that lead to a result like this one, without time and threads, which the result does not have. */
 export function valuesOf(result: Comparison): FormValues {
   const { units = {} } = optionsOf(result);
   return {
@@ -175,7 +175,7 @@ export function valuesOf(result: Comparison): FormValues {
   };
 }
 
-// The form has one rule; where several were asked for, the first that is not the usual pair.
+// The form has one rule; if a request had several, the first one that differs from the default pair.
 function toleranceValues(asked: Tolerance): Pick<FormValues, "toleranceKind" | "tolerance"> {
   if (asked.absolute === undefined && asked.relative === 0.01 && asked.diagonal === 1e-6) return { toleranceKind: "default", tolerance: "" };
   if (asked.absolute !== undefined) return { toleranceKind: "absolute", tolerance: String(asked.absolute) };

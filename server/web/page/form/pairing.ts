@@ -1,21 +1,21 @@
-// Meshes out of files that were dropped or chosen together: a .gltf and the files that its buffers name are one mesh.
+// Groups files that were dropped or chosen together into meshes: a .gltf and the files that its buffers name are one mesh.
 import { bundle, type Entry } from "./bundle.js";
 
 export interface Meshes {
   files: File[];
-  complaint: string; // about a file that is missing; "": none is
+  complaint: string; // about a missing file; "": none
 }
 
-const mostSceneBytes = 256 * 1024 * 1024; // of JSON that is looked into
+const mostSceneBytes = 256 * 1024 * 1024; // of JSON that is parsed
 const scenes = /\.gltf$/i;
 const meshes = /\.(obj|stl|ply|off|glb|3mf|zip)(\.gz)?$|\.gltf\.gz$/i;
 
-/** Whether pairUp() has anything to do. */
+/** True if pairUp() has anything to do. */
 export function hasScene(files: readonly File[]): boolean {
   return files.some(({ name }) => scenes.test(name));
 }
 
-/** In the order of the files. What belongs to no mesh is left out: pictures of materials, above all. */
+/** Keeps the order of the files. Files that belong to no mesh are left out, such as textures. */
 export async function pairUp(files: readonly File[]): Promise<Meshes> {
   const others = files.filter(({ name }) => !scenes.test(name));
   const found: File[] = [];
@@ -29,7 +29,7 @@ export async function pairUp(files: readonly File[]): Promise<Meshes> {
   return { files: found, complaint: "" };
 }
 
-// The .gltf with its files; as it is where it names none, or none that may be sent: then the service says what is wrong.
+// The .gltf with its files; unchanged if it names none, or none that may be sent: the service then reports the error.
 async function completed(scene: File, others: readonly File[]): Promise<File | string> {
   const paths = scene.size > mostSceneBytes ? [] : pathsIn(await scene.text());
   const entries: Entry[] = [];
@@ -44,7 +44,7 @@ async function completed(scene: File, others: readonly File[]): Promise<File | s
   return (await bundle(scene, entries)) ?? `${scene.name} and its files are larger than 4 GiB together.`;
 }
 
-/** What the buffers of a .gltf name, as relative paths; nothing where one of them is no such path. */
+/** Returns the relative paths that the buffers of a .gltf name; empty if one of them is not such a path. */
 export function pathsIn(json: string): string[] {
   const paths = urisIn(json).map(pathOf);
   return paths.every((path) => path !== null) ? paths : [];
@@ -64,13 +64,13 @@ function urisIn(json: string): string[] {
   });
 }
 
-// As file_path_of_uri() of api/formats/file_path.h has it.
+// As file_path_of_uri() of api/formats/file_path.h.
 function pathOf(uri: string): string | null {
   let name: string;
   try {
     name = decodeURIComponent(uri.replace(/%(?![0-9a-f]{2})/gi, "%25"));
   } catch {
-    return null; // no UTF-8
+    return null; // not UTF-8
   }
   const components = name.split("/").filter((component) => component !== "" && component !== ".");
   const leads = name.startsWith("/") || name.endsWith("/") || name.includes("\\") || /^[a-z][a-z0-9+.-]*:/i.test(name);

@@ -1,4 +1,4 @@
-// A place for one mesh: dropped, chosen, or one that the service has already.
+// The place for one mesh: dropped, chosen, or already stored by the service.
 import type { Side } from "../api/types.js";
 import { button, h } from "../dom.js";
 import { inBytes } from "../text/numbers.js";
@@ -12,7 +12,7 @@ const titles: Record<Side, [string, string]> = {
 
 const known = ["obj", "stl", "ply", "off", "gltf", "glb", "3mf", "zip"];
 
-/** "STL", "OBJ, gzip-compressed"; null: the name says nothing that the service reads. */
+/** Returns "STL", "OBJ, gzip-compressed"; null: the name has no extension of a known format. */
 export function formatOf(name: string): string | null {
   const parts = name.toLowerCase().split(".");
   const packed = parts.at(-1) === "gz";
@@ -32,7 +32,7 @@ export class Slot {
     readonly side: Side,
     private readonly host: HTMLElement,
     private readonly changed: () => void,
-    private readonly took: (files: File[]) => void, // that were chosen or dropped for it
+    private readonly took: (files: File[]) => void, // called with files that were chosen or dropped for it
   ) {
     const id = `file-${side}`;
     this.error = h("p", { class: "error", id: `${id}-error`, hidden: true });

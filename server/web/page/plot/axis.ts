@@ -1,20 +1,20 @@
-// A logarithmic axis for distances. 0 and what is not known have places of their own at its ends, since a logarithm has none.
+// A logarithmic axis of distances. 0 and unknown values have places of their own at its ends, since they have no logarithm.
 
 export interface LogAxis {
   low: number; // positive and finite, below `high`
   high: number;
-  zero: boolean; // whether the axis begins with a place for 0
-  unknown: boolean; // whether it ends with a place for what is not known
+  zero: boolean; // the axis starts with a place for 0
+  unknown: boolean; // the axis ends with a place for unknown values
 }
 
-/** null and infinite: not known. */
+/** null and infinite: unknown. */
 export type Mark = number | null;
 
-const endShare = 0.07; // of the axis, for each of the two places
+const endShare = 0.07; // share of the axis for each of the two places
 const mostDecades = 12;
 const leastDecades = 0.6;
 
-/** An axis that shows all marks with room on both sides. `whole`: it ends at powers of ten, so that it seldom changes. */
+/** Returns an axis that shows all marks with room on both sides. `whole`: end it at powers of ten, so that it rarely changes. */
 export function axisFor(marks: readonly Mark[], whole = false): LogAxis {
   const known = marks.filter((mark): mark is number => mark !== null && Number.isFinite(mark) && mark > 0);
   const unknown = marks.some((mark) => mark === null || mark === Infinity);
@@ -39,7 +39,7 @@ function padded(bottom: number, top: number): [number, number] {
 // Doubles end near 1e-308 and 1e308.
 const tenTo = (exponent: number): number => 10 ** Math.min(Math.max(exponent, -300), 300);
 
-/** 0 at the axis' beginning, 1 at its end; never beyond. */
+/** Returns the place of a value: 0 at the start of the axis, 1 at its end; never beyond. */
 export function positionOf(axis: LogAxis, mark: Mark): number {
   if (mark === null || mark === Infinity) return 1;
   if (!(mark > 0)) return 0;
@@ -48,7 +48,7 @@ export function positionOf(axis: LogAxis, mark: Mark): number {
   return begin + (end - begin) * Math.min(Math.max(share, 0), 1);
 }
 
-/** Where the logarithmic part of the axis begins and ends. */
+/** Where the logarithmic part starts and ends. */
 export function logarithmicPart(axis: LogAxis): [number, number] {
   return [axis.zero ? endShare : 0, axis.unknown ? 1 - endShare : 1];
 }
@@ -56,10 +56,10 @@ export function logarithmicPart(axis: LogAxis): [number, number] {
 export interface Tick {
   value: Mark;
   at: number; // from 0 to 1
-  label: string; // "" for one between the numbers
+  label: string; // "" for a tick between the numbers
 }
 
-/** Round numbers on the axis, at most `most` of them with a label, and the two ends where they have places. */
+/** Returns round numbers on the axis, at most `most` with a label, and the two ends if they have places. */
 export function ticksOf(axis: LogAxis, most = 7): Tick[] {
   const labelled = roundNumbers(axis, most);
   const chosen = new Set(labelled);
@@ -105,7 +105,7 @@ function steps(axis: LogAxis, every: number, mantissas: readonly number[]): numb
   return values;
 }
 
-// For a short piece of the axis, which may have no power of ten.
+// For a short piece of the axis without a power of ten.
 function linearSteps(axis: LogAxis, most: number): number[] {
   const step = niceStep((axis.high - axis.low) / Math.max(most - 1, 1));
   const values: number[] = [];
@@ -113,7 +113,7 @@ function linearSteps(axis: LogAxis, most: number): number[] {
   return values;
 }
 
-/** 1, 2 or 5 times a power of ten, not below x. */
+/** Returns 1, 2 or 5 times a power of ten, not below x. */
 export function niceStep(x: number): number {
   const power = 10 ** Math.floor(Math.log10(x));
   const factor = [1, 2, 5].find((one) => one * power >= x * (1 - 1e-9)) ?? 10;

@@ -1,14 +1,14 @@
-// The interval on a horizontal scale, with the limit: what the verdict looks like.
+// The interval on a horizontal scale with the limit: a picture of the verdict.
 import { axisFor, positionOf, ticksOf, type LogAxis } from "./axis.js";
 import { frame, kept, line, Picture, readingWords, rect, stripes, text, type Reading } from "./picture.js";
 import { intervalText, plain, withUnits } from "../text/numbers.js";
 import { svg } from "../dom.js";
 
 const height = 132;
-const scaleY = 88; // of the scale's line
+const scaleY = 88; // y of the scale's line
 const bandTop = 42;
 const side = 14;
-const leastBar = 4; // px: an interval that is narrower is still seen
+const leastBar = 4; // px; narrower intervals stay visible
 
 export class Gauge {
   private readonly picture: Picture;

@@ -1,4 +1,4 @@
-// What both pictures of an interval share: an SVG as wide as its place, drawn anew when that changes.
+// Shared by both pictures of an interval: an SVG as wide as its place, redrawn when the width changes.
 import { svg } from "../dom.js";
 import { intervalWords, withUnits, plain } from "../text/numbers.js";
 
@@ -14,7 +14,7 @@ export class Picture {
   private readonly observer: ResizeObserver;
   private frame = 0;
 
-  /** `draw` gives the picture for a width in px; `height` is fixed. */
+  /** `draw` returns the picture for a width in px; `height` is fixed. */
   constructor(
     readonly host: HTMLElement,
     private readonly draw: (width: number) => SVGSVGElement,
@@ -25,7 +25,7 @@ export class Picture {
     this.observer.observe(host);
   }
 
-  /** In the next frame, once. */
+  /** Redraws in the next frame, once. */
   refresh(): void {
     if (this.frame !== 0) return;
     this.frame = requestAnimationFrame(() => {
@@ -41,7 +41,7 @@ export class Picture {
   }
 }
 
-/** The picture's frame; `words` is what it says to whoever does not see it. */
+/** The picture's frame; `words` is its text for screen readers. */
 export function frame(width: number, height: number, words: string): SVGSVGElement {
   return svg("svg", { viewBox: `0 0 ${String(width)} ${String(height)}`, width, height, role: "img", "aria-label": words });
 }
@@ -58,7 +58,7 @@ export function rect(x: number, y: number, width: number, height: number, kind: 
   return svg("rect", { x, y, width: Math.max(width, 0), height: Math.max(height, 0), class: kind, ...more });
 }
 
-/** Stripes, so that what is above the limit is told by more than its colour. */
+/** Stripes above the limit, so that the area is not marked by colour alone. */
 export function stripes(id: string): SVGDefsElement {
   const pattern = svg("pattern", { id, width: 7, height: 7, patternUnits: "userSpaceOnUse", patternTransform: "rotate(45)" });
   pattern.append(rect(0, 0, 2, 7, "stripe"));
@@ -72,7 +72,7 @@ export function readingWords(reading: Reading): string {
   return `The distance: ${range}${gate}`;
 }
 
-/** A label's middle, moved so that it stays in the picture; `letters` as wide as they usually are. */
+/** Returns a label's middle, moved so that the label stays in the picture; assumes an average width per letter. */
 export function kept(x: number, letters: number, low: number, high: number): number {
   const half = letters * 3.7;
   return Math.min(Math.max(x, low + half), Math.max(high - half, low + half));

@@ -1,5 +1,5 @@
-// The interval of a row on a small scale that all rows of its list share. Where they have limits these stand one below the
-// other: the scale is of the distance against the limit.
+// The interval of a row on a small scale that all rows of its list share. With limits the scale is the distance divided by the
+// limit, so that the limits of all rows are aligned.
 import { svg } from "../dom.js";
 import { axisFor, positionOf, type LogAxis, type Mark } from "./axis.js";
 import { line, rect, stripes } from "./picture.js";
@@ -12,17 +12,17 @@ export interface StripReading {
 
 export interface StripScale {
   axis: LogAxis;
-  relative: boolean; // to the limit
+  relative: boolean; // the scale is the distance divided by the limit
 }
 
 const width = 200;
 const height = 20;
 const side = 4;
-const leastBar = 4; // an interval that is narrower is still seen
-const mostRatio = 20; // to the limit; what is beyond stands at the end
+const leastBar = 4; // narrower intervals stay visible
+const mostRatio = 20; // distance divided by limit; larger ones are drawn at the end
 const stripesId = "strip-stripes";
 
-/** The scale for these rows; null where there is nothing to draw. */
+/** Returns the scale for these rows; null: there is nothing to draw. */
 export function scaleFor(readings: readonly StripReading[]): StripScale | null {
   const relative = readings.some(({ limit }) => limit !== null && limit > 0);
   const marks = readings.flatMap((reading) => marksOf(reading, relative) ?? []);
@@ -30,7 +30,7 @@ export function scaleFor(readings: readonly StripReading[]): StripScale | null {
   return { axis: axisFor(relative ? [...marks.map(nearLimit), 1] : marks), relative };
 }
 
-// One row that is far from its limit must not press all others together.
+// One outlier must not compress all other rows.
 function nearLimit(mark: Mark): Mark {
   return mark === null || mark === 0 ? mark : Math.min(Math.max(mark, 1 / mostRatio), mostRatio);
 }
@@ -42,7 +42,7 @@ function marksOf({ lower, upper, limit }: StripReading, relative: boolean): [Mar
   return [lower / limit, upper === null ? null : upper / limit];
 }
 
-/** What all strips of a page refer to; to be somewhere on it. */
+/** The shared definitions that all strips of a page refer to; must be in the document once. */
 export function stripStripes(): SVGSVGElement {
   return svg("svg", { class: "unseen", width: 1, height: 1, "aria-hidden": "true" }, stripes(stripesId));
 }
@@ -63,7 +63,7 @@ export function strip(scale: StripScale, reading: StripReading): SVGSVGElement |
   return picture;
 }
 
-// What is proved to be on one side of the limit is drawn on that side alone.
+// What is proved to be on one side of the limit is drawn on that side only.
 function besideLimit(left: number, wide: number, at: number | null, { lower, upper, limit }: StripReading): number {
   let moved = left;
   if (at !== null && limit !== null && upper !== null && upper <= limit) moved = Math.min(left, at - wide);

@@ -12,7 +12,7 @@ export interface Timeline {
   history: History;
   limit: number | null;
   units: string;
-  now: number; // ms: the end of what is known so far
+  now: number; // ms: the end of the known time
 }
 
 export class TimelinePlot {
@@ -102,7 +102,7 @@ function grid(plane: Plane): SVGGElement {
   return group;
 }
 
-// Each bound holds until a better one comes, so that both edges are stairs.
+// Each bound holds until a better one arrives, so both edges are stairs.
 function band(plane: Plane, samples: readonly Sample[], now: number): SVGElement[] {
   if (samples.length === 0) return [];
   const upper = stairs(plane, samples, now, (sample) => sample.upper);

@@ -1,4 +1,4 @@
-// The one-sided distances, each with its witness and what the search did.
+// The one-sided distances, each with its witness and statistics of the search.
 import type { Comparison, Directed, Distribution, Side } from "../api/types.js";
 import { facts, h } from "../dom.js";
 import { grouped, inPercent, intervalText, intervalWords, pointText, toDigits, withUnits } from "../text/numbers.js";
@@ -31,7 +31,7 @@ function direction(result: Comparison, from: Side, directed: Directed | null, sa
   );
 }
 
-/** Why no point was measured: there was no need, or no time. */
+/** Why no point was measured: it was not needed, or time ran out. */
 export function unsearched(result: Comparison, directed: Directed, one: string, other: string): string {
   if (directed.upper === 0) return `Proved without a search: the surface of ${one} is the same as that of ${other}, or a part of it.`;
   if (result.status === "converged") return "Proved without a search: bounds of whole triangles were enough.";

@@ -1,4 +1,4 @@
-// A verdict as a sign, which is told from others by more than its colour.
+// A sign for each verdict, which differs from the others by more than its colour.
 import { svg } from "../dom.js";
 import type { Tone } from "../text/verdict.js";
 

@@ -1,4 +1,4 @@
-// The deviation maps of a comparison: for the viewer, and as files.
+// The deviation maps of a comparison, for the viewer and as files.
 import type { Client } from "../api/client.js";
 import type { Comparison, Side } from "../api/types.js";
 import { button, h } from "../dom.js";
@@ -7,7 +7,7 @@ import { asSentence, explain } from "../text/problems.js";
 import { unitsOf, witnessesOf } from "../text/verdict.js";
 import { downloadButton } from "./share.js";
 
-const shownTriangles = 200_000; // more makes a picture slower, and no clearer
+const shownTriangles = 200_000; // more makes the picture slower, and no clearer
 
 type Form = "ply" | "glb";
 
@@ -16,7 +16,7 @@ function pathOfMap(id: string, form: Form, of: Side, mostTriangles?: number): st
   return `/v1/comparisons/${id}/deviation.${form}?${query.toString()}`;
 }
 
-/** The bytes of an answer, told as they come. */
+/** Reads the bytes of a response, reporting progress. */
 async function bytesOf(answer: Response, tell: (bytes: number, of: number | null) => void): Promise<ArrayBuffer> {
   if (!answer.body) return answer.arrayBuffer();
   const of = Number(answer.headers.get("Content-Length") ?? NaN);
@@ -31,7 +31,7 @@ async function bytesOf(answer: Response, tell: (bytes: number, of: number | null
   }
 }
 
-/** Loads both maps and the viewer into `host`; says in words there why, when they cannot be had. */
+/** Loads both maps and the viewer into `host`; if that fails, shows the reason there. */
 export async function showViewer(host: HTMLElement, client: Client, result: Comparison, signal: AbortSignal): Promise<() => void> {
   const words = h("p", { class: "loading", role: "status" }, "Computing where the surfaces differ …");
   const bar = h("progress", { "aria-label": "Loading the deviation maps" });
@@ -43,7 +43,7 @@ export async function showViewer(host: HTMLElement, client: Client, result: Comp
       return bytesOf(answer, (got) => (words.textContent = `Loading the surface of ${of.toUpperCase()}: ${inBytes(got)}`));
     };
     const modules = Promise.all([import("../viewer/map.js"), import("../viewer/mount.js")]);
-    modules.catch(() => undefined); // waited for below; a map that is refused is told first
+    modules.catch(() => undefined); // awaited below; a refused map is reported first
     const a = await load("a");
     const b = await load("b");
     const [{ parseMap }, { mountViewer }] = await modules;
@@ -76,7 +76,7 @@ function refusal(error: unknown, again: () => void): HTMLElement {
   );
 }
 
-/** For each mesh the buttons that save its map; a refusal is told in `note`. What one mesh lacks is seen on the other one alone. */
+/** Buttons that save the map of each mesh; a refusal is shown in `note`. What one mesh lacks is visible only on the other one. */
 export function mapRows(client: Client, result: Comparison, note: HTMLElement): HTMLElement[] {
   const [witness] = witnessesOf(result);
   return (["a", "b"] as const).map((of) => {

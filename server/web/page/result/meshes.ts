@@ -1,4 +1,4 @@
-// What was read: both meshes side by side.
+// Facts about both meshes side by side.
 import type { Comparison, MeshFacts, Side } from "../api/types.js";
 import { h, scroller } from "../dom.js";
 import { grouped, inBytes, pointText, toDigits } from "../text/numbers.js";
@@ -21,7 +21,7 @@ const formatWords = (mesh: MeshFacts): string => mesh.format.toUpperCase().repla
 
 const sources = { file: "its file says so", declared: "declared", assumed: "taken from the limit", unknown: "" };
 
-// Results of before 0.2.0 have none.
+// Results made before 0.2.0 have none.
 function unitWords({ unit }: { unit?: MeshFacts["unit"] }): string {
   return !unit || unit.name === null ? "not known" : `${unit.name}, ${sources[unit.source]}`;
 }

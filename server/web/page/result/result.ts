@@ -1,4 +1,4 @@
-// The page of a comparison that has ended with an interval.
+// The page of a comparison that ended with an interval.
 import type { Client } from "../api/client.js";
 import type { Comparison, Job, Side } from "../api/types.js";
 import { button, card, facts, h } from "../dom.js";
@@ -19,15 +19,15 @@ export interface ResultFace {
   job: Job;
   result: Comparison;
   names: Record<Side, string>;
-  history: History | null; // null: nobody watched
-  timeoutMs: number | null; // null: not known
+  history: History | null; // null: the page did not watch it
+  timeoutMs: number | null; // null: unknown
   again(): void;
   narrow(): void;
 }
 
-const leastHistoryMs = 300; // what is shorter has nothing to see over time
+const leastHistoryMs = 300; // a shorter comparison has nothing to show over time
 
-/** Fills `host`; the function that it returns ends what it began. */
+/** Fills `host`; returns a function that ends what it started. */
 export function showResult(host: HTMLElement, client: Client, face: ResultFace): () => void {
   const { job, result, names } = face;
   const ends: (() => void)[] = [];
@@ -67,7 +67,7 @@ function verdictOf(face: ResultFace, ends: (() => void)[]): HTMLElement {
   );
 }
 
-// The work stops when the limit is decided; how far it really is may still be asked.
+// The work stops when the limit is decided; this measures the distance itself.
 function narrower(face: ResultFace): HTMLElement | null {
   const { lower, upper } = face.result.distance;
   if (face.result.status !== "gate_decided" || upper === lower) return null;
@@ -127,7 +127,7 @@ function precision(result: Comparison): HTMLElement {
   );
 }
 
-// A baseline that is a point has no size; one that was converted has it in another unit.
+// A baseline that is a point has no size; a converted one has its size in another unit.
 function sizeWords(upper: number | null, result: Comparison): string {
   const { diagonal } = result.meshes.b;
   const unit = unitOf(result);

@@ -1,10 +1,10 @@
-// What a person takes away: the link, the document, the maps, and the same measurement for a pipeline.
+// What a user can take away: the link, the document, the maps, and the same measurement for a pipeline.
 import type { Comparison, Side } from "../api/types.js";
 import { button, h, type Attributes } from "../dom.js";
 import { asSentence, explain } from "../text/problems.js";
 import { checkCommand, curlCommand, gatesYaml, optionsOf, type Names } from "../text/snippets.js";
 
-/** `path`: of the page. `of`: what it is a link to. */
+/** `path`: of the page. `of`: "comparison" or "batch". */
 export function linkRow(path: string, expires: string | null, of = "result"): HTMLElement {
   const link = h("input", { id: "link", readonly: true, value: location.origin + path, spellcheck: "false" });
   link.addEventListener("focus", () => link.select());
@@ -12,7 +12,7 @@ export function linkRow(path: string, expires: string | null, of = "result"): HT
   return h("div", { class: "link-row" }, h("label", { for: "link" }, `Link to this ${of}`), h("div", { class: "joined" }, link, copyButton("Copy link", () => link.value)), until);
 }
 
-/** Says for a moment whether it worked. */
+/** Shows for a moment whether copying worked. */
 export function copyButton(label: string, text: () => string): HTMLButtonElement {
   const made = button(label, { class: "copy" }, () => void press());
   const press = async () => {
@@ -39,7 +39,7 @@ function byHand(text: string): boolean {
   return done;
 }
 
-/** Offers bytes of the page's own as a file. */
+/** Saves bytes of the page as a file. */
 export function save(name: string, blob: Blob): void {
   const url = URL.createObjectURL(blob);
   const link = h("a", { href: url, download: name });
@@ -73,19 +73,19 @@ function snippet(title: string, text: string): HTMLElement {
   return h("div", { class: "snippet" }, h("div", { class: "snippet-head" }, h("h3", {}, title), copyButton("Copy", () => text)), code);
 }
 
-/** "candidate" and "baseline" where nothing better is known. */
+/** "candidate" and "baseline" if the names are unknown. */
 export function fallbackNames(result: Comparison): Record<Side, string> {
   return { a: `candidate.${result.meshes.a.format}`, b: `baseline.${result.meshes.b.format}` };
 }
 
 export interface Download {
   name: string;
-  doing: string; // while it lasts
-  note: HTMLElement; // where this is told, and what became of it
+  doing: string; // shown while it lasts
+  note: HTMLElement; // shows progress and outcome
   ask: () => Promise<Response>;
 }
 
-/** A button that asks for a file and saves it. */
+/** A button that requests a file and saves it. */
 export function downloadButton(label: string, attributes: Attributes, { name, doing, note, ask }: Download): HTMLButtonElement {
   const made = button(label, attributes, () => void press());
   const press = async () => {
@@ -99,7 +99,7 @@ export function downloadButton(label: string, attributes: Attributes, { name, do
       note.textContent = asSentence(told.detail || told.title);
     } finally {
       made.disabled = false;
-      if (document.activeElement === document.body) made.focus({ preventScroll: true }); // a button that is off has none
+      if (document.activeElement === document.body) made.focus({ preventScroll: true }); // a disabled button loses the focus
     }
   };
   return made;

@@ -1,10 +1,10 @@
-// Where the time went, as one bar with its legend, which is a table.
+// The time of each stage, as one bar with a table as its legend.
 import type { Timings } from "../api/types.js";
 import { h, scroller, svg } from "../dom.js";
 import { inPercent, inTime } from "../text/numbers.js";
 import { stageTimes, type StageTime } from "../text/stages.js";
 
-const length = 1000; // of the bar, in its own units
+const length = 1000; // of the bar, in units of the picture
 
 export function timesOf(timings: Timings): Element[] {
   const stages = stageTimes(timings);

@@ -1,4 +1,4 @@
-// A measurement from the files to the ended comparison: store both meshes, begin, watch.
+// A measurement from the files to the ended comparison: stores both meshes, starts it, watches it.
 import type { Client } from "../api/client.js";
 import { ProblemError } from "../api/problem.js";
 import { hasEnded, type Job, type ProgressEvent, type Side } from "../api/types.js";
@@ -6,7 +6,7 @@ import { store, type UploadStep } from "../api/upload.js";
 import { watch } from "../api/watch.js";
 import type { Chosen, Order } from "../form/form.js";
 
-/** What is told of the way; times are those of the service. */
+/** Progress reports; times are the service's. */
 export interface Teller {
   upload(side: Side, step: UploadStep): void;
   accepted(job: Job): void;
@@ -26,7 +26,7 @@ async function begin(client: Client, order: Order, tell: Teller, signal: AbortSi
   try {
     return await client.begin(pair, newKey(), signal);
   } catch (error) {
-    // It was there a moment ago, and was forgotten since: sent once more where the file is still at hand.
+    // The service had it a moment ago and has removed it since: send it again if the file is at hand.
     if (!(error instanceof ProblemError) || error.kind !== "unknown-mesh" || !haveFiles(order)) throw error;
     const again = await storeBoth(client, order, tell, signal);
     return client.begin({ ...pair, ...again }, newKey(), signal);
@@ -35,13 +35,13 @@ async function begin(client: Client, order: Order, tell: Teller, signal: AbortSi
 
 const haveFiles = (order: Order): boolean => order.a.kind === "file" && order.b.kind === "file";
 
-// One after the other: a connection is not faster for being shared, and the same file twice is sent once.
+// One after the other: two uploads share the connection's speed anyway, and the same file twice is sent once.
 async function storeBoth(client: Client, order: Order, tell: Teller, signal: AbortSignal): Promise<Record<Side, string>> {
   const a = await idOf(client, "a", order.a, tell, signal);
   return { a, b: await idOf(client, "b", order.b, tell, signal) };
 }
 
-// The service sees one file then, and cannot say which of the two it is.
+// The service then sees one file and cannot say which of the two it is.
 async function namingSide(side: Side, stored: Promise<string>): Promise<string> {
   try {
     return await stored;
@@ -58,7 +58,7 @@ async function idOf(client: Client, side: Side, chosen: Chosen, tell: Teller, si
   return chosen.id;
 }
 
-// So that a request that is sent again begins nothing twice. crypto.randomUUID is missing on plain http.
+// So that a repeated request starts nothing twice. crypto.randomUUID is missing on plain http.
 function newKey(): string {
   return Array.from(crypto.getRandomValues(new Uint8Array(16)), (byte) => byte.toString(16).padStart(2, "0")).join("");
 }

@@ -1,4 +1,4 @@
-// What is seen while a comparison runs: the uploads, the stage, the interval as it shrinks.
+// A running comparison: the uploads, the stage, the interval as it shrinks.
 import type { Job, ProgressEvent, Side } from "../api/types.js";
 import type { UploadStep } from "../api/upload.js";
 import { button, h, type Announcer } from "../dom.js";
@@ -9,13 +9,13 @@ import { stageWords } from "../text/stages.js";
 import type { Teller } from "./run.js";
 
 export interface RunFace {
-  names: Record<Side, string> | null; // null: the link tells no names
+  names: Record<Side, string> | null; // null: the link has no names
   limit: number | null;
   units: string;
   cancel(): void;
 }
 
-/** One measurement; made anew for each, and dropped by dispose(). */
+/** The view of one measurement; made anew for each, and ended by dispose(). */
 export class RunView implements Teller {
   readonly history = new History();
   private readonly title = h("h1", { id: "run-title", tabindex: "-1" }, "Measuring");
@@ -69,7 +69,7 @@ export class RunView implements Teller {
 
   progress(event: ProgressEvent): void {
     const first = this.latest?.event;
-    if (first?.state === "queued" && event.state !== "queued") this.latest = null; // the clock begins anew with the work
+    if (first?.state === "queued" && event.state !== "queued") this.latest = null; // the clock starts again when the work starts
     this.latest = { event, at: performance.now() };
     this.note.textContent = "";
     if (event.state !== "queued") this.remember(event);
@@ -83,7 +83,7 @@ export class RunView implements Teller {
     this.note.textContent = "The connection broke. The comparison does not depend on it; asking again …";
   }
 
-  /** Cancelling did not reach the service: it may be tried again. */
+  /** Call when cancelling did not reach the service: it can be tried again. */
   mayCancel(): void {
     this.cancelButton.disabled = false;
     this.cancelButton.textContent = "Cancel";
@@ -94,7 +94,7 @@ export class RunView implements Teller {
     this.plot?.dispose();
   }
 
-  // In the beginning nothing was known, whether or not anybody watched.
+  // At the start nothing was known, whether or not the page was watching.
   private remember(event: ProgressEvent): void {
     if (!this.history.last) this.history.add({ ms: 0, lower: 0, upper: null });
     this.history.add({ ms: event.elapsed_ms, lower: event.lower, upper: event.upper });

@@ -1,4 +1,4 @@
-// A link that was damaged on its way, in words.
+// The explanation of a damaged link.
 import type { Linked } from "../route.js";
 
 export function damagedWords(of: Linked, id: string): string {

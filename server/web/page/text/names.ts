@@ -1,14 +1,14 @@
-// Names that somebody else gave, so that they can be seen and change nothing beside them.
+// Makes names from files or users safe to show: visible, and without effect on the text beside them.
 
-const overrides = /[\u202A-\u202E\u2066-\u2069]/g; // turn the direction of what follows
+const overrides = /[\u202A-\u202E\u2066-\u2069]/g; // change the direction of the text that follows
 const visible = /[^\s\p{C}\p{Z}\p{M}]/u;
 
-/** Null where there is nothing to be seen. */
+/** Null if nothing visible is left. */
 export function seenName(name: string | null): string | null {
   return name !== null && visible.test(name) ? name : null;
 }
 
-/** For text that goes on behind it. */
+/** For text that continues after the name. */
 export function withoutOverrides(text: string): string {
   return text.replace(overrides, "");
 }

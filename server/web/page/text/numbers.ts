@@ -1,16 +1,16 @@
-// Numbers as people read them: few digits, and never a statement that is not true of the interval.
+// Formats numbers for users: few digits, rounded so that statements about the interval stay true.
 
 import { withoutOverrides } from "./names.js";
 
 const fewest = 4;
-const enough = 6; // digits, that bounds which agree in them need not be told apart
-const most = 17; // tells all doubles apart
-const exact = 16; // more digits than a whole number of a double holds: the number itself is written
+const enough = 6; // digits; bounds that agree in them need not be told apart
+const most = 17; // digits that tell all doubles apart
+const exact = 16; // a double's whole numbers have no more digits: write the number itself
 
-/** Unknown yet: null as the service writes it, or not finite. */
+/** True: null, as the service writes an unknown value, or not finite. */
 export type Upper = number | null;
 
-/** "0.00012", "150000", "1.5e-12": fixed notation for the sizes that people have names for. */
+/** Returns "0.00012", "150000", "1.5e-12": fixed notation for the usual sizes. */
 export function plain(x: number): string {
   if (Number.isNaN(x)) return "-";
   if (!Number.isFinite(x)) return x > 0 ? "∞" : "-∞";
@@ -25,7 +25,7 @@ function fixed(x: number): string {
 }
 
 interface Decimal {
-  digits: number; // a whole number of units of the last digit
+  digits: number; // a whole number, in units of the last digit
   exponent: number;
 }
 
@@ -36,19 +36,19 @@ function nearest(x: number, digits: number): Decimal {
   return { digits: Number(mantissa.replace(".", "")), exponent: Number(exponent) - (digits - 1) };
 }
 
-/** x to so many significant digits, zeros at the end left out. */
+/** Rounds x to so many significant digits, without zeros at the end. */
 export function toDigits(x: number, digits: number): string {
   return Number.isFinite(x) ? plain(valueOf(nearest(x, digits))) : plain(x);
 }
 
-/** The number written is not above x. */
+/** Rounds down: the number written is not above x. */
 export function toDigitsBelow(x: number, digits: number): string {
   const decimal = nearest(x, digits);
   if (valueOf(decimal) > x) --decimal.digits;
   return digits >= exact ? plain(x) : plain(valueOf(decimal));
 }
 
-/** The number written is not below x. */
+/** Rounds up: the number written is not below x. */
 export function toDigitsAbove(x: number, digits: number): string {
   const decimal = nearest(x, digits);
   if (valueOf(decimal) < x) ++decimal.digits;
@@ -57,11 +57,11 @@ export function toDigitsAbove(x: number, digits: number): string {
 
 export interface IntervalText {
   lower: string; // not above lower
-  upper: string; // not below upper; "unknown" where nothing is known
-  limit: string; // "" without one
+  upper: string; // not below upper; "unknown" if it is
+  limit: string; // "": there is none
 }
 
-/** As few digits as tell the bounds apart, and as many as leave each on its side of the limit: as it is written here, and in full. */
+/** Uses as few digits as tell the bounds apart and keep each on its side of the limit, both as written here and in full. */
 export function intervalText(lower: number, upper: Upper, limit: number | null): IntervalText {
   const top = upper ?? Infinity;
   let text: IntervalText = { lower: "", upper: "", limit: "" };
@@ -91,7 +91,7 @@ function isTrue(text: IntervalText, lower: number, upper: number, limit: number 
   return digits >= enough || high - low <= 1.5 * (upper - lower);
 }
 
-/** "0.09684 to 0.09766 mm", "0", "at least 0.2 mm", "not known yet". */
+/** Returns "0.09684 to 0.09766 mm", "0", "at least 0.2 mm", "not known yet". */
 export function intervalWords(lower: number, upper: Upper, units: string, limit: number | null = null): string {
   const text = intervalText(lower, upper, limit);
   if (text.upper === "unknown") return lower > 0 ? `at least ${withUnits(text.lower, units)}` : "not known yet";
@@ -122,7 +122,7 @@ export function inTime(ms: number): string {
   return ms < 120_000 ? `${toDigits(ms / 1000, 3)}\u00A0s` : `${toDigits(ms / 60_000, 3)}\u00A0min`;
 }
 
-/** Of a clock that runs: "0.4 s", "12.3 s", "2 min 05 s"; its width changes little. */
+/** For a running clock: "0.4 s", "12.3 s", "2 min 05 s"; its width changes little. */
 export function onClock(ms: number): string {
   const seconds = ms / 1000;
   if (seconds < 100) return `${seconds.toFixed(1)}\u00A0s`;
@@ -130,17 +130,17 @@ export function onClock(ms: number): string {
   return `${String(Math.floor(whole / 60))}\u00A0min ${String(whole % 60).padStart(2, "0")}\u00A0s`;
 }
 
-/** "(0.3227, 0.6693, 0.6693)": in full, since what is said of a point need not hold for one that is rounded. */
+/** "(0.3227, 0.6693, 0.6693)": in full, since statements about a point need not hold for a rounded one. */
 export function pointText(point: readonly number[]): string {
   return `(${point.map(plain).join(", ")})`;
 }
 
-/** "99.4 %": the number written is not below the share. */
+/** "99.4 %": rounded up. */
 export function inPercentAbove(share: number, digits: number): string {
   return `${toDigitsAbove(100 * share, digits)}\u00A0%`;
 }
 
-/** "99.3 %"; what is not all of it never reads as all of it. */
+/** "99.3 %": rounded down, so that "100 %" is only ever exact. */
 export function inPercent(share: number, digits = 4): string {
   const number = toDigits(100 * share, digits);
   return `${number === "100" && share < 1 ? "99.99" : number}\u00A0%`;

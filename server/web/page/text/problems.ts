@@ -1,19 +1,19 @@
-// Problems in words: what happened, to which part, and what to do.
+// Explains problems: what happened, in which part, and what to do.
 import { NetworkError, ProblemError } from "../api/problem.js";
 import type { Problem } from "../api/types.js";
 
 export interface Explained {
   title: string;
-  detail: string; // "" where the defects say all of it
-  advice: string; // "" when there is nothing to do but to read
+  detail: string; // "": the defects say all of it
+  advice: string; // "": nothing can be done
   defects: Defect[];
   requestId: string | null;
-  retry: boolean; // the same again may succeed
+  retry: boolean; // repeating the request may succeed
 }
 
 export interface Defect {
   part: "a" | "b" | "options" | "other";
-  label: string; // whom it belongs to, in words
+  label: string; // the part, in words
   where: string;
   message: string;
 }
@@ -62,7 +62,7 @@ export function explainProblem(problem: Problem, requestId: string | null): Expl
   const kind = problem.type.slice(problem.type.lastIndexOf(":") + 1);
   const defects = problem.errors.map(toDefect);
   const gone = kind === "not-found" && /(comparison|batch) has this id/.exec(problem.detail)?.[1];
-  // What the service says there is for programs.
+  // The service's words for these are meant for programs.
   const repeats = typeof gone === "string" || kind === "unauthorized" || (defects.length === 1 && defects[0]?.message === problem.detail);
   return {
     title: typeof gone === "string" ? `There is no such ${gone}, or not any more` : problem.title,
@@ -74,7 +74,7 @@ export function explainProblem(problem: Problem, requestId: string | null): Expl
   };
 }
 
-/** The service's words begin small and end without a point. */
+/** Makes a sentence: the service's messages start with a small letter and have no full stop. */
 export function asSentence(text: string): string {
   if (text === "") return "";
   return `${text.charAt(0).toUpperCase()}${text.slice(1)}${/[.?!]$/.test(text) ? "" : "."}`;

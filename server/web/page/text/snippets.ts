@@ -1,14 +1,14 @@
-// The same measurement outside of the page: a command line, and a gate of `meshgauge check`.
+// The same measurement without the page: a command line, and a gate of `meshgauge check`.
 import type { Comparison, MeshFacts, Options } from "../api/types.js";
 import { toDigitsAbove } from "./numbers.js";
 import { unitOf, unitsOf } from "./verdict.js";
 
 export interface Names {
-  a: string; // file names, as they were sent
+  a: string; // file names, as sent
   b: string;
 }
 
-/** A command for a shell. A name that a shell or curl would misread becomes a plain one. */
+/** Returns a shell command. A name that the shell or curl would misread is replaced by a plain one. */
 export function curlCommand(origin: string, names: Names, options: Options, withKey: boolean): string {
   const key = withKey ? ' -H "Authorization: Bearer $MESHGAUGE_KEY"' : "";
   const text = JSON.stringify(options);
@@ -19,7 +19,7 @@ export function curlCommand(origin: string, names: Names, options: Options, with
 
 const quoted = (text: string): string => `'${text.replace(/'/g, "'\\''")}'`;
 
-/** What of the options a result tells. */
+/** The options that a result states. */
 export function optionsOf(result: Comparison): Options {
   const unit = unitOfLimit(result);
   const { gate, direction, tolerance, engine } = result;
@@ -35,7 +35,7 @@ export function optionsOf(result: Comparison): Options {
   };
 }
 
-// A number in the unit of mesh b is one in the unit of the result.
+// A number in the unit of mesh b is in the unit of the result.
 const unitOfLimit = (result: Comparison): string | null => (result.gate?.units === "b" ? unitOf(result) : (result.gate?.units ?? null));
 
 function unitsDeclared({ meshes: { a, b } }: Comparison): Pick<Options, "units"> {
@@ -45,7 +45,7 @@ function unitsDeclared({ meshes: { a, b } }: Comparison): Pick<Options, "units">
   return { units: { ...(one === null ? {} : { a: one }), ...(other === null ? {} : { b: other }) } };
 }
 
-/** gates.yaml with this gate. Without one, its limit is just above what was measured. */
+/** Returns gates.yaml with this gate. Without a limit, one just above the measured distance. */
 export function gatesYaml(result: Comparison, names: Names): string {
   const { a, b } = plainNames(names);
   const stem = a.replace(/(\.gz)?$/, "").replace(/\.[^.]*$/, "") || "part";
@@ -105,7 +105,7 @@ function plainNames(names: Names): Names {
   return a === b ? { a, b: `baseline-${b}` } : { a, b };
 }
 
-// Also "@x.stl", ";type=" and "{stem}" mean something to one of the readers.
+// "@x.stl", ";type=" and "{stem}" have a meaning to one of the programs.
 function plainName(name: string, otherwise: string): string {
   if (/^[A-Za-z0-9_][A-Za-z0-9_.-]*$/.test(name)) return name;
   const suffix = /(\.[A-Za-z0-9]{1,5}(\.gz)?)$/.exec(name)?.[1] ?? "";

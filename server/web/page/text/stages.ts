@@ -1,4 +1,4 @@
-// The stages of a comparison in words.
+// Names of the stages of a comparison.
 import type { JobState, Stage, Timings } from "../api/types.js";
 
 export function stageWords(state: JobState, stage: Stage): string {
@@ -32,7 +32,7 @@ const labels: [keyof Timings, string][] = [
   ["statistics", "Statistics"],
 ];
 
-/** In the order in which they happen, without the total. */
+/** In order of time, without the total. */
 export function stageTimes(timings: Timings): StageTime[] {
   return labels.flatMap(([name, label]) => {
     const ms = timings[name];

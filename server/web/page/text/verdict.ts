@@ -1,4 +1,4 @@
-// What a result means, in sentences. The words are those of `meshgauge check`.
+// The meaning of a result in sentences, in the words of `meshgauge check`.
 import type { Comparison, Direction, Directed, Side, Status, Vec3 } from "../api/types.js";
 import { inPercent, inTime, intervalText, intervalWords, pointText, toDigitsAbove, toDigitsBelow, withUnits } from "./numbers.js";
 
@@ -8,12 +8,12 @@ export interface Wording {
   tone: Tone;
   heading: string; // "Fail"
   reason: string; // why, with the numbers
-  proof: string; // what makes it certain, or what would
+  proof: string; // what makes it certain, or would
 }
 
 export const meshName: Record<Side, string> = { a: "candidate (A)", b: "baseline (B)" };
 
-/** A point that lies at least `lower` from the other mesh. */
+/** A point at least `lower` away from the other mesh. */
 export interface FoundWitness {
   from: Side;
   point: Vec3;
@@ -24,7 +24,7 @@ export interface FoundWitness {
   nearestTriangle: number;
 }
 
-/** One for each direction that has one; the first attains the lower end of the interval. */
+/** One per direction that has one; the first attains the lower end of the interval. */
 export function witnessesOf(result: Comparison): FoundWitness[] {
   const found = [witnessOf("a", result.a_to_b), witnessOf("b", result.b_to_a)].filter((one) => one !== null);
   return found.sort((one, other) => other.lower - one.lower);
@@ -45,32 +45,32 @@ function witnessOf(from: Side, directed: Directed | null): FoundWitness | null {
   };
 }
 
-/** Of a limit, before there is a result; "b" is the unit of mesh b, which is not known yet. */
+/** The unit of a limit before there is a result; "b" stands for the unit of mesh b, which is not known yet. */
 export function unitAsked(units: string | null | undefined): string {
   return units === "b" ? "" : (units ?? "");
 }
 
-/** What says its unit, or nothing of it, as results of before 0.2.0. */
+/** A document that states its unit, or none, as results made before 0.2.0. */
 interface OfUnit {
   unit?: Pick<Comparison["unit"], "name">;
 }
 
-/** Of every length that was measured; null: not known. */
+/** The unit of all lengths of the result; null: unknown. */
 export function unitOf({ unit }: OfUnit): Comparison["unit"]["name"] {
   return unit?.name ?? null;
 }
 
-/** The same as text; empty: not known. */
+/** The same as text; "": unknown. */
 export function unitsOf(result: OfUnit): string {
   return unitOf(result) ?? "";
 }
 
-/** Of the pair. Results of before 0.2.0 have none. */
+/** Notes of the pair. Results made before 0.2.0 have none. */
 export function pairNotes({ notes }: { notes?: string[] }): string[] {
   return notes ?? [];
 }
 
-/** `timeoutMs`: what was asked for, where it is known. */
+/** `timeoutMs`: the time limit that was asked for, if it is known. */
 export function wordingOf(result: Comparison, timeoutMs: number | null = null): Wording {
   if (result.verdict === "pass") return forPass(result);
   if (result.verdict === "fail") return forFail(result);
@@ -188,7 +188,7 @@ function withoutGate(result: Comparison, timeoutMs: number | null): Wording {
   return { tone: "measured", heading: headingFor(range), reason, proof: statusSentence(result) };
 }
 
-// On which of the two surfaces there is something to see; with one direction the subject has said it.
+// Names the surface on which the difference is visible; with one direction the subject has named it.
 function whereFound(result: Comparison): string {
   const [witness] = witnessesOf(result);
   if (!witness || witness.lower === 0 || result.direction !== "symmetric") return "";
@@ -203,7 +203,7 @@ const subject: Record<Direction, string> = {
   b_to_a: "The largest distance from any point of the baseline (B) to the candidate (A)",
 };
 
-/** Why the work ended, and what holds all the same. */
+/** Why the work ended, and what holds nevertheless. */
 export function statusSentence(result: Comparison): string {
   const { reached, met_by } = result.tolerance;
   if (result.status === "converged" && met_by === "relative" && reached.relative !== null)
@@ -214,7 +214,7 @@ export function statusSentence(result: Comparison): string {
   return `${why.charAt(0).toUpperCase()}${why.slice(1)}. The interval reached so far holds all the same.`;
 }
 
-/** Of the browser's tab. */
+/** The title of the browser's tab. */
 export function titleOf(result: Comparison): string {
   const range = intervalWords(result.distance.lower, result.distance.upper, unitsOf(result), result.gate?.max_distance ?? null);
   const { tone, heading } = wordingOf(result);

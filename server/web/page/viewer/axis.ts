@@ -1,12 +1,12 @@
-// The axis that the colour bar, the histogram and the brush share: places from 0 to 1 for distances from 0 to the
-// largest. What is above the limit gets a fixed part of it at the end: a far outlier would press all colours into a line.
+// The axis shared by the colour bar, the histogram and the brush: places from 0 to 1 for distances from 0 to the largest.
+// Distances above the limit get a fixed part at the end, so that an outlier does not compress all colours.
 
 const kAbovePart = 0.2;
 
 export interface Axis {
-  top: number; // limit, or the largest distance where there is none
-  largest: number; // at the end; not below the top
-  split: number; // the place of the top: 1 where nothing is above it
+  top: number; // the limit, or the largest distance without one
+  largest: number; // at the end; not below `top`
+  split: number; // the place of `top`; 1 if nothing is above it
 }
 
 export function axisOf(top: number, largest: number): Axis {
@@ -32,7 +32,7 @@ export function binEdges(axis: Axis, count: number): number[] {
   return Array.from({ length: count + 1 }, (_, i) => distanceAt(axis, i / count));
 }
 
-// A brushed range as numbers of bin edges; the whole axis is no range at all.
+// Returns a brushed range as numbers of bin edges; the whole axis is no range.
 export interface Brush {
   from: number;
   to: number;
@@ -41,14 +41,14 @@ export interface Brush {
 export const wholeBrush = (bins: number): Brush => ({ from: 0, to: bins });
 export const isWhole = (brush: Brush, bins: number): boolean => brush.from <= 0 && brush.to >= bins;
 
-// One end moved to `edge`; the ends neither cross nor meet, so that something is always within.
+// Moves one end to `edge`; the ends neither cross nor meet, so the range is never empty.
 export function moveEnd(brush: Brush, end: "from" | "to", edge: number, bins: number): Brush {
   const at = Math.round(edge);
   if (end === "from") return { from: Math.min(Math.max(at, 0), brush.to - 1), to: brush.to };
   return { from: brush.from, to: Math.max(Math.min(at, bins), brush.from + 1) };
 }
 
-// Between two places that a pointer went from and to, at least a bin.
+// The range between the places where a drag started and ended, at least one bin.
 export function brushBetween(a: number, b: number, bins: number): Brush {
   const clamped = (place: number): number => Math.min(Math.max(place, 0), 1) * bins;
   const from = Math.min(Math.floor(clamped(Math.min(a, b))), bins - 1);

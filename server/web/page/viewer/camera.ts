@@ -1,20 +1,20 @@
-// The camera's arithmetic, in double precision and without three.js: what the picture shows where.
+// Arithmetic of the camera, in double precision and without three.js.
 import { add, aside, cross, dot, length, mix, scale, sub, unit, type Vec3 } from "./vec";
 
 export interface Rect {
-  left: number; // CSS pixels, within the window
+  left: number; // CSS pixels within the window
   top: number;
   width: number;
   height: number;
 }
 
-// All that a projection needs. Points are the meshes' own: `origin` is what the renderer moves them by, and not
-// subtracted here.
+// Everything that a projection needs. Points are in the meshes' own coordinates: the renderer moves them by `origin`, which is
+// not subtracted here.
 export interface CameraState {
   position: Vec3;
   target: Vec3;
   up: Vec3;
-  fov: number; // degrees, of the height
+  fov: number; // degrees, vertical
   near: number;
   far: number;
   origin: Vec3;
@@ -25,7 +25,7 @@ export interface CameraState {
 export interface Axes {
   right: Vec3;
   up: Vec3;
-  back: Vec3; // to the viewer
+  back: Vec3; // towards the viewer
 }
 
 export function axesOf(camera: Pick<CameraState, "position" | "target" | "up">): Axes {
@@ -38,7 +38,7 @@ export function axesOf(camera: Pick<CameraState, "position" | "target" | "up">):
 export interface Projected {
   x: number; // CSS pixels, within the window
   y: number;
-  depth: number; // before the camera, in the meshes' unit; not above 0 behind it
+  depth: number; // in front of the camera, in the meshes' unit; not above 0 behind it
 }
 
 export function project(camera: CameraState, point: Vec3, viewport: Rect = camera.viewport): Projected {
@@ -53,7 +53,7 @@ export function project(camera: CameraState, point: Vec3, viewport: Rect = camer
   };
 }
 
-// The direction of the ray through a place in the window; of no certain length.
+// Returns the direction of the ray through a place in the window; its length is not defined.
 export function rayThrough(camera: CameraState, x: number, y: number, viewport: Rect): Vec3 {
   const { right, up, back } = axesOf(camera);
   const perPixel = (2 * Math.tan((camera.fov * Math.PI) / 360)) / viewport.height;
@@ -62,15 +62,15 @@ export function rayThrough(camera: CameraState, x: number, y: number, viewport: 
   return add(sub(scale(right, across), back), scale(up, above));
 }
 
-// How far away a ball of this radius fills the picture.
+// Returns the distance at which a ball of this radius fills the picture.
 export function distanceFor(radius: number, fov: number, aspect: number): number {
   const half = (fov * Math.PI) / 360;
   const narrow = Math.atan(Math.tan(half) * Math.min(1, aspect));
   return radius / Math.sin(narrow);
 }
 
-// All of the ball is in front of the far plane, and as much as depth allows behind the near one: close to something
-// the near plane comes with the camera.
+// The whole ball is in front of the far plane, and as much as depth allows behind the near one, which moves with the
+// camera when it is close.
 export function nearFar(position: Vec3, target: Vec3, centre: Vec3, radius: number): { near: number; far: number } {
   const away = length(sub(position, centre));
   const far = (away + radius) * 1.01;
@@ -78,7 +78,7 @@ export function nearFar(position: Vec3, target: Vec3, centre: Vec3, radius: numb
   return { near, far };
 }
 
-// Upwards, towards the viewer and a little aside.
+// Upwards, towards the viewer and slightly aside.
 export function wholeView(centre: Vec3, radius: number, up: Vec3, fov: number, aspect: number): Pick<CameraState, "position" | "target" | "up"> {
   const [front, side] = up[1] > 0.5 ? ([[0, 0, 1], [1, 0, 0]] as Vec3[]) : ([[0, -1, 0], [1, 0, 0]] as Vec3[]);
   const toward = unit(add(add(scale(front!, 1), scale(side!, 0.6)), scale(up, 0.5)));
@@ -99,9 +99,9 @@ export interface WitnessPair {
   nearest: Vec3;
 }
 
-// Where to look at two points from: both within the picture, with some surface around them (`context`: a share of the
-// mesh). Of the directions the first is taken that is free, by preference across the segment, so that it does not
-// shrink to a dot, and as the viewer looks already.
+// Returns a pose from which two points are seen, with some surface around them (`context`: a share of the mesh). Takes the
+// first direction that is not blocked, preferring those across the segment, so that it is not seen as a dot, and those near
+// the current one.
 export function witnessView(
   { point, nearest }: WitnessPair,
   current: Pick<CameraState, "position" | "target" | "up" | "fov">,
@@ -122,7 +122,7 @@ export function witnessView(
   return { position: add(middle, scale(chosen, distance)), target: middle, up: current.up };
 }
 
-// Evenly around, none exactly along an axis (a spiral of golden angles).
+// Directions evenly around, none exactly along an axis (a spiral of golden angles).
 function directions(): Vec3[] {
   const count = 80;
   return Array.from({ length: count }, (_, i) => {
@@ -135,7 +135,7 @@ function directions(): Vec3[] {
 
 type Pose = Pick<CameraState, "position" | "target">;
 
-// A share of the way: the target goes straight, the camera turns around it and its distance changes by equal factors.
+// Interpolates two poses: the target moves straight, the camera turns around it, its distance changes by equal factors.
 export function flight(from: Pose, to: Pose, share: number): Pose {
   const eased = share * share * (3 - 2 * share);
   const [a, b] = [sub(from.position, from.target), sub(to.position, to.target)];

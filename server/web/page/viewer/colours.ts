@@ -1,17 +1,17 @@
-// The colour map of api/colour_map.h again, byte for byte (tests/web/unit/colours.json holds both together), with its
-// ticks: from dark violet over blue and green to light yellow at the limit, one dark red above it.
+// The colour map of api/colour_map.h, byte for byte (tests/web/unit/colours.json checks both), with its ticks: from dark
+// violet over blue and green to light yellow at the limit, one dark red above it.
 
 export type Rgb = readonly [number, number, number]; // sRGB, 0 to 255
 
 export const kAboveLimit: Rgb = [190, 12, 0];
-export const kSteps = 1024; // of the map; a share is rounded to the nearest
+export const kSteps = 1024; // of the map; a share is rounded to the nearest one
 
 export interface ColourScale {
   top: number; // distance of the last colour, not negative
-  limited: boolean; // `top` is a limit: beyond it kAboveLimit
+  limited: boolean; // `top` is a limit, and larger distances get kAboveLimit
 }
 
-// A helix in OKLab; api/colour_map.cpp says where its numbers come from.
+// A helix in OKLab; api/colour_map.cpp explains its numbers.
 function helix(share: number): [number, number, number] {
   const hue = ((300 + (115 - 300) * share) * Math.PI) / 180;
   return [0.25 + (0.93 - 0.25) * share, 0.02 + 0.12 * Math.cos(hue), 0.01 + 0.12 * Math.sin(hue)];
@@ -35,7 +35,7 @@ function encoded(linear: number): number {
 
 let table: Uint8Array | undefined;
 
-// RGBA, kSteps + 1 colours: what the shader looks up.
+// RGBA of kSteps + 1 colours, the shader's lookup table.
 export function colourTable(): Uint8Array {
   if (table) return table;
   table = new Uint8Array(4 * (kSteps + 1)).fill(255);
@@ -60,8 +60,8 @@ export const css = ([r, g, b]: Rgb): string => `rgb(${r}, ${g}, ${b})`;
 const decimal = (count: number, exponent: number): number =>
   exponent < 0 ? count / 10 ** -exponent : count * 10 ** exponent;
 
-// The rule of legend_ticks in api/colour_map.h: round numbers 1, 2 or 5 times a power of ten apart, three to seven of
-// them, and the top; none so near to the top that their labels would touch.
+// The rule of legend_ticks in api/colour_map.h: three to seven round numbers, 1, 2 or 5 times a power of ten apart, and
+// the top; none so near to the top that labels would touch.
 export function ticks(top: number): number[] {
   if (!(top > 1e-290 && top < 1e290)) return [0];
   const exponent = Math.floor(Math.log10(top)) - 1;

@@ -1,4 +1,4 @@
-// What buttons and keys do: each once, announced in words.
+// The commands of buttons and keys; each announces its effect.
 import type { LiveRegion } from "./dom";
 import { atLeast, withUnits } from "./figures";
 import { witnessView } from "./camera";
@@ -46,7 +46,7 @@ export class Commands {
     this.live.say(`${nameOf(side)} is ${shown[side] ? "shown" : "hidden"}.`);
   }
 
-  // "view" cuts across the direction that the viewer looks in now, also when pressed again.
+  // "view" cuts across the current direction of view, also when pressed again.
   cut(axis: CutAxis): void {
     const pose = this.stage.eye.pose();
     const normal = axis === "view" ? unit(sub(pose.position, pose.target)) : axis === "off" ? this.now.cut.normal : kAxes[axis];
@@ -80,7 +80,7 @@ export class Commands {
     this.live.say("The whole of both meshes.");
   }
 
-  // Without a number the other one of the witnesses.
+  // Without an index, flies to the other witness.
   nextWitness(): Promise<void> {
     return this.witness((this.now.witness + 1) % Math.max(1, this.input.witnesses.length));
   }
@@ -110,7 +110,7 @@ export class Commands {
   }
 }
 
-// What stands beside the segment.
+// The label beside the segment.
 export function witnessLabel(input: ViewerInput, index: number): string {
   const witness = input.witnesses[index];
   if (!witness) return "";

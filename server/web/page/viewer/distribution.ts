@@ -1,5 +1,5 @@
-// How much of a surface lies how far away. Within a triangle the distance is taken as linear between its vertices, as
-// the picture has it, so that a share and what is highlighted agree to the pixel. Computed, not certified.
+// The distribution of distance over a surface's area. Within a triangle the distance is linear between its vertices, as in
+// the picture, so that shares and highlights agree to the pixel. Computed, not certified.
 
 export interface Surface {
   positions: Float32Array;
@@ -7,7 +7,7 @@ export interface Surface {
   distances: Float32Array;
 }
 
-// Of a triangle with distances low <= middle <= high: the share of its area that is nearer than t.
+// For a triangle with distances low <= middle <= high, returns the share of its area that is nearer than t.
 export function shareBelow(t: number, low: number, middle: number, high: number): number {
   if (t <= low) return 0;
   if (t > high) return 1;
@@ -16,10 +16,10 @@ export function shareBelow(t: number, low: number, middle: number, high: number)
 }
 
 export class AreaDistribution {
-  readonly total: number; // area; 0 for a mesh of slivers alone
+  readonly total: number; // area; 0 if all triangles are degenerate
   readonly largest: number; // distance
   private readonly areas: Float64Array;
-  private readonly sorted: Float32Array; // three distances of each triangle, ascending
+  private readonly sorted: Float32Array; // three distances per triangle, ascending
 
   constructor(surface: Surface) {
     const triangles = surface.indices.length / 3;
@@ -37,7 +37,7 @@ export class AreaDistribution {
     this.largest = largest;
   }
 
-  // The share of the area with low <= distance <= high; 1 for all of it, 0 where there is no area.
+  // Returns the share of the area with low <= distance <= high; 0 if there is no area.
   share(low: number, high: number): number {
     if (!(this.total > 0) || high < low) return 0;
     const above = nextAbove(high);
@@ -51,7 +51,7 @@ export class AreaDistribution {
     return Math.min(1, sum / this.total);
   }
 
-  // The share of the area between each two edges, ascending; what is at the last edge belongs to the last bin.
+  // Returns the share of the area between consecutive edges, ascending; a distance at the last edge belongs to the last bin.
   bins(edges: readonly number[]): Float64Array {
     const count = edges.length - 1;
     const shares = new Float64Array(count);
@@ -81,7 +81,7 @@ export class AreaDistribution {
   }
 }
 
-// Distances are floats: what equals `value` after rounding counts as within.
+// Distances are floats: one that equals `value` after rounding counts as within.
 function nextAbove(value: number): number {
   return Math.max(value, Math.fround(value)) + Number.EPSILON * Math.max(value, Number.MIN_VALUE) + Number.MIN_VALUE;
 }

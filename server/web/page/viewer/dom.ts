@@ -1,4 +1,4 @@
-// Elements without markup in strings: nothing here could be taken for HTML, so Trusted Types have nothing to refuse.
+// Creates elements without markup in strings, so that Trusted Types have nothing to refuse.
 
 type Child = Node | string;
 interface Options {

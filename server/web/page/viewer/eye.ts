@@ -1,5 +1,5 @@
-// Where the viewer looks from: OrbitControls for mouse and touch, the same motions for keys, flights. Poses are in the
-// meshes' coordinates; three.js sees them relative to the meshes' centre, where single precision is enough.
+// The camera's control: OrbitControls for mouse and touch, the same motions for keys, flights. Poses are in the meshes'
+// coordinates; three.js gets them relative to the meshes' centre, where single precision is enough.
 import { MOUSE, TOUCH, type PerspectiveCamera, type Vector3 } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import { axesOf, distanceFor, flight, kViews, wholeView, type CameraState } from "./camera";
@@ -8,7 +8,7 @@ import { add, length, scale, sub, unit, type Vec3 } from "./vec";
 export type Pose = Pick<CameraState, "position" | "target" | "up" | "fov">;
 type Aim = Pick<CameraState, "position" | "target" | "up">;
 
-const kFov = 35; // of the picture's smaller side, so that a narrow picture shows what a wide one does
+const kFov = 35; // of the picture's smaller side, so that a narrow picture shows as much as a wide one
 const kFlight = 900; // ms
 
 interface Flight {
@@ -48,7 +48,7 @@ export class Eye {
     };
   }
 
-  // Degrees of the height.
+  // Vertical angle in degrees.
   fovFor(aspect: number): number {
     return aspect >= 1 ? this.fov : scaledAngle(this.fov, 1 / aspect);
   }
@@ -62,8 +62,8 @@ export class Eye {
     this.changed();
   }
 
-  // The lens for one part of the canvas. It takes what `camera` says, not what the controls have, so that what is drawn
-  // is what is told.
+  // The lens for one part of the canvas, from `camera` and not from the controls, so that the picture matches what is
+  // announced.
   aim(camera: CameraState, aspect: number): void {
     this.aspect = aspect;
     this.lens.aspect = aspect;
@@ -74,7 +74,7 @@ export class Eye {
   }
 
   settings(up: "y" | "z", split: boolean): void {
-    this.controls.zoomToCursor = !split; // the pointer's place is of the whole canvas
+    this.controls.zoomToCursor = !split; // the pointer's place is relative to the whole canvas
     if (up === this.upName) return;
     this.upName = up;
     this.turnUp(up === "y" ? [0, 1, 0] : [0, 0, 1]);
@@ -86,14 +86,14 @@ export class Eye {
     this.setPose(wholeView(this.centre, this.radius, this.pose().up, this.fov, 1));
   }
 
-  // Along an axis: '+x' looks from there.
+  // Looks along an axis: '+x' looks from there.
   view(name: string): Promise<void> {
     const away = distanceFor(this.radius, this.fov, 1);
     const toward = kViews[name] ?? kViews["+x"]!;
     return this.flyTo({ position: add(this.centre, scale(toward, away)), target: this.centre, up: this.pose().up });
   }
 
-  // Degrees to the right and up.
+  // Turns by degrees to the right and up.
   orbit(right: number, up: number): void {
     const pose = this.pose();
     const offset = sub(pose.position, pose.target);
@@ -104,7 +104,7 @@ export class Eye {
     this.setPose({ position: add(pose.target, overhead ? turned : tilted) });
   }
 
-  // Shares of the picture's height.
+  // Moves by shares of the picture's height.
   pan(right: number, up: number): void {
     const pose = this.pose();
     const axes = axesOf(pose);
@@ -120,7 +120,7 @@ export class Eye {
     this.setPose({ position: add(pose.target, scale(unit(sub(pose.position, pose.target)), away)) });
   }
 
-  // Ends when there, or when the viewer takes over; at once for those who want no motion.
+  // Resolves on arrival, or when the user takes over; at once if the user prefers reduced motion.
   flyTo(to: Aim): Promise<void> {
     this.flying?.landed();
     if (window.matchMedia("(prefers-reduced-motion: reduce)").matches) {
@@ -137,7 +137,7 @@ export class Eye {
     });
   }
 
-  // One step of a flight; whether there is one.
+  // Makes one step of a flight; false: there is none.
   fly(now: number): boolean {
     const current = this.flying;
     if (!current) return false;
@@ -152,7 +152,7 @@ export class Eye {
     this.controls.dispose();
   }
 
-  // OrbitControls takes "up" when it is made.
+  // OrbitControls reads "up" when it is created.
   private turnUp(up: Vec3): void {
     const target = this.controls.target.clone();
     this.controls.dispose();
@@ -174,7 +174,7 @@ export class Eye {
   }
 }
 
-// The angle whose half has a tangent so many times as large.
+// Returns the angle whose half has a tangent so many times as large.
 function scaledAngle(degrees: number, factor: number): number {
   return (360 / Math.PI) * Math.atan(Math.tan((degrees * Math.PI) / 360) * factor);
 }

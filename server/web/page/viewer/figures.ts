@@ -1,17 +1,17 @@
-// Numbers as people read them.
+// Formats numbers for users.
 
-// Of about `digits` digits, without an exponent where that is readable.
+// About `digits` digits, without an exponent where that is readable.
 export function figure(value: number, digits = 4): string {
   if (!Number.isFinite(value)) return "unknown";
   return readable(Number(value.toPrecision(digits)));
 }
 
-// Large numbers with an exponent, as small ones have by themselves: a row of zeros is not read.
+// Large numbers get an exponent, as small ones do by themselves.
 function readable(value: number): string {
   return Math.abs(value) >= 1e9 ? value.toExponential().replace("e+", "e") : String(value);
 }
 
-// As `figure`, never above the value: what is said to be "at least" has to be.
+// As `figure`, rounded down, for "at least".
 export function atLeast(value: number, digits = 4): string {
   if (!(value > 0)) return "0";
   const exponent = Math.floor(Math.log10(value)) - digits + 1;
@@ -26,7 +26,7 @@ export function withUnits(text: string, units: string): string {
 
 export const count = (value: number): string => value.toLocaleString("en-GB");
 
-// Of the whole: "3.2 %", never "0 %" or "100 %" for what is neither.
+// A share as "3.2 %"; "0 %" and "100 %" are only ever exact.
 export function percent(share: number): string {
   if (share <= 0) return "0 %";
   if (share >= 1) return "100 %";

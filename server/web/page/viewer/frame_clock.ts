@@ -1,8 +1,8 @@
-// How long pictures take, from the begin of a frame until the graphics process says that it is done. It is asked once a
-// frame: times are rounded up to the screen's next one.
+// Measures frames, from the start until the graphics process has drawn them. It polls once per frame, so times are rounded up
+// to the screen's next frame.
 
 const kKept = 4000;
-const kGivenUp = 3000; // ms; a browser that never says
+const kGivenUp = 3000; // ms, for browsers that never report the end
 
 export class FrameClock {
   private fence: WebGLSync | null = null;
@@ -13,7 +13,7 @@ export class FrameClock {
 
   constructor(private readonly gl: WebGL2RenderingContext) {}
 
-  // Of the last frames while the picture moved, in ms.
+  // Times of the last frames while the picture moved, in ms.
   frameTimes(): number[] {
     return [...this.times];
   }
@@ -22,7 +22,7 @@ export class FrameClock {
     this.times.length = 0;
   }
 
-  // Whether the last frame is still being drawn.
+  // True: the last frame is still being drawn.
   busy(): boolean {
     if (!this.fence) return false;
     const waited = performance.now() - this.begun;
@@ -35,7 +35,7 @@ export class FrameClock {
     return false;
   }
 
-  // The frame that began at `begun` has been given to the graphics process; `done` hears how long it took.
+  // Call when the frame that started at `begun` was submitted; `done` gets its time.
   given(begun: number, moving: boolean, done: (ms: number) => void): void {
     this.begun = begun;
     this.moving = moving;

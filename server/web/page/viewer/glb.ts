@@ -1,4 +1,4 @@
-// What of glTF 2.0 in its binary form a deviation map uses. Hostile files end in an Error that names what is wrong.
+// Reads the subset of binary glTF 2.0 that a deviation map uses. Any other file ends in an Error that names the defect.
 
 export type Json = null | boolean | number | string | Json[] | { [name: string]: Json };
 type Fields = Record<string, Json>;
@@ -85,7 +85,7 @@ export class GlbReader {
     return fail(`it has no node "${name}"`);
   }
 
-  // The first primitive of the node's mesh.
+  // Returns the first primitive of the node's mesh.
   primitiveOf(node: Fields): Fields {
     const mesh = this.member("meshes", node.mesh, "the mesh");
     const primitive = objectOf(arrayOf(mesh.primitives, "the primitives")[0], "the first primitive");
@@ -105,7 +105,7 @@ export class GlbReader {
     return moved as [number, number, number];
   }
 
-  // A copy, so that the file's bytes need not be kept.
+  // Returns a copy, so that the file's bytes can be freed.
   floats(accessor: Json | undefined, type: keyof typeof kWidths, name: string): Float32Array {
     return new Float32Array(this.bytesOf(accessor, type, kFloat, name));
   }

@@ -1,4 +1,4 @@
-// Keys on the picture, and the list of them that the help shows: one table, so that neither is wrong.
+// Keys of the picture, and the list of them in the help: one table for both.
 import type { Commands } from "./commands";
 import { other, type Store } from "./settings";
 import type { Stage } from "./stage";

@@ -1,11 +1,11 @@
-// Where a label beside a segment stands: to its right, to its left, else below or above it; never cut by the picture's edge.
+// Places a label beside a segment: to its right or left, else below or above it; never cut by the picture's edge.
 import type { Rect } from "./camera";
 import type { MarkPlace } from "./marks";
 
 const kGap = 16; // CSS pixels from the marks
-const kEdge = 4; // and from the picture's edge
+const kEdge = 4; // CSS pixels from the picture's edge
 
-// Of the label's left side and its middle, in CSS pixels of the window.
+// The label's left side and vertical middle, in CSS pixels of the window.
 export function labelPlace({ left, right, y }: MarkPlace, picture: Rect, size: { width: number; height: number }): { x: number; y: number } {
   const [first, last] = [picture.left + kEdge, picture.left + picture.width - kEdge - size.width];
   const [top, bottom] = [picture.top + kEdge + size.height / 2, picture.top + picture.height - kEdge - size.height / 2];

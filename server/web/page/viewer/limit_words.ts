@@ -1,10 +1,10 @@
-// What the surfaces that are shown say about the limit, in a sentence or two: both of them, as one alone may hold while the
-// comparison does not.
+// What the visible surfaces say about the limit, in one or two sentences: of both, since one may be within the limit while
+// the comparison fails.
 import { percent } from "./figures";
 import { nameOf, other, type Side, type Witness } from "./settings";
 
 export interface Beyond {
-  farther: boolean; // whether any of it that is shown is beyond the limit
+  farther: boolean; // any visible part of it is beyond the limit
   share: number; // of its area
 }
 
@@ -26,7 +26,7 @@ export function limitWords({ coloured, split }: Shown, beyond: Record<Side, Beyo
 
 type State = "within" | "area" | "point";
 
-// A surface that is decimated for display may have lost what is beyond the limit: the witness is of the whole mesh.
+// A surface decimated for display may have lost what is beyond the limit; the witness is of the whole mesh.
 function stateOf(side: Side, { farther }: Beyond, witnesses: readonly Witness[], limit: number): State {
   if (farther) return "area";
   return witnesses.some(({ from, lower }) => from === side && lower > limit) ? "point" : "within";

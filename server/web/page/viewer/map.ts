@@ -1,26 +1,26 @@
-// The service's deviation map (GLB, api/deviation_glb.h) as arrays. A reader of its own: of glTF it needs one primitive
-// without animation, texture or skin, three.js's GLTFLoader would be 90 kB for that, and does not hand out what stands in
-// the extras before it has built a scene. Every length, index and number is checked: errors are thrown in words.
+// Reads the service's deviation map (GLB, api/deviation_glb.h) into arrays. Needs one primitive without animation, texture or
+// skin; three.js's GLTFLoader would add 90 kB, and gives access to extras only after it has built a scene. Every length,
+// index and number is checked; an Error says what is wrong.
 import { GlbReader, objectOf, type Json } from "./glb";
 
 export interface Display {
   form: "as_is" | "refined" | "decimated";
-  triangles: number; // of the whole mesh, not of what is shown
+  triangles: number; // of the whole mesh, not of the displayed one
   vertices: number;
 }
 
 export interface DeviationMap {
   positions: Float32Array; // xyz, relative to `translation`
-  indices: Uint32Array; // three for each triangle, all within `positions`
-  distances: Float32Array; // one for each vertex, finite, not negative
+  indices: Uint32Array; // three per triangle, all within `positions`
+  distances: Float32Array; // one per vertex, finite, not negative
   translation: [number, number, number];
   units: string; // may be empty
   display: Display;
-  // What the file's colours end at: the limit, or the largest distance of the whole mesh where there is none.
+  // The end of the file's colours: the limit, or the largest distance of the whole mesh without one.
   scale?: { top: number; limited: boolean };
 }
 
-// Rejects where the file is not what the service writes.
+// Throws if the file is not as the service writes it.
 export function parseMap(bytes: ArrayBuffer): Promise<DeviationMap> {
   return new Promise((resolve) => resolve(mapOf(bytes)));
 }
@@ -73,7 +73,7 @@ function countOf(value: Json | undefined): number | undefined {
 
 const kForms = ["as_is", "refined", "decimated"] as const;
 
-// Files that `meshgauge check --deviation` writes have no "display": they are refined or the mesh itself.
+// Files of `meshgauge check --deviation` have no "display": they are refined or the mesh itself.
 function displayOf(extras: Record<string, Json>, vertices: number, triangles: number): Display {
   const display = objectOf(extras.display ?? {}, "what the map says about display");
   const whole = countOf(display.triangles) ?? countOf(extras.candidate_triangles) ?? triangles;

@@ -1,11 +1,11 @@
-// The witness in the picture: a disc at the point, a square on its tip at the nearest point of the other mesh, the
-// segment between them. Of constant size on the screen and above everything; an end that the surface hides is an outline.
+// The witness in the picture: a disc at the point, a square on its tip at the nearest point of the other mesh, and the segment
+// between them. Constant in size and above everything; an end hidden by the surface is an outline.
 import { BufferAttribute, BufferGeometry, DoubleSide, GLSL3, Mesh, ShaderMaterial, Vector3 } from "three";
 import { axesOf, project, type CameraState, type Projected, type Rect, type WitnessPair } from "./camera";
 import { kMarkFragment, kMarkVertex } from "./shaders";
 import { dot, mix, sub, type Vec3 } from "./vec";
 
-export const kMarkColour = "#ff00ff"; // as in the files' own witness; the colour map has nothing like it
+export const kMarkColour = "#ff00ff"; // as in the witness of the files; not in the colour map
 const kReach = 11; // CSS pixels from the middle of a mark to the edge of its square
 
 export interface Ends {
@@ -13,14 +13,14 @@ export interface Ends {
   hidden: { point: boolean; nearest: boolean };
 }
 
-// CSS pixels within the window.
+// In CSS pixels within the window.
 export interface MarkPlace {
   left: number;
   right: number;
   y: number;
 }
 
-// The part of a segment that is before the near plane; nothing if all of it is behind.
+// The part of a segment in front of the near plane; empty if all of it is behind.
 export function beforeCamera(camera: CameraState, a: Vec3, b: Vec3): [Vec3, Vec3] | undefined {
   const { back } = axesOf(camera);
   const depth = (p: Vec3): number => -dot(sub(p, camera.position), back) - camera.near;
@@ -57,7 +57,7 @@ export class Marks {
     this.mesh.renderOrder = 10;
   }
 
-  // Where it is in the picture; nothing when it is not before the camera.
+  // Its place in the picture; null if it is not in front of the camera.
   update(camera: CameraState, viewport: Rect, ends: Ends, pixel: number): MarkPlace | undefined {
     this.material.uniforms.pixel!.value = pixel;
     const { point, nearest } = ends.pair;
@@ -96,7 +96,7 @@ export class Marks {
     this.quad(quad, viewport, corners, kind);
   }
 
-  // Corners: x and y in the window, x and y within the mark. None: nothing is drawn.
+  // Corners: x and y in the window, x and y within the mark. Empty: nothing is drawn.
   private quad(quad: number, viewport: Rect, corners: number[][], kind: number): void {
     for (let i = 0; i < 4; ++i) {
       const [x, y, u, v] = corners[i] ?? [NaN, NaN, 0, 0];
@@ -109,8 +109,8 @@ export class Marks {
   }
 }
 
-// Whether something of the surface is between the eye and the point; a little before it does not count, as the point
-// lies on the surface or near to it.
+// True if the surface is between the eye and the point, with some margin, since the point lies on the surface or near
+// to it.
 export function hiddenBy(first: (origin: Vec3, direction: Vec3, to: number) => boolean, eye: Vec3, point: Vec3, slack: number): boolean {
   const way = sub(point, eye);
   const size = Math.hypot(...way);

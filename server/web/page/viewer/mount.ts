@@ -1,5 +1,5 @@
-// The viewer: one mesh coloured by its distance to the other, which lies over it like glass, the witness, the scale. It builds all of it inside of
-// a host and takes it away again. It needs no network, no `eval` and no HTML in strings.
+// The viewer: one mesh coloured by its distance to the other, which lies over it like glass, the witness, the scale. It builds
+// everything inside of a host element and removes it again. It needs no network, no `eval` and no HTML in strings.
 import { AreaDistribution } from "./distribution";
 import type { CameraState } from "./camera";
 import type { ColourScale } from "./colours";
@@ -20,12 +20,12 @@ export type { CameraState } from "./camera";
 export type { ViewerInput, Witness } from "./settings";
 
 export interface ViewerHandle {
-  flyToWitness(index?: number): Promise<void>; // ends when the camera is there
+  flyToWitness(index?: number): Promise<void>; // resolves when the camera has arrived
   camera(): CameraState;
   setCamera(camera: Partial<Pick<CameraState, "position" | "target" | "up" | "fov">>): void;
-  settled(): Promise<void>; // ends when the picture is at rest and drawn in full
+  settled(): Promise<void>; // resolves when the picture is at rest and drawn in full
   frameTimes(): number[]; // ms, of the last frames while the picture moved, since it was first complete
-  dispose(): void; // everything: elements, listeners, buffers, the graphics context
+  dispose(): void; // removes everything: elements, listeners, buffers, the graphics context
 }
 
 export function mountViewer(host: HTMLElement, input: ViewerInput): ViewerHandle {
@@ -90,7 +90,7 @@ class Viewer {
     this.root.remove();
   }
 
-  // The toolbar; none where the browser cannot draw.
+  // The toolbar; missing if the browser cannot draw.
   private build(): HTMLElement | undefined {
     const canvas = make("canvas", { class: "viewer-canvas", attributes: { tabindex: "0", role: "application" } });
     try {

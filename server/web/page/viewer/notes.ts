@@ -1,4 +1,4 @@
-// What people have to know about what they see, in sentences.
+// What users must know about the picture, in sentences.
 import { count } from "./figures";
 import { nameOf, type Side, type ViewerInput } from "./settings";
 

@@ -1,4 +1,4 @@
-// What lies over the canvas: the witness's label, captions of the parts, the distance under the pointer.
+// The layer over the canvas: the witness's label, captions of the parts, the distance under the pointer.
 import { rayThrough } from "./camera";
 import { colourOf, css, type ColourScale } from "./colours";
 import { make } from "./dom";
@@ -7,7 +7,7 @@ import { labelPlace } from "./label_place";
 import { nameOf, other } from "./settings";
 import type { LabelPlace, Stage } from "./stage";
 
-const kHoverTriangles = 400_000; // above that a distance is told on a click
+const kHoverTriangles = 400_000; // with more, the distance is shown on a click
 const kHoverEvery = 60; // ms
 
 export class Overlay {

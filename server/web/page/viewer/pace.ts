@@ -1,5 +1,5 @@
-// How finely to draw while the picture moves. A graphics card draws everything; where a processor draws, the mesh gets
-// coarser and the picture smaller, until a frame takes no longer than people wait. At rest everything is drawn in full.
+// Chooses the level of detail while the picture moves. A graphics card draws everything; for software rendering the mesh gets
+// coarser and the picture smaller, until a frame is fast enough. At rest everything is drawn in full.
 
 export interface Fineness {
   scale: number; // of the picture's width and height in pixels
@@ -24,8 +24,8 @@ export class Pace {
   private readonly finest: number;
   private easy = 0;
 
-  // Without a graphics card the first frame would already be late, and one of all triangles would be however quick those of
-  // the coarse mesh are.
+  // For software rendering it starts coarse: the first full frame would be too slow, however fast those of the coarse mesh
+  // are.
   constructor(slow: boolean, triangles: number) {
     const large = slow && triangles > 50_000;
     this.finest = large ? 2 : 0;
@@ -36,7 +36,7 @@ export class Pace {
     return kLevels[this.level]!;
   }
 
-  // The time that a frame at `moving` took.
+  // Call with the time that a frame at `moving` took.
   took(ms: number): void {
     if (ms > kTooSlow) {
       this.level = Math.min(this.level + (ms > 2 * kTooSlow ? 2 : 1), kLevels.length - 1);

@@ -1,11 +1,11 @@
-// The picture as a PNG file: what the canvas shows, with the witness's label and a colour bar.
+// Saves the picture as a PNG file: the canvas with the witness's label and a colour bar.
 import { colourOf, css, ticks, type ColourScale } from "./colours";
 import { figure, withUnits } from "./figures";
 import { kMarkColour } from "./marks";
 
 export interface PictureParts {
   canvas: HTMLCanvasElement;
-  ratio: number; // pixels of the canvas for one CSS pixel
+  ratio: number; // pixels of the canvas per CSS pixel
   labels: { x: number; y: number; text: string }[]; // CSS pixels within the canvas
   title: string;
   colours: ColourScale;
@@ -66,7 +66,7 @@ function paintBar(paint: CanvasRenderingContext2D, { colours, units, title, ink 
   paint.textAlign = "left";
 }
 
-// Saves it under `name`, as a download.
+// Downloads it as `name`.
 export function save(picture: HTMLCanvasElement, name: string, failed: () => void): void {
   picture.toBlob((blob) => {
     if (!blob) return failed();

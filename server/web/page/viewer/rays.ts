@@ -1,12 +1,12 @@
-// Where a ray meets a mesh. Runs of triangles have a ball around them, so most are never looked at; nothing is sorted or
-// built beyond that, as a million triangles should be ready at once.
+// Intersects a ray with a mesh. Runs of triangles have a bounding ball, so most are skipped; nothing else is sorted or built,
+// so that a million triangles are ready at once.
 import { dot, sub, type Vec3 } from "./vec";
 import type { Mesh } from "./shape";
 
 const kRun = 64;
 
 export interface Hit {
-  t: number; // in lengths of the direction
+  t: number; // in lengths of the direction vector
   triangle: number;
   weights: Vec3; // of the triangle's corners
 }
@@ -20,7 +20,7 @@ export class Rays {
     for (let run = 0; run < runs; ++run) this.balls.set(this.ballOf(run), 4 * run);
   }
 
-  // The first hit with from < t < to that `accepts` (a point of the mesh's own frame) takes. Both sides count.
+  // Returns the first hit with from < t < to for which `accepts` returns true (its argument is a point in the mesh's own frame).
   first(origin: Vec3, direction: Vec3, from = 0, to = Infinity, accepts?: (p: Vec3) => boolean): Hit | undefined {
     const squared = dot(direction, direction);
     let best: Hit | undefined;

@@ -1,6 +1,6 @@
-// The full picture in small portions, for where a processor draws: a million triangles in one go would hold up all input.
-// It grows out of sight; what moved last stays on the canvas until all is there. Drawn at twice the size and averaged,
-// as edges are smooth where a graphics card draws, too.
+// Draws the full picture in small portions for software rendering: a million triangles at once would block all input. It
+// draws off screen, and the last moving picture stays until it is complete. Drawn at twice the size and averaged, so that
+// edges are as smooth as with a graphics card.
 import {
   GLSL3,
   LinearFilter,
@@ -19,13 +19,13 @@ import type { Rect } from "./camera";
 
 const kBudget = 45; // ms of a portion
 const kLeast = 1500; // indices of a portion
-const kFirst = 12_000; // of the first portion of an object: a line takes longer than a triangle, glass than what it covers
+const kFirst = 12_000; // of the first portion of an object: lines take longer than triangles, and glass than what it covers
 
-// What one part of the canvas shows: objects in the order to draw them.
+// One part of the canvas: objects in the order to draw them.
 export interface PartToDraw {
   rect: Rect; // CSS pixels from the lower left corner of the canvas
   objects: (Object3D & { geometry: BufferGeometry })[];
-  prepare: () => void; // uniforms and lens
+  prepare: () => void; // sets uniforms and lens
 }
 
 export class Refiner {
@@ -71,7 +71,7 @@ export class Refiner {
     this.renderer.setRenderTarget(null);
   }
 
-  // Draws the next portion; false when nothing is left.
+  // Draws the next portion; false: nothing is left.
   step(): boolean {
     const part = this.parts[this.at.part];
     const object = part?.objects[this.at.object];
@@ -91,13 +91,13 @@ export class Refiner {
     return true;
   }
 
-  // How long the last portion took: the next one is as large as fits into the budget.
+  // Sets the next portion's size by the time that the last one took.
   took(ms: number): void {
     const factor = Math.min(2, Math.max(0.4, kBudget / Math.max(ms, 1)));
     this.portion = Math.max(kLeast, 6 * Math.round((this.portion * factor) / 6));
   }
 
-  // Puts the finished picture onto the canvas.
+  // Copies the finished picture to the canvas.
   present(): void {
     this.renderer.setScissorTest(false);
     this.renderer.setViewport(0, 0, this.size.width, this.size.height);

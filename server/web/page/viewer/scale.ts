@@ -7,7 +7,7 @@ import { figure, percent, withUnits } from "./figures";
 import { limitWords, type Beyond } from "./limit_words";
 import { nameOf, other, type Side, type Store, type Witness } from "./settings";
 
-const kBins = 120; // a multiple of 5: an edge is at the limit
+const kBins = 120; // a multiple of 5, so that an edge is at the limit
 const kHeight = 100;
 
 export class Scale {
@@ -30,7 +30,7 @@ export class Scale {
     private readonly areas: Record<Side, AreaDistribution>,
     private readonly store: Store,
     private readonly witnesses: readonly Witness[],
-    private readonly hasPicture: boolean, // whether there is a picture to highlight in
+    private readonly hasPicture: boolean, // there is a picture to highlight in
   ) {
     this.axis = axisOf(colours.top, Math.max(areas.a.largest, areas.b.largest));
     this.edges = binEdges(this.axis, kBins);
@@ -78,7 +78,7 @@ export class Scale {
     return made;
   }
 
-  // The highest bar is full; the others by the square root, or a surface that is close almost everywhere has one bar.
+  // The highest bar is full; heights are by the square root, so that a surface that is close almost everywhere has more than one bar.
   private drawBars(side: Side): void {
     const most = Math.max(...this.shares[side], 1e-300);
     this.bars.replaceChildren();
@@ -160,7 +160,7 @@ export class Scale {
     return `${limitWords(this.store.value, this.beyond, this.witnesses, this.colours.top)} ${hint}`;
   }
 
-  // A distance is rounded to single precision: one of just the limit is not beyond it.
+  // Distances are rounded to single precision: one that equals the limit is not beyond it.
   private beyondOf(side: Side): Beyond {
     const { top } = this.colours;
     const areas = this.areas[side];

@@ -1,4 +1,4 @@
-// What the toolbar, the keys and the scale change and the picture shows.
+// The state that the toolbar, the keys and the scale change and the picture shows.
 import type { DeviationMap } from "./map";
 import type { Vec3 } from "./vec";
 
@@ -21,8 +21,8 @@ export interface ViewerInput {
   b: DeviationMap; // coloured by its distance to A
   limit: number | null;
   units: string;
-  witnesses: Witness[]; // one per direction; the first is the one of the verdict
-  up?: "y" | "z"; // the axis that people stand such files on; z if not said
+  witnesses: Witness[]; // one per direction; the first belongs to the verdict
+  up?: "y" | "z"; // the axis that points up in such files; z by default
 }
 
 export type CutAxis = "off" | "x" | "y" | "z" | "view";
@@ -32,7 +32,7 @@ export interface Settings {
   shown: Record<Side, boolean>;
   opacity: number; // of the other one, 0 to 1
   wire: boolean;
-  plain: boolean; // colours without light
+  plain: boolean; // colours without lighting
   split: boolean; // side by side, each coloured
   cut: { axis: CutAxis; normal: Vec3; offset: number; flipped: boolean }; // offset: -1 to 1, of the radius
   brush: { low: number; high: number } | null; // distances
@@ -40,7 +40,7 @@ export interface Settings {
   up: "y" | "z";
 }
 
-// The side of the witness that the verdict is of is coloured: there the limit is exceeded, where it is.
+// The side of the verdict's witness is coloured: the limit is exceeded there, if at all.
 export const initialSettings = ({ witnesses, up }: Pick<ViewerInput, "witnesses" | "up">): Settings => ({
   coloured: witnesses[0]?.from ?? "a",
   shown: { a: true, b: true },
@@ -54,7 +54,7 @@ export const initialSettings = ({ witnesses, up }: Pick<ViewerInput, "witnesses"
   up: up ?? "z",
 });
 
-// Settings that tell whoever listens. Set once made; read them at any time.
+// Observable settings: set() notifies all listeners. Read `value` at any time.
 export class Store {
   private readonly listeners = new Set<(settings: Settings) => void>();
 
@@ -69,7 +69,7 @@ export class Store {
     for (const listener of this.listeners) listener(this.now);
   }
 
-  // Called at once as well.
+  // Also calls the listener at once.
   watch(listener: (settings: Settings) => void): void {
     this.listeners.add(listener);
     listener(this.now);

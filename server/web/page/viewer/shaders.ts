@@ -1,6 +1,6 @@
-// GLSL of the surfaces and of the marks. Colours are written as the screen has them (sRGB): with plain colours a pixel
-// is, byte for byte, what api/colour_map.h says. Normals come from the derivatives of the position, so that each triangle
-// is flat without buffers of its own.
+// GLSL of the surfaces and of the marks. Colours are in sRGB: with plain colours a pixel is byte for byte that of
+// api/colour_map.h. Normals come from the derivatives of the position, so that each triangle is flat without buffers of
+// its own.
 
 export const kSurfaceVertex = /* glsl */ `
 uniform float size;       // of the meshes: squares of what is divided by it neither vanish nor overflow
@@ -34,8 +34,8 @@ vec3 normalToViewer() {
   vec3 normal = normalize(cross(normalize(dFdx(vView)), normalize(dFdy(vView))));
   return dot(normal, vView) > 0.0 ? -normal : normal;
 }
-// A light beside the viewer's head. What faces the viewer keeps its colour; slopes towards the light get lighter, others
-// darker, so the hue stays and dark colours show form as well.
+// A light beside the viewer. Surfaces that face the viewer keep their colour; slopes towards the light get lighter, others
+// darker, so that the hue stays and dark colours show form as well.
 vec3 lit(vec3 base) {
   if (plain) return base;
   vec3 normal = normalToViewer();
@@ -67,7 +67,7 @@ void main() {
   else colour = vec4(lit(outOfBrush() ? faded : mapped()), 1.0);
 }`;
 
-// More opaque where it is seen along: like glass, so that form shows and the colours below stay as they are.
+// Like glass: more opaque at grazing angles, so that form shows and the colours below stay as they are.
 export const kOverlayFragment = /* glsl */ `
 uniform vec3 tint;
 uniform float opacity;
@@ -89,7 +89,7 @@ void main() {
   colour = vec4(line, strength);
 }`;
 
-// Marks are placed in the picture by the processor, in double precision.
+// Marks are placed by the processor, in double precision.
 export const kMarkVertex = /* glsl */ `
 in vec3 local;   // CSS pixels from the middle of a mark, or across a segment; z: what it is
 out vec3 vLocal;

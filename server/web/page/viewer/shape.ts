@@ -1,4 +1,4 @@
-// Facts of a mesh for display: box, sense of its orientation, edges, a coarse version for moving pictures.
+// Facts of a mesh for display: bounding box, orientation, edges, a coarse version for moving pictures.
 import type { Vec3 } from "./vec";
 
 export interface Mesh {
@@ -11,7 +11,7 @@ export interface Bounds {
   high: Vec3;
 }
 
-// Of the vertices that triangles use: others may lie anywhere. Nothing for a mesh without triangles.
+// The box of the vertices that triangles use; null for a mesh without triangles.
 export function boundsOf({ positions, indices }: Mesh, moved: Vec3): Bounds | undefined {
   if (indices.length === 0) return undefined;
   const low: Vec3 = [Infinity, Infinity, Infinity];
@@ -26,7 +26,7 @@ export function boundsOf({ positions, indices }: Mesh, moved: Vec3): Bounds | un
   return { low: low.map((x, k) => x + moved[k]!) as Vec3, high: high.map((x, k) => x + moved[k]!) as Vec3 };
 }
 
-// From a point to the farthest vertex that a triangle uses.
+// The distance from a point to the farthest vertex that a triangle uses.
 export function reachOf({ positions, indices }: Mesh, moved: Vec3, from: Vec3): number {
   const [x, y, z] = [from[0] - moved[0], from[1] - moved[1], from[2] - moved[2]];
   let most = 0;
@@ -47,7 +47,7 @@ export function unionOf(all: readonly (Bounds | undefined)[]): Bounds {
   };
 }
 
-// Six times the volume that the triangles enclose; below 0 where their fronts look inwards.
+// Six times the enclosed volume; negative if the triangles' fronts face inwards.
 export function signedVolume({ positions: p, indices }: Mesh): number {
   if (indices.length === 0) return 0;
   const o = 3 * indices[0]!;
@@ -63,8 +63,8 @@ export function signedVolume({ positions: p, indices }: Mesh): number {
   return sum;
 }
 
-// Each edge once, two indices for each, in linear time: edges are put at their smaller vertex, and there are few at each.
-// In steps of some ten thousand triangles, as one go would hold up all input.
+// Each edge once, two indices per edge, in linear time: edges are grouped by their smaller vertex, with few in each group.
+// Works in steps of some ten thousand triangles, so that input is not blocked.
 export function* edgesInSteps({ positions, indices }: Mesh): Generator<undefined, Uint32Array> {
   const vertices = positions.length / 3;
   const begins = new Uint32Array(vertices + 1);
@@ -98,7 +98,7 @@ export function edgesOf(mesh: Mesh): Uint32Array {
   }
 }
 
-// The different ones of `ends` behind what `edges` has; its new size.
+// Appends the distinct values of `ends` to `edges`; returns its new size.
 function addEdges(vertex: number, ends: Uint32Array, edges: Uint32Array, size: number): number {
   ends.sort();
   for (let i = 0; i < ends.length; ++i) {
@@ -119,8 +119,8 @@ function eachEdge(indices: Uint32Array, visit: (low: number, high: number) => vo
   }
 }
 
-// At most about `most` triangles between vertices of the mesh itself, by vertex clustering: one vertex stands for all of
-// a cell of a grid. The same buffers of positions and distances serve both. O(n).
+// Returns at most about `most` triangles between vertices of the mesh, by vertex clustering: one vertex represents all of a
+// grid cell. The same buffers of positions and distances serve both meshes. O(n).
 export function coarsened(mesh: Mesh, most: number): Uint32Array {
   if (mesh.indices.length / 3 <= most) return mesh.indices;
   const box = boundsOf(mesh, [0, 0, 0])!;

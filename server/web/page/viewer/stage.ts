@@ -1,5 +1,5 @@
-// The picture: one canvas, drawn when something has changed and not otherwise. Threads: the page's only one; the graphics
-// process draws on its own, and at most one frame is given to it at a time, so that input never waits behind pictures.
+// The picture: one canvas, drawn only when something has changed. Runs on the page's only thread; the graphics process draws
+// on its own and gets at most one frame at a time, so that input never waits behind pictures.
 import { PerspectiveCamera, Scene, Vector2, Vector4, WebGLRenderer } from "three";
 import { axesOf, nearFar, type CameraState, type Rect } from "./camera";
 import type { ColourScale } from "./colours";
@@ -14,8 +14,8 @@ import { boundsOf, reachOf, unionOf } from "./shape";
 import { makeTable, Surface, type Tones } from "./surface";
 import { add, dot, mix, scale, sub, type Vec3 } from "./vec";
 
-const kStillAfter = 180; // ms without a change until the picture is drawn in full
-const kEdgeTime = 12; // ms of a frame for making edges
+const kStillAfter = 180; // ms without a change before the picture is drawn in full
+const kEdgeTime = 12; // ms per frame for making edges
 const kMostPixels = 2; // per CSS pixel and axis
 const kFull: Fineness = { scale: 1, coarse: 0 };
 
@@ -25,8 +25,8 @@ export interface LabelPlace {
   side: Side;
 }
 
-// Whether pictures are drawn by the processor, as far as the browser says so. Asked before the real context is made, as
-// that one cannot change its smoothing of edges later: a processor takes many times as long with it.
+// True if pictures are rendered by software, as far as the browser tells. Asked before the real context is created, whose
+// antialiasing cannot change later: in software it takes many times as long with it.
 function drawsInSoftware(): boolean {
   const gl = document.createElement("canvas").getContext("webgl2");
   if (!gl) return true;
@@ -57,11 +57,11 @@ export class Stage {
   private stillTimer = 0;
   private scheduled = 0;
   private disposed = false;
-  private full = false; // whether the canvas shows all, at rest
+  private full = false; // the canvas shows everything, at rest
   private loaded = false;
   private waiting: (() => void)[] = [];
 
-  // Throws where there is no WebGL 2.
+  // Throws if there is no WebGL 2.
   constructor(
     readonly canvas: HTMLCanvasElement,
     private readonly input: ViewerInput,
@@ -89,7 +89,7 @@ export class Stage {
     store.watch(() => this.settingsChanged());
   }
 
-  // Draws soon: coarsely as long as changes follow each other, then in full.
+  // Draws soon: coarsely while changes follow each other, then in full.
   changed(): void {
     if (this.disposed) return;
     this.lastChange = performance.now();
@@ -100,7 +100,7 @@ export class Stage {
     this.schedule();
   }
 
-  // Ends when the picture is at rest and drawn in full.
+  // Resolves when the picture is at rest and drawn in full.
   settled(): Promise<void> {
     return this.full || this.disposed ? Promise.resolve() : new Promise((resolve) => this.waiting.push(resolve));
   }
@@ -118,7 +118,7 @@ export class Stage {
     this.changed();
   }
 
-  // Which mesh is coloured in which part of the canvas, in CSS pixels of the window.
+  // Returns which mesh is coloured in which part of the canvas, in CSS pixels of the window.
   viewports(): { side: Side; rect: Rect }[] {
     const { left, top } = this.canvas.getBoundingClientRect();
     const { width, height } = this.size;
@@ -139,7 +139,7 @@ export class Stage {
     return { position, target, up, fov, ...planes, origin: this.centre, viewport: rects[0]!, viewports: rects };
   }
 
-  // Whether nothing of the coloured mesh is before the point.
+  // True if no part of the coloured mesh is in front of the point.
   isFree(eye: Vec3, point: Vec3, side: Side = this.store.value.coloured): boolean {
     if (!this.store.value.shown[side]) return true;
     const map = this.input[side];
@@ -149,7 +149,7 @@ export class Stage {
     return !hiddenBy(blocked, eye, point, slack);
   }
 
-  // The distance at what a ray from the eye meets first on the coloured mesh.
+  // Returns the distance at the first point of the coloured mesh that a ray from the eye meets.
   pick(direction: Vec3, side: Side): number | undefined {
     const map = this.input[side];
     const eye = sub(this.eye.pose().position, map.translation);
@@ -200,13 +200,13 @@ export class Stage {
     else if (this.clock.busy()) this.awaitClock();
   }
 
-  // Whether the edges that are to be drawn are there.
+  // True if the edges to be drawn are ready.
   private prepareEdges(ms: number): boolean {
     const { wire, shown } = this.store.value;
     return !wire || (["a", "b"] as Side[]).every((side) => !shown[side] || this.surfaces[side].prepareEdges(ms));
   }
 
-  // One portion of the full picture, or the end of it.
+  // Draws one portion of the full picture, or finishes it.
   private refine(refiner: Refiner): void {
     const begun = performance.now();
     const ratio = this.ratio(kFull);
@@ -225,7 +225,7 @@ export class Stage {
 
   private settle(): void {
     this.full = true;
-    if (!this.loaded) this.clock.forget(); // the first pictures are part of loading: shaders are compiled for them
+    if (!this.loaded) this.clock.forget(); // the first pictures include compiling the shaders
     this.loaded = true;
     for (const done of this.waiting.splice(0)) done();
   }
@@ -250,7 +250,7 @@ export class Stage {
     this.marks.mesh.visible = false;
   }
 
-  // The marks alone, over what the canvas has.
+  // Draws only the marks, over the canvas as it is.
   private drawMarks(pixel: number): void {
     const camera = this.camera();
     this.renderer.setScissorTest(true);
@@ -261,7 +261,7 @@ export class Stage {
     }));
   }
 
-  // Looks when the frame is done, and then no more.
+  // Polls until the frame is done.
   private awaitClock(): void {
     window.requestAnimationFrame(() => {
       if (!this.disposed && this.clock.busy()) this.awaitClock();
@@ -320,7 +320,7 @@ export class Stage {
     return this.marks.update(camera, rect, { pair, hidden: { point: hides(pair.point), nearest: hides(pair.nearest) } }, pixel);
   }
 
-  // What the cut leaves: the side of the plane that its normal does not point to.
+  // The part that the cut leaves: the side of the plane that its normal points away from.
   private plane(): { normal: Vec3; offset: number } | undefined {
     const { axis, normal, offset, flipped } = this.store.value.cut;
     if (axis === "off") return undefined;

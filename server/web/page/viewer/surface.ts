@@ -1,5 +1,5 @@
-// One mesh as three.js draws it: coloured by its distance, as glass over the other one, and its edges. All of these
-// share one buffer of positions and one of distances.
+// One mesh as three.js draws it: coloured by its distance, as glass over the other one, and its edges. They share one buffer
+// of positions and one of distances.
 import {
   BufferAttribute,
   BufferGeometry,
@@ -44,7 +44,7 @@ export interface Tones {
 
 const share = ([r, g, b]: Rgb): Vector3 => new Vector3(r / 255, g / 255, b / 255);
 
-// One for both meshes of a viewer.
+// Shared by both meshes of a viewer.
 export function makeTable(): DataTexture {
   const texture = new DataTexture(colourTable(), kSteps + 1, 1, RGBAFormat, UnsignedByteType);
   texture.minFilter = texture.magFilter = NearestFilter;
@@ -78,7 +78,7 @@ export class Surface {
     this.fine = this.geometryWith(map.indices);
     this.filled.set(0, this.fine);
     this.coloured = new Drawn(this.fine, this.material(kColouredFragment, { polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 }));
-    // Pushed back further: where both surfaces coincide, the colours are what is seen.
+    // Pushed back further, so that where both surfaces coincide the colours are visible.
     const behind = { polygonOffset: true, polygonOffsetFactor: 2, polygonOffsetUnits: 4, transparent: true };
     this.depth = new Drawn(this.fine, this.material(kOverlayFragment, { ...behind, colorWrite: false }));
     this.overlay = new Drawn(this.fine, this.material(kOverlayFragment, behind));
@@ -103,18 +103,18 @@ export class Surface {
     this.uniforms.strength!.value = look.role === "overlay" ? 0.35 : 0.55;
   }
 
-  // What is visible, in the order to draw it.
+  // Returns the visible objects in the order to draw them.
   visible(): (Drawn | LineSegments)[] {
     return [this.coloured, this.depth, this.overlay, this.lines].filter((object) => object.visible);
   }
 
-  // Made before it is needed, as that takes longer than a frame should.
+  // Makes it before it is needed, since it takes longer than a frame may.
   prepareCoarse(): void {
     this.filledFor(1);
     this.filledFor(2);
   }
 
-  // Works on the edges for some ms; whether they are there. Without that no edges are drawn.
+  // Works on the edges for some ms; true: they are ready. Without this call no edges are drawn.
   prepareEdges(ms: number): boolean {
     const end = performance.now() + ms;
     while (!this.edges) {
@@ -140,7 +140,7 @@ export class Surface {
     geometry.setAttribute("position", this.positions);
     geometry.setAttribute("deviation", this.deviations);
     geometry.setIndex(new BufferAttribute(indices, 1));
-    geometry.boundingSphere = new Sphere(new Vector3(), Infinity); // never asked for, and a pass over all when it is
+    geometry.boundingSphere = new Sphere(new Vector3(), Infinity); // else three.js computes it from all vertices
     return geometry;
   }
 

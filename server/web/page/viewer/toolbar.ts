@@ -1,4 +1,4 @@
-// Buttons and labelled inputs for all that the picture can do. They show what the settings say, whoever changed them.
+// Buttons and labelled inputs for everything that the picture can do. They always show the current settings.
 import type { Commands } from "./commands";
 import { button, group, make, setPressed } from "./dom";
 import { kViews } from "./camera";
