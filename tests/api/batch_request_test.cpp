@@ -51,7 +51,7 @@ TEST_CASE("batch request: names, meshes and parts arrive") {
   CHECK(request.pairs[0].b.part == "new");
 }
 
-TEST_CASE("batch request: a comparison's options replace those of all, member by member") {
+TEST_CASE("batch request: a comparison's options override those of the batch, member by member") {
   const auto request = parsed(batch(
       pair() + "," + pair(R"(,"options":{"gate":{"max_distance":2}})") + "," + pair(R"(,"options":{"timeout_ms":7})"),
       R"(,"options":{"threads":2,"gate":{"max_distance":1,"units":"mm"}})"));
@@ -62,7 +62,7 @@ TEST_CASE("batch request: a comparison's options replace those of all, member by
         R"({"gate":{"max_distance":1,"units":"mm"},"threads":2,"timeout_ms":7})");
 }
 
-TEST_CASE("batch request: equal options are one text, however they are written") {
+TEST_CASE("batch request: equal options are one entry, in any spelling") {
   const auto request = parsed(batch(pair() + "," + pair(R"(,"options":{ "threads" : 2, "direction":"a_to_b"})") + "," +
                                         pair(R"(,"options":{"direction":"a_to_b"})"),
                                     R"(,"options":{"threads":2})"));
@@ -72,7 +72,7 @@ TEST_CASE("batch request: equal options are one text, however they are written")
   CHECK(parsed(batch(pair())).options == std::vector<std::string>{"{}"});
 }
 
-TEST_CASE("batch request: what is wrong is named where it stands") {
+TEST_CASE("batch request: errors name the place") {
   CHECK(refused_batch("[]").where.empty());
   CHECK(refused_batch("{").where.starts_with("byte "));
   CHECK(refused_batch(R"({"comparisons":[],"comparisons":[]})").where == "/comparisons");
@@ -95,7 +95,7 @@ TEST_CASE("batch request: what is wrong is named where it stands") {
         "/options/tolerence");
 }
 
-TEST_CASE("batch request: no more comparisons and bytes than there may be") {
+TEST_CASE("batch request: the numbers of comparisons and bytes are limited") {
   CHECK(parsed(batch(pair() + "," + pair() + "," + pair())).pairs.size() == 3);
   CHECK(refused_batch(batch(pair() + "," + pair() + "," + pair() + "," + pair())).code == ErrorCode::too_large);
   api::BatchLimits small = limits();

@@ -19,8 +19,8 @@ using Matrix = std::array<Triple, 3>;
 
 double apart(const Triple& a, const Triple& b) { return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]); }
 
-// How the three kinds of dichromats see, on linear sRGB: Machado, Oliveira, Fernandes, "A physiologically-based model
-// for simulation of color vision deficiency", 2009, at full severity; and the identity.
+// Colour vision of the three kinds of dichromats, on linear sRGB: Machado, Oliveira, Fernandes, "A
+// physiologically-based model for simulation of color vision deficiency", 2009, at full severity; and the identity.
 constexpr std::array<Matrix, 4> kEyes{{
     {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}},
     {{{0.152286, 1.052583, -0.204868}, {0.114503, 0.786281, 0.099216}, {-0.003882, -0.048116, 1.051998}}},
@@ -61,22 +61,22 @@ std::vector<double> values(const std::vector<api::Tick>& ticks) {
 
 }  // namespace
 
-TEST_CASE("equal steps of the map look equal: in lightness and in all") {
+TEST_CASE("equal steps of the map look equal, in lightness and in colour") {
   constexpr int kSteps = 32;
   const double rise = (to_oklab(api::map_colour(1))[0] - to_oklab(api::map_colour(0))[0]) / kSteps;
-  CHECK(rise * kSteps > 0.65);  // of 1, black to white
+  CHECK(rise * kSteps > 0.65);  // 1: from black to white
   double least = 1, most = 0;
   for (int i = 0; i < kSteps; ++i) {
     const Triple a = to_oklab(api::map_colour(double(i) / kSteps));
     const Triple b = to_oklab(api::map_colour(double(i + 1) / kSteps));
-    CHECK(b[0] - a[0] == doctest::Approx(rise).epsilon(0.15));  // bytes are coarse where it is dark
+    CHECK(b[0] - a[0] == doctest::Approx(rise).epsilon(0.15));  // bytes are coarse for dark colours
     least = std::min(least, apart(a, b));
     most = std::max(most, apart(a, b));
   }
   CHECK(most < 1.25 * least);
 }
 
-TEST_CASE("no kind of colour-blindness lets the order of the map vanish") {
+TEST_CASE("the order of the map is visible with every kind of colour blindness") {
   for (const Matrix& eye : kEyes) {
     for (int i = 0; i < 32; ++i) {
       const double step = apart(seen(api::map_colour(i / 32.0), eye), seen(api::map_colour((i + 1) / 32.0), eye));
@@ -85,7 +85,7 @@ TEST_CASE("no kind of colour-blindness lets the order of the map vanish") {
   }
 }
 
-TEST_CASE("what is above the limit is far from every colour below it, for everybody") {
+TEST_CASE("the colour above the limit is far from all colours below it, with every kind of colour blindness") {
   for (const Matrix& eye : kEyes) {
     double least = 1;
     for (int i = 0; i <= 256; ++i) {
@@ -94,10 +94,10 @@ TEST_CASE("what is above the limit is far from every colour below it, for everyb
     CHECK(least > 0.15);  // more than six steps of 1/32
   }
   const double jump = to_oklab(api::map_colour(1))[0] - to_oklab(api::kAboveLimit)[0];
-  CHECK(jump > 0.4);  // at the limit itself the lightness breaks: seen in grey as well
+  CHECK(jump > 0.4);  // lightness jumps at the limit, which shows in greyscale as well
 }
 
-TEST_CASE("a distance gets its place in the map, and the limit belongs to what passes") {
+TEST_CASE("a distance has its place in the map, and the limit itself passes") {
   const api::ColourScale scale{0.5, true};
   CHECK(api::colour_of(0, scale) == api::map_colour(0));
   CHECK(api::colour_of(0.25, scale) == api::map_colour(0.5));
@@ -134,8 +134,8 @@ TEST_CASE("ticks are round numbers, and the top") {
   }
 }
 
-// The page has this map and this rule as well; its own test reads the same file.
-TEST_CASE("the page's colours and ticks are these") {
+// The page implements the same map and rule; its own test reads the same file.
+TEST_CASE("the page has the same colours and ticks") {
   std::ifstream file(MESHGAUGE_SOURCE_DIR "/tests/web/unit/colours.json");
   const auto reference = nlohmann::json::parse(file);
   const auto hex = [](api::Rgb colour) {

@@ -54,7 +54,7 @@ TEST_CASE("compare: a mesh without shared vertices is welded") {
   CHECK(result->outcome.lower == 0);
 }
 
-TEST_CASE("compare: a name and a media type that contradict the content are told") {
+TEST_CASE("compare: a name and a media type that contradict the content are reported") {
   Control control;
   const auto result = api::compare({"a", bytes_of(kSquare), "a.stl", "model/obj"},
                                    {"b", bytes_of(kRaised), "", "model/ply"}, {}, {}, control);
@@ -71,7 +71,7 @@ TEST_CASE("compare: an error names the part") {
   CHECK(result.error().part == "b");
 }
 
-TEST_CASE("compare: no time for reading is an error, no time for measuring is not") {
+TEST_CASE("compare: a timeout while reading is an error, while measuring it is not") {
   Control late(Control::Clock::now() - std::chrono::seconds(1));
   const auto unread = compared(kSquare, kRaised, late);
   REQUIRE(!unread.ok());
@@ -85,7 +85,7 @@ TEST_CASE("compare: no time for reading is an error, no time for measuring is no
   CHECK(cut_short->outcome.upper >= 2.0);
 }
 
-TEST_CASE("compare: what is told of a large mesh is not gathered to its end after a cancellation") {
+TEST_CASE("compare: cancelling stops the collection of facts of a large mesh") {
   Mesh mesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {}};
   mesh.triangles.assign(300'000, {0, 1, 2});
   Control control;
@@ -97,7 +97,7 @@ TEST_CASE("compare: what is told of a large mesh is not gathered to its end afte
   CHECK(control.checks() == 3);  // in each of two passes, and after them
 }
 
-TEST_CASE("compare: meshes that are at hand have an interval, whenever the job is cancelled") {
+TEST_CASE("compare: prepared meshes give an interval, whenever the job is cancelled") {
   const auto prepared = [](std::string_view text, const char* part) {
     const api::MeshInput input{part, bytes_of(text), "a.obj", ""};
     Control control;
@@ -125,7 +125,7 @@ TEST_CASE("digest: SHA-256 of the standard's examples") {
   CHECK(api::sha256_hex(bytes_of("abc")) == "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
 }
 
-TEST_CASE("compare: meshes are brought to the limit's unit, and a mesh against itself keeps distance 0") {
+TEST_CASE("compare: meshes are converted to the limit's unit, and a mesh has distance 0 from itself") {
   Options engine;
   engine.tolerance = {std::nullopt, 1e-9, std::nullopt};
   engine.max_distance = 60;
@@ -139,7 +139,7 @@ TEST_CASE("compare: meshes are brought to the limit's unit, and a mesh against i
   REQUIRE(raised.ok());
   CHECK(raised->units.result.unit == api::LengthUnit::millimeter);
   CHECK(raised->outcome.lower > 1999);  // 2 m up
-  CHECK(raised->a.diagonal < 2);        // what is said of the file is in its own numbers
+  CHECK(raised->a.diagonal < 2);        // facts of the file are in its own unit
   options.units.b = api::LengthUnit::inch;
   options.max_distance = 0;
   const auto same = compare(kSquare, kSquare);
@@ -162,7 +162,7 @@ TEST_CASE("compare: a mesh that is too large for the unit of the result is refus
   CHECK(result.error().part == "a");
 }
 
-TEST_CASE("compare: a mesh that is measured often keeps its last conversion, one that is measured once does not") {
+TEST_CASE("compare: a mesh for Use::often caches its last conversion, one for Use::once does not") {
   Control control;
   const api::MeshInput input{"a", bytes_of(kSquare), "a.obj", ""};
   const auto prepared = [&](Prepared::Use use) { return *api::prepare(api::load(input, {}), input, use, control); };
@@ -178,7 +178,7 @@ TEST_CASE("compare: a mesh that is measured often keeps its last conversion, one
   CHECK(often->bytes() > bytes);
   const auto other = *api::in_unit(often, "a", metres, control);
   CHECK(other != first);
-  CHECK(first->mesh().positions[2] == Vec3(25.4, 25.4, 0));  // those that hold it may go on
+  CHECK(first->mesh().positions[2] == Vec3(25.4, 25.4, 0));  // its owners may still use it
   CHECK(other->mesh().positions[2] == Vec3(0.001, 0.001, 0));
   CHECK(often->mesh.mesh().positions[2] == Vec3(1, 1, 0));
 }

@@ -58,7 +58,7 @@ using Colour = std::array<std::uint16_t, 4>;
 
 }  // namespace
 
-TEST_CASE("the candidate's primitive has the mesh's counts, its bounds and its numbers") {
+TEST_CASE("the candidate's primitive has the mesh's counts, bounds and numbers") {
   const MadeMap made(shapes::cube(0.5, {0.25, -0.25, 0}));
   const Glb glb(made.map);
   const json& positions = glb.accessor(0, "POSITION");
@@ -87,7 +87,7 @@ TEST_CASE("our own reader finds the candidate and not the witness") {
   CHECK(read.triangles == made.mesh.triangles);
 }
 
-TEST_CASE("far from 0 the nodes are moved, and positions are as precise as the mesh is small") {
+TEST_CASE("far from 0 the nodes have a translation, and positions have the precision of the mesh's size") {
   const Vec3 far_away(1e7 + 0.1, -2e9, 0);
   const MadeMap made(shapes::moved(shapes::sphere(8, 0.01), far_away));
   const Glb glb(made.map);
@@ -107,7 +107,7 @@ TEST_CASE("far from 0 the nodes are moved, and positions are as precise as the m
   }
 }
 
-TEST_CASE("the witness is a node of lines from the one mesh to the other") {
+TEST_CASE("the witness is a node of lines between the two meshes") {
   const MadeMap made(shapes::cube());
   const Glb glb(made.map);
   CHECK(glb.document["nodes"][1]["name"] == "witness");
@@ -153,7 +153,7 @@ TEST_CASE("the extras say what the numbers mean") {
   CHECK(extras["witness"]["to_triangle"] == 11);
 }
 
-TEST_CASE("what a float does not hold is refused by name") {
+TEST_CASE("numbers beyond single precision are refused by name") {
   MadeMap made(shapes::cube());
   made.distances[3] = 1e39;
   std::ostringstream out;

@@ -67,7 +67,7 @@ TEST_CASE("result facts: each side has its direction, and the witness is that of
   CHECK(b.witness->to_triangle == 2);
 }
 
-TEST_CASE("result facts: what was not measured is not certified") {
+TEST_CASE("result facts: a direction that was not measured has no interval") {
   json one = document();
   one["a_to_b"] = nullptr;
   one["gate"] = nullptr;
@@ -87,7 +87,7 @@ TEST_CASE("result facts: what was not measured is not certified") {
   }
 }
 
-TEST_CASE("deviation maker: a map of few triangles shows the farthest vertex, and all that are beyond the limit") {
+TEST_CASE("deviation maker: a decimated map has the farthest vertex and all beyond the limit") {
   const Pair pair;
   const Prepared bumpy(pair.bumpy), plain(pair.plain);
   api::ResultFacts known;
@@ -112,7 +112,7 @@ TEST_CASE("deviation maker: a map of few triangles shows the farthest vertex, an
   }
 }
 
-TEST_CASE("deviation maker: a loose fleck is the farthest of a map of few triangles, and is on it") {
+TEST_CASE("deviation maker: a decimated map has a small loose part that is farthest away") {
   Mesh dirty = shapes::sphere(100);
   const Mesh clean = dirty;
   const auto first = static_cast<std::uint32_t>(dirty.positions.size());
@@ -132,7 +132,7 @@ TEST_CASE("deviation maker: a loose fleck is the farthest of a map of few triang
   }
 }
 
-TEST_CASE("deviation maker: refined where there is room, as it is where there is none") {
+TEST_CASE("deviation maker: refined if the triangle limit allows, else unchanged") {
   const Mesh cube = shapes::cube(), other = shapes::cube(1, {0, 0, 0.5});
   const Prepared candidate(cube), baseline(other);
   Control control;
@@ -154,7 +154,7 @@ TEST_CASE("deviation maker: refined where there is room, as it is where there is
   CHECK(form(true, 1) == MapForm::decimated);
 }
 
-TEST_CASE("deviation maker: no distance is above what is certified, and an interruption ends it") {
+TEST_CASE("deviation maker: no distance exceeds the certified bound, and an interruption ends the work") {
   const Pair pair;
   const Prepared bumpy(pair.bumpy), plain(pair.plain);
   api::ResultFacts known;

@@ -11,7 +11,7 @@
 
 namespace meshgauge::api::test {
 
-// Owns what a map borrows.
+// Owns the arrays that a map borrows.
 struct MadeMap {
   Mesh mesh;
   std::vector<double> distances;

@@ -34,7 +34,7 @@ T value_at(const std::string& bytes, std::size_t offset) {
 
 }  // namespace
 
-TEST_CASE("positions that are floats are floats, and our own reader finds the same mesh") {
+TEST_CASE("positions that are floats are written as floats, and the PLY reader reads the same mesh") {
   const MadeMap made(shapes::cube(0.5, {3, 0.25, 1}));
   const std::string file = written(made.map);
   CHECK(says(file, "property float x"));
@@ -42,7 +42,7 @@ TEST_CASE("positions that are floats are floats, and our own reader finds the sa
   CHECK(api::test::read_back(file).triangles == made.mesh.triangles);
 }
 
-TEST_CASE("where one position is no float, all are doubles") {
+TEST_CASE("if one position is not a float, all are doubles") {
   MadeMap made(shapes::cube());
   made.mesh.positions[5].y() = 0.1;
   const std::string file = written(made.map);
@@ -50,7 +50,7 @@ TEST_CASE("where one position is no float, all are doubles") {
   CHECK(api::test::read_back(file).positions == made.mesh.positions);
 }
 
-TEST_CASE("each vertex has its colour and its distance, once as it is and once as a float") {
+TEST_CASE("each vertex has its colour and its distance, as double and as float") {
   const MadeMap made(shapes::cube());
   const std::string file = written(made.map);
   const std::string bytes = body(file);

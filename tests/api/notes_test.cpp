@@ -8,7 +8,7 @@
 using namespace meshgauge;
 using Notes = std::vector<std::string>;
 
-TEST_CASE("notes: nothing is said of what did not happen") {
+TEST_CASE("notes: there is no note for a count of 0") {
   api::MeshFacts mesh;
   mesh.vertices = 3;
   mesh.triangles = 1;
@@ -16,7 +16,7 @@ TEST_CASE("notes: nothing is said of what did not happen") {
   CHECK(api::notes_of(mesh).empty());
 }
 
-TEST_CASE("notes: a sentence for each thing that was done") {
+TEST_CASE("notes: there is a sentence for each count") {
   api::MeshFacts mesh;
   mesh.format = api::Format::three_mf;
   mesh.degenerate = 1;
@@ -43,7 +43,7 @@ TEST_CASE("notes: a sentence for each thing that was done") {
               "triangles without area, kept as the segment or the point they span: 1", "the file has a remark"});
 }
 
-TEST_CASE("notes: of a pair, only of what is done or looks wrong") {
+TEST_CASE("notes: a pair has notes about conversions and suspicious sizes only") {
   api::Comparison comparison;
   comparison.a.diagonal = comparison.b.diagonal = 3;
   CHECK(api::notes_of(comparison).empty());
@@ -54,7 +54,7 @@ TEST_CASE("notes: of a pair, only of what is done or looks wrong") {
             "so, declare the unit of each mesh"});
   comparison.a.diagonal = 3 * 25.4 * 1.021;
   CHECK(api::notes_of(comparison).empty());
-  comparison.a.diagonal = 0;  // a point is no mistake of units
+  comparison.a.diagonal = 0;  // a point does not suggest a wrong unit
   CHECK(api::notes_of(comparison).empty());
   comparison.b.diagonal = 0;
   CHECK(api::notes_of(comparison).empty());
@@ -72,7 +72,7 @@ TEST_CASE("notes: of a pair, only of what is done or looks wrong") {
         "mesh a is in millimetres, the unit of mesh b is not known: the numbers were compared without conversion");
 }
 
-TEST_CASE("notes: of a limit that is less than ten times what a face leaves open, in the unit of the result") {
+TEST_CASE("notes: a limit below ten times the deviation of splits gets a note in the unit of the result") {
   const api::KnownUnit inches{api::LengthUnit::inch, api::UnitSource::declared};
   const api::KnownUnit millimetres{api::LengthUnit::millimeter, api::UnitSource::declared};
   api::Comparison comparison;

@@ -15,7 +15,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// The files of a machine whose control groups are as written, gone with the object.
+// The files of a machine with the given control groups; the destructor deletes them.
 struct Machine {
   std::string root = (fs::temp_directory_path() / "meshgauge-groups-XXXXXX").string();
 
@@ -48,7 +48,7 @@ TEST_CASE("processors: a quota of version 2, of the group or of one above it") {
   CHECK(processors_granted(machine.root) == 1);
 }
 
-TEST_CASE("processors: a container sees its own group at the top, whatever path it is told") {
+TEST_CASE("processors: a container sees its own group at the root, whatever its path") {
   const Machine machine("0::/system.slice/docker-abc.scope\n");
   machine.write("/sys/fs/cgroup/cpu.max", "300000 100000\n");
   CHECK(processors_granted(machine.root) == 3);
@@ -64,7 +64,7 @@ TEST_CASE("processors: a quota of version 1") {
   CHECK(processors_granted(machine.root) == 4);
 }
 
-TEST_CASE("processors: files that are none, or say nothing, are no limit") {
+TEST_CASE("processors: missing and empty files mean no limit") {
   for (const char* groups : {"", "0", "0:", ":::", "0::", "nothing\n0::relative\n"}) {
     const Machine machine(groups);
     machine.write("/sys/fs/cgroup/cpu.max", "zero\n");
@@ -78,7 +78,7 @@ TEST_CASE("processors: files that are none, or say nothing, are no limit") {
   CHECK(processors_granted("/no/such/folder") == 0);
 }
 
-TEST_CASE("processors: no more than the thread may run on") {
+TEST_CASE("processors: at most those of the CPU affinity") {
   CHECK(processors() >= 1);
   const unsigned bound = std::async(std::launch::async, [] {
                            cpu_set_t all;

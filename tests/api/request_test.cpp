@@ -54,7 +54,7 @@ TEST_CASE("request: every field arrives") {
   CHECK(parsed->options.max_memory_bytes == 2097152);
 }
 
-TEST_CASE("request: a tolerance that is given stands alone") {
+TEST_CASE("request: a given tolerance replaces the defaults") {
   const auto parsed = parse_options(R"({"tolerance": {"absolute": 0}})");
   REQUIRE(parsed.ok());
   CHECK(parsed->options.tolerance.absolute == 0.0);
@@ -75,7 +75,7 @@ TEST_CASE("request: duplicate keys are refused at every level") {
   CHECK(refusal(R"({"gate": {"max_distance": 1, "max_distance": 2}})").message.find("twice") != std::string::npos);
 }
 
-TEST_CASE("request: shards are refused whatever they are, and the refusal says what to do instead") {
+TEST_CASE("request: shards are refused with any value, and the message says what to do") {
   for (const char* value : {"1", "2", "0", "null", R"("two")", "[]"}) {
     const Error error = refusal(R"({"threads": 2, "shards": )" + std::string(value) + "}");
     CHECK(error.where == "/shards");
@@ -121,7 +121,7 @@ TEST_CASE("request: numbers out of range are refused") {
   CHECK(refusal(R"({"points": 10})").message.find("n_point") != std::string::npos);
 }
 
-TEST_CASE("request: statistics by a word, or as an object that says how") {
+TEST_CASE("request: statistics as a boolean or as an object of settings") {
   CHECK(!parse_options("{}")->options.statistics);
   CHECK(!parse_options(R"({"statistics": false})")->options.statistics);
   for (const char* text : {R"({"statistics": true})", R"({"statistics": {}})"}) {
@@ -143,14 +143,14 @@ TEST_CASE("request: statistics by a word, or as an object that says how") {
   CHECK(refusal(R"({"statistics": {"seed": 9007199254740992}})").where == "/statistics/seed");
 }
 
-TEST_CASE("request: a service may allow less time") {
+TEST_CASE("request: a service may set a lower timeout") {
   const api::RequestLimits limits{std::chrono::milliseconds(100), std::chrono::milliseconds(1000)};
   CHECK(parse_options("{}", limits)->timeout.count() == 100);
   CHECK(parse_options(R"({"timeout_ms": 1000})", limits).ok());
   CHECK(refusal(R"({"timeout_ms": 1001})", limits).message.find("from 1 to 1000") != std::string::npos);
 }
 
-TEST_CASE("request: what is not JSON is refused with the byte") {
+TEST_CASE("request: a syntax error is refused with its byte") {
   CHECK(refusal("").where.starts_with("byte "));
   CHECK(refusal("{").where.starts_with("byte "));
   CHECK(refusal("{} {}").where.starts_with("byte "));
@@ -170,13 +170,13 @@ TEST_CASE("request: depth and size are bounded") {
   CHECK(large.error().code == ErrorCode::too_large);
 }
 
-TEST_CASE("request: a long or wild key comes back short and on one line") {
+TEST_CASE("request: a long or unprintable key is quoted shortened, on one line") {
   const Error error = refusal("{\"" + std::string(1000, 'k') + "\\n\": 1}");
   CHECK(error.message.size() < 300);
   CHECK(refusal(R"({"a\nb": 1})").message.find('\n') == std::string::npos);
 }
 
-TEST_CASE("request: an instruction set is one of this processor's") {
+TEST_CASE("request: the instruction set must be one of this processor") {
   CHECK(api::as_simd("auto", "--simd").value() == supported_simd().front());
   for (const std::string_view name : supported_simd()) {
     CHECK(api::as_simd(name, "--simd").value() == name);

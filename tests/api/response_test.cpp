@@ -35,7 +35,7 @@ json rendered(const api::Comparison& comparison) { return json::parse(to_json(co
 
 }  // namespace
 
-TEST_CASE("response: one field for each thing that was found out") {
+TEST_CASE("response: every field has its value") {
   const json result = rendered(sample());
   CHECK(result["status"] == "converged");
   CHECK(result["direction"] == "symmetric");
@@ -74,13 +74,13 @@ TEST_CASE("response: nothing is infinite or NaN") {
   CHECK(result["tolerance"]["reached"] == json{{"absolute", nullptr}, {"diagonal", nullptr}, {"relative", nullptr}});
 }
 
-TEST_CASE("response: an interval without width meets every rule, also at 0") {
+TEST_CASE("response: an interval of width 0 meets every rule, also at distance 0") {
   api::Comparison comparison = sample();
   comparison.outcome.lower = comparison.outcome.upper = comparison.outcome.diagonal_a = 0;
   CHECK(rendered(comparison)["tolerance"]["reached"] == json{{"absolute", 0.0}, {"diagonal", 0.0}, {"relative", 0.0}});
 }
 
-TEST_CASE("response: the gate comes back with its verdict") {
+TEST_CASE("response: the gate is returned with its verdict") {
   api::Comparison comparison = sample();
   comparison.options.max_distance = 0.3;
   comparison.options.units.limit = api::LengthUnit::millimeter;
@@ -94,7 +94,7 @@ TEST_CASE("response: the gate comes back with its verdict") {
   CHECK(rendered(comparison)["gate"]["units"] == "b");
 }
 
-TEST_CASE("response: the samples a piece are told for n_point alone") {
+TEST_CASE("response: the samples per piece are reported only for n_point") {
   api::Comparison comparison = sample();
   CHECK(rendered(comparison)["engine"]["points"].is_null());
   comparison.options.strategy = Strategy::n_point;
@@ -103,7 +103,7 @@ TEST_CASE("response: the samples a piece are told for n_point alone") {
   CHECK(rendered(comparison)["engine"]["points"] == 31);
 }
 
-TEST_CASE("response: the engine is told as it ran, not as it was asked") {
+TEST_CASE("response: the engine's settings are reported as used, not as requested") {
   api::Comparison comparison = sample();
   comparison.options.simd = "auto";
   comparison.options.threads = 64;
@@ -111,7 +111,7 @@ TEST_CASE("response: the engine is told as it ran, not as it was asked") {
   CHECK(rendered(comparison)["engine"]["threads"] == 3);
 }
 
-TEST_CASE("response: what was done to a mesh, as numbers and as words") {
+TEST_CASE("response: what was done to a mesh, as counts and as notes") {
   api::Comparison comparison = sample();
   const json plain = rendered(comparison)["meshes"]["a"];
   CHECK(plain["format"] == "obj");
@@ -191,7 +191,7 @@ TEST_CASE("response: statistics say that they are sampled, how, and how well") {
   CHECK(api::to_server_timing(comparison).find("certify;dur=0.000, statistics;dur=4.000, total") != std::string::npos);
 }
 
-TEST_CASE("response: statistics that there was no time for are null, with the reason") {
+TEST_CASE("response: statistics without time are null, with the reason") {
   api::Comparison comparison = sample();
   comparison.outcome.statistics = Statistics{{}, std::nullopt, std::nullopt, StatisticsStatus::timeout};
   const json statistics = rendered(comparison)["statistics"];

@@ -75,7 +75,7 @@ TEST_CASE("units: the usual spellings, and nothing else") {
   }
 }
 
-TEST_CASE("units: a factor is a quotient of small whole numbers, and one where nothing is known") {
+TEST_CASE("units: a factor is a quotient of small integers, and 1 for unknown units") {
   const auto factor = [](LengthUnit from, LengthUnit to) {
     return api::factor_between({from, api::UnitSource::file}, {to, api::UnitSource::declared});
   };

@@ -31,13 +31,13 @@ class NamedBytes {
   int fd_;
 };
 
-// Where it looks for a byte that no text has, to tell binary from ASCII.
+// The range that libadmesh searches for a byte that no text has, to tell binary from ASCII.
 constexpr std::size_t kLookFrom = HEADER_SIZE;
 constexpr std::size_t kLookBytes = 128;
 
 std::string_view excuse_of_ascii(std::string_view file, std::size_t facets) {
   if (file.find('\n') == std::string_view::npos) return "lines that end by a carriage return";
-  std::size_t lines = 0;  // of more than four characters, with their end
+  std::size_t lines = 0;  // lines of more than four characters, line end included
   for (std::size_t start = 0, end = 0; (end = file.find('\n', start)) != std::string_view::npos; start = end + 1) {
     lines += end - start + 1 > 4;
   }

@@ -1,4 +1,4 @@
-// libadmesh as a peer of our STL reader. It is licensed under the GPL: of tests alone, never part of the product.
+// libadmesh as a peer of our STL reader. It is licensed under the GPL: used by tests only, never part of the product.
 #pragma once
 
 #include <array>
@@ -12,7 +12,7 @@ namespace meshgauge::api::test {
 
 using Facet = std::array<float, 9>;  // three corners
 
-// The facets as libadmesh reads them, in the order of the file; nullopt when it refuses the file.
+// Returns the facets as libadmesh reads them, in the order of the file; nullopt: it refuses the file.
 std::optional<std::vector<Facet>> by_admesh(std::string_view file);
 
 // In words, why libadmesh may see other facets in a file of `facets` than a reader of the format; empty when it must

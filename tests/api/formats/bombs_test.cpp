@@ -1,4 +1,4 @@
-// Small files that ask for much work: each is answered soon, with a refusal that says where, or with its mesh.
+// Small files that cause much work: each gets a quick answer, a refusal with the place or its mesh.
 #include <doctest/doctest.h>
 
 #include <chrono>
@@ -42,7 +42,7 @@ json a_million_times() {
   return document;
 }
 
-// Indices without bytes, all 0: as a strip they are joins alone.
+// Indices without bytes, all 0: a strip of joins only.
 json of_joins(json document, std::size_t count) {
   document["accessors"][1] = {{"componentType", 5125}, {"count", count}, {"type", "SCALAR"}};
   document["meshes"][0]["primitives"][0]["mode"] = 5;
@@ -101,7 +101,7 @@ TEST_CASE("bombs: one stream of Draco, decoded for many primitives") {
   check_refused(glb(document, stream), "", "bytes of compressed glTF");
 }
 
-TEST_CASE("bombs: a buffer that is named often, and expanded by its archive, allows for no more") {
+TEST_CASE("bombs: a buffer that is named often, and expanded by its archive, does not raise the limit") {
   json document = tetrahedron();
   document["buffers"] = json(100, {{"byteLength", 20'000'000}, {"uri", "x.bin"}});
   document["bufferViews"][0]["byteLength"] = 100'000'000;

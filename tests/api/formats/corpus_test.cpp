@@ -10,7 +10,7 @@
 namespace meshgauge::api::test {
 namespace {
 
-// Where this project answers otherwise than the index: a piece of the message, or "" where it accepts.
+// Files whose answer differs from the index: a piece of the message, or "" if accepted.
 // docs/formats.md gives the reasons.
 const std::map<std::string, std::string> kOtherAnswers = {{"real/number_formats.obj", "'3.1+e2' is not a number"},
                                                           {"real/face_in_group_name.obj", "has no triangles"},
@@ -23,7 +23,7 @@ Result<ReadMesh> read_file(const std::filesystem::path& path) {
 
 using FacetCorners = std::array<double, 9>;
 
-// The three corners with the least first and the orientation kept: the same for a triangle however it is told.
+// The three corners rotated so that the least is first: the same for each rotation of a triangle.
 FacetCorners told_from_least(const Mesh& mesh, const Triangle& triangle) {
   std::array<FacetCorners, 3> turns;
   for (std::size_t turn = 0; turn < 3; ++turn) {
@@ -55,7 +55,7 @@ double distance(const FacetCorners& a, const FacetCorners& b) {
   return most;
 }
 
-// Rounded coordinates may turn and sort otherwise, so each triangle looks for its nearest, in any of its turns.
+// Rounded coordinates may rotate and sort otherwise, so each triangle searches its nearest, in any rotation.
 double difference(const std::vector<FacetCorners>& a, const std::vector<FacetCorners>& b) {
   double most = 0;
   for (const FacetCorners& triangle : a) {
@@ -102,7 +102,7 @@ std::size_t triangles_told(const std::string& expected) {
   return std::stoul(expected.substr(first, at - first));
 }
 
-// What kind of answer the index asks for.
+// The kind of answer that the index asks for.
 bool may_accept(const std::string& answer) {
   return contains(answer, "accept") || contains(answer, "documented choice") || contains(answer, "finite answer");
 }

@@ -1,5 +1,5 @@
-// Our readers of OBJ and STL next to other people's: tinyobjloader and libadmesh. Where both define the same thing they
-// must read the same; where the others are known to differ, the excuse is named (tinyobj_peer.cpp, admesh_peer.cpp).
+// The readers of OBJ and STL compared with tinyobjloader and libadmesh. Where both define the same thing they
+// must read the same; where the others are known to differ, the reason is named (tinyobj_peer.cpp, admesh_peer.cpp).
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -183,7 +183,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("differential: STL files of every make are the same to libadmesh") {
+TEST_CASE("differential: libadmesh reads STL files of every kind alike") {
   Dice dice(4);
   for (int i = 0; i < 100; ++i) {
     const auto facets = any_facets(dice);
@@ -198,7 +198,7 @@ TEST_CASE("differential: STL files of every make are the same to libadmesh") {
   }
 }
 
-TEST_CASE("differential: the OBJ files of the corpus are the same to tinyobjloader, or it has an excuse") {
+TEST_CASE("differential: tinyobjloader reads the OBJ files of the corpus alike, or a known reason applies") {
   compare_corpus(".obj", [](const std::string& text, const Mesh& ours) {
     const std::string_view excuse = tinyobj_excuse(text);
     if (excuse.empty()) check_against_tinyobj(text, ours);
@@ -206,7 +206,7 @@ TEST_CASE("differential: the OBJ files of the corpus are the same to tinyobjload
   });
 }
 
-TEST_CASE("differential: the STL files of the corpus are the same to libadmesh, or it has an excuse") {
+TEST_CASE("differential: libadmesh reads the STL files of the corpus alike, or a known reason applies") {
   compare_corpus(".stl", [](const std::string& file, const Mesh& ours) {
     const std::string_view excuse = admesh_excuse(file, ours.triangles.size());
     if (excuse.empty()) check_against_admesh(file, ours);
@@ -214,7 +214,7 @@ TEST_CASE("differential: the STL files of the corpus are the same to libadmesh, 
   });
 }
 
-TEST_CASE("differential: the excuses are real") {
+TEST_CASE("differential: the known reasons are real") {
   const auto differs = [](const std::string& text) {
     const auto ours = read(text, "m.obj");
     REQUIRE(ours.ok());

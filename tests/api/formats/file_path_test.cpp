@@ -7,7 +7,7 @@
 namespace meshgauge::api::test {
 namespace {
 
-// The path, or '!' and the defect.
+// Returns the path, or '!' and the defect.
 std::string named(std::string_view name) {
   const FilePath file = file_path_of_name(name);
   CHECK(file.path.empty() != file.defect.empty());
@@ -32,7 +32,7 @@ TEST_CASE("file path: relative names of plain components") {
   CHECK(named("./buffers//x.bin") == "buffers/x.bin");
   CHECK(named("a b.bin") == "a b.bin");
   CHECK(named("..x/x..bin/...") == "..x/x..bin/...");
-  CHECK(named("%2e%2e/x.bin") == "%2e%2e/x.bin");  // a file may be called so
+  CHECK(named("%2e%2e/x.bin") == "%2e%2e/x.bin");  // a valid file name
   CHECK(named("\xC3\xA4.bin") == "\xC3\xA4.bin");
   CHECK(named("a/b:c.bin") == "a/b:c.bin");
   CHECK(named(folders(kMostFilePathFolders)) == folders(kMostFilePathFolders));
@@ -53,7 +53,7 @@ TEST_CASE("file path: a URI is decoded once, before anything is checked") {
   CHECK(contains(uri("..%5cx.bin"), "!has a backslash"));
 }
 
-TEST_CASE("file path: what may lead elsewhere has no path") {
+TEST_CASE("file path: names that may lead outside are refused") {
   for (const char* name : {"..", "../x.bin", "a/../x.bin", "a/..", "./../x.bin", "a//../../x.bin"}) {
     CHECK(contains(named(name), "!has '..'"));
   }

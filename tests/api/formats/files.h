@@ -1,4 +1,4 @@
-// What the tests of the readers share: texts as files, files of the corpus, outcomes in one line.
+// Helpers for tests of the readers: texts as files, files of the corpus, outcomes in one line.
 #pragma once
 
 #include <array>
@@ -23,7 +23,7 @@ inline Result<ReadMesh> read(std::string_view content, std::string_view filename
   return read_mesh(std::as_bytes(std::span<const char>(exact)), ReadHints{"a", filename, ""}, limits);
 }
 
-// The message of the refusal; empty when it was read.
+// Returns the message of the refusal; empty: the file was read.
 inline std::string refusal(std::string_view content, std::string_view filename) {
   auto result = read(content, filename);
   return result ? std::string() : result.error().message;
@@ -53,10 +53,10 @@ std::optional<std::filesystem::path> corpus();
 
 std::string file_content(const std::filesystem::path& path);
 
-// The same; of a .gltf that names files beside it, the archive of all of them.
+// Returns the file or, for a .gltf that names files beside it, the archive of all of them.
 std::string bundled_content(const std::filesystem::path& path);
 
-// The rows of a table of tabs, without its heading.
+// Returns the rows of a tab-separated table without its heading.
 std::vector<std::vector<std::string>> table(const std::filesystem::path& path);
 
 }  // namespace meshgauge::api::test

@@ -47,7 +47,7 @@ TEST_CASE("format: every format has its own name") {
   }
 }
 
-TEST_CASE("format: files that are no meshes are refused by their own name") {
+TEST_CASE("format: files that are not meshes are refused with their kind") {
   CHECK(contains(refusal("", "m.obj"), "'a' is an empty file"));
   CHECK(contains(refusal("<!DOCTYPE html><html>", "m.stl"), "web page"));
   CHECK(contains(refusal(" \n<HTML lang=en>", "m.stl"), "web page"));
@@ -65,7 +65,7 @@ TEST_CASE("format: files that are no meshes are refused by their own name") {
   CHECK(code("hello", "") == ErrorCode::unsupported_format);
 }
 
-TEST_CASE("format: files of other programs are refused by their format's name") {
+TEST_CASE("format: files of unsupported formats are refused with their format") {
   const auto is = [](const std::string& content, const std::string& name, const std::string& what) {
     CHECK(contains(refusal(content, name), "'a' is " + what));
     CHECK(code(content, name) == ErrorCode::unsupported_format);
@@ -101,7 +101,7 @@ TEST_CASE("format: files of other programs are refused by their format's name") 
   CHECK(!contains(refusal("999\n", ""), "DXF"));
 }
 
-TEST_CASE("format: a pointer of Git LFS is called so under every name") {
+TEST_CASE("format: a Git LFS pointer is recognised under every name") {
   const std::string pointer =
       "version https://git-lfs.github.com/spec/v1\noid sha256:" + std::string(64, 'a') + "\nsize 12345\n";
   for (const char* name : {"m.obj", "m.stl", "m.ply", "m.off", "m.gltf", "m.glb", "m.3mf", "m.stl.gz", ""}) {
@@ -128,7 +128,7 @@ TEST_CASE("format: a name or a media type that contradicts the content is noted"
   }
 }
 
-TEST_CASE("format: messages are printable ASCII whatever the file holds") {
+TEST_CASE("format: messages are printable ASCII for any content") {
   const std::string message = refusal(kObj + "v 1 2 \xFF\xC3\x28\x7F\x01\"'\n", "m.obj");
   CHECK(contains(message, "is not a number"));
   for (const char c : message) CHECK((c >= ' ' && c <= '~'));

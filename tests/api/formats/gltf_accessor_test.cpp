@@ -37,9 +37,9 @@ TEST_CASE("gltf: indices of 8, 16 and 32 bits; strides") {
   CHECK(contains(refusal(glb(document, spread), ""), "4 elements reach beyond bufferViews[0]"));
 }
 
-TEST_CASE("gltf: sparse accessors, over data and over nothing") {
+TEST_CASE("gltf: sparse accessors, with and without data below") {
   json document = tetrahedron();
-  // Vertex 2 (the index at byte 50) takes the place of vertex 1 (the value at byte 12).
+  // Replaces vertex 2 (the index at byte 50) by vertex 1 (the value at byte 12).
   document["accessors"][0]["sparse"] = {{"count", 1},
                                         {"indices", {{"bufferView", 1}, {"byteOffset", 2}, {"componentType", 5123}}},
                                         {"values", {{"bufferView", 0}, {"byteOffset", 12}}}};
@@ -79,7 +79,7 @@ TEST_CASE("gltf: quantized positions by KHR_mesh_quantization") {
 TEST_CASE("gltf: quantized positions of every type, normalised or not") {
   struct Type {
     int name;
-    std::string bytes;  // of the most, 0 and the least
+    std::string bytes;  // the largest value, 0 and the least
     double most;
     double least;
   };

@@ -41,7 +41,7 @@ std::string why(const json& document, std::vector<ZipEntry> more = {}) {
 
 }  // namespace
 
-TEST_CASE("glTF bundle: the same files are the same bytes, which read as the glTF that they are") {
+TEST_CASE("glTF bundle: the same files give the same bytes, which are read as their glTF") {
   const std::map<std::string, std::string> files{{"buffers/x.bin", tetrahedron_data()},
                                                  {"scene.gltf", external("buffers/x.bin").dump()}};
   const std::string archive = bundle(files);
@@ -60,7 +60,7 @@ TEST_CASE("glTF bundle: the same files are the same bytes, which read as the glT
   CHECK(detect_format(bytes_of(archive), {"a", "", "application/zip"}) == Format::gltf);
 }
 
-TEST_CASE("glTF bundle: a sink that is full ends it") {
+TEST_CASE("glTF bundle: a full sink ends the writing") {
   BundleWriter writer([](std::string_view) { return false; });
   CHECK(!writer.add("a", bytes_of("b")));
 }
@@ -75,7 +75,7 @@ TEST_CASE("glTF bundle: the files that a document names") {
   several["buffers"].push_back({{"byteLength", 4}, {"uri", "a.bin"}});
   several["images"] = json::array({{{"uri", "picture.png"}}});
   CHECK(named(several) == std::vector<std::string>{"a.bin", "b c.bin"});
-  several["buffers"].push_back({{"byteLength", 4}, {"uri", "../y.bin"}});  // its reader refuses the whole
+  several["buffers"].push_back({{"byteLength", 4}, {"uri", "../y.bin"}});  // the reader refuses the document
   CHECK(named(several).empty());
   CHECK(files_named_by(bytes_of("{")).empty());
   CHECK(files_named_by(bytes_of("solid")).empty());
@@ -93,7 +93,7 @@ TEST_CASE("glTF archive: files are looked up from the folder of the .gltf") {
   };
   CHECK(triangles(external(), {{"m/x.bin", data}, {"x.bin", "another"}, {"m/picture.png", "no picture"}}) == 4);
   CHECK(triangles(external("./sub/a%20b.bin"), {{"m/sub/a b.bin", data, 0}}) == 4);
-  CHECK(triangles(external("X.BIN"), {{"M/x.bin", data}}) == 4);  // as the names of an archive are taken
+  CHECK(triangles(external("X.BIN"), {{"M/x.bin", data}}) == 4);  // names in an archive are compared without case
   CHECK(triangles(external(), {{"m/x.bin", data}, {"__MACOSX/m/._s.gltf", "attributes"}}) == 4);
   json twice = external();
   twice["buffers"].push_back({{"byteLength", 72}, {"uri", "x.bin"}});
@@ -101,7 +101,7 @@ TEST_CASE("glTF archive: files are looked up from the folder of the .gltf") {
   CHECK(triangles(twice, {{"m/x.bin", data}}) == 4);
 }
 
-TEST_CASE("glTF archive: what is missing, short or elsewhere is refused with its name") {
+TEST_CASE("glTF archive: a file that is missing, short or outside is refused with its name") {
   const std::string data = tetrahedron_data();
   CHECK(contains(
       refusal(external().dump(), "m.gltf"),
@@ -130,7 +130,7 @@ TEST_CASE("glTF archive: exactly one .gltf") {
   CHECK(contains(why(external(), {{"m/x.bin", data}, {"other/t.GLTF", "{}"}}),
                  "'a' is a zip archive with 2 .gltf files; exactly one is allowed"));
   CHECK(contains(refusal(zip({{"s.glb", glb(tetrahedron())}}), ""), "is a zip archive, not a mesh"));
-  CHECK(contains(why(external(), {{"_rels/.rels", relationships()}}), "'a'"));  // a package is no glTF
+  CHECK(contains(why(external(), {{"_rels/.rels", relationships()}}), "'a'"));  // a package is not a glTF
   CHECK(!contains(why(external(), {{"_rels/.rels", relationships()}}), "x.bin"));
   CHECK(contains(refusal(zip({{"s.gltf", "{"}}), ""), "not valid JSON"));
   const std::string whole = scene_zip(external(), {{"m/x.bin", data}});

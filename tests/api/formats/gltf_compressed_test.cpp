@@ -39,7 +39,7 @@ std::string claim(std::uint32_t vertices, std::uint32_t faces, char attribute_ta
          varint(faces) + varint(0) + std::string(40, '\0');
 }
 
-// Every triangle by the places of its corners, the least first.
+// Every triangle by the positions of its corners, the least first.
 std::vector<std::vector<double>> triangles_of(const Mesh& mesh) {
   std::vector<std::vector<double>> out;
   for (const Triangle& triangle : mesh.triangles) {
@@ -70,7 +70,7 @@ TEST_CASE("draco: the triangles of both encodings") {
   }
 }
 
-TEST_CASE("draco: what is compressed is read, also where it is not required and stands beside plain data") {
+TEST_CASE("draco: compressed data is read, even if optional and beside plain data") {
   const std::string file = draco_glb(draco_stream(kPositions, kTetrahedronCorners, 0, 5));
   json document = document_of(file);
   document.erase("extensionsRequired");
@@ -83,7 +83,7 @@ TEST_CASE("draco: what is compressed is read, also where it is not required and 
   CHECK(triangles_of(mesh_of(glb(document, data))) == triangles_of(mesh_of(glb(tetrahedron()))));
 }
 
-TEST_CASE("draco: a stream is held against what the document says of it") {
+TEST_CASE("draco: a stream is checked against the document") {
   const std::string file = draco_glb(draco_stream(kPositions, kTetrahedronCorners, 0, 5));
   CHECK(contains(refused_in(file, kDracoAt + "/attributes/POSITION", 7), "POSITION is attribute 7"));
   CHECK(contains(refused_in(file, kDracoAt + "/bufferView", 7), "bufferViews[7] does not exist"));
@@ -118,7 +118,7 @@ TEST_CASE("draco: broken and cut streams are refused") {
   }
 }
 
-TEST_CASE("draco: a stream that claims 2^31 faces is refused before memory is taken") {
+TEST_CASE("draco: a stream that claims 2^31 faces is refused before memory is allocated") {
   CHECK(code(draco_glb(claim(1'000'000'000, 0x80000000U / 2)), "") == ErrorCode::too_large);
   CHECK(contains(refusal(draco_glb(claim(3, 0x80000000U)), ""), "more triangles than the limit of 100000000"));
   CHECK(contains(refusal(draco_glb(claim(90'000'000, 90'000'000)), ""), "expands to more than 67108864 bytes"));
@@ -131,7 +131,7 @@ TEST_CASE("draco: a stream that claims 2^31 faces is refused before memory is ta
   CHECK(contains(result.error().message, "more triangles than the limit of 3"));
 }
 
-TEST_CASE("meshopt: both extensions, with a fallback buffer that is not there") {
+TEST_CASE("meshopt: both extensions, with a missing fallback buffer") {
   for (const char* extension : {"EXT_meshopt_compression", "KHR_meshopt_compression"}) {
     const auto result = read(meshopt_glb(extension), "m.glb");
     REQUIRE(result.ok());
@@ -140,7 +140,7 @@ TEST_CASE("meshopt: both extensions, with a fallback buffer that is not there") 
   }
 }
 
-TEST_CASE("meshopt: a view is held against what the document says of it") {
+TEST_CASE("meshopt: a view is checked against the document") {
   const std::string file = meshopt_glb("EXT_meshopt_compression");
   const auto refused = [&](const char* member, const json& value) {
     return refused_in(file, kMeshoptAt + "/" + member, value);
@@ -166,7 +166,7 @@ TEST_CASE("meshopt: a view is held against what the document says of it") {
   CHECK(contains(refused_in(file, "/buffers/1/extensions", json::object()), "buffers[1] of 'a': no data"));
 }
 
-TEST_CASE("meshopt: a view that claims much is refused before memory is taken") {
+TEST_CASE("meshopt: a view that claims a large size is refused before memory is allocated") {
   const std::string file = meshopt_glb("EXT_meshopt_compression");
   json document = document_of(file);
   std::string data = data_of(file);

@@ -39,7 +39,7 @@ std::string floats(const std::vector<float>& values) {
 
 json& primitive(Builder& file) { return file.document["meshes"][0]["primitives"][0]; }
 
-// Vertex i hangs on joint i % 2 alone; the mesh's node is far away, which must not matter.
+// Vertex i follows only joint i % 2; the mesh's node is far away, which must not matter.
 Builder skinned() {
   Builder out;
   std::string joints;
@@ -75,7 +75,7 @@ TEST_CASE("skins: vertices follow their joints, and not the node of the mesh") {
   CHECK(mesh_of(file.file()).positions[3] == Vec3(0, 0, 12));
 }
 
-TEST_CASE("skins: weights of integers, of several sets, and such that add up to 1 but for rounding") {
+TEST_CASE("skins: weights of integers, of several sets, and with a sum of 1 up to rounding") {
   Builder file = skinned();
   std::string halves;
   for (int i = 0; i < 4; ++i) halves += std::string({127, 127, 0, 0});  // 254 of 255
@@ -93,7 +93,7 @@ TEST_CASE("skins: weights of integers, of several sets, and such that add up to 
   CHECK(mesh_of(file.file()).positions[1] == Vec3(2, 0, 10));
 }
 
-TEST_CASE("skins: what is broken is refused by name") {
+TEST_CASE("skins: defects are refused by name") {
   const auto refused_with = [](const std::string& pointer, const json& value) {
     Builder file = skinned();
     file.document[json::json_pointer(pointer)] = value;
@@ -127,7 +127,7 @@ TEST_CASE("skins: what is broken is refused by name") {
   CHECK(contains(refusal(cycle.file(), ""), "in a cycle of nodes"));
 }
 
-TEST_CASE("skins and morph targets: the remarks count meshes, not how often they are placed") {
+TEST_CASE("skins and morph targets: the remarks count meshes, not placements") {
   Builder file = skinned();
   primitive(file)["targets"] = {{{"POSITION", 0}}};
   file.document["nodes"].push_back(file.document["nodes"][0]);
@@ -166,7 +166,7 @@ TEST_CASE("morph targets: at the weights of the mesh, or of the node; sparse one
   CHECK(contains(refusal(file.file(), ""), "targets[0] of 'a': moves 3 of 4 vertices"));
 }
 
-TEST_CASE("morph targets: many of one accessor") {
+TEST_CASE("morph targets: many targets with one accessor") {
   Builder file;
   primitive(file)["targets"] = json::array();
   file.document["meshes"][0]["weights"] = json::array();
@@ -198,7 +198,7 @@ TEST_CASE("instancing: translations, rotations and scales, under the node") {
   CHECK(contains(refusal(file.file(), ""), "instance 0 has a quaternion of length zero or too large"));
   attributes["ROTATION"] = file.add("VEC4", 5126, 1, floats({0, 0, 0, 1}));
   CHECK(contains(refusal(file.file(), ""), "nodes[0].extensions.EXT_mesh_gpu_instancing of 'a': its attributes"));
-  file.document["extensionsUsed"] = {"KHR_mesh_quantization"};  // of vertices alone
+  file.document["extensionsUsed"] = {"KHR_mesh_quantization"};  // for vertices only
   for (const char* name : {"TRANSLATION", "SCALE"}) {
     const json floats_before = attributes[name];
     attributes[name] = file.add("VEC3", 5122, 2, std::string(12, '\1'));
@@ -207,7 +207,7 @@ TEST_CASE("instancing: translations, rotations and scales, under the node") {
   }
 }
 
-TEST_CASE("instancing: without a transform the mesh is there once; an attribute of no element is not absent") {
+TEST_CASE("instancing: without a transform the mesh appears once; an empty attribute counts as present") {
   Builder file;
   json& attributes = file.document["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"];
   attributes["_ID"] = file.add("SCALAR", 5126, 3, floats({1, 2, 3}));
@@ -218,7 +218,7 @@ TEST_CASE("instancing: without a transform the mesh is there once; an attribute 
   CHECK_FALSE(read(file.file(), "").ok());
 }
 
-TEST_CASE("instancing: a count that no memory holds is refused before it is read") {
+TEST_CASE("instancing: a count beyond memory is refused before it is read") {
   Builder file;
   file.document["accessors"].push_back({{"componentType", 5126}, {"count", 1'000'001}, {"type", "VEC3"}});
   file.document["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"]["TRANSLATION"] =

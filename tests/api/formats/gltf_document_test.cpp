@@ -34,7 +34,7 @@ TEST_CASE("gltf: members of a wrong type or range are refused by their path") {
   CHECK(mesh_of(glb(integers_as_floats)).triangles.size() == 4);
 }
 
-TEST_CASE("gltf: required extensions pass where they leave the surface alone, others are refused by name") {
+TEST_CASE("gltf: required extensions without effect on the surface pass, others are refused by name") {
   for (const char* name : {"KHR_materials_unlit", "KHR_texture_transform", "EXT_texture_webp", "KHR_lights_punctual",
                            "KHR_technique_webgl", "KHR_techniques_webgl", "KHR_node_visibility",
                            "KHR_animation_pointer", "KHR_xmp_json_ld", "FB_ngon_encoding"}) {
@@ -80,7 +80,7 @@ TEST_CASE("gltf: nothing outside the file is opened") {
   CHECK(contains(refused("/buffers/0/uri", "a.bin"), "names the file 'a.bin', which was not sent with it"));
   CHECK(contains(refused("/buffers/0/uri", "data:application/octet-stream;base64,AA!AA"), "but there are"));
   CHECK(contains(refused("/buffers/0/uri", "data:text/html,abc"), "the data URI is not base64"));
-  CHECK(refused("/images", json::array({{{"uri", "/etc/passwd"}}})).empty());  // images are not looked at
+  CHECK(refused("/images", json::array({{{"uri", "/etc/passwd"}}})).empty());  // images are not read
 }
 
 TEST_CASE("gltf: JSON that is deep, long or broken is refused") {

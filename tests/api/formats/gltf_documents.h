@@ -1,4 +1,4 @@
-// A tetrahedron as a glTF document, and the containers around it; without doctest, for programs that are not tests.
+// A tetrahedron as a glTF document, and the containers around it; without doctest, for programs other than tests.
 #pragma once
 
 #include <array>

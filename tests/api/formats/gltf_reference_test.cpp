@@ -1,5 +1,5 @@
 // Compressed and quantized glTF files against the reference decoders, to the last bit: libdraco's own interface and
-// libmeshoptimizer, called here on what this test takes from the file by itself.
+// libmeshoptimizer, called on data that this test extracts from the file.
 #include <bit>
 #include <limits>
 #include <map>
@@ -42,7 +42,7 @@ std::string unbase64(std::string_view text) {
   return out;
 }
 
-// nullopt: of no version or shape that this test knows.
+// nullopt: a version or shape that this test does not know.
 std::optional<Opened> open(const std::filesystem::path& path) {
   const std::string content = file_content(path);
   Opened out;
@@ -67,7 +67,7 @@ std::string piece(const Opened& file, const json& view) {
   return file.buffers.at(view["buffer"].get<std::size_t>()).substr(view.value("byteOffset", 0U), view["byteLength"]);
 }
 
-// The bytes of a view, by libmeshoptimizer where it is compressed.
+// Returns the bytes of a view, decompressed by libmeshoptimizer if necessary.
 std::string view_bytes(const Opened& file, std::size_t index) {
   const json& view = file.document["bufferViews"].at(index);
   const json& extensions = view.value("extensions", json::object());
@@ -179,7 +179,7 @@ bool is_compressed(const std::string& text) {
          contains(text, "KHR_mesh_quantization");
 }
 
-// Returns whether the file is one that this test is for.
+// Returns true when this test applies to the file.
 bool check(const std::filesystem::path& path) {
   const auto file = open(path);
   if (!file || !is_compressed(file->document.dump())) return false;

@@ -103,7 +103,7 @@ TEST_CASE("gltf: every mode of triangles; points and lines are counted") {
   CHECK(contains(refusal(glb(document), ""), "4 corners are not a multiple of three"));
 }
 
-TEST_CASE("gltf: meshes outside of the scene are counted") {
+TEST_CASE("gltf: meshes outside the scene are counted") {
   json document = tetrahedron();
   CHECK(read(glb(document), "")->notes.unused_objects == 0);
   document["meshes"].push_back(document["meshes"][0]);
@@ -138,7 +138,7 @@ TEST_CASE("gltf: hidden nodes and all below them are left out") {
   CHECK(contains(refusal(glb(document), ""), "KHR_node_visibility.visible of 'a': expected true or false"));
 }
 
-// Where each instance made room for itself alone, this took minutes.
+// Takes minutes if memory grows by one instance at a time.
 TEST_CASE("gltf: a hundred thousand instances") {
   json document = tetrahedron();
   for (int i = 1; i < 100'000; ++i) {
@@ -148,7 +148,7 @@ TEST_CASE("gltf: a hundred thousand instances") {
   CHECK(mesh_of(glb(document)).triangles.size() == 400'000);
 }
 
-TEST_CASE("gltf: references that lead nowhere are refused") {
+TEST_CASE("gltf: references to missing items are refused") {
   CHECK(contains(refused("/scenes/0/nodes", {7}), "the scene of 'a': nodes[7] does not exist"));
   CHECK(contains(refused("/nodes/0/children", {7}), "nodes[0] of 'a': nodes[7] does not exist"));
   CHECK(contains(refused("/nodes/0/mesh", 3), "meshes[3] of 'a': does not exist"));

@@ -77,7 +77,7 @@ TEST_CASE("gzip: a bomb ends at the limit of its ratio") {
   CHECK(result.error().code == ErrorCode::too_large);
 }
 
-TEST_CASE("gzip: what is no mesh is refused by its first bytes") {
+TEST_CASE("gzip: a file that is not a mesh is refused by its first bytes") {
   const std::string message = refusal(gzipped(repeated('\0', 10'000'000)), "m.obj.gz");
   CHECK(contains(message, "binary data"));
   CHECK(contains(refusal(gzipped("<html>" + std::string(1'000'000, ' ')), "m.stl.gz"), "web page"));

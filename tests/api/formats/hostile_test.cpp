@@ -1,5 +1,5 @@
 // Damaged files of every format: cut at every length, with each byte changed, with bytes changed at random. Each is
-// read or refused with a message; what is read holds together, and is no other mesh than the file's where its format
+// read or refused with a message; what is read is consistent, and is the file's mesh where its format
 // can tell. Run under a sanitizer, this is a small fuzzer; docs/fuzzing.md has the large one.
 #include <doctest/doctest.h>
 
@@ -22,7 +22,7 @@ Result<ReadMesh> read_damaged(const std::string& content, const std::string& nam
   return read(content, name, limits);
 }
 
-// Read or refused with a message; what is read holds together.
+// Checks that the file is read or refused with a message, and that the mesh is consistent.
 void check_sound(const Result<ReadMesh>& result) {
   if (!result) {
     REQUIRE(result.error().part == "a");
@@ -49,13 +49,13 @@ std::size_t lines_of_vertices(std::string_view obj) {
   return count;
 }
 
-// What is left of a file whose format cannot tell: the parts that are whole, and no other.
+// For a file whose format cannot tell: only whole parts are read.
 void check_whole_parts(const SmallFile& file, const Mesh& whole, std::string_view left, const Mesh& mesh) {
   CHECK(mesh.triangles.size() == file.whole_parts(left));
   CHECK(begins_with(whole.triangles, mesh.triangles, mesh.triangles.size()));
   if (format_of(file) == "obj") {
     CHECK(mesh.positions.size() == lines_of_vertices(left));
-    // A cut in the middle of a number leaves another number: of the last line, if it is a vertex.
+    // A cut within a number leaves another number, in the last line if that is a vertex.
     const std::size_t last_line = left.rfind('\n') + 1;
     CHECK(begins_with(whole.positions, mesh.positions, lines_of_vertices(left.substr(0, last_line))));
   } else {
@@ -79,7 +79,7 @@ void check_cut(const SmallFile& file, const Mesh& whole, std::size_t kept) {
 
 }  // namespace
 
-TEST_CASE("hostile: the small files are good, and hold what their table says") {
+TEST_CASE("hostile: the small files are valid and have the contents of their table") {
   for (const SmallFile& file : small_files()) {
     CAPTURE(file.name);
     const auto result = read(file.content, file.name);
@@ -108,14 +108,14 @@ TEST_CASE("hostile: a file cut at any length is refused, or read as far as it is
   }
 }
 
-TEST_CASE("hostile: what is behind any cut is read or refused") {
+TEST_CASE("hostile: the rest after any cut is read or refused") {
   for (const SmallFile& file : small_files()) {
     CAPTURE(file.name);
     for (std::size_t lost = 1; lost < file.content.size(); ++lost) check_sound(file.content.substr(lost), file.name);
   }
 }
 
-TEST_CASE("hostile: no changed byte changes how much is read, where the format can tell") {
+TEST_CASE("hostile: a changed byte does not change counts, where the format can tell") {
   for (const SmallFile& file : small_files()) {
     CAPTURE(file.name);
     const auto near = [&](std::size_t count, std::size_t whole) {
@@ -137,7 +137,7 @@ TEST_CASE("hostile: no changed byte changes how much is read, where the format c
   }
 }
 
-TEST_CASE("hostile: the model of a 3MF, cut or changed inside of its archive, is read or refused") {
+TEST_CASE("hostile: the model of a 3MF, cut or changed inside its archive, is read or refused") {
   const std::string whole = small_model();
   for (std::size_t at = 0; at < whole.size(); ++at) {
     CAPTURE(at);

@@ -16,7 +16,7 @@ using Stream = std::vector<unsigned char>;
 
 std::span<const std::byte> bytes(const Stream& stream) { return std::as_bytes(std::span(stream)); }
 
-// A decoder here beside that of libmeshoptimizer: the same answer, and where both take the stream, the same bytes.
+// Compares a decoder with that of libmeshoptimizer: the same answer and, if both accept the stream, the same bytes.
 template <class Ours, class Theirs>
 bool agree(const Stream& stream, std::size_t size, const Ours& ours, const Theirs& theirs) {
   Stream a(size, 0xEE);
@@ -64,7 +64,7 @@ Stream encoded_vertices(const Stream& data, std::size_t count, std::size_t strid
   return out;
 }
 
-// A strip of squares over `columns`, some of its triangles turned, and some anywhere.
+// A strip of squares over `columns`, with some triangles rotated and some random ones.
 std::vector<unsigned> triangles(std::mt19937& dice, unsigned count, unsigned columns) {
   std::vector<unsigned> out;
   for (unsigned t = 0; t < count; ++t) {
@@ -114,7 +114,7 @@ TEST_CASE("meshopt: attributes are decoded as libmeshoptimizer decodes them, who
 }
 
 // Written by meshoptimizer 1.2, since the version of Debian 12 does not know it: 40 elements, at its three levels,
-// which take the components as bytes, as words of 16 bits, and as words of 32 that are turned.
+// with components as bytes, as 16-bit words and as rotated 32-bit words.
 TEST_CASE("meshopt: attributes of version 1") {
   Stream expected;
   for (unsigned i = 0; i < 40; ++i) {
@@ -203,7 +203,7 @@ TEST_CASE("meshopt: the filters are undone as libmeshoptimizer undoes them") {
   std::vector<std::int16_t> theirs = ours;
   undo_meshopt_quaternion(std::as_writable_bytes(std::span(ours)));
   meshopt_decodeFilterQuat(theirs.data(), 1000, 8);
-  // Versions of the library differ in the last of 16 bits, where its arithmetic of floats is ordered otherwise.
+  // Versions of the library differ in the last of 16 bits, by the order of their float arithmetic.
   for (std::size_t i = 0; i < ours.size(); ++i) CHECK(std::abs(ours[i] - theirs[i]) <= 1);
 }
 

@@ -106,7 +106,7 @@ TEST_CASE("obj: line ends, byte order mark and continuation lines") {
   check_same(mesh_of_obj("v 0 \\\n0 0\nv 1 0\\\n 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1\\\n 2 4\\\n"), plain);
 }
 
-TEST_CASE("obj: statements that are not faces or vertices are passed over") {
+TEST_CASE("obj: statements other than faces and vertices are ignored") {
   const Mesh plain = mesh_of_obj(kUnitCorners + "f 1 2 3\n");
   check_same(mesh_of_obj("# f 1 2 3 \\\n" + kUnitCorners +
                          "mtllib ../../etc/passwd\ng a f 1 2 3\no f\nusemtl \\\nf 9 9 9\nvn 0 0 1\nvt nan\ns off\n"
@@ -191,7 +191,7 @@ TEST_CASE("obj: bad indices are refused with their line") {
   }
 }
 
-TEST_CASE("obj: faces may stand before their vertices; negative indices count from their own line") {
+TEST_CASE("obj: faces may precede their vertices; negative indices count from their own line") {
   CHECK(mesh_of_obj("f 1 2 3\nf 2 3 4\n" + kUnitCorners).triangles == std::vector<Triangle>{{0, 1, 2}, {1, 2, 3}});
   CHECK(contains(refusal("f 1 2 3\nf 2 3 5\n" + kUnitCorners, "m.obj"), "line 2 of 'a'"));
   CHECK(contains(refusal("f -1 2 3\n" + kUnitCorners, "m.obj"), "line 1 of 'a'"));

@@ -34,7 +34,7 @@ TEST_CASE("off: comments, blank lines, colours and a count on the first line") {
       "3\r\n");
 }
 
-TEST_CASE("off: normals, colours and texture coordinates of vertices are passed over") {
+TEST_CASE("off: normals, colours and texture coordinates of vertices are ignored") {
   const auto with = [](const std::string& keyword, const std::string& extras) {
     std::string text = keyword + "\n4 2 0\n";
     for (const char* vertex : {"0 0 0", "1 0 0", "0 1 0", "0 0 1.5"}) text += vertex + (" " + extras) + "\n";
@@ -113,7 +113,7 @@ TEST_CASE("off: faces over several lines") {
   check_off(head + "3 0 1\n2\n4\n0\n\n1 # a comment\n 2\n# another\n3 0.5 0.5\n");
 }
 
-TEST_CASE("off: without a keyword, where the name tells what it is") {
+TEST_CASE("off: without a keyword, if the name says OFF") {
   const std::string file = "# no keyword\n" + kOff.substr(4);
   check_off(file);
   CHECK(contains(read(file, "m.off")->notes.remarks.at(0), "the keyword OFF is missing"));
@@ -130,7 +130,7 @@ std::string word(T value, bool big_endian) {
   return out;
 }
 
-// The mesh of kOff, in any of the ways that binary files are written.
+// The mesh of kOff in any variant of binary OFF.
 std::string binary_off(bool big_endian, bool colours, const std::string& keyword = "OFF", int extras = 0) {
   std::string out = keyword + " BINARY\n";
   for (const std::uint32_t count : {4U, 2U, 0U}) out += word(count, big_endian);

@@ -89,7 +89,7 @@ TEST_CASE("ply: line ends of the header and of the text") {
   check_ply(kLittle + "\n");
 }
 
-TEST_CASE("ply: other elements and properties are passed over") {
+TEST_CASE("ply: other elements and properties are ignored") {
   const std::string extra =
       "element camera 2\nproperty list uchar double m\nproperty short s\nelement none 4000000000\n";
   check_ply(header("ascii", extra + kVertexElement + kFaces) + "0 1\n2 nan x 5\n" + kAsciiBody);
@@ -107,7 +107,7 @@ TEST_CASE("ply: other elements and properties are passed over") {
 TEST_CASE("ply: triangle strips, several in one list") {
   const std::string strips = "element tristrips 1\nproperty list int int vertex_indices\n";
   const std::string vertices = "0 0 0\n1 0 0\n0 1 0\n0 0 1.5\n";
-  // Two strips, the second of two that are joined by a corner twice; what is left of two more has no surface.
+  // Two strips, the second made of two joined by a repeated corner; two more are too short for a surface.
   const std::string list = "15 0 1 2 3 -1 3 2 0 0 1 1 -1 0 1 -1\n";
   const std::vector<Triangle> expected = {{0, 1, 2}, {1, 3, 2}, {3, 2, 0}};
   const auto ascii = read(header("ascii", kVertexElement + strips) + vertices + list, "m.ply");

@@ -118,12 +118,12 @@ Result<ReadMesh> read_off_face(const std::vector<Vec3>& corners) {
 
 }  // namespace
 
-TEST_CASE("deviation: of 10,000 faces that are not planar, at least what two splits are apart, and at most twice") {
+TEST_CASE("deviation: for 10,000 faces that are not planar, between once and twice what two splits are apart") {
   std::size_t apart = 0;
   for (std::uint64_t seed = 0; seed < 10'000; ++seed) {
     Dice dice(seed);
     const int n = seed % 100 == 0 ? 7 : (seed % 10 == 0 ? 6 : dice.between(4, 5));
-    // Quads may be folded as much as they like; of others, steep ones are bounded, but not within twice.
+    // Quads may be folded freely; the bound for other steep faces may exceed twice the deviation.
     const double height = dice.chance(0.5) ? dice.power(-4, -1) : dice.uniform(0.1, n == 4 ? 2 : 0.3);
     const std::vector<Vec3> corners = random_face(dice, n, dice.chance(0.6), height);
     const auto result = read_off_face(corners);
@@ -149,7 +149,7 @@ TEST_CASE("deviation: of 10,000 faces that are not planar, at least what two spl
   CHECK(apart > 9'000);
 }
 
-TEST_CASE("deviation: of known faces") {
+TEST_CASE("deviation: known faces") {
   const auto notes_of = [](const std::vector<Vec3>& corners) {
     const auto result = read_off_face(corners);
     REQUIRE(result.ok());
@@ -160,14 +160,14 @@ TEST_CASE("deviation: of known faces") {
   CHECK(warped.largest_deviation >= 0.1);
   CHECK(warped.largest_deviation < 0.1 + 1e-12);
   CHECK(notes_of({{0, 0, 7}, {1, 0, 7}, {1, 1, 7}, {0, 1, 7}}).largest_deviation == 0);
-  // One split alone: not planar, but nothing is open.
+  // Not planar, but with only one split.
   const PolygonNotes dart = notes_of({{0, 0, 0}, {4, 0, 0}, {1, 1, 1}, {0, 4, 0}});
   CHECK(dart.concave == 1);
   CHECK(dart.non_planar == 1);
   CHECK(dart.largest_deviation == 0);
   // Corners on one line, as seen along the normal: no two diagonals cross, and yet two splits are 0.18 apart.
   CHECK(notes_of({{0, 0, 0}, {1, 0, 0.125}, {2, 0, -0.125}, {3, 0, 0}, {1.5, 1, 0}}).largest_deviation >= 0.18);
-  // Rounding to binary32 is no want of planarity, but a deviation.
+  // Rounding to binary32 does not make a face non-planar, but gives a deviation.
   const PolygonNotes rounded =
       notes_of({{0.1F, 0.2F, 0.3F}, {1.1F, 0.2F, 0.4F}, {1.1F, 1.2F, 0.5F}, {0.1F, 1.2F, 0.4F}});
   CHECK(rounded.non_planar == 0);

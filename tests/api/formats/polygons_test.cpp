@@ -43,7 +43,7 @@ std::vector<Vec3> placed(const Outline& outline, const Placing& placing) {
   return corners;
 }
 
-// Whether the surface holds p: what the outline winds around, or the outline.
+// Returns true when p is on the surface: inside the outline or on it.
 bool holds(const Outline& outline, const GridPoint& p) {
   int winding = 0;
   for (std::size_t i = 0; i < outline.size(); ++i) {
@@ -75,7 +75,7 @@ bool lies_in(const Outline& border, const Outline& outline6, const Corners& t) {
   return holds(outline6, {2 * (t[0].x + t[1].x + t[2].x), 2 * (t[0].y + t[1].y + t[2].y)});
 }
 
-// Whether an edge of either has the other on its outer side.
+// Returns true when an edge of one triangle has the other triangle on its outer side.
 bool are_apart(const Corners& a, const Corners& b) {
   const auto separates = [](const Corners& t, const Corners& other) {
     const std::int64_t side = twice_area(t[0], t[1], t[2]) > 0 ? 1 : -1;
@@ -108,7 +108,7 @@ bool is_disk(const std::vector<Triangle>& triangles, std::uint32_t corners) {
   return std::all_of(edges.begin(), edges.end(), [](const auto& edge) { return edge.second == 0; });
 }
 
-// What is wrong with the triangles as the surface of the outline; empty: nothing. Together: all lie in the surface, do
+// Returns the defect of the triangles as the surface of the outline; empty: none. Together: all lie in the surface, do
 // not overlap, and have its area, so they are the surface; and the outline's edges are edges of theirs.
 std::string fault_of(const Outline& border, const Outline& outline, const std::vector<Triangle>& triangles) {
   if (triangles.size() + 2 != outline.size()) return "the number of triangles";
@@ -145,7 +145,7 @@ std::vector<std::array<std::uint32_t, 3>> fan(std::uint32_t corners) {
   return triangles;
 }
 
-TEST_CASE("polygons: 20,000 planar faces are exactly their surface") {
+TEST_CASE("polygons: 20,000 planar faces become exactly their surface") {
   std::size_t concave = 0;
   for (std::uint64_t seed = 0; seed < 20'000; ++seed) {
     Dice dice(seed);
@@ -224,7 +224,7 @@ TEST_CASE("polygons: faces of any number of corners keep their places among the 
   CHECK(read.notes.polygons == PolygonNotes{4, 0, 0, 0, 0});
 }
 
-TEST_CASE("polygons: a face that crosses itself is counted, and split all the same") {
+TEST_CASE("polygons: a face that crosses itself is counted and split") {
   const auto crossing = [](const Outline& outline) {
     const auto result = read_face(placed(outline, {}));
     REQUIRE(result.ok());
@@ -242,7 +242,7 @@ TEST_CASE("polygons: a face that crosses itself is counted, and split all the sa
   CHECK(crossing({{4, 4}, {2, 6}, {0, 4}, {2, 2}, {4, 4}, {6, 7}, {8, 4}, {6, 3}}) == 32);
 }
 
-TEST_CASE("polygons: a crossing by a hair moves the surface by a hair") {
+TEST_CASE("polygons: a tiny crossing moves the surface by as little") {
   // The notch reaches the lower edge, and 1e-9 beyond.
   const auto result = read_face({{0, 0, 0}, {8, 0, 0}, {8, 4, 0}, {5, 4, 0}, {4, -1e-9, 0}, {3, 4, 0}, {0, 4, 0}});
   REQUIRE(result.ok());
@@ -255,7 +255,7 @@ TEST_CASE("polygons: a crossing by a hair moves the surface by a hair") {
   CHECK(result->notes.polygons.self_crossing == 1);
 }
 
-TEST_CASE("polygons: a polyline and back is its segments") {
+TEST_CASE("polygons: a polyline there and back gives its segments") {
   const auto result = read_face({{0, 0, 0}, {1, 0, 0}, {1, 1, 1}, {1, 0, 0}});
   REQUIRE(result.ok());
   CHECK(count_degenerate(result->mesh) == 2);
@@ -263,7 +263,7 @@ TEST_CASE("polygons: a polyline and back is its segments") {
         PolygonNotes{1, 0, 0, 0, 0});
 }
 
-TEST_CASE("polygons: a face of edges far below its coordinates has a plane all the same") {
+TEST_CASE("polygons: a face of edges far below its coordinates has a plane") {
   for (const double edge : {1.0, 1e-80, 1e-90, 1e-110}) {
     CAPTURE(edge);
     std::vector<Vec3> corners;

@@ -13,7 +13,7 @@ constexpr std::int64_t kStep = 12;
 
 const GridPoint& after(const Outline& outline, std::size_t i) { return outline[(i + 1) % outline.size()]; }
 
-// No two edges have a point in common but neighbours their corner.
+// Returns true when edges share no points except corners of neighbours.
 bool is_simple(const Outline& outline) {
   const std::size_t n = outline.size();
   for (std::size_t i = 0; i < n; ++i) {
@@ -231,7 +231,7 @@ void add_spikes(Outline& outline, Dice& dice) {
       free = !cross_inside(foot, tip, a, b) && !on_segment(tip, a, b) && (a == foot || !on_segment(a, foot, tip)) &&
              (a == foot || b == foot || !on_segment(foot, a, b));
     }
-    // Where the outline comes by its foot more than once, the spike may lead through it.
+    // If the outline visits its foot more than once, the spike may cross it.
     free = free && std::count(outline.begin(), outline.end(), foot) == 1;
     if (free) outline.insert(outline.begin() + static_cast<std::ptrdiff_t>(at) + 1, {tip, foot});
   }

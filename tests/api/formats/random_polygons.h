@@ -1,4 +1,4 @@
-// Random outlines on a grid of integers, simple by an exact test, and how they are put into space without rounding.
+// Random outlines on a grid of integers, simple by an exact test, and their exact placement in space.
 #pragma once
 
 #include <array>
@@ -23,9 +23,9 @@ using Outline = std::vector<GridPoint>;
 std::int64_t twice_area(const GridPoint& a, const GridPoint& b, const GridPoint& c);
 std::int64_t twice_area(const Outline& outline);
 
-// Whether p lies on the segment ab, its ends included.
+// Returns true when p lies on the segment ab, ends included.
 bool on_segment(const GridPoint& p, const GridPoint& a, const GridPoint& b);
-// Whether the segments cross at an inner point of both.
+// Returns true when the segments cross at an inner point of both.
 bool cross_inside(const GridPoint& a, const GridPoint& b, const GridPoint& c, const GridPoint& d);
 
 // Coordinates are multiples of 12, at most 12,000: room for points between them.
@@ -35,11 +35,11 @@ inline constexpr OutlineKind kOutlineKinds[] = {OutlineKind::convex, OutlineKind
                                                 OutlineKind::pinched};
 Outline random_outline(OutlineKind kind, fuzz::Dice& dice);
 
-// The same surface, but for spikes that stick out of it.
+// Changes an outline without changing its surface, except spikes that stick out.
 void add_collinear_corners(Outline& outline, fuzz::Dice& dice);
 void add_repeated_corners(Outline& outline, fuzz::Dice& dice);
 void add_spikes(Outline& outline, fuzz::Dice& dice);
-void turn_around(Outline& outline, fuzz::Dice& dice);  // another first corner, and maybe the other way round
+void turn_around(Outline& outline, fuzz::Dice& dice);  // rotates the corners, and reverses them at random
 
 // x, y -> origin + x * right + y * up, exact for every outline above.
 struct Placing {

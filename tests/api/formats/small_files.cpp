@@ -13,7 +13,7 @@ namespace {
 
 // --- text -----------------------------------------------------------------------------------------------------------
 
-// Every index below 10: of a number that is cut to its first digits, nobody could tell.
+// Every index is below 10: a number cut to its first digits would go unnoticed.
 const std::string kObj =
     "# part\nv 0 0 0 1\nv 1.5e-3 +2 .5\nv -1 2. 3\nv 0 0 1\nvn 0 0 1\ng a b\nf 1//1 2/3/4 -2\nf 1 2 3 4\nl 1 2\n"
     "v 0 1 0.25\nf 5 3 2\n";
@@ -32,7 +32,7 @@ std::string lower(std::string text) {
   return text;
 }
 
-// By the words of each line, as the format is told in a sentence: "f" and three corners or more.
+// Counts by the words of each line: "f" with three corners or more.
 std::size_t triangles_of_obj(std::string_view left) {
   std::string joined(left);
   for (const std::string_view continued : {"\\\r\n", "\\\n", "\\\r"}) {
@@ -98,7 +98,7 @@ std::string binary_ply(bool big_endian) {
   return ply(big_endian ? "binary_big_endian" : "binary_little_endian", body);
 }
 
-// With numbers of colours where the order is Geomview's.
+// With the number of colour components if the byte order is Geomview's.
 std::string binary_off(bool big_endian) {
   std::string out = "OFF BINARY\n";
   for (const std::uint32_t count : {4U, 3U, 0U}) out += in_order(count, big_endian);
@@ -200,7 +200,7 @@ std::string small_model() {
 
 std::string small_scene_and_data() { return external_gltf() + '\0' + tetrahedron_data(); }
 
-// A triangle, and an object that is none of the part itself.
+// A triangle, and an object that does not belong to the part.
 std::string zip64_package() {
   std::string support = triangle_object(2);
   support.replace(support.find("\"model\""), 7, "\"support\"");
@@ -236,9 +236,9 @@ std::vector<SmallFile> small_files() {
       {"external.gltf", zip({{"m/s.gltf", external_gltf()}, {"m/x.bin", tetrahedron_data()}}), 4, 4},
       {"plain.glb", glb(tetrahedron_json(""), tetrahedron_data()), 4, 4},
       {"sparse.glb", sparse_glb(), 3, 1},
-      {"strip.glb", strip_glb(), 5, 3, 0, 3},  // one corner fewer is a shorter strip, one twice a join
+      {"strip.glb", strip_glb(), 5, 3, 0, 3},  // without a corner a shorter strip, with a repeated one a join
       {"instances.3mf", package(small_model()), 6, 2},
-      {"zip64.3mf", zip64_package(), 3, 1, 22},  // the end of a plain archive, which Zip64 has no need of
+      {"zip64.3mf", zip64_package(), 3, 1, 22},  // the end record of a plain archive, which Zip64 does not need
       {"plain.obj.gz", gzipped(kObj), 5, 4},
       {"binary.stl.gz", gzipped(binary_stl("made by a test")), 6, 2},
   };

@@ -27,7 +27,7 @@ const std::string kAscii =
 
 }  // namespace
 
-TEST_CASE("stl: a binary file gives three vertices a facet, exactly") {
+TEST_CASE("stl: a binary file gives exactly three vertices for each facet") {
   auto result = read(binary_stl(kFacet + kFacet, 2), "m.stl");
   REQUIRE(result.ok());
   CHECK(result->format == Format::stl);
@@ -36,7 +36,7 @@ TEST_CASE("stl: a binary file gives three vertices a facet, exactly") {
   CHECK(result->mesh.positions[2] == Vec3(0, static_cast<double>(1.1F), 0));
 }
 
-TEST_CASE("stl: binary is told by its size, whatever the header and the name say") {
+TEST_CASE("stl: binary is recognised by its size, for any header and name") {
   for (const char* header : {"solid", "solid part one", "solid x\nfacet normal 0 0 1\n", "", "v 1 2 3"}) {
     for (const char* name : {"m.stl", "m.obj", ""}) {
       auto result = read(binary_stl(kFacet, 1, header), name);
@@ -47,7 +47,7 @@ TEST_CASE("stl: binary is told by its size, whatever the header and the name say
   }
 }
 
-TEST_CASE("stl: normals are not looked at") {
+TEST_CASE("stl: normals are ignored") {
   CHECK(read(binary_stl(facet(kCorners, std::numeric_limits<float>::quiet_NaN()), 1), "m.stl").ok());
   std::string text = "solid\n" + kAscii + "endsolid\n";
   text.replace(text.find("0 0 1"), 5, "nan nan nan");
@@ -91,7 +91,7 @@ TEST_CASE("stl: ascii, of one solid or more, in any case of letters") {
   CHECK(read("solid\r" + kAscii + "endsolid", "m.stl").ok());
 }
 
-TEST_CASE("stl: up to 80 bytes behind the last facet are passed over with a remark") {
+TEST_CASE("stl: up to 80 bytes after the last facet are ignored with a remark") {
   for (const std::size_t left : {1U, 2U, 49U, 50U, 80U}) {
     for (const char* header : {"", "solid x"}) {
       for (const char* name : {"m.stl", ""}) {

@@ -66,7 +66,7 @@ TEST_CASE("3mf: coordinates are bit-equal to strtod") {
   }
 }
 
-TEST_CASE("3mf: the build shows objects, with transforms and more than once") {
+TEST_CASE("3mf: the build places objects, with transforms and more than once") {
   const ReadMesh one = good(package(model(triangle_object(1), kItem)));
   CHECK(one.mesh.positions == kTriangle);
   CHECK(one.mesh.triangles == std::vector<Triangle>{{0, 1, 2}});
@@ -88,7 +88,7 @@ TEST_CASE("3mf: components, nested and instanced, before or after what they use"
   CHECK(positions == std::vector<Vec3>{{2, 0, 100}, {4, 0, 100}, {2, 2, 100}, {0, 0, 100}, {2, 0, 100}, {0, 2, 100}});
 }
 
-TEST_CASE("3mf: lengths are the file's own numbers, and the unit is told") {
+TEST_CASE("3mf: lengths are the file's own numbers, and the unit is reported") {
   using enum api::LengthUnit;
   const std::string object = with_vertex("x=\"0.3\" y=\"1\" z=\"7\"");
   const auto read = [&](const std::string& unit) {
@@ -107,7 +107,7 @@ TEST_CASE("3mf: lengths are the file's own numbers, and the unit is told") {
   CHECK(contains(refused_3mf(object, kItem, "unit=\"parsec\""), "line 2 of 'a': the unit 'parsec' is not known"));
 }
 
-TEST_CASE("3mf: objects outside of the build are counted and not measured") {
+TEST_CASE("3mf: objects outside the build are counted and not measured") {
   const ReadMesh read =
       good(package(model(triangle_object(1) + triangle_object(2) + assembly(3, component(2)), kItem)));
   CHECK(read.mesh.triangles.size() == 1);
@@ -142,7 +142,7 @@ TEST_CASE("3mf: objects that are not printed are counted and not measured") {
   CHECK(contains(refused_3mf(typed(1, "modle")), "line 4 of 'a': the type 'modle' of an object is not known"));
 }
 
-TEST_CASE("3mf: items that a slicer is told to leave out") {
+TEST_CASE("3mf: items marked as not printable") {
   const std::string resources = triangle_object(1) + triangle_object(2);
   const ReadMesh one = good(package(model(resources, kItem + "<item objectid=\"2\" printable=\"0\"/>")));
   CHECK(one.mesh.triangles.size() == 1);
@@ -255,7 +255,7 @@ TEST_CASE("3mf: objects in other parts, by the production extension") {
   CHECK(contains(refused_3mf(root, kItem, production), "3D/Objects/One.model of 'a': missing from the zip archive"));
 }
 
-TEST_CASE("3mf: extensions that leave the surface alone pass, others are refused by name") {
+TEST_CASE("3mf: extensions without effect on the surface pass, others are refused by name") {
   const std::string standards = "http://schemas.microsoft.com/3dmanufacturing/";
   const auto with = [&](const std::string& name_space, const std::string& more) {
     return "xmlns:e=\"" + name_space + "\" " + more;
@@ -352,7 +352,7 @@ TEST_CASE("3mf: the limits of vertices and triangles hold over all instances") {
   CHECK(contains(refused_by(10, 2), "line 4 of 'a': more vertices than the limit of 2"));
 }
 
-TEST_CASE("3mf: packages that are none, or of another kind") {
+TEST_CASE("3mf: archives that are not packages, or of another kind") {
   const std::string part = model(triangle_object(1), kItem);
   const auto message = [&](const std::vector<ZipEntry>& entries) { return refusal(zip(entries), "m.3mf"); };
   CHECK(good(zip({{"_RELS/.rels", relationships("3D/other.MODEL"), 0}, {"3d/Other.model", part}})).mesh.positions ==
@@ -370,7 +370,7 @@ TEST_CASE("3mf: packages that are none, or of another kind") {
   CHECK(contains(message({{"_rels/.rels", relationships()}, {"3D/3dmodel.model", part, 8, 1}}), "encrypted"));
 }
 
-TEST_CASE("3mf: compressed by gzip as well, within the limits of what was sent") {
+TEST_CASE("3mf: also compressed by gzip, with limits by the size sent") {
   const std::string file = package(model(triangle_object(1), kItem));
   const auto read = good(gzipped(file));
   CHECK(read.notes.gzip);

@@ -1,4 +1,4 @@
-// tinyobjloader as a peer of our OBJ reader: the same triangles by other people's code. Of tests alone.
+// tinyobjloader as a peer of our OBJ reader: the same triangles by independent code. Used by tests only.
 #pragma once
 
 #include <cstdint>
@@ -8,7 +8,7 @@
 
 namespace meshgauge::api::test {
 
-// The mesh as its callbacks tell it. Nothing is checked: an index may name no vertex. Faces are split by our rule, as
+// Returns the mesh as its callbacks report it, unchecked: an index may name no vertex. Faces are split by our rule, as
 // far as all indices name vertices, and at our positions: at theirs, a few roundings away, the rule may choose other
 // triangles.
 Mesh by_tinyobj(std::string_view text, const std::vector<Vec3>& positions);

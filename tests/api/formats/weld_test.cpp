@@ -24,7 +24,7 @@ using Key = std::array<double, 3>;
 
 }  // namespace
 
-TEST_CASE("weld: equal positions become one, in the order first seen") {
+TEST_CASE("weld: equal positions become one, in the order of first occurrence") {
   Mesh mesh;
   mesh.positions = {{1, 0, 0}, {0, 0, 0}, {0, 1, 0}, {0, 1, 0}, {-0.0, -0.0, 0}, {2, 0, 0}, {1, 0, 0}};
   mesh.triangles = {{0, 1, 2}, {3, 4, 5}, {6, 0, 0}};
@@ -34,7 +34,7 @@ TEST_CASE("weld: equal positions become one, in the order first seen") {
   CHECK(weld(mesh) == 0);
 }
 
-TEST_CASE("weld: minus zero becomes zero, and neighbours stay apart") {
+TEST_CASE("weld: minus zero becomes zero, and close positions stay apart") {
   Mesh mesh;
   mesh.positions = {{-0.0, 0, 0}, {std::nextafter(0.0, 1.0), 0, 0}, {0.0, -0.0, 0}, {1, 1, std::nextafter(1.0, 2.0)}};
   mesh.triangles = {{0, 1, 2}, {1, 2, 3}};
@@ -43,7 +43,7 @@ TEST_CASE("weld: minus zero becomes zero, and neighbours stay apart") {
   CHECK(mesh.positions.size() == 3);
 }
 
-TEST_CASE("weld: the same as a map on random soups") {
+TEST_CASE("weld: the same result as with a map, on random soups") {
   for (const int values : {1, 5, 100}) {
     const Mesh before = soup(2000, values, 11);
     Mesh mesh = before;

@@ -8,7 +8,7 @@
 namespace meshgauge::api::test {
 namespace {
 
-// What happens in a document, as text.
+// The events of a document, as text.
 class Events : public XmlHandler {
  public:
   void declare(std::string_view prefix, std::string_view name_space) override {
@@ -56,7 +56,7 @@ TEST_CASE("xml: elements, attributes and namespaces") {
   for (const char c : std::string("<a/>")) wide += {'\0', c};
   CHECK(parsed(wide).text == "<a>");
   CHECK(contains(refusal_of("<a xmlns='u&#10;v'/>"),
-                 "not valid XML"));  // else "u" and "v\na" would look like "u\nv" and "a"
+                 "not valid XML"));  // otherwise "u" and "v\na" would look like "u\nv" and "a"
 }
 
 TEST_CASE("xml: a document larger than any piece of it") {

@@ -31,7 +31,7 @@ std::string deflated(std::string_view content, int window_bits) {
 std::string raw16(std::size_t value) { return raw(static_cast<std::uint16_t>(value)); }
 std::string raw32(std::size_t value) { return raw(static_cast<std::uint32_t>(value)); }
 
-// What the header of an entry and the directory have in common, from the version to the length of the extra field.
+// The fields shared by the header of an entry and the directory, from the version to the length of the extra field.
 std::string fields(const ZipEntry& entry, std::size_t packed_bytes, std::size_t extra_bytes) {
   const auto crc =
       crc32(0, reinterpret_cast<const Bytef*>(entry.content.data()), static_cast<uInt>(entry.content.size()));
@@ -41,7 +41,7 @@ std::string fields(const ZipEntry& entry, std::size_t packed_bytes, std::size_t 
          raw16(entry.name.size()) + raw16(extra_bytes);
 }
 
-// Empty where the entry is a plain one. The times around the Zip64 field are numbers that would lead far away if they
+// Empty for a plain entry. The times around the Zip64 field are numbers that would lead far away if they
 // were taken for fields.
 std::string extra_fields(const ZipEntry& entry, std::size_t packed_bytes, std::size_t offset) {
   if (!entry.in_zip64) return "";

@@ -1,4 +1,4 @@
-// Compressed files made by the tests: gzip; zip archives, field by field, so that each can be a lie; 3MF packages.
+// Compressed files made by the tests: gzip; zip archives, field by field, so that each can be false; 3MF packages.
 #pragma once
 
 #include <cstdint>
@@ -23,19 +23,19 @@ struct ZipEntry {
 
 std::string zip(const std::vector<ZipEntry>& entries, const std::string& comment = "");
 
-// The same with the records of Zip64 at its end, which announce `count` entries.
+// Returns the archive with Zip64 records at its end that announce `count` entries.
 std::string zip64(const std::vector<ZipEntry>& entries, std::uint64_t count);
 
 // The relationships that name `target` as the root model.
 std::string relationships(const std::string& target = "/3D/3dmodel.model");
 
-// A model of the core namespace; `attributes` are more ones of its root element.
+// A model of the core namespace; `attributes`: additional attributes of its root element.
 std::string model(const std::string& resources, const std::string& build, const std::string& attributes = "");
 
 // An object of one mesh: the triangle (0 0 0) (1 0 0) (0 1 0).
 std::string triangle_object(int id);
 
-// A 3MF of one model, and of more parts.
+// A 3MF with one model and further parts.
 std::string package(const std::string& model, std::vector<ZipEntry> more = {});
 
 }  // namespace meshgauge::api::test

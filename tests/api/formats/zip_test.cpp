@@ -8,7 +8,7 @@
 namespace meshgauge::api::test {
 namespace {
 
-// The content of an entry, or the message of the refusal.
+// Returns the content of an entry, or the message of the refusal.
 std::string entry_of(const std::string& archive, const std::string& name, const ReadLimits& limits = {}) {
   const std::vector<char> exact(archive.begin(), archive.end());
   const Source source{std::as_bytes(std::span<const char>(exact)), "a", limits};
@@ -64,7 +64,7 @@ TEST_CASE("zip: entries whose sizes and places are in Zip64 fields") {
   CHECK(entry_of(zip(both(large)), "a") == "b of 'a': an entry of 4 GiB or more, or a damaged Zip64 field");
 }
 
-TEST_CASE("zip: a Zip64 field that is cut or changed is noticed, or changes nothing of an entry") {
+TEST_CASE("zip: a cut or changed Zip64 field is noticed, or does not change an entry") {
   const std::string archive = zip({{"a", kText, 8, 0, 0, 0, true}, {"b", kText, 0, 0, 0, 0, true}});
   for (std::size_t at = 0; at < archive.size(); ++at) {
     for (unsigned bit = 0; bit < 8; ++bit) {
@@ -79,14 +79,14 @@ TEST_CASE("zip: a Zip64 field that is cut or changed is noticed, or changes noth
   }
 }
 
-TEST_CASE("zip: names that lead out of the archive lead nowhere") {
+TEST_CASE("zip: names that lead out of the archive have no effect") {
   const std::string archive = zip({{"../../etc/passwd", "inside"}, {"/etc/passwd", "inside"}});
   CHECK(entry_of(archive, "../../etc/passwd") == "inside");
   CHECK(entry_of(archive, "/etc/passwd") == "inside");
   CHECK(contains(entry_of(archive, "etc/passwd"), "missing"));
 }
 
-TEST_CASE("zip: what is encrypted, otherwise compressed or damaged is refused by its name") {
+TEST_CASE("zip: encrypted, unsupported and damaged entries are refused by name") {
   CHECK(entry_of(zip({{"a", kText, 8, 1}}), "a") == "a of 'a': encrypted");
   CHECK(contains(entry_of(zip({{"a", kText, 12}}), "a"), "compressed by method 12; only deflate is supported"));
   CHECK(contains(entry_of(zip({{"a", kText, 8, 0, 0, 1}}), "a"), "damaged: its CRC does not match"));
@@ -104,7 +104,7 @@ TEST_CASE("zip: an archive cut anywhere is refused") {
   }
 }
 
-TEST_CASE("zip: a changed byte is noticed, or changes nothing of an entry") {
+TEST_CASE("zip: a changed byte is noticed, or does not change an entry") {
   const std::string archive = zip({{"a", kText}, {"b", kText, 0}});
   for (std::size_t at = 0; at < archive.size(); ++at) {
     for (unsigned bit = 0; bit < 8; ++bit) {
