@@ -106,7 +106,7 @@ def chosen_experiments(args):
     every = [*plan.EXPERIMENTS, "tightness"]
     if args.experiments:
         return listed(args.experiments, every.__contains__, "experiment")
-    # Whoever names pairs asks about those: the made series stay away.
+    # With named pairs the generated series are left out.
     return ["pairs", "gate"] if args.pairs or args.only else every
 
 

@@ -1,8 +1,8 @@
 #!/usr/bin/python3
 """A batch of many small pairs against a running service, and single requests beside it: one line of JSON.
 
-Submit time, pairs a second, and how long single comparisons take that somebody waits for meanwhile, by the batch's own key
-and by another one. --against URL measures another service by the same and adds how the two compare.
+Measures the submit time, pairs a second, and the time of single synchronous comparisons meanwhile, with the batch's own key and
+with another one. --against URL measures another service in the same way and adds the comparison of the two.
 """
 import argparse
 import http.client

@@ -85,7 +85,7 @@ def saved(path):
 
 
 def queue_of(binary, flags):
-    """How many may wait with their client: what is queued for nobody in particular has room of its own."""
+    """The limit of the comparisons that wait with their client; asynchronous ones have a limit of their own."""
     settings = subprocess.run([binary, "serve", "--print-config", *flags], check=True, capture_output=True, text=True).stdout
     return int(re.search(r"^queue = (\d+)$", settings, re.M)[1])
 

@@ -43,7 +43,7 @@ std::optional<Violation> judge_interval(const char* what, double lower, double u
 std::optional<Violation> judge_combination(const Options& options, const Outcome& outcome) {
   const bool wants_a = options.direction != Direction::b_to_a, wants_b = options.direction != Direction::a_to_b;
   if (outcome.a_to_b.has_value() != wants_a || outcome.b_to_a.has_value() != wants_b) {
-    return violation("combine", "not the directions asked for");
+    return violation("combine", "the directions are not those asked for");
   }
   Bounds largest;
   for (const auto* directed : {&outcome.a_to_b, &outcome.b_to_a}) {
@@ -74,7 +74,7 @@ std::optional<Violation> judge_rules(const Options& options, const Outcome& outc
   for (const Rule rule : {Rule::absolute, Rule::diagonal, Rule::relative}) {
     const auto allowed = width_of(rule, options.tolerance, outcome);
     if (!allowed) continue;
-    if (width <= *allowed && !outcome.met_by) return violation("rule", "rule %d holds unseen", static_cast<int>(rule));
+    if (width <= *allowed && !outcome.met_by) return violation("rule", "rule %d holds but is not reported", static_cast<int>(rule));
     if (outcome.stop == Stop::precision_floor && *allowed > outcome.precision_floor) {
       return violation("floor", "stopped at width %.17g, a rule allows %.17g, the floor is %.17g", width, *allowed,
                        outcome.precision_floor);
@@ -92,11 +92,11 @@ std::optional<Violation> judge_stop(const Options& options, const Outcome& outco
   const bool decided = gate && (outcome.upper <= *gate || outcome.lower > *gate);
   if (outcome.stop == Stop::gate_decided && !decided) return violation("stop", "the gate is not decided");
   if (decided && outcome.stop != Stop::gate_decided && outcome.stop != Stop::converged) {
-    return violation("stop", "the gate is decided, but the stop is %d", static_cast<int>(outcome.stop));
+    return violation("stop", "the gate is decided, but the stop reason is %d", static_cast<int>(outcome.stop));
   }
   if (outcome.stop == Stop::timeout && !happened.deadline) return violation("stop", "timeout without a deadline");
-  if (outcome.stop == Stop::cancelled && !happened.cancelled) return violation("stop", "nobody cancelled");
-  if (outcome.stop == Stop::budget && !happened.budget) return violation("stop", "budget spent without one");
+  if (outcome.stop == Stop::cancelled && !happened.cancelled) return violation("stop", "cancelled without a cancellation");
+  if (outcome.stop == Stop::budget && !happened.budget) return violation("stop", "budget spent, but there is none");
   return std::nullopt;
 }
 

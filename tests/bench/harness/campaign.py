@@ -25,7 +25,7 @@ class Campaign:
         for jobs in rounds:
             for repetition in range(self.repetitions):
                 turn = repetition % len(jobs)
-                for job in jobs[turn:] + jobs[:turn]:  # nobody is always the first
+                for job in jobs[turn:] + jobs[:turn]:  # so that no contender is always the first
                     ran = self._run(job, repetition)
                     progress.step(f"{job.pair.name} {job.tolerance:g} {job.contender} {job.gate}", ran)
         progress.end()

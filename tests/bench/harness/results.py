@@ -141,7 +141,7 @@ class Ratios:
         return max(self.values.items(), key=lambda item: item[1])
 
     def winnings(self):
-        """The part of the pairs that either finishes on which `fast` wins; who alone finishes, wins."""
+        """The share of the pairs that `fast` wins, of those that either finishes. A contender that finishes alone wins."""
         wins = sum(value > 1 for value in self.values.values())
         alone = [(fast.finished, slow.finished) for _, fast, slow in self.triples]
         only_fast, either = alone.count((True, False)), sum(a or b for a, b in alone)

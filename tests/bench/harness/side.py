@@ -66,7 +66,7 @@ def run_micro(build, folder, flags):
     done = subprocess.run([program, f"--benchmark_out={out}", "--benchmark_out_format=json", *flags], check=False)
     if done.returncode != 0:
         raise SystemExit(done.returncode)
-    # Google Benchmark also writes the machine's name and the program's path: nobody's business.
+    # Google Benchmark also writes the machine's name and the program's path, which do not belong into a record.
     report = json.loads(out.read_text())
     for name in ("host_name", "executable"):
         report["context"].pop(name, None)
