@@ -90,7 +90,7 @@ class Search {
   double slack() const { return lower_slack() + upper_slack() + output_rounding_; }
   // How far the reported witness may lie from the candidate, because the meshes' own coordinates are coarser.
   void set_witness_rounding(double rounding) { witness_rounding_ = rounding; }
-  // What certifying takes from `start_lower`: the other direction's witness may cost more than this one's.
+  // What certifying takes from `start_lower`: the witness of the other direction may cost more.
   void set_start_slack(double slack) { start_slack_ = slack; }
   // By how much the interval widens after certify(): the outward rounding of the scaling back to the meshes' unit (0
   // unless the results are subnormal) and the input error.

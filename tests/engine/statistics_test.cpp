@@ -285,7 +285,7 @@ TEST_CASE("statistics: lengths and areas whose squares overflow or underflow") {
       CHECK(same_bits((found.*estimate).standard_error, factor * (unit.*estimate).standard_error));
     }
   }
-  // In the frame of the large mesh the squares of the small one's lengths underflow.
+  // In the frame of the large mesh squared lengths of the small mesh underflow.
   const Distribution small = from_a(shapes::scaled(a, 1e-200), b, {1000, 1});
   CHECK(small.weight == Weight::points);
   CHECK(small.mean.value == doctest::Approx(small.max_seen));

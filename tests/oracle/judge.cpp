@@ -74,7 +74,8 @@ std::optional<Violation> judge_rules(const Options& options, const Outcome& outc
   for (const Rule rule : {Rule::absolute, Rule::diagonal, Rule::relative}) {
     const auto allowed = width_of(rule, options.tolerance, outcome);
     if (!allowed) continue;
-    if (width <= *allowed && !outcome.met_by) return violation("rule", "rule %d holds but is not reported", static_cast<int>(rule));
+    if (width <= *allowed && !outcome.met_by)
+      return violation("rule", "rule %d holds but is not reported", static_cast<int>(rule));
     if (outcome.stop == Stop::precision_floor && *allowed > outcome.precision_floor) {
       return violation("floor", "stopped at width %.17g, a rule allows %.17g, the floor is %.17g", width, *allowed,
                        outcome.precision_floor);
@@ -95,7 +96,8 @@ std::optional<Violation> judge_stop(const Options& options, const Outcome& outco
     return violation("stop", "the gate is decided, but the stop reason is %d", static_cast<int>(outcome.stop));
   }
   if (outcome.stop == Stop::timeout && !happened.deadline) return violation("stop", "timeout without a deadline");
-  if (outcome.stop == Stop::cancelled && !happened.cancelled) return violation("stop", "cancelled without a cancellation");
+  if (outcome.stop == Stop::cancelled && !happened.cancelled)
+    return violation("stop", "cancelled without a cancellation");
   if (outcome.stop == Stop::budget && !happened.budget) return violation("stop", "budget spent, but there is none");
   return std::nullopt;
 }
