@@ -24,11 +24,11 @@ class Remote final : public Measurer {
 
   Result<Measured> measure(const Gate& gate, Control& control) override {
     service::Pair pair(shared_.sender, gate, control);
-    auto document = service::Comparison(shared_.client, shared_.seats, pair, shared_.next_key(), control).measure();
+    auto document = service::Comparison(shared_.client, shared_.limit, pair, shared_.next_key(), control).measure();
     return service::measured_of(shared_, pair, std::move(document));
   }
 
-  unsigned at_once() const override { return shared_.seats.most(); }
+  unsigned at_once() const override { return shared_.limit.most(); }
   std::size_t together() const override { return shared_.most_of_batch; }
   void measure_together(std::span<const Task> tasks) override { service::Together(shared_, tasks).measure(); }
 

@@ -16,15 +16,15 @@ using std::chrono::milliseconds;
 
 constexpr int kWaitSeconds = 1;  // for the answer to the first request; most comparisons end within it
 
-class Seat {
+class PlaceTaken {
  public:
-  explicit Seat(Seats& seats) : seats_(seats) {}
-  ~Seat() { seats_.give_back(); }
-  Seat(const Seat&) = delete;
-  Seat& operator=(const Seat&) = delete;
+  explicit PlaceTaken(AdaptiveLimit& limit) : limit_(limit) {}
+  ~PlaceTaken() { limit_.give_back(); }
+  PlaceTaken(const PlaceTaken&) = delete;
+  PlaceTaken& operator=(const PlaceTaken&) = delete;
 
  private:
-  Seats& seats_;
+  AdaptiveLimit& limit_;
 };
 
 std::span<const std::byte> bytes_of(const std::string& text) { return std::as_bytes(std::span(text)); }
@@ -57,11 +57,11 @@ bool Comparison::again(const End& end) {
 Result<End> Comparison::attempt() {
   if (const auto ok = pair_.send(); !ok) return ok.error();
   document_ = document_of(pair_.asked());
-  if (!seats_.take(control_)) return cancelled();
-  const Seat seat(seats_);
+  if (!limit_.take(control_)) return cancelled();
+  const PlaceTaken place(limit_);
   ++attempts_;
   control_.report({0, Progress{}.upper, "queue"});
-  const auto reply = client_.ask(request(kWaitSeconds), control_, [&] { seats_.refused(); });
+  const auto reply = client_.ask(request(kWaitSeconds), control_, [&] { limit_.refused(); });
   if (reply) return answered(*reply);
   return control_.check() == Interruption::cancelled ? abandon(reply.error()) : reply.error();
 }

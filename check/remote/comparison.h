@@ -6,10 +6,10 @@
 
 #include <nlohmann/json.hpp>
 
+#include "check/remote/adaptive_limit.h"
 #include "check/remote/answer.h"
 #include "check/remote/client.h"
 #include "check/remote/pair.h"
-#include "check/remote/seats.h"
 #include "engine/control.h"
 #include "engine/result.h"
 
@@ -19,8 +19,8 @@ namespace meshgauge::check::service {
 class Comparison {
  public:
   // Precondition: no other gate of any run has `key`.
-  Comparison(Client& client, Seats& seats, Pair& pair, std::string key, Control& control)
-      : client_(client), seats_(seats), pair_(pair), key_(std::move(key)), control_(control) {}
+  Comparison(Client& client, AdaptiveLimit& limit, Pair& pair, std::string key, Control& control)
+      : client_(client), limit_(limit), pair_(pair), key_(std::move(key)), control_(control) {}
 
   // Returns the JSON of the comparison. Blocks. Call once.
   Result<nlohmann::ordered_json> measure();
@@ -39,7 +39,7 @@ class Comparison {
   Error unexpected(const HttpAnswer& reply) const;
 
   Client& client_;
-  Seats& seats_;
+  AdaptiveLimit& limit_;
   Pair& pair_;
   const std::string key_;
   Control& control_;

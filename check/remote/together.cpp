@@ -102,7 +102,7 @@ void Together::halve(const Places& places) {
 void Together::ask_alone(const Places& places) {
   each(places, [&](std::size_t place) {
     Control& control = *tasks_[place].control;
-    Comparison comparison(shared_.client, shared_.seats, pairs_[place], shared_.next_key(), control);
+    Comparison comparison(shared_.client, shared_.limit, pairs_[place], shared_.next_key(), control);
     tell(place, measured_of(shared_, pairs_[place], comparison.measure()));
   });
 }
@@ -129,7 +129,7 @@ void Together::each(const Places& places, const std::function<void(std::size_t p
   };
   std::vector<std::jthread> threads;
   try {
-    while (threads.size() + 1 < std::min<std::size_t>(shared_.seats.most(), places.size())) threads.emplace_back(some);
+    while (threads.size() + 1 < std::min<std::size_t>(shared_.limit.most(), places.size())) threads.emplace_back(some);
   } catch (const std::system_error&) {  // continue with fewer threads
   }
   some();

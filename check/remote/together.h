@@ -16,10 +16,10 @@
 #include <vector>
 
 #include "check/measurer.h"
+#include "check/remote/adaptive_limit.h"
 #include "check/remote/batch.h"
 #include "check/remote/client.h"
 #include "check/remote/pair.h"
-#include "check/remote/seats.h"
 #include "check/remote/sender.h"
 
 namespace meshgauge::check::service {
@@ -29,7 +29,7 @@ struct Shared {
   Shared(const RemoteOptions& options, const std::string& base, std::string its_run)
       : client(options, base),
         sender(client),
-        seats(options.at_once),
+        limit(options.at_once),
         batch_begun(options.batch_begun),
         run(std::move(its_run)) {}
 
@@ -38,7 +38,7 @@ struct Shared {
 
   Client client;
   Sender sender;
-  Seats seats;
+  AdaptiveLimit limit;
   const std::function<void(const std::string& link)> batch_begun;
   const std::string run;
   std::atomic<unsigned> keys{0};

@@ -13,16 +13,16 @@ namespace meshgauge::check::service {
 // Thread safe. Starts at the maximum. Each refusal lowers the limit to one less than the comparisons under way, at
 // least to 1; as many comparisons without a refusal as the limit raise it by one. Waiting in take() sends no
 // requests.
-class Seats {
+class AdaptiveLimit {
  public:
-  explicit Seats(unsigned most) : most_(std::max(1U, most)), seats_(most_) {}
+  explicit AdaptiveLimit(unsigned most) : most_(std::max(1U, most)), limit_(most_) {}
 
   unsigned most() const { return most_; }
 
   // Waits for a place. False: cancelled, and no place is taken.
   bool take(Control& control) {
     std::unique_lock lock(mutex_);
-    while (taken_ >= seats_) {
+    while (taken_ >= limit_) {
       if (control.check() == Interruption::cancelled) return false;
       changed_.wait_for(lock, kTick);
     }
@@ -33,8 +33,8 @@ class Seats {
   void give_back() {
     const std::lock_guard lock(mutex_);
     --taken_;
-    if (++served_ >= seats_ && seats_ < most_) {
-      ++seats_;
+    if (++served_ >= limit_ && limit_ < most_) {
+      ++limit_;
       served_ = 0;
     }
     changed_.notify_all();
@@ -42,7 +42,7 @@ class Seats {
 
   void refused() {
     const std::lock_guard lock(mutex_);
-    seats_ = std::max(1U, std::min(seats_, taken_ - 1));
+    limit_ = std::max(1U, std::min(limit_, taken_ - 1));
     served_ = 0;
   }
 
@@ -52,7 +52,7 @@ class Seats {
   const unsigned most_;
   std::mutex mutex_;  // guards the members below
   std::condition_variable changed_;
-  unsigned seats_;
+  unsigned limit_;
   unsigned taken_ = 0;
   unsigned served_ = 0;  // since the limit last changed
 };
