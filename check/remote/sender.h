@@ -6,7 +6,7 @@
 
 #include "check/gate.h"
 #include "check/remote/client.h"
-#include "check/remote/once.h"
+#include "check/remote/lazy_map.h"
 #include "engine/control.h"
 #include "engine/result.h"
 
@@ -38,9 +38,9 @@ class Sender {
   Result<Done> put(const Gate& gate, const std::filesystem::path& file, const std::string& id, Control& control);
 
   Client& client_;
-  Once<std::string> ids_;   // by path
-  Once<Done> delivered_;    // by id
-  Once<double> diagonals_;  // by path
+  LazyMap<std::string> ids_;   // by path
+  LazyMap<Done> delivered_;    // by id
+  LazyMap<double> diagonals_;  // by path
 };
 
 }  // namespace meshgauge::check::service

@@ -18,7 +18,7 @@ namespace meshgauge::check::service {
 
 // Thread safe. After an Error the next caller tries again. A waiting thread gives up when it is cancelled.
 template <class T>
-class Once {
+class LazyMap {
  public:
   Result<T> get(const std::string& name, Control& control, const std::function<Result<T>()>& make) {
     std::optional<Error> failed;
