@@ -29,7 +29,7 @@ struct RemoteOptions {
   std::chrono::milliseconds connect_timeout{10'000};
   std::chrono::seconds stall{60};  // an exchange without progress for so long has failed
   // Time to retry transient failures: of a service that has answered before; of one that never has.
-  std::chrono::milliseconds patience{300'000};
+  std::chrono::milliseconds retry_time{300'000};
   std::chrono::milliseconds first_contact{10'000};
 };
 
@@ -38,7 +38,7 @@ struct RemoteOptions {
 // https_proxy, no_proxy), except for a key that goes to this machine over http. Certificates are always checked.
 //
 // A cancelled measure() ends within about two seconds, with the service's interval so far. The gate's timeout limits
-// the comparison, not the uploads; a late answer is awaited for `patience`.
+// the comparison, not the uploads; a late answer is awaited for `retry_time`.
 Result<std::unique_ptr<Measurer>> remote(const RemoteOptions& options);
 
 // Returns the key in `file`, without surrounding white space. Without a file: the variable MESHGAUGE_KEY, or an empty

@@ -23,9 +23,9 @@ using std::chrono::milliseconds;
 // kReadEvery.
 constexpr std::size_t kShareOfRead = 8;
 constexpr std::chrono::seconds kReadEvery{5};
-constexpr milliseconds kFirstLookAtBatch{50};  // many small pairs have ended by then
-constexpr milliseconds kTimeOfLine{200};       // for each result, in the time limit of the exchange that reads them
-constexpr milliseconds kLastResults{1000};     // time to read the results of a cancelled batch
+constexpr milliseconds kFirstBatchPoll{50};  // many small pairs have ended by then
+constexpr milliseconds kTimeOfLine{200};     // for each result, in the time limit of the exchange that reads them
+constexpr milliseconds kLastResults{1000};   // time to read the results of a cancelled batch
 
 std::string path_of(const std::string& id) { return "/v1/batches/" + id; }
 
@@ -90,11 +90,11 @@ std::optional<BatchState> Batch::ours(const HttpAnswer& reply) const {
 
 // Polls the batch until it has ended, through restarts of the service and of proxies.
 Batch::Outcome Batch::follow(const std::string& id) {
-  const auto slack = longest() + client_.patience();
+  const auto slack = longest() + client_.retry_time();
   std::size_t ended = 0;
   read_ = Clock::now();
-  milliseconds look = kFirstLookAtBatch;
-  for (auto wall = Clock::now() + slack; pause(look, control_);) {
+  milliseconds interval = kFirstBatchPoll;
+  for (auto wall = Clock::now() + slack; pause(interval, control_);) {
     if (Clock::now() >= wall) {
       cancel(id);
       const std::string what = "the service at " + client_.base() + " did not end the batch in its time";
@@ -112,7 +112,7 @@ Batch::Outcome Batch::follow(const std::string& id) {
     if (control_.check() == Interruption::cancelled) break;
     if (!there) return {Fate::failed, there.error()};
     if (batch->finished) return {Fate::ended, {}};
-    look = std::min(kLastLook, look * 3 / 2);
+    interval = std::min(kLastPoll, interval * 3 / 2);
   }
   return cancel(id);
 }
@@ -142,7 +142,7 @@ HttpRequest Batch::results_request(const std::string& id, BatchResults& results)
 
 // If the batch is forgotten meanwhile, the next poll notices.
 Result<Done> Batch::read(const std::string& id) {
-  BatchResults results(pairs_.size(), [this](BatchLine line) { learn(std::move(line)); });
+  BatchResults results(pairs_.size(), [this](BatchLine line) { take(std::move(line)); });
   const auto reply = client_.ask(results_request(id, results), control_);
   read_ = Clock::now();
   if (!reply) return reply.error();
@@ -151,43 +151,43 @@ Result<Done> Batch::read(const std::string& id) {
 }
 
 // A line that is neither a result nor a problem is skipped; its gate is measured by itself.
-void Batch::learn(BatchLine line) {
+void Batch::take(BatchLine line) {
   if (reported_[line.position] || !line.job) return;
   End end = pairs_[line.position]->end_of(std::move(*line.job));
   if (!end.document && !end.problem) return;
   reported_[line.position] = true;
   ++known_;
-  tell_(line.position, std::move(end));
+  ended_(line.position, std::move(end));
 }
 
 // Cancelled while the batch was being submitted: submits it again with the same key, which returns the same batch,
 // and cancels that.
 Batch::Outcome Batch::abandon() {
-  const HttpAnswer reply = client_.once(request(), after(kFarewell));
+  const HttpAnswer reply = client_.once(request(), after(kCancelTime));
   const auto batch = reply.status == 202 ? ours(reply) : std::nullopt;
   return batch ? cancel(batch->id) : Outcome{Fate::cancelled, {}};
 }
 
 // Cancels the batch and reads its results, with the intervals of comparisons that had begun.
 Batch::Outcome Batch::cancel(const std::string& id) {
-  end_there(id, after(kFarewell - kLastResults));
-  BatchResults results(pairs_.size(), [this](BatchLine line) { learn(std::move(line)); });
+  end_there(id, after(kCancelTime - kLastResults));
+  BatchResults results(pairs_.size(), [this](BatchLine line) { take(std::move(line)); });
   client_.once(results_request(id, results), after(kLastResults));
   return {Fate::cancelled, {}};
 }
 
 // DELETE of an ended batch would remove its results, so its state is checked before and after.
 void Batch::end_there(const std::string& id, const Interrupted& over) {
-  bool told = false;
-  for (HttpRequest farewell{"GET", path_of(id), {}}; !over();) {
-    const HttpAnswer reply = client_.once(farewell, over);
+  bool deleted = false;
+  for (HttpRequest request{"GET", path_of(id), {}}; !over();) {
+    const HttpAnswer reply = client_.once(request, over);
     const int status = reply.status;
     if (status == 204 || status == 404 || reply.trouble == Trouble::no_contact) return;
     const auto batch = status == 200 ? ours(reply) : std::nullopt;
     if (batch && batch->finished) return;
-    farewell.method = batch && !told ? "DELETE" : "GET";
-    if (told || !batch) std::this_thread::sleep_for(kFarewellLook);
-    told = told || farewell.method == "DELETE";
+    request.method = batch && !deleted ? "DELETE" : "GET";
+    if (deleted || !batch) std::this_thread::sleep_for(kCancelPoll);
+    deleted = deleted || request.method == "DELETE";
   }
 }
 

@@ -36,19 +36,19 @@ class Batch {
     std::optional<Error> error;
   };
   // Called once for each pair, on the thread of measure(): how it ended. `place`: index in `pairs`.
-  using Told = std::function<void(std::size_t place, End end)>;
+  using Ended = std::function<void(std::size_t place, End end)>;
 
   // Called at most once, on the thread of measure(), when the batch is accepted. `view`: path of its page.
   using Begun = std::function<void(const std::string& view)>;
 
   // Preconditions: `pairs` is not empty and every pair is sent; no other batch of any run has `key`. `control` is
   // cancelled with those of all pairs.
-  Batch(Client& client, std::vector<const Pair*> pairs, std::string key, Control& control, Told told, Begun begun)
+  Batch(Client& client, std::vector<const Pair*> pairs, std::string key, Control& control, Ended ended, Begun begun)
       : client_(client),
         pairs_(std::move(pairs)),
         key_(std::move(key)),
         control_(control),
-        tell_(std::move(told)),
+        ended_(std::move(ended)),
         begun_(std::move(begun)),
         reported_(pairs_.size(), false) {}
 
@@ -68,7 +68,7 @@ class Batch {
   std::chrono::milliseconds longest() const;
   Result<Done> read(const std::string& id);
   HttpRequest results_request(const std::string& id, BatchResults& results) const;
-  void learn(BatchLine line);
+  void take(BatchLine line);
   Outcome abandon();
   Outcome cancel(const std::string& id);
   void end_there(const std::string& id, const Interrupted& over);
@@ -77,7 +77,7 @@ class Batch {
   const std::vector<const Pair*> pairs_;
   const std::string key_;
   Control& control_;
-  const Told tell_;
+  const Ended ended_;
   const Begun begun_;
   std::string document_;  // the request
   std::vector<bool> reported_;

@@ -31,10 +31,10 @@ class Client {
 
   const std::string& base() const { return http_.settings().base; }
   bool has_key() const { return !http_.settings().key.empty(); }
-  std::chrono::milliseconds patience() const { return patience_; }
+  std::chrono::milliseconds retry_time() const { return retry_time_; }
 
   // Sends the request, again after transient failures. Returns the last reply: a success, a permanent refusal, or a
-  // failure that outlasted `patience`. Errors: cancelled(), or why there is no reply. Calls `refused` for each 429
+  // failure that outlasted `retry_time`. Errors: cancelled(), or why there is no reply. Calls `refused` for each 429
   // and 503. Blocks.
   Result<HttpAnswer> ask(const HttpRequest& request, Control& control, const std::function<void()>& refused = {});
 
@@ -46,7 +46,7 @@ class Client {
   Error no_reply(const HttpAnswer& answer);
 
   net::HttpClient http_;
-  const std::chrono::milliseconds patience_;
+  const std::chrono::milliseconds retry_time_;
   const std::chrono::milliseconds first_contact_;
   std::atomic<bool> reached_{false};  // the service has answered at least once
   std::mutex mutex_;

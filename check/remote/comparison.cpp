@@ -96,9 +96,9 @@ Error Comparison::unexpected(const HttpAnswer& reply) const {
 
 // Polls the comparison until it has ended, through restarts of the service and of proxies.
 Result<End> Comparison::follow(const std::string& id) {
-  const auto wall = Clock::now() + pair_.gate().timeout + client_.patience();
-  milliseconds look = kFirstLook;
-  while (pause(look, control_) && Clock::now() < wall) {
+  const auto wall = Clock::now() + pair_.gate().timeout + client_.retry_time();
+  milliseconds interval = kFirstPoll;
+  while (pause(interval, control_) && Clock::now() < wall) {
     const auto reply = client_.ask(job_request("GET", id), control_);
     if (control_.check() == Interruption::cancelled) break;
     if (!reply) return reply.error();
@@ -107,14 +107,14 @@ Result<End> Comparison::follow(const std::string& id) {
     if (end.lost) return end;
     auto job = reply->status == 200 ? job_from(reply->body) : std::nullopt;
     if (!job) return unexpected(*reply);
-    if (learn(std::move(*job), end)) return end;
-    look = std::min(kLastLook, look * 3 / 2);
+    if (take(std::move(*job), end)) return end;
+    interval = std::min(kLastPoll, interval * 3 / 2);
   }
-  return cancel(id, after(kFarewell));
+  return cancel(id, after(kCancelTime));
 }
 
 // True: it has ended, see `end`. Progress never widens, also if the work begins again after a restart.
-bool Comparison::learn(Job job, End& end) {
+bool Comparison::take(Job job, End& end) {
   if (job.ended()) {
     end = pair_.end_of(std::move(job));
     return true;
@@ -129,13 +129,13 @@ bool Comparison::learn(Job job, End& end) {
 // second DELETE would remove the result.
 Result<End> Comparison::cancel(const std::string& id, const Interrupted& over) {
   End end;
-  for (HttpRequest farewell = job_request("DELETE", id); !over(); farewell = job_request("GET", id)) {
-    const HttpAnswer reply = client_.once(farewell, over);
+  for (HttpRequest request = job_request("DELETE", id); !over(); request = job_request("GET", id)) {
+    const HttpAnswer reply = client_.once(request, over);
     const bool gone = reply.status == 204 || reply.status == 404;
     if (gone || reply.trouble == Trouble::no_contact) break;
     auto job = reply.status == 200 ? job_from(reply.body) : std::nullopt;
-    if (job && learn(std::move(*job), end)) break;
-    std::this_thread::sleep_for(kFarewellLook);
+    if (job && take(std::move(*job), end)) break;
+    std::this_thread::sleep_for(kCancelPoll);
   }
   if (end.document) return end;
   if (control_.check() == Interruption::cancelled) return cancelled();
@@ -146,7 +146,7 @@ Result<End> Comparison::cancel(const std::string& id, const Interrupted& over) {
 // Cancelled while the comparison was being submitted: submits it again with the same key, which returns the same
 // comparison, and cancels that.
 Result<End> Comparison::abandon(const Error& why) {
-  const Interrupted over = after(kFarewell);
+  const Interrupted over = after(kCancelTime);
   const HttpAnswer reply = client_.once(request(0), over);
   End end;
   if (reply.status == 200) end.document = comparison_from(reply.body);
@@ -154,7 +154,7 @@ Result<End> Comparison::abandon(const Error& why) {
   auto job = reply.status == 202 ? job_from(reply.body) : std::nullopt;
   if (!job) return why;
   const std::string id = job->id;
-  if (learn(std::move(*job), end) && end.document) return end;
+  if (take(std::move(*job), end) && end.document) return end;
   return cancel(id, over);
 }
 

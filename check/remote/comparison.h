@@ -32,7 +32,7 @@ class Comparison {
   HttpRequest request(int wait) const;
   Result<End> answered(const HttpAnswer& reply);
   Result<End> follow(const std::string& id);
-  bool learn(Job job, End& end);
+  bool take(Job job, End& end);
   Result<End> cancel(const std::string& id, const Interrupted& over);
   Result<End> abandon(const Error& why);
   bool again(const End& end);

@@ -38,7 +38,7 @@ std::optional<Retries::Milliseconds> Retries::after(const net::HttpAnswer& faile
   Milliseconds pause(
       static_cast<std::int64_t>(static_cast<double>(std::min(doubled, kMost).count()) * (1 + random) / 2));
   if (failed.retry_after) pause = std::max<Milliseconds>(pause, *failed.retry_after);
-  if (now + pause > *since_ + (reached ? patience_ : first_contact_)) return std::nullopt;
+  if (now + pause > *since_ + (reached ? retry_time_ : first_contact_)) return std::nullopt;
   return pause;
 }
 

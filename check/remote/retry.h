@@ -11,7 +11,7 @@ namespace meshgauge::check::service {
 
 struct RetriedStatus {
   int status;
-  int tries;  // maximum number of tries; 0: until `patience` is over
+  int tries;  // maximum number of tries; 0: until `retry_time` is over
 };
 
 // Statuses of transient failures. Every request may be repeated: meshes are named by their bytes, comparisons by an
@@ -29,14 +29,15 @@ class Retries {
   static constexpr Milliseconds kMost{15'000};
 
   // Both times count from the first failure.
-  Retries(Milliseconds patience, Milliseconds first_contact) : patience_(patience), first_contact_(first_contact) {}
+  Retries(Milliseconds retry_time, Milliseconds first_contact)
+      : retry_time_(retry_time), first_contact_(first_contact) {}
 
   // Returns the pause before the next try, or nullopt after the last one. `reached`: the service has answered before.
   // `random`: from 0 to 1.
   std::optional<Milliseconds> after(const net::HttpAnswer& failed, bool reached, Clock::time_point now, double random);
 
  private:
-  const Milliseconds patience_;
+  const Milliseconds retry_time_;
   const Milliseconds first_contact_;
   std::optional<Clock::time_point> since_;
   int tries_ = 0;

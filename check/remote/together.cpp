@@ -84,12 +84,12 @@ Batch::Outcome Together::ask_once(const Places& places) {
     tasks_[place].control->report({0, Progress{}.upper, "queue"});
     pairs.push_back(&pairs_[place]);
   }
-  const auto told = [&](std::size_t i, End end) { tell(places[i], std::move(end)); };
+  const auto ended = [&](std::size_t i, End end) { tell(places[i], std::move(end)); };
   const auto begun = [&](const std::string& view) {
     if (shared_.batch_begun) shared_.batch_begun(link_to(shared_.client.base(), view));
   };
   Control& control = *tasks_[places.front()].control;
-  return Batch(shared_.client, std::move(pairs), shared_.next_key(), control, told, begun).measure();
+  return Batch(shared_.client, std::move(pairs), shared_.next_key(), control, ended, begun).measure();
 }
 
 // Submits the halves of a refused batch, down to the single gate that is refused.

@@ -9,13 +9,13 @@
 namespace meshgauge::check::service {
 
 // Interval of polling a comparison: the first; then half as much again each time, up to the last.
-inline constexpr std::chrono::milliseconds kFirstLook{250};
-inline constexpr std::chrono::milliseconds kLastLook{1000};
+inline constexpr std::chrono::milliseconds kFirstPoll{250};
+inline constexpr std::chrono::milliseconds kLastPoll{1000};
 inline constexpr int kAttempts = 3;  // attempts at a comparison or batch that gets lost
 
 // Time for a cancellation to reach the service and to be answered.
-inline constexpr std::chrono::milliseconds kFarewell{2000};
-inline constexpr std::chrono::milliseconds kFarewellLook{50};
+inline constexpr std::chrono::milliseconds kCancelTime{2000};
+inline constexpr std::chrono::milliseconds kCancelPoll{50};
 
 // Returns an Interrupted that is true once `time` has passed from now.
 inline Interrupted after(std::chrono::milliseconds time) {

@@ -11,7 +11,7 @@ from gates import Relay, Run, gate, measure, requests, url_of, without_batches, 
 from harness import BINARY, RAISED, SLOW, SLOW_OPTIONS, SQUARE, Server, ServerCase, until
 from workplace import Workplace, square
 
-SHORT = {"patience_ms": 700, "first_contact_ms": 300, "stall_s": 5, "connect_timeout_ms": 1000}
+SHORT = {"retry_ms": 700, "first_contact_ms": 300, "stall_s": 5, "connect_timeout_ms": 1000}
 MEGABYTE = 1 << 20
 PATH = "/v1/batches"
 

@@ -18,7 +18,7 @@ from gates import FlakyProxy, Relay, Run, Stub, gate, measure, requests, url_of,
 from harness import RAISED, SQUARE, Server, ServerCase, wavy_grid
 from test_tls import make_certificate
 
-SHORT = {"patience_ms": 1500, "first_contact_ms": 300, "stall_s": 1, "connect_timeout_ms": 1000}
+SHORT = {"retry_ms": 1500, "first_contact_ms": 300, "stall_s": 1, "connect_timeout_ms": 1000}
 ANSWERED = {**SHORT, "stall_s": 60}  # where each request has its answer, and is to be sent once
 MEGABYTE = 1 << 20
 
