@@ -19,7 +19,7 @@ namespace meshgauge {
 // the candidate changes.
 class Certifier {
  public:
-  // Precondition: the search has a candidate. The witness names triangles by their numbers in the search's meshes.
+  // Returns bounds in the meshes' unit. The witness names triangles by their numbers in the search's meshes.
   Bounds certify(const Search& search, const Frame& frame);
 
  private:

@@ -37,7 +37,7 @@ inline double farthest_of_box(const Box& box, const Vec3& b) {
 struct Goal {
   double width = 0;            // the absolute and the diagonal rule: upper - lower <= width
   double relative = 0;         // the relative rule: upper - lower <= relative * lower
-  std::optional<double> gate;  // Options::max_distance
+  std::optional<double> gate;  // Options::max_distance, less the input error
 
   // The largest computed gap upper - lower at which a rule will hold after certifying, but at least
   // rounding::kSmallestGap. `slack`: by how much certifying will widen the interval.
@@ -60,6 +60,7 @@ class Monitor {
   virtual bool interrupted() = 0;
 };
 
+// Belongs to one thread. Any thread may call lower(), raise_lower(), cull_within_tolerance() and interrupted().
 class Search {
  public:
   // Measures one vertex of A, so that there is a candidate from the start. `from_box` is the box of A. `start_lower`:
@@ -67,10 +68,12 @@ class Search {
   Search(MeshView from, const Box& from_box, const Bvh& to, const Goal& goal, double start_lower, Monitor& monitor,
          ThreadPool& pool);
 
+  // Mesh A, its box, and the tree of mesh B.
   MeshView from() const { return from_; }
   const Box& from_box() const { return from_box_; }
   const Bvh& to() const { return to_; }
   ThreadPool& pool() const { return pool_; }
+  // These ask the monitor.
   std::optional<Stop> pulse() { return monitor_.pulse(*this); }
   bool interrupted() const { return monitor_.interrupted(); }
   Work& work() { return work_; }
@@ -80,6 +83,7 @@ class Search {
   std::size_t survivors() const { return survivors_; }
   const Goal& goal() const { return goal_; }
 
+  // The computed bounds in frame units, without slack, and the sample with the largest distance.
   double lower() const { return lower_.load(std::memory_order_relaxed); }
   double upper() const;
   const Candidate& candidate() const { return candidate_; }
@@ -106,10 +110,11 @@ class Search {
   // Takes a sample of A at the computed distance `corner.distance` from B: raises the lower bound and the candidate.
   void observe(const Corner& corner, std::uint32_t triangle, bool is_vertex);
 
-  // Pieces and nodes with upper bounds of at most this cannot decide the result and may be dropped.
+  // Pieces and nodes with upper bounds of at most this can neither raise the lower bound nor fail the gate: they may be
+  // dropped.
   double cull_below() const { return cull_below(lower()); }
-  // The same for strategy `auto`, which also drops what is within the tolerance of the lower bound. It reckons with the
-  // largest possible slack, because the slack may grow after a piece was dropped. Any thread may call it.
+  // The same for strategy `auto`, which also drops what is within the tolerance of the lower bound. It allows for the
+  // largest possible slack, because the slack may grow after a piece was dropped.
   double cull_within_tolerance() const { return cull_within_tolerance(lower()); }
   // The same for a given lower bound; depends on nothing else that changes.
   double cull_within_tolerance(double lower) const {
