@@ -1,5 +1,5 @@
-// The whole path of one comparison, without sockets or threads, from the bytes of two files to the outcome.
-// HTTP and the command line both call it, so that they give the same JSON.
+// The whole path of one comparison, without sockets or threads, from the bytes of two files to the outcome. HTTP and
+// the command line both call it, so that they give the same JSON.
 //
 //   load x2 (api/load.h: read_mesh, weld, digest) -> prepare x2 -> one unit (api/unit_plan.h) -> measure -> Comparison
 //   (-> to_json, api/response.h)

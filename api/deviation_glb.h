@@ -6,9 +6,8 @@
 //                     A primitive of its own, so that the candidate's counts are the mesh's.
 //
 //   POSITION   float, rounded to nearest. On each axis where the mesh is at least as far from 0 as its box is wide,
-//              both nodes have a translation (exact in single precision), and positions are relative to it. They then
-//              keep the precision of the mesh's size, not of its offset: within 2^-24 of the size and 2^-48 of the
-//              offset.
+//              both nodes have a translation (exact in single precision), and positions are relative to it, so that
+//              they keep the precision of the mesh's size: within 2^-24 of the size and 2^-48 of the offset.
 //              Otherwise there is no translation, and coordinates that are floats are unchanged.
 //              The axes are the candidate's own: not rotated to glTF's y-up.
 //   COLOR_0    unsigned short, normalised, RGBA; linear light as glTF 2.0 requires (api/colour_map.h is sRGB)
@@ -18,9 +17,9 @@
 //   limit | largest          distance of the last colour: a limit, or the largest distance of a vertex
 //   units                    unit's name, may be empty
 //   lower, upper             certified interval of the comparison; upper null: there is no upper bound
-//   witness                  where `lower` is attained: from_candidate true: from the candidate, false: from the
-//   baseline direction                interval and witness from the candidate to the baseline alone, if that was
-//   measured display                  form: as_is, refined or decimated; vertices and triangles of the candidate itself
+//   witness                  where `lower` is attained; from_candidate: true: from the candidate, false: from the other
+//   direction                interval and witness from the candidate to the baseline only, if that was measured
+//   display                  form: as_is, refined or decimated; vertices and triangles of the candidate itself
 //   candidate_vertices, candidate_triangles: the same counts; unless decimated, the candidate's vertices come first
 #pragma once
 

@@ -15,9 +15,9 @@ void add_count(std::vector<std::string>& notes, const std::string& what, std::si
   if (count != 0) notes.push_back(what + ": " + std::to_string(count));
 }
 
-void add_contradiction(std::vector<std::string>& notes, const char* who, std::optional<Format> said, Format is) {
+void add_contradiction(std::vector<std::string>& notes, const char* hint, std::optional<Format> said, Format is) {
   if (!said) return;
-  notes.push_back(std::string(who) + " says " + std::string(to_string(*said)) + ", but the content is " +
+  notes.push_back(std::string(hint) + " says " + std::string(to_string(*said)) + ", but the content is " +
                   std::string(to_string(is)) + "; it was read as that");
 }
 

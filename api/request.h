@@ -33,8 +33,8 @@ inline constexpr std::size_t kMaxOptionsBytes = std::size_t{64} << 10;
 // Error::where.
 Result<double> in_range(double value, const Range& range, std::string_view name);
 
-// Returns the number of samples per piece for the strategy n_point. Error: invalid_request for a number that is not
-// one of those allowed.
+// Returns the number of samples per piece for the strategy n_point. Error: invalid_request for a number that is not one
+// of those allowed.
 Result<int> as_points(double value, std::string_view name);
 
 // Returns the instruction set of this name for Options::simd; "auto": the fastest. Error: invalid_request with the list

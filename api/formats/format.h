@@ -4,8 +4,8 @@
 //   * coordinates are the file's own numbers: text correctly rounded (bit-equal to strtod), binary exact;
 //   * counts are checked against the remaining bytes before memory is allocated;
 //   * NaN, infinity, trailing characters in a number and an index out of range are refused, with line or byte;
-//   * faces of more than three corners are split into triangles (api/formats/polygons.h); degenerate triangles are
-//   kept;
+//   * faces of more than three corners are split into triangles (api/formats/polygons.h);
+//   * degenerate triangles are kept;
 //   * nothing outside the bytes is opened.
 #pragma once
 

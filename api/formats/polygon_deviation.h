@@ -5,8 +5,8 @@
 //
 // (D1) Heights. Let z be the corners' heights along a direction along which the face is simple. Two splits are graphs
 //      over one region, and straight lines along that direction meet both, so H <= max z - min z. If z are heights
-//      along a normal n but the face is simple only along an axis k, move the point along k: H <= (max z - min z) /
-//      |n_k|, n a unit vector.
+//      along a normal n, a unit vector, but the face is simple only along an axis k, move the point along k:
+//      H <= (max z - min z) / |n_k|.
 //
 // (D2) Crossings. Let x be on a triangle t of the first split, above (or below) the triangle t' of the second. The
 //      distance to t' is convex, so over the part of t that lies above t' it is largest at a corner of that part. Such

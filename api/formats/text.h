@@ -76,8 +76,8 @@ inline const char* parse_number(const char* p, const char* end, double& value) {
   return next;
 }
 
-// Parses an integer with an optional '-'. Returns the place after it; nullptr: no integer. A value of more
-// digits than 64 bits hold becomes some value of at least 2^58 in magnitude.
+// Parses an integer with an optional '-'. Returns the place after it; nullptr: no integer. A value of more digits than
+// 64 bits hold becomes some value of at least 2^58 in magnitude.
 inline const char* parse_integer(const char* p, const char* end, std::int64_t& value) {
   const bool negative = p != end && *p == '-';
   p += negative;

@@ -10,8 +10,8 @@
 namespace meshgauge::api::test {
 namespace {
 
-// Files whose answer differs from the index: a piece of the message, or "" if accepted.
-// docs/formats.md gives the reasons.
+// Files whose answer differs from the index: a piece of the message, or "" if accepted. docs/formats.md gives the
+// reasons.
 const std::map<std::string, std::string> kOtherAnswers = {{"real/number_formats.obj", "'3.1+e2' is not a number"},
                                                           {"real/face_in_group_name.obj", "has no triangles"},
                                                           {"real/badNumber.gltf", ""},

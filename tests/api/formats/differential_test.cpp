@@ -1,5 +1,5 @@
-// The readers of OBJ and STL compared with tinyobjloader and libadmesh. Where both define the same thing they
-// must read the same; where the others are known to differ, the reason is named (tinyobj_peer.cpp, admesh_peer.cpp).
+// The readers of OBJ and STL compared with tinyobjloader and libadmesh. Where both define the same thing they must read
+// the same; where the others are known to differ, the reason is named (tinyobj_peer.cpp, admesh_peer.cpp).
 #include <doctest/doctest.h>
 
 #include <algorithm>

@@ -9,8 +9,8 @@
 
 namespace meshgauge::api::test {
 
-// A Draco stream of these triangles. Attribute 0: positions, of `bits` bits, or unquantized for 0. `speed`
-// 10 encodes the triangles one after the other, others by their edges.
+// A Draco stream of these triangles. Attribute 0: positions, of `bits` bits, or unquantized for 0. `speed` 10 encodes
+// the triangles one after the other, others by their edges.
 std::string draco_stream(const std::vector<float>& positions, const std::vector<std::uint32_t>& corners, int bits,
                          int speed);
 

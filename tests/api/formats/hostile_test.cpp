@@ -1,6 +1,6 @@
 // Damaged files of every format: cut at every length, with each byte changed, with bytes changed at random. Each is
-// read or refused with a message; what is read is consistent, and is the file's mesh where its format
-// can tell. Run under a sanitizer, this is a small fuzzer; docs/fuzzing.md has the large one.
+// read or refused with a message; what is read is consistent, and is the file's mesh where its format can tell. Run
+// under a sanitizer, this is a small fuzzer; docs/fuzzing.md has the large one.
 #include <doctest/doctest.h>
 
 #include <algorithm>

@@ -113,8 +113,8 @@ TEST_CASE("meshopt: attributes are decoded as libmeshoptimizer decodes them, who
   }
 }
 
-// Written by meshoptimizer 1.2, since the version of Debian 12 does not know it: 40 elements, at its three levels,
-// with components as bytes, as 16-bit words and as rotated 32-bit words.
+// Written by meshoptimizer 1.2, since the version of Debian 12 does not know it: 40 elements, at its three levels, with
+// components as bytes, as 16-bit words and as rotated 32-bit words.
 TEST_CASE("meshopt: attributes of version 1") {
   Stream expected;
   for (unsigned i = 0; i < 40; ++i) {

@@ -1,5 +1,5 @@
-// One small file of every format and encoding: the input of the tests of damaged files and the seeds of fuzzing.
-// A new format needs one row of the table in small_files.cpp.
+// One small file of every format and encoding: the input of the tests of damaged files and the seeds of fuzzing. A new
+// format needs one row of the table in small_files.cpp.
 #pragma once
 
 #include <cstddef>
@@ -21,8 +21,7 @@ struct SmallFile {
   // Vertices or triangles, at most, that one changed byte may add or lose without being noticed: a line of OBJ that
   // begins with another letter is ignored, a face of fewer corners is a smaller face.
   std::size_t unnoticed = 0;
-  // Set if the format cannot tell a file cut between two parts from a whole one: the triangles of what
-  // is left.
+  // Set if the format cannot tell a file cut between two parts from a whole one: the triangles of what is left.
   std::size_t (*whole_parts)(std::string_view left) = nullptr;
 };
 

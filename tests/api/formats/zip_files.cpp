@@ -41,8 +41,8 @@ std::string fields(const ZipEntry& entry, std::size_t packed_bytes, std::size_t 
          raw16(entry.name.size()) + raw16(extra_bytes);
 }
 
-// Empty for a plain entry. The times around the Zip64 field are numbers that would lead far away if they
-// were taken for fields.
+// Empty for a plain entry. The times around the Zip64 field are numbers that would lead far away if they were taken for
+// fields.
 std::string extra_fields(const ZipEntry& entry, std::size_t packed_bytes, std::size_t offset) {
   if (!entry.in_zip64) return "";
   const std::string time = "UT" + raw16(5) + "\x03\xFF\xFF\xFF\x7F";
