@@ -205,7 +205,7 @@ export class App {
   }
 
   private async finishOr(job: Job, signal: AbortSignal): Promise<void> {
-    this.announcer.sayNow("It had ended already.");
+    this.announcer.sayNow("It had already ended.");
     try {
       await this.finish(job, signal);
     } catch (error) {
@@ -215,8 +215,8 @@ export class App {
 
   // It ended between the state's response and the DELETE.
   private forgotten(id: string, signal: AbortSignal): void {
-    const why = "It ended just before it was cancelled, and cancelling what has ended makes the service forget it: its link leads nowhere now.";
-    if (!signal.aborted) this.over("Ended, and forgotten", `${why} Measure again to have the result.`);
+    const why = "It ended just before it was cancelled. Cancelling a comparison that has ended removes it, so its link no longer works.";
+    if (!signal.aborted) this.over("Ended and removed", `${why} Measure again to get the result.`);
     else if (location.pathname === pathOf(id)) this.trouble.replaceChildren(h("p", { class: "notice", role: "status" }, why));
   }
 
@@ -224,7 +224,7 @@ export class App {
     const history = this.run?.history ?? null;
     this.running = null;
     if (job.problem) throw new ProblemError(job.problem, job.id, null);
-    if (!job.result) return this.over("Cancelled", "It was cancelled before it had begun to measure, so that nothing is known.");
+    if (!job.result) return this.over("Cancelled", "It was cancelled before the measurement started, so there is no interval.");
     const { result } = job;
     const memory = this.memories.get(job.id);
     const names = memory?.names ?? (await this.namesOf(job));

@@ -19,7 +19,7 @@ export class KeyDialog {
     find("#key-form", HTMLFormElement).addEventListener("submit", (event) => {
       event.preventDefault();
       const key = this.input.value.trim();
-      this.complain(key === "" || isKey(key) ? "" : "A key has only letters without accents, digits and signs, and no spaces: something else came with it.");
+      this.complain(key === "" || isKey(key) ? "" : "A key consists of letters without accents, digits and signs, without spaces: remove all other characters.");
       if (!isKey(key)) return this.input.focus();
       this.keep(key);
     });
@@ -35,7 +35,7 @@ export class KeyDialog {
   /** True: there is a new key to try. */
   ask(): Promise<boolean> {
     const had = this.store().key !== "";
-    return this.open(had ? "The key that was entered is not known here, has ended, or is switched off." : "Enter the key that you were given for it.");
+    return this.open(had ? "The key is unknown, expired or disabled." : "Enter your key for this service.");
   }
 
   /** Marks the button if requests carry a key. */

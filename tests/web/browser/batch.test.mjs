@@ -182,7 +182,7 @@ test("a link that is damaged, and one that leads nowhere", async () => {
   await walk.page.locator("#batch-view:not([hidden])").waitFor();
   await walk.tab.go(`/b/${"0".repeat(32)}`);
   await walk.page.locator("#trouble h1").waitFor();
-  assert.match(await walk.text("#trouble"), /There is no such batch, or not any more/);
+  assert.match(await walk.text("#trouble"), /There is no such batch, or it was removed/);
   walk.tab.assertClean({ expected: [/404/] });
   await walk.tab.close();
 });

@@ -42,7 +42,7 @@ export class BatchDesk {
 
   // It ended between the state's response and the DELETE.
   private forgotten(signal: AbortSignal): void {
-    if (!signal.aborted) this.around.over("Ended, and forgotten", forgotten);
+    if (!signal.aborted) this.around.over("Ended and removed", forgotten);
   }
 
   // DELETE makes the service forget a batch that has ended, so its state is asked for first.
@@ -52,7 +52,7 @@ export class BatchDesk {
       const batch = await batchAt(client, id, signal);
       if (signal.aborted) return;
       if (hasEnded(batch)) {
-        announcer.sayNow("It had ended already.");
+        announcer.sayNow("It had already ended.");
         return this.view?.end(batch);
       }
       if ((await cancelBatch(client, id)) === null) this.forgotten(signal);
@@ -64,4 +64,4 @@ export class BatchDesk {
   }
 }
 
-const forgotten = "The batch ended just before it was cancelled, and cancelling what has ended makes the service forget it: its link leads nowhere now.";
+const forgotten = "The batch ended just before it was cancelled. Cancelling a batch that has ended removes it, so its link no longer works.";

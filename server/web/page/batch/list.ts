@@ -149,9 +149,9 @@ export class BatchList {
     if (!complete && source.readSoFar !== null && shown < pageRows) return `Reading the results: ${grouped(source.readSoFar)} of ${grouped(source.counts().all)}`;
     if (!complete && shown === 0) return "Reading the results …";
     if (total > 0) return pageWords(looking.from, shown, total);
-    if (looking.search.trim() !== "") return "No such name here.";
+    if (looking.search.trim() !== "") return "No comparison with this name.";
     const { all, pass } = source.counts();
-    if (this.filter === "open" && this.running) return "So far there is nothing that did not pass.";
+    if (this.filter === "open" && this.running) return "Everything that has ended so far has passed.";
     if (this.filter === "open" && all === pass) return "Everything has passed.";
     return this.running ? "None so far." : "None.";
   }

@@ -93,18 +93,18 @@ export function splitLimit(text: string): { number: string; units: string } {
 function gateOf(values: FormValues, blame: Blame, blameUnits: Blame): Pick<Options, "gate"> {
   const named = values.units.trim();
   if (values.limit.trim() === "") {
-    if (named !== "") blameUnits("The unit is that of the limit: write a limit, or leave the unit empty.");
+    if (named !== "") blameUnits("The unit belongs to the limit: enter a limit, or choose no unit.");
     return {};
   }
   const { number, units: written } = splitLimit(values.limit);
   if (written.startsWith("%")) {
-    blame("A share of the size is not possible here: write a length.");
+    blame("A percentage is not possible here: enter a length.");
     return {};
   }
   const limit = numberOf(number, "The limit", blame);
   const units = named || written;
   if (written !== "" && named !== "" && written !== named) {
-    blameUnits(`The limit is in "${written}" and the unit is "${named}": write one of them.`);
+    blameUnits(`The limit is in "${written}" and the unit is "${named}": enter only one of them.`);
     return {};
   }
   if (limit === null) return {};
@@ -119,7 +119,7 @@ function unitsDeclared({ unitA, unitB }: FormValues): Pick<Options, "units"> {
 function toleranceOf(values: FormValues, blame: Blame): Pick<Options, "tolerance"> {
   if (values.toleranceKind === "default") return {};
   if (values.tolerance.trim() === "") {
-    blame("Say how narrow, or take the usual.");
+    blame("Enter a width, or choose the default.");
     return {};
   }
   const value = numberOf(values.tolerance, "The width", blame);

@@ -16,7 +16,7 @@ export function directionsOf(result: Comparison): HTMLElement {
 function direction(result: Comparison, from: Side, directed: Directed | null, sampled: Distribution | null): HTMLElement {
   const [one, other] = from === "a" ? ["A", "B"] : ["B", "A"];
   const title = h("h3", {}, `From ${one} to ${other}`);
-  if (!directed) return h("div", {}, title, h("p", { class: "hint" }, "Was not asked for."));
+  if (!directed) return h("div", {}, title, h("p", { class: "hint" }, "Not requested."));
   const units = unitsOf(result);
   const smaller = result.status === "converged" && result.direction === "symmetric" && directed.lower < result.distance.lower;
   return h(
@@ -24,7 +24,7 @@ function direction(result: Comparison, from: Side, directed: Directed | null, sa
     {},
     title,
     h("p", { class: "figure" }, intervalWords(directed.lower, directed.upper, units)),
-    smaller ? h("p", { class: "hint" }, "Followed only as far as it could be the larger one.") : null,
+    smaller ? h("p", { class: "hint" }, "Searched only as far as it could be the larger of the two.") : null,
     directed.work.nearest_queries === 0 ? h("p", { class: "hint" }, unsearched(result, directed, one, other)) : null,
     directed.work.nearest_queries === 0 ? null : facts([...witnessFacts(directed, one, other, units), ...searchFacts(directed)]),
     sampled ? samples(sampled, units) : null,

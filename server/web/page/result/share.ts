@@ -8,7 +8,7 @@ import { checkCommand, curlCommand, gatesYaml, optionsOf, type Names } from "../
 export function linkRow(path: string, expires: string | null, of = "result"): HTMLElement {
   const link = h("input", { id: "link", readonly: true, value: location.origin + path, spellcheck: "false" });
   link.addEventListener("focus", () => link.select());
-  const until = expires === null ? null : h("p", { class: "hint" }, `Kept until ${new Date(expires).toLocaleString()}; whoever opens it needs a key that may see it, where keys are in force.`);
+  const until = expires === null ? null : h("p", { class: "hint" }, `Kept until ${new Date(expires).toLocaleString()}. If the service uses keys, only the same key can open it.`);
   return h("div", { class: "link-row" }, h("label", { for: "link" }, `Link to this ${of}`), h("div", { class: "joined" }, link, copyButton("Copy link", () => link.value)), until);
 }
 
@@ -61,7 +61,7 @@ export function pipeline(result: Comparison, names: Names, withKey: boolean): HT
   return h(
     "div",
     {},
-    h("p", {}, "Let a pipeline ask the same question: the build is red as soon as the answer is no."),
+    h("p", {}, "Run the same check in a pipeline: the build fails when the limit is exceeded."),
     snippet("gates.yaml", gatesYaml(result, names)),
     snippet("Check it, measured by this service", checkCommand(origin)),
     snippet("The same request by curl", curlCommand(origin, names, optionsOf(result), withKey)),

@@ -22,16 +22,16 @@ const partLabels: Record<string, string> = { a: "Candidate (A)", b: "Baseline (B
 
 const advices: Record<string, string> = {
   "unauthorized": "Enter a key of this service.",
-  "forbidden": "Ask whoever runs the service for a key that may do this.",
+  "forbidden": "Ask the service's operator for a key with this scope.",
   "quota-exceeded": "Delete meshes that are not needed any more, or ask for more room.",
   "not-found": "The link may be mistyped, the result may no longer be kept, or it belongs to another key. Measure again to get a new link.",
   "request-timeout": "The connection is slow, or was interrupted. Try again, perhaps with a gzip-compressed file.",
-  "too-large": "Send a smaller file, or a gzip-compressed one; whoever runs the service may also raise its limit.",
+  "too-large": "Send a smaller file or a gzip-compressed one, or ask the service's operator for a higher limit.",
   "unsupported-format": "Export the mesh as OBJ, STL, PLY, OFF, glTF, GLB or 3MF.",
-  "unreadable-mesh": "The file is damaged or cut off: export it again, and look at what wrote it.",
-  "empty-mesh": "There is no surface to measure: look at what wrote the file.",
-  "non-finite-vertex": "Export the mesh again: a coordinate that is no number cannot be measured.",
-  "index-out-of-range": "The file is inconsistent: export it again, and look at what wrote it.",
+  "unreadable-mesh": "The file is damaged or truncated: export it again, and check the program that wrote it.",
+  "empty-mesh": "There is no surface to measure: check the program that wrote the file.",
+  "non-finite-vertex": "Export the mesh again: a coordinate is not a finite number.",
+  "index-out-of-range": "The file is inconsistent: export it again, and check the program that wrote it.",
   "coordinate-too-large": "Scale the mesh down: squares of such coordinates no longer fit a floating-point number.",
   "invalid-request": "Correct the setting that is named.",
   "unit-conflict": "Say which unit each mesh and the limit is in.",
@@ -42,8 +42,8 @@ const advices: Record<string, string> = {
   "shutting-down": "Try again in a moment.",
   "too-many-requests": "Wait a moment, then try again.",
   "out-of-time": "Allow more time: under “More settings”.",
-  "storage-unavailable": "Try again in a moment; when it stays, whoever runs the service should look at its disk.",
-  "storage-full": "Whoever runs the service has to make room.",
+  "storage-unavailable": "Try again in a moment. If it persists, the service's operator should check its disk or database.",
+  "storage-full": "The service's operator has to free disk space.",
 };
 
 const passing = new Set([
@@ -65,7 +65,7 @@ export function explainProblem(problem: Problem, requestId: string | null): Expl
   // The service's words for these are meant for programs.
   const repeats = typeof gone === "string" || kind === "unauthorized" || (defects.length === 1 && defects[0]?.message === problem.detail);
   return {
-    title: typeof gone === "string" ? `There is no such ${gone}, or not any more` : problem.title,
+    title: typeof gone === "string" ? `There is no such ${gone}, or it was removed` : problem.title,
     detail: repeats ? "" : asSentence(problem.detail),
     advice: advices[kind] ?? "",
     defects,

@@ -137,7 +137,7 @@ function forUndecided(result: Comparison, timeoutMs: number | null): Wording {
     tone: "undecided",
     heading: "Undecided",
     reason: `${known}, and the limit of ${limit} is not decided by that: ${whyEnded[result.status]}.`,
-    proof: effort === "" ? `Decided by ${either}. The limit is closer to the distance than rounding lets be seen.` : `What would decide: ${either}.`,
+    proof: effort === "" ? `Decided by ${either}. The limit is within rounding error of the distance.` : `What would decide: ${either}.`,
   };
 }
 
@@ -211,7 +211,7 @@ export function statusSentence(result: Comparison): string {
   if (result.status === "converged") return "The interval is as narrow as asked.";
   if (result.status === "gate_decided") return "The work stopped as soon as the limit was decided, so the interval may be wide. Without a limit it gets as narrow as asked.";
   const why = whyEnded[result.status];
-  return `${why.charAt(0).toUpperCase()}${why.slice(1)}. The interval reached so far holds all the same.`;
+  return `${why.charAt(0).toUpperCase()}${why.slice(1)}. The interval reached so far is still valid.`;
 }
 
 /** The title of the browser's tab. */
