@@ -128,8 +128,7 @@ std::string ascii_stl(const std::vector<Facet>& facets, const char* vertex_forma
 
 bool same_bits(float a, float b) { return std::bit_cast<std::uint32_t>(a) == std::bit_cast<std::uint32_t>(b); }
 
-// Their floats are ours: exactly those of a binary file; of text, ours rounded once more, which may be the float
-// beside.
+// Compares with libadmesh's floats: the same for a binary file; for text, rounded once more, so perhaps the next float.
 void check_against_admesh(const std::string& file, const Mesh& ours) {
   const auto theirs = by_admesh(file);
   REQUIRE(theirs.has_value());

@@ -42,7 +42,7 @@ std::string_view next_word(std::string_view& line) {
   return word;
 }
 
-// Its mantissa and its power of ten are doubles, which must not overflow in between.
+// Returns true when tinyobjloader parses the number without overflow: it keeps mantissa and power of ten in doubles.
 bool is_plain_number(std::string_view word) {
   constexpr std::size_t kMostCharacters = 25;
   constexpr int kMostExponent = 250;
