@@ -8,7 +8,7 @@
 
 namespace meshgauge::api::test {
 
-TEST_CASE("gltf: indices of 8, 16 and 32 bits; strides") {
+TEST_CASE("gltf: indices of 8, 16 and 32 bits, strides") {
   const Mesh expected = mesh_of(glb(tetrahedron()));
   const std::string vertices = tetrahedron_data().substr(0, 48);
   std::string data = vertices + raw_all<std::uint8_t>(kIndices);

@@ -137,7 +137,7 @@ TEST_CASE("skins and morph targets: the remarks count meshes, not placements") {
                                  "meshes with morph targets, taken at their default weights: 1"});
 }
 
-TEST_CASE("morph targets: at the weights of the mesh, or of the node; sparse ones as well") {
+TEST_CASE("morph targets: at the weights of the mesh, or of the node, sparse ones as well") {
   Builder file;
   const std::size_t up = file.add("VEC3", 5126, 4, floats({0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1}));
   const std::size_t places = file.document["bufferViews"].size();
@@ -207,7 +207,7 @@ TEST_CASE("instancing: translations, rotations and scales, under the node") {
   }
 }
 
-TEST_CASE("instancing: without a transform the mesh appears once; an empty attribute counts as present") {
+TEST_CASE("instancing: without a transform the mesh appears once, an empty attribute counts as present") {
   Builder file;
   json& attributes = file.document["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"];
   attributes["_ID"] = file.add("SCALAR", 5126, 3, floats({1, 2, 3}));

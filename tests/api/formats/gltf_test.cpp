@@ -74,7 +74,7 @@ TEST_CASE("gltf: the default scene, else the first, else all root nodes") {
   CHECK(contains(refusal(glb(document), "m.glb"), "scene of 'a': 2 does not exist"));
 }
 
-TEST_CASE("gltf: every mode of triangles; points and lines are counted") {
+TEST_CASE("gltf: every mode of triangles, points and lines are counted") {
   json document = tetrahedron();
   json& primitives = document["meshes"][0]["primitives"];
   primitives[0] = {{"attributes", {{"POSITION", 0}}}, {"mode", 5}};

@@ -191,7 +191,7 @@ TEST_CASE("obj: bad indices are refused with their line") {
   }
 }
 
-TEST_CASE("obj: faces may precede their vertices; negative indices count from their own line") {
+TEST_CASE("obj: faces may precede their vertices, negative indices count from their own line") {
   CHECK(mesh_of_obj("f 1 2 3\nf 2 3 4\n" + kUnitCorners).triangles == std::vector<Triangle>{{0, 1, 2}, {1, 2, 3}});
   CHECK(contains(refusal("f 1 2 3\nf 2 3 5\n" + kUnitCorners, "m.obj"), "line 2 of 'a'"));
   CHECK(contains(refusal("f -1 2 3\n" + kUnitCorners, "m.obj"), "line 1 of 'a'"));

@@ -48,7 +48,7 @@ TEST_CASE("both sides are seen alike, and a degenerate triangle is not") {
   }
 }
 
-TEST_CASE("what is nearer to the viewer is seen, in either order; at the same depth the first") {
+TEST_CASE("what is nearer to the viewer is seen, in either order, at the same depth the first") {
   Mesh mesh = shapes::triangle(Vec3(0, 0, 1), Vec3(20, 0, 1), Vec3(0, 20, 1));
   for (const double z : {2.0, 0.0, 2.0}) {
     const auto first = static_cast<std::uint32_t>(mesh.positions.size());

@@ -79,7 +79,7 @@ TEST_CASE("numbers of the report are those of the measurement, bit by bit") {
   CHECK(gates[2]["comparison"] == Json{{"status", "timeout"}});
 }
 
-TEST_CASE("an error has a message and nothing measured; a gate by flags has no manifest") {
+TEST_CASE("an error has a message and nothing measured, a gate by flags has no manifest") {
   const Json gate = Json::parse(to_json(one_of_each()))["gates"][3];
   CHECK(gate["error"] == Json{{"message", "'none.stl' cannot be read"}, {"where", "line 3"}});
   for (const char* name : {"distance", "witness", "manifest", "comparison"}) CHECK(gate[name].is_null());

@@ -107,7 +107,7 @@ TEST_CASE("a file that is missing or damaged is an error that says which of the 
   CHECK(report.exit_code() == 3);
 }
 
-TEST_CASE("threads: those of the gate, else those of the processors that are free; one where more are of no use") {
+TEST_CASE("threads: those of the gate, else those of the processors that are free, one where more are of no use") {
   const Folder folder;
   const auto a = folder.obj("a.obj", shapes::sphere(8)), b = folder.obj("b.obj", shapes::sphere(9));
   const auto threads_of = [&](const Gate& asked, const LocalOptions& options) {

@@ -103,7 +103,7 @@ TEST_CASE("access: without keys everybody may do everything") {
   CHECK(!denied(access.hold_storage("", 40, 100, nothing)));
 }
 
-TEST_CASE("access: a token is its owner's; an unknown, disabled or expired one gets one and the same answer") {
+TEST_CASE("access: a token is its owner's, an unknown, disabled or expired one gets one and the same answer") {
   House house;
   Key off = House::key("off");
   off.disabled = true;

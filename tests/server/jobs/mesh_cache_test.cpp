@@ -207,7 +207,7 @@ TEST_CASE("mesh cache: failures are not kept, nor bytes that are not what they a
   CHECK(get(cache, source).ok());
 }
 
-TEST_CASE("mesh cache: one load at a time for a mesh; who waits can be stopped, and loads when the first fails") {
+TEST_CASE("mesh cache: one load at a time for a mesh, who waits can be stopped, and loads when the first fails") {
   MeshCache cache(kPlenty);
   Source source("a");
   std::promise<void> begun, end;
