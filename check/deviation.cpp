@@ -48,7 +48,7 @@ Result<Done> write_whole(const DeviationFile& file, const api::DeviationMap& map
 Result<Done> check_deviation_name(const fs::path& path) {
   const std::string suffix = suffix_of(path);
   if (suffix == ".ply" || suffix == ".glb") return Done{};
-  return refused("a deviation map ends in .ply or .glb, not '" + path.string() + "'", "", "--deviation");
+  return bad_flag("--deviation", "the file must end in .ply or .glb, not '" + path.string() + "'");
 }
 
 Result<Done> write_deviation(const DeviationFile& file, const Prepared& candidate, const Prepared& baseline,

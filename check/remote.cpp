@@ -36,7 +36,7 @@ class Remote final : public Measurer {
   service::Shared shared_;
 };
 
-Error no_key(const std::string& why) { return refused("the key " + why, "", "--key-file"); }
+Error no_key(const std::string& why) { return bad_flag("--key-file", "the key " + why); }
 
 }  // namespace
 
@@ -44,10 +44,10 @@ Result<std::unique_ptr<Measurer>> remote(const RemoteOptions& options) {
   const auto base = service::base_of(options.url);
   if (!base) return base.error();
   if (!options.key.empty() && !service::is_key(options.key)) {
-    return no_key("is not one line of visible ASCII");
+    return no_key("must be one line of visible ASCII");
   }
   if (!options.key.empty() && !options.key_in_clear && !service::is_private(*base)) {
-    return no_key("would be readable on its way to " + *base + ": use https, or allow it by --key-in-clear");
+    return no_key("would be readable on its way to " + *base + ": use https, or add --key-in-clear");
   }
   std::unique_ptr<Measurer> made = std::make_unique<Remote>(options, *base);
   return made;
@@ -59,9 +59,10 @@ Result<std::string> service_key(const std::filesystem::path& file) {
     return std::string(trimmed(variable ? variable : ""));
   }
   const auto text = api::read_text_file(file.string(), kMostKeyBytes);
-  std::string key(text ? trimmed(*text) : "");
+  if (!text) return bad_flag("--key-file", "'" + file.string() + "': " + text.error().message);
+  std::string key(trimmed(*text));
   if (service::is_key(key)) return key;
-  return no_key("in '" + file.string() + "' cannot be read, or is not one line of visible ASCII");
+  return no_key("in '" + file.string() + "' must be one line of visible ASCII");
 }
 
 }  // namespace meshgauge::check

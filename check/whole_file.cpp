@@ -61,7 +61,7 @@ Error not_opened(const std::string& path, int folder, const std::string& compone
   const int why = errno;
   struct stat status {};
   if (::fstatat(folder, component.c_str(), &status, AT_SYMLINK_NOFOLLOW) == 0 && S_ISLNK(status.st_mode)) {
-    return unusable(path, "is a symbolic link or lies behind one, which is not followed: copy the file there");
+    return unusable(path, "is a symbolic link or lies behind one, which is not followed: copy the file to that place");
   }
   errno = why;
   return failed(path);
@@ -93,6 +93,7 @@ Result<WholeFile> WholeFile::open_below(const std::string& folder, const std::st
 Result<WholeFile> WholeFile::read(int fd, const std::string& path, std::uint64_t most) {
   struct stat status {};
   if (::fstat(fd, &status) != 0) return failed(path);
+  if (S_ISDIR(status.st_mode)) return unusable(path, "is a folder: name a file in it");
   if (!S_ISREG(status.st_mode)) return unusable(path, "is not a regular file");
   const auto size = static_cast<std::size_t>(status.st_size);
   if (size > most) {

@@ -49,14 +49,15 @@ Result<DeviationMaps> DeviationMaps::open(const std::string& where, bool of_mani
     if (auto ok = check::check_deviation_name(where); !ok) return ok.error();
     const auto folder = std::filesystem::path(where).parent_path();
     if (!folder.empty() && !std::filesystem::is_directory(folder))
-      return unusable(where, "is in no folder that there is");
+      return unusable(where, "cannot be written: its folder does not exist");
     maps.files_ = {where};
     if (auto ok = places.writes("--deviation", where); !ok) return ok.error();
     return maps;
   }
   std::error_code failed;
   std::filesystem::create_directories(where, failed);
-  if (!std::filesystem::is_directory(where)) return unusable(where, "cannot be made a folder: " + failed.message());
+  if (!std::filesystem::is_directory(where))
+    return unusable(where, "cannot be created as a folder: " + failed.message());
   maps.files_ = files_in(where, gates);
   for (const auto& file : maps.files_) {
     if (auto ok = places.writes("--deviation", file); !ok) return ok.error();

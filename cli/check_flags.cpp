@@ -51,12 +51,16 @@ Result<Done> set_common(const CheckFlags& flags, check::Gate& gate) {
 Result<Done> set_names(const CheckFlags& flags, Options& options) {
   if (flags.direction) {
     const auto direction = api::value_of(check::kDirections, *flags.direction);
-    if (!direction) return bad_flag("--direction", "must be one of " + api::list_of(check::kDirections));
+    if (!direction)
+      return bad_flag("--direction", "must be one of " + api::list_of(check::kDirections) + ", not " +
+                                         api::shown_text(*flags.direction));
     options.direction = *direction;
   }
   if (flags.strategy) {
     const auto strategy = api::value_of(api::kStrategies, *flags.strategy);
-    if (!strategy) return bad_flag("--strategy", "must be one of " + api::list_of(api::kStrategies));
+    if (!strategy)
+      return bad_flag("--strategy",
+                      "must be one of " + api::list_of(api::kStrategies) + ", not " + api::shown_text(*flags.strategy));
     options.strategy = *strategy;
   }
   return Done{};
@@ -68,7 +72,7 @@ Result<check::Gate> gate_of_pair(const CheckFlags& flags) {
   gate.candidate = flags.files[0];
   gate.baseline = flags.files[1];
   if (check::is_same_file(gate.candidate, gate.baseline))
-    return bad_flag("FILES", "candidate and baseline are the same file, '" + flags.files[0] + "'");
+    return bad_flag("FILES", "candidate and baseline are the same file, '" + flags.files[0] + "': name two files");
   if (flags.update_baselines) return gate;  // a limit is not needed
   if (!flags.max_distance) return bad_flag("--max-distance", "is needed for two files, as in --max-distance '0.05 mm'");
   auto limit = check::parse_limit(*flags.max_distance);
@@ -88,7 +92,7 @@ Result<Done> fit_manifest(const CheckFlags& flags) {
                                                 {"--direction", flags.direction.has_value()},
                                                 {"--strategy", flags.strategy.has_value()}};
   for (const auto& [name, is_given] : given) {
-    if (is_given) return bad_flag(name, "is for two files, A and B; '" + flags.files[0] + "' alone is a manifest");
+    if (is_given) return bad_flag(name, "is for two mesh files: write it into the manifest '" + flags.files[0] + "'");
   }
   return Done{};
 }
@@ -108,13 +112,13 @@ Result<Done> fit_files(const CheckFlags& flags) {
   }
   const std::string& second = flags.files[1];
   if (manifest && is_one_of(second, {".json"})) {
-    return bad_flag("--json", "takes its file behind '=': --json=" + second);
+    return bad_flag("--json", "needs '=' before its file: --json=" + second);
   }
   if (manifest || is_one_of(second, {".yaml", ".yml"})) {
     return bad_flag("FILES",
-                    api::shown_text(manifest ? first : second) + " is a manifest, and a manifest stands alone");
+                    api::shown_text(manifest ? first : second) + " is a manifest: give it alone, without other files");
   }
-  if (is_one_of(second, {".json"})) return bad_flag("--json", "takes its file behind '=': --json=" + second);
+  if (is_one_of(second, {".json"})) return bad_flag("--json", "needs '=' before its file: --json=" + second);
   return Done{};
 }
 
@@ -139,7 +143,7 @@ void keep_only(const std::vector<std::string>& patterns, Asked& asked) {
   for (const std::string& pattern : patterns) {
     const auto named = [one = check::Selection({pattern})](const check::Gate& gate) { return one.holds(gate.name); };
     if (std::any_of(asked.gates.begin(), asked.gates.end(), named)) continue;
-    asked.mistakes.push_back({0, 0, "--only: no gate is named like " + api::shown_text(pattern)});
+    asked.mistakes.push_back({0, 0, "--only: no gate has a name that matches " + api::shown_text(pattern)});
   }
   const check::Selection only(patterns);
   std::erase_if(asked.gates, [&](const check::Gate& gate) { return !only.holds(gate.name); });
@@ -226,7 +230,8 @@ Asked gates_asked(const CheckFlags& flags) {
   }
   asked.manifest.clear();
   keep_only(flags.only, asked);
-  if (asked.gates.empty() && asked.mistakes.empty()) asked.mistakes.push_back({0, 0, "there is no gate to check"});
+  if (asked.gates.empty() && asked.mistakes.empty())
+    asked.mistakes.push_back({0, 0, "the manifest has no gate to check"});
   return asked;
 }
 

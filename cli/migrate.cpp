@@ -14,7 +14,8 @@ int run(const Result<server::Settings>& asked) {
   if (!asked) return fail(asked.error());
   const auto settings = server::checked(*asked);
   if (!settings) return fail(settings.error());
-  if (!is_distributed(*settings)) return fail(refused("--database is missing"));
+  if (!is_distributed(*settings))
+    return fail(refused("--database is missing: give the connection string of a PostgreSQL (MESHGAUGE_DATABASE)"));
   const auto done = server::store::migrate_database(settings->database);
   if (!done) return fail(done.error());
   return std::printf("%s\n", to_string(*done).c_str()) < 0 ? kExitError : kExitResult;

@@ -25,7 +25,7 @@ void Places::reads(const std::filesystem::path& file, const std::string& what) {
 Result<Done> Places::writes(const std::string& flag, const std::filesystem::path& file) {
   const auto [place, is_new] = taken_.emplace(identity(file), "written by " + flag + " as well");
   if (is_new) return Done{};
-  return bad_flag(flag, "'" + file.string() + "' is " + place->second);
+  return bad_flag(flag, "'" + file.string() + "' is " + place->second + ": name another file");
 }
 
 }  // namespace meshgauge::cli

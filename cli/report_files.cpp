@@ -42,9 +42,10 @@ Result<Done> write_to(const std::string& flag, const std::string& where, const s
 Result<Done> has_folder(const std::string& flag, const std::string& where) {
   const std::filesystem::path path(where);
   std::error_code none;
-  if (std::filesystem::is_directory(path, none)) return unwritable(flag, where, "is a folder");
+  if (std::filesystem::is_directory(path, none)) return unwritable(flag, where, "is a folder: name a file in it");
   const auto folder = path.has_parent_path() ? path.parent_path() : ".";
-  if (!std::filesystem::is_directory(folder, none)) return unwritable(flag, where, "is in no folder that there is");
+  if (!std::filesystem::is_directory(folder, none))
+    return unwritable(flag, where, "cannot be written: its folder does not exist");
   if (access(folder.c_str(), W_OK) != 0 && access(where.c_str(), W_OK) != 0) return failed(flag, where);
   return Done{};
 }
@@ -59,7 +60,8 @@ Result<Done> ReportFiles::possible(Places& places) const {
   const Entry* on_stdout = nullptr;
   for (const Entry& entry : entries_) {
     if (entry.where == "-") {
-      if (on_stdout) return unwritable(entry.flag, entry.where, "is for " + on_stdout->flag + " already");
+      if (on_stdout)
+        return unwritable(entry.flag, entry.where, "is used by " + on_stdout->flag + " already: name a file");
       on_stdout = &entry;
       continue;
     }

@@ -32,7 +32,7 @@ bool has_same_bytes(const fs::path& a, const fs::path& b) {
 std::optional<std::string> mesh_defect(const fs::path& file) {
   const auto whole = WholeFile::open(file.string());
   if (!whole) return "cannot be read";
-  const api::MeshInput input{"candidate", whole->bytes(), file.string(), ""};
+  const api::MeshInput input{file.string(), whole->bytes(), file.string(), ""};
   const auto mesh = api::load(input, api::ReadLimits{});
   if (mesh) return std::nullopt;
   return "cannot be read: " + mesh.error().message;
@@ -84,7 +84,7 @@ class Planner {
     if (is_new) return add_update(gate);
     if (is_same_file(first->second, gate.candidate)) return;
     refuse(gate, "baseline", gate.baseline,
-           "is that of " + shown_path(first->second) + " as well: which one is it to be?");
+           "is that of " + shown_path(first->second) + " as well: leave one of the two gates out");
   }
 
   std::vector<Update> updates;

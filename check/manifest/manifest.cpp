@@ -14,7 +14,7 @@ namespace {
 
 Result<std::string> read_file(const std::filesystem::path& file) {
   std::error_code none;
-  if (std::filesystem::is_directory(file, none)) return refused("is a folder, not a manifest");
+  if (std::filesystem::is_directory(file, none)) return refused("is a folder: name the manifest in it");
   return api::read_text_file(file.string(), kMaxYamlBytes);
 }
 

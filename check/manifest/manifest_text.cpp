@@ -153,7 +153,8 @@ Entry read_entry(const YamlNode& node, Draft draft, Mistakes& mistakes) {
   empty_if(entry.baseline, "baseline", check_baseline(entry.baseline.text), mistakes);
   for (const std::string_view key : kOwn) {
     if (!find(node, key) && !is_misnamed(node, key))
-      mistakes.add(node.place, subject(entry) + " has no " + std::string(key));
+      mistakes.add(node.place,
+                   subject(entry) + " has no " + std::string(key) + ": add '" + std::string(key) + ": ...'");
   }
   if (!draft.limit_given && !is_misnamed(node, "max_distance")) {
     mistakes.add(node.place,
@@ -180,7 +181,7 @@ std::vector<Entry> read_gates(const YamlNode& list, const Draft& defaults, Mista
   std::vector<Entry> entries;
   if (list.kind != Kind::list || list.items.empty()) {
     const bool none = list.kind == Kind::list || list.kind == Kind::none;
-    mistakes.add(list.place, none ? "gates is empty: nothing would be checked"
+    mistakes.add(list.place, none ? "gates is empty, so nothing would be checked: add a gate, '- name: ...'"
                                   : "gates must be a list of '- name: ...', not " + shown(list));
     return entries;
   }
@@ -197,7 +198,7 @@ std::vector<Entry> read_gates(const YamlNode& list, const Draft& defaults, Mista
 void check_version(const YamlNode* version, Mistakes& mistakes) {
   if (!version) return mistakes.add({1, 1}, "version is missing: write 'version: 1' at the top");
   if (version->kind == Kind::word && version->text == "1") return;
-  mistakes.add(version->place, "version must be 1, the one that is known here, not " + shown(*version));
+  mistakes.add(version->place, "version must be 1, without quotes, not " + shown(*version));
 }
 
 }  // namespace

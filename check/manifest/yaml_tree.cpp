@@ -194,7 +194,8 @@ void refuse_bytes(std::string_view text, const Places& places) {
   const auto control = std::find_if(text.begin(), text.end(),
                                     [](char c) { return is_control(c) && c != '\n' && c != '\r' && c != '\t'; });
   if (control == text.end()) return;
-  throw Stop{places.at(static_cast<std::size_t>(control - text.begin())), "a control character"};
+  throw Stop{places.at(static_cast<std::size_t>(control - text.begin())),
+             "a control character: remove it, or write it as an escape in double quotes"};
 }
 
 void read(std::string_view text, Builder& builder) {

@@ -58,16 +58,17 @@ Result<std::string> base_of(const std::string& url) {
   const Url parsed(curl_url());
   if (!parsed) return bad_server("not enough memory");
   const bool web = url.starts_with("http://") || url.starts_with("https://");
-  if (!web) return bad_server("an address begins with http:// or https://");
-  if (curl_url_set(parsed.get(), CURLUPART_URL, url.c_str(), 0) != CURLUE_OK) return bad_server("this is no address");
+  if (!web) return bad_server("the address must begin with http:// or https://");
+  if (curl_url_set(parsed.get(), CURLUPART_URL, url.c_str(), 0) != CURLUE_OK)
+    return bad_server("this is not an address like https://HOST:PORT");
   if (has(parsed.get(), CURLUPART_USER) || has(parsed.get(), CURLUPART_PASSWORD)) {
-    return bad_server("a user or a password in the address is not used; give a key by --key-file or MESHGAUGE_KEY");
+    return bad_server("an address must not have a user or a password: give a key by --key-file or MESHGAUGE_KEY");
   }
   if (has(parsed.get(), CURLUPART_QUERY) || has(parsed.get(), CURLUPART_FRAGMENT)) {
-    return bad_server("the address ends before '?' and '#'");
+    return bad_server("an address has no query or fragment: leave out what begins with '?' or '#'");
   }
   char* text = nullptr;
-  if (curl_url_get(parsed.get(), CURLUPART_URL, &text, 0) != CURLUE_OK) return bad_server("this is no address");
+  if (curl_url_get(parsed.get(), CURLUPART_URL, &text, 0) != CURLUE_OK) return bad_server("the address cannot be used");
   std::string base = std::unique_ptr<char, Freed>(text).get();
   while (base.ends_with('/')) base.pop_back();
   return base;

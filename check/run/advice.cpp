@@ -59,7 +59,7 @@ std::string more_effort(const Gate& gate, const std::string& status) {
 std::string for_undecided(const GateOutcome& outcome) {
   const std::string limit = deciding_limit(outcome), effort = more_effort(outcome.gate, outcome.measured->status);
   const std::string decided = "Decided by " + limit + (limit.empty() || effort.empty() ? "" : "; or ") + effort;
-  return decided + (effort.empty() ? "; the limit is closer to the distance than rounding lets be seen." : ".");
+  return decided + (effort.empty() ? "; the limit is within rounding error of the distance." : ".");
 }
 
 std::string repair(const Gate& gate, const Error& error) {
@@ -68,21 +68,22 @@ std::string repair(const Gate& gate, const Error& error) {
   switch (error.code) {
     case ErrorCode::unsupported_format:
       if (says(api::kLfsPointer)) return "Check the repository out with Git LFS ('lfs: true' of actions/checkout).";
-      if (says(api::kNoMesh)) return "Look at what put '" + file + "' there.";
+      if (says(api::kNoMesh)) return "Check the step that puts '" + file + "' there.";
       return "Export '" + file + "' as OBJ, STL, PLY, OFF, glTF, GLB or 3MF.";
     case ErrorCode::unreadable_mesh:
       if (error.where.ends_with("].uri")) return "Export '" + file + "' as one .glb.";
       [[fallthrough]];
     case ErrorCode::non_finite_vertex:
     case ErrorCode::index_out_of_range:
-      return "The file is damaged: write '" + file + "' again, and look at what wrote it.";
+      return "Write '" + file + "' again: it is damaged, or its writer does not follow the format.";
     case ErrorCode::empty_mesh:
-      return "'" + file + "' has no triangle: look at what wrote it.";
+      return "Check the step that writes '" + file + "'.";
     case ErrorCode::coordinate_too_large:
+      return "Write '" + file + "' in a larger unit.";
     case ErrorCode::too_large:
       return "Make '" + file + "' smaller.";
     case ErrorCode::invalid_request:
-      return error.part == "a" || error.part == "b" ? "Look at its path and its rights, or at the step that writes it."
+      return error.part == "a" || error.part == "b" ? "Check its path, its permissions and the step that writes it."
                                                     : "";
     default:
       return "";

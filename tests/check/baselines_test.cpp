@@ -98,7 +98,7 @@ TEST_CASE("baselines: two gates may share one, two candidates may not") {
   CHECK(plan_updates({gate("there", "x.off", "b.off"), gate("back", "./x.off", "b.off")}).updates.size() == 1);
   const List mistakes = said(plan_updates({gate("x", "x.off", "b.off"), gate("y", "y.off", "b.off")}));
   REQUIRE(mistakes.size() == 1);
-  CHECK(mistakes[0] == "gate 'y': the baseline 'b.off' is that of 'x.off' as well: which one is it to be?");
+  CHECK(mistakes[0] == "gate 'y': the baseline 'b.off' is that of 'x.off' as well: leave one of the two gates out");
 }
 
 TEST_CASE("baselines: what is no mesh does not become one") {

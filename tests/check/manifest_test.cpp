@@ -117,7 +117,7 @@ TEST_CASE("manifest: a file that cannot be read is a mistake of the whole") {
     return read.mistakes[0].message;
   };
   CHECK(first(folder / "gone.yaml") == "cannot be read: No such file or directory");
-  CHECK(first(folder.path()) == "is a folder, not a manifest");
+  CHECK(first(folder.path()) == "is a folder: name the manifest in it");
   CHECK(first(folder.write("large.yaml", std::string(3 << 20, '#'))) == "larger than 1048576 bytes");
   if (fs::exists("/dev/zero")) CHECK(first("/dev/zero") == "larger than 1048576 bytes");
 }

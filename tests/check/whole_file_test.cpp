@@ -43,7 +43,7 @@ TEST_CASE("whole file: what has no size is refused, what cannot be read is told"
   REQUIRE(::mkfifo(pipe.c_str(), 0600) == 0);
   CHECK(WholeFile::open(pipe).error().message == "'" + pipe + "' is not a regular file");
   CHECK(WholeFile::open(folder.path().string()).error().message ==
-        "'" + folder.path().string() + "' is not a regular file");
+        "'" + folder.path().string() + "' is a folder: name a file in it");
   const std::string none = (folder / "none").string();
   CHECK(WholeFile::open(none).error().message == "'" + none + "' cannot be read: No such file or directory");
   CHECK(WholeFile::open("/proc/self/status").error().message == "'/proc/self/status' was changed while it was read");

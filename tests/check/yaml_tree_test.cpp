@@ -104,7 +104,8 @@ TEST_CASE("yaml: one document, and nothing but UTF-8") {
   CHECK(refusal("{a: 1},").find("f:1:") == 0);  // yaml-cpp would go round in circles
   CHECK(refusal("- a\nb: 3\n").find("f:2:1: one document ends before this line") == 0);
   CHECK(refusal("a: \xFF") == "f:1:4: not UTF-8: save the file in this encoding");
-  CHECK(refusal(std::string("a: 1\nb: \0", 9)) == "f:2:4: a control character");
+  CHECK(refusal(std::string("a: 1\nb: \0", 9)) ==
+        "f:2:4: a control character: remove it, or write it as an escape in double quotes");
   CHECK(refusal(std::string("\xFF\xFE"
                             "a\0",
                             4))

@@ -162,7 +162,7 @@ class Cli(unittest.TestCase):
         self.fails(saying="subcommand")
 
     def test_bad_files(self):
-        self.fails("compare", self.a, self.folder.name, saying="is not a regular file")
+        self.fails("compare", self.a, self.folder.name, saying="is a folder")
         self.fails("compare", self.a, "/dev/zero", saying="is not a regular file")
         self.fails("compare", self.a, self.folder.name + "/none.obj", saying="No such file")
         self.fails("compare", self.a, self.file("empty.obj", b""), saying="empty.obj' is an empty file")

@@ -266,7 +266,7 @@ class CommandLine(unittest.TestCase):
     def test_what_is_no_file(self):
         os.mkfifo(self.folder / "pipe.bin")  # nothing writes to it: opening it would wait for ever
         self.refused("pipe.bin", "pipe.bin' is not a regular file")
-        self.refused("sub", "sub' is not a regular file")
+        self.refused("sub", "sub' is a folder")
         self.refused("none.bin", "none.bin' cannot be read: No such file or directory")
 
 

@@ -79,18 +79,19 @@ TEST_CASE("error: what is wrong, and what to repair") {
         "unknown. Export 'cad.stl' as OBJ, STL, PLY, OFF, glTF, GLB or 3MF.");
   for (const auto code : {ErrorCode::unreadable_mesh, ErrorCode::non_finite_vertex, ErrorCode::index_out_of_range}) {
     CHECK(with(Error{code, "bad", "a", ""}).advice() ==
-          "bad. The file is damaged: write 'part.stl' again, and look at what wrote it.");
+          "bad. Write 'part.stl' again: it is damaged, or its writer does not follow the format.");
   }
   CHECK(with(Error{ErrorCode::unreadable_mesh, "it has '..'", "a", "buffers[0].uri"}).advice() ==
         "it has '..'. Export 'part.stl' as one .glb.");
-  CHECK(with(Error{ErrorCode::empty_mesh, "empty", "a", ""}).advice().find("no triangle") != std::string::npos);
+  CHECK(with(Error{ErrorCode::empty_mesh, "empty", "a", ""}).advice() ==
+        "empty. Check the step that writes 'part.stl'.");
   CHECK(with(Error{ErrorCode::too_large, "large", "a", ""}).advice().find("smaller") != std::string::npos);
   CHECK(with(Error{ErrorCode::unsupported_format, "'b' is a Git LFS pointer, not a mesh: x", "b", ""}).advice() ==
         "'b' is a Git LFS pointer, not a mesh: x. Check the repository out with Git LFS ('lfs: true' of "
         "actions/checkout).");
   CHECK(with(Error{ErrorCode::unsupported_format, "'a' is a web page (HTML), not a mesh", "a", ""}).advice() ==
-        "'a' is a web page (HTML), not a mesh. Look at what put 'part.stl' there.");
+        "'a' is a web page (HTML), not a mesh. Check the step that puts 'part.stl' there.");
   CHECK(with(Error{ErrorCode::invalid_request, "'part.stl' cannot be read: gone", "a", ""}).advice() ==
-        "'part.stl' cannot be read: gone. Look at its path and its rights, or at the step that writes it.");
+        "'part.stl' cannot be read: gone. Check its path, its permissions and the step that writes it.");
   CHECK(with(Error{ErrorCode::internal, "the service is gone", "", ""}).advice() == "the service is gone");
 }

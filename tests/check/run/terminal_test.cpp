@@ -63,7 +63,7 @@ TEST_CASE("the table: columns below each other, advice below its gate, counts at
         "UNDECIDED       slow      0.25 .. 0.75 mm  at most 0.5 mm   1.25 s\n"
         "    Decided by a limit of at least 0.75 mm (pass) or below 0.25 mm (fail); or a longer timeout than 30 s.\n"
         "ERROR           none.stl  -                at most 1        0.00 s\n"
-        "    'none.stl' cannot be read. Look at its path and its rights, or at the step that writes it.\n"
+        "    'none.stl' cannot be read. Check its path, its permissions and the step that writes it.\n"
         "5 gates: 1 pass, 2 fail, 1 undecided, 1 error\n");
 }
 

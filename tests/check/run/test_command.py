@@ -191,8 +191,8 @@ class Manifest(Workplace):
         self.fails("flat.obj", saying="'flat.obj' is a mesh: name its baseline")
         self.fails("flat.STL.gz", saying="is a mesh")
         self.assertIn("--json=out.json", self.exits(3, "gates.yaml", "--json", "out.json").stderr)
-        self.fails("gates.yaml", "flat.obj", "--max-distance", "1", saying="a manifest stands alone")
-        self.fails("flat.obj", "gates.yaml", "--max-distance", "1", saying="a manifest stands alone")
+        self.fails("gates.yaml", "flat.obj", "--max-distance", "1", saying="is a manifest: give it alone")
+        self.fails("flat.obj", "gates.yaml", "--max-distance", "1", saying="is a manifest: give it alone")
 
     def test_new_baselines_are_not_reported(self):
         self.manifest([self.GATES[PASS]])

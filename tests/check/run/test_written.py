@@ -63,7 +63,7 @@ class Reports(Workplace):
         pair = ("flat.obj", "raised.obj", "--max-distance", "3")
         self.fails(*pair, "--json=out", "--junit", "./out", saying="--junit: './out' is written by --json as well")
         self.fails(*pair, "--json=out.ply", "--deviation", "out.ply", saying="is written by --json as well")
-        self.fails(*pair, "--json", "--junit", "-", saying="is for --json already")
+        self.fails(*pair, "--json", "--junit", "-", saying="is used by --json already")
         self.assertFalse((self.folder / "out").exists())
 
     def test_a_full_disk_is_an_error(self):
