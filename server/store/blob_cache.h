@@ -1,13 +1,13 @@
-// Blobs that are kept elsewhere, as files in a folder of this machine: the least recently used go when they take more
-// bytes than they may.
+// A cache of remote blobs: files in a folder of this machine. Beyond a number of bytes the least recently used are
+// removed.
 //
 //   <folder>/incoming/<random>                     being fetched; removed at the start
 //   <folder>/<first two digits>/<id>.<SHA-256 of the owner>
 //
-// No blob comes out whose digest is not its id. It is computed as the bytes come in, and again when a file is opened
-// for the first time after a start, so nothing need be synced; after that a file is trusted as long as its inode, size
-// and times are those that were seen with the right digest. Files are renamed into place when they are whole. The order
-// of use survives a restart, by the files' times.
+// Every blob that is returned has the digest that its id names. The digest is computed as the bytes arrive, and again
+// when a file is first opened after a start, so files need no sync. After that a file is trusted while its inode, size
+// and times are those that it had then. Files are renamed into place when they are complete. The order of use survives
+// a restart, by the files' times.
 #pragma once
 
 #include <cstdint>
@@ -28,22 +28,21 @@ namespace meshgauge::server::store {
 // Thread safe.
 class BlobCache {
  public:
-  // Gives the bytes of a blob, each once and in order; false: there is none.
+  // Passes the bytes of a blob on, each once and in order; false: no such blob.
   using Fetch = std::function<Result<bool>(const RemoteBlobs::Take& take)>;
 
   struct Counters {
     std::uint64_t hits = 0, misses = 0;
-    std::uint64_t refused = 0;  // bytes that came with another digest, and files that were damaged
+    std::uint64_t refused = 0;  // fetches with another digest, and damaged files
     std::uint64_t bytes = 0, files = 0;
   };
 
-  // `folder` is used by this object alone; it is made when there is none, but not the folder around it. Files beyond
-  // `max_bytes` are removed.
+  // Creates `folder` if needed, but not its parent. No other object may use it. Removes files beyond `max_bytes`.
   static Result<std::unique_ptr<BlobCache>> open(const std::string& folder, std::uint64_t max_bytes);
 
-  // nullopt: fetch() says that there is none. Whoever asks for a blob that is being fetched waits for that and shares
-  // its end, errors too. A blob larger than all that may be kept comes through, and is not kept. Bytes of another
-  // digest are fetched once more, then refused (internal). A disk without room is cleared before that is an error.
+  // Returns the blob, fetched unless it is cached; nullopt: fetch() returned false. Concurrent calls for one blob share
+  // one fetch and its error. A blob larger than the cache is returned and not kept. Bytes with another digest are
+  // fetched once more, then an error (internal). A full disk is cleared first, before it is an error.
   // Precondition: is_blob_id(key.id).
   Result<std::optional<Blob>> get(const BlobKey& key, const Fetch& fetch);
   void forget(const BlobKey& key);
@@ -51,11 +50,11 @@ class BlobCache {
   Counters counters() const;
 
  private:
-  struct Incoming;  // a file that is being written
+  struct Incoming;  // a file while it is written
 
   using Order = std::list<std::string>;  // names, the most recently used first
 
-  // By which a file is known again.
+  // Identifies a file that has not changed.
   struct Stamp {
     std::uint64_t inode = 0, size = 0;
     std::int64_t modified_ns = 0, changed_ns = 0;
@@ -65,12 +64,12 @@ class BlobCache {
   struct Entry {
     Order::iterator place;
     std::uint64_t bytes = 0;
-    std::optional<Stamp> sound;  // of the file when its digest was right; none: since the start nobody has looked
+    std::optional<Stamp> sound;  // of the file when its digest was right; nullopt: not checked since the start
   };
 
-  // What a fetch ended with.
+  // The end of a fetch.
   struct Landed {
-    std::shared_ptr<const Descriptor> file;  // none: there is no such blob
+    std::shared_ptr<const Descriptor> file;  // null: no such blob
     std::optional<Error> error;
   };
 
@@ -92,17 +91,17 @@ class BlobCache {
   void insert(const std::string& name, std::uint64_t bytes, const std::optional<Stamp>& sound);
   void touch(Entry& entry, int file);
   void remove(const std::string& name);
-  bool remove_oldest();  // false: there is none
+  bool remove_oldest();  // false: the cache is empty
   void make_room();
 
   const std::string folder_;
   const std::uint64_t max_bytes_;
-  mutable std::mutex mutex_;  // of all below, and of the names of files
+  mutable std::mutex mutex_;  // guards the members below, and the names of files
   Order order_;
   std::unordered_map<std::string, Entry> entries_;
   std::unordered_map<std::string, std::shared_ptr<Lazy<Landed>>> flights_;
   std::uint64_t bytes_ = 0;
-  std::uint64_t incoming_ = 0;  // of files that are being written
+  std::uint64_t incoming_ = 0;  // bytes of files that are being written
   std::uint64_t hits_ = 0, misses_ = 0, refused_ = 0;
 };
 

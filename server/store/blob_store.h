@@ -1,11 +1,12 @@
-// Bytes named by their SHA-256, apart for each owner: no owner shares, sees or is sped up by another one's.
+// Bytes named by their SHA-256, separate for each owner: owners share no bytes, and equal bytes of another owner
+// neither show nor speed up anything.
 //
-// Every call is thread safe. Errors as in job_store.h: storage_full, storage_unavailable, internal; after an error
-// nothing half-written is ever seen.
+// All calls are thread safe. Errors as in job_store.h: storage_full, storage_unavailable, internal. No blob is ever
+// visible half written.
 //
-// Whoever is about to refer to a blob (a job, a mesh) reserves it, calls put() or renew(), and stores the reference:
-// until the reservation goes, remove_unreferenced() leaves the blob. remove_unused() may run at any time beside the
-// others, and in another process: put() and renew() keep a blob from it for `older_than`.
+// Order for a caller that is going to refer to a blob (in a job or a mesh): reserve(), then put() or renew(), then
+// store the reference. remove_unreferenced() keeps a reserved blob. remove_unused() may run at any time, also in
+// another process: put() and renew() protect a blob from it for `older_than`.
 #pragma once
 
 #include <chrono>
@@ -28,11 +29,11 @@ namespace meshgauge::server::store {
 
 struct BlobKey {
   std::string owner;
-  std::string id;  // SHA-256 of the bytes, 64 lower-case hex digits; anything else names no blob
+  std::string id;  // SHA-256 of the bytes, 64 lower-case hex digits; any other text names no blob
   bool operator==(const BlobKey&) const = default;
 };
 
-// Bytes that stay readable, whatever happens to the blob.
+// The bytes of a blob, mapped. They stay readable when the blob is removed.
 class Blob {
  public:
   Blob(Descriptor file, std::span<const std::byte> mapped) : file_(std::move(file)), bytes_(mapped) {}
@@ -40,7 +41,7 @@ class Blob {
   Blob& operator=(Blob&&) = delete;
   ~Blob();
 
-  static Result<Blob> map(Descriptor file);  // all of a file that nobody writes to any more
+  static Result<Blob> map(Descriptor file);  // the whole file, which must not change any more
 
   std::uint64_t size() const { return bytes_.size(); }
   std::span<const std::byte> bytes() const { return bytes_; }
@@ -48,20 +49,20 @@ class Blob {
 
  private:
   Descriptor file_;
-  std::span<const std::byte> bytes_;  // mapped, ours
+  std::span<const std::byte> bytes_;  // mapped; unmapped by the destructor
 };
 
 enum class BlobPut {
   created,
   existed,
-  other_digest,  // the bytes are not those that the id names: nothing is stored
+  other_digest,  // the SHA-256 of the bytes is not the id: nothing is stored
 };
 
-// Who is about to refer to which blob. This one is for the stores of one process; where several processes share their
-// blobs, one that they share has to take its place: then begin(), end() and unless_held() are its own. Thread safe.
+// The blobs that callers are going to refer to. This class knows the reservations of one process; a derived class that
+// overrides begin(), end() and unless_held() shares them between processes. Thread safe.
 class Reservations {
  public:
-  // Of one blob, for one who is about to refer to it.
+  // Reserves one blob during its lifetime.
   class Held {
    public:
     Held(Reservations& all, const BlobKey& key);
@@ -79,8 +80,8 @@ class Reservations {
   Reservations& operator=(const Reservations&) = delete;
   virtual ~Reservations() = default;
 
-  // Calls work(), and lets no reservation of this blob (by its blob_name()) begin meanwhile, unless there is one: then
-  // it is false.
+  // Calls work() and returns its value, unless the blob (by its blob_name()) is reserved: then false. Reservations of
+  // the blob that begin meanwhile wait for work().
   virtual Result<bool> unless_held(const std::string& name, const std::function<Result<bool>()>& work);
 
  protected:
@@ -91,7 +92,7 @@ class Reservations {
   std::mutex mutex_;
   std::condition_variable done_;
   std::multiset<std::string> held_;
-  std::set<std::string> closed_;  // those that work() is called for
+  std::set<std::string> closed_;  // work() runs for these
 };
 
 class BlobStore {
@@ -104,26 +105,25 @@ class BlobStore {
 
   Reservations::Held reserve(const BlobKey& key) { return {*reservations_, key}; }
 
-  // Durable when it returns. The digest is checked on the bytes that are written; a blob that is there already is read
-  // again, and replaced if it was damaged. Keeps no reference to the bytes.
+  // Stores the bytes; durable when it returns. Checks the digest of the bytes that are written. Reads a blob that
+  // exists already, and replaces it if it is damaged. Keeps no reference to the bytes.
   virtual Result<BlobPut> put(const BlobKey& key, std::span<const std::byte> bytes) = 0;
-  // The same of the first `size` bytes of a file, read by offset: its own position is neither used nor moved.
+  // The same for the first `size` bytes of a file. Reads by offset: the file position is neither used nor moved.
   virtual Result<BlobPut> put(const BlobKey& key, int file, std::uint64_t size) = 0;
 
-  virtual Result<std::optional<Blob>> open(const BlobKey& key) = 0;  // nullopt: there is none
+  virtual Result<std::optional<Blob>> open(const BlobKey& key) = 0;  // nullopt: no such blob
   virtual Result<bool> exists(const BlobKey& key) = 0;
-  virtual Result<bool> renew(const BlobKey& key) = 0;   // as put() of the same bytes; false: there is none
-  virtual Result<bool> remove(const BlobKey& key) = 0;  // at once, used or not; false: there was none
-  // At once, unless it is reserved or `referenced` says that something refers to it; false: it stays, or there was
-  // none.
+  virtual Result<bool> renew(const BlobKey& key) = 0;   // makes it as young as put() does; false: no such blob
+  virtual Result<bool> remove(const BlobKey& key) = 0;  // used or not; false: no such blob
+  // Removes the blob unless it is reserved or `referenced` returns true. false: it stays, or did not exist.
   Result<bool> remove_unreferenced(const BlobKey& key, const std::function<Result<bool>()>& referenced);
-  // Removes what is not in `used` and was neither put nor renewed within `older_than`; how many.
+  // Removes blobs that are not in `used` and were neither put nor renewed within `older_than`; returns their number.
   virtual Result<std::uint64_t> remove_unused(std::span<const BlobKey> used, std::chrono::seconds older_than) = 0;
 
-  // What an owner's blobs take, referred to or not.
+  // The bytes of all blobs of an owner, referred to or not.
   virtual Result<std::uint64_t> stored_bytes(const std::string& owner) = 0;
-  virtual Result<std::uint64_t> free_bytes() = 0;  // that are left for blobs
-  virtual Result<Done> check() = 0;                // that something can be stored, by storing it
+  virtual Result<std::uint64_t> free_bytes() = 0;  // left for blobs; the largest number: unknown
+  virtual Result<Done> check() = 0;                // writes something: can blobs be stored?
 
  protected:
   Reservations& reservations() { return *reservations_; }

@@ -1,4 +1,4 @@
-// Where the bytes of a blob come from that is sent elsewhere: memory, or a file that is read by offset.
+// The bytes of a blob that is sent to another machine: in memory, or a file that is read by offset.
 #pragma once
 
 #include <cstddef>
@@ -11,7 +11,7 @@
 
 namespace meshgauge::server::store {
 
-// Refers to the bytes or the descriptor, which outlive it.
+// Borrows the bytes or the descriptor.
 class ByteSource {
  public:
   ByteSource() = default;
@@ -19,13 +19,13 @@ class ByteSource {
   ByteSource(int file, std::uint64_t size) : file_(file), size_(size) {}
 
   std::uint64_t size() const { return size_; }
-  ByteSource part(std::uint64_t offset, std::uint64_t size) const;  // offset + size <= size()
+  ByteSource part(std::uint64_t offset, std::uint64_t size) const;  // precondition: offset + size <= size()
 
-  // Fills `into` from the offset on, as far as there are bytes; how many. Errors: as of a disk, and internal when the
-  // file is shorter than its size.
+  // Copies bytes from the offset on to `into`; returns their number. Errors: those of a disk; internal when the file is
+  // shorter than its size.
   Result<std::size_t> read(std::uint64_t offset, std::span<std::byte> into) const;
 
-  // All of it, also to a digest that goes on.
+  // The digest of all bytes. Also adds them to `whole`.
   Result<std::string> sha256_hex(api::Sha256* whole = nullptr) const;
 
  private:

@@ -21,12 +21,12 @@ struct DistributedSettings {
   std::string s3_region = "us-east-1";
   bool s3_virtual_host = false;
   std::uint64_t blob_cache_bytes = std::uint64_t{10} << 30;
-  std::string data_folder;  // this process's own: cache/ in it
+  std::string data_folder;  // of this process alone; holds cache/
   std::size_t max_unrecorded = 10'000;
   std::size_t max_connections = 8;
-  std::chrono::milliseconds call_timeout{4000};  // PostgresSettings'
-  std::chrono::milliseconds duty_grace{15'000};  // likewise
-  Report report = {};                            // lines for the log: of the database and of S3
+  std::chrono::milliseconds call_timeout{4000};  // as in PostgresSettings
+  std::chrono::milliseconds duty_grace{15'000};  // as in PostgresSettings
+  Report report = {};                            // gets lines about outages of the database and of S3
 };
 
 class DistributedStores final : public AllStores {
@@ -46,7 +46,7 @@ class DistributedStores final : public AllStores {
  private:
   explicit DistributedStores(DataFolder folder) : folder_(std::move(folder)) {}
 
-  DataFolder folder_;  // first in, last out: it holds the lock
+  DataFolder folder_;  // holds the lock, so it is destroyed last
   std::unique_ptr<PostgresStore> store_;
   std::unique_ptr<CachedBlobs> blobs_;  // may use the store's connections
 };

@@ -14,8 +14,8 @@ namespace meshgauge::server::store {
 
 struct EmbeddedSettings {
   std::string data_folder;
-  std::size_t max_unrecorded = 10'000;  // jobs given to record() that are held while they cannot be written
-  Report report = {};                   // a line when an older schema was brought up
+  std::size_t max_unrecorded = 10'000;  // records that are held while they cannot be written
+  Report report = {};                   // gets a line when an older schema was migrated
 };
 
 class EmbeddedStores final : public AllStores {
@@ -33,7 +33,7 @@ class EmbeddedStores final : public AllStores {
  private:
   explicit EmbeddedStores(DataFolder folder) : folder_(std::move(folder)) {}
 
-  DataFolder folder_;  // first in, last out: it holds the lock
+  DataFolder folder_;  // holds the lock, so it is destroyed last
   std::unique_ptr<FileBlobs> blobs_;
   std::unique_ptr<SqliteStore> store_;
 };

@@ -1,5 +1,5 @@
-// What is known about the meshes that owners have stored, beside their bytes (BlobStore). In the same database as the
-// jobs, with the same promises and errors (job_store.h).
+// The rows of meshes that owners have stored; their bytes are in the BlobStore. In the same database as the jobs, with
+// the same guarantees and errors (job_store.h).
 #pragma once
 
 #include <cstdint>
@@ -15,8 +15,8 @@ namespace meshgauge::server::store {
 struct MeshRow {
   BlobKey key;
   std::uint64_t bytes = 0;
-  std::string media_type;  // as its owner said; empty: nothing was said
-  std::string file_name;   // likewise
+  std::string media_type;  // as given by the owner; empty: none
+  std::string file_name;   // as given by the owner; empty: none
   TimePoint created{};
   TimePoint last_used{};
   TimePoint expires{};
@@ -25,30 +25,31 @@ struct MeshRow {
 
 enum class MeshPut {
   created,
-  existed,     // last_used and expires are renewed, the rest stays as it was
+  existed,     // last_used and expires were renewed, the rest is unchanged
   over_quota,  // nothing was stored
 };
 
 struct PutMesh {
   MeshPut what = MeshPut::created;
-  MeshRow row;  // as it is stored; over_quota: as it was given
+  MeshRow row;  // as stored; over_quota: as given
 };
 
 class MeshIndex {
  public:
   virtual ~MeshIndex() = default;
 
-  // The blob must be stored before. `max_stored_bytes`: what stored_bytes() of the owner may become by a new mesh.
+  // Stores a row. `max_stored_bytes`: the most that stored_bytes() of the owner may be with it. Precondition: the blob
+  // is stored.
   virtual Result<PutMesh> put_mesh(const MeshRow& row, std::uint64_t max_stored_bytes) = 0;
   virtual Result<std::optional<MeshRow>> get_mesh(const BlobKey& key) = 0;
-  // Of those of the ids that there are, each once, in no order. This one asks for each by itself.
+  // Returns the rows that exist, each once, in no order.
   virtual Result<std::vector<MeshRow>> known_meshes(const std::string& owner, std::span<const std::string> ids);
-  // Of a mesh that is used. Returns at once, is durable within a second or so, and never takes a time back.
+  // Notes that a mesh was used. Returns at once; becomes durable within about a second. Moves no time back.
   virtual void touch_mesh(const BlobKey& key, TimePoint last_used, TimePoint expires) = 0;
-  virtual Result<bool> delete_mesh(const BlobKey& key) = 0;  // false: there is none. The blob stays
+  virtual Result<bool> delete_mesh(const BlobKey& key) = 0;  // the row alone; false: no such mesh
   virtual Result<std::uint64_t> stored_bytes(const std::string& owner) = 0;
   virtual Result<std::uint64_t> all_stored_bytes() = 0;           // of all owners
-  virtual Result<std::uint64_t> sweep_meshes(TimePoint now) = 0;  // forgets those whose time is over; how many
+  virtual Result<std::uint64_t> sweep_meshes(TimePoint now) = 0;  // removes expired rows; returns their number
 };
 
 }  // namespace meshgauge::server::store

@@ -1,4 +1,4 @@
-// Says once when something that others keep fails, and once when it is back. Thread safe.
+// Reports once when another service fails, and once when it is back. Thread safe.
 #pragma once
 
 #include <atomic>
@@ -8,16 +8,16 @@
 
 namespace meshgauge::server::store {
 
-// A line for the log, which callers' errors do not tell: it may name hosts and roles. Called by several threads, one at
-// a time of each Outage. Empty: nobody wants to know.
+// Takes a line for the log, which may name hosts and roles: callers' errors do not. Called by several threads; each
+// Outage calls it on one thread at a time. Empty: lines are dropped.
 using Report = std::function<void(const std::string& line)>;
 
 class Outage {
  public:
   Outage(std::string what, Report report) : what_(std::move(what)), report_(std::move(report)) {}
 
-  void failed(const std::string& why);  // the whole text
-  void over();                          // something succeeded
+  void failed(const std::string& why);
+  void over();  // a call succeeded
 
  private:
   const std::string what_;

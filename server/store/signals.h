@@ -1,5 +1,5 @@
-// Tells the threads and processes that work on one store what changed in it, so that they need not poll. Best effort: a
-// signal may be lost, come twice or late, so a listener also looks from time to time.
+// Notifies the threads and processes that use one store of changes in it. Best effort: a signal may be lost, late or
+// repeated, so a listener must also poll now and then.
 #pragma once
 
 #include <functional>
@@ -10,10 +10,10 @@ namespace meshgauge::server::store {
 
 struct Signal {
   enum class Kind {
-    work,     // jobs were put into the queue; `job` is empty
-    changed,  // of `job`: it was claimed, has progressed or ended
-    cancel,   // `job` is to end
-    missed,   // some may have been lost: look at everything; `job` is empty
+    work,     // jobs were queued; `job` is empty
+    changed,  // `job` was claimed, has progressed or has ended
+    cancel,   // a cancel of `job` was requested
+    missed,   // signals may have been lost: read everything; `job` is empty
   };
   Kind kind = Kind::missed;
   JobKey job;
@@ -24,10 +24,11 @@ class Signals {
   virtual ~Signals() = default;
 
   using Hear = std::function<void(const Signal&)>;
-  // Calls `hear` until stop_listening() or the end, one call at a time, on any thread. `hear` must not block for long,
-  // throw, or call the store. One listener at a time. The store itself sends: insert(), insert_batch() and hand_back()
-  // `work`; claims of jobs with a deadline, heartbeats with progress and ends of jobs that are in no batch `changed`
-  // (SQLite: of every job); request_cancel() and cancel_batch() `cancel`.
+  // Calls `hear` on any thread, one call at a time, until stop_listening() or the end of this object. `hear` must not
+  // block for long, throw, or call the store. One listener at a time. What the store sends:
+  //   work     insert(), insert_batch(), hand_back()
+  //   changed  claims of jobs with a deadline; heartbeats with progress and ends of jobs of no batch (SQLite: all jobs)
+  //   cancel   request_cancel() and cancel_batch(), of running jobs
   virtual void listen(Hear hear) = 0;
   virtual void stop_listening() = 0;
 };

@@ -1,4 +1,4 @@
-// All that a service keeps, in one of two forms: on this machine (embedded.h), or on engines that several machines
+// All stores of a service, in one of two forms: on this machine (embedded.h), or in databases that several machines
 // share (distributed.h).
 #pragma once
 
@@ -21,7 +21,7 @@ class AllStores {
   virtual BatchStore& batches() = 0;
   virtual BlobStore& blobs() = 0;
   virtual Signals& signals() = 0;
-  virtual bool shared() const = 0;  // other processes work on these stores as well
+  virtual bool shared() const = 0;  // other processes use these stores, too
   virtual const std::string& data_folder() const = 0;
 };
 

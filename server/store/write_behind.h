@@ -1,5 +1,5 @@
-// What a store promises to write, but not at once: ended jobs, and times at which meshes were used. A thread gathers
-// them and writes them in batches; while nothing can be written they are held, and tried again. Thread safe.
+// Writes ended jobs, and the times at which meshes were used, a little later: a thread gathers and writes them in
+// batches. While nothing can be written they are held, and tried again. Thread safe.
 #pragma once
 
 #include <condition_variable>
@@ -37,21 +37,21 @@ class WriteBehind {
     std::vector<std::shared_ptr<const Job>> jobs;
     Touches touches;
   };
-  // Writes a batch durably, or (an Error) nothing of it. Called by one thread at a time.
+  // Writes a batch durably, or on an error nothing of it. Called by one thread at a time.
   using Write = std::function<Result<Done>(const Batch&)>;
 
-  // `max_jobs`: held at most; beyond that the oldest is dropped.
+  // `max_jobs`: the most that are held; beyond that the oldest is dropped.
   WriteBehind(std::size_t max_jobs, Write write);
-  ~WriteBehind();  // after what it was given is written, if it can be
+  ~WriteBehind();  // writes what is held, if it can be written
   WriteBehind(const WriteBehind&) = delete;
   WriteBehind& operator=(const WriteBehind&) = delete;
 
   void record(Job ended);
   void touch(const BlobKey& mesh, Touch touch);
-  // Until all that was given before is durable; the error that kept it from that.
+  // Blocks until all that was given before is durable, or returns the error that prevents it.
   Result<Done> flush();
 
-  std::shared_ptr<const Job> find(const JobKey& key) const;  // null: not given, or written
+  std::shared_ptr<const Job> find(const JobKey& key) const;  // null: not held
   void add_to(Counts& counts) const;
 
  private:
@@ -63,7 +63,7 @@ class WriteBehind {
 
   const std::size_t max_jobs_;
   const Write write_;
-  mutable std::mutex mutex_;  // guards what follows, but batch_
+  mutable std::mutex mutex_;  // guards the members below, except batch_
   std::condition_variable changed_;
   bool stopped_ = false;
   std::deque<std::shared_ptr<const Job>> waiting_;
