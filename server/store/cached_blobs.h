@@ -1,8 +1,7 @@
-// A BlobStore of blobs that are kept elsewhere: the remote store decides what there is, the cache gives the bytes.
+// A BlobStore over remote blobs: the remote store decides which blobs exist, the cache has their bytes.
 //
-// open() of a blob that this machine has in its cache asks nobody, so it goes on working while the remote store does
-// not answer; and it may give one that another process has removed. Whether somebody may have a blob is not for the
-// bytes to decide: jobs and meshes are asked for that.
+// open() of a cached blob does not ask the remote store, so it works while that does not answer, and may return a blob
+// that another process has removed. That is safe: rows of jobs and meshes decide who may read a blob.
 #pragma once
 
 #include <memory>
@@ -16,7 +15,7 @@ namespace meshgauge::server::store {
 
 class CachedBlobs final : public BlobStore {
  public:
-  // Where several processes share the remote store, so must the reservations be shared: see blob_store.h.
+  // Processes that share the remote store must share the reservations: see blob_store.h.
   CachedBlobs(std::unique_ptr<RemoteBlobs> remote, std::unique_ptr<BlobCache> cache,
               std::unique_ptr<Reservations> reservations = std::make_unique<Reservations>())
       : BlobStore(std::move(reservations)), remote_(std::move(remote)), cache_(std::move(cache)) {}

@@ -7,7 +7,7 @@ namespace meshgauge::server::store {
 
 bool is_conninfo(const std::string& text);
 
-// The same without what libpq marks as secret, for eyes and logs: `text` itself when there is nothing to hide, "" when
+// Returns the string without the values that libpq marks as secret, for logs: `text` itself when it has none, "" when
 // it is no connection string.
 std::string without_password(const std::string& text);
 

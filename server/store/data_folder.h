@@ -1,7 +1,7 @@
-// The folder that a service keeps its state in, for itself alone as long as this object lives.
+// The folder of a service's state, locked against other processes while this object lives.
 //
-//   lock         held by the process that uses the folder; its content is that process's number
-//   jobs.sqlite  jobs, results, what is known about meshes (sqlite_store.h); with -wal and -shm beside it
+//   lock         locked by the process that uses the folder; contains its process number
+//   jobs.sqlite  jobs, results, rows of meshes (sqlite_store.h); with -wal and -shm beside it
 //   blobs/       the bytes of meshes (file_blobs.h)
 //   maps/        deviation maps, a cache (server/maps/map_cache.h)
 #pragma once
@@ -15,8 +15,7 @@ namespace meshgauge::server::store {
 
 class DataFolder {
  public:
-  // Makes the folder, for its owner alone, when there is none. Refuses one that cannot be written to or that another
-  // process uses.
+  // Creates the folder with mode 0700 if needed. Error: it cannot be written to, or another process uses it.
   static Result<DataFolder> open(const std::string& path);
 
   const std::string& path() const { return path_; }
@@ -25,13 +24,13 @@ class DataFolder {
   DataFolder(std::string path, Descriptor lock) : path_(std::move(path)), lock_(std::move(lock)) {}
 
   std::string path_;
-  Descriptor lock_;  // the kernel takes the lock back from a process that dies, however it dies
+  Descriptor lock_;  // the kernel frees the lock when the process dies
 };
 
 // Makes the entries of a folder (new, renamed and removed names) durable.
 Result<Done> sync_folder(const std::string& path);
 
-// false: it was there. Not yet durable: sync_folder() of the folder around it.
+// false: it existed. Not durable before sync_folder() of its parent.
 Result<bool> make_folder(const std::string& path);
 
 }  // namespace meshgauge::server::store

@@ -1,4 +1,4 @@
-// The failures of a disk, in the words of Result<T>.
+// Failures of a disk as Error.
 #pragma once
 
 #include <string>
@@ -7,9 +7,9 @@
 
 namespace meshgauge::server::store {
 
-// "<what>: No space left on device", with the code that tells a full disk from one that cannot be used.
+// "<what>: No space left on device", with storage_full or storage_unavailable.
 Error storage_error(int error_number, const std::string& what);
 
-bool means_full(int error_number);  // of the disk, the user's quota or the largest file allowed
+bool means_full(int error_number);  // the disk, the user's quota or the limit on file size
 
 }  // namespace meshgauge::server::store

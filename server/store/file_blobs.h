@@ -1,9 +1,9 @@
 // BlobStore in files:
 //
 //   <root>/incoming/<random>                                  being written; removed at the start
-//   <root>/<SHA-256 of the owner>/<first two digits>/<id>     whole, synced, never changed
+//   <root>/<SHA-256 of the owner>/<first two digits>/<id>     complete, synced, never changed
 //
-// No name from outside becomes part of a path: owners are hashed, and an id is 64 hex digits or names nothing. Folders
+// No name from outside becomes part of a path: owners are hashed, and an id has 64 hex digits or names no blob. Folders
 // have mode 0700, files 0600. A file's time of modification is when it was last put or renewed.
 #pragma once
 
@@ -21,7 +21,7 @@ namespace meshgauge::server::store {
 
 class FileBlobs final : public BlobStore {
  public:
-  // `root` is used by this object alone (DataFolder sees to it); it is made when there is none.
+  // Creates `root` if needed. No other object may use it (DataFolder ensures that).
   static Result<std::unique_ptr<FileBlobs>> open(const std::string& root);
 
   Result<BlobPut> put(const BlobKey& key, std::span<const std::byte> bytes) override;
@@ -55,12 +55,12 @@ class FileBlobs final : public BlobStore {
   void count(const std::string& path, std::uint64_t before, std::uint64_t after);
 
   const std::string root_;
-  // A blob's removal, and what makes it young or another file, exclude each other.
+  // Excludes a blob's removal while the blob is put or renewed.
   std::array<std::mutex, 64> locks_;
   std::mutex bytes_mutex_;
-  std::unordered_map<std::string, std::uint64_t> bytes_;  // of each folder of an owner
+  std::unordered_map<std::string, std::uint64_t> bytes_;  // by folder of the owner
   std::mutex folders_mutex_;
-  std::unordered_set<std::string> durable_folders_;  // whose names were synced, by this object
+  std::unordered_set<std::string> durable_folders_;  // this object has synced their names
 };
 
 }  // namespace meshgauge::server::store

@@ -1,4 +1,4 @@
-// Signals within one process: the sender's thread calls the listener.
+// Signals within one process, on the sender's thread.
 #pragma once
 
 #include <mutex>

@@ -1,4 +1,4 @@
-// What became of a database's schema when it was opened.
+// The versions of a database's schema before and after it was opened.
 #pragma once
 
 #include <cstdint>
@@ -8,12 +8,12 @@ namespace meshgauge::server::store {
 
 struct Migrated {
   std::int64_t from = 0;  // 0: a new database
-  std::int64_t to = 0;    // this program's; the same as `from` when there was nothing to do
+  std::int64_t to = 0;    // that of this program
 
   bool changed() const { return from != to; }
 };
 
-// A sentence for the log and for who asked.
+// A sentence for the log and for `meshgauge migrate`.
 inline std::string to_string(const Migrated& migrated) {
   const std::string to = std::to_string(migrated.to);
   if (!migrated.changed()) return "the schema is of version " + to + " already";

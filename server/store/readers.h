@@ -1,4 +1,4 @@
-// Connections for reading beside the writer: each call of read() has one for itself.
+// A pool of read-only connections. Each call of read() has one of its own. Thread safe.
 #pragma once
 
 #include <condition_variable>
@@ -17,11 +17,11 @@ namespace meshgauge::server::store {
 
 class Readers {
  public:
-  static constexpr std::size_t kMost = 8;  // beyond that, calls wait
+  static constexpr std::size_t kMost = 8;  // further calls block
 
   explicit Readers(std::string path) : path_(std::move(path)) {}
 
-  // work(Connection&) may throw SQLite::Exception.
+  // Returns the value of work(Connection&), which may throw SQLite::Exception.
   template <class Work>
   auto read(Work work) -> Result<std::invoke_result_t<Work&, Connection&>> {
     std::unique_ptr<Connection> connection = take();
@@ -42,7 +42,7 @@ class Readers {
     ~Return() { readers.give_back(std::move(connection)); }
   };
 
-  std::unique_ptr<Connection> take();  // nullptr: one may be opened
+  std::unique_ptr<Connection> take();  // nullptr: open a new one
   void give_back(std::unique_ptr<Connection> connection);
 
   const std::string path_;

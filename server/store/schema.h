@@ -1,4 +1,4 @@
-// The tables, and how a database of an older version of the program becomes one of this version.
+// The tables of the embedded database, and their migration from older versions of the program.
 #pragma once
 
 #include <span>
@@ -9,11 +9,11 @@
 
 namespace meshgauge::server::store {
 
-// Step n makes version n+1 of version n; a new database is version 0. Steps are only ever added.
+// Step n migrates version n to version n+1; a new database is version 0. Steps are added, never changed.
 std::span<const char* const> schema_steps();
 
-// Brings the database to the version of the last step: each step is one transaction, so whatever happens it is of one
-// version or the next. Refuses a database that is another program's, of a later version, or damaged.
+// Migrates the database to the version of the last step. Each step is one transaction, so a crash leaves one version or
+// the next. Error: the database is another program's, of a later version, or damaged.
 Result<Migrated> migrate(Connection& connection, std::span<const char* const> steps);
 
 }  // namespace meshgauge::server::store

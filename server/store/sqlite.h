@@ -1,6 +1,5 @@
-// What the store needs of SQLite, over SQLiteCpp: a connection that keeps its prepared statements, and a statement that
-// is always reset. Both throw SQLite::Exception; to_error() makes an Error of it. One thread at a time uses a
-// connection.
+// SQLite over SQLiteCpp: a connection that keeps its prepared statements, and a statement that is always reset. Both
+// throw SQLite::Exception; to_error() makes an Error of it. One thread at a time may use a connection.
 #pragma once
 
 #include <concepts>
@@ -22,22 +21,22 @@ class Connection {
  public:
   enum class Use { write, read };
 
-  // Of a row `item` of batch_items: its job, all NULL where it is gone (rows.h).
+  // Joins the job of a row `item` of batch_items; all columns are NULL when the job is gone (rows.h).
   static constexpr Sql kJobOfItem{"LEFT JOIN jobs ON jobs.owner = item.owner AND jobs.id = item.job"};
 
   Connection(const std::string& path, Use use);
 
-  // A statement with the values of its parameters $1, $2, ... Runs as its rows are asked for.
+  // Prepares a statement and binds the values to its parameters $1, $2, ... Query::next() and run() execute it.
   template <class... Values>
   Query query(const char* sql, const Values&... values);
 
   SQLite::Statement& prepared(const char* sql);
   void execute(const char* sql) { database_.exec(sql); }
-  std::int64_t pragma(const char* name);  // of a pragma that is a number
-  bool in_transaction() const;            // SQLite ends it by itself after some errors
+  std::int64_t pragma(const char* name);  // precondition: its value is a number
+  bool in_transaction() const;            // SQLite ends a transaction by itself after some errors
 
   const std::string& path() const { return database_.getFilename(); }
-  // Of an exception that this connection's newest query threw.
+  // Precondition: this connection's newest query threw the exception.
   Error to_error(const SQLite::Exception& exception) const;
   void failed_with(int system_error) { system_error_ = system_error; }
 
@@ -47,7 +46,7 @@ class Connection {
   std::map<std::string, SQLite::Statement, std::less<>> statements_;
 };
 
-// Of an exception on the way to a connection. `system_error`: errno of the call that failed; 0: unknown.
+// For an exception while a connection was opened. `system_error`: errno of the failed call; 0: unknown.
 Error to_error(const SQLite::Exception& exception, const std::string& path, int system_error = 0);
 
 // One run of a prepared statement.
@@ -62,8 +61,8 @@ class Query {
   Query(const Query&) = delete;
   Query& operator=(const Query&) = delete;
 
-  bool next();          // to the next row
-  std::uint64_t run();  // to the end; how many rows it changed
+  bool next();          // moves to the next row; false: there is none
+  std::uint64_t run();  // executes it to the end; returns the number of changed rows
 
   std::int64_t number(int column) const { return statement_.getColumn(column).getInt64(); }
   double real(int column) const { return statement_.getColumn(column).getDouble(); }

@@ -1,5 +1,5 @@
-// JobStore, BatchStore and MeshIndex in one SQLite database: log written ahead (WAL), synced at every commit, one
-// writer (writer.h).
+// JobStore, BatchStore and MeshIndex in one SQLite database: write-ahead log, synced at every commit, one writer
+// (writer.h).
 #pragma once
 
 #include <functional>
@@ -21,12 +21,12 @@ namespace meshgauge::server::store {
 
 class SqliteStore final : public JobStore, public BatchStore, public MeshIndex {
  public:
-  // Makes the database when there is none. It is this object's alone (DataFolder sees to it). `max_unrecorded`: how
-  // many jobs given to record() are held at most while they cannot be written. Tells `report` when the schema of
-  // one that was there was brought up.
+  // Creates the database if needed, and migrates an older schema, which `report` gets a line about. No other object may
+  // use the file (DataFolder ensures that). `max_unrecorded`: the most records that are held while they cannot be
+  // written.
   static Result<std::unique_ptr<SqliteStore>> open(const std::string& path, std::size_t max_unrecorded,
                                                    const Report& report = {});
-  ~SqliteStore() override = default;  // after what record() was given is written, if it can be
+  ~SqliteStore() override = default;  // writes what record() was given, if it can be written
 
   Signals& signals() { return signals_; }
 
@@ -75,14 +75,14 @@ class SqliteStore final : public JobStore, public BatchStore, public MeshIndex {
  private:
   SqliteStore(const std::string& path, std::unique_ptr<Connection> connection, std::size_t max_unrecorded);
 
-  Result<Done> cancel_the_rest(Moment moment);  // of cancelled batches, when somebody did not come to the end of them
+  Result<Done> cancel_the_rest(Moment moment);  // of batches whose cancelling was interrupted
   Result<Done> write(const WriteBehind::Batch& batch);
   Result<std::uint64_t> remove_in_portions(const std::function<std::uint64_t(Connection&, std::int64_t most)>& remove);
 
   MemorySignals signals_;
   Readers readers_;
   Writer writer_;
-  WriteBehind behind_;  // ends first: it writes until then
+  WriteBehind behind_;  // destroyed first: it writes until then
 };
 
 }  // namespace meshgauge::server::store

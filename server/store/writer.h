@@ -1,5 +1,5 @@
-// Group commit: one thread with a connection of its own runs whatever waits to be written in one transaction. A disk
-// syncs a few hundred times a second; so many transactions there are, however many writes wait.
+// Group commit: one thread with a connection of its own runs all waiting writes in one transaction. A disk syncs a few
+// hundred times a second, which bounds the number of transactions, not of writes. Thread safe.
 #pragma once
 
 #include <chrono>
@@ -22,14 +22,14 @@ namespace meshgauge::server::store {
 class Writer {
  public:
   explicit Writer(std::unique_ptr<Connection> connection);
-  ~Writer();  // nobody waits any more
+  ~Writer();  // precondition: no call of write() is under way
   Writer(const Writer&) = delete;
   Writer& operator=(const Writer&) = delete;
 
-  // Runs work(Connection&) on the writer's thread; returns its value once that is committed, or the error, and then
-  // nothing of it is stored. The work may throw SQLite::Exception, which undoes it alone and not its neighbours; it may
-  // be run more than once, with what it did before undone. `fleeting`: a crash of the machine may undo it, so it does
-  // not wait for the disk; what is written durably after it makes it durable, too.
+  // Runs work(Connection&) on the writer's thread and blocks until it is committed. Returns its value; on an error
+  // nothing of it is stored. Work may throw SQLite::Exception, which undoes it alone. It may run more than once; what
+  // it did before is undone then. `fleeting`: does not wait for the disk, so a crash of the machine may undo it; a
+  // later durable write makes it durable, too.
   enum class Promise { durable, fleeting };
   template <class Work>
   auto write(Work work, Promise promise = Promise::durable) -> Result<std::invoke_result_t<Work&, Connection&>> {
@@ -61,9 +61,9 @@ class Writer {
   std::condition_variable ready_;
   std::deque<Task> waiting_;
   bool ending_ = false;
-  bool synced_ = true;                                   // the writer's thread alone: commits wait for the disk
-  std::size_t last_tasks_ = 0;                           // the writer's thread alone: of its newest transaction
-  std::chrono::steady_clock::duration last_duration_{};  // likewise
+  bool synced_ = true;                                   // used by the writer's thread alone: commits wait for the disk
+  std::size_t last_tasks_ = 0;                           // used by the writer's thread alone: of its newest transaction
+  std::chrono::steady_clock::duration last_duration_{};  // used by the writer's thread alone: of its newest transaction
   std::thread thread_;
 };
 

@@ -1,5 +1,5 @@
-// The one connection of a process that it keeps for itself: by it the process listens and tells, knows the
-// database's time, and is on duty or not. A thread holds it, and gets another one when it is lost.
+// The connection of a process for signals, the database's time and the duty (JobStore::on_duty()). A thread holds it,
+// and opens another one when it is lost.
 #pragma once
 
 #include <atomic>
@@ -17,40 +17,40 @@ namespace meshgauge::server::store {
 
 struct ControlSettings {
   std::string database;
-  // How long all must have gone well before this process is on duty: a worker that could not be heard during an
-  // outage is to have its chance to say that it lives. With new trouble it leaves the duty to others.
+  // How long the database must have answered without trouble before this process is on duty: workers that could not
+  // send heartbeats during an outage get time to do so. New trouble ends the duty.
   std::chrono::milliseconds duty_grace{15'000};
-  std::int64_t time_offset_ns = 0;  // clock_offset_ns(): what time() goes by until it is measured again
-  // For how long the duty stays with a process that does not ask for it: each does every second.
+  std::int64_t time_offset_ns = 0;  // clock_offset_ns(); time() uses it until it is measured again
+  // How long a process stays on duty without calling on_duty(), which each does every second.
   std::chrono::milliseconds duty_lapse{120'000};
 };
 
-// Of the database's clock to this machine's steady one.
+// The difference of the database's clock and this machine's steady clock.
 std::int64_t clock_offset_ns(PgConnection& connection);
 
 class PgControl final : public Signals {
  public:
-  // `newest_trouble`: of the other connections of this process.
+  // `newest_trouble`: when the other connections of this process last failed.
   PgControl(ControlSettings settings, std::function<SteadyTime()> newest_trouble);
   ~PgControl() override;
 
   void listen(Hear hear) override;
   void stop_listening() override;
 
-  // To all who listen, this process among them. Returns at once; a little later it is sent, once of several that are
-  // equal. What cannot be sent is lost.
+  // Sends a signal to all listeners, this process included, a little later. Returns at once. Equal signals in a row are
+  // sent once. A signal that cannot be sent is lost.
   void tell(Signal::Kind kind, const JobKey& job = {});
 
-  TimePoint time() const;  // JobStore::time(). Measured with each connection and every few seconds
-  bool on_duty();          // JobStore::on_duty(). Applies for it; who does not call it for duty_lapse leaves it
+  TimePoint time() const;  // JobStore::time(), measured with each connection and every few seconds
+  bool on_duty();          // JobStore::on_duty(); also applies for the duty, which lapses after duty_lapse
 
  private:
   void work();
   void connect();
   void serve();
   void send_pending();
-  bool applies() const;  // has asked for the duty of late
-  bool is_well() const;  // for the grace
+  bool applies() const;  // on_duty() was called within duty_lapse
+  bool is_well() const;  // no trouble within duty_grace
   void seek_duty();
   void apply_for_duty();
   void leave_duty();
@@ -64,7 +64,7 @@ class PgControl final : public Signals {
   const Descriptor wake_;  // an eventfd
 
   std::atomic<bool> stopped_{false};
-  std::atomic<std::int64_t> asked_{0};  // on_duty(), when last: steady clock's count
+  std::atomic<std::int64_t> asked_{0};  // newest call of on_duty(): steady clock's count
   std::atomic<bool> holds_duty_{false};
   std::atomic<std::int64_t> connected_since_;  // steady clock's count
   std::atomic<std::int64_t> time_offset_ns_;   // clock_offset_ns()
@@ -75,15 +75,15 @@ class PgControl final : public Signals {
   std::mutex hear_mutex_;  // held while `hear_` runs
   Hear hear_;
 
-  // The thread's own.
+  // Used by the thread alone.
   std::unique_ptr<PgConnection> connection_;
   std::string channel_;
   SteadyTime applied_{}, measured_at_{};
   std::thread thread_;
 };
 
-// What a signal is as a payload of NOTIFY, whatever bytes are in its owner's name; one that would be too long becomes
-// `missed`. And back; nothing for what is no such payload.
+// A signal as a payload of NOTIFY, for any bytes in the owner's name; a payload that would be too long becomes
+// `missed`. signal_of() reads it back; nullopt: not such a payload.
 std::string to_payload(const Signal& signal);
 std::optional<Signal> signal_of(std::string_view payload);
 

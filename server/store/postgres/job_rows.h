@@ -1,4 +1,4 @@
-// New jobs as rows of the table.
+// Inserts jobs as rows.
 #pragma once
 
 #include <span>
@@ -13,7 +13,7 @@ struct JobRow {
   std::string work;  // BatchItem::work
 };
 
-// Leaves out rows whose id or idempotency key is there already; returns the number of the others.
+// Skips jobs whose id or idempotency key exists already; returns the number of inserted rows.
 std::uint64_t insert_rows(PgConnection& connection, std::span<const JobRow> rows);
 
 }  // namespace meshgauge::server::store

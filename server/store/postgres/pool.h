@@ -1,15 +1,14 @@
-// The connections of a process to its database, and how what it asks survives a failover.
+// The connections of a process to its database. Calls survive a short failover.
 //
-// One thread opens connections, so that nobody who calls waits for a name server or a host that is silent. A call that
-// fails for a reason that may pass is repeated on another connection, until `call_timeout` is over: a failover of a
-// second or two is not noticed. While the database has been gone for longer, calls fail at once, and that thread tries
-// again and again. A database that has no more connections to give is not gone: those that there are go round.
+// One thread opens connections, so no caller waits for a name server or a silent host. A call that fails for a reason
+// that may pass is repeated on another connection until `call_timeout` is over, so callers do not notice a failover of
+// one or two seconds. When the database has been away for longer, calls fail at once, and that thread keeps trying. A
+// database that grants no further connection is not away: callers share those that are open.
 //
-// What a caller is told may be told to anybody: it names no host, no role and no statement. The whole text goes to the
-// report.
+// Work may therefore run more than once, and must be idempotent. A commit whose answer was lost may have happened; the
+// repetition finds it.
 //
-// So work is done more than once: each must be idempotent. A commit whose answer was lost may have happened; the
-// repetition then finds it.
+// Errors for callers name no host, no role and no statement; the report gets the whole text.
 #pragma once
 
 #include <condition_variable>
@@ -30,14 +29,14 @@ struct PoolSettings {
   std::size_t max_connections = 8;
   std::chrono::milliseconds call_timeout{4000};
   Report report = {};
-  std::chrono::milliseconds fair_time{1000};  // for an answer: a server that takes longer may be gone
+  std::chrono::milliseconds fair_time{1000};  // for an answer; a slower server may be away
 };
 
-// What a caller is told of a failure.
+// The error for callers: storage_unavailable without details, or internal.
 Error plain_error(const PgFailure& failure);
 
-// What a work's success promises: `durable` that it outlives the machine it was stored on, also when an earlier try's
-// commit was never acknowledged; `fleeting` not.
+// durable: successful work survives the loss of the machine that stored it, also when the commit of an earlier try was
+// never acknowledged. fleeting: it may be lost.
 enum class Promise { durable, fleeting };
 
 class PgPool {
@@ -45,8 +44,8 @@ class PgPool {
   explicit PgPool(PoolSettings settings);
   ~PgPool();
 
-  // work(PgConnection&), which may throw PgFailure; what it returns. It is called again when that may help. `longer`:
-  // how many times the call_timeout a large work gets. Thread safe.
+  // Returns the value of work(PgConnection&), which may throw PgFailure and is repeated when that may help. Blocks for
+  // at most `longer` times the call_timeout. Thread safe.
   template <class Work>
   auto run(Promise promise, Work work, int longer = 1) -> Result<std::invoke_result_t<Work&, PgConnection&>> {
     std::optional<std::invoke_result_t<Work&, PgConnection&>> value;
@@ -57,7 +56,7 @@ class PgPool {
     return *std::move(value);
   }
 
-  // When the database was last not to be reached, or a connection was lost; the start of this object, if never.
+  // When the database was last unreachable, or a connection was lost; the start of this object if never.
   SteadyTime newest_trouble() const;
   const PoolSettings& settings() const { return settings_; }
 
@@ -76,16 +75,16 @@ class PgPool {
 
   const PoolSettings settings_;
   mutable std::mutex mutex_;
-  std::condition_variable returned_;  // a connection, or the news that there is none
-  std::condition_variable wanted_;    // by the thread that opens them
+  std::condition_variable returned_;  // a connection is idle, or the database is away
+  std::condition_variable wanted_;    // a connection is to be opened
   std::deque<std::unique_ptr<PgConnection>> idle_;
   std::size_t open_ = 0;     // idle or taken
   std::size_t waiting_ = 0;  // callers
   std::optional<SteadyTime> gone_since_;
   SteadyTime newest_trouble_ = std::chrono::steady_clock::now();
-  SteadyTime newest_success_{};  // of a work, or of opening a connection
+  SteadyTime newest_success_{};  // of work, or of opening a connection
   std::string why_gone_;
-  std::string why_no_more_;  // connections, beside those that are open; empty: the newest try opened one
+  std::string why_no_more_;  // why no further connection can be opened; empty: the newest attempt opened one
   bool stopped_ = false;
   Outage outage_;
   std::thread opener_;

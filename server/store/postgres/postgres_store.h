@@ -1,7 +1,7 @@
 // JobStore, MeshIndex and BatchStore in one PostgreSQL database, for any number of processes at once.
 //
-// Each call is one statement or one transaction, and repeated until its answer is known, for some seconds at most
-// (pool.h). Rows of jobs are locked in the order of (owner, id), so that calls do not wait for each other in a circle.
+// Each call is one statement or one transaction, repeated until its answer is known, for some seconds at most (pool.h).
+// Rows of jobs are locked in the order of (owner, id), so that calls cannot deadlock.
 #pragma once
 
 #include <atomic>
@@ -21,18 +21,18 @@ namespace meshgauge::server::store {
 
 struct PostgresSettings {
   std::string database;                          // connection string; several hosts are tried in turn
-  std::size_t max_connections = 8;               // beside the one that listens
-  std::chrono::milliseconds call_timeout{4000};  // for how long a call goes on when the database does not answer
-  std::chrono::milliseconds duty_grace{15'000};  // PgControl's
-  std::size_t max_unrecorded = 10'000;           // jobs given to record() that are held while they cannot be written
-  Report report = {};                            // of the database's going and coming back
+  std::size_t max_connections = 8;               // beside the one of PgControl
+  std::chrono::milliseconds call_timeout{4000};  // of a call while the database does not answer
+  std::chrono::milliseconds duty_grace{15'000};  // as in ControlSettings
+  std::size_t max_unrecorded = 10'000;           // records that are held while they cannot be written
+  Report report = {};                            // gets lines about outages
 };
 
 class PostgresStore final : public JobStore, public MeshIndex, public BatchStore {
  public:
-  // Brings the schema up first, and tells the report if that was needed.
+  // Migrates the schema first if needed; the report gets a line about that.
   static Result<std::unique_ptr<PostgresStore>> open(const PostgresSettings& settings);
-  ~PostgresStore() override = default;  // after what record() was given is written, if it can be
+  ~PostgresStore() override = default;  // writes what record() was given, if it can be written
 
   Signals& signals() { return control_; }
   PgPool& pool() { return pool_; }
@@ -91,14 +91,14 @@ class PostgresStore final : public JobStore, public MeshIndex, public BatchStore
   Result<std::uint64_t> remove_in_portions(
       const std::function<std::uint64_t(PgConnection&, std::int64_t most)>& remove);
   Result<Done> cancel_jobs_of(const JobKey& key, std::uint64_t items, Moment moment);
-  Result<Done> cancel_the_rest(Moment moment);  // of cancelled batches, whoever did not come to the end of them
+  Result<Done> cancel_the_rest(Moment moment);  // of batches whose cancelling was interrupted
 
   PgPool pool_;
   PgControl control_;
-  WriteBehind behind_;  // ends first: it writes until then
+  WriteBehind behind_;  // destroyed first: it writes until then
 };
 
-// `meshgauge migrate`: brings the database to this version's schema.
+// `meshgauge migrate`: migrates the database to this version's schema.
 Result<Migrated> migrate_database(const std::string& database);
 
 }  // namespace meshgauge::server::store

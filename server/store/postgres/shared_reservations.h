@@ -1,10 +1,10 @@
-// Reservations of blobs that all processes of one database know of (blob_store.h), by advisory locks: each name is in
-// one of 256 buckets, and a process shares the lock of a bucket while it holds a reservation in it. So ten thousand
-// reservations at once cost at most 256 round trips; and a blob may look reserved, and stay for remove_unused(),
-// because another one of its bucket is.
+// Reservations of blobs (blob_store.h) that all processes of one database share, by advisory locks. Each name is in one
+// of 256 buckets, and a process holds a shared lock of a bucket while it has a reservation in it. So ten thousand
+// reservations at once cost at most 256 round trips. A blob may look reserved because another one of its bucket is;
+// then remove_unused() keeps it.
 //
-// The locks are those of one connection, and end with it: while the database is gone nothing is reserved, but neither
-// is anything removed or referred to. A new connection takes them again.
+// The locks end with their connection. While the database is away nothing is reserved, and no blob can be removed or
+// referred to. A new connection takes the locks again.
 #pragma once
 
 #include <array>
@@ -31,16 +31,16 @@ class SharedReservations final : public Reservations {
   static constexpr std::size_t kBuckets = 256;
 
   static std::size_t bucket_of(const std::string& name);
-  PgConnection& connected();  // with the locks of all that is held; throws PgFailure
-  // Of one statement about a bucket, its boolean; on another connection if this one turns out to be lost.
+  PgConnection& connected();  // holds the locks of all reservations; throws PgFailure
+  // Returns the boolean of a statement about a bucket; on another connection if this one is lost.
   Result<bool> ask(const char* sql, std::size_t bucket);
 
   const std::string database_;
-  std::mutex mutex_;  // of all below; not held while work() runs
+  std::mutex mutex_;  // guards the members below; not held while work() runs
   std::unique_ptr<PgConnection> connection_;
   SteadyTime failed_{};
   std::array<std::size_t, kBuckets> held_{};  // reservations of this process
-  std::array<bool, kBuckets> shared_{};       // whether the connection shares the lock
+  std::array<bool, kBuckets> shared_{};       // whether the connection holds the lock
 };
 
 }  // namespace meshgauge::server::store

@@ -1,5 +1,5 @@
-// Values on their way to PostgreSQL and back, in its binary formats. Text of any bytes, NUL and what is not UTF-8
-// included, is `bytea`: it comes back as it was, and is compared byte by byte.
+// Values in PostgreSQL's binary formats. Text is `bytea`: any bytes come back unchanged, also NUL and bytes that are
+// not UTF-8, and are compared byte by byte.
 #pragma once
 
 #include <concepts>
@@ -17,7 +17,7 @@ struct pg_result;  // libpq's PGresult
 
 namespace meshgauge::server::store {
 
-// The parameters of one statement, $1 and so on in the order given. `real` and `number` are sent as float8 and int8.
+// The parameters $1, $2, ... of one statement. Real numbers are sent as float8, integers as int8.
 class PgValues {
  public:
   template <class... Values>
@@ -27,7 +27,7 @@ class PgValues {
 
   int size() const { return static_cast<int>(types_.size()); }
   const unsigned* types() const { return types_.data(); }
-  // Valid as long as this object is left as it is.
+  // Valid until this object changes.
   std::vector<const char*> pointers() const;
   std::vector<int> lengths() const;
 
@@ -59,20 +59,20 @@ class PgValues {
   std::vector<std::optional<std::string>> values_;
 };
 
-// What a statement answered. Before the first row until next().
+// The rows that a statement returned; next() moves to the first one.
 class PgRows {
  public:
   explicit PgRows(pg_result* result) : result_(result) {}
 
   bool next() { return ++row_ < size(); }
   int size() const;
-  std::uint64_t changed() const;  // rows that an INSERT, UPDATE or DELETE touched
+  std::uint64_t changed() const;  // number of rows that an INSERT, UPDATE or DELETE changed
 
   bool is_null(int column) const;
   std::int64_t number(int column) const;  // of any integer type, or a boolean
   double real(int column) const;
   std::string text(int column) const;
-  std::string_view bytes(int column) const;  // as long as this object lives
+  std::string_view bytes(int column) const;  // valid while this object lives
   TimePoint time(int column) const { return TimePoint(std::chrono::milliseconds(number(column))); }
   std::optional<TimePoint> time_if_any(int column) const;
 
