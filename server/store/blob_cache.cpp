@@ -21,7 +21,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kIncoming = "/incoming";
-constexpr std::int64_t kTouchedNs = 60'000'000'000;  // how exact the order of use is after a restart
+constexpr std::int64_t kTouchedNs = 60'000'000'000;  // precision of the order of use after a restart
 
 Error not_kept(int error_number) { return storage_error(error_number, "the stored mesh cannot be kept on this disk"); }
 
@@ -39,7 +39,7 @@ std::int64_t now_ns() {
   return nanoseconds_of(now);
 }
 
-// The error's number, or 0.
+// Returns errno, or 0.
 int write_at(int file, std::uint64_t offset, std::span<const std::byte>& left) {
   while (!left.empty()) {
     const ssize_t n = ::pwrite(file, left.data(), left.size(), static_cast<off_t>(offset));
@@ -53,7 +53,7 @@ int write_at(int file, std::uint64_t offset, std::span<const std::byte>& left) {
 
 }  // namespace
 
-// Gone with the object, unless it was moved to its place before.
+// Removed by the destructor unless it was moved to its place.
 struct BlobCache::Incoming {
   explicit Incoming(BlobCache& of)
       : cache(of),
@@ -68,7 +68,7 @@ struct BlobCache::Incoming {
   Incoming& operator=(const Incoming&) = delete;
 
   BlobCache& cache;
-  std::string path;  // empty: it has another name now
+  std::string path;  // empty: it was moved
   Descriptor file;
   api::Sha256 digest;
   std::uint64_t bytes = 0;
@@ -120,7 +120,7 @@ Result<std::optional<Blob>> BlobCache::get(const BlobKey& key, const Fetch& fetc
     Result<std::optional<Blob>> kept = open_kept(name, key.id);
     if (!kept || *kept) return kept;
     std::unique_lock lock(mutex_);
-    if (entries_.contains(name)) continue;  // it has just come
+    if (entries_.contains(name)) continue;  // just fetched
     auto& known = flights_[name];
     if (!known) {
       known = std::make_shared<Lazy<Landed>>();
@@ -147,7 +147,7 @@ BlobCache::Counters BlobCache::counters() const {
   return {hits_, misses_, refused_, bytes_, entries_.size()};
 }
 
-// Everybody gets a descriptor with a position of its own.
+// Each caller gets a descriptor with a file position of its own.
 Result<std::optional<Blob>> BlobCache::blob_of(const Landed& landed) {
   if (landed.error) return *landed.error;
   if (!landed.file) return std::optional<Blob>();
@@ -166,7 +166,7 @@ std::optional<BlobCache::Stamp> BlobCache::stamp_of(int file) {
                nanoseconds_of(status.st_ctim)};
 }
 
-// nullopt: it is not kept (any more).
+// nullopt: not in the cache.
 Result<std::optional<Blob>> BlobCache::open_kept(const std::string& name, const std::string& id) {
   std::unique_lock lock(mutex_);
   const auto found = entries_.find(name);
@@ -192,7 +192,7 @@ Result<std::optional<Blob>> BlobCache::open_kept(const std::string& name, const 
   return std::optional(std::move(*blob));
 }
 
-// Reads all of the file. One that is damaged, or that cannot be read, is removed.
+// Reads the whole file; removes it if it is damaged or cannot be read.
 bool BlobCache::prove(const std::string& name, const std::string& id, const Descriptor& file, const Stamp& seen) {
   const Result<std::string> digest = ByteSource(file.get(), seen.size).sha256_hex();
   const bool sound = digest && *digest == id;
@@ -203,7 +203,7 @@ bool BlobCache::prove(const std::string& name, const std::string& id, const Desc
     remove(name);
     return false;
   }
-  if (found == entries_.end()) return true;  // removed meanwhile: the bytes are good all the same
+  if (found == entries_.end()) return true;  // removed meanwhile, but the bytes are right
   found->second.sound = seen;
   touch(found->second, file.get());
   return true;
@@ -217,11 +217,11 @@ BlobCache::Landed BlobCache::fetch_twice(const std::string& name, const std::str
   }
   return {nullptr, Error{ErrorCode::internal, "the stored mesh is damaged: its bytes have another digest", "", ""}};
 } catch (const std::exception& error) {
-  // Whoever waits for this flight must hear of its end.
+  // Calls that wait for this fetch must be woken.
   return {nullptr, Error{ErrorCode::internal, error.what(), "", ""}};
 }
 
-// nullopt: the bytes are those of another digest.
+// nullopt: the bytes have another digest.
 std::optional<BlobCache::Landed> BlobCache::fetch_once(const std::string& name, const std::string& id,
                                                        const Fetch& fetch) {
   Incoming incoming(*this);
@@ -255,7 +255,7 @@ Result<Done> BlobCache::write(Incoming& incoming, std::span<const std::byte> pie
   }
 }
 
-// What cannot be kept is not: it is a cache.
+// Errors are ignored: the blob is then not cached.
 void BlobCache::keep(Incoming& incoming, const std::string& name) {
   if (incoming.bytes > max_bytes_) return;
   const std::string path = path_of(name);

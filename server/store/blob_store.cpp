@@ -42,7 +42,7 @@ void Reservations::end(const std::string& name) {
 }
 
 Result<bool> Reservations::unless_held(const std::string& name, const std::function<Result<bool>()>& work) {
-  // Opened again however work() ends.
+  // Reopened also when work() throws.
   struct Closed {
     Reservations& all;
     const std::string& name;

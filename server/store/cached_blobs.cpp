@@ -34,7 +34,7 @@ Result<bool> CachedBlobs::remove(const BlobKey& key) {
   return removed;
 }
 
-// The files that the cache has of what is removed here go as all others do that nobody asks for.
+// The cached files of removed blobs age out of the cache like any unused file.
 Result<std::uint64_t> CachedBlobs::remove_unused(std::span<const BlobKey> used, std::chrono::seconds older_than) {
   return remote_->remove_unused(used, older_than,
                                 [this](const std::string& name, const std::function<Result<bool>()>& removal) {

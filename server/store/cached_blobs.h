@@ -1,7 +1,7 @@
 // A BlobStore over remote blobs: the remote store decides which blobs exist, the cache has their bytes.
 //
 // open() of a cached blob does not ask the remote store, so it works while that does not answer, and may return a blob
-// that another process has removed. That is safe: rows of jobs and meshes decide who may read a blob.
+// that another process has removed. That is safe: rows of jobs and meshes decide which owner may read a blob.
 #pragma once
 
 #include <memory>

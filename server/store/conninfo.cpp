@@ -10,7 +10,7 @@ namespace {
 
 using Options = std::unique_ptr<PQconninfoOption, decltype(&PQconninfoFree)>;
 
-// libpq's own message is not kept: it may quote a part of a password.
+// libpq's message is dropped: it may quote a part of a password.
 Options parsed(const std::string& text) {
   char* message = nullptr;
   Options options(PQconninfoParse(text.c_str(), &message), &PQconninfoFree);

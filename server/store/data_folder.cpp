@@ -17,7 +17,7 @@ namespace {
 
 std::string in_quotes(const std::string& path) { return "the data folder '" + path + "'"; }
 
-// The folder around it; "a/b/" is as "a/b".
+// The parent folder; "a/b/" is the same as "a/b".
 std::filesystem::path parent_of(const std::string& path, std::error_code& failed) {
   const std::filesystem::path full = std::filesystem::absolute(path, failed).lexically_normal();
   return full.has_filename() ? full.parent_path() : full.parent_path().parent_path();
@@ -41,7 +41,7 @@ std::string holder_of(const Descriptor& lock) {
   return number.empty() ? "" : " (" + number + ")";
 }
 
-// Only tells people whom to look for: on a full disk the lock holds without it.
+// For operators alone: on a full disk the lock holds without this content.
 void write_number(const Descriptor& lock) {
   const std::string number = std::to_string(::getpid()) + "\n";
   if (::ftruncate(lock.get(), 0) != 0 || ::pwrite(lock.get(), number.data(), number.size(), 0) < 0) return;

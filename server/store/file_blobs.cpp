@@ -26,7 +26,7 @@ constexpr const char* kIncoming = "/incoming";
 
 std::span<const std::byte> as_bytes(const std::string& text) { return std::as_bytes(std::span(text)); }
 
-// As many bytes as there are up to the size of `piece`; -1 and errno when it fails.
+// Returns the number of bytes read, up to the size of `piece`; -1 and errno on failure.
 ssize_t read_at(int file, std::span<std::byte> piece, std::uint64_t offset) {
   ssize_t n = 0;
   do {
@@ -35,7 +35,7 @@ ssize_t read_at(int file, std::span<std::byte> piece, std::uint64_t offset) {
   return n;
 }
 
-// What cannot be read is not there: a disk may have lost it.
+// A file that cannot be read counts as missing: a disk may have lost it.
 bool holds(const Descriptor& file, std::span<const std::byte> piece, std::uint64_t offset,
            std::span<std::byte> buffer) {
   while (!piece.empty()) {
@@ -51,7 +51,7 @@ Error not_stored(int error_number) { return storage_error(error_number, "the mes
 Error not_read(int error_number) { return storage_error(error_number, "the stored mesh cannot be read"); }
 Error not_removed(int error_number) { return storage_error(error_number, "the stored mesh cannot be removed"); }
 
-// A file that is gone again, unless it was moved to its place before.
+// A file that the destructor removes unless it was moved to its place.
 class Incoming {
  public:
   explicit Incoming(const std::string& root) : path_(root + kIncoming + "/" + api::random_id()) {
@@ -82,8 +82,7 @@ Result<Done> remove_all_in(const std::string& folder) {
   return Done{};
 }
 
-// Calls visit(path) for each file two folders below the root, which is where blobs are, among the files of the folder
-// of incoming ones, which are not that deep.
+// Calls visit(path) for each blob: each file two folders below the root. Files of `incoming` are not that deep.
 template <class Visit>
 std::error_code for_each_blob(const std::string& root, Visit visit) {
   std::error_code failed;
@@ -94,7 +93,7 @@ std::error_code for_each_blob(const std::string& root, Visit visit) {
   return failed;
 }
 
-// 0 when there is none.
+// 0: there is none.
 std::uint64_t size_of(const std::string& path) {
   struct stat status {};
   return ::stat(path.c_str(), &status) == 0 ? static_cast<std::uint64_t>(status.st_size) : 0;
@@ -107,13 +106,13 @@ bool is_older(const struct stat& status, std::chrono::seconds age) {
 
 }  // namespace
 
-// Where bytes come from: a span, or a file that is read piece by piece.
+// The bytes to store: a span, or a file that is read piece by piece.
 struct FileBlobs::Source {
   std::span<const std::byte> bytes;
   int file = -1;
   std::uint64_t size = 0;
 
-  // Calls take(piece) -> bool for all of it; an early end when that is false.
+  // Calls take(piece) -> bool for all bytes, until it returns false.
   template <class Take>
   Result<Done> for_each_piece(Take take) const {
     std::vector<std::byte> buffer(file < 0 ? 0 : std::min<std::uint64_t>(size, kPiece));
@@ -172,7 +171,7 @@ void FileBlobs::count(const std::string& path, std::uint64_t before, std::uint64
   bytes += after - before;
 }
 
-// Under the lock of this path.
+// Precondition: the lock of this path is held.
 bool FileBlobs::unlink(const std::string& path) {
   const std::uint64_t size = size_of(path);
   if (::unlink(path.c_str()) != 0) return false;
@@ -215,7 +214,7 @@ Result<BlobPut> FileBlobs::put(const BlobKey& key, const Source& source) {
   return put_anew(place, key.id, source);
 }
 
-// nullopt: there is no such file, or one that holds other bytes, which the new one then replaces.
+// nullopt: there is no such file, or it holds other bytes and the new file replaces it.
 Result<std::optional<BlobPut>> FileBlobs::put_again(const Place& place, const std::string& id, const Source& source) {
   const Descriptor there(::open(place.path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW));
   struct stat status {};
@@ -238,7 +237,7 @@ Result<std::optional<BlobPut>> FileBlobs::put_again(const Place& place, const st
   Result<bool> renewed = renew(place);
   if (!renewed) return renewed.error();
   if (!*renewed) return std::optional<BlobPut>();
-  // Another call may have moved it in and not have synced its name yet.
+  // Another call may have moved it here without having synced its name yet.
   Result<Done> synced = sync_folder(place.folder);
   if (!synced) return synced.error();
   return std::optional(BlobPut::existed);

@@ -7,7 +7,7 @@ void Outage::failed(const std::string& why) {
   if (!out_.exchange(true) && report_) report_(why);
 }
 
-// Asked after every success: most often there is nothing to say, and no lock is needed to know.
+// Called after every success, so the common case takes no lock.
 void Outage::over() {
   if (!out_) return;
   const std::lock_guard lock(mutex_);

@@ -5,7 +5,7 @@
 namespace meshgauge::server::store {
 namespace {
 
-constexpr std::int64_t kApplication = 0x4d474a31;  // "MGJ1": tells our files from other SQLite databases
+constexpr std::int64_t kApplication = 0x4d474a31;  // "MGJ1": marks our files among SQLite databases
 
 constexpr const char* kSqliteFirst = R"sql(
 CREATE TABLE jobs (
@@ -113,7 +113,7 @@ CREATE INDEX batch_items_by_job ON batch_items (owner, job);
 
 constexpr const char* kSqliteThird = R"sql(
 ALTER TABLE jobs ADD COLUMN bounds_by TEXT NOT NULL DEFAULT '';    -- Progress::by
--- One step from an owner who waits to the next. claim_some() alone asks for it, by its last condition.
+-- One step from an owner that waits to the next. Only claim_some() uses it, by its last condition.
 CREATE INDEX jobs_turns ON jobs (owner, rank) WHERE state = 0 AND awaits = 0 AND tries >= 0;
 )sql";
 

@@ -10,7 +10,7 @@
 namespace meshgauge::server::store {
 namespace {
 
-// Nobody else writes; somebody may make a backup.
+// No other process writes, but a backup may hold a lock.
 constexpr int kBusyTimeoutMs = 5000;
 
 constexpr int kFlags = SQLITE_OPEN_READWRITE | SQLITE_OPEN_NOMUTEX;
@@ -21,8 +21,7 @@ Connection::Connection(const std::string& path, Use use) : database_(path, kFlag
   execute("PRAGMA foreign_keys = ON");
   execute("PRAGMA temp_store = MEMORY");
   if (use == Use::read) {
-    execute(
-        "PRAGMA query_only = ON");  // the file is open for writing, because readers take part in the locks of the log
+    execute("PRAGMA query_only = ON");  // the file is open for writing: readers take part in the locks of the log
   } else {
     execute("PRAGMA journal_mode = WAL");
     execute("PRAGMA synchronous = FULL");
@@ -73,12 +72,12 @@ Error to_error(const SQLite::Exception& exception, const std::string& path, int 
 }
 
 Query::~Query() {
-  statement_.tryReset();  // its error is that of the run, which was thrown
+  statement_.tryReset();  // returns the error of the run, which was thrown before
   statement_.clearBindings();
 }
 
 bool Query::next() {
-  errno = 0;  // SQLite says of a write that it failed, and leaves why to errno
+  errno = 0;  // when a write fails, the reason is in errno
   try {
     return statement_.executeStep();
   } catch (const SQLite::Exception&) {

@@ -39,7 +39,7 @@ Result<std::uint64_t> SqliteStore::stored_bytes(const std::string& owner) {
 Result<std::uint64_t> SqliteStore::all_stored_bytes() { return readers_.read(count_stored<Connection>); }
 
 Result<std::uint64_t> SqliteStore::sweep_meshes(TimePoint now) {
-  Result<Done> flushed = flush();  // a mesh that was just used stays
+  Result<Done> flushed = flush();  // a mesh that was just used must stay
   if (!flushed) return flushed.error();
   return remove_in_portions([now](Connection& connection, std::int64_t most) {
     return connection

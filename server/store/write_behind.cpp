@@ -9,7 +9,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// How long records are gathered before they are written: a busy service syncs its disk ten times a second for them.
+// How long records are gathered before they are written: at most ten syncs a second.
 constexpr auto kLinger = 100ms;
 constexpr auto kPauseAfterFailure = 1s;
 constexpr std::size_t kBatch = 1000;
@@ -34,7 +34,7 @@ WriteBehind::~WriteBehind() {
   }
   changed_.notify_all();
   thread_.join();
-  static_cast<void>(flush());  // nothing is left to be told that it failed
+  static_cast<void>(flush());  // no caller is left for the error
 }
 
 void WriteBehind::record(Job ended) {
@@ -52,7 +52,7 @@ void WriteBehind::record(Job ended) {
 void WriteBehind::touch(const BlobKey& mesh, Touch touch) {
   {
     const std::lock_guard lock(mutex_);
-    // They are worth little: when nothing can be written they must not fill the memory.
+    // While nothing can be written they must not fill the memory.
     if (touches_.size() >= max_jobs_ && !touches_.contains(mesh)) return;
     merge(touches_, mesh, touch);
   }
@@ -73,7 +73,7 @@ void WriteBehind::add_to(Counts& counts) const {
 
 Result<Done> WriteBehind::flush() {
   const std::lock_guard writing(writing_);
-  std::size_t rounds = 1;  // for what is there now, not for what comes
+  std::size_t rounds = 1;  // for what is held now, not for what comes
   {
     const std::lock_guard lock(mutex_);
     rounds += waiting_.size() / kBatch;
@@ -116,7 +116,7 @@ void WriteBehind::take() {
   batch_.touches = std::exchange(touches_, {});
 }
 
-// What was refused for a reason that does not pass is dropped; anything else is for later.
+// Drops the batch on an error that does not pass; else it is tried again.
 void WriteBehind::end(const Result<Done>& written) {
   const std::lock_guard lock(mutex_);
   if (!written && written.error().code != ErrorCode::internal) {

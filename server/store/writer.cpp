@@ -9,10 +9,10 @@
 namespace meshgauge::server::store {
 namespace {
 
-// Bounds what one transaction adds to the log, and how long its first write waits for the last.
+// Bounds what one transaction adds to the log, and how long its first write waits for its last.
 constexpr std::size_t kMostTasks = 512;
 
-// Failures of one statement, after which the transaction can go on. All others concern the disk or the database.
+// Failures of one statement, after which the transaction can continue. Others concern the disk or the database.
 bool concerns_one(const SQLite::Exception& exception) {
   const int code = exception.getErrorCode();
   return code == SQLITE_CONSTRAINT || code == SQLITE_TOOBIG || code == SQLITE_MISMATCH || code == SQLITE_RANGE ||
@@ -65,9 +65,9 @@ void Writer::loop() {
   }
 }
 
-// Those whose writes have just been committed often come again at once. Taking the first of them alone would let all
-// others wait for two transactions, so the writer waits a little, next to what a transaction takes, for as many as
-// there were.
+// Callers whose writes were just committed often write again at once. Taking the first of them alone would let the
+// others wait for two transactions. So the writer waits for as many as there were, for a fraction of a transaction's
+// time.
 void Writer::gather(std::unique_lock<std::mutex>& lock) {
   ready_.wait_for(lock, last_duration_ / 8, [this] { return ending_ || waiting_.size() >= last_tasks_; });
 }
@@ -75,19 +75,19 @@ void Writer::gather(std::unique_lock<std::mutex>& lock) {
 void Writer::run(std::span<Task> tasks) {
   std::optional<Error> error = commit(tasks);
   if (!error) return;
-  // A locked database takes 5 s to say so, and says the same to each.
+  // A locked database takes 5 s to report that, for each write.
   if (tasks.size() == 1 || error->code == ErrorCode::storage_unavailable) {
     for (Task& task : tasks) task.error = error;
     return;
   }
-  // One of them may be too large for what is left of the disk: the others are not to fail with it.
+  // One of them may be too large for the rest of the disk: the others must not fail with it.
   for (Task& task : tasks) {
     std::optional<Error> own = commit(std::span(&task, 1));
     if (own) task.error = std::move(own);
   }
 }
 
-// The error of the transaction, of which nothing is stored then. Errors of single tasks are theirs.
+// Returns the error of the transaction, of which nothing is stored then. Each task has its own error.
 std::optional<Error> Writer::commit(std::span<Task> tasks) {
   try {
     sync_commits(std::any_of(tasks.begin(), tasks.end(), [](auto& task) { return task.promise == Promise::durable; }));
@@ -130,7 +130,7 @@ void Writer::roll_back() {
   try {
     if (connection_->in_transaction()) connection_->execute("ROLLBACK");
   } catch (const SQLite::Exception&) {
-    // The next BEGIN fails and says so, until a rollback succeeds.
+    // The next BEGIN fails until a rollback succeeds.
   }
 }
 

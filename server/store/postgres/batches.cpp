@@ -1,7 +1,7 @@
 // PostgresStore: BatchStore.
 //
-// Whatever changes which batches point at a job (insert_batch(), cancel_batch(), forget_batch(), sweep_batches()) takes
-// a lock of the owner first, so that no job is cancelled or removed while another batch begins to point at it.
+// Calls that change which batches point at a job (insert_batch(), cancel_batch(), forget_batch(), sweep_batches()) take
+// a lock of the owner first. So no job is cancelled or removed while another batch begins to point at it.
 #include <algorithm>
 #include <thread>
 #include <unordered_map>
@@ -14,8 +14,8 @@
 namespace meshgauge::server::store {
 namespace {
 
-constexpr int kLonger = 5;                           // of the call_timeout, for ten thousand rows
-constexpr std::int64_t kOwnersBatches = 0x4d474a33;  // a lock beside those of schema.cpp and control.cpp
+constexpr int kLonger = 5;                           // times the call_timeout, for ten thousand rows
+constexpr std::int64_t kOwnersBatches = 0x4d474a33;  // a lock; schema.cpp and control.cpp have others
 
 void lock_batches_of(PgConnection& connection, const std::string& owner) {
   connection.query("SELECT pg_advisory_xact_lock($1::int, hashtext(encode($2, 'hex')))", kOwnersBatches, owner);
@@ -46,7 +46,7 @@ bool lock_meshes(PgConnection& connection, const NewBatch& batch) {
 
 using JobsByWork = std::unordered_map<std::string, std::string>;
 
-// The jobs that do the work of some items already. A lock keeps them until these items point at them.
+// Returns the jobs that do the work of some items already, locked until these items point at them.
 JobsByWork find_work(PgConnection& connection, const NewBatch& batch) {
   std::vector<std::string> works;
   for (const BatchItem& item : batch.items) {
@@ -105,7 +105,7 @@ InsertedBatch insert(PgConnection& connection, const NewBatch& batch) {
   if (batch.repeats || !insert_head(connection, batch)) {
     auto there = existing_batch(connection, batch);
     if (!there && batch.repeats) return {{}, false, false, false, true};
-    if (!there) throw PgFailure{"40001", "a batch went while it was looked at", false, true};
+    if (!there) throw PgFailure{"40001", "a batch was removed while it was read", false, true};
     connection.put_barrier();
     transaction.commit();
     return *std::move(there);
@@ -170,9 +170,9 @@ constexpr auto kLockEnded =
 constexpr auto kEndedBefore = "SELECT owner, id FROM batches AS its WHERE created < $1 AND NOT " + kHasNotEnded;
 
 constexpr std::uint64_t kItemPortion = 250;             // items whose jobs one transaction cancels
-constexpr auto kPause = std::chrono::milliseconds(20);  // before those that somebody had locked are tried again
+constexpr auto kPause = std::chrono::milliseconds(20);  // before jobs that others had locked are tried again
 
-// 0: there is no such batch. It is promised from now on: whoever is on duty cancels what this process does not come to.
+// Returns the number of items; 0: there is no such batch. From now on recover() finishes what this process does not.
 std::uint64_t mark_cancelled(PgConnection& connection, const JobKey& key) {
   PgTransaction transaction(connection);
   lock_batches_of(connection, key.owner);
@@ -184,8 +184,8 @@ std::uint64_t mark_cancelled(PgConnection& connection, const JobKey& key) {
   return items;
 }
 
-// Of the items from this position on. What another has locked is left to the next look: so nobody who ends or renews
-// jobs waits for more than a portion, nor this for them.
+// Cancels the jobs of the items from this position on; returns those that run. Skips locked jobs, which the next round
+// tries again: so calls that end or renew jobs wait for one portion at most, and this one does not wait for them.
 std::vector<JobKey> cancel_portion(PgConnection& connection, const JobKey& key, std::uint64_t from, Moment moment) {
   PgTransaction transaction(connection);
   lock_batches_of(connection, key.owner);
@@ -211,8 +211,8 @@ std::vector<JobKey> half_cancelled(PgConnection& connection) {
                       OFFSET 0)))sql"));
 }
 
-// In a transaction. false: there is none, or not all of its jobs have ended, the last one before `ended_before` if that
-// is given.
+// false: there is no such batch, or not all of its jobs have ended, before `ended_before` if that is given.
+// Precondition: a transaction is open.
 bool remove_batch(PgConnection& connection, const JobKey& key, std::optional<TimePoint> ended_before) {
   lock_batches_of(connection, key.owner);
   if (!connection.query(kLockEnded, ended_before, key.owner, key.id).next()) return false;
@@ -268,7 +268,7 @@ Result<bool> PostgresStore::cancel_batch(const JobKey& key, Moment moment) {
       return connection.query(kLeftToCancel, key.owner, key.id).next();
     });
     if (!left) return left.error();
-    if (!*left || std::chrono::steady_clock::now() >= until) break;  // what is left is for who is on duty
+    if (!*left || std::chrono::steady_clock::now() >= until) break;  // recover() finishes the rest
     if (const Result<Done> cancelled = cancel_jobs_of(key, *items, moment); !cancelled) return cancelled.error();
     std::this_thread::sleep_for(kPause);
   }
@@ -289,7 +289,7 @@ Result<BatchStore::Load> PostgresStore::batch_load(const std::string& owner) {
 }
 
 Result<bool> PostgresStore::forget_batch(const JobKey& key) {
-  bool removed = false;  // also by a try whose commit was not heard of
+  bool removed = false;  // also by a try whose commit was not acknowledged
   return pool_.run(
       Promise::durable,
       [&](PgConnection& connection) {

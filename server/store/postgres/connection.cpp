@@ -12,17 +12,17 @@
 namespace meshgauge::server::store {
 namespace {
 
-// Of the connection string, what it does not say otherwise: a server that is gone is noticed within seconds.
+// Defaults of the connection string: a server that is gone is noticed within seconds.
 constexpr std::array kDefaults = {
     std::pair("connect_timeout", "2"),     std::pair("keepalives_idle", "5"),
     std::pair("keepalives_interval", "2"), std::pair("keepalives_count", "3"),
     std::pair("tcp_user_timeout", "6000"), std::pair("fallback_application_name", "meshgauge"),
 };
 
-// Ours for each session. What a plan does must not depend on how many rows PostgreSQL believes that there are: every
-// table is read, joined and ordered by an index. A client that is gone must not hold locks, nor one that waits for a
-// lock wait long. What is acknowledged is on the disk, and with the standby if there is one that must have it, whatever
-// the server's default. Who changes an interval says by whom it is certified: see schema.cpp.
+// The settings of each session. Plans must not depend on PostgreSQL's estimates of row counts: every table is read,
+// joined and ordered by an index. A client that is gone must not hold locks, and waiting for a lock is short. A commit
+// that is acknowledged is on the disk, and on the standby that must have it, whatever the server's default.
+// `meshgauge.bounds_by` marks sessions that write bounds_by with each interval: see schema.cpp.
 constexpr const char* kSession = R"sql(
 SET client_min_messages = warning;
 SET statement_timeout = '30s';
@@ -46,8 +46,7 @@ SELECT set_config('synchronous_commit', 'on', false)
   WHERE current_setting('synchronous_commit') IN ('off', 'local', 'remote_write');
 )sql";
 
-// A plan is made for tables as large as they are then, and PostgreSQL notices only after a minute or so that they are
-// not any more.
+// A plan is made for the size that the tables have then, and PostgreSQL notices a change only after about a minute.
 constexpr auto kPlansLast = std::chrono::seconds(3);
 constexpr auto kSessionTime = std::chrono::seconds(4);
 
@@ -67,7 +66,7 @@ std::string one_line(std::string_view text) {
 bool starts(const std::string& state, std::string_view with) { return state.starts_with(with); }
 
 // 08: the connection; 25006: this server has become a standby; 57P: it is shutting down or starting; 53300: it has no
-// connection left; 40: a deadlock, or somebody else was first; 55P03: a lock took too long; 0A000: a plan that a
+// connection left; 40: a deadlock, or another transaction was first; 55P03: a lock took too long; 0A000: a plan that a
 // migration made invalid; 26000: a statement that the server does not know.
 bool needs_another_connection(const std::string& state) {
   return starts(state, "08") || starts(state, "57P") || state == "25006" || state == "53300" || state == "0A000" ||
@@ -88,8 +87,8 @@ PgFailure failure_of(const PGresult* result) {
   return {state, one_line(field(result, PG_DIAG_MESSAGE_PRIMARY)), needs_another_connection(state), may_pass(state)};
 }
 
-// The statement timeout, or somebody, ended a commit's wait for a standby: it is committed here, and nobody knows
-// whether a failover keeps it. The function's name is in no language of people.
+// The statement timeout or an operator ended a commit's wait for a standby: it is committed here, but a failover may
+// lose it. The function's name identifies the notice, because messages are translated.
 bool is_about_replication(const PGresult* notice) {
   return field(notice, PG_DIAG_SOURCE_FUNCTION) == "SyncRepWaitForLSN";
 }
@@ -218,7 +217,7 @@ PgRows PgConnection::execute(const std::string& sql) {
   return finish(PQsendQuery(connection_.get(), sql.c_str()) != 0);
 }
 
-// What a server says before it closes a connection comes before its end does.
+// Reads what the server sent before it closed the connection.
 void PgConnection::read_all() {
   pollfd polled{socket(), POLLIN, 0};
   while (::poll(&polled, 1, 0) > 0) {
@@ -240,7 +239,7 @@ PgTransaction::~PgTransaction() {
   if (!connection_.usable() || !connection_.in_transaction()) return;
   try {
     connection_.execute("ROLLBACK");
-  } catch (const PgFailure&) {  // whoever gives the connection back sees that it is still in a transaction
+  } catch (const PgFailure&) {  // give_back() sees that the connection is still in a transaction
   }
 }
 

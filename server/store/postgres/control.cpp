@@ -15,10 +15,10 @@ using Clock = std::chrono::steady_clock;
 
 constexpr auto kStatementTime = 4s;
 constexpr auto kPing = 5s;
-constexpr auto kApplyAgain = 1s;  // how soon another process takes over the duty
+constexpr auto kApplyAgain = 1s;  // after which another process takes over the duty
 constexpr auto kBetweenConnects = 500ms;
 constexpr std::size_t kMostPending = 10'000;
-constexpr std::int64_t kDuty = 0x4d474a32;  // beside the lock of schema.cpp; with the schema's name a pair of numbers
+constexpr std::int64_t kDuty = 0x4d474a32;  // a lock; with the hash of the schema's name a pair of numbers
 
 std::int64_t ns(Clock::duration time) { return std::chrono::duration_cast<std::chrono::nanoseconds>(time).count(); }
 
@@ -74,7 +74,7 @@ void PgControl::tell(Signal::Kind kind, const JobKey& job) {
   ::eventfd_write(wake_.get(), 1);
 }
 
-// By the steady clock, so that it does not matter when this machine's is set.
+// By the steady clock, so that setting this machine's clock changes nothing.
 TimePoint PgControl::time() const {
   const auto since_1970 = std::chrono::nanoseconds(ns(Clock::now().time_since_epoch()) + time_offset_ns_.load());
   return std::chrono::floor<std::chrono::milliseconds>(std::chrono::sys_time<std::chrono::nanoseconds>(since_1970));
@@ -103,7 +103,7 @@ void PgControl::work() {
       if (was_connected) hear({Signal::Kind::missed, {}});
       was_connected = true;
       while (!stopped_) serve();
-    } catch (const PgFailure&) {  // the pool tells callers; here another connection is all that can be done
+    } catch (const PgFailure&) {  // the pool reports errors to callers; here a new connection is opened
     }
     holds_duty_ = false;
     connection_.reset();
@@ -114,9 +114,9 @@ void PgControl::work() {
 void PgControl::connect() {
   connection_ = PgConnection::open(settings_.database);
   connection_->set_deadline(Clock::now() + kStatementTime);
-  // A process that was stopped must not keep its duty: it says something every kPing, or is thrown out.
+  // A process that is stopped must not keep its duty: without a statement every kPing the server ends its session.
   connection_->execute("SET idle_session_timeout = '30s'; SET synchronous_commit = off");
-  // Of one database several schemas may be in use.
+  // Several schemas of one database may be in use.
   PgRows schema = connection_->query("SELECT 'meshgauge_' || md5(coalesce(current_schema(), ''))");
   schema.next();
   channel_ = schema.text(0);
@@ -147,16 +147,16 @@ void PgControl::send_pending() {
     pending.swap(pending_);
   }
   if (pending.empty()) return;
-  // NOTIFY holds a lock of the whole database until its commit, so it has a transaction of its own, that waits for no
-  // disk, and not those of the callers.
+  // NOTIFY holds a lock of the whole database until its commit. So it has a transaction of its own, which waits for no
+  // disk, and not the callers' transactions.
   const std::vector<std::string> payloads(pending.begin(), pending.end());
   connection_->query(
       "SELECT pg_notify(encode($1, 'escape'), encode(payload, 'escape')) FROM unnest($2::bytea[]) AS payload", channel_,
       payloads);
 }
 
-// This connection may be well while the others are not, or cannot be had, or while whoever does the duty is held up by
-// a disk: so it would be kept from those who could do it.
+// Leaves the duty when the other connections of this process fail or cannot be opened, or when upkeep hangs: this
+// connection alone may be well, and would keep the duty from processes that can do it.
 void PgControl::seek_duty() {
   const bool fit = is_well() && applies();
   if (holds_duty_ && !fit) return leave_duty();
@@ -194,7 +194,7 @@ void PgControl::pause() {
     eventfd_t count = 0;
     if (polled.revents != 0) ::eventfd_read(wake_.get(), &count);
     const std::lock_guard lock(pending_mutex_);
-    pending_.clear();  // whoever listens will hear that it has missed some
+    pending_.clear();  // listeners get `missed` when they reconnect
   }
 }
 

@@ -17,7 +17,7 @@ std::optional<std::string> none_if_empty(const std::string& text) {
   return text;
 }
 
-// One column of all rows.
+// One member of all rows, as the array of a column.
 template <class Of>
 auto column(std::span<const JobRow> rows, Of of) {
   std::vector<std::decay_t<decltype(of(rows.front()))>> values;

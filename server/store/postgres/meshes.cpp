@@ -14,7 +14,7 @@ constexpr auto kUseMesh = R"sql(
 constexpr auto kFindMeshes =
     "SELECT " + kMeshColumns + " FROM meshes WHERE owner = $1 AND id IN (SELECT unnest($2::bytea[]))";
 
-// What is stored of an owner; nobody else adds to it until the end of the transaction.
+// Returns the stored bytes of an owner, locked until the end of the transaction.
 std::uint64_t lock_stored(PgConnection& connection, const std::string& owner) {
   connection.query("INSERT INTO stored VALUES ($1, 0) ON CONFLICT DO NOTHING", owner);
   return only_count(connection.query("SELECT bytes FROM stored WHERE owner = $1 FOR UPDATE", owner));
@@ -35,14 +35,14 @@ PutMesh put(PgConnection& connection, const MeshRow& mesh, std::uint64_t max_sto
   return {MeshPut::created, mesh};
 }
 
-// Some of one owner; 0: there are none.
+// Removes some expired meshes of one owner; returns their number. 0: there are none.
 std::uint64_t remove_expired(PgConnection& connection, TimePoint now) {
   PgTransaction transaction(connection);
   PgRows oldest = connection.query("SELECT owner FROM meshes WHERE expires <= $1 ORDER BY expires LIMIT 1", now);
   if (!oldest.next()) return 0;
   const std::string owner = oldest.text(0);
   lock_stored(connection, owner);
-  // The first condition is asked again of one that somebody was just using: it stays.
+  // The first condition is checked again on a row that was locked: a mesh that was just used stays.
   const std::uint64_t removed = connection
                                     .query(R"sql(
     DELETE FROM meshes
@@ -75,9 +75,9 @@ Result<std::vector<MeshRow>> PostgresStore::known_meshes(const std::string& owne
 }
 
 Result<bool> PostgresStore::delete_mesh(const BlobKey& key) {
-  bool was_there = false;  // also for a try whose commit was not heard of
+  bool was_there = false;  // also in a try whose commit was not acknowledged
   return pool_.run(Promise::durable, [&](PgConnection& connection) {
-    // In the order of put_mesh(): first what the owner has in all.
+    // Locks in the order of put_mesh(): first the owner's sum.
     PgTransaction transaction(connection);
     lock_stored(connection, key.owner);
     was_there |= connection.query("DELETE FROM meshes WHERE owner = $1 AND id = $2", key.owner, key.id).changed() == 1;
@@ -94,9 +94,9 @@ Result<std::uint64_t> PostgresStore::all_stored_bytes() {
   return pool_.run(Promise::fleeting, count_stored<PgConnection>);
 }
 
-// One owner at a time, whose sum is locked first, as in put_mesh().
+// One owner at a time; locks the owner's sum first, as put_mesh() does.
 Result<std::uint64_t> PostgresStore::sweep_meshes(TimePoint now) {
-  Result<Done> flushed = flush();  // a mesh that was just used stays
+  Result<Done> flushed = flush();  // a mesh that was just used must stay
   if (!flushed) return flushed.error();
   for (std::uint64_t removed = 0;;) {
     const auto portion =

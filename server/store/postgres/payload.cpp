@@ -1,4 +1,4 @@
-// The payloads of control.h: "<kind> <owner> <id>", the two in hexadecimal digits.
+// The payloads of control.h: "<kind> <owner> <id>", owner and id in hexadecimal digits.
 #include <algorithm>
 
 #include "server/store/postgres/control.h"

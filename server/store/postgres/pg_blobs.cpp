@@ -10,12 +10,12 @@
 namespace meshgauge::server::store {
 namespace {
 
-constexpr int kLonger = 5;                  // of the call_timeout: what reads or removes much
+constexpr int kLonger = 5;                  // times the call_timeout, for calls that read or remove much
 constexpr std::int64_t kChunkPortion = 16;  // chunks that one transaction removes
 constexpr std::int64_t kBlobsAtOnce = 1000;
-constexpr int kSends = 3;  // of one blob, each after the database lost some of the one before
+constexpr int kSends = 3;  // attempts to send a blob; the database may lose chunks of each
 
-// Milliseconds since 1970, by the clock of the database.
+// The database's clock, in milliseconds since 1970.
 constexpr Sql kNow("(extract(epoch FROM clock_timestamp()) * 1000)::int8");
 
 constexpr auto kRenewBlob =
@@ -40,7 +40,7 @@ constexpr auto kOlderBlobs = R"sql(
 constexpr auto kBeginUpload = "INSERT INTO blob_uploads VALUES ($1, " + kNow + ") ON CONFLICT DO NOTHING";
 constexpr auto kCheck =
     "INSERT INTO checks VALUES ('blobs', " + kNow + ") ON CONFLICT (process) DO UPDATE SET at = excluded.at";
-// From then on it cannot become a blob.
+// An upload with begun = 0 can no longer become a blob.
 constexpr auto kGiveUpUploads = "UPDATE blob_uploads SET begun = 0 WHERE begun <= " + kNow + " - $1 RETURNING upload";
 
 struct Row {
@@ -54,7 +54,7 @@ std::optional<Row> find(PgConnection& connection, const BlobKey& key) {
   return Row{row.text(0), static_cast<std::uint64_t>(row.number(1))};
 }
 
-// The sums of an owner are locked before its blobs, everywhere.
+// The order of locks: an owner's sum before its blobs.
 void lock_sum(PgConnection& connection, const std::string& owner) {
   connection.query("INSERT INTO blob_bytes VALUES ($1, 0) ON CONFLICT DO NOTHING", owner);
   connection.query("SELECT bytes FROM blob_bytes WHERE owner = $1 FOR UPDATE", owner);
@@ -82,8 +82,7 @@ bool renew_row(PgConnection& connection, const BlobKey& key, const std::string& 
   return connection.query(kRenewBlob, key.owner, key.id, upload).changed() == 1;
 }
 
-// No chunk's commit waited for a disk, so a database that died and came back may lack some of them, or the upload's
-// row.
+// No chunk's commit waited for a disk, so a database that crashed may lack chunks, or the upload's row.
 bool is_whole(PgConnection& connection, const std::string& upload, std::uint64_t bytes) {
   PgRows sent = connection.query(R"sql(
     SELECT count(*), coalesce(sum(length(bytes)), 0)::int8, EXISTS (SELECT FROM blob_uploads WHERE upload = $1)
@@ -94,14 +93,14 @@ bool is_whole(PgConnection& connection, const std::string& upload, std::uint64_t
          static_cast<std::uint64_t>(sent.number(1)) == bytes && sent.number(2) != 0;
 }
 
-// The upload becomes the blob, in the place of one that is damaged; or is garbage, because another one was faster or
-// because some of it was lost (nullopt).
+// Makes the upload the blob, in place of a damaged one. `existed`: another upload was faster. nullopt: the database
+// lost chunks. In both cases the upload is garbage.
 std::optional<BlobPut> settle(PgConnection& connection, const BlobKey& key, const std::string& upload,
                               std::uint64_t bytes, const std::string& damaged) {
   PgTransaction transaction(connection);
   lock_sum(connection, key.owner);
   const std::optional<Row> there = find(connection, key);
-  if (there && there->upload == upload) return BlobPut::created;  // an earlier try's commit was not heard of
+  if (there && there->upload == upload) return BlobPut::created;  // an earlier try's commit was not acknowledged
   std::optional<BlobPut> put = BlobPut::created;
   if (there && there->upload != damaged) {
     make_garbage(connection, upload);
@@ -123,8 +122,8 @@ std::optional<BlobPut> settle(PgConnection& connection, const BlobKey& key, cons
   return put;
 }
 
-// Its chunks are garbage then. Nothing: there is none; or, when an age is asked for, it is younger or a mesh or a job
-// refers to it.
+// Removes the blob's row and returns its upload, whose chunks are garbage then. nullopt: there is no such blob, or an
+// age is given and the blob is younger or used by a mesh or a job.
 std::optional<std::string> remove_row(PgConnection& connection, const BlobKey& key,
                                       std::optional<std::chrono::seconds> older_than) {
   PgTransaction transaction(connection);
@@ -144,7 +143,7 @@ std::vector<BlobKey> older_blobs(PgConnection& connection, std::chrono::seconds 
                                            std::chrono::milliseconds(older_than).count(), kBlobsAtOnce));
 }
 
-// Of a blob of which a chunk is missing. What is damaged stays so until somebody puts it again.
+// The error for a missing chunk. A damaged blob stays damaged until it is put again.
 Error not_whole(bool still_there) {
   if (still_there) return {ErrorCode::internal, "the stored mesh is damaged: some of its bytes are missing", "", ""};
   return {ErrorCode::storage_unavailable, "the stored mesh was removed while it was read", "", ""};
@@ -160,7 +159,7 @@ Result<BlobPut> PgBlobs::put(const BlobKey& key, int file, std::uint64_t size) {
   return put(key, ByteSource(file, size));
 }
 
-// Of each chunk. `right`: whether they are those of the blob.
+// Returns the digest of each chunk. `right`: whether all bytes have the digest `key.id`.
 Result<std::vector<std::string>> PgBlobs::digests(const BlobKey& key, const ByteSource& source, bool& right) {
   api::Sha256 whole;
   std::vector<std::string> digests;
@@ -216,14 +215,14 @@ Result<std::optional<BlobPut>> PgBlobs::put_once(const BlobKey& key, const ByteS
     put = pool_.run(Promise::durable,
                     [&](PgConnection& connection) { return settle(connection, key, upload, source.size(), damaged); });
   }
-  // What became no blob goes now if it can, else later. An error may hide a commit, so only what is known to be none.
+  // Removes what became no blob, or leaves it to remove_garbage(). Not after an error, which may hide a commit.
   const bool created = put && *put == BlobPut::created;
   if (put && !created) static_cast<void>(remove_chunks(upload));
   if (created && !damaged.empty()) static_cast<void>(remove_chunks(damaged));
   return put;
 }
 
-// The digest of what was sent.
+// Sends the bytes in chunks; returns their digest.
 Result<std::string> PgBlobs::send(const ByteSource& source, const std::string& upload) {
   const auto begun = pool_.run(Promise::fleeting, [&](PgConnection& connection) {
     connection.query(kBeginUpload, upload);
@@ -239,8 +238,8 @@ Result<std::string> PgBlobs::send(const ByteSource& source, const std::string& u
     if (!read) return read.error();
     const std::span<const std::byte> piece = std::span(buffer).first(*read);
     digest.update(piece);
-    // None of these commits waits for a disk: the one that makes them a blob waits for all. Without the upload's row
-    // nobody would find them again.
+    // None of these commits waits for a disk: the one that makes them a blob waits for all. Chunks need the upload's
+    // row, by which remove_garbage() finds them.
     const auto sent = pool_.run(Promise::fleeting, [&](PgConnection& connection) {
       connection.query(R"sql(
     WITH stored AS (
@@ -297,7 +296,7 @@ Result<bool> PgBlobs::remove(const BlobKey& key) {
                        [](const std::string&, const std::function<Result<bool>()>& removal) { return removal(); });
 }
 
-// Nobody has to wait for the end of the guard until all chunks are gone.
+// The chunks are removed after the guard has ended, so no reservation waits for that.
 Result<bool> PgBlobs::remove_if_old(const BlobKey& key, std::optional<std::chrono::seconds> older_than,
                                     const Guard& guard) {
   std::string garbage;
@@ -308,11 +307,11 @@ Result<bool> PgBlobs::remove_if_old(const BlobKey& key, std::optional<std::chron
     if (*upload) garbage = **upload;
     return upload->has_value();
   });
-  if (removed && *removed) static_cast<void>(remove_chunks(garbage));  // else later
+  if (removed && *removed) static_cast<void>(remove_chunks(garbage));  // on an error remove_garbage() does it
   return removed;
 }
 
-// Of an upload that is garbage.
+// Precondition: the upload is garbage.
 Result<Done> PgBlobs::remove_chunks(const std::string& upload) {
   while (true) {
     const auto removed = pool_.run(

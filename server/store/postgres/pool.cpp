@@ -11,10 +11,10 @@ using Clock = std::chrono::steady_clock;
 constexpr auto kBetweenProbes = 250ms;
 constexpr auto kFirstPause = 5ms, kLongestPause = 200ms;  // between tries of one call
 
-constexpr const char* kNoneToSpare = "53300";  // as the database says it
+constexpr const char* kNoneToSpare = "53300";  // SQLSTATE: too many connections
 constexpr const char* kBusy = "all connections to it are busy";
 
-constexpr const char* kSilent = "it did not answer in time";  // connection.cpp's
+constexpr const char* kSilent = "it did not answer in time";  // as in connection.cpp
 constexpr const char* kUnreplicated = "no other server has confirmed what was stored";
 
 const char* trouble_of(const PgFailure& failure) {
@@ -83,7 +83,7 @@ Result<Done> PgPool::run_until(Promise promise, const std::function<void(PgConne
   }
 }
 
-// A statement that the database does not understand is a defect, and no outage.
+// A statement that the database rejects is a defect, and no outage.
 void PgPool::tell(const Error& error) {
   if (error.code != ErrorCode::internal) return outage_.failed(error.message);
   if (settings_.report) settings_.report(error.message);
@@ -102,7 +102,7 @@ std::optional<PgFailure> PgPool::attempt(const std::function<void(PgConnection&)
     return std::nullopt;
   } catch (const PgFailure& failure) {
     if (connection) {
-      // Who has waited long for a connection has little time left for an answer: that tells nothing of the server.
+      // A caller that waited long for a connection has little time left for the answer: no sign of an outage.
       const bool hurried = failure.message == kSilent && Clock::now() - taken < settings_.fair_time;
       if (!connection->usable() && !hurried) lose(failure.message);
       give_back(std::move(connection));
@@ -131,7 +131,7 @@ std::unique_ptr<PgConnection> PgPool::take(SteadyTime deadline) {
     const bool in_time = returned_.wait_until(lock, deadline) == std::cv_status::no_timeout;
     --waiting_;
     if (!in_time) {
-      if (!idle_.empty()) returned_.notify_one();  // it may have been this one that was told
+      if (!idle_.empty()) returned_.notify_one();  // this caller may have taken the notification
       throw none_in_time();
     }
   }
@@ -163,7 +163,7 @@ void PgPool::note_success() {
   gone_since_.reset();
 }
 
-// One is lost, so the idle ones are likely to be of the same server: whoever took one would only learn the same.
+// Drops the idle connections, too: they are likely to be of the server that was lost.
 void PgPool::lose(const std::string& why) {
   std::deque<std::unique_ptr<PgConnection>> lost;
   const std::lock_guard lock(mutex_);

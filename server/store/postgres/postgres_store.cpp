@@ -26,8 +26,8 @@ std::optional<JobState> cancel(PgConnection& connection, const JobKey& key, Mome
   return ended->state;
 }
 
-// In one statement: there may be ten thousand, and each way to the database and back takes its time. Locked in one
-// order, since other processes write touches of the same meshes.
+// One statement, since there may be ten thousand. Locks in one order, because other processes write touches of the same
+// meshes.
 void write_touches(PgConnection& connection, const WriteBehind::Touches& touches) {
   if (touches.empty()) return;
   std::vector<std::string> owners, ids;
@@ -78,7 +78,7 @@ Result<Inserted> PostgresStore::insert(const NewJob& job) {
       connection.put_barrier();
       return *std::move(there);
     }
-    throw PgFailure{"40001", "a job went while it was looked at", false, true};
+    throw PgFailure{"40001", "a job was removed while it was read", false, true};
   });
   if (inserted && !inserted->existed) control_.tell(Signal::Kind::work);
   return inserted;
@@ -137,7 +137,8 @@ Result<std::optional<Job>> PostgresStore::find_idempotent(const std::string& own
 }
 
 Result<Done> PostgresStore::check() {
-  static const std::string process = api::random_id().substr(0, 2);  // few rows, and few who wait for the same
+  static const std::string process =
+      api::random_id().substr(0, 2);  // few rows, and few processes that wait for the same one
   return pool_.run(Promise::durable, [&](PgConnection& connection) {
     connection.query("INSERT INTO checks VALUES ($1, $2) ON CONFLICT (process) DO UPDATE SET at = excluded.at", process,
                      time());

@@ -9,18 +9,18 @@
 namespace meshgauge::server::store {
 namespace {
 
-// In a column of what a statement returns: its commit waits for no disk, so a crash may undo it.
+// A column for RETURNING: the commit of the statement waits for no disk, so a crash may undo it.
 constexpr Sql kFleeting("set_config('synchronous_commit', 'off', true)");
 
-// What claim_some() takes, in its order (job_store.h). $5 most, $6 kBytesOfOneSecond, $7 number of this claim.
+// Claims the jobs of claim_some(), in its order (job_store.h). $5 most, $6 kBytesOfOneSecond, $7 number of this claim.
 //   owners, groups  each owner that waits, and of an owner each batch ('' is none), found by one step in an index from
 //                   each to the next: a claim costs as much as there are owners, and groups of the owner it takes from
 //   turns, ordered  next_group()
-//   taken           the first group that has a job which no other process is just claiming, and its first jobs, locked
+//   taken           the first group with a job that no other process is claiming, and its first jobs, locked
 //   members         fit_in_claim()
-// `tries >= 0` is there for the index jobs_turns. The last step finds its rows by their numbers alone: they are locked
-// as queued, and to ask for that again would let PostgreSQL, which does not know yet how many jobs a new batch has put
-// there, go through all that are queued instead.
+// `tries >= 0` selects the index jobs_turns. The last step finds its rows by their numbers alone: they are locked as
+// queued, and a second condition on the state would let PostgreSQL, whose estimates do not know a new batch yet, read
+// all queued jobs instead.
 constexpr auto kClaimSome = R"sql(
     WITH RECURSIVE
       owners (owner, rank) AS (
@@ -112,7 +112,7 @@ constexpr auto kHear = R"sql(
 
 struct Heard {
   std::vector<Heartbeat> answers;
-  std::vector<JobKey> to_tell;  // that are in no batch
+  std::vector<JobKey> to_tell;  // jobs of no batch
 };
 
 Heard hear(PgConnection& connection, std::span<const Beat> beats, TimePoint lease_until) {
@@ -157,7 +157,7 @@ constexpr auto kEndJobs = R"sql(
 
 struct Ended {
   std::vector<bool> stored;
-  std::vector<JobKey> to_tell;  // that are in no batch
+  std::vector<JobKey> to_tell;  // jobs of no batch
 };
 
 Ended end_jobs(PgConnection& connection, std::span<const Finished> endings) {

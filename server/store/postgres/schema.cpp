@@ -6,10 +6,10 @@
 namespace meshgauge::server::store {
 namespace {
 
-constexpr std::int64_t kLock = 0x4d474a31;  // "MGJ1": of all who use this database, for who migrates
-constexpr std::chrono::seconds kTables{1};  // between two tries to get the tables
+constexpr std::int64_t kLock = 0x4d474a31;  // "MGJ1": held by the process that migrates this database
+constexpr std::chrono::seconds kTables{1};  // between two attempts to lock the tables
 
-// Text is bytea: see values.h. Its order, and so the index's, is that of the bytes.
+// Text is bytea (values.h), ordered by its bytes, also in indexes.
 constexpr const char* kFirst = R"sql(
 CREATE TABLE jobs (
   number bigint GENERATED ALWAYS AS IDENTITY PRIMARY KEY,
@@ -157,9 +157,9 @@ CREATE TABLE blob_bytes (owner bytea PRIMARY KEY, bytes bigint NOT NULL);  -- su
 
 constexpr const char* kFourth = R"sql(
 ALTER TABLE jobs ADD COLUMN bounds_by bytea NOT NULL DEFAULT '';  -- Progress::by
--- One step from an owner who waits to the next. claim_some() alone asks for it, by its last condition.
+-- One step from an owner that waits to the next. Only claim_some() uses it, by its last condition.
 CREATE INDEX jobs_turns ON jobs (owner, rank) WHERE state = 0 AND awaits = 0 AND tries >= 0;
--- Processes of the version before change bounds and leave bounds_by as it is: then nobody knows who certified them.
+-- Processes of the version before change bounds and leave bounds_by as it is: clear it, since it is wrong then.
 CREATE FUNCTION meshgauge_bounds_of_unknown() RETURNS trigger LANGUAGE plpgsql AS $$
 BEGIN
   new.bounds_by := '';
@@ -196,17 +196,18 @@ std::int64_t number_of(PgConnection& connection, const char* sql) {
   return rows.next() ? rows.number(0) : 0;
 }
 
-// 0: a new database, for us.
+// 0: a new database.
 Result<std::int64_t> version_of(PgConnection& connection) {
-  // Asked of the tables that hold the names, at once: to_regclass() may answer from what this connection knew before it
-  // waited for another's migration.
+  // Reads the catalog itself: to_regclass() may answer from a cache of before another process's migration.
   PgRows names = connection.query(
       "SELECT count(*) FILTER (WHERE tablename = 'meshgauge_schema'), count(*) FROM pg_tables WHERE schemaname = "
       "current_schema() AND tablename IN ('meshgauge_schema', 'jobs', 'meshes', 'stored', 'checks', 'batches', "
       "'batch_items', 'blobs', 'blob_chunks')");
   names.next();
   if (names.number(0) == 0) {
-    if (names.number(1) != 0) return unusable_database("is not one of meshgauge: it has tables of the same names");
+    if (names.number(1) != 0)
+      return unusable_database(
+          "is not one of meshgauge: it has tables of the same names; use another database or schema");
     return std::int64_t{0};
   }
   const std::int64_t version = number_of(connection, "SELECT version FROM meshgauge_schema");
@@ -229,7 +230,7 @@ std::string text_of(PgConnection& connection, const char* sql) {
   return rows.next() ? rows.text(0) : "";
 }
 
-// Of a role that may not read what there is, or may not change it. Precondition: no transaction is open.
+// The error for a role that lacks rights to read or change the tables. Precondition: no transaction is open.
 Error lacks_rights(PgConnection& connection, const std::string& to_do, const std::string& remedy,
                    const PgFailure& failure) {
   const std::string role = text_of(connection, "SELECT current_user::text::bytea");
@@ -268,7 +269,7 @@ void take_steps(PgConnection& connection, std::int64_t version, std::span<const 
 
 Result<Migrated> migrate_alone(PgConnection& connection, std::span<const char* const> steps) {
   PgTransaction transaction(connection);
-  // Who waits for another's migration waits for as long as that takes.
+  // Waits as long as another process's migration takes.
   connection.execute("SET LOCAL lock_timeout = 0; SET LOCAL statement_timeout = 0");
   connection.query("SELECT pg_advisory_xact_lock($1)", kLock);
   const Result<std::int64_t> version = version_of(connection);
@@ -276,7 +277,7 @@ Result<Migrated> migrate_alone(PgConnection& connection, std::span<const char* c
   const auto newest = static_cast<std::int64_t>(steps.size());
   if (*version > newest) return written_later(*version, steps.size());
   if (*version == newest) return Migrated{newest, newest};
-  // While this waits for a table that somebody reads (a backup does, for hours), all others wait behind it.
+  // While this waits for a table that is read (by a backup, for hours), all other sessions wait behind it.
   connection.execute("SET LOCAL lock_timeout = '1s'");
   take_steps(connection, *version, steps);
   transaction.commit();
@@ -291,7 +292,7 @@ Result<Migrated> pg_migrate(PgConnection& connection, std::span<const char* cons
   const auto newest = static_cast<std::int64_t>(steps.size());
   std::int64_t found = 0;
   try {
-    // Most often there is nothing to do: then without the lock.
+    // The common case, nothing to do, takes no lock.
     const Result<std::int64_t> version = version_of(connection);
     if (version && *version == newest) return Migrated{newest, newest};
     if (version) found = *version;

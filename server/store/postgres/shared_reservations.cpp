@@ -9,10 +9,10 @@ namespace {
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
-constexpr std::int64_t kLocks = 0x4d475200;  // and 255 more: beside those of schema.cpp, control.cpp and batches.cpp
+constexpr std::int64_t kLocks = 0x4d475200;  // and 255 more; schema.cpp, control.cpp and batches.cpp have others
 constexpr auto kReserveTime = 4s;
 constexpr auto kBetweenReconnects = 1s;
-constexpr int kTries = 20;  // for a lock that another process holds while it removes a blob; each waits some seconds
+constexpr int kTries = 20;  // for a lock that a removal in another process holds; each waits some seconds
 
 constexpr Sql kBucket("($1::int, hashtext(coalesce(current_schema(), '')))");
 constexpr auto kShare = "SELECT pg_advisory_lock_shared" + kBucket;
@@ -31,14 +31,14 @@ std::size_t SharedReservations::bucket_of(const std::string& name) {
 PgConnection& SharedReservations::connected() {
   if (connection_) {
     try {
-      connection_->notifications();  // sees at once, without asking, that a connection has ended
+      connection_->notifications();  // notices at once that the connection has ended
     } catch (const PgFailure&) {
     }
   }
   if (!connection_ || !connection_->usable()) {
     connection_.reset();
     shared_.fill(false);
-    // Whoever reserves while the database is gone must not wait for it each time.
+    // While the database is away, reservations must not wait for it each time.
     if (Clock::now() - failed_ < kBetweenReconnects) throw PgFailure{"", "there is no connection", true, false};
     failed_ = Clock::now();
     connection_ = PgConnection::open(database_);
@@ -64,7 +64,7 @@ Result<bool> SharedReservations::ask(const char* sql, std::size_t bucket) {
   }
 }
 
-// What cannot be locked now is locked by the next connection; until then nobody can store what refers to it.
+// A lock that cannot be taken now is taken by the next connection; until then no reference to the blob can be stored.
 void SharedReservations::begin(const std::string& name) {
   Reservations::begin(name);
   const std::size_t bucket = bucket_of(name);
@@ -92,8 +92,8 @@ void SharedReservations::end(const std::string& name) {
   Reservations::end(name);
 }
 
-// What this process holds itself is no obstacle to its own exclusive lock: names of the same bucket are told apart
-// within it.
+// Locks of the same session do not conflict, so this process's own shared lock does not keep it from the exclusive one.
+// Reservations::unless_held() tells the names within the process apart.
 Result<bool> SharedReservations::unless_held(const std::string& name, const std::function<Result<bool>()>& work) {
   return Reservations::unless_held(name, [&]() -> Result<bool> {
     const std::size_t bucket = bucket_of(name);
@@ -104,7 +104,7 @@ Result<bool> SharedReservations::unless_held(const std::string& name, const std:
     Result<bool> alone = asked(kTryLock);
     if (!alone || !*alone) return alone;
     Result<bool> done = work();
-    static_cast<void>(asked(kUnlock));  // else it is gone with the connection
+    static_cast<void>(asked(kUnlock));  // on an error the lock ends with the connection
     return done;
   });
 }

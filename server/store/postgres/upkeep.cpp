@@ -7,12 +7,12 @@ namespace meshgauge::server::store {
 namespace {
 
 constexpr std::int64_t kPortion = 500;  // rows that one transaction ends or removes
-constexpr int kLonger = 5;              // of the call_timeout: what reads or removes much
+constexpr int kLonger = 5;              // times the call_timeout, for calls that read or remove much
 
 constexpr auto kFindHeld = "SELECT" + kLossColumns + R"sql(
     FROM (SELECT $1 AS owner, $2 AS id, $3 AS worker, $4 AS tries) AS given CROSS JOIN jobs
     WHERE )sql" + kHeld + " FOR NO KEY UPDATE OF jobs";
-// A row that is locked is one whose worker is just being heard.
+// Skips locked rows: a heartbeat or an end is just being stored.
 constexpr auto kFindLost =
     "SELECT" + kLossColumns + " FROM jobs WHERE " + kLost + " ORDER BY owner, id FOR NO KEY UPDATE SKIP LOCKED";
 constexpr auto kHandBackJobs = "UPDATE jobs SET" + kHandBack + R"sql(
@@ -42,7 +42,7 @@ constexpr auto kGiveUpJobs = R"sql(
 
 struct GivenUp {
   std::uint64_t jobs = 0;
-  std::vector<JobKey> to_tell;  // that are in no batch
+  std::vector<JobKey> to_tell;  // jobs of no batch
 };
 
 GivenUp give_up_waiting(PgConnection& connection, Moment moment) {

@@ -9,7 +9,7 @@
 namespace meshgauge::server::store {
 namespace {
 
-// PostgreSQL's own numbers of its types (pg_type.dat), which never change.
+// PostgreSQL's numbers of its types (pg_type.dat), which never change.
 constexpr unsigned kBool = 16, kBytea = 17, kInt8 = 20, kInt2 = 21, kInt4 = 23, kFloat8 = 701;
 constexpr unsigned kByteaArray = 1001, kInt8Array = 1016, kFloat8Array = 1022;
 
@@ -43,8 +43,8 @@ const T* value_of(const T& value) {
   return &value;
 }
 
-// Dimensions, whether there may be nulls, type; of the one dimension length and lower bound; then each element after
-// its length.
+// Number of dimensions, flag for nulls, type; length and lower bound of the dimension; then each element after its
+// length.
 template <class T>
 std::string array_of(unsigned type, const std::vector<T>& elements) {
   std::string bytes;

@@ -20,7 +20,7 @@ Error not_understood(const char* what) {
   return {ErrorCode::storage_unavailable, std::string("the answer of S3 is not understood: ") + what, "", ""};
 }
 
-// pugixml knows no entities but XML's own and loads nothing, so a hostile text can only fail.
+// pugixml knows only XML's own entities and loads nothing, so a hostile text can only fail.
 std::optional<pugi::xml_document> parsed_xml(const std::string& text) {
   pugi::xml_document document;
   if (!document.load_buffer(text.data(), text.size())) return std::nullopt;
@@ -36,7 +36,7 @@ std::optional<std::uint64_t> number_of(const std::string& text) {
   return number;
 }
 
-// Whether there are more pages; an error when that cannot be told: half a list is taken for the whole by nobody.
+// Whether there are more pages; an error if that is unclear, so that half a list never counts as the whole.
 Result<bool> is_truncated(const pugi::xml_node& root) {
   const std::string text = text_of(root, "IsTruncated");
   if (text == "true") return true;
@@ -67,7 +67,7 @@ Result<ListedUpload> upload_of(const pugi::xml_node& node) {
 
 }  // namespace
 
-// To the second, or with a fraction of it, of which three digits count: "2009-10-12T17:50:30.000Z".
+// Seconds with up to three digits of a fraction: "2009-10-12T17:50:30.000Z".
 Result<S3Time> time_of_xml(const std::string& text) {
   const std::size_t whole = std::min(text.find_first_of(".Z"), text.size());
   const std::string fraction = text.substr(whole, text.find('Z') - whole);

@@ -1,5 +1,5 @@
-// What S3 answers, in XML and in headers, as values. Its text is not trusted: what is not of the expected form is an
-// error, never a guess.
+// Parses S3's answers, in XML and in headers. The text is not trusted: any other form than the expected one is an
+// error.
 #pragma once
 
 #include <chrono>
@@ -22,8 +22,8 @@ struct ListedObject {
 
 struct ListPage {
   std::vector<ListedObject> objects;
-  std::string next;  // the token of the next page; empty: this is the last
-  S3Time now{};      // when the server answered, by its clock, of which a second is not known
+  std::string next;  // the token of the next page; empty: this is the last page
+  S3Time now{};      // when the server answered, by its clock, to a second
 };
 
 struct ListedUpload {
@@ -34,7 +34,7 @@ struct ListedUpload {
 
 struct UploadsPage {
   std::vector<ListedUpload> uploads;
-  std::string next_key, next_id;  // both empty: this is the last
+  std::string next_key, next_id;  // both empty: this is the last page
   S3Time now{};
 };
 
@@ -43,8 +43,8 @@ Result<UploadsPage> uploads_page_of(const net::HttpAnswer& answer);
 Result<std::string> upload_id_of(const net::HttpAnswer& answer);
 std::string list_of_parts(const std::vector<std::string>& etags);  // the body that completes an upload of many parts
 
-// The code that the server gives its refusal ("SlowDown"), also when the status says that all is well, as it does when
-// a long operation fails after the head was sent; else "". Letters and digits, so that it may be shown to anybody.
+// Returns the code of a refusal ("SlowDown"), or "". A refusal may come with a status of success, when a long operation
+// fails after the head was sent. The code has letters and digits alone, so it may be shown to clients.
 std::string error_code_of(const net::HttpAnswer& answer);
 
 // "2026-11-22T08:30:00.000Z", and as in headers: "Sun, 22 Nov 2026 08:30:00 GMT".

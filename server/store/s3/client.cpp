@@ -16,12 +16,12 @@ using net::HttpAnswer;
 using std::chrono::milliseconds;
 using std::chrono::steady_clock;
 
-constexpr std::size_t kMostText = std::size_t{8} << 20;  // of an answer that is held
+constexpr std::size_t kMostText = std::size_t{8} << 20;  // of an answer that is held in memory
 constexpr const char* kBytes = "application/octet-stream";
 
 std::string scheme_of(const std::string& endpoint) { return endpoint.substr(0, endpoint.find("://") + 3); }
 
-// The port of the scheme itself is not in the header Host, and so not in what is signed.
+// The scheme's default port is not in the header Host, and so is not signed.
 std::string host_of(const S3Settings& settings) {
   const std::string scheme = scheme_of(settings.endpoint);
   std::string host = settings.endpoint.substr(scheme.size());
@@ -30,7 +30,7 @@ std::string host_of(const S3Settings& settings) {
   return settings.virtual_host ? settings.bucket + "." + host : host;
 }
 
-// Of which limits an exchange has.
+// Selects the time limits of an exchange.
 enum class Pace { small, body, patient };
 
 bool is_good(int status) { return status >= 200 && status < 300; }
@@ -44,15 +44,15 @@ bool means_no_room(int status, const std::string& code) {
                                            "InsufficientStorage", "ServiceQuotaExceeded"});
 }
 
-// Digests that differ are bytes that were damaged on their way: we have looked at ours.
+// Differing digests mean damage on the way: the client has checked its own bytes.
 bool may_pass(int status, const std::string& code) {
   return status == 429 || status == 408 || (status >= 500 && status != 501 && status != 505 && status != 507) ||
          is_one_of(code, {"RequestTimeout", "SlowDown", "InternalError", "ServiceUnavailable", "OperationAborted",
                           "BadDigest", "IncompleteBody", "XAmzContentSHA256Mismatch", "ConditionalRequestConflict"});
 }
 
-// Refusals that have their reason with whoever set this up: the next key, or process, may be let in. What has no code
-// is HEAD's, which asks nothing that could be wrong, or comes from something that stands before S3.
+// Refusals caused by the configuration: another key or process may be accepted. A refusal without a code is an answer
+// to HEAD, or comes from a proxy before S3.
 bool is_refusal(int status, const std::string& code) {
   return code.empty() || status == 401 || status == 403 || status == 404 || (status >= 300 && status < 400) ||
          is_one_of(code, {"ExpiredToken", "InvalidToken", "TokenRefreshRequired", "AuthorizationHeaderMalformed"});
@@ -96,15 +96,15 @@ struct S3Client::Call {
   Take take = {};
 };
 
-// How a call went after all its attempts.
+// The result of a call after all its attempts.
 struct S3Client::Ending {
   HttpAnswer answer;
   std::string code;    // of a refusal
-  bool coded = false;  // S3's refusals have one, which those to HEAD have not
+  bool coded = false;  // whether S3's refusals have a code; those to HEAD have none
   std::uint64_t received = 0;
 
   bool good() const { return is_good(answer.status) && code.empty(); }
-  // A proxy that does not find S3 says 404 as well: to take that for S3's word would be the end of jobs.
+  // A proxy that does not find S3 answers 404 as well: taken for S3's answer, it would fail jobs.
   bool is_not_there() const { return answer.status == 404 && code != "NoSuchBucket" && !(coded && code.empty()); }
   Error error() const;
 };
@@ -137,9 +137,9 @@ HttpAnswer S3Client::attempt(const Call& call, std::uint64_t received, const Tak
   const std::string query = canonical_query(call.query);
 
   net::HttpRequest request{call.method, path + (query.empty() ? "" : "?" + query), {}};
-  // Signed anew each time: a signature is good for a quarter of an hour.
+  // Signs each attempt: a signature is valid for a quarter of an hour.
   request.headers = signed_headers(unsigned_request, settings_.credentials, settings_.region, amz_date_now());
-  request.headers.emplace_back("Expect", "");  // not to wait for a leave to send that many servers do not give
+  request.headers.emplace_back("Expect", "");  // do not wait for "100 Continue", which many servers do not send
   const auto read = [&call](std::uint64_t offset, std::span<std::byte> into) { return call.body.read(offset, into); };
   request.body = {call.body.size(), read};
   request.may_stall = call.pace != Pace::body;
@@ -150,7 +150,7 @@ HttpAnswer S3Client::attempt(const Call& call, std::uint64_t received, const Tak
   return http_.perform(request);
 }
 
-// A caller that wants no more of a body says nothing about S3.
+// A caller that stops a body is no sign of an outage.
 S3Client::Ending S3Client::perform(const Call& call) {
   Ending ending = perform_patiently(call);
   if (ending.answer.stopped) return ending;
@@ -166,7 +166,7 @@ S3Client::Ending S3Client::perform(const Call& call) {
 S3Client::Ending S3Client::perform_patiently(const Call& call) {
   Ending ending;
   ending.coded = call.method != "HEAD";
-  std::uint64_t skip = 0;  // bytes that a server repeats which knows no ranges
+  std::uint64_t skip = 0;  // bytes that a server without ranges repeats
   TakeAnswer take;
   if (call.take) {
     take = [&](int status, std::span<const std::byte> piece) -> Result<Done> {
@@ -183,7 +183,7 @@ S3Client::Ending S3Client::perform_patiently(const Call& call) {
     skip = ending.received;
     ending.answer = attempt(call, ending.received, take);
     ending.code = error_code_of(ending.answer);
-    if (ending.received > skip) {  // it goes on, so a large object may take as long as it takes
+    if (ending.received > skip) {  // there is progress: a large object may take its time
       begin = steady_clock::now();
       pause = limits_.first_pause;
       tries = 1;
@@ -227,7 +227,7 @@ Result<bool> S3Client::get(const std::string& key, const Take& take) {
   call.pace = Pace::body;
   call.take = take;
   const Ending ending = perform(call);
-  if (ending.answer.status == 416 && ending.received > 0) return true;  // what was lost came after the last byte
+  if (ending.answer.status == 416 && ending.received > 0) return true;  // the connection was lost after the last byte
   if (ending.is_not_there() && ending.received == 0) return false;
   if (!ending.good()) return ending.error();
   return true;
@@ -235,7 +235,7 @@ Result<bool> S3Client::get(const std::string& key, const Take& take) {
 
 Result<bool> S3Client::copy_onto_itself(const std::string& key) {
   const std::string source = "/" + settings_.bucket + "/" + uri_encoded(key, true);
-  // S3 copies onto itself only what changes: here the description is replaced by the same one.
+  // S3 copies an object onto itself only if something changes: this replaces its metadata by the same.
   Call call{"PUT",
             key,
             {},
@@ -307,7 +307,7 @@ Result<UploadsPage> S3Client::list_uploads(const std::string& prefix, const std:
   if (!after_key.empty()) call.query.emplace_back("key-marker", after_key);
   if (!after_id.empty()) call.query.emplace_back("upload-id-marker", after_id);
   const Ending ending = perform(call);
-  if (ending.answer.status == 501) return UploadsPage{};  // a server without such lists clears up by itself, or not
+  if (ending.answer.status == 501) return UploadsPage{};  // the server has no such lists
   if (!ending.good()) return ending.error();
   return uploads_page_of(ending.answer);
 }

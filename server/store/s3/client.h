@@ -1,11 +1,12 @@
 // The operations of S3 that blobs need, on the objects of one bucket. Thread safe.
 //
-// What may pass by itself (no connection, 5xx, SlowDown, a body that was cut off) is tried again, at growing intervals
-// and for a limited time. Each operation has the same effect however often the server carries it out.
+// Calls block for the network. A failure that may pass (no connection, 5xx, SlowDown, a body that was cut off) is tried
+// again, at growing intervals and for a limited time; each operation has the same effect however often it is carried
+// out.
 //
-// Errors: storage_full (the server has no room), storage_unavailable (unreachable, overloaded, or it refuses us), and
-// internal (it does not understand us). Their texts say what the server called its refusal, and may be told to
-// anybody; that it was not to be reached, and why, is reported.
+// Errors: storage_full (the server has no room), storage_unavailable (unreachable, overloaded, or it refuses access),
+// and internal (it rejects the request as invalid). Their messages have the server's code and may be shown to clients;
+// why a server is unreachable goes to the report.
 #pragma once
 
 #include <chrono>
@@ -26,19 +27,19 @@ namespace meshgauge::server::store {
 
 struct S3Limits {
   std::chrono::milliseconds connect{5'000};
-  std::chrono::seconds stall{30};     // without a byte, in either direction, of a large body
-  std::chrono::seconds small{60};     // of an exchange without a large body
-  std::chrono::seconds patient{600};  // of one that the server may think about for minutes, without a byte
+  std::chrono::seconds stall{30};     // without a byte of a large body, in either direction
+  std::chrono::seconds small{60};     // for an exchange without a large body
+  std::chrono::seconds patient{600};  // for an operation that may take minutes without a byte
   unsigned attempts = 6;
-  std::chrono::milliseconds first_pause{100};  // doubled each time, and a random half of it taken off
+  std::chrono::milliseconds first_pause{100};  // doubled each time, less a random part of up to a half
   std::chrono::milliseconds longest_pause{5'000};
-  std::chrono::seconds give_up{60};  // no attempt but the second begins later than that
+  std::chrono::seconds give_up{60};  // no attempt after the second begins later
 };
 
 struct S3Object {
   std::uint64_t size = 0;
-  std::string sha256;                // base64, as the server computed it; empty: it did not; "...-N": of N parts'
-  std::string etag;                  // another one: other bytes, or bytes that were stored in another way
+  std::string sha256;                // base64, computed by the server; empty: none; "...-N": over N parts
+  std::string etag;                  // changes with the bytes, and with the way of their upload
   std::chrono::milliseconds age{0};  // by the server's clock, to a second
 };
 
@@ -50,24 +51,24 @@ class S3Client {
 
   S3Client(S3Settings settings, S3Limits limits, Report report = {});
 
-  // Keys are those of the bucket: the settings' prefix is not added.
+  // Keys are full names in the bucket, with the prefix. nullopt: no such object.
   Result<std::optional<S3Object>> head(const std::string& key);
-  // `sha256` is the body's, in hex: the server refuses other bytes.
+  // `sha256`: of the body, in hex; the server refuses other bytes.
   Result<Done> put(const std::string& key, const ByteSource& body, const std::string& sha256);
-  // false: there is none. A connection that is lost is followed by a request for the rest.
+  // Passes the bytes to `take`; false: no such object. After a lost connection it requests the rest.
   Result<bool> get(const std::string& key, const Take& take);
-  // Makes it young; false: there is none. At most 5 GiB.
+  // Sets the time of modification to now; false: no such object. At most 5 GiB.
   Result<bool> copy_onto_itself(const std::string& key);
-  Result<Done> remove(const std::string& key);                                 // also when there is none
+  Result<Done> remove(const std::string& key);                                 // no error if there is none
   Result<ListPage> list(const std::string& prefix, const std::string& token);  // "" for the first page
 
   Result<std::string> begin_upload(const std::string& key);
   Result<std::string> put_part(const std::string& key, const std::string& upload, unsigned number,
-                               const ByteSource& body, const std::string& sha256);  // its ETag
-  // false: there is no such upload. An attempt whose answer was lost has completed it, or somebody has aborted it.
+                               const ByteSource& body, const std::string& sha256);  // returns its ETag
+  // false: no such upload. An attempt whose answer was lost has completed it, or it was aborted.
   Result<bool> complete_upload(const std::string& key, const std::string& upload,
                                const std::vector<std::string>& etags);
-  Result<Done> abort_upload(const std::string& key, const std::string& upload);  // also when there is none
+  Result<Done> abort_upload(const std::string& key, const std::string& upload);  // no error if there is none
   Result<UploadsPage> list_uploads(const std::string& prefix, const std::string& after_key,
                                    const std::string& after_id);
 
@@ -84,7 +85,7 @@ class S3Client {
 
   const S3Settings settings_;
   const S3Limits limits_;
-  const std::string host_;       // as in the header Host
+  const std::string host_;       // for the header Host
   const std::string base_path_;  // "/" or "/BUCKET/"
   net::HttpClient http_;
   Outage outage_;

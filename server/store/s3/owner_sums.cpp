@@ -13,7 +13,7 @@ OwnerSums::~OwnerSums() {
     for (auto& [owner, sum] : sums_) refreshes.push_back(std::move(sum.refresh));
   }
   for (const std::future<void>& refresh : refreshes) {
-    if (refresh.valid()) refresh.wait();  // it goes to sums_, which must outlive it
+    if (refresh.valid()) refresh.wait();  // it writes to sums_, which must outlive it
   }
 }
 
@@ -34,7 +34,7 @@ Result<std::uint64_t> OwnerSums::of(const std::string& owner) {
   return weigh(owner);
 }
 
-// Whoever waits for it must hear of its end.
+// Callers that wait for the listing must be woken.
 Result<std::uint64_t> OwnerSums::weighed(const std::string& owner) const try {
   return weigh_(owner);
 } catch (const std::exception& error) {

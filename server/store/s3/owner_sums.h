@@ -1,9 +1,9 @@
-// What each owner's blobs take, where finding out means to list them: found out once, kept up by what this process puts
-// and removes, and found out again in the background for what others do.
+// The bytes of each owner's blobs, where only a listing tells them. An owner is listed once; then this process adds
+// what it puts and subtracts what it removes, and lists again in the background for the changes of other processes.
 //
-// A sum is too small at most by what other processes have put since the listing that it goes by: kAge, or kIdle times
-// as long as that took, before the newest question. It may be too large for as long: what is put or removed during a
-// listing counts as if it were there.
+// Error bound: a sum lacks at most what other processes have put since its listing, which is at most kAge old, or kIdle
+// times as long as a listing takes. It may be too large for as long: blobs put or removed during a listing count as
+// present.
 #pragma once
 
 #include <chrono>
@@ -19,7 +19,7 @@
 
 namespace meshgauge::server::store {
 
-// Thread safe. Its end waits for a listing in the background.
+// Thread safe. The destructor waits for a listing in the background.
 class OwnerSums {
  public:
   using Weigh = std::function<Result<std::uint64_t>(const std::string& owner)>;
@@ -32,10 +32,10 @@ class OwnerSums {
   OwnerSums(const OwnerSums&) = delete;
   OwnerSums& operator=(const OwnerSums&) = delete;
 
-  // Waits for a listing only when there was none of this owner yet.
+  // Blocks for a listing at the first call for an owner.
   Result<std::uint64_t> of(const std::string& owner);
-  void add(const std::string& owner, std::uint64_t bytes);     // after they were put
-  void remove(const std::string& owner, std::uint64_t bytes);  // before they are removed; add() when that fails
+  void add(const std::string& owner, std::uint64_t bytes);     // call it after the put
+  void remove(const std::string& owner, std::uint64_t bytes);  // call it before the removal; add() if that fails
 
  private:
   using Clock = std::chrono::steady_clock;
@@ -43,7 +43,7 @@ class OwnerSums {
     bool known = false;
     bool weighing = false;
     std::uint64_t bytes = 0;
-    std::uint64_t meanwhile = 0;  // added since the listing began
+    std::uint64_t meanwhile = 0;  // bytes added since the listing began
     Clock::time_point good_until{};
     std::future<void> refresh;
   };
@@ -55,7 +55,7 @@ class OwnerSums {
   const std::chrono::milliseconds age_;
   std::mutex mutex_;
   std::condition_variable weighed_;
-  std::unordered_map<std::string, Sum> sums_;  // whose elements stay where they are
+  std::unordered_map<std::string, Sum> sums_;  // a node container: elements keep their addresses
 };
 
 }  // namespace meshgauge::server::store

@@ -11,7 +11,7 @@ void at_once(std::size_t threads, const std::function<void()>& work) {
   try {
     for (std::size_t i = 1; i < threads; ++i) others.emplace_back(work);
   } catch (const std::exception&) {
-    // Those that there are do it all.
+    // The threads that did start do all the work.
   }
   work();
 }
@@ -32,8 +32,8 @@ Result<std::vector<std::string>> Parts::send(std::size_t threads, const std::str
   return std::move(etags_);
 }
 
-// Digests are computed by one thread at a time, in order, since the whole's goes on from part to part; meanwhile the
-// others send.
+// One thread at a time computes digests, in order, since the digest of the whole continues from part to part; meanwhile
+// the others send.
 std::optional<Parts::Part> Parts::next() {
   const std::lock_guard lock(mutex_);
   if (failed_ || begun_ == etags_.size()) return std::nullopt;
@@ -63,7 +63,7 @@ void Parts::send_all_that_is_left() {
 
 void Parts::send_some() try {
   send_all_that_is_left();
-} catch (const std::exception& error) {  // nothing may leave a thread
+} catch (const std::exception& error) {  // an exception must not leave a thread
   const std::lock_guard lock(mutex_);
   if (!failed_) failed_ = Error{ErrorCode::internal, error.what(), "", ""};
 }

@@ -1,4 +1,4 @@
-// The parts of one upload, sent several at a time: over a way with latency one after another leaves most of it idle.
+// The parts of one upload, sent several at a time, because latency would leave the line idle between them.
 #pragma once
 
 #include <cstddef>
@@ -16,19 +16,19 @@
 
 namespace meshgauge::server::store {
 
-// Calls work() in so many threads, one of which is the caller's, and waits for all; in fewer when the system gives no
-// more. work() must throw nothing.
+// Calls work() on so many threads, the caller's among them, and blocks until all have returned. Uses fewer threads when
+// the system grants no more. Precondition: work() does not throw.
 void at_once(std::size_t threads, const std::function<void()>& work);
 
-// Of one call of send(). What it holds in memory is each thread's piece, not its part.
+// Sends one upload, by one call of send(). Holds one piece for each thread in memory, not whole parts.
 class Parts {
  public:
-  // `upload` is one that was begun for `object`; all must outlive this.
+  // `upload` was begun for `object`. Borrows its arguments.
   Parts(S3Client& client, const std::string& object, const std::string& upload, const ByteSource& bytes,
         std::uint64_t part_bytes);
 
-  // Their ETags, in order. After an error nothing is being sent any more, so the upload may be aborted. Errors: as
-  // S3Client::put_part(), and internal when the bytes are not (any more) those of the SHA-256 `id`.
+  // Returns the parts' ETags, in order. After an error no part is being sent, so the upload may be aborted. Errors:
+  // those of S3Client::put_part(); internal when the SHA-256 of the bytes is not `id`.
   Result<std::vector<std::string>> send(std::size_t threads, const std::string& id);
 
  private:

@@ -24,7 +24,7 @@ constexpr std::size_t kName = kHash + 1 + 2 + 1 + kHash;
 std::string owner_in(const std::string& name) { return name.substr(0, kHash); }
 std::string id_in(const std::string& name) { return name.substr(name.size() - kHash); }
 
-// As blob_name() makes it: whatever else lies in the bucket is not ours.
+// Whether blob_name() makes such names: other objects of the bucket are not ours.
 bool is_blob_name(const std::string& name) {
   if (name.size() != kName) return false;
   const std::string owner = owner_in(name);
@@ -32,10 +32,10 @@ bool is_blob_name(const std::string& name) {
   return is_blob_id(owner) && is_blob_id(id) && name == owner + "/" + id.substr(0, 2) + "/" + id;
 }
 
-// Both the time of modification and the server's clock may be cut to whole seconds, so the age is known to one.
+// The time of modification and the server's clock may both be cut to whole seconds, so the age is known to one second.
 bool is_surely_older(milliseconds age, seconds limit) { return limit == seconds(0) || age - seconds(1) >= limit; }
 
-// Whether the server itself says that these are the bytes, or that they are not; of parts it knows nothing.
+// By the checksum of the server. It has none of these bytes for an upload in parts: then neither is known.
 bool is_known_sound(const S3Object& found, const std::string& id, std::uint64_t size) {
   return found.size == size && found.sha256 == base64_of_hex(id);
 }
@@ -74,7 +74,7 @@ Result<BlobPut> S3Blobs::put(const BlobKey& key, const ByteSource& bytes) {
     if (!renewed) return renewed.error();
     if (*renewed) return BlobPut::existed;
   }
-  // Sent also when something is there whose bytes the server does not vouch for: that costs no more than to read it.
+  // Sends the bytes also when the server has no checksum of a stored object: reading it would cost as much.
   if (const Result<Done> sent = send(key, bytes, found ? found->etag : ""); !sent) return sent.error();
   if (found) sums_.remove(owner_in(blob_name(key)), found->size);
   sums_.add(owner_in(blob_name(key)), bytes.size());
@@ -88,12 +88,12 @@ Result<Done> S3Blobs::send(const BlobKey& key, const ByteSource& bytes, const st
   if (!upload) return upload.error();
   const Result<bool> completed = send_parts(key, *upload, bytes);
   if (completed) return check_completed(object, bytes.size(), *completed ? "" : etag_before);
-  // If that fails as well, abort_abandoned() does it a day later.
+  // If this fails, abort_abandoned() does it a day later.
   static_cast<void>(client_.abort_upload(object, *upload));
   return completed.error();
 }
 
-// As complete_upload().
+// Returns as complete_upload() does.
 Result<bool> S3Blobs::send_parts(const BlobKey& key, const std::string& upload, const ByteSource& bytes) {
   const std::string object = object_of(blob_name(key));
   const auto etags = Parts(client_, object, upload, bytes, options_.part_bytes).send(options_.parts_at_once, key.id);
@@ -101,14 +101,14 @@ Result<bool> S3Blobs::send_parts(const BlobKey& key, const std::string& upload, 
   return client_.complete_upload(object, upload, *etags);
 }
 
-// `not_etag`: that of the object that an upload which may have been aborted should have replaced.
+// `not_etag`: of the object that the upload was to replace, in case it was aborted; "": any ETag.
 Result<Done> S3Blobs::check_completed(const std::string& object, std::uint64_t size, const std::string& not_etag) {
   const Result<std::optional<S3Object>> there = client_.head(object);
   if (!there) return there.error();
   if (!*there || (**there).size != size || (!not_etag.empty() && (**there).etag == not_etag)) {
     return Error{ErrorCode::storage_unavailable, "S3 has not kept an upload that it completed", "", ""};
   }
-  // Its age counts from the upload's begin.
+  // Its time of modification is that of the upload's begin, so it is renewed.
   const Result<bool> renewed = renew(object, **there);
   if (!renewed) return renewed.error();
   return Done{};
@@ -177,8 +177,7 @@ Result<std::uint64_t> S3Blobs::remove_unused(std::span<const BlobKey> used, seco
   return removed;
 }
 
-// The object is looked at again when nobody can begin to refer to it any more: it may have been renewed since it was
-// listed.
+// Reads the object's age again when no reservation can begin any more: it may have been renewed since it was listed.
 Result<bool> S3Blobs::remove_if_old(const std::string& name, seconds older_than, const Guard& guard) try {
   return guard(name, [&]() -> Result<bool> {
     const Result<std::optional<S3Object>> there = client_.head(object_of(name));
@@ -187,10 +186,10 @@ Result<bool> S3Blobs::remove_if_old(const std::string& name, seconds older_than,
     return remove_found(name, **there);
   });
 } catch (const std::exception& error) {
-  return Error{ErrorCode::internal, error.what(), "", ""};  // nothing may leave a thread
+  return Error{ErrorCode::internal, error.what(), "", ""};  // an exception must not leave a thread
 }
 
-// Several at once; the first error ends it.
+// Removes several at once, until the first error.
 Result<std::uint64_t> S3Blobs::remove_listed(const std::vector<std::string>& names, seconds older_than,
                                              const Guard& guard) {
   std::atomic<std::size_t> next{0};

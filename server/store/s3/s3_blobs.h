@@ -1,13 +1,13 @@
-// Blobs in a bucket of a service that speaks S3:
+// Blobs in a bucket of a service with the S3 API:
 //
-//   PREFIX/<SHA-256 of the owner>/<first two digits>/<id>     an object appears whole, or not
-//   PREFIX/check                                              what check() writes
+//   PREFIX/<SHA-256 of the owner>/<first two digits>/<id>     an object appears complete, or not at all
+//   PREFIX/check                                              written by check()
 //
-// What is sent is signed with its SHA-256, which is the blob's id, so a server that stores other bytes breaks its word;
-// it is sent along as x-amz-checksum-sha256 too. Large blobs go in parts, several at once, each signed with its own. An
+// Requests are signed with the SHA-256 of the body, which is the blob's id, and send it as x-amz-checksum-sha256 too:
+// so the server can refuse other bytes. Large blobs go in parts, several at once, each signed with its own digest. An
 // object's time of modification, by the server's clock, is when it was last put or renewed.
 //
-// The server must be strongly consistent: what was put is seen by whoever asks next (S3 is since 2020).
+// The server must be strongly consistent: a read that begins after a put sees it (S3 is since 2020).
 #pragma once
 
 #include <chrono>
@@ -21,18 +21,18 @@
 namespace meshgauge::server::store {
 
 struct S3BlobOptions {
-  std::uint64_t in_parts_from = std::uint64_t{64} << 20;  // bytes of a blob that is sent in parts
-  std::uint64_t part_bytes = std::uint64_t{32} << 20;     // S3 wants at least 5 MiB, and at most 10,000 of them
-  unsigned parts_at_once = 4;                             // of one upload, each over a connection of its own
-  // A blob that was put or renewed within this time is not renewed again, and remove_unused() waits so much longer: so
-  // that a mesh of which many jobs come at once is not copied for each.
+  std::uint64_t in_parts_from = std::uint64_t{64} << 20;  // larger blobs are sent in parts
+  std::uint64_t part_bytes = std::uint64_t{32} << 20;     // S3 allows 5 MiB and more, and 10,000 parts
+  unsigned parts_at_once = 4;                             // of one upload, each on a connection of its own
+  // A blob that was put or renewed within this time is not renewed again, and remove_unused() waits that much longer.
+  // So a mesh that many jobs use at once is not copied for each.
   std::chrono::seconds young{300};
-  std::chrono::seconds abandoned{24 * 3600};  // uploads in parts that began earlier are aborted by remove_unused()
+  std::chrono::seconds abandoned{24 * 3600};  // remove_unused() aborts uploads in parts that began earlier
   unsigned removals_at_once = 8;
   std::chrono::milliseconds sum_age = OwnerSums::kAge;
 };
 
-// S3 copies no larger object in one request, and copying is how a blob is renewed.
+// The largest object that S3 copies in one request; renew() copies.
 inline constexpr std::uint64_t kMaxS3Blob = std::uint64_t{5} << 30;
 
 class S3Blobs final : public RemoteBlobs {
@@ -47,8 +47,8 @@ class S3Blobs final : public RemoteBlobs {
   Result<bool> remove(const BlobKey& key) override;
   Result<std::uint64_t> remove_unused(std::span<const BlobKey> used, std::chrono::seconds older_than,
                                       const Guard& guard) override;
-  Result<std::uint64_t> stored_bytes(const std::string& owner) override;  // owner_sums.h says how far behind
-  Result<std::uint64_t> free_bytes() override;                            // nobody knows
+  Result<std::uint64_t> stored_bytes(const std::string& owner) override;  // within the error bound of owner_sums.h
+  Result<std::uint64_t> free_bytes() override;                            // unknown
   Result<Done> check() override;
 
  private:
@@ -69,7 +69,7 @@ class S3Blobs final : public RemoteBlobs {
   const S3BlobOptions options_;
   S3Client client_;
   const std::string root_;  // "PREFIX/" or ""
-  OwnerSums sums_;          // by the hash of the owner; last: it may be listing
+  OwnerSums sums_;          // by the hash of the owner; destroyed first: it may be listing
 };
 
 }  // namespace meshgauge::server::store

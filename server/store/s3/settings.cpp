@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::string_view kScheme = "s3://";
 constexpr std::string_view kSmall = "abcdefghijklmnopqrstuvwxyz0123456789";
-constexpr std::size_t kMaxPrefix = 512;  // of the 1,024 bytes that a key may have
+constexpr std::size_t kMaxPrefix = 512;  // a key may have 1,024 bytes
 
 std::string variable(const char* name) {
   const char* value = std::getenv(name);
@@ -29,14 +29,14 @@ bool is_made_of(std::string_view text, std::string_view characters) {
   return text.find_first_not_of(characters) == std::string_view::npos;
 }
 
-// What S3 allows today. Names of this form are host names as well.
+// S3's rules for new buckets. Such names are host names as well.
 bool is_bucket(std::string_view name) {
   return name.size() >= 3 && name.size() <= 63 && is_made_of(name, std::string(kSmall) + ".-") &&
          kSmall.find(name.front()) != std::string_view::npos && kSmall.find(name.back()) != std::string_view::npos &&
          name.find("..") == std::string_view::npos;
 }
 
-// Parts of one or two dots mean another folder to whoever normalises addresses.
+// Refuses "." and "..": software that normalises addresses would read them as other folders.
 bool is_prefix(std::string_view prefix) {
   if (prefix.size() > kMaxPrefix) return false;
   if (prefix.empty()) return true;

@@ -42,7 +42,7 @@ std::string hex(std::string_view bytes) {
 
 std::string sha256(std::string_view text) { return api::sha256_hex(std::as_bytes(std::span(text))); }
 
-// Spaces at the ends go, runs of them become one.
+// Removes spaces at the ends; runs of spaces become one.
 std::string canonical_value(std::string_view value) {
   std::string text;
   for (const char c : value) {
