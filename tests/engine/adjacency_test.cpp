@@ -51,7 +51,7 @@ TEST_CASE("adjacency: borders, three triangles at an edge, zeros of either sign"
   CHECK(ring(adjacency, 0, 1) == std::set<std::uint32_t>{0});
 }
 
-TEST_CASE("adjacency: the rings do not depend on the pool, interrupted, it is not complete") {
+TEST_CASE("adjacency: the rings do not depend on the pool, and an interruption leaves it incomplete") {
   std::mt19937_64 random(91);
   Mesh mesh = shapes::sphere(80);
   for (Triangle& t : mesh.triangles) {

@@ -207,7 +207,7 @@ TEST_CASE("measurements on several threads share a prepared mesh") {
 }
 
 TEST_CASE(
-    "a value is made once; after an interruption a waiting call makes it, or returns null if interrupted itself") {
+    "a value is made once, and after an interruption by a waiting call, which returns null if interrupted itself") {
   Lazy<int> value;
   CHECK(value.peek() == nullptr);
   CHECK(value.get(never(), [] { return std::unique_ptr<const int>(); }) == nullptr);

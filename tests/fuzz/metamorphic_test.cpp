@@ -177,7 +177,7 @@ TEST_CASE("invariance: triangles split in four") {
   });
 }
 
-TEST_CASE("invariance: A and B swapped, all strategies agree on one pair") {
+TEST_CASE("invariance: A and B swapped, and all strategies on one pair") {
   for (std::uint64_t i = 0; i < kPairs; ++i) {
     CAPTURE(75'000 + i);
     const Pair pair = generate(75'000 + i);

@@ -34,7 +34,7 @@ std::vector<std::unique_ptr<PieceBound>> all_bounds(Fixture& f) {
 
 }  // namespace
 
-TEST_CASE("no sample of a piece exceeds any strategy's bound, more candidates never loosen it") {
+TEST_CASE("no sample of a piece exceeds any strategy's bound, and more candidates never loosen it") {
   std::mt19937_64 random(11);
   std::uniform_real_distribution<double> uniform(0, 1);
   for (int round = 0; round < 60; ++round) {
