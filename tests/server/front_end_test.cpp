@@ -1,4 +1,4 @@
-// Front ends as their clients see them: services over stores that they share, and a worker made by hand.
+// Front ends as their clients see them: services that share stores, and a worker played by the test.
 #include <future>
 #include <string>
 
@@ -66,7 +66,7 @@ std::string type_of(const httplib::Result& answer) { return json::parse(answer->
 
 }  // namespace
 
-TEST_CASE("front end: who waits has what a worker wrote down, and any front end shows it") {
+TEST_CASE("front end: a waiting client gets the worker's result, and any front end shows it") {
   Common common;
   Served one(common), other(common);
   Hands hands(common);
@@ -83,7 +83,7 @@ TEST_CASE("front end: who waits has what a worker wrote down, and any front end 
   CHECK(json::parse(other.get("/v1/comparisons/" + claimed.job.key.id)->body)["result"] == document);
 }
 
-TEST_CASE("front end: the events of a job come from wherever it runs") {
+TEST_CASE("front end: a job's events arrive wherever it runs") {
   Common common;
   Served one(common), other(common);
   Hands hands(common);
@@ -112,7 +112,7 @@ TEST_CASE("front end: the events of a job come from wherever it runs") {
   CHECK(text.find("\"state\":\"done\"", end) != std::string::npos);
 }
 
-TEST_CASE("front end: without its store it lives, is not ready, and refuses what needs it") {
+TEST_CASE("front end: without its store it is alive, not ready, and refuses requests that need it") {
   Common common;
   Served front(common);
   CHECK(front.get("/readyz")->status == 200);
@@ -131,7 +131,7 @@ TEST_CASE("front end: without its store it lives, is not ready, and refuses what
   CHECK(eventually([&] { return front.get("/readyz")->status == 200; }));
 }
 
-TEST_CASE("front end: a client that goes away takes its comparison with it") {
+TEST_CASE("front end: a client that disconnects cancels its comparison") {
   Common common;
   Served front(common);
   Hands hands(common);
@@ -144,7 +144,7 @@ TEST_CASE("front end: a client that goes away takes its comparison with it") {
   CHECK(eventually([&] { return store::got(common.embedded.jobs().counts()).cancelled == 1; }));
 }
 
-TEST_CASE("front end: at its end who waits is told to ask again, and what was promised stays in the queue") {
+TEST_CASE("front end: at shutdown waiting clients get shutting-down, and durable jobs stay queued") {
   Common common;
   std::future<httplib::Result> awaited, promised;
   {

@@ -11,8 +11,8 @@
 
 using namespace meshgauge;
 
-// Left alone, glibc takes the blocks of a size from its arenas once one of that size was freed.
-TEST_CASE("heap: large blocks stay outside of it, also after some were freed") {
+// By default glibc takes blocks of a size from its arenas once one of that size was freed.
+TEST_CASE("heap: large blocks stay mapped, also after some were freed") {
   server::keep_heap_small(2);
   constexpr std::size_t kSize = std::size_t{1} << 20;
   const std::size_t before = mallinfo2().hblks;

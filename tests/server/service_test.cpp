@@ -1,4 +1,4 @@
-// The service against a stand-in for the readers: what the queue, the limits and the disconnects do.
+// The service with a stand-in for the readers: queue, limits and disconnects.
 #include "server/service.h"
 
 #include <netinet/in.h>
@@ -45,7 +45,7 @@ struct KeptStores {
   server::Stores stores() { return {embedded.jobs(), embedded.meshes(), embedded.blobs(), embedded.signals(), cache}; }
 };
 
-// Runs until it is released or cancelled, and counts.
+// A load that blocks until it is released or cancelled, and counts its calls.
 struct Stub {
   std::atomic<int> running{0};
   std::atomic<int> cancelled{0};
@@ -72,7 +72,7 @@ httplib::Result post(int port, const httplib::MultipartFormDataItems& items = fo
   return client.Post("/v1/comparisons", items);
 }
 
-// As if accept() had failed for a reason that does not pass: it says EINVAL from now on.
+// Makes accept() fail for good, with EINVAL.
 void break_listener(int port) {
   for (int fd = 0; fd < 1024; ++fd) {
     int accepts = 0;
@@ -87,7 +87,7 @@ void break_listener(int port) {
 
 }  // namespace
 
-TEST_CASE("service: a comparison is answered with what was compared") {
+TEST_CASE("service: the response describes the meshes compared") {
   Stub stub;
   stub.released = true;
   KeptStores kept;
@@ -103,7 +103,7 @@ TEST_CASE("service: a comparison is answered with what was compared") {
   CHECK(response->get_header_value("Server-Timing").starts_with("queue;dur="));
 }
 
-TEST_CASE("service: a full queue answers 503 at once, and whoever was let in is served") {
+TEST_CASE("service: a full queue answers 503 at once, and admitted requests are served") {
   Stub stub;
   KeptStores kept;
   Service service(small(), stub.fetch(), kept.stores());
@@ -129,7 +129,7 @@ TEST_CASE("service: a full queue answers 503 at once, and whoever was let in is 
   CHECK(post(port)->status == 200);
 }
 
-TEST_CASE("service: who repeats an Idempotency-Key waits for the same job, and not more of them than have a seat") {
+TEST_CASE("service: clients that repeat an Idempotency-Key wait for the same job, up to the limit") {
   Stub stub;
   KeptStores kept;
   Settings settings = small();
@@ -171,7 +171,7 @@ TEST_CASE("service: health is answered while every worker is busy") {
   CHECK(busy.get() == 200);
 }
 
-TEST_CASE("service: a client that goes away cancels its job") {
+TEST_CASE("service: a client that disconnects cancels its job") {
   Stub stub;
   KeptStores kept;
   Service service(small(), stub.fetch(), kept.stores());
@@ -248,7 +248,7 @@ TEST_CASE("service: parts are a, b and options, each once") {
   CHECK(post(port, {{"b", "x", "", ""}, {"a", "x", "", ""}})->status == 200);
 }
 
-TEST_CASE("service: what an exception says stays inside") {
+TEST_CASE("service: the text of an exception is not sent") {
   KeptStores kept;
   Service service(
       small(), [](auto&&...) -> Result<api::SharedMesh> { throw std::runtime_error("secret path"); }, kept.stores());
@@ -260,7 +260,7 @@ TEST_CASE("service: what an exception says stays inside") {
   CHECK(post(port)->status == 500);
 }
 
-TEST_CASE("service: the end cancels what runs and answers it") {
+TEST_CASE("service: shutdown cancels running requests and answers them") {
   Stub stub;
   KeptStores kept;
   auto service = std::make_unique<Service>(small(), stub.fetch(), kept.stores());
@@ -291,7 +291,7 @@ TEST_CASE("service: a listening socket that fails is noticed while clients keep 
   CHECK(!post(port));
 }
 
-TEST_CASE("service: an address that is taken is an error") {
+TEST_CASE("service: an address in use is an error") {
   Stub stub;
   KeptStores kept;
   Service first(small(), stub.fetch(), kept.stores());

@@ -33,7 +33,7 @@ TEST_CASE("settings file: names, comments and values of each type") {
   CHECK(settings.queue == Settings{}.queue);
 }
 
-TEST_CASE("settings file: what is not understood is refused with its line") {
+TEST_CASE("settings file: invalid lines are refused with their number") {
   CHECK(refused_file("port = 1\n\nprot = 2") == "line 3: 'prot' is not a setting");
   CHECK(refused_file("port = 1\nport = 1\n") == "line 2: 'port' is set twice");
   CHECK(refused_file("[serve]") == "line 1: must be 'name = value'");
@@ -54,7 +54,7 @@ TEST_CASE("settings file: what is not understood is refused with its line") {
   }
 }
 
-TEST_CASE("settings file: what is printed is what is read") {
+TEST_CASE("settings file: to_text() is read back unchanged") {
   Settings asked;
   asked.port = 7;
   asked.workers = 0;
@@ -71,7 +71,7 @@ TEST_CASE("settings file: what is printed is what is read") {
   CHECK(to_text(read, in_force) == text);
 }
 
-TEST_CASE("settings file: a password is not printed, what is beside it is") {
+TEST_CASE("settings file: a password is left out, the rest of the connection string is printed") {
   Settings asked;
   const auto line = [&](const std::string& database) {
     asked.database = database;
@@ -90,7 +90,7 @@ TEST_CASE("settings file: a password is not printed, what is beside it is") {
   CHECK(read.database == "user='me' dbname='x' host='one,two' port='1,2'");
 }
 
-TEST_CASE("settings file: one that cannot be read says why") {
+TEST_CASE("settings file: a file that cannot be read is an error with the reason") {
   Settings settings;
   CHECK(load_settings("/nonexistent/file", settings).error().message.find("No such file") != std::string::npos);
   CHECK(!load_settings("/tmp", settings).ok());

@@ -8,7 +8,7 @@ using namespace meshgauge;
 using server::checked;
 using server::Settings;
 
-TEST_CASE("settings: the defaults hold together") {
+TEST_CASE("settings: the defaults are consistent") {
   const auto settings = checked(Settings{});
   REQUIRE(settings.ok());
   CHECK(settings->workers >= 1);
@@ -17,7 +17,7 @@ TEST_CASE("settings: the defaults hold together") {
   CHECK(settings->max_arriving_per_peer == settings->io_threads / 2);
 }
 
-TEST_CASE("settings: a parser's memory follows the limits on files, or is what it is set to") {
+TEST_CASE("settings: a parser's memory is derived from the limits on files, unless it is set") {
   Settings settings;
   settings.max_vertices = 1'000'000;
   settings.max_triangles = 2'000'000;
@@ -40,7 +40,7 @@ TEST_CASE("settings: an instruction set can be forced, and must be one of this p
   CHECK(refused.error().message.starts_with("--simd must be one of auto, "));
 }
 
-TEST_CASE("settings: what contradicts itself is refused") {
+TEST_CASE("settings: contradictions and impossible values are refused") {
   const auto refused = [](auto change) {
     Settings settings;
     settings.workers = 2;
@@ -65,7 +65,7 @@ TEST_CASE("settings: what contradicts itself is refused") {
   CHECK(refused([](Settings& s) { s.max_part_bytes = s.max_request_bytes + 1; }));
 }
 
-TEST_CASE("settings: a database is what turns the distributed form on, and what belongs to it must be usable") {
+TEST_CASE("settings: a database selects the distributed form, whose settings are validated") {
   const auto with = [](auto change) {
     Settings settings;
     settings.workers = 2;
@@ -91,7 +91,7 @@ TEST_CASE("settings: a database is what turns the distributed form on, and what 
   CHECK(!with([](Settings& s) { s.max_batch_pairs = 1'000'000; }).ok());
 }
 
-TEST_CASE("settings: what is wrong with a connection string is told without showing it") {
+TEST_CASE("settings: a message about a connection string does not show it") {
   Settings settings;
   settings.database = "host=one password=a secret";
   const auto refused = checked(settings);

@@ -1,4 +1,4 @@
-// What a stand-in for the readers gives: a triangle, whatever the bytes are; that of b is at distance 1 of that of a.
+// The mesh of a stand-in for the readers: a triangle for any bytes; the one of b is at distance 1 from the one of a.
 #pragma once
 
 #include <memory>

@@ -31,7 +31,7 @@ const contents = (folder) => new Map(readdirSync(folder).sort().map((name) => [n
 const first = build(another("first"));
 const files = first.status === 0 ? contents(join(first.out, "page")) : new Map();
 
-test("it builds, and says how large the page is", () => {
+test("it builds and prints the size of the page", () => {
   assert.equal(first.status, 0, first.stderr);
   assert.match(first.stdout, /^page: [0-9]+ files, [0-9]+ bytes of gzip/m);
 });
@@ -57,7 +57,7 @@ test("all that the page names is there, and nothing of it elsewhere", () => {
   }
 });
 
-test("a file's name tells its contents", () => {
+test("a file's name changes with its contents", () => {
   for (const name of files.keys()) {
     if (name !== "index.html" && name !== "licenses.txt") assert.match(name, /^[\w.]+-[A-Z2-7]{8}\.(js|css|svg)$/);
   }
@@ -77,7 +77,7 @@ test("the licences of what is passed on are passed on with it", () => {
   for (const [name, bytes] of made) if (name.endsWith(".js")) assert.match(bytes.toString(), /^\/\*! Licences: \/page\/licenses\.txt \*\//);
 });
 
-test("a mistake is told with its place, and what was built before stays", () => {
+test("an error is reported with its place, and the last build stays", () => {
   const folder = another("mistaken");
   const before = readdirSync(join(build(folder).out, "page"));
   writeFileSync(join(folder, "page/main.ts"), "let x: = 3\n");
@@ -87,7 +87,7 @@ test("a mistake is told with its place, and what was built before stays", () => 
   assert.deepEqual(readdirSync(join(wrong.out, "page")), before);
 });
 
-test("an entry that index.html does not name is told", () => {
+test("an entry that index.html does not name is an error", () => {
   const folder = another("unnamed");
   const page = join(folder, "page/index.html");
   writeFileSync(page, readFileSync(page, "utf8").replace("style.css", "styl.css"));

@@ -29,7 +29,7 @@ namespace {
 
 constexpr std::uint64_t kPlenty = 1'000'000;  // of storage: more than any key's
 
-// A file of keys whose tokens are the ids, padded, and clocks that stand still until they are moved.
+// A keys file whose tokens are the padded ids, and clocks that the test moves.
 struct House {
   House() { path = std::filesystem::temp_directory_path() / ("meshgauge-keys-" + std::to_string(::getpid())); }
   ~House() { std::filesystem::remove(path); }
@@ -85,7 +85,7 @@ bool denied(const std::variant<T, Denial>& answer) {
 
 }  // namespace
 
-TEST_CASE("access: without keys everybody may do everything") {
+TEST_CASE("access: without keys every client has all scopes") {
   Access access("");
   CHECK(!access.has_keys());
   REQUIRE(access.reload().ok());
@@ -103,7 +103,7 @@ TEST_CASE("access: without keys everybody may do everything") {
   CHECK(!denied(access.hold_storage("", 40, 100, nothing)));
 }
 
-TEST_CASE("access: a token is its owner's, an unknown, disabled or expired one gets one and the same answer") {
+TEST_CASE("access: a token gives its owner, unknown, disabled and expired ones get the same response") {
   House house;
   Key off = House::key("off");
   off.disabled = true;
@@ -141,7 +141,7 @@ TEST_CASE("access: two tokens of one key are one owner") {
   CHECK(owner(access, House::token("new")) == "ci");
 }
 
-TEST_CASE("access: a scope that the key has not is forbidden by name") {
+TEST_CASE("access: a missing scope is forbidden, and the message names it") {
   const auto denial = Access::require({"ci", {true, false}}, Scope::metrics);
   REQUIRE(denial);
   CHECK(denial->problem.status() == 403);
@@ -175,7 +175,7 @@ TEST_CASE("access: a burst, then the rate, and Retry-After says when") {
   CHECK(access.begin_request("slow"));  // an idle day fills it no further than to the burst
 }
 
-TEST_CASE("access: as many jobs at a time as the key may have") {
+TEST_CASE("access: the jobs of a key are limited by max_jobs") {
   House house;
   house.write({House::key("ci"), House::key("other")});
   Access access(house.path, house.clocks());
@@ -200,10 +200,10 @@ TEST_CASE("access: as many jobs at a time as the key may have") {
     CHECK(denied(access.take_job("ci")));
   }
   CHECK(!denied(access.take_job("ci")));
-  const JobSlot nobody = access.adopt_job("left the file");
+  const JobSlot unlimited = access.adopt_job("left the file");
 }
 
-TEST_CASE("access: of several processes, what all of them have counts, one new job of an owner at a time") {
+TEST_CASE("access: several processes: jobs of all count, and near the limit one new job at a time") {
   House house;
   house.write({House::key("ci"), House::key("other")});
   Access access(house.path, house.clocks());
@@ -231,14 +231,14 @@ TEST_CASE("access: of several processes, what all of them have counts, one new j
     });
   }
   {
-    const auto turn = access.await_turn("other", there(0));  // waits for nobody of another owner
+    const auto turn = access.await_turn("other", there(0));  // does not wait for turns of another owner
     CHECK(!denied(turn));
   }
   for (std::thread& client : clients) client.join();
   CHECK(stored.load() == 2);
 }
 
-TEST_CASE("access: of several processes, far from the limit some come in at once, close to it who was counted waits") {
+TEST_CASE("access: several processes: far from the limit turns overlap, near it they wait") {
   House house;
   Key wide = House::key("ci");
   wide.allowance.max_jobs = 20;
@@ -267,7 +267,7 @@ TEST_CASE("access: of several processes, far from the limit some come in at once
   given = true;
   turns.clear();
   fourth.join();
-  CHECK(counted == 2);  // three who have come in and are not stored yet may be among the 16 or not
+  CHECK(counted == 2);  // the three turns that are not stored yet may be among the 16 or not
   CHECK(waited);
   CHECK(!denied(access.await_turn("ci", none)));
   CHECK(access.find_denial("ci", [] { return meshgauge::Result<std::uint64_t>(20); }));
@@ -304,7 +304,7 @@ TEST_CASE("access: storage counts what is stored and what is on its way") {
   CHECK(std::get<Denial>(too_much).problem.detail.find("50 bytes") != std::string::npos);
 }
 
-TEST_CASE("access: a reload keeps what was used, and takes new limits and keys") {
+TEST_CASE("access: a reload keeps usage and applies new limits and keys") {
   House house;
   house.write({House::key("ci"), House::key("leaves")});
   Access access(house.path, house.clocks());
@@ -327,7 +327,7 @@ TEST_CASE("access: a reload keeps what was used, and takes new limits and keys")
   CHECK(denied(access.hold_storage("leaves", 1, kPlenty, [] { return std::uint64_t{0}; })));
 }
 
-TEST_CASE("access: a file that is not understood leaves the old keys") {
+TEST_CASE("access: an invalid file leaves the old keys in force") {
   House house;
   house.write({House::key("ci")});
   Access access(house.path, house.clocks());
@@ -342,7 +342,7 @@ TEST_CASE("access: a file that is not understood leaves the old keys") {
   CHECK(owner(access, House::token("ci")) == "ci");
 }
 
-TEST_CASE("access: threads take no more together than there is") {
+TEST_CASE("access: threads together take no more than the limit") {
   House house;
   Key key = House::key("ci");
   key.allowance = {1, 100, 1000, 1000};

@@ -23,7 +23,7 @@ using server::Scope;
 
 namespace {
 
-// A request that only its head matters of.
+// A request that consists of a head.
 struct Request {
   explicit Request(Head request_head)
       : head(std::move(request_head)),
@@ -80,7 +80,7 @@ TEST_CASE("entrance: the paths that need no key, and what the others need") {
 }
 
 TEST_CASE("entrance: with keys in force only the open paths are passed without one") {
-  Access access("/some/file");  // which is not read: there is no key that fits
+  Access access("/some/file");  // which is not read, so no key is valid
   Metrics metrics;
   const Entrance entrance(access, metrics, Cors::parse("").value());
   Request open(head("GET", "/healthz"));
@@ -95,7 +95,7 @@ TEST_CASE("entrance: with keys in force only the open paths are passed without o
   }
 }
 
-TEST_CASE("entrance: keys that do not fit are counted by what is wrong with them") {
+TEST_CASE("entrance: failed authentications are counted by reason") {
   const std::string known(40, 'k');
   const auto file = std::filesystem::temp_directory_path() / ("entrance_test_keys." + std::to_string(::getpid()));
   std::ofstream(file) << R"({"keys": [{"id": "ci", "sha256": ")" << server::token_sha256(known) << "\"}]}";
@@ -142,7 +142,7 @@ TEST_CASE("cors: off by default") {
   CHECK(asks.exchange.response.status == 222);
 }
 
-TEST_CASE("cors: an origin that is named, and no other, may read") {
+TEST_CASE("cors: only a listed origin may read") {
   Access access("/some/file");
   Metrics metrics;
   const Entrance entrance(access, metrics, Cors::parse("https://viewer.example, http://localhost:3000").value());
@@ -169,7 +169,7 @@ TEST_CASE("cors: an origin that is named, and no other, may read") {
   CHECK(refused.header("Access-Control-Allow-Origin") == kPage);
 }
 
-TEST_CASE("cors: a preflight needs no key, and a stranger's is an ordinary request") {
+TEST_CASE("cors: a preflight needs no key, one of an unlisted origin is an ordinary request") {
   Access access("/some/file");
   Metrics metrics;
   const Entrance entrance(access, metrics, Cors::parse(kPage).value());
@@ -197,7 +197,7 @@ TEST_CASE("cors: a text that is not an origin is refused") {
   CHECK(Cors::parse("http://[::1]:8080").ok());
 }
 
-TEST_CASE("security headers: on everything, and what an answer says itself stays") {
+TEST_CASE("security headers: on every response, headers set by the handler stay") {
   server::Response response{200, "application/json", "{}", {}};
   add_security_headers(response);
   CHECK(response.headers == decltype(response.headers){{"X-Content-Type-Options", "nosniff"},

@@ -32,7 +32,7 @@ std::string refusal(const std::string& text) {
 
 }  // namespace
 
-TEST_CASE("keys: id and token are enough, all else has a default") {
+TEST_CASE("keys: id and token are required, the rest has defaults") {
   const auto keys = parse_keys(file(entry()));
   REQUIRE(keys.ok());
   REQUIRE(keys->size() == 1);
@@ -48,7 +48,7 @@ TEST_CASE("keys: id and token are enough, all else has a default") {
   CHECK(parse_keys(file(""))->empty());
 }
 
-TEST_CASE("keys: what is printed is what is read") {
+TEST_CASE("keys: to_json() is read back unchanged") {
   Key key;
   key.id = "a-1_b.C";
   key.sha256 = {kDigest, kOther};
@@ -71,7 +71,7 @@ TEST_CASE("keys: what is printed is what is read") {
   CHECK(read.disabled);
 }
 
-TEST_CASE("keys: what is not understood is refused, with its place") {
+TEST_CASE("keys: invalid files are refused with the place of the error") {
   CHECK(refusal("{\n\"keys\": [\n{]\n}").starts_with("line 3: not JSON"));
   CHECK(refusal(std::string("{\"keys\": []}\0", 13)) == "not JSON: a NUL byte");
   CHECK(refusal("[]").starts_with("must be an object with the one field 'keys'"));
@@ -105,7 +105,7 @@ TEST_CASE("keys: impossible values are refused") {
   CHECK(refusal(file(entry(R"(, "disabled": 1)"))) == "/keys/0/disabled: must be true or false, not 1");
 }
 
-TEST_CASE("keys: an id and a token are each one key's") {
+TEST_CASE("keys: an id or token that two keys share is refused") {
   CHECK(refusal(file(entry() + "," + entry("", "ci", kOther))) == "/keys/1/id: another key has the id 'ci' as well");
   CHECK(refusal(file(entry() + "," + entry("", "other"))) ==
         "/keys/1/sha256: this digest occurs twice in the file; give each key a token of its own");
@@ -130,7 +130,7 @@ TEST_CASE("token: new ones are long, allowed and different") {
   CHECK(server::token_sha256("abc") == "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
 }
 
-TEST_CASE("token: where it stands in a request") {
+TEST_CASE("token: found in the Authorization header") {
   const auto of = [](std::string value) {
     server::Head head;
     head.headers = {{"authorization", std::move(value)}};
@@ -144,7 +144,7 @@ TEST_CASE("token: where it stands in a request") {
   CHECK(server::bearer_token(server::Head{}).empty());
 }
 
-TEST_CASE("utc: there and back, and no time that there is not") {
+TEST_CASE("utc: round trip, and impossible times are refused") {
   for (const char* text : {"1970-01-01T00:00:00Z", "2024-02-29T23:59:59Z", "2200-12-31T00:00:01Z"}) {
     const auto time = api::parse_utc(text);
     REQUIRE(time);

@@ -1,4 +1,4 @@
-// The files of a batch, from their arrival to its row.
+// Files of a batch, from their arrival until the batch is stored.
 #include "server/handlers/batch_receiver.h"
 
 #include <sys/socket.h>
@@ -61,7 +61,7 @@ struct ReceiverBench {
 
 }  // namespace
 
-TEST_CASE("batches: files that came long before the last one are young when the batch is stored") {
+TEST_CASE("batches: files that arrived long ago are renewed before the batch is stored") {
   ReceiverBench bench;
   std::this_thread::sleep_for(1100ms);
   CHECK_FALSE(bench.receiver.renew(1s));
@@ -71,7 +71,7 @@ TEST_CASE("batches: files that came long before the last one are young when the 
   CHECK(got(bench.blobs.remove_unused({}, 1s)) == 2);
 }
 
-TEST_CASE("batches: a file that was lost meanwhile is told of before the batch is stored") {
+TEST_CASE("batches: a file that was removed meanwhile is reported before the batch is stored") {
   ReceiverBench bench;
   got(bench.blobs.remove(key_of("ann", bench.y)));
   CHECK_FALSE(bench.receiver.renew(60s));

@@ -1,4 +1,4 @@
-// What is told of a batch: its document, lines of results, its report.
+// Reports on a batch: its document, lines of results, its JUnit report.
 #include <sstream>
 
 #include <doctest/doctest.h>
@@ -53,7 +53,7 @@ std::string report(const store::Batch& batch, const std::vector<store::BatchRow>
 
 }  // namespace
 
-TEST_CASE("batch report: every comparison is a test, and what is wrong with it stands there") {
+TEST_CASE("batch report: every comparison is a test case with its defect") {
   const std::vector<store::BatchRow> rows{row(0, "good", store::JobState::done, "pass"),
                                           row(1, "bad", store::JobState::done, "fail"),
                                           row(2, "close", store::JobState::done, "undecided"),
@@ -83,7 +83,7 @@ TEST_CASE("batch report: every comparison is a test, and what is wrong with it s
   CHECK(bad.child("failure").attribute("message").value() == std::string("distance in [0.5, 0.75] mm, limit 0.25 mm"));
 }
 
-TEST_CASE("batch report: whatever the names hold") {
+TEST_CASE("batch report: valid XML for any names") {
   const std::string hostile = "<&>\"' ]]> \xC3\xA9 \xF0\x9F\x98\x80 \xEF\xBF\xBE\xEF\xBF\xBF";
   pugi::xml_document document;
   store::BatchRow failed = row(0, hostile, store::JobState::done, "fail");
@@ -119,7 +119,7 @@ TEST_CASE("batch document: counts, times and failures") {
   CHECK(document["failures"][2]["distance"] == json{{"lower", 0}, {"upper", nullptr}});
 }
 
-TEST_CASE("batch document: cancelled when the last has ended, until then it runs") {
+TEST_CASE("batch document: running until the last comparison has ended, then cancelled") {
   store::Batch cancelled = batch("b");
   cancelled.cancel_requested = true;
   CHECK(json::parse(progress_json(cancelled))["state"] == "cancelled");

@@ -33,7 +33,7 @@ std::string text_of(const Upload& upload) {
   return {reinterpret_cast<const char*>(upload.bytes().data()), upload.bytes().size()};
 }
 
-// What refuses the parts, or "" and the form.
+// Returns the refusal of the parts; "": the form was received.
 std::string receive(const std::vector<Sent>& parts, Form& form, const Settings& settings, ByteBudget& budget) {
   FormReceiver receiver(form, settings, budget);
   for (const Sent& part : parts) {
@@ -62,7 +62,7 @@ bool contains(const std::string& text, const std::string& piece) { return text.f
 
 }  // namespace
 
-TEST_CASE("form: a mesh and its files are one archive, in whatever order they come") {
+TEST_CASE("form: a mesh and its files become one archive, in any order") {
   const Settings settings = small();
   ByteBudget budget(1 << 20);
   std::vector<std::string> archives;
@@ -114,14 +114,15 @@ TEST_CASE("form: names that no .gltf may use are refused") {
   CHECK(refused_name("%2e%2e/x.bin").empty());  // the name of a file, which no URI can ask for but as %252e
 }
 
-TEST_CASE("form: bounds of the files") {
+TEST_CASE("form: limits of the files") {
   const Sent a{"a", "a.gltf", kScene}, b{"b", "b.gltf", kScene};
   CHECK(contains(refusal({a, b, {"b.files", "x.bin", ""}, {"b.files", "./x.bin", ""}}),
                  "'./x.bin' of a part 'b.files' was sent twice"));
   CHECK(contains(refusal({a, b, {"b.files", "A.bin", ""}, {"b.files", "a.bin", ""}}),
                  "'a.bin' of a part 'b.files' differs from 'A.bin' by letter case alone"));
   CHECK(contains(refusal({a, b, {"b.files", "./_rels/.RELS", ""}}), "is the name of a part that every 3MF has"));
-  CHECK(contains(refusal({{"a", "a.obj", "v 0 0 0"}, {"a.files", "x.bin", "abc"}, b}), "the part 'a' is not a .gltf document"));
+  CHECK(contains(refusal({{"a", "a.obj", "v 0 0 0"}, {"a.files", "x.bin", "abc"}, b}),
+                 "the part 'a' is not a .gltf document"));
   CHECK(refusal({{"a.files", "x.bin", "abc"}, b}) == "the part 'a' is missing");
   CHECK(refusal({a, {"a.files", "x.bin", std::string(2'000, 'x')}, b}) ==
         "the part 'a.files' and the files beside it are together larger than the limit of 2000 bytes");

@@ -1,4 +1,4 @@
-// Deviation maps by the service, where it matters who comes when.
+// Deviation maps of the service: the order of concurrent requests.
 #include <atomic>
 #include <future>
 #include <memory>
@@ -19,7 +19,7 @@ namespace store = server::store;
 
 namespace {
 
-// While `armed`, who opens a blob next waits until it is released.
+// While `armed`, the next call that opens a blob blocks until it is released.
 class PausingBlobs : public store::BlobStore {
  public:
   explicit PausingBlobs(store::BlobStore& real) : real_(real) {}
@@ -71,7 +71,7 @@ std::string stored(httplib::Client client, const std::string& obj) {
   return nlohmann::json::parse(answer->body)["id"];
 }
 
-// A service with one comparison, whose map one client asks for and is held up when it opens the first mesh.
+// A service with one comparison, and a client whose request for its map is blocked at opening the first mesh.
 struct HeldUp {
   HeldUp() {
     REQUIRE(maps.open().ok());
@@ -116,7 +116,7 @@ struct HeldUp {
 
 }  // namespace
 
-TEST_CASE("deviations: who has looked before it was kept is given what was made meanwhile") {
+TEST_CASE("deviations: a request that missed the cache gets the map that was made meanwhile") {
   HeldUp held;
   const auto first = held.map();
   const auto second = held.late();
@@ -133,7 +133,7 @@ TEST_CASE("deviations: who has looked before it was kept is given what was made 
   CHECK(metrics->body.find("meshgauge_maps_total{outcome=\"cached\"} 1\n") != std::string::npos);
 }
 
-TEST_CASE("deviations: but nothing that was kept and has been deleted since, nor is that kept again") {
+TEST_CASE("deviations: a map whose comparison or mesh was deleted meanwhile is not served or cached") {
   HeldUp held;
   REQUIRE(held.map()->status == 200);
   REQUIRE(held.maps.counters().files == 1);

@@ -16,7 +16,7 @@ using server::Head;
 
 namespace {
 
-// A body as a client sends it: `sent` in pieces of `step`, then, unless it stays, the end of its stream.
+// Sends `sent` in pieces of `step`, then ends the stream unless the connection stays open.
 struct BodyClient {
   std::array<int, 2> ends{-1, -1};
   std::atomic<bool> aborted{false};
@@ -81,7 +81,7 @@ BodyOutcome sized(const std::string& sent, std::uint64_t length, bool stays = fa
 
 }  // namespace
 
-TEST_CASE("body: a chunked body is put together however it arrives") {
+TEST_CASE("body: a chunked body is reassembled however its bytes arrive") {
   const std::string sent = "5\r\nhello\r\n1;ext=\"x\"\r\n \r\n005\r\nworld\r\n0\r\nTrailer: x\r\n\r\nNEXT";
   for (const std::size_t step : {1U, 2U, 3U, 7U, 100U}) {
     const BodyOutcome outcome = chunked(sent, step);
@@ -110,7 +110,7 @@ TEST_CASE("body: a malformed chunk is refused, and the rest is not a request") {
   CHECK(chunked("5;" + long_text + "\r\nhello\r\n", 100).problem == api::ProblemKind::malformed_request);
 }
 
-TEST_CASE("body: chunks are counted, also when each is small") {
+TEST_CASE("body: many small chunks count against the limit") {
   std::string sent;
   for (int i = 0; i < 101; ++i) sent += "a\r\n0123456789\r\n";
   CHECK(chunked(sent + "0\r\n\r\n", 100).problem == api::ProblemKind::too_large);
@@ -126,12 +126,12 @@ TEST_CASE("body: a body of a known length ends there") {
   CHECK(sized("", 0).consumed);
 }
 
-TEST_CASE("body: one that does not come ends at the deadline") {
+TEST_CASE("body: a body that does not arrive times out at the deadline") {
   CHECK(sized("hell", 5, true).problem == api::ProblemKind::request_timeout);
   CHECK(chunked("5\r\nhel", 100, true).problem == api::ProblemKind::request_timeout);
 }
 
-TEST_CASE("body: one that is not waited for any longer is told of the end") {
+TEST_CASE("body: a shutdown while the body arrives is reported as a shutdown") {
   BodyClient client;
   client.head.content_length = 5;
   client.stays = client.aborted = true;
@@ -142,7 +142,7 @@ TEST_CASE("body: one that is not waited for any longer is told of the end") {
   CHECK(!consumed);
 }
 
-TEST_CASE("body: the rest of a refused one is taken when it is here, and never waited for") {
+TEST_CASE("body: the rest of a refused body is discarded if it has arrived, without waiting") {
   std::array<int, 2> ends{-1, -1};
   REQUIRE(::socketpair(AF_UNIX, SOCK_STREAM, 0, ends.data()) == 0);
   const std::atomic<bool> aborted{false};

@@ -6,7 +6,7 @@
 
 using meshgauge::server::ConnectionLimit;
 
-TEST_CASE("connection limit: so many, half of them for one key, all without keys") {
+TEST_CASE("connection limit: half of the places for one key, all of them without keys") {
   ConnectionLimit limit = ConnectionLimit::shared(4);
   std::vector<std::shared_ptr<const void>> held;
   for (int i = 0; i < 2; ++i) held.push_back(limit.take("one"));
@@ -25,7 +25,7 @@ TEST_CASE("connection limit: so many, half of them for one key, all without keys
   CHECK(limit.take("") == nullptr);
 }
 
-TEST_CASE("connection limit: an address has so many places, and gets each back") {
+TEST_CASE("connection limit: an address gets a place back for each one it releases") {
   ConnectionLimit peers(2);
   auto first = peers.take("x");
   {

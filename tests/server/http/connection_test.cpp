@@ -17,7 +17,7 @@ using server::peer_of;
 
 namespace {
 
-// Both ends of a connection through a loopback address; -1 where this machine has none of the family.
+// Both ends of a connection over loopback; -1 if this machine has no address of the family.
 struct Pair {
   std::array<int, 2> ends{-1, -1};  // ours, the client's
 
@@ -49,7 +49,7 @@ Pair ipv4() {
 
 server::Clock::time_point soon() { return server::Clock::now() + std::chrono::milliseconds(100); }
 
-// Two connections of one address, which has one place.
+// Two connections of one address with a limit of one place.
 struct TwoOfOneAddress {
   server::ConnectionLimit peers{1};
   std::atomic<bool> aborted{false};
@@ -71,7 +71,7 @@ TEST_CASE("connection: the address of a connection") {
   CHECK(peer_of(-1).empty());
 }
 
-TEST_CASE("connection: only a connection whose bytes are waited for takes a place, and keeps it until it is settled") {
+TEST_CASE("connection: waiting for bytes takes a place and keeps it until release_place()") {
   TwoOfOneAddress two;
   Connection &slow = two.slow, &other = two.other;
   CHECK(slow.idle(soon(), [] { return true; }) == Io::timeout);
@@ -80,14 +80,14 @@ TEST_CASE("connection: only a connection whose bytes are waited for takes a plac
   REQUIRE(::send(two.b.ends[1], "x", 1, 0) == 1);
   pollfd arrived{two.b.ends[0], POLLIN, 0};
   REQUIRE(::poll(&arrived, 1, 10'000) == 1);
-  CHECK(other.fill(soon()) == Io::ok);  // its bytes were here
+  CHECK(other.fill(soon()) == Io::ok);  // its bytes had arrived
   CHECK(other.fill(soon()) == Io::peer_limit);
   slow.release_place();
   CHECK(other.fill(soon()) == Io::timeout);
   CHECK(slow.fill(soon()) == Io::peer_limit);
 }
 
-TEST_CASE("connection: who does not take what is written is waited for as well") {
+TEST_CASE("connection: waiting for a client that does not read takes a place as well") {
   TwoOfOneAddress two;
   Connection &slow = two.slow, &other = two.other;
   const std::string much(std::size_t{64} << 20, 'x');

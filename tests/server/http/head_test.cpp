@@ -45,14 +45,14 @@ TEST_CASE("head: an ordinary request") {
   CHECK(!head.chunked);
 }
 
-TEST_CASE("head: who keeps the connection") {
+TEST_CASE("head: which requests keep the connection open") {
   CHECK(!accepted(get("Connection: close\r\n")).keep_alive);
   CHECK(!accepted(get("Connection: foo, Close\r\n")).keep_alive);
   CHECK(accepted(get("Connection: keep-alive\r\n")).keep_alive);
   CHECK(!accepted("GET / HTTP/1.0\r\n\r\n").keep_alive);
 }
 
-TEST_CASE("head: the absolute form is understood") {
+TEST_CASE("head: the absolute form of a target is accepted") {
   CHECK(accepted("GET http://host:80/healthz HTTP/1.1\r\nHost: x\r\n\r\n").path == "/healthz");
   CHECK(accepted("GET http://host HTTP/1.1\r\nHost: x\r\n\r\n").path == "/");
   CHECK(refused("GET http://ho\nst/ HTTP/1.1\r\nHost: x\r\n\r\n") == ProblemKind::malformed_request);
@@ -95,7 +95,7 @@ TEST_CASE("head: what two parsers could read differently is refused") {
   CHECK(refused("POST / HTTP/1.0\r\nTransfer-Encoding: chunked\r\n\r\n") == ProblemKind::malformed_request);
 }
 
-TEST_CASE("head: codings that are not understood are refused") {
+TEST_CASE("head: unknown codings are refused") {
   CHECK(refused(post("Transfer-Encoding: gzip, chunked\r\n")) == ProblemKind::not_implemented);
   CHECK(refused(post("Transfer-Encoding: chunked, identity\r\n")) == ProblemKind::not_implemented);
   CHECK(refused(post("Transfer-Encoding: xchunked\r\n")) == ProblemKind::not_implemented);
@@ -103,7 +103,7 @@ TEST_CASE("head: codings that are not understood are refused") {
   CHECK(accepted(post("Transfer-Encoding: Chunked\r\n")).chunked);
 }
 
-TEST_CASE("head: a body has a length, and a bound") {
+TEST_CASE("head: a body needs a length within the limit") {
   CHECK(refused(post("")) == ProblemKind::length_required);
   CHECK(accepted(post("Content-Length: 1000\r\n")).content_length == kLimit);
   CHECK(refused(post("Content-Length: 1001\r\n")) == ProblemKind::too_large);

@@ -1,4 +1,4 @@
-// The guard between clients and handlers: what becomes of an answer that fails, and of requests at the end.
+// The guard between clients and handlers: responses that fail, and requests at shutdown.
 #include "server/http/http_guard.h"
 
 #include <arpa/inet.h>
@@ -26,7 +26,7 @@ Settings settings() {
   return checked(settings).value();
 }
 
-// Served on threads of its own until the end of the object.
+// A server on its own threads for the lifetime of the object.
 class Guarded {
  public:
   explicit Guarded(
@@ -68,7 +68,7 @@ class RawClient {
   void send(const std::string& bytes) const {
     REQUIRE(::send(socket_.get(), bytes.data(), bytes.size(), MSG_NOSIGNAL) == static_cast<ssize_t>(bytes.size()));
   }
-  // What comes, up to `last` or the end.
+  // Reads up to `last` or the end.
   std::string read_to(const std::string& last) const {
     std::string all;
     char byte = 0;
@@ -85,7 +85,7 @@ bool has(const std::string& text, const std::string& part) { return text.find(pa
 
 }  // namespace
 
-TEST_CASE("guard: a problem that is answered instead lets go of what was begun") {
+TEST_CASE("guard: a problem releases the stream or file that was started before it") {
   const auto holder = std::make_shared<int>(0);
   std::atomic<long> held{-1};
   std::function<void(Response&)> begin;
@@ -122,7 +122,7 @@ TEST_CASE("guard: a problem that is answered instead lets go of what was begun")
   CHECK(held == 0);
 }
 
-TEST_CASE("guard: a request that is still arriving at the end is told of it, and not that it was slow") {
+TEST_CASE("guard: a request that is arriving at shutdown gets shutting-down, not a time-out") {
   std::atomic<bool> begun{false};
   Guarded guarded([&](Exchange& exchange) {
     begun = true;

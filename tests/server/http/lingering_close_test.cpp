@@ -12,7 +12,7 @@
 namespace meshgauge::server {
 namespace {
 
-// The two ends of a TCP connection: over one of another kind nothing would be reset.
+// Both ends of a TCP connection; other kinds of sockets are never reset.
 struct Ends {
   Descriptor ours, theirs;
 };
@@ -63,7 +63,7 @@ std::string read_all(int fd) {
   }
 }
 
-// Whether the other side has closed for good: then what is sent is answered by a reset.
+// True if the other side has closed both directions: sending is then answered by a reset.
 bool is_closed(int fd) {
   const char byte = 'x';
   (void)::send(fd, &byte, 1, MSG_NOSIGNAL);
@@ -71,7 +71,7 @@ bool is_closed(int fd) {
   return ::poll(&entry, 1, 10) > 0 && (entry.revents & (POLLHUP | POLLERR)) != 0;
 }
 
-TEST_CASE("lingering: who has sent more than was read still gets its answer") {
+TEST_CASE("lingering: a client that has sent unread bytes still gets its response") {
   Listener listener;
   LingeringClose lingering;
   Ends ends = listener.connect();
@@ -84,7 +84,7 @@ TEST_CASE("lingering: who has sent more than was read still gets its answer") {
   while (lingering.size() > 0) std::this_thread::yield();
 }
 
-TEST_CASE("lingering: who never closes is left") {
+TEST_CASE("lingering: a client that never closes is dropped after its time") {
   Listener listener;
   LingeringClose lingering;
   Ends ends = listener.connect();
@@ -96,7 +96,7 @@ TEST_CASE("lingering: who never closes is left") {
   }
 }
 
-TEST_CASE("lingering: who sends without end is left") {
+TEST_CASE("lingering: a client that sends without end is dropped") {
   Listener listener;
   LingeringClose lingering;
   Ends ends = listener.connect();
@@ -108,7 +108,7 @@ TEST_CASE("lingering: who sends without end is left") {
   CHECK(sent < 4 * LingeringClose::kMostBytes);  // and what the kernel's buffers take
 }
 
-TEST_CASE("lingering: beyond the most there can be, the oldest goes first") {
+TEST_CASE("lingering: beyond the maximum the oldest connection is closed") {
   constexpr std::size_t most = 5;
   Listener listener;
   LingeringClose lingering(most);

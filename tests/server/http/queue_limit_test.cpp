@@ -7,7 +7,7 @@ namespace {
 
 using std::chrono::milliseconds;
 
-TEST_CASE("limit: a burst may fill the queue, one that stands is cut short until it was empty") {
+TEST_CASE("queue limit: a burst may fill the queue, a standing queue is limited until it was empty") {
   QueueLimit limit(80);
   const auto start = QueueLimit::Clock::now();
   CHECK(limit.limit(0, start) == 80);
@@ -18,7 +18,7 @@ TEST_CASE("limit: a burst may fill the queue, one that stands is cut short until
   CHECK(limit.limit(79, start + milliseconds(5050)) == 80);
 }
 
-TEST_CASE("limit: never more than there may be, and after an idle hour as at the start") {
+TEST_CASE("queue limit: never above the maximum, and reset after an idle hour") {
   for (const std::size_t most : {0U, 1U, 2U}) {
     QueueLimit limit(most);
     const auto start = QueueLimit::Clock::now();

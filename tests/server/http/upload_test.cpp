@@ -40,7 +40,7 @@ TEST_CASE("upload: the bytes come back, from memory or from a file") {
   }
 }
 
-TEST_CASE("upload: all of them share one budget") {
+TEST_CASE("upload: all uploads share one budget") {
   ByteBudget budget(100);
   Upload first(budget, kTemp);
   Upload second(budget, kTemp);
@@ -52,7 +52,7 @@ TEST_CASE("upload: all of them share one budget") {
   CHECK(budget.used() == 100);
 }
 
-TEST_CASE("upload: a directory that takes no files is told") {
+TEST_CASE("upload: a directory without write access is an error") {
   ByteBudget budget(1 << 30);
   Upload upload(budget, "/nonexistent");
   CHECK(!upload.append("small"));
@@ -62,7 +62,7 @@ TEST_CASE("upload: a directory that takes no files is told") {
   CHECK(server::open_unnamed_file("/nonexistent") < 0);
 }
 
-TEST_CASE("upload: what is in a file can be read by its descriptor, and not written") {
+TEST_CASE("upload: the file's descriptor can be read and not written") {
   ByteBudget budget(1 << 30);
   Upload small(budget, kTemp);
   REQUIRE(!small.append("small"));

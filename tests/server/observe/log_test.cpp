@@ -1,4 +1,4 @@
-// The line of a request: what stands in it, and that nothing a client sends can end it.
+// The line of a request: its members, and that no text from a client can end it.
 #include "server/observe/log.h"
 
 #include <atomic>
@@ -67,7 +67,7 @@ TEST_CASE("log: a comparison's line has its sizes, its stages and its trace") {
   CHECK(!line.contains("delivered"));
 }
 
-TEST_CASE("log: what a client makes up stays one short line") {
+TEST_CASE("log: text from a client stays one short line") {
   LogClient client;
   client.head.method = "GET\r\n{\"event\":\"forged\"}";
   client.head.path = "/\n\x1b[31m\xff\"" + std::string(5000, '"');

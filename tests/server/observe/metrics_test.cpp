@@ -51,7 +51,7 @@ TEST_CASE("metrics: requests are counted by route, method and status") {
   CHECK(value_of(metrics, bucket + "\"+Inf\"}") == 2);
 }
 
-TEST_CASE("metrics: a client cannot make up series") {
+TEST_CASE("metrics: a client cannot create series") {
   Metrics metrics;
   for (int i = 0; i < 100; ++i) metrics.request_ended(request("", "BREW" + std::to_string(i), 501));
   CHECK(lines_with(metrics, "\nmeshgauge_requests_total{") == 1);
@@ -98,7 +98,7 @@ TEST_CASE("metrics: cache, keys and stores") {
   CHECK(value_of(metrics, R"(meshgauge_store_errors_total{kind="broken"})") == 0);
 }
 
-TEST_CASE("metrics: levels are asked of their owners, and only those that have one are shown") {
+TEST_CASE("metrics: levels are read on scrape, and only those that are watched") {
   Metrics metrics;
   double depth = 3;
   metrics.watch(Level::queue_depth, [&] { return depth; });
@@ -116,7 +116,7 @@ TEST_CASE("metrics: levels are asked of their owners, and only those that have o
   CHECK(value_of(metrics, R"(meshgauge_sandbox_workers_ended_total{outcome="crashed"})") == 2);
 }
 
-TEST_CASE("metrics: every level has a name and a meaning, and no two the same") {
+TEST_CASE("metrics: every level has a name and help of its own") {
   Metrics metrics;
   for (int i = 0; i <= static_cast<int>(Level::disk_free_bytes); ++i) {
     metrics.watch(static_cast<Level>(i), [] { return 1.0; });

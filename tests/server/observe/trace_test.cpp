@@ -39,12 +39,12 @@ TEST_CASE("trace: a valid traceparent gives its fields") {
   CHECK(parent->parent_id == kParentId);
   CHECK(parent->sampled);
   CHECK(!parse_traceparent(kValid.substr(0, 53) + "00")->sampled);
-  // Flags that this version does not know say nothing.
+  // Unknown flags are ignored.
   CHECK(!parse_traceparent(kValid.substr(0, 53) + "fe")->sampled);
   CHECK(parse_traceparent(kValid.substr(0, 53) + "ff")->sampled);
 }
 
-TEST_CASE("trace: what is not version 00 to the letter is refused") {
+TEST_CASE("trace: malformed headers of version 00 are refused") {
   CHECK(!parse_traceparent(""));
   for (std::size_t n = 0; n < kValid.size(); ++n) CHECK(!parse_traceparent(kValid.substr(0, n)));
   for (std::size_t at = 0; at < kValid.size(); ++at) {
@@ -58,7 +58,7 @@ TEST_CASE("trace: what is not version 00 to the letter is refused") {
   CHECK(!parse_traceparent("ff" + kValid.substr(2)));
 }
 
-TEST_CASE("trace: a version to come is read as far as it is known") {
+TEST_CASE("trace: the known fields of a later version are read") {
   const std::string later = "cc" + kValid.substr(2);
   CHECK(parse_traceparent(later)->trace_id == kTraceId);
   CHECK(parse_traceparent(later + "-what-the-future-will-be-like")->sampled);
@@ -66,7 +66,7 @@ TEST_CASE("trace: a version to come is read as far as it is known") {
   CHECK(!parse_traceparent(later + "0"));
 }
 
-TEST_CASE("trace: a caller's trace goes on under a new span") {
+TEST_CASE("trace: a client's trace continues under a new span") {
   const Trace trace = continue_trace(head_with({{"traceparent", kValid}, {"tracestate", "rojo=00f0,congo=t61"}}));
   CHECK(trace.trace_id == kTraceId);
   CHECK(trace.parent_id == kParentId);
@@ -79,7 +79,7 @@ TEST_CASE("trace: a caller's trace goes on under a new span") {
   CHECK(continue_trace(head_with({{"traceparent", kValid}})).span_id != trace.span_id);
 }
 
-TEST_CASE("trace: no trace, a broken one or two begin a new one, without the state") {
+TEST_CASE("trace: a missing, invalid or repeated traceparent starts a new trace without state") {
   for (const Head& head :
        {head_with({{"tracestate", "a=b"}}), head_with({{"traceparent", kValid + "x"}, {"tracestate", "a=b"}}),
         head_with({{"traceparent", kValid}, {"traceparent", kValid}, {"tracestate", "a=b"}})}) {

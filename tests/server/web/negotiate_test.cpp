@@ -36,7 +36,7 @@ TEST_CASE("negotiate: codings") {
   }
 }
 
-TEST_CASE("negotiate: of types the most exact counts") {
+TEST_CASE("negotiate: the most specific type decides") {
   const char* const browser = "text/html,application/xhtml+xml,application/xml;q=0.9,image/avif,*/*;q=0.8";
   CHECK(weight_of(browser, "text/html") == 1);
   CHECK(weight_of(browser, "text/plain") == 0.8);

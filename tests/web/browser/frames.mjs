@@ -1,4 +1,4 @@
-// How long frames take while somebody turns, zooms, cuts and brushes a large pair, and what memory that costs. Not a test of
+// Measures frame times and memory while a large pair is turned, zoomed, cut and brushed. Not a test of
 // ctest: times belong to a machine that does nothing else.
 //
 //   node tests/web/browser/frames.mjs [WIDTH HEIGHT [A B]]     by default 960 600 and the corpus' pair of a million triangles,

@@ -1,4 +1,4 @@
-// A service that asks for keys: the page asks the person for one, keeps it in this tab alone and sends it to nobody else.
+// A service with keys: the page asks the user for one, keeps it in this tab and sends it to this service only.
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
 import { readFileSync } from "node:fs";

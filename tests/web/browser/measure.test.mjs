@@ -102,7 +102,7 @@ test("a long job is cancelled, and the interval that it had reached is kept", as
   await tab.close();
 });
 
-test("the answer to a person who measures again with other settings is another comparison of the same stored meshes", async () => {
+test("measuring again with other settings makes another comparison of the same stored meshes", async () => {
   const walk = await place.open(), { tab } = walk;
   await walk.fill({ a: place.files["dented.ply"], b: place.files["sphere.obj"] });
   await walk.measure();

@@ -1,4 +1,4 @@
-// What a person does on the page, by the names that the page gives its parts.
+// Actions of a user on the page, by the accessible names of its parts.
 import { asked } from "./service.mjs";
 
 export const patience = 120_000; // ms: two tests at once draw by software on few processors

@@ -1,4 +1,4 @@
-// What goes wrong, and what a person reads then: which file or field it is about, and what to do.
+// Problems as a user sees them: which file or field they are about, and what to do.
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { Tab } from "./browser.mjs";

@@ -148,7 +148,7 @@ test("the same mesh twice is proved to be the same, without a search", async () 
   await walk.tab.close();
 });
 
-test("a running comparison's limit is drawn for who opens its link", async () => {
+test("the limit is drawn for a running comparison opened by its link", async () => {
   const walk = await place.open();
   // The distance is 0.98001 and a little: a limit this near is not decided before the page is there again.
   await walk.fill({ ...long(), limit: "0.980015", units: "mm", strategy: "four_point" });

@@ -19,7 +19,7 @@ test("equal factors are equal lengths", () => {
   assert.ok(Math.abs(positionOf(axis, 100) - positionOf(axis, 10) - step) < 1e-12);
 });
 
-test("zero and what is not known have the ends", () => {
+test("zero and unknown values have places at the ends", () => {
   const axis = axisFor([0, null, 1]);
   const [begin, end] = logarithmicPart(axis);
   assert.equal(positionOf(axis, 0), 0);
@@ -46,7 +46,7 @@ test("equal bounds still have an axis, with at least two numbers", () => {
   }
 });
 
-test("nothing but zero, nothing known, and nothing at all", () => {
+test("an axis for zero only, for unknown values only, and for nothing", () => {
   for (const marks of [[0, 0], [0, null], []]) {
     const axis = axisFor(marks);
     assert.ok(axis.low > 0 && axis.high > axis.low);

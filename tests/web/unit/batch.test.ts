@@ -35,7 +35,7 @@ test("a line of the results and a failure are the same row", () => {
   });
 });
 
-test("what became of it", () => {
+test("outcomes of a comparison", () => {
   const kindOf = (change: Partial<BatchResult>) => rowOfResult(result(0, change)).kind;
   assert.equal(kindOf({}), "pass");
   assert.equal(kindOf({ verdict: null }), "measured");
@@ -46,14 +46,14 @@ test("what became of it", () => {
   assert.equal(rowOfResult(result(0, { state: "cancelled", result: null, problem: cancelled })).words, "It was cancelled.");
 });
 
-test("a name that cannot be seen is none, and one that turns text around turns nothing else", () => {
+test("an invisible name is dropped, and a name that changes the text direction affects only itself", () => {
   for (const name of ["  ", "\u200B\u202E", "\u00A0", ""]) assert.equal(rowOfResult(result(7, { name })).name, "Comparison 7", JSON.stringify(name));
   for (const name of ["é", "部品", "…", "👍"]) assert.equal(rowOfResult(result(7, { name })).name, name);
   assert.equal(nameOf({ ...batch({}), name: " \t" }), null);
   assert.equal(titleOf("\u202Eyl", { state: "done", counts: counts({ done: 1, pass: 1 }) }), "Pass: yl · meshgauge");
 });
 
-test("one of 10,000 is seen in the bar, whatever comes after it", () => {
+test("one of 10,000 is visible in the bar", () => {
   const parts = partsOf(counts({ total: 10_000, done: 9_999, queued: 1, fail: 1, pass: 9_998 }));
   assert.deepEqual(parts.map(({ kind }) => kind), ["fail", "pass", "waits"]);
   let end = 0;
@@ -92,7 +92,7 @@ function source(of: Batch, lines: BatchResult[][] = []) {
   return { made, read, changes: () => changes };
 }
 
-test("as long as the failures do, the results are not read", () => {
+test("the results are not read while the document's failures suffice", () => {
   const { made } = source(batch({ total: 10_000, done: 10_000, pass: 9998, fail: 2 }, [failure(4), failure(9)]));
   const { rows, total, complete } = made.shown("open", "", 0, 50);
   assert.deepEqual([rows.map(({ position }) => position), total, complete], [[4, 9], 2, true]);
@@ -102,7 +102,7 @@ test("as long as the failures do, the results are not read", () => {
   assert.equal(made.shown("pass", "", 0, 50).total, 9998);
 });
 
-test("of more failures than are told at once the first pages are there, and a search reads all", () => {
+test("with more failures than the document has, the first pages are there and a search reads all", () => {
   const first = Array.from({ length: 100 }, (_, i) => failure(i));
   const { made } = source(batch({ total: 300, done: 300, fail: 300 }, first));
   assert.ok(made.shown("fail", "", 50, 50).complete);
@@ -112,7 +112,7 @@ test("of more failures than are told at once the first pages are there, and a se
   assert.equal(made.shown("fail", "", 100, 50).total, 300);
 });
 
-test("all is read once, and told", async () => {
+test("all results are read once, with progress", async () => {
   const { made, read, changes } = source(batch({ total: 3, done: 3, pass: 2, fail: 1 }, [failure(1)]), [[result(0), result(1, { verdict: "fail" })], [result(2)]]);
   assert.equal(await made.load(never), 0);
   assert.equal(changes(), 1);
@@ -122,7 +122,7 @@ test("all is read once, and told", async () => {
   assert.deepEqual(read, [2]);
 });
 
-test("while it runs all is read again, and not at once", async () => {
+test("while the batch runs the results are read again after a pause", async () => {
   const lines = [[result(0)]];
   const { made, read } = source(batch({ total: 9, running: 8, done: 1, pass: 1 }, [], "running"), lines);
   await made.load(never);
@@ -139,7 +139,7 @@ test("while it runs all is read again, and not at once", async () => {
   assert.equal(read.length, 2);
 });
 
-test("a stream that breaks is told, and tried again", async () => {
+test("a broken stream of results is reported and retried", async () => {
   let tries = 0;
   const made = new RowSource(batch({ total: 2, done: 2, pass: 2 }), async function* () {
     yield await Promise.resolve([result(tries)]);
@@ -151,7 +151,7 @@ test("a stream that breaks is told, and tried again", async () => {
   assert.ok(made.shown("all", "", 0, 50).complete);
 });
 
-test("in words, while it runs and at its end", () => {
+test("words for a running and an ended batch", () => {
   const at = (state: Batch["state"], change: Partial<BatchCounts>) => wordsOf({ state, counts: counts(change) });
   assert.deepEqual(at("running", { total: 10_000, queued: 9000, running: 1, done: 999, pass: 999 }), {
     tone: "measured", heading: "999 of 10,000 compared", reason: "All well so far. 1 runs, 9,000 wait.",
@@ -174,13 +174,13 @@ test("in words, while it runs and at its end", () => {
   assert.equal(titleOf("nightly", { state: "done", counts: counts({ total: 1, done: 1, pass: 1 }) }), "Pass: nightly · meshgauge");
 });
 
-test("how long, and which page", () => {
+test("durations and page numbers", () => {
   assert.deepEqual([-5, 400, 12_900, 125_000, 12_000_000].map(lasting), ["0.0\u00A0s", "0.4\u00A0s", "12\u00A0s", "2\u00A0min 05\u00A0s", "3\u00A0h 20\u00A0min"]);
   assert.equal(pageWords(50, 50, 1234), "51 to 100 of 1,234");
   assert.equal(pageWords(0, 0, 0), "None");
 });
 
-test("what was looked at is taken from the history, and nothing else that stands there", () => {
+test("the list's state is read from the history, anything else is ignored", () => {
   const looking = { filter: "pass", search: "x", from: 50, opened: 7 };
   assert.deepEqual(lookingOf({ looking }), looking);
   const fresh = { filter: null, search: "", from: 0, opened: null };

@@ -35,7 +35,7 @@ beforeEach(() => {
     fetch: async (path: string, init: RequestInit) => {
       asked.push({ path, key: new Headers(init.headers).get("Authorization") });
       const answer = answers.shift();
-      if (!answer) throw new Error(`nobody expected ${path}`);
+      if (!answer) throw new Error(`unexpected request ${path}`);
       return answer();
     },
   });
@@ -49,7 +49,7 @@ const broken = () => Promise.reject(new TypeError("failed to fetch"));
 const stream = (text: string) => () => new Response(text);
 const never = new AbortController().signal;
 
-test("a busy service is waited for, and the wait is told and over", async () => {
+test("a busy service is retried, and the wait is reported", async () => {
   const waits: (number | null)[] = [];
   answers = [refuse("overloaded", 503, { "Retry-After": "1" }), json(job("done"))];
   const told = await new Client((wait) => waits.push(wait?.seconds ?? null)).job(id);
@@ -57,12 +57,12 @@ test("a busy service is waited for, and the wait is told and over", async () => 
   assert.deepEqual(waits, [1, null]);
 });
 
-test("a time that was over is not waited for again", async () => {
+test("out-of-time is not retried", async () => {
   answers = [refuse("out-of-time", 503, { "Retry-After": "1" })];
   await assert.rejects(new Client().job(id), (error) => error instanceof ProblemError && error.kind === "out-of-time");
 });
 
-test("giving up ends a wait", async () => {
+test("aborting ends a wait", async () => {
   const controller = new AbortController();
   answers = [refuse("overloaded", 503, { "Retry-After": "60" })];
   const told = new Client().job(id, controller.signal);
@@ -84,7 +84,7 @@ test("a key is asked for, kept, and sent; without one the refusal stays", async 
   await assert.rejects(new Client(undefined, () => Promise.resolve(false)).job(id), ProblemError);
 });
 
-test("where the browser keeps nothing for the page, the key lives with it", async () => {
+test("without storage the key lives as long as the page", async () => {
   const blocked = () => {
     throw new DOMException("The operation is insecure.", "SecurityError");
   };
@@ -101,7 +101,7 @@ test("where the browser keeps nothing for the page, the key lives with it", asyn
   }
 });
 
-test("a key that no header may have is none", () => {
+test("a key that no header can carry is refused", () => {
   assert.deepEqual(["mg_abc-1", "mg_ä", "mg_„x“", "a b", "", "mg_\n"].map(isKey), [true, false, false, false, false, false]);
 });
 
@@ -118,7 +118,7 @@ test("two requests that are refused together ask for one key", async () => {
   assert.equal(times, 1);
 });
 
-test("no answer is an error of the network that says what was done", async () => {
+test("no response is a network error that says what was being done", async () => {
   answers = [broken];
   await assert.rejects(new Client().job(id), (error) => error instanceof NetworkError && /how the comparison stands/.test(error.message));
 });
@@ -138,7 +138,7 @@ test("watching: events until the end", async () => {
   assert.equal(breaks, 0);
 });
 
-test("watching: where the stream breaks, the comparison is asked for and watched on", async () => {
+test("watching: after a broken stream the comparison is polled and watched again", async () => {
   const { last, seen, breaks } = await watched(stream(running), json(job("running")), stream(end));
   assert.equal(last.state, "done");
   assert.deepEqual(seen.map(({ upper }) => upper), [3, 2]);
@@ -146,7 +146,7 @@ test("watching: where the stream breaks, the comparison is asked for and watched
   assert.deepEqual(asked.map(({ path }) => path), [`/v1/comparisons/${id}/events`, `/v1/comparisons/${id}`, `/v1/comparisons/${id}/events`]);
 });
 
-test("watching: without a place for its events, a comparison is asked for", async () => {
+test("watching: a refused event stream is replaced by polling", async () => {
   const { last } = await watched(refuse("overloaded", 503), json(job("done")));
   assert.equal(last.state, "done");
 });
@@ -160,7 +160,7 @@ test("watching: a comparison that is gone is an error at once", async () => {
   await assert.rejects(watched(refuse("not-found", 404)), (error) => error instanceof ProblemError && error.kind === "not-found");
 });
 
-test("watching: a service that stops tells an end that is none, and the next one goes on", async () => {
+test("watching: an end event of a stopping service is not the job's end", async () => {
   answers = [stream(`event: end\ndata: ${JSON.stringify(job("running"))}\n\n`), json(job("done"))];
   const silent = { progress: () => undefined, interrupted: () => undefined };
   assert.equal((await watch(new Client(), id, silent, never)).state, "done");
@@ -180,7 +180,7 @@ test("watching a batch: through a break, and through a forgotten one", async () 
   await assert.rejects(watchBatch(new Client(), id, watcher, never), (error) => error instanceof ProblemError && error.kind === "not-found");
 });
 
-test("results come line by line, wherever they are cut, and a break is one of the network", async () => {
+test("results are parsed line by line wherever they are cut, and a break is a network error", async () => {
   const pieces = ['{"position":0}\n{"posi', 'tion":1}\n', '{"position":2}\n{"pos'];
   const cut = (end: (to: ReadableStreamDefaultController) => void) => () => {
     const left = [...pieces];
@@ -203,7 +203,7 @@ test("results come line by line, wherever they are cut, and a break is one of th
   await assert.rejects(read(), NetworkError);
 });
 
-test("beginning again with a key whose comparison has ended gives that one", async () => {
+test("starting again with the Idempotency-Key of an ended comparison returns it", async () => {
   answers = [json(comparison({ id })), json(job("done"))];
   const told = await new Client().begin({ a: "a".repeat(64), b: "b".repeat(64) }, "once");
   assert.equal(told.state, "done");

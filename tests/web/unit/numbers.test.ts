@@ -48,7 +48,7 @@ test("... also of a limit with many digits, whether it is written in full or not
   }
 });
 
-test("a unit turns nothing around", () => assert.equal(spaces(withUnits("0.35", "\u202Emm\u202C")), "0.35 mm"));
+test("a unit cannot change the text direction", () => assert.equal(spaces(withUnits("0.35", "\u202Emm\u202C")), "0.35 mm"));
 
 test("equal bounds are one number, and zero is zero", () => {
   assert.equal(intervalWords(0, 0, "mm"), "0\u00A0mm");

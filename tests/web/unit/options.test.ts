@@ -38,12 +38,12 @@ test("a limit may have its unit with it, which is that of the field", () => {
   assert.deepEqual(build({ limit: "0" }).options?.gate, { max_distance: 0 });
 });
 
-test("what is no number, negative or a share is blamed at its field", () => {
+test("an invalid number is reported at its field", () => {
   for (const limit of ["abc", "-1", "0,5", "1 2", "5 %", "NaN", "Infinity", "1e999", "0x10"]) assert.deepEqual(blamed({ limit }), ["limit"], limit);
   for (const limit of ["0,5", "0,05 mm", "0,05mm", ",5 in"]) assert.match(build({ limit }).mistakes[0]?.message ?? "", /point, not a comma/, limit);
 });
 
-test("mistakes of several fields are all told", () => {
+test("errors of several fields are all reported", () => {
   assert.deepEqual(blamed({ limit: "x", toleranceKind: "absolute", tolerance: "", timeout: "500", threads: "1.5" }), ["limit", "tolerance", "timeout", "threads"]);
 });
 
@@ -52,13 +52,13 @@ test("units of the meshes are declared, one or both", () => {
   assert.deepEqual(build({ limit: "1", units: "mm", unitA: "in", unitB: "m" }).options, { gate: { max_distance: 1, units: "mm" }, units: { a: "in", b: "m" } });
 });
 
-test("times and threads have ends", () => {
+test("times and threads have limits", () => {
   for (const timeout of ["0", "0.0001", "180.1", "-3", "ten"]) assert.deepEqual(blamed({ timeout }), ["timeout"], timeout);
   for (const timeout of ["0.001", "180"]) assert.deepEqual(blamed({ timeout }), [], timeout);
   for (const threads of ["0", "65", "2.5", "x"]) assert.deepEqual(blamed({ threads }), ["threads"], threads);
 });
 
-test("points mean something with one strategy alone", () => {
+test("points apply to one strategy only", () => {
   assert.deepEqual(build({ strategy: "four_point", points: "5" }).options, { strategy: "four_point" });
   assert.deepEqual(blamed({ strategy: "n_point", points: "5" }), ["points"]);
 });

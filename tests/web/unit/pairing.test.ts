@@ -46,7 +46,7 @@ test("a .gltf and the files that it names are one mesh", async () => {
   assert.equal(hasScene([bin, stl, file("s.gltf.gz")]), false);
 });
 
-test("what is missing or said twice is told", async () => {
+test("missing and ambiguous files are reported", async () => {
   const gltf = file("s.gltf", scene("sub/x.bin"));
   assert.equal(await complaint(gltf), "s.gltf names the file “sub/x.bin”: drop or choose both together, or a .zip of them.");
   assert.match(await complaint(gltf, file("y.bin")), /^s.gltf names the file/);

@@ -8,7 +8,7 @@ const document = (kind: string, status: number, detail: string, errors: { part: 
   type: `urn:meshgauge:problem:${kind}`, title: `title of ${kind}`, status, detail, errors,
 });
 
-test("a problem's document, its request's id and when to come back", () => {
+test("a problem's document, request id and Retry-After", () => {
   const headers: Record<string, string> = { "X-Request-Id": "ab12", "Retry-After": "7" };
   const error = toError(503, JSON.stringify(document("overloaded", 503, "the queue is full")), (name) => headers[name] ?? null);
   assert.equal(error.kind, "overloaded");
@@ -16,7 +16,7 @@ test("a problem's document, its request's id and when to come back", () => {
   assert.equal(error.retryAfterSeconds, 7);
 });
 
-test("an answer without a document, or with something else in its place, is a problem all the same", () => {
+test("a response without a problem document still becomes a problem", () => {
   for (const body of ["", "<html>502</html>", "null", "{}", '{"type":"x","title":"t","status":"5","detail":"d","errors":[]}', '{"type":"x","title":"t","status":5,"detail":"d","errors":[null]}']) {
     const error = toError(502, body, none);
     assert.equal(error.problem.status, 502, body);
@@ -30,7 +30,7 @@ test("a Retry-After that is no number of seconds is none", () => {
   assert.equal(toError(503, "", (name) => (name === "Retry-After" ? "0" : null)).retryAfterSeconds, 1);
 });
 
-test("a defect of a mesh belongs to it, and is not said twice", () => {
+test("a defect of a mesh is shown once, at the mesh", () => {
   const message = "line 3 of 'a': '2,5' is not a number";
   const told = explainProblem(document("unreadable-mesh", 422, message, [{ part: "a", where: "line 3", message }]), "ab12");
   assert.deepEqual(told.defects, [{ part: "a", label: "Candidate (A)", where: "line 3", message }]);
@@ -61,18 +61,18 @@ test("a kind that this page does not know yet is shown in the service's words", 
   assert.deepEqual([told.title, told.detail, told.advice], ["title of brand-new", "It runs.", ""]);
 });
 
-test("no answer is told, and may be tried again", () => {
+test("no response is reported and can be retried", () => {
   const told = explain(new NetworkError("sending part.stl"));
   assert.match(told.detail, /while sending part.stl/);
   assert.equal(told.retry, true);
 });
 
-test("what may pass can be tried again, what will not cannot", () => {
+test("only temporary problems can be retried", () => {
   const retry = (kind: string) => explain(new ProblemError(document(kind, 500, "d"), null, null)).retry;
   assert.deepEqual(["overloaded", "too-many-requests", "unreadable-mesh", "invalid-request", "not-found"].map(retry), [true, true, false, false, false]);
 });
 
-test("a failure of the page itself is told", () => {
+test("a failure of the page itself is reported", () => {
   assert.equal(explain(new Error("boom")).detail, "boom");
   assert.equal(explain("odd").detail, "odd");
 });

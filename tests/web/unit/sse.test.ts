@@ -36,7 +36,7 @@ test("one space after the colon does not count, a second one does", () => {
   assert.deepEqual(parse("data:  x\n\n"), [{ name: "message", data: " x" }]);
 });
 
-test("comments, unknown fields and events without data tell nothing", () => {
+test("comments, unknown fields and events without data are ignored", () => {
   assert.deepEqual(parse(": hi\nid: 1\nretry: 5\nfoo\n\nevent: lonely\n\n"), []);
 });
 
@@ -48,7 +48,7 @@ test("a byte order mark at the beginning is none of the text", () => {
   assert.deepEqual(parse("\uFEFFdata: 1\n\n"), [{ name: "message", data: "1" }]);
 });
 
-test("an event that the stream breaks off is not told", () => assert.deepEqual(parse("data: 1\n"), []));
+test("an event cut off by the end of the stream is dropped", () => assert.deepEqual(parse("data: 1\n"), []));
 
 test("letters of several bytes that are cut between two pieces", async () => {
   const bytes = new TextEncoder().encode("data: µ€😀\n\n");
@@ -66,7 +66,7 @@ test("letters of several bytes that are cut between two pieces", async () => {
   }
 });
 
-test("a stream that breaks is an error, after what it had told", async () => {
+test("a broken stream is an error, after the events before it", async () => {
   let pulled = 0;
   const body = new ReadableStream<Uint8Array>({
     pull(controller) {

@@ -54,7 +54,7 @@ function packed(json: string, arrays: { buffer: ArrayBuffer }[]): ArrayBuffer {
   return bytes.buffer;
 }
 
-test("a map is read with what it says of itself", async () => {
+test("a map is read with its extras", async () => {
   const display = { form: "decimated", triangles: 1000, vertices: 502 };
   const map = await parseMap(glb({ node: { translation: [1e6, 0, -3], extras: { ...extras, display } } }));
   assert.deepEqual([...map.positions], [0, 0, 0, 1, 0, 0, 0, 1, 0]);
@@ -66,7 +66,7 @@ test("a map is read with what it says of itself", async () => {
   assert.deepEqual(map.scale, { top: 0.5, limited: true });
 });
 
-test("without a word about display it is the mesh itself, or refined when there is more of it", async () => {
+test("a map without display information is the mesh itself, or refined if it has more triangles", async () => {
   assert.equal((await parseMap(glb())).display.form, "as_is");
   const refined = await parseMap(glb({ indices: [0, 1, 2, 2, 1, 0], node: { extras: { largest: 1, candidate_triangles: 1 } } }));
   assert.deepEqual([refined.display.form, refined.display.triangles], ["refined", 1]);

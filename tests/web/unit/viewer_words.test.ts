@@ -16,7 +16,7 @@ test("the side of the verdict's witness is coloured first", () => {
   assert.equal(initialSettings({ witnesses: [], up: "y" }).up, "y");
 });
 
-test("what is said of the limit speaks of both surfaces", () => {
+test("the sentence on the limit covers both surfaces", () => {
   const said = (coloured: Side, a: Beyond, b: Beyond, witnesses: Witness[] = [], split = false): string => limitWords({ coloured, split }, { a, b }, witnesses, 1);
   assert.equal(said("a", within, within), "All of A and of B that is shown is within the limit.");
   assert.equal(said("a", beyond, within), "25 % of A’s area is farther from B than the limit.");
@@ -26,7 +26,7 @@ test("what is said of the limit speaks of both surfaces", () => {
   assert.doesNotMatch(said("a", within, beyond, [], true), /Swap/);
 });
 
-test("a witness beyond the limit that the display has lost is told all the same", () => {
+test("a witness beyond the limit is reported even if the display has lost it", () => {
   const words = limitWords({ coloured: "a", split: false }, { a: within, b: within }, [witness("a", 1.5)], 1);
   assert.match(words, /witness of A is farther from B than the limit/);
   assert.doesNotMatch(words, /All of A/);
