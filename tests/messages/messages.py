@@ -60,7 +60,6 @@ def table(heading, columns, rows, words=""):
 def steady(text):
     """Without the name of the program and what differs between runs."""
     text = re.sub(r"^meshgauge: ", "", text.strip(), flags=re.M)
-    text = text.replace("\nRun with --help", ". Run with --help")
     text = re.sub(r"\d+\.\d\d s\b", "T s", text)
     # The last digits are the machine's.
     return re.sub(r"\d+\.\d{8,}(e-\d+)?", lambda number: f"{round(float(number[0]), 6):g}", text)
