@@ -264,8 +264,7 @@ class Client {
   void advance(Flow& flow) {
     const bool open = receive(flow);
     if (flow.fd < 0 || !flow.busy) return;
-    // If sending fails, the service may have refused the request: reads the answer before the connection counts as
-    // lost.
+    // If sending fails, the service may have refused the request: reads its answer before the connection is lost.
     if (!open || (!send(flow) && !answered_meanwhile(flow))) lost(flow);
   }
 
