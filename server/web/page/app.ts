@@ -213,7 +213,7 @@ export class App {
     }
   }
 
-  // It ended between the state's response and the DELETE.
+  // The comparison ended between the state's response and the DELETE.
   private forgotten(id: string, signal: AbortSignal): void {
     const why = "It ended just before it was cancelled. Cancelling a comparison that has ended removes it, so its link no longer works.";
     if (!signal.aborted) this.over("Ended and removed", `${why} Measure again to get the result.`);
@@ -257,7 +257,7 @@ export class App {
     return { a, b };
   }
 
-  // It ended without a result.
+  // The comparison ended without a result.
   private over(title: string, words: string, more: HTMLElement | null = null): void {
     this.leave();
     this.show("none", `${title} · meshgauge`);

@@ -115,7 +115,7 @@ TEST_CASE("access: a token gives its owner, unknown, disabled and expired ones g
   CHECK(owner(access, House::token("ci")) == "ci");
   CHECK(owner(access, House::token("late")) == "late");
   house.system += 10s;
-  const auto unknown = std::get<Denial>(access.authenticate(with(House::token("nobody"))));
+  const auto unknown = std::get<Denial>(access.authenticate(with(House::token("stranger"))));
   CHECK(unknown.problem.status() == 401);
   CHECK(header(unknown, "WWW-Authenticate") == R"(Bearer realm="meshgauge", error="invalid_token")");
   for (const char* id : {"late", "off"}) {
@@ -219,7 +219,7 @@ TEST_CASE("access: several processes: jobs of all count, and near the limit one 
   });
   REQUIRE(denied(gone));
   CHECK(std::get<Denial>(gone).problem.kind == ProblemKind::storage_unavailable);
-  CHECK(denied(access.await_turn("nobody", there(0))));
+  CHECK(denied(access.await_turn("stranger", there(0))));
   CHECK(!denied(Access("").await_turn("", there(1'000'000))));
 
   std::atomic<std::uint64_t> stored{0};

@@ -40,7 +40,7 @@ export class BatchDesk {
     view.end(await watchBatch(client, id, view, signal));
   }
 
-  // It ended between the state's response and the DELETE.
+  // The batch ended between the state's response and the DELETE.
   private forgotten(signal: AbortSignal): void {
     if (!signal.aborted) this.around.over("Ended and removed", forgotten);
   }

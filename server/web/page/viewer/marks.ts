@@ -57,7 +57,7 @@ export class Marks {
     this.mesh.renderOrder = 10;
   }
 
-  // Its place in the picture; null if it is not in front of the camera.
+  // Updates the marks; returns their place in the picture, undefined if they are not in front of the camera.
   update(camera: CameraState, viewport: Rect, ends: Ends, pixel: number): MarkPlace | undefined {
     this.material.uniforms.pixel!.value = pixel;
     const { point, nearest } = ends.pair;
