@@ -128,7 +128,7 @@ class Keys(unittest.TestCase):
         self.assertIn('"key":"ci"', log)
         self.assertNotIn(token, log)
         self.assertNotIn("x" * 40, log)
-        self.assertIn("in the clear", log)  # there is no TLS
+        self.assertIn("sent unencrypted", log)  # there is no TLS
 
     def test_a_bad_file_ends_the_start(self):
         for text, saying in (("{}", "the one field 'keys'"), ('{"keys": [1]}', "/keys/0: must be an object"),

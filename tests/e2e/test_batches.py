@@ -192,7 +192,7 @@ class Done(ServerCase):
             stream.readline()
             connection.sendall(form)
             problem = self.refused(read_answer(stream), 503, "storage-unavailable")
-        self.assertIn("removed just now", problem["detail"])
+        self.assertIn("was removed while the request arrived", problem["detail"])
         anew = accepted(self.server.send("POST", PATH, form, key))
         self.assertNotEqual(anew, first)
         self.assertEqual(ended(self.server, anew)["counts"]["done"], 1)
