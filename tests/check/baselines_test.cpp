@@ -101,7 +101,7 @@ TEST_CASE("baselines: two gates may share one, two candidates may not") {
   CHECK(mistakes[0] == "gate 'y': the baseline 'b.off' is that of 'x.off' as well: leave one of the two gates out");
 }
 
-TEST_CASE("baselines: what is no mesh does not become one") {
+TEST_CASE("baselines: a candidate that is no mesh is refused") {
   const Folder folder;
   const Inside inside(folder.path());
   folder.write("x.off", "OFF\n3 1 0\n0 0 0\n");
@@ -119,7 +119,7 @@ TEST_CASE("baselines: what is no mesh does not become one") {
         List{"gate 'x': the candidate 'gone.off' does not exist"});
 }
 
-TEST_CASE("baselines: the suffix is that of the bytes") {
+TEST_CASE("baselines: candidate and baseline must have the same suffix") {
   const Folder folder;
   const Inside inside(folder.path());
   folder.write("x.off", small_mesh());
@@ -166,7 +166,7 @@ TEST_CASE("baselines: no link is followed out of the folder, and none replaced")
   CHECK(other.read("b.off") == small_mesh(2));
 }
 
-TEST_CASE("baselines: what cannot be written leaves everything as it was") {
+TEST_CASE("baselines: a failed write leaves all files as they were") {
   const Folder folder;
   const Inside inside(folder.path());
   folder.write("x.off", small_mesh(1));
@@ -181,7 +181,7 @@ TEST_CASE("baselines: what cannot be written leaves everything as it was") {
   CHECK(files_in(folder.path()) == List{"base", "base/b.off", "file", "x.off"});
 }
 
-TEST_CASE("baselines: a glTF of several files is not copied, and what is left of it not compared") {
+TEST_CASE("baselines: a glTF of several files is refused") {
   const Folder folder;
   const Inside inside(folder.path());
   const std::string scene = R"({"asset": {"version": "2.0"}, "buffers": [{"byteLength": 4, "uri": "x.bin"}]})";

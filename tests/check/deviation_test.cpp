@@ -79,7 +79,7 @@ Result<Done> write(const check::DeviationFile& file, const Mesh& candidate, Cont
 
 }  // namespace
 
-TEST_CASE("the name says the format, in any case") {
+TEST_CASE("deviation: the suffix decides the format, in any case") {
   const MapFolder folder;
   Control control;
   for (const char* name : {"map.ply", "map.PLY"}) {
@@ -99,7 +99,7 @@ TEST_CASE("the name says the format, in any case") {
   }
 }
 
-TEST_CASE("a PLY has the candidate's vertices alone, a GLB more for display, unless told otherwise") {
+TEST_CASE("deviation: a PLY has the candidate's vertices, a GLB is refined for display by default") {
   const MapFolder folder;
   Control control;
   const fs::path ply = folder.path() / "map.ply", glb = folder.path() / "map.glb";
@@ -118,7 +118,7 @@ TEST_CASE("a PLY has the candidate's vertices alone, a GLB more for display, unl
   CHECK(read(glb).triangles.size() == 12);
 }
 
-TEST_CASE("what passes at limit 0 shows nothing above it, also where rounding alone would") {
+TEST_CASE("deviation: a gate that passes at limit 0 shows nothing above it, despite rounding") {
   const MapFolder folder;
   Control control;
   for (const Vec3& offset : {Vec3(0, 0, 0), Vec3(1e6, -1e6, 1e6)}) {
@@ -140,7 +140,7 @@ TEST_CASE("what passes at limit 0 shows nothing above it, also where rounding al
   }
 }
 
-TEST_CASE("what cannot be written is said, and no half of a file stays") {
+TEST_CASE("deviation: a failed write is an Error and leaves no partial file") {
   const MapFolder folder;
   Control control;
   const auto nowhere = write({folder.path() / "missing" / "map.ply"}, shapes::cube(), control);
@@ -152,17 +152,17 @@ TEST_CASE("what cannot be written is said, and no half of a file stays") {
   CHECK(folder.files() == 1);
 }
 
-TEST_CASE("a file of a name like that of a half-written map is left alone") {
+TEST_CASE("deviation: a file named like a temporary one is not touched") {
   const MapFolder folder;
   Control control;
   const fs::path other = folder.path() / "map.ply.part";
-  std::ofstream(other) << "somebody's";
+  std::ofstream(other) << "another program's";
   REQUIRE(write({folder.path() / "map.ply"}, shapes::cube(), control).ok());
-  CHECK(content(other) == "somebody's");
+  CHECK(content(other) == "another program's");
   CHECK(folder.files() == 2);
 }
 
-TEST_CASE("told to stop, it writes nothing and says so") {
+TEST_CASE("deviation: a cancelled map writes nothing and is an Error") {
   const MapFolder folder;
   Control control;
   control.cancel();

@@ -68,7 +68,7 @@ TEST_CASE("expand: paths are relative to the manifest, and shown from the curren
   CHECK(paths(file) == (folder / "ci/parts/x.stl").string() + " x.stl");
 }
 
-TEST_CASE("expand: who thought of the current folder is told so") {
+TEST_CASE("expand: a path relative to the current folder gets a hint") {
   const Folder folder;
   folder.write("parts/x.stl", "x");
   folder.write("base/x.stl", "y");
@@ -133,7 +133,7 @@ TEST_CASE("expand: a file of exactly the glob's name is hinted at") {
   CHECK(mistakes(folder.write("gates.yaml", manifest("x", "part[[]1].stl", "base.stl"))).empty());
 }
 
-TEST_CASE("expand: names are unique in all of the manifest, also where files are missing") {
+TEST_CASE("expand: names are unique in the whole manifest, even with missing files") {
   const Folder folder;
   folder.write("a/x.stl", "x");
   folder.write("b/x.stl", "x");
@@ -146,7 +146,7 @@ TEST_CASE("expand: names are unique in all of the manifest, also where files are
   CHECK(holds(said, "gone.stl' does not exist"));
 }
 
-TEST_CASE("expand: a name made of a file name that is no text is refused") {
+TEST_CASE("expand: a name made of a file name that is not UTF-8 is refused") {
   const Folder folder;
   folder.write("parts/x\xFF.stl", "x");
   folder.write("parts/y\nz.stl", "x");
@@ -196,7 +196,7 @@ TEST_CASE("expand: a baseline is matched by any gate of the manifest") {
   }
 }
 
-TEST_CASE("expand: only what could be a candidate's baseline is missed") {
+TEST_CASE("expand: only files that match the baseline's template need a candidate") {
   const Folder folder;
   for (const char* file : {"new/x-a.stl", "base/x-a.off", "base/y-b.off", "base/x-c.obj", "base/deep/x-d.off"})
     folder.write(file, file);
@@ -205,7 +205,7 @@ TEST_CASE("expand: only what could be a candidate's baseline is missed") {
   CHECK(holds(mistakes(folder / "gates.yaml"), "x-b.off' has no candidate"));
 }
 
-TEST_CASE("expand: baselines in folders are missed in folders") {
+TEST_CASE("expand: baselines in subfolders need a candidate as well") {
   const Folder folder;
   for (const char* file : {"new/a.stl", "new/near/b.stl", "base/a.stl", "base/near/b.stl"}) folder.write(file, file);
   const std::string text = manifest("{dir}/{stem}", "new/**/*.stl", "base/{dir}/{name}");
@@ -216,7 +216,7 @@ TEST_CASE("expand: baselines in folders are missed in folders") {
   CHECK(holds(said, "base/far/away/c.stl' has no candidate"));
 }
 
-TEST_CASE("expand: of gates that are not asked for no file has to be there") {
+TEST_CASE("expand: files of gates that are not selected may be missing") {
   const Folder folder;
   without_b(folder);
   const std::string text = manifest("part-{stem}", "new/*.stl", "base/{stem}.off") +

@@ -71,7 +71,7 @@ TEST_CASE("glob: links to files are files, links to folders are not searched") {
   CHECK(found(folder, "b/out/*.stl") == List{"b/out/y.stl"});  // by name it may be
 }
 
-TEST_CASE("glob: a folder that cannot be looked at is not passed over") {
+TEST_CASE("glob: a folder that cannot be read is an error") {
   const test::Folder folder;
   folder.write("a/in/x.stl", "x");
   test::fs::create_directory(folder / "b");
@@ -84,7 +84,7 @@ TEST_CASE("glob: a folder that cannot be looked at is not passed over") {
   }
 }
 
-TEST_CASE("glob: a pattern that cannot be meant is refused") {
+TEST_CASE("glob: a malformed pattern is refused") {
   for (const char* pattern : {"b/*/", "a**", "**.stl", "b/***", "[", "x[a", "x[]", "x[!]", "a[b]/c[d"}) {
     CAPTURE(pattern);
     CHECK(!check_glob(pattern).ok());
@@ -95,7 +95,7 @@ TEST_CASE("glob: a pattern that cannot be meant is refused") {
   }
 }
 
-TEST_CASE("glob: more files than anybody means are refused") {
+TEST_CASE("glob: the number of files is limited") {
   const Folder folder;
   for (std::size_t i = 0; i <= kMaxGlobMatches; ++i) folder.write(std::to_string(i), "");
   const auto matches = glob(folder.path(), "*");

@@ -67,7 +67,7 @@ std::set<std::string> known_keys(const std::string& manifest) {
 
 }  // namespace
 
-TEST_CASE("manifest: what is wrong is said with line, column and what to write instead") {
+TEST_CASE("manifest: each mistake has its line, column and remedy") {
   const Inside inside(kManifests);
   const auto manifests = manifests_in("wrong");
   CHECK(manifests.size() >= 80);
@@ -108,7 +108,7 @@ TEST_CASE("manifest: the schema has the keys that are read, and no others") {
         keys_of(schema.at("$defs").at("tolerance")));
 }
 
-TEST_CASE("manifest: a file that cannot be read is a mistake of the whole") {
+TEST_CASE("manifest: an unreadable file is one mistake without a line") {
   const test::Folder folder;
   const auto first = [](const fs::path& manifest) {
     const auto read = gates_of(manifest);

@@ -26,7 +26,7 @@ Gate gate(const std::string& more, const std::string& defaults = "timeout: 30 s"
 
 }  // namespace
 
-TEST_CASE("manifest text: what is not given is as in the API, but for the tolerance") {
+TEST_CASE("manifest text: defaults are those of the API, except the tolerance") {
   const Gate read = gate("max_distance: 2");
   CHECK(read.limit.max_distance == 2.0);
   CHECK_FALSE(read.limit.unit);
@@ -98,7 +98,7 @@ TEST_CASE("manifest text: the defaults may stand below the gates") {
   CHECK(read[0].gate.limit.max_distance == 3.0);
 }
 
-TEST_CASE("manifest text: what cannot be used is empty, the rest is read") {
+TEST_CASE("manifest text: an unusable text is empty, the rest is read") {
   Mistakes mistakes;
   const auto read = read_manifest(
       "version: 1\ngates:\n- {name: '{', candidate: '[', baseline: '*', max_distance: 1}\n"
@@ -112,7 +112,7 @@ TEST_CASE("manifest text: what cannot be used is empty, the rest is read") {
   CHECK(std::move(mistakes).sorted().size() == 5);
 }
 
-TEST_CASE("manifest text: a text may be long, but not without end") {
+TEST_CASE("manifest text: the length of a text is limited") {
   Mistakes mistakes;
   const std::string rest = ", candidate: c, baseline: b, max_distance: 1}\n";
   read_manifest("version: 1\ngates:\n- {name: " + std::string(kMaxNameBytes, 'n') + rest, mistakes);

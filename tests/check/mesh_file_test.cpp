@@ -100,7 +100,7 @@ TEST_CASE("mesh file: nothing outside of the folder of a .gltf is opened") {
   }
 }
 
-TEST_CASE("mesh file: what is no regular file is refused, and waited for by nothing") {
+TEST_CASE("mesh file: anything but a regular file is refused without blocking") {
   const test::Folder folder;
   fs::create_directories(folder / "in/folder.bin");
   REQUIRE(::mkfifo((folder / "in/pipe.bin").c_str(), 0600) == 0);

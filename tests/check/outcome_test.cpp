@@ -28,7 +28,7 @@ TEST_CASE("outcome: the verdict is that of the interval") {
   CHECK(open->verdict == Verdict::undecided);
 }
 
-TEST_CASE("outcome: what is no interval has no verdict") {
+TEST_CASE("outcome: a document without a valid interval is an Error") {
   for (const char* distance : {R"({"lower":0,"upper":-1})", R"({"lower":-1,"upper":-0.5})", R"({"lower":-1,"upper":0})",
                                R"({"lower":0.25,"upper":0.125})", R"({"lower":-1e-300,"upper":null})",
                                R"({"lower":null,"upper":1})", R"({"lower":"0","upper":1})", R"({"upper":1})", "null"}) {

@@ -49,7 +49,7 @@ TEST_CASE("quantities: a limit in percent is a share of the diagonal") {
   }
 }
 
-TEST_CASE("quantities: what could be taken for another limit is refused") {
+TEST_CASE("quantities: an ambiguous limit is refused") {
   const std::string texts[] = {
       "",     " ",     "mm",      "0,05",   "0,05 mm",  "1 000 mm", "1 000",  "0x10",    "1_000",          "0.05.1",
       "--1",  "- 1",   "nan",     "inf mm", "infinity", "1e999",    "-0.05",  "-1 %",    "5 % mm",         "5 mm %",
@@ -65,7 +65,7 @@ TEST_CASE("quantities: what could be taken for another limit is refused") {
   CHECK(parse_limit("0,05 mm").error().message.find("behind a point") != std::string::npos);
 }
 
-TEST_CASE("quantities: what is no unit is refused with those that are") {
+TEST_CASE("quantities: an unknown unit is refused with the list of known ones") {
   for (const char* text : {"0.5 percent", "0.5Percent", "5 pct", "5 ppm", "5 parsec", "5 ly", "2 units", "5 M m"}) {
     CAPTURE(text);
     const auto limit = parse_limit(text);
@@ -81,7 +81,7 @@ TEST_CASE("quantities: what is no unit is refused with those that are") {
   }
 }
 
-TEST_CASE("quantities: a length is no share") {
+TEST_CASE("quantities: a length cannot be a share") {
   const auto length = check::parse_length("0.5 in");
   REQUIRE(length.ok());
   CHECK(length->max_distance == 0.5);
@@ -130,7 +130,7 @@ TEST_CASE("quantities: a duration has a unit, or is in seconds") {
   }
 }
 
-TEST_CASE("quantities: a duration that is none, or beyond what a job may take, is refused") {
+TEST_CASE("quantities: a malformed or too long duration is refused") {
   for (const char* text :
        {"", "s", "1 h", "1 m", "1 sec", "60 S", "1 min 30 s", "1:30", "nan", "inf", "0x1 s", "1,5 s"}) {
     CAPTURE(text);

@@ -28,7 +28,7 @@ TEST_CASE("whole file: its bytes, however large it is") {
   }
 }
 
-TEST_CASE("whole file: what happens to the file later does not matter") {
+TEST_CASE("whole file: later changes of the file do not matter") {
   const test::Folder folder;
   const std::string text(5'000'000, 'x');
   const auto path = folder.write("mesh.obj", text);
@@ -37,7 +37,7 @@ TEST_CASE("whole file: what happens to the file later does not matter") {
   CHECK(text_of(file.value()) == text);
 }
 
-TEST_CASE("whole file: what has no size is refused, what cannot be read is told") {
+TEST_CASE("whole file: folders, pipes and unreadable files are refused") {
   const test::Folder folder;
   const std::string pipe = (folder / "pipe").string();
   REQUIRE(::mkfifo(pipe.c_str(), 0600) == 0);

@@ -10,7 +10,7 @@
 
 using namespace meshgauge::check;
 
-TEST_CASE("suggestion: a word that is near is meant") {
+TEST_CASE("suggestion: the nearest word is suggested") {
   constexpr std::string_view kKnown[] = {"name", "max_distance", "timeout", "on_fail"};
   for (const char* word :
        {"max_distnace", "max_distanc", "maxdistance", "Max-Distance", "max distance", "mx_distance", "max_dist"}) {
@@ -24,7 +24,7 @@ TEST_CASE("suggestion: a word that is near is meant") {
   CHECK(suggestion(std::string(1 << 20, 'x'), kKnown) == "; known: name, max_distance, timeout, on_fail");
 }
 
-TEST_CASE("naming: what stands in braces comes from the candidate") {
+TEST_CASE("naming: placeholders are filled in from the candidate") {
   const NameParts parts = name_parts("part.v2.stl.GZ", "near/by");
   CHECK(parts.stem == "part.v2");
   CHECK(filled("lod-{stem}", parts) == "lod-part.v2");
@@ -62,7 +62,7 @@ TEST_CASE("naming: braces hold placeholders and nothing else") {
   CHECK(check_template("{nmae}").error().message == "has an unknown placeholder '{nmae}'; did you mean 'name'?");
 }
 
-TEST_CASE("utf8: only what RFC 3629 has") {
+TEST_CASE("utf8: only well-formed UTF-8 of RFC 3629 is accepted") {
   for (const char* good :
        {"", "abc", "\xC3\xA4", "\xE2\x82\xAC", "\xF0\x9F\x98\x80", "\xEE\x80\x80", "\xF4\x8F\xBF\xBF"})
     CHECK(is_utf8(good));
@@ -84,7 +84,7 @@ TEST_CASE("utf8: only what RFC 3629 has") {
   }
 }
 
-TEST_CASE("mistakes: in the order of the file, each once, and not without end") {
+TEST_CASE("mistakes: sorted, each once, limited in number") {
   Mistakes mistakes;
   mistakes.add({2, 1}, "b");
   mistakes.add({}, "whole");

@@ -75,7 +75,7 @@ TEST_CASE("the policy allows the page's own style, pictures inside of it, and no
   CHECK(style.find("@import") == std::string::npos);
 }
 
-TEST_CASE("what counts comes first, and every gate is found from the table") {
+TEST_CASE("failures come first, and the table links to every gate") {
   const Report report = samples::ordinary();
   const std::string page = to_html(report, {});
   std::size_t last_failure = 0, first_other = std::string::npos;
@@ -91,7 +91,7 @@ TEST_CASE("what counts comes first, and every gate is found from the table") {
   CHECK(last_failure < first_other);
 }
 
-TEST_CASE("the page says in words what became of the run") {
+TEST_CASE("the headline describes the run") {
   const auto headline = [](const Report& report) {
     return between(between(to_html(report, {}), "<h1>", "</h1>"), "</svg>", "<");
   };
@@ -175,7 +175,7 @@ TEST_CASE("units are escaped in drawings") {
   CHECK(colour_bar({1, true}, "<mm\">").find("<mm") == std::string::npos);
 }
 
-TEST_CASE("where a service shows a gate is a link, and nothing in it ends the attribute") {
+TEST_CASE("the service's page of a gate is a link, safely quoted") {
   GateOutcome seen = samples::failed("lid");
   CHECK(to_html(samples::report_of({seen}), {}).find("href=\"http") == std::string::npos);
   seen.measured->link = "https://ci.example/c/1\"><script>";

@@ -4,7 +4,7 @@
 
 using namespace meshgauge::check;
 
-TEST_CASE("what has a meaning in HTML is written as a reference") {
+TEST_CASE("characters with a meaning in HTML become references") {
   CHECK(escaped("<a href=\"x\" onclick='y'>&amp;</a>") ==
         "&lt;a href=&quot;x&quot; onclick=&#39;y&#39;&gt;&amp;amp;&lt;/a&gt;");
   CHECK(escaped("plain, Gr\xC3\xBC\xC3\x9F"
@@ -13,7 +13,7 @@ TEST_CASE("what has a meaning in HTML is written as a reference") {
         "e \xF0\x9F\x94\xA9\n\ttabs");
 }
 
-TEST_CASE("what HTML forbids or what turns the direction of writing becomes U+FFFD") {
+TEST_CASE("characters that HTML forbids or that change the direction of writing become U+FFFD") {
   const std::string replaced = "a\xEF\xBF\xBDz";
   for (const std::string& bad : {std::string(1, '\0'), std::string("\x01"), std::string("\x1B"), std::string("\x7F"),
                                  std::string("\xC2\x85"), std::string("\xEF\xBF\xBE"), std::string("\xE2\x80\xAE"),

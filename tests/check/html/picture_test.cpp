@@ -91,7 +91,7 @@ TEST_CASE("a gate that passes has one small view, one direction has the mesh tha
   CHECK_FALSE(back.surfaces[0].candidate);
 }
 
-TEST_CASE("a witness inside of the part is looked for behind a cut") {
+TEST_CASE("a witness inside the part is shown by a cut") {
   Mesh hollow = shapes::cube(2);
   const Mesh core = shapes::cube(0.2, Vec3(0.9, 0.9, 0.9));
   const auto first = static_cast<std::uint32_t>(hollow.positions.size());
@@ -105,7 +105,7 @@ TEST_CASE("a witness inside of the part is looked for behind a cut") {
   CHECK(made.surfaces[0].close_up->cut);
 }
 
-TEST_CASE("a witness that cannot be one is not marked") {
+TEST_CASE("a witness that is not on the meshes is not marked") {
   const Mesh mesh = shapes::sphere(8);
   const Vec3 on = mesh.positions[40];
   GateOutcome far = outcome_of(Verdict::fail, Vec3(1e9, 0, 0), on);
@@ -121,7 +121,7 @@ TEST_CASE("a witness that cannot be one is not marked") {
   }
 }
 
-TEST_CASE("who interrupts gets no picture, and is told so") {
+TEST_CASE("an interrupted picture is missing, with a reason") {
   const Mesh mesh = shapes::sphere(8);
   ThreadPool pool(1);
   Control control;

@@ -4,7 +4,7 @@
 
 using namespace meshgauge::check::service;
 
-TEST_CASE("address: what paths are put behind") {
+TEST_CASE("address: the base of URLs") {
   const std::pair<const char*, const char*> cases[] = {
       {"http://localhost:8080", "http://localhost:8080"},
       {"http://localhost:8080/", "http://localhost:8080"},
@@ -21,7 +21,7 @@ TEST_CASE("address: what paths are put behind") {
   }
 }
 
-TEST_CASE("address: what is refused") {
+TEST_CASE("address: malformed addresses are refused") {
   for (const char* url : {"", "localhost:8080", "ftp://localhost/", "file:///etc/passwd", "http://", "http://a b/",
                           "http://localhost:99999", "https://ci.example/?key=1", "https://ci.example/#top",
                           "httpx://localhost", "//localhost"}) {
@@ -37,7 +37,7 @@ TEST_CASE("address: a password in it is refused and not repeated") {
   CHECK(found.error().message.find("--key-file") != std::string::npos);
 }
 
-TEST_CASE("address: where a key cannot be read on its way") {
+TEST_CASE("address: https and loopback addresses are private") {
   for (const char* url : {"https://ci.example", "http://localhost:8080", "http://LOCALHOST", "http://127.0.0.1:8080/a",
                           "http://127.8.0.1", "http://[::1]:8080"}) {
     CAPTURE(url);
@@ -50,7 +50,7 @@ TEST_CASE("address: where a key cannot be read on its way") {
   }
 }
 
-TEST_CASE("address: a link is the address as it was given, and nothing in it ends a link") {
+TEST_CASE("address: a link keeps the address and is safe in reports") {
   CHECK(link_to("https://ci.example:8443/a-b_c", "/c/0d67") == "https://ci.example:8443/a-b_c/c/0d67");
   CHECK(link_to("http://[::1]:8080", "/c/0d67") == "http://[::1]:8080/c/0d67");
   CHECK(link_to("http://x/a%20b", "/c/1") == "http://x/a%20b/c/1");
@@ -63,7 +63,7 @@ TEST_CASE("address: keys are visible and not empty") {
   for (const char* key : {"", "two words", "two\nlines", "caf\xc3\xa9", "tab\t"}) CHECK_FALSE(is_key(key));
 }
 
-TEST_CASE("address: a file's name stands in a header") {
+TEST_CASE("address: a file's name is made safe for a header") {
   CHECK(disposition("parts/bracket one.stl") == "attachment; filename=\"bracket one.stl\"");
   CHECK(disposition("a\"b\\c\r\nX: y.obj") == "attachment; filename=\"a_b_c__X: y.obj\"");
   const std::string name = disposition(std::string(300, 'x') + ".glb");

@@ -43,7 +43,7 @@ net::HttpAnswer reply(int status, const std::string& body, const std::string& ty
 
 }  // namespace
 
-TEST_CASE("answer: a comparison as it stands") {
+TEST_CASE("answer: the state of a comparison") {
   const auto running = job_from(job("running", R"({"lower":0.25,"upper":null,"stage":"reduce"})"));
   REQUIRE(running);
   CHECK_FALSE(running->ended());
@@ -63,7 +63,7 @@ TEST_CASE("answer: a comparison as it stands") {
   CHECK(failed->problem->slug == "unreadable-mesh");
 }
 
-TEST_CASE("answer: what is no comparison") {
+TEST_CASE("answer: malformed comparisons are rejected") {
   const std::string deep = std::string(100'000, '[') + std::string(100'000, ']');
   const std::vector<std::string> bodies{"",
                                         "null",
@@ -93,7 +93,7 @@ TEST_CASE("answer: numbers are those that were sent") {
   CHECK(document->at("lower").get<double>() == 5e-324);
 }
 
-TEST_CASE("answer: whose mesh it is") {
+TEST_CASE("answer: the digest of each mesh") {
   const auto document = document_from(R"({"meshes":{"a":{"sha256":"12"},"b":7}})");
   REQUIRE(document);
   CHECK(sha256_of(*document, "a") == "12");
@@ -102,7 +102,7 @@ TEST_CASE("answer: whose mesh it is") {
   CHECK(sha256_of(*document_from("{}"), "a").empty());
 }
 
-TEST_CASE("answer: which question it answers") {
+TEST_CASE("answer: a comparison is checked against the gate") {
   const auto is_answer = [](const std::string& body) {
     Gate asked;
     asked.options.direction = Direction::a_to_b;
@@ -121,7 +121,7 @@ TEST_CASE("answer: which question it answers") {
   }
 }
 
-TEST_CASE("answer: a service that takes units for labels has not answered") {
+TEST_CASE("answer: a result without units is not accepted") {
   Gate asked;
   asked.limit = {0.1, std::nullopt, LengthUnit::millimeter};
   asked.options.units.a = LengthUnit::inch;
@@ -173,7 +173,7 @@ TEST_CASE("answer: a refusal says what to do") {
   CHECK(error_of(reply(401, body), gate(), kBase, true).message.ends_with("(the key is not accepted)"));
 }
 
-TEST_CASE("answer: what is no meshgauge service") {
+TEST_CASE("answer: replies of other programs are named") {
   net::HttpAnswer moved = reply(301, "", "text/html");
   moved.redirect = "https://elsewhere/\n::error::";
   CHECK(error_of(moved, gate(), kBase, false).message ==
@@ -183,7 +183,7 @@ TEST_CASE("answer: what is no meshgauge service") {
         "http://service does not answer as a meshgauge service: it answers 404 with a body of text/html");
 }
 
-TEST_CASE("answer: what it says is one line of a bounded length") {
+TEST_CASE("answer: a message is one line of limited length") {
   const std::string detail = "a\\n\\u001b[31m" + std::string(100'000, 'x');
   const Error error = error_of(*problem_from(std::string_view(problem("forbidden", detail, ""))), gate(), kBase);
   CHECK(error.message.size() < 1000);
@@ -191,7 +191,7 @@ TEST_CASE("answer: what it says is one line of a bounded length") {
   CHECK(error.message.find('\x1b') == std::string::npos);
 }
 
-TEST_CASE("answer: where the service shows a comparison, and nowhere else") {
+TEST_CASE("answer: the page of a comparison has one form") {
   const std::string id = "0d67c9a2d1b307386f8fc157855c4351";
   nlohmann::ordered_json comparison{{"id", id}, {"view", "/c/" + id}, {"status", "converged"}};
   CHECK(take_view(comparison) == "/c/" + id);
@@ -206,7 +206,7 @@ TEST_CASE("answer: where the service shows a comparison, and nowhere else") {
   }
 }
 
-TEST_CASE("answer: where the service shows a batch, and nowhere else") {
+TEST_CASE("answer: the page of a batch has one form") {
   const std::string id = "0d67c9a2d1b307386f8fc157855c4351";
   nlohmann::ordered_json batch{
       {"id", id}, {"state", "running"}, {"counts", {{"total", 2}, {"queued", 1}, {"running", 0}}}};

@@ -29,7 +29,7 @@ struct Taken {
 
 }  // namespace
 
-TEST_CASE("batch results: lines however they are cut") {
+TEST_CASE("batch results: lines may arrive in any pieces") {
   const std::string text = line(0) + line(2, "cancelled") + line(3);
   for (std::size_t size = 1; size < 60; size += 7) {
     Taken taken(4);
@@ -41,7 +41,7 @@ TEST_CASE("batch results: lines however they are cut") {
   }
 }
 
-TEST_CASE("batch results: what stands behind the last end of a line is not believed") {
+TEST_CASE("batch results: bytes after the last line end are ignored") {
   Taken taken(2);
   const std::string whole = line(1);
   CHECK(taken.results.take(line(0) + whole.substr(0, whole.size() - 1)));
@@ -59,7 +59,7 @@ TEST_CASE("batch results: a result that is gone") {
   CHECK_FALSE(taken.lines[0].job);
 }
 
-TEST_CASE("batch results: what cannot be results of that batch ends it") {
+TEST_CASE("batch results: malformed results end the transfer") {
   const std::string deep = std::string(100'000, '[') + std::string(100'000, ']') + "\n";
   for (const std::string& text :
        {std::string("\n"), std::string("null\n"), std::string("{}\n"), std::string("[]\n"), deep, line(-1), line(2),
@@ -70,7 +70,7 @@ TEST_CASE("batch results: what cannot be results of that batch ends it") {
   }
 }
 
-TEST_CASE("batch results: a line without an end") {
+TEST_CASE("batch results: the length of a line is limited") {
   Taken taken(2);
   const std::string piece(1 << 20, 'x');
   std::size_t pieces = 0;

@@ -52,7 +52,7 @@ TEST_CASE("remote: the key of the variable, when there is no file") {
   CHECK(service_key("")->empty());
 }
 
-TEST_CASE("remote: a key goes by http to this machine alone, unless that is asked for") {
+TEST_CASE("remote: a key is sent over http to this machine only, unless allowed") {
   RemoteOptions options;
   options.url = "http://ci.example";
   CHECK(remote(options).ok());  // no key
@@ -71,7 +71,7 @@ TEST_CASE("remote: a key goes by http to this machine alone, unless that is aske
   }
 }
 
-TEST_CASE("remote: what cannot be used is refused before anything is sent") {
+TEST_CASE("remote: unusable options are refused before anything is sent") {
   RemoteOptions options;
   options.url = "localhost:8080";
   CHECK_FALSE(remote(options).ok());

@@ -25,7 +25,7 @@ api::Request read(const Gate& gate, double max_distance) {
 
 }  // namespace
 
-TEST_CASE("request: the service measures with what the gate says") {
+TEST_CASE("request: the gate's settings are sent") {
   Gate gate;
   gate.limit.unit = LengthUnit::millimeter;
   gate.options.units = {LengthUnit::inch, LengthUnit::foot, {}, false};
@@ -56,7 +56,7 @@ TEST_CASE("request: the service measures with what the gate says") {
   CHECK(request.options.statistics.has_value());
 }
 
-TEST_CASE("request: what the gate does not say is left to the service") {
+TEST_CASE("request: settings that the gate does not have are left to the service") {
   const Gate gate;
   const auto request = read(gate, 0);
   CHECK_FALSE(request.threads_given);

@@ -28,7 +28,7 @@ net::HttpAnswer refused(int status, std::optional<std::chrono::seconds> after = 
 
 }  // namespace
 
-TEST_CASE("retry: what may pass is tried again, nothing else") {
+TEST_CASE("retry: only transient failures are retried") {
   const std::set<int> may_pass{408, 429, 500, 502, 503, 504, 507};
   for (int status = 200; status < 600; ++status) {
     CAPTURE(status);
@@ -51,7 +51,7 @@ TEST_CASE("retry: the pause doubles up to its cap") {
   for (int i = 0; i < 100; ++i) CHECK(largest.after(lost(), true, kStart, 1) <= Retries::kMost);
 }
 
-TEST_CASE("retry: a service is not asked before the time that it says") {
+TEST_CASE("retry: Retry-After is respected") {
   Retries retries(1h, 1h);
   CHECK(retries.after(refused(503, 7s), true, kStart, 0) == 7s);
   CHECK(retries.after(refused(429, 60s), true, kStart, 0) == 60s);
@@ -59,7 +59,7 @@ TEST_CASE("retry: a service is not asked before the time that it says") {
   CHECK(retries.after(refused(429, 1s), true, kStart, 0) == 7500ms);  // the pause has grown beyond it
 }
 
-TEST_CASE("retry: patience ends") {
+TEST_CASE("retry: retries end after the retry time") {
   Retries retries(10s, 2s);
   CHECK(retries.after(lost(), true, kStart, 0));
   CHECK(retries.after(lost(), true, kStart + 9s, 0));
@@ -68,20 +68,20 @@ TEST_CASE("retry: patience ends") {
   CHECK_FALSE(Retries(10s, 2s).after(refused(503, 86400s), true, kStart, 0));
 }
 
-TEST_CASE("retry: a service that never was reached is not waited for as long") {
+TEST_CASE("retry: a service that was never reached has a shorter time") {
   Retries retries(1h, 2s);
   CHECK(retries.after(lost(Trouble::no_contact), false, kStart, 0));
   CHECK_FALSE(retries.after(lost(Trouble::no_contact), false, kStart + 2s, 0));
   CHECK(retries.after(lost(Trouble::no_contact), true, kStart + 2s, 0));
 }
 
-TEST_CASE("retry: patience begins with the first failure, however long the first try took") {
+TEST_CASE("retry: the time counts from the first failure") {
   Retries retries(10s, 10s);
   CHECK(retries.after(lost(), true, kStart + 1h, 0));
   CHECK(retries.after(lost(), true, kStart + 1h + 5s, 0));
 }
 
-TEST_CASE("retry: what seldom passes is tried a few times") {
+TEST_CASE("retry: rarely transient failures are retried a few times") {
   for (const RetriedStatus& row : retried_statuses()) {
     CAPTURE(row.status);
     Retries retries(24h, 24h);

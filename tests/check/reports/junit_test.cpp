@@ -26,7 +26,7 @@ std::string property(pugi::xml_node suite, const char* name) {
 
 }  // namespace
 
-TEST_CASE("junit: what counts is a failure or an error, what only warns has passed") {
+TEST_CASE("junit: failures and errors count, warnings pass") {
   const pugi::xml_document document = parsed(samples::ordinary());
   const auto suite = [&](const char* name) {
     return document.child("testsuites").find_child_by_attribute("testsuite", "name", name);
@@ -59,7 +59,7 @@ TEST_CASE("junit: properties hold every digit") {
   CHECK(suite.child("testcase").attribute("classname").value() == std::string("meshgauge.gates"));
 }
 
-TEST_CASE("junit: an undecided that is allowed is no failure, one that was interrupted is") {
+TEST_CASE("junit: an allowed undecided gate passes, an interrupted one fails") {
   Report report = samples::report_of({samples::undecided("hinge")});
   CHECK(parsed(report).select_node("//failure"));
   report.undecided = Undecided::warn;
@@ -96,7 +96,7 @@ TEST_CASE("junit: no character that XML 1.0 forbids, not even as a reference") {
   }
 }
 
-TEST_CASE("junit: where a service shows a gate") {
+TEST_CASE("junit: the link to a gate's page") {
   GateOutcome seen = samples::failed("lid");
   CHECK(property(parsed(samples::report_of({seen})).child("testsuites").child("testsuite"), "link").empty());
   seen.measured->link = "https://ci.example/c/1";

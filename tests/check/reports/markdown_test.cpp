@@ -81,7 +81,7 @@ TEST_CASE("markdown: bars agree with the verdict however near the limit is") {
   }
 }
 
-TEST_CASE("markdown: a row of the table stays a row") {
+TEST_CASE("markdown: names cannot break a row of the table") {
   const std::string text = to_markdown(samples::hostile());
   std::istringstream lines(text);
   std::size_t rows = 0;
@@ -93,7 +93,7 @@ TEST_CASE("markdown: a row of the table stays a row") {
   CHECK(rows == 4 * samples::hostile_names().size());
 }
 
-TEST_CASE("markdown: never longer than it may be, and says what is left out") {
+TEST_CASE("markdown: the length is limited and the rest is counted") {
   std::vector<GateOutcome> many;
   for (int i = 0; i < 3000; ++i) {
     many.push_back(samples::failed("gate-" + std::to_string(i)));
@@ -116,7 +116,7 @@ TEST_CASE("markdown: never longer than it may be, and says what is left out") {
   for (std::size_t bytes = 1000; bytes < 100'000; bytes += 777) CHECK(to_markdown(hostile, bytes).size() <= bytes);
 }
 
-TEST_CASE("markdown: where a service shows a gate is a link of its verdict and of its details") {
+TEST_CASE("markdown: verdict and details link to a gate's page") {
   GateOutcome seen = samples::failed("lid"), passed = samples::passed("bracket");
   seen.measured->link = "https://ci.example/c/1";
   passed.measured->link = "http://[::1]:8080/c/2";
@@ -127,7 +127,7 @@ TEST_CASE("markdown: where a service shows a gate is a link of its verdict and o
   position(text, "| ❌ fail | `other` |");
 }
 
-TEST_CASE("markdown: where a service shows gates that it measured together, the first of them") {
+TEST_CASE("markdown: links to pages of batches are limited") {
   Report report = samples::report_of({samples::failed("a")});
   CHECK(to_markdown(report).find("See them") == std::string::npos);
   report.batches = {"https://ci.example/b/1"};

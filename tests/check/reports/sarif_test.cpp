@@ -94,7 +94,7 @@ TEST_CASE("sarif: nothing in a name is a link or a placeholder") {
   CHECK(message["text"].get<std::string>().find("'\\[x\\](http://example.com) {{0}} \\\\'") != std::string::npos);
 }
 
-TEST_CASE("sarif: where a service shows a gate is the result's viewer") {
+TEST_CASE("sarif: the gate's page is the result's hostedViewerUri") {
   GateOutcome seen = samples::failed("lid");
   CHECK_FALSE(only(seen).contains("hostedViewerUri"));
   seen.measured->link = "https://ci.example/c/1";

@@ -28,7 +28,7 @@ GateOutcome with(const Error& error) {
 
 }  // namespace
 
-TEST_CASE("what passes needs no advice") { CHECK(with(measured(0, 1, 2)).advice().empty()); }
+TEST_CASE("a gate that passes has no advice") { CHECK(with(measured(0, 1, 2)).advice().empty()); }
 
 TEST_CASE("undecided: the limits and the time that would decide") {
   CHECK(with(measured(0.25, 0.75, 0.5, "timeout")).advice() ==
@@ -40,7 +40,7 @@ TEST_CASE("undecided: the limits and the time that would decide") {
   CHECK(with(measured(0.25, 0.75, 0.5, "precision_floor")).advice().find("rounding") != std::string::npos);
 }
 
-TEST_CASE("undecided: nothing is advised that cannot be done") {
+TEST_CASE("undecided: impossible advice is left out") {
   GateOutcome outcome = with(measured(0.25, 0.75, 0.5, "timeout"));
   outcome.gate.timeout = std::chrono::seconds(180);
   CHECK(outcome.advice().find("longer timeout") == std::string::npos);

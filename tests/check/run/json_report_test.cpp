@@ -58,7 +58,7 @@ TEST_CASE("the report as JSON: members in their order, counts, the exit code") {
   CHECK(text.back() == '\n');
 }
 
-TEST_CASE("the report as JSON: where a browser sees it, of what a service measured") {
+TEST_CASE("the report as JSON: links to a service's pages") {
   Report report = one_of_each();
   report.outcomes[0].measured->link = "https://ci.example/c/0d67c9a2d1b307386f8fc157855c4351";
   const Json gates = Json::parse(to_json(report))["gates"];

@@ -50,7 +50,7 @@ TEST_CASE("a glTF behind a link is another mesh, since it names files in its own
   CHECK(meshes.get(base, control).value() == meshes.get(same, control).value());
 }
 
-TEST_CASE("a mesh is let go with the last gate and the last turn that needs it") {
+TEST_CASE("a mesh is freed after the last gate and turn that needs it") {
   const Folder folder;
   const auto base = folder.obj("base.obj", shapes::grid(3));
   const std::vector<Gate> gates{gate(folder.obj("1.obj", shapes::grid(4)), base, 1),
@@ -71,7 +71,7 @@ TEST_CASE("a mesh is let go with the last gate and the last turn that needs it")
   while (!kept.expired()) std::this_thread::yield();
 }
 
-TEST_CASE("files that go and links that move during the run are not looked at again") {
+TEST_CASE("files that are removed and links that move during the run do not matter") {
   const Folder folder;
   const auto base = folder.obj("base.obj", shapes::grid(3));
   const auto part = folder.obj("part.obj", shapes::grid(4));
@@ -90,7 +90,7 @@ TEST_CASE("files that go and links that move during the run are not looked at ag
   meshes.done(both);
 }
 
-TEST_CASE("what cannot be read says so to everybody who asks") {
+TEST_CASE("every caller gets the Error of an unreadable file") {
   const Folder folder;
   const auto good = folder.obj("good.obj", shapes::grid(2));
   const auto bad = folder.file("bad.obj", "v 0 0 0\nv 1 0 0\nv 0 nan 0\nf 1 2 3\n");
@@ -107,7 +107,7 @@ TEST_CASE("what cannot be read says so to everybody who asks") {
   }
 }
 
-TEST_CASE("who is cancelled or out of time does not wait for the reader") {
+TEST_CASE("a cancelled or late caller does not wait for the reader") {
   const Folder folder;
   const auto file = folder.obj("a.obj", shapes::grid(300));  // not read within no time
   Meshes meshes({gate(file, file, 1)});
@@ -123,7 +123,7 @@ TEST_CASE("who is cancelled or out of time does not wait for the reader") {
   CHECK(meshes.get(file, patient).ok());
 }
 
-TEST_CASE("readers that nobody waits for are known until they have ended") {
+TEST_CASE("readers without a waiting caller are counted until they end") {
   const Folder folder;
   const auto file = folder.obj("a.obj", shapes::grid(300));
   Meshes meshes({gate(file, file, 1)});
@@ -150,7 +150,7 @@ TEST_CASE("few gates use all processors, many one each") {
   CHECK(one_by_one.take(0) == 8);
 }
 
-TEST_CASE("a gate that says how many threads gets them, and what is left is at least one") {
+TEST_CASE("a gate with its own number of threads gets it; others get at least one") {
   Processors processors(4, 4, 4);
   CHECK(processors.take(6) == 6);
   CHECK(processors.take(0) == 1);

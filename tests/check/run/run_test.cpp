@@ -58,7 +58,7 @@ Result<Measured> patient(Control& control) {
 
 }  // namespace
 
-TEST_CASE("outcomes are in the order of the gates, whoever ends first") {
+TEST_CASE("outcomes are in the order of the gates, whatever ends first") {
   Fake fake;
   fake.seats = 3;
   std::atomic<int> ended{0};
@@ -161,7 +161,7 @@ TEST_CASE("interrupted when all was decided: the verdicts count") {
   }
 }
 
-TEST_CASE("every gate is told of once when it ends, with how many have") {
+TEST_CASE("ended() is called once for each gate, with the count") {
   Fake fake;
   fake.seats = 4;
   std::vector<std::string> told;
@@ -181,7 +181,7 @@ TEST_CASE("every gate is told of once when it ends, with how many have") {
   CHECK(done == 12);
 }
 
-TEST_CASE("what comes after a gate is asked for all that began, and may fail") {
+TEST_CASE("after() is called for every gate that began, and may fail") {
   Fake fake;
   fake.answer = [](const Gate& asked, Control&) -> Result<Measured> {
     if (asked.name == "error") return Error{};
@@ -200,7 +200,7 @@ TEST_CASE("what comes after a gate is asked for all that began, and may fail") {
   CHECK(report.count(Verdict::pass) == 2);
 }
 
-TEST_CASE("what the caller throws when a gate has ended reaches it, when all have stopped") {
+TEST_CASE("an exception of ended() reaches the caller after all gates have stopped") {
   Fake fake;
   fake.seats = 2;
   std::atomic<int> running{0};
@@ -265,7 +265,7 @@ TEST_CASE("gates that are measured together") {
   }
 }
 
-TEST_CASE("one that is left out of those measured together, and an exception") {
+TEST_CASE("a gate without a result, and an exception, among gates measured together") {
   Batch batch;
   batch.left_out = "two";
   const Report report = run({named("one"), named("two"), named("three")}, batch);

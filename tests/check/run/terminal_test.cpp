@@ -67,7 +67,7 @@ TEST_CASE("the table: columns below each other, advice below its gate, counts at
         "5 gates: 1 pass, 2 fail, 1 undecided, 1 error\n");
 }
 
-TEST_CASE("colours, and nothing else, are what colour adds") {
+TEST_CASE("colour adds nothing but colours") {
   std::string table = to_table(mixed(), {true, false});
   CHECK(table.find("\033[31mFAIL ") != std::string::npos);
   CHECK(table.find("\033[33mFAIL (warning)") != std::string::npos);
@@ -76,7 +76,7 @@ TEST_CASE("colours, and nothing else, are what colour adds") {
   CHECK(table == to_table(mixed(), {}));
 }
 
-TEST_CASE("quiet: what passes is left out") {
+TEST_CASE("quiet: gates that pass are left out") {
   const std::string table = to_table(mixed(), {false, true});
   CHECK(table.find("bracket") == std::string::npos);
   CHECK(table.find("slow") != std::string::npos);
@@ -126,7 +126,7 @@ TEST_CASE("on a terminal a bar and the running gates, drawn over each other and 
   CHECK(out.all() == drawn + "\r\033[3A\033[J" + drawn + "\r\033[3A\033[J");
 }
 
-TEST_CASE("many running gates are some, and long names are cut to the terminal") {
+TEST_CASE("only some of many running gates are shown, and long names are cut") {
   Written out;
   ProgressDisplay display(out.file, 40, false);
   Gate named = gate("a.stl", "b.stl", 1);

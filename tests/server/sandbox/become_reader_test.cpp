@@ -18,7 +18,7 @@ std::string become(std::string_view program) {
 }  // namespace
 
 // That it becomes one is seen by the end-to-end tests.
-TEST_CASE("become_reader: who cannot goes on as it is, says why, and leaves nothing open") {
+TEST_CASE("become_reader: a failure returns why and leaves no descriptor open") {
   const std::size_t before = open_files();
   CHECK(become("").empty());
   CHECK(become("no program") == "no program in memory can be executed: Exec format error");

@@ -12,7 +12,7 @@ using namespace meshgauge::server::sandbox;
 
 using std::chrono::milliseconds;
 
-TEST_CASE("hostile: an end that is none costs that reading alone") {
+TEST_CASE("hostile: an abnormal end fails that reading only") {
   Sandbox sandbox;
   sandbox.start();
   std::uint64_t crashed = 0;
@@ -25,7 +25,7 @@ TEST_CASE("hostile: an end that is none costs that reading alone") {
   if (!kSanitized) CHECK(sandbox.logged().find("was ended by signal 11 (") != std::string::npos);
 }
 
-TEST_CASE("hostile: a call that a reader has no need of ends it" * doctest::skip(kSanitized)) {
+TEST_CASE("hostile: a forbidden system call kills the worker" * doctest::skip(kSanitized)) {
   Sandbox sandbox;
   const auto lacks = sandbox.pool.start();
   REQUIRE(lacks.ok());
@@ -44,7 +44,7 @@ TEST_CASE("hostile: a call that a reader has no need of ends it" * doctest::skip
   CHECK(sandbox.logged() == expected);
 }
 
-TEST_CASE("hostile: an endless reading holds up nobody, and ends when it is cancelled or late") {
+TEST_CASE("hostile: an endless reading blocks no other and ends when it is cancelled or late") {
   Sandbox sandbox;
   sandbox.start();
   Endless endless(sandbox);
@@ -64,7 +64,7 @@ TEST_CASE("hostile: an endless reading holds up nobody, and ends when it is canc
   CHECK(sandbox.works());
 }
 
-TEST_CASE("hostile: workers that are killed while they wait cost nothing") {
+TEST_CASE("hostile: idle workers that are killed fail no reading") {
   Sandbox sandbox;
   sandbox.start();
   REQUIRE(eventually([] { return workers().size() == 2; }));
@@ -73,7 +73,7 @@ TEST_CASE("hostile: workers that are killed while they wait cost nothing") {
   CHECK(sandbox.works());
 }
 
-TEST_CASE("hostile: a reading that uses up its processor time ends by its own doing") {
+TEST_CASE("hostile: a reading that uses up its processor time counts as crashed") {
   Sandbox sandbox({hostile_program()}, 1, 1);
   sandbox.start();
   check_refused(sandbox.read("loop"), ErrorCode::unreadable_mesh);
@@ -82,7 +82,7 @@ TEST_CASE("hostile: a reading that uses up its processor time ends by its own do
   CHECK(sandbox.works());
 }
 
-TEST_CASE("hostile: no process has a right that its user has not") {
+TEST_CASE("hostile: no process has a capability") {
   Sandbox sandbox;
   sandbox.start();
   REQUIRE(eventually([] { return workers().size() == 2; }));
@@ -99,7 +99,7 @@ TEST_CASE("hostile: no process has a right that its user has not") {
   CHECK(sandbox.works());
 }
 
-TEST_CASE("hostile: memory is limited, whether a reader asks politely or not" * doctest::skip(kSanitized)) {
+TEST_CASE("hostile: memory is limited, in one piece and in many" * doctest::skip(kSanitized)) {
   Sandbox sandbox;
   sandbox.start();
   check_refused(sandbox.read("greedy"), ErrorCode::too_large);
@@ -114,7 +114,7 @@ TEST_CASE("hostile: memory is limited, whether a reader asks politely or not" * 
   CHECK(sandbox.works());
 }
 
-TEST_CASE("hostile: an answer that is no true one is refused") {
+TEST_CASE("hostile: an untrue reply is refused") {
   Sandbox sandbox;
   sandbox.start();
   std::uint64_t untrue = 0;
@@ -135,7 +135,7 @@ TEST_CASE("hostile: an answer that is no true one is refused") {
   CHECK(sandbox.works());
 }
 
-TEST_CASE("hostile: descriptors that come along with an answer are not taken in") {
+TEST_CASE("hostile: descriptors sent with a reply are not accepted") {
   Sandbox sandbox;
   sandbox.start();
   REQUIRE(sandbox.works());
@@ -144,7 +144,7 @@ TEST_CASE("hostile: descriptors that come along with an answer are not taken in"
   CHECK(eventually([before] { return open_files() <= before; }));
 }
 
-TEST_CASE("hostile: what was handed over does not change under its reader") {
+TEST_CASE("hostile: a worker cannot change arrays that were copied") {
   Sandbox sandbox;
   sandbox.start();
   for (int i = 0; i < 50; ++i) {
@@ -163,7 +163,7 @@ TEST_CASE("hostile: what was handed over does not change under its reader") {
   CHECK(sandbox.works());
 }
 
-TEST_CASE("hostile: nothing is left over") {
+TEST_CASE("hostile: no process or descriptor is left over") {
   std::size_t before = 0;
   {
     Sandbox sandbox;
@@ -206,7 +206,7 @@ TEST_CASE("hostile: many at a time") {
   CHECK(sandbox.pool.counters()[End::crashed] == 40);
 }
 
-TEST_CASE("hostile: where calls cannot be forbidden it says so, and the rest still holds") {
+TEST_CASE("hostile: without the filter the start reports it, and the other limits hold") {
   Sandbox sandbox({beside_this_program("without"), "seccomp", hostile_program()});
   const auto lacks = sandbox.pool.start();
   REQUIRE(lacks.ok());

@@ -67,8 +67,8 @@ bool has_ended(pid_t pid) {
   return state.empty() || state.starts_with("Z");
 }
 
-// Waits until the spawner has made all that was ordered, and each of them has its own descriptors alone: one that was
-// just made holds the spawner's end of the channel still, and as long as it does, orders can be sent to nobody.
+// Waits until the spawner has forked all workers that were ordered, and each has closed the other descriptors. Until
+// then a worker holds the spawner's end of the channel, and an order would be sent to a dead spawner without an error.
 void await_workers(std::size_t count) {
   REQUIRE(eventually([=] {
     const auto all = workers();
@@ -123,7 +123,7 @@ TEST_CASE("lost: a file whose worker is killed is read by another") {
   CHECK(sandbox.works());
 }
 
-TEST_CASE("lost: a file that loses two workers has failed, and nobody says that it is to blame") {
+TEST_CASE("lost: a file that loses two workers is an internal Error, not the file's fault") {
   Sandbox sandbox;
   sandbox.start();
   Endless endless(sandbox);
@@ -153,7 +153,7 @@ TEST_CASE("lost: a worker that dies with its spawner is replaced with it") {
   CHECK(spawners().front().pid != spawner);
 }
 
-TEST_CASE("lost: a spawner that is killed is missed at once, also when a child of it holds its end of the channel") {
+TEST_CASE("lost: a killed spawner is detected at once, even if a child holds its channel") {
   Sandbox sandbox({hostile_program(), "clings", "x"});
   sandbox.start();
   CHECK(sandbox.works());
@@ -167,7 +167,7 @@ TEST_CASE("lost: a spawner that is killed is missed at once, also when a child o
   CHECK(spawners().front().pid != spawner);
 }
 
-TEST_CASE("lost: a worker that could not be confined says nothing about its file") {
+TEST_CASE("lost: a worker that could not be confined is no Error of the file") {
   Sandbox sandbox;
   sandbox.start();
   check_failed(sandbox.read("unconfined"), kLost);
@@ -175,7 +175,7 @@ TEST_CASE("lost: a worker that could not be confined says nothing about its file
   CHECK(sandbox.works());
 }
 
-TEST_CASE("lost: a worker that could not be made says nothing about its file") {
+TEST_CASE("lost: a worker that could not be forked is no Error of the file") {
   Sandbox sandbox({hostile_program(), "forks", "4"}, 1);  // one to try, one at the start, and two more
   sandbox.start();
   for (int i = 0; i < 3; ++i) CHECK(sandbox.works());
@@ -185,7 +185,7 @@ TEST_CASE("lost: a worker that could not be made says nothing about its file") {
   CHECK(sandbox.logged().find("was never made") != std::string::npos);
 }
 
-TEST_CASE("lost: while a spawner does not come back everybody still looks at the clock") {
+TEST_CASE("lost: deadlines hold while the spawner cannot be restarted") {
   const Obstacle obstacle;
   Sandbox sandbox({hostile_program(), "hangs", obstacle.path()});
   sandbox.start();
@@ -212,7 +212,7 @@ TEST_CASE("lost: while a spawner does not come back everybody still looks at the
   CHECK(sandbox.works());
 }
 
-TEST_CASE("lost: a spawner that ends at once is started again, but not at every turn") {
+TEST_CASE("lost: restarts of a spawner that ends at once are paused") {
   const Obstacle obstacle;
   Sandbox sandbox({hostile_program(), "ends", obstacle.path()});
   sandbox.start();
@@ -231,7 +231,7 @@ TEST_CASE("lost: a spawner that ends at once is started again, but not at every 
   CHECK(sandbox.works());
 }
 
-TEST_CASE("lost: whether files would be read is known, and asking brings back a spawner that can come") {
+TEST_CASE("lost: defect() tells whether files would be read, and restarts the spawner") {
   const Obstacle obstacle;
   Sandbox sandbox({hostile_program(), "ends", obstacle.path()});
   sandbox.start();
@@ -259,7 +259,7 @@ TEST_CASE("lost: whether files would be read is known, and asking brings back a 
   CHECK(counters[End::failed] == 0);
 }
 
-TEST_CASE("lost: a spawner that stands still, or makes no more workers, is found out while others wait for files") {
+TEST_CASE("lost: defect() detects a spawner that hangs or cannot fork") {
   const auto defect = [](Sandbox& sandbox, milliseconds time) {
     Control control(Control::Clock::now() + time);
     return sandbox.pool.defect(control);
@@ -284,7 +284,7 @@ TEST_CASE("lost: a spawner that stands still, or makes no more workers, is found
   CHECK(sandbox.works());
 }
 
-TEST_CASE("lost: many that wait for a spawner are told when it does not come, and served when it does") {
+TEST_CASE("lost: readings that wait for a spawner fail when it does not start and go on when it does") {
   const Obstacle obstacle;
   Sandbox sandbox({hostile_program(), "ends", obstacle.path()}, 4);
   sandbox.start();
@@ -302,7 +302,7 @@ TEST_CASE("lost: many that wait for a spawner are told when it does not come, an
   CHECK(spawners().size() == 1);
 }
 
-TEST_CASE("lost: a service that has no memory or no descriptor left counts and tells it once") {
+TEST_CASE("lost: lack of memory or descriptors is counted and logged once") {
   Sandbox sandbox;
   sandbox.start();
   REQUIRE(eventually([] { return workers().size() == 2; }));

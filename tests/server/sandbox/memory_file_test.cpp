@@ -23,7 +23,7 @@ TEST_CASE("memory file: a copy holds the bytes and cannot be written to") {
   CHECK(sealed_copy({}));
 }
 
-TEST_CASE("memory file: one of a size keeps it and can be written to") {
+TEST_CASE("memory file: a file of fixed size can be written to") {
   const SizedFile sized = file_of_size(8192);
   REQUIRE(sized.file);
   CHECK(sized.fixed);

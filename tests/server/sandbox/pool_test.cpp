@@ -46,7 +46,7 @@ void check_same(const Result<api::LoadedMesh>& here, const Result<api::LoadedMes
 
 }  // namespace
 
-TEST_CASE("pool: a mesh is what it is when it is read here") {
+TEST_CASE("pool: a mesh equals the one read in this process") {
   Sandbox sandbox;
   sandbox.start();
   const std::string_view files[] = {
@@ -65,7 +65,7 @@ TEST_CASE("pool: a mesh is what it is when it is read here") {
   CHECK(sandbox.logged().empty());
 }
 
-TEST_CASE("pool: what a reader says against a file is what it says here") {
+TEST_CASE("pool: a reader's Error equals the one of this process") {
   Sandbox sandbox;
   sandbox.start();
   for (const std::string_view file : {"v 0 0 0\nv 1 0 nan\nf 1 2 3\n", "v 0 0 0\nf 1 2 3\n", "", "?", "v 0 0 0\n"}) {
@@ -77,7 +77,7 @@ TEST_CASE("pool: what a reader says against a file is what it says here") {
 }
 
 // With no corpus at hand there is nothing to see: MESHGAUGE_CORPUS.
-TEST_CASE("pool: every file of the corpus has the answer that it has here") {
+TEST_CASE("pool: every file of the corpus gives the same result as in this process") {
   const char* const corpus = std::getenv("MESHGAUGE_CORPUS");
   if (corpus == nullptr || *corpus == '\0') return;
   Sandbox sandbox;
@@ -143,7 +143,7 @@ TEST_CASE("pool: as many files are read at a time as it has parsers") {
   CHECK(waiting.get());
 }
 
-TEST_CASE("pool: a program that makes no workers is told") {
+TEST_CASE("pool: a program that is no spawner is an Error") {
   for (const std::string program : {"/nonexistent", "/bin/true"}) {
     Sandbox sandbox({program});
     const auto lacks = sandbox.pool.start();

@@ -16,7 +16,7 @@ namespace meshgauge::server::sandbox {
 struct Process {
   pid_t pid = 0;
   pid_t parent = 0;
-  char state = '?';         // R: runs, S: waits, Z: has ended and nobody asked
+  char state = '?';         // R: running, S: sleeping, Z: has ended and is not reaped
   unsigned long ticks = 0;  // of processor time, a hundredth of a second each
 };
 

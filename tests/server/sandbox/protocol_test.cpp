@@ -28,7 +28,7 @@ const Reply kError = Error{ErrorCode::non_finite_vertex, "line 3 of 'a': no", "a
 
 }  // namespace
 
-TEST_CASE("protocol: what is sent is what is read") {
+TEST_CASE("protocol: messages round-trip") {
   const auto mesh = decode_reply(encode(kMesh));
   REQUIRE((mesh && *mesh));
   CHECK((*mesh)->format == api::Format::ply);
@@ -76,7 +76,7 @@ TEST_CASE("protocol: what is sent is what is read") {
   CHECK(trial->small == "too large");
 }
 
-TEST_CASE("protocol: an error that is the server's to find is none of a reader") {
+TEST_CASE("protocol: a reader cannot send the server's own error codes") {
   for (const ErrorCode code : {ErrorCode::unsupported_format, ErrorCode::too_large, ErrorCode::internal}) {
     CHECK(decode_reply(encode(Reply(Error{code, "x", "", ""}))));
   }
@@ -85,7 +85,7 @@ TEST_CASE("protocol: an error that is the server's to find is none of a reader")
   }
 }
 
-TEST_CASE("protocol: a message that is cut or longer is none") {
+TEST_CASE("protocol: a truncated or longer message is rejected") {
   for (const Reply& reply : {kMesh, kError}) {
     const std::string whole = encode(reply);
     for (std::size_t length = 0; length < whole.size(); ++length) CHECK(!decode_reply(whole.substr(0, length)));
@@ -95,7 +95,7 @@ TEST_CASE("protocol: a message that is cut or longer is none") {
   for (std::size_t length = 0; length < request.size(); ++length) CHECK(!decode_request(request.substr(0, length)));
 }
 
-TEST_CASE("protocol: no byte of an answer gets an enumeration, a flag or a text out of its range") {
+TEST_CASE("protocol: no byte of a reply puts an enumeration, a flag or a text out of range") {
   for (const Reply& reply : {kMesh, kError}) {
     const std::string whole = encode(reply);
     for (std::size_t i = 0; i < whole.size(); ++i) {

@@ -31,7 +31,7 @@ pid_t start_tracer(pid_t traced) {
 
 }  // namespace
 
-TEST_CASE("spawner: what does not go when it is killed is not waited for without end") {
+TEST_CASE("spawner: waiting for killed processes is limited") {
   std::optional<SpawnerClient> spawner(std::in_place, std::vector{hostile_program()});
   REQUIRE(spawner->start(kBounds).ok());
   REQUIRE(spawners().size() == 1);
@@ -49,7 +49,7 @@ TEST_CASE("spawner: what does not go when it is killed is not waited for without
   CHECK(::waitpid(process, nullptr, 0) == process);  // it was left
 }
 
-TEST_CASE("spawner: a start that is interrupted ends, and leaves nothing") {
+TEST_CASE("spawner: an interrupted start ends and leaves nothing") {
   SpawnerClient spawner({"/bin/sleep", "1000"});
   int asked = 0;
   const auto started = spawner.start(kBounds, [&asked] { return ++asked > 3; });

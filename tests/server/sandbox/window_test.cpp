@@ -28,14 +28,14 @@ TEST_CASE("window: two arrays travel in pieces that fit a slot, one after the ot
   }
 }
 
-TEST_CASE("window: it ends with the first piece that is not had") {
+TEST_CASE("window: the transfer ends with the first missing piece") {
   const std::vector<char> array(5 * kSlotBytes);
   std::uint64_t pieces = 0;
   CHECK(!for_each_piece(std::span(array), std::span(array), [&](auto...) { return ++pieces < 3; }));
   CHECK(pieces == 3);
 }
 
-TEST_CASE("window: what is written into a slot is what is copied from it") {
+TEST_CASE("window: a slot holds what was written into it") {
   const auto window = Window::open();
   REQUIRE(window);
   for (std::uint64_t piece = 0; piece < 2 * kSlots; ++piece) {
