@@ -1,4 +1,4 @@
-// What a job is, for who looks whether the same was done before.
+// The deduplication key of a job.
 #pragma once
 
 #include <string>
@@ -7,9 +7,10 @@
 
 namespace meshgauge::server {
 
-// store::BatchItem::work of the job, if this process does it: equal when the same result comes of it. So it is of this
-// process's version too. Who asks says what he would do; who has done it says so anew, because while a fleet is
-// upgraded any version runs the jobs of any other. What is kept is found by what was done.
+// Returns store::BatchItem::work of the job as this process would run it: equal for jobs with the same result, so it
+// depends on this process's version. The process that inserts a job stores its own key. The worker that has run the job
+// stores its own key again, because during an upgrade it may have another version: results are found by the version
+// that computed them.
 std::string work_of(const store::NewJob& job);
 
 }  // namespace meshgauge::server

@@ -1,4 +1,4 @@
-// A job as its owner sees it: GET /v1/comparisons/{id}, and the body of a 202.
+// A job as JSON: GET /v1/comparisons/{id}, and the body of a 202.
 #pragma once
 
 #include <string>
@@ -10,19 +10,19 @@ namespace meshgauge::server {
 
 std::string to_json(const JobView& job);
 
-// The result of a job that has one, and where a browser sees it.
+// The result of a job, with `view`, the path of its page. Precondition: the job has a result.
 std::string result_json(const store::Job& row);
 
-// Why a job ended without a result; "null" when it did not.
+// The problem of a job that ended without a result; "null": it did not.
 std::string problem_json(const store::Job& row);
 
-// Of one that ended elsewhere: with what its document says of its stages.
+// The view of a job that another process ended: reads its stages and sizes from its document.
 JobView as_told(const store::Job& row);
 
-// The interval as it stands, one line: the data of a `progress` event.
+// The current interval on one line: the data of a `progress` event.
 std::string progress_json(const JobView& job);
 
-// Of one that its owner cancelled before there was an interval to give.
+// The problem of a job that was cancelled before it had an interval.
 api::Problem cancelled_early();
 
 std::string to_string(store::JobState state);

@@ -1,12 +1,12 @@
-// Every comparison that this service lets in, from its submission to what is kept of it, in both forms.
+// Every comparison that this service accepts, from its submission to its stored result, in both forms.
 //
 //   stored:   submit -> row and blobs in the store -> a Worker, here or in other processes -> Watcher -> clients
 //   unstored: submit -> scheduler -> measure -> client -> record
 //
-// A durable job is promised: it is in the store before its client is told so, runs again after a crash, and is not
-// cancelled when the client disconnects. Any other job is its client's. In the embedded form this process has the
-// worker, and an awaited job that is not durable is not stored before its end. In the distributed form every job is
-// stored, that of a client that waits with a deadline, and the scheduler counts clients that wait.
+// A durable job is in the store before its client gets the 202, runs again after a crash, and is not cancelled when the
+// client disconnects. Any other job ends with its client's connection. In the embedded form this process has the
+// worker, and a job that is not durable is stored only when it has ended. In the distributed form every job is stored,
+// with a deadline if a client waits for it, and the scheduler counts the clients that wait.
 //
 // Thread safe.
 #pragma once
@@ -46,49 +46,48 @@ struct Submission {
   bool durable = false;
   std::string idempotency_key;  // durable only; empty: none
   std::string trace;
-  std::optional<JobSlot> counted;  // among its owner's jobs
+  std::optional<JobSlot> counted;  // its place among its owner's jobs
 };
 
 class Jobs {
  public:
   using Kind = Scheduler::Kind;
-  // What a submission became: a job to wait for, one that has ended already (its idempotency key was seen before), or
-  // a refusal.
+  // The job to wait for; or the job that its idempotency key names, if that has ended; or a refusal.
   using Submitted = std::variant<std::shared_ptr<LiveJob>, JobView, Denial>;
 
-  // Borrows all but the first two. Listens to the stores' signals until its end.
+  // Borrows all but the first two. Listens to the stores' signals during its lifetime.
   Jobs(const Settings& settings, Fetch fetch, Stores stores, Access& access, Metrics& metrics);
   ~Jobs();  // as stop()
   Jobs(const Jobs&) = delete;
   Jobs& operator=(const Jobs&) = delete;
 
-  // Begins what was left undone before this start. Called once, first.
+  // Requeues the jobs that were running when the last process ended, and starts the worker. Call it once, first.
   Result<Done> recover();
 
-  // Whether comparisons can be let in at all; at once, whatever the store does.
+  // An error: the store does not answer, so no comparison can be accepted. Never blocks.
   Result<Done> available() const { return queue_ ? queue_->available() : Done{}; }
   // nullopt: the queue is full.
   std::optional<Scheduler::Slot> admit(Kind kind);
   Submitted submit(Scheduler::Slot slot, Submission submission);
-  // Whether its idempotency key is one of a comparison that is kept, whatever is asked for now.
+  // Whether a stored comparison has the submission's idempotency key.
   Result<bool> repeats(const Submission& submission);
-  // That comparison, if the same is asked for: by the bytes or the ids of the meshes, and the options.
+  // Returns that comparison if it is the same request (meshes and options); else a conflict.
   Submitted repeated(Submission& submission);
 
-  // nullopt: this owner has no such job.
+  // nullopt: the owner has no such job.
   Result<std::optional<JobView>> get(const store::JobKey& key);
-  // The job of a view that get() gave, to wait for it. Null: it has ended, or this process stops.
+  // Returns the job of a view from get(), to wait for it. Null: it has ended, or this process stops.
   std::shared_ptr<LiveJob> watch(const JobView& job);
-  // Asks a job that has not ended to end, and waits a second for that; forgets one that has.
+  // Requests the cancel of a job that has not ended, and blocks up to a second for its end; removes an ended one.
   enum class Deleted { unknown, asked_to_end, forgotten };
   Result<Deleted> remove(const store::JobKey& key);
 
-  // Of a job that is not durable, whose client has gone: it is to end. false: it does so soon, and may be waited for.
+  // Ends a job that is not durable and whose client has disconnected. false: it ends soon, in this process.
   bool abandon(const std::shared_ptr<LiveJob>& job);
   // Returns the reason to stop waiting for this job, or nullopt to keep waiting.
   std::optional<api::Problem> give_up(const LiveJob& job) const;
 
-  // Other work than a comparison, on the same threads and in the same order.
+  // For work other than comparisons, on the same threads and in the same order.
   std::optional<Scheduler::Slot> admit_work() { return scheduler_.admit(Kind::awaited); }
   void work(Scheduler::Slot slot, Scheduler::Task task) { scheduler_.submit(std::move(slot), std::move(task)); }
   bool withdraw(const Control& control) { return scheduler_.withdraw(control); }
@@ -97,15 +96,15 @@ class Jobs {
   bool draining() const { return draining_.load(); }
   bool stopping() const { return stopping_.load(); }
 
-  Scheduler::Figures figures() const;  // in the distributed form the durable ones of all front ends
+  Scheduler::Figures figures() const;  // distributed form: counts durable jobs of all front ends
   std::size_t waiting() const;         // jobs that wait for a thread of this process
   std::chrono::milliseconds expected_wait() const;
   const StoreQueue* store_queue() const { return queue_ ? &*queue_ : nullptr; }  // null: the embedded form
 
-  // No stored job begins here any more. What runs goes on.
+  // Begins no further stored job. Running jobs go on.
   void drain();
 
-  // Ends what runs and waits here: awaited jobs with the interval they have reached, stored ones go back to the store.
+  // Ends all jobs here: awaited ones with the interval that they have reached; stored ones go back to the store.
   void stop();
 
  private:

@@ -1,4 +1,4 @@
-// The bytes of meshes in the store: room for them, and their end when nothing refers to them any more.
+// The bytes of meshes in the store: quotas, and removal when nothing refers to them any more.
 #pragma once
 
 #include <deque>
@@ -12,27 +12,28 @@
 
 namespace meshgauge::server {
 
-// Access::hold_storage() beside what the owner's blobs take when it asks. Whoever puts a blob that is not there holds
-// its bytes until the blob is put: so all of an owner's together never pass the limit. Nothing is held, or denied, for
-// 0.
+// Reserves quota for bytes that are about to be put, on top of what the owner's blobs take (Access::hold_storage()).
+// Each caller holds the bytes of a new blob until it is put, so an owner's blobs never pass the limit together. For 0
+// bytes it holds and denies nothing.
 std::variant<StorageHold, Denial> hold_storage(Access& access, store::BlobStore& blobs, const std::string& owner,
                                                std::uint64_t bytes, std::uint64_t max_stored_bytes);
 
-// At once, so that nobody's deleted bytes fill the disk until the next sweep.
+// Removes the blob now, not at the next sweep. false: it is used or reserved, or does not exist.
 Result<bool> remove_if_unreferenced(const Stores& stores, const store::BlobKey& key);
 
-// What a comparison of this owner does not refer to any more. Nothing in shared stores, where each look is several
-// messages to others: UnneededBlobs of the front end that was sent a mesh with a comparison removes it, or a sweep.
+// Removes the two meshes of an ended comparison if nothing else refers to them. Does nothing in shared stores, where
+// the check costs several round trips: there UnneededBlobs of the front end that received a mesh removes it, or a
+// sweep.
 void release_blobs(const Stores& stores, StoreErrors& store_errors, const std::string& owner, const std::string& a,
                    const std::string& b);
 
-// Blobs to be removed soon, unless something else refers to them. Thread safe.
+// A queue of blobs to remove unless something refers to them. Thread safe.
 class UnneededBlobs {
  public:
   UnneededBlobs(const Stores& stores, StoreErrors& store_errors) : stores_(stores), store_errors_(store_errors) {}
 
   void add(store::BlobKey key);
-  void remove_some();  // for about a second: its caller has other upkeep to do
+  void remove_some();  // blocks for about a second at most
 
  private:
   const Stores stores_;

@@ -1,5 +1,5 @@
-// A job as this process knows it: the thread that runs it, or the watcher of the store, writes what happens; clients
-// wait for that and read it.
+// A job in this process. The thread that runs it, or the watcher of the store, updates it; clients wait for changes and
+// read it. Thread safe, except for the members that the worker owns.
 #pragma once
 
 #include <chrono>
@@ -22,17 +22,17 @@
 
 namespace meshgauge::server {
 
-// A job as it stands.
+// The state of a job at one moment.
 struct JobView {
-  store::Job row;            // `document` and `problem` when it has ended
-  bool handed_back = false;  // this process stops, and does not follow the job any more
-  std::string timing;        // Server-Timing; this and what follows: once it has ended
+  store::Job row;            // with `document` and `problem` if it has ended
+  bool handed_back = false;  // this process stops and no longer follows the job
+  std::string timing;        // Server-Timing; this and the members below are set when it has ended
   std::vector<api::Stage> stages;
   std::optional<MeshSizes> triangles;
   bool reusable = false;  // store::Ending::reusable
 };
 
-// Of this process's engine.
+// Progress with bounds that this process's engine has certified.
 store::Progress certified(double lower, double upper, std::string stage);
 
 class LiveJob {
@@ -44,37 +44,37 @@ class LiveJob {
 
   const store::JobKey key;
   const std::uint64_t bytes;  // of both files
-  const bool durable;         // in the store since before it was accepted
+  const bool durable;         // stored before it was accepted
   const Clock::time_point submitted;
-  api::Request request;  // the worker's, as are the sources
+  api::Request request;  // this and the sources: used by the running thread alone
   MeshSource a;
   MeshSource b;
   Control control;
   std::optional<Error> defect;     // why it cannot run
-  std::optional<JobSlot> counted;  // among its owner's jobs
+  std::optional<JobSlot> counted;  // its place among its owner's jobs
 
   JobView view() const;
   std::uint64_t version() const;  // grows with every change
 
-  // Waits until the job has ended, was handed back, or changed since `version`; at most `time`.
+  // Block until the job has ended or was handed back, or has changed since `since`, for at most `time`.
   bool wait_for_end(std::chrono::milliseconds time) const;
   void wait_for_change(std::uint64_t since, std::chrono::milliseconds time) const;
 
-  void cancel();  // by its owner: it ends as cancelled
+  void cancel();  // for its owner: it ends as cancelled
   bool cancel_requested() const;
   std::optional<store::Progress> progress() const;
 
-  // What happened: called by the thread that runs it.
+  // Called by the thread that runs it.
   void started(unsigned tries, store::TimePoint when);
-  // By this process's engine, or, before it begins, by another of the same version (store::narrowed()).
+  // Bounds of this process's engine or, before the run, of one of the same version (store::narrowed()).
   void progressed(const store::Progress& progress);
-  void ended(JobView last);  // this and release(): the first one counts
+  void ended(JobView last);  // the first call of this or release() counts
 
-  // The same of a job in the store: called by the watcher.
-  void seen(const store::Job& row);       // which has not ended
-  void release();                         // this process stops; the job is left to the store
-  void hold_place(Scheduler::Slot slot);  // in the queue
-  void give_places_back();                // that one, and `counted`
+  // For a job in the store: called by the watcher.
+  void seen(const store::Job& row);       // a row that has not ended
+  void release();                         // this process stops and leaves the job to the store
+  void hold_place(Scheduler::Slot slot);  // its place in the queue
+  void give_places_back();                // that place, and `counted`
 
  private:
   bool over() const { return store::has_ended(view_.row.state) || view_.handed_back; }

@@ -1,4 +1,4 @@
-// One comparison on the thread that it is run on: from its sources to what is kept and told of it.
+// Measures one comparison on the calling thread: from its sources to its stored result.
 #pragma once
 
 #include <functional>
@@ -13,22 +13,21 @@
 
 namespace meshgauge::server {
 
-// Where meshes come from: the cache and the sandbox, or what a test puts in their place. An Error is as that of
-// api::compare(). Thread safe.
+// Loads a mesh: from the cache and the sandbox, or by a test's replacement. Errors as of api::compare(). Thread safe.
 using Fetch = std::function<Result<api::SharedMesh>(const MeshSource& source, Control& control)>;
 
 // Thread safe. Borrows all but the first two.
 class Measuring {
  public:
-  // `clock`: whose time() a result bears.
+  // `clock`: its time() dates results.
   Measuring(const Settings& settings, Fetch fetch, Metrics& metrics, ThreadBudget& threads,
             const store::JobStore& clock)
       : settings_(settings), fetch_(std::move(fetch)), metrics_(metrics), threads_(threads), clock_(clock) {}
 
-  // The job's edge: whatever is thrown ends here.
+  // Measures the job. Turns every exception into an Error.
   Result<api::Comparison> measured(LiveJob& job) const;
   void count(LiveJob& job, const Result<api::Comparison>& result) const;
-  // The job as it has ended. `stopping`: the process does.
+  // Returns the ended job. `stopping`: this process stops.
   JobView last_view(const LiveJob& job, const Result<api::Comparison>& result, bool stopping) const;
 
  private:
@@ -42,7 +41,7 @@ class Measuring {
   const store::JobStore& clock_;
 };
 
-// Whether it was ended by Control::cancel() before it was through.
+// Whether Control::cancel() ended the comparison early.
 bool stopped_by_cancel(const Result<api::Comparison>& result);
 
 }  // namespace meshgauge::server

@@ -1,4 +1,4 @@
-// A job of this process from a row of the store.
+// Makes a LiveJob from a row of the store.
 #pragma once
 
 #include <memory>
@@ -10,19 +10,19 @@
 
 namespace meshgauge::server {
 
-// What the settings say of every comparison.
+// Applies the settings that limit every comparison.
 api::Request limited(api::Request request, const Settings& settings);
 
-// To be run, without its bytes; one whose options this version does not understand has a defect, and fails when it
-// runs. `waited`: in the store, before now.
+// Returns a job to run, without its bytes. A job whose options this version does not understand has a defect, and fails
+// when it runs. `waited`: the time that it has waited in the store.
 std::shared_ptr<LiveJob> live_job_of(const store::Job& row, const Settings& settings,
                                      std::chrono::milliseconds waited = {});
 
-// Finds out which of its meshes are worth keeping in memory: those that their owner stored as such.
+// Marks the meshes that are worth caching: those that their owner has stored as meshes.
 Result<Done> recognise_meshes(LiveJob& job, store::MeshIndex& meshes);
 
-// While a durable job waits it holds neither memory nor descriptors: its bytes are in the store. What is not there any
-// more is left without a holder.
+// Opens the blobs of its meshes: a waiting job holds neither memory nor descriptors. A mesh that no longer exists is
+// left without a holder.
 Result<Done> open_blobs(LiveJob& job, store::BlobStore& blobs);
 
 }  // namespace meshgauge::server

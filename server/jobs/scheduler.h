@@ -1,12 +1,12 @@
 // The compute workers: a fixed pool behind bounded queues, apart from the threads that serve connections.
 //
-// A slot is taken before a request's body is read and held until its job has run, so that whoever was let in is also
-// served. There are two kinds, each with its bound: clients that wait for their answer, and durable jobs.
+// A slot is taken before a request's body is read and held until its job has run, so that every accepted request is
+// served. There are two kinds of slots, each with its limit: for clients that wait, and for durable jobs.
 //
-// Order. A job's turn is the time it was submitted plus what its bytes are expected to cost, at most kMostHandicap and
-// a quarter of its own time; the earliest turn runs first. So a small job overtakes the large ones that came shortly
-// before it, and none is overtaken by anything that comes more than kMostHandicap after it, or until its time is over.
-// Between owners, the one with the fewest running jobs is next.
+// Order. The owner with the fewest running jobs is next; of its jobs the one with the earliest turn. A turn is the time
+// of the submission plus the expected cost of the job's bytes, at most kMostHandicap and a quarter of its timeout. So a
+// small job overtakes large ones that came shortly before it, and no job is overtaken by one that comes more than
+// kMostHandicap later.
 #pragma once
 
 #include <condition_variable>
@@ -30,13 +30,13 @@ class Scheduler {
   using Clock = std::chrono::steady_clock;
 
   static constexpr std::chrono::milliseconds kMostHandicap{30'000};
-  static constexpr std::uint64_t kBytesPerMs = 10'000;  // read and measured, a low guess
+  static constexpr std::uint64_t kBytesPerMs = 10'000;  // read and measured; a low estimate
 
   enum class Kind { awaited, durable };
 
   struct Limits {
     std::size_t workers = 1;
-    std::size_t awaited = 1;  // slots, of jobs that run or wait
+    std::size_t awaited = 1;  // slots, for jobs that run or wait
     std::size_t durable = 1;
   };
 
@@ -60,7 +60,7 @@ class Scheduler {
     std::uint64_t bytes = 0;  // to be read
     std::chrono::milliseconds timeout = std::chrono::milliseconds::max();
     std::shared_ptr<Control> control;
-    // Must not throw. Gives the slot back before it tells anyone its result: who has an answer may come again.
+    // Must not throw. Gives the slot back before it publishes its result: the client may send the next request at once.
     std::function<void(Slot)> work;
   };
 
@@ -76,16 +76,16 @@ class Scheduler {
   Scheduler(const Scheduler&) = delete;
   Scheduler& operator=(const Scheduler&) = delete;
 
-  std::optional<Slot> admit(Kind kind);  // nullopt: all are taken
-  Slot admit_again();                    // for a durable job that was let in before a restart: there is always a slot
+  std::optional<Slot> admit(Kind kind);                  // nullopt: all are taken
+  Slot admit_again();                                    // for a durable job from before a restart: always succeeds
   Slot uncounted() { return {nullptr, Kind::durable}; }  // for a job that is counted elsewhere
   void submit(Slot slot, Task task);                     // never blocks
-  bool withdraw(const Control& control);  // of a task that waits: it will not run. false: it does not wait
-  void cancel_all();                      // what runs, waits or is still to be submitted
-  void end();  // runs what was submitted, then ends the workers; nothing may be submitted then
+  bool withdraw(const Control& control);                 // removes a waiting task; false: it does not wait
+  void cancel_all();                                     // running, waiting and future tasks
+  void end();  // runs what was submitted, then ends the workers. Precondition: no submit() afterwards
 
   Figures figures() const;
-  // How long a job that came now would wait, by what the last ones took. `elsewhere`: that wait before it, not here.
+  // Estimates how long a new job would wait, by the time that the last ones took. `elsewhere`: further jobs before it.
   std::chrono::milliseconds expected_wait(std::size_t elsewhere = 0) const;
 
  private:
@@ -105,9 +105,9 @@ class Scheduler {
   std::size_t awaited_ = 0;
   std::size_t durable_ = 0;
   std::list<Entry> waiting_;
-  std::map<std::string, std::size_t> running_of_;  // by owner; none of 0
+  std::map<std::string, std::size_t> running_of_;  // by owner; no zeros
   std::vector<Control*> running_;
-  double mean_ms_ = 0;  // of what a job took, the last ones counting most
+  double mean_ms_ = 0;  // exponential mean of the time of a job
   bool cancelled_ = false;
   bool ending_ = false;
   std::vector<std::thread> workers_;

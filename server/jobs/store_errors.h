@@ -1,5 +1,4 @@
-// What the store could not do: each time is counted, and told to the log; the same again and again is told once in a
-// while. Thread safe.
+// Counts and logs errors of the store. Repetitions of one message are logged once in a while. Thread safe.
 #pragma once
 
 #include <chrono>
@@ -15,7 +14,7 @@ class StoreErrors {
  public:
   explicit StoreErrors(Metrics& metrics) : metrics_(metrics) {}  // borrows it
 
-  // Of any Result.
+  // Notes the error of any Result, if it has one.
   void note(const auto& result) {
     if (!result) failed(result.error());
   }

@@ -1,5 +1,4 @@
-// How it stands with the queue of a store that many processes work on: asked once a second, for all who want to know at
-// once. Thread safe.
+// Caches the counts of a queue that several processes share: a thread reads them once a second. Thread safe.
 #pragma once
 
 #include <chrono>
@@ -17,22 +16,22 @@ class StoreQueue {
  public:
   using Clock = std::chrono::steady_clock;
 
-  // Borrows both, and asks for the first time before it returns.
+  // Borrows both. Reads the counts once before it returns.
   StoreQueue(store::JobStore& jobs, StoreErrors& store_errors);
   ~StoreQueue();
   StoreQueue(const StoreQueue&) = delete;
   StoreQueue& operator=(const StoreQueue&) = delete;
 
-  // The error of the newest look, or storage_unavailable when the store takes long to answer.
+  // Returns the error of the newest read; storage_unavailable when the store takes long to answer.
   Result<Done> available() const;
-  Clock::duration silence() const;  // since it answered last
+  Clock::duration silence() const;  // time since its last answer
 
-  store::Counts counts() const;     // as of the newest look that was answered
-  std::uint64_t unawaited() const;  // Counts::unawaited, with those that were added since
-  void added();                     // one of them, by this process
+  store::Counts counts() const;     // of the newest successful read
+  std::uint64_t unawaited() const;  // Counts::unawaited, plus those that were added since
+  void added();                     // this process has inserted such a job
   double oldest_waiting_seconds() const;
 
-  // How long a job that came now would wait, by how many end in a second.
+  // Estimates how long a new job would wait, by the number of jobs that end in a second.
   std::chrono::milliseconds expected_wait() const;
 
  private:

@@ -1,4 +1,4 @@
-// What a service keeps, as its handlers are given it.
+// The stores and caches of a service, for its handlers.
 #pragma once
 
 #include "server/jobs/mesh_cache.h"
@@ -17,9 +17,9 @@ struct Stores {
   store::BlobStore& blobs;
   store::Signals& signals;
   MeshCache& cache;
-  bool shared = false;                   // other processes work on these stores: workers run the jobs
-  MapCache* maps = nullptr;              // none: no deviation maps are made
-  store::BatchStore* batches = nullptr;  // none: there are no batches
+  bool shared = false;                   // other processes use these stores: workers run the jobs
+  MapCache* maps = nullptr;              // null: no deviation maps are made
+  store::BatchStore* batches = nullptr;  // null: there are no batches
 };
 
 }  // namespace meshgauge::server

@@ -1,7 +1,7 @@
 // The threads of idle workers, lent to comparisons that can use more than one. Thread safe.
 //
-// A comparison keeps what it was lent until its end, and whoever comes meanwhile gets at least the thread of its own
-// worker: never more than twice as many threads compute as there are workers.
+// A comparison keeps its threads until its end, and every later one gets at least the thread of its own worker. So at
+// most twice as many threads compute as there are workers.
 #pragma once
 
 #include <algorithm>
@@ -32,7 +32,7 @@ class ThreadBudget {
 
   explicit ThreadBudget(std::uint64_t workers) : workers_(workers) {}
 
-  // At least 1, at most `asked` and what is not lent. Called by a worker, for the job that it begins.
+  // Lends at least 1 thread, at most `asked` and at most what is not lent. For a worker that begins a job.
   Loan lend(unsigned asked) {
     const std::lock_guard lock(mutex_);
     const std::uint64_t idle = workers_ - std::min(workers_, lent_);

@@ -1,5 +1,5 @@
-// What is done for the stores from time to time: what is too old goes, and what lost its worker goes back to the queue.
-// Of processes that share their stores the one that is on duty does it.
+// Periodic work on the stores: removes expired rows, blobs and maps, and requeues jobs of dead workers. Of processes
+// that share their stores only the one on duty does it (JobStore::on_duty()).
 #pragma once
 
 #include <chrono>
@@ -16,7 +16,7 @@ class Upkeep {
   Upkeep(const Settings& settings, Stores stores, StoreErrors& store_errors)
       : settings_(settings), stores_(stores), store_errors_(store_errors) {}
 
-  void tick();  // does what is due; once a second, by one thread
+  void tick();  // does what is due. Call it once a second, on one thread; blocks for the stores
 
  private:
   using Clock = std::chrono::steady_clock;
@@ -30,7 +30,7 @@ class Upkeep {
   const Settings settings_;
   const Stores stores_;
   StoreErrors& store_errors_;
-  // At once: a service that is killed again and again is to sweep as well.
+  // The first tick does everything: a service that is killed again and again must sweep, too.
   Clock::time_point next_recovery_ = Clock::now();
   Clock::time_point next_sweep_ = Clock::now();
   Clock::time_point next_listing_ = Clock::now();

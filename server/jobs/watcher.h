@@ -1,5 +1,5 @@
-// The jobs that clients of this process wait for or follow, by their ids. Reads their rows when a signal tells of a
-// change, and all of them once a second.
+// Follows the stored jobs that clients of this process wait for, by their ids. Reads a job's row after a signal of its
+// change, and the rows of all of them once a second.
 //
 // Thread safe.
 #pragma once
@@ -28,8 +28,8 @@ namespace meshgauge::server {
 class Watcher {
  public:
   struct Options {
-    std::chrono::seconds keep{86'400};  // a job that is cancelled here
-    // Called with each end that is seen, before any client hears of it; quick.
+    std::chrono::seconds keep{86'400};  // for how long a job that is cancelled here is kept
+    // Called with each end, before any client sees it. Must not block.
     std::function<void(const LiveJob&, const store::Job& row)> ended = nullptr;
   };
 
@@ -41,33 +41,33 @@ class Watcher {
 
   void hear(const store::Signal& signal);
 
-  // A job of this process that is not in the store: found by watch(), and read from the store after begin(). A durable
-  // one is then followed to its end, with or without clients, since it holds places.
+  // Registers a job of this process before it is stored: watch() finds it. begin() starts reading its row; forget()
+  // drops it. A durable job is followed to its end, with or without clients, since it holds places.
   void expect(const std::shared_ptr<LiveJob>& job);
   void begin(const std::shared_ptr<LiveJob>& job);
   void forget(const LiveJob& job);
-  // The job if it was expected, is not in the store, and is never promised to be; else null.
+  // Returns the expected job if it is not durable and not stored; else null.
   std::shared_ptr<LiveJob> unstored(const store::JobKey& key) const;
 
-  // The job of a row that was just read and had not ended, one for all clients. Null after stop().
+  // Returns the job of a row, the same object for all clients; null after stop(). Precondition: the row had not ended.
   std::shared_ptr<LiveJob> watch(const store::Job& row);
-  // The same of a durable job of before this start, which holds these places.
+  // Follows a durable job from before this start, which holds these places.
   void adopt(const store::Job& row, Scheduler::Slot slot, JobSlot counted);
 
-  // No client waits for it any more: asks the store to end it, again and again until its time is over.
+  // For a job whose client has disconnected: requests its cancel, repeatedly until its time is over.
   void leave(const std::shared_ptr<LiveJob>& job);
 
-  // Queued jobs run after the next start: lets go of them, and of those that go back to the queue.
+  // Releases queued jobs, now and later: they run after the next start.
   void drain();
-  // Lets go of all: tells their clients that this process stops. Asks the store to end what is not durable.
+  // Releases all jobs: their clients learn that this process stops. Requests the cancel of those that are not durable.
   void stop();
 
-  std::size_t queued() const;  // durable jobs that are followed and wait to be run
+  std::size_t queued() const;  // followed durable jobs that are queued
 
  private:
   struct Watched {
     std::weak_ptr<LiveJob> job;
-    std::shared_ptr<LiveJob> held;  // by the watcher itself
+    std::shared_ptr<LiveJob> held;  // set while the watcher itself keeps the job
     bool stored = false;
   };
   using Jobs = std::vector<std::shared_ptr<LiveJob>>;
@@ -87,11 +87,11 @@ class Watcher {
   StoreErrors& store_errors_;
   Metrics& metrics_;
   const Options options_;
-  mutable std::mutex mutex_;                    // guards what follows
+  mutable std::mutex mutex_;                    // guards the members below
   std::map<std::string, Watched> watched_;      // by id
-  std::set<std::string> changed_;               // ids of some of them
+  std::set<std::string> changed_;               // ids whose rows are to be read
   std::vector<std::shared_ptr<LiveJob>> left_;  // to be cancelled
-  unsigned round_ = 0;                          // of looking at all
+  unsigned round_ = 0;                          // number of reads of all rows
   bool missed_ = false;
   bool leaving_ = false;
   bool draining_ = false;

@@ -1,4 +1,4 @@
-// What a std::ostream writes through to a descriptor that somebody else owns.
+// A buffer for a std::ostream that writes to a borrowed descriptor.
 #pragma once
 
 #include <array>
@@ -11,7 +11,7 @@ class FileBuffer final : public std::streambuf {
  public:
   explicit FileBuffer(int file) : file_(file) { setp(buffer_.data(), buffer_.data() + buffer_.size()); }
 
-  // All of it is with the kernel; else why not is in error_number().
+  // Writes the rest. false: a write failed; error_number() has its errno.
   bool finish() { return flush_buffer(); }
   int error_number() const { return error_number_; }
 

@@ -1,4 +1,4 @@
-// One deviation map on its way: made once by a worker, for all clients that wait for it.
+// The making of one deviation map, by one worker thread for all clients that wait for it.
 #pragma once
 
 #include <chrono>
@@ -16,7 +16,7 @@
 
 namespace meshgauge::server {
 
-// All that a worker needs to know.
+// What a worker thread needs to make a map.
 struct MapOrder {
   MapKey key;
   std::shared_ptr<const MapCache::Coming> coming;
@@ -30,7 +30,7 @@ struct MapOrder {
 
 struct MadeFile {
   MapCache::File file;
-  std::vector<api::Stage> stages;  // none: it was there already
+  std::vector<api::Stage> stages;  // empty: the map was cached
 };
 
 class Making {
@@ -42,19 +42,19 @@ class Making {
   const MapOrder order;
   const Clock::time_point submitted = Clock::now();
   Control control;
-  std::size_t watchers = 0;  // clients that wait; guarded by whoever counts them
+  std::size_t watchers = 0;  // waiting clients; guarded by the handler's mutex
 
-  void end(Result<MadeFile> result);  // once
-  // The result, within `time`; then it stays as it is.
+  void end(Result<MadeFile> result);  // call it once
+  // Blocks for at most `time` and returns the result, which does not change any more; null: not yet.
   const Result<MadeFile>* wait(std::chrono::milliseconds time) const;
 
  private:
   mutable std::mutex mutex_;
   mutable std::condition_variable ended_;
-  std::optional<Result<MadeFile>> result_;  // guarded by the mutex until it is there
+  std::optional<Result<MadeFile>> result_;  // guarded by the mutex until it is set
 };
 
-// What maps are made with. Borrowed, but for the settings.
+// What maps are made with; borrowed, except the settings.
 struct MapTools {
   const Settings settings;
   const Fetch& fetch;
@@ -62,8 +62,8 @@ struct MapTools {
   ThreadBudget& threads;
 };
 
-// Reads, measures, writes: on a worker. An Error is as that of a comparison; too_large: the map cannot be written as
-// what was asked for, or not within max_heap_bytes; storage_full. Does not throw.
+// Reads the meshes, measures the deviations and writes the map, on the calling thread. Errors: those of a comparison;
+// too_large: the map does not fit the requested format, or max_heap_bytes; storage_full. Does not throw.
 Result<MadeFile> make_map(Making& making, const MapTools& tools);
 
 }  // namespace meshgauge::server

@@ -1,10 +1,10 @@
-// Deviation maps that were made, kept as files for whoever asks again.
+// A cache of deviation maps, as files.
 //
 //   <folder>/<random>.part   being written
-//   <folder>/<random>        whole, never changed
+//   <folder>/<random>        complete, never changed
 //
-// What they are is known in memory alone: at the start the folder is emptied. It is a cache: what cannot be kept, on a
-// full disk for instance, is not, and what is kept goes for what matters more.
+// The index is in memory alone, so a start empties the folder. A map that cannot be kept, for instance on a full disk,
+// is not kept; maps are removed when uploads and results need the room.
 #pragma once
 
 #include <cstdint>
@@ -25,10 +25,10 @@
 
 namespace meshgauge::server {
 
-// A map of an owner's comparison: it is found under its whole key alone.
+// The key of a map of an owner's comparison.
 struct MapKey {
   store::JobKey job;
-  std::string name;  // which map of it: "a.glb 20000"
+  std::string name;  // MapQuery::name(): "a.glb 20000"
 
   auto tied() const { return std::tie(job.owner, job.id, name); }
   bool operator<(const MapKey& other) const { return tied() < other.tied(); }
@@ -37,16 +37,16 @@ struct MapKey {
 // Thread safe.
 class MapCache {
  public:
-  using File = std::shared_ptr<const store::Blob>;  // stays readable, whatever happens to the name
+  using File = std::shared_ptr<const store::Blob>;  // stays readable when the file is removed
   using Write = std::function<Result<Done>(std::ostream&)>;
 
   static constexpr std::size_t kMostFiles = 10'000;
 
   struct Settings {
-    std::string folder;           // used by this object alone
-    std::uint64_t max_bytes = 0;  // of all files that are kept; 0: none is, and the folder is not made
+    std::string folder;           // of this object alone
+    std::uint64_t max_bytes = 0;  // of all kept files; 0: none is kept, and the folder is not created
     std::string temp_dir;         // for maps that are not kept, as files without a name
-    // Bytes that the disk lacks for uploads and results; null: it never does.
+    // Returns the bytes that the disk lacks for uploads and results. null: always 0.
     std::function<std::uint64_t()> lacking = nullptr;
   };
 
@@ -56,8 +56,7 @@ class MapCache {
     std::uint64_t evictions = 0;
   };
 
-  // A map that is on its way, the cache's own to look into. If its job or one of its meshes is forgotten meanwhile, it
-  // is not kept.
+  // A map that is being made; opaque to callers. It is not kept if its job or one of its meshes is forgotten meanwhile.
   struct Coming {
     MapKey key;
     std::vector<std::string> meshes;
@@ -66,24 +65,25 @@ class MapCache {
 
   explicit MapCache(Settings settings) : settings_(std::move(settings)) {}
 
-  // Before anything else: makes the folder and empties it.
+  // Creates and empties the folder. Call it before anything else.
   Result<Done> open();
 
-  File find(const MapKey& key);  // null: it is not kept
+  File find(const MapKey& key);  // null: not cached
 
-  // Before it is seen that they are there, so that nothing is deleted unnoticed between. `meshes`: of the two meshes.
+  // Registers a map. Call it before checking that the job and its meshes exist, so that no deletion goes unnoticed.
+  // `meshes`: ids of the two meshes.
   std::shared_ptr<Coming> expect(const MapKey& key, const std::vector<std::string>& meshes);
 
-  // The file that `write` writes. It is kept if it can be, the longest unused go for it. An Error is that of `write`,
-  // or storage_full or storage_unavailable when it can be written nowhere; `write` may be called twice.
+  // Returns the file that `write` writes, and caches it if there is room, removing the longest unused. Errors: those of
+  // `write`; storage_full or storage_unavailable when no folder takes the file. May call `write` twice.
   Result<File> keep(const Coming& coming, const Write& write);
 
   void forget(const store::JobKey& job);
   void forget_mesh(const std::string& owner, const std::string& id);
-  // Forgets the maps of all jobs that are not there any more.
+  // Removes the maps of jobs that no longer exist.
   void sweep(const std::function<bool(const store::JobKey&)>& is_there);
 
-  // Removes the longest unused maps, until what the disk lacks is free.
+  // Removes the longest unused maps until `lacking` returns 0.
   void give_way();
 
   Counters counters() const;
@@ -107,8 +107,8 @@ class MapCache {
   void take_out_if(const Condition& condition);
 
   const Settings settings_;
-  std::mutex giving_way_;     // before mutex_
-  mutable std::mutex mutex_;  // guards what follows
+  std::mutex giving_way_;     // locked before mutex_
+  mutable std::mutex mutex_;  // guards the members below
   std::vector<std::weak_ptr<Coming>> coming_;
   Entries entries_;
   std::map<MapKey, Entries::iterator> by_key_;

@@ -1,4 +1,4 @@
-// Which map of a comparison is asked for: the query of /v1/comparisons/{id}/deviation.ply and .glb.
+// The query of /v1/comparisons/{id}/deviation.ply and .glb.
 #pragma once
 
 #include <cstddef>
@@ -17,7 +17,7 @@ enum class MapKind { ply, glb };
 struct MapQuery {
   MapKind kind = MapKind::ply;
   api::Side of = api::Side::a;               // the mesh that is shown
-  std::optional<std::size_t> max_triangles;  // of a GLB
+  std::optional<std::size_t> max_triangles;  // GLB only
 
   // Unique among the maps of a comparison: "a.glb 20000".
   std::string name() const;
@@ -25,7 +25,7 @@ struct MapQuery {
 
 inline constexpr std::size_t kMostShownTriangles = std::size_t{1} << 30;
 
-// "of=b&max_triangles=20000": each name at most once, no other one, nothing encoded.
+// Parses "of=b&max_triangles=20000": known names alone, each at most once, without percent-encoding.
 std::variant<MapQuery, api::Problem> parse_map_query(std::string_view query, MapKind kind);
 
 }  // namespace meshgauge::server

@@ -1,4 +1,4 @@
-// Room on a disk that is left to what matters more than a cache.
+// Free room on a disk that caches must leave for uploads and results.
 #pragma once
 
 #include <cstdint>
@@ -6,16 +6,16 @@
 
 namespace meshgauge::server {
 
-// The disk of a folder.
+// Size and free bytes of a disk.
 struct DiskRoom {
-  std::uint64_t bytes = 0;  // of all of it
+  std::uint64_t bytes = 0;
   std::uint64_t free = 0;
 };
 
-// What is missing for `wanted` bytes to be free, or for a sixty-fourth of the disk where that is less.
+// Returns the bytes that are missing until `wanted` bytes, or a sixty-fourth of the disk if that is less, are free.
 std::uint64_t lacking_bytes(DiskRoom disk, std::uint64_t wanted);
 
-// The same of the disk that the folder is on; 0 where that cannot be told.
+// The same for the folder's disk; 0 if its size is unknown.
 std::uint64_t lacking_bytes_on(const std::string& folder, std::uint64_t wanted);
 
 }  // namespace meshgauge::server

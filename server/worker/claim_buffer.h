@@ -1,11 +1,11 @@
-// The jobs that a worker has claimed and not begun: in which order they begin, and how many more to claim.
+// The jobs that a worker has claimed and not begun: their order, and how many more to claim.
 //
-// Jobs of no batch first, since somebody may be waiting for each; then those of batches; either in the order in which
-// they came. One that is suspected waits until nothing runs, and nothing begins beside it: if it ends its worker, it
-// takes nobody with it. What was claimed before it goes on beginning, and nothing is claimed before it is over.
+// Order: jobs of no batch first, since a client may wait for each; then those of batches; each in the order of their
+// claims. A suspected job begins when nothing runs, and nothing begins beside it: if it ends its worker, no other job
+// is lost. Jobs that were claimed before it begin before it, and nothing is claimed until it has ended.
 //
-// A job in stock is one that no other worker can run. So there is a stock only of small jobs of batches, whose runs may
-// be shorter than a claim, and of no more than the others could do in about a second.
+// No other worker can run a buffered job. So only small jobs of batches are buffered beyond the free threads, whose
+// runs may be shorter than a claim, and no more than take about a second.
 //
 // Not thread safe.
 #pragma once
@@ -29,18 +29,18 @@ class ClaimBuffer {
   explicit ClaimBuffer(std::size_t threads) : threads_(threads) {}
 
   void add(HeldJobPtr job);
-  // The next one that begins now: it counts as running until ended(). null: none, or none yet.
+  // Takes the next job that may begin now; it counts as running until ended(). null: there is none.
   HeldJobPtr take();
   void ended(const HeldJob& job);
-  void remove(const HeldJob& job);  // of those that were not taken
+  void remove(const HeldJob& job);  // a job that was not taken; others are ignored
   std::vector<HeldJobPtr> take_all();
 
-  // How many to ask the store for; 0: none.
+  // How many jobs to claim now.
   std::size_t wanted() const;
 
-  // The first whose meshes are to be looked up at `now`; null: none.
+  // The first job whose blobs are to be opened at `now`; null: there is none.
   HeldJobPtr to_open(LiveJob::Clock::time_point now) const;
-  // When there will be one that waits for a second look.
+  // When the next such job is due; nullopt: there is none.
   std::optional<LiveJob::Clock::time_point> next_opening() const;
 
   std::size_t waiting() const { return waiting_.size(); }
@@ -54,8 +54,8 @@ class ClaimBuffer {
   std::uint64_t waiting_bytes_ = 0;
   std::size_t running_ = 0;
   std::size_t large_running_ = 0;
-  std::size_t suspected_ = 0;  // that wait or run
-  bool alone_ = false;         // one of them runs
+  std::size_t suspected_ = 0;  // waiting or running
+  bool alone_ = false;         // a suspected job runs
 };
 
 }  // namespace meshgauge::server

@@ -1,4 +1,4 @@
-// A job that this worker has claimed, until the store knows its end or has it back.
+// A job that this worker has claimed, until the store has its end or has it back.
 #pragma once
 
 #include <memory>
@@ -9,15 +9,15 @@
 
 namespace meshgauge::server {
 
-// Its worker guards it, but for `live`: who that belongs to is said there.
+// Guarded by its worker's mutex, except `live` (live_job.h).
 struct HeldJob {
   using Clock = LiveJob::Clock;
   enum class Stage {
-    claimed,  // its meshes are still to be looked up
-    opening,  // ... by a thread that is at it
+    claimed,  // its blobs are to be opened
+    opening,  // a thread opens its blobs
     ready,    // it can run
-    running,  // given to the scheduler
-    leaving,  // its end, or that it is handed back, is on its way to the store
+    running,  // it is in the scheduler
+    leaving,  // its end or hand-back is to be stored
   };
 
   std::shared_ptr<LiveJob> live;
@@ -26,12 +26,12 @@ struct HeldJob {
   bool in_batch = false;
   bool suspected = false;
   Stage stage = Stage::claimed;
-  std::optional<Clock::time_point> begun;  // a thread of the scheduler has taken it
-  bool lost = false;                       // the store has given it to another worker, or has it back
-  unsigned failures = 0;                   // to open its meshes
-  Clock::time_point not_before{};          // when to try that again
-  std::optional<store::Progress> told;     // that the store knows of
-  JobView last;                            // when it has ended; the ending has its document
+  std::optional<Clock::time_point> begun;  // when a thread of the scheduler took it
+  bool lost = false;                       // the token is no longer the newest
+  unsigned failures = 0;                   // to open its blobs
+  Clock::time_point not_before{};          // of the next attempt to open them
+  std::optional<store::Progress> told;     // the progress that the store has
+  JobView last;                            // of an ended job; its document is in the PendingResult
 };
 
 using HeldJobPtr = std::shared_ptr<HeldJob>;

@@ -1,8 +1,8 @@
-// The ends of a worker's jobs, on their way into the store.
+// The ends of a worker's jobs that are to be stored.
 //
-// One thread stores them in groups: the first at once, and what comes while it is at that together. So many small jobs
-// share the time of one commit, and a single one waits for nobody. While the store is away they wait here, and are
-// stored when it is back; what may have been stored already is stored again, which changes nothing.
+// One thread stores them in groups: the first at once, and those that arrive meanwhile together. So small jobs share
+// the time of one commit, and a single job waits for no other. While the store is away they wait here, and are stored
+// when it is back; an end that may have been stored already is stored again, which changes nothing.
 //
 // Thread safe.
 #pragma once
@@ -25,9 +25,9 @@ namespace meshgauge::server {
 
 struct PendingResult {
   HeldJobPtr job;
-  std::optional<store::Ending> ending;      // none: the job is handed back
-  std::optional<store::Progress> progress;  // that goes back with it
-  std::string blame;                        // as `last_error` of JobStore::hand_back()
+  std::optional<store::Ending> ending;      // nullopt: the job is handed back
+  std::optional<store::Progress> progress;  // stored with a hand-back
+  std::string blame;                        // `last_error` of JobStore::hand_back()
 };
 
 class PendingResults {
@@ -36,15 +36,15 @@ class PendingResults {
 
   enum class Outcome {
     stored,
-    refused,   // the job is another worker's by now
+    refused,   // the token is no longer the newest
     given_up,  // the store would never take it
   };
-  // Called on the delivering thread, once for each; it may not wait for results.
+  // Called on the delivering thread, once for each result. Must not wait for results.
   using Delivered = std::function<void(const PendingResult&, Outcome)>;
   using Failed = std::function<void(const Error&)>;
 
   struct Settings {
-    std::chrono::seconds keep{86'400};  // what a job that the store ends is kept for
+    std::chrono::seconds keep{86'400};  // for how long a job that the store ends is kept
     std::chrono::milliseconds first_pause{100};
     std::chrono::milliseconds longest_pause{2'000};
   };
@@ -56,14 +56,14 @@ class PendingResults {
 
   // Borrows the store.
   PendingResults(store::JobStore& jobs, Settings settings, Delivered delivered, Failed failed);
-  ~PendingResults();  // what waits is dropped
+  ~PendingResults();  // drops what waits
   PendingResults(const PendingResults&) = delete;
   PendingResults& operator=(const PendingResults&) = delete;
 
-  void add(PendingResult delivery);  // however full it is
-  void hurry();                      // the store may be back
+  void add(PendingResult delivery);  // also when full()
+  void hurry();                      // tries again now: the store may be back
   std::size_t waiting() const;
-  bool full() const;  // no more work should be begun
+  bool full() const;  // the worker should claim no more
   bool wait_until_empty(Clock::time_point until) const;
 
  private:
@@ -85,7 +85,7 @@ class PendingResults {
   std::condition_variable wake_;
   mutable std::condition_variable emptied_;
   std::deque<PendingResult> waiting_;
-  std::size_t unsettled_ = 0;  // those, and what is being stored
+  std::size_t unsettled_ = 0;  // waiting or being stored
   std::uint64_t unsettled_bytes_ = 0;
   bool hurry_ = false;
   bool ending_ = false;

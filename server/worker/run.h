@@ -1,4 +1,4 @@
-// `meshgauge worker`: a process that runs the jobs of stores that it shares with others.
+// `meshgauge worker`: a process that runs the jobs of shared stores.
 #pragma once
 
 #include <string>
@@ -9,10 +9,10 @@
 
 namespace meshgauge::server {
 
-// Works until SIGTERM or SIGINT, or until its terminal is closed. Then it claims nothing more and hands back what it
-// has not begun; what runs may end within `grace_ms`, or until a second signal, and then goes back with the interval
-// that it has reached. An Error when it could not start. Blocks these signals in the calling thread and those it
-// starts. `parser` as for run_until_signal(). Precondition: settings come from checked().
+// Runs until SIGTERM, SIGINT or SIGHUP. Then it stops claiming and hands back jobs that have not begun; running jobs
+// may end within `grace_ms`, or until a second signal, and are then handed back with the interval reached. An Error: it
+// could not start. Blocks these signals in the calling thread and the threads that it starts. `parser` as for
+// run_until_signal(). Precondition: settings come from checked().
 Result<Done> run_worker_until_signal(const Settings& settings, const std::vector<std::string>& parser);
 
 }  // namespace meshgauge::server

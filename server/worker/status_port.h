@@ -1,4 +1,4 @@
-// Where a worker tells how it is, and nothing else: /healthz, /readyz and /metrics, under the rules of the service.
+// The port of a worker: /healthz, /readyz and /metrics alone, with the service's limits and access rules.
 #pragma once
 
 #include <atomic>
@@ -24,11 +24,11 @@ class StatusPort {
   StatusPort(const StatusPort&) = delete;
   StatusPort& operator=(const StatusPort&) = delete;
 
-  // Listens and answers on threads of its own; returns the port. An Error says why it cannot.
+  // Listens and answers on threads of its own; returns the port.
   Result<int> start();
 
   bool listening() const { return !ended_.load(); }
-  void refuse() { refusing_.store(true); }  // it is not ready any more, and does not come to be
+  void refuse() { refusing_.store(true); }  // /readyz fails from now on
 
  private:
   const Settings settings_;

@@ -1,10 +1,11 @@
-// Runs the jobs of a store: `serve`'s own in the embedded form, and one process of several in the distributed form.
+// Runs the jobs of a store: in the process of `serve` in the embedded form, in processes of their own in the
+// distributed form.
 //
-//   claim_some -> stock (meshes are looked up) -> scheduler -> Measuring -> deliveries (finish_all)
+//   claim_some -> ClaimBuffer (blobs are opened) -> Scheduler -> Measuring -> PendingResults (finish_all)
 //
-// Whatever it holds it tells the store that it is alive, and hears from it whom to cancel and what it has lost. While
-// the store is away it goes on with what it holds, and delivers that afterwards. It never runs a job that it has not
-// claimed, and whatever it writes names the token of its claim.
+// Sends heartbeats for all jobs that it holds, and learns by them which to cancel and which it has lost. While the
+// store is away it runs the jobs that it holds, and stores their ends afterwards. It runs only jobs that it has
+// claimed, and every write names the token of its claim.
 //
 // Thread safe.
 #pragma once
@@ -35,42 +36,42 @@
 namespace meshgauge::server {
 
 struct WorkerOptions {
-  std::string name;                         // of this process alone, now and later
-  std::chrono::milliseconds lease{75'000};  // after which others may take what it holds and says nothing of
+  std::string name;                         // unique, also among past and future processes
+  std::chrono::milliseconds lease{75'000};  // without a heartbeat for so long, its jobs are requeued
   std::chrono::milliseconds heartbeat{10'000};
-  std::chrono::milliseconds progress{500};  // at least between two tellings of how far a job is
-  std::chrono::milliseconds poll{1'000};    // how often it looks for jobs that nobody told it of
-  // A suspected job runs alone once it was begun more often than this. Another process may take it before.
+  std::chrono::milliseconds progress{500};  // least time between two reports of a job's progress
+  std::chrono::milliseconds poll{1'000};    // interval of claims without a signal
+  // A suspected job with more tries than this runs alone.
   unsigned trusted_tries = 1;
-  std::chrono::milliseconds pass_over{30'000};          // how long it passes suspected jobs over while it is never idle
-  std::size_t openers = 2;                              // threads that look up meshes before jobs run
-  std::function<void(const JobView&)> ended = nullptr;  // told of each end that the store has taken
+  std::chrono::milliseconds pass_over{30'000};          // how long a busy worker passes over suspected jobs
+  std::size_t openers = 2;                              // threads that open blobs before jobs run
+  std::function<void(const JobView&)> ended = nullptr;  // called with each end that the store has taken
 };
 
 class Worker {
  public:
-  // Borrows all but settings and options. The scheduler must outlive the worker, and end after it.
+  // Borrows all but settings and options. The scheduler must end after the worker.
   Worker(const Settings& settings, Stores stores, const Measuring& measuring, Scheduler& scheduler,
          StoreErrors& store_errors, Metrics& metrics, WorkerOptions options);
   ~Worker();  // as stop()
   Worker(const Worker&) = delete;
   Worker& operator=(const Worker&) = delete;
 
-  void start();  // once
-  void wake();   // there may be something to claim, or the store may be back again; quick
+  void start();  // call it once
+  void wake();   // claims soon: jobs may be queued, or the store may be back. Does not block
   void hear(const store::Signal& signal);
 
-  // Of a job that runs here or waits to; else nothing, until it is claimed within the next moments.
+  // Cancels a job that is held here; remembers another key in case its claim is under way.
   void cancel(const store::JobKey& key);
 
-  void drain();  // claims no more, and hands back what has not begun
-  // Drains, cancels what runs, hands it back with the interval that it has reached, and waits until the store knows:
-  // at most `timeout`, if the store does not answer. What it is not told by then it finds when the lease is over. Logs
-  // which jobs went back since drain().
+  void drain();  // stops claiming, and hands back jobs that have not begun
+  // Drains, cancels running jobs, hands them back with the interval reached, and blocks until that is stored, at most
+  // `timeout`. The store requeues jobs that it was not told of when their leases expire. Logs the jobs that were handed
+  // back since drain().
   void stop(std::chrono::milliseconds timeout = std::chrono::seconds(5));
 
-  std::size_t running() const;  // that have begun
-  std::size_t held() const;     // claimed, and not yet delivered
+  std::size_t running() const;  // jobs that have begun
+  std::size_t held() const;     // jobs that are claimed and not yet stored
   std::size_t deliveries_waiting() const { return results_.waiting(); }
 
  private:
@@ -113,26 +114,26 @@ class Worker {
   const WorkerOptions options_;
   StoreErrors& store_errors_;
 
-  mutable std::mutex mutex_;  // guards what follows, but the deliveries
+  mutable std::mutex mutex_;  // guards the members below, down to ending_
   std::condition_variable claim_wake_;
   std::condition_variable open_wake_;
   std::condition_variable keep_wake_;
   std::condition_variable idle_;
   ClaimBuffer buffer_;
   std::vector<HeldJobPtr> held_;         // all
-  std::deque<store::JobKey> cancelled_;  // the newest of those that are not held
-  std::size_t given_ = 0;                // to the scheduler, and not through
+  std::deque<store::JobKey> cancelled_;  // newest keys of jobs that are not held
+  std::size_t given_ = 0;                // number of jobs in the scheduler
   Clock::time_point next_claim_{};
-  Clock::time_point asked_for_suspects_{};  // when it last did
-  bool claiming_ = false;                   // a claim is under way, or it is not known whether it was stored
-  bool look_again_ = false;                 // something happened since it began
+  Clock::time_point asked_for_suspects_{};  // time of the newest claim with suspects
+  bool claiming_ = false;                   // a claim is under way, or it is unknown whether one was stored
+  bool look_again_ = false;                 // wake() was called since the claim began
   std::chrono::milliseconds claim_pause_{0};
   bool draining_ = false;
-  std::vector<std::string> handed_back_;  // since it drains: ids of jobs that the store has back
+  std::vector<std::string> handed_back_;  // ids of jobs handed back since drain()
   bool ending_ = false;
 
-  std::uint64_t claims_ = 0;         // the claiming thread's
-  std::vector<std::string> unsure_;  // likewise: names under which jobs may have been claimed without our knowledge
+  std::uint64_t claims_ = 0;         // used by the claiming thread alone
+  std::vector<std::string> unsure_;  // used by the claiming thread alone: names of claims that may have been stored
 
   PendingResults results_;
   std::vector<std::thread> threads_;
