@@ -150,7 +150,7 @@ Allowance unlimited() {
 }
 
 // The key was removed from the file after the request was authenticated.
-Denial gone() { return unauthorized("the key was removed from the service", true); }
+Denial key_removed() { return unauthorized("the key was removed from the service", true); }
 
 }  // namespace
 
@@ -228,7 +228,7 @@ std::optional<Denial> Access::require(const Caller& caller, Scope scope) {
 std::optional<Denial> Access::begin_request(const std::string& owner) {
   if (!has_keys()) return std::nullopt;
   const auto account = account_of(owner);
-  if (!account) return gone();
+  if (!account) return key_removed();
   const auto wait = account->begin_request(clocks_.steady());
   if (!wait) return std::nullopt;
   return too_many("the key has exceeded its rate, requests_per_minute; retry later", *wait);
@@ -237,7 +237,7 @@ std::optional<Denial> Access::begin_request(const std::string& owner) {
 std::variant<JobSlot, Denial> Access::take_job(const std::string& owner) {
   if (!has_keys()) return JobSlot{};
   auto account = account_of(owner);
-  if (!account) return gone();
+  if (!account) return key_removed();
   if (const auto limit = account->take_job()) return too_many_jobs(*limit);
   return JobSlot(std::move(account));
 }
@@ -245,7 +245,7 @@ std::variant<JobSlot, Denial> Access::take_job(const std::string& owner) {
 std::variant<JobTurn, Denial> Access::await_turn(const std::string& owner, const CountJobs& unended) {
   if (!has_keys()) return JobTurn{};
   auto account = account_of(owner);
-  if (!account) return gone();
+  if (!account) return key_removed();
   {
     const std::uint64_t before = account->take_turn();
     JobTurn turn(account);
@@ -263,7 +263,7 @@ std::variant<JobTurn, Denial> Access::await_turn(const std::string& owner, const
 std::optional<Denial> Access::find_denial(const std::string& owner, const CountJobs& unended) const {
   if (!has_keys()) return std::nullopt;
   const auto account = account_of(owner);
-  return account ? denial_of(*account, unended()) : gone();
+  return account ? denial_of(*account, unended()) : key_removed();
 }
 
 JobSlot Access::adopt_job(const std::string& owner) {
@@ -276,7 +276,7 @@ std::variant<StorageHold, Denial> Access::hold_storage(const std::string& owner,
                                                        std::uint64_t most,
                                                        const std::function<std::uint64_t()>& stored) {
   auto account = has_keys() ? account_of(owner) : nameless_;
-  if (!account) return gone();
+  if (!account) return key_removed();
   if (const auto limit = account->hold(bytes, most, stored)) return over_quota(*limit, most);
   return StorageHold(std::move(account), bytes);
 }

@@ -57,8 +57,9 @@ void Cors::add_headers(Exchange& exchange) const {
 }
 
 bool Cors::answer_preflight(Exchange& exchange) const {
-  const bool asks = exchange.head.method == "OPTIONS" && !exchange.head.header("access-control-request-method").empty();
-  if (!asks || !allows(exchange.head.header("origin"))) return false;
+  const bool is_preflight =
+      exchange.head.method == "OPTIONS" && !exchange.head.header("access-control-request-method").empty();
+  if (!is_preflight || !allows(exchange.head.header("origin"))) return false;
   exchange.response.status = kNoContent;
   add_headers(exchange);
   auto& headers = exchange.response.headers;

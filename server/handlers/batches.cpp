@@ -116,7 +116,7 @@ void Batches::insert(Exchange& exchange, const std::string& idempotency_key, Bat
   const auto inserted = batches_.insert_batch(batch);
   if (!inserted) return answer(exchange, api::to_problem(inserted.error()));
   if (inserted->gone) return answer(exchange, removed_just_now());
-  if (inserted->mesh_gone) return answer(exchange, gone_meanwhile(exchange.owner, request));
+  if (inserted->mesh_gone) return answer(exchange, problem_of_removed_mesh(exchange.owner, request));
   if (inserted->conflict) {
     return answer(exchange, Problem{ProblemKind::idempotency_key_reused,
                                     "this Idempotency-Key was used for another batch; take a new one",
@@ -126,7 +126,7 @@ void Batches::insert(Exchange& exchange, const std::string& idempotency_key, Bat
   send(exchange, inserted->batch, 202);
 }
 
-Problem Batches::gone_meanwhile(const std::string& owner, const api::BatchRequest& request) {
+Problem Batches::problem_of_removed_mesh(const std::string& owner, const api::BatchRequest& request) {
   const auto known = stores_.meshes.known_meshes(owner, stored_ids(request));
   if (!known) return api::to_problem(known.error());
   if (auto unknown = find_unknown(request, *known)) return *std::move(unknown);

@@ -47,7 +47,7 @@ class Batches {
   Result<bool> is_known(const std::string& owner, const std::string& idempotency_key);
   std::optional<api::Problem> admit(const std::string& owner);
   void insert(Exchange& exchange, const std::string& idempotency_key, BatchReceiver& receiver, bool repeats);
-  api::Problem gone_meanwhile(const std::string& owner, const api::BatchRequest& request);
+  api::Problem problem_of_removed_mesh(const std::string& owner, const api::BatchRequest& request);
   std::optional<store::Batch> find(Exchange& exchange);  // nullopt: the exchange is answered
   Result<std::string> document(const store::Batch& batch);
   void send(Exchange& exchange, const store::Batch& batch, int status);

@@ -44,7 +44,7 @@ void answer_stored(Exchange& exchange, const store::Job& row) {
 }  // namespace
 
 // A POST, as far as it is parsed.
-struct Comparisons::Asked {
+struct Comparisons::Post {
   Preferences preferences;
   Clock::time_point since = Clock::now();
   bool repeats = false;  // a comparison with its Idempotency-Key is stored
@@ -61,73 +61,73 @@ Comparisons::Comparisons(const Settings& settings, Jobs& jobs, Stores stores, Ac
 
 void Comparisons::create(Exchange& exchange) {
   if (draining_.load()) return answer(exchange, shutting_down());
-  Asked asked;
-  asked.preferences = preferences(exchange.head);
-  Submission& submission = asked.submission;
+  Post post;
+  post.preferences = preferences(exchange.head);
+  Submission& submission = post.submission;
   submission.key = {exchange.owner, exchange.id};
   if (auto refusal = refuse_query(exchange)) return answer(exchange, *refusal);
   if (auto refusal = read_idempotency_key(exchange.head, submission.idempotency_key)) return answer(exchange, *refusal);
-  submission.durable = asked.preferences.wait || !submission.idempotency_key.empty();
+  submission.durable = post.preferences.wait || !submission.idempotency_key.empty();
   if (const auto there = jobs_.available(); !there) return answer(exchange, api::to_problem(there.error()));
   const auto repeats = jobs_.repeats(submission);
   if (!repeats) return answer(exchange, api::to_problem(repeats.error()));
-  if (*repeats) return repeat(exchange, asked);
-  admit(exchange, asked);
+  if (*repeats) return repeat(exchange, post);
+  admit(exchange, post);
 }
 
 // The comparison that took the last place may be this request, sent before and stored meanwhile. false: it is not.
-bool Comparisons::repeat_if_known(Exchange& exchange, Asked& asked) {
-  const auto repeats = jobs_.repeats(asked.submission);
+bool Comparisons::repeat_if_known(Exchange& exchange, Post& post) {
+  const auto repeats = jobs_.repeats(post.submission);
   if (!repeats || !*repeats) return false;
-  repeat(exchange, asked);
+  repeat(exchange, post);
   return true;
 }
 
-void Comparisons::admit(Exchange& exchange, Asked& asked) {
-  Submission& submission = asked.submission;
+void Comparisons::admit(Exchange& exchange, Post& post) {
+  Submission& submission = post.submission;
   // Without a preference the client waits for the result and occupies a connection.
-  auto slot = jobs_.admit(asked.preferences.wait ? Jobs::Kind::durable : Jobs::Kind::awaited);
+  auto slot = jobs_.admit(post.preferences.wait ? Jobs::Kind::durable : Jobs::Kind::awaited);
   if (!slot) {
-    if (repeat_if_known(exchange, asked)) return;
+    if (repeat_if_known(exchange, post)) return;
     return answer(exchange, queue_full(), jobs_.expected_wait());
   }
   auto counted = access_.take_job(exchange.owner);
   if (const auto* denial = std::get_if<Denial>(&counted)) {
     slot.reset();
-    if (!repeat_if_known(exchange, asked)) answer(exchange, *denial);
+    if (!repeat_if_known(exchange, post)) answer(exchange, *denial);
     return;
   }
   submission.counted.emplace(std::get<JobSlot>(std::move(counted)));
   submission.trace = traceparent(exchange.trace);
-  if (auto refusal = receive(exchange, asked)) return answer(exchange, *refusal);
-  follow(exchange, jobs_.submit(std::move(*slot), std::move(submission)), asked);
+  if (auto refusal = receive(exchange, post)) return answer(exchange, *refusal);
+  follow(exchange, jobs_.submit(std::move(*slot), std::move(submission)), post);
 }
 
 // A comparison that was accepted before needs no place in the queue, no storage and no stored meshes, and is not
 // refused for lack of them.
-void Comparisons::repeat(Exchange& exchange, Asked& asked) {
-  asked.repeats = true;
-  if (auto refusal = receive(exchange, asked)) return answer(exchange, *refusal);
-  follow(exchange, jobs_.repeated(asked.submission), asked);
+void Comparisons::repeat(Exchange& exchange, Post& post) {
+  post.repeats = true;
+  if (auto refusal = receive(exchange, post)) return answer(exchange, *refusal);
+  follow(exchange, jobs_.repeated(post.submission), post);
 }
 
-void Comparisons::follow(Exchange& exchange, const Jobs::Submitted& submitted, const Asked& asked) {
+void Comparisons::follow(Exchange& exchange, const Jobs::Submitted& submitted, const Post& post) {
   if (const auto* denial = std::get_if<Denial>(&submitted)) return answer(exchange, *denial);
-  if (const auto* job = std::get_if<std::shared_ptr<LiveJob>>(&submitted)) return wait(exchange, *job, asked);
-  respond(exchange, std::get<JobView>(submitted), asked);
+  if (const auto* job = std::get_if<std::shared_ptr<LiveJob>>(&submitted)) return wait(exchange, *job, post);
+  respond(exchange, std::get<JobView>(submitted), post);
 }
 
-std::optional<Problem> Comparisons::receive(Exchange& exchange, Asked& asked) {
+std::optional<Problem> Comparisons::receive(Exchange& exchange, Post& post) {
   std::string_view type = exchange.head.header("content-type");
   const bool ids = take_kind(type) == "application/json";
-  if (auto refusal = ids ? receive_ids(exchange, asked) : receive_form(exchange, asked)) return refusal;
-  auto request = api::parse_options(asked.submission.options, request_limits(settings_));
+  if (auto refusal = ids ? receive_ids(exchange, post) : receive_form(exchange, post)) return refusal;
+  auto request = api::parse_options(post.submission.options, request_limits(settings_));
   if (!request) return api::to_problem(request.error());
-  asked.submission.request = *request;
+  post.submission.request = *request;
   return std::nullopt;
 }
 
-std::optional<Problem> Comparisons::receive_form(Exchange& exchange, Asked& asked) {
+std::optional<Problem> Comparisons::receive_form(Exchange& exchange, Post& post) {
   std::string boundary;
   constexpr const char* kWanted = "multipart/form-data, with the parts a, b and options";
   if (auto refusal = find_boundary(exchange.head.header("content-type"), kWanted, boundary)) return refusal;
@@ -137,13 +137,13 @@ std::optional<Problem> Comparisons::receive_form(Exchange& exchange, Asked& aske
   if (auto refusal = exchange.body.read([&](std::string_view piece) { return parser.feed(piece); })) return refusal;
   if (auto refusal = parser.finish()) return refusal;
   if (auto refusal = receiver.complete()) return refusal;
-  asked.submission.options = std::move(form.options);
-  asked.submission.a = source_of("a", std::move(form.a));
-  asked.submission.b = source_of("b", std::move(form.b));
+  post.submission.options = std::move(form.options);
+  post.submission.a = source_of("a", std::move(form.a));
+  post.submission.b = source_of("b", std::move(form.b));
   return std::nullopt;
 }
 
-std::optional<Problem> Comparisons::receive_ids(Exchange& exchange, Asked& asked) {
+std::optional<Problem> Comparisons::receive_ids(Exchange& exchange, Post& post) {
   std::string text;
   const auto refusal = exchange.body.read([&](std::string_view piece) -> std::optional<Problem> {
     if (text.size() + piece.size() > api::kMaxOptionsBytes) {
@@ -157,12 +157,12 @@ std::optional<Problem> Comparisons::receive_ids(Exchange& exchange, Asked& asked
   if (refusal) return refusal;
   auto pair = api::parse_stored_pair(text);
   if (!pair) return api::to_problem(pair.error());
-  asked.submission.options = std::move(pair->options);
-  asked.submission.a.id = std::move(pair->a);
-  asked.submission.b.id = std::move(pair->b);
-  if (asked.repeats) return std::nullopt;
-  if (auto missing = open_mesh(exchange.owner, "a", asked.submission.a)) return missing;
-  return open_mesh(exchange.owner, "b", asked.submission.b);
+  post.submission.options = std::move(pair->options);
+  post.submission.a.id = std::move(pair->a);
+  post.submission.b.id = std::move(pair->b);
+  if (post.repeats) return std::nullopt;
+  if (auto missing = open_mesh(exchange.owner, "a", post.submission.a)) return missing;
+  return open_mesh(exchange.owner, "b", post.submission.b);
 }
 
 std::optional<Problem> Comparisons::open_mesh(const std::string& owner, const std::string& part, MeshSource& source) {
@@ -186,16 +186,16 @@ std::optional<Problem> Comparisons::open_mesh(const std::string& owner, const st
 }
 
 // A client that disconnects ends its comparison, unless that is durable.
-void Comparisons::wait(Exchange& exchange, const std::shared_ptr<LiveJob>& waited, const Asked& asked) {
+void Comparisons::wait(Exchange& exchange, const std::shared_ptr<LiveJob>& waited, const Post& post) {
   LiveJob& job = *waited;
   // A client that does not want to wait needs no place, and gets a 202 even if the job has already ended.
-  if (asked.preferences.wait == milliseconds(0)) return accept(exchange, job.view(), asked);
+  if (post.preferences.wait == milliseconds(0)) return accept(exchange, job.view(), post);
   std::optional<Clock::time_point> until;
   std::shared_ptr<const void> place;
   const bool repeated =
       job.key.id != exchange.id;  // an earlier request with this Idempotency-Key holds the queue place
-  if (asked.preferences.wait || repeated) place = watchers_.take(exchange.owner);
-  if (asked.preferences.wait) until = place ? asked.since + *asked.preferences.wait : Clock::now();
+  if (post.preferences.wait || repeated) place = watchers_.take(exchange.owner);
+  if (post.preferences.wait) until = place ? post.since + *post.preferences.wait : Clock::now();
   if (repeated && !until && !place) {
     return answer(exchange, too_many_watchers(settings_));
   }
@@ -209,32 +209,32 @@ void Comparisons::wait(Exchange& exchange, const std::shared_ptr<LiveJob>& waite
       return answer(exchange, *problem);
     }
     if (!exchange.connection.peer_gone()) continue;
-    if (job.durable) return accept(exchange, job.view(), asked);  // for the log; the client has gone
+    if (job.durable) return accept(exchange, job.view(), post);  // for the log; the client has gone
     if (jobs_.abandon(waited)) return answer(exchange, cancelled_early());
   }
-  respond(exchange, job.view(), asked);
+  respond(exchange, job.view(), post);
 }
 
-void Comparisons::add_headers(Exchange& exchange, const JobView& job, const Asked& asked) const {
+void Comparisons::add_headers(Exchange& exchange, const JobView& job, const Post& post) const {
   auto& headers = exchange.response.headers;
-  if (!asked.preferences.applied.empty()) headers.emplace_back("Preference-Applied", asked.preferences.applied);
-  if (asked.submission.durable) headers.emplace_back("Location", "/v1/comparisons/" + job.row.key.id);
+  if (!post.preferences.applied.empty()) headers.emplace_back("Preference-Applied", post.preferences.applied);
+  if (post.submission.durable) headers.emplace_back("Location", "/v1/comparisons/" + job.row.key.id);
 }
 
-void Comparisons::accept(Exchange& exchange, const JobView& job, const Asked& asked) const {
-  add_headers(exchange, job, asked);
+void Comparisons::accept(Exchange& exchange, const JobView& job, const Post& post) const {
+  add_headers(exchange, job, post);
   exchange.response.status = 202;
   exchange.response.content_type = "application/json";
   exchange.response.body = to_json(job);
 }
 
-void Comparisons::respond(Exchange& exchange, const JobView& job, const Asked& asked) const {
+void Comparisons::respond(Exchange& exchange, const JobView& job, const Post& post) const {
   const bool ended = store::has_ended(job.row.state);
-  if (!ended && asked.preferences.wait) return accept(exchange, job, asked);
-  add_headers(exchange, job, asked);
+  if (!ended && post.preferences.wait) return accept(exchange, job, post);
+  add_headers(exchange, job, post);
   if (!ended) {
     return answer(exchange, Problem{ProblemKind::shutting_down,
-                                    asked.submission.durable
+                                    post.submission.durable
                                         ? "the service is shutting down; the comparison is stored and runs later"
                                         : "the service is shutting down; send the request again",
                                     {}});

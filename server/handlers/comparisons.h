@@ -36,20 +36,20 @@ class Comparisons {
   ConnectionLimit& watchers() { return watchers_; }
 
  private:
-  struct Asked;
+  struct Post;
 
-  std::optional<api::Problem> receive(Exchange& exchange, Asked& asked);
-  std::optional<api::Problem> receive_form(Exchange& exchange, Asked& asked);
-  std::optional<api::Problem> receive_ids(Exchange& exchange, Asked& asked);
+  std::optional<api::Problem> receive(Exchange& exchange, Post& post);
+  std::optional<api::Problem> receive_form(Exchange& exchange, Post& post);
+  std::optional<api::Problem> receive_ids(Exchange& exchange, Post& post);
   std::optional<api::Problem> open_mesh(const std::string& owner, const std::string& part, MeshSource& source);
-  void admit(Exchange& exchange, Asked& asked);
-  void repeat(Exchange& exchange, Asked& asked);
-  bool repeat_if_known(Exchange& exchange, Asked& asked);
-  void follow(Exchange& exchange, const Jobs::Submitted& submitted, const Asked& asked);
-  void wait(Exchange& exchange, const std::shared_ptr<LiveJob>& waited, const Asked& asked);
-  void add_headers(Exchange& exchange, const JobView& job, const Asked& asked) const;
-  void accept(Exchange& exchange, const JobView& job, const Asked& asked) const;
-  void respond(Exchange& exchange, const JobView& job, const Asked& asked) const;
+  void admit(Exchange& exchange, Post& post);
+  void repeat(Exchange& exchange, Post& post);
+  bool repeat_if_known(Exchange& exchange, Post& post);
+  void follow(Exchange& exchange, const Jobs::Submitted& submitted, const Post& post);
+  void wait(Exchange& exchange, const std::shared_ptr<LiveJob>& waited, const Post& post);
+  void add_headers(Exchange& exchange, const JobView& job, const Post& post) const;
+  void accept(Exchange& exchange, const JobView& job, const Post& post) const;
+  void respond(Exchange& exchange, const JobView& job, const Post& post) const;
 
   const Settings settings_;
   Jobs& jobs_;

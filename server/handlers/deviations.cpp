@@ -35,7 +35,7 @@ std::optional<Problem> refuse_unready(const store::Job& row) {
   return Problem{ProblemKind::no_interval, "the comparison ended without an interval, so there is no map", {}};
 }
 
-Problem gone(const std::string& part, const std::string& id) {
+Problem mesh_gone(const std::string& part, const std::string& id) {
   const std::string what =
       "the file of mesh '" + part + "' is not kept any more; send it by PUT /v1/meshes/" + id + " and ask again";
   return {ProblemKind::mesh_gone, what, {{part, "", what}}};
@@ -70,7 +70,7 @@ std::string mesh_of(const store::Job& row, const std::string& part) {
 
 }  // namespace
 
-struct Deviations::Asked {
+struct Deviations::MapRequest {
   MapOrder order;
   store::Job row;
   std::string etag;
@@ -111,22 +111,22 @@ Deviations::~Deviations() {
 void Deviations::get(Exchange& exchange, MapKind kind) {
   auto found = find(exchange, kind);
   if (const auto* problem = std::get_if<Problem>(&found)) return answer(exchange, *problem);
-  auto& asked = std::get<Asked>(found);
-  const std::string etag = asked.etag;
-  const bool of_a = asked.order.query.of == api::Side::a;
-  const std::string name = "deviation-" + std::string(of_a ? "a-" : "b-") + asked.row.key.id.substr(0, kShownIdDigits) +
-                           (kind == MapKind::ply ? ".ply" : ".glb");
+  auto& request = std::get<MapRequest>(found);
+  const std::string etag = request.etag;
+  const bool of_a = request.order.query.of == api::Side::a;
+  const std::string name = "deviation-" + std::string(of_a ? "a-" : "b-") +
+                           request.row.key.id.substr(0, kShownIdDigits) + (kind == MapKind::ply ? ".ply" : ".glb");
   if (matches(exchange.head.header("if-none-match"), etag)) {
     exchange.response.status = kNotModified;
-  } else if (const auto file = stores_.maps->find(asked.order.key)) {
+  } else if (const auto file = stores_.maps->find(request.order.key)) {
     metrics_.map_found();
     if (send(exchange, file)) exchange.response.headers.emplace_back("Server-Timing", "cached");
-  } else if (auto problem = open_meshes(asked)) {
+  } else if (auto problem = open_meshes(request)) {
     return answer(exchange, *problem);
   } else if (exchange.head.method == "HEAD") {
     exchange.response.length_known = false;
   } else {
-    make(exchange, asked);
+    make(exchange, request);
   }
   if (exchange.response.status >= 400) return;
   auto& headers = exchange.response.headers;
@@ -137,26 +137,26 @@ void Deviations::get(Exchange& exchange, MapKind kind) {
   headers.emplace_back("Content-Disposition", "attachment; filename=\"" + name + "\"");
 }
 
-std::variant<Deviations::Asked, Problem> Deviations::find(const Exchange& exchange, MapKind kind) {
+std::variant<Deviations::MapRequest, Problem> Deviations::find(const Exchange& exchange, MapKind kind) {
   const auto query = parse_map_query(exchange.head.query, kind);
   if (const auto* problem = std::get_if<Problem>(&query)) return *problem;
-  Asked asked;
-  asked.order.query = std::get<MapQuery>(query);
-  asked.order.key = {{exchange.owner, exchange.segment}, asked.order.query.name()};
-  auto job = jobs_.get(asked.order.key.job);
+  MapRequest request;
+  request.order.query = std::get<MapQuery>(query);
+  request.order.key = {{exchange.owner, exchange.segment}, request.order.query.name()};
+  auto job = jobs_.get(request.order.key.job);
   if (!job) return api::to_problem(job.error());
   if (!*job) return not_found("comparison");
-  asked.row = std::move((*job)->row);
-  if (auto refusal = refuse_unready(asked.row)) return *refusal;
-  asked.etag = etag_of(asked.order.key, settings_.simd);
-  return asked;
+  request.row = std::move((*job)->row);
+  if (auto refusal = refuse_unready(request.row)) return *refusal;
+  request.etag = etag_of(request.order.key, settings_.simd);
+  return request;
 }
 
 std::variant<MeshSource, Problem> Deviations::open(const std::string& owner, const std::string& part,
                                                    const std::string& id) {
   auto blob = stores_.blobs.open({owner, id});
   if (!blob) return api::to_problem(blob.error());
-  if (!*blob) return gone(part, id);
+  if (!*blob) return mesh_gone(part, id);
   return source_of(part, std::move(**blob), id);
 }
 
@@ -172,25 +172,25 @@ std::optional<Problem> Deviations::recognise(MeshSource& source, const std::stri
   return std::nullopt;
 }
 
-std::optional<Problem> Deviations::open_meshes(Asked& asked) {
-  MapOrder& order = asked.order;
-  const std::string a = mesh_of(asked.row, "a"), b = mesh_of(asked.row, "b");
+std::optional<Problem> Deviations::open_meshes(MapRequest& request) {
+  MapOrder& order = request.order;
+  const std::string a = mesh_of(request.row, "a"), b = mesh_of(request.row, "b");
   // The cache notices deletions from here on; those before are found by the following look-ups.
   order.coming = stores_.maps->expect(order.key, {a, b});
   const auto job = jobs_.get(order.key.job);
   if (!job) return api::to_problem(job.error());
   if (!*job) return not_found("comparison");
   for (const char* part : {"a", "b"}) {
-    auto found = open(asked.row.key.owner, part, *part == 'a' ? a : b);
+    auto found = open(request.row.key.owner, part, *part == 'a' ? a : b);
     if (const auto* problem = std::get_if<Problem>(&found)) return *problem;
     (*part == 'a' ? order.a : order.b) = std::move(std::get<MeshSource>(found));
   }
-  set_hints(asked.row.hints, order.a, order.b);
+  set_hints(request.row.hints, order.a, order.b);
   for (MeshSource* source : {&order.a, &order.b}) {
-    if (auto problem = recognise(*source, asked.row.key.owner)) return problem;
+    if (auto problem = recognise(*source, request.row.key.owner)) return problem;
     order.bytes += source->input.bytes.size();
   }
-  auto facts = api::result_facts(nlohmann::ordered_json::parse(asked.row.document, nullptr, false), order.query.of);
+  auto facts = api::result_facts(nlohmann::ordered_json::parse(request.row.document, nullptr, false), order.query.of);
   if (!facts) return api::to_problem(facts.error());
   if (!facts->has_units)
     return Problem{ProblemKind::internal,
@@ -198,12 +198,12 @@ std::optional<Problem> Deviations::open_meshes(Asked& asked) {
                    {}};
   order.facts = std::move(*facts);
   // The same time limit as the comparison had.
-  const auto request = api::parse_options(asked.row.options, request_limits(settings_));
-  order.timeout = request ? request->timeout : milliseconds(settings_.default_timeout_ms);
+  const auto options = api::parse_options(request.row.options, request_limits(settings_));
+  order.timeout = options ? options->timeout : milliseconds(settings_.default_timeout_ms);
   return std::nullopt;
 }
 
-void Deviations::make(Exchange& exchange, Asked& asked) {
+void Deviations::make(Exchange& exchange, MapRequest& request) {
   if (jobs_.draining()) return answer(exchange, shutting_down());
   // Every waiting client occupies a connection and so takes a place, even if the map is already being made.
   auto slot = jobs_.admit_work();
@@ -212,7 +212,7 @@ void Deviations::make(Exchange& exchange, Asked& asked) {
   }
   const auto counted = access_.take_job(exchange.owner);
   if (const auto* denial = std::get_if<Denial>(&counted)) return answer(exchange, *denial);
-  const Watching making(*this, begin(asked, slot));
+  const Watching making(*this, begin(request, slot));
   const Result<MadeFile>* result = nullptr;
   while (!(result = making->wait(kMapTick))) {
     if (Making::Clock::now() >= making->submitted + making->order.timeout + kGrace) {
@@ -239,15 +239,15 @@ void Deviations::make(Exchange& exchange, Asked& asked) {
 
 // Returns the map that is being made, or starts a new one, which takes the slot. The cache is looked at again under the
 // lock: a map enters the cache before it leaves making_.
-std::shared_ptr<Making> Deviations::begin(Asked& asked, std::optional<Scheduler::Slot>& slot) {
+std::shared_ptr<Making> Deviations::begin(MapRequest& request, std::optional<Scheduler::Slot>& slot) {
   std::shared_ptr<Making> making;
   {
     const std::lock_guard lock(mutex_);
-    if (const auto there = making_.find(asked.order.key); there != making_.end()) {
+    if (const auto there = making_.find(request.order.key); there != making_.end()) {
       ++there->second->watchers;
       return there->second;
     }
-    making = std::make_shared<Making>(std::move(asked.order));
+    making = std::make_shared<Making>(std::move(request.order));
     making->watchers = 1;
     if (auto file = stores_.maps->find(making->order.key)) {
       metrics_.map_found();

@@ -36,15 +36,15 @@ class Deviations {
   void get(Exchange& exchange, MapKind kind);
 
  private:
-  struct Asked;
+  struct MapRequest;
   class Watching;
 
-  std::variant<Asked, api::Problem> find(const Exchange& exchange, MapKind kind);
+  std::variant<MapRequest, api::Problem> find(const Exchange& exchange, MapKind kind);
   std::variant<MeshSource, api::Problem> open(const std::string& owner, const std::string& part, const std::string& id);
   std::optional<api::Problem> recognise(MeshSource& source, const std::string& owner);
-  std::optional<api::Problem> open_meshes(Asked& asked);
-  void make(Exchange& exchange, Asked& asked);
-  std::shared_ptr<Making> begin(Asked& asked, std::optional<Scheduler::Slot>& slot);
+  std::optional<api::Problem> open_meshes(MapRequest& request);
+  void make(Exchange& exchange, MapRequest& request);
+  std::shared_ptr<Making> begin(MapRequest& request, std::optional<Scheduler::Slot>& slot);
   void submit(const std::shared_ptr<Making>& making, Scheduler::Slot slot);
   void run(const std::shared_ptr<Making>& making, Scheduler::Slot slot);
   void leave(Making& making);
