@@ -93,9 +93,9 @@ export class App {
   }
 
   private damaged(of: Linked, id: string): void {
-    const mended = idWithin(id);
-    const meant = mended === null ? null : h("p", {}, "It may have been this one: ", h("a", { href: pathOf(mended, of) }, location.origin + pathOf(mended, of)));
-    this.over("This link is damaged", damagedWords(of, id), meant);
+    const repaired = idWithin(id);
+    const suggestion = repaired === null ? null : h("p", {}, "It may have been this one: ", h("a", { href: pathOf(repaired, of) }, location.origin + pathOf(repaired, of)));
+    this.over("This link is damaged", damagedWords(of, id), suggestion);
   }
 
   // Links to the page itself are followed without a reload, which keeps the chosen files, and a key that could not be stored.
@@ -144,7 +144,7 @@ export class App {
     const names = { a: nameOf(order.a), b: nameOf(order.b) };
     const signal = this.controller.signal;
     const run = this.openRun(names, order.options.gate?.max_distance ?? null, unitAsked(order.options.gate?.units));
-    const tell = {
+    const report = {
       upload: run.upload.bind(run),
       progress: run.progress.bind(run),
       interrupted: run.interrupted.bind(run),
@@ -156,7 +156,7 @@ export class App {
       },
     };
     try {
-      await this.finish(await measure(this.client, order, tell, signal), signal);
+      await this.finish(await measure(this.client, order, report, signal), signal);
     } catch (error) {
       this.failed(error, signal, () => void this.begin(order), order);
     }
@@ -273,10 +273,10 @@ export class App {
     if (order) this.toFormAddress(order);
     this.leave();
     this.show(where, "A problem · meshgauge");
-    const told = showTrouble(this.trouble, error, { again, form: order ? undefined : () => this.toForm() });
+    const explained = showTrouble(this.trouble, error, { again, form: order ? undefined : () => this.toForm() });
     if (!order) return;
-    if (error instanceof ProblemError && error.kind === "unknown-mesh") for (const { part } of told.defects) this.forgetStored(part, order);
-    this.form.blame(told.defects);
+    if (error instanceof ProblemError && error.kind === "unknown-mesh") for (const { part } of explained.defects) this.forgetStored(part, order);
+    this.form.blame(explained.defects);
   }
 
   // The view before stays one step back in the history; a failed start is not a place to go back to.

@@ -82,16 +82,16 @@ export class Announcer {
   say(text: string, now = performance.now()): void {
     this.pending = text;
     if (this.timer !== null) return;
-    this.timer = setTimeout(() => this.tell(), Math.max(0, this.last + leastGapMs - now));
+    this.timer = setTimeout(() => this.announce(), Math.max(0, this.last + leastGapMs - now));
   }
 
   /** Announces at once, for ends of the work. */
   sayNow(text: string): void {
     this.pending = text;
-    this.tell();
+    this.announce();
   }
 
-  private tell(): void {
+  private announce(): void {
     if (this.timer !== null) clearTimeout(this.timer);
     this.timer = null;
     this.last = performance.now();

@@ -10,28 +10,28 @@ export interface Ways {
 
 /** Shows the problem in `host` as an alert; returns its explanation. */
 export function showTrouble(host: HTMLElement, error: unknown, ways: Ways): Explained {
-  const told = explain(error);
-  const title = h(ways.form ? "h1" : "h2", { tabindex: "-1" }, told.title); // the form has a heading of its own
+  const explained = explain(error);
+  const title = h(ways.form ? "h1" : "h2", { tabindex: "-1" }, explained.title); // the form has a heading of its own
   const box = h(
     "div",
     { class: "trouble", role: "alert" },
     title,
-    told.detail === "" ? null : h("p", {}, told.detail),
-    told.defects.length === 0 ? null : h("ul", { class: "defects" }, ...told.defects.map(defect)),
-    told.advice === "" ? null : h("p", { class: "advice" }, told.advice),
+    explained.detail === "" ? null : h("p", {}, explained.detail),
+    explained.defects.length === 0 ? null : h("ul", { class: "defects" }, ...explained.defects.map(defect)),
+    explained.advice === "" ? null : h("p", { class: "advice" }, explained.advice),
     h(
       "div",
       { class: "actions" },
-      told.retry && ways.again ? button("Try again", { class: "primary" }, ways.again) : null,
-      told.retry && ways.look ? button("Look again", { class: "primary" }, ways.look) : null,
+      explained.retry && ways.again ? button("Try again", { class: "primary" }, ways.again) : null,
+      explained.retry && ways.look ? button("Look again", { class: "primary" }, ways.look) : null,
       ways.form ? button("Back to the form", {}, ways.form) : null,
     ),
-    told.requestId === null ? null : h("p", { class: "hint" }, "For support, the request's id: ", h("code", {}, told.requestId)),
+    explained.requestId === null ? null : h("p", { class: "hint" }, "For support, the request's id: ", h("code", {}, explained.requestId)),
   );
   host.replaceChildren(box);
   title.focus({ preventScroll: true });
   box.scrollIntoView({ block: "nearest" });
-  return told;
+  return explained;
 }
 
 function defect(one: Defect): HTMLElement {

@@ -2,7 +2,7 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 import type { Batch, BatchCounts, BatchFailure, BatchResult } from "../../../server/web/page/api/types.js";
 import { partsOf } from "../../../server/web/page/batch/bar.js";
-import { lookingOf } from "../../../server/web/page/batch/looking.js";
+import { listStateOf } from "../../../server/web/page/batch/list_state.js";
 import { inOrder, rowOfFailure, rowOfResult, select, tally } from "../../../server/web/page/batch/rows.js";
 import { RowSource } from "../../../server/web/page/batch/source.js";
 import { lasting, nameOf, pageWords, titleOf, wordsOf } from "../../../server/web/page/batch/words.js";
@@ -181,10 +181,10 @@ test("durations and page numbers", () => {
 });
 
 test("the list's state is read from the history, anything else is ignored", () => {
-  const looking = { filter: "pass", search: "x", from: 50, opened: 7 };
-  assert.deepEqual(lookingOf({ looking }), looking);
+  const listState = { filter: "pass", search: "x", from: 50, opened: 7 };
+  assert.deepEqual(listStateOf({ listState }), listState);
   const fresh = { filter: null, search: "", from: 0, opened: null };
-  for (const state of [null, 7, {}, { looking: { filter: "toString", search: 1, from: -1, opened: 0.5 } }]) assert.deepEqual(lookingOf(state), fresh);
+  for (const state of [null, 7, {}, { listState: { filter: "toString", search: 1, from: -1, opened: 0.5 } }]) assert.deepEqual(listStateOf(state), fresh);
 });
 
 test("the scale of all rows: limits one below the other, and far ones at its ends", () => {

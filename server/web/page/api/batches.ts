@@ -8,18 +8,18 @@ export type Report = "junit.xml" | "results.jsonl";
 const pathOf = (id: string): string => `/v1/batches/${id}`;
 
 export async function batchAt(client: Client, id: string, signal?: AbortSignal): Promise<Batch> {
-  const answer = await client.sendPatiently(pathOf(id), { signal, doing: "asking how the batch stands" });
+  const answer = await client.sendWithRetries(pathOf(id), { signal, doing: "asking how the batch stands" });
   return (await answer.json()) as Batch;
 }
 
 /** Cancels a batch. null: it had ended before, and is forgotten. */
 export async function cancelBatch(client: Client, id: string): Promise<Batch | null> {
-  const answer = await client.sendPatiently(pathOf(id), { method: "DELETE", doing: "cancelling the batch" });
+  const answer = await client.sendWithRetries(pathOf(id), { method: "DELETE", doing: "cancelling the batch" });
   return answer.status === 204 ? null : ((await answer.json()) as Batch);
 }
 
 export async function reportOf(client: Client, id: string, report: Report, signal?: AbortSignal): Promise<Response> {
-  return client.sendPatiently(`${pathOf(id)}/${report}`, { signal, doing: "reading the results" });
+  return client.sendWithRetries(`${pathOf(id)}/${report}`, { signal, doing: "reading the results" });
 }
 
 /** Yields the ended comparisons in the order of the manifest, in portions as they arrive. */

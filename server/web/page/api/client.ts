@@ -93,11 +93,11 @@ export class Client {
   }
 
   /** As send(), but repeats the request when the service asks for it (429, 503). */
-  async sendPatiently(path: string, call: Call): Promise<Response> {
-    return this.patiently(() => this.send(path, call), call.signal);
+  async sendWithRetries(path: string, call: Call): Promise<Response> {
+    return this.withRetries(() => this.send(path, call), call.signal);
   }
 
-  async patiently<T>(once: () => Promise<T>, signal?: AbortSignal): Promise<T> {
+  async withRetries<T>(once: () => Promise<T>, signal?: AbortSignal): Promise<T> {
     for (let tries = 1; ; ++tries) {
       try {
         return await once();
@@ -119,12 +119,12 @@ export class Client {
   }
 
   async job(id: string, signal?: AbortSignal): Promise<Job> {
-    const answer = await this.sendPatiently(`/v1/comparisons/${id}`, { signal, doing: "asking how the comparison stands" });
+    const answer = await this.sendWithRetries(`/v1/comparisons/${id}`, { signal, doing: "asking how the comparison stands" });
     return (await answer.json()) as Job;
   }
 
   async begin(pair: StoredPair, once: string, signal?: AbortSignal): Promise<Job> {
-    const answer = await this.sendPatiently("/v1/comparisons", {
+    const answer = await this.sendWithRetries("/v1/comparisons", {
       method: "POST",
       body: JSON.stringify(pair),
       headers: { "Content-Type": "application/json", Prefer: "respond-async", "Idempotency-Key": once },
@@ -139,7 +139,7 @@ export class Client {
 
   /** Cancels a comparison. null: it had ended before, and is forgotten. */
   async cancel(id: string): Promise<Job | null> {
-    const answer = await this.sendPatiently(`/v1/comparisons/${id}`, { method: "DELETE", doing: "cancelling the comparison" });
+    const answer = await this.sendWithRetries(`/v1/comparisons/${id}`, { method: "DELETE", doing: "cancelling the comparison" });
     return answer.status === 204 ? null : ((await answer.json()) as Job);
   }
 

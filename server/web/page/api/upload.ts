@@ -8,22 +8,22 @@ export type UploadStep = { step: "hashing" } | { step: "sending"; sent: number; 
 const mostHashedBytes = 512 * 1024 * 1024; // subtle.digest needs the whole file in memory
 
 /** Returns the mesh's id. */
-export async function store(client: Client, file: File, tell: (step: UploadStep) => void, signal: AbortSignal): Promise<string> {
-  const id = await hash(file, tell);
+export async function store(client: Client, file: File, report: (step: UploadStep) => void, signal: AbortSignal): Promise<string> {
+  const id = await hash(file, report);
   if (id !== null && (await isThere(client, id, signal))) {
-    tell({ step: "there", reused: true });
+    report({ step: "there", reused: true });
     return id;
   }
-  const stored = await client.patiently(() => client.authorized(() => transmit(client, file, id, tell, signal)), signal);
-  tell({ step: "there", reused: false });
+  const stored = await client.withRetries(() => client.authorized(() => transmit(client, file, id, report, signal)), signal);
+  report({ step: "there", reused: false });
   return stored.id;
 }
 
 // crypto.subtle is missing on plain http away from localhost.
-async function hash(file: File, tell: (step: UploadStep) => void): Promise<string | null> {
+async function hash(file: File, report: (step: UploadStep) => void): Promise<string | null> {
   const subtle = crypto.subtle as SubtleCrypto | undefined;
   if (!subtle || file.size > mostHashedBytes) return null;
-  tell({ step: "hashing" });
+  report({ step: "hashing" });
   return hex(await subtle.digest("SHA-256", await file.arrayBuffer()));
 }
 
@@ -33,7 +33,7 @@ export function hex(bytes: ArrayBuffer): string {
 
 async function isThere(client: Client, id: string, signal: AbortSignal): Promise<boolean> {
   try {
-    await client.sendPatiently(`/v1/meshes/${id}`, { method: "HEAD", signal, doing: "asking whether the mesh is there" });
+    await client.sendWithRetries(`/v1/meshes/${id}`, { method: "HEAD", signal, doing: "asking whether the mesh is there" });
     return true;
   } catch (error) {
     if (error instanceof ProblemError && error.problem.status === 404) return false;
@@ -45,7 +45,7 @@ function transmit(
   client: Client,
   file: File,
   id: string | null,
-  tell: (step: UploadStep) => void,
+  report: (step: UploadStep) => void,
   signal: AbortSignal,
 ): Promise<StoredMesh> {
   return new Promise((resolve, reject) => {
@@ -53,7 +53,7 @@ function transmit(
     const stop = () => request.abort();
     request.open(id === null ? "POST" : "PUT", id === null ? "/v1/meshes" : `/v1/meshes/${id}`);
     for (const [name, value] of Object.entries(headersFor(client, file))) request.setRequestHeader(name, value);
-    request.upload.onprogress = (event) => tell({ step: "sending", sent: event.loaded, of: file.size });
+    request.upload.onprogress = (event) => report({ step: "sending", sent: event.loaded, of: file.size });
     request.onload = () => {
       if (request.status < 300) resolve(JSON.parse(request.responseText) as StoredMesh);
       else reject(toError(request.status, request.responseText, (name) => request.getResponseHeader(name)));
@@ -63,7 +63,7 @@ function transmit(
     request.onloadend = () => signal.removeEventListener("abort", stop);
     signal.addEventListener("abort", stop, { once: true });
     if (signal.aborted) return void reject(new DOMException("stopped", "AbortError"));
-    tell({ step: "sending", sent: 0, of: file.size });
+    report({ step: "sending", sent: 0, of: file.size });
     request.send(file);
   });
 }

@@ -20,7 +20,7 @@ interface Watched<Progress, State> {
 
 const firstPauseMs = 500;
 const longestPauseMs = 5000;
-const mostSilences = 12; // failed polls in a row
+const maxFailedPolls = 12; // failed polls in a row
 
 export function watch(client: Client, id: string, watcher: Watcher<ProgressEvent>, signal: AbortSignal): Promise<Job> {
   const comparison: Watched<ProgressEvent, Job> = {
@@ -49,7 +49,7 @@ async function watched<Progress, State extends Job | Batch>(
   signal: AbortSignal,
 ): Promise<State> {
   let wait = firstPauseMs;
-  for (let silences = 0; ; ) {
+  for (let failedPolls = 0; ; ) {
     const seen = await follow(client, what, watcher, signal);
     if (seen.end) return seen.end;
     if (seen.any) wait = firstPauseMs;
@@ -57,10 +57,10 @@ async function watched<Progress, State extends Job | Batch>(
     try {
       const state = await what.ask(signal);
       if (hasEnded(state)) return state;
-      silences = 0;
+      failedPolls = 0;
       watcher.progress(what.toEvent(state));
     } catch (error) {
-      if (!(error instanceof NetworkError) || ++silences === mostSilences) throw error;
+      if (!(error instanceof NetworkError) || ++failedPolls === maxFailedPolls) throw error;
     }
     await pause(wait, signal);
     wait = Math.min(2 * wait, longestPauseMs);

@@ -4,7 +4,7 @@ import { isAbort, type Client } from "../api/client.js";
 import { hasEnded } from "../api/types.js";
 import { watchBatch } from "../api/watch.js";
 import type { Announcer } from "../dom.js";
-import { lookingOf, type Looking } from "./looking.js";
+import { listStateOf, type ListState } from "./list_state.js";
 import type { RowSource } from "./source.js";
 import { BatchView } from "./view.js";
 
@@ -28,11 +28,11 @@ export class BatchDesk {
   async open(id: string, signal: AbortSignal, watching: () => void): Promise<void> {
     const { client, host, announcer } = this.around;
     const batch = await batchAt(client, id, signal);
-    const looking = lookingOf(history.state);
+    const listState = listStateOf(history.state);
     const source = this.last?.id === id ? this.last.source : null;
-    const remember = () => history.replaceState({ looking } satisfies { looking: Looking }, "");
+    const remember = () => history.replaceState({ listState } satisfies { listState: ListState }, "");
     this.around.shown();
-    const view = new BatchView(host, { client, batch, source, looking, remember, cancel: () => void this.cancel(id, signal), signal }, announcer);
+    const view = new BatchView(host, { client, batch, source, listState, remember, cancel: () => void this.cancel(id, signal), signal }, announcer);
     this.view = view;
     this.last = { id, source: view.source };
     if (hasEnded(batch)) return;

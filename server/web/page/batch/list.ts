@@ -7,7 +7,7 @@ import { asSentence, explain } from "../text/problems.js";
 import { isAbort } from "../api/client.js";
 import { iconOf } from "../result/icon.js";
 import type { Filter, Row } from "./rows.js";
-import type { Looking } from "./looking.js";
+import type { ListState } from "./list_state.js";
 import type { RowSource } from "./source.js";
 import { filterWords, pageWords, toneOf } from "./words.js";
 
@@ -31,11 +31,11 @@ export class BatchList {
   private searching: ReturnType<typeof setTimeout> | null = null;
   private again: ReturnType<typeof setTimeout> | null = null;
   private failed = false;
-  private unsaid = false; // rows were requested and not announced yet
+  private unannounced = false; // rows were requested and not announced yet
 
   constructor(
     private readonly source: RowSource,
-    private readonly looking: Looking,
+    private readonly listState: ListState,
     private readonly remember: () => void,
     private readonly announcer: Announcer,
     private readonly signal: AbortSignal,
@@ -44,7 +44,7 @@ export class BatchList {
     const head = ["Comparison", "Verdict", "Distance", ""].map((title) => (title === "" ? h("td") : h("th", { scope: "col" }, title)));
     this.table = h("table", { class: "rows" }, h("caption", { class: "unseen" }, "Comparisons of the batch"), h("thead", {}, h("tr", {}, ...head)), this.body);
     this.body.addEventListener("click", (event) => this.open(event));
-    this.search.value = looking.search;
+    this.search.value = listState.search;
     this.search.addEventListener("input", () => this.type());
     const field = h("div", { class: "field row-search" }, h("label", { for: "row-search" }, "Search by name"), this.search);
     const tiles = h("div", { class: "tiles", role: "group", "aria-label": "Which comparisons are shown" }, ...filters.map((filter) => this.tileOf(filter)));
@@ -63,7 +63,7 @@ export class BatchList {
 
   /** Focuses the row that was opened, after going back; false: there is none. */
   focusOpened(): boolean {
-    const link = this.looking.opened === null ? null : this.linkOf(String(this.looking.opened));
+    const link = this.listState.opened === null ? null : this.linkOf(String(this.listState.opened));
     link?.focus();
     return link !== null;
   }
@@ -76,7 +76,7 @@ export class BatchList {
   private open(event: Event): void {
     const link = event.target instanceof Element ? event.target.closest<HTMLElement>("a[data-position]") : null;
     if (!link) return;
-    this.looking.opened = Number(link.dataset["position"]);
+    this.listState.opened = Number(link.dataset["position"]);
     this.remember();
   }
 
@@ -87,7 +87,7 @@ export class BatchList {
   }
 
   private get filter(): Filter {
-    const { filter } = this.looking;
+    const { filter } = this.listState;
     if (filter !== null) return filter;
     return this.running || this.source.counts().open > 0 ? "open" : "all";
   }
@@ -102,22 +102,22 @@ export class BatchList {
   }
 
   private turn(by: number): void {
-    this.look({ from: Math.max(0, this.looking.from + by) });
+    this.look({ from: Math.max(0, this.listState.from + by) });
     this.element.scrollIntoView({ block: "start" });
     const [pressed, other] = by > 0 ? [this.later, this.earlier] : [this.earlier, this.later];
     if (pressed.disabled) other.focus({ preventScroll: true });
   }
 
-  private look(change: Partial<Looking>): void {
-    Object.assign(this.looking, change);
+  private look(change: Partial<ListState>): void {
+    Object.assign(this.listState, change);
     this.failed = false;
     this.remember();
-    this.unsaid = true;
+    this.unannounced = true;
     this.draw();
   }
 
   private draw(): void {
-    const { looking, source } = this;
+    const { listState, source } = this;
     const counts = source.counts();
     for (const [filter, { tile, count }] of this.tiles) {
       count.textContent = grouped(counts[filter]);
@@ -125,31 +125,31 @@ export class BatchList {
       tile.classList.toggle("none", counts[filter] === 0);
       tile.hidden = counts[filter] === 0 && filter !== this.filter && !always.includes(filter);
     }
-    let shown = source.shown(this.filter, looking.search, looking.from, pageRows);
-    if (shown.complete && shown.rows.length === 0 && looking.from > 0) {
-      looking.from = 0; // the list is shorter than before
-      shown = source.shown(this.filter, looking.search, 0, pageRows);
+    let shown = source.shown(this.filter, listState.search, listState.from, pageRows);
+    if (shown.complete && shown.rows.length === 0 && listState.from > 0) {
+      listState.from = 0; // the list is shorter than before
+      shown = source.shown(this.filter, listState.search, 0, pageRows);
     }
     const { rows, total, complete } = shown;
     this.words.textContent = this.wordsFor(rows.length, total, complete);
     this.drawRows(rows);
     this.pager.hidden = total <= pageRows;
-    this.earlier.disabled = looking.from === 0;
-    this.later.disabled = looking.from + pageRows >= total;
+    this.earlier.disabled = listState.from === 0;
+    this.later.disabled = listState.from + pageRows >= total;
     if (complete) this.trouble.replaceChildren();
     else if (!this.failed) void this.load();
-    if (this.unsaid && (complete || rows.length > 0)) {
-      this.unsaid = false;
+    if (this.unannounced && (complete || rows.length > 0)) {
+      this.unannounced = false;
       this.announcer.sayNow(`${filterWords[this.filter]}: ${this.words.textContent}`);
     }
   }
 
   private wordsFor(shown: number, total: number, complete: boolean): string {
-    const { looking, source } = this;
+    const { listState, source } = this;
     if (!complete && source.readSoFar !== null && shown < pageRows) return `Reading the results: ${grouped(source.readSoFar)} of ${grouped(source.counts().all)}`;
     if (!complete && shown === 0) return "Reading the results …";
-    if (total > 0) return pageWords(looking.from, shown, total);
-    if (looking.search.trim() !== "") return "No comparison with this name.";
+    if (total > 0) return pageWords(listState.from, shown, total);
+    if (listState.search.trim() !== "") return "No comparison with this name.";
     const { all, pass } = source.counts();
     if (this.filter === "open" && this.running) return "Everything that has ended so far has passed.";
     if (this.filter === "open" && all === pass) return "Everything has passed.";
@@ -164,9 +164,9 @@ export class BatchList {
     } catch (error) {
       if (this.signal.aborted || isAbort(error)) return;
       this.failed = true;
-      const told = explain(error);
+      const explained = explain(error);
       const retry = button("Try again", {}, () => ((this.failed = false), this.trouble.replaceChildren(), this.draw()));
-      this.trouble.replaceChildren(h("div", { class: "notice busy" }, h("p", {}, `${told.title}. ${told.detail}`), retry));
+      this.trouble.replaceChildren(h("div", { class: "notice busy" }, h("p", {}, `${explained.title}. ${explained.detail}`), retry));
     }
   }
 

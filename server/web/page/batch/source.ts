@@ -11,7 +11,7 @@ export interface Shown {
 
 const leastRestMs = 3000;
 const restFactor = 10;
-const tellEveryMs = 250; // while all rows are read
+const reportEveryMs = 250; // while all rows are read
 
 export class RowSource {
   private batch: Batch;
@@ -76,11 +76,11 @@ export class RowSource {
   private async readAll(signal: AbortSignal): Promise<void> {
     const rows: Row[] = [];
     const ended = this.counts().all; // at least this many are read
-    let told = performance.now();
+    let reported = performance.now();
     for await (const some of this.read(signal)) {
       rows.push(...some.map(rowOfResult));
-      if (this.wholeOf >= 0 || performance.now() < told + tellEveryMs) continue;
-      told = performance.now();
+      if (this.wholeOf >= 0 || performance.now() < reported + reportEveryMs) continue;
+      reported = performance.now();
       this.readSoFar = rows.length;
       this.whole = inOrder(rows);
       this.changed();

@@ -9,7 +9,7 @@ import { downloadButton, linkRow } from "../result/share.js";
 import { pathOf } from "../route.js";
 import { stackedBar } from "./bar.js";
 import { BatchList } from "./list.js";
-import type { Looking } from "./looking.js";
+import type { ListState } from "./list_state.js";
 import { tally } from "./rows.js";
 import { RowSource } from "./source.js";
 import { lasting, nameOf, titleOf, wordsOf } from "./words.js";
@@ -18,7 +18,7 @@ export interface BatchFace {
   client: Client;
   batch: Batch;
   source: RowSource | null; // of this batch, if it was shown before
-  looking: Looking;
+  listState: ListState;
   remember(): void; // called when the list's state changes
   cancel(): void;
   signal: AbortSignal; // ends everything that the view does
@@ -54,7 +54,7 @@ export class BatchView implements Watcher<BatchProgressEvent> {
     this.now = batch;
     this.source = face.source ?? new RowSource(batch, (its) => resultsOf(client, batch.id, its));
     this.source.changed = () => this.list.refresh(this.runs());
-    this.list = new BatchList(this.source, face.looking, () => face.remember(), announcer, signal, this.runs());
+    this.list = new BatchList(this.source, face.listState, () => face.remember(), announcer, signal, this.runs());
     const name = nameOf(batch);
     this.head.append(h("p", { class: "pair-names" }, name === null ? "Batch" : "Batch ", name === null ? null : h("b", {}, name)), this.title, this.reason, this.bar, this.clock, this.note, this.actions);
     host.replaceChildren(this.head, card("Comparisons", { class: "card" }, this.list.element), card("Keep it", { class: "card keep" }, this.keep));

@@ -48,14 +48,14 @@ function whileRunning({ counts }: BatchProgressEvent): BatchWords {
 
 function atTheEnd({ state, counts }: BatchProgressEvent): BatchWords {
   const all = tally(counts);
-  const told = (tone: Tone, heading: string): BatchWords => ({ tone, heading, reason: `${sentence(counted(all))}.` });
-  if (counts.fail > 0) return told("fail", "Fail");
-  if (counts.failed > 0) return told("fail", "Error");
-  if (state === "cancelled") return told("undecided", "Cancelled");
-  if (counts.undecided > 0) return told("undecided", "Undecided");
-  if (counts.cancelled > 0) return told("undecided", "Cancelled");
-  if (counts.gone > 0) return told("measured", "Not all is kept");
-  if (all.measured > 0) return told("measured", "Measured");
+  const wordsFor = (tone: Tone, heading: string): BatchWords => ({ tone, heading, reason: `${sentence(counted(all))}.` });
+  if (counts.fail > 0) return wordsFor("fail", "Fail");
+  if (counts.failed > 0) return wordsFor("fail", "Error");
+  if (state === "cancelled") return wordsFor("undecided", "Cancelled");
+  if (counts.undecided > 0) return wordsFor("undecided", "Undecided");
+  if (counts.cancelled > 0) return wordsFor("undecided", "Cancelled");
+  if (counts.gone > 0) return wordsFor("measured", "Not all is kept");
+  if (all.measured > 0) return wordsFor("measured", "Measured");
   return { tone: "pass", heading: "Pass", reason: counts.total === 1 ? "The comparison passes." : `All ${grouped(counts.total)} comparisons pass.` };
 }
 

@@ -17,7 +17,7 @@ function pathOfMap(id: string, form: Form, of: Side, mostTriangles?: number): st
 }
 
 /** Reads the bytes of a response, reporting progress. */
-async function bytesOf(answer: Response, tell: (bytes: number, of: number | null) => void): Promise<ArrayBuffer> {
+async function bytesOf(answer: Response, report: (bytes: number, of: number | null) => void): Promise<ArrayBuffer> {
   if (!answer.body) return answer.arrayBuffer();
   const of = Number(answer.headers.get("Content-Length") ?? NaN);
   const reader = answer.body.getReader();
@@ -27,7 +27,7 @@ async function bytesOf(answer: Response, tell: (bytes: number, of: number | null
     if (done) return new Blob(pieces).arrayBuffer();
     pieces.push(value);
     got += value.length;
-    tell(got, Number.isFinite(of) ? of : null);
+    report(got, Number.isFinite(of) ? of : null);
   }
 }
 
@@ -39,7 +39,7 @@ export async function showViewer(host: HTMLElement, client: Client, result: Comp
   try {
     const load = async (of: Side): Promise<ArrayBuffer> => {
       const path = pathOfMap(result.id, "glb", of, shownTriangles);
-      const answer = await client.sendPatiently(path, { signal, doing: "loading the deviation maps" });
+      const answer = await client.sendWithRetries(path, { signal, doing: "loading the deviation maps" });
       return bytesOf(answer, (got) => (words.textContent = `Loading the surface of ${of.toUpperCase()}: ${inBytes(got)}`));
     };
     const modules = Promise.all([import("../viewer/map.js"), import("../viewer/mount.js")]);
@@ -66,13 +66,13 @@ export async function showViewer(host: HTMLElement, client: Client, result: Comp
 }
 
 function refusal(error: unknown, again: () => void): HTMLElement {
-  const told = explain(error);
+  const explained = explain(error);
   return h(
     "div",
     { class: "viewer-wait", role: "status" },
-    h("p", {}, h("b", {}, "The surfaces cannot be shown. "), asSentence(told.detail || told.defects[0]?.message || told.title)),
+    h("p", {}, h("b", {}, "The surfaces cannot be shown. "), asSentence(explained.detail || explained.defects[0]?.message || explained.title)),
     h("p", { class: "hint" }, "All else on this page holds."),
-    told.retry ? button("Try again", {}, again) : null,
+    explained.retry ? button("Try again", {}, again) : null,
   );
 }
 
@@ -94,6 +94,6 @@ function mapButton(client: Client, result: Comparison, of: Side, form: Form, not
     name: `deviation-${of}-${result.id.slice(0, 8)}.${form}`,
     doing: "Computing the map …",
     note,
-    ask: () => client.sendPatiently(pathOfMap(result.id, form, of), { doing: "loading the deviation map" }),
+    ask: () => client.sendWithRetries(pathOfMap(result.id, form, of), { doing: "loading the deviation map" }),
   });
 }

@@ -95,8 +95,8 @@ export function downloadButton(label: string, attributes: Attributes, { name, do
       save(name, await (await ask()).blob());
       note.textContent = "";
     } catch (error) {
-      const told = explain(error);
-      note.textContent = asSentence(told.detail || told.title);
+      const explained = explain(error);
+      note.textContent = asSentence(explained.detail || explained.title);
     } finally {
       made.disabled = false;
       if (document.activeElement === document.body) made.focus({ preventScroll: true }); // a disabled button loses the focus

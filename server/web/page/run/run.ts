@@ -7,28 +7,28 @@ import { watch } from "../api/watch.js";
 import type { Chosen, Order } from "../form/form.js";
 
 /** Progress reports; times are the service's. */
-export interface Teller {
+export interface ProgressReporter {
   upload(side: Side, step: UploadStep): void;
   accepted(job: Job): void;
   progress(event: ProgressEvent): void;
   interrupted(): void;
 }
 
-export async function measure(client: Client, order: Order, tell: Teller, signal: AbortSignal): Promise<Job> {
-  const job = await begin(client, order, tell, signal);
-  tell.accepted(job);
-  return hasEnded(job) ? job : watch(client, job.id, tell, signal);
+export async function measure(client: Client, order: Order, report: ProgressReporter, signal: AbortSignal): Promise<Job> {
+  const job = await begin(client, order, report, signal);
+  report.accepted(job);
+  return hasEnded(job) ? job : watch(client, job.id, report, signal);
 }
 
-async function begin(client: Client, order: Order, tell: Teller, signal: AbortSignal): Promise<Job> {
-  const ids = await storeBoth(client, order, tell, signal);
+async function begin(client: Client, order: Order, report: ProgressReporter, signal: AbortSignal): Promise<Job> {
+  const ids = await storeBoth(client, order, report, signal);
   const pair = { ...ids, options: order.options };
   try {
     return await client.begin(pair, newKey(), signal);
   } catch (error) {
     // The service had it a moment ago and has removed it since: send it again if the file is at hand.
     if (!(error instanceof ProblemError) || error.kind !== "unknown-mesh" || !haveFiles(order)) throw error;
-    const again = await storeBoth(client, order, tell, signal);
+    const again = await storeBoth(client, order, report, signal);
     return client.begin({ ...pair, ...again }, newKey(), signal);
   }
 }
@@ -36,9 +36,9 @@ async function begin(client: Client, order: Order, tell: Teller, signal: AbortSi
 const haveFiles = (order: Order): boolean => order.a.kind === "file" && order.b.kind === "file";
 
 // One after the other: two uploads share the connection's speed anyway, and the same file twice is sent once.
-async function storeBoth(client: Client, order: Order, tell: Teller, signal: AbortSignal): Promise<Record<Side, string>> {
-  const a = await idOf(client, "a", order.a, tell, signal);
-  return { a, b: await idOf(client, "b", order.b, tell, signal) };
+async function storeBoth(client: Client, order: Order, report: ProgressReporter, signal: AbortSignal): Promise<Record<Side, string>> {
+  const a = await idOf(client, "a", order.a, report, signal);
+  return { a, b: await idOf(client, "b", order.b, report, signal) };
 }
 
 // The service then sees one file and cannot say which of the two it is.
@@ -52,9 +52,9 @@ async function namingSide(side: Side, stored: Promise<string>): Promise<string> 
   }
 }
 
-async function idOf(client: Client, side: Side, chosen: Chosen, tell: Teller, signal: AbortSignal): Promise<string> {
-  if (chosen.kind === "file") return namingSide(side, store(client, chosen.file, (step) => tell.upload(side, step), signal));
-  tell.upload(side, { step: "there", reused: true });
+async function idOf(client: Client, side: Side, chosen: Chosen, report: ProgressReporter, signal: AbortSignal): Promise<string> {
+  if (chosen.kind === "file") return namingSide(side, store(client, chosen.file, (step) => report.upload(side, step), signal));
+  report.upload(side, { step: "there", reused: true });
   return chosen.id;
 }
 

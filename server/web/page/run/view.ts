@@ -6,7 +6,7 @@ import { History } from "../plot/history.js";
 import { TimelinePlot } from "../plot/timeline.js";
 import { inBytes, intervalText, intervalWords, onClock, withUnits } from "../text/numbers.js";
 import { stageWords } from "../text/stages.js";
-import type { Teller } from "./run.js";
+import type { ProgressReporter } from "./run.js";
 
 export interface RunFace {
   names: Record<Side, string> | null; // null: the link has no names
@@ -16,7 +16,7 @@ export interface RunFace {
 }
 
 /** The view of one measurement; made anew for each, and ended by dispose(). */
-export class RunView implements Teller {
+export class RunView implements ProgressReporter {
   readonly history = new History();
   private readonly title = h("h1", { id: "run-title", tabindex: "-1" }, "Measuring");
   private readonly stage = h("p", { class: "stage-name" }, "Preparing");
@@ -53,7 +53,7 @@ export class RunView implements Teller {
 
   upload(side: Side, step: UploadStep): void {
     this.uploads[side].show(step);
-    this.stage.textContent = step.step === "hashing" ? "Looking whether the service has these files" : "Sending the meshes";
+    this.stage.textContent = step.step === "hashing" ? "ListState whether the service has these files" : "Sending the meshes";
     this.announcer.say(this.stage.textContent);
   }
 

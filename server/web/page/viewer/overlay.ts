@@ -16,14 +16,14 @@ export class Overlay {
   private readonly captions = [0, 1].map(() => make("span", { class: "viewer-part" }));
   private readonly readout = make("span", { class: "viewer-readout", attributes: { "aria-hidden": "true" } });
   private readonly swatch = make("span", { class: "viewer-swatch" });
-  private readonly told = make("span");
+  private readonly readoutText = make("span");
   private lastHover = 0;
 
   constructor(
     private readonly stage: Stage,
     private readonly text: () => string,
   ) {
-    this.readout.append(this.swatch, this.told);
+    this.readout.append(this.swatch, this.readoutText);
     this.readout.hidden = true;
     this.element.append(...this.labels, ...this.captions, this.readout);
     stage.onLabels = (places) => this.place(places);
@@ -38,21 +38,21 @@ export class Overlay {
 
   watchPointer(colours: ColourScale, units: string, triangles: number, say: (text: string) => void): void {
     const { canvas } = this.stage;
-    const tell = (event: PointerEvent, aloud: boolean): void => {
+    const report = (event: PointerEvent, aloud: boolean): void => {
       const picked = this.pick(event.clientX, event.clientY);
       this.readout.hidden = picked === undefined;
       if (!picked) return;
       const text = `${withUnits(figure(picked.distance, 3), units)} from ${nameOf(other(picked.side))}`;
       this.swatch.style.background = css(colourOf(picked.distance, colours));
-      this.told.textContent = text;
+      this.readoutText.textContent = text;
       if (aloud) say(`Here ${nameOf(picked.side)} is ${text}.`);
     };
     canvas.addEventListener("pointermove", (event) => {
       if (event.buttons !== 0 || triangles > kHoverTriangles || performance.now() - this.lastHover < kHoverEvery) return;
       this.lastHover = performance.now();
-      tell(event, false);
+      report(event, false);
     });
-    canvas.addEventListener("click", (event) => tell(event, true));
+    canvas.addEventListener("click", (event) => report(event, true));
     canvas.addEventListener("pointerleave", () => (this.readout.hidden = true));
   }
 

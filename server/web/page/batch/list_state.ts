@@ -2,7 +2,7 @@
 import type { Filter } from "./rows.js";
 import { filterWords } from "./words.js";
 
-export interface Looking {
+export interface ListState {
   filter: Filter | null; // null: not chosen; comparisons that did not pass are shown as long as there are any
   search: string;
   from: number; // first row of the page
@@ -10,9 +10,9 @@ export interface Looking {
 }
 
 /** Reads the state from the history; anything else is ignored. */
-export function lookingOf(state: unknown): Looking {
-  const { looking } = (typeof state === "object" && state !== null ? state : {}) as { looking?: Partial<Looking> };
-  const { filter, search, from, opened } = looking ?? {};
+export function listStateOf(state: unknown): ListState {
+  const { listState } = (typeof state === "object" && state !== null ? state : {}) as { listState?: Partial<ListState> };
+  const { filter, search, from, opened } = listState ?? {};
   const isRow = (value: unknown): value is number => typeof value === "number" && Number.isInteger(value) && value >= 0;
   return {
     filter: typeof filter === "string" && Object.hasOwn(filterWords, filter) ? filter : null,
