@@ -1,4 +1,4 @@
-// Jobs: how they come in.
+// Jobs: submissions.
 #include <span>
 #include <utility>
 
@@ -12,10 +12,10 @@ namespace {
 using api::ProblemKind;
 using std::chrono::seconds;
 
-// Beyond the deadline of a job that its client waits for: by then the client has its answer.
+// Added to the deadline of an awaited job: by then the client has its answer.
 constexpr seconds kNeverRun{10};
 
-// What two requests of one idempotency key must agree in.
+// The fingerprint: equal for requests that may share an idempotency key.
 std::string fingerprint_of(const std::string& a, const std::string& b, const std::string& options) {
   const std::string all = a + "\n" + b + "\n" + options;
   return api::sha256_hex(std::as_bytes(std::span(all)));
@@ -48,7 +48,10 @@ store::NewJob row_of(const Submission& submission, store::TimePoint now, seconds
 }
 
 Denial removed_just_now() {
-  return {{ProblemKind::storage_unavailable, "the comparison of this Idempotency-Key was removed just now", {}}, {}};
+  return {{ProblemKind::storage_unavailable,
+           "the comparison of this Idempotency-Key was just removed; send the request again",
+           {}},
+          {}};
 }
 
 }  // namespace
@@ -68,14 +71,14 @@ Jobs::Submitted Jobs::submit(Scheduler::Slot slot, Submission submission) {
   return job;
 }
 
-// Its blobs are reserved until its row refers to them. What the row does not come to refer to goes again.
+// Reserves the blobs until the row refers to them. Removes them again if the row is not stored.
 Jobs::Submitted Jobs::submit_stored(Scheduler::Slot slot, Submission submission) {
   name_meshes(submission);
   const std::string id = submission.key.id;
   const store::BlobKey a{submission.key.owner, submission.a.id};
   const store::BlobKey b{submission.key.owner, submission.b.id};
   auto submitted = [&]() -> Submitted {
-    // Before bytes are stored for nothing: what counts is asked again when the row is.
+    // An early check, so that no bytes are stored in vain. insert() checks again.
     if (stores_.shared) {
       if (auto denial = access_.find_denial(a.owner, unended_of(a.owner))) {
         return denied(row_of(submission, stores_.jobs.time(), seconds(0)), std::move(*denial));
@@ -91,7 +94,7 @@ Jobs::Submitted Jobs::submit_stored(Scheduler::Slot slot, Submission submission)
   return submitted;
 }
 
-// So that they are there when the job runs, be it after a crash.
+// Stores the blobs durably, so that they exist when the job runs, even after a crash.
 std::optional<Denial> Jobs::keep_blobs(const Submission& submission) {
   const std::string& owner = submission.key.owner;
   std::uint64_t more = 0;
@@ -109,7 +112,7 @@ std::optional<Denial> Jobs::keep_blobs(const Submission& submission) {
   return std::nullopt;
 }
 
-// An upload is stored; a mesh that was stored before must still be there.
+// Stores an upload; a mesh that was stored before must still exist.
 std::optional<Denial> Jobs::keep_blob(const std::string& owner, const MeshSource& source) {
   if (!source.kept) {
     const auto put = stores_.blobs.put({owner, source.id}, source.input.bytes);
@@ -120,10 +123,13 @@ std::optional<Denial> Jobs::keep_blob(const std::string& owner, const MeshSource
   store_errors_.note(renewed);
   if (!renewed) return Denial{api::to_problem(renewed.error()), {}};
   if (*renewed) return std::nullopt;
-  return Denial{{ProblemKind::unknown_mesh, "the mesh '" + source.input.part + "' was deleted meanwhile", {}}, {}};
+  return Denial{{ProblemKind::unknown_mesh,
+                 "the mesh '" + source.input.part + "' was deleted while the request was handled; store it again",
+                 {}},
+                {}};
 }
 
-// Where others let jobs of this owner in as well, the store is asked how many there are.
+// Counts the owner's jobs in the store: other front ends accept jobs of this owner, too.
 Access::CountJobs Jobs::unended_of(const std::string& owner) {
   return [this, owner] {
     auto unended = stores_.jobs.unended(owner, stores_.jobs.time());
@@ -132,7 +138,7 @@ Access::CountJobs Jobs::unended_of(const std::string& owner) {
   };
 }
 
-// What counts as the one too many may be the same request, sent before, which was stored meanwhile.
+// A request over the limit may repeat one that was stored meanwhile: then its job is the answer.
 Jobs::Submitted Jobs::denied(const store::NewJob& row, Denial denial) {
   if (row.idempotency_key.empty()) return denial;
   const auto first = stores_.jobs.find_idempotent(row.key.owner, row.idempotency_key);
@@ -140,14 +146,14 @@ Jobs::Submitted Jobs::denied(const store::NewJob& row, Denial denial) {
   return found(**first, row.fingerprint != (*first)->fingerprint);
 }
 
-// The job is known here before it is in the store: a request that repeats its idempotency key finds it.
+// Registers the job with the watcher before it is stored, so that a repetition of the request finds it.
 Jobs::Submitted Jobs::insert(const std::shared_ptr<LiveJob>& job, Scheduler::Slot slot) {
   const std::string& owner = job->key.owner;
   const auto turn = stores_.shared ? access_.await_turn(owner, unended_of(owner)) : JobTurn{};
   if (const auto* denial = std::get_if<Denial>(&turn)) return denied(job->view().row, *denial);
   watcher_.expect(job);
   const auto inserted = stores_.jobs.insert(job->view().row);
-  // One of this id is this one: it was stored by a call whose answer was lost.
+  // A row with this id is this job: a call whose answer was lost has stored it.
   if (inserted && (!inserted->existed || inserted->job.key == job->key)) {
     release_bytes(job->a);
     release_bytes(job->b);
@@ -172,7 +178,7 @@ Jobs::Submitted Jobs::found(const store::Job& row, bool conflict) {
   if (!store::has_ended(row.state)) {
     if (auto first = watcher_.watch(row)) return first;
   }
-  auto view = get(row.key);  // it has ended since, or it waits for another start
+  auto view = get(row.key);  // it has ended since, or waits for the next start
   if (!view) return Denial{api::to_problem(view.error()), {}};
   if (*view) return std::move(**view);
   return removed_just_now();

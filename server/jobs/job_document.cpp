@@ -11,11 +11,11 @@
 namespace meshgauge::server {
 namespace {
 
-using Json = nlohmann::ordered_json;  // writes a number that is not finite as null
+using Json = nlohmann::ordered_json;  // writes infinity and NaN as null
 
 Json time_or_null(const std::optional<store::TimePoint>& time) { return time ? Json(to_text(*time)) : Json(nullptr); }
 
-// Of a job that has ended the result says more, and the store need not have kept it.
+// null for an ended job: its result has the interval.
 Json progress_of(const store::Job& row) {
   if (!row.progress || store::has_ended(row.state)) return nullptr;
   return {{"lower", row.progress->lower},
@@ -23,8 +23,7 @@ Json progress_of(const store::Job& row) {
           {"stage", row.progress->stage.empty() ? Json(nullptr) : Json(row.progress->stage)}};
 }
 
-// What the comparison was asked to decide, for who watches it without having asked. Options are valid when they are
-// here.
+// The gate of the request, for clients that follow a job which they have not sent. The options are valid.
 Json gate_of(const store::Job& row) {
   const Json options = Json::parse(row.options, nullptr, false);
   if (!options.is_object() || !options.contains("gate") || !options["gate"].is_object()) return nullptr;
@@ -32,7 +31,7 @@ Json gate_of(const store::Job& row) {
   return {{"max_distance", gate.value("max_distance", Json(nullptr))}, {"units", gate.value("units", Json(nullptr))}};
 }
 
-// A path without a host: only the caller knows by which name he reached the service.
+// A path without a host: the client knows by which name it reached the service.
 std::string view_of(const store::Job& row) { return "/c/" + row.key.id; }
 
 std::optional<std::size_t> triangles_of(const nlohmann::json& document, const char* part) {
@@ -99,7 +98,7 @@ std::string to_json(const JobView& job) {
             {"gate", gate_of(row)},
             {"progress", progress_of(row)}};
   if (has_pages()) head["view"] = view_of(row);
-  // The last two are documents already, and may be large.
+  // Result and problem are JSON already and may be large, so they are appended as text.
   std::string text = head.dump();
   text.pop_back();
   return text + ",\"result\":" + (row.document.empty() ? "null" : result_json(row)) +
@@ -108,13 +107,13 @@ std::string to_json(const JobView& job) {
 
 std::string result_json(const store::Job& row) {
   if (!has_pages()) return row.document;
-  // It is an object, as api::to_json() wrote it, and not an empty one.
+  // The result is an object from api::to_json(), and not empty.
   return row.document.substr(0, row.document.size() - 1) + ",\"view\":\"" + view_of(row) + "\"}";
 }
 
 std::string progress_json(const JobView& job) {
   const store::Job& row = job.row;
-  // In the distributed form the beginning is by another clock.
+  // In the distributed form another clock dates the beginning.
   const auto since =
       std::max(store::TimePoint::duration(0), row.finished.value_or(store::now()) - row.started.value_or(row.created));
   Json json{{"state", to_string(row.state)}};

@@ -16,17 +16,17 @@ using store::JobState;
 constexpr seconds kMaintenanceInterval{1};
 constexpr milliseconds kProgressInterval{100};
 constexpr seconds kCancelTime{1};
-constexpr seconds kUntold{1};  // beyond a deadline, for the news of an end that came in time
-constexpr seconds kLate{5};    // ... of one that was begun, or while the store is gone
+constexpr seconds kUntold{1};  // after the deadline of a queued job: its end may be known a little later
+constexpr seconds kLate{5};    // after the deadline of a running job, or while the store is away
 
-// One process works on these stores: the store tells it of everything, and no other one takes a suspected job.
+// One process uses these stores: it gets every signal, and no other process can take a suspected job.
 WorkerOptions embedded_worker() {
   WorkerOptions options;
   options.name = api::random_id();
   options.lease = std::chrono::hours(365L * 24);
   options.progress = kProgressInterval;
   options.poll = seconds(10);
-  options.trusted_tries = 2;  // one was lost with the process, like all that ran beside it
+  options.trusted_tries = 2;  // the end of the process loses all running jobs, so one loss means little
   options.pass_over = milliseconds(0);
   return options;
 }
@@ -72,7 +72,7 @@ Jobs::~Jobs() {
   store_errors_.note(stores_.jobs.flush());
 }
 
-// Whatever ran when this process ended before goes back to the queue, whichever worker had claimed it.
+// Requeues all jobs that were running when the last process ended, whatever their worker.
 Result<Done> Jobs::recover() {
   if (!worker_) return Done{};
   const auto now = stores_.jobs.time();
@@ -101,7 +101,7 @@ void Jobs::stop() {
   watcher_.stop();
 }
 
-// In the distributed form the slot of a durable job is held until it is in the store, and counts there from then on.
+// In the distributed form a durable job holds its slot until it is stored; from then on the store counts it.
 std::optional<Scheduler::Slot> Jobs::admit(Kind kind) {
   const bool full = queue_ && kind == Kind::durable && figures().durable_slots >= settings_.max_queued_jobs;
   return full ? std::nullopt : scheduler_.admit(kind);
@@ -130,7 +130,7 @@ void Jobs::run_unstored(const std::shared_ptr<LiveJob>& job, Scheduler::Slot slo
                      [this, job](Scheduler::Slot held) { measure_unstored(*job, std::move(held)); }});
 }
 
-// Places are given back before the client has its answer: it may come again at once.
+// Gives the places back before the answer: the client may send the next request at once.
 void Jobs::measure_unstored(LiveJob& job, Scheduler::Slot slot) {
   job.started(1, stores_.jobs.time());
   const auto result = measuring_.measured(job);
@@ -169,7 +169,7 @@ Result<Jobs::Deleted> Jobs::remove(const store::JobKey& key) {
   return *cancelled ? Deleted::asked_to_end : Deleted::unknown;
 }
 
-// false: it is gone.
+// false: the job no longer exists.
 Result<bool> Jobs::cancel(const store::Job& row) {
   const auto job = watcher_.watch(row);
   if (const auto unstored = watcher_.unstored(row.key)) {
@@ -204,20 +204,23 @@ bool Jobs::abandon(const std::shared_ptr<LiveJob>& job) {
   return queue_.has_value();
 }
 
-// The end of an awaited job is its deadline, which its worker keeps; a durable one goes on in any case.
+// An awaited job ends by its deadline, which its worker keeps; a durable one goes on in any case.
 std::optional<Problem> Jobs::give_up(const LiveJob& job) const {
   if (!queue_) return std::nullopt;
   const bool there = queue_->available().ok();
   if (job.durable) {
     if (there || queue_->silence() < job.request.timeout) return std::nullopt;
     return Problem{
-        ProblemKind::storage_unavailable, "the store is out of order; the comparison runs when it is back", {}};
+        ProblemKind::storage_unavailable, "the store does not answer; the comparison runs when it does again", {}};
   }
   const bool begun = job.view().row.state != JobState::queued;
   const auto late = begun || !there ? kLate : kUntold;
   if (LiveJob::Clock::now() < job.submitted + job.request.timeout + late) return std::nullopt;
-  if (!there) return Problem{ProblemKind::storage_unavailable, "the store is out of order, and the time is over", {}};
-  return Problem{ProblemKind::out_of_time, "the time was over before a worker was through", {}};
+  if (!there)
+    return Problem{ProblemKind::storage_unavailable,
+                   "the store does not answer, and the timeout of the request has passed; send it again later",
+                   {}};
+  return Problem{ProblemKind::out_of_time, "no worker ended the comparison within the timeout of the request", {}};
 }
 
 void Jobs::ended(const LiveJob& job, const store::Job& row) {

@@ -42,7 +42,7 @@ void UnneededBlobs::add(store::BlobKey key) {
   if (keys_.size() > kMostUnneeded) keys_.pop_front();
 }
 
-// A sweep removes the oldest of what comes faster than it goes, and what is left when the store does not answer.
+// A sweep removes the keys that overflow the queue, and those that are dropped when the store does not answer.
 void UnneededBlobs::remove_some() {
   const auto until = std::chrono::steady_clock::now() + kRemoving;
   while (std::chrono::steady_clock::now() < until) {

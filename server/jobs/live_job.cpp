@@ -75,7 +75,7 @@ void LiveJob::ended(JobView last) {
   });
 }
 
-// A store may forget progress when it crashes; who watches keeps what he was shown.
+// A crash of the store may undo progress; clients keep the narrower interval.
 void LiveJob::seen(const store::Job& row) {
   {
     const std::lock_guard lock(mutex_);
@@ -97,13 +97,13 @@ void LiveJob::release() {
   });
 }
 
-// Others may know the job already, by its Idempotency-Key, and leave it just now.
+// Other requests may know the job already, by its Idempotency-Key, and leave it at this moment.
 void LiveJob::hold_place(Scheduler::Slot slot) {
   const std::lock_guard lock(mutex_);
   place_.emplace(std::move(slot));
 }
 
-// They are given back without the lock: their owners have locks of their own.
+// Gives them back without the lock: their owners have locks of their own.
 void LiveJob::give_places_back() {
   std::optional<JobSlot> job;
   std::optional<Scheduler::Slot> place;

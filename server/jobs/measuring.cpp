@@ -17,7 +17,8 @@ using api::Problem;
 using api::ProblemKind;
 using store::JobState;
 
-constexpr std::uint64_t kWorthThreads = std::uint64_t{2} << 20;  // bytes of both files: some 20,000 triangles each
+constexpr std::uint64_t kWorthThreads =
+    std::uint64_t{2} << 20;  // bytes of both files, about 20,000 triangles each; larger jobs get more threads
 
 double ms_between(LiveJob::Clock::time_point start, LiveJob::Clock::time_point end) {
   return std::chrono::duration<double, std::milli>(end - start).count();
@@ -28,8 +29,7 @@ std::string verdict_of(const api::Comparison& comparison) {
   return found ? std::string(api::to_string(*found)) : std::string();
 }
 
-// By time, by somebody, or by what this process may use: the same work may get further when it is done again, or
-// elsewhere.
+// Stopped by a timeout, a cancel or a limit of this process: a repetition may get further.
 bool was_cut_short(const Outcome& outcome) {
   const Stop stop = outcome.stop;
   if (stop == Stop::timeout || stop == Stop::cancelled || stop == Stop::budget) return true;
@@ -49,7 +49,8 @@ Result<api::Comparison> Measuring::measured(LiveJob& job) const {
   try {
     return measure(job);
   } catch (const std::bad_alloc&) {
-    return Error{ErrorCode::internal, "not enough memory for this comparison", "", ""};
+    return Error{ErrorCode::internal, "not enough memory for this comparison; try again later, or with smaller meshes",
+                 "", ""};
   } catch (const std::exception& error) {
     log_event("job_failed", job.key.id + ": " + error.what());
     return Error{ErrorCode::internal, "the comparison failed unexpectedly", "", ""};
@@ -59,7 +60,8 @@ Result<api::Comparison> Measuring::measured(LiveJob& job) const {
 Result<api::Comparison> Measuring::measure(LiveJob& job) const {
   if (job.defect) return *job.defect;
   if (!job.a.holder || !job.b.holder) {
-    return Error{ErrorCode::internal, "what this comparison needs was removed before it could run", "", ""};
+    return Error{ErrorCode::internal,
+                 "a mesh of this comparison was removed before it could run; send the comparison again", "", ""};
   }
   const auto start = LiveJob::Clock::now();
   api::ComparisonOptions& options = job.request.options;
@@ -81,7 +83,7 @@ Result<api::Comparison> Measuring::measure(LiveJob& job) const {
   return result;
 }
 
-// One that was cancelled before both meshes were read did not fail, whatever its client is told.
+// A job that was cancelled before both meshes were read is cancelled, not failed.
 void Measuring::count(LiveJob& job, const Result<api::Comparison>& result) const {
   const Strategy strategy = job.request.options.strategy;
   if (result) return metrics_.job_ended(*result);
@@ -90,7 +92,7 @@ void Measuring::count(LiveJob& job, const Result<api::Comparison>& result) const
   metrics_.job_failed(api::to_problem(result.error()).type(), strategy);
 }
 
-// A result that cannot be written down, for want of memory, is a failure.
+// A result that does not fit into memory as JSON is a failure.
 JobView Measuring::last_view(const LiveJob& job, const Result<api::Comparison>& result, bool stopping) const {
   try {
     return concluded(job, result, stopping);

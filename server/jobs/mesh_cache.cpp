@@ -21,7 +21,7 @@ using api::SharedMesh;
 constexpr std::chrono::milliseconds kTick{10};
 constexpr std::uint64_t kWorthTrimming = std::uint64_t{8} << 20;
 
-// The allocator keeps what is freed for later; a service that has become idle should give it back.
+// The allocator keeps freed memory; an idle service should return it to the system.
 void return_memory(std::uint64_t freed_bytes) {
   static std::atomic<std::uint64_t> freed_since{0};
   if (freed_since.fetch_add(freed_bytes) + freed_bytes < kWorthTrimming) return;
@@ -30,7 +30,9 @@ void return_memory(std::uint64_t freed_bytes) {
 }
 
 Error damaged(const std::string& id) {
-  return {ErrorCode::internal, "the bytes stored of mesh " + id + " are not those that it is named by", "", ""};
+  return {ErrorCode::internal,
+          "the stored bytes of mesh " + id + " are damaged: their SHA-256 is another one; store the mesh again", "",
+          ""};
 }
 
 }  // namespace
@@ -52,12 +54,12 @@ class MeshCache::Shelf : public std::enable_shared_from_this<MeshCache::Shelf> {
     SharedMesh mesh;  // null: being loaded
     std::uint64_t bytes = 0;
     std::size_t users = 0;
-    bool kept = true;                  // in entries_; else whoever uses it is the last to hold it
-    std::list<Place>::iterator place;  // in idle_ while it has a mesh and no user, else in busy_; if it is kept
+    bool kept = true;                  // whether it is in entries_; else its uses alone hold it
+    std::list<Place>::iterator place;  // if kept: in idle_ while it has a mesh and no use, else in busy_
   };
 
-  // What is dropped under the lock is destroyed after it: that takes a while. Nothing here throws, as users give back
-  // in a destructor.
+  // Meshes that are dropped under the lock are destroyed after it, because that takes a while. Does not throw:
+  // destructors call it.
   struct Dropped {
     Dropped() = default;
     Dropped(const Dropped&) = delete;
@@ -84,7 +86,7 @@ class MeshCache::Shelf : public std::enable_shared_from_this<MeshCache::Shelf> {
   void remove(Place at, Dropped& dropped);
 
   const std::uint64_t max_bytes_;
-  mutable std::mutex mutex_;  // guards what follows, and all entries
+  mutable std::mutex mutex_;  // guards the members below, and all entries
   std::condition_variable changed_;
   Entries entries_;
   std::list<Place> busy_;
@@ -104,10 +106,10 @@ struct MeshCache::Shelf::Loan {
   std::shared_ptr<Entry> entry;
 };
 
-// The turn to load a mesh. If it was not keep(), also because loading threw, its place is free afterwards.
+// The right to load a mesh. Without keep(), also when loading throws, its destructor frees the place.
 class MeshCache::Shelf::Loading {
  public:
-  // Precondition: locked. Everything else is called without the lock.
+  // Precondition: the lock is held; for the other functions it is not.
   Loading(Shelf& shelf, Place at) : shelf_(shelf), at_(at), entry_(at->second) {}
   Loading(const Loading&) = delete;
   Loading& operator=(const Loading&) = delete;
@@ -167,7 +169,7 @@ Result<SharedMesh> MeshCache::Shelf::get(const Key& key, const Load& load, Contr
   return loading.keep(*mesh);
 }
 
-// Precondition: locked, and there is a mesh.
+// Precondition: the lock is held, and the entry has a mesh.
 SharedMesh MeshCache::Shelf::lend(Place at) {
   const std::shared_ptr<Entry> entry = at->second;
   const auto loan = std::make_shared<Loan>(shared_from_this(), entry);
@@ -182,7 +184,7 @@ void MeshCache::Shelf::give_back(std::shared_ptr<Entry> entry) {
   if (entry->kept) {
     count_anew(*entry);
     if (entry->users == 0) idle_.splice(idle_.end(), busy_, entry->place);
-    if (entry->bytes > max_bytes_) evict(*entry->place, dropped);  // others would go for it in vain
+    if (entry->bytes > max_bytes_) evict(*entry->place, dropped);  // evicting others for it would be in vain
     make_room(dropped);
   } else if (entry->users == 0) {
     dropped.bytes = entry->mesh->bytes();

@@ -13,7 +13,7 @@ JsonValue hints_of(const MeshSource& source) {
   return {{"file_name", source.input.filename}, {"media_type", source.input.media_type}};
 }
 
-// Of a store that others may have written to: what is not a text is no hint.
+// The store may have rows of other versions: a hint that is no text is ignored.
 std::string text_at(const JsonValue& json, const char* part, const char* name) {
   const JsonValue::json_pointer pointer(std::string("/") + part + "/" + name);
   return json.contains(pointer) && json[pointer].is_string() ? json[pointer].get<std::string>() : std::string();

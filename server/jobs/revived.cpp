@@ -21,8 +21,8 @@ std::shared_ptr<LiveJob> live_job_of(const store::Job& row, const Settings& sett
   MeshSource b{{"b", {}, "", "", -1}, nullptr, row.mesh_b, {}};
   set_hints(row.hints, a, b);
   auto request = api::parse_options(row.options, request_limits(settings));
-  auto job = std::make_shared<LiveJob>(row, request ? limited(*request, settings) : api::Request{},
-                                       std::move(a), std::move(b), true, LiveJob::Clock::now() - waited);
+  auto job = std::make_shared<LiveJob>(row, request ? limited(*request, settings) : api::Request{}, std::move(a),
+                                       std::move(b), true, LiveJob::Clock::now() - waited);
   if (!request) job->defect = request.error();
   if (row.progress && row.progress->by == version()) job->progressed(*row.progress);
   return job;

@@ -65,7 +65,7 @@ void Scheduler::submit(Slot slot, Task task) {
 }
 
 bool Scheduler::withdraw(const Control& control) {
-  std::list<Entry> withdrawn;  // goes after the lock does, as its slot asks for it
+  std::list<Entry> withdrawn;  // destroyed after the lock is released: its slot takes the lock
   const std::lock_guard lock(mutex_);
   const auto found = std::find_if(waiting_.begin(), waiting_.end(),
                                   [&](const Entry& entry) { return entry.task.control.get() == &control; });
@@ -92,7 +92,7 @@ std::chrono::milliseconds Scheduler::expected_wait(std::size_t elsewhere) const 
   return milliseconds(static_cast<std::int64_t>(mean_ms_ * before / static_cast<double>(limits_.workers)));
 }
 
-// Precondition: mutex_ is held and something waits.
+// Precondition: mutex_ is held and a task waits.
 Scheduler::Entry Scheduler::take_next() {
   const auto rank = [this](const Entry& entry) {
     const auto found = running_of_.find(entry.task.owner);
@@ -125,7 +125,7 @@ void Scheduler::work() {
       mean_ms_ += kShareOfTheLast * (ms_since(start) - mean_ms_);
       std::erase(running_, control);
       if (--running_of_[entry.task.owner] == 0) running_of_.erase(entry.task.owner);
-      lock.unlock();  // what the job owns, files among it, goes without holding up the others
+      lock.unlock();  // the job's files and memory are freed without blocking other threads
     }
     lock.lock();
   }

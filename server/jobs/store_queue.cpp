@@ -8,8 +8,8 @@ namespace {
 using std::chrono::milliseconds;
 
 constexpr std::chrono::seconds kInterval{1};
-constexpr std::chrono::seconds kPatience{5};     // for an answer, before the store counts as gone
-constexpr std::chrono::minutes kLongestWait{1};  // that anybody is told
+constexpr std::chrono::seconds kAnswerTime{5};   // without an answer for longer, the store counts as away
+constexpr std::chrono::minutes kLongestWait{1};  // the longest estimate
 constexpr double kShareOfTheLastReading = 0.2;
 
 }  // namespace
@@ -52,10 +52,10 @@ void StoreQueue::poll() {
   }
   error_.reset();
   learn(*counts, Clock::now());
-  added_ -= before;  // those that were added meanwhile may count twice, until the next look
+  added_ -= before;  // jobs that were added meanwhile may count twice, until the next read
 }
 
-// Sweeps make the number of ended jobs smaller: such a second teaches nothing.
+// Sweeps reduce the number of ended jobs: such a second is ignored.
 void StoreQueue::learn(const store::Counts& counts, Clock::time_point now) {
   const auto ended = [](const store::Counts& of) { return of.done + of.failed + of.cancelled; };
   const double seconds = std::chrono::duration<double>(now - answered_).count();
@@ -70,8 +70,8 @@ void StoreQueue::learn(const store::Counts& counts, Clock::time_point now) {
 Result<Done> StoreQueue::available() const {
   const std::lock_guard lock(mutex_);
   if (error_) return *error_;
-  if (Clock::now() - answered_ <= kPatience) return Done{};
-  return Error{ErrorCode::storage_unavailable, "the store does not answer", "", ""};
+  if (Clock::now() - answered_ <= kAnswerTime) return Done{};
+  return Error{ErrorCode::storage_unavailable, "the store does not answer; try again later", "", ""};
 }
 
 StoreQueue::Clock::duration StoreQueue::silence() const {

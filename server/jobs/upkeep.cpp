@@ -15,9 +15,9 @@ using std::chrono::minutes;
 using std::chrono::seconds;
 
 constexpr seconds kSweepInterval{30};
-constexpr minutes kSharedListing{10};        // of asking others for all that there is
-constexpr seconds kUnusedBlobs{600};         // longer than from the last put() or renew() of an upload to its row
-constexpr seconds kUnusedSharedBlobs{3600};  // the same, of processes that do not see each other's uploads
+constexpr minutes kSharedListing{10};  // listing all blobs of shared stores costs many requests
+constexpr seconds kUnusedBlobs{600};   // longer than the time from a put() or renew() to the row that refers to it
+constexpr seconds kUnusedSharedBlobs{3600};  // the same, with other processes' uploads
 constexpr seconds kRecoveryInterval{5};
 
 bool due(std::chrono::steady_clock::time_point& next, milliseconds interval) {
@@ -29,7 +29,7 @@ bool due(std::chrono::steady_clock::time_point& next, milliseconds interval) {
 
 }  // namespace
 
-// What is thrown for want of memory ends here: it is for the next time, not the end of the process.
+// Catches std::bad_alloc: the next tick tries again.
 void Upkeep::tick() try {
   if (stores_.maps) stores_.maps->give_way();
   const bool on_duty = stores_.jobs.on_duty();
@@ -45,7 +45,7 @@ void Upkeep::tick() try {
     if (on_duty) sweep_blobs();
   }
 } catch (const std::exception& error) {
-  log_event("store", std::string("a sweep was broken off: ") + error.what());
+  log_event("store", std::string("a sweep failed and will be repeated: ") + error.what());
 }
 
 store::Moment Upkeep::moment() const {
@@ -54,7 +54,8 @@ store::Moment Upkeep::moment() const {
 }
 
 void Upkeep::recover() {
-  store_errors_.note(stores_.jobs.recover(std::nullopt, "its worker gave no sign of life", moment()));
+  store_errors_.note(
+      stores_.jobs.recover(std::nullopt, "its worker sent no heartbeat before its lease expired", moment()));
 }
 
 void Upkeep::sweep_rows() {

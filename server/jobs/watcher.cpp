@@ -13,8 +13,8 @@ using std::chrono::seconds;
 using store::JobState;
 
 constexpr seconds kInterval{1};
-constexpr unsigned kRoundsUnwatched = 10;  // of these, in one also those are looked at that nobody waits for
-constexpr std::size_t kMostAtOnce = 500;   // rows of one question
+constexpr unsigned kRoundsUnwatched = 10;  // every tenth round also reads jobs without a waiting client
+constexpr std::size_t kMostAtOnce = 500;   // rows of one read
 
 }  // namespace
 
@@ -43,7 +43,7 @@ void Watcher::begin(const std::shared_ptr<LiveJob>& job) {
     const std::lock_guard lock(mutex_);
     if (!stopped_) {
       watched_[job->key.id].stored = true;
-      changed_.insert(job->key.id);  // a signal that came before found nothing
+      changed_.insert(job->key.id);  // an earlier signal did not find the job
       wake_.notify_all();
       return;
     }
@@ -83,7 +83,7 @@ std::shared_ptr<LiveJob> Watcher::watch_under_lock(const store::Job& row) {
   auto job = std::make_shared<LiveJob>(row, api::Request{}, MeshSource{}, MeshSource{}, !row.deadline);
   job->seen(row);
   watched = {job, nullptr, true};
-  changed_.insert(row.key.id);  // what happened since it was read
+  changed_.insert(row.key.id);  // the row may have changed since it was read
   wake_.notify_all();
   return job;
 }
@@ -104,7 +104,7 @@ void Watcher::drain() {
   wake_.notify_all();
 }
 
-// What has just ended is told as that.
+// Reads the rows once more, so that jobs which have just ended are reported as ended.
 void Watcher::stop() {
   Jobs changed, left;
   {
@@ -117,7 +117,7 @@ void Watcher::stop() {
     const std::lock_guard lock(mutex_);
     for (const auto& [id, watched] : watched_) {
       auto job = watched.job.lock();
-      if (job && watched.stored) left.push_back(std::move(job));  // else begin() or forget() is still to come
+      if (job && watched.stored) left.push_back(std::move(job));  // else begin() or forget() follows
     }
     std::erase_if(watched_, [](const auto& watched) { return watched.second.stored; });
   }
@@ -166,7 +166,7 @@ void Watcher::watch_on() {
   cancel_left();
 }
 
-// Precondition of both: mutex_ is held.
+// Precondition of both functions: mutex_ is held.
 Watcher::Jobs Watcher::those_changed() {
   Jobs jobs;
   for (const std::string& id : std::exchange(changed_, {})) {
@@ -188,7 +188,7 @@ Watcher::Jobs Watcher::all_watched() {
       continue;
     }
     const auto& [id, watched] = *at++;
-    const bool waited_for = !watched.held || job.use_count() > 2;  // beside this one and the held one
+    const bool waited_for = !watched.held || job.use_count() > 2;  // besides this one and `held`
     if (watched.stored && (waited_for || unwatched || changed.contains(id))) jobs.push_back(std::move(job));
   }
   return jobs;
@@ -205,7 +205,7 @@ void Watcher::poll_some(std::span<const std::shared_ptr<LiveJob>> jobs) {
   for (const auto& job : jobs) keys.push_back(job->key);
   const auto rows = jobs_.get_many(keys);
   store_errors_.note(rows);
-  if (!rows) return;  // they are looked at again in a second
+  if (!rows) return;  // they are read again in a second
   std::map<std::string, const store::Job*> by_id;
   for (const store::Job& row : *rows) by_id[row.key.id] = &row;
   for (const auto& job : jobs) {
@@ -214,7 +214,7 @@ void Watcher::poll_some(std::span<const std::shared_ptr<LiveJob>> jobs) {
   }
 }
 
-// A job that is not kept any more was cancelled and forgotten by its owner.
+// A job without a row was cancelled and removed by its owner.
 void Watcher::tell(const std::shared_ptr<LiveJob>& job, const store::Job* row) {
   const bool ended = !row || store::has_ended(row->state);
   if (!ended) job->seen(*row);
@@ -227,7 +227,7 @@ void Watcher::tell(const std::shared_ptr<LiveJob>& job, const store::Job* row) {
   JobView last = row ? as_told(*row) : job->view();
   if (!row) last.row.state = JobState::cancelled;
   if (options_.ended) options_.ended(*job, last.row);
-  job->give_places_back();  // before anybody is told: who has an answer may come again
+  job->give_places_back();  // before clients see the end: they may send the next request at once
   job->ended(std::move(last));
 }
 
@@ -244,7 +244,7 @@ void Watcher::cancel_left() {
   left_.insert(left_.end(), left.begin(), left.end());
 }
 
-// False: the store could not be told.
+// false: the store did not take the request.
 bool Watcher::cancelled(LiveJob& job) {
   const auto now = jobs_.time();
   const auto state = jobs_.request_cancel(job.key, {now, now + options_.keep});

@@ -14,7 +14,7 @@
 namespace meshgauge::server {
 namespace {
 
-constexpr std::uint64_t kWorthThreads = std::uint64_t{2} << 20;  // bytes of both files
+constexpr std::uint64_t kWorthThreads = std::uint64_t{2} << 20;  // bytes of both files; larger ones get more threads
 
 class Watch {
  public:
@@ -27,7 +27,7 @@ class Watch {
   Making::Clock::time_point start_ = Making::Clock::now();
 };
 
-// A GLB is in memory twice before it is a file.
+// A GLB is in memory twice before it is written.
 Result<Done> check_size(const MapOrder& order, const Prepared& shown, std::uint64_t max_bytes) {
   if (order.query.kind == MapKind::ply) return Done{};
   const std::size_t triangles = shown.mesh().triangles.size();
@@ -41,7 +41,7 @@ Result<Done> check_size(const MapOrder& order, const Prepared& shown, std::uint6
                "", ""};
 }
 
-// The bytes were read before. What is wrong with them now is not the client's fault: another version, a lost worker.
+// The comparison has read the bytes before, so an error now is internal: another version, or a lost process.
 Error as_ours(Error error) {
   const int status = api::to_problem(error).status();
   if (status == 415 || status == 422) error.code = ErrorCode::internal;

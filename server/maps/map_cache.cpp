@@ -113,7 +113,7 @@ Result<MapCache::File> MapCache::write_unnamed(const Write& write) {
   return written(Descriptor(open_unnamed_file(settings_.temp_dir)), write);
 }
 
-// False: it is larger than all may be together, or what it shows was deleted.
+// false: it is larger than the cache, or its job or a mesh was deleted.
 bool MapCache::move_in(const Coming& coming, const std::string& path, std::uint64_t bytes) {
   if (bytes > settings_.max_bytes) return false;
   Entry entry{coming.key, coming.meshes, path, bytes};
@@ -133,13 +133,13 @@ bool MapCache::move_in(const Coming& coming, const std::string& path, std::uint6
   return true;
 }
 
-// Precondition: locked, and there is one.
+// Precondition: the lock is held, and there is an entry.
 void MapCache::drop_oldest(Paths& removed) {
   ++evictions_;
   take_out(entries_.begin(), removed);
 }
 
-// Precondition: locked.
+// Precondition: the lock is held.
 void MapCache::take_out(Entries::iterator at, Paths& removed) {
   removed.push_back(at->path);
   bytes_ -= at->bytes;
@@ -164,7 +164,7 @@ void MapCache::take_out_if(const Condition& condition) {
 }
 
 void MapCache::give_way() {
-  const std::lock_guard one(giving_way_);  // two would take what is lacking twice
+  const std::lock_guard one(giving_way_);  // two calls would free the room twice
   const std::uint64_t lacking = settings_.lacking ? settings_.lacking() : 0;
   if (lacking == 0) return;
   Paths removed;
@@ -186,7 +186,7 @@ void MapCache::forget_mesh(const std::string& owner, const std::string& id) {
   });
 }
 
-// Asked without the lock, since the answer may come from a disk.
+// Calls `is_there` without the lock, since it may read a disk.
 void MapCache::sweep(const std::function<bool(const store::JobKey&)>& is_there) {
   std::vector<store::JobKey> jobs;
   {

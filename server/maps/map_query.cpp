@@ -13,7 +13,7 @@ using Refusal = std::optional<Problem>;
 
 Problem refused(std::string what) { return {ProblemKind::malformed_request, std::move(what), {}}; }
 
-// What a client wrote, for a message.
+// A client's text, quoted for a message.
 std::string quoted(std::string_view text) { return "'" + std::string(text.substr(0, 40)) + "'"; }
 
 Refusal read_side(std::string_view value, api::Side& side) {

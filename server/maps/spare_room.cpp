@@ -7,7 +7,7 @@
 namespace meshgauge::server {
 namespace {
 
-constexpr std::uint64_t kShare = 64;  // of a small disk not all is to be kept free
+constexpr std::uint64_t kShare = 64;  // of a small disk only this fraction is kept free
 
 }  // namespace
 

@@ -1,4 +1,4 @@
-// Worker: from the store's queue to jobs that are ready to run.
+// Worker: claims jobs and opens their blobs.
 #include <algorithm>
 #include <utility>
 
@@ -40,9 +40,8 @@ void Worker::claim_in_background() {
   }
 }
 
-// A suspected job must wait here until all else has ended, and that keeps threads idle. So others that hold nothing are
-// to have it; who always holds something asks for one now and then, or none might ever run.
-// Precondition: mutex_ is held.
+// A suspected job must wait until all others here have ended, which keeps threads idle. So an idle worker should take
+// it; a worker that is never idle asks for one now and then, or none might ever run. Precondition: mutex_ is held.
 store::JobStore::Suspects Worker::suspects_now() {
   const bool idle = buffer_.running() + buffer_.waiting() == 0;
   const auto now = Clock::now();
@@ -51,8 +50,8 @@ store::JobStore::Suspects Worker::suspects_now() {
   return store::JobStore::Suspects::too;
 }
 
-// Each claim has a name of its own. When one fails it is not known whether it was stored: then what is running under
-// its name, and nothing else, goes back before there is another one. `most` 0: nothing more is claimed.
+// Each claim has a name of its own. When a claim fails it is unknown whether it was stored: before the next one, all
+// jobs that run under its name are handed back. `most` 0: does that alone.
 void Worker::claim(std::size_t most, store::JobStore::Suspects suspects) {
   bool through = take_back_unsure();
   std::vector<HeldJobPtr> claimed;
@@ -135,8 +134,8 @@ void Worker::open_in_background() {
   }
 }
 
-// A mesh that is not there is the job's end, which Measuring says. One that cannot be read now is not the job's fault:
-// it is tried again, and then by others.
+// A missing mesh fails the job, in Measuring. A mesh that cannot be read now is tried again; then the job is handed
+// back for other workers, without blame.
 void Worker::open(const HeldJobPtr& job) {
   const auto error = look_up(*job->live);
   bool again = false;
@@ -156,13 +155,13 @@ void Worker::open(const HeldJobPtr& job) {
   }
   if (!error) return begin_what_can();
   open_wake_.notify_all();
-  if (again) return;  // by now another thread may be at it
+  if (again) return;  // another thread may be opening it by now
   const bool damaged = error->code == ErrorCode::internal;
   leave({job, std::nullopt, std::nullopt, damaged ? error->message : ""});
   begin_what_can();
 }
 
-// Whether its meshes are worth keeping in memory is not worth waiting for.
+// Whether its meshes are worth caching is optional: that error is only noted.
 std::optional<Error> Worker::look_up(LiveJob& job) {
   store_errors_.note(recognise_meshes(job, stores_.meshes));
   const auto opened = open_blobs(job, stores_.blobs);

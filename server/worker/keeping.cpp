@@ -1,4 +1,4 @@
-// Worker: what it tells the store while it holds jobs, and hears from it.
+// Worker: heartbeats.
 #include <algorithm>
 #include <limits>
 #include <utility>
@@ -12,11 +12,13 @@ using std::chrono::milliseconds;
 using std::chrono::seconds;
 using Stage = HeldJob::Stage;
 
-constexpr seconds kBeatAgain{1};     // after one that failed
-constexpr seconds kWorthTelling{3};  // of jobs of batches: most are over sooner, and nobody watches a single one
-constexpr milliseconds kBegun{200};  // ... but that it has begun: when its worker is lost, it may be what ended that
+constexpr seconds kBeatAgain{1};  // after a heartbeat that failed
+constexpr seconds kWorthTelling{
+    3};  // before a job of a batch reports its progress: most end sooner, and no client follows one
+constexpr milliseconds kBegun{
+    200};  // before a job of a batch reports that it has begun: it may be what ends its worker
 
-// Precondition: it has begun, and its worker's mutex is held.
+// Returns the progress to report; nullopt: none. Precondition: the job has begun, and its worker's mutex is held.
 std::optional<store::Progress> worth_telling(const HeldJob& job) {
   const auto running_for = HeldJob::Clock::now() - *job.begun;
   if (!job.in_batch || running_for >= kWorthTelling) return job.live->progress();
@@ -42,8 +44,8 @@ void Worker::keep_in_background() {
   }
 }
 
-// By the name under which they were claimed: the store is told of one worker's at a time. `everything`: all that is
-// held; else what has come further.
+// Returns the due heartbeats by the name of their claim, since a call takes those of one worker. `everything`: all held
+// jobs; else those with new progress.
 std::map<std::string, Worker::Telling> Worker::due(bool everything) {
   std::map<std::string, Telling> all;
   const std::lock_guard lock(mutex_);
@@ -70,8 +72,7 @@ bool Worker::tell(const std::map<std::string, Telling>& due) {
   return true;
 }
 
-// A job whose end is on its way may be unknown to the store as one that runs because it has ended: finish_all() says
-// what became of that.
+// A job whose end is being stored may be `lost` because it has ended: finish_all() reports that.
 void Worker::hear(const HeldJobPtr& job, const store::Beat& beat, store::Heartbeat heard) {
   if (heard == store::Heartbeat::cancel) return job->live->cancel();
   bool freed = false;

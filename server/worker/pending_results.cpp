@@ -14,7 +14,7 @@ std::uint64_t bytes_of(const PendingResult& delivery) {
   return delivery.ending ? delivery.ending->document.size() + delivery.ending->problem.size() : 0;
 }
 
-// What may pass by itself; anything else would be refused again.
+// Errors that may pass; after others a repetition would fail again.
 bool may_pass(const Error& error) {
   return error.code == ErrorCode::storage_full || error.code == ErrorCode::storage_unavailable;
 }
@@ -86,14 +86,15 @@ void PendingResults::deliver_in_background() {
       continue;
     }
     waiting_.insert(waiting_.begin(), std::make_move_iterator(group.begin()), std::make_move_iterator(group.end()));
-    if (pause == settings_.first_pause) log_event("store", std::to_string(unsettled_) + " jobs wait for the store");
+    if (pause == settings_.first_pause)
+      log_event("store", std::to_string(unsettled_) + " ended jobs wait for the store");
     if (hurry_) pause = settings_.first_pause;
     wake_.wait_for(lock, pause, [&] { return ending_ || hurry_; });
     pause = std::min(2 * pause, settings_.longest_pause);
   }
 }
 
-// Precondition: mutex_ is held and something waits. Endings that follow each other, or one job that is handed back.
+// Returns consecutive endings, or one hand-back. Precondition: mutex_ is held and a result waits.
 PendingResults::Group PendingResults::next_group() {
   Group group;
   std::uint64_t bytes = 0;
@@ -106,7 +107,7 @@ PendingResults::Group PendingResults::next_group() {
   return group;
 }
 
-// True when nothing of the group is left to be delivered. For want of memory it is tried again, as for want of a store.
+// Stores the group; false: some of it is left, for a later attempt. std::bad_alloc counts as an error that may pass.
 bool PendingResults::deliver(Group& group) try {
   auto error = group.front().ending ? store_endings(group) : give_back(group.front());
   if (error && !may_pass(*error)) {
@@ -132,14 +133,14 @@ std::optional<Error> PendingResults::store_endings(Group& group) {
     for (; settled < group.size(); ++settled) {
       settle(group[settled], (*stored)[settled] ? Outcome::stored : Outcome::refused);
     }
-  } catch (const std::bad_alloc&) {  // each is settled once, whatever becomes of those behind it
+  } catch (const std::bad_alloc&) {  // drops the settled results, so that each is settled once
     group.erase(group.begin(), group.begin() + static_cast<std::ptrdiff_t>(settled));
     throw;
   }
   return std::nullopt;
 }
 
-// The interval first: it is what the next worker's owner sees meanwhile.
+// Stores the interval first: clients see it until the next worker reports.
 std::optional<Error> PendingResults::give_back(const PendingResult& delivery) {
   const auto now = jobs_.time();
   if (delivery.progress) {
@@ -153,8 +154,8 @@ std::optional<Error> PendingResults::give_back(const PendingResult& delivery) {
   return std::nullopt;
 }
 
-// One that the store cannot take must not keep the others from it. It goes back, and counts as a failure of the job: so
-// it ends after some tries. On an error that may pass, what is left of the group is still to be delivered.
+// Stores the results one by one, so that one which the store cannot take does not block the others. That job is handed
+// back, which counts as a failure, so it ends after some tries. On an error that may pass the rest of the group stays.
 std::optional<Error> PendingResults::one_by_one(Group& group) {
   while (!group.empty()) {
     Group single;

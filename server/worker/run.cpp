@@ -24,9 +24,9 @@ namespace {
 using std::chrono::milliseconds;
 
 constexpr milliseconds kTick{50};
-constexpr std::size_t kOpeners = 4;  // meshes come from elsewhere: these wait for a network, not for a processor
+constexpr std::size_t kOpeners = 4;  // these threads wait for the network, not for a processor
 
-// This process alone, now and later; the name of its machine is for who reads the database.
+// Unique, also among past and future processes; begins with the name of the machine, for operators.
 std::string worker_name() {
   std::array<char, 256> host{};
   ::gethostname(host.data(), host.size() - 1);
@@ -46,7 +46,7 @@ WorkerOptions options_of(const Settings& settings) {
   return options;
 }
 
-// Once a second, beside everything else: it may have to wait for the database.
+// Runs once a second on a thread of its own, because it may block for the database.
 class UpkeepThread {
  public:
   explicit UpkeepThread(Upkeep& upkeep) : thread_([this, &upkeep] { run(upkeep); }) {}
@@ -82,7 +82,7 @@ void watch_levels(Metrics& metrics, const Settings& settings, const Worker& work
   metrics.watch(Level::workers, [n = settings.workers] { return static_cast<double>(n); });
 }
 
-// What runs may end within the grace; what does not goes back.
+// Running jobs may end within the grace period; the rest is handed back.
 void leave(Worker& worker, milliseconds grace) {
   worker.drain();
   const auto end = Clock::now() + grace;
@@ -129,14 +129,15 @@ Result<Done> run_worker_until_signal(const Settings& settings, const std::vector
   worker.start();
   log_listening(settings.host + ":" + std::to_string(*port), settings.simd);
   while (status.listening() && signalled_within(kTick) != Signal::end) continue;
-  const bool failed = !status.listening();  // then a supervisor is to start the worker anew
+  const bool failed = !status.listening();  // the process ends, so that its supervisor restarts it
   status.refuse();
-  log_event("stopping", failed ? "the listening socket failed" : "nothing more is claimed");
+  log_event("stopping", failed ? "the listening socket failed" : "no more jobs are claimed");
   leave(worker, milliseconds(settings.grace_ms));
   stores.signals.stop_listening();
   log_event("sandbox", to_string(pool.counters()));
-  log_event("stopped",
-            worker.held() == 0 ? "the store knows of every job" : "what the store was not told it finds later");
+  log_event("stopped", worker.held() == 0
+                           ? "every job is stored or handed back"
+                           : "some jobs could not be handed back; they are requeued when their leases expire");
   if (failed) return Error{ErrorCode::internal, "the listening socket failed", "", ""};
   return Done{};
 }

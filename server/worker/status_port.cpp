@@ -9,9 +9,10 @@ namespace meshgauge::server {
 namespace {
 
 constexpr const char* kNothing =
-    "this is a worker, which answers for /healthz, /readyz and /metrics alone: ask a front end (meshgauge serve)";
+    "this is a worker, which serves /healthz, /readyz and /metrics alone; send requests to a front end (meshgauge "
+    "serve)";
 
-constexpr std::uint64_t kThreads = 4;  // for who scrapes, probes and looks
+constexpr std::uint64_t kThreads = 4;  // for scrapes and probes
 
 Settings with_few_threads(Settings settings) {
   settings.io_threads = kThreads;

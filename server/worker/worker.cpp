@@ -16,14 +16,14 @@ using Stage = HeldJob::Stage;
 
 constexpr milliseconds kProgressInterval{100};
 constexpr std::size_t kMostCancelled = 1000;
-constexpr std::size_t kMostNamed = 50;  // in one line of the log
+constexpr std::size_t kMostNamed = 50;  // ids in one line of the log
 
-// As its last progress was, with the interval that it came to.
+// The last progress, with the final interval.
 store::Progress interval_of(const Outcome& outcome, const std::optional<store::Progress>& seen) {
   return certified(outcome.lower, outcome.upper, seen ? seen->stage : "");
 }
 
-// "3 jobs: ID, ID, ID". A line of the log is to stay whole: it names as many as fit.
+// "3 jobs: ID, ID, ID". Names as many as fit into a line of the log.
 std::string list_of(const std::vector<std::string>& ids) {
   const std::size_t shown = std::min(ids.size(), kMostNamed);
   std::string list = std::to_string(ids.size()) + (ids.size() == 1 ? " job: " : " jobs: ");
@@ -75,7 +75,7 @@ void Worker::hear(const store::Signal& signal) {
   if (signal.kind == Kind::work || signal.kind == Kind::missed) wake();
 }
 
-// A key that is not held is remembered: its claim may be under way.
+// Remembers a key that is not held: its claim may be under way.
 void Worker::cancel(const store::JobKey& key) {
   const std::lock_guard lock(mutex_);
   bool found = false;
@@ -117,7 +117,7 @@ void Worker::drain() {
   for (const HeldJobPtr& job : given) withdraw(job);
 }
 
-// One that waits for a thread of the scheduler goes back; one that has found its thread meanwhile runs.
+// Hands the job back unless a thread of the scheduler has taken it meanwhile.
 void Worker::withdraw(const HeldJobPtr& job) {
   if (!scheduler_.withdraw(job->live->control)) return;
   bool lost = false;
@@ -145,7 +145,7 @@ void Worker::stop(milliseconds timeout) {
   if (threads_.empty()) return;
   const auto until = PendingResults::Clock::now() + timeout;
   {
-    std::unique_lock lock(mutex_);  // what is just being claimed is to go back as well
+    std::unique_lock lock(mutex_);  // jobs of a claim that is under way must go back, too
     idle_.wait_until(lock, until, [&] { return !claiming_; });
   }
   results_.wait_until_empty(until);
@@ -178,7 +178,7 @@ void Worker::submit(const HeldJobPtr& job) {
                                              [this, job](Scheduler::Slot slot) { run(job, std::move(slot)); }});
 }
 
-// What this worker is touched by last is the lock under which it is through: then it may go.
+// The last access to this worker is under its lock: after that it may be destroyed.
 void Worker::run(const HeldJobPtr& job, Scheduler::Slot slot) {
   LiveJob& live = *job->live;
   if (begin(*job)) {
@@ -201,7 +201,7 @@ void Worker::run(const HeldJobPtr& job, Scheduler::Slot slot) {
   idle_.notify_all();
 }
 
-// Its time begins now, unless somebody waits for it: then it ends with theirs.
+// The job's time begins now, and ends no later than the deadline of a waiting client.
 bool Worker::begin(HeldJob& job) {
   LiveJob& live = *job.live;
   {
@@ -217,12 +217,12 @@ bool Worker::begin(HeldJob& job) {
   return true;
 }
 
-// What was cancelled though its owner did not ask for it was interrupted by the end of this process: another one will
-// run it.
+// A job that was cancelled without its owner's request was interrupted by the end of this process: it is handed back
+// for another worker.
 void Worker::conclude(const HeldJobPtr& job, const Result<api::Comparison>& result) {
   LiveJob& live = *job->live;
   PendingResult delivery{job, std::nullopt, live.progress(), ""};
-  // The error of one whose time was over before both meshes were read looks the same: the control knows which it was.
+  // A timeout before both meshes were read has the same error; the control tells the two apart.
   const bool cancelled = stopped_by_cancel(result) && live.control.check() == Interruption::cancelled;
   const bool interrupted = cancelled && !live.cancel_requested();
   JobView last;
@@ -252,7 +252,7 @@ void Worker::delivered(const PendingResult& delivery, PendingResults::Outcome ou
   if (outcome == PendingResults::Outcome::given_up) log_event("store", "job " + id + ": its end could not be stored");
   if (outcome == PendingResults::Outcome::refused && delivery.ending) {
     metrics_.worker_lease_lost();
-    log_event("store", "job " + id + " was taken over by another worker");
+    log_event("store", "the result of job " + id + " was refused: its lease had expired");
   }
   const bool ended = outcome == PendingResults::Outcome::stored && delivery.ending;
   if (ended && job.in_batch) release_blobs(stores_, store_errors_, job.live->key.owner, job.live->a.id, job.live->b.id);
@@ -260,7 +260,7 @@ void Worker::delivered(const PendingResult& delivery, PendingResults::Outcome ou
   const std::lock_guard lock(mutex_);
   if (draining_ && outcome == PendingResults::Outcome::stored && !delivery.ending) handed_back_.push_back(id);
   std::erase(held_, delivery.job);
-  next_claim_ = std::min(next_claim_, Clock::now() + claim_pause_);  // an end may let others begin
+  next_claim_ = std::min(next_claim_, Clock::now() + claim_pause_);  // other jobs may begin now
   look_again_ = true;
   claim_wake_.notify_all();
 }

@@ -235,7 +235,7 @@ TEST_CASE("front ends: the one on duty gives back to the queue what lost its wor
   REQUIRE(eventually([&] { return job->view().row.state == JobState::running; }));
   common.jobs.duty = true;
   CHECK(eventually([&] { return row_in(common, job->key).state == JobState::queued; }));
-  CHECK(row_in(common, job->key).last_error == "its worker gave no sign of life");
+  CHECK(row_in(common, job->key).last_error == "its worker sent no heartbeat before its lease expired");
 }
 
 namespace {
