@@ -69,7 +69,7 @@ class Bisector {
     ++work.subdivisions;
     work.max_depth = std::max(work.max_depth, piece.depth + 1);
     const Corner &a = piece.corners[edge], &b = piece.corners[(edge + 1) % 3], &c = piece.corners[(edge + 2) % 3];
-    const Corner middle = nearest_corner(worker_.to(), (a.point + b.point) * 0.5, work, a.slot);
+    const Corner middle = nearest_corner(worker_.to(), (a.point + b.point) * 0.5, work, worker_.stop(), a.slot);
     worker_.observe(middle, piece.triangle, false);
     const bool at_a = too_far && beside(*too_far, a.point, middle.point, c.point);
     add({a, middle, c}, piece, at_a);

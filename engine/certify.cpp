@@ -15,7 +15,7 @@ double distance_above(MeshView mesh, std::uint32_t triangle, const Vec3& w) {
 
 }  // namespace
 
-Certifier::Known Certifier::lower_bound(const Search& search, const Frame& frame) {
+Certifier::Known Certifier::lower_bound(const Search& search, const Frame& frame, const Interrupted& stop) {
   const Candidate& candidate = search.candidate();
   Witness witness;
   witness.triangle_a = candidate.triangle;
@@ -23,20 +23,22 @@ Certifier::Known Certifier::lower_bound(const Search& search, const Frame& frame
   const Vec3 w = frame.to_frame(witness.point_a);
 
   std::uint64_t tests = 0;
-  const Nearest found = nearest(search.to(), w, tests);
+  const Nearest found = nearest(search.to(), w, tests, Nearest::kNone, &stop);
   witness.triangle_b = found.slot;
   witness.point_b = frame.from_frame(found.point);
 
   const double off = distance_above(search.from(), candidate.triangle, w);
-  const double lower = rounding::subtract_down(certified_distance_below(search.to(), w), off);
-  return {candidate.point, candidate.triangle, lower, witness};
+  const std::optional<double> below = found.complete ? certified_distance_below(search.to(), w, &stop) : std::nullopt;
+  const double lower = below ? rounding::subtract_down(*below, off) : 0;
+  return {candidate.point, candidate.triangle, lower, witness, below.has_value()};
 }
 
 // Both bound the same number, so the lower bound is never above the upper one.
-Bounds Certifier::certify(const Search& search, const Frame& frame) {
+Bounds Certifier::certify(const Search& search, const Frame& frame, const Interrupted& stop) {
   const Candidate& candidate = search.candidate();
   if (!known_ || known_->candidate != candidate.point || known_->triangle != candidate.triangle) {
-    known_ = lower_bound(search, frame);
+    const Known found = lower_bound(search, frame, stop);
+    if (found.complete || !known_) known_ = found;
   }
   const double upper = rounding::add_up(search.upper(), search.upper_slack());
   return {rounding::scale_down(known_->lower, frame.exponent()), rounding::scale_up(upper, frame.exponent()),

@@ -19,8 +19,10 @@ namespace meshgauge {
 // the candidate changes.
 class Certifier {
  public:
-  // Returns bounds in the meshes' unit. The witness names triangles by their numbers in the search's meshes.
-  Bounds certify(const Search& search, const Frame& frame);
+  // Returns bounds in the meshes' unit. The witness names triangles by their numbers in the search's meshes. `stop`:
+  // see nearest(). When it ends a query, the lower bound and its witness are those of an earlier candidate, or 0 and
+  // the candidate.
+  Bounds certify(const Search& search, const Frame& frame, const Interrupted& stop);
 
  private:
   struct Known {
@@ -28,8 +30,9 @@ class Certifier {
     std::uint32_t triangle;
     double lower;  // frame units
     Witness witness;
+    bool complete;  // neither query was stopped
   };
-  static Known lower_bound(const Search& search, const Frame& frame);
+  static Known lower_bound(const Search& search, const Frame& frame, const Interrupted& stop);
 
   std::optional<Known> known_;
 };

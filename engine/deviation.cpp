@@ -14,7 +14,6 @@ namespace meshgauge {
 namespace {
 
 constexpr std::size_t kBlockSize = 256;                // vertices; consecutive ones are neighbours in space
-constexpr std::uint64_t kTestsBetweenLooks = 1 << 14;  // between two checks of the clock: about 0.1 ms
 
 class Measuring {
  public:
@@ -93,19 +92,19 @@ class Measuring {
   }
 
   bool measure_block(std::size_t block) {
-    std::uint64_t tests = 0, next_look = kTestsBetweenLooks;
+    std::uint64_t tests = 0;
+    const Interrupted stop = [this] { return stopped(); };
+    Polling polling(&stop, tests);
     std::uint32_t hint = Nearest::kNone;
     const std::size_t end = std::min(waiting_.size(), (block + 1) * kBlockSize);
     for (std::size_t i = block * kBlockSize; i < end; ++i) {
       const Vec3& p = ordered_->positions[waiting_[i].ordered];
-      const Nearest found = nearest(*tree_, p, tests, hint);
+      const Nearest found = nearest(*tree_, p, tests, hint, &stop);
+      if (!found.complete || polling.poll(tests)) return false;
       hint = found.slot;
       const std::uint32_t vertex = waiting_[i].vertex;
       result_.nearest[vertex] = target_->original[found.slot];
       result_.distances[vertex] = is_corner(p, found.slot) ? 0 : certified(found.distance);
-      if (tests < next_look) continue;
-      next_look = tests + kTestsBetweenLooks;
-      if (stopped()) return false;
     }
     return true;
   }

@@ -1,6 +1,7 @@
 #include "engine/measurement.h"
 
 #include <algorithm>
+#include <chrono>
 #include <limits>
 #include <utility>
 
@@ -16,6 +17,12 @@
 #include "engine/traversal.h"
 
 namespace meshgauge {
+namespace {
+
+// A query of a usual job takes microseconds; one of a million triangles at equal distances takes longer than this.
+constexpr std::chrono::milliseconds kTimeToCertify{30};
+
+}  // namespace
 
 Measurement::Measurement(const Prepared& a, const Prepared& b, const Options& options, Control& control)
     : options_(options),
@@ -134,6 +141,17 @@ void Measurement::certify(const Search& search, Directed& directed, const Ordere
   lower_ = std::max(lower_, search.lower());
   lower_slack_ = search.lower_slack();
   floor_ = std::max(floor_, search.slack() + search.unresolved_gap());
+}
+
+// A query of certify() that is under way when the job is interrupted, or begins then, has kTimeToCertify.
+Bounds Measurement::certified(const Search& search) {
+  const Interrupted stop = [this] {
+    if (!interrupted_at_ && !interrupted()) return false;
+    const auto now = Control::Clock::now();
+    if (!interrupted_at_) interrupted_at_ = now;
+    return now - *interrupted_at_ >= kTimeToCertify;
+  };
+  return pair_.error.widened(certifier_.certify(search, pair_.frame, stop));
 }
 
 // Certifying costs one query, so it is asked for only when the lower bound has moved.

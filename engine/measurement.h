@@ -40,7 +40,7 @@ class Measurement final : public Monitor {
   std::optional<Stop> search_auto(Search& search, const OrderedMesh& from, const OrderedMesh& to);
   std::optional<Stop> search_paper(Search& search, const Bvh& from_tree);
   void certify(const Search& search, Directed& directed, const OrderedMesh& from, const OrderedMesh& to);
-  Bounds certified(const Search& search) { return pair_.error.widened(certifier_.certify(search, pair_.frame)); }
+  Bounds certified(const Search& search);
   bool fails_gate(const Search& search);
   void report(const Search& search);
   void conclude(std::optional<Stop> stop);
@@ -62,8 +62,9 @@ class Measurement final : public Monitor {
   double lower_slack_ = 0;  // what certifying takes from lower_
   double floor_ = 0;        // Outcome::precision_floor in frame units
   Certifier certifier_;
-  double gate_checked_at_ = -1;  // computed lower bound at the last check of the gate
-  bool gate_failed_ = false;     // what that check found
+  std::optional<Control::Clock::time_point> interrupted_at_;  // first seen while certifying
+  double gate_checked_at_ = -1;                               // computed lower bound at the last check of the gate
+  bool gate_failed_ = false;                                  // what that check found
 };
 
 }  // namespace meshgauge

@@ -48,27 +48,34 @@ double certified_distance_below(const std::array<Vec3, 3>& corners, const Prepar
 
 }  // namespace
 
-Nearest nearest(const Bvh& tree, const Vec3& p, std::uint64_t& triangle_tests, std::uint32_t hint) {
+Nearest nearest(const Bvh& tree, const Vec3& p, std::uint64_t& triangle_tests, std::uint32_t hint,
+                const Interrupted* stop) {
   Closest best{std::numeric_limits<double>::infinity(), Nearest::kNone};
   if (hint != Nearest::kNone) {
     ++triangle_tests;
     best = {(p - closest_point(tree.prepared(hint), p)).squaredNorm(), hint};
   }
-  best = tree.kernels().nearest(tree.view(), p.data(), best, triangle_tests);
+  Polling polling(stop, triangle_tests);
+  best = tree.kernels().nearest(tree.view(), p.data(), best, triangle_tests, polling);
   const Vec3 point = closest_point(tree.prepared(best.slot), p);
-  return {(p - point).norm(), best.slot, point};
+  return {(p - point).norm(), best.slot, point, !polling.stopped()};
 }
 
-double certified_distance_below(const Bvh& tree, const Vec3& p) {
+std::optional<double> certified_distance_below(const Bvh& tree, const Vec3& p, const Interrupted* stop) {
+  constexpr std::uint64_t kTestsOfOne = 8;  // one of these takes as long as so many of a query's tests
   double limit = std::numeric_limits<double>::infinity();
+  std::uint64_t tests = 0;
+  Polling polling(stop, tests);
   walk(tree.view(), p.data(), limit, [&](std::uint32_t block) {
     for (std::uint32_t t = Bvh::block_begin(block); t < tree.block_end(block); ++t) {
       const std::array corners{tree.mesh().corner(t, 0), tree.mesh().corner(t, 1), tree.mesh().corner(t, 2)};
       limit = std::min(limit, certified_distance_below(corners, tree.prepared(t), p));
     }
+    tests += kTestsOfOne * kLanes;
+    if (polling.poll(tests)) return kEndWalk;
     return limit * limit;  // not subject to underflow: a positive limit is at least an ulp of kSeparationSlack
   });
-  return limit;
+  return polling.stopped() ? std::nullopt : std::optional(limit);
 }
 
 }  // namespace meshgauge

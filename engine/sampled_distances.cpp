@@ -28,11 +28,13 @@ bool run_task(const SampledDirection& direction, const SurfaceSampler& sampler, 
   std::mt19937_64 random = generator(direction, task);
   std::uint32_t hint = Nearest::kNone;
   std::uint64_t tests = 0;
+  const Interrupted stop = [&direction] { return direction.control.check() != Interruption::none; };
   const std::size_t end = std::min((task + 1) * kStrataATask, sampler.strata());
   for (std::size_t stratum = task * kStrataATask; stratum < end; ++stratum) {
     for (std::size_t i = stratum * kPointsAStratum; i < (stratum + 1) * kPointsAStratum; ++i) {
-      if (direction.control.check() != Interruption::none) return false;
-      const Nearest found = nearest(to, sampler.point(stratum, random), tests, hint);
+      if (stop()) return false;
+      const Nearest found = nearest(to, sampler.point(stratum, random), tests, hint, &stop);
+      if (!found.complete) return false;
       values[i] = found.distance > rounding::kDistanceSlack ? found.distance : 0;
       hint = found.slot;
     }

@@ -23,7 +23,8 @@ Search::Search(MeshView from, const Box& from_box, const Bvh& to, const Goal& go
       pool_(pool),
       lower_(start_lower),
       unvisited_(farthest_of_box(from_box, to.mesh().corner(0, 0))) {
-  observe(nearest_corner(to, from.corner(0, 0), work_), 0, true);
+  candidate_.point = from.corner(0, 0);  // also when the query is stopped
+  observe(nearest_corner(to, candidate_.point, work_, stop()), 0, true);
 }
 
 double Search::upper() const {
@@ -52,7 +53,7 @@ double Search::slack_to_come() const {
 double Search::upper_slack() const { return rounding::upper_slack(to_.residual(), work_.max_depth); }
 
 void Search::observe(const Corner& corner, std::uint32_t triangle, bool is_vertex) {
-  if (corner.distance <= candidate_.distance) return;
+  if (!corner.complete || corner.distance <= candidate_.distance) return;
   candidate_ = Candidate{corner.point, corner.distance, triangle, is_vertex};
   raise_lower(corner.distance);
 }
@@ -98,7 +99,7 @@ void Search::absorb(SearchWorker& worker) {
   for (const Piece& piece : worker.pieces_) push(piece);
   worker.dropped_ = worker.unresolved_ = 0;
   worker.work_ = Work{};
-  worker.next_look_ = SearchWorker::kTestsBetweenLooks;
+  worker.next_poll_ = kTestsBetweenPolls;
   worker.pieces_.clear();
 }
 

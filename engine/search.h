@@ -76,6 +76,8 @@ class Search {
   // These ask the monitor.
   std::optional<Stop> pulse() { return monitor_.pulse(*this); }
   bool interrupted() const { return monitor_.interrupted(); }
+  // interrupted(), for queries.
+  const Interrupted* stop() const { return &stop_; }
   Work& work() { return work_; }
   const Work& work() const { return work_; }
   // Triangles of A that the traversal could not cull.
@@ -107,7 +109,8 @@ class Search {
     while (distance > known && !lower_.compare_exchange_weak(known, distance, std::memory_order_relaxed)) {
     }
   }
-  // Takes a sample of A at the computed distance `corner.distance` from B: raises the lower bound and the candidate.
+  // Takes a sample of A at the computed distance `corner.distance` from B: raises the lower bound and the candidate,
+  // unless its query was stopped.
   void observe(const Corner& corner, std::uint32_t triangle, bool is_vertex);
 
   // Pieces and nodes with upper bounds of at most this can neither raise the lower bound nor fail the gate: they may be
@@ -173,6 +176,7 @@ class Search {
   const Bvh& to_;
   Goal goal_;
   Monitor& monitor_;
+  const Interrupted stop_ = [this] { return interrupted(); };
   ThreadPool& pool_;
   std::function<const Adjacency*()> adjacency_source_;
   const Adjacency* adjacency_ = nullptr;

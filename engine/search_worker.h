@@ -15,6 +15,7 @@ class SearchWorker {
   explicit SearchWorker(Search& search) : search_(search) {}
 
   const Bvh& to() const { return search_.to(); }
+  const Interrupted* stop() const { return search_.stop(); }
   Work& work() { return work_; }
 
   // These have the meaning of the functions of Search.
@@ -25,7 +26,7 @@ class SearchWorker {
     return known_limit_.limit;
   }
   void observe(const Corner& corner, std::uint32_t triangle, bool is_vertex) {
-    if (corner.distance <= candidate_.distance || corner.distance <= search_.lower()) return;
+    if (!corner.complete || corner.distance <= candidate_.distance || corner.distance <= search_.lower()) return;
     candidate_ = Candidate{corner.point, corner.distance, triangle, is_vertex};
     search_.raise_lower(corner.distance);
   }
@@ -49,15 +50,14 @@ class SearchWorker {
 
   // Whether the search must end. Polls the monitor about every 0.1 ms of work.
   bool interrupted() {
-    if (interrupted_ || work_.triangle_tests < next_look_) return interrupted_;
-    next_look_ = work_.triangle_tests + kTestsBetweenLooks;
+    if (interrupted_ || work_.triangle_tests < next_poll_) return interrupted_;
+    next_poll_ = work_.triangle_tests + kTestsBetweenPolls;
     interrupted_ = search_.interrupted();
     return interrupted_;
   }
 
  private:
   friend void Search::absorb(SearchWorker&);
-  static constexpr std::uint64_t kTestsBetweenLooks = 1 << 14;
 
   Search& search_;
   Candidate candidate_;
@@ -65,7 +65,7 @@ class SearchWorker {
   double unresolved_ = 0;
   std::vector<Piece> pieces_;
   Work work_;
-  std::uint64_t next_look_ = kTestsBetweenLooks;  // next poll of the monitor, in triangle tests
+  std::uint64_t next_poll_ = kTestsBetweenPolls;  // next poll of the monitor, in triangle tests
   bool interrupted_ = false;
 
   struct Limit {

@@ -176,7 +176,8 @@ class Sweep {
     const Vec3 centre = (box.low + box.high) * 0.5;
     Work& work = sweeper.worker.work();
     ++work.nearest_queries;
-    block.upper = farthest_of_box(box, nearest(search_.to(), centre, work.triangle_tests, sweeper.last).point);
+    block.upper =
+        farthest_of_box(box, nearest(search_.to(), centre, work.triangle_tests, sweeper.last, search_.stop()).point);
     block.bounded = true;
   }
 
@@ -247,7 +248,9 @@ class Sweep {
   bool owned_by_centroid(Sweeper& sweeper, Piece& piece, const Certificate& certificate) {
     SearchWorker& worker = sweeper.worker;
     const auto& [a, b, c] = piece.corners;
-    sweeper.last = nearest_corner(search_.to(), (a.point + b.point + c.point) / 3, worker.work(), sweeper.last).slot;
+    sweeper.last =
+        nearest_corner(search_.to(), (a.point + b.point + c.point) / 3, worker.work(), search_.stop(), sweeper.last)
+            .slot;
     piece.upper = std::min(piece.upper, certificate(sweeper.last, worker.work()));
     const bool culled = piece.upper <= worker.cull_within_tolerance();
     if (culled) worker.drop(piece.upper);
@@ -309,7 +312,7 @@ class Sweep {
       return {p, vertex.distance(), vertex.slot()};
     }
     const std::uint32_t hint = vertex.slot() != Nearest::kNone ? vertex.slot() : sweeper.last;
-    const Corner corner = nearest_corner(search_.to(), p, sweeper.worker.work(), hint);
+    const Corner corner = nearest_corner(search_.to(), p, sweeper.worker.work(), search_.stop(), hint);
     vertex.set(corner.distance, corner.slot);
     sweeper.last = corner.slot;
     sweeper.worker.observe(corner, triangle, true);

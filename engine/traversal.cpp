@@ -59,7 +59,9 @@ class Traversal {
   // farthest corner of the box. No point of the box is farther from b.
   double box_upper(const Box& box) {
     ++search_.work().nearest_queries;
-    const Vec3 b = nearest(search_.to(), (box.low + box.high) * 0.5, search_.work().triangle_tests).point;
+    const Vec3 b =
+        nearest(search_.to(), (box.low + box.high) * 0.5, search_.work().triangle_tests, Nearest::kNone, search_.stop())
+            .point;
     return farthest_of_box(box, b);
   }
 
@@ -83,7 +85,7 @@ class Traversal {
       ++search_.work().cache_hits;
       return corner;
     }
-    return corner = nearest_corner(search_.to(), search_.from().positions[vertex], search_.work());
+    return corner = nearest_corner(search_.to(), search_.from().positions[vertex], search_.work(), search_.stop());
   }
 
   void account_for_unvisited() {

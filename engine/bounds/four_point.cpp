@@ -2,7 +2,7 @@
 
 namespace meshgauge {
 
-Corner FourPoint::measure(const Vec3& p, const Piece&) { return nearest_corner(target_, p, work_); }
+Corner FourPoint::measure(const Vec3& p, const Piece&) { return nearest_corner(target_, p, work_, stop_); }
 
 double FourPoint::upper(const Piece& piece) {
   const auto& [a, b, c] = piece.corners;

@@ -12,7 +12,9 @@ namespace meshgauge {
 
 class FourPoint final : public PieceBound {
  public:
-  FourPoint(const Bvh& target, Work& work) : target_(target), work_(work) {}
+  // `stop`: see nearest(). When it returns true, bounds are looser, but hold.
+  FourPoint(const Bvh& target, Work& work, const Interrupted* stop = nullptr)
+      : target_(target), work_(work), stop_(stop) {}
 
   Corner measure(const Vec3& p, const Piece& parent) override;
   double upper(const Piece& piece) override;
@@ -20,6 +22,7 @@ class FourPoint final : public PieceBound {
  private:
   const Bvh& target_;
   Work& work_;
+  const Interrupted* stop_;
 };
 
 }  // namespace meshgauge

@@ -3,7 +3,6 @@
 namespace meshgauge {
 namespace {
 
-constexpr std::size_t kAskEvery = 64;  // samples; about 0.1 ms
 constexpr std::array<int, 6> kStencils{4, 10, 31, 109, 409, 1585};
 
 // The barycentric coordinates of the point (i,j)/m of the triangle.
@@ -31,16 +30,16 @@ std::optional<int> stencil_level(int points) {
   return static_cast<int>(it - kStencils.begin());
 }
 
-NPoint::NPoint(const Bvh& target, int level, Work& work, Interrupted interrupted)
-    : target_(target), weights_(stencil(level)), work_(work), interrupted_(std::move(interrupted)) {}
+NPoint::NPoint(const Bvh& target, int level, Work& work, const Interrupted* stop)
+    : target_(target), weights_(stencil(level)), work_(work), stop_(stop), polling_(stop, work.triangle_tests) {}
 
-Corner NPoint::measure(const Vec3& p, const Piece&) { return nearest_corner(target_, p, work_); }
+Corner NPoint::measure(const Vec3& p, const Piece&) { return nearest_corner(target_, p, work_, stop_); }
 
 double NPoint::upper(const Piece& piece) {
   const auto& [a, b, c] = piece.corners;
   owners_ = {a.slot, b.slot, c.slot};
   for (const Vec3& w : weights_) {
-    if (owners_.size() % kAskEvery == 0 && interrupted_()) break;
+    if (polling_.stopped() || polling_.poll(work_.triangle_tests)) break;
     owners_.push_back(measure(w[0] * a.point + w[1] * b.point + w[2] * c.point, piece).slot);
   }
   std::sort(owners_.begin(), owners_.end());

@@ -18,8 +18,8 @@ std::optional<int> stencil_level(int points);
 
 class NPoint final : public PieceBound {
  public:
-  // `level`: k. When `interrupted` returns true, bounds use fewer samples: they are looser, but hold.
-  NPoint(const Bvh& target, int level, Work& work, Interrupted interrupted = never_interrupted);
+  // `level`: k. `stop`: see nearest(). When it returns true, bounds use fewer samples: they are looser, but hold.
+  NPoint(const Bvh& target, int level, Work& work, const Interrupted* stop = nullptr);
 
   Corner measure(const Vec3& p, const Piece& parent) override;
   double upper(const Piece& piece) override;
@@ -28,7 +28,8 @@ class NPoint final : public PieceBound {
   const Bvh& target_;
   std::vector<Vec3> weights_;  // barycentric coordinates of the samples other than the corners
   Work& work_;
-  Interrupted interrupted_;
+  const Interrupted* stop_;
+  Polling polling_;
   std::vector<std::uint32_t> owners_;  // of the current piece
 };
 

@@ -17,6 +17,9 @@ struct Corner {
   Vec3 point = Vec3::Zero();            // unit frame
   double distance = 0;                  // d(point, B), computed
   std::uint32_t slot = Nearest::kNone;  // the nearest triangle of B, in its tree's mesh
+  // False: the query was stopped. `distance` is that from triangle `slot`: an upper bound of d(point, B), which may not
+  // raise a lower bound.
+  bool complete = true;
 };
 
 struct Piece {
@@ -45,11 +48,12 @@ class PieceBound {
   virtual std::size_t memory_bytes() const { return 0; }
 };
 
-// Queries the nearest triangle of a point and counts the query in `work`. `hint`: see nearest().
-inline Corner nearest_corner(const Bvh& target, const Vec3& p, Work& work, std::uint32_t hint = Nearest::kNone) {
+// Queries the nearest triangle of a point and counts the query in `work`. `hint` and `stop`: see nearest().
+inline Corner nearest_corner(const Bvh& target, const Vec3& p, Work& work, const Interrupted* stop = nullptr,
+                             std::uint32_t hint = Nearest::kNone) {
   ++work.nearest_queries;
-  const Nearest found = nearest(target, p, work.triangle_tests, hint);
-  return {p, found.distance, found.slot};
+  const Nearest found = nearest(target, p, work.triangle_tests, hint, stop);
+  return {p, found.distance, found.slot, found.complete};
 }
 
 // The bound of eq. 9: max over the piece's corners v of d(v, T), for one triangle T of B. d(., T) is convex, so its
@@ -77,12 +81,17 @@ class Certificate {
 };
 
 // Returns the bound of eq. 8: min over the candidates T of max over corners v of d(v, T). It bounds h(piece, B) for any
-// set of candidates, because each of them does. Infinite without candidates.
+// set of candidates, because each of them does; so when `stop` ends it early, the bound is looser and holds. Infinite
+// without candidates.
 inline double least_farthest(const Piece& piece, const Bvh& target, std::span<const std::uint32_t> candidates,
-                             Work& work) {
+                             Work& work, const Interrupted* stop = nullptr) {
   const Certificate certificate(piece.corners, target);
   double least = std::numeric_limits<double>::infinity();
-  for (const std::uint32_t slot : candidates) least = std::min(least, certificate(slot, work));
+  Polling polling(stop, work.triangle_tests);
+  for (const std::uint32_t slot : candidates) {
+    least = std::min(least, certificate(slot, work));
+    if (polling.poll(work.triangle_tests)) break;
+  }
   return least;
 }
 

@@ -21,19 +21,24 @@ CornersAndFrame with_frame(const Vec3& a, const Vec3& b, const Vec3& c) {
 
 Corner TriangleSet::measure(const Vec3& p, const Piece& parent) {
   const Slots* slots = set_of(parent);
-  if (!slots) return nearest_corner(search_.to(), p, search_.work());
-  search_.work().triangle_tests += slots->size();
+  if (!slots) return nearest_corner(search_.to(), p, search_.work(), search_.stop());
+  std::uint64_t& tests = search_.work().triangle_tests;
+  Polling polling(search_.stop(), tests);
   Corner corner{p, std::numeric_limits<double>::infinity(), Nearest::kNone};
   for (const std::uint32_t slot : *slots) {
     const double d = distance(search_.to().prepared(slot), p);
     if (d < corner.distance) corner.distance = d, corner.slot = slot;
+    if (polling.poll(++tests)) break;
   }
+  corner.complete = !polling.stopped();
   return corner;
 }
 
 double TriangleSet::upper(const Piece& piece) {
-  if (piece.depth == 0) return least_farthest(piece, search_.to(), collect(piece).slots, search_.work());
-  if (const Slots* slots = set_of(piece)) return least_farthest(piece, search_.to(), *slots, search_.work());
+  if (piece.depth == 0)
+    return least_farthest(piece, search_.to(), collect(piece).slots, search_.work(), search_.stop());
+  if (const Slots* slots = set_of(piece))
+    return least_farthest(piece, search_.to(), *slots, search_.work(), search_.stop());
   const auto& [a, b, c] = piece.corners;
   return least_farthest(piece, search_.to(), std::array{a.slot, b.slot, c.slot}, search_.work());
 }

@@ -8,6 +8,7 @@
 #include <span>
 #include <string_view>
 
+#include "engine/control.h"
 #include "engine/kernels/layout.h"
 
 namespace meshgauge {
@@ -24,6 +25,32 @@ struct Closest {
   std::uint32_t slot;  // lane slot % kLanes of block slot / kLanes
 };
 
+// The point-triangle distances between two polls of whether to stop: some 0.1 ms of work.
+inline constexpr std::uint64_t kTestsBetweenPolls = 1 << 14;
+
+// Whether one query, which may test every triangle, must end early. Not thread safe.
+class Polling {
+ public:
+  Polling() = default;  // it never ends early
+  // `tests`: the count of distances when the query begins. Borrows `stop`; null: the query never ends early.
+  Polling(const Interrupted* stop, std::uint64_t tests) : stop_(stop) {
+    if (stop) next_ = tests + kTestsBetweenPolls;
+  }
+
+  // Whether to end now, after `tests` distances.
+  bool poll(std::uint64_t tests) {
+    if (tests < next_) return false;
+    next_ = tests + kTestsBetweenPolls;
+    return stopped_ = (*stop_)();
+  }
+  bool stopped() const { return stopped_; }
+
+ private:
+  const Interrupted* stop_ = nullptr;
+  std::uint64_t next_ = ~std::uint64_t{0};
+  bool stopped_ = false;
+};
+
 struct Kernels {
   const char* name;  // "scalar", "sse4", "avx2", "avx512", "neon"
 
@@ -33,8 +60,8 @@ struct Kernels {
 
   // Returns the triangle closest to p among those closer than `best`, or `best` itself. No triangle is closer than the
   // result by more than rounding: a box is skipped only if it is farther by rounding.h R6. Adds the number of computed
-  // point-triangle distances to `tests`.
-  Closest (*nearest)(const TreeView& tree, const double p[3], Closest best, std::uint64_t& tests);
+  // point-triangle distances to `tests`. When `polling` stops it, the result is the closest triangle so far.
+  Closest (*nearest)(const TreeView& tree, const double p[3], Closest best, std::uint64_t& tests, Polling& polling);
 
   // Returns the largest squared distance of the points from the triangle in that lane (rounding.h R3). Only the first
   // kLanes / 2 points count; the other lanes must repeat some of them.

@@ -88,14 +88,14 @@ double prepare(const PointBlock corners[3], TriangleBlock& out) {
   return residual;
 }
 
-Closest nearest(const TreeView& tree, const double p[3], Closest best, std::uint64_t& tests) {
+Closest nearest(const TreeView& tree, const double p[3], Closest best, std::uint64_t& tests, Polling& polling) {
   walk(tree, p, best.distance_sq, [&](std::uint32_t block) {
     tests += kLanes;
     for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
       const double d_sq = distance_sq(flat(tree.blocks[block], lane), p[0], p[1], p[2]);
       if (d_sq < best.distance_sq) best = {d_sq, block * static_cast<std::uint32_t>(kLanes) + lane};
     }
-    return best.distance_sq;
+    return polling.poll(tests) ? kEndWalk : best.distance_sq;
   });
   return best;
 }

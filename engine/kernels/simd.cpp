@@ -198,7 +198,7 @@ double farthest_sq(const TriangleBlock& block, std::size_t lane, const PointBloc
   return farthest;
 }
 
-Closest nearest(const TreeView& tree, const double p[3], Closest best, std::uint64_t& tests) {
+Closest nearest(const TreeView& tree, const double p[3], Closest best, std::uint64_t& tests, Polling& polling) {
   Entry stack[kMaxStack];
   std::size_t size = 0;
   stack[size++] = Entry{0, 0};
@@ -210,7 +210,7 @@ Closest nearest(const TreeView& tree, const double p[3], Closest best, std::uint
       const std::uint32_t number = entry.child & ~WideNode::kLeaf;
       tests += kLanes;
       closest_of_block(tree.blocks[number], number, p, best);
-      if (best.distance_sq == 0) break;
+      if (best.distance_sq == 0 || polling.poll(tests)) break;
       limit = near_limit(best.distance_sq);
     } else {
       size = push_children(tree.nodes[entry.child], p, best.distance_sq, limit, stack, size);

@@ -63,8 +63,10 @@ inline std::size_t push_children(const WideNode& node, const double p[3], double
   return push_within(node, local_float, near_limit(best_sq), stack, size);
 }
 
+inline constexpr double kEndWalk = 0;
+
 // Calls visit(block) for the blocks that may be closer to p than sqrt(best_sq), depth first, the nearest child first.
-// visit() returns the new best_sq; the walk skips boxes that are farther and ends at 0.
+// visit() returns the new best_sq; the walk skips boxes that are farther and ends at kEndWalk.
 template <class Visit>
 void walk(const TreeView& tree, const double p[3], double best_sq, Visit&& visit) {
   std::array<WalkEntry, kMaxStack> stack;
@@ -75,7 +77,7 @@ void walk(const TreeView& tree, const double p[3], double best_sq, Visit&& visit
     if (entry.distance_sq > near_limit(best_sq)) continue;
     if (entry.child & WideNode::kLeaf) {
       best_sq = visit(entry.child & ~WideNode::kLeaf);
-      if (best_sq == 0) return;
+      if (best_sq == kEndWalk) return;
     } else {
       size = push_children(tree.nodes[entry.child], p, best_sq, stack.data(), size);
     }

@@ -35,7 +35,7 @@ MUTATIONS = [
     ("the upper bound without its slack", "engine/rounding.h",
      "return kDistanceSlack + residual + kMidpointSlack * max_depth;", "return 0 * (residual + max_depth);"),
     ("an inner witness counts as lying on A", "engine/certify.cpp",
-     "certified_distance_below(search.to(), w), off)", "certified_distance_below(search.to(), w), 0 * off)"),
+     "rounding::subtract_down(*below, off)", "rounding::subtract_down(*below, 0 * off)"),
     ("the lower bound is scaled back to nearest", "engine/rounding.cpp",
      "> x ? std::nextafter(scaled, 0.0) : scaled", "> x ? scaled : scaled"),
     ("the upper bound is scaled back to nearest", "engine/rounding.cpp",

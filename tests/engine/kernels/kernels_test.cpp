@@ -127,10 +127,11 @@ TEST_CASE("nearest: the same triangle and bits on every set, with and without a 
       for (const Closest start :
            {Closest{std::numeric_limits<double>::infinity(), Nearest::kNone}, Closest{hint_sq, hint}}) {
         std::uint64_t expected_tests = 0;
-        const Closest expected = reference().nearest(tree.view(), p.data(), start, expected_tests);
+        Polling never;
+        const Closest expected = reference().nearest(tree.view(), p.data(), start, expected_tests, never);
         for (const Kernels& kernels : supported_kernels()) {
           std::uint64_t tests = 0;
-          const Closest found = kernels.nearest(tree.view(), p.data(), start, tests);
+          const Closest found = kernels.nearest(tree.view(), p.data(), start, tests, never);
           REQUIRE(found.slot == expected.slot);
           REQUIRE(same_bits(found.distance_sq, expected.distance_sq));
           REQUIRE(tests == expected_tests);
