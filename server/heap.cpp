@@ -19,7 +19,7 @@ void keep_heap_small([[maybe_unused]] unsigned threads_that_compute) {
 #endif
 }
 
-void give_back_free_memory() {
+void release_free_memory() {
 #ifdef __GLIBC__
   malloc_trim(0);
 #endif

@@ -9,6 +9,6 @@ namespace meshgauge::server {
 void keep_heap_small(unsigned threads_that_compute);
 
 // Returns whole free pages of all arenas to the kernel. Takes milliseconds per some hundred megabytes; call it rarely.
-void give_back_free_memory();
+void release_free_memory();
 
 }  // namespace meshgauge::server

@@ -216,14 +216,14 @@ Result<Done> run_until_signal(const Settings& settings, const std::vector<std::s
     log_event("access", "keys are sent unencrypted; set tls_certificate, or use a proxy in front that speaks TLS");
   }
   for (Signal signal = Signal::none; service.listening() && signal != Signal::end;) {
-    signal = signalled_within(kServiceTick);
+    signal = wait_for_signal(kServiceTick);
     if (signal == Signal::reload) service.reload();
   }
   const bool failed = !service.listening();  // exit with an error, so that a supervisor restarts the service
   log_event("stopping", failed ? "the listening socket failed" : "no new work is accepted");
   const auto grace_end = Clock::now() + std::chrono::milliseconds(settings.grace_ms);
   service.shutdown(
-      [&] { return Clock::now() >= grace_end || signalled_within(std::chrono::milliseconds(0)) == Signal::end; });
+      [&] { return Clock::now() >= grace_end || wait_for_signal(std::chrono::milliseconds(0)) == Signal::end; });
   log_event("sandbox", to_string(pool.counters()));
   log_event("stopped", "every request was answered");
   if (failed) return Error{ErrorCode::internal, "the listening socket failed", "", ""};

@@ -119,7 +119,7 @@ api::RequestLimits request_limits(const Settings& s) {
   return {milliseconds(s.default_timeout_ms), milliseconds(s.max_timeout_ms)};
 }
 
-std::uint64_t most_files_sent(const Settings& s) {
+std::uint64_t max_files_sent(const Settings& s) {
   return std::max<std::uint64_t>(1, (s.io_threads - held_threads(s)) / 2);
 }
 

@@ -154,7 +154,7 @@ inline bool is_distributed(const Settings& settings) { return !settings.database
 
 // Maximum number of files sent to clients at the same time: half of the I/O threads that are not reserved.
 // Precondition: settings come from checked().
-std::uint64_t most_files_sent(const Settings& settings);
+std::uint64_t max_files_sent(const Settings& settings);
 
 // Returns the settings with values for `workers`, `io_threads`, `max_arriving_per_peer`, `parsers`,
 // `parser_memory_bytes` and `simd` in place of 0 and auto. An Error names the flag of a value that is out of range,

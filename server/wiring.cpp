@@ -114,7 +114,7 @@ void block_signals() {
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
 }
 
-Signal signalled_within(std::chrono::milliseconds time) {
+Signal wait_for_signal(std::chrono::milliseconds time) {
   const sigset_t set = awaited_signals();
   const timespec wait{0, time.count() * 1'000'000};
   siginfo_t info{};

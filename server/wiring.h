@@ -43,6 +43,6 @@ void watch_cache(Metrics& metrics, const MeshCache& cache, std::uint64_t max_byt
 // end: SIGTERM, SIGINT, or SIGHUP because the terminal was closed. reload: any other SIGHUP.
 enum class Signal { none, end, reload };
 void block_signals();  // in this thread and those it starts; call before any thread starts
-Signal signalled_within(std::chrono::milliseconds time);  // blocks until a signal or the end of `time`, under a second
+Signal wait_for_signal(std::chrono::milliseconds time);  // blocks until a signal or the end of `time`, under a second
 
 }  // namespace meshgauge::server

@@ -226,7 +226,7 @@ void Batches::events(Exchange& exchange) {
 }
 
 // Throws if the batch was deleted while its rows were read: it may have had more.
-void Batches::expect_batch(const store::JobKey& key) {
+void Batches::throw_if_deleted(const store::JobKey& key) {
   const auto batch = batches_.get_batch(key);
   if (!batch) throw std::runtime_error(batch.error().message);
   if (!*batch) throw std::runtime_error("the batch was deleted while its rows were sent");
@@ -244,7 +244,7 @@ void Batches::stream_rows(Exchange& exchange, std::string head, std::function<st
     const auto rows = batches_.batch_rows(key, BatchStore::Rows::ended, from, kRowsOfPage);
     if (!rows) throw std::runtime_error(rows.error().message);
     const bool more = rows->size() == kRowsOfPage;
-    if (!more) expect_batch(key);
+    if (!more) throw_if_deleted(key);
     piece = std::exchange(head, {});
     for (const store::BatchRow& row : *rows) piece += line(row);
     if (!rows->empty()) from = rows->back().position + 1;

@@ -52,7 +52,7 @@ class Batches {
   Result<std::string> document(const store::Batch& batch);
   void send(Exchange& exchange, const store::Batch& batch, int status);
   std::shared_ptr<const void> take_place(Exchange& exchange);  // null: the exchange is answered
-  void expect_batch(const store::JobKey& key);
+  void throw_if_deleted(const store::JobKey& key);
   void stream_rows(Exchange& exchange, std::string head, std::function<std::string(const store::BatchRow&)> line,
                    std::string tail);
 

@@ -24,8 +24,8 @@ std::uint64_t bytes_of(const MeshField& field) {
   return bytes;
 }
 
-std::optional<Problem> put_together(MeshField& field, std::uint64_t most, ByteBudget& budget,
-                                    const std::string& temp_dir) {
+std::optional<Problem> combine_files(MeshField& field, std::uint64_t most, ByteBudget& budget,
+                                     const std::string& temp_dir) {
   if (field.files.empty()) return std::nullopt;
   const std::string& name = field.head.name;
   if (!api::is_gltf_json(field.upload->bytes())) {

@@ -106,7 +106,7 @@ FormReceiver::Refusal FormReceiver::complete() {
   if (!form_.a.upload) return missing("a");
   if (!form_.b.upload) return missing("b");
   for (MeshField* mesh : {&form_.a, &form_.b}) {
-    if (auto refusal = put_together(*mesh, settings_.max_part_bytes, budget_, settings_.temp_dir)) return refusal;
+    if (auto refusal = combine_files(*mesh, settings_.max_part_bytes, budget_, settings_.temp_dir)) return refusal;
   }
   return std::nullopt;
 }

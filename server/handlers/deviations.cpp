@@ -100,7 +100,7 @@ Deviations::Deviations(const Settings& settings, Jobs& jobs, Stores stores, Acce
       metrics_(metrics),
       fetch_(std::move(fetch)),
       tools_{settings, fetch_, *stores.maps, jobs.threads()},
-      sending_(ConnectionLimit::shared(most_files_sent(settings))) {}
+      sending_(ConnectionLimit::shared(max_files_sent(settings))) {}
 
 // Waits for idle_, not for a use_count of 1: reading use_count() does not synchronize with the tasks' writes.
 Deviations::~Deviations() {
@@ -161,7 +161,7 @@ std::variant<MeshSource, Problem> Deviations::open(const std::string& owner, con
 }
 
 // Marks a stored mesh as used now, and as one for the mesh cache.
-std::optional<Problem> Deviations::recognise(MeshSource& source, const std::string& owner) {
+std::optional<Problem> Deviations::touch_if_stored(MeshSource& source, const std::string& owner) {
   const store::BlobKey key{owner, source.id};
   const auto stored = stores_.meshes.get_mesh(key);
   if (!stored) return api::to_problem(stored.error());
@@ -187,7 +187,7 @@ std::optional<Problem> Deviations::open_meshes(MapRequest& request) {
   }
   set_hints(request.row.hints, order.a, order.b);
   for (MeshSource* source : {&order.a, &order.b}) {
-    if (auto problem = recognise(*source, request.row.key.owner)) return problem;
+    if (auto problem = touch_if_stored(*source, request.row.key.owner)) return problem;
     order.bytes += source->input.bytes.size();
   }
   auto facts = api::result_facts(nlohmann::ordered_json::parse(request.row.document, nullptr, false), order.query.of);
@@ -296,7 +296,7 @@ bool Deviations::send(Exchange& exchange, const MapCache::File& file) {
   std::shared_ptr<const void> place;
   if (exchange.head.method != "HEAD" && !(place = sending_.take(exchange.owner))) {
     answer(exchange, Problem{ProblemKind::overloaded,
-                             "too many maps are being sent (limit " + std::to_string(most_files_sent(settings_)) +
+                             "too many maps are being sent (limit " + std::to_string(max_files_sent(settings_)) +
                                  "); retry in a moment",
                              {}});
     return false;

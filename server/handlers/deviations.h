@@ -41,7 +41,7 @@ class Deviations {
 
   std::variant<MapRequest, api::Problem> find(const Exchange& exchange, MapKind kind);
   std::variant<MeshSource, api::Problem> open(const std::string& owner, const std::string& part, const std::string& id);
-  std::optional<api::Problem> recognise(MeshSource& source, const std::string& owner);
+  std::optional<api::Problem> touch_if_stored(MeshSource& source, const std::string& owner);
   std::optional<api::Problem> open_meshes(MapRequest& request);
   void make(Exchange& exchange, MapRequest& request);
   std::shared_ptr<Making> begin(MapRequest& request, std::optional<Scheduler::Slot>& slot);

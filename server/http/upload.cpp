@@ -20,7 +20,7 @@ api::Problem not_stored() {
 }
 
 // Opens the file again, for a process that must not change it. Invalid where /proc is not mounted.
-Descriptor reopened_to_read(int file) {
+Descriptor open_read_only(int file) {
   return Descriptor(::open(("/proc/self/fd/" + std::to_string(file)).c_str(), O_RDONLY | O_CLOEXEC));
 }
 
@@ -83,7 +83,7 @@ Upload::Refusal Upload::finish(bool with_file) {
   bytes_ = memory_;
   if (file_ < 0) return std::nullopt;
   void* start = ::mmap(nullptr, size_, PROT_READ, MAP_PRIVATE, file_, 0);
-  if (with_file) read_only_ = reopened_to_read(file_);
+  if (with_file) read_only_ = open_read_only(file_);
   close_file();  // the mapping keeps the file
   if (start == MAP_FAILED) return not_stored();
   mapped_ = true;

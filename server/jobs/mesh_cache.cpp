@@ -26,7 +26,7 @@ void return_memory(std::uint64_t freed_bytes) {
   static std::atomic<std::uint64_t> freed_since{0};
   if (freed_since.fetch_add(freed_bytes) + freed_bytes < kWorthTrimming) return;
   freed_since = 0;
-  give_back_free_memory();
+  release_free_memory();
 }
 
 Error damaged(const std::string& id) {

@@ -38,7 +38,7 @@ void Upkeep::tick() try {
   if (recovery && due(next_recovery_, std::min<milliseconds>(kRecoveryInterval, quarter_lease))) recover();
   if (due(next_sweep_, kSweepInterval)) {
     if (on_duty) sweep_rows();
-    give_back_free_memory();
+    release_free_memory();
   }
   if (due(next_listing_, stores_.shared ? milliseconds(kSharedListing) : kSweepInterval)) {
     if (stores_.maps) sweep_maps();

@@ -86,7 +86,7 @@ void watch_levels(Metrics& metrics, const Settings& settings, const Worker& work
 void leave(Worker& worker, milliseconds grace) {
   worker.drain();
   const auto end = Clock::now() + grace;
-  while (worker.held() > 0 && Clock::now() < end && signalled_within(kTick) != Signal::end) continue;
+  while (worker.held() > 0 && Clock::now() < end && wait_for_signal(kTick) != Signal::end) continue;
   worker.stop();
 }
 
@@ -128,7 +128,7 @@ Result<Done> run_worker_until_signal(const Settings& settings, const std::vector
   stores.signals.listen([&worker](const store::Signal& signal) { worker.hear(signal); });
   worker.start();
   log_listening(settings.host + ":" + std::to_string(*port), settings.simd);
-  while (status.listening() && signalled_within(kTick) != Signal::end) continue;
+  while (status.listening() && wait_for_signal(kTick) != Signal::end) continue;
   const bool failed = !status.listening();  // the process ends, so that its supervisor restarts it
   status.refuse();
   log_event("stopping", failed ? "the listening socket failed" : "no more jobs are claimed");
