@@ -34,6 +34,7 @@ MUTATIONS = [
     # dropped slacks and outward rounding
     ("the upper bound without its slack", "engine/rounding.h",
      "return kDistanceSlack + residual + kMidpointSlack * max_depth;", "return 0 * (residual + max_depth);"),
+    ("queries do not poll whether to stop", "engine/search.h", "return &stop_;", "return nullptr;"),
     ("an inner witness counts as lying on A", "engine/certify.cpp",
      "rounding::subtract_down(*below, off)", "rounding::subtract_down(*below, 0 * off)"),
     ("the lower bound is scaled back to nearest", "engine/rounding.cpp",
