@@ -23,35 +23,42 @@ constexpr std::uint64_t kMostParserMemory = std::uint64_t{1} << 46;
 constexpr std::uint64_t kLeastParserMemory = std::uint64_t{32} << 20;  // a program with no file
 constexpr std::uint64_t kBesideArrays = std::uint64_t{256} << 20;      // the program, and a reader's own tables
 
+// Returns the end of a message: ", not 70000".
+std::string not_value(std::uint64_t value) { return ", not " + std::to_string(value); }
+
 // I/O threads that may be occupied by connections waiting for something else than their client.
 std::uint64_t held_threads(const Settings& s) { return s.workers + s.queue + s.max_event_streams; }
 
 Result<Done> check_threads(const Settings& s) {
   if (std::max({s.workers, s.queue, s.max_event_streams, s.io_threads}) > kMostThreads) {
     return refused("--workers, --queue, --max-event-streams and --io-threads must be at most " +
-                   std::to_string(kMostThreads));
+                   std::to_string(kMostThreads) +
+                   not_value(std::max({s.workers, s.queue, s.max_event_streams, s.io_threads})));
   }
   if (s.io_threads >= held_threads(s) + kLeastSpareThreads) return Done{};
   return refused("--io-threads must be at least --workers + --queue + --max-event-streams + " +
                  std::to_string(kLeastSpareThreads) + " (" + std::to_string(held_threads(s) + kLeastSpareThreads) +
-                 "), since every waiting request occupies one");
+                 "), since every waiting request occupies one" + not_value(s.io_threads));
 }
 
 Result<Done> check_times(const Settings& s) {
   const auto most = static_cast<std::uint64_t>(api::kTimeoutMsRange.high);
   if (s.max_timeout_ms < 1 || s.max_timeout_ms > most) {
-    return refused("--max-timeout-ms must be from 1 to " + std::to_string(most));
+    return refused("--max-timeout-ms must be from 1 to " + std::to_string(most) + not_value(s.max_timeout_ms));
   }
   if (s.default_timeout_ms < 1 || s.default_timeout_ms > s.max_timeout_ms) {
-    return refused("--default-timeout-ms must be from 1 to --max-timeout-ms");
+    return refused("--default-timeout-ms must be from 1 to --max-timeout-ms (" + std::to_string(s.max_timeout_ms) +
+                   ")" + not_value(s.default_timeout_ms));
   }
   constexpr std::uint64_t kHour = 3'600'000;
   if (std::max({s.head_timeout_ms, s.body_timeout_ms, s.keep_alive_ms, s.grace_ms}) > kHour) {
-    return refused("--head-timeout-ms, --body-timeout-ms, --keep-alive-ms and --grace-ms must be at most 3600000");
+    return refused("--head-timeout-ms, --body-timeout-ms, --keep-alive-ms and --grace-ms must be at most 3600000" +
+                   not_value(std::max({s.head_timeout_ms, s.body_timeout_ms, s.keep_alive_ms, s.grace_ms})));
   }
   constexpr std::uint64_t kCentury = 3'155'760'000;  // s; times are kept in ms, and must not overflow
   if (std::max(s.result_ttl_s, s.mesh_ttl_s) > kCentury) {
-    return refused("--result-ttl-s and --mesh-ttl-s must be at most " + std::to_string(kCentury));
+    return refused("--result-ttl-s and --mesh-ttl-s must be at most " + std::to_string(kCentury) +
+                   not_value(std::max(s.result_ttl_s, s.mesh_ttl_s)));
   }
   return Done{};
 }
@@ -66,10 +73,11 @@ std::uint64_t memory_of_a_parser(const Settings& s) {
 }
 
 Result<Done> check_parsers(const Settings& s) {
-  if (s.parsers > kMostThreads) return refused("--parsers must be at most " + std::to_string(kMostThreads));
+  if (s.parsers > kMostThreads)
+    return refused("--parsers must be at most " + std::to_string(kMostThreads) + not_value(s.parsers));
   if (s.parser_memory_bytes >= kLeastParserMemory && s.parser_memory_bytes <= kMostParserMemory) return Done{};
   return refused("--parser-memory-bytes must be from " + std::to_string(kLeastParserMemory) + " to " +
-                 std::to_string(kMostParserMemory));
+                 std::to_string(kMostParserMemory) + not_value(s.parser_memory_bytes));
 }
 
 bool is_bucket(std::string_view url) {
@@ -84,11 +92,14 @@ bool is_bucket(std::string_view url) {
 
 // Messages do not show the connection string, which may hold a password.
 Result<Done> check_database(const Settings& s) {
-  if (s.database.empty()) return s.blobs.empty() ? Result<Done>(Done{}) : refused("--blobs needs --database");
+  if (s.database.empty())
+    return s.blobs.empty() ? Result<Done>(Done{})
+                           : refused("--blobs needs --database: without it meshes are kept in --data-dir");
   if (!store::is_conninfo(s.database)) {
     return refused("--database must be a PostgreSQL connection string, such as postgresql://USER@HOST/NAME");
   }
-  if (!s.blobs.empty() && !is_bucket(s.blobs)) return refused("--blobs must be s3://BUCKET or s3://BUCKET/PREFIX");
+  if (!s.blobs.empty() && !is_bucket(s.blobs))
+    return refused("--blobs must be s3://BUCKET or s3://BUCKET/PREFIX, not '" + s.blobs + "'");
   if (!s.s3_endpoint.empty() && !s.s3_endpoint.starts_with("http://") && !s.s3_endpoint.starts_with("https://")) {
     return refused("--s3-endpoint must begin with https:// or http://");
   }
@@ -100,11 +111,12 @@ Result<Done> check_leases(const Settings& s) {
   constexpr std::uint64_t kHour = 3'600'000;
   if (s.heartbeat_ms < 1 || s.heartbeat_ms > kHour || s.lease_ms > kHour || s.lease_ms < 2 * s.heartbeat_ms) {
     return refused("--heartbeat-ms must be at least 1, and --lease-ms from twice --heartbeat-ms to " +
-                   std::to_string(kHour));
+                   std::to_string(kHour) + ", not " + std::to_string(s.heartbeat_ms) + " and " +
+                   std::to_string(s.lease_ms));
   }
   constexpr std::uint64_t kMostPairs = 100'000;
   if (s.max_batch_pairs >= 1 && s.max_batch_pairs <= kMostPairs) return Done{};
-  return refused("--max-batch-pairs must be from 1 to " + std::to_string(kMostPairs));
+  return refused("--max-batch-pairs must be from 1 to " + std::to_string(kMostPairs) + not_value(s.max_batch_pairs));
 }
 
 }  // namespace
@@ -126,7 +138,8 @@ std::uint64_t max_files_sent(const Settings& s) {
 api::ReadLimits read_limits(const Settings& s) { return {s.max_vertices, s.max_triangles, s.max_expanded_bytes}; }
 
 Result<Settings> checked(Settings s) {
-  if (s.port > std::numeric_limits<std::uint16_t>::max()) return refused("--port must be at most 65535");
+  if (s.port > std::numeric_limits<std::uint16_t>::max())
+    return refused("--port must be at most 65535" + not_value(s.port));
   if (s.tls_certificate.empty() != s.tls_key.empty())
     return refused("--tls-certificate and --tls-key must be given together");
   if (const auto cors = Cors::parse(s.cors_origins); !cors) return cors.error();
@@ -140,12 +153,14 @@ Result<Settings> checked(Settings s) {
   if (auto ok = check_parsers(s); !ok) return ok.error();
   if (auto ok = check_database(s); !ok) return ok.error();
   if (auto ok = check_leases(s); !ok) return ok.error();
-  if (s.max_part_bytes > s.max_request_bytes) return refused("--max-part-bytes must be at most --max-request-bytes");
+  if (s.max_part_bytes > s.max_request_bytes)
+    return refused("--max-part-bytes (" + std::to_string(s.max_part_bytes) + ") must be at most --max-request-bytes (" +
+                   std::to_string(s.max_request_bytes) + ")");
   const auto simd = api::as_simd(s.simd, "--simd");
   if (!simd) return simd.error();
   s.simd = *simd;
   if (s.log_requests != "all" && s.log_requests != "problems" && s.log_requests != "none") {
-    return refused("--log-requests must be all, problems or none");
+    return refused("--log-requests must be all, problems or none, not '" + s.log_requests + "'");
   }
   return s;
 }

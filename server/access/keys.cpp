@@ -49,7 +49,11 @@ Result<Done> read_sha256(const JsonValue& value, const std::string& pointer, Key
   if (list.empty() || list.size() > kMaxTokensOfKey)
     return bad_key(pointer, "must be one digest, or an array of 1 to 4 digests");
   for (const JsonValue& digest : list) {
-    if (!is_digest(digest)) return wrong(pointer, "the SHA-256 of a token, 64 lower-case hex digits", digest);
+    // The value is not shown: it may be the token itself, and this message is logged.
+    if (!is_digest(digest)) {
+      return bad_key(pointer,
+                     "must be the SHA-256 of a token, 64 lower-case hex digits: `meshgauge keys hash` prints it");
+    }
     key.sha256.push_back(digest.get<std::string>());
   }
   return Done{};
