@@ -20,11 +20,11 @@ namespace meshgauge::check {
 struct Shot {
   std::vector<std::byte> png;
   Camera camera;
-  std::optional<Seen> from;  // end of the witness on this mesh; nullopt: not in the picture
-  std::optional<Seen> to;
-  bool hidden = false;  // the part covers that end of the witness
-  bool cut = false;     // the part is cut open in front of the witness
-  double close_up = 0;  // size of the close-up around `from`, as a share of this picture's; 0: there is none
+  std::optional<Seen> from;  // the witness, perhaps outside the picture; nullopt: there is none on the meshes
+  std::optional<Seen> to;    // its nearest point on the other mesh; set with `from`
+  bool hidden = false;       // the part covers the end of the witness that is on it
+  bool cut = false;          // the part is cut open in front of the witness
+  double close_up = 0;       // size of the close-up around `from`, as a share of this picture's; 0: there is none
 };
 
 // One mesh, coloured by its distance to the other.
