@@ -71,7 +71,7 @@ class Cli(unittest.TestCase):
 
     def test_the_table_tells_what_was_done_to_a_mesh(self):
         table = self.run_cli("compare", self.file("square.stl", SQUARE + b"f 1 2 3 4\nl 1 2\nf 1 1 1\n"), self.b).stdout
-        for line in ("mesh a    obj, 5 triangles (1 degenerate)", "  the file name says stl, the content is obj",
+        for line in ("mesh a    obj, 5 triangles (1 degenerate)", "  the file name says stl, but the content is obj; it was read as that",
                      "split into triangles: 1\n", "left out, since they have no surface: 1\n",
                      "kept as the segment or the point they span: 1\n"):
             self.assertIn(line, table)
