@@ -1,4 +1,4 @@
-// Jobs over real stores and a stand-in for the readers: what its tests and its stress test begin with.
+// Jobs over real stores and a stand-in for the readers, for its tests and its stress test.
 #pragma once
 
 #include <atomic>
@@ -29,11 +29,11 @@ inline api::ProblemKind refusal_of(const Jobs::Submitted& submitted) {
   return std::get<Denial>(submitted).problem.kind;
 }
 
-// Gives the meshes when it is released or the job interrupted: so long a comparison runs.
+// Returns the meshes when it is released or the job is interrupted: a comparison runs until then.
 struct Stand {
   std::atomic<int> running{0};  // that were begun
   std::atomic<bool> released{false};
-  std::atomic<bool> deaf{false};  // does not hear a cancellation
+  std::atomic<bool> deaf{false};  // ignores a cancel
   std::mutex mutex;
   std::vector<std::string> order;  // file names of a
   std::vector<Control::Clock::time_point> deadlines;
@@ -55,7 +55,7 @@ struct Stand {
   }
 };
 
-// What outlives a service: the stores.
+// The stores, which outlive a service.
 struct Kept {
   store::EmbeddedForTests embedded;
   store::FlakyStore jobs{embedded.jobs()};

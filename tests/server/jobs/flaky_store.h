@@ -1,4 +1,4 @@
-// A JobStore before another one, that fails as a disk does when a test says so.
+// A JobStore in front of another one, which fails like a disk when a test says so.
 #pragma once
 
 #include <atomic>
@@ -14,13 +14,13 @@ class FlakyStore final : public JobStore {
  public:
   explicit FlakyStore(JobStore& behind) : behind_(behind) {}
 
-  // As a full disk: whatever writes fails, whatever reads does not.
+  // Like a full disk: writes fail, reads do not.
   std::atomic<bool> full{false};
   std::atomic<int> refused{0};
   std::atomic<int> unfinished{0};  // of those, results that could not be stored
   std::atomic<int> finishes{0};    // calls of finish_all()
-  std::string refused_document;    // that no result can be stored with; empty: none
-  // After each claim_some() that was stored, before it is answered. false: the answer is lost. Empty: nothing.
+  std::string refused_document;    // a result with it cannot be stored; empty: none
+  // Called after each stored claim_some(), before its answer. false: the answer is lost. Empty: not called.
   std::function<bool(const std::vector<Claimed>&)> answers_claim;
 
   Result<Inserted> insert(const NewJob& job) override {

@@ -1,4 +1,4 @@
-// What durable jobs take of their owner's storage.
+// The storage of an owner that durable jobs take.
 #include "bench_of_jobs.h"
 #include "server/jobs/jobs.h"
 
@@ -7,7 +7,7 @@ using namespace meshgauge::server;
 using std::chrono::seconds;
 using store::got;
 
-TEST_CASE("jobs: what one brought goes with its end, what is stored or needed by another stays") {
+TEST_CASE("jobs: its uploads are removed at its end, unless they are stored or needed by another") {
   Kept kept;
   Stand stand;
   Bench bench(kept, stand.fetch());
@@ -44,7 +44,7 @@ TEST_CASE("jobs: refused and repeated ones leave nothing behind") {
   stand.released = true;
 }
 
-TEST_CASE("jobs: what waits for a restart counts after it") {
+TEST_CASE("jobs: jobs that wait for a restart count after it") {
   Kept kept;
   Settings settings = one_worker();
   settings.max_stored_bytes = 30;

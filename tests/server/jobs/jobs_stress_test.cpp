@@ -1,5 +1,4 @@
-// Everything at once, on a store that fails from time to time: made for ThreadSanitizer, and for what is true at the
-// end whatever happened in between.
+// Everything at once, on a store that fails from time to time: for ThreadSanitizer, and for what must hold at the end.
 #include <future>
 #include <map>
 #include <random>
@@ -16,7 +15,7 @@ namespace {
 constexpr int kClients = 6;
 constexpr int kRounds = 60;
 
-// A comparison of a millisecond or so.
+// A comparison of about a millisecond.
 Fetch quick(std::atomic<int>& compared) {
   return [&compared](const MeshSource& source, Control& control) -> Result<api::SharedMesh> {
     if (source.input.part == "b") return stand_in(source);
@@ -29,7 +28,7 @@ Fetch quick(std::atomic<int>& compared) {
 }
 
 struct Seen {
-  std::map<std::string, std::string> accepted;  // durable ones: id to what became of it as far as the client knows
+  std::map<std::string, std::string> accepted;  // durable jobs: id to the state that the client knows
   int awaited = 0;
   int refused = 0;
 };
@@ -150,7 +149,7 @@ void check_kept(Kept& kept, const std::map<std::string, std::string>& accepted) 
 
 }  // namespace
 
-TEST_CASE("jobs stress: whatever clients and disk do, every accepted one ends and every place is given back") {
+TEST_CASE("jobs stress: every accepted job ends, and every place is given back") {
   Kept kept;
   std::atomic<int> compared{0};
   Bench bench(kept, quick(compared), busy());
@@ -166,7 +165,7 @@ TEST_CASE("jobs stress: whatever clients and disk do, every accepted one ends an
   CHECK(compared > 20);
 }
 
-TEST_CASE("jobs stress: the end of the service in the middle of it loses nothing") {
+TEST_CASE("jobs stress: the end of the service meanwhile loses nothing") {
   Kept kept;
   std::atomic<int> compared{0};
   std::map<std::string, std::string> accepted;

@@ -13,14 +13,14 @@ using std::chrono::seconds;
 using store::got;
 using store::JobState;
 
-TEST_CASE("jobs: one that is awaited is known while it runs and after its end") {
+TEST_CASE("jobs: an awaited job is visible while it runs and after its end") {
   Kept kept;
   Stand stand;
   Bench bench(kept, stand.fetch());
   const auto job = begun(submit(bench.jobs, submission("a", false)));
   REQUIRE(eventually([&] { return stand.running == 1; }));
   CHECK(got(bench.jobs.get(job->key))->row.state == JobState::running);
-  CHECK_FALSE(got(bench.jobs.get({"somebody else", job->key.id})).has_value());
+  CHECK_FALSE(got(bench.jobs.get({"another", job->key.id})).has_value());
   stand.released = true;
   REQUIRE(job->wait_for_end(kLong));
   CHECK(job->view().row.state == JobState::done);
@@ -28,7 +28,7 @@ TEST_CASE("jobs: one that is awaited is known while it runs and after its end") 
   CHECK(eventually([&] { return bench.jobs.figures().awaited_slots == 0; }));
 }
 
-TEST_CASE("jobs: a durable one waits in the store alone, and its bytes are there when it runs") {
+TEST_CASE("jobs: a durable job waits in the store alone, and its bytes exist when it runs") {
   Kept kept;
   Stand stand;
   Bench bench(kept, stand.fetch());
@@ -46,7 +46,7 @@ TEST_CASE("jobs: a durable one waits in the store alone, and its bytes are there
   CHECK(stand.order == std::vector<std::string>{"first.obj", "second.obj"});
 }
 
-TEST_CASE("jobs: the time of a durable one begins with it, of an awaited one with its submission") {
+TEST_CASE("jobs: the time of a durable job begins with its run, of an awaited one with its submission") {
   Kept kept;
   Stand stand;
   Bench bench(kept, stand.fetch());
@@ -82,7 +82,7 @@ TEST_CASE("jobs: stored meshes are counted once, however many jobs name them") {
   stand.released = true;
 }
 
-TEST_CASE("jobs: a queued one that is cancelled leaves its place at once") {
+TEST_CASE("jobs: a cancelled queued job gives its place back at once") {
   Kept kept;
   Stand stand;
   Bench bench(kept, stand.fetch());
@@ -103,7 +103,7 @@ TEST_CASE("jobs: a queued one that is cancelled leaves its place at once") {
   CHECK(stand.running == 1);
 }
 
-TEST_CASE("jobs: a running one that is cancelled ends with its interval") {
+TEST_CASE("jobs: a cancelled running job ends with its interval") {
   Kept kept;
   Stand stand;
   Bench bench(kept, stand.fetch());
@@ -115,7 +115,7 @@ TEST_CASE("jobs: a running one that is cancelled ends with its interval") {
   CHECK_FALSE(row_of(kept, job->key).document.empty());
 }
 
-TEST_CASE("jobs: an idempotency key is one job, however often and at once it is sent") {
+TEST_CASE("jobs: an idempotency key is one job, also for concurrent requests") {
   Kept kept;
   Stand stand;
   Settings settings = one_worker();
@@ -143,7 +143,7 @@ TEST_CASE("jobs: an idempotency key is one job, however often and at once it is 
   CHECK(std::get<JobView>(later).row.state == JobState::done);
 }
 
-TEST_CASE("jobs: a store that is full refuses durable ones and serves others") {
+TEST_CASE("jobs: a full store refuses durable jobs and serves others") {
   Kept kept;
   Stand stand;
   stand.released = true;
@@ -157,7 +157,7 @@ TEST_CASE("jobs: a store that is full refuses durable ones and serves others") {
   CHECK(begun(submit(bench.jobs, submission("a", true)))->wait_for_end(kLong));
 }
 
-TEST_CASE("jobs: what cannot be stored at its end is stored later") {
+TEST_CASE("jobs: an end that cannot be stored is stored later") {
   Kept kept;
   Stand stand;
   Bench bench(kept, stand.fetch());
@@ -167,9 +167,9 @@ TEST_CASE("jobs: what cannot be stored at its end is stored later") {
   stand.released = true;
   REQUIRE(eventually([&] { return kept.jobs.unfinished >= 1; }));
   CHECK(eventually([&] { return bench.jobs.figures().running == 0; }));
-  CHECK(job->view().row.state == JobState::running);  // no client is told what may be lost yet
+  CHECK(job->view().row.state == JobState::running);  // clients do not see an end that may be lost
   CHECK(row_of(kept, job->key).state == JobState::running);
-  CHECK(bench.jobs.figures().durable_slots == 1);  // nor is its place free
+  CHECK(bench.jobs.figures().durable_slots == 1);  // and its place is not free
   kept.jobs.full = false;
   REQUIRE(job->wait_for_end(kLong));
   CHECK(row_of(kept, job->key).state == JobState::done);
@@ -177,7 +177,7 @@ TEST_CASE("jobs: what cannot be stored at its end is stored later") {
   CHECK(stand.running == 1);
 }
 
-TEST_CASE("jobs: what cannot begin while the store is full begins later, with all its time") {
+TEST_CASE("jobs: a job that cannot begin while the store is full begins later, with its whole timeout") {
   Kept kept;
   Stand stand;
   Bench bench(kept, stand.fetch());
@@ -197,7 +197,7 @@ TEST_CASE("jobs: what cannot begin while the store is full begins later, with al
   CHECK(stand.deadlines[1] >= room + second->request.timeout);
 }
 
-TEST_CASE("jobs: while the store fails it is asked once a second, not once for each job") {
+TEST_CASE("jobs: a failing store is asked once a second, not once for each job") {
   Kept kept;
   Stand stand;
   Bench bench(kept, stand.fetch());
@@ -215,7 +215,7 @@ TEST_CASE("jobs: while the store fails it is asked once a second, not once for e
   CHECK(stand.running == 21);
 }
 
-TEST_CASE("jobs: the end of the service leaves running, waiting and parked ones to the next") {
+TEST_CASE("jobs: the end of the service leaves running, queued and parked jobs to the next start") {
   Kept kept;
   Stand stand;
   std::vector<store::JobKey> keys;
@@ -228,7 +228,7 @@ TEST_CASE("jobs: the end of the service leaves running, waiting and parked ones 
     REQUIRE(eventually([&] { return kept.jobs.unfinished >= 1; }));
     stand.released = false;
     kept.jobs.full = false;
-    // Whether the parked one is stored before the end or runs again: it is not lost.
+    // The parked job is stored before the end or runs again: it is not lost.
     keys.push_back(begun(submit(bench.jobs, submission("running", true)))->key);
     const auto waiting = begun(submit(bench.jobs, submission("waiting", true)));
     keys.push_back(waiting->key);
@@ -246,7 +246,7 @@ TEST_CASE("jobs: the end of the service leaves running, waiting and parked ones 
   }
 }
 
-TEST_CASE("jobs: an end on a full disk loses nothing that was promised") {
+TEST_CASE("jobs: an end on a full disk loses no accepted job") {
   Kept kept;
   Stand stand;
   store::JobKey key;
@@ -264,14 +264,14 @@ TEST_CASE("jobs: an end on a full disk loses nothing that was promised") {
   REQUIRE(eventually([&] { return row_of(kept, key).state == JobState::done; }));
 }
 
-TEST_CASE("jobs: one that ends by itself while the service ends is done, and not run again") {
+TEST_CASE("jobs: a job that ends during the shutdown is done, and not run again") {
   Kept kept;
   Stand stand;
   stand.deaf = true;
   store::JobKey key;
   {
     Bench bench(kept, stand.fetch());
-    Submission content_with_any = submission("a", true);  // it has converged before it hears of a cancellation
+    Submission content_with_any = submission("a", true);  // it converges before it notices the cancel
     content_with_any.options = R"({"tolerance":{"absolute":100}})";
     key = begun(submit(bench.jobs, std::move(content_with_any)))->key;
     REQUIRE(eventually([&] { return stand.running == 1; }));
@@ -283,7 +283,7 @@ TEST_CASE("jobs: one that ends by itself while the service ends is done, and not
   CHECK(row_of(kept, key).state == JobState::done);
 }
 
-TEST_CASE("jobs: what runs again does so within the limits of the settings, and with the mesh that is kept") {
+TEST_CASE("jobs: a job runs again within the limits of the settings, and with the cached mesh") {
   Kept kept;
   Stand stand;
   Settings settings = one_worker();
@@ -303,7 +303,7 @@ TEST_CASE("jobs: what runs again does so within the limits of the settings, and 
   CHECK(eventually([&] { return next.jobs.figures().durable_slots == 0; }));
 }
 
-TEST_CASE("jobs: one whose meshes or options are not usable any more fails, and says why") {
+TEST_CASE("jobs: a job with unusable meshes or options fails, and says why") {
   Kept kept;
   const auto now = store::now();
   for (const char* options : {"{}", R"({"no such option": 1})"}) {
@@ -326,7 +326,7 @@ TEST_CASE("jobs: one whose meshes or options are not usable any more fails, and 
   CHECK(stand.running == 0);
 }
 
-TEST_CASE("jobs: one that ends its process five times is given up with its last error") {
+TEST_CASE("jobs: a job that ends its process five times fails with its last error") {
   Kept kept;
   const auto now = store::now();
   store::NewJob row = store::new_job("", "poison");

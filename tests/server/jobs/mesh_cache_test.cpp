@@ -33,7 +33,7 @@ MeshCache::Key key_of(const std::string& name, const std::string& owner = "") {
   return MeshCache::key(owner, id_of(name), "", "");
 }
 
-// Gives a mesh under the name of its bytes, and counts how often it was asked.
+// Loads a mesh named by its bytes, and counts the loads.
 struct Source {
   std::string name;
   Mesh mesh = shapes::sphere(20);
@@ -60,7 +60,7 @@ SharedMesh take(MeshCache& cache, Source& source, const std::string& owner = "")
   return *mesh;
 }
 
-// As a comparison does.
+// Uses the mesh like a comparison.
 Outcome measured(const SharedMesh& a, const SharedMesh& b) {
   Control control;
   return measure(a->mesh, b->mesh, Options{}, control);
@@ -68,13 +68,13 @@ Outcome measured(const SharedMesh& a, const SharedMesh& b) {
 
 }  // namespace
 
-TEST_CASE("mesh cache: what was loaded once is there, for its owner and in its reading alone") {
+TEST_CASE("mesh cache: a loaded mesh is found by its owner and format alone") {
   MeshCache cache(kPlenty);
   Source source("a");
   const SharedMesh first = take(cache, source);
   CHECK(take(cache, source) == first);
   CHECK(source.loads == 1);
-  CHECK(take(cache, source, "somebody") != first);
+  CHECK(take(cache, source, "another") != first);
   CHECK(source.loads == 2);
   Control control;
   const auto named = MeshCache::key("", id_of("a"), "part.STL.gz", "");
@@ -107,7 +107,7 @@ TEST_CASE("mesh cache: a comparison makes the trees, and they are counted when i
   CHECK(a.loads + b.loads == 2);
 }
 
-TEST_CASE("mesh cache: over the budget the longest unused goes, never what is in use") {
+TEST_CASE("mesh cache: over the budget the longest unused is evicted, never one in use") {
   Source sources[] = {Source("0"), Source("1"), Source("2"), Source("3")};
   MeshCache unlimited(kPlenty);
   const std::uint64_t one = take(unlimited, sources[0])->bytes();
@@ -128,7 +128,7 @@ TEST_CASE("mesh cache: over the budget the longest unused goes, never what is in
   CHECK(cache.counters().bytes <= 2 * one + one / 2);
   CHECK(cache.counters().in_use == 0);
   const int loads = sources[0].loads;
-  (void)get(cache, sources[0]);  // the last that was given back
+  (void)get(cache, sources[0]);  // the last one in use
   CHECK(sources[0].loads == loads);
 }
 
@@ -147,7 +147,7 @@ TEST_CASE("mesh cache: trees that outgrow the budget take their mesh along") {
   CHECK(small.loads == 1);
 }
 
-TEST_CASE("mesh cache: what is larger than the budget is given, drives nobody out, and is not kept") {
+TEST_CASE("mesh cache: a mesh larger than the budget is returned, evicts none, and is not cached") {
   Source small("small"), large("large");
   small.mesh = shapes::cube();
   MeshCache cache(20'000);
@@ -163,11 +163,11 @@ TEST_CASE("mesh cache: what is larger than the budget is given, drives nobody ou
   CHECK(none.counters().bytes == 0);
 }
 
-TEST_CASE("mesh cache: a mesh that is forgotten is loaded anew, and lives while it is in use") {
+TEST_CASE("mesh cache: a forgotten mesh is loaded again, and lives while it is in use") {
   MeshCache cache(kPlenty);
   Source source("a");
   SharedMesh held = take(cache, source);
-  (void)get(cache, source, "somebody");
+  (void)get(cache, source, "another");
   cache.forget("", id_of("a"));
   cache.forget("", id_of("b"));
   CHECK(cache.counters().meshes == 1);
@@ -177,7 +177,7 @@ TEST_CASE("mesh cache: a mesh that is forgotten is loaded anew, and lives while 
   const std::weak_ptr<const api::PreparedMesh> watched = held;
   held.reset();
   CHECK(watched.expired());
-  (void)get(cache, source, "somebody");
+  (void)get(cache, source, "another");
   CHECK(source.loads == 3);
   CHECK(cache.counters().evictions == 0);
 }
@@ -192,7 +192,7 @@ TEST_CASE("mesh cache: the mesh outlives the cache while it is in use") {
   CHECK(held->facts.triangles == source.mesh.triangles.size());
 }
 
-TEST_CASE("mesh cache: failures are not kept, nor bytes that are not what they are named by") {
+TEST_CASE("mesh cache: failures are not cached, nor bytes with another digest") {
   MeshCache cache(kPlenty);
   Source source("a");
   Control control;
@@ -207,7 +207,7 @@ TEST_CASE("mesh cache: failures are not kept, nor bytes that are not what they a
   CHECK(get(cache, source).ok());
 }
 
-TEST_CASE("mesh cache: one load at a time for a mesh, who waits can be stopped, and loads when the first fails") {
+TEST_CASE("mesh cache: one load at a time for a mesh; waiting calls can be stopped, and load when the first fails") {
   MeshCache cache(kPlenty);
   Source source("a");
   std::promise<void> begun, end;
@@ -227,7 +227,7 @@ TEST_CASE("mesh cache: one load at a time for a mesh, who waits can be stopped, 
   CHECK(stopped.error().code == ErrorCode::out_of_time);
   CHECK(source.loads == 0);
   Source other("other");
-  CHECK(get(cache, other).ok());  // waits for nobody
+  CHECK(get(cache, other).ok());  // does not block
 
   std::vector<std::future<Result<SharedMesh>>> waiting;
   waiting.reserve(4);
@@ -238,7 +238,7 @@ TEST_CASE("mesh cache: one load at a time for a mesh, who waits can be stopped, 
   CHECK(source.loads == 1);
 }
 
-TEST_CASE("mesh cache: forgotten while it is loaded, it is given and not kept") {
+TEST_CASE("mesh cache: a mesh that is forgotten during its load is returned and not cached") {
   MeshCache cache(kPlenty);
   Source source("a");
   const MeshCache::Load load = [&](Control& control) {
@@ -251,7 +251,7 @@ TEST_CASE("mesh cache: forgotten while it is loaded, it is given and not kept") 
   CHECK(cache.counters().bytes == 0);
 }
 
-TEST_CASE("mesh cache: many at once, with too little room, measure what they would alone") {
+TEST_CASE("mesh cache: concurrent use with little room measures the same as alone") {
   std::vector<std::unique_ptr<Source>> sources;
   for (std::uint32_t i = 0; i < 6; ++i) {
     sources.push_back(std::make_unique<Source>(std::to_string(i)));
@@ -294,8 +294,8 @@ std::size_t resident_bytes() {
 
 }  // namespace
 
-TEST_CASE("mesh cache: the memory of what goes is given back to the system") {
-  ::malloc_trim(0);  // what other tests have left
+TEST_CASE("mesh cache: the memory of evicted meshes returns to the system") {
+  ::malloc_trim(0);  // memory that other tests have left
   const std::size_t before = resident_bytes();
   std::size_t most = 0;
   {

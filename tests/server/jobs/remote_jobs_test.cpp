@@ -1,4 +1,4 @@
-// Jobs of front ends: who runs them is somebody else.
+// Jobs of front ends, which other processes run.
 #include "server/jobs/jobs.h"
 
 #include <fstream>
@@ -25,8 +25,7 @@ Submission keyed(const std::string& a, const std::string& key) { return submissi
 
 }  // namespace
 
-TEST_CASE(
-    "front ends: an awaited comparison goes through the store, with its deadline, and comes back as it was told") {
+TEST_CASE("front ends: an awaited comparison goes through the store with its deadline, and comes back unchanged") {
   Common common;
   common.jobs.ahead = std::chrono::hours(1);
   FrontEnd front(common);
@@ -47,7 +46,7 @@ TEST_CASE(
   CHECK(got(front.jobs->get(job->key))->row.document == job->view().row.document);
 }
 
-TEST_CASE("front ends: a problem comes back as it was written down") {
+TEST_CASE("front ends: a problem comes back unchanged") {
   Common common;
   FrontEnd front(common);
   Hands hands(common);
@@ -64,7 +63,7 @@ TEST_CASE("front ends: each answers for the jobs of all") {
   Hands hands(common);
   const auto key = begun(submit(*one.jobs, keyed("a", "key")))->key;
   CHECK(got(other.jobs->get(key))->row.state == JobState::queued);
-  CHECK_FALSE(got(other.jobs->get({"somebody else", key.id})).has_value());
+  CHECK_FALSE(got(other.jobs->get({"another", key.id})).has_value());
   const auto same = begun(submit(*other.jobs, keyed("a", "key")));
   CHECK(same->key == key);
   CHECK(refusal_of(submit(*other.jobs, keyed("b", "key"))) == api::ProblemKind::idempotency_key_reused);
@@ -81,7 +80,7 @@ TEST_CASE("front ends: each answers for the jobs of all") {
   CHECK(std::get<JobView>(later).row.state == JobState::done);
 }
 
-TEST_CASE("front ends: one that waits is cancelled by any at once, and forgotten when it is asked again") {
+TEST_CASE("front ends: any of them cancels a queued job at once, and removes it at the next request") {
   Common common;
   FrontEnd one(common), other(common);
   const auto job = begun(submit(*one.jobs, submission("a", true)));
@@ -93,7 +92,7 @@ TEST_CASE("front ends: one that waits is cancelled by any at once, and forgotten
   CHECK(got(other.jobs->remove(job->key)) == Jobs::Deleted::unknown);
 }
 
-TEST_CASE("front ends: one that runs is asked to end, and ends when its worker does so") {
+TEST_CASE("front ends: a running job is cancelled by its worker") {
   Common common;
   FrontEnd one(common), other(common);
   Hands hands(common);
@@ -108,7 +107,7 @@ TEST_CASE("front ends: one that runs is asked to end, and ends when its worker d
   CHECK_FALSE(job->view().row.document.empty());
 }
 
-TEST_CASE("front ends: who goes away ends what only he waited for, and gives his place back at once") {
+TEST_CASE("front ends: a client that disconnects ends a job that it alone waited for, and frees its place at once") {
   Common common;
   FrontEnd front(common);
   auto job = begun(submit(*front.jobs, submission("a", false)));
@@ -120,7 +119,7 @@ TEST_CASE("front ends: who goes away ends what only he waited for, and gives his
   CHECK(eventually([&] { return front.counted_early(1); }));
 }
 
-TEST_CASE("front ends: places of clients that wait are counted by each, durable jobs by all together") {
+TEST_CASE("front ends: each counts its waiting clients, all together count durable jobs") {
   Common common;
   Settings settings = of_front_end();
   settings.max_queued_jobs = 3;
@@ -143,7 +142,7 @@ TEST_CASE("front ends: places of clients that wait are counted by each, durable 
   CHECK(one.jobs->admit(Jobs::Kind::awaited).has_value());
 }
 
-TEST_CASE("front ends: what batches and waiting clients have in the queue keeps no durable job out") {
+TEST_CASE("front ends: queued jobs of batches and waiting clients keep no durable job out") {
   Common common;
   Settings settings = of_front_end();
   settings.max_queued_jobs = 1;
@@ -158,7 +157,7 @@ TEST_CASE("front ends: what batches and waiting clients have in the queue keeps 
   CHECK(front.jobs->admit(Jobs::Kind::durable).has_value());
 }
 
-TEST_CASE("front ends: while the store is gone they say so without asking it, and then go on") {
+TEST_CASE("front ends: while the store is away they refuse without asking it, and then go on") {
   Common common;
   FrontEnd front(common);
   Hands hands(common);
@@ -168,14 +167,14 @@ TEST_CASE("front ends: while the store is gone they say so without asking it, an
   CHECK(front.jobs->available().error().code == ErrorCode::storage_unavailable);
   CHECK(refusal_of(submit(*front.jobs, submission("b", false))) == api::ProblemKind::storage_unavailable);
   CHECK_FALSE(front.jobs->get(job->key).ok());
-  CHECK_FALSE(front.jobs->give_up(*job).has_value());  // who waits may wait for his time
+  CHECK_FALSE(front.jobs->give_up(*job).has_value());  // a waiting client may wait until its deadline
   common.jobs.gone = false;
   REQUIRE(eventually([&] { return front.jobs->available().ok(); }));
   hands.finish(hands.claim());
   CHECK(job->wait_for_end(kLong));
 }
 
-TEST_CASE("front ends: who waits in vain is told so soon after his time") {
+TEST_CASE("front ends: a client that waits in vain gets its answer soon after its deadline") {
   Common common;
   FrontEnd front(common);
   Submission asked = submission("a", false);
@@ -188,7 +187,7 @@ TEST_CASE("front ends: who waits in vain is told so soon after his time") {
   CHECK_FALSE(front.jobs->give_up(*durable).has_value());
 }
 
-TEST_CASE("front ends: meshes that came with a comparison go when it has ended, if nothing else needs them") {
+TEST_CASE("front ends: uploads of an ended comparison are removed if nothing else needs them") {
   Common common;
   FrontEnd front(common);
   Hands hands(common);
@@ -207,7 +206,7 @@ TEST_CASE("front ends: meshes that came with a comparison go when it has ended, 
   CHECK(eventually([&] { return !there("first") && !there("second") && !there("the other"); }));
 }
 
-TEST_CASE("front ends: the end of one ends what its clients wait for and leaves the rest to the others") {
+TEST_CASE("front ends: a shutdown ends what its clients wait for and leaves the rest to the others") {
   Common common;
   std::optional<FrontEnd> front(std::in_place, common);
   const auto awaited = begun(submit(*front->jobs, submission("awaited", false)));
@@ -223,7 +222,7 @@ TEST_CASE("front ends: the end of one ends what its clients wait for and leaves 
   CHECK(row_in(common, keys[1]).state == JobState::queued);
 }
 
-TEST_CASE("front ends: the one on duty gives back to the queue what lost its worker") {
+TEST_CASE("front ends: the one on duty requeues jobs that lost their worker") {
   Common common;
   Settings settings = of_front_end();
   settings.lease_ms = 100;
@@ -240,7 +239,7 @@ TEST_CASE("front ends: the one on duty gives back to the queue what lost its wor
 
 namespace {
 
-// A file of one key, "ci", that may have so many jobs.
+// A file with one key, "ci", with a limit of jobs.
 struct Keys {
   explicit Keys(int max_jobs) {
     std::ofstream(file()) << R"({"keys":[{"id":"ci","sha256":")" << std::string(64, 'a') << R"(","max_jobs":)"
@@ -259,7 +258,7 @@ Submission of_ci(const std::string& a, const std::string& idempotency_key = "") 
 
 }  // namespace
 
-TEST_CASE("front ends: a key has as many jobs as it may at all of them together") {
+TEST_CASE("front ends: the limit of a key holds for all of them together") {
   Common common;
   const Keys keys(2);
   FrontEnd one(common, of_front_end(), keys.file()), other(common, of_front_end(), keys.file());
@@ -278,7 +277,7 @@ TEST_CASE("front ends: a key has as many jobs as it may at all of them together"
   CHECK(refusal_of(submit(*one.jobs, of_ci("e"))) == api::ProblemKind::storage_unavailable);
 }
 
-TEST_CASE("front ends: however many submit at once, less than one more for each of them gets in") {
+TEST_CASE("front ends: concurrent submissions pass the limit by less than one for each front end") {
   Common common;
   const Keys keys(4);
   Settings settings = of_front_end();
@@ -303,7 +302,7 @@ TEST_CASE("front ends: however many submit at once, less than one more for each 
   CHECK(queued + static_cast<std::uint64_t>(refused) == 18);
 }
 
-TEST_CASE("front ends: what a key was promised is found though it fills the limit of that key") {
+TEST_CASE("front ends: a repetition finds its job though that fills the key's limit") {
   Common common;
   const Keys keys(1);
   FrontEnd one(common, of_front_end(), keys.file()), other(common, of_front_end(), keys.file());
@@ -317,7 +316,7 @@ TEST_CASE("front ends: what a key was promised is found though it fills the limi
   CHECK(got(common.embedded.jobs().counts()).queued == 1);
 }
 
-TEST_CASE("front ends: one that is sent again before it is stored is the same, though it fills the limit") {
+TEST_CASE("front ends: a repetition before the job is stored finds it, though that fills the limit") {
   Common common;
   const Keys keys(1);
   FrontEnd front(common, of_front_end(), keys.file());
@@ -340,7 +339,7 @@ TEST_CASE("front ends: one that is sent again before it is stored is the same, t
   CHECK(*ids.begin() != "denied");
 }
 
-TEST_CASE("front ends: however many meshes are to be removed, upkeep goes on beside it") {
+TEST_CASE("front ends: upkeep goes on while many meshes are removed") {
   constexpr int kJobs = 40;
   Common common;
   Settings settings = of_front_end();

@@ -19,7 +19,7 @@ Scheduler::Task task(std::function<void(Slot)> work, std::uint64_t bytes = 0, st
   return {std::move(owner), bytes, std::chrono::hours(1), std::make_shared<Control>(), std::move(work)};
 }
 
-// Holds the only worker until release().
+// Occupies the only worker until release().
 class Busy {
  public:
   explicit Busy(Scheduler& scheduler, const std::string& owner = "") {
@@ -39,7 +39,7 @@ class Busy {
 
 }  // namespace
 
-TEST_CASE("scheduler: as many slots of a kind as there may be, and no more") {
+TEST_CASE("scheduler: the number of slots of a kind is limited") {
   Scheduler scheduler({1, 3, 1});
   std::vector<Slot> slots;
   for (int i = 0; i < 3; ++i) {
@@ -58,7 +58,7 @@ TEST_CASE("scheduler: as many slots of a kind as there may be, and no more") {
   CHECK(scheduler.admit(Kind::awaited).has_value());
 }
 
-TEST_CASE("scheduler: whoever has an answer may come again") {
+TEST_CASE("scheduler: a client with an answer gets the next slot") {
   Scheduler scheduler({1, 1, 1});
   for (int i = 0; i < 200; ++i) {
     auto slot = scheduler.admit(Kind::awaited);
@@ -72,7 +72,7 @@ TEST_CASE("scheduler: whoever has an answer may come again") {
   }
 }
 
-TEST_CASE("scheduler: jobs of one size run in their order, a small one before the large ones that came just before") {
+TEST_CASE("scheduler: jobs of one size run in order, a small one before large ones that came just before") {
   std::vector<int> order;
   {
     Scheduler scheduler({1, 20, 1});
@@ -87,11 +87,11 @@ TEST_CASE("scheduler: jobs of one size run in their order, a small one before th
   }
   CHECK(order.size() == 9);
   CHECK(std::vector<int>(order.begin(), order.begin() + 7) == std::vector<int>{3, 4, 5, 6, 7, 8, 9});
-  // Beyond the largest handicap size means nothing more: these two run as they came.
+  // Beyond the largest handicap size does not matter: these two run in order.
   CHECK(std::vector<int>(order.begin() + 7, order.end()) == std::vector<int>{1, 2});
 }
 
-TEST_CASE("scheduler: an owner with nothing running comes before one with much") {
+TEST_CASE("scheduler: an owner with nothing running comes first") {
   std::vector<std::string> order;
   const auto all_done = std::make_shared<std::promise<void>>();
   {
@@ -113,7 +113,7 @@ TEST_CASE("scheduler: an owner with nothing running comes before one with much")
   CHECK(order == std::vector<std::string>{"modest", "greedy", "greedy"});
 }
 
-TEST_CASE("scheduler: cancelling reaches what runs, what waits and what comes later") {
+TEST_CASE("scheduler: cancel_all() cancels running, waiting and future tasks") {
   const auto running = std::make_shared<Control>();
   const auto waiting = std::make_shared<Control>();
   const auto later = std::make_shared<Control>();

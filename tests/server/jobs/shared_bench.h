@@ -1,4 +1,4 @@
-// Front ends over stores that they share, and a worker made by hand.
+// Front ends over shared stores, and a worker in single steps.
 #pragma once
 
 #include <memory>
@@ -13,7 +13,7 @@
 
 namespace meshgauge::server {
 
-// What outlives all processes.
+// The stores, which outlive all processes.
 struct Common {
   store::EmbeddedForTests embedded;
   store::SharedStore jobs{embedded.jobs()};
@@ -25,7 +25,7 @@ inline Settings of_front_end() {
   return settings;
 }
 
-// One process that lets comparisons in.
+// One process that accepts comparisons.
 struct FrontEnd {
   explicit FrontEnd(Common& kept, Settings chosen = of_front_end(), const std::string& keys_file = "")
       : common(kept), settings(std::move(chosen)), access(keys_file) {
@@ -57,7 +57,7 @@ struct FrontEnd {
   std::optional<Jobs> jobs;
 };
 
-// Another process, in the steps that it takes.
+// A worker process, in single steps.
 struct Hands {
   explicit Hands(Common& common) : jobs(common.jobs) {}
 

@@ -1,5 +1,5 @@
-// A JobStore that front ends and workers share, within one process: a real one that tells what happens by signals, has
-// a clock of its own, and is gone when a test says so.
+// A JobStore that front ends and workers share within one process: a real one that sends signals, has a clock of its
+// own, and is away when a test says so.
 #pragma once
 
 #include <atomic>
@@ -16,7 +16,7 @@ namespace meshgauge::server::store {
 
 class HandSignals final : public Signals {
  public:
-  std::atomic<bool> lost{false};  // none arrives
+  std::atomic<bool> lost{false};  // signals are lost
 
   void listen(Hear hear) override {
     const std::lock_guard lock(mutex_);
@@ -42,11 +42,11 @@ class SharedStore final : public JobStore {
 
   std::atomic<bool> gone{false};
   std::atomic<bool> duty{false};
-  std::atomic<int> looks{0};  // whether a blob is used
+  std::atomic<int> looks{0};  // calls of uses_blob()
   std::atomic<std::chrono::milliseconds> look_takes{std::chrono::milliseconds(0)};
   std::chrono::milliseconds ahead{0};  // of this machine's clock
 
-  // One of each process.
+  // One for each process.
   void tell_to(HandSignals& hearer) {
     const std::lock_guard lock(mutex_);
     hearers_.push_back(&hearer);

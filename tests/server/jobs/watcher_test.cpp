@@ -43,7 +43,7 @@ bool shows(const LiveJob& job, JobState state, double lower) {
 
 }  // namespace
 
-TEST_CASE("watcher: all who watch a job see the same, from its claim to its end") {
+TEST_CASE("watcher: all clients of a job see the same, from its claim to its end") {
   Scene scene;
   const store::Job row = scene.put("job");
   const auto job = scene.watcher->watch(row);
@@ -68,7 +68,7 @@ TEST_CASE("watcher: all who watch a job see the same, from its claim to its end"
   CHECK(last.triangles->b == 4);
 }
 
-TEST_CASE("watcher: what is not told is found by looking") {
+TEST_CASE("watcher: a change without a signal is found by polling") {
   Scene scene;
   scene.signals.lost = true;
   const auto job = scene.watcher->watch(scene.put("job"));
@@ -79,7 +79,7 @@ TEST_CASE("watcher: what is not told is found by looking") {
   CHECK(job->wait_for_end(kLong));
 }
 
-TEST_CASE("watcher: many jobs are looked at together, each as it stands") {
+TEST_CASE("watcher: many jobs are read together") {
   Scene scene;
   const auto waiting = scene.watcher->watch(scene.put("waiting"));
   std::vector<std::shared_ptr<LiveJob>> gone;
@@ -95,7 +95,7 @@ TEST_CASE("watcher: many jobs are looked at together, each as it stands") {
   CHECK(waiting->wait_for_end(kLong));
 }
 
-TEST_CASE("watcher: while the store is gone nobody is told anything, then how it ended") {
+TEST_CASE("watcher: while the store is away clients see no change, then the end") {
   Scene scene;
   const auto job = scene.watcher->watch(scene.put("job"));
   const auto claimed = scene.hands.claim();
@@ -112,7 +112,7 @@ TEST_CASE("watcher: while the store is gone nobody is told anything, then how it
   CHECK(job->wait_for_end(kLong));
 }
 
-TEST_CASE("watcher: one that is forgotten before its end was seen ends as cancelled") {
+TEST_CASE("watcher: a job that is removed before its end was seen ends as cancelled") {
   Scene scene;
   scene.signals.lost = true;
   const auto job = scene.watcher->watch(scene.put("job"));
@@ -123,7 +123,7 @@ TEST_CASE("watcher: one that is forgotten before its end was seen ends as cancel
   CHECK(job->view().row.state == JobState::cancelled);
 }
 
-TEST_CASE("watcher: what is left by its client is cancelled, as soon as the store is there") {
+TEST_CASE("watcher: a job without its client is cancelled as soon as the store answers") {
   Scene scene;
   const auto job = scene.watcher->watch(scene.put("job", true));
   CHECK_FALSE(job->durable);
@@ -136,7 +136,7 @@ TEST_CASE("watcher: what is left by its client is cancelled, as soon as the stor
   CHECK(job->wait_for_end(kLong));
 }
 
-TEST_CASE("watcher: its end lets everybody go, and ends what nobody else can wait for") {
+TEST_CASE("watcher: stop() releases all clients, and cancels jobs that are not durable") {
   Scene scene;
   const auto durable = scene.watcher->watch(scene.put("durable"));
   const auto awaited = scene.watcher->watch(scene.put("awaited", true));
@@ -153,7 +153,7 @@ TEST_CASE("watcher: its end lets everybody go, and ends what nobody else can wai
   CHECK(scene.state_of("awaited") == JobState::cancelled);
 }
 
-TEST_CASE("watcher: what is shown of an interval only shrinks, also when the store forgets what it was told") {
+TEST_CASE("watcher: an interval only shrinks, also when the store loses progress") {
   store::Job row;
   static_cast<store::NewJob&>(row) = store::new_job("owner", "job");
   row.state = JobState::running;
@@ -175,7 +175,7 @@ TEST_CASE("watcher: what is shown of an interval only shrinks, also when the sto
   CHECK(shown(store::Progress{0, 9, "build", "v2"}) == store::Progress{0, 9, "build", "v2"});
 }
 
-TEST_CASE("watcher: a place that is taken while another client leaves the job is given back") {
+TEST_CASE("watcher: a place taken while another client leaves the job is given back") {
   Scheduler scheduler({1, 1, 1});
   for (int i = 0; i < 200; ++i) {
     LiveJob job(store::new_job("owner", "job"), {}, {}, {}, false);

@@ -22,7 +22,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// A cache in a folder of its own, gone with it.
+// A cache in a temporary folder.
 struct KeptMaps {
   fs::path root;
   MapCache cache;
@@ -73,9 +73,9 @@ std::string text_of(const MapCache::File& file) {
 
 }  // namespace
 
-TEST_CASE("map cache: what is kept is found, by its whole key alone") {
+TEST_CASE("map cache: a map is found by its whole key alone") {
   KeptMaps kept(1000);
-  CHECK(kept.files() == 0);  // what was left by an earlier process
+  CHECK(kept.files() == 0);  // files of an earlier process
   CHECK(kept.cache.find(key("1")) == nullptr);
   const auto made = keep(kept.cache, key("1"), {}, writing("map"));
   REQUIRE(made.ok());
@@ -89,7 +89,7 @@ TEST_CASE("map cache: what is kept is found, by its whole key alone") {
   CHECK(entry.path().filename().string().size() == 32);
 }
 
-TEST_CASE("map cache: the longest unused go, and who has one keeps it") {
+TEST_CASE("map cache: the longest unused are removed, and open files stay readable") {
   KeptMaps kept(10);
   for (const char* job : {"1", "2"}) REQUIRE(keep(kept.cache, key(job), {}, writing("1234")).ok());
   const auto second = kept.cache.find(key("2"));
@@ -105,7 +105,7 @@ TEST_CASE("map cache: the longest unused go, and who has one keeps it") {
   CHECK(kept.files() == 2);
 }
 
-TEST_CASE("map cache: the same again takes the place of the first") {
+TEST_CASE("map cache: a repeated map replaces the first") {
   KeptMaps kept(10);
   for (const char* text : {"12345678", "abcdefgh"}) REQUIRE(keep(kept.cache, key("1"), {}, writing(text)).ok());
   CHECK(text_of(kept.cache.find(key("1"))) == "abcdefgh");
@@ -113,7 +113,7 @@ TEST_CASE("map cache: the same again takes the place of the first") {
   CHECK(kept.files() == 1);
 }
 
-TEST_CASE("map cache: what is larger than the budget, or when there is none, is made and not kept") {
+TEST_CASE("map cache: a map larger than the budget, or without one, is made and not cached") {
   for (const std::uint64_t budget : {0U, 3U}) {
     KeptMaps kept(budget);
     const auto made = keep(kept.cache, key("1"), {}, writing("1234"));
@@ -124,7 +124,7 @@ TEST_CASE("map cache: what is larger than the budget, or when there is none, is 
   }
 }
 
-TEST_CASE("map cache: large files are whole, empty ones too") {
+TEST_CASE("map cache: large and empty files are complete") {
   KeptMaps kept(std::uint64_t{1} << 30);
   std::string text(3'000'001, 'x');
   text[1'234'567] = 'y';
@@ -133,7 +133,7 @@ TEST_CASE("map cache: large files are whole, empty ones too") {
   CHECK(text_of(keep(kept.cache, key("2"), {}, writing("")).value()).empty());
 }
 
-TEST_CASE("map cache: a map that cannot be made leaves nothing") {
+TEST_CASE("map cache: a failed map leaves nothing") {
   KeptMaps kept(1000);
   const auto failing = [](std::ostream& out) -> Result<Done> {
     out << "half";
@@ -145,9 +145,9 @@ TEST_CASE("map cache: a map that cannot be made leaves nothing") {
   CHECK(kept.cache.find(key("1")) == nullptr);
 }
 
-TEST_CASE("map cache: where nothing can be kept a map is still made, and where nothing can be written it says so") {
+TEST_CASE("map cache: without a folder a map is still made; without any disk it is an error") {
   KeptMaps kept(1000);
-  fs::remove(kept.root / "maps");  // as a disk that takes no files, also for root
+  fs::remove(kept.root / "maps");  // like a disk that takes no files, also for root
   CHECK(text_of(keep(kept.cache, key("1"), {}, writing("map")).value()) == "map");
   CHECK(kept.cache.find(key("1")) == nullptr);
   fs::create_directory(kept.root / "maps");
@@ -155,7 +155,7 @@ TEST_CASE("map cache: where nothing can be kept a map is still made, and where n
   CHECK(keep(nowhere.cache, key("1"), {}, writing("map")).error().code == ErrorCode::storage_unavailable);
 }
 
-TEST_CASE("map cache: what is kept goes for what the disk lacks, the longest unused first") {
+TEST_CASE("map cache: maps are removed for room that the disk lacks, the longest unused first") {
   std::uint64_t lacking = 0;
   KeptMaps kept(1000, "/tmp", [&] { return lacking; });
   for (const char* job : {"1", "2", "3"}) REQUIRE(keep(kept.cache, key(job), {}, writing("1234")).ok());
@@ -171,13 +171,13 @@ TEST_CASE("map cache: what is kept goes for what the disk lacks, the longest unu
   CHECK(kept.cache.find(key("1")) == nullptr);
   CHECK(kept.cache.find(key("4")) != nullptr);
   lacking = 1000;
-  CHECK(text_of(keep(kept.cache, key("5"), {}, writing("map")).value()) == "map");  // for who asked, and not kept
+  CHECK(text_of(keep(kept.cache, key("5"), {}, writing("map")).value()) == "map");  // returned, and not cached
   CHECK(kept.files() == 0);
   CHECK(kept.cache.counters().bytes == 0);
   kept.cache.give_way();
 }
 
-TEST_CASE("map cache: a map that finds no room to be kept makes some for who waits for it") {
+TEST_CASE("map cache: a map without room to be cached frees room for its client") {
   std::uint64_t lacking = 0;
   KeptMaps kept(1000, "/tmp", [&] { return lacking; });
   REQUIRE(keep(kept.cache, key("1"), {}, writing("1234")).ok());
@@ -193,7 +193,7 @@ TEST_CASE("map cache: a map that finds no room to be kept makes some for who wai
   CHECK(tries == 2);
 }
 
-TEST_CASE("spare room: what is wanted, and of a small disk a share") {
+TEST_CASE("spare room: the wanted bytes, or a share of a small disk") {
   constexpr std::uint64_t kAll = std::uint64_t{1} << 40, kShare = kAll / 64;
   using server::lacking_bytes;
   CHECK(lacking_bytes({kAll, kAll}, 1000) == 0);
@@ -223,7 +223,7 @@ TEST_CASE("map cache: jobs and meshes are forgotten") {
   CHECK(kept.cache.counters().files == 1);
 }
 
-TEST_CASE("map cache: what was forgotten while it was made is not kept") {
+TEST_CASE("map cache: a map that is forgotten while it is made is not cached") {
   KeptMaps kept(1000);
   const auto kept_after = [&](const std::function<void()>& event) {
     const auto coming = kept.cache.expect(key("1"), {"m", "n"});
@@ -242,7 +242,7 @@ TEST_CASE("map cache: what was forgotten while it was made is not kept") {
   CHECK(kept_after([&] { kept.cache.sweep([](const auto&) { return true; }); }));
 }
 
-TEST_CASE("map cache: a file that somebody removed is as one that was never kept") {
+TEST_CASE("map cache: a file that was deleted from outside is not found") {
   KeptMaps kept(1000);
   REQUIRE(keep(kept.cache, key("1"), {}, writing("x")).ok());
   fs::remove(*fs::directory_iterator(kept.root / "maps"));
@@ -251,7 +251,7 @@ TEST_CASE("map cache: a file that somebody removed is as one that was never kept
   CHECK(text_of(kept.cache.find(key("1"))) == "y");
 }
 
-TEST_CASE("map cache: many at once") {
+TEST_CASE("map cache: concurrent use") {
   KeptMaps kept(200);
   std::atomic<int> wrong{0};
   std::vector<std::thread> threads;

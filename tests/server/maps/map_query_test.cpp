@@ -28,7 +28,7 @@ bool says(const std::string& text, const std::string& what) { return text.find(w
 
 }  // namespace
 
-TEST_CASE("map query: each map has its name") {
+TEST_CASE("map query: each map has a name") {
   CHECK(name_of("", MapKind::ply) == "a.ply");
   CHECK(name_of("of=a", MapKind::ply) == "a.ply");
   CHECK(name_of("of=b", MapKind::glb) == "b.glb");
@@ -37,7 +37,7 @@ TEST_CASE("map query: each map has its name") {
   CHECK(name_of("max_triangles=1073741824", MapKind::glb) == "a.glb 1073741824");
 }
 
-TEST_CASE("map query: what is wrong is said") {
+TEST_CASE("map query: errors name the parameter") {
   CHECK(says(refused("of=A"), "'of' must be a or b, not 'A'"));
   CHECK(says(refused("of"), "'of' must be a or b, not ''"));
   CHECK(says(refused("of=a&of=a"), "'of' stands there twice"));

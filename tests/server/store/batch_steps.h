@@ -5,7 +5,7 @@
 
 namespace meshgauge::server::store {
 
-// Its item n asks for the job "ID/n"; each is work of its own.
+// A batch whose item n has the job "ID/n", each with work of its own.
 inline NewBatch new_batch(const std::string& owner, const std::string& id, std::size_t items) {
   NewBatch batch;
   batch.key = {owner, id};
@@ -44,7 +44,7 @@ inline void end(JobStore& jobs, const JobKey& key, const Ending& ending) {
   REQUIRE(got(finish(jobs, claimed_token(jobs, key), ending)));
 }
 
-// Ids of the jobs that one claim hands out.
+// The ids of the jobs of one claim.
 inline std::vector<std::string> claim_ids(JobStore& jobs, std::size_t most,
                                           JobStore::Suspects suspects = JobStore::Suspects::too) {
   std::vector<std::string> ids;

@@ -19,8 +19,7 @@ using Names = std::vector<std::string>;
 
 }  // namespace
 
-TEST_CASE_TEMPLATE("batches: what was inserted is what is read, after a restart as well", Stores,
-                   EVERY_IMPLEMENTATION) {
+TEST_CASE_TEMPLATE("batches: an inserted batch is read back, also after a restart", Stores, EVERY_IMPLEMENTATION) {
   Stores stores;
   NewBatch batch = new_batch("ann", "b", 3);
   batch.items[1].name = "Ünïcode ' \" ; \n";
@@ -54,7 +53,7 @@ TEST_CASE_TEMPLATE("batches: what was inserted is what is read, after a restart 
         Names{"item 0", "Ünïcode ' \" ; \n", "item 2"});
 }
 
-TEST_CASE_TEMPLATE("batches: of another owner there is nothing", Stores, EVERY_IMPLEMENTATION) {
+TEST_CASE_TEMPLATE("batches: another owner's batches are not visible", Stores, EVERY_IMPLEMENTATION) {
   Stores stores;
   NewBatch batch = new_batch("ann", "b", 1);
   batch.idempotency_key = "k";
@@ -73,7 +72,7 @@ TEST_CASE_TEMPLATE("batches: of another owner there is nothing", Stores, EVERY_I
   CHECK(batch_in(stores.batches(), {"ann", "b"}).counts.total == 1);
 }
 
-TEST_CASE_TEMPLATE("batches: an idempotency key is one batch's, and apart from those of jobs", Stores,
+TEST_CASE_TEMPLATE("batches: an idempotency key names one batch, and is separate from those of jobs", Stores,
                    EVERY_IMPLEMENTATION) {
   Stores stores;
   NewJob job = new_job("ann", "1");
@@ -102,7 +101,7 @@ TEST_CASE_TEMPLATE("batches: an idempotency key is one batch's, and apart from t
   insert(stores.batches(), new_batch("ann", "e", 1));
 }
 
-TEST_CASE_TEMPLATE("batches: what repeats one that is gone is not stored", Stores, EVERY_IMPLEMENTATION) {
+TEST_CASE_TEMPLATE("batches: a repetition of a removed batch is not stored", Stores, EVERY_IMPLEMENTATION) {
   Stores stores;
   BatchStore& batches = stores.batches();
   NewBatch repeated = new_batch("ann", "b", 1);
@@ -118,7 +117,7 @@ TEST_CASE_TEMPLATE("batches: equal work is one job, among items and batches of o
   Stores stores;
   NewBatch first = new_batch("ann", "b", 4);
   first.items[1].work = first.items[0].work;
-  first.items[2].work = first.items[3].work = "";  // never looked for
+  first.items[2].work = first.items[3].work = "";  // never deduplicated
   CHECK(insert(stores.batches(), first).counts.total == 4);
   CHECK(got(stores.jobs().counts()).queued == 3);
   end(stores.jobs(), {"ann", "b/0"}, reusable("pass"));
@@ -134,7 +133,7 @@ TEST_CASE_TEMPLATE("batches: equal work is one job, among items and batches of o
   const BatchCounts counts = insert(stores.batches(), second).counts;
   CHECK(counts.done == 1);
   CHECK(counts.queued == 2);
-  CHECK(insert(stores.batches(), others).counts.queued == 1);  // another owner's is none of theirs
+  CHECK(insert(stores.batches(), others).counts.queued == 1);  // jobs of another owner are not shared
   const std::vector<BatchRow> rows = got(stores.batches().batch_rows(second.key, BatchStore::Rows::ended, 0, 10));
   REQUIRE(rows.size() == 1);
   REQUIRE(rows[0].job.has_value());
@@ -142,7 +141,7 @@ TEST_CASE_TEMPLATE("batches: equal work is one job, among items and batches of o
   CHECK(rows[0].name == "item 0");
 }
 
-TEST_CASE_TEMPLATE("batches: work is done again if it was cut short, failed or is to be cancelled", Stores,
+TEST_CASE_TEMPLATE("batches: work that was cut short, failed or is to be cancelled is done again", Stores,
                    EVERY_IMPLEMENTATION) {
   Stores stores;
   JobStore& jobs = stores.jobs();
@@ -162,7 +161,7 @@ TEST_CASE_TEMPLATE("batches: work is done again if it was cut short, failed or i
   CHECK(counts.done == 1);
 }
 
-TEST_CASE_TEMPLATE("batches: work of one batch that was done before has ended when it began", Stores,
+TEST_CASE_TEMPLATE("batches: a batch whose work was all done before has ended at its start", Stores,
                    EVERY_IMPLEMENTATION) {
   Stores stores;
   insert(stores.batches(), new_batch("ann", "b", 1));
@@ -224,7 +223,7 @@ TEST_CASE_TEMPLATE("batches: counts, rows that have ended, and failures first", 
   CHECK(ended.expires == at(1300));
 }
 
-TEST_CASE_TEMPLATE("batches: one that is cancelled leaves what others want", Stores, EVERY_IMPLEMENTATION) {
+TEST_CASE_TEMPLATE("batches: a cancelled batch leaves jobs that other batches want", Stores, EVERY_IMPLEMENTATION) {
   Stores stores;
   JobStore& jobs = stores.jobs();
   insert(stores.batches(), new_batch("ann", "b", 5));
@@ -249,11 +248,11 @@ TEST_CASE_TEMPLATE("batches: one that is cancelled leaves what others want", Sto
   CHECK(batch.counts.running == 1);
   CHECK_FALSE(batch_in(stores.batches(), {"ann", "c"}).cancel_requested);
   CHECK(got(stores.batches().cancel_batch({"ann", "c"}, kNow)));
-  CHECK(job_in(jobs, {"ann", "b/3"}).state == JobState::cancelled);  // now nobody does
+  CHECK(job_in(jobs, {"ann", "b/3"}).state == JobState::cancelled);  // now no batch does
   CHECK_FALSE(got(stores.batches().cancel_batch({"ann", "unknown"}, kNow)));
 }
 
-TEST_CASE_TEMPLATE("batches: forgotten with the jobs that no other points at", Stores, EVERY_IMPLEMENTATION) {
+TEST_CASE_TEMPLATE("batches: forgetting one removes the jobs that no other points at", Stores, EVERY_IMPLEMENTATION) {
   Stores stores;
   JobStore& jobs = stores.jobs();
   insert(stores.batches(), new_batch("ann", "b", 2));
@@ -273,7 +272,7 @@ TEST_CASE_TEMPLATE("batches: forgotten with the jobs that no other points at", S
   CHECK_FALSE(got(jobs.get({"ann", "b/1"})).has_value());
 }
 
-TEST_CASE_TEMPLATE("batches: a job that was forgotten by itself is gone from its batch", Stores, EVERY_IMPLEMENTATION) {
+TEST_CASE_TEMPLATE("batches: a job that is forgotten alone is gone from its batch", Stores, EVERY_IMPLEMENTATION) {
   Stores stores;
   insert(stores.batches(), new_batch("ann", "b", 2));
   for (const std::string id : {"b/0", "b/1"}) end(stores.jobs(), {"ann", id}, reusable("pass"));
@@ -295,7 +294,7 @@ TEST_CASE_TEMPLATE("batches: a job that was forgotten by itself is gone from its
   CHECK(got(stores.batches().forget_batch({"ann", "b"})));
 }
 
-TEST_CASE_TEMPLATE("batches: jobs stay with their batch, and go with it", Stores, EVERY_IMPLEMENTATION) {
+TEST_CASE_TEMPLATE("batches: jobs stay as long as their batch", Stores, EVERY_IMPLEMENTATION) {
   Stores stores;
   JobStore& jobs = stores.jobs();
   insert(stores.batches(), new_batch("ann", "b", 2));
@@ -314,7 +313,7 @@ TEST_CASE_TEMPLATE("batches: jobs stay with their batch, and go with it", Stores
   CHECK(batch_in(stores.batches(), {"ann", "c"}).counts.queued == 1);
 }
 
-TEST_CASE_TEMPLATE("batches: no more than the cap are kept, whatever points at them", Stores, EVERY_IMPLEMENTATION) {
+TEST_CASE_TEMPLATE("batches: the cap on results holds for jobs of batches", Stores, EVERY_IMPLEMENTATION) {
   Stores stores;
   insert(stores.batches(), new_batch("ann", "b", 5));
   for (int i = 0; i < 5; ++i) {
@@ -328,7 +327,7 @@ TEST_CASE_TEMPLATE("batches: no more than the cap are kept, whatever points at t
   CHECK(counts.done == 2);
 }
 
-TEST_CASE_TEMPLATE("batches: one whose meshes are not there is not stored", Stores, EVERY_IMPLEMENTATION) {
+TEST_CASE_TEMPLATE("batches: a batch whose meshes do not exist is not stored", Stores, EVERY_IMPLEMENTATION) {
   Stores stores;
   const MeshRow mesh{{"ann", "m"}, 10, "model/stl", "", at(0), at(0), at(1000)};
   NewBatch batch = new_batch("ann", "b", 2);
@@ -378,7 +377,7 @@ TEST_CASE_TEMPLATE("batches: ten thousand items", Stores, EVERY_IMPLEMENTATION) 
   CHECK(rows == 9000);
 }
 
-TEST_CASE_TEMPLATE("batches: what an owner has that has not ended is told", Stores, EVERY_IMPLEMENTATION) {
+TEST_CASE_TEMPLATE("batches: an owner's unended jobs and batches are counted", Stores, EVERY_IMPLEMENTATION) {
   Stores stores;
   const auto load = [&](const std::string& owner) {
     const BatchStore::Load of = got(stores.batches().batch_load(owner));

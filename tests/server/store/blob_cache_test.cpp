@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// Gives `text` in pieces, and counts how often.
+// Returns `text` in pieces, and counts the fetches.
 struct Source {
   std::string text;
   std::atomic<int> fetches{0};
@@ -75,7 +75,7 @@ void overwrite(const fs::path& path, std::string_view text) { std::ofstream(path
 
 }  // namespace
 
-TEST_CASE("blob cache: fetched once, then a file, also after a restart") {
+TEST_CASE("blob cache: a blob is fetched once, then read from a file, also after a restart") {
   Cache cache;
   for (const std::string& text : {std::string(), std::string("x"), long_text(12'345)}) {
     CHECK_FALSE(cache.has(text));
@@ -93,7 +93,7 @@ TEST_CASE("blob cache: fetched once, then a file, also after a restart") {
   CHECK(cache.files().size() == 2);
 }
 
-TEST_CASE("blob cache: the least recently used go, and what is open stays readable") {
+TEST_CASE("blob cache: the least recently used are removed, and open blobs stay readable") {
   Cache cache(30'000);
   const std::string a = "a" + long_text(10'000), b = "b" + long_text(9'000), c = "c" + long_text(9'000);
   CHECK(cache.get(a) == a);
@@ -145,7 +145,7 @@ TEST_CASE("blob cache: damaged files are refused and fetched again, whenever the
   }
 }
 
-TEST_CASE("blob cache: what a killed process leaves is cleared up, and what is not ours is left") {
+TEST_CASE("blob cache: leftovers of a killed process are removed, files of others are not") {
   Cache cache;
   CHECK(cache.get("x") == "x");
   overwrite(cache.path() + "/incoming/half", "half");
@@ -159,7 +159,7 @@ TEST_CASE("blob cache: what a killed process leaves is cleared up, and what is n
   CHECK(cache.has("x"));
 }
 
-TEST_CASE("blob cache: bytes of another digest never come out, nor half of a fetch") {
+TEST_CASE("blob cache: neither bytes with another digest nor half a fetch are returned") {
   Cache cache;
   Source wrong{"wrong", {}};
   const Result<std::optional<Blob>> refused = cache->get(key_of("ann", "right"), wrong.fetch());
@@ -181,7 +181,7 @@ TEST_CASE("blob cache: bytes of another digest never come out, nor half of a fet
   CHECK(cache.get("right") == "right");
 }
 
-TEST_CASE("blob cache: whoever asks meanwhile waits for the one fetch, and shares its end") {
+TEST_CASE("blob cache: concurrent readers share one fetch and its error") {
   Cache cache;
   const std::string text = long_text(50'000);
   Source source{text, {}};
@@ -203,7 +203,7 @@ TEST_CASE("blob cache: whoever asks meanwhile waits for the one fetch, and share
       }
     }
     CHECK(right == 8);
-    CHECK(fetches < 8);  // all that came within the tenth of a second
+    CHECK(fetches < 8);  // calls within a tenth of a second share one
     if (!fails) CHECK(fetches == 1);
   }
 }

@@ -26,7 +26,7 @@ Descriptor file_with(std::string_view content) {
   return file;
 }
 
-// A store whose clock is not ours has a way of its own.
+// Stores with another clock have an overload of their own.
 template <class Stores>
 void pass_time(Stores& stores, std::chrono::milliseconds time) {
   if constexpr (requires { stores.pass_time(time); }) {
@@ -38,7 +38,7 @@ void pass_time(Stores& stores, std::chrono::milliseconds time) {
 
 }  // namespace
 
-TEST_CASE_TEMPLATE("blobs: what was put is what is read, from memory and from files", Stores, EVERY_BLOB_STORE) {
+TEST_CASE_TEMPLATE("blobs: bytes that were put are read back, from memory and from files", Stores, EVERY_BLOB_STORE) {
   Stores stores;
   const std::string texts[] = {
       "", "x", long_text((1 << 20) - 1), long_text(1 << 20), long_text((1 << 20) + 1), long_text(5'000'000)};
@@ -73,7 +73,7 @@ TEST_CASE_TEMPLATE("blobs: what was put is what is read, from memory and from fi
   }
 }
 
-TEST_CASE_TEMPLATE("blobs: bytes of another digest are not stored", Stores, EVERY_BLOB_STORE) {
+TEST_CASE_TEMPLATE("blobs: bytes with another digest are not stored", Stores, EVERY_BLOB_STORE) {
   Stores stores;
   const BlobKey key = key_of("ann", "right");
   CHECK(got(stores.blobs().put(key, bytes_of("wrong"))) == BlobPut::other_digest);
@@ -87,7 +87,7 @@ TEST_CASE_TEMPLATE("blobs: bytes of another digest are not stored", Stores, EVER
   CHECK_FALSE(short_file.ok());
 }
 
-TEST_CASE_TEMPLATE("blobs: what is no digest names nothing", Stores, EVERY_BLOB_STORE) {
+TEST_CASE_TEMPLATE("blobs: a text that is no digest names no blob", Stores, EVERY_BLOB_STORE) {
   Stores stores;
   got(stores.blobs().put(key_of("ann", "x"), bytes_of("x")));
   const std::string id = key_of("ann", "x").id;
@@ -104,7 +104,7 @@ TEST_CASE_TEMPLATE("blobs: what is no digest names nothing", Stores, EVERY_BLOB_
   }
 }
 
-TEST_CASE_TEMPLATE("blobs: each owner's are its own, and stay readable when they are removed", Stores,
+TEST_CASE_TEMPLATE("blobs: each owner has its own, and open ones stay readable when they are removed", Stores,
                    EVERY_BLOB_STORE) {
   Stores stores;
   const std::string text = long_text(3'000'000);
@@ -123,7 +123,7 @@ TEST_CASE_TEMPLATE("blobs: each owner's are its own, and stay readable when they
   CHECK(text_of(*blob) == text);
 }
 
-TEST_CASE_TEMPLATE("blobs: the unused are removed, not the young", Stores, EVERY_BLOB_STORE) {
+TEST_CASE_TEMPLATE("blobs: unused ones are removed, young ones are not", Stores, EVERY_BLOB_STORE) {
   Stores stores;
   const BlobKey used = key_of("ann", "used");
   const BlobKey unused = key_of("ann", "unused");
@@ -144,8 +144,8 @@ TEST_CASE_TEMPLATE("blobs: the unused are removed, not the young", Stores, EVERY
   CHECK_FALSE(got(stores.blobs().exists(unused)));
 }
 
-// As the files of a batch, which may come long before its row.
-TEST_CASE_TEMPLATE("blobs: what is renewed while it is reserved outlives sweeps that know nothing of it", Stores,
+// Like the files of a batch, which may come long before its row.
+TEST_CASE_TEMPLATE("blobs: a blob that is renewed while reserved survives sweeps with older lists", Stores,
                    EVERY_BLOB_STORE) {
   constexpr int kBlobs = 40;
   Stores stores;
@@ -171,8 +171,7 @@ TEST_CASE_TEMPLATE("blobs: what is renewed while it is reserved outlives sweeps 
   for (int i = 0; i < kBlobs; ++i) CHECK(got(blobs.exists(key_of("ann", nth(i)))));
 }
 
-TEST_CASE_TEMPLATE("blobs: what nothing refers to goes at once, unless somebody is about to refer to it", Stores,
-                   EVERY_BLOB_STORE) {
+TEST_CASE_TEMPLATE("blobs: an unreferenced blob is removed at once, unless it is reserved", Stores, EVERY_BLOB_STORE) {
   Stores stores;
   BlobStore& blobs = stores.blobs();
   const BlobKey key = key_of("ann", "x");
@@ -181,7 +180,7 @@ TEST_CASE_TEMPLATE("blobs: what nothing refers to goes at once, unless somebody 
   CHECK_FALSE(got(blobs.remove_unreferenced(key, no)));
   got(blobs.put(key, bytes_of("x")));
   CHECK_FALSE(got(blobs.remove_unreferenced(key, yes)));
-  CHECK_FALSE(blobs.remove_unreferenced(key, [] { return Error{ErrorCode::internal, "who knows", "", ""}; }).ok());
+  CHECK_FALSE(blobs.remove_unreferenced(key, [] { return Error{ErrorCode::internal, "it is unknown", "", ""}; }).ok());
   {
     const auto first = blobs.reserve(key);
     { const auto second = blobs.reserve(key); }
@@ -193,8 +192,8 @@ TEST_CASE_TEMPLATE("blobs: what nothing refers to goes at once, unless somebody 
   CHECK_FALSE(got(blobs.exists(key)));
 }
 
-TEST_CASE_TEMPLATE("blobs: what an owner's take is known, whatever is put, removed, swept or found at the start",
-                   Stores, EVERY_BLOB_STORE) {
+TEST_CASE_TEMPLATE("blobs: the bytes of an owner are counted through puts, removals, sweeps and a start", Stores,
+                   EVERY_BLOB_STORE) {
   Stores stores;
   const auto bytes = [&](const char* owner) { return got(stores.blobs().stored_bytes(owner)); };
   CHECK(bytes("ann") == 0);
@@ -217,7 +216,7 @@ TEST_CASE_TEMPLATE("blobs: what an owner's take is known, whatever is put, remov
   CHECK(bytes("bob") == 0);
 }
 
-TEST_CASE_TEMPLATE("blobs: there is room", Stores, EVERY_BLOB_STORE) {
+TEST_CASE_TEMPLATE("blobs: free room is reported", Stores, EVERY_BLOB_STORE) {
   Stores stores;
   const std::uint64_t free = got(stores.blobs().free_bytes());
   CHECK((free > 0 || std::filesystem::space(std::filesystem::temp_directory_path()).available == 0));

@@ -1,4 +1,4 @@
-// What hands out, beats and ends many jobs at once.
+// Claims, heartbeats and ends of many jobs at once.
 #include <map>
 #include <random>
 #include <set>
@@ -24,7 +24,7 @@ TEST_CASE_TEMPLATE("claims: several of one batch at once, the smallest first", S
   CHECK(job.started == at(50));
 }
 
-TEST_CASE_TEMPLATE("claims: together no larger than what one second outweighs", Stores, EVERY_IMPLEMENTATION) {
+TEST_CASE_TEMPLATE("claims: together no larger than kBytesOfOneSecond", Stores, EVERY_IMPLEMENTATION) {
   Stores stores;
   NewBatch batch = new_batch("ann", "b", 4);
   for (BatchItem& item : batch.items) item.job.cost = 20'000'000;
@@ -49,7 +49,7 @@ TEST_CASE_TEMPLATE("claims: owners share, then the batches and the single jobs o
   other.created = at(3);
   insert(stores.jobs(), other);
   CHECK(claim_ids(stores.jobs(), 2) == Ids{"b/0", "b/1"});
-  CHECK(claim_ids(stores.jobs(), 2) == Ids{"other"});  // of who has none running
+  CHECK(claim_ids(stores.jobs(), 2) == Ids{"other"});  // its owner has none running
   CHECK(claim_ids(stores.jobs(), 2) == Ids{"c/0", "c/1"});
   CHECK(claim_ids(stores.jobs(), 2) == Ids{"single"});
   CHECK(claim_ids(stores.jobs(), 1) == Ids{"b/2"});
@@ -63,7 +63,7 @@ TEST_CASE_TEMPLATE("claims: a job that is suspected comes alone", Stores, EVERY_
   CHECK_FALSE(job_in(jobs, {"ann", "b/1"}).suspected);
   const std::optional<Claimed> first = claim_one(jobs, {"ann", "b/1"}, "w1", at(50), at(110));
   CHECK_FALSE(first->job.suspected);
-  CHECK(got(jobs.hand_back(first->token, "", kNow)) == JobState::queued);  // without its fault
+  CHECK(got(jobs.hand_back(first->token, "", kNow)) == JobState::queued);  // excused
   CHECK_FALSE(job_in(jobs, {"ann", "b/1"}).suspected);
   CHECK(got(jobs.hand_back(claimed_token(jobs, {"ann", "b/1"}), "its worker was lost", kNow)) == JobState::queued);
   CHECK(job_in(jobs, {"ann", "b/1"}).suspected);
@@ -77,8 +77,7 @@ TEST_CASE_TEMPLATE("claims: a job that is suspected comes alone", Stores, EVERY_
   CHECK(claim_ids(jobs, 10) == Ids{"b/2", "b/3"});
 }
 
-TEST_CASE_TEMPLATE("claims: jobs that are suspected are passed over, with all of a batch if need be", Stores,
-                   EVERY_IMPLEMENTATION) {
+TEST_CASE_TEMPLATE("claims: suspected jobs are passed over, also all of a batch", Stores, EVERY_IMPLEMENTATION) {
   Stores stores;
   JobStore& jobs = stores.jobs();
   insert(stores.batches(), new_batch("ann", "b", 4));
@@ -103,7 +102,7 @@ TEST_CASE_TEMPLATE("claims: jobs that are suspected are passed over, with all of
   CHECK(suspected == std::set<std::string>{"b/0", "b/2", "c/0", "single"});
 }
 
-TEST_CASE_TEMPLATE("claims: of what is lost with its worker, that is suspected which may have begun", Stores,
+TEST_CASE_TEMPLATE("claims: of jobs lost with their worker, those that may have begun are suspected", Stores,
                    EVERY_IMPLEMENTATION) {
   Stores stores;
   JobStore& jobs = stores.jobs();
@@ -131,7 +130,7 @@ TEST_CASE_TEMPLATE("claims: of what is lost with its worker, that is suspected w
   lose();
   CHECK(job_in(jobs, {"ann", "b/0"}).suspected);
   CHECK_FALSE(job_in(jobs, {"ann", "b/1"}).suspected);
-  // One that ends its worker before it tells anything does so for some time, but not for ever.
+  // A job that ends its worker before it reports anything is excused only so often.
   for (unsigned lost = kMaxUnbegun; lost < kMaxUnbegun + kMaxTries; ++lost) {
     claimed_token(jobs, {"ann", "b/1"});
     lose();
@@ -301,7 +300,7 @@ TEST_CASE_TEMPLATE("claims: many heartbeats and endings at once, each by its own
   CHECK(job_in(jobs, tokens[1].key).state == JobState::queued);
 }
 
-TEST_CASE_TEMPLATE("claims: verdict, deadline and batch are kept", Stores, EVERY_IMPLEMENTATION) {
+TEST_CASE_TEMPLATE("claims: verdict, deadline and batch are stored", Stores, EVERY_IMPLEMENTATION) {
   Stores stores;
   NewJob job = new_job("ann", "1");
   job.deadline = at(77);
@@ -321,7 +320,7 @@ TEST_CASE_TEMPLATE("claims: verdict, deadline and batch are kept", Stores, EVERY
   CHECK(job_in(stores.jobs(), {"ann", "2"}).deadline == at(78));
 }
 
-TEST_CASE_TEMPLATE("claims: recovery hands back what is in batches, and lists it not", Stores, EVERY_IMPLEMENTATION) {
+TEST_CASE_TEMPLATE("claims: recovery requeues jobs of batches, and does not list them", Stores, EVERY_IMPLEMENTATION) {
   Stores stores;
   insert(stores.batches(), new_batch("ann", "b", 3));
   CHECK(claim_ids(stores.jobs(), 2).size() == 2);

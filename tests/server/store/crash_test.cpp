@@ -1,5 +1,5 @@
-// A process that stores things in a loop is killed at random moments. Whatever it had acknowledged must be there,
-// whole, when the folder is opened again. MESHGAUGE_CRASHES: how many times (15 by default).
+// A process that writes to the stores in a loop is killed at random moments. Everything that it had acknowledged must
+// be there, complete, when the folder is opened again. MESHGAUGE_CRASHES: how many times (15 by default).
 #include <signal.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -26,7 +26,7 @@ int crashes() {
   return text != nullptr ? std::atoi(text) : 15;
 }
 
-// Of every size up to 300 kB, and known by its number.
+// A content of any size up to 300 kB, determined by its number.
 std::string content(const std::string& name) {
   const std::size_t number = std::hash<std::string>()(name);
   std::string text = name + " ";
@@ -53,7 +53,7 @@ class Victim {
  private:
   JobStore& jobs() { return (*stores_)->jobs(); }
 
-  // One write() each, shorter than PIPE_BUF: whole or not at all.
+  // One write() each, shorter than PIPE_BUF, so atomic.
   void promise(const std::string& what, const std::string& name) const {
     const std::string line = what + " " + name + "\n";
     if (::write(promises_, line.data(), line.size()) < 0) ::_exit(1);
@@ -119,7 +119,7 @@ class Victim {
 
 using Promises = std::vector<std::pair<std::string, std::string>>;
 
-// Starts one, kills it, and returns what it had promised until then.
+// Starts a process, kills it, and returns its promises.
 Promises kill_one(const std::string& folder, int round, std::chrono::milliseconds after) {
   int ends[2];
   REQUIRE(::pipe(ends) == 0);
@@ -157,7 +157,7 @@ void check_job(JobStore& jobs, const std::string& what, const JobKey& key, bool 
     CHECK(got(jobs.find_idempotent(key.owner, "key of " + key.id))->key == key);
   } else if (what == "claimed" && !was_finished) {
     CHECK(job->tries == 1);
-    // Killed between its end being stored and being promised, or before.
+    // The process was killed before the end was promised.
     CHECK((job->state == JobState::queued || job->document == content(key.id)));
   } else {
     CHECK(job->state == JobState::done);
@@ -195,7 +195,7 @@ void check_whole_blobs(const std::string& blobs) {
 
 }  // namespace
 
-TEST_CASE("crash: what was acknowledged is there, whole") {
+TEST_CASE("crash: acknowledged data is there, complete") {
   const TestFolder folder;
   const std::string data = folder / "data";
   std::mt19937 dice(20240607);
@@ -203,7 +203,7 @@ TEST_CASE("crash: what was acknowledged is there, whole") {
   Promises earlier;
   for (int round = 0; round < crashes(); ++round) {
     CAPTURE(round);
-    // What has gathered is looked at after each crash, and a fast disk takes much: begin anew before that is too much.
+    // Each crash checks everything that has gathered: start again before that is too much.
     if (round % 5 == 0) {
       earlier.clear();
       std::filesystem::remove_all(data);

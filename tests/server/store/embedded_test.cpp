@@ -35,9 +35,9 @@ bool contains(const std::string& text, const std::string& part) { return text.fi
 
 }  // namespace
 
-TEST_CASE("embedded: everything is its owner's alone") {
+TEST_CASE("embedded: files are private to their user") {
   const TestFolder folder;
-  const std::string data = folder / "new/data/";  // made with what leads to it
+  const std::string data = folder / "new/data/";  // created with its parents
   const mode_t before = ::umask(0);
   {
     const auto stores = got(EmbeddedStores::open({data}));
@@ -61,14 +61,14 @@ TEST_CASE("embedded: no name of an owner is in a path") {
   CHECK(fs::exists(path_of(stores, key_of("../ann", "x"))));
 }
 
-TEST_CASE("embedded: a folder is one process's, until that ends") {
+TEST_CASE("embedded: a folder belongs to one process until its end") {
   const TestFolder folder;
   auto stores = got(EmbeddedStores::open({folder / "data"}));
   const std::string refusal = refusal_of(folder / "data");
   CHECK(contains(refusal,
                  "'" + folder.path() + "/data' is used by another process (" + std::to_string(::getpid()) + ")"));
   stores.reset();
-  // A process that dies without a word leaves the folder free.
+  // A killed process leaves the folder free.
   const pid_t child = ::fork();
   if (child == 0) {
     const auto held = EmbeddedStores::open({folder / "data"});
@@ -80,7 +80,7 @@ TEST_CASE("embedded: a folder is one process's, until that ends") {
   CHECK(EmbeddedStores::open({folder / "data"}).ok());
 }
 
-TEST_CASE("embedded: a folder that is none, or cannot be made, is told") {
+TEST_CASE("embedded: a folder that is no folder, or cannot be created, is an error") {
   const TestFolder folder;
   write(folder / "file", "x");
   CHECK(contains(refusal_of(folder / "file"), "Not a directory"));
@@ -98,7 +98,7 @@ TEST_CASE("embedded: leftovers of a crash are removed, blobs are not") {
   CHECK(got(stores.blobs().exists(key)));
 }
 
-TEST_CASE("embedded: a blob that was cut short or damaged is replaced when it comes again") {
+TEST_CASE("embedded: a truncated or damaged blob is replaced by the next put") {
   EmbeddedForTests stores;
   const std::string text = std::string(3'000'000, 'x') + "content";
   const BlobKey key = key_of("ann", text);
@@ -115,7 +115,7 @@ TEST_CASE("embedded: a blob that was cut short or damaged is replaced when it co
   CHECK(got(stores.blobs().put(key, bytes_of(text))) == BlobPut::existed);
 }
 
-TEST_CASE("embedded: a blob that is put again while it is removed for its age is there afterwards") {
+TEST_CASE("embedded: a blob that is put during its removal by age exists afterwards") {
   EmbeddedForTests stores;
   const std::string text(200'000, 'x');
   const BlobKey key = key_of("ann", text);
@@ -168,8 +168,8 @@ TEST_CASE("embedded: a damaged database is refused by name") {
   }
 }
 
-TEST_CASE("write behind: what cannot be written is held, the newest of it, until it can be") {
-  std::optional<ErrorCode> trouble = ErrorCode::storage_full;  // nothing is given while it changes
+TEST_CASE("write behind: while nothing can be written the newest records are held") {
+  std::optional<ErrorCode> trouble = ErrorCode::storage_full;  // no record is given while it changes
   std::vector<std::string> written;
   std::size_t touched = 0;
   WriteBehind behind(3, [&](const WriteBehind::Batch& batch) -> Result<Done> {
@@ -207,7 +207,7 @@ TEST_CASE("write behind: what cannot be written is held, the newest of it, until
   CHECK(counts().unrecorded == 0);
 }
 
-TEST_CASE("embedded: a batch that was half cancelled when the service died is cancelled at its start") {
+TEST_CASE("embedded: a start finishes cancelling a batch") {
   EmbeddedForTests stores;
   NewBatch batch = new_batch("ann", "b", 600);
   batch.items[1].work = batch.items[0].work;

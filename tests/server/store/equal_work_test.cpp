@@ -1,16 +1,16 @@
-// Which work of a batch is done already.
+// Deduplication of the work of batches.
 #include "batch_steps.h"
 
 using namespace meshgauge;
 using namespace meshgauge::server::store;
 
-TEST_CASE_TEMPLATE("batches: what is kept is found by the work that was done, not by what was asked for", Stores,
+TEST_CASE_TEMPLATE("batches: results are found by the work that was done, not by the requested one", Stores,
                    EVERY_IMPLEMENTATION) {
   Stores stores;
   JobStore& jobs = stores.jobs();
   NewBatch asked = new_batch("ann", "b", 2);
   asked.items[0].work = "of the new version";
-  asked.items[1].work = "";  // never looked for
+  asked.items[1].work = "";  // never deduplicated
   insert(stores.batches(), asked);
   Ending by_another = reusable();
   by_another.work = "of the old version";
@@ -31,7 +31,7 @@ TEST_CASE_TEMPLATE("batches: what is kept is found by the work that was done, no
   REQUIRE(rows.size() == 2);
   for (const BatchRow& row : rows) CHECK(row.job->key.id == "b/0");
 
-  end(jobs, {"ann", "c/0"}, reusable());  // by one of the version that was asked for
+  end(jobs, {"ann", "c/0"}, reusable());  // by a worker of the requested version
   NewBatch third = new_batch("ann", "d", 1);
   third.items[0].work = "of the new version";
   CHECK(insert(stores.batches(), third).counts.done == 1);

@@ -1,8 +1,8 @@
 // The implementations that every test of the interfaces runs over: TEST_CASE_TEMPLATE("...", Stores,
 // EVERY_IMPLEMENTATION).
 //
-// Each is a class whose objects begin empty, with jobs(), batches(), meshes(), blobs() and reopen(), which is a restart
-// of the service in good order.
+// Each is a class whose objects begin empty, with jobs(), batches(), meshes(), blobs() and reopen(), an orderly restart
+// of the service.
 #pragma once
 
 #include <memory>
@@ -20,7 +20,7 @@
 #define EVERY_BLOB_STORE EVERY_IMPLEMENTATION
 #else
 #define EVERY_IMPLEMENTATION EmbeddedForTests
-// Those of blobs: they need have no more than blobs() and reopen(). s3/s3_for_tests.h
+// For tests of blobs: blobs() and reopen() are enough. s3/s3_for_tests.h
 #define EVERY_BLOB_STORE EVERY_IMPLEMENTATION, S3ForTests
 #endif
 
@@ -77,7 +77,7 @@ inline Job ended_job(const std::string& owner, const std::string& id, TimePoint 
   return job;
 }
 
-// Claims this job, whatever else is queued: that goes back. nullopt: it cannot be claimed.
+// Claims this job, and hands other queued jobs back. nullopt: it cannot be claimed.
 inline std::optional<Claimed> claim_one(JobStore& jobs, const JobKey& key, const std::string& worker, TimePoint now,
                                         TimePoint lease_until) {
   std::optional<Claimed> found;

@@ -1,4 +1,4 @@
-// Steps in the life of a job that must succeed, for tests of what follows them.
+// Steps of a job that must succeed, for tests of what follows.
 #pragma once
 
 #include <optional>

@@ -13,7 +13,7 @@ using meshgauge::ErrorCode;
 using meshgauge::Result;
 using namespace meshgauge::server::store;
 
-TEST_CASE_TEMPLATE("jobs: what was inserted is what is read, after a restart as well", Stores, EVERY_IMPLEMENTATION) {
+TEST_CASE_TEMPLATE("jobs: an inserted job is read back, also after a restart", Stores, EVERY_IMPLEMENTATION) {
   Stores stores;
   NewJob job = new_job("ann", "1");
   job.idempotency_key = "k";
@@ -49,7 +49,7 @@ TEST_CASE_TEMPLATE("jobs: what was inserted is what is read, after a restart as 
   }
 }
 
-TEST_CASE_TEMPLATE("jobs: of another owner there is nothing", Stores, EVERY_IMPLEMENTATION) {
+TEST_CASE_TEMPLATE("jobs: another owner's jobs are not visible", Stores, EVERY_IMPLEMENTATION) {
   Stores stores;
   NewJob job = new_job("ann", "1");
   job.idempotency_key = "k";
@@ -66,7 +66,7 @@ TEST_CASE_TEMPLATE("jobs: of another owner there is nothing", Stores, EVERY_IMPL
   insert(stores.jobs(), new_job("bob", "1"));  // the same id is another job
 }
 
-TEST_CASE_TEMPLATE("jobs: an idempotency key is one job's, with one content", Stores, EVERY_IMPLEMENTATION) {
+TEST_CASE_TEMPLATE("jobs: an idempotency key names one job with one content", Stores, EVERY_IMPLEMENTATION) {
   Stores stores;
   NewJob first = new_job("ann", "1");
   first.idempotency_key = "k";
@@ -90,7 +90,7 @@ TEST_CASE_TEMPLATE("jobs: an idempotency key is one job's, with one content", St
   CHECK(got(stores.jobs().insert(new_job("ann", "4"))).existed);  // the same call once more
 }
 
-TEST_CASE_TEMPLATE("jobs: of many that insert one idempotency key at once, one does", Stores, EVERY_IMPLEMENTATION) {
+TEST_CASE_TEMPLATE("jobs: of concurrent inserts with one idempotency key one succeeds", Stores, EVERY_IMPLEMENTATION) {
   Stores stores;
   std::atomic<int> created{0};
   std::vector<std::string> ids(8);
@@ -163,7 +163,7 @@ TEST_CASE_TEMPLATE("jobs: only the newest token can write", Stores, EVERY_IMPLEM
   CHECK(job_in(jobs, {"ann", "1"}).state == JobState::done);
 }
 
-TEST_CASE_TEMPLATE("jobs: the next is of the owner with the fewest running, then the smallest", Stores,
+TEST_CASE_TEMPLATE("jobs: the owner with the fewest running is next, then its smallest job", Stores,
                    EVERY_IMPLEMENTATION) {
   Stores stores;
   const auto add = [&](const std::string& owner, const std::string& id, std::uint64_t cost, std::int64_t seconds) {
@@ -213,7 +213,7 @@ TEST_CASE_TEMPLATE("jobs: workers that claim at the same time get different ones
   CHECK(all.size() == 40);
 }
 
-TEST_CASE_TEMPLATE("jobs: handed back, until it was the fifth time", Stores, EVERY_IMPLEMENTATION) {
+TEST_CASE_TEMPLATE("jobs: the fifth hand-back fails a job", Stores, EVERY_IMPLEMENTATION) {
   Stores stores;
   insert(stores.jobs(), new_job("ann", "1"));
   for (unsigned tries = 1; tries <= kMaxTries; ++tries) {
@@ -231,7 +231,7 @@ TEST_CASE_TEMPLATE("jobs: handed back, until it was the fifth time", Stores, EVE
   CHECK(got(stores.jobs().forget({"ann", "1"})));
 }
 
-TEST_CASE_TEMPLATE("jobs: a try that ended without the job's fault is not counted", Stores, EVERY_IMPLEMENTATION) {
+TEST_CASE_TEMPLATE("jobs: an excused try does not count", Stores, EVERY_IMPLEMENTATION) {
   Stores stores;
   insert(stores.jobs(), new_job("ann", "1"));
   for (unsigned i = 0; i < 3 * kMaxTries; ++i) {
@@ -267,7 +267,7 @@ TEST_CASE_TEMPLATE("jobs: cancelled, before and while they run", Stores, EVERY_I
   CHECK_FALSE(got(jobs.request_cancel({"ann", "unknown"}, kNow)).has_value());
 }
 
-TEST_CASE_TEMPLATE("jobs: recorded ones are known at once and durable after flush", Stores, EVERY_IMPLEMENTATION) {
+TEST_CASE_TEMPLATE("jobs: records are visible at once and durable after flush", Stores, EVERY_IMPLEMENTATION) {
   Stores stores;
   Job job = ended_job("ann", "1");
   job.progress = meshgauge::server::store::Progress{1, 2, "certify"};
@@ -293,7 +293,7 @@ TEST_CASE_TEMPLATE("jobs: recorded ones are known at once and durable after flus
   stores.jobs().record(ended_job("ann", "2"));
   CHECK(got(stores.jobs().forget({"ann", "2"})));  // though it may not be written yet
   stores.jobs().record(ended_job("ann", "3"));
-  stores.reopen();  // an end in good order writes it
+  stores.reopen();  // an orderly end writes it
   CHECK_FALSE(got(stores.jobs().get({"ann", "2"})).has_value());
   CHECK(got(stores.jobs().get({"ann", "3"})).has_value());
 }

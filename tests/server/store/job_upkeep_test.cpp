@@ -1,4 +1,4 @@
-// What looks at many jobs at once: recovery, counts, sweeps.
+// Recovery, counts and sweeps.
 #include <set>
 
 #include "batch_steps.h"
@@ -6,8 +6,7 @@
 using namespace meshgauge;
 using namespace meshgauge::server::store;
 
-TEST_CASE_TEMPLATE("jobs: recovery runs the jobs of the dead again, and none that lives", Stores,
-                   EVERY_IMPLEMENTATION) {
+TEST_CASE_TEMPLATE("jobs: recovery requeues the jobs of dead workers alone", Stores, EVERY_IMPLEMENTATION) {
   Stores stores;
   JobStore& jobs = stores.jobs();
   for (const char* id : {"dead", "late", "alive", "waits", "poison", "cancelled"}) {
@@ -33,7 +32,7 @@ TEST_CASE_TEMPLATE("jobs: recovery runs the jobs of the dead again, and none tha
     again.push_back(job.key.id);
   }
   if (Stores::kListsRecovered) CHECK(again == std::vector<std::string>{"waits", "dead"});
-  CHECK(job_in(stores.jobs(), {"ann", "late"}).state == JobState::running);  // another's, whatever its lease
+  CHECK(job_in(stores.jobs(), {"ann", "late"}).state == JobState::running);  // another worker's, whatever its lease
   got(stores.jobs().recover(std::nullopt, "its lease was over", moment));
   for (const char* id : {"waits", "dead", "late"}) CHECK(job_in(stores.jobs(), {"ann", id}).state == JobState::queued);
   CHECK(job_in(stores.jobs(), {"ann", "dead"}).tries == tries);
@@ -45,14 +44,14 @@ TEST_CASE_TEMPLATE("jobs: recovery runs the jobs of the dead again, and none tha
   CHECK(poison.finished == at(200));
   CHECK(poison.expires == at(1200));
 
-  got(stores.jobs().recover(std::nullopt, "x", moment));  // nobody is dead, no lease is over
+  got(stores.jobs().recover(std::nullopt, "x", moment));  // no worker is dead, no lease has expired
   CHECK(got(stores.jobs().counts()).queued == 3);
   CHECK(job_in(stores.jobs(), {"ann", "alive"}).state == JobState::running);
-  got(stores.jobs().recover("", "x", moment));  // everybody is
+  got(stores.jobs().recover("", "x", moment));  // all workers are dead
   CHECK(got(stores.jobs().counts()).queued == 4);
 }
 
-TEST_CASE_TEMPLATE("jobs: counts and what they refer to", Stores, EVERY_IMPLEMENTATION) {
+TEST_CASE_TEMPLATE("jobs: counts, and the blobs in use", Stores, EVERY_IMPLEMENTATION) {
   Stores stores;
   JobStore& jobs = stores.jobs();
   for (int i = 0; i < 6; ++i) {
@@ -85,7 +84,7 @@ TEST_CASE_TEMPLATE("jobs: counts and what they refer to", Stores, EVERY_IMPLEMEN
   }
 }
 
-TEST_CASE_TEMPLATE("jobs: the sweep removes what is over, and the oldest beyond the cap", Stores,
+TEST_CASE_TEMPLATE("jobs: the sweep removes expired ones, and the oldest beyond the cap", Stores,
                    EVERY_IMPLEMENTATION) {
   Stores stores;
   JobStore& jobs = stores.jobs();
@@ -127,7 +126,7 @@ TEST_CASE_TEMPLATE("jobs: the sweep removes what is over, and the oldest beyond 
   CHECK(got(jobs.sweep_jobs(moment, 0)).over_cap == 1);
 }
 
-TEST_CASE_TEMPLATE("jobs: who keeps much loses what is beyond its share, who keeps little loses nothing", Stores,
+TEST_CASE_TEMPLATE("jobs: owners lose what is beyond their share, and owners below it lose nothing", Stores,
                    EVERY_IMPLEMENTATION) {
   Stores stores;
   JobStore& jobs = stores.jobs();
@@ -161,7 +160,7 @@ TEST_CASE_TEMPLATE("jobs: a check writes", Stores, EVERY_IMPLEMENTATION) {
   got(stores.blobs().check());
 }
 
-TEST_CASE_TEMPLATE("jobs: how many an owner has that wait or run", Stores, EVERY_IMPLEMENTATION) {
+TEST_CASE_TEMPLATE("jobs: an owner's unended jobs are counted", Stores, EVERY_IMPLEMENTATION) {
   Stores stores;
   JobStore& jobs = stores.jobs();
   const auto unended = [&](const std::string& owner) { return got(jobs.unended(owner, at(50))); };
@@ -184,7 +183,7 @@ TEST_CASE_TEMPLATE("jobs: how many an owner has that wait or run", Stores, EVERY
   CHECK(unended("ann") == 4);
   got(jobs.request_cancel({"ann", "3"}, kNow));
   CHECK(unended("ann") == 3);
-  got(jobs.request_cancel({"ann", "1"}, kNow));  // runs, and is to end
+  got(jobs.request_cancel({"ann", "1"}, kNow));  // runs, and is to be cancelled
   CHECK(unended("ann") == 2);
   CHECK(got(finish(jobs, running, ending(JobState::cancelled))));
   CHECK(unended("ann") == 2);

@@ -17,7 +17,7 @@ MeshRow mesh(const std::string& owner, const std::string& id, std::uint64_t byte
 
 }  // namespace
 
-TEST_CASE_TEMPLATE("meshes: put, read, deleted; each owner's are its own", Stores, EVERY_IMPLEMENTATION) {
+TEST_CASE_TEMPLATE("meshes: put, read, deleted; each owner has its own", Stores, EVERY_IMPLEMENTATION) {
   Stores stores;
   const PutMesh put = got(stores.meshes().put_mesh(mesh("ann", "m"), kNoLimit));
   CHECK(put.what == MeshPut::created);
@@ -37,7 +37,7 @@ TEST_CASE_TEMPLATE("meshes: put, read, deleted; each owner's are its own", Store
   CHECK(got(stores.meshes().all_stored_bytes()) == 99);
 }
 
-TEST_CASE_TEMPLATE("meshes: put again renews its times alone", Stores, EVERY_IMPLEMENTATION) {
+TEST_CASE_TEMPLATE("meshes: a repeated put renews the times alone", Stores, EVERY_IMPLEMENTATION) {
   Stores stores;
   got(stores.meshes().put_mesh(mesh("ann", "m"), 10));
   MeshRow again = mesh("ann", "m");

@@ -1,4 +1,4 @@
-// Decisions that every store takes, without one.
+// The decisions that both stores share, without a store.
 #include "server/store/policy.h"
 
 #include "server/store/transitions.h"
@@ -7,7 +7,7 @@
 
 using namespace meshgauge::server::store;
 
-TEST_CASE("policy: a try that was not the job's fault does not count") {
+TEST_CASE("policy: an excused try does not count") {
   const Loss fifth{kMaxTries, 0};
   CHECK(after_hand_back(fifth, true).state == JobState::queued);
   CHECK(after_hand_back(fifth, true).excused == 1);
@@ -16,14 +16,14 @@ TEST_CASE("policy: a try that was not the job's fault does not count") {
   CHECK(after_hand_back({kMaxTries - 1, 0}, false).state == JobState::queued);
 }
 
-TEST_CASE("policy: a job whose cancel was asked for is cancelled, in whatever try") {
+TEST_CASE("policy: a job with a requested cancel is cancelled, in any try") {
   for (const unsigned tries : {1U, kMaxTries, kMaxTries + 3}) {
     CHECK(after_hand_back({tries, 0, true}, false).state == JobState::cancelled);
     CHECK(after_loss({tries, 0, true}).state == JobState::cancelled);
   }
 }
 
-TEST_CASE("policy: only a job of a batch that has told nothing is excused when its worker is lost, and only twice") {
+TEST_CASE("policy: with its worker lost, a job of a batch without progress is excused, twice at most") {
   const auto excused = [](const Loss& loss) { return after_loss(loss).excused - loss.excused; };
   CHECK(excused({1, 0, false, true, false}) == 1);
   CHECK(excused({1, 0, false, true, true}) == 0);
@@ -49,7 +49,7 @@ TEST_CASE("policy: a claim takes what fits into one second, at least one job, an
   CHECK(fit_in_claim(Candidates{{1, true}, {1, false}}) == 1);
 }
 
-TEST_CASE("policy: one that keeps little loses nothing to one that keeps much") {
+TEST_CASE("policy: each owner keeps an equal share, and what others leave") {
   CHECK(share_of({}, 10) == 10);
   CHECK(share_of({{"ann", 4}, {"bob", 6}}, 10) == 10);
   CHECK(share_of({{"ann", 2}, {"bob", 100}}, 10) == 8);

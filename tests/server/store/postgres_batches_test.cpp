@@ -1,4 +1,4 @@
-// Large batches: nobody waits for their end, and it costs as much as they have items.
+// Large batches: their end blocks no other call, and its cost is that of their items.
 #include <mutex>
 #include <thread>
 
@@ -12,7 +12,7 @@ namespace {
 
 const Moment kLater{at(60), at(1060)};
 
-// As of many workers, in one statement.
+// Claims as many workers would, in one statement.
 void end_all(const PostgresForTests& stores) {
   PgConnection::open(stores.database())
       ->execute("UPDATE jobs SET state = 2, finished = created, expires = created + 1000000, reusable = true");
@@ -26,7 +26,7 @@ std::int64_t number_in(PgConnection& connection, const char* sql) {
 
 }  // namespace
 
-TEST_CASE("large batches: removed within a call's time, when PostgreSQL believes the tables to be small") {
+TEST_CASE("large batches: removed within a call's time, though PostgreSQL's estimates are small") {
   PostgresForTests stores;
   const auto connection = PgConnection::open(stores.database());
   insert(stores.batches(), new_batch("ann", "small", 3));
@@ -51,7 +51,7 @@ TEST_CASE("large batches: removed within a call's time, when PostgreSQL believes
   }
 }
 
-TEST_CASE("large batches: cancelled around what others hold, and nobody waits for it") {
+TEST_CASE("large batches: cancelling skips locked jobs and blocks no other call") {
   PostgresForTests stores;
   JobStore& jobs = stores.jobs();
   insert(stores.batches(), new_batch("ann", "b", 600));
@@ -78,7 +78,7 @@ TEST_CASE("large batches: cancelled around what others hold, and nobody waits fo
   CHECK(counts.running == 1);
 }
 
-TEST_CASE("large batches: what a process that died has not cancelled, whoever is on duty does") {
+TEST_CASE("large batches: the process on duty finishes the cancelling of a process that died") {
   PostgresForTests stores;
   JobStore& jobs = stores.jobs();
   insert(stores.batches(), new_batch("ann", "b", 300));
@@ -94,7 +94,7 @@ TEST_CASE("large batches: what a process that died has not cancelled, whoever is
   CHECK(batch_in(stores.batches(), {"ann", "c"}).counts.queued == 2);
 }
 
-TEST_CASE("outages: callers are told in general words, the report has the whole text, once") {
+TEST_CASE("outages: errors name no details, the report has the whole text, once") {
   PostgresServer server;
   const TestFolder folder;
   DistributedSettings settings;
@@ -108,7 +108,7 @@ TEST_CASE("outages: callers are told in general words, the report has the whole 
     lines.push_back(line);
   };
   const auto stores = got(DistributedStores::open(settings));
-  // A slow machine may not come to an answer in so short a time, nor see by then that nobody is there.
+  // A slow machine may not get an answer in so short a time, nor notice that the server is away.
   const auto told = [&] {
     const Result<Done> checked = stores->jobs().check();
     return checked ? "" : checked.error().message;

@@ -27,8 +27,8 @@ class Blobs {
     REQUIRE(row.next());
     return row.number(0);
   }
-  // Of the upload that is under way, whenever `when` is true of a chunk that is stored: as a database that comes back
-  // without its last commits, none of which waited for a disk.
+  // Loses chunks of the upload that is under way, when `when` is true of a stored chunk: like a database that comes
+  // back without its last commits, none of which waited for a disk.
   void lose(const std::string& what, const std::string& when) {
     execute(
         "CREATE SEQUENCE inserts; CREATE FUNCTION lose() RETURNS trigger LANGUAGE plpgsql AS $$ BEGIN IF " + when +
@@ -36,7 +36,7 @@ class Blobs {
         " upload = new.upload; END IF; RETURN NULL; END $$; CREATE TRIGGER lose AFTER INSERT ON blob_chunks FOR EACH "
         "ROW EXECUTE FUNCTION lose()");
   }
-  // As far as there are bytes.
+  // Compares as many bytes as there are.
   Result<bool> read(const BlobKey& key, std::string& into) {
     return blobs_.fetch(key, [&](std::span<const std::byte> piece) {
       into.append(reinterpret_cast<const char*>(piece.data()), piece.size());
@@ -59,7 +59,7 @@ const RemoteBlobs::Guard kAlone = [](const std::string&, const std::function<Res
 
 }  // namespace
 
-TEST_CASE("PostgreSQL blobs: in chunks, all of which go with it") {
+TEST_CASE("PostgreSQL blobs: stored in chunks, which are removed with the blob") {
   Blobs blobs;
   const BlobKey key = key_of("ann", kText);
   CHECK(got(blobs->put(key, bytes_of(kText))) == BlobPut::created);
@@ -77,7 +77,7 @@ TEST_CASE("PostgreSQL blobs: in chunks, all of which go with it") {
   CHECK_FALSE(got(blobs.read(key, read)));
 }
 
-TEST_CASE("PostgreSQL blobs: a damaged one is replaced by the next that is put") {
+TEST_CASE("PostgreSQL blobs: the next put replaces a damaged one") {
   Blobs blobs;
   const BlobKey key = key_of("ann", kText);
   for (const char* damage : {"UPDATE blob_chunks SET bytes = set_byte(bytes, 5, 77) WHERE position = 2",
@@ -96,7 +96,7 @@ TEST_CASE("PostgreSQL blobs: a damaged one is replaced by the next that is put")
   CHECK_FALSE(blobs.read(key, read).ok());
 }
 
-TEST_CASE("PostgreSQL blobs: what the database loses of an upload is sent again") {
+TEST_CASE("PostgreSQL blobs: chunks that the database loses are sent again") {
   for (const char* loss : {"blob_chunks WHERE position = 0 AND", "blob_uploads WHERE"}) {
     CAPTURE(loss);
     Blobs blobs;
@@ -114,7 +114,7 @@ TEST_CASE("PostgreSQL blobs: what the database loses of an upload is sent again"
   }
 }
 
-TEST_CASE("PostgreSQL blobs: an upload of which each time something is lost is no blob") {
+TEST_CASE("PostgreSQL blobs: an upload that loses chunks each time is no blob") {
   Blobs blobs;
   blobs.lose("blob_chunks WHERE position = 1 AND", "true");
   const BlobKey key = key_of("ann", kText);
@@ -126,7 +126,7 @@ TEST_CASE("PostgreSQL blobs: an upload of which each time something is lost is n
   CHECK(blobs.number("SELECT count(*) FROM blob_chunks") == 0);
 }
 
-TEST_CASE("PostgreSQL blobs: one that lacks a chunk is damaged, and one that goes while it is read is not") {
+TEST_CASE("PostgreSQL blobs: a missing chunk is damage, a removal during a read is not") {
   Blobs blobs;
   const BlobKey key = key_of("ann", kText);
   for (const auto& [change, code] :
@@ -143,7 +143,7 @@ TEST_CASE("PostgreSQL blobs: one that lacks a chunk is damaged, and one that goe
   }
 }
 
-TEST_CASE("PostgreSQL blobs: what is referred to since the used were listed is not removed") {
+TEST_CASE("PostgreSQL blobs: a blob that became used after the listing is not removed") {
   PostgresForTests stores;
   const BlobKey used[] = {key_of("ann", "a"), key_of("ann", "b"), key_of("ann", "of a mesh")};
   const BlobKey unused = key_of("bob", "a");
@@ -159,7 +159,7 @@ TEST_CASE("PostgreSQL blobs: what is referred to since the used were listed is n
   CHECK_FALSE(got(stores.blobs().exists(unused)));
 }
 
-TEST_CASE("PostgreSQL blobs: what somebody is about to refer to is not removed, whichever process asks") {
+TEST_CASE("PostgreSQL blobs: a reserved blob is not removed by any process") {
   PostgresForTests stores;
   const auto others = stores.open("other");
   const BlobKey key = key_of("ann", "a");
@@ -173,7 +173,7 @@ TEST_CASE("PostgreSQL blobs: what somebody is about to refer to is not removed, 
   CHECK(got(others->blobs().remove_unused({}, 0s)) == 1);
 }
 
-TEST_CASE("PostgreSQL blobs: an upload that never ended is nothing, and is taken away when it is old") {
+TEST_CASE("PostgreSQL blobs: an unfinished upload is no blob, and is removed when it is old") {
   Blobs blobs;
   blobs.execute(
       "INSERT INTO blob_uploads VALUES ('old', 1000), ('new', (extract(epoch FROM now()) * 1000)::int8), ('gone', 0); "
@@ -185,7 +185,7 @@ TEST_CASE("PostgreSQL blobs: an upload that never ended is nothing, and is taken
   CHECK(blobs.number("SELECT count(*) FROM blob_uploads") == 1);
 }
 
-TEST_CASE("PostgreSQL blobs: of several that put the same at once, one makes it") {
+TEST_CASE("PostgreSQL blobs: of concurrent puts of one blob one creates it") {
   Blobs blobs;
   const BlobKey key = key_of("ann", kText);
   std::vector<BlobPut> puts(4);

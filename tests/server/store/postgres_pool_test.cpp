@@ -1,4 +1,4 @@
-// The connections of a process: few, and not always to be had.
+// The pool of connections: few, and not always available.
 #include <atomic>
 #include <functional>
 #include <set>
@@ -14,7 +14,7 @@ using Clock = std::chrono::steady_clock;
 
 namespace {
 
-// A role that may have so many connections. It lives as long as the object.
+// A role with a limit of connections, during the lifetime of the object.
 class Frugal {
  public:
   Frugal(const PostgresForTests& stores, int connections) : database_(stores.database()) {
@@ -29,7 +29,7 @@ class Frugal {
   void allow(int connections) {
     PgConnection::open(database_)->execute("ALTER ROLE frugal CONNECTION LIMIT " + std::to_string(connections));
   }
-  // Its connections, but for the one that has a lock: who is on duty has one.
+  // Its connections, except one with a lock: the process on duty has one.
   void end_those_without_lock() {
     PgConnection::open(database_)->execute(
         "SELECT pg_terminate_backend(pid, 20000) FROM pg_stat_activity AS each WHERE usename = 'frugal' AND NOT EXISTS "
@@ -46,7 +46,7 @@ class Frugal {
 
 }  // namespace
 
-TEST_CASE("connections: who comes late to a connection takes none from the others") {
+TEST_CASE("connections: a late caller takes no connection from others") {
   constexpr int kAllTheTime = 100;  // times the call_timeout
   PostgresForTests stores;
   PoolSettings settings{stores.database(), 2, 300ms};
@@ -81,7 +81,7 @@ TEST_CASE("connections: who comes late to a connection takes none from the other
   CHECK(pids.contains(got(pool.run(Promise::fleeting, pid, kAllTheTime))) == late);
 }
 
-TEST_CASE("connections: a server that has no more of them is not gone, and those that there are go round") {
+TEST_CASE("connections: a server without free connections is not away, and callers share those that are open") {
   PostgresForTests stores;
   Frugal role(stores, 1);
   PgPool pool({role.connection_string(), 8, 20s, {}});
@@ -105,7 +105,7 @@ TEST_CASE("connections: a server that has no more of them is not gone, and those
   CHECK(pool.newest_trouble() == trouble);
 }
 
-TEST_CASE("connections: who waited for one in vain is told why there was none") {
+TEST_CASE("connections: a caller that got none learns why") {
   PostgresForTests stores;
   Frugal role(stores, 1);
   std::string reported;
@@ -126,7 +126,7 @@ TEST_CASE("connections: who waited for one in vain is told why there was none") 
   CHECK(inner.error().message.find("frugal") == std::string::npos);
 }
 
-TEST_CASE("connections: who cannot have one leaves the duty to who can") {
+TEST_CASE("connections: a process without one leaves the duty to another") {
   PostgresForTests stores;
   Frugal role(stores, -1);
   DistributedSettings settings = stores.settings("frugal");

@@ -17,7 +17,7 @@ using namespace std::chrono_literals;
 
 namespace {
 
-// What one process has heard.
+// The signals that one process has received.
 class Heard {
  public:
   explicit Heard(Signals& signals) : signals_(signals) {
@@ -29,7 +29,7 @@ class Heard {
   }
   ~Heard() { signals_.stop_listening(); }
 
-  // Waits for it, however long the machine takes.
+  // Waits for a signal, for any time.
   bool comes(Signal::Kind kind, const JobKey& job = {}) {
     std::unique_lock lock(mutex_);
     return changed_.wait_for(lock, 60s, [&] {
@@ -56,7 +56,7 @@ void terminate_all(PostgresServer& server, const std::string& which = "true") {
 
 }  // namespace
 
-TEST_CASE("processes: they claim apart, and all there is") {
+TEST_CASE("processes: they claim different jobs, and all of them") {
   PostgresForTests stores;
   insert(stores.batches(), new_batch("ann", "b", 150));
   for (int i = 0; i < 50; ++i)
@@ -83,7 +83,7 @@ TEST_CASE("processes: they claim apart, and all there is") {
   CHECK(claimed.size() == 200);
 }
 
-TEST_CASE("processes: a worker that was thought dead can write nothing, wherever it asks") {
+TEST_CASE("processes: a worker that was taken for dead can write nothing, through any process") {
   PostgresForTests stores;
   const auto other = stores.open("other");
   insert(stores.jobs(), new_job("ann", "1"));
@@ -99,7 +99,7 @@ TEST_CASE("processes: a worker that was thought dead can write nothing, wherever
   CHECK(job_in(stores.jobs(), {"ann", "1"}).tries == 2);
 }
 
-TEST_CASE("processes: one is on duty, and another when that ends") {
+TEST_CASE("processes: one is on duty, and another one after its end") {
   PostgresForTests stores;
   auto first = stores.open("first");
   REQUIRE(eventually([&] { return first->jobs().on_duty(); }));
@@ -113,18 +113,18 @@ TEST_CASE("processes: one is on duty, and another when that ends") {
   CHECK(eventually([&] { return second->jobs().on_duty(); }));
 }
 
-TEST_CASE("processes: nobody is on duty soon after trouble") {
+TEST_CASE("processes: none is on duty soon after trouble") {
   PostgresForTests stores;
   DistributedSettings settings = stores.settings("other");
   settings.duty_grace = 1h;
   const auto patient = got(DistributedStores::open(settings));
   CHECK_FALSE(patient->jobs().on_duty());
   std::this_thread::sleep_for(300ms);
-  CHECK_FALSE(patient->jobs().on_duty());  // and keeps nobody from it meanwhile
+  CHECK_FALSE(patient->jobs().on_duty());  // and keeps no other process from it meanwhile
   CHECK(eventually([&] { return stores.jobs().on_duty(); }));
 }
 
-TEST_CASE("processes: who does not ask for the duty any more leaves it to who does") {
+TEST_CASE("processes: the duty lapses for a process that does not ask for it") {
   PostgresForTests stores;
   ControlSettings settings{stores.database(), 0ms};
   settings.duty_lapse = 200ms;
@@ -136,7 +136,7 @@ TEST_CASE("processes: who does not ask for the duty any more leaves it to who do
   CHECK(eventually([&] { return held_up.on_duty(); }));  // in its turn
 }
 
-TEST_CASE("processes: who has trouble leaves the duty, however often it asks for it") {
+TEST_CASE("processes: a process with trouble leaves the duty, however often it asks for it") {
   PostgresForTests stores;
   const ControlSettings settings{stores.database(), 300ms};
   std::atomic<bool> troubled{false};
@@ -175,7 +175,7 @@ TEST_CASE("processes: they know the database's clock from their first moment on"
   CHECK(ahead < 70min);
 }
 
-TEST_CASE("processes: they hear what others do, whatever their owners are called") {
+TEST_CASE("processes: signals reach all, with any bytes in the owners' names") {
   PostgresForTests stores;
   const auto other = stores.open("other");
   Heard heard(other->signals());
@@ -196,7 +196,7 @@ TEST_CASE("processes: they hear what others do, whatever their owners are called
   CHECK(heard.comes(Signal::Kind::cancel, awaited.key));
 
   insert(stores.batches(), new_batch("ann", "b", 1));
-  end(jobs, {"ann", "b/0"}, reusable());  // in a batch: nobody is told
+  end(jobs, {"ann", "b/0"}, reusable());  // in a batch: no signal
   insert(jobs, new_job(owner, "2"));
   const Token second = claimed_token(jobs, {owner, "2"});
   got(heartbeat(jobs, second, at(200), {1, 2, "traverse"}));
@@ -219,7 +219,7 @@ TEST_CASE("processes: they hear what others do, whatever their owners are called
   }));
 }
 
-TEST_CASE("processes: a payload is what it was made of, and nothing else is one") {
+TEST_CASE("processes: payloads are read back, and other texts are refused") {
   const std::string bytes("\0\x01 '\"\\\xff", 7);
   for (const Signal::Kind kind :
        {Signal::Kind::work, Signal::Kind::changed, Signal::Kind::cancel, Signal::Kind::missed}) {
@@ -236,7 +236,7 @@ TEST_CASE("processes: a payload is what it was made of, and nothing else is one"
   }
 }
 
-TEST_CASE("processes: what one reserves no other removes") {
+TEST_CASE("processes: a blob that one reserves no other removes") {
   PostgresForTests stores;
   const auto other = stores.open("other");
   const BlobKey key = key_of("ann", "x");
@@ -251,14 +251,14 @@ TEST_CASE("processes: what one reserves no other removes") {
     }
     CHECK_FALSE(got(other->blobs().remove_unreferenced(key, no)));
     terminate_all(PostgresServer::shared());
-    const auto after_trouble = stores.blobs().reserve(key_of("ann", "other"));  // sees it, and reserves all again
+    const auto after_trouble = stores.blobs().reserve(key_of("ann", "other"));  // notices it, and reserves all again
     CHECK_FALSE(got(other->blobs().remove_unreferenced(key, no)));
   }
   CHECK(got(other->blobs().remove_unreferenced(key, no)));
   CHECK_FALSE(got(stores.blobs().exists(key)));
 }
 
-TEST_CASE("processes: a mesh that one is just using no other sweeps") {
+TEST_CASE("processes: a mesh that one is using no other sweeps") {
   PostgresForTests stores;
   got(stores.meshes().put_mesh({{"ann", "m"}, 10, "", "", at(0), at(0), at(100)}, 100));
   const auto user = PgConnection::open(stores.database());

@@ -54,7 +54,7 @@ TEST_CASE("PostgreSQL schema: an older database is brought forward, once") {
   CHECK(database.number("SELECT y FROM a") == 8);
 }
 
-TEST_CASE("PostgreSQL schema: a step that fails leaves the version that was there") {
+TEST_CASE("PostgreSQL schema: a failed step leaves the version before it") {
   Database database;
   got(pg_migrate(database.connection(), kOne));
   CHECK_THROWS_AS(got(pg_migrate(database.connection(), kBroken)), PgFailure);
@@ -71,7 +71,7 @@ TEST_CASE("PostgreSQL schema: a later version and another program's database are
     CHECK(mentions(migrated.error(), "written by a later version of meshgauge (schema 2; this one knows 1)"));
     CHECK(database.number("SELECT x FROM a") == 8);
   }
-  SUBCASE("later, by who opens it") {
+  SUBCASE("later, by opening it") {
     got(migrate_database(database.name()));
     database.connection().execute("UPDATE meshgauge_schema SET version = 1000");
     PostgresSettings settings;
@@ -86,12 +86,12 @@ TEST_CASE("PostgreSQL schema: a later version and another program's database are
     REQUIRE_FALSE(migrated.ok());
     CHECK(mentions(migrated.error(), "is not one of meshgauge"));
   }
-  SUBCASE("nobody's") {
+  SUBCASE("no other program's") {
     CHECK(migrate_database("host=/nowhere dbname=x").error().code == ErrorCode::storage_unavailable);
   }
 }
 
-TEST_CASE("PostgreSQL schema: of many processes that begin at once, one migrates") {
+TEST_CASE("PostgreSQL schema: of many processes that start at once one migrates") {
   Database database;
   std::vector<std::thread> threads;
   std::vector<std::string> said(8);
@@ -107,21 +107,21 @@ TEST_CASE("PostgreSQL schema: of many processes that begin at once, one migrates
   CHECK(std::count(said.begin(), said.end(), "the schema is of version " + newest + " already") == 7);
 }
 
-TEST_CASE("PostgreSQL schema: nobody waits long behind a migration that waits for a reader") {
+TEST_CASE("PostgreSQL schema: a migration that waits for a reader does not block others for long") {
   Database database;
   got(pg_migrate(database.connection(), kOne));
   const auto reader = PgConnection::open(database.name());
-  reader->execute("BEGIN; SELECT x FROM a");  // as a backup does
+  reader->execute("BEGIN; SELECT x FROM a");  // like a backup
   std::thread migration([&] { got(pg_migrate(*PgConnection::open(database.name()), kTwo)); });
   const auto waiting = "SELECT count(*) FROM pg_locks WHERE relation = 'a'::regclass AND NOT granted";
   while (database.number(waiting) == 0) std::this_thread::yield();
-  CHECK_NOTHROW(database.number("SELECT x FROM a"));  // which waits for 3 s, as all our sessions do
+  CHECK_NOTHROW(database.number("SELECT x FROM a"));  // waits for 3 s, as all our sessions do
   reader->execute("COMMIT");
   migration.join();
   CHECK(database.number("SELECT y FROM a") == 8);
 }
 
-TEST_CASE("PostgreSQL schema: what was stored under each earlier version is read under this one") {
+TEST_CASE("PostgreSQL schema: rows of every earlier version are read") {
   for (std::size_t version = 1; version < pg_schema_steps().size(); ++version) {
     Database database;
     got(pg_migrate(database.connection(), first_steps(version)));
@@ -141,7 +141,7 @@ TEST_CASE("PostgreSQL schema: what was stored under each earlier version is read
 }
 
 // Schema 4 had comparisons in shards: a whole, and a row for each part of it.
-TEST_CASE("PostgreSQL schema: what was stored in shards is measured in one piece") {
+TEST_CASE("PostgreSQL schema: a job in shards is measured in one piece") {
   Database database;
   got(pg_migrate(database.connection(), first_steps(4)));
   database.connection().execute(R"sql(
@@ -174,7 +174,7 @@ TEST_CASE("PostgreSQL schema: what was stored in shards is measured in one piece
   CHECK(got(store->finish(claimed[0].token, ending())));
 }
 
-TEST_CASE("PostgreSQL schema: bounds that the version before tells are certified by nobody who is known") {
+TEST_CASE("PostgreSQL schema: bounds of the version before have no known engine") {
   Database database;
   PostgresSettings settings;
   settings.database = database.name();
@@ -183,7 +183,7 @@ TEST_CASE("PostgreSQL schema: bounds that the version before tells are certified
   const Token token = claimed_token(*store, {"ann", "1"});
   CHECK(got(store->heartbeat(token, at(170), {2, 8, "reduce", "v1"})) == Heartbeat::go_on);
   CHECK(got(store->hand_back(token, "", kNow)) == JobState::queued);
-  database.connection().execute("RESET meshgauge.bounds_by");  // as it does
+  database.connection().execute("RESET meshgauge.bounds_by");  // as a process of that version
   database.connection().execute(
       "UPDATE jobs SET state = 1, tries = tries + 1, worker = 'old', lower = NULL, upper = NULL, stage = NULL; UPDATE "
       "jobs SET lower = 9, upper = 10, stage = 'build'");
@@ -194,7 +194,7 @@ TEST_CASE("PostgreSQL schema: bounds that the version before tells are certified
   CHECK(job_in(*store, {"ann", "1"}).progress == meshgauge::server::store::Progress{1, 9.5, "reduce", "v1"});
 }
 
-TEST_CASE("PostgreSQL: several schemas of one database are apart") {
+TEST_CASE("PostgreSQL: several schemas of one database are separate") {
   Database database;
   database.connection().execute("CREATE SCHEMA one; CREATE SCHEMA two");
   const auto store_in = [&](const std::string& schema) {

@@ -37,7 +37,7 @@ const passwd* other_user() {
   if (const passwd* user = other_user()) {
     if (::setgid(user->pw_gid) != 0 || ::setuid(user->pw_uid) != 0) ::_exit(126);
   }
-  ::prctl(PR_SET_PDEATHSIG, SIGQUIT);  // it ends with the tests, however they end
+  ::prctl(PR_SET_PDEATHSIG, SIGQUIT);  // it ends with the tests, also when they are killed
   const int file = ::open(log.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0600);
   if (file < 0 || ::dup2(file, 1) < 0 || ::dup2(file, 2) < 0) ::_exit(126);
   std::vector<char*> arguments;
@@ -60,7 +60,8 @@ void run(const std::vector<std::string>& command, const std::string& log) {
   }
 }
 
-// Another user need not be able to go where the programs are. They find the rest by the way from one to the other.
+// Another user may not be able to enter the folder of the programs, so this one opens it. The programs find the rest by
+// relative paths.
 std::string within_reach(const std::string& programs, const std::string& folder) {
   if (other_user() == nullptr || programs.starts_with("/usr/")) return programs;
   const fs::path usr = fs::path(programs).parent_path().parent_path().parent_path().parent_path();
@@ -75,7 +76,7 @@ std::string within_reach(const std::string& programs, const std::string& folder)
 // TMPDIR may be closed to another user.
 fs::path place() { return other_user() == nullptr ? fs::temp_directory_path() : fs::path("/tmp"); }
 
-// Not one that is dead and that nobody has asked for.
+// Not a dead server that no test has requested.
 bool runs(pid_t process) {
   std::ifstream status("/proc/" + std::to_string(process) + "/stat");
   std::string line;
@@ -143,7 +144,7 @@ void PostgresServer::stop() {
   process_ = -1;
 }
 
-// Its processes are of sessions of their own. A new server refuses the folder until the last one has gone.
+// Its processes have sessions of their own. A new server refuses the folder until the last process has ended.
 void PostgresServer::kill() {
   std::vector<pid_t> all{process_};
   std::ifstream children("/proc/" + std::to_string(process_) + "/task/" + std::to_string(process_) + "/children");

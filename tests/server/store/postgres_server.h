@@ -1,4 +1,4 @@
-// A PostgreSQL server for the tests alone: in a temporary folder, on a socket there, gone with the object.
+// A PostgreSQL server for the tests alone: in a temporary folder, on a socket there; the destructor removes it.
 #pragma once
 
 #include <sys/types.h>
@@ -9,9 +9,9 @@ namespace meshgauge::server::store {
 
 class PostgresServer {
  public:
-  // Where initdb and postgres are: $MESHGAUGE_POSTGRES, or the newest of Debian's. Empty: not installed.
+  // The folder of initdb and postgres: $MESHGAUGE_POSTGRES, or Debian's newest. Empty: not installed.
   static std::string programs();
-  // The one of this run of the program, started when it is first asked for.
+  // The server of this run, started at the first call.
   static PostgresServer& shared();
 
   PostgresServer();
@@ -21,9 +21,9 @@ class PostgresServer {
 
   void start();
   void stop();  // fast: connections are closed
-  void kill();  // as kill -9 and a machine that comes back
+  void kill();  // kill -9, and a restart
 
-  // A connection string of a new database, with the schema or empty.
+  // Creates a database, with the schema or empty; returns its connection string.
   std::string new_database();
   std::string new_empty_database();
   std::string connection_string(const std::string& database) const;

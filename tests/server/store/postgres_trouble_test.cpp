@@ -1,4 +1,4 @@
-// Connections that break, a database that goes and comes back, and much at once.
+// Breaking connections, a database that goes away and comes back, and many callers at once.
 #include <atomic>
 #include <functional>
 #include <random>
@@ -37,15 +37,15 @@ std::int64_t number_in(const std::string& database, const char* sql) {
   return row.number(0);
 }
 
-// No commit is acknowledged from then on.
+// From then on no commit is acknowledged.
 void demand_standby(const std::string& database) {
-  PostgresServer::shared().execute("ALTER SYSTEM SET synchronous_standby_names = 'nobody'");
+  PostgresServer::shared().execute("ALTER SYSTEM SET synchronous_standby_names = 'absent'");
   PostgresServer::shared().execute("SELECT pg_reload_conf()");
   while (number_in(database,
-                   "SELECT (setting = 'nobody')::int FROM pg_settings WHERE name = 'synchronous_standby_names'") == 0) {
+                   "SELECT (setting = 'absent')::int FROM pg_settings WHERE name = 'synchronous_standby_names'") == 0) {
     std::this_thread::sleep_for(10ms);
   }
-  std::this_thread::sleep_for(200ms);  // our connections hear of it as well
+  std::this_thread::sleep_for(200ms);  // until our connections get the setting, too
 }
 
 void demand_no_standby() {
@@ -57,7 +57,7 @@ void end_waiting() {
   PostgresServer::shared().execute("SELECT pg_cancel_backend(pid) FROM pg_stat_activity WHERE wait_event = 'SyncRep'");
 }
 
-// What a worker does: claims some and ends them. Ids of those whose end was acknowledged.
+// Claims some jobs and ends them, like a worker. Returns the ids of those whose end was acknowledged.
 void work_once(JobStore& jobs, const std::string& worker, std::mutex& mutex, std::multiset<std::string>& ended) {
   const auto claimed = jobs.claim_some(worker, at(50), at(110), 3);
   if (!claimed) return;
@@ -73,7 +73,7 @@ void work_once(JobStore& jobs, const std::string& worker, std::mutex& mutex, std
 
 }  // namespace
 
-TEST_CASE("trouble: connections that break at any moment lose nothing and do nothing twice") {
+TEST_CASE("trouble: breaking connections lose nothing and repeat nothing") {
   PostgresForTests stores;
   const auto other = stores.open("other");
   std::mutex mutex;
@@ -104,7 +104,7 @@ TEST_CASE("trouble: connections that break at any moment lose nothing and do not
   });
   over = true;
   breaker.join();
-  // None was given up for good: whoever asks with call_timeout is answered.
+  // No connection was given up for good: calls with a call_timeout are answered.
   CHECK(failed == 0);
   got(stores.jobs().recover("", "the test is over", {at(200), at(1200)}));
   while (got(stores.jobs().counts()).queued > 0) work_once(stores.jobs(), "last", mutex, ended);
@@ -118,7 +118,7 @@ TEST_CASE("trouble: connections that break at any moment lose nothing and do not
   CHECK(std::set<std::string>(ended.begin(), ended.end()).size() == ended.size());
 }
 
-TEST_CASE("trouble: a claim whose answer is lost is found again, not made twice") {
+TEST_CASE("trouble: a claim whose answer is lost is found again, not repeated") {
   PostgresForTests stores;
   for (int i = 0; i < 40; ++i) insert(stores.jobs(), new_job("ann", std::to_string(i)));
   std::atomic<bool> over{false};
@@ -142,7 +142,7 @@ TEST_CASE("trouble: a claim whose answer is lost is found again, not made twice"
         claimed.size());
 }
 
-TEST_CASE("trouble: a database that stops is missed for no longer than the call_timeout, and found again") {
+TEST_CASE("trouble: calls wait for a stopped database for the call_timeout, and recover") {
   PostgresForTests all;
   PostgresServer& server = PostgresServer::shared();
   DistributedSettings settings = all.settings("impatient");
@@ -160,24 +160,24 @@ TEST_CASE("trouble: a database that stops is missed for no longer than the call_
   CHECK_FALSE(stores->jobs().on_duty());
   CHECK_FALSE(stores->blobs().put(key_of("ann", "x"), bytes_of("x")).ok());
   CHECK_FALSE(stores->jobs().check().ok());
-  stores->meshes().touch_mesh({"ann", "m"}, at(1), at(2));  // waits for nobody
+  stores->meshes().touch_mesh({"ann", "m"}, at(1), at(2));  // does not block
   server.start();
   while (!stores->jobs().check().ok()) std::this_thread::sleep_for(20ms);
   CHECK(job_in(stores->jobs(), {"ann", "before"}).state == JobState::queued);
   insert(stores->jobs(), new_job("ann", "after"));
 }
 
-TEST_CASE("trouble: what no standby has confirmed is not acknowledged") {
+TEST_CASE("trouble: a commit without the standby is not acknowledged") {
   PostgresForTests all;
   DistributedSettings settings = all.settings("impatient");
   settings.call_timeout = 1500ms;
   const auto stores = got(DistributedStores::open(settings));
   demand_standby(all.database());
   CHECK_FALSE(stores->jobs().insert(new_job("ann", "1")).ok());
-  CHECK(got(stores->jobs().counts()).queued == 0);  // nobody sees it, reading waits for nobody
+  CHECK(got(stores->jobs().counts()).queued == 0);  // it is invisible, and reading does not block
   const auto claimed = stores->jobs().claim_some("w", at(50), at(110), 1);
   CHECK(got(claimed).empty());
-  // Somebody ends the waiting: it is committed here alone. To find it there is no proof that it is safe.
+  // An operator ends the waiting: it is committed here alone. That a call finds it does not prove that it is safe.
   end_waiting();
   CHECK_FALSE(stores->jobs().insert(new_job("ann", "1")).ok());
   demand_no_standby();
@@ -187,7 +187,7 @@ TEST_CASE("trouble: what no standby has confirmed is not acknowledged") {
   CHECK_FALSE(at_last->conflict);
 }
 
-TEST_CASE("trouble: nor is it to another process, which finds it there") {
+TEST_CASE("trouble: nor to another process that finds it") {
   PostgresForTests all;
   std::vector<std::unique_ptr<DistributedStores>> stores;
   for (const char* name : {"one", "other"}) {
@@ -195,13 +195,13 @@ TEST_CASE("trouble: nor is it to another process, which finds it there") {
     settings.call_timeout = 250ms;
     stores.push_back(got(DistributedStores::open(settings)));
   }
-  // When it is acknowledged: whether it was there.
+  // Once acknowledged: whether it existed.
   const auto found = [](DistributedStores& there) -> Result<bool> {
     const auto inserted = there.batches().insert_batch(new_batch("ann", "b", 1));
     return inserted ? Result<bool>(inserted->existed) : inserted.error();
   };
   demand_standby(all.database());
-  do {  // a slow machine may not come to its commit in so short a time
+  do {  // a slow machine may not reach its commit in so short a time
     CHECK_FALSE(found(*stores[0]).ok());
     end_waiting();
     std::this_thread::sleep_for(10ms);
@@ -213,7 +213,7 @@ TEST_CASE("trouble: nor is it to another process, which finds it there") {
   CHECK(*at_last);
 }
 
-TEST_CASE("trouble: sixteen callers hardly ever wait for each other in a circle, and none fails") {
+TEST_CASE("trouble: sixteen callers rarely deadlock, and none fails") {
   PostgresForTests stores;
   const auto other = stores.open("other");
   std::mutex mutex;
@@ -269,8 +269,7 @@ TEST_CASE("trouble: sixteen callers hardly ever wait for each other in a circle,
     }
   });
   for (const std::string& error : errors) FAIL_CHECK(error);
-  // A part that is given up takes its siblings' locks after its own, and may meet one who ends them: the database
-  // breaks such a circle, the call is repeated. It must stay rare among some thousand calls.
+  // The database breaks a deadlock, and the call is repeated. That must stay rare among some thousand calls.
   CHECK(number_in(stores.database(), "SELECT deadlocks FROM pg_stat_database WHERE datname = current_database()") <= 5);
 }
 
@@ -290,7 +289,7 @@ TEST_CASE("trouble: with more callers than connections all are served") {
                   "backend' AND query LIKE 'INSERT INTO jobs%'") <= 2);
 }
 
-TEST_CASE("trouble: touches of many meshes are one statement, whatever the way to the database takes") {
+TEST_CASE("trouble: touches of many meshes are one statement, at any latency") {
   PostgresForTests stores;
   DistributedSettings settings = stores.settings("other");
   settings.max_unrecorded = 5000;
@@ -309,7 +308,7 @@ TEST_CASE("trouble: touches of many meshes are one statement, whatever the way t
   CHECK(number_in(stores.database(), "SELECT count(*) FROM meshes WHERE expires = 1700000200000") == 2000);
 }
 
-TEST_CASE("trouble: who removes something hears that it was there, though the answer to the commit was lost") {
+TEST_CASE("trouble: a removal reports that it removed, though the answer to its commit was lost") {
   PostgresForTests stores;
   const std::string waiting =
       "FROM pg_stat_activity WHERE wait_event = 'SyncRep' AND datname = '" + name_of(stores.database()) + "'";
@@ -332,7 +331,7 @@ TEST_CASE("trouble: who removes something hears that it was there, though the an
   std::thread remover([&] { removed = remove(); });
   bool committed = false;
   for (int tries = 0; tries < 3000 && !committed; ++tries) {
-    PostgresServer::shared().execute("SELECT pg_terminate_backend(pid) " + waiting);  // committed, and nobody is told
+    PostgresServer::shared().execute("SELECT pg_terminate_backend(pid) " + waiting);  // committed, without an answer
     std::this_thread::sleep_for(5ms);
     committed = number_in(stores.database(), left) == 0;
   }

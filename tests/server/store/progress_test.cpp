@@ -1,4 +1,4 @@
-// How far a job has come, as its workers tell it one after the other.
+// The progress of a job, as its workers report it one after the other.
 #include <limits>
 
 #include "job_steps.h"
@@ -16,7 +16,7 @@ void tell(JobStore& jobs, const Token& token, const Progress& progress) {
 
 }  // namespace
 
-TEST_CASE("progress: of each bound the better one, if one engine certified both") {
+TEST_CASE("progress: the better of each bound, if one engine certified both") {
   const Progress known{1, 9, "traverse", "v1"};
   CHECK(narrowed(std::nullopt, known) == known);
   CHECK(narrowed(known, {0, 8, "reduce", "v1"}) == Progress{1, 8, "reduce", "v1"});
@@ -24,17 +24,16 @@ TEST_CASE("progress: of each bound the better one, if one engine certified both"
   CHECK(narrowed(known, {0, 10, "", "v1"}) == Progress{1, 9, "", "v1"});
   CHECK(narrowed(known, {0, 10, "build", "v2"}) == Progress{0, 10, "build", "v2"});
   CHECK(narrowed(Progress{1, 9, "traverse", ""}, {0, 10, "build", ""}) ==
-        Progress{0, 10, "build", ""});  // nobody knows
+        Progress{0, 10, "build", ""});  // unknown engines
 }
 
-TEST_CASE("progress: what cannot both be true is not mixed") {
+TEST_CASE("progress: contradicting intervals are not mixed") {
   CHECK(narrowed(Progress{1, 2, "reduce", "v1"}, {3, 4, "build", "v1"}) == Progress{3, 4, "build", "v1"});
   CHECK(narrowed(Progress{3, 4, "reduce", "v1"}, {1, 2, "build", "v1"}) == Progress{1, 2, "build", "v1"});
   CHECK(narrowed(Progress{1, 2, "reduce", "v1"}, {2, 4, "build", "v1"}) == Progress{2, 2, "build", "v1"});
 }
 
-TEST_CASE_TEMPLATE("progress: the interval of a job only shrinks, whoever begins it anew", Stores,
-                   EVERY_IMPLEMENTATION) {
+TEST_CASE_TEMPLATE("progress: the interval of a job only shrinks, also in a new try", Stores, EVERY_IMPLEMENTATION) {
   Stores stores;
   JobStore& jobs = stores.jobs();
   insert(jobs, new_job("ann", "1"));
@@ -49,7 +48,7 @@ TEST_CASE_TEMPLATE("progress: the interval of a job only shrinks, whoever begins
 
   const std::optional<Claimed> second = claim_one(jobs, {"ann", "1"}, "w2", at(50), at(110));
   REQUIRE(second.has_value());
-  CHECK(second->job.progress == Progress{1.5, 8, "", "v1"});  // in which stage this one is nobody knows yet
+  CHECK(second->job.progress == Progress{1.5, 8, "", "v1"});  // this try has no stage yet
   tell(jobs, second->token, {0, kInfinity, "build", "v1"});
   CHECK(progress_of(jobs) == Progress{1.5, 8, "build", "v1"});
   const Beat alive{second->token, std::nullopt};
@@ -66,7 +65,7 @@ TEST_CASE_TEMPLATE("progress: the interval of a job only shrinks, whoever begins
   CHECK(progress_of(jobs) == Progress{2, 8, "", "v1"});
 }
 
-TEST_CASE_TEMPLATE("progress: bounds of another engine, or that contradict, replace what is known", Stores,
+TEST_CASE_TEMPLATE("progress: bounds of another engine, or contradicting ones, replace the known ones", Stores,
                    EVERY_IMPLEMENTATION) {
   Stores stores;
   JobStore& jobs = stores.jobs();
@@ -87,7 +86,7 @@ TEST_CASE_TEMPLATE("progress: bounds of another engine, or that contradict, repl
   }
 }
 
-TEST_CASE_TEMPLATE("progress: of many jobs at once, each its own", Stores, EVERY_IMPLEMENTATION) {
+TEST_CASE_TEMPLATE("progress: many jobs at once, each with its own", Stores, EVERY_IMPLEMENTATION) {
   Stores stores;
   JobStore& jobs = stores.jobs();
   std::vector<Beat> beats;

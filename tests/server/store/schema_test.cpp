@@ -80,7 +80,7 @@ TEST_CASE("schema: a later version and another program's database are refused") 
   }
 }
 
-TEST_CASE("schema: who opens an older database is told that it was brought up, of a new one nothing") {
+TEST_CASE("schema: the migration of an older database is reported, the creation of a new one is not") {
   const Database database;
   std::vector<std::string> lines;
   const Report report = [&](const std::string& line) { lines.push_back(line); };
@@ -96,7 +96,7 @@ TEST_CASE("schema: who opens an older database is told that it was brought up, o
   CHECK(lines.size() == 1);
 }
 
-TEST_CASE("schema: what was stored under each earlier version is read under this one") {
+TEST_CASE("schema: rows of every earlier version are read") {
   for (std::size_t version = 1; version < schema_steps().size(); ++version) {
     const Database database;
     {

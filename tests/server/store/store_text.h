@@ -12,7 +12,7 @@
 
 namespace meshgauge::server::store {
 
-// The value, or the end of the test with the error's text.
+// Returns the value, or fails the test with the error's message.
 template <class T>
 T got(Result<T> result) {
   if (!result) FAIL(result.error().message);

@@ -7,7 +7,7 @@
 
 namespace meshgauge::server::store {
 
-// A folder of its own that is gone with the object.
+// A temporary folder that the destructor removes.
 class TestFolder {
  public:
   TestFolder() : path_(std::filesystem::temp_directory_path() / ("meshgauge-store-" + api::random_id())) {

@@ -1,5 +1,5 @@
-// Disks that are full or read-only: real ones, of a few megabytes, in a mount namespace of the test's own where it may
-// make one; and a limit on the size of files, which works everywhere.
+// Full and read-only disks: real ones of a few megabytes, in a private mount namespace where the test may create one;
+// and a limit on the size of files, which works everywhere.
 #include <sched.h>
 #include <signal.h>
 #include <sys/mount.h>
@@ -31,7 +31,7 @@ class SmallDisk {
 
   explicit operator bool() const { return mounted_; }
   std::string path() const { return folder_.path(); }
-  // All but `left` bytes are taken, by a file that goes with the object.
+  // A file that takes all but `left` bytes; the destructor removes it.
   void fill(std::uintmax_t left) const {
     const std::string block(4096, 'x');
     std::ofstream file(ballast(), std::ios::binary);
@@ -51,7 +51,7 @@ class SmallDisk {
   bool mounted_ = false;
 };
 
-// As a full disk, for the files that grow beyond it.
+// Like a full disk, for files that grow beyond the limit.
 class SmallFiles {
  public:
   explicit SmallFiles(rlim_t most) {
@@ -77,7 +77,7 @@ NewJob large_job(const std::string& id) {
   return job;
 }
 
-// Inserts until it fails; how many were stored.
+// Inserts until it fails; returns the number of stored jobs.
 int insert_until_full(JobStore& jobs, const std::string& prefix) {
   for (int i = 0; i < 1000; ++i) {
     const Result<Inserted> inserted = jobs.insert(large_job(prefix + std::to_string(i)));
@@ -128,7 +128,7 @@ void check_recovered(EmbeddedStores& stores) {
 
 }  // namespace
 
-TEST_CASE("trouble: a full disk is told, nothing is stored by half, and all is well when there is room again") {
+TEST_CASE("trouble: a full disk is an error, nothing is stored by half, and room ends it") {
   const SmallDisk disk;
   if (!disk) return;
   {
@@ -139,7 +139,7 @@ TEST_CASE("trouble: a full disk is told, nothing is stored by half, and all is w
     const Result<Done> blobs = stores->blobs().check();
     REQUIRE_FALSE(blobs.ok());
     CHECK(blobs.error().code == ErrorCode::storage_full);
-    insert_until_full(stores->jobs(), "more ");  // the log may have had room left
+    insert_until_full(stores->jobs(), "more ");  // the log may have had room left for some
     disk.make_room();
     check_recovered(*stores);
   }
@@ -148,7 +148,7 @@ TEST_CASE("trouble: a full disk is told, nothing is stored by half, and all is w
   CHECK(got(stores->jobs().get({"ann", "afterwards"})).has_value());
 }
 
-TEST_CASE("trouble: a restart on a full disk says why, or works") {
+TEST_CASE("trouble: a restart on a full disk works, or says why not") {
   const SmallDisk disk;
   if (!disk) return;
   got(got(EmbeddedStores::open({disk.path() + "/data"}))->jobs().insert(new_job("ann", "1")));
@@ -161,7 +161,7 @@ TEST_CASE("trouble: a restart on a full disk says why, or works") {
   CHECK(got(got(EmbeddedStores::open({disk.path() + "/data"}))->jobs().get({"ann", "1"})).has_value());
 }
 
-TEST_CASE("trouble: files at their largest are as a full disk") {
+TEST_CASE("trouble: the limit on file size is like a full disk") {
   EmbeddedForTests for_tests;
   const std::string data = for_tests.folder() / "data2";
   const auto stores = got(EmbeddedStores::open({data}));
@@ -172,7 +172,7 @@ TEST_CASE("trouble: files at their largest are as a full disk") {
   check_recovered(*stores);
 }
 
-TEST_CASE("trouble: a read-only disk is told, and can be read") {
+TEST_CASE("trouble: a read-only disk is an error for writes, and can be read") {
   const SmallDisk disk;
   if (!disk) return;
   const std::unique_ptr<FileBlobs> blobs = got(FileBlobs::open(disk.path() + "/blobs"));

@@ -45,7 +45,7 @@ class Table {
 
 }  // namespace
 
-TEST_CASE("writer: one write that fails undoes itself and not its neighbours") {
+TEST_CASE("writer: a failed write undoes itself alone") {
   Table table;
   constexpr int kThreads = 16;
   constexpr int kEach = 30;
@@ -72,13 +72,13 @@ TEST_CASE("writer: one write that fails undoes itself and not its neighbours") {
   CHECK(table.count() == kThreads * kEach * 2 / 3);
 }
 
-TEST_CASE("writer: what waits shares a transaction") {
+TEST_CASE("writer: waiting writes share a transaction") {
   Table table;
   constexpr int kThreads = 20;
   std::atomic<int> coming{0};
   std::atomic<int> done{0};
   std::thread holder([&] {
-    // As long as this one is in its transaction, the others come to wait.
+    // While this one is in its transaction, the others begin to wait.
     const Result<int> held = table.writer().write([&](Connection& connection) {
       Query(connection, "INSERT INTO t VALUES (-1)").run();
       while (coming.load() < kThreads) std::this_thread::yield();
@@ -104,12 +104,12 @@ TEST_CASE("writer: what waits shares a transaction") {
   for (std::thread& thread : threads) thread.join();
   CHECK(done.load() == kThreads + 1);
   CHECK(table.count() == kThreads + 1);
-  // A row is seen from outside only after its commit: who saw as many as somebody else shared a transaction.
+  // A row is visible only after its commit: writers that saw the same number of rows shared a transaction.
   const std::set<std::int64_t> transactions(seen_outside.begin(), seen_outside.end());
   CHECK(transactions.size() < kThreads / 2);
 }
 
-TEST_CASE("writer: a database that somebody else keeps locked is told, and used when it is free again") {
+TEST_CASE("writer: a database locked by another process is an error until it is free") {
   Table table;
   Connection other(table.path(), Connection::Use::write);
   other.execute("BEGIN IMMEDIATE");
@@ -121,7 +121,7 @@ TEST_CASE("writer: a database that somebody else keeps locked is told, and used 
   CHECK(got(table.add(1)) == 1);
 }
 
-TEST_CASE("readers: more threads than connections, and an error does not cost a connection") {
+TEST_CASE("readers: more threads than connections, and an error loses no connection") {
   Table table;
   got(table.add(5));
   Readers readers(table.path());

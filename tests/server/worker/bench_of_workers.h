@@ -1,4 +1,4 @@
-// Workers over real stores and a stand-in for the readers. Several on one store are as several processes.
+// Workers over real stores and a stand-in for the readers. Several on one store act like several processes.
 #pragma once
 
 #include <memory>
@@ -11,7 +11,7 @@
 
 namespace meshgauge::server {
 
-// Long leases and much call_timeout, but for what a test is about: none depends on how fast the machine is.
+// Long leases and timeouts, unless a test is about them: no test depends on the speed of the machine.
 inline WorkerOptions options_of(const std::string& name) {
   WorkerOptions options;
   options.name = name;
@@ -19,7 +19,7 @@ inline WorkerOptions options_of(const std::string& name) {
   options.heartbeat = std::chrono::milliseconds(20);
   options.progress = std::chrono::milliseconds(10);
   options.poll = std::chrono::milliseconds(20);
-  options.openers = 1;  // they are ready in the order in which they were claimed
+  options.openers = 1;  // so they become ready in the order of their claims
   return options;
 }
 
@@ -29,7 +29,7 @@ inline Settings with_threads(std::uint64_t threads) {
   return settings;
 }
 
-// What one process has.
+// The parts of one process.
 struct WorkerBench {
   WorkerBench(Stores stores, Fetch fetch, WorkerOptions options, const Settings& chosen = one_worker())
       : settings(chosen),
@@ -54,7 +54,7 @@ struct WorkerBench {
   Worker worker;
 };
 
-// A job in the store, with its blobs. Its name is the content of mesh a, and that of its file.
+// Stores a job with its blobs. Its name is the content of mesh a, and the name of its file.
 inline store::NewJob job_named(const std::string& name, const std::string& batch = "", std::uint64_t cost = 1000) {
   store::NewJob job;
   job.key = {"", name};

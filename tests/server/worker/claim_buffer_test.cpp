@@ -22,7 +22,7 @@ std::string name_of(const HeldJobPtr& job) { return job ? job->live->key.id : ""
 
 }  // namespace
 
-TEST_CASE("claim buffer: as many begin as there are threads, those that somebody may wait for first") {
+TEST_CASE("claim buffer: as many begin as there are threads, jobs of no batch first") {
   ClaimBuffer buffer(2);
   for (const auto& job : {ready("b1", "b"), ready("b2", "b"), ready("single")}) buffer.add(job);
   const auto first = buffer.take();
@@ -33,7 +33,7 @@ TEST_CASE("claim buffer: as many begin as there are threads, those that somebody
   CHECK(name_of(buffer.take()) == "b2");
 }
 
-TEST_CASE("claim buffer: what is not ready does not hold up what is") {
+TEST_CASE("claim buffer: a job that is not ready does not block others") {
   ClaimBuffer buffer(1);
   const auto slow = ready("slow");
   slow->stage = Stage::claimed;
@@ -42,7 +42,7 @@ TEST_CASE("claim buffer: what is not ready does not hold up what is") {
   CHECK(name_of(buffer.take()) == "next");
 }
 
-TEST_CASE("claim buffer: it is refilled before it is empty, from small jobs of batches alone") {
+TEST_CASE("claim buffer: it is refilled before it is empty, for small jobs of batches alone") {
   ClaimBuffer buffer(2);
   CHECK(buffer.wanted() == ClaimBuffer::kMost);
   for (std::size_t i = 0; i < ClaimBuffer::kMost; ++i) buffer.add(ready("j" + std::to_string(i), "b"));
@@ -57,7 +57,7 @@ TEST_CASE("claim buffer: it is refilled before it is empty, from small jobs of b
   CHECK(buffer.wanted() == 0);
 }
 
-TEST_CASE("claim buffer: no more than there are idle threads when all of them may be busy for long") {
+TEST_CASE("claim buffer: no more than idle threads when all may be busy for long") {
   ClaimBuffer buffer(2);
   buffer.add(ready("x"));
   REQUIRE(buffer.take());
@@ -68,7 +68,7 @@ TEST_CASE("claim buffer: no more than there are idle threads when all of them ma
   CHECK(buffer.wanted() == 0);
 }
 
-TEST_CASE("claim buffer: one that is suspected waits for all that is there, and nothing is claimed meanwhile") {
+TEST_CASE("claim buffer: a suspected job waits for all others, and nothing is claimed meanwhile") {
   ClaimBuffer buffer(4);
   const auto before = ready("before");
   buffer.add(before);

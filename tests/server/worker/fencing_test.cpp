@@ -1,4 +1,4 @@
-// Workers that the store thinks dead, and a store that is away.
+// Workers that are taken for dead, and a store that is away.
 #include <atomic>
 #include <thread>
 
@@ -15,13 +15,13 @@ using store::JobState;
 
 namespace {
 
-// As the upkeep of whoever is on duty.
+// Like the upkeep of the process on duty.
 void take_from_all(Kept& kept) {
   const auto now = store::now();
   got(kept.embedded.jobs().recover("", "its worker went away", {now, now + seconds(60)}));
 }
 
-// One that was stopped past its lease: it tells nothing, and hears nothing.
+// A worker that was stopped past its lease: it sends and receives nothing.
 WorkerOptions silent(const std::string& name) {
   auto options = options_of(name);
   options.heartbeat = std::chrono::hours(1);
@@ -31,7 +31,7 @@ WorkerOptions silent(const std::string& name) {
 
 }  // namespace
 
-TEST_CASE("worker: who was thought dead has its result refused, and another's stands") {
+TEST_CASE("worker: the result of a worker taken for dead is refused, another one's stays") {
   Kept kept;
   Stand late;
   Stand quick;
@@ -41,7 +41,7 @@ TEST_CASE("worker: who was thought dead has its result refused, and another's st
   stopped.worker.start();
   REQUIRE(eventually([&] { return late.running == 1; }));
   take_from_all(kept);
-  // Its own next claim must not be quicker.
+  // Its own next claim must not come first.
   stopped.worker.drain();
   WorkerBench other(kept.stores(), quick.fetch(), options_of("other"));
   other.worker.start();
@@ -56,7 +56,7 @@ TEST_CASE("worker: who was thought dead has its result refused, and another's st
   CHECK(after.finished == row.finished);
 }
 
-TEST_CASE("worker: who hears that a job is not its own any more ends it, and tells nothing of it") {
+TEST_CASE("worker: a lost job is ended, and its result is not stored") {
   Kept kept;
   Stand stand;
   const auto key = put_job(kept, job_named("lost"));
@@ -73,7 +73,7 @@ TEST_CASE("worker: who hears that a job is not its own any more ends it, and tel
   REQUIRE(eventually([&] { return has_state(kept, key, JobState::done); }));
 }
 
-TEST_CASE("worker: it goes on while the store is away, and delivers afterwards") {
+TEST_CASE("worker: it goes on while the store is away, and stores results afterwards") {
   Kept kept;
   Stand stand;
   std::vector<store::JobKey> keys;
@@ -95,7 +95,7 @@ TEST_CASE("worker: it goes on while the store is away, and delivers afterwards")
   CHECK(eventually([&] { return has_state(kept, later, JobState::done); }));
 }
 
-TEST_CASE("worker: who stops while the store is away does not wait for ever, and the job is found later") {
+TEST_CASE("worker: a stop while the store is away ends in time, and the job is requeued later") {
   Kept kept;
   Stand stand;
   const auto key = put_job(kept, job_named("long"));
@@ -113,14 +113,14 @@ TEST_CASE("worker: who stops while the store is away does not wait for ever, and
   CHECK(row_of(kept, key).state == JobState::queued);
 }
 
-TEST_CASE("worker: what is being claimed while it stops goes back") {
+TEST_CASE("worker: jobs of a claim during a stop are handed back") {
   Kept kept;
   Stand stand;
   const auto key = put_job(kept, job_named("late"));
   std::atomic<bool> claimed{false};
   kept.jobs.answers_claim = [&](const std::vector<store::Claimed>& some) {
     claimed = claimed || !some.empty();
-    std::this_thread::sleep_for(milliseconds(300));  // who does not wait for it has stopped by then
+    std::this_thread::sleep_for(milliseconds(300));  // a stop that does not wait for the claim has returned by then
     return true;
   };
   WorkerBench bench(kept.stores(), stand.fetch(), options_of("w"));
@@ -133,7 +133,7 @@ TEST_CASE("worker: what is being claimed while it stops goes back") {
   CHECK_FALSE(row.suspected);
 }
 
-TEST_CASE("worker: what it may have claimed without knowing goes back, also when it drains") {
+TEST_CASE("worker: jobs of an unanswered claim are handed back, also while draining") {
   Kept kept;
   Stand stand;
   const auto key = put_job(kept, job_named("unheard"));

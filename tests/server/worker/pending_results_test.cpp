@@ -49,7 +49,7 @@ constexpr auto kEnough = std::chrono::seconds(60);
 
 }  // namespace
 
-TEST_CASE("deliveries: what comes while the store is busy or away is stored in one group") {
+TEST_CASE("pending results: those that come while the store is busy or away are stored in one group") {
   Kept kept;
   Delivered delivered;
   std::vector<HeldJobPtr> jobs;
@@ -68,7 +68,7 @@ TEST_CASE("deliveries: what comes while the store is busy or away is stored in o
   for (const auto& job : jobs) CHECK(has_state(kept, job->live->key, JobState::done));
 }
 
-TEST_CASE("deliveries: one whose job is another worker's is refused, the others are stored") {
+TEST_CASE("pending results: one with an old token is refused, the others are stored") {
   Kept kept;
   Delivered delivered;
   const auto mine = claimed(kept, "mine");
@@ -82,7 +82,7 @@ TEST_CASE("deliveries: one whose job is another worker's is refused, the others 
   CHECK(has_state(kept, lost->live->key, JobState::queued));
 }
 
-TEST_CASE("deliveries: what is handed back takes its interval along") {
+TEST_CASE("pending results: a hand-back stores its interval") {
   Kept kept;
   Delivered delivered;
   const auto job = claimed(kept, "back");
@@ -94,7 +94,7 @@ TEST_CASE("deliveries: what is handed back takes its interval along") {
   CHECK(row.progress == store::Progress{1, 2, "traverse"});
 }
 
-TEST_CASE("deliveries: an end that the store can never take counts against its job, and holds nobody up") {
+TEST_CASE("pending results: an end that the store can never take counts against its job, and blocks no other") {
   Kept kept;
   Delivered delivered;
   const auto poison = claimed(kept, "poison");
@@ -110,7 +110,7 @@ TEST_CASE("deliveries: an end that the store can never take counts against its j
   CHECK(row.last_error.find("its end could not be stored") != std::string::npos);
 }
 
-TEST_CASE("deliveries: for want of memory those that were not settled are again, and the others not") {
+TEST_CASE("pending results: out of memory, those that are not settled are tried again, the others are not") {
   Kept kept;
   Delivered delivered;
   std::vector<HeldJobPtr> jobs;

@@ -1,4 +1,4 @@
-// A fleet of several versions: any worker does any job, and what it did is kept as its own version's.
+// Workers of several versions: any worker runs any job, and stores the result as its own version's.
 #include "server/jobs/equal_work.h"
 
 #include <limits>
@@ -28,7 +28,7 @@ store::BatchCounts counts_of(Kept& kept, const store::NewBatch& batch) {
 
 }  // namespace
 
-TEST_CASE("versions: a worker does what another version was asked for, and that is not found as that version's") {
+TEST_CASE("versions: a worker runs another version's job, and the result is not found as that version's") {
   Kept kept;
   Stand stand;
   stand.released = true;
@@ -64,7 +64,7 @@ TEST_CASE("versions: work is the same for the same meshes, hints and options alo
   }
 }
 
-TEST_CASE("versions: what another worker has found of a job stays, if it is of the same version") {
+TEST_CASE("versions: the interval of another worker stays, if it has the same version") {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   Kept kept;
   store::JobStore& jobs = kept.embedded.jobs();

@@ -11,12 +11,12 @@ using std::chrono::seconds;
 using store::got;
 using store::JobState;
 
-TEST_CASE("worker: what is in the queue is run, smallest first, and its end is stored") {
+TEST_CASE("worker: queued jobs run, smallest first, and their ends are stored") {
   Kept kept;
   Stand stand;
   stand.released = true;
   std::vector<store::JobKey> keys;
-  const auto now = store::now();  // of all: what is put slowly would be older by more than its size counts
+  const auto now = store::now();  // one time for all: on a slow machine age would outweigh size
   for (const auto& [name, cost] : {std::pair("large", 30'000'000), {"small", 1000}, {"middle", 5'000'000}}) {
     auto job = job_named(name, "", static_cast<std::uint64_t>(cost));
     job.created = now;
@@ -33,7 +33,7 @@ TEST_CASE("worker: what is in the queue is run, smallest first, and its end is s
   CHECK(bench.metric("meshgauge_worker_claimed_total") == 3);
 }
 
-TEST_CASE("worker: it is told of what comes later") {
+TEST_CASE("worker: a signal announces later jobs") {
   Kept kept;
   Stand stand;
   stand.released = true;
@@ -61,7 +61,7 @@ TEST_CASE("worker: two share a batch, each job is run once") {
   CHECK(one.metric("meshgauge_worker_claimed_total") + two.metric("meshgauge_worker_claimed_total") == 50);
 }
 
-TEST_CASE("worker: an owner's cancel ends what runs, with the interval reached") {
+TEST_CASE("worker: an owner's cancel ends a running job with the interval reached") {
   Kept kept;
   Stand stand;
   const auto key = put_job(kept, job_named("long"));
@@ -75,7 +75,7 @@ TEST_CASE("worker: an owner's cancel ends what runs, with the interval reached")
   CHECK(nlohmann::json::parse(row_of(kept, key).document)["status"] == "cancelled");
 }
 
-TEST_CASE("worker: a cancel that comes before the claim is known is not forgotten") {
+TEST_CASE("worker: a cancel before the answer of the claim is remembered") {
   Kept kept;
   Stand stand;
   WorkerBench bench(kept.stores(), stand.fetch(), options_of("w"));
@@ -85,7 +85,7 @@ TEST_CASE("worker: a cancel that comes before the claim is known is not forgotte
   CHECK(eventually([&] { return has_state(kept, key, JobState::cancelled); }));
 }
 
-TEST_CASE("worker: who drains hands back what has not begun, without blame, and ends what runs") {
+TEST_CASE("worker: draining hands back jobs that have not begun, without blame, and lets others end") {
   Kept kept;
   Stand stand;
   std::vector<store::JobKey> keys;
@@ -107,7 +107,7 @@ TEST_CASE("worker: who drains hands back what has not begun, without blame, and 
   CHECK(stand.running == 1);
 }
 
-TEST_CASE("worker: who stops hands back what runs, with its interval") {
+TEST_CASE("worker: stopping hands back running jobs with their intervals") {
   Kept kept;
   Stand stand;
   const auto key = put_job(kept, job_named("long"));
@@ -129,7 +129,7 @@ TEST_CASE("worker: who stops hands back what runs, with its interval") {
   CHECK(eventually([&] { return has_state(kept, key, JobState::done); }));
 }
 
-TEST_CASE("worker: one that is suspected of ending its workers runs alone") {
+TEST_CASE("worker: a suspected job runs alone") {
   Kept kept;
   const auto key = put_job(kept, job_named("suspect", "", 95'000'000));  // in the middle
   const auto now = store::now();
@@ -159,7 +159,7 @@ TEST_CASE("worker: one that is suspected of ending its workers runs alone") {
 
 namespace {
 
-// What another worker runs; with that it is lost.
+// A job that another worker runs, and loses.
 store::JobKey put_running(Kept& kept, const std::string& name) {
   const auto key = put_job(kept, job_named(name));
   const auto now = store::now();
@@ -172,7 +172,7 @@ void lose(Kept& kept, const std::string& worker) {
   got(kept.embedded.jobs().recover(worker, "it went away", {now, now + seconds(60)}));
 }
 
-// Of the comparisons "long" lasts until it is released, all others are over at once.
+// The comparison "long" lasts until it is released, all others end at once.
 Fetch lasting(const std::atomic<bool>& released) {
   return [&](const MeshSource& source, Control& control) -> Result<api::SharedMesh> {
     while (source.input.filename == "long" && !released && control.check() == Interruption::none) {
@@ -184,7 +184,7 @@ Fetch lasting(const std::atomic<bool>& released) {
 
 }  // namespace
 
-TEST_CASE("worker: one that is suspected keeps nothing waiting while something runs") {
+TEST_CASE("worker: a suspected job blocks no other while something runs") {
   Kept kept;
   std::atomic<bool> released{false};
   const auto suspect = put_running(kept, "suspect");
@@ -200,13 +200,13 @@ TEST_CASE("worker: one that is suspected keeps nothing waiting while something r
     REQUIRE(eventually([&] { return has_state(kept, key, JobState::done); }));
   }
   CHECK(row_of(kept, suspect).suspected);
-  CHECK(has_state(kept, suspect, JobState::queued));  // others may have it
+  CHECK(has_state(kept, suspect, JobState::queued));  // other workers may claim it
   CHECK(has_state(kept, longest, JobState::running));
   released = true;
   CHECK(eventually([&] { return has_state(kept, suspect, JobState::done); }));
 }
 
-TEST_CASE("worker: one that is suspected has its turn where there is always something to do") {
+TEST_CASE("worker: a suspected job has its turn on a busy worker") {
   Kept kept;
   std::atomic<bool> released{false};
   const auto suspect = put_running(kept, "suspect");
@@ -226,14 +226,14 @@ TEST_CASE("worker: one that is suspected has its turn where there is always some
   CHECK(eventually([&] { return has_state(kept, later, JobState::done); }));
 }
 
-TEST_CASE("worker: when it is lost, what it had in stock is not suspected, but what it ran") {
+TEST_CASE("worker: when it is lost, the jobs that it ran are suspected, those in its buffer are not") {
   Kept kept;
   Stand stand;
   std::vector<store::JobKey> keys;
   for (int i = 0; i < 10; ++i) keys.push_back(put_job(kept, job_named("j" + std::to_string(i), "batch")));
   auto options = options_of("w");
-  options.heartbeat = std::chrono::hours(1);  // it does not hear that it has lost them
-  options.poll = std::chrono::hours(1);       // nor takes them again
+  options.heartbeat = std::chrono::hours(1);  // it does not learn that it has lost them
+  options.poll = std::chrono::hours(1);       // and does not claim them again
   std::atomic<bool> found_none{false};
   kept.jobs.answers_claim = [&](const std::vector<store::Claimed>& some) {
     found_none = found_none || some.empty();
@@ -251,7 +251,7 @@ TEST_CASE("worker: when it is lost, what it had in stock is not suspected, but w
   }
 }
 
-TEST_CASE("worker: the time of a job begins with its run, and ends with that of who waits for it") {
+TEST_CASE("worker: the time of a job begins with its run, and ends with its client's deadline") {
   Kept kept;
   Stand stand;
   stand.released = true;
@@ -272,7 +272,7 @@ TEST_CASE("worker: the time of a job begins with its run, and ends with that of 
   CHECK(nlohmann::json::parse(row_of(kept, durable).document)["timings_ms"]["queue"] >= 3'600'000);
 }
 
-TEST_CASE("worker: a job whose time is over before its meshes are read has ended, and is not tried again") {
+TEST_CASE("worker: a job that times out before its meshes are read has ended, and is not tried again") {
   Kept kept;
   const auto key = put_job(kept, job_named("late"));
   const auto too_late = [](const MeshSource&, Control&) {
@@ -285,7 +285,7 @@ TEST_CASE("worker: a job whose time is over before its meshes are read has ended
   CHECK(row_of(kept, key).problem.find("the time was over") != std::string::npos);
 }
 
-TEST_CASE("worker: a job whose meshes are gone fails, and says why") {
+TEST_CASE("worker: a job without its meshes fails, and says why") {
   Kept kept;
   Stand stand;
   stand.released = true;
@@ -312,11 +312,11 @@ TEST_CASE("worker: a job whose options this version does not know fails, and say
   CHECK(row_of(kept, key).problem.find("of_later") != std::string::npos);
 }
 
-TEST_CASE("worker: blobs go with the last job that needs them") {
+TEST_CASE("worker: blobs are removed with the last job that needs them") {
   Kept kept;
   Stand stand;
   stand.released = true;
-  const auto job = job_named("last", "batch");  // those of others are removed by Jobs
+  const auto job = job_named("last", "batch");  // blobs of single jobs are removed by Jobs
   const auto key = put_job(kept, job);
   WorkerBench bench(kept.stores(), stand.fetch(), options_of("w"));
   bench.worker.start();

@@ -35,7 +35,7 @@ TEST_CASE("answers of S3: a list of objects") {
   CHECK((last.ok() && last->objects.empty() && last->next.empty()));
 }
 
-TEST_CASE("answers of S3: what is not understood is no empty list") {
+TEST_CASE("answers of S3: an unknown form is an error, not an empty list") {
   const std::string whole = "<IsTruncated>false</IsTruncated>";
   for (const std::string& text :
        {std::string(), std::string("<html><body>It works!</body></html>"), list_of(""),
@@ -72,7 +72,7 @@ TEST_CASE("answers of S3: times") {
   CHECK_FALSE(time_of_header("soon").ok());
 }
 
-TEST_CASE("answers of S3: the code of a refusal, and nothing else of it") {
+TEST_CASE("answers of S3: the code of a refusal alone") {
   CHECK(error_code_of(answer_of("<Error><Code>SlowDown</Code><Message>x</Message></Error>")) == "SlowDown");
   CHECK(error_code_of(answer_of("<Error><Code>Slow\n<b/>Down</Code></Error>")) == "Slow");
   CHECK(error_code_of(answer_of("<Error><Code>" + std::string(500, 'x') + "</Code></Error>")).size() == 64);

@@ -20,7 +20,7 @@ TEST_CASE("sums of owners: listed once, then kept up") {
     ++listings;
     return owner == "ann" ? 100 : 7;
   });
-  sums.add("ann", 5);  // is in the listing to come
+  sums.add("ann", 5);  // the next listing has it
   CHECK(got(sums.of("ann")) == 100);
   sums.add("ann", 20);
   sums.remove("ann", 50);
@@ -31,7 +31,7 @@ TEST_CASE("sums of owners: listed once, then kept up") {
   CHECK(listings == 2);
 }
 
-TEST_CASE("sums of owners: what fails is asked for again") {
+TEST_CASE("sums of owners: a failed listing is repeated") {
   std::atomic<bool> down{true};
   OwnerSums sums([&](const std::string&) -> Result<std::uint64_t> {
     if (down) return Error{ErrorCode::storage_unavailable, "down", "", ""};
@@ -42,8 +42,7 @@ TEST_CASE("sums of owners: what fails is asked for again") {
   CHECK(got(sums.of("ann")) == 3);
 }
 
-TEST_CASE(
-    "sums of owners: a listing that ends by an exception holds nobody up, neither who waits for it nor a later one") {
+TEST_CASE("sums of owners: a listing that throws blocks neither waiting nor later calls") {
   std::atomic<int> listings{0};
   OwnerSums sums(
       [&](const std::string&) -> Result<std::uint64_t> {
@@ -55,11 +54,11 @@ TEST_CASE(
   CHECK_FALSE(sums.of("ann").ok());
   CHECK(got(sums.of("ann")) == 2);
   std::uint64_t now = 2;
-  while (now == 2) now = got(sums.of("ann"));  // after the third, which fails in the background
+  while (now == 2) now = got(sums.of("ann"));  // after the third listing, which fails in the background
   CHECK(now >= 4);
 }
 
-TEST_CASE("sums of owners: an old one is given while another listing is on its way, and what is put meanwhile counts") {
+TEST_CASE("sums of owners: an old sum is returned during a new listing, and puts meanwhile count") {
   std::atomic<bool> go_on{true};
   std::atomic<int> listings{0};
   OwnerSums sums(
@@ -72,7 +71,7 @@ TEST_CASE("sums of owners: an old one is given while another listing is on its w
   CHECK(got(sums.of("ann")) == 10);
   go_on = false;
   while (listings < 2) {
-    const std::uint64_t now = got(sums.of("ann"));  // begins a listing sooner or later
+    const std::uint64_t now = got(sums.of("ann"));  // begins a listing at some time
     CHECK(now == 10);
   }
   sums.add("ann", 5);

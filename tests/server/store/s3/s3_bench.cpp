@@ -1,4 +1,4 @@
-// What blobs in S3 cost: s3_bench, against the double, or within with_ceph.py or with_swift.py against a real server.
+// The cost of blobs in S3: s3_bench against the double, or within with_ceph.py or with_swift.py against a real server.
 // Prints a table.
 #include <atomic>
 #include <chrono>
@@ -24,7 +24,7 @@ std::string numbered(int number, std::size_t size) {
   return text;
 }
 
-// Calls work(0) ... work(count - 1) from several threads; how many a second.
+// Calls work(0) ... work(count - 1) on several threads; returns the calls a second.
 template <class Work>
 double rate(int threads, int count, Work work) {
   std::atomic<int> next{0};

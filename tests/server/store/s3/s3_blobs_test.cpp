@@ -1,5 +1,5 @@
-// S3Blobs against the double: what it asks for, which signatures are let in, and what it does with many objects. The
-// suite of BlobStore (blob_store_test.cpp) runs over it as well.
+// S3Blobs against the double: its requests, accepted signatures, and many objects. The suite of BlobStore
+// (blob_store_test.cpp) runs over it as well.
 #include "server/store/s3/s3_blobs.h"
 
 #include <fcntl.h>
@@ -102,7 +102,7 @@ TEST_CASE("S3: wrong keys, tokens, regions, buckets and clocks are refused, and 
   CHECK(says(too_late.error().message, "clocks"));
 }
 
-TEST_CASE("S3: what is there and sound is renewed, what the server does not vouch for is sent again") {
+TEST_CASE("S3: a sound object is renewed, one without a checksum is sent again") {
   const S3Double server;
   S3Blobs blobs = blobs_of(server);
   const BlobKey key = key_of("ann", "right");
@@ -126,7 +126,7 @@ TEST_CASE("S3: what is there and sound is renewed, what the server does not vouc
   CHECK(fetched(blobs, key) == "right");
 }
 
-TEST_CASE("S3: a blob that is young is not copied for each job, and kept for as much longer") {
+TEST_CASE("S3: a young blob is not copied for each job, and kept for as much longer") {
   const S3Double server;
   S3BlobOptions options = options_for_tests();
   options.young = 60s;
@@ -146,7 +146,7 @@ TEST_CASE("S3: a blob that is young is not copied for each job, and kept for as 
   CHECK(got(blobs.remove_unused({}, 0s, kAlone)) == 1);
 }
 
-TEST_CASE("S3: many pages, and what is not ours stays") {
+TEST_CASE("S3: many pages, and objects of others stay") {
   const S3Double server;
   S3Blobs blobs = blobs_of(server);
   server.control("settings", {{"page", 7}});
@@ -172,7 +172,7 @@ TEST_CASE("S3: many pages, and what is not ours stays") {
   CHECK(server.control("state", nullptr)["objects"].size() == 5);
 }
 
-TEST_CASE("S3: what is renewed or about to be referred to between the list and the removal stays") {
+TEST_CASE("S3: a blob that is renewed or reserved between listing and removal stays") {
   const S3Double server;
   S3Blobs blobs = blobs_of(server);
   for (const char* text : {"a", "b", "c"}) got(blobs.put(key_of("ann", text), bytes_of(text)));
@@ -188,7 +188,7 @@ TEST_CASE("S3: what is renewed or about to be referred to between the list and t
   CHECK_FALSE(got(blobs.exists(key_of("ann", "c"))));
 }
 
-TEST_CASE("S3: uploads that were begun and left are aborted, in the end") {
+TEST_CASE("S3: abandoned uploads are aborted") {
   const S3Double server;
   server.control("settings", {{"least_part", 1 << 20}, {"page", 1}});
   S3BlobOptions options = options_for_tests();
@@ -198,12 +198,12 @@ TEST_CASE("S3: uploads that were begun and left are aborted, in the end") {
   for (const char* text : {"a", "b", "c"}) {
     CHECK(client.begin_upload(server.settings().prefix + "/" + blob_name(key_of("ann", text))).ok());
   }
-  CHECK(client.begin_upload("somebody else's").ok());
+  CHECK(client.begin_upload("another's").ok());
   got(blobs.remove_unused({}, 0s, kAlone));
   CHECK(server.control("state", nullptr)["uploads"].size() == 4);
   server.control("age", 3700);
   got(blobs.remove_unused({}, 0s, kAlone));
-  CHECK(server.control("state", nullptr)["uploads"] == nlohmann::json{"somebody else's"});
+  CHECK(server.control("state", nullptr)["uploads"] == nlohmann::json{"another's"});
 }
 
 TEST_CASE("S3: parts are sent several at once, and no more than that") {
@@ -214,7 +214,7 @@ TEST_CASE("S3: parts are sent several at once, and no more than that") {
   S3Blobs blobs = blobs_of(server, options);
   const std::string text = long_text(12'345'678);
   const BlobKey key = key_of("ann", text);
-  // None of the first is answered before three of them are there.
+  // No answer before three of them have arrived.
   server.control("faults",
                  {{{"method", "PUT"}, {"match", "partNumber="}, {"times", 3}, {"what", "gather"}, {"count", 3}}});
   CHECK(got(blobs.put(key, bytes_of(text))) == BlobPut::created);
@@ -223,7 +223,7 @@ TEST_CASE("S3: parts are sent several at once, and no more than that") {
   CHECK(fetched(blobs, key) == text);
 }
 
-TEST_CASE("S3: a file that is changed or cut between its digest and its parts is not stored") {
+TEST_CASE("S3: a file that changes or shrinks during its upload is not stored") {
   const std::string text = long_text(5'000'000);
   const BlobKey key = key_of("ann", text);
   for (const bool cut : {false, true}) {
@@ -252,7 +252,7 @@ TEST_CASE("S3: a file that is changed or cut between its digest and its parts is
   }
 }
 
-TEST_CASE("S3, any server: what is not there, what was left, and bytes and keys that are wrong") {
+TEST_CASE("S3, any server: missing objects, abandoned uploads, wrong bytes and keys") {
   std::optional<S3Double> server;
   const S3Settings settings = settings_for_tests(server);
   S3Client client(settings, limits_for_tests());

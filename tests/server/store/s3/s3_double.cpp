@@ -57,7 +57,7 @@ void run(const std::vector<std::string>& words) {
   if (::waitpid(process, &status, 0) != process || status != 0) throw std::runtime_error(words[0] + " has failed");
 }
 
-// It is on this machine: no proxy stands between. Before there are threads.
+// The double is local, so no proxy is used. Set before threads start.
 const int kWithoutProxy = ::setenv("no_proxy", "*", 1);
 
 // For "localhost", with its key in the same file.

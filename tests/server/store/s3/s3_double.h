@@ -15,7 +15,7 @@ namespace meshgauge::server::store {
 class S3Double {
  public:
   struct Kind {
-    std::string token;  // session token that it wants
+    std::string token;  // session token that it requires
     bool tls = false;
     bool virtual_host = false;
   };
@@ -26,12 +26,12 @@ class S3Double {
   S3Double(const S3Double&) = delete;
   S3Double& operator=(const S3Double&) = delete;
 
-  // What a client needs that it lets in. Keys and prefix have characters that must be encoded.
+  // Settings of a client that it accepts. Keys and prefix have characters that must be encoded.
   S3Settings settings() const;
   // Control.NAME of s3_double.py.
   nlohmann::json control(const std::string& name, const nlohmann::json& value) const;
 
-  // The next `times` requests of this method whose path and query match go wrong in this way.
+  // The next `times` requests of this method with a matching path and query fail in this way.
   void fail(const std::string& method, const std::string& match, const std::string& what, unsigned times = 1) const;
   unsigned count(const std::string& method, const std::string& match) const;  // of requests since the last count
 

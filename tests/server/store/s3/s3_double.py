@@ -130,7 +130,7 @@ class Control:
                 "most_parts": self.world.parts.most, "crossed": self.world.parts.crossed}  # fmt: skip
 
     def plant(self, plants):
-        """[{"key", "text", "age_s"}]: objects that nobody signed for."""
+        """[{"key", "text", "age_s"}]: objects without a signature."""
         for plant in plants:
             self.world.objects[plant["key"]] = Stored(plant["text"].encode(), self.world.clock() - plant.get("age_s", 0))
 
@@ -253,7 +253,7 @@ class Operations:
 
     def delete_object_uploadid(self):
         self.upload()
-        self.world.parts.crossed += self.world.parts.sending  # such a part may stay for ever: nobody aborts it
+        self.world.parts.crossed += self.world.parts.sending  # such a part may stay for ever: no client aborts it
         del self.world.uploads[self.query["uploadId"]]
         raise Answer(204)
 

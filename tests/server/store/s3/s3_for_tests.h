@@ -23,7 +23,7 @@ class S3ForTests {
 
   BlobStore& blobs() { return *blobs_; }
   void reopen();
-  // At least so that an age is seen to be that, by a clock of whole seconds.
+  // Long enough for an age to be visible on a clock of whole seconds.
   void pass_time(std::chrono::milliseconds time);
 
  private:
@@ -33,11 +33,11 @@ class S3ForTests {
   std::unique_ptr<CachedBlobs> blobs_;
 };
 
-// A place of its own on the real server, or on a double that is started for it.
+// A prefix of its own on the real server, or on a double that is started for it.
 S3Settings settings_for_tests(std::optional<S3Double>& server);
-// Parts of a megabyte, nothing is ever young.
+// Parts of a megabyte; no blob is young.
 S3BlobOptions options_for_tests();
-// Much is tried again, and soon.
+// Many attempts, at short intervals.
 S3Limits limits_for_tests();
 
 }  // namespace meshgauge::server::store

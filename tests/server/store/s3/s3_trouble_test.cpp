@@ -1,4 +1,4 @@
-// S3Blobs against a double that is overloaded, loses connections, cuts bodies off and stores what it was not sent.
+// S3Blobs against a double that is overloaded, loses connections, cuts bodies off and stores other bytes.
 #include <atomic>
 #include <thread>
 #include <vector>
@@ -14,7 +14,7 @@ namespace {
 
 constexpr const char* kBlob = "/[0-9a-f]{2}/[0-9a-f]{64}$";
 
-// S3 behind a cache, as the service has it.
+// S3 behind a cache, as in the service.
 struct Stores {
   S3Double server;
   TestFolder folder;
@@ -35,7 +35,7 @@ ErrorCode code_of(const Result<T>& result) {
 
 }  // namespace
 
-TEST_CASE("S3 in trouble: what passes by itself is tried again") {
+TEST_CASE("S3 in trouble: failures that may pass are tried again") {
   Stores stores;
   for (const char* what : {"slow_down", "reset", "done_but_lost"}) {
     CAPTURE(what);
@@ -55,7 +55,7 @@ TEST_CASE("S3 in trouble: what passes by itself is tried again") {
   CHECK(stores.uploads() == 0);
 }
 
-TEST_CASE("S3 in trouble: what does not pass is said, and nothing is stored by half") {
+TEST_CASE("S3 in trouble: other failures are reported, and nothing is stored by half") {
   Stores stores;
   for (const std::string& text : {std::string("small"), long_text(5'000'000)}) {
     for (const char* what : {"slow_down", "reset"}) {
@@ -108,7 +108,7 @@ TEST_CASE("S3 in trouble: a part that is refused ends the upload, when the other
   CHECK(text_of(*got(stores.blobs.open(key))) == text);
 }
 
-TEST_CASE("S3 in trouble: what is no answer of S3 is not taken for one") {
+TEST_CASE("S3 in trouble: an answer that is not S3's is not taken for one") {
   Stores stores;
   const BlobKey key = key_of("ann", "x");
   got(stores.blobs.put(key, bytes_of("x")));
@@ -134,7 +134,7 @@ TEST_CASE("S3 in trouble: what is no answer of S3 is not taken for one") {
   CHECK(text_of(*got(stores.blobs.open(key))) == "x");
 }
 
-TEST_CASE("S3 in trouble: a token that is over, and another region, are not the request's fault") {
+TEST_CASE("S3 in trouble: an expired token and another region are not the request's fault") {
   Stores stores;
   const BlobKey key = key_of("ann", "x");
   got(stores.blobs.put(key, bytes_of("x")));
@@ -146,12 +146,12 @@ TEST_CASE("S3 in trouble: a token that is over, and another region, are not the 
     };
     refuse_once("GET");
     CHECK(code_of(stores.blobs.open(key)) == ErrorCode::storage_unavailable);
-    refuse_once("HEAD");  // whose answer cannot say why
+    refuse_once("HEAD");  // its answer has no code
     CHECK(code_of(stores.blobs.exists(key)) == ErrorCode::storage_unavailable);
   }
 }
 
-TEST_CASE("S3 in trouble: a server without room, and one that does not understand") {
+TEST_CASE("S3 in trouble: a server without room, and one that rejects the request") {
   Stores stores;
   const auto refuse = [&](int status, const char* code) {
     stores.server.control(
@@ -202,7 +202,7 @@ TEST_CASE("S3 in trouble: bytes of another digest are fetched once more, then re
   CHECK(text_of(*got(stores.blobs.open(planted))) == "planted");
 }
 
-TEST_CASE("S3 in trouble: what is in the cache is there without S3") {
+TEST_CASE("S3 in trouble: cached blobs are readable without S3") {
   Stores stores;
   const BlobKey key = key_of("ann", "x");
   got(stores.blobs.put(key, bytes_of("x")));
@@ -211,7 +211,7 @@ TEST_CASE("S3 in trouble: what is in the cache is there without S3") {
   CHECK(text_of(*got(stores.blobs.open(key))) == "x");
 }
 
-TEST_CASE("S3 in trouble: a server that falls silent is not waited for") {
+TEST_CASE("S3 in trouble: a silent server ends in a timeout") {
   const S3Double server;
   S3Limits limits = limits_for_tests();
   limits.small = limits.stall = 1s;
@@ -246,7 +246,7 @@ TEST_CASE("S3 in trouble: a body that stalls is continued over another connectio
   CHECK(read == text);
 }
 
-TEST_CASE("S3 in trouble: nobody listens") {
+TEST_CASE("S3 in trouble: no server listens") {
   S3Settings settings;
   {
     const S3Double gone;

@@ -10,7 +10,7 @@ using namespace meshgauge::server::store;
 
 namespace {
 
-// The variables of AWS, as they were afterwards.
+// Sets the variables of AWS, and restores them.
 class Environment {
  public:
   Environment() {
@@ -33,7 +33,7 @@ std::string refusal(const std::string& blobs, const std::string& endpoint = "", 
 
 }  // namespace
 
-TEST_CASE("S3 settings: what is named is what is used") {
+TEST_CASE("S3 settings: all are used") {
   Environment environment;
   environment.set("AWS_SESSION_TOKEN", "token");
   environment.set("AWS_CA_BUNDLE", "ca.pem");
@@ -51,7 +51,7 @@ TEST_CASE("S3 settings: what is named is what is used") {
   CHECK(settings->ca_file == "ca.pem");
 }
 
-TEST_CASE("S3 settings: what is not said") {
+TEST_CASE("S3 settings: defaults") {
   const Environment environment;
   const Result<S3Settings> settings = s3_settings("s3://bucket", "", "us-east-1", false);
   REQUIRE(settings.ok());
@@ -61,7 +61,7 @@ TEST_CASE("S3 settings: what is not said") {
   CHECK(s3_settings("s3://bucket", "http://[::1]:9000", "us-east-1", false)->endpoint == "http://[::1]:9000");
 }
 
-TEST_CASE("S3 settings: nonsense is refused by its name") {
+TEST_CASE("S3 settings: invalid values are refused by name") {
   Environment environment;
   for (const char* blobs :
        {"", "bucket", "S3://bucket", "s3://", "s3://ab", "s3://Bucket", "s3://buc ket", "s3://bu..ket", "s3://-bucket",

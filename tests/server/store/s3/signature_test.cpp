@@ -41,7 +41,7 @@ TEST_CASE("signature: the examples of AWS") {
         "34b48302e7b5fa45bde8084f4b7868a86f0a534bc59db6670ed5711ef69dc6f7");
 }
 
-TEST_CASE("signature: the line says what was signed") {
+TEST_CASE("signature: the header names the signed headers") {
   const NamedTexts headers = signed_headers({"GET", kHost, "/", {}, {{"range", "bytes=1-"}}, kNoBodySha256},
                                             {"AKID", "secret", "to/ken=="}, "eu-west-3", kDate);
   CHECK(header(headers, "authorization")
@@ -50,10 +50,10 @@ TEST_CASE("signature: the line says what was signed") {
   CHECK(header(headers, "x-amz-security-token") == "to/ken==");
   CHECK(header(headers, "x-amz-date") == kDate);
   CHECK(header(headers, "x-amz-content-sha256") == kNoBodySha256);
-  CHECK(header(headers, "host").empty());  // whoever sends the request writes it
+  CHECK(header(headers, "host").empty());  // the sender writes it
 }
 
-TEST_CASE("signature: what is encoded, and how a query is ordered") {
+TEST_CASE("signature: encoding and order of a query") {
   CHECK(uri_encoded("aZ09-._~") == "aZ09-._~");
   CHECK(uri_encoded("a b+c/d%é") == "a%20b%2Bc%2Fd%25%C3%A9");
   CHECK(uri_encoded("a/b c", true) == "a/b%20c");
