@@ -136,7 +136,7 @@ TEST_CASE("PostgreSQL schema: rows of every earlier version are read") {
     CHECK(got(store->stored_bytes("ann")) == 77);
     const auto claimed = got(store->claim_some("w", at(50), at(110), 1, JobStore::Suspects::too));
     REQUIRE(claimed.size() == 1);
-    CHECK(got(store->finish(claimed[0].token, ending())));
+    CHECK(got(finish(*store, claimed[0].token, ending())));
   }
 }
 
@@ -171,7 +171,7 @@ TEST_CASE("PostgreSQL schema: a job in shards is measured in one piece") {
   const auto claimed = got(store->claim_some("w", at(50), at(110), 1, JobStore::Suspects::too));
   REQUIRE(claimed.size() == 1);
   CHECK(claimed[0].job.key == JobKey{"ann", "1"});
-  CHECK(got(store->finish(claimed[0].token, ending())));
+  CHECK(got(finish(*store, claimed[0].token, ending())));
 }
 
 TEST_CASE("PostgreSQL schema: bounds of the version before have no known engine") {
@@ -181,7 +181,7 @@ TEST_CASE("PostgreSQL schema: bounds of the version before have no known engine"
   const std::unique_ptr<PostgresStore> store = got(PostgresStore::open(settings));
   insert(*store, new_job("ann", "1"));
   const Token token = claimed_token(*store, {"ann", "1"});
-  CHECK(got(store->heartbeat(token, at(170), {2, 8, "reduce", "v1"})) == Heartbeat::go_on);
+  CHECK(got(heartbeat(*store, token, at(170), {2, 8, "reduce", "v1"})) == Heartbeat::go_on);
   CHECK(got(store->hand_back(token, "", kNow)) == JobState::queued);
   database.connection().execute("RESET meshgauge.bounds_by");  // as a process of that version
   database.connection().execute(
@@ -190,7 +190,7 @@ TEST_CASE("PostgreSQL schema: bounds of the version before have no known engine"
   got(store->recover("old", "", kNow));
   CHECK(job_in(*store, {"ann", "1"}).progress == meshgauge::server::store::Progress{9, 10, "build", ""});
   const Token again = claimed_token(*store, {"ann", "1"});
-  CHECK(got(store->heartbeat(again, at(170), {1, 9.5, "reduce", "v1"})) == Heartbeat::go_on);
+  CHECK(got(heartbeat(*store, again, at(170), {1, 9.5, "reduce", "v1"})) == Heartbeat::go_on);
   CHECK(job_in(*store, {"ann", "1"}).progress == meshgauge::server::store::Progress{1, 9.5, "reduce", "v1"});
 }
 
