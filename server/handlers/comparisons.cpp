@@ -204,6 +204,7 @@ void Comparisons::wait(Exchange& exchange, const std::shared_ptr<LiveJob>& waite
   };
   while (!job.wait_for_end(tick())) {
     if (until && Clock::now() >= *until) break;
+    jobs_.end_if_over(job);
     if (const auto problem = jobs_.give_up(job)) {
       if (!job.durable) jobs_.abandon(waited);
       return answer(exchange, *problem);

@@ -16,8 +16,8 @@ using store::JobState;
 constexpr seconds kMaintenanceInterval{1};
 constexpr milliseconds kProgressInterval{100};
 constexpr seconds kCancelTime{1};
-constexpr seconds kUntold{1};  // after the deadline of a queued job: its end may be known a little later
-constexpr seconds kLate{5};    // after the deadline of a running job, or while the store is away
+constexpr milliseconds kUntold{50};  // after the deadline of a queued job: its end may be known a little later
+constexpr seconds kLate{5};          // after the deadline of a running job, or while the store is away
 
 // One process uses these stores: it gets every signal, and no other process can take a suspected job.
 WorkerOptions embedded_worker() {
@@ -130,16 +130,20 @@ void Jobs::run_unstored(const std::shared_ptr<LiveJob>& job, Scheduler::Slot slo
                      [this, job](Scheduler::Slot held) { measure_unstored(*job, std::move(held)); }});
 }
 
-// Gives the places back before the answer: the client may send the next request at once.
 void Jobs::measure_unstored(LiveJob& job, Scheduler::Slot slot) {
   job.started(1, stores_.jobs.time());
   const auto result = measuring_.measured(job);
+  end_unstored(job, result, std::move(slot));
+}
+
+// Gives the places back before the answer: the client may send the next request at once.
+void Jobs::end_unstored(LiveJob& job, const Result<api::Comparison>& result, std::optional<Scheduler::Slot> slot) {
   measuring_.count(job, result);
   JobView last = measuring_.last_view(job, result, stopping_.load());
   release_bytes(job.a);
   release_bytes(job.b);
   job.give_places_back();
-  { const Scheduler::Slot done = std::move(slot); }
+  slot.reset();
   stores_.jobs.record(last.row);
   watcher_.forget(job);
   job.ended(std::move(last));
@@ -204,6 +208,12 @@ bool Jobs::abandon(const std::shared_ptr<LiveJob>& job) {
   return queue_.has_value();
 }
 
+void Jobs::end_if_over(LiveJob& job) {
+  if (queue_ || job.durable) return;
+  const auto over = api::in_time(job.control, "a thread was free for it");
+  if (!over && scheduler_.withdraw(job.control)) end_unstored(job, over.error(), std::nullopt);
+}
+
 // An awaited job ends by its deadline, which its worker keeps; a durable one goes on in any case.
 std::optional<Problem> Jobs::give_up(const LiveJob& job) const {
   if (!queue_) return std::nullopt;
@@ -214,7 +224,7 @@ std::optional<Problem> Jobs::give_up(const LiveJob& job) const {
         ProblemKind::storage_unavailable, "the store does not answer; the comparison runs when it does again", {}};
   }
   const bool begun = job.view().row.state != JobState::queued;
-  const auto late = begun || !there ? kLate : kUntold;
+  const milliseconds late = begun || !there ? kLate : kUntold;
   if (LiveJob::Clock::now() < job.submitted + job.request.timeout + late) return std::nullopt;
   if (!there)
     return Problem{ProblemKind::storage_unavailable,

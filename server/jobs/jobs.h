@@ -84,6 +84,9 @@ class Jobs {
 
   // Ends a job that is not durable and whose client has disconnected. false: it ends soon, in this process.
   bool abandon(const std::shared_ptr<LiveJob>& job);
+  // Ends a job that waits for a thread and is not stored, if its client has disconnected or its timeout has passed.
+  // Call it every few milliseconds while its client waits.
+  void end_if_over(LiveJob& job);
   // Returns the reason to stop waiting for this job, or nullopt to keep waiting.
   std::optional<api::Problem> give_up(const LiveJob& job) const;
 
@@ -110,6 +113,7 @@ class Jobs {
  private:
   void run_unstored(const std::shared_ptr<LiveJob>& job, Scheduler::Slot slot);
   void measure_unstored(LiveJob& job, Scheduler::Slot slot);
+  void end_unstored(LiveJob& job, const Result<api::Comparison>& result, std::optional<Scheduler::Slot> slot);
   Submitted submit_stored(Scheduler::Slot slot, Submission submission);
   std::optional<Denial> keep_blobs(const Submission& submission);
   std::optional<Denial> keep_blob(const std::string& owner, const MeshSource& source);

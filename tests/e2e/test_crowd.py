@@ -16,6 +16,7 @@ import time
 import unittest
 
 from harness import SLOW, SLOW_OPTIONS, Server, comparison, post_head, read_answer, until, until_computing
+from test_jobs import begin_slow, wait_for
 from test_sandbox import workers
 
 MOST_DELAY = 0.1  # seconds that eight dribbling clients may cost an honest one
@@ -147,6 +148,37 @@ class Slow(unittest.TestCase):
             self.assertEqual(server.get("/healthz").status, 200)
             self.assertEqual([read_answer(stream).status for stream in streams], [408, 408])
             self.assertEqual(server.compare().status, 200)
+
+
+class Queue(unittest.TestCase):
+    """Requests that wait while the only worker is busy."""
+
+    def setUp(self):
+        self.server = Server("--workers", "1", "--queue", "4")
+        self.addCleanup(self.server.stop)
+        self.busy, _ = begin_slow(self.server)
+        wait_for(self.server, self.busy, "running")
+
+    def tearDown(self):
+        self.server.send("DELETE", self.busy)
+
+    def compare_in(self, ms):
+        answer = self.server.compare(options={"timeout_ms": ms})
+        self.assertEqual(self.server.get(self.busy).json()["state"], "running")
+        return answer.status, answer.json()["type"].split(":")[-1]
+
+    def test_the_time_in_the_queue_counts(self):
+        self.assertEqual(self.compare_in(100), (503, "out-of-time"))
+
+    def test_clients_that_have_left_free_their_places(self):
+        body = comparison(options=SLOW_OPTIONS)
+        for _ in range(3):
+            with contextlib.ExitStack() as stack:
+                for _ in range(5):
+                    stack.enter_context(self.server.connect()).sendall(post_head(len(body)) + body)
+                until(lambda: self.server.get("/readyz").status == 503)
+            until(lambda: self.server.get("/readyz").status == 200)
+        self.assertEqual(self.compare_in(100), (503, "out-of-time"))
 
 
 class Burst(unittest.TestCase):

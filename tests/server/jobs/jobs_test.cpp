@@ -65,6 +65,39 @@ TEST_CASE("jobs: the time of a durable job begins with its run, of an awaited on
   CHECK(stand.deadlines[3 - of_durable] < released + awaited->request.timeout);
 }
 
+TEST_CASE("jobs: one that waits for a thread ends when its time is over or its client has left, and frees its place") {
+  Kept kept;
+  Stand stand;
+  Bench bench(kept, stand.fetch());
+  const auto running = begun(submit(bench.jobs, submission("running", false)));
+  REQUIRE(eventually([&] { return stand.running == 1; }));
+  Submission hurried = submission("late", false);
+  hurried.request.timeout = milliseconds(1);
+  const auto late = begun(submit(bench.jobs, std::move(hurried)));
+  CHECK(eventually([&] {
+    bench.jobs.end_if_over(*late);
+    return late->wait_for_end(milliseconds(0));
+  }));
+  CHECK(late->view().row.problem.find("timed out before a thread was free") != std::string::npos);
+  CHECK(bench.jobs.figures().awaited_slots == 1);
+
+  const auto left = begun(submit(bench.jobs, submission("left", false)));
+  bench.jobs.end_if_over(*left);
+  CHECK_FALSE(left->wait_for_end(milliseconds(0)));
+  bench.jobs.abandon(left);
+  bench.jobs.end_if_over(*left);
+  CHECK(left->wait_for_end(milliseconds(0)));
+  CHECK(bench.jobs.figures().awaited_slots == 1);
+  CHECK(row_of(kept, left->key).state == JobState::failed);
+
+  bench.jobs.end_if_over(*running);
+  CHECK_FALSE(running->wait_for_end(milliseconds(0)));
+  stand.released = true;
+  REQUIRE(running->wait_for_end(kLong));
+  CHECK(running->view().row.state == JobState::done);
+  CHECK(stand.order == std::vector<std::string>{"running.obj"});
+}
+
 TEST_CASE("jobs: stored meshes are counted once, however many jobs name them") {
   Kept kept;
   Stand stand;
