@@ -23,7 +23,9 @@ namespace fs = std::filesystem;
 constexpr const char* kIncoming = "/incoming";
 constexpr std::int64_t kTouchedNs = 60'000'000'000;  // precision of the order of use after a restart
 
-Error not_kept(int error_number) { return storage_error(error_number, "the stored mesh cannot be kept on this disk"); }
+Error not_kept(int error_number) {
+  return storage_error(error_number, "the stored mesh cannot be cached on this disk");
+}
 
 std::string name_of(const BlobKey& key) { return key.id + "." + api::sha256_hex(std::as_bytes(std::span(key.owner))); }
 
@@ -215,7 +217,8 @@ BlobCache::Landed BlobCache::fetch_twice(const std::string& name, const std::str
     const std::lock_guard lock(mutex_);
     ++refused_;
   }
-  return {nullptr, Error{ErrorCode::internal, "the stored mesh is damaged: its bytes have another digest", "", ""}};
+  return {nullptr, Error{ErrorCode::internal,
+                         "the stored mesh is damaged: its bytes have another SHA-256; upload it again", "", ""}};
 } catch (const std::exception& error) {
   // Calls that wait for this fetch must be woken.
   return {nullptr, Error{ErrorCode::internal, error.what(), "", ""}};

@@ -35,7 +35,8 @@ Result<std::size_t> ByteSource::read(std::uint64_t offset, std::span<std::byte> 
     const ssize_t n = ::pread(file_, into.data() + done, wanted - done, static_cast<off_t>(begin_ + offset + done));
     if (n < 0 && errno == EINTR) continue;
     if (n < 0) return storage_error(errno, "the upload cannot be read");
-    if (n == 0) return Error{ErrorCode::internal, "the upload is shorter than its size", "", ""};
+    if (n == 0)
+      return Error{ErrorCode::internal, "the upload became shorter while it was stored; send it again", "", ""};
     done += static_cast<std::size_t>(n);
   }
   return wanted;

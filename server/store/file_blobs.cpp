@@ -124,7 +124,8 @@ struct FileBlobs::Source {
       } else {
         const ssize_t n = read_at(file, std::span(buffer).first(wanted), done);
         if (n < 0) return storage_error(errno, "the upload cannot be read");
-        if (n == 0) return Error{ErrorCode::internal, "the upload is shorter than its size", "", ""};
+        if (n == 0)
+          return Error{ErrorCode::internal, "the upload became shorter while it was stored; send it again", "", ""};
         piece = std::span(buffer).first(static_cast<std::size_t>(n));
       }
       if (!take(piece)) return Done{};

@@ -139,11 +139,12 @@ Error unusable_file(const Connection& connection, const std::string& why) {
 Result<Done> recognise(Connection& connection, std::int64_t version, std::size_t newest) {
   const std::int64_t application = connection.pragma("application_id");
   const bool is_new = application == 0 && version == 0 && connection.pragma("schema_version") == 0;
-  if (application != kApplication && !is_new) return unusable_file(connection, "is not one of meshgauge");
+  if (application != kApplication && !is_new)
+    return unusable_file(connection, "is not one of meshgauge: choose another data folder");
   if (version > static_cast<std::int64_t>(newest)) {
     return unusable_file(connection, "was written by a later version of meshgauge (schema " + std::to_string(version) +
                                          "; this one knows " + std::to_string(newest) +
-                                         "): run that version, or restore a backup of before");
+                                         "): run that version, or restore an older backup");
   }
   return Done{};
 }

@@ -52,10 +52,10 @@ Error to_error(const SQLite::Exception& exception, const std::string& path, int 
   const std::string text = std::string(": ") + exception.what();
   switch (exception.getErrorCode()) {
     case SQLITE_FULL:
-      return {ErrorCode::storage_full, what + "finds no room on its disk", "", ""};
+      return {ErrorCode::storage_full, what + "has no room on its disk", "", ""};
     case SQLITE_IOERR:
     case SQLITE_CANTOPEN:
-      if (means_full(system_error)) return storage_error(system_error, what + "finds no room");
+      if (means_full(system_error)) return storage_error(system_error, what + "has no room");
       return {ErrorCode::storage_unavailable, what + "cannot be read or written" + text, "", ""};
     case SQLITE_READONLY:
     case SQLITE_PERM:

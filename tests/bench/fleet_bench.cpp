@@ -143,7 +143,7 @@ int main(int count, char** arguments) {
   if (database == nullptr) return std::fprintf(stderr, "fleet_bench: MESHGAUGE_DATABASE names no database\n"), 1;
   PostgresSettings settings;
   settings.database = database;
-  settings.patience = std::chrono::seconds(30);
+  settings.call_timeout = std::chrono::seconds(30);
   const double seconds = count > 1 ? std::atof(arguments[1]) : 5;
   const int threads = count > 2 ? std::atoi(arguments[2]) : 32;
   const std::size_t running = count > 3 ? std::strtoul(arguments[3], nullptr, 10) : 1000;

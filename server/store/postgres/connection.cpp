@@ -103,7 +103,7 @@ int milliseconds_until(SteadyTime deadline) {
 
 Error to_error(const PgFailure& failure) {
   const std::string what = "the database ";
-  if (failure.state == "53100") return {ErrorCode::storage_full, what + "finds no room: " + failure.message, "", ""};
+  if (failure.state == "53100") return {ErrorCode::storage_full, what + "has no room: " + failure.message, "", ""};
   if (failure.state.empty() || failure.connection_lost || failure.may_pass || starts(failure.state, "53") ||
       starts(failure.state, "28") || starts(failure.state, "3D") || starts(failure.state, "42501")) {
     return {ErrorCode::storage_unavailable, what + "cannot be used: " + failure.message, "", ""};

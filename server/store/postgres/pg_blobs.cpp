@@ -113,7 +113,7 @@ std::optional<BlobPut> settle(PgConnection& connection, const BlobKey& key, cons
     if (there) make_garbage(connection, there->upload);
     connection.query(kPutBlob, key.owner, key.id, bytes, upload);
     if (connection.query("DELETE FROM blob_uploads WHERE upload = $1 AND begun > 0", upload).changed() == 0) {
-      throw PgFailure{"57014", "the upload took so long that it was given up", false, false};
+      throw PgFailure{"57014", "the upload took longer than a day and was given up; send it again", false, false};
     }
     add_to_sum(connection, key.owner,
                static_cast<std::int64_t>(bytes) - static_cast<std::int64_t>(there ? there->bytes : 0));
@@ -145,8 +145,9 @@ std::vector<BlobKey> older_blobs(PgConnection& connection, std::chrono::seconds 
 
 // The error for a missing chunk. A damaged blob stays damaged until it is put again.
 Error not_whole(bool still_there) {
-  if (still_there) return {ErrorCode::internal, "the stored mesh is damaged: some of its bytes are missing", "", ""};
-  return {ErrorCode::storage_unavailable, "the stored mesh was removed while it was read", "", ""};
+  if (still_there)
+    return {ErrorCode::internal, "the stored mesh is damaged: some of its bytes are missing; upload it again", "", ""};
+  return {ErrorCode::storage_unavailable, "the stored mesh was removed while it was read; try again", "", ""};
 }
 
 }  // namespace
@@ -201,7 +202,8 @@ Result<BlobPut> PgBlobs::put_anew(const BlobKey& key, const ByteSource& source, 
     if (!put) return put.error();
     if (*put) return **put;
   }
-  return Error{ErrorCode::storage_unavailable, "the database lost parts of the mesh while it was sent", "", ""};
+  return Error{ErrorCode::storage_unavailable, "the database lost parts of the mesh while it was stored; send it again",
+               "", ""};
 }
 
 Result<std::optional<BlobPut>> PgBlobs::put_once(const BlobKey& key, const ByteSource& source,

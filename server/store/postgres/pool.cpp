@@ -23,7 +23,7 @@ const char* trouble_of(const PgFailure& failure) {
     return "did not answer in time";
   }
   if (state.starts_with("40")) return "is busy";
-  if (state.starts_with("53")) return "has no connection to spare";
+  if (state.starts_with("53")) return "has no free connection";
   if (state.starts_with("28") || state.starts_with("3D") || state == "42501") return "refuses this service";
   return "cannot be reached";
 }
@@ -34,7 +34,7 @@ Error plain_error(const PgFailure& failure) {
   Error error = to_error(failure);
   const std::string what = "the database ";
   if (error.code == ErrorCode::storage_full) {
-    error.message = what + "finds no room";
+    error.message = what + "has no room";
   } else if (error.code == ErrorCode::storage_unavailable) {
     error.message = what + trouble_of(failure);
   } else {

@@ -211,14 +211,14 @@ Result<std::int64_t> version_of(PgConnection& connection) {
     return std::int64_t{0};
   }
   const std::int64_t version = number_of(connection, "SELECT version FROM meshgauge_schema");
-  if (version == 0) return unusable_database("is damaged: its schema has no version");
+  if (version == 0) return unusable_database("is damaged: its table meshgauge_schema has no version; restore a backup");
   return version;
 }
 
 Error written_later(std::int64_t version, std::size_t newest) {
   return unusable_database("was written by a later version of meshgauge (schema " + std::to_string(version) +
                            "; this one knows " + std::to_string(newest) +
-                           "): run that version, or restore a backup of before");
+                           "): run that version, or restore an older backup");
 }
 
 constexpr const char* kLockTimeout = "55P03";

@@ -17,7 +17,7 @@ namespace {
 constexpr std::size_t kMaxCode = 64;
 
 Error not_understood(const char* what) {
-  return {ErrorCode::storage_unavailable, std::string("the answer of S3 is not understood: ") + what, "", ""};
+  return {ErrorCode::storage_unavailable, std::string("S3 sent an answer of unknown form: ") + what, "", ""};
 }
 
 // pugixml knows only XML's own entities and loads nothing, so a hostile text can only fail.
@@ -41,7 +41,7 @@ Result<bool> is_truncated(const pugi::xml_node& root) {
   const std::string text = text_of(root, "IsTruncated");
   if (text == "true") return true;
   if (text == "false") return false;
-  return not_understood("a list that does not say whether it is whole");
+  return not_understood("a list that does not say whether it is complete");
 }
 
 Result<ListedObject> object_of(const pugi::xml_node& node) {
@@ -96,7 +96,7 @@ Result<ListPage> list_page_of(const net::HttpAnswer& answer) {
   const Result<bool> more = is_truncated(root);
   if (!more) return more.error();
   if (*more) page.next = text_of(root, "NextContinuationToken");
-  if (*more && page.next.empty()) return not_understood("a list that goes on nowhere");
+  if (*more && page.next.empty()) return not_understood("a list without the token of its next page");
   const Result<S3Time> now = time_of_header(answer.header("date"));
   if (!now) return now.error();
   page.now = *now;
@@ -118,7 +118,7 @@ Result<UploadsPage> uploads_page_of(const net::HttpAnswer& answer) {
   if (*more) {
     page.next_key = text_of(root, "NextKeyMarker");
     page.next_id = text_of(root, "NextUploadIdMarker");
-    if (page.next_key.empty()) return not_understood("a list that goes on nowhere");
+    if (page.next_key.empty()) return not_understood("a list without the token of its next page");
   }
   const Result<S3Time> now = time_of_header(answer.header("date"));
   if (!now) return now.error();

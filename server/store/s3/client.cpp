@@ -260,7 +260,7 @@ Result<ListPage> S3Client::list(const std::string& prefix, const std::string& to
   if (!ending.good()) return ending.error();
   Result<ListPage> page = list_page_of(ending.answer);
   if (page && !token.empty() && page->next == token) {
-    return Error{ErrorCode::storage_unavailable, "S3 repeats a page of its list", "", ""};
+    return Error{ErrorCode::storage_unavailable, "S3 returned the same page of a list twice", "", ""};
   }
   return page;
 }
@@ -278,7 +278,7 @@ Result<std::string> S3Client::put_part(const std::string& key, const std::string
   const Ending ending = perform(call);
   if (!ending.good()) return ending.error();
   std::string etag = ending.answer.header("etag");
-  if (etag.empty()) return Error{ErrorCode::storage_unavailable, "S3 names no ETag of a part", "", ""};
+  if (etag.empty()) return Error{ErrorCode::storage_unavailable, "S3 returned no ETag for a part", "", ""};
   return etag;
 }
 

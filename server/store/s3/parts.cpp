@@ -28,7 +28,8 @@ Parts::Parts(S3Client& client, const std::string& object, const std::string& upl
 Result<std::vector<std::string>> Parts::send(std::size_t threads, const std::string& id) {
   at_once(std::min(threads, etags_.size()), [this] { send_some(); });
   if (failed_) return *failed_;
-  if (whole_.hex() != id) return Error{ErrorCode::internal, "the upload has changed while it was stored", "", ""};
+  if (whole_.hex() != id)
+    return Error{ErrorCode::internal, "the upload changed while it was stored; send it again", "", ""};
   return std::move(etags_);
 }
 

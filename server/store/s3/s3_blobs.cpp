@@ -61,7 +61,8 @@ Result<BlobPut> S3Blobs::put(const BlobKey& key, int file, std::uint64_t size) {
 }
 
 Result<BlobPut> S3Blobs::put(const BlobKey& key, const ByteSource& bytes) {
-  if (bytes.size() > kMaxS3Blob) return Error{ErrorCode::internal, "S3 keeps no mesh of more than 5 GiB here", "", ""};
+  if (bytes.size() > kMaxS3Blob)
+    return Error{ErrorCode::internal, "the mesh is too large for S3: at most 5 GiB", "", ""};
   const Result<std::string> digest = bytes.sha256_hex();
   if (!digest) return digest.error();
   if (*digest != key.id) return BlobPut::other_digest;
@@ -217,7 +218,7 @@ Result<Done> S3Blobs::abort_abandoned() {
     Result<UploadsPage> next = client_.list_uploads(root_, page.next_key, page.next_id);
     if (!next) return next.error();
     if (!next->next_key.empty() && next->next_key == page.next_key && next->next_id == page.next_id) {
-      return Error{ErrorCode::storage_unavailable, "S3 repeats a page of its list", "", ""};
+      return Error{ErrorCode::storage_unavailable, "S3 returned the same page of a list twice", "", ""};
     }
     page = std::move(*next);
     for (const ListedUpload& upload : page.uploads) {

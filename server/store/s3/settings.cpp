@@ -65,27 +65,27 @@ Result<std::string> endpoint_of(std::string text) {
   const bool web = text.starts_with("http://") || text.starts_with("https://");
   const std::unique_ptr<CURLU, Freed> url(curl_url());
   if (!web || !is_printable(text) || !url || curl_url_set(url.get(), CURLUPART_URL, text.c_str(), 0) != CURLUE_OK) {
-    return refused("s3_endpoint is no address such as https://s3.example.com:9000");
+    return refused("s3_endpoint must be an address such as https://s3.example.com:9000");
   }
   if (has(url.get(), CURLUPART_USER) || has(url.get(), CURLUPART_PASSWORD)) {
-    return refused("s3_endpoint has a user in it: credentials come from AWS_ACCESS_KEY_ID and AWS_SECRET_ACCESS_KEY");
+    return refused("s3_endpoint must not contain credentials: set AWS_ACCESS_KEY_ID and AWS_SECRET_ACCESS_KEY");
   }
   if (text.find('/', text.find("://") + 3) != std::string::npos || has(url.get(), CURLUPART_QUERY) ||
       has(url.get(), CURLUPART_FRAGMENT)) {
-    return refused("s3_endpoint has more than a scheme, a host and a port");
+    return refused("s3_endpoint must have a scheme, a host and a port alone");
   }
   return text;
 }
 
 Result<S3Credentials> credentials_of_environment() {
   S3Credentials found{variable("AWS_ACCESS_KEY_ID"), variable("AWS_SECRET_ACCESS_KEY"), variable("AWS_SESSION_TOKEN")};
-  if (found.access_key.empty()) return refused("AWS_ACCESS_KEY_ID is not set, and blobs are to be kept in S3");
-  if (found.secret_key.empty()) return refused("AWS_SECRET_ACCESS_KEY is not set, and blobs are to be kept in S3");
+  if (found.access_key.empty()) return refused("AWS_ACCESS_KEY_ID is not set, but blobs names a bucket of S3");
+  if (found.secret_key.empty()) return refused("AWS_SECRET_ACCESS_KEY is not set, but blobs names a bucket of S3");
   if (!is_printable(found.access_key) || found.access_key.find_first_of("/,") != std::string::npos) {
-    return refused("AWS_ACCESS_KEY_ID has characters that no key has");
+    return refused("AWS_ACCESS_KEY_ID has invalid characters");
   }
-  if (!is_printable(found.secret_key)) return refused("AWS_SECRET_ACCESS_KEY has characters that no key has");
-  if (!is_printable(found.session_token)) return refused("AWS_SESSION_TOKEN has characters that no token has");
+  if (!is_printable(found.secret_key)) return refused("AWS_SECRET_ACCESS_KEY has invalid characters");
+  if (!is_printable(found.session_token)) return refused("AWS_SESSION_TOKEN has invalid characters");
   return found;
 }
 
@@ -95,7 +95,7 @@ std::string endpoint_of_aws(const std::string& region) {
 
 // "s3://BUCKET/PREFIX", in parts.
 Result<S3Settings> place_of(const std::string& blobs) {
-  if (!blobs.starts_with(kScheme)) return refused("blobs is neither empty nor s3://BUCKET/PREFIX");
+  if (!blobs.starts_with(kScheme)) return refused("blobs must be empty or s3://BUCKET/PREFIX");
   const std::string path = blobs.substr(kScheme.size());
   const std::size_t slash = path.find('/');
   S3Settings place;
@@ -103,9 +103,9 @@ Result<S3Settings> place_of(const std::string& blobs) {
   if (slash != std::string::npos) place.prefix = path.substr(slash + 1);
   while (!place.prefix.empty() && place.prefix.back() == '/') place.prefix.pop_back();
   if (!is_bucket(place.bucket))
-    return refused("blobs names no bucket of S3, which has 3 to 63 small letters, digits, dots and hyphens: '" +
+    return refused("blobs must name a bucket of S3, with 3 to 63 small letters, digits, dots and hyphens; it names '" +
                    place.bucket + "'");
-  if (!is_prefix(place.prefix)) return refused("blobs has a prefix that cannot be one: '" + place.prefix + "'");
+  if (!is_prefix(place.prefix)) return refused("blobs has an invalid prefix: '" + place.prefix + "'");
   return place;
 }
 
@@ -116,12 +116,12 @@ Result<S3Settings> s3_settings(const std::string& blobs, const std::string& endp
   Result<S3Settings> settings = place_of(blobs);
   if (!settings) return settings;
   if (region.empty() || region.size() > 64 || !is_made_of(region, std::string(kSmall) + "-")) {
-    return refused("s3_region is no name of a region such as us-east-1");
+    return refused("s3_region must be the name of a region such as us-east-1");
   }
   Result<std::string> address = endpoint_of(endpoint.empty() ? endpoint_of_aws(region) : endpoint);
   if (!address) return address.error();
   if (virtual_host && address->starts_with("https://") && settings->bucket.find('.') != std::string::npos) {
-    return refused("s3_virtual_host does not go with a bucket with dots: no certificate covers its host name");
+    return refused("s3_virtual_host needs a bucket without dots: no certificate covers the host name of this one");
   }
   Result<S3Credentials> credentials = credentials_of_environment();
   if (!credentials) return credentials.error();
