@@ -89,7 +89,7 @@ std::vector<Job> jobs_of(Row&& row) {
   return jobs;
 }
 
-// Of the columns owner and id, the first two. Key is JobKey or BlobKey.
+// Returns the keys of rows whose first two columns are owner and id. Key is JobKey or BlobKey.
 template <class Key, class Row>
 std::vector<Key> keys_of(Row&& row) {
   std::vector<Key> keys;
@@ -206,7 +206,7 @@ std::optional<FoundBatch> find_batch(Db& db, const JobKey& key) {
   }
   counts.gone = counts.total - counts.queued - counts.running - counts.done - counts.failed - counts.cancelled;
   if (counts.queued + counts.running > 0) return found;
-  // It has not ended before it was made, even if all its work was done before.
+  // A batch ends no earlier than it was created, even if all its work had been done before.
   const TimePoint finished = std::max(found.batch.created, row.time_if_any(column).value_or(found.batch.created));
   found.batch.finished = finished;
   found.batch.expires = std::max(finished, row.time_if_any(column + 1).value_or(finished));

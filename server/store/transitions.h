@@ -106,7 +106,8 @@ struct LostJob {
 inline constexpr Sql kLossColumns(R"sql(
       jobs.number, jobs.owner, jobs.id, jobs.tries, excused, cancel_requested, batch <> '', stage IS NOT NULL)sql");
 
-// Of rows of kLossColumns: `with_worker` by after_loss(), else by after_hand_back(). An empty `why` excuses each.
+// Makes jobs of rows of kLossColumns: `with_worker` by after_loss(), else by after_hand_back(). An empty `why` excuses
+// each.
 template <class Row>
 std::vector<LostJob> lost_jobs(Row&& row, bool with_worker, const std::string& why) {
   std::vector<LostJob> all;

@@ -48,7 +48,7 @@ class PgConnection {
     return query(sql, PgValues(values...));
   }
   PgRows query(const char* sql, const PgValues& values);
-  PgRows execute(const std::string& sql);  // one or several statements without parameters; the last one's rows
+  PgRows execute(const std::string& sql);  // one or several statements without parameters; returns the rows of the last
 
   // Makes all earlier commits durable, of other connections, too; in a transaction when that is committed. For a caller
   // that finds its work done: its own commit writes nothing, so it waits for no disk and no standby, and the commit

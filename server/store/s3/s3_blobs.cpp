@@ -109,7 +109,7 @@ Result<Done> S3Blobs::check_completed(const std::string& object, std::uint64_t s
   if (!*there || (**there).size != size || (!not_etag.empty() && (**there).etag == not_etag)) {
     return Error{ErrorCode::storage_unavailable, "S3 has not kept an upload that it completed", "", ""};
   }
-  // Its time of modification is that of the upload's begin, so it is renewed.
+  // The object's time of modification is the begin of the upload, so it is renewed.
   const Result<bool> renewed = renew(object, **there);
   if (!renewed) return renewed.error();
   return Done{};

@@ -29,7 +29,7 @@ class Frugal {
   void allow(int connections) {
     PgConnection::open(database_)->execute("ALTER ROLE frugal CONNECTION LIMIT " + std::to_string(connections));
   }
-  // Its connections, except one with a lock: the process on duty has one.
+  // Ends the role's connections, except one with a lock: the process on duty has one.
   void end_those_without_lock() {
     PgConnection::open(database_)->execute(
         "SELECT pg_terminate_backend(pid, 20000) FROM pg_stat_activity AS each WHERE usename = 'frugal' AND NOT EXISTS "

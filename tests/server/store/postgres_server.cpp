@@ -144,7 +144,7 @@ void PostgresServer::stop() {
   process_ = -1;
 }
 
-// Its processes have sessions of their own. A new server refuses the folder until the last process has ended.
+// PostgreSQL's processes have sessions of their own. A new server refuses the folder until the last process has ended.
 void PostgresServer::kill() {
   std::vector<pid_t> all{process_};
   std::ifstream children("/proc/" + std::to_string(process_) + "/task/" + std::to_string(process_) + "/children");

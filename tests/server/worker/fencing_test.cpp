@@ -41,7 +41,7 @@ TEST_CASE("worker: the result of a worker taken for dead is refused, another one
   stopped.worker.start();
   REQUIRE(eventually([&] { return late.running == 1; }));
   take_from_all(kept);
-  // Its own next claim must not come first.
+  // The stopped worker's next claim must not come first.
   stopped.worker.drain();
   WorkerBench other(kept.stores(), quick.fetch(), options_of("other"));
   other.worker.start();
