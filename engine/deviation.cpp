@@ -13,7 +13,7 @@
 namespace meshgauge {
 namespace {
 
-constexpr std::size_t kBlockSize = 256;                // vertices; consecutive ones are neighbours in space
+constexpr std::size_t kBlockSize = 256;  // vertices; consecutive ones are neighbours in space
 
 class Measuring {
  public:

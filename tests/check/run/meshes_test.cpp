@@ -150,7 +150,7 @@ TEST_CASE("few gates use all processors, many one each") {
   CHECK(one_by_one.take(0) == 8);
 }
 
-TEST_CASE("a gate with its own number of threads gets it; others get at least one") {
+TEST_CASE("a gate with its own number of threads gets it, others get at least one") {
   Processors processors(4, 4, 4);
   CHECK(processors.take(6) == 6);
   CHECK(processors.take(0) == 1);

@@ -207,7 +207,7 @@ TEST_CASE("mesh cache: failures are not cached, nor bytes with another digest") 
   CHECK(get(cache, source).ok());
 }
 
-TEST_CASE("mesh cache: one load at a time for a mesh; waiting calls can be stopped, and load when the first fails") {
+TEST_CASE("mesh cache: one load at a time for a mesh, waiting calls can be stopped, and load when the first fails") {
   MeshCache cache(kPlenty);
   Source source("a");
   std::promise<void> begun, end;

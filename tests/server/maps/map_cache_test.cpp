@@ -145,7 +145,7 @@ TEST_CASE("map cache: a failed map leaves nothing") {
   CHECK(kept.cache.find(key("1")) == nullptr);
 }
 
-TEST_CASE("map cache: without a folder a map is still made; without any disk it is an error") {
+TEST_CASE("map cache: without a folder a map is still made, without any disk it is an error") {
   KeptMaps kept(1000);
   fs::remove(kept.root / "maps");  // like a disk that takes no files, also for root
   CHECK(text_of(keep(kept.cache, key("1"), {}, writing("map")).value()) == "map");
