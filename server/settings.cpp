@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cstdlib>
 #include <limits>
+#include <tuple>
+#include <utility>
 
 #include "api/processors.h"
 #include "api/refused.h"
@@ -29,11 +31,17 @@ std::string not_value(std::uint64_t value) { return ", not " + std::to_string(va
 // I/O threads that may be occupied by connections waiting for something else than their client.
 std::uint64_t held_threads(const Settings& s) { return s.workers + s.queue + s.max_event_streams; }
 
+// Refuses a setting above `most`, with its value.
+Result<Done> check_most(const char* flag, std::uint64_t value, std::uint64_t most) {
+  if (value <= most) return Done{};
+  return refused(std::string(flag) + " must be at most " + std::to_string(most) + not_value(value));
+}
+
 Result<Done> check_threads(const Settings& s) {
-  if (std::max({s.workers, s.queue, s.max_event_streams, s.io_threads}) > kMostThreads) {
-    return refused("--workers, --queue, --max-event-streams and --io-threads must be at most " +
-                   std::to_string(kMostThreads) +
-                   not_value(std::max({s.workers, s.queue, s.max_event_streams, s.io_threads})));
+  for (const auto& [flag, value] :
+       {std::pair("--workers", s.workers), std::pair("--queue", s.queue),
+        std::pair("--max-event-streams", s.max_event_streams), std::pair("--io-threads", s.io_threads)}) {
+    if (auto ok = check_most(flag, value, kMostThreads); !ok) return ok;
   }
   if (s.io_threads >= held_threads(s) + kLeastSpareThreads) return Done{};
   return refused("--io-threads must be at least --workers + --queue + --max-event-streams + " +
@@ -51,14 +59,13 @@ Result<Done> check_times(const Settings& s) {
                    ")" + not_value(s.default_timeout_ms));
   }
   constexpr std::uint64_t kHour = 3'600'000;
-  if (std::max({s.head_timeout_ms, s.body_timeout_ms, s.keep_alive_ms, s.grace_ms}) > kHour) {
-    return refused("--head-timeout-ms, --body-timeout-ms, --keep-alive-ms and --grace-ms must be at most 3600000" +
-                   not_value(std::max({s.head_timeout_ms, s.body_timeout_ms, s.keep_alive_ms, s.grace_ms})));
-  }
   constexpr std::uint64_t kCentury = 3'155'760'000;  // s; times are kept in ms, and must not overflow
-  if (std::max(s.result_ttl_s, s.mesh_ttl_s) > kCentury) {
-    return refused("--result-ttl-s and --mesh-ttl-s must be at most " + std::to_string(kCentury) +
-                   not_value(std::max(s.result_ttl_s, s.mesh_ttl_s)));
+  for (const auto& [flag, value, limit] :
+       {std::tuple("--head-timeout-ms", s.head_timeout_ms, kHour),
+        std::tuple("--body-timeout-ms", s.body_timeout_ms, kHour),
+        std::tuple("--keep-alive-ms", s.keep_alive_ms, kHour), std::tuple("--grace-ms", s.grace_ms, kHour),
+        std::tuple("--result-ttl-s", s.result_ttl_s, kCentury), std::tuple("--mesh-ttl-s", s.mesh_ttl_s, kCentury)}) {
+    if (auto ok = check_most(flag, value, limit); !ok) return ok;
   }
   return Done{};
 }
@@ -73,8 +80,7 @@ std::uint64_t memory_of_a_parser(const Settings& s) {
 }
 
 Result<Done> check_parsers(const Settings& s) {
-  if (s.parsers > kMostThreads)
-    return refused("--parsers must be at most " + std::to_string(kMostThreads) + not_value(s.parsers));
+  if (auto ok = check_most("--parsers", s.parsers, kMostThreads); !ok) return ok;
   if (s.parser_memory_bytes >= kLeastParserMemory && s.parser_memory_bytes <= kMostParserMemory) return Done{};
   return refused("--parser-memory-bytes must be from " + std::to_string(kLeastParserMemory) + " to " +
                  std::to_string(kMostParserMemory) + not_value(s.parser_memory_bytes));
@@ -138,8 +144,7 @@ std::uint64_t max_files_sent(const Settings& s) {
 api::ReadLimits read_limits(const Settings& s) { return {s.max_vertices, s.max_triangles, s.max_expanded_bytes}; }
 
 Result<Settings> checked(Settings s) {
-  if (s.port > std::numeric_limits<std::uint16_t>::max())
-    return refused("--port must be at most 65535" + not_value(s.port));
+  if (auto ok = check_most("--port", s.port, std::numeric_limits<std::uint16_t>::max()); !ok) return ok.error();
   if (s.tls_certificate.empty() != s.tls_key.empty())
     return refused("--tls-certificate and --tls-key must be given together");
   if (const auto cors = Cors::parse(s.cors_origins); !cors) return cors.error();

@@ -253,7 +253,8 @@ TABLE = re.compile(r"(?<=^\| flag \| default \| meaning \|\n\|---\|---\|---\|\n)
 
 def rows_of(page):
     table = TABLE.search(page) or fail("no table of settings")
-    return [tuple(cell.strip(" `") for cell in re.split(r"(?<!\\)\|", row)[1:4]) for row in table[0].splitlines()]
+    rows = [[cell.strip() for cell in re.split(r"(?<!\\)\|", row)[1:4]] for row in table[0].splitlines()]
+    return [(flag.strip("`"), default.strip("`"), meaning) for flag, default, meaning in rows]
 
 
 def check_settings(page, build):
