@@ -73,7 +73,7 @@ TEST_CASE("keys: to_json() is read back unchanged") {
 
 TEST_CASE("keys: invalid files are refused with the place of the error") {
   CHECK(refusal("{\n\"keys\": [\n{]\n}").starts_with("line 3: not JSON"));
-  CHECK(refusal(std::string("{\"keys\": []}\0", 13)) == "not JSON: a NUL byte");
+  CHECK(refusal(std::string("{\"keys\": []}\0", 13)) == "not JSON: has a NUL byte");
   CHECK(refusal("[]").starts_with("must be an object with the one field 'keys'"));
   CHECK(refusal(R"({"keys": [], "more": 1})").starts_with("must be an object with the one field 'keys'"));
   CHECK(refusal(file(entry(R"(, "rate": 1)"))).starts_with("/keys/0: unknown field 'rate'; known: id, sha256, scopes"));
