@@ -95,7 +95,7 @@ class Migrate(unittest.TestCase):
         self.query("UPDATE meshgauge_schema SET version = 1000")
         for verb in VERBS:
             self.assertIn("was written by a later version of meshgauge (schema 1000; this one knows %d): run that version, or "
-                          "restore a backup" % NEWEST, self.said(verb, self.url))
+                          "restore an older backup" % NEWEST, self.said(verb, self.url))
         self.assertEqual(self.query("SELECT version FROM meshgauge_schema"), "1000")
 
     def test_no_schema_of_the_search_path_exists(self):
