@@ -163,7 +163,7 @@ TEST_CASE("meshopt: a view is checked against the document") {
   CHECK(contains(refusal(glb(both, data_of(file)), ""),
                  "bufferViews[1].extensions of 'a': has EXT_meshopt_compression and KHR_meshopt_compression"));
   CHECK(contains(refused("mode", "INDICES"), "a byteStride of 12, neither 2 nor 4"));
-  CHECK(contains(refused_in(file, "/buffers/1/extensions", json::object()), "buffers[1] of 'a': no data"));
+  CHECK(contains(refused_in(file, "/buffers/1/extensions", json::object()), "buffers[1] of 'a': has no data"));
 }
 
 TEST_CASE("meshopt: a view that claims a large size is refused before memory is allocated") {

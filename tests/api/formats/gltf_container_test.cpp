@@ -27,7 +27,7 @@ TEST_CASE("gltf: malformed containers are refused with their byte") {
   CHECK(mesh_of(container(chunk("JSON", text, '\0') + bin_chunk)).triangles.size() == 4);
   json two = tetrahedron();
   two["buffers"].push_back({{"byteLength", 72}});
-  CHECK(contains(refusal(glb(two), ""), "buffers[1] of 'a': no data"));
+  CHECK(contains(refusal(glb(two), ""), "buffers[1] of 'a': has no data"));
 }
 
 }  // namespace meshgauge::api::test

@@ -26,7 +26,7 @@ async function trouble(walk, name) {
 }
 
 const refused = [
-  ["cut_off.ply", /damaged or cut off|cut off|ends/i, 422],
+  ["cut_off.ply", /truncated/i, 422],
   ["broken.obj", /vertex 9|index|inconsistent/i, 422],
   ["nan.obj", /nan|not a number|no number/i, 422],
   ["picture.png", /OBJ, STL, PLY/, 415],
