@@ -167,9 +167,9 @@ class JobStore {
   // Stores a queued job, unless one has its id or its idempotency key (Inserted::existed).
   virtual Result<Inserted> insert(const NewJob& job) = 0;
 
-  // Claims up to `most` queued jobs for the worker; empty: none. Earlier tries' intervals stay. Several jobs of one
-  // claim are of one batch and together cost at most kBytesOfOneSecond. A crash may undo a claim: the job is queued
-  // then.
+  // Claims up to `most` queued jobs for the worker; empty: there is none, or other workers were faster. Concurrent
+  // calls get different jobs. Earlier tries' intervals stay. Several jobs of one claim are of one batch and together
+  // cost at most kBytesOfOneSecond. A crash may undo a claim: the job is queued then.
   //
   // Order: the owner with the fewest running jobs; of its batches, and its jobs of no batch as one group, the one with
   // the fewest running jobs; of that group the smallest job, where a second of waiting outweighs kBytesOfOneSecond, so
