@@ -3,7 +3,7 @@
 // Statement. Let L be the triangles of B that own the points nearest to the piece's three corners and to its
 // centroid. Then h(piece, B) <= min over T in L of max over corners v of d(v, T)   (eq. 8-10).
 // Proof. For any T of B, d(., B) <= d(., T) on the piece, and d(., T) is convex because T is, so its maximum over the
-// piece is attained at a corner. The minimum over any set of T keeps the inequality.
+// piece is attained at a corner. The minimum over any set of T keeps the inequality. Computed by least_farthest().
 #pragma once
 
 #include "engine/bounds/piece.h"

@@ -56,8 +56,9 @@ class LiveJob {
   JobView view() const;
   std::uint64_t version() const;  // grows with every change
 
-  // Block until the job has ended or was handed back, or has changed since `since`, for at most `time`.
+  // Blocks until the job has ended or was handed back, for at most `time`. Returns whether it has or was.
   bool wait_for_end(std::chrono::milliseconds time) const;
+  // Blocks until version() differs from `since`, or the job has ended or was handed back, for at most `time`.
   void wait_for_change(std::uint64_t since, std::chrono::milliseconds time) const;
 
   void cancel();  // for its owner: it ends as cancelled
