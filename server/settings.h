@@ -87,9 +87,10 @@ void for_each_setting(SomeSettings& s, Visit visit) {
         s.queue);
   visit({"max_queued_jobs", "Maximum number of durable comparisons queued or running, batches apart; beyond it: 503"},
         s.max_queued_jobs);
-  visit(
-      {"max_event_streams", "Maximum number of clients following events or waiting with Prefer: wait; beyond it: 503"},
-      s.max_event_streams);
+  visit({"max_event_streams",
+         "Maximum number of clients following events or waiting with Prefer: wait, half of them of one key; beyond it: "
+         "503"},
+        s.max_event_streams);
   visit({"io_threads", "Threads that serve connections; 0: derived from the settings above"}, s.io_threads);
   visit({"max_pending_connections", "Maximum number of connections waiting for an I/O thread; beyond it: 503"},
         s.max_pending_connections);
