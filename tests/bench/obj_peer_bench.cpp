@@ -80,7 +80,7 @@ void measure(const char* name, const Sample& sample, Read read) {
   std::size_t wrong = sample.exact.size();
   if (coordinates.size() == sample.exact.size()) {
     wrong = 0;
-    for (std::size_t i = 0; i < coordinates.size(); ++i) wrong += coordinates[i] != sample.exact[i] ? 1 : 0;
+    for (std::size_t i = 0; i < coordinates.size(); ++i) wrong += coordinates[i] != sample.exact[i] ? 1U : 0U;
   }
   std::printf("%-14s %6.2f %% of %zu coordinates differ from strtod, %.3f s\n", name,
               100.0 * static_cast<double>(wrong) / static_cast<double>(sample.exact.size()), sample.exact.size(),
