@@ -10,7 +10,7 @@ constexpr ProblemRow kTable[] = {
     {ProblemKind::unauthorized, "unauthorized", "A key is needed", 401},
     {ProblemKind::forbidden, "forbidden", "The key lacks the required scope", 403},
     {ProblemKind::quota_exceeded, "quota-exceeded", "The key's storage quota is used up", 403},
-    {ProblemKind::not_found, "not-found", "There is nothing at this path", 404},
+    {ProblemKind::not_found, "not-found", "Not found", 404},
     {ProblemKind::method_not_allowed, "method-not-allowed", "This path does not take this method", 405},
     {ProblemKind::request_timeout, "request-timeout", "The request arrived too slowly", 408},
     {ProblemKind::length_required, "length-required", "The length of the body is missing", 411},

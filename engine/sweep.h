@@ -4,7 +4,7 @@
 //     sample gives most of the final lower bound.
 //
 //  2. It bounds the box of each block (eq. 4/5) and visits the blocks by descending bound. The first block whose bound
-//     is within the tolerance ends the sweep.
+//     is within the tolerance ends the sweep: that bound covers all blocks which are left, and goes into upper().
 //
 //  3. Any triangle T of B with max over corners d(v,T) <= lower + tolerance culls a triangle of A (eq. 9); T need not
 //     be the nearest. The candidates are the triangle's twin (engine/twins.h), the successor in B's order of the

@@ -1,4 +1,5 @@
-// The traversal (paper, Algorithm 2): goes through A's tree depth first and culls what cannot hold the maximum.
+// The first phase of the paper's strategies (Algorithm 2; `auto` has sweep.h): goes through A's tree depth first and
+// culls what cannot hold the maximum.
 #pragma once
 
 #include <optional>

@@ -34,7 +34,7 @@
 //     which the comparison of two cuts leaves room: it errs towards yes.
 //
 //  3. "Strictly on the other side" requires kOffset on both sides: it errs towards no. If an image is thinner than
-//     that, the attempt ends.
+//     that, the attempt fails.
 //
 //  4. y0 is taken from a polygon clipped by half-planes moved *inwards*, so it is in P and in pi(T0) exactly.
 //
@@ -42,7 +42,7 @@
 //     which only makes the shadow larger.
 //
 //  6. A corner's point in space errs by 10u, and by 36u from clipping. P itself is off by the residual of its frame,
-//     which is at most 32u, or the bound is not used. kOverlaySlack = 128u is added to the result.
+//     which is at most 32u, or the attempt fails. kOverlaySlack = 128u is added to the result.
 #pragma once
 
 #include <optional>
@@ -89,9 +89,10 @@ class Overlay {
     std::optional<Vec3> too_far;  // after a failure, if known: an attempt for a part that holds this point fails, too
   };
 
-  // Tries to show that h(piece, B) is at most `limit`. Fails as soon as that is refuted, or when more than `max_visits`
-  // triangles lie over the piece. `starts`: triangles of B; the flood begins in the first one that lies over the piece.
-  // Adds the computed point-triangle distances to `work`.
+  // Tries to show that h(piece, B) is at most `limit`. Fails as soon as that is refuted, when more than `max_visits`
+  // triangles lie over the piece, or when an image is too thin or the frame too coarse (3 and 6 above). `starts`:
+  // triangles of B; the flood begins in the first one that lies over the piece. Adds the computed point-triangle
+  // distances to `work`.
   Attempt attempt(const Piece& piece, std::span<const std::uint32_t> starts, double limit, std::size_t max_visits,
                   Work& work);
 

@@ -66,7 +66,7 @@ function isDefect(value: unknown): boolean {
 const kinds: Record<number, [string, string]> = {
   401: ["unauthorized", "A key is needed"],
   403: ["forbidden", "The key lacks the required scope"],
-  404: ["not-found", "There is nothing at this path"],
+  404: ["not-found", "Not found"],
   413: ["too-large", "A size limit is exceeded"],
   429: ["too-many-requests", "The key or the client's address is at its limit"],
   503: ["overloaded", "The service is at its limit"],
