@@ -16,7 +16,7 @@ import time
 import unittest
 
 from harness import SLOW, SLOW_OPTIONS, Server, comparison, post_head, read_answer, until, until_computing
-from test_jobs import begin_slow, wait_for
+from test_jobs import begin_slow
 from test_sandbox import workers
 
 MOST_DELAY = 0.1  # seconds that eight dribbling clients may cost an honest one
@@ -157,7 +157,7 @@ class Queue(unittest.TestCase):
         self.server = Server("--workers", "1", "--queue", "4")
         self.addCleanup(self.server.stop)
         self.busy, _ = begin_slow(self.server)
-        wait_for(self.server, self.busy, "running")
+        until(lambda: self.server.get(self.busy).json()["progress"])  # before that it may be claimed and not begun
 
     def tearDown(self):
         self.server.send("DELETE", self.busy)
