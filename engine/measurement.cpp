@@ -20,7 +20,7 @@ namespace meshgauge {
 namespace {
 
 // A query of a usual job takes microseconds; one of a million triangles at equal distances takes longer than this.
-constexpr std::chrono::milliseconds kTimeToCertify{30};
+constexpr std::chrono::milliseconds kTimeToCertify{70};
 
 }  // namespace
 
