@@ -55,6 +55,8 @@ def wavy_grid(n, height):
 # Runs for at least ten seconds.
 SLOW = dict(a=flat_grid(40), b=flat_grid(43))
 SLOW_OPTIONS = {"strategy": "four_point", "tolerance": {"absolute": 0}, "timeout_ms": 100000}
+ASYNC = "Prefer: respond-async\r\n"
+ENDED = ("done", "failed", "cancelled")
 
 
 class Answer:
@@ -243,3 +245,20 @@ def until_computing(process, seconds=0.5):
     """Until it has computed for so long from now on, however much of the machine others take."""
     end = processor_seconds(process) + seconds
     until(lambda: process.poll() is not None or processor_seconds(process) >= end)
+
+
+def begin_slow(server, extra=ASYNC, timeout_ms=100000):
+    """The path of a comparison that runs for long, and its document."""
+    answer = server.compare(**SLOW, options={**SLOW_OPTIONS, "timeout_ms": timeout_ms}, extra=extra)
+    assert answer.status == 202, answer.body
+    return answer.headers["location"], answer.json()
+
+
+def wait_for(server, path, *states):
+    job = {}
+
+    def there():
+        job.update(server.get(path).json())
+        return job["state"] in states
+    until(there)
+    return job

@@ -15,8 +15,7 @@ import threading
 import time
 import unittest
 
-from harness import SLOW, SLOW_OPTIONS, Server, comparison, post_head, read_answer, until, until_computing
-from test_jobs import begin_slow
+from harness import SLOW, SLOW_OPTIONS, Server, begin_slow, comparison, post_head, read_answer, until, until_computing
 from test_sandbox import workers
 
 MOST_DELAY = 0.1  # seconds that eight dribbling clients may cost an honest one

@@ -9,28 +9,8 @@ import time
 import unittest
 
 from contract import events_of
-from harness import (RAISED, SLOW, SLOW_OPTIONS, SQUARE, Server, ServerCase, comparison, post_head, processor_seconds, read_answer, until,
-                     until_computing, wavy_grid)
-
-ASYNC = "Prefer: respond-async\r\n"
-ENDED = ("done", "failed", "cancelled")
-
-
-def begin_slow(server, extra=ASYNC, timeout_ms=100000):
-    """The path of a comparison that runs for long, and its document."""
-    answer = server.compare(**SLOW, options={**SLOW_OPTIONS, "timeout_ms": timeout_ms}, extra=extra)
-    assert answer.status == 202, answer.body
-    return answer.headers["location"], answer.json()
-
-
-def wait_for(server, path, *states):
-    job = {}
-
-    def there():
-        job.update(server.get(path).json())
-        return job["state"] in states
-    until(there)
-    return job
+from harness import (ASYNC, ENDED, RAISED, SLOW, SLOW_OPTIONS, SQUARE, Server, ServerCase, begin_slow, comparison, post_head, processor_seconds,
+                     read_answer, until, until_computing, wait_for, wavy_grid)
 
 
 class Answers(ServerCase):
@@ -193,45 +173,45 @@ class Events(ServerCase):
         self.assertEqual(answer.status, 200)
         return list(events_of(answer.body))
 
-    def test_the_interval_shrinks(self):
-        path, _ = begin_slow(self.server)
-        start, names, events = time.monotonic(), [], []
-        known = lambda: [event for event in events if event.get("upper") is not None]
+    def follow(self, path):
+        """The same, each as it comes."""
         with self.server.connect() as connection:
             connection.sendall(("GET %s/events HTTP/1.1\r\nHost: t\r\n\r\n" % path).encode())
-            lines = connection.makefile("rb")
-            while names[-1:] != ["end"] or len(events) < len(names):
-                line = next(lines)
+            name = ""
+            for line in connection.makefile("rb"):
                 if line.startswith(b"event: "):
-                    names.append(line[7:].decode().strip())
+                    name = line[7:].decode().strip()
                 if line.startswith(b"data: "):
-                    events.append(json.loads(line[6:]))
-                    if events[-1].get("stage") == "reduce":
-                        self.server.send("DELETE", path)
-        self.assertEqual(names, ["progress"] * (len(names) - 1) + ["end"])
-        self.assertLessEqual(len(names) - 1, 10 * (time.monotonic() - start) + 2)
-        for before, after in zip(known(), known()[1:]):
+                    yield name, json.loads(line[6:])
+                    if name == "end":
+                        return
+
+    def test_the_interval_shrinks(self):
+        path, _ = begin_slow(self.server)
+        start, events = time.monotonic(), []
+        for name, event in self.follow(path):
+            events.append((name, event))
+            if event.get("stage") == "reduce":
+                self.server.send("DELETE", path)
+        self.assertEqual([name for name, _ in events], ["progress"] * (len(events) - 1) + ["end"])
+        self.assertLessEqual(len(events) - 1, 10 * (time.monotonic() - start) + 2)
+        known = [event for _, event in events[:-1] if event["upper"] is not None]
+        for before, after in zip(known, known[1:]):
             self.assertLessEqual(before["lower"], after["lower"])
             self.assertGreaterEqual(before["upper"], after["upper"])
-        end = events[-1]
+        end = events[-1][1]
         self.assertEqual(end, self.server.get(path).json())
         self.assertEqual(end["result"]["status"], "cancelled")
-        self.assertLessEqual(end["result"]["distance"]["upper"], known()[-1]["upper"])
-        self.assertGreaterEqual(end["result"]["distance"]["lower"], known()[-1]["lower"])
+        self.assertLessEqual(end["result"]["distance"]["upper"], known[-1]["upper"])
+        self.assertGreaterEqual(end["result"]["distance"]["lower"], known[-1]["lower"])
 
     def test_they_come_as_they_happen_and_at_most_ten_a_second(self):
         path, _ = begin_slow(self.server)
         wait_for(self.server, path, "running")
-        told = []
-        with self.server.connect() as connection:
-            connection.sendall(("GET %s/events HTTP/1.1\r\nHost: t\r\n\r\n" % path).encode())
-            lines = connection.makefile("rb")
-            while len(told) < 3 and "result" not in (told or [{}])[-1]:
-                told += [json.loads(line[6:]) for line in [next(lines)] if line.startswith(b"data: ")]
+        told = [event for _, event in zip(range(3), (event for name, event in self.follow(path) if name == "progress"))]
         for before, after in zip(told, told[1:]):
             self.assertNotEqual({**before, "elapsed_ms": 0}, {**after, "elapsed_ms": 0})
-        told = [event["elapsed_ms"] for event in told if "result" not in event]
-        self.assertGreaterEqual(told[-1] - told[0], 90 * (len(told) - 1))
+        self.assertGreaterEqual(told[-1]["elapsed_ms"] - told[0]["elapsed_ms"], 90 * (len(told) - 1))
         self.server.send("DELETE", path)
 
     def test_what_has_ended_is_told_at_once(self):

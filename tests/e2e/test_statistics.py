@@ -9,8 +9,7 @@ import unittest
 from pathlib import Path
 
 from contract import validate
-from harness import BINARY, ENVIRONMENT, RAISED, SLOW, SLOW_OPTIONS, SQUARE, Server, ServerCase, until, wavy_grid
-from test_jobs import ASYNC, ENDED, wait_for
+from harness import ASYNC, BINARY, ENDED, ENVIRONMENT, RAISED, SLOW, SLOW_OPTIONS, SQUARE, Server, ServerCase, until, wait_for, wavy_grid
 from test_meshes import compare as compare_stored, id_of
 
 ESTIMATES = ("mean", "rms", "p50", "p95", "p99")
