@@ -42,7 +42,7 @@ async function slow(name) {
   const { service } = place;
   const core = await stored(service, ply(sphere(60, 0.02))), shell = await stored(service, ply(sphere(200)));
   const flat = await stored(service, square(0)), far = await stored(service, square(3));
-  const comparisons = [1, 2, 3].map((i) => ({ name: `slow ${i}`, a: core, b: shell, options: { tolerance: { relative: 1e-8, absolute: i * 1e-12 }, timeout_ms: 170000 } }));
+  const comparisons = [1, 2, 3].map((i) => ({ name: `slow ${i}`, a: core, b: shell, options: { strategy: "four_point", tolerance: { relative: 1e-8, absolute: i * 1e-12 }, timeout_ms: 170000 } }));
   comparisons.push({ name: "quick", a: flat, b: far, options: { gate } });
   return begun(service, { name, comparisons });
 }

@@ -5,11 +5,11 @@ import { faults, Tab } from "./browser.mjs";
 import { dented, obj, ply, sphere } from "./meshes.mjs";
 import { Walk } from "./page.mjs";
 import { asked } from "./service.mjs";
-import { workplace } from "./workplace.mjs";
+import { endless, endlessMeshes, workplace } from "./workplace.mjs";
 
 const place = workplace(() => ({
   "sphere.obj": obj(sphere(40)), "dented.obj": obj(dented(30)), "broken.obj": Buffer.from("f 1 2 3\n"),
-  "core.ply": ply(sphere(60, 0.02)), "shell.ply": ply(sphere(200)),
+  ...endlessMeshes(),
 }));
 
 const looks = {
@@ -26,7 +26,7 @@ const states = {
     await walk.measure();
   },
   async running(walk) {
-    await walk.fill({ a: place.files["core.ply"], b: place.files["shell.ply"], tolerance: ["relative", "1e-8"], timeout: "170" });
+    await walk.fill(endless(place));
     await walk.measure();
     await walk.page.locator("#run-view .band").waitFor();
   },

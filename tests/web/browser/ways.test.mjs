@@ -1,20 +1,19 @@
 // Ways through the page that cross: cancelling, going back, measuring again, a service that is away.
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { dented, obj, ply, sphere } from "./meshes.mjs";
+import { dented, obj, sphere } from "./meshes.mjs";
 import { asked } from "./service.mjs";
-import { lookup, workplace } from "./workplace.mjs";
+import { endless, endlessMeshes, lookup, workplace } from "./workplace.mjs";
 
 const place = workplace(() => ({
   "sphere.obj": obj(sphere(30)), "dented.obj": obj(dented(30)), "small.obj": obj(sphere(12)), "smaller.obj": obj(dented(12)),
-  "core.ply": ply(sphere(60, 0.02)), "shell.ply": ply(sphere(200)),
+  ...endlessMeshes(),
 }));
 
-const long = () => ({ a: place.files["core.ply"], b: place.files["shell.ply"], tolerance: ["relative", "1e-8"], timeout: "170" });
 const isThere = (id) => asked(place.service, `/v1/comparisons/${id}`).then((answer) => answer.json());
 
 async function running(walk) {
-  await walk.fill(long());
+  await walk.fill(endless(place));
   await walk.measure();
   await walk.page.locator("#run-view .band").waitFor();
   return walk.id();
@@ -45,7 +44,7 @@ test("cancelling an order that waits for a busy service leaves the result it cam
 test("cancelling what has ended unseen shows its result and forgets nothing", async () => {
   const walk = await place.open(), { page } = walk;
   await page.route("**/v1/comparisons/*/events", () => undefined); // the tab hears nothing
-  await walk.fill(long());
+  await walk.fill(endless(place));
   await walk.measure();
   await page.waitForURL("**/c/*");
   const id = walk.id();
@@ -76,7 +75,7 @@ test("a comparison that the page loses sight of keeps its link, and is looked at
   const failure = { type: "urn:meshgauge:problem:internal", title: "Broken", status: 500, detail: "Broken", errors: [] };
   await page.route("**/v1/comparisons/*/events", (route) =>
     route.fulfill({ status: 500, headers: { "Content-Type": "application/problem+json" }, body: JSON.stringify(failure) }));
-  await walk.fill(long());
+  await walk.fill(endless(place));
   await walk.measure();
   await page.locator("#trouble .trouble").waitFor();
   const id = walk.id();
@@ -151,7 +150,7 @@ test("the same mesh twice is proved to be the same, without a search", async () 
 test("the limit is drawn for a running comparison opened by its link", async () => {
   const walk = await place.open();
   // The distance is 0.98001 and a little: a limit this near is not decided before the page is there again.
-  await walk.fill({ ...long(), limit: "0.980015", units: "mm", strategy: "four_point" });
+  await walk.fill({ ...endless(place), limit: "0.980015", units: "mm" });
   await walk.measure();
   await walk.page.locator("#run-view .band").waitFor();
   const id = walk.id();

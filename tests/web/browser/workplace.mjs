@@ -4,7 +4,7 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before } from "node:test";
 import { launch, Tab } from "./browser.mjs";
-import { written } from "./meshes.mjs";
+import { ply, sphere, written } from "./meshes.mjs";
 import { Walk } from "./page.mjs";
 import { startService } from "./service.mjs";
 
@@ -25,6 +25,13 @@ export function workplace(make = () => ({}), ...flags) {
   place.open = async (how) => Walk.begin(await Tab.open(place.browser, place.service, how));
   return place;
 }
+
+// A pair that runs until its timeout, however fast the machine is: a test that looks at a running comparison must never
+// find one that has ended. `four_point` works for minutes where the default strategy needs seconds.
+export const endlessMeshes = () => ({ "core.ply": ply(sphere(60, 0.02)), "shell.ply": ply(sphere(200)) });
+export const endless = (place) => ({
+  a: place.files["core.ply"], b: place.files["shell.ply"], tolerance: ["relative", "1e-8"], strategy: "four_point", timeout: "170",
+});
 
 // A mesh that the service has not yet is asked for first; the browser writes a line of it.
 export const lookup = /404.*\/v1\/meshes\/[0-9a-f]{64}\)/;

@@ -53,7 +53,7 @@ export class RunView implements ProgressReporter {
 
   upload(side: Side, step: UploadStep): void {
     this.uploads[side].show(step);
-    this.stage.textContent = step.step === "hashing" ? "ListState whether the service has these files" : "Sending the meshes";
+    this.stage.textContent = step.step === "hashing" ? "Looking whether the service has these files" : "Sending the meshes";
     this.announcer.say(this.stage.textContent);
   }
 
