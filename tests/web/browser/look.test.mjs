@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { faults, Tab } from "./browser.mjs";
-import { dented, obj, ply, sphere } from "./meshes.mjs";
+import { dented, obj, sphere } from "./meshes.mjs";
 import { Walk } from "./page.mjs";
 import { asked } from "./service.mjs";
 import { endless, endlessMeshes, workplace } from "./workplace.mjs";
