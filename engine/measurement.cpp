@@ -22,6 +22,9 @@ namespace {
 // A query of a usual job takes microseconds; one of a million triangles at equal distances takes longer than this.
 constexpr std::chrono::milliseconds kTimeToCertify{70};
 
+constexpr std::chrono::milliseconds kLookInterval{100};
+constexpr int kTimePerLook = 10;  // looks take at most about a tenth of the time
+
 }  // namespace
 
 Measurement::Measurement(const Prepared& a, const Prepared& b, const Options& options, Control& control)
@@ -77,7 +80,7 @@ Outcome Measurement::run() {
 std::optional<Stop> Measurement::pulse(const Search& search) {
   if (const auto why = control_.check(); why != Interruption::none) return to_stop(why);
   if (fails_gate(search)) return Stop::gate_decided;
-  if (control_.report_due()) report(search);
+  look(search);
   return std::nullopt;
 }
 
@@ -162,6 +165,19 @@ bool Measurement::fails_gate(const Search& search) {
     gate_failed_ = certified(search).lower > *options_.max_distance;
   }
   return gate_failed_;
+}
+
+// Certifies during the search, so that an interruption finds a certified lower bound although certifying may take
+// longer than kTimeToCertify. A report needs it, too.
+void Measurement::look(const Search& search) {
+  const auto begun = Control::Clock::now();
+  const auto since = begun - looked_at_;
+  const auto pause = std::max<Control::Clock::duration>(kTimePerLook * look_took_, kLookInterval);
+  const bool dear = pause > kLookInterval;
+  if (since < pause && (dear || !control_.report_due())) return;
+  control_.report_due() ? report(search) : static_cast<void>(certified(search));
+  looked_at_ = Control::Clock::now();
+  look_took_ = looked_at_ - begun;
 }
 
 // Reports the interval as it would be if the search ended now; the stored result stays as it was.

@@ -42,6 +42,7 @@ class Measurement final : public Monitor {
   void certify(const Search& search, Directed& directed, const OrderedMesh& from, const OrderedMesh& to);
   Bounds certified(const Search& search);
   bool fails_gate(const Search& search);
+  void look(const Search& search);
   void report(const Search& search);
   void conclude(std::optional<Stop> stop);
   void sample();
@@ -63,8 +64,10 @@ class Measurement final : public Monitor {
   double floor_ = 0;        // Outcome::precision_floor in frame units
   Certifier certifier_;
   std::optional<Control::Clock::time_point> interrupted_at_;  // first seen while certifying
-  double gate_checked_at_ = -1;                               // computed lower bound at the last check of the gate
-  bool gate_failed_ = false;                                  // what that check found
+  Control::Clock::time_point looked_at_{};                    // end of the last look()
+  Control::Clock::duration look_took_{0};
+  double gate_checked_at_ = -1;  // computed lower bound at the last check of the gate
+  bool gate_failed_ = false;     // what that check found
 };
 
 }  // namespace meshgauge

@@ -54,6 +54,20 @@ TEST_CASE("interruption: a search polls within its queries, and ends soon after 
   }
 }
 
+TEST_CASE("interruption: the lower bound is certified during the search, so that an interruption finds one") {
+  const Mesh a = shapes::moved(shapes::sphere(6, 1), {0.2, 0.3, 4}), b = stack(1 << 21);
+  Options options;
+  options.strategy = Strategy::n_point;
+  options.points = 31;
+  options.direction = Direction::a_to_b;
+  Control control;
+  control.cancel_at_check(20000);
+  const Outcome out = measure(a, b, options, control);
+  REQUIRE(out.stop == Stop::cancelled);
+  CHECK(out.lower > 2);
+  CHECK(out.lower <= out.upper);
+}
+
 TEST_CASE("interruption: a query that is stopped gives a point of the mesh, and no certified distance") {
   const Mesh mesh = stack(1 << 17);
   const Bvh tree = tree_of(mesh);
