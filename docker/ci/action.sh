@@ -24,7 +24,7 @@ image_to_run() {
   echo meshgauge:action
 }
 
-# Without rights and, unless a service measures, without a network: the meshes may come from anybody's pull request.
+# Without rights and, unless a service measures, without a network: the meshes may come from a stranger's pull request.
 in_container() {
   local confined=(--read-only --tmpfs /tmp --cap-drop ALL --security-opt no-new-privileges)
   [[ -n ${INPUT_SERVER:-} ]] || confined+=(--network none)

@@ -109,7 +109,7 @@ class Campaign:
         return answer.status != 200 or answer.json()["state"] in ENDED
 
     def compare_all_meshes(self, port):
-        """The bytes of stored meshes are those of their digests: the service says so of what it has read."""
+        """Reads the stored meshes: the service reports when their bytes do not match their digests."""
         stored = [identity for identity, state in self.ledger.meshes.items() if state == "stored"]
         for a, b in zip(stored[::2], stored[1::2]):
             body = ('{"a": "%s", "b": "%s"}' % (a, b)).encode()
@@ -131,7 +131,7 @@ class Campaign:
         try:
             until(lambda: not self.blobs(), 60)
         except AssertionError:
-            self.ledger.violated("blobs of nobody stay: %d" % len(self.blobs()))
+            self.ledger.violated("blobs that belong to no mesh stay: %d" % len(self.blobs()))
         victim.stop()
         log = self.data / "jobs.sqlite-wal"
         if log.exists() and log.stat().st_size > 128 << 20:

@@ -17,7 +17,7 @@ class Client:
         self.ledger, self.name, self.dice = ledger, name, random.Random(seed)
         self.serial = 0
         self.port = None
-        self.own_meshes = {}  # id to height, of those that nobody else deletes
+        self.own_meshes = {}  # id to height, of meshes that no other client deletes
         self.own_jobs = []
         self.unsure = []      # of Idempotency-Keys that may have been seen: headers, body, distance
         self.acts = [(8, self.submit), (4, self.submit_with_key), (3, self.repeat), (2, self.wait_a_little),
@@ -34,7 +34,7 @@ class Client:
         return "%s-%d" % (self.name, self.serial)
 
     def pair(self):
-        """Meshes nobody has sent before, and their distance."""
+        """Two meshes that no client has sent before, and their distance."""
         low, high = self.dice.randrange(64) / 8, self.dice.randrange(64) / 8
         n = self.dice.choice((1, 1, 2, 8, 30))
         return square(low, n, self.new_name()), square(high, n, self.new_name()), abs(high - low)

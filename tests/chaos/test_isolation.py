@@ -81,7 +81,7 @@ class Isolation(unittest.TestCase):
             self.same_refusal(method, path, unknown)
         self.same_refusal("GET", path + "/events", unknown + "/events")
         document = self.ask(self.ann, "GET", path).json()
-        self.assertIn(document["state"], ("queued", "running"))  # nobody has cancelled it
+        self.assertIn(document["state"], ("queued", "running"))  # the other key's DELETE did not cancel it
         self.assertEqual(self.ask(self.ann, "DELETE", path).status, 200)
         until(lambda: self.ask(self.ann, "GET", path).json()["state"] == "cancelled")
         for method in ("GET", "DELETE"):  # ended, and in the store alone
@@ -89,7 +89,7 @@ class Isolation(unittest.TestCase):
         self.same_refusal("GET", path + "/events", unknown + "/events")
         self.assertEqual(self.ask(self.ann, "DELETE", path).status, 204)
 
-    def test_comparisons_that_somebody_waited_for(self):
+    def test_awaited_comparisons(self):
         answer = self.ask(self.ann, "POST", "/v1/comparisons", multipart(square(0), square(1), {}), FORM)
         path = "/v1/comparisons/" + answer.json()["id"]
         self.assertEqual(self.ask(self.ann, "GET", path).status, 200)

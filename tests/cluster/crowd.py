@@ -1,4 +1,4 @@
-"""Clients of a cluster whose parts die: they come again with the same Idempotency-Key until they have their promise."""
+"""Clients of a cluster whose parts die: they repeat a request with the same Idempotency-Key until it is accepted."""
 
 import hashlib
 import json
@@ -128,7 +128,7 @@ class Crowd:
             self.ledger.violated("PUT: %d %s" % (answer.status, answer.body[:500]))
 
     def compare_plainly(self, dice, work):
-        """Who has no key and sees no answer was promised nothing; here he tries again until he has one."""
+        """A client without a key and without an answer was promised nothing: it tries again until it has an answer."""
         headers, body = self.by_files(work)
         answer = self.insist(dice, "POST", "/v1/comparisons", body, headers)
         if answer is None:
@@ -139,7 +139,7 @@ class Crowd:
         self.ledger.check_result(work, answer.json())
 
     def _look(self, dice):
-        """At those that wait, and now and then at one that has ended."""
+        """Looks at jobs that wait, and now and then at one that has ended."""
         while not self.over.is_set():
             with self.ledger.lock:
                 waiting, known = list(self.ledger.waiting), list(self.ledger.accepted)

@@ -43,7 +43,7 @@ def compare(folder, a, b, direction):
 
 
 def pairs(folder):
-    """Of two flat squares each, whose distance is exact, and of two wavy ones each."""
+    """Pairs of flat squares, whose distance is exact, and pairs of wavy ones."""
     found = []
     for n, low, high in ((1, 0, 2), (2, 1, 1.5), (8, 3, 0.25), (30, 0, 7), (70, 2, 2.125)):
         truth = {direction: (abs(high - low),) * 2 for direction in DIRECTIONS}

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Kills workers, front ends and the leader of the database at random moments while clients submit, and checks what was promised.
 
-The moments are random for real: the seed decides what is asked for and who is killed in which order, not when their requests meet. A
+The moments are random for real: the seed decides what is asked for and which processes are killed in which order, not when their requests meet. A
 failing run prints its seed, which is likely to find the same again.
 """
 
@@ -29,7 +29,7 @@ ENDED_STATES = "(2, 3, 4)"
 BATCHED = 5           # one of so many comparisons comes with a batch
 MOST_IN_BATCH = 50
 
-# Whoever writes to a job that has ended, and does not just remove it, has accepted a second result.
+# A write to a job that has ended, other than its removal, is a second result that was accepted.
 AUDIT = """
 CREATE TABLE second_results (job text, before text, after text);
 CREATE FUNCTION note_second_result() RETURNS trigger LANGUAGE plpgsql AS $$
@@ -100,7 +100,7 @@ class Campaign:
         for _ in range(3):
             self.fleet.add_worker("--workers", "2")
         self.fleet.wait()
-        self.back = set(self.fleet.all())  # whoever runs and is not to be started by another thread
+        self.back = set(self.fleet.all())  # processes that run, and that no other thread will start
         known = pairs(cluster.scratch.path)
         size = min(MOST_IN_BATCH, jobs // BATCHED)
         batches = jobs // BATCHED // size if size else 0
@@ -117,7 +117,7 @@ class Campaign:
         victims = [("leader", "worker", "front end")[i % 3] for i in range(self.kills)]
         self.dice.shuffle(victims)
         for number, victim in enumerate(victims, 1):
-            self.crowd.may = jobs * (number + 1) // (self.kills + 1)  # so many that some wait while somebody is dead
+            self.crowd.may = jobs * (number + 1) // (self.kills + 1)  # so many that some wait while a process is dead
             due = jobs * (number - 1) // (self.kills + 1)
             until(lambda: self.crowd.taken >= due, 600, "%d works to be begun" % due)
             time.sleep(self.dice.uniform(0, 2))
@@ -137,7 +137,7 @@ class Campaign:
 
     def kill(self, kind):
         if kind == "leader":
-            self.cluster.wait_whole()  # else two of three were dead, which nobody promised to survive
+            self.cluster.wait_whole()  # two dead of three is more than the cluster promises to survive
             victim = until(self.cluster.leader)
         else:
             kin = self.fleet.workers if kind == "worker" else self.fleet.front_ends
@@ -174,7 +174,7 @@ class Campaign:
             self.ledger.violated("second results: " + found)
         rows = self.cluster.query("SELECT count(*) FROM jobs WHERE state NOT IN " + ENDED_STATES)
         if rows != "0":
-            self.ledger.violated("%s jobs of nobody" % rows)
+            self.ledger.violated("%s jobs that have not ended" % rows)
         self.check_times()
         for one in self.fleet.all():
             one.stop()
@@ -194,7 +194,7 @@ class Campaign:
     def figures(self, seconds):
         longest = max((end - start for start, end in self.outages), default=0)
         of_batches = sum(len(sweep.works) for sweep in self.sweeper.accepted())
-        wanted = len(self.crowd.works) + of_batches  # all of them were had, but those that were cancelled: look_again()
+        wanted = len(self.crowd.works) + of_batches  # look_again() found all of them, except the cancelled ones
         return ("%d jobs in %.0f s, of them %d accepted singly and %d in batches, %s killed; %s; "
                 "database away %d times, %.1f s at most; stalls beyond that: %s") % (
             wanted, seconds, len(self.ledger.accepted), of_batches, ", ".join("%d %ss" % (n, kind) for kind, n in sorted(self.killed.items())),

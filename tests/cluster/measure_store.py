@@ -5,7 +5,7 @@
 
 On a private server with the settings that docs/scaling.md names: first the calls that workers make (build/tests/bench/fleet_bench), then by
 pgbench signals, and a heartbeat of each of so many workers every 10 s, all connected. No worker runs, no mesh is read. The rates are
-those of asker and server on the processors of this machine together.
+for client and server together on the processors of this machine.
 """
 
 import argparse
@@ -73,7 +73,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seconds", type=int, default=10, help="for each figure")
     parser.add_argument("--clients", type=int, default=32, help="connections that ask at the same time")
-    parser.add_argument("--workers", type=int, default=1000, help="whose jobs run, a connection each")
+    parser.add_argument("--workers", type=int, default=1000, help="workers with running jobs, a connection each")
     options = parser.parse_args()
     if not FLEET.exists():
         sys.exit(f"there is no {FLEET}: cmake --build build --target fleet_bench")

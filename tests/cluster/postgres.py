@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""A PostgreSQL of one's own: private folder, free port, any user, gone afterwards. As a command:
+"""A private PostgreSQL: own folder, free port, any user, gone afterwards. As a command:
 
     postgres.py -- COMMAND...    runs the command with MESHGAUGE_DATABASE; its exit code; 77: there is no PostgreSQL here
 """
@@ -117,7 +117,7 @@ class Postgres:
         return False
 
     def stop(self):
-        """Ends it in order, at once: who is connected is cut off."""
+        """Shuts down in order, at once: open connections are cut off."""
         self.process.send_signal(signal.SIGINT)
         self._ended()
 

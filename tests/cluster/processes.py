@@ -57,7 +57,7 @@ class Process:
             self.wait_ready()
 
     def start_again(self):
-        """As a supervisor does: again and again, since nobody can begin while the database is away."""
+        """Starts again and again, as a supervisor does, since no process can start while the database is away."""
         end = time.monotonic() + START_SECONDS
         while True:
             self.start(wait=False)

@@ -7,7 +7,7 @@ from rig import ENDED
 
 
 class Work:
-    """One comparison that somebody wants, and all that is known of it. Its identity is known once it is accepted."""
+    """One wanted comparison, and all that is known of it. Its identity is known once it is accepted."""
 
     def __init__(self, number, pair, options):
         self.number, self.pair, self.options = number, pair, options
@@ -20,7 +20,7 @@ class Ledger:
         self.lock = threading.Lock()
         self.violations, self.counts = [], {}
         self.accepted = {}                 # id to Work
-        self.waiting = set()               # ids of those that are not known to have ended
+        self.waiting = set()               # ids of comparisons that are not known to have ended
         self.answered = Gaps()             # any answer but a refusal
 
     def count(self, what, number=1):

@@ -31,7 +31,7 @@ class Client(Server):
         return post_head(len(body), self.head + extra) + body
 
     def begin(self, low=0, high=2, n=1, options=None, extra="", salt=""):
-        """The path of a comparison that nobody waits for."""
+        """The path of a new asynchronous comparison."""
         answer = self.compare(square(low, n, salt), square(high, n), options or {}, ASYNC + extra)
         assert answer.status == 202, answer.body
         return answer.headers["location"]

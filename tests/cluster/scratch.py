@@ -16,25 +16,25 @@ import time
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-TOOLS = ROOT / "build" / "tools"  # where ./dev unpacks programs that nobody needs installed
+TOOLS = ROOT / "build" / "tools"  # where ./dev unpacks programs instead of installing them
 
 
 def servant():
-    """Who runs what refuses to be run by root: arguments of subprocess.Popen, none when we are not root."""
+    """The user for programs that refuse to run as root: arguments of subprocess.Popen, none when we are not root."""
     if os.geteuid() != 0:
         return {}
     for name in ("postgres", "nobody"):
         with contextlib.suppress(KeyError):
             entry = pwd.getpwnam(name)
             return {"user": entry.pw_uid, "group": entry.pw_gid, "extra_groups": []}
-    raise AssertionError("root must run this as somebody else, and there is neither postgres nor nobody")
+    raise AssertionError("root must run this as another user, and the machine has neither 'postgres' nor 'nobody'")
 
 
 def own(path):
     """Gives a folder to the servant."""
-    who = servant()
-    if who:
-        os.chown(path, who["user"], who["group"])
+    user = servant()
+    if user:
+        os.chown(path, user["user"], user["group"])
     return path
 
 
@@ -50,9 +50,9 @@ def within_reach(scratch, base, *parts):
 
 
 def ports_to_take(handed_out):
-    """Outside of those that the system hands out by itself, so that nobody takes one while its process is down.
+    """Ports that the system does not hand out by itself, so that no program takes one while its process is down.
 
-    Where those are almost all there are, any: so many that it is not probable.
+    Any port, where the system hands out almost all: there are so many that a clash is not probable.
     """
     lowest, highest = handed_out
     below, above = range(10000, lowest), range(highest + 1, 65536)

@@ -12,9 +12,9 @@ REPEATS = 5   # one of so many items is the work of another one
 
 
 class Sweep:
-    """A batch that somebody wants, and all that is known of it. `works`: those of its items, in order, some more than once.
+    """A wanted batch, and all that is known of it. `works`: the work of each item, in order; some occur more than once.
 
-    `salt`: what makes its work another than that of the others, by files that come along; none: its meshes are stored."""
+    `salt`: makes its work differ from the others' by files that come along; none: its meshes are stored."""
 
     def __init__(self, number, works, salt=""):
         self.number, self.works, self.salt, self.files = number, works, salt, {}
@@ -46,7 +46,7 @@ class Sweep:
 
 
 def sweeps(dice, pairs, number, size, seed):
-    """Lists of those that are sent one after the other. The second of two shares half of its work with the first, and is cancelled."""
+    """Lists of batches that are sent one after the other. The second of two shares half of its work with the first, and is cancelled."""
     for i in range(number):
         if i % 3 == 1:
             yield [Sweep(i, repeating(dice, pairs, size))]
@@ -85,9 +85,9 @@ class Sweeper:
         return [sweep for group in self.groups for sweep in group if sweep.identity]
 
     def waiting(self):
-        """Those that are not known to have ended. Not empty before all are sent."""
+        """Batches that are not known to have ended. Not empty before all are sent."""
         waiting = ["sweep %d" % sweep.number for sweep in self.accepted() if not (sweep.document or sweep.forgotten)]
-        return waiting + ["those to be sent"] * (self.sent < len(self.groups))
+        return waiting + ["batches to be sent"] * (self.sent < len(self.groups))
 
     def _send_all(self, dice):
         for number, group in enumerate(self.groups):
@@ -116,7 +116,7 @@ class Sweeper:
         self.ledger.count("batches")
 
     def cancel(self, dice, sweep):
-        """One that had ended before, perhaps by the same request whose answer was lost, is forgotten by it."""
+        """Cancels a batch. DELETE forgets one that has ended, perhaps by an earlier DELETE whose answer was lost."""
         unanswered = False
         while not self.crowd.over.is_set():
             sweep.cancelled = True

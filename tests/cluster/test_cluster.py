@@ -79,7 +79,7 @@ class Comparisons(Case):
         self.assertEqual((answer.status, answer.json()["status"]), (200, "timeout"), answer.body)
         self.assertTrue(holds({"result": answer.json()}, 0))
 
-    def test_a_worker_that_is_asked_names_who_to_ask(self):
+    def test_a_worker_refers_clients_to_a_front_end(self):
         answer = RIG.workers[0].ask("POST", "/v1/comparisons", headers={"Authorization": "Bearer " + TOKENS["alice"]})
         self.refused(answer, 404, "not-found")
         self.assertIn("to a front end", answer.json()["detail"])
@@ -87,7 +87,7 @@ class Comparisons(Case):
     def test_what_cannot_be_read_is_refused_by_name(self):
         self.refused(self.one.compare(a=b"v 0 0 nan\n"), 422, "non-finite-vertex")
 
-    def test_not_in_time_for_who_waits_a_little(self):
+    def test_not_in_time_for_a_client_that_waits_a_little(self):
         answer = self.one.compare(**endless(2000), extra="Prefer: wait=1\r\n")
         self.assertEqual(answer.status, 202, answer.body)
         self.assertEqual(self.other.wait_for(answer.headers["location"], *ENDED)["state"], "done")
@@ -132,7 +132,7 @@ class Comparisons(Case):
         for path in fill:
             self.assertEqual(self.other.send("DELETE", path).status, 200)
 
-    def test_who_goes_away_ends_a_plain_comparison(self):
+    def test_a_client_that_disconnects_ends_a_plain_comparison(self):
         with self.one.connect() as connection:
             connection.sendall(self.one.request_of(**endless(100000)))
             until(lambda: self.running() == 1, what="it to run")

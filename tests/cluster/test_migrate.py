@@ -1,4 +1,4 @@
-"""Who brings the schema up, and what he is told who may not."""
+"""Which process brings the schema up, and what a process without the rights to do so reports."""
 
 import subprocess
 import tempfile
@@ -58,7 +58,7 @@ class Migrate(unittest.TestCase):
         process.stop()
         return process.lines()
 
-    def test_who_comes_first_says_so_in_one_line(self):
+    def test_the_first_process_says_so_in_one_line(self):
         said = [[line["detail"] for line in self.runs("first-" + verb, verb, self.url) if line["event"] == "store"]
                 for verb in ("worker", "serve")]
         self.assertEqual(said, [["the schema was brought from version 0 to %d" % NEWEST], []])

@@ -17,12 +17,12 @@ MAX_TRIES = 5
 
 
 def rows_changed(rig, path):
-    """What changes whenever somebody writes a job's row."""
+    """A value that changes with every write to the job's row."""
     return rig.postgres.query("SELECT xmin, ctid FROM jobs WHERE id = '%s'" % path.rsplit("/", 1)[1])
 
 
 def stopped(flags=BRIEF, timeout_ms=1500):
-    """A worker that was stopped past its lease wakes up with a result that nobody wants any more."""
+    """A worker that was stopped past its lease wakes up with a result that is not wanted any more."""
     with Rig(1, 1, flags) as rig:
         client, first = rig.client(), rig.workers[0]
         path = client.begin_endless(timeout_ms)
@@ -46,7 +46,7 @@ def stopped(flags=BRIEF, timeout_ms=1500):
 
 
 def poison(flags=BRIEF):
-    """A job whose worker dies each time is given up, and takes nobody with it."""
+    """A job whose worker dies each time is given up, and does not fail other jobs."""
     with Rig(1, 1, flags) as rig:
         client, worker = rig.client(), rig.workers[0]
         path = client.begin_endless()
@@ -144,7 +144,7 @@ def interval_of(document):
 
 
 def broken():
-    """A front end dies while somebody waits at it. What was durable goes on."""
+    """A front end dies while a client waits at it. Durable jobs go on."""
     with Rig(2, 1) as rig:
         one, other = rig.client(0), rig.client(1)
         key = "Idempotency-Key: broken\r\n"

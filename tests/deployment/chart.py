@@ -154,7 +154,7 @@ def container(template):
 
 
 def environment(template):
-    """{variable: value}, of those that are not of a Secret."""
+    """{variable: value} of the variables that are not from a Secret."""
     return {e["name"]: e["value"] for e in container(template)["env"] if "value" in e}
 
 

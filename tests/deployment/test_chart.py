@@ -100,7 +100,7 @@ class Schemas(unittest.TestCase):
         self.assertGreater(len(kinds), 10)
 
     def test_what_is_invalid_is_seen(self):
-        """The schemas' functions pass over unknown fields, and what finds those is ours."""
+        """The schemas' functions pass over unknown fields; our code finds them."""
         front = "Deployment/meshgauge-frontend"
         container = "spec/template/spec/containers/0"
         for path, value, seen in [
@@ -275,7 +275,7 @@ class Confinement(unittest.TestCase):
         for account in made.of("ServiceAccount"):
             self.assertIs(account["automountServiceAccountToken"], False)
 
-    def test_who_may_talk_to_whom(self):
+    def test_which_pods_may_connect_to_which(self):
         made = objects("all")
         policies = {p["metadata"]["name"].removeprefix("meshgauge-"): p["spec"] for p in made.of("NetworkPolicy")}
         self.assertEqual(set(policies), {"deny", "frontend", "worker", "migrate"})
@@ -294,7 +294,7 @@ class Confinement(unittest.TestCase):
             self.assertEqual(self.namespaces({"from": dns["to"]}), ["kube-system"])
             self.assertEqual({o["to"][0]["ipBlock"]["cidr"]: [p["port"] for p in o["ports"]] for o in others}, allowed)
 
-    def test_nobody_reaches_a_worker_by_default(self):
+    def test_workers_cannot_be_reached_by_default(self):
         self.assertNotIn("ingress", objects("least").one("NetworkPolicy", "meshgauge-worker")["spec"])
         ports = [p["port"] for rule in objects("least").one("NetworkPolicy", "meshgauge-worker")["spec"]["egress"] for p in rule["ports"]]
         self.assertEqual(ports, [53, 53, 5432])

@@ -3,7 +3,7 @@
 //
 // The schemas are those of Kubernetes, KEDA and the Prometheus operator, compiled to functions by the packages
 // kubernetes-models. They pass over unknown fields, so they are shown the objects through proxies that note what is looked
-// at: a function asks for every field that its schema has, and what nobody asked for is unknown.
+// at: a function asks for every field that its schema has, and a field that no function asked for is unknown.
 import { existsSync, readFileSync } from "node:fs";
 
 const MODULES = new URL("./node_modules/", import.meta.url);

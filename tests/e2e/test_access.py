@@ -1,4 +1,4 @@
-"""Bearer keys, their limits and their reload; what a browser is told; who may be served without keys."""
+"""Bearer keys, their limits and their reload; what a browser is told; which clients are served without keys."""
 
 import json
 import os

@@ -11,7 +11,7 @@ from test_batches import accepted, ended, pairs, put, slow_pairs, submit
 
 
 def comparisons(folder):
-    """The ids of those that have not ended, which no answer tells: first those that run."""
+    """The ids of comparisons that have not ended, running ones first; no response has them."""
     database = sqlite3.connect("file:%s/jobs.sqlite?mode=ro" % folder, uri=True)
     rows = database.execute("SELECT id FROM jobs WHERE state IN (0, 1) ORDER BY state DESC").fetchall()
     database.close()

@@ -91,7 +91,7 @@ class Cli(unittest.TestCase):
         self.assertIn(strategies, self.run_cli("compare", "--help").stdout)
 
     def instruction_sets(self):
-        """Those of this processor, as the refusal of one that there is not names them."""
+        """The instruction sets of this processor, from the message that refuses an unknown one."""
         refusal = self.run_cli("compare", self.a, self.b, "--simd", "abacus").stderr
         auto, *names = re.fullmatch(r"meshgauge: --simd must be one of (.*) on this processor, not 'abacus'\n",
                                     refusal)[1].split(", ")

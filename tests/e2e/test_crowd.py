@@ -1,4 +1,4 @@
-"""Attacks on the service by many connections at once, and what becomes of those who are honest; docs/http_edge.md."""
+"""Attacks on the service by many connections at once, and what becomes of honest clients; docs/http_edge.md."""
 
 import contextlib
 import ctypes
@@ -42,7 +42,7 @@ class Dribblers(contextlib.AbstractContextManager):
                     connection.send(b"x")
 
     def answered(self):
-        """Those that have an answer already, or are closed."""
+        """The connections that have an answer already, or are closed."""
         return select.select(self.connections, [], [], 0)[0]
 
     def __exit__(self, *_):
@@ -116,7 +116,7 @@ class Slow(unittest.TestCase):
             self.assert_not_delayed(server, attack)
 
     def statuses(self, connections):
-        """Of those answers that can still be read: a client's last bytes may have reset its connection."""
+        """The statuses of answers that can still be read: a client's last bytes may have reset its connection."""
         found = set()
         for connection in connections:
             with contextlib.suppress(OSError):
@@ -132,7 +132,7 @@ class Slow(unittest.TestCase):
             until(lambda: len(dribblers.answered()) == 150)
 
     def test_slow_uploads_hold_their_places_until_the_deadline(self):
-        """Whoever finds no place meanwhile is refused at once, and health is answered."""
+        """A request that finds no place meanwhile is refused at once, and health is answered."""
         server = self.start("--workers", "1", "--queue", "1", "--io-threads", "16", "--max-event-streams", "0", "--body-timeout-ms", "5000")
         with contextlib.ExitStack() as stack:
             streams = []
@@ -232,7 +232,7 @@ class Accept(unittest.TestCase):
     def test_no_descriptors_left(self):
         server = Server("--head-timeout-ms", "600000", "--workers", "2")
         self.assertEqual(server.compare().status, 200)
-        until(lambda: len(workers(server)) == 2)  # those that were taken have ended, and each has its successor
+        until(lambda: len(workers(server)) == 2)  # the workers that were used have ended, and each has its successor
         before = self.descriptors(server)
         most = before + 8
         resource.prlimit(server.process.pid, resource.RLIMIT_NOFILE, (most, most))
@@ -259,7 +259,7 @@ class Accept(unittest.TestCase):
                 self.assertEqual(served.getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY), 1)
 
     def test_a_listening_socket_that_fails_ends_the_service(self):
-        """Everybody is answered, and the exit code tells a supervisor to start it again."""
+        """Every request is answered, and the exit code tells a supervisor to start the service again."""
         server = Server("--workers", "1", "--grace-ms", "500")
         steady, busy = server.connect(), server.connect(120)
         stream = steady.makefile("rb")

@@ -1,4 +1,4 @@
-"""Deviation maps of comparisons: what is in them, and who is refused one."""
+"""Deviation maps of comparisons: what is in them, and which requests for one are refused."""
 
 import hashlib
 import json

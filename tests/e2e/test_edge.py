@@ -134,7 +134,7 @@ class Heads(EdgeCase):
             answers = [read_answer(stream) for _ in range(3)]
             self.assertEqual([answer and answer.status for answer in answers], [200, 400, None])
 
-    def test_who_never_reads_the_answers(self):
+    def test_a_client_that_never_reads_the_answers(self):
         connection = self.server.connect()
         connection.settimeout(1)
         connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)

@@ -36,7 +36,7 @@ def square_3mf(unit):
 
 class FormatCase(ServerCase):
     def compare(self, a, b, options=b"{}", files=()):
-        """All are content, file name and perhaps a media type; `files` are those beside `a`."""
+        """All are content, file name and perhaps a media type; `files` are the files beside `a`."""
         body = b""
         for part, (content, name, *media_type) in (("a", a), ("b", b), *(("a.files", file) for file in files)):
             kind = b"Content-Type: %s\r\n" % media_type[0].encode() if media_type else b""
@@ -96,7 +96,7 @@ def beside(file):
 
 
 def resident_kb(pid):
-    """Of the process and of those that it started."""
+    """The resident memory of the process and of the processes that it started."""
     total = 0
     with contextlib.suppress(FileNotFoundError, ProcessLookupError, TypeError):  # one may end while it is looked at
         total += int(re.search(r"VmRSS:\s+(\d+)", pathlib.Path(f"/proc/{pid}/status").read_text())[1])

@@ -129,7 +129,7 @@ class Ends(ServerCase):
         self.refused(self.delete(path), 404, "not-found")
 
     def test_work_stops_within_50_ms(self):
-        """Of the service's own processor time, so that nobody else's work counts."""
+        """Measured by the service's own processor time, so that the work of other processes does not count."""
         taken = []
         for _ in range(5):
             path, _ = begin_slow(self.server)
@@ -141,14 +141,14 @@ class Ends(ServerCase):
         print("a running comparison worked for %.0f ms at most after DELETE was sent" % max(taken))
         self.assertLess(min(taken), 50)
 
-    def test_who_goes_away_ends_a_plain_comparison(self):
+    def test_a_client_that_disconnects_ends_a_plain_comparison(self):
         body = comparison(**SLOW, options=SLOW_OPTIONS)
         with self.server.connect() as connection:
             connection.sendall(post_head(len(body)) + body)
             time.sleep(0.5)
         until(lambda: self.server.compare(extra="Prefer: wait=5\r\n").status == 200)  # the one worker is free
 
-    def test_who_goes_away_ends_no_durable_comparison(self):
+    def test_a_client_that_disconnects_ends_no_durable_comparison(self):
         key = "Idempotency-Key: gone-away\r\n"
         before = len(self.server.log)
         body = comparison(options={"timeout_ms": 100000, **SLOW_OPTIONS}, **SLOW)
@@ -158,7 +158,7 @@ class Ends(ServerCase):
         answer = self.server.raw(post_head(len(body), key + ASYNC) + body)
         self.assertEqual(answer.status, 202)
         both = until(lambda: len(lines := [json.loads(line) for line in self.server.log[before:] if '"bytes_in":%d,' % len(body) in line]) == 2 and lines)
-        self.assertEqual([line["status"] for line in both], [202, 202])  # who left was promised the same
+        self.assertEqual([line["status"] for line in both], [202, 202])  # the client that left was promised the same
         job = wait_for(self.server, answer.headers["location"], "running")
         self.assertIsNone(job["finished"])
         self.delete(answer.headers["location"])
@@ -218,7 +218,7 @@ class Events(ServerCase):
         path = self.server.compare(extra="Prefer: wait=60\r\n").headers["location"]
         self.assertEqual(self.watch(path), [("end", self.server.get(path).json())])
         head = self.server.get(path + "/events", "HEAD")
-        self.assertEqual((head.status, head.headers.get("content-length")), (200, None))  # nobody knows it
+        self.assertEqual((head.status, head.headers.get("content-length")), (200, None))  # the length of the events is not known
 
     def test_a_cancelled_one(self):
         path, _ = begin_slow(self.server)
@@ -324,7 +324,7 @@ class Kept(unittest.TestCase):
     def test_an_end_in_peace_loses_nothing(self):
         self.restarted(signal.SIGTERM, 0)
 
-    def test_what_runs_has_the_grace_to_end_though_nobody_is_connected(self):
+    def test_what_runs_has_the_grace_to_end_though_no_client_is_connected(self):
         server = self.start("--grace-ms", "60000")
         running = server.compare(**SLOW, options={**SLOW_OPTIONS, "timeout_ms": 3000}, extra=ASYNC).headers["location"]
         wait_for(server, running, "running")

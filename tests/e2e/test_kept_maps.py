@@ -1,4 +1,4 @@
-"""Deviation maps that are kept, for whom, and how the making of them ends."""
+"""Deviation maps: how they are kept, which keys get them, and how making one ends."""
 
 import errno
 import hashlib
@@ -137,7 +137,7 @@ class Cached(unittest.TestCase):
         self.assertEqual(len({answer.body for answer in answers}), 1)
         self.assertEqual(self.value(server, 'meshgauge_maps_total{outcome="made"}'), 1)
 
-    def test_who_goes_away_ends_it(self):
+    def test_a_client_that_disconnects_ends_it(self):
         server = self.start(workers=1)
         path, _ = compared(server, options={"timeout_ms": 100000})
         running = server.compare(**SLOW, options=SLOW_OPTIONS, extra="Prefer: respond-async\r\n").headers["location"]
@@ -220,7 +220,7 @@ class Slow(unittest.TestCase):
         self.assertGreater(statuses.count(503), 4)
         self.assertEqual(self.server.get(self.path).body, self.whole)
 
-    def test_who_takes_nothing_for_long_is_left(self):
+    def test_a_client_that_never_reads_a_map(self):
         before = len(self.server.log)
         connection = self.ask()
         until(lambda: any('"delivered":false' in line for line in self.server.log[before:]))

@@ -285,7 +285,7 @@ class Owners(unittest.TestCase):
         self.assertEqual(self.send(self.theirs, "HEAD", path_of(SQUARE)).status, 404)
         document = json.dumps({"a": id_of(SQUARE), "b": id_of(SQUARE)}).encode()
         self.assertEqual(self.send(self.theirs, "POST", "/v1/comparisons", document, JSON).status, 422)
-        self.assertEqual(self.send(self.theirs, "PUT", path_of(SQUARE), SQUARE).status, 201)  # as new as to anybody
+        self.assertEqual(self.send(self.theirs, "PUT", path_of(SQUARE), SQUARE).status, 201)  # new to this key
         self.assertEqual(self.send(self.theirs, "DELETE", path_of(SQUARE)).status, 204)
         self.assertEqual(self.send(self.mine, "GET", path_of(SQUARE)).status, 200)
 

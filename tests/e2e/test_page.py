@@ -47,7 +47,7 @@ class Page(ServerCase):
             self.assertEqual(set(policy.values()), {"'none'"})
             self.assertEqual(answer.headers["cache-control"], "no-cache")
 
-    def test_compressed_for_whoever_reads_that(self):
+    def test_compressed_for_clients_that_accept_it(self):
         for path in ["/", "/b/" + ID, "/c/" + ID, "/docs", "/docs/docs.js"] + ["/page/" + name for name in self.files()]:
             plain = self.server.get(path)
             packed = self.server.get(path, extra="Accept-Encoding: br, gzip\r\n")
@@ -75,7 +75,7 @@ class Page(ServerCase):
             for name in ("content-length", "content-type", "etag", "cache-control"):
                 self.assertEqual(head.headers[name], whole.headers[name])
 
-    def test_who_would_rather_have_text(self):
+    def test_clients_that_prefer_text(self):
         for accept, kind in (("text/html,application/xhtml+xml,*/*;q=0.8", "text/html"), ("*/*", "text/html"),
                              ("application/json", "text/html"), ("text/plain", "text/plain"),
                              ("text/html;q=0.5, text/plain", "text/plain")):

@@ -17,7 +17,7 @@ READER = os.environ.get("MESHGAUGE_READER")
 SANITIZED = os.environ.get("MESHGAUGE_SANITIZED") == "1"
 NAMESPACES = os.geteuid() == 0 and subprocess.run(
     ["unshare", "--mount", "mount", "-t", "tmpfs", "none", "/mnt"], capture_output=True, check=False).returncode == 0
-# Every file system read-only but for one in memory, $1; then $2 with the rest as its arguments, as nobody.
+# Every file system read-only but for one in memory, $1; then $2 with the rest as its arguments, as the user nobody.
 READ_ONLY = (
     "uploads=$1; shift\n"
     "awk '{print $5}' /proc/self/mountinfo | while read -r mount; do\n"
@@ -182,7 +182,7 @@ class Workers(unittest.TestCase):
                 with ThreadPoolExecutor(8) as askers:
                     list(askers.map(ask, range(8)))
             self.assertEqual({answer.status for answer in asked}, {503})
-            self.assertLess(sum(one >= 1 for one in times), 8, times)  # one who asks waits for a reader, not all
+            self.assertLess(sum(one >= 1 for one in times), 8, times)  # one client waits for a reader, not all
             self.assertEqual([error["part"] for error in asked[-1].json()["errors"]], ["sandbox"])
             self.assertIn("a reader of uploads", asked[-1].json()["detail"])
         finally:
@@ -269,7 +269,7 @@ class Workers(unittest.TestCase):
         self.assertEqual(answer.json()["errors"][0]["part"], "a")
         self.assertEqual(server.compare().status, 200)
 
-    @unittest.skipIf(os.geteuid() != 0, "only root can become somebody else")
+    @unittest.skipIf(os.geteuid() != 0, "only root can become another user")
     def test_a_user_without_rights(self):
         folder = tempfile.TemporaryDirectory(dir=EVERYBODYS)  # the one of the build may be closed to others
         self.addCleanup(folder.cleanup)

@@ -98,7 +98,7 @@ class Comparisons(ServerCase):
             connection.sendall(body)
             self.assertEqual(read_answer(stream).status, 200)
 
-    def test_who_is_refused_is_not_invited(self):
+    def test_a_refused_client_is_not_invited(self):
         with self.server.connect() as connection:
             connection.sendall(post_head(1 << 40, "Expect: 100-continue\r\n"))
             self.assertTrue(connection.makefile("rb").readline().startswith(b"HTTP/1.1 413 "))
@@ -148,13 +148,13 @@ class Crowd(unittest.TestCase):
         for thread in threads:
             thread.join()
         refused = [i for i in range(64) if answers[i].status == 503 and "overloaded" in answers[i].json()["type"]]
-        # Whoever was let in has an answer; who had waited all its time in the queue is told so.
+        # Every admitted request has an answer; one that waited all its time in the queue is told so.
         served = [i for i in range(64) if i not in refused]
         self.assertEqual(len(served), 10)
         for i in served:
             self.assertTrue(answers[i].status == 200 or "out-of-time" in answers[i].json()["type"])
         self.assertGreaterEqual(sum(answers[i].status == 200 for i in served), 2)
-        # At once: before any of those that were let in had its answer.
+        # At once: before any admitted request had its answer.
         self.assertLess(max(times[i] for i in refused), min(times[i] for i in served))
         self.assertEqual(server.compare().status, 200)
 
@@ -216,7 +216,7 @@ class End(unittest.TestCase):
         until_computing(server.process)
         return server, threads, answers
 
-    def test_sigterm_answers_everybody(self):
+    def test_sigterm_answers_every_client(self):
         server, threads, answers = self.busy_server("--grace-ms", "500")
         self.assertEqual(server.stop(), 0)
         for thread in threads:
@@ -278,7 +278,7 @@ class End(unittest.TestCase):
 
 
 class StoppingWhileWatched(unittest.TestCase):
-    """Who watches what goes on after a restart holds up nobody, and is told of no end."""
+    """A client that watches what goes on after a restart does not delay the stop, and is told of no end."""
 
     def setUp(self):
         self.server = Server("--workers", "1", "--grace-ms", "100")

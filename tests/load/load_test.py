@@ -115,7 +115,7 @@ class Client(unittest.TestCase):
         rows, _ = self.run_client(lambda _: BUSY, "--connections", 1, "--seconds", 0.3, request=request)
         self.assertIn("503", {row["status"] for row in rows})
 
-    def test_nobody_there(self):
+    def test_no_server_there(self):
         with socket.create_server(("127.0.0.1", 0)) as free:
             port = free.getsockname()[1]
         with tempfile.TemporaryDirectory() as folder:

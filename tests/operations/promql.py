@@ -54,7 +54,7 @@ def groupings(query):
 
 
 def functions(query):
-    """Words that are called and that nobody knows."""
+    """Called words that are not known functions."""
     return set(re.findall(r"\b([a-zA-Z_]\w*)\s*\(", STRING.sub('""', query))) - WORDS
 
 

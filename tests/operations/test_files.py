@@ -250,7 +250,7 @@ class Proxy(unittest.TestCase):
         cls.addClassCleanup(server.stop)
         folder = Path(cls.enterClassContext(tempfile.TemporaryDirectory()))
         config = folder / "Caddyfile"
-        # Ports that nobody needs to be root for, and no certificate in the machine's store.
+        # Ports that need no root, and no certificate in the machine's store.
         config.write_text((DOCKER / "Caddyfile").read_text().replace(
             "admin off", f"admin off\n\tskip_install_trust\n\thttp_port {free_port()}"))
         cls.address = f"https://localhost:{free_port()}"
@@ -276,7 +276,7 @@ class Proxy(unittest.TestCase):
         connection = http.client.HTTPSConnection(cls.address.removeprefix("https://"), context=cls.tls, timeout=30)
         with contextlib.closing(connection):
             connection.connect()
-            # Who is answered before all is sent may find the way closed, and the answer there all the same.
+            # A client that is answered before all is sent may find the connection closed, with the answer in it.
             with contextlib.suppress(OSError):
                 connection.request("POST" if body else "GET", path, body, dict(headers))
             answer = connection.getresponse()

@@ -63,7 +63,7 @@ def _ones(axis, value=1.0):
 
 
 def _speedups(results, fast, rivals):
-    """(rival, tolerance, ratios) of those that were measured."""
+    """(rival, tolerance, ratios) of the pairs that were measured."""
     every = [
         (rival, tolerance, results.ratios("pairs", tolerance, fast, rival))
         for rival in rivals

@@ -17,7 +17,7 @@ CHROMIUM = ("chromium", "chromium-browser", "google-chrome")
 
 
 def validate(modules, page):
-    """The messages of html-validate, by its recommended rules and those of accessibility."""
+    """The messages of html-validate, by its recommended and its accessibility rules."""
     told = page.with_suffix(".validated.json")  # a file: it ends before a pipe has taken all
     with open(told, "w", encoding="utf-8") as out:
         subprocess.run([modules / ".bin" / "html-validate", "--config", HERE / "htmlvalidate.json", "--formatter", "json", page],

@@ -56,7 +56,7 @@ def rows(page, heading):
 
 
 def tools(folder):
-    """A folder for PATH with `meshgauge` and `docker`, and the environment that has it. Nobody's own settings are used."""
+    """A folder for PATH with `meshgauge` and `docker`, and the environment that has it. The user's own settings are not used."""
     place = pathlib.Path(folder) / "tools"
     place.mkdir()
     for name, text in (("meshgauge", f'#!/bin/sh\nexec {shlex.quote(str(BINARY))} "$@"\n'), ("docker", DOCKER)):

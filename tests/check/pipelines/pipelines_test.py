@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What pipelines read, held against the schemas of those who read it; and GitLab's pipeline, run. Schemas come by npm."""
+"""Reports for pipelines, held against the schemas of the programs that read them; and GitLab's pipeline, run. Schemas come by npm."""
 
 import json
 import os

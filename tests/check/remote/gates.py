@@ -226,7 +226,7 @@ class FlakyProxy:
 
 
 class Stub:
-    """Whoever connects and sends something gets these bytes, in pieces; then the connection is closed."""
+    """Answers each client that sends something with these bytes, in pieces; then closes the connection."""
 
     def __init__(self, pieces, pause=0.0):
         self.pieces, self.pause = pieces, pause

@@ -55,7 +55,7 @@ class Trouble(ServerCase):
 
 
 class Addresses(Trouble):
-    def test_nobody_listens(self):
+    def test_an_address_that_does_not_listen(self):
         with Stub(list) as stub:
             pass
         self.assert_errors("cannot be reached: ", url_of(stub))

@@ -88,7 +88,7 @@ def verdict_problems(gates, report, where):
 
 
 def steady(gate):
-    """What must not depend on who measured."""
+    """What must be the same whether this process or a service measured."""
     comparison = {k: v for k, v in (gate["comparison"] or {}).items() if k not in ("id", "timings_ms")}
     return {**{k: v for k, v in gate.items() if k not in ("wall_ms", "link")}, "comparison": comparison}
 
@@ -103,7 +103,7 @@ def differences(one, other):
 
 
 class Service:
-    """On a port of its own, for everybody on this machine."""
+    """A service on a free port, without keys."""
 
     def __init__(self, binary, folder):
         kept = {k: v for k, v in os.environ.items() if not k.startswith("MESHGAUGE_")}

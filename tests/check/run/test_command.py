@@ -253,7 +253,7 @@ class MeshesAreShared(Workplace):
         self.manifest([("gate%d" % i, "candidate%d.obj" % i, "baseline.obj", 1) for i in range(8)])
         report = self.report(0, "gates.yaml", "--jobs", "1")
         waited = [gate["comparison"]["timings_ms"]["read_b"] for gate in report["gates"]]
-        # Whoever came first has read it. The others found it, which takes no time to speak of.
+        # The first gate reads the baseline. The others find it, in almost no time.
         self.assertGreater(max(waited), 20 * sorted(waited)[-2])
 
 
@@ -275,7 +275,7 @@ class Terminal(Workplace):
         os.close(master)
         return process.wait(60), seen.decode()
 
-    def test_colours_unless_somebody_minds(self):
+    def test_colours_unless_they_are_switched_off(self):
         arguments = ("flat.obj", "raised.obj", "--max-distance", "1.5")
         for extra, environment, coloured in (((), {}, True), ((), {"NO_COLOR": ""}, True), ((), {"NO_COLOR": "1"}, False),
                                              (("--no-colour",), {}, False), (("--no-color",), {}, False)):

@@ -15,7 +15,7 @@ readOnlyRootFilesystem: true
 capabilities: {drop: [ALL]}
 {{- end }}
 
-{{/* Takes {root, of}: whose connection string it is. */}}
+{{/* Takes {root, of}: `of` names the secret with the connection string. */}}
 {{- define "meshgauge.databaseEnv" -}}
 - name: MESHGAUGE_DATABASE
   valueFrom:
