@@ -82,7 +82,7 @@ class Client:
         self.post(body, headers, distance, key)
 
     def repeat(self):
-        """As a client does that saw no answer: it must be the same job."""
+        """Repeats a request, as a client that saw no answer does: it must be the same job."""
         if not self.unsure:
             return
         promise = self.dice.choice(self.unsure)
@@ -158,7 +158,7 @@ class Client:
 
 
 class Crowd:
-    """All clients at once, from now on until the service is gone."""
+    """Runs all clients at once, until the service is gone."""
 
     def __init__(self, clients, port):
         self.over = threading.Event()

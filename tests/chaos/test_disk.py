@@ -85,7 +85,7 @@ class Case(unittest.TestCase):
         return path
 
     def what_is_wrong(self):
-        """As far as readiness knows, which looks at the disks once a second."""
+        """The parts that readiness reports; it looks at the disks once a second."""
         answer = self.ask("GET", "/readyz")
         if answer.status == 200:
             return set()

@@ -156,7 +156,7 @@ class Campaign:
             self.ledger.violated("%s does not come back: %s" % (victim.name, error))
 
     def look_again(self):
-        """At everything, at both front ends, when nothing runs any more."""
+        """Checks everything at both front ends, when nothing runs any more."""
         self.fleet.wait()
         self.cluster.wait_whole()
         self.crowd.end()

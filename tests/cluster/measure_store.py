@@ -21,7 +21,7 @@ from scratch import ROOT, servant
 FLEET = Path(os.environ.get("MESHGAUGE_FLEET_BENCH", ROOT / "build/tests/bench/fleet_bench"))
 SETTINGS = {"shared_buffers": "1GB", "max_wal_size": "4GB"}
 NOW = "(extract(epoch FROM clock_timestamp()) * 1000)::bigint"
-# Of so many workers each runs one job: the numbers of the rows are theirs.
+# Each worker runs one job, the row of its number.
 FILL = f"""
 TRUNCATE jobs RESTART IDENTITY CASCADE;
 INSERT INTO jobs (owner, id, state, tries, worker, lease_until, mesh_a, mesh_b, hints, options, cost, rank, fingerprint, trace, created,

@@ -157,7 +157,7 @@ class Cluster:
         return None
 
     def is_whole(self):
-        """All run, one leads, and one follows it synchronously: the next leader may die."""
+        """Whether all run, one leads, and one follows it synchronously: then the leader may die."""
         members = self.members().values()
         roles = [one["role"] for one in members]
         return len(members) == len(self.nodes) and all(one["state"] in ("running", "streaming") for one in members) and \
@@ -184,7 +184,7 @@ class Cluster:
 
 
 def writes_again(cluster):
-    """Until something can be written: in seconds from now."""
+    """Waits until the database takes a write; returns the seconds that took."""
     began = time.monotonic()
     while True:
         with contextlib.suppress(subprocess.SubprocessError):

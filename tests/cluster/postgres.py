@@ -42,14 +42,14 @@ def find_binaries():
 
 
 def usable_binaries(scratch):
-    """The same, where the servant may run them. They find the rest by the way from one to the other."""
+    """The binaries, where servant() may run them. They find their other files by relative paths."""
     found = find_binaries()
     usr = found.parents[3]
     return within_reach(scratch, usr, "lib/postgresql", "share/postgresql") / found.relative_to(usr)
 
 
 def psql(binaries, url, sql):
-    """Its rows as text, columns parted by |. A CalledProcessError holds what it says against it."""
+    """The rows as text, columns separated by |. A CalledProcessError has the server's message."""
     done = subprocess.run([binaries / "psql", "--no-psqlrc", "-qAt", "-v", "ON_ERROR_STOP=1", url, "-c", sql], check=True,
                           capture_output=True, text=True, env=ENVIRONMENT, timeout=60)
     return done.stdout.strip()
@@ -87,7 +87,7 @@ class Postgres:
         return "postgresql://%s:%s@127.0.0.1:%d/%s" % (USER, self.password, self.port, database)
 
     def socket_url(self, database=DATABASE):
-        """The same by its unix socket."""
+        """The connection string for its unix socket."""
         return "host=%s port=%d user=%s password=%s dbname=%s" % (self.folder, self.port, USER, self.password, database)
 
     def query(self, sql, database=DATABASE):
@@ -132,7 +132,7 @@ class Postgres:
         self.process = None
 
     def pause(self):
-        """As a machine that hangs: connections stay and nothing answers."""
+        """Stops all its processes, like a machine that hangs: connections stay open and nothing answers."""
         signal_inside(self.data, signal.SIGSTOP)
 
     def go_on(self):

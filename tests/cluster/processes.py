@@ -163,7 +163,7 @@ class Fleet:
         return among[-1]
 
     def wait(self):
-        """Until all that run are ready."""
+        """Waits until all running processes are ready."""
         for one in self.all():
             if one.process is not None:
                 one.wait_ready()

@@ -41,7 +41,7 @@ class Sweep:
         return b"".join(b"--xyz\r\nContent-Disposition: form-data; name=%s\r\n\r\n%s\r\n" % part for part in parts) + b"--xyz--\r\n"
 
     def measured(self, work):
-        """The same for equal work, of whichever batch."""
+        """A key that is the same for equal work of any batch."""
         return self.salt, work.pair.name, json.dumps(work.options, sort_keys=True)
 
 
@@ -141,7 +141,7 @@ class Sweeper:
             time.sleep(4 * PAUSE)
 
     def look_at(self, dice, sweep):
-        """Its counts only grow, and the end is the end."""
+        """Checks that its counts only grow, and that nothing changes after its end."""
         before, had_ended = sweep.ended, sweep.document
         answer = self.crowd.ask(dice, "GET", "/v1/batches/" + sweep.identity)
         if answer is None or sweep.cancelled and not sweep.settled or sweep.forgotten:
@@ -157,7 +157,7 @@ class Sweeper:
             sweep.document = document
 
     def look_again(self, front_ends):
-        """At everything, when nothing runs any more: the ids of the comparisons of all batches."""
+        """Checks every batch, when nothing runs any more; returns the ids of their comparisons."""
         jobs, known = {}, set()
         for sweep in self.accepted():
             for front_end in front_ends:

@@ -129,7 +129,7 @@ def drained(flags=BRIEF):
 
 
 def begun_endless(client, timeout_ms):
-    """Its path and its first interval. A slow machine may end one before that was seen: then there is another."""
+    """The path and the first interval of a running comparison. If one ends before its interval was seen, begins another."""
     for _ in range(10):
         path = client.begin_endless(timeout_ms)
         document = until(lambda: (now := client.get(path).json()) and (interval_of(now) or now["state"] in ENDED) and now, what="its first interval")

@@ -65,7 +65,7 @@ class Chart(unittest.TestCase):
             self.assertIn(said, done.stderr)
 
     def test_every_value_has_a_schema(self):
-        """So a default that is added is one that may be set."""
+        """A default that is added must be one that may be set."""
 
         def walk(values, schema, path):
             schema = definitions[schema["$ref"].split("/")[-1]] if "$ref" in schema else schema

@@ -16,7 +16,7 @@ else:
 
 
 def own(p):
-    """In the file's axes: of a glTF, y is up there and z here."""
+    """The point in the file's axes: y is up in a glTF, z in Blender."""
     return [p[0], p[2], -p[1]] if path.endswith(".glb") else list(p)
 
 

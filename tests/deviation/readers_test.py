@@ -55,7 +55,7 @@ class Reader:
         return byte
 
     def colours(self, rows, suffix):
-        """As bytes of sRGB, or as 16 bits of linear light."""
+        """The colours as bytes of sRGB, or of a GLB as 16 bits of linear light."""
         most = 65535 if suffix == ".glb" else 255
         return [[round(value * most) for value in row] for row in rows]
 
@@ -99,7 +99,7 @@ class Blender(Reader):
 
 
 class Meshlab(Reader):
-    """It reads a PLY and writes it again: what it kept is in its own file."""
+    """MeshLab reads a PLY and writes it again: its own file shows what it kept."""
     name = "meshlabserver"
     formats = (".ply",)
 
@@ -131,7 +131,7 @@ class Meshlab(Reader):
 
 
 class Three(Reader):
-    """It turns the bytes of a PLY, which it takes as sRGB, into bytes of linear light."""
+    """three.js takes the bytes of a PLY as sRGB and turns them into bytes of linear light."""
     name = "node"
     positions = staticmethod(float)
 
@@ -189,7 +189,7 @@ class Maps(unittest.TestCase):
             self.assertEqual(found["extras"]["units"], "mm")
 
     def same(self, found, wanted, what):
-        """As assertEqual, which takes minutes to tell how long lists differ."""
+        """Like assertEqual, which takes minutes to describe how long lists differ."""
         self.assertEqual(len(found), len(wanted), what)
         for i, (one, other) in enumerate(zip(found, wanted)):
             self.assertEqual(one, other, f"{what} {i}")

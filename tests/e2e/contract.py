@@ -99,7 +99,7 @@ ANY_REQUEST = OPENAPI["x-any-request"]["responses"]
 
 
 def matches(template, path):
-    """As the router does: one segment, not empty, for what stands in braces."""
+    """Matches like the router: braces stand for one segment that is not empty."""
     before, brace, rest = template.partition("{")
     if not brace:
         return path == template

@@ -44,7 +44,7 @@ def flat_grid(n):
 
 
 def wavy_grid(n, height):
-    """The same square and squares, bent to waves of this height."""
+    """The square of flat_grid(), bent to waves of this height."""
     lines = ["v %r %r %r" % (x / n, y / n, height * math.sin(5 * x / n) * math.cos(7 * y / n))
              for y in range(n + 1) for x in range(n + 1)]
     corners = [y * (n + 1) + x + 1 for y in range(n) for x in range(n)]
@@ -242,7 +242,7 @@ def processor_seconds(process):
 
 
 def until_computing(process, seconds=0.5):
-    """Until it has computed for so long from now on, however much of the machine others take."""
+    """Waits until the process has used so much processor time from now on, however busy the machine is."""
     end = processor_seconds(process) + seconds
     until(lambda: process.poll() is not None or processor_seconds(process) >= end)
 

@@ -59,7 +59,7 @@ class Slow(unittest.TestCase):
         return server
 
     def median_seconds(self, server, requests=25):
-        """Of a small comparison, its connection included."""
+        """The median time of a small comparison, its connection included."""
         times = []
         for _ in range(requests):
             start = time.monotonic()
@@ -68,7 +68,7 @@ class Slow(unittest.TestCase):
         return statistics.median(times)
 
     def assert_not_delayed(self, server, attack):
-        """In one of five rounds, since other work of this machine may fall on any: an attack that works, works in all."""
+        """Asserts it of one of five rounds: other work of the machine may delay any, and an attack that works delays all."""
         self.median_seconds(server, 5)
         for _ in range(5):
             quiet, attacked = self.round(server, attack)

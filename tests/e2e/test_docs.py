@@ -29,7 +29,7 @@ def browse(url):
         events = [event.get("params", {}) for event in json.loads(log.read_text())["events"]]
     ours = url.rsplit("/", 1)[0]
     asked = {event["url"] for event in events if "url" in event and event.get("initiator", "").startswith("http")}
-    # Its own pages speak as well, of a slow network for instance.
+    # Chrome's own pages write messages as well, of a slow network for instance.
     said = [line for line in done.stderr.splitlines() if "CONSOLE" in line and "source: chrome://" not in line]
     return done.stdout, said, asked, ours
 

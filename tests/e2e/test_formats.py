@@ -36,7 +36,7 @@ def square_3mf(unit):
 
 class FormatCase(ServerCase):
     def compare(self, a, b, options=b"{}", files=()):
-        """All are content, file name and perhaps a media type; `files` are the files beside `a`."""
+        """Each file is (content, file name[, media type]); `files` are the files beside `a`."""
         body = b""
         for part, (content, name, *media_type) in (("a", a), ("b", b), *(("a.files", file) for file in files)):
             kind = b"Content-Type: %s\r\n" % media_type[0].encode() if media_type else b""

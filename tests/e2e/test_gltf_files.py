@@ -193,7 +193,7 @@ class Service(ServerCase):
 
     @unittest.skipUnless((CORPUS / "wild" / "INDEX.tsv").exists(), "no corpus: set MESHGAUGE_CORPUS")
     def test_the_wild(self):
-        """As parts, and by `check`; test_wild has the rest."""
+        """Files of the corpus as parts, and by `check`; test_wild has the rest."""
         index = (CORPUS / "wild" / "INDEX.tsv").read_text().splitlines()
         rows = {row[0].split("/")[0]: row for row in csv.reader(index, delimiter="\t")}
         for number in WILD:

@@ -174,7 +174,7 @@ class Events(ServerCase):
         return list(events_of(answer.body))
 
     def follow(self, path):
-        """The same, each as it comes."""
+        """Yields the events of a job as they come."""
         with self.server.connect() as connection:
             connection.sendall(("GET %s/events HTTP/1.1\r\nHost: t\r\n\r\n" % path).encode())
             name = ""

@@ -24,7 +24,7 @@ def path_of(data):
 
 
 def compare(server, a, b, options=None, extra=""):
-    """By ids."""
+    """Compares stored meshes by their ids."""
     document = {"a": a, "b": b, **({} if options is None else {"options": options})}
     return server.send("POST", "/v1/comparisons", json.dumps(document).encode(), JSON + extra)
 
@@ -224,7 +224,7 @@ class Limits(unittest.TestCase):
         folder = Path(server.data_dir.name, "data", "blobs")
 
         def compares(mesh, start):
-            """All but the last byte arrives before the start: then they compete."""
+            """Sends all but the last byte before the start, so that the requests compete."""
             sent = comparison(mesh, SQUARE, SLOW_OPTIONS)
             with server.connect() as connection:
                 connection.sendall(post_head(len(sent), "Prefer: respond-async\r\n") + sent[:-1])

@@ -162,7 +162,7 @@ class Workers(unittest.TestCase):
         until(lambda: alive(pids) == [server.process.pid])
 
     def test_a_spawner_that_stands_still_is_not_ready(self):
-        """It lives, and the workers that it has made wait for files: yet there will be no more."""
+        """The spawner lives and its workers wait for files, but there will be no more workers."""
         server = self.server()
         until(lambda: len(workers(server)) == 2)
         self.assertEqual(server.get("/readyz").status, 200)

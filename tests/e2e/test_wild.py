@@ -48,7 +48,7 @@ class Row:
         return next(name for name in NAMES if name in self.want)
 
     def ear(self):
-        """The same surface with its concave faces split by another program; None: the row asks for no such."""
+        """The surface with its concave faces split by another program; None when the row does not name one."""
         return next(self.path.parent.glob("*.ear.obj")) if ".ear.obj" in self.want else None
 
 

@@ -8,7 +8,7 @@ MOST_BYTES = 16 << 20  # that are remembered of one connection; what is longer i
 
 
 class Request:
-    """As much as can be told of the bytes of one; `body` is None unless all of it is known."""
+    """What can be told from the bytes of a request; `body` is None unless all of it is known."""
 
     def __init__(self, method, path="", query="", headers=None, body=None):
         self.method, self.path, self.query, self.headers, self.body = method, path, query, headers or {}, body

@@ -68,7 +68,7 @@ def wavy_square(n, seed):
 
 
 def manifest(client, pairs, squares):
-    """All pairs of two lists of stored meshes; the tolerance makes them work that was never done before."""
+    """All pairs of two lists of stored meshes; the random tolerance makes the work new to the service."""
     side = math.ceil(math.sqrt(pairs))
     ids = [client.get("POST", "/v1/meshes", wavy_square(squares, seed))["id"] for seed in range(2 * side)]
     chosen = [(a, b) for a in ids[:side] for b in ids[side:]][:pairs]

@@ -181,7 +181,7 @@ def batch_rows(server):
 
 
 def stored_rows(server):
-    """At the limit of what may be stored."""
+    """Stores meshes up to the key's limit."""
     rows = []
     for n in range(20):
         answer = server.send("POST", "/v1/meshes", SQUARE + b"# %d\n" % n + b"#" * 100)

@@ -67,7 +67,7 @@ class Secrets:
         self.folder = folder / "docker/secrets"
 
     def path(self, mounted):
-        """Of what a container finds as /run/secrets/..."""
+        """The file that a container finds as /run/secrets/..."""
         return self.folder / Path(COMPOSE["compose.production.yaml"]["secrets"][Path(mounted).name]["file"]).name
 
     def first_line(self, name):
@@ -76,7 +76,7 @@ class Secrets:
 
 class Compose(unittest.TestCase):
     def test_the_settings_exist(self):
-        """One that does not is silently nothing."""
+        """A variable that names no setting would be ignored silently."""
         text = subprocess.run([BINARY, "serve", "--help"], env=ENVIRONMENT, capture_output=True, text=True, check=True).stdout
         known = set(re.findall(r"\(Env:(\w+)\)", text))
         self.assertGreater(len(known), 20)
@@ -185,7 +185,7 @@ class Cluster(unittest.TestCase):
             self.assertGreaterEqual(int(of["stop_grace_period"].rstrip("s")), of["environment"]["MESHGAUGE_GRACE_MS"] / 1000 + 10)
 
     def test_the_settings_are_accepted(self):
-        """With the file that holds the connection string, as the manual makes it."""
+        """The settings, with the file of the connection string as docs/operations.md makes it."""
         text = subprocess.run([BINARY, "serve", "--help"], env=ENVIRONMENT, capture_output=True, text=True, check=True).stdout
         if "MESHGAUGE_DATABASE" not in text:
             self.skipTest("this program has no distributed form")
@@ -205,7 +205,7 @@ class Cluster(unittest.TestCase):
 
 class Prometheus(unittest.TestCase):
     def test_the_configuration_and_the_rules(self):
-        # Its token is not there, which is all that --syntax-only overlooks.
+        # The file of the token is missing; --syntax-only overlooks that alone.
         for config in WATCHED.values():
             run("promtool", "check", "config", "--syntax-only", DOCKER / "prometheus" / config)
         run("promtool", "check", "rules", DOCKER / "prometheus/alerts.yml")
@@ -219,7 +219,7 @@ class Prometheus(unittest.TestCase):
         server.compare()
         page = server.get("/metrics")
         self.assertEqual(page.headers["content-type"], "text/plain; version=0.0.4; charset=utf-8")
-        # It also complains of names against the conventions; it says nothing when all is well.
+        # promtool also reports names against the conventions; no output means no complaint.
         self.assertEqual(run("promtool", "check", "metrics", input=page.body.decode()), "")
 
     def test_it_scrapes_what_compose_starts(self):

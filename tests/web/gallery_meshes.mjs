@@ -7,7 +7,7 @@ const [bore, root, tip, half] = [9, 26, 32, 5];
 
 const smooth = (x) => Math.min(Math.max(x, 0), 1) ** 2 * (3 - 2 * Math.min(Math.max(x, 0), 1));
 
-// Of a tooth's pitch a third is its top, a third the gap, and the flanks lie between.
+// A third of a tooth's pitch is its top, a third the gap, and the flanks lie between.
 function outline(turn) {
   const within = (turn * teeth) % 1, flank = Math.abs(within - 0.5);
   return root + (tip - root) * smooth((0.36 - flank) / 0.16);

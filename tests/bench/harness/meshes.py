@@ -132,7 +132,7 @@ WRITERS = {
 
 
 def write(mesh, path):
-    """By the suffix of `path`. Complete or absent: a stopped run leaves no half mesh behind."""
+    """Writes the format that the suffix of `path` names. The file is complete or absent, also after a stopped run."""
     suffix = next(suffix for suffix in WRITERS if path.name.endswith(suffix))
     path.parent.mkdir(parents=True, exist_ok=True)
     half = path.with_name("half-written." + path.name)

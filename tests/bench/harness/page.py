@@ -50,7 +50,7 @@ def fill(page, made):
 
 
 def render(folder, to):
-    """From the runs in `folder`: TO/benchmarks.md, and pictures, every pair and every result in TO/benchmarks/."""
+    """Writes TO/benchmarks.md from the runs in `folder`, and into TO/benchmarks/ pictures, every pair and every result."""
     runs = store.Store(folder).open()
     if not runs.rows:
         raise SystemExit(f"bench: no runs in {folder}")

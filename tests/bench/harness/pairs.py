@@ -24,7 +24,7 @@ _hashes = {}
 
 
 def content_hash(path):
-    """Of the file's bytes; also brings them into memory before anything is timed."""
+    """A hash of the file's bytes. Reading them also brings them into memory before anything is timed."""
     if path not in _hashes:
         _hashes[path] = hashlib.sha256(path.read_bytes()).hexdigest()[:16]
     return _hashes[path]

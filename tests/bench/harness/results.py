@@ -96,7 +96,7 @@ class Results:
 
 
 def triangles(by_name):
-    """Of both meshes. The peer drops degenerate ones, so the larger count is the files'."""
+    """The triangles of both meshes. The peer drops degenerate ones, so the larger count is the files'."""
     counts = [
         result["triangles_a"] + result["triangles_b"]
         for result in by_name.values()
@@ -152,7 +152,7 @@ class Ratios:
 
 
 def slope(points):
-    """Of the straight line through (log x, log y): the exponent of growth."""
+    """The exponent of growth: the slope of the straight line through (log x, log y)."""
     logs = [(math.log(x), math.log(y)) for x, y in points]
     return statistics.linear_regression(*zip(*logs)).slope if len(logs) > 1 else math.nan
 

@@ -107,7 +107,7 @@ def reading(results):
 
 
 def micro(report):
-    """Of Google Benchmark's JSON."""
+    """The rows of a report of Google Benchmark."""
     rows = []
     for run in report.get("benchmarks", []):
         if run.get("run_type") == "iteration" and "error_occurred" not in run:

@@ -58,7 +58,7 @@ class Run:
 
 
 def measure(gates, service=None, environment=None):
-    """By name, and each gate once."""
+    """The outcomes by name, each gate once."""
     outcomes = Run(gates, service, environment).ended()
     assert isinstance(outcomes, list), outcomes
     assert [o["name"] for o in outcomes] == [g["name"] for g in gates]
@@ -128,7 +128,7 @@ class Relay:
                 self.wfile.write(b"" if self.command == "HEAD" else body)
 
             def drop(self):
-                """As a connection that breaks."""
+                """Resets the connection."""
                 self.connection.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
                 self.close_connection = True
                 self.connection.close()
@@ -159,7 +159,7 @@ class Relay:
 
 
 def without_batches(handler, seen):
-    """For a relay: a service that takes one comparison at a time."""
+    """Makes a relay look like a service without batches."""
     if handler.path.startswith("/v1/batches"):
         handler.answer(404, {}, b"")
         return True

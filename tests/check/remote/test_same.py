@@ -89,7 +89,7 @@ class Same(ServerCase):
             self.assertNotIn("view", there[name]["document"])
             seen = url_of(self.server) + "/c/" + there[name]["document"]["id"]
             self.assertEqual(there[name]["link"], seen if page else "")
-            # It was not only answered but is kept.
+            # The service keeps the comparison.
             self.assertEqual(self.server.get("/v1/comparisons/" + there[name]["document"]["id"]).json()["state"], "done")
 
     def test_documents(self):

@@ -22,7 +22,7 @@ def posts(server):
 
 
 def again(data, port):
-    """At the address of before: --port stands twice, and what comes last is what the program gets."""
+    """Starts the service at its old address: --port occurs twice, and the last one wins."""
     program = ("/bin/sh", "-c", 'shift 3; exec "%s" serve --port %s "$@"' % (BINARY, port), "sh")
     return Server(program=program, environment={"MESHGAUGE_DATA_DIR": data})
 

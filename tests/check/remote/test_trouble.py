@@ -39,7 +39,7 @@ class Trouble(ServerCase):
         self.assertEqual({(o["verdict"], o["error"]) for o in outcomes.values()}, {("fail", None)})
 
     def errors(self, url, environment=None, **service):
-        """Of every gate an error, in one line of a bounded length."""
+        """Asserts that every gate has an error, in one line of a bounded length."""
         run = Run(self.gates, {**SHORT, "url": url, **service}, environment)
         outcomes = run.ended()
         self.assertEqual({o["verdict"] for o in outcomes}, {"error"}, outcomes)
@@ -277,7 +277,7 @@ class Strangers(Trouble):
             self.assertIn("does not answer: ", error)
 
     def answers(self, status, body, kind="application/json"):
-        """To every comparison, after the files were taken."""
+        """Answers every request for a comparison like this, after the files were taken."""
         def answer(handler, seen):
             if handler.command in ("POST", "GET", "DELETE"):
                 handler.answer(status, {"Content-Type": kind}, body)

@@ -1,4 +1,4 @@
-"""One phase: the client runs, the service is looked at, and the rows of the client become figures."""
+"""One phase: runs the client, samples the service, and computes figures from the client's rows."""
 import csv
 import math
 import subprocess
@@ -33,7 +33,7 @@ def rows_of(path):
 
 
 def figures(rows, warm_up, seconds):
-    """Of the requests that were due after the warm-up."""
+    """The figures of the requests that were due after the warm-up."""
     kept = [row for row in rows if row["due"] >= warm_up]
     accepted = [row for row in kept if row["status"] == "200"]
     refused = [row for row in kept if row["status"] in REFUSED]

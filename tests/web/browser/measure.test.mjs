@@ -7,7 +7,7 @@ import { patience, seenInterval, Walk, watchInterval } from "./page.mjs";
 import { asked } from "./service.mjs";
 import { endless, endlessMeshes, lookup, workplace } from "./workplace.mjs";
 
-// Of two rough sheets the interval takes seconds and many steps. Every point of the shell is as near to the core as any other,
+// The interval of two rough sheets takes seconds and many steps. Every point of the shell is as near to the core as any other,
 // so there is nothing to cull and it takes half a minute.
 const place = workplace(() => ({
   "sphere.obj": obj(sphere(60)), "dented.ply": ply(dented(40)), ...endlessMeshes(),

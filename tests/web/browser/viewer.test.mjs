@@ -22,7 +22,7 @@ async function measured(a, b, more = {}) {
   await walk.measure();
   await walk.measured();
   const viewer = await walk.viewer();
-  // It begins with the side that the witness lies on.
+  // The viewer begins with the side that the witness lies on.
   if (await tab.page.getByText("Area of B by its distance to A").count()) await walk.press("Swap");
   await walk.still();
   return { tab, walk, viewer, result: (await walk.job()).result };

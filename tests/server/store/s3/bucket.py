@@ -9,7 +9,7 @@ BUCKET = "meshes-of-tests"
 
 
 def make(port, user, secret):
-    """By a signed request of version 4."""
+    """Makes the bucket by a request with a signature of version 4."""
     stamp = datetime.datetime.now(datetime.timezone.utc).strftime("%Y%m%dT%H%M%SZ")
     scope = [stamp[:8], "us-east-1", "s3", "aws4_request"]
     nothing = hashlib.sha256(b"").hexdigest()

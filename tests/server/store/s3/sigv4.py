@@ -19,7 +19,7 @@ class Refused(Exception):
 
 
 def decoded(text):
-    """Of %XX alone: a plus is a plus. Anything that is no %XX is refused, as a proxy might read it otherwise."""
+    """Decodes %XX; a plus stays a plus. Any other % is refused, since a proxy might read it differently."""
     if re.search(r"%(?![0-9A-Fa-f]{2})", text):
         raise Refused(400, "InvalidURI", f"'{text}' is not encoded")
     return re.sub(rb"%([0-9A-Fa-f]{2})", lambda m: bytes([int(m[1], 16)]), text.encode("latin-1"))
@@ -67,7 +67,7 @@ def check_time(stamp, now):
 
 
 def check_names(signed, headers):
-    """All that could change what the request does must be signed, in order, once."""
+    """Checks that every header that could change the request is signed, in order, once."""
     if signed != sorted(set(signed)):
         raise Refused(400, "AuthorizationHeaderMalformed", "the signed headers are not in order")
     needed = {name for name in headers if name.startswith("x-amz-") or name in ("host", "content-type", "range")}

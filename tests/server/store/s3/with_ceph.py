@@ -82,7 +82,7 @@ class Cluster:
             process.wait()
 
     def make_keys(self):
-        """One file for all: the cluster is private."""
+        """One keyring for all: the cluster is private."""
         self.call("ceph-authtool", "--create-keyring", self.keys)
         for name, rights in ("mon.", ["mon"]), ("client.admin", ["mon", "osd"]), ("osd.0", ["mon", "osd"]):
             caps = [word for right in rights for word in ("--cap", right, "allow *")]

@@ -66,7 +66,7 @@ rate_limit_under_size = 0
 
 
 class Memory:
-    """In the place of memcached."""
+    """Replaces memcached."""
 
     def __init__(self):
         self.values = {}
