@@ -299,7 +299,8 @@ def all_pairs(results):
             )
         )
     return (
-        "# Every pair\n\nMade by `./dev bench report`; [benchmarks.md](../benchmarks.md) says how.\n\n"
+        "# Every pair\n\nFor users and contributors: every measurement of the pairs, one table a tolerance. Made by\n"
+        "`./dev bench report`; [benchmarks.md](../benchmarks.md) says how.\n\n"
         + "\n\n".join(parts)
         + "\n"
     )
