@@ -27,7 +27,7 @@ def servant():
         with contextlib.suppress(KeyError):
             entry = pwd.getpwnam(name)
             return {"user": entry.pw_uid, "group": entry.pw_gid, "extra_groups": []}
-    raise AssertionError("root must run this as another user, and the machine has neither 'postgres' nor 'nobody'")
+    raise AssertionError("root must run this as another user, such as 'postgres' or 'nobody', which the machine lacks")
 
 
 def own(path):

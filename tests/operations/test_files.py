@@ -105,7 +105,7 @@ class Compose(unittest.TestCase):
             of = COMPOSE[name]["services"][service]["environment"]
             self.assertGreaterEqual(of["MESHGAUGE_MAX_ARRIVING_PER_PEER"], of["MESHGAUGE_IO_THREADS"])
 
-    def test_secrets_are_given_to_who_reads_them(self):
+    def test_secrets_are_given_to_the_services_that_read_them(self):
         for name, config in WATCHED.items():
             given = {secret for of in services(name).values() for secret in of.get("secrets", [])}
             self.assertEqual(given, set(COMPOSE[name]["secrets"]), name)
@@ -168,12 +168,12 @@ class Cluster(unittest.TestCase):
             self.assertGreater(len(common), 7)
             self.assertEqual({name: of[name] for name in common}, {name: alone[name] for name in common}, part)
 
-    def test_nobody_begins_before_the_schema_is_there(self):
+    def test_no_service_starts_before_the_schema_is_there(self):
         for part in ("frontend", "worker"):
             self.assertEqual(self.parts[part]["depends_on"], {"migrate": {"condition": "service_completed_successfully"}})
         self.assertEqual(self.parts["migrate"]["depends_on"], {"postgres": {"condition": "service_healthy"}})
 
-    def test_the_database_is_reached_by_who_needs_it(self):
+    def test_only_services_that_need_the_database_reach_it(self):
         self.assertTrue(COMPOSE["compose.cluster.yaml"]["networks"]["back"]["internal"])
         inside = {name for name, of in self.parts.items() if "back" in of["networks"]}
         self.assertEqual(inside, {"postgres", "migrate", "frontend", "worker"})

@@ -174,7 +174,7 @@ class Manifest(Workplace):
                 self.assertIn(words, (self.folder / file).read_text(), file)
 
         self.manifest([self.GATES[PASS]])
-        refused("nobody", "--only", "nobody")
+        refused("nowhere", "--only", "nowhere")
         refused("soon", "--timeout", "soon")
         refused("jobs", "--jobs", "-1")
         self.manifest([self.GATES[PASS], self.GATES[PASS], ("third", "none.obj", "flat.obj", "1")])
