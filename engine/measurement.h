@@ -63,8 +63,8 @@ class Measurement final : public Monitor {
   double lower_slack_ = 0;  // what certifying takes from lower_
   double floor_ = 0;        // Outcome::precision_floor in frame units
   Certifier certifier_;
-  std::optional<Control::Clock::time_point> interrupted_at_;  // first seen while certifying
-  Control::Clock::time_point looked_at_{};                    // end of the last look()
+  std::optional<Control::Clock::time_point> interrupted_at_;      // first seen while certifying
+  Control::Clock::time_point looked_at_ = Control::Clock::now();  // end of the last look(), or the start
   Control::Clock::duration look_took_{0};
   double gate_checked_at_ = -1;  // computed lower bound at the last check of the gate
   bool gate_failed_ = false;     // what that check found
