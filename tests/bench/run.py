@@ -84,7 +84,7 @@ def chosen_contenders(args, programs):
 
 
 def chosen_pairs(args, made, profile):
-    """The corpus, the folder asked for, or, for want of both, a few of our own."""
+    """The pairs of the corpus or of the given folder; without both, a few that the harness makes."""
     corpus = pathlib.Path(os.environ.get("MESHGAUGE_CORPUS", ROOT / "../shared/corpus"))
     if args.pairs:
         if not args.pairs.is_dir():

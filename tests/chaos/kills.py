@@ -40,7 +40,7 @@ class Campaign:
                       "--max-queued-jobs", "200", "--log-requests", "problems")
 
     def life(self):
-        """One life of the service: it is looked at while clients use it, until its sudden end."""
+        """Runs the service once: checks it while clients use it, until it is killed."""
         victim = self.start()
         crowd = Crowd(self.clients, victim.port)
         try:
@@ -78,7 +78,7 @@ class Campaign:
             self.ledger.violated("the mesh %s, %s: %d" % (identity, known, answer.status))
 
     def check_folders(self):
-        """Between two lives. What is unused is made old, so that the next life is to remove it."""
+        """Checks the folders between two runs, and makes unused files old, so that the next run must remove them."""
         if list(self.temporary.iterdir()):
             self.ledger.violated("left behind: %s" % list(self.temporary.iterdir()))
         arriving = list((self.data / "blobs" / "incoming").glob("*"))
@@ -92,7 +92,7 @@ class Campaign:
         return [path for path in (self.data / "blobs").rglob("*") if re.fullmatch("[0-9a-f]{64}", path.name) and path.is_file()]
 
     def finish(self):
-        """Everything that was promised is waited for, and looked at for the last time."""
+        """Waits for every promised result, and checks it for the last time."""
         victim = self.start()
         for identity, job in self.ledger.jobs.items():
             until(lambda: self.has_ended(victim.port, identity, job), 300)
@@ -119,7 +119,7 @@ class Campaign:
                 self.ledger.violated("the bytes of %s or %s: %d %s" % (a, b, answer.status, answer.body[:300]))
 
     def tidy_up(self):
-        """When everything is deleted, nothing is left."""
+        """Deletes everything, and checks that no file is left."""
         victim = self.start()
         paths = ["/v1/comparisons/" + one for one, job in self.ledger.jobs.items() if job.state != "forgotten"]
         paths += ["/v1/meshes/" + one for one in self.ledger.meshes]
@@ -138,7 +138,7 @@ class Campaign:
             self.ledger.violated("the log of the database has %d bytes" % log.stat().st_size)
 
     def poison(self):
-        """A job during which the service dies each time is given up, and says so."""
+        """A job whose every try kills the service fails as given up."""
         victim = self.start()
         body = multipart(square(0, 40), square(0, 43), {**ENDLESS, "timeout_ms": 100000})
         path = ask(victim.port, "POST", "/v1/comparisons", body, {**FORM, **ASYNC}).headers["location"]

@@ -1,4 +1,4 @@
-"""Clients that use the whole of the service at once, and note in a ledger what they are promised."""
+"""Clients that use all of the service at once, and note in a ledger what the service promises."""
 
 import hashlib
 import json
@@ -11,7 +11,7 @@ REFUSED = (429, 503, 507)
 
 
 class Client:
-    """One at a time of these many acts is on its way; the next begins after its answer, or after the service's end."""
+    """A client that sends one request at a time; the next begins after the answer, or after the service's end."""
 
     def __init__(self, ledger, name, seed):
         self.ledger, self.name, self.dice = ledger, name, random.Random(seed)

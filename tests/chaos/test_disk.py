@@ -76,7 +76,7 @@ class Case(unittest.TestCase):
         return self.ask("GET", path).json()["state"]
 
     def begin(self, milliseconds):
-        """A job that runs for so long, and its path."""
+        """Begins a job that runs for so long; returns its path."""
         body = multipart(square(1, 20), square(1, 23), {**ENDLESS, "timeout_ms": milliseconds})
         answer = self.ask("POST", "/v1/comparisons", body, {**FORM, **ASYNC})
         self.assertEqual(answer.status, 202, answer.body)

@@ -49,7 +49,7 @@ class Isolation(unittest.TestCase):
         return answer.headers["location"]
 
     def same_refusal(self, method, foreign, unknown, body=None, headers=None):
-        """A foreign thing and one that there is not get the same bytes, but for what names the request."""
+        """Asserts that another key's object and a missing one get the same bytes, except for the request's id."""
         answers = [self.ask(self.bob, method, path, body, headers) for path in (foreign, unknown)]
         for answer in answers:
             self.assertEqual(answer.status, 404)

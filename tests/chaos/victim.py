@@ -17,7 +17,7 @@ ANSWER_SECONDS = 60
 
 
 class Gone(Exception):
-    """The service ended before it had answered: what was asked for may have happened or not."""
+    """The service ended before its answer: the request may have taken effect or not."""
 
 
 class Victim:
@@ -41,7 +41,7 @@ class Victim:
             self.log = self.log[-200:] + [line.decode()]
 
     def kill(self):
-        """kill -9. Anything else that ended it before is a defect."""
+        """Kills with -9. An earlier end by any other cause is a defect."""
         self.process.kill()
         code = self.process.wait()
         self._close()

@@ -20,7 +20,7 @@ MESH = {"Content-Type": "model/obj"}
 
 
 def works(dice, pairs, number):
-    """What all clients together want: many small, some large."""
+    """The works of all clients together: many small, some large."""
     weights = [8 if len(pair.a) < 10000 else 4 if len(pair.a) < 200000 else 1 for pair in pairs]
     for i in range(number):
         pair = dice.choices(pairs, weights)[0]
@@ -57,7 +57,7 @@ class Crowd:
             raise
 
     def ask(self, dice, *request):
-        """An answer of some front end; None: there was none, or it was a refusal that is due."""
+        """The answer of any front end; None: no answer, or an expected refusal."""
         try:
             answer = ask(dice.choice(self.ports), *request)
         except Gone:

@@ -1,4 +1,4 @@
-"""Pairs of meshes of all sizes, what is asked of them, and what is true: their exact distance, or what `meshgauge compare` says of it."""
+"""Pairs of meshes of all sizes, their options, and their true distance: exact, or the interval of `meshgauge compare`."""
 
 import json
 import subprocess
@@ -22,7 +22,7 @@ class Pair:
         self.name, self.a, self.b, self.truth = name, a, b, truth
 
     def contradicts(self, result, direction):
-        """Whether two intervals that both hold the distance could not be these."""
+        """Whether two intervals contradict each other: both hold the distance, so they must meet."""
         lower, upper = result["distance"]["lower"], result["distance"]["upper"]
         least, most = self.truth[direction]
         return lower > most or (upper is not None and upper < least)

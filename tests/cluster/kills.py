@@ -46,7 +46,7 @@ INSERT INTO pulse VALUES (0);
 
 
 def comes_true(condition, seconds=10):
-    """Within a moment: what a process has killed may take one on a busy machine."""
+    """Whether it holds within a moment: killed processes may take one to be gone on a busy machine."""
     end = time.monotonic() + seconds
     while not condition() and time.monotonic() < end:
         time.sleep(0.05)

@@ -41,7 +41,7 @@ class Programs:
 
 
 class Etcd:
-    """The one member that holds the leader's key. It is not what is tried here, so it is never killed."""
+    """The only member of etcd, which holds the leader's key. It is not under test, so it is never killed."""
 
     def __init__(self, scratch, program):
         self.folder, self.port = scratch.folder("etcd"), free_port()
@@ -55,7 +55,7 @@ class Etcd:
 
 
 class Node:
-    """One PostgreSQL and the Patroni that minds it."""
+    """One PostgreSQL and its Patroni."""
 
     def __init__(self, scratch, name, programs, binaries, etcd, password):
         self.name, self.folder = name, scratch.folder(name)
@@ -140,7 +140,7 @@ class Cluster:
         return psql(self.binaries, self.url(database), sql)
 
     def members(self):
-        """What the first Patroni that answers says of all: name to its role, state and lag."""
+        """Name to role, state and lag of all nodes, from the first Patroni that answers."""
         for node in self.nodes:
             if node.process is not None:
                 with contextlib.suppress(OSError, ValueError):

@@ -94,12 +94,12 @@ class Postgres:
         return psql(self.binaries, self.url(database), sql)
 
     def new_database(self, name):
-        """An empty one beside the first: its url."""
+        """Creates an empty database beside the first; returns its url."""
         self.query("CREATE DATABASE " + name)
         return self.url(name)
 
     def start(self):
-        """Returns when it takes connections."""
+        """Starts the server and waits until it takes connections."""
         assert self.process is None
         flags = [part for name, value in self.settings.items() for part in ("-c", "%s=%s" % (name, value))]
         with open(self.log, "ab") as log:
@@ -122,7 +122,7 @@ class Postgres:
         self._ended()
 
     def kill(self):
-        """kill -9 of all of it."""
+        """Kills all its processes with -9."""
         self.process.kill()
         end_inside(self.data)
         self._ended()

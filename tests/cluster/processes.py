@@ -21,7 +21,7 @@ QUICK = ("--lease-ms", "2000", "--heartbeat-ms", "300")  # so that a test need n
 
 
 def until(condition, seconds=60, what="it"):
-    """What the condition came to."""
+    """Waits until the condition holds; returns its value."""
     end = time.monotonic() + seconds
     while not (found := condition()):
         assert time.monotonic() < end, "waited in vain for " + what
@@ -30,7 +30,7 @@ def until(condition, seconds=60, what="it"):
 
 
 class Ended(AssertionError):
-    """A process has, that was to be ready."""
+    """A process ended that was expected to become ready."""
 
 
 class Process:
@@ -103,7 +103,7 @@ class Process:
             connection.close()
 
     def kill(self):
-        """kill -9. Anything else that ended it before is a defect."""
+        """Kills with -9. An earlier end by any other cause is a defect."""
         self.process.kill()
         code = self._ended()
         assert code == -signal.SIGKILL, "%s ended by itself: %d\n%s" % (self.name, code, self.tail())
@@ -112,7 +112,7 @@ class Process:
         self.process.terminate()
 
     def stop(self):
-        """SIGTERM, and the end that is due then."""
+        """Sends SIGTERM, and expects the exit code 0 in time."""
         self.terminate()
         self.ended()
 
@@ -157,7 +157,7 @@ class Fleet:
         return self._add(self.workers, "worker", "worker", flags)
 
     def _add(self, among, name, verb, flags):
-        """Started, not yet ready."""
+        """Starts the process without waiting until it is ready."""
         among.append(Process(self.scratch, "%s%d" % (name, len(among) + 1), verb, self.url, *self.flags, *flags))
         among[-1].start(wait=False)
         return among[-1]
@@ -180,6 +180,6 @@ class Fleet:
 
 
 def migrate(url):
-    """The schema of this binary, in a database that may be empty."""
+    """Migrates a database, which may be empty, to the schema of this binary."""
     done = subprocess.run([BINARY, "migrate"], env={**ENVIRONMENT, "MESHGAUGE_DATABASE": url}, capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr

@@ -1,4 +1,4 @@
-"""What a cluster has promised to its clients, whether it keeps it, and how long nothing happened."""
+"""A ledger of what a cluster has promised to its clients, checks of it, and the times in which nothing happened."""
 
 import threading
 import time
@@ -43,7 +43,7 @@ class Ledger:
             self.violated("one Idempotency-Key is the jobs %s and %s" % (work.identity, identity))
 
     def check(self, identity, had_ended, answer):
-        """GET of an accepted job, which was known to have ended when it was asked for, or not."""
+        """Checks the answer to GET of an accepted job. `had_ended`: known before the request."""
         if answer.status == 404:
             return self.violated("lost: the job " + identity)
         if answer.status != 200:
@@ -82,7 +82,7 @@ class Ledger:
 
 
 class Gaps:
-    """When something happened; the times between. Kept from `begin` on, and until `pause`."""
+    """The gaps of half a second and more between marks."""
 
     def __init__(self):
         self.lock = threading.Lock()
@@ -97,12 +97,12 @@ class Gaps:
             self.last = now
 
     def pause(self):
-        """Nothing is expected until the next mark."""
+        """Ends the current gap; the next one begins with the next mark."""
         with self.lock:
             self.last = None
 
 
 def longest_stall(gaps, outages):
-    """The longest of these gaps, less what lies in an outage of the database."""
+    """The longest gap, without the part of it in an outage of the database."""
     return max([0.0, *(end - start - sum(max(0, min(end, over) - max(start, began)) for began, over in outages)
                        for start, end in gaps)])

@@ -37,7 +37,7 @@ class Client(Server):
         return answer.headers["location"]
 
     def begin_endless(self, timeout_ms=100000, extra=ASYNC):
-        """One that runs until its time is over."""
+        """The path of a comparison that runs until its timeout."""
         answer = self.compare(**endless(timeout_ms), extra=extra)
         assert answer.status == 202, answer.body
         return answer.headers["location"]
@@ -83,7 +83,7 @@ class Rig:
         self.postgres.close()
 
     def stop(self):
-        """Everything is ended in order, which must succeed."""
+        """Ends everything in order, and fails if an end fails."""
         try:
             for one in self.fleet.all():
                 if one.process is not None:
@@ -105,7 +105,7 @@ class Rig:
 
 
 def holds(document, distance):
-    """Whether the interval of its result does."""
+    """Whether the interval of the result holds the distance."""
     interval = document["result"]["distance"]
     return interval["lower"] <= distance <= (float("inf") if interval["upper"] is None else interval["upper"])
 

@@ -1,4 +1,4 @@
-"""The PostgreSQL that other tests lean on: what was committed outlives it, and nothing of it outlives its maker."""
+"""The PostgreSQL of other tests: commits survive its death, and none of its processes outlives the test."""
 
 import os
 import signal

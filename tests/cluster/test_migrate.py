@@ -39,7 +39,7 @@ class Migrate(unittest.TestCase):
         return SERVER.query(sql, self.database)
 
     def said(self, verb, url):
-        """What a process says that cannot begin."""
+        """The message of a process that cannot start."""
         with tempfile.TemporaryDirectory() as folder:
             flags = () if verb == "migrate" else ("--port", "0", "--data-dir", folder + "/data")
             done = subprocess.run([BINARY, verb, *flags], env={**ENVIRONMENT, "MESHGAUGE_DATABASE": url}, capture_output=True,
@@ -50,7 +50,7 @@ class Migrate(unittest.TestCase):
         return done.stderr
 
     def runs(self, name, verb, url):
-        """What a process logs that begins and is ended."""
+        """The log of a process that is started and stopped."""
         process = Process(SERVER.scratch, name, verb, url)
         process.start(wait=False)
         self.addCleanup(lambda: process.process and process.kill())

@@ -1,4 +1,4 @@
-"""troubles.py in a hurry: leases of a second."""
+"""Runs troubles.py with leases of 1.5 s."""
 
 import unittest
 

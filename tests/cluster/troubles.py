@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What may befall a cluster, one thing at a time. Each function raises AssertionError for a promise that was not kept and returns a line of
+"""Faults of a cluster, one at a time. Each function raises AssertionError for a promise that was not kept and returns a line of
 figures. test_troubles.py runs them quickly; as a command, with the service's own times:
 
     troubles.py stopped|poison|gone|drained|broken [--seconds N]
@@ -10,7 +10,7 @@ import time
 
 from rig import ASYNC, ENDED, Client, Rig, endless, holds, square, until
 
-# Lease and heartbeat of a test that is in a hurry. The service's own are a minute.
+# Short times, for quick tests.
 BRIEF = ("--lease-ms", "1500", "--heartbeat-ms", "300")
 REAL = ()
 MAX_TRIES = 5
@@ -101,7 +101,7 @@ def gone(seconds, flags=("--lease-ms", "10000", "--heartbeat-ms", "300")):
 
 
 def check_refusals(client, running, ended):
-    """Requests of all kinds: 503 and when to come again."""
+    """Asserts that requests of all kinds get a 503 with Retry-After."""
     for answer in (client.compare(), client.compare(extra=ASYNC), client.compare(extra="Idempotency-Key: gone\r\n"), client.get(running),
                    client.get(ended), client.send("DELETE", ended), client.send("POST", "/v1/meshes", square(9))):
         assert answer is not None and answer.status == 503, answer and (answer.status, answer.body)
@@ -109,7 +109,7 @@ def check_refusals(client, running, ended):
 
 
 def drained(flags=BRIEF):
-    """SIGTERM: a worker gives back what it cannot finish in its grace, with the interval it has, and it counts as no try."""
+    """SIGTERM: a worker hands back what it cannot finish within its grace, with the interval; that counts as no try."""
     with Rig(1, 1, flags, worker_flags=("--workers", "2", "--grace-ms", "300")) as rig:
         client, first = rig.client(), rig.workers[0]
         path, known = begun_endless(client, 4000)

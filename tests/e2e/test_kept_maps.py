@@ -185,7 +185,7 @@ class Cached(unittest.TestCase):
 
 
 class Slow(unittest.TestCase):
-    """Clients that do not take what they asked for."""
+    """Clients that do not read the map that they requested."""
 
     @classmethod
     def setUpClass(cls):

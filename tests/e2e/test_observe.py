@@ -1,4 +1,4 @@
-"""What the service tells of itself: metrics, the log, traces."""
+"""Metrics, the log and traces."""
 
 import json
 import re

@@ -1,4 +1,4 @@
-"""The page /, /c/{id} and /b/{id}: its files, how they are sent, and where answers point to it. What it does: tests/web."""
+"""The page /, /c/{id} and /b/{id}: its files, how they are sent, and which answers link to it. tests/web has what it does."""
 
 import gzip
 import os

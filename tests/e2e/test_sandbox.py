@@ -219,7 +219,7 @@ class Workers(unittest.TestCase):
         until(lambda: not alive(pids))
 
     def test_a_signal_to_all_is_the_server_s_to_answer(self):
-        """A supervisor may send SIGTERM to every process: what runs is still read."""
+        """A supervisor may send SIGTERM to every process: files that are being read are still read."""
         server = self.server("--grace-ms", "100000")
         held = Held(server)
         pids = family(server)
@@ -299,7 +299,7 @@ class Workers(unittest.TestCase):
 
 @unittest.skipUnless(WITHOUT, "MESHGAUGE_WITHOUT names no program")
 class Lacks(unittest.TestCase):
-    """Machines that cannot do all of it say so, and serve."""
+    """On machines that lack a part of the confinement the service logs it, and serves."""
 
     def lacking(self, what):
         server = Server(program=[WITHOUT, what, BINARY])
@@ -328,7 +328,7 @@ class Lacks(unittest.TestCase):
 
 
 class Program(unittest.TestCase):
-    """What the spawner and its workers are."""
+    """The properties of the spawner and its workers."""
 
     def setUp(self):
         self.server = Server("--workers", "2")
@@ -345,7 +345,7 @@ class Program(unittest.TestCase):
         self.assertFalse([line for line in self.server.log if "program" in line])
 
     def test_it_holds_what_it_needs_alone(self):
-        """Null devices, its channel, what tells of ended workers, and for each of two what tells that it is not wanted."""
+        """The spawner has null devices, its channel, a descriptor for ended workers, and one for each worker that may be cancelled."""
         folder = "/proc/%d/fd" % self.spawner
         until(lambda: len(os.listdir(folder)) == 7)  # the workers' own are closed here
         found = {int(fd): os.readlink(os.path.join(folder, fd)) for fd in os.listdir(folder)}

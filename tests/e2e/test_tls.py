@@ -45,7 +45,7 @@ class TlsServer(Server):
 
 
 class Pipe:
-    """TLS over a socket, each record in the test's hand."""
+    """TLS over a socket; the test controls each record."""
 
     def __init__(self, server):
         self.socket = server.plain()
@@ -69,7 +69,7 @@ class Pipe:
                 self.incoming.write(data) if data else self.incoming.write_eof()
 
     def say_goodbye(self):
-        """TLS's own end of what we send; the socket stays open."""
+        """Sends TLS's end of data; the socket stays open."""
         try:
             self.tls.unwrap()
         except ssl.SSLWantReadError:

@@ -1,4 +1,4 @@
-"""The load test tells the truth: its client about what it saw, its figures about what the client wrote."""
+"""The load test itself: its client reports what it saw, and its figures follow from the client's rows."""
 
 import contextlib
 import copy
@@ -82,7 +82,7 @@ class Client(unittest.TestCase):
         self.assertGreater(min(row["latency"] for row in rows), 0.045)
 
     def test_an_open_loop_does_not_wait_and_counts_from_when_a_request_was_due(self):
-        """The service stalls for a second: whatever was due meanwhile has waited, and is told so."""
+        """The service stalls for a second: the latency of requests that were due meanwhile includes the wait."""
         start = time.monotonic()
 
         def stalls(_):

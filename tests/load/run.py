@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Loads the service and tells how it holds: docs/benchmarks.md, "Under load". `./dev load` builds what is needed."""
+"""Measures the service under load: docs/benchmarks.md, "Under load". `./dev load` builds what is needed."""
 import argparse
 import json
 import os

@@ -71,7 +71,7 @@ def read(path):
 
 
 def write_scaled(path, vertices, faces):
-    """A PLY in MeshLab's own precision: it takes most OBJ files badly."""
+    """A PLY in MeshLab's own precision; MeshLab reads most OBJ files badly."""
     head = ("ply\nformat binary_little_endian 1.0\nelement vertex %d\nproperty float x\nproperty float y\nproperty float z\n"
             "element face %d\nproperty list uchar int vertex_indices\nend_header\n" % (len(vertices), len(faces)))
     path.write_bytes(head.encode() + b"".join(struct.pack("<3f", *(SCALE * x for x in v)) for v in vertices)
@@ -100,7 +100,7 @@ def meshgauge(binary, a, b):
 
 
 def spread(ours, mean, rms, samples):
-    """Standard errors of MeshLab's mean and RMS, which it does not tell. Its points are independent, so the mean's follows from
+    """Standard errors of MeshLab's mean and RMS, which MeshLab does not report. Its points are independent, so the mean's follows from
     the two; the RMS's needs the fourth moment, which our histogram gives."""
     bins = ours["histogram"]
     width = bins["high"] / len(bins["shares"])

@@ -86,7 +86,7 @@ CHECK_FILES = {
 
 
 def gates():
-    """What a gate that did not pass says."""
+    """The report of a gate that did not pass."""
     def gate(candidate, *more, limit="1"):
         return manifest([f"candidate: {candidate}", "baseline: far.obj", f"max_distance: {limit}", *more])
 

@@ -87,7 +87,7 @@ def run(command, **kwargs):
 
 
 def caught_by(build, in_full=False):
-    """The first test that fails and what it says, or None. In full: a campaign goes on after its first violation."""
+    """The first test that fails with its message, or None. The whole run: a campaign goes on after its first violation."""
     fuzz = ["tests/fuzz/fuzz_certify", "--seconds", SECONDS, "--threads", "1"] + ["--keep-going"] * in_full
     for command, figures in ((fuzz, figures_of_campaign), (["tests/engine/engine_tests"], figures_of_tests)):
         name = pathlib.Path(command[0]).name

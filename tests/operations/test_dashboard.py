@@ -1,4 +1,4 @@
-"""The dashboard, the alerts and the page of the manual speak of what the running service shows."""
+"""The dashboard, the alerts and docs/operations.md name metrics that the running service shows."""
 
 import json
 import re

@@ -93,7 +93,7 @@ class Compose(unittest.TestCase):
         self.addCleanup(server.stop)
         self.assertEqual(server.compare().status, 401)
         self.assertEqual(server.compare(extra=bearer(secrets.first_line("ci"))).status, 200)
-        # The key of Prometheus is for the numbers alone.
+        # The key of Prometheus is for metrics alone.
         config = yaml.safe_load((DOCKER / "prometheus/prometheus.yml").read_text())
         file = next(job for job in config["scrape_configs"] if job["job_name"] == "meshgauge")["authorization"]["credentials_file"]
         token = secrets.path(file).read_text().strip()
@@ -295,11 +295,11 @@ class Proxy(unittest.TestCase):
         self.assertEqual(headers["traceparent"].split("-")[1], TRACE.split("-")[1])
         self.assertNotEqual(headers["traceparent"].split("-")[2], TRACE.split("-")[2])
 
-    def test_the_numbers_are_not_for_everyone(self):
+    def test_metrics_are_not_forwarded(self):
         self.assertEqual(self.ask("/metrics")[0], 404)
 
     def test_a_body_beyond_the_limit_is_refused(self):
-        # Little more than may be: what a socket takes in one piece.
+        # Slightly above the limit: a socket takes it in one piece.
         status, headers, body = self.post(SQUARE + b"#" * 100000)
         self.assertEqual((status, headers["Content-Type"]), (413, "application/problem+json"))
         self.assertEqual(json.loads(body)["type"], "urn:meshgauge:problem:too-large")

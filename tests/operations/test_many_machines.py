@@ -1,4 +1,4 @@
-"""What the dashboard, the alerts, the manual and KEDA ask of front ends, workers and their database is there."""
+"""Front ends, workers and their database have what the dashboard, the alerts, docs/operations.md and KEDA query."""
 
 import subprocess
 import sys
@@ -55,7 +55,7 @@ class ManyMachines(unittest.TestCase):
         asked = [*dashboard_queries(path), *alert_queries()]
         names = {name for _, query in asked for name, _ in promql.selectors(query)}
         self.assertLessEqual(names & SHARED, exposed)
-        # What is shown of itself by a worker, not by the front end that it works for.
+        # A metric that workers show, and front ends do not.
         self.assertIn("meshgauge_worker_claimed_total", promql.exposed(self.pages[self.worker.name]))
 
     def test_keda_asks_for_what_waits_and_runs(self):

@@ -74,7 +74,7 @@ def service(build):
 
 
 def has_pages(address):
-    """Whether the service was built with what npm brings."""
+    """Whether the service was built with its pages."""
     request = urllib.request.Request(f"http://{address}/", headers={"Accept": "text/html"})
     with urllib.request.urlopen(request, timeout=60) as answer:
         return answer.headers["Content-Type"].startswith("text/html")
@@ -166,7 +166,7 @@ def cut(shown, got):
 
 
 def overlap(shown, got):
-    """Two intervals that both hold the true distance have it in common, and each is as narrow as asked."""
+    """Asserts that both intervals meet, since both hold the true distance, and that each is as narrow as requested."""
     (lower, upper), (low, high) = ((r["distance"]["lower"], r["distance"]["upper"]) for r in (shown, got))
     if not 0 < lower <= upper or not 0 < low <= high or upper < low or high < lower:
         fail(f"the distance is [{low!r}, {high!r}], not [{lower!r}, {upper!r}]")
@@ -186,7 +186,7 @@ def same_shape(shown, got, path):
 
 
 def laid_out(value, indent="", width=112):
-    """JSON with a line break only where a line gets too long, and around what holds more."""
+    """JSON with line breaks only where a line gets too long, and around nested values."""
     line = json.dumps(value)
     if len(indent) + len(line) <= width or not isinstance(value, dict):
         return line

@@ -40,7 +40,7 @@ class Result:
         return [self.best[stage] for stage in STAGES]
 
     def is_wrong(self):
-        """Whether its interval misses the reference's: neither can be proved right by it, but one of them is wrong."""
+        """Whether the interval and the reference's do not meet: then one of them is wrong."""
         low, high = self.best["reference_lower"], self.best["reference_upper"]
         if not self.finished or low is None or self.best["gate"]:
             return False

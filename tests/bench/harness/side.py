@@ -79,7 +79,7 @@ def micro_report(folder):
 
 
 def session_facts():
-    """Which machine, which sources. Nothing that names the machine."""
+    """Facts about machine and sources, without anything that names the machine."""
     return {
         "session": time.strftime("%Y-%m-%d %H:%M:%S", time.gmtime()),
         "processor": _processor(),

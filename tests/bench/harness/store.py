@@ -83,7 +83,7 @@ class Store:
         return self
 
     def _drop_torn_line(self):
-        """What a run that was killed while writing left behind."""
+        """Repairs the end of the file after a run that was killed while writing."""
         whole = self.path.read_bytes().rfind(b"\n") + 1
         os.truncate(self.path, whole)
 

@@ -32,7 +32,7 @@ def machine(results, sessions):
 
 
 def mixed(results):
-    """A ratio should compare what ran in turn."""
+    """Says whether all figures of a contender come from one build: a ratio should compare builds that ran in turn."""
     programs = collections.defaultdict(set)
     for by_name in results.cases.values():
         for name, result in by_name.items():

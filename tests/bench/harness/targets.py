@@ -145,7 +145,7 @@ def _growth(results):
 
 
 def bytes_per_triangle(points):
-    """The slope of a straight line through (triangles, peak bytes): without what every process has."""
+    """Bytes a triangle: the slope of a straight line through (triangles, peak bytes), which leaves out what every process takes."""
     return statistics.linear_regression(*zip(*points)).slope if len(points) > 1 else math.nan
 
 

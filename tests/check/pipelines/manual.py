@@ -14,7 +14,7 @@ MANUAL = (ROOT / "docs/ci.md").read_text()
 README = (ROOT / "README.md").read_text()
 PIPELINE = README.split("## In a pipeline\n")[1].split("\n## ")[0]
 
-# The built program in place of that of the image: what follows the image is its arguments. The rest is written down.
+# A stand-in for docker: runs the built program with the arguments after the image, and logs its own arguments.
 DOCKER = """#!/bin/sh
 printf '%s\\n' "$*" >> "$DOCKER_LOG"
 case $1 in
@@ -31,7 +31,7 @@ exec meshgauge "$@"
 @dataclass
 class Block:
     language: str
-    note: str  # what stands behind the language, which no reader sees
+    note: str  # the text after the language, which pages do not show
     text: str
 
     @property

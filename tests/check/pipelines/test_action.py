@@ -75,7 +75,7 @@ class Verdicts(Runner):
 
     def undecided(self, **inputs):
         repository(self.workspace)
-        # As far off as the limit is: between the two no arithmetic decides.
+        # The distance equals the limit, which floating-point arithmetic cannot decide.
         text = (self.workspace / "parts/pin.off").read_text()
         (self.workspace / "parts/pin.off").write_text(re.sub(r"\b60$", "60.1", text, flags=re.M))
         manifest = self.workspace / "gates.yaml"

@@ -56,7 +56,7 @@ class Commands(Place):
                  (self.top / f"{i}.err").read_text()) for i, b in enumerate(scripts)]
 
     def try_page(self, page):
-        """Every command ends as the page says, and what it is shown to print is what one of them prints."""
+        """Every command ends as the page says, and each output shown is that of a command."""
         self.environment["GIT_DIR"] = str(self.top / "git")
         self.environment["GIT_WORK_TREE"] = str(self.folder)
         self.assertEqual(self.run_in("git", "init", "-q", folder=self.top).returncode, 0)

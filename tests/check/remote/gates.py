@@ -46,7 +46,7 @@ class Run:
         self.process.send_signal(signal.SIGINT)
 
     def ended(self):
-        """The outcomes; a string when all of it was refused. `peak`: the most memory, in bytes."""
+        """The outcomes; a string when the run was refused. `peak`: the most memory, in bytes."""
         answer = json.loads(self.process.stdout.read())
         code = self.process.wait()
         self.reader.join()
@@ -79,7 +79,7 @@ def requests(server, method, prefix=""):
 
 
 def count_of(server, method, count):
-    """How many of a method there were, once there are `count`: the line of each is written after its answer."""
+    """Waits until the log has `count` requests of a method, and returns their number: a line follows its answer."""
     until(lambda: len(requests(server, method)) >= count)
     return len(requests(server, method))
 

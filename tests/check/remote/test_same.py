@@ -1,4 +1,4 @@
-"""A service and this process tell the same of the same meshes."""
+"""A service and this process give the same results for the same meshes."""
 
 import gzip
 import hashlib
@@ -68,7 +68,7 @@ class Same(ServerCase):
         return gate(name, self.files[candidate], self.files[baseline], **more)
 
     def both(self, gates):
-        """What a service says of the gates, and what this process does."""
+        """The outcomes of the gates by a service, and by this process."""
         return measure(gates, {"url": url_of(self.server)}), measure(gates)
 
     def assert_same(self, gates):

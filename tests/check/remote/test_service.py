@@ -239,7 +239,7 @@ class Restarts(Case):
 
     @staticmethod
     def again(data, port):
-        """--port stands twice then: what the program gets is what comes last."""
+        """--port occurs twice then; the last one wins."""
         program = ("/bin/sh", "-c", 'shift 3; exec "%s" serve --port %s "$@"' % (BINARY, port), "sh")
         return Server(program=program, environment={"MESHGAUGE_DATA_DIR": data})
 

@@ -1,4 +1,4 @@
-"""Many gates as one batch: what is sent, what is told, what is not believed, and through what it goes on."""
+"""Many gates as one batch: what is sent and reported, which answers are not trusted, which failures are retried."""
 
 import json
 import signal
@@ -164,7 +164,7 @@ class Small(Case):
 
 
 class Suspicion(Case):
-    """What a service says of a batch is not what it should be: the right verdict or an error, and an end."""
+    """A service gives wrong answers about a batch: each gate gets the right verdict or an error, and the run ends."""
 
     def answers(self, meddle, path="/results.jsonl"):
         def answer(handler, seen):
@@ -192,7 +192,7 @@ class Suspicion(Case):
                 self.assert_errors("its answer is not what was asked for", self.answers(lambda _: body))
 
     def test_lines_without_end(self):
-        """What came before is believed, line by line."""
+        """Lines before the wrong one count."""
         for outcome in self.answers(lambda body: body * 1000).values():
             self.assertTrue(outcome["verdict"] == "fail" or "is not what was asked for" in outcome["error"], outcome)
 

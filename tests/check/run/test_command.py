@@ -53,7 +53,7 @@ class Pair(Workplace):
         self.assertRegex(gate["advice"], r"^Decided by a limit of at least \S+ \(pass\); or a longer timeout than 0.5 s\.$")
         self.exits(1, *hard, "--undecided", "fail")
         self.exits(0, *hard, "--undecided=warn")
-        # The limit that is said to decide does.
+        # The limit that the advice names decides.
         self.exits(0, a, b, "--max-distance", repr(gate["distance"]["upper"]), "--strategy", "four_point")
 
     def test_a_file_is_not_its_own_baseline(self):

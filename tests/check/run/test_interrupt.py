@@ -1,4 +1,4 @@
-"""Ctrl-C and SIGTERM: what is known is reported, soon."""
+"""Ctrl-C and SIGTERM: the intervals so far are reported, soon."""
 
 import json
 import os
@@ -63,14 +63,14 @@ class Interrupt(Workplace):
         self.assertEqual(code, 2)
         gates = json.loads(out)["gates"]
         self.assertEqual(len(gates), 12)
-        # Large files begin first: six of the hard ones hold all seats.
+        # Large files begin first: six hard pairs take all places.
         begun = [gate for gate in gates if not gate["interrupted"]]
         self.assertLessEqual(len(begun), 6)
         for gate in gates:
             self.assertEqual(gate["verdict"], "undecided")
 
     def test_a_second_ctrl_c_ends_at_once(self):
-        """With a reader of the report that does not read, the run cannot end by itself: the second signal does it."""
+        """While the reader of the report does not read, the run cannot end by itself: the second signal ends it."""
         read, write = os.pipe()
         self.addCleanup(os.close, read)
         many = [("gate%d" % i, "1.obj", "2.obj", 0, "strategy: four_point", "timeout: 100 s") for i in range(300)]

@@ -11,7 +11,7 @@ MEANING = {"-1": "not connected", "-2": "connection broke", "-3": "no answer", "
 
 
 def quantile(values, q):
-    """The smallest value that at least a part `q` of them does not exceed; None of nothing."""
+    """The smallest value that at least a part `q` of the values does not exceed; None without values."""
     if not values:
         return None
     ordered = sorted(values)
@@ -109,7 +109,7 @@ class Phases:
         return run
 
     def idle_within(self, seconds):
-        """How long until nothing runs, waits or is held; None when that does not come."""
+        """The time until nothing runs, waits or is held; None: not in time."""
         start = time.monotonic()
         while time.monotonic() - start < seconds:
             if self.service.is_idle():

@@ -61,7 +61,7 @@ def make(folder, key=None, options=None):
 
 
 def store(port, key=None):
-    """Puts the meshes of `stored` where its requests look for them."""
+    """Stores the meshes of the mix `stored`."""
     for data in binary_stl(SIZES["small"]):
         request = urllib.request.Request(
             f"http://127.0.0.1:{port}/v1/meshes/{hashlib.sha256(data).hexdigest()}", data=data, method="PUT"

@@ -1,4 +1,4 @@
-"""The service under load: started, asked for its numbers, and looked at from outside, with all its processes."""
+"""The service under load: its start, its metrics, and samples of all its processes."""
 import contextlib
 import json
 import os
@@ -91,7 +91,7 @@ def look(pid):
 
 
 class Watch:
-    """Looks at the service every `period` seconds, on a thread, while a block runs."""
+    """Samples the service every `period` seconds, on a thread, while a block runs."""
 
     def __init__(self, pid, period=1.0):
         self.pid, self.period = pid, period

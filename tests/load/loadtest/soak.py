@@ -36,7 +36,7 @@ def correlation_time(rest):
 
 
 def verdict(rise, error):
-    """Within two standard errors of zero there is nothing to be seen."""
+    """The verdict: within two standard errors of zero no growth is seen."""
     return "none seen" if rise <= 2 * error else "**grows**"
 
 

@@ -16,7 +16,7 @@ PIECE = 1 << 16
 
 
 async def carry(reader, writer, way_s):
-    """One direction of one connection. Bytes count as under way until the word that they came is back."""
+    """One direction of one connection. Bytes count as under way until their acknowledgement is back."""
     loop, pieces, room = asyncio.get_running_loop(), asyncio.Queue(), asyncio.Semaphore(WINDOW // PIECE)
 
     async def deliver():

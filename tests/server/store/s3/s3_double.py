@@ -41,7 +41,7 @@ class Upload:
 
 
 class Parts:
-    """How many are being sent: from their heads on, until they are answered."""
+    """The number of requests under way: from their heads until their answers."""
 
     def __init__(self):
         self.changed, self.sending, self.most, self.crossed = threading.Condition(), 0, 0, 0
@@ -53,13 +53,13 @@ class Parts:
             self.changed.notify_all()
 
     def gather(self, count):
-        """Waits until there were so many at once, or long enough to be sure that there never are."""
+        """Waits until so many requests are under way at once, or until it is certain that there will not be."""
         with self.changed:
             self.changed.wait_for(lambda: self.most >= count, timeout=10)
 
 
 class World:
-    """What the server knows, and what it is told to do wrong."""
+    """The server's state, and the faults that a test has requested."""
 
     def __init__(self, account):
         self.account, self.lock = account, threading.Lock()
@@ -71,7 +71,7 @@ class World:
         return time.time() + self.ahead
 
     def fault(self, method, target):
-        """The first that fits, once less from then on."""
+        """The first fault that matches; its count falls by one."""
         with self.lock:
             for fault in self.faults:
                 if fault["times"] > 0 and fault["method"] == method and re.search(fault["match"], target):
