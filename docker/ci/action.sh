@@ -41,7 +41,7 @@ while IFS= read -r argument; do
 done <<<"${INPUT_ARGUMENTS:-}"
 
 mkdir -p "$reports"
-rm -f "$summary" "$sarif" "$log" "$reports"/{junit.xml,report.html,report.json}  # of a step before
+rm -f "$summary" "$sarif" "$log" "$reports"/{junit.xml,report.html,report.json}  # files of an earlier step
 code=0
 if image=$(image_to_run); then
   in_container "$image" check "${INPUT_MANIFEST:-gates.yaml}" "${flags[@]}" 2>&1 | tee "$log" || code=$?
@@ -57,7 +57,7 @@ case $code in
   *) verdict=error ;;
 esac
 
-# Without a summary nothing was measured: the log says why, as a block that no line of it can end.
+# Without a summary nothing was measured: the log says why, in a block that none of its lines can end.
 if [[ -s $summary ]]; then
   cat "$summary"
 else

@@ -11,7 +11,7 @@ run(${CMAKE_COMMAND} --install ${BUILD_DIR} --prefix ${WORK_DIR}/prefix)
 run(${CMAKE_COMMAND} -S ${SOURCE_DIR} -B ${WORK_DIR}/build -G Ninja -DCMAKE_BUILD_TYPE=Release
     -DCMAKE_CXX_COMPILER=${CXX} -DCMAKE_CXX_FLAGS=${CXX_FLAGS} -DCMAKE_PREFIX_PATH=${WORK_DIR}/prefix)
 
-# The headers must come from the prefix, and the project's own flags must stay at home.
+# The headers must come from the prefix, and the project's own flags must not reach the consumer.
 file(READ ${WORK_DIR}/build/build.ninja rules)
 string(FIND "${rules}" "${WORK_DIR}/prefix/include/meshgauge" from_prefix)
 string(FIND "${rules}" "-Wconversion" strict)

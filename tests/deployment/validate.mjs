@@ -1,8 +1,8 @@
-// Reads a JSON array of Kubernetes objects and writes a JSON array of what an API server that is asked to be strict would
+// Reads a JSON array of Kubernetes objects and writes a JSON array of what a strict API server would
 // refuse: values that the schema does not allow, and fields that it does not know.
 //
 // The schemas are those of Kubernetes, KEDA and the Prometheus operator, compiled to functions by the packages
-// kubernetes-models. They pass over unknown fields, so they are shown the objects through proxies that note what is looked
+// kubernetes-models. They pass over unknown fields, so they get the objects through proxies that note what is looked
 // at: a function asks for every field that its schema has, and a field that no function asked for is unknown.
 import { existsSync, readFileSync } from "node:fs";
 

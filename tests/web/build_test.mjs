@@ -1,4 +1,4 @@
-// What server/web/build.mjs makes: node --test build_test.mjs
+// Tests of server/web/build.mjs: node --test build_test.mjs
 import assert from "node:assert/strict";
 import { spawnSync } from "node:child_process";
 import { cpSync, mkdtempSync, readdirSync, readFileSync, rmSync, symlinkSync, writeFileSync } from "node:fs";
@@ -45,7 +45,7 @@ test("the same sources give the same bytes, wherever they are", () => {
   }
 });
 
-test("all that the page names is there, and nothing of it elsewhere", () => {
+test("every file that the page names is there, and none is elsewhere", () => {
   const page = files.get("index.html").toString();
   const named = [...page.matchAll(/(?:src|href)="([^"]*)"/g)].map(([, url]) => url).filter((url) => url.startsWith("/page/"));
   assert.ok(named.length >= 3, page);
@@ -69,7 +69,7 @@ test("a file's name changes with its contents", () => {
   assert.equal(names.filter((name) => files.has(name.replace(/\.gz$/, ""))).length, names.length - 1);
 });
 
-test("the licences of what is passed on are passed on with it", () => {
+test("the licences of bundled packages are in the bundle", () => {
   const folder = another("licences");
   writeFileSync(join(folder, "page/main.ts"), 'import { Vector3 } from "three"; document.title = String(new Vector3().length());');
   const made = contents(join(build(folder).out, "page"));

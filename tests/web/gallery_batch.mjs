@@ -4,7 +4,7 @@ import { dented, obj, sphere } from "./browser/meshes.mjs";
 
 const names = ["bearing", "bushing", "knob", "float", "plunger", "roller", "valve ball"];
 
-// When it has ended.
+// Waits until the batch has ended.
 export async function nightly(service) {
   const drawn = await stored(service, obj(sphere(24)));
   const printed = [];

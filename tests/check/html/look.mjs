@@ -1,4 +1,4 @@
-// Opens a report from disk in a browser, takes pictures of it and tells what it saw as JSON.
+// Opens a report from disk in a browser, takes screenshots and prints what it found as JSON.
 // look.mjs BROWSER PAGE FOLDER
 import { createRequire } from "node:module";
 import { pathToFileURL } from "node:url";
@@ -11,7 +11,7 @@ const axe = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.mi
 const address = pathToFileURL(page).href;
 const browser = await chromium.launch({ executablePath, args: ["--no-sandbox"] });
 
-// bypassCSP lets axe in, and nothing of the page out: every request but that of the page itself is refused and counted.
+// bypassCSP lets axe run. Every request except that for the page itself is refused and counted.
 async function open({ width, colorScheme = "light", bypassCSP = false }) {
   const context = await browser.newContext({ viewport: { width, height: 900 }, colorScheme, bypassCSP, offline: true });
   const tab = await context.newPage();

@@ -47,7 +47,7 @@ async function slow(name) {
   return begun(service, { name, comparisons });
 }
 
-test("what did not pass comes first, without reading all results", async () => {
+test("comparisons that did not pass come first, without reading all results", async () => {
   const { id, view } = await mixed(), walk = await opened(view);
   assert.match(await walk.text("#batch-view h1"), /Fail/);
   assert.match(await walk.text("#batch-view .reason"), /59 fail, 1 could not be measured, 70 pass\./);
@@ -100,7 +100,7 @@ test("by the keyboard: a filter, a page, a comparison, and back to where it was"
   await walk.tab.close();
 });
 
-test("what has no limit has not passed", async () => {
+test("a comparison without a limit has not passed", async () => {
   const { service } = place, flat = await stored(service, square(0)), near = await stored(service, square(0.25));
   const { id, view } = await begun(service, { comparisons: [{ name: " ", a: near, b: flat }, { a: near, b: flat, options: { gate } }] });
   await ended(service, id);
@@ -128,7 +128,7 @@ test("the reports are saved", async () => {
   await walk.tab.close();
 });
 
-test("running: what has ended is told, through a break, until it is cancelled", async () => {
+test("a running batch: its counts follow, also after a lost connection, until it is cancelled", async () => {
   const { id, view } = await slow("sweep");
   const tab = await Tab.open(place.browser, place.service), walk = new Walk(tab), { page } = walk;
   let broken = 0;

@@ -1,4 +1,4 @@
-// Batches that the tests ask for beside the browser.
+// Batches that the tests submit themselves, without the browser.
 import { obj, sheet } from "./meshes.mjs";
 import { asked } from "./service.mjs";
 

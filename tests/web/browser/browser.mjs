@@ -1,4 +1,4 @@
-// Debian's Chromium, and tabs that remember what they asked for and what they complained of.
+// Debian's Chromium, and tabs that record their requests and their messages.
 import assert from "node:assert/strict";
 import { accessSync, constants, mkdirSync, readFileSync } from "node:fs";
 import { createRequire } from "node:module";
@@ -27,7 +27,7 @@ function executable() {
   return null;
 }
 
-// Without a browser a test is skipped, as ctest knows by this code.
+// ctest takes this exit code as skipped: there is no browser.
 export async function launch(...more) {
   const executablePath = executable();
   if (executablePath) return chromium.launch({ executablePath, args: [...flags, ...more] });
@@ -67,8 +67,8 @@ export class Tab {
     return this.page.goto(this.service.origin + path);
   }
 
-  // What must hold of every walk through the page. `expected`: patterns of lines that the browser itself writes, as for an
-  // answer of 404.
+  // Asserts what must hold after every walk through the page. `expected`: patterns of lines that the browser itself writes, as
+  // for an answer of 404.
   assertClean({ expected = [] } = {}) {
     assert.deepEqual(this.foreign, [], "requests to other origins");
     const said = this.said.filter((line) => !expected.some((pattern) => pattern.test(line)));

@@ -111,7 +111,7 @@ const gestures = {
   },
 };
 
-// Where the canvas is, once it can be seen: pressing a button of the toolbar may have scrolled the page.
+// The canvas' place, once it is visible: pressing a button of the toolbar may have scrolled the page.
 async function inView(page) {
   const canvas = page.locator("canvas").first();
   await canvas.scrollIntoViewIfNeeded();
@@ -150,7 +150,7 @@ async function main([width = 960, height = 600, ...files]) {
   }
 }
 
-// What is beyond the bounds, in lines.
+// The figures beyond their bounds, as lines.
 async function measure(tab, pair) {
   const walk = await Walk.begin(tab), { page } = tab, browser = tab.context.browser();
   const before = await processes(browser), begun = performance.now();

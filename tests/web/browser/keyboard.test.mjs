@@ -1,4 +1,4 @@
-// All of it without a mouse.
+// The whole page without a mouse.
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { dented, obj, sphere } from "./meshes.mjs";
@@ -7,7 +7,7 @@ import { lookup, workplace } from "./workplace.mjs";
 
 const place = workplace(() => ({ "sphere.obj": obj(sphere(40)), "dented.obj": obj(dented(30)) }));
 
-// Presses Tab until the focus is where it should be; every stop must be seen.
+// Presses Tab until the focus is where it should be; every stop must be visible.
 async function tabTo(page, wanted) {
   for (let i = 0; i < 80; ++i) {
     await page.keyboard.press("Tab");

@@ -67,7 +67,7 @@ test("a batch asks for a key as well, and its reports come with it", async () =>
   await tab.close();
 });
 
-// To any other key it does not exist; a fresh browser is asked for a key first.
+// For any other key the comparison does not exist; a fresh browser is asked for a key first.
 async function otherKey(path) {
   const tab = await Tab.open(place.browser, place.service), walk = new Walk(tab);
   await tab.go(path);

@@ -26,7 +26,7 @@ function thickest(image, inside, allowed) {
   return Number.isNaN(best.x) ? best : refined(inside, best);
 }
 
-// The middle of all places, an eighth of a pixel apart, that have about the most room.
+// The middle of the places with about the most room, among places an eighth of a pixel apart.
 function refined(inside, { x: nearX, y: nearY }) {
   const tried = [];
   for (let x = nearX - 1.5; x <= nearX + 1.5; x += 0.125)
@@ -37,7 +37,7 @@ function refined(inside, { x: nearX, y: nearY }) {
   return { x: mean("x"), y: mean("y"), radius: most };
 }
 
-// How far the nearest pixel is that is not inside, from its middle.
+// The distance to the middle of the nearest pixel outside.
 function room(inside, x, y) {
   let nearest = 12;
   const [column, row] = [Math.floor(x), Math.floor(y)];

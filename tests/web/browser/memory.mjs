@@ -1,4 +1,4 @@
-// What a tab costs: its heap, as the browser counts it, and what the browser's processes keep in memory.
+// The memory of a tab: its heap, as the browser counts it, and what the browser's processes keep.
 import { readFileSync } from "node:fs";
 
 const mb = (bytes) => Math.round(bytes / 1e5) / 10;

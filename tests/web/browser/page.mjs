@@ -46,7 +46,7 @@ export class Walk {
     await this.page.locator("#result-view").waitFor();
   }
 
-  // The comparison's id, of the address.
+  // The comparison's id, from the address.
   id() {
     const id = /\/c\/([0-9a-f]{32})$/.exec(new URL(this.page.url()).pathname)?.[1];
     if (!id) throw new Error(`${this.page.url()} names no comparison`);
@@ -69,7 +69,7 @@ export class Walk {
     return handle.asElement();
   }
 
-  // Until nothing moves any more and the picture, where there is one, is drawn in full.
+  // Waits until nothing moves any more and the picture, if any, is drawn in full.
   async still() {
     await this.page.waitForTimeout(100);
     await this.page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
@@ -77,7 +77,7 @@ export class Walk {
   }
 }
 
-// Remembers, from now on and for each frame, what the page shows of the interval while it runs: its two numbers, and the
+// Records, from now on and for each frame, what the page shows of the interval while it runs: its two numbers, and the
 // corners of the drawn band.
 export function watchInterval(page) {
   return page.evaluate(() => {

@@ -13,7 +13,7 @@ export function picture(bytes) {
 
 export const difference = (one, other) => Math.max(...one.map((value, k) => Math.abs(value - other[k])));
 
-// The pixels that `chosen(colour, x, y)` says yes to: how many, their middle and the box around them.
+// The pixels for which `chosen(colour, x, y)` is true: how many, their middle and the box around them.
 export function spot(image, chosen) {
   const found = { count: 0, x: 0, y: 0, left: Infinity, top: Infinity, right: -1, bottom: -1 };
   for (let y = 0; y < image.height; ++y)
@@ -61,7 +61,7 @@ function encoded(linear) {
   return Math.round(255 * (c <= 0.0031308 ? 12.92 * c : 1.055 * c ** (1 / 2.4) - 0.055));
 }
 
-// What api/colour_map.h says of a distance: the map up to the limit, or up to the largest distance where there is none, and
+// The colour of a distance by api/colour_map.h: the map up to the limit, or up to the largest distance where there is none, and
 // one dark red beyond a limit.
 export function colourOf(distance, top, limited) {
   if (limited && distance > top) return [190, 12, 0];
@@ -71,7 +71,7 @@ export function colourOf(distance, top, limited) {
 
 // --- the camera --------------------------------------------------------------------------------------------------
 
-// Where a camera as the viewer tells it (viewer/camera.ts) shows a point, in CSS pixels of the window: by the matrices of
+// Where a camera, as the viewer reports it (viewer/camera.ts), shows a point, in CSS pixels of the window: by the matrices of
 // textbooks, a view matrix and a projection, in double precision.
 export function projected({ position, target, up, fov, viewport }, point) {
   const back = unit(minus(position, target)), right = unit(cross(up, back)), above = cross(back, right);

@@ -88,7 +88,7 @@ test("a link to nothing says so, and leads to the form", async () => {
   await tab.close();
 });
 
-test("a service that is gone is told of, and the same order succeeds when it is back", async () => {
+test("the page reports a service that is gone, and the same order succeeds when it is back", async () => {
   const walk = await place.open(), { context } = walk.tab;
   await walk.fill({ a: place.files["good.obj"], b: place.files["other.obj"] });
   await context.setOffline(true);

@@ -9,7 +9,7 @@ import { fileURLToPath } from "node:url";
 export const root = resolve(fileURLToPath(import.meta.url), "../../../..");
 export const binary = process.env.MESHGAUGE_BINARY ?? join(root, "build/meshgauge");
 
-// What is set where the tests run is not what they speak of.
+// Settings of the environment must not reach the tested service.
 const environment = Object.fromEntries(Object.entries(process.env).filter(([name]) => !name.startsWith("MESHGAUGE_")));
 
 // {origin, log: its lines, stop()}. `flags` as those of `meshgauge serve`.
@@ -37,7 +37,7 @@ export async function startService(...flags) {
   return { origin: `http://${started.detail}`, folder, log, stop };
 }
 
-// The answer to a request beside the browser, by which the page is checked.
+// The answer to a request that the test sends itself, to check the page against it.
 export async function asked(service, path, init) {
   const answer = await fetch(service.origin + path, init);
   if (!answer.ok) throw new Error(`${path}: ${answer.status} ${await answer.text()}`);

@@ -35,7 +35,7 @@ async function lookFrom(walk, viewer, camera) {
   await walk.still();
 }
 
-// A screenshot of the canvas, and the camera as the viewer tells it.
+// A screenshot of the canvas, and the camera as the viewer reports it.
 async function look({ tab, viewer, walk }, name) {
   await tab.page.locator("canvas").evaluate((canvas) => canvas.scrollIntoView({ block: "center", behavior: "instant" }));
   await walk.still();
@@ -50,7 +50,7 @@ function witnessOf({ a_to_b, b_to_a }) {
   return { point: point_a, nearest: point_b };
 }
 
-// Around the target by degrees, and nearer by a factor.
+// Turns around the target by degrees, and moves nearer by a factor.
 function around({ position, target, up }, degrees, factor) {
   const offset = minus(position, target), k = unit(up), turn = (degrees * Math.PI) / 180;
   const turned = plus(plus(offset.map((x) => x * Math.cos(turn)), cross(k, offset), Math.sin(turn)), k, dot(k, offset) * (1 - Math.cos(turn)));
@@ -107,7 +107,7 @@ async function faceTheDent({ walk, viewer }) {
 async function compareColours(walked, ply, scale, { point, nearest }, name) {
   const { image, camera } = await look(walked, name), labels = await labelBoxes(walked.tab.page);
   const normals = normalsOf(ply), seen = [], marks = [point, nearest].map((each) => projected(camera, each));
-  // By a mark or by the label beside them.
+  // Whether a mark or a label covers the pixel.
   const covered = (x, y) => marks.some((mark) => Math.hypot(x - mark.x, y - mark.y) < 14) || labels.some((box) => within(box, x, y));
   ply.points.forEach((point, i) => {
     const toEye = unit(minus(camera.position, point));
@@ -159,7 +159,7 @@ function normalsOf(ply) {
   return normals.map((normal) => (length(normal) > 0 ? unit(normal) : normal));
 }
 
-// Without the other mesh over it and without light.
+// Shows the mesh without the other one over it, and without light.
 async function plainColours(walk) {
   await walk.press("Plain colours");
   await walk.press("Show mesh B");

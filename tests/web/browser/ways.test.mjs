@@ -41,7 +41,7 @@ test("cancelling an order that waits for a busy service leaves the result it cam
   await walk.tab.close();
 });
 
-test("cancelling what has ended unseen shows its result and forgets nothing", async () => {
+test("cancelling a comparison that has ended unseen shows its result and forgets nothing", async () => {
   const walk = await place.open(), { page } = walk;
   await page.route("**/v1/comparisons/*/events", () => undefined); // the tab hears nothing
   await walk.fill(endless(place));

@@ -1,4 +1,4 @@
-// What each file of tests begins with: a browser, a service, a folder of meshes; and what it ends with.
+// Setup and end of each file of tests: a browser, a service, a folder of meshes.
 import { mkdtempSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
@@ -33,5 +33,5 @@ export const endless = (place) => ({
   a: place.files["core.ply"], b: place.files["shell.ply"], tolerance: ["relative", "1e-8"], strategy: "four_point", timeout: "170",
 });
 
-// A mesh that the service has not yet is asked for first; the browser writes a line of it.
+// The page first asks whether the service has a mesh; the browser logs the answer when it has not.
 export const lookup = /404.*\/v1\/meshes\/[0-9a-f]{64}\)/;
