@@ -142,7 +142,7 @@ class Server:
         self.reader.start()
 
     def _read_start(self):
-        """The line that tells of the port. A client that knows it already may come before it is written."""
+        """Reads the log line with the port. A client that knows the port may connect before the line is written."""
         while b'"event":"request"' in (line := self.process.stderr.readline()):
             self.log.append(line.decode())
         if b'"listening"' not in line:

@@ -1,4 +1,4 @@
-"""Bearer keys, their limits and their reload; what a browser is told; which clients are served without keys."""
+"""Bearer keys, their limits and their reload; headers for browsers; which clients are served without keys."""
 
 import json
 import os

@@ -1,4 +1,4 @@
-"""Batches: many comparisons by one request, watched, told of together, cancelled, shared, and done after a restart."""
+"""Batches: many comparisons by one request, watched, reported together, cancelled, shared, and continued after a restart."""
 
 import json
 import os

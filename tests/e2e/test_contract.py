@@ -277,7 +277,7 @@ class Keys(unittest.TestCase):
 
 @unittest.skipUnless(FAILING_DISK and not os.environ.get("MESHGAUGE_SANITIZED"), "a sanitizer comes before every other library")
 class Stores(unittest.TestCase):
-    """What is told when nothing can be kept. tests/chaos/test_disk.py has what the service does then."""
+    """The answers when nothing can be stored. tests/chaos/test_disk.py has what the service does then."""
 
     def setUp(self):
         folder = tempfile.TemporaryDirectory()

@@ -1,4 +1,4 @@
-"""Comparisons as jobs: waited for or not, watched, cancelled, repeated, kept, and done after a restart."""
+"""Comparisons as jobs: awaited or not, watched, cancelled, repeated, kept, and continued after a restart."""
 
 import contextlib
 import json
@@ -214,7 +214,7 @@ class Events(ServerCase):
         self.assertGreaterEqual(told[-1]["elapsed_ms"] - told[0]["elapsed_ms"], 90 * (len(told) - 1))
         self.server.send("DELETE", path)
 
-    def test_what_has_ended_is_told_at_once(self):
+    def test_the_events_of_an_ended_job_are_its_end(self):
         path = self.server.compare(extra="Prefer: wait=60\r\n").headers["location"]
         self.assertEqual(self.watch(path), [("end", self.server.get(path).json())])
         head = self.server.get(path + "/events", "HEAD")

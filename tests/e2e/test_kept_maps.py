@@ -149,7 +149,7 @@ class Cached(unittest.TestCase):
         server.send("DELETE", running)
         self.assertEqual(self.value(server, 'meshgauge_maps_total{outcome="made"}'), 0)
 
-    def test_an_end_of_the_service_is_told(self):
+    def test_an_end_of_the_service_is_an_answer(self):
         server = self.start("--grace-ms", "500", workers=1)
         path, _ = compared(server, options={"timeout_ms": 100000})
         running = server.compare(**SLOW, options=SLOW_OPTIONS, extra="Prefer: respond-async\r\n").headers["location"]

@@ -125,7 +125,7 @@ class Log(unittest.TestCase):
         self.assertEqual(done.returncode, 3)
         self.assertIn("--log-requests must be all, problems or none", done.stderr)
 
-    def test_a_client_that_leaves_is_told_of(self):
+    def test_a_client_that_leaves_is_logged(self):
         server = Server()
         body = comparison()
         with server.connect() as connection:

@@ -84,7 +84,7 @@ class Page(ServerCase):
             self.assertIn("Accept", answer.headers["vary"])
         self.assertIn("/openapi.yaml", answer.body.decode())
 
-    def test_every_id_is_told_the_same(self):
+    def test_every_id_gets_the_same_answer(self):
         known = self.server.compare().json()["id"]
         pages = [self.server.get(path) for path in ("/c/" + known, "/c/" + ID, "/b/" + ID)]
         self.assertEqual(len({page.body for page in pages}), 1)

@@ -148,7 +148,7 @@ class Crowd(unittest.TestCase):
         for thread in threads:
             thread.join()
         refused = [i for i in range(64) if answers[i].status == 503 and "overloaded" in answers[i].json()["type"]]
-        # Every admitted request has an answer; one that waited all its time in the queue is told so.
+        # Every admitted request has an answer; one that waited all its time in the queue gets out-of-time.
         served = [i for i in range(64) if i not in refused]
         self.assertEqual(len(served), 10)
         for i in served:
@@ -245,7 +245,7 @@ class End(unittest.TestCase):
         for connection in connections:
             connection.close()
 
-    def test_a_body_that_is_still_arriving_is_told_of_the_end(self):
+    def test_a_body_that_is_still_arriving_is_refused_at_the_end(self):
         server = Server("--grace-ms", "100")
         with server.connect() as connection:
             connection.sendall(post_head(1000, "Expect: 100-continue\r\n"))
@@ -278,7 +278,7 @@ class End(unittest.TestCase):
 
 
 class StoppingWhileWatched(unittest.TestCase):
-    """A client that watches what goes on after a restart does not delay the stop, and is told of no end."""
+    """A client that watches what goes on after a restart does not delay the stop, and gets no event of an end."""
 
     def setUp(self):
         self.server = Server("--workers", "1", "--grace-ms", "100")

@@ -164,7 +164,7 @@ class Tls(unittest.TestCase):
         self.assertIn(b"RENEGOTIATING", done.stdout + done.stderr)
         self.assertIn(b"no renegotiation", done.stdout + done.stderr)
 
-    def test_plain_http_is_told_so(self):
+    def test_plain_http_is_refused_with_the_reason(self):
         body = comparison()
         for request in (b"GET /healthz HTTP/1.1\r\nHost: t\r\n\r\n", b"DELETE / HTTP/1.1\r\n\r\n", post_head(len(body)) + body):
             with self.server.plain() as connection:

@@ -95,7 +95,7 @@ class Uploads(Case):
             self.assert_decided(measure([gate("gate", self.files(1)[0], baseline)], {"url": url_of(relay)}))
             self.assertEqual(relay.seen[("PUT", "/v1/meshes")], 4)
 
-    def test_a_service_that_always_forgets_is_told_of(self):
+    def test_a_service_that_always_forgets_is_reported(self):
         server = self.start()
 
         def forget(handler, seen):

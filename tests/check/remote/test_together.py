@@ -110,7 +110,7 @@ class Taken(Case):
             self.assertEqual(relay.seen[("POST", "/v1/comparisons")], 6)
             self.assertEqual(relay.seen[("HEAD", "/v1/meshes")], 12)
 
-    def test_a_gate_that_is_not_taken_is_told_of_alone(self):
+    def test_a_refused_gate_is_reported_alone(self):
         self.gates[3]["timeout_ms"] = 10**9
         outcomes = measure(self.gates, {"url": url_of(self.server)})
         self.assert_decided(outcomes, "gate 3")
