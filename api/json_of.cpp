@@ -69,7 +69,7 @@ Json json_of(const MeshFacts& facts, const KnownUnit& unit) {
           {"format_mismatch", mismatch(facts.notes)},
           {"unit", json_of(unit)},
           {"bytes", facts.bytes},
-          {"sha256", facts.sha256},
+          {"sha256", facts.sha256.empty() ? Json(nullptr) : Json(facts.sha256)},
           {"vertices", facts.vertices},
           {"triangles", facts.triangles},
           {"degenerate", facts.degenerate},

@@ -26,7 +26,7 @@ struct LoadedMesh {
   MeshView mesh;  // passes validate() within the limits
   Format format = Format::obj;
   ReadNotes notes;
-  std::string sha256;                  // digest of the bytes as sent, 64 lower-case hex digits
+  std::string sha256;                  // digest of the bytes as sent, 64 lower-case hex digits; empty for arrays
   std::shared_ptr<const void> arrays;  // owns the arrays that `mesh` borrows
 };
 

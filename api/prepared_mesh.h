@@ -21,7 +21,7 @@ namespace meshgauge::api {
 struct MeshFacts {
   Format format = Format::obj;
   std::size_t bytes = 0;
-  std::string sha256;  // digest of the bytes as sent, 64 lower-case hex digits
+  std::string sha256;  // digest of the bytes as sent, 64 lower-case hex digits; empty for arrays
   std::size_t vertices = 0;
   std::size_t triangles = 0;
   std::size_t degenerate = 0;
@@ -33,8 +33,8 @@ struct MeshFacts {
 // A prepared mesh file. Logically immutable and thread safe: any number of comparisons may share it.
 class PreparedMesh {
  public:
-  // Computes the facts, in linear time. `file_bytes`: size of the file. When `interrupted` said to stop, the facts are
-  // incomplete and the object must not be used.
+  // Computes the facts, in linear time. `file_bytes`: size of the file, or of the arrays. When `interrupted` said to
+  // stop, the facts are incomplete and the object must not be used.
   PreparedMesh(LoadedMesh loaded, std::size_t file_bytes, Prepared::Use use,
                const Interrupted& interrupted = never_interrupted);
 

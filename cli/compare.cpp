@@ -9,13 +9,13 @@
 
 #include <CLI/CLI.hpp>
 
+#include "api/mesh_file.h"
 #include "api/names.h"
 #include "api/processors.h"
 #include "api/refused.h"
 #include "api/request.h"
 #include "api/response.h"
 #include "check/manifest/quantities.h"
-#include "check/mesh_file.h"
 #include "check/text.h"
 #include "cli/commands.h"
 #include "cli/interrupts.h"
@@ -143,9 +143,9 @@ void show_progress(Control& control) {
 }
 
 Result<api::Comparison> measure_files(const Flags& flags, const api::Request& request) {
-  auto a = check::MeshFile::open(flags.a);
+  auto a = api::MeshFile::open(flags.a);
   if (!a) return a.error();
-  auto b = check::MeshFile::open(flags.b);
+  auto b = api::MeshFile::open(flags.b);
   if (!b) return b.error();
   Control control(Control::Clock::now() + request.timeout);
   const Interrupts interrupts(&control);

@@ -31,6 +31,7 @@ Result<ReadMesh> read_as(Format format, const Source& source) {
       return read_3mf(source);
     case Format::gltf:
     case Format::glb:
+    case Format::arrays:  // never detected
       break;
   }
   return read_gltf(source, format);
@@ -73,7 +74,7 @@ Result<ReadMesh> read_gzip(std::span<const std::byte> bytes, const ReadHints& hi
 }  // namespace
 
 std::string_view to_string(Format format) {
-  constexpr std::string_view kNames[] = {"obj", "stl", "ply", "off", "gltf", "glb", "3mf"};
+  constexpr std::string_view kNames[] = {"obj", "stl", "ply", "off", "gltf", "glb", "3mf", "arrays"};
   return kNames[static_cast<std::size_t>(format)];
 }
 

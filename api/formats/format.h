@@ -23,9 +23,18 @@
 
 namespace meshgauge::api {
 
-enum class Format { obj, stl, ply, off, gltf, glb, three_mf };
+enum class Format {
+  obj,
+  stl,
+  ply,
+  off,
+  gltf,
+  glb,
+  three_mf,
+  arrays,  // no file: arrays in memory
+};
 
-std::string_view to_string(Format format);  // "obj", "stl", "ply", "off", "gltf", "glb", "3mf"
+std::string_view to_string(Format format);  // "obj", "stl", "ply", "off", "gltf", "glb", "3mf", "arrays"
 
 struct ReadLimits {
   std::size_t max_vertices = 200'000'000;

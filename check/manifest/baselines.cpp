@@ -10,9 +10,9 @@
 #include "api/formats/gltf_bundle.h"
 #include "api/json_filter.h"
 #include "api/load.h"
+#include "api/whole_file.h"
 #include "check/files.h"
 #include "check/manifest/naming.h"
-#include "check/whole_file.h"
 #include "engine/control.h"
 
 namespace meshgauge::check {
@@ -30,7 +30,7 @@ bool has_same_bytes(const fs::path& a, const fs::path& b) {
 
 // Returns why the file is not a mesh. An unreadable baseline would turn every later check into an error.
 std::optional<std::string> mesh_defect(const fs::path& file) {
-  const auto whole = WholeFile::open(file.string());
+  const auto whole = api::WholeFile::open(file.string());
   if (!whole) return "cannot be read";
   const api::MeshInput input{file.string(), whole->bytes(), file.string(), ""};
   const auto mesh = api::load(input, api::ReadLimits{});
@@ -40,7 +40,7 @@ std::optional<std::string> mesh_defect(const fs::path& file) {
 
 // Returns why the candidate is more than one file: a copy of the .gltf alone would lack the files beside it.
 std::optional<std::string> several_files_defect(const fs::path& candidate) {
-  const auto whole = WholeFile::open(candidate.string());
+  const auto whole = api::WholeFile::open(candidate.string());
   if (!whole || !api::is_gltf_json(whole->bytes())) return std::nullopt;  // reported elsewhere
   const auto names = api::files_named_by(whole->bytes());
   if (names.empty()) return std::nullopt;

@@ -11,7 +11,7 @@
 #include "api/formats/detect.h"
 #include "api/formats/gzip.h"
 #include "api/formats/read_part.h"
-#include "check/mesh_file.h"
+#include "api/mesh_file.h"
 #include "check/remote/address.h"
 #include "check/remote/answer.h"
 
@@ -38,7 +38,7 @@ Error named(Error error, Sender::Part part) {
 }
 
 Result<double> diagonal_of(const std::string& file) {
-  const auto opened = MeshFile::open(file);
+  const auto opened = api::MeshFile::open(file);
   if (!opened) return opened.error();
   const auto read = api::read_part(opened->bytes(), {file, file, ""}, api::ReadLimits{});
   if (!read) return read.error();
@@ -59,7 +59,7 @@ Result<std::string> Sender::stored(const Gate& gate, Part part, Control& control
 
 // Refuses a file that cannot be a mesh without sending it, with the message that the reader would give.
 Result<std::string> Sender::hash(const std::filesystem::path& file, Control& control) {
-  const auto whole = MeshFile::open(file.string());
+  const auto whole = api::MeshFile::open(file.string());
   if (!whole) return whole.error();
   const std::string name = file.string();
   // Gzip-compressed files are checked by the service.
@@ -87,7 +87,7 @@ Result<Done> Sender::deliver(const Gate& gate, const std::filesystem::path& file
 
 Result<Done> Sender::put(const Gate& gate, const std::filesystem::path& file, const std::string& id, Control& control) {
   control.report({0, Progress{}.upper, "send"});
-  const auto whole = MeshFile::open(file.string());
+  const auto whole = api::MeshFile::open(file.string());
   if (!whole) return whole.error();
   const HttpRequest request{"PUT",
                             "/v1/meshes/" + id,

@@ -9,7 +9,7 @@
 
 #include "api/formats/detect.h"
 #include "api/load.h"
-#include "check/mesh_file.h"
+#include "api/mesh_file.h"
 
 namespace meshgauge::check {
 namespace {
@@ -21,12 +21,12 @@ constexpr std::chrono::milliseconds kMeshTick{10};
 std::string key_of(const std::filesystem::path& file) {
   std::error_code failed;
   const bool has_folder = api::format_by_name(file.string()) == api::Format::gltf;
-  const auto real = std::filesystem::canonical(has_folder ? folder_of(file) : file, failed);
+  const auto real = std::filesystem::canonical(has_folder ? api::folder_of(file) : file, failed);
   return (failed ? file : real).string() + '\n' + file.filename().string();
 }
 
 Result<api::SharedMesh> read(const std::string& name, Prepared::Use use) try {
-  const auto file = MeshFile::open(name);
+  const auto file = api::MeshFile::open(name);
   if (!file) return file.error();
   auto loaded = api::load({name, file->bytes(), name, ""}, api::ReadLimits{});
   if (!loaded) return std::move(loaded).error();

@@ -5,13 +5,13 @@
 
 #include <doctest/doctest.h>
 
-#include "check/folder.h"
 #include "check/manifest/manifest.h"
+#include "folder.h"
 
 using namespace meshgauge::check;
-using test::Folder;
-using test::Inside;
-using test::small_mesh;
+using meshgauge::api::test::Folder;
+using meshgauge::api::test::Inside;
+using meshgauge::api::test::small_mesh;
 namespace fs = std::filesystem;
 
 namespace {

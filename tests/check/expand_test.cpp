@@ -6,12 +6,12 @@
 
 #include <doctest/doctest.h>
 
-#include "check/folder.h"
 #include "check/manifest/manifest.h"
+#include "folder.h"
 
 using namespace meshgauge::check;
-using test::Folder;
-using test::Inside;
+using meshgauge::api::test::Folder;
+using meshgauge::api::test::Inside;
 
 namespace {
 
@@ -85,9 +85,9 @@ TEST_CASE("expand: a path relative to the current folder gets a hint") {
 TEST_CASE("expand: a candidate is not its own baseline, by whatever name") {
   const Folder folder;
   folder.write("x.stl", "x");
-  test::fs::create_symlink("x.stl", folder / "link.stl");
-  test::fs::create_hard_link(folder / "x.stl", folder / "hard.stl");
-  test::fs::create_directory_symlink(".", folder / "here");
+  std::filesystem::create_symlink("x.stl", folder / "link.stl");
+  std::filesystem::create_hard_link(folder / "x.stl", folder / "hard.stl");
+  std::filesystem::create_directory_symlink(".", folder / "here");
   for (const char* baseline : {"x.stl", "./x.stl", "link.stl", "hard.stl", "here/x.stl", "here/../x.stl"}) {
     CAPTURE(baseline);
     const auto file = folder.write("gates.yaml", manifest("x", "x.stl", baseline));
@@ -106,10 +106,10 @@ TEST_CASE("expand: a missing baseline is a mistake, unless it is to be made") {
   const auto file = folder.write("gates.yaml", manifest("x", "x.stl", "base/x.stl"));
   CHECK(holds(mistakes(file), "does not exist; when the candidate is right, make it one by --update-baselines"));
   CHECK(mistakes(file, Baselines::may_be_missing).empty());
-  test::fs::create_directories(folder / "base/x.stl");
+  std::filesystem::create_directories(folder / "base/x.stl");
   CHECK(holds(mistakes(file, Baselines::may_be_missing), "is a folder"));
-  test::fs::remove_all(folder / "base/x.stl");
-  test::fs::create_symlink("gone.stl", folder / "base/x.stl");
+  std::filesystem::remove_all(folder / "base/x.stl");
+  std::filesystem::create_symlink("gone.stl", folder / "base/x.stl");
   CHECK(holds(mistakes(file, Baselines::may_be_missing), "does not exist"));  // a link to nothing is in the way
 }
 
@@ -118,7 +118,7 @@ TEST_CASE("expand: a link to a candidate that is gone is missing, not left out")
   folder.write("parts/x.stl", "x");
   folder.write("base/x.stl", "y");
   folder.write("base/lost.stl", "y");
-  test::fs::create_symlink("gone.stl", folder / "parts/lost.stl");
+  std::filesystem::create_symlink("gone.stl", folder / "parts/lost.stl");
   const List said = mistakes(folder.write("gates.yaml", manifest("{stem}", "parts/*.stl", "base/{name}")));
   REQUIRE(said.size() == 1);
   CHECK(holds(said, "gate 'lost': the candidate"));
@@ -187,7 +187,7 @@ TEST_CASE("expand: a baseline is matched by any gate of the manifest") {
   const Folder folder;
   without_b(folder);
   folder.write("supported/b.stl", "x");
-  test::fs::create_directory_symlink("base", folder / "link");
+  std::filesystem::create_directory_symlink("base", folder / "link");
   const std::string text = manifest("{stem}", "new/*.stl", "base/{stem}.off");
   for (const char* baseline : {"base/b.off", "./base/../base/b.off", "link/b.off"}) {
     CAPTURE(baseline);

@@ -5,10 +5,10 @@
 
 #include <doctest/doctest.h>
 
-#include "check/folder.h"
+#include "folder.h"
 
 using namespace meshgauge::check;
-using test::Folder;
+using meshgauge::api::test::Folder;
 
 namespace {
 
@@ -63,19 +63,19 @@ TEST_CASE("glob: links to files are files, links to folders are not searched") {
   const Folder folder;
   folder.write("b/x.stl", "");
   folder.write("elsewhere/y.stl", "");
-  test::fs::create_directory_symlink(".", folder / "b/circle");
-  test::fs::create_directory_symlink("../elsewhere", folder / "b/out");
-  test::fs::create_symlink("x.stl", folder / "b/link.stl");
-  test::fs::create_symlink("gone.stl", folder / "b/lost.stl");
+  std::filesystem::create_directory_symlink(".", folder / "b/circle");
+  std::filesystem::create_directory_symlink("../elsewhere", folder / "b/out");
+  std::filesystem::create_symlink("x.stl", folder / "b/link.stl");
+  std::filesystem::create_symlink("gone.stl", folder / "b/lost.stl");
   CHECK(found(folder, "b/**/*.stl") == List{"b/link.stl", "b/lost.stl", "b/x.stl"});
   CHECK(found(folder, "b/out/*.stl") == List{"b/out/y.stl"});  // by name it may be
 }
 
 TEST_CASE("glob: a folder that cannot be read is an error") {
-  const test::Folder folder;
+  const meshgauge::api::test::Folder folder;
   folder.write("a/in/x.stl", "x");
-  test::fs::create_directory(folder / "b");
-  test::fs::create_directory_symlink("in", folder / "b/in");  // to itself
+  std::filesystem::create_directory(folder / "b");
+  std::filesystem::create_directory_symlink("in", folder / "b/in");  // to itself
   for (const char* pattern : {"*/in/*.stl", "b/*/x.stl"}) {
     CAPTURE(pattern);
     const auto found = glob(folder.path(), pattern);

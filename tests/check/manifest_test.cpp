@@ -12,12 +12,12 @@
 #include <doctest/doctest.h>
 #include <nlohmann/json.hpp>
 
-#include "check/folder.h"
 #include "check/manifest/manifest_text.h"
 #include "check/manifest/settings.h"
+#include "folder.h"
 
 using namespace meshgauge::check;
-using test::Inside;
+using meshgauge::api::test::Inside;
 
 namespace {
 
@@ -109,7 +109,7 @@ TEST_CASE("manifest: the schema has the keys that are read, and no others") {
 }
 
 TEST_CASE("manifest: an unreadable file is one mistake without a line") {
-  const test::Folder folder;
+  const meshgauge::api::test::Folder folder;
   const auto first = [](const fs::path& manifest) {
     const auto read = gates_of(manifest);
     REQUIRE(read.mistakes.size() == 1);

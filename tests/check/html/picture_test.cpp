@@ -5,9 +5,9 @@
 
 #include <doctest/doctest.h>
 
-#include "check/folder.h"
 #include "check/run/local.h"
 #include "check/run/run.h"
+#include "folder.h"
 #include "shapes.h"
 
 using namespace meshgauge;
@@ -133,7 +133,7 @@ TEST_CASE("an interrupted picture is missing, with a reason") {
 }
 
 TEST_CASE("the files of a gate give a picture while they are those that were measured") {
-  const test::Folder folder;
+  const meshgauge::api::test::Folder folder;
   Gate gate;
   gate.name = "gate";
   gate.candidate = folder.path() / "candidate.obj";

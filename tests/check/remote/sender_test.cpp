@@ -5,16 +5,16 @@
 
 #include <doctest/doctest.h>
 
-#include "../folder.h"
+#include "folder.h"
 
 using namespace meshgauge;
 using namespace meshgauge::check;
 using namespace meshgauge::check::service;
 
 TEST_CASE("sender: the baseline's diagonal, and no waiting for it once cancelled") {
-  const test::Folder folder;
+  const meshgauge::api::test::Folder folder;
   Gate gate;
-  gate.baseline = folder.write("b.off", test::small_mesh(1));
+  gate.baseline = folder.write("b.off", meshgauge::api::test::small_mesh(1));
   Client client(RemoteOptions{}, "http://localhost");
   Sender sender(client);
   Control cancelled_one;

@@ -10,9 +10,9 @@
 
 #include "api/compare.h"
 #include "api/response.h"
+#include "api/whole_file.h"
 #include "check/run/gates.h"
 #include "check/run/run.h"
-#include "check/whole_file.h"
 #include "shapes.h"
 
 using namespace meshgauge;
@@ -33,7 +33,7 @@ Json steady(Json document) {
 }
 
 Json compared(const Gate& gate) {
-  const auto a = WholeFile::open(gate.candidate.string()), b = WholeFile::open(gate.baseline.string());
+  const auto a = api::WholeFile::open(gate.candidate.string()), b = api::WholeFile::open(gate.baseline.string());
   api::ComparisonOptions options = gate.options;
   options.max_distance = gate.limit.max_distance;
   options.units = units_of(gate);
@@ -71,7 +71,7 @@ TEST_CASE("a limit closer to the distance than one percent is decided") {
   const auto a = folder.obj("a.obj", shapes::sphere(20)), b = folder.obj("b.obj", shapes::sphere(13, 1.02));
   Options options = gate_options();
   options.tolerance = {0.0, std::nullopt, std::nullopt};
-  const auto whole_a = WholeFile::open(a.string()), whole_b = WholeFile::open(b.string());
+  const auto whole_a = api::WholeFile::open(a.string()), whole_b = api::WholeFile::open(b.string());
   Control control;
   const auto measured =
       api::compare({"a", whole_a->bytes(), "a.obj", ""}, {"b", whole_b->bytes(), "b.obj", ""}, options, {}, control);

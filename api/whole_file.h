@@ -9,7 +9,7 @@
 
 #include "engine/result.h"
 
-namespace meshgauge::check {
+namespace meshgauge::api {
 
 // The content of a regular file. A directory, pipe or device is refused, since it has no size to check. The file is
 // not mapped, because shortening a mapped file would end the process. A file whose size changes while it is read is
@@ -33,4 +33,4 @@ class WholeFile {
   std::size_t size_ = 0;
 };
 
-}  // namespace meshgauge::check
+}  // namespace meshgauge::api

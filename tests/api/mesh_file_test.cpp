@@ -1,4 +1,4 @@
-#include "check/mesh_file.h"
+#include "api/mesh_file.h"
 
 #include <sys/stat.h>
 #include <sys/sysmacros.h>
@@ -14,7 +14,7 @@
 #include "folder.h"
 
 using namespace meshgauge;
-using namespace meshgauge::check;
+using namespace meshgauge::api;
 namespace fs = std::filesystem;
 
 namespace {

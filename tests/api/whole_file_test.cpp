@@ -1,4 +1,4 @@
-#include "check/whole_file.h"
+#include "api/whole_file.h"
 
 #include <sys/stat.h>
 
@@ -10,7 +10,7 @@
 #include "folder.h"
 
 using namespace meshgauge;
-using namespace meshgauge::check;
+using namespace meshgauge::api;
 
 namespace {
 

@@ -8,10 +8,10 @@
 #include <string>
 #include <string_view>
 
-#include "check/whole_file.h"
+#include "api/whole_file.h"
 #include "engine/result.h"
 
-namespace meshgauge::check {
+namespace meshgauge::api {
 
 std::filesystem::path folder_of(const std::filesystem::path& file);  // "." where the path has none
 
@@ -36,4 +36,4 @@ class MeshFile {
   std::string bundle_;  // empty if there is a `whole_`
 };
 
-}  // namespace meshgauge::check
+}  // namespace meshgauge::api

@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <string>
 
-namespace meshgauge::check::test {
+namespace meshgauge::api::test {
 
 namespace fs = std::filesystem;
 
@@ -62,4 +62,4 @@ class Inside {
   fs::path before_;
 };
 
-}  // namespace meshgauge::check::test
+}  // namespace meshgauge::api::test

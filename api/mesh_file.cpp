@@ -1,4 +1,4 @@
-#include "check/mesh_file.h"
+#include "api/mesh_file.h"
 
 #include <map>
 #include <new>
@@ -7,7 +7,7 @@
 
 #include "api/formats/gltf_bundle.h"
 
-namespace meshgauge::check {
+namespace meshgauge::api {
 namespace {
 
 using Files = std::map<std::string, WholeFile>;  // by their paths in the archive, in its order
@@ -22,27 +22,27 @@ Error too_large(const std::string& path, const std::string& what) {
 }
 
 Result<Files> files_of(const std::string& path, WholeFile scene, const std::vector<std::string>& names) {
-  if (names.size() > api::kMostBundleFiles) {
-    return named_by(path, {ErrorCode::too_large,
-                           "it names " + std::to_string(names.size()) + " files (limit " +
-                               std::to_string(api::kMostBundleFiles) + ")",
-                           "", ""});
+  if (names.size() > kMostBundleFiles) {
+    return named_by(
+        path, {ErrorCode::too_large,
+               "it names " + std::to_string(names.size()) + " files (limit " + std::to_string(kMostBundleFiles) + ")",
+               "", ""});
   }
   const std::string folder = folder_of(path).string();
-  std::uint64_t left = api::kMostBundleBytes - api::BundleWriter::bytes_for_end();
+  std::uint64_t left = kMostBundleBytes - BundleWriter::bytes_for_end();
   Files files;
   const auto add = [&](const std::string& name, WholeFile file) {
-    const std::uint64_t bytes = api::BundleWriter::bytes_for(name, file.bytes().size());
+    const std::uint64_t bytes = BundleWriter::bytes_for(name, file.bytes().size());
     if (bytes > left) return false;
     left -= bytes;
     return files.emplace(name, std::move(file)).second;
   };
   for (const std::string& name : names) {
-    if (api::is_scene_path(name))
+    if (is_scene_path(name))
       return named_by(path, {ErrorCode::unreadable_mesh,
                              "a buffer names '" + name + "', a .gltf; name a file of binary data", "", ""});
   }
-  bool fits = add(std::string(api::kBundleScene), std::move(scene));
+  bool fits = add(std::string(kBundleScene), std::move(scene));
   for (const std::string& name : names) {
     if (!fits) break;
     auto file = WholeFile::open_below(folder, name, left);
@@ -54,11 +54,11 @@ Result<Files> files_of(const std::string& path, WholeFile scene, const std::vect
 }
 
 std::string bundle_of(const Files& files) {
-  std::uint64_t bytes = api::BundleWriter::bytes_for_end();
-  for (const auto& [name, file] : files) bytes += api::BundleWriter::bytes_for(name, file.bytes().size());
+  std::uint64_t bytes = BundleWriter::bytes_for_end();
+  for (const auto& [name, file] : files) bytes += BundleWriter::bytes_for(name, file.bytes().size());
   std::string bundle;
   bundle.reserve(bytes);
-  api::BundleWriter writer([&](std::string_view piece) { return bundle += piece, true; });
+  BundleWriter writer([&](std::string_view piece) { return bundle += piece, true; });
   for (const auto& [name, file] : files) writer.add(name, file.bytes());
   writer.finish();
   return bundle;
@@ -74,8 +74,8 @@ Result<MeshFile> MeshFile::open(const std::string& path) try {
   auto whole = WholeFile::open(path);
   if (!whole) return std::move(whole).error();
   const auto bytes = whole->bytes();
-  if (!api::is_gltf_json(bytes)) return MeshFile(std::move(*whole));
-  const std::vector<std::string> names = api::files_named_by(bytes);
+  if (!is_gltf_json(bytes)) return MeshFile(std::move(*whole));
+  const std::vector<std::string> names = files_named_by(bytes);
   if (names.empty()) return MeshFile(std::move(*whole));
   const auto files = files_of(path, std::move(*whole), names);
   if (!files) return files.error();
@@ -84,4 +84,4 @@ Result<MeshFile> MeshFile::open(const std::string& path) try {
   return Error{ErrorCode::too_large, "'" + path + "' with the files that it names is larger than the memory", "", ""};
 }
 
-}  // namespace meshgauge::check
+}  // namespace meshgauge::api

@@ -1,4 +1,4 @@
-#include "check/whole_file.h"
+#include "api/whole_file.h"
 
 #include <fcntl.h>
 #include <sys/stat.h>
@@ -13,7 +13,7 @@
 
 #include "api/refused.h"
 
-namespace meshgauge::check {
+namespace meshgauge::api {
 namespace {
 
 Error unusable(const std::string& path, const std::string& why) { return refused("'" + path + "' " + why); }
@@ -109,4 +109,4 @@ Result<WholeFile> WholeFile::read(int fd, const std::string& path, std::uint64_t
   return WholeFile(std::move(bytes), size);
 }
 
-}  // namespace meshgauge::check
+}  // namespace meshgauge::api

@@ -1,0 +1,77 @@
+"""How far apart are two triangle meshes? Certified intervals of the Hausdorff distance.
+
+    import meshgauge
+    result = meshgauge.compare("part.stl", (vertices, faces), max_distance="0.05 mm")
+    print(result.verdict, result.lower, result.upper, result.witness)
+
+docs/python.md of the project has the whole story.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, Optional, Union
+
+from meshgauge import _meshes, _native, _options
+from meshgauge.errors import InputError, ServiceError
+from meshgauge.result import Directed, Result, Witness
+
+if TYPE_CHECKING:
+    from meshgauge.client import Client
+
+__all__ = ["Client", "Directed", "InputError", "Result", "ServiceError", "Witness", "compare"]
+
+
+def compare(a: Any, b: Any, max_distance: Optional[_options.Length] = None, *,
+            tolerance: Optional[_options.Tolerance] = None, timeout: Optional[float] = 30.0,
+            threads: Optional[int] = None, direction: Optional[str] = None,
+            units: Optional[_options.Units] = None, strategy: Optional[str] = None, points: Optional[int] = None,
+            statistics: Union[bool, Mapping[str, int], None] = None) -> Result:
+    """Measures how far two meshes are apart, in this process.
+
+    A mesh is a path (OBJ, STL, PLY, OFF, glTF, GLB, 3MF; also gzip-compressed), the content of such a file as bytes, a
+    pair (vertices, faces) of arrays of the shapes (n, 3) and (m, 3), or an object with vertices and faces (trimesh,
+    Open3D), points and faces (PyVista) or points and cells (meshio). Arrays of float64, and of uint32 or int32, that
+    are contiguous are read without a copy; do not change them before this returns.
+
+    Args:
+        max_distance: the limit, as a number in the unit of the result or as text, "0.05 mm". With it, the work ends
+            as soon as the verdict is known.
+        tolerance: how narrow the interval shall be. A number: its width in the unit of the result. Else a mapping
+            with "absolute", "diagonal" (share of the diagonal of a) or "relative" (share of `lower`), of which the
+            first that holds ends the work. Default: {"diagonal": 1e-6, "relative": 0.01}; with a limit,
+            {"diagonal": 1e-9}.
+        timeout: seconds after which the work ends, with the interval reached so far. None: no limit.
+        threads: at most so many threads, 1 to 64. Default: one for each processor. With one thread, the same input
+            gives the same bits; with more, the interval may differ within the tolerance, the verdict never.
+        direction: "symmetric" (default), "a_to_b" or "b_to_a".
+        units: unit of both meshes, or a pair with that of a and that of b: "um", "mm", "cm", "m", "in", "ft", or None
+            where the file says it. Default: what the file or the object names.
+        strategy, points: another algorithm: "auto" (default), "four_point", "n_point" with `points`, "triangle_set".
+        statistics: True also samples mean, RMS and percentiles (Result.document["statistics"]); a mapping may set
+            "samples" and "seed".
+
+    Ctrl-C cancels. Other Python threads run meanwhile. May be called from any number of threads.
+
+    Raises:
+        InputError (a ValueError): a mesh or an option is refused; the message names the defect.
+        OSError: a path has no file.
+        TimeoutError: the time was over before both meshes were read.
+        MemoryError: there is no memory for a copy that is needed.
+    """
+    sources = [_meshes.source_of(a, "a"), _meshes.source_of(b, "b")]
+    options = _options.document(
+        max_distance=max_distance, tolerance=tolerance, timeout=timeout, threads=threads, direction=direction,
+        units=units if units is not None else _meshes.own_units(a, b), strategy=strategy, points=points,
+        statistics=statistics)
+    return Result(_native.measure(sources[0].to_native(), sources[1].to_native(), options))
+
+
+def __getattr__(name: str) -> Any:
+    if name == "Client":  # its imports take longer than all others
+        from meshgauge.client import Client
+
+        return Client
+    if name == "__version__":
+        return _native.version()
+    raise AttributeError(f"module 'meshgauge' has no attribute {name!r}")

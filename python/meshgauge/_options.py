@@ -1,0 +1,98 @@
+"""The options of a comparison as the JSON document of the service (openapi.yaml, Options)."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from typing import Any, Optional, Union
+
+from meshgauge.errors import InputError
+
+Length = Union[float, str]
+Tolerance = Union[float, Mapping[str, float]]
+Units = Union[str, Sequence[Optional[str]]]
+
+_LENGTH = re.compile(r"\s*(\d+\.?\d*(?:[eE][+-]?\d+)?|\.\d+(?:[eE][+-]?\d+)?)\s*(\D*?)\s*")
+
+
+def number(value: Any, name: str) -> float:
+    """`value` as a finite float. Raises InputError, which names the option."""
+    try:
+        converted = float(value)
+    except (TypeError, ValueError, OverflowError):
+        raise InputError(f"{name} must be a number, not {value!r}") from None
+    if not math.isfinite(converted):
+        raise InputError(f"{name} must be finite, not {value!r}")
+    return converted
+
+
+def gate(max_distance: Length) -> dict[str, Any]:
+    """The limit, from a number or a text such as "0.05 mm"."""
+    if not isinstance(max_distance, str):
+        return {"max_distance": number(max_distance, "max_distance")}
+    found = _LENGTH.fullmatch(max_distance)
+    if not found:
+        raise InputError(f"max_distance must be a length such as '0.05' or '0.05 mm', not {max_distance!r}")
+    unit = {"units": found[2]} if found[2] else {}
+    return {"max_distance": number(found[1], "max_distance"), **unit}
+
+
+def _tolerance(tolerance: Tolerance) -> dict[str, float]:
+    if not isinstance(tolerance, Mapping):
+        return {"absolute": number(tolerance, "tolerance")}
+    return {str(rule): number(value, f"tolerance[{rule!r}]") for rule, value in tolerance.items()}
+
+
+def _units(units: Units) -> dict[str, str]:
+    pair = (units, units) if isinstance(units, str) else tuple(units)
+    if len(pair) != 2:
+        raise InputError(f"units must be one unit, or a pair of those of a and b, not {units!r}")
+    return {name: unit for name, unit in zip("ab", pair) if unit is not None}
+
+
+def _integer(value: Any, name: str) -> int:
+    converted = number(value, name)
+    if converted != int(converted):
+        raise InputError(f"{name} must be an integer, not {value!r}")
+    return int(converted)
+
+
+def _timeout_ms(timeout: float) -> int:
+    seconds = number(timeout, "timeout")
+    if seconds <= 0:
+        raise InputError(f"timeout must be more than 0 seconds, not {timeout!r}")
+    return max(1, round(seconds * 1000))
+
+
+def _statistics(statistics: Union[bool, Mapping[str, int]]) -> Any:
+    if not isinstance(statistics, Mapping):
+        return bool(statistics)
+    return {str(name): _integer(value, f"statistics[{name!r}]") for name, value in statistics.items()}
+
+
+_TOLERANCE_OF_GATES = {"diagonal": 1e-9}
+
+# A function for each option that is not sent as it is given.
+_CONVERTED = {
+    "max_distance": ("gate", gate),
+    "tolerance": ("tolerance", _tolerance),
+    "timeout": ("timeout_ms", _timeout_ms),
+    "units": ("units", _units),
+    "threads": ("threads", lambda value: _integer(value, "threads")),
+    "points": ("points", lambda value: _integer(value, "points")),
+    "statistics": ("statistics", _statistics),
+}
+
+
+def document(**options: Any) -> dict[str, Any]:
+    """The document of the options that are not None. Ranges and names are checked where it is read."""
+    sent: dict[str, Any] = {}
+    for name, value in options.items():
+        if value is None:
+            continue
+        key, converted = _CONVERTED.get(name, (name, str))
+        sent[key] = converted(value)
+    if "gate" in sent:  # as `meshgauge check`: the work shall end with a verdict, not with a narrow interval
+        sent.setdefault("tolerance", dict(_TOLERANCE_OF_GATES))
+    return sent

@@ -1,0 +1,169 @@
+"""A plugin for pytest: the fixture assert_mesh_close.
+
+    def test_bracket(assert_mesh_close):
+        assert_mesh_close(bracket(), "baselines/bracket.ply", max_distance="0.05 mm")
+
+`pytest --meshgauge-update` writes the baselines that are missing or differ.
+"""
+
+from __future__ import annotations
+
+import os
+import pathlib
+import re
+import subprocess
+import tempfile
+from typing import Any, Callable, Optional
+
+import pytest
+
+from meshgauge import _command, _meshes, _options, compare
+from meshgauge.result import Result
+
+_REPORT_SECONDS = 300.0  # pictures of large meshes take longer than the measurement
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    group = parser.getgroup("meshgauge")
+    group.addoption("--meshgauge-update", action="store_true",
+                    help="write the baselines of assert_mesh_close that are missing or differ by more than the limit")
+    group.addoption("--meshgauge-reports", metavar="FOLDER",
+                    help="where the HTML reports of failed comparisons go; default: in pytest's cache")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    config.stash[_WRITTEN] = []
+
+
+def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> None:
+    for path in config.stash[_WRITTEN]:
+        terminalreporter.write_line(f"meshgauge: wrote {path}")
+
+
+_WRITTEN: Any = pytest.StashKey[list]()
+
+
+@pytest.fixture
+def assert_mesh_close(request: pytest.FixtureRequest) -> Callable[..., Result]:
+    """assert_mesh_close(actual, expected, max_distance, **options): fails unless no point of either mesh is farther
+    from the other than `max_distance`.
+
+    Meshes and options are those of meshgauge.compare(). A relative path of `expected` begins at the folder of the test.
+    Returns the Result.
+    """
+    counted = iter(range(1, 1_000_000))
+
+    def check(actual: Any, expected: Any, max_distance: _options.Length, **options: Any) -> Result:
+        __tracebackhide__ = True
+        baseline = _Baseline(request, expected)
+        if baseline.is_missing:
+            baseline.write(actual, "does not exist")
+        result = compare(actual, baseline.mesh, max_distance, **options)
+        if result.verdict != "pass" and baseline.may_be_written:
+            baseline.write(actual, "differs")
+            result = compare(actual, baseline.mesh, max_distance, **options)
+        if result.verdict != "pass":
+            name = f"{re.sub(r'[^A-Za-z0-9_.-]+', '-', request.node.nodeid)}-{next(counted)}.html"
+            report = _Report(_folder_of_reports(request.config) / name, max_distance, options)
+            pytest.fail(_in_words(result, max_distance, report.written(actual, baseline.mesh)), pytrace=False)
+        return result
+
+    return check
+
+
+class _Baseline:
+    """What a mesh is compared with. It may be written if it is a path and --meshgauge-update is given."""
+
+    def __init__(self, request: pytest.FixtureRequest, expected: Any) -> None:
+        is_path = isinstance(expected, (str, os.PathLike))
+        self.mesh = request.path.parent / expected if is_path else expected
+        self.is_missing = is_path and not self.mesh.exists()
+        self.may_be_written = is_path and request.config.getoption("--meshgauge-update")
+        self._written = request.config.stash[_WRITTEN]
+
+    def write(self, actual: Any, why: str) -> None:
+        __tracebackhide__ = True
+        if not self.may_be_written:
+            pytest.fail(f"the baseline {self.mesh} {why}; pytest --meshgauge-update writes it", pytrace=False)
+        source = _meshes.source_of(actual, "actual")
+        suffix = _suffix(source)
+        if suffix is not None and self.mesh.suffix.lower() != suffix:
+            pytest.fail(f"the baseline {self.mesh} cannot be written: name it *{suffix}", pytrace=False)
+        self.mesh.parent.mkdir(parents=True, exist_ok=True)
+        staged = self.mesh.with_name(f".{self.mesh.name}.{os.getpid()}")
+        staged.write_bytes(source.to_file())
+        staged.replace(self.mesh)
+        self._written.append(self.mesh)
+
+
+class _Report:
+    """The HTML report of one failure, which the program writes."""
+
+    def __init__(self, place: pathlib.Path, max_distance: _options.Length, options: dict[str, Any]) -> None:
+        self._place = place
+        self._max_distance = max_distance
+        self._options = options
+
+    def written(self, actual: Any, expected: Any) -> str:
+        """Writes it and returns its address, or why there is none."""
+        self._place.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(prefix="meshgauge-") as folder:
+            command = [_command.PROGRAM, "check", _as_file(actual, folder, "actual"),
+                       _as_file(expected, folder, "expected"), f"--html={self._place}", *self._flags(actual, expected)]
+            try:
+                run = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=_REPORT_SECONDS)
+            except (OSError, subprocess.TimeoutExpired) as trouble:
+                return f"none: {trouble}"
+        return self._place.as_uri() if self._place.exists() else f"none: {run.stderr.strip()}"
+
+    def _flags(self, actual: Any, expected: Any) -> list[str]:
+        units = self._options.get("units")
+        sent = _options.document(units=_meshes.own_units(actual, expected) if units is None else units)
+        direction = self._options.get("direction")
+        flags = [f"--max-distance={self._max_distance}"]
+        flags += [f"--unit-{name}={unit}" for name, unit in sent.get("units", {}).items()]
+        flags += [f"--direction={direction}"] if direction else []
+        timeout = self._options.get("timeout", 30.0)
+        return flags + ([f"--timeout={timeout} s"] if timeout else [])
+
+
+def _folder_of_reports(config: pytest.Config) -> pathlib.Path:
+    folder = config.getoption("--meshgauge-reports")
+    if folder is not None:
+        return pathlib.Path(folder).absolute()
+    cache = getattr(config, "cache", None)  # none with -p no:cacheprovider
+    return cache.mkdir("meshgauge") if cache else pathlib.Path(tempfile.gettempdir()) / f"meshgauge-{os.getpid()}"
+
+
+def _suffix(source: _meshes.Source) -> Optional[str]:
+    """The suffix that a baseline with the bytes of `source` must have; None: any, since its content says the format."""
+    if isinstance(source, _meshes.File):
+        return pathlib.Path(os.fsdecode(source.path)).suffix.lower()
+    return None if isinstance(source, _meshes.Content) else ".ply"
+
+
+def _as_file(mesh: Any, folder: str, name: str) -> str:
+    source = _meshes.source_of(mesh, name)
+    if isinstance(source, _meshes.File):
+        return os.path.abspath(os.fsdecode(source.path))
+    path = pathlib.Path(folder) / (name + (_suffix(source) or ".mesh"))
+    path.write_bytes(source.to_file())
+    return path.name
+
+
+def _in_words(result: Result, max_distance: _options.Length, report: str) -> str:
+    unit = f" {result.unit}" if result.unit else ""
+    said = {"fail": "differ by more than", "undecided": "may differ by more than"}[str(result.verdict)]
+    lines = [f"the meshes {said} the limit of {max_distance}: the distance is in [{result.lower:.9g}, {result.upper:.9g}]"
+             f"{unit} ({result.status})"]
+    witness = result.witness
+    if witness:
+        names = {"a": ("actual", "expected"), "b": ("expected", "actual")}[witness.on]
+        lines.append(f"look at {_point(witness.point)}{unit} on triangle {witness.triangle} of {names[0]}: the nearest "
+                     f"point of {names[1]} is {_point(witness.nearest)}{unit} on triangle {witness.nearest_triangle}")
+    lines += [f"note: {note}" for note in result.notes]
+    return "\n".join([*lines, f"report: {report}"])
+
+
+def _point(point: Any) -> str:
+    return "(" + ", ".join(f"{x:.9g}" for x in point) + ")"

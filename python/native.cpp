@@ -1,0 +1,150 @@
+#include "python/native.h"
+
+#include <algorithm>
+#include <chrono>
+#include <condition_variable>
+#include <memory>
+#include <mutex>
+#include <new>
+#include <string>
+#include <thread>
+
+#include "api/compare.h"
+#include "api/mesh_file.h"
+#include "api/problem.h"
+#include "api/processors.h"
+#include "api/request.h"
+#include "api/response.h"
+#include "engine/hausdorff.h"
+
+using namespace meshgauge;
+
+namespace {
+
+constexpr std::chrono::hours kLongestTimeout{24 * 7};  // also what a job without a timeout has
+
+static_assert(sizeof(Vec3) == 3 * sizeof(double) && alignof(Vec3) == alignof(double));
+static_assert(sizeof(Triangle) == 3 * sizeof(std::uint32_t));
+
+MeshView view_of(const meshgauge_mesh& mesh) {
+  return {{reinterpret_cast<const Vec3*>(mesh.positions), mesh.vertices},
+          {reinterpret_cast<const Triangle*>(mesh.triangles), mesh.triangle_count}};
+}
+
+Result<api::SharedMesh> prepared_arrays(const meshgauge_mesh& mesh, const std::string& part, Control& control) {
+  const MeshView view = view_of(mesh);
+  const auto interrupted = [&control] { return control.check() != Interruption::none; };
+  if (auto ok = validate(view, MeshLimits{}, part, interrupted); !ok) return ok.error();
+  const std::size_t bytes = view.positions.size_bytes() + view.triangles.size_bytes();
+  auto prepared = std::make_shared<const api::PreparedMesh>(api::LoadedMesh{view, api::Format::arrays, {}, "", nullptr},
+                                                            bytes, Prepared::Use::once, interrupted);
+  if (auto ok = api::in_time(control, "'" + part + "' was read"); !ok) return ok.error();
+  return prepared;
+}
+
+Result<api::SharedMesh> prepared(const api::MeshInput& input, Control& control) {
+  return api::prepare(api::load(input, api::ReadLimits{}), input, Prepared::Use::once, control);
+}
+
+// Reads and prepares one mesh. `part`: its name in messages, unless it has a path.
+Result<api::SharedMesh> read(const meshgauge_mesh& mesh, const std::string& part, Control& control) {
+  if (auto ok = api::in_time(control, "'" + part + "' was read"); !ok) return ok.error();
+  if (mesh.path) {
+    const auto file = api::MeshFile::open(mesh.path);
+    if (!file) return file.error();
+    return prepared({mesh.path, file->bytes(), mesh.path, ""}, control);
+  }
+  if (mesh.bytes)
+    return prepared({part, {static_cast<const std::byte*>(mesh.bytes), mesh.byte_count}, "", ""}, control);
+  return prepared_arrays(mesh, part, control);
+}
+
+Result<api::SharedMesh> read_timed(const meshgauge_mesh& mesh, const std::string& part, Control& control, double& ms) {
+  const auto start = Control::Clock::now();
+  auto read_mesh = read(mesh, part, control);
+  ms = ms_since(start);
+  return read_mesh;
+}
+
+Result<api::Comparison> compared(const meshgauge_mesh& a, const meshgauge_mesh& b, const std::string& options,
+                                 Control& control) {
+  auto request = api::parse_options(options, {kLongestTimeout, kLongestTimeout});
+  if (!request) return request.error();
+  if (!request->threads_given) {
+    const auto most = static_cast<unsigned>(api::kThreadsRange.high);
+    request->options.threads = std::min(api::processors(), most);
+  }
+  control.set_deadline(Control::Clock::now() + request->timeout);
+  api::StageTimes times;
+  const auto read_a = read_timed(a, "a", control, times.read_a);
+  if (!read_a) return read_a.error();
+  const auto read_b = read_timed(b, "b", control, times.read_b);
+  if (!read_b) return read_b.error();
+  return api::compare(*read_a, *read_b, request->options, control, times);
+}
+
+}  // namespace
+
+struct meshgauge_job {
+  meshgauge_mesh a{};
+  meshgauge_mesh b{};
+  std::string options;
+  Control control;
+  std::thread thread;
+  std::mutex mutex;  // guards `ended`
+  std::condition_variable changed;
+  bool ended = false;
+  bool measured = false;  // true: `answer` is a result, else a problem
+  std::string answer;
+
+  void run() {
+    measure_meshes();
+    const std::lock_guard lock(mutex);
+    ended = true;
+    changed.notify_all();
+  }
+
+ private:
+  void measure_meshes() try {
+    const auto comparison = compared(a, b, options, control);
+    measured = comparison.ok();
+    answer = measured ? api::to_json(*comparison) : api::to_json(api::to_problem(comparison.error()));
+  } catch (const std::exception&) {
+    measured = false;
+    answer.clear();
+  }
+};
+
+const char* meshgauge_version() { return version(); }
+
+meshgauge_job* meshgauge_create() { return new (std::nothrow) meshgauge_job; }
+
+int meshgauge_start(meshgauge_job* job, const meshgauge_mesh* a, const meshgauge_mesh* b, const char* options) try {
+  job->a = *a;
+  job->b = *b;
+  job->options = options;
+  job->thread = std::thread([job] { job->run(); });
+  return 1;
+} catch (const std::exception&) {
+  return 0;
+}
+
+int meshgauge_wait(meshgauge_job* job, int milliseconds) {
+  std::unique_lock lock(job->mutex);
+  return job->changed.wait_for(lock, std::chrono::milliseconds(milliseconds), [job] { return job->ended; }) ? 1 : 0;
+}
+
+const char* meshgauge_answer(const meshgauge_job* job, const char** problem) {
+  *problem = job->measured ? nullptr : job->answer.c_str();
+  return job->measured ? job->answer.c_str() : nullptr;
+}
+
+void meshgauge_stop(meshgauge_job* job) {
+  job->control.cancel();
+  if (job->thread.joinable()) job->thread.join();
+}
+
+void meshgauge_free(meshgauge_job* job) {
+  meshgauge_stop(job);
+  delete job;
+}

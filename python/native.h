@@ -1,0 +1,53 @@
+// The C interface of the engine for the Python package, which calls it by ctypes (python/meshgauge/_native.py).
+//
+// A job compares two meshes on a thread of its own, so that the caller can wait in short steps and react to signals
+// between them. Options and answers are the JSON documents of the service: api/request.h, api/response.h,
+// api/problem.h.
+#pragma once
+
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+// One mesh: a file (`path`), the content of a file (`bytes`), or arrays (`positions` and `triangles`). The fields of
+// the other two forms are null or 0. Everything is borrowed until the job has ended, and must not change before.
+typedef struct {
+  const char* path;
+  const void* bytes;
+  size_t byte_count;
+  const double* positions;  // x, y, z of each vertex
+  size_t vertices;
+  const uint32_t* triangles;  // three indices of vertices for each triangle
+  size_t triangle_count;
+} meshgauge_mesh;
+
+typedef struct meshgauge_job meshgauge_job;
+
+// The version, such as "0.2.0".
+const char* meshgauge_version(void);
+
+// Returns a job that does not run yet; NULL: out of memory.
+meshgauge_job* meshgauge_create(void);
+
+// Begins to compare. `options`: a JSON document. Returns 0 when no thread can be started. Call once for each job.
+int meshgauge_start(meshgauge_job* job, const meshgauge_mesh* a, const meshgauge_mesh* b, const char* options);
+
+// Waits at most `milliseconds`. Returns 1 when the job has ended, else 0.
+int meshgauge_wait(meshgauge_job* job, int milliseconds);
+
+// Returns the result document of a job that has ended, or NULL with a problem document in `*problem`. Both are valid
+// until meshgauge_free().
+const char* meshgauge_answer(const meshgauge_job* job, const char** problem);
+
+// Cancels the job if it still runs and waits for its end. May be called more than once.
+void meshgauge_stop(meshgauge_job* job);
+
+// Stops the job and frees it.
+void meshgauge_free(meshgauge_job* job);
+
+#ifdef __cplusplus
+}
+#endif

@@ -1,0 +1,185 @@
+"""meshgauge.compare(): what a mesh may be, options, results."""
+
+import json
+import math
+import os
+import pathlib
+import subprocess
+import tempfile
+import types
+import unittest
+
+import numpy
+
+import meshgauge
+import shapes
+
+PROGRAM = os.environ["MESHGAUGE_BINARY"]
+SQUARE = shapes.grid(2)
+RAISED = (SQUARE[0] + [0, 0, 2.0], SQUARE[1])
+
+
+def one_thread(document):
+    """The members that do not depend on time or on a file."""
+    names = ("status", "verdict", "gate", "unit", "direction", "distance", "a_to_b", "b_to_a", "tolerance", "precision_floor")
+    return {name: document[name] for name in names}
+
+
+class Meshes(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+
+    def write(self, name, content):
+        path = pathlib.Path(self.folder.name) / name
+        path.write_bytes(content)
+        return path
+
+    def assert_two(self, result):
+        self.assertLessEqual(result.lower, 2)
+        self.assertGreaterEqual(result.upper, 2)
+        self.assertAlmostEqual(result.lower, 2, delta=1e-9)
+
+    def test_paths_bytes_and_arrays_have_the_same_distance(self):
+        path = self.write("square.obj", shapes.obj(SQUARE))
+        for a in (path, str(path), path.read_bytes(), bytearray(path.read_bytes()), memoryview(path.read_bytes()), SQUARE,
+                  list(SQUARE), (SQUARE[0].tolist(), SQUARE[1].tolist())):
+            with self.subTest(type(a)):
+                self.assert_two(meshgauge.compare(a, RAISED))
+
+    def test_the_answer_is_the_program_s(self):
+        a, b = (self.write(name, shapes.obj(mesh)) for name, mesh in (("a.obj", shapes.sphere(20)), ("b.obj", shapes.sphere(13))))
+        run = subprocess.run([PROGRAM, "compare", "--json", "--threads=1", a, b], capture_output=True, check=True)
+        of_files = meshgauge.compare(a, b, threads=1)
+        self.assertEqual(one_thread(of_files.document), one_thread(json.loads(run.stdout)))
+        of_arrays = meshgauge.compare(shapes.sphere(20), shapes.sphere(13), threads=1)
+        self.assertEqual(one_thread(of_arrays.document), one_thread(of_files.document))
+
+    def test_objects_of_other_libraries(self):
+        vertices, faces = SQUARE
+        packed = numpy.hstack([numpy.full((len(faces), 1), 3), faces.astype(int)]).ravel()
+        quads = numpy.array([[0, 1, 4, 3], [1, 2, 5, 4], [3, 4, 7, 6], [4, 5, 8, 7]])
+        cells = [types.SimpleNamespace(type="quad", data=quads[:2]), types.SimpleNamespace(type="line", data=quads[:, :2]),
+                 types.SimpleNamespace(type="triangle", data=numpy.array([[3, 4, 7], [3, 7, 6], [4, 5, 8], [4, 8, 7]]))]
+        for like, mesh in {
+                "trimesh": types.SimpleNamespace(vertices=vertices, faces=faces.astype(numpy.int64)),
+                "Open3D": types.SimpleNamespace(vertices=vertices, triangles=faces.astype(numpy.int32)),
+                "PyVista": types.SimpleNamespace(points=vertices.astype(numpy.float32), faces=packed, n_strips=0),
+                "PyVista, quads": types.SimpleNamespace(points=vertices, faces=numpy.insert(quads, 0, 4, 1).ravel()),
+                "meshio": types.SimpleNamespace(points=vertices, cells=cells)}.items():
+            with self.subTest(like):
+                result = meshgauge.compare(mesh, RAISED)
+                self.assert_two(result)
+                polygons = "quads" in like or like == "meshio"
+                self.assertEqual(result.document["meshes"]["a"]["format"], "ply" if polygons else "arrays")
+                self.assertEqual(result.document["meshes"]["a"]["triangles"], 8)
+
+    def test_a_real_meshio_mesh(self):
+        try:
+            import meshio
+        except ImportError:
+            self.skipTest("meshio is not installed")
+        self.assert_two(meshgauge.compare(meshio.Mesh(SQUARE[0], [("triangle", SQUARE[1])]), RAISED))
+
+    def test_units_that_an_object_names(self):
+        inches = types.SimpleNamespace(vertices=SQUARE[0], faces=SQUARE[1], units="inches")
+        result = meshgauge.compare(inches, inches, "1 mm")
+        self.assertEqual(result.document["meshes"]["a"]["unit"], {"name": "in", "source": "declared"})
+        self.assertEqual((result.verdict, result.unit), ("pass", "mm"))
+        declared = meshgauge.compare(inches, inches, units="mm")
+        self.assertEqual(declared.unit, "mm")
+        with self.assertRaisesRegex(meshgauge.InputError, "parsecs"):
+            meshgauge.compare(types.SimpleNamespace(vertices=SQUARE[0], faces=SQUARE[1], units="parsecs"), RAISED)
+
+    def test_a_gltf_with_its_file(self):
+        vertices = SQUARE[0].astype("<f4")
+        faces = SQUARE[1].astype("<u4")
+        scene = {"asset": {"version": "2.0"}, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
+                 "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
+                 "accessors": [{"bufferView": 0, "componentType": 5126, "count": len(vertices), "type": "VEC3"},
+                               {"bufferView": 1, "componentType": 5125, "count": faces.size, "type": "SCALAR"}],
+                 "bufferViews": [{"buffer": 0, "byteLength": vertices.nbytes},
+                                 {"buffer": 0, "byteOffset": vertices.nbytes, "byteLength": faces.nbytes}],
+                 "buffers": [{"byteLength": vertices.nbytes + faces.nbytes, "uri": "mesh.bin"}]}
+        self.write("mesh.bin", vertices.tobytes() + faces.tobytes())
+        result = meshgauge.compare(self.write("mesh.gltf", json.dumps(scene).encode()), RAISED, units=(None, "m"))
+        self.assert_two(result)
+        self.assertEqual(result.unit, "m")
+
+    def test_files_that_are_none(self):
+        with self.assertRaises(FileNotFoundError):
+            meshgauge.compare("there is no such file.stl", SQUARE)
+        with self.assertRaisesRegex(ValueError, "is a folder"):
+            meshgauge.compare(self.folder.name, SQUARE)
+        bad = self.write("bad.obj", b"v 0 0 0\nv 1 0 zero\n")
+        with self.assertRaisesRegex(meshgauge.InputError, "line 2 of '.*bad.obj'") as caught:
+            meshgauge.compare(bad, SQUARE)
+        self.assertEqual((caught.exception.kind, caught.exception.where), ("unreadable-mesh", "line 2"))
+        for content in (b"", b"\0" * 100, b"no mesh"):
+            with self.assertRaises(meshgauge.InputError):
+                meshgauge.compare(content, SQUARE)
+
+
+class Results(unittest.TestCase):
+    def test_verdicts(self):
+        for limit, verdict in ((2.5, "pass"), ("1.5", "fail"), ("2.5 mm", "pass"), ("0.15 cm", "fail"), (" .25cm ", "pass"), ("1e-2m", "pass")):
+            with self.subTest(limit=limit):
+                self.assertEqual(meshgauge.compare(SQUARE, RAISED, limit, units="mm").verdict, verdict)
+        self.assertIsNone(meshgauge.compare(SQUARE, RAISED).verdict)
+
+    def test_a_limit_close_to_the_distance_is_decided(self):
+        self.assertEqual(meshgauge.compare(SQUARE, RAISED, 2.00001).verdict, "pass")
+        self.assertEqual(meshgauge.compare(SQUARE, RAISED, 1.99999).verdict, "fail")
+
+    def test_witness_and_directions(self):
+        hole = (SQUARE[0], SQUARE[1][:-1])
+        one_sided = meshgauge.compare(hole, SQUARE, direction="a_to_b")
+        self.assertEqual((one_sided.lower, one_sided.b_to_a), (0.0, None))
+        result = meshgauge.compare(hole, SQUARE)
+        witness = result.witness
+        self.assertEqual(witness.on, "b")
+        self.assertEqual(witness.triangle, len(SQUARE[1]) - 1)
+        distance = math.dist(witness.point, witness.nearest)
+        self.assertGreaterEqual(distance, result.lower - 1e-12)
+        self.assertEqual(result.b_to_a.lower, result.lower)
+
+    def test_document_and_timings(self):
+        result = meshgauge.compare(SQUARE, RAISED, statistics={"samples": 2000, "seed": 7})
+        self.assertEqual(json.loads(result.json()), result.document)
+        self.assertEqual(result.document["statistics"]["a_to_b"]["samples"], 2000)
+        self.assertGreater(result.timings["total"], 0)
+        self.assertEqual(result.document["meshes"]["a"]["sha256"], None)
+        self.assertEqual(result.document["meshes"]["a"]["bytes"], SQUARE[0].nbytes + SQUARE[1].nbytes)
+        self.assertIn(" .. ", repr(result))
+        self.assertEqual(meshgauge.__version__, result.document["engine"]["version"])
+
+    def test_a_timeout_leaves_an_interval(self):
+        flat = shapes.grid(120), shapes.grid(127)
+        result = meshgauge.compare(*flat, tolerance=0, strategy="four_point", timeout=0.2, threads=1)
+        self.assertEqual(result.status, "timeout")
+        self.assertLessEqual(result.lower, result.upper)
+
+    def test_options_that_are_refused(self):
+        for options, named in (({"tolerance": -1}, "/tolerance/absolute"), ({"tolerance": {"relativ": 1}}, "relativ"),
+                               ({"tolerance": "small"}, "tolerance"), ({"timeout": 0}, "timeout"), ({"timeout": math.nan}, "timeout"),
+                               ({"threads": 0}, "/threads"), ({"threads": 1.5}, "threads"), ({"threads": 65}, "/threads"),
+                               ({"direction": "up"}, "/direction"), ({"units": "parsec"}, "parsec"), ({"units": ("mm",)}, "units"),
+                               ({"strategy": "best"}, "/strategy"), ({"points": 4}, "/points"), ({"max_distance": "5,0 mm"}, "5,0 mm"),
+                               ({"max_distance": "-1 mm"}, "-1 mm"), ({"max_distance": "1 parsec"}, "parsec"),
+                               ({"max_distance": math.inf}, "max_distance"), ({"statistics": {"samples": 1}}, "/statistics/samples")):
+            with self.subTest(options):
+                with self.assertRaises(meshgauge.InputError) as caught:
+                    meshgauge.compare(SQUARE, RAISED, **options)
+                self.assertIn(named, str(caught.exception))
+        with self.assertRaises(TypeError):
+            meshgauge.compare(SQUARE, RAISED, timeout_ms=1)
+
+    def test_units_that_contradict(self):
+        with self.assertRaises(meshgauge.InputError) as caught:
+            meshgauge.compare(SQUARE, RAISED, "1 mm", units=("in", None))
+        self.assertEqual(caught.exception.kind, "unit-conflict")
+        self.assertIn("arrays", str(caught.exception))
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,106 @@
+"""The plugin for pytest, in runs of pytest of its own."""
+
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+import unittest
+import urllib.parse
+
+try:
+    import pytest  # noqa: F401
+except ImportError:
+    raise unittest.SkipTest("pytest is not installed") from None
+
+TESTS = pathlib.Path(__file__).parent
+HEAD = f"import sys; sys.path.insert(0, {str(TESTS)!r})\nimport shapes\n"
+CLOSE = HEAD + """
+def test_part(assert_mesh_close):
+    assert_mesh_close(shapes.box(%s), "baselines/part.ply", max_distance="0.05 mm")
+"""
+
+
+class Plugin(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+
+    def pytest(self, source, *flags):
+        (self.folder / "test_it.py").write_text(source)
+        command = [sys.executable, "-m", "pytest", "-p", "meshgauge.pytest_plugin", "-q", *flags, "test_it.py"]
+        run = subprocess.run(command, cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        return run.returncode, run.stdout
+
+    def test_baselines_are_written_when_asked(self):
+        baseline = self.folder / "baselines/part.ply"
+        code, output = self.pytest(CLOSE % 10)
+        self.assertEqual(code, 1)
+        self.assertIn("does not exist; pytest --meshgauge-update writes it", output)
+        self.assertFalse(baseline.exists())
+        code, output = self.pytest(CLOSE % 10, "--meshgauge-update")
+        self.assertEqual((code, f"meshgauge: wrote {baseline}" in output), (0, True), output)
+        written = baseline.read_bytes()
+        self.assertEqual(self.pytest(CLOSE % 10.01)[0], 0)
+        self.assertNotIn("wrote", self.pytest(CLOSE % 10.01, "--meshgauge-update")[1])  # within the limit
+        self.assertEqual(baseline.read_bytes(), written)
+        self.assertEqual(self.pytest(CLOSE % 10.1)[0], 1)
+        self.assertIn("wrote", self.pytest(CLOSE % 10.1, "--meshgauge-update")[1])
+        self.assertEqual(self.pytest(CLOSE % 10.1)[0], 0)
+        self.assertEqual([path.name for path in baseline.parent.iterdir()], ["part.ply"])
+
+    def test_a_failure_says_where_and_has_a_report(self):
+        self.pytest(CLOSE % 10, "--meshgauge-update")
+        code, output = self.pytest(CLOSE % 10.5)
+        self.assertEqual(code, 1)
+        self.assertRegex(output, r"the meshes differ by more than the limit of 0.05 mm: the distance is in \[0\.\d+, 0\.\d+\] mm")
+        self.assertRegex(output, r"look at \(10.5, 10.5, 10.5\) mm on triangle \d+ of actual: the nearest point of expected is \(10, 10, 10\)")
+        self.assert_report(output, "0.05 mm")
+
+    def assert_report(self, output, limit):
+        report = pathlib.Path(urllib.parse.unquote(re.search(r"report: file://(\S+)", output)[1]))
+        page = report.read_text()
+        self.assertIn("data:image/png;base64", page)
+        self.assertIn(limit, page)
+        return report
+
+    def test_a_folder_for_reports_and_options(self):
+        source = HEAD + """
+def test_units(assert_mesh_close):
+    inch = shapes.box(1)
+    assert_mesh_close(inch, shapes.box(25.4), "0.01 mm", units=("in", "mm"))
+    assert_mesh_close(inch, shapes.box(26), "0.01 mm", units=("in", "mm"), direction="b_to_a", timeout=20)
+"""
+        code, output = self.pytest(source, "--meshgauge-reports=reports", "-p", "no:cacheprovider")
+        self.assertEqual(code, 1, output)
+        self.assertEqual(self.assert_report(output, "0.01 mm").parent, (self.folder / "reports").resolve())
+
+    def test_files_stay_what_they_are(self):
+        source = HEAD + """
+import pathlib
+def test_file(assert_mesh_close, tmp_path):
+    path = tmp_path / "made.obj"
+    path.write_bytes(shapes.obj(shapes.box(3)))
+    result = assert_mesh_close(path, "baselines/made.obj", 0.1)
+    assert result.verdict == "pass"
+    assert (pathlib.Path(__file__).parent / "baselines/made.obj").read_bytes() == path.read_bytes()
+"""
+        self.assertEqual(self.pytest(source, "--meshgauge-update")[0], 0)
+        code, output = self.pytest(source.replace("baselines/made.obj", "baselines/made.stl"), "--meshgauge-update")
+        self.assertEqual(code, 1)
+        self.assertIn("name it *.obj", output)
+        self.assertEqual(list((self.folder / "baselines").iterdir()), [self.folder / "baselines/made.obj"])
+
+    def test_a_mesh_that_is_none_is_an_error_not_a_difference(self):
+        code, output = self.pytest(HEAD + """
+def test_broken(assert_mesh_close):
+    vertices, faces = shapes.box(3)
+    assert_mesh_close((vertices * float("nan"), faces), shapes.box(3), 1)
+""")
+        self.assertEqual(code, 1)
+        self.assertIn("InputError: vertex 0 of 'a' is NaN", output)
+
+
+if __name__ == "__main__":
+    unittest.main()
