@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Writes config.json of an OCI bundle: an image as docker/compose.yaml runs it, for crun.
 
-  bundle.py ROOT DATA SAMPLES NAME=VALUE... [-- PROGRAM ARGUMENT...] <of-buildah-inspect >config.json
+  bundle.py ROOT DATA SAMPLES TOOLS NAME=VALUE... [-- PROGRAM ARGUMENT...] <of-buildah-inspect >config.json
 
 User, folder, variables and, unless there is another, program are the image's own. The root is read-only, nothing but /tmp and the volume can be
 written, all capabilities are dropped. The network is the machine's, so that it can be reached.
@@ -15,7 +15,7 @@ def mount(target, kind, source, *options):
     return {"destination": target, "type": kind, "source": source, "options": list(options)}
 
 
-def bundle(image, program, root, data, samples, *variables):
+def bundle(image, program, root, data, samples, tools, *variables):
     user, group = map(int, image["User"].split(":"))
     (volume,) = image["Volumes"]
     no_rights = ["nosuid", "noexec", "nodev"]
@@ -36,6 +36,7 @@ def bundle(image, program, root, data, samples, *variables):
             mount("/tmp", "tmpfs", "tmpfs", *no_rights, "mode=1777", "size=1g"),
             mount(volume, "bind", data, "rbind", "rw"),
             mount("/samples", "bind", samples, "rbind", "ro"),
+            mount("/tools", "bind", tools, "rbind", "ro"),
         ],
         "linux": {"namespaces": [{"type": kind} for kind in ("pid", "mount", "ipc", "uts")]},
     }

@@ -9,6 +9,7 @@
 
 #include "check/manifest/suggestion.h"
 #include "cli/commands.h"
+#include "cli/name_services.h"
 #include "engine/hausdorff.h"
 
 namespace {
@@ -80,6 +81,7 @@ int run(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   try {
+    meshgauge::cli::use_built_in_name_services();
     return run(argc, argv);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "meshgauge: %s\n", error.what());

@@ -8,6 +8,8 @@
 
 #include <curl/curl.h>
 
+#include "net/certificates.h"
+
 namespace meshgauge::net {
 namespace {
 
@@ -155,6 +157,8 @@ void set_access(CURL* easy, const HttpSettings& settings) {
   if (!settings.ca_file.empty()) {
     curl_easy_setopt(easy, CURLOPT_CAINFO, settings.ca_file.c_str());
     curl_easy_setopt(easy, CURLOPT_CAPATH, nullptr);  // this machine's certificates would be trusted as well
+  } else if (const std::string file = machine_certificates(); !file.empty()) {
+    curl_easy_setopt(easy, CURLOPT_CAINFO, file.c_str());
   }
   if (settings.key.empty()) return;
   curl_easy_setopt(easy, CURLOPT_HTTPAUTH, CURLAUTH_BEARER);

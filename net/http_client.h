@@ -23,7 +23,7 @@ struct HttpSettings {
   std::string base;            // scheme, host and port, before each request's path
   std::string key;             // a bearer token; empty: none
   std::string user_agent;      // empty: none
-  std::string ca_file;         // certificates trusted instead of this machine's; empty: this machine's
+  std::string ca_file;         // certificates trusted instead of this machine's; empty: machine_certificates()
   bool without_proxy = false;  // false: proxies of the environment
   // A status of 400 or more counts as the answer even if the connection broke while the body was sent.
   bool early_refusals = false;

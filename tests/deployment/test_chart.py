@@ -332,7 +332,7 @@ class Sizes(unittest.TestCase):
 
     def test_there_is_time_to_drain(self):
         for component, template, _, of in self.each():
-            waits = int(container(template).get("lifecycle", {"preStop": {"exec": {"command": ["sleep", "0"]}}})["preStop"]["exec"]["command"][1])
+            waits = container(template).get("lifecycle", {"preStop": {"sleep": {"seconds": 0}}})["preStop"]["sleep"]["seconds"]
             self.assertGreater(template["spec"]["terminationGracePeriodSeconds"], waits + of("grace_ms") / 1000 + 10, component)
 
     def test_both_take_the_same_meshes(self):

@@ -1,11 +1,18 @@
 """docs/ci.md and the README's part about pipelines as what they show: scripts, files and tables."""
 
+import functools
+import hashlib
+import http.server
+import io
 import json
 import os
 import pathlib
+import platform
 import re
 import shlex
 import struct
+import tarfile
+import threading
 from dataclasses import dataclass
 
 from harness import BINARY, ENVIRONMENT, ROOT
@@ -14,13 +21,15 @@ MANUAL = (ROOT / "docs/ci.md").read_text()
 README = (ROOT / "README.md").read_text()
 PIPELINE = README.split("## In a pipeline\n")[1].split("\n## ")[0]
 
+# What the pages download from, as packaging/repository says.
+RELEASES = f"https://github.com/{(ROOT / 'packaging/repository').read_text().strip()}/releases/download"
+
 # A stand-in for docker: runs the built program with the arguments after the image, and logs its own arguments.
 DOCKER = """#!/bin/sh
 printf '%s\\n' "$*" >> "$DOCKER_LOG"
 case $1 in
-  pull) exit "${DOCKER_PULLS:-1}" ;;
-  run) ;;
-  *) exit "${DOCKER_BUILDS:-0}" ;;
+  info) exit "${DOCKER_INFO:-0}" ;;
+  import) tar -tf - >> "$DOCKER_LOG.image" && echo sha256:imported && exit ;;
 esac
 while [ "$1" != --entrypoint ]; do shift; done
 shift 3
@@ -66,6 +75,36 @@ def tools(folder):
             "DOCKER_LOG": str(place / "docker.log"), "GIT_CONFIG_NOSYSTEM": "1", "NO_COLOR": "1",
             "GIT_AUTHOR_NAME": "t", "GIT_AUTHOR_EMAIL": "t@example.com", "GIT_COMMITTER_NAME": "t",
             "GIT_COMMITTER_EMAIL": "t@example.com"}
+
+
+class Releases:
+    """A page of releases on this machine: one archive, whose program runs the built one, and SHA256SUMS."""
+
+    def __init__(self, folder):
+        self.version = re.search(r"project\(meshgauge VERSION (\S+)", (ROOT / "CMakeLists.txt").read_text())[1]
+        name = f"meshgauge-{self.version}-linux-{platform.machine()}"
+        self.place = pathlib.Path(folder) / "releases" / f"v{self.version}"
+        self.place.mkdir(parents=True)
+        self.archive = self.place / f"{name}.tar.gz"
+        program = f'#!/bin/sh\nexec {shlex.quote(str(BINARY))} "$@"\n'.encode()
+        with tarfile.open(self.archive, "w:gz") as archive:
+            file = tarfile.TarInfo(f"{name}/meshgauge")
+            file.size, file.mode = len(program), 0o755
+            archive.addfile(file, io.BytesIO(program))
+        self.sha256 = hashlib.sha256(self.archive.read_bytes()).hexdigest()
+        (self.place / "SHA256SUMS").write_text(f"{'0' * 64}  another.whl\n{self.sha256}  {self.archive.name}\n")
+
+        class Quiet(http.server.SimpleHTTPRequestHandler):
+            def log_message(self, *words):
+                pass
+
+        self.server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), functools.partial(Quiet, directory=self.place.parent))
+        self.url = f"http://127.0.0.1:{self.server.server_port}"
+        threading.Thread(target=self.server.serve_forever, daemon=True).start()
+
+    def close(self):
+        self.server.shutdown()
+        self.server.server_close()
 
 
 def box(x=20, y=20, z=20, hole=False):

@@ -16,7 +16,7 @@ import yaml
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "reports"))
 import npm_tools
 from harness import ROOT
-from manual import MANUAL, PIPELINE, files, repository, tools
+from manual import MANUAL, PIPELINE, Releases, files, repository, tools
 
 GITLAB_SCHEMA = "gitlab.com/gitlab-org/gitlab/-/raw/master/app/assets/javascripts/editor/schema/ci.json"
 WORKFLOW = ".github/workflows/meshes.yml"
@@ -73,9 +73,9 @@ class Schemas(unittest.TestCase):
 
 
 class GitLab(unittest.TestCase):
-    """gitlab-ci-local runs the job of docs/ci.md in a shell, with the built program in place of the image's."""
+    """gitlab-ci-local runs the job of docs/ci.md in a shell, with the built program as the release's."""
 
-    def pipeline(self, broken):
+    def pipeline(self, broken, sha256=None):
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
         top = pathlib.Path(folder.name)
@@ -84,6 +84,9 @@ class GitLab(unittest.TestCase):
         config = yaml.safe_load(files(MANUAL)[".gitlab-ci.yml"])
         (included,) = config["include"]
         template = ROOT / included["file"]
+        releases = Releases(top)
+        self.addCleanup(releases.close)
+        config["meshes"]["variables"] |= {"MESHGAUGE_RELEASES": releases.url, "MESHGAUGE_SHA256": sha256 or releases.sha256}
         config["include"] = [{"local": included["file"]}]
         (place / included["file"]).parent.mkdir(parents=True)
         (place / included["file"]).write_text(template.read_text())
@@ -107,6 +110,11 @@ class GitLab(unittest.TestCase):
         done, place = self.pipeline(broken=False)
         self.assertRegex(done.stdout, r" PASS +meshes", done.stderr)
         self.assertEqual(json.loads((place / "meshgauge-reports/code-quality.json").read_text()), [])
+
+    def test_another_archive_than_was_meant(self):
+        done, place = self.pipeline(broken=False, sha256="1" * 64)
+        self.assertRegex(done.stderr, r"meshes .*finished in .* FAIL 1\b", done.stdout)
+        self.assertFalse((place / "meshgauge-reports").exists())
 
     def test_artefacts_are_what_is_written(self):
         job = yaml.safe_load((ROOT / "docker/ci/gitlab.yml").read_text())[".meshgauge"]

@@ -1,16 +1,17 @@
-"""The GitHub Action: its step is run as a runner runs it, with the built program in place of the container's."""
+"""The GitHub Action: its step is run as a runner runs it, with the built program as the release's."""
 
 import json
 import os
 import pathlib
 import re
+import shutil
 import subprocess
 import tempfile
 import unittest
 
 import yaml
 from harness import ROOT, Server
-from manual import repository, tools
+from manual import Releases, repository, tools
 
 ACTION = yaml.safe_load((ROOT / "action.yml").read_text())
 EXPRESSION = re.compile(r"\$\{\{ *([\w.-]+) *\}\}")
@@ -22,6 +23,8 @@ class Runner(unittest.TestCase):
         self.addCleanup(folder.cleanup)
         self.top = pathlib.Path(folder.name)
         self.environment = tools(self.top)
+        self.releases = Releases(self.top)
+        self.addCleanup(self.releases.close)
         self.workspace = self.top / "work space"
         self.summary = self.top / "summary.md"
 
@@ -29,7 +32,8 @@ class Runner(unittest.TestCase):
         """What `uses:` does with such inputs: the exit code. Sets self.outputs, self.log and self.docker."""
         if not self.workspace.exists():
             repository(self.workspace, broken)
-        values = {"github.action_repository": repository_of_action, "github.action_ref": "v1"}
+        values = {"github.action_repository": repository_of_action}
+        inputs.setdefault("releases", self.releases.url)
         for name, declared in ACTION["inputs"].items():
             values[f"inputs.{name}"] = inputs.pop(name.replace("-", "_"), declared.get("default", ""))
         self.assertFalse(inputs)
@@ -98,14 +102,27 @@ class Verdicts(Runner):
         self.assertIn("missing.yaml", (self.workspace / self.outputs["sarif"]).read_text())
         self.assertIn("missing.yaml", self.summary.read_text())
 
-    def test_no_image(self):
-        self.use()
-        self.environment["DOCKER_BUILDS"] = "1"
-        (self.top / "tools/docker.log").unlink()
-        self.assertEqual(self.use(), 3, self.log)
-        self.assertEqual([line.split()[0] for line in self.docker], ["pull", "build"])
+    def assert_not_fetched(self, reason, **inputs):
+        self.assertEqual(self.use(**inputs), 3, self.log)
+        self.assertEqual([line for line in self.docker if line != "info"], [])
         self.assertEqual((self.outputs["verdict"], self.outputs["sarif"]), ("error", ""))
         self.assertEqual({file.name for file in (self.workspace / "meshgauge-reports").iterdir()}, {"log.txt"})
+        self.assertIn(reason, self.summary.read_text())
+
+    def test_no_such_release(self):
+        self.assert_not_fetched("404", version="9.9.9")
+
+    def test_another_digest_than_was_given(self):
+        self.assert_not_fetched("SHA-256: " + "1" * 64, sha256="1" * 64)
+
+    def test_another_file_than_the_release_lists(self):
+        with self.releases.archive.open("ab") as archive:
+            archive.write(b"more")
+        self.assert_not_fetched("SHA-256: " + self.releases.sha256)
+
+    def test_a_release_without_this_machine(self):
+        (self.releases.place / "SHA256SUMS").write_text("")
+        self.assert_not_fetched("does not list")
 
     def test_refused_before_a_report(self):
         self.assertEqual(self.use(arguments="--no-such-flag"), 3, self.log)
@@ -126,29 +143,31 @@ class Container(Runner):
         return [line for line in self.docker if line.startswith("run ")]
 
     def test_without_rights_and_network(self):
-        self.use(image="registry.example/mg:2")
-        (line,) = self.docker
+        self.use()
+        self.assertEqual([line.split()[0] for line in self.docker], ["info", "import", "run"])
+        (line,) = self.runs()
         for words in ("--rm", "--read-only", "--cap-drop ALL", "--security-opt no-new-privileges", "--network none",
                       f"--user {os.getuid()}:{os.getgid()}", f"--workdir {self.workspace}",
                       f"--mount type=bind,source={self.workspace},target={self.workspace}",
-                      "--entrypoint meshgauge registry.example/mg:2 check gates.yaml "):
+                      "--entrypoint /meshgauge sha256:imported check gates.yaml "):
             self.assertIn(words, line)
+        self.assertIn("./meshgauge\n", (self.top / "tools/docker.log.image").read_text())
 
-    def test_what_is_published_is_pulled_and_what_is_not_is_built(self):
-        self.use()
-        self.assertEqual([line.split()[0] for line in self.docker], ["pull", "build", "run"])
-        self.assertEqual(self.docker[0], "pull --quiet ghcr.io/owner/meshgauge:v1")
-        self.assertIn(f"--file {ROOT}/docker/Dockerfile", self.docker[1])
-        self.assertIn("--entrypoint meshgauge meshgauge:action check", self.docker[2])
-        (self.top / "tools/docker.log").unlink()
-        self.environment["DOCKER_PULLS"] = "0"
-        self.use()
-        self.assertEqual([line.split()[0] for line in self.docker], ["pull", "run"])
-        self.assertIn("--entrypoint meshgauge ghcr.io/owner/meshgauge:v1 check", self.docker[1])
+    def test_where_there_is_no_docker(self):
+        self.environment["DOCKER_INFO"] = "1"
+        self.assertEqual(self.use(broken=True), 1, self.log)
+        self.assertEqual(self.docker, ["info"])
 
-    def test_a_local_action_is_built(self):
-        self.use(repository_of_action="")
-        self.assertEqual([line.split()[0] for line in self.docker], ["build", "run"])
+    def test_version_and_digest_are_given(self):
+        shutil.copytree(self.releases.place, self.releases.place.parent / "v1.2.3")
+        name = self.releases.archive.name
+        (self.releases.place.parent / "v1.2.3" / name).rename(self.releases.place.parent / "v1.2.3" / name.replace(self.releases.version, "1.2.3"))
+        self.assertEqual(self.use(version="1.2.3", sha256=self.releases.sha256), 0, self.log)
+
+    def test_releases_are_those_of_the_repository(self):
+        self.environment["GITHUB_SERVER_URL"] = f"{self.releases.url}/no-such"
+        self.assertEqual(self.use(releases=""), 3)
+        self.assertIn(f"{self.releases.url}/no-such/Owner/MeshGauge/releases/download", self.log)
 
     def test_a_service_measures(self):
         server = Server()
@@ -164,7 +183,7 @@ class Container(Runner):
 
     def test_inputs_are_no_commands(self):
         evil = '$(touch pwned) `touch pwned`; touch pwned #\' "'
-        for name in ("manifest", "undecided", "server", "image", "arguments"):
+        for name in ("manifest", "undecided", "server", "version", "sha256", "releases", "arguments"):
             self.use(**{name: evil})
             self.assertFalse([*self.top.rglob("pwned")], name)
         self.assertIn(evil, self.runs()[-1])
@@ -179,7 +198,7 @@ class Script(unittest.TestCase):
     def test_every_variable_is_given(self):
         script = (ROOT / "docker/ci/action.sh").read_text()
         (step,) = ACTION["runs"]["steps"]
-        self.assertEqual(set(re.findall(r"\b(?:INPUT|ACTION)_[A-Z]+\b", script)) | {"MESHGAUGE_KEY"}, set(step["env"]))
+        self.assertEqual(set(re.findall(r"\b(?:INPUT|ACTION)_[A-Z\d]+\b", script)) | {"MESHGAUGE_KEY"}, set(step["env"]))
         used = {found for value in step["env"].values() for found in EXPRESSION.findall(value)}
         self.assertLessEqual({f"inputs.{name}" for name in ACTION["inputs"]}, used)
         self.assertNotIn("${{", step["run"])

@@ -11,7 +11,7 @@ import unittest
 import manual
 import yaml
 from harness import ROOT, Server
-from manual import MANUAL, PIPELINE, README, as_glb, blocks, box, box_and_support, files, repository, rows, tools
+from manual import MANUAL, PIPELINE, README, RELEASES, Releases, as_glb, blocks, box, box_and_support, files, repository, rows, tools
 
 SECONDS = re.compile(r"\d+\.\d+ s\b")
 DIGITS = re.compile(r"\d+\.\d{8,}")
@@ -30,6 +30,8 @@ class Place(unittest.TestCase):
         self.top = pathlib.Path(folder.name)
         self.environment = tools(self.top)
         self.folder = self.top / "repository"
+        self.releases = Releases(self.top)
+        self.addCleanup(self.releases.close)
 
     def run_in(self, *command, folder=None, **how):
         return subprocess.run([str(c) for c in command], cwd=folder or self.folder, env=self.environment, text=True,
@@ -50,7 +52,7 @@ class Commands(Place):
         top = shlex.quote(str(self.top))
         script = "".join(f"{{\n{b.text}}} > {top}/{i}.out 2> {top}/{i}.err\necho $? > {top}/{i}.code\n"
                          for i, b in enumerate(scripts))
-        done = self.run_in("sh", "-uc", script.replace("http://127.0.0.1:8080", service))
+        done = self.run_in("sh", "-uc", script.replace("http://127.0.0.1:8080", service).replace(RELEASES, self.releases.url))
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         return [(b, int((self.top / f"{i}.code").read_text()), (self.top / f"{i}.out").read_text(),
                  (self.top / f"{i}.err").read_text()) for i, b in enumerate(scripts)]
