@@ -3,7 +3,7 @@
 set(CMAKE_FIND_LIBRARY_SUFFIXES .a)
 set(CMAKE_SKIP_RPATH ON)
 set(OPENSSL_USE_STATIC_LIBS ON)
-string(APPEND CMAKE_EXE_LINKER_FLAGS " -static-pie")
+string(APPEND CMAKE_EXE_LINKER_FLAGS " -static-pie -Wl,--gc-sections")
 add_link_options(-Wl,-Map=${PROJECT_BINARY_DIR}/$<TARGET_PROPERTY:NAME>.map)  # which libraries it contains: packaging/sbom.py
 link_directories(${CMAKE_LIBRARY_PATH})
 # What static libraries need themselves, last on the line of the linker: first libpq, last cpp-httplib.

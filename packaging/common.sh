@@ -1,7 +1,6 @@
 # What the scripts of packaging/ share; sourced at the root of the project.
-# shellcheck shell=bash
+# shellcheck shell=bash disable=SC2034  # the scripts that source this use its variables
 version=$(sed -nE 's/^project\(meshgauge VERSION (\S+).*/\1/p' CMakeLists.txt)
-# shellcheck disable=SC2034  # the scripts that source this use it
 packages=build/packages
 
 # The same bytes of the same sources: every time in a package is that of the last commit.
