@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "engine/conclusion.h"
+#include "engine/front.h"
 #include "engine/twins.h"
 
 namespace meshgauge {
@@ -39,10 +40,12 @@ class BuildStage {
   BuildStage(MeasuredPair& pair, Strategy strategy, ThreadPool& pool, Control& control)
       : pair_(pair), is_auto_(strategy == Strategy::automatic), pool_(pool), control_(control) {}
 
-  std::optional<Stop> run() {
+  std::optional<Stop> run(const Goal& goal, const Slack& slack) {
     if (is_auto_) {
+      double known = 0;  // the largest distance found
       for (MeasuredDirection& direction : pair_.directions) {
-        leave_out_shared(direction);
+        const FrontEnd end = take_front(pair_, direction, goal, slack, known, control_, pool_);
+        if (end == FrontEnd::declined) leave_out_shared(direction);
         if (const auto why = control_.check(); why != Interruption::none) return to_stop(why);
       }
     }
@@ -59,8 +62,9 @@ class BuildStage {
  private:
   // The paper's traversal needs two trees. `auto` needs none of the mesh measured from: it goes over its triangles.
   bool needs_tree(const MeasuredMesh& mesh) const {
-    return !is_auto_ || std::any_of(pair_.directions.begin(), pair_.directions.end(),
-                                    [&](const MeasuredDirection& d) { return &d.to == &mesh && !d.settled; });
+    return !is_auto_ || std::any_of(pair_.directions.begin(), pair_.directions.end(), [&](const MeasuredDirection& d) {
+      return &d.to == &mesh && !d.settled && !d.near;
+    });
   }
 
   bool needs_order(const MeasuredMesh& mesh) const {
@@ -116,8 +120,9 @@ void enter_frame(MeasuredPair& pair, const Kernels& kernels, ThreadPool& pool) {
   for (MeasuredMesh* mesh : {&pair.a, &pair.b}) mesh->framed = mesh->prepared.in(pair.frame, kernels);
 }
 
-std::optional<Stop> build(MeasuredPair& pair, Strategy strategy, ThreadPool& pool, Control& control) {
-  return BuildStage(pair, strategy, pool, control).run();
+std::optional<Stop> build(MeasuredPair& pair, Strategy strategy, const Goal& goal, const Slack& slack, ThreadPool& pool,
+                          Control& control) {
+  return BuildStage(pair, strategy, pool, control).run(goal, slack);
 }
 
 }  // namespace meshgauge

@@ -1,5 +1,7 @@
 #include "engine/certify.h"
 
+#include <algorithm>
+
 #include "engine/rounding.h"
 
 namespace meshgauge {
@@ -29,7 +31,8 @@ Certifier::Known Certifier::lower_bound(const Search& search, const Frame& frame
 
   const double off = distance_above(search.from(), candidate.triangle, w);
   const std::optional<double> below = found.complete ? certified_distance_below(search.to(), w, &stop) : std::nullopt;
-  const double lower = below ? rounding::subtract_down(*below, off) : 0;
+  const double beyond = rounding::subtract_down(search.reach(), off);  // from the triangles that are not in the tree
+  const double lower = below ? rounding::subtract_down(std::min(*below, beyond), off) : 0;
   return {candidate.point, candidate.triangle, lower, witness, below.has_value()};
 }
 

@@ -13,6 +13,8 @@ namespace meshgauge {
 //
 // Lower: the witness as reported, w, is the candidate rounded to the file's coordinates. With r >= d(w, A) some point
 // of A is within r of w, and d(., B) is 1-Lipschitz, so h(A,B) >= d(w,B) - r. Both are bounded by rounding.h R5 and R3.
+// Where the tree holds a part of B alone, each other triangle is farther than search.reach() from the candidate's
+// triangle, which is within r of w: so d(w,B) is at least the smaller of the distance to the part and reach() - r.
 // Upper: every point of A lies in a piece whose computed bound is in search.upper(); R3 and R4 give the slack.
 //
 // One object for each search. The lower bound costs two queries and depends on the candidate alone, so it is kept until

@@ -1,15 +1,22 @@
 // The data that the stages of a measurement share: the two meshes, their frame and the directions to measure.
 #pragma once
 
+#include <cstdint>
+#include <limits>
 #include <memory>
+#include <optional>
+#include <span>
 #include <vector>
 
+#include "engine/adjacency.h"
 #include "engine/bvh.h"
+#include "engine/control.h"
 #include "engine/frame.h"
 #include "engine/ordered_mesh.h"
 #include "engine/outcome.h"
 #include "engine/prepared.h"
 #include "engine/rounding.h"
+#include "engine/thread_pool.h"
 
 namespace meshgauge {
 
@@ -23,6 +30,30 @@ struct MeasuredMesh {
   MeshView given() const { return prepared.mesh(); }
 };
 
+// The triangles of a mesh that can be nearest to the rest of a direction, with a tree of their own.
+class NearPart {
+ public:
+  // Precondition: `triangles` is not empty. If `control` interrupts it, complete() is false and it must not be used.
+  NearPart(const MeasuredMesh& of, std::span<const std::uint32_t> triangles, const Frame& frame, Control& control,
+           ThreadPool& pool)
+      : mesh(of.given(), triangles, of.prepared.box(), frame, control, pool),
+        tree(mesh.view(), of.framed->kernels(), control, pool) {}
+
+  bool complete() const { return mesh.complete() && tree.complete(); }
+  // nullptr: interrupted.
+  const Adjacency* adjacency(ThreadPool& pool, const Interrupted& interrupted) {
+    if (!adjacency_) adjacency_.emplace(mesh.view(), pool, interrupted);
+    if (!adjacency_->complete()) adjacency_.reset();
+    return adjacency_ ? &*adjacency_ : nullptr;
+  }
+
+  const OrderedMesh mesh;
+  const Bvh tree;
+
+ private:
+  std::optional<Adjacency> adjacency_;
+};
+
 // One direction: distances from the points of `from` to `to`.
 struct MeasuredDirection {
   Directed& result;
@@ -30,6 +61,12 @@ struct MeasuredDirection {
   MeasuredMesh& to;
   bool settled = false;                         // the build stage has found the result
   std::unique_ptr<OrderedMesh> rest = nullptr;  // null: search all of `from`; else only these of its triangles
+  // Triangle of `rest` whose corners give most of the lower bound that the others were left out for; nullopt: none
+  // were.
+  std::optional<std::uint32_t> first = std::nullopt;
+  double left_out = 0;                       // computed upper bound of the triangles that are not in `rest`
+  std::unique_ptr<NearPart> near = nullptr;  // null: search all of `to`; else this is enough for `rest`
+  double reach = std::numeric_limits<double>::infinity();  // each triangle not in `near` is farther from all of `rest`
 };
 
 // The largest difference between the meshes at hand and the meshes that they stand for: the sum of both

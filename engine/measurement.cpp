@@ -92,30 +92,40 @@ std::optional<Stop> Measurement::staged(const char* name, double& total_ms, Work
 }
 
 std::optional<Stop> Measurement::build_both() {
-  return staged("build", outcome_.timings.build, [this] { return build(pair_, options_.strategy, pool_, control_); });
+  return staged("build", outcome_.timings.build,
+                [this] { return build(pair_, options_.strategy, goal_, slack(), pool_, control_); });
 }
 
 std::optional<Stop> Measurement::measure(MeasuredDirection& direction) {
   const OrderedMesh& from = direction.rest ? *direction.rest : *direction.from.ordered;
-  const OrderedMesh& to = *direction.to.ordered;
-  Search search(from.view(), from.box, *direction.to.tree, goal_, lower_, *this, pool_);
+  const OrderedMesh& to = direction.near ? direction.near->mesh : *direction.to.ordered;
+  const Bvh& tree = direction.near ? direction.near->tree : *direction.to.tree;
+  Search search(from.view(), from.box, tree, goal_, lower_, *this, pool_);
   set_up(search, direction);
   const auto stop = is_auto() ? search_auto(search, from, to) : search_paper(search, *direction.from.tree);
   certify(search, direction.result, from, to);
   return stop;
 }
 
-void Measurement::set_up(Search& search, MeasuredDirection& direction) {
+// Without the residual, which is that of a tree.
+Slack Measurement::slack() const {
   const Frame& frame = pair_.frame;
+  const double output_rounding = frame.length_to_frame(2 * std::numeric_limits<double>::denorm_min());
+  return {0, frame.rounding_of_points(), output_rounding + pair_.error.cost(frame), lower_slack_};
+}
+
+void Measurement::set_up(Search& search, MeasuredDirection& direction) {
   search.set_budget(options_);
-  search.set_start_slack(lower_slack_);
-  search.set_witness_rounding(frame.rounding_of_points());
-  search.set_output_rounding(frame.length_to_frame(2 * std::numeric_limits<double>::denorm_min()) +
-                             pair_.error.cost(frame));
+  search.set_slack(slack());
+  search.drop(direction.left_out);
+  if (direction.first) search.measure_corners(*direction.first);
+  search.set_reach(direction.reach);
   running_ = &direction.result;
   certifier_ = Certifier();
-  search.set_adjacency_source(
-      [this, &direction] { return direction.to.framed->adjacency(pool_, [this] { return interrupted(); }); });
+  search.set_adjacency_source([this, &direction] {
+    const Interrupted stop = [this] { return interrupted(); };
+    return direction.near ? direction.near->adjacency(pool_, stop) : direction.to.framed->adjacency(pool_, stop);
+  });
 }
 
 std::optional<Stop> Measurement::search_auto(Search& search, const OrderedMesh& from, const OrderedMesh& to) {

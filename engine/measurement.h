@@ -1,6 +1,6 @@
 // One measurement from its options to its outcome: runs the stages and answers the search's questions between them.
 //
-//   build        build_stage.h: frame, orders, trees
+//   build        build_stage.h: frame, front, orders, trees
 //   traverse     sweep.h, or traversal.h with a strategy of the paper
 //   reduce       bisection.h, or reduction.h with a strategy of the paper
 //   certify      certify.h
@@ -36,6 +36,7 @@ class Measurement final : public Monitor {
   void open(std::optional<Directed>& directed, MeasuredMesh& from, MeasuredMesh& to);
   std::optional<Stop> build_both();
   std::optional<Stop> measure(MeasuredDirection& direction);
+  Slack slack() const;
   void set_up(Search& search, MeasuredDirection& direction);
   std::optional<Stop> search_auto(Search& search, const OrderedMesh& from, const OrderedMesh& to);
   std::optional<Stop> search_paper(Search& search, const Bvh& from_tree);

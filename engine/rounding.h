@@ -64,6 +64,12 @@
 //      scaling_error() adds room for its own roundings: 6u * largest + 2^-1072. A point of a triangle is a convex
 //      combination of corners and moves no farther than they do, so both surfaces are within the error of each other,
 //      and h(A,B) of the exact images is within error(A) + error(B) of h of the rounded ones.
+//
+// (R9) Usual residual. With R1 and products of at most 3.47: |a + length*e1 - b| is at most 3.5u * 3.47 for the length,
+//      u * 3.47 each for b - a, for the division and for the product, and 2u for the sum: below 25u. At c the foot and
+//      the vector across are each found with two dot products (4u * 3.47 each) and two differences of vectors, and
+//      clamping the foot moves it by no more than its error: below 200u. kUsualResidual = 512u is an estimate made
+//      before a residual is measured (engine/front.h); no bound depends on it.
 #pragma once
 
 #include <cstdint>
@@ -74,6 +80,7 @@ inline constexpr double kUnit = 0x1p-53;  // u
 
 inline constexpr double kDistanceSlack = 64 * kUnit;    // R3, without the residual
 inline constexpr double kResidualSlack = 16 * kUnit;    // R2
+inline constexpr double kUsualResidual = 512 * kUnit;   // R9
 inline constexpr double kMidpointSlack = 2 * kUnit;     // R4, a level
 inline constexpr double kSeparationSlack = 32 * kUnit;  // R5
 inline constexpr double kOffsetPad = 0x1p-22;           // R6, relative

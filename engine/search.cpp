@@ -13,6 +13,20 @@ double Goal::gap(double lower, double slack) const {
   return std::max(rounding::kSmallestGap, std::max(width, relative * std::max(0.0, lower - slack)) - slack);
 }
 
+double Slack::lower(bool interior) const {
+  const double point = rounding::kSeparationSlack + rounding::kDistanceSlack + residual;
+  const double off = rounding::kDistanceSlack + 2 * rounding::kResidualSlack + 2 * witness_rounding;
+  return std::max(start, interior ? point + off : point);
+}
+
+double Goal::cull_below(double lower, const Slack& slack) const {
+  return gate ? std::max(lower, *gate - slack.upper(rounding::kDepthAllowance)) : lower;
+}
+
+double Goal::cull_within_tolerance(double lower, const Slack& slack) const {
+  return std::max(cull_below(lower, slack), lower + gap(lower, slack.to_come()));
+}
+
 Search::Search(MeshView from, const Box& from_box, const Bvh& to, const Goal& goal, double start_lower,
                Monitor& monitor, ThreadPool& pool)
     : from_(from),
@@ -23,6 +37,7 @@ Search::Search(MeshView from, const Box& from_box, const Bvh& to, const Goal& go
       pool_(pool),
       lower_(start_lower),
       unvisited_(farthest_of_box(from_box, to.mesh().corner(0, 0))) {
+  slack_.residual = to.residual();
   candidate_.point = from.corner(0, 0);  // also when the query is stopped
   observe(nearest_corner(to, candidate_.point, work_, stop()), 0, true);
 }
@@ -37,20 +52,14 @@ double Search::upper() const {
   return std::max({lower(), dropped_, unvisited_, waiting});
 }
 
-double Search::lower_slack() const { return lower_slack(!candidate_.is_vertex); }
-
-double Search::lower_slack(bool interior) const {
-  const double point = rounding::kSeparationSlack + rounding::kDistanceSlack + to_.residual();
-  const double off = rounding::kDistanceSlack + 2 * rounding::kResidualSlack + 2 * witness_rounding_;
-  return std::max(start_slack_, interior ? point + off : point);
+void Search::set_slack(const Slack& slack) {
+  slack_ = slack;
+  slack_.residual = to_.residual();
 }
 
-// The slack at a depth that is never reached: a piece that is dropped now must be within the tolerance at the end.
-double Search::slack_to_come() const {
-  return output_rounding_ + lower_slack(true) + rounding::upper_slack(to_.residual(), rounding::kDepthAllowance);
-}
+double Search::lower_slack() const { return slack_.lower(!candidate_.is_vertex); }
 
-double Search::upper_slack() const { return rounding::upper_slack(to_.residual(), work_.max_depth); }
+double Search::upper_slack() const { return slack_.upper(work_.max_depth); }
 
 void Search::observe(const Corner& corner, std::uint32_t triangle, bool is_vertex) {
   if (!corner.complete || corner.distance <= candidate_.distance) return;
@@ -58,10 +67,8 @@ void Search::observe(const Corner& corner, std::uint32_t triangle, bool is_verte
   raise_lower(corner.distance);
 }
 
-double Search::cull_below(double lower) const {
-  if (!goal_.gate) return lower;
-  // The slack at a depth that is never reached: a piece that is dropped now must be below the gate at the end.
-  return std::max(lower, *goal_.gate - rounding::upper_slack(to_.residual(), rounding::kDepthAllowance));
+void Search::measure_corners(std::uint32_t triangle) {
+  for (int i = 0; i < 3; ++i) observe(nearest_corner(to_, from_.corner(triangle, i), work_, stop()), triangle, true);
 }
 
 void Search::push(const Piece& piece) {

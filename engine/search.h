@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <atomic>
 #include <functional>
+#include <limits>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -33,6 +34,24 @@ inline double farthest_of_box(const Box& box, const Vec3& b) {
   return (b - box.low).cwiseAbs().cwiseMax((box.high - b).cwiseAbs()).norm();
 }
 
+// By how much certifying widens the computed bounds of a search. Frame units.
+struct Slack {
+  double residual = 0;          // of B's prepared triangles: rounding.h R2
+  double witness_rounding = 0;  // how far the reported witness may lie from the candidate: the file's coordinates are
+                                // coarser
+  double output_rounding = 0;   // the rounding of the scaling back to the meshes' unit (0 unless the results are
+                                // subnormal) and the input error
+  double start = 0;             // what certifying takes from the lower bound that the search starts with
+
+  // Of the lower bound. `interior`: the candidate is not a vertex of A.
+  double lower(bool interior) const;
+  // Of the upper bound, with pieces of this depth.
+  double upper(std::uint32_t depth) const { return rounding::upper_slack(residual, depth); }
+  // Of both, with an interior candidate and at a depth that is never reached: a piece that is dropped now must be
+  // within the tolerance at the end.
+  double to_come() const { return output_rounding + lower(true) + upper(rounding::kDepthAllowance); }
+};
+
 // When a search may end. Lengths in frame units.
 struct Goal {
   double width = 0;            // the absolute and the diagonal rule: upper - lower <= width
@@ -42,6 +61,12 @@ struct Goal {
   // The largest computed gap upper - lower at which a rule will hold after certifying, but at least
   // rounding::kSmallestGap. `slack`: by how much certifying will widen the interval.
   double gap(double lower, double slack) const;
+
+  // Parts of A with upper bounds of at most this can neither raise the lower bound nor fail the gate: they may be
+  // dropped.
+  double cull_below(double lower, const Slack& slack) const;
+  // The same for strategy `auto`, which also drops what is within the tolerance of the lower bound.
+  double cull_within_tolerance(double lower, const Slack& slack) const;
 };
 
 class Search;
@@ -93,14 +118,13 @@ class Search {
   // What certifying would take from the lower bound and add to the upper bound now. Frame units, like all slacks here.
   double lower_slack() const;
   double upper_slack() const;
-  double slack() const { return lower_slack() + upper_slack() + output_rounding_; }
-  // How far the reported witness may lie from the candidate, because the meshes' own coordinates are coarser.
-  void set_witness_rounding(double rounding) { witness_rounding_ = rounding; }
-  // What certifying takes from `start_lower`: the witness of the other direction may cost more.
-  void set_start_slack(double slack) { start_slack_ = slack; }
-  // By how much the interval widens after certify(): the outward rounding of the scaling back to the meshes' unit (0
-  // unless the results are subnormal) and the input error.
-  void set_output_rounding(double rounding) { output_rounding_ = rounding; }
+  double slack() const { return lower_slack() + upper_slack() + slack_.output_rounding; }
+  // All but the residual, which is that of the tree of B.
+  void set_slack(const Slack& slack);
+  // Sets a lower bound of the distance of each point of A from each triangle of the mesh B that is not in the tree;
+  // infinite: the tree holds all of B.
+  void set_reach(double reach) { reach_ = reach; }
+  double reach() const { return reach_; }
 
   // Raises the lower bound to a computed distance of a sample of A. Any thread may call it, before absorb() takes the
   // sample over as the candidate.
@@ -112,17 +136,14 @@ class Search {
   // Takes a sample of A at the computed distance `corner.distance` from B: raises the lower bound and the candidate,
   // unless its query was stopped.
   void observe(const Corner& corner, std::uint32_t triangle, bool is_vertex);
+  // Observes the three corners of this triangle of A.
+  void measure_corners(std::uint32_t triangle);
 
-  // Pieces and nodes with upper bounds of at most this can neither raise the lower bound nor fail the gate: they may be
-  // dropped.
-  double cull_below() const { return cull_below(lower()); }
-  // The same for strategy `auto`, which also drops what is within the tolerance of the lower bound. It allows for the
-  // largest possible slack, because the slack may grow after a piece was dropped.
+  // Those of the goal, for the lower bound of now.
+  double cull_below() const { return goal_.cull_below(lower(), slack_); }
   double cull_within_tolerance() const { return cull_within_tolerance(lower()); }
   // The same for a given lower bound; depends on nothing else that changes.
-  double cull_within_tolerance(double lower) const {
-    return std::max(cull_below(lower), lower + goal_.gap(lower, slack_to_come()));
-  }
+  double cull_within_tolerance(double lower) const { return goal_.cull_within_tolerance(lower, slack_); }
   // Records that a piece with this upper bound is not followed any further: upper() stays at least as large.
   void drop(double upper) { dropped_ = std::max(dropped_, upper); }
   // The smallest gap between the computed bounds that the search can reach.
@@ -167,10 +188,6 @@ class Search {
   bool above_gate() const { return goal_.gate && lower() - lower_slack() > *goal_.gate; }
 
  private:
-  double cull_below(double lower) const;
-  double lower_slack(bool interior) const;
-  double slack_to_come() const;
-
   MeshView from_;
   Box from_box_;
   const Bvh& to_;
@@ -185,9 +202,8 @@ class Search {
   double dropped_ = 0;
   double unresolved_ = 0;
   const Options* budget_ = nullptr;
-  double witness_rounding_ = 0;
-  double output_rounding_ = 0;
-  double start_slack_ = 0;
+  Slack slack_;
+  double reach_ = std::numeric_limits<double>::infinity();
   Candidate candidate_;
   std::vector<Piece> waiting_;
   bool is_heap_ = true;

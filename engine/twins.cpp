@@ -11,6 +11,7 @@ namespace meshgauge {
 namespace {
 
 constexpr std::size_t kSample = 64;  // triangles
+constexpr std::size_t kFewOf = 64;   // a smaller part of a mesh is not worth an array over the whole of the other one
 
 bool holds(const Box& box, const Vec3& p) {
   return (p.array() >= box.low.array()).all() && (p.array() <= box.high.array()).all();
@@ -104,7 +105,8 @@ LargeArray<std::uint32_t> twins_by_corners(MeshView from, const Prepared& to, co
 LargeArray<std::uint32_t> twins_by_number(const OrderedMesh& from, const OrderedMesh& to) {
   LargeArray<std::uint32_t> twins;
   if (from.given > 2 * to.given || to.given > 2 * from.given) return twins;
-  LargeArray<std::uint32_t> place(to.given);  // by number in the given mesh
+  if (kFewOf * from.original.size() < to.given) return twins;
+  LargeArray<std::uint32_t> place(to.given, kNoTwin);  // by number in the given mesh
   for (std::uint32_t t = 0; t < to.original.size(); ++t) place[to.original[t]] = t;
   twins.reserve(from.original.size());
   for (const std::uint32_t number : from.original) twins.push_back(number < place.size() ? place[number] : kNoTwin);

@@ -15,7 +15,7 @@ inline constexpr std::uint32_t kNoTwin = ~std::uint32_t{0};
 
 // Returns a guess: for each triangle of `from` the triangle of `to` with the same number in the given meshes, or
 // kNoTwin. Empty: one of the given meshes has more than twice as many triangles as the other, so they are hardly
-// copies. Precondition: `to` holds all triangles of its given mesh. Linear time.
+// copies; or `from` is so small a part that finding its twins takes longer than doing without. Linear time.
 LargeArray<std::uint32_t> twins_by_number(const OrderedMesh& from, const OrderedMesh& to);
 
 // Returns for each triangle of `from` a triangle of `to` with the same three corners, in any order, or kNoTwin. Unlike

@@ -285,6 +285,25 @@ void make_many(Dice& dice, Pair& pair) {
   if (dice.chance(0.2)) pair.b = pair.a;
 }
 
+// A copy with the same indices: moved as a whole, bent, dented in one place, or with noise.
+void make_deformed(Dice& dice, Pair& pair) {
+  pair.a = dice.chance(0.7) ? sheet(dice, dice.between(3, 12), dice.between(2, 10), dice.power(-6, 0))
+                            : soup(dice, 10 + dice.below(60));
+  pair.b = pair.a;
+  const double size = dice.power(-12, 0.3), noise = dice.chance(0.3) ? dice.power(-16, -2) : 0;
+  const Vec3 way = dice.point(size), dent = dice.point();
+  const std::uint32_t how = dice.below(4);
+  for (Vec3& p : pair.b.positions) {
+    if (how == 0) p += way;
+    if (how == 1) p += (p - dent).squaredNorm() * way;
+    if (how == 2 && (p - dent).norm() < 0.4) p += way;
+    if (how == 3) p += dice.point(size);
+    if (noise > 0) p += dice.point(noise);
+  }
+  if (dice.chance(0.2)) add_triangle(pair.a, {0, 0, 0}, {1, 0, 0}, {0, 1, 0});
+  if (dice.chance(0.1)) pair.b.positions.push_back(dice.point(100));
+}
+
 constexpr Kind kKinds[] = {
     {"soup", make_soup},
     {"lattice", make_lattice},
@@ -304,6 +323,7 @@ constexpr Kind kKinds[] = {
     {"sheets", make_sheets},
     {"fan", make_fan},
     {"many", make_many},
+    {"deformed", make_deformed},
 };
 
 }  // namespace

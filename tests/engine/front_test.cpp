@@ -1,0 +1,177 @@
+// The front of strategy `auto`: pairs of which most is left out before anything is built.
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "engine/certify.h"
+#include "engine/hausdorff.h"
+#include "engine/prepared.h"
+#include "patient_search.h"
+#include "same_outcome.h"
+#include "shapes.h"
+
+using namespace meshgauge;
+
+namespace {
+
+Options precise(Direction direction = Direction::symmetric) {
+  Options options;
+  options.direction = direction;
+  options.tolerance = {std::nullopt, 1e-7, std::nullopt};
+  return options;
+}
+
+Outcome measured(const Mesh& a, const Mesh& b, const Options& options) {
+  Control control;
+  return measure(a, b, options, control);
+}
+
+// The same mesh with a bump around `at`, which is sunk for a negative height.
+Mesh bumped(Mesh mesh, const Vec3& at, double height) {
+  for (Vec3& p : mesh.positions) {
+    const double near = std::max(0.0, 1 - (p - at).norm() / 0.3);
+    p *= 1 + height * near * near;
+  }
+  return mesh;
+}
+
+Mesh turned(Mesh mesh, double angle) {
+  for (Vec3& p : mesh.positions) {
+    p = Vec3(std::cos(angle) * p.x() - std::sin(angle) * p.y(), std::sin(angle) * p.x() + std::cos(angle) * p.y(),
+             p.z());
+  }
+  return mesh;
+}
+
+// The paper's strategy has no front: it judges what `auto` finds.
+void check_against_four_point(const Mesh& a, const Mesh& b, Options options) {
+  const Outcome found = measured(a, b, options);
+  CHECK(found.stop == Stop::converged);
+  options.strategy = Strategy::four_point;
+  options.tolerance = {std::nullopt, 1e-5, std::nullopt};
+  const Outcome judge = measured(a, b, options);
+  CHECK(found.lower <= judge.upper);
+  CHECK(judge.lower <= found.upper);
+}
+
+struct Kept {
+  Mesh mesh_a, mesh_b;
+  Prepared a{mesh_a}, b{mesh_b};
+  std::size_t bare = a.bytes() + b.bytes();
+
+  Outcome run(const Options& options) const {
+    Control control;
+    return measure(a, b, options, control);
+  }
+  // Orders and trees take more than the meshes themselves.
+  bool nothing_built() const { return a.bytes() + b.bytes() < bare + bare / 4; }
+};
+
+}  // namespace
+
+TEST_CASE("front: a mesh that is moved as a whole needs no order and no tree") {
+  const Mesh mesh = shapes::sphere(40);
+  for (const Vec3& by : {Vec3(1e-4, 0, 0), Vec3(0.03, -0.04, 0), Vec3(0, 0, 0.5), Vec3(3, 4, 0)}) {
+    const Kept pair{mesh, shapes::moved(mesh, by)};
+    const Outcome out = pair.run(precise());
+    CHECK(out.stop == Stop::converged);
+    CHECK(out.lower <= by.norm() * (1 + 1e-12));
+    CHECK(out.upper >= by.norm() * (1 - 1e-12));
+    CHECK(pair.nothing_built());
+    REQUIRE(out.a_to_b->bounds.witness);
+    const Witness& witness = *out.a_to_b->bounds.witness;
+    CHECK((witness.point_a - witness.point_b).norm() == doctest::Approx(by.norm()).epsilon(1e-6));
+  }
+}
+
+TEST_CASE("front: an identical copy has distance zero exactly, and its witness") {
+  const Mesh mesh = shapes::sphere(20);
+  const Outcome out = measured(mesh, mesh, precise());
+  CHECK(out.upper == 0);
+  REQUIRE(out.a_to_b->bounds.witness);
+  CHECK(out.a_to_b->bounds.witness->point_a == out.a_to_b->bounds.witness->point_b);
+}
+
+TEST_CASE("front: bumps, turns and noise have the distance of the paper's strategy") {
+  std::mt19937_64 random(62);
+  const Mesh sphere = shapes::sphere(30), grid = shapes::grid(25), soup = shapes::soup(300, random);
+  for (const Direction direction : {Direction::a_to_b, Direction::b_to_a, Direction::symmetric}) {
+    const Options options = precise(direction);
+    check_against_four_point(sphere, bumped(sphere, {1, 0, 0}, 0.1), options);
+    check_against_four_point(sphere, bumped(bumped(sphere, {1, 0, 0}, 0.1), {0, 0, -1}, -0.2), options);
+    check_against_four_point(grid, turned(grid, 0.01), options);
+    check_against_four_point(soup, turned(soup, 0.3), options);
+    check_against_four_point(sphere, turned(sphere, 1), options);  // it moves far along itself: the front declines
+  }
+}
+
+TEST_CASE("front: a bump is found without an order and a tree of the whole mesh") {
+  const Mesh mesh = shapes::sphere(60);
+  const Kept pair{mesh, bumped(mesh, {0, 1, 0}, 0.1)};
+  CHECK(pair.run(precise()).lower > 0.09);
+  CHECK(pair.nothing_built());
+}
+
+TEST_CASE("front: kept meshes give the bits of new ones, also after their trees were built") {
+  const Mesh mesh = shapes::sphere(30), other = bumped(mesh, {0, 1, 0}, 0.1), coarse = shapes::sphere(20);
+  const Prepared kept(other, Prepared::Use::often), to_build(coarse);
+  Control control;
+  (void)measure(to_build, kept, precise(), control);
+  for (const Direction direction : {Direction::a_to_b, Direction::b_to_a, Direction::symmetric}) {
+    const Outcome again = measure(Prepared(mesh), kept, precise(direction), control);
+    CHECK(same_outcome(again, measured(mesh, other, precise(direction))));
+  }
+}
+
+TEST_CASE("front: gates are decided on the right side") {
+  const Mesh mesh = shapes::sphere(30), other = bumped(mesh, {0, 1, 0}, 0.1);
+  const Outcome known = measured(mesh, other, precise());
+  for (const double factor : {0.1, 0.5, 0.99, 1.01, 2.0, 10.0}) {
+    Options options = precise();
+    options.tolerance = {};
+    options.max_distance = known.upper * factor;
+    const Outcome out = measured(mesh, other, options);
+    CHECK(out.stop == Stop::gate_decided);
+    CHECK((out.upper <= *options.max_distance) == (factor > 1));
+  }
+}
+
+TEST_CASE("front: the interval holds after an interruption at any check, with one thread and with two") {
+  const Mesh mesh = shapes::sphere(60), other = bumped(mesh, {0, 1, 0}, 0.1);
+  const Outcome known = measured(mesh, other, precise());
+  for (const unsigned threads : {1U, 2U}) {
+    Options options = precise();
+    options.threads = threads;
+    for (std::uint64_t check = 1; check < 100; ++check) {
+      Control control;
+      control.cancel_at_check(check);
+      const Outcome out = measure(mesh, other, options, control);
+      CHECK(out.lower <= known.upper);
+      CHECK(known.lower <= out.upper);
+    }
+  }
+}
+
+TEST_CASE("front: unused vertices of any coordinates change nothing") {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  Mesh mesh = shapes::sphere(20), other = shapes::moved(mesh, {0.1, 0, 0});
+  const Outcome known = measured(mesh, other, precise());
+  mesh.positions.insert(mesh.positions.end(), {Vec3::Constant(nan), Vec3(-1e9, 0, 0)});
+  other.positions.insert(other.positions.end(), {Vec3(-1e9, 0, 0), Vec3::Constant(nan), Vec3::Zero()});
+  const Outcome out = measured(mesh, other, precise());
+  CHECK(out.lower <= known.upper);
+  CHECK(known.lower <= out.upper);
+  CHECK(out.stop == Stop::converged);
+}
+
+TEST_CASE("front: a certified lower bound never exceeds the reach of a tree that holds a part of B") {
+  PatientSearch part(shapes::moved(shapes::cube(1), {5, 0, 0}), shapes::cube(1));
+  const Bounds all = Certifier().certify(part.search, Frame{}, never_interrupted);
+  REQUIRE(all.lower > 1);
+  part.search.set_reach(0.5);
+  const Bounds bounds = Certifier().certify(part.search, Frame{}, never_interrupted);
+  CHECK(bounds.lower <= 0.5);
+  CHECK(bounds.lower > 0.499);
+  CHECK(bounds.upper == all.upper);
+}
