@@ -43,12 +43,12 @@ struct Slack {
                                 // subnormal) and the input error
   double start = 0;             // what certifying takes from the lower bound that the search starts with
 
-  // Of the lower bound. `interior`: the candidate is not a vertex of A.
+  // What certifying takes from the lower bound. `interior`: the candidate is not a vertex of A.
   double lower(bool interior) const;
-  // Of the upper bound, with pieces of this depth.
+  // What it adds to the upper bound, with pieces of this depth.
   double upper(std::uint32_t depth) const { return rounding::upper_slack(residual, depth); }
-  // Of both, with an interior candidate and at a depth that is never reached: a piece that is dropped now must be
-  // within the tolerance at the end.
+  // The sum of both, with an interior candidate and at a depth that is never reached: a piece that is dropped now must
+  // be within the tolerance at the end.
   double to_come() const { return output_rounding + lower(true) + upper(rounding::kDepthAllowance); }
 };
 
