@@ -15,6 +15,10 @@ SHOWN = [ROOT / name for name in ("README.md", "docs/ci.md", "docs/install.md", 
 
 
 class Names(unittest.TestCase):
+    def test_the_debian_package_has_the_version_of_the_project(self):
+        first = (ROOT / "packaging/debian/changelog").read_text().splitlines()[0]
+        self.assertRegex(first, rf"^meshgauge \({re.escape(VERSION)}-\d+\) ")
+
     def test_the_repository_is_the_same_everywhere(self):
         for file in SHOWN:
             for found in re.findall(r"(?:uses: |github\.com/|--repo |ghcr\.io/)([\w.-]+/[\w.-]+?)(?=[@/:`\s)]|$)", file.read_text()):
