@@ -17,7 +17,7 @@ from meshgauge.errors import InputError, ServiceError
 
 class Answer(NamedTuple):
     status: int
-    headers: Mapping[str, str]
+    headers: Mapping[str, str]  # by their names in lower case
     body: bytes
 
     def json(self) -> dict[str, Any]:
@@ -37,7 +37,7 @@ class Answer(NamedTuple):
 
     @property
     def retry_after(self) -> Optional[float]:
-        value = self.headers.get("Retry-After", "")
+        value = self.headers.get("retry-after", "")
         return float(value) if value.isascii() and value.isdigit() else None
 
 
@@ -46,6 +46,10 @@ class _NoRedirect(urllib.request.HTTPRedirectHandler):
 
     def redirect_request(self, *_: Any) -> None:
         return None
+
+
+def _lower(headers: Any) -> dict[str, str]:
+    return {name.lower(): value for name, value in headers.items()}
 
 
 def _is_loopback(host: str) -> bool:
@@ -82,10 +86,10 @@ class Http:
         request = urllib.request.Request(self._base + path, pieces or None, sent, method=method)
         try:
             with self._opener.open(request, timeout=self._timeout) as answer:
-                return Answer(answer.status, answer.headers, answer.read())
+                return Answer(answer.status, _lower(answer.headers), answer.read())
         except urllib.error.HTTPError as refusal:
             with refusal:
-                return Answer(refusal.code, refusal.headers, refusal.read())
+                return Answer(refusal.code, _lower(refusal.headers), refusal.read())
         except (OSError, http.client.HTTPException) as trouble:
             reason = getattr(trouble, "reason", None) or trouble
             raise ServiceError(f"{self._base} cannot be reached: {reason}") from trouble

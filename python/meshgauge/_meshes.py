@@ -90,8 +90,12 @@ def source_of(mesh: Any, part: str) -> Source:
 
 def own_units(a: Any, b: Any) -> Optional[tuple[Optional[str], Optional[str]]]:
     """The units that the objects name themselves, as trimesh's do; None: neither does."""
-    units = tuple(getattr(mesh, "units", None) if hasattr(mesh, "vertices") else None for mesh in (a, b))
+    units = _own_unit(a), _own_unit(b)
     return None if units == (None, None) else units
+
+
+def _own_unit(mesh: Any) -> Optional[str]:
+    return getattr(mesh, "units", None) if hasattr(mesh, "vertices") else None
 
 
 def _of_object(mesh: Any, part: str) -> Source:
@@ -197,7 +201,8 @@ def _triangles(values: Any, vertices: int, part: str) -> Any:
 
 
 def _check_indices(faces: Any, vertices: int, part: str) -> None:
-    if int(faces.max()) < vertices and (faces.dtype.kind == "u" or int(faces.min()) >= 0):
+    unsigned = faces.view(faces.dtype.str.replace("i", "u"))  # a negative index becomes a large one
+    if int(unsigned.max()) < vertices:
         return
     row = int(((faces < 0) | (faces >= vertices)).any(axis=1).argmax())
     index = next(int(i) for i in faces[row] if not 0 <= i < vertices)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Optional, Union
 
 from meshgauge.errors import InputError
@@ -74,7 +74,7 @@ def _statistics(statistics: Union[bool, Mapping[str, int]]) -> Any:
 _TOLERANCE_OF_GATES = {"diagonal": 1e-9}
 
 # A function for each option that is not sent as it is given.
-_CONVERTED = {
+_CONVERTED: dict[str, tuple[str, Callable[[Any], Any]]] = {
     "max_distance": ("gate", gate),
     "tolerance": ("tolerance", _tolerance),
     "timeout": ("timeout_ms", _timeout_ms),

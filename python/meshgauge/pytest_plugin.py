@@ -40,7 +40,7 @@ def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> Non
         terminalreporter.write_line(f"meshgauge: wrote {path}")
 
 
-_WRITTEN: Any = pytest.StashKey[list]()
+_WRITTEN: Any = pytest.StashKey["list[pathlib.Path]"]()
 
 
 @pytest.fixture
@@ -108,7 +108,7 @@ class _Report:
         """Writes it and returns its address, or why there is none."""
         self._place.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(prefix="meshgauge-") as folder:
-            command = [_command.PROGRAM, "check", _as_file(actual, folder, "actual"),
+            command = [str(_command.PROGRAM), "check", _as_file(actual, folder, "actual"),
                        _as_file(expected, folder, "expected"), f"--html={self._place}", *self._flags(actual, expected)]
             try:
                 run = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=_REPORT_SECONDS)

@@ -114,10 +114,15 @@ def _bound(value: Optional[float]) -> float:
     return math.inf if value is None else float(value)
 
 
+def _point(found: list[float]) -> Point:
+    x, y, z = found
+    return x, y, z
+
+
 def _directed(directed: Optional[dict[str, Any]], on: str) -> Optional[Directed]:
     if directed is None:
         return None
     found = directed["witness"]
-    witness = found and Witness(on, tuple(found["point_a"]), found["triangle_a"], tuple(found["point_b"]),
+    witness = found and Witness(on, _point(found["point_a"]), found["triangle_a"], _point(found["point_b"]),
                                 found["triangle_b"])
     return Directed(float(directed["lower"]), _bound(directed["upper"]), witness)

@@ -1,5 +1,8 @@
 #include "engine/mesh.h"
 
+#include <cmath>
+#include <random>
+
 #include <doctest/doctest.h>
 
 #include "shapes.h"
@@ -62,6 +65,24 @@ TEST_CASE("degenerate triangles are counted") {
   CHECK(count_degenerate(mesh) == 2);
   CHECK(count_degenerate(shapes::scaled(mesh, 1e-200)) == 2);
   CHECK(count_degenerate(shapes::scaled(mesh, 1e200)) == 2);
+}
+
+// Edges of a length near 2^300 are beyond the fast test, and a power of two as a factor changes no bit.
+TEST_CASE("the fast test of a degenerate triangle never contradicts the full one") {
+  std::mt19937_64 random(1);
+  std::uniform_real_distribution<double> coordinate(-1, 1);
+  std::size_t degenerate = 0;
+  for (int i = 0; i < 200'000; ++i) {
+    const Vec3 a(coordinate(random), coordinate(random), coordinate(random));
+    const Vec3 edge(coordinate(random), coordinate(random), coordinate(random));
+    const Vec3 off(coordinate(random), coordinate(random), coordinate(random));
+    const Vec3 b = a + edge, c = a + coordinate(random) * edge + std::ldexp(1.0, -static_cast<int>(i % 64)) * off;
+    const bool found = is_degenerate(a, b, c);
+    degenerate += found;
+    CHECK(found == is_degenerate(0x1p300 * a, 0x1p300 * b, 0x1p300 * c));
+  }
+  CHECK(degenerate > 20'000);
+  CHECK(degenerate < 100'000);
 }
 
 TEST_CASE("the diagonal does not overflow") {

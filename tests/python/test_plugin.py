@@ -1,5 +1,6 @@
 """The plugin for pytest, in runs of pytest of its own."""
 
+import importlib.util
 import pathlib
 import re
 import subprocess
@@ -8,10 +9,8 @@ import tempfile
 import unittest
 import urllib.parse
 
-try:
-    import pytest  # noqa: F401
-except ImportError:
-    raise unittest.SkipTest("pytest is not installed") from None
+if importlib.util.find_spec("pytest") is None:
+    raise unittest.SkipTest("pytest is not installed")
 
 TESTS = pathlib.Path(__file__).parent
 HEAD = f"import sys; sys.path.insert(0, {str(TESTS)!r})\nimport shapes\n"
@@ -27,7 +26,7 @@ class Plugin(unittest.TestCase):
         self.addCleanup(folder.cleanup)
         self.folder = pathlib.Path(folder.name)
 
-    def pytest(self, source, *flags):
+    def run_pytest(self, source, *flags):
         (self.folder / "test_it.py").write_text(source)
         command = [sys.executable, "-m", "pytest", "-p", "meshgauge.pytest_plugin", "-q", *flags, "test_it.py"]
         run = subprocess.run(command, cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
@@ -35,24 +34,24 @@ class Plugin(unittest.TestCase):
 
     def test_baselines_are_written_when_asked(self):
         baseline = self.folder / "baselines/part.ply"
-        code, output = self.pytest(CLOSE % 10)
+        code, output = self.run_pytest(CLOSE % 10)
         self.assertEqual(code, 1)
         self.assertIn("does not exist; pytest --meshgauge-update writes it", output)
         self.assertFalse(baseline.exists())
-        code, output = self.pytest(CLOSE % 10, "--meshgauge-update")
+        code, output = self.run_pytest(CLOSE % 10, "--meshgauge-update")
         self.assertEqual((code, f"meshgauge: wrote {baseline}" in output), (0, True), output)
         written = baseline.read_bytes()
-        self.assertEqual(self.pytest(CLOSE % 10.01)[0], 0)
-        self.assertNotIn("wrote", self.pytest(CLOSE % 10.01, "--meshgauge-update")[1])  # within the limit
+        self.assertEqual(self.run_pytest(CLOSE % 10.01)[0], 0)
+        self.assertNotIn("wrote", self.run_pytest(CLOSE % 10.01, "--meshgauge-update")[1])  # within the limit
         self.assertEqual(baseline.read_bytes(), written)
-        self.assertEqual(self.pytest(CLOSE % 10.1)[0], 1)
-        self.assertIn("wrote", self.pytest(CLOSE % 10.1, "--meshgauge-update")[1])
-        self.assertEqual(self.pytest(CLOSE % 10.1)[0], 0)
+        self.assertEqual(self.run_pytest(CLOSE % 10.1)[0], 1)
+        self.assertIn("wrote", self.run_pytest(CLOSE % 10.1, "--meshgauge-update")[1])
+        self.assertEqual(self.run_pytest(CLOSE % 10.1)[0], 0)
         self.assertEqual([path.name for path in baseline.parent.iterdir()], ["part.ply"])
 
     def test_a_failure_says_where_and_has_a_report(self):
-        self.pytest(CLOSE % 10, "--meshgauge-update")
-        code, output = self.pytest(CLOSE % 10.5)
+        self.run_pytest(CLOSE % 10, "--meshgauge-update")
+        code, output = self.run_pytest(CLOSE % 10.5)
         self.assertEqual(code, 1)
         self.assertRegex(output, r"the meshes differ by more than the limit of 0.05 mm: the distance is in \[0\.\d+, 0\.\d+\] mm")
         self.assertRegex(output, r"look at \(10.5, 10.5, 10.5\) mm on triangle \d+ of actual: the nearest point of expected is \(10, 10, 10\)")
@@ -72,7 +71,7 @@ def test_units(assert_mesh_close):
     assert_mesh_close(inch, shapes.box(25.4), "0.01 mm", units=("in", "mm"))
     assert_mesh_close(inch, shapes.box(26), "0.01 mm", units=("in", "mm"), direction="b_to_a", timeout=20)
 """
-        code, output = self.pytest(source, "--meshgauge-reports=reports", "-p", "no:cacheprovider")
+        code, output = self.run_pytest(source, "--meshgauge-reports=reports", "-p", "no:cacheprovider")
         self.assertEqual(code, 1, output)
         self.assertEqual(self.assert_report(output, "0.01 mm").parent, (self.folder / "reports").resolve())
 
@@ -86,14 +85,14 @@ def test_file(assert_mesh_close, tmp_path):
     assert result.verdict == "pass"
     assert (pathlib.Path(__file__).parent / "baselines/made.obj").read_bytes() == path.read_bytes()
 """
-        self.assertEqual(self.pytest(source, "--meshgauge-update")[0], 0)
-        code, output = self.pytest(source.replace("baselines/made.obj", "baselines/made.stl"), "--meshgauge-update")
+        self.assertEqual(self.run_pytest(source, "--meshgauge-update")[0], 0)
+        code, output = self.run_pytest(source.replace("baselines/made.obj", "baselines/made.stl"), "--meshgauge-update")
         self.assertEqual(code, 1)
         self.assertIn("name it *.obj", output)
         self.assertEqual(list((self.folder / "baselines").iterdir()), [self.folder / "baselines/made.obj"])
 
     def test_a_mesh_that_is_none_is_an_error_not_a_difference(self):
-        code, output = self.pytest(HEAD + """
+        code, output = self.run_pytest(HEAD + """
 def test_broken(assert_mesh_close):
     vertices, faces = shapes.box(3)
     assert_mesh_close((vertices * float("nan"), faces), shapes.box(3), 1)
