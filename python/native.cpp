@@ -16,6 +16,7 @@
 #include "api/processors.h"
 #include "api/request.h"
 #include "api/response.h"
+#include "cli/run.h"
 #include "engine/hausdorff.h"
 
 using namespace meshgauge;
@@ -120,6 +121,10 @@ struct meshgauge_job {
     answer.clear();
   }
 };
+
+int meshgauge_main(int argc, char** argv) {
+  return cli::run(argc, argv, [](CLI::App&, int&) {});
+}
 
 const char* meshgauge_version() { return version(); }
 

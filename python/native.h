@@ -1,4 +1,4 @@
-// The C interface of the engine for the Python package, which calls it by ctypes (python/meshgauge/_native.py).
+// The C interface for the Python package, which calls it by ctypes (python/meshgauge/_native.py).
 //
 // A job compares two meshes on a thread of its own, so that the caller can wait in short steps and react to signals
 // between them. Options and answers are the JSON documents of the service: api/request.h, api/response.h,
@@ -25,6 +25,9 @@ typedef struct {
 } meshgauge_mesh;
 
 typedef struct meshgauge_job meshgauge_job;
+
+// Runs the command line, without the subcommands of the service. Returns the exit code.
+int meshgauge_main(int argc, char** argv);
 
 // The version, such as "0.2.0".
 const char* meshgauge_version(void);

@@ -11,7 +11,7 @@ import tempfile
 HERE = pathlib.Path(__file__).resolve().parent
 ROOT = HERE.parent
 # Libraries of every Linux with glibc (PEP 600).
-EVERYWHERE = re.compile(r"lib(c|m|dl|rt|pthread)\.so\.\d+|ld-linux.*\.so\.\d+")
+EVERYWHERE = re.compile(r"lib(c|m|dl|rt|pthread|gcc_s)\.so\.\d+|ld-linux.*\.so\.\d+")
 OLDEST = 17  # of glibc 2: there is no platform manylinux for an older one
 FIRST_TIME = "315532800"  # 1980: a zip archive has no earlier time
 
@@ -56,18 +56,15 @@ def machine_of(file):
     return {"Advanced Micro Devices X86-64": "x86_64", "AArch64": "aarch64"}[found]
 
 
-def platform_of(files):
-    """The platform tag of a wheel with these programs and libraries."""
-    machines = {machine_of(file) for file in files}
-    if len(machines) != 1:
-        sys.exit(f"build.sh: the files are of different machines: {', '.join(sorted(machines))}")
-    machine = machines.pop()
-    needed = {name for file in files for name in re.findall(r"\(NEEDED\).*\[(.*)\]", read_elf("-d", file))}
+def platform_of(library):
+    """The platform tag of a wheel with this library."""
+    machine = machine_of(library)
+    needed = re.findall(r"\(NEEDED\).*\[(.*)\]", read_elf("-d", library))
     others = sorted(name for name in needed if not EVERYWHERE.fullmatch(name))
     if others:
         print(f"build.sh: a wheel for this machine's libraries alone; needed are {', '.join(others)}", file=sys.stderr)
         return "linux_" + machine
-    versions = [int(minor) for file in files for minor in re.findall(r"Name: GLIBC_2\.(\d+)", read_elf("-V", file))]
+    versions = [int(minor) for minor in re.findall(r"Name: GLIBC_2\.(\d+)", read_elf("-V", library))]
     return f"manylinux_2_{max([OLDEST, *versions])}_{machine}"
 
 
@@ -84,21 +81,20 @@ def put(place, content, mode=0o644):
     place.chmod(mode)
 
 
-def lay_out(folder, program, library):
+def lay_out(folder, library):
     package, info = folder / "meshgauge", folder / f"meshgauge-{version()}.dist-info"
     for module in [*(HERE / "meshgauge").glob("*.py"), HERE / "meshgauge/py.typed"]:
         put(package / module.name, module)
     put(package / "libmeshgauge.so", library, 0o755)
-    put(package / "bin/meshgauge", program, 0o755)
     put(info / "METADATA", METADATA.format(version=version()) + (HERE / "README.md").read_text())
-    put(info / "WHEEL", WHEEL.format(platform=platform_of([program, library])))
+    put(info / "WHEEL", WHEEL.format(platform=platform_of(library)))
     put(info / "entry_points.txt", ENTRY_POINTS)
     put(info / "LICENSE", ROOT / "LICENSE")
 
 
-def main(out, program, library):
+def main(out, library):
     with tempfile.TemporaryDirectory() as folder:
-        lay_out(pathlib.Path(folder), pathlib.Path(program), pathlib.Path(library))
+        lay_out(pathlib.Path(folder), pathlib.Path(library))
         pathlib.Path(out).mkdir(parents=True, exist_ok=True)
         environment = {"SOURCE_DATE_EPOCH": FIRST_TIME, **os.environ}
         subprocess.run([sys.executable, "-m", "wheel", "pack", "--dest-dir", out, folder], check=True, env=environment)

@@ -1,15 +1,15 @@
-"""The program that the package carries."""
+"""The command `meshgauge`: the program's command line, without the subcommands of the service."""
 
 from __future__ import annotations
 
-import os
-import pathlib
+import signal
 import sys
 from typing import NoReturn
 
-PROGRAM = pathlib.Path(__file__).with_name("bin") / "meshgauge"
+from meshgauge import _native
 
 
 def main() -> NoReturn:
-    """The command `meshgauge`: becomes the program."""
-    os.execv(PROGRAM, ["meshgauge", *sys.argv[1:]])
+    for sign in (signal.SIGINT, signal.SIGPIPE):  # as in a program: Python's own ways with them end here
+        signal.signal(sign, signal.SIG_DFL)
+    sys.exit(_native.run_command(["meshgauge", *sys.argv[1:]]))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import functools
 import json
+import os
 import pathlib
 from typing import Any
 
@@ -29,6 +30,7 @@ def _library() -> ctypes.CDLL:
     mesh, job = ctypes.POINTER(Mesh), ctypes.c_void_p
     for name, returned, taken in (
             ("version", ctypes.c_char_p, []), ("create", job, []),
+            ("main", ctypes.c_int, [ctypes.c_int, ctypes.POINTER(ctypes.c_char_p)]),
             ("start", ctypes.c_int, [job, mesh, mesh, ctypes.c_char_p]), ("wait", ctypes.c_int, [job, ctypes.c_int]),
             ("stop", None, [job]), ("answer", ctypes.c_char_p, [job, ctypes.POINTER(ctypes.c_char_p)]),
             ("free", None, [job])):
@@ -39,6 +41,12 @@ def _library() -> ctypes.CDLL:
 
 def version() -> str:
     return _library().meshgauge_version().decode()
+
+
+def run_command(arguments: list[str]) -> int:
+    """Runs the command line in this process and returns its exit code."""
+    words = (ctypes.c_char_p * (len(arguments) + 1))(*map(os.fsencode, arguments), None)
+    return int(_library().meshgauge_main(len(arguments), words))
 
 
 class _Job:

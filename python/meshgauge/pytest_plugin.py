@@ -12,12 +12,13 @@ import os
 import pathlib
 import re
 import subprocess
+import sys
 import tempfile
 from typing import Any, Callable, Optional
 
 import pytest
 
-from meshgauge import _command, _meshes, _options, compare
+from meshgauge import _meshes, _options, compare
 from meshgauge.result import Result
 
 _REPORT_SECONDS = 300.0  # pictures of large meshes take longer than the measurement
@@ -97,7 +98,7 @@ class _Baseline:
 
 
 class _Report:
-    """The HTML report of one failure, which the program writes."""
+    """The HTML report of one failure, which the command writes."""
 
     def __init__(self, place: pathlib.Path, max_distance: _options.Length, options: dict[str, Any]) -> None:
         self._place = place
@@ -108,10 +109,11 @@ class _Report:
         """Writes it and returns its address, or why there is none."""
         self._place.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(prefix="meshgauge-") as folder:
-            command = [str(_command.PROGRAM), "check", _as_file(actual, folder, "actual"),
+            command = [sys.executable, "-m", "meshgauge", "check", _as_file(actual, folder, "actual"),
                        _as_file(expected, folder, "expected"), f"--html={self._place}", *self._flags(actual, expected)]
             try:
-                run = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=_REPORT_SECONDS)
+                run = subprocess.run(command, cwd=folder, env=_environment(), capture_output=True, text=True,
+                                     timeout=_REPORT_SECONDS)
             except (OSError, subprocess.TimeoutExpired) as trouble:
                 return f"none: {trouble}"
         return self._place.as_uri() if self._place.exists() else f"none: {run.stderr.strip()}"
@@ -125,6 +127,12 @@ class _Report:
         flags += [f"--direction={direction}"] if direction else []
         timeout = self._options.get("timeout", 30.0)
         return flags + ([f"--timeout={timeout} s"] if timeout else [])
+
+
+def _environment() -> dict[str, str]:
+    """In which another Python finds this package, however this one has."""
+    places = [str(pathlib.Path(__file__).parents[1]), os.environ.get("PYTHONPATH", "")]
+    return {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, places))}
 
 
 def _folder_of_reports(config: pytest.Config) -> pathlib.Path:

@@ -27,15 +27,14 @@ class Wheel(unittest.TestCase):
         folder = tempfile.TemporaryDirectory()
         cls.addClassCleanup(folder.cleanup)
         cls.folder = pathlib.Path(folder.name)
-        program = cls.folder / "meshgauge"
-        subprocess.run(["strip", "-o", program, BUILD / "meshgauge"], check=True)
-        cls.wheels = [cls.build(cls.folder / name, program) for name in ("one", "two")]
+        library = cls.folder / "libmeshgauge.so"
+        subprocess.run(["strip", "-o", library, BUILD / "python/meshgauge/libmeshgauge.so"], check=True)
+        cls.wheels = [cls.build(cls.folder / name, library) for name in ("one", "two")]
 
     @classmethod
-    def build(cls, out, program):
+    def build(cls, out, library):
         environment = {**os.environ, "SOURCE_DATE_EPOCH": "1700000000"}
-        subprocess.run([ROOT / "python/build.sh", out, program, BUILD / "python/meshgauge/libmeshgauge.so"],
-                       check=True, capture_output=True, env=environment)
+        subprocess.run([ROOT / "python/build.sh", out, library], check=True, capture_output=True, env=environment)
         return next(out.glob("*.whl"))
 
     def test_size_and_bytes(self):
@@ -49,7 +48,7 @@ class Wheel(unittest.TestCase):
             names = set(archive.namelist())
             self.assertTrue({"meshgauge/py.typed", "meshgauge/libmeshgauge.so", "meshgauge/__init__.py"} <= names)
             self.assertFalse([name for name in names if "__pycache__" in name])
-            self.assertEqual(archive.getinfo("meshgauge/bin/meshgauge").external_attr >> 16 & 0o777, 0o755)
+            self.assertEqual(archive.getinfo("meshgauge/libmeshgauge.so").external_attr >> 16 & 0o777, 0o755)
             self.assertEqual(archive.getinfo("meshgauge/__init__.py").external_attr >> 16 & 0o777, 0o644)
 
     def test_an_installation(self):

@@ -1,0 +1,3 @@
+from meshgauge._command import main
+
+main()
