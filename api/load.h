@@ -20,6 +20,7 @@ struct MeshInput {
   std::string filename;              // hint for the format, may be empty
   std::string media_type;            // hint for the format, may be empty
   int file = -1;                     // borrowed descriptor of the same bytes, for a reader in another process; -1: none
+  std::string sha256 = {};           // of a file that was stored with this digest; empty: not known
 };
 
 struct LoadedMesh {

@@ -1,12 +1,43 @@
 #include "server/heap.h"
 
+#include <chrono>
 #include <cstdlib>  // defines __GLIBC__
+#include <new>
+#include <thread>
 
 #ifdef __GLIBC__
 #include <malloc.h>
 #endif
 
 namespace meshgauge::server {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using std::chrono::milliseconds;
+
+constexpr milliseconds kPause{10};
+constexpr milliseconds kMostWait{10'000};
+constexpr milliseconds kSameWait{200};  // a call that follows so soon is another try of the same allocation
+
+thread_local int may_fail = 0;
+thread_local Clock::time_point wait_began;
+thread_local Clock::time_point last_try;
+
+void wait_or_throw() {
+  if (may_fail > 0) throw std::bad_alloc();
+  const auto now = Clock::now();
+  if (now - last_try > kSameWait) wait_began = now;
+  last_try = now;
+  if (now - wait_began > kMostWait) throw std::bad_alloc();
+  std::this_thread::sleep_for(kPause);
+}
+
+}  // namespace
+
+void wait_for_memory() { std::set_new_handler(wait_or_throw); }
+
+MayFail::MayFail() { ++may_fail; }
+MayFail::~MayFail() { --may_fail; }
 
 void keep_heap_small([[maybe_unused]] unsigned threads_that_compute) {
 #ifdef __GLIBC__

@@ -11,4 +11,18 @@ void keep_heap_small(unsigned threads_that_compute);
 // Returns whole free pages of all arenas to the kernel. Takes milliseconds per some hundred megabytes; call it rarely.
 void release_free_memory();
 
+// From now on operator new waits for memory that is used up, up to some seconds, before it throws std::bad_alloc: what
+// others free soon is no reason to end a thread that keeps promises. Call once.
+void wait_for_memory();
+
+// While it lives, operator new throws at once on this thread: for work that is given up without memory, and whose
+// memory the others wait for.
+class MayFail {
+ public:
+  MayFail();
+  ~MayFail();
+  MayFail(const MayFail&) = delete;
+  MayFail& operator=(const MayFail&) = delete;
+};
+
 }  // namespace meshgauge::server

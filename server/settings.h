@@ -49,6 +49,7 @@ struct Settings {
   std::uint64_t max_kept_results = 100'000;
   std::uint64_t mesh_ttl_s = 7 * 86'400;
   std::uint64_t max_stored_bytes = std::uint64_t{16} << 30;
+  std::uint64_t max_stored_meshes = 100'000;
   std::uint64_t map_cache_bytes = std::uint64_t{1} << 30;
   std::uint64_t map_cache_room_bytes = std::uint64_t{4} << 30;
   std::string temp_dir = default_temp_dir();
@@ -126,6 +127,8 @@ void for_each_setting(SomeSettings& s, Visit visit) {
   visit({"mesh_ttl_s", "Seconds that a stored mesh is kept after its last use"}, s.mesh_ttl_s);
   visit({"max_stored_bytes", "Maximum size of all meshes stored by one key; without keys: of all meshes"},
         s.max_stored_bytes);
+  visit({"max_stored_meshes", "Maximum number of meshes stored by one key; without keys: of all meshes"},
+        s.max_stored_meshes);
   visit({"map_cache_bytes", "Maximum size of deviation maps cached as files in data_dir; 0: no cache"},
         s.map_cache_bytes);
   visit({"map_cache_room_bytes", "Free disk space that the cached maps leave, at most a 64th of the disk"},

@@ -137,8 +137,7 @@ BatchReceiver::Refusal BatchReceiver::keep_file() {
 BatchReceiver::Refusal BatchReceiver::put(const store::BlobKey& key) {
   const auto there = stores_.blobs.exists(key);
   if (!there) return api::to_problem(there.error());
-  const auto hold =
-      hold_storage(access_, stores_.blobs, owner_, *there ? 0 : upload_->size(), settings_.max_stored_bytes);
+  const auto hold = hold_storage(access_, stores_, owner_, *there ? 0 : upload_->size(), settings_.max_stored_bytes);
   if (const auto* denial = std::get_if<Denial>(&hold)) return denial->problem;
   const auto stored = stores_.blobs.put(key, upload_->bytes());
   if (!stored) return api::to_problem(stored.error());

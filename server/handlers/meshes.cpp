@@ -27,6 +27,12 @@ Problem over_quota(std::uint64_t most) {
           {}};
 }
 
+Problem too_many(std::uint64_t most) {
+  return {ProblemKind::quota_exceeded,
+          "the stored meshes would be more than the limit of " + std::to_string(most) + "; delete some",
+          {}};
+}
+
 Json text_or_null(const std::string& text) { return text.empty() ? Json(nullptr) : Json(text); }
 
 std::string to_json(const MeshRow& row) {
@@ -97,7 +103,7 @@ std::optional<Denial> Meshes::receive(Exchange& exchange, std::uint64_t new_byte
 }
 
 std::variant<StorageHold, Denial> Meshes::hold_room(const std::string& owner, std::uint64_t more) const {
-  return hold_storage(access_, stores_.blobs, owner, more, settings_.max_stored_bytes);
+  return hold_storage(access_, stores_, owner, more == 0 ? 0 : more + kMeshOverhead, settings_.max_stored_bytes);
 }
 
 void Meshes::keep(Exchange& exchange, const std::string& id, const Upload& upload) {
@@ -124,12 +130,13 @@ void Meshes::store(Exchange& exchange, const BlobKey& key, const Upload& upload)
                           {}});
   }
   const auto now = stores_.jobs.time();
-  const auto row =
-      stores_.meshes.put_mesh({key, upload.size(), std::string(exchange.head.header("content-type")),
-                               file_name(exchange.head), now, now, now + std::chrono::seconds(settings_.mesh_ttl_s)},
-                              settings_.max_stored_bytes);
+  const auto row = stores_.meshes.put_mesh(
+      {key, upload.size(), std::string(exchange.head.header("content-type").substr(0, kMostNameBytes)),
+       file_name(exchange.head), now, now, now + std::chrono::seconds(settings_.mesh_ttl_s)},
+      {settings_.max_stored_bytes, settings_.max_stored_meshes});
   if (!row) return answer(exchange, api::to_problem(row.error()));
   if (row->what == store::MeshPut::over_quota) return answer(exchange, over_quota(settings_.max_stored_bytes));
+  if (row->what == store::MeshPut::too_many) return answer(exchange, too_many(settings_.max_stored_meshes));
   exchange.response.status = row->what == store::MeshPut::created ? 201 : 200;
   exchange.response.content_type = "application/json";
   exchange.response.body = to_json(row->row);

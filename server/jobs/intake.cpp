@@ -2,6 +2,8 @@
 #include <span>
 #include <utility>
 
+#include <nlohmann/json.hpp>
+
 #include "api/digest.h"
 #include "server/jobs/jobs.h"
 #include "server/jobs/revived.h"
@@ -21,6 +23,12 @@ std::string fingerprint_of(const std::string& a, const std::string& b, const std
   return api::sha256_hex(std::as_bytes(std::span(all)));
 }
 
+// Without blanks and needless digits: what is stored is as small as what it says.
+std::string canonical(const std::string& options) {
+  const auto json = nlohmann::json::parse(options, nullptr, false);
+  return json.is_object() ? json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) : options;
+}
+
 void name_meshes(Submission& submission) {
   for (MeshSource* source : {&submission.a, &submission.b}) {
     if (source->id.empty()) source->id = api::sha256_hex(source->input.bytes);
@@ -33,10 +41,10 @@ store::NewJob row_of(const Submission& submission, store::TimePoint now, seconds
   row.mesh_a = submission.a.id;
   row.mesh_b = submission.b.id;
   row.hints = hints_of(submission.a, submission.b);
-  row.options = submission.options;
+  row.options = canonical(submission.options);
   row.cost = submission.a.input.bytes.size() + submission.b.input.bytes.size();
   row.idempotency_key = submission.idempotency_key;
-  if (!row.idempotency_key.empty()) row.fingerprint = fingerprint_of(row.mesh_a, row.mesh_b, row.options);
+  if (!row.idempotency_key.empty()) row.fingerprint = fingerprint_of(row.mesh_a, row.mesh_b, submission.options);
   row.trace = submission.trace;
   row.created = now;
   row.expires_if_never_run = now + ttl;
@@ -104,7 +112,7 @@ std::optional<Denial> Jobs::keep_blobs(const Submission& submission) {
     if (!there) return Denial{api::to_problem(there.error()), {}};
     if (!*there) more += source->input.bytes.size();
   }
-  const auto hold = hold_storage(access_, stores_.blobs, owner, more, settings_.max_stored_bytes);
+  const auto hold = hold_storage(access_, stores_, owner, more, settings_.max_stored_bytes);
   if (const auto* denial = std::get_if<Denial>(&hold)) return *denial;
   for (const MeshSource* source : {&submission.a, &submission.b}) {
     if (auto denial = keep_blob(owner, *source)) return denial;

@@ -12,14 +12,15 @@ constexpr std::size_t kMostUnneeded = 10'000;
 
 }  // namespace
 
-std::variant<StorageHold, Denial> hold_storage(Access& access, store::BlobStore& blobs, const std::string& owner,
+std::variant<StorageHold, Denial> hold_storage(Access& access, const Stores& stores, const std::string& owner,
                                                std::uint64_t bytes, std::uint64_t max_stored_bytes) {
   if (bytes == 0) return StorageHold();
   std::optional<Error> failure;
   auto hold = access.hold_storage(owner, bytes, max_stored_bytes, [&]() -> std::uint64_t {
-    const auto stored = blobs.stored_bytes(owner);
-    if (stored) return *stored;
-    failure = stored.error();
+    const auto files = stores.blobs.stored_bytes(owner);
+    const auto rows = stores.meshes.stored(owner);
+    if (files && rows) return *files + rows->meshes * kMeshOverhead;
+    failure = files ? rows.error() : files.error();
     return 0;
   });
   if (failure) return Denial{api::to_problem(*failure), {}};

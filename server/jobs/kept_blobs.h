@@ -12,10 +12,14 @@
 
 namespace meshgauge::server {
 
-// Reserves quota for bytes that are about to be put, on top of what the owner's blobs take (Access::hold_storage()).
+// What a stored mesh takes beside its bytes: the rest of its last block on the disk, and its row.
+inline constexpr std::uint64_t kMeshOverhead = 5 << 10;
+
+// Reserves quota for bytes that are about to be put, on top of what the owner's blobs and meshes take
+// (Access::hold_storage()). Add kMeshOverhead for a new mesh.
 // Each caller holds the bytes of a new blob until it is put, so an owner's blobs never pass the limit together. For 0
 // bytes it holds and denies nothing.
-std::variant<StorageHold, Denial> hold_storage(Access& access, store::BlobStore& blobs, const std::string& owner,
+std::variant<StorageHold, Denial> hold_storage(Access& access, const Stores& stores, const std::string& owner,
                                                std::uint64_t bytes, std::uint64_t max_stored_bytes);
 
 // Removes the blob now, not at the next sweep. false: it is used or reserved, or does not exist.

@@ -7,6 +7,7 @@
 #include "api/gate.h"
 #include "api/problem.h"
 #include "api/response.h"
+#include "server/heap.h"
 #include "server/jobs/job_document.h"
 #include "server/observe/log.h"
 
@@ -46,6 +47,7 @@ bool stopped_by_cancel(const Result<api::Comparison>& result) {
 }
 
 Result<api::Comparison> Measuring::measured(LiveJob& job) const {
+  const MayFail may_fail;
   try {
     return measure(job);
   } catch (const std::bad_alloc&) {

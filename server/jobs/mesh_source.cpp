@@ -41,6 +41,7 @@ void hold_bytes(MeshSource& source, store::Blob blob) {
   const auto held = std::make_shared<const store::Blob>(std::move(blob));
   source.input.bytes = held->bytes();
   source.input.file = held->file();
+  source.input.sha256 = source.id;
   source.holder = held;
 }
 

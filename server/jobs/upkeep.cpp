@@ -36,13 +36,15 @@ void Upkeep::tick() try {
   const milliseconds quarter_lease(settings_.lease_ms / 4);
   const bool recovery = stores_.shared && on_duty;
   if (recovery && due(next_recovery_, std::min<milliseconds>(kRecoveryInterval, quarter_lease))) recover();
+  released_.remove_some();
+  const bool steady = guard_.clock_is_steady();
   if (due(next_sweep_, kSweepInterval)) {
-    if (on_duty) sweep_rows();
+    if (on_duty && steady) sweep_rows();
     release_free_memory();
   }
   if (due(next_listing_, stores_.shared ? milliseconds(kSharedListing) : kSweepInterval)) {
     if (stores_.maps) sweep_maps();
-    if (on_duty) sweep_blobs();
+    if (on_duty && steady) sweep_blobs();
   }
 } catch (const std::exception& error) {
   log_event("store", std::string("a sweep failed and will be repeated: ") + error.what());
@@ -63,7 +65,10 @@ void Upkeep::sweep_rows() {
     store_errors_.note(stores_.batches->sweep_batches(stores_.jobs.time() - seconds(settings_.result_ttl_s)));
   }
   store_errors_.note(stores_.jobs.sweep_jobs(moment(), settings_.max_kept_results));
-  store_errors_.note(stores_.meshes.sweep_meshes(stores_.jobs.time()));
+  const auto expired = stores_.meshes.sweep_meshes(stores_.jobs.time());
+  store_errors_.note(expired);
+  if (!expired) return;
+  for (const store::BlobKey& mesh : *expired) released_.add(mesh);
 }
 
 void Upkeep::sweep_maps() {
@@ -77,11 +82,13 @@ void Upkeep::sweep_maps() {
 }
 
 void Upkeep::sweep_blobs() {
+  const seconds age = stores_.shared ? kUnusedSharedBlobs : kUnusedBlobs;
   const auto used = stores_.jobs.used_blobs();
   store_errors_.note(used);
-  if (used) {
-    store_errors_.note(stores_.blobs.remove_unused(*used, stores_.shared ? kUnusedSharedBlobs : kUnusedBlobs));
-  }
+  if (!used) return;
+  const auto unused = stores_.blobs.count_unused(*used, age);
+  store_errors_.note(unused);
+  if (unused && guard_.may_remove(*unused, age)) store_errors_.note(stores_.blobs.remove_unused(*used, age));
 }
 
 }  // namespace meshgauge::server

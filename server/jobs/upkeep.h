@@ -3,9 +3,12 @@
 #pragma once
 
 #include <chrono>
+#include <utility>
 
+#include "server/jobs/kept_blobs.h"
 #include "server/jobs/store_errors.h"
 #include "server/jobs/stores.h"
+#include "server/jobs/sweep_guard.h"
 #include "server/settings.h"
 
 namespace meshgauge::server {
@@ -13,8 +16,12 @@ namespace meshgauge::server {
 class Upkeep {
  public:
   // Borrows all but the first.
-  Upkeep(const Settings& settings, Stores stores, StoreErrors& store_errors)
-      : settings_(settings), stores_(stores), store_errors_(store_errors) {}
+  Upkeep(const Settings& settings, Stores stores, StoreErrors& store_errors, SweepGuard::Uptime uptime = system_uptime)
+      : settings_(settings),
+        stores_(stores),
+        store_errors_(store_errors),
+        released_(stores, store_errors),
+        guard_(stores, store_errors, std::move(uptime)) {}
 
   void tick();  // does what is due. Call it once a second, on one thread; blocks for the stores
 
@@ -30,6 +37,8 @@ class Upkeep {
   const Settings settings_;
   const Stores stores_;
   StoreErrors& store_errors_;
+  UnneededBlobs released_;  // of meshes that have expired
+  SweepGuard guard_;
   // The first tick does everything: a service that is killed again and again must sweep, too.
   Clock::time_point next_recovery_ = Clock::now();
   Clock::time_point next_sweep_ = Clock::now();

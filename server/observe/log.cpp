@@ -2,17 +2,23 @@
 
 #include <unistd.h>
 
+#include <atomic>
 #include <chrono>
+#include <exception>
 #include <utility>
 
 #include <nlohmann/json.hpp>
 
 #include "api/utc.h"
+#include "server/heap.h"
 #include "server/jobs/job_document.h"
 #include "server/observe/json_line.h"
+#include "server/observe/log_queue.h"
 
 namespace meshgauge::server {
 namespace {
+
+std::atomic<std::uint64_t> lost_lines{0};
 
 JsonLine begin(const std::string& event) {
   JsonLine line;
@@ -20,9 +26,34 @@ JsonLine begin(const std::string& event) {
   return line;
 }
 
-// One write() per line, so that the lines of several threads do not mix.
-void write_line(const std::string& line) {
-  [[maybe_unused]] const ssize_t written = ::write(STDERR_FILENO, line.data(), line.size());
+std::string line_of(const std::string& event, const std::string& detail) {
+  return std::move(begin(event).add("detail", detail)).finish();
+}
+
+std::string dropped_line(std::uint64_t lines) {
+  return line_of("log", std::to_string(lines) + " lines were dropped: the reader of stderr was too slow");
+}
+
+constexpr std::chrono::seconds kAtExit{1};
+
+// Not destroyed: threads that outlive main() may log.
+LogQueue& queue() {
+  static LogQueue& lines = *new LogQueue(STDERR_FILENO, dropped_line);
+  static const struct Drained {
+    ~Drained() { lines.drain(kAtExit); }
+  } drained;
+  return lines;
+}
+
+// A line that no memory is left for is dropped: most lines tell of trouble, and must not become one.
+template <class MakeLine>
+void write_line(MakeLine make) noexcept {
+  const MayFail may_fail;
+  try {
+    queue().add(make());
+  } catch (const std::exception&) {
+    lost_lines.fetch_add(1, std::memory_order_relaxed);
+  }
 }
 
 // A pipe takes writes of up to 4096 bytes (PIPE_BUF) in one piece.
@@ -72,7 +103,9 @@ std::string request_line(const Exchange& exchange, double seconds) {
   return std::move(line).finish();
 }
 
-void log_request(const Exchange& exchange, double seconds) { write_line(request_line(exchange, seconds)); }
+void log_request(const Exchange& exchange, double seconds) {
+  write_line([&] { return request_line(exchange, seconds); });
+}
 
 // The trace is the client's, so that it continues from the front end that accepted the job to the worker that ran it.
 std::string job_line(const JobView& job) {
@@ -95,14 +128,18 @@ std::string job_line(const JobView& job) {
   return std::move(line).finish();
 }
 
-void log_job(const JobView& job) { write_line(job_line(job)); }
+void log_job(const JobView& job) {
+  write_line([&] { return job_line(job); });
+}
 
 void log_listening(const std::string& address, const std::string& simd) {
-  write_line(std::move(begin("listening").add("detail", address).add("simd", simd)).finish());
+  write_line([&] { return std::move(begin("listening").add("detail", address).add("simd", simd)).finish(); });
 }
 
 void log_event(const std::string& event, const std::string& detail) {
-  write_line(std::move(begin(event).add("detail", detail)).finish());
+  write_line([&] { return line_of(event, detail); });
 }
+
+std::uint64_t log_lines_dropped() { return queue().dropped() + lost_lines.load(std::memory_order_relaxed); }
 
 }  // namespace meshgauge::server

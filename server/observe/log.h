@@ -1,7 +1,9 @@
-// The log: one line of JSON per event on stderr, in one write each. Thread safe. It never holds contents of files;
-// control characters are escaped, bytes that are not UTF-8 are replaced.
+// The log: one line of JSON per event on stderr. Thread safe. It never holds contents of files; control characters are
+// escaped, bytes that are not UTF-8 are replaced. No call waits for stderr (log_queue.h) or throws: lines that find no
+// room are dropped and counted. The end of the process waits up to a second for lines that are not written.
 #pragma once
 
+#include <cstdint>
 #include <string>
 
 #include "server/http/exchange.h"
@@ -16,5 +18,6 @@ void log_job(const JobView& job);                                         // pre
 std::string job_line(const JobView& job);                                 // the line of log_job()
 void log_listening(const std::string& address, const std::string& simd);  // `simd`: the instruction set in use
 void log_event(const std::string& event, const std::string& detail);
+std::uint64_t log_lines_dropped();  // since the start
 
 }  // namespace meshgauge::server

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "engine/hausdorff.h"
+#include "server/observe/log.h"
 #include "server/observe/process.h"
 
 namespace meshgauge::server {
@@ -95,6 +96,9 @@ void Readings::append_to(std::vector<MetricFamily>& families) const {
   for (const auto& [level, read] : levels_)
     families.push_back(family(kLevels[static_cast<std::size_t>(level)], read()));
   if (sandbox_) append_sandbox(sandbox_(), families);
+  families.push_back(
+      family({"meshgauge_log_lines_dropped_total", "Lines that the log's reader was too slow for", MetricType::Counter},
+             static_cast<double>(log_lines_dropped())));
   append_process(process_facts(), families);
   families.push_back({"meshgauge_build_info",
                       "Always 1; the label has the running version",

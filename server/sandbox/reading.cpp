@@ -3,8 +3,10 @@
 #include <signal.h>
 #include <string.h>
 #include <sys/wait.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <memory>
 #include <utility>
 
@@ -76,7 +78,29 @@ bool Reading::begin() {
   return true;
 }
 
+// Whatever a worker made of a file that the disk has damaged is not its sender's fault.
 ReadingOutcome Reading::finish(Control& control) {
+  ReadingOutcome outcome = wait_for_mesh(control);
+  if (outcome.end == End::overdue || outcome.end == End::cancelled || !is_damaged(control)) return outcome;
+  return {
+      End::failed, "was given a damaged file",
+      Error{ErrorCode::internal,
+            "the stored bytes of '" + input_.part + "' are damaged: their SHA-256 is another one; store the mesh again",
+            "", ""}};
+}
+
+// Also false when `control` says to stop before that is known.
+bool Reading::is_damaged(Control& control) {
+  if (digest_rest(control) != Interruption::none) return false;
+  return cut_off_ || (!input_.sha256.empty() && sha256() != input_.sha256);
+}
+
+const std::string& Reading::sha256() {
+  if (digest_.empty()) digest_ = sha256_.hex();
+  return digest_;
+}
+
+ReadingOutcome Reading::wait_for_mesh(Control& control) {
   if (const Interruption why = await_message(control); why != Interruption::none) return killed(why);
   const auto message = receive_message(worker_.channel(), 0);
   if (!message) return broken_off(control);
@@ -86,7 +110,7 @@ ReadingOutcome Reading::finish(Control& control) {
   ReadingOutcome outcome = take_mesh(**reply, control);
   if (!outcome.mesh) return outcome;
   if (const Interruption why = digest_rest(control); why != Interruption::none) return killed(why);
-  outcome.mesh->sha256 = sha256_.hex();
+  outcome.mesh->sha256 = sha256();
   return outcome;
 }
 
@@ -138,10 +162,18 @@ Interruption Reading::digest_rest(Control& control) {
   return Interruption::none;
 }
 
+// A file is read, not looked at where it is mapped: a page that cannot be read would end this process.
 void Reading::digest_piece() {
   const auto piece = rest_.first(std::min(rest_.size(), kDigestBytes));
-  sha256_.update(piece);
+  const std::size_t offset = input_.bytes.size() - rest_.size();
   rest_ = rest_.subspan(piece.size());
+  if (input_.file < 0) return sha256_.update(piece);
+  piece_.resize(piece.size());
+  const ssize_t n = ::pread(input_.file, piece_.data(), piece_.size(), static_cast<off_t>(offset));
+  if (n <= 0 && (n == 0 || errno != EINTR)) cut_off_ = true;
+  const auto read = static_cast<std::size_t>(std::max<ssize_t>(n, 0));
+  sha256_.update(std::span(piece_).first(read));
+  rest_ = cut_off_ ? std::span<const std::byte>() : input_.bytes.subspan(offset + read);
 }
 
 // A reader's Error about the file, with the part checked, or the failure that it reports.

@@ -6,6 +6,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "api/digest.h"
 #include "api/load.h"
@@ -52,6 +53,9 @@ class Reading {
   ReadingOutcome finish(Control& control);
 
  private:
+  ReadingOutcome wait_for_mesh(Control& control);
+  bool is_damaged(Control& control);
+  const std::string& sha256();  // precondition: the rest is empty
   ReadingOutcome take_mesh(const Arrays& arrays, Control& control);
   Interruption await_message(Control& control);
   Interruption digest_rest(Control& control);
@@ -66,7 +70,10 @@ class Reading {
   const api::ReadLimits& limits_;
   std::optional<Window> window_;
   api::Sha256 sha256_;
+  std::string digest_;               // empty: not finished
   std::span<const std::byte> rest_;  // input still to be digested
+  std::vector<std::byte> piece_;     // of it
+  bool cut_off_ = false;             // the file has fewer bytes than the input, or cannot be read
 };
 
 }  // namespace meshgauge::server::sandbox

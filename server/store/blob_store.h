@@ -52,6 +52,12 @@ class Blob {
   std::span<const std::byte> bytes_;  // mapped; unmapped by the destructor
 };
 
+// Blobs that a sweep would remove.
+struct UnusedBlobs {
+  std::uint64_t number = 0;
+  std::chrono::sys_time<std::chrono::milliseconds> oldest = decltype(oldest)::max();  // last put or renewed then
+};
+
 enum class BlobPut {
   created,
   existed,
@@ -117,6 +123,8 @@ class BlobStore {
   virtual Result<bool> remove(const BlobKey& key) = 0;  // used or not; false: no such blob
   // Removes the blob unless it is reserved or `referenced` returns true. false: it stays, or did not exist.
   Result<bool> remove_unreferenced(const BlobKey& key, const std::function<Result<bool>()>& referenced);
+  // Counts what remove_unused() would remove.
+  virtual Result<UnusedBlobs> count_unused(std::span<const BlobKey> used, std::chrono::seconds older_than) = 0;
   // Removes blobs that are not in `used` and were neither put nor renewed within `older_than`; returns their number.
   virtual Result<std::uint64_t> remove_unused(std::span<const BlobKey> used, std::chrono::seconds older_than) = 0;
 

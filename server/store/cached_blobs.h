@@ -26,6 +26,9 @@ class CachedBlobs final : public BlobStore {
   Result<bool> exists(const BlobKey& key) override;
   Result<bool> renew(const BlobKey& key) override;
   Result<bool> remove(const BlobKey& key) override;
+  Result<UnusedBlobs> count_unused(std::span<const BlobKey> used, std::chrono::seconds older_than) override {
+    return remote_->count_unused(used, older_than);
+  }
   Result<std::uint64_t> remove_unused(std::span<const BlobKey> used, std::chrono::seconds older_than) override;
   Result<std::uint64_t> stored_bytes(const std::string& owner) override;
   Result<std::uint64_t> free_bytes() override;

@@ -4,6 +4,7 @@
 //   jobs.sqlite  jobs, results, rows of meshes (sqlite_store.h); with -wal and -shm beside it
 //   blobs/       the bytes of meshes (file_blobs.h)
 //   maps/        deviation maps, a cache (server/maps/map_cache.h)
+//   reserve      room on the disk for removals (reserve.h)
 #pragma once
 
 #include <string>

@@ -7,6 +7,7 @@
 #include "server/store/data_folder.h"
 #include "server/store/file_blobs.h"
 #include "server/store/outage.h"
+#include "server/store/reserve.h"
 #include "server/store/sqlite_store.h"
 #include "server/store/stores.h"
 
@@ -31,9 +32,10 @@ class EmbeddedStores final : public AllStores {
   const std::string& data_folder() const override { return folder_.path(); }
 
  private:
-  explicit EmbeddedStores(DataFolder folder) : folder_(std::move(folder)) {}
+  explicit EmbeddedStores(DataFolder folder) : folder_(std::move(folder)), reserve_(folder_.path() + "/reserve") {}
 
   DataFolder folder_;  // holds the lock, so it is destroyed last
+  Reserve reserve_;
   std::unique_ptr<FileBlobs> blobs_;
   std::unique_ptr<SqliteStore> store_;
 };

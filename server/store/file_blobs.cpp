@@ -99,9 +99,13 @@ std::uint64_t size_of(const std::string& path) {
   return ::stat(path.c_str(), &status) == 0 ? static_cast<std::uint64_t>(status.st_size) : 0;
 }
 
+std::chrono::sys_time<std::chrono::nanoseconds> modified(const struct stat& status) {
+  return std::chrono::sys_time<std::chrono::nanoseconds>(std::chrono::seconds(status.st_mtim.tv_sec) +
+                                                         std::chrono::nanoseconds(status.st_mtim.tv_nsec));
+}
+
 bool is_older(const struct stat& status, std::chrono::seconds age) {
-  const auto modified = std::chrono::seconds(status.st_mtim.tv_sec) + std::chrono::nanoseconds(status.st_mtim.tv_nsec);
-  return std::chrono::system_clock::now().time_since_epoch() - modified >= age;
+  return std::chrono::system_clock::now() - modified(status) >= age;
 }
 
 }  // namespace
@@ -141,8 +145,8 @@ struct FileBlobs::Place {
   std::string path;
 };
 
-Result<std::unique_ptr<FileBlobs>> FileBlobs::open(const std::string& root) {
-  std::unique_ptr<FileBlobs> blobs(new FileBlobs(root));
+Result<std::unique_ptr<FileBlobs>> FileBlobs::open(const std::string& root, Reserve* reserve) {
+  std::unique_ptr<FileBlobs> blobs(new FileBlobs(root, reserve));
   Result<Done> prepared = blobs->prepare();
   if (!prepared) return prepared.error();
   return blobs;
@@ -245,6 +249,7 @@ Result<std::optional<BlobPut>> FileBlobs::put_again(const Place& place, const st
 }
 
 Result<BlobPut> FileBlobs::put_anew(const Place& place, const std::string& id, const Source& source) {
+  if (reserve_ && !reserve_->restore()) return not_stored(ENOSPC);
   const Incoming incoming(root_);
   if (!incoming.file()) return not_stored(errno);
   api::Sha256 digest;
@@ -330,16 +335,34 @@ Result<bool> FileBlobs::remove(const BlobKey& key) {
   return not_removed(errno);
 }
 
-Result<std::uint64_t> FileBlobs::remove_unused(std::span<const BlobKey> used, std::chrono::seconds older_than) {
+// Calls visit(path, status) under the blob's lock.
+template <class Visit>
+std::error_code FileBlobs::for_each_unused(std::span<const BlobKey> used, std::chrono::seconds older_than,
+                                           Visit visit) {
   std::unordered_set<std::string> kept;
   for (const BlobKey& key : used) kept.insert(place_of(key).path);
-  std::uint64_t removed = 0;
-  int failure = 0;
-  const std::error_code failed = for_each_blob(root_, [&](const std::string& path) {
+  return for_each_blob(root_, [&](const std::string& path) {
     if (kept.contains(path)) return;
     const std::lock_guard lock(lock_of(path));
     struct stat status {};
-    if (::stat(path.c_str(), &status) != 0 || !is_older(status, older_than)) return;
+    if (::stat(path.c_str(), &status) == 0 && is_older(status, older_than)) visit(path, status);
+  });
+}
+
+Result<UnusedBlobs> FileBlobs::count_unused(std::span<const BlobKey> used, std::chrono::seconds older_than) {
+  UnusedBlobs unused;
+  const std::error_code failed = for_each_unused(used, older_than, [&](const std::string&, const struct stat& status) {
+    ++unused.number;
+    unused.oldest = std::min(unused.oldest, std::chrono::floor<std::chrono::milliseconds>(modified(status)));
+  });
+  if (failed) return not_read(failed.value());
+  return unused;
+}
+
+Result<std::uint64_t> FileBlobs::remove_unused(std::span<const BlobKey> used, std::chrono::seconds older_than) {
+  std::uint64_t removed = 0;
+  int failure = 0;
+  const std::error_code failed = for_each_unused(used, older_than, [&](const std::string& path, const struct stat&) {
     if (unlink(path)) {
       ++removed;
     } else if (errno != ENOENT) {
@@ -358,6 +381,7 @@ Result<std::uint64_t> FileBlobs::free_bytes() {
 }
 
 Result<Done> FileBlobs::check() {
+  if (reserve_ && !reserve_->restore()) return not_stored(ENOSPC);
   const Incoming incoming(root_);
   const std::vector<std::byte> block(4096);
   if (!incoming.file() || !write_all(incoming.file().get(), block) || !incoming.sync()) return not_stored(errno);

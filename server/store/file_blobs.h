@@ -12,17 +12,20 @@
 #include <memory>
 #include <mutex>
 #include <string>
+#include <system_error>
 #include <unordered_map>
 #include <unordered_set>
 
 #include "server/store/blob_store.h"
+#include "server/store/reserve.h"
 
 namespace meshgauge::server::store {
 
 class FileBlobs final : public BlobStore {
  public:
-  // Creates `root` if needed. No other object may use it (DataFolder ensures that).
-  static Result<std::unique_ptr<FileBlobs>> open(const std::string& root);
+  // Creates `root` if needed. No other object may use it (DataFolder ensures that). Borrows the reserve, whose room
+  // put() leaves alone; null: there is none.
+  static Result<std::unique_ptr<FileBlobs>> open(const std::string& root, Reserve* reserve = nullptr);
 
   Result<BlobPut> put(const BlobKey& key, std::span<const std::byte> bytes) override;
   Result<BlobPut> put(const BlobKey& key, int file, std::uint64_t size) override;
@@ -30,6 +33,7 @@ class FileBlobs final : public BlobStore {
   Result<bool> exists(const BlobKey& key) override;
   Result<bool> renew(const BlobKey& key) override;
   Result<bool> remove(const BlobKey& key) override;
+  Result<UnusedBlobs> count_unused(std::span<const BlobKey> used, std::chrono::seconds older_than) override;
   Result<std::uint64_t> remove_unused(std::span<const BlobKey> used, std::chrono::seconds older_than) override;
   Result<std::uint64_t> stored_bytes(const std::string& owner) override;
   Result<std::uint64_t> free_bytes() override;
@@ -39,7 +43,7 @@ class FileBlobs final : public BlobStore {
   struct Source;
   struct Place;
 
-  explicit FileBlobs(std::string root) : root_(std::move(root)) {}
+  FileBlobs(std::string root, Reserve* reserve) : root_(std::move(root)), reserve_(reserve) {}
 
   Place place_of(const BlobKey& key) const;
   Result<Done> prepare();
@@ -51,10 +55,13 @@ class FileBlobs final : public BlobStore {
   Result<bool> renew(const Place& place);
   std::mutex& lock_of(const std::string& path);
   Result<Done> weigh();
+  template <class Visit>
+  std::error_code for_each_unused(std::span<const BlobKey> used, std::chrono::seconds older_than, Visit visit);
   bool unlink(const std::string& path);
   void count(const std::string& path, std::uint64_t before, std::uint64_t after);
 
   const std::string root_;
+  Reserve* const reserve_;
   // Excludes a blob's removal while the blob is put or renewed.
   std::array<std::mutex, 64> locks_;
   std::mutex bytes_mutex_;

@@ -160,6 +160,12 @@ struct SweptJobs {
   std::uint64_t given_up = 0;  // failed: queued until `expires_if_never_run`
 };
 
+// Where a database comes from: what it does not know may be older than itself.
+struct Origin {
+  TimePoint born;                    // not later than its first row
+  std::optional<TimePoint> doubted;  // JobStore::doubt()
+};
+
 class JobStore {
  public:
   virtual ~JobStore() = default;
@@ -227,10 +233,15 @@ class JobStore {
   // Returns the blobs that meshes and unended jobs use, each once, in no order: BlobStore::remove_unused() must keep
   // them.
   virtual Result<std::vector<BlobKey>> used_blobs() = 0;
+  // The same, and those of ended jobs, which need them no more. For rare questions: reads all rows.
+  virtual Result<std::vector<BlobKey>> known_blobs() = 0;
   virtual Result<bool> uses_blob(const BlobKey& key) = 0;  // whether used_blobs() has it
   // Fails jobs that were queued for too long, removes ended jobs that have expired, and beyond `max_kept` ended jobs
   // the oldest of each owner that has more than its share: those of record() first.
   virtual Result<SweptJobs> sweep_jobs(Moment moment, std::uint64_t max_kept) = 0;
+  virtual Result<Origin> origin() = 0;
+  // Keeps when a sweep found more unknown blobs than crashes leave; nullopt: it no longer does.
+  virtual Result<Done> doubt(std::optional<TimePoint> since) = 0;
   virtual Result<Done> check() = 0;  // writes a row: can the store be written?
 
   // The clock of all processes that use this store. Never blocks.

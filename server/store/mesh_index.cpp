@@ -14,4 +14,9 @@ Result<std::vector<MeshRow>> MeshIndex::known_meshes(const std::string& owner, s
   return known;
 }
 
+MeshPut fits(const StoredMeshes& stored, std::uint64_t new_bytes, const MeshQuota& quota) {
+  if (new_bytes > quota.bytes || stored.bytes > quota.bytes - new_bytes) return MeshPut::over_quota;
+  return stored.meshes < quota.meshes ? MeshPut::created : MeshPut::too_many;
+}
+
 }  // namespace meshgauge::server::store

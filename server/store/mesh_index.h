@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <span>
 #include <string>
@@ -23,33 +24,50 @@ struct MeshRow {
   bool operator==(const MeshRow&) const = default;
 };
 
+// The most that the meshes of an owner may be.
+struct MeshQuota {
+  MeshQuota(std::uint64_t most_bytes, std::uint64_t most_meshes = std::numeric_limits<std::uint64_t>::max())
+      : bytes(most_bytes), meshes(most_meshes) {}
+
+  std::uint64_t bytes;
+  std::uint64_t meshes;
+};
+
+struct StoredMeshes {
+  std::uint64_t bytes = 0;
+  std::uint64_t meshes = 0;
+};
+
 enum class MeshPut {
   created,
   existed,     // last_used and expires were renewed, the rest is unchanged
-  over_quota,  // nothing was stored
+  over_quota,  // of bytes: nothing was stored
+  too_many,    // meshes: nothing was stored
 };
+
+// What a new mesh would be: created, over_quota or too_many.
+MeshPut fits(const StoredMeshes& stored, std::uint64_t new_bytes, const MeshQuota& quota);
 
 struct PutMesh {
   MeshPut what = MeshPut::created;
-  MeshRow row;  // as stored; over_quota: as given
+  MeshRow row;  // as stored; over_quota, too_many: as given
 };
 
 class MeshIndex {
  public:
   virtual ~MeshIndex() = default;
 
-  // Stores a row. `max_stored_bytes`: the most that stored_bytes() of the owner may be with it. Precondition: the blob
-  // is stored.
-  virtual Result<PutMesh> put_mesh(const MeshRow& row, std::uint64_t max_stored_bytes) = 0;
+  // Stores a row, if stored() of the owner keeps to the quota with it. Precondition: the blob is stored.
+  virtual Result<PutMesh> put_mesh(const MeshRow& row, const MeshQuota& quota) = 0;
   virtual Result<std::optional<MeshRow>> get_mesh(const BlobKey& key) = 0;
   // Returns the rows that exist, each once, in no order.
   virtual Result<std::vector<MeshRow>> known_meshes(const std::string& owner, std::span<const std::string> ids);
   // Notes that a mesh was used. Returns at once; becomes durable within about a second. Moves no time back.
   virtual void touch_mesh(const BlobKey& key, TimePoint last_used, TimePoint expires) = 0;
   virtual Result<bool> delete_mesh(const BlobKey& key) = 0;  // the row alone; false: no such mesh
-  virtual Result<std::uint64_t> stored_bytes(const std::string& owner) = 0;
-  virtual Result<std::uint64_t> all_stored_bytes() = 0;           // of all owners
-  virtual Result<std::uint64_t> sweep_meshes(TimePoint now) = 0;  // removes expired rows; returns their number
+  virtual Result<StoredMeshes> stored(const std::string& owner) = 0;
+  virtual Result<std::uint64_t> all_stored_bytes() = 0;                  // of all owners
+  virtual Result<std::vector<BlobKey>> sweep_meshes(TimePoint now) = 0;  // removes expired rows; returns their keys
 };
 
 }  // namespace meshgauge::server::store

@@ -48,6 +48,8 @@ class RemoteBlobs {
   virtual Result<bool> exists(const BlobKey& key) = 0;
   virtual Result<bool> renew(const BlobKey& key) = 0;   // makes it as young as put() does; false: no such blob
   virtual Result<bool> remove(const BlobKey& key) = 0;  // used or not; false: no such blob
+  // Counts what remove_unused() would remove.
+  virtual Result<UnusedBlobs> count_unused(std::span<const BlobKey> used, std::chrono::seconds older_than) = 0;
   // Removes blobs that are not in `used` and were neither put nor renewed within `older_than`, by the store's own
   // clock. Returns their number. Each removal goes through `guard` and checks the age again inside, unless removal and
   // renewal cannot overlap (one transaction).

@@ -98,6 +98,13 @@ std::vector<Key> keys_of(Row&& row) {
 }
 
 template <class Db>
+Origin find_origin(Db& db) {
+  auto&& row = db.query("SELECT born, doubted FROM origin");
+  row.next();
+  return {row.time(0), row.time_if_any(1)};
+}
+
+template <class Db>
 std::optional<Job> find_job(Db& db, const JobKey& key) {
   return first_job(db.query(kFindJob, key.owner, key.id));
 }
@@ -156,6 +163,12 @@ std::vector<Kept> count_kept(Db& db) {
   std::vector<Kept> kept;
   while (row.next()) kept.push_back({row.text(0), count_in(row, 1)});
   return kept;
+}
+
+template <class Db>
+std::vector<BlobKey> find_known_blobs(Db& db) {
+  return keys_of<BlobKey>(db.query(
+      "SELECT owner, mesh_a FROM jobs UNION SELECT owner, mesh_b FROM jobs UNION SELECT owner, id FROM meshes"));
 }
 
 template <class Db>
@@ -297,8 +310,9 @@ std::optional<MeshRow> find_mesh(Db& db, const BlobKey& key) {
 }
 
 template <class Db>
-std::uint64_t count_stored_by(Db& db, const std::string& owner) {
-  return only_count(db.query("SELECT bytes FROM stored WHERE owner = $1", owner));
+StoredMeshes find_stored(Db& db, const std::string& owner) {
+  auto&& row = db.query("SELECT bytes, meshes FROM stored WHERE owner = $1", owner);
+  return row.next() ? StoredMeshes{count_in(row, 0), count_in(row, 1)} : StoredMeshes{};
 }
 
 template <class Db>

@@ -130,7 +130,27 @@ CREATE INDEX jobs_waiting ON jobs (owner, batch, rank) WHERE state = 0;
 CREATE INDEX jobs_turns ON jobs (owner, rank) WHERE state = 0 AND tries >= 0;
 )sql";
 
-constexpr const char* kSqliteSteps[] = {kSqliteFirst, kSqliteSecond, kSqliteThird, kSqliteFourth};
+constexpr const char* kSqliteFifth = R"sql(
+CREATE TABLE origin (id INTEGER PRIMARY KEY CHECK (id = 1), born INTEGER NOT NULL, doubted INTEGER);  -- Origin
+INSERT INTO origin SELECT 1, min(at), NULL FROM (
+  SELECT created AS at FROM jobs UNION ALL SELECT created FROM meshes UNION ALL SELECT created FROM batches
+  UNION ALL SELECT unixepoch() * 1000);
+
+ALTER TABLE stored ADD COLUMN meshes INTEGER NOT NULL DEFAULT 0;  -- their number
+UPDATE stored SET meshes = (SELECT count(*) FROM meshes WHERE meshes.owner = stored.owner);
+DROP TRIGGER mesh_added;
+DROP TRIGGER mesh_removed;
+CREATE TRIGGER mesh_added AFTER INSERT ON meshes BEGIN
+  INSERT INTO stored VALUES (new.owner, new.bytes, 1)
+    ON CONFLICT (owner) DO UPDATE SET bytes = bytes + new.bytes, meshes = meshes + 1;
+END;
+CREATE TRIGGER mesh_removed AFTER DELETE ON meshes BEGIN
+  UPDATE stored SET bytes = bytes - old.bytes, meshes = meshes - 1 WHERE owner = old.owner;
+  DELETE FROM stored WHERE owner = old.owner AND meshes = 0;
+END;
+)sql";
+
+constexpr const char* kSqliteSteps[] = {kSqliteFirst, kSqliteSecond, kSqliteThird, kSqliteFourth, kSqliteFifth};
 
 Error unusable_file(const Connection& connection, const std::string& why) {
   return {ErrorCode::internal, "the database '" + connection.path() + "' " + why, "", ""};

@@ -10,9 +10,6 @@
 namespace meshgauge::server::store {
 namespace {
 
-// No other process writes, but a backup may hold a lock.
-constexpr int kBusyTimeoutMs = 5000;
-
 constexpr int kFlags = SQLITE_OPEN_READWRITE | SQLITE_OPEN_NOMUTEX;
 
 }  // namespace
@@ -23,6 +20,7 @@ Connection::Connection(const std::string& path, Use use) : database_(path, kFlag
   if (use == Use::read) {
     execute("PRAGMA query_only = ON");  // the file is open for writing: readers take part in the locks of the log
   } else {
+    execute("PRAGMA auto_vacuum = INCREMENTAL");  // of a new database: room for the file system, on request
     execute("PRAGMA journal_mode = WAL");
     execute("PRAGMA synchronous = FULL");
     execute("PRAGMA journal_size_limit = 67108864");
@@ -60,6 +58,8 @@ Error to_error(const SQLite::Exception& exception, const std::string& path, int 
     case SQLITE_READONLY:
     case SQLITE_PERM:
       return {ErrorCode::storage_unavailable, what + "cannot be written" + text, "", ""};
+    case SQLITE_NOMEM:
+      return {ErrorCode::storage_unavailable, what + "cannot be used: the service is out of memory", "", ""};
     case SQLITE_BUSY:
     case SQLITE_LOCKED:
       return {ErrorCode::storage_unavailable, what + "is locked by another program" + text, "", ""};

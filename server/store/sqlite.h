@@ -32,8 +32,9 @@ class Connection {
 
   SQLite::Statement& prepared(const char* sql);
   void execute(const char* sql) { database_.exec(sql); }
-  std::int64_t pragma(const char* name);  // precondition: its value is a number
-  bool in_transaction() const;            // SQLite ends a transaction by itself after some errors
+  void wait_for_locks() { database_.setBusyTimeout(kBusyTimeoutMs); }  // as at the start
+  std::int64_t pragma(const char* name);                               // precondition: its value is a number
+  bool in_transaction() const;  // SQLite ends a transaction by itself after some errors
 
   const std::string& path() const { return database_.getFilename(); }
   // Precondition: this connection's newest query threw the exception.
@@ -41,6 +42,8 @@ class Connection {
   void failed_with(int system_error) { system_error_ = system_error; }
 
  private:
+  static constexpr int kBusyTimeoutMs = 5000;  // no other process writes, but a backup may hold a lock
+
   SQLite::Database database_;
   int system_error_ = 0;
   std::map<std::string, SQLite::Statement, std::less<>> statements_;

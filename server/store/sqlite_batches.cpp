@@ -152,11 +152,12 @@ Result<std::vector<BatchRow>> SqliteStore::batch_rows(const JobKey& key, Rows wh
 
 Result<bool> SqliteStore::cancel_batch(const JobKey& key, Moment moment) {
   const Result<std::uint64_t> items =
-      writer_.write([&](Connection& connection) { return mark_cancelled(connection, key); });
+      writer_.write([&](Connection& connection) { return mark_cancelled(connection, key); }, Writer::Promise::removal);
   if (!items) return items.error();
   for (std::uint64_t from = 0; from < *items; from += kItemPortion) {
     const auto running =
-        writer_.write([&](Connection& connection) { return cancel_portion(connection, key, from, moment); });
+        writer_.write([&](Connection& connection) { return cancel_portion(connection, key, from, moment); },
+                      Writer::Promise::removal);
     if (!running) return running.error();
     for (const JobKey& job : *running) signals_.tell(Signal::Kind::cancel, job);
   }
@@ -173,12 +174,14 @@ Result<Done> SqliteStore::cancel_the_rest(Moment moment) {
 }
 
 Result<bool> SqliteStore::forget_batch(const JobKey& key) {
-  return writer_.write([&](Connection& connection) {
-    const std::optional<Batch> batch = batch_of(find_batch(connection, key));
-    if (!batch || !batch->finished) return false;
-    remove_batch(connection, key);
-    return true;
-  });
+  return writer_.write(
+      [&](Connection& connection) {
+        const std::optional<Batch> batch = batch_of(find_batch(connection, key));
+        if (!batch || !batch->finished) return false;
+        remove_batch(connection, key);
+        return true;
+      },
+      Writer::Promise::removal);
 }
 
 Result<BatchStore::Load> SqliteStore::batch_load(const std::string& owner) {
@@ -189,11 +192,13 @@ Result<BatchStore::Load> SqliteStore::batch_load(const std::string& owner) {
 Result<std::uint64_t> SqliteStore::sweep_batches(TimePoint ended_before) {
   std::uint64_t swept = 0;
   while (true) {
-    const Result<bool> removed = writer_.write([&](Connection& connection) {
-      const std::vector<JobKey> ended = first_ended_batch(connection, ended_before);
-      for (const JobKey& key : ended) remove_batch(connection, key);
-      return !ended.empty();
-    });
+    const Result<bool> removed = writer_.write(
+        [&](Connection& connection) {
+          const std::vector<JobKey> ended = first_ended_batch(connection, ended_before);
+          for (const JobKey& key : ended) remove_batch(connection, key);
+          return !ended.empty();
+        },
+        Writer::Promise::removal);
     if (!removed) return removed.error();
     if (!*removed) return swept;
     ++swept;

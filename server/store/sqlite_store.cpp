@@ -123,22 +123,21 @@ constexpr auto kCancelJob =
 
 }  // namespace
 
-Result<std::unique_ptr<SqliteStore>> SqliteStore::open(const std::string& path, std::size_t max_unrecorded,
-                                                       const Report& report) {
-  Result<Done> made = make_private_file(path);
+Result<std::unique_ptr<SqliteStore>> SqliteStore::open(const SqliteSettings& settings) {
+  Result<Done> made = make_private_file(settings.path);
   if (!made) return made.error();
-  Result<std::unique_ptr<Connection>> connection = connect(path);
+  Result<std::unique_ptr<Connection>> connection = connect(settings.path);
   if (!connection) return connection.error();
   const Result<Migrated> migrated = migrate(**connection, schema_steps());
   if (!migrated) return migrated.error();
-  if (report && migrated->changed() && migrated->from > 0) report(to_string(*migrated));
-  return std::unique_ptr<SqliteStore>(new SqliteStore(path, std::move(*connection), max_unrecorded));
+  if (settings.report && migrated->changed() && migrated->from > 0) settings.report(to_string(*migrated));
+  return std::unique_ptr<SqliteStore>(new SqliteStore(settings, std::move(*connection)));
 }
 
-SqliteStore::SqliteStore(const std::string& path, std::unique_ptr<Connection> connection, std::size_t max_unrecorded)
-    : readers_(path),
-      writer_(std::move(connection)),
-      behind_(max_unrecorded, [this](const WriteBehind::Batch& batch) { return write(batch); }) {}
+SqliteStore::SqliteStore(const SqliteSettings& settings, std::unique_ptr<Connection> connection)
+    : readers_(settings.path),
+      writer_(std::move(connection), settings.reserve),
+      behind_(settings.max_unrecorded, [this](const WriteBehind::Batch& batch) { return write(batch); }) {}
 
 Result<Inserted> SqliteStore::insert(const NewJob& job) {
   auto inserted = writer_.write([&](Connection& connection) {
@@ -195,12 +194,14 @@ Result<std::vector<bool>> SqliteStore::finish_all(std::span<const Finished> endi
 
 Result<std::optional<JobState>> SqliteStore::request_cancel(const JobKey& key, Moment moment) {
   if (const auto job = behind_.find(key)) return std::optional(job->state);
-  const auto state = writer_.write([&](Connection& connection) -> std::optional<JobState> {
-    Query updated = connection.query(kCancelJob, key.owner, key.id, moment.now, moment.keep_until);
-    if (updated.next()) return static_cast<JobState>(updated.number(0));
-    const std::optional<Job> ended = find_job(connection, key);
-    return ended ? std::optional(ended->state) : std::nullopt;
-  });
+  const auto state = writer_.write(
+      [&](Connection& connection) -> std::optional<JobState> {
+        Query updated = connection.query(kCancelJob, key.owner, key.id, moment.now, moment.keep_until);
+        if (updated.next()) return static_cast<JobState>(updated.number(0));
+        const std::optional<Job> ended = find_job(connection, key);
+        return ended ? std::optional(ended->state) : std::nullopt;
+      },
+      Writer::Promise::removal);
   if (!state || !*state) return state;
   signals_.tell(**state == JobState::running ? Signal::Kind::cancel : Signal::Kind::changed, key);
   return state;
@@ -224,14 +225,14 @@ Result<std::optional<Job>> SqliteStore::find_idempotent(const std::string& owner
 }
 
 Result<bool> SqliteStore::forget(const JobKey& key) {
-  if (behind_.find(key)) {
-    Result<Done> flushed = flush();
-    if (!flushed) return flushed.error();
-  }
-  return writer_.write([&](Connection& connection) {
-    return connection.query("DELETE FROM jobs WHERE owner = $1 AND id = $2 AND state >= 2", key.owner, key.id).run() ==
-           1;
-  });
+  const bool held = behind_.drop(key);
+  const Result<bool> removed = writer_.write(
+      [&](Connection& connection) {
+        return connection.query("DELETE FROM jobs WHERE owner = $1 AND id = $2 AND state >= 2", key.owner, key.id)
+                   .run() == 1;
+      },
+      Writer::Promise::removal);
+  return held && removed ? Result<bool>(true) : removed;
 }
 
 }  // namespace meshgauge::server::store

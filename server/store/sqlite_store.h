@@ -14,18 +14,24 @@
 #include "server/store/mesh_index.h"
 #include "server/store/outage.h"
 #include "server/store/readers.h"
+#include "server/store/reserve.h"
 #include "server/store/write_behind.h"
 #include "server/store/writer.h"
 
 namespace meshgauge::server::store {
 
+struct SqliteSettings {
+  std::string path;
+  std::size_t max_unrecorded = 10'000;  // the most records that are held while they cannot be written
+  Reserve* reserve = nullptr;           // borrowed; null: removals have no room of their own
+  Report report = {};                   // gets a line when an older schema was migrated
+};
+
 class SqliteStore final : public JobStore, public BatchStore, public MeshIndex {
  public:
-  // Creates the database if needed, and migrates an older schema, which `report` gets a line about. No other object may
-  // use the file (DataFolder ensures that). `max_unrecorded`: the most records that are held while they cannot be
-  // written.
-  static Result<std::unique_ptr<SqliteStore>> open(const std::string& path, std::size_t max_unrecorded,
-                                                   const Report& report = {});
+  // Creates the database if needed, and migrates an older schema. No other object may use the file (DataFolder ensures
+  // that).
+  static Result<std::unique_ptr<SqliteStore>> open(const SqliteSettings& settings);
   ~SqliteStore() override = default;  // writes what record() was given, if it can be written
 
   Signals& signals() { return signals_; }
@@ -47,8 +53,11 @@ class SqliteStore final : public JobStore, public BatchStore, public MeshIndex {
   Result<Counts> counts() override;
   Result<std::uint64_t> unended(const std::string& owner, TimePoint now) override;
   Result<std::vector<BlobKey>> used_blobs() override;
+  Result<std::vector<BlobKey>> known_blobs() override;
   Result<bool> uses_blob(const BlobKey& key) override;
   Result<SweptJobs> sweep_jobs(Moment moment, std::uint64_t max_kept) override;
+  Result<Origin> origin() override;
+  Result<Done> doubt(std::optional<TimePoint> since) override;
   Result<Done> check() override;
 
   Result<InsertedBatch> insert_batch(const NewBatch& batch) override;
@@ -62,21 +71,22 @@ class SqliteStore final : public JobStore, public BatchStore, public MeshIndex {
   Result<bool> forget_batch(const JobKey& key) override;
   Result<std::uint64_t> sweep_batches(TimePoint ended_before) override;
 
-  Result<PutMesh> put_mesh(const MeshRow& row, std::uint64_t max_stored_bytes) override;
+  Result<PutMesh> put_mesh(const MeshRow& row, const MeshQuota& quota) override;
   Result<std::optional<MeshRow>> get_mesh(const BlobKey& key) override;
   void touch_mesh(const BlobKey& key, TimePoint last_used, TimePoint expires) override {
     behind_.touch(key, {last_used, expires});
   }
   Result<bool> delete_mesh(const BlobKey& key) override;
-  Result<std::uint64_t> stored_bytes(const std::string& owner) override;
+  Result<StoredMeshes> stored(const std::string& owner) override;
   Result<std::uint64_t> all_stored_bytes() override;
-  Result<std::uint64_t> sweep_meshes(TimePoint now) override;
+  Result<std::vector<BlobKey>> sweep_meshes(TimePoint now) override;
 
  private:
-  SqliteStore(const std::string& path, std::unique_ptr<Connection> connection, std::size_t max_unrecorded);
+  SqliteStore(const SqliteSettings& settings, std::unique_ptr<Connection> connection);
 
   Result<Done> cancel_the_rest(Moment moment);  // of batches whose cancelling was interrupted
   Result<Done> write(const WriteBehind::Batch& batch);
+  // Calls remove(connection, most) until it removes fewer than the `most` that it may; returns their sum.
   Result<std::uint64_t> remove_in_portions(const std::function<std::uint64_t(Connection&, std::int64_t most)>& remove);
 
   MemorySignals signals_;

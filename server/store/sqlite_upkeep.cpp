@@ -1,4 +1,6 @@
 // SqliteStore: hand-backs, recovery, counts and sweeps.
+#include <algorithm>
+
 #include "server/store/rows.h"
 #include "server/store/sqlite_store.h"
 #include "server/store/transitions.h"
@@ -95,6 +97,8 @@ Result<std::uint64_t> SqliteStore::unended(const std::string& owner, TimePoint n
 
 Result<std::vector<BlobKey>> SqliteStore::used_blobs() { return readers_.read(find_used_blobs<Connection>); }
 
+Result<std::vector<BlobKey>> SqliteStore::known_blobs() { return readers_.read(find_known_blobs<Connection>); }
+
 Result<bool> SqliteStore::uses_blob(const BlobKey& key) {
   return readers_.read([&](Connection& connection) { return connection.query(kUsesBlob, key.owner, key.id).next(); });
 }
@@ -102,19 +106,27 @@ Result<bool> SqliteStore::uses_blob(const BlobKey& key) {
 Result<std::uint64_t> SqliteStore::remove_in_portions(
     const std::function<std::uint64_t(Connection&, std::int64_t most)>& remove) {
   std::uint64_t removed = 0;
+  std::int64_t most = kPortion;
   while (true) {
-    Result<std::uint64_t> portion = writer_.write([&](Connection& connection) { return remove(connection, kPortion); });
+    Result<std::uint64_t> portion =
+        writer_.write([&](Connection& connection) { return remove(connection, most); }, Writer::Promise::removal);
+    if (!portion && portion.error().code == ErrorCode::storage_full && most > 1) {
+      most = std::max<std::int64_t>(1, most / 10);  // what fits into the reserve
+      continue;
+    }
     if (!portion) return portion;
     removed += *portion;
-    if (*portion < kPortion) return removed;
+    if (*portion < static_cast<std::uint64_t>(most)) return removed;
   }
 }
 
 Result<SweptJobs> SqliteStore::sweep_jobs(Moment moment, std::uint64_t max_kept) {
   if (const Result<Done> rest = cancel_the_rest(moment); !rest) return rest.error();
-  const auto given_up = writer_.write([&](Connection& connection) {
-    return keys_of<JobKey>(connection.query(kGiveUpJobs, moment.now, moment.keep_until));
-  });
+  const auto given_up = writer_.write(
+      [&](Connection& connection) {
+        return keys_of<JobKey>(connection.query(kGiveUpJobs, moment.now, moment.keep_until));
+      },
+      Writer::Promise::removal);
   if (!given_up) return given_up.error();
   for (const JobKey& key : *given_up) signals_.tell(Signal::Kind::changed, key);
   Result<std::uint64_t> expired = remove_in_portions([&](Connection& connection, std::int64_t most) {
@@ -125,6 +137,15 @@ Result<SweptJobs> SqliteStore::sweep_jobs(Moment moment, std::uint64_t max_kept)
       [&](Connection& connection, std::int64_t most) { return remove_over_share(connection, max_kept, most); });
   if (!over_cap) return over_cap.error();
   return SweptJobs{*expired, *over_cap, given_up->size()};
+}
+
+Result<Origin> SqliteStore::origin() { return readers_.read(find_origin<Connection>); }
+
+Result<Done> SqliteStore::doubt(std::optional<TimePoint> since) {
+  return writer_.write([&](Connection& connection) {
+    connection.query("UPDATE origin SET doubted = $1", since).run();
+    return Done{};
+  });
 }
 
 Result<Done> SqliteStore::check() {

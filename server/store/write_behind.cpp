@@ -65,6 +65,22 @@ std::shared_ptr<const Job> WriteBehind::find(const JobKey& key) const {
   return found == by_key_.end() ? nullptr : found->second;
 }
 
+bool WriteBehind::drop(const JobKey& key) {
+  if (!find(key)) return false;
+  const std::lock_guard writing(writing_);
+  const std::lock_guard lock(mutex_);
+  const auto found = by_key_.find(key);
+  if (found == by_key_.end()) return false;
+  std::erase(waiting_, found->second);
+  by_key_.erase(found);
+  return true;
+}
+
+WriteBehind::Touches WriteBehind::touches() const {
+  const std::lock_guard lock(mutex_);
+  return touches_;
+}
+
 void WriteBehind::add_to(Counts& counts) const {
   const std::lock_guard lock(mutex_);
   counts.unrecorded = by_key_.size();

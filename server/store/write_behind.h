@@ -52,6 +52,9 @@ class WriteBehind {
   Result<Done> flush();
 
   std::shared_ptr<const Job> find(const JobKey& key) const;  // null: not held
+  // Forgets a record that is held. Waits for a batch that is being written. false: it was not held, or just written.
+  bool drop(const JobKey& key);
+  Touches touches() const;  // those that are held
   void add_to(Counts& counts) const;
 
  private:

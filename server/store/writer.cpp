@@ -21,7 +21,8 @@ bool concerns_one(const SQLite::Exception& exception) {
 
 }  // namespace
 
-Writer::Writer(std::unique_ptr<Connection> connection) : connection_(std::move(connection)) {
+Writer::Writer(std::unique_ptr<Connection> connection, Reserve* reserve)
+    : connection_(std::move(connection)), reserve_(reserve) {
   thread_ = std::thread([this] { loop(); });
 }
 
@@ -73,24 +74,50 @@ void Writer::gather(std::unique_lock<std::mutex>& lock) {
 }
 
 void Writer::run(std::span<Task> tasks) {
-  std::optional<Error> error = commit(tasks);
+  const bool full = reserve_ && !reserve_->restore();
+  std::optional<Error> error = full ? Reserve::no_room("the database cannot be written") : commit(tasks);
   if (!error) return;
   // A locked database takes 5 s to report that, for each write.
-  if (tasks.size() == 1 || error->code == ErrorCode::storage_unavailable) {
+  const bool is_alone = tasks.size() == 1;
+  if (error->code == ErrorCode::storage_unavailable || (is_alone && error->code != ErrorCode::storage_full)) {
     for (Task& task : tasks) task.error = error;
     return;
   }
   // One of them may be too large for the rest of the disk: the others must not fail with it.
   for (Task& task : tasks) {
-    std::optional<Error> own = commit(std::span(&task, 1));
+    std::optional<Error> own = full || is_alone ? error : commit(std::span(&task, 1));
+    const bool has_reserve = reserve_ && task.promise == Promise::removal;
+    if (own && own->code == ErrorCode::storage_full && has_reserve) own = commit_from_reserve(task);
     if (own) task.error = std::move(own);
   }
+}
+
+std::optional<Error> Writer::commit_from_reserve(Task& task) {
+  reserve_->release();
+  std::optional<Error> error = commit(std::span(&task, 1));
+  if (!reserve_->restore()) {
+    give_back_room();
+    reserve_->restore();  // if it fails, the disk counts as full until a later write finds room
+  }
+  return error;
+}
+
+// Returns the pages that deleted rows and the log held to the file system.
+void Writer::give_back_room() {
+  try {
+    connection_->execute("PRAGMA busy_timeout = 200");  // a reader keeps the log for a moment: others wait meanwhile
+    connection_->execute("PRAGMA incremental_vacuum(1000)");
+    connection_->execute("PRAGMA wal_checkpoint(TRUNCATE)");
+  } catch (const SQLite::Exception&) {
+    // What was committed stays so; the next removal tries again.
+  }
+  connection_->wait_for_locks();
 }
 
 // Returns the error of the transaction, of which nothing is stored then. Each task has its own error.
 std::optional<Error> Writer::commit(std::span<Task> tasks) {
   try {
-    sync_commits(std::any_of(tasks.begin(), tasks.end(), [](auto& task) { return task.promise == Promise::durable; }));
+    sync_commits(std::any_of(tasks.begin(), tasks.end(), [](auto& task) { return task.promise != Promise::fleeting; }));
     Query(*connection_, "BEGIN IMMEDIATE").run();
     for (Task& task : tasks) {
       task.error.reset();

@@ -15,13 +15,14 @@
 #include <utility>
 #include <vector>
 
+#include "server/store/reserve.h"
 #include "server/store/sqlite.h"
 
 namespace meshgauge::server::store {
 
 class Writer {
  public:
-  explicit Writer(std::unique_ptr<Connection> connection);
+  explicit Writer(std::unique_ptr<Connection> connection, Reserve* reserve = nullptr);  // borrows the reserve
   ~Writer();  // precondition: no call of write() is under way
   Writer(const Writer&) = delete;
   Writer& operator=(const Writer&) = delete;
@@ -29,8 +30,8 @@ class Writer {
   // Runs work(Connection&) on the writer's thread and blocks until it is committed. Returns its value; on an error
   // nothing of it is stored. Work may throw SQLite::Exception, which undoes it alone. It may run more than once; what
   // it did before is undone then. `fleeting`: does not wait for the disk, so a crash of the machine may undo it; a
-  // later durable write makes it durable, too.
-  enum class Promise { durable, fleeting };
+  // later durable write makes it durable, too. `removal`: durable, and may use the reserve when the disk is full.
+  enum class Promise { durable, fleeting, removal };
   template <class Work>
   auto write(Work work, Promise promise = Promise::durable) -> Result<std::invoke_result_t<Work&, Connection&>> {
     std::optional<std::invoke_result_t<Work&, Connection&>> value;
@@ -52,11 +53,14 @@ class Writer {
   void gather(std::unique_lock<std::mutex>& lock);
   void run(std::span<Task> tasks);
   std::optional<Error> commit(std::span<Task> tasks);
+  std::optional<Error> commit_from_reserve(Task& task);
+  void give_back_room();
   bool run_one(Task& task);
   void sync_commits(bool synced);
   void roll_back();
 
   const std::unique_ptr<Connection> connection_;
+  Reserve* const reserve_;  // null: there is none
   std::mutex mutex_;
   std::condition_variable ready_;
   std::deque<Task> waiting_;

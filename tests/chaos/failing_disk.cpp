@@ -1,8 +1,9 @@
 // Loaded before the C library (LD_PRELOAD): makes one folder behave as one on a disk that fails, while a file says so.
 //
-// MESHGAUGE_FAILING_DISK=<folder>:<file>. The file's two 32-bit numbers are mapped: the process concerned, and the
-// errno that everything which writes to the folder fails with; 0: none. A real file system that is in use by a writer
-// cannot be made read-only from outside; after an I/O error the kernel does so, and this is what it looks like.
+// MESHGAUGE_FAILING_DISK=<folder>:<file>. The file's three 32-bit numbers are mapped: the process concerned, the errno
+// that everything which writes to the folder fails with (0: none), and the seconds by which its clock is wrong. A real
+// file system that is in use by a writer cannot be made read-only from outside; after an I/O error the kernel does so,
+// and this is what it looks like.
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <sys/mman.h>
@@ -14,6 +15,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
+#include <ctime>
 #include <string>
 #include <string_view>
 
@@ -22,6 +24,7 @@ namespace {
 struct Orders {
   std::int32_t process;
   std::int32_t error;
+  std::int32_t clock_is_wrong_by;
 };
 
 const volatile Orders* orders = nullptr;
@@ -92,6 +95,13 @@ FAILING(int, mkdir, (const char* path, mode_t mode) noexcept, path, path, mode)
 FAILING(int, mkostemp, (char* path, int flags), path, path, flags)
 FAILING(int, utimensat, (int at, const char* path, const timespec* times, int flags) noexcept, path, at, path, times,
         flags)
+
+extern "C" int clock_gettime(clockid_t clock, timespec* time) noexcept {
+  static const auto real = next(&clock_gettime, "clock_gettime");
+  const int failed = real(clock, time);
+  if (clock == CLOCK_REALTIME && orders && orders->process == self) time->tv_sec += orders->clock_is_wrong_by;
+  return failed;
+}
 
 #define FAILING_OPEN(name)                                                               \
   extern "C" int name(const char* path, int flags, ...) {                                \

@@ -10,9 +10,11 @@ import hashlib
 import json
 import mmap
 import os
+import re
 import signal
 import struct
 import tempfile
+import threading
 import unittest
 from pathlib import Path
 
@@ -56,10 +58,12 @@ class Case(unittest.TestCase):
         return self.ask("POST", "/v1/comparisons", body, {**FORM, **headers})
 
     def measured(self, answer, distance=2):
+        """Checks the interval; returns the comparison's path."""
         self.assertEqual(answer.status, 200, answer.body)
         interval = answer.json()["distance"]
         self.assertLessEqual(interval["lower"], distance)
         self.assertGreaterEqual(interval["upper"], distance)
+        return "/v1/comparisons/" + answer.json()["id"]
 
     def refused(self, answer, status, slug):
         self.assertEqual((answer.status, answer.problem), (status, slug), answer.body)
@@ -99,6 +103,65 @@ class Case(unittest.TestCase):
         answer = self.compare(**{"Prefer": "respond-async"})
         self.assertEqual(answer.status, 202, answer.body)
         until(lambda: self.state(answer.headers["location"]) == "done")
+
+
+class Recovery(Case):
+    def blob_of(self, mesh):
+        return next((self.disk / "data/blobs").glob("*/*/" + hashlib.sha256(mesh).hexdigest()))
+
+    def test_a_blob_that_is_cut_off_while_it_is_compared(self):
+        """Other comparisons go on, and the mesh is well again when it is stored again."""
+        server = self.serve(self.elsewhere, "--max-cache-bytes", "0")
+        a, b = square(0, 200), square(3, 200)
+        self.assertEqual([self.store(mesh).status for mesh in (a, b)], [201, 201])
+        whole, seen = self.blob_of(a).stat().st_size, set()
+        with open(self.blob_of(a), "r+b") as blob:
+            for left in [whole // 100 * part for part in range(0, 100, 5)]:
+                cut = threading.Thread(target=blob.truncate, args=(left,))
+                cut.start()
+                answer = self.by_id(a, b)
+                cut.join()
+                seen.add(answer.status)
+                if answer.status != 200:
+                    self.assertEqual((answer.status, answer.problem), (500, "internal"), answer.body)
+                    self.assertIn("damaged", answer.json()["detail"])
+        self.assertIn(500, seen)
+        self.measured(self.compare())
+        self.assertEqual(self.store(a).status, 200)
+        self.measured(self.by_id(a, b), 3)
+        server.stop()
+
+    def test_a_database_that_was_lost(self):
+        """The meshes stay for a day: the database may be found again."""
+        server = self.serve(self.elsewhere)
+        meshes = [square(number) for number in range(5)]
+        self.assertEqual({self.store(mesh).status for mesh in meshes}, {201})
+        server.stop()
+        for name in ("jobs.sqlite", "jobs.sqlite-wal", "jobs.sqlite-shm"):
+            (self.disk / "data" / name).replace(self.elsewhere / name) if (self.disk / "data" / name).exists() else None
+        for mesh in meshes:
+            os.utime(self.blob_of(mesh), (1, 1))
+        server = self.serve(self.elsewhere)
+        until(lambda: any("5 stored files are unknown to the database" in line for line in server.log))
+        self.assertEqual({self.blob_of(mesh).exists() for mesh in meshes}, {True})
+        server.stop()
+        (self.elsewhere / "jobs.sqlite").replace(self.disk / "data/jobs.sqlite")
+        server = self.serve(self.elsewhere)
+        self.measured(self.by_id(meshes[0], meshes[4]), 4)
+        server.stop()
+
+    def test_a_log_that_is_not_read(self):
+        server = self.serve(self.elsewhere)
+        server.read_on.clear()
+        dropped = lambda: float(re.search(r"^meshgauge_log_lines_dropped_total (\S+)", self.metrics(), re.M)[1])
+        until(lambda: [self.measured(self.compare()) for _ in range(50)] and dropped() > 0, 240)
+        server.read_on.set()
+        until(lambda: any("lines were dropped" in line for line in server.log))
+        self.all_is_well()
+        server.stop()
+
+    def metrics(self):
+        return self.ask("GET", "/metrics").body.decode()
 
 
 @unittest.skipUnless(in_own_mounts(), "this process may not mount a disk of its own")
@@ -180,6 +243,58 @@ class FullDisk(Case):
         self.all_is_well()
         server.stop()
 
+    def fill_by_requests(self):
+        """Stores meshes until there is no room; returns their paths."""
+        paths = []
+        for number in range(1000):
+            for mesh in (square(number, 60), square(number)):
+                answer = self.store(mesh)
+                if answer.status == 201:
+                    paths.append("/v1/meshes/" + hashlib.sha256(mesh).hexdigest())
+            if answer.status != 201:
+                self.refused(answer, 507, "storage-full")
+                return paths
+        raise AssertionError("the disk is never full")
+
+    def test_what_filled_the_disk_can_be_deleted(self):
+        server = self.serve(self.elsewhere)
+        path = self.begin(100000)
+        paths = self.fill_by_requests()
+        self.fill()  # to the last byte
+        self.assertEqual(self.ask("DELETE", path).status, 200)
+        for path in paths:
+            self.assertEqual(self.ask("DELETE", path).status, 204)
+        self.assertEqual(list((self.disk / "data/blobs").glob("*/*/*" + paths[0][-8:])), [])
+        self.all_is_well()
+        server.stop()
+
+    def test_deletions_leave_their_room_to_deletions(self):
+        """With every byte taken again after each deletion, the last one works like the first."""
+        server = self.serve(self.elsewhere)
+        paths = [self.measured(self.compare(**{"Idempotency-Key": str(number)})) for number in range(40)]
+        self.fill()
+        for path in paths:
+            self.assertEqual(self.ask("DELETE", path).status, 204)
+            server.process.send_signal(signal.SIGSTOP)
+            self.fill()
+            server.process.send_signal(signal.SIGCONT)
+        self.refused(self.compare(Prefer="respond-async"), 507, "storage-full")
+        self.make_room()
+        self.all_is_well()
+        server.stop()
+
+    def test_sweeps_on_a_full_disk(self):
+        server = self.serve(self.elsewhere, "--mesh-ttl-s", "1", "--result-ttl-s", "1")
+        a = square(0, 60)
+        self.assertEqual(self.store(a).status, 201)
+        path = self.measured(self.compare(**{"Idempotency-Key": "one"}))
+        self.fill()
+        until(lambda: self.ask("GET", "/v1/meshes/" + hashlib.sha256(a).hexdigest()).status == 404, 100)
+        until(lambda: self.ask("GET", path).status == 404, 100)
+        until(lambda: not list((self.disk / "data/blobs").glob("*/*/" + hashlib.sha256(a).hexdigest())))
+        self.make_room()
+        server.stop()
+
     def test_killed_and_started_on_a_full_disk(self):
         server = self.serve(self.elsewhere)
         path = self.begin(100000)
@@ -204,15 +319,15 @@ class DiskThatFails(Case):
     def setUp(self):
         super().setUp()
         orders = self.folder / "orders"
-        orders.write_bytes(bytes(8))
+        orders.write_bytes(bytes(12))
         with open(orders, "r+b") as file:
-            self.orders = mmap.mmap(file.fileno(), 8)
+            self.orders = mmap.mmap(file.fileno(), 12)
         self.addCleanup(self.orders.close)
         victim.ENVIRONMENT.update(LD_PRELOAD=SHIM, MESHGAUGE_FAILING_DISK="%s:%s" % (self.disk, orders))
         self.addCleanup(lambda: [victim.ENVIRONMENT.pop(name) for name in ("LD_PRELOAD", "MESHGAUGE_FAILING_DISK")])
 
-    def fail(self, server, number):
-        self.orders[:] = struct.pack("ii", server.process.pid, number)
+    def fail(self, server, number, clock_is_wrong_by=0):
+        self.orders[:] = struct.pack("iii", server.process.pid, number, clock_is_wrong_by)
 
     def check_trouble(self, number, status, slug):
         server = self.serve(self.elsewhere)
@@ -252,6 +367,21 @@ class DiskThatFails(Case):
 
     def test_full(self):
         self.check_trouble(errno.ENOSPC, 507, "storage-full")
+
+    def test_a_clock_that_jumps_removes_nothing(self):
+        server = self.serve(self.elsewhere)
+        a = square(0)
+        self.assertEqual(self.store(a).status, 201)
+        path = self.measured(self.compare(**{"Idempotency-Key": "one"}))
+        self.fail(server, 0, clock_is_wrong_by=100 * 24 * 3600)
+        until(lambda: any("the clock jumped by 8640000 s" in line for line in server.log))
+        self.assertEqual(self.state(path), "done")
+        self.assertEqual(self.ask("GET", "/v1/meshes/" + hashlib.sha256(a).hexdigest()).status, 200)
+        self.fail(server, 0)
+        until(lambda: any("the clock is right again" in line for line in server.log))
+        self.measured(self.by_id(a, a), 0)
+        self.all_is_well()
+        server.stop()
 
     def test_ended_while_nothing_can_be_written(self):
         server = self.serve(self.elsewhere, "--grace-ms", "100")

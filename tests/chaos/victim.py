@@ -21,11 +21,13 @@ class Gone(Exception):
 
 
 class Victim:
-    """One process of the service. `log`: its newest lines."""
+    """One process of the service. `log`: its newest lines, which are read while `read_on` is set."""
 
     def __init__(self, *flags):
         self.process = subprocess.Popen([BINARY, "serve", "--port", "0", *flags], stderr=subprocess.PIPE, env=ENVIRONMENT)
         self.log = []
+        self.read_on = threading.Event()
+        self.read_on.set()
         first = self.process.stderr.readline()
         line = json.loads(first) if first.startswith(b"{") else {}
         if line.get("event") != "listening":
@@ -39,6 +41,7 @@ class Victim:
     def _read(self):
         for line in self.process.stderr:
             self.log = self.log[-200:] + [line.decode()]
+            self.read_on.wait()
 
     def kill(self):
         """Kills with -9. An earlier end by any other cause is a defect."""

@@ -28,6 +28,8 @@ def compare(server, a, b, options=None, extra=""):
     document = {"a": a, "b": b, **({} if options is None else {"options": options})}
     return server.send("POST", "/v1/comparisons", json.dumps(document).encode(), JSON + extra)
 
+OVERHEAD = 5 << 10  # that a mesh takes beside its bytes
+
 
 class Store(ServerCase):
     def test_put(self):
@@ -206,7 +208,7 @@ class Limits(unittest.TestCase):
         until(lambda: server.get(path_of(SQUARE)).status == 404, 90)
 
     def test_there_is_only_so_much_room(self):
-        server = self.start("--max-stored-bytes", str(len(SQUARE) + 10))
+        server = self.start("--max-stored-bytes", str(len(SQUARE) + 10 + OVERHEAD))
         self.assertEqual(server.send("PUT", path_of(SQUARE), SQUARE).status, 201)
         for method, path in (("PUT", path_of(RAISED)), ("POST", "/v1/meshes")):
             answer = server.send(method, path, RAISED)
@@ -215,6 +217,22 @@ class Limits(unittest.TestCase):
         self.assertEqual(server.send("PUT", path_of(SQUARE), SQUARE).status, 200)  # takes no more
         self.assertEqual(server.send("DELETE", path_of(SQUARE)).status, 204)
         self.assertEqual(server.send("POST", "/v1/meshes", RAISED).status, 201)
+
+    def test_there_are_only_so_many(self):
+        server = self.start("--max-stored-meshes", "1")
+        self.assertEqual(server.send("PUT", path_of(SQUARE), SQUARE).status, 201)
+        answer = server.send("PUT", path_of(RAISED), RAISED)
+        self.assertEqual((answer.status, answer.json()["type"]), (403, "urn:meshgauge:problem:quota-exceeded"))
+        self.assertIn("limit of 1", answer.json()["detail"])
+        self.assertEqual(server.send("PUT", path_of(SQUARE), SQUARE).status, 200)
+        self.assertEqual(server.send("DELETE", path_of(SQUARE)).status, 204)
+        self.assertEqual(server.send("PUT", path_of(RAISED), RAISED).status, 201)
+
+    def test_small_ones_count_as_what_they_take_on_the_disk(self):
+        server = self.start("--max-stored-bytes", "100000")
+        stored = [server.send("POST", "/v1/meshes", b"# %d\n" % i).status for i in range(30)]
+        self.assertEqual(stored.count(201), 100000 // OVERHEAD)
+        self.assertEqual(stored.count(403), 30 - 100000 // OVERHEAD)
 
     def test_many_at_once_take_no_more_storage_than_there_is(self):
         """Comparisons and meshes, of which the storage holds one at a time: nothing ends meanwhile."""

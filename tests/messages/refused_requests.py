@@ -14,7 +14,7 @@ ASYNC = "Prefer: respond-async\r\n"
 # Small enough to be passed by small requests; nothing depends on the machine.
 FLAGS = ("--workers", "1", "--max-part-bytes", "20000", "--max-request-bytes", "90000", "--max-triangles", "1000",
          "--max-vertices", "1000", "--max-expanded-bytes", "30000", "--head-timeout-ms", "1000", "--body-timeout-ms", "1000",
-         "--max-batch-pairs", "3", "--max-event-streams", "0", "--max-stored-bytes", "1000")
+         "--max-batch-pairs", "3", "--max-event-streams", "0", "--max-stored-bytes", "20000")
 
 
 def id_of(mesh):

@@ -14,50 +14,51 @@ constexpr auto kUseMesh = R"sql(
 constexpr auto kFindMeshes =
     "SELECT " + kMeshColumns + " FROM meshes WHERE owner = $1 AND id IN (SELECT unnest($2::bytea[]))";
 
-// Returns the stored bytes of an owner, locked until the end of the transaction.
-std::uint64_t lock_stored(PgConnection& connection, const std::string& owner) {
+// Returns what an owner has stored, locked until the end of the transaction.
+StoredMeshes lock_stored(PgConnection& connection, const std::string& owner) {
   connection.query("INSERT INTO stored VALUES ($1, 0) ON CONFLICT DO NOTHING", owner);
-  return only_count(connection.query("SELECT bytes FROM stored WHERE owner = $1 FOR UPDATE", owner));
+  PgRows row = connection.query("SELECT bytes, meshes FROM stored WHERE owner = $1 FOR UPDATE", owner);
+  return row.next() ? StoredMeshes{count_in(row, 0), count_in(row, 1)} : StoredMeshes{};
 }
 
-PutMesh put(PgConnection& connection, const MeshRow& mesh, std::uint64_t max_stored_bytes) {
+PutMesh put(PgConnection& connection, const MeshRow& mesh, const MeshQuota& quota) {
   PgTransaction transaction(connection);
-  const std::uint64_t stored = lock_stored(connection, mesh.key.owner);
+  const StoredMeshes stored = lock_stored(connection, mesh.key.owner);
   auto there = first_mesh(connection.query(kUseMesh, mesh.key.owner, mesh.key.id, mesh.last_used, mesh.expires));
   if (there) {
     transaction.commit();
     return {MeshPut::existed, *std::move(there)};
   }
-  if (mesh.bytes > max_stored_bytes || stored > max_stored_bytes - mesh.bytes) return {MeshPut::over_quota, mesh};
+  const MeshPut what = fits(stored, mesh.bytes, quota);
+  if (what != MeshPut::created) return {what, mesh};
   connection.query("INSERT INTO meshes VALUES ($1, $2, $3, $4, $5, $6, $7, $8)", mesh.key.owner, mesh.key.id,
                    mesh.bytes, mesh.media_type, mesh.file_name, mesh.created, mesh.last_used, mesh.expires);
   transaction.commit();
   return {MeshPut::created, mesh};
 }
 
-// Removes some expired meshes of one owner; returns their number. 0: there are none.
-std::uint64_t remove_expired(PgConnection& connection, TimePoint now) {
+// Removes some expired meshes of one owner; returns their keys. Empty: there are none.
+std::vector<BlobKey> remove_expired(PgConnection& connection, TimePoint now) {
   PgTransaction transaction(connection);
   PgRows oldest = connection.query("SELECT owner FROM meshes WHERE expires <= $1 ORDER BY expires LIMIT 1", now);
-  if (!oldest.next()) return 0;
+  if (!oldest.next()) return {};
   const std::string owner = oldest.text(0);
   lock_stored(connection, owner);
   // The first condition is checked again on a row that was locked: a mesh that was just used stays.
-  const std::uint64_t removed = connection
-                                    .query(R"sql(
+  auto removed = keys_of<BlobKey>(connection.query(R"sql(
     DELETE FROM meshes
     WHERE expires <= $2
-      AND (owner, id) IN (SELECT owner, id FROM meshes WHERE owner = $1 AND expires <= $2 LIMIT $3))sql",
-                                           owner, now, kMeshPortion)
-                                    .changed();
+      AND (owner, id) IN (SELECT owner, id FROM meshes WHERE owner = $1 AND expires <= $2 LIMIT $3)
+    RETURNING owner, id)sql",
+                                                   owner, now, kMeshPortion));
   transaction.commit();
   return removed;
 }
 
 }  // namespace
 
-Result<PutMesh> PostgresStore::put_mesh(const MeshRow& row, std::uint64_t max_stored_bytes) {
-  return pool_.run(Promise::durable, [&](PgConnection& connection) { return put(connection, row, max_stored_bytes); });
+Result<PutMesh> PostgresStore::put_mesh(const MeshRow& row, const MeshQuota& quota) {
+  return pool_.run(Promise::durable, [&](PgConnection& connection) { return put(connection, row, quota); });
 }
 
 Result<std::optional<MeshRow>> PostgresStore::get_mesh(const BlobKey& key) {
@@ -86,8 +87,8 @@ Result<bool> PostgresStore::delete_mesh(const BlobKey& key) {
   });
 }
 
-Result<std::uint64_t> PostgresStore::stored_bytes(const std::string& owner) {
-  return pool_.run(Promise::fleeting, [&](PgConnection& connection) { return count_stored_by(connection, owner); });
+Result<StoredMeshes> PostgresStore::stored(const std::string& owner) {
+  return pool_.run(Promise::fleeting, [&](PgConnection& connection) { return find_stored(connection, owner); });
 }
 
 Result<std::uint64_t> PostgresStore::all_stored_bytes() {
@@ -95,15 +96,15 @@ Result<std::uint64_t> PostgresStore::all_stored_bytes() {
 }
 
 // One owner at a time; locks the owner's sum first, as put_mesh() does.
-Result<std::uint64_t> PostgresStore::sweep_meshes(TimePoint now) {
+Result<std::vector<BlobKey>> PostgresStore::sweep_meshes(TimePoint now) {
   Result<Done> flushed = flush();  // a mesh that was just used must stay
   if (!flushed) return flushed.error();
-  for (std::uint64_t removed = 0;;) {
+  for (std::vector<BlobKey> removed;;) {
     const auto portion =
         pool_.run(Promise::durable, [&](PgConnection& connection) { return remove_expired(connection, now); });
     if (!portion) return portion.error();
-    if (*portion == 0) return removed;
-    removed += *portion;
+    if (portion->empty()) return removed;
+    removed.insert(removed.end(), portion->begin(), portion->end());
   }
 }
 

@@ -138,11 +138,6 @@ std::optional<std::string> remove_row(PgConnection& connection, const BlobKey& k
   return upload;
 }
 
-std::vector<BlobKey> older_blobs(PgConnection& connection, std::chrono::seconds older_than, const BlobKey& after) {
-  return keys_of<BlobKey>(connection.query(kOlderBlobs, after.owner, after.id,
-                                           std::chrono::milliseconds(older_than).count(), kBlobsAtOnce));
-}
-
 // The error for a missing chunk. A damaged blob stays damaged until it is put again.
 Error not_whole(bool still_there) {
   if (still_there)
@@ -349,25 +344,37 @@ Result<Done> PgBlobs::remove_garbage() {
   return Done{};
 }
 
-Result<std::uint64_t> PgBlobs::remove_unused(std::span<const BlobKey> used, std::chrono::seconds older_than,
-                                             const Guard& guard) {
+Result<std::vector<BlobKey>> PgBlobs::unused(std::span<const BlobKey> used, std::chrono::seconds older_than) {
   std::set<std::pair<std::string_view, std::string_view>> kept;
   for (const BlobKey& key : used) kept.emplace(key.owner, key.id);
-  std::uint64_t removed = 0;
+  const std::int64_t older_than_ms = std::chrono::milliseconds(older_than).count();
+  std::vector<BlobKey> found;
   BlobKey after;
   while (true) {
     const auto keys = pool_.run(
-        Promise::fleeting, [&](PgConnection& connection) { return older_blobs(connection, older_than, after); },
+        Promise::fleeting,
+        [&](PgConnection& connection) {
+          return keys_of<BlobKey>(connection.query(kOlderBlobs, after.owner, after.id, older_than_ms, kBlobsAtOnce));
+        },
         kLonger);
     if (!keys) return keys.error();
-    if (keys->empty()) break;
+    if (keys->empty()) return found;
     for (const BlobKey& key : *keys) {
-      if (kept.contains({key.owner, key.id})) continue;
-      const Result<bool> gone = remove_if_old(key, older_than, guard);
-      if (!gone) return gone.error();
-      if (*gone) ++removed;
+      if (!kept.contains({key.owner, key.id})) found.push_back(key);
     }
     after = keys->back();
+  }
+}
+
+Result<std::uint64_t> PgBlobs::remove_unused(std::span<const BlobKey> used, std::chrono::seconds older_than,
+                                             const Guard& guard) {
+  const auto found = unused(used, older_than);
+  if (!found) return found.error();
+  std::uint64_t removed = 0;
+  for (const BlobKey& key : *found) {
+    const Result<bool> gone = remove_if_old(key, older_than, guard);
+    if (!gone) return gone.error();
+    if (*gone) ++removed;
   }
   const Result<Done> cleared = remove_garbage();
   if (!cleared) return cleared.error();

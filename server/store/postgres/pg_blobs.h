@@ -29,6 +29,11 @@ class PgBlobs final : public RemoteBlobs {
   Result<bool> remove(const BlobKey& key) override;
   // Also keeps blobs that meshes and jobs of the same database have come to refer to since `used` was listed: the
   // statement that removes a blob checks that, and the age.
+  Result<UnusedBlobs> count_unused(std::span<const BlobKey> used, std::chrono::seconds older_than) override {
+    const auto found = unused(used, older_than);
+    if (!found) return found.error();
+    return UnusedBlobs{found->size()};  // none is older than the database, which is the jobs' as well
+  }
   Result<std::uint64_t> remove_unused(std::span<const BlobKey> used, std::chrono::seconds older_than,
                                       const Guard& guard) override;
   Result<std::uint64_t> stored_bytes(const std::string& owner) override;  // exact
@@ -36,6 +41,7 @@ class PgBlobs final : public RemoteBlobs {
   Result<Done> check() override;
 
  private:
+  Result<std::vector<BlobKey>> unused(std::span<const BlobKey> used, std::chrono::seconds older_than);
   Result<BlobPut> put(const BlobKey& key, const ByteSource& source);
   Result<std::vector<std::string>> digests(const BlobKey& key, const ByteSource& source, bool& right);
   Result<BlobPut> put_anew(const BlobKey& key, const ByteSource& source, const std::string& damaged);

@@ -136,6 +136,15 @@ Result<std::optional<Job>> PostgresStore::find_idempotent(const std::string& own
                    [&](PgConnection& connection) { return find_idempotent_job(connection, owner, idempotency_key); });
 }
 
+Result<Origin> PostgresStore::origin() { return pool_.run(Promise::fleeting, find_origin<PgConnection>); }
+
+Result<Done> PostgresStore::doubt(std::optional<TimePoint> since) {
+  return pool_.run(Promise::durable, [&](PgConnection& connection) {
+    connection.query("UPDATE origin SET doubted = $1", since);
+    return Done{};
+  });
+}
+
 Result<Done> PostgresStore::check() {
   static const std::string process =
       api::random_id().substr(0, 2);  // few rows, and few processes that wait for the same one

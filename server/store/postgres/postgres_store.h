@@ -55,22 +55,25 @@ class PostgresStore final : public JobStore, public MeshIndex, public BatchStore
   Result<Counts> counts() override;
   Result<std::uint64_t> unended(const std::string& owner, TimePoint now) override;
   Result<std::vector<BlobKey>> used_blobs() override;
+  Result<std::vector<BlobKey>> known_blobs() override;
   Result<bool> uses_blob(const BlobKey& key) override;
   Result<SweptJobs> sweep_jobs(Moment moment, std::uint64_t max_kept) override;
+  Result<Origin> origin() override;
+  Result<Done> doubt(std::optional<TimePoint> since) override;
   Result<Done> check() override;
   TimePoint time() const override { return control_.time(); }
   bool on_duty() override { return control_.on_duty(); }
 
-  Result<PutMesh> put_mesh(const MeshRow& row, std::uint64_t max_stored_bytes) override;
+  Result<PutMesh> put_mesh(const MeshRow& row, const MeshQuota& quota) override;
   Result<std::optional<MeshRow>> get_mesh(const BlobKey& key) override;
   Result<std::vector<MeshRow>> known_meshes(const std::string& owner, std::span<const std::string> ids) override;
   void touch_mesh(const BlobKey& key, TimePoint last_used, TimePoint expires) override {
     behind_.touch(key, {last_used, expires});
   }
   Result<bool> delete_mesh(const BlobKey& key) override;
-  Result<std::uint64_t> stored_bytes(const std::string& owner) override;
+  Result<StoredMeshes> stored(const std::string& owner) override;
   Result<std::uint64_t> all_stored_bytes() override;
-  Result<std::uint64_t> sweep_meshes(TimePoint now) override;
+  Result<std::vector<BlobKey>> sweep_meshes(TimePoint now) override;
 
   Result<InsertedBatch> insert_batch(const NewBatch& batch) override;
   Result<std::optional<Batch>> get_batch(const JobKey& key) override;

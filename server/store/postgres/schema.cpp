@@ -187,7 +187,29 @@ CREATE INDEX jobs_unawaited ON jobs (state) WHERE state IN (0, 1) AND batch = ''
 CREATE INDEX jobs_turns ON jobs (owner, rank) WHERE state = 0 AND tries >= 0;
 )sql";
 
-constexpr const char* kSteps[] = {kFirst, kSecond, kThird, kFourth, kFifth};
+constexpr const char* kSixth = R"sql(
+CREATE TABLE origin (one boolean PRIMARY KEY DEFAULT true CHECK (one), born bigint NOT NULL, doubted bigint);  -- Origin
+INSERT INTO origin (born) SELECT min(at) FROM (
+  SELECT created AS at FROM jobs UNION ALL SELECT created FROM meshes UNION ALL SELECT created FROM batches
+  UNION ALL SELECT floor(1000 * extract(epoch FROM clock_timestamp()))::bigint) AS times;
+
+ALTER TABLE stored ADD COLUMN meshes bigint NOT NULL DEFAULT 0;  -- their number
+LOCK TABLE meshes IN SHARE ROW EXCLUSIVE MODE;
+UPDATE stored SET meshes = (SELECT count(*) FROM meshes WHERE meshes.owner = stored.owner);
+CREATE OR REPLACE FUNCTION meshgauge_mesh_added() RETURNS trigger LANGUAGE plpgsql AS $$
+BEGIN
+  INSERT INTO stored AS mine VALUES (new.owner, new.bytes, 1)
+    ON CONFLICT (owner) DO UPDATE SET bytes = mine.bytes + new.bytes, meshes = mine.meshes + 1;
+  RETURN NULL;
+END $$;
+CREATE OR REPLACE FUNCTION meshgauge_mesh_removed() RETURNS trigger LANGUAGE plpgsql AS $$
+BEGIN
+  UPDATE stored SET bytes = bytes - old.bytes, meshes = meshes - 1 WHERE owner = old.owner;
+  RETURN NULL;
+END $$;
+)sql";
+
+constexpr const char* kSteps[] = {kFirst, kSecond, kThird, kFourth, kFifth, kSixth};
 
 Error unusable_database(const std::string& why) { return {ErrorCode::internal, "the database " + why, "", ""}; }
 

@@ -148,6 +148,10 @@ Result<std::vector<BlobKey>> PostgresStore::used_blobs() {
   return pool_.run(Promise::fleeting, find_used_blobs<PgConnection>, kLonger);
 }
 
+Result<std::vector<BlobKey>> PostgresStore::known_blobs() {
+  return pool_.run(Promise::fleeting, find_known_blobs<PgConnection>, kLonger);
+}
+
 Result<bool> PostgresStore::uses_blob(const BlobKey& key) {
   return pool_.run(Promise::fleeting,
                    [&](PgConnection& connection) { return connection.query(kUsesBlob, key.owner, key.id).next(); });

@@ -154,26 +154,53 @@ Result<bool> S3Blobs::remove_found(const std::string& name, const S3Object& foun
   return removed.error();
 }
 
-Result<std::uint64_t> S3Blobs::remove_unused(std::span<const BlobKey> used, seconds older_than, const Guard& guard) {
+// Calls visit(objects) with the unused ones of each page, until that returns an error.
+template <class Visit>
+Result<Done> S3Blobs::for_each_unused(std::span<const BlobKey> used, seconds limit, Visit visit) {
   std::unordered_set<std::string> kept;
   for (const BlobKey& key : used) kept.insert(blob_name(key));
-  const seconds limit = older_than + options_.young;
-  std::uint64_t removed = 0;
   std::string token;
   do {
     const Result<ListPage> page = client_.list(root_, token);
     if (!page) return page.error();
-    std::vector<std::string> names;
+    std::vector<ListedObject> unused;
     for (const ListedObject& object : page->objects) {
       const std::string name = object.key.substr(std::min(root_.size(), object.key.size()));
       const auto age = page->now - object.modified;
-      if (is_blob_name(name) && !kept.contains(name) && is_surely_older(age, limit)) names.push_back(name);
+      if (is_blob_name(name) && !kept.contains(name) && is_surely_older(age, limit)) unused.push_back(object);
     }
-    const Result<std::uint64_t> some = remove_listed(names, limit, guard);
-    if (!some) return some;
-    removed += *some;
+    const Result<Done> visited = visit(unused);
+    if (!visited) return visited;
     token = page->next;
   } while (!token.empty());
+  return Done{};
+}
+
+Result<UnusedBlobs> S3Blobs::count_unused(std::span<const BlobKey> used, seconds older_than) {
+  UnusedBlobs unused;
+  const Result<Done> counted =
+      for_each_unused(used, older_than + options_.young, [&](const std::vector<ListedObject>& objects) {
+        unused.number += objects.size();
+        for (const ListedObject& object : objects) unused.oldest = std::min(unused.oldest, object.modified);
+        return Result<Done>(Done{});
+      });
+  if (!counted) return counted.error();
+  return unused;
+}
+
+Result<std::uint64_t> S3Blobs::remove_unused(std::span<const BlobKey> used, seconds older_than, const Guard& guard) {
+  const seconds limit = older_than + options_.young;
+  std::uint64_t removed = 0;
+  const Result<Done> swept =
+      for_each_unused(used, limit, [&](const std::vector<ListedObject>& objects) -> Result<Done> {
+        std::vector<std::string> names;
+        for (const ListedObject& object : objects) names.push_back(object.key.substr(root_.size()));
+        const Result<std::uint64_t> some = remove_listed(names, limit, guard);
+        if (!some) return some.error();
+        removed += *some;
+        return Done{};
+      });
+  if (!swept) return swept.error();
   if (const Result<Done> aborted = abort_abandoned(); !aborted) return aborted.error();
   return removed;
 }

@@ -45,6 +45,7 @@ class S3Blobs final : public RemoteBlobs {
   Result<bool> exists(const BlobKey& key) override;
   Result<bool> renew(const BlobKey& key) override;
   Result<bool> remove(const BlobKey& key) override;
+  Result<UnusedBlobs> count_unused(std::span<const BlobKey> used, std::chrono::seconds older_than) override;
   Result<std::uint64_t> remove_unused(std::span<const BlobKey> used, std::chrono::seconds older_than,
                                       const Guard& guard) override;
   Result<std::uint64_t> stored_bytes(const std::string& owner) override;  // within the error bound of owner_sums.h
@@ -54,6 +55,8 @@ class S3Blobs final : public RemoteBlobs {
  private:
   std::string object_of(const std::string& name) const { return root_ + name; }
 
+  template <class Visit>
+  Result<Done> for_each_unused(std::span<const BlobKey> used, std::chrono::seconds limit, Visit visit);
   Result<BlobPut> put(const BlobKey& key, const ByteSource& bytes);
   Result<Done> send(const BlobKey& key, const ByteSource& bytes, const std::string& etag_before);
   Result<Done> check_completed(const std::string& object, std::uint64_t size, const std::string& not_etag);

@@ -40,6 +40,9 @@ class PausingBlobs : public store::BlobStore {
   Result<bool> exists(const store::BlobKey& key) override { return real_.exists(key); }
   Result<bool> renew(const store::BlobKey& key) override { return real_.renew(key); }
   Result<bool> remove(const store::BlobKey& key) override { return real_.remove(key); }
+  Result<store::UnusedBlobs> count_unused(std::span<const store::BlobKey> used, std::chrono::seconds older) override {
+    return real_.count_unused(used, older);
+  }
   Result<std::uint64_t> remove_unused(std::span<const store::BlobKey> used, std::chrono::seconds older) override {
     return real_.remove_unused(used, older);
   }

@@ -70,9 +70,14 @@ class FlakyStore final : public JobStore {
     return behind_.unended(owner, now);
   }
   Result<std::vector<BlobKey>> used_blobs() override { return behind_.used_blobs(); }
+  Result<std::vector<BlobKey>> known_blobs() override { return behind_.known_blobs(); }
   Result<bool> uses_blob(const BlobKey& key) override { return behind_.uses_blob(key); }
   Result<SweptJobs> sweep_jobs(Moment moment, std::uint64_t max_kept) override {
     return written([&] { return behind_.sweep_jobs(moment, max_kept); });
+  }
+  Result<Origin> origin() override { return behind_.origin(); }
+  Result<Done> doubt(std::optional<TimePoint> since) override {
+    return written([&] { return behind_.doubt(since); });
   }
   Result<Done> check() override {
     return written([&] { return behind_.check(); });

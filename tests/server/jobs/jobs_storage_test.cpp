@@ -44,6 +44,24 @@ TEST_CASE("jobs: refused and repeated ones leave nothing behind") {
   stand.released = true;
 }
 
+TEST_CASE("jobs: options are stored without their blanks, and a repetition is found by the text that was sent") {
+  Kept kept;
+  Stand stand;
+  Bench bench(kept, stand.fetch());
+  const auto sent = [&](const std::string& options) {
+    Submission asked = submission("mesh", true, "key");
+    asked.options = options;
+    asked.request = got(api::parse_options(options));
+    return submit(bench.jobs, std::move(asked));
+  };
+  const std::string options =
+      "{ \"tolerance\":" + std::string(60'000, ' ') + "{\"absolute\": 0.1000000000000000000000} }";
+  const auto job = begun(sent(options));
+  CHECK(row_of(kept, job->key).options == R"({"tolerance":{"absolute":0.1}})");
+  CHECK(begun(sent(options))->key == job->key);
+  stand.released = true;
+}
+
 TEST_CASE("jobs: jobs that wait for a restart count after it") {
   Kept kept;
   Settings settings = one_worker();

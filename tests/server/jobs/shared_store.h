@@ -101,6 +101,9 @@ class SharedStore final : public JobStore {
   Result<std::vector<BlobKey>> used_blobs() override {
     return there([&] { return behind_.used_blobs(); });
   }
+  Result<std::vector<BlobKey>> known_blobs() override {
+    return there([&] { return behind_.known_blobs(); });
+  }
   Result<bool> uses_blob(const BlobKey& key) override {
     ++looks;
     std::this_thread::sleep_for(look_takes.load());
@@ -108,6 +111,12 @@ class SharedStore final : public JobStore {
   }
   Result<SweptJobs> sweep_jobs(Moment moment, std::uint64_t max_kept) override {
     return there([&] { return behind_.sweep_jobs(moment, max_kept); });
+  }
+  Result<Origin> origin() override {
+    return there([&] { return behind_.origin(); });
+  }
+  Result<Done> doubt(std::optional<TimePoint> since) override {
+    return there([&] { return behind_.doubt(since); });
   }
   Result<Done> check() override {
     return there([&] { return behind_.check(); });

@@ -119,6 +119,20 @@ TEST_CASE("pool: a file is read by its descriptor") {
   CHECK(mesh->mesh.positions[1] == Vec3(1, 0, 0));
 }
 
+TEST_CASE("pool: a file that was cut off is not its sender's fault") {
+  Sandbox sandbox;
+  sandbox.start();
+  const std::string whole = std::string(kTriangle) + std::string(100'000, '#') + "\n";
+  for (const std::size_t left : {std::size_t{0}, std::size_t{5000}, std::size_t{8192}}) {
+    const Descriptor file = sealed_copy(std::as_bytes(std::span(whole).first(left)));
+    Control control;
+    const auto mesh = sandbox.pool.load({"a", std::as_bytes(std::span(whole)), "a.obj", "", file.get()}, {}, control);
+    REQUIRE_FALSE(mesh.ok());
+    CHECK(mesh.error().code == ErrorCode::internal);
+    CHECK(mesh.error().message.find("the stored bytes of 'a' are damaged") != std::string::npos);
+  }
+}
+
 TEST_CASE("pool: a mesh outlives the pool that read it") {
   Result<api::LoadedMesh> mesh = Error{};
   {

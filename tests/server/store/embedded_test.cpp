@@ -49,7 +49,7 @@ TEST_CASE("embedded: files are private to their user") {
       CHECK(mode_of(entry) == (entry.is_directory() ? fs::perms(0700) : fs::perms(0600)));
       files += entry.is_directory() ? 0 : 1;
     }
-    CHECK(files == 5);  // lock, database, its log and index, a blob
+    CHECK(files == 6);  // lock, database, its log and index, a blob
     CHECK(mode_of(data) == fs::perms(0700));
   }
   ::umask(before);

@@ -26,14 +26,14 @@ TEST_CASE_TEMPLATE("meshes: put, read, deleted; each owner has its own", Stores,
   stores.reopen();
   CHECK(got(stores.meshes().get_mesh({"ann", "m"})) == mesh("ann", "m"));
   CHECK_FALSE(got(stores.meshes().get_mesh({"", "m"})).has_value());
-  CHECK(got(stores.meshes().stored_bytes("ann")) == 10);
-  CHECK(got(stores.meshes().stored_bytes("")) == 0);
+  CHECK(got(stores.meshes().stored("ann")).bytes == 10);
+  CHECK(got(stores.meshes().stored("")).bytes == 0);
   CHECK(got(stores.meshes().all_stored_bytes()) == 109);
   CHECK(got(stores.meshes().delete_mesh({"ann", "m"})));
   CHECK_FALSE(got(stores.meshes().delete_mesh({"ann", "m"})));
   CHECK_FALSE(got(stores.meshes().get_mesh({"ann", "m"})).has_value());
-  CHECK(got(stores.meshes().stored_bytes("ann")) == 0);
-  CHECK(got(stores.meshes().stored_bytes("bob")) == 99);
+  CHECK(got(stores.meshes().stored("ann")).bytes == 0);
+  CHECK(got(stores.meshes().stored("bob")).bytes == 99);
   CHECK(got(stores.meshes().all_stored_bytes()) == 99);
 }
 
@@ -54,7 +54,7 @@ TEST_CASE_TEMPLATE("meshes: a repeated put renews the times alone", Stores, EVER
   again.last_used = at(55);
   again.expires = at(155);
   CHECK(got(stores.meshes().put_mesh(again, 10)).row == expected);  // no time goes back
-  CHECK(got(stores.meshes().stored_bytes("ann")) == 10);
+  CHECK(got(stores.meshes().stored("ann")).bytes == 10);
 }
 
 TEST_CASE_TEMPLATE("meshes: a quota holds to the byte", Stores, EVERY_IMPLEMENTATION) {
@@ -68,7 +68,22 @@ TEST_CASE_TEMPLATE("meshes: a quota holds to the byte", Stores, EVERY_IMPLEMENTA
   CHECK_FALSE(got(stores.meshes().get_mesh({"ann", "2"})).has_value());
   CHECK(got(stores.meshes().delete_mesh({"ann", "1"})));
   CHECK(got(stores.meshes().put_mesh(mesh("ann", "5", 60), 100)).what == MeshPut::created);
-  CHECK(got(stores.meshes().stored_bytes("ann")) == 100);
+  CHECK(got(stores.meshes().stored("ann")).bytes == 100);
+}
+
+TEST_CASE_TEMPLATE("meshes: an owner has no more of them than its quota says", Stores, EVERY_IMPLEMENTATION) {
+  Stores stores;
+  const MeshQuota two(1000, 2);
+  CHECK(got(stores.meshes().put_mesh(mesh("ann", "1"), two)).what == MeshPut::created);
+  CHECK(got(stores.meshes().put_mesh(mesh("ann", "2"), two)).what == MeshPut::created);
+  CHECK(got(stores.meshes().put_mesh(mesh("ann", "3"), two)).what == MeshPut::too_many);
+  CHECK(got(stores.meshes().put_mesh(mesh("ann", "2"), two)).what == MeshPut::existed);
+  CHECK(got(stores.meshes().put_mesh(mesh("bob", "3"), two)).what == MeshPut::created);
+  CHECK(got(stores.meshes().stored("ann")).meshes == 2);
+  CHECK(got(stores.meshes().delete_mesh({"ann", "1"})));
+  CHECK(got(stores.meshes().put_mesh(mesh("ann", "3"), two)).what == MeshPut::created);
+  CHECK(got(stores.meshes().sweep_meshes(at(100))).size() == 3);
+  CHECK(got(stores.meshes().stored("ann")).meshes == 0);
 }
 
 TEST_CASE_TEMPLATE("meshes: used ones are kept, the others swept", Stores, EVERY_IMPLEMENTATION) {
@@ -77,13 +92,13 @@ TEST_CASE_TEMPLATE("meshes: used ones are kept, the others swept", Stores, EVERY
   stores.meshes().touch_mesh({"ann", "2"}, at(50), at(200));
   stores.meshes().touch_mesh({"ann", "2"}, at(40), at(140));  // came later, is older
   stores.meshes().touch_mesh({"ann", "unknown"}, at(50), at(200));
-  CHECK(got(stores.meshes().sweep_meshes(at(99))) == 0);
-  CHECK(got(stores.meshes().sweep_meshes(at(100))) == 2);
+  CHECK(got(stores.meshes().sweep_meshes(at(99))).empty());
+  CHECK(got(stores.meshes().sweep_meshes(at(100))).size() == 2);
   const std::optional<MeshRow> kept = got(stores.meshes().get_mesh({"ann", "2"}));
   REQUIRE(kept.has_value());
   CHECK(kept->last_used == at(50));
   CHECK(kept->expires == at(200));
-  CHECK(got(stores.meshes().stored_bytes("ann")) == 10);
+  CHECK(got(stores.meshes().stored("ann")).bytes == 10);
   stores.meshes().touch_mesh({"ann", "2"}, at(60), at(300));
   got(stores.jobs().flush());
   CHECK(got(stores.meshes().get_mesh({"ann", "2"}))->expires == at(300));

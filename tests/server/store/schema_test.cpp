@@ -88,11 +88,11 @@ TEST_CASE("schema: the migration of an older database is reported, the creation 
     Connection connection = database.connect();
     got(migrate(connection, schema_steps().first(1)));
   }
-  got(SqliteStore::open(database.path(), 50, report));
-  got(SqliteStore::open(database.path(), 50, report));
+  got(SqliteStore::open({database.path(), 50, nullptr, report}));
+  got(SqliteStore::open({database.path(), 50, nullptr, report}));
   const std::string newest = std::to_string(schema_steps().size());
   CHECK(lines == std::vector<std::string>{"the schema was brought from version 1 to " + newest});
-  got(SqliteStore::open(database.path() + ".new", 50, report));
+  got(SqliteStore::open({database.path() + ".new", 50, nullptr, report}));
   CHECK(lines.size() == 1);
 }
 
@@ -107,8 +107,11 @@ TEST_CASE("schema: rows of every earlier version are read") {
           "created, "
           "expires_if_never_run, lower, upper, stage) VALUES ('ann', '1', 0, 'a', 'b', '', '{}', 5, 5, 'f', '', 1, "
           "9000000000000, 1, 2, 'reduce')");
+      connection.execute("INSERT INTO meshes VALUES ('ann', 'm', 7, '', '', 2, 2, 9000000000000)");
     }
-    const std::unique_ptr<SqliteStore> store = got(SqliteStore::open(database.path(), 50));
+    const std::unique_ptr<SqliteStore> store = got(SqliteStore::open({database.path(), 50}));
+    CHECK(got(store->stored("ann")).meshes == 1);
+    CHECK(got(store->origin()).born == TimePoint(std::chrono::milliseconds(1)));
     const auto claimed = got(store->claim_some("w", at(50), at(110), 1, JobStore::Suspects::too));
     REQUIRE(claimed.size() == 1);
     CHECK(claimed[0].job.progress == Progress{1, 2, "", ""});
@@ -138,7 +141,7 @@ TEST_CASE("schema: options that asked for shards are read without them") {
           .run();
     }
   }
-  const std::unique_ptr<SqliteStore> store = got(SqliteStore::open(database.path(), 50));
+  const std::unique_ptr<SqliteStore> store = got(SqliteStore::open({database.path(), 50}));
   for (std::size_t i = 0; i < std::size(options); ++i) {
     CHECK(job_in(*store, {"ann", std::to_string(i)}).options == left[i]);
   }

@@ -20,7 +20,7 @@ class SmallDisk {
  public:
   SmallDisk() {
     mounted_ = ::unshare(CLONE_NEWNS) == 0 && ::mount(nullptr, "/", nullptr, MS_REC | MS_PRIVATE, nullptr) == 0 &&
-               ::mount("none", path().c_str(), "tmpfs", 0, "size=4m") == 0;
+               ::mount("none", path().c_str(), "tmpfs", 0, "size=8m") == 0;
     if (!mounted_) WARN_MESSAGE(false, "SKIPPED: this process may not mount a small disk");
   }
   ~SmallDisk() {
