@@ -9,6 +9,7 @@ is. A point that was not reached when it should fail is tried again, and counted
 
 import argparse
 import collections
+import contextlib
 import ctypes
 import errno
 import json
@@ -39,7 +40,8 @@ SITE = struct.Struct("QiiQ")
 SITES = 1 << 14
 NO_RANDOM_ADDRESSES = 0x0040000
 HONEST = (429, 500, 503, 507)
-ANSWER_SECONDS = 5
+ANSWER_SECONDS = 20
+SHORT_SECONDS = 3  # while calls fail: the service waits for memory, too
 TRIES = 4  # to reach a point
 
 
@@ -80,6 +82,8 @@ class Faults:
         return {(KINDS[kind], place): calls for place, kind, failed, calls in sites if place}
 
 
+CUT_CONNECTIONS = "SELECT pg_terminate_backend(pid) FROM pg_stat_activity WHERE backend_type = 'client backend' " \
+                  "AND pid <> pg_backend_pid()"
 CUT_OFF = "the connection was closed before the body was complete"
 
 
@@ -109,8 +113,8 @@ class User(Client):
         super().__init__(ledger, "user", seed)
         self.last_result = None
 
-    def walk(self, port):
-        """Returns how many requests had no answer."""
+    def walk(self, port, most_silent=2):
+        """Returns how many requests had no answer. Ends after so many: the rest would only wait as long."""
         self.port = port
         silent = 0
         for act in (self.store_mesh, self.store_mesh, self.submit, self.submit_with_key, self.repeat, self.compare_now,
@@ -120,7 +124,7 @@ class User(Client):
                 act()
             except Gone:
                 silent += 1
-                if silent == 2:  # the rest would only wait as long
+                if silent == most_silent:
                     return silent
         return silent
 
@@ -157,7 +161,10 @@ class User(Client):
 
 
 class Campaign:
-    def __init__(self, folder, seed, verbose):
+    """`database`: a PostgreSQL of a front end and a worker, of which `fails` is the one whose calls fail; else one service does all."""
+
+    def __init__(self, folder, seed, verbose, database=None, fails="serve"):
+        self.database, self.fails = database, fails
         self.folder, self.verbose, self.dice = folder, verbose, random.Random(seed)
         (folder / "tmp").mkdir()
         self.faults = Faults(folder / "faults")
@@ -165,14 +172,22 @@ class Campaign:
         self.user = User(self.ledger, seed)
         self.deaths, self.reached, self.unreached, self.silent = [], set(), set(), 0
         self.quiet_faults = 0
-        self.server = None
+        self.server = self.other = None
+        if database:
+            self.other = self.run({"serve": "worker", "worker": "serve"}[fails])
         self.start()
+
+    def run(self, command):
+        store = ("--database", self.database.url(), "--lease-ms", "4000", "--heartbeat-ms", "500") if self.database else ()
+        return Victim("--data-dir", str(self.folder / ("data-" + command)), "--temp-dir", str(self.folder / "tmp"), *store,
+                      "--workers", "2", "--max-cache-bytes", "1000000", "--grace-ms", "2000", command=command)
 
     def start(self):
         victim.ENVIRONMENT.update(LD_PRELOAD=SHIM, MESHGAUGE_FAULTS=str(self.faults.path))
         self.ledger.lives += 1
-        self.server = Victim("--data-dir", str(self.folder / "data"), "--temp-dir", str(self.folder / "tmp"), "--workers", "2",
-                             "--max-cache-bytes", "1000000", "--grace-ms", "2000")
+        self.server = self.run(self.fails)
+        self.port = (self.other if self.fails == "worker" else self.server).port
+        [victim.ENVIRONMENT.pop(name) for name in ("LD_PRELOAD", "MESHGAUGE_FAULTS")]
         self.maps = Path("/proc/%d/maps" % self.server.process.pid).read_text()
         self.faults.watch(self.server.process.pid)
 
@@ -196,7 +211,7 @@ class Campaign:
         """Runs the load until it finds no new points: self.seen."""
         known, quiet = 0, 0
         while quiet < 3:
-            self.user.walk(self.server.port)
+            self.user.walk(self.port)
             self.settle()
             found = len(self.faults.points())
             quiet = 0 if found > known else quiet + 1
@@ -205,7 +220,7 @@ class Campaign:
 
     def settle(self):
         """Waits until the service is well again, and checks every promise of the last steps."""
-        port = self.server.port
+        port = self.port
         try:
             until(lambda: ask(port, "GET", "/readyz").status == 200, 30)
             for identity, job in list(self.ledger.jobs.items())[-12:]:
@@ -220,12 +235,12 @@ class Campaign:
                 self.ledger.violated("no answer though nothing fails: %s" % "".join(self.server.log[-3:]))
 
     def has_ended(self, identity, job):
-        answer = ask(self.server.port, "GET", "/v1/comparisons/" + identity)
+        answer = ask(self.port, "GET", "/v1/comparisons/" + identity)
         self.ledger.check_answer(identity, job, answer, job.document)
         return answer.status == 404 or job.document is not None
 
     def check_mesh(self, identity, state):
-        answer = ask(self.server.port, "GET", "/v1/meshes/" + identity)
+        answer = ask(self.port, "GET", "/v1/meshes/" + identity)
         if (state, answer.status) in (("stored", 404), ("deleted", 200)):
             self.ledger.violated("the mesh %s, %s: %d" % (identity, state, answer.status))
 
@@ -233,7 +248,11 @@ class Campaign:
         """One failure, or many from one on, under the load; returns how many there were."""
         lines, refusals = len(self.server.log), self.refusals()
         self.faults.fail(kind, lasting, after, place)
-        self.silent += self.user.walk(self.server.port)
+        if kind == "connect" and self.database:
+            self.database.query(CUT_CONNECTIONS)
+        victim.ANSWER_SECONDS = SHORT_SECONDS
+        self.silent += self.user.walk(self.port, 1 if kind == "allocation" else 2)
+        victim.ANSWER_SECONDS = ANSWER_SECONDS
         failed = self.faults.lift()
         if failed and self.refusals() == refusals and self.server.log[lines:] == []:
             self.quiet_faults += 1
@@ -283,6 +302,8 @@ class Campaign:
         for identity, state in self.ledger.meshes.items():
             self.check_mesh(identity, state)
         self.server.stop()
+        if self.other:
+            self.other.stop()
 
 
 def report(campaign, began, seen):
@@ -301,14 +322,34 @@ def report(campaign, began, seen):
     return 1 if campaign.deaths or campaign.ledger.violations or not campaign.ledger.jobs else 0
 
 
+@contextlib.contextmanager
+def database_of(arguments):
+    """A PostgreSQL of its own; None: not asked for."""
+    if not arguments.distributed:
+        yield None
+        return
+    sys.path.append(str(victim.ROOT / "tests/cluster"))
+    import postgres  # pylint: disable=import-outside-toplevel
+    server = postgres.Postgres()
+    try:
+        yield server
+    finally:
+        server.close()
+
+
 def run(arguments):
+    with database_of(arguments) as database:
+        return run_with(arguments, database)
+
+
+def run_with(arguments, database):
     victim.ANSWER_SECONDS = ANSWER_SECONDS
     load.REFUSED = HONEST
     ctypes.CDLL(None).personality(ctypes.c_ulong(NO_RANDOM_ADDRESSES))
     folder = Path(tempfile.mkdtemp(prefix="meshgauge-faults-"))
     began = time.monotonic()
     try:
-        campaign = Campaign(folder, arguments.seed, not arguments.quiet)
+        campaign = Campaign(folder, arguments.seed, not arguments.quiet, database, arguments.fails)
         campaign.discover()
         seen = [one for one in sorted(campaign.seen) if not arguments.kinds or one[0] in arguments.kinds]
         campaign.dice.shuffle(seen)
@@ -330,6 +371,8 @@ def main():
     parser.add_argument("--points", type=int, help="only so many of the places that allocate, drawn by the seed")
     parser.add_argument("--calls", type=int, default=200, help="the n-th call of a kind, up to this n")
     parser.add_argument("--kinds", nargs="+", choices=KINDS, help="only these kinds of calls")
+    parser.add_argument("--distributed", action="store_true", help="a front end and a worker on a PostgreSQL")
+    parser.add_argument("--fails", choices=("serve", "worker"), default="serve", help="of these two, whose calls fail")
     parser.add_argument("--quiet", action="store_true", help="only what fails, and the last line")
     arguments = parser.parse_args()
     print("seed %d" % arguments.seed, flush=True)

@@ -7,10 +7,12 @@ meet. A failing run prints its seed, which is likely to find the same again.
 
 import argparse
 import concurrent.futures
+import contextlib
 import os
 import random
 import re
 import shutil
+import sqlite3
 import sys
 import tempfile
 import time
@@ -38,6 +40,12 @@ class Campaign:
         self.ledger.lives += 1
         return Victim("--data-dir", str(self.data), "--temp-dir", str(self.temporary), "--workers", "2",
                       "--max-queued-jobs", "200", "--log-requests", "problems")
+
+    def make_database_old(self):
+        """A new one that does not know a file may have lost it: sweeps would leave it alone for a day."""
+        self.start().stop()
+        with contextlib.closing(sqlite3.connect(self.data / "jobs.sqlite")) as database, database:
+            database.execute("UPDATE origin SET born = 0")
 
     def life(self):
         """Runs the service once: checks it while clients use it, until it is killed."""
@@ -163,6 +171,7 @@ def run(kills, seed, verbose, short):
     campaign = Campaign(seed, folder, verbose)
     began = time.monotonic()
     try:
+        campaign.make_database_old()
         for number in range(1, kills + 1):
             campaign.life()
             if verbose and number % 10 == 0:
