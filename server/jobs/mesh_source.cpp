@@ -1,5 +1,6 @@
 #include "server/jobs/mesh_source.h"
 
+#include <algorithm>
 #include <utility>
 
 #include <nlohmann/json.hpp>
@@ -9,8 +10,14 @@ namespace {
 
 using JsonValue = nlohmann::json;
 
+constexpr std::size_t kMostHintBytes = 255;
+
+// The end of a file's name tells its format.
+std::string end_of(const std::string& name) { return name.substr(name.size() - std::min(name.size(), kMostHintBytes)); }
+
 JsonValue hints_of(const MeshSource& source) {
-  return {{"file_name", source.input.filename}, {"media_type", source.input.media_type}};
+  return {{"file_name", end_of(source.input.filename)},
+          {"media_type", source.input.media_type.substr(0, kMostHintBytes)}};
 }
 
 // The store may have rows of other versions: a hint that is no text is ignored.

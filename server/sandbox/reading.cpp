@@ -164,6 +164,7 @@ Interruption Reading::digest_rest(Control& control) {
 
 // A file is read, not looked at where it is mapped: a page that cannot be read would end this process.
 void Reading::digest_piece() {
+  if (rest_.empty()) return;
   const auto piece = rest_.first(std::min(rest_.size(), kDigestBytes));
   const std::size_t offset = input_.bytes.size() - rest_.size();
   rest_ = rest_.subspan(piece.size());

@@ -16,6 +16,7 @@ std::uint64_t reserve_bytes(std::uint64_t disk_bytes) {
   return std::clamp(disk_bytes / 64, std::uint64_t{1} << 20, std::uint64_t{32} << 20);
 }
 
+// Takes what there is when it is not enough: else others would.
 bool Reserve::restore() {
   if (whole_.load()) return true;
   const std::lock_guard lock(mutex_);
@@ -23,7 +24,9 @@ bool Reserve::restore() {
   struct statvfs disk {};
   if (!file || ::fstatvfs(file.get(), &disk) != 0) return false;
   const std::uint64_t bytes = reserve_bytes(std::uint64_t{disk.f_blocks} * disk.f_frsize);
-  whole_ = ::posix_fallocate(file.get(), 0, static_cast<off_t>(bytes)) == 0;
+  std::uint64_t eighths = 8;
+  while (eighths > 0 && ::posix_fallocate(file.get(), 0, static_cast<off_t>(bytes / 8 * eighths)) != 0) --eighths;
+  whole_ = eighths == 8;
   return whole_;
 }
 

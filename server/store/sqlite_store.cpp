@@ -1,6 +1,7 @@
 #include "server/store/sqlite_store.h"
 
 #include <fcntl.h>
+#include <sys/statvfs.h>
 
 #include <algorithm>
 #include <cassert>
@@ -30,6 +31,16 @@ Result<std::unique_ptr<Connection>> connect(const std::string& path) {
   } catch (const SQLite::Exception& exception) {
     return to_error(exception, path, errno);
   }
+}
+
+// What the log holds beyond the database's file must fit into the reserve, or the log could not be emptied on a full
+// disk. So it is moved to the file when it is half as large.
+void keep_log_small(Connection& connection) {
+  constexpr std::uint64_t kPage = 4096, kMostPages = 1000;  // the latter is SQLite's default
+  struct statvfs disk {};
+  if (::statvfs(connection.path().c_str(), &disk) != 0) return;
+  const std::uint64_t pages = reserve_bytes(std::uint64_t{disk.f_blocks} * disk.f_frsize) / 2 / kPage;
+  connection.execute(("PRAGMA wal_autocheckpoint = " + std::to_string(std::min(pages, kMostPages))).c_str());
 }
 
 constexpr auto kNextOwner = R"sql(
@@ -130,6 +141,7 @@ Result<std::unique_ptr<SqliteStore>> SqliteStore::open(const SqliteSettings& set
   if (!connection) return connection.error();
   const Result<Migrated> migrated = migrate(**connection, schema_steps());
   if (!migrated) return migrated.error();
+  if (settings.reserve) keep_log_small(**connection);
   if (settings.report && migrated->changed() && migrated->from > 0) settings.report(to_string(*migrated));
   return std::unique_ptr<SqliteStore>(new SqliteStore(settings, std::move(*connection)));
 }

@@ -263,7 +263,7 @@ TEST_CASE("processes: a mesh that one is using no other sweeps") {
   got(stores.meshes().put_mesh({{"ann", "m"}, 10, "", "", at(0), at(0), at(100)}, 100));
   const auto user = PgConnection::open(stores.database());
   user->execute("BEGIN; UPDATE meshes SET expires = 1700000200000");  // at(200)
-  Result<std::uint64_t> swept = std::uint64_t{1};
+  Result<std::vector<BlobKey>> swept = std::vector<BlobKey>(1);
   std::thread sweeper([&] { swept = stores.meshes().sweep_meshes(at(150)); });
   CHECK(eventually([&] {
     PgRows row = PgConnection::open(stores.database())
@@ -274,7 +274,7 @@ TEST_CASE("processes: a mesh that one is using no other sweeps") {
   }));
   user->execute("COMMIT");
   sweeper.join();
-  CHECK(got(swept) == 0);
+  CHECK(got(swept).empty());
   CHECK(got(stores.meshes().get_mesh({"ann", "m"})).has_value());
   CHECK(got(stores.meshes().sweep_meshes(at(200))).size() == 1);
 }

@@ -133,7 +133,9 @@ TEST_CASE("PostgreSQL schema: rows of every earlier version are read") {
     settings.database = database.name();
     const std::unique_ptr<PostgresStore> store = got(PostgresStore::open(settings));
     CHECK(job_in(*store, {"ann", "1"}).cost == 5);
-    CHECK(got(store->stored_bytes("ann")) == 77);
+    CHECK(got(store->stored("ann")).bytes == 77);
+    CHECK(got(store->stored("ann")).meshes == 1);
+    CHECK(got(store->origin()).born == TimePoint(std::chrono::milliseconds(1)));
     const auto claimed = got(store->claim_some("w", at(50), at(110), 1, JobStore::Suspects::too));
     REQUIRE(claimed.size() == 1);
     CHECK(got(finish(*store, claimed[0].token, ending())));

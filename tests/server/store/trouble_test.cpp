@@ -170,9 +170,7 @@ TEST_CASE("trouble: rows are removed from a full disk, though all room is taken 
   disk.fill(0);
   CHECK(got(jobs.sweep_jobs({at(2000), at(3000)}, 1000)).expired == kJobs - 100);
   disk.fill(0);
-  const Result<Inserted> refused = jobs.insert(large_job("refused"));
-  REQUIRE_FALSE(refused.ok());
-  CHECK(refused.error().code == ErrorCode::storage_full);
+  insert_until_full(jobs, "more ");  // the log may have room for some
   disk.make_room();
   got(jobs.insert(large_job("afterwards")));
 }
