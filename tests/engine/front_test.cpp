@@ -153,6 +153,56 @@ TEST_CASE("front: the interval holds after an interruption at any check, with on
   }
 }
 
+TEST_CASE("front: meshes that are far from each other need no order and no tree") {
+  const Mesh mesh = shapes::sphere(60), other = shapes::sphere(50, 0.7);
+  for (const Vec3& by : {Vec3(3, 0, 0), Vec3(0, 8, 1), Vec3(-100, 30, 20), Vec3(0, 0, 1e4)}) {
+    const Kept pair{mesh, shapes::moved(other, by)};
+    const Outcome out = pair.run(precise(Direction::a_to_b));
+    CHECK(out.stop == Stop::converged);
+    CHECK(out.lower > by.norm() - 0.1);
+    CHECK(out.upper < by.norm() + 0.4);  // the farthest point is 1 from its centre, the nearest 0.7 from the other one
+    CHECK(pair.nothing_built());
+  }
+}
+
+TEST_CASE("front: far pairs have the distance of the paper's strategy") {
+  std::mt19937_64 random(63);
+  const Mesh sphere = shapes::sphere(50), soup = shapes::soup(6000, random), grid = shapes::grid(60);
+  for (const Direction direction : {Direction::a_to_b, Direction::b_to_a, Direction::symmetric}) {
+    const Options options = precise(direction);
+    check_against_four_point(sphere, shapes::moved(grid, {3, 1, 0}), options);
+    check_against_four_point(soup, shapes::moved(sphere, {0, 0, 30}), options);
+    check_against_four_point(shapes::scaled(soup, 3), sphere, options);
+    check_against_four_point(sphere, shapes::moved(soup, {1.5, 0.5, 0}), options);
+    check_against_four_point(shapes::scaled(sphere, 0.01), shapes::scaled(sphere, 5), options);  // far inside
+  }
+}
+
+TEST_CASE("front: far pairs: gates, kept meshes and interruptions") {
+  const Mesh mesh = shapes::sphere(60), other = shapes::moved(shapes::sphere(50, 0.7), {3, 0, 0});
+  const Outcome known = measured(mesh, other, precise());
+  for (const double factor : {0.5, 0.99, 1.01, 2.0}) {
+    Options options = precise();
+    options.tolerance = {};
+    options.max_distance = known.upper * factor;
+    const Outcome out = measured(mesh, other, options);
+    CHECK(out.stop == Stop::gate_decided);
+    CHECK((out.upper <= *options.max_distance) == (factor > 1));
+  }
+  const Prepared kept(mesh, Prepared::Use::often), to(other);
+  for (int i = 0; i < 2; ++i) {
+    Control control;
+    CHECK(same_outcome(measure(kept, to, precise(), control), known));
+  }
+  for (std::uint64_t check = 1; check < 120; ++check) {
+    Control control;
+    control.cancel_at_check(check);
+    const Outcome out = measure(mesh, other, precise(), control);
+    CHECK(out.lower <= known.upper);
+    CHECK(known.lower <= out.upper);
+  }
+}
+
 TEST_CASE("front: unused vertices of any coordinates change nothing") {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   Mesh mesh = shapes::sphere(20), other = shapes::moved(mesh, {0.1, 0, 0});

@@ -34,7 +34,7 @@ struct Sought {
 
 // Returns how many triangles are found, and checks that none of the others is within reach.
 std::size_t count_near(const Mesh& mesh, const std::vector<Sought>& sought) {
-  Vicinity vicinity(bounding_box(mesh));
+  Vicinity vicinity(bounding_box(mesh), mesh.triangles.size());
   for (const Sought& s : sought) vicinity.add(s.box, s.reach);
   const auto found = vicinity.triangles(mesh, Frame{}, never_interrupted);
   REQUIRE(found);
@@ -92,7 +92,7 @@ TEST_CASE("vicinity: unused vertices may have any coordinates, and a flat mesh h
 
 TEST_CASE("vicinity: an interruption is told") {
   const Mesh mesh = shapes::grid(80);
-  Vicinity vicinity(bounding_box(mesh));
+  Vicinity vicinity(bounding_box(mesh), mesh.triangles.size());
   vicinity.add(bounding_box(mesh), 1);
   CHECK_FALSE(vicinity.triangles(mesh, Frame{}, [] { return true; }));
 }

@@ -1,0 +1,68 @@
+#include "engine/front_work.h"
+
+#include "engine/vicinity.h"
+
+namespace meshgauge {
+
+FrontWork::FrontWork(const MeasuredPair& pair, MeasuredDirection& direction, const Goal& goal, const Slack& slack,
+                     double known, Control& control, ThreadPool& pool)
+    : pair_(pair),
+      direction_(direction),
+      goal_(goal),
+      slack_(slack),
+      lower_(known),
+      control_(control),
+      pool_(pool),
+      from_(direction.from.given()),
+      to_(direction.to.given()) {}
+
+FrontEnd FrontWork::measure(std::span<const Query> queries, std::vector<Vec3>& nearest_points, double& off) {
+  Vicinity vicinity(box_of(direction_.to), to_.triangles.size());
+  for (const Query& query : queries) vicinity.add(Box{query.point, query.point}, kWider * query.upper);
+  const auto near = vicinity.triangles(to_, pair_.frame, interrupted_);
+  if (!near) return FrontEnd::interrupted;
+  if (near->empty() || kMostLeft * near->size() > to_.triangles.size()) return FrontEnd::declined;
+  const auto part = std::make_unique<NearPart>(direction_.to, *near, pair_.frame, control_, pool_);
+  if (!part->complete()) return FrontEnd::interrupted;
+  for (const Query& query : queries) {
+    std::uint64_t tests = 0;
+    const Nearest found = nearest(part->tree, query.point, tests, Nearest::kNone, &interrupted_);
+    if (!found.complete) return FrontEnd::interrupted;
+    nearest_points.push_back(found.point);
+    if (found.distance > lower_) lower_ = found.distance, candidate_ = query.triangle;
+  }
+  off = std::max(off, part->tree.residual());
+  return FrontEnd::taken;
+}
+
+FrontEnd FrontWork::keep(const std::vector<std::uint32_t>& rest, double left_out, double reach, bool part_only) {
+  auto kept = std::make_unique<OrderedMesh>(from_, rest, direction_.from.prepared.box(), pair_.frame, control_, pool_);
+  if (!kept->complete()) return FrontEnd::interrupted;
+  Vicinity vicinity(box_of(direction_.to), to_.triangles.size());
+  for (std::size_t t = 0; t < kept->triangles.size(); ++t) {
+    Box box;
+    for (int i = 0; i < 3; ++i) box.extend(kept->view().corner(t, i));
+    vicinity.add(box, reach);
+  }
+  const auto near = vicinity.triangles(to_, pair_.frame, interrupted_);
+  if (!near) return FrontEnd::interrupted;
+  if (!near->empty() && kMostLeft * near->size() <= to_.triangles.size()) {
+    direction_.near = std::make_unique<NearPart>(direction_.to, *near, pair_.frame, control_, pool_);
+    if (!direction_.near->complete()) return FrontEnd::interrupted;
+    direction_.reach = reach;
+  } else if (part_only) {
+    return FrontEnd::declined;
+  }
+  const auto first = std::find(kept->original.begin(), kept->original.end(), candidate_);
+  direction_.first = static_cast<std::uint32_t>(first - kept->original.begin());
+  direction_.left_out = left_out;
+  direction_.rest = std::move(kept);
+  return FrontEnd::taken;
+}
+
+Box FrontWork::box_of(const MeasuredMesh& mesh) const {
+  const Box& box = mesh.prepared.box();
+  return {pair_.frame.to_frame(box.low), pair_.frame.to_frame(box.high)};
+}
+
+}  // namespace meshgauge
