@@ -143,8 +143,15 @@ Result<Done> read_units(const JsonValue& value, const std::string& pointer, Read
   return read_object(value, pointer, kFields, reading);
 }
 
+Result<Done> read_narrow(const JsonValue& value, const std::string& pointer, Reading& reading) {
+  if (!value.is_boolean()) return invalid(pointer, pointer + " must be true or false, not " + shown(value));
+  reading.request.options.narrow = value.get<bool>();
+  return Done{};
+}
+
 Result<Done> read_gate(const JsonValue& value, const std::string& pointer, Reading& reading) {
-  static constexpr Field kFields[] = {{"max_distance", read_max_distance}, {"units", read_gate_unit}};
+  static constexpr Field kFields[] = {
+      {"max_distance", read_max_distance}, {"units", read_gate_unit}, {"narrow", read_narrow}};
   if (auto read = read_object(value, pointer, kFields, reading); !read) return read;
   if (!value.contains("max_distance")) return invalid(pointer, pointer + " needs max_distance");
   return Done{};

@@ -56,12 +56,21 @@ struct Measured {
 // Extracts the fields from a comparison's JSON. Errors: internal if it is not a comparison or has no valid interval.
 Result<Measured> measured_from(nlohmann::ordered_json document, double limit);
 
+// The result of a gate in one run; lengths in `unit`.
+struct PastRun {
+  std::string commit;  // empty: not known
+  Verdict verdict = Verdict::undecided;
+  std::optional<double> lower, upper, limit;  // nullopt: not measured, or no finite upper bound
+  std::string unit;                           // empty: not known
+};
+
 struct GateOutcome {
   Gate gate;
   std::optional<Measured> measured;  // nullopt: see `error`
   std::optional<Error> error;        // with `interrupted`: the time was over; nullopt after Ctrl-C
   bool interrupted = false;          // by Ctrl-C or the timeout, before there was an interval; the verdict is undecided
   double wall_ms = 0;                // includes reading and waiting
+  std::vector<PastRun> history;      // of the last runs, this one at the end; empty without --history
 
   Verdict verdict() const;
   // Unit of every length of this outcome, such as "mm"; empty: not known.

@@ -1,10 +1,12 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -13,11 +15,13 @@
 
 #include "api/processors.h"
 #include "api/request.h"
+#include "api/utc.h"
 #include "check/html/html.h"
 #include "check/manifest/baselines.h"
 #include "check/mistaken.h"
 #include "check/remote.h"
 #include "check/reports/code_quality.h"
+#include "check/reports/history.h"
 #include "check/reports/junit.h"
 #include "check/reports/markdown.h"
 #include "check/reports/sarif.h"
@@ -215,17 +219,35 @@ int refuse(const CheckFlags& flags, const Asked& asked) {
 
 int refuse(const CheckFlags& flags, const Error& error) { return refuse(flags, {{}, {{0, 0, error.message}}, ""}); }
 
+// nullopt without --history.
+Result<std::optional<check::History>> history_of(const CheckFlags& flags, Places& places) {
+  if (flags.history.empty()) return std::optional<check::History>();
+  if (auto ok = places.writes("--history", flags.history); !ok) return ok.error();
+  auto history = check::History::open(flags.history);
+  if (!history) return history.error();
+  return std::optional(std::move(*history));
+}
+
+Result<Done> keep(std::optional<check::History>& history, Report& report) {
+  if (!history) return Done{};
+  return history->keep(api::to_utc(std::chrono::system_clock::now()), check::commit_of_pipeline(), report);
+}
+
 int check_gates(const CheckFlags& flags, const Gates& gates) {
   Pictures pictures;
   const ReportFiles reports = reports_of(flags, pictures);
   Places places = inputs_of(flags, gates);
   if (const auto ok = reports.possible(places); !ok) return fail_on_one_line(ok.error().message);
+  auto history = history_of(flags, places);
+  if (!history) return refuse(flags, history.error());
   auto parts = parts_of(flags, gates, places);
   if (!parts) return refuse(flags, parts.error());
   const Interrupts interrupts;
-  const Report report = measure(flags, gates, *parts, interrupts);
+  Report report = measure(flags, gates, *parts, interrupts);
+  const auto kept = keep(*history, report);
   pictures = parts->extras->pictures(report, [&] { return interrupts.seen(); });
-  const int exit_code = tell(flags, report, reports, *parts->extras);
+  int exit_code = tell(flags, report, reports, *parts->extras);
+  if (!kept) exit_code = fail_on_one_line(kept.error().message);
   leave_at_once_if_cut(report, *parts->meshes, exit_code);
   return exit_code;
 }

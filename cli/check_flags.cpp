@@ -45,6 +45,7 @@ Result<Done> set_common(const CheckFlags& flags, check::Gate& gate) {
   if (auto ok = set_timeout(flags, gate); !ok) return ok;
   if (auto ok = set_threads(flags, gate); !ok) return ok;
   gate.statistics = gate.statistics || flags.statistics;
+  gate.options.narrow = !flags.fast;
   return Done{};
 }
 
@@ -165,6 +166,7 @@ void declare_measuring(CLI::App& command, CheckFlags& flags) {
   command.add_option("--strategy", flags.strategy, api::list_of(api::kStrategies));
   command.add_option("--threads", flags.threads, "Of each gate; without it the gates share the processors");
   command.add_flag("--statistics", flags.statistics, "Sample mean, RMS, percentiles and a histogram as well");
+  command.add_flag("--fast", flags.fast, "End each gate as soon as it is decided, without narrowing its interval");
   command.add_option("--jobs", flags.jobs, "Gates at the same time; 0: one for each processor")->capture_default_str();
   command
       .add_option("--only", flags.only,
@@ -184,6 +186,9 @@ void declare_reports(CLI::App& command, CheckFlags& flags) {
   command.add_option("--html", flags.html, "Write the report as one HTML file, with pictures of the meshes");
   command.add_option("--deviation", flags.deviation,
                      "Write the candidate coloured by its distance, FILE.ply or FILE.glb; for a manifest a folder");
+  command.add_option(
+      "--history", flags.history,
+      "Append the result of each gate to this file of JSON lines, and show the last runs in the reports");
   command.add_flag("--quiet", flags.quiet, "Print nothing about gates that pass, and no progress");
   command.add_flag("--no-colour,--no-color", flags.no_colour, "No colours, as with the variable NO_COLOR");
 }
@@ -214,7 +219,7 @@ void declare(CLI::App& command, CheckFlags& flags) {
   CLI::Option* update = command.add_flag("--update-baselines", flags.update_baselines,
                                          "Measure nothing: copy each gate's candidate over its baseline");
   for (const char* unheard : {"--json", "--junit", "--sarif", "--markdown", "--code-quality", "--html", "--deviation",
-                              "--server", "--statistics", "--undecided"}) {
+                              "--history", "--server", "--statistics", "--fast", "--undecided"}) {
     update->excludes(command.get_option(unheard));  // these flags are about a measurement
   }
   command.add_flag("--dry-run", flags.dry_run, "With --update-baselines: only say what it would do")->needs(update);

@@ -23,11 +23,12 @@ struct CheckFlags {
   UnitFlags units;
   std::optional<double> threads;
   bool statistics = false;
+  bool fast = false;
   std::vector<std::string> only;
   double jobs = 0;
   std::string undecided;
 
-  std::string json, junit, sarif, markdown, code_quality, html, deviation;
+  std::string json, junit, sarif, markdown, code_quality, html, deviation, history;
   bool quiet = false;
   bool no_colour = false;
 

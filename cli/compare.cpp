@@ -38,6 +38,7 @@ struct Flags {
   std::string simd = "auto";
   bool statistics = false;
   bool json = false;
+  bool fast = false;
 };
 
 Error unlisted(const std::string& name, const std::string& value, const std::string& known) {
@@ -88,6 +89,7 @@ Result<Done> set_limit(const Flags& flags, api::ComparisonOptions& options) {
   if (!limit) return refused("--max-distance " + limit.error().message, "", "--max-distance");
   options.max_distance = limit->max_distance;
   options.units.limit = limit->unit;
+  options.narrow = !flags.fast;
   return Done{};
 }
 
@@ -183,6 +185,8 @@ void add_compare(CLI::App& app, int& exit_code) {
   command.add_option("--relative", flags->relative, "Stop when upper - lower is at most this part of lower");
   command.add_option("--max-distance", flags->max_distance,
                      "Gate: stop when the distance is known to pass or fail; '0.05', or '0.05 mm'");
+  command.add_flag("--fast", flags->fast, "End as soon as the gate is decided, without narrowing the interval")
+      ->needs("--max-distance");
   declare(command, flags->units, "A", "B");
   command.add_option("--strategy", flags->strategy, api::list_of(api::kStrategies))->capture_default_str();
   command.add_option("--points", flags->points, "Samples a piece, for the strategy n_point: 4, 10, 31, 109, 409, 1585");

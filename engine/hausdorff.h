@@ -20,8 +20,8 @@ namespace meshgauge {
 // Preconditions: both meshes pass validate(); options.simd is "auto" or in supported_simd(); with strategy n_point,
 // is_stencil(options.points). Throws std::bad_alloc, nothing else.
 // Deterministic with one thread: the same input and options give the same bits on every instruction set, unless the job
-// is interrupted. With more threads the interval may differ within the tolerance; gate verdicts never contradict each
-// other. Statistics do not depend on the number of threads.
+// is interrupted, or Options::narrow runs out of time. With more threads the interval may differ within the tolerance;
+// gate verdicts never contradict each other. Statistics do not depend on the number of threads.
 Outcome measure(MeshView a, MeshView b, const Options& options, Control& control);
 
 // The engine's version, such as "0.2.0".

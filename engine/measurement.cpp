@@ -25,6 +25,17 @@ constexpr std::chrono::milliseconds kTimeToCertify{70};
 constexpr std::chrono::milliseconds kLookInterval{100};
 constexpr int kTimePerLook = 10;  // looks take at most about a tenth of the time
 
+constexpr double kNarrowRelative = 0.1;
+constexpr std::chrono::milliseconds kLeastToNarrow{100};  // a fail may be seen at the first point
+constexpr std::chrono::milliseconds kMostToNarrow{1000};
+
+// The intersection of two certified intervals of the same distance, with the witness of its lower bound.
+Bounds intersection(const Bounds& a, const Bounds& b) {
+  Bounds both = b.lower > a.lower ? b : a;
+  both.upper = std::min(a.upper, b.upper);
+  return both;
+}
+
 }  // namespace
 
 Measurement::Measurement(const Prepared& a, const Prepared& b, const Options& options, Control& control)
@@ -73,13 +84,31 @@ Outcome Measurement::run() {
     if (!stop && !direction.settled) stop = measure(direction);
   }
   conclude(stop);
+  if (options_.narrow && outcome_.stop == Stop::gate_decided) narrow();
   if (options_.statistics) sample();
   return std::move(outcome_);
 }
 
+// What the first search dropped because it is below the gate is unknown, so each direction is searched anew, from the
+// lower bound on. All of its intervals hold, so their intersection does, and the verdict stays.
+void Measurement::narrow() {
+  const auto now = Control::Clock::now();
+  narrow_until_ = now + std::clamp<Control::Clock::duration>(now - begun_, kLeastToNarrow, kMostToNarrow);
+  goal_.gate.reset();
+  goal_.relative = std::max(goal_.relative, kNarrowRelative);
+  for (MeasuredDirection& direction : pair_.directions) {
+    if (!direction.settled && !interrupted()) measure(direction);
+  }
+  conclude(Stop::gate_decided);
+}
+
+bool Measurement::interrupted() { return control_.check() != Interruption::none || narrowed_for_long(); }
+
+bool Measurement::narrowed_for_long() const { return narrow_until_ && Control::Clock::now() >= *narrow_until_; }
+
 std::optional<Stop> Measurement::pulse(const Search& search) {
   if (const auto why = control_.check(); why != Interruption::none) return to_stop(why);
-  if (fails_gate(search)) return Stop::gate_decided;
+  if (fails_gate(search) || narrowed_for_long()) return Stop::gate_decided;
   look(search);
   return std::nullopt;
 }
@@ -144,13 +173,12 @@ std::optional<Stop> Measurement::search_paper(Search& search, const Bvh& from_tr
 void Measurement::certify(const Search& search, Directed& directed, const OrderedMesh& from, const OrderedMesh& to) {
   const StageClock clock(outcome_.timings.certify);
   stage_ = "certify";
-  const double opened = directed.bounds.upper;
-  directed.bounds = certified(search);
-  directed.bounds.upper = std::min(directed.bounds.upper, opened);
-  directed.bounds.witness->triangle_a = from.original[directed.bounds.witness->triangle_a];
-  directed.bounds.witness->triangle_b = to.original[directed.bounds.witness->triangle_b];
+  Bounds found = certified(search);
+  found.witness->triangle_a = from.original[found.witness->triangle_a];
+  found.witness->triangle_b = to.original[found.witness->triangle_b];
+  directed.bounds = intersection(found, directed.bounds);
   directed.culling.survivors = search.survivors();
-  directed.work = search.work();
+  directed.work += search.work();
   lower_ = std::max(lower_, search.lower());
   lower_slack_ = search.lower_slack();
   floor_ = std::max(floor_, search.slack() + search.unresolved_gap());
@@ -193,8 +221,7 @@ void Measurement::look(const Search& search) {
 // Reports the interval as it would be if the search ended now; the stored result stays as it was.
 void Measurement::report(const Search& search) {
   const Bounds before = running_->bounds;
-  running_->bounds = certified(search);
-  running_->bounds.upper = std::min(running_->bounds.upper, before.upper);
+  running_->bounds = intersection(certified(search), before);
   take_maximum(outcome_);
   control_.report({outcome_.lower, outcome_.upper, stage_});
   running_->bounds = before;

@@ -28,7 +28,7 @@ class Measurement final : public Monitor {
   Outcome run();
 
   std::optional<Stop> pulse(const Search& search) override;
-  bool interrupted() override { return control_.check() != Interruption::none; }
+  bool interrupted() override;
 
  private:
   bool is_auto() const { return options_.strategy == Strategy::automatic; }
@@ -46,6 +46,8 @@ class Measurement final : public Monitor {
   void look(const Search& search);
   void report(const Search& search);
   void conclude(std::optional<Stop> stop);
+  void narrow();
+  bool narrowed_for_long() const;
   void sample();
 
   template <class Work>
@@ -64,6 +66,8 @@ class Measurement final : public Monitor {
   double lower_slack_ = 0;  // what certifying takes from lower_
   double floor_ = 0;        // Outcome::precision_floor in frame units
   Certifier certifier_;
+  const Control::Clock::time_point begun_ = Control::Clock::now();
+  std::optional<Control::Clock::time_point> narrow_until_;        // set once the gate is decided, see narrow()
   std::optional<Control::Clock::time_point> interrupted_at_;      // first seen while certifying
   Control::Clock::time_point looked_at_ = Control::Clock::now();  // end of the last look(), or the start
   Control::Clock::duration look_took_{0};

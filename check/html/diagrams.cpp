@@ -123,6 +123,34 @@ std::string interval_line(const Measured& measured) {
   return "<svg class=\"interval-line\" width=\"100%\" height=\"20\" aria-hidden=\"true\">" + out + "</svg>";
 }
 
+std::string history_drawing(const std::vector<PastRun>& runs, const std::string& units) {
+  constexpr int kTop = 6, kBottom = 86;
+  if (runs.size() < 2) return "";
+  double high = 0;
+  for (const PastRun& run : runs)
+    high = std::max({high, 1.25 * run.limit.value_or(0), run.upper.value_or(run.lower.value_or(0))});
+  const auto y = [&](double x) {
+    return high > 0 ? kBottom - static_cast<int>(std::lround(std::min(x / high, 1.0) * (kBottom - kTop))) : kBottom;
+  };
+  const double width = 1 / static_cast<double>(std::max<std::size_t>(runs.size(), 12));
+  std::string out = box("axis", 0, 1, kBottom, 1);
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    const PastRun& run = runs[i];
+    const double from = static_cast<double>(i) * width;
+    if (run.limit) out += box("limit-step", from, from + width, y(*run.limit), 2);
+    if (!run.lower) continue;
+    const int top = run.upper ? y(*run.upper) : kTop, height = std::max(y(*run.lower) - top, 4);
+    out += box("bar " + std::string(to_string(run.verdict)), from + 0.2 * width, from + 0.8 * width,
+               std::min(top, kBottom - height), height);
+  }
+  const auto& last = runs.back();
+  const std::string limit = last.limit ? "; the limit is " + api::with_unit(to_digits(*last.limit, 6), units) : "";
+  return "<figure><figcaption>Last " + std::to_string(runs.size()) + " runs, the newest on the right</figcaption>" +
+         drawing("history", kBottom + 2,
+                 "The intervals of the last " + std::to_string(runs.size()) + " runs" + limit + ".", out) +
+         "</figure>";
+}
+
 std::string histogram_drawing(const Histogram& histogram, double limit, const std::string& units) {
   constexpr int kTop = 18, kBottom = 138;
   const auto bins = static_cast<double>(histogram.shares.size());

@@ -21,6 +21,10 @@ std::string interval_drawing(const Measured& measured, const std::string& units)
 // Draws the same for a line of a table, with the limit always in the middle.
 std::string interval_line(const Measured& measured);
 
+// Draws the interval of each run as a bar above the limit's line, the oldest on the left. Empty for fewer than two
+// runs.
+std::string history_drawing(const std::vector<PastRun>& runs, const std::string& units);
+
 std::string histogram_drawing(const Histogram& histogram, double limit, const std::string& units);
 
 std::string colour_bar(const api::ColourScale& scale, const std::string& units);

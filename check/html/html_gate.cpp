@@ -150,7 +150,8 @@ std::string link_part(const Measured& measured) {
 
 std::string measured_part(const GateOutcome& outcome, const GatePicture* picture) {
   const Measured& measured = *outcome.measured;
-  std::string out = interval_drawing(measured, outcome.unit()) + "\n" + notes_part(measured);
+  std::string out = interval_drawing(measured, outcome.unit()) + "\n" +
+                    history_drawing(outcome.history, outcome.unit()) + notes_part(measured);
   if (picture && picture->left_out) return out + advice_part(outcome) + link_part(measured);
   out += advice_part(outcome) + link_part(measured) + witness_list(outcome) + pictures_part(picture, outcome.unit());
   return out + facts_part(outcome);

@@ -12,6 +12,7 @@ Json gate_of(const Gate& gate, double max_distance) {
   Json json{{"max_distance", max_distance}};
   const std::string_view unit = api::limit_unit_name(units_of(gate));
   if (!unit.empty()) json["units"] = unit;
+  if (gate.options.narrow) json["narrow"] = true;
   return json;
 }
 

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "check/reports/history.h"
 #include "check/reports/wording.h"
 
 namespace meshgauge::check {
@@ -192,6 +193,9 @@ std::string section_of(const Row& row) {
   }
   if (const std::string witness = witness_of(outcome); !witness.empty())
     text += "- witness " + in_prose(witness) + "\n";
+  if (const std::string runs = sparkline(outcome.history); !runs.empty())
+    text +=
+        "- last " + std::to_string(outcome.history.size()) + " runs, the limit is the height of `▅`: `" + runs + "`\n";
   for (const std::string& note : notes_of(outcome)) text += "- note: " + in_prose(note) + "\n";
   if (!outcome.gate.candidate.empty()) {  // empty: a mistake of the manifest
     text += "- candidate " + code(outcome.gate.candidate.string()) + "\n";

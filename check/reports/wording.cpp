@@ -89,7 +89,10 @@ std::string limit_of(const GateOutcome& outcome) {
 
 std::string interval_of(const GateOutcome& outcome) {
   if (!outcome.measured) return "";
-  const IntervalText figures = figures_of(*outcome.measured);
+  const Measured& measured = *outcome.measured;
+  const IntervalText figures = figures_of(measured);
+  if (measured.verdict == Verdict::fail && measured.upper - measured.lower > measured.lower)
+    return "at least " + with_unit(figures.lower, outcome.unit());
   return with_unit(figures.lower + " .. " + figures.upper, outcome.unit());
 }
 

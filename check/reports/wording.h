@@ -16,8 +16,10 @@ std::string shown_name(std::string_view bytes);
 std::string shown_text(
     std::string_view bytes);  // the same for sentences: line ends and tabs stay, and an empty text stays empty
 
-std::string limit_of(const GateOutcome& outcome);     // "0.05 mm", "0.0173 (0.5 % of the baseline's diagonal)"
-std::string interval_of(const GateOutcome& outcome);  // "0.0968 .. 0.0977 mm"; empty without one
+std::string limit_of(const GateOutcome& outcome);  // "0.05 mm", "0.0173 (0.5 % of the baseline's diagonal)"
+// Returns "0.0968 .. 0.0977 mm"; "at least 0.0968 mm" for a fail whose upper bound says little, because it is more than
+// twice the lower one; empty without an interval.
+std::string interval_of(const GateOutcome& outcome);
 // Returns the finding: "the distance is at least 0.0968 mm, above the limit of 0.05 mm". Without a measurement: the
 // advice.
 std::string finding_of(const GateOutcome& outcome);

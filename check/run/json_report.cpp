@@ -43,6 +43,18 @@ Json distance(const std::optional<Measured>& measured) {
   return {{"lower", measured->lower}, {"upper", measured->upper}};
 }
 
+Json json_of(const std::vector<PastRun>& runs) {
+  Json json = Json::array();
+  for (const PastRun& run : runs)
+    json.push_back({{"commit", or_null(run.commit)},
+                    {"verdict", to_string(run.verdict)},
+                    {"lower", or_null(run.lower)},
+                    {"upper", or_null(run.upper)},
+                    {"limit", or_null(run.limit)},
+                    {"unit", or_null(run.unit)}});
+  return json;
+}
+
 Json place(const Gate& gate) {
   if (gate.manifest.empty()) return nullptr;
   return {{"file", gate.manifest}, {"line", gate.line}};
@@ -67,6 +79,7 @@ Json json_of(const GateOutcome& outcome, Undecided rule) {
           {"timeout_ms", gate.timeout.count()},
           {"wall_ms", outcome.wall_ms},
           {"manifest", place(gate)},
+          {"history", json_of(outcome.history)},
           {"link", measured ? or_null(measured->link) : Json(nullptr)},
           {"comparison", measured ? measured->document : Json(nullptr)}};
 }

@@ -205,10 +205,10 @@ class Run {
       if (!stopped_ && watch_.interrupted && watch_.interrupted()) stop();
       for (; told < ended_.size(); ++told) {
         const GateOutcome& outcome = *outcomes_[ended_[told]];  // no thread writes it any more
-        if (watch_.ended) unlocked(lock, [&, now = standing()] { watch_.ended(outcome, now); });
+        if (watch_.ended) unlocked(lock, [&, now = standing(told + 1)] { watch_.ended(outcome, now); });
       }
       if (watch_.standing && Clock::now() >= shown + kShowEvery) {
-        unlocked(lock, [&, now = standing()] { watch_.standing(now); });
+        unlocked(lock, [&, now = standing(ended_.size())] { watch_.standing(now); });
         shown = Clock::now();
       }
     }
@@ -222,8 +222,8 @@ class Run {
     for (Job* job : running_) job->control.cancel(), job->after.cancel();
   }
 
-  Standing standing() const {
-    Standing now{gates_.size(), ended_.size(), {}};
+  Standing standing(std::size_t done) const {
+    Standing now{gates_.size(), done, {}};
     for (const Job* job : running_) now.running.push_back({&gates_[job->gate], job->progress, ms_since(job->start)});
     return now;
   }

@@ -37,6 +37,10 @@ TEST_CASE("wording: what was found, in half a sentence") {
   unbounded.measured->upper = std::numeric_limits<double>::infinity();
   CHECK(finding_of(unbounded) ==
         "the distance is at least 0.04 mm: whether that is within the limit of 0.05 mm is not known (timeout)");
+  CHECK(interval_of(samples::failed("a")) == "0.0968 .. 0.0977 mm");
+  GateOutcome wide = samples::failed("a");
+  wide.measured->upper = 52.91;
+  CHECK(interval_of(wide) == "at least 0.0968 mm");
   CHECK(finding_of(samples::broken("a")) == samples::broken("a").advice());
   CHECK(finding_of(samples::broken("a")).rfind("'a' has no facet", 0) == 0);
   CHECK(advice_of(samples::broken("a")).empty());

@@ -16,7 +16,7 @@ test("everything that can be asked for", () => {
     timeout: "2.5", threads: "4", statistics: true,
   });
   assert.deepEqual(built.options, {
-    gate: { max_distance: 0.05, units: "mm" }, direction: "a_to_b", tolerance: { relative: 0.005 }, strategy: "n_point", points: 31,
+    gate: { max_distance: 0.05, narrow: true, units: "mm" }, direction: "a_to_b", tolerance: { relative: 0.005 }, strategy: "n_point", points: 31,
     timeout_ms: 2500, threads: 4, statistics: true,
   });
 });
@@ -28,14 +28,14 @@ test("tolerances are percent where they are shares", () => {
 });
 
 test("a limit may have its unit with it, which is that of the field", () => {
-  assert.deepEqual(build({ limit: "0.05 mm" }).options?.gate, { max_distance: 0.05, units: "mm" });
-  assert.deepEqual(build({ limit: "0.05mm", units: "mm" }).options?.gate, { max_distance: 0.05, units: "mm" });
+  assert.deepEqual(build({ limit: "0.05 mm" }).options?.gate, { max_distance: 0.05, narrow: true, units: "mm" });
+  assert.deepEqual(build({ limit: "0.05mm", units: "mm" }).options?.gate, { max_distance: 0.05, narrow: true, units: "mm" });
   assert.match(build({ limit: "0.5 mm", units: "in" }).mistakes[0]?.message ?? "", /in "mm" and the unit is "in"/);
   assert.deepEqual(blamed({ limit: "0.5 mm", units: "in" }), ["units"]);
   assert.deepEqual(blamed({ limit: "", units: "mm" }), ["units"]);
-  assert.deepEqual(build({ limit: " 1e-3 " }).options?.gate, { max_distance: 0.001 });
+  assert.deepEqual(build({ limit: " 1e-3 " }).options?.gate, { max_distance: 0.001, narrow: true });
   assert.deepEqual(splitLimit("1e-3 m"), { number: "1e-3", units: "m" });
-  assert.deepEqual(build({ limit: "0" }).options?.gate, { max_distance: 0 });
+  assert.deepEqual(build({ limit: "0" }).options?.gate, { max_distance: 0, narrow: true });
 });
 
 test("an invalid number is reported at its field", () => {
@@ -49,7 +49,7 @@ test("errors of several fields are all reported", () => {
 
 test("units of the meshes are declared, one or both", () => {
   assert.deepEqual(build({ unitA: "in" }).options, { units: { a: "in" } });
-  assert.deepEqual(build({ limit: "1", units: "mm", unitA: "in", unitB: "m" }).options, { gate: { max_distance: 1, units: "mm" }, units: { a: "in", b: "m" } });
+  assert.deepEqual(build({ limit: "1", units: "mm", unitA: "in", unitB: "m" }).options, { gate: { max_distance: 1, narrow: true, units: "mm" }, units: { a: "in", b: "m" } });
 });
 
 test("times and threads have limits", () => {

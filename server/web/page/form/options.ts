@@ -108,7 +108,7 @@ function gateOf(values: FormValues, blame: Blame, blameUnits: Blame): Pick<Optio
     return {};
   }
   if (limit === null) return {};
-  return { gate: { max_distance: limit, ...(units === "" ? {} : { units }) } };
+  return { gate: { max_distance: limit, narrow: true, ...(units === "" ? {} : { units }) } };
 }
 
 function unitsDeclared({ unitA, unitB }: FormValues): Pick<Options, "units"> {

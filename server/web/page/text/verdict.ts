@@ -209,7 +209,7 @@ export function statusSentence(result: Comparison): string {
   if (result.status === "converged" && met_by === "relative" && reached.relative !== null)
     return `The interval is as narrow as asked: ${inPercent(reached.relative, 2)} of the distance.`;
   if (result.status === "converged") return "The interval is as narrow as asked.";
-  if (result.status === "gate_decided") return "The work stopped as soon as the limit was decided, so the interval may be wide. Without a limit it gets as narrow as asked.";
+  if (result.status === "gate_decided") return "The limit was decided before the interval was as narrow as asked. Without a limit it gets as narrow as asked.";
   const why = whyEnded[result.status];
   return `${why.charAt(0).toUpperCase()}${why.slice(1)}. The interval reached so far is still valid.`;
 }

@@ -1,0 +1,134 @@
+#include "check/reports/history.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <optional>
+#include <string_view>
+#include <system_error>
+#include <utility>
+
+#include <nlohmann/json.hpp>
+
+#include "api/refused.h"
+
+namespace meshgauge::check {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr std::size_t kShownRuns = 30;
+constexpr std::array kVerdicts{Verdict::pass, Verdict::fail, Verdict::undecided, Verdict::error};
+
+Error no_history(const std::filesystem::path& file, const std::string& why) {
+  return bad_flag("--history", "'" + file.string() + "' " + why);
+}
+
+std::optional<double> length(const Json& line, const char* name) {
+  const auto found = line.find(name);
+  return found != line.end() && found->is_number() ? std::optional(found->get<double>()) : std::nullopt;
+}
+
+std::string text(const Json& line, const char* name) {
+  const auto found = line.find(name);
+  return found != line.end() && found->is_string() ? found->get<std::string>() : std::string();
+}
+
+// Returns the run and the gate's name; nullopt: the line is no result.
+std::optional<std::pair<std::string, PastRun>> run_of(const std::string& line) {
+  const Json json = Json::parse(line, nullptr, false);
+  if (!json.is_object() || text(json, "gate").empty()) return std::nullopt;
+  const std::string name = text(json, "verdict");
+  const auto* verdict =
+      std::find_if(kVerdicts.begin(), kVerdicts.end(), [&](Verdict v) { return to_string(v) == name; });
+  if (verdict == kVerdicts.end()) return std::nullopt;
+  return std::pair(text(json, "gate"), PastRun{text(json, "commit"), *verdict, length(json, "lower"),
+                                               length(json, "upper"), length(json, "limit"), text(json, "unit")});
+}
+
+Json json_of(const GateOutcome& outcome, const PastRun& run, const std::string& time) {
+  const auto or_null = [](const auto& value) { return value ? Json(*value) : Json(nullptr); };
+  const auto text_or_null = [](const std::string& value) { return value.empty() ? Json(nullptr) : Json(value); };
+  return {{"time", time},
+          {"commit", text_or_null(run.commit)},
+          {"gate", outcome.gate.name},
+          {"verdict", to_string(run.verdict)},
+          {"lower", or_null(run.lower)},
+          {"upper", or_null(run.upper)},
+          {"limit", or_null(run.limit)},
+          {"unit", text_or_null(run.unit)}};
+}
+
+PastRun run_of(const GateOutcome& outcome, const std::string& commit) {
+  PastRun run{commit, outcome.verdict(), {}, {}, {}, outcome.unit()};
+  if (!outcome.measured) return run;
+  run.lower = outcome.measured->lower;
+  if (std::isfinite(outcome.measured->upper)) run.upper = outcome.measured->upper;
+  run.limit = outcome.measured->limit;
+  return run;
+}
+
+void add(std::vector<PastRun>& runs, PastRun run) {
+  runs.push_back(std::move(run));
+  if (runs.size() > kShownRuns) runs.erase(runs.begin());
+}
+
+}  // namespace
+
+Result<History> History::open(const std::filesystem::path& file) {
+  History history;
+  history.file_ = file;
+  std::error_code failed;
+  if (!std::filesystem::exists(file, failed)) return history;
+  std::ifstream in(file);
+  std::string line;
+  for (std::size_t number = 1; std::getline(in, line); ++number) {
+    if (line.empty()) continue;
+    auto run = run_of(line);
+    if (!run) return no_history(file, "line " + std::to_string(number) + " is no result of a gate: remove the line");
+    add(history.runs_[run->first], std::move(run->second));
+  }
+  if (!in.eof()) return no_history(file, "cannot be read");
+  return history;
+}
+
+Result<Done> History::keep(const std::string& time, const std::string& commit, Report& report) {
+  std::string lines;
+  for (GateOutcome& outcome : report.outcomes) {
+    std::vector<PastRun>& runs = runs_[outcome.gate.name];
+    add(runs, run_of(outcome, commit));
+    lines += json_of(outcome, runs.back(), time).dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
+    outcome.history = runs;
+  }
+  std::ofstream out(file_, std::ios::app);
+  out << lines << std::flush;
+  return out ? Result<Done>(Done{}) : no_history(file_, "cannot be written");
+}
+
+std::string commit_of_pipeline() {
+  for (const char* name : {"MESHGAUGE_COMMIT", "GITHUB_SHA", "CI_COMMIT_SHA", "GIT_COMMIT"}) {
+    const char* value = std::getenv(name);
+    if (value && *value) return value;
+  }
+  return "";
+}
+
+std::string sparkline(const std::vector<PastRun>& runs) {
+  constexpr std::array kHeights{"▁", "▂", "▃", "▄", "▅", "▆", "▇", "█"};
+  constexpr double kLimitHeight = 4.5;
+  if (runs.size() < 2) return "";
+  std::string line;
+  for (const PastRun& run : runs) {
+    if (!run.limit || !run.lower) {
+      line += "·";
+      continue;
+    }
+    const double share = run.upper && *run.limit > 0 ? *run.upper / *run.limit : run.verdict == Verdict::pass ? 0 : 2;
+    line += kHeights[static_cast<std::size_t>(std::clamp(share * kLimitHeight, 0.0, 7.0))];
+  }
+  return line;
+}
+
+}  // namespace meshgauge::check

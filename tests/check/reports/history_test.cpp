@@ -1,0 +1,82 @@
+#include "check/reports/history.h"
+
+#include <fstream>
+#include <string>
+
+#include <doctest/doctest.h>
+
+#include "check/folder.h"
+#include "check/html/diagrams.h"
+#include "check/reports/sample_reports.h"
+
+using namespace meshgauge;
+using namespace meshgauge::check;
+
+namespace {
+
+Report runs_after(const std::filesystem::path& file, int count) {
+  Report report;
+  for (int i = 0; i < count; ++i) {
+    report = samples::report_of({samples::passed("lid"), samples::failed("pin"), samples::broken("nut")});
+    auto history = History::open(file);
+    REQUIRE(history);
+    REQUIRE(history->keep("2026-11-25T12:00:00Z", "c" + std::to_string(i), report));
+  }
+  return report;
+}
+
+}  // namespace
+
+TEST_CASE("history: a line a gate and run, of which each outcome gets the last 30") {
+  const test::Folder folder;
+  const auto file = folder / "history.jsonl";
+  const Report first = runs_after(file, 1);
+  CHECK(folder.read("history.jsonl") ==
+        "{\"time\":\"2026-11-25T12:00:00Z\",\"commit\":\"c0\",\"gate\":\"lid\",\"verdict\":\"pass\",\"lower\":0.001,"
+        "\"upper\":0.0123,\"limit\":0.05,\"unit\":\"mm\"}\n"
+        "{\"time\":\"2026-11-25T12:00:00Z\",\"commit\":\"c0\",\"gate\":\"pin\",\"verdict\":\"fail\",\"lower\":0.0968,"
+        "\"upper\":0.0977,\"limit\":0.05,\"unit\":\"mm\"}\n"
+        "{\"time\":\"2026-11-25T12:00:00Z\",\"commit\":\"c0\",\"gate\":\"nut\",\"verdict\":\"error\",\"lower\":null,"
+        "\"upper\":null,\"limit\":null,\"unit\":\"mm\"}\n");
+  CHECK(first.outcomes[0].history.size() == 1);
+
+  const Report last = runs_after(file, 40);
+  for (const GateOutcome& outcome : last.outcomes) {
+    REQUIRE(outcome.history.size() == 30);
+    CHECK(outcome.history.front().commit == "c10");
+    CHECK(outcome.history.back().commit == "c39");
+    CHECK(outcome.history.back().verdict == outcome.verdict());
+  }
+  CHECK(last.outcomes[1].history[3].upper == 0.0977);
+  CHECK(!last.outcomes[2].history[3].upper);
+}
+
+TEST_CASE("history: a line that is no result is named, and nothing is lost") {
+  const test::Folder folder;
+  const auto file = folder / "history.jsonl";
+  runs_after(file, 1);
+  const std::string good = folder.read("history.jsonl");
+  for (const char* bad : {"<<<<<<< HEAD", "{}", "[1]", "{\"gate\":\"a\",\"verdict\":\"maybe\"}"}) {
+    std::ofstream(file) << good << bad << "\n";
+    const auto history = History::open(file);
+    REQUIRE(!history);
+    CHECK(history.error().where == "--history");
+    CHECK(history.error().message.find("line 4 is no result of a gate") != std::string::npos);
+    CHECK(folder.read("history.jsonl") == good + bad + "\n");
+  }
+}
+
+TEST_CASE("history: drawn as letters and as bars, from two runs on") {
+  CHECK(sparkline({}).empty());
+  CHECK(sparkline({PastRun{}}).empty());
+  const auto run = [](Verdict verdict, double upper) { return PastRun{"", verdict, 0.0, upper, 1.0, "mm"}; };
+  CHECK(sparkline({run(Verdict::pass, 0), run(Verdict::pass, 0.99), run(Verdict::pass, 1), run(Verdict::fail, 90),
+                   PastRun{"", Verdict::fail, 2.0, {}, 1.0, ""}, PastRun{"", Verdict::error, {}, {}, {}, ""}}) ==
+        "▁▅▅██·");
+  CHECK(history_drawing({run(Verdict::pass, 1)}, "mm").empty());
+  const std::string drawn = history_drawing({run(Verdict::pass, 0.5), run(Verdict::fail, 2)}, "mm");
+  CHECK(drawn.find("Last 2 runs") != std::string::npos);
+  CHECK(drawn.find("the limit is 1 mm") != std::string::npos);
+  CHECK(drawn.find("class=\"bar pass\"") != std::string::npos);
+  CHECK(drawn.find("class=\"bar fail\"") != std::string::npos);
+}
