@@ -35,7 +35,7 @@ class Control {
   Control& operator=(const Control&) = delete;
 
   void cancel() noexcept { cancelled_.store(true, std::memory_order_relaxed); }
-  void set_deadline(Clock::time_point deadline) { deadline_ = deadline; }
+  void set_deadline(std::optional<Clock::time_point> deadline) { deadline_ = deadline; }
   std::optional<Clock::time_point> deadline() const { return deadline_; }
 
   // Sets a callback for progress. The engine calls it at most once every `interval`, on the thread that runs the job.

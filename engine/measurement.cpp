@@ -4,6 +4,7 @@
 #include <chrono>
 #include <limits>
 #include <utility>
+#include <vector>
 
 #include "engine/bisection.h"
 #include "engine/bounds/paper_bound.h"
@@ -79,36 +80,40 @@ void Measurement::open(std::optional<Directed>& directed, MeasuredMesh& from, Me
 }
 
 Outcome Measurement::run() {
-  auto stop = build_both();
-  for (MeasuredDirection& direction : pair_.directions) {
-    if (!stop && !direction.settled) stop = measure(direction);
-  }
-  conclude(stop);
+  conclude(search_all());
   if (options_.narrow && outcome_.stop == Stop::gate_decided) narrow();
   if (options_.statistics) sample();
   return std::move(outcome_);
 }
 
-// What the first search dropped because it is below the gate is unknown, so each direction is searched anew, from the
-// lower bound on. All of its intervals hold, so their intersection does, and the verdict stays.
-void Measurement::narrow() {
-  const auto now = Control::Clock::now();
-  narrow_until_ = now + std::clamp<Control::Clock::duration>(now - begun_, kLeastToNarrow, kMostToNarrow);
-  goal_.gate.reset();
-  goal_.relative = std::max(goal_.relative, kNarrowRelative);
+std::optional<Stop> Measurement::search_all() {
+  auto stop = build_both();
   for (MeasuredDirection& direction : pair_.directions) {
-    if (!direction.settled && !interrupted()) measure(direction);
+    if (!stop && !direction.settled) stop = measure(direction);
   }
-  conclude(Stop::gate_decided);
+  return stop;
 }
 
-bool Measurement::interrupted() { return control_.check() != Interruption::none || narrowed_for_long(); }
-
-bool Measurement::narrowed_for_long() const { return narrow_until_ && Control::Clock::now() >= *narrow_until_; }
+// What was dropped because it is below the gate is unknown, so the meshes are built and searched anew without a gate,
+// from the lower bound on. All intervals hold, so their intersection does, and the verdict stays.
+void Measurement::narrow() {
+  const auto now = Control::Clock::now();
+  const auto deadline = control_.deadline();
+  const auto end = now + std::clamp<Control::Clock::duration>(now - begun_, kLeastToNarrow, kMostToNarrow);
+  control_.set_deadline(deadline ? std::min(*deadline, end) : end);
+  goal_.gate.reset();
+  goal_.relative = std::max(goal_.relative, kNarrowRelative);
+  std::vector<MeasuredDirection> anew;
+  for (const MeasuredDirection& given : pair_.directions) anew.push_back({given.result, given.from, given.to});
+  pair_.directions.swap(anew);
+  search_all();
+  conclude(Stop::gate_decided);
+  control_.set_deadline(deadline);
+}
 
 std::optional<Stop> Measurement::pulse(const Search& search) {
   if (const auto why = control_.check(); why != Interruption::none) return to_stop(why);
-  if (fails_gate(search) || narrowed_for_long()) return Stop::gate_decided;
+  if (fails_gate(search)) return Stop::gate_decided;
   look(search);
   return std::nullopt;
 }

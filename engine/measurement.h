@@ -28,12 +28,13 @@ class Measurement final : public Monitor {
   Outcome run();
 
   std::optional<Stop> pulse(const Search& search) override;
-  bool interrupted() override;
+  bool interrupted() override { return control_.check() != Interruption::none; }
 
  private:
   bool is_auto() const { return options_.strategy == Strategy::automatic; }
   void set_goal();
   void open(std::optional<Directed>& directed, MeasuredMesh& from, MeasuredMesh& to);
+  std::optional<Stop> search_all();
   std::optional<Stop> build_both();
   std::optional<Stop> measure(MeasuredDirection& direction);
   Slack slack() const;
@@ -47,7 +48,6 @@ class Measurement final : public Monitor {
   void report(const Search& search);
   void conclude(std::optional<Stop> stop);
   void narrow();
-  bool narrowed_for_long() const;
   void sample();
 
   template <class Work>
@@ -67,7 +67,6 @@ class Measurement final : public Monitor {
   double floor_ = 0;        // Outcome::precision_floor in frame units
   Certifier certifier_;
   const Control::Clock::time_point begun_ = Control::Clock::now();
-  std::optional<Control::Clock::time_point> narrow_until_;        // set once the gate is decided, see narrow()
   std::optional<Control::Clock::time_point> interrupted_at_;      // first seen while certifying
   Control::Clock::time_point looked_at_ = Control::Clock::now();  // end of the last look(), or the start
   Control::Clock::duration look_took_{0};
