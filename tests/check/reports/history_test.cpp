@@ -5,9 +5,9 @@
 
 #include <doctest/doctest.h>
 
-#include "check/folder.h"
 #include "check/html/diagrams.h"
 #include "check/reports/sample_reports.h"
+#include "folder.h"
 
 using namespace meshgauge;
 using namespace meshgauge::check;
@@ -28,7 +28,7 @@ Report runs_after(const std::filesystem::path& file, int count) {
 }  // namespace
 
 TEST_CASE("history: a line a gate and run, of which each outcome gets the last 30") {
-  const test::Folder folder;
+  const api::test::Folder folder;
   const auto file = folder / "history.jsonl";
   const Report first = runs_after(file, 1);
   CHECK(folder.read("history.jsonl") ==
@@ -52,7 +52,7 @@ TEST_CASE("history: a line a gate and run, of which each outcome gets the last 3
 }
 
 TEST_CASE("history: a line that is no result is named, and nothing is lost") {
-  const test::Folder folder;
+  const api::test::Folder folder;
   const auto file = folder / "history.jsonl";
   runs_after(file, 1);
   const std::string good = folder.read("history.jsonl");
