@@ -38,10 +38,11 @@ Service::Service(const Settings& settings, const Fetch& fetch, Stores stores)
       jobs_(settings, fetch, stores, access_, metrics_),
       comparisons_(settings, jobs_, stores, access_, uploads_),
       meshes_(settings, stores, access_, uploads_),
-      guard_(
-          settings, [this](Exchange& exchange) { entrance_(exchange, router_); },
-          [this](const Exchange& exchange) { record_request(exchange, settings_, metrics_); },
-          tls_ ? &*tls_ : nullptr) {
+      guard_(settings,
+             {[this](Exchange& exchange) { return entrance_(exchange, router_); },
+              [](Exchange& exchange) { (*exchange.action)(exchange); },
+              [this](const Exchange& exchange) { record_request(exchange, settings_, metrics_); }},
+             tls_ ? &*tls_ : nullptr) {
   if (stores.maps) deviations_.emplace(settings, jobs_, stores, access_, metrics_, fetch);
   readiness_.add_store_checks(stores_);
   readiness_.add_check("disk", [this] {
@@ -50,6 +51,11 @@ Service::Service(const Settings& settings, const Fetch& fetch, Stores stores)
   });
   if (stores.batches) {
     batches_.emplace(settings, stores, access_, uploads_, comparisons_.watchers(), [this] { return jobs_.stopping(); });
+  }
+  if (settings.status_port > 0) {
+    Settings second = settings;
+    second.port = settings.status_port;
+    status_.emplace(second, metrics_, entrance_, tls_ ? &*tls_ : nullptr, [this](Exchange& e) { check_ready(e); });
   }
   add_routes();
   watch_levels();
@@ -65,12 +71,10 @@ void Service::add_routes() {
   for (const char* damaged : {"/b", "/b/", "/b/{}/", "/c", "/c/", "/c/{}/"})
     router_.add("GET", damaged, show_damaged_link);
   router_.add("GET", "/page/{}", send_page_file);
-  router_.add("GET", "/healthz", answer_health);
   router_.add("GET", "/openapi.yaml", [](Exchange& e) { send(e, std::string(openapi_yaml()), "application/yaml"); });
   router_.add("GET", "/docs", show_reference);
   router_.add("GET", "/docs/{}", send_reference_file);
-  router_.add("GET", "/metrics", [this](Exchange& e) { send(e, metrics_.text(), Metrics::kContentType); });
-  router_.add("GET", "/readyz", [this](Exchange& e) { check_ready(e); });
+  add_status_routes(router_, metrics_, [this](Exchange& e) { check_ready(e); });
   add_comparison_routes();
   add_batch_routes();
   router_.add("POST", "/v1/meshes", [this](Exchange& e) { meshes_.post(e); });
@@ -80,7 +84,9 @@ void Service::add_routes() {
 }
 
 void Service::add_comparison_routes() {
-  router_.add("POST", "/v1/comparisons", [this](Exchange& e) { comparisons_.create(e); });
+  router_.add("POST", "/v1/comparisons", [this](Exchange& e) { comparisons_.create(e); }).refuse = [this](Exchange& e) {
+    comparisons_.refuse(e);
+  };
   router_.add("GET", "/v1/comparisons/{}", [this](Exchange& e) { comparisons_.get(e); });
   router_.add("DELETE", "/v1/comparisons/{}", [this](Exchange& e) { comparisons_.remove(e); });
   router_.add("GET", "/v1/comparisons/{}/events", [this](Exchange& e) { comparisons_.events(e); });
@@ -152,13 +158,15 @@ Result<int> Service::start() {
   if (auto ok = load_secrets(); !ok) return ok.error();
   const auto port = bind(guard_, settings_);
   if (!port) return port.error();
+  if (status_) {
+    if (const auto second = status_->start(); !second) return second.error();
+  }
   if (auto ok = jobs_.recover(); !ok) return ok.error();
   ended_.store(false);
   listener_ = std::thread([this] {
     guard_.run();
     ended_.store(true);
   });
-  while (!guard_.running() && !ended_.load()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
   return *port;
 }
 

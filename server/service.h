@@ -25,6 +25,7 @@
 #include "server/jobs/jobs.h"
 #include "server/observe/metrics.h"
 #include "server/settings.h"
+#include "server/worker/status_port.h"
 
 namespace meshgauge::server {
 
@@ -79,6 +80,7 @@ class Service {
   Router router_;
   HttpGuard guard_;
   Readiness readiness_;
+  std::optional<StatusPort> status_;
   std::thread listener_;
   std::atomic<bool> ended_{true};
 };

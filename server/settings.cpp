@@ -16,9 +16,6 @@ namespace meshgauge::server {
 namespace {
 
 constexpr std::uint64_t kMostThreads = 4096;
-constexpr std::uint64_t kLeastSpareThreads = 2;  // so that health checks and refusals are always answered
-constexpr std::uint64_t kSpareThreads = 16;
-constexpr std::uint64_t kUsualThreads = 64;
 
 constexpr std::uint64_t kMostElements = std::uint64_t{1} << 32;  // an index has 32 bits
 constexpr std::uint64_t kMostParserMemory = std::uint64_t{1} << 46;
@@ -27,9 +24,6 @@ constexpr std::uint64_t kBesideArrays = std::uint64_t{256} << 20;      // the pr
 
 // Returns the end of a message: ", not 70000".
 std::string not_value(std::uint64_t value) { return ", not " + std::to_string(value); }
-
-// I/O threads that may be occupied by connections waiting for something else than their client.
-std::uint64_t held_threads(const Settings& s) { return s.workers + s.queue + s.max_event_streams; }
 
 // Refuses a setting above `most`, with its value.
 Result<Done> check_most(const char* flag, std::uint64_t value, std::uint64_t most) {
@@ -43,10 +37,8 @@ Result<Done> check_threads(const Settings& s) {
         std::pair("--max-event-streams", s.max_event_streams), std::pair("--io-threads", s.io_threads)}) {
     if (auto ok = check_most(flag, value, kMostThreads); !ok) return ok;
   }
-  if (s.io_threads >= held_threads(s) + kLeastSpareThreads) return Done{};
-  return refused("--io-threads must be at least --workers + --queue + --max-event-streams + " +
-                 std::to_string(kLeastSpareThreads) + " (" + std::to_string(held_threads(s) + kLeastSpareThreads) +
-                 "), since every waiting request occupies one" + not_value(s.io_threads));
+  if (s.io_threads == 0) return refused("--io-threads must be at least 1, not 0");
+  return Done{};
 }
 
 Result<Done> check_times(const Settings& s) {
@@ -137,21 +129,19 @@ api::RequestLimits request_limits(const Settings& s) {
   return {milliseconds(s.default_timeout_ms), milliseconds(s.max_timeout_ms)};
 }
 
-std::uint64_t max_files_sent(const Settings& s) {
-  return std::max<std::uint64_t>(1, (s.io_threads - held_threads(s)) / 2);
-}
+std::uint64_t max_files_sent(const Settings& s) { return std::max<std::uint64_t>(1, s.io_threads / 2); }
 
 api::ReadLimits read_limits(const Settings& s) { return {s.max_vertices, s.max_triangles, s.max_expanded_bytes}; }
 
 Result<Settings> checked(Settings s) {
-  if (auto ok = check_most("--port", s.port, std::numeric_limits<std::uint16_t>::max()); !ok) return ok.error();
+  for (const auto& [flag, port] : {std::pair("--port", s.port), std::pair("--status-port", s.status_port)}) {
+    if (auto ok = check_most(flag, port, std::numeric_limits<std::uint16_t>::max()); !ok) return ok.error();
+  }
   if (s.tls_certificate.empty() != s.tls_key.empty())
     return refused("--tls-certificate and --tls-key must be given together");
   if (const auto cors = Cors::parse(s.cors_origins); !cors) return cors.error();
   if (s.workers == 0) s.workers = api::processors();
-  if (s.io_threads == 0) s.io_threads = std::max(kUsualThreads, held_threads(s) + kSpareThreads);
   if (auto ok = check_threads(s); !ok) return ok.error();
-  if (s.max_arriving_per_peer == 0) s.max_arriving_per_peer = s.io_threads / 2;  // io_threads are at least 3
   if (auto ok = check_times(s); !ok) return ok.error();
   if (s.parsers == 0) s.parsers = s.workers;
   if (s.parser_memory_bytes == 0) s.parser_memory_bytes = memory_of_a_parser(s);

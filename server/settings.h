@@ -16,6 +16,7 @@ std::string default_temp_dir();  // TMPDIR or /tmp; check_temp_dir() checks it w
 struct Settings {
   std::string host = "127.0.0.1";
   std::uint64_t port = 8080;
+  std::uint64_t status_port = 0;  // 0: none
   std::string tls_certificate;
   std::string tls_key;
   std::string keys_file;
@@ -25,9 +26,9 @@ struct Settings {
   std::uint64_t queue = 16;
   std::uint64_t max_queued_jobs = 1000;
   std::uint64_t max_event_streams = 16;
-  std::uint64_t io_threads = 0;  // 0: derived from the settings above
+  std::uint64_t io_threads = 64;
   std::uint64_t max_pending_connections = 256;
-  std::uint64_t max_arriving_per_peer = 0;  // 0: half of io_threads
+  std::uint64_t max_arriving_per_peer = 256;
   std::uint64_t default_timeout_ms = 30'000;
   std::uint64_t max_timeout_ms = 180'000;
   std::uint64_t head_timeout_ms = 10'000;
@@ -76,6 +77,7 @@ template <class SomeSettings, class Visit>
 void for_each_setting(SomeSettings& s, Visit visit) {
   visit({"host", "Address to listen on"}, s.host);
   visit({"port", "Port to listen on; 0 takes a free one"}, s.port);
+  visit({"status_port", "A second port, for /healthz, /readyz and /metrics alone; 0: none"}, s.status_port);
   visit({"tls_certificate", "PEM file of the certificate and its chain; with it the port serves TLS only"},
         s.tls_certificate);
   visit({"tls_key", "PEM file of the certificate's key, without a passphrase"}, s.tls_key);
@@ -92,11 +94,11 @@ void for_each_setting(SomeSettings& s, Visit visit) {
          "Maximum number of clients following events or waiting with Prefer: wait, half of them of one key; beyond it: "
          "503"},
         s.max_event_streams);
-  visit({"io_threads", "Threads that serve connections; 0: derived from the settings above"}, s.io_threads);
-  visit({"max_pending_connections", "Maximum number of connections waiting for an I/O thread; beyond it: 503"},
+  visit({"io_threads", "Threads that handle requests; a request that is waited for, or that waits, takes none"},
+        s.io_threads);
+  visit({"max_pending_connections", "Maximum number of requests waiting for an I/O thread; beyond it: 503"},
         s.max_pending_connections);
-  visit({"max_arriving_per_peer",
-         "Maximum number of requests still arriving from one client address; beyond it: 429; 0: half of io_threads"},
+  visit({"max_arriving_per_peer", "Maximum number of requests still arriving from one client address; beyond it: 429"},
         s.max_arriving_per_peer);
   visit({"default_timeout_ms", "Time limit of a comparison without timeout_ms"}, s.default_timeout_ms);
   visit({"max_timeout_ms", "Maximum timeout_ms of a comparison, up to 180000"}, s.max_timeout_ms);
@@ -156,13 +158,13 @@ api::ReadLimits read_limits(const Settings& settings);        // limits of one m
 // True: jobs, results and meshes are in a database that several processes share. False: they are in data_dir.
 inline bool is_distributed(const Settings& settings) { return !settings.database.empty(); }
 
-// Maximum number of files sent to clients at the same time: half of the I/O threads that are not reserved.
+// Maximum number of files sent to clients at the same time: half of the I/O threads.
 // Precondition: settings come from checked().
 std::uint64_t max_files_sent(const Settings& settings);
 
-// Returns the settings with values for `workers`, `io_threads`, `max_arriving_per_peer`, `parsers`,
-// `parser_memory_bytes` and `simd` in place of 0 and auto. An Error names the flag of a value that is out of range,
-// contradicts another one, or asks for an instruction set that this processor lacks.
+// Returns the settings with values for `workers`, `parsers`, `parser_memory_bytes` and `simd` in place of 0 and auto.
+// An Error names the flag of a value that is out of range, contradicts another one, or asks for an instruction set that
+// this processor lacks.
 Result<Settings> checked(Settings settings);
 
 }  // namespace meshgauge::server

@@ -6,6 +6,7 @@
 
 #include "server/access/access.h"
 #include "server/access/cors.h"
+#include "server/http/edge.h"
 #include "server/http/exchange.h"
 #include "server/observe/metrics.h"
 
@@ -15,13 +16,14 @@ class Entrance {
  public:
   Entrance(Access& access, Metrics& metrics, Cors cors) : access_(access), metrics_(metrics), cors_(std::move(cors)) {}
 
-  // Answers a preflight or a denied request; else sets exchange.owner and calls `go_on`. Adds CORS headers to the
-  // response of either.
-  template <class GoOn>
-  void operator()(Exchange& exchange, const GoOn& go_on) const {
-    if (cors_.answer_preflight(exchange)) return;
-    if (admit(exchange)) go_on(exchange);
+  // Answers a preflight or a denied request; else sets exchange.owner and returns what `route` says. Adds CORS headers
+  // to the response of either. Does not block.
+  template <class Route>
+  Edge::Entry operator()(Exchange& exchange, const Route& route) const {
+    if (cors_.answer_preflight(exchange)) return Edge::Entry::answered;
+    const auto entry = admit(exchange) ? route(exchange) : Edge::Entry::answered;
     cors_.add_headers(exchange);
+    return entry;
   }
 
  private:

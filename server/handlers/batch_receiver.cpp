@@ -49,25 +49,32 @@ std::size_t BatchReceiver::max_manifest_bytes() const {
   return api::kMaxOptionsBytes + static_cast<std::size_t>(settings_.max_batch_pairs) * kBytesOfPair;
 }
 
-BatchReceiver::Refusal BatchReceiver::receive(Exchange& exchange) {
-  std::string_view type = exchange.head.header("content-type");
-  return take_kind(type) == "application/json" ? receive_manifest(exchange) : receive_form(exchange);
+void BatchReceiver::receive(const std::shared_ptr<BatchReceiver>& self, Exchange& exchange, Body::End end) {
+  if (const auto refusal = self->expect(exchange)) return end(refusal);
+  exchange.body.read(
+      [self](std::string_view piece) { return self->parser_ ? self->parser_->feed(piece) : self->data(piece); },
+      [self, end = std::move(end)](const Refusal& lost) { end(lost ? lost : self->complete()); });
 }
 
-BatchReceiver::Refusal BatchReceiver::receive_form(Exchange& exchange) {
+BatchReceiver::Refusal BatchReceiver::expect(Exchange& exchange) {
+  std::string_view type = exchange.head.header("content-type");
+  if (take_kind(type) == "application/json") {
+    current_.name = "body";
+    upload_ = std::make_unique<Upload>(budget_, settings_.temp_dir);
+    return std::nullopt;
+  }
   std::string boundary;
   constexpr const char* kWanted = "application/json, or multipart/form-data whose first part is the manifest";
   if (auto refusal = find_boundary(exchange.head.header("content-type"), kWanted, boundary)) return refusal;
-  MultipartParser parser(boundary, *this);
-  if (auto refusal = exchange.body.read([&](std::string_view piece) { return parser.feed(piece); })) return refusal;
-  if (auto refusal = parser.finish()) return refusal;
-  return check_complete();
+  parser_.emplace(boundary, *this);
+  return std::nullopt;
 }
 
-BatchReceiver::Refusal BatchReceiver::receive_manifest(Exchange& exchange) {
-  current_.name = "body";
-  upload_ = std::make_unique<Upload>(budget_, settings_.temp_dir);
-  if (auto refusal = exchange.body.read([&](std::string_view piece) { return data(piece); })) return refusal;
+BatchReceiver::Refusal BatchReceiver::complete() {
+  if (parser_) {
+    if (auto refusal = parser_->finish()) return refusal;
+    return check_complete();
+  }
   if (auto refusal = upload_->finish()) return refusal;
   return parse(current_.name, false);
 }

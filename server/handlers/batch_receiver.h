@@ -41,8 +41,9 @@ class BatchReceiver final : public MultipartSink {
   BatchReceiver(const BatchReceiver&) = delete;
   BatchReceiver& operator=(const BatchReceiver&) = delete;
 
-  // Reads the whole body, JSON or a form. Returns nullopt, or the problem. Call once.
-  Refusal receive(Exchange& exchange);
+  // Begins to read the body, JSON or a form. `end` is called with nullopt when all of it has arrived, else with the
+  // problem. `self`: keeps this object until then. Call once.
+  static void receive(const std::shared_ptr<BatchReceiver>& self, Exchange& exchange, Body::End end);
   // Renews the age of files stored more than `older_than` ago, so that a sweep does not remove them before the batch is
   // stored. Returns a problem if one is gone.
   Refusal renew(std::chrono::seconds older_than);
@@ -56,8 +57,8 @@ class BatchReceiver final : public MultipartSink {
     Clock::time_point put;
   };
 
-  Refusal receive_form(Exchange& exchange);
-  Refusal receive_manifest(Exchange& exchange);
+  Refusal expect(Exchange& exchange);
+  Refusal complete();
   Refusal begin(const FieldHead& field) override;
   Refusal data(std::string_view piece) override;
   Refusal end() override;
@@ -77,7 +78,8 @@ class BatchReceiver final : public MultipartSink {
   bool parsed_ = false;
   std::set<std::string> awaited_;  // fields that the manifest names
   std::map<std::string, BatchFile> files_;
-  std::map<std::string, Kept> kept_;  // by id
+  std::map<std::string, Kept> kept_;       // by id
+  std::optional<MultipartParser> parser_;  // null: the body is the manifest
   FieldHead current_;
   std::unique_ptr<Upload> upload_;  // of the field that is arriving
 };

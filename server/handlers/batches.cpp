@@ -23,11 +23,11 @@ using api::Problem;
 using api::ProblemKind;
 using std::chrono::milliseconds;
 using store::BatchStore;
+using Due = std::optional<Clock::time_point>;
 
 constexpr std::size_t kFailuresShown = 100;
 constexpr std::size_t kRowsOfPage = 100;
 constexpr milliseconds kEventGap{500};               // between two events of a stream
-constexpr milliseconds kTick{100};                   // between two checks for a disconnected client
 constexpr std::chrono::hours kMaxQueueTime{7 * 24};  // of a batch's jobs, at least: a batch may take days
 constexpr std::chrono::seconds kRenewAfter{60};      // far less than the age at which a sweep removes unused blobs
 
@@ -65,9 +65,11 @@ void Batches::create(Exchange& exchange, bool draining) {
   if (refusal) repeats = is_known(exchange.owner, key);
   if (!repeats) return answer(exchange, api::to_problem(repeats.error()));
   if (refusal && !*repeats) return answer(exchange, *refusal);
-  BatchReceiver receiver(exchange.owner, !*repeats, settings_, stores_, access_, uploads_);
-  if (auto wrong = receiver.receive(exchange)) return answer(exchange, *wrong);
-  insert(exchange, key, receiver, *repeats);
+  const auto receiver =
+      std::make_shared<BatchReceiver>(exchange.owner, !*repeats, settings_, stores_, access_, uploads_);
+  BatchReceiver::receive(receiver, exchange, [this, &exchange, key, known = *repeats, receiver](const auto& wrong) {
+    wrong ? answer(exchange, *wrong) : insert(exchange, key, *receiver, known);
+  });
 }
 
 Result<bool> Batches::is_known(const std::string& owner, const std::string& idempotency_key) {
@@ -205,23 +207,24 @@ void Batches::events(Exchange& exchange) {
   exchange.response.length_known = false;
   if (exchange.head.method == "HEAD") return;
   exchange.response.stream = [this, key = key_of(exchange), place, last_sent = std::string(),
-                              next = Clock::time_point()](std::string& piece) mutable {
-    if (stopping_()) return false;
-    std::this_thread::sleep_until(std::min(next, Clock::now() + kTick));
-    if (Clock::now() < next) return true;
-    next = Clock::now() + kEventGap;
+                              next = Clock::time_point()](std::string& piece) mutable -> Due {
+    if (stopping_()) return std::nullopt;
+    const auto now = Clock::now();
+    if (now < next) return next;
+    next = now + kEventGap;
     const auto batch = batches_.get_batch(key);
-    if (!batch) return true;  // the store may be back at the next look
+    if (!batch) return next;  // the store may be back at the next look
     if (!*batch || (*batch)->finished) {
       const auto last = *batch ? document(**batch) : Result<std::string>("null");
-      if (last) piece = event("end", *last);
-      return !last.ok();
+      if (!last) return next;
+      piece = event("end", *last);
+      return std::nullopt;
     }
     std::string progress = progress_json(**batch);
-    if (progress == last_sent) return true;
+    if (progress == last_sent) return next;
     last_sent = std::move(progress);
     piece = event("progress", last_sent);
-    return true;
+    return next;
   };
 }
 
@@ -240,7 +243,7 @@ void Batches::stream_rows(Exchange& exchange, std::string head, std::function<st
   exchange.response.length_known = false;
   if (exchange.head.method == "HEAD") return;
   exchange.response.stream = [this, key = key_of(exchange), place, head = std::move(head), line = std::move(line),
-                              tail = std::move(tail), from = std::uint64_t{0}](std::string& piece) mutable {
+                              tail = std::move(tail), from = std::uint64_t{0}](std::string& piece) mutable -> Due {
     const auto rows = batches_.batch_rows(key, BatchStore::Rows::ended, from, kRowsOfPage);
     if (!rows) throw std::runtime_error(rows.error().message);
     const bool more = rows->size() == kRowsOfPage;
@@ -249,7 +252,7 @@ void Batches::stream_rows(Exchange& exchange, std::string head, std::function<st
     for (const store::BatchRow& row : *rows) piece += line(row);
     if (!rows->empty()) from = rows->back().position + 1;
     if (!more) piece += tail;
-    return more;
+    return more ? Due(Clock::now()) : std::nullopt;
   };
 }
 

@@ -24,10 +24,26 @@ using api::Problem;
 using api::ProblemKind;
 using std::chrono::milliseconds;
 
-constexpr milliseconds kWaitTick{20};      // between two checks for a disconnected client
+constexpr milliseconds kWaitTick{100};     // between two looks at a job whose end may not be signalled
 constexpr milliseconds kProgressGap{100};  // between two events of a stream
+constexpr milliseconds kQuiet{10'000};     // to the next look at a job that does not change
+
+// Without a preference the client waits for the result.
+Jobs::Kind kind_of(const Preferences& preferences) {
+  return preferences.wait ? Jobs::Kind::durable : Jobs::Kind::awaited;
+}
 
 store::JobKey job_key_of(const Exchange& exchange) { return {exchange.owner, exchange.segment}; }
+
+std::optional<Problem> add_ids(std::string& text, std::string_view piece) {
+  if (text.size() + piece.size() > api::kMaxOptionsBytes) {
+    return Problem{ProblemKind::too_large,
+                   "the body is larger than the limit of " + std::to_string(api::kMaxOptionsBytes) + " bytes",
+                   {}};
+  }
+  text.append(piece);
+  return std::nullopt;
+}
 
 // Answers for a comparison that ended without a result. The worker stores its problem as JSON text; a job that was
 // cancelled in the queue, or that the store gave up, has none.
@@ -45,10 +61,25 @@ void answer_stored(Exchange& exchange, const store::Job& row) {
 
 // A POST, as far as it is parsed.
 struct Comparisons::Post {
-  Preferences preferences;
-  Clock::time_point since = Clock::now();
+  Post(const Settings& settings, ByteBudget& uploads) : receiver(form, settings, uploads) {}
+
+  Terms terms;
   bool repeats = false;  // a comparison with its Idempotency-Key is stored
   Submission submission;
+  std::optional<Scheduler::Slot> slot = std::nullopt;  // null: it repeats
+  Form form;
+  FormReceiver receiver;
+  std::optional<MultipartParser> parser = std::nullopt;  // null: the body is JSON
+  std::string text = {};                                 // of that body
+};
+
+// A client that waits for a job.
+struct Comparisons::Waiting {
+  std::shared_ptr<LiveJob> job;
+  Terms terms;
+  std::optional<Clock::time_point> until;
+  std::shared_ptr<const void> place;
+  std::shared_ptr<const void> listening;
 };
 
 Comparisons::Comparisons(const Settings& settings, Jobs& jobs, Stores stores, Access& access, ByteBudget& uploads)
@@ -59,34 +90,39 @@ Comparisons::Comparisons(const Settings& settings, Jobs& jobs, Stores stores, Ac
       uploads_(uploads),
       watchers_(ConnectionLimit::shared(settings.max_event_streams)) {}
 
+void Comparisons::refuse(Exchange& exchange) const {
+  if (draining_.load()) return answer(exchange, shutting_down());
+  // One that repeats an Idempotency-Key needs no place.
+  if (!exchange.head.header("idempotency-key").empty()) return;
+  if (jobs_.has_place(kind_of(preferences(exchange.head)))) return;
+  answer(exchange, queue_full(), jobs_.expected_wait());
+}
+
 void Comparisons::create(Exchange& exchange) {
   if (draining_.load()) return answer(exchange, shutting_down());
-  Post post;
-  post.preferences = preferences(exchange.head);
-  Submission& submission = post.submission;
+  const auto post = std::make_shared<Post>(settings_, uploads_);
+  post->terms.preferences = preferences(exchange.head);
+  Submission& submission = post->submission;
   submission.key = {exchange.owner, exchange.id};
   if (auto refusal = refuse_query(exchange)) return answer(exchange, *refusal);
   if (auto refusal = read_idempotency_key(exchange.head, submission.idempotency_key)) return answer(exchange, *refusal);
-  submission.durable = post.preferences.wait || !submission.idempotency_key.empty();
+  submission.durable = post->terms.durable = post->terms.preferences.wait || !submission.idempotency_key.empty();
   if (const auto there = jobs_.available(); !there) return answer(exchange, api::to_problem(there.error()));
   const auto repeats = jobs_.repeats(submission);
   if (!repeats) return answer(exchange, api::to_problem(repeats.error()));
-  if (*repeats) return repeat(exchange, post);
-  admit(exchange, post);
+  *repeats ? repeat(exchange, post) : admit(exchange, post);
 }
 
 // The comparison that took the last place may be this request, sent before and stored meanwhile. false: it is not.
-bool Comparisons::repeat_if_known(Exchange& exchange, Post& post) {
-  const auto repeats = jobs_.repeats(post.submission);
+bool Comparisons::repeat_if_known(Exchange& exchange, const std::shared_ptr<Post>& post) {
+  const auto repeats = jobs_.repeats(post->submission);
   if (!repeats || !*repeats) return false;
   repeat(exchange, post);
   return true;
 }
 
-void Comparisons::admit(Exchange& exchange, Post& post) {
-  Submission& submission = post.submission;
-  // Without a preference the client waits for the result and occupies a connection.
-  auto slot = jobs_.admit(post.preferences.wait ? Jobs::Kind::durable : Jobs::Kind::awaited);
+void Comparisons::admit(Exchange& exchange, const std::shared_ptr<Post>& post) {
+  auto slot = jobs_.admit(kind_of(post->terms.preferences));
   if (!slot) {
     if (repeat_if_known(exchange, post)) return;
     return answer(exchange, queue_full(), jobs_.expected_wait());
@@ -97,72 +133,74 @@ void Comparisons::admit(Exchange& exchange, Post& post) {
     if (!repeat_if_known(exchange, post)) answer(exchange, *denial);
     return;
   }
-  submission.counted.emplace(std::get<JobSlot>(std::move(counted)));
-  submission.trace = traceparent(exchange.trace);
-  if (auto refusal = receive(exchange, post)) return answer(exchange, *refusal);
-  follow(exchange, jobs_.submit(std::move(*slot), std::move(submission)), post);
+  post->slot.emplace(std::move(*slot));
+  post->submission.counted.emplace(std::get<JobSlot>(std::move(counted)));
+  post->submission.trace = traceparent(exchange.trace);
+  receive(exchange, post);
 }
 
 // A comparison that was accepted before needs no place in the queue, no storage and no stored meshes, and is not
 // refused for lack of them.
-void Comparisons::repeat(Exchange& exchange, Post& post) {
-  post.repeats = true;
-  if (auto refusal = receive(exchange, post)) return answer(exchange, *refusal);
-  follow(exchange, jobs_.repeated(post.submission), post);
+void Comparisons::repeat(Exchange& exchange, const std::shared_ptr<Post>& post) {
+  post->repeats = true;
+  receive(exchange, post);
+}
+
+void Comparisons::submit(Exchange& exchange, Post& post) {
+  if (post.repeats) return follow(exchange, jobs_.repeated(post.submission), post);
+  follow(exchange, jobs_.submit(std::move(*post.slot), std::move(post.submission)), post);
 }
 
 void Comparisons::follow(Exchange& exchange, const Jobs::Submitted& submitted, const Post& post) {
   if (const auto* denial = std::get_if<Denial>(&submitted)) return answer(exchange, *denial);
   if (const auto* job = std::get_if<std::shared_ptr<LiveJob>>(&submitted)) return wait(exchange, *job, post);
-  respond(exchange, std::get<JobView>(submitted), post);
+  respond(exchange, std::get<JobView>(submitted), post.terms);
 }
 
-std::optional<Problem> Comparisons::receive(Exchange& exchange, Post& post) {
+void Comparisons::receive(Exchange& exchange, const std::shared_ptr<Post>& post) {
   std::string_view type = exchange.head.header("content-type");
-  const bool ids = take_kind(type) == "application/json";
-  if (auto refusal = ids ? receive_ids(exchange, post) : receive_form(exchange, post)) return refusal;
+  Body::Receive piece = [post](std::string_view bytes) { return add_ids(post->text, bytes); };
+  if (take_kind(type) != "application/json") {
+    std::string boundary;
+    constexpr const char* kWanted = "multipart/form-data, with the parts a, b and options";
+    const auto refusal = find_boundary(exchange.head.header("content-type"), kWanted, boundary);
+    if (refusal) return answer(exchange, *refusal);
+    post->parser.emplace(boundary, post->receiver);
+    piece = [post](std::string_view bytes) { return post->parser->feed(bytes); };
+  }
+  exchange.body.read(std::move(piece), [this, &exchange, post](const Refusal& lost) {
+    if (lost) return answer(exchange, *lost);
+    if (const auto refusal = parse(exchange, *post)) return answer(exchange, *refusal);
+    submit(exchange, *post);
+  });
+}
+
+Comparisons::Refusal Comparisons::parse(Exchange& exchange, Post& post) {
+  if (auto refusal = post.parser ? parse_form(post) : parse_ids(exchange.owner, post)) return refusal;
   auto request = api::parse_options(post.submission.options, request_limits(settings_));
   if (!request) return api::to_problem(request.error());
   post.submission.request = *request;
   return std::nullopt;
 }
 
-std::optional<Problem> Comparisons::receive_form(Exchange& exchange, Post& post) {
-  std::string boundary;
-  constexpr const char* kWanted = "multipart/form-data, with the parts a, b and options";
-  if (auto refusal = find_boundary(exchange.head.header("content-type"), kWanted, boundary)) return refusal;
-  Form form;
-  FormReceiver receiver(form, settings_, uploads_);
-  MultipartParser parser(boundary, receiver);
-  if (auto refusal = exchange.body.read([&](std::string_view piece) { return parser.feed(piece); })) return refusal;
-  if (auto refusal = parser.finish()) return refusal;
-  if (auto refusal = receiver.complete()) return refusal;
-  post.submission.options = std::move(form.options);
-  post.submission.a = source_of("a", std::move(form.a));
-  post.submission.b = source_of("b", std::move(form.b));
+Comparisons::Refusal Comparisons::parse_form(Post& post) const {
+  if (auto refusal = post.parser->finish()) return refusal;
+  if (auto refusal = post.receiver.complete()) return refusal;
+  post.submission.options = std::move(post.form.options);
+  post.submission.a = source_of("a", std::move(post.form.a));
+  post.submission.b = source_of("b", std::move(post.form.b));
   return std::nullopt;
 }
 
-std::optional<Problem> Comparisons::receive_ids(Exchange& exchange, Post& post) {
-  std::string text;
-  const auto refusal = exchange.body.read([&](std::string_view piece) -> std::optional<Problem> {
-    if (text.size() + piece.size() > api::kMaxOptionsBytes) {
-      return Problem{ProblemKind::too_large,
-                     "the body is larger than the limit of " + std::to_string(api::kMaxOptionsBytes) + " bytes",
-                     {}};
-    }
-    text.append(piece);
-    return std::nullopt;
-  });
-  if (refusal) return refusal;
-  auto pair = api::parse_stored_pair(text);
+Comparisons::Refusal Comparisons::parse_ids(const std::string& owner, Post& post) {
+  auto pair = api::parse_stored_pair(post.text);
   if (!pair) return api::to_problem(pair.error());
   post.submission.options = std::move(pair->options);
   post.submission.a.id = std::move(pair->a);
   post.submission.b.id = std::move(pair->b);
   if (post.repeats) return std::nullopt;
-  if (auto missing = open_mesh(exchange.owner, "a", post.submission.a)) return missing;
-  return open_mesh(exchange.owner, "b", post.submission.b);
+  if (auto missing = open_mesh(owner, "a", post.submission.a)) return missing;
+  return open_mesh(owner, "b", post.submission.b);
 }
 
 std::optional<Problem> Comparisons::open_mesh(const std::string& owner, const std::string& part, MeshSource& source) {
@@ -185,60 +223,79 @@ std::optional<Problem> Comparisons::open_mesh(const std::string& owner, const st
   return std::nullopt;
 }
 
-// A client that disconnects ends its comparison, unless that is durable.
-void Comparisons::wait(Exchange& exchange, const std::shared_ptr<LiveJob>& waited, const Post& post) {
-  LiveJob& job = *waited;
+void Comparisons::wait(Exchange& exchange, const std::shared_ptr<LiveJob>& job, const Post& post) {
+  const Terms& terms = post.terms;
+  const auto& most = terms.preferences.wait;
   // A client that does not want to wait needs no place, and gets a 202 even if the job has already ended.
-  if (post.preferences.wait == milliseconds(0)) return accept(exchange, job.view(), post);
-  std::optional<Clock::time_point> until;
-  std::shared_ptr<const void> place;
+  if (most == milliseconds(0)) return accept(exchange, job->view(), terms);
+  auto waiting = std::make_shared<Waiting>();
+  waiting->job = job;
+  waiting->terms = terms;
   const bool repeated =
-      job.key.id != exchange.id;  // an earlier request with this Idempotency-Key holds the queue place
-  if (post.preferences.wait || repeated) place = watchers_.take(exchange.owner);
-  if (post.preferences.wait) until = place ? post.since + *post.preferences.wait : Clock::now();
-  if (repeated && !until && !place) {
-    return answer(exchange, too_many_watchers(settings_));
-  }
-  const auto tick = [&] {
-    return until ? std::min(kWaitTick, std::chrono::ceil<milliseconds>(*until - Clock::now())) : kWaitTick;
-  };
-  while (!job.wait_for_end(tick())) {
-    if (until && Clock::now() >= *until) break;
-    jobs_.end_if_over(job);
-    if (const auto problem = jobs_.give_up(job)) {
-      if (!job.durable) jobs_.abandon(waited);
-      return answer(exchange, *problem);
-    }
-    if (!exchange.connection.peer_gone()) continue;
-    if (job.durable) return accept(exchange, job.view(), post);  // for the log; the client has gone
-    if (jobs_.abandon(waited)) return answer(exchange, cancelled_early());
-  }
-  respond(exchange, job.view(), post);
+      job->key.id != exchange.id;  // an earlier request with this Idempotency-Key holds the queue place
+  if (most || repeated) waiting->place = watchers_.take(exchange.owner);
+  if (most) waiting->until = waiting->place ? terms.since + *most : Clock::now();
+  if (repeated && !most && !waiting->place) return answer(exchange, too_many_watchers(settings_));
+  waiting->listening = job->on_change(exchange.wake);
+  exchange.response.quick = true;
+  exchange.response.later = [this, waiting](Exchange& later) { return look(later, *waiting); };
 }
 
-void Comparisons::add_headers(Exchange& exchange, const JobView& job, const Post& post) const {
+// A client that disconnects ends its comparison, unless that is durable.
+std::optional<Clock::time_point> Comparisons::look(Exchange& exchange, Waiting& waiting) {
+  LiveJob& job = *waiting.job;
+  if (exchange.client_gone && !job.durable && !job.is_over() && jobs_.abandon(waiting.job)) {
+    answer(exchange, cancelled_early());
+    return std::nullopt;
+  }
+  if (!job.is_over()) jobs_.end_if_over(job);
+  if (job.is_over() || (waiting.until && Clock::now() >= *waiting.until)) {
+    respond(exchange, job.view(), waiting.terms);
+    return std::nullopt;
+  }
+  if (const auto problem = jobs_.give_up(job)) {
+    if (!job.durable) jobs_.abandon(waiting.job);
+    answer(exchange, *problem);
+    return std::nullopt;
+  }
+  if (exchange.client_gone && job.durable) {
+    accept(exchange, job.view(), waiting.terms);  // for the log; the client has gone
+    return std::nullopt;
+  }
+  return next_look(waiting);
+}
+
+// The job's changes are signalled; its deadline in the queue, and a store that is away, are not.
+Clock::time_point Comparisons::next_look(const Waiting& waiting) const {
+  const auto now = Clock::now();
+  const auto deadline = waiting.job->submitted + waiting.job->request.timeout;
+  const auto next = jobs_.store_queue() || deadline <= now ? now + kWaitTick : deadline;
+  return waiting.until ? std::min(next, *waiting.until) : next;
+}
+
+void Comparisons::add_headers(Exchange& exchange, const JobView& job, const Terms& terms) {
   auto& headers = exchange.response.headers;
-  if (!post.preferences.applied.empty()) headers.emplace_back("Preference-Applied", post.preferences.applied);
-  if (post.submission.durable) headers.emplace_back("Location", "/v1/comparisons/" + job.row.key.id);
+  if (!terms.preferences.applied.empty()) headers.emplace_back("Preference-Applied", terms.preferences.applied);
+  if (terms.durable) headers.emplace_back("Location", "/v1/comparisons/" + job.row.key.id);
 }
 
-void Comparisons::accept(Exchange& exchange, const JobView& job, const Post& post) const {
-  add_headers(exchange, job, post);
+void Comparisons::accept(Exchange& exchange, const JobView& job, const Terms& terms) const {
+  add_headers(exchange, job, terms);
   exchange.response.status = 202;
   exchange.response.content_type = "application/json";
   exchange.response.body = to_json(job);
 }
 
-void Comparisons::respond(Exchange& exchange, const JobView& job, const Post& post) const {
+void Comparisons::respond(Exchange& exchange, const JobView& job, const Terms& terms) const {
   const bool ended = store::has_ended(job.row.state);
-  if (!ended && post.preferences.wait) return accept(exchange, job, post);
-  add_headers(exchange, job, post);
+  if (!ended && terms.preferences.wait) return accept(exchange, job, terms);
+  add_headers(exchange, job, terms);
   if (!ended) {
-    return answer(exchange, Problem{ProblemKind::shutting_down,
-                                    post.submission.durable
-                                        ? "the service is shutting down; the comparison is stored and runs later"
+    return answer(exchange,
+                  Problem{ProblemKind::shutting_down,
+                          terms.durable ? "the service is shutting down; the comparison is stored and runs later"
                                         : "the service is shutting down; send the request again",
-                                    {}});
+                          {}});
   }
   Response& response = exchange.response;
   exchange.stages = job.stages;
@@ -281,25 +338,35 @@ void Comparisons::events(Exchange& exchange) {
   exchange.response.content_type = "text/event-stream";
   exchange.response.length_known = false;
   if (exchange.head.method == "HEAD") return;
-  const auto job = jobs_.watch(**first);
-  exchange.response.stream = [this, key, place, job, seen = ~std::uint64_t{0},
-                              next = Clock::time_point()](std::string& piece) mutable {
-    if (job) {
-      std::this_thread::sleep_until(std::min(next, Clock::now() + kProgressGap));
-      job->wait_for_change(seen, kProgressGap);
-      const auto version = job->version();
-      const auto view = job->view();
-      const bool over = store::has_ended(view.row.state);
-      if (!over && view.handed_back) return false;  // the service stops; the job ends elsewhere
-      if (!over && version == seen) return true;
-      seen = version;
-      next = Clock::now() + kProgressGap;
-      piece = over ? event("end", to_json(view)) : event("progress", progress_json(view));
-      return !over;
-    }
-    const auto last = jobs_.get(key);
-    piece = last && *last ? event("end", to_json(**last)) : event("end", "null");
-    return false;
+  follow_events(exchange, jobs_.watch(**first), place);
+}
+
+// Null: the job has ended. Its last row is then the only event.
+void Comparisons::follow_events(Exchange& exchange, const std::shared_ptr<LiveJob>& job,
+                                const std::shared_ptr<const void>& place) {
+  Response& response = exchange.response;
+  if (!job) {
+    response.stream = [this, key = job_key_of(exchange), place](std::string& piece) {
+      const auto last = jobs_.get(key);
+      piece = last && *last ? event("end", to_json(**last)) : event("end", "null");
+      return std::optional<Clock::time_point>();
+    };
+    return;
+  }
+  response.quick = true;
+  response.stream = [job, place, listening = job->on_change(exchange.wake), seen = ~std::uint64_t{0},
+                     next = Clock::time_point()](std::string& piece) mutable -> std::optional<Clock::time_point> {
+    const auto now = Clock::now();
+    if (now < next) return next;
+    const auto version = job->version();
+    const auto view = job->view();
+    const bool over = store::has_ended(view.row.state);
+    if (!over && view.handed_back) return std::nullopt;  // the service stops; the job ends elsewhere
+    if (!over && version == seen) return now + kQuiet;
+    seen = version;
+    next = now + kProgressGap;
+    piece = over ? event("end", to_json(view)) : event("progress", progress_json(view));
+    return over ? std::nullopt : std::optional(next);
   };
 }
 

@@ -29,6 +29,8 @@ class Comparisons {
   void get(Exchange& exchange);
   void remove(Exchange& exchange);
   void events(Exchange& exchange);
+  // Answers a POST that finds no place, from its head alone. Never blocks.
+  void refuse(Exchange& exchange) const;
 
   void refuse_new() { draining_.store(true); }  // answers every POST with shutting-down from now on
   bool refusing() const { return draining_.load(); }
@@ -37,19 +39,34 @@ class Comparisons {
 
  private:
   struct Post;
+  struct Waiting;
+  // What the client asked for.
+  struct Terms {
+    Preferences preferences;
+    Clock::time_point since = Clock::now();
+    bool durable = false;
+  };
 
-  std::optional<api::Problem> receive(Exchange& exchange, Post& post);
-  std::optional<api::Problem> receive_form(Exchange& exchange, Post& post);
-  std::optional<api::Problem> receive_ids(Exchange& exchange, Post& post);
+  static void add_headers(Exchange& exchange, const JobView& job, const Terms& terms);
+
+  using Refusal = std::optional<api::Problem>;
+
+  void receive(Exchange& exchange, const std::shared_ptr<Post>& post);
+  Refusal parse(Exchange& exchange, Post& post);
+  Refusal parse_form(Post& post) const;
+  Refusal parse_ids(const std::string& owner, Post& post);
   std::optional<api::Problem> open_mesh(const std::string& owner, const std::string& part, MeshSource& source);
-  void admit(Exchange& exchange, Post& post);
-  void repeat(Exchange& exchange, Post& post);
-  bool repeat_if_known(Exchange& exchange, Post& post);
+  void admit(Exchange& exchange, const std::shared_ptr<Post>& post);
+  void repeat(Exchange& exchange, const std::shared_ptr<Post>& post);
+  bool repeat_if_known(Exchange& exchange, const std::shared_ptr<Post>& post);
+  void submit(Exchange& exchange, Post& post);
   void follow(Exchange& exchange, const Jobs::Submitted& submitted, const Post& post);
-  void wait(Exchange& exchange, const std::shared_ptr<LiveJob>& waited, const Post& post);
-  void add_headers(Exchange& exchange, const JobView& job, const Post& post) const;
-  void accept(Exchange& exchange, const JobView& job, const Post& post) const;
-  void respond(Exchange& exchange, const JobView& job, const Post& post) const;
+  void wait(Exchange& exchange, const std::shared_ptr<LiveJob>& job, const Post& post);
+  std::optional<Clock::time_point> look(Exchange& exchange, Waiting& waiting);
+  Clock::time_point next_look(const Waiting& waiting) const;
+  void follow_events(Exchange& exchange, const std::shared_ptr<LiveJob>& job, const std::shared_ptr<const void>& place);
+  void accept(Exchange& exchange, const JobView& job, const Terms& terms) const;
+  void respond(Exchange& exchange, const JobView& job, const Terms& terms) const;
 
   const Settings settings_;
   Jobs& jobs_;

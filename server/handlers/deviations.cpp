@@ -23,7 +23,6 @@ using api::Problem;
 using api::ProblemKind;
 using std::chrono::milliseconds;
 
-constexpr milliseconds kMapTick{20};    // between two checks for a disconnected client
 constexpr milliseconds kGrace{10'000};  // beyond a map's time limit, for its worker to report the time-out
 constexpr std::size_t kShownIdDigits = 8;
 
@@ -84,7 +83,7 @@ class Deviations::Watching {
   Watching(const Watching&) = delete;
   Watching& operator=(const Watching&) = delete;
 
-  const Making* operator->() const { return making_.get(); }
+  Making& get() const { return *making_; }
 
  private:
   Deviations& all_;
@@ -112,29 +111,33 @@ void Deviations::get(Exchange& exchange, MapKind kind) {
   auto found = find(exchange, kind);
   if (const auto* problem = std::get_if<Problem>(&found)) return answer(exchange, *problem);
   auto& request = std::get<MapRequest>(found);
-  const std::string etag = request.etag;
-  const bool of_a = request.order.query.of == api::Side::a;
-  const std::string name = "deviation-" + std::string(of_a ? "a-" : "b-") +
-                           request.row.key.id.substr(0, kShownIdDigits) + (kind == MapKind::ply ? ".ply" : ".glb");
-  if (matches(exchange.head.header("if-none-match"), etag)) {
+  if (matches(exchange.head.header("if-none-match"), request.etag)) {
     exchange.response.status = kNotModified;
-  } else if (const auto file = stores_.maps->find(request.order.key)) {
-    metrics_.map_found();
-    if (send(exchange, file)) exchange.response.headers.emplace_back("Server-Timing", "cached");
-  } else if (auto problem = open_meshes(request)) {
-    return answer(exchange, *problem);
-  } else if (exchange.head.method == "HEAD") {
-    exchange.response.length_known = false;
-  } else {
-    make(exchange, request);
+    return add_validators(exchange, request.etag);
   }
-  if (exchange.response.status >= 400) return;
-  auto& headers = exchange.response.headers;
-  headers.emplace_back("ETag", etag);
-  headers.emplace_back("Cache-Control", "private, no-cache");  // revalidated each time, so that the key is checked
-  if (exchange.response.status == kNotModified) return;
-  exchange.response.content_type = kind == MapKind::ply ? "model/ply" : "model/gltf-binary";
-  headers.emplace_back("Content-Disposition", "attachment; filename=\"" + name + "\"");
+  if (const auto file = stores_.maps->find(request.order.key)) {
+    metrics_.map_found();
+    return send(exchange, {request.etag, request.order.query, request.row.key.id}, MadeFile{file, {}});
+  }
+  if (auto problem = open_meshes(request)) return answer(exchange, *problem);
+  if (exchange.head.method != "HEAD") return make(exchange, request);
+  exchange.response.length_known = false;
+  add_headers(exchange, {request.etag, request.order.query, request.row.key.id});
+}
+
+// Revalidated each time, so that the key is checked.
+void Deviations::add_validators(Exchange& exchange, const std::string& etag) {
+  exchange.response.headers.emplace_back("ETag", etag);
+  exchange.response.headers.emplace_back("Cache-Control", "private, no-cache");
+}
+
+void Deviations::add_headers(Exchange& exchange, const Label& label) {
+  add_validators(exchange, label.etag);
+  const bool ply = label.query.kind == MapKind::ply;
+  exchange.response.content_type = ply ? "model/ply" : "model/gltf-binary";
+  const std::string name = "deviation-" + std::string(label.query.of == api::Side::a ? "a-" : "b-") +
+                           label.job.substr(0, kShownIdDigits) + (ply ? ".ply" : ".glb");
+  exchange.response.headers.emplace_back("Content-Disposition", "attachment; filename=\"" + name + "\"");
 }
 
 std::variant<Deviations::MapRequest, Problem> Deviations::find(const Exchange& exchange, MapKind kind) {
@@ -210,31 +213,40 @@ void Deviations::make(Exchange& exchange, MapRequest& request) {
   if (!slot) {
     return answer(exchange, queue_full(), jobs_.expected_wait_for_work());
   }
-  const auto counted = access_.take_job(exchange.owner);
+  auto counted = access_.take_job(exchange.owner);
   if (const auto* denial = std::get_if<Denial>(&counted)) return answer(exchange, *denial);
-  const Watching making(*this, begin(request, slot));
-  const Result<MadeFile>* result = nullptr;
-  while (!(result = making->wait(kMapTick))) {
-    if (Making::Clock::now() >= making->submitted + making->order.timeout + kGrace) {
-      return answer(exchange, Problem{ProblemKind::out_of_time,
-                                      "no worker made the map within " + std::to_string(making->order.timeout.count()) +
-                                          " ms; ask again",
-                                      {}});
-    }
-    if (exchange.connection.peer_gone()) {
-      return answer(exchange, Problem{ProblemKind::out_of_time, "cancelled: the client disconnected", {}});
-    }
+  const auto place = std::make_shared<const JobSlot>(std::get<JobSlot>(std::move(counted)));
+  const Label label{request.etag, request.order.query, request.row.key.id};
+  const auto making = std::make_shared<Watching>(*this, begin(request, slot));
+  making->get().on_end(exchange.wake);
+  exchange.response.later = [this, making, place, label](Exchange& later) { return look(later, label, making->get()); };
+}
+
+std::optional<Clock::time_point> Deviations::look(Exchange& exchange, const Label& label, const Making& making) {
+  if (const Result<MadeFile>* result = making.result()) {
+    *result ? send(exchange, label, **result) : fail(exchange, result->error());
+    return std::nullopt;
   }
-  if (!*result) {
-    Problem problem = api::to_problem(result->error());
-    const bool cancelled = result->error().code == ErrorCode::out_of_time && jobs_.stopping();
-    if (cancelled) problem.kind = ProblemKind::shutting_down;
-    return answer(exchange, problem);
+  const auto latest = making.submitted + making.order.timeout + kGrace;
+  if (Clock::now() >= latest) {
+    answer(exchange,
+           Problem{ProblemKind::out_of_time,
+                   "no worker made the map within " + std::to_string(making.order.timeout.count()) + " ms; ask again",
+                   {}});
+    return std::nullopt;
   }
-  const auto& stages = (*result)->stages;
-  exchange.stages = stages;
-  if (!send(exchange, (*result)->file)) return;
-  exchange.response.headers.emplace_back("Server-Timing", stages.empty() ? "cached" : api::to_server_timing(stages));
+  if (exchange.client_gone) {
+    answer(exchange, Problem{ProblemKind::out_of_time, "cancelled: the client disconnected", {}});
+    return std::nullopt;
+  }
+  return latest;
+}
+
+void Deviations::fail(Exchange& exchange, const Error& error) const {
+  Problem problem = api::to_problem(error);
+  const bool cancelled = error.code == ErrorCode::out_of_time && jobs_.stopping();
+  if (cancelled) problem.kind = ProblemKind::shutting_down;
+  answer(exchange, problem);
 }
 
 // Returns the map that is being made, or starts a new one, which takes the slot. The cache is looked at again under the
@@ -291,19 +303,21 @@ void Deviations::leave(Making& making) {
   jobs_.withdraw(making.control);
 }
 
-// False: refused. The number is limited because a slow client occupies a thread for long.
-bool Deviations::send(Exchange& exchange, const MapCache::File& file) {
+// The number is limited, so that one key's slow clients do not keep all maps from others.
+void Deviations::send(Exchange& exchange, const Label& label, const MadeFile& made) {
   std::shared_ptr<const void> place;
   if (exchange.head.method != "HEAD" && !(place = sending_.take(exchange.owner))) {
-    answer(exchange, Problem{ProblemKind::overloaded,
-                             "too many maps are being sent (limit " + std::to_string(max_files_sent(settings_)) +
-                                 "); retry in a moment",
-                             {}});
-    return false;
+    return answer(exchange, Problem{ProblemKind::overloaded,
+                                    "too many maps are being sent (limit " + std::to_string(max_files_sent(settings_)) +
+                                        "); retry in a moment",
+                                    {}});
   }
+  exchange.stages = made.stages;
+  exchange.response.headers.emplace_back("Server-Timing",
+                                         made.stages.empty() ? "cached" : api::to_server_timing(made.stages));
+  add_headers(exchange, label);
   using Held = std::pair<MapCache::File, std::shared_ptr<const void>>;
-  exchange.response.file = FileBody{file->bytes(), std::make_shared<const Held>(file, std::move(place))};
-  return true;
+  exchange.response.file = FileBody{made.file->bytes(), std::make_shared<const Held>(made.file, std::move(place))};
 }
 
 }  // namespace meshgauge::server

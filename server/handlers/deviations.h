@@ -38,17 +38,27 @@ class Deviations {
  private:
   struct MapRequest;
   class Watching;
+  // What the response says of a map.
+  struct Label {
+    std::string etag;
+    MapQuery query;
+    std::string job;
+  };
 
   std::variant<MapRequest, api::Problem> find(const Exchange& exchange, MapKind kind);
   std::variant<MeshSource, api::Problem> open(const std::string& owner, const std::string& part, const std::string& id);
   std::optional<api::Problem> touch_if_stored(MeshSource& source, const std::string& owner);
   std::optional<api::Problem> open_meshes(MapRequest& request);
   void make(Exchange& exchange, MapRequest& request);
+  std::optional<Clock::time_point> look(Exchange& exchange, const Label& label, const Making& making);
+  void fail(Exchange& exchange, const Error& error) const;
   std::shared_ptr<Making> begin(MapRequest& request, std::optional<Scheduler::Slot>& slot);
   void submit(const std::shared_ptr<Making>& making, Scheduler::Slot slot);
   void run(const std::shared_ptr<Making>& making, Scheduler::Slot slot);
   void leave(Making& making);
-  bool send(Exchange& exchange, const MapCache::File& file);
+  void send(Exchange& exchange, const Label& label, const MadeFile& made);
+  static void add_validators(Exchange& exchange, const std::string& etag);
+  static void add_headers(Exchange& exchange, const Label& label);
 
   const Settings settings_;
   Jobs& jobs_;

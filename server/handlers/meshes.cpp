@@ -70,36 +70,33 @@ void Meshes::put(Exchange& exchange) {
   if (auto refusal = check_id(exchange)) return answer(exchange, *refusal);
   const auto there = stores_.blobs.exists({exchange.owner, exchange.segment});
   if (!there) return answer(exchange, api::to_problem(there.error()));
-  Upload upload(uploads_, settings_.temp_dir);
-  if (auto refusal = receive(exchange, *there ? 0 : exchange.head.content_length.value_or(0), upload)) {
-    return answer(exchange, *refusal);
-  }
-  keep(exchange, exchange.segment, upload);
+  receive(exchange, *there ? 0 : exchange.head.content_length.value_or(0), exchange.segment);
 }
 
-void Meshes::post(Exchange& exchange) {
-  Upload upload(uploads_, settings_.temp_dir);
-  if (auto refusal = receive(exchange, exchange.head.content_length.value_or(0), upload)) {
-    return answer(exchange, *refusal);
-  }
-  keep(exchange, api::sha256_hex(upload.bytes()), upload);
-}
+void Meshes::post(Exchange& exchange) { receive(exchange, exchange.head.content_length.value_or(0), ""); }
 
-std::optional<Denial> Meshes::receive(Exchange& exchange, std::uint64_t new_bytes, Upload& upload) const {
-  if (auto refusal = refuse_query(exchange)) return Denial{*refusal, {}};
-  const auto room = hold_room(exchange.owner, new_bytes);
-  if (const auto* denial = std::get_if<Denial>(&room)) return *denial;
-  auto refusal = exchange.body.read([&](std::string_view piece) -> std::optional<Problem> {
-    if (upload.size() + piece.size() <= settings_.max_part_bytes) return upload.append(piece);
+// `id`: from the path; empty: it is to be computed.
+void Meshes::receive(Exchange& exchange, std::uint64_t new_bytes, const std::string& id) {
+  if (auto refusal = refuse_query(exchange)) return answer(exchange, *refusal);
+  auto room = hold_room(exchange.owner, new_bytes);
+  if (const auto* denial = std::get_if<Denial>(&room)) return answer(exchange, *denial);
+  const auto held = std::make_shared<const StorageHold>(std::get<StorageHold>(std::move(room)));
+  const auto upload = std::make_shared<Upload>(uploads_, settings_.temp_dir);
+  const auto add = [this, upload](std::string_view piece) -> std::optional<Problem> {
+    if (upload->size() + piece.size() <= settings_.max_part_bytes) return upload->append(piece);
     return Problem{ProblemKind::too_large,
                    "the mesh is larger than the limit of " + std::to_string(settings_.max_part_bytes) + " bytes",
                    {}};
+  };
+  exchange.body.read(add, [this, &exchange, upload, id, hold = held](auto refusal) mutable {
+    if (!refusal && upload->size() == 0) {
+      refusal = Problem{ProblemKind::malformed_request, "the body is empty; send the mesh file as the body", {}};
+    }
+    if (!refusal) refusal = upload->finish();
+    hold.reset();  // the bytes are counted again when they are stored
+    if (refusal) return answer(exchange, *refusal);
+    keep(exchange, id.empty() ? api::sha256_hex(upload->bytes()) : id, *upload);
   });
-  if (!refusal && upload.size() == 0) {
-    refusal = Problem{ProblemKind::malformed_request, "the body is empty; send the mesh file as the body", {}};
-  }
-  if (!refusal) refusal = upload.finish();
-  return refusal ? std::optional(Denial{*refusal, {}}) : std::nullopt;
 }
 
 std::variant<StorageHold, Denial> Meshes::hold_room(const std::string& owner, std::uint64_t more) const {

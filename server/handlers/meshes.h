@@ -25,7 +25,7 @@ class Meshes {
   void remove(Exchange& exchange);
 
  private:
-  std::optional<Denial> receive(Exchange& exchange, std::uint64_t new_bytes, Upload& upload) const;
+  void receive(Exchange& exchange, std::uint64_t new_bytes, const std::string& id);
   std::variant<StorageHold, Denial> hold_room(const std::string& owner, std::uint64_t more) const;
   void keep(Exchange& exchange, const std::string& id, const Upload& upload);
   void store(Exchange& exchange, const store::BlobKey& key, const Upload& upload);

@@ -100,6 +100,14 @@ Readiness::Defects Readiness::find_defects() {
   return found;
 }
 
-void answer_health(Exchange& exchange) { send_status(exchange, "ok"); }
+void add_status_routes(Router& router, const Metrics& metrics, Router::Action ready) {
+  const auto scrape = [&metrics](Exchange& exchange) {
+    exchange.response.content_type = Metrics::kContentType;
+    exchange.response.body = metrics.text();
+  };
+  router.add("GET", "/healthz", [](Exchange& exchange) { send_status(exchange, "ok"); }).status = true;
+  router.add("GET", "/readyz", std::move(ready)).status = true;
+  router.add("GET", "/metrics", scrape).status = true;
+}
 
 }  // namespace meshgauge::server

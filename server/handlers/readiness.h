@@ -10,7 +10,9 @@
 #include <vector>
 
 #include "server/http/exchange.h"
+#include "server/http/router.h"
 #include "server/jobs/stores.h"
+#include "server/observe/metrics.h"
 
 namespace meshgauge::server {
 
@@ -56,7 +58,7 @@ class Readiness {
   std::future<void> running_checks_;
 };
 
-// GET /healthz: 200 as long as the process answers at all.
-void answer_health(Exchange& exchange);
+// Adds /healthz, which is 200 as long as the process answers at all, /metrics, and /readyz, which `ready` answers.
+void add_status_routes(Router& router, const Metrics& metrics, Router::Action ready);
 
 }  // namespace meshgauge::server

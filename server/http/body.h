@@ -1,12 +1,13 @@
-// Reads the body of a request piece by piece: bounded in size, under one absolute deadline, never in memory as a whole.
+// Receives the body of a request piece by piece as it arrives: bounded in size, never in memory as a whole. Nothing
+// here blocks.
 #pragma once
 
-#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "api/problem.h"
 #include "server/http/connection.h"
@@ -14,45 +15,56 @@
 
 namespace meshgauge::server {
 
-// Returns the problem for a head or body (`what` names which) whose reading ended with `io` before it was complete.
-// `time`: the time limit, for the message. Precondition: io is not Io::ok.
-api::Problem not_arrived(Io io, const std::string& what, std::chrono::milliseconds time);
-
 class Body {
  public:
+  using Step = Transport::Step;
   using Refusal = std::optional<api::Problem>;
   using Receive = std::function<Refusal(std::string_view piece)>;
+  using End = std::function<void(const Refusal& refusal)>;
 
-  // Borrows connection and head. `time` starts with read().
-  Body(Connection& connection, const Head& head, std::uint64_t max_bytes, std::chrono::milliseconds time);
+  // Borrows connection and head.
+  Body(Connection& connection, const Head& head, std::uint64_t max_bytes);
 
-  // Passes the body to `receive` piece by piece. Returns nullopt at its end; else the first refusal of `receive`, or
-  // the problem of a body that is malformed, too large or late. Sends 100 Continue to a client that expects it. Blocks
-  // for `time` at most. Call once.
-  Refusal read(const Receive& receive);
+  // Begins to receive: `receive` gets the pieces; then `end` is called once, with the first refusal of `receive`, or
+  // with the problem of a body that is malformed, too large or did not arrive. Both are called on the request's thread,
+  // after the handler has returned. Call once.
+  void read(Receive receive, End end);
+  bool reading() const { return end_ != nullptr; }
 
-  // Discards the rest of the body if all of it is in the connection's buffer, so that the connection can serve the next
-  // request after a refusal. Does not block.
-  void discard_arrived();
+  // Takes what has arrived. done: `end` was called; else what to wait for. Sends 100 Continue to a client that expects
+  // it. Precondition: reading().
+  Step go_on();
+  void stop(const Refusal& refusal);  // ends the reading
+  void abandon();                     // ends it without calling `end`
+
+  // Number of bytes of the body that are not taken off the connection yet. Max: it cannot be known, as for chunks, or
+  // when the client may not send them.
+  std::uint64_t left() const;
 
   bool consumed() const { return consumed_; }     // the whole body was taken off the connection
   std::uint64_t bytes() const { return bytes_; }  // received so far
 
  private:
-  Refusal read_sized(std::uint64_t left, const Receive& receive);
-  Refusal read_chunked(const Receive& receive);
-  Refusal read_chunk_size(std::uint64_t& size);
-  Refusal read_line(std::string_view& line);
-  Refusal expect_crlf();
-  Refusal read_trailers();
-  Refusal more();
+  enum class State { sized, chunk_size, chunk, chunk_end, trailers };
+
+  bool invite();
+  Refusal take(bool& stuck);
+  Refusal take_bytes(bool& stuck);
+  Refusal take_line(std::string_view& line, bool& stuck);
+  Refusal take_chunk_size(bool& stuck);
+  Refusal take_chunk_end(bool& stuck);
+  Refusal take_trailer(bool& stuck);
 
   Connection& connection_;
   const Head& head_;
-  std::uint64_t max_bytes_;
-  std::chrono::milliseconds time_;
-  Clock::time_point deadline_;
+  const std::uint64_t max_bytes_;
+  Receive receive_;
+  End end_;
+  State state_;
+  std::uint64_t piece_left_;  // of the body or the chunk
+  int trailers_ = 0;
   std::uint64_t bytes_ = 0;
+  bool invited_;
   bool consumed_;
 };
 

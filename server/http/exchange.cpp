@@ -21,6 +21,7 @@ void answer(Exchange& exchange, const api::Problem& problem, std::chrono::millis
 
 void answer(Exchange& exchange, ProblemDocument document, std::chrono::milliseconds retry_after) {
   Response& response = exchange.response;
+  response.later = nullptr;
   response.stream = nullptr;
   response.file.reset();
   response.length_known = true;

@@ -5,7 +5,6 @@
 #include <functional>
 #include <memory>
 #include <optional>
-#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -14,11 +13,13 @@
 #include "api/problem.h"
 #include "api/response.h"
 #include "server/http/body.h"
-#include "server/http/connection.h"
 #include "server/http/head.h"
+#include "server/http/outgoing.h"
 #include "server/observe/trace.h"
 
 namespace meshgauge::server {
+
+using Clock = std::chrono::steady_clock;
 
 struct MeshSizes {
   std::size_t a = 0;
@@ -30,40 +31,40 @@ inline constexpr int kNotModified = 304;
 // RFC 9110 sections 8.6 and 15.4.5.
 inline bool has_content(int status) { return status != kNoContent && status != kNotModified; }
 
-// Bytes, and the object that keeps them alive.
-struct FileBody {
-  std::span<const std::byte> bytes;
-  std::shared_ptr<const void> holder;
-};
+struct Exchange;
 
 struct Response {
   int status = 200;
   std::string content_type;
   std::string body;
   std::vector<std::pair<std::string, std::string>> headers;  // all but Content-Type and Content-Length
-  // Instead of `body` (server/http/event_stream.h). Appends the next piece to `piece`, or leaves it empty when there is
-  // none within 100 ms; returns false after the last piece. Called on the connection's thread. May throw.
-  std::function<bool(std::string& piece)> stream = nullptr;
-  std::optional<FileBody> file = std::nullopt;  // instead of `body` (server/http/file_body.h)
+  // Instead of `body`. Makes the response when what it waits for has happened: returns nullopt when the response is
+  // set, else when to call it again. It is also called after exchange.wake(), and when exchange.client_gone has become
+  // true. May throw.
+  std::function<std::optional<Clock::time_point>(Exchange&)> later = nullptr;
+  // Instead of `body`: chunks over time. Appends the next piece to `piece`, or leaves it empty; returns nullopt after
+  // the last piece, else when to call it again. Also called after exchange.wake(), but not before the client has taken
+  // the piece before. May throw; the response then breaks off without a terminating chunk.
+  std::function<std::optional<Clock::time_point>(std::string& piece)> stream = nullptr;
+  bool quick = false;                           // `later` and `stream` never block: the event loop calls them itself
+  std::optional<FileBody> file = std::nullopt;  // instead of `body`
   bool length_known = true;                     // false: a response to HEAD has no Content-Length
 };
 
 struct Exchange {
-  Exchange(std::string unique_id, const Head& request_head, Body& request_body, Connection& client)
-      : id(std::move(unique_id)),
-        head(request_head),
-        body(request_body),
-        connection(client),
-        trace(continue_trace(request_head)) {}
+  Exchange(std::string unique_id, const Head& request_head, Body& request_body)
+      : id(std::move(unique_id)), head(request_head), body(request_body), trace(continue_trace(request_head)) {}
 
   std::string id;       // random, 128 bits; also the id of a comparison that this request creates
   std::string owner;    // id of the client's key; empty: the service runs without keys
   std::string route;    // the router's template; empty: none matched
   std::string segment;  // the part of the path that matched {} in the template
+  const std::function<void(Exchange&)>* action = nullptr;  // of the route; null: none, or refused
   const Head& head;
   Body& body;
-  Connection& connection;
-  const Trace trace;  // the client's trace, or a new one
+  const Trace trace;           // the client's trace, or a new one
+  std::function<void()> wake;  // see Response::later. Thread safe; may outlive the exchange
+  bool client_gone = false;    // the client has closed its side of the connection
   Response response;
 
   // For the log and the metrics.

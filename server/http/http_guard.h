@@ -1,20 +1,18 @@
-// The HTTP server: wraps cpp-httplib and shields it from clients. Workarounds for the library live here.
+// The HTTP server: shields cpp-httplib from clients. Workarounds for the library live here.
 //
-// cpp-httplib listens, accepts and writes plain responses. It never sees a byte from a client: server/http/head reads
+// cpp-httplib binds the socket and writes plain responses. It never sees a byte from a client: server/http/head reads
 // and validates the head, server/http/body the body, and the library gets a request line made here.
 #pragma once
 
 #include <atomic>
-#include <chrono>
 #include <functional>
 #include <optional>
 #include <string>
 
-#include "api/problem.h"
+#include "server/http/client.h"
+#include "server/http/event_loop.h"
 #include "server/http/exchange.h"
 #include "server/http/http_library.h"
-#include "server/http/io_pool.h"
-#include "server/http/lingering_close.h"
 #include "server/http/tls.h"
 #include "server/settings.h"
 
@@ -22,55 +20,37 @@ namespace meshgauge::server {
 
 class HttpGuard final : private httplib::Server {
  public:
-  using Handler = std::function<void(Exchange&)>;
+  struct Handlers {
+    // As Edge::enter, for every request with a valid head. If it throws, the response is 500; so with `handle`.
+    std::function<Edge::Entry(Exchange&)> enter;
+    std::function<void(Exchange&)> handle;     // on a thread of a pool
+    std::function<void(const Exchange&)> log;  // after every response
+  };
 
-  // `handle` is called for every valid request, on an I/O thread; if it throws, the response is 500. `log` is called
-  // after every response, on the same thread. `tls`: serve TLS only; it must outlive the guard. Null: plain HTTP.
-  HttpGuard(const Settings& settings, Handler handle, Handler log, const Tls* tls);
+  // `tls`: serve TLS only; it must outlive the guard. Null: plain HTTP.
+  HttpGuard(const Settings& settings, Handlers handlers, const Tls* tls);
 
-  std::optional<int> bind();                                         // the port; nullopt: failed, see errno
-  bool bound_to_loopback() const;                                    // after bind(): only this machine can connect
-  std::uint64_t connections() const { return connections_.load(); }  // being served
-  std::uint64_t dropped() const { return dropped_.load(); }          // closed without a response, since the start
+  std::optional<int> bind();                                  // the port; nullopt: failed, see errno
+  bool bound_to_loopback() const;                             // after bind(): only this machine can connect
+  std::uint64_t connections() const { return loop_.size(); }  // open
+  std::uint64_t dropped() const { return loop_.dropped(); }   // closed without a response, since the start
 
   // Serves until stop(), or until the listening socket fails. Blocks until the running requests have their responses.
+  // Call once, after bind().
   void run();
-  bool running() const;   // run() can be stopped; the library ignores a stop() before that
-  bool draining() const;  // no connection is accepted any more, after stop() or a failure
-  void stop();            // accepts no more connections; does not wait
-  void abort();           // ends every wait for a client with Io::aborted
+  bool draining() const { return loop_.stopping(); }  // no connection is accepted any more, after stop() or a failure
+  void stop() { loop_.stop(); }                       // accepts no more connections; does not wait
+  void abort() { loop_.abort(); }                     // waits for no client any more: ends arriving requests
 
  private:
-  using Refusal = std::optional<api::Problem>;
   struct Current;
 
-  bool process_and_close_socket(socket_t socket) override;
-  enum class End { open, answered, lost };  // answered: the last response is sent, but perhaps not read yet
-  End serve_or_refuse(int socket);
-  End secure(Connection& connection);
-  End serve(Connection& connection);
-  bool await_request(Connection& connection) const;
-  bool serve_one(Connection& connection);
-  End refuse(Connection& connection);
-  Refusal read_head(Connection& connection, Clock::time_point deadline, Head& head) const;
-  bool respond(Connection& connection, const Head& head, const Refusal& refusal);
-  void send(Current& serving);
+  std::string write(const Exchange& exchange, bool close);
   template <class Stream>
   void process(Stream& stream);
-  void handle(Current& serving) const;
-  bool should_yield() const;
 
-  const Settings settings_;
-  const Handler handle_;
-  const Handler log_;
-  const Tls* const tls_;
-  IoPool* pool_ = nullptr;  // the library owns it while it listens
-  ConnectionLimit peers_;
-  LingeringClose lingering_;
-  std::atomic<bool> draining_{false};
-  std::atomic<bool> aborted_{false};
-  std::atomic<std::uint64_t> connections_{0};
-  std::atomic<std::uint64_t> dropped_{0};
+  Edge edge_;
+  EventLoop loop_;
   static thread_local Current* current_;
 };
 

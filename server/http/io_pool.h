@@ -1,5 +1,4 @@
-// The threads that serve connections, as a task queue of the HTTP library. The queue is bounded
-// (server/http/queue_limit.h): one extra thread refuses connections beyond its limit at once.
+// Threads that handle requests, behind a bounded queue (server/http/queue_limit.h). Thread safe.
 #pragma once
 
 #include <condition_variable>
@@ -7,48 +6,33 @@
 #include <functional>
 #include <mutex>
 #include <thread>
-#include <utility>
 #include <vector>
 
-#include "server/http/http_library.h"
 #include "server/http/queue_limit.h"
 
 namespace meshgauge::server {
 
-class IoPool final : public httplib::TaskQueue {
+class IoPool {
  public:
-  using Task = std::function<void()>;
-  enum class Role { serve, refuse, drop };  // what a task does with its connection; drop: close it without a response
+  using Task = std::function<void()>;  // must not throw
 
-  // `at_end` is called by shutdown() before it waits for the queued tasks.
-  IoPool(std::size_t threads, std::size_t max_pending, std::function<void()> at_end);
-  ~IoPool() override;
+  IoPool(std::size_t threads, std::size_t max_pending);
+  ~IoPool();  // blocks until every task has run
+  IoPool(const IoPool&) = delete;
+  IoPool& operator=(const IoPool&) = delete;
 
-  // Accepts every task and picks its role. A task to drop runs at once on the calling thread. Returns true; void in
-  // older versions of the library.
-  decltype(std::declval<httplib::TaskQueue&>().enqueue(Task())) enqueue(Task task) override;
-
-  void shutdown() override;  // blocks until every task has run
-
-  bool has_pending() const;  // true: a connection waits for a thread
-
-  static Role role();  // of the task that runs on the calling thread
+  bool offer(Task task);  // false: too many tasks wait; this one is not taken
+  void push(Task task);   // takes it in any case
 
  private:
-  struct Lane {
-    std::deque<Task> tasks;
-    std::condition_variable ready;
-  };
+  void add(Task task);  // precondition: mutex_ is held
+  void run();
 
-  Role place(Task& task);
-  void run(Lane& lane, Role role);
-
-  const std::function<void()> at_end_;
-  mutable std::mutex mutex_;  // guards what follows
+  std::mutex mutex_;  // guards what follows
+  std::condition_variable ready_;
   QueueLimit limit_;
-  Lane serving_;
-  Lane refusing_;
-  std::size_t idle_ = 0;  // serving threads that wait for a task
+  std::deque<Task> tasks_;
+  std::size_t idle_ = 0;  // threads that wait for a task
   bool ending_ = false;
   std::vector<std::thread> threads_;
 };

@@ -29,11 +29,11 @@ std::optional<std::string> match(std::string_view pattern, std::string_view path
 
 }  // namespace
 
-void Router::add(std::string method, std::string path, Action action) {
-  routes_.push_back({std::move(method), std::move(path), std::move(action)});
+Router::Route& Router::add(std::string method, std::string path, Action action) {
+  return routes_.emplace_back(Route{std::move(method), std::move(path), std::move(action)});
 }
 
-void Router::operator()(Exchange& exchange) const {
+Edge::Entry Router::operator()(Exchange& exchange) const {
   const std::string wanted = exchange.head.method == "HEAD" ? "GET" : exchange.head.method;
   std::string allowed;
   for (const Route& route : routes_) {
@@ -41,13 +41,23 @@ void Router::operator()(Exchange& exchange) const {
     if (!segment) continue;
     exchange.route = route.path;
     exchange.segment = std::move(*segment);
-    if (route.method == wanted) return route.action(exchange);
-    add_allowed(allowed, route.method);
+    if (route.method != wanted) {
+      add_allowed(allowed, route.method);
+      continue;
+    }
+    if (route.refuse) route.refuse(exchange);
+    if (!exchange.problem.empty()) return Edge::Entry::answered;
+    exchange.action = &route.action;
+    return route.status ? Edge::Entry::status : Edge::Entry::handled;
   }
-  if (allowed.empty()) return answer(exchange, Problem{ProblemKind::not_found, not_found_, {}});
-  exchange.response.headers.emplace_back("Allow", allowed);
-  answer(exchange,
-         Problem{ProblemKind::method_not_allowed, "this path does not support the method; it takes " + allowed, {}});
+  if (allowed.empty()) {
+    answer(exchange, Problem{ProblemKind::not_found, not_found_, {}});
+  } else {
+    exchange.response.headers.emplace_back("Allow", allowed);
+    answer(exchange,
+           Problem{ProblemKind::method_not_allowed, "this path does not support the method; it takes " + allowed, {}});
+  }
+  return Edge::Entry::answered;
 }
 
 }  // namespace meshgauge::server

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "server/http/edge.h"
 #include "server/http/exchange.h"
 
 namespace meshgauge::server {
@@ -19,18 +20,22 @@ class Router {
   explicit Router(std::string not_found = "no such path; /openapi.yaml describes all paths")
       : not_found_(std::move(not_found)) {}
 
-  void add(std::string method, std::string path, Action action);
-
-  // Sets exchange.route and exchange.segment and runs the action; answers 404 if no template matches the path, 405 with
-  // Allow if only the method differs. HEAD runs the action of GET.
-  void operator()(Exchange& exchange) const;
-
- private:
   struct Route {
     std::string method;
     std::string path;
-    Action action;
+    Action action;            // of a request that has a thread
+    Action refuse = nullptr;  // answers a request that its head shows to be refused, or does nothing; must not block
+    bool status = false;      // for probes and scrapes: not behind other requests
   };
+
+  // Returns the new route, to set more of it before the next call.
+  Route& add(std::string method, std::string path, Action action);
+
+  // Sets exchange.route, segment and action, and runs `refuse` of the route; answers 404 if no template matches the
+  // path, 405 with Allow if only the method differs. HEAD has the route of GET. Returns what handles the request.
+  Edge::Entry operator()(Exchange& exchange) const;
+
+ private:
   const std::string not_found_;
   std::vector<Route> routes_;
 };

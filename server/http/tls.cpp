@@ -3,6 +3,8 @@
 #include <fcntl.h>
 #include <sys/socket.h>
 
+#include <algorithm>
+#include <array>
 #include <cassert>
 #include <cstring>
 #include <new>
@@ -56,6 +58,11 @@ class TlsTransport final : public Transport {
     const int result = SSL_write_ex(ssl_.get(), bytes.data(), bytes.size(), &n);
     if (result == 1) return {Step::done, n};
     return {step_of(result), 0};
+  }
+
+  Moved discard(std::size_t most) override {
+    std::array<char, std::size_t{16} << 10> bytes;
+    return read(bytes.data(), std::min(most, bytes.size()));
   }
 
   // A peer may send close_notify without closing its socket, so the next record is looked at as well.

@@ -31,6 +31,13 @@ Transport::Moved PlainTransport::write(std::string_view bytes) {
   return {wants_or_closed(Step::wants_write), 0};
 }
 
+// TCP discards them without copying.
+Transport::Moved PlainTransport::discard(std::size_t most) {
+  const ssize_t n = ::recv(fd_, nullptr, most, MSG_DONTWAIT | MSG_TRUNC);
+  if (n > 0) return {Step::done, static_cast<std::size_t>(n)};
+  return {n == 0 ? Step::closed : wants_or_closed(Step::wants_read), 0};
+}
+
 bool PlainTransport::peer_gone() { return peer_hung_up(fd_); }
 
 void PlainTransport::end() { ::shutdown(fd_, SHUT_WR); }

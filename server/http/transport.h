@@ -24,6 +24,7 @@ class Transport {
   virtual Step handshake() = 0;  // before anything else; call until it is done
   virtual Moved read(char* out, std::size_t size) = 0;
   virtual Moved write(std::string_view bytes) = 0;  // precondition: not empty; a retry starts with the same bytes
+  virtual Moved discard(std::size_t most) = 0;      // reads and forgets up to `most` bytes
   virtual bool peer_gone() = 0;  // the peer has closed its side, or half of it, or the connection is broken
   virtual void end() = 0;        // tells the peer that nothing more will be sent
 };
@@ -35,6 +36,7 @@ class PlainTransport final : public Transport {
   Step handshake() override { return Step::done; }
   Moved read(char* out, std::size_t size) override;
   Moved write(std::string_view bytes) override;
+  Moved discard(std::size_t most) override;
   bool peer_gone() override;
   void end() override;
 

@@ -103,8 +103,13 @@ void Jobs::stop() {
 
 // In the distributed form a durable job holds its slot until it is stored; from then on the store counts it.
 std::optional<Scheduler::Slot> Jobs::admit(Kind kind) {
-  const bool full = queue_ && kind == Kind::durable && figures().durable_slots >= settings_.max_queued_jobs;
-  return full ? std::nullopt : scheduler_.admit(kind);
+  return has_place(kind) ? scheduler_.admit(kind) : std::nullopt;
+}
+
+bool Jobs::has_place(Kind kind) const {
+  const auto taken = figures();
+  return kind == Kind::durable ? taken.durable_slots < settings_.max_queued_jobs
+                               : taken.awaited_slots < settings_.workers + settings_.queue;
 }
 
 Scheduler::Figures Jobs::figures() const {

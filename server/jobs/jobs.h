@@ -68,6 +68,7 @@ class Jobs {
   Result<Done> available() const { return queue_ ? queue_->available() : Done{}; }
   // nullopt: the queue is full.
   std::optional<Scheduler::Slot> admit(Kind kind);
+  bool has_place(Kind kind) const;  // whether admit() would succeed now
   Submitted submit(Scheduler::Slot slot, Submission submission);
   // Whether a stored comparison has the submission's idempotency key.
   Result<bool> repeats(const Submission& submission);
@@ -85,7 +86,7 @@ class Jobs {
   // Ends a job that is not durable and whose client has disconnected. false: it ends soon, in this process.
   bool abandon(const std::shared_ptr<LiveJob>& job);
   // Ends a job that waits for a thread and is not stored, if its client has disconnected or its timeout has passed.
-  // Call it every few milliseconds while its client waits.
+  // Call it at that time, and after the job's changes. Does not block.
   void end_if_over(LiveJob& job);
   // Returns the reason to stop waiting for this job, or nullopt to keep waiting.
   std::optional<api::Problem> give_up(const LiveJob& job) const;

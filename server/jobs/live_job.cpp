@@ -37,9 +37,17 @@ bool LiveJob::wait_for_end(std::chrono::milliseconds time) const {
   return changed_.wait_for(lock, time, [&] { return over(); });
 }
 
-void LiveJob::wait_for_change(std::uint64_t since, std::chrono::milliseconds time) const {
-  std::unique_lock lock(mutex_);
-  changed_.wait_for(lock, time, [&] { return version_ != since; });
+bool LiveJob::is_over() const {
+  const std::lock_guard lock(mutex_);
+  return over();
+}
+
+std::shared_ptr<const void> LiveJob::on_change(std::function<void()> wake) {
+  auto shared = std::make_shared<const std::function<void()>>(std::move(wake));
+  const std::lock_guard lock(mutex_);
+  std::erase_if(wakes_, [](const auto& other) { return other.expired(); });
+  wakes_.push_back(shared);
+  return shared;
 }
 
 void LiveJob::cancel() {
@@ -88,7 +96,7 @@ void LiveJob::seen(const store::Job& row) {
     known.progress = progress;
     ++version_;
   }
-  changed_.notify_all();
+  notify();
 }
 
 void LiveJob::release() {
@@ -114,6 +122,18 @@ void LiveJob::give_places_back() {
   place_.reset();
 }
 
+void LiveJob::notify() {
+  changed_.notify_all();
+  std::vector<std::weak_ptr<const std::function<void()>>> wakes;
+  {
+    const std::lock_guard lock(mutex_);
+    wakes = wakes_;
+  }
+  for (const auto& one : wakes) {
+    if (const auto wake = one.lock()) (*wake)();
+  }
+}
+
 template <class Change>
 void LiveJob::change(const Change& how) {
   {
@@ -121,7 +141,7 @@ void LiveJob::change(const Change& how) {
     how(view_);
     ++version_;
   }
-  changed_.notify_all();
+  notify();
 }
 
 }  // namespace meshgauge::server

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <condition_variable>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -56,10 +57,11 @@ class LiveJob {
   JobView view() const;
   std::uint64_t version() const;  // grows with every change
 
-  // Blocks until the job has ended or was handed back, for at most `time`. Returns whether it has or was.
+  // Blocks until is_over(), for at most `time`. Returns whether it is.
   bool wait_for_end(std::chrono::milliseconds time) const;
-  // Blocks until version() differs from `since`, or the job has ended or was handed back, for at most `time`.
-  void wait_for_change(std::uint64_t since, std::chrono::milliseconds time) const;
+  bool is_over() const;  // it has ended or was handed back
+  // Calls `wake` after every change, until the pointer that is returned is destroyed. `wake` must not block.
+  std::shared_ptr<const void> on_change(std::function<void()> wake);
 
   void cancel();  // for its owner: it ends as cancelled
   bool cancel_requested() const;
@@ -81,12 +83,14 @@ class LiveJob {
   bool over() const { return store::has_ended(view_.row.state) || view_.handed_back; }
   template <class Change>
   void change(const Change& how);
+  void notify();
 
   mutable std::mutex mutex_;
   mutable std::condition_variable changed_;
   JobView view_;
   std::uint64_t version_ = 0;
   std::optional<Scheduler::Slot> place_;
+  std::vector<std::weak_ptr<const std::function<void()>>> wakes_;
 };
 
 }  // namespace meshgauge::server

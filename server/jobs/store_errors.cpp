@@ -5,7 +5,7 @@
 namespace meshgauge::server {
 namespace {
 
-constexpr std::chrono::seconds kBetweenLines{10};
+constexpr std::chrono::seconds kBetweenErrorLines{10};
 
 StoreFailure failure_of(ErrorCode code) {
   if (code == ErrorCode::storage_full) return StoreFailure::full;
@@ -19,7 +19,7 @@ void StoreErrors::failed(const Error& error) {
   {
     const auto now = std::chrono::steady_clock::now();
     const std::lock_guard lock(mutex_);
-    if (error.message == last_ && now - logged_ < kBetweenLines) return;
+    if (error.message == last_ && now - logged_ < kBetweenErrorLines) return;
     last_ = error.message;
     logged_ = now;
   }

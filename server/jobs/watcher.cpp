@@ -12,7 +12,7 @@ namespace {
 using std::chrono::seconds;
 using store::JobState;
 
-constexpr seconds kInterval{1};
+constexpr seconds kReadInterval{1};
 constexpr unsigned kRoundsUnwatched = 10;  // every tenth round also reads jobs without a waiting client
 constexpr std::size_t kMostAtOnce = 500;   // rows of one read
 
@@ -149,7 +149,7 @@ void Watcher::hear(const store::Signal& signal) {
 }
 
 void Watcher::watch_on() {
-  auto next = LiveJob::Clock::now() + kInterval;
+  auto next = LiveJob::Clock::now() + kReadInterval;
   std::unique_lock lock(mutex_);
   while (!ending_) {
     wake_.wait_until(lock, next, [&] { return ending_ || missed_ || leaving_ || !changed_.empty(); });
@@ -159,7 +159,7 @@ void Watcher::watch_on() {
     lock.unlock();
     poll(jobs);
     if (leaving) cancel_left();
-    if (all) next = LiveJob::Clock::now() + kInterval;
+    if (all) next = LiveJob::Clock::now() + kReadInterval;
     lock.lock();
   }
   lock.unlock();

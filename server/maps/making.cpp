@@ -96,17 +96,26 @@ Result<MadeFile> made(Making& making, const MapTools& tools) {
 Making::Making(MapOrder what) : order(std::move(what)) { control.set_deadline(submitted + order.timeout); }
 
 void Making::end(Result<MadeFile> result) {
+  std::vector<std::function<void()>> wakes;
   {
     const std::lock_guard lock(mutex_);
     result_.emplace(std::move(result));
+    wakes.swap(wakes_);
   }
-  ended_.notify_all();
+  for (const auto& wake : wakes) wake();
 }
 
-const Result<MadeFile>* Making::wait(std::chrono::milliseconds time) const {
-  std::unique_lock lock(mutex_);
-  ended_.wait_for(lock, time, [&] { return result_.has_value(); });
+const Result<MadeFile>* Making::result() const {
+  const std::lock_guard lock(mutex_);
   return result_ ? &*result_ : nullptr;
+}
+
+void Making::on_end(std::function<void()> wake) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (!result_) return wakes_.push_back(std::move(wake));
+  }
+  wake();
 }
 
 Result<MadeFile> make_map(Making& making, const MapTools& tools) {

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <chrono>
-#include <condition_variable>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -45,13 +45,14 @@ class Making {
   std::size_t watchers = 0;  // waiting clients; guarded by the handler's mutex
 
   void end(Result<MadeFile> result);  // call it once
-  // Blocks for at most `time` and returns the result, which does not change any more; null: not yet.
-  const Result<MadeFile>* wait(std::chrono::milliseconds time) const;
+  // Returns the result, which does not change any more; null: not yet.
+  const Result<MadeFile>* result() const;
+  void on_end(std::function<void()> wake);  // calls `wake`, which must not block, when the result is there
 
  private:
   mutable std::mutex mutex_;
-  mutable std::condition_variable ended_;
-  std::optional<Result<MadeFile>> result_;  // guarded by the mutex until it is set
+  std::vector<std::function<void()>> wakes_;  // guarded by the mutex
+  std::optional<Result<MadeFile>> result_;    // guarded by the mutex until it is set
 };
 
 // What maps are made with; borrowed, except the settings.

@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <array>
+#include <atomic>
 #include <condition_variable>
 #include <limits>
 #include <mutex>
@@ -10,6 +11,8 @@
 
 #include "api/digest.h"
 #include "api/refused.h"
+#include "server/access/entrance.h"
+#include "server/handlers/readiness.h"
 #include "server/heap.h"
 #include "server/jobs/upkeep.h"
 #include "server/observe/log.h"
@@ -120,7 +123,19 @@ Result<Done> run_worker_until_signal(const Settings& settings, const std::vector
   metrics.watch_sandbox([&pool] { return pool.counters(); });
   watch_cache(metrics, cache, settings.max_cache_bytes);
   watch_levels(metrics, settings, worker);
-  StatusPort status(settings, metrics, readiness);
+  Access access(settings.keys_file);
+  const Entrance entrance(access, metrics, Cors::parse(settings.cors_origins).value());
+  auto tls = tls_of(settings);
+  if (auto loaded = access.reload(); !loaded) return loaded.error();
+  if (auto loaded = tls ? tls->reload() : Result<std::string>(""); !loaded) return loaded.error();
+  std::atomic<bool> leaving{false};
+  StatusPort status(settings, metrics, entrance, tls ? &*tls : nullptr, [&](Exchange& exchange) {
+    Readiness::Defects now;
+    if (leaving.load()) now.emplace_back("service", "the worker is shutting down");
+    readiness.answer(exchange, std::move(now));
+  });
+  metrics.watch(Level::connections, [&] { return static_cast<double>(status.guard().connections()); });
+  metrics.watch(Level::connections_dropped, [&] { return static_cast<double>(status.guard().dropped()); });
   const auto port = status.start();
   if (!port) return port.error();
   for (const std::string& lack : *lacks) log_event("sandbox", lack);
@@ -131,7 +146,7 @@ Result<Done> run_worker_until_signal(const Settings& settings, const std::vector
   log_listening(settings.host + ":" + std::to_string(*port), settings.simd);
   while (status.listening() && wait_for_signal(kTick) != Signal::end) continue;
   const bool failed = !status.listening();  // the process ends, so that its supervisor restarts it
-  status.refuse();
+  leaving.store(true);
   log_event("stopping", failed ? "the listening socket failed" : "no more jobs are claimed");
   leave(worker, milliseconds(settings.grace_ms));
   stores.signals.stop_listening();

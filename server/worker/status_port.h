@@ -1,13 +1,11 @@
-// The port of a worker: /healthz, /readyz and /metrics alone, with the service's limits and access rules.
+// A port for /healthz, /readyz and /metrics alone, with a loop and threads of its own: that of a worker, and the second
+// one of a service.
 #pragma once
 
 #include <atomic>
-#include <optional>
 #include <thread>
 
-#include "server/access/access.h"
 #include "server/access/entrance.h"
-#include "server/handlers/readiness.h"
 #include "server/http/http_guard.h"
 #include "server/http/router.h"
 #include "server/http/tls.h"
@@ -18,8 +16,9 @@ namespace meshgauge::server {
 
 class StatusPort {
  public:
-  // Borrows the last two.
-  StatusPort(const Settings& settings, Metrics& metrics, Readiness& readiness);
+  // Listens at settings.port. `ready`: answers /readyz. Borrows all but the settings and `ready`.
+  StatusPort(const Settings& settings, Metrics& metrics, const Entrance& entrance, const Tls* tls,
+             Router::Action ready);
   ~StatusPort();
   StatusPort(const StatusPort&) = delete;
   StatusPort& operator=(const StatusPort&) = delete;
@@ -28,18 +27,14 @@ class StatusPort {
   Result<int> start();
 
   bool listening() const { return !ended_.load(); }
-  void refuse() { refusing_.store(true); }  // /readyz fails from now on
+  const HttpGuard& guard() const { return guard_; }
 
  private:
   const Settings settings_;
   Metrics& metrics_;
-  Readiness& readiness_;
-  Access access_;
-  const Entrance entrance_;
-  std::optional<Tls> tls_;
+  const Entrance& entrance_;
   Router router_;
   HttpGuard guard_;
-  std::atomic<bool> refusing_{false};
   std::atomic<bool> ended_{true};
   std::thread listener_;
 };

@@ -35,10 +35,9 @@ int main() {
   head.headers = {{"host", "localhost"},
                   {"traceparent", "00-4bf92f3577b34da6a3ce929d0e0e4736-00f067aa0ba902b7-01"},
                   {"tracestate", "rojo=00f067aa0ba902b7,congo=t61rcWkgMzE"}};
-  const std::atomic<bool> aborted{false};
-  Connection connection(-1, aborted);
-  Body body(connection, head, 0, std::chrono::milliseconds(0));
-  Exchange exchange("0123456789abcdef0123456789abcdef", head, body, connection);
+  Connection connection(-1);
+  Body body(connection, head, 0);
+  Exchange exchange("0123456789abcdef0123456789abcdef", head, body);
   exchange.route = head.path;
   const auto stages = api::stages(comparison);
   exchange.stages.assign(stages.begin(), stages.end());

@@ -228,7 +228,7 @@ class Cli(unittest.TestCase):
 
     def test_bad_settings(self):
         self.fails("serve", "--port", "70000", saying="--port")
-        self.fails("serve", "--port", "0", "--queue", "500", "--io-threads", "64", saying="--io-threads must be at least")
+        self.fails("serve", "--port", "0", "--io-threads", "0", saying="--io-threads must be at least")
         self.fails("serve", "--port", "0", "--temp-dir", "/nonexistent", saying="--temp-dir")
         self.fails("serve", "--port", "0", "--simd", "abacus", saying="--simd must be one of auto, ")
         self.fails("serve", "--host", "no such host", "--port", "0", saying="cannot listen")

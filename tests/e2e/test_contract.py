@@ -7,6 +7,7 @@ import json
 import mmap
 import os
 import select
+import signal
 import struct
 import tempfile
 import unittest
@@ -238,12 +239,20 @@ class Crowded(unittest.TestCase):
         for line in [line_of(operation) for operation in OPERATIONS] + ["GET /none HTTP/1.1\r\n"]:
             self.assertEqual(server.raw(line.encode()).status, 429)
 
-    def test_all_connections_in_use(self):
-        server = self.start("--io-threads", "3", "--max-pending-connections", "0", "--max-arriving-per-peer", "99")
-        for operation in OPERATIONS:  # one that is held may be refused itself, by a thread that is not yet idle: then one more
-            until(lambda: ask(server, operation).status == 503 or not self.hold(server))
-        with server.connect() as connection:  # refused before anything is asked
-            self.assertEqual(read_answer(connection.makefile("rb")).status, 503)
+    def test_all_threads_in_use(self):
+        server = self.start("--io-threads", "1", "--max-pending-connections", "0")
+        for operation in OPERATIONS:
+            until(lambda: 503 in self.burst(server, operation))
+
+    def burst(self, server, operation):
+        """The statuses of requests that arrive at the same moment: more of them than threads."""
+        with contextlib.ExitStack() as stack:
+            connections = [stack.enter_context(server.connect()) for _ in range(20)]
+            server.process.send_signal(signal.SIGSTOP)
+            for connection in connections:
+                connection.sendall((line_of(operation) + "Host: t\r\nContent-Length: 0\r\n\r\n").encode())
+            server.process.send_signal(signal.SIGCONT)
+            return {read_answer(connection.makefile("rb")).status for connection in connections}
 
 
 class Keys(unittest.TestCase):

@@ -1,12 +1,15 @@
 """The service as a well-meaning client sees it."""
 
+import contextlib
+import http.client
 import json
 import signal
+import socket
 import threading
 import time
 import unittest
 
-from harness import (RAISED, ROOT, SLOW, SLOW_OPTIONS, SQUARE, Server, ServerCase, flat_grid, comparison, holding_the_worker, multipart, post_head,
+from harness import (RAISED, ROOT, SLOW, SLOW_OPTIONS, SQUARE, Server, ServerCase, begin_slow, flat_grid, comparison, holding_the_worker, multipart, post_head,
                      read_answer, until, until_computing, wavy_grid)
 from test_batches import accepted, slow_pairs, submit
 
@@ -158,36 +161,49 @@ class Crowd(unittest.TestCase):
         self.assertLess(max(times[i] for i in refused), min(times[i] for i in served))
         self.assertEqual(server.compare().status, 200)
 
-    def test_more_connections_than_threads(self):
-        server = Server("--queue", "1", "--workers", "1", "--io-threads", "4", "--max-event-streams", "0", "--max-pending-connections", "2",
-                        "--head-timeout-ms", "60000", "--max-arriving-per-peer", "4")
+    def test_slow_and_idle_connections_hold_no_thread(self):
+        server = Server("--io-threads", "1", "--keep-alive-ms", "600000", "--head-timeout-ms", "600000")
         self.addCleanup(server.stop)
-        idle = [server.connect() for _ in range(30)]
-        for connection in idle:
-            connection.sendall(b"GET /healthz HTTP/1.1\r\n")
-        answers = []
-        for connection in idle:
-            connection.settimeout(0.5)
-            try:
-                answers.append(read_answer(connection.makefile("rb")))
-            except (TimeoutError, OSError):
-                answers.append(None)
-        refused = [answer for answer in answers if answer is not None]
-        self.assertGreaterEqual(len(refused), 20)
-        self.assertTrue(all(answer.status == 503 for answer in refused))
-        for connection in idle:
-            connection.close()
-        until(lambda: server.get("/healthz").status == 200)
+        with contextlib.ExitStack() as stack:
+            slow, idle = ([stack.enter_context(server.connect()) for _ in range(20)] for _ in range(2))
+            for connection in slow:
+                connection.sendall(b"GET /openapi.yaml HTTP/1.1\r\n")
+            for connection in idle * 2:
+                connection.sendall(b"GET /openapi.yaml HTTP/1.1\r\nHost: t\r\n\r\n")
+                self.assertEqual(read_answer(connection.makefile("rb")).status, 200)
+            self.assertEqual(server.compare().status, 200)
+            for connection in slow:
+                connection.sendall(b"Host: t\r\n\r\n")
+                self.assertEqual(read_answer(connection.makefile("rb")).status, 200)
 
-    def test_an_idle_connection_gives_way(self):
-        server = Server("--queue", "1", "--workers", "1", "--io-threads", "4", "--max-event-streams", "0", "--keep-alive-ms", "600000")
+    def test_clients_that_wait_or_listen_hold_no_thread(self):
+        server = Server("--io-threads", "1", "--workers", "1", "--queue", "30", "--max-event-streams", "30")
         self.addCleanup(server.stop)
-        idle = [server.connect() for _ in range(4)]
-        for connection in idle:
-            connection.sendall(b"GET /healthz HTTP/1.1\r\nHost: t\r\n\r\n")
-            self.assertEqual(read_answer(connection.makefile("rb")).status, 200)
-        self.assertEqual(server.get("/healthz").status, 200)
-        for connection in idle:
+        busy, _ = begin_slow(server)
+        body = comparison()
+        with contextlib.ExitStack() as stack:
+            waiting = [stack.enter_context(server.connect(120)) for _ in range(10)]
+            for connection in waiting:
+                connection.sendall(post_head(len(body)) + body)
+            listening = [stack.enter_context(server.connect(120)) for _ in range(10)]
+            for connection in listening:
+                connection.sendall(b"GET %s/events HTTP/1.1\r\nHost: t\r\n\r\n" % busy.encode())
+            until(lambda: b"\nmeshgauge_queue_depth 10\n" in server.get("/metrics").body)
+            until(lambda: b"\nmeshgauge_event_streams 10\n" in server.get("/metrics").body)
+            self.assertEqual(server.get("/openapi.yaml").status, 200)
+            server.send("DELETE", busy)
+            self.assertEqual([read_answer(connection.makefile("rb")).status for connection in waiting], [200] * 10)
+            self.assertTrue(all(b"event: end" in read_answer(connection.makefile("rb")).body for connection in listening))
+
+    def test_a_port_for_health_alone(self):
+        with socket.create_server(("127.0.0.1", 0)) as taken:
+            port = taken.getsockname()[1]
+        server = Server("--status-port", str(port))
+        self.addCleanup(server.stop)
+        for path, status in (("/healthz", 200), ("/readyz", 200), ("/metrics", 200), ("/", 404), ("/v1/comparisons", 404)):
+            connection = http.client.HTTPConnection("127.0.0.1", port, timeout=60)
+            connection.request("GET", path)
+            self.assertEqual(connection.getresponse().status, status, path)
             connection.close()
 
     def test_a_client_that_goes_away_frees_its_worker(self):

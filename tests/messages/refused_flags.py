@@ -109,7 +109,7 @@ def service_flags():
         ("a certificate that does not exist", ["--tls-certificate", "gone.pem", "--tls-key", "gone.pem"]),
         ("a public address without keys", ["--host", "0.0.0.0"]),
         ("an address of another machine", ["--host", "192.0.2.1", "--public-without-keys"]),
-        ("too few threads for connections", ["--io-threads", "4", "--workers", "8"]),
+        ("no thread for requests", ["--io-threads", "0"]),
         ("too many workers", ["--workers", "100000"]),
         ("a largest timeout that is too large", ["--max-timeout-ms", "999999"]),
         ("a default timeout above the largest", ["--default-timeout-ms", "60000", "--max-timeout-ms", "50000"]),

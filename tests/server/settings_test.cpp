@@ -14,7 +14,6 @@ TEST_CASE("settings: the defaults are consistent") {
   CHECK(settings->workers >= 1);
   CHECK(settings->simd == supported_simd().front());
   CHECK(settings->parsers == settings->workers);
-  CHECK(settings->max_arriving_per_peer == settings->io_threads / 2);
 }
 
 TEST_CASE("settings: a parser's memory is derived from the limits on files, unless it is set") {
@@ -49,9 +48,10 @@ TEST_CASE("settings: contradictions and impossible values are refused") {
   };
   CHECK(!refused([](Settings&) {}));
   CHECK(refused([](Settings& s) { s.port = 65536; }));
-  CHECK(refused([](Settings& s) { s.io_threads = 64, s.queue = 64; }));
   CHECK(refused([](Settings& s) { s.queue = ~std::uint64_t{0}; }));
   CHECK(refused([](Settings& s) { s.io_threads = 1'000'000; }));
+  CHECK(refused([](Settings& s) { s.io_threads = 0; }));
+  CHECK(refused([](Settings& s) { s.status_port = 70'000; }));
   CHECK(refused([](Settings& s) { s.max_timeout_ms = 180'001; }));
   CHECK(refused([](Settings& s) { s.default_timeout_ms = 180'000, s.max_timeout_ms = 1000; }));
   CHECK(refused([](Settings& s) { s.default_timeout_ms = 0; }));

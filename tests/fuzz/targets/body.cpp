@@ -5,7 +5,6 @@
 #include <unistd.h>
 
 #include <array>
-#include <atomic>
 #include <string>
 
 #include "server/http/body.h"
@@ -42,21 +41,26 @@ class Client {
 };
 
 std::string rest_of(server::Connection& connection) {
-  while (connection.fill(server::Clock::now() + std::chrono::minutes(1)) == server::Io::ok) {
+  while (connection.receive(server::Connection::kBodyPiece) == server::Transport::Step::done) {
   }
   return std::string(connection.buffered());
 }
 
 std::string received(std::string_view sent, const server::Head& head, std::size_t longest, Dice& dice) {
   const Client client(sent, longest, dice);
-  const std::atomic<bool> aborted{false};
-  server::Connection connection(client.end(), aborted);
-  server::Body body(connection, head, kMostBytes, std::chrono::minutes(1));
+  server::Connection connection(client.end());
+  server::Body body(connection, head, kMostBytes);
   std::string bytes;
-  const auto refusal = body.read([&](std::string_view piece) {
-    bytes += piece;
-    return std::optional<api::Problem>();
-  });
+  std::optional<api::Problem> refusal;
+  body.read(
+      [&](std::string_view piece) {
+        bytes += piece;
+        return std::optional<api::Problem>();
+      },
+      [&](const server::Body::Refusal& why) { refusal = why; });
+  const auto step = body.go_on();
+  require(step != server::Transport::Step::wants_read, "a client that has closed is not waited for");
+  if (step == server::Transport::Step::closed) body.stop(server::malformed("closed too soon"));
   require(body.bytes() == bytes.size() && bytes.size() <= kMostBytes, "a body is within its limit, and counted");
   require(body.consumed() == !refusal, "a body is consumed unless it is refused");
   require(head.chunked || refusal || bytes.size() == head.content_length, "a body is as long as its head says");

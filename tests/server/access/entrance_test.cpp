@@ -1,7 +1,6 @@
 #include "server/access/entrance.h"
 
 #include <algorithm>
-#include <atomic>
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -26,10 +25,7 @@ namespace {
 // A request that consists of a head.
 struct Request {
   explicit Request(Head request_head)
-      : head(std::move(request_head)),
-        connection(-1, aborted),
-        body(connection, head, 0, std::chrono::milliseconds(0)),
-        exchange("id", head, body, connection) {}
+      : head(std::move(request_head)), connection(-1), body(connection, head, 0), exchange("id", head, body) {}
 
   std::string header(const std::string& name) const {
     const auto& headers = exchange.response.headers;
@@ -38,7 +34,6 @@ struct Request {
   }
 
   Head head;
-  std::atomic<bool> aborted{false};
   server::Connection connection;
   server::Body body;
   Exchange exchange;
@@ -59,7 +54,10 @@ Head preflight(const std::string& origin) {
 }
 
 void pass(const Entrance& entrance, Request& request) {
-  entrance(request.exchange, [](Exchange& exchange) { exchange.response.status = 222; });
+  entrance(request.exchange, [](Exchange& exchange) {
+    exchange.response.status = 222;
+    return server::Edge::Entry::answered;
+  });
 }
 
 constexpr const char* kPage = "https://viewer.example";

@@ -6,14 +6,13 @@
 #include <unistd.h>
 
 #include <array>
-#include <atomic>
 
 #include <doctest/doctest.h>
 
 using namespace meshgauge;
 using server::Connection;
-using server::Io;
 using server::peer_of;
+using Step = server::Transport::Step;
 
 namespace {
 
@@ -47,18 +46,6 @@ Pair ipv4() {
   return Pair(address);
 }
 
-server::Clock::time_point soon() { return server::Clock::now() + std::chrono::milliseconds(100); }
-
-// Two connections of one address with a limit of one place.
-struct TwoOfOneAddress {
-  server::ConnectionLimit peers{1};
-  std::atomic<bool> aborted{false};
-  Pair a = ipv4();
-  Pair b = ipv4();
-  Connection slow{a.ends[0], aborted, &peers};
-  Connection other{b.ends[0], aborted, &peers};
-};
-
 }  // namespace
 
 TEST_CASE("connection: the address of a connection") {
@@ -71,29 +58,31 @@ TEST_CASE("connection: the address of a connection") {
   CHECK(peer_of(-1).empty());
 }
 
-TEST_CASE("connection: waiting for bytes takes a place and keeps it until release_place()") {
-  TwoOfOneAddress two;
-  Connection &slow = two.slow, &other = two.other;
-  CHECK(slow.idle(soon(), [] { return true; }) == Io::timeout);
-  CHECK(slow.fill(soon()) == Io::timeout);
-  CHECK(other.fill(soon()) == Io::peer_limit);
-  REQUIRE(::send(two.b.ends[1], "x", 1, 0) == 1);
-  pollfd arrived{two.b.ends[0], POLLIN, 0};
-  REQUIRE(::poll(&arrived, 1, 10'000) == 1);
-  CHECK(other.fill(soon()) == Io::ok);  // its bytes had arrived
-  CHECK(other.fill(soon()) == Io::peer_limit);
+TEST_CASE("connection: a place of its address is kept until release_place()") {
+  server::ConnectionLimit peers{1};
+  const Pair a = ipv4(), b = ipv4();
+  Connection slow(a.ends[0]), other(b.ends[0]);
+  CHECK(slow.take_place(peers));
+  CHECK(slow.take_place(peers));
+  CHECK_FALSE(other.take_place(peers));
   slow.release_place();
-  CHECK(other.fill(soon()) == Io::timeout);
-  CHECK(slow.fill(soon()) == Io::peer_limit);
+  CHECK(other.take_place(peers));
+  CHECK_FALSE(slow.take_place(peers));
 }
 
-TEST_CASE("connection: waiting for a client that does not read takes a place as well") {
-  TwoOfOneAddress two;
-  Connection &slow = two.slow, &other = two.other;
-  const std::string much(std::size_t{64} << 20, 'x');
-  CHECK(slow.write("a little", soon()) == Io::ok);
-  CHECK(other.fill(soon()) == Io::timeout);
-  CHECK(slow.write(much, soon()) == Io::peer_limit);
-  other.release_place();
-  CHECK(slow.write(much, soon()) == Io::timeout);
+TEST_CASE("connection: what has arrived is kept until it is consumed") {
+  const Pair pair = ipv4();
+  Connection connection(pair.ends[0]);
+  CHECK(connection.receive(10) == Step::wants_read);
+  REQUIRE(::send(pair.ends[1], "hello", 5, 0) == 5);
+  pollfd arrived{pair.ends[0], POLLIN, 0};
+  REQUIRE(::poll(&arrived, 1, 10'000) == 1);
+  CHECK(connection.receive(3) == Step::done);
+  CHECK(connection.buffered() == "hel");
+  connection.consume(2);
+  CHECK(connection.receive(10) == Step::done);
+  CHECK(connection.buffered() == "llo");
+  REQUIRE(::shutdown(pair.ends[1], SHUT_WR) == 0);
+  REQUIRE(::poll(&arrived, 1, 10'000) == 1);
+  CHECK(connection.receive(10) == Step::closed);
 }

@@ -6,14 +6,21 @@
 
 #include <atomic>
 #include <functional>
+#include <list>
 #include <memory>
+#include <mutex>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include <doctest/doctest.h>
 
+#include "tests/eventually.h"
+
 using namespace meshgauge::server;
+using meshgauge::eventually;
 using namespace std::chrono_literals;
 
 namespace {
@@ -29,11 +36,15 @@ Settings settings() {
 // A server on its own threads for the lifetime of the object.
 class Guarded {
  public:
+  using Handle = std::function<void(Exchange&)>;
+
   explicit Guarded(
-      HttpGuard::Handler handle, HttpGuard::Handler log = [](Exchange&) {})
-      : guard(settings(), std::move(handle), std::move(log), nullptr), port_(guard.bind().value()) {
+      Handle handle, std::function<void(const Exchange&)> log = [](const Exchange&) {},
+      const Settings& chosen = settings())
+      : guard(chosen, {[](const Exchange&) { return Edge::Entry::handled; }, std::move(handle), std::move(log)},
+              nullptr),
+        port_(guard.bind().value()) {
     listener_ = std::thread([this] { guard.run(); });
-    while (!guard.running()) std::this_thread::sleep_for(1ms);
   }
   ~Guarded() {
     end();
@@ -76,10 +87,57 @@ class RawClient {
     return all;
   }
   std::string read_to_end() const { return read_to("no answer ends like this"); }
+  std::string read_head() const { return read_to("\r\n\r\n"); }
+  bool is_open() const {
+    char byte = 0;
+    return ::recv(socket_.get(), &byte, 1, MSG_DONTWAIT | MSG_PEEK) != 0;
+  }
+  // Sends until the other side closes. Returns how many bytes it took.
+  std::size_t flood() const {
+    const std::vector<char> bytes(1 << 16, 'x');
+    std::size_t sent = 0;
+    for (;;) {
+      const ssize_t n = ::send(socket_.get(), bytes.data(), bytes.size(), MSG_NOSIGNAL);
+      if (n <= 0) return sent;
+      sent += static_cast<std::size_t>(n);
+    }
+  }
 
  private:
   const Descriptor socket_;
 };
+
+Settings of_one_thread() {
+  Settings one = settings();
+  one.io_threads = 1;
+  one.max_arriving_per_peer = 1000;
+  return one;
+}
+
+constexpr const char* kGet = "GET / HTTP/1.1\r\nHost: x\r\n\r\n";
+
+// Answers with the response's path, when it is told to.
+struct Held {
+  std::atomic<bool> released{false};
+  std::atomic<int> waiting{0};
+  std::mutex mutex;
+  std::vector<std::function<void()>> wakes;
+
+  void hold(Exchange& exchange) {
+    {
+      const std::lock_guard lock(mutex);
+      wakes.push_back(exchange.wake);
+    }
+    ++waiting;
+  }
+  void release() {
+    released = true;
+    const std::lock_guard lock(mutex);
+    for (const auto& wake : wakes) wake();
+  }
+};
+
+std::optional<Clock::time_point> never() { return Clock::now() + 600s; }
 
 bool has(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
@@ -94,7 +152,7 @@ TEST_CASE("guard: a problem releases the stream or file that was started before 
     begin = [&](Response& response) {
       response.stream = [holder](std::string& piece) {
         piece = "begun";
-        return false;
+        return std::optional<Clock::time_point>();
       };
     };
   }
@@ -110,7 +168,7 @@ TEST_CASE("guard: a problem releases the stream or file that was started before 
         begin(exchange.response);
         throw std::runtime_error("no memory for a header");
       },
-      [&](Exchange&) { held = holder.use_count() - 1; });
+      [&](const Exchange&) { held = holder.use_count() - 1; });
   const RawClient client(guarded.port());
   client.send(method + " / HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n");
   const std::string answer = client.read_to_end();
@@ -126,7 +184,10 @@ TEST_CASE("guard: a request that is arriving at shutdown gets shutting-down, not
   std::atomic<bool> begun{false};
   Guarded guarded([&](Exchange& exchange) {
     begun = true;
-    if (auto refusal = exchange.body.read([](auto) { return Body::Refusal(); })) answer(exchange, *refusal);
+    exchange.body.read([](auto) { return Body::Refusal(); },
+                       [&](const Body::Refusal& refusal) {
+                         if (refusal) answer(exchange, *refusal);
+                       });
   });
   const RawClient client(guarded.port());
   std::string what;
@@ -150,4 +211,146 @@ TEST_CASE("guard: a request that is arriving at shutdown gets shutting-down, not
   CHECK(has(answer, "urn:meshgauge:problem:shutting-down"));
   CHECK(has(answer, "the service shut down before the " + what + " had arrived"));
   CHECK(has(answer, "\r\nRetry-After: 1\r\n"));
+}
+
+TEST_CASE("guard: clients that send slowly, wait, listen or are idle hold no thread") {
+  Held held;
+  Guarded guarded(
+      [&](Exchange& exchange) {
+        if (exchange.head.path == "/body") {
+          exchange.body.read([](auto) { return Body::Refusal(); }, [](const Body::Refusal&) {});
+        } else if (exchange.head.path == "/wait") {
+          held.hold(exchange);
+          exchange.response.later = [&](Exchange& later) {
+            later.response.body = "made";
+            return held.released ? std::nullopt : never();
+          };
+        } else if (exchange.head.path == "/listen") {
+          held.hold(exchange);
+          exchange.response.stream = [&](std::string& piece) {
+            if (held.released) piece = "made";
+            return held.released ? std::nullopt : never();
+          };
+        }
+      },
+      [](const Exchange&) {}, of_one_thread());
+  std::list<RawClient> slow, uploading, waiting, idle;
+  for (int i = 0; i < 20; ++i) {
+    slow.emplace_back(guarded.port()).send("GET / HT");
+    uploading.emplace_back(guarded.port()).send("POST /body HTTP/1.1\r\nHost: x\r\nContent-Length: 5\r\n\r\nhe");
+    waiting.emplace_back(guarded.port())
+        .send(std::string("GET ") + (i % 2 ? "/wait" : "/listen") + " HTTP/1.1\r\nHost: x\r\n\r\n");
+    idle.emplace_back(guarded.port()).send(kGet);
+    CHECK(idle.back().read_head().starts_with("HTTP/1.1 200 "));
+  }
+  REQUIRE(eventually([&] { return held.waiting == 20; }));
+  held.release();
+  for (const RawClient& client : waiting) CHECK(has(client.read_to("made"), "HTTP/1.1 200 "));
+  for (const RawClient& client : idle) {
+    client.send(kGet);
+    CHECK(client.read_head().starts_with("HTTP/1.1 200 "));
+  }
+  for (const RawClient& client : uploading) {
+    client.send("llo");
+    CHECK(client.read_head().starts_with("HTTP/1.1 200 "));
+  }
+  for (const RawClient& client : slow) {
+    client.send("TP/1.1\r\nHost: x\r\n\r\n");
+    CHECK(client.read_head().starts_with("HTTP/1.1 200 "));
+  }
+}
+
+TEST_CASE("guard: a response that waits is told that its client has gone") {
+  std::atomic<bool> gone{false};
+  const Guarded guarded([&](Exchange& exchange) {
+    exchange.response.later = [&](const Exchange& later) {
+      gone = later.client_gone;
+      return gone ? std::nullopt : never();
+    };
+  });
+  { RawClient(guarded.port()).send(kGet); }
+  CHECK(eventually([&] { return gone.load(); }));
+  CHECK(eventually([&] { return guarded.guard.connections() == 0; }));
+}
+
+TEST_CASE("guard: a response that waits is asked again at its time") {
+  std::atomic<int> asked{0};
+  const Guarded guarded([&](Exchange& exchange) {
+    exchange.response.later = [&](const Exchange&) {
+      return ++asked < 3 ? std::optional(Clock::now() + 1ms) : std::nullopt;
+    };
+  });
+  const RawClient client(guarded.port());
+  client.send(kGet);
+  CHECK(client.read_head().starts_with("HTTP/1.1 200 "));
+  CHECK(asked == 3);
+}
+
+TEST_CASE("guard: the rest of a body that was refused for now is discarded, and the connection goes on") {
+  const Guarded guarded([](Exchange& exchange) {
+    if (exchange.head.method == "POST") {
+      answer(exchange, {meshgauge::api::ProblemKind::overloaded, "later", {}});
+    }
+  });
+  const RawClient client(guarded.port());
+  const std::string head = "POST / HTTP/1.1\r\nHost: x\r\nContent-Length: 1000000\r\n\r\n";
+  for (int i = 0; i < 2; ++i) {
+    client.send(head + std::string(1'000'000, 'x') + kGet);
+    CHECK_FALSE(has(client.read_head(), "Connection: close"));
+    CHECK(client.read_to("HTTP/1.1 200 OK").ends_with("}HTTP/1.1 200 OK"));
+    client.read_head();
+  }
+  client.send("POST / HTTP/1.1\r\nHost: x\r\nContent-Length: 10\r\nExpect: 100-continue\r\n\r\n");
+  CHECK(has(client.read_head(), "Connection: close"));  // the body may come or not
+}
+
+TEST_CASE("guard: a client that has sent unread bytes gets its response, one that sends without end is dropped") {
+  const Guarded guarded([](Exchange& exchange) {
+    answer(exchange, {meshgauge::api::ProblemKind::malformed_request, "no", {}});
+  });
+  const std::string head = "POST / HTTP/1.1\r\nHost: x\r\nContent-Length: 100000000\r\n\r\n";
+  {
+    const RawClient client(guarded.port());
+    client.send(head + std::string(1'000'000, 'x'));  // closing now would reset the connection
+    CHECK(client.read_to_end().starts_with("HTTP/1.1 400 "));
+  }
+  const RawClient flooding(guarded.port());
+  flooding.send(head);
+  CHECK(flooding.flood() < std::size_t{64} << 20);  // 16 MiB, and what the kernel's buffers take
+  const RawClient staying(guarded.port());
+  staying.send(head);
+  CHECK(staying.read_to_end().starts_with("HTTP/1.1 400 "));
+  CHECK(eventually([&] { return guarded.guard.connections() == 0; }));
+}
+
+TEST_CASE("guard: no connection is left after stop() and abort()") {
+  Guarded guarded([](Exchange& exchange) { exchange.response.later = [](Exchange&) { return never(); }; });
+  const RawClient idle(guarded.port()), late(guarded.port());
+  CHECK(eventually([&] { return guarded.guard.connections() == 2; }));
+  late.send("GET / HT");
+  guarded.end();
+  CHECK(idle.read_to_end().empty());
+  CHECK(eventually([&] { return guarded.guard.connections() == 0; }));
+}
+
+TEST_CASE("guard: when no thread is left, requests are refused, and their connections stay") {
+  std::atomic<bool> busy{false}, released{false};
+  Settings one = of_one_thread();
+  one.max_pending_connections = 0;
+  Guarded guarded(
+      [&](Exchange&) {
+        busy = true;
+        while (!released) std::this_thread::sleep_for(1ms);
+      },
+      [](const Exchange&) {}, one);
+  const RawClient first(guarded.port());
+  first.send(kGet);
+  REQUIRE(eventually([&] { return busy.load(); }));
+  const RawClient second(guarded.port());
+  second.send(kGet);
+  const std::string refusal = second.read_to("\r\n\r\n");
+  CHECK(refusal.starts_with("HTTP/1.1 503 "));
+  CHECK_FALSE(has(refusal, "Connection: close"));
+  released = true;
+  CHECK(first.read_head().starts_with("HTTP/1.1 200 "));
 }

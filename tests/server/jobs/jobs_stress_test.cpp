@@ -60,7 +60,7 @@ class StressClient {
 
   void follow(const store::JobKey& key, const std::shared_ptr<LiveJob>& job, bool durable) {
     if (durable) seen_.accepted.emplace(key.id, "accepted");
-    if (job && chance(30)) job->wait_for_change(job->version(), std::chrono::milliseconds(2));
+    if (job && chance(30)) job->wait_for_end(std::chrono::milliseconds(2));
     if (chance(20)) {
       const auto removed = bench_.jobs.remove(key);
       if (durable && removed && *removed == Jobs::Deleted::forgotten) seen_.accepted[key.id] = "forgotten";

@@ -15,10 +15,9 @@ using nlohmann::json;
 namespace {
 
 struct LogClient {
-  std::atomic<bool> aborted{false};
-  Connection connection{-1, aborted};
+  Connection connection{-1};
   Head head;
-  Body body{connection, head, 0, std::chrono::milliseconds(0)};
+  Body body{connection, head, 0};
 };
 
 // The parsed line, which is exactly one.
@@ -37,7 +36,7 @@ TEST_CASE("log: a comparison's line has its sizes, its stages and its trace") {
   client.head.method = "POST";
   client.head.path = "/v1/comparisons";
   client.head.headers = {{"traceparent", "00-4bf92f3577b34da6a3ce929d0e0e4736-00f067aa0ba902b7-01"}};
-  Exchange exchange("0123", client.head, client.body, client.connection);
+  Exchange exchange("0123", client.head, client.body);
   exchange.route = "/v1/comparisons";
   exchange.owner = "ci";
   exchange.bytes_out = 1234;
@@ -71,7 +70,7 @@ TEST_CASE("log: text from a client stays one short line") {
   LogClient client;
   client.head.method = "GET\r\n{\"event\":\"forged\"}";
   client.head.path = "/\n\x1b[31m\xff\"" + std::string(5000, '"');
-  Exchange exchange("0123", client.head, client.body, client.connection);
+  Exchange exchange("0123", client.head, client.body);
   exchange.failure = std::string(5000, '\x01');
   answer(exchange, {api::ProblemKind::not_found, "", {}});
   const json line = line_of(exchange);

@@ -1,0 +1,65 @@
+// One client's connection, from its first byte to its last: which bytes it is waited for, and until when.
+//
+//   hello -> handshake -> idle -> head -> serving <-> body | sending | waiting -> idle, or leaving
+//
+// The event loop's thread does all of this but one thing: while `serving`, the connection belongs to a thread of a
+// pool, which runs the handler, takes what has arrived of the body and sends as much of the response as the socket
+// takes.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+
+#include "api/problem.h"
+#include "server/http/connection.h"
+#include "server/http/edge.h"
+#include "server/http/event_loop.h"
+#include "server/http/serving.h"
+
+namespace meshgauge::server {
+
+class Client final : public EventLoop::Source {
+ public:
+  Client(Edge& edge, EventLoop& loop, EventLoop::Id id, Descriptor socket);
+
+  void start() override;
+  void ready() override;
+  void late() override;
+  void take(EventLoop::Message message) override;
+  void stop() override;
+  bool spare() const override;
+
+ private:
+  using Step = Transport::Step;
+  enum class Phase { hello, handshake, idle, head, serving, body, sending, waiting, discarding, leaving };
+
+  void begin(Phase phase, Clock::time_point deadline);
+  void await(Step step);
+  void hello();
+  void shake_hands();
+  void await_request();
+  void read_head();
+  std::optional<api::Problem> check_head(bool& complete);
+  void refuse(const api::Problem& problem);
+  void serve(Head head, const std::optional<api::Problem>& refusal);
+  void go_on();
+  void apply(const Serving::State& state);
+  void check_gone();
+  void keep();
+  void discard();
+  void leave();
+  void linger();
+  void advance();
+  void finish();
+
+  Edge& edge_;
+  Connection connection_;
+  Phase phase_ = Phase::idle;
+  std::unique_ptr<Serving> serving_;           // of the request that is being served
+  Serving::State state_ = Serving::End::keep;  // from the pool's thread for the loop
+  bool woken_ = false;                         // while serving
+  std::uint64_t to_discard_ = 0;               // bytes of a body that was refused
+};
+
+}  // namespace meshgauge::server

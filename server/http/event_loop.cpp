@@ -1,0 +1,235 @@
+#include "server/http/event_loop.h"
+
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <poll.h>
+#include <sys/epoll.h>
+#include <sys/eventfd.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <new>
+
+namespace meshgauge::server {
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr EventLoop::Id kListener = 0, kInbox = 1;
+constexpr milliseconds kScanGap{20};    // between two looks at all deadlines: ten thousand take half a millisecond
+constexpr milliseconds kRetryGap{100};  // while no descriptor is left
+constexpr int kMostAccepted = 64;       // in one round, so that requests do not wait for a flood of connections
+
+bool tell(int epoll, int how, int fd, EventLoop::Id id, std::uint32_t events) {
+  epoll_event event{};
+  event.events = events;
+  event.data.u64 = id;
+  return ::epoll_ctl(epoll, how, fd, &event) == 0;
+}
+
+Descriptor checked(int fd) {
+  if (fd < 0) throw std::bad_alloc();
+  return Descriptor(fd);
+}
+
+// A failed accept that says nothing about the listening socket (accept(2)).
+bool is_passing(int error) {
+  constexpr std::array kPassing{EAGAIN,      EINTR,     ECONNABORTED, EPERM,        ENETDOWN,   EPROTO,
+                                ENOPROTOOPT, EHOSTDOWN, ENONET,       EHOSTUNREACH, EOPNOTSUPP, ENETUNREACH};
+  return std::find(kPassing.begin(), kPassing.end(), error) != kPassing.end();
+}
+
+bool has_arrived(int listener) {
+  pollfd entry{listener, POLLIN, 0};
+  return ::poll(&entry, 1, 0) > 0;
+}
+
+bool is_shortage(int error) { return error == EMFILE || error == ENFILE || error == ENOBUFS || error == ENOMEM; }
+
+}  // namespace
+
+EventLoop::Inbox::Inbox() : event_(checked(::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC))) {}
+
+void EventLoop::Inbox::post(Id id, Message message) {
+  {
+    const std::lock_guard lock(mutex_);
+    messages_.emplace_back(id, message);
+    if (messages_.size() > 1) return;  // the loop has been stirred already
+  }
+  stir();
+}
+
+void EventLoop::Inbox::stir() {
+  const std::uint64_t one = 1;
+  static_cast<void>(::write(event_.get(), &one, sizeof one));  // fails only if the loop is stirred anyway
+}
+
+std::vector<std::pair<EventLoop::Id, EventLoop::Message>> EventLoop::Inbox::take() {
+  std::uint64_t count = 0;
+  static_cast<void>(::read(event_.get(), &count, sizeof count));
+  const std::lock_guard lock(mutex_);
+  return std::exchange(messages_, {});
+}
+
+void EventLoop::Source::want(std::uint32_t events) {
+  const int how = std::exchange(watched_, true) ? EPOLL_CTL_MOD : EPOLL_CTL_ADD;
+  if (!tell(loop_.epoll_.get(), how, fd(), id_, events | EPOLLONESHOT)) close();  // no memory in the kernel
+}
+
+void EventLoop::Source::soon() { loop_.soon_.push_back(id_); }
+
+void EventLoop::Source::set_deadline(Clock::time_point when) {
+  deadline_ = when;
+  loop_.next_scan_ = std::min(loop_.next_scan_, std::max(when, loop_.last_scan_ + kScanGap));
+}
+
+EventLoop::EventLoop(Make make, std::size_t most)
+    : make_(std::move(make)), most_(most), epoll_(checked(::epoll_create1(EPOLL_CLOEXEC))), last_id_(kInbox) {
+  if (!tell(epoll_.get(), EPOLL_CTL_ADD, inbox_->event_.get(), kInbox, EPOLLIN)) throw std::bad_alloc();
+}
+
+void EventLoop::stop() {
+  stopping_.store(true);
+  inbox_->stir();
+}
+
+void EventLoop::abort() {
+  aborting_.store(true);
+  inbox_->stir();
+}
+
+void EventLoop::run(Descriptor listener) {
+  listener_ = std::move(listener);
+  listening_ = tell(epoll_.get(), EPOLL_CTL_ADD, listener_.get(), kListener, EPOLLIN);
+  if (!listening_) stopping_.store(true);
+  std::array<epoll_event, 256> events;
+  for (;;) {
+    end_if_stopping();
+    if (stopping() && sources_.empty()) break;
+    const int count = ::epoll_wait(epoll_.get(), events.data(), events.size(), wait_ms(Clock::now()));
+    const std::vector<Id> soon = std::exchange(soon_, {});
+    for (int i = 0; i < count; ++i) {
+      const Id id = events[static_cast<std::size_t>(i)].data.u64;
+      if (id == kListener) {
+        accept_some();
+      } else if (id != kInbox) {
+        call(id, [](Source& source) { source.ready(); });
+      }
+    }
+    read_inbox();
+    for (const Id id : soon) call(id, [](Source& source) { source.ready(); });
+    if (const auto now = Clock::now(); now >= next_scan_) scan(now);
+  }
+  listener_.close();
+}
+
+int EventLoop::wait_ms(Clock::time_point now) const {
+  if (!soon_.empty()) return 0;
+  if (next_scan_ == Clock::time_point::max()) return -1;
+  const auto left = std::chrono::ceil<milliseconds>(next_scan_ - now);
+  return static_cast<int>(std::clamp(left, milliseconds(0), milliseconds(60'000)).count());
+}
+
+template <class Call>
+void EventLoop::call(Id id, const Call& what) {
+  const auto found = sources_.find(id);
+  if (found == sources_.end()) return;
+  try {
+    what(*found->second);
+  } catch (const std::exception&) {  // out of memory: only this connection is lost
+    found->second->close();
+  }
+  if (found->second->closed_) forget(id);
+}
+
+void EventLoop::forget(Id id) {
+  sources_.erase(id);
+  size_.store(sources_.size());
+}
+
+void EventLoop::accept_some() {
+  for (int i = 0; i < kMostAccepted && !stopping(); ++i) {
+    const int fd = ::accept4(listener_.get(), nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC);
+    if (fd >= 0) {
+      add(Descriptor(fd));
+      continue;
+    }
+    if (errno == EAGAIN) return;
+    if (is_passing(errno)) continue;
+    if (!is_shortage(errno)) return stop();
+    if (!has_arrived(listener_.get())) return;  // without a descriptor, accept() does not look
+    if (drop_one()) continue;
+    tell(epoll_.get(), EPOLL_CTL_MOD, listener_.get(), kListener, 0);
+    listening_ = false;
+    next_scan_ = std::min(next_scan_, Clock::now() + kRetryGap);
+    return;
+  }
+}
+
+void EventLoop::add(Descriptor socket) {
+  if (sources_.size() >= most_ && !drop_one()) {
+    ++dropped_;
+    return;
+  }
+  const int yes = 1;  // else responses wait for the client's delayed acknowledgement
+  ::setsockopt(socket.get(), IPPROTO_TCP, TCP_NODELAY, &yes, sizeof yes);
+  const Id id = ++last_id_;
+  try {
+    sources_.emplace(id, make_(id, std::move(socket)));
+  } catch (const std::exception&) {  // out of memory
+    ++dropped_;
+    return;
+  }
+  size_.store(sources_.size());
+  call(id, [](Source& source) { source.start(); });
+}
+
+// Closes the oldest connection that serves no request. False: there is none.
+bool EventLoop::drop_one() {
+  const auto found =
+      std::find_if(sources_.begin(), sources_.end(), [](const auto& entry) { return entry.second->spare(); });
+  if (found == sources_.end()) return false;
+  ++dropped_;
+  forget(found->first);
+  return true;
+}
+
+void EventLoop::read_inbox() {
+  for (const auto& [id, message] : inbox_->take()) {
+    call(id, [message = message](Source& source) { source.take(message); });
+  }
+}
+
+// Tells all connections once of each.
+void EventLoop::end_if_stopping() {
+  const bool aborts = aborting() && !std::exchange(told_abort_, aborting());
+  const bool stops = stopping() && !std::exchange(told_stop_, stopping());
+  if (stops) tell(epoll_.get(), EPOLL_CTL_DEL, listener_.get(), kListener, 0);
+  if (!stops && !aborts) return;
+  std::vector<Id> all;
+  for (const auto& [id, source] : sources_) all.push_back(id);
+  for (const Id id : all) call(id, [](Source& source) { source.stop(); });
+}
+
+void EventLoop::scan(Clock::time_point now) {
+  last_scan_ = now;
+  next_scan_ = Clock::time_point::max();
+  if (!listening_ && !stopping()) listening_ = tell(epoll_.get(), EPOLL_CTL_MOD, listener_.get(), kListener, EPOLLIN);
+  std::vector<Id> late;
+  auto next = Clock::time_point::max();
+  for (const auto& [id, source] : sources_) {
+    if (source->deadline_ <= now) {
+      source->deadline_ = Clock::time_point::max();
+      late.push_back(id);
+    } else {
+      next = std::min(next, source->deadline_);
+    }
+  }
+  if (next != Clock::time_point::max()) next_scan_ = std::min(next_scan_, std::max(next, now + kScanGap));
+  for (const Id id : late) call(id, [](Source& source) { source.late(); });
+}
+
+}  // namespace meshgauge::server

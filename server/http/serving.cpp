@@ -1,0 +1,207 @@
+#include "server/http/serving.h"
+
+#include <algorithm>
+#include <exception>
+#include <utility>
+
+#include "api/digest.h"
+#include "server/http/event_stream.h"
+
+namespace meshgauge::server {
+namespace {
+
+using api::Problem;
+using api::ProblemKind;
+using std::chrono::milliseconds;
+
+constexpr milliseconds kWriteTime{30'000};  // for a response, or a piece of a stream
+constexpr milliseconds kFilePieceTime{10'000};
+constexpr std::size_t kLeastFileBytesPerMs = 512;
+constexpr milliseconds kSilence{15'000};  // proxies close connections that are silent for longer
+
+Clock::time_point after(milliseconds time) { return Clock::now() + time; }
+
+std::string head_of(const Response& response, const std::string& framing, bool close) {
+  std::string head = "HTTP/1.1 " + std::to_string(response.status) + " OK\r\nContent-Type: " + response.content_type;
+  for (const auto& [name, value] : response.headers) head += "\r\n" + name + ": " + value;
+  return head + "\r\n" + framing + (close ? "\r\nConnection: close\r\n\r\n" : "\r\n\r\n");
+}
+
+}  // namespace
+
+Problem not_arrived(Lost why, const std::string& what, std::uint64_t time_ms) {
+  switch (why) {
+    case Lost::closed:
+      return malformed("the connection was closed before the " + what + " was complete");
+    case Lost::aborted:
+      return {ProblemKind::shutting_down, "the service shut down before the " + what + " had arrived", {}};
+    case Lost::peer_limit:
+      return {ProblemKind::too_many_requests,
+              "too many requests from this client address are still arriving; retry in a moment",
+              {}};
+    case Lost::timeout:
+      break;
+  }
+  return {
+      ProblemKind::request_timeout, "the " + what + " did not arrive within " + std::to_string(time_ms) + " ms", {}};
+}
+
+Serving::Serving(Edge& edge, Connection& connection, Head head, const std::optional<Problem>& refusal,
+                 std::function<void()> wake)
+    : edge_(edge),
+      connection_(connection),
+      head_(std::move(head)),
+      body_(connection, head_, edge.settings.max_request_bytes),
+      exchange_(api::random_id(), head_, body_),
+      close_(refusal.has_value() || !head_.keep_alive) {
+  exchange_.wake = std::move(wake);
+  if (refusal) answer(exchange_, *refusal);
+}
+
+bool Serving::is_quick() const {
+  const Response& response = exchange_.response;
+  const bool calls = response.later || response.stream || body_.reading();
+  return !outgoing_.has_file() && (!calls || response.quick);
+}
+
+Edge::Entry Serving::enter() {
+  try {
+    return edge_.enter(exchange_);
+  } catch (const std::exception& error) {
+    fail(error);
+    return Edge::Entry::answered;
+  }
+}
+
+void Serving::handle() {
+  try {
+    edge_.handle(exchange_);
+  } catch (const std::exception& error) {
+    fail(error);
+  }
+}
+
+void Serving::fail(const std::exception& error) {
+  exchange_.failure = error.what();
+  body_.abandon();
+  answer(exchange_, Problem{ProblemKind::internal,
+                            "internal error; the service's log has the cause under the id " + exchange_.id,
+                            {}});
+}
+
+// Writes what there is of the response and makes more of it, until it has to wait or has ended.
+Serving::State Serving::advance() {
+  if (body_.reading()) {
+    if (const Step step = receive_body(); step != Step::done) return step;
+  }
+  if (!composed_) {
+    if (const auto due = make_response()) return *due;
+    compose();
+  }
+  for (;;) {
+    while (!outgoing_.empty()) {
+      const Step step = outgoing_.write(connection_.transport());
+      if (step == Step::closed) return end(false);
+      if (step != Step::done) return step;
+      deadline_ = std::min(latest_, after(kFilePieceTime));
+    }
+    if (!exchange_.response.stream) return end(true);
+    Clock::time_point due;
+    if (exchange_.client_gone || !add_piece(due)) return end(false);
+    if (outgoing_.empty()) return due;
+  }
+}
+
+// done: the handler has got the whole body, or why there is none.
+Serving::Step Serving::receive_body() {
+  if (!deadline_) deadline_ = after(milliseconds(static_cast<std::int64_t>(edge_.settings.body_timeout_ms)));
+  if (Clock::now() >= *deadline_) lost_ = Lost::timeout;  // also when bytes keep coming
+  try {
+    const Step step = lost_ ? Step::closed : body_.go_on();
+    if (step == Step::done) {
+      if (body_.consumed()) connection_.release_place();
+      return Step::done;
+    }
+    if (step != Step::closed && connection_.take_place(edge_.peers)) return step;
+    if (!lost_) lost_ = step == Step::closed ? Lost::closed : Lost::peer_limit;
+    body_.stop(not_arrived(*lost_, "body", edge_.settings.body_timeout_ms));
+  } catch (const std::exception& error) {
+    fail(error);
+  }
+  return Step::done;
+}
+
+// Returns when to try again; nullopt: the response is made.
+std::optional<Clock::time_point> Serving::make_response() {
+  if (!exchange_.response.later) return std::nullopt;
+  auto later = std::exchange(exchange_.response.later, nullptr);
+  try {
+    const auto due = later(exchange_);
+    if (due) exchange_.response.later = std::move(later);
+    return due;
+  } catch (const std::exception& error) {
+    fail(error);
+    return std::nullopt;
+  }
+}
+
+void Serving::compose() {
+  Response& response = exchange_.response;
+  response.headers.emplace_back("X-Request-Id", exchange_.id);
+  for (auto& header : trace_headers(exchange_.trace)) response.headers.push_back(std::move(header));
+  add_security_headers(response);
+  const bool try_again = response.status == 429 || response.status == 503;
+  // The unread rest of a body would be parsed as the next request.
+  const bool keeps = body_.consumed() || (try_again && body_.left() <= kMostDiscarded);
+  if (!keeps || edge_.stopping() || response.stream) close_ = true;
+  deadline_ = after(kWriteTime);
+  composed_ = true;
+  if (response.stream) {
+    outgoing_.add(head_of(response, "Transfer-Encoding: chunked", true));
+  } else if (response.file) {
+    const std::size_t size = response.file->bytes.size();
+    latest_ = *deadline_ + milliseconds(size / kLeastFileBytesPerMs);
+    outgoing_.add(head_of(response, "Content-Length: " + std::to_string(size), close_));
+    if (exchange_.head.method != "HEAD") outgoing_.add(*std::exchange(response.file, std::nullopt));
+  } else {
+    outgoing_.add(edge_.write_response(exchange_, close_));
+  }
+}
+
+// Adds the next piece of a stream, if there is one; else sets `due` to when to ask again. False: the stream failed.
+bool Serving::add_piece(Clock::time_point& due) {
+  std::string piece;
+  std::optional<Clock::time_point> next;
+  try {
+    next = exchange_.response.stream(piece);
+  } catch (const std::exception& error) {
+    exchange_.failure = error.what();
+    return false;
+  }
+  const auto now = Clock::now();
+  if (piece.empty() && next && now >= last_piece_ + kSilence) piece = ": still here\n\n";
+  if (!piece.empty()) {
+    outgoing_.add(chunk(piece));
+    last_piece_ = now;
+  }
+  if (!next) {
+    outgoing_.add("0\r\n\r\n");
+    exchange_.response.stream = nullptr;
+  }
+  deadline_ = now + kWriteTime;
+  due = std::min(next.value_or(now), last_piece_ + kSilence);
+  return true;
+}
+
+Serving::State Serving::end(bool delivered) {
+  exchange_.bytes_out = outgoing_.written();
+  exchange_.delivered = delivered;
+  exchange_.response.later = nullptr;  // before the log: these hold places
+  exchange_.response.stream = nullptr;
+  exchange_.response.file.reset();
+  outgoing_ = {};
+  edge_.log(exchange_);
+  return delivered && !close_ ? End::keep : End::close;
+}
+
+}  // namespace meshgauge::server

@@ -1,0 +1,74 @@
+// One request, from its complete head to the last byte of its response. It belongs to one thread at a time and never
+// waits: advance() does what can be done now, and says what to wait for.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <variant>
+
+#include "api/problem.h"
+#include "server/http/connection.h"
+#include "server/http/edge.h"
+#include "server/http/exchange.h"
+#include "server/http/outgoing.h"
+
+namespace meshgauge::server {
+
+// Why a head or body did not arrive. peer_limit: too many connections of this address are being waited for.
+enum class Lost { closed, timeout, aborted, peer_limit };
+
+// Returns the problem of a head or body (`what` names which) that did not arrive. `time_ms`: the limit, for the
+// message.
+api::Problem not_arrived(Lost why, const std::string& what, std::uint64_t time_ms);
+
+class Serving {
+ public:
+  using Step = Transport::Step;
+  static constexpr std::uint64_t kMostDiscarded = std::uint64_t{16} << 20;
+
+  enum class End { keep, close };  // of the connection, after to_discard() bytes
+  // What to wait for: the socket, until deadline(); or a time, a wake-up or the client's going; or nothing any more.
+  using State = std::variant<Step, Clock::time_point, End>;
+
+  // Borrows the first two. `refusal`: of the head; it is the response then. `wake`: for Exchange::wake.
+  Serving(Edge& edge, Connection& connection, Head head, const std::optional<api::Problem>& refusal,
+          std::function<void()> wake);
+
+  Edge::Entry enter();  // calls Edge::enter
+  void handle();        // calls Edge::handle
+
+  // Receives what has arrived of the body, makes the response and writes as much of it as the socket takes.
+  State advance();
+  bool is_quick() const;                // advance() does not block now
+  void lose(Lost why) { lost_ = why; }  // the rest of the body is not waited for: advance() ends it
+  State end(bool delivered);            // ends the response where it is, and logs it
+
+  Exchange& exchange() { return exchange_; }
+  bool receiving() const { return body_.reading(); }
+  Clock::time_point deadline() const { return *deadline_; }
+  std::uint64_t to_discard() const { return body_.left(); }
+
+ private:
+  Step receive_body();
+  std::optional<Clock::time_point> make_response();
+  void compose();
+  bool add_piece(Clock::time_point& due);
+  void fail(const std::exception& error);
+
+  Edge& edge_;
+  Connection& connection_;
+  const Head head_;
+  Body body_;
+  Exchange exchange_;
+  Outgoing outgoing_;
+  bool composed_ = false;
+  bool close_;  // after this response
+  std::optional<Lost> lost_;
+  std::optional<Clock::time_point> deadline_;            // of the body, then of what is being written
+  Clock::time_point latest_ = Clock::time_point::max();  // of the whole response
+  Clock::time_point last_piece_ = Clock::now();          // of a stream
+};
+
+}  // namespace meshgauge::server
