@@ -5,6 +5,7 @@
 
 #include "engine/bounds/lipschitz.h"
 #include "engine/bounds/overlay.h"
+#include "engine/bounds/owner_cut.h"
 #include "engine/rounding.h"
 #include "engine/search_worker.h"
 
@@ -15,10 +16,31 @@ constexpr std::size_t kSettled = 256;       // pieces without a new lower bound,
 constexpr std::size_t kMaxVisits = 64;      // limit of the triangles of B over one piece
 constexpr std::size_t kWorthAdjacency = 8;  // pieces waiting or split below which no adjacency is made for the overlay
 constexpr std::size_t kAdjacencyShare = 256;  // triangles of B whose adjacency costs as much as one such piece
+constexpr int kCutParts = 64;                 // of a piece in a thorough owner cut
+constexpr int kCutQueries = 4;                // in a thorough owner cut
+constexpr std::uint64_t kCostOfSingle = 4;    // a distance computed by itself costs as much as so many of eight at once
 constexpr std::size_t kTasksARound = 16;      // for each thread, between two pulses
 constexpr std::size_t kPiecesATask = 16;      // waiting pieces in a task
 constexpr std::size_t kStepsATask =
     256;  // limit of the pieces that a task treats, some 0.3 ms; the rest waits for the next round
+
+// Limits what failed attempts at a bound cost, in point-triangle distances, to a share of those of all other work.
+class Credit {
+ public:
+  // `others`: the distances of the work so far; `gain`: what a success gives of what it cost.
+  Credit(std::uint64_t others, std::int64_t gain) : gain_(gain) { earn(others); }
+  bool left() const { return credit_ > 0; }
+  void earn(std::uint64_t others) { credit_ = std::min(credit_ + static_cast<std::int64_t>(others) / kShare, kMost); }
+  void note(bool success, std::uint64_t cost) {
+    const auto signed_cost = static_cast<std::int64_t>(cost);
+    credit_ = std::min(credit_ + (success ? gain_ * signed_cost : -signed_cost), kMost);
+  }
+
+ private:
+  static constexpr std::int64_t kShare = 16, kLeast = 1 << 9, kMost = 1 << 12;
+  std::int64_t credit_ = kLeast;
+  std::int64_t gain_;
+};
 
 struct Longest {
   std::size_t edge = 0;  // joins the corners `edge` and edge + 1 (mod 3)
@@ -37,7 +59,10 @@ Longest longest_edge(const Piece& piece) {
 // One thread's state in the bisection.
 class Bisector {
  public:
-  explicit Bisector(Search& search) : worker_(search) {}
+  explicit Bisector(Search& search)
+      : worker_(search),
+        simple_cuts_(search.work().triangle_tests, 4),
+        thorough_cuts_(search.work().triangle_tests, 0) {}
 
   SearchWorker& worker() { return worker_; }
   bool has_overlay() const { return overlay_.has_value(); }
@@ -51,6 +76,7 @@ class Bisector {
       return *overlay.upper > worker_.cull_within_tolerance() ? worker_.cull_unresolved(*overlay.upper)
                                                               : worker_.drop(*overlay.upper);
     }
+    if (cut(piece)) return;
     const Longest longest = longest_edge(piece);
     if (longest.length < rounding::kSmallestPiece) return worker_.drop(std::min(piece.upper, lipschitz_upper(piece)));
     split(piece, longest.edge, overlay.too_far);
@@ -63,13 +89,47 @@ class Bisector {
     return overlay_->attempt(piece, std::array{a.slot, b.slot, c.slot}, limit, kMaxVisits, worker_.work());
   }
 
+  // Tries to drop the piece by the owner cut: thoroughly, with parts and queries, or else as a whole. Returns whether
+  // it did.
+  bool cut(const Piece& piece) {
+    const bool thorough = thorough_cuts_.left();
+    Credit& credit = thorough ? thorough_cuts_ : simple_cuts_;
+    if (!credit.left()) return false;
+    const std::uint64_t before = worker_.work().triangle_tests;
+    Work single;  // distances computed one by one
+    const std::optional<double> upper =
+        thorough ? cut_upper(piece, kCutParts, kCutQueries, single) : cut_upper(piece, 1, 0, single);
+    credit.note(upper.has_value(), worker_.work().triangle_tests - before + kCostOfSingle * single.triangle_tests);
+    worker_.work() += single;
+    if (upper) *upper > worker_.cull_within_tolerance() ? worker_.cull_unresolved(*upper) : worker_.drop(*upper);
+    return upper.has_value();
+  }
+
+  // Where an attempt fails at a point that is too far from the triangles known, a query of that point either raises the
+  // lower bound or finds another triangle.
+  std::optional<double> cut_upper(const Piece& piece, int parts, int queries, Work& single) {
+    OwnerCut cut(piece, worker_.to(), single);
+    for (;; --queries) {
+      const double limit = std::max(worker_.cull_within_tolerance(), worker_.lower() + rounding::kCutGap);
+      const OwnerCut::Attempt attempt = cut.attempt(limit, parts);
+      if (attempt.upper || !attempt.too_far || queries == 0) return attempt.upper;
+      const Corner peak =
+          nearest_corner(worker_.to(), *attempt.too_far, worker_.work(), worker_.stop(), piece.corners[0].slot);
+      worker_.observe(peak, piece.triangle, false);
+      if (peak.distance <= limit && !cut.add(peak.slot)) return std::nullopt;
+    }
+  }
+
   // `too_far`: the point where the overlay bound of the whole piece failed. The half that holds it would fail again.
   void split(const Piece& piece, std::size_t edge, const std::optional<Vec3>& too_far) {
     Work& work = worker_.work();
     ++work.subdivisions;
     work.max_depth = std::max(work.max_depth, piece.depth + 1);
     const Corner &a = piece.corners[edge], &b = piece.corners[(edge + 1) % 3], &c = piece.corners[(edge + 2) % 3];
+    const std::uint64_t before = work.triangle_tests;
     const Corner middle = nearest_corner(worker_.to(), (a.point + b.point) * 0.5, work, worker_.stop(), a.slot);
+    simple_cuts_.earn(work.triangle_tests - before);
+    thorough_cuts_.earn(work.triangle_tests - before);
     worker_.observe(middle, piece.triangle, false);
     const bool at_a = too_far && beside(*too_far, a.point, middle.point, c.point);
     add({a, middle, c}, piece, at_a);
@@ -96,6 +156,8 @@ class Bisector {
 
   SearchWorker worker_;
   std::optional<Overlay> overlay_;
+  Credit simple_cuts_;
+  Credit thorough_cuts_;
 };
 
 class Bisection {

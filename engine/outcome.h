@@ -52,7 +52,7 @@ struct Culling {
 // Counters of one direction.
 struct Work {
   std::uint64_t nearest_queries = 0;
-  std::uint64_t cache_hits = 0;      // vertices that had been measured already
+  std::uint64_t cache_hits = 0;      // points that had been measured already
   std::uint64_t triangle_tests = 0;  // point-triangle distances computed
   std::uint64_t subdivisions = 0;    // pieces split in the reduction
   std::uint32_t max_depth = 0;       // largest number of subdivisions on the way from a triangle to a piece

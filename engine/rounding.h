@@ -70,6 +70,8 @@
 //      the vector across are each found with two dot products (4u * 3.47 each) and two differences of vectors, and
 //      clamping the foot moves it by no more than its error: below 200u. kUsualResidual = 512u is an estimate made
 //      before a residual is measured (engine/front.h); no bound depends on it.
+//
+// (R10) Owner cut. Derived where it is used, in engine/bounds/owner_cut.h: kCutSlack = 48u.
 #pragma once
 
 #include <cstdint>
@@ -86,6 +88,7 @@ inline constexpr double kSeparationSlack = 32 * kUnit;  // R5
 inline constexpr double kOffsetPad = 0x1p-22;           // R6, relative
 inline constexpr double kOverlayOffset = 128 * kUnit;   // R7
 inline constexpr double kOverlaySlack = 128 * kUnit;    // R7
+inline constexpr double kCutSlack = 48 * kUnit;         // R10
 
 // Pieces shorter than this are not split: rounding is larger than they are.
 inline constexpr double kSmallestPiece = 0x1p-50;
@@ -102,6 +105,9 @@ inline constexpr double kSmallestGap = 0x1p-49;
 // piece that lies on B the bound is well above kOverlaySlack. Without this limit, equal surfaces under a tolerance of
 // zero would be bisected down to kSmallestPiece everywhere.
 inline constexpr double kOverlayGap = 0x1p-40;
+
+// The smallest gap that the owner cut has to resolve: kCutSlack and the rounding of the points of equal distances.
+inline constexpr double kCutGap = 0x1p-46;
 
 // The slack of an upper bound computed at the corners of pieces: R3 + R4. `residual`: the largest of B's triangles.
 inline double upper_slack(double residual, std::uint32_t max_depth) {

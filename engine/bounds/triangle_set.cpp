@@ -35,22 +35,27 @@ Corner TriangleSet::measure(const Vec3& p, const Piece& parent) {
 }
 
 double TriangleSet::upper(const Piece& piece) {
-  if (piece.depth == 0)
-    return least_farthest(piece, search_.to(), collect(piece).slots, search_.work(), search_.stop());
+  if (piece.depth == 0) return upper_of_whole(piece);
   if (const Slots* slots = set_of(piece))
     return least_farthest(piece, search_.to(), *slots, search_.work(), search_.stop());
   const auto& [a, b, c] = piece.corners;
   return least_farthest(piece, search_.to(), std::array{a.slot, b.slot, c.slot}, search_.work());
 }
 
-const TriangleSet::Slots* TriangleSet::set_of(const Piece& piece) {
-  if (const auto it = sets_.find(piece.triangle); it != sets_.end()) return &it->second;
-  if (piece.depth > 0) return nullptr;
-  Collected found = collect(piece);
-  if (!found.complete) return nullptr;
-  found.slots.shrink_to_fit();
-  memory_bytes_ += found.slots.size() * sizeof(std::uint32_t) + sizeof(*sets_.begin());
-  return &sets_.emplace(piece.triangle, std::move(found.slots)).first->second;
+double TriangleSet::upper_of_whole(const Piece& whole) {
+  Collected found = collect(whole);
+  const double upper = least_farthest(whole, search_.to(), found.slots, search_.work(), search_.stop());
+  if (found.complete && upper > search_.cull_below()) {  // else it is never split
+    found.slots.shrink_to_fit();
+    memory_bytes_ += found.slots.size() * sizeof(std::uint32_t) + sizeof(*sets_.begin());
+    sets_.emplace(whole.triangle, std::move(found.slots));
+  }
+  return upper;
+}
+
+const TriangleSet::Slots* TriangleSet::set_of(const Piece& piece) const {
+  const auto it = sets_.find(piece.triangle);
+  return it == sets_.end() ? nullptr : &it->second;
 }
 
 TriangleSet::Collected TriangleSet::collect(const Piece& whole) {

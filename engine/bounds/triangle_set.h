@@ -6,7 +6,7 @@
 //   for every piece P of S:  h(P,B) <= min over T in L of max over corners v of d(v,T).
 // Proof. Let T* own the point of B nearest to v. d(S,T*) <= d(v,T*) = d(v,B) <= h(S,B) <= c, so T* is in L; the other
 // triangles of L are no nearer. The second part is eq. 8, which holds for any set of triangles (piece.h).
-// So L is found once for S and serves all its pieces, without further queries.
+// So L is found once for S, when the traversal bounds it, and serves all its pieces, without further queries.
 //
 // Rounding can only leave out a triangle of L whose distance is c to within kSetMargin: a corner's distance might then
 // come out too large, never a bound too small; and the lower bound is certified from scratch in the end.
@@ -36,10 +36,11 @@ class TriangleSet final : public PieceBound {
     bool complete;
   };
 
+  double upper_of_whole(const Piece& whole);
   // Collects L for a whole triangle of A. Incomplete if interrupted: it still gives valid bounds, but no distances.
   Collected collect(const Piece& whole);
-  // Returns L for the triangle that holds `piece`; it is kept from the first split on. nullptr: interrupted.
-  const Slots* set_of(const Piece& piece);
+  // Returns the kept L of the triangle that holds `piece`; nullptr: its collecting was interrupted.
+  const Slots* set_of(const Piece& piece) const;
 
   Search& search_;
   std::unordered_map<std::uint32_t, Slots> sets_;  // by triangle of A

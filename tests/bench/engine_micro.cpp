@@ -4,6 +4,7 @@
 //   build/N        the tree over N triangles
 //   nearest_*/N    one closest-point query in a tree of N: `cold` in random order without a hint, `hinted` along a
 //                  walk over the surface, where each query starts from the triangle that the last one found
+//   distance_*     one computed distance: a point or a triangle from a triangle each by itself
 //   measure_*/N    measure() on N against N triangles at 1e-4 of the diagonal: `near` two meshes of one shape,
 //                  `same` a mesh against itself, `far` two that do not touch; counts the memory held beside them
 #include <benchmark/benchmark.h>
@@ -21,6 +22,7 @@
 #include "engine/hausdorff.h"
 #include "engine/nearest.h"
 #include "engine/ordered_mesh.h"
+#include "engine/triangle_distance.h"
 #include "shapes.h"
 
 namespace {
@@ -162,12 +164,46 @@ void kernel_nearest(benchmark::State& state, const Kernels* kernels) {
   state.counters["triangle_tests"] = static_cast<double>(tests) / static_cast<double>(done);
 }
 
+// Triangles of the size of a mesh's, at distances like those of two meshes that are near.
+std::vector<CornersAndFrame> small_triangles(double height, unsigned seed) {
+  std::mt19937_64 random(seed);
+  std::uniform_real_distribution<double> place(-0.1, 0.1), size(-0.02, 0.02);
+  std::vector<CornersAndFrame> triangles;
+  for (int i = 0; i < 1 << 10; ++i) {
+    const Vec3 at(place(random), place(random), height + 0.1 * place(random));
+    const auto corner = [&] { return Vec3(at + Vec3(size(random), size(random), 0.2 * size(random))); };
+    const Vec3 a = corner(), b = corner(), c = corner();
+    triangles.push_back({{a, b, c}, prepare(a, b, c).triangle});
+  }
+  return triangles;
+}
+
+void distance_point_triangle(benchmark::State& state) {
+  const auto from = small_triangles(0, 1), to = small_triangles(0.05, 2);
+  std::size_t i = 0;
+  for (auto _ : state) {
+    const std::size_t k = i++;
+    benchmark::DoNotOptimize(distance(to[k % to.size()].prepared, from[(7 * k) % from.size()].corners[0]));
+  }
+}
+
+void distance_triangle_triangle(benchmark::State& state) {
+  const auto from = small_triangles(0, 1), to = small_triangles(0.05, 2);
+  std::size_t i = 0;
+  for (auto _ : state) {
+    const std::size_t k = i++;
+    benchmark::DoNotOptimize(triangle_distance(from[(7 * k) % from.size()], to[k % to.size()]));
+  }
+}
+
 // Sizes from 1e3 to `most` triangles.
 void sizes(benchmark::internal::Benchmark* benchmark, std::int64_t most) {
   benchmark->RangeMultiplier(10)->Range(1'000, most)->Unit(benchmark::kMicrosecond)->UseRealTime();
 }
 
 BENCHMARK(build)->Apply([](auto* b) { sizes(b, 1'000'000); });
+BENCHMARK(distance_point_triangle);
+BENCHMARK(distance_triangle_triangle);
 BENCHMARK(nearest_cold)->RangeMultiplier(10)->Range(1'000, 1'000'000);
 BENCHMARK(nearest_hinted)->RangeMultiplier(10)->Range(1'000, 1'000'000);
 BENCHMARK(measure_near)->Apply([](auto* b) { sizes(b, 1'000'000); });

@@ -11,7 +11,7 @@ import sys
 import tempfile
 import unittest
 
-from harness import campaign, contenders, meshes, page, pairs, results, store, tables, targets
+from harness import campaign, contenders, meshes, page, pairs, plan, results, rivals, store, tables, targets
 
 HERE = pathlib.Path(__file__).resolve().parent
 BUILD = pathlib.Path(os.environ.get("MESHGAUGE_BUILD", HERE.parents[1] / "build"))
@@ -51,6 +51,19 @@ def row(**values):
         load=0.0,
     )
     return base | values
+
+
+# A rival whose intervals are twice the true ones.
+RIVAL = """
+import json, subprocess, sys
+a, b, tolerance, limit = sys.argv[1:]
+assert a.endswith(".obj") and b.endswith(".obj") and float(limit) > 0
+done = subprocess.run(
+    ["{meshgauge}", "compare", a, b, "--json", "--direction", "a_to_b", "--absolute", tolerance], stdout=subprocess.PIPE
+)
+found = json.loads(done.stdout)["distance"]
+print(json.dumps(dict(status="converged", lower=2 * found["lower"], upper=2 * found["upper"], user_s=0.25)))
+"""
 
 
 class Folder(unittest.TestCase):
@@ -122,6 +135,60 @@ class Reduced(unittest.TestCase):
         self.assertAlmostEqual(results.slope(points), 1)
         self.assertEqual([round(factor, 9) for _, factor in results.doublings(points)], [2, 2])
         self.assertAlmostEqual(targets.bytes_per_triangle([(10, 1500), (20, 2500)]), 100)
+
+
+    def test_an_interval_without_a_reference_is_held_against_auto(self):
+        runs = [row(), row(contender="other", lower=1.01, upper=1.02)]
+        case = results.Results(runs).cases["pairs", "p", 1e-4, ""]
+        self.assertTrue(case["other"].is_wrong(case["auto"]))
+        self.assertFalse(case["auto"].is_wrong(case["auto"]))
+        self.assertIn("| p | 0.0001 | `other` | wrong interval", tables.failures(results.Results(runs)))
+        self.assertTrue(results.Result([row(lower=2.0)]).is_wrong())  # lower > upper
+
+    def test_the_papers_first_table(self):
+        runs = [
+            row(experiment="paper", pair=pair, tolerance=1e-3, contender=name, seconds=seconds)
+            for pair in ("half/a", "remesh/b_ftet", "remesh/c_iso")
+            for name, seconds in (("four_point", 1.0), ("triangle_set", 3.0))
+        ]
+        table = tables.table1(results.Results(runs))
+        self.assertIn("| decimated | 0.001 of the unit, 180 s | 1 | 100 % / 97.65 % |", table)
+        self.assertIn("| tetwild | 0.001 of the unit, 180 s | 1 |", table)
+        self.assertIn("3.00x / 27.5x", table)
+        self.assertEqual(len(table.splitlines()), 4)
+        self.assertEqual(plan.paper_kind("remesh/tw107100_sf_iso"), "")
+
+
+class Rivals(Folder):
+    def test_an_argument(self):
+        self.assertEqual(rivals.parsed("mine=sh -c 'a b'", contenders.is_own).command[1:], ("-c", "a b"))
+        for wrong in ("sh", "A=sh", "auto=sh", "mine=", "mine=no-such-program"):
+            with self.assertRaises(SystemExit):
+                rivals.parsed(wrong, contenders.is_own)
+
+    def test_an_answer(self):
+        good = {"status": "converged", "lower": 1, "upper": 2, "user_s": 0.5}
+        self.assertEqual(rivals.outcome(json.dumps(good), 3.0)["seconds"], 0.5)
+        self.assertEqual(rivals.outcome('{"status": "timeout"}', 3.0), {"status": "timeout"})
+        for wrong in ("", "[]", "{}", json.dumps(good | {"upper": "x"}), json.dumps(good | {"lower": math.nan})):
+            with self.assertRaises((ValueError, KeyError, TypeError)):
+                rivals.outcome(wrong, 3.0)
+
+    def test_a_record(self):
+        path = self.folder / "record.tsv"
+        path.write_text(
+            "# measured elsewhere\n# pair\ttolerance\ttriangles of A\tof B\tx\ty\tmeshgauge\n"
+            "half/a\t0.0001\t8\t4\t8.0\t2.0\t1.0\nhalf/b\t0.0001\t8\t4\ttimeout\t8.0\t1.0\n"
+        )
+        record = rivals.Record.read(path)
+        table = record.table()
+        self.assertIn("Measured elsewhere.", table)
+        self.assertIn("| x | 0.0001 | 2 | 8.00x | 8.00x | 8.00x | 1 | 1 |", table)
+        self.assertIn("| the faster of them | 0.0001 | 2 | 4.00x | 2.00x | 8.00x | 0 | 0 |", table)
+        self.assertIn("| half | 0.0001 | 2 | 4.00x |", record.by_kind())
+        path.write_text("# pair\ttolerance\tx\tmeshgauge\nhalf/a\t0.1\t8.0\n")
+        with self.assertRaisesRegex(SystemExit, "line 2"):
+            rivals.Record.read(path)
 
 
 class Meshes(Folder):
@@ -206,6 +273,16 @@ class EndToEnd(Folder):
         written = (self.folder / "out/benchmarks.md").read_text()
         self.assertIn("| `auto` finishes at 0.0001 | every pair | 5 of 5 | met |", written)
         self.assertTrue((self.folder / "out/benchmarks/results.csv").exists())
+
+    def test_a_rival_takes_part(self):
+        program = self.folder / "rival.py"
+        program.write_text(RIVAL.format(meshgauge=BUILD / "meshgauge"))
+        flags = ("--contenders", "auto", "--rival", f"double={sys.executable} {program}", "--experiments", "pairs,paper")
+        rows = [r for r in self.bench(*flags) if r["contender"] == "double"]
+        self.assertEqual({r["status"] for r in rows}, {"converged"})
+        self.assertEqual({r["seconds"] for r in rows}, {0.25})
+        page_text = (self.folder / "out/benchmarks.md").read_text()
+        self.assertIn("| 0.0001 | `double` | 5 | 100 % | 0 | 0 | 0 | 4 |", page_text)  # twice 0 is right
 
     def test_every_marker_of_the_page_has_its_figures(self):
         made = page.fragments(results.Results([row()]), self.folder, [])

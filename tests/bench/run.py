@@ -6,7 +6,7 @@ import os
 import pathlib
 import sys
 
-from harness import campaign, contenders, page, pairs, plan, side, store
+from harness import campaign, contenders, page, pairs, plan, rivals, side, store
 from harness.contenders import Limits
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -39,6 +39,19 @@ def arguments():
         metavar="A,B",
         help="STRATEGY[@THREADS][+SIMD] or cgal; the default is auto, auto on all cores, "
         "four_point, triangle_set, cgal",
+    )
+    parser.add_argument(
+        "--rival",
+        action="append",
+        default=[],
+        metavar="NAME=COMMAND",
+        help="a contender more: called with A.obj B.obj TOLERANCE LIMIT_S, prints one line of JSON (docs/benchmarks.md)",
+    )
+    parser.add_argument(
+        "--rival-record",
+        type=pathlib.Path,
+        metavar="FILE",
+        help="a table of runs of rivals that were made elsewhere, to be shown on the page (docs/benchmarks.md)",
     )
     parser.add_argument(
         "--repetitions", type=int, metavar="N", help="the default is 3; what takes 10 s is not repeated"
@@ -76,7 +89,8 @@ def chosen_contenders(args, programs):
         "cgal",
     ]
     if args.contenders:
-        names = listed(args.contenders, contenders.is_name, "contender")
+        names = listed(args.contenders, lambda name: contenders.is_name(name) or name in programs.rivals, "contender")
+    names += [name for name in programs.rivals if name not in names]
     for name in names:
         if not programs.has(name):
             print(f"bench: {programs.of(name)} is not built: no {name}", file=sys.stderr)
@@ -111,7 +125,7 @@ def chosen_experiments(args):
 
 
 def run(args, out):
-    programs = contenders.Programs(args.build)
+    programs = contenders.Programs(args.build, [rivals.parsed(text, contenders.is_own) for text in args.rival])
     profile = plan.QUICK if args.quick else plan.Profile()
     limits = Limits(args.limit_seconds or (5 if args.quick else 60), int(args.limit_gib * (1 << 30)))
     runs = store.Store(out)
@@ -151,7 +165,7 @@ def main():
             run(args, out)
         except KeyboardInterrupt:
             raise SystemExit("\nbench: stopped; the same command goes on from here") from None
-    page.render(out, args.to or out)
+    page.render(out, args.to or out, args.rival_record and rivals.Record.read(args.rival_record))
 
 
 if __name__ == "__main__":

@@ -187,8 +187,25 @@ void make_degenerate(Dice& dice, Pair& pair) {
   degenerate(dice, pair.b);
 }
 
+// A across the middle between two walls of slices, which may lean or be of different slices: a line of farthest points.
+void make_walls(Dice& dice, Pair& pair) {
+  const double lean = dice.chance(0.5) ? 0 : dice.sign() * dice.power(-12, -1);
+  for (const double x : {0.0, 1.0}) {
+    const int slices = dice.between(1, 4);
+    for (int i = 0; i < slices; ++i) {
+      const double low = -0.2 + 1.4 * i / slices, high = -0.2 + 1.4 * (i + 1) / slices;
+      add_triangle(pair.b, {x, low, 0}, {x, high, 0}, {x + lean, high, 1});
+      if (dice.chance(0.7)) add_triangle(pair.b, {x, low, 0}, {x + lean, high, 1}, {x + lean, low, 1});
+    }
+  }
+  const double z = dice.uniform(0.2, 0.8), tilt = dice.chance(0.5) ? 0 : dice.power(-16, -1);
+  add_triangle(pair.a, {0.05, 0, z}, {0.9, 0, z + tilt}, {0.95, 1, z});
+  if (dice.chance(0.5)) add_triangle(pair.a, {0.05, 0, z}, {0.95, 1, z}, {0.1, 0.9, z - tilt});
+}
+
 // A across the middle of a box, or between two plates: a continuum of farthest points.
 void make_medial(Dice& dice, Pair& pair) {
+  if (dice.chance(0.4)) return make_walls(dice, pair);
   const Vec3 low(0, 0, 0), high(double(dice.between(1, 3)), double(dice.between(1, 3)), 1);
   pair.b = box(low, high);
   if (dice.chance(0.3)) pair.b.triangles.resize(4);  // floor and lid only

@@ -56,7 +56,7 @@ class Campaign:
             "program": self.programs.hash_of(job.contender),
             "tolerance": job.tolerance,
             "gate": job.gate,
-            "limits": self.limits.text(),
+            "limits": job.limits(self.limits).text(),
         }
 
     def _measure(self, job):
@@ -70,14 +70,15 @@ class Campaign:
             "max_distance": None if math.isnan(job.max_distance) else job.max_distance,
             "load": os.getloadavg()[0],
         }
-        stdout, stderr, report = launch(self.programs, contenders.command(job, self.programs, self.limits), self.limits)
+        limits = job.limits(self.limits)
+        stdout, stderr, report = launch(self.programs, contenders.command(job, self.programs, limits), limits)
         row.update(
             wall=report["wall_seconds"],
             user=report["user_seconds"],
             system=report["system_seconds"],
             peak_bytes=report["peak_bytes"],
         )
-        row.update(contenders.outcome(job, stdout, stderr, report))
+        row.update(contenders.outcome(job, self.programs, stdout, stderr, report))
         return row
 
 

@@ -1,6 +1,7 @@
 """What is measured: how each contender is called, and what it answers.
 
-A contender is named STRATEGY[@THREADS][+SIMD]: `auto`, `auto@2`, `four_point`, `auto+scalar`; and `cgal`, the peer.
+A contender is named STRATEGY[@THREADS][+SIMD]: `auto`, `auto@2`, `four_point`, `auto+scalar`; `cgal`, the peer; or as a
+rival was named (rivals.py).
 """
 import dataclasses
 import hashlib
@@ -8,6 +9,8 @@ import json
 import math
 import pathlib
 import re
+
+from . import rivals
 
 FINISHED = ("converged", "precision_floor", "gate_decided")
 STAGES = ("build", "traverse", "reduce", "certify")
@@ -34,46 +37,69 @@ class Job:
     gate: str = ""  # "2h" or "h/2": what max_distance is
     max_distance: float = math.nan
     series: str = ""  # a contender that fails in a series is not given what comes after
+    absolute: bool = False  # the tolerance is a length in the files' unit
+    seconds: float = math.nan  # the limit, if it is not that of all runs
+
+    def limits(self, common):
+        return common if math.isnan(self.seconds) else dataclasses.replace(common, seconds=self.seconds)
 
 
 class Programs:
-    """The executables of one build folder."""
+    """The executables of one build folder, and the rivals."""
 
-    def __init__(self, build):
+    def __init__(self, build, given_rivals=()):
         build = pathlib.Path(build)
         self.meshgauge = build / "meshgauge"
         self.cgal = build / "tests/bench/bench_cgal"
         self.launch = build / "tests/bench/bench_launch"
         self.tightness = build / "tests/bench/bench_tightness"
+        self.rivals = {rival.name: rival for rival in given_rivals}
+        self.obj_files = rivals.ObjFiles(build / "tests/bench/bench_as_obj", build / "bench/obj")
         self._hashes = {}
 
     def of(self, contender):
         return self.cgal if contender == "cgal" else self.meshgauge
 
     def hash_of(self, contender):
+        if contender in self.rivals:
+            return self.rivals[contender].hash()
         path = self.of(contender)
         if path not in self._hashes:
             self._hashes[path] = hashlib.sha256(path.read_bytes()).hexdigest()[:16]
         return self._hashes[path]
 
     def has(self, contender):
-        return self.of(contender).exists()
+        return contender in self.rivals or self.of(contender).exists()
+
+
+STRATEGIES = ("auto", "four_point", "n_point", "triangle_set")
 
 
 def is_name(text):
+    """Whether a contender of the project or the peer may have this name."""
     return text == "cgal" or _NAME.fullmatch(text) is not None
 
 
+def is_own(name):
+    """Whether a rival may not have this name."""
+    return name in (*STRATEGIES, "cgal")
+
+
 def command(job, programs, limits):
+    if job.contender in programs.rivals:
+        return rivals.command(programs.rivals[job.contender], job, programs.obj_files, limits.seconds)
     a, b = str(job.pair.a), str(job.pair.b)
     if job.contender == "cgal":
-        return [str(programs.cgal), a, b, repr(job.tolerance), repr(limits.seconds)]
+        tolerance = job.tolerance
+        if job.absolute:
+            tolerance /= programs.obj_files.diagonal(job.pair.a)
+        return [str(programs.cgal), a, b, repr(tolerance), repr(limits.seconds)]
     name = _NAME.fullmatch(job.contender)
     flags = [
         "--json",
         "--direction",
         "a_to_b",
-        "--diagonal",
+        "--absolute" if job.absolute else "--diagonal",
         repr(job.tolerance),
         "--strategy",
         name["strategy"],
@@ -91,11 +117,13 @@ def command(job, programs, limits):
     return [str(programs.meshgauge), "compare", a, b, *flags]
 
 
-def outcome(job, stdout, stderr, report):
+def outcome(job, programs, stdout, stderr, report):
     """The fields of a run's row that the contender itself answers for."""
     try:
+        if job.contender in programs.rivals:
+            return rivals.outcome(stdout, programs.obj_files.diagonal(job.pair.a))
         answer = json.loads(stdout)
-    except ValueError:
+    except (ValueError, KeyError, TypeError):
         return {"status": _failure(stderr, report)}
     return _of_cgal(answer) if job.contender == "cgal" else _of_meshgauge(answer)
 

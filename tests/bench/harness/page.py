@@ -12,10 +12,11 @@ from . import series_tables, side, store, tables, targets
 from .results import Results
 
 MARKED = re.compile(r"(<!-- figures: (\w+) -->\n)(?:(?!<!--).)*(<!-- end -->)", re.DOTALL)
+NO_RECORD = "*No record of runs made elsewhere was given (`--rival-record`).*"
 PAGE = side.ROOT / "docs/benchmarks.md"
 
 
-def fragments(results, folder, sessions):
+def fragments(results, folder, sessions, record=None):
     made = {
         name: (lambda make=make: make(results))
         for name, make in {
@@ -35,6 +36,8 @@ def fragments(results, folder, sessions):
             "reading": series_tables.reading,
         }.items()
     }
+    made["rivals"] = lambda: record.table() if record else NO_RECORD
+    made["rivals_by_kind"] = lambda: record.by_kind() if record else NO_RECORD
     made["machine"] = lambda: tables.machine(results, sessions)
     made["micro"] = lambda: series_tables.micro(side.micro_report(folder))
     return made
@@ -49,7 +52,7 @@ def fill(page, made):
     return MARKED.sub(replace, page)
 
 
-def render(folder, to):
+def render(folder, to, record=None):
     """Writes TO/benchmarks.md from the runs in `folder`, and into TO/benchmarks/ pictures, every pair and every result."""
     runs = store.Store(folder).open()
     if not runs.rows:
@@ -57,7 +60,7 @@ def render(folder, to):
     results = Results(runs.rows)
     aside = to / "benchmarks"
     aside.mkdir(parents=True, exist_ok=True)
-    (to / "benchmarks.md").write_text(fill(PAGE.read_text(), fragments(results, folder, runs.sessions())))
+    (to / "benchmarks.md").write_text(fill(PAGE.read_text(), fragments(results, folder, runs.sessions(), record)))
     (aside / "pairs.md").write_text(tables.all_pairs(results))
     _write_results(results, aside / "results.csv")
     _draw(results, folder, aside)

@@ -10,6 +10,7 @@ from .contenders import FINISHED, Job
 # name: what it shows
 EXPERIMENTS = {
     "pairs": "every pair, every contender, both tolerances",
+    "paper": "the paper's Table 1 at its settings: 1e-3 of the files' unit, 180 s",
     "gate": "a limit of 2h and of h/2, against converging",
     "growth": "time and memory against triangles",
     "zero": "h = 0: identical and re-triangulated meshes",
@@ -29,6 +30,8 @@ class Profile:
     sizes: tuple = tuple(1000 * 2**k for k in range(11))  # 1e3 .. 1e6 triangles
     zero_sizes: tuple = tuple(1000 * 2**k for k in range(9))
     tolerance_series: tuple = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
+    paper_tolerance: float = 1e-3  # of the files' unit
+    paper_seconds: float = 180
     tolerance_size: int = 32_000
     displacements: tuple = (0.0, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.03, 0.05, 0.07, 0.09, 0.3, 1.0)
     placement_size: int = 32_000
@@ -53,8 +56,19 @@ QUICK = Profile(
     reading_size=2000,
     thread_sizes=(2000,),
     tolerances=(1e-4,),
+    paper_seconds=5,
     tightness_sample=20,
 )
+
+
+def paper_kind(name):
+    """Which row of the paper's Table 1 a pair belongs to: "decimated", "tetwild" or, to try it, "made"; "": none."""
+    kind, _, rest = name.partition("/")
+    if kind in ("half", "decimate-half"):
+        return "decimated"
+    if kind == "made":
+        return "made" if rest.startswith("near_") else ""
+    return "tetwild" if rest.endswith("_ftet") or rest == "tw107100-tw107100_sf" else ""
 
 
 class Plan:
@@ -86,6 +100,18 @@ class Plan:
 
     def _pairs(self):
         return self._series("pairs", self.pairs, self.profile.tolerances, self.names, series=False)
+
+    def _paper(self):
+        """The paper's pairs are decimated meshes and surfaces of TetWild's tetrahedral meshes."""
+        return [
+            [
+                Job("paper", pair, name, self.profile.paper_tolerance, absolute=True, seconds=self.profile.paper_seconds)
+                for name in ("four_point", "triangle_set", "auto")
+                if name in self.names
+            ]
+            for pair in self.pairs
+            if paper_kind(pair.name)
+        ]
 
     def _gate(self):
         rounds = []

@@ -39,10 +39,17 @@ class Result:
     def stages(self):
         return [self.best[stage] for stage in STAGES]
 
-    def is_wrong(self):
-        """Whether the interval and the reference's do not meet: then one of them is wrong."""
+    def is_wrong(self, certified=None):
+        """Whether the interval is none, or does not meet the reference's, without one that of `certified`, a result: then
+        one of them is wrong."""
         low, high = self.best["reference_lower"], self.best["reference_upper"]
-        if not self.finished or low is None or self.best["gate"]:
+        if low is None and certified and certified.finished:
+            low, high = certified["lower"], certified["upper"]
+        if not self.finished or self.best["gate"]:
+            return False
+        if self.best["lower"] > self.best["upper"]:
+            return True
+        if low is None:
             return False
         slack = self.best["tolerance"] * self.best["diagonal"] if self.best["contender"] == "cgal" else 0
         return self.best["lower"] - slack > high or self.best["upper"] + slack < low

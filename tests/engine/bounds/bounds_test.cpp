@@ -62,12 +62,35 @@ TEST_CASE("triangle_set finds the nearest triangle of every point of its piece w
     Fixture f(shapes::scaled(shapes::soup(2, random), 0.3), shapes::soup(40, random));
     TriangleSet set(f.search);
     const Piece piece = f.piece(0);
+    set.upper(piece);
+    const std::uint64_t queries = f.search.work().nearest_queries;
+    Work other;
     for (const auto& [u, v] : {std::pair(0.5, 0.5), std::pair(0.5, 0.0), std::pair(0.2, 0.3), std::pair(0.9, 0.05)}) {
       const Vec3 x = (1 - u - v) * piece.corners[0].point + u * piece.corners[1].point + v * piece.corners[2].point;
-      CHECK(set.measure(x, piece).distance == nearest_corner(f.to, x, f.search.work()).distance);
+      CHECK(set.measure(x, piece).distance == nearest_corner(f.to, x, other).distance);
     }
+    CHECK(f.search.work().nearest_queries == queries);
     CHECK(set.memory_bytes() > 0);
   }
+}
+
+TEST_CASE("four_point queries a point of a subdivision once for the two parts beside it") {
+  std::mt19937_64 random(13);
+  Fixture f(shapes::scaled(shapes::soup(2, random), 0.3), shapes::soup(40, random));
+  Work work;
+  FourPoint bound(f.to, work);
+  const Piece piece = f.piece(0);
+  const Vec3 p = (piece.corners[0].point + piece.corners[1].point) * 0.5;
+  const Corner first = bound.measure(p, piece);
+  CHECK(bound.memory_bytes() > 0);
+  const Corner second = bound.measure(p, piece);
+  CHECK(first.distance == second.distance);
+  CHECK(first.slot == second.slot);
+  CHECK(work.nearest_queries == 1);
+  CHECK(work.cache_hits == 1);
+  CHECK(bound.memory_bytes() == 0);  // an edge has two sides
+  CHECK(bound.measure(p, piece).distance == first.distance);
+  CHECK(work.nearest_queries == 2);
 }
 
 TEST_CASE("the stencils of Figure 1") {
