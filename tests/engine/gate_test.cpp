@@ -15,7 +15,7 @@ Options within(double tolerance) {
   return options;
 }
 
-Outcome measured(const Mesh& a, const Mesh& b, const Options& options) {
+Outcome outcome_of(const Mesh& a, const Mesh& b, const Options& options) {
   const auto deadline = Control::Clock::now() + std::chrono::seconds(60);
   Control control(deadline);
   const Outcome outcome = measure(a, b, options, control);
@@ -28,29 +28,29 @@ Outcome measured(const Mesh& a, const Mesh& b, const Options& options) {
 
 TEST_CASE("the gate is decided as soon as the interval leaves it") {
   const Mesh a = shapes::sphere(24, 1), b = shapes::sphere(7, 1.1);
-  const Outcome fine = measured(a, b, within(1e-7));
+  const Outcome fine = outcome_of(a, b, within(1e-7));
   Options options = within(1e-9);
   options.max_distance = 2 * fine.upper;
-  const Outcome pass = measured(a, b, options);
+  const Outcome pass = outcome_of(a, b, options);
   CHECK(pass.stop == Stop::gate_decided);
   CHECK(pass.upper <= *options.max_distance);
   options.max_distance = 0.5 * fine.lower;
-  const Outcome fail = measured(a, b, options);
+  const Outcome fail = outcome_of(a, b, options);
   CHECK(fail.stop == Stop::gate_decided);
   CHECK(fail.lower > *options.max_distance);
 }
 
 TEST_CASE("a decided gate is narrowed to a tenth of the distance when asked, with the same verdict") {
   const Mesh a = shapes::sphere(8, 1), b = shapes::sphere(5, 1.1);
-  const Outcome fine = measured(a, b, within(1e-7));
+  const Outcome fine = outcome_of(a, b, within(1e-7));
   for (const Strategy strategy : {Strategy::automatic, Strategy::four_point, Strategy::triangle_set}) {
     for (const double limit : {2 * fine.upper, 0.5 * fine.lower}) {
       Options options = within(1e-9);
       options.strategy = strategy;
       options.max_distance = limit;
-      const Outcome decided = measured(a, b, options);
+      const Outcome decided = outcome_of(a, b, options);
       options.narrow = true;
-      const Outcome narrow = measured(a, b, options);
+      const Outcome narrow = outcome_of(a, b, options);
       CHECK(narrow.stop == Stop::gate_decided);
       CHECK(narrow.lower <= fine.upper);
       CHECK(narrow.upper >= fine.lower);
@@ -63,15 +63,15 @@ TEST_CASE("a decided gate is narrowed to a tenth of the distance when asked, wit
 
 TEST_CASE("a decided gate is narrow at last, as often as a busy machine has too little time for it") {
   const Mesh a = shapes::sphere(8, 1), b = shapes::sphere(5, 1.1);
-  const Outcome fine = measured(a, b, within(1e-7));
+  const Outcome fine = outcome_of(a, b, within(1e-7));
   for (const double limit : {2 * fine.upper, 0.5 * fine.lower}) {
     Options options = within(1e-9);
     options.max_distance = limit;
-    const Outcome decided = measured(a, b, options);
+    const Outcome decided = outcome_of(a, b, options);
     CHECK(decided.upper - decided.lower > 0.1 * decided.lower);
     options.narrow = true;
-    Outcome narrow = measured(a, b, options);
-    while (narrow.upper - narrow.lower > 0.1 * narrow.lower) narrow = measured(a, b, options);
+    Outcome narrow = outcome_of(a, b, options);
+    while (narrow.upper - narrow.lower > 0.1 * narrow.lower) narrow = outcome_of(a, b, options);
     CHECK(narrow.stop == Stop::gate_decided);
   }
 }
