@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 
 #include "engine/control.h"
 #include "engine/large_array.h"
@@ -32,6 +33,12 @@ class Adjacency {
   Edge next_around(std::uint32_t triangle, std::uint32_t edge) const {
     const std::uint32_t half_edge = next_[3 * std::size_t{triangle} + edge];
     return {half_edge / 3, half_edge % 3};
+  }
+  // Returns the other triangle of an edge that exactly two triangles share; nullopt: one, or more than two do.
+  std::optional<Edge> only_partner(std::uint32_t triangle, std::uint32_t edge) const {
+    const std::uint32_t own = 3 * triangle + edge, other = next_[own];
+    if (other == own || next_[other] != own) return std::nullopt;
+    return Edge{other / 3, other % 3};
   }
 
  private:

@@ -72,6 +72,32 @@
 //      before a residual is measured (engine/front.h); no bound depends on it.
 //
 // (R10) Owner cut. Derived where it is used, in engine/bounds/owner_cut.h: kCutSlack = 48u.
+//
+// (R11) Patch. A patch frame (engine/bounds/patch.h) has an origin o in the unit frame and axes that are orthonormal up
+//      to rounding. A vertex v is mapped to v' = fl(axes * (v - o)): |v - o| < 3.47, so |v'| < 4. The rounded v' are
+//      taken as exact; what follows errs against them alone.
+//
+//      Frame: a coordinate of v' errs by 4u * 3.47, v' as a vector by less than 25u. A product of two axes errs by at
+//      most 18u (one by itself) or 4u, so a length changes by the factor 1 +- 16u at most. A distance d < 3.47 in the
+//      frame is one of less than d + 2 * 25u + 17u * 3.47 < d + 110u in the unit frame: kPatchSlack = 128u.
+//
+//      Plane: let E be the largest coordinate of the edges from the first corner, D twice the area of the image, and
+//      q = E^2 / D, at least 1/2. An image is used only if q < 2^10, computed (kPatchThinnest), and E^2 > 2^-200
+//      (kPatchSmallest). Each of D and the numerators of the slopes errs by 8u E^2. So the sign of D is right, and a
+//      slope s errs by 8u q (1 + |s|) + u |s| <= 11u q (1 + |s|). With S = max |slope| and coordinates below 4, the
+//      height level + slope_x x + slope_y y errs by 2 * 8 * 11u q (1+S) through its slopes (the plane passes through a
+//      corner, at most 8 away on each axis), and by 48u (1+S) through the roundings of the level and of the sum: less
+//      than 272u q (1+S). Over a box of half-widths below 4 slopes add 88u q (1+S), and roundings 96u q (1+S). A corner
+//      of a clipped polygon is off by 36u (overlay.h), which changes the height by at most 204u q (1+S). The difference
+//      of two heights and the sum of two errors add 64u q (1+S). In all less than 1024u q (1+S): kPatchHeightError, for
+//      each of the two triangles.
+//
+//      Sides: as in the overlay (R7), a comparison with a line errs by less than 32u times |dx| + |dy| of the edge:
+//      kPatchOffset = 128u.
+//
+//      Inner point: its weights are at least 1/4. With w the width of the image's box, w/2 <= E and no edge is longer
+//      than sqrt(2) w. So it is D / (4 sqrt(2) w) > w / 2^15 inside each side, and it errs by less than 32u: it is
+//      inside if w > 2^-30 (kPatchNarrowest).
 #pragma once
 
 #include <cstdint>
@@ -89,6 +115,13 @@ inline constexpr double kOffsetPad = 0x1p-22;           // R6, relative
 inline constexpr double kOverlayOffset = 128 * kUnit;   // R7
 inline constexpr double kOverlaySlack = 128 * kUnit;    // R7
 inline constexpr double kCutSlack = 48 * kUnit;         // R10
+
+inline constexpr double kPatchSlack = 128 * kUnit;         // R11
+inline constexpr double kPatchOffset = 128 * kUnit;        // R11
+inline constexpr double kPatchThinnest = 0x1p10;           // R11
+inline constexpr double kPatchSmallest = 0x1p-200;         // R11
+inline constexpr double kPatchNarrowest = 0x1p-30;         // R11
+inline constexpr double kPatchHeightError = 1024 * kUnit;  // R11, times the condition of the triangle
 
 // Pieces shorter than this are not split: rounding is larger than they are.
 inline constexpr double kSmallestPiece = 0x1p-50;

@@ -3,11 +3,12 @@
 #include <algorithm>
 #include <atomic>
 #include <deque>
+#include <utility>
 #include <vector>
 
 #include "engine/bounds/lipschitz.h"
 #include "engine/rounding.h"
-#include "engine/search_worker.h"
+#include "engine/sweeper.h"
 #include "engine/twins.h"
 
 namespace meshgauge {
@@ -21,6 +22,15 @@ constexpr std::size_t kBlocksWorthThreads = 16;  // fewer blocks take less time 
 constexpr std::size_t kMaxVisits = 64;           // limit of the triangles of B over one of A
 constexpr std::size_t kAdjacencyShare = 8;   // triangles of B whose adjacency costs as much as one failed certificate
 constexpr std::size_t kWorthAdjacency = 64;  // failed certificates below which no adjacency is made
+constexpr std::size_t kBlocksBeforeProbe = 32;  // one of so many is visited before, to raise the lower bound
+constexpr std::size_t kProbes = 32;             // blocks of A that are probed for whether to make the adjacency at once
+constexpr std::size_t kProbeLength = 4;         // triangles of each
+constexpr std::size_t kWorthPatches = 1000;     // triangles expected to fail below which no patch certificate is tried
+constexpr std::size_t kWorthPatch = 8;          // triangles of a block below which no patch is projected
+// What the other bounds of a triangle cost, in point-triangle distances: if that of the centroid mostly succeeds, or
+// mostly fails.
+constexpr std::uint64_t kTestsOfCentroid = 80;
+constexpr std::uint64_t kTestsOfCorners = 300;
 
 // Consecutive triangles of A, which are neighbours in space.
 struct Block {
@@ -29,71 +39,6 @@ struct Block {
   double upper = 0;      // of h(block, B), computed
   bool bounded = false;  // `upper` is known
   bool visited = false;  // all its triangles are dropped or wait as pieces
-};
-
-// The distance of a vertex of A from B and a triangle for its queries. Thread safe: two threads may measure a vertex of
-// two blocks at the same time, and both results are right.
-class Vertex {
- public:
-  bool measured() const { return distance_.load(std::memory_order_acquire) >= 0; }
-  double distance() const { return distance_.load(std::memory_order_relaxed); }
-  // The nearest triangle of B if measured(), else one that culled a neighbour, or kNone.
-  std::uint32_t slot() const { return slot_.load(std::memory_order_relaxed); }
-  void set(double distance, std::uint32_t slot) {
-    slot_.store(slot, std::memory_order_relaxed);
-    distance_.store(distance, std::memory_order_release);
-  }
-  void suggest(std::uint32_t slot) {
-    if (!measured()) slot_.store(slot, std::memory_order_relaxed);
-  }
-
- private:
-  std::atomic<double> distance_{-1};
-  std::atomic<std::uint32_t> slot_{Nearest::kNone};
-};
-
-// The recent success rate of a kind of attempt, to decide whether to try it.
-class Record {
- public:
-  bool note(bool success) {
-    rate_ += ((success ? 1.0F : 0.0F) - rate_) / 16;
-    return success;
-  }
-  // Whether more than half of the recent attempts succeeded. Also true for every 64th call, to notice a change.
-  bool promising() { return rate_ > 0.5F || ++asked_ % 64 == 0; }
-
- private:
-  float rate_ = 0;
-  unsigned asked_ = 0;
-};
-
-// Up to four different triangles of B.
-class Hints {
- public:
-  void add(std::uint32_t slot) {
-    const auto end = slots_.begin() + size_;
-    if (slot != Nearest::kNone && std::find(slots_.begin(), end, slot) == end)
-      slots_[static_cast<std::size_t>(size_++)] = slot;
-  }
-  std::span<const std::uint32_t> span() const { return {slots_.data(), static_cast<std::size_t>(size_)}; }
-
- private:
-  std::array<std::uint32_t, 4> slots_;
-  std::ptrdiff_t size_ = 0;
-};
-
-// One thread's state in the sweep.
-struct Sweeper {
-  SearchWorker worker;
-  std::optional<Overlay> overlay;
-  std::uint32_t last = Nearest::kNone;  // triangle of B used last
-  std::size_t uncertified = 0;          // triangles of A that no certificate culled
-  Record centroids;                     // attempts with the triangle nearest to the centroid
-  Record overlays;                      // attempts with the overlay bound
-  Record twins;                         // attempts with the triangle of the same number
-  Record successors;                    // attempts with the triangle after `last`
-
-  explicit Sweeper(Search& search) : worker(search) {}
 };
 
 class Sweep {
@@ -112,6 +57,7 @@ class Sweep {
       return std::pair(-a.upper, a.begin) < std::pair(-b.upper, b.begin);
     });
     const std::size_t round = kBlocksARound * search_.pool().size();
+    bool probed = false;
     for (std::size_t begin = 0;;) {
       while (begin < blocks_.size() && blocks_[begin].visited) ++begin;
       if (begin == blocks_.size()) break;
@@ -122,8 +68,10 @@ class Sweep {
         search_.drop(blocks_[begin].upper);
         break;
       }
-      if (adjacency_pays()) adopt_overlay();
-      const std::size_t end = std::min(begin + round, blocks_.size());
+      if (overlay_pays()) adopt_overlay();
+      if (begin > 0 && !std::exchange(probed, true) && probe(begin)) adopt_patch();
+      const std::size_t size = probed ? round : std::min(round, 1 + blocks_.size() / kBlocksBeforeProbe);
+      const std::size_t end = std::min(begin + size, blocks_.size());
       run_tasks(end - begin, [&](Sweeper& sweeper, std::size_t i) { visit(sweeper, blocks_[begin + i]); });
     }
     search_.keep_above(search_.cull_within_tolerance());  // the lower bound has risen since the first pieces survived
@@ -189,15 +137,57 @@ class Sweep {
     return stop;
   }
 
-  bool adjacency_pays() const {
-    if (search_.adjacency()) return !sweepers_[0].overlay;
-    std::size_t uncertified = 0;
-    for (const Sweeper& sweeper : sweepers_) uncertified += sweeper.uncertified;
-    return uncertified >= std::max(kWorthAdjacency, search_.to().mesh().triangles.size() / kAdjacencyShare);
+  // Tries guesses for a few triangles all over A. Returns whether adjacency will pay, judged by how many of them fail.
+  // The blocks before `begin` are visited.
+  bool probe(std::size_t begin) {
+    const double limit = search_.cull_within_tolerance();
+    const auto first = blocks_.begin() + static_cast<std::ptrdiff_t>(begin);
+    const auto end = std::partition_point(first, blocks_.end(), [&](const Block& b) { return b.upper > limit; });
+    const auto to_come = static_cast<std::size_t>(end - first);
+    const std::size_t probes = std::min(kProbes, to_come);
+    std::size_t tried = 0, failed = 0;
+    for (std::size_t i = 0; i < probes; ++i) {
+      const Block& block = blocks_[begin + i * to_come / probes];
+      for (std::size_t t = block.begin; t < std::min(block.begin + kProbeLength, block.end); ++t, ++tried) {
+        if (!probed(sweepers_[0], static_cast<std::uint32_t>(t))) ++failed;
+      }
+    }
+    const auto [guessed, uncertified] = guesses();
+    if (tried == 0 || guessed == 0) return false;
+    const std::size_t expected = std::min(failed * to_come / tried, uncertified * to_come / guessed) * kBlockSize;
+    return 2 * failed >= tried && 2 * uncertified >= guessed &&
+           expected >= std::max(kWorthPatches, search_.to().mesh().triangles.size() / kAdjacencyShare);
+  }
+  // The triangles of A for which guesses were tried, and of those the ones that no guess culled.
+  std::pair<std::size_t, std::size_t> guesses() const {
+    std::pair<std::size_t, std::size_t> sum{0, 0};
+    for (const Sweeper& sweeper : sweepers_) sum.first += sweeper.guessed, sum.second += sweeper.uncertified;
+    return sum;
+  }
+  // Whether the triangle's twin or a hint culls it.
+  bool probed(Sweeper& sweeper, std::uint32_t t) {
+    const Triangle& triangle = search_.from().triangles[t];
+    const Certificate certificate = certificate_of(t);
+    const std::uint32_t twin = twins_.empty() ? kNoTwin : twins_[t];
+    bool culled = twin != kNoTwin && sweeper.twins.note(certified(sweeper, certificate, triangle, twin));
+    const Hints known = hints(sweeper, triangle);
+    culled = culled || std::any_of(known.span().begin(), known.span().end(),
+                                   [&](std::uint32_t hint) { return certified(sweeper, certificate, triangle, hint); });
+    return sweeper.guesses.note(culled);
+  }
+
+  // Whether so many triangles have failed that the overlay bound pays.
+  bool overlay_pays() const {
+    if (sweepers_[0].overlay) return false;
+    return guesses().second >= std::max(kWorthAdjacency, search_.to().mesh().triangles.size() / kAdjacencyShare);
   }
   void adopt_overlay() {
     if (!search_.take_adjacency()) return;
     for (Sweeper& sweeper : sweepers_) sweeper.overlay.emplace(search_.to(), *search_.adjacency());
+  }
+  void adopt_patch() {
+    if (!search_.take_adjacency()) return;
+    for (Sweeper& sweeper : sweepers_) sweeper.patch.emplace(search_.to(), *search_.adjacency());
   }
 
   void visit(Sweeper& sweeper, Block& block) {
@@ -206,15 +196,53 @@ class Sweep {
       sweeper.worker.drop(block.upper);
     } else {
       const std::size_t pieces = sweeper.worker.waiting();
-      for (std::size_t t = block.begin; t < block.end; ++t) {
+      sweeper.left.clear();
+      for (std::size_t t = block.begin; t < block.end; ++t) sweeper.left.push_back(static_cast<std::uint32_t>(t));
+      const bool guessed = patched(sweeper);
+      for (const std::uint32_t t : sweeper.left) {
         if (sweeper.worker.interrupted()) return sweeper.worker.forget_beyond(pieces);
-        visit(sweeper, static_cast<std::uint32_t>(t), block.upper);
+        visit(sweeper, t, block.upper, guessed);
       }
     }
     block.visited = true;
   }
 
-  void visit(Sweeper& sweeper, std::uint32_t t, double block_upper) {
+  // Culls triangles of the block with the patch certificate. Returns whether it has tried guesses before.
+  bool patched(Sweeper& sweeper) {
+    if (!sweeper.patch || !sweeper.patches.promising()) return false;
+    const bool guess_first = sweeper.guesses.promising();
+    if (guess_first) {
+      std::erase_if(sweeper.left, [&](std::uint32_t t) { return culled_by_guess(sweeper, certificate_of(t), t); });
+    }
+    if (sweeper.left.size() < kWorthPatch) return guess_first;
+    const double limit = sweeper.worker.cull_within_tolerance();
+    Work& work = sweeper.worker.work();
+    const std::uint64_t tests = work.triangle_tests;
+    const std::span bounds = sweeper.patch->attempt(search_.from(), sweeper.left, limit, work);
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < bounds.size(); ++i) {
+      const std::uint32_t t = sweeper.left[i];
+      if (!(bounds[i].upper <= limit)) {
+        sweeper.left[kept++] = t;
+        continue;
+      }
+      sweeper.worker.drop(bounds[i].upper);
+      for (const std::uint32_t v : search_.from().triangles[t]) vertices_[v].suggest(bounds[i].under);
+    }
+    sweeper.left.resize(kept);
+    const std::uint64_t saved = sweeper.centroids.good() ? kTestsOfCentroid : kTestsOfCorners;
+    sweeper.patches.note((bounds.size() - kept) * saved >= work.triangle_tests - tests);
+    return guess_first;
+  }
+
+  Certificate certificate_of(std::uint32_t t) const {
+    std::array<Corner, 3> corners;
+    for (int i = 0; i < 3; ++i) corners[static_cast<std::size_t>(i)].point = search_.from().corner(t, i);
+    return Certificate(corners, search_.to());
+  }
+
+  // `guessed`: guesses have been tried.
+  void visit(Sweeper& sweeper, std::uint32_t t, double block_upper, bool guessed) {
     SearchWorker& worker = sweeper.worker;
     const Triangle& triangle = search_.from().triangles[t];
     Piece piece;
@@ -222,8 +250,7 @@ class Sweep {
     for (std::size_t i = 0; i < 3; ++i) piece.corners[i].point = search_.from().positions[triangle[i]];
     piece.upper = block_upper;
     const Certificate certificate(piece.corners, search_.to());
-    if (culled_by_guess(sweeper, certificate, t)) return;
-    ++sweeper.uncertified;
+    if (!guessed && culled_by_guess(sweeper, certificate, t)) return;
     // These two need no measured corners. Each is tried first if it has succeeded recently.
     const bool centroid_first = sweeper.centroids.promising();
     if (centroid_first && owned_by_centroid(sweeper, piece, certificate)) return;
@@ -280,6 +307,12 @@ class Sweep {
 
   // Tries to cull triangle t with triangles of B that need no query. Returns whether it did.
   bool culled_by_guess(Sweeper& sweeper, const Certificate& certificate, std::uint32_t t) {
+    ++sweeper.guessed;
+    const bool culled = sweeper.guesses.note(guess(sweeper, certificate, t));
+    if (!culled) ++sweeper.uncertified;
+    return culled;
+  }
+  bool guess(Sweeper& sweeper, const Certificate& certificate, std::uint32_t t) {
     const Triangle& triangle = search_.from().triangles[t];
     const std::uint32_t twin = twins_.empty() ? kNoTwin : twins_[t];
     if (twin != kNoTwin && sweeper.twins.promising()) {

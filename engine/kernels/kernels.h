@@ -10,6 +10,7 @@
 
 #include "engine/control.h"
 #include "engine/kernels/layout.h"
+#include "engine/rounding.h"
 
 namespace meshgauge {
 
@@ -66,6 +67,14 @@ struct Kernels {
   // Returns the largest squared distance of the points from the triangle in that lane (rounding.h R3). Only the first
   // kLanes / 2 points count; the other lanes must repeat some of them.
   double (*farthest_sq)(const TriangleBlock& block, std::size_t lane, const PointBlock& points);
+
+  // Projects the triangles with the corners corners[0..2] for the patch certificate. Uses the lanes whose images are
+  // surely in counterclockwise order and not too thin: `left` of the result. `right`: the same in clockwise order.
+  Orientations (*project)(const PointBlock corners[3], const PatchFrame& frame, PatchBlock& out);
+
+  // Bounds the difference of height between the piece and each triangle of the block over their common part. The bits
+  // err to the safe side: rounding.h R11.
+  PatchCover (*cover)(const PatchBlock& block, const PatchPiece& piece, double limit);
 };
 
 // The kernels that this processor can run, the fastest first, `scalar` last. Constant; thread safe.

@@ -50,4 +50,60 @@ struct PointBlock {
   alignas(64) double at[3][kLanes];
 };
 
+// Beyond every coordinate in a patch frame.
+inline constexpr double kPatchNowhere = 8;
+
+// Coordinates along three axes, orthonormal up to rounding, from an origin. The third axis is the direction of sight of
+// the patch certificate (engine/bounds/patch.h).
+struct PatchFrame {
+  double origin[3];
+  double axes[3][3];
+};
+
+// Eight triangles in a patch frame, each with its plane z = level + slope_x * x + slope_y * y.
+struct alignas(64) PatchBlock {
+  double x[3][kLanes];  // by corner
+  double y[3][kLanes];
+  double z[3][kLanes];
+  double slope_x[kLanes];
+  double slope_y[kLanes];
+  double level[kLanes];
+  double error[kLanes];  // of a height computed from the plane: rounding.h R11
+  double low_x[kLanes];  // the box of the image; empty if the lane is not used
+  double high_x[kLanes];
+  double low_y[kLanes];
+  double high_y[kLanes];
+};
+
+// One triangle in a patch frame.
+struct PatchPiece {
+  double x[3];
+  double y[3];
+  double z[3];
+  double slope_x;
+  double slope_y;
+  double level;
+  double error;
+  double low_x;
+  double high_x;
+  double low_y;
+  double high_y;
+  double inner_x;  // a point inside of the image
+  double inner_y;
+};
+
+// The orientations of eight images. Bit i: of lane i.
+struct Orientations {
+  unsigned left;   // corners in counterclockwise order
+  unsigned right;  // in clockwise order
+};
+
+// How the triangles of a block lie over a piece. Bit i: of lane i.
+struct PatchCover {
+  unsigned near;   // may meet the piece within the limit
+  unsigned above;  // of those, without a bound within the limit
+  unsigned inner;  // of those that are near, the ones which surely contain the piece's inner point
+  double upper;    // the largest bound of those that are near and not above
+};
+
 }  // namespace meshgauge

@@ -109,8 +109,24 @@ double farthest_sq(const TriangleBlock& block, std::size_t lane, const PointBloc
   return farthest;
 }
 
+// What patch.inc needs, for vectors of one lane.
+using V = double;
+constexpr std::size_t kStep = 1;
+V spread(double x) { return x; }
+V load(const double* from) { return *from; }
+void store(V v, double* to) { *to = v; }
+V least(V a, V b) { return b < a ? b : a; }
+V most(V a, V b) { return b > a ? b : a; }
+V magnitude(V v) { return std::abs(v); }
+V choose(bool yes, V a, V b) { return yes ? a : b; }
+bool both(bool a, bool b) { return a && b; }
+bool except(bool a, bool b) { return a && !b; }
+unsigned bits(bool yes) { return yes ? 1 : 0; }
+
+#include "engine/kernels/patch.inc"
+
 }  // namespace
 
-Kernels scalar_kernels() { return {"scalar", prepare, nearest, farthest_sq}; }
+Kernels scalar_kernels() { return {"scalar", prepare, nearest, farthest_sq, project, cover}; }
 
 }  // namespace meshgauge

@@ -290,12 +290,35 @@ double prepare(const PointBlock corners[3], TriangleBlock& out) {
   return residual;
 }
 
+// What patch.inc needs.
+using V = D;
+using M = hn::Mask<Doubles>;
+constexpr std::size_t kStep = hn::MaxLanes(kDoubles);
+V spread(double x) { return hn::Set(kDoubles, x); }
+V load(const double* from) { return hn::Load(kDoubles, from); }
+void store(V v, double* to) { hn::Store(v, kDoubles, to); }
+V least(V a, V b) { return hn::Min(a, b); }
+V most(V a, V b) { return hn::Max(a, b); }
+V magnitude(V v) { return hn::Abs(v); }
+V choose(M yes, V a, V b) { return hn::IfThenElse(yes, a, b); }
+M both(M a, M b) { return hn::And(a, b); }
+M except(M a, M b) { return hn::AndNot(b, a); }
+unsigned bits(M mask) {
+  HWY_ALIGN std::uint8_t result[8] = {};
+  hn::StoreMaskBits(kDoubles, mask, result);
+  return result[0];
+}
+
+#include "engine/kernels/patch.inc"
+
 }  // namespace
 
 void fill(Kernels& kernels) {
   kernels.prepare = prepare;
   kernels.nearest = nearest;
   kernels.farthest_sq = farthest_sq;
+  kernels.project = project;
+  kernels.cover = cover;
 }
 
 }  // namespace HWY_NAMESPACE
