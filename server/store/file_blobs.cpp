@@ -249,7 +249,7 @@ Result<std::optional<BlobPut>> FileBlobs::put_again(const Place& place, const st
 }
 
 Result<BlobPut> FileBlobs::put_anew(const Place& place, const std::string& id, const Source& source) {
-  if (reserve_ && !reserve_->restore()) return not_stored(ENOSPC);
+  if (reserve_ && !reserve_->restore()) return not_stored(errno);
   const Incoming incoming(root_);
   if (!incoming.file()) return not_stored(errno);
   api::Sha256 digest;
@@ -381,7 +381,7 @@ Result<std::uint64_t> FileBlobs::free_bytes() {
 }
 
 Result<Done> FileBlobs::check() {
-  if (reserve_ && !reserve_->restore()) return not_stored(ENOSPC);
+  if (reserve_ && !reserve_->restore()) return not_stored(errno);
   const Incoming incoming(root_);
   const std::vector<std::byte> block(4096);
   if (!incoming.file() || !write_all(incoming.file().get(), block) || !incoming.sync()) return not_stored(errno);

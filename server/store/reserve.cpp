@@ -24,9 +24,14 @@ bool Reserve::restore() {
   struct statvfs disk {};
   if (!file || ::fstatvfs(file.get(), &disk) != 0) return false;
   const std::uint64_t bytes = reserve_bytes(std::uint64_t{disk.f_blocks} * disk.f_frsize);
-  std::uint64_t eighths = 8;
-  while (eighths > 0 && ::posix_fallocate(file.get(), 0, static_cast<off_t>(bytes / 8 * eighths)) != 0) --eighths;
-  whole_ = eighths == 8;
+  const auto allocate = [&](std::uint64_t eighths) {
+    return ::posix_fallocate(file.get(), 0, static_cast<off_t>(bytes / 8 * eighths));
+  };
+  const int failure = allocate(8);
+  for (std::uint64_t eighths = 7; failure != 0 && eighths > 0 && allocate(eighths) != 0; --eighths) {
+  }
+  whole_ = failure == 0;
+  errno = failure;
   return whole_;
 }
 
@@ -36,6 +41,6 @@ void Reserve::release() {
   [[maybe_unused]] const int cut = ::truncate(path_.c_str(), 0);  // if it fails, the removal fails as well
 }
 
-Error Reserve::no_room(const std::string& what) { return storage_error(ENOSPC, what); }
+Error Reserve::not_restored(const std::string& what) { return storage_error(errno, what); }
 
 }  // namespace meshgauge::server::store

@@ -16,12 +16,13 @@ class Reserve {
  public:
   explicit Reserve(std::string path) : path_(std::move(path)) {}
 
-  // Makes the file as large as it should be. false: the disk has no room for it. Cheap while it is whole.
+  // Makes the file as large as it should be. false: it cannot, as when the disk has no room; errno says why. Cheap
+  // while it is whole.
   bool restore();
   void release();  // gives its room to the file system, until restore()
 
-  // The error for a write that would take the room of removals; its message begins with `what`.
-  static Error no_room(const std::string& what);
+  // The error of a write after restore() has failed, by errno; its message begins with `what`.
+  static Error not_restored(const std::string& what);
 
  private:
   const std::string path_;

@@ -75,7 +75,7 @@ void Writer::gather(std::unique_lock<std::mutex>& lock) {
 
 void Writer::run(std::span<Task> tasks) {
   const bool full = reserve_ && !reserve_->restore();
-  std::optional<Error> error = full ? Reserve::no_room("the database cannot be written") : commit(tasks);
+  std::optional<Error> error = full ? Reserve::not_restored("the database cannot be written") : commit(tasks);
   if (!error) return;
   // A locked database takes 5 s to report that, for each write.
   const bool is_alone = tasks.size() == 1;

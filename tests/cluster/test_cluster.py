@@ -82,7 +82,7 @@ class Comparisons(Case):
     def test_a_worker_refers_clients_to_a_front_end(self):
         answer = RIG.workers[0].ask("POST", "/v1/comparisons", headers={"Authorization": "Bearer " + TOKENS["alice"]})
         self.refused(answer, 404, "not-found")
-        self.assertIn("to a front end", answer.json()["detail"])
+        self.assertIn("of a front end", answer.json()["detail"])
 
     def test_what_cannot_be_read_is_refused_by_name(self):
         self.refused(self.one.compare(a=b"v 0 0 nan\n"), 422, "non-finite-vertex")

@@ -8,7 +8,7 @@ from postgres import USER, Missing, Postgres
 from processes import BINARY, ENVIRONMENT, Process, migrate
 
 SERVER = None
-NEWEST = 5
+NEWEST = 6
 VERBS = ("serve", "worker", "migrate")
 
 

@@ -316,18 +316,18 @@ class Stores(unittest.TestCase):
                   for method, path, body in (("DELETE", job, b""), ("DELETE", mesh, b""), ("POST", "/v1/meshes", RAISED),
                                              ("PUT", "/v1/meshes/" + "1" * 64, RAISED)))]
 
-    def fail(self, number):
+    def break_disk(self, number):
         self.orders[:] = struct.pack("ii", self.server.process.pid, number)
 
     def test_a_full_and_a_broken_disk(self):
         requests = self.requests()
         for number, status, slug in ((errno.ENOSPC, 507, "storage-full"), (errno.EIO, 503, "storage-unavailable")):
-            self.fail(number)
+            self.break_disk(number)
             for request in requests:
                 answer = self.server.raw(request)
                 self.assertEqual((answer.status, answer.json()["type"]), (status, URN + slug), request[:60])
             self.assertEqual(self.server.get("/readyz").status, 503)
-        self.fail(0)
+        self.break_disk(0)
         until(lambda: self.server.get("/readyz").status == 200)
 
 

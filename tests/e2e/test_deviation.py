@@ -32,7 +32,7 @@ class Content(ServerCase):
             files = [Path(folder) / name for name in ("a.obj", "b.obj", "map" + suffix)]
             files[0].write_bytes(WAVY)
             files[1].write_bytes(FLAT)
-            done = subprocess.run([BINARY, "check", *map(str, files[:2]), "--max-distance", "0.05 mm", "--threads", "1",
+            done = subprocess.run([BINARY, "check", *map(str, files[:2]), "--max-distance", "0.05 mm", "--threads", "1", "--fast",
                                    "--deviation", str(files[2])], env=ENVIRONMENT, capture_output=True, timeout=60)
             self.assertEqual(done.returncode, 1, done.stderr)  # the gate fails
             return files[2].read_bytes()

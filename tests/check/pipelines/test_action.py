@@ -70,7 +70,7 @@ class Verdicts(Runner):
         self.assertEqual(self.use(broken=True, reports="out/of it"), 1, self.log)
         self.assertEqual((self.outputs["verdict"], self.outputs["exit-code"]), ("fail", "1"))
         self.assertIn("### ❌ `bracket`", self.summary.read_text())
-        self.assertIn("(20, 15, 15)", self.log)
+        self.assertIn("(20, 14.14", self.log)
         sarif = json.loads((self.workspace / self.outputs["sarif"]).read_text())
         (result,) = sarif["runs"][0]["results"]
         place = result["locations"][0]["physicalLocation"]

@@ -53,7 +53,7 @@ TEST_CASE("the report as JSON: members in their order, counts, the exit code") {
   CHECK(names_of(json["gates"][0]) == std::vector<std::string>{"name", "verdict", "level", "candidate", "baseline",
                                                                "direction", "limit", "distance", "witness", "notes",
                                                                "advice", "error", "interrupted", "timeout_ms",
-                                                               "wall_ms", "manifest", "link", "comparison"});
+                                                               "wall_ms", "manifest", "history", "link", "comparison"});
   CHECK(text == to_json(one_of_each()));
   CHECK(text.back() == '\n');
 }

@@ -25,7 +25,7 @@ export function optionsOf(result: Comparison): Options {
   const { gate, direction, tolerance, engine } = result;
   const usual = tolerance.asked.absolute === undefined && tolerance.asked.relative === 0.01 && tolerance.asked.diagonal === 1e-6;
   return {
-    ...(gate ? { gate: { max_distance: gate.max_distance, ...(unit === null ? {} : { units: unit }) } } : {}),
+    ...(gate ? { gate: { max_distance: gate.max_distance, narrow: true, ...(unit === null ? {} : { units: unit }) } } : {}),
     ...unitsDeclared(result),
     ...(direction === "symmetric" ? {} : { direction }),
     ...(usual ? {} : { tolerance: tolerance.asked }),
