@@ -24,6 +24,8 @@ def excused(operation, status):
         return "a service is built either with its pages or without"
     if operation in PAGES and status in (200, 304) and BUILT_WITHOUT_PAGES and (operation, status) != ("root", 200):
         return "built without the pages"
+    if operation == "no operation" and status == 503:
+        return "what is no operation is refused from its head, before a free thread is looked for"
     if status == 507 and SANITIZED:
         return "a disk is made to fail by a library that a sanitizer does not let come first"
     return None

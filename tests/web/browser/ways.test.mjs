@@ -23,7 +23,7 @@ const stopped = (id) => asked(place.service, `/v1/comparisons/${id}`, { method: 
 
 test("cancelling an order that waits for a busy service leaves the result it came from", async () => {
   const walk = await place.open(), { page } = walk;
-  await walk.fill({ a: place.files["dented.obj"], b: place.files["sphere.obj"], limit: "0.0001" });
+  await walk.fill({ a: place.files["dented.obj"], b: place.files["sphere.obj"], limit: "0.0001", tolerance: ["diagonal", "1e-12"] });
   await walk.measure();
   await walk.measured();
   const id = walk.id();
