@@ -80,4 +80,14 @@ inline Mesh scaled(Mesh mesh, double factor) {
   return mesh;
 }
 
+// The same triangles, each with vertices of its own.
+inline Mesh unwelded(const Mesh& mesh) {
+  Mesh out;
+  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+    for (const std::uint32_t v : mesh.triangles[t]) out.positions.push_back(mesh.positions[v]);
+    out.triangles.push_back({3 * t, 3 * t + 1, 3 * t + 2});
+  }
+  return out;
+}
+
 }  // namespace meshgauge::shapes

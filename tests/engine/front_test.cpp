@@ -68,6 +68,17 @@ struct Kept {
   bool nothing_built() const { return a.bytes() + b.bytes() < bare + bare / 4; }
 };
 
+void check_gates(const Mesh& mesh, const Mesh& other, const Outcome& known) {
+  for (const double factor : {0.1, 0.5, 0.99, 1.01, 2.0, 10.0}) {
+    Options options = precise();
+    options.tolerance = {};
+    options.max_distance = known.upper * factor;
+    const Outcome out = measured(mesh, other, options);
+    CHECK(out.stop == Stop::gate_decided);
+    CHECK((out.upper <= *options.max_distance) == (factor > 1));
+  }
+}
+
 }  // namespace
 
 TEST_CASE("front: a mesh that is moved as a whole needs no order and no tree") {
@@ -127,14 +138,7 @@ TEST_CASE("front: kept meshes give the bits of new ones, also after their trees 
 TEST_CASE("front: gates are decided on the right side") {
   const Mesh mesh = shapes::sphere(30), other = bumped(mesh, {0, 1, 0}, 0.1);
   const Outcome known = measured(mesh, other, precise());
-  for (const double factor : {0.1, 0.5, 0.99, 1.01, 2.0, 10.0}) {
-    Options options = precise();
-    options.tolerance = {};
-    options.max_distance = known.upper * factor;
-    const Outcome out = measured(mesh, other, options);
-    CHECK(out.stop == Stop::gate_decided);
-    CHECK((out.upper <= *options.max_distance) == (factor > 1));
-  }
+  check_gates(mesh, other, known);
 }
 
 TEST_CASE("front: the interval holds after an interruption at any check, with one thread and with two") {
@@ -181,14 +185,7 @@ TEST_CASE("front: far pairs have the distance of the paper's strategy") {
 TEST_CASE("front: far pairs: gates, kept meshes and interruptions") {
   const Mesh mesh = shapes::sphere(60), other = shapes::moved(shapes::sphere(50, 0.7), {3, 0, 0});
   const Outcome known = measured(mesh, other, precise());
-  for (const double factor : {0.5, 0.99, 1.01, 2.0}) {
-    Options options = precise();
-    options.tolerance = {};
-    options.max_distance = known.upper * factor;
-    const Outcome out = measured(mesh, other, options);
-    CHECK(out.stop == Stop::gate_decided);
-    CHECK((out.upper <= *options.max_distance) == (factor > 1));
-  }
+  check_gates(mesh, other, known);
   const Prepared kept(mesh, Prepared::Use::often), to(other);
   for (int i = 0; i < 2; ++i) {
     Control control;

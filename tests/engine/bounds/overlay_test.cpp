@@ -94,15 +94,6 @@ Mesh crumpled(std::uint32_t n, double height, std::mt19937_64& random) {
   return mesh;
 }
 
-Mesh unwelded(const Mesh& mesh) {
-  Mesh out;
-  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
-    for (const std::uint32_t v : mesh.triangles[t]) out.positions.push_back(mesh.positions[v]);
-    out.triangles.push_back({3 * t, 3 * t + 1, 3 * t + 2});
-  }
-  return out;
-}
-
 }  // namespace
 
 TEST_CASE("no sample exceeds the overlay bound: sheets with holes, folds, doubled and turned triangles") {
@@ -134,7 +125,7 @@ TEST_CASE("no sample exceeds the overlay bound: soups and closed shapes") {
 
 TEST_CASE("overlay: a plane cut into other triangles is bounded by rounding alone, welded or not") {
   for (const bool welded : {true, false}) {
-    const Mesh fine = welded ? shapes::grid(5) : unwelded(shapes::grid(5));
+    const Mesh fine = welded ? shapes::grid(5) : shapes::unwelded(shapes::grid(5));
     const Bvh tree = tree_of(fine);
     ThreadPool pool(1);
     const Adjacency adjacency(fine, pool);

@@ -55,15 +55,6 @@ void append(Mesh& mesh, const Mesh& other) {
   }
 }
 
-Mesh separated(const Mesh& mesh) {
-  Mesh out;
-  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
-    for (const std::uint32_t v : mesh.triangles[t]) out.positions.push_back(mesh.positions[v]);
-    out.triangles.push_back({3 * t, 3 * t + 1, 3 * t + 2});
-  }
-  return out;
-}
-
 // Returns the number of bounded triangles. No sample of one may exceed its bound.
 std::size_t check(const Mesh& a, const Mesh& b, double limit, std::mt19937_64& random) {
   Ground ground(b);
@@ -118,7 +109,7 @@ Mesh spoilt(std::uint32_t n, double height, double fold, std::mt19937_64& random
     }
   }
   if (out.triangles.empty()) out.triangles.push_back(mesh.triangles[0]);
-  return uniform(random) < 0.5 ? separated(out) : out;
+  return uniform(random) < 0.5 ? shapes::unwelded(out) : out;
 }
 
 const Mesh kFlat = shapes::grid(4);
@@ -159,7 +150,7 @@ TEST_CASE("no sample exceeds the patch certificate: two layers, closed shapes an
 
 TEST_CASE("patch: a plane cut into other triangles is bounded by rounding alone") {
   for (const bool welded : {true, false}) {
-    Ground ground(welded ? kFlat : separated(kFlat));
+    Ground ground(welded ? kFlat : shapes::unwelded(kFlat));
     const auto bounds = ground.bounds(four_of({0.1, 0.1, 0}, {0.9, 0.2, 0}, {0.3, 0.8, 0}), 1e-9);
     CHECK(bounded(bounds) == 4);
     CHECK(bounds[0].upper < 1e-11);
