@@ -50,7 +50,7 @@ class Queries(unittest.TestCase):
         server.compare()
         server.get("/healthz")
         server.get("/v1/batches/0123456789abcdef0123456789abcdef")
-        server.raw(b"BREW / HTTP/1.1\r\nHost: t\r\n\r\n")  # 501: there is a 5xx
+        server.raw(b"BREW / HTTP/1.1\r\nHost: localhost\r\n\r\n")  # 501: there is a 5xx
         cls.text = server.get("/metrics").body.decode()
         cls.exposed = promql.exposed(cls.text)
 
