@@ -9,6 +9,7 @@ constexpr ProblemRow kTable[] = {
     {ProblemKind::malformed_request, "malformed-request", "The request is malformed", 400},
     {ProblemKind::unauthorized, "unauthorized", "A key is needed", 401},
     {ProblemKind::forbidden, "forbidden", "The key lacks the required scope", 403},
+    {ProblemKind::foreign_request, "foreign-request", "The request is for or from another site", 403},
     {ProblemKind::quota_exceeded, "quota-exceeded", "The key's storage quota is used up", 403},
     {ProblemKind::not_found, "not-found", "Not found", 404},
     {ProblemKind::method_not_allowed, "method-not-allowed", "This path does not take this method", 405},

@@ -20,6 +20,7 @@ enum class ProblemKind {
   malformed_request,  // not HTTP, not multipart, or a part that is missing, unknown or repeated
   unauthorized,       // no key, or one that is unknown, disabled or expired
   forbidden,          // the key lacks the scope
+  foreign_request,    // without keys: a page of another site sent it, or it names another host
   quota_exceeded,     // the key's storage quota is used up
   not_found,
   method_not_allowed,

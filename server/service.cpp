@@ -32,7 +32,7 @@ Service::Service(const Settings& settings, const Fetch& fetch, Stores stores)
     : settings_(settings),
       stores_(stores),
       access_(settings.keys_file),
-      entrance_(access_, metrics_, Cors::parse(settings.cors_origins).value()),
+      entrance_(access_, metrics_, Cors::parse(settings.cors_origins).value(), origin_check_of(settings)),
       tls_(tls_of(settings)),
       uploads_(settings.max_upload_bytes),
       jobs_(settings, fetch, stores, access_, metrics_),

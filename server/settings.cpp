@@ -10,6 +10,7 @@
 #include "api/refused.h"
 #include "engine/mesh.h"
 #include "server/access/cors.h"
+#include "server/access/origin_check.h"
 #include "server/store/conninfo.h"
 
 namespace meshgauge::server {
@@ -140,6 +141,8 @@ Result<Settings> checked(Settings s) {
   if (s.tls_certificate.empty() != s.tls_key.empty())
     return refused("--tls-certificate and --tls-key must be given together");
   if (const auto cors = Cors::parse(s.cors_origins); !cors) return cors.error();
+  if (const auto hosts = OriginCheck::parse(s.allowed_hosts, OriginCheck::Hosts::listed, {}); !hosts)
+    return hosts.error();
   if (s.workers == 0) s.workers = api::processors();
   if (auto ok = check_threads(s); !ok) return ok.error();
   if (auto ok = check_times(s); !ok) return ok.error();

@@ -22,6 +22,7 @@ struct Settings {
   std::string keys_file;
   bool public_without_keys = false;
   std::string cors_origins;
+  std::string allowed_hosts;
   std::uint64_t workers = 0;  // 0: one per processor
   std::uint64_t queue = 16;
   std::uint64_t max_queued_jobs = 1000;
@@ -45,6 +46,7 @@ struct Settings {
   std::uint64_t max_cache_bytes = std::uint64_t{1} << 30;
   std::uint64_t parsers = 0;              // 0: as many as workers
   std::uint64_t parser_memory_bytes = 0;  // 0: derived from the limits on files
+  bool require_sandbox = false;
   std::string data_dir = ".meshgauge";
   std::uint64_t result_ttl_s = 86'400;
   std::uint64_t max_kept_results = 100'000;
@@ -85,6 +87,9 @@ void for_each_setting(SomeSettings& s, Visit visit) {
   visit({"public_without_keys", "Allow serving without keys on an address that other machines can reach"},
         s.public_without_keys);
   visit({"cors_origins", "Origins whose web pages may read responses, separated by commas"}, s.cors_origins);
+  visit({"allowed_hosts",
+         "Host names that requests without keys may be sent to, beside localhost and addresses, separated by commas"},
+        s.allowed_hosts);
   visit({"workers", "Maximum number of comparisons running at the same time; 0: one per processor"}, s.workers);
   visit({"queue", "Maximum number of comparisons uploading or waiting beside the running ones; beyond it: 503"},
         s.queue);
@@ -120,6 +125,8 @@ void for_each_setting(SomeSettings& s, Visit visit) {
   visit({"parsers", "Maximum number of reader processes, each reading one file; 0: one per worker"}, s.parsers);
   visit({"parser_memory_bytes", "Maximum memory of a reader process; 0: derived from the limits on files"},
         s.parser_memory_bytes);
+  visit({"require_sandbox", "End the start where the kernel lacks a protection of the processes that read uploads"},
+        s.require_sandbox);
   visit({"data_dir", "Directory of stored meshes, jobs and results; created if missing"}, s.data_dir);
   visit({"result_ttl_s",
          "Seconds that a result is kept, and that a durable comparison outside of a batch may wait to be run"},

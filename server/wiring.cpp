@@ -40,7 +40,7 @@ sandbox::PoolSettings pool_settings(const Settings& settings, const std::vector<
   bounds.memory_bytes = settings.parser_memory_bytes;
   bounds.input_bytes = settings.max_part_bytes;
   bounds.cpu_seconds = settings.max_timeout_ms / 1000 + 2;  // a backstop; the deadline comes first
-  return {command, settings.parsers, bounds};
+  return {command, settings.parsers, bounds, settings.require_sandbox};
 }
 
 std::string defect_of(sandbox::Pool& pool) {
@@ -82,6 +82,12 @@ Result<int> bind(HttpGuard& guard, const Settings& settings) {
   return refused("other machines can reach " + settings.host +
                  ": give --keys-file, or --public-without-keys to serve every client without a key "
                  "(MESHGAUGE_KEYS_FILE, MESHGAUGE_PUBLIC_WITHOUT_KEYS=true)");
+}
+
+OriginCheck origin_check_of(const Settings& settings) {
+  if (!settings.keys_file.empty()) return {};
+  const auto hosts = settings.public_without_keys ? OriginCheck::Hosts::any : OriginCheck::Hosts::listed;
+  return OriginCheck::parse(settings.allowed_hosts, hosts, Cors::parse(settings.cors_origins).value()).value();
 }
 
 std::optional<Tls> tls_of(const Settings& settings) {

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "server/access/origin_check.h"
 #include "server/http/http_guard.h"
 #include "server/http/tls.h"
 #include "server/jobs/measuring.h"
@@ -33,6 +34,9 @@ Result<Done> check_temp_dir(const std::string& directory);
 // Binds the guard and returns the port. An Error if the address is not available, or if other machines can reach it and
 // neither keys_file nor public_without_keys is set.
 Result<int> bind(HttpGuard& guard, const Settings& settings);
+// The check of hosts and origins by settings from checked(). With keys it refuses nothing.
+OriginCheck origin_check_of(const Settings& settings);
+
 std::optional<Tls> tls_of(const Settings& settings);  // nullopt: the port speaks plain HTTP
 
 // Counts a request and, depending on log_requests, logs it. Call after the last byte of its response.

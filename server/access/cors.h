@@ -22,9 +22,9 @@ class Cors {
   // Answers a preflight request with 204. False: the request is not one, or its origin is not in the list.
   bool answer_preflight(Exchange& exchange) const;
 
- private:
   bool allows(std::string_view origin) const;
 
+ private:
   std::vector<std::string> origins_;
 };
 

@@ -30,6 +30,7 @@ std::optional<Scope> scope_of_path(std::string_view path) {
 bool Entrance::admit(Exchange& exchange) const {
   const auto scope = scope_of_path(exchange.head.path);
   if (!scope) return true;
+  if (const auto refusal = origins_.find_refusal(exchange.head)) return answer(exchange, *refusal), false;
   const auto caller = access_.authenticate(exchange.head);
   if (const auto* denial = std::get_if<Denial>(&caller)) {
     metrics_.auth_failed(failure_of(exchange.head));

@@ -1,4 +1,5 @@
-// The checks of every request before routing, on its head alone: CORS preflight, key, rate and scope.
+// The checks of every request before routing, on its head alone: CORS preflight, host and origin,
+// key, rate and scope.
 #pragma once
 
 #include <optional>
@@ -6,6 +7,7 @@
 
 #include "server/access/access.h"
 #include "server/access/cors.h"
+#include "server/access/origin_check.h"
 #include "server/http/edge.h"
 #include "server/http/exchange.h"
 #include "server/observe/metrics.h"
@@ -14,7 +16,8 @@ namespace meshgauge::server {
 
 class Entrance {
  public:
-  Entrance(Access& access, Metrics& metrics, Cors cors) : access_(access), metrics_(metrics), cors_(std::move(cors)) {}
+  Entrance(Access& access, Metrics& metrics, Cors cors, OriginCheck origins)
+      : access_(access), metrics_(metrics), cors_(std::move(cors)), origins_(std::move(origins)) {}
 
   // Answers a preflight or a denied request; else sets exchange.owner and returns what `route` says. Adds CORS headers
   // to the response of either. Does not block.
@@ -32,6 +35,7 @@ class Entrance {
   Access& access_;
   Metrics& metrics_;  // counts failed authentications
   const Cors cors_;
+  const OriginCheck origins_;
 };
 
 // Returns the scope that a path requires; nullopt: it needs no key. Unknown paths require Scope::compare.

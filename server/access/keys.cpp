@@ -1,5 +1,7 @@
 #include "server/access/keys.h"
 
+#include <sys/stat.h>
+
 #include <algorithm>
 #include <set>
 #include <span>
@@ -160,6 +162,11 @@ Result<std::vector<Key>> read_all(const JsonValue& document) {
   return keys;
 }
 
+bool others_can_write(const std::string& file) {
+  struct stat status {};
+  return ::stat(file.c_str(), &status) == 0 && S_ISREG(status.st_mode) && (status.st_mode & (S_IWGRP | S_IWOTH)) != 0;
+}
+
 // Converts the JSON library's "byte N" to a line number.
 std::string line_of(std::string_view text, std::string_view where) {
   if (!where.starts_with("byte ")) return std::string(where);
@@ -179,6 +186,9 @@ Result<std::vector<Key>> parse_keys(std::string_view json) {
 
 Result<std::vector<Key>> load_keys(const std::string& file) {
   const auto failed = [&](const std::string& why) { return refused("--keys-file '" + file + "': " + why); };
+  if (others_can_write(file)) {
+    return failed("users other than its owner can write it, and so give themselves a key; run chmod go-w");
+  }
   const auto text = api::read_text_file(file, kMaxKeysFileBytes);
   if (!text) return failed(text.error().message);
   auto keys = parse_keys(*text);

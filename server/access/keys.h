@@ -48,7 +48,8 @@ inline constexpr std::size_t kMaxKeys = 10'000;
 // tokens that occur twice; the message has the line or the JSON pointer.
 Result<std::vector<Key>> parse_keys(std::string_view json);
 
-Result<std::vector<Key>> load_keys(const std::string& file);  // messages begin with the file's name
+// Messages begin with the file's name. A file that users other than its owner can write is refused.
+Result<std::vector<Key>> load_keys(const std::string& file);
 
 Result<Done> check_key_id(std::string_view id);  // valid: 1 to 64 of A-Z, a-z, 0-9, '-', '_' and '.'
 

@@ -16,6 +16,10 @@ namespace {
 constexpr std::chrono::milliseconds kLeastPause{50};
 constexpr std::chrono::milliseconds kMostPause{1000};
 
+Error not_protected(const std::string& lack) {
+  return {ErrorCode::internal, "--require-sandbox: " + lack + "; allow it in the container's or unit's policy", "", ""};
+}
+
 constexpr std::string_view kTriangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
 
 }  // namespace
@@ -66,10 +70,11 @@ Result<std::vector<std::string>> Pool::start() {
   if (!trial) return std::move(trial).error();
   settings_.bounds.filter = trial->filter.empty();
   refill();
-  constexpr const char* kLessProtection = "; uploads are read with less protection";
   std::vector<std::string> lacks;
-  if (!trial->filter.empty()) lacks.push_back("seccomp is not in force: " + trial->filter + kLessProtection);
-  if (!seals_are_known()) lacks.push_back(std::string("files in memory cannot be sealed") + kLessProtection);
+  if (!trial->filter.empty()) lacks.push_back("seccomp is not in force: " + trial->filter);
+  if (!seals_are_known()) lacks.emplace_back("files in memory cannot be sealed");
+  if (settings_.required && !lacks.empty()) return not_protected(lacks.front());
+  for (std::string& lack : lacks) lack += "; uploads are read with less protection";
   if (!trial->small.empty()) lacks.push_back(trial->small + "; uploads are read as safely, and take longer");
   return lacks;
 }

@@ -24,6 +24,7 @@ struct PoolSettings {
   std::vector<std::string> command;  // program and arguments that call run_spawner() (spawner.h)
   std::size_t parsers = 1;           // files read at the same time; as many more processes are kept ready
   Bounds bounds;                     // limits of each process; start() fills in `filter`
+  bool required = false;             // start() fails where a protection is lacking
 };
 
 // Numbers of readings since start(), by how they ended. Each load() counts in one; a file that was read twice counts
@@ -47,7 +48,7 @@ class Pool {
   Pool(PoolSettings settings, Log log);
 
   // Starts the first processes. Returns a line for each protection that this machine lacks, with its consequence.
-  // Call once, before load().
+  // Call once, before load(). Errors: no process can be started, or limited; `required` and a protection is lacking.
   Result<std::vector<std::string>> start();
 
   // As api::load(). Errors: unreadable_mesh: the worker crashed, broke a rule or lied; too_large: it needed too much

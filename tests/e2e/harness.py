@@ -115,7 +115,7 @@ def comparison(a=SQUARE, b=RAISED, options=b"{}"):
 
 
 def post_head(length, extra=""):
-    return ("POST /v1/comparisons HTTP/1.1\r\nHost: test\r\nContent-Length: %d\r\n%s"
+    return ("POST /v1/comparisons HTTP/1.1\r\nHost: localhost\r\nContent-Length: %d\r\n%s"
             "Content-Type: multipart/form-data; boundary=XXboundaryXX\r\n\r\n" % (length, extra)).encode()
 
 
@@ -173,11 +173,11 @@ class Server:
         return self.raw(post_head(len(body), extra) + body)
 
     def get(self, path, method="GET", extra=""):
-        return self.raw(("%s %s HTTP/1.1\r\nHost: test\r\n%s\r\n" % (method, path, extra)).encode())
+        return self.raw(("%s %s HTTP/1.1\r\nHost: localhost\r\n%s\r\n" % (method, path, extra)).encode())
 
     def send(self, method, path, body=b"", extra=""):
         """A request with a body."""
-        return self.raw(("%s %s HTTP/1.1\r\nHost: test\r\nContent-Length: %d\r\n%s\r\n"
+        return self.raw(("%s %s HTTP/1.1\r\nHost: localhost\r\nContent-Length: %d\r\n%s\r\n"
                          % (method, path, len(body), extra)).encode() + body)
 
     def stop(self, sign=signal.SIGTERM, timeout=60):

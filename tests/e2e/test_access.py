@@ -132,8 +132,9 @@ class Keys(unittest.TestCase):
 
     def test_a_bad_file_ends_the_start(self):
         for text, saying in (("{}", "the one field 'keys'"), ('{"keys": [1]}', "/keys/0: must be an object"),
-                             ("{\n\n,}", "line 3: not JSON")):
+                             ("{\n\n,}", "line 3: not JSON"), ('{"keys": []}', "chmod go-w")):
             self.path.write_text(text)
+            self.path.chmod(0o666 if saying == "chmod go-w" else 0o600)
             done = subprocess.run([BINARY, "serve", "--port", "0", "--keys-file", str(self.path)], capture_output=True,
                                   text=True, timeout=60, env=OWN_DATA)
             self.assertEqual(done.returncode, 3)
@@ -178,6 +179,58 @@ class Openness(unittest.TestCase):
         until(lambda: any('"reload"' in line for line in list(server.log)))
         self.assertEqual(server.compare().status, 200)
         self.assertEqual(server.stop(), 0)
+
+
+class Sites(unittest.TestCase):
+    """Pages of other sites, of which a service without keys hears from the browsers of this machine."""
+
+    def start(self, *flags):
+        server = Server(*flags)
+        self.addCleanup(server.stop)
+        return server
+
+    def ask(self, server, method, path, host, extra=""):
+        return server.raw(("%s %s HTTP/1.1\r\nHost: %s\r\nContent-Length: 0\r\n%s\r\n" % (method, path, host, extra)).encode())
+
+    def foreign(self, answer):
+        self.assertEqual(answer.status, 403, answer.body)
+        self.assertEqual(answer.json()["type"], "urn:meshgauge:problem:foreign-request")
+
+    def test_a_name_that_is_made_to_resolve_here_is_refused(self):
+        server = self.start()
+        for method, path in (("GET", "/v1/comparisons/" + "0" * 32), ("DELETE", "/v1/meshes/" + "0" * 64), ("GET", "/metrics"),
+                             ("POST", "/v1/meshes")):
+            self.foreign(self.ask(server, method, path, "attacker.example:%d" % server.port))
+            for own in ("localhost", "127.0.0.1", "[::1]"):
+                self.assertNotEqual(self.ask(server, method, path, "%s:%d" % (own, server.port)).status, 403)
+        for path in ("/healthz", "/readyz", "/openapi.yaml"):
+            self.assertEqual(self.ask(server, "GET", path, "attacker.example").status, 200)
+
+    def test_a_form_of_another_site_starts_nothing(self):
+        server = self.start()
+        body = comparison()
+        for origin in ("https://attacker.example", "http://localhost:1", "null"):
+            self.foreign(server.compare(extra="Origin: %s\r\n" % origin))
+            self.foreign(server.raw(post_head(len(body), "Origin: %s\r\nExpect: 100-continue\r\n" % origin)))
+        own = post_head(len(body), "Origin: http://localhost:%d\r\n" % server.port)
+        own = own.replace(b"Host: localhost\r\n", b"Host: localhost:%d\r\n" % server.port)
+        self.assertEqual(server.raw(own + body).status, 200)
+        self.assertEqual(server.compare().status, 200)  # as curl asks
+
+    def test_names_and_origins_that_are_set_are_allowed(self):
+        server = self.start("--allowed-hosts", "gauge.example", "--cors-origins", "https://viewer.example")
+        self.assertEqual(self.ask(server, "GET", "/none", "gauge.example").status, 404)
+        self.assertEqual(self.ask(server, "DELETE", "/none", "gauge.example", "Origin: https://gauge.example\r\n").status, 404)
+        self.assertEqual(server.compare(extra="Origin: https://viewer.example\r\n").status, 200)
+
+    def test_with_keys_no_name_is_foreign(self):
+        token, entry = new_key("ci")
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "keys.json"
+            path.write_text(json.dumps({"keys": [entry]}))
+            server = self.start("--keys-file", str(path))
+            answer = self.ask(server, "GET", "/none", "gauge.example", "Authorization: Bearer %s\r\n" % token)
+            self.assertEqual(answer.status, 404)
 
 
 class Terminal(unittest.TestCase):
@@ -230,7 +283,7 @@ class Browsers(unittest.TestCase):
         with server.connect() as connection:  # nothing but a head in the answer, and the connection lives on
             stream = connection.makefile("rb")
             for _ in range(2):
-                connection.sendall(("OPTIONS /v1/comparisons HTTP/1.1\r\nHost: t\r\n%s\r\n"
+                connection.sendall(("OPTIONS /v1/comparisons HTTP/1.1\r\nHost: localhost\r\n%s\r\n"
                                     % (self.ASK % "https://b.example")).encode())
                 answer = read_answer(stream)
                 self.assertEqual(answer.status, 204)

@@ -185,7 +185,7 @@ class Done(ServerCase):
         ended(self.server, first)
         with self.server.connect() as connection:
             stream = connection.makefile("rb")
-            connection.sendall(("POST %s HTTP/1.1\r\nHost: test\r\nContent-Length: %d\r\nExpect: 100-continue\r\n%s\r\n"
+            connection.sendall(("POST %s HTTP/1.1\r\nHost: localhost\r\nContent-Length: %d\r\nExpect: 100-continue\r\n%s\r\n"
                                 % (PATH, len(form), key)).encode())
             self.assertEqual(stream.readline(), b"HTTP/1.1 100 Continue\r\n")  # its key was looked for
             self.assertEqual(self.server.send("DELETE", first).status, 204)

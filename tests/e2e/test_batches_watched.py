@@ -31,7 +31,7 @@ class Watched(unittest.TestCase):
         manifest["comparisons"].append({"a": flat, "b": flat})
         path = accepted(submit(server, manifest))
         with server.connect() as connection:
-            connection.sendall(b"GET %s/events HTTP/1.1\r\nHost: t\r\n\r\n" % path.encode())
+            connection.sendall(b"GET %s/events HTTP/1.1\r\nHost: localhost\r\n\r\n" % path.encode())
             until(lambda: server.get(path).json()["counts"]["running"])
             server.send("DELETE", path)
             told = list(events_of(read_answer(connection.makefile("rb")).body))
@@ -47,7 +47,7 @@ class Watched(unittest.TestCase):
         ended(server, path)
         with server.connect() as connection:
             connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 16)
-            connection.sendall(b"GET %s/results.jsonl HTTP/1.1\r\nHost: t\r\n\r\n" % path.encode())
+            connection.sendall(b"GET %s/results.jsonl HTTP/1.1\r\nHost: localhost\r\n\r\n" % path.encode())
             self.assertIn(b" 200 ", connection.recv(2048))
             self.assertEqual(server.send("DELETE", path).status, 204)
             self.assertFalse(connection.makefile("rb").read().endswith(b"0\r\n\r\n"))  # it does not pass for complete
@@ -64,7 +64,7 @@ class Watched(unittest.TestCase):
             with server.connect() as first, server.connect() as second:
                 answers = [connection.makefile("rb") for connection in (first, second)]
                 for connection, answer, one in zip((first, second), answers, watched):
-                    connection.sendall(b"GET %s/events HTTP/1.1\r\nHost: t\r\n\r\n" % one.encode())
+                    connection.sendall(b"GET %s/events HTTP/1.1\r\nHost: localhost\r\n\r\n" % one.encode())
                     answer.peek()
                 self.assertEqual(server.send("DELETE", path).status, 200)
                 told = [list(events_of(read_answer(answer).body)) for answer in answers]
@@ -81,7 +81,7 @@ class Watched(unittest.TestCase):
             until(lambda: server.get(path).json()["counts"]["running"])
             running, = comparisons(folder)
             with server.connect() as connection:
-                connection.sendall(b"GET /v1/comparisons/%s/events HTTP/1.1\r\nHost: t\r\n\r\n" % running.encode())
+                connection.sendall(b"GET /v1/comparisons/%s/events HTTP/1.1\r\nHost: localhost\r\n\r\n" % running.encode())
                 answer = connection.makefile("rb")
                 answer.peek()
                 self.assertEqual(server.stop(), 0)

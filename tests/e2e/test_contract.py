@@ -160,7 +160,7 @@ def line_of(operation, version="HTTP/1.1", query=""):
 def ask(server, operation, extra="", **line):
     """A request with no body, or an empty one."""
     length = "Content-Length: 0\r\n" if operation.method in ("POST", "PUT") and "Content-Length" not in extra else ""
-    return server.raw((line_of(operation, **line) + "Host: t\r\n" + length + extra + "\r\n").encode())
+    return server.raw((line_of(operation, **line) + "Host: localhost\r\n" + length + extra + "\r\n").encode())
 
 
 class EveryOperation(ServerCase):
@@ -187,7 +187,7 @@ class EveryOperation(ServerCase):
 
     def test_a_transfer_coding(self):
         for operation in OPERATIONS:
-            head = line_of(operation) + "Host: t\r\nTransfer-Encoding: gzip\r\n\r\n"
+            head = line_of(operation) + "Host: localhost\r\nTransfer-Encoding: gzip\r\n\r\n"
             self.assertEqual(self.server.raw(head.encode()).status, 501, operation.id)
 
     def test_another_version(self):
@@ -196,7 +196,7 @@ class EveryOperation(ServerCase):
     def test_no_length(self):
         for operation in OPERATIONS:
             if operation.body:
-                answer = self.server.raw((line_of(operation) + "Host: t\r\n\r\n").encode())
+                answer = self.server.raw((line_of(operation) + "Host: localhost\r\n\r\n").encode())
                 self.refused(answer, 411, "length-required")
 
     def test_a_head_that_does_not_come(self):
@@ -204,7 +204,7 @@ class EveryOperation(ServerCase):
             streams = []
             for operation in OPERATIONS:
                 connection = stack.enter_context(self.server.connect())
-                connection.sendall((line_of(operation) + "Host: t\r\n").encode())
+                connection.sendall((line_of(operation) + "Host: localhost\r\n").encode())
                 streams.append(connection.makefile("rb"))
             for stream in streams:
                 self.assertEqual(read_answer(stream).status, 408)
@@ -216,7 +216,7 @@ class EveryOperation(ServerCase):
             self.assertEqual(self.server.get("/none", extra=extra).status, status)
         self.assertEqual(self.server.get("/none" + "x" * 2100).status, 414)
         self.assertEqual(self.server.raw(b"GET /none HTTP/3\r\n\r\n").status, 505)
-        self.assertEqual(self.server.raw(b"POST /none HTTP/1.1\r\nHost: t\r\n\r\n").status, 411)
+        self.assertEqual(self.server.raw(b"POST /none HTTP/1.1\r\nHost: localhost\r\n\r\n").status, 411)
         self.assertEqual(self.server.raw(b"GET /none HTTP/1.1\r\n").status, 408)
 
 
@@ -250,7 +250,7 @@ class Crowded(unittest.TestCase):
             connections = [stack.enter_context(server.connect()) for _ in range(20)]
             server.process.send_signal(signal.SIGSTOP)
             for connection in connections:
-                connection.sendall((line_of(operation) + "Host: t\r\nContent-Length: 0\r\n\r\n").encode())
+                connection.sendall((line_of(operation) + "Host: localhost\r\nContent-Length: 0\r\n\r\n").encode())
             server.process.send_signal(signal.SIGCONT)
             return {read_answer(connection.makefile("rb")).status for connection in connections}
 
@@ -309,10 +309,10 @@ class Stores(unittest.TestCase):
         pair = json.dumps({"comparisons": [{"a": baseline, "b": baseline}]}).encode()
         batch = self.server.send("POST", "/v1/batches", pair, AS_JSON).headers["location"]
         until(lambda: self.server.get(batch).json()["state"] == "done")
-        return [b"POST /v1/batches HTTP/1.1\r\nHost: t\r\nContent-Length: %d\r\n%s\r\n" % (len(pair), AS_JSON.encode()) + pair,
-                ("DELETE %s HTTP/1.1\r\nHost: t\r\n\r\n" % batch).encode(),
+        return [b"POST /v1/batches HTTP/1.1\r\nHost: localhost\r\nContent-Length: %d\r\n%s\r\n" % (len(pair), AS_JSON.encode()) + pair,
+                ("DELETE %s HTTP/1.1\r\nHost: localhost\r\n\r\n" % batch).encode(),
                 post_head(len(form), "Prefer: respond-async\r\n") + form,
-                *(("%s %s HTTP/1.1\r\nHost: t\r\nContent-Length: %d\r\n\r\n" % (method, path, len(body))).encode() + body
+                *(("%s %s HTTP/1.1\r\nHost: localhost\r\nContent-Length: %d\r\n\r\n" % (method, path, len(body))).encode() + body
                   for method, path, body in (("DELETE", job, b""), ("DELETE", mesh, b""), ("POST", "/v1/meshes", RAISED),
                                              ("PUT", "/v1/meshes/" + "1" * 64, RAISED)))]
 

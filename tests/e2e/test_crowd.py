@@ -175,9 +175,9 @@ class Thousands(unittest.TestCase):
 
     def test_health_and_others_are_answered(self):
         slow = self.crowd(self.each, b"GET /openapi.yaml HTTP/1.1\r\nX: ")
-        bodies = self.crowd(self.each, b"POST /v1/meshes HTTP/1.1\r\nHost: t\r\nContent-Length: 100\r\n\r\nhalf")
-        idle = self.crowd(self.each, b"GET /openapi.yaml HTTP/1.1\r\nHost: t\r\n\r\n")
-        listening = self.crowd(90, b"GET %s/events HTTP/1.1\r\nHost: t\r\n\r\n" % self.busy.encode())
+        bodies = self.crowd(self.each, b"POST /v1/meshes HTTP/1.1\r\nHost: localhost\r\nContent-Length: 100\r\n\r\nhalf")
+        idle = self.crowd(self.each, b"GET /openapi.yaml HTTP/1.1\r\nHost: localhost\r\n\r\n")
+        listening = self.crowd(90, b"GET %s/events HTTP/1.1\r\nHost: localhost\r\n\r\n" % self.busy.encode())
         until(lambda: b"\nmeshgauge_event_streams 90\n" in self.server.get("/metrics").body)
         for connection in idle:
             self.assertEqual(read_answer(connection.makefile("rb")).status, 200)
@@ -234,7 +234,7 @@ class Burst(unittest.TestCase):
         try:
             burst = [server.connect(20) for _ in range(count)]
             for connection in burst:
-                connection.sendall(b"GET /healthz HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n")
+                connection.sendall(b"GET /healthz HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n")
         finally:
             server.process.send_signal(signal.SIGCONT)
         answers = [read_answer(connection.makefile("rb")) for connection in burst]
@@ -297,7 +297,7 @@ class Accept(unittest.TestCase):
         server = Server()
         self.addCleanup(server.stop)
         with server.connect() as connection:
-            connection.sendall(b"GET /healthz HTTP/1.1\r\nHost: x\r\n\r\n")
+            connection.sendall(b"GET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n")
             self.assertEqual(read_answer(connection.makefile("rb")).status, 200)
             ours = connection.getsockname()
             with socket_of(server, lambda one: not listens(one) and one.getpeername() == ours) as served:
@@ -308,7 +308,7 @@ class Accept(unittest.TestCase):
         server = Server("--workers", "1", "--grace-ms", "500")
         steady, busy = server.connect(), server.connect(120)
         stream = steady.makefile("rb")
-        steady.sendall(b"GET /healthz HTTP/1.1\r\nHost: x\r\n\r\n")
+        steady.sendall(b"GET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n")
         self.assertEqual(read_answer(stream).status, 200)
         body = comparison(**SLOW, options=SLOW_OPTIONS)
         busy.sendall(post_head(len(body)) + body)

@@ -174,7 +174,7 @@ class Refusals(ServerCase):
         path, _ = compared(self.server)
         with self.server.connect() as one, self.server.connect() as other:
             for connection in (one, other):
-                connection.sendall(b"POST /v1/comparisons HTTP/1.1\r\nHost: t\r\nContent-Length: 9\r\n"
+                connection.sendall(b"POST /v1/comparisons HTTP/1.1\r\nHost: localhost\r\nContent-Length: 9\r\n"
                                    b"Content-Type: application/json\r\n\r\n")
             until(lambda: self.server.get("/readyz").status == 503)
             for name in ("ply?of=b", "glb?of=b"):

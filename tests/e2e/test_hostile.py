@@ -107,20 +107,20 @@ class Requests(ServerCase):
 
     def test_malformed_heads(self):
         for data in (b"\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03\r\n\r\n", b"GET / HTTP/1.1\nHost: x\n\n", b"GET\r\n\r\n",
-                     b"GET / HTTP/1.1\r\n\r\n", b"GET / HTTP/1.1\r\nHost: x\r\nHost: y\r\n\r\n",
-                     b"GET / HTTP/1.1\r\nHost: x\r\nBad Header: y\r\n\r\n", b"GET / HTTP/1.1\r\nHost: x\r\nA: \x00\r\n\r\n"):
+                     b"GET / HTTP/1.1\r\n\r\n", b"GET / HTTP/1.1\r\nHost: localhost\r\nHost: y\r\n\r\n",
+                     b"GET / HTTP/1.1\r\nHost: localhost\r\nBad Header: y\r\n\r\n", b"GET / HTTP/1.1\r\nHost: localhost\r\nA: \x00\r\n\r\n"):
             self.malformed(data)
         self.malformed(b"GET / HTTP/3\r\n\r\n", 505, "http-version")
-        self.malformed(b"FOO / HTTP/1.1\r\nHost: x\r\n\r\n", 501, "not-implemented")
+        self.malformed(b"FOO / HTTP/1.1\r\nHost: localhost\r\n\r\n", 501, "not-implemented")
 
     def test_long_heads(self):
-        self.malformed(b"GET /" + b"a" * 8000 + b" HTTP/1.1\r\nHost: x\r\n\r\n", 414, "uri-too-long")
+        self.malformed(b"GET /" + b"a" * 8000 + b" HTTP/1.1\r\nHost: localhost\r\n\r\n", 414, "uri-too-long")
         self.malformed(b"a" * 100_000, 414, "uri-too-long")
-        self.malformed(b"GET / HTTP/1.1\r\nHost: x\r\nA: " + b"b" * 20_000 + b"\r\n\r\n", 431, "head-too-large")
-        self.malformed(b"GET / HTTP/1.1\r\nHost: x\r\n" + b"A: b\r\n" * 5000, 431, "head-too-large")
+        self.malformed(b"GET / HTTP/1.1\r\nHost: localhost\r\nA: " + b"b" * 20_000 + b"\r\n\r\n", 431, "head-too-large")
+        self.malformed(b"GET / HTTP/1.1\r\nHost: localhost\r\n" + b"A: b\r\n" * 5000, 431, "head-too-large")
 
     def test_lengths(self):
-        self.malformed(b"POST /v1/comparisons HTTP/1.1\r\nHost: x\r\n\r\n", 411, "length-required")
+        self.malformed(b"POST /v1/comparisons HTTP/1.1\r\nHost: localhost\r\n\r\n", 411, "length-required")
         self.malformed(post_head(2_000_001), 413, "too-large")
         self.malformed(post_head(10 ** 30), 413, "too-large")
         self.malformed(post_head(-1))
@@ -145,7 +145,7 @@ class Requests(ServerCase):
 
     def test_smuggling(self):
         """The bytes after a request whose end is in doubt are never taken for a second one."""
-        hidden = b"GET /healthz HTTP/1.1\r\nHost: x\r\n\r\n"
+        hidden = b"GET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n"
         chunked = b"0\r\n\r\n" + hidden
         attempts = (
             post_head(len(chunked), "Transfer-Encoding: chunked\r\n") + chunked,
@@ -156,8 +156,8 @@ class Requests(ServerCase):
             post_head(0).replace(b"Content-Length: 0", b"Transfer-Encoding: chunked, identity") + chunked,
             post_head(0).replace(b"Content-Length: 0", b"X: y\n Transfer-Encoding: chunked") + chunked,
             # A body that no handler reads: a method or a path that takes none.
-            b"GET /healthz HTTP/1.1\r\nHost: x\r\nContent-Length: %d\r\n\r\n" % len(hidden) + hidden,
-            b"POST /none HTTP/1.1\r\nHost: x\r\nContent-Length: %d\r\n\r\n" % len(hidden) + hidden,
+            b"GET /healthz HTTP/1.1\r\nHost: localhost\r\nContent-Length: %d\r\n\r\n" % len(hidden) + hidden,
+            b"POST /none HTTP/1.1\r\nHost: localhost\r\nContent-Length: %d\r\n\r\n" % len(hidden) + hidden,
             post_head(len(hidden)).replace(b"multipart/form-data", b"text/plain") + hidden,
         )
         for attempt in attempts:

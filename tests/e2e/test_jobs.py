@@ -176,7 +176,7 @@ class Events(ServerCase):
     def follow(self, path):
         """Yields the events of a job as they come."""
         with self.server.connect() as connection:
-            connection.sendall(("GET %s/events HTTP/1.1\r\nHost: t\r\n\r\n" % path).encode())
+            connection.sendall(("GET %s/events HTTP/1.1\r\nHost: localhost\r\n\r\n" % path).encode())
             name = ""
             for line in connection.makefile("rb"):
                 if line.startswith(b"event: "):
@@ -235,7 +235,7 @@ class Events(ServerCase):
         with contextlib.ExitStack() as stack:
             for _ in range(2):
                 connection = stack.enter_context(self.server.connect())
-                connection.sendall(("GET %s/events HTTP/1.1\r\nHost: t\r\n\r\n" % path).encode())
+                connection.sendall(("GET %s/events HTTP/1.1\r\nHost: localhost\r\n\r\n" % path).encode())
                 self.assertTrue(connection.makefile("rb").readline().startswith(b"HTTP/1.1 200 "))
             self.refused(self.server.get(path + "/events"), 503, "overloaded")
         until(lambda: self.server.get(path + "/events", "HEAD").status == 200)
@@ -355,7 +355,7 @@ class Kept(unittest.TestCase):
         self.assertEqual((answer.status, answer.json()["type"]), (503, "urn:meshgauge:problem:overloaded"))
         self.assertEqual(server.get("/readyz").status, 503)
         # Being refused costs no connection.
-        post = f"POST /v1/comparisons HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\n{ASYNC}Content-Length: %d\r\n\r\n%s"
+        post = f"POST /v1/comparisons HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n{ASYNC}Content-Length: %d\r\n\r\n%s"
         with server.connect() as connection:
             stream = connection.makefile("rb")
             for _ in range(3):

@@ -77,7 +77,7 @@ class Cached(unittest.TestCase):
             stream = connection.makefile("rb")
             for request in ("GET %s/deviation.ply" % path, "HEAD %s/deviation.ply" % path, "GET /healthz",
                             "GET %s/deviation.glb" % path, "GET /healthz"):
-                connection.sendall((request + " HTTP/1.1\r\nHost: t\r\n\r\n").encode())
+                connection.sendall((request + " HTTP/1.1\r\nHost: localhost\r\n\r\n").encode())
                 answer = read_answer(stream)
                 self.assertEqual(answer.status, 200)
                 self.assertNotIn("connection", answer.headers)
@@ -143,7 +143,7 @@ class Cached(unittest.TestCase):
         running = server.compare(**SLOW, options=SLOW_OPTIONS, extra="Prefer: respond-async\r\n").headers["location"]
         until(lambda: server.get(running).json()["state"] == "running")
         with server.connect() as connection:
-            connection.sendall(("GET %s/deviation.ply HTTP/1.1\r\nHost: t\r\n\r\n" % path).encode())
+            connection.sendall(("GET %s/deviation.ply HTTP/1.1\r\nHost: localhost\r\n\r\n" % path).encode())
             until(lambda: self.value(server, "meshgauge_queue_depth") == 1)
         until(lambda: self.value(server, "meshgauge_queue_depth") == 0)
         server.send("DELETE", running)
@@ -155,7 +155,7 @@ class Cached(unittest.TestCase):
         running = server.compare(**SLOW, options=SLOW_OPTIONS, extra="Prefer: respond-async\r\n").headers["location"]
         until(lambda: server.get(running).json()["state"] == "running")
         with server.connect() as connection:
-            connection.sendall(("GET %s/deviation.ply HTTP/1.1\r\nHost: t\r\n\r\n" % path).encode())
+            connection.sendall(("GET %s/deviation.ply HTTP/1.1\r\nHost: localhost\r\n\r\n" % path).encode())
             until(lambda: self.value(server, "meshgauge_queue_depth") == 1)
             server.process.terminate()
             answer = read_answer(connection.makefile("rb"))
@@ -198,7 +198,7 @@ class Slow(unittest.TestCase):
     def ask(self, source=""):
         connection = self.server.connect(source=source)
         self.addCleanup(connection.close)
-        connection.sendall(("GET %s HTTP/1.1\r\nHost: t\r\n\r\n" % self.path).encode())
+        connection.sendall(("GET %s HTTP/1.1\r\nHost: localhost\r\n\r\n" % self.path).encode())
         return connection
 
     def test_they_do_not_keep_others_from_being_served_and_no_answer_breaks_off(self):

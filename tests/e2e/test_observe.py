@@ -139,7 +139,7 @@ class Log(unittest.TestCase):
         with server.connect() as connection:
             stream = connection.makefile("rb")
             for _ in range(2):
-                connection.sendall(b"GET /healthz HTTP/1.1\r\nHost: t\r\n\r\n")
+                connection.sendall(b"GET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n")
                 read_answer(stream)
         self.assertEqual(server.stop(), 0)
         lines = requests(server)

@@ -10,7 +10,7 @@ import time
 import unittest
 from concurrent.futures import ThreadPoolExecutor
 
-from harness import BINARY, EVERYBODYS, RAISED, SQUARE, Server, comparison, post_head, read_answer, until
+from harness import BINARY, EVERYBODYS, OWN_DATA, RAISED, SQUARE, Server, comparison, post_head, read_answer, until
 
 WITHOUT = os.environ.get("MESHGAUGE_WITHOUT")
 READER = os.environ.get("MESHGAUGE_READER")
@@ -316,6 +316,17 @@ class Lacks(unittest.TestCase):
         server = self.lacking("seals")
         until(lambda: any("files in memory cannot be sealed" in line for line in server.log))
 
+
+    def test_a_service_that_must_have_it_does_not_start(self):
+        for what in ("seccomp", "seals"):
+            done = subprocess.run([WITHOUT, what, BINARY, "serve", "--port", "0", "--require-sandbox"], capture_output=True,
+                                  text=True, timeout=60, env=OWN_DATA)
+            self.assertEqual(done.returncode, 3, done.stderr)
+            self.assertIn("--require-sandbox: ", done.stderr)
+        if not SANITIZED:
+            server = Server("--require-sandbox")
+            self.addCleanup(server.stop)
+            self.assertEqual(server.compare().status, 200)
 
     @unittest.skipUnless(READER, "this build has no program for the spawner")
     def test_no_programs_in_memory(self):

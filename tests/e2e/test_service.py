@@ -75,9 +75,9 @@ class Comparisons(ServerCase):
                 self.assertNotIn("connection", answer.headers)
 
     def test_pipelined_requests_are_answered_in_order(self):
-        request = b"GET /healthz HTTP/1.1\r\nHost: t\r\n\r\n"
+        request = b"GET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n"
         with self.server.connect() as connection:
-            connection.sendall(request + b"\r\n" + request + b"GET /none HTTP/1.1\r\nHost: t\r\n\r\n")
+            connection.sendall(request + b"\r\n" + request + b"GET /none HTTP/1.1\r\nHost: localhost\r\n\r\n")
             stream = connection.makefile("rb")
             self.assertEqual([read_answer(stream).status for _ in range(3)], [200, 200, 404])
 
@@ -169,11 +169,11 @@ class Crowd(unittest.TestCase):
             for connection in slow:
                 connection.sendall(b"GET /openapi.yaml HTTP/1.1\r\n")
             for connection in idle * 2:
-                connection.sendall(b"GET /openapi.yaml HTTP/1.1\r\nHost: t\r\n\r\n")
+                connection.sendall(b"GET /openapi.yaml HTTP/1.1\r\nHost: localhost\r\n\r\n")
                 self.assertEqual(read_answer(connection.makefile("rb")).status, 200)
             self.assertEqual(server.compare().status, 200)
             for connection in slow:
-                connection.sendall(b"Host: t\r\n\r\n")
+                connection.sendall(b"Host: localhost\r\n\r\n")
                 self.assertEqual(read_answer(connection.makefile("rb")).status, 200)
 
     def test_clients_that_wait_or_listen_hold_no_thread(self):
@@ -188,7 +188,7 @@ class Crowd(unittest.TestCase):
                 connection.sendall(post_head(len(body)) + body)
             listening = [stack.enter_context(server.connect(120)) for _ in range(10)]
             for connection in listening:
-                connection.sendall(b"GET %s/events HTTP/1.1\r\nHost: t\r\n\r\n" % busy.encode())
+                connection.sendall(b"GET %s/events HTTP/1.1\r\nHost: localhost\r\n\r\n" % busy.encode())
             until(lambda: b"\nmeshgauge_queue_depth 10\n" in server.get("/metrics").body)
             until(lambda: b"\nmeshgauge_event_streams 10\n" in server.get("/metrics").body)
             self.assertEqual(server.get("/openapi.yaml").status, 200)
@@ -303,7 +303,7 @@ class StoppingWhileWatched(unittest.TestCase):
 
     def stop_while_watching(self, path, told):
         with self.server.connect() as watching:
-            watching.sendall(b"GET %s/events HTTP/1.1\r\nHost: test\r\n\r\n" % path.encode())
+            watching.sendall(b"GET %s/events HTTP/1.1\r\nHost: localhost\r\n\r\n" % path.encode())
             stream = watching.makefile("rb")
             while told not in stream.readline():
                 pass

@@ -166,7 +166,7 @@ class Tls(unittest.TestCase):
 
     def test_plain_http_is_refused_with_the_reason(self):
         body = comparison()
-        for request in (b"GET /healthz HTTP/1.1\r\nHost: t\r\n\r\n", b"DELETE / HTTP/1.1\r\n\r\n", post_head(len(body)) + body):
+        for request in (b"GET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n", b"DELETE / HTTP/1.1\r\n\r\n", post_head(len(body)) + body):
             with self.server.plain() as connection:
                 connection.sendall(request)
                 stream = connection.makefile("rb")
@@ -243,7 +243,7 @@ class Tls(unittest.TestCase):
 
     def test_the_end_is_said(self):
         pipe = Pipe(self.server)
-        pipe.tls.write(b"GET /healthz HTTP/1.1\r\nHost: t\r\nConnection: close\r\n\r\n")
+        pipe.tls.write(b"GET /healthz HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n")
         pipe.flush()
         text = b""
         while data := pipe.run(lambda: pipe.tls.read(1000)):  # an end that is not said raises SSLEOFError
@@ -262,7 +262,7 @@ class Tls(unittest.TestCase):
                 self.reload(server, "certificate valid until")
                 with server.connect() as new:
                     self.assertEqual(new.getpeercert(True), second)
-                old.sendall(b"GET /healthz HTTP/1.1\r\nHost: t\r\n\r\n")
+                old.sendall(b"GET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n")
                 self.assertEqual(read_answer(old.makefile("rb")).status, 200)
             good = (folder / "k.pem").read_text()
             for file, text, saying in (("k.pem", "nonsense", "--tls-key"), ("k.pem", (self.folder / "k.pem").read_text(), "key"),
@@ -317,7 +317,7 @@ class Tls(unittest.TestCase):
             connection.sendall(b"\x16\x03")
         self.assertEqual(server.get("/openapi.yaml").status, 200)
         for connection in slow:
-            connection.sendall(b"Host: t\r\n\r\n")
+            connection.sendall(b"Host: localhost\r\n\r\n")
             self.assertEqual(read_answer(connection.makefile("rb")).status, 200)
         for connection in (*slow, *silent, *greeting):
             connection.close()

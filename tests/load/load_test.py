@@ -61,7 +61,7 @@ BUSY = b"HTTP/1.1 503 Busy\r\nContent-Length: 2\r\nConnection: close\r\n\r\nno"
 
 
 class Client(unittest.TestCase):
-    def run_client(self, answer, *flags, request=b"GET / HTTP/1.1\r\nHost: t\r\n\r\n"):
+    def run_client(self, answer, *flags, request=b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n"):
         stub = Stub(answer)
         self.addCleanup(stub.socket.close)
         with tempfile.TemporaryDirectory() as folder:
@@ -111,7 +111,7 @@ class Client(unittest.TestCase):
         self.assertIn("-2", {row["status"] for row in rows})
 
     def test_an_answer_in_the_middle_of_a_body_is_read(self):
-        request = b"POST / HTTP/1.1\r\nHost: t\r\nContent-Length: 50000000\r\n\r\n" + bytes(50_000_000)
+        request = b"POST / HTTP/1.1\r\nHost: localhost\r\nContent-Length: 50000000\r\n\r\n" + bytes(50_000_000)
         rows, _ = self.run_client(lambda _: BUSY, "--connections", 1, "--seconds", 0.3, request=request)
         self.assertIn("503", {row["status"] for row in rows})
 
@@ -120,7 +120,7 @@ class Client(unittest.TestCase):
             port = free.getsockname()[1]
         with tempfile.TemporaryDirectory() as folder:
             file, out = pathlib.Path(folder, "a.http"), pathlib.Path(folder, "out.csv")
-            file.write_bytes(b"GET / HTTP/1.1\r\nHost: t\r\n\r\n")
+            file.write_bytes(b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n")
             subprocess.run([CLIENT, "--port", str(port), "--rate", "50", "--seconds", "0.3", "--out", out, file], check=True)
             self.assertEqual({row["status"] for row in phases.rows_of(out)} - {"-1", "-2"}, set())
 

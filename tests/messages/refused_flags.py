@@ -124,6 +124,7 @@ def service_flags():
         ("a lease shorter than two heartbeats", ["--lease-ms", "1000", "--heartbeat-ms", "900"]),
         ("another word for the log", ["--log-requests", "some"]),
         ("origins of pages that are none", ["--cors-origins", "example.com"]),
+        ("hosts that are none", ["--allowed-hosts", "http://gauge.example"]),
         ("a file of settings that does not exist", ["--config", "gone.toml"]),
         ("settings: a line without `=`", ["--config", "line.toml"]),
         ("settings: an unknown name", ["--config", "name.toml"]),

@@ -36,7 +36,7 @@ def to_batches(server, parts):
 
 
 def head_rows(server):
-    get = b"GET /healthz HTTP/1.1\r\nHost: x\r\n"
+    get = b"GET /healthz HTTP/1.1\r\nHost: localhost\r\n"
     return [(what, server.raw(data)) for what, data in [
         ("what is not HTTP", b"SSH-2.0-OpenSSH_9.2\r\n\r\n"),
         ("TLS on a port without TLS", b"\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03\r\n\r\n"),
@@ -49,11 +49,13 @@ def head_rows(server):
         ("a control character in a header", get + b"X: a\x00b\r\n\r\n"),
         ("an unknown expectation", get + b"Expect: 200-ok\r\n\r\n"),
         ("HTTP/3", b"GET / HTTP/3\r\n\r\n"),
-        ("an unknown method", b"FOO / HTTP/1.1\r\nHost: x\r\n\r\n"),
-        ("a target of 8,000 bytes", b"GET /" + b"a" * 8000 + b" HTTP/1.1\r\nHost: x\r\n\r\n"),
+        ("an unknown method", b"FOO / HTTP/1.1\r\nHost: localhost\r\n\r\n"),
+        ("a target of 8,000 bytes", b"GET /" + b"a" * 8000 + b" HTTP/1.1\r\nHost: localhost\r\n\r\n"),
         ("a header of 20,000 bytes", get + b"X: " + b"b" * 20000 + b"\r\n\r\n"),
         ("a head that does not end in time", get),
-        ("no length of the body", b"POST /v1/comparisons HTTP/1.1\r\nHost: x\r\n\r\n"),
+        ("no length of the body", b"POST /v1/comparisons HTTP/1.1\r\nHost: localhost\r\n\r\n"),
+        ("another host, without keys", b"GET /v1/comparisons/%s HTTP/1.1\r\nHost: attacker.example\r\n\r\n" % NO_ID.encode()),
+        ("a page of another site, without keys", post_head(5, "Origin: https://attacker.example\r\n")),
         ("two lengths", post_head(5, "Content-Length: 5\r\n")),
         ("a length that is no number", post_head(-1)),
         ("an unknown transfer coding", post_head(0).replace(b"Content-Length: 0", b"Transfer-Encoding: gzip, chunked")),
@@ -201,7 +203,7 @@ def busy_rows():
             ("a map of a comparison that runs", server.get(slow + "/deviation.ply")),
         ]
         with server.connect() as first:
-            first.sendall(b"GET %s/events HTTP/1.1\r\nHost: x\r\n\r\n" % slow.encode())
+            first.sendall(b"GET %s/events HTTP/1.1\r\nHost: localhost\r\n\r\n" % slow.encode())
             until(lambda: first.recv(1))
             rows.append(("one stream of events too many", server.get(slow + "/events")))
         server.send("DELETE", slow)

@@ -80,7 +80,7 @@ TEST_CASE("entrance: the paths that need no key, and what the others need") {
 TEST_CASE("entrance: with keys in force only the open paths are passed without one") {
   Access access("/some/file");  // which is not read, so no key is valid
   Metrics metrics;
-  const Entrance entrance(access, metrics, Cors::parse("").value());
+  const Entrance entrance(access, metrics, Cors::parse("").value(), {});
   Request open(head("GET", "/healthz"));
   pass(entrance, open);
   CHECK(open.exchange.response.status == 222);
@@ -102,7 +102,7 @@ TEST_CASE("entrance: failed authentications are counted by reason") {
   std::filesystem::remove(file);
   REQUIRE(loaded.ok());
   Metrics metrics;
-  const Entrance entrance(access, metrics, Cors::parse("").value());
+  const Entrance entrance(access, metrics, Cors::parse("").value(), {});
   const auto status = [&](const char* path, const std::string& authorization) {
     Head asked = head("GET", path);
     if (!authorization.empty()) asked.headers.emplace_back("authorization", authorization);
@@ -131,7 +131,7 @@ TEST_CASE("entrance: failed authentications are counted by reason") {
 TEST_CASE("cors: off by default") {
   Access access("");
   Metrics metrics;
-  const Entrance entrance(access, metrics, Cors::parse("").value());
+  const Entrance entrance(access, metrics, Cors::parse("").value(), {});
   Request request(head("GET", "/", kPage));
   pass(entrance, request);
   CHECK(request.exchange.response.headers.empty());
@@ -143,7 +143,7 @@ TEST_CASE("cors: off by default") {
 TEST_CASE("cors: only a listed origin may read") {
   Access access("/some/file");
   Metrics metrics;
-  const Entrance entrance(access, metrics, Cors::parse("https://viewer.example, http://localhost:3000").value());
+  const Entrance entrance(access, metrics, Cors::parse("https://viewer.example, http://localhost:3000").value(), {});
   for (const char* origin : {kPage, "http://localhost:3000"}) {
     Request request(head("GET", "/healthz", origin));
     pass(entrance, request);
@@ -170,7 +170,7 @@ TEST_CASE("cors: only a listed origin may read") {
 TEST_CASE("cors: a preflight needs no key, one of an unlisted origin is an ordinary request") {
   Access access("/some/file");
   Metrics metrics;
-  const Entrance entrance(access, metrics, Cors::parse(kPage).value());
+  const Entrance entrance(access, metrics, Cors::parse(kPage).value(), {});
   Request asks(preflight(kPage));
   pass(entrance, asks);
   CHECK(asks.exchange.response.status == 204);

@@ -1,5 +1,8 @@
 #include "server/access/keys.h"
 
+#include <sys/stat.h>
+#include <unistd.h>
+
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -115,6 +118,23 @@ TEST_CASE("keys: a file that cannot be read says why") {
   const auto message = [](const std::string& path) { return server::load_keys(path).error().message; };
   CHECK(message("/nonexistent/keys").find("No such file") != std::string::npos);
   CHECK(message("/tmp").starts_with("--keys-file '/tmp': "));
+}
+
+TEST_CASE("keys: a file that others can write is refused") {
+  const std::string path =
+      (std::filesystem::temp_directory_path() / ("keys_test." + std::to_string(::getpid()))).string();
+  std::ofstream(path) << file("");
+  for (const mode_t mode : {0600U, 0640U, 0644U, 0440U}) {
+    REQUIRE(::chmod(path.c_str(), mode) == 0);
+    CHECK(server::load_keys(path).ok());
+  }
+  for (const mode_t mode : {0620U, 0602U, 0666U, 0664U}) {
+    REQUIRE(::chmod(path.c_str(), mode) == 0);
+    const auto refused = server::load_keys(path);
+    REQUIRE(!refused.ok());
+    CHECK(refused.error().message.find("chmod go-w") != std::string::npos);
+  }
+  std::filesystem::remove(path);
 }
 
 TEST_CASE("token: new ones are long, allowed and different") {
