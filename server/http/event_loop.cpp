@@ -64,12 +64,13 @@ void EventLoop::Inbox::post(Id id, Message message) {
 
 void EventLoop::Inbox::stir() {
   const std::uint64_t one = 1;
-  static_cast<void>(::write(event_.get(), &one, sizeof one));  // fails only if the loop is stirred anyway
+  [[maybe_unused]] const auto written =
+      ::write(event_.get(), &one, sizeof one);  // fails only if the loop is stirred anyway
 }
 
 std::vector<std::pair<EventLoop::Id, EventLoop::Message>> EventLoop::Inbox::take() {
   std::uint64_t count = 0;
-  static_cast<void>(::read(event_.get(), &count, sizeof count));
+  [[maybe_unused]] const auto taken = ::read(event_.get(), &count, sizeof count);
   const std::lock_guard lock(mutex_);
   return std::exchange(messages_, {});
 }

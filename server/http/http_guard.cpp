@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <memory>
 #include <string_view>
+#include <utility>
 
 namespace meshgauge::server {
 namespace {
@@ -16,10 +17,13 @@ constexpr int kBacklog = 1024;  // with the library's own, 5, the kernel would r
 constexpr std::size_t kStatusThreads = 2;
 constexpr std::size_t kMostConnections = 100'000;
 
-// Three quarters of the descriptors that the process may have: the others are for uploads and stores.
+// Raises the limit on descriptors to what the process may have (the soft one is often 1024), and returns the share of
+// connections: three quarters. The others are for uploads and stores.
 std::size_t most_connections() {
   rlimit limit{};
   if (::getrlimit(RLIMIT_NOFILE, &limit) != 0) return kMostConnections;
+  const rlim_t granted = std::exchange(limit.rlim_cur, limit.rlim_max);
+  if (::setrlimit(RLIMIT_NOFILE, &limit) != 0) limit.rlim_cur = granted;
   return static_cast<std::size_t>(std::min<rlim_t>(kMostConnections, limit.rlim_cur / 4 * 3));
 }
 

@@ -124,7 +124,7 @@ Result<Done> run_worker_until_signal(const Settings& settings, const std::vector
   watch_cache(metrics, cache, settings.max_cache_bytes);
   watch_levels(metrics, settings, worker);
   Access access(settings.keys_file);
-  const Entrance entrance(access, metrics, Cors::parse(settings.cors_origins).value());
+  const Entrance entrance(access, metrics, Cors::parse(settings.cors_origins).value(), origin_check_of(settings));
   auto tls = tls_of(settings);
   if (auto loaded = access.reload(); !loaded) return loaded.error();
   if (auto loaded = tls ? tls->reload() : Result<std::string>(""); !loaded) return loaded.error();

@@ -15,7 +15,7 @@ import threading
 import time
 import unittest
 
-from harness import SLOW, SLOW_OPTIONS, Server, begin_slow, comparison, post_head, read_answer, until, until_computing
+from harness import BINARY, SLOW, SLOW_OPTIONS, Server, begin_slow, comparison, post_head, read_answer, until, until_computing
 from test_sandbox import workers
 
 MOST_DELAY = 0.1  # seconds that eight dribbling clients may cost an honest one
@@ -291,6 +291,11 @@ class Accept(unittest.TestCase):
         self.assertEqual(server.get("/healthz").status, 200)
         self.assertEqual(server.compare().status, 200)
         self.assertEqual(server.stop(), 0)
+
+    def test_all_descriptors_are_taken(self):
+        server = Server(program=("prlimit", "--nofile=512:1024", BINARY))
+        self.addCleanup(server.stop)
+        self.assertEqual(resource.prlimit(server.process.pid, resource.RLIMIT_NOFILE), (1024, 1024))
 
     def test_answers_are_not_held_back(self):
         """Else each would wait for the client's delayed acknowledgement of the one before."""
