@@ -1,8 +1,6 @@
 # What makes a defect of memory harder to use: tests/operations/test_hardening.py reads it off the built program.
 # Sanitizers have checks of their own, and do not go with some of these.
-include(CheckPIESupported)
-check_pie_supported()
-
+# Programs are position independent by the compiler's default: CMake's own -pie would undo the readers' -static-pie.
 if(NOT MESHGAUGE_SANITIZE AND NOT MESHGAUGE_FUZZERS)
   target_compile_options(meshgauge_flags INTERFACE -fstack-protector-strong -fstack-clash-protection
     $<$<CONFIG:Release,RelWithDebInfo,MinSizeRel>:-U_FORTIFY_SOURCE$<SEMICOLON>-D_FORTIFY_SOURCE=3>)
