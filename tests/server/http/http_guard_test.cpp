@@ -25,7 +25,7 @@ using namespace std::chrono_literals;
 
 namespace {
 
-Settings settings() {
+Settings guard_settings() {
   Settings settings;
   settings.port = 0;
   settings.workers = settings.queue = 1;
@@ -40,7 +40,7 @@ class Guarded {
 
   explicit Guarded(
       Handle handle, std::function<void(const Exchange&)> log = [](const Exchange&) {},
-      const Settings& chosen = settings())
+      const Settings& chosen = guard_settings())
       : guard(chosen, {[](const Exchange&) { return Edge::Entry::handled; }, std::move(handle), std::move(log)},
               nullptr),
         port_(guard.bind().value()) {
@@ -108,7 +108,7 @@ class RawClient {
 };
 
 Settings of_one_thread() {
-  Settings one = settings();
+  Settings one = guard_settings();
   one.io_threads = 1;
   one.max_arriving_per_peer = 1000;
   return one;
@@ -289,7 +289,7 @@ TEST_CASE("guard: a response that waits is asked again at its time") {
 TEST_CASE("guard: the rest of a body that was refused for now is discarded, and the connection goes on") {
   const Guarded guarded([](Exchange& exchange) {
     if (exchange.head.method == "POST") {
-      answer(exchange, {meshgauge::api::ProblemKind::overloaded, "later", {}});
+      answer(exchange, meshgauge::api::Problem{meshgauge::api::ProblemKind::overloaded, "later", {}});
     }
   });
   const RawClient client(guarded.port());
@@ -306,7 +306,7 @@ TEST_CASE("guard: the rest of a body that was refused for now is discarded, and 
 
 TEST_CASE("guard: a client that has sent unread bytes gets its response, one that sends without end is dropped") {
   const Guarded guarded([](Exchange& exchange) {
-    answer(exchange, {meshgauge::api::ProblemKind::malformed_request, "no", {}});
+    answer(exchange, meshgauge::api::Problem{meshgauge::api::ProblemKind::malformed_request, "no", {}});
   });
   const std::string head = "POST / HTTP/1.1\r\nHost: x\r\nContent-Length: 100000000\r\n\r\n";
   {
