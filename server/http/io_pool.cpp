@@ -5,7 +5,8 @@
 
 namespace meshgauge::server {
 
-IoPool::IoPool(std::size_t threads, std::size_t max_pending) : limit_(max_pending) {
+// A thread that has not begun yet is idle: it takes what is offered now.
+IoPool::IoPool(std::size_t threads, std::size_t max_pending) : limit_(max_pending), idle_(threads) {
   for (std::size_t i = 0; i < threads; ++i) threads_.emplace_back([this] { run(); });
 }
 
@@ -39,7 +40,6 @@ void IoPool::add(Task task) {
 void IoPool::run() {
   std::unique_lock lock(mutex_);
   for (;;) {
-    ++idle_;
     ready_.wait(lock, [this] { return ending_ || !tasks_.empty(); });
     --idle_;
     if (tasks_.empty()) return;
@@ -50,6 +50,7 @@ void IoPool::run() {
       task();
     }
     lock.lock();
+    ++idle_;
   }
 }
 

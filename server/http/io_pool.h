@@ -32,7 +32,7 @@ class IoPool {
   std::condition_variable ready_;
   QueueLimit limit_;
   std::deque<Task> tasks_;
-  std::size_t idle_ = 0;  // threads that wait for a task
+  std::size_t idle_;  // threads that wait for a task, or have not begun
   bool ending_ = false;
   std::vector<std::thread> threads_;
 };
