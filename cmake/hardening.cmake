@@ -9,7 +9,7 @@ if(NOT MESHGAUGE_SANITIZE AND NOT MESHGAUGE_FUZZERS)
   elseif(CMAKE_SYSTEM_PROCESSOR MATCHES "aarch64|arm64")
     target_compile_options(meshgauge_flags INTERFACE -mbranch-protection=standard)
   endif()
-  # Not in the engine, whose searches it slows by 6 %; tests/engine runs with it under the asan preset.
+  # Not in the engine, whose searches it slows; tests/engine runs with it under the asan preset.
   target_compile_definitions(meshgauge_flags INTERFACE
     $<$<NOT:$<STREQUAL:$<TARGET_PROPERTY:NAME>,meshgauge_engine>>:_GLIBCXX_ASSERTIONS>)
   target_link_options(meshgauge_flags INTERFACE -Wl,-z,relro,-z,now,-z,noexecstack)

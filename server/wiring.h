@@ -34,6 +34,7 @@ Result<Done> check_temp_dir(const std::string& directory);
 // Binds the guard and returns the port. An Error if the address is not available, or if other machines can reach it and
 // neither keys_file nor public_without_keys is set.
 Result<int> bind(HttpGuard& guard, const Settings& settings);
+
 // The check of hosts and origins by settings from checked(). With keys it refuses nothing.
 OriginCheck origin_check_of(const Settings& settings);
 
