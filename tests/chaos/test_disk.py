@@ -374,7 +374,7 @@ class DiskThatFails(Case):
         self.assertEqual(self.store(a).status, 201)
         path = self.measured(self.compare(**{"Idempotency-Key": "one"}))
         self.fail(server, 0, clock_is_wrong_by=100 * 24 * 3600)
-        jumped = re.compile("the clock jumped by 86400[0-9]{2} s")  # a busy machine is late between two clocks
+        jumped = re.compile("the clock jumped by 86(40000|39999) s")  # cut off to whole seconds
         until(lambda: any(jumped.search(line) for line in server.log))
         self.assertEqual(self.state(path), "done")
         self.assertEqual(self.ask("GET", "/v1/meshes/" + hashlib.sha256(a).hexdigest()).status, 200)
