@@ -39,13 +39,16 @@ bool is_plainly_convex(const Point2& a, const Point2& b, const Point2& c, const 
 // Returns the face's normal with largest component 1; zero: all corners lie on one line. Scales edges to about 1 first,
 // since products of tiny edges would underflow.
 Vec3 normal_of(std::vector<Vec3> corners) {
-  const std::size_t n = corners.size();
   double extent = 0;
   for (const Vec3& p : corners) extent = std::max(extent, (p - corners[0]).cwiseAbs().maxCoeff());
   int exponent = 0;
   std::frexp(extent, &exponent);
   const Vec3 origin = corners[0];
   for (Vec3& p : corners) p = (p - origin).unaryExpr([&](double x) { return std::ldexp(x, -exponent); });
+  // Without repetitions, all turns are 0 only on one line.
+  corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
+  while (corners.size() > 1 && corners.back() == corners.front()) corners.pop_back();
+  const std::size_t n = corners.size();
   const auto size = [](const Vec3& v) { return v.cwiseAbs().maxCoeff(); };
   Vec3 area = Vec3::Zero();  // twice the area along each axis (Newell)
   Vec3 sharpest = Vec3::Zero();

@@ -176,6 +176,27 @@ TEST_CASE("polygons: 20,000 planar faces become exactly their surface") {
   CHECK(concave > 12'000);
 }
 
+TEST_CASE("polygons: a face that runs there and back has no area") {
+  for (std::uint64_t seed = 0; seed < 2'000; ++seed) {
+    Dice dice(seed);
+    Outline outline;
+    for (int i = 0, x = 0; i < 4; ++i, x += dice.between(1, 9)) outline.push_back({12 * x, 12 * dice.between(-9, 9)});
+    outline.resize(static_cast<std::size_t>(dice.between(2, 4)));
+    for (std::size_t i = outline.size() - 1; i-- > 1;) outline.push_back(GridPoint(outline[i]));
+    const Outline border = outline;
+    if (dice.chance(0.5)) add_collinear_corners(outline, dice);
+    if (dice.chance(0.7)) add_repeated_corners(outline, dice);
+    turn_around(outline, dice);
+    if (outline.size() < 3) continue;
+    const auto result = read_face(placed(outline, random_placing(dice)));
+    CAPTURE(seed);
+    CAPTURE(text_of(outline));
+    REQUIRE(result.ok());
+    REQUIRE_EQ(fault_of(border, outline, result->mesh.triangles), "");
+    REQUIRE_EQ(result->notes.polygons.self_crossing, 0);
+  }
+}
+
 ReadMesh read_or_fail(const std::string& text, const std::string& name) {
   auto result = read(text, name);
   INFO((result ? "" : result.error().message));
