@@ -26,11 +26,8 @@ struct MeshRow {
 
 // The most that the meshes of an owner may be.
 struct MeshQuota {
-  MeshQuota(std::uint64_t most_bytes, std::uint64_t most_meshes = std::numeric_limits<std::uint64_t>::max())
-      : bytes(most_bytes), meshes(most_meshes) {}
-
   std::uint64_t bytes;
-  std::uint64_t meshes;
+  std::uint64_t meshes = std::numeric_limits<std::uint64_t>::max();
 };
 
 struct StoredMeshes {

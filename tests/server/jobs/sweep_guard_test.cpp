@@ -113,7 +113,7 @@ TEST_CASE("sweeps: a hundred meshes that have expired are removed with their fil
   const auto then = store::now() - 1h;
   for (std::uint64_t i = 0; i < SweepGuard::kMostUnknown; ++i) {
     sweeps.put(std::to_string(i), 48h);
-    got(sweeps.kept.embedded.meshes().put_mesh({sweeps.keys.back(), 1, "", "", then, then, then}, 1 << 20));
+    got(sweeps.kept.embedded.meshes().put_mesh({sweeps.keys.back(), 1, "", "", then, then, then}, {1 << 20}));
   }
   sweeps.run();
   CHECK(sweeps.left() == 0);

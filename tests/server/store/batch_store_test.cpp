@@ -333,8 +333,8 @@ TEST_CASE_TEMPLATE("batches: a batch whose meshes do not exist is not stored", S
   NewBatch batch = new_batch("ann", "b", 2);
   batch.idempotency_key = "k";
   batch.meshes = {"m", "n"};
-  got(stores.meshes().put_mesh(mesh, 1000));
-  got(stores.meshes().put_mesh({{"bob", "n"}, 10, "model/stl", "", at(0), at(0), at(1000)}, 1000));
+  got(stores.meshes().put_mesh(mesh, {1000}));
+  got(stores.meshes().put_mesh({{"bob", "n"}, 10, "model/stl", "", at(0), at(0), at(1000)}, {1000}));
   const InsertedBatch refused = got(stores.batches().insert_batch(batch));
   CHECK(refused.mesh_gone);
   CHECK_FALSE(refused.existed);

@@ -333,9 +333,9 @@ TEST_CASE_TEMPLATE("meshes: many are looked up at once", Stores, EVERY_IMPLEMENT
   Stores stores;
   for (const std::string id : {"a", "b", "c"}) {
     MeshRow row{{"ann", id}, 10, "model/stl", id + ".stl", at(0), at(0), at(100)};
-    got(stores.meshes().put_mesh(row, 1000));
+    got(stores.meshes().put_mesh(row, {1000}));
   }
-  got(stores.meshes().put_mesh({{"bob", "d"}, 10, "", "", at(0), at(0), at(100)}, 1000));
+  got(stores.meshes().put_mesh({{"bob", "d"}, 10, "", "", at(0), at(0), at(100)}, {1000}));
   const std::vector<std::string> ids{"c", "d", "a", "a", "nothing"};
   std::set<std::string> known;
   const std::vector<MeshRow> rows = got(stores.meshes().known_meshes("ann", ids));

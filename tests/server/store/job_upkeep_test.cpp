@@ -72,7 +72,7 @@ TEST_CASE_TEMPLATE("jobs: counts, and the blobs in use", Stores, EVERY_IMPLEMENT
   CHECK(counts.cancelled == 1);
   MeshRow mesh;
   mesh.key = {"ann", "mesh"};
-  got(stores.meshes().put_mesh(mesh, 1000));
+  got(stores.meshes().put_mesh(mesh, {1000}));
   std::set<std::string> used;
   const std::vector<BlobKey> keys = got(jobs.used_blobs());
   for (const BlobKey& key : keys) used.insert(key.owner + " " + key.id);

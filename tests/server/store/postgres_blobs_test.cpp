@@ -153,7 +153,7 @@ TEST_CASE("PostgreSQL blobs: a blob that became used after the listing is not re
   job.mesh_a = used[0].id;
   job.mesh_b = used[1].id;
   got(stores.jobs().insert(job));
-  got(stores.meshes().put_mesh({used[2], 9, "model/stl", "", at(0), at(0), at(1000)}, 1000));
+  got(stores.meshes().put_mesh({used[2], 9, "model/stl", "", at(0), at(0), at(1000)}, {1000}));
   CHECK(got(stores.blobs().remove_unused({}, 0s)) == 1);
   for (const BlobKey& key : used) CHECK(got(stores.blobs().exists(key)));
   CHECK_FALSE(got(stores.blobs().exists(unused)));

@@ -260,7 +260,7 @@ TEST_CASE("processes: a blob that one reserves no other removes") {
 
 TEST_CASE("processes: a mesh that one is using no other sweeps") {
   PostgresForTests stores;
-  got(stores.meshes().put_mesh({{"ann", "m"}, 10, "", "", at(0), at(0), at(100)}, 100));
+  got(stores.meshes().put_mesh({{"ann", "m"}, 10, "", "", at(0), at(0), at(100)}, {100}));
   const auto user = PgConnection::open(stores.database());
   user->execute("BEGIN; UPDATE meshes SET expires = 1700000200000");  // at(200)
   Result<std::vector<BlobKey>> swept = std::vector<BlobKey>(1);

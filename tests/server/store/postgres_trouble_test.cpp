@@ -312,7 +312,7 @@ TEST_CASE("trouble: a removal reports that it removed, though the answer to its 
   PostgresForTests stores;
   const std::string waiting =
       "FROM pg_stat_activity WHERE wait_event = 'SyncRep' AND datname = '" + name_of(stores.database()) + "'";
-  got(stores.meshes().put_mesh({{"ann", "m"}, 10, "", "", at(0), at(0), at(100)}, 100));
+  got(stores.meshes().put_mesh({{"ann", "m"}, 10, "", "", at(0), at(0), at(100)}, {100}));
   insert(stores.batches(), new_batch("ann", "b", 1));
   got(stores.batches().cancel_batch({"ann", "b"}, {at(50), at(100)}));
   std::function<Result<bool>()> remove;

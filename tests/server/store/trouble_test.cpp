@@ -160,7 +160,7 @@ TEST_CASE("trouble: rows are removed from a full disk, though all room is taken 
     jobs.record(job);
   }
   got(jobs.flush());
-  got(stores->meshes().put_mesh({key_of("ann", "m"), 1, "", "", at(0), at(0), at(50)}, 100));
+  got(stores->meshes().put_mesh({key_of("ann", "m"), 1, "", "", at(0), at(0), at(50)}, {100}));
   disk.fill(0);
   for (int i = 0; i < 100; ++i) {
     REQUIRE(got(jobs.forget({"ann", std::to_string(i)})));
