@@ -3,7 +3,8 @@
 version=$(sed -nE 's/^project\(meshgauge VERSION (\S+).*/\1/p' CMakeLists.txt)
 packages=build/packages
 
-# The same bytes of the same sources: every time in a package is that of the last commit.
+# The same bytes of the same sources: every time in a package is that of the last commit, and modes are not the caller's.
+umask 022
 : "${SOURCE_DATE_EPOCH:=$(git log -1 --format=%ct 2>/dev/null || stat -c %Y CHANGELOG.md)}"
 export SOURCE_DATE_EPOCH TZ=UTC LC_ALL=C.UTF-8
 
