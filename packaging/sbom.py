@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Writes what the program of build-package contains: sbom.cdx.json (CycloneDX 1.5) and licenses.txt, the texts of all licences.
+"""Writes what the program contains: BUILD/sbom.cdx.json (CycloneDX 1.5) and BUILD/licenses.txt, the texts of all licences. The same
+of the wheel's library is beside it, in BUILD/python/meshgauge.
 
   sbom.py BUILD
 
@@ -17,6 +18,7 @@ import subprocess
 import sys
 import time
 import uuid
+from dataclasses import dataclass
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 # Headers of the compiler, of its library and of the kernel leave nothing in the program that the libraries do not account for.
@@ -27,18 +29,31 @@ def output(*command):
     return subprocess.run(command, check=True, text=True, stdout=subprocess.PIPE).stdout
 
 
-def linked(build):
-    """The paths of the archives that gave the program, or the reader within it, an object."""
+@dataclass
+class Product:
+    folder: str  # where its files go, below the build
+    name: str    # in sentences
+    targets: tuple[str, ...]  # it, and what is within it
+    has_page: bool
+
+
+PRODUCTS = (Product(".", "program", ("meshgauge", "meshgauge_reader"), True),
+            Product("python/meshgauge", "library", ("meshgauge_python",), False))
+
+
+def linked(build, product):
+    """The paths of the archives that gave the product an object."""
     archives = set()
-    for name in ("meshgauge", "meshgauge_reader"):
+    for name in product.targets:
         beginning = (build / f"{name}.map").read_text().split("\n\n")[1]
         archives |= set(re.findall(r"^(\S+\.a)\(", beginning, re.M))
     return {(build / archive).resolve() for archive in archives}
 
 
-def headers(build):
-    """The paths of the system's headers that the program was compiled from."""
-    return {pathlib.Path(line.strip()).resolve() for line in output("ninja", "-C", build, "-t", "deps").splitlines()
+def headers(build, product):
+    """The paths of the system's headers that the product was compiled from."""
+    objects = [line for line in output("ninja", "-C", build, "-t", "inputs", *product.targets).splitlines() if line.endswith(".o")]
+    return {pathlib.Path(line.strip()).resolve() for line in output("ninja", "-C", build, "-t", "deps", *objects).splitlines()
             if line.startswith("    /usr/include/")}
 
 
@@ -61,18 +76,18 @@ def debian(source, version, binary=None):
     return component(source, version, "library", purl, **({"description": f"from {binary}"} if binary else {}))
 
 
-def of_debian(build):
-    """Component and text of the licence of each Debian source that the program has a part of."""
-    archives = {file for file in linked(build) if not file.is_relative_to(build)}
-    names = packages(archives) | {name for name in packages(headers(build)) if not TOOLCHAIN.fullmatch(name)}
+def of_debian(build, product):
+    """Component and text of the licence of each Debian source that the product has a part of."""
+    archives = {file for file in linked(build, product) if not file.is_relative_to(build)}
+    names = packages(archives) | {name for name in packages(headers(build, product)) if not TOOLCHAIN.fullmatch(name)}
     for name in sorted(names):
         copyright_of = pathlib.Path(f"/usr/share/doc/{name}/copyright")
         yield debian(field(name, "source:Package"), field(name, "source:Version"), name), copyright_of.read_text(errors="replace")
 
 
-def of_sources(build):
+def of_sources(build, product):
     """The same of those that packaging/static_libraries has compiled."""
-    parts = {file.name for file in linked(build)}
+    parts = {file.name for file in linked(build, product)}
     for line in (build / "static/versions").read_text().splitlines():
         archive, source, version = line.split()
         if archive in parts:
@@ -80,7 +95,7 @@ def of_sources(build):
             yield debian(source, version), text
 
 
-def of_npm(build):
+def of_page(build):
     """The same of the page's scripts: those of page/, whose texts are in the bundle, and swagger-ui."""
     given = re.search(r"^MESHGAUGE_WEB_BUNDLE:PATH=(.+)$", (build / "CMakeCache.txt").read_text(), re.M)
     bundle = pathlib.Path(given[1]) if given else build / "server/web/bundle"
@@ -104,8 +119,8 @@ def project():
     return component("meshgauge", version, "application", f"pkg:github/{name.lower()}@v{version}", licenses=[{"license": {"id": "MIT"}}])
 
 
-def main(build):
-    found = [*of_debian(build), *of_sources(build), *of_npm(build)]
+def describe(build, product):
+    found = [*of_debian(build, product), *of_sources(build, product), *(of_page(build) if product.has_page else [])]
     texts = {}
     components = {}
     for one, text in found:
@@ -119,12 +134,14 @@ def main(build):
                 "serialNumber": f"urn:uuid:{uuid.uuid5(uuid.NAMESPACE_OID, digest)}", "version": 1,
                 "metadata": {"timestamp": time.strftime("%Y-%m-%dT%H:%M:%SZ", when), "component": project()},
                 "components": listed}
-    (build / "sbom.cdx.json").write_text(json.dumps(document, indent=1) + "\n")
-    with (build / "licenses.txt").open("w") as file:
-        file.write("meshgauge is under the MIT licence, see LICENSE. Its program contains the following parts, under the licences below.\n")
+    folder = build / product.folder
+    (folder / "sbom.cdx.json").write_text(json.dumps(document, indent=1) + "\n")
+    with (folder / "licenses.txt").open("w") as file:
+        file.write(f"meshgauge is under the MIT licence, see LICENSE. Its {product.name} contains the following parts, under the licences below.\n")
         for text, names in texts.items():
             file.write(f"\n{'=' * 100}\n{', '.join(sorted(set(names)))}\n{'=' * 100}\n\n{text.strip()}\n")
 
 
 if __name__ == "__main__":
-    main(pathlib.Path(sys.argv[1]).resolve())
+    for each in PRODUCTS:
+        describe(pathlib.Path(sys.argv[1]).resolve(), each)

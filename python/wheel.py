@@ -90,6 +90,10 @@ def lay_out(folder, library):
     put(info / "WHEEL", WHEEL.format(platform=platform_of(library)))
     put(info / "entry_points.txt", ENTRY_POINTS)
     put(info / "LICENSE", ROOT / "LICENSE")
+    # What packaging/sbom.py has written beside the library of a static build. PEP 770 names the place of SBOMs.
+    for place, name in (("licenses.txt", "licenses.txt"), ("sboms/meshgauge.cdx.json", "sbom.cdx.json")):
+        if (library.parent / name).exists():
+            put(info / place, library.parent / name)
 
 
 def main(out, library):

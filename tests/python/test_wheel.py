@@ -29,6 +29,8 @@ class Wheel(unittest.TestCase):
         cls.folder = pathlib.Path(folder.name)
         library = cls.folder / "libmeshgauge.so"
         subprocess.run(["strip", "-o", library, BUILD / "python/meshgauge/libmeshgauge.so"], check=True)
+        for name in ("licenses.txt", "sbom.cdx.json"):
+            (cls.folder / name).write_text(f"the text of {name}")
         cls.wheels = [cls.build(cls.folder / name, library) for name in ("one", "two")]
 
     @classmethod
@@ -47,6 +49,9 @@ class Wheel(unittest.TestCase):
         with zipfile.ZipFile(self.wheels[0]) as archive:
             names = set(archive.namelist())
             self.assertTrue({"meshgauge/py.typed", "meshgauge/libmeshgauge.so", "meshgauge/__init__.py"} <= names)
+            for place, name in (("licenses.txt", "licenses.txt"), ("sboms/meshgauge.cdx.json", "sbom.cdx.json")):
+                found = next(one for one in names if one.endswith(f".dist-info/{place}"))
+                self.assertEqual(archive.read(found).decode(), f"the text of {name}")
             self.assertFalse([name for name in names if "__pycache__" in name])
             self.assertEqual(archive.getinfo("meshgauge/libmeshgauge.so").external_attr >> 16 & 0o777, 0o755)
             self.assertEqual(archive.getinfo("meshgauge/__init__.py").external_attr >> 16 & 0o777, 0o644)
