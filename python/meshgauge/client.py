@@ -23,7 +23,8 @@ _ENDED = ("done", "failed", "cancelled")
 
 
 class Client:
-    """Measures at a service; results, options and errors are those of meshgauge.compare().
+    """Measures at a service; results, options and errors are those of meshgauge.compare(). timeout=None is the
+    service's default, not 7 days.
 
     Args:
         url: address of the service, "https://meshgauge.example".

@@ -75,7 +75,7 @@ class EventLoop {
   using Make = std::function<std::unique_ptr<Source>(Id id, Descriptor socket)>;
 
   // `make`: makes the connection of an accepted socket. `most`: number of connections; beyond it the oldest that is
-  // spare gives way.
+  // spare gives way, and a new one is closed if there is none.
   EventLoop(Make make, std::size_t most);
 
   // Serves the listening socket until stop(), or until the socket fails, and the connections until the last has ended.

@@ -72,7 +72,7 @@ class Jobs {
   Submitted submit(Scheduler::Slot slot, Submission submission);
   // Whether a stored comparison has the submission's idempotency key.
   Result<bool> repeats(const Submission& submission);
-  // Returns that comparison if it is the same request (meshes and options); else a conflict.
+  // Returns that comparison if the meshes and the text of the options are the same, byte by byte; else a conflict.
   Submitted repeated(Submission& submission);
 
   // nullopt: the owner has no such job.

@@ -39,9 +39,9 @@ struct Rules {
 };
 Rules compile_rules();
 
-// Kills the process at any system call except: allocating and freeing private non-executable memory, mapping kWindow,
-// reading the clock, waking a thread, receiving and sending on kChannel, and exiting. Returns 0, or the errno of the
-// failure.
+// Kills the process at any system call except: allocating, advising on and freeing private non-executable memory,
+// mapping kWindow, reading the clock, futexes, receiving and sending on kChannel, and exiting. Returns 0, or the errno
+// of the failure.
 int forbid_calls(const Rules& rules);
 
 // Tries limit_resources() and forbid_calls() in a child that then makes a forbidden call. For a process without
