@@ -23,7 +23,7 @@ class Router {
   struct Route {
     std::string method;
     std::string path;
-    Action action;            // of a request that has a thread
+    Action action;            // of a request that has a thread: may call the store, must not wait for a client or a job
     Action refuse = nullptr;  // answers a request that its head shows to be refused, or does nothing; must not block
     bool status = false;      // for probes and scrapes: not behind other requests
   };

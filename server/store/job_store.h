@@ -59,7 +59,7 @@ struct NewJob {
   std::string options;          // JSON text, opaque to the store
   std::uint64_t cost = 0;       // bytes to read; claim_some() orders by it
   std::string idempotency_key;  // empty: none. At most one job of an owner has it
-  std::string fingerprint;      // of the request; the same key with another fingerprint is a conflict
+  std::string fingerprint;      // digest of meshes and options' text; another one with the same key is a conflict
   std::string trace;            // traceparent, or empty
   std::string batch;            // id of the batch of the same owner that created it; empty: none
   TimePoint created{};
@@ -75,8 +75,8 @@ struct Progress {
   bool operator==(const Progress&) const = default;
 };
 
-// Returns the stage of `newer` with the better of each bound, if the same engine certified both intervals of the job;
-// else `newer`.
+// Returns the stage of `newer` with the better of each bound, if the same engine certified both intervals of the job
+// and they overlap; else `newer`.
 //
 // Proof. The distance that a job asks for is one number h: its meshes are named by their digests, and its hints and
 // options, with the direction in them, are written once, with the job. One version of the program reads the same
