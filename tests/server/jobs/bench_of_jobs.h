@@ -94,7 +94,7 @@ inline MeshSource stored(Kept& kept, const std::string& part, const std::string&
   store::got(kept.embedded.blobs().put(key, store::bytes_of(text)));
   const auto now = store::now();
   store::got(
-      kept.embedded.meshes().put_mesh({key, text.size(), "", "", now, now, now + std::chrono::hours(1)}, 1 << 20));
+      kept.embedded.meshes().put_mesh({key, text.size(), "", "", now, now, now + std::chrono::hours(1)}, {1 << 20}));
   MeshSource source = source_of(part, std::move(*store::got(kept.embedded.blobs().open(key))), key.id);
   source.kept = MeshCache::key(owner, key.id, "", "");
   return source;
