@@ -155,7 +155,7 @@ void Service::check_ready(Exchange& exchange) {
 
 Result<int> Service::start() {
   if (auto ok = check_temp_dir(settings_.temp_dir); !ok) return ok.error();
-  if (auto ok = load_secrets(); !ok) return ok.error();
+  if (auto ok = load_secrets(access_, tls_); !ok) return ok.error();
   const auto port = bind(guard_, settings_);
   if (!port) return port.error();
   if (status_) {
@@ -170,25 +170,7 @@ Result<int> Service::start() {
   return *port;
 }
 
-Result<Done> Service::load_secrets() {
-  if (auto loaded = access_.reload(); !loaded) return loaded.error();
-  if (!tls_) return Done{};
-  if (auto loaded = tls_->reload(); !loaded) return loaded.error();
-  return Done{};
-}
-
-void Service::reload() {
-  if (access_.has_keys()) {
-    const auto keys = access_.reload();
-    log_event("reload",
-              keys ? "keys: " + std::to_string(*keys) : keys.error().message + "; the old keys stay in force");
-  }
-  if (tls_) {
-    const auto end = tls_->reload();
-    log_event("reload", end ? "certificate valid until " + *end : end.error().message + "; the old certificate stays");
-  }
-  if (!access_.has_keys() && !tls_) log_event("reload", "nothing to reload: neither keys nor a certificate are set");
-}
+void Service::reload() { reload_secrets(access_, tls_); }
 
 void Service::shutdown(const std::function<bool()>& give_up) {
   if (!listener_.joinable()) return;

@@ -41,9 +41,7 @@ class Service {
   // Listens, serves on threads of its own, and returns the port. An Error says why it cannot.
   Result<int> start();
 
-  // Reads the keys file, the certificate and its key again, and logs the result. A file that cannot be used leaves the
-  // old keys or certificate in force.
-  void reload();
+  void reload();  // see reload_secrets()
 
   Metrics& metrics() { return metrics_; }        // to add levels before start()
   Readiness& readiness() { return readiness_; }  // to add checks before start()
@@ -58,7 +56,6 @@ class Service {
   void add_routes();
   void add_comparison_routes();
   void add_batch_routes();
-  Result<Done> load_secrets();
 
   void watch_levels();
   std::uint64_t free_bytes() const;

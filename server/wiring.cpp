@@ -95,6 +95,26 @@ std::optional<Tls> tls_of(const Settings& settings) {
   return std::optional<Tls>(std::in_place, settings.tls_certificate, settings.tls_key);
 }
 
+Result<Done> load_secrets(Access& access, std::optional<Tls>& tls) {
+  if (auto loaded = access.reload(); !loaded) return loaded.error();
+  if (!tls) return Done{};
+  if (auto loaded = tls->reload(); !loaded) return loaded.error();
+  return Done{};
+}
+
+void reload_secrets(Access& access, std::optional<Tls>& tls) {
+  if (access.has_keys()) {
+    const auto keys = access.reload();
+    log_event("reload",
+              keys ? "keys: " + std::to_string(*keys) : keys.error().message + "; the old keys stay in force");
+  }
+  if (tls) {
+    const auto end = tls->reload();
+    log_event("reload", end ? "certificate valid until " + *end : end.error().message + "; the old certificate stays");
+  }
+  if (!access.has_keys() && !tls) log_event("reload", "nothing to reload: neither keys nor a certificate are set");
+}
+
 void record_request(const Exchange& exchange, const Settings& settings, Metrics& metrics) {
   const double seconds = std::chrono::duration<double>(Clock::now() - exchange.started).count();
   metrics.request_ended({exchange.route, exchange.head.method, exchange.response.status, exchange.problem, seconds,

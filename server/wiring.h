@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "server/access/access.h"
 #include "server/access/origin_check.h"
 #include "server/http/http_guard.h"
 #include "server/http/tls.h"
@@ -39,6 +40,11 @@ Result<int> bind(HttpGuard& guard, const Settings& settings);
 OriginCheck origin_check_of(const Settings& settings);
 
 std::optional<Tls> tls_of(const Settings& settings);  // nullopt: the port speaks plain HTTP
+
+// Reads the keys file, the certificate and its key. An Error: one of them cannot be used.
+Result<Done> load_secrets(Access& access, std::optional<Tls>& tls);
+// Reads them again and logs the result. A file that cannot be used leaves the old keys or certificate in force.
+void reload_secrets(Access& access, std::optional<Tls>& tls);
 
 // Counts a request and, depending on log_requests, logs it. Call after the last byte of its response.
 void record_request(const Exchange& exchange, const Settings& settings, Metrics& metrics);

@@ -126,8 +126,7 @@ Result<Done> run_worker_until_signal(const Settings& settings, const std::vector
   Access access(settings.keys_file);
   const Entrance entrance(access, metrics, Cors::parse(settings.cors_origins).value(), origin_check_of(settings));
   auto tls = tls_of(settings);
-  if (auto loaded = access.reload(); !loaded) return loaded.error();
-  if (auto loaded = tls ? tls->reload() : Result<std::string>(""); !loaded) return loaded.error();
+  if (auto loaded = load_secrets(access, tls); !loaded) return loaded.error();
   std::atomic<bool> leaving{false};
   StatusPort status(settings, metrics, entrance, tls ? &*tls : nullptr, [&](Exchange& exchange) {
     Readiness::Defects now;
@@ -144,7 +143,10 @@ Result<Done> run_worker_until_signal(const Settings& settings, const std::vector
   stores.signals.listen([&worker](const store::Signal& signal) { worker.hear(signal); });
   worker.start();
   log_listening(settings.host + ":" + std::to_string(*port), settings.simd);
-  while (status.listening() && wait_for_signal(kTick) != Signal::end) continue;
+  for (Signal signal = Signal::none; status.listening() && signal != Signal::end;) {
+    signal = wait_for_signal(kTick);
+    if (signal == Signal::reload) reload_secrets(access, tls);
+  }
   const bool failed = !status.listening();  // the process ends, so that its supervisor restarts it
   leaving.store(true);
   log_event("stopping", failed ? "the listening socket failed" : "no more jobs are claimed");

@@ -59,10 +59,10 @@ class Rig:
     """Clean up by close(), or as a context manager."""
 
     def __init__(self, front_ends=1, workers=1, flags=QUICK, front_flags=(), worker_flags=("--workers", "2"), prepare=None):
-        """`prepare`: given a folder, more flags of the front ends."""
+        """`prepare`: given a folder, more flags of all processes."""
         self.postgres = Postgres()
         try:
-            front_flags = (*front_flags, *(prepare(self.postgres.scratch.path) if prepare else ()))
+            flags = (*flags, *(prepare(self.postgres.scratch.path) if prepare else ()))
             migrate(self.postgres.url())
             self.fleet = Fleet(self.postgres.scratch, self.postgres.url(), flags)
             for _ in range(front_ends):

@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import signal
 import threading
 import unittest
 from pathlib import Path
@@ -12,17 +13,21 @@ from contract import events_of
 from keys import new_key, write_keys
 
 RIG = None
-TOKENS = {}
+KEYS = None  # the file
+TOKENS, ENTRIES = {}, []
 
 
 def setUpModule():
     global RIG
     tokens = {name: new_key(name, requests_per_minute=1000000, burst=10000, max_jobs=1000) for name in ("alice", "bob")}
     TOKENS.update({name: token for name, (token, _) in tokens.items()})
+    ENTRIES.extend(entry for _, entry in tokens.values())
 
     def keys(folder):
-        write_keys(Path(folder) / "keys.json", *(entry for _, entry in tokens.values()))
-        return "--keys-file", str(Path(folder) / "keys.json")
+        global KEYS
+        KEYS = Path(folder) / "keys.json"
+        write_keys(KEYS, *ENTRIES)
+        return "--keys-file", str(KEYS)
     try:
         RIG = Rig(front_ends=2, workers=2, prepare=keys)
     except Missing as reason:
@@ -83,6 +88,16 @@ class Comparisons(Case):
         answer = RIG.workers[0].ask("POST", "/v1/comparisons", headers={"Authorization": "Bearer " + TOKENS["alice"]})
         self.refused(answer, 404, "not-found")
         self.assertIn("of a front end", answer.json()["detail"])
+
+    def test_a_worker_reads_its_keys_again(self):
+        token, entry = new_key("scrape", scopes=["metrics"])
+        scrape = {"Authorization": "Bearer " + token}
+        worker = RIG.workers[0]
+        self.refused(worker.ask("GET", "/metrics", headers=scrape), 401, "unauthorized")
+        write_keys(KEYS, *ENTRIES, entry)
+        worker.process.send_signal(signal.SIGHUP)
+        until(lambda: worker.ask("GET", "/metrics", headers=scrape).status == 200, 30, "the new key to be known")
+        self.assertIn("keys: 3", [line.get("detail") for line in worker.lines() if line["event"] == "reload"])
 
     def test_what_cannot_be_read_is_refused_by_name(self):
         self.refused(self.one.compare(a=b"v 0 0 nan\n"), 422, "non-finite-vertex")
