@@ -174,7 +174,8 @@ class JobStore {
   virtual Result<Inserted> insert(const NewJob& job) = 0;
 
   // Claims up to `most` queued jobs for the worker; empty: there is none, or other workers were faster. Concurrent
-  // calls get different jobs. Earlier tries' intervals stay. Several jobs of one claim are of one batch and together
+  // calls get different jobs. `worker` is best a name of this call alone: after an error recover() by that name hands
+  // back what was claimed. Earlier tries' intervals stay. Several jobs of one claim are of one batch and together
   // cost at most kBytesOfOneSecond. A crash may undo a claim: the job is queued then.
   //
   // Order: the owner with the fewest running jobs; of its batches, and its jobs of no batch as one group, the one with
