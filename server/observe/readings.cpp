@@ -67,10 +67,9 @@ void append_sandbox(const sandbox::Counters& counters, std::vector<MetricFamily>
                      "Reader processes that were given a file, by outcome",
                      MetricType::Counter,
                      {}};
-  using sandbox::End;
-  for (const End end : {End::read, End::out_of_memory, End::crashed, End::untrue, End::overdue, End::cancelled}) {
-    const std::string outcome(sandbox::kEndNames[static_cast<std::size_t>(end)]);
-    ended.metric.push_back(sample(MetricType::Counter, count(counters[end]), {{"outcome", outcome}}));
+  for (std::size_t end = 0; end < sandbox::kEndNames.size(); ++end) {
+    const std::string outcome(sandbox::kEndNames[end]);
+    ended.metric.push_back(sample(MetricType::Counter, count(counters.ended[end]), {{"outcome", outcome}}));
   }
   families.push_back(std::move(ended));
 }

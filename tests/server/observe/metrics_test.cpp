@@ -110,10 +110,12 @@ TEST_CASE("metrics: levels are read on scrape, and only those that are watched")
     sandbox::Counters counters;
     counters.started = 9;
     counters[sandbox::End::crashed] = 2;
+    counters[sandbox::End::lost] = 1;
     return counters;
   });
   CHECK(value_of(metrics, "meshgauge_sandbox_workers_started_total") == 9);
   CHECK(value_of(metrics, R"(meshgauge_sandbox_workers_ended_total{outcome="crashed"})") == 2);
+  CHECK(value_of(metrics, R"(meshgauge_sandbox_workers_ended_total{outcome="lost"})") == 1);
 }
 
 TEST_CASE("metrics: every level has a name and help of its own") {
