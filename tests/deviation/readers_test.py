@@ -3,7 +3,7 @@
 
 usage: readers_test.py READER DEVIATION_FILES FOLDER
 
-FOLDER holds the programs read_by_cgal and read_by_assimp, and what is made here. Exit code 77: READER is not there.
+FOLDER holds the program read_by_assimp, and what is made here. Exit code 77: READER is not there.
 """
 import json
 import pathlib
@@ -35,6 +35,12 @@ def run(*command):
     return done.stdout
 
 
+def has_module(name):
+    """The Python that has the module, or None."""
+    probe = subprocess.run([sys.executable, "-c", "import " + name], capture_output=True, check=False)
+    return sys.executable if probe.returncode == 0 else None
+
+
 class Reader:
     """How a program is asked, and what it keeps of each format."""
     formats = (".ply", ".glb")
@@ -60,22 +66,27 @@ class Reader:
         return [[round(value * most) for value in row] for row in rows]
 
 
-class Cgal(Reader):
+class Meshio(Reader):
+    """meshio takes an unsigned byte as a signed one."""
     formats = (".ply",)
     positions = staticmethod(float)
 
     def program(self):
-        return shutil.which(self.folder / "read_by_cgal")
+        return has_module("meshio")
 
     def read(self, path):
-        return json.loads(run(self.program(), path))
+        import meshio
+        mesh = meshio.read(path)
+        data = mesh.point_data
+        return {"positions": mesh.points.tolist(), "triangles": mesh.cells_dict["triangle"].tolist(),
+                "distance": data["distance"].tolist(), "quality": data["quality"].tolist(),
+                "colours": [list(row) for row in zip(*(data[name].tolist() for name in ("red", "green", "blue")))]}
 
     def colours(self, rows, suffix):
-        return rows
+        return [[byte % 256 for byte in row] for row in rows]
 
 
-class Assimp(Cgal):
-    formats = (".ply", ".glb")
+class Assimp(Reader):
     positions = staticmethod(single)
     scalars = ()
     tree = False
@@ -83,8 +94,8 @@ class Assimp(Cgal):
     def program(self):
         return shutil.which(self.folder / "read_by_assimp")
 
-    def colours(self, rows, suffix):
-        return Reader.colours(self, rows, suffix)
+    def read(self, path):
+        return json.loads(run(self.program(), path))
 
 
 class Blender(Reader):
@@ -156,14 +167,13 @@ class Vtk(Reader):
     most_wrong = 0.2  # 3e6 away
 
     def program(self):
-        probe = subprocess.run([sys.executable, "-c", "import vtkmodules.vtkIOGeometry"], capture_output=True, check=False)
-        return sys.executable if probe.returncode == 0 else None
+        return has_module("vtkmodules.vtkIOGeometry")
 
     def read(self, path):
         return json.loads(run(self.program(), HERE / "read_by_vtk.py", path))
 
 
-READERS = {"cgal": Cgal, "assimp": Assimp, "blender": Blender, "meshlab": Meshlab, "three": Three, "vtk": Vtk}
+READERS = {"meshio": Meshio, "assimp": Assimp, "blender": Blender, "meshlab": Meshlab, "three": Three, "vtk": Vtk}
 
 
 class Maps(unittest.TestCase):
