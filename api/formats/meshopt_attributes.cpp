@@ -19,7 +19,7 @@ constexpr std::size_t kLeastTail[] = {32, 24};  // [version]
 // Bits per value by the two bits of a group's header. Row 0: version 0; rows 1 and 2: version 1, control 0 and 1.
 constexpr unsigned kBits[3][4] = {{0, 2, 4, 8}, {0, 1, 2, 4}, {1, 2, 4, 8}};
 
-std::uint8_t byte_at(const std::byte* bytes, std::size_t i) { return static_cast<std::uint8_t>(bytes[i]); }
+unsigned byte_at(const std::byte* bytes, std::size_t i) { return std::to_integer<unsigned>(bytes[i]); }
 
 // Reads sixteen values of `bits` bits. The greatest value means that a byte after the group holds the value.
 bool take_group(MeshoptBytes& in, unsigned bits, std::uint8_t* out) {
