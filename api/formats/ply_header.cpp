@@ -187,8 +187,6 @@ Result<PlyHeader> HeaderReader::read() {
 
 }  // namespace
 
-bool PlyElement::has_list() const { return std::ranges::any_of(properties, &PlyProperty::is_list); }
-
 std::size_t PlyElement::least_bytes() const {
   std::size_t bytes = 0;
   for (const PlyProperty& property : properties) {

@@ -29,7 +29,6 @@ struct PlyElement {
   std::uint64_t count = 0;
   std::vector<PlyProperty> properties;
 
-  bool has_list() const;
   std::size_t least_bytes() const;  // size of one binary record with empty lists
 };
 
