@@ -13,11 +13,12 @@ import urllib.request
 
 
 class Service:
-    def __init__(self, binary, flags, log):
+    def __init__(self, binary, flags, log, before_start=None):
+        """`before_start` is called in the new process."""
         self.log = log.open("w+")
         self.data = tempfile.TemporaryDirectory(dir=log.parent)
         environment = {k: v for k, v in os.environ.items() if not k.startswith("MESHGAUGE_")}
-        self.process = subprocess.Popen([binary, "serve", "--port", "0", "--data-dir", self.data.name, *flags], stderr=self.log, env=environment)
+        self.process = subprocess.Popen([binary, "serve", "--port", "0", "--data-dir", self.data.name, *flags], stderr=self.log, env=environment, preexec_fn=before_start)
         self.port = self._port(log)
 
     def _port(self, log):
