@@ -166,7 +166,8 @@ class Trial:
         return path if job["state"] == "running" else None
 
     def ended(self, path):
-        return self.client.ask("GET", path)[1]["state"] not in ("queued", "running")
+        document = self.client.ask("GET", path)[1]  # a problem when the comparison was deleted
+        return document.get("state") not in ("queued", "running")
 
     def hold(self, ids):
         """A request that waits while others have both threads; then one of those is deleted, and the other's client goes."""
